@@ -13,15 +13,15 @@
 //!   on each other and overlap, so theirs is a throughput; `advance` needs the one before.
 //! - *Nothing is left out*: operator, history and result pass through `black_box` in each call, which
 //!   costs what the entry "nothing" shows. It is included in all others, not subtracted.
-//! - *Compare with*: the naive shifting array and the `%` ring of 1024 taps in the same run
-//!   (`benches/baseline`); ratios travel between machines, nanoseconds do not.
+//! - *Compare with*: the naive `%` ring of 1024 taps in the same run (`benches/baseline`); ratios travel
+//!   between machines, nanoseconds do not.
 //! - *Full memory* has the fewest modes its tolerance allows, as the command line makes it; their
 //!   number is printed.
 
 mod baseline;
 mod input;
 
-use baseline::{ModuloRing, Nothing, ShiftingArray};
+use baseline::{ModuloRing, Nothing};
 use criterion::measurement::WallTime;
 use criterion::{BenchmarkGroup, Criterion, Throughput};
 use fractional_haptics::fracdiff::full_memory::{Design, FullMemory, Kernel};
@@ -68,7 +68,6 @@ fn operators<F: Real>(criterion: &mut Criterion, precision: &str) -> Result<(), 
     let tustin_muir = TustinMuir::<F, 9>::new(order(), t)?;
     let oustaloup = Oustaloup::<F, 9>::new(order(), band, t)?;
     let muir = MuirPolynomial::<F, 3>::new(order(), t)?;
-    let shifting = ShiftingArray::<F, 1024>::new();
     let ring = ModuloRing::<F, 1024>::new();
 
     for (phase, name) in [
@@ -89,7 +88,6 @@ fn operators<F: Real>(criterion: &mut Criterion, precision: &str) -> Result<(), 
         measure(&mut group, phase, "TustinMuir 9", &tustin_muir);
         measure(&mut group, phase, "Oustaloup 9", &oustaloup);
         measure(&mut group, phase, "MuirPolynomial 3", &muir);
-        measure(&mut group, phase, "naive shifting array 1024", &shifting);
         measure(&mut group, phase, "naive % ring 1024", &ring);
         group.finish();
     }

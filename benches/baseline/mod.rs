@@ -1,6 +1,6 @@
-//! How long criterion measures, and what the operators are compared with: the Grünwald sum as one writes it first,
-//! in one phase. Both forms sum all N taps between sample and force, in order, in one accumulator; the history only
-//! stores. N is a constant, so for a power of two the `%` of the ring is a mask, not a division.
+//! How long criterion measures, and what the operators are compared with: the Grünwald sum as one writes it first. It sums all N taps
+//! between sample and force, in order, in one accumulator; the history only stores. N is a constant, so for a power of two the `%` of the
+//! ring is a mask, not a division.
 
 use crate::input::{SAMPLE_TIME, order};
 use criterion::Criterion;
@@ -13,13 +13,6 @@ pub(crate) fn short_runs() -> Criterion {
         .warm_up_time(Duration::from_millis(500))
         .measurement_time(Duration::from_secs(1))
         .configure_from_args()
-}
-
-/// The factors of the newest N samples, in s^(−μ).
-fn taps<F: Real, const N: usize>() -> [F; N] {
-    let gain = SAMPLE_TIME.0.powf(-order().get());
-    let mut weights = grunwald_weights(order());
-    std::array::from_fn(|_| F::from_f64(gain * weights.next().unwrap_or(0.0)))
 }
 
 /// No operator at all, y = x: what the measurement itself costs.
@@ -52,54 +45,18 @@ impl<F: Real> Differintegrator<F> for Nothing {
     }
 }
 
-/// All samples move by one place each tick, newest first.
-#[derive(Debug)]
-pub(crate) struct ShiftingArray<F, const N: usize>([F; N]);
-
-impl<F: Real, const N: usize> ShiftingArray<F, N> {
-    pub(crate) fn new() -> Self {
-        Self(taps())
-    }
-}
-
-impl<F: Real, const N: usize> Differintegrator<F> for ShiftingArray<F, N> {
-    type History = [F; N];
-
-    fn at_rest(&self) -> [F; N] {
-        [F::ZERO; N]
-    }
-
-    fn direct_gain(&self) -> F {
-        self.0[0]
-    }
-
-    fn past(&self, samples: &[F; N]) -> F {
-        let mut sum = F::ZERO;
-        for j in 1..N {
-            sum += self.0[j] * samples[j - 1];
-        }
-        sum
-    }
-
-    fn advance(&self, samples: &mut [F; N], x: F) {
-        for j in (1..N).rev() {
-            samples[j] = samples[j - 1];
-        }
-        samples[0] = x;
-    }
-
-    fn memory_length(&self) -> Option<usize> {
-        Some(N)
-    }
-}
-
 /// A ring buffer, its index taken modulo N for each tap.
 #[derive(Debug)]
 pub(crate) struct ModuloRing<F, const N: usize>([F; N]);
 
 impl<F: Real, const N: usize> ModuloRing<F, N> {
+    /// The factors of the newest N samples, in s^(−μ).
     pub(crate) fn new() -> Self {
-        Self(taps())
+        let gain = SAMPLE_TIME.0.powf(-order().get());
+        let mut weights = grunwald_weights(order());
+        Self(std::array::from_fn(|_| {
+            F::from_f64(gain * weights.next().unwrap_or(0.0))
+        }))
     }
 }
 

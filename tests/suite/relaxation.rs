@@ -2,8 +2,8 @@
 //! precisions, against the defining sum of the recorded indentation and against the closed form.
 
 use fracdiff::full_memory::{Design, FullMemory, Kernel};
-use fracdiff::{Differintegrator, Order, Real, Seconds, ShortMemory, grunwald_weights};
-use haptic_loop::plant::{IndentationRig, RampHold, RigConfig, RigContact, RigDrive, Sensed};
+use fracdiff::{Differintegrator, Order, Real, Seconds, grunwald_weights};
+use haptic_loop::plant::{IndentationRig, RampHold, RigConfig, RigContact, RigDrive};
 use haptic_loop::units::{Metres, Newtons, NewtonsPerSecond, Pascals, SquareMetres};
 use haptic_loop::{Contact, Controller, Device, SafetyChain, Specimen, SpringDamper, Tissue};
 
@@ -97,27 +97,4 @@ fn the_commanded_force_is_that_of_the_tissue() {
             assert!(error < tolerance, "{contact:?} sample {n}: {error:e}");
         }
     }
-}
-
-#[test]
-fn a_short_memory_of_one_second_is_far_off_after_six() {
-    let short = ShortMemory::<f64, 1000>::new(order(), T).expect("valid");
-    let (positions, forces) = run(short, rig(RigContact::Rigid));
-    let weights: Vec<f64> = grunwald_weights(order()).take(SAMPLES).collect();
-    let ratio = forces[SAMPLES - 1] / defining_sum(&positions, SAMPLES - 1, &weights);
-    // The held part weighs N^(−μ)/Γ(1−μ), the truth about (6 s)^(−μ): (1000/5750)^(−μ) = 1.48.
-    assert!((ratio - 1.48).abs() < 0.03, "{ratio}");
-}
-
-#[test]
-fn a_run_repeats_bit_for_bit_from_its_seed() {
-    let sensed = |seed| {
-        let rig = rig(RigContact::COMPLIANT);
-        run(
-            full::<f32>(),
-            Sensed::new(rig, Metres(1e-9), (Metres(1e-8), seed)).expect("valid"),
-        )
-    };
-    assert_eq!(sensed(7), sensed(7));
-    assert_ne!(sensed(7), sensed(8));
 }

@@ -1,11 +1,9 @@
 //! Whole records at once, for files: the defining sums by FFT, in `f64`.
-//!
 //! ```text
 //! y[n] = T^(−μ) · Σ_{j=0}^{min(n, N−1)} w_j·(x[n−j] − x₀)     for every n
 //! ```
 //! - *Start-up*: the signal stood at x₀ before the first sample: 0, a value, or the first sample itself (Caputo).
-//! - *Accuracy*: rounding of about 1e-15 of the largest value, 1e-12 at most of T^(−μ)·Σ|`w_j`|·max|x|. Same bits on
-//!   every machine.
+//! - *Accuracy*: rounding of about 1e-15 of the largest value, 1e-12 at most of T^(−μ)·Σ|`w_j`|·max|x|. Same bits on every machine.
 //! - *Cost*: O(n log N) time, 70 to 120 bytes a sample for the full history, much less for a short one.
 //! - *Not finite*: a NaN or infinity makes exactly those outputs NaN that it reaches, itself first; see [`Batch::mask`].
 
@@ -18,7 +16,6 @@ use std::vec;
 use std::vec::Vec;
 
 /// D^μ of whole records: kernel, memory and reference, for any number of channels.
-///
 /// ```
 /// use fracdiff::batch::Batch;
 /// use fracdiff::{Order, Seconds, full_memory::Kernel};
@@ -64,7 +61,6 @@ enum Reference {
 
 impl Batch {
     /// No memory cut; x₀ = 0. From order 1 on both kernels are backward differences.
-    ///
     /// # Errors
     /// [`ParameterError::SampleTime`] unless 1e-9 s ≤ T ≤ 1e6 s.
     pub fn full_history(
@@ -82,7 +78,6 @@ impl Batch {
     }
 
     /// The weights of [`Bdf2Memory`](crate::Bdf2Memory), of second order in T, no memory cut; x₀ = 0.
-    ///
     /// # Errors
     /// [`ParameterError::SampleTime`] as above.
     pub fn full_bdf2(order: Order, sample_time: Seconds) -> Result<Self, ParameterError> {
@@ -94,10 +89,8 @@ impl Batch {
     }
 
     /// The newest `length` samples, as [`ShortMemoryVec`]; x₀ = 0.
-    ///
     /// # Errors
-    /// [`ParameterError::SampleTime`] as above, [`ParameterError::Length`] unless 1 ≤ length ≤
-    /// [`ShortMemoryVec::MOST`].
+    /// [`ParameterError::SampleTime`] as above, [`ParameterError::Length`] unless 1 ≤ length ≤ [`ShortMemoryVec::MOST`].
     pub fn short_memory(
         order: Order,
         length: usize,
@@ -212,14 +205,12 @@ const BLOCK: usize = 8;
 
 /// Convolution of records with the same weights, by overlap-add: each block of a record is convolved with all weights,
 /// and the parts are added.
-///
 /// ```text
 /// z[i] = (x[i] + j·x[i + S])·e^(jπi/2S),  i < S:   Z = FFT z,   V = Z·H,   v = IFFT V
 /// y[i] + j·y[i + S] = v[i]·e^(−jπi/2S)
 /// ```
-/// is real convolution modulo X^2S + 1 by complex transforms of S numbers (R. E. Crandall and B. Fagin, *Discrete
-/// weighted transforms and large-integer arithmetic*, Math. Comp. 62, 1994); a block and the weights together are
-/// no longer than 2S, so nothing wraps.
+/// is real convolution modulo X^2S + 1 by complex transforms of S numbers (R. E. Crandall and B. Fagin, *Discrete weighted transforms and
+/// large-integer arithmetic*, Math. Comp. 62, 1994); a block and the weights together are no longer than 2S, so nothing wraps.
 struct Convolution {
     /// Samples of a block.
     block: usize,

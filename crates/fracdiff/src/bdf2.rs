@@ -24,7 +24,6 @@ pub fn bdf2_short_filter(order: Order) -> [f64; BDF2_TAPS] {
 }
 
 /// D^μ with the whole history and an error that falls with T²: a [`FullMemory`], then a short filter.
-///
 /// ```text
 /// P(w) = (3/2 − 2w + w²/2)^μ = (1 − w)^μ·((3 − w)/2)^μ
 /// z[n] = FullMemory(x)[n],   y[n] = Σ_{j<28} f_j·z[n−j],   f_j = 1.5^μ·c_j(μ)·3^(−j)
@@ -36,7 +35,6 @@ pub fn bdf2_short_filter(order: Order) -> [f64; BDF2_TAPS] {
 /// - *Passive*: Re P ≥ 0 on the circle for 0 < μ ≤ 1, as of any A-stable formula; of the weights held, to ε.
 /// - *At rest, not finite*: as [`FullMemory`].
 /// - *Cost*: `output` as [`FullMemory`] and a multiply-add; `advance` 27 multiply-adds more.
-///
 /// ```
 /// use fracdiff::full_memory::{Design, Kernel};
 /// use fracdiff::{Bdf2Memory, Channel, Order, Seconds};
@@ -68,7 +66,6 @@ pub struct Bdf2History<F, const TAPS: usize, const MODES: usize> {
 
 impl<F: Real, const TAPS: usize, const MODES: usize> Bdf2Memory<F, TAPS, MODES> {
     /// From a design of the Grünwald kernel, which carries the order. Coefficients in `f64`, rounded once.
-    ///
     /// # Errors
     /// [`ParameterError::SampleTime`] unless 1e-9 s ≤ T ≤ 1e6 s.
     pub fn new(design: &Design<TAPS, MODES>, sample_time: Seconds) -> Result<Self, ParameterError> {

@@ -3,24 +3,19 @@
 use crate::Real;
 use core::fmt::Debug;
 
-/// A discrete differintegrator y = D^μ x: immutable coefficients that apply to any number of
-/// histories.
-///
+/// A discrete differintegrator y = D^μ x: immutable coefficients that apply to any number of histories.
 /// ```text
 /// y[n] = g·x[n] + S[n]        S[n] depends on x[n−1], x[n−2], … only
 /// ```
 /// - *Units*: x any unit \[x\], y \[x\]·s^(−μ), g s^(−μ).
-/// - *Two phases*: [`output`](Self::output) costs one multiply-add whatever the memory (operators on increments: two
-///   subtractions before it), so a force can leave at once; [`advance`](Self::advance) takes x\[n\] into the
-///   history afterwards.
+/// - *Two phases*: [`output`](Self::output) costs one multiply-add whatever the memory (operators on increments: two subtractions before
+///   it), so a force can leave at once; [`advance`](Self::advance) takes x\[n\] into the history afterwards.
 /// - *Start-up*: [`at_rest`](Self::at_rest) is a signal that was zero for ever.
-/// - *Not finite*: a NaN or infinity in x is never hidden. It makes that output, and S from then
-///   on, not finite: for the memory's length in a finite memory ([`ShortMemory`](crate::ShortMemory),
-///   [`MuirPolynomial`](crate::MuirPolynomial)), until the history is reset in all others (of a whole
-///   order, at most as many samples as they have taps or coefficients).
+/// - *Not finite*: a NaN or infinity in x is never hidden. It makes that output, and S from then on, not finite: for the memory's length in
+///   a finite memory ([`ShortMemory`](crate::ShortMemory), [`MuirPolynomial`](crate::MuirPolynomial)), until the history is reset in all
+///   others (of a whole order, at most as many samples as they have taps or coefficients).
 /// - *By reference*: `&O` is an operator as O is, so one serves many owners; so is `Box<O>` (`alloc`).
 /// - *As `dyn`*: operators of one history type can be `&dyn Differintegrator<F, History = H>`.
-///
 /// ```
 /// use fracdiff::{Differintegrator, Fir, FirHistory};
 ///
@@ -77,9 +72,8 @@ pub trait Differintegrator<F: Real> {
 
     /// y\[n\] for the newest sample x\[n\]; leaves the history alone.
     ///
-    /// An operator on increments says it in its own way, g·(x\[n\] − x\[n−1\]) + …, which equals g·x\[n\] + S\[n\] but
-    /// for the digits that g·x\[n\] and S\[n\] lose against each other. An operator that wraps another one passes
-    /// this call on.
+    /// An operator on increments says it in its own way, g·(x\[n\] − x\[n−1\]) + …, which equals g·x\[n\] + S\[n\] but for the digits that
+    /// g·x\[n\] and S\[n\] lose against each other. An operator that wraps another one passes this call on.
     #[inline]
     fn output(&self, history: &Self::History, x: F) -> F {
         // y[n] = g·x[n] + S[n]
@@ -232,11 +226,9 @@ impl<F: Real, O: Differintegrator<F> + ?Sized> Differintegrator<F> for alloc::bo
 
 /// One signal and its operator: the convenient owner for a single axis.
 ///
-/// The operator acts on x − x₀. The reference x₀ is zero unless
-/// [`reset_to`](Self::reset_to) set it. With x₀ the first sample of the signal this is the Caputo
-/// derivative for 0 < μ < 1: the Riemann–Liouville (Grünwald) derivative of x − x₀
-/// (I. Podlubny, *Fractional Differential Equations*, 1999, eq. 2.165).
-///
+/// The operator acts on x − x₀. The reference x₀ is zero unless [`reset_to`](Self::reset_to) set it. With x₀ the first sample of the signal
+/// this is the Caputo derivative for 0 < μ < 1: the Riemann–Liouville (Grünwald) derivative of x − x₀ (I. Podlubny, *Fractional
+/// Differential Equations*, 1999, eq. 2.165).
 /// ```
 /// use fracdiff::{Channel, Order, Seconds, ShortMemory};
 ///

@@ -93,7 +93,6 @@ pub(crate) fn unit(phase: f64) -> (f64, f64) {
 
 /// e^(jπk/2S), k = 0, …, S − 1, S a power of two: by the sines of some thousand angles, which stay in the cache, instead
 /// of a table as long as the record.
-///
 /// ```text
 /// e^(j(φ + ε)) = A + A·d,   A = e^(jφ),   d = e^(jε) − 1 = −2·sin²(ε/2) + j·sin ε
 /// ```

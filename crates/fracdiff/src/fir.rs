@@ -261,9 +261,8 @@ fn newest_samples<F>(twice: &[F], newest: usize, count: usize) -> &[F] {
     samples.get(..count).unwrap_or_default()
 }
 
-/// Place of the newest of N samples in a buffer of 2N that holds each sample twice, N apart, so
-/// that the newest N always lie in one piece, newest first. No modulo, no wrap in the dot product,
-/// and a summation order that does not depend on the position in the ring.
+/// Place of the newest of N samples in a buffer of 2N that holds each sample twice, N apart, so that the newest N always lie in one piece,
+/// newest first. No modulo, no wrap in the dot product, and a summation order that does not depend on the position in the ring.
 #[inline]
 fn push<F: Real>(twice: &mut [F], newest: &mut usize, x: F) {
     let length = twice.len() / 2;
@@ -278,14 +277,12 @@ fn push<F: Real>(twice: &mut [F], newest: &mut usize, x: F) {
 }
 
 /// A finite impulse response of N coefficients at most, whatever they are.
-///
 /// ```text
 /// y[n] = Σ_{j=0}^{n−1} c_j·x[n−j]
 /// ```
 /// - *Units*: c has \[y\]/\[x\]; nothing is scaled by a sample time.
 /// - *Start-up*: zero for ever before. *Not finite*: spoils as many outputs as there are coefficients.
 /// - *Cost*: `output` one multiply-add, `advance` one for each other coefficient. No allocation or panic.
-///
 /// ```
 /// use fracdiff::{Channel, Fir};
 ///
@@ -302,7 +299,6 @@ pub struct Fir<F, const N: usize> {
 
 impl<F: Real, const N: usize> Fir<F, N> {
     /// That of the newest sample first. `N = 0` does not compile.
-    ///
     /// # Errors
     /// [`ListError::Count`] unless there are 1 to N; [`ListError::Value`] for one that is not finite.
     pub fn from_slice(coefficients: &[F]) -> Result<Self, ListError> {

@@ -5,9 +5,7 @@ use crate::response::integer_difference;
 use crate::{Differintegrator, FrequencyResponse, Real};
 use num_complex::Complex;
 
-/// D^(n+φ) from a core that does D^φ: n backward differences of the input, or −n accumulations of
-/// the output.
-///
+/// D^(n+φ) from a core that does D^φ: n backward differences of the input, or −n accumulations of the output.
 /// ```text
 /// n ≥ 0:  y[n] = core(Δⁿ x)[n]          n < 0:  y[n] = y[n−1] + core(x)[n], once or twice
 /// ```

@@ -7,16 +7,13 @@ use crate::response::polynomial;
 use crate::{Differintegrator, FrequencyResponse, Order, ParameterError, Real, Seconds};
 use num_complex::Complex;
 
-/// Coefficients of the Muir polynomial `A_n(w`, μ), of w⁰ first, into `coefficients`; n is one less
-/// than its length.
-///
+/// Coefficients of the Muir polynomial `A_n(w`, μ), of w⁰ first, into `coefficients`; n is one less than its length.
 /// ```text
 /// A₀ = 1,   A_n(w, μ) = A_{n−1}(w, μ) − c_n·wⁿ·A_{n−1}(w^(−1), μ),   c_n = μ/n for odd n, else 0
 /// ```
-/// So A₃ = 1 − μw + (μ²/3)w² − (μ/3)w³, and `A_n` = A_{n−1} for even n. Exact up to rounding; costs
-/// about n²/4 multiply-adds. An empty slice stays empty.
-/// Source: B. M. Vinagre, Y. Q. Chen, I. Petráš, *Two direct Tustin discretization methods for
-/// fractional-order differentiator/integrator*, J. Franklin Inst. 340, 2003, eqs. 13–15.
+/// So A₃ = 1 − μw + (μ²/3)w² − (μ/3)w³, and `A_n` = A_{n−1} for even n. Exact up to rounding; costs about n²/4 multiply-adds. An empty
+/// slice stays empty. Source: B. M. Vinagre, Y. Q. Chen, I. Petráš, *Two direct Tustin discretization methods for fractional-order
+/// differentiator/integrator*, J. Franklin Inst. 340, 2003, eqs. 13–15.
 pub fn muir_coefficients(order: Order, coefficients: &mut [f64]) {
     coefficients.fill(0.0);
     let Some(first) = coefficients.first_mut() else {
@@ -35,16 +32,13 @@ pub fn muir_coefficients(order: Order, coefficients: &mut [f64]) {
     }
 }
 
-/// D^μ ≈ `T^(−μ)·A_n(w`, μ), n ≤ N: the numerator of the Tustin–Muir form alone, as chapter IV of the
-/// dissertation uses it.
-///
+/// D^μ ≈ `T^(−μ)·A_n(w`, μ), n ≤ N: the numerator of the Tustin–Muir form alone, as chapter IV of the dissertation uses it.
 /// ```text
 /// y[k] = T^(−μ) · Σ_{i=0}^{n} a_i·x[k−i]
 /// ```
-/// **Not an approximation of (1 − w)^μ**: at μ = 1, n = 3 it is 1 − w + w²/3 − w³/3, and its gain at
-/// rest, (1−μ)(3−μ)/3 for n = 3, is −1/3 at μ = 2 where the truth is 0. It is here so that the
-/// dissertation's results can be computed again; use [`TustinMuir`](crate::TustinMuir) or
-/// [`FullMemory`](crate::FullMemory) to render with.
+/// **Not an approximation of (1 − w)^μ**: at μ = 1, n = 3 it is 1 − w + w²/3 − w³/3, and its gain at rest, (1−μ)(3−μ)/3 for n = 3, is −1/3
+/// at μ = 2 where the truth is 0. It is here so that the dissertation's results can be computed again; use
+/// [`TustinMuir`](crate::TustinMuir) or [`FullMemory`](crate::FullMemory) to render with.
 ///
 /// - *Units*: as [`ShortMemory`](crate::ShortMemory). *Start-up*: zero for ever before.
 /// - *Not finite*: spoils n + 1 outputs. *Cost*: `output` one multiply-add, `advance` n.
@@ -61,7 +55,6 @@ pub struct MuirPolynomial<F, const N: usize> {
 
 impl<F: Real, const N: usize> MuirPolynomial<F, N> {
     /// Degree n = N.
-    ///
     /// # Errors
     /// As [`with_degree`](Self::with_degree).
     pub fn new(order: Order, sample_time: Seconds) -> Result<Self, ParameterError> {
@@ -69,7 +62,6 @@ impl<F: Real, const N: usize> MuirPolynomial<F, N> {
     }
 
     /// Degree n ≤ N, chosen at run time. Coefficients in `f64`, rounded once.
-    ///
     /// # Errors
     /// [`ParameterError::Length`] unless 1 ≤ n ≤ N; [`ParameterError::SampleTime`].
     pub fn with_degree(

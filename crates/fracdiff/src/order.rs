@@ -17,7 +17,6 @@ impl Order {
     pub const MAX: f64 = 2.0;
 
     /// Accepts −2 ≤ μ ≤ 2.
-    ///
     /// # Errors
     /// [`ParameterError::Order`] outside that range, or for a NaN.
     pub fn new(order: f64) -> Result<Self, ParameterError> {
@@ -53,9 +52,8 @@ impl Order {
 
     /// μ = n − ν with the integer n = ⌈μ⌉ and 0 ≤ ν < 1: `(n, ν)`.
     ///
-    /// Full-memory operators are a fractional integral of order ν of the n-th difference:
-    /// (1 − w)^μ = (1 − w)^n·(1 − w)^(−ν). A 0 < μ so small that 1 − μ rounds to 1 counts as 0, as does a ν
-    /// below 1e-300.
+    /// Full-memory operators are a fractional integral of order ν of the n-th difference: (1 − w)^μ = (1 − w)^n·(1 − w)^(−ν). A 0 < μ so
+    /// small that 1 − μ rounds to 1 counts as 0, as does a ν below 1e-300.
     #[must_use]
     pub fn split_up(self) -> (i32, f64) {
         let up = libm::ceil(self.0);
@@ -89,7 +87,6 @@ impl Seconds {
     pub const MAX_SAMPLE_TIME: f64 = 1e6;
 
     /// T^(−μ), the factor between the dimensionless operator P and D^μ, in s^(−μ).
-    ///
     /// # Errors
     /// [`ParameterError::SampleTime`] unless 1e-9 s ≤ T ≤ 1e6 s, which keeps T^(±2) a normal `f32`.
     pub fn rate_to_the(self, order: Order) -> Result<f64, ParameterError> {

@@ -10,21 +10,17 @@ use crate::{Differintegrator, FrequencyResponse, Order, ParameterError, Real, Se
 use core::f64::consts::PI;
 use num_complex::Complex;
 
-/// D^μ between two corner frequencies, from m ≤ N first-order sections, μ = n + φ with the integer
-/// part n towards zero.
-///
+/// D^μ between two corner frequencies, from m ≤ N first-order sections, μ = n + φ with the integer part n towards zero.
 /// ```text
 /// s^φ ≈ ω_h^φ · Π_{i=1}^{m} (s + ω'_i)/(s + ω_i),   r = ω_h/ω_l,
 /// ω'_i = ω_l·r^((2i − 1 − φ)/(2m)),   ω_i = ω_l·r^((2i − 1 + φ)/(2m))
 /// ```
-/// Each section is discretised by the Tustin rule s = (2/T)(1 − w)/(1 + w); the integer part is
-/// (1 − w)^n T^(−n).
+/// Each section is discretised by the Tustin rule s = (2/T)(1 − w)/(1 + w); the integer part is (1 − w)^n T^(−n).
 ///
 /// - *Units*: as [`ShortMemory`](crate::ShortMemory); corners in Hz, ω = 2πf.
-/// - *Accuracy*: with two sections a decade about 3.5 %·|φ| at a decade and a half inside either
-///   corner, and 10 %·|φ| at one decade, the edge of the band, whatever the number of sections.
-///   Outside the band the gain is flat: no memory beyond about 1/`ω_l`. The Tustin rule bends the top decade below
-///   half the sample rate.
+/// - *Accuracy*: with two sections a decade about 3.5 %·|φ| at a decade and a half inside either corner, and 10 %·|φ| at one decade, the
+///   edge of the band, whatever the number of sections. Outside the band the gain is flat: no memory beyond about 1/`ω_l`. The Tustin rule
+///   bends the top decade below half the sample rate.
 /// - *Why sections*: poles lie close together on a logarithmic scale; one polynomial of degree m
 ///   would lose them to rounding, a cascade does not.
 /// - *Start-up*: zero for ever before. *Not finite*: no output is finite until reset.
@@ -50,7 +46,6 @@ pub type OustaloupHistory<F, const N: usize> = IntegerHistory<F, CascadeHistory<
 
 impl<F: Real, const N: usize> Oustaloup<F, N> {
     /// All N sections.
-    ///
     /// # Errors
     /// As [`with_sections`](Self::with_sections).
     pub fn new(order: Order, band: Band, sample_time: Seconds) -> Result<Self, ParameterError> {
@@ -58,7 +53,6 @@ impl<F: Real, const N: usize> Oustaloup<F, N> {
     }
 
     /// m ≤ N sections, chosen at run time. Coefficients in `f64`, rounded once.
-    ///
     /// # Errors
     /// [`ParameterError::Length`] unless 1 ≤ m ≤ N; [`ParameterError::SampleTime`];
     /// [`ParameterError::Band`] unless 0 < low < high < half the sample rate.
@@ -117,8 +111,7 @@ impl<F: Real, const N: usize> Oustaloup<F, N> {
 
 operator_from_its_core!(Oustaloup<N>, OustaloupHistory);
 
-/// y = direct·x + slow·v,   v ← v + decay·(x − v): a section whose slow state keeps its increments
-/// in single precision.
+/// y = direct·x + slow·v,   v ← v + decay·(x − v): a section whose slow state keeps its increments in single precision.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 struct Section<F> {
     direct: F,

@@ -1,5 +1,4 @@
 //! A quantity outside its range, and the checks that find it: one place for every crate that has parameters with units.
-//!
 //! ```
 //! use fracdiff::parameter::positive;
 //!
@@ -67,7 +66,6 @@ impl fmt::Display for RangeError {
 impl core::error::Error for RangeError {}
 
 /// Accepts a finite value that the caller has found to be in its range.
-///
 /// # Errors
 /// Any other value.
 #[inline(never)]
@@ -86,7 +84,6 @@ pub fn range(
 }
 
 /// Accepts a finite value above zero.
-///
 /// # Errors
 /// Any other value.
 #[inline(never)]
@@ -95,7 +92,6 @@ pub fn positive(what: &'static str, value: f64, unit: &'static str) -> Result<f6
 }
 
 /// Accepts a finite value of at least zero.
-///
 /// # Errors
 /// Any other value.
 #[inline(never)]

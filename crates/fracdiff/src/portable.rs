@@ -1,5 +1,4 @@
 //! An operator as a list of numbers: designed where there is room, run where there is not.
-//!
 //! ```text
 //! form        values                                        made by
 //! Taps        g, k₁, …, k_{n−1}                             ShortMemory, MuirPolynomial
@@ -24,11 +23,8 @@ use crate::{Differintegrator, Fir, Real};
 /// multiple of 8), DEGREE degrees of a recursion or sections.
 ///
 /// - *Same bits* as the operator that the list is of.
-/// - *Checked*: every value finite, every decay in (0, 1], counts within the capacity. That the response
-///   is D^μ cannot be seen from a list.
-/// - *Start-up, not finite, cost*: as the operator that the list is of. The history of another form gives
-///   NaN, and never panics.
-///
+/// - *Checked*: every value finite, every decay in (0, 1], counts within the capacity. That the response is D^μ cannot be seen from a list.
+/// - *Start-up, not finite, cost*: as the operator that the list is of. The history of another form gives NaN, and never panics.
 /// ```
 /// use fracdiff::portable::{Form, PortableOperator};
 /// use fracdiff::Differintegrator;
@@ -74,7 +70,6 @@ impl<F: Real, const TAPS: usize, const MODES: usize, const DEGREE: usize>
     PortableOperator<F, TAPS, MODES, DEGREE>
 {
     /// The operator whose list this is.
-    ///
     /// # Errors
     /// A list that is none, see [`ListError`].
     pub fn new(form: Form, integer: i8, values: &[F]) -> Result<Self, ListError> {
@@ -87,7 +82,6 @@ impl<F: Real, const TAPS: usize, const MODES: usize, const DEGREE: usize>
     pub const SILENT: Self = Self(Core::Taps(Fir::SILENT));
 
     /// Accepts what [`new`](Self::new) accepts, and makes nothing.
-    ///
     /// # Errors
     /// As [`new`](Self::new).
     pub fn check(form: Form, integer: i8, values: &[F]) -> Result<(), ListError> {
@@ -106,7 +100,6 @@ impl<F: Real, const TAPS: usize, const MODES: usize, const DEGREE: usize>
 
     /// Becomes the operator of this list, in its place: the same as [`new`](Self::new), on a stack without room for another
     /// one. A history goes on only if it is made anew, by [`rest`](Differintegrator::rest).
-    ///
     /// # Errors
     /// As [`new`](Self::new); the operator is then as it was.
     pub fn replace(&mut self, form: Form, integer: i8, values: &[F]) -> Result<(), ListError> {

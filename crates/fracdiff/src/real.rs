@@ -40,8 +40,7 @@ pub trait Real:
     const ZERO: Self;
     /// One.
     const ONE: Self;
-    /// True if slow recursions need a second word to keep their increments: true for `f32`,
-    /// false for `f64`.
+    /// True if slow recursions need a second word to keep their increments: true for `f32`, false for `f64`.
     const COMPENSATED: bool;
     /// The step from 1 to the next number: a sum or product is off by half of this share of itself at most.
     const EPSILON: Self;

@@ -27,9 +27,7 @@ impl<P: FrequencyResponse + ?Sized> FrequencyResponse for alloc::boxed::Box<P> {
     }
 }
 
-/// The exact backward-difference operator (1 − w)^μ, for analysis: irrational, so it cannot run
-/// as a filter of finite order.
-///
+/// The exact backward-difference operator (1 − w)^μ, for analysis: irrational, so it cannot run as a filter of finite order.
 /// ```text
 /// P(e^(−jθ)) = (2 sin(θ/2))^μ · e^(jμ(π − θ)/2)
 /// ```

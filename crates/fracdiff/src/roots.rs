@@ -1,5 +1,4 @@
 //! Roots of polynomials, all at once, in a bounded number of steps.
-//!
 //! ```text
 //! z_k ← z_k − 1/(p'/p − Σ_{j≠k} 1/(z_k − z_j))
 //! ```
@@ -23,7 +22,6 @@ const SWEEPS: usize = 200;
 /// Coefficients may differ by any factor. At most 200 sweeps over all roots are made, of degree n some 10·n² multiply-adds each; simple roots are
 /// exact to rounding of the root itself wherever the coefficients determine them, an m-fold one to the m-th part of 31 digits. A coefficient that
 /// is not finite makes every root NaN; a constant has none.
-///
 /// ```
 /// let roots = fracdiff::roots(&[1.0, 0.0, 0.0, 0.0, 1.0]); // z⁴ + 1, whose companion matrix QR leaves as it is
 /// assert!(roots.iter().all(|z| (z.powu(4) + 1.0).norm() < 1e-15) && roots.len() == 4);

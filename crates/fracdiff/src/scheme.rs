@@ -1,5 +1,4 @@
 //! Choosing an operator at run time: the names that command lines and experiment files use.
-//!
 //! ```text
 //! grunwald:N                     the N newest samples; beyond 2048 by blocks  ShortMemory, PartitionedMemory
 //! muir:N                         Muir polynomial of degree N alone            MuirPolynomial
@@ -42,7 +41,6 @@ pub const FULL_MODES: usize = 112;
 pub const DEFAULT_TOLERANCE: f64 = 1e-6;
 
 /// An operator by name and parameters, without order and sample time.
-///
 /// ```
 /// use fracdiff::{Channel, Operator, Order, Scheme, Seconds};
 ///
@@ -285,9 +283,7 @@ impl Scheme {
         }
     }
 
-    /// Builds the operator. A full memory is designed for `horizon` samples, at least 100, with the fewest modes
-    /// that the tolerance allows.
-    ///
+    /// Builds the operator. A full memory is designed for `horizon` samples, at least 100, with the fewest modes that the tolerance allows.
     /// # Errors
     /// A parameter outside its range, an unreachable tolerance, or the scheme `exact`.
     pub fn build<F: Real>(
@@ -344,7 +340,6 @@ impl Scheme {
     }
 
     /// ε of the full memory that [`build`](Self::build) makes, see [`Design::error_bound`]; `None` for the other schemes.
-    ///
     /// # Errors
     /// As [`build`](Self::build).
     pub fn error_bound(self, order: Order, horizon: f64) -> Result<Option<f64>, SchemeError> {

@@ -10,21 +10,18 @@ use crate::{Differintegrator, FrequencyResponse, Order, ParameterError, Real, Se
 use num_complex::Complex;
 
 /// D^μ from the N newest samples, in a ring buffer.
-///
 /// ```text
 /// y[n] = T^(−μ) · Σ_{j=0}^{N−1} c_j·x[n−j],    c₀ = 1,    c_j = c_{j−1}·(j − 1 − μ)/j
 /// ```
 /// - *Units*: μ 1, T s, N samples, x any unit \[x\], y \[x\]·s^(−μ).
 /// - *Discretisation error*: O(T) for smooth x that starts from rest.
-/// - *Truncation error*: for 0 < μ < 1 and |x| ≤ M at most M·T^(−μ) times
-///   [`truncation_bound`](Self::truncation_bound). It falls only like N^(−μ): a small order and a
-///   long experiment need [`FullMemory`](crate::FullMemory). An integral (μ < 0) leaks everything
-///   older than N samples.
+/// - *Truncation error*: for 0 < μ < 1 and |x| ≤ M at most M·T^(−μ) times [`truncation_bound`](Self::truncation_bound). It falls only like
+///   N^(−μ): a small order and a long experiment need [`FullMemory`](crate::FullMemory). An integral (μ < 0) leaks everything older than N
+///   samples.
 /// - *Start-up*: zero for ever before the first sample.
 /// - *Not finite*: a NaN or infinity spoils N outputs, its own first, and is then forgotten.
 /// - *Cost*: `output` one multiply-add, `advance` N − 1 of them; memory 2N samples in the history
 ///   (each is kept twice, see the source) and N coefficients. No division, allocation or panic.
-///
 /// ```
 /// use fracdiff::{Differintegrator, Order, Seconds, ShortMemory};
 ///
@@ -44,7 +41,6 @@ pub struct ShortMemory<F, const N: usize> {
 
 impl<F: Real, const N: usize> ShortMemory<F, N> {
     /// Computes the taps in `f64` and rounds each once. `N = 0` does not compile.
-    ///
     /// # Errors
     /// [`ParameterError::SampleTime`] unless 1e-9 s ≤ T ≤ 1e6 s.
     pub fn new(order: Order, sample_time: Seconds) -> Result<Self, ParameterError> {
@@ -132,10 +128,8 @@ impl<F: Real> ShortMemoryVec<F> {
     pub const MOST: usize = 1 << 24;
 
     /// As [`ShortMemory::new`], for `length` samples.
-    ///
     /// # Errors
-    /// [`ParameterError::SampleTime`] unless 1e-9 s ≤ T ≤ 1e6 s, [`ParameterError::Length`] unless
-    /// 1 ≤ length ≤ [`MOST`](Self::MOST).
+    /// [`ParameterError::SampleTime`] unless 1e-9 s ≤ T ≤ 1e6 s, [`ParameterError::Length`] unless 1 ≤ length ≤ [`MOST`](Self::MOST).
     pub fn new(order: Order, length: usize, sample_time: Seconds) -> Result<Self, ParameterError> {
         crate::order::check_length("memory length", length, Self::MOST)?;
         let rate = sample_time.rate_to_the(order)?;

@@ -8,20 +8,16 @@ use crate::response::polynomial;
 use crate::{Differintegrator, FrequencyResponse, Order, ParameterError, Real, Seconds};
 use num_complex::Complex;
 
-/// D^μ ≈ (1 − w)^n T^(−n) · (`2/T)^φ·A_m(w`, `φ)/A_m(w`, −φ), m ≤ N, where μ = n + φ and n is the
-/// integer part towards zero.
-///
+/// D^μ ≈ (1 − w)^n T^(−n) · (`2/T)^φ·A_m(w`, `φ)/A_m(w`, −φ), m ≤ N, where μ = n + φ and n is the integer part towards zero.
 /// ```text
 /// ((1 − w)/(1 + w))^φ = lim A_m(w, φ)/A_m(w, −φ),   m → ∞
 /// y[k] = Σ_{i=0}^{m} b_i·x[k−i] − Σ_{i=1}^{m} a_i·y[k−i],   b = (2/T)^φ·A_m(φ),  a = A_m(−φ)
 /// ```
 /// - *Units*: as [`ShortMemory`](crate::ShortMemory).
-/// - *Stable*: the reflection coefficients of `A_m(w`, −φ) are −φ/i, all inside (−1, 1), so its
-///   poles are too. This is why the integer part is taken by differences (or sums): at |φ| ≥ 1
-///   the recursion would ring for ever or grow.
-/// - *Accuracy*: good in the middle of the band, from about π/m to π/2 rad/sample; at rest the gain is
-///   not zero but (4/(m + 1))^φ·Γ((1 + φ)/2)/Γ((1 − φ)/2) for odd m and large, so it forgets a slow
-///   relaxation.
+/// - *Stable*: the reflection coefficients of `A_m(w`, −φ) are −φ/i, all inside (−1, 1), so its poles are too. This is why the integer part
+///   is taken by differences (or sums): at |φ| ≥ 1 the recursion would ring for ever or grow.
+/// - *Accuracy*: good in the middle of the band, from about π/m to π/2 rad/sample; at rest the gain is not zero but (4/(m + 1))^φ·Γ((1 +
+///   φ)/2)/Γ((1 − φ)/2) for odd m and large, so it forgets a slow relaxation.
 /// - *Start-up*: zero for ever before. *Not finite*: no output is finite until reset.
 /// - *Cost*: `output` one multiply-add, `advance` 2m. Memory m samples.
 ///
@@ -34,7 +30,6 @@ pub type TustinMuirHistory<F, const N: usize> = IntegerHistory<F, RecursionHisto
 
 impl<F: Real, const N: usize> TustinMuir<F, N> {
     /// Degree m = N.
-    ///
     /// # Errors
     /// As [`with_degree`](Self::with_degree).
     pub fn new(order: Order, sample_time: Seconds) -> Result<Self, ParameterError> {
@@ -42,7 +37,6 @@ impl<F: Real, const N: usize> TustinMuir<F, N> {
     }
 
     /// Degree m ≤ N, chosen at run time. Coefficients in `f64`, rounded once.
-    ///
     /// # Errors
     /// [`ParameterError::Length`] unless 1 ≤ m ≤ N; [`ParameterError::SampleTime`].
     pub fn with_degree(
@@ -81,8 +75,7 @@ pub(crate) struct Recursion<F, const N: usize> {
 }
 
 impl<F: Real, const N: usize> Recursion<F, N> {
-    /// From g, then b and a of each degree, all finite. The response is not to be asked for: the rate is
-    /// not in the list.
+    /// From g, then b and a of each degree, all finite. The response is not to be asked for: the rate is not in the list.
     pub(crate) fn from_list(values: &[F]) -> Result<Self, ListError> {
         let (count, most) = (values.len(), 1 + 2 * N);
         let wrong = ListError::Count { count, most };

@@ -3,13 +3,11 @@
 use crate::Order;
 
 /// The Grünwald weights c₀, c₁, c₂, … of (1 − w)^μ, for ever.
-///
 /// ```text
 /// c₀ = 1,   c_j = c_{j−1}·(j − 1 − μ)/j = Γ(j − μ) / (Γ(−μ)·Γ(j + 1))
 /// ```
-/// Relative rounding error about √j·1e-16, also next to whole orders. For whole orders the weights are exact: for 0, 1 and 2
-/// those after the last difference are zero. Source: I. Podlubny, *Fractional Differential
-/// Equations*, Academic Press, 1999, eq. 7.23.
+/// Relative rounding error about √j·1e-16, also next to whole orders. For whole orders the weights are exact: for 0, 1 and 2 those after
+/// the last difference are zero. Source: I. Podlubny, *Fractional Differential Equations*, Academic Press, 1999, eq. 7.23.
 pub fn grunwald_weights(order: Order) -> impl Iterator<Item = f64> + Clone {
     grunwald_recurrence(order.get())
 }
@@ -65,9 +63,8 @@ pub(crate) fn grunwald_closed_form(order: f64, lag: f64) -> f64 {
 
 /// ln(Γ(b + d)/Γ(b)) for b ≥ 33 and |d| ≤ 4, to about 1e-14 absolute.
 ///
-/// The difference of two Stirling series (NIST *Digital Library of Mathematical Functions*,
-/// eq. 5.11.1), arranged so that the large terms never meet: `lgamma(b + d) - lgamma(b)` would lose
-/// everything at b = 1e8, and so would rounding b + d before the difference is taken.
+/// The difference of two Stirling series (NIST *Digital Library of Mathematical Functions*, eq. 5.11.1), arranged so that the large terms
+/// never meet: `lgamma(b + d) - lgamma(b)` would lose everything at b = 1e8, and so would rounding b + d before the difference is taken.
 fn ln_gamma_ratio(b: f64, d: f64) -> f64 {
     // (b + d − ½)·ln(b + d) − (b − ½)·ln b − d = (b + d − ½)·ln(1 + d/b) + d·(ln b − 1)
     let main = (b + d - 0.5) * libm::log1p(d / b) + d * (libm::log(b) - 1.0);
@@ -81,16 +78,13 @@ fn stirling_correction(x: f64) -> f64 {
     (1.0 / 12.0 + r * (-1.0 / 360.0 + series)) / x
 }
 
-/// Weight j of D^μ applied exactly to the piecewise-linear interpolation of the samples, T = 1, for
-/// −2 ≤ μ < 1: the Caputo L1 kernel and, for negative orders, the product trapezoidal rule. `None` for
-/// μ ≥ 1, where a straight line has no such derivative at its corners.
-///
+/// Weight j of D^μ applied exactly to the piecewise-linear interpolation of the samples, T = 1, for −2 ≤ μ < 1: the Caputo L1 kernel and,
+/// for negative orders, the product trapezoidal rule. `None` for μ ≥ 1, where a straight line has no such derivative at its corners.
 /// ```text
 /// c₀ = 1/Γ(2 − μ),   c_j = [(j + 1)^p − 2 j^p + (j − 1)^p] / Γ(2 − μ),   p = 1 − μ
 /// ```
-/// Source: K. Diethelm, *The Analysis of Fractional Differential Equations*, Springer, 2010,
-/// appendix C; K. B. Oldham and J. Spanier, *The Fractional Calculus*, 1974, eq. 8.2.4.
-/// Relative error below 1e-12 for lags up to 32, below 1e-13 beyond.
+/// Source: K. Diethelm, *The Analysis of Fractional Differential Equations*, Springer, 2010, appendix C; K. B. Oldham and J. Spanier, *The
+/// Fractional Calculus*, 1974, eq. 8.2.4. Relative error below 1e-12 for lags up to 32, below 1e-13 beyond.
 #[must_use]
 pub fn piecewise_linear_weight(order: Order, lag: u64) -> Option<f64> {
     (order.get() < 1.0).then(|| piecewise_linear_closed_form(order.get(), lag as f64))
@@ -102,7 +96,6 @@ pub(crate) fn piecewise_linear_closed_form(order: f64, lag: f64) -> f64 {
 
 /// Weight j of the increments of x in the L1 kernel of order 1 − ν, 0 ≤ ν < 1, T = 1: the kernel above
 /// summed up. All positive, to about 1e-15 relative.
-///
 /// ```text
 /// a_j = [(j + 1)^ν − j^ν]/Γ(1 + ν)
 /// ```
@@ -131,8 +124,7 @@ fn central_difference(degree: u32, p: f64, x: f64) -> f64 {
     if x < SMALL_LAG {
         return small_difference(degree, p, x);
     }
-    // Taylor: δ²x^p = 2 Σ_{k=2,4,…} C(p,k) x^(p−k);
-    // δ³x^p = 2 Σ_{k=3,5,…} C(p,k) x^(p−k) [(3/2)^k − 3 (1/2)^k].
+    // Taylor: δ²x^p = 2 Σ_{k=2,4,…} C(p,k) x^(p−k); δ³x^p = 2 Σ_{k=3,5,…} C(p,k) x^(p−k) [(3/2)^k − 3 (1/2)^k].
     let mut sum = 0.0;
     let mut binomial = 1.0; // C(p, k)
     let mut scale = 1.0; // x^(−k)

@@ -8,7 +8,6 @@ use core::f64::consts::PI;
 use num_complex::Complex;
 use std::vec::Vec;
 
-/// Frequencies of a curve.
 const POINTS: usize = 600;
 /// The curve begins so far below the place of interest.
 const BELOW: f64 = 300.0;
@@ -29,9 +28,8 @@ pub struct LoopAnalysis {
     pub margins: Margins,
     /// The reason of the verdict.
     pub cause: Cause,
-    /// Where the plant is sampled by a rule and not exactly ([`SampledPlant::is_exact`]) and the
-    /// loop is too fast for that: how many times as often it would have to be sampled, at least. The verdict then is of the rule, not of the
-    /// plant.
+    /// Where the plant is sampled by a rule and not exactly ([`SampledPlant::is_exact`]) and the loop is too fast for that: how many times
+    /// as often it would have to be sampled, at least. The verdict then is of the rule, not of the plant.
     pub coarse: Option<f64>,
     /// The open loop L and S = 1/(1 + L) over frequency.
     pub curve: Vec<LoopPoint>,
@@ -107,7 +105,6 @@ impl LoopPoint {
 }
 
 /// Judges the loop that is really run.
-///
 /// # Errors
 /// A plant that does not run, parameters outside their range.
 pub fn analyse(setup: &ControllerSetup, plant: &Plant) -> Result<LoopAnalysis, ControlError> {
@@ -204,7 +201,6 @@ pub fn curve(
     points
 }
 
-/// True if a controller has an integral.
 pub(crate) fn adds_up(law: &ControllerParameters) -> bool {
     match law {
         ControllerParameters::Pid(own) => own.integral != 0.0,

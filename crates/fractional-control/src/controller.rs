@@ -22,7 +22,6 @@ impl Actuator {
     };
 
     /// From low to high, in the unit of the command; infinite where there is no limit. A bump fades with 1 s.
-    ///
     /// # Errors
     /// A NaN, or low not below high.
     pub fn new(low: f64, high: f64) -> Result<Self, ControlError> {
@@ -38,7 +37,6 @@ impl Actuator {
     }
 
     /// The time constant with which a command that was held over a change fades into the controller's own, s.
-    ///
     /// # Errors
     /// Unless above 0 and finite.
     pub fn fading(self, fade_s: f64) -> Result<Self, ControlError> {
@@ -48,7 +46,6 @@ impl Actuator {
         })
     }
 
-    /// In the sample type.
     pub(crate) fn stage<F: Real>(&self, sample_time: Seconds) -> Stage<F> {
         Stage {
             low: F::from_f64(self.low),
@@ -93,7 +90,6 @@ impl<F: Real> Stage<F> {
 }
 
 /// A controller: immutable, apart from the history of its loop.
-///
 /// ```text
 /// u[n] = limit(g_r·r[n] − g_y·y[n] + S[n])      output: before the command leaves
 /// S[n+1] from r[n], y[n] and what was applied   advance: after it has left
@@ -147,7 +143,6 @@ pub enum Mode<F> {
 }
 
 /// A controller with the history of its one loop: automatic or manual, parameters changed without a bump.
-///
 /// ```
 /// use fracdiff::Seconds;
 /// use fractional_control::{

@@ -8,7 +8,6 @@ use fracdiff::parameter::range;
 use num_complex::Complex;
 use std::vec::Vec;
 
-/// One factor of a product.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) enum Factor {
     /// `Σ c_j w^j`.
@@ -121,7 +120,6 @@ impl Sum {
         self
     }
 
-    /// Each product with one more factor.
     pub(crate) fn with(mut self, factor: &Factor) -> Self {
         for product in &mut self.0 {
             product.factors.push(factor.clone());
@@ -154,7 +152,6 @@ const RATIO_MAX: i32 = 249;
 
 impl Fraction {
     /// Itself, if above and below are numbers of which a loop can be made.
-    ///
     /// # Errors
     /// Above and below that are more than 1e75 times apart. `what` is their ratio.
     pub(crate) fn bearable(self, what: &'static str) -> Result<Self, ControlError> {

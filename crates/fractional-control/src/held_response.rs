@@ -136,7 +136,6 @@ impl HeldResponse {
     }
 
     /// The sum of those rates from the angle x on.
-    ///
     /// ```text
     /// |A| ≥ l·Σ|a|ω^α with the share l at x, and |dg/dx| ≤ |g|·(1 + ν + α/l), which falls as ω^(−β), β = 1 + α_lead − ν;   Σ of it/x over x + 2πk
     /// ```
@@ -245,7 +244,6 @@ const NOTHING: f64 = 23.0;
 const END: f64 = 3.75;
 
 /// The far end of a sum over the aliases of a frequency, whose terms fall as a power and turn with a part of a sample of dead time.
-///
 /// ```text
 /// Σ_{k≥0} f(k) = ∫₀^∞ f dk + f(0)/2 − f′(0)/12 + f‴(0)/720 − …,   f(k) = g(a + k)·e^(−jck)     (L. Euler, C. Maclaurin)
 /// ∫₀^∞ (1 + k/A)^(−β)·e^(−jck) dk = −j·sgn(c)/|c|·∫₀^∞ e^(−u)·(1 − j·sgn(c)·u/(|c|A))^(−β) du

@@ -124,7 +124,6 @@ impl SampledLoop {
     /// The delay margin of a stable loop around a plant behind a hold, s: with any smaller dead time more it is stable; `None` if no dead time loses
     /// it. That of [`margins`](Self::margins), `first`, turns the phase of L as a dead time of whole samples does; a part of a sample turns it
     /// otherwise, for the hold then switches inside a sample. `later` is the loop whose plant has so much more dead time.
-    ///
     /// ```text
     /// each part h of a sample:  L(h) is lost with no fewer than (π + arg L(h))/θ whole samples more, θ its crossovers
     /// ```
@@ -132,7 +131,6 @@ impl SampledLoop {
     /// the delay is narrowed until the verdicts on both sides of it differ. A loop that is lost for less than a sixteenth of a sample may
     /// be missed. `first` itself of a loop that is not stable. Of a plant that follows a rule it is the margin of the plant behind its
     /// hold.
-    ///
     /// # Errors
     /// Those of `later`.
     pub fn delay_margin<E>(

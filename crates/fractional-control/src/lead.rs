@@ -11,7 +11,6 @@ use fracdiff::{
 use num_complex::Complex;
 
 /// `((1 + s/ω_b)/(1 + s/ω_h))^ν` under the Tustin rule, ν from −2 to 2.
-///
 /// ```text
 /// 1 + s/ω → (1 + A)(1 − p·w)/(1 + w),   A = 2/(ωT),   p = (A − 1)/(A + 1):   the 1 + w of both cancel
 /// (1 − pw)^φ = (1 − pw)·Σ c_j(φ − 1)·p^j w^j,   (1 − qw)^(−φ) = Σ c_j(−φ)·q^j w^j,   0 < φ < 1

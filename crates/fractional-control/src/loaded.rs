@@ -27,7 +27,6 @@ pub struct TwoPort {
 }
 
 /// A [`TwoPort`] with its law, as a controller's loop sees it. For verdicts; it does not run.
-///
 /// ```text
 /// y/u = [G_yu + Z(G_yu·G_qf − G_yf·G_qu)]/(1 + Z·G_qf)
 /// ```
@@ -79,7 +78,6 @@ pub struct LoadedPlant {
 
 impl LoadedPlant {
     /// The plant with this law at its second port.
-    ///
     /// # Errors
     /// Matrices whose sizes do not fit or that are not finite, a law that nothing answers.
     pub fn new(
@@ -131,7 +129,6 @@ impl LoadedPlant {
     }
 
     /// The same whose command acts so many samples later.
-    ///
     /// # Errors
     /// More than 10 000 samples.
     pub fn later(self, samples: usize) -> Result<Self, ControlError> {
@@ -151,7 +148,6 @@ impl LoadedPlant {
         self.sample_time
     }
 
-    /// Numerator and denominator on the circle.
     pub(crate) fn curve(&self) -> &Fraction {
         &self.curve
     }

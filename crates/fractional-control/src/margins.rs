@@ -314,7 +314,6 @@ const INTERVAL_NARROWED: usize = 8;
 
 impl SampledLoop {
     /// True if it is proved that the loop is stable for every gain of the plant from `low` to `high` times the present one, 0 < low ≤ high.
-    ///
     /// ```text
     /// A_C·A_G + k·B_C·B_G is 0 nowhere on the circle for any of these k: the number of zeros within is the same for all
     /// ```

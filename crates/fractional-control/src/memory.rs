@@ -35,7 +35,6 @@ pub struct Memory {
 
 impl Memory {
     /// With modes in closed form, made in microseconds without an allocation.
-    ///
     /// # Errors
     /// A horizon that is not above 0. The tolerance is checked where a memory is made.
     pub fn new(rule: Rule, tolerance: f64, horizon_s: f64) -> Result<Self, ControlError> {
@@ -69,7 +68,6 @@ impl Memory {
         self.horizon_s
     }
 
-    /// The design of D^order.
     pub(crate) fn design<const MODES: usize>(
         &self,
         order: Order,
@@ -129,7 +127,6 @@ pub(crate) enum Power<F, const MODES: usize> {
     Second(Bdf2Memory<F, TAPS, MODES>),
 }
 
-/// History of [`Power`].
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) enum PowerHistory<F, const MODES: usize> {
     First(FullMemoryHistory<F, TAPS, MODES>),
@@ -193,7 +190,6 @@ pub(crate) const SUMS_MAX: usize = 4;
 pub(crate) const LEVELS: usize = SUMS_MAX + 1;
 
 /// I^ν, I^(ν+1), … of one signal, 0 ≤ ν < 1: one memory, and whole sums behind it.
-///
 /// ```text
 /// q₀ = I^ν v,   q_m[n] = q_m[n−1] + T·q_{m−1}[n],   so q_m = I^(ν+m) v
 /// ```

@@ -1,5 +1,4 @@
 //! The usual notation of a fractional transfer function.
-//!
 //! ```text
 //! sum      = ["-"] product { ("+" | "-") product }
 //! product  = power { ["*" | "/"] power }              2s, 2*s and 2 s are the same
@@ -13,7 +12,6 @@ use crate::{ControlError, FractionalPolynomial, FractionalTransferFunction, Term
 use core::str::FromStr;
 use fracdiff::parameter::RangeError;
 
-/// Longest nesting of brackets.
 const DEPTH_MAX: usize = 16;
 
 /// Transfer function and dead time in s.
@@ -25,7 +23,6 @@ pub(crate) fn read(text: &str) -> Result<(FractionalTransferFunction, f64), Cont
 
 /// The place of the first factor that follows a division with neither sign nor brackets, as (s+2) in 1/(s+1)(s+2): it multiplies the whole,
 /// where a reader may take it for a part of the denominator. `None` without one, and of what is no notation.
-///
 /// ```
 /// use fractional_control::factor_after_division;
 ///
@@ -324,7 +321,6 @@ impl Reader<'_> {
     }
 }
 
-/// A quotient with a dead time.
 #[derive(Clone, Copy)]
 pub(crate) struct Quotient {
     pub(crate) above: FractionalPolynomial,

@@ -29,7 +29,6 @@ struct Branch<F, const MODES: usize> {
 /// - *Memory*: of integral and derivative, by the rule of [`Memory`]; MODES a multiple of 8.
 /// - *Limits, anti-windup, changes*: see [`Controller`](crate::Controller).
 /// - *Cost*: `output` three multiply-adds, `advance` as two full memories.
-///
 /// ```
 /// use fracdiff::Seconds;
 /// use fractional_control::{
@@ -90,7 +89,6 @@ impl<F: Real, const MODES: usize> Branch<F, MODES> {
 
 impl<F: Real, const MODES: usize> FractionalPid<F, MODES> {
     /// Coefficients in `f64`, rounded once.
-    ///
     /// # Errors
     /// A gain or weight that is not finite, an order outside its range, a memory that MODES modes do not reach, a sample
     /// time outside 1e-9 s to 1e6 s.
@@ -106,7 +104,6 @@ impl<F: Real, const MODES: usize> FractionalPid<F, MODES> {
     }
 
     /// Tilted-integral-derivative: `u = K_t I^(1/n)(r − y) + K_i I(r − y) + K_d D(c·r − y)`; c is `derivative_weight`.
-    ///
     /// # Errors
     /// As [`new`](Self::new); n below 1.
     ///

@@ -67,7 +67,6 @@ impl PidParameters {
             + self.proportional
     }
 
-    /// Itself, if all is in range.
     pub(crate) fn checked(self) -> Result<Self, ControlError> {
         for (what, gain) in [
             ("proportional gain", self.proportional),
@@ -194,7 +193,6 @@ impl FromStr for PidParameters {
     type Err = ControlError;
 
     /// As a sum of a gain, one power of 1/s and one of s: `2+3/s^0.9+0.1s^0.5`. What a part of it leaves out has no gain.
-    ///
     /// ```
     /// use fractional_control::PidParameters;
     ///
@@ -276,7 +274,6 @@ impl fmt::Display for PidParameters {
 
 impl PidParameters {
     /// C·G/(1 + C·G), in continuous time, without a dead time: its poles are those of the loop, as far as sampling is fast.
-    ///
     /// # Errors
     /// A function of orders above 4 or with too many terms, an order of the loop that cancels.
     pub fn closed_with(

@@ -15,7 +15,6 @@ pub struct Commensurate {
     denominator: Vec<f64>,
 }
 
-/// Largest degree in λ.
 const DEGREE_MAX: usize = 200;
 /// Error of an order that counts as none, relative to the common one.
 const SAME: f64 = 1e-6;
@@ -24,7 +23,6 @@ const EDGE: f64 = 1e-9;
 
 impl FractionalTransferFunction {
     /// The function in powers of λ = s^q, with the largest q ≤ 1 of which all orders are multiples.
-    ///
     /// # Errors
     /// [`ControlError::NotCommensurate`] if the degree in λ were above 200.
     pub fn commensurate(&self) -> Result<Commensurate, ControlError> {
@@ -63,7 +61,6 @@ impl FractionalTransferFunction {
     }
 
     /// Refuses a plant that is shown by itself and does not settle.
-    ///
     /// # Errors
     /// [`ControlError::UnstablePlant`].
     pub fn stable_by_itself(&self) -> Result<(), ControlError> {
@@ -184,7 +181,6 @@ impl OnAxis<'_> {
     }
 
     /// The angle between two places, in steps that are short enough for each to be below π.
-    ///
     /// ```text
     /// |dA/d ln ω| ≤ Σ α_i|a_i|ω^(α_i), which grows with ω: over a step in ln ω it is below its value at the end
     /// ```

@@ -7,7 +7,6 @@ use std::vec::Vec;
 /// Room for the modes of offline work: enough for a tolerance of 1e-11.
 pub const MODES: usize = 112;
 
-/// The largest size of a list of numbers; 0 of none.
 pub(crate) fn largest(numbers: &[f64]) -> f64 {
     numbers.iter().fold(0.0, |most: f64, x| most.max(x.abs()))
 }
@@ -15,7 +14,6 @@ pub(crate) fn largest(numbers: &[f64]) -> f64 {
 /// The response to u(t) = 1 for t > 0, at t = 0, T, 2T, …, as many samples as asked for.
 ///
 /// With [`Rule::Bdf2`](crate::Rule::Bdf2) the error falls with T² at any fixed t > 0: the first sample is halved.
-///
 /// ```
 /// use fractional_control::{FractionalTransferFunction, Memory, Rule, step_response};
 /// use fracdiff::Seconds;
@@ -39,7 +37,6 @@ pub fn step_response(
 
 /// The response to a unit impulse at t = 0, at t = 0, T, 2T, …; in \[output\]/\[input\]/s. The value at t = 0 is that of the
 /// sampled function, where the true one may be infinite.
-///
 /// # Errors
 /// As [`SampledTransferFunction::new`].
 pub fn impulse_response(
@@ -53,7 +50,6 @@ pub fn impulse_response(
 }
 
 /// The response to a record of samples, from rest.
-///
 /// # Errors
 /// As [`SampledTransferFunction::new`].
 pub fn respond(

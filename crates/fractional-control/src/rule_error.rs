@@ -1,5 +1,4 @@
 //! How far the rule of a plant's samples is from the plant behind its hold.
-//!
 //! ```text
 //! F = A_C·A_G + k·B_C·B_G of the rule,   F + k·E of the plant,   E = B_C·(A_G·G_d − B_G)
 //! k·|E| < |F| on the circle:   both turn about 0 as often     (E. Rouché)
@@ -55,7 +54,6 @@ enum Judged {
 
 impl Place {
     /// k|E| < [`HOLDS`]·|F| for all gains k of the interval?
-    ///
     /// ```text
     /// H|d + kn| − k|e|,   the least at k = −b + |e|·c/√(H²|n|² − |e|²), or at an end;   b = Re(d·n̄)/|n|², c = |Im(d·n̄)|/|n|²
     /// ```

@@ -12,7 +12,6 @@ pub const ORDERS_MAX: usize = 16;
 pub const PARTS_MAX: usize = 8;
 
 /// A [`FractionalTransferFunction`] that runs: two phases, the whole past, `f32` or `f64`.
-///
 /// ```text
 /// Σ a_i D^(α_i) ξ = u,   y = Σ b_i D^(β_i) ξ,   v = D^α ξ with the largest α
 /// D^(α_i) ξ = f_i ∗ I^(α − α_i) v,   f_i the short filter of the rule, I by Grünwald weights
@@ -28,7 +27,6 @@ pub const PARTS_MAX: usize = 8;
 /// - *Not finite*: no output is finite until reset. *Cost*: `output` a multiply-add; `advance` as one full memory for each
 ///   fractional part, and for [`Rule::Bdf2`](crate::Rule::Bdf2) 27 multiply-adds for each order.
 /// - MODES: a multiple of 8; 64 are enough for 1e-6 over a day at 1 kHz.
-///
 /// ```
 /// use fracdiff::{Channel, Seconds};
 /// use fractional_control::{FractionalTransferFunction, Memory, Rule, SampledTransferFunction};
@@ -133,7 +131,6 @@ fn split(distance: f64) -> (usize, f64) {
 
 impl<F: Real, const MODES: usize> SampledTransferFunction<F, MODES> {
     /// Coefficients in `f64`, rounded once.
-    ///
     /// # Errors
     /// More than [`ORDERS_MAX`] orders or [`PARTS_MAX`] fractional parts; a tolerance or horizon that no memory of MODES modes
     /// reaches; a sample time outside 1e-9 s to 1e6 s, or so long that the newest output does not follow from the newest input.

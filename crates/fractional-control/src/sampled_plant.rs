@@ -19,7 +19,6 @@ use std::vec::Vec;
 
 /// Above over below of it on the circle.
 const PLANT: &str = "gain of the plant over a sample";
-/// Longest delay, samples.
 pub(crate) const DELAY_MAX: f64 = 10_000.0;
 
 /// Tolerance of the usual memory, and the samples for which it holds.
@@ -74,7 +73,6 @@ enum KindState {
 
 impl SampledPlant {
     /// Remembers a million samples within 1e-9, by the rule of second order, whatever the rule of the controller is.
-    ///
     /// # Errors
     /// As [`new`](Self::new).
     pub fn with_usual_memory(plant: &Plant, sample_time: Seconds) -> Result<Self, ControlError> {
@@ -83,10 +81,8 @@ impl SampledPlant {
     }
 
     /// The plant at this sample time.
-    ///
     /// # Errors
-    /// A measured response, which does not run; a dead time of more than 10 000 samples; as
-    /// [`SampledTransferFunction::new`].
+    /// A measured response, which does not run; a dead time of more than 10 000 samples; as [`SampledTransferFunction::new`].
     pub fn new(plant: &Plant, memory: Memory, sample_time: Seconds) -> Result<Self, ControlError> {
         Ok(Self {
             peaks: Peaks::new(plant, sample_time.0),
@@ -198,7 +194,6 @@ impl SampledPlant {
         &self.peaks
     }
 
-    /// Numerator and denominator on the circle.
     pub(crate) fn curve(&self) -> &Fraction {
         &self.curve
     }

@@ -31,7 +31,6 @@ pub struct Shape {
 
 /// Runs the loop from rest: y\[n\] measured, u\[n\] sent, r given for each sample. Where the plant answers at once, u\[n\] and y\[n\] are
 /// solved together.
-///
 /// ```text
 /// y = S + G·u,   u = limit(g_r·r − g_y·y + …):   u = limit((…)/(1 + g_y·G))
 /// ```

@@ -20,12 +20,10 @@ pub struct StateSpace {
 const LARGEST: f64 = 1e130;
 /// As that of the coefficients of a function.
 const SIZE_MAX_IN_WORDS: &str = "at most 1e60 in size: give the plant in other units";
-/// Largest number of states.
 const STATES_MAX: f64 = 16.0;
 
 impl StateSpace {
     /// From its matrices.
-    ///
     /// # Errors
     /// Sizes that do not fit, no state or more than 16, a number above 1e60 in size.
     pub fn new(a: DMatrix<f64>, b: DVector<f64>, c: RowDVector<f64>) -> Result<Self, ControlError> {
@@ -76,7 +74,6 @@ impl StateSpace {
     }
 
     /// The same behind an actuator: τ·ḟ = u − f, and f in place of u. A lag of 0 is none.
-    ///
     /// # Errors
     /// A negative lag, and one above 0 and below 1e-15 s.
     pub fn behind_lag(self, lag_s: f64) -> Result<Self, ControlError> {
@@ -178,7 +175,6 @@ impl StateSpace {
         poles.iter().filter(right).count()
     }
 
-    /// Its eigenvalues.
     pub(crate) fn poles(&self) -> Vec<Complex<f64>> {
         let balanced = self.balanced();
         let a = balanced.as_ref().map_or(&self.a, |own| &own.a);
@@ -224,7 +220,6 @@ impl StateSpace {
 
     /// The samples behind a hold, for a delay of `fraction` of a sample, whatever the speed of the poles, and the same as a function of v.
     /// The states are scaled.
-    ///
     /// # Errors
     /// A pole that moves by more than e^(10^8) in a sample, or poles that grow by more than e^300.
     pub(crate) fn held(

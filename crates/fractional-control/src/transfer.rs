@@ -11,7 +11,6 @@ use num_complex::Complex;
 /// - *Streaming*: [`SampledTransferFunction`](crate::SampledTransferFunction) runs it sample by sample.
 /// - *Notation*: read and printed as `1/(0.8s^2.2+0.5s^0.9+1)`; products, quotients, sums and brackets of such are read too. A
 ///   dead time belongs to a `Plant`.
-///
 /// ```
 /// use fractional_control::FractionalTransferFunction;
 /// use num_complex::Complex;
@@ -30,7 +29,6 @@ pub struct FractionalTransferFunction {
 
 impl FractionalTransferFunction {
     /// From the terms of numerator and denominator, in any order.
-    ///
     /// # Errors
     /// [`ControlError::Improper`], [`ControlError::CommonOrder`], or a polynomial that is none.
     pub fn new(numerator: &[Term], denominator: &[Term]) -> Result<Self, ControlError> {
@@ -45,7 +43,6 @@ impl FractionalTransferFunction {
     }
 
     /// The same from polynomials.
-    ///
     /// # Errors
     /// As [`new`](Self::new).
     pub fn from_polynomials(
@@ -82,7 +79,6 @@ impl FractionalTransferFunction {
         &self.denominator
     }
 
-    /// True if all orders are whole.
     #[cfg(feature = "std")]
     pub(crate) fn is_whole(&self) -> bool {
         let (above, below) = (self.numerator.terms(), self.denominator.terms());
@@ -123,9 +119,7 @@ impl fmt::Display for FractionalTransferFunction {
     }
 }
 
-/// Terms of a polynomial at most.
 pub(crate) const TERMS_MAX: usize = 16;
-/// Largest order of a term.
 pub(crate) const ORDER_MAX: f64 = 4.0;
 /// Orders closer than this are one.
 const SAME: f64 = 1e-9;
@@ -136,7 +130,6 @@ const SIZES_OR_0_IN_WORDS: &str =
     "0, or from 1e-60 to 1e60 in size: give plant and controller in other units";
 
 /// A number of a plant or a controller that a loop can be made of, or 0.
-///
 /// # Errors
 /// One that is so small or so large that a loop of it is no numbers any more.
 pub(crate) fn size_or_0(what: &'static str, value: f64) -> Result<(), RangeError> {
@@ -188,7 +181,6 @@ impl FractionalPolynomial {
     };
 
     /// In any order of terms; equal orders are added.
-    ///
     /// # Errors
     /// No term; a coefficient that is 0, that cancels, or that is not from 1e-60 to 1e60 in size; an order outside 0 to 4; more than
     /// 16 terms.
@@ -266,7 +258,6 @@ impl FractionalPolynomial {
             .sum()
     }
 
-    /// The product.
     pub(crate) fn times(&self, other: &Self) -> Result<Self, ControlError> {
         let mut product = Self::ZERO;
         for a in self.terms() {
@@ -290,7 +281,6 @@ impl FractionalPolynomial {
         rest
     }
 
-    /// The sum.
     pub(crate) fn plus(mut self, other: &Self) -> Result<Self, ControlError> {
         for term in other.terms() {
             self.add(*term)?;

@@ -9,7 +9,6 @@ use fracdiff::Seconds;
 use num_complex::Complex;
 
 /// The loop that is really run: the weights of the controller, the hold, the dead time, the sampled plant.
-///
 /// ```text
 /// F(w) = A_C·A_G + k·B_C·B_G,   C = B_C/A_C,  G = B_G/A_G:   stable ⇔ no zero in |w| ≤ 1,  w = z⁻¹
 /// ```
@@ -18,7 +17,6 @@ use num_complex::Complex;
 ///
 /// - *Of*: the weights before they are rounded to the sample type, with the bound of their error from [`Memory`].
 /// - *Cost*: some hundred to some thousand evaluations, a millisecond to ten.
-///
 /// ```
 /// use fracdiff::Seconds;
 /// use fractional_control::{Memory, PidParameters, Plant, Rule, SampledLoop, SampledPlant};
@@ -66,7 +64,6 @@ pub struct StabilityVerdict {
 
 impl SampledLoop {
     /// The controller's memory may differ from the one that the plant is sampled with.
-    ///
     /// # Errors
     /// Parameters outside their range, a memory that is not reached.
     pub fn new(
@@ -86,7 +83,6 @@ impl SampledLoop {
     }
 
     /// The same for a plant with a law at another port.
-    ///
     /// # Errors
     /// As [`new`](Self::new).
     pub fn loaded(

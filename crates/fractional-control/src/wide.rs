@@ -1,5 +1,4 @@
 //! Linear plants behind a hold in numbers of some hundred bits, so that poles of any speed against the sample keep their digits.
-//!
 //! ```text
 //! a pole p is 1 − w·e^(pT) of the denominator: in 53 bits e^(−1e3) is lost beside e^(−1e−3), or the other beside its inverse
 //! ```
@@ -11,7 +10,6 @@ use nalgebra::{DMatrix, DVector, RowDVector};
 use std::vec;
 use std::vec::Vec;
 
-/// A number.
 pub(crate) type Wide = FBig<HalfEven, 2>;
 
 /// Bits of a number: for each state 24, for poles of 1e-6 a sample, beside those of the doublings and of the result.
@@ -37,7 +35,6 @@ pub(crate) fn narrow(value: &Wide) -> f64 {
     value.to_f64().value()
 }
 
-/// 1 on the diagonal.
 pub(crate) fn identity(states: usize) -> DMatrix<Wide> {
     DMatrix::from_diagonal_element(states, states, wide(1.0, states))
 }
@@ -127,7 +124,6 @@ fn parted(moved: &DMatrix<Wide>, n: usize) -> (DMatrix<Wide>, DVector<Wide>) {
 }
 
 /// Denominator of C(1 − wΦ)⁻¹Γ in powers of v = 1 − w, and the numerator of each pair C, Γ; from Φ.
-///
 /// ```text
 /// det(1 − wΦ) = Σ a_k w^k,   adj(1 − wΦ) = Σ R_k w^k,   R₀ = 1, a_k = −tr(ΦR_{k−1})/k, R_k = ΦR_{k−1} + a_k     (Faddeev–Le Verrier)
 /// ```

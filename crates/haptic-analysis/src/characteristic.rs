@@ -1,10 +1,8 @@
 //! The characteristic function on the unit circle, with bounds over any interval.
-//!
 //! ```text
 //! F(w)·D(w) = A·D + S·(αD + βN),   P = N/D,   S = w^(d+1)(n₁ + n₀w + …),   w = e^(−jθ)
 //! ```
 //! With a simulated object [`Behind`] a coupler α(1 − w) + βP, as [`CoupledLoop`](crate::CoupledLoop) says,
-//!
 //! ```text
 //! F·D = A·e·D + (A·u + S·e)·(αvD + βN),   v = 1 − w,   e/u the object
 //! ```
@@ -304,24 +302,17 @@ mod tests {
                 assert!(here[k].value.norm() <= bound.size * (1.0 + 1e-9), "{what}");
                 assert!(here[k].rate.norm() <= bound.rate * (1.0 + 1e-9), "{what}");
                 let bend = (here[k].rate - before[k].rate).norm() / h;
-                assert!(
-                    bend <= bound.bend * (1.0 + 1e-3) + noise * bound.bend.max(1.0),
-                    "{what}"
-                );
+                let most = bound.bend * (1.0 + 1e-3) + noise * bound.bend.max(1.0);
+                assert!(bend <= most, "{what}");
                 // The derivative is that of the value.
                 let slope = (here[k].value - before[k].value) / h;
-                assert!(
-                    (slope - here[k].rate).norm() <= h * bound.bend + noise,
-                    "{what}"
-                );
+                let off = (slope - here[k].rate).norm();
+                assert!(off <= h * bound.bend + noise, "{what}");
             }
             last = here;
         }
-        for k in 0..2 {
-            assert!(
-                travel[k] <= bounds[k].travel * (1.0 + 1e-9),
-                "{k}: {travel:?}"
-            );
+        for (travel, bounds) in travel.iter().zip(&bounds) {
+            assert!(*travel <= bounds.travel * (1.0 + 1e-9), "{travel}");
         }
     }
 }

@@ -10,7 +10,6 @@ use std::f64::consts::PI;
 use std::fmt;
 
 /// A virtual coupler between the device and any passive environment; velocity in, force out.
-///
 /// ```text
 /// Z_c(w) = k_c + b_c·(T/(1 − w))^μ        exact
 /// Z_c(w) = k_c + b_c·T^μ/P(w)             with an operator P of order μ
@@ -22,10 +21,8 @@ use std::fmt;
 ///   cancels to rounding (μ = 1 in a polynomial), the limit is extrapolated: 1e-9.
 /// - *Cost*: 4·memory + 400 responses for the least damping, on the heap.
 ///
-/// Source: O. Tokatlı, *Fractional Order Control in Haptics*, section 5.2, after R. J. Adams,
-/// B. Hannaford, *Stable haptic interaction with virtual environments*, IEEE Trans. Robotics and
-/// Automation 15(3), 1999.
-///
+/// Source: O. Tokatlı, *Fractional Order Control in Haptics*, section 5.2, after R. J. Adams, B. Hannaford, *Stable haptic interaction with
+/// virtual environments*, IEEE Trans. Robotics and Automation 15(3), 1999.
 /// ```
 /// use fracdiff::Order;
 /// use haptic_analysis::{Coupler, LeastDamping};
@@ -51,7 +48,6 @@ pub struct Coupler<'a> {
 
 impl<'a> Coupler<'a> {
     /// The exact operator. `stiffness` is `k_c`, `dissipation` is `b_c`.
-    ///
     /// # Errors
     /// `k_c` or `b_c` below 0, or both 0; μ < 0; T not above 0; `b_c·T^μ` too large.
     pub fn exact(
@@ -91,10 +87,9 @@ impl<'a> Coupler<'a> {
         }
     }
 
-    /// Corollary 2: `8b ≥ k_c + b_c·(T/2)^μ`, b in N·s/m. Not sufficient: it takes the worst of the two
-    /// sides at different frequencies, and the criterion itself asks for up to twice as much (`k_c` = 0,
-    /// μ = 1); equal only where `b_c` = 0 or μ = 0. An operator that is not exact may ask for more
-    /// still. For μ > 1 it promises what no damping can keep.
+    /// Corollary 2: `8b ≥ k_c + b_c·(T/2)^μ`, b in N·s/m. Not sufficient: it takes the worst of the two sides at different frequencies, and
+    /// the criterion itself asks for up to twice as much (`k_c` = 0, μ = 1); equal only where `b_c` = 0 or μ = 0. An operator that is not
+    /// exact may ask for more still. For μ > 1 it promises what no damping can keep.
     ///
     /// Source: O. Tokatlı, *Fractional Order Control in Haptics*, eq. 5.20.
     #[must_use]
@@ -103,7 +98,6 @@ impl<'a> Coupler<'a> {
     }
 
     /// The least b for which Llewellyn's conditions hold at every 0 ≤ θ ≤ π.
-    ///
     /// ```text
     /// p₁₁ = m·(2/T)(1 − w)/(1 + w) + b,   p₁₂ = (1 + w)/2,   p₂₁ = −1,   p₂₂ = 1/Z_c,   velocity of the hand, force of the environment
     /// b ≥ 0,   Re(1/Z_c) ≥ 0,   2b·Re(1/Z_c) ≥ cos(θ/2)(1 − cos(θ/2)):   b = sup over θ of cos(θ/2)(1 − cos(θ/2))/(2 Re(1/Z_c))
@@ -121,21 +115,18 @@ impl<'a> Coupler<'a> {
 
     /// The least b for which the *really sampled* device, its force held between samples, late and lagging by `path`, is passive
     /// with the coupler and every passive object behind it: stable in every passive hand, then.
-    ///
     /// ```text
     /// b = sup over θ of h(θ)/(2 Re(1/Z_c)),   h = √(|M|² + V) − Re(wM),   h = 1 − cos((d + 1)θ) for d whole samples of delay
     /// ```
-    /// M and V are mean and variance of the force within a sample. Llewellyn's h, cos(θ/2)(1 − cos(θ/2)), is less than a quarter
-    /// of it: his device is one under Tustin's rule, whose force acts half a sample earlier. So
-    /// [`least_damping`](Self::least_damping) is not enough for a sampled device: a spring (μ = 1) needs four times as much, `b_c·T/2`, and a damper
-    /// eight times, `k_c`.
+    /// M and V are mean and variance of the force within a sample. Llewellyn's h, cos(θ/2)(1 − cos(θ/2)), is less than a quarter of it: his
+    /// device is one under Tustin's rule, whose force acts half a sample earlier. So [`least_damping`](Self::least_damping) is not enough
+    /// for a sampled device: a spring (μ = 1) needs four times as much, `b_c·T/2`, and a damper eight times, `k_c`.
     ///
     /// *Derivation*: passivity of a sampled port asks b ≥ (Re(cZ) + √(Re²(cZ) + V|Z|²))/2, c = −wM, at each θ (Theorem 1 with
     /// the variance within a sample), which is |bY − c/2|² ≥ (|c|² + V)/4 for Y = 1/Z. With an object Y = 1/`Z_c` + 1/`Z_o`, and a
     /// passive `Z_o` can make it any Y with Re Y ≥ Re(1/`Z_c`): the circle has to lie outside of that half-plane.
     ///
     /// *Delays* up to some hundred samples; beyond, the limit at rest of a coupler of order 1 is not resolved.
-    ///
     /// # Errors
     /// An operator without a finite response.
     pub fn sampled_damping(&self, path: ForcePath) -> Result<LeastDamping, AnalysisError> {
@@ -146,12 +137,10 @@ impl<'a> Coupler<'a> {
         outcome?.times(scale)
     }
 
-    /// μ.
     pub(crate) const fn order(&self) -> Order {
         self.order
     }
 
-    /// T, s.
     pub(crate) const fn sample_time_s(&self) -> f64 {
         self.sample_time_s
     }
@@ -171,9 +160,7 @@ impl<'a> Coupler<'a> {
         (scale, shares)
     }
 
-    /// Is the port passive with a device of this damping, N·s/m, whatever passive hand and
-    /// environment it is between?
-    ///
+    /// Is the port passive with a device of this damping, N·s/m, whatever passive hand and environment it is between?
     /// # Errors
     /// Damping below 0, or an operator without a finite response.
     pub fn passive(&self, damping: f64) -> Result<bool, AnalysisError> {
@@ -226,7 +213,6 @@ pub enum LeastDamping {
 }
 
 impl LeastDamping {
-    /// In another unit.
     pub(crate) fn times(self, scale: f64) -> Result<Self, AnalysisError> {
         Ok(match self {
             Self::Enough {
@@ -250,7 +236,6 @@ const WITHOUT_DISSIPATION: LeastDamping = LeastDamping::Enough {
 /// `k_c` and `b_c·T^μ` as parts of their sum.
 #[derive(Clone, Copy)]
 pub(crate) struct Shares {
-    /// `k_c`.
     pub(crate) stiffness: f64,
     /// `b_c·T^μ`.
     pub(crate) dissipation: f64,
@@ -414,7 +399,6 @@ impl Hold {
         (libm::sqrt(profile.mean.norm_sqr() + square) - late.re).max(0.0)
     }
 
-    /// Samples in which it may ripple.
     fn ripple(self) -> usize {
         match self {
             Self::Tustin => 0,
@@ -437,8 +421,7 @@ pub(crate) fn hold(theta: f64) -> f64 {
     2.0 * quarter * quarter * libm::cos(0.5 * theta)
 }
 
-/// (1 − w)^μ with cos(μ(π−θ)/2) as sin((π(1−μ) + μθ)/2): the real part keeps its digits where μ is
-/// near 1 and θ near 0, which decide here.
+/// (1 − w)^μ with cos(μ(π−θ)/2) as sin((π(1−μ) + μθ)/2): the real part keeps its digits where μ is near 1 and θ near 0, which decide here.
 pub(crate) fn exact(mu: f64, theta: f64) -> Complex<f64> {
     let magnitude = libm::pow(2.0 * libm::sin(0.5 * theta), mu);
     let real = libm::sin(0.5 * (PI * (1.0 - mu) + mu * theta));

@@ -1,5 +1,4 @@
 //! The boundary curve in the α–β plane: where F(e^(−jθ)) = 0.
-//!
 //! ```text
 //! A + S·(α + βP) = 0,  P = N/D    ⇒    α = X/W,  β = Y/W
 //! U = −A·S*,  E = N·D*            X = Im(U*·E),  Y = Im U·|D|²,  W = |S|²·Im E
@@ -8,18 +7,16 @@
 //! w = ±1 the equation is real and gives a straight line. Inside the curve's way lie its visits to
 //! infinity (W = 0); X, Y and W themselves are smooth and have bounded second derivatives.
 //!
-//! *Nothing is missed*: an interval of θ is dropped only if the signs of X, Y, W and of
-//! X + p₀Y − R·W, proved from both ends and a bound of the second derivative, keep (α, β) out of the
-//! triangle α, β ≥ 0, α + p₀β ≤ R throughout. All others are halved until the curve turns by less
-//! than a tenth of a right angle in each.
+//! *Nothing is missed*: an interval of θ is dropped only if the signs of X, Y, W and of X + p₀Y − R·W, proved from both ends and a bound of
+//! the second derivative, keep (α, β) out of the triangle α, β ≥ 0, α + p₀β ≤ R throughout. All others are halved until the curve turns by
+//! less than a tenth of a right angle in each.
 
 use crate::AnalysisError;
 use crate::characteristic::{Characteristic, Node};
 use crate::curve::{Bounds, Jet, Real};
 use core::f64::consts::PI;
 
-/// Ends of the curve: below this angle (and above π less it) it is within about 1e-12
-/// of the straight line it ends on.
+/// Ends of the curve: below this angle (and above π less it) it is within about 1e-12 of the straight line it ends on.
 const END: f64 = 1e-6;
 
 /// Intervals narrower than this are taken as they are.
@@ -59,7 +56,6 @@ pub(crate) struct Decomposition<'a> {
     pub(crate) reach: f64,
 }
 
-/// The result of tracing.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Trace {
     /// Stretches of the curve, each gap-free, θ increasing.
@@ -360,8 +356,7 @@ impl Tracer<'_, '_> {
     }
 }
 
-/// True if the curve turns by less than about 0.15 rad between two samples, and does not pass
-/// through infinity.
+/// True if the curve turns by less than about 0.15 rad between two samples, and does not pass through infinity.
 fn is_straight(a: &Sample, b: &Sample) -> bool {
     const COS: f64 = 0.99;
     if a.leftward != b.leftward || !a.is_finite() || !b.is_finite() {

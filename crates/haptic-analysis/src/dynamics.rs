@@ -7,13 +7,11 @@ use crate::{
 use fracdiff::parameter::{not_negative, positive};
 
 /// A device as every analysis takes it, with its hand, its delay and its motor.
-///
 /// ```text
 /// m·x'' + b·x' + k·x = f,     τ·f' = u(t − delay) − f,   or f = u(t − delay) if τ = 0
 /// ```
 /// u is the command, held for one sample. Positions are not delayed: a late measurement does to a
 /// loop what a late force does, so put both into `delay_s`.
-///
 /// ```
 /// use fracdiff::{Order, Scheme, Seconds};
 /// use haptic_analysis::{Dynamics, Environment, LoopOperator};
@@ -60,7 +58,6 @@ impl Dynamics {
     }
 
     /// The same, if every parameter is in its range; delay and lag have an upper end in samples, see [`Self::path`].
-    ///
     /// # Errors
     /// A parameter outside its range.
     pub fn checked(self) -> Result<Self, AnalysisError> {
@@ -73,7 +70,6 @@ impl Dynamics {
     }
 
     /// The way of the force, in samples.
-    ///
     /// # Errors
     /// The sample time, the delay or the lag outside its range.
     pub fn path(&self, sample_time_s: f64) -> Result<ForcePath, AnalysisError> {
@@ -84,7 +80,6 @@ impl Dynamics {
     }
 
     /// The device as the loop sees it once a sample.
-    ///
     /// # Errors
     /// A parameter outside its range.
     pub fn plant(&self, sample_time_s: f64) -> Result<SampledPlant, AnalysisError> {
@@ -99,7 +94,6 @@ impl Dynamics {
     }
 
     /// α, β, δ, γ of this device under a wall.
-    ///
     /// # Errors
     /// A parameter outside its range.
     pub fn nondimensional(&self, wall: &Environment) -> Result<Nondimensional, AnalysisError> {
@@ -117,9 +111,7 @@ impl Dynamics {
         .checked()
     }
 
-    /// The loop of this device and a wall, for stability and margins. `operator` is the one that runs, for
-    /// the wall's order.
-    ///
+    /// The loop of this device and a wall, for stability and margins. `operator` is the one that runs, for the wall's order.
     /// # Errors
     /// A parameter outside its range.
     pub fn closed<'a>(
@@ -132,7 +124,6 @@ impl Dynamics {
     }
 
     /// The port of this device's actuator, for passivity: its delay and lag, and the memory of the operator.
-    ///
     /// # Errors
     /// A parameter outside its range.
     pub fn port<'a>(

@@ -20,7 +20,6 @@ const SECTIONS: usize = 40;
 /// Values closer than this, relative, are the same maximum.
 const TIE: f64 = 1e-14;
 
-/// The place of a function's largest value, and that value.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Maximum {
     pub(crate) theta: f64,
@@ -158,16 +157,11 @@ mod tests {
             let thetas = grid.thetas();
             assert!(thetas.windows(2).all(|pair| pair[0] < pair[1]), "{samples}");
             assert_eq!(thetas[thetas.len() - 1].to_bits(), PI.to_bits());
-            let widest = thetas
-                .windows(2)
-                .fold(0.0, |w, pair| f64::max(w, pair[1] - pair[0]));
+            let steps = thetas.windows(2).map(|pair| pair[1] - pair[0]);
+            let widest = steps.fold(0.0, f64::max);
             let period = 2.0 * PI / samples.max(1) as f64;
             assert!(widest <= 1.001 * period / 8.0, "{samples}: {widest}");
-            assert!(
-                thetas.len() <= 4 * samples + 500,
-                "{samples}: {}",
-                thetas.len()
-            );
+            assert!(thetas.len() <= 4 * samples + 500, "{samples}");
         }
     }
 
@@ -175,21 +169,19 @@ mod tests {
     fn a_narrow_inner_peak_is_found_to_rounding() {
         // The peak sits at θ₀ with height 1 + 0.3·cos of the slow part; two rivals are lower.
         for peak in [1e-6, 1e-3, 0.1, 1.0, 2.5, 3.1, PI - 1e-4] {
-            let f = |theta: f64| {
-                let x = (theta - peak) / (0.5 * peak.min(PI - peak));
-                2.0 / (1.0 + x * x) + 0.2 * (40.0 * theta).sin().abs()
-            };
             let smooth = |theta: f64| {
                 let x = (theta - peak) / (0.5 * peak.min(PI - peak));
                 2.0 / (1.0 + x * x)
             };
+            let rippled = |theta: f64| smooth(theta) + 0.2 * (40.0 * theta).sin().abs();
             let found = Grid::new(40).maximum(0.0, smooth).expect("no NaN");
             assert!((found.value - 2.0).abs() < 1e-14, "{peak}: {found:?}");
             assert!(
                 (found.theta - peak).abs() < 1e-6 * peak,
                 "{peak}: {found:?}"
             );
-            assert!(Grid::new(40).maximum(0.0, f).expect("no NaN").value >= 2.0);
+            let found = Grid::new(40).maximum(0.0, rippled).expect("no NaN");
+            assert!(found.value >= 2.0, "{peak}: {found:?}");
         }
     }
 

@@ -4,7 +4,6 @@ use crate::curve::{Bounds, Jet, product};
 use certified_count::{Arc, Enclosed, Place, count};
 use num_complex::Complex;
 
-/// One of the functions an operator is made of.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) enum Curve {
     Polynomial(Polynomial),
@@ -122,7 +121,6 @@ impl Polynomial {
     }
 }
 
-/// A polynomial and its derivative.
 fn horner(coefficients: &[f64], x: Complex<f64>) -> (Complex<f64>, Complex<f64>) {
     let zero = Complex::new(0.0, 0.0);
     let terms = coefficients.iter().rev();
@@ -219,7 +217,6 @@ pub(crate) struct Modes {
 }
 
 impl Modes {
-    /// At w = 0.
     pub(crate) fn at_zero(&self) -> f64 {
         let weights = self.modes.iter().map(|(weight, _)| weight);
         self.taps.coefficients[0] + weights.sum::<f64>()
@@ -373,15 +370,11 @@ mod tests {
                     );
                     let h = 1e-6 * theta;
                     let bend = (curve.jet(&Place::new(theta - h)).rate - jet.rate).norm() / h;
-                    assert!(
-                        bend <= bounds.bend * (1.0 + 1e-3) + 1e-3,
-                        "{name}, bend at {theta}"
-                    );
+                    let most = bounds.bend * (1.0 + 1e-3) + 1e-3;
+                    assert!(bend <= most, "{name}, bend at {theta}");
                 }
-                assert!(
-                    travel <= bounds.travel * (1.0 + 1e-9),
-                    "{name}, [{a}, {b}]: {travel}"
-                );
+                let most = bounds.travel * (1.0 + 1e-9);
+                assert!(travel <= most, "{name}, [{a}, {b}]: {travel}");
             }
         }
     }

@@ -23,7 +23,6 @@ pub enum Largest {
 }
 
 impl Largest {
-    /// The same in another unit.
     pub(crate) fn times(self, factor: f64) -> Result<Self, AnalysisError> {
         Ok(match self {
             Self::Below { value, worst_theta } => Self::Below {
@@ -37,10 +36,9 @@ impl Largest {
 
 /// Largest x with sup over θ of f(θ, x) = δ, each f convex in x; where f = x·p + q, inf of (δ − q)/p, p > 0.
 ///
-/// The supremum is a convex function of x, so Newton's method from above falls monotonically to its
-/// largest root, and no pole of the quotient is ever searched. `supremum(x)` finds it, `steepest` is
-/// that of the slopes p for large x, and `tangent(θ, x)` is the line (p, q) that touches f there, or its
-/// asymptote for an infinite x.
+/// The supremum is a convex function of x, so Newton's method from above falls monotonically to its largest root, and no pole of the
+/// quotient is ever searched. `supremum(x)` finds it, `steepest` is that of the slopes p for large x, and `tangent(θ, x)` is the line (p,
+/// q) that touches f there, or its asymptote for an infinite x.
 pub(crate) fn largest(
     delta: f64,
     supremum: impl Fn(f64) -> Result<Maximum, AnalysisError>,

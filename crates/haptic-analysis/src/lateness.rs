@@ -1,5 +1,4 @@
 //! How much later the force of a stable loop may come: the delay margin, behind the hold.
-//!
 //! ```text
 //! F(w; τ) = A(w) + w^(k+1)·N(w; h)·(α + βP(w)),   k + h = d + τ, the delay with τ samples more;   the least τ with F = 0, |w| = 1
 //! ```
@@ -43,7 +42,6 @@ struct Part {
     turned: bool,
 }
 
-/// Delays in samples.
 #[derive(Clone, Copy, Debug)]
 struct Beyond {
     /// One that is looked at, the first beyond a zero.

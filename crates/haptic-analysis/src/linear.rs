@@ -5,7 +5,6 @@ use crate::{AnalysisError, ForcePath};
 use fracdiff::parameter::range;
 use nalgebra::{Complex, DMatrix, DVector, RowDVector};
 
-/// Most states.
 pub(crate) const STATES_MAX: usize = 8;
 /// Fastest motion, per sample.
 const FASTEST: f64 = 1e6;
@@ -15,8 +14,7 @@ const AGREEMENT: f64 = 1e-9;
 /// A plant in units of one sample, with its lag as a state.
 pub(crate) type Matrices = (DMatrix<f64>, DVector<f64>, RowDVector<f64>);
 
-/// Checks sizes and numbers, adds the lag as a state, and takes samples as the unit of time, T²/m
-/// as that of the gain.
+/// Checks sizes and numbers, adds the lag as a state, and takes samples as the unit of time, T²/m as that of the gain.
 pub(crate) fn scaled(
     [a, b, c]: [&[f64]; 3],
     sample_time_s: f64,
@@ -256,7 +254,6 @@ impl Sampled {
 const TERMS: u32 = 16;
 
 /// Motion of a linear plant over part of a sample.
-///
 /// ```text
 /// x' = Ax + Bu, u constant:   x(t) = x(0) + E·x(0) + Γ·u,     [E Γ; 0 0] = exp([A B; 0 0]·t) − 1
 /// exp(2M) − 1 = 2E + E²
@@ -297,9 +294,7 @@ impl Motion {
     }
 }
 
-/// The numerator in powers of w of a plant whose input changes at the fraction h of a sample, for
-/// the denominator a.
-///
+/// The numerator in powers of w of a plant whose input changes at the fraction h of a sample, for the denominator a.
 /// ```text
 /// N = C·adj(1 − wΦ)·(Γ₀ + Γ₁w) = Σ_j (r_jΓ₀ + r_{j−1}Γ₁)w^j,    r₀ = C,  r_j = r_{j−1}Φ + a_jC
 /// Γ₀ = ∫₀^(1−h) e^(As)B ds,    Γ₁ = e^(A(1−h))·∫₀^h e^(As)B ds

@@ -7,19 +7,16 @@ use core::f64::consts::PI;
 use num_complex::Complex;
 
 /// The margins of a stable loop.
-///
 /// ```text
 /// gain      the g nearest to 1 with 1 + g·GH = 0 somewhere on the circle, above and below 1
 /// delay     the least τ > 0 with 1 + GH(τ) = 0, samples: G sampled with the hold and the delay d + τ, of any part of a sample
 /// ```
-/// None of the crossings in θ is missed: intervals of θ are dropped only where a bound of the second
-/// derivative proves that there is none. Of the delay 16 parts of a sample at least are looked at, and the
-/// zero is narrowed until the verdicts on both sides of it differ.
+/// None of the crossings in θ is missed: intervals of θ are dropped only where a bound of the second derivative proves that there is none.
+/// Of the delay 16 parts of a sample at least are looked at, and the zero is narrowed until the verdicts on both sides of it differ.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct Margins {
-    /// The least factor above 1 on both stiffness and dissipation that takes the loop to the
-    /// boundary; `None` if none does.
+    /// The least factor above 1 on both stiffness and dissipation that takes the loop to the boundary; `None` if none does.
     pub gain_up: Option<AtAngle>,
     /// The largest factor below 1 that does; `None` if the loop stays stable down to no gain.
     pub gain_down: Option<AtAngle>,
@@ -41,7 +38,6 @@ impl SampledLoop<'_> {
     }
 
     /// All margins.
-    ///
     /// # Errors
     /// [`AnalysisError::NotStable`].
     pub fn margins(&self) -> Result<Margins, AnalysisError> {
@@ -59,7 +55,6 @@ impl SampledLoop<'_> {
 
     /// The peak of the sensitivity alone: a local maximum to rounding, and the function was proved not
     /// to exceed it anywhere by more than 1e-6, relative.
-    ///
     /// # Errors
     /// [`AnalysisError::NotStable`]: then 1/(1 + GH) has poles, and its size on the circle says nothing.
     pub fn sensitivity_peak(&self) -> Result<AtAngle, AnalysisError> {
@@ -171,8 +166,7 @@ impl SampledLoop<'_> {
         terms.feedback / terms.plant
     }
 
-    /// All zeros in (0, π) of a real function of A and SH, from its value and derivative and a bound
-    /// of its second derivative.
+    /// All zeros in (0, π) of a real function of A and SH, from its value and derivative and a bound of its second derivative.
     pub(crate) fn zeros(
         &self,
         function: impl Fn(&Terms) -> [f64; 2],

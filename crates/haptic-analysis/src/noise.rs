@@ -8,7 +8,6 @@ use fracdiff::{Channel, Differintegrator, Order, Seconds};
 const WEIGHTS: usize = 4096;
 
 /// rms of an operator's output for white noise of rms 1 at its input, s^(−μ).
-///
 /// ```text
 /// T^(−μ)·√(Σ c_j²),     exact operator: Σ c_j² = Γ(2μ + 1)/Γ(μ + 1)²
 /// ```
@@ -19,7 +18,6 @@ const WEIGHTS: usize = 4096;
 /// - *Range*: the sum converges for μ > −1/2.
 /// - *Accuracy*: 4096 weights, 1e-5 for an unlimited memory.
 /// - *Cost*: 4096 samples of the operator.
-///
 /// ```
 /// use fracdiff::{Order, Scheme, Seconds};
 /// use haptic_analysis::noise_gain;
@@ -45,7 +43,6 @@ pub fn noise_gain(operator: impl Differintegrator<f64>) -> f64 {
 /// The same of the exact operator, by its closed form.
 ///
 /// - *Range*: μ > −1/2.
-///
 /// # Errors
 /// An order or a sample time outside its range.
 pub fn exact_noise_gain(order: Order, sample_time: Seconds) -> Result<f64, AnalysisError> {

@@ -11,7 +11,6 @@ use fracdiff::parameter::{not_negative, positive, range};
 use num_complex::Complex;
 
 /// A simulated object: a mass on a damper and a spring to the ground, under Tustin's rule.
-///
 /// ```text
 /// Z_o(w) = m_o·(2/T)(1 − w)/(1 + w) + b_o + k_o·(T/2)(1 + w)/(1 − w)        velocity in, force out
 /// ```
@@ -27,7 +26,6 @@ pub struct CoupledObject {
 }
 
 /// P = (1 − w)/Q: the operator of order μ whose inverse a coupler applies that runs Q, of order 1 − μ, on its deflection.
-///
 /// ```text
 /// Z_c = k_c + b_c·T^μ·Q(w)/(1 − w)
 /// ```
@@ -43,7 +41,6 @@ impl FrequencyResponse for CouplerOperator<'_> {
 
 /// A device, a fractional virtual coupler and a simulated object, as they are really sampled: device behind a zero-order hold,
 /// with its delay and lag and the hand that holds it.
-///
 /// ```text
 /// H_c = k_c·(1 − w)/T + b_c·T^(μ−1)·Q(w)         coupler, N/m of its deflection, Q of order 1 − μ, 0 ≤ μ ≤ 1
 /// H_o = Z_o·(1 − w)/T                            object
@@ -59,7 +56,6 @@ impl FrequencyResponse for CouplerOperator<'_> {
 /// *Llewellyn's criterion is another question.* It asks for every passive hand and object, but of a device under Tustin's rule,
 /// whose force acts half a sample earlier than a held one does. [`Coupler::sampled_damping`] asks the same of the sampled
 /// device. Neither implies the other's answer for one given hand, which is what is answered here.
-///
 /// ```
 /// use fracdiff::{Order, Scheme, Seconds};
 /// use haptic_analysis::{CoupledLoop, CoupledObject, Coupler, Dynamics, LoopOperator};
@@ -81,7 +77,6 @@ pub struct CoupledLoop<'a> {
 
 impl<'a> CoupledLoop<'a> {
     /// With Q, the operator of order 1 − μ that runs.
-    ///
     /// # Errors
     /// A parameter outside its range; an operator of another order than 1 − μ.
     pub fn new(
@@ -162,7 +157,6 @@ impl<'a> CoupledLoop<'a> {
     }
 
     /// The least factor above 1 on `k_c` and `b_c` together that takes a stable loop to the edge; `None` if none does.
-    ///
     /// # Errors
     /// [`AnalysisError::NotStable`].
     pub fn gain_margin(&self) -> Result<Option<AtAngle>, AnalysisError> {

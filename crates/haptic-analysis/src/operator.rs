@@ -7,7 +7,6 @@ use fracdiff::{FrequencyResponse, Order};
 use num_complex::Complex;
 
 /// An operator D^μ ≈ T^(−μ)·P(w), 0 ≤ μ ≤ 2, with everything a proof about its loop needs.
-///
 /// ```text
 /// exact                     P = (1 − w)^μ                           irrational
 /// grunwald:N, muir:N        P = Σ_{j<N} c_j w^j, A_N(w, μ)          polynomial
@@ -22,13 +21,10 @@ use num_complex::Complex;
 /// All are analytic in |w| < 1 and bounded on the circle, which the argument principle needs; so
 /// integrals (μ < 0, a pole at w = 1) are refused.
 ///
-/// - *Coefficients*: the `f64` ones, without T^(−μ): what the running operator holds, before it
-///   rounds them to its sample type.
+/// - *Coefficients*: the `f64` ones, without T^(−μ): what the running operator holds, before it rounds them to its sample type.
 /// - *Derivative*: known for each kind in closed form, with bounds over any interval, so
 ///   that a curve can be proved to avoid zero between samples ([`variation`](Self::variation)).
-/// - *Cost of a response*: one power and two sines for the exact operator, N multiply-adds for a
-///   polynomial.
-///
+/// - *Cost of a response*: one power and two sines for the exact operator, N multiply-adds for a polynomial.
 /// ```
 /// use fracdiff::{FrequencyResponse, Order, Scheme, Seconds};
 /// use haptic_analysis::LoopOperator;
@@ -99,9 +95,8 @@ impl LoopOperator {
         self.order
     }
 
-    /// Numerator and denominator of P in powers of w, of w⁰ first. `None` for an operator without,
-    /// or (full memory, Oustaloup) with poles so close that multiplied out they would be lost to
-    /// rounding.
+    /// Numerator and denominator of P in powers of w, of w⁰ first. `None` for an operator without, or (full memory, Oustaloup) with poles
+    /// so close that multiplied out they would be lost to rounding.
     #[must_use]
     pub fn polynomials(&self) -> Option<(&[f64], &[f64])> {
         let (numerator, denominator) = self.polynomials.as_ref()?;
@@ -138,8 +133,7 @@ impl LoopOperator {
         core / first(&self.denominator)
     }
 
-    /// P(e^(−jθ)) and its derivative by θ; the derivative of the exact operator is infinite at
-    /// θ = 0 for 0 < μ < 1.
+    /// P(e^(−jθ)) and its derivative by θ; the derivative of the exact operator is infinite at θ = 0 for 0 < μ < 1.
     pub(crate) fn response_and_rate(&self, theta: f64) -> (Complex<f64>, Complex<f64>) {
         let node = self.node(&Place::new(theta));
         let jet = if self.denominator.is_one() {
@@ -152,14 +146,12 @@ impl LoopOperator {
 
     /// An upper bound of |P(e^(−jθ₁)) − P(e^(−jθ₂))| for any two angles in [low, high], and of the
     /// length ∫|dP/dθ| dθ of the path between them; 0 ≤ low ≤ high ≤ π.
-    ///
     /// ```text
     /// exact        ∫ μ(2 sin(θ/2))^(μ−1) dθ ≤ (|P(high)| − |P(low)|)/cos(high/2)
     /// polynomial   the least of (high − low)·Σ j|c_j| and what |P′| at the ends and Σ j²|c_j| allow
     /// others       from the rates of their modes and sections
     /// ```
-    /// Finite also at θ = 0 for μ < 1, where the exact operator behaves like θ^μ. Tends to the
-    /// length itself as the interval shrinks.
+    /// Finite also at θ = 0 for μ < 1, where the exact operator behaves like θ^μ. Tends to the length itself as the interval shrinks.
     #[must_use]
     pub fn variation(&self, low: f64, high: f64) -> f64 {
         let (a, b) = (Place::new(low), Place::new(high));
@@ -177,7 +169,6 @@ impl LoopOperator {
     }
 
     /// The length of the path of N/D, infinite if D is not known to avoid zero.
-    ///
     /// ```text
     /// |P′| ≤ (n′ + p·d′)/d,   |P″| ≤ (n″ + p·d″ + 2p′d′)/d,   n, n′, n″, d′, d″ bounds, d ≤ |D|, p = n/d
     /// ```

@@ -6,7 +6,6 @@ use crate::decomposition::{Decomposition, Sample};
 use crate::stability::Circle;
 use core::f64::consts::PI;
 
-/// All that is needed to find the boundary.
 #[derive(Clone, Debug)]
 pub(crate) struct Outline<'a> {
     pub(crate) decomposition: &'a Decomposition<'a>,
@@ -205,7 +204,6 @@ fn distance_to_chord(at: [f64; 2], a: [f64; 2], b: [f64; 2]) -> f64 {
 }
 
 /// ½∮(α dβ − β dα) along an arc: exact for the cubics through the samples and their tangents.
-///
 /// ```text
 /// ∫ p × p′ = p₀ × p₁ + (p₀ − p₁) × (m₀ − m₁)/5 − m₀ × m₁/30,   m = tangent·Δθ
 /// ```
@@ -231,8 +229,7 @@ fn swept(samples: &[Sample], is_curve: bool) -> f64 {
     0.5 * sum
 }
 
-/// Joins arcs end to start. Where several leave one point, takes the sharpest left turn, which keeps
-/// to the boundary of one cell.
+/// Joins arcs end to start. Where several leave one point, takes the sharpest left turn, which keeps to the boundary of one cell.
 fn join(arcs: &[Arc]) -> Result<Vec<Vec<usize>>, AnalysisError> {
     let mut used = vec![false; arcs.len()];
     let mut loops = Vec::new();

@@ -11,8 +11,7 @@ use fracdiff::{FrequencyResponse, Order, Seconds};
 use num_complex::Complex;
 use std::f64::consts::PI;
 
-/// A device under a sampled wall K + B·T^(−μ)·P(w), with the operator P that really runs, behind a
-/// delay and a current lag.
+/// A device under a sampled wall K + B·T^(−μ)·P(w), with the operator P that really runs, behind a delay and a current lag.
 ///
 /// Theorem 1, for all 0 ≤ θ ≤ π and strictly:
 /// ```text
@@ -32,9 +31,7 @@ use std::f64::consts::PI;
 /// - *The end θ → 0* is a limit: u = (2d+1)/2; of v, the values at θ = 1e-60 and 1e-90 tell a
 ///   constant from a power of θ. A supremum that is only approached there counts.
 /// - *Accuracy*: 1e-10, in practice 1e-13 of the larger term.
-/// - *Cost*: 4·(memory + d) + 400 responses for one supremum, on the heap; the largest K or B
-///   takes a few suprema.
-///
+/// - *Cost*: 4·(memory + d) + 400 responses for one supremum, on the heap; the largest K or B takes a few suprema.
 /// ```
 /// use fracdiff::{ExactDifference, MuirPolynomial, Order, Seconds};
 /// use haptic_analysis::OnePort;
@@ -47,7 +44,6 @@ use std::f64::consts::PI;
 /// assert!((really.delta - 4.0 / 3.0).abs() < 1e-12); // A₃(−1) = 8/3, halved
 /// # Ok::<(), haptic_analysis::AnalysisError>(())
 /// ```
-///
 /// Source: O. Tokatlı, *Fractional Order Control in Haptics*, eq. 3.14, after J. E. Colgate,
 /// G. Schenkel, *Passivity of a class of sampled-data systems*, J. Robotic Systems 14(1), 1997.
 #[derive(Clone, Debug)]
@@ -70,7 +66,6 @@ const REST_NOISE: f64 = 1e-4;
 
 impl<'a, P: FrequencyResponse + ?Sized> OnePort<'a, P> {
     /// Without extra delay. `order` is the one the operator was made for.
-    ///
     /// # Errors
     /// μ < 0, where the theorem's condition has no bound, or an operator without a finite response.
     pub fn new(operator: &'a P, order: Order) -> Result<Self, AnalysisError> {
@@ -93,7 +88,6 @@ impl<'a, P: FrequencyResponse + ?Sized> OnePort<'a, P> {
     }
 
     /// With the delay, whole or not, and the current lag of an actuator.
-    ///
     /// # Errors
     /// An operator without a finite response.
     pub fn through(mut self, path: ForcePath) -> Result<Self, AnalysisError> {
@@ -102,9 +96,8 @@ impl<'a, P: FrequencyResponse + ?Sized> OnePort<'a, P> {
         Ok(self)
     }
 
-    /// With the operator's memory length in samples, so that its fastest ripple cannot slip through the
-    /// search: `Differintegrator::memory_length`. Leave it out for an unlimited memory (recursive, full,
-    /// exact), which has no ripple.
+    /// With the operator's memory length in samples, so that its fastest ripple cannot slip through the search:
+    /// `Differintegrator::memory_length`. Leave it out for an unlimited memory (recursive, full, exact), which has no ripple.
     #[must_use]
     pub fn with_memory(mut self, samples: usize) -> Self {
         self.memory = samples.max(1);
@@ -125,7 +118,6 @@ impl<'a, P: FrequencyResponse + ?Sized> OnePort<'a, P> {
     }
 
     /// The right side of Theorem 1 at one frequency, 0 < θ ≤ π: α·u(θ) + β·v(θ) for whole samples of delay.
-    ///
     /// # Errors
     /// α, β or θ outside its range.
     pub fn delta_at(&self, alpha: f64, beta: f64, theta: f64) -> Result<f64, AnalysisError> {
@@ -138,7 +130,6 @@ impl<'a, P: FrequencyResponse + ?Sized> OnePort<'a, P> {
     }
 
     /// The δ that Theorem 1 asks for.
-    ///
     /// # Errors
     /// α or β below 0, or an operator without a finite response.
     pub fn required_delta(&self, alpha: f64, beta: f64) -> Result<RequiredDelta, AnalysisError> {
@@ -153,7 +144,6 @@ impl<'a, P: FrequencyResponse + ?Sized> OnePort<'a, P> {
     }
 
     /// The damping that Theorem 1 asks for, for K in N/m and B in N·s^μ/m.
-    ///
     /// # Errors
     /// T not above 0, K or B below 0, or an operator without a finite response.
     pub fn required_damping(
@@ -174,7 +164,6 @@ impl<'a, P: FrequencyResponse + ?Sized> OnePort<'a, P> {
     }
 
     /// The largest α for given δ and β: inf over θ of (δ − β·v)/u where u > 0.
-    ///
     /// # Errors
     /// δ or β below 0, or an operator without a finite response.
     pub fn largest_alpha(&self, delta: f64, beta: f64) -> Result<Largest, AnalysisError> {
@@ -203,7 +192,6 @@ impl<'a, P: FrequencyResponse + ?Sized> OnePort<'a, P> {
     }
 
     /// The largest β for given δ and α: inf over θ of (δ − α·u)/v where v > 0.
-    ///
     /// # Errors
     /// δ or α below 0, or an operator without a finite response.
     pub fn largest_beta(&self, delta: f64, alpha: f64) -> Result<Largest, AnalysisError> {
@@ -234,7 +222,6 @@ impl<'a, P: FrequencyResponse + ?Sized> OnePort<'a, P> {
     }
 
     /// The largest K, N/m, for b in N·s/m and B in N·s^μ/m.
-    ///
     /// # Errors
     /// T not above 0, b or B below 0, or an operator without a finite response.
     pub fn largest_stiffness(
@@ -250,7 +237,6 @@ impl<'a, P: FrequencyResponse + ?Sized> OnePort<'a, P> {
     }
 
     /// The largest B, N·s^μ/m, for b in N·s/m and K in N/m.
-    ///
     /// # Errors
     /// T not above 0, b or K below 0, or an operator without a finite response.
     pub fn largest_dissipation(
@@ -409,11 +395,9 @@ impl RequiredDamping {
 
 /// Corollary 1, nondimensional: δ > α/2 + β·2^(μ−1); with units b > KT/2 + B(T/2)^(1−μ).
 ///
-/// Equal to Theorem 1 for the exact operator (1 − w)^μ without extra delay and 0 ≤ μ ≤ 2 (in fact for
-/// every μ ≥ 0; worst at θ = π). It says nothing about another operator: the Muir polynomial of the
-/// dissertation needs up to a third more on the β term. Nor about a delay: d samples make the α term
-/// 2d + 1 times as large, and the β term larger where μ < 1 (where μ ≥ 1 it stays sufficient).
-///
+/// Equal to Theorem 1 for the exact operator (1 − w)^μ without extra delay and 0 ≤ μ ≤ 2 (in fact for every μ ≥ 0; worst at θ = π). It says
+/// nothing about another operator: the Muir polynomial of the dissertation needs up to a third more on the β term. Nor about a delay: d
+/// samples make the α term 2d + 1 times as large, and the β term larger where μ < 1 (where μ ≥ 1 it stays sufficient).
 /// # Errors
 /// α or β below 0, or μ < 0.
 ///

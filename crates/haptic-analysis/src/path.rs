@@ -5,19 +5,14 @@ use certified_count::Place;
 use fracdiff::parameter::range;
 use num_complex::Complex;
 
-/// The way of a command to the device: held for one sample, delayed by (d + h) samples, and followed
-/// by a motor current of time constant τ.
-///
+/// The way of a command to the device: held for one sample, delayed by (d + h) samples, and followed by a motor current of time constant τ.
 /// ```text
 /// τ·f'(t) = u(t − (d + h)T) − f(t),   or f(t) = u(t − (d + h)T) if τ = 0;   0 ≤ h < 1
 /// ```
-/// - *Units*: both numbers in samples, that is delay/T and τ/T. [`Dynamics`](crate::Dynamics) makes one
-///   from seconds.
+/// - *Units*: both numbers in samples, that is delay/T and τ/T. [`Dynamics`](crate::Dynamics) makes one from seconds.
 /// - *Delay*: beside that of the hold, from 0 to 10 000. A delay within 1e-9 of
 ///   a whole number is that number, so that 3 ms at 1 ms are 3 samples.
-/// - *Lag*: from 0 to 1e6. Below 1e-13 it counts as none: it moves the force by
-///   less than a rounding error.
-///
+/// - *Lag*: from 0 to 1e6. Below 1e-13 it counts as none: it moves the force by less than a rounding error.
 /// ```
 /// use haptic_analysis::ForcePath;
 ///
@@ -55,7 +50,6 @@ impl ForcePath {
     const LAG_MAX: f64 = 1e6;
 
     /// From delay and lag, both in samples.
-    ///
     /// # Errors
     /// Either outside its range.
     pub fn new(delay_samples: f64, lag_samples: f64) -> Result<Self, AnalysisError> {
@@ -125,7 +119,6 @@ impl ForcePath {
     }
 
     /// The response of the path to a force as a continuous signal, at the angle θ = ωT.
-    ///
     /// ```text
     /// e^(−jθ(d + h))/(1 + jθτ/T)
     /// ```

@@ -12,32 +12,26 @@ use nalgebra::{DMatrix, DVector, RowDVector};
 /// It is a mass with damper and hand ([`new`](Self::new)), the same behind a delay that is no whole number
 /// of samples and a current lag ([`behind`](Self::behind)), or any linear plant
 /// ([`linear`](Self::linear)). A fraction h of delay splits each sample where the force changes:
-///
 /// ```text
 /// x[n+1] = Φx[n] + Γ₀u[n−d] + Γ₁u[n−d−1],   Φ = e^(AT),  Γ₀ = ∫₀^((1−h)T) e^(As)B ds,  Γ₁ = e^(A(1−h)T)∫₀^(hT) e^(As)B ds
 /// A(w) = det(1 − wΦ),   N(w) = C·adj(1 − wΦ)(Γ₀ + Γ₁w),   d whole samples beside
 /// ```
 /// (the modified z-transform). Without fraction and lag, nondimensional (4.1):
-///
 /// ```text
 /// x'' + δ·x' + γ·x = u,   time in samples:   G(w) = (n₁w + n₀w²) / A(w),   w = z^(−1)
 /// A(w) = 1 − (c₂ + c₃)w + e^(−δ)w²,   c₂,₃ = e^(−s₂,₃),   s₂,₃ = (δ ± √(δ² − 4γ))/2
 /// n₁ = exp[−s₂, −s₃, 0],   n₀ = exp[−s₂, −s₃, −δ]   (divided differences)
 /// ```
-/// The closed forms of the dissertation divide by c₁γ and lose everything near γ = 0 and δ² = 4γ.
-/// Here nothing cancels:
-///
+/// The closed forms of the dissertation divide by c₁γ and lose everything near γ = 0 and δ² = 4γ. Here nothing cancels:
 /// ```text
 /// n₁ + n₀ = φ₁(s₂)·φ₁(s₃),   φ₁(s) = (1 − e^(−s))/s        A(1) = γ·(n₁ + n₀)
 /// A = A(1) + a₁v + e^(−δ)v²,   a₁ = (1 − e^(−δ)) − A(1)     n₁ + n₀w = (n₁ + n₀) − n₀v,   v = 1 − w
 /// ```
-/// and n₁ comes from its power series over a step so short that the series is exact, and then from
-/// doublings of that step.
+/// and n₁ comes from its power series over a step so short that the series is exact, and then from doublings of that step.
 ///
 /// - *Ranges*: δ = bT/m from 0 to 1e6, γ = kT²/m from 0 to 1e12; all dimensionless.
-/// - *Accuracy*: 1e-12 relative for δ and γ from 1e-9 to 10, over-, critically and under-damped, and
-///   at every removable singularity, against 50 digits (`tests/golden/plant.csv`). Beyond, a phase
-///   of ω radians in a sample is known to ω rounding errors.
+/// - *Accuracy*: 1e-12 relative for δ and γ from 1e-9 to 10, over-, critically and under-damped, and at every removable singularity,
+///   against 50 digits (`tests/golden/plant.csv`). Beyond, a phase of ω radians in a sample is known to ω rounding errors.
 /// - *Cost*: a few exponentials and about 30 multiply-adds, once.
 ///
 /// With fraction or lag the denominator is the same times 1 − e^(−T/τ)w, and the numerator comes from the
@@ -45,7 +39,6 @@ use nalgebra::{DMatrix, DVector, RowDVector};
 ///
 /// Sources: O. Tokatlı, *Fractional Order Control in Haptics*, eq. 4.1 (which prints c₂ twice); E. I. Jury,
 /// *Theory and Application of the z-Transform Method*, Wiley, 1964 (the modified transform).
-///
 /// ```
 /// use haptic_analysis::SampledPlant;
 ///
@@ -89,13 +82,10 @@ impl Coefficients {
 impl SampledPlant {
     /// Largest δ: a motion that dies out a million times faster than a sample is sampled wrongly.
     pub const DELTA_MAX: f64 = 1e6;
-    /// Largest γ.
     pub(crate) const GAMMA_MAX: f64 = 1e12;
-    /// Most states of a plant given by matrices.
     pub(crate) const STATES_MAX: usize = linear::STATES_MAX;
 
     /// Mass, damper and hand, from δ and γ, with an actuator that acts at once.
-    ///
     /// # Errors
     /// Unless 0 ≤ δ ≤ 1e6 and 0 ≤ γ ≤ 1e12.
     pub fn new(delta: f64, gamma: f64) -> Result<Self, AnalysisError> {
@@ -120,7 +110,6 @@ impl SampledPlant {
     }
 
     /// Mass, damper and hand behind a delay and a current lag: the state is position, velocity, force.
-    ///
     /// # Errors
     /// δ or γ outside its range.
     pub fn behind(delta: f64, gamma: f64, path: ForcePath) -> Result<Self, AnalysisError> {
@@ -165,11 +154,9 @@ impl SampledPlant {
     /// - `path`: delay, and a current lag if A has none; it takes a state of its own.
     /// - *Accuracy*: the sampled plant is compared with C(1 − wΦ)⁻¹Γ solved directly at eight angles, and
     ///   refused if they differ by more than 1e-9 of its numerator.
-    ///
     /// # Errors
-    /// Sizes that do not fit, numbers that are not finite, a motion faster than 1e6 per sample, an output
-    /// that the input does not move, T or m not above 0; [`AnalysisError::Unresolved`] if rounding errors
-    /// spoil the polynomials.
+    /// Sizes that do not fit, numbers that are not finite, a motion faster than 1e6 per sample, an output that the input does not move, T
+    /// or m not above 0; [`AnalysisError::Unresolved`] if rounding errors spoil the polynomials.
     pub fn linear(
         a: &[f64],
         b: &[f64],
@@ -239,7 +226,6 @@ impl SampledPlant {
     }
 
     /// The same plant behind another delay; its lag stays. Only the numerator knows where in a sample the force changes.
-    ///
     /// # Errors
     /// More than the longest delay.
     pub(crate) fn delayed_by(&self, delay_samples: f64) -> Result<Self, AnalysisError> {
@@ -329,8 +315,7 @@ pub(crate) struct Poles {
 
 impl Poles {
     pub(crate) fn new(delta: f64, gamma: f64) -> Self {
-        // δ² − 4γ as a product: a square root of it loses half the digits at critical damping, but
-        // both results are smooth and even in it.
+        // δ² − 4γ as a product: a square root of it loses half the digits at critical damping, but both results are smooth and even in it.
         let root = libm::sqrt(gamma);
         let discriminant = (delta - 2.0 * root) * (delta + 2.0 * root);
         if discriminant >= 0.0 {
@@ -365,7 +350,6 @@ fn phi1(s: f64) -> f64 {
 }
 
 /// n₁ = x(1) for a unit force from rest.
-///
 /// ```text
 /// X(t) = ∫₀ᵗ h,   h'' + δh' + γh = 0,  h(0) = 0,  h'(0) = 1
 /// X = t² Σ_{k≥0} (−1)^k h_k/(k + 2)!,   h_k = δt·h_{k−1} − γt²·h_{k−2},   h₀ = 1,  h₋₁ = 0

@@ -1,8 +1,7 @@
 //! The stability region in the α–β plane, by D-decomposition.
 //!
-//! F is linear in α and β, so the places where a zero can cross the unit circle are known in closed
-//! form: one curve for 0 < θ < π and two straight lines for w = 1 and w = −1. They cut the quadrant
-//! α, β ≥ 0 into cells with one number of unstable poles each. In order:
+//! F is linear in α and β, so the places where a zero can cross the unit circle are known in closed form: one curve for 0 < θ < π and two
+//! straight lines for w = 1 and w = −1. They cut the quadrant α, β ≥ 0 into cells with one number of unstable poles each. In order:
 //!
 //! 1. **A box.** A stable F has a logarithm in the disc, and |F| ≤ M there with M linear in α and β.
 //!    Every Taylor coefficient of log F is at most 2Λ, Λ = log M (Carathéodory), so the coefficient of
@@ -31,7 +30,6 @@ use core::f64::consts::PI;
 use fracdiff::parameter::range;
 
 /// The α, β ≥ 0 for which a loop is stable.
-///
 /// ```
 /// use fracdiff::{Order, Scheme, Seconds};
 /// use haptic_analysis::{LoopOperator, SampledPlant, StabilityRegion};
@@ -84,15 +82,11 @@ impl StabilityRegion {
     /// Computes it for a plant, an operator and `delay` samples beside those of the plant, with about `points` points on
     /// the boundary (at least what its shape needs, some hundred).
     ///
-    /// - *Accuracy*: points on the curve to about 1e-12, extremes of α and β to 1e-10; parts
-    ///   smaller than about 1e-8 are not seen.
-    /// - *Cost*: some 10³ responses of the operator, one certified count a piece (a few dozen), and
-    ///   `points` responses.
-    ///
+    /// - *Accuracy*: points on the curve to about 1e-12, extremes of α and β to 1e-10; parts smaller than about 1e-8 are not seen.
+    /// - *Cost*: some 10³ responses of the operator, one certified count a piece (a few dozen), and `points` responses.
     /// # Errors
-    /// δ or γ outside the range of a [`SampledPlant`]; an order between 0 and 1e-6; d above 64, or
-    /// [`AnalysisError::Unresolved`] if the pieces do not close to polygons, which means that parts of
-    /// the boundary come closer to each other than rounding errors can tell.
+    /// δ or γ outside the range of a [`SampledPlant`]; an order between 0 and 1e-6; d above 64, or [`AnalysisError::Unresolved`] if the
+    /// pieces do not close to polygons, which means that parts of the boundary come closer to each other than rounding errors can tell.
     pub fn new(
         plant: SampledPlant,
         operator: &LoopOperator,
@@ -144,9 +138,8 @@ impl StabilityRegion {
         }
     }
 
-    /// True if a loop with these α and β is stable, read from the polygons: right up to their chords,
-    /// which with 2000 points are within about 1e-6 of the boundary. Cost: one comparison a point,
-    /// far less than a verdict, so this is what maps are made from.
+    /// True if a loop with these α and β is stable, read from the polygons: right up to their chords, which with 2000 points are within
+    /// about 1e-6 of the boundary. Cost: one comparison a point, far less than a verdict, so this is what maps are made from.
     #[must_use]
     pub fn contains(&self, alpha: f64, beta: f64) -> bool {
         let Some(area) = self.bounded() else {

@@ -14,9 +14,7 @@ use num_complex::Complex;
 use std::f64::consts::PI;
 
 impl LoopOperator {
-    /// From a scheme. `sample_time` matters only to `oustaloup`, whose corners are in Hz;
-    /// `horizon`, in samples, only to the full memories.
-    ///
+    /// From a scheme. `sample_time` matters only to `oustaloup`, whose corners are in Hz; `horizon`, in samples, only to the full memories.
     /// # Errors
     /// Unless 0 ≤ μ ≤ 2; a parameter of the scheme outside its range.
     pub fn new(
@@ -154,11 +152,9 @@ impl LoopOperator {
     ///
     /// - `order` says what the gain B counts in, N·s^μ/m, and so what β is.
     /// - A filter without feedback has the denominator `[1.0]`.
-    ///
     /// # Errors
-    /// An order below 1e-6 (a constant is a spring: put it into α) or above 2; a coefficient that is not finite; a
-    /// direct gain `b₀/a₀` not above 0; a denominator with a zero in |w| ≤ 1, or so close that rounding errors could
-    /// decide: the filter itself would be unstable.
+    /// An order below 1e-6 (a constant is a spring: put it into α) or above 2; a coefficient that is not finite; a direct gain `b₀/a₀` not
+    /// above 0; a denominator with a zero in |w| ≤ 1, or so close that rounding errors could decide: the filter itself would be unstable.
     pub fn from_polynomials(
         order: Order,
         numerator: &[f64],
@@ -176,15 +172,12 @@ impl LoopOperator {
     }
 
     /// A memory of taps and decaying modes on increments, without its factor T^(−μ):
-    ///
     /// ```text
     /// P = (1 − w)^⌈μ⌉·[Σ_j k_j w^j + Σ_q W_q/(1 − e^(−s_q)·w)]
     /// ```
     /// so a mode, a pair (`s_q` > 0 per sample, `W_q`), begins at lag 0. A tempered or fitted kernel is one.
-    ///
     /// # Errors
-    /// An order below 1e-6 or above 2; a tap, weight or rate that is not finite; a rate not above 0; a direct gain not
-    /// above 0.
+    /// An order below 1e-6 or above 2; a tap, weight or rate that is not finite; a rate not above 0; a direct gain not above 0.
     pub fn from_modes(
         order: Order,
         taps: &[f64],
@@ -207,7 +200,6 @@ impl LoopOperator {
 
     /// A full memory of one's own, as [`FullMemory`](fracdiff::FullMemory) runs its design: of a tempered kernel, or of
     /// all elements of a tissue at once.
-    ///
     /// # Errors
     /// As [`from_modes`](Self::from_modes).
     pub fn from_design<const TAPS: usize, const MODES: usize>(
@@ -219,16 +211,13 @@ impl LoopOperator {
 
     /// Anything that has a frequency response and whose memory fades: P is taken apart into its weights,
     /// P = Σ `c_j` w^j, by a discrete Fourier transform.
-    ///
     /// ```text
     /// c_j = (1/M)·Σ_k P(e^(−2πjk/M))·e^(2πjk/M),   M doubled until all of c from M/2 on is below 1e-12·Σ|c_j|
     /// ```
-    /// - *Exact* to some 1e-15 for a finite memory of up to 2048 samples; what a fading one
-    ///   leaves out is 1e-12 of its weights.
+    /// - *Exact* to some 1e-15 for a finite memory of up to 2048 samples; what a fading one leaves out is 1e-12 of its weights.
     /// - *Not for* weights that fall like a power, as those of (1 − w)^μ: give its [`Scheme`](fracdiff::Scheme) or its
     ///   modes. A pole close to the circle wants [`from_polynomials`](Self::from_polynomials).
     /// - *Cost*: M² multiply-adds.
-    ///
     /// # Errors
     /// An order below 1e-6 or above 2; a response that is not finite, as that of an integral at rest; a memory that has
     /// not faded after 2048 samples; a direct gain not above 0.

@@ -10,7 +10,6 @@ use fracdiff::parameter::{positive, range};
 use num_complex::Complex;
 
 /// Device and wall without units.
-///
 /// ```text
 /// α = K·T²/m,   β = B·T^(2−μ)/m,   δ = b·T/m,   γ = k·T²/m
 /// ```
@@ -32,7 +31,6 @@ impl Nondimensional {
     pub const WALL_MAX: f64 = 1e12;
 
     /// Itself, if all four are within their ranges.
-    ///
     /// # Errors
     /// The first that is not.
     pub fn checked(self) -> Result<Self, AnalysisError> {
@@ -50,7 +48,6 @@ impl Nondimensional {
     }
 
     /// The wall that has these α and β on a device of this mass.
-    ///
     /// # Errors
     /// A parameter outside its range.
     pub fn with_units(
@@ -72,14 +69,12 @@ impl Nondimensional {
 }
 
 /// A loop closed over a virtual environment, without units.
-///
 /// ```text
 /// F(w) = A(w) + w^(d+1)·N(w)·(α + βP(w)),   stable ⇔ F has no zero in |w| ≤ 1,  w = z^(−1)
 /// ```
 /// - α, β: stiffness and dissipation, at least 0; δ, γ: device and hand, see [`SampledPlant`].
 /// - d: whole samples of delay between measuring and acting, beside the one of the hold; up to 10 000. A delay that is no whole number and a current lag belong to the plant:
 ///   [`with_plant`](Self::with_plant).
-///
 /// ```
 /// use fracdiff::{Order, Scheme, Seconds};
 /// use haptic_analysis::{LoopOperator, Nondimensional, SampledLoop};
@@ -135,10 +130,8 @@ fn flushed(value: f64) -> f64 {
 
 impl<'a> SampledLoop<'a> {
     /// Checks all parameters. An α or β below 1e-200 counts as 0.
-    ///
     /// # Errors
-    /// α, β, δ or γ negative or not finite; δ or γ too large for a [`SampledPlant`]; α or β above
-    /// 1e12; d above the largest delay.
+    /// α, β, δ or γ negative or not finite; δ or γ too large for a [`SampledPlant`]; α or β above 1e12; d above the largest delay.
     pub fn new(
         parameters: Nondimensional,
         operator: &'a LoopOperator,
@@ -159,7 +152,6 @@ impl<'a> SampledLoop<'a> {
     }
 
     /// The same on any plant, whose delay and lag are its own.
-    ///
     /// # Errors
     /// α or β negative, not finite, or above 1e12.
     pub fn with_plant(
@@ -241,8 +233,7 @@ impl<'a> SampledLoop<'a> {
         circle.count((self.alpha, self.beta), BOUNDARY, self.beside_rest)
     }
 
-    /// F·D in powers of w, of w⁰ first, where P = N/D is polynomial or rational; its zeros are those
-    /// of F, since D has none in |w| ≤ 1.
+    /// F·D in powers of w, of w⁰ first, where P = N/D is polynomial or rational; its zeros are those of F, since D has none in |w| ≤ 1.
     fn characteristic_polynomial(&self) -> Option<Vec<f64>> {
         let (above, below) = self.characteristic.operator.polynomials()?;
         let plant = &self.characteristic.plant;
@@ -283,7 +274,6 @@ impl<'a> SampledLoop<'a> {
 }
 
 /// Samples of the circle that all counts for one plant, operator and delay share.
-///
 /// ```text
 /// zeros in |w| < 1 = −(1/π)·Δarg F·D over 0 ≤ θ ≤ π
 /// ```
@@ -316,7 +306,6 @@ impl<'a> Characteristic<'a> {
 
 /// Radii of the arc round w = 1 that are tried: the least on which F is above rounding.
 const ARCS: [f64; 5] = [1e-9, 1e-8, 1e-7, 1e-6, 1e-5];
-/// So many times.
 const ABOVE: f64 = 1e3;
 
 impl Circle<'_> {
@@ -364,7 +353,6 @@ struct Weighed<'a, 'b> {
     circle: &'a Circle<'b>,
     alpha: f64,
     beta: f64,
-    /// p.
     fall: f64,
 }
 
@@ -446,11 +434,8 @@ mod tests {
 
     #[test]
     fn a_polynomial_gives_back_the_poles_it_was_made_from() {
-        let mut have: Vec<f64> = poles(from_poles(&[0.9, -0.5, 1.2, 0.0]))
-            .expect("finite")
-            .iter()
-            .map(|pole| pole.re)
-            .collect();
+        let found = poles(from_poles(&[0.9, -0.5, 1.2, 0.0])).expect("finite");
+        let mut have: Vec<f64> = found.iter().map(|pole| pole.re).collect();
         have.sort_by(f64::total_cmp);
         for (have, want) in have.iter().zip([-0.5, 0.9, 1.2]) {
             assert!((have - want).abs() < 1e-14, "{have} {want}");

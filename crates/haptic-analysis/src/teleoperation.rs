@@ -14,7 +14,6 @@ use line::Ports;
 use num_complex::Complex;
 
 /// Master, slave and the line between them.
-///
 /// ```text
 /// F_h = h₁₁·V_m + h₁₂·F_e,   −V_s = h₂₁·V_m + h₂₂·F_e       F_h of the hand on the master, F_e of the slave on its environment
 /// Z_i = m_i·s + b_i,   hold Ho = (1 − w)/(sT),   Δ = e^(−s(h + T))·S,   s = jω, w = e^(−sT)
@@ -35,7 +34,6 @@ use num_complex::Complex;
 ///
 /// Derived anew from the two equations of motion, the result is that of theory: `Z_t` as in D. A. Lawrence, *Stability and
 /// transparency in bilateral teleoperation*, IEEE Trans. Robotics and Automation 9(5), 1993.
-///
 /// ```
 /// use fracdiff::Order;
 /// use haptic_analysis::num_complex::Complex;
@@ -74,7 +72,6 @@ pub struct Teleoperation {
 
 impl Teleoperation {
     /// `Z_t`, N·s/m, for an environment of impedance `Z_e(jω)`, velocity in and force out, N·s/m.
-    ///
     /// # Errors
     /// A parameter or ω outside its range, a result that is too large for a number, or a resonance without damping.
     pub fn transmitted(
@@ -88,7 +85,6 @@ impl Teleoperation {
         Ok(felt)
     }
 
-    /// Itself, if its parameters are in range.
     pub(crate) fn checked(&self) -> Result<(), AnalysisError> {
         for mass in [self.master, self.slave] {
             positive("mass", mass.mass_kg, "kg")?;
@@ -146,7 +142,6 @@ const TRIED: usize = 60;
 impl Teleoperation {
     /// Llewellyn's conditions at one frequency: the smaller of Re h₁₁ (N·s/m) and Re h₂₂ (m/(N·s)), at least 0, and the ratio of
     /// [`AbsoluteStability::least_ratio`], at least 1.
-    ///
     /// # Errors
     /// A parameter or ω outside its range.
     pub fn llewellyn(&self, omega_rad_s: f64) -> Result<(f64, f64), AnalysisError> {
@@ -218,9 +213,7 @@ impl Teleoperation {
 
     /// The largest delay with which the two hands are absolutely stable, up to `most_s`; the delay of `self` does not matter.
     ///
-    /// Delays are tried from short to long, then halved: a gap between two stable delays closer than a factor of 1.17 can be
-    /// missed.
-    ///
+    /// Delays are tried from short to long, then halved: a gap between two stable delays closer than a factor of 1.17 can be missed.
     /// # Errors
     /// As [`absolute_stability`](Self::absolute_stability).
     pub fn largest_delay(&self, most_s: f64) -> Result<LargestDelay, AnalysisError> {

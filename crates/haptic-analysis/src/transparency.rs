@@ -7,13 +7,11 @@ use num_complex::Complex;
 use std::f64::consts::PI;
 
 /// A virtual wall of fractional order, sampled: what the loop computes from a position.
-///
 /// ```text
 /// H(w) = K + B·T^(−μ)·P(w)
 /// ```
-/// The force on the device is −H·x: a positive displacement is pushed back. The formulas here and in
-/// [`ClosedLoop`] hold for every order an [`Order`] can have; theorems about passivity do not.
-/// Source: O. Tokatlı, *Fractional Order Control in Haptics*, eq. 3.8.
+/// The force on the device is −H·x: a positive displacement is pushed back. The formulas here and in [`ClosedLoop`] hold for every order an
+/// [`Order`] can have; theorems about passivity do not. Source: O. Tokatlı, *Fractional Order Control in Haptics*, eq. 3.8.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Environment {
     /// K, N/m, at least 0.
@@ -40,13 +38,11 @@ pub struct Effective {
 
 impl Environment {
     /// Effective stiffness and damping with the operator really used, P for this order, at 0 < ω ≤ π/T, rad/s.
-    ///
     /// ```text
     /// ES(ω) = Re H(e^(−jωT)),    ED(ω) = Im H(e^(−jωT))/ω
     /// ```
     /// For the exact operator ES = K + B(2 sin(θ/2)/T)^μ cos(μ(π−θ)/2), θ = ωT, and ED the same with
     /// a sine, without K, over ω. (The dissertation drops the T^(−μ).)
-    ///
     /// # Errors
     /// A parameter or ω outside its range, or a result too large for a number.
     ///
@@ -64,7 +60,6 @@ impl Environment {
     ///
     /// `impedance` is `Z_d(jω)`, N·s/m, velocity in and force out: jωm + b for a mass on a damper; of a plant with the
     /// transfer function G from force to position, 1/(jω·G(jω)).
-    ///
     /// # Errors
     /// A parameter or ω outside its range, an impedance that is not finite, or a result too large for a number.
     pub fn felt_on(
@@ -95,7 +90,6 @@ impl Environment {
         Ok(turned(omega_rad_s, self.sample_time_s)?.min(PI))
     }
 
-    /// Itself, if its parameters are in range.
     pub(crate) fn checked(&self) -> Result<Self, AnalysisError> {
         not_negative("stiffness", self.stiffness_n_per_m, "N/m")?;
         not_negative("dissipation", self.dissipation_n_s_mu_per_m, "N·s^μ/m")?;
@@ -105,7 +99,6 @@ impl Environment {
 }
 
 impl Effective {
-    /// Refuses what is not a number.
     fn new(
         omega_rad_s: f64,
         stiffness_n_per_m: f64,
@@ -122,20 +115,17 @@ impl Effective {
 }
 
 /// Device, zero-order hold and virtual environment, as the hand meets them.
-///
 /// ```text
 /// Z(jω) = jωm + b + H·e^(−jωT(1/2 + d + h))/((1 + jωτ)·jω),   ES(ω) = −ω·Im Z,   ED(ω) = Re Z
 /// ```
-/// Force in phase with velocity is damping, force in phase with displacement is stiffness; a spring is
-/// a positive ES. (The dissertation prints 6.1 with the opposite sign of every term, against its own
-/// text, where the mass lowers and K raises the stiffness.) The hold is e^(−jωT/2), its delay: images
-/// above π/T are not in it, nor is the droop of sin(ωT/2)/(ωT/2).
+/// Force in phase with velocity is damping, force in phase with displacement is stiffness; a spring is a positive ES. (The dissertation
+/// prints 6.1 with the opposite sign of every term, against its own text, where the mass lowers and K raises the stiffness.) The hold is
+/// e^(−jωT/2), its delay: images above π/T are not in it, nor is the droop of sin(ωT/2)/(ωT/2).
 ///
 /// - The hand's stiffness is not part of it: the hand is what feels.
 /// - Range of ω: 0 < ω ≤ π/T, rad/s, for the continuous form too.
 ///
 /// Source: O. Tokatlı, *Fractional Order Control in Haptics*, eqs. 6.1, 6.2.
-///
 /// ```
 /// use fracdiff::{ExactDifference, Order};
 /// use haptic_analysis::{ClosedLoop, Environment, ForcePath};
@@ -172,12 +162,10 @@ pub struct ClosedLoop {
 
 impl ClosedLoop {
     /// With the derivative s^μ itself in place of a sampled operator. Without delay and lag:
-    ///
     /// ```text
     /// ES = −mω² + K cos(ωT/2) + B·ω^μ cos((ωT − πμ)/2)
     /// ED = b − (K/ω) sin(ωT/2) − B·ω^(μ−1) sin((ωT − πμ)/2)
     /// ```
-    ///
     /// # Errors
     /// A parameter or ω outside its range, or a result too large for a number.
     pub fn continuous(&self, omega_rad_s: f64) -> Result<Effective, AnalysisError> {
@@ -204,7 +192,6 @@ impl ClosedLoop {
     }
 
     /// With the operator the loop really runs, P for this order.
-    ///
     /// # Errors
     /// As [`continuous`](Self::continuous).
     pub fn sampled(
@@ -224,7 +211,6 @@ impl ClosedLoop {
         Effective::new(omega, acting.re - inertia, damping)
     }
 
-    /// ωT, after the range checks.
     fn theta(&self, omega_rad_s: f64) -> Result<f64, AnalysisError> {
         positive("mass", self.mass_kg, "kg")?;
         not_negative("damping", self.damping_n_s_per_m, "N·s/m")?;

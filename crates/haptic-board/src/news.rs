@@ -3,14 +3,12 @@
 use haptic_link::{State, Status};
 use haptic_loop::Fault;
 
-/// Tells each change once.
 #[derive(Debug)]
 pub(crate) struct News {
     known: Status,
 }
 
 impl News {
-    /// At power-up.
     pub(crate) const fn new() -> Self {
         Self {
             known: Status {
@@ -21,7 +19,6 @@ impl News {
         }
     }
 
-    /// Tells what has changed since the last call.
     pub(crate) fn tell(&mut self, status: Status) {
         let known = core::mem::replace(&mut self.known, status);
         if status.faults != known.faults {

@@ -34,7 +34,6 @@ impl RetainedMemory {
         Retained { boot, was_armed }
     }
 
-    /// To be known after the next reset.
     pub(crate) fn set_armed(&self, armed: bool) {
         self.live
             .store(if armed { ARMED } else { 0 }, Ordering::Relaxed);

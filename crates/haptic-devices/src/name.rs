@@ -71,7 +71,6 @@ pub enum NameError {
 }
 
 impl<'a> Settings<'a> {
-    /// Reads what stands behind `KIND:`.
     pub(crate) fn parse(
         kind: &'static str,
         text: &'a str,
@@ -97,12 +96,10 @@ impl<'a> Settings<'a> {
         Ok(Self { path, pairs })
     }
 
-    /// The path of the port.
     pub(crate) const fn path(&self) -> &'a str {
         self.path
     }
 
-    /// The value of a key as it was given.
     pub(crate) fn text(&self, key: &str) -> Option<&'a str> {
         let found = self.pairs.iter().find(|(there, _)| *there == key);
         found.map(|(_, value)| *value)

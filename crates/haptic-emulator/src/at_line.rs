@@ -134,7 +134,6 @@ impl<D: AtLine> NearLine<D> {
         }
     }
 
-    /// The device; whole between two calls, whoever has panicked with it.
     fn device(&self) -> MutexGuard<'_, D> {
         self.device.lock().unwrap_or_else(PoisonError::into_inner)
     }

@@ -14,7 +14,7 @@ pub use controller_file::{ControllerFile, ControllerOrigin};
 pub use error::{Excerpt, FileError};
 use error::{Source, text_of};
 use haptic_log::record::{Entry, LogReader};
-pub use input::{Rows, short, without_bulk};
+pub use input::{short, without_bulk};
 use parameters::{Parameter, Value as Kind};
 use reader::{Part, Table, in_order};
 use std::collections::BTreeMap;

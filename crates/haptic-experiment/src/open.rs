@@ -236,11 +236,7 @@ impl Document {
         let mut text = String::new();
         for (name, table) in parsed.tables(&[kind, DRIVE_TABLE], "")? {
             text += &format!("[{name}]\n");
-            let known = match name {
-                DRIVE_TABLE => vec![(name, DRIVE)],
-                kind => of_kind(kind),
-            };
-            for parameter in known.iter().flat_map(|(_, parameters)| *parameters) {
+            for parameter in known(name) {
                 // What a device file above it says is not read.
                 let of_device = takes_device(kind) && DEVICE_PLANT.contains(parameter);
                 if !(of_device && table.lies_below(parameter, &DEVICE_MODEL)) {
@@ -266,11 +262,7 @@ impl Document {
                 true => with_devices(table)?,
                 false => table,
             };
-            let known = match name {
-                DRIVE_TABLE => vec![(name, DRIVE)],
-                kind => of_kind(kind),
-            };
-            for parameter in known.iter().flat_map(|(_, parameters)| *parameters) {
+            for parameter in known(name) {
                 if let Some(value) = in_words(&table, parameter)? {
                     keep(parameter.key, value);
                 }
@@ -279,6 +271,15 @@ impl Document {
         keep(IN_LOG.1, self.to_toml()?);
         Ok(())
     }
+}
+
+/// The parameters of a table of a document.
+fn known(table: &str) -> impl Iterator<Item = &'static Parameter> {
+    let known = match table {
+        DRIVE_TABLE => vec![(DRIVE_TABLE, DRIVE)],
+        kind => of_kind(kind),
+    };
+    known.into_iter().flat_map(|(_, parameters)| parameters)
 }
 
 /// The value of a parameter as a log has it: numbers with spaces between them, rows with semicolons.

@@ -152,51 +152,33 @@ mod tests {
 
     #[test]
     fn what_has_no_effect_or_no_meaning_is_refused_in_a_line() {
-        for (text, want) in [
-            ("", "no question"),
-            ("[zwidth]\n[design]", "a second question"),
-            ("[zwidth]\npoints = 1", "is not in [2, 1000]"),
-            ("[zwidth]\norders = [3]", "form:2: orders has 3"),
-            ("[zwidth]\norders = []", "no order was given"),
-            ("[zwidth]\nmass_kg = 0", "is not above 0"),
-            ("[zwidth]\nwish = \"coupler\"", "unknown key"),
-            ("[zwidth]\npush_n = 200", "no wall could hold it"),
-            (
-                "[zwidth]\nduration_s = 50000",
-                "50000001 samples, which is not in [10, 2e7]",
-            ),
-            ("[zwidth]\nwindow_s = 9", "window 9"),
-            ("[design]\nscheme = \"exact\"", "form:2"),
-            (
-                "[design]\nwish = \"most-damping\"\nfrequency_hz = 501",
-                "(0, 500] Hz",
-            ),
-            (
-                "[design]\nwish = \"coupler\"\ngain_margin = 3",
-                "gain_margin belongs to a wall",
-            ),
-            ("[design]\nwish = \"tissue\"", "give `tissue`"),
-            (
-                "[design]\ntissue = \"fish-muscle\"",
-                "belongs to the wish tissue",
-            ),
-            ("[design]\nwish = \"most-damping\"", "frequency_hz"),
-            ("[design]\nfrequency_hz = 1", "belongs to another wish"),
-            (
-                "[design]\nrequire = \"passive\"\ngain_margin = 3",
-                "belongs to",
-            ),
-            (
-                "[design]\nwish = \"coupler\"\ndevice_model = \"laboratory\"",
-                "ideal device",
-            ),
-            ("[design]\nforce_noise_limit_n = 0.01", "encoder"),
-        ] {
-            let error = read(text).expect_err(text);
-            assert!(
-                error.contains(want) && !error.contains('\n'),
-                "{text}: {error}"
-            );
+        assert!(read("").expect_err("nothing").contains("no question"));
+        for [text, want] in testkit::table(
+            r#"
+            [zwidth]\n[design] | a second question
+            [zwidth]\npoints = 1 | is not in [2, 1000]
+            [zwidth]\norders = [3] | form:2: orders has 3
+            [zwidth]\norders = [] | no order was given
+            [zwidth]\nmass_kg = 0 | is not above 0
+            [zwidth]\nwish = "coupler" | unknown key
+            [zwidth]\npush_n = 200 | no wall could hold it
+            [zwidth]\nduration_s = 50000 | 50000001 samples, which is not in [10, 2e7]
+            [zwidth]\nwindow_s = 9 | window 9
+            [design]\nscheme = "exact" | form:2
+            [design]\nwish = "most-damping"\nfrequency_hz = 501 | (0, 500] Hz
+            [design]\nwish = "coupler"\ngain_margin = 3 | gain_margin belongs to a wall
+            [design]\nwish = "tissue" | give `tissue`
+            [design]\ntissue = "fish-muscle" | belongs to the wish tissue
+            [design]\nwish = "most-damping" | frequency_hz
+            [design]\nfrequency_hz = 1 | belongs to another wish
+            [design]\nrequire = "passive"\ngain_margin = 3 | belongs to
+            [design]\nwish = "coupler"\ndevice_model = "laboratory" | ideal device
+            [design]\nforce_noise_limit_n = 0.01 | encoder
+            "#,
+        ) {
+            let error = read(&text).expect_err(&text);
+            let said = error.contains(&want) && !error.contains('\n');
+            assert!(said, "{text}: {error}");
         }
     }
 }

@@ -65,8 +65,7 @@ impl Axis {
         }
     }
 
-    /// An axis from one end to the other; `None` if it cannot show one of them, or they are too
-    /// close or in the wrong order.
+    /// An axis from one end to the other; `None` if it cannot show one of them, or they are too close or in the wrong order.
     pub(crate) fn between(label: &str, scale: Scale, low: f64, high: f64) -> Option<Self> {
         let ends = scale.can_show(low) && scale.can_show(high);
         let span = scale.forward(high) - scale.forward(low);
@@ -115,8 +114,7 @@ impl Axis {
         Self::new("time / s", scale, (low, high))
     }
 
-    /// An axis with room around the values: from 0 if that is near, or to the next ticks on a
-    /// logarithmic axis.
+    /// An axis with room around the values: from 0 if that is near, or to the next ticks on a logarithmic axis.
     pub(crate) fn around(label: &str, scale: Scale, low: f64, high: f64) -> Self {
         let ends = match scale {
             Scale::Linear => linear_range(low, high),
@@ -160,8 +158,7 @@ pub(crate) fn extremes(values: impl Iterator<Item = f64>) -> (f64, f64) {
     })
 }
 
-/// Ends of a logarithmic axis around these values: the next powers of ten or, over few decades,
-/// the next 1, 2 or 5 times one.
+/// Ends of a logarithmic axis around these values: the next powers of ten or, over few decades, the next 1, 2 or 5 times one.
 fn log_range(low: f64, high: f64) -> (f64, f64) {
     let (low, high) = (low / LOG_ROOM, high * LOG_ROOM);
     if high / low > 1e3 {

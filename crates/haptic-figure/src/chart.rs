@@ -61,12 +61,10 @@ pub enum Look {
     Area,
 }
 
-/// A named row of points. A line has a gap where a point is not finite, or not positive on a
-/// logarithmic axis.
+/// A named row of points. A line has a gap where a point is not finite, or not positive on a logarithmic axis.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Series<'a> {
-    /// Name in the legend; an empty one is not there. Series of one name, on one panel or on
-    /// several, share one entry.
+    /// Name in the legend; an empty one is not there. Series of one name, on one panel or on several, share one entry.
     pub name: &'a str,
     /// The points in the order in which they are joined.
     pub points: &'a [(f64, f64)],
@@ -90,9 +88,7 @@ pub struct Chart<'a> {
     pub series: Vec<Series<'a>>,
 }
 
-/// A page of charts, row by row. An axis label that a row or column of panels shares stands at
-/// its outer edge only.
-///
+/// A page of charts, row by row. An axis label that a row or column of panels shares stands at its outer edge only.
 /// ```
 /// use haptic_figure::{AxisSpec, Chart, ChartPage, Look, Scale, Series};
 ///
@@ -128,7 +124,6 @@ pub struct ChartPage<'a> {
 
 impl ChartPage<'_> {
     /// Draws the picture. A panel without a point to show says so.
-    ///
     /// # Errors
     /// If no panel has a point to show, or there are too many panels.
     pub fn draw(&self) -> Result<Picture, FigureError> {

@@ -18,8 +18,7 @@ const SAMPLE_HEIGHT: f64 = 14.0;
 /// A curve, drawn in the order given: the first lies beneath.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Curve {
-    /// Between two pieces there is a gap; the pieces of an area are closed, and one within another
-    /// is a hole.
+    /// Between two pieces there is a gap; the pieces of an area are closed, and one within another is a hole.
     pub(crate) pieces: Vec<Points>,
     pub(crate) form: Form,
 }
@@ -70,8 +69,7 @@ impl BoxEdges {
 /// A curve on the paper, from beneath to the top.
 #[derive(Debug, Default)]
 pub(crate) struct Drawn {
-    /// Insides of areas, which must not tint the lines of others; to be cut off at the edge of the
-    /// box.
+    /// Insides of areas, which must not tint the lines of others; to be cut off at the edge of the box.
     pub(crate) fills: Vec<Item>,
     /// To be cut off at the edge of the box.
     pub(crate) lines: Vec<Item>,
@@ -145,8 +143,7 @@ impl Curve {
 
 fn draw_lines(pieces: Vec<Points>, stroke: Stroke, most: usize) -> Drawn {
     let mut drawn = Drawn::default();
-    // A gap on both sides of a point leaves no line to draw, and a line of more pieces than the paper has
-    // room for is a cloud.
+    // A gap on both sides of a point leaves no line to draw, and a line of more pieces than the paper has room for is a cloud.
     let (mut dots, mut lines): (Vec<Points>, Vec<Points>) =
         pieces.into_iter().partition(|piece| piece.len() == 1);
     if 4 * lines.len() > most {
@@ -203,8 +200,7 @@ impl Form {
     }
 }
 
-/// The outline of an area, closed or, where it runs along a side of the box or outside, broken:
-/// there the axis is the border.
+/// The outline of an area, closed or, where it runs along a side of the box or outside, broken: there the axis is the border.
 fn outline(ring: &Points, edges: BoxEdges) -> Vec<Points> {
     const ON_A_SIDE: f64 = 0.02;
     let beyond = |(x, y): (f64, f64)| {

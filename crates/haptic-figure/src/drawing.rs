@@ -40,8 +40,7 @@ pub(crate) enum Item {
     Moved { by: Place, items: Vec<Item> },
     /// Straight lines in one stroke.
     Ruled(Ruled),
-    /// Things of which only what is within a box is seen. Corners of lines are round here, and a ring within another
-    /// is a hole.
+    /// Things of which only what is within a box is seen. Corners of lines are round here, and a ring within another is a hole.
     Boxed {
         /// Unique on the page.
         name: char,

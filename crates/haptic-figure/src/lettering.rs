@@ -11,8 +11,7 @@ use crate::FigureError;
 use crate::drawing::{Anchor, Text};
 use crate::superscript::{LOWER_EM, Part, RAISED_SIZE, parts};
 
-/// Only the bundled font: a picture must not depend on what a machine has installed. Licence in
-/// `assets/LICENSE-DejaVuSans.txt`.
+/// Only the bundled font: a picture must not depend on what a machine has installed. Licence in `assets/LICENSE-DejaVuSans.txt`.
 const FONT: &[u8] = include_bytes!("../assets/DejaVuSans.ttf");
 
 /// The font, ready to set lines.

@@ -1,12 +1,10 @@
-//! Pictures over time: positions and forces of a run, and a run against its closed form, the page that relaxation and
-//! creep share.
+//! Pictures over time: positions and forces of a run, and a run against its closed form, the page that relaxation and creep share.
 //!
-//! That has three panels: the quantity against time, linear (a) and log-log (b), and below them the
-//! relative error (c), log-log. The error is drawn as the largest one of each of some 600 equal
-//! steps of log t, because a curve through its sign changes would be a hedge of spikes. An error
-//! of exactly 0 has no place on a logarithmic axis and is left out; one more than ten decades
-//! below the largest lies below the panel. So does, in panel (b), the curve of a run where it falls
-//! more than a decade below the closed form everywhere, as short memory does.
+//! That has three panels: the quantity against time, linear (a) and log-log (b), and below them the relative error (c), log-log. The error
+//! is drawn as the largest one of each of some 600 equal steps of log t, because a curve through its sign changes would be a hedge of
+//! spikes. An error of exactly 0 has no place on a logarithmic axis and is left out; one more than ten decades below the largest lies below
+//! the panel. So does, in panel (b), the curve of a run where it falls more than a decade below the closed form everywhere, as short memory
+//! does.
 
 use crate::axis::{Axis, Scale, extremes};
 use crate::curve::{Curve, Form};
@@ -53,7 +51,6 @@ impl Conditions<'_> {
 
 /// A quantity against time over its closed form, and the error below. The slices belong together sample by
 /// sample; what is not finite is left out, and so is what is not positive from the logarithmic panels.
-///
 /// ```
 /// use haptic_figure::{Conditions, TheoryFigure};
 ///
@@ -95,8 +92,7 @@ pub struct TheoryFigure<'a> {
     pub label: &'static str,
     /// Its source, as in `simulated` or `rendered`.
     pub origin: &'a str,
-    /// Time since contact or since the force was applied, s: a logarithmic axis begins at the first
-    /// positive one.
+    /// Time since contact or since the force was applied, s: a logarithmic axis begins at the first positive one.
     pub time_s: &'a [f64],
     /// The quantity.
     pub values: &'a [f64],
@@ -162,7 +158,6 @@ const ERROR_ROW_HEIGHT: f64 = 270.0;
 
 impl TheoryFigure<'_> {
     /// Draws the picture.
-    ///
     /// # Errors
     /// If there is no sample to draw, or the slices differ in length.
     pub fn draw(&self) -> Result<Picture, FigureError> {
@@ -346,7 +341,6 @@ const CONTACT: Stroke = Stroke::solid(INK, 1.0);
 
 /// Motion of a run for a first look: positions above, forces below. The slices belong together sample by sample;
 /// what is not finite is left out.
-///
 /// ```
 /// use haptic_figure::MotionFigure;
 ///
@@ -389,7 +383,6 @@ pub struct MotionFigure<'a> {
 
 impl MotionFigure<'_> {
     /// Draws the picture.
-    ///
     /// # Errors
     /// If there is no sample to draw, or the slices differ in length.
     pub fn draw(&self) -> Result<Picture, FigureError> {

@@ -12,8 +12,7 @@ const BESIDE_BARE_TICK_LABELS: f64 = 14.0;
 /// Between a vertical axis and its tick labels, and between these and the axis label.
 const TICK_LABEL_GAP: f64 = 8.0;
 const LABEL_GAP: f64 = 5.0;
-/// Between tick labels side by side, and from one to the next on top of each other, as a share of
-/// their size.
+/// Between tick labels side by side, and from one to the next on top of each other, as a share of their size.
 const SIDE_GAP: f64 = 0.8;
 const LINE_HEIGHT: f64 = 1.45;
 

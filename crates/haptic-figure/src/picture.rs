@@ -4,7 +4,6 @@ use crate::drawing::Drawing;
 use crate::{FigureError, svg};
 
 /// A finished picture: an SVG. Two pictures are equal if their SVGs are.
-///
 /// ```
 /// use haptic_figure::{AxisSpec, Chart, ChartPage, Look, Scale, Series};
 ///

@@ -20,7 +20,6 @@ const LINE: f64 = 2.0 / HEIGHT_PX;
 const MARGIN: f64 = 1.08;
 
 /// Motion of two or three axes for a first look. The slices belong together sample by sample; what is not finite is left out.
-///
 /// ```
 /// use haptic_figure::PlaneFigure;
 ///
@@ -62,7 +61,6 @@ pub struct PlaneFigure<'a> {
 
 impl PlaneFigure<'_> {
     /// Draws the picture.
-    ///
     /// # Errors
     /// If there is no sample to draw, or the slices differ in length.
     pub fn draw(&self) -> Result<Picture, FigureError> {

@@ -1,7 +1,6 @@
 //! One look for all pictures: sizes in CSS pixels, colours, strokes, widths of text.
 //!
-//! The sizes are chosen so that tick labels still have 7.5 px when the page is shown at half its
-//! width.
+//! The sizes are chosen so that tick labels still have 7.5 px when the page is shown at half its width.
 
 /// Width of every page.
 pub(crate) const PAGE_WIDTH: f64 = 880.0;
@@ -30,11 +29,9 @@ pub(crate) const MUTED_INK: &str = "#555555";
 /// Lines of the grid.
 pub const GRID: &str = "#e4e4e4";
 
-/// The colours of series, in the order in which they are best told apart. Yellow is left out: a
-/// yellow line is lost on white paper.
+/// The colours of series, in the order in which they are best told apart. Yellow is left out: a yellow line is lost on white paper.
 pub const SERIES_COLOURS: [&str; 7] = [BLUE, VERMILION, GREEN, ORANGE, PURPLE, INK, SKY];
-/// The dashes of series, for prints without colour. One more than colours, so that a series beyond
-/// the last colour differs from the first.
+/// The dashes of series, for prints without colour. One more than colours, so that a series beyond the last colour differs from the first.
 const SERIES_DASHES: [Dash; 8] = [
     None,
     DASHED,
@@ -85,8 +82,7 @@ pub(crate) struct Sizes {
     /// Font sizes of captions and axis labels, and of tick labels.
     pub(crate) label: u32,
     pub(crate) tick: u32,
-    /// Space between the edges of a panel and its box: on the left at least, if it has a label;
-    /// below with a label and without.
+    /// Space between the edges of a panel and its box: on the left at least, if it has a label; below with a label and without.
     pub(crate) left: f64,
     pub(crate) right: f64,
     pub(crate) top: f64,

@@ -1,9 +1,8 @@
 //! Thins curves to what a panel can show.
 //!
-//! Points that an axis cannot show (not finite, or not positive on a logarithmic axis) are left out for all panels.
-//! Where the place of every point on the paper is known, [`simplify`] leaves out those on straight stretches
-//! (D. H. Douglas and T. K. Peucker, "Algorithms for the reduction of the number of points required to represent a
-//! digitized line", 1973), which no one can see, and only then coarsens.
+//! Points that an axis cannot show (not finite, or not positive on a logarithmic axis) are left out for all panels. Where the place of
+//! every point on the paper is known, [`simplify`] leaves out those on straight stretches (D. H. Douglas and T. K. Peucker, "Algorithms for
+//! the reduction of the number of points required to represent a digitized line", 1973), which no one can see, and only then coarsens.
 
 use crate::axis::{Scale, extremes};
 use std::collections::{HashMap, HashSet};
@@ -12,8 +11,7 @@ use std::collections::{HashMap, HashSet};
 const INVISIBLE: f64 = 0.05;
 /// The narrowest columns of points of which only the extremes stay, px.
 const FINEST_COLUMN: f64 = 0.125;
-/// Up to so many points straight stretches are looked for: in the worst case that takes the
-/// square of their number.
+/// Up to so many points straight stretches are looked for: in the worst case that takes the square of their number.
 const LONGEST_EXACT: usize = 6_000;
 
 /// Points of a curve, x and y.

@@ -50,7 +50,6 @@ impl Direction {
         }
     }
 
-    /// Bytes before the message.
     const fn header_bytes(self) -> usize {
         match self {
             Self::FromHost => 9,
@@ -377,32 +376,5 @@ impl<'a> Flavor for Bytes<'a> {
     fn finalize(self) -> postcard::Result<Self::Output> {
         let room: &'a [u8] = self.room;
         Ok(room.get(..self.length))
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::written;
-    use crate::{Limits, Request};
-
-    #[test]
-    fn bytes_are_those_of_postcard_and_fit_or_are_none() {
-        let (mut room, mut own) = ([0; 256], [0; 256]);
-        for request in [
-            Request::Stop,
-            Request::Hello { nonce: 70_000 },
-            Request::Configure(crate::Configuration {
-                limits: Limits::DEFAULT,
-                ..crate::Configuration::PASSIVE
-            }),
-        ] {
-            let want = postcard::to_slice(&request, &mut room).expect("fits");
-            assert_eq!(written(&request, &mut own), Some(&*want));
-            for short in 0..want.len() {
-                assert_eq!(written(&request, &mut own[..short]), None, "{short}");
-            }
-            let length = want.len();
-            assert_eq!(written(&request, &mut own[..length]), Some(&*want));
-        }
     }
 }

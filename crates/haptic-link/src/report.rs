@@ -324,7 +324,6 @@ impl Statistics {
     }
 }
 
-/// Reports of any device.
 pub(crate) const REPORTS: usize = 13;
 
 /// Messages of one direction that a list of keys has room for.

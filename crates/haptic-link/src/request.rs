@@ -10,7 +10,6 @@ use serde::{Deserialize, Serialize};
 
 /// So many requests, the first ones, are those of a device of one axis.
 pub(crate) const ONE_AXIS_REQUESTS: usize = 17;
-/// Requests in all.
 pub(crate) const REQUESTS: usize =
     ONE_AXIS_REQUESTS + if cfg!(feature = "several-axes") { 1 } else { 0 };
 

@@ -45,7 +45,6 @@ impl OutOfOrder {
     };
 }
 
-/// Counts so many more.
 const fn count(of: &mut u32, more: u32) {
     *of = of.wrapping_add(more);
 }

@@ -69,7 +69,6 @@ impl<F: Real> Gains<F> {
         dissipation: F::ZERO,
     };
 
-    /// Refuses as [`SpringDamper::new`].
     pub(crate) fn new(stiffness: f64, dissipation: f64, checks: &mut Checks) -> Self {
         checks.not_negative("stiffness", stiffness, "N/m");
         checks.not_negative("dissipation", dissipation, "N·s^μ/m");

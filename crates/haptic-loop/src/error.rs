@@ -73,7 +73,6 @@ pub(crate) struct Checks {
 }
 
 impl Checks {
-    /// Refuses.
     #[inline(never)]
     pub(crate) fn refuse(&mut self, error: ParameterError) {
         self.first.get_or_insert(error);
@@ -95,13 +94,11 @@ impl Checks {
         value
     }
 
-    /// A finite value above zero.
     #[inline(never)]
     pub(crate) fn positive(&mut self, what: &'static str, value: f64, unit: &'static str) -> f64 {
         self.range(what, value, value > 0.0, "above 0", unit)
     }
 
-    /// A finite value of at least zero.
     #[inline(never)]
     pub(crate) fn not_negative(
         &mut self,
@@ -127,8 +124,6 @@ impl Checks {
         rounded
     }
 
-    /// # Errors
-    /// The first refusal.
     pub(crate) fn done(self) -> Result<(), ParameterError> {
         self.first.map_or(Ok(()), Err)
     }

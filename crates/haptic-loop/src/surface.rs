@@ -50,7 +50,6 @@ impl<F: Real, const D: usize> Plane<F, D> {
         checks.done().map(|()| plane)
     }
 
-    /// Refuses as [`new`](Self::new).
     pub(crate) fn checked(direction: [f64; D], surface: Metres, checks: &mut Checks) -> Self {
         let length = libm::sqrt(direction.iter().map(|n| n * n).sum());
         checks.positive("contact normal", length, "m");

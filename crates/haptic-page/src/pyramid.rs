@@ -1,5 +1,4 @@
 //! Samples of a loop in levels of minimum and maximum, in bounded memory: zooming out costs what zooming in does.
-//!
 //! ```text
 //! level 0   x x x x x x x x x x x x x x x x      each sample, the newest of them
 //! level 1   [·····] [·····] [·····] [·····]      least and largest of 4
@@ -44,7 +43,6 @@ impl PyramidSize {
 }
 
 /// The levels. Samples have ticks 0, 1, 2, …
-///
 /// ```
 /// use haptic_page::pyramid::{Pyramid, PyramidSize, Span};
 ///
@@ -133,9 +131,8 @@ impl Pyramid {
 
     /// Least and largest of each channel in columns of the same width.
     ///
-    /// Of the levels that reach back as far as the span does, the coarsest is taken that gives at least
-    /// [`ENTRIES_MOST`]`/`[`FACTOR`] entries a column, so a width is rounded up by a quarter at most; where none reaches so far, the one that
-    /// reaches furthest.
+    /// Of the levels that reach back as far as the span does, the coarsest is taken that gives at least [`ENTRIES_MOST`]`/`[`FACTOR`]
+    /// entries a column, so a width is rounded up by a quarter at most; where none reaches so far, the one that reaches furthest.
     #[must_use]
     pub fn columns(&self, span: Span) -> Columns {
         let end = span.end.min(self.made);

@@ -202,7 +202,6 @@ const fn end(
     }
 }
 
-/// An end that is only written.
 const fn written_end(
     end: &'static str,
     unit: &'static str,

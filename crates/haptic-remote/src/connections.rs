@@ -1,17 +1,16 @@
 //! Connections: whose frames a device acts on.
 //!
-//! - *Offered* with each hello: a number that nobody has had. A hello changes nothing else, so one that was captured
-//!   and is played again does nothing.
-//! - *Current* from the first frame that carries the offered number on. Frames of any other are a stranger's.
+//! - *Offered* with each hello: a number that nobody has had. A hello changes nothing else, so replaying one does
+//!   nothing.
+//! - *Current* from the first frame that carries it. Frames of any other are a stranger's.
 //! - *Owner* is the connection that armed: only its frames feed the watchdog, start runs, and are forces.
 //!
-//! A number is a hash of everything that differs from one hello to the next: the device's boot number, the times of all
-//! hellos since in µs, the numbers that the hosts chose. So a number of an earlier boot comes again by chance alone,
-//! once in 4·10⁹. It keeps off what was captured or has lost its way, not somebody who listens and answers.
+//! A number hashes the boot number, the times of all hellos since in µs and the hosts' nonces: one of an earlier boot
+//! comes again by chance alone, once in 4·10⁹. It keeps off replayed and lost frames, not somebody who listens and
+//! answers.
 
 use haptic_link::{Header, RequestTracker};
 
-/// Kind of a frame, as the device sees it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Arrived {
     /// To be acted on; the first of its connection, or a later one.
@@ -102,8 +101,8 @@ impl Connections {
     }
 }
 
-/// Spreads the bits of a word: the finaliser of `MurmurHash3` (A. Appleby, 2011) behind the step of `SplitMix`, so that 0
-/// is not left alone. One-to-one.
+/// Spreads the bits of a word, one to one: `MurmurHash3`'s finaliser (A. Appleby, 2011) behind the step of
+/// `SplitMix`.
 const fn mixed(word: u32) -> u32 {
     let word = word.wrapping_add(0x9e37_79b9);
     let word = (word ^ (word >> 16)).wrapping_mul(0x85eb_ca6b);

@@ -43,7 +43,6 @@ pub enum Incoming {
     Rebooted,
 }
 
-/// A request that waits for its answer.
 #[derive(Clone, Debug, PartialEq)]
 struct Outstanding {
     request: Request,
@@ -51,7 +50,7 @@ struct Outstanding {
     sequences: heapless::Vec<u32, { TRIES as usize }>,
     sent_us: u64,
     /// What had come when it was sent for the second time: what was on its way when it was sent first says nothing of the device.
-    before: LineCounters,
+    before: Option<LineCounters>,
 }
 
 /// Counters of the host.
@@ -77,14 +76,11 @@ pub struct HostCounters {
     pub retries: u32,
 }
 
-/// The host's half: one outstanding request at a time, keep-alives in between.
-///
-/// Times are µs of any clock that does not go back.
+/// The host's half: one outstanding request at a time, keep-alives in between. Times are µs of any monotonic clock.
 #[derive(Debug)]
 pub struct Conversation {
     receiver: Receiver<Report>,
     tracker: SequenceTracker,
-    /// Of the next frame.
     sequence: u32,
     /// The number that the device gave; 0 before.
     connection: u32,
@@ -140,8 +136,10 @@ impl Conversation {
         length
     }
 
-    /// Frames a request and waits for its answer; one that is outstanding is given up.
+    /// Frames a request and waits for its answer, instead of the outstanding one. The same once more, as at another
+    /// baud rate, goes on with what has come since its second try.
     pub fn ask(&mut self, request: Request, now_us: u64, line: &mut [u8]) -> usize {
+        let again = self.outstanding.take().filter(|o| o.request == request);
         let mut sequences = heapless::Vec::new();
         // There is room for the first.
         let _ = sequences.push(self.sequence);
@@ -154,7 +152,7 @@ impl Conversation {
             request,
             sequences,
             sent_us: now_us,
-            before: self.receiver.counters(),
+            before: again.map(|o| o.before.unwrap_or_else(|| self.receiver.counters())),
         });
         length
     }
@@ -171,26 +169,16 @@ impl Conversation {
     /// [`LinkError::NoAnswer`] after the last try; an echo or another version once it has answered a hello.
     pub fn due(&mut self, now_us: u64, line: &mut [u8]) -> Result<usize, LinkError> {
         if let Some(mut outstanding) = self.outstanding.take() {
-            let line_counters = self.receiver.counters();
-            if line_counters.foreign > 0 && matches!(outstanding.request, Request::Hello { .. }) {
-                return Err(match line_counters.foreign_version {
-                    version @ 0x80.. => LinkError::OtherVersion {
-                        version: version & 0x7f,
-                    },
-                    _ => LinkError::Echo,
-                });
+            if let Some(stranger) = self.stranger(&outstanding.request) {
+                return Err(stranger);
             }
             if now_us.saturating_sub(outstanding.sent_us) < self.retry_us {
                 self.outstanding = Some(outstanding);
             } else if outstanding.sequences.push(self.sequence).is_err() {
-                return Err(LinkError::NoAnswer {
-                    request: outstanding.request.name(),
-                    line: line_counters.since(&outstanding.before),
-                });
+                return Err(self.unanswered(&outstanding));
             } else {
-                if outstanding.sequences.len() == 2 {
-                    outstanding.before = line_counters;
-                }
+                let before = self.receiver.counters();
+                outstanding.before.get_or_insert(before);
                 self.retries = self.retries.wrapping_add(1);
                 let length = self.tell(&outstanding.request, line);
                 outstanding.sent_us = now_us;
@@ -211,16 +199,36 @@ impl Conversation {
 
     /// Gives up the outstanding request.
     pub fn no_answer(&mut self) -> LinkError {
-        let request = self.outstanding.take();
-        let line = self.receiver.counters();
-        match request {
-            Some(Outstanding {
-                request, before, ..
-            }) => LinkError::NoAnswer {
-                request: request.name(),
-                line: line.since(&before),
+        match self.outstanding.take() {
+            Some(outstanding) => {
+                let stranger = self.stranger(&outstanding.request);
+                stranger.unwrap_or_else(|| self.unanswered(&outstanding))
+            }
+            None => LinkError::NoAnswer {
+                request: "",
+                line: self.receiver.counters(),
             },
-            None => LinkError::NoAnswer { request: "", line },
+        }
+    }
+
+    /// An echo or another version of the protocol, which answered a hello.
+    fn stranger(&self, request: &Request) -> Option<LinkError> {
+        let line = self.receiver.counters();
+        (line.foreign > 0 && matches!(request, Request::Hello { .. })).then_some(
+            match line.foreign_version {
+                version @ 0x80.. => LinkError::OtherVersion {
+                    version: version & 0x7f,
+                },
+                _ => LinkError::Echo,
+            },
+        )
+    }
+
+    fn unanswered(&self, outstanding: &Outstanding) -> LinkError {
+        let line = self.receiver.counters();
+        LinkError::NoAnswer {
+            request: outstanding.request.name(),
+            line: line.since(&outstanding.before.unwrap_or(line)),
         }
     }
 
@@ -276,7 +284,6 @@ impl Conversation {
         }
     }
 
-    /// When a keep-alive was sent that is among the last, µs.
     const fn sent_us(&self, token: u32) -> u64 {
         self.tokens_us[token as usize % TOKENS]
     }
@@ -308,7 +315,6 @@ impl Conversation {
         before.is_none_or(|before| tick < before)
     }
 
-    /// True if a report answers the outstanding request.
     fn is_answer(&self, report: &Report) -> bool {
         let Some(outstanding) = &self.outstanding else {
             return false;

@@ -3,11 +3,11 @@
 use haptic_link::{Capabilities, NOT_TAKEN, Refusal, Simulation, UNANSWERED};
 use haptic_loop::{Device, Fault, Reading};
 
-/// A board: sensors and actuators of D axes, one unless said, or a simulation of them. More than one need the feature
+/// A board: sensors and actuators of D axes, or a simulation of them. More than one axis needs the feature
 /// `several-axes`.
 ///
-/// [`read`](Device::read) and [`write`](Device::write) are called once a tick, in this order. An error of theirs, or of
-/// [`idle`](Self::idle), is a fault that latches, and the board is told to [let go](Device::let_go) at each such tick.
+/// [`read`](Device::read) and [`write`](Device::write) are called once a tick, in this order. An error of theirs, or
+/// of [`idle`](Self::idle), is a latching fault, and the board is told to [let go](Device::let_go) at each such tick.
 pub trait Hardware<const D: usize = 1>: Device<f32, D, Error = Fault> {
     /// Result of [`prepare`](Self::prepare).
     type Setup;
@@ -21,7 +21,8 @@ pub trait Hardware<const D: usize = 1>: Device<f32, D, Error = Fault> {
     /// A plant that this board cannot be, a parameter outside its range.
     fn prepare(simulation: &Simulation, tick_period_us: u32) -> Result<Self::Setup, Refusal>;
 
-    /// Makes of what was prepared what this very board is, as an emulated one that is told which device to be; outside the tick too.
+    /// Adapts what was prepared to this very board, as an emulated one that is told which device to be; outside the
+    /// tick too.
     ///
     /// # Errors
     /// A plant that this board cannot be.
@@ -101,8 +102,8 @@ pub struct Exchange {
     in_row: u32,
     /// Periods without a tick since the last answer.
     skipped: u32,
-    /// Periods without an answer before the last one. A board measures sooner than its answer is read: the motion of a pause may show in
-    /// the position after it, or in the next.
+    /// Periods without an answer before the last one. A pause's motion may show in the position after it, or in the
+    /// next.
     before: u32,
     /// The force of the last tick did not go out.
     withheld: bool,
@@ -135,7 +136,6 @@ impl Exchange {
         self.withheld = !went_out;
     }
 
-    /// So many periods have passed without a tick.
     pub(crate) const fn skip(&mut self, periods: u32) {
         self.skipped = self.skipped.saturating_add(periods);
     }
@@ -151,8 +151,8 @@ impl Exchange {
         self.skipped.saturating_add(self.in_row)
     }
 
-    /// Periods beyond one between the moments of the last position and of the next, at most: it may have moved further meanwhile, which is
-    /// no jump.
+    /// Periods beyond one between the last position and the next, at most: what moved further meanwhile has not
+    /// jumped.
     #[must_use]
     pub const fn unmeasured(&self) -> u32 {
         self.paused().saturating_add(self.before)

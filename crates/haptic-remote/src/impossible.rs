@@ -78,7 +78,6 @@ impl fmt::Display for Impossible {
     }
 }
 
-/// Looks at the samples of a run, one after the other.
 #[cfg(feature = "std")]
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Plausible {
@@ -106,9 +105,6 @@ impl Plausible {
     }
 
     /// Takes in a sample.
-    ///
-    /// # Errors
-    /// The first thing in it that cannot be.
     pub(crate) fn look(&mut self, sample: &Sample) -> Result<(), Impossible> {
         /// A norm in single precision is rounded.
         const ROUNDED: f64 = 1.0 + 1e-5;

@@ -16,15 +16,14 @@ const NOISE_MAX: f32 = 0.01;
 /// Furthest place, m.
 const FAR: f32 = 100.0;
 
-/// The fields of a configuration, looked at one after another: the first that is refused is kept, and told at the end.
-/// Each way out in between would cost some 20 B of flash.
+/// The fields of a configuration; the first refusal is kept and told at the end: each way out in between costs 20 B
+/// of flash.
 #[derive(Debug, Default)]
 pub(super) struct Fields {
     first: Option<Refusal>,
 }
 
 impl Fields {
-    /// Accepts a value in [least, most].
     #[inline(never)]
     pub(super) fn within(&mut self, field: Field, value: f32, least: f32, most: f32) -> f32 {
         let accepted = value >= least && value <= most;
@@ -39,8 +38,6 @@ impl Fields {
         value
     }
 
-    /// # Errors
-    /// The first refusal.
     pub(super) fn done(self) -> Result<(), Refusal> {
         self.first.map_or(Ok(()), Err)
     }
@@ -137,8 +134,7 @@ fn range(
     }
 }
 
-/// The ranges of a box, an element an axis: each in the workspace of all axes, if there is one. Those of axes that are not there
-/// are those of the last.
+/// The ranges of a box, each in the workspace of all axes, if there is one. Missing axes have those of the last.
 #[cfg(all(feature = "several-axes", feature = "std"))]
 pub(super) fn box_ranges(
     limits: &haptic_link::Limits,
@@ -217,9 +213,9 @@ fn guard(guard: &haptic_link::Guard, tick_period_us: u32, fields: &mut Fields) -
     }))
 }
 
-/// The same limits on the wire for a tick of this time, with the watchdog and late ticks of
-/// [`Limits::DEFAULT`](haptic_link::Limits::DEFAULT). A limit of the norm has no place there: that of the
-/// force is one of the norm, whatever the number of axes.
+/// The same limits on the wire, with the watchdog and late ticks of
+/// [`Limits::DEFAULT`](haptic_link::Limits::DEFAULT). A limit of the norm becomes that of the force, which is one of
+/// the norm there.
 #[must_use]
 pub fn wire_limits(limits: &Limits, sample_time: Seconds) -> haptic_link::Limits {
     let norm = limits.norm.map_or(f64::INFINITY, |norm| norm.0);

@@ -145,7 +145,6 @@ impl fmt::Display for Short {
     }
 }
 
-/// A missing answer, explained by the frames that came instead.
 fn explain_silence(f: &mut fmt::Formatter<'_>, request: &str, line: &LineCounters) -> fmt::Result {
     match line {
         LineCounters {

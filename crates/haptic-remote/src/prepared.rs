@@ -23,8 +23,8 @@ pub type DeviceOperator = PortableOperator<f32, COEFFICIENTS_MAX, MODES_MAX, DEG
 /// The environment of a device.
 pub type DeviceWall = Wall<f32, DeviceOperator>;
 
-/// A configuration that is good, ready to take effect with the coefficients that were checked. Without operator and history:
-/// those are made in their places, so that nowhere two of them are needed.
+/// A good configuration, ready to take effect. Operator and history are made in their places, so that nowhere two are
+/// needed.
 #[derive(Clone, Debug)]
 pub struct Prepared<S> {
     pub(super) configuration: Configuration,
@@ -59,15 +59,13 @@ impl Law {
         let _ = operator.replace(self.form, self.integer, coefficients);
     }
 
-    /// A wall that makes no force, and is to become another one.
     pub(super) fn none() -> DeviceWall {
         Wall::of(WallShape::NONE, DeviceOperator::SILENT)
     }
 }
 
-/// Checks a configuration and prepares what a controller needs of it. Nothing of it takes effect yet.
-///
-/// *Cost*: the checks, and what the plant needs; no copy of the coefficients, no allocation.
+/// Checks a configuration and prepares what a controller needs of it; nothing takes effect yet. *Cost*: the checks,
+/// and the plant; no copy of the coefficients, no allocation.
 ///
 /// # Errors
 /// The first parameter that is not as this board needs it.
@@ -90,8 +88,7 @@ pub fn prepare<H: Hardware<D>, const D: usize>(
     })
 }
 
-/// Checks everything but coefficients and plant. What does not depend on the board is no generic function, so that a
-/// firmware that is fast in its tick has it small.
+/// Checks everything but coefficients and plant. Not generic, so that firmware compiled for speed has it small.
 #[inline(never)]
 pub(super) fn checked(
     configuration: &Configuration,
@@ -132,7 +129,6 @@ pub(super) fn checked(
     fields.done().map(|()| chain)
 }
 
-/// Law and safety chain of a configuration that was checked.
 #[inline(never)]
 fn built(
     configuration: &Configuration,
@@ -219,7 +215,6 @@ pub fn operator_shape(
     Ok((shape, list.values))
 }
 
-/// Why a list of coefficients is no operator, as it goes over the wire.
 #[inline(never)]
 fn refused(error: ListError) -> Refusal {
     match error {
@@ -252,12 +247,10 @@ fn refused(error: ListError) -> Refusal {
     }
 }
 
-/// The wall of a device. With one axis it is felt along it; a device of several renders nothing by itself, as its forces come
-/// from the host.
+/// The wall of a device of one axis; one of several renders nothing by itself.
 #[derive(Clone, Debug)]
 pub(crate) struct Rendered(pub(crate) DeviceWall);
 
-/// The first of the axes.
 fn first<const D: usize>(vector: &SVector<f32, D>) -> SVector<f32, 1> {
     SVector::from([vector[0]])
 }

@@ -6,8 +6,8 @@ use haptic_link::{
 };
 use heapless::{Deque, HistoryBuf, Vec};
 
-/// Flight recorder, and what waits to be sent: 3.3 KiB with one axis. A [`TickSide`](crate::TickSide) holds them itself, or borrows them
-/// from a static where it is made on a stack without room for both.
+/// Flight recorder, and what waits to be sent: 3.3 KiB with one axis. A [`TickSide`](crate::TickSide) holds or
+/// borrows them.
 #[derive(Debug)]
 pub struct Records<const D: usize = 1> {
     pub(crate) outbox: Outbox<D>,
@@ -36,8 +36,7 @@ pub const FLIGHT_SAMPLES: usize = 96;
 /// Of these, samples after the fault.
 const AFTER: u16 = 24;
 
-/// Keeps the newest samples until a fault latches and some more have come; then it stands still until it is
-/// cleared.
+/// Keeps the newest samples until a fault latches and some more have come, then stands still until cleared.
 #[derive(Debug)]
 pub(super) struct FlightRecorder<const D: usize> {
     samples: HistoryBuf<Tick<D>, FLIGHT_SAMPLES>,
@@ -46,7 +45,6 @@ pub(super) struct FlightRecorder<const D: usize> {
 }
 
 impl<const D: usize> FlightRecorder<D> {
-    /// Empty.
     pub(super) const fn new() -> Self {
         Self {
             samples: HistoryBuf::new(),
@@ -65,7 +63,6 @@ impl<const D: usize> FlightRecorder<D> {
         }
     }
 
-    /// A fault has latched.
     pub(super) fn fault(&mut self) {
         self.left = Some(AFTER);
     }
@@ -139,14 +136,12 @@ impl Stream {
     }
 }
 
-/// A notice: an event or a fault.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Notice {
     Event(Event),
     Fault(FaultReport),
 }
 
-/// Samples and notices that wait for the line.
 #[derive(Debug)]
 pub(super) struct Outbox<const D: usize> {
     samples: Deque<Tick<D>, QUEUE_SAMPLES>,
@@ -154,7 +149,6 @@ pub(super) struct Outbox<const D: usize> {
 }
 
 impl<const D: usize> Outbox<D> {
-    /// Empty.
     pub(super) const fn new() -> Self {
         Self {
             samples: Deque::new(),
@@ -181,8 +175,8 @@ impl<const D: usize> Outbox<D> {
         let _ = self.notices.push_back(notice);
     }
 
-    /// The next thing to say: faults, then samples, then what happened after them. `more` says that
-    /// samples of the stream are still to come, so that a batch waits until it is full.
+    /// The next thing to say: faults, samples, other events. `more`: samples are still to come, so a batch waits
+    /// until it is full.
     pub(super) fn next(&mut self, stream: Stream, more: bool) -> Option<Report> {
         match self.notices.front() {
             // The samples of a run go out before the event of its end.
@@ -271,7 +265,6 @@ impl<const D: usize> Tick<D> {
         flaws: 0,
     };
 
-    /// Adds what each axis did in it, as far as there is room.
     pub(crate) fn add_to<const N: usize>(&self, items: &mut Vec<BatchItem, N>) {
         for axis in 0..D {
             let _ = items.push(BatchItem {
@@ -284,7 +277,6 @@ impl<const D: usize> Tick<D> {
         }
     }
 
-    /// As the device tells it.
     pub(crate) fn sample(&self) -> Sample {
         let mut sample = Sample {
             tick: self.tick,

@@ -12,12 +12,12 @@ use haptic_loop::units::{Kilograms, Metres, NewtonSecondsPerMetre, NewtonsPerMet
 use haptic_loop::{Device, Fault, ParameterError, Reading, SafeForce};
 use nalgebra::SVector;
 
-/// A simulated board: a mass-damper with a hand, or an indentation; by a compliant indenter with the feature
-/// `std` only.
+/// A simulated board: a mass-damper with a hand, or an indentation; by a compliant indenter with the feature `std`
+/// only.
 ///
-/// The plants are those of [`plant`](haptic_loop::plant), in `f64`, so that the firmware simulates what the host
-/// does, bit for bit. *Start-up*: the testbed's mass-damper without a hand, at rest. *Cost* of a tick: that
-/// of the plant, in soft floating point on a Cortex-M4F.
+/// The [plants](haptic_loop::plant) run in `f64`, on the firmware as on the host, bit for bit. *Start-up*: the
+/// testbed's mass-damper without a hand, at rest. *Cost* of a tick: that of the plant, in soft floating point on a
+/// Cortex-M4F.
 #[derive(Clone, Debug)]
 pub struct SimulatedPlant {
     board: [u8; 16],

@@ -15,9 +15,6 @@ pub(crate) fn digest(
 
 impl<S> Prepared<S> {
     /// The same within a box; `values` are its coefficients, for the digest.
-    ///
-    /// # Errors
-    /// Ends outside their range, or outside the workspace of all axes.
     #[cfg(feature = "std")]
     pub(crate) fn within(
         self,
@@ -44,9 +41,6 @@ impl<S> Prepared<S> {
     }
 
     /// The chain of a microcontroller has no room for a box.
-    ///
-    /// # Errors
-    /// Always.
     #[cfg(not(feature = "std"))]
     pub(crate) fn within(
         self,

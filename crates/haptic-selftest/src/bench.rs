@@ -75,7 +75,6 @@ impl<'a> Bench<'a> {
         Ok(bench)
     }
 
-    /// The limits during the test, by ticks.
     pub(super) fn bounds(&self) -> Bounds {
         Bounds {
             limits: self.limited.limits,
@@ -99,7 +98,6 @@ impl<'a> Bench<'a> {
         Ok(())
     }
 
-    /// True if somebody is to press an emergency stop.
     pub(super) fn has_emergency_stop(&self) -> Result<bool, SerialError> {
         Ok(match self.test.emergency_stop {
             EmergencyStop::AsTheDevice => !self.link()?.capabilities().simulated,

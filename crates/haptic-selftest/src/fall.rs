@@ -28,7 +28,6 @@ impl Bounds {
         (left.max(0.0) as f32) * from_n.max(self.limits.brake_force_n)
     }
 
-    /// How the force falls after a fault or stop, in words.
     pub(super) const fn fall_in_words(&self) -> &'static str {
         if self.limits.braking_n_s_per_m > 0.0 {
             "growing only to brake, and less and less"
@@ -89,7 +88,6 @@ impl Fall {
         fall
     }
 
-    /// True if the force never grew and was zero within the stop time.
     pub(super) fn is_within(self, bounds: &Bounds) -> bool {
         // The first tick of the fall is one of it; what is lost on the line is seen one sample later.
         let most = bounds.stop_ticks() + 1;

@@ -292,7 +292,6 @@ impl Followed {
         faults.iter().any(|fault| code == Some(fault.code()))
     }
 
-    /// The limit of the device that ended it, in words; `None` if none did.
     pub(super) fn left_limits(&self) -> Option<String> {
         let fault = Fault::from_code(self.fault?.status.fault)?;
         let advice = match fault {

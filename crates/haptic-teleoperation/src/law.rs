@@ -3,7 +3,6 @@
 use fracdiff::Differintegrator;
 use haptic_link::HandState;
 
-/// A law with its state.
 #[derive(Clone, Debug)]
 pub(crate) enum Law<O: Differintegrator<f64>> {
     /// A coupler that tells its place.
@@ -80,7 +79,6 @@ impl<O: Differintegrator<f64>> Law<O> {
         }
     }
 
-    /// The account of a passive law.
     pub(crate) const fn account(&self) -> Option<&Account> {
         match self {
             Self::Wave(law) => Some(law.account()),
@@ -252,7 +250,6 @@ pub(crate) struct WavePort {
 }
 
 impl WavePort {
-    /// Of checked parameters.
     pub(crate) fn new(impedance: f64, playout_samples: u32, sample_time: f64) -> Self {
         Self {
             impedance,

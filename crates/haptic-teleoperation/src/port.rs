@@ -367,9 +367,6 @@ fn playout(samples: u32) -> Result<u32, ParameterError> {
 }
 
 /// The law at rest.
-///
-/// # Errors
-/// A gain or impedance outside its range.
 pub(crate) fn law<O: Differintegrator<f64>>(
     law: PortLaw<O>,
     settings: &Settings,

@@ -1,5 +1,4 @@
 //! Models for programs that know Prony series only: finite-element programs, above all.
-//!
 //! ```text
 //! G(t) ≈ E + Σ E_i·e^(−t/τ_i),   E, E_i ≥ 0,   shortest ≤ t ≤ horizon
 //! ```
@@ -107,7 +106,6 @@ impl PronyFit {
     /// Relaxation times at even distances in log τ; moduli by least squares of the relative error without negative ones,
     /// so there may be fewer branches than asked for. The first and the last τ are those with the least largest error.
     /// A Prony series of no more branches stays as it is, and a classical model that is one. Cost: 10 ms.
-    ///
     /// ```
     /// use haptic_tissue::{Library, PronyFit};
     ///
@@ -116,7 +114,6 @@ impl PronyFit {
     /// assert!(series.max_relative_error < 0.01);
     /// # Ok::<(), Box<dyn std::error::Error>>(())
     /// ```
-    ///
     /// # Errors
     /// As [`ExportError`] says.
     pub fn new(
@@ -152,7 +149,6 @@ impl PronyFit {
     }
 
     /// The series as a model.
-    ///
     /// # Errors
     /// Without a spring and a branch.
     pub fn model(&self) -> Result<Model, ExportError> {
@@ -181,7 +177,6 @@ fn has_impulse(model: &Model) -> bool {
 }
 
 /// Spring and branches of a model that is a Prony series, whatever its name.
-///
 /// ```text
 /// Maxwell            E·e^(−t/τ),                       τ = η/E
 /// Zener              E₁ + E·e^(−t/τ)
@@ -348,8 +343,7 @@ pub enum ExportFormat {
     /// ANSYS Mechanical APDL, `TB,PRONY,,,N,SHEAR`: relative moduli `α_i = E_i/G(0)` and `τ_i`; the elastic modulus is the
     /// instantaneous one.
     Ansys,
-    /// Abaqus, `*VISCOELASTIC, TIME=PRONY`: `g_i = E_i/G(0)`, `k_i = 0` (no relaxation in bulk), `τ_i`, with
-    /// `MODULI=INSTANTANEOUS`.
+    /// Abaqus, `*VISCOELASTIC, TIME=PRONY`: `g_i = E_i/G(0)`, `k_i = 0` (no relaxation in bulk), `τ_i`, with `MODULI=INSTANTANEOUS`.
     Abaqus,
     /// FEBio, material `viscoelastic`: `g0 = 1`, `g_i = E_i/E`, `t_i`, up to six; the elastic material inside has the long-term
     /// modulus E. Source: `FEViscoElasticMaterial.cpp` of FEBio.
@@ -383,7 +377,6 @@ impl ExportFormat {
 
 impl PronyFit {
     /// The series in the convention of a program, with comments that say what it is. `title` is one line for people.
-    ///
     /// # Errors
     /// More branches than the program takes; a convention that needs a long-term modulus, and a series without one.
     pub fn text(&self, format: ExportFormat, title: &str) -> Result<String, ExportError> {

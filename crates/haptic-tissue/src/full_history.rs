@@ -5,7 +5,6 @@ use crate::sampled::{Branch, SampledModel};
 use fracdiff::{Channel, Order, ParameterError, PartitionedMemory, Seconds};
 
 /// The stress of a [`SampledModel`], element by element, each by its defining sum over all of the past.
-///
 /// ```text
 /// spring-pot    σ[n] = V·T^(−α)·Σ_j c_j(α−1)·Δε[n−j]
 /// in series     ε[n] = (T^α/V)·Σ_j c_j(−α)·σ[n−j] + (T^β/G)·Σ_j c_j(−β)·σ[n−j],   solved for σ[n]: c_0 = 1
@@ -25,7 +24,6 @@ pub struct FullHistory {
 
 impl FullHistory {
     /// For records of up to so many samples.
-    ///
     /// # Errors
     /// Unless 1 ≤ samples ≤ [`ShortMemoryVec::MOST`](fracdiff::ShortMemoryVec::MOST).
     pub fn new(model: &SampledModel, samples: usize) -> Result<Self, ParameterError> {

@@ -18,4 +18,4 @@ pub use library::Library;
 pub use material::{Material, MaterialError, Source, ValidRange};
 pub use model::{MaxwellBranch, Model, ModelError, ModelKind, Parameter, ParameterRange};
 pub use sampled::SampledModel;
-pub use text_file::{TEXT_MOST, open_file, read_text};
+pub use text_file::{TEXT_MOST, read_bytes, read_text};

@@ -143,7 +143,6 @@ impl std::error::Error for MaterialError {
 
 impl Material {
     /// A tissue of a model.
-    ///
     /// # Errors
     /// A name that is not made of lower-case letters, digits and hyphens.
     pub fn new(
@@ -203,7 +202,6 @@ impl Material {
     }
 
     /// Reads one material from the text of its file; `path` is for messages.
-    ///
     /// # Errors
     /// [`MaterialError::File`] with line and reason.
     pub fn parse(path: &Path, text: &str) -> Result<Self, MaterialError> {
@@ -215,7 +213,6 @@ impl Material {
     }
 
     /// Reads a material file.
-    ///
     /// # Errors
     /// If it cannot be read or is wrong.
     pub fn read(path: &Path) -> Result<Self, MaterialError> {

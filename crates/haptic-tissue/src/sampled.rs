@@ -7,13 +7,11 @@ use fracdiff::{FrequencyResponse, Order, Seconds};
 use num_complex::Complex64;
 
 /// A model as backward differences see it: a spring beside one full memory of increments of strain.
-///
 /// ```text
 /// s → (1 − w)/T:   σ[n] = E·ε[n] + B·T^(−μ)·Σ_j c_j·(ε[n−j] − ε[n−j−1])
 /// E + B·s^μ = M(s) for slow motion,   Σ_j c_j w^j = (M((1−w)/T) − E)/(B·T^(−μ)·(1 − w))
 /// ```
 /// The relaxation modulus of springs, dashpots and spring-pots only fades, so that `c_j` = ∫ e^(−js) ρ(s) ds with
-///
 /// ```text
 /// ρ(s) = Im M(−(e^s − 1)/T + i0)/(π·(e^s − 1)·B·T^(−μ)) ≥ 0
 /// e^(−s) = 1/(1 + T/τ)      a mode that is exact, where spring and dashpot are in series
@@ -23,7 +21,6 @@ use num_complex::Complex64;
 ///
 /// - *Units*: E Pa, B Pa·s^μ, T s, `c_j` dimensionless. `B·P` in Pa, times T^(−μ).
 /// - A *spring alone* has B = 0, μ = 1 and no memory.
-///
 /// ```
 /// use fracdiff::{Differintegrator, FullMemory, Seconds};
 /// use haptic_tissue::{Model, ModelKind, SampledModel};
@@ -54,7 +51,6 @@ pub struct SampledModel {
 
 impl SampledModel {
     /// The model at sample time T.
-    ///
     /// # Errors
     /// Unless 1e-9 s ≤ T ≤ 1e6 s, or if the smallest order above 0 is below [`ORDER_MIN`](Self::ORDER_MIN).
     pub fn new(model: &Model, sample_time: Seconds) -> Result<Self, ModelError> {
@@ -125,7 +121,6 @@ impl SampledModel {
 
     /// The modes that stand for the memory, for a tolerance and a horizon in samples as
     /// [`Design::of_memory`] takes them. Of one spring-pot beside a spring to the bit those of [`Design::pruned`].
-    ///
     /// # Errors
     /// As there.
     pub fn design<const TAPS: usize, const MODES: usize>(
@@ -163,8 +158,7 @@ impl Memory for SampledModel {
     }
 
     fn slower(&self, rate: f64) -> Option<f64> {
-        // Cauchy's theorem around the cut: ∫₀^r Im M(−r')/(πr') dr' is the mean of M on the circle |s| = r, without poles
-        // inside.
+        // Cauchy's theorem around the cut: ∫₀^r Im M(−r')/(πr') dr' is the mean of M on the circle |s| = r, without poles inside.
         let r = rate / self.sample_time_s;
         let real = |angle: f64| self.dissipative(Complex64::from_polar(r, angle)).re;
         let mean = |from: f64| {

@@ -23,13 +23,13 @@ SCHEME names the fractional operator D^mu:
 DEVICE is what an experiment runs on:
   sim                           simulated in this program (default)
   serial:PATH[@BAUD]            a device at a serial port, or an emulated one
-  serial:auto                   the only one that answers
+  serial:auto                   the only serial device that answers
   haply:PATH[,version=2]        a Haply 2DIY, see docs/guide/src/haply-2diy.md
   moteus:PATH[,id=1,radius=20mm] a moteus servo, see docs/guide/src/moteus.md
 
 Exit codes: 0 done; 1 the run failed, was interrupted or a fault ended it; 2 bad usage or bad
-input; 3 device or link not usable, or lost; 4 data was lost, what could be kept was kept. 3 goes
-before 1, and 1 before 4.";
+input; 3 device or link not usable, or lost; 4 data was lost, the rest was kept. If several apply, 3
+takes precedence over 1, and 1 over 4.";
 
 /// Fractional-order haptics: experiments, logs, figures.
 #[derive(Debug, Parser)]
@@ -71,42 +71,42 @@ enum Command {
     /// Fractional controllers: design, simulate, analyze, and identify a plant
     #[command(subcommand)]
     Control(command::control::Command),
-    /// The stiffest wall, the most damping or the closest tissue for a device, and its order
+    /// Find the stiffest wall, the most damping or the closest tissue for a device
     #[command(long_about = command::design::LONG_ABOUT, after_help = command::design::EXAMPLES)]
     Design(WithFiles<keys::Design>),
     /// Run the experiment that a file describes
     #[command(long_about = command::run::long_about())]
     Run(command::run::Arguments),
-    /// One side of a teleoperation; the other in another process, UDP between them
+    /// Run one side of a teleoperation, with the other side in another process
     #[command(long_about = command::teleoperate::LONG_ABOUT)]
     Teleoperate(command::teleoperate::Arguments),
-    /// Find the stiffest wall a device can render, by trying
+    /// Find the stiffest wall that a device can render, by trials
     #[command(long_about = command::zwidth::LONG_ABOUT, after_help = command::zwidth::EXAMPLES)]
     Zwidth(WithFiles<keys::ZWidth>),
-    /// Measure whether this machine is fit for a loop at 1, 4 and 10 kHz, and what to change
+    /// Measure whether this machine is fit for a loop at 1, 4 and 10 kHz
     #[command(long_about = command::rt_check::LONG_ABOUT)]
     RtCheck(command::rt_check::Arguments),
-    /// Make every figure of the dissertation again and judge its claims
+    /// Compute the figures of the dissertation again and judge its claims
     Reproduce(command::reproduce::Arguments),
     /// Print the impulse response of an operator
     Weights(command::operator::Weights),
     /// Differentiate or integrate a CSV column to a fractional order
     Differintegrate(command::operator::Differintegrate),
-    /// Write an operator as a header in C99, for any microcontroller
+    /// Write an operator as a C99 header, for any microcontroller
     ExportC(command::export_c::Arguments),
-    /// Find, inspect, configure, imitate, program and watch a device
+    /// Find, inspect, configure, measure, test, emulate and monitor a device
     #[command(subcommand)]
     Device(command::device::Command),
-    /// The tissue library
+    /// List, show and export tissues
     #[command(subcommand)]
     Materials(command::materials::Command),
-    /// A tissue from a measured record: relaxation, creep, oscillation or any motion
+    /// Turn a measured record into a tissue: relaxation, creep, oscillation or any motion
     #[command(long_about = command::identify::LONG_ABOUT)]
     Identify(command::identify::Arguments),
-    /// Look into a log, verify it, save what a cut file still holds, turn it into CSV or a picture
+    /// Inspect, check, recover, export and draw a log
     #[command(subcommand)]
     Log(command::log::Command),
-    /// A page in the browser: feel a tissue, see what is stable, watch and start runs
+    /// Serve a page in the browser: feel a tissue, see what is stable, watch and start runs
     #[cfg(feature = "serve")]
     #[command(long_about = command::serve::LONG_ABOUT)]
     Serve(command::serve::Arguments),

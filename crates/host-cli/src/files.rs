@@ -3,7 +3,7 @@
 //! A place is looked at before the work and written after it: no hour of work ends at a name that is taken. What cannot be
 //! written all the same is told behind the result, as data that was lost.
 
-use crate::picture_file::{self, PictureFileError};
+use crate::picture_file;
 use clap::Args;
 use haptic_experiment::Failure;
 use haptic_experiment::run::{FolderRequest, OutputFolder, write_text};
@@ -20,7 +20,7 @@ pub(crate) const PROGRAM: &str = concat!("host-cli ", env!("CARGO_PKG_VERSION"))
 #[derive(Debug, Args)]
 #[command(next_help_heading = "Files")]
 pub(crate) struct Files {
-    /// Folder for tables, pictures and files to go on with
+    /// Folder for tables, pictures and experiment files
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
     /// Replace the files of an earlier answer in the folder
@@ -129,9 +129,7 @@ pub(crate) fn save_picture(
     folder: &OutputFolder,
     picture: Result<Picture, FigureError>,
 ) -> Result<String, Failure> {
-    let picture = picture.map_err(PictureFileError::from)?;
-    let saved = picture_file::save(&picture, &folder.stem(), folder.overwrite())?;
-    Ok(saved.shown().display().to_string())
+    picture_file::save(picture, &folder.stem(), folder.overwrite())
 }
 
 /// What was not written.
@@ -329,13 +327,8 @@ impl PlaceOfFile {
         let file = self
             .unwritten
             .take(written.map(|()| path.display().to_string()));
-        let saved = picture()
-            .map_err(PictureFileError::from)
-            .and_then(|picture| {
-                picture_file::save(&picture, &path.with_extension(""), self.overwrite)
-            });
-        let saved = saved.map(|saved| saved.shown().display().to_string());
-        (file, self.unwritten.take(saved.map_err(Failure::from)))
+        let saved = picture_file::save(picture(), &path.with_extension(""), self.overwrite);
+        (file, self.unwritten.take(saved))
     }
 
     /// As [`Place::close`].

@@ -4,12 +4,11 @@
 mod cli;
 mod command;
 mod files;
-pub mod log_plot;
 mod options;
 mod output;
 mod page;
 mod parse;
-pub mod picture;
+mod picture;
 pub mod picture_file;
 mod table;
 

@@ -173,7 +173,7 @@ impl<N: Named> Args for Options<N> {
         });
         let values = Arg::new(VALUES)
             .num_args(0..)
-            .help("Keys, as in sample_time=1ms; `host-cli run --help` lists those of experiments");
+            .help("Any key, as in sample_time=1ms; `host-cli run --help` lists them");
         command.args(options).arg(values)
     }
 
@@ -432,7 +432,7 @@ pub(crate) struct WithFiles<K: Named> {
 #[derive(Clone, Debug, Args)]
 #[command(next_help_heading = "Device")]
 pub(crate) struct DeviceModelArguments {
-    /// Device file, as host-cli device measure writes it, or `laboratory`, a usual device; an option of one of its values wins over it
+    /// Device file, as written by device measure, or `laboratory`, a typical device; options take precedence over it
     #[arg(long, value_name = "FILE.toml")]
     device_model: Option<PathBuf>,
 }

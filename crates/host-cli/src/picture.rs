@@ -9,10 +9,7 @@ use haptic_figure::{
 };
 
 /// A run beside its closed form.
-///
-/// # Errors
-/// If there is nothing to draw.
-pub fn of_theory(report: &Report, curves: &Curves) -> Result<Picture, FigureError> {
+pub(crate) fn of_theory(report: &Report, curves: &Curves) -> Result<Picture, FigureError> {
     let (quantity, label) = match report.final_strain {
         Some(_) => ("strain", "strain"),
         None => ("force", "force / N"),
@@ -66,10 +63,7 @@ fn time_chart<'a>(caption: &'a str, y: &'a str, series: Vec<Series<'a>>) -> Char
 }
 
 /// One side of a teleoperation: places and forces.
-///
-/// # Errors
-/// If there is nothing to draw.
-pub fn of_side(_: &FarReport, curves: &Curves) -> Result<Picture, FigureError> {
+pub(crate) fn of_side(_: &FarReport, curves: &Curves) -> Result<Picture, FigureError> {
     let over_time = |values: &[f64], scale| over_time(&curves.time_s, values, scale);
     let [hand, device] =
         ["reference_m", "position_m"].map(|name| over_time(curves.column(name), 1e3));
@@ -111,10 +105,7 @@ pub fn of_side(_: &FarReport, curves: &Curves) -> Result<Picture, FigureError> {
 }
 
 /// A teleoperation: places and forces of both sides, the energy that the line took, and what was felt.
-///
-/// # Errors
-/// If there is nothing to draw.
-pub fn of_teleoperation(
+pub(crate) fn of_teleoperation(
     report: &TeleoperationReport,
     curves: &Curves,
 ) -> Result<Picture, FigureError> {
@@ -189,10 +180,7 @@ fn felt_chart<'a>(
 }
 
 /// A touch: the paths over the shape, the depth, and the force of each axis.
-///
-/// # Errors
-/// If there is nothing to draw.
-pub fn of_touch(_: &TouchReport, curves: &Curves) -> Result<Picture, FigureError> {
+pub(crate) fn of_touch(_: &TouchReport, curves: &Curves) -> Result<Picture, FigureError> {
     let forces = ["force_x_n", "force_y_n", "force_z_n"].map(|name| curves.column(name).to_vec());
     let axes = forces.iter().filter(|force| !force.is_empty()).count();
     PlaneFigure {
@@ -209,10 +197,7 @@ pub fn of_touch(_: &TouchReport, curves: &Curves) -> Result<Picture, FigureError
 }
 
 /// The trial of a wall or a coupler: device and object over the device's place of rest, and the force below.
-///
-/// # Errors
-/// If there is nothing to draw.
-pub fn of_trial(report: &TrialReport, trial: &Curves) -> Result<Picture, FigureError> {
+pub(crate) fn of_trial(report: &TrialReport, trial: &Curves) -> Result<Picture, FigureError> {
     let time = &trial.time_s;
     let position = over_time(time, trial.column("position_m"), 1e3);
     let object = Some(trial.column("object_position_m")).filter(|object| !object.is_empty());

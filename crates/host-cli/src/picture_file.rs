@@ -1,108 +1,66 @@
 //! The files of a picture: `STEM.svg` and `STEM.png`, both or neither. A build without the feature `png` has only the
 //! first, and says so once.
 
-use std::path::{Path, PathBuf};
-
 use haptic_experiment::Failure;
 use haptic_figure::{FigureError, Picture};
-
-use haptic_log::record::{NewFile, NewFileError};
-
-/// A picture that could not be saved.
-#[derive(Debug, thiserror::Error)]
-#[non_exhaustive]
-pub enum PictureFileError {
-    /// The pixels could not be made.
-    #[error(transparent)]
-    Figure(#[from] FigureError),
-    /// The files could not be written.
-    #[error(transparent)]
-    File(#[from] NewFileError),
-}
-
-/// Said behind the name of the file to look at.
-pub const AND_SVG: &str = if cfg!(feature = "png") {
-    " (and .svg)"
-} else {
-    ""
-};
-
-/// The files of a picture.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct SavedPicture {
-    /// The drawing, to edit or to include in a paper.
-    pub svg: PathBuf,
-    /// The pixels, to look at; in a build with the feature `png`.
-    pub png: Option<PathBuf>,
-}
-
-impl SavedPicture {
-    /// The file to look at.
-    #[must_use]
-    pub fn shown(&self) -> &Path {
-        self.png.as_ref().unwrap_or(&self.svg)
-    }
-}
+use haptic_log::record::NewFile;
+use std::path::{Path, PathBuf};
 
 /// The names of a picture's files.
-#[must_use]
-pub fn names(stem: &Path) -> [PathBuf; 2] {
+pub(crate) fn names(stem: &Path) -> [PathBuf; 2] {
     ["svg", "png"].map(|extension| with_suffix(stem, extension))
 }
 
-/// Writes `STEM.svg` and `STEM.png`, both or neither. Existing files are refused unless `overwrite` is set, and
-/// then replaced whole.
+/// Writes `STEM.svg` and `STEM.png`, both or neither, and names the one to look at. Existing files are refused unless
+/// `overwrite` is set, and then replaced whole.
 ///
 /// # Errors
-/// If a file exists or cannot be written, or the picture cannot be rendered.
+/// If a file exists or cannot be written, or the picture cannot be drawn.
 pub fn save(
-    picture: &Picture,
+    picture: Result<Picture, FigureError>,
     stem: &Path,
     overwrite: bool,
-) -> Result<SavedPicture, PictureFileError> {
-    let svg = with_suffix(stem, "svg");
+) -> Result<String, Failure> {
+    let picture = picture.map_err(undrawn)?;
     // Both are staged before either gets its name.
-    let staged_svg = NewFile::filled(&svg, picture.svg().as_bytes(), overwrite)?;
-    let staged_png = stage_png(picture, stem, overwrite)?;
-    staged_svg.publish()?;
-    let png = match staged_png {
-        None => None,
-        Some(staged) => {
-            let png = staged.target().to_owned();
-            staged.publish()?;
-            Some(png)
-        }
-    };
-    Ok(SavedPicture { svg, png })
+    let svg = NewFile::filled(
+        &with_suffix(stem, "svg"),
+        picture.svg().as_bytes(),
+        overwrite,
+    )?;
+    let png = stage_png(&picture, &with_suffix(stem, "png"), overwrite)?;
+    let shown = png.as_ref().unwrap_or(&svg).target().display().to_string();
+    svg.publish()?;
+    png.map(NewFile::publish).transpose()?;
+    Ok(shown)
 }
 
 #[cfg(feature = "png")]
-fn stage_png(
-    picture: &Picture,
-    stem: &Path,
-    overwrite: bool,
-) -> Result<Option<NewFile>, PictureFileError> {
-    let png = with_suffix(stem, "png");
-    Ok(Some(NewFile::filled(&png, &picture.png()?, overwrite)?))
+fn stage_png(picture: &Picture, png: &Path, overwrite: bool) -> Result<Option<NewFile>, Failure> {
+    let pixels = picture.png().map_err(undrawn)?;
+    Ok(Some(NewFile::filled(png, &pixels, overwrite)?))
 }
 
 #[cfg(not(feature = "png"))]
-fn stage_png(
-    _: &Picture,
-    stem: &Path,
-    overwrite: bool,
-) -> Result<Option<NewFile>, PictureFileError> {
+fn stage_png(_: &Picture, png: &Path, overwrite: bool) -> Result<Option<NewFile>, Failure> {
     // One of an earlier run would pass for the pixels of this one.
-    let png = with_suffix(stem, "png");
     if overwrite {
         let _ = std::fs::remove_file(png);
     } else if png.exists() {
-        return Err(NewFileError::Exists(png).into());
+        return Err(haptic_log::record::NewFileError::Exists(png.to_owned()).into());
     }
     static SAID: std::sync::Once = std::sync::Once::new();
     let text = "this build draws pictures as SVG only; build it with --features png for PNG";
     SAID.call_once(|| crate::output::note("warning", text));
     Ok(None)
+}
+
+/// The failure of a picture that cannot be drawn.
+pub(crate) fn undrawn(error: FigureError) -> Failure {
+    match error {
+        FigureError::Render(_) => Failure::Run(error.into()),
+        _ => Failure::input(error),
+    }
 }
 
 /// `a-0.5` and `png` to `a-0.5.png`; `Path::with_extension` would make `a-0.png` of it.
@@ -111,14 +69,4 @@ fn with_suffix(stem: &Path, extension: &str) -> PathBuf {
     name.push(".");
     name.push(extension);
     PathBuf::from(name)
-}
-
-impl From<PictureFileError> for Failure {
-    fn from(error: PictureFileError) -> Self {
-        match error {
-            PictureFileError::Figure(FigureError::Render(_)) => Self::Run(error.into()),
-            PictureFileError::Figure(_) => Self::Input(error.into()),
-            PictureFileError::File(error) => error.into(),
-        }
-    }
 }

@@ -3,7 +3,7 @@
 use haptic_experiment::Failure;
 use haptic_experiment::document::short;
 use haptic_tissue::identify::table::{TABLE_MOST, read_columns};
-use haptic_tissue::open_file;
+use haptic_tissue::read_bytes;
 use std::io::{self, Read};
 use std::path::Path;
 
@@ -15,19 +15,23 @@ pub(crate) struct Table<const N: usize> {
 
 /// The bytes of a table, `-` for those of standard input; no more than a table may have.
 pub(crate) fn bytes(path: &Path) -> Result<Vec<u8>, Failure> {
-    let mut bytes = Vec::new();
-    let mut all = |source: &mut dyn Read| source.take(TABLE_MOST + 1).read_to_end(&mut bytes);
     let read = match path.as_os_str() == "-" {
-        true => all(&mut io::stdin().lock()),
-        false => open_file(path).and_then(|mut file| all(&mut file)),
+        true => {
+            let mut bytes = Vec::new();
+            let input = io::stdin()
+                .lock()
+                .take(TABLE_MOST + 1)
+                .read_to_end(&mut bytes);
+            input.map(|_| bytes)
+        }
+        false => read_bytes(path, TABLE_MOST),
     };
+    let name = path.display();
     read.map_err(|error| {
         Failure::bad_input(format_args!(
-            "cannot read `{}`: {error}; give the path of a table",
-            path.display()
+            "cannot read `{name}`: {error}; give the path of a table"
         ))
-    })?;
-    Ok(bytes)
+    })
 }
 
 /// The columns of these names; `remedy` says how to name others.

@@ -1,5 +1,4 @@
 //! Shared by the tests of several crates. For integration tests only: a unit test would see its own crate twice.
-//!
 //! ```
 //! use testkit::{Random, assert_close};
 //!
@@ -22,12 +21,24 @@ use std::io::Write as _;
 use std::str::FromStr;
 
 /// Cases to try: `CAMPAIGN_CASES`, or so many.
-///
 /// # Panics
 /// If `CAMPAIGN_CASES` is no number.
 #[must_use]
 pub fn cases<T: FromStr<Err: Debug>>(usual: T) -> T {
     std::env::var("CAMPAIGN_CASES").map_or(usual, |cases| cases.parse().expect("CAMPAIGN_CASES"))
+}
+
+/// The rows of a table, cells between ` | `, `\n` for the end of a line. Empty rows and remarks, `# …`, do not count.
+/// # Panics
+/// If a row has another number of cells.
+pub fn table<const N: usize>(text: &str) -> impl Iterator<Item = [String; N]> {
+    let rows = text.lines().map(str::trim);
+    let rows = rows.filter(|row| !row.is_empty() && !row.starts_with("# "));
+    rows.map(|row| {
+        let cells = row.split(" | ").map(|cell| cell.replace("\\n", "\n"));
+        let cells: Vec<String> = cells.collect();
+        cells.try_into().unwrap_or_else(|_| panic!("{row}"))
+    })
 }
 
 /// |have − want| ≤ tolerance.
@@ -57,7 +68,6 @@ pub fn assert_relative(what: &str, have: f64, want: f64, tolerance: f64) {
 }
 
 /// Says on standard error that this test is skipped, and why.
-///
 /// # Panics
 /// Where `REQUIRE_ALL_CHECKS` is set, as in CI.
 pub fn skip(why: &str) {
@@ -113,7 +123,6 @@ impl Random {
     }
 
     /// One of them.
-    ///
     /// # Panics
     /// Without any.
     pub fn one_of<T: Copy>(&mut self, choices: &[T]) -> T {

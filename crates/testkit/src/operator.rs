@@ -11,7 +11,6 @@ pub fn order(mu: f64) -> Order {
 }
 
 /// (1 − w)^μ.
-///
 /// # Panics
 /// Out of range.
 #[must_use]
@@ -20,7 +19,6 @@ pub fn exact(mu: f64) -> ExactDifference {
 }
 
 /// An operator as the analysis sees it, at 1 ms and with a horizon of 10⁵ samples.
-///
 /// # Panics
 /// Unknown, or out of range.
 #[must_use]
@@ -41,7 +39,6 @@ pub const fn wall(alpha: f64, beta: f64, delta: f64, gamma: f64) -> Nondimension
 }
 
 /// Delay and lag, both in samples.
-///
 /// # Panics
 /// Out of range.
 #[must_use]

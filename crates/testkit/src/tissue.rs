@@ -11,7 +11,6 @@ pub const KINDS: [(&str, f64, f64); 4] = [
 ];
 
 /// A model by its parameters, in the order of its kind.
-///
 /// # Panics
 /// Parameters outside their ranges.
 #[must_use]
@@ -36,8 +35,7 @@ pub fn of_two(
     .map(|(name, kind)| (name, model(kind, &values[..kind.parameters().len()])))
 }
 
-/// A spring-pot alone, each model of two elements, V and G, of these orders, where a third one is a spring, and a Prony
-/// series.
+/// A spring-pot alone, each model of two elements, V and G, of these orders, where a third one is a spring, and a Prony series.
 #[must_use]
 pub fn models(v: f64, g: f64, kinds: &[(&str, f64, f64)]) -> Vec<(String, Model)> {
     let one = model(ModelKind::SpringPot, &[8650.0, 0.2247]);

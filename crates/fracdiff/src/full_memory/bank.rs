@@ -14,35 +14,29 @@ use num_complex::Complex;
 /// Modes that decay faster than this per sample need no compensation word even in `f32`: a state stands still where
 /// its change rounds to nothing, 2^(−25)/decay of it at most, here 2e-6. In an integral of a constant that is felt for ever.
 const FAST: f64 = 1.0 / 64.0;
-/// The same for increments, where it is felt only while a motion goes on at one speed: 3e-5 of a mode that gives a
-/// tenth of the output.
+/// The same for increments, where it is felt only while a motion goes on at one speed: 3e-5 of a mode that gives a tenth of the output.
 const FAST_INCREMENTS: f64 = 1.0 / 1024.0;
 
 /// D^μ with the whole history: TAPS recent increments and up to MODES decaying modes.
-///
 /// ```text
 /// u[n] = Δ^⌈μ⌉ x[n]                        the difference, second difference, or x itself for μ ≤ 0
 /// y[n] = g·u[n] + Σ_{j=1}^{TAPS−1} k_j·u[n−j] + Σ_q W_q·z_q[n]
 /// z_q[n+1] = z_q[n] + (u[n] − d_q·z_q[n]),    d_q = 1 − e^(−s_q),   W_q = T^(−μ)·w_q·e^(−s_q)
 /// ```
-/// The modes take part from lag 1 on; `k_j` is what they leave of the true weight. For μ ≤ −1 running sums
-/// of y follow.
+/// The modes take part from lag 1 on; `k_j` is what they leave of the true weight. For μ ≤ −1 running sums of y follow.
 ///
 /// - *Units*: x any unit \[x\], y \[x\]·s^(−μ), T s. *Start-up*: zero for ever before.
 /// - *Accuracy*: up to the horizon |error| ≤ `ε·T^(−μ)·Σ_j c_j·|u[n−j]|`, ε = [`Design::error_bound`], and the
 ///   rounding of the sample type. Beyond the horizon the memory fades out.
 /// - *At rest*: for μ > 0 a constant gives exactly 0 in the end, P(1) = 0 to the last bit: the increments are 0, and a
 ///   state that has decayed below a negligible size (8e-28 in `f32`) becomes 0, so an idle loop is as fast as a busy one.
-/// - *Passive*: for 0 < μ ≤ 1 every mode (1 − w)/(1 − (1 − d)w) has a positive real part on the circle, and with
-///   them the operator.
-/// - *Single precision*: all that is added up is of one sign for a motion in one direction; 200 s at 1 kHz agree with
-///   `f64` to 2e-6 of the bound above. Above order 1 comes what the rounding of first differences takes,
-///   `2^(−24)·T^(−μ)·Σ_j c_j·(|Δx[n−j]| + |Δx[n−j−1]|)`: near order 2 up to 1.2e-4 of that bound, where an oscillation of 0.4 Hz
-///   passes zero. Blocks of slow modes keep a compensation word.
+/// - *Passive*: for 0 < μ ≤ 1 every mode (1 − w)/(1 − (1 − d)w) has a positive real part on the circle, and with them the operator.
+/// - *Single precision*: all that is added up is of one sign for a motion in one direction; 200 s at 1 kHz agree with `f64` to 2e-6 of the
+///   bound above. Above order 1 comes what the rounding of first differences takes, `2^(−24)·T^(−μ)·Σ_j c_j·(|Δx[n−j]| + |Δx[n−j−1]|)`:
+///   near order 2 up to 1.2e-4 of that bound, where an oscillation of 0.4 Hz passes zero. Blocks of slow modes keep a compensation word.
 /// - *Not finite*: no output is finite until reset. Whole orders have no modes: only the next TAPS outputs are not finite.
 /// - *Cost*: `output` two subtractions and a multiply-add; `advance` TAPS multiply-adds and 5 operations a mode, 8 with
 ///   compensation. TAPS ≥ 4 and MODES a multiple of 8, else it does not compile.
-///
 /// ```
 /// use fracdiff::full_memory::{Design, FullMemory, Kernel};
 /// use fracdiff::{Differintegrator, Order, Seconds};
@@ -66,7 +60,6 @@ pub type FullMemoryHistory<F, const TAPS: usize, const MODES: usize> =
 
 impl<F: Real, const TAPS: usize, const MODES: usize> FullMemory<F, TAPS, MODES> {
     /// Coefficients in `f64`, rounded once.
-    ///
     /// # Errors
     /// [`ParameterError::SampleTime`] unless 1e-9 s ≤ T ≤ 1e6 s.
     pub fn new(design: &Design<TAPS, MODES>, sample_time: Seconds) -> Result<Self, ParameterError> {
@@ -281,8 +274,7 @@ impl<F: Real, const TAPS: usize, const MODES: usize> FrequencyResponse for Bank<
     }
 }
 
-// The arithmetic of one step, block by block. The order of summation is part of the numerical contract: lane l adds the
-// modes l, l + 8, …
+// The arithmetic of one step, block by block. The order of summation is part of the numerical contract: lane l adds the modes l, l + 8, …
 
 /// Modes side by side in one block.
 const LANES: usize = 8;
@@ -415,7 +407,6 @@ impl<F: Real, const MODES: usize> FullMemory<F, PORTABLE_TAPS, MODES> {
     /// From the integer part and the values of [`Form::Modes`](crate::portable::Form::Modes), as
     /// [`Operator::list`](crate::Operator::list) gives them: the same bits as the operator that the list is of, without
     /// its design, so that a microcontroller needs no elementary functions.
-    ///
     /// # Errors
     /// A list that is none, see [`ListError`]. The response is not to be asked for: the rate is not in the list.
     pub fn from_list(integer: i8, values: &[F]) -> Result<Self, ListError> {

@@ -58,18 +58,15 @@ impl fmt::Display for DesignError {
 impl core::error::Error for DesignError {}
 
 /// The modes of a [`FullMemory`](super::FullMemory), fastest first, with the error they reach.
-///
 /// ```text
 /// D^μ x[n] = T^(−μ)·Σ_j c_j·Δⁿx[n−j],   n = ⌈μ⌉,   c_j > 0 the weights of a fractional integral of order ν = n − μ
 /// |error of the output| ≤ ε·T^(−μ)·Σ_j c_j·|Δⁿx[n−j]|        ε = error_bound()
 /// ```
-/// For 0 < μ ≤ 1 and a motion in one direction that is ε of the output itself; for μ > 1, and for a
-/// motion to and fro, the output is a difference of such sums, and only the bound holds. For μ ≤ 0, where the sum
-/// is over x itself, likewise.
+/// For 0 < μ ≤ 1 and a motion in one direction that is ε of the output itself; for μ > 1, and for a motion to and fro, the output is a
+/// difference of such sums, and only the bound holds. For μ ≤ 0, where the sum is over x itself, likewise.
 ///
-/// ε is measured, not assumed: the relative error of every weight from lag TAPS to TAPS + 64 and from
-/// there on a geometric grid of 48 points per swing of the error curve, up to the horizon, against the
-/// true weights in closed form.
+/// ε is measured, not assumed: the relative error of every weight from lag TAPS to TAPS + 64 and from there on a geometric grid of 48
+/// points per swing of the error curve, up to the horizon, against the true weights in closed form.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Design<const TAPS: usize, const MODES: usize> {
     order: Order,
@@ -84,16 +81,13 @@ pub struct Design<const TAPS: usize, const MODES: usize> {
 }
 
 impl<const TAPS: usize, const MODES: usize> Design<TAPS, MODES> {
-    /// The modes in closed form: trapezoid rule in ln s, and two Gauss nodes for all that is slower
-    /// than the horizon can tell apart.
-    ///
+    /// The modes in closed form: trapezoid rule in ln s, and two Gauss nodes for all that is slower than the horizon can tell apart.
     /// ```text
     /// w_q = h·s_q·ρ(s_q)·sin(πν)/π,    s_q = e^(qh),    relative error ≈ 2|Γ(1 − ν + 2πi/h)|/Γ(1 − ν)
     /// ```
     /// - `tolerance`: the largest ε, 1e-11 to 0.1.
     /// - `horizon`: up to this lag, samples, 1e2 to 1e12.
     /// - *Cost*: some 10⁴ to 10⁵ exponentials in `f64`, no allocation.
-    ///
     /// # Errors
     /// [`DesignError::TooManyModes`] or [`DesignError::Unreachable`]; a parameter outside its range.
     pub fn closed_form(
@@ -128,7 +122,6 @@ impl<const TAPS: usize, const MODES: usize> Design<TAPS, MODES> {
     }
 
     /// A kernel of one's own: its weights, and the modes that stand for them from lag TAPS on.
-    ///
     /// ```text
     /// y[n] = T^(−μ)·Σ_j c_j·Δⁿx[n−j],   n = ⌈μ⌉,   c_j ≈ Σ_q w_q·e^(−j·s_q)   for j ≥ TAPS
     /// ```
@@ -138,7 +131,6 @@ impl<const TAPS: usize, const MODES: usize> Design<TAPS, MODES> {
     ///   and loses nothing in single precision, as [`FullMemory`](super::FullMemory) says; else that is open.
     /// - `horizon`: up to this lag, samples, 1e2 to 1e12. [`error_bound`](Self::error_bound) is measured up to there,
     ///   and nothing is refused for being large: look at it.
-    ///
     /// ```
     /// use fracdiff::full_memory::{Design, FullMemory, Kernel, Mode};
     /// use fracdiff::{Order, Seconds, grunwald_weight};

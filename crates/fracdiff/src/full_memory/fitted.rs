@@ -1,5 +1,4 @@
-//! Fewer modes for the same tolerance: weights fitted by non-negative least squares, to a kernel or to any memory that only
-//! fades.
+//! Fewer modes for the same tolerance: weights fitted by non-negative least squares, to a kernel or to any memory that only fades.
 
 use super::design::{
     Design, DesignError, NOTHING, OWN_SWING, POINTS_A_SWING, check_lags, check_tolerance,
@@ -13,17 +12,14 @@ use std::vec::Vec;
 impl<const TAPS: usize, const MODES: usize> Design<TAPS, MODES> {
     /// The fewest modes that the tolerance allows: on ever finer grids of rates, the weights that fit
     /// the kernel best in the least-squares sense of the relative error, none negative.
-    ///
     /// ```text
     /// min_w Σ_j (Σ_q w_q·e^(−j·s_q)/c_j − 1)²,   w_q ≥ 0
     /// ```
-    /// Most weights of such a fit come out as exactly zero; their modes are dropped. At 1e-6 over a
-    /// day at 1 kHz this leaves about nine tenths of
-    /// [`closed_form`](Self::closed_form), which is returned where it is no worse.
-    /// Parameters and errors as there. *Cost*: some ten milliseconds.
+    /// Most weights of such a fit come out as exactly zero; their modes are dropped. At 1e-6 over a day at 1 kHz this leaves about nine
+    /// tenths of [`closed_form`](Self::closed_form), which is returned where it is no worse. Parameters and errors as there. *Cost*: some
+    /// ten milliseconds.
     ///
     /// Source: C. L. Lawson, R. J. Hanson, *Solving Least Squares Problems*, 1974, ch. 23.
-    ///
     /// # Errors
     /// As [`closed_form`](Self::closed_form).
     pub fn pruned(
@@ -61,7 +57,6 @@ impl<const TAPS: usize, const MODES: usize> Design<TAPS, MODES> {
     }
 
     /// The fewest modes that stand for a [`Memory`] within a tolerance.
-    ///
     /// ```text
     /// y[n] = T^(−μ)·Σ_j c_j·Δⁿx[n−j],   n = ⌈μ⌉,     c_j the weights of the memory
     /// min_w Σ_j (Σ_q w_q·e^(−j·s_q)/c_j − 1)²,   w_q ≥ 0,   its exact modes as they are
@@ -73,7 +68,6 @@ impl<const TAPS: usize, const MODES: usize> Design<TAPS, MODES> {
     /// - No weight is negative. With n = 1 the operator is passive, and what [`FullMemory`](super::FullMemory) says of
     ///   single precision holds.
     /// - *Cost*: some ten to hundred milliseconds.
-    ///
     /// ```
     /// use fracdiff::full_memory::{Design, FullMemory, Memory};
     /// use fracdiff::{Order, Seconds};

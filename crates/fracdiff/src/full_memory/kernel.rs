@@ -13,8 +13,7 @@ use core::f64::consts::PI;
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
 pub enum Kernel {
-    /// Backward differences, (1 − w)^μ: what the stability and passivity formulas assume. Its error
-    /// is O(T). Weights Γ(j−μ)/(Γ(−μ)Γ(j+1)).
+    /// Backward differences, (1 − w)^μ: what the stability and passivity formulas assume. Its error is O(T). Weights Γ(j−μ)/(Γ(−μ)Γ(j+1)).
     Grunwald,
     /// The samples joined by straight lines, differentiated exactly (Caputo L1; for integrals the
     /// product trapezoidal rule): exact for piecewise-linear input that starts from zero, for
@@ -156,8 +155,7 @@ pub(super) struct Grid {
 
 impl Grid {
     pub(super) fn new(core: Core, taps: usize, tolerance: f64, horizon: f64, step: f64) -> Self {
-        // Up to where a node adds less than a twentieth of the tolerance at the first lag after
-        // the taps.
+        // Up to where a node adds less than a twentieth of the tolerance at the first lag after the taps.
         let lag = taps as f64;
         let negligible = 0.05 * tolerance * core.weight(lag) / step;
         // Two Gauss nodes for e^(−js) on 0 ≤ s ≤ s₀ with the density s^(−ν) miss about

@@ -8,7 +8,6 @@ use std::vec;
 use std::vec::Vec;
 
 /// A memory that only fades: a completely monotone sequence of weights.
-///
 /// ```text
 /// c_j = Σ_q w_q·e^(−j·s_q) + ∫₀^∞ e^(−js) ρ(s) ds      j ≥ 1,    w_q > 0,  ρ ≥ 0
 /// c_0 ≥ the same at j = 0
@@ -40,7 +39,6 @@ pub trait Memory {
 }
 
 /// The true weights of a [`Memory`], by quadrature.
-///
 /// ```text
 /// ∫ e^(−js) s·ρ(s) d ln s      Gauss–Legendre of 16 nodes on panels of ln s, halved until each is right to 1e-12
 /// ```
@@ -65,7 +63,6 @@ struct Narrow {
 
 impl MemoryWeights {
     /// Weights up to lag `horizon`, samples.
-    ///
     /// # Errors
     /// A number of the memory that is not finite or negative; [`DesignError::Unreachable`] for a density that is rough everywhere
     /// or has no finite mass at slow rates. Single steps and narrow peaks do no harm.
@@ -181,8 +178,7 @@ impl<'a, M: Memory> Panels<'a, M> {
         }
     }
 
-    /// Panels of width 1 down to the logarithm of the rate from which on a mode stands still; one node for all that is
-    /// slower.
+    /// Panels of width 1 down to the logarithm of the rate from which on a mode stands still; one node for all that is slower.
     fn cover(&mut self, still: f64) -> Result<(), DesignError> {
         let mut top = libm::log(FASTEST);
         while top > still {

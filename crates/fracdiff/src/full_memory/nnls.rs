@@ -1,5 +1,4 @@
 //! Least squares with no negative unknown.
-//!
 //! ```text
 //! min_x |A·x − b|²,   x ≥ 0
 //! ```
@@ -102,8 +101,7 @@ impl Problem {
         true
     }
 
-    /// Goes to the least squares of the passive columns, or towards it as far as no unknown becomes negative; those
-    /// that become zero leave.
+    /// Goes to the least squares of the passive columns, or towards it as far as no unknown becomes negative; those that become zero leave.
     fn descend(&mut self) {
         // Each round but the last takes a column away.
         for _ in 0..=self.passive {

@@ -13,17 +13,15 @@ const BUTTERFLIES: usize = 2;
 const PRODUCTS: usize = 8;
 
 /// P partitions of B taps each, lags 2B to (P + 2)·B − 1.
-///
 /// ```text
 /// z[i] = (x[i − B] + j·x[i])·e^(jπi/2B),  i < B:  Z = FFT z,   V = Σ_p Z_p·H_p,   v = IFFT V
 /// y[i] = Im(v[i]·e^(−jπi/2B))
 /// ```
-/// Two real blocks folded into one complex block turn real convolution modulo X^2B + 1 into a cyclic
-/// one of B complex numbers; the older half of the result, spoilt by the folding, lies in the real part
-/// and is dropped (overlap-save; R. E. Crandall and B. Fagin, *Discrete weighted transforms and
-/// large-integer arithmetic*, Math. Comp. 62, 1994). A block is complete after B samples, worked on
-/// during the next B ticks and read during the B after that: hence lag 2B (W. G. Gardner, *Efficient
-/// convolution without input-output delay*, J. Audio Eng. Soc. 43, 1995).
+/// Two real blocks folded into one complex block turn real convolution modulo X^2B + 1 into a cyclic one of B complex numbers; the older
+/// half of the result, spoilt by the folding, lies in the real part and is dropped (overlap-save; R. E. Crandall and B. Fagin, *Discrete
+/// weighted transforms and large-integer arithmetic*, Math. Comp. 62, 1994). A block is complete after B samples, worked on during the next
+/// B ticks and read during the B after that: hence lag 2B (W. G. Gardner, *Efficient convolution without input-output delay*, J. Audio Eng.
+/// Soc. 43, 1995).
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Level<F> {
     partitions: usize,
@@ -207,8 +205,7 @@ impl<F: Real> Level<F> {
         history.before.len() == self.twist.len() && history.spectra.len() == self.spectra.len()
     }
 
-    /// Takes x\[n\] in, does the share of this tick, and returns what this level's lags contribute to
-    /// S\[n+1\].
+    /// Takes x\[n\] in, does the share of this tick, and returns what this level's lags contribute to S\[n+1\].
     #[inline]
     pub(super) fn advance(&self, history: &mut LevelHistory<F>, x: F) -> F {
         let length = self.twist.len();
@@ -263,8 +260,7 @@ impl<F: Real> Level<F> {
         }
     }
 
-    /// One unit of a pass, BUTTERFLIES block butterflies; from the greatest distance to the smallest on the
-    /// way forward.
+    /// One unit of a pass, BUTTERFLIES block butterflies; from the greatest distance to the smallest on the way forward.
     #[inline]
     fn transform(&self, work: &mut [Bins<F>], unit: usize, way: Way) {
         let Schedule {

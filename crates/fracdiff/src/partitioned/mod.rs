@@ -19,7 +19,6 @@ const GROWTH: usize = 8;
 const MOST_PARTITIONS: usize = 32;
 
 /// D^μ from the N newest samples, as [`ShortMemoryVec`](crate::ShortMemoryVec), for long memories.
-///
 /// ```text
 /// y[n] = T^(−μ) · Σ_{j=0}^{N−1} c_j·x[n−j]
 ///        j < 64 directly;  64 ≤ j < 512 in blocks of 32;  < 4096 of 256;  < 32 768 of 2048;  …  by FFT
@@ -58,10 +57,8 @@ pub struct PartitionedHistory<F> {
 
 impl<F: Real> PartitionedMemory<F> {
     /// As [`ShortMemoryVec::new`](crate::ShortMemoryVec::new).
-    ///
     /// # Errors
-    /// [`ParameterError::SampleTime`] unless 1e-9 s ≤ T ≤ 1e6 s, [`ParameterError::Length`] unless
-    /// 1 ≤ length ≤ [`ShortMemoryVec::MOST`].
+    /// [`ParameterError::SampleTime`] unless 1e-9 s ≤ T ≤ 1e6 s, [`ParameterError::Length`] unless 1 ≤ length ≤ [`ShortMemoryVec::MOST`].
     pub fn new(order: Order, length: usize, sample_time: Seconds) -> Result<Self, ParameterError> {
         crate::order::check_length("memory length", length, ShortMemoryVec::<F>::MOST)?;
         let rate = sample_time.rate_to_the(order)?;

@@ -33,11 +33,9 @@ pub struct Identified {
 /// Fits the coefficients and orders of a function to a record by least squares, from a first guess.
 ///
 /// The guess sets the terms and the signs of their coefficients. Of the denominator the last coefficient stays, or function and gain would
-/// not be told apart; orders that are 0 stay 0. Output error: the model is run over the whole record, with its full
-/// history.
+/// not be told apart; orders that are 0 stay 0. Output error: the model is run over the whole record, with its full history.
 ///
 /// - *Cost*: some ten to a hundred runs over the record. *Accuracy*: of second order in T, so sample at a twentieth of the fastest time constant.
-///
 /// ```
 /// use fracdiff::Seconds;
 /// use fractional_control::{FractionalTransferFunction, Memory, Record, Rule, identify, step_response};
@@ -63,7 +61,6 @@ pub fn identify(
 ///
 /// A function of whole orders, more of them below than above, runs exactly, so poles that are fast for the samples, swing long or grow are no
 /// trouble. [`whole_guess`] finds a first guess.
-///
 /// # Errors
 /// As [`identify`].
 pub fn identify_coefficients(

@@ -38,7 +38,6 @@ const SETTLED: f64 = 1e-3;
 
 /// A function of whole orders that comes near a record, for [`identify_coefficients`](super::identify_coefficients) to begin from; `None`
 /// where the record gives none.
-///
 /// ```text
 /// A(s)·y/F(s) = B(s)·u/F(s):   linear in the coefficients of A and B, for any filter 1/F;   F = (s + λ)^n, then F = A, four times
 /// ```

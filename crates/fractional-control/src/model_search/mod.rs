@@ -85,7 +85,6 @@ const DECISIVE: f64 = 10.0;
 const LOOSE: f64 = 0.5;
 
 /// Fits each guess; the best first, of those that fit at all, six at most. `held` as in [`Record`](crate::Record).
-///
 /// # Errors
 /// That of the first guess, if none fits.
 pub fn identify(
@@ -216,8 +215,7 @@ fn with_fewer(
     Ok(found)
 }
 
-/// The function without the coefficient that the record determines least, if it does not determine it; standard errors count so many
-/// times.
+/// The function without the coefficient that the record determines least, if it does not determine it; standard errors count so many times.
 fn without_the_loosest(identified: &Identified, times: f64) -> Option<FractionalTransferFunction> {
     let function = &identified.function;
     let errors = identified.standard_errors.iter();
@@ -308,7 +306,6 @@ pub(super) fn neighbours(left: &[f64]) -> f64 {
 }
 
 /// Standard errors of white noise are to be multiplied by this: neighbours that are alike count as fewer samples.
-///
 /// ```text
 /// √((1 + ρ)/(1 − ρ)),   √n at most
 /// ```

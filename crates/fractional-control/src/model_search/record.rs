@@ -64,14 +64,13 @@ impl InputOutput {
 
 /// The record with its input so much later: what is left to fit without the dead time. Whole samples are moved; the rest is
 /// [`late_s`](InputOutput::late_s), for the fit to know where in a sample a held input switches.
-///
 /// # Errors
 /// A negative dead time, or one that is longer than the record.
 pub fn shifted(record: &InputOutput, delay_s: f64) -> Result<InputOutput, ControlError> {
     let t = record.sample_time_s();
-    let samples = not_negative("dead time", delay_s, "s")? / t;
+    let samples = not_negative("delay", delay_s, "s")? / t;
     if samples >= record.input.len() as f64 {
-        let error = RangeError::new("dead time", delay_s, "shorter than the record", "s");
+        let error = RangeError::new("delay", delay_s, "shorter than the record", "s");
         return Err(error.into());
     }
     let nearest = libm::round(samples);

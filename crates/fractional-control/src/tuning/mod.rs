@@ -1,5 +1,4 @@
 //! Tuning of PI^λD^μ, with the best PID of order 1 beside it.
-//!
 //! ```text
 //! C(s_c)·G(jω_c) = e^(j(φ_m − π))                             crossover and phase margin: two real equations
 //! Im(C′/C + G′/G) = ψ at ω_c, over ln ω                       slope of the phase: ψ = 0 is iso-damping

@@ -53,8 +53,7 @@ pub struct Measures {
     pub sensitivity_peak: f64,
     /// Largest |T|.
     pub complementary_peak: f64,
-    /// Largest |T| from the frequency of the noise on, if one was given: |L|/(1 − |L|), its bound for any phase, where |L| is
-    /// below 1/2.
+    /// Largest |T| from the frequency of the noise on, if one was given: |L|/(1 − |L|), its bound for any phase, where |L| is below 1/2.
     pub noise: Option<f64>,
     /// Largest |S| up to the frequency of the disturbance, if one was given.
     pub disturbance: Option<f64>,
@@ -88,7 +87,6 @@ fn ln_s(omega: f64, sampling: Option<Sampling>) -> Complex<f64> {
 }
 
 /// The plant behind a hold of T as its samples see it, and the share of all aliases in it: the first ones on each side.
-///
 /// ```text
 /// Σ_k G(jω_k)·(1 − e^(−jωT))/(jω_k T),   ω_k = ω + 2πk/T
 /// ```
@@ -329,7 +327,6 @@ fn margin_between(a: Complex<f64>, b: Complex<f64>, gain: f64) -> f64 {
 
 /// y(t) = (2/π)∫ Re T(jω)·sin(ωt)/ω dω as a row of weights of Re T, which is constant below the first frequency and where Re T/ω is a straight line
 /// between two (L. N. G. Filon's rule).
-///
 /// ```text
 /// ∫ sin(ωt)·(ω − a)/(b − a) dω over [a, b] = (sin bt − sin at)/((b − a)t²) − cos bt/t,   and the rest by symmetry
 /// ```
@@ -384,7 +381,6 @@ const SMALL: f64 = 0.7;
 const TURN: f64 = 1.0;
 
 /// What the poles of the plant add to the count: its denominator A on the grid.
-///
 /// ```text
 /// F = A·(1 + kL) has the poles of the closed loop for zeros and none of its own, so that it is finite at a pole of the plant too
 /// stable ⇔ F turns by (α − n)·π/2 from the lowest frequency up,   α the degree of A,   F ~ ω^n at the lowest

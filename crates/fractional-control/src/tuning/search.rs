@@ -30,7 +30,6 @@ pub struct Tuned {
 ///
 /// - *Gains*: `K_p` and `K_i` have the sign of the plant, `K_d` any.
 /// - *Cost*: some thousand trials, a few milliseconds to a tenth of a second.
-///
 /// ```
 /// use fractional_control::Plant;
 /// use fractional_control::tuning::{Specification, tune};
@@ -96,7 +95,6 @@ fn search(
 }
 
 /// The PID of order 1 with this crossover and margin that comes closest to the rest.
-///
 /// # Errors
 /// As [`tune`].
 pub fn tune_integer(
@@ -114,9 +112,7 @@ pub fn tune_integer(
 const SLOPES: [f64; 11] = [
     -2.0, -1.4, -1.0, -0.7, -0.5, -0.3, -0.15, 0.0, 0.2, 0.45, 0.9,
 ];
-/// Orders that are searched.
 const ORDERS: [f64; 2] = [0.02, 1.98];
-/// Starts that are refined.
 const STARTS: usize = 4;
 
 #[derive(Clone, Debug)]
@@ -304,7 +300,6 @@ impl<'a> Search<'a> {
         self.wishes.phase_margin_rad - PI - self.open.plant_phase()
     }
 
-    /// The reason why there is no controller.
     fn none(&self) -> ControlError {
         if self.lead().abs() > 0.5 * PI * ORDERS[1] {
             return ControlError::Contradiction {

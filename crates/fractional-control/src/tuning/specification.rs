@@ -172,7 +172,6 @@ impl Specification {
         0.5 / libm::sin(0.5 * self.phase_margin_rad)
     }
 
-    /// Refuses what nothing can meet.
     pub(crate) fn check(
         &self,
         plant: &Plant,
@@ -187,10 +186,16 @@ impl Specification {
         let allowed = "inside the band that was measured";
         range("crossover", omega, inside, allowed, "rad/s")?;
         if let Some(sampling) = sampling {
-            let nyquist = PI / sampling.sample_time.0;
-            positive("sample time", sampling.sample_time.0, "s")?;
-            let allowed = "below a third of half the sample rate: sample faster";
-            range("crossover", omega, omega < nyquist / 3.0, allowed, "rad/s")?;
+            let t = positive("sample time", sampling.sample_time.0, "s")?;
+            if omega >= PI / t / 3.0 {
+                return Err(ControlError::Contradiction {
+                    first: "crossover_rad_s",
+                    first_value: omega,
+                    second: "sample_time_s",
+                    second_value: t,
+                    remedy: "take more than six samples a period",
+                });
+            }
         }
         self.check_bounds(omega)
     }
@@ -263,7 +268,6 @@ pub const GAINS: [f64; 5] = [
 
 /// Steps of the sampled loop, unlimited, all on the error, one for each of [`GAINS`]: `samples` samples each. The command is that for the
 /// nominal plant times the gain.
-///
 /// # Errors
 /// A plant that does not run, parameters outside their range.
 pub fn steps(

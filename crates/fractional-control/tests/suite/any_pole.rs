@@ -9,7 +9,8 @@
 
 use crate::fixture::{Draw, pi};
 use fracdiff::Seconds;
-use fractional_control::{ControlError, Memory, Plant, Rule, SampledLoop, SampledPlant};
+use fractional_control::num_complex::Complex;
+use fractional_control::{ControlError, Crossing, Memory, Plant, Rule, SampledLoop, SampledPlant};
 use nalgebra::DMatrix;
 
 /// What is drawn: T is 1 s.
@@ -54,9 +55,7 @@ impl Loop {
     fn modes(&self) -> Vec<(f64, f64)> {
         let pole = |tau: &f64| -tau.recip();
         let poles: Vec<f64> = self.times.iter().map(pole).collect();
-        let scale: f64 = self
-            .times
-            .iter()
+        let scale: f64 = (self.times.iter())
             .map(|tau| {
                 if tau.is_infinite() {
                     1.0
@@ -89,20 +88,16 @@ impl Loop {
         if n == 0 {
             y[n + self.delay.ceil().max(1.0) as usize - 1] = self.gain;
         }
-        let mut u: Vec<f64> = y
-            .iter()
-            .map(|y| -(self.proportional + self.integral) * y)
-            .collect();
+        let direct = self.proportional + self.integral;
+        let mut u: Vec<f64> = y.iter().map(|y| -direct * y).collect();
         u[size - 1] -= self.integral;
         for (i, (pole, residue)) in modes.iter().enumerate() {
             let area = |a: f64, b: f64| match *pole {
                 0.0 => b - a,
                 pole => (pole * a).exp() * (pole * (b - a)).exp_m1() / pole,
             };
-            let (newest, before) = (
-                area(0.0, 1.0 - h) * residue.abs(),
-                area(1.0 - h, 1.0) * residue.abs(),
-            );
+            let newest = area(0.0, 1.0 - h) * residue.abs();
+            let before = area(1.0 - h, 1.0) * residue.abs();
             m[(i, i)] += pole.exp();
             if d == 0 {
                 (0..size).for_each(|column| m[(i, column)] += newest * u[column]);
@@ -227,20 +222,15 @@ fn contradicted(own: &Loop, tried: &mut usize) -> Vec<String> {
     }
     let most = margins.gain_up.map_or(1e3, |up| 0.99 * up.value);
     for share in 1..10 {
-        check(
-            "below gain up",
-            &own.with_gain(most.powf(f64::from(share) / 10.0)),
-            true,
-        );
+        let gain = most.powf(f64::from(share) / 10.0);
+        check("below gain up", &own.with_gain(gain), true);
     }
     if let Some(down) = margins.gain_down {
         check("gain down", &own.with_gain(1.01 * down.value), true);
         check("gain down", &own.with_gain(0.99 * down.value), false);
     }
-    if let Some(first) = margins
-        .delay_s
-        .filter(|delay| delay.value < 50.0 && !own.times.is_empty())
-    {
+    let tried = |delay: &Crossing| delay.value < 50.0 && !own.times.is_empty();
+    if let Some(first) = margins.delay_s.filter(tried) {
         let later = |further| own.with_delay(further).closed();
         let delay = SampledLoop::delay_margin(Some(first), later).expect("runs");
         let delay = delay.expect("a crossover").value;
@@ -254,20 +244,13 @@ fn contradicted(own: &Loop, tried: &mut usize) -> Vec<String> {
 #[test]
 #[ignore = "long: `.ci/run` does it, or --include-ignored"]
 fn verdicts_and_margins_are_those_of_the_eigenvalues() {
-    let cases = std::env::var("CAMPAIGN_CASES").ok();
-    let cases: usize = cases.and_then(|text| text.parse().ok()).unwrap_or(120);
+    let cases: usize = testkit::cases(120);
     let (mut draw, mut tried) = (Draw(31), 0);
     let wrong: Vec<String> = (0..cases)
         .flat_map(|index| contradicted(&drawn(&mut draw, index), &mut tried))
         .collect();
-    println!("{tried} checks of {cases} loops");
     assert!(tried > 4 * cases, "{tried}");
-    assert!(
-        wrong.is_empty(),
-        "{} wrong:\n{}",
-        wrong.len(),
-        wrong.join("\n")
-    );
+    assert_eq!(wrong, [""; 0]);
 }
 
 /// Time constants of 1e-6 to 1e6 samples in one plant: at each frequency the held response is the sum of its modes. Three slow ones cancel in
@@ -290,19 +273,15 @@ fn the_whole_range_in_one_plant() {
         };
         let closed = own.closed().expect("runs");
         for theta in thetas {
-            let w = num_complex(-theta);
+            let w = Complex::from_polar(1.0, -theta);
             let modes = own.modes().into_iter().map(|(pole, residue)| {
                 let a =
                     |from: f64, to: f64| (pole * from).exp() * (pole * (to - from)).exp_m1() / pole;
                 (w * a(0.0, 0.7) + w * w * a(0.7, 1.0)) * residue / (-w * pole.exp() + 1.0)
             });
-            let want = modes.fold(w * 0.0, |sum, mode| sum + mode);
+            let want: Complex<f64> = modes.sum();
             let have = closed.open(*theta);
             assert!((have / want - 1.0).norm() < 1e-5, "{theta}: {have} {want}");
         }
     }
-}
-
-fn num_complex(angle: f64) -> fractional_control::num_complex::Complex<f64> {
-    fractional_control::num_complex::Complex::from_polar(1.0, angle)
 }

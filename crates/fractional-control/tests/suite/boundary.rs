@@ -4,8 +4,9 @@ use crate::fixture::{Draw, states};
 use fracdiff::Seconds;
 use fractional_control::{
     Actuator, FractionalPid, FractionalTransferFunction, Memory, PidParameters, Plant, Rule,
-    SampledLoop, SampledPlant, SetPoint, simulate,
+    SampledLoop, SampledPlant, SetPoint, StabilityVerdict, simulate,
 };
+use testkit::assert_relative;
 
 fn plant(draw: &mut Draw, index: usize, t: f64) -> Plant {
     let delay = if index.is_multiple_of(2) {
@@ -128,10 +129,7 @@ impl Candidate {
 #[test]
 #[ignore = "long: `.ci/run` does it, or --include-ignored"]
 fn on_neither_side_of_the_boundary_the_verdict_is_wrong() {
-    let cases = std::env::var("CAMPAIGN_CASES")
-        .ok()
-        .and_then(|text| text.parse().ok());
-    let cases: usize = cases.unwrap_or(100);
+    let cases: usize = testkit::cases(100);
     let mut draw = Draw(14);
     let (mut judged, mut index) = (0, 0);
     while judged < cases {
@@ -148,21 +146,11 @@ fn on_neither_side_of_the_boundary_the_verdict_is_wrong() {
             let growth = candidate.growth(edge * share);
             // A loop that has overflowed has grown.
             let grew = growth > 1.0 || growth.is_nan();
-            let Candidate {
-                plant,
-                gains,
-                memory,
-                sample_time,
-                ..
-            } = &candidate;
-            assert_eq!(
-                grew, grows,
-                "loop {index}, {share}: {growth} {gains:?} {plant:?} {sample_time:?} {memory:?}"
-            );
+            let own = (&candidate.plant, candidate.gains, candidate.sample_time);
+            assert_eq!(grew, grows, "loop {index}, {share}: {growth} {own:?}");
         }
         judged += 1;
     }
-    println!("{judged} loops with a boundary, of {index}");
 }
 
 /// A stable gain and an unstable one, a factor 2 apart.
@@ -197,46 +185,33 @@ fn a_number_common_to_above_and_below_changes_no_verdict() {
     let usual = verdict("1");
     for c in ["1e-60", "1e-55", "1e60"] {
         let own = verdict(c);
-        assert_eq!(
-            (own.stable, own.unstable_poles),
-            (usual.stable, usual.unstable_poles),
-            "{c}"
-        );
-        let distance = own.distance / usual.distance - 1.0;
-        assert!(distance.abs() < 1e-9, "{c}: {distance}");
+        let told = |of: StabilityVerdict| (of.stable, of.unstable_poles);
+        assert_eq!(told(own), told(usual), "{c}");
+        assert_relative(c, own.distance, usual.distance, 1e-9);
     }
 }
 
 /// Two numbers whose ratio no loop can bear are refused where they meet, also in a controller.
 #[test]
 fn a_ratio_that_no_loop_can_bear_is_refused_with_the_remedy() {
-    let t = Seconds(1.0);
     let memory = Memory::new(Rule::Bdf2, 1e-6, 100.0).expect("valid");
-    let function = |text: &str| text.parse::<FractionalTransferFunction>().expect("valid");
-    let plant = |text: &str| SampledPlant::new(&text.parse().expect("valid"), memory, t);
-    for text in [
-        "1e60/(1e-60s^1.5+1e-60)",
-        "1e-60/(s+1e60)",
-        "1e60/(s+1e-60)",
-    ] {
-        let refused = plant(text).map(drop);
-        if text == "1e60/(s+1e-60)" {
-            assert!(refused.is_ok(), "{text}: {refused:?}");
-            continue;
-        }
-        let refused = refused.expect_err(text).to_string();
-        println!("{refused}");
+    let plant = |text: &str| SampledPlant::new(&text.parse().expect("valid"), memory, Seconds(1.0));
+    for text in ["1e60/(1e-60s^1.5+1e-60)", "1e-60/(s+1e60)"] {
+        let refused = plant(text).map(drop).expect_err(text).to_string();
+        let remedies = ["other units", "sample faster"];
         assert!(
-            refused.contains("other units") || refused.contains("sample faster"),
+            remedies.iter().any(|remedy| refused.contains(remedy)),
             "{refused}"
         );
     }
+    assert!(plant("1e60/(s+1e-60)").is_ok());
     let plant = plant("1/(s+1)").expect("runs");
-    let closed = SampledLoop::new(function("1e60/(1e-60s^1.5+1e-60)").into(), memory, &plant);
+    let law: FractionalTransferFunction = "1e60/(1e-60s^1.5+1e-60)".parse().expect("valid");
+    let closed = SampledLoop::new(law.into(), memory, &plant);
     let refused = closed.expect_err("no numbers").to_string();
+    let words = refused.starts_with("gain of the controller");
     assert!(
-        refused.starts_with("gain of the controller")
-            && refused.contains("from 1e-75 to 1e75 in size"),
+        words && refused.contains("from 1e-75 to 1e75 in size"),
         "{refused}"
     );
 }

@@ -3,6 +3,7 @@
 use crate::fixture::{closed, pi, plant};
 use fracdiff::Seconds;
 use fractional_control::{Memory, Plant, Rule, SampledLoop, SampledPlant};
+use testkit::assert_relative;
 
 /// A loop by its notation: plant, `K_p`, `K_i`, T.
 fn judged(function: &str, (proportional, integral): (f64, f64), t: f64) -> SampledLoop {
@@ -10,74 +11,54 @@ fn judged(function: &str, (proportional, integral): (f64, f64), t: f64) -> Sampl
     closed(pi(proportional, integral, 1.0), &plant(function), memory, t)
 }
 
-/// Loops that were called stable or unstable wrongly: true spectral radius beside each.
+/// Loops that were called stable or unstable wrongly, with their true spectral radius: plant, `K_p` `K_i`, T, verdict.
+const LOOPS: &str = "
+    1/((0.065s^2+3.5s)(0.00006s+1))*exp(-0.0005s) | 4000 0 | 1e-3 | unstable
+    # 1.0048
+    1/((0.065s^2+3.5s)(0.00005s+1))*exp(-0.0005s) | 4000 0 | 1e-3 | unstable
+    # 1.019
+    1/((0.065s^2+3.5s)(0.00004s+1))*exp(-0.0005s) | 6000 0 | 1e-3 | unstable
+    # 1.017
+    1/((s^2+0.2s+1)(0.005s+1)) | 10 0 | 0.1 | unstable
+    1/((s^2+0.2s+1)(0.006s+1)) | 10 0 | 0.1 | unstable
+    # 0.929
+    1/((s+1)(s+2)(0.0025s+1)) | 2 0 | 0.05 | stable
+    0.55exp(-s)/((62s+1)(3s+1)(0.05s+1)) | 2 0.03 | 1 | stable
+    # −1.01
+    1/(0.02s+1) | 1.01 0 | 1 | unstable
+    1/(0.02s+1) | 0.99 0 | 1 | stable
+    1/(0.001s+1) | 2 0 | 1 | unstable
+    # 1.0043
+    exp(-0.05s)/((0.0002s+1)(s+1)) | 30 0 | 0.01 | unstable
+    exp(-0.005s)/((0.0002s+1)(s+1)) | 30 0 | 0.01 | stable
+";
+
 #[test]
 fn loops_with_a_pole_far_faster_than_the_sample() {
-    for (plant, gains, t, stable) in [
-        (
-            "1/((0.065s^2+3.5s)(0.00006s+1))*exp(-0.0005s)",
-            (4000.0, 0.0),
-            1e-3,
-            false,
-        ),
-        // 1.0048
-        (
-            "1/((0.065s^2+3.5s)(0.00005s+1))*exp(-0.0005s)",
-            (4000.0, 0.0),
-            1e-3,
-            false,
-        ),
-        // 1.019
-        (
-            "1/((0.065s^2+3.5s)(0.00004s+1))*exp(-0.0005s)",
-            (6000.0, 0.0),
-            1e-3,
-            false,
-        ),
-        // 1.017
-        ("1/((s^2+0.2s+1)(0.005s+1))", (10.0, 0.0), 0.1, false),
-        ("1/((s^2+0.2s+1)(0.006s+1))", (10.0, 0.0), 0.1, false),
-        // 0.929
-        ("1/((s+1)(s+2)(0.0025s+1))", (2.0, 0.0), 0.05, true),
-        (
-            "0.55exp(-s)/((62s+1)(3s+1)(0.05s+1))",
-            (2.0, 0.03),
-            1.0,
-            true,
-        ),
-        // −1.01
-        ("1/(0.02s+1)", (1.01, 0.0), 1.0, false),
-        ("1/(0.02s+1)", (0.99, 0.0), 1.0, true),
-        ("1/(0.001s+1)", (2.0, 0.0), 1.0, false),
-        // 1.0043
-        ("exp(-0.05s)/((0.0002s+1)(s+1))", (30.0, 0.0), 0.01, false),
-        ("exp(-0.005s)/((0.0002s+1)(s+1))", (30.0, 0.0), 0.01, true),
-    ] {
-        let closed = judged(plant, gains, t);
-        assert_eq!(closed.verdict().stable, stable, "{plant} with {gains:?}");
+    for [plant, gains, t, stable] in testkit::table(LOOPS) {
+        let number = |text: &str| text.parse().expect("a number");
+        let (proportional, integral) = gains.split_once(' ').expect("two");
+        let gains = (number(proportional), number(integral));
+        let verdict = judged(&plant, gains, number(&t)).verdict();
+        assert_eq!(verdict.stable, stable == "stable", "{plant} {gains:?}");
     }
 }
 
 #[test]
 fn margins_of_loops_with_a_pole_far_faster_than_the_sample() {
     let up = |plant, gains, t| {
-        judged(plant, gains, t)
-            .margins()
-            .gain_up
-            .expect("ends")
-            .value
+        let margins = judged(plant, gains, t).margins();
+        margins.gain_up.expect("ends").value
     };
-    let near = |have: f64, want: f64| assert!((have / want - 1.0).abs() < 1e-3, "{have} {want}");
-    near(up("1/(0.02s+1)", (0.99, 0.0), 1.0), 1.0 / 0.99);
-    near(
-        up("exp(-0.005s)/((0.0002s+1)(s+1))", (30.0, 0.0), 0.01),
-        6.46,
-    );
+    let held = up("1/(0.02s+1)", (0.99, 0.0), 1.0);
+    assert_relative("up", held, 1.0 / 0.99, 1e-3);
+    let late = up("exp(-0.005s)/((0.0002s+1)(s+1))", (30.0, 0.0), 0.01);
+    assert_relative("up", late, 6.46, 1e-3);
     // A lag of 0.05 s acts as that much more dead time.
     let lag = judged("0.55exp(-s)/((62s+1)(3s+1)(0.05s+1))", (2.0, 0.03), 1.0);
     let dead = judged("0.55exp(-1.05s)/((62s+1)(3s+1))", (2.0, 0.03), 1.0);
     let delay = |closed: &SampledLoop| closed.margins().delay_s.expect("ends").value;
-    assert!((delay(&lag) / delay(&dead) - 1.0).abs() < 1e-3);
+    assert_relative("delay", delay(&lag), delay(&dead), 1e-3);
 }
 
 #[test]
@@ -114,20 +95,15 @@ fn what_passes_at_once_is_seen_by_the_next_measurement() {
 #[test]
 fn a_pole_beyond_all_bounds_is_refused_with_the_remedy() {
     let memory = Memory::new(Rule::Bdf2, 1e-9, 1e6).expect("valid");
-    let refused = |plant: &str| {
-        let plant: Plant = plant.parse().expect("valid");
-        SampledPlant::new(&plant, memory, Seconds(1.0))
-            .expect_err("refused")
-            .to_string()
-    };
-    for plant in [
+    for text in [
         "1/(1e-12s+1)",
         "1e60/(1e-60s+1)",
         "1/(0.001s-1)",
         "1/(0.0028s-1)",
     ] {
-        let text = refused(plant);
-        assert!(text.contains("sample time 1 s is not within"), "{text}");
-        assert!(text.contains("sample faster"), "{text}");
+        let refused = SampledPlant::new(&plant(text), memory, Seconds(1.0));
+        let said = refused.expect_err("refused").to_string();
+        assert!(said.contains("sample time 1 s is not within"), "{said}");
+        assert!(said.contains("sample faster"), "{said}");
     }
 }

@@ -56,6 +56,11 @@ pub(crate) fn not_flat(crossover_rad_s: f64, margin_rad: f64) -> Specification {
     }
 }
 
+/// |have − want| < most.
+pub(crate) fn near(have: f64, want: f64, most: f64) -> bool {
+    (have - want).abs() < most
+}
+
 /// Numbers from 0 to 1, the same in every run: a linear congruence (D. E. Knuth, MMIX).
 pub(crate) struct Draw(pub(crate) u64);
 

@@ -1,6 +1,7 @@
 //! Records that grow so far that what a function lacks is nothing beside their end.
 
 use fractional_control::model_search::{Found, Guess, InputOutput, candidates, identify};
+use testkit::assert_close;
 
 /// The step of 2/((s − r)(s + 1)) by its closed form, and noise of such a standard deviation.
 fn grown(rate: f64, samples: u32, noise: f64) -> InputOutput {
@@ -43,10 +44,8 @@ fn a_record_that_grows_far_gives_both_of_its_poles_back() {
             assert!((term.coefficient - want).abs() < 1e-6, "{what}");
         }
         let gain = function.numerator().terms();
-        assert!(
-            gain.len() == 1 && (gain[0].coefficient - 2.0 / rate).abs() < 1e-5,
-            "{what}"
-        );
+        assert_eq!(gain.len(), 1, "{what}");
+        assert_close(&what, gain[0].coefficient, 2.0 / rate, 1e-5);
         assert_eq!(best.unexplained, None, "{what}");
     }
 }
@@ -64,10 +63,7 @@ fn the_simpler_function_wins_where_noise_hides_the_rest() {
     let best = found(&grown(0.4, 600, 0.14)).remove(0);
     let function = best.identified.function;
     assert_eq!(function.denominator().terms().len(), 3, "{function}");
-    assert!(
-        (best.identified.rms_residual - 0.14).abs() < 0.02,
-        "{function}"
-    );
+    assert_close("residual", best.identified.rms_residual, 0.14, 0.02);
 }
 
 #[test]
@@ -75,16 +71,13 @@ fn a_function_that_lacks_a_pole_is_less_sure_and_says_where() {
     let record = grown(0.4, 600, 0.0);
     let guess: fractional_control::FractionalTransferFunction =
         "3.5/(2.5s-1)".parse().expect("a function");
-    let lacks = identify(&record, &[Guess::Coefficients(guess)], true).expect("fits");
-    let lacks = &lacks[0];
-    assert!((lacks.identified.rms_residual - 1.12).abs() < 0.02);
+    let lacks = &identify(&record, &[Guess::Coefficients(guess)], true).expect("fits")[0];
+    assert_close("residual", lacks.identified.rms_residual, 1.12, 0.02);
     let at = lacks.unexplained.expect("much is left");
     assert!(at.to_s < 10.0 && at.share > 0.2, "{at:?}");
     // The gain of this mode is 2/(0.4·1.4) = 25/7: what was found is within three standard errors of it.
     let gain = lacks.identified.function.numerator().terms()[0].coefficient;
     let error = lacks.identified.standard_errors[0].1 * gain;
-    assert!(
-        (gain - 25.0 / 7.0).abs() < 3.0 * error && error < 0.01,
-        "{gain} ± {error}"
-    );
+    assert_close("gain", gain, 25.0 / 7.0, 3.0 * error);
+    assert!(error < 0.01, "{error}");
 }

@@ -1,62 +1,57 @@
 //! Functions found again from records of them.
 
-use crate::fixture::states;
+use crate::fixture::{Draw, near, states};
 use fracdiff::Seconds;
 use fractional_control::{
     FractionalTransferFunction, Memory, Plant, Record, Rule, SampledPlant, WholeShape, identify,
     identify_coefficients, respond, step_response, whole_guess,
 };
+use testkit::{assert_close, assert_relative};
 
 fn of(text: &str) -> FractionalTransferFunction {
     text.parse().expect("valid")
 }
 
-/// Numbers of mean 0 and standard deviation 1, the same in every run.
+/// Numbers of mean 0 and standard deviation 1, the same in every run: sums of twelve evenly spread ones.
 fn noise(samples: usize) -> Vec<f64> {
-    let mut state = 7_u64;
-    let mut next = || {
-        state = state
-            .wrapping_mul(6_364_136_223_846_793_005)
-            .wrapping_add(1_442_695_040_888_963_407);
-        (state >> 11) as f64 / (1u64 << 53) as f64
-    };
-    // The sum of twelve evenly spread numbers.
-    (0..samples)
-        .map(|_| (0..12).map(|_| next()).sum::<f64>() - 6.0)
-        .collect()
+    let mut draw = Draw(7);
+    let mut one = || (0..12).map(|_| draw.from(0.0, 1.0)).sum::<f64>() - 6.0;
+    (0..samples).map(|_| one()).collect()
 }
 
 /// A unit step.
 const STEP: &[f64] = &[1.0; 1000];
 
-/// A unit step and what came of it.
-fn step_of(t: f64, output: &[f64]) -> Record<'_> {
+/// A record without dead time.
+fn record<'a>(t: f64, input: &'a [f64], output: &'a [f64]) -> Record<'a> {
     Record {
         sample_time: Seconds(t),
-        input: &STEP[..output.len()],
+        input,
         output,
         held: true,
         late: Seconds(0.0),
     }
 }
 
+/// A unit step and what came of it.
+fn step_of(t: f64, output: &[f64]) -> Record<'_> {
+    record(t, &STEP[..output.len()], output)
+}
+
+/// Gain and time constant of k/(τs + 1).
+fn lag(found: &FractionalTransferFunction) -> (f64, f64) {
+    let (above, below) = (found.numerator(), found.denominator());
+    (above.terms()[0].coefficient, below.terms()[0].coefficient)
+}
+
 #[test]
 fn podlubnys_plant_is_found_from_its_step() {
-    let t = Seconds(0.05);
     let memory = Memory::new(Rule::Bdf2, 1e-9, 40.0).expect("valid");
     // Sampled ten times finer than it is fitted.
     let fine =
         step_response(&of("1/(0.8s^2.2+0.5s^0.9+1)"), memory, Seconds(0.005), 6001).expect("runs");
     let y: Vec<f64> = fine.iter().step_by(10).copied().collect();
-    let record = Record {
-        sample_time: t,
-        input: &vec![1.0; y.len()],
-        output: &y,
-        held: true,
-        late: Seconds(0.0),
-    };
-    let found = identify(&of("2/(s^2+s+1)"), &record).expect("found");
-    println!("{} rms {:.1e}", found.function, found.rms_residual);
+    let found = identify(&of("2/(s^2+s+1)"), &step_of(0.05, &y)).expect("found");
     let terms = found.function.denominator().terms();
     // The kernel's own error at 50 ms.
     for (have, want) in [
@@ -66,7 +61,7 @@ fn podlubnys_plant_is_found_from_its_step() {
         (terms[1].order, 0.9),
         (found.function.numerator().terms()[0].coefficient, 1.0),
     ] {
-        assert!((have / want - 1.0).abs() < 0.01, "{have} {want}");
+        assert_relative("number", have, want, 0.01);
     }
 }
 
@@ -78,22 +73,14 @@ fn noise_is_answered_with_errors_that_cover_the_truth() {
         .map(|n| (f64::from(n) * 0.05).sin() + (f64::from(n) * 0.02).cos() - 1.0)
         .collect();
     let mut y = respond(&truth, memory, t, &input).expect("runs");
-    y.iter_mut()
-        .zip(noise(600))
-        .for_each(|(y, noise)| *y += 0.02 * noise);
+    let pairs = y.iter_mut().zip(noise(600));
+    pairs.for_each(|(y, noise)| *y += 0.02 * noise);
     let record = Record {
-        sample_time: t,
-        input: &input,
-        output: &y,
         held: false,
-        late: Seconds(0.0),
+        ..record(t.0, &input, &y)
     };
     let found = identify(&of("1/(s+1)"), &record).expect("found");
-    assert!(
-        (found.rms_residual - 0.02).abs() < 0.002,
-        "{}",
-        found.rms_residual
-    );
+    assert_close("residual", found.rms_residual, 0.02, 0.002);
     let want = [1.5_f64.ln(), 0.7_f64.ln(), 1.4];
     let below = found.function.denominator().terms();
     let have = [
@@ -102,11 +89,8 @@ fn noise_is_answered_with_errors_that_cover_the_truth() {
         below[0].order,
     ];
     for ((have, want), (number, error)) in have.iter().zip(want).zip(&found.standard_errors) {
-        println!("{number:?}: {have:.4} ± {error:.4}, true {want:.4}");
-        assert!(
-            (have - want).abs() < 4.0 * error && *error < 0.05,
-            "{number:?}"
-        );
+        assert_close(&format!("{number:?}"), *have, want, 4.0 * error);
+        assert!(*error < 0.05, "{number:?}");
     }
 }
 
@@ -122,39 +106,24 @@ fn a_record_of_a_held_command_needs_no_correction_by_hand() {
         .collect();
     let mut state = plant.at_rest();
     let y: Vec<f64> = input.iter().map(|u| plant.step(&mut state, *u)).collect();
-    let record = Record {
-        sample_time: t,
-        input: &input,
-        output: &y,
-        held: true,
-        late: Seconds(0.0),
-    };
-    let found = identify(&of("1/(s^0.8+1)"), &record).expect("found");
-    println!("{}", found.function);
+    let found = identify(&of("1/(s^0.8+1)"), &record(t.0, &input, &y)).expect("found");
     // 1.5/(s + 0.5) = 3/(2s + 1)
     let term = found.function.denominator().terms()[0];
-    assert!((term.order - 1.0).abs() < 2e-3 && (term.coefficient - 2.0).abs() < 0.01);
+    assert_close("order", term.order, 1.0, 2e-3);
+    assert_close("time", term.coefficient, 2.0, 0.01);
 }
 
 #[test]
 fn a_record_that_is_none_is_refused() {
     let guess = of("1/(s+1)");
     let refused = |input: &[f64], output: &[f64]| {
-        let record = Record {
-            sample_time: Seconds(0.1),
-            input,
-            output,
-            held: true,
-            late: Seconds(0.0),
-        };
-        identify(&guess, &record).expect_err("refused").to_string()
+        let found = identify(&guess, &record(0.1, input, output));
+        found.expect_err("refused").to_string()
     };
     assert!(refused(&[1.0; 20], &[1.0; 19]).starts_with("samples of the output 19 is not as many"));
     assert!(refused(&[1.0; 3], &[1.0; 3]).contains("more than twice"));
-    assert!(
-        refused(&[1.0; 20], &[0.0; 20])
-            .starts_with("largest output of the record 0 is not above 0")
-    );
+    let nothing = refused(&[1.0; 20], &[0.0; 20]);
+    assert!(nothing.starts_with("largest output of the record 0 is not above 0"));
     assert!(refused(&[1.0; 20], &[f64::NAN; 20]).contains("NaN is not finite"));
     // Pure noise of an input that does nothing.
     assert!(refused(&[0.0; 400], &noise(400)).contains("was not found"));
@@ -169,73 +138,39 @@ fn swing(rate: f64, omega: f64) -> impl Fn(f64) -> f64 {
 #[test]
 fn whole_orders_are_found_whether_they_swing_grow_or_are_fast() {
     type Step = Box<dyn Fn(f64) -> f64>;
-    let cases: [(&str, Step, f64, &[f64]); 9] = [
-        ("grows", Box::new(swing(0.2, 3.0)), 0.02, &[1.0, -0.4, 9.04]),
-        (
-            "grows fast",
-            Box::new(swing(2.0, 3.0)),
-            0.01,
-            &[1.0, -4.0, 13.0],
-        ),
-        (
-            "swings long",
-            Box::new(swing(-0.01, 3.0)),
-            0.05,
-            &[1.0, 0.02, 9.0001],
-        ),
-        (
-            "swings long, coarse",
-            Box::new(swing(-0.01, 3.0)),
-            0.7,
-            &[1.0, 0.02, 9.0001],
-        ),
-        ("calm", Box::new(swing(-1.0, 1.0)), 0.01, &[1.0, 2.0, 2.0]),
-        (
-            "two samples",
-            Box::new(|t| -f64::exp_m1(-50.0 * t)),
-            0.01,
-            &[1.0, 50.0],
-        ),
-        (
-            "half a sample",
-            Box::new(|t| -f64::exp_m1(-200.0 * t)),
-            0.01,
-            &[1.0, 200.0],
-        ),
-        (
-            "grows alone",
-            Box::new(|t| f64::exp_m1(10.0 * t)),
-            0.002,
-            &[1.0, -10.0],
-        ),
-        (
-            "slow",
-            Box::new(|t| -f64::exp_m1(-0.02 * t)),
-            0.01,
-            &[1.0, 0.02],
-        ),
+    let fall = |rate: f64| -> Step { Box::new(move |t| -f64::exp_m1(-rate * t)) };
+    let turn = |rate, omega| -> Step { Box::new(swing(rate, omega)) };
+    // Growing; growing fast; swinging long, also of few samples a turn; calm; two samples; half of one; growing alone; slow.
+    let cases: [(Step, f64, &[f64]); 9] = [
+        (turn(0.2, 3.0), 0.02, &[1.0, -0.4, 9.04]),
+        (turn(2.0, 3.0), 0.01, &[1.0, -4.0, 13.0]),
+        (turn(-0.01, 3.0), 0.05, &[1.0, 0.02, 9.0001]),
+        (turn(-0.01, 3.0), 0.7, &[1.0, 0.02, 9.0001]),
+        (turn(-1.0, 1.0), 0.01, &[1.0, 2.0, 2.0]),
+        (fall(50.0), 0.01, &[1.0, 50.0]),
+        (fall(200.0), 0.01, &[1.0, 200.0]),
+        (Box::new(|t| f64::exp_m1(10.0 * t)), 0.002, &[1.0, -10.0]),
+        (fall(0.02), 0.01, &[1.0, 0.02]),
     ];
-    for (name, step, t, below) in cases {
+    for (step, t, below) in cases {
         let y: Vec<f64> = (0..1000).map(|n| step(f64::from(n) * t)).collect();
         let record = step_of(t, &y);
-        let shape = WholeShape {
-            poles: below.len() - 1,
-            zeros: 0,
-            integrators: 0,
-        };
-        let guess = whole_guess(&record, shape).expect(name);
-        let found = identify_coefficients(&guess.function, &record).expect(name);
-        println!("{name}: {} then {}", guess.function, found.function);
+        let guess = whole_guess(&record, poles(below.len() - 1)).expect("a guess");
+        let found = identify_coefficients(&guess.function, &record).expect("found");
         let terms = found.function.denominator().terms();
         for (term, want) in terms.iter().zip(below) {
             let have = term.coefficient / terms[0].coefficient;
-            assert!(
-                (have - want).abs() < 1e-5 * want.abs(),
-                "{name}: {}",
-                found.function
-            );
+            assert_relative(&found.function.to_string(), have, *want, 1e-5);
         }
-        assert_eq!(terms.len(), below.len(), "{name}");
+        assert_eq!(terms.len(), below.len(), "{}", found.function);
+    }
+}
+
+fn poles(poles: usize) -> WholeShape {
+    WholeShape {
+        poles,
+        zeros: 0,
+        integrators: 0,
     }
 }
 
@@ -249,34 +184,20 @@ fn whole_orders_are_found_in_noise() {
         .map(|(n, noise)| step(f64::from(n) * t) + 0.1 * noise)
         .collect();
     let record = step_of(t, &y);
-    let shape = WholeShape {
-        poles: 2,
-        zeros: 0,
-        integrators: 0,
-    };
-    let guess = whole_guess(&record, shape).expect("a guess");
+    let guess = whole_guess(&record, poles(2)).expect("a guess");
     let found = identify_coefficients(&guess.function, &record).expect("found");
-    println!(
-        "{} then {} {:?}",
-        guess.function, found.function, found.standard_errors
-    );
-    assert!((found.rms_residual - 0.1).abs() < 0.01);
+    assert_close("residual", found.rms_residual, 0.1, 0.01);
     let b = 9.0025;
-    let terms = found.function.denominator().terms();
+    let (gain, first) = lag(&found.function);
     let have = [
-        found.function.numerator().terms()[0].coefficient,
-        terms[0].coefficient,
-        terms[1].coefficient,
+        gain,
+        first,
+        found.function.denominator().terms()[1].coefficient,
     ];
-    for ((have, want), (_, error)) in have
-        .iter()
-        .zip([1.0, 1.0 / b, 0.1 / b])
-        .zip(&found.standard_errors)
-    {
-        assert!(
-            (have / want - 1.0).abs() < 4.0 * error && *error < 0.05,
-            "{have} {want} {error}"
-        );
+    let want = [1.0, 1.0 / b, 0.1 / b];
+    for ((have, want), (_, error)) in have.iter().zip(want).zip(&found.standard_errors) {
+        assert_relative("number", *have, want, 4.0 * error);
+        assert!(*error < 0.05, "{error}");
     }
 }
 
@@ -289,17 +210,13 @@ fn a_smooth_input_runs_in_straight_lines() {
         .map(|t| 2.0 * (t + 3.0 * f64::exp_m1(-t / 3.0)))
         .collect();
     let record = Record {
-        sample_time: Seconds(0.1),
-        input: &input,
-        output: &y,
         held: false,
-        late: Seconds(0.0),
+        ..record(0.1, &input, &y)
     };
     let found = identify_coefficients(&of("1/(s+1)"), &record).expect("found");
-    let pole = found.function.denominator().terms()[0].coefficient;
-    let gain = found.function.numerator().terms()[0].coefficient;
+    let (gain, pole) = lag(&found.function);
     assert!(
-        (pole - 3.0).abs() < 1e-9 && (gain - 2.0).abs() < 1e-9,
+        near(pole, 3.0, 1e-9) && near(gain, 2.0, 1e-9),
         "{}",
         found.function
     );
@@ -319,52 +236,29 @@ fn an_input_that_is_late_by_a_part_of_a_sample_is_run_exactly() {
             .map(|time| step(time) - step(time - 100.0 * t))
             .collect();
         let record = Record {
-            sample_time: Seconds(t),
-            input: &input,
-            output: &y,
-            held: true,
             late: Seconds(late),
+            ..record(t, &input, &y)
         };
         let found = identify_coefficients(&of("1/(s+1)"), &record).expect("found");
-        let numbers = |found: &FractionalTransferFunction| {
-            (
-                found.numerator().terms()[0].coefficient,
-                found.denominator().terms()[0].coefficient,
-            )
-        };
-        let (gain, pole) = numbers(&found.function);
+        let (gain, pole) = lag(&found.function);
         assert!(
-            (pole - 3.0).abs() < 1e-9 && (gain - 2.0).abs() < 1e-9,
+            near(pole, 3.0, 1e-9) && near(gain, 2.0, 1e-9),
             "{pole} {gain}"
         );
         let ruled = identify(&of("1/(s^0.9+1)"), &record).expect("found");
-        let (gain, pole) = numbers(&ruled.function);
-        println!("{share}: {}", ruled.function);
+        let (gain, pole) = lag(&ruled.function);
         assert!(
-            (pole - 3.0).abs() < 0.01 && (gain - 2.0).abs() < 2e-3,
+            near(pole, 3.0, 0.01) && near(gain, 2.0, 2e-3),
             "{pole} {gain}"
         );
-        let shape = WholeShape {
-            poles: 1,
-            zeros: 0,
-            integrators: 0,
-        };
-        let guess = whole_guess(&record, shape).expect("a guess");
-        assert!(
-            (numbers(&guess.function).1 - 3.0).abs() < 1e-3,
-            "{}",
-            guess.function
-        );
+        let guess = whole_guess(&record, poles(1)).expect("a guess");
+        assert_close("guess", lag(&guess.function).1, 3.0, 1e-3);
     }
     let outside = Record {
-        sample_time: Seconds(t),
-        input: &input,
-        output: &input,
-        held: true,
         late: Seconds(0.2),
+        ..record(t, &input, &input)
     };
-    let said = identify(&of("1/(s+1)"), &outside)
-        .expect_err("refused")
-        .to_string();
+    let refused = identify(&of("1/(s+1)"), &outside).expect_err("refused");
+    let said = refused.to_string();
     assert!(said.contains("lateness of the input 0.2 s"), "{said}");
 }

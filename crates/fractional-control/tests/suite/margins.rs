@@ -2,9 +2,8 @@
 
 use crate::fixture::{Draw, plant};
 use fracdiff::Seconds;
-use fractional_control::{
-    ControlError, Memory, PidParameters, Plant, Rule, SampledLoop, SampledPlant,
-};
+use fractional_control::{ControlError, Memory, PidParameters, Plant, Rule, SampledLoop};
+use testkit::{assert_close, assert_relative};
 
 const T: Seconds = Seconds(1e-3);
 
@@ -13,7 +12,10 @@ fn closed(function: &str, controller: &str) -> SampledLoop {
     let controller = controller.parse().expect("a controller");
     crate::fixture::closed(controller, &plant(function), memory, T.0)
 }
-
+/// True if it is stable with so much more delay.
+fn stable(later: impl Fn(f64) -> Result<SampledLoop, ()>, delay: f64) -> bool {
+    later(delay).expect("runs").verdict().stable
+}
 /// k·e^(−Ls)/s: crossover k, margin π/2 − kL, gain margin π/(2kL), delay margin π/(2k) − L, with L longer by half a sample.
 #[test]
 fn an_integrator_with_a_dead_time_has_the_margins_of_its_formula() {
@@ -21,12 +23,12 @@ fn an_integrator_with_a_dead_time_has_the_margins_of_its_formula() {
     let margins = closed("exp(-0.1s)/s", "4").margins();
     let phase = margins.phase.expect("a crossover");
     let half = 0.5 * std::f64::consts::PI;
-    assert!((phase.omega_rad_s - k).abs() < 1e-4, "{phase:?}");
-    assert!((phase.value - (half - k * dead)).abs() < 1e-4, "{phase:?}");
+    assert_close("crossover", phase.omega_rad_s, k, 1e-4);
+    assert_close("phase", phase.value, half - k * dead, 1e-4);
     let gain = margins.gain_up.expect("a crossing");
-    assert!((gain.value - half / (k * dead)).abs() < 1e-3, "{gain:?}");
+    assert_close("gain", gain.value, half / (k * dead), 1e-3);
     let delay = margins.delay_s.expect("a crossover");
-    assert!((delay.value - (half / k - dead)).abs() < 1e-4, "{delay:?}");
+    assert_close("delay", delay.value, half / k - dead, 1e-4);
     assert_eq!((margins.crossovers, margins.gain_down), (1, None));
 }
 
@@ -42,16 +44,11 @@ fn a_delay_margin_of_a_part_of_a_sample_is_that_of_the_hold() {
         let closed = later(0.0).expect("runs");
         let first = closed.margins().delay_s.expect("a crossover");
         let found = SampledLoop::delay_margin(Some(first), later).expect("runs");
-        let found = found.expect("a margin");
+        let found = found.expect("a margin").value;
         let wanted = T.0 / rate;
-        println!("{rate}: {wanted}, {} and {}", first.value, found.value);
-        assert!((found.value / wanted - 1.0).abs() < 1e-6, "{found:?}");
+        assert_relative("found", found, wanted, 1e-6);
         assert!((first.value / wanted - 1.0).abs() > 0.05, "{first:?}");
-        let stable = |share: f64| {
-            let verdict = later(share * found.value).expect("runs").verdict();
-            verdict.stable
-        };
-        assert!(stable(0.999) && !stable(1.001));
+        assert!(stable(later, 0.999 * found) && !stable(later, 1.001 * found));
     }
 }
 
@@ -69,16 +66,17 @@ fn a_narrow_peak_beside_a_zero_has_its_margins() {
         // There L is every real number times 1/(2 + j) behind the hold, whose line passes −1 at the sine of its angle.
         let angle = 0.5_f64.atan() + 0.5 * T.0;
         let peak = margins.sensitivity.value;
-        assert!((peak * angle.sin() - 1.0).abs() < 1e-3, "{gap}: {peak}");
+        assert_close("peak", peak * angle.sin(), 1.0, 1e-3);
         let phase = margins.phase.expect("a crossover").value;
-        assert!((phase + angle).abs() < 1e-3, "{gap}: {phase}");
+        assert_close("phase", phase, -angle, 1e-3);
         assert_eq!((margins.crossovers, margins.gain_down), (2, None), "{gap}");
         let delay = SampledLoop::delay_margin(margins.delay_s, later).expect("runs");
         let delay = delay.expect("a crossover").value;
-        let stable = |share: f64| later(share * delay).expect("runs").verdict().stable;
         // Of a pole this near to the circle no verdict tells on which side it is.
-        let told = gap > 1e-7;
-        assert!(!told || stable(0.999) && !stable(1.001), "{gap}: {delay}");
+        if gap > 1e-7 {
+            let edge = stable(later, 0.999 * delay) && !stable(later, 1.001 * delay);
+            assert!(edge, "{gap}: {delay}");
+        }
     }
 }
 
@@ -106,13 +104,18 @@ fn no_delay_within_the_margin_loses_the_loop() {
         tried += 1;
         let found = SampledLoop::delay_margin(first, later).expect("runs");
         let found = found.expect("a margin").value;
-        let stable = |delay: f64| later(delay).expect("runs").verdict().stable;
-        let edge = stable(0.999 * found) && !stable(1.001 * found);
-        let lost = (1..32)
-            .map(|k| f64::from(k) / 32.0 * 0.999 * found)
-            .find(|d| !stable(*d));
-        assert!(edge && lost.is_none(), "{} {found} {lost:?}", text(start));
+        let lost = lost_before(later, found);
+        assert!(
+            lost.is_none() && !stable(later, 1.001 * found),
+            "{found} {lost:?}"
+        );
     }
+}
+
+/// A delay before the margin with which the loop is lost.
+fn lost_before(later: impl Fn(f64) -> Result<SampledLoop, ()>, margin: f64) -> Option<f64> {
+    let mut shares = (1..=32).map(|k| f64::from(k) / 32.0 * 0.999 * margin);
+    shares.find(|delay| !stable(&later, *delay))
 }
 
 /// Near half the sample rate two aliases meet: at whole samples |L| is never 1, and a part of a sample loses the loop.
@@ -129,19 +132,14 @@ fn a_loop_without_a_crossover_has_the_delay_margin_of_its_parts() {
             Ok::<_, ()>(closed(&plant, "1"))
         };
         let now = later(0.0).expect("runs");
-        assert!(
-            now.verdict().stable && now.margins().delay_s.is_none(),
-            "{omega}"
-        );
+        assert!(now.verdict().stable, "{omega}");
+        assert_eq!(now.margins().delay_s, None, "{omega}");
         let found = SampledLoop::delay_margin(None, later).expect("runs");
         let found = found.expect("a margin").value;
-        let stable = |delay: f64| later(delay).expect("runs").verdict().stable;
-        let lost = (1..32)
-            .map(|k| f64::from(k) / 32.0 * 0.999 * found)
-            .find(|d| !stable(*d));
+        let lost = lost_before(later, found);
         assert!(
-            lost.is_none() && !stable(1.001 * found),
-            "{omega} {found} {lost:?}"
+            lost.is_none() && !stable(later, 1.001 * found),
+            "{found} {lost:?}"
         );
     }
     // A loop that no dead time loses.
@@ -152,25 +150,17 @@ fn a_loop_without_a_crossover_has_the_delay_margin_of_its_parts() {
 /// A loop that is lost next to whole samples only.
 #[test]
 fn a_loss_at_whole_samples_is_found_however_short() {
+    // 0.05 + 0.6s of samples of 1 s.
+    let controller = format!("{}+0.6s", 0.05 / T.0);
     let later = |delay: f64| {
-        Ok::<_, ()>(closed(
-            &format!("exp(-{}s)/s", 0.99 * T.0 + delay),
-            &controller(),
-        ))
+        let plant = format!("exp(-{}s)/s", 0.99 * T.0 + delay);
+        Ok::<_, ()>(closed(&plant, &controller))
     };
     let first = later(0.0).expect("runs").margins().delay_s;
     let found = SampledLoop::delay_margin(first, later).expect("runs");
     let found = found.expect("a margin").value;
-    let stable = |delay: f64| later(delay).expect("runs").verdict().stable;
-    assert!(
-        found < 0.01 * T.0 && stable(0.999 * found) && !stable(1.001 * found),
-        "{found}"
-    );
-}
-
-/// Of 0.05 + 0.6s at 1 s.
-fn controller() -> String {
-    format!("{}+0.6s", 0.05 / T.0)
+    let edge = stable(later, 0.999 * found) && !stable(later, 1.001 * found);
+    assert!(found < 0.01 * T.0 && edge, "{found}");
 }
 
 /// The gain margin is the gain at which the certified verdict changes.
@@ -193,21 +183,19 @@ fn the_verdict_changes_at_the_gain_margin() {
         }
     }
     // An unstable plant needs some gain, and no more.
-    assert!(
-        self::closed("exp(-0.1s)/(s-1)", "3")
-            .margins()
-            .gain_down
-            .is_some()
-    );
+    let unstable = closed("exp(-0.1s)/(s-1)", "3").margins();
+    assert!(unstable.gain_down.is_some());
 }
 
 /// T = 1/(τs + 1) of a first-order loop: |T| never above 1, |S| at most a hair more by the hold.
 #[test]
 fn peaks_are_those_of_the_loop_and_bounded_by_the_margin() {
+    let closed = |plant, controller| self::closed(plant, controller);
     let margins = closed("exp(-0.1s)/s", "4").margins();
     let at = margins.sensitivity.omega_rad_s;
     let l = closed("exp(-0.1s)/s", "4").open(at * T.0);
-    assert!(((l + 1.0).inv().norm() / margins.sensitivity.value - 1.0).abs() < 1e-12);
+    let peak = (l + 1.0).inv().norm();
+    assert_relative("peak", peak, margins.sensitivity.value, 1e-12);
     // |S| at the crossover is 1/(2 sin(φ/2)).
     let phase = margins.phase.expect("a crossover").value;
     assert!(margins.sensitivity.value >= 0.5 / libm::sin(0.5 * phase) - 1e-9);
@@ -217,14 +205,8 @@ fn peaks_are_those_of_the_loop_and_bounded_by_the_margin() {
 
 #[test]
 fn a_controller_is_read_and_printed_alike() {
-    for text in [
-        "20.5+3.7343s^1.15",
-        "2+3/s^0.9+0.1s^0.5",
-        "3/s",
-        "-1-2s",
-        "1.5",
-        "2s^0.5",
-    ] {
+    let controllers = "20.5+3.7343s^1.15 2+3/s^0.9+0.1s^0.5 3/s -1-2s 1.5 2s^0.5";
+    for text in controllers.split(' ') {
         let read: PidParameters = text.parse().expect(text);
         assert_eq!(read.to_string(), text);
     }
@@ -232,14 +214,7 @@ fn a_controller_is_read_and_printed_alike() {
 
 #[test]
 fn what_is_no_pid_is_refused_with_the_form_to_give() {
-    for text in [
-        "1/(s+1)",
-        "s+s^0.5",
-        "1/s+1/s^0.5",
-        "exp(-1s)",
-        "s^2.5",
-        "1/s^3",
-    ] {
+    for text in "1/(s+1) s+s^0.5 1/s+1/s^0.5 exp(-1s) s^2.5 1/s^3".split(' ') {
         let error = text.parse::<PidParameters>().expect_err(text).to_string();
         assert!(
             error.contains("PI^λD^μ") || error.contains("above 0 and at most 2"),
@@ -270,14 +245,10 @@ fn the_closed_function_is_that_of_the_loop() {
 #[test]
 fn further_dead_time_adds_and_is_never_negative() {
     let plant: Plant = "exp(-0.1s)/(s+1)".parse().expect("a plant");
-    assert!((plant.clone().delayed(0.2).expect("later").delay_s() - 0.3).abs() < 1e-15);
-    assert!(
-        plant
-            .delayed(-0.05)
-            .expect_err("earlier")
-            .to_string()
-            .contains("-0.05")
-    );
+    let later = |more| plant.clone().delayed(more);
+    assert_close("later", later(0.2).expect("later").delay_s(), 0.3, 1e-15);
+    let earlier = later(-0.05).expect_err("earlier").to_string();
+    assert!(earlier.contains("-0.05"), "{earlier}");
 }
 
 /// k(s + a)/s on 1/(s/a + 1) is ka/s: crossover ka, a phase margin of π/2, and π/(2ka) s of dead time, however slow that is against 1 ms.
@@ -291,21 +262,18 @@ fn a_loop_that_is_slow_against_its_samples_has_its_delay_margin() {
         let closed = closed(plant, controller);
         assert_eq!(closed.memory_s(), None, "{plant}");
         let margins = closed.margins();
-        let near = |have: f64, want: f64| (have / want - 1.0).abs() < 1e-5;
         let phase = margins.phase.expect(plant);
-        assert!(near(phase.omega_rad_s, crossover), "{plant} {phase:?}");
         let half = 0.5 * std::f64::consts::PI;
-        assert!(near(phase.value, half), "{plant} {phase:?}");
+        assert_relative(plant, phase.omega_rad_s, crossover, 1e-5);
+        assert_relative(plant, phase.value, half, 1e-5);
         let delay = margins.delay_s.expect(plant).value;
-        assert!(near(delay, half / crossover), "{plant} {delay}");
+        assert_relative(plant, delay, half / crossover, 1e-5);
     }
-    let fractional = closed("1/(1000s+1)", "1+1/s^0.5");
-    assert_eq!(fractional.memory_s(), Some(100.0));
-    assert_eq!(
-        closed("1/(s^0.5+1)", "1").memory_s(),
-        Some(100.0),
-        "of the plant"
-    );
+    // Of the controller, and of the plant.
+    let of_a_memory = [("1/(1000s+1)", "1+1/s^0.5"), ("1/(s^0.5+1)", "1")];
+    for (plant, controller) in of_a_memory {
+        assert_eq!(closed(plant, controller).memory_s(), Some(100.0));
+    }
 }
 
 /// k on 1/(s/a − 1) needs a gain above 1, at rest, however small a is.
@@ -313,7 +281,7 @@ fn a_loop_that_is_slow_against_its_samples_has_its_delay_margin() {
 fn the_least_gain_of_a_plant_that_grows_slowly_is_found_at_rest() {
     for plant in ["1/(10s-1)", "1/(1000s-1)", "1/(10000000s-1)"] {
         let down = closed(plant, "4").margins().gain_down.expect(plant);
-        assert!((down.value - 0.25).abs() < 1e-6, "{plant} {down:?}");
+        assert_close(plant, down.value, 0.25, 1e-6);
     }
 }
 
@@ -321,17 +289,12 @@ fn the_least_gain_of_a_plant_that_grows_slowly_is_found_at_rest() {
 #[test]
 fn integrators_beside_other_poles_stay_integrators_far_down() {
     let memory = Memory::new(Rule::Bdf2, 1e-8, 100.0).expect("valid");
-    let plant: Plant = "1/(s^4+3s^3+2s^2)".parse().expect("a plant");
-    let sampled = SampledPlant::new(&plant, memory, Seconds(1.0)).expect("runs");
-    let one: PidParameters = "1".parse().expect("a controller");
-    let closed = SampledLoop::new(one.into(), memory, &sampled).expect("a loop");
+    let plant = plant("1/(s^4+3s^3+2s^2)");
+    let closed = crate::fixture::closed(crate::fixture::p(1.0), &plant, memory, 1.0);
     for theta in [1e-3, 1e-6, 1e-9, 1e-12] {
         let moved = closed.open(theta) * -2.0 * theta * theta;
-        assert!((moved.norm() - 1.0).abs() < 1e-4, "{theta} {moved}");
+        assert_close("size", moved.norm(), 1.0, 1e-4);
         // −(1.5 + 0.5)θ of the poles and the hold.
-        assert!(
-            (moved.arg() + 2.0 * theta).abs() < 1e-3 * theta.max(1e-12),
-            "{theta} {moved}"
-        );
+        assert_close("angle", moved.arg(), -2.0 * theta, 1e-3 * theta);
     }
 }

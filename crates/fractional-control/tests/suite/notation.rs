@@ -10,69 +10,67 @@ fn read(text: &str) -> Result<FractionalTransferFunction, ControlError> {
 
 #[test]
 fn the_usual_notation_is_read_and_printed_back() {
-    for (text, printed) in [
-        ("1/(0.8s^2.2+0.5s^0.9+1)", "1/(0.8s^2.2+0.5s^0.9+1)"),
-        (
-            " 1 / ( 0.8 * s ^ 2.2 + 0.5 s^{0.9} + 1 ) ",
-            "1/(0.8s^2.2+0.5s^0.9+1)",
-        ),
-        ("(s+2)/(s^(1/2)*(s+1)+3)", "(s+2)/(s^1.5+s^0.5+3)"),
-        ("(s^0.5+1)^2/(s^2-1e-3)", "(s+2s^0.5+1)/(s^2-0.001)"),
-        ("2/s^0.5", "2/(s^0.5)"),
-        ("2s^-0.5", "2/(s^0.5)"),
-        ("-3/(s+1)", "-3/(s+1)"),
-        ("4", "4"),
-        ("1+1/s^0.5", "(s^0.5+1)/(s^0.5)"),
-        ("1/(s+1)/(s+2)", "1/(s^2+3s+2)"),
-        ("1/((s-1)(s+1))", "1/(s^2-1)"),
-        ("1/((s^2+s+1)(s^2-s+1))", "1/(s^4+s^2+1)"),
-    ] {
-        let function = read(text).unwrap_or_else(|error| panic!("{text}: {error}"));
+    for [text, printed] in testkit::table(
+        "
+        1/(0.8s^2.2+0.5s^0.9+1) | 1/(0.8s^2.2+0.5s^0.9+1)
+         1 / ( 0.8 * s ^ 2.2 + 0.5 s^{0.9} + 1 )  | 1/(0.8s^2.2+0.5s^0.9+1)
+        (s+2)/(s^(1/2)*(s+1)+3) | (s+2)/(s^1.5+s^0.5+3)
+        (s^0.5+1)^2/(s^2-1e-3) | (s+2s^0.5+1)/(s^2-0.001)
+        2/s^0.5 | 2/(s^0.5)
+        2s^-0.5 | 2/(s^0.5)
+        -3/(s+1) | -3/(s+1)
+        4 | 4
+        1+1/s^0.5 | (s^0.5+1)/(s^0.5)
+        1/(s+1)/(s+2) | 1/(s^2+3s+2)
+        1/((s-1)(s+1)) | 1/(s^2-1)
+        1/((s^2+s+1)(s^2-s+1)) | 1/(s^4+s^2+1)
+        ",
+    ) {
+        let function = read(&text).unwrap_or_else(|error| panic!("{text}: {error}"));
         assert_eq!(function.to_string(), printed, "{text}");
-        assert_eq!(read(printed).as_ref(), Ok(&function), "{printed}");
+        assert_eq!(read(&printed).as_ref(), Ok(&function), "{printed}");
     }
 }
 
 #[test]
 fn a_refusal_is_one_line_with_the_value_and_the_remedy() {
-    for (text, part) in [
-        ("s/(s^0.5+1)", "order 1 of the numerator is above 0.5"),
-        ("1/(s^2.2-s^2.2+1)", "the coefficient of s^2.2 is 0"),
-        ("1/(0s^2+s+1)", "the coefficient of s^2 is 0"),
-        ("1/(0.0*s^2+s+1)", "the coefficient of s^2 is 0"),
-        ("s^0.5/(s^1.5+s^0.5)", "share the factor s^0.5"),
-        ("1/0", "is 0"),
-        ("0/(s+1)", "is 0"),
-        ("1/(s^5+1)", "order of a term 5 is not in [0, 4]"),
-        (
-            "exp(-0.5s)/(s+1)",
-            "dead time 0.5 s is not 0: only a plant has one",
-        ),
-        ("exp(0.5s)/(s+1)", "dead time -0.5 s is not at least 0"),
-        ("1/(s+1", "character 6"),
-        ("1/(s+1))", "character 7"),
-        ("", "character 0"),
-        ("x+1", "character 0"),
-        ("(s+1)^0.5/(s+2)", "the power of a bracket"),
-        ("1/(s+1e400)", "a number"),
-        ("1/(1e300s^2+1)/(1e300s+1)", "from 1e-60 to 1e60 in size"),
-        (
-            "1e308/(s+1)",
-            "coefficient 1e308 is not from 1e-60 to 1e60 in size: give plant and controller in other units",
-        ),
-        ("1/(1e-61s+1)", "coefficient 1e-61 is not from"),
-        ("1+exp(-s)/(s+1)", "a dead time stands before the whole"),
-        (&"(".repeat(1000), "no more than 16 brackets"),
-        (
-            "(s+1)^4*(s^0.3+1)^4*(s^0.7+2)^4/(s+1)^4",
-            "more than the 16",
-        ),
-        ("1/(s+1)/(1/s-1/s)", "is 0"),
-    ] {
-        let error = read(text).expect_err(text).to_string();
-        assert!(error.contains(part), "{text}: {error}");
-        assert!(!error.contains('\n'), "{error}");
+    for [text, part] in testkit::table(
+        "
+        s/(s^0.5+1) | order 1 of the numerator is above 0.5
+        1/(s^2.2-s^2.2+1) | the coefficient of s^2.2 is 0
+        1/(0s^2+s+1) | the coefficient of s^2 is 0
+        1/(0.0*s^2+s+1) | the coefficient of s^2 is 0
+        s^0.5/(s^1.5+s^0.5) | share the factor s^0.5
+        1/0 | is 0
+        0/(s+1) | is 0
+        1/(s^5+1) | order of a term 5 is not in [0, 4]
+        exp(-0.5s)/(s+1) | dead time 0.5 s is not 0: only a plant has one
+        exp(0.5s)/(s+1) | dead time -0.5 s is not at least 0
+        1/(s+1 | character 6
+        1/(s+1)) | character 7
+        x+1 | character 0
+        (s+1)^0.5/(s+2) | the power of a bracket
+        1/(s+1e400) | a number
+        1/(1e300s^2+1)/(1e300s+1) | from 1e-60 to 1e60 in size
+        1e308/(s+1) | coefficient 1e308 is not from 1e-60 to 1e60 in size: give plant and controller in other units
+        1/(1e-61s+1) | coefficient 1e-61 is not from
+        1+exp(-s)/(s+1) | a dead time stands before the whole
+        (s+1)^4*(s^0.3+1)^4*(s^0.7+2)^4/(s+1)^4 | more than the 16
+        1/(s+1)/(1/s-1/s) | is 0
+        ",
+    ) {
+        refused(&text, &part);
     }
+    refused("", "character 0");
+    refused(&"(".repeat(1000), "no more than 16 brackets");
+}
+
+fn refused(text: &str, part: &str) {
+    let error = read(text).expect_err(text).to_string();
+    assert!(
+        error.contains(part) && !error.contains('\n'),
+        "{text}: {error}"
+    );
 }
 
 #[test]

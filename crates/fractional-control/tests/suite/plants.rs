@@ -1,6 +1,6 @@
 //! Plants in samples: matrices exactly, transfer functions to second order, measured responses between their points.
 
-use crate::fixture::{of_impulse_response, p, states};
+use crate::fixture::{of_impulse_response, p, plant, states};
 use core::f64::consts::PI;
 use fracdiff::{FrequencyResponse, Seconds};
 use fractional_control::num_complex::Complex;
@@ -10,6 +10,7 @@ use fractional_control::{
     SampledPlant, SetPoint, StateSpace, TidParameters,
 };
 use nalgebra::{DMatrix, DVector, RowDVector};
+use testkit::assert_close;
 
 fn memory() -> Memory {
     Memory::new(Rule::Bdf2, 1e-9, 50.0).expect("valid")
@@ -32,12 +33,8 @@ fn run(plant: &Plant, t: f64, input: impl Fn(usize) -> f64, samples: usize) -> V
 fn matrices_are_sampled_exactly_whatever_the_delay_and_lag() {
     // A late step at T = 0.2 is the same curve, moved; the lag multiplies by 1/(τs + 1).
     let states = second_order().behind_lag(0.3).expect("valid");
-    let fine = run(
-        &Plant::state_space(states.clone(), 0.0).expect("valid"),
-        0.01,
-        |_| 1.0,
-        2000,
-    );
+    let fine = Plant::state_space(states.clone(), 0.0).expect("valid");
+    let fine = run(&fine, 0.01, |_| 1.0, 2000);
     for delay in [0.0, 0.07, 0.2, 0.43] {
         let plant = Plant::state_space(states.clone(), delay).expect("valid");
         let coarse = run(&plant, 0.2, |_| 1.0, 90);
@@ -48,7 +45,7 @@ fn matrices_are_sampled_exactly_whatever_the_delay_and_lag() {
             } else {
                 fine[late.round() as usize]
             };
-            assert!((y - want).abs() < 1e-12, "{delay} {n}: {y} {want}");
+            assert_close(&format!("{delay} {n}"), *y, want, 1e-12);
         }
     }
 }
@@ -69,13 +66,10 @@ fn a_transfer_function_is_the_same_plant_to_second_order() {
                 run(&exact, t, input, samples),
                 run(&other, t, input, samples),
             );
-            a.iter()
-                .zip(&b)
-                .map(|(a, b)| (a - b).abs())
-                .fold(0.0, f64::max)
+            let apart = a.iter().zip(&b).map(|(a, b)| (a - b).abs());
+            apart.fold(0.0, f64::max)
         };
         let (coarse, fine) = (error(0.02), error(0.01));
-        println!("{delay}: {coarse:.1e} {fine:.1e}");
         // A few T².
         assert!(
             fine < 5e-4 && coarse / fine > 3.0,
@@ -91,10 +85,7 @@ fn a_function_of_whole_orders_is_sampled_as_exactly_as_its_matrices() {
         let written = Plant::transfer(function, delay).expect("valid");
         let matrices = Plant::state_space(second_order(), delay).expect("valid");
         let input = |n: usize| (n as f64 * 0.17).sin();
-        let (a, b) = (
-            run(&written, 0.1, input, 100),
-            run(&matrices, 0.1, input, 100),
-        );
+        let [a, b] = [written, matrices].map(|plant| run(&plant, 0.1, input, 100));
         assert_eq!(a, b);
     }
 }
@@ -129,26 +120,15 @@ fn one_of_each(t: Seconds) -> [(ControllerParameters, Box<dyn FrequencyResponse>
         derivative_order: 1.2,
     };
     let free = Actuator::UNLIMITED;
+    let runs = FractionalPid::<f64, 112>::new(pid, SetPoint::DEFAULT, free, memory(), t);
+    let tilts = FractionalPid::<f64, 112>::tid(tid, 0.0, free, memory(), t);
+    let shapes = LeadController::<f64, 112>::crone(crone, free, memory(), t);
+    let leads = LeadController::<f64, 112>::lead_lag(lead, free, memory(), t);
     [
-        (
-            pid.into(),
-            Box::new(
-                FractionalPid::<f64, 112>::new(pid, SetPoint::DEFAULT, free, memory(), t)
-                    .expect("valid"),
-            ),
-        ),
-        (
-            tid.into(),
-            Box::new(FractionalPid::<f64, 112>::tid(tid, 0.0, free, memory(), t).expect("valid")),
-        ),
-        (
-            crone.into(),
-            Box::new(LeadController::<f64, 112>::crone(crone, free, memory(), t).expect("valid")),
-        ),
-        (
-            lead.into(),
-            Box::new(LeadController::<f64, 112>::lead_lag(lead, free, memory(), t).expect("valid")),
-        ),
+        (pid.into(), Box::new(runs.expect("valid"))),
+        (tid.into(), Box::new(tilts.expect("valid"))),
+        (crone.into(), Box::new(shapes.expect("valid"))),
+        (lead.into(), Box::new(leads.expect("valid"))),
     ]
 }
 
@@ -174,8 +154,8 @@ fn the_curve_of_the_verdict_is_the_plant_that_runs() {
         }
         // Near rest it is the continuous plant behind half a sample of hold.
         let omega = 0.2;
-        let want =
-            plant.response(omega).expect("known") * Complex::from_polar(1.0, -omega * t / 2.0);
+        let half = Complex::from_polar(1.0, -omega * t / 2.0);
+        let want = plant.response(omega).expect("known") * half;
         let have = closed.open(omega * t);
         assert!((have - want).norm() < 1e-4 * want.norm(), "{have} {want}");
     }
@@ -190,10 +170,8 @@ fn a_measured_response_is_read_between_its_points() {
         .collect();
     let measured = Plant::measured(&points).expect("valid");
     for omega in [0.0101, 0.3, 1.234, 20.0] {
-        let (have, want) = (
-            measured.response(omega).expect("inside"),
-            plant.response(omega).expect("any"),
-        );
+        let have = measured.response(omega).expect("inside");
+        let want = plant.response(omega).expect("any");
         // Straight lines across 4 %.
         assert!((have / want - 1.0).norm() < 5e-3, "{omega}: {have} {want}");
     }
@@ -215,13 +193,9 @@ fn what_is_no_plant_is_refused() {
     assert!(text("exp(0.5s)/(s+1)").starts_with("dead time -0.5 s is not at least 0"));
     assert!(text("s^2/(s+1)").contains("is above 1"));
     let unstable: Plant = "1/(s^1.5-1)".parse().expect("valid");
-    assert_eq!(
-        unstable
-            .stable_by_itself()
-            .expect_err("unstable")
-            .to_string(),
-        "the plant has a pole that does not decay: close the loop with a controller first"
-    );
+    let said = unstable.stable_by_itself().expect_err("unstable");
+    let want = "the plant has a pole that does not decay: close the loop with a controller first";
+    assert_eq!(said.to_string(), want);
     let wrong = StateSpace::new(
         DMatrix::zeros(2, 3),
         DVector::zeros(2),
@@ -248,17 +222,12 @@ fn the_curve_of_the_verdict_is_the_controller_that_runs() {
     };
     for (parameters, runs) in one_of_each(t) {
         let verdict = of(parameters).verdict();
-        assert!(
-            verdict.unstable_poles.is_some(),
-            "{parameters:?} {verdict:?}"
-        );
+        assert_ne!(verdict.unstable_poles, None, "{parameters:?}");
         for theta in [1e-3, 0.05, 0.7, PI] {
             let have = of(parameters).open(theta) / of(alone.into()).open(theta);
             let want = runs.response(theta);
-            assert!(
-                (have - want).norm() < 1e-9 * want.norm(),
-                "{parameters:?} {theta}: {have} {want}"
-            );
+            let error = (have - want).norm() / want.norm();
+            assert!(error < 1e-9, "{parameters:?} {theta}: {have} {want}");
         }
     }
 }
@@ -266,8 +235,7 @@ fn the_curve_of_the_verdict_is_the_controller_that_runs() {
 #[test]
 fn a_plant_has_one_verdict_in_notation_and_as_matrices() {
     let memory = Memory::new(Rule::Bdf2, 1e-6, 100.0).expect("is right");
-    // Plant, its matrices, T, and the gain at which the held loop turns unstable: (1 + e^(pT))/(e^(pT) − 1)·|p| for 1/(s − p).
-    let first_order = |p: f64| states([[p]], [1.0], [1.0]);
+    // Plant, its pole, T; the held loop turns unstable at a gain of (1 + e^(pT))/(e^(pT) − 1)·|p|.
     for (text, pole, t) in [
         ("1/(s-1)", 1.0, 1e-3),
         ("1/(s+1)", -1.0, 10.0),
@@ -275,10 +243,8 @@ fn a_plant_has_one_verdict_in_notation_and_as_matrices() {
     ] {
         let e = f64::exp(pole * t);
         let limit = pole * (1.0 + e) / (e - 1.0);
-        let written: Plant = text.parse().expect("a plant");
-        let matrices = first_order(pole);
-        let matrices = Plant::state_space(matrices, 0.0).expect("is right");
-        for plant in [written, matrices] {
+        let matrices = Plant::state_space(states([[pole]], [1.0], [1.0]), 0.0);
+        for plant in [plant(text), matrices.expect("is right")] {
             let sampled = SampledPlant::new(&plant, memory, Seconds(t)).expect("samples");
             assert!(sampled.is_exact());
             for (share, stable) in [(0.99, true), (1.01, false)] {

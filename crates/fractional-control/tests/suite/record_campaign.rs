@@ -77,7 +77,7 @@ fn grown(rate: f64, t: f64) -> f64 {
 impl Case {
     fn drawn(kind: u64, random: &mut Random) -> Self {
         let gain = random.log_between(0.05, 20.0);
-        let noisy = random.chance(0.5);
+        let noise = random.chance(0.5);
         let mut case = Self {
             modes: Vec::new(),
             direct: 0.0,
@@ -85,7 +85,7 @@ impl Case {
             delay: 0.0,
             is_told: true,
             samples: random.one_of(&[120, 250, 400]),
-            noise: if noisy {
+            noise: if noise {
                 random.log_between(1e-4, 0.03)
             } else {
                 0.0
@@ -164,13 +164,9 @@ impl Case {
             *y += self.noise * largest * (1..=12).map(|_| random.between(-0.5, 0.5)).sum::<f64>();
             if let Some(digits) = self.digits {
                 let unit = 10f64.powi(largest.log10().floor() as i32 - digits);
-                *y = format!(
-                    "{:.*}",
-                    0.max(-unit.log10().round() as i32) as usize,
-                    (*y / unit).round() * unit
-                )
-                .parse()
-                .expect("a number");
+                let places = 0.max(-unit.log10().round() as i32) as usize;
+                let written = format!("{:.places$}", (*y / unit).round() * unit);
+                *y = written.parse().expect("a number");
             }
         }
         InputOutput {
@@ -188,10 +184,8 @@ fn wrong(number: u64, case: &Case, record: &InputOutput) -> Option<String> {
     let delay = if case.is_told { case.delay * T } else { 0.0 };
     let record = shifted(record, delay).expect("shorter than the record");
     let length_s = T * record.output.len() as f64;
-    let is_slow = case
-        .modes
-        .iter()
-        .any(|mode| mode.rate < 0.0 && mode.rate * length_s > -1.0);
+    let is_slow = |mode: &Mode| mode.rate < 0.0 && mode.rate * length_s > -1.0;
+    let is_slow = case.modes.iter().any(is_slow);
     let found = identify(&record, &candidates(&record, true), true);
     let order = |function: &FractionalTransferFunction| {
         function.denominator().lowest() - function.numerator().lowest()

@@ -66,10 +66,8 @@ fn a_short_dead_time_of_a_low_order_is_seen() {
     let own = sampled("exp(-0.01s)/s^0.18", gains, Rule::Bdf2, Seconds(1.0));
     // It grows from a gain of 0.39 times that on.
     let up = own.of_plant().expect("a rule").gain_crossings();
-    let first = up
-        .iter()
-        .map(|gain| gain.value)
-        .fold(f64::INFINITY, f64::min);
+    let crossings = up.iter().map(|gain| gain.value);
+    let first = crossings.fold(f64::INFINITY, f64::min);
     assert!((0.37..0.40).contains(&first), "{first}");
     assert!(!own.verdict().stable || !own.rule_error().expect("a rule").holds());
 }
@@ -97,10 +95,9 @@ fn where_a_rule_stands_for_its_plant_its_verdict_is_that_of_the_weights() {
     }
     // Not even at the gain of 1.3 that was called stable.
     assert!(!closed("1/s^0.5", 1.3).rule_error().expect("a rule").holds());
-    let [low, high] = closed("1/s^0.5", 0.2)
-        .rule_error()
-        .expect("a rule")
-        .within([0.01, 100.0]);
+    let soft = closed("1/s^0.5", 0.2);
+    let rule = soft.rule_error().expect("a rule");
+    let [low, high] = rule.within([0.01, 100.0]);
     assert!(low < 0.011 && (2.0..5.5).contains(&high), "{low} {high}");
     assert!(closed("1/(s+1)", 1.0).rule_error().is_none());
 }
@@ -145,10 +142,8 @@ fn a_resonance_that_the_rule_damps_is_not_proved_stable() {
                 pushed_apart(omega, gain) > damping,
                 "the plant's loop grows"
             );
-            let text = format!(
-                "exp(-0.3s)/(s^2+{damping}s+{})/(0.01s^0.5+1)",
-                omega * omega
-            );
+            let square = omega * omega;
+            let text = format!("exp(-0.3s)/(s^2+{damping}s+{square})/(0.01s^0.5+1)");
             let own = swinging(&text, gain, rule);
             let holds = own.rule_error().expect("a rule").holds();
             damped += usize::from(own.verdict().stable);
@@ -167,10 +162,8 @@ fn a_resonance_that_decays_by_itself_is_proved() {
     assert!(own.verdict().stable && rule.holds());
     let up = lost_at(&own);
     let [low, high] = rule.within([0.01, up]);
-    assert!(
-        low < 0.011 && high > 0.8 * up && high < up,
-        "{low} {high} {up}"
-    );
+    let reaches = high > 0.8 * up && high < up;
+    assert!(low < 0.011 && reaches, "{low} {high} {up}");
 }
 
 /// Where the arcs say that a rule holds, it does at each of some hundred angles, and at each gain of the interval.
@@ -199,16 +192,11 @@ fn what_is_said_of_arcs_is_so_at_the_angles_on_them() {
             let gains = rule.within([0.1, 10.0]);
             for k in 0..=250 {
                 let theta = PI * libm::pow(1e-4 / PI, f64::from(k) / 250.0);
-                let (open, wrong) = (
-                    own.open(theta),
-                    (truth.open(theta) - own.open(theta)).norm(),
-                );
+                let open = own.open(theta);
+                let wrong = (truth.open(theta) - open).norm();
                 for gain in [gains[0], 1.0, gains[1]] {
                     let room = (open * gain + 1.0).norm();
-                    assert!(
-                        wrong * gain < 0.71 * room,
-                        "{plant} {theta} {gain}: {wrong} {room}"
-                    );
+                    assert!(wrong * gain < 0.71 * room, "{plant} {theta} {gain}");
                 }
             }
         }

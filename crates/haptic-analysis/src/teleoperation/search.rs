@@ -51,7 +51,6 @@ const MIXES: u32 = 20;
 
 impl Teleoperation {
     /// How near the hand feels these impedances at these frequencies.
-    ///
     /// # Errors
     /// A parameter or frequency outside its range, no frequency, or an impedance of 0.
     pub fn transparency(
@@ -87,7 +86,6 @@ impl CouplerSearch {
     ///
     /// For each mix of spring and damper the best size by a grid in its logarithm and smaller and smaller steps, then the same of
     /// the mix: the best couplers lie at the edge of stability, which no search along the axes of both gains can follow.
-    ///
     /// # Errors
     /// A parameter or frequency outside its range.
     pub fn best(&self, order: Order) -> Result<Option<BestCoupler>, AnalysisError> {
@@ -121,7 +119,6 @@ impl CouplerSearch {
     }
 }
 
-/// A point of the search.
 #[derive(Clone, Copy)]
 struct Found {
     mix: f64,
@@ -182,7 +179,6 @@ impl Search<'_> {
         Ok(better)
     }
 
-    /// How near a line comes.
     fn error_of(&self, line: HandLine) -> Result<Transparency, AnalysisError> {
         let hands = Teleoperation {
             line,

@@ -82,20 +82,14 @@ fn encirclement_and_eigenvalues_agree() {
         if (largest - 1.0).abs() < 1e-6 {
             continue;
         }
-        assert_eq!(
-            coupled.is_stable(),
-            largest < 1.0,
-            "case {n}: largest pole {largest}"
-        );
+        let what = format!("case {n}: largest pole {largest}");
+        assert_eq!(coupled.is_stable(), largest < 1.0, "{what}");
         // Of what drifts one is at rest, on the circle.
         let edge = 1.0 + if coupled.drifts() { 1e-6 } else { 0.0 };
         let outside = poles.iter().filter(|z| z.norm() > edge).count();
-        assert_eq!(coupled.unstable_poles(), Some(outside), "case {n}");
-        *(if coupled.is_stable() {
-            &mut stable
-        } else {
-            &mut unstable
-        }) += 1;
+        assert_eq!(coupled.unstable_poles(), Some(outside), "{what}");
+        stable += usize::from(coupled.is_stable());
+        unstable += usize::from(!coupled.is_stable());
     }
     assert!(stable > 60 && unstable > 60, "{stable} {unstable}");
 }
@@ -122,10 +116,9 @@ fn the_characteristic_function_is_that_of_the_ports() {
                 + o.damping_n_s_per_m
                 + -u / v * (0.5 * T * o.stiffness_n_per_m);
             let z_c = (Complex::new(T, 0.0) / v).powf(mu) * case.gains[1] + case.gains[0];
-            let polynomial = |c: &[f64]| {
-                c.iter()
-                    .rev()
-                    .fold(Complex::new(0.0, 0.0), |s, c| s * w + c)
+            let polynomial = |c: &[f64]| -> Complex<f64> {
+                let powers = c.iter().rev();
+                powers.fold(Complex::new(0.0, 0.0), |sum, c| sum * w + c)
             };
             let a = polynomial(plant.denominator());
             let g = w * polynomial(plant.numerator()) / a * (T * T / m);
@@ -133,10 +126,8 @@ fn the_characteristic_function_is_that_of_the_ports() {
             // F/(A·e): e from F without a coupler.
             let alone = coupled.scaled(0.0).characteristic(theta);
             let have = coupled.characteristic(theta) / alone;
-            assert!(
-                (have - want).norm() < 1e-9 * want.norm(),
-                "{n}, θ {theta}: {have} {want}"
-            );
+            let error = (have - want).norm() / want.norm();
+            assert!(error < 1e-9, "{n}, θ {theta}: {have} {want}");
         }
     }
 }
@@ -149,10 +140,8 @@ fn the_gain_margin_is_where_the_verdict_changes() {
         let mu = [0.0, 0.25, 0.5, 0.75, 1.0][n % 5];
         let operator = operator("full", mu);
         let coupled = Case::random(&mut random, mu).closed(&operator).scaled(0.05);
-        if !coupled.is_stable() {
-            continue;
-        }
-        let Some(edge) = coupled.gain_margin().expect("stable") else {
+        let edge = coupled.is_stable().then(|| coupled.gain_margin());
+        let Some(edge) = edge.and_then(|edge| edge.expect("stable")) else {
             continue;
         };
         edges += 1;
@@ -180,8 +169,8 @@ fn a_coupler_before_a_rigid_object_is_a_wall() {
         [200.0, 10.0],
         [60.0, 3e4],
     ] {
-        let coupled = CoupledLoop::new(&device, &exact(1.0, damper, spring), &rigid, &operator)
-            .expect("valid");
+        let coupler = exact(1.0, damper, spring);
+        let coupled = CoupledLoop::new(&device, &coupler, &rigid, &operator).expect("valid");
         let wall = haptic_analysis::Environment {
             stiffness_n_per_m: spring,
             dissipation_n_s_mu_per_m: damper,

@@ -1,5 +1,4 @@
-//! The coupled port against 50 digits (`tests/golden/make_coupling_golden.py`), brute force and
-//! Corollary 2.
+//! The coupled port against 50 digits (`tests/golden/make_coupling_golden.py`), brute force and Corollary 2.
 
 use fracdiff::{ExactDifference, FrequencyResponse, MuirPolynomial, Scheme, Seconds};
 use haptic_analysis::{Coupler, LeastDamping};
@@ -7,7 +6,7 @@ use num_complex::Complex;
 use proptest::prelude::*;
 use std::f64::consts::PI;
 use testkit::operator::order;
-use testkit::{assert_relative, golden};
+use testkit::{assert_close, assert_relative, golden};
 
 const T: f64 = 1e-3;
 
@@ -30,16 +29,9 @@ fn least_damping_agrees_with_50_digits() {
         let number = |i: usize| cells[i].parse::<f64>().expect("a number");
         let [mu, k, b, t, want, theta] = [1, 2, 3, 4, 5, 6].map(number);
         let coupler = Coupler::exact(order(mu), t, k, b).expect("valid");
-        let made = if cells[0] == "exact" {
-            None
-        } else {
-            let scheme: Scheme = cells[0].parse().expect("a scheme");
-            Some(
-                scheme
-                    .build::<f64>(order(mu), Seconds(t), 1e3)
-                    .expect("valid"),
-            )
-        };
+        let scheme = (cells[0] != "exact").then(|| cells[0].parse::<Scheme>().expect("a scheme"));
+        let made = scheme.map(|scheme| scheme.build::<f64>(order(mu), Seconds(t), 1e3));
+        let made = made.map(|operator| operator.expect("valid"));
         let coupler = match &made {
             Some(operator) => coupler.with_operator(operator, 20),
             None => coupler,
@@ -54,10 +46,7 @@ fn least_damping_agrees_with_50_digits() {
         };
         let tolerance = if made.is_none() { 1e-12 } else { 1e-9 };
         assert_relative(&cells.join(","), damping_n_s_per_m, want, tolerance);
-        assert!(
-            (worst_theta - theta).abs() < 1e-4,
-            "{cells:?}: θ {worst_theta}"
-        );
+        assert_close(&cells.join(","), worst_theta, theta, 1e-4);
     }
 }
 
@@ -101,17 +90,9 @@ fn corollary_2_is_not_sufficient_by_finding_4() {
     // At μ = 1 without a damper: b_c·T/8 in the limit θ → 0, where the corollary says b_c·T/16.
     for (mu, factor, tolerance) in [(1.0, 2.0, 1e-12), (0.75, 1.30, 0.005), (0.5, 1.13, 0.005)] {
         let spring = coupler(mu, 0.0, 1000.0);
-        assert_relative(
-            &format!("μ {mu}"),
-            enough(&spring) / spring.corollary_damping(),
-            factor,
-            tolerance,
-        );
-        assert!(
-            !spring
-                .passive(1.0001 * spring.corollary_damping())
-                .expect("valid")
-        );
+        let corollary = spring.corollary_damping();
+        assert_relative("factor", enough(&spring) / corollary, factor, tolerance);
+        assert!(!spring.passive(1.0001 * corollary).expect("valid"));
     }
     // Equal only without b_c, for any order.
     for mu in [0.0, 0.5, 1.0, 1.5, 2.0] {
@@ -165,8 +146,7 @@ fn a_muir_polynomial_above_order_1_is_a_negative_spring_that_a_stiff_coupler_hid
         matches!(none, LeastDamping::NoneIsEnough { .. }),
         "{none:?}"
     );
-    // Not the whole story: with k_c above it 1/Z_c still meets the left half plane, or it does not;
-    // either way the verdict must be that of the response itself.
+    // 1/Z_c may still meet the left half plane: the verdict is that of the response itself.
     for factor in [1.1, 3.0, 30.0] {
         let stiff = coupler(mu, factor * threshold, 1.0).with_operator(&operator, 4);
         let admittance = |i: i32| {
@@ -188,19 +168,19 @@ fn bad_input_is_refused_in_words() {
         Ok(coupler) => panic!("{coupler:?}"),
         Err(error) => haptic_analysis::AnalysisError::to_string(&error),
     };
-    assert!(words(make(-0.5, T, 1.0, 1.0)).starts_with("order -0.5 is not in [0, 2]"));
-    assert_eq!(
-        words(make(1.0, 0.0, 1.0, 1.0)),
-        "sample time 0 s is not above 0 s"
-    );
-    assert!(words(make(1.0, T, -1.0, 1.0)).starts_with("coupler stiffness -1 N·s/m"));
-    assert!(words(make(1.0, T, 1.0, f64::NAN)).starts_with("coupler dissipation NaN"));
-    assert!(words(make(1.0, T, 0.0, 0.0)).starts_with("impedance of the coupler 0 N·s/m"));
+    for (refused, want) in [
+        (make(-0.5, T, 1.0, 1.0), "order -0.5 is not in [0, 2]"),
+        (make(1.0, 0.0, 1.0, 1.0), "sample time 0 s is not above 0 s"),
+        (make(1.0, T, -1.0, 1.0), "coupler stiffness -1 N·s/m"),
+        (make(1.0, T, 1.0, f64::NAN), "coupler dissipation NaN"),
+        (make(1.0, T, 0.0, 0.0), "impedance of the coupler 0 N·s/m"),
+    ] {
+        let words = words(refused);
+        assert!(words.starts_with(want), "{words}");
+    }
     assert!(make(1.0, T, 0.9 * f64::MAX, 1.0).is_ok());
-    assert!(
-        make(0.0, T, f64::MAX, f64::MAX).is_err(),
-        "their sum overflows"
-    );
+    // Their sum overflows.
+    assert!(make(0.0, T, f64::MAX, f64::MAX).is_err());
     let coupler = coupler(1.0, 1.0, 1.0);
     assert!(coupler.passive(-1.0).is_err());
     struct Silent;

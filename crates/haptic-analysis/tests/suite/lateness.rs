@@ -87,15 +87,11 @@ fn random_walls_are_stable_up_to_their_delay_margin_and_not_beyond() {
             0 => 1.0,
             _ => random.between(0.0, 2.0),
         };
-        let operator = operator(
-            ["exact", "muir:3", "grunwald:20", "full:1e-3"][case % 4],
-            mu,
-        );
+        let schemes = ["exact", "muir:3", "grunwald:20", "full:1e-3"];
+        let operator = operator(schemes[case % 4], mu);
         let t = 1e-3;
-        let softer = libm::pow(
-            10.0,
-            -random.between(0.0, 1.5) * f64::from(u8::from(case % 4 == 3)),
-        );
+        let if_so = |so: bool, value: f64| value * f64::from(u8::from(so));
+        let softer = libm::pow(10.0, -if_so(case % 4 == 3, random.between(0.0, 1.5)));
         let mass_kg = random.between(0.01, 0.1);
         // B·T^(2−μ)/m
         let beta = softer * random.between(0.1, 0.9);
@@ -103,10 +99,9 @@ fn random_walls_are_stable_up_to_their_delay_margin_and_not_beyond() {
             device: Dynamics {
                 mass_kg,
                 damping_n_s_per_m: random.between(0.0, 20.0),
-                hand_stiffness_n_per_m: random.between(0.0, 500.0)
-                    * f64::from(u8::from(case % 7 == 0)),
-                delay_s: t * random.between(0.0, 2.0) * f64::from(u8::from(case % 3 == 2)),
-                current_lag_s: t * random.between(0.0, 2.0) * f64::from(u8::from(case % 5 == 0)),
+                hand_stiffness_n_per_m: if_so(case % 7 == 0, random.between(0.0, 500.0)),
+                delay_s: t * if_so(case % 3 == 2, random.between(0.0, 2.0)),
+                current_lag_s: t * if_so(case % 5 == 0, random.between(0.0, 2.0)),
             },
             wall: Environment {
                 stiffness_n_per_m: softer * random.between(100.0, 5000.0),
@@ -125,7 +120,6 @@ fn random_walls_are_stable_up_to_their_delay_margin_and_not_beyond() {
             Some(_) => long += 1,
         }
     }
-    println!("{short} below a sample, {long} above, {none} without");
     assert!(short > 50 && long > 50, "{short} {long} {none}");
 }
 
@@ -172,6 +166,5 @@ fn the_first_of_several_edges_counts_where_stability_comes_back() {
         checked += 1;
         returned += usize::from(back);
     }
-    println!("{checked} checked, {returned} come back");
     assert!(checked > 100 && returned > 40, "{checked} {returned}");
 }

@@ -1,10 +1,10 @@
 //! Margins against bisection of verdicts, whole delays, and dense sampling.
 
-use haptic_analysis::{ForcePath, Nondimensional, SampledLoop, SampledPlant};
+use haptic_analysis::{ForcePath, SampledLoop, SampledPlant};
 use proptest::prelude::*;
 use std::f64::consts::PI;
-use testkit::Random;
 use testkit::operator::{operator, path, wall};
+use testkit::{Random, assert_relative};
 
 #[test]
 fn a_spring_and_damper_on_a_free_mass_have_their_margins_in_closed_form() {
@@ -39,10 +39,8 @@ fn without_feedback_the_sensitivity_is_one() {
     let subject = SampledLoop::new(wall(0.0, 0.0, 0.5, 0.5), &operator, 0).expect("in range");
     let margins = subject.margins().expect("stable");
     assert!((margins.sensitivity.value - 1.0).abs() < 1e-15);
-    assert_eq!(
-        (margins.gain_up, margins.gain_down, margins.delay),
-        (None, None, None)
-    );
+    let edges = (margins.gain_up, margins.gain_down, margins.delay);
+    assert_eq!(edges, (None, None, None));
 }
 
 #[test]
@@ -50,17 +48,14 @@ fn a_spurious_negative_spring_of_the_muir_polynomial_gives_a_lower_limit_too() {
     // μ = 2: P(1) = −1/3, so γ + α + βP(1) > 0 bounds the gain from above at θ = 0.
     let operator = operator("muir:3", 2.0);
     let subject = SampledLoop::new(wall(0.0, 0.1, 0.5, 0.1), &operator, 0).expect("in range");
-    let up = subject
-        .margins()
-        .expect("stable")
-        .gain_up
-        .expect("there is one");
+    let margins = subject.margins().expect("stable");
+    let up = margins.gain_up.expect("there is one");
     assert!((up.value - 3.0).abs() < 1e-12 && up.theta == 0.0, "{up:?}");
 }
 
 /// Scheme and μ; α, β, δ from `least_delta` on and γ; the delay: a loop that may be stable or not.
 fn any_loop(least_delta: f64) -> impl Strategy<Value = (&'static str, f64, [f64; 4], usize)> {
-    let schemes = vec![
+    let schemes = [
         "exact",
         "muir:3",
         "grunwald:20",
@@ -69,7 +64,7 @@ fn any_loop(least_delta: f64) -> impl Strategy<Value = (&'static str, f64, [f64;
     ];
     let numbers = [0.001..1.0, 0.0..1.0, least_delta..1.0, 0.0..1.0_f64];
     (
-        prop::sample::select(schemes),
+        prop::sample::select(schemes.to_vec()),
         0.0..=2.0_f64,
         numbers,
         0..3_usize,
@@ -191,15 +186,8 @@ fn falling(random: &mut Random) -> SampledPlant {
         z - q, 0.0, z - q, -q,
     ];
     let path = ForcePath::new(random.between(0.0, 0.9), 0.0).expect("in range");
-    SampledPlant::linear(
-        &a,
-        &[0.0, 1.0, 0.0, 0.0],
-        &[1.0, 0.0, 1.0, 1.0],
-        1e-3,
-        1.0,
-        path,
-    )
-    .expect("samples")
+    let (input, output) = ([0.0, 1.0, 0.0, 0.0], [1.0, 0.0, 1.0, 1.0]);
+    SampledPlant::linear(&a, &input, &output, 1e-3, 1.0, path).expect("samples")
 }
 
 #[test]
@@ -212,16 +200,13 @@ fn of_several_gain_margins_the_nearest_counts_on_both_sides() {
         let (plant, alpha, beta) = if case % 3 == 0 {
             // A late loop turns many times.
             let path = ForcePath::new(random.between(3.0, 9.0), 0.0).expect("in range");
-            let plant =
-                SampledPlant::behind(random.between(0.05, 1.0), 0.0, path).expect("in range");
-            (plant, random.between(1e-4, 0.01), random.between(0.0, 0.05))
+            let plant = SampledPlant::behind(random.between(0.05, 1.0), 0.0, path);
+            let (alpha, beta) = (random.between(1e-4, 0.01), random.between(0.0, 0.05));
+            (plant.expect("in range"), alpha, beta)
         } else {
             let beta = random.between(0.05, 0.6);
-            (
-                falling(&mut random),
-                beta * random.between(0.005, 0.1),
-                beta,
-            )
+            let plant = falling(&mut random);
+            (plant, beta * random.between(0.005, 0.1), beta)
         };
         let subject = SampledLoop::with_plant(plant, alpha, beta, &operator).expect("in range");
         let Ok(margins) = subject.margins() else {
@@ -243,11 +228,8 @@ fn of_several_gain_margins_the_nearest_counts_on_both_sides() {
         assert!(near(margins.gain_up.map(|at| at.value), least), "{what}");
         assert!(near(margins.gain_down.map(|at| at.value), most), "{what}");
     }
-    println!("{stable} stable, {several_up} with several up, {several_down} with several down");
-    assert!(
-        several_up > 100 && several_down > 100,
-        "{several_up} {several_down}"
-    );
+    let several = several_up > 100 && several_down > 100;
+    assert!(several, "{stable}: {several_up} {several_down}");
 }
 
 #[test]
@@ -255,24 +237,11 @@ fn a_crossing_close_to_rest_is_not_overlooked() {
     // A damper of the device and a soft spring: |GH| = 1 at θ = α/δ, phase −π/2 − atan(θ/δ) − θ/2.
     let operator = operator("exact", 1.0);
     for (alpha, delta) in [(3e-9, 2e-3), (3e-8, 1e-3), (1e-6, 0.01)] {
-        let wall = Nondimensional {
-            alpha,
-            beta: 0.0,
-            delta,
-            gamma: 0.0,
-        };
-        let subject = SampledLoop::new(wall, &operator, 0).expect("in range");
-        let delay = subject
-            .margins()
-            .expect("stable")
-            .delay
-            .expect("a crossing");
-        let theta = alpha / delta;
-        assert!(
-            (delay.theta / theta - 1.0).abs() < 1e-3,
-            "{delay:?} {theta}"
-        );
+        let subject = SampledLoop::new(wall(alpha, 0.0, delta, 0.0), &operator, 0);
+        let margins = subject.expect("in range").margins().expect("stable");
+        let delay = margins.delay.expect("a crossing");
+        assert_relative("θ", delay.theta, alpha / delta, 1e-3);
         let want = (0.5 * PI - (delay.theta / delta).atan()) / delay.theta - 0.5;
-        assert!((delay.value / want - 1.0).abs() < 1e-6, "{delay:?} {want}");
+        assert_relative("delay", delay.value, want, 1e-6);
     }
 }

@@ -11,6 +11,7 @@ use haptic_analysis::{
     StabilityRegion,
 };
 use proptest::prelude::*;
+use testkit::assert_close;
 use testkit::operator::{operator, order};
 
 const T: Seconds = Seconds(1e-3);
@@ -36,10 +37,7 @@ fn a_finite_memory_is_found_again_from_its_response() {
         assert!(have.len() <= want.len(), "{mu}");
         for (j, want) in want.iter().enumerate() {
             let have = have.get(j).copied().unwrap_or(0.0);
-            assert!(
-                (have - want).abs() < 1e-14,
-                "μ = {mu}, lag {j}: {have} {want}"
-            );
+            assert_close(&format!("μ = {mu}, lag {j}"), have, *want, 1e-14);
         }
         let muir = MuirPolynomial::<f64, 3>::new(order(mu), T).expect("in range");
         let found = LoopOperator::from_response(order(mu), &muir).expect("fades");
@@ -60,9 +58,9 @@ fn a_recursion_that_fades_is_judged_as_its_polynomials_are() {
         region.bounded().expect("not empty").clone()
     };
     let (a, b) = (area(&filtered), area(&found));
-    assert!((a.area - b.area).abs() < 1e-8, "{} {}", a.area, b.area);
-    assert!((a.alpha_max - b.alpha_max).abs() < 1e-8);
-    assert!((a.beta_max - b.beta_max).abs() < 1e-8);
+    assert_close("area", a.area, b.area, 1e-8);
+    assert_close("α", a.alpha_max, b.alpha_max, 1e-8);
+    assert_close("β", a.beta_max, b.beta_max, 1e-8);
 }
 
 #[test]
@@ -73,17 +71,12 @@ fn taps_and_modes_of_ones_own_are_their_sum() {
     let [r, s] = modes.map(|(rate, _)| f64::exp(-rate));
     // (1 − w)·[(0.6 + 0.1w)(1 − rw)(1 − sw) + 0.4(1 − sw) + 0.2(1 − rw)]/((1 − rw)(1 − sw))
     let below = [1.0, -(r + s), r * s];
-    let tapped = [
-        0.6,
-        0.1 - 0.6 * (r + s),
-        0.6 * r * s - 0.1 * (r + s),
-        0.1 * r * s,
-    ];
+    let tapped = [0.6, 0.1 - 0.6 * (r + s), 0.6 * r * s - 0.1 * (r + s)];
     let core = [
         tapped[0] + 0.4 + 0.2,
         tapped[1] - 0.4 * s - 0.2 * r,
         tapped[2],
-        tapped[3],
+        0.1 * r * s,
     ];
     let above: Vec<f64> = (0..5)
         .map(|k| core.get(k).unwrap_or(&0.0) - if k > 0 { core[k - 1] } else { 0.0 })
@@ -123,10 +116,8 @@ fn what_cannot_be_judged_is_refused_and_says_why() {
     assert!(long.contains("not faded after 2048 samples"), "{long}");
     let integral = ExactDifference(order(-0.5));
     assert!(text(LoopOperator::from_response(half, &integral)).contains("is not finite"));
-    let zero = text(LoopOperator::from_response(
-        half,
-        &Constant(Complex::new(-1.0, 0.0)),
-    ));
+    let constant = Constant(Complex::new(-1.0, 0.0));
+    let zero = text(LoopOperator::from_response(half, &constant));
     assert!(
         zero.contains("direct gain of the operator -1 is not above 0"),
         "{zero}"
@@ -188,8 +179,6 @@ fn a_design_of_ones_own_is_judged_as_the_operator_that_runs_it() {
     }
     let integral = Design::<16, 48>::closed_form(Kernel::Grunwald, order(-0.5), 1e-6, 1e5);
     let error = LoopOperator::from_design(&integral.expect("modes")).expect_err("a pole at rest");
-    assert!(
-        matches!(error, AnalysisError::Range(range) if range.what == "order"),
-        "{error}"
-    );
+    let range = |error: &AnalysisError| matches!(error, AnalysisError::Range(range) if range.what == "order");
+    assert!(range(&error), "{error}");
 }

@@ -7,6 +7,7 @@ use nalgebra::{DMatrix, DVector};
 use num_complex::Complex;
 use std::f64::consts::PI;
 use testkit::operator::{order, path};
+use testkit::{assert_close, assert_relative};
 
 fn port(operator: &ExactDifference, mu: f64, way: ForcePath) -> OnePort<'_, ExactDifference> {
     OnePort::new(operator, order(mu))
@@ -19,16 +20,11 @@ fn port(operator: &ExactDifference, mu: f64, way: ForcePath) -> OnePort<'_, Exac
 fn a_spring_behind_part_of_a_sample_needs_what_its_closed_form_says() {
     let operator = ExactDifference(order(1.0));
     for h in [0.0, 1e-8, 0.1, 0.25, 0.5, 0.75, 0.99, 1.0] {
-        let required = port(&operator, 1.0, path(h, 0.0))
-            .required_delta(0.3, 0.0)
-            .expect("valid");
+        let port = port(&operator, 1.0, path(h, 0.0));
+        let required = port.required_delta(0.3, 0.0).expect("valid");
         // (α/2)(1/2 + h + √(1/4 + 2h))
         let want = 0.15 * (0.5 + h + (0.25 + 2.0 * h).sqrt());
-        assert!(
-            (required.delta - want).abs() < 1e-12,
-            "h = {h}: {} {want}",
-            required.delta
-        );
+        assert_close("δ", required.delta, want, 1e-12);
     }
 }
 
@@ -44,36 +40,36 @@ fn step(way: ForcePath, t: f64) -> f64 {
     }
 }
 
-/// Nodes and weights of Gauss on both parts of a sample.
-fn nodes(way: ForcePath) -> Vec<(f64, f64)> {
-    const X: [f64; 4] = [
-        0.183_434_642_495_649_8,
-        0.525_532_409_916_329,
-        0.796_666_477_413_626_7,
-        0.960_289_856_497_536_2,
-    ];
-    const W: [f64; 4] = [
-        0.362_683_783_378_362,
-        0.313_706_645_877_887_3,
-        0.222_381_034_453_374_47,
-        0.101_228_536_290_376_26,
-    ];
+/// Nodes and weights of Gauss on both parts of a sample, each in so many pieces; x and w of half a rule.
+fn nodes(way: ForcePath, pieces: u32, rule: &[(f64, f64)]) -> Vec<(f64, f64)> {
     let h = way.fraction();
     let mut nodes = Vec::new();
-    // Short lags change within a small part of each piece.
     for (low, high) in [(0.0, h), (h, 1.0)] {
-        let pieces = 24;
+        let half = 0.5 * (high - low) / f64::from(pieces);
         for piece in 0..pieces {
-            let width = (high - low) / f64::from(pieces);
-            let middle = low + width * (f64::from(piece) + 0.5);
-            for (x, w) in X.iter().zip(W) {
-                nodes.push((middle - 0.5 * width * x, 0.5 * width * w));
-                nodes.push((middle + 0.5 * width * x, 0.5 * width * w));
+            let middle = low + half * (2.0 * f64::from(piece) + 1.0);
+            for (x, w) in rule {
+                nodes.push((middle - half * x, half * w));
+                nodes.push((middle + half * x, half * w));
             }
         }
     }
     nodes
 }
+
+/// Eight points, for short lags, which change within a small part of a sample.
+const EIGHT: [(f64, f64); 4] = [
+    (0.183_434_642_495_649_8, 0.362_683_783_378_362),
+    (0.525_532_409_916_329, 0.313_706_645_877_887_3),
+    (0.796_666_477_413_626_7, 0.222_381_034_453_374_47),
+    (0.960_289_856_497_536_2, 0.101_228_536_290_376_26),
+];
+
+/// Four points: enough for forces that change over a fifth of a sample or more.
+const FOUR: [(f64, f64); 2] = [
+    (0.339_981_043_584_856_26, 0.652_145_154_862_546_1),
+    (0.861_136_311_594_052_6, 0.347_854_845_137_453_85),
+];
 
 /// `p_i(t)`, the force at t in a sample of the command i samples before: a pulse one sample long.
 fn pulse(way: ForcePath, i: usize, t: f64) -> f64 {
@@ -100,7 +96,7 @@ fn mean_and_variance_of_a_lagging_force_are_those_of_quadrature() {
         (0.0, 40.0),
     ] {
         let way = path(delay, lag);
-        let nodes = nodes(way);
+        let nodes = nodes(way, 24, &EIGHT);
         for mu in [0.0, 0.5, 1.0, 1.6] {
             let operator = ExactDifference(order(mu));
             for theta in [0.01, 0.3, 1.0, 2.0, PI] {
@@ -119,13 +115,11 @@ fn mean_and_variance_of_a_lagging_force_are_those_of_quadrature() {
                 let variance = square - mean.norm_sqr();
                 let root = (r * r + variance * q.norm_sqr() * v.norm_sqr()).sqrt();
                 let want = (r + root) / (2.0 * v.norm_sqr());
-                let have = port(&operator, mu, way)
-                    .delta_at(0.2, 0.3, theta)
-                    .expect("valid");
-                assert!(
-                    (have - want).abs() < 1e-9 * (1.0 + root / v.norm_sqr()),
-                    "d + h = {delay}, τ = {lag}, μ = {mu}, θ = {theta}: {have} {want}"
-                );
+                let port = port(&operator, mu, way);
+                let have = port.delta_at(0.2, 0.3, theta).expect("valid");
+                let what = format!("d + h = {delay}, τ = {lag}, μ = {mu}, θ = {theta}");
+                let scale = 1.0 + root / v.norm_sqr();
+                assert_close(&what, have, want, 1e-9 * scale);
             }
         }
     }
@@ -145,24 +139,19 @@ impl Energy {
         let weights: Vec<f64> = grunwald_weights(order(mu)).take(samples).collect();
         let lower = |value: &dyn Fn(usize) -> f64, lag: usize| {
             DMatrix::from_fn(samples, samples, |row, column| {
-                if row >= column + lag {
-                    value(row - column)
-                } else {
-                    0.0
-                }
+                let is_below = row >= column + lag;
+                if is_below { value(row - column) } else { 0.0 }
             })
         };
         // x[n] is the sum of the displacements before it; f = −(α + βP)x.
         let position = lower(&|_| 1.0, 1);
-        let law = lower(
-            &|k| -(beta * weights[k] + if k == 0 { alpha } else { 0.0 }),
-            0,
-        );
+        let now = |k| if k == 0 { alpha } else { 0.0 };
+        let law = lower(&|k| -(beta * weights[k] + now(k)), 0);
         let command = law * position;
         let force = |t: f64| lower(&|k| pulse(way, k, t), 0) * &command;
         let mut mean = DMatrix::zeros(samples, samples);
         let mut square = DMatrix::zeros(samples, samples);
-        for (t, weight) in nodes_of_few(way) {
+        for (t, weight) in nodes(way, 1, &FOUR) {
             let g = force(t);
             mean += &g * weight;
             square += g.transpose() * g * weight;
@@ -183,22 +172,6 @@ impl Energy {
     }
 }
 
-/// Enough for forces that change over a fifth of a sample or more: Gauss with four points on each part.
-fn nodes_of_few(way: ForcePath) -> Vec<(f64, f64)> {
-    const X: [f64; 2] = [0.339_981_043_584_856_26, 0.861_136_311_594_052_6];
-    const W: [f64; 2] = [0.652_145_154_862_546_1, 0.347_854_845_137_453_85];
-    let h = way.fraction();
-    let mut nodes = Vec::new();
-    for (low, high) in [(0.0, h), (h, 1.0)] {
-        let (middle, half) = (0.5 * (low + high), 0.5 * (high - low));
-        for (x, w) in X.iter().zip(W) {
-            nodes.push((middle - half * x, half * w));
-            nodes.push((middle + half * x, half * w));
-        }
-    }
-    nodes
-}
-
 #[test]
 fn the_energy_of_all_motions_changes_sign_at_the_damping_required() {
     const SAMPLES: usize = 120;
@@ -216,9 +189,8 @@ fn the_energy_of_all_motions_changes_sign_at_the_damping_required() {
     ] {
         let way = path(delay, lag);
         let operator = ExactDifference(order(mu));
-        let required = port(&operator, mu, way)
-            .required_delta(alpha, beta)
-            .expect("valid");
+        let port = port(&operator, mu, way);
+        let required = port.required_delta(alpha, beta).expect("valid");
         let energy = Energy::new(SAMPLES, way, alpha, beta, mu);
         let what = format!("d + h = {delay}, τ = {lag}, μ = {mu}: {required:?}");
         // A finite time asks for a little less: 0.3 % here, 1/N² of it.
@@ -242,23 +214,21 @@ fn the_largest_wall_is_the_one_that_needs_just_the_damping_there_is() {
         let port = port(&operator, mu, path(delay, lag));
         for (delta, other) in [(0.5, 0.0), (0.5, 0.05), (0.1, 0.01)] {
             let what = format!("d + h = {delay}, τ = {lag}, μ = {mu}, δ = {delta}");
-            let Largest::Below { value, .. } = port.largest_alpha(delta, other).expect("valid")
-            else {
-                panic!("{what}: no largest α");
+            let below = |largest: Largest| match largest {
+                Largest::Below { value, .. } => value,
+                other => panic!("{what}: {other:?}"),
             };
+            let alpha = below(port.largest_alpha(delta, other).expect("valid"));
             let at = |alpha: f64| port.required_delta(alpha, other).expect("valid").delta;
-            assert!((at(value) / delta - 1.0).abs() < 1e-10, "{what}: α {value}");
+            assert_relative(&what, at(alpha), delta, 1e-10);
             assert!(
-                at(1.01 * value) > delta && at(0.99 * value) < delta,
+                at(1.01 * alpha) > delta && at(0.99 * alpha) < delta,
                 "{what}"
             );
-            let Largest::Below { value, .. } = port.largest_beta(delta, other).expect("valid")
-            else {
-                panic!("{what}: no largest β");
-            };
+            let beta = below(port.largest_beta(delta, other).expect("valid"));
             let at = |beta: f64| port.required_delta(other, beta).expect("valid").delta;
-            assert!((at(value) / delta - 1.0).abs() < 1e-10, "{what}: β {value}");
-            assert!(at(1.01 * value) > delta, "{what}");
+            assert_relative(&what, at(beta), delta, 1e-10);
+            assert!(at(1.01 * beta) > delta, "{what}");
         }
     }
 }
@@ -272,8 +242,5 @@ fn with_units_the_mass_drops_out_behind_a_delay_too() {
         .expect("valid");
     // 1.059 KT
     let want = 0.5 * 4.0 * (1.0 + 1.25_f64.sqrt());
-    assert!(
-        (required.damping_n_s_per_m - want).abs() < 1e-9,
-        "{required:?}"
-    );
+    assert_close("b", required.damping_n_s_per_m, want, 1e-9);
 }

@@ -18,13 +18,8 @@ struct Independent {
 
 impl Independent {
     fn new(parameters: Nondimensional, delay: usize, taps: &[f64]) -> Self {
-        let Nondimensional {
-            alpha,
-            beta,
-            delta,
-            gamma,
-        } = parameters;
-        let [n1, n0, sum, product] = Self::plant(delta, gamma);
+        let Nondimensional { alpha, beta, .. } = parameters;
+        let [n1, n0, sum, product] = Self::plant(parameters.delta, parameters.gamma);
         let mut x = vec![0.0; delay + 2 + taps.len().max(1) + 1];
         x[0] += 1.0;
         x[1] -= sum;
@@ -43,27 +38,19 @@ impl Independent {
                 f64::from(u8::from(row == column + 1))
             }
         });
-        let moduli = companion
-            .complex_eigenvalues()
-            .iter()
-            .map(|z| z.norm())
-            .collect();
+        let moduli = companion.complex_eigenvalues();
+        let moduli = moduli.iter().map(|z| z.norm()).collect();
         Self { moduli }
     }
 
     fn plant(delta: f64, gamma: f64) -> [f64; 4] {
         let e = (-delta).exp();
-        if gamma == 0.0 {
-            if delta == 0.0 {
-                return [0.5, 0.5, 2.0, 1.0];
-            }
+        if gamma == 0.0 && delta == 0.0 {
+            return [0.5, 0.5, 2.0, 1.0];
+        } else if gamma == 0.0 {
             let square = delta * delta;
-            return [
-                (delta - 1.0 + e) / square,
-                (1.0 - e - delta * e) / square,
-                1.0 + e,
-                e,
-            ];
+            let n1 = (delta - 1.0 + e) / square;
+            return [n1, (1.0 - e - delta * e) / square, 1.0 + e, e];
         }
         let c1 = Complex::new(delta * delta - 4.0 * gamma, 0.0).sqrt();
         let c2 = (-(c1 + delta) / 2.0).exp();
@@ -78,9 +65,8 @@ impl Independent {
     }
 
     fn gap(&self) -> f64 {
-        self.moduli
-            .iter()
-            .fold(f64::INFINITY, |least, r| least.min((r - 1.0).abs()))
+        let gaps = self.moduli.iter().map(|r| (r - 1.0).abs());
+        gaps.fold(f64::INFINITY, f64::min)
     }
 
     fn radius(&self) -> f64 {
@@ -142,12 +128,8 @@ fn no_verdict_is_wrong_in_ten_thousand_random_loops() {
         let subject = SampledLoop::new(parameters, &operator, delay).expect("in range");
         let what = format!("case {case}: {name}, μ = {order}, {parameters:?}, d = {delay}");
         let verdict = subject.verdict();
-        assert_eq!(
-            verdict.unstable_poles,
-            Some(want.unstable()),
-            "{what}, gap {:e}",
-            want.gap()
-        );
+        let outside = want.unstable();
+        assert_eq!(verdict.unstable_poles, Some(outside), "{what}");
         assert_eq!(verdict.stable, want.unstable() == 0, "{what}");
         stable += usize::from(verdict.stable);
         let radius = verdict.spectral_radius.expect("a polynomial");
@@ -155,10 +137,8 @@ fn no_verdict_is_wrong_in_ten_thousand_random_loops() {
         worst_radius = worst_radius.max((radius - want.radius()).abs());
         assert_eq!(radius < 1.0, verdict.stable, "{what}, radius {radius}");
     }
-    assert!(
-        stable > CASES / 5 && stable < 4 * CASES / 5,
-        "{stable} stable: a lopsided sample"
-    );
+    let both = stable > CASES / 5 && stable < 4 * CASES / 5;
+    assert!(both, "{stable} stable: a lopsided sample");
     assert!(skipped < 5, "{skipped} skipped");
     assert!(worst_radius < 1e-6, "{worst_radius:e}");
 }
@@ -178,11 +158,8 @@ fn slow_and_nearly_marginal_loops_are_judged_right() {
         let operator = operator("muir:3", order);
         let subject = SampledLoop::new(parameters, &operator, case % 3).expect("in range");
         let have = subject.verdict().unstable_poles;
-        assert_eq!(
-            have,
-            Some(want.unstable()),
-            "case {case}: μ = {order}, {parameters:?}"
-        );
+        let what = format!("case {case}: μ = {order}, {parameters:?}");
+        assert_eq!(have, Some(want.unstable()), "{what}");
         checked += 1;
     }
     assert!(checked > 1950, "{checked}");
@@ -192,9 +169,8 @@ fn slow_and_nearly_marginal_loops_are_judged_right() {
 fn stiffest(operator: &LoopOperator, beta: f64, delta: f64, delay: usize) -> f64 {
     let stable = |alpha| {
         let parameters = wall(alpha, beta, delta, 0.0);
-        SampledLoop::new(parameters, operator, delay)
-            .expect("in range")
-            .is_stable()
+        let subject = SampledLoop::new(parameters, operator, delay);
+        subject.expect("in range").is_stable()
     };
     let (mut low, mut high) = (1e-3, 4.0);
     assert!(stable(low) && !stable(high));
@@ -228,26 +204,19 @@ fn the_exact_operator_agrees_with_a_full_memory_and_long_grunwald_sums() {
             );
             let delay = case % 3;
             let verdict = |operator| {
-                SampledLoop::new(parameters, operator, delay)
-                    .expect("in range")
-                    .verdict()
+                let subject = SampledLoop::new(parameters, operator, delay);
+                subject.expect("in range").verdict()
             };
             let want = verdict(&exact);
             // Truncation moves P by about N^(−μ) at most; skip loops closer to the boundary.
             if want.distance < 0.02 {
                 continue;
             }
-            assert_eq!(
-                verdict(&full).unstable_poles,
-                want.unstable_poles,
-                "full, μ = {order}, {parameters:?}"
-            );
+            let (full, what) = (verdict(&full), format!("μ = {order}, {parameters:?}"));
+            assert_eq!(full.unstable_poles, want.unstable_poles, "full, {what}");
             if order > 0.6 {
-                assert_eq!(
-                    verdict(&long).unstable_poles,
-                    want.unstable_poles,
-                    "long, μ = {order}, {parameters:?}"
-                );
+                let long = verdict(&long).unstable_poles;
+                assert_eq!(long, want.unstable_poles, "long, {what}");
             }
             checked += 1;
         }
@@ -257,51 +226,31 @@ fn the_exact_operator_agrees_with_a_full_memory_and_long_grunwald_sums() {
 
 #[test]
 fn bad_input_is_refused_in_words() {
-    let integral = LoopOperator::new(
-        Scheme::Exact,
-        Order::new(-0.5).expect("an order"),
-        Seconds(1e-3),
-        1e3,
-    );
+    let order = Order::new(-0.5).expect("an order");
+    let integral = LoopOperator::new(Scheme::Exact, order, Seconds(1e-3), 1e3);
     let words = integral.expect_err("refused").to_string();
     assert!(words.contains("order -0.5 is not from 0 to 2"), "{words}");
     let exact = operator("exact", 0.5);
-    for (parameters, delay, want) in [
+    const NAN: f64 = f64::NAN;
+    const INF: f64 = f64::INFINITY;
+    for ([alpha, beta, delta, gamma], delay, want) in [
+        ([-1.0, 0.0, 0.0, 0.0], 0, "alpha -1 is not from 0 to 1e12"),
+        ([0.0, NAN, 0.0, 0.0], 0, "beta NaN is not from 0 to 1e12"),
+        ([0.0, 0.0, -3.0, 0.0], 0, "delta -3 is not from 0 to 1e6"),
         (
-            wall(-1.0, 0.0, 0.0, 0.0),
-            0,
-            "alpha -1 is not from 0 to 1e12",
-        ),
-        (
-            wall(0.0, f64::NAN, 0.0, 0.0),
-            0,
-            "beta NaN is not from 0 to 1e12",
-        ),
-        (
-            wall(0.0, 0.0, -3.0, 0.0),
-            0,
-            "delta -3 is not from 0 to 1e6",
-        ),
-        (
-            wall(0.0, 0.0, 0.0, f64::INFINITY),
+            [0.0, 0.0, 0.0, INF],
             0,
             "gamma inf is not finite and from 0 to 1e12",
         ),
+        ([1e13, 0.0, 0.0, 0.0], 0, "alpha 1e13 is not from 0 to 1e12"),
         (
-            wall(1e13, 0.0, 0.0, 0.0),
-            0,
-            "alpha 1e13 is not from 0 to 1e12",
-        ),
-        (
-            wall(0.0, 0.0, 0.0, 0.0),
+            [0.0; 4],
             10_001,
             "delay 10001 samples is not from 0 to 10000 samples",
         ),
     ] {
-        let have = SampledLoop::new(parameters, &exact, delay)
-            .expect_err("refused")
-            .to_string();
-        assert_eq!(have, want);
+        let have = SampledLoop::new(wall(alpha, beta, delta, gamma), &exact, delay);
+        assert_eq!(have.expect_err("refused").to_string(), want);
     }
 }
 

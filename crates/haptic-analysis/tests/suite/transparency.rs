@@ -118,9 +118,8 @@ fn the_closed_forms_are_the_definition_of_the_closed_loop() {
 
 #[test]
 fn the_signs_are_those_of_the_text_around_6_1_and_not_of_its_print() {
-    // "The mass has a decreasing effect on the stiffness rendering"; K "contributes positively but in a
-    // decreasing fashion"; for 0 ≤ μ ≤ 1 B "has a positive contribution". The printed 6.1 has
-    // +mω² − K cos(ωT/2) − …, every term the other way.
+    // "The mass has a decreasing effect on the stiffness rendering"; K "contributes positively but in a decreasing fashion"; for 0 ≤ μ ≤ 1
+    // B "has a positive contribution". The printed 6.1 has +mω² − K cos(ωT/2) − …, every term the other way.
     for mu in [0.0, 0.5, 1.0] {
         let base = figure_6_2(mu);
         let mut heavy = base;

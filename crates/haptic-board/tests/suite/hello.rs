@@ -1,6 +1,6 @@
 //! The template's board says hello: its own `board.rs` in the device half, over a line in memory, with a real host half.
 
-#[path = "template_board.rs"]
+#[path = "../../../../firmware/template/src/board.rs"]
 mod board;
 
 use board::{Board, NAME};

@@ -32,7 +32,6 @@ pub struct Haply2Diy<L: Line, const D: usize = 1> {
 }
 
 impl<L: Line> Haply2Diy<L> {
-    /// A device of one axis that has answered.
     pub(super) fn new(line: L, model: Model, posture: Posture, name: &HaplyName) -> Self {
         let zero = middle(&model) + name.axis.across_and_along(name.zero_m);
         let along = SMatrix::from_columns(&[name.axis.along()]);
@@ -207,7 +206,6 @@ pub struct Planar<L: Line> {
 }
 
 impl<L: Line> Planar<L> {
-    /// A device that has answered, with the posture of its answer.
     pub(super) fn new(line: L, model: Model, posture: Posture) -> Self {
         Self {
             line,
@@ -248,7 +246,6 @@ impl<L: Line> Planar<L> {
         self.scaled
     }
 
-    /// From now on ticks come at this period.
     fn ticks_every(&mut self, period_s: f64) {
         self.period_s = period_s;
         // The answer has most of a period on its own.

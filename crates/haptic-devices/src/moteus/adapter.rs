@@ -14,16 +14,13 @@ use moteus_protocol::CanFdFrame;
 use moteus_protocol::fdcanusb::{self, EncodeOptions, Line, MAX_LINE_LENGTH};
 use std::io::{ErrorKind, Read, Write};
 
-/// Bytes taken from the port at once.
 const CHUNK: usize = 1024;
 /// Chunks taken for one line: more of them without its end are a stream that is no adapter's.
 const CHUNKS_MOST: usize = 4;
 
-/// The port is gone.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Gone;
 
-/// Checksums at the end of lines.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Checksums {
     /// The other end does not know them.
@@ -34,7 +31,6 @@ enum Checksums {
     Needed,
 }
 
-/// A line of the adapter.
 #[derive(Clone, Debug)]
 pub(super) enum Heard {
     /// A frame from the bus.
@@ -104,7 +100,6 @@ impl<S: Read + Write> Adapter<S> {
         Ok(true)
     }
 
-    /// Hands over what the port takes now.
     fn push(&mut self) -> Result<(), Gone> {
         while !self.unsent.is_empty() {
             match self.stream.write(&self.sent[self.unsent.clone()]) {
@@ -117,7 +112,6 @@ impl<S: Read + Write> Adapter<S> {
         Ok(())
     }
 
-    /// The next line that has come; `None` if there is none yet.
     pub(super) fn receive(&mut self) -> Result<Option<Heard>, Gone> {
         for _ in 0..CHUNKS_MOST {
             while let Some(index) = self.left.next() {

@@ -157,7 +157,6 @@ impl<S: Read + Write> MoteusAxis<S> {
         self.adapter.stream()
     }
 
-    /// Takes what has come since the last tick.
     fn listen(&mut self) -> Result<(), Trouble> {
         let mut answered = false;
         let mut lines = LINES_MOST;
@@ -372,7 +371,6 @@ impl MoteusName {
     }
 }
 
-/// True for a port of one of the maker's adapters.
 fn is_fdcanusb(path: &str) -> bool {
     // A link such as those of /dev/serial/by-id leads to the port.
     let real = std::fs::canonicalize(path);

@@ -39,7 +39,6 @@ const ASKED: [(Register, &[Resolution]); 2] = [
     (Register::Fault, &[Resolution::Int8]),
 ];
 
-/// Answer of a servo.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Reply {
     /// Number of the mode: an unknown one too.
@@ -168,7 +167,6 @@ impl Frames {
 struct Shape {
     /// `None` where a value is.
     framing: heapless::Vec<Option<u8>, 64>,
-    /// Index of the mode.
     mode: usize,
 }
 

@@ -114,7 +114,6 @@ impl MoteusSettings {
         core::f64::consts::TAU * self.radius_m
     }
 
-    /// Checks the ranges.
     pub(super) fn check(&self) -> Result<(), NameError> {
         let mut values = SETTINGS
             .iter()
@@ -136,11 +135,9 @@ pub struct MoteusName {
 impl MoteusName {
     /// First word of the name.
     pub const KIND: &'static str = "moteus";
-    /// Form of the name.
     pub(crate) const FORM: &'static str =
         "moteus:PATH[,id=1][,radius=20mm][,torque_limit=0.1][,watchdog=100ms][,lost=4]";
 
-    /// Reads what stands behind `moteus:`.
     pub(crate) fn parse(text: &str) -> Result<Self, NameError> {
         let keys = SETTINGS.each_ref().map(|setting| setting.key);
         let given = Settings::parse(Self::KIND, text, &keys)?;

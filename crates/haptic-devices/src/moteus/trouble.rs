@@ -138,7 +138,6 @@ impl fmt::Display for Instead {
     }
 }
 
-/// Words for a fault, from the maker's list of codes.
 const fn meaning(code: i8) -> &'static str {
     match code {
         32 => "calibration: it sensed no magnet",
@@ -158,7 +157,6 @@ const fn meaning(code: i8) -> &'static str {
     }
 }
 
-/// Words for a mode that nobody has asked for.
 fn unasked(mode: u8) -> String {
     let name = match Mode::try_from(mode) {
         Ok(Mode::Stopped) => {

@@ -4,5 +4,4 @@ mod corruption;
 mod driver;
 mod late_host;
 mod plane;
-mod relaxation;
-mod wire;
+pub(crate) mod wire;

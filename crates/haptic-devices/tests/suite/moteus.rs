@@ -1,6 +1,5 @@
 //! A moteus axis behind the device's side of the link, on an emulated servo, in virtual time.
 
 mod corrupted;
-mod relaxation;
 mod servo;
-mod world;
+pub(crate) mod world;

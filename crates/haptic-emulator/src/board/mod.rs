@@ -139,7 +139,6 @@ fn run<H: Hardware<D>, const D: usize>(
     })
 }
 
-/// The device with its two lines.
 struct Emulator<H: Hardware<D>, const D: usize> {
     device: RefCell<TickSide<H, D>>,
     session: DeviceSession,
@@ -351,7 +350,6 @@ impl<H: Hardware<D, Setup: FitsDevice>, const D: usize> Hardware<D> for Embodied
     }
 }
 
-/// Reads until over.
 fn read(mut port: Box<dyn Line>, arrived: &SyncSender<Vec<u8>>, over: &AtomicBool) {
     let mut bytes = [0; 1024];
     while !over.load(Ordering::Relaxed) {
@@ -371,7 +369,6 @@ fn read(mut port: Box<dyn Line>, arrived: &SyncSender<Vec<u8>>, over: &AtomicBoo
 /// Bytes written at once at most. On a busy machine frames wait, and one call for each of them would let more wait.
 const AT_ONCE: usize = 4096;
 
-/// Writes frames until there are no more.
 fn write_all(mut port: Box<dyn Line>, leaving: &Receiver<Vec<u8>>, over: &AtomicBool) {
     while let Ok(mut bytes) = leaving.recv() {
         while bytes.len() < AT_ONCE

@@ -94,7 +94,6 @@ impl Drop for Socket {
     }
 }
 
-/// The device's end: hosts come and go.
 #[derive(Debug)]
 struct Listening {
     listener: Arc<UnixListener>,

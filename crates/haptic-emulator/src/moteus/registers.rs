@@ -62,12 +62,10 @@ const fn scale(register: Option<Register>) -> &'static Scaling {
 }
 
 impl Registers {
-    /// What was commanded, by its register.
     pub(super) fn command(&self, register: Register) -> f64 {
         f64::from(self.0[usize::from(register.address() - COMMAND.start())])
     }
 
-    /// Sets a register, if it is there.
     pub(super) fn write(&mut self, register: u16, value: Value) {
         if COMMAND.contains(&register) {
             let scale = scale(Register::from_address(register));

@@ -135,7 +135,6 @@ impl EmulatedServo {
         self.turn(now_us);
     }
 
-    /// Moves the shaft at a constant torque.
     fn turn(&mut self, now_us: u64) {
         let passed_s = now_us.saturating_sub(self.now_us) as f64 * 1e-6;
         self.now_us = self.now_us.max(now_us);
@@ -163,7 +162,6 @@ impl EmulatedServo {
         Some(reply)
     }
 
-    /// Carries out what a frame writes.
     fn obey(&mut self, payload: &[u8]) {
         let mut commanded = None;
         for subframe in parse_frame(payload) {

@@ -99,7 +99,6 @@ impl Turning {
         self.shaft.hand.map_or(0, |hand| hand.wait_commands)
     }
 
-    /// Gains of the servo's own control.
     pub(super) const fn gains(&self) -> (f64, f64) {
         (self.shaft.kp, self.shaft.kd)
     }
@@ -112,7 +111,6 @@ impl Turning {
         self.speed
     }
 
-    /// Puts it somewhere, at rest.
     pub(super) const fn place(&mut self, angle_rad: f64) {
         (self.angle, self.speed) = (angle_rad, 0.0);
     }

@@ -1,67 +1,76 @@
-//! Advice when the loop refuses a parameter, and a check for numbers that no device can hold.
+//! What to change where a library refuses a number, and a check for numbers that no device can hold.
 
 use crate::document::failure::Failure;
 use crate::document::parameters::{
-    CURRENT_LAG, DAMPING, DELAY, DEVICE_MASS, DEVICE_NOISE, FORCE_LIMIT, FORCE_RATE_LIMIT,
-    FRICTION, HAND_STIFFNESS, JUMP, MASS, Parameter, SAFETY, SAMPLE_TIME, SPEED_LIMIT,
+    CURRENT_LAG, DAMPING, DELAY, DEVICE_DAMPING, DEVICE_DELAY_MOST, DEVICE_LAG, FORCE_LIMIT,
+    FORCE_RATE_LIMIT, FRICTION, GUARD, HAND_STIFFNESS, MASS, Parameter, SAFETY, SAMPLE_TIME,
     WORKSPACE_HIGH, WORKSPACE_LOW,
 };
 use fracdiff::parameter::Shown;
+use haptic_analysis::AnalysisError;
 use haptic_loop::ParameterError;
-use haptic_quantity::without_unit;
+use haptic_quantity::label;
 
-/// A parameter that the loop refuses, with the key that sets it.
+/// Parameters that the libraries call by their label, as those of the safety chain.
+const BY_LABEL: [Parameter; 7] = [
+    FORCE_LIMIT,
+    FORCE_RATE_LIMIT,
+    SAMPLE_TIME,
+    MASS,
+    DAMPING,
+    HAND_STIFFNESS,
+    FRICTION,
+];
+
+/// What follows from several parameters: what a library calls it, and what to change.
+#[rustfmt::skip]
+const FOLLOWS: [(&str, &str, &[Parameter]); 11] = [
+    ("alpha", "it is K·T²/m: change the stiffness, ", &[MASS, SAMPLE_TIME]),
+    ("beta", "it is B·T^(2−μ)/m: change the dissipation, ", &[MASS, SAMPLE_TIME]),
+    ("delta", "it is b·T/m: change ", &[DAMPING, MASS, SAMPLE_TIME]),
+    ("gamma", "it is k·T²/m: change ", &[HAND_STIFFNESS, MASS, SAMPLE_TIME]),
+    ("delay", "change ", &[DELAY, SAMPLE_TIME]),
+    ("current lag", "change ", &[CURRENT_LAG, SAMPLE_TIME]),
+    ("fastest motion per step", "such a device cannot be simulated: change ",
+        &[MASS, DAMPING, HAND_STIFFNESS, CURRENT_LAG, SAMPLE_TIME]),
+    ("high end of the workspace", "change ", &[WORKSPACE_LOW, WORKSPACE_HIGH]),
+    ("damping of the device", "change ", &[DAMPING, DEVICE_DAMPING, GUARD]),
+    ("delay of the guard", "change ", &[DELAY, DEVICE_DELAY_MOST, GUARD]),
+    ("lag of the actuator", "change ", &[CURRENT_LAG, DEVICE_LAG, GUARD]),
+];
+
+/// What to change where a library refuses this; `None` if no parameter makes it.
+fn change(what: &str) -> Option<String> {
+    if let Some((_, words, made_of)) = FOLLOWS.iter().find(|(known, ..)| *known == what) {
+        let keys: Vec<String> = made_of.iter().map(ToString::to_string).collect();
+        let (last, first) = keys.split_last()?;
+        return Some(format!("{words}{} or {last}", first.join(", ")));
+    }
+    let mut all = SAFETY.iter().chain(&BY_LABEL);
+    let key = all.find(|parameter| label(parameter.key) == what)?;
+    Some(format!("change {key}"))
+}
+
+/// A parameter that the loop refuses, with the keys to change.
 pub(crate) fn parameter(error: ParameterError) -> Failure {
-    match advice(&error) {
+    let advice = match &error {
+        ParameterError::Range(range) => change(range.what),
+        _ => None,
+    };
+    match advice {
         Some(advice) => Failure::input_with_advice(error, advice),
         None => Failure::input(error),
     }
 }
 
-/// Advice on the error; `None` for an error that says so itself.
-fn advice(error: &ParameterError) -> Option<String> {
-    let ParameterError::Range(range) = error else {
-        return None;
+/// The same of an analysis.
+pub fn analysed(error: AnalysisError) -> Failure {
+    let advice = match &error {
+        AnalysisError::Range(range) => change(range.what),
+        _ => None,
     };
-    let change = |key: Parameter| format!("change {key}");
-    let plain = [
-        FORCE_LIMIT,
-        FORCE_RATE_LIMIT,
-        SAMPLE_TIME,
-        MASS,
-        DAMPING,
-        HAND_STIFFNESS,
-    ];
-    let named = |key: &&Parameter| without_unit(key.key).replace('_', " ") == range.what;
-    if let Some(&key) = SAFETY.iter().chain(&plain).find(named) {
-        return Some(change(key));
-    }
-    Some(match range.what {
-        "jump of the position" => change(JUMP),
-        "soft speed limit" => change(SPEED_LIMIT),
-        "low end of the workspace" | "high end of the workspace" | "workspace soft zone" => {
-            format!("change {WORKSPACE_LOW} or {WORKSPACE_HIGH}")
-        }
-        "mass of the device" => change(DEVICE_MASS),
-        "damping of the device" | "damping of the guard" | "bound of the guard" => {
-            "change damping or mass of the device, or take another guard".to_owned()
-        }
-        "noise for the guard" => change(DEVICE_NOISE),
-        "least delay of the guard" | "delay of the guard" => {
-            "change the delay of the device, or take another guard".to_owned()
-        }
-        "lag of the actuator" => "change the lag of the device, or take another guard".to_owned(),
-        "with friction, hand stiffness" => change(HAND_STIFFNESS),
-        "Coulomb friction" => change(FRICTION),
-        "actuator time constant" => change(CURRENT_LAG),
-        "force delay" => format!("change {DELAY} or the sample time"),
-        "fastest motion per step" => {
-            "such a device cannot be simulated: take more mass, less damping or stiffness, a longer current lag or a \
-             shorter sample time"
-                .to_owned()
-        }
-        _ => return None,
-    })
+    let usual = "take a device, a wall and a sample time that are more usual";
+    Failure::input_with_advice(error, advice.as_deref().unwrap_or(usual))
 }
 
 /// Refuses a number outside the range of its parameter.
@@ -100,37 +109,22 @@ mod tests {
 
     #[test]
     fn the_option_of_the_parameter_is_named_and_no_other() {
-        let good = Limits::default();
-        for (limits, option) in [
+        type Change = fn(&mut Limits);
+        let wrong: [(Change, &str); 3] = [
+            (|limits| limits.stop_time = Seconds(2.0), "`stop_time_s`"),
+            (|limits| limits.force = Newtons(-1.0), "`force_limit_n`"),
             (
-                Limits {
-                    stop_time: Seconds(2.0),
-                    ..good
-                },
-                "`stop_time_s`",
-            ),
-            (
-                Limits {
-                    force: Newtons(-1.0),
-                    ..good
-                },
-                "`force_limit_n`",
-            ),
-            (
-                Limits {
-                    brake_force: Newtons(20.0),
-                    ..good
-                },
+                |limits| limits.brake_force = Newtons(20.0),
                 "`brake_force_n`",
             ),
-        ] {
+        ];
+        for (change, option) in wrong {
+            let mut limits = Limits::default();
+            change(&mut limits);
             let refused = SafetyChain::<f64>::from_limits(&limits, Seconds(1e-3));
             let text = parameter(refused.expect_err("is none")).to_string();
-            let options: Vec<&str> = text
-                .split(' ')
-                .filter(|word| word.starts_with('`'))
-                .collect();
-            assert_eq!(options, [option], "{text}");
+            let options = text.split(' ').filter(|word| word.starts_with('`'));
+            assert_eq!(options.collect::<Vec<_>>(), [option], "{text}");
         }
     }
 

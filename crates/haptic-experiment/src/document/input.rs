@@ -1,16 +1,11 @@
 //! Input from outside never takes more memory, or more of a message, than it may.
 
 use std::borrow::Cow;
-use std::cell::Cell;
-use std::io::{self, Read};
-use std::rc::Rc;
 
 /// A message shows at most so many characters of what somebody gave.
 pub(crate) const ECHO_MOST: usize = 200;
 /// No message is longer, whatever it shows, characters.
 const MESSAGE_MOST: usize = 4000;
-/// No row of a table is longer, bytes.
-pub(crate) const ROW_MOST: u64 = 1 << 20;
 
 /// Text that somebody gave, for a message: its beginning if it is long.
 #[must_use]
@@ -58,51 +53,6 @@ pub fn without_bulk(message: &str, arguments: impl Iterator<Item = String>) -> S
     format!("{kept}…")
 }
 
-/// A source of rows that ends with an error in a row longer than a mebibyte, so that one without line
-/// breaks takes no more memory than that.
-#[derive(Debug)]
-pub struct Rows<R> {
-    source: R,
-    row: RowLength,
-}
-
-/// Bytes read since the last row began; to be told of each row.
-#[derive(Clone, Debug, Default)]
-pub struct RowLength(Rc<Cell<u64>>);
-
-impl RowLength {
-    /// A row has been taken in.
-    pub fn next_row(&self) {
-        self.0.set(0);
-    }
-}
-
-impl<R> Rows<R> {
-    /// Rows from a source.
-    pub fn new(source: R) -> (Self, RowLength) {
-        let row = RowLength::default();
-        let length = row.clone();
-        (Self { source, row }, length)
-    }
-}
-
-impl<R: Read> Read for Rows<R> {
-    fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
-        let length = &self.row.0;
-        if length.get() > ROW_MOST {
-            return Err(io::Error::new(
-                io::ErrorKind::InvalidData,
-                format!(
-                    "a row is longer than {ROW_MOST} bytes; is this a CSV file, and is every quote closed?"
-                ),
-            ));
-        }
-        let read = self.source.read(buffer)?;
-        length.set(length.get() + read as u64);
-        Ok(read)
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -127,20 +77,5 @@ mod tests {
         }
         let plain = "`relax.mcap` is left from a run that isn't finished";
         assert_eq!(without_bulk(plain, std::iter::empty()), plain);
-    }
-
-    #[test]
-    fn rows_without_end_end_in_an_error() {
-        let (mut rows, _) = Rows::new(io::repeat(b'1'));
-        let mut text = Vec::new();
-        let error = rows.read_to_end(&mut text).expect_err("no end");
-        assert!(error.to_string().contains("a row is longer"), "{error}");
-        assert!(text.len() < 3 << 20, "{}", text.len());
-        // As long as rows come, they may come for ever.
-        let (mut rows, length) = Rows::new(io::repeat(b'1'));
-        for _ in 0..100 {
-            rows.read_exact(&mut [0; 100_000]).expect("goes on");
-            length.next_row();
-        }
     }
 }

@@ -103,8 +103,24 @@ fn say_what_they_compare_with(reports: [&Value; 2]) {
     assert_eq!((whole, logged), (&Value::Null, &Value::from(1e-9)));
 }
 
+const ERRORS: [&str; 3] = ["max_relative_error", "discretisation_error", "rig_error"];
+
+/// The rows are the same but for a column, these numbers near, and these others the same. The report.
+fn alike(text: &str, history: Option<usize>, near: &[&str], same: &[&str]) -> Value {
+    let [(whole, rows), (logged, again)] = twice(text);
+    rows_agree([&rows, &again], history);
+    let reports = [&whole, &logged];
+    near.iter().for_each(|key| close(reports, key));
+    for key in same {
+        assert_eq!(whole[key], logged[key], "{key}");
+    }
+    say_what_they_compare_with(reports);
+    whole
+}
+
 #[test]
-fn a_relaxation_is_judged_alike() {
+fn relaxation_and_creep_are_judged_alike() {
+    let same = ["closed_form_error", "final_over_theory", "peak_force_n"];
     for options in [
         "",
         "scheme = \"grunwald:100\"",
@@ -112,72 +128,37 @@ fn a_relaxation_is_judged_alike() {
         "scheme = \"full-bdf2\"",
     ] {
         let text = format!("[relax]\nduration_s = 4\nramp_time_s = 0.5\n{options}");
-        let [(whole, rows), (logged, again)] = twice(&text);
-        rows_agree([&rows, &again], Some(4));
-        let reports = [&whole, &logged];
-        for key in ["max_relative_error", "discretisation_error", "rig_error"] {
-            close(reports, key);
-        }
+        let whole = alike(&text, Some(4), &ERRORS, &same);
         if options.contains("bdf2") {
             // Its own weights, not those of backward differences, which are 1e-3 away.
             let error = whole["max_relative_error"].as_f64().expect("a number");
             assert!(error < 1e-5, "{error:e}");
         }
-        for key in ["closed_form_error", "final_over_theory", "peak_force_n"] {
-            assert_eq!(whole[key], logged[key], "{key}");
-        }
-        say_what_they_compare_with(reports);
     }
+    alike("[creep]\nduration_s = 4", Some(4), &ERRORS, &same[..1]);
 }
 
 #[test]
-fn creep_is_judged_alike() {
-    let [(whole, rows), (logged, again)] = twice("[creep]\nduration_s = 4");
-    rows_agree([&rows, &again], Some(4));
-    let reports = [&whole, &logged];
-    for key in ["max_relative_error", "discretisation_error", "rig_error"] {
-        close(reports, key);
-    }
-    assert_eq!(whole["closed_form_error"], logged["closed_form_error"]);
-    say_what_they_compare_with(reports);
-}
-
-#[test]
-fn a_wall_is_judged_alike() {
-    let text = "[wall]\nmass_kg = 0.065\ndamping_n_s_per_m = 3.5\nsample_time_s = 0.002\norder = 0.5\n\
-                stiffness_n_per_m = 1000\ndissipation_n_s_mu_per_m = 20\n";
-    let [(whole, rows), (logged, again)] = twice(text);
-    rows_agree([&rows, &again], None);
-    let reports = [&whole, &logged];
-    close(reports, "max_relative_error");
-    for key in ["position_std_m", "deflection_m", "stable"] {
-        assert_eq!(whole[key], logged[key], "{key}");
-    }
-    say_what_they_compare_with(reports);
-}
-
-#[test]
-fn a_coupler_is_judged_alike() {
+fn walls_and_couplers_are_judged_alike() {
+    let device = "mass_kg = 0.065\ndamping_n_s_per_m = 3.5\nsample_time_s = 0.002\n";
+    let same = [
+        "position_std_m",
+        "deflection_m",
+        "stable",
+        "object_position_m",
+    ];
+    let text = format!(
+        "[wall]\n{device}order = 0.5\nstiffness_n_per_m = 1000\ndissipation_n_s_mu_per_m = 20\n"
+    );
+    alike(&text, None, &ERRORS[..1], &same[..3]);
     for order in [0.5, 1.0] {
         let text = format!(
-            "[coupler]\nmass_kg = 0.065\ndamping_n_s_per_m = 3.5\nsample_time_s = 0.002\norder = {order}\n\
+            "[coupler]\n{device}order = {order}\n\
              coupler_stiffness_n_s_per_m = 1\ncoupler_dissipation_n_s_1_minus_mu_per_m = 200\n"
         );
-        let [(whole, rows), (logged, again)] = twice(&text);
-        rows_agree([&rows, &again], None);
-        let reports = [&whole, &logged];
-        close(reports, "max_relative_error");
-        for key in [
-            "position_std_m",
-            "deflection_m",
-            "stable",
-            "object_position_m",
-        ] {
-            assert_eq!(whole[key], logged[key], "{key}");
-        }
+        let whole = alike(&text, None, &ERRORS[..1], &same);
         // Nothing was compared with itself.
         let error = whole["max_relative_error"].as_f64().expect("a number");
         assert!(error > 0.0 && error < 1e-5, "order {order}: {error:e}");
-        say_what_they_compare_with(reports);
     }
 }

@@ -29,6 +29,7 @@ use super::trial::{
     Judged, OfSample, Parts, TRIAL, TRIAL_LOOP, Theory, Trial, TrialReport, TrialSetup,
     encoder_step, incomparable, limited, setup, six_digits, times,
 };
+use crate::document::advice::analysed;
 use crate::document::error::FileError;
 use crate::document::failure::Failure;
 use crate::document::parameters as p;
@@ -36,7 +37,7 @@ use crate::document::parameters::kind::{Parameter, joined, parameters};
 use crate::document::parameters::range::{COUPLER_ORDERS, DAMPINGS, OBJECT_MASSES, STIFFNESSES};
 use crate::document::parameters::{COUPLER_DISSIPATION, COUPLER_STIFFNESS};
 use crate::document::reader::Table;
-use crate::judge::preflight::{refused, softer};
+use crate::judge::preflight::softer;
 use crate::judge::reference::{ReferenceSeries, operator};
 use crate::judge::report::{RunReport, Summary};
 use crate::judge::settling::Settling;
@@ -444,7 +445,7 @@ struct CouplerPreflight<'a> {
 
 impl PreflightSubject for CouplerPreflight<'_> {
     fn verdict(&self, dynamics: Dynamics, line: usize) -> Result<PreflightVerdict, Failure> {
-        self.judge(dynamics, line).map_err(|error| refused(&error))
+        self.judge(dynamics, line).map_err(analysed)
     }
 }
 

@@ -211,7 +211,12 @@ impl Indentation {
             Load::Strain { .. } => "relax",
             Load::Stress { .. } => "creep",
         };
-        let mut metadata = metadata(kind, rendering.pace);
+        let mut metadata = metadata(
+            kind,
+            (rendering.pace, rendering.scheme),
+            rendering.remote.as_ref(),
+            &rendering.safety,
+        );
         let (stiffness, dissipation) = rendering.material.spring_and_damper(1.0);
         let ran = [
             ("precision", rendering.precision_run().name().to_owned()),

@@ -7,7 +7,8 @@ use crate::document::reader::Table;
 use crate::judge::modelled_tissue::{ModelledTissue, TissuePiece, operator};
 use crate::run::device::DeviceName;
 use crate::run::plant_file::DeviceModel;
-use crate::run::remote::RemoteDevice;
+use crate::run::remote::{RemoteDevice, device_name};
+use crate::run::safety::Safety;
 use crate::run::schedule::Pace;
 use crate::run::sensors::Sensors;
 use fracdiff::parameter::Shown;
@@ -207,8 +208,21 @@ pub(crate) fn piece(table: &Table<'_>) -> Result<TissuePiece, FileError> {
     })
 }
 
-/// What the log of a run of this kind says of it beside its document.
-pub(crate) fn metadata(kind: &str, pace: Pace) -> BTreeMap<String, String> {
-    let own = [("experiment", kind.to_owned()), ("pace", pace.to_string())];
-    own.map(|(key, value)| (key.to_owned(), value)).into()
+/// What the log of a run of this kind says of it beside its document, or over it, where that leaves to the program what really runs.
+pub(crate) fn metadata(
+    kind: &str,
+    (pace, scheme): (Pace, Scheme),
+    remote: Option<&RemoteDevice>,
+    safety: &Safety,
+) -> BTreeMap<String, String> {
+    let own = [
+        ("experiment", kind.to_owned()),
+        ("pace", pace.to_string()),
+        ("scheme", scheme.to_string()),
+        ("device", device_name(remote)),
+    ];
+    let numbers = safety.numbers();
+    let numbers = numbers.map(|(key, value)| (key, value.to_string()));
+    let all = own.into_iter().chain(numbers);
+    all.map(|(key, value)| (key.to_owned(), value)).collect()
 }

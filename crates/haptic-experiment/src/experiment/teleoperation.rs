@@ -24,7 +24,7 @@ use super::reading::{metadata, piece};
 use super::trial::{
     TRIAL_FORCE_RATE_LIMIT, VirtualWall, force_and_rate, safe_force_limit, wall_at_start,
 };
-use crate::document::advice;
+use crate::document::advice::parameter;
 use crate::document::error::FileError;
 use crate::document::failure::Failure;
 use crate::document::named::Named;
@@ -50,9 +50,9 @@ use fracdiff::parameter::Shown;
 use fracdiff::{Operator, Order, Scheme, Seconds};
 use haptic_analysis::{Dynamics, HandCoupler, HandLine, HandMass, Teleoperation};
 use haptic_link::{Architecture, HandSide};
+use haptic_loop::SafetyChain;
 use haptic_loop::plant::{MassDamperConfig, SUB_STEPS};
 use haptic_loop::units::{Kilograms, NewtonSecondsPerMetre};
-use haptic_loop::{ParameterError, SafetyChain};
 use haptic_teleoperation::{ChannelModel, CouplerGains, Port, PortLaw, Settings};
 pub use line::End;
 pub use report::{FeltAt, LineCounts, TeleoperationReport, TeleoperationVerdict};
@@ -63,10 +63,10 @@ use std::f64::consts::{PI, TAU};
 parameters! {
     /// How the two are joined.
     ARCHITECTURE = text("architecture", "position-position",
-        "How the two are joined");
+        "How master and slave are joined");
     /// `k_c` of a coupler, N/m.
     HAND_COUPLER_STIFFNESS = number("coupler_stiffness_n_per_m", 300.0, "300", STIFFNESSES,
-        "Spring of the coupler: force = spring x + damper D^mu x, x the distance between both; not of waves");
+        "Spring of the coupler: force = spring x + damper D^mu x, with x the distance between both; without effect for waves");
     /// `b_c` of a coupler, N·s^μ/m.
     HAND_COUPLER_DISSIPATION = number("coupler_dissipation_n_s_mu_per_m", 10.0, "10", DISSIPATIONS,
         "Damper of that coupler, N·s^μ/m: at order 1 N·s/m");
@@ -77,7 +77,7 @@ parameters! {
         "b of waves: the damping of the line that both hands feel; at most that of the devices");
     /// Playout of waves, s.
     PLAYOUT = optional("playout_s", LINE_TIMES,
-        "Time over which waves or energy arriving in a bunch are played out [default: a sample and what jitter spreads]");
+        "Time over which waves or energy arriving in a bunch are played out [default: a sample plus the jitter]");
     /// Delay of the line, s.
     LINE_DELAY = number("line_delay_s", 0.02, "20ms", LINE_TIMES, "Delay of the line, each way; a message takes one sample more");
     /// Jitter of the line.
@@ -102,13 +102,13 @@ parameters! {
     /// Press of the hand, m.
     PRESS = number("press_m", 0.0, "0", ARM_PLACES, "Position that the hand moves to in 1 s and holds");
     /// Amplitude of the hand, m.
-    AMPLITUDE = number("amplitude_m", 4e-3, "4mm", REACHES_ABOVE_0, "Sum of the amplitudes of its sines");
+    AMPLITUDE = number("amplitude_m", 4e-3, "4mm", REACHES_ABOVE_0, "Sum of the amplitudes of the sines with which the hand moves");
     /// Lowest frequency of the hand, Hz.
-    LOW = number("low_hz", 0.5, "0.5", FREQUENCIES_HZ, "Lowest of its frequencies");
+    LOW = number("low_hz", 0.5, "0.5", FREQUENCIES_HZ, "Lowest frequency of these sines");
     /// Highest frequency of the hand, Hz.
-    HIGH = number("high_hz", 20.0, "20", FREQUENCIES_HZ, "Highest of its frequencies");
+    HIGH = number("high_hz", 20.0, "20", FREQUENCIES_HZ, "Highest frequency of these sines");
     /// Number of frequencies.
-    FREQUENCIES = count("frequencies", 8, "8", "Number of frequencies, 1 to 100, evenly on a log scale, each with whole periods in the window");
+    FREQUENCIES = count("frequencies", 8, "8", "Number of these sines, 1 to 100, evenly on a log scale, each with whole periods in the window");
     /// The remote place.
     PLACE = text("place", "tissue", "What the slave touches");
     /// K of a remote wall, N/m.
@@ -116,13 +116,13 @@ parameters! {
     /// B of a remote wall, N·s^μ/m.
     PLACE_DISSIPATION = number("wall_dissipation_n_s_mu_per_m", 0.0, "0", DISSIPATIONS, "B of a wall");
     /// Order of a remote wall.
-    PLACE_ORDER = number("wall_order", 1.0, "1", WALL_ORDERS, "Order of its dissipation");
+    PLACE_ORDER = number("wall_order", 1.0, "1", WALL_ORDERS, "Order of the dissipation of a wall");
     /// True if a remote wall only pushes.
-    PLACE_ONE_SIDED = flag("one_sided", "Push but never pull; then there is no formula");
+    PLACE_ONE_SIDED = flag("one_sided", "Push but never pull; there is then no formula to compare with");
     /// Length of a teleoperation, s.
     TELEOPERATION_DURATION = number("duration_s", 10.0, "10s", DURATIONS, "Length of a run");
     /// Window of a teleoperation, s.
-    TELEOPERATION_WINDOW = number("window_s", 4.0, "4s", DURATIONS, "Window at the end for the impedances");
+    TELEOPERATION_WINDOW = number("window_s", 4.0, "4s", DURATIONS, "Time at the end from which the impedances are computed");
     /// True if a line that gives energy is a failure.
     MUST_BE_PASSIVE = flag("must_be_passive", "Fail if the line, or held forces beyond the damping of the devices, give energy, or a force reaches its limit");
 }
@@ -466,27 +466,22 @@ impl TeleoperationExperiment {
     }
 
     /// Of the log of a run, or of a side of one.
-    fn metadata(&self) -> BTreeMap<String, String> {
-        let mut metadata = metadata("teleoperation", self.pace);
+    fn metadata(&self, pace: Pace) -> BTreeMap<String, String> {
+        let choice = (pace, self.scheme);
+        let mut metadata = metadata("teleoperation", choice, None, &self.safety);
+        let frequencies: Vec<String> =
+            (self.motion.frequencies_hz.iter().map(f64::to_string)).collect();
+        let ran = [
+            (SLAVE_MASS.key, self.slave.mass.0.to_string()),
+            (SLAVE_DAMPING.key, self.slave.damping.0.to_string()),
+            ("frequencies_hz", frequencies.join(" ")),
+            ("playout_samples", self.playout().to_string()),
+        ];
+        metadata.extend(ran.map(|(key, value)| (key.to_owned(), value)));
         let file = self.place.matter.file();
         metadata.extend(file.map(|file| ("tissue_file".to_owned(), file)));
         metadata
     }
-}
-
-/// A parameter that a side or its loop refuses, with the key that sets it.
-fn parameter(error: ParameterError) -> Failure {
-    let advice = match &error {
-        ParameterError::Range(range) => match range.what {
-            "delay of the line" => format!("change {LINE_DELAY}"),
-            "coupler stiffness and dissipation together" => {
-                format!("give {HAND_COUPLER_STIFFNESS} or {HAND_COUPLER_DISSIPATION} above 0")
-            }
-            _ => return advice::parameter(error),
-        },
-        _ => return advice::parameter(error),
-    };
-    Failure::input_with_advice(error, advice)
 }
 
 /// `[teleoperation]`: devices, hand, motion, remote place, laws, line.

@@ -91,7 +91,7 @@ parameters! {
     TOUCH_CIRCLE_RADIUS = number("circle_radius_m", 0.018, "18mm", RADII, "Circle, in the plane of the first two axes: its radius");
     /// Radius at the start of the circle, m.
     TOUCH_CIRCLE_START = optional("circle_start_radius_m", RADII,
-        "Circle: radius at time 0, from which it is reached in 1 s [default: that of the ball]");
+        "Circle: radius at time 0; the path reaches the circle in 1 s [default: that of the ball]");
     /// Time of a turn, s.
     TOUCH_CIRCLE_PERIOD = number("circle_period_s", 2.0, "2s", DURATIONS, "Circle: time per turn");
     /// Length of a run, s.

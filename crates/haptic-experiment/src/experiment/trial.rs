@@ -19,11 +19,10 @@ use crate::document::reader::Table;
 use crate::judge::settling::{Criterion, Judge, Scales, Settling, Tolerance};
 use crate::run::safety::{GuardedDevice, Safety};
 use crate::run::sensors::Sensors;
-use crate::run::simulate::simulate;
 use fracdiff::parameter::Shown;
 use fracdiff::{Operator, Seconds};
 use haptic_analysis::Dynamics;
-use haptic_loop::plant::{MassDamper, MassDamperConfig, Sensed};
+use haptic_loop::plant::{MassDamper, MassDamperConfig};
 use haptic_loop::units::{Metres, Newtons, NewtonsPerSecond};
 use haptic_loop::{Controller, Device, Environment, Limits, ParameterError, SafetyChain, Wall};
 use nalgebra::SVector;
@@ -32,16 +31,16 @@ pub(crate) use report::{Judged, OfSample, Seen, Theory, Trial, incomparable, lim
 pub use setup::TrialSetup;
 pub(crate) use setup::{Parts, setup};
 use std::convert::Infallible;
-use std::ops::{ControlFlow, RangeInclusive};
+use std::ops::RangeInclusive;
 
 parameters! {
     /// Impact of a trial, m/s.
     IMPACT = number("impact_m_per_s", 0.1, "", IMPACTS,
-        "Speed at which the device hits the wall, m/s [default: 0.1, and 0 where it is only pushed]");
+        "Speed at which the device hits the wall, m/s [default: 0.1; a serial device is only pushed]");
     /// Push of a trial, N.
     PUSH = number("push_n", 1.0, "1N", FORCES_ABOVE_0, "Constant push into the wall");
     /// Window of a trial, s.
-    WINDOW = number("window_s", 0.4, "0.4s", DURATIONS, "Window at the end to judge");
+    WINDOW = number("window_s", 0.4, "0.4s", DURATIONS, "Time at the end that is judged");
     /// Force limit of a trial, N.
     TRIAL_FORCE_LIMIT = number("force_limit_n", 100.0, "100N", FORCE_LIMITS, "Largest force of the actuator");
     /// Rate limit of a trial, N/s.
@@ -155,13 +154,7 @@ impl TrialPlan {
     {
         let samples = self.samples(sample_time)?;
         let mut judge = self.judge((stiffness_n_per_m, 0.0), 0.0, sample_time.0);
-        let mut engaged = controller.engage(device);
-        let whole = (0..samples).all(|_| {
-            let Ok(sample) = engaged.tick();
-            let (reading, force) = (&sample.reading, sample.force.newtons());
-            let goes_on = judge.see(reading.time_s, reading.position_m[0], force[0]);
-            goes_on && engaged.controller().safety().fault().is_none()
-        });
+        let whole = try_out(controller, device, samples, &mut judge);
         Ok(judge.settling(whole, Some(self.push_n / stiffness_n_per_m)))
     }
 
@@ -219,19 +212,22 @@ pub(crate) fn plan(table: &Table<'_>, duration_s: f64) -> Result<TrialPlan, File
 
 /// Runs the loop in virtual time, without log or files, until the judge has seen enough; `true` if it
 /// reached the end without a fault.
-pub(crate) fn try_out<E: Environment<f64, 1>>(
+pub(crate) fn try_out<E, V>(
     controller: &mut Controller<f64, 1, E>,
-    device: &mut Sensed<MassDamper<1>>,
+    device: &mut V,
     samples: u64,
     judge: &mut Judge,
-) -> bool {
-    simulate(controller, device, samples, &mut |tick| match judge.see(
-        tick.time_s,
-        tick.position_m[0],
-        tick.commanded_force_n[0],
-    ) {
-        true => ControlFlow::Continue(()),
-        false => ControlFlow::Break(()),
+) -> bool
+where
+    E: Environment<f64, 1>,
+    V: Device<f64, 1, Error = Infallible>,
+{
+    let mut engaged = controller.engage(device);
+    (0..samples).all(|_| {
+        let Ok(sample) = engaged.tick();
+        let (reading, force) = (&sample.reading, sample.force.newtons());
+        let goes_on = judge.see(reading.time_s, reading.position_m[0], force[0]);
+        goes_on && engaged.controller().safety().fault().is_none()
     })
 }
 

@@ -37,7 +37,7 @@ parameters! {
     /// Dissipation of a wall, N·s^μ/m.
     DISSIPATION = optional("dissipation_n_s_mu_per_m", DISSIPATIONS, "Dissipation B of the wall, N·s^μ/m");
     /// True if a wall only pushes.
-    ONE_SIDED = flag("one_sided", "Push but never pull; otherwise the wall is linear, as the theory assumes");
+    ONE_SIDED = flag("one_sided", "Push but never pull; otherwise the wall is linear, as the analysis assumes");
     /// True if an unstable wall is a failure.
     MUST_BE_STABLE = flag("must_be_stable", "Fail unless trial and analysis call the wall stable");
 }

@@ -38,239 +38,70 @@ fn empty_tables_are_the_commands_defaults() {
     }
 }
 
-/// What stands in [`WALL`], what is put in its place, and the beginning of what is said.
-const WRONG: &[(&str, &str, &str)] = &[
-    (
-        "= 0.065",
-        "= -1",
-        "lab/wall.toml:2: mass_kg = -1 is not above 0",
-    ),
-    (
-        "= 0.065",
-        "= nan",
-        "lab/wall.toml:2: mass_kg = NaN is not above 0",
-    ),
-    (
-        "= 0.065",
-        "= \"x\"",
-        "lab/wall.toml:2: mass_kg = \"x\" is a string, not a number",
-    ),
-    (
-        "= 0.065",
-        "= 0x41",
-        "lab/wall.toml:2: mass_kg is not written as a decimal number",
-    ),
-    (
-        "order = 0.5",
-        "order = 2.5",
-        "lab/wall.toml:5: order = 2.5 is not from 0 to 2",
-    ),
-    (
-        "order = 0.5\n",
-        "",
-        "lab/wall.toml:1: missing key `order` in [wall]",
-    ),
-    (
-        "order =",
-        "ordre =",
-        "lab/wall.toml:5: unknown key `ordre` in [wall]: did you mean `order`?",
-    ),
-    (
-        "[wall]",
-        "[wal]",
-        "lab/wall.toml:1: unknown table [wal]: an experiment file has one of [relax], [creep], [wall], [coupler]",
-    ),
-    (
-        "[wall]\n",
-        "[wall]\nscheme = \"exact\"\n",
-        "lab/wall.toml:2: scheme exact is for analysis only",
-    ),
-    (
-        "[wall]\n",
-        "[wall]\nseed = -1\n",
-        "lab/wall.toml:2: seed = -1 is not a whole number",
-    ),
-    (
-        "[wall]\n",
-        "[wall]\none_sided = 1\n",
-        "lab/wall.toml:2: one_sided = 1 is an integer, not true or false",
-    ),
-    (
-        "[wall]\n",
-        "[relax]\n[wall]\n",
-        "lab/wall.toml:2: a second experiment [wall]: an experiment file has one of",
-    ),
-    (
-        "[wall]\n",
-        "[wall]\npush_n = 200\n",
-        "lab/wall.toml:2: push_n = 200 is not below force_limit_n = 100",
-    ),
-    (
-        "[wall]\n",
-        "[wall]\nguard = \"on\"\n",
-        "lab/wall.toml:2: guard = \"on\" is not one of off, observer, energy-bounding",
-    ),
-    (
-        "damping_n_s_per_m = 3.5\n",
-        "damping_n_s_per_m = 0\nguard = \"energy-bounding\"\n",
-        "lab/wall.toml:1: damping of the device 0 N·s/m is not above 0",
-    ),
-    (
-        "[wall]\n",
-        "[wall]\nduration_s = 0.1\n",
-        "lab/wall.toml:1: window 0.4 s is not in [0.02, 0.1] s",
-    ),
-    (
-        "[wall]\n",
-        "[wall]\ndelay_s = 1\n",
-        "lab/wall.toml:1: force delay 1 s",
-    ),
-    ("[wall]", "[wall", "lab/wall.toml:1: "),
-    (
-        WALL,
-        "",
-        "lab/wall.toml:1: no experiment: an experiment file has one of [relax], [creep], [wall], [coupler]",
-    ),
-    (
-        WALL,
-        "wall = 3",
-        "lab/wall.toml:1: `wall` is not a table: write [wall]",
-    ),
-    (
-        WALL,
-        "[relax]\nramp_time_s = 300",
-        "lab/wall.toml:2: ramp_time_s = 300 is not below duration_s = 200",
-    ),
-    (
-        WALL,
-        "[relax]\ncontact = \"soft\"",
-        "lab/wall.toml:2: contact = \"soft\" is not one of compliant, rigid",
-    ),
-    (
-        WALL,
-        "[creep]\n\ntissue = \"jelly\"",
-        "lab/wall.toml:3: tissue \"jelly\" is not in the library",
-    ),
-    (
-        WALL,
-        "[creep]\ntissue = \"a.toml\"",
-        "lab/wall.toml:2: cannot read the material file `lab/a.toml`",
-    ),
-    (
-        "order = 0.5\n",
-        "order = 0.5\norder = 0.6\n",
-        "lab/wall.toml:6: duplicate key `order`",
-    ),
-    (
-        WALL,
-        "[relax]\nworkspace_low_m = 0",
-        "lab/wall.toml:2: a workspace has two ends: give workspace_high_m too",
-    ),
-    (
-        WALL,
-        "[relax]\nworkspace_high_m = 0",
-        "lab/wall.toml:2: a workspace has two ends: give workspace_low_m too",
-    ),
-    (
-        WALL,
-        "[relax]\nworkspace_low_m = 0\nworkspace_high_m = -1",
-        "lab/wall.toml:3: workspace_high_m = -1 is not above workspace_low_m = 0",
-    ),
-    (
-        WALL,
-        "[relax]\nspeed_limit_m_per_s = -1",
-        "lab/wall.toml:2: speed_limit_m_per_s = -1 is not above 0",
-    ),
-    (
-        WALL,
-        "[relax]\nrise_time_s = 0",
-        "lab/wall.toml:2: rise_time_s = 0 is not above 0",
-    ),
-    (
-        "[wall]\n",
-        "[wall]\njump_m = 1e-9\n",
-        "lab/wall.toml:1: jump 1e-9 m has no effect",
-    ),
-    (
-        "[wall]\n",
-        "[wall]\nstuck_time_s = 0.05\n",
-        "lab/wall.toml:1: stuck time 0.05 s has no effect",
-    ),
-    (
-        "[wall]\n",
-        "[wall]\ndevice_mass_kg = 0.065\n",
-        "lab/wall.toml:1: device mass 0.065 kg has no effect",
-    ),
-    (
-        "[wall]\n",
-        "[wall]\nguard = \"observer\"\ndevice_damping_n_s_per_m = 3.5\n",
-        "lab/wall.toml:1: device damping 3.5 N·s/m has no effect",
-    ),
-    (
-        "[wall]\n",
-        "[wall]\ndevice_lag_s = 1e-3\n",
-        "lab/wall.toml:1: device lag 0.001 s has no effect",
-    ),
-    (
-        "[wall]\n",
-        "[wall]\nbraking_n_s_per_m = 1000\n",
-        "lab/wall.toml:1: braking 1000 N·s/m is not at most",
-    ),
-    (
-        WALL,
-        "[relax]\nstop_time_s = 2",
-        "lab/wall.toml:2: stop_time_s = 2 is not from 0.001 to 1",
-    ),
-    (
-        WALL,
-        "[relax]\nbrake_force_n = 20",
-        "lab/wall.toml:2: brake_force_n = 20 is not from 0 to 10",
-    ),
-    (
-        WALL,
-        "[relax]\njump_m = nan",
-        "lab/wall.toml:2: jump_m = NaN is not from 0 to 1",
-    ),
-    (
-        WALL,
-        "[relax]\ndevice_delay_least_s = 2e-3\ndevice_delay_most_s = 1e-3",
-        "lab/wall.toml:3: device_delay_most_s = 0.001 is below device_delay_least_s = 0.002",
-    ),
-    (
-        WALL,
-        "[relax]\ndevice_delay_least_s = 2e-3",
-        "lab/wall.toml:2: a delay has two ends: give device_delay_most_s too",
-    ),
-    (
-        WALL,
-        "[relax]\ndevice = \"serial:x\"\nsensor_noise_m = 1e-6",
-        "lab/wall.toml:1: encoder_resolution_m and sensor_noise_m are of the simulated rig",
-    ),
-    (
-        WALL,
-        "[relax]\ndevice = \"serial:x\"\nwatchdog_s = 0.0054",
-        "lab/wall.toml:3: watchdog_s = 0.0054 is not a whole number of milliseconds",
-    ),
-    (
-        WALL,
-        "[relax]\n[drive]\n",
-        "lab/wall.toml:2: missing key `controller` in [drive]",
-    ),
-    (
-        WALL,
-        "[relax]\nduration_s = 1e7",
-        "lab/wall.toml:2: duration_s = 1e7 with sample_time_s = 0.001 is 10000000001 samples",
-    ),
-];
+/// What stands in [`WALL`], or `*` for all of it, what is put in its place, and the beginning of what is said behind the file.
+const WRONG: &str = r#"
+    = 0.065 | = -1 | 2: mass_kg = -1 is not above 0
+    = 0.065 | = nan | 2: mass_kg = NaN is not above 0
+    = 0.065 | = "x" | 2: mass_kg = "x" is a string, not a number
+    = 0.065 | = 0x41 | 2: mass_kg is not written as a decimal number
+    order = 0.5 | order = 2.5 | 5: order = 2.5 is not from 0 to 2
+    order = 0.5\n |  | 1: missing key `order` in [wall]
+    order = | ordre = | 5: unknown key `ordre` in [wall]: did you mean `order`?
+    [wall] | [wal] | 1: unknown table [wal]: an experiment file has one of [relax], [creep], [wall], [coupler]
+    [wall]\n | [wall]\nscheme = "exact"\n | 2: scheme exact is for analysis only
+    [wall]\n | [wall]\nseed = -1\n | 2: seed = -1 is not a whole number
+    [wall]\n | [wall]\none_sided = 1\n | 2: one_sided = 1 is an integer, not true or false
+    [wall]\n | [relax]\n[wall]\n | 2: a second experiment [wall]: an experiment file has one of
+    [wall]\n | [wall]\npush_n = 200\n | 2: push_n = 200 is not below force_limit_n = 100
+    [wall]\n | [wall]\nguard = "on"\n | 2: guard = "on" is not one of off, observer, energy-bounding
+    damping_n_s_per_m = 3.5\n | damping_n_s_per_m = 0\nguard = "energy-bounding"\n | 1: damping of the device 0 N·s/m is not above 0
+    [wall]\n | [wall]\nduration_s = 0.1\n | 1: window 0.4 s is not in [0.02, 0.1] s
+    [wall]\n | [wall]\ndelay_s = 1\n | 1: delay 1 s
+    [wall] | [wall | 1: 
+    * |  | 1: no experiment: an experiment file has one of [relax], [creep], [wall], [coupler]
+    * | wall = 3 | 1: `wall` is not a table: write [wall]
+    * | [relax]\nramp_time_s = 300 | 2: ramp_time_s = 300 is not below duration_s = 200
+    * | [relax]\ncontact = "soft" | 2: contact = "soft" is not one of compliant, rigid
+    * | [creep]\n\ntissue = "jelly" | 3: tissue "jelly" is not in the library
+    * | [creep]\ntissue = "a.toml" | 2: cannot read the material file `lab/a.toml`
+    order = 0.5\n | order = 0.5\norder = 0.6\n | 6: duplicate key `order`
+    * | [relax]\nworkspace_low_m = 0 | 2: a workspace has two ends: give workspace_high_m too
+    * | [relax]\nworkspace_high_m = 0 | 2: a workspace has two ends: give workspace_low_m too
+    * | [relax]\nworkspace_low_m = 0\nworkspace_high_m = -1 | 3: workspace_high_m = -1 is not above workspace_low_m = 0
+    * | [relax]\nspeed_limit_m_per_s = -1 | 2: speed_limit_m_per_s = -1 is not above 0
+    * | [relax]\nrise_time_s = 0 | 2: rise_time_s = 0 is not above 0
+    [wall]\n | [wall]\njump_m = 1e-9\n | 1: jump 1e-9 m has no effect
+    [wall]\n | [wall]\nstuck_time_s = 0.05\n | 1: stuck time 0.05 s has no effect
+    [wall]\n | [wall]\ndevice_mass_kg = 0.065\n | 1: device mass 0.065 kg has no effect
+    [wall]\n | [wall]\nguard = "observer"\ndevice_damping_n_s_per_m = 3.5\n | 1: device damping 3.5 N·s/m has no effect
+    [wall]\n | [wall]\ndevice_lag_s = 1e-3\n | 1: device lag 0.001 s has no effect
+    [wall]\n | [wall]\nbraking_n_s_per_m = 1000\n | 1: braking 1000 N·s/m is not at most
+    * | [relax]\nstop_time_s = 2 | 2: stop_time_s = 2 is not from 0.001 to 1
+    * | [relax]\nbrake_force_n = 20 | 2: brake_force_n = 20 is not from 0 to 10
+    * | [relax]\njump_m = nan | 2: jump_m = NaN is not from 0 to 1
+    * | [relax]\ndevice_delay_least_s = 2e-3\ndevice_delay_most_s = 1e-3 | 3: device_delay_most_s = 0.001 is below device_delay_least_s = 0.002
+    * | [relax]\ndevice_delay_least_s = 2e-3 | 2: a delay has two ends: give device_delay_most_s too
+    * | [relax]\ndevice = "serial:x"\nsensor_noise_m = 1e-6 | 1: encoder_resolution_m and sensor_noise_m are of the simulated rig
+    * | [relax]\ndevice = "serial:x"\nwatchdog_s = 0.0054 | 3: watchdog_s = 0.0054 is not a whole number of milliseconds
+    * | [relax]\n[drive]\n | 2: missing key `controller` in [drive]
+    * | [relax]\nduration_s = 1e7 | 2: duration_s = 1e7 with sample_time_s = 0.001 is 10000000001 samples
+"#;
 
 #[test]
 fn what_is_wrong_is_said_in_one_line_with_its_place() {
-    for &(from, to, want) in WRONG {
-        assert!(WALL.contains(from), "{from}");
-        let have = read(&WALL.replace(from, to)).expect_err(to);
-        assert!(have.starts_with(want), "have {have}\nwant {want}");
-        assert!(!have.contains('\n'), "{have}");
+    for [from, to, want] in testkit::table(WRONG) {
+        let from = if from == "*" { WALL } else { &from };
+        refused(WALL, from, &to, &want);
     }
+}
+
+/// This in the place of that is refused in a line, which begins so behind the file.
+fn refused(text: &str, from: &str, to: &str, want: &str) {
+    assert!(text.contains(from), "{from}");
+    let have = read(&text.replace(from, to)).expect_err(to);
+    let said = have.strip_prefix("lab/wall.toml:").unwrap_or_default();
+    assert!(said.starts_with(want), "have {have}\nwant {want}");
+    assert!(!have.contains('\n'), "{have}");
 }
 
 const COUPLER: &str = "[coupler]\nmass_kg = 0.065\ndamping_n_s_per_m = 3.5\nsample_time_s = 1e-3\norder = 0.75\n\
@@ -288,42 +119,23 @@ fn a_coupler_has_an_object_by_default_and_no_loop_on_a_device() {
     assert_eq!(coupler.check().expect("valid"), 5001);
     // What is given over the file may still ask for a loop on the host.
     let serial = format!("{COUPLER}device = \"serial:x\"\n");
-    let refused = read(&serial).expect_err("no loop there");
-    assert!(refused.contains("give `loop` = host"), "{refused}");
+    let said = read(&serial).expect_err("no loop there");
+    assert!(said.contains("give `loop` = host"), "{said}");
     let mut document = Document::of_text(Path::new("lab/wall.toml"), &serial);
     let set = document.set("coupler", "loop", "host", "--loop host");
     set.expect("new");
     let here = ExperimentFile::open(&document).expect("a good file");
     assert_eq!(here.samples().expect("valid"), 5001);
-    for (from, to, want) in [
-        (
-            "0.75",
-            "1.01",
-            "lab/wall.toml:5: order = 1.01 is not from 0 to 1",
-        ),
-        (
-            "= 500",
-            "= -5",
-            "lab/wall.toml:7: coupler_dissipation_n_s_1_minus_mu_per_m = -5 is not from 0 to 1e8",
-        ),
-        (
-            "= 500",
-            "= 500\none_sided = true",
-            "lab/wall.toml:8: unknown key `one_sided` in [coupler]",
-        ),
-        (
-            "= 1\ncoupler_dissipation_n_s_1_minus_mu_per_m = 500",
-            "= 0\ncoupler_dissipation_n_s_1_minus_mu_per_m = 0",
-            "lab/wall.toml:1: coupler dissipation of a coupler without stiffness 0",
-        ),
-        (
-            "= 500\n",
-            "= 500\nobject_stiffness_n_per_m = 0\nobject_mass_kg = 0\nobject_damping_n_s_per_m = 0\n",
-            "lab/wall.toml:1: object stiffness of an object without mass and damping 0 N/m is not above 0",
-        ),
-    ] {
-        let error = read(&COUPLER.replace(from, to)).expect_err("wrong");
-        assert!(error.starts_with(want), "{error}");
+    for [from, to, want] in testkit::table(
+        r"
+        0.75 | 1.01 | 5: order = 1.01 is not from 0 to 1
+        = 500 | = -5 | 7: coupler_dissipation_n_s_1_minus_mu_per_m = -5 is not from 0 to 1e8
+        = 500 | = 500\none_sided = true | 8: unknown key `one_sided` in [coupler]
+        = 1\ncoupler_dissipation_n_s_1_minus_mu_per_m = 500 | = 0\ncoupler_dissipation_n_s_1_minus_mu_per_m = 0 | 1: coupler dissipation of a coupler without stiffness 0
+        = 500\n | = 500\nobject_stiffness_n_per_m = 0\nobject_mass_kg = 0\nobject_damping_n_s_per_m = 0\n | 1: object stiffness of an object without mass and damping 0 N/m is not above 0
+        ",
+    ) {
+        refused(COUPLER, &from, &to, &want);
     }
 }
 

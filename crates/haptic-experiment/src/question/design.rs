@@ -51,7 +51,7 @@ parameters! {
     /// Aim of a design.
     WISH = text("wish", "stiffest-wall", "What to optimise");
     /// Tissue of a design.
-    WISH_TISSUE = text("tissue", "", "Tissue of that wish: a name from `host-cli materials list`, or a TOML file");
+    WISH_TISSUE = text("tissue", "", "Tissue for that wish: a name from `host-cli materials list`, or a TOML file");
     /// Frequency of a design, Hz.
     WISH_FREQUENCY = optional("frequency_hz", range::FREQUENCIES_HZ,
         "Frequency for most-damping, and to compare the orders of a tissue or coupler [default there: 1 Hz]");

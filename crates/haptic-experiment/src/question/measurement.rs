@@ -47,7 +47,7 @@ parameters! {
     /// Length of the multi-sine, s.
     MEASURE_DURATION = number("duration_s", 8.0, "8s", Range::Within(1.0, 600.0), "Length of the multi-sine");
     /// A hand at the device.
-    HELD = flag("held", "A hand holds the device as still as it can: its stiffness is found too");
+    HELD = flag("held", "A hand holds the device as still as it can; its stiffness is measured too");
     /// The device that is measured.
     MEASURE_DEVICE = text("device", "serial:auto", DEVICE.help);
 }

@@ -11,7 +11,7 @@
 
 use crate::document::controller_file::source;
 use crate::document::error::{FileError, text_of};
-use crate::document::input::{Rows, short};
+use crate::document::input::short;
 use crate::document::parameters::Parameter;
 use crate::document::reader::Table;
 use crate::document::{Parsed, lines_of, parameters as p};
@@ -20,7 +20,8 @@ use crate::run::sensors::{Imperfections, Sensors};
 use fracdiff::parameter::{Shown, range};
 use fractional_control::{ControlError, FractionalTransferFunction, Plant, StateSpace};
 use haptic_analysis::Dynamics;
-use haptic_tissue::open_file;
+use haptic_tissue::identify::table::{TABLE_MOST, read_chosen};
+use haptic_tissue::read_bytes;
 use nalgebra::{DMatrix, DVector, RowDVector};
 use num_complex::Complex;
 use std::f64::consts::{PI, TAU};
@@ -558,80 +559,56 @@ fn intervals(table: &Table<'_>, values: &DeviceValues) -> Result<Vec<Interval>, 
     Ok(intervals)
 }
 
-/// Frequencies at most.
-const POINTS_MOST: usize = 1_000_000;
 const COLUMNS: &str = "omega_rad_s or frequency_hz; gain or gain_db, with phase_deg or phase_rad; or real and imaginary";
 
-/// ω in rad/s and G(jω), from a CSV with a header: `omega_rad_s` or `frequency_hz`, and `gain` or `gain_db` with `phase_deg` or
+/// ω in rad/s and G(jω), from a table with a header: `omega_rad_s` or `frequency_hz`, and `gain` or `gain_db` with `phase_deg` or
 /// `phase_rad`, or `real` and `imaginary`. Other columns are passed over.
 ///
 /// # Errors
 /// A file that cannot be read, a column or a number that is missing: in one line, with file and line.
 pub fn read_response(path: &Path) -> Result<Vec<(f64, Complex<f64>)>, String> {
     let shown = path.display();
-    let bad = |text: String| format!("{shown}: {text}");
-    let file = open_file(path).map_err(|error| {
+    let bytes = read_bytes(path, TABLE_MOST).map_err(|error| {
         format!("cannot read the measured response `{shown}`: {error}; give the path of a CSV file")
     })?;
-    let (rows, length) = Rows::new(file);
-    let mut table = csv::ReaderBuilder::new()
-        .trim(csv::Trim::All)
-        .comment(Some(b'#'))
-        .from_reader(rows);
-    let header = table.headers().map_err(|error| bad(error.to_string()))?;
-    let place = |name: &str| header.iter().position(|cell| cell == name);
-    // The first of these columns that is there, and its unit.
-    let column = |what: &str, names: [(&str, f64); 2]| {
-        let mut found = (names.into_iter()).filter_map(|(name, unit)| Some((place(name)?, unit)));
-        found.next().ok_or_else(|| {
-            let names: Vec<&str> = header.iter().collect();
-            bad(format!(
-                "line 1: no column of {what} in the header {:?}; give {COLUMNS}",
-                short(&names.join(","))
-            ))
-        })
-    };
-    let (frequency, turn) = column(
-        "the frequency",
-        [("omega_rad_s", 1.0), ("frequency_hz", TAU)],
-    )?;
-    let is_cartesian = place("real").is_some() && place("imaginary").is_some();
-    let ((first, in_db), (second, unit)) = match place("real").zip(place("imaginary")) {
-        Some((real, imaginary)) => ((real, 0.0), (imaginary, 1.0)),
-        None => (
-            column("the gain", [("gain", 0.0), ("gain_db", 1.0)])?,
-            column("the phase", [("phase_deg", PI / 180.0), ("phase_rad", 1.0)])?,
-        ),
-    };
-    let mut points = Vec::new();
-    for row in table.records() {
-        let row = row.map_err(|error| bad(error.to_string()))?;
-        length.next_row();
-        let line = row.position().map_or(0, csv::Position::line);
-        let bad = |text: String| bad(format!("line {line}: {text}"));
-        if points.len() == POINTS_MOST {
-            return Err(bad(format!(
-                "more than {POINTS_MOST} frequencies: omit some"
-            )));
-        }
-        let number = |place: usize| {
-            let cell = row.get(place).unwrap_or("");
-            let number = cell.parse().ok().filter(|number: &f64| number.is_finite());
-            number.ok_or_else(|| bad(format!("{:?} is not a finite number", short(cell))))
+    // The units of frequency and phase; none of a phase where there are two parts.
+    let (mut turn, mut in_db, mut angle) = (1.0, false, None);
+    let columns = read_chosen(&bytes, |header| {
+        let place = |name: &str| header.iter().position(|cell| *cell == name);
+        // The first of these columns that is there, and whether it is the second.
+        let column = |what: &str, [one, other]: [&str; 2]| {
+            let found = place(one).map(|place| (place, false));
+            found
+                .or_else(|| Some((place(other)?, true)))
+                .ok_or_else(|| {
+                    let header = header.join(",");
+                    let header = short(&header);
+                    format!("no column of {what} in the header {header:?}; give {COLUMNS}")
+                })
         };
-        let omega = turn * number(frequency)?;
-        let (first, second) = (number(first)?, unit * number(second)?);
-        let response = if is_cartesian {
-            Complex::new(first, second)
-        } else {
-            let gain = match in_db > 0.0 {
+        let (frequency, in_hz) = column("the frequency", ["omega_rad_s", "frequency_hz"])?;
+        turn = if in_hz { TAU } else { 1.0 };
+        if let Some((real, imaginary)) = place("real").zip(place("imaginary")) {
+            return Ok([frequency, real, imaginary]);
+        }
+        let (gain, decibel) = column("the gain", ["gain", "gain_db"])?;
+        let (phase, in_rad) = column("the phase", ["phase_deg", "phase_rad"])?;
+        (in_db, angle) = (decibel, Some(if in_rad { 1.0 } else { PI / 180.0 }));
+        Ok([frequency, gain, phase])
+    });
+    let (_, [frequency, first, second]) = columns.map_err(|error| format!("{shown}: {error}"))?;
+    let parts = first.into_iter().zip(second);
+    let responses = parts.map(|(first, second)| match angle {
+        None => Complex::new(first, second),
+        Some(angle) => {
+            let gain = match in_db {
                 true => libm::pow(10.0, first / 20.0),
                 false => first,
             };
-            let (sin, cos) = libm::sincos(second);
+            let (sin, cos) = libm::sincos(angle * second);
             Complex::new(gain * cos, gain * sin)
-        };
-        points.push((omega, response));
-    }
-    Ok(points)
+        }
+    });
+    let frequency = frequency.into_iter().map(|frequency| turn * frequency);
+    Ok(frequency.zip(responses).collect())
 }

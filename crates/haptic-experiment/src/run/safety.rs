@@ -119,6 +119,23 @@ pub(crate) fn safety(table: &Table<'_>) -> Result<Safety, FileError> {
     Ok(safety)
 }
 
+impl Safety {
+    /// Every number of the settings that is there, by its key.
+    pub(crate) fn numbers(&self) -> impl Iterator<Item = (&'static str, f64)> {
+        let mut own = *self;
+        let (workspace, delay) = (self.workspace_m.unzip(), self.device_delay_s.unzip());
+        let ends = [
+            (p::WORKSPACE_LOW, workspace.0),
+            (p::WORKSPACE_HIGH, workspace.1),
+            (p::DEVICE_DELAY_LEAST, delay.0),
+            (p::DEVICE_DELAY_MOST, delay.1),
+        ];
+        let single = NUMBERS.map(|(parameter, of)| (parameter, *of(&mut own)));
+        let all = single.into_iter().chain(ends);
+        all.filter_map(|(parameter, value)| Some((parameter.key, value?)))
+    }
+}
+
 /// Largest force with which a run on a real or serial device starts, N.
 const START_FORCE_N: f64 = 1.0;
 

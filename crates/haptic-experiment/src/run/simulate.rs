@@ -3,7 +3,7 @@
 //! ```text
 //! instruments ─▶ engaged.tick() ─▶ message ─▶ sink        n = 0, 1, …, samples − 1
 //! ```
-//! Everything that simulates goes through here: trials of walls, the search for a Z-width, the reproduced figures. A run
+//! What simulates a relaxation or creep goes through here; a trial of a wall needs no messages, its judge sees the ticks themselves. A run
 //! with a log (`run`) makes the same messages from the same ticks and differs in who paces it and who listens.
 
 use crate::run::World;

@@ -322,37 +322,19 @@ fn a_stop_lets_the_force_fall_to_zero() {
 
 #[test]
 fn a_plan_outside_its_ranges_is_refused() {
-    let plan = short();
-    for (plan, what) in [
+    type Change = fn(&mut MeasurePlan);
+    let wrong: [(Change, &str); 4] = [
         (
-            MeasurePlan {
-                force_limit_n: f64::NAN,
-                ..plan
-            },
+            |plan| plan.force_limit_n = f64::NAN,
             "force_limit_n = NaN is not",
         ),
-        (
-            MeasurePlan {
-                box_m: -1.0,
-                ..plan
-            },
-            "box_m = -1 is not",
-        ),
-        (
-            MeasurePlan {
-                duration_s: 0.1,
-                ..plan
-            },
-            "duration_s = 0.1 is not",
-        ),
-        (
-            MeasurePlan {
-                sample_time_s: 1.0,
-                ..plan
-            },
-            "sample_time_s = 1 is not",
-        ),
-    ] {
+        (|plan| plan.box_m = -1.0, "box_m = -1 is not"),
+        (|plan| plan.duration_s = 0.1, "duration_s = 0.1 is not"),
+        (|plan| plan.sample_time_s = 1.0, "sample_time_s = 1 is not"),
+    ];
+    for (change, what) in wrong {
+        let mut plan = short();
+        change(&mut plan);
         let said = plan.check().expect_err(what).to_string();
         assert!(said.starts_with(what), "{said}");
     }
@@ -372,50 +354,25 @@ fn a_device_file_says_what_was_measured_and_refuses_what_cannot_be() {
     let (least, most) = guarded.delay_s.expect("known");
     assert!(least <= read.values.delay_s && read.values.delay_s <= most);
 
-    let device = "[device]\nmass_kg = 0.065\ndamping_n_s_per_m = 3.5\n";
-    for (text, want) in [
-        (
-            "[device]\nmass_kg = -1\ndamping_n_s_per_m = 3.5\n".to_owned(),
-            "lab/device.toml:2: mass_kg = -1 is not above 0",
-        ),
-        (
-            "[device]\nmass_kg = nan\ndamping_n_s_per_m = 3.5\n".to_owned(),
-            "lab/device.toml:2: mass_kg = NaN is not above 0",
-        ),
-        (
-            format!("{device}delay_s = 1.3\n"),
-            "lab/device.toml:4: delay_s = 1.3 is not from 0 to 1: change it, or omit it for 0",
-        ),
-        (
-            format!("{device}friction_n = -0.1\n"),
-            "lab/device.toml:4: friction_n = -0.1 is not from 0 to 10000",
-        ),
-        (
-            format!("{device}sensor_noise_m = inf\n"),
-            "lab/device.toml:4: sensor_noise_m = inf is not from 0 to 0.001",
-        ),
-        (
-            format!("{device}[intervals]\nmass_kg = [0.07, 0.08]\n"),
-            "lab/device.toml:5: mass_kg = [0.07, 0.08] is not an interval",
-        ),
-        (
-            format!("{device}[intervals]\nmass_kg = [0.06]\n"),
-            "lab/device.toml:5: mass_kg has 1 numbers, not two",
-        ),
-        (
-            format!("{device}[intervals]\nmas_kg = [0.06, 0.07]\n"),
-            "lab/device.toml:5: unknown key `mas_kg` in [intervals]: did you mean `mass_kg`?",
-        ),
-        (
-            "[transfer_function]\nfunction = \"1/(s+1)\"\n".to_owned(),
-            "lab/device.toml:1: no [device] in it",
-        ),
-        (
-            "[transfer_function]\nfunction = \"1/(s+1)\"\n[intervals]\n".to_owned(),
-            "lab/device.toml:3: [intervals] are of a [device]",
-        ),
-    ] {
-        let said = DeviceModel::parse(path, &text).expect_err(want).to_string();
-        assert!(said.starts_with(want) && !said.contains('\n'), "{said}");
+    // `@` stands for the device.
+    const DEVICE: &str = "[device]\nmass_kg = 0.065\ndamping_n_s_per_m = 3.5\n";
+    for [text, want] in testkit::table(
+        r#"
+        [device]\nmass_kg = -1\ndamping_n_s_per_m = 3.5\n | 2: mass_kg = -1 is not above 0
+        [device]\nmass_kg = nan\ndamping_n_s_per_m = 3.5\n | 2: mass_kg = NaN is not above 0
+        @delay_s = 1.3\n | 4: delay_s = 1.3 is not from 0 to 1: change it, or omit it for 0
+        @friction_n = -0.1\n | 4: friction_n = -0.1 is not from 0 to 10000
+        @sensor_noise_m = inf\n | 4: sensor_noise_m = inf is not from 0 to 0.001
+        @[intervals]\nmass_kg = [0.07, 0.08]\n | 5: mass_kg = [0.07, 0.08] is not an interval
+        @[intervals]\nmass_kg = [0.06]\n | 5: mass_kg has 1 numbers, not two
+        @[intervals]\nmas_kg = [0.06, 0.07]\n | 5: unknown key `mas_kg` in [intervals]: did you mean `mass_kg`?
+        [transfer_function]\nfunction = "1/(s+1)"\n | 1: no [device] in it
+        [transfer_function]\nfunction = "1/(s+1)"\n[intervals]\n | 3: [intervals] are of a [device]
+        "#,
+    ) {
+        let read = DeviceModel::parse(path, &text.replace('@', DEVICE));
+        let said = read.expect_err(&want).to_string();
+        let told = said.starts_with(&format!("lab/device.toml:{want}")) && !said.contains('\n');
+        assert!(told, "{said}");
     }
 }

@@ -107,7 +107,6 @@ fn channel<M: LogMessage>(
         .build_raw()
 }
 
-/// Puts a message into the queues of the viewers.
 fn log<M: LogMessage>(
     channel: &RawChannel,
     message: &M,
@@ -201,7 +200,6 @@ impl tracing::Subscriber for Overflow {
     fn exit(&self, _: &span::Id) {}
 }
 
-/// Turns device time into time of day.
 #[derive(Clone, Copy, Debug, Default)]
 struct TimeOfDay {
     /// Time of day at device time 0, ns since 1970.
@@ -209,7 +207,6 @@ struct TimeOfDay {
 }
 
 impl TimeOfDay {
-    /// Time of day, ns since 1970.
     fn nanoseconds(&mut self, time_s: f64) -> u64 {
         // The sum would lose digits in f64. Casts saturate.
         let time_ns = (1e9 * time_s).round() as u64;

@@ -92,7 +92,6 @@ fn rest(samples_safe: u64) -> String {
 }
 
 impl RecordError {
-    /// An I/O error while reading `path`.
     pub(crate) fn read(path: &Path, source: io::Error) -> Self {
         let path = path.to_owned();
         Self::Read { path, source }

@@ -32,7 +32,6 @@ pub struct FlawCounts {
 }
 
 impl FlawCounts {
-    /// Takes in a tick.
     pub(crate) fn add(&mut self, tick: &TickMessage) {
         let has = |bits: u8| u64::from(tick.flaws & bits != 0);
         self.stale += has(UNANSWERED | NOT_TAKEN | LATE_FORCE);

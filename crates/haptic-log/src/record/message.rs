@@ -63,7 +63,6 @@ pub(crate) trait LogMessage: Sized {
     fn decode(bytes: &[u8]) -> Result<Self, MessageError>;
 }
 
-/// Clears `buffer` and puts the header in.
 pub(super) fn begin(buffer: &mut Vec<u8>) {
     buffer.clear();
     buffer.extend(ENCAPSULATION);
@@ -90,7 +89,6 @@ impl<'a> Cdr<'a> {
         Ok(Self { fields, at: 0 })
     }
 
-    /// The bytes of a number.
     pub(super) fn take<const N: usize>(&mut self) -> Option<[u8; N]> {
         let start = self.at.next_multiple_of(N);
         self.at = start + N;

@@ -219,7 +219,6 @@ pub fn leftover_at(part: &Path) -> NewFileError {
     }
 }
 
-/// Opens a file to read.
 pub(crate) fn open_file(path: &Path) -> io::Result<File> {
     if !fs::metadata(path)?.is_file() {
         let why = "it is not a regular file";

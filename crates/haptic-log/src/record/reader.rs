@@ -158,7 +158,6 @@ impl Kind {
     }
 }
 
-/// Result of one step of the walk through the file.
 enum Step {
     /// Bytes are needed.
     Need(usize),
@@ -229,12 +228,10 @@ impl<R: Read> LogReader<R> {
         StartTime::of_log(log_time_ns, device_time_ns)
     }
 
-    /// Bytes taken from the source so far.
     pub(crate) fn bytes_read(&self) -> u64 {
         self.bytes_read
     }
 
-    /// One step of the walk through the file.
     fn step(&mut self) -> Step {
         let at_byte = self.bytes_read;
         let record = match self.walk.next_event() {
@@ -321,7 +318,6 @@ impl<R: Read> LogReader<R> {
         Ok(())
     }
 
-    /// Takes in one record that is not a chunk.
     fn record(&mut self, opcode: u8, data: &[u8]) -> Result<(), String> {
         // Indexes and statistics repeat what the data say; only these matter.
         if !matches!(
@@ -376,7 +372,6 @@ impl<R: Read> LogReader<R> {
         Ok(())
     }
 
-    /// Takes more bytes.
     fn read(&mut self, need: usize) -> Result<(), RecordError> {
         loop {
             let space = self.walk.insert(need.clamp(1, READ_BYTES));

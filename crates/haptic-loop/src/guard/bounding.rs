@@ -92,7 +92,7 @@ fn check(bounding: &EnergyBounding, sample_time: f64, checks: &mut Checks) {
     checks.positive("damping of the device", damping, "N·s/m");
     let some = share > 0.0 && share <= 1.0;
     checks.range("share of the damping", share, some, "in (0, 1]", "");
-    checks.not_negative("noise for the guard", noise, "m");
+    checks.not_negative("device noise", noise, "m");
     checks.not_negative("least delay of the guard", least, "s");
     let delays = "from the least delay to 4 sample times";
     checks.range("delay of the guard", most, late, delays, "s");
@@ -100,7 +100,6 @@ fn check(bounding: &EnergyBounding, sample_time: f64, checks: &mut Checks) {
     checks.range("lag of the actuator", lag, slow, lags, "s");
 }
 
-/// Energy bounding, made of good parameters.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Bounding<F> {
     /// ρ₁b/T, N/m.

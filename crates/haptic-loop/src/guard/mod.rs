@@ -40,12 +40,9 @@ pub enum Guard {
     EnergyBounding(EnergyBounding),
 }
 
-/// A guard made of good parameters.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum GuardLaw<F> {
-    /// [`PassivityObserver`].
     Observer(Observer<F>),
-    /// [`EnergyBounding`].
     Bounding(Bounding<F>),
 }
 

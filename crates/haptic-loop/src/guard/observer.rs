@@ -48,7 +48,6 @@ impl PassivityObserver {
     }
 }
 
-/// The observer, made of good parameters.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Observer<F> {
     /// The most damping, over T: N/m.

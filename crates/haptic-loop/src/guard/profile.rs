@@ -307,7 +307,6 @@ impl<F: Real, const D: usize> GuardState<F, D> {
         }
     }
 
-    /// Takes away energy, J.
     #[inline]
     pub(super) fn spend(&mut self, cost: F) {
         self.rest -= cost;
@@ -323,7 +322,6 @@ impl<F: Real, const D: usize> GuardState<F, D> {
         }
     }
 
-    /// Keeps what goes to the device.
     #[inline]
     pub(super) fn push(&mut self, sent: Sent<F, D>) {
         for age in (1..HISTORY).rev() {

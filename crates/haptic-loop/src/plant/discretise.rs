@@ -26,9 +26,6 @@ use nalgebra::{SMatrix, SVector};
 const MOST_PER_STEP: f64 = 1e6;
 
 /// exp(`generator`·`duration`). `scale[i]` is a natural unit of state i, for conditioning only.
-///
-/// # Errors
-/// If the scaled generator is not finite or has an entry above [`MOST_PER_STEP`].
 pub(super) fn transition<const N: usize>(
     generator: &SMatrix<f64, N, N>,
     scale: &SVector<f64, N>,

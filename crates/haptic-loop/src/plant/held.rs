@@ -31,7 +31,6 @@ pub trait Holder {
 #[derive(Clone, Debug)]
 pub struct HeldRig<H> {
     rig: IndentationRig,
-    /// The set point is of this.
     drive: RigDrive,
     holder: H,
     /// S of the last sample, N.

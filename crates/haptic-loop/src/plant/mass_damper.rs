@@ -86,7 +86,6 @@ pub struct MassDamper<const D: usize> {
     tick: u64,
 }
 
-/// State of one axis.
 #[derive(Clone, Copy, Debug, Default)]
 struct Axis {
     position: f64,
@@ -106,17 +105,16 @@ impl<const D: usize> MassDamper<D> {
         checks.not_negative("damping", config.damping.0, "N·s/m");
         let sample_time = checks.positive("sample time", config.sample_time.0, "s");
         let stiffness = checks.not_negative("hand stiffness", config.stiffness.0, "N/m");
-        let friction = checks.not_negative("Coulomb friction", config.friction.0, "N");
-        checks.not_negative("actuator time constant", config.lag.0, "s");
+        let friction = checks.not_negative("friction", config.friction.0, "N");
+        checks.not_negative("current lag", config.lag.0, "s");
         let limit = config.saturation.map_or(f64::INFINITY, |limit| {
             checks.positive("actuator saturation", limit.0, "N")
         });
-        let (delay, fraction) =
-            whole_and_fraction("force delay", config.delay, sample_time, &mut checks);
+        let (delay, fraction) = whole_and_fraction("delay", config.delay, sample_time, &mut checks);
         // A held friction force must push the velocity its own way: sin(ω·T) > 0.
         let pushes = !(friction > 0.0 && stiffness * sample_time * sample_time > mass);
-        let what = "with friction, hand stiffness";
-        checks.range(what, stiffness, pushes, "at most m/T²", "N/m");
+        let allowed = "at most m/T², as with friction";
+        checks.range("hand stiffness", stiffness, pushes, allowed, "N/m");
         checks.done()?;
         let before = if fraction > 0.0 {
             Some(Step::new(&config, fraction * sample_time)?)
@@ -294,7 +292,6 @@ impl Step {
 /// Longest delay of a plant's force, in samples.
 pub const MAX_DELAY_SAMPLES: usize = 64;
 
-/// The newest sample and those up to [`MAX_DELAY_SAMPLES`] before it.
 const LENGTH: usize = MAX_DELAY_SAMPLES + 1;
 
 /// A delay of d + η samples, 0 ≤ η < 1: `(d, η)`.

@@ -18,7 +18,6 @@ pub fn raise_thread<T>(_: &std::thread::JoinHandle<T>, _: u8) -> Result<(), Refu
     Err(Refusal::Unsupported)
 }
 
-/// The calling thread.
 #[derive(Debug, Default)]
 pub(super) struct CurrentThread;
 

@@ -77,7 +77,6 @@ fn refusal(error: Errno) -> Refusal {
     }
 }
 
-/// The calling thread, and what it was before.
 #[derive(Debug, Default)]
 pub(super) struct CurrentThread {
     policy: Option<(ThreadSchedulePolicy, ThreadPriority)>,

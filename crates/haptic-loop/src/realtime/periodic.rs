@@ -85,7 +85,6 @@ pub struct Periodic<W = SystemWaiter> {
     thread: RaisedThread,
 }
 
-/// A cycle that has not ended.
 #[derive(Clone, Copy, Debug)]
 struct Running {
     number: u64,
@@ -292,74 +291,38 @@ mod tests {
     }
 
     #[test]
-    fn a_late_wake_up_skips_whole_periods_and_keeps_the_phase() {
-        let (machine, mut periodic) = without_spinning();
-        periodic.wait();
-        machine.late.set(3 * MS + 400_000);
-        // Due at 7 ms, woken at 10.4: the cycles of 8, 9 and 10 are not made up for.
-        let late = periodic.wait();
-        assert_eq!((late.number, late.skipped), (1, 3));
-        assert_eq!(late.lateness, Duration::from_nanos(3_400_000));
-        machine.late.set(0);
-        let next = periodic.wait();
-        assert_eq!((next.number, next.skipped), (2, 0));
-        assert_eq!(
-            (machine.now.get(), next.lateness),
-            (11 * MS, Duration::ZERO)
-        );
-        let overruns = periodic.finish().0.overruns();
-        let wanted = Overruns {
-            by_wake_up: 1,
-            by_compute: 0,
-            skipped_periods: 3,
-        };
-        assert_eq!((overruns, overruns.cycles()), (wanted, 1));
-    }
-
-    #[test]
-    fn a_tick_that_takes_too_long_is_named_as_the_cause() {
-        let (machine, mut periodic) = without_spinning();
-        periodic.wait();
-        machine.pass(2 * MS + 500_000);
-        // Began at 6 ms, ended at 8.5: due was 7, and 8 is skipped.
-        let next = periodic.wait();
-        assert_eq!((next.number, next.skipped), (1, 1));
-        assert_eq!(next.lateness, Duration::from_nanos(1_500_000));
-        assert_eq!(machine.slept.get(), 1, "a late loop does not sleep");
-        periodic.wait();
-        assert_eq!(machine.now.get(), 9 * MS);
-        let wanted = Overruns {
-            by_wake_up: 0,
-            by_compute: 1,
-            skipped_periods: 1,
-        };
-        assert_eq!(periodic.finish().0.overruns(), wanted);
-    }
-
-    #[test]
-    fn a_tick_a_little_too_long_starts_the_next_at_once_and_skips_nothing() {
-        let (machine, mut periodic) = without_spinning();
-        periodic.wait();
-        machine.pass(MS + 300_000);
-        let next = periodic.wait();
-        assert_eq!(
-            (next.skipped, next.lateness),
-            (0, Duration::from_nanos(300_000))
-        );
-        periodic.wait();
-        assert_eq!(machine.now.get(), 8 * MS);
-        assert_eq!(periodic.finish().0.overruns(), Overruns::default());
-    }
-
-    #[test]
-    fn exactly_one_period_late_skips_one() {
-        let (machine, mut periodic) = without_spinning();
-        periodic.wait();
-        machine.late.set(MS);
-        assert_eq!(periodic.wait().skipped, 1);
-        machine.late.set(0);
-        periodic.wait();
-        assert_eq!(machine.now.get(), 9 * MS);
+    fn what_is_late_skips_whole_periods_keeps_the_phase_and_names_its_cause() {
+        // The first cycle is at 6 ms, the next due at 7. Computed, late wake-up, ns; periods skipped, lateness; cycles late by
+        // wake-up and by compute; sleeps; end of the third, ms.
+        for (computed, late, skipped, lateness, overruns, slept, third) in [
+            (0, 3 * MS + 400_000, 3, 3_400_000, [1, 0], 2, 11),
+            (0, MS, 1, MS, [1, 0], 2, 9),
+            // A late loop does not sleep.
+            (2 * MS + 500_000, 0, 1, 1_500_000, [0, 1], 1, 9),
+            (MS + 300_000, 0, 0, 300_000, [0, 0], 1, 8),
+        ] {
+            let (machine, mut periodic) = without_spinning();
+            periodic.wait();
+            machine.pass(computed);
+            machine.late.set(late);
+            let cycle = periodic.wait();
+            assert_eq!((cycle.number, cycle.skipped), (1, skipped));
+            assert_eq!(cycle.lateness, Duration::from_nanos(lateness));
+            assert_eq!(machine.slept.get(), slept);
+            machine.late.set(0);
+            let next = periodic.wait();
+            assert_eq!((next.number, next.skipped), (2, 0));
+            assert_eq!(machine.now.get(), third * MS);
+            assert_eq!(next.lateness, Duration::ZERO);
+            let [by_wake_up, by_compute] = overruns;
+            let wanted = Overruns {
+                by_wake_up,
+                by_compute,
+                skipped_periods: skipped,
+            };
+            let seen = periodic.finish().0.overruns();
+            assert_eq!((seen, seen.cycles()), (wanted, by_wake_up + by_compute));
+        }
     }
 
     #[test]

@@ -93,7 +93,6 @@ impl Timing {
         })
     }
 
-    /// A cycle has begun.
     pub(super) fn begun(&mut self, lateness_ns: u64, skipped: u64, by_compute: bool) {
         self.lateness_ns.saturating_record(lateness_ns);
         if skipped > 0 {
@@ -106,7 +105,6 @@ impl Timing {
         }
     }
 
-    /// A cycle has ended.
     pub(super) fn ended(&mut self, number: u64, lateness_ns: u64, compute_ns: u64) {
         self.compute_ns.saturating_record(compute_ns);
         self.tick_ns.saturating_record(lateness_ns + compute_ns);

@@ -53,7 +53,6 @@ impl<F: Real> Clamps<F> {
         self.magnitude
     }
 
-    /// The next force for a finite wanted one.
     #[inline]
     pub(super) fn apply<const D: usize>(
         &self,
@@ -105,7 +104,6 @@ impl<F: Real> Clamps<F> {
         let distance = norm(&SVector::from(change));
         if distance > self.step {
             limiters.insert(Limiters::RATE);
-            // λ
             let share = self.step / distance;
             for ((aim, &last), change) in aim.iter_mut().zip(force.iter()).zip(change) {
                 // The clamp takes a rounding of the product, no more.
@@ -177,7 +175,6 @@ pub(super) struct Release<F> {
     brake_force: F,
 }
 
-/// A force on its way to zero.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Released<F> {
     /// The force at which the envelope begins, N.
@@ -274,7 +271,6 @@ fn square<F: Real, const D: usize>(vector: &SVector<F, D>) -> F {
     sum
 }
 
-/// The largest size of an axis.
 #[inline]
 fn largest<F: Real, const D: usize>(vector: &SVector<F, D>) -> F {
     let mut largest = F::ZERO;
@@ -301,7 +297,6 @@ fn norm<F: Real, const D: usize>(vector: &SVector<F, D>) -> F {
     largest * squares.sqrt()
 }
 
-/// The nearest value in [low, high], for finite numbers.
 pub(super) fn clamp<F: Real>(value: F, low: F, high: F) -> F {
     if value < low {
         low

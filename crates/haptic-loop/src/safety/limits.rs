@@ -135,7 +135,6 @@ impl Limits {
         }
     }
 
-    /// True with a range of places.
     pub(super) const fn bound_places(&self) -> bool {
         #[cfg(feature = "std")]
         if self.workspace_box.is_some() {

@@ -118,7 +118,6 @@ impl<F: Real, const D: usize> SafetyState<F, D> {
         self.stopping = true;
     }
 
-    /// True if the force is on its way to zero, or there.
     const fn is_released(&self) -> bool {
         self.fault.is_some() || self.stopping
     }
@@ -202,7 +201,6 @@ impl<F: Real> SafetyChain<F> {
         checks.done().map(|()| chain)
     }
 
-    /// The chain, if nothing is refused.
     fn checked(limits: &Limits, sample_time: Seconds, checks: &mut Checks) -> Self {
         let sample_time = checks.positive("sample time", sample_time.0, "s");
         let clamps = Clamps::new(limits, sample_time, checks);

@@ -7,7 +7,6 @@ use crate::error::{Checks, ParameterError};
 use fracdiff::{Real, Seconds};
 use nalgebra::SVector;
 
-/// The limits of motion, made of good parameters.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct MotionLimits<F> {
     /// 1/T.
@@ -218,7 +217,6 @@ impl<F: Real> MotionLimits<F> {
         }
     }
 
-    /// The workspace of an axis.
     #[inline]
     #[cfg_attr(
         not(feature = "std"),
@@ -367,7 +365,7 @@ fn accepted_braking<F: Real>(
     checks: &mut Checks,
 ) -> F {
     if let Some(mass) = limits.device_mass {
-        checks.positive("mass of the device", mass.0, "kg");
+        checks.positive("device mass", mass.0, "kg");
     }
     let most = limits.braking_max(Seconds(sample_time)).0;
     checks.positive("braking", braking, "N·s/m");
@@ -382,10 +380,10 @@ fn accepted_braking<F: Real>(
 }
 
 fn jump<F: Real>(limits: &Limits, sample_time: f64, checks: &mut Checks) -> Option<Jump<F>> {
-    let allowance = checks.positive("jump of the position", limits.jump?.0, "m");
+    let allowance = checks.positive("jump", limits.jump?.0, "m");
     let hard = limits.speed?.hard.0;
     Some(Jump {
-        allowance: checks.rounded("jump of the position", allowance, "m"),
+        allowance: checks.rounded("jump", allowance, "m"),
         step: checks.rounded("step at the speed limit", hard * sample_time, "m"),
     })
 }

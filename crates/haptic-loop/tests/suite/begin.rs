@@ -1,27 +1,22 @@
 //! A tick in two halves is the tick, bit for bit: over random runs with faults, stops, missing ticks and forces that
 //! somebody else commands.
 
+use crate::{T, chain, spring};
 use core::convert::Infallible;
-use fracdiff::{Order, Seconds, ShortMemory};
 use haptic_loop::units::{
     Kilograms, Metres, MetresPerSecond, NewtonSecondsPerMetre, Newtons, NewtonsPerSecond,
 };
 use haptic_loop::{
     Contact, Controller, Device, EnergyBounding, Engaged, Environment, Fault, Guard, Limits,
-    PassivityObserver, Reading, SafeForce, SafetyChain, Sample, SpeedLimit, SpringDamper,
-    Workspace,
+    PassivityObserver, Reading, SafeForce, Sample, SpeedLimit, SpringDamper, Workspace,
 };
 use nalgebra::vector;
 use proptest::prelude::*;
 
-const T: Seconds = Seconds(1e-3);
-
-type Wall = Contact<f64, SpringDamper<f64, ShortMemory<f64, 32>>, 1>;
+type Wall = Contact<f64, SpringDamper<f64, crate::Memory>, 1>;
 
 fn wall() -> Wall {
-    let operator = ShortMemory::new(Order::new(0.5).expect("valid"), T).expect("valid");
-    let wall = SpringDamper::new(500.0, 3.0, operator).expect("valid");
-    Contact::new([1.0], Metres(0.0), wall).expect("valid")
+    Contact::at(Metres(0.0), spring(500.0, 3.0, 0.5)).expect("valid")
 }
 
 type Looped = Engaged<f64, 1, Wall, Sink>;
@@ -50,8 +45,7 @@ fn looped(guard: u8) -> Looped {
         braking: Some(damping),
         ..Limits::bare(Newtons(8.0), NewtonsPerSecond(2000.0))
     };
-    let chain = SafetyChain::from_limits(&limits, T).expect("valid");
-    Controller::new(wall(), chain).into_engaged(Sink(reading(0, 0.0), Vec::new()))
+    Controller::new(wall(), chain(limits)).into_engaged(Sink(reading(0, 0.0), Vec::new()))
 }
 
 fn reading(tick: u64, position_m: f64) -> Reading<f64, 1> {

@@ -1,8 +1,8 @@
 //! Safety chain and controller tick.
 #![expect(clippy::float_cmp, reason = "exact results are compared exactly")]
 
+use crate::{T, spring};
 use core::convert::Infallible;
-use fracdiff::{Order, Seconds, ShortMemory};
 use haptic_loop::units::{NewtonSecondsPerMetre, Newtons, NewtonsPerSecond};
 use haptic_loop::{
     Controller, Device, EnergyBounding, Fault, Guard, Limiters, Limits, Reading, SafeForce,
@@ -10,19 +10,13 @@ use haptic_loop::{
 };
 use nalgebra::vector;
 
-const T: Seconds = Seconds(1e-3);
-
 /// 10 N, 1 N a tick.
 fn chain() -> SafetyChain<f64> {
-    SafetyChain::new(Newtons(10.0), NewtonsPerSecond(1000.0), T).expect("valid")
+    crate::chain(Limits::bare(Newtons(10.0), NewtonsPerSecond(1000.0)))
 }
 
-#[test]
-fn a_force_within_the_limits_passes_unchanged() {
-    let mut state = SafetyState::default();
-    let (force, limiters) = chain().apply(&mut state, &vector![0.0, 0.0], &vector![0.7, -0.3]);
-    assert_eq!(*force.newtons(), vector![0.7, -0.3]);
-    assert_eq!(limiters, Limiters::NONE);
+fn damper() -> SpringDamper<f64, crate::Memory> {
+    spring(100.0, 1.0, 0.5)
 }
 
 #[test]
@@ -50,21 +44,6 @@ fn a_force_that_is_not_finite_latches_a_fault_and_the_force_falls_to_zero() {
         let (force, _) = chain().apply(&mut state, &vector![0.0, 0.0], &vector![0.5, 0.0]);
         assert_eq!(force.newtons()[0], 0.5);
     }
-}
-
-#[test]
-fn limits_must_be_finite_and_above_zero() {
-    for bad in [0.0, -1.0, f64::NAN, f64::INFINITY] {
-        let good = NewtonsPerSecond(1.0);
-        assert!(SafetyChain::<f32>::new(Newtons(bad), good, T).is_err());
-        assert!(SafetyChain::<f32>::new(Newtons(1.0), NewtonsPerSecond(bad), T).is_err());
-        assert!(SafetyChain::<f32>::new(Newtons(1.0), good, Seconds(bad)).is_err());
-    }
-    // Beyond single precision: infinite, or a rate that would never let go.
-    let rate = NewtonsPerSecond(1.0);
-    assert!(SafetyChain::<f32>::new(Newtons(1e39), rate, T).is_err());
-    assert!(SafetyChain::<f32>::new(Newtons(1.0), NewtonsPerSecond(1e45), T).is_err());
-    assert!(SafetyChain::<f32>::new(Newtons(1.0), NewtonsPerSecond(1e-45), T).is_err());
 }
 
 /// Hands out given positions and keeps the forces.
@@ -100,11 +79,6 @@ impl Device<f64, 1> for Scripted {
     }
 }
 
-fn damper() -> SpringDamper<f64, ShortMemory<f64, 32>> {
-    let operator = ShortMemory::new(Order::new(0.5).expect("valid"), T).expect("valid");
-    SpringDamper::new(100.0, 1.0, operator).expect("valid")
-}
-
 #[test]
 fn the_force_of_a_tick_is_that_of_its_own_position() {
     let mut device = Scripted::new(vec![0.0, 1e-3, 1e-3]);
@@ -127,22 +101,29 @@ fn the_force_of_a_tick_is_that_of_its_own_position() {
 }
 
 #[test]
-fn a_sensor_that_reads_nan_ends_in_zero_force_and_a_fault() {
-    let mut positions = vec![5e-3; 20];
-    positions[5] = f64::NAN;
-    let mut device = Scripted::new(positions);
-    let mut controller = Controller::new(damper(), chain());
-    let mut engaged = controller.engage(&mut device);
-    for tick in 0..20 {
-        let sample = engaged.tick().expect("infallible");
-        // It is told with the sample, from the tick on that found it.
-        let fault = (tick >= 5).then_some(Fault::NonFiniteForce);
-        assert_eq!(sample.fault, fault, "tick {tick}");
+fn a_sensor_that_reads_nan_and_a_stop_end_in_zero_force() {
+    for stops in [false, true] {
+        let mut positions = vec![5e-3; 20];
+        positions[5] = if stops { 5e-3 } else { f64::NAN };
+        let mut device = Scripted::new(positions);
+        let mut controller = Controller::new(damper(), chain());
+        let mut engaged = controller.engage(&mut device);
+        for tick in 0..20 {
+            if stops && tick == 5 {
+                engaged.controller_mut().stop();
+            }
+            let sample = engaged.tick().expect("infallible");
+            // It is told with the sample, from the tick on that found it.
+            let fault = (!stops && tick >= 5).then_some(Fault::NonFiniteForce);
+            assert_eq!(sample.fault, fault, "tick {tick}");
+        }
+        drop(engaged);
+        assert!(device.forces[4] < 0.0 && controller.safety().is_at_rest());
+        let steps = device.forces.windows(2).map(|f| (f[1] - f[0]).abs());
+        assert!(steps.fold(0.0, f64::max) <= 1.0 + 1e-12);
+        assert!(device.forces[5..].iter().all(|f| f.is_finite()));
+        assert_eq!(device.forces[19], 0.0);
     }
-    drop(engaged);
-    assert!(device.forces[4] < 0.0);
-    assert!(device.forces[5..].iter().all(|f| f.is_finite()));
-    assert_eq!(device.forces[19], 0.0);
 }
 
 #[test]
@@ -154,8 +135,7 @@ fn arming_asks_first_and_a_sample_carries_the_energy() {
         ))),
         ..Limits::bare(Newtons(10.0), NewtonsPerSecond(1000.0))
     };
-    let chain = SafetyChain::from_limits(&limits, T).expect("valid");
-    let mut controller = Controller::new(damper(), chain);
+    let mut controller = Controller::new(damper(), crate::chain(limits));
     let mut device = Scripted::new(vec![0.02, 0.0, 1e-3, 1e-3]);
     let deep = device.read().expect("infallible");
     let refused = controller.may_start(&deep).expect_err("2 N of the spring");
@@ -202,21 +182,4 @@ fn a_jump_is_slewed_and_then_limited() {
             "tick {tick}"
         );
     }
-}
-
-#[test]
-fn a_stop_ramps_the_force_to_zero_and_keeps_it_there() {
-    let mut device = Scripted::new(vec![0.02; 40]);
-    let mut controller = Controller::new(damper(), chain());
-    let mut engaged = controller.engage(&mut device);
-    for tick in 0..40 {
-        if tick == 10 {
-            engaged.controller_mut().stop();
-        }
-        engaged.tick().expect("infallible");
-    }
-    drop(engaged);
-    assert!(controller.safety().is_at_rest());
-    let steps = device.forces.windows(2).map(|f| (f[1] - f[0]).abs());
-    assert!(steps.fold(0.0, f64::max) <= 1.0 + 1e-12);
 }

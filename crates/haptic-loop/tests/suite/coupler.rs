@@ -2,17 +2,13 @@
 
 mod closed_forms;
 
-use fracdiff::{Operator, Order, Real, Scheme, Seconds, ShortMemory, grunwald_weights};
+use crate::T;
+use fracdiff::{Operator, Real, Scheme, Seconds, ShortMemory, grunwald_weights};
 use haptic_loop::units::{Kilograms, NewtonSecondsPerMetre, NewtonsPerMetre};
 use haptic_loop::{Environment, VirtualCoupler, VirtualObject, deflection_order};
 use nalgebra::{SVector, vector};
 use testkit::Random;
-
-const T: Seconds = Seconds(1e-3);
-
-fn order(mu: f64) -> Order {
-    Order::new(mu).expect("valid")
-}
+use testkit::operator::order;
 
 fn object([mass, damping, stiffness]: [f64; 3]) -> VirtualObject {
     VirtualObject::new(
@@ -112,6 +108,11 @@ fn by_sums(mu: f64, [k_c, b_c]: [f64; 2], behind: [f64; 3], positions: &[f64]) -
     forces
 }
 
+/// The largest size among numbers, never quite 0.
+fn largest(numbers: impl Iterator<Item = f64>) -> f64 {
+    numbers.fold(1e-12, |most, number| most.max(number.abs()))
+}
+
 #[test]
 fn it_is_its_defining_sums() {
     let mut random = Random(11);
@@ -128,12 +129,8 @@ fn it_is_its_defining_sums() {
                 let coupler = coupler(mu, gains, object(behind));
                 let have = run(&coupler, &positions, |h| coupler.object_position_m(h)[0]);
                 let want = by_sums(mu, gains, behind, &positions);
-                let largest = |of: &[[f64; 2]], k: usize| {
-                    of.iter()
-                        .fold(1e-12, |most: f64, row| most.max(row[k].abs()))
-                };
                 for k in 0..2 {
-                    let scale = largest(&want, k);
+                    let scale = largest(want.iter().map(|row| row[k]));
                     for (n, (have, want)) in have.iter().zip(&want).enumerate() {
                         // 800 rounding errors of the velocities, which the sums divide by T.
                         assert!(
@@ -158,9 +155,7 @@ fn full_memory_stays_within_its_tolerance_of_the_sums() {
         let coupler = full::<f64>(mu, gains, object(behind));
         let have = run(&coupler, &positions, |h| coupler.object_position_m(h)[0]);
         let want = by_sums(mu, gains, behind, &positions);
-        let largest = want
-            .iter()
-            .fold(0.0, |most: f64, row| most.max(row[0].abs()));
+        let largest = largest(want.iter().map(|row| row[0]));
         for (have, want) in have.iter().zip(&want) {
             assert!((have[0] - want[0]).abs() < 1e-5 * largest, "μ {mu}");
         }
@@ -181,10 +176,8 @@ fn in_single_precision_it_stays_close_for_minutes() {
         let have = run(&single, &positions, |h| {
             f64::from(single.object_position_m(h)[0])
         });
-        let largest = want
-            .iter()
-            .fold(0.0, |most: f64, row| most.max(row[0].abs()));
-        let reached = positions.iter().fold(0.0, |most: f64, x| most.max(x.abs()));
+        let reached = largest(positions.iter().copied());
+        let largest = largest(want.iter().map(|row| row[0]));
         // k_c·ε·|x|/T is what one rounding of the position costs a damper; ten such are allowed for.
         let rounding = 10.0 * (gains[0] / T.0 + gains[1]) * f64::from(f32::EPSILON) * reached;
         for (n, (have, want)) in have.iter().zip(&want).enumerate() {

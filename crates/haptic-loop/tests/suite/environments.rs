@@ -1,65 +1,44 @@
 //! Environments: the law, its sign, one-sidedness, axes kept apart.
 #![expect(clippy::float_cmp, reason = "exact results are compared exactly")]
 
-use fracdiff::{Differintegrator, Order, Seconds, ShortMemory};
+use crate::{T, memory, spring};
+use fracdiff::{Differintegrator, ShortMemory};
 use haptic_loop::units::{Metres, Newtons, Pascals, SquareMetres};
 use haptic_loop::{Contact, Environment, Specimen, SpringDamper, Tissue, Wall, WallShape};
-use nalgebra::vector;
+use nalgebra::{Vector1, vector};
 use proptest::prelude::*;
-
-const T: Seconds = Seconds(1e-3);
-
-fn operator(mu: f64) -> ShortMemory<f64, 64> {
-    ShortMemory::new(Order::new(mu).expect("valid"), T).expect("valid")
-}
-
-fn wall(stiffness: f64, dissipation: f64, mu: f64) -> SpringDamper<f64, ShortMemory<f64, 64>> {
-    SpringDamper::new(stiffness, dissipation, operator(mu)).expect("valid")
-}
+use testkit::operator::order;
 
 /// Positions through an environment, forces out.
 fn run<E: Environment<f64, 1>>(environment: &E, positions: &[f64]) -> Vec<f64> {
-    let mut history = environment.at_rest();
-    positions
-        .iter()
-        .map(|&x| {
-            let force = environment.force(&history, &vector![x]);
-            environment.advance(&mut history, &vector![x]);
-            force[0]
-        })
-        .collect()
+    let path = positions.iter().map(|&x| Vector1::new(x));
+    let forces = crate::forces(environment, path).into_iter();
+    forces.map(|force| force[0]).collect()
 }
 
 #[test]
-fn at_order_one_it_is_a_spring_and_a_viscous_damper() {
-    // x = 1 mm/s: after the first sample f = −(K·x + B·v)
+fn at_whole_orders_it_is_a_spring_and_a_spring_or_a_viscous_damper() {
+    // 1 mm/s: D⁰x = x, D¹x = v.
     let positions: Vec<f64> = (1..50).map(|n| 1e-6 * f64::from(n)).collect();
-    let forces = run(&wall(2000.0, 5.0, 1.0), &positions);
-    for (x, f) in positions.iter().zip(forces) {
-        let want = -(2000.0 * x + 5.0 * 1e-3);
-        assert!((f - want).abs() < 1e-12, "{f} {want}");
+    for mu in [0.0, 1.0] {
+        let forces = run(&spring(2000.0, 5.0, mu), &positions);
+        for (x, f) in positions.iter().zip(forces) {
+            let want = -(2000.0 * x + 5.0 * if mu == 0.0 { *x } else { 1e-3 });
+            assert!((f - want).abs() < 1e-12, "{f} {want}");
+        }
     }
 }
 
 #[test]
-fn at_order_zero_stiffness_and_dissipation_add() {
-    let forces = run(&wall(2000.0, 500.0, 0.0), &[1e-3, -2e-3]);
-    assert!(
-        (forces[0] + 2.5).abs() < 1e-12 && (forces[1] - 5.0).abs() < 1e-12,
-        "{forces:?}"
-    );
-}
-
-#[test]
 fn axes_do_not_mix() {
-    let environment = wall(100.0, 2.0, 0.5);
+    let environment = spring(100.0, 2.0, 0.5);
     let mut history = Environment::<f64, 3>::at_rest(&environment);
-    let (mut x_axis, mut z_axis) = (operator(0.5).at_rest(), operator(0.5).at_rest());
+    let (mut x_axis, mut z_axis) = (memory(0.5).at_rest(), memory(0.5).at_rest());
     for n in 1..100 {
         let x = vector![1e-3 * f64::from(n), 0.0, -2e-3 / f64::from(n)];
         let force = environment.force(&history, &x);
         environment.advance(&mut history, &x);
-        let alone = |x: f64, h| -(100.0 * x + 2.0 * operator(0.5).step(h, x));
+        let alone = |x: f64, h| -(100.0 * x + 2.0 * memory(0.5).step(h, x));
         assert_eq!(force[0], alone(x[0], &mut x_axis));
         assert_eq!(force[1], 0.0);
         assert_eq!(force[2], alone(x[2], &mut z_axis));
@@ -68,24 +47,22 @@ fn axes_do_not_mix() {
 
 #[test]
 fn a_contact_pushes_only_inside_and_never_pulls() {
-    let contact = Contact::at(Metres(0.01), wall(1000.0, 3.0, 1.0)).expect("valid");
+    let contact = Contact::at(Metres(0.01), spring(1000.0, 3.0, 1.0)).expect("valid");
     let inside = run(&contact, &[0.012])[0];
     assert!(
         (inside + 1000.0 * 0.002 + 3.0 * 2.0).abs() < 1e-9,
         "{inside}"
     );
-    // In, then out fast while still inside: the damper alone would pull.
+    // In, out fast while still inside, where the damper alone would pull, and in again.
     let forces = run(&contact, &[0.0, 0.02, 0.011, 0.005, 0.011]);
-    assert_eq!(forces[0], 0.0);
-    assert!(forces[1] < 0.0);
-    assert_eq!(forces[2], 0.0);
-    assert_eq!(forces[3], 0.0);
-    assert!(forces[4] < 0.0);
+    let nothing = forces.iter().map(|force| *force == 0.0);
+    assert!(nothing.eq([true, false, true, true, false]), "{forces:?}");
+    assert!(forces.iter().all(|force| *force <= 0.0), "{forces:?}");
 }
 
 #[test]
 fn a_slanted_plane_pushes_along_its_normal() {
-    let contact = Contact::new([3.0, 4.0], Metres(0.5), wall(10.0, 0.0, 1.0)).expect("valid");
+    let contact = Contact::new([3.0, 4.0], Metres(0.5), spring(10.0, 0.0, 1.0)).expect("valid");
     let history = contact.at_rest();
     // n = (0.6, 0.8); at (1, 1) the depth is 1.4 − 0.5.
     let force = contact.force(&history, &vector![1.0, 1.0]);
@@ -97,21 +74,12 @@ fn a_slanted_plane_pushes_along_its_normal() {
 }
 
 #[test]
-fn a_position_that_is_not_a_number_is_not_hidden_by_a_contact() {
-    let contact = Contact::at(Metres(0.0), wall(1000.0, 3.0, 0.5)).expect("valid");
-    for bad in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
-        let force = contact.force(&contact.at_rest(), &vector![bad]);
-        assert!(!force[0].is_finite(), "{bad}: {force}");
-    }
-}
-
-#[test]
 fn a_specimen_scales_stress_to_force() {
     // A/ℓ = 4e-4/0.02 = 0.02 m: K = 0.02·1000 = 20 N/m, B = 0.02·500 = 10.
-    let tissue = Tissue::new(Pascals(1000.0), 500.0, Order::new(0.3).expect("valid")).expect("ok");
+    let tissue = Tissue::new(Pascals(1000.0), 500.0, order(0.3)).expect("ok");
     let specimen = Specimen::new(SquareMetres(4e-4), Metres(0.02)).expect("valid");
-    let rendered = SpringDamper::of_tissue(&tissue, &specimen, operator(0.3)).expect("valid");
-    let same = wall(20.0, 10.0, 0.3);
+    let rendered = SpringDamper::of_tissue(&tissue, &specimen, memory(0.3)).expect("valid");
+    let same = spring(20.0, 10.0, 0.3);
     let positions = [1e-4, 3e-4, 2e-4];
     for (a, b) in run(&rendered, &positions)
         .iter()
@@ -126,8 +94,7 @@ fn a_specimen_scales_stress_to_force() {
 #[test]
 fn relaxation_stress_agrees_with_50_digits() {
     // tests/golden/make_golden.py: cancerous prostate, 5 % in 1 s.
-    let tissue =
-        Tissue::new(Pascals(0.0), 8650.0, Order::new(0.2247).expect("valid")).expect("valid");
+    let tissue = Tissue::new(Pascals(0.0), 8650.0, order(0.2247)).expect("valid");
     for row in testkit::golden::rows("relaxation_stress_pa.csv") {
         let [time, want] = row[..] else {
             panic!("{row:?}");
@@ -139,7 +106,7 @@ fn relaxation_stress_agrees_with_50_digits() {
 
 #[test]
 fn a_short_ramp_relaxes_like_a_step() {
-    let tissue = Tissue::new(Pascals(70.0), 30.0, Order::new(0.4).expect("valid")).expect("valid");
+    let tissue = Tissue::new(Pascals(70.0), 30.0, order(0.4)).expect("valid");
     let ramp = tissue.relaxation_stress(0.1, 1e-6, 5.0).0;
     let step = tissue.relaxation_stress(0.1, 0.0, 5.0).0;
     assert!((ramp / step - 1.0).abs() < 1e-7, "{ramp} {step}");
@@ -151,9 +118,8 @@ fn a_short_ramp_relaxes_like_a_step() {
 fn bad_parameters_are_refused_with_name_value_range_and_unit() {
     let message =
         |result: Result<(), haptic_loop::ParameterError>| result.expect_err("refused").to_string();
-    let order = |mu| Order::new(mu).expect("valid");
-    let spring = SpringDamper::new(-1.0, 0.0, operator(0.5)).map(drop);
-    assert_eq!(message(spring), "stiffness -1 N/m is not at least 0 N/m");
+    let pulling = SpringDamper::new(-1.0, 0.0, memory(0.5)).map(drop);
+    assert_eq!(message(pulling), "stiffness -1 N/m is not at least 0 N/m");
     let thin = Specimen::new(SquareMetres(1e-4), Metres(0.0)).map(drop);
     assert_eq!(message(thin), "thickness 0 m is not above 0 m");
     let area = Specimen::new(SquareMetres(f64::NAN), Metres(1.0)).map(drop);
@@ -165,14 +131,14 @@ fn bad_parameters_are_refused_with_name_value_range_and_unit() {
     let single = ShortMemory::<f32, 8>::new(order(0.5), T).expect("valid");
     assert!(SpringDamper::new(1e39, 0.0, single.clone()).is_err());
     assert!(SpringDamper::new(0.0, 1e39, single).is_err());
-    assert!(Contact::new([0.0, 0.0], Metres(0.0), wall(1.0, 0.0, 0.5)).is_err());
-    assert!(Contact::at(Metres(f64::INFINITY), wall(1.0, 0.0, 0.5)).is_err());
+    assert!(Contact::new([0.0, 0.0], Metres(0.0), spring(1.0, 0.0, 0.5)).is_err());
+    assert!(Contact::at(Metres(f64::INFINITY), spring(1.0, 0.0, 0.5)).is_err());
 }
 
 proptest! {
     #[test]
     fn a_contact_never_pulls(positions in proptest::collection::vec(-0.01..0.01_f64, 200), mu in 0.0..2.0_f64) {
-        let contact = Contact::at(Metres(0.001), wall(500.0, 0.1, mu)).expect("valid");
+        let contact = Contact::at(Metres(0.001), spring(500.0, 0.1, mu)).expect("valid");
         for (n, force) in run(&contact, &positions).iter().enumerate() {
             prop_assert!(*force <= 0.0, "sample {}: {}", n, force);
             prop_assert!(positions[n] > 0.001 || *force == 0.0, "sample {}: {}", n, force);
@@ -188,7 +154,7 @@ proptest! {
         // of (1 − w)^μ/(1 − w) is positive for 0 ≤ μ ≤ 1, so the discrete element dissipates.
         let mut x = 0.0;
         let positions: Vec<f64> = velocities.iter().map(|v| { x += v * 1e-3; x }).collect();
-        let forces = run(&wall(0.0, 1.0, mu), &positions);
+        let forces = run(&spring(0.0, 1.0, mu), &positions);
         let mut before = 0.0;
         let mut energy = 0.0;
         for (x, f) in positions.iter().zip(forces) {
@@ -209,16 +175,16 @@ fn a_wall_that_is_reshaped_in_its_place_is_the_new_one_and_its_history_at_rest()
     ];
     for (k, b, surface) in shapes {
         for (other_k, other_b, other_surface) in shapes {
-            let mut wall = Wall::new(k, b, operator(0.5), surface).expect("valid");
+            let mut wall = Wall::new(k, b, memory(0.5), surface).expect("valid");
             let mut history = wall.at_rest();
             wall.advance(&mut history, &vector![0.1]);
             let shape = WallShape::new(other_k, other_b, other_surface).expect("valid");
-            *wall.reshape(shape, || operator(1.0)) = operator(0.3);
-            assert_eq!(wall, Wall::of(shape, operator(0.3)));
+            *wall.reshape(shape, || memory(1.0)) = memory(0.3);
+            assert_eq!(wall, Wall::of(shape, memory(0.3)));
             wall.rest(&mut history);
             assert_eq!(history, wall.at_rest());
         }
     }
-    let none = Wall::of(WallShape::NONE, operator(0.5));
+    let none = Wall::of(WallShape::NONE, memory(0.5));
     assert_eq!(none.force(&none.at_rest(), &vector![1.0]), vector![0.0]);
 }

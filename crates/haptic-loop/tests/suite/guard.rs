@@ -8,17 +8,14 @@ mod books;
 mod bounding;
 
 use fracdiff::{Order, Real, Seconds, ShortMemory};
-use haptic_loop::plant::{MassDamper, MassDamperConfig, Sensed};
+use haptic_loop::plant::{MassDamperConfig, Sensed};
 use haptic_loop::units::{Kilograms, Metres, NewtonSecondsPerMetre, Newtons, NewtonsPerSecond};
 use haptic_loop::{
     Controller, EnergyBounding, Guard, Limits, PassivityObserver, SafetyChain, SafetyState,
     SpringDamper,
 };
 use nalgebra::vector;
-
-const MASS: f64 = 0.065;
-
-const DAMPING: f64 = 3.5;
+use testkit::device::{DAMPING, MASS, ideal, plant};
 
 const T: Seconds = Seconds(2e-3);
 
@@ -97,9 +94,10 @@ impl Case {
         let wall = SpringDamper::new(stiffness, dissipation, operator).expect("valid");
         let chain = SafetyChain::from_limits(limits, T).expect("valid");
         let mut controller = Controller::new(wall, chain);
-        let ideal = MassDamperConfig::ideal(Kilograms(MASS), NewtonSecondsPerMetre(DAMPING), T);
-        let delay = Seconds(self.delay * T.0);
-        let mut mass = MassDamper::new(MassDamperConfig { delay, ..ideal }).expect("valid");
+        let mut mass = plant(MassDamperConfig {
+            delay: Seconds(self.delay * T.0),
+            ..ideal(MASS, DAMPING, T.0)
+        });
         mass.set_external_force(vector![1.0]);
         let device = Sensed::new(mass, Metres(self.encoder), (Metres(0.0), 1)).expect("valid");
         let mut positions = Vec::with_capacity(SAMPLES);

@@ -5,9 +5,9 @@ use haptic_loop::plant::{
     HeldRig, Holder, IndentationRig, RampHold, RigConfig, RigContact, RigDrive,
 };
 use haptic_loop::units::{Metres, Newtons};
-use haptic_loop::{Device, SafeForce};
-use nalgebra::{Vector1, Vector4};
+use nalgebra::Vector4;
 use testkit::assert_close;
+use testkit::device::{read, write};
 
 const T: f64 = 1e-3;
 /// About that of a cancerous prostate 1 mm deep, N/m.
@@ -20,10 +20,6 @@ fn config(drive: RigDrive) -> RigConfig {
 /// 1 mm in 0.2 s.
 fn ramp() -> RigDrive {
     RigDrive::Position(RampHold::new(Metres(1e-3), Seconds(0.2)).expect("valid"))
-}
-
-fn safe(force: f64) -> SafeForce<f64, 1> {
-    testkit::device::safe(Vector1::new(force))
 }
 
 /// K(r − y) + bias, and all that it was told.
@@ -59,14 +55,11 @@ fn a_constant_force_is_the_constant_push_bit_for_bit() {
     let mut own = held(ramp(), 0.0, 0.3);
     let mut pushed = IndentationRig::new(config(RigDrive::Force(Newtons(0.3)))).expect("valid");
     for _ in 0..500 {
-        let (here, there) = (
-            Device::<f64, 1>::read(&mut own).expect("never fails"),
-            Device::<f64, 1>::read(&mut pushed).expect("never fails"),
-        );
-        assert_eq!(here, there);
+        let here = read::<1>(&mut own);
+        assert_eq!(here, read(&mut pushed));
         let force = -SPRING * here.position_m[0];
-        own.write(safe(force)).expect("never fails");
-        pushed.write(safe(force)).expect("never fails");
+        write(&mut own, force);
+        write(&mut pushed, force);
     }
     assert_eq!(own.drive_force().to_bits(), 0.3_f64.to_bits());
 }
@@ -83,7 +76,7 @@ fn a_held_indenter_moves_by_the_matrices_of_its_rig_and_feels_the_tissue() {
             unreachable!()
         };
         let set_point = profile.position(f64::from(n) * T);
-        let reading = Device::<f64, 1>::read(&mut own).expect("never fails");
+        let reading = read::<1>(&mut own);
         // Contact is noticed an eighth of a sample late; that fades, the ramp's end at 0.2 s does not so soon.
         if n > 450 {
             assert_close("x₁", reading.position_m[0], x1, 1e-12);
@@ -91,8 +84,7 @@ fn a_held_indenter_moves_by_the_matrices_of_its_rig_and_feels_the_tissue() {
         }
         assert_close("r", own.set_point(), set_point, 0.0);
         let (tissue, drive) = (-SPRING * x1, gain * (set_point - x2));
-        own.write(safe(-SPRING * reading.position_m[0]))
-            .expect("never fails");
+        write(&mut own, -SPRING * reading.position_m[0]);
         if n > 450 {
             assert_close("S", own.drive_force(), drive, 1e-8);
         }
@@ -108,9 +100,8 @@ fn a_held_indenter_moves_by_the_matrices_of_its_rig_and_feels_the_tissue() {
 fn a_force_set_point_is_measured_as_the_force_between_the_actuators() {
     let mut own = held(RigDrive::Force(Newtons(0.2)), 1.0, 0.2);
     for _ in 0..4000 {
-        let reading = Device::<f64, 1>::read(&mut own).expect("never fails");
-        own.write(safe(-SPRING * reading.position_m[0]))
-            .expect("never fails");
+        let reading = read::<1>(&mut own);
+        write(&mut own, -SPRING * reading.position_m[0]);
     }
     // S = 0.2 + (0.2 − F) = F
     assert_close("F", own.measured(), 0.2, 1e-6);
@@ -125,7 +116,7 @@ fn a_force_set_point_is_measured_as_the_force_between_the_actuators() {
 fn a_force_that_is_no_number_is_none_and_a_rigid_contact_has_nothing_to_hold() {
     let mut own = held(ramp(), f64::NAN, 0.0);
     for _ in 0..50 {
-        own.write(safe(0.0)).expect("never fails");
+        write(&mut own, 0.0);
     }
     assert_eq!((own.measured(), own.drive_force()), (0.0, 0.0));
     let rigid = RigConfig::new(ramp(), RigContact::Rigid, Seconds(T));

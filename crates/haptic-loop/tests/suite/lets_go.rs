@@ -1,27 +1,23 @@
 //! A device that fails in the middle of a run, or whose loop panics, has zero as its last force: by reference, and owned as in the
 //! static of a tick interrupt.
 
+use crate::{T, chain, spring};
 use core::borrow::BorrowMut;
-use fracdiff::{Order, Seconds, ShortMemory};
 use haptic_loop::units::{Newtons, NewtonsPerSecond};
 use haptic_loop::{
-    Controller, Device, Engaged, Fault, Limiters, Reading, SafeForce, SafetyChain, SpringDamper,
+    Controller, Device, Engaged, Fault, Limiters, Limits, Reading, SafeForce, SpringDamper,
 };
 use nalgebra::vector;
 use std::cell::RefCell;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::rc::Rc;
 
-const T: Seconds = Seconds(1e-3);
-
-type Spring = SpringDamper<f64, ShortMemory<f64, 32>>;
+type Spring = SpringDamper<f64, crate::Memory>;
 
 /// 2 N at the place of the device, 1 N a tick.
 fn controller() -> Controller<f64, 1, Spring> {
-    let operator = ShortMemory::new(Order::new(0.5).expect("valid"), T).expect("valid");
-    let spring = SpringDamper::new(100.0, 1.0, operator).expect("valid");
-    let chain = SafetyChain::new(Newtons(10.0), NewtonsPerSecond(1000.0), T);
-    Controller::new(spring, chain.expect("valid"))
+    let limits = Limits::bare(Newtons(10.0), NewtonsPerSecond(1000.0));
+    Controller::new(spring(100.0, 1.0, 0.5), chain(limits))
 }
 
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -16,3 +16,37 @@ mod safety;
 mod sensors;
 mod straight;
 mod surfaces;
+
+use fracdiff::{Seconds, ShortMemory};
+use haptic_loop::{Environment, Limits, SafetyChain, SpringDamper};
+use nalgebra::SVector;
+
+const T: Seconds = Seconds(1e-3);
+
+type Memory = ShortMemory<f64, 64>;
+
+fn memory(mu: f64) -> Memory {
+    ShortMemory::new(testkit::operator::order(mu), T).expect("valid")
+}
+
+fn spring(stiffness: f64, dissipation: f64, mu: f64) -> SpringDamper<f64, Memory> {
+    SpringDamper::new(stiffness, dissipation, memory(mu)).expect("valid")
+}
+
+fn chain(limits: Limits) -> SafetyChain<f64> {
+    SafetyChain::from_limits(&limits, T).expect("valid")
+}
+
+/// Positions through an environment, forces out.
+fn forces<E: Environment<f64, D>, const D: usize>(
+    environment: &E,
+    path: impl IntoIterator<Item = SVector<f64, D>>,
+) -> Vec<SVector<f64, D>> {
+    let mut history = environment.at_rest();
+    let forces = path.into_iter().map(|x| {
+        let force = environment.force(&history, &x);
+        environment.advance(&mut history, &x);
+        force
+    });
+    forces.collect()
+}

@@ -1,11 +1,10 @@
 //! The indentation rig: equilibrium, tracking, contact, energy, and the accuracy it was tuned for.
 
-use fracdiff::{Real, Seconds};
+use fracdiff::Seconds;
 use haptic_loop::plant::{IndentationRig, RampHold, RigConfig, RigContact, RigDrive};
 use haptic_loop::units::{Kilograms, Metres, NewtonSecondsPerMetre, Newtons};
-use haptic_loop::{Device, SafeForce};
-use nalgebra::Vector1;
 use testkit::assert_close;
+use testkit::device::{read, write};
 
 const T: f64 = 1e-3;
 const DEPTH: f64 = 1e-3;
@@ -23,11 +22,6 @@ fn rig(drive: RigDrive, contact: RigContact) -> IndentationRig {
     IndentationRig::new(RigConfig::new(drive, contact, Seconds(T))).expect("valid")
 }
 
-/// A force that no limit changes.
-fn safe<F: Real>(force: F) -> SafeForce<F, 1> {
-    testkit::device::safe(Vector1::new(force))
-}
-
 /// Runs `ticks` samples with the tissue's `force(x)`; `look` sees the rig after each.
 fn run(
     rig: &mut IndentationRig,
@@ -36,9 +30,8 @@ fn run(
     mut look: impl FnMut(f64, &IndentationRig),
 ) {
     for _ in 0..ticks {
-        let reading = Device::<f64, 1>::read(rig).expect("infallible");
-        let force = force(reading.position_m[0]);
-        rig.write(safe(force)).expect("infallible");
+        let reading = read::<1>(rig);
+        write(rig, force(reading.position_m[0]));
         look(reading.time_s + T, rig);
     }
 }
@@ -75,13 +68,13 @@ fn a_rendered_spring_is_at_depth_a_tenth_of_a_second_after_the_ramp() {
     for sample_time in [0.5e-3, 1e-3, 2e-3] {
         let config = RigConfig::new(ramp(DEPTH), RigContact::COMPLIANT, Seconds(sample_time));
         let mut rig = IndentationRig::new(config).expect("valid");
-        while Device::<f64, 1>::read(&mut rig).expect("infallible").time_s < 3.0 {
-            let reading = Device::<f64, 1>::read(&mut rig).expect("infallible");
+        while read::<1>(&mut rig).time_s < 3.0 {
+            let reading = read::<1>(&mut rig);
             let x = reading.position_m[0];
             if reading.time_s >= 1.1 {
                 assert_close("x₁", x, DEPTH, 2.5e-3 * DEPTH);
             }
-            rig.write(safe(-SPRING * x)).expect("infallible");
+            write(&mut rig, -SPRING * x);
         }
     }
 }
@@ -128,13 +121,13 @@ fn a_rendered_prostate_relaxes_like_the_ideal_one_a_tenth_of_a_second_after_the_
     let (mut tissue, mut ideal) = (Tissue::new(TICKS), Tissue::new(TICKS));
     let mut worst: f64 = 0.0;
     for _ in 0..TICKS {
-        let reading = Device::<f64, 1>::read(&mut rig).expect("infallible");
+        let reading = read::<1>(&mut rig);
         let force = tissue.force(reading.position_m[0]);
         let want = ideal.force(rig.reference().expect("a position profile"));
         if reading.time_s >= 1.1 {
             worst = worst.max((force / want - 1.0).abs());
         }
-        rig.write(safe(force)).expect("infallible");
+        write(&mut rig, force);
     }
     println!("worst relative error of the rendered force from 1.1 s on: {worst:e}");
     assert!(worst < 2.5e-3, "{worst:e}");
@@ -162,12 +155,12 @@ fn a_rigid_indenter_imposes_its_profile_exactly() {
     let mut rig = rig(ramp(DEPTH), RigContact::Rigid);
     let profile = RampHold::new(Metres(DEPTH), Seconds(1.0)).expect("valid");
     for n in 0..1500_u32 {
-        let reading = Device::<f64, 1>::read(&mut rig).expect("infallible");
+        let reading = read::<1>(&mut rig);
         let want = profile.position(f64::from(n) * T);
         assert_eq!(reading.position_m[0].to_bits(), want.to_bits(), "tick {n}");
         assert_eq!(rig.indenter_position().to_bits(), want.to_bits());
         let force = SPRING * want;
-        rig.write(safe(-force)).expect("infallible");
+        write(&mut rig, -force);
         assert_eq!(rig.contact_force().to_bits(), force.to_bits());
     }
 }
@@ -290,7 +283,7 @@ fn collide(sample_time: f64) -> (f64, [f64; 2]) {
         let mut last = [0.0; 2];
         for _ in 0..(seconds / sample_time).round() as u32 {
             last = [rig.indentation(), rig.indenter_position()];
-            rig.write(safe(force)).expect("infallible");
+            write(&mut rig, force);
             assert!(rig.contact_force() >= 0.0, "the contact pulls");
         }
         let now = [rig.indentation(), rig.indenter_position()];
@@ -348,12 +341,8 @@ fn an_imposed_motion_has_the_positions_of_a_rigid_rig() {
     let mut rig = IndentationRig::new(config).expect("valid");
     let mut motion = haptic_loop::plant::ImposedMotion::new(profile, Seconds(1e-3)).expect("valid");
     for _ in 0..500 {
-        let there = Device::<f64, 1>::read(&mut rig).expect("never fails");
-        let here = Device::<f64, 1>::read(&mut motion).expect("never fails");
-        assert_eq!(here, there);
-        rig.write(SafeForce::<f64, 1>::zero()).expect("never fails");
-        motion
-            .write(SafeForce::<f64, 1>::zero())
-            .expect("never fails");
+        assert_eq!(read::<1>(&mut motion), read(&mut rig));
+        write(&mut rig, 0.0);
+        write(&mut motion, 0.0);
     }
 }

@@ -2,8 +2,8 @@
 #![expect(clippy::float_cmp, reason = "exact results are compared exactly")]
 
 mod motion;
-mod random;
 
+use crate::{T, chain};
 use fracdiff::Seconds;
 use haptic_loop::units::{
     Hertz, Kilograms, Metres, MetresPerSecond, NewtonSecondsPerMetre, Newtons, NewtonsPerSecond,
@@ -12,35 +12,33 @@ use haptic_loop::{
     Fault, Limiters, Limits, SafetyChain, SafetyState, SpeedLimit, StartRefused, Stuck, Workspace,
 };
 use nalgebra::{SVector, vector};
-
-const T: Seconds = Seconds(1e-3);
+use proptest::prelude::*;
 
 /// 10 N on each axis, 1 N a tick, everything else off.
 const BARE: Limits = Limits::bare(Newtons(10.0), NewtonsPerSecond(1000.0));
 
-fn chain(limits: Limits) -> SafetyChain<f64> {
-    SafetyChain::from_limits(&limits, T).expect("valid")
-}
-
 #[test]
 fn the_force_rises_in_proportion_to_time_after_start_and_after_clear() {
+    // Quarters are exact; the start is over with the sample that has the whole force.
     let chain = chain(Limits {
-        rise_time: Some(Seconds(0.1)),
+        rise_time: Some(Seconds(4e-3)),
         ..BARE
     });
     let mut state = SafetyState::default();
     for _ in 0..2 {
-        for tick in 0..150 {
-            let (force, limiters) = chain.apply(&mut state, &vector![0.0], &vector![5.0]);
-            let share = f64::from(tick.min(100)) / 100.0;
-            assert!(
-                (force.newtons()[0] - 5.0 * share).abs() < 1e-12,
-                "tick {tick}"
+        for tick in 0..50 {
+            let (force, limiters) = chain.apply(&mut state, &vector![0.0], &vector![2.0]);
+            let share = f64::min(0.25 * f64::from(tick), 1.0);
+            let rising = if tick < 4 {
+                Limiters::STARTUP
+            } else {
+                Limiters::NONE
+            };
+            assert_eq!(
+                (force.newtons()[0], limiters),
+                (2.0 * share, rising),
+                "{tick}"
             );
-            // The share is a sum of hundredths: its last rounding may take a tick more.
-            if tick != 100 {
-                assert_eq!(limiters.contains(Limiters::STARTUP), tick < 100, "{tick}");
-            }
         }
         state.stop();
         for _ in 0..5 {
@@ -69,7 +67,7 @@ fn a_start_is_refused_with_too_large_a_force() {
     );
     for bad in [f64::NAN, f64::INFINITY] {
         assert!(chain.may_start(&vector![bad]).is_err());
-        let any = SafetyChain::from_limits(&BARE, T).expect("valid");
+        let any = crate::chain(BARE);
         assert!(any.may_start(&vector![bad]).is_err());
         assert_eq!(any.may_start(&vector![1e9]), Ok(()));
     }
@@ -226,44 +224,60 @@ fn refused(change: &dyn Fn(&mut Limits)) -> bool {
 
 #[test]
 fn bad_limits_are_refused() {
+    type Set = fn(&mut Limits, f64);
+    /// Each with whether it is used as a number of the loop, in which 1e-46 is none.
+    const NUMBERS: [(bool, Set); 12] = [
+        (true, |limits, x| limits.force = Newtons(x)),
+        (true, |limits, x| limits.rate = NewtonsPerSecond(x)),
+        (true, |limits, x| limits.norm = Some(Newtons(x))),
+        (true, |limits, x| {
+            limits.braking = Some(NewtonSecondsPerMetre(x))
+        }),
+        (true, |limits, x| limits.velocity_bandwidth = Hertz(x)),
+        (false, |limits, x| limits.start_force = Some(Newtons(x))),
+        (false, |limits, x| limits.rise_time = Some(Seconds(x))),
+        (false, |limits, x| limits.stop_time = Seconds(x)),
+        (false, |limits, x| limits.jump = Some(Metres(x))),
+        (false, |limits, x| limits.device_mass = Some(Kilograms(x))),
+        (false, |limits, x| {
+            let (force, time) = (Newtons(x), Stuck::DEFAULT.time);
+            limits.stuck = Some(Stuck { force, time });
+        }),
+        (false, |limits, x| {
+            let (force, time) = (Stuck::DEFAULT.force, Seconds(x));
+            limits.stuck = Some(Stuck { force, time });
+        }),
+    ];
     assert!(!refused(&|_| {}));
     for bad in [0.0, -1.0, f64::NAN, f64::INFINITY, 1e-46] {
-        assert!(refused(&|limits| limits.norm = Some(Newtons(bad))));
-        assert!(refused(
-            &|limits| limits.braking = Some(NewtonSecondsPerMetre(bad))
-        ));
-        assert!(refused(&|limits| limits.velocity_bandwidth = Hertz(bad)));
-        if bad != 1e-46 {
-            assert!(refused(&|limits| limits.start_force = Some(Newtons(bad))));
-            assert!(refused(&|limits| limits.rise_time = Some(Seconds(bad))));
-            assert!(refused(&|limits| limits.stop_time = Seconds(bad)));
-            assert!(refused(&|limits| limits.jump = Some(Metres(bad))));
-            assert!(refused(&|limits| limits.device_mass = Some(Kilograms(bad))));
-            let stuck = Stuck::DEFAULT;
-            assert!(refused(&|limits| limits.stuck = Some(Stuck {
-                force: Newtons(bad),
-                ..stuck
-            })));
-            assert!(refused(&|limits| limits.stuck = Some(Stuck {
-                time: Seconds(bad),
-                ..stuck
-            })));
+        for (n, (of_the_loop, set)) in NUMBERS.into_iter().enumerate() {
+            if bad != 1e-46 || of_the_loop {
+                assert!(refused(&|limits| set(limits, bad)), "{n}: {bad}");
+            }
         }
+        let chain = SafetyChain::<f32>::new(BARE.force, BARE.rate, Seconds(bad));
+        assert!(bad == 1e-46 || chain.is_err(), "{bad} s");
     }
+    // Beyond single precision: infinite, or a rate that would never let go.
+    assert!(refused(&|limits| limits.force = Newtons(1e39)));
+    assert!(refused(&|limits| limits.rate = NewtonsPerSecond(1e45)));
+    assert!(refused(&|limits| limits.rate = NewtonsPerSecond(1e-45)));
+    // Without a speed limit too.
+    assert!(refused(&|limits| {
+        (limits.speed, limits.jump) = (None, Some(Metres(-1e-3)));
+    }));
 }
 
 #[test]
 fn bad_ranges_of_place_and_speed_are_refused() {
-    let ends = [
+    for (low, high, soft) in [
         (0.1, 0.1, 0.0),
         (0.1, 0.0, 0.0),
         (0.0, 0.1, 0.06),
         (0.0, 0.1, -0.01),
-    ];
-    for (low, high, soft) in ends
-        .into_iter()
-        .chain([(f64::NAN, 0.1, 0.0), (0.0, f64::INFINITY, 0.0)])
-    {
+        (f64::NAN, 0.1, 0.0),
+        (0.0, f64::INFINITY, 0.0),
+    ] {
         assert!(refused(&|limits| limits.workspace = Some(Workspace {
             low: Metres(low),
             high: Metres(high),
@@ -278,16 +292,48 @@ fn bad_ranges_of_place_and_speed_are_refused() {
     }
 }
 
-#[test]
-fn the_start_is_over_with_the_sample_that_has_the_whole_force() {
-    // Quarters are exact.
-    let chain = chain(Limits {
-        rise_time: Some(Seconds(4e-3)),
-        ..BARE
-    });
-    let mut state = SafetyState::default();
-    for (share, bits) in [(0.0, 16), (0.25, 16), (0.5, 16), (0.75, 16), (1.0, 0)] {
-        let (force, limiters) = chain.apply(&mut state, &vector![0.0], &vector![2.0]);
-        assert_eq!((force.newtons()[0], limiters.bits()), (2.0 * share, bits));
+/// The chain of one axis as it was before it knew more than force and rate.
+fn first_chain(last: &mut f64, wanted: f64, released: bool) {
+    let wanted = if released { 0.0 } else { wanted };
+    let slewed = wanted.max(*last - 1.0).min(*last + 1.0);
+    *last = slewed.clamp(-10.0, 10.0);
+}
+
+/// Any number, or one of the size of a force or position, or one that hardly moves.
+fn number() -> impl Strategy<Value = f64> {
+    prop_oneof![
+        any::<f64>(),
+        -30.0..30.0,
+        -0.1..0.1,
+        -1e-3..1e-3,
+        Just(f64::NAN),
+        Just(f64::INFINITY),
+        Just(5e-324),
+        Just(0.0),
+    ]
+}
+
+proptest! {
+    #[test]
+    fn force_and_rate_alone_on_one_axis_are_what_they_always_were(
+        ticks in proptest::collection::vec((number(), any::<u8>()), 1..200),
+    ) {
+        let chain = SafetyChain::new(BARE.force, BARE.rate, T).expect("valid");
+        let mut state = SafetyState::default();
+        let (mut last, mut fault, mut stopped) = (0.0, false, false);
+        for (wanted, event) in ticks {
+            fault |= !f64::is_finite(wanted);
+            if event == 0 {
+                state.stop();
+                stopped = true;
+            }
+            first_chain(&mut last, wanted, fault || stopped);
+            let (force, _) = chain.apply(&mut state, &vector![f64::NAN], &vector![wanted]);
+            prop_assert_eq!(force.newtons()[0].to_bits(), last.to_bits());
+            if event < 100 {
+                state.clear();
+                (fault, stopped) = (false, false);
+            }
+        }
     }
 }

@@ -1,5 +1,4 @@
 //! An environment that changes while it runs, without a bump, and gives no energy by that.
-//!
 //! ```text
 //! f = (1 − s)·f_old + s·f_new        s from 0 to 1 in so many ticks
 //! f ← c·f                            after a change, until the touch is over: see below
@@ -8,7 +7,6 @@
 //!
 //! - *Energy*: a tissue that grows stiffer under a finger would push it back with more than the finger ever put in. So a touch
 //!   in which the law changed never gives more than it took:
-//!
 //! ```text
 //! A ← A − f_sent·Δx from the first contact on;    outwards, f·Δx > 0:  c ← c·A/(N·f·Δx) where that is below c
 //! ```

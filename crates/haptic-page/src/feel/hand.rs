@@ -1,5 +1,4 @@
 //! The hand: a spring and a damper between the pointer and a simulated device.
-//!
 //! ```text
 //! pointer ─limited, smoothed twice─▶ x_h, v_h        m·x'' + (b + b_h)·x' + k_h·x = f + k_h·x_h + b_h·v_h
 //! ```

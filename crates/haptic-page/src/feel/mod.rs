@@ -1,5 +1,4 @@
 //! A tissue or wall that is felt: the loop by the clock, and what surrounds it.
-//!
 //! ```text
 //! pointer ─orders─▶ loop (1 kHz) ─ring─▶ keeper ─▶ pyramid ─▶ views
 //!                     │                    ├─ ghosts: the same motion by other operators

@@ -22,8 +22,7 @@ pub(super) enum LoopOrder {
     Hand(f64, bool),
     /// Another law, as soon as it has heard the rest.
     Change(Box<Law<Felt>>),
-    /// After a stop or fault: begin anew with this law, which has heard nothing, unless more stops than these were asked for
-    /// since.
+    /// After a stop or fault: begin anew with this law, which has heard nothing, unless more stops than these were asked for since.
     Arm(Box<Law<Felt>>, u64),
     Pause(bool),
 }

@@ -1,5 +1,4 @@
 //! Runs: logs in a folder, and experiments started from the page.
-//!
 //! ```text
 //! folder ─▶ list ─▶ open ─▶ pyramid ─▶ views             form ─▶ experiment file ─▶ run in a thread ─▶ log in the folder
 //!                     └─▶ answer                                                      └─▶ pyramid, while it goes

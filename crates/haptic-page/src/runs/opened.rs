@@ -197,8 +197,7 @@ impl Table {
         })
     }
 
-    /// Reads the log and gives the table in pieces, until it is at an end or a piece is not taken. Every number has all of its
-    /// digits.
+    /// Reads the log and gives the table in pieces, until it is at an end or a piece is not taken. Every number has all of its digits.
     pub(crate) fn pieces(&self, mut take: impl FnMut(Vec<u8>) -> bool) -> Result<(), Failure> {
         let mut piece = self.header.clone();
         let mut numbers = Vec::new();

@@ -1,5 +1,4 @@
 //! A question from a form, a Z-width or a design: read as the command reads it, answered into a folder.
-//!
 //! ```text
 //! form ─▶ question ─▶ zwidth-0001/  zwidth.answer.json   what the page shows
 //!                                   zwidth.csv           the same as a table

@@ -45,7 +45,6 @@ pub struct PageServer {
 
 impl PageServer {
     /// Starts it.
-    ///
     /// # Errors
     /// A port that is taken; a system that gives no random numbers or threads.
     pub fn start(options: ServerOptions) -> Result<Self, Failure> {
@@ -93,8 +92,7 @@ impl PageServer {
         self.notices.recv_timeout(within).ok()
     }
 
-    /// Stops: force zero first, then the sockets are told and closed. Returns when all is done, with the last sentences for
-    /// people.
+    /// Stops: force zero first, then the sockets are told and closed. Returns when all is done, with the last sentences for people.
     pub fn stop(mut self) -> Vec<String> {
         self.end();
         self.notices.try_iter().collect()

@@ -60,12 +60,12 @@ pub struct ConnectOptions<'a> {
 }
 
 impl SerialLink {
-    /// Opens the port, greets the device, brings it to rest and asks what it can do. Tries again with
-    /// growing pauses, 50 ms to 1 s, until the patience is over or `stop` is set.
+    /// Opens the port, greets the device, brings it to rest and asks what it can do. Tries again with growing pauses,
+    /// 50 ms to 1 s, until the patience is over or `stop` is set.
     ///
     /// # Errors
-    /// A port that is not there, is in use or may not be opened; no answer, garbage, an echo, another
-    /// protocol version.
+    /// A port that is not there, is in use or may not be opened; no answer, garbage, an echo, another protocol
+    /// version.
     pub fn connect(path: &str, options: ConnectOptions<'_>) -> Result<Self, SerialError> {
         let began = Instant::now();
         let mut pause = Duration::from_millis(50);
@@ -161,7 +161,6 @@ impl SerialLink {
         Ok(link)
     }
 
-    /// Keys, rest, capabilities.
     fn introduce(&mut self) -> Result<(), SerialError> {
         let keys = match self.ask(Request::GetKeys)? {
             Report::Keys(keys) => Some(keys),
@@ -223,7 +222,6 @@ fn sleep(time: Duration, stop: Option<&AtomicBool>) -> bool {
     false
 }
 
-/// State that both threads share, before either runs.
 /// Refuses abilities that are no numbers: nothing could be judged by them.
 fn check_numbers(capabilities: &Capabilities) -> Result<(), LinkError> {
     let Capabilities {
@@ -288,9 +286,6 @@ pub const GREETING: Duration = Duration::from_millis(3500);
 const TURN: Duration = Duration::from_millis(350);
 
 /// Greets until somebody answers; the first answer, and the speed at which it came.
-///
-/// # Errors
-/// No answer, an echo, another version of the protocol; a port that is gone.
 pub(super) fn greet(
     port: &mut dyn Line,
     conversation: &mut Conversation,
@@ -298,28 +293,26 @@ pub(super) fn greet(
 ) -> Result<(Hello, u32), SerialError> {
     let began = Instant::now();
     let nonce = RandomState::new().build_hasher().finish() as u32;
-    let mut silent = LinkError::Gone;
     for &baud in bauds.iter().cycle() {
         if began.elapsed() >= GREETING {
             break;
         }
         // A port without speeds, as a pseudo-terminal may be, has the only one.
         port.set_baud_rate(baud);
-        match take_turn(port, conversation, nonce) {
-            Ok(hello) => return Ok((hello, baud)),
-            Err(error @ LinkError::NoAnswer { .. }) => silent = error,
-            Err(error) => return Err(error.into()),
+        if let Some(hello) = take_turn(port, conversation, nonce)? {
+            return Ok((hello, baud));
         }
     }
-    Err(silent.into())
+    // By what came in any of the turns: in the last a busy machine may have had no time to listen.
+    Err(conversation.no_answer().into())
 }
 
-/// One turn at the speed that is set.
+/// One turn at the speed that is set: the answer, if there was one.
 fn take_turn(
     port: &mut dyn Line,
     conversation: &mut Conversation,
     nonce: u32,
-) -> Result<Hello, LinkError> {
+) -> Result<Option<Hello>, LinkError> {
     let began = Instant::now();
     let now_us = |began: Instant| began.elapsed().as_micros() as u64;
     let mut line = [0; FRAME_MAX];
@@ -338,13 +331,13 @@ fn take_turn(
             if let Some(Incoming::Answer(Report::Hello(hello))) =
                 conversation.receive(byte, now_us(began))
             {
-                return Ok(hello);
+                return Ok(Some(hello));
             }
         }
         let length = conversation.due(now_us(began), &mut line)?;
         send(port, &line[..length])?;
     }
-    Err(conversation.no_answer())
+    Ok(None)
 }
 
 fn send(port: &mut dyn Line, bytes: &[u8]) -> Result<(), LinkError> {

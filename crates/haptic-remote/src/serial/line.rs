@@ -9,8 +9,8 @@ use std::time::Duration;
 
 /// A way for bytes, there and back: a serial port, a Unix socket, or a [`Pipe`](super::Pipe) of this process.
 ///
-/// A read gives what is there; without anything it waits for a while and fails with
-/// [`TimedOut`](io::ErrorKind::TimedOut). `Ok(0)` is the end of the line.
+/// A read gives what is there, or fails with [`TimedOut`](io::ErrorKind::TimedOut) after a while; `Ok(0)` is the
+/// line's end.
 pub trait Line: Read + Write + Send {
     /// A second handle on the same end.
     ///

@@ -132,8 +132,7 @@ impl SerialLink {
         self.served.as_ref().and_then(Served::trouble)
     }
 
-    /// Words of a served device that failed because nothing comes from its board any more. Its own line, to the thread that
-    /// serves it, works as before.
+    /// Words of a served device whose board fell silent. Its own line, to the thread that serves it, still works.
     #[must_use]
     pub fn lost_board(&self) -> Option<String> {
         if self.status().fault != Fault::BoardFailed.code() {
@@ -179,8 +178,9 @@ impl SerialLink {
         self.impossible.as_ref()
     }
 
-    /// True if the device had one of the last ten forces of a host loop ([`max_age_ticks`](haptic_link::Limits::max_age_ticks) by default)
-    /// when it made the newest sample. Where it is false they came later than that or were lost, and the device went on with an older one.
+    /// True if the device had one of the last ten forces of a host loop
+    /// ([`max_age_ticks`](haptic_link::Limits::max_age_ticks)) when it made the newest sample; else it went on with
+    /// an older one.
     #[must_use]
     pub const fn follows(&self) -> bool {
         self.follows
@@ -299,7 +299,6 @@ impl Shared {
     }
 }
 
-/// What both threads have of a link.
 #[derive(Clone)]
 pub(super) struct Ends {
     pub(super) shared: Arc<Shared>,
@@ -308,7 +307,6 @@ pub(super) struct Ends {
 }
 
 impl Ends {
-    /// The thread that listens.
     pub(super) fn listen(self, mut port: Box<dyn Line>) {
         let mut bytes = [0; 1024];
         while !self.shared.over.load(Ordering::Relaxed) {
@@ -392,9 +390,7 @@ impl Ends {
         }
     }
 
-    /// The thread that speaks.
     pub(super) fn speak(self, mut port: Box<dyn Line>, commands: &Receiver<Command>) {
-        /// Time to wait when nothing is due.
         const IDLE: Duration = Duration::from_millis(50);
         let mut line = [0; FRAME_MAX];
         let mut broken = false;
@@ -438,8 +434,8 @@ impl Ends {
     }
 }
 
-/// Writes it all, and says whether the line took it. A line that is slower than what is sent, as an emulated
-/// one may be, is waited for; one that takes nothing for a second is gone.
+/// Writes it all, and says whether the line took it: a slow line is waited for, one that takes nothing for a second
+/// is gone.
 pub(super) fn write(port: &mut dyn Line, mut bytes: &[u8]) -> bool {
     let mut moved = Instant::now();
     while !bytes.is_empty() {

@@ -1,14 +1,12 @@
-//! A device on a serial port: two threads that speak, and a [`Device`](haptic_loop::Device) whose force comes from here.
+//! A device on a serial port: two threads that speak, and a [`Device`](haptic_loop::Device) whose force comes from
+//! here.
 //!
 //! ```text
 //! reader thread:  port ─▶ Conversation ─▶ answers, samples and notices (bounded; what finds no room counts)
 //! writer thread:  requests, forces ─▶ Conversation ─▶ port; retries; keep-alives
 //! ```
-//! The other end is a board, or a thread of this process that [serves](Served) a device of another maker.
-//!
-//! The thread that ticks never waits for the port: it takes samples from a queue and puts forces into one.
-//! Dropping a [`SerialLink`] disarms the device, then closes the port.
-
+//! The other end is a board, or a thread of this process that [serves](Served) a device of another maker. The thread
+//! that ticks never waits for the port. Dropping a [`SerialLink`] disarms the device, then closes the port.
 mod connect;
 mod error;
 mod line;

@@ -123,8 +123,7 @@ pub(super) fn unanswered(path: &str, error: SerialError) -> SerialError {
     error
 }
 
-/// Time for which a USB serial adapter holds bytes back before it sends them on, ms. Asks for 1 ms where that is
-/// allowed. The loop waits for this time at every tick.
+/// Time for which a USB serial adapter holds bytes back, ms, at every tick. Asks for 1 ms where that is allowed.
 pub(super) fn shorten_latency(path: &str) -> Option<u32> {
     let before = latency_ms(path)?;
     if before > 1 {

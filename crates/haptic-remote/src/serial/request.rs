@@ -38,8 +38,7 @@ impl SerialLink {
         self.set_for(configuration, values, Scope::Lasting)
     }
 
-    /// Sets the whole configuration in one transaction; for a run, what was set to last comes back with the next
-    /// connection.
+    /// As [`set`](Self::set); what was set to last comes back with the next connection after a run's.
     ///
     /// # Errors
     /// As [`set`](Self::set); for a run, a limit that is looser than what is set.
@@ -143,8 +142,8 @@ impl SerialLink {
         lock(&self.shared.round_trip_us).clone()
     }
 
-    /// Arms, keeping the device company from now on: a keep-alive after each quarter of its watchdog time.
-    /// Clears a fault that [`status`](Self::status) knows of.
+    /// Arms, with a keep-alive after each quarter of the watchdog time from now on. Clears a fault that
+    /// [`status`](Self::status) knows of.
     ///
     /// # Errors
     /// As [`ask`](Self::ask).
@@ -158,10 +157,9 @@ impl SerialLink {
         Ok(())
     }
 
-    /// Starts a run. What came before it and was not heard yet is forgotten, but for the end of the line: it is no news of this run.
-    ///
-    /// The first that is heard of the run is an answer too. Where an answer did not come, and the start that was sent again is refused
-    /// because a fault has latched meanwhile, the first one was taken: the fault is heard of as the end of the run.
+    /// Starts a run, and forgets what came before, but for the end of the line. The first that is heard of the run is
+    /// an answer too: a repeated start that is refused because a fault has latched meanwhile was taken, and the fault
+    /// ends the run.
     ///
     /// # Errors
     /// As [`ask`](Self::ask).

@@ -23,8 +23,8 @@ const PAUSE: Duration = Duration::from_millis(50);
 pub(super) const IN_TIME: usize = Limits::DEFAULT.max_age_ticks as usize;
 
 impl SerialLink {
-    /// The next thing the device says unasked; `None` after the time, of which a pause of this process itself, stopped or asleep, is no
-    /// part. The end of a run and a fault are told even if their own frame was lost: what the device answers to keep-alives says so too.
+    /// The next thing the device says unasked; `None` after the time, without pauses of this process. The end of a
+    /// run and a fault are told even if their frames were lost: answers to keep-alives say so too.
     pub fn hear(&mut self, patience: Duration) -> Option<Heard> {
         let mut left = patience;
         loop {
@@ -47,8 +47,8 @@ impl SerialLink {
         }
     }
 
-    /// What a silence of so long in the middle of a run means. The device is let go first of all: if it answers that, the silence was
-    /// none of its own. Asks for some seconds, as a busy machine or a bad line may need them.
+    /// What a silence of so long in the middle of a run means. Lets the device go first, then asks for some seconds,
+    /// as a busy machine or a bad line may need them.
     #[must_use]
     pub fn silent(&self, waited: Duration) -> LinkError {
         /// Time for its answer, of several questions.
@@ -177,8 +177,7 @@ impl SerialLink {
         }
     }
 
-    /// The end of a run whose frame was lost, from two answers to keep-alives since anything else was heard: the
-    /// second was asked for after it.
+    /// The end of a run whose frame was lost, from two answers to keep-alives after the last thing heard.
     fn missed(&mut self) -> Option<Heard> {
         let newest = self.running?;
         if self.alives() < newest + 2 {
@@ -210,8 +209,8 @@ impl SerialLink {
         }))
     }
 
-    /// [`read`](Device::read) that is over within 0.2 s once `stop` is set and no sample comes any more. As long as some come it reads on, so
-    /// that a loop can let its force fall.
+    /// [`read`](Device::read) that ends within 0.2 s once `stop` is set and no sample comes. While samples come it
+    /// reads on, so that a loop can let its force fall.
     ///
     /// # Errors
     /// As `read`; [`LinkError::Stopped`].
@@ -287,10 +286,9 @@ fn of_axes(mut elements: impl Iterator<Item = f32>) -> [f32; AXES_MAX] {
 
 /// A host loop: the position comes from the newest sample, the force goes out at once.
 ///
-/// A reading's time is the tick's, n·T. [`read`](Device::read) waits for the next sample, up to 2 s; each
-/// sample is read, in order, even when they come faster than they are read. A force is sent only if no newer sample has
-/// come meanwhile: whoever has fallen behind computes what it has missed and answers the newest. Samples of another number of
-/// axes are none.
+/// A reading's time is n·T of its tick. [`read`](Device::read) waits for the next sample, up to 2 s, and reads each
+/// in order. A force is sent only if no newer sample has come: whoever has fallen behind catches up first. Samples of
+/// another number of axes are ignored.
 impl<F: Real, const D: usize> Device<F, D> for SerialLink {
     type Error = SerialError;
 

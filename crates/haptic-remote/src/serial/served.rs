@@ -19,18 +19,14 @@ const SPIN: Duration = Duration::from_micros(80);
 /// Longer than a force takes to fall, at the end.
 const FALL: Duration = Duration::from_secs(2);
 
-/// Hardware that a thread of this process can serve.
-///
-/// [`let_go`](haptic_loop::Device::let_go) is called at the end too, after the force has fallen, and when the thread panics.
+/// Hardware that a thread of this process can serve. [`let_go`](haptic_loop::Device::let_go) is called at the end
+/// too, after the force has fallen, and when the thread panics.
 pub trait ServedHardware<const D: usize = 1>: Hardware<D> + Send + 'static {
-    /// Words about the last fault of the hardware, with the remedy, and where its cause lies; `None` if it had none. Not called in a
-    /// tick.
+    /// Words about the last fault of the hardware, its remedy and cause; `None` if it had none. Not called in a tick.
     fn trouble(&self) -> Option<BoardTrouble>;
 }
 
-/// A device of another maker and the thread that serves it, with the loop, limits, watchdog and flight recorder of any
-/// device.
-///
+/// A device of another maker, served by a thread with the loop, limits, watchdog and flight recorder of any device.
 /// Dropping it lets the force fall to zero, then lets go of the hardware.
 #[derive(Debug)]
 pub struct Served {
@@ -49,8 +45,8 @@ impl Served {
         Self::serve(hardware, None)
     }
 
-    /// The same for emulated hardware: its time is that of its ticks, which come by the clock, but never more than one
-    /// period after the last. So a machine that is too busy makes the device slow, and not late.
+    /// The same for emulated hardware: its time is that of its ticks, never more than a period after the last. So a
+    /// busy machine makes the device slow, not late.
     ///
     /// # Errors
     /// As [`start`](Self::start).
@@ -90,7 +86,6 @@ impl Served {
         })
     }
 
-    /// The host's end of the line.
     pub(super) fn line(&self) -> Pipe {
         self.line.clone()
     }
@@ -137,7 +132,6 @@ impl core::fmt::Display for ServeError {
 
 impl core::error::Error for ServeError {}
 
-/// The thread.
 struct Serving<H: Hardware<D>, const D: usize> {
     device: RefCell<TickSide<Punctual<H>, D>>,
     session: DeviceSession,
@@ -244,7 +238,6 @@ impl<H: ServedHardware<D>, const D: usize> Serving<H, D> {
         }
     }
 
-    /// Tells the words of a new fault.
     fn tell_trouble(&mut self) {
         let device = self.device.borrow();
         let faults = device.status().faults;
@@ -253,7 +246,6 @@ impl<H: ServedHardware<D>, const D: usize> Serving<H, D> {
         }
     }
 
-    /// Sends what the device has to say.
     fn speak(&mut self) {
         loop {
             let length = self.session.poll(&self.device, &mut self.frame);
@@ -273,8 +265,8 @@ impl<H: ServedHardware<D>, const D: usize> Serving<H, D> {
     }
 }
 
-/// Hardware behind a deadline. This process may be stopped in the middle of a tick, for as long as somebody likes: a force that was
-/// computed before that belongs to a place of then, and does not go out. The tick fails instead, and the hardware lets go.
+/// Hardware behind a deadline. If this process was stopped in the middle of a tick, its force belongs to a place of
+/// then: the tick fails instead, and the hardware lets go.
 #[derive(Debug)]
 pub(super) struct Punctual<H> {
     pub(super) hardware: H,
@@ -356,8 +348,8 @@ impl<H: Hardware<D>, const D: usize> Hardware<D> for Punctual<H> {
     }
 }
 
-/// Time of a device that is served [in its own time](super::Served::in_its_own_time): that of its ticks, µs. Whoever emulates its
-/// hardware lives in it too.
+/// Time of a device that is served [in its own time](super::Served::in_its_own_time), µs; its emulated hardware lives
+/// in it.
 #[derive(Clone, Debug, Default)]
 pub struct DeviceTime(Arc<AtomicU64>);
 

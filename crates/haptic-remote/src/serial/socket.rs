@@ -10,15 +10,11 @@ use std::os::unix::net::UnixStream;
 use std::string::ToString as _;
 use std::time::Duration;
 
-/// The host's end of a socket.
 #[derive(Debug)]
 pub(super) struct Socket(UnixStream);
 
 impl Socket {
     /// Opens the socket at this path; `None` if something else is there.
-    ///
-    /// # Errors
-    /// Nobody listens, or the system does not let us.
     pub(super) fn open(
         path: &str,
         baud: u32,
@@ -50,7 +46,6 @@ impl Socket {
     }
 }
 
-/// True if a socket is at this path.
 pub(super) fn is_socket(path: &str) -> bool {
     std::fs::metadata(path).is_ok_and(|file| file.file_type().is_socket())
 }

@@ -25,7 +25,6 @@ use haptic_link::{
 pub struct DeviceSession {
     receiver: Receiver<Request>,
     connections: Connections,
-    /// Number of the next frame.
     sequence: u16,
     sent: u32,
     /// Frames of the host that armed.
@@ -50,8 +49,7 @@ const _: () = assert!(
 );
 
 impl DeviceSession {
-    /// The half of a device that this process is itself: its version stands for that of a firmware, and each has another
-    /// number, even of one process.
+    /// The half of a device that this process is itself, with its version and a number of its own.
     #[cfg(feature = "std")]
     #[must_use]
     pub fn within_this_process() -> Self {
@@ -98,8 +96,8 @@ impl DeviceSession {
         self.bytes_overrun = self.bytes_overrun.wrapping_add(count);
     }
 
-    /// Takes a byte. If it ends a request, acts on it, writes the answer as a frame into `line`, and returns
-    /// its length; 0 otherwise. `line` holds [`FRAME_MAX`](haptic_link::FRAME_MAX) bytes.
+    /// Takes a byte. If it ends a request, acts on it, writes the answer's frame into `line`, of
+    /// [`FRAME_MAX`](haptic_link::FRAME_MAX) bytes, and returns its length; else 0.
     pub fn receive<H: Hardware<D>, const D: usize, R: BorrowMut<Records<D>>>(
         &mut self,
         byte: u8,
@@ -209,7 +207,6 @@ impl DeviceSession {
         Some(ack(header, number, done))
     }
 
-    /// Does what an order asks for.
     #[inline(never)]
     fn obey<H: Hardware<D>, const D: usize, R: BorrowMut<Records<D>>>(
         &mut self,
@@ -244,7 +241,6 @@ impl DeviceSession {
             }
             #[cfg(feature = "several-axes")]
             Request::Workspace(workspace) => self.stage_workspace::<D>(workspace),
-            // Questions, and what gets no answer of this kind.
             _ => Ok(()),
         }
     }
@@ -368,13 +364,11 @@ impl DeviceSession {
     }
 }
 
-/// The keys of all messages.
 #[inline(never)]
 fn keys() -> Report {
     Report::Keys(Keys::current())
 }
 
-/// The block of coefficients in force at an offset.
 fn coefficients<H: Hardware<D>, const D: usize, R: BorrowMut<Records<D>>>(
     device: &TickSide<H, D, R>,
     offset: u16,

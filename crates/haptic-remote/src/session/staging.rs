@@ -122,7 +122,6 @@ impl DeviceSession {
         Ok(Some(configuration))
     }
 
-    /// Digest of what is staged.
     fn digest(&self, configuration: &Configuration, values: &[f32]) -> u32 {
         #[cfg(feature = "several-axes")]
         if let Some(workspace) = &self.workspace {
@@ -222,7 +221,6 @@ fn prepared<H: Hardware<D>, const D: usize, R: BorrowMut<Records<D>>>(
     prepare::<H, D>(*configuration, values, &capabilities)
 }
 
-/// A run may only tighten what was set to last.
 #[inline(never)]
 fn not_looser(run: &Configuration, set: &Configuration) -> Result<(), Refusal> {
     let (_, looser) = run.tightened(set);

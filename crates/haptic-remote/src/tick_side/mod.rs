@@ -117,8 +117,8 @@ impl<H: Hardware<D>, const D: usize> TickSide<H, D> {
 }
 
 impl<H: Hardware<D>, const D: usize, R: BorrowMut<Records<D>>> TickSide<H, D, R> {
-    /// A device before its power-up is done: no law and no configuration yet. For a stack without room to build it twice:
-    /// first this, in its place, then [`wake`](Self::wake).
+    /// A device before its power-up: no law, no configuration. For a stack without room to build it twice, before
+    /// [`wake`](Self::wake).
     pub fn asleep(hardware: H, chain: SafetyChain<f32>, records: R) -> Self {
         const {
             assert!(
@@ -152,8 +152,7 @@ impl<H: Hardware<D>, const D: usize, R: BorrowMut<Records<D>>> TickSide<H, D, R>
         }
     }
 
-    /// Power-up is done: this configuration is in force with the coefficients that were prepared, whatever there was before,
-    /// and nobody is told.
+    /// Power-up is done: this configuration is in force with the prepared coefficients, and nobody is told.
     #[inline(never)]
     pub fn wake(&mut self, prepared: Prepared<H::Setup>, coefficients: &[f32]) {
         let Prepared {

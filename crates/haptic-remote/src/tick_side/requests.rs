@@ -92,8 +92,7 @@ impl<H: Hardware<D>, const D: usize, R: BorrowMut<Records<D>>> TickSide<H, D, R>
         Ok(())
     }
 
-    /// Checks that the force of a device loop would be small at the present position. The force of a host loop is
-    /// zero at first.
+    /// Checks that the force of a device loop would be small here; that of a host loop is zero at first.
     #[inline(never)]
     fn may_start(&mut self) -> Result<(), Refusal> {
         if self.configuration.loop_mode == LoopMode::Host {
@@ -130,9 +129,9 @@ impl<H: Hardware<D>, const D: usize, R: BorrowMut<Records<D>>> TickSide<H, D, R>
         }
     }
 
-    /// See [`Request::Force`](haptic_link::Request::Force); an element an axis. Ignored unless a host loop runs, and when it answers no
-    /// tick of this run. One that is older than [`Limits::max_age_ticks`](haptic_link::Limits) latches
-    /// [`Fault::StaleForce`]. Whether it will be applied.
+    /// See [`Request::Force`](haptic_link::Request::Force). Ignored unless a host loop runs and the tick is of this
+    /// run. One older than [`Limits::max_age_ticks`](haptic_link::Limits) latches [`Fault::StaleForce`]. Whether it
+    /// will be applied.
     pub fn command(&mut self, tick: u32, force_n: [f32; D]) -> bool {
         let host_loop = self.configuration.loop_mode == LoopMode::Host;
         if !(host_loop && self.state == State::Running) {
@@ -153,9 +152,6 @@ impl<H: Hardware<D>, const D: usize, R: BorrowMut<Records<D>>> TickSide<H, D, R>
     }
 
     /// See [`Request::Stream`](haptic_link::Request::Stream).
-    ///
-    /// # Errors
-    /// A batch that is none.
     pub(crate) fn stream_idle(&mut self, every: u16, batch: u8) -> Result<(), Refusal> {
         self.idle_stream = Stream::new(every, batch)?;
         if every == 0 && matches!(self.state, State::Idle | State::Armed | State::Fault) {
@@ -165,9 +161,6 @@ impl<H: Hardware<D>, const D: usize, R: BorrowMut<Records<D>>> TickSide<H, D, R>
     }
 
     /// Checks that a configuration can take effect now.
-    ///
-    /// # Errors
-    /// While armed, running or stopping, and in a fault before the force is zero.
     pub(crate) fn may_install(&self) -> Result<(), Refusal> {
         match self.state {
             State::Idle => Ok(()),

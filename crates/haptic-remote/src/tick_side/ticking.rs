@@ -40,8 +40,8 @@ impl<H: Hardware<D>, const D: usize, R: BorrowMut<Records<D>>> TickSide<H, D, R>
         statistics.tick_cycles_max = statistics.tick_cycles_max.max(cycles);
     }
 
-    /// Periods have passed without a tick. To be told before the next [`tick`](Self::tick): they have their numbers and their part of
-    /// a run, but no samples, so that a tick's number is its time whatever happened.
+    /// Periods have passed without a tick; call before the next [`tick`](Self::tick). They are numbered and part of a
+    /// run, but have no samples, so that a tick's number is its time.
     pub fn skip(&mut self, periods: u32) {
         if let Some(exchange) = self.hardware_mut().exchange() {
             exchange.skip(periods);
@@ -53,16 +53,16 @@ impl<H: Hardware<D>, const D: usize, R: BorrowMut<Records<D>>> TickSide<H, D, R>
         }
     }
 
-    /// Nothing ticked for longer than the watchdog time. To be told before the next [`tick`](Self::tick): the force of before belongs to a
-    /// place of then, so there is none any more, at once, whoever has been heard meanwhile.
+    /// Nothing ticked for longer than the watchdog time; call before the next [`tick`](Self::tick). The force of
+    /// before belongs to a place of then, so there is none any more.
     pub fn stood_still(&mut self) {
         if self.state != State::Idle {
             self.give_way(Fault::HostSilent);
         }
     }
 
-    /// The timer fired again before the tick was done. To be told after [`tick`](Self::tick); the next one,
-    /// which then begins late, is not counted once more.
+    /// The timer fired again before the tick was done; call after [`tick`](Self::tick). The next one, late, is not
+    /// counted again.
     pub fn overrun(&mut self) {
         self.judged = true;
         self.late();

@@ -4,12 +4,12 @@
 
 mod forger;
 
-use self::forger::{Random, forged, header_of};
+use self::forger::{forged, header_of};
 use crate::line::{Bench, START, spring};
 use haptic_link::{Configuration, FRAME_MAX, LoopMode, Refusal, Request, Start, State};
 use haptic_loop::Fault;
 use haptic_remote::{Conversation, Incoming};
-use rand_pcg::Pcg32;
+use testkit::Random;
 
 /// 100 N and no limits of rate and motion, in a loop on the host.
 fn loose() -> (Configuration, [f32; 2]) {
@@ -99,14 +99,14 @@ fn scene(scene: Scene) -> (Bench, Vec<Vec<u8>>) {
 
 #[test]
 fn forged_frames_do_nothing() {
-    let cases = std::env::var("CAMPAIGN_CASES").map_or(5_000, |n| n.parse().expect("a number"));
+    let cases = testkit::cases(5_000_u32);
     let mut refused = 0_u32;
     for (index, which) in SCENES.into_iter().enumerate() {
         let (mut bench, capture) = scene(which);
         let mut headers = capture.iter().map(|frame| header_of(frame));
         let live = headers.rfind(|(_, connection)| *connection != 0);
         let live = live.expect("the host has spoken");
-        let mut random = Random(Pcg32::new(index as u64, 1));
+        let mut random = Random(index as u64);
         let state = bench.state();
         let (configuration, digest) = {
             let device = bench.device.borrow();

@@ -3,7 +3,6 @@
 #![expect(clippy::float_cmp, reason = "exact results are compared exactly")]
 
 mod axes;
-mod broken;
 mod connections;
 mod limits;
 mod line;

@@ -2,14 +2,14 @@
 //! and come back, devices that reboot, requests in any state. What must hold is checked after every step of the
 //! clock.
 //!
-//! `SCHEDULES`, or `CAMPAIGN_CASES` as everywhere, sets how many are run, `SCHEDULE` the one of a number: a failure tells it. 100 000 are 22 h of
-//! virtual time and take a minute of two processors.
+//! `CAMPAIGN_CASES` sets how many are run, `SCHEDULE` the one of a number: a failure tells it. 100 000 are 22 h of virtual time and take a
+//! minute of two processors.
 
 mod losses;
 mod random;
 mod watched;
 
-use self::random::Random;
+use self::random::below;
 use self::watched::Watched;
 use crate::line::{START, STEP_US, spring};
 use haptic_emulator::LineFaults;
@@ -17,6 +17,7 @@ use haptic_link::{Field, Refusal, Report, Request, Scope, Start, State};
 use haptic_loop::Fault;
 use haptic_remote::LinkError;
 use std::sync::atomic::{AtomicU64, Ordering};
+use testkit::Random;
 
 /// From position, m, to force, N.
 type Law = fn(f32) -> f32;
@@ -45,7 +46,7 @@ impl Watched {
     }
 
     fn configure(&mut self, random: &mut Random) {
-        let (configuration, values) = random.configuration();
+        let (configuration, values) = random::configuration(random);
         for request in crate::line::transaction(configuration, &values) {
             if !matches!(self.ask(request), Ok(Ok(_))) {
                 return;
@@ -53,7 +54,7 @@ impl Watched {
         }
         let digest = haptic_link::DigestBuilder::new(&configuration).coefficients(&values);
         let digest = digest.finish();
-        let scope = random.of(&[Scope::Run, Scope::Lasting]);
+        let scope = random.one_of(&[Scope::Run, Scope::Lasting]);
         if let Ok(Err(refusal)) = self.ask(Request::Commit { digest, scope }) {
             let named = matches!(
                 refusal,
@@ -82,9 +83,9 @@ impl Watched {
     }
 
     fn act(&mut self, random: &mut Random) {
-        match random.below(26) {
+        match below(random, 26) {
             24 => {
-                let offset_m = random.of(&[0.0, 0.0, 0.005, -0.02]);
+                let offset_m = random.one_of(&[0.0, 0.0, 0.005, -0.02]);
                 self.bench.device.borrow_mut().hardware_mut().offset_m = offset_m;
             }
             25 => {
@@ -93,17 +94,17 @@ impl Watched {
                 *sticks = !*sticks;
             }
             0 => {
-                let faults = random.faults();
+                let faults = random::faults(random);
                 self.bench.to_device.set_faults(faults).expect("valid");
             }
             1 => {
-                let faults = random.faults();
+                let faults = random::faults(random);
                 self.bench.to_host.set_faults(faults).expect("valid");
             }
             2 => self.good_line(),
             3 | 4 => {
                 self.bench.host_dead = true;
-                self.run_ms(u64::from(random.below(100)));
+                self.run_ms(u64::from(below(random, 100)));
                 self.bench.host_dead = false;
             }
             5 => {
@@ -113,14 +114,14 @@ impl Watched {
             }
             6 => self.bench.device.borrow_mut().overrun(),
             7 => {
-                let fault = random.of(&[Fault::EmergencyStop, Fault::CurrentMismatch]);
+                let fault = random.one_of(&[Fault::EmergencyStop, Fault::CurrentMismatch]);
                 self.bench.device.borrow_mut().trip(fault);
             }
             8 => {
-                let interval = random.of(&[None, Some(1_000), Some(4_000), Some(30_000)]);
+                let interval = random.one_of(&[None, Some(1_000), Some(4_000), Some(30_000)]);
                 self.bench.host.set_keep_alive(interval);
             }
-            9 => self.bench.law = random.of(&LAWS),
+            9 => self.bench.law = random.one_of(&LAWS),
             10..=12 => self.configure(random),
             13 => {
                 // A whole session at once, so that runs do come about.
@@ -132,10 +133,10 @@ impl Watched {
             }
             _ => {
                 let faults = self.bench.device.borrow().status().faults;
-                let _ = self.ask(random.request(faults));
+                let _ = self.ask(random::request(random, faults));
             }
         }
-        self.run_ms(u64::from(random.below(15)));
+        self.run_ms(u64::from(below(random, 15)));
     }
 
     /// After anything whatever, a good line and a host that keeps to the protocol get a run.
@@ -201,9 +202,9 @@ impl Drop for Told {
 
 fn schedule(seed: u64) -> u64 {
     let told = Told(seed);
-    let mut random = Random::new(seed);
+    let mut random = Random(seed);
     let mut watched = Watched::new(seed);
-    for _ in 0..10 + random.below(20) {
+    for _ in 0..10 + below(&mut random, 20) {
         watched.act(&mut random);
     }
     watched.recovers();
@@ -217,8 +218,7 @@ fn random_schedules_leave_the_force_safe_and_the_session_recoverable() {
         schedule(seed.parse().expect("a number"));
         return;
     }
-    let asked = std::env::var("SCHEDULES").or_else(|_| std::env::var("CAMPAIGN_CASES"));
-    let count = asked.map_or(200, |n| n.parse().expect("a number"));
+    let count = testkit::cases(200);
     let (next, virtual_us) = (AtomicU64::new(0), AtomicU64::new(0));
     let work = || {
         loop {

@@ -11,6 +11,8 @@ pub(crate) struct Witness {
     force_n: f32,
     /// The sensor gives nothing while this is set.
     pub(crate) broken: bool,
+    /// The actuator takes nothing while this is set.
+    pub(crate) stuck: bool,
     /// It is off by this, m.
     pub(crate) offset_m: f32,
     /// It tells what it told last while this is set.
@@ -24,6 +26,7 @@ impl Witness {
             plant: SimulatedPlant::new(board, || 0),
             force_n: 0.0,
             broken: false,
+            stuck: false,
             offset_m: 0.0,
             sticks: false,
             told_m: 0.0,
@@ -52,6 +55,9 @@ impl Device<f32, 1> for Witness {
     }
 
     fn write(&mut self, force: SafeForce<f32, 1>) -> Result<(), Fault> {
+        if self.stuck {
+            return Err(Fault::CurrentMismatch);
+        }
         self.force_n = force.newtons()[0];
         self.plant.write(force)
     }

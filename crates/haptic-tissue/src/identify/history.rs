@@ -1,5 +1,4 @@
 //! The stress of any strain, over its full history.
-//!
 //! ```text
 //! ε straight between samples:  σ(tᵢ) = Σ_{j < i} Δrⱼ·Q(tᵢ − tⱼ),   Q(t) = ∫₀ᵗ G,   Δrⱼ = change of the strain rate at tⱼ
 //! Q by cubic interpolation in ln t between nodes 1/20 apart:  σᵢ = Σ_m Wᵢₘ·Q(tₘ)

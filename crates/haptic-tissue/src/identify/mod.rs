@@ -1,12 +1,10 @@
 //! Models from measured records: relaxation, creep, oscillation, or any motion.
-//!
 //! ```text
 //! minimise  S = Σ wᵢ rᵢ²     r the residual in log modulus (relaxation, creep, oscillation) or in stress (any motion)
 //! ```
 //! by Levenberg–Marquardt from many starts, on logarithms of moduli and on orders in their range [0, 1], with exact derivatives. A model
 //! costs about 0.4 µs a sample: functions of time come from M(s) by quadrature along one contour for all models.
 //! Standard errors are those of the Jacobian at the minimum, intervals Student's, or by bootstrap.
-//!
 //! ```
 //! use haptic_tissue::identify::{Options, Record, identify};
 //!
@@ -21,8 +19,7 @@
 //! ```
 //! - *Errors*: a bad record, or no minimum from any start. A fit that did not converge is not in the result.
 //! - *Cost*: 40 starts of four parameters on 566 samples take about 0.1 s.
-//! - *Source*: theory of the fit J. J. Moré, *The Levenberg–Marquardt algorithm*, 1978 (MINPACK), through the crate
-//!   `levenberg-marquardt`.
+//! - *Source*: theory of the fit J. J. Moré, *The Levenberg–Marquardt algorithm*, 1978 (MINPACK), through the crate `levenberg-marquardt`.
 
 mod advice;
 mod bootstrap;
@@ -129,7 +126,6 @@ pub fn relative(residual: f64) -> f64 {
 
 /// Fits the candidates to a record. The chosen one has the least BIC; one with fewer parameters and a BIC within 2 of it goes first.
 /// `progress` is told how many records of the bootstrap are done, from any thread.
-///
 /// # Errors
 /// If no candidate can be fitted.
 pub fn identify(
@@ -141,7 +137,6 @@ pub fn identify(
 }
 
 /// The same; `stop` ends it within an evaluation of a model, about 0.4 µs a sample.
-///
 /// # Errors
 /// If no candidate can be fitted; a stop.
 pub fn identify_unless(

@@ -1,5 +1,4 @@
 //! Residuals of a record, with their derivatives.
-//!
 //! ```text
 //! relaxation, creep  rᵢ = ln f(tᵢ) − ln fᵢ
 //! oscillation        rᵢ = ln Re M(iω_i) − ln G'_i,  then the same of Im M and G''
@@ -27,8 +26,7 @@ pub enum Weighting {
 #[derive(Clone, Debug)]
 pub(super) struct Target<'a> {
     rows: Rows,
-    /// What the model is to reach: logarithms, of an oscillation all storage and then all loss moduli; or stresses over
-    /// their scale.
+    /// What the model is to reach: logarithms, of an oscillation all storage and then all loss moduli; or stresses over their scale.
     wanted: Vec<f64>,
     /// √w for each residual.
     roots: Vec<f64>,

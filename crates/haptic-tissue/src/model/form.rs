@@ -5,7 +5,6 @@ use core::f64::consts::PI;
 use num_complex::Complex64;
 
 /// A spring-pot, between a spring (α = 0) and a dashpot (α = 1): the one element that all models are made of.
-///
 /// ```text
 /// σ = V·D^α ε        M(s) = V·s^α,   G(t) = V·t^(−α)/Γ(1−α),   J(t) = t^α/(V·Γ(1+α))
 /// ```
@@ -156,8 +155,7 @@ impl SpringPot {
         Complex64::new(size * libm::cos(angle), size * libm::sin(angle))
     }
 
-    /// M(s) at s = e^(`ln_r`)·e^(iπ·`half_turns`), on any sheet; its imaginary part is exactly 0 where α·`half_turns` is
-    /// whole.
+    /// M(s) at s = e^(`ln_r`)·e^(iπ·`half_turns`), on any sheet; its imaginary part is exactly 0 where α·`half_turns` is whole.
     pub(super) fn modulus_at(&self, ln_r: f64, half_turns: f64) -> Complex64 {
         self.modulus_along(ln_r, turned(self.order * half_turns))
     }

@@ -1,5 +1,4 @@
 //! Models of viscoelastic matter: springs, dashpots and spring-pots, side by side and in series.
-//!
 //! ```text
 //! spring-pot                    σ = V·D^α ε             M(s) = V·s^α       a spring is α = 0, a dashpot α = 1
 //! side by side: moduli add      M(s) = M₁(s) + M₂(s)
@@ -96,7 +95,6 @@ pub struct Model(Form);
 
 impl Model {
     /// A model by its kind and the values of [`ModelKind::parameters`], in that order.
-    ///
     /// ```
     /// use haptic_tissue::{Model, ModelKind};
     ///
@@ -106,7 +104,6 @@ impl Model {
     /// assert_eq!(error.to_string(), "viscosity_pa_s = -1 Pa·s is not above 0 and finite");
     /// # Ok::<(), haptic_tissue::ModelError>(())
     /// ```
-    ///
     /// # Errors
     /// Another number of values, a value outside its range, orders that do not fall, times of branches that do not rise.
     pub fn from_parameters(kind: ModelKind, values: &[f64]) -> Result<Self, ModelError> {
@@ -234,7 +231,6 @@ impl Model {
     }
 
     /// G(t), Pa: stress over a step of strain, a time after it. 0 for t < 0, [`Model::instantaneous_modulus`] at 0.
-    ///
     /// ```text
     /// spring-pot                    V·t^(−α)/Γ(1−α)
     /// fractional Kelvin–Voigt       V·t^(−α)/Γ(1−α) + G·t^(−β)/Γ(1−β)
@@ -246,7 +242,6 @@ impl Model {
     /// `E_{a,b}` is the Mittag-Leffler function, summed as exponentials. Relative error below 1e-10 for 10⁻⁶ ≤ t/τ ≤ 10⁶,
     /// τ = (V/G)^(1/(α−β)). A dashpot beside the rest has an impulse at t = 0 only.
     /// Cost: 20 µs; many times at once, [`Model::relaxation_moduli`], 0.2 µs each.
-    ///
     /// ```
     /// use haptic_tissue::{Model, ModelKind};
     ///
@@ -274,7 +269,6 @@ impl Model {
     }
 
     /// J(t), 1/Pa: strain over a step of stress, a time after it. 0 for t < 0, 1 over [`Model::instantaneous_modulus`] at 0.
-    ///
     /// ```text
     /// spring-pot                    t^α/(V·Γ(1+α))
     /// fractional Kelvin–Voigt       (t^α/V)·E_{α−β,1+α}(−(G/V)·t^(α−β))

@@ -1,5 +1,4 @@
 //! The response to a record: straight lines between samples at any rising times.
-//!
 //! ```text
 //! σ(t) = ∫ G(t − s)·ε'(s) ds        each mode e^(−rt):       h ← h + m·(h − ε'/r),               m = e^(−rΔ) − 1
 //! ε(t) = ∫ J(t − s)·σ'(s) ds        each mode 1 − e^(−rt):   d ← d + m·(d − σ) + σ'·(rΔ + m)/r

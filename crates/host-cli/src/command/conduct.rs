@@ -89,40 +89,28 @@ impl RunArguments {
             ExperimentFile::Wall(own) => {
                 let draw = |report: &WallReport, curves: &_| of_trial(&report.trial, curves);
                 let report = conducted.by(draw, |to, by| own.run(to, by))?;
-                if !own.setup.must_be_stable || report.trial.stable_by_both() {
-                    return Ok(());
-                }
-                let words = report.trial.settling.verdict.words();
-                let what = format!("the wall is not stable by both trial ({words}) and analysis");
-                Err(broken("must_be_stable", &what, "design a weaker one"))
+                let kept = !own.setup.must_be_stable || report.trial.stable_by_both();
+                let what = "the wall is not stable by both trial and analysis";
+                promised(kept, "must_be_stable", what, "design a weaker one")
             }
             ExperimentFile::Coupler(own) => {
                 let draw = |report: &CouplerReport, curves: &_| of_trial(&report.trial, curves);
                 let report = conducted.by(draw, |to, by| own.run(to, by))?;
-                if !own.setup.must_be_stable || report.stable_by_all() {
-                    return Ok(());
-                }
-                let words = report.trial.settling.verdict.words();
-                let what = format!(
-                    "the coupler is not stable by trial ({words}), analysis and Llewellyn's criterion"
-                );
-                Err(broken("must_be_stable", &what, "design a weaker one"))
+                let kept = !own.setup.must_be_stable || report.stable_by_all();
+                let what = "the coupler is not stable by trial, analysis and Llewellyn's criterion";
+                promised(kept, "must_be_stable", what, "design a weaker one")
             }
             ExperimentFile::Teleoperation(own) => {
                 let report = conducted.by(of_teleoperation, |to, by| own.run(to, by))?;
-                if !own.must_be_passive || report.verdict == TeleoperationVerdict::Passive {
-                    return Ok(());
-                }
+                let kept = !own.must_be_passive || report.verdict == TeleoperationVerdict::Passive;
                 let remedy = "take a passive architecture, a softer coupler or a smaller motion";
-                Err(broken("must_be_passive", report.verdict.words(), remedy))
+                promised(kept, "must_be_passive", report.verdict.words(), remedy)
             }
             ExperimentFile::Touch(own) => {
                 let report = conducted.by(of_touch, |to, by| own.run(to, by))?;
-                if !own.must_be_passive || report.verdict == TouchVerdict::Passive {
-                    return Ok(());
-                }
+                let kept = !own.must_be_passive || report.verdict == TouchVerdict::Passive;
                 let remedy = "take a softer shape, a shorter sample time or a guard";
-                Err(broken("must_be_passive", report.verdict.words(), remedy))
+                promised(kept, "must_be_passive", report.verdict.words(), remedy)
             }
         }
     }
@@ -134,7 +122,7 @@ impl RunArguments {
         if let Some(wait) = self.wait {
             if !real {
                 return Err(Failure::bad_input(
-                    "--wait has no effect on the simulated device: give --device serial:PATH too, or omit it",
+                    "--wait has no effect on the simulated device: give --device too, or omit it",
                 ));
             }
             experiment = experiment.with_patience(Duration::from_secs_f64(wait.0));
@@ -163,11 +151,14 @@ impl RunArguments {
     }
 }
 
-/// What a file promises and the run did not keep.
-fn broken(key: &str, what: &str, remedy: &str) -> Failure {
-    Failure::Run(anyhow::anyhow!(
-        "{key}: {what}: {remedy}, or take {key} out of the file to run it all the same"
-    ))
+/// Refuses a run that did not keep what its file promises.
+fn promised(kept: bool, key: &str, what: &str, remedy: &str) -> Result<(), Failure> {
+    match kept {
+        true => Ok(()),
+        false => Err(Failure::Run(anyhow::anyhow!(
+            "{key}: {what}: {remedy}, or omit {key} to allow it"
+        ))),
+    }
 }
 
 /// How an experiment is conducted.
@@ -338,10 +329,7 @@ impl LiveArguments {
             streams.push(open_foxglove(address, output)?);
         }
         if !streams.is_empty() && !realtime {
-            warn(
-                "the live stream passes in a burst, as fast as the run is computed, and viewers may miss \
-                 most of it: give --realtime to watch",
-            );
+            warn("the live stream is as fast as the run is computed: give --realtime to watch");
         }
         Ok(LiveStreams::new(streams))
     }
@@ -352,17 +340,13 @@ fn open_foxglove(address: SocketAddr, output: Output) -> Result<Box<dyn Live>, F
     let foxglove = haptic_log::live::Foxglove::open(address).map_err(|error| {
         Failure::input_with_advice(
             error,
-            "close the program that has the port, or give another, as in --foxglove=127.0.0.1:0 for \
-             a free one",
+            "give another, as in --foxglove=127.0.0.1:0 for a free one",
         )
     })?;
     if !output.quiet {
         crate::output::note(
             "live stream",
-            format_args!(
-                "ws://{}, open it in Foxglove (Open connection) or PlotJuggler (Foxglove bridge)",
-                foxglove.address()
-            ),
+            format_args!("ws://{}, for Foxglove or PlotJuggler", foxglove.address()),
         );
     }
     Ok(Box::new(foxglove))

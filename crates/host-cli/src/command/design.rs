@@ -15,20 +15,21 @@ use serde::Serialize;
 use std::sync::atomic::AtomicBool;
 
 pub(crate) const LONG_ABOUT: &str = "\
-From a device and a wish to a wall: the largest stiffness K and dissipation B for each order, and the order that does best. \
+Finds the wall that meets a wish on a device: stiffness K and dissipation B for each order, and the best order. \
 The analysis finds them, with the device's delay and current lag; the best is then tried on the simulated device, with friction and encoder too.
 
 Wishes:
   stiffest-wall   the largest K
   most-damping    the largest effective damping at --frequency
   tissue          does a specimen of --tissue fit, and how much larger may it be? If it does not, which order comes closest at --frequency?
-  coupler         the virtual coupler damper + spring (T/(1-w))^mu that feels stiffest at --frequency, absolutely stable by Llewellyn's criterion and \
-with a gain margin of 2 in the sampled loop. --require passive asks for passivity with every hand and object instead
+  coupler         the virtual coupler damper + spring (T/(1-w))^mu that feels stiffest at --frequency, meets Llewellyn's criterion and \
+has a gain margin of 2 in the sampled loop. --require passive asks for passivity with every hand and object instead
 
-Without a device file or friction, delay, current_lag, encoder_resolution or sensor_noise the device is ideal; the report then also shows the best \
+Unless a device file or friction, delay, current_lag, encoder_resolution or sensor_noise is given, the device is ideal; the report then also shows the best \
 wall on the laboratory device. --force-noise-limit bounds the force noise that encoder and sensor cause.
 
---out writes design.toml for `host-cli run`, design.csv and a picture. The exit code is 1 if no candidate is found or the best does not come to rest.";
+--out writes design.toml for `host-cli run`, design.csv and a picture. The exit code is 1 if no \
+candidate is found or the best does not come to rest.";
 
 pub(crate) const EXAMPLES: &str = "Examples:\n  host-cli design --delay 1ms --out design\n  \
                   host-cli design --wish most-damping --frequency 5Hz --require passive\n  \
@@ -57,7 +58,7 @@ pub(crate) fn run(asked: WithFiles<keys::Design>, output: Output) -> Result<(), 
     }
     if let Some(real) = report.realistic.filter(|real| !real.simulated.stable) {
         warn(&format!(
-            "this is for an ideal device; on one with {} the best wall is {}: give --device-model, or the device's own values",
+            "this is for an ideal device; on one with {} the best wall is {}: give --device-model",
             real.imperfections.words(),
             real.simulated.verdict.words()
         ));
@@ -82,10 +83,9 @@ fn judge(design: &Design, report: &DesignReport) -> Result<(), Failure> {
                 && design.gain_margin.is_none()
                 && report.imperfections.sensors.are_ideal() =>
         {
+            let order = best.order;
             warn(&format!(
-                "the best candidate, order {}, is passive but rings for longer than it was tried: \
-                     the device has little damping",
-                best.order
+                "the best, order {order}, is passive but rings for longer than its trial"
             ));
             Ok(())
         }
@@ -93,7 +93,7 @@ fn judge(design: &Design, report: &DesignReport) -> Result<(), Failure> {
             best.order,
             simulated.verdict,
             &simulated.reason().unwrap_or_default(),
-            "ask for more margin with --gain-margin, less noise with --force-noise-limit, or take a finer encoder",
+            "raise --gain-margin, lower --force-noise-limit, or take a finer encoder",
         )),
         (None, _) => Err(nothing_found(report.notes.last().map(String::as_str))),
         _ => Ok(()),
@@ -103,7 +103,7 @@ fn judge(design: &Design, report: &DesignReport) -> Result<(), Failure> {
 /// The best candidate, which is not stable when it is tried.
 fn not_at_rest(order: f64, verdict: TrialVerdict, why: &str, remedy: &str) -> Failure {
     Failure::Run(anyhow::anyhow!(
-        "the best candidate, order {order}, is {} when it is tried: {why}; {remedy}",
+        "the best candidate, order {order}, is {} in its trial: {why}; {remedy}",
         verdict.words()
     ))
 }
@@ -111,7 +111,7 @@ fn not_at_rest(order: f64, verdict: TrialVerdict, why: &str, remedy: &str) -> Fa
 /// A design without a candidate, after its report.
 fn nothing_found(why: Option<&str>) -> Failure {
     Failure::Run(anyhow::anyhow!(
-        "no candidate fulfils the wish: {}; ask for less, or take other --orders or another device",
+        "no candidate fulfils the wish: {}; ask for less, or take other --orders",
         why.unwrap_or("nothing does it")
     ))
 }

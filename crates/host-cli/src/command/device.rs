@@ -19,9 +19,9 @@ use port::PortArguments;
 /// `device …`.
 #[derive(Debug, Subcommand)]
 pub(crate) enum Command {
-    /// List serial ports, with --probe their devices
+    /// List serial ports, and with --probe their devices
     List(info::List),
-    /// What a device is, its limits and its counters
+    /// Show a device, its limits and its counters
     #[command(after_help = "Example: host-cli device info --device serial:/dev/ttyACM0")]
     Info(PortArguments),
     /// Print parameters
@@ -30,6 +30,7 @@ pub(crate) enum Command {
     /// Set parameters, all or none
     Set(settings::Set),
     /// Measure mass, damping, friction, delay, lag and sensor with small, safe forces
+    #[command(long_about = measure::LONG_ABOUT)]
     Measure(Box<measure::Arguments>),
     /// Emulate a device behind a pseudo-terminal
     #[command(long_about = emulate::LONG_ABOUT)]
@@ -37,10 +38,11 @@ pub(crate) enum Command {
     /// Program a board over a debug probe
     #[command(long_about = flash::LONG_ABOUT)]
     Flash(flash::Arguments),
-    /// Show position and state, log every sample
+    /// Show position and state, and log every sample
     #[command(long_about = monitor::LONG_ABOUT)]
     Monitor(monitor::Arguments),
-    /// Test arm, limits, watchdog, recorder, reconnect and emergency stop
+    /// Test arming, limits, watchdog, recorder, reconnection and emergency stop
+    #[command(long_about = selftest::LONG_ABOUT)]
     Selftest(selftest::Arguments),
 }
 

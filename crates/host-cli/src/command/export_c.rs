@@ -20,10 +20,11 @@ use std::path::PathBuf;
 #[derive(Debug, Args)]
 #[command(
     after_help = "Example: host-cli export-c --order 0.5 --sample-time 1ms --horizon 1h --name half --out half.h\n\
-                  The header needs only stdint.h, no heap and no libm, and gives the same bits as the crate fracdiff: half_init(&h), then \
-                  y = half_output(&h, x) and half_advance(&h, x) per sample. A tissue also has muscle_force(&h, x), N at a displacement in m, and \
-                  muscle_push(&h, x) behind a surface at 0, with muscle_advance(&h, muscle_depth(x)) after it. \
-                  Compile with -ffp-contract=off; -ffast-math and -Ofast are refused."
+                  The header needs only stdint.h, no heap and no libm, and gives the same bits as the \
+                  crate fracdiff: half_init(&h), then y = half_output(&h, x) and half_advance(&h, x) per \
+                  sample. A tissue also has muscle_force(&h, x), N at a displacement in m, and \
+                  muscle_push(&h, x) behind a surface at 0, with muscle_advance(&h, muscle_depth(x)) after \
+                  it. Compile with -ffp-contract=off; -ffast-math and -Ofast are refused."
 )]
 pub(crate) struct Arguments {
     /// Order mu, -2 to 2: positive differentiates, negative integrates

@@ -22,34 +22,33 @@ use std::path::PathBuf;
 use std::time::SystemTime;
 
 pub(crate) const LONG_ABOUT: &str = "\
-Fits fractional models to a measured record, tells how sure each parameter is and which model the record supports, and writes \
+Fits fractional models to a measured record, reports how certain each parameter is and which model the record supports, and writes \
 a tissue file for relax --tissue.
 
 DATA is CSV or TSV with a header, or a log (*.mcap). Known headers: time_s, relaxation_modulus_pa, creep_compliance_per_pa, \
 strain, stress_pa, force_n, position_m, omega_rad_s, storage_modulus_pa, loss_modulus_pa, and those of rheometers and testing \
-machines, as Time [s], G' (kPa), Storage Modulus. Lines that begin with # are skipped.
+machines, such as Time [s], G' (kPa), Storage Modulus. Lines that begin with # are skipped.
 
 The fit is least squares: in the logarithm of modulus or compliance for relaxation, creep and oscillation, in the stress for \
-any other motion, with its strain as it was.";
+any other motion.";
 
 /// The model that was asked for; none for the simplest that the record supports.
 type Chosen = Option<ModelKind>;
 
 fn kinds() -> Vec<(RecordKind, &'static str, &'static str)> {
-    [
-        (RecordKind::Relaxation, "stress after a step of strain"),
-        (RecordKind::Creep, "strain after a step of stress"),
-        (
+    let kind = |kind: RecordKind, words| (kind, kind.name(), words);
+    vec![
+        kind(RecordKind::Relaxation, "stress after a step of strain"),
+        kind(RecordKind::Creep, "strain after a step of stress"),
+        kind(
             RecordKind::Oscillation,
             "storage and loss modulus over frequency",
         ),
-        (
+        kind(
             RecordKind::History,
             "strain and stress of any motion from rest",
         ),
     ]
-    .map(|(kind, words)| (kind, kind.name(), words))
-    .to_vec()
 }
 
 fn models() -> Vec<(Chosen, &'static str, &'static str)> {
@@ -59,13 +58,10 @@ fn models() -> Vec<(Chosen, &'static str, &'static str)> {
 }
 
 fn weightings() -> Vec<(Weighting, &'static str, &'static str)> {
+    let by_spacing = "by spacing in log time or frequency";
     vec![
         (Weighting::Equal, "equal", "all samples count the same"),
-        (
-            Weighting::LogSpacing,
-            "log-spacing",
-            "by spacing in log time or frequency",
-        ),
+        (Weighting::LogSpacing, "log-spacing", by_spacing),
     ]
 }
 
@@ -131,9 +127,9 @@ struct FitArguments {
 impl Arguments {
     pub(crate) fn run(self, output: Output) -> Result<(), Failure> {
         if (1..BOOTSTRAP_LEAST).contains(&self.fit.bootstrap) {
+            let records = self.fit.bootstrap;
             return Err(Failure::bad_input(format_args!(
-                "{} records give no interval: give --bootstrap at least {BOOTSTRAP_LEAST}, as in 500, or omit it",
-                self.fit.bootstrap
+                "{records} records give no interval: give --bootstrap at least {BOOTSTRAP_LEAST}"
             )));
         }
         let name = self.tissue_name()?;
@@ -213,14 +209,12 @@ impl Arguments {
             return Ok(None);
         };
         let plain = |c: char| c.is_ascii_lowercase() || c.is_ascii_digit() || c == '-';
-        let is_toml = path
-            .extension()
-            .is_some_and(|extension| extension == "toml");
+        let is_toml = path.extension().is_some_and(|own| own == "toml");
         let name = path.file_stem().and_then(|stem| stem.to_str());
         let name = name.filter(|name| is_toml && !name.is_empty() && name.chars().all(plain));
         name.map(Some).ok_or_else(|| {
             Failure::bad_input(format_args!(
-                "`{}` cannot name a tissue: give --out lower-case letters, digits and hyphens with .toml, as in my-tissue.toml",
+                "`{}` cannot name a tissue: give --out lower-case letters and digits, as my-tissue.toml",
                 path.display()
             ))
         })
@@ -231,7 +225,7 @@ impl Arguments {
         let fit = &found.fits[0];
         if !fit.is_settled() {
             return Err(Failure::bad_input(format_args!(
-                "the record does not determine the parameters of {}: give another --model or a longer record",
+                "the record does not determine the parameters of {}: give another --model",
                 fit.kind
             )));
         }

@@ -1,66 +1,42 @@
 //! `log`: look into a log, verify it, save what a cut one holds, turn it into CSV or a picture.
 
-mod words;
-
-use self::words::{advice, reasons};
-use crate::log_plot::LogFigure;
 use crate::output::Output;
-use crate::picture_file::{self, PictureFileError};
-use clap::Subcommand;
+use crate::picture_file;
+use clap::{Args, Subcommand};
 use haptic_experiment::Failure;
+use haptic_figure::{FigureError, MotionFigure, Picture, PlaneFigure};
 use haptic_log::record::{
-    Entry, LogFiles, RecordError, export_csv, export_csv_to, inspect, recover,
+    EndKind, Entry, LogFiles, LogSummary, PerAxis, RECOVERED, RecordError, TickMessage, export_csv,
+    export_csv_to, inspect, recover,
 };
-use serde::Serialize;
+use serde_json::json;
 use std::io;
 use std::path::{Path, PathBuf};
 
 /// Tasks with a log.
 #[derive(Debug, Subcommand)]
 pub(crate) enum Command {
-    /// Say what is in a log: samples, times, conditions, events; exit code 0 for a damaged one too, `check` judges
+    /// Describe a log, even a damaged one: samples, times, conditions, events
     #[command(after_help = "Example: host-cli log info results/relax-0001/relax.mcap")]
     Info {
         /// The log
         log: PathBuf,
     },
-    /// Verify a log: no damage, no sample missing or impossible, at most 1 % stale; exit code 4 if not
+    /// Check a log: exit code 4 if it is damaged, samples are missing or impossible, or over 1 % are stale
     #[command(after_help = "Example: host-cli log check results/relax-0001/relax.mcap")]
     Check {
         /// The log
         log: PathBuf,
     },
-    /// Save what a cut or damaged log still holds into a new one; exit code 4 if anything is missing
+    /// Save the contents of a cut or damaged log as a new one; exit code 4 if anything is missing
     #[command(
         after_help = "Example: host-cli log recover relax.mcap.part saved.mcap\n\
                       The damaged log is left as it is."
     )]
-    Recover {
-        /// The cut or damaged log
-        log: PathBuf,
-        /// The new log [default: NAME.recovered.mcap beside it]
-        target: Option<PathBuf>,
-        /// Folder for the new log, if it is not named
-        #[arg(long, value_name = "DIR", conflicts_with = "target")]
-        out: Option<PathBuf>,
-        /// Replace an earlier recovered log
-        #[arg(long)]
-        overwrite: bool,
-    },
-    /// Turn a log into CSV, one row a tick
+    Recover(Copied),
+    /// Turn a log into CSV, one row per tick
     #[command(after_help = "Example: host-cli log export results/relax-0001/relax.mcap ticks.csv")]
-    Export {
-        /// The log
-        log: PathBuf,
-        /// The CSV file, or `-` for standard output [default: NAME.ticks.csv beside it]
-        target: Option<PathBuf>,
-        /// Folder for the CSV file, if it is not named
-        #[arg(long, value_name = "DIR", conflicts_with = "target")]
-        out: Option<PathBuf>,
-        /// Replace an earlier CSV file
-        #[arg(long)]
-        overwrite: bool,
-    },
+    Export(Copied),
     /// Draw positions and forces of a log against time
     #[command(
         after_help = "Example: host-cli log plot results/relax-0001/relax.mcap --out pictures"
@@ -77,22 +53,22 @@ pub(crate) enum Command {
     },
 }
 
-/// Result of `log export` and `log plot`.
-#[derive(Serialize)]
-struct Made {
-    samples: u64,
-    complete: bool,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    csv: Option<String>,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    figure: Option<String>,
+/// A log, and the file that is made of it.
+#[derive(Debug, Args)]
+pub(crate) struct Copied {
+    /// The log
+    log: PathBuf,
+    /// New file, `-` for a CSV on standard output [default: NAME.recovered.mcap or NAME.ticks.csv]
+    target: Option<PathBuf>,
+    /// Folder for it, if it is not named [default: that of the log]
+    #[arg(long, value_name = "DIR", conflicts_with = "target")]
+    out: Option<PathBuf>,
+    /// Replace an earlier one
+    #[arg(long)]
+    overwrite: bool,
 }
 
 impl Command {
-    /// Runs the command.
-    ///
-    /// # Errors
-    /// A file that cannot be read or written; for `check` and `recover` a log that is not whole.
     pub(crate) fn run(self, output: Output) -> Result<(), Failure> {
         match self {
             Self::Info { log } => {
@@ -100,34 +76,26 @@ impl Command {
                 output.report(&summary)
             }
             Self::Check { log } => check(&log, output),
-            Self::Recover {
-                log,
-                target,
-                out,
-                overwrite,
-            } => {
-                let target = place(target, out.as_deref(), &log, "recovered.mcap")?;
-                save(&log, &target, overwrite, output)
+            Self::Recover(own) => {
+                let target = place(own.target, own.out.as_deref(), &own.log, "recovered.mcap")?;
+                let summary = recover(&own.log, &target, own.overwrite)?;
+                output.summary(&summary)?;
+                require_complete(summary.complete, &own.log, &target.display().to_string())
             }
-            Self::Export {
-                log,
-                target,
-                out,
-                overwrite,
-            } => {
-                if target.as_deref() == Some(Path::new("-")) {
-                    return export_to_output(&log, overwrite, output);
+            Self::Export(own) => {
+                if own.target.as_deref() == Some(Path::new("-")) {
+                    return export_to_output(&own.log, own.overwrite, output);
                 }
-                let target = place(target, out.as_deref(), &log, "ticks.csv")?;
-                let done = export_csv(&log, &target, overwrite)?;
-                let made = Made {
-                    samples: done.rows,
-                    complete: done.condition.complete,
-                    csv: Some(target.display().to_string()),
-                    figure: None,
-                };
-                output.summary(&made)?;
-                require_complete(done.condition.complete, &log, &target)
+                let target = place(own.target, own.out.as_deref(), &own.log, "ticks.csv")?;
+                let done = export_csv(&own.log, &target, own.overwrite)?;
+                let complete = done.condition.complete;
+                let csv = target.display().to_string();
+                output.summary(&json!({
+                    "samples": done.rows,
+                    "complete": complete,
+                    "csv": csv,
+                }))?;
+                require_complete(complete, &own.log, &csv)
             }
             Self::Plot {
                 log,
@@ -142,21 +110,16 @@ impl Command {
 fn export_to_output(log: &Path, overwrite: bool, output: Output) -> Result<(), Failure> {
     if overwrite || output.json {
         return Err(Failure::bad_input(
-            "`-` puts the CSV on standard output: leave --overwrite and --json out, they have no effect there",
+            "`-` puts the CSV on standard output: omit --overwrite and --json",
         ));
     }
     let out = io::BufWriter::new(io::stdout().lock());
     match export_csv_to(log, out, Path::new("standard output")) {
-        Ok(done) if done.condition.complete => Ok(()),
-        Ok(_) => Err(Failure::DataLost(anyhow::anyhow!(
-            "`{}` is not whole; standard output has what could be read",
-            log.display()
-        ))),
+        Ok(done) => require_complete(done.condition.complete, log, "-"),
         Err(RecordError::Csv { source, .. }) if is_broken_pipe(&source) => Err(Failure::BrokenPipe),
         // Unlike a file, what was written stays.
         Err(RecordError::Csv { source, .. }) => Err(Failure::DataLost(anyhow::anyhow!(
-            "writing standard output failed: {source}; the rows written so far stay, the log is untouched: make \
-             space, or export to a file"
+            "writing standard output failed: {source}; the log is untouched: make space and try again"
         ))),
         Err(error) => Err(error.into()),
     }
@@ -169,51 +132,39 @@ fn is_broken_pipe(error: &csv::Error) -> bool {
     }
 }
 
-/// NAME of NAME.mcap or NAME.mcap.part, with another ending, in the same folder.
-fn beside(log: &Path, ending: &str) -> PathBuf {
-    let name = log
-        .file_name()
-        .map(|name| name.to_string_lossy().into_owned());
-    let name = name.unwrap_or_default();
-    let stem = name.strip_suffix(".part").unwrap_or(&name);
-    let stem = stem.strip_suffix(".mcap").unwrap_or(stem);
-    log.with_file_name(format!("{stem}.{ending}"))
-}
-
-/// The named target, or its default name in the given folder or beside the log.
+/// The named target, or NAME.ENDING of NAME.mcap or NAME.mcap.part, in the given folder or beside the log.
 fn place(
     target: Option<PathBuf>,
     out: Option<&Path>,
     log: &Path,
     ending: &str,
 ) -> Result<PathBuf, Failure> {
-    let default = beside(log, ending);
-    match (target, out, default.file_name()) {
-        (Some(target), _, _) => Ok(target),
-        (None, Some(folder), Some(name)) => {
-            std::fs::create_dir_all(folder).map_err(|error| {
-                let what = format!(
-                    "cannot make the folder `{}`: choose another with --out",
-                    folder.display()
-                );
-                Failure::writing(error, what)
-            })?;
-            Ok(folder.join(name))
-        }
-        _ => Ok(default),
+    if let Some(target) = target {
+        return Ok(target);
     }
+    let name = log.file_name().unwrap_or_default().to_string_lossy();
+    let stem = name.strip_suffix(".part").unwrap_or(&name);
+    let stem = stem.strip_suffix(".mcap").unwrap_or(stem);
+    let default = log.with_file_name(format!("{stem}.{ending}"));
+    let (Some(folder), Some(name)) = (out, default.file_name()) else {
+        return Ok(default);
+    };
+    std::fs::create_dir_all(folder).map_err(|error| {
+        let shown = folder.display();
+        let what = format!("cannot make the folder `{shown}`: choose another with --out");
+        Failure::writing(error, what)
+    })?;
+    Ok(folder.join(name))
 }
 
 /// Exit code 4 for a file made of a cut log: it holds all there is, but not all there was.
-fn require_complete(complete: bool, log: &Path, made: &Path) -> Result<(), Failure> {
-    if complete {
-        Ok(())
-    } else {
-        Err(Failure::DataLost(anyhow::anyhow!(
-            "`{}` is not whole; `{}` has what could be read",
-            log.display(),
-            made.display()
-        )))
+fn require_complete(complete: bool, log: &Path, made: &str) -> Result<(), Failure> {
+    match complete {
+        true => Ok(()),
+        false => Err(Failure::DataLost(anyhow::anyhow!(
+            "`{}` is not whole; `{made}` has what could be read",
+            log.display()
+        ))),
     }
 }
 
@@ -221,29 +172,14 @@ fn check(log: &Path, output: Output) -> Result<(), Failure> {
     let summary = inspect(log)?;
     let reasons = reasons(&summary);
     output.summary(&summary)?;
-    if reasons.is_empty() {
-        Ok(())
-    } else {
-        Err(Failure::DataLost(anyhow::anyhow!(
+    match reasons.is_empty() {
+        true => Ok(()),
+        false => Err(Failure::DataLost(anyhow::anyhow!(
             "`{}` is not whole: {}; {}",
             log.display(),
             reasons.join("; "),
             advice(&summary)
-        )))
-    }
-}
-
-fn save(log: &Path, target: &Path, overwrite: bool, output: Output) -> Result<(), Failure> {
-    let summary = recover(log, target, overwrite)?;
-    output.summary(&summary)?;
-    if !summary.complete {
-        Err(Failure::DataLost(anyhow::anyhow!(
-            "`{}` was not whole; what it held is in `{}`",
-            log.display(),
-            target.display()
-        )))
-    } else {
-        Ok(())
+        ))),
     }
 }
 
@@ -268,23 +204,135 @@ fn plot(log: &Path, out: Option<&Path>, overwrite: bool, output: Output) -> Resu
         conditions.push("cut off or damaged: what could be read".to_owned());
     }
     let stem = place(None, out, log, "log")?;
-    let title = log
-        .file_name()
-        .map(|name| name.to_string_lossy().into_owned());
-    let picture = LogFigure {
-        title: title.as_deref().unwrap_or("log"),
-        subtitle: &conditions.join("  ·  "),
-        ticks: &ticks,
+    let title = log.file_name().unwrap_or_default().to_string_lossy();
+    let figure = picture_file::save(
+        draw(&title, &conditions.join("  ·  "), &ticks),
+        &stem,
+        overwrite,
+    )?;
+    output.summary(&json!({
+        "samples": ticks.len(),
+        "complete": complete,
+        "figure": figure,
+    }))?;
+    require_complete(complete, log, &figure)
+}
+
+/// Positions above, forces below; of several axes the path, places and forces.
+fn draw(title: &str, subtitle: &str, ticks: &[TickMessage]) -> Result<Picture, FigureError> {
+    let axes = ticks.first().map_or(1, TickMessage::axes);
+    let time_s: Vec<f64> = ticks.iter().map(|tick| tick.time_s).collect();
+    let of = |axis: usize, field: fn(&TickMessage) -> PerAxis| -> Vec<f64> {
+        let numbers = ticks.iter().map(field);
+        let numbers = numbers.map(|numbers| numbers.get(axis).copied());
+        numbers.map(|number| number.unwrap_or(f64::NAN)).collect()
+    };
+    if axes == 1 {
+        return MotionFigure {
+            title,
+            subtitle,
+            time_s: &time_s,
+            reference_m: &of(0, |tick| tick.reference_m),
+            indenter_position_m: &of(0, |tick| tick.indenter_position_m),
+            position_m: &of(0, |tick| tick.position_m),
+            force_n: &of(0, |tick| tick.commanded_force_n),
+            contact_force_n: &of(0, |tick| tick.contact_force_n),
+        }
+        .draw();
+    }
+    let [x, y] = [0, 1].map(|axis| of(axis, |tick| tick.position_m));
+    let [hand_x, hand_y] = [0, 1].map(|axis| of(axis, |tick| tick.reference_m));
+    let forces = (0..axes).map(|axis| of(axis, |tick| tick.commanded_force_n));
+    PlaneFigure {
+        title,
+        subtitle,
+        outline_m: &[],
+        time_s: &time_s,
+        reference_m: [&hand_x, &hand_y],
+        position_m: [&x, &y],
+        depth_m: None,
+        force_n: &forces.collect::<Vec<_>>(),
     }
     .draw()
-    .map_err(PictureFileError::from)?;
-    let saved = picture_file::save(&picture, &stem, overwrite)?;
-    let made = Made {
-        samples: ticks.len() as u64,
-        complete,
-        csv: None,
-        figure: Some(saved.shown().display().to_string()),
-    };
-    output.summary(&made)?;
-    require_complete(complete, log, saved.shown())
+}
+
+/// Why a log is not whole, a few words each; none if it is.
+fn reasons(summary: &LogSummary) -> Vec<String> {
+    let mut reasons = summary.damage.clone();
+    let between: u64 = summary.gaps.iter().map(|gap| gap.missing).sum();
+    for (missing, place) in [
+        (summary.missing_at_start, "before the first one".to_owned()),
+        (between, format!("in {} gaps", summary.gaps.len())),
+        (summary.missing_at_end, "after the last one".to_owned()),
+    ] {
+        if missing > 0 {
+            reasons.push(format!("{missing} ticks missing {place}"));
+        }
+    }
+    let flaws = &summary.flaws;
+    if flaws.impossible > 0 {
+        reasons.push(format!(
+            "of {} ticks the device told what cannot be",
+            flaws.impossible
+        ));
+    }
+    if flaws.is_stale(summary.samples) {
+        reasons.push(stale(summary));
+    }
+    if summary.out_of_order > 0 {
+        reasons.push(format!("{} ticks out of order", summary.out_of_order));
+    }
+    if !summary.complete && summary.damage.is_empty() {
+        reasons.push("it was not finished".to_owned());
+    }
+    if let Some(end) = &summary.end {
+        // A file of a rolled log, and what was saved of a damaged one, do not show all that the run counted.
+        let counted = end.dropped_samples > summary.missing_samples && summary.continues.is_none();
+        if counted {
+            reasons.push(format!(
+                "the run counted {} samples and events missing, the log shows {}",
+                end.dropped_samples, summary.missing_samples
+            ));
+        }
+        if end.ended == EndKind::Link && end.made_samples < end.planned_samples {
+            reasons.push("the link was lost, and what the device still made with it".to_owned());
+        }
+    }
+    reasons
+}
+
+/// Ticks that tell of an earlier one, in words.
+fn stale(summary: &LogSummary) -> String {
+    let flaws = &summary.flaws;
+    let parts = [
+        (flaws.unanswered, "the board did not answer"),
+        (
+            flaws.forces_not_taken,
+            "it may not have taken the force before",
+        ),
+        (flaws.late_forces, "an older force of the host acted"),
+    ];
+    let parts = parts.into_iter().filter(|(count, _)| *count > 0);
+    let parts: Vec<String> = parts
+        .map(|(count, words)| format!("in {count} {words}"))
+        .collect();
+    format!(
+        "{} of {} ticks are stale: {}",
+        flaws.stale,
+        summary.samples,
+        parts.join(", ")
+    )
+}
+
+/// What helps a log that is not whole: nothing, where its file is undamaged.
+fn advice(summary: &LogSummary) -> &'static str {
+    let is_recovered = summary
+        .metadata
+        .iter()
+        .any(|record| record.name == RECOVERED);
+    match (summary.complete, is_recovered) {
+        (false, _) => "`host-cli log recover` saves what is there",
+        (true, true) => "it has all that `host-cli log recover` found, the rest is lost",
+        (true, false) => "its file is undamaged: what is missing never reached it",
+    }
 }

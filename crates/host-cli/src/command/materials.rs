@@ -92,9 +92,11 @@ fn valid_for(range: &ValidRange) -> String {
 /// Arguments of `materials export`.
 #[derive(Debug, Args)]
 #[command(
-    after_help = "Example: host-cli materials export fish-muscle --prony 12 --horizon 1000s --format ansys --out muscle.inp\n\
-                  table: modulus / Pa and relaxation time / s. ansys: TB,PRONY with the instantaneous modulus. abaqus: g_i, k_i, \
-                  tau_i with MODULI=INSTANTANEOUS. febio: g_i, t_i of viscoelastic, at most six, with the long-term modulus."
+    after_help = "Example: host-cli materials export fish-muscle --prony 12 --horizon 1000s \
+                  --format ansys --out muscle.inp\n\
+                  table: modulus / Pa and relaxation time / s. ansys: TB,PRONY with the instantaneous \
+                  modulus. abaqus: g_i, k_i, tau_i with MODULI=INSTANTANEOUS. febio: g_i, t_i of \
+                  viscoelastic, at most six, with the long-term modulus."
 )]
 pub(crate) struct Export {
     /// Name from the list, or TOML file

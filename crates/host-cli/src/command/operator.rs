@@ -129,7 +129,7 @@ impl Differintegrate {
         let y = y.map_err(Failure::input)?;
         if let Some(n) = y.iter().position(|y| !y.is_finite()) {
             return Err(Failure::bad_input(format_args!(
-                "the result of row {} is beyond 1.8e308: scale the column down, or give a longer --sample-time",
+                "the result of row {} is beyond 1.8e308: scale the column down",
                 n + 1
             )));
         }

@@ -3,7 +3,7 @@
 use super::conduct::{progress_bar, stop_on_interrupt};
 use crate::files::{Place, folder, save_picture};
 use crate::output::Output;
-use crate::picture_file::PictureFileError;
+use crate::picture_file::undrawn;
 use clap::Args;
 use haptic_experiment::Failure;
 use haptic_log::record::NewFileError;
@@ -18,8 +18,8 @@ use std::sync::atomic::Ordering;
 /// Arguments of `reproduce`.
 #[derive(Debug, Args)]
 #[command(after_help = "Example: host-cli reproduce --out reproduction\n\
-                        Writes figure-N.N.csv, .svg and .png, report.md and report.html. Ctrl-C keeps what is done, writes the \
-                        report of it and exits with 1.")]
+                        Writes figure-N.N.csv, .svg and .png, report.md and report.html. Ctrl-C keeps \
+                        what is done, writes the report of it and exits with 1.")]
 pub(crate) struct Arguments {
     /// Folder for figures and report
     #[arg(long, value_name = "DIR")]
@@ -74,7 +74,7 @@ impl Arguments {
         }))?;
         place.close(match ended_early {
             Some(reason) => Err(Failure::Run(anyhow::anyhow!(
-                "{reason}: {drawn} of {} figures and {judged} of {COUNT} claims were done and are kept",
+                "{reason}: {drawn} of {} figures and {judged} of {COUNT} claims are done and kept",
                 FIGURES.len()
             ))),
             None => Ok(()),
@@ -101,7 +101,7 @@ impl Arguments {
 
     /// Data and picture of a figure, and what the report shows of it.
     fn save(&self, figure: &Figure) -> Result<(Value, ReportFigure), Failure> {
-        let picture = figure.draw().map_err(PictureFileError::from)?;
+        let picture = figure.draw().map_err(undrawn)?;
         let stem = format!("figure-{}", figure.id);
         let folder = folder(Some(self.out.clone()), &stem, self.overwrite).prepare()?;
         let data = folder.write_named_table("csv", &figure.columns(), figure.rows())?;

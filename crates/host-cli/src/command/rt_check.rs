@@ -11,8 +11,8 @@ use haptic_quantity::{Frequency, Time};
 use std::time::Duration;
 
 pub(crate) const LONG_ABOUT: &str = "\
-Measures how late this machine starts the ticks of a loop, and says for each rate whether it is fit: no tick a whole period late, and 999 of 1000 \
-within a tenth of the period. Then it says what to change.
+Measures how late this machine starts the ticks of a loop, and says for each rate whether it is fit: no tick is a whole period late, and 999 of 1000 \
+begin within a tenth of the period. Then it says what to change.
 
 Run it while the machine does its usual work, for more than a minute: rare delays do not show in seconds.";
 
@@ -34,7 +34,7 @@ pub(crate) struct Arguments {
     /// Threads of normal priority that keep processors busy meanwhile
     #[arg(long, value_name = "COUNT", default_value_t = 0, value_parser = whole::<u16>(0..=1024))]
     busy: u16,
-    /// Measure a plain loop (`std::thread::sleep`, normal priority) in turns with the runner, to compare with
+    /// Measure a plain loop (`std::thread::sleep`, normal priority) too, for comparison
     #[arg(long)]
     compare: bool,
     #[command(flatten)]

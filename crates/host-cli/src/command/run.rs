@@ -14,25 +14,25 @@ use std::fmt::Write as _;
 use std::path::PathBuf;
 
 pub(crate) const LONG_ABOUT: &str = "\
-Runs the experiment of a TOML file, or again that of a log. The file has one table; its keys name their SI unit, as in \
-duration_s = 200, and options win over them. Paths in the file start from its folder. [drive] beside [relax] or [creep] \
-names a controller file, whose controller holds the indenter.
+Runs the experiment of a TOML file, or repeats that of a log. The file has one table. Its keys end with their SI unit, as in \
+duration_s = 200; options take precedence over them. Paths in the file start from its folder. [drive] beside [relax] or [creep] \
+names a controller file, whose controller moves the indenter.
 
-[wall]: the device hits the wall at impact_m_per_s, is pushed into it, and is stable if it comes to rest (see `host-cli zwidth --help`). \
-A serial device is not thrown. must_be_stable = true: exit code 1 unless trial and analysis both say stable.
+[wall]: the device hits the wall at impact_m_per_s and is pushed into it; the wall is stable if the device comes to rest (see `host-cli zwidth --help`). \
+A serial device is only pushed. must_be_stable = true: exit code 1 unless trial and analysis both say stable.
 
 [coupler]: the same with a virtual coupler damper + spring (T/(1-w))^mu between device and a simulated object. The sampled loop must be stable and \
 Llewellyn's criterion met: on a serial device a violation is refused without --force-unstable, on the simulated one it is a warning. A serial device \
 needs --loop host.
 
-[teleoperation]: a hand moves a master; over a line with delay, jitter, loss and duplication a slave follows in a remote tissue or wall. All of it is \
-simulated; `host-cli teleoperate` runs the sides over UDP. must_be_passive = true: exit code 1 unless the line was passive.
+[teleoperation]: a hand moves a master; a slave follows over a line with delay, jitter, loss and duplication, and touches a remote tissue or wall. All of \
+it is simulated; `host-cli teleoperate` runs the sides over UDP. must_be_passive = true: exit code 1 unless the line was passive.
 
 [touch]: a hand moves a device of two or three axes over a plane or ball of tissue. The force is along the normal and follows the history of the depth. \
-The pre-flight takes the effective mass of the worst posture. must_be_passive = true: exit code 1 unless the hand was given no energy. With --device haply:PATH \
---loop host the hand is a real one.
+The pre-flight takes the effective mass of the worst posture. must_be_passive = true: exit code 1 if the hand gets energy. With --device haply:PATH \
+--loop host the hand is yours.
 
-guard = \"observer\" adds damping so that a wall does not shake; \"energy-bounding\" takes the force that the device's damping cannot pay for.";
+guard = \"observer\" adds damping so that a wall does not shake; \"energy-bounding\" limits the force to what the device's damping can absorb.";
 
 /// Tables of experiment files, as `--help` and the guide show them: heading and keys.
 pub const TABLES: &[(&str, &[Parameter])] = &[
@@ -40,9 +40,9 @@ pub const TABLES: &[(&str, &[Parameter])] = &[
     ("[creep]", CREEP),
     ("[relax] and [creep]", RENDERING),
     ("[drive], beside [relax] or [creep]", DRIVE),
-    ("[wall], to be given", WALL_REQUIRED),
+    ("[wall], required", WALL_REQUIRED),
     ("[wall]", WALL),
-    ("[coupler], to be given", COUPLER_REQUIRED),
+    ("[coupler], required", COUPLER_REQUIRED),
     ("[coupler]", COUPLER),
     ("[teleoperation]", TELEOPERATION),
     ("[touch]", TOUCH),
@@ -90,7 +90,7 @@ fn described(parameter: &Parameter) -> String {
                   host-cli run wall/wall.mcap --out again"
 )]
 pub(crate) struct Arguments {
-    /// The experiment, or the log of a run that is to be made again
+    /// Experiment file, or the log of a run to repeat
     #[arg(value_name = "FILE")]
     file: PathBuf,
     #[command(flatten)]
@@ -108,7 +108,7 @@ impl Arguments {
 
 pub(crate) const RELAX_ABOUT: &str = "\
 Stress relaxation: an indenter compresses a virtual tissue and holds it. The loop renders the tissue; \
-its force is recorded, drawn and compared with theory.
+its force is recorded, drawn and compared with the closed form.
 
 Writes relax.mcap (for PlotJuggler or Foxglove), relax.csv, relax.svg and relax.png. In the log the \
 tissue pushes back with a negative force; in the CSV, the picture and the report reaction forces are positive.";

@@ -20,16 +20,16 @@ const PORT: u16 = 8765;
 const LOOK: Duration = Duration::from_millis(100);
 
 pub(crate) const LONG_ABOUT: &str = "\
-Opens a page in the browser, served by this program. Three views: Feel, a virtual tissue under mouse, finger or arrow keys, its loop at 1 kHz \
-on a simulated device; Design, what is stable and passive; Runs, logs of a folder and new ones.
+Serves a page and opens it in the browser. It has three views. Feel: a virtual tissue under mouse, finger or arrow keys, rendered at 1 kHz on a \
+simulated device. Design: which walls are stable and passive. Runs: the logs of a folder, and forms to start new runs.
 
-The address has a token that is new each time: only who has it gets in. Nothing listens but 127.0.0.1, and the page asks nobody else for \
-anything. For a computer elsewhere: ssh -L 8765:127.0.0.1:8765 HOST, then the same address.
+The server listens on 127.0.0.1 only, and its address contains a secret token that changes at each start. The page loads nothing from elsewhere. \
+From another computer: ssh -L 8765:127.0.0.1:8765 HOST, then open the same address.
 
---device-model sets the simulated device: its friction, delay, lag, encoder and noise, and mass and damping for a page that asks for none by itself. \
-A hand in the file is not used: the hand is the pointer.
+--device-model sets friction, delay, lag, encoder and noise of the simulated device, and its mass and damping unless the page sets them. \
+A hand in the file has no effect, because the pointer is the hand.
 
-One page holds the controls, others watch. The space bar stops: force zero first. Ctrl-C here does the same, closes the page's socket, and ends.";
+One page has the controls, the others watch. The space bar stops: the force falls to zero, then the run ends. Ctrl-C in the terminal does the same and ends the server.";
 
 /// Arguments of `serve`.
 #[derive(Debug, Args)]
@@ -37,16 +37,16 @@ One page holds the controls, others watch. The space bar stops: force zero first
     after_help = "Examples:\n  host-cli serve\n  host-cli serve --port 0 --no-browser --runs my-results"
 )]
 pub(crate) struct Arguments {
-    /// Port of the address; 0 for any that is free
+    /// Port; 0 for any free one
     #[arg(long, default_value_t = PORT, value_parser = whole::<u16>(0..=u16::MAX))]
     port: u16,
     /// Only print the address
     #[arg(long)]
     no_browser: bool,
-    /// Folder of the runs to show, and for new ones
+    /// Folder with runs to show, and for new runs
     #[arg(long, value_name = "DIR", default_value = "results")]
     runs: PathBuf,
-    /// What becomes of a loop or run when the page that controls it is closed
+    /// What happens to a loop or run when the page with the controls is closed
     #[arg(long, value_parser = choice::<OnClose>(), default_value = "stop")]
     on_close: OnClose,
     #[command(flatten)]
@@ -84,7 +84,7 @@ impl Arguments {
             && let Err(error) = open::that_detached(address)
         {
             warn(&format!(
-                "no browser was opened ({error}): copy the address into one, or give --no-browser"
+                "no browser was opened ({error}): copy the address into one"
             ));
         }
         while !stop.load(Ordering::Relaxed) {

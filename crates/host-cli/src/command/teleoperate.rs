@@ -21,12 +21,12 @@ use std::time::Duration;
 pub(crate) const LONG_ABOUT: &str = "\
 Runs one side of a teleoperation on a simulated device, by the clock. The other side runs in another process; they exchange UDP datagrams. \
 The side that listens is the slave, in the remote tissue or wall; the side that connects is the master, in the hand. Both need the same \
-[teleoperation] file; a partner with other values is refused.
+[teleoperation] file; a side with other values is refused.
 
-Late, repeated and foreign messages are refused and counted. If the partner is silent for silence_s, or this machine skips more than \
---skipped-most of the ticks, the force ramps to zero within stop_time_s and the exit code is 1. Ctrl-C does the same and tells the partner.
+Late, repeated and foreign messages are refused and counted. If the other side is silent for silence_s, or this machine skips more than \
+--skipped-most of the ticks, the force ramps to zero within stop_time_s and the exit code is 1. Ctrl-C does the same and ends the other side too.
 
-The line gave energy if the sum of both sides' given_j is above 0.";
+If the sum of given_j of both sides is above 0, the line gave energy.";
 
 /// Arguments of `teleoperate`.
 #[derive(Debug, Args)]
@@ -35,18 +35,18 @@ The line gave energy if the sum of both sides' given_j is above 0.";
                   host-cli teleoperate experiments/teleoperation.toml --connect 127.0.0.1:4810"
 )]
 pub(crate) struct Arguments {
-    /// A file with a table [teleoperation] [default: all of its defaults]
+    /// File with a table [teleoperation] [default: its defaults]
     #[arg(value_name = "FILE.toml")]
     file: Option<PathBuf>,
-    /// Be the slave and wait for the master at this address and port; port 0 for any that is free
+    /// Be the slave and wait for the master at this address and port; port 0 for any free one
     #[arg(long, value_name = "ADDRESS:PORT")]
     listen: Option<String>,
-    /// Be the master and look for the slave there
+    /// Be the master and connect to the slave at this address and port
     #[arg(long, value_name = "ADDRESS:PORT", conflicts_with = "listen")]
     connect: Option<String>,
     #[command(flatten)]
     options: Options<keys::Teleoperate>,
-    /// Be a slave in a remote place that the analysis calls unstable for it
+    /// Run the slave even if the analysis calls it unstable in its remote place
     #[arg(long)]
     force_unstable: bool,
     /// How long to wait for the other side
@@ -123,8 +123,7 @@ impl Arguments {
             (_, Some(text)) => Ok(End::Connect(address(text, "--connect")?)),
             (Some(text), None) => Ok(End::Listen(address(text, "--listen")?)),
             (None, None) => Err(Failure::bad_input(
-                "this side is missing: give --listen ADDRESS:PORT to be the slave, or --connect ADDRESS:PORT to be the master, as \
-                 127.0.0.1:4810",
+                "this side is missing: give --listen or --connect, as 127.0.0.1:4810",
             )),
         }
     }
@@ -168,14 +167,13 @@ fn ended_well(
         FarEnd::Done | FarEnd::OtherLeft => match against.filter(|_| experiment.must_be_passive) {
             None => Ok(()),
             Some(verdict) => Err(Failure::Run(anyhow::anyhow!(
-                "must_be_passive: {} after {}; take must_be_passive out of the file to allow it; the force is zero",
+                "must_be_passive: {} after {}; omit must_be_passive to allow it; the force is zero",
                 verdict.words(),
                 written("duration_s", report.duration_s)
             ))),
         },
         FarEnd::Late => Err(Failure::Run(anyhow::anyhow!(
-            "{} of {} ticks were skipped, more than {} %: this is no result; free this machine, take a longer {SAMPLE_TIME}, or \
-             allow it with --skipped-most; the force is zero",
+            "{} of {} ticks were skipped, more than {} %: lengthen {SAMPLE_TIME}; the force is zero",
             report.skipped,
             report.ticks,
             digits(100.0 * terms.skipped_most, 4)

@@ -11,16 +11,19 @@ use haptic_figure::{FigureError, Look, Picture};
 use serde::Serialize;
 
 pub(crate) const LONG_ABOUT: &str = "\
-Z-width: throws a device against a wall, pushes it into the wall, and finds the stiffest wall at which it comes to rest, for each order and \
-dissipation. The default device is that of the dissertation's section 4.4 (65 g, 3.5 N.s/m); --device-model laboratory adds what real devices have.
+Finds the Z-width: for each order and dissipation the stiffest wall at which a device comes to rest. In each trial a simulated device hits the wall at \
+0.1 m/s and is then pushed into it; a serial device is only pushed. The default device has 65 g and 3.5 N.s/m; --device-model laboratory adds friction, \
+delay, lag and encoder steps.
 
 At rest means: over the last 0.4 s of 5 s the standard deviation of the position is at most 2 encoder steps or 1 % of push/K, whichever is larger, \
-and that of the force at most one encoder step through the operator (no more than 25 % of the push) or 5 % of the push. A force at its limit in more \
-than 1 % of the samples is not stable. With friction each wall is also tried without it: stable is what settles both ways.
+and that of the force at most 5 % of the push or, if larger, the force that one encoder step causes (but at most 25 % of the push). The largest and the \
+smallest force differ by at most the push. A wall whose force is at its limit in more than 1 % of the samples is not stable, nor is one at which only \
+friction keeps the device at rest.
 
-The largest stiffness by the analysis stands beside each point. Ctrl-C keeps the points that are done.";
+Each point also shows the largest stiffness by the analysis. Ctrl-C keeps the points found so far.";
 
-pub(crate) const EXAMPLES: &str = "Examples:\n  host-cli zwidth --orders 0,0.5,1 --points 11 --device-model laboratory --out zwidth\n  \
+pub(crate) const EXAMPLES: &str = "Examples:\n  \
+                  host-cli zwidth --orders 0,0.5,1 --points 11 --device-model laboratory --out zwidth\n  \
                   host-cli zwidth --mass 45g --damping 0.2 --force-limit 3.3N --orders 1 window=1s";
 
 /// The result, and where it was written.
@@ -60,25 +63,20 @@ pub(crate) fn run(asked: WithFiles<keys::ZWidth>, output: Output) -> Result<(), 
 /// Says what the points do not tell.
 fn warn_of(report: &ZWidthReport) {
     let points = report.orders.iter().flat_map(|order| &order.boundary);
-    let at_end = |p: &BoundaryPoint| p.alpha >= 0.999 * report.alpha_searched;
-    if points.clone().any(at_end) {
+    let searched = report.alpha_searched;
+    if points.clone().any(|point| point.alpha >= 0.999 * searched) {
         warn(&format!(
-            "some walls were stable up to alpha = {}, where the search ends: their limit is higher",
-            report.alpha_searched
+            "some walls were stable up to alpha = {searched}, where the search ends"
         ));
     }
     let mut analysed = points.clone().map(|point| point.analysis_stiffness_n_per_m);
     if report.device != "sim" && analysed.all(|found| found.is_none()) {
-        warn(
-            "no analysis, as nobody knows delay and lag of this device: host-cli device measure --out device.toml finds \
-             them, host-cli analyze stability-region --device-model device.toml tells the stiffest wall",
-        );
+        warn("no analysis: this device's delay and lag are unknown; see host-cli device measure");
     }
     if report.disagreements > 0 {
         warn(&format!(
-            "trial and analysis disagree by more than 5 % of the wall at {} of {} points, marked !: the analysis knows \
-                 neither friction, encoder, force limit nor a wall that only pushes, and a trial does not see \
-                 what settles or grows more slowly than it lasts (duration_s)",
+            "trial and analysis differ by more than 5 % at {} of {} points, marked !: the analysis \
+             knows no friction, encoder, force limit or one-sided wall, the trial only its duration_s",
             report.disagreements,
             points.count()
         ));

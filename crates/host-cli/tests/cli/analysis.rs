@@ -1,41 +1,52 @@
 //! `analyze` and `zwidth`: the contract's keys, known numbers, refusals.
 
-use super::process::{Place, holds, number};
+use super::process::{Place, number};
 use serde_json::Value;
+use testkit::assert_relative;
 
 /// One analysis, as JSON.
 fn analyze(line: &str) -> Value {
     Place::new().json(&format!("analyze {line}"))
 }
 
-fn close(have: f64, want: f64, tolerance: f64) -> bool {
-    (have - want).abs() <= tolerance
-}
-
 #[test]
 fn units_and_no_units_give_the_same_loop() {
-    // m = 65 g, T = 2 ms: α = K·4e-6/0.065, β = B·T^1.5/m, δ = 3.5·0.002/0.065.
-    let with = analyze(
-        "stability --order 0.5 --mass 65g --damping 3.5 --sample-time 2ms --stiffness 3N/mm --dissipation 100",
-    );
+    let of = |path: &str| {
+        analyze(&format!(
+            "stability --order 0.5 --mass 65g --damping 3.5 --sample-time 2ms --stiffness 300 --dissipation 10 {path}"
+        ))
+    };
+    let with = of("--delay 2.6ms --current-lag 1ms");
     assert_eq!(with["stable"], true, "{with}");
     assert_eq!(with["encirclements"], 0);
-    let (alpha, beta) = (number(&with, "alpha"), number(&with, "beta"));
-    assert!(close(alpha, 3000.0 * 4e-6 / 0.065, 1e-15), "{alpha}");
-    holds(
-        close(beta, 100.0 * 0.002_f64.powf(1.5) / 0.065, 1e-15),
-        &beta,
-    );
-    let delta = number(&with, "delta");
+    // α = KT²/m, β = B·T^1.5/m, δ = bT/m.
+    for (key, want) in [
+        ("alpha", 300.0 * 4e-6 / 0.065),
+        ("beta", 10.0 * 0.002_f64.powf(1.5) / 0.065),
+        ("delta", 3.5 * 0.002 / 0.065),
+        ("delay_samples", 1.3),
+        ("delay_s", 2.6e-3),
+        ("current_lag_samples", 0.5),
+        ("current_lag_s", 1e-3),
+    ] {
+        assert_relative(key, number(&with, key), want, 5e-15);
+    }
+    // Without units a sample time of 1 makes seconds of samples.
+    let [alpha, beta, delta] = ["alpha", "beta", "delta"].map(|key| number(&with, key));
+    let wall = format!("stability --order 0.5 --alpha {alpha} --beta {beta} --delta {delta}");
     let without = analyze(&format!(
-        "stability --order 0.5 --alpha {alpha} --beta {beta} --delta {delta}"
+        "{wall} --sample-time 1s --delay-samples 1.3 --current-lag 0.5s"
     ));
-    // JSON readers round numbers to the last digit but one.
-    let margins = (
-        number(&with, "gain_margin"),
-        number(&without, "gain_margin"),
-    );
-    assert!(close(margins.0, margins.1, 1e-12), "{margins:?}");
+    let in_samples = of("--delay-samples 1.3 --current-lag 1ms");
+    for other in [without, in_samples] {
+        // JSON readers round numbers to the last digit but one.
+        let margins = [&with, &other].map(|report| number(report, "gain_margin"));
+        assert_relative("margin", margins[1], margins[0], 1e-12);
+    }
+    // Nothing is known in seconds without a sample time.
+    let plain = analyze(&format!("{wall} --delay-samples 0.5"));
+    let seconds = ["delay_s", "current_lag_s"].map(|key| plain[key].is_null());
+    assert_eq!((seconds, number(&plain, "delay_samples")), ([true; 2], 0.5));
 }
 
 #[test]
@@ -89,52 +100,6 @@ fn questions_without_an_answer_are_refused_with_the_option_to_change() {
             => --delay 0.001 s is a time, and the loop has none: give --sample-time
         ",
     );
-}
-
-const DEVICE: &str = "--mass 65g --damping 3.5 --sample-time 1ms";
-const WALL: &str = "--order 1 --stiffness 8N/mm --dissipation 15";
-
-#[test]
-fn a_delay_is_the_same_in_samples_and_in_seconds_and_a_lag_costs_margin() {
-    let at = |path: &str| analyze(&format!("stability {WALL} {DEVICE} {path}"));
-    let margin = |path: &str| number(&at(path), "gain_margin");
-    let both = at("--delay 1.3ms --current-lag 0.5ms");
-    holds((number(&both, "delay_samples") - 1.3).abs() < 1e-12, &both);
-    assert!((number(&both, "delay_s") - 1.3e-3).abs() < 1e-15, "{both}");
-    holds(
-        (number(&both, "current_lag_s") - 0.5e-3).abs() < 1e-15,
-        &both,
-    );
-    holds(
-        (number(&both, "current_lag_samples") - 0.5).abs() < 1e-12,
-        &both,
-    );
-    assert!((margin("--delay 0.5ms") / margin("--delay-samples 0.5") - 1.0).abs() < 1e-12);
-    let margins = ["", "--delay-samples 0.5", "--delay-samples 1"].map(margin);
-    assert!(
-        margins[0] > margins[1] && margins[1] > margins[2],
-        "{margins:?}"
-    );
-    assert!(margin("--current-lag 0.4ms") < margins[0]);
-    // Without units a sample time of 1 makes seconds of samples.
-    let (alpha, beta, delta) = (
-        number(&both, "alpha"),
-        number(&both, "beta"),
-        number(&both, "delta"),
-    );
-    let plain = analyze(&format!(
-        "stability --order 1 --alpha {alpha} --beta {beta} --delta {delta} --sample-time 1s \
-         --delay-samples 1.3 --current-lag 0.5s"
-    ));
-    assert_eq!(plain["stable"], both["stable"]);
-    // Nothing is known in seconds without a sample time.
-    let plain =
-        analyze("stability --order 1 --alpha 0.05 --beta 0.1 --delta 0.1 --delay-samples 0.5");
-    holds(
-        plain["delay_s"].is_null() && plain["current_lag_s"].is_null(),
-        &plain,
-    );
-    assert_eq!(number(&plain, "delay_samples"), 0.5);
 }
 
 /// The largest α of a report's only order, and of the analysis beside it.

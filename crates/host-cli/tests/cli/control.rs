@@ -1,7 +1,8 @@
 //! `control`: from wishes to a controller, its loop, and back from a record to a plant.
 
-use crate::process::{Place, holds, keys, number};
+use crate::process::{Place, holds, keys, number, says};
 use serde_json::Value;
+use testkit::{assert_close, assert_relative};
 
 const OVEN: &str = "0.55exp(-s)/(62s+1)";
 const PODLUBNY: &str = "1/(0.8s^2.2+0.5s^0.9+1)";
@@ -21,36 +22,27 @@ fn a_design_meets_its_wishes_and_the_files_are_what_other_commands_take() {
     assert_eq!(keys(&report), OF_A_DESIGN);
     assert_eq!(report["stable"], true);
     let wishes = report["specification"].as_array().expect("a list");
-    let names: Vec<&str> = wishes.iter().filter_map(|w| w["name"].as_str()).collect();
-    assert_eq!(
-        names,
-        [
-            "crossover_rad_s",
-            "phase_margin_deg",
-            "phase_slope_deg_per_decade"
-        ]
-    );
+    let names = wishes.iter().filter_map(|wish| wish["name"].as_str());
+    let names: Vec<&str> = names.collect();
+    let wanted = "crossover_rad_s phase_margin_deg phase_slope_deg_per_decade";
+    assert_eq!(names.join(" "), wanted);
     assert!(wishes.iter().all(|wish| wish["met"] == true), "{wishes:?}");
-    assert!((number(&wishes[1], "wanted") - 65.0).abs() < 1e-9);
-    assert!((number(&wishes[1], "reached") / 65.0 - 1.0).abs() < 0.01);
+    assert_close("wanted", number(&wishes[1], "wanted"), 65.0, 1e-9);
+    assert_relative("reached", number(&wishes[1], "reached"), 65.0, 0.01);
     // Iso-damped: the PID of order 1 is at least three times worse.
-    let (own, other) = (
-        number(&report, "overshoot_spread"),
-        number(&report["integer"], "overshoot_spread"),
-    );
+    let [own, other] = [&report, &report["integer"]].map(|of| number(of, "overshoot_spread"));
     assert!(other > 3.0 * own, "{own} {other}");
-    assert_eq!(
-        place.listing(),
-        "d/ d/controller.csv d/controller.png d/controller.svg d/controller.toml"
-    );
-    let line = format!("control analyze --plant {OVEN} --controller d/controller.toml --json");
-    let analysis = place.run(&line).succeeded().json();
-    assert!((number(&analysis["margins"], "phase_margin_deg") / 65.0 - 1.0).abs() < 0.01);
+    let files = "d/ d/controller.csv d/controller.png d/controller.svg d/controller.toml";
+    assert_eq!(place.listing(), files);
+    let line = format!("control analyze --plant {OVEN} --controller d/controller.toml");
+    let analysis = place.json(&line);
+    let margin = number(&analysis["margins"], "phase_margin_deg");
+    assert_relative("margin", margin, 65.0, 0.01);
     // The step is that of the design.
-    let line = format!("control simulate --plant {OVEN} --controller d/controller.toml --json");
-    let run = place.run(&line).succeeded().json();
+    let line = format!("control simulate --plant {OVEN} --controller d/controller.toml");
+    let run = place.json(&line);
     let overshoot = |report: &Value| number(&report["shape"], "overshoot");
-    assert!((overshoot(&run) - overshoot(&report)).abs() < 1e-9);
+    assert_close("overshoot", overshoot(&run), overshoot(&report), 1e-9);
     // Nothing is overwritten unasked.
     let line = format!("control design --plant {OVEN} --crossover 0.1rad/s --out d");
     place
@@ -65,21 +57,21 @@ fn a_wish_that_is_not_met_ends_with_1_and_says_by_how_much() {
         "control design --plant {OVEN} --crossover 0.1rad/s --phase-margin 65deg --sensitivity-peak 1.01 --out d --json"
     );
     let ended = place.run(&line).failed(1);
-    let said = ended.error();
-    holds(
-        said.contains("not met: largest |S|") && said.contains("instead of 1.01 (+"),
-        &said,
+    says(
+        ended.error(),
+        &["not met: largest |S|", "instead of 1.01 (+"],
     );
     // The report is there all the same, and the file says so.
-    let wishes = ended.json()["specification"].clone();
-    let missed = wishes.as_array().expect("a list");
-    let missed: Vec<&Value> = missed.iter().filter(|wish| wish["met"] == false).collect();
-    assert_eq!(missed.len(), 1);
-    assert_eq!(missed[0]["name"], "sensitivity_peak");
-    assert!(
-        place
-            .text("d/controller.toml")
-            .contains("note = \"not met: largest |S|")
+    let report = ended.json();
+    let wishes = report["specification"].as_array().expect("a list").iter();
+    let missed: Vec<&Value> = wishes
+        .filter(|wish| wish["met"] == false)
+        .map(|wish| &wish["name"])
+        .collect();
+    assert_eq!(missed, ["sensitivity_peak"]);
+    says(
+        &place.text("d/controller.toml"),
+        &["note = \"not met: largest |S|"],
     );
 }
 
@@ -110,31 +102,24 @@ fn what_a_record_does_not_determine_is_in_the_json() {
     let place = Place::new();
     let row = |n: i32| {
         let t = 0.01 * f64::from(n);
-        format!(
-            "{t},1,{}\n",
-            (-1e4 * f64::exp_m1(-t / 1000.0)).round() / 1e4
-        )
+        let y = (-1e4 * f64::exp_m1(-t / 1000.0)).round() / 1e4;
+        format!("{t},1,{y}\n")
     };
     let rows: String = (0..300).map(row).collect();
     place.write("one.csv", format!("time_s,input,output\n{rows}"));
-    let ended = place
-        .run("control identify one.csv --model 1/(1000s+1) -q --json")
-        .succeeded_with_warnings();
-    let json = ended.json();
-    let text = json["warnings"].to_string();
-    holds(
-        text.contains("does not determine numerator_coefficient_1"),
-        &json,
+    let ended = place.run("control identify one.csv --model 1/(1000s+1) -q --json");
+    let json = ended.succeeded_with_warnings().json();
+    says(
+        &json["warnings"].to_string(),
+        &["does not determine numerator_coefficient_1"],
     );
     let numbers = json["numbers"].as_array().expect("numbers");
-    holds(
-        numbers.iter().any(|number| number["determined"] == false),
-        &json,
-    );
-    holds(
-        numbers.iter().any(|number| number["determined"] == true),
-        &json,
-    );
+    for determined in [false, true] {
+        let some = numbers
+            .iter()
+            .any(|number| number["determined"] == determined);
+        holds(some, &json);
+    }
 }
 
 /// The PID of order 1 grows, and its steps swing: the picture says what it leaves out.
@@ -143,15 +128,13 @@ fn a_design_that_is_lost_at_twice_its_gain_is_warned_of_in_words_file_and_pictur
     let place = Place::new();
     let line = "control design --plant exp(-0.1s)/(s+1) --crossover 13rad/s --phase-margin 25deg --not-flat --out late";
     let shown = place.run(line).succeeded().stdout;
-    holds(
-        shown.contains("Warning: the sampled loop is proved stable only from"),
+    says(
         &shown,
+        &["Warning: the sampled loop is proved stable only from"],
     );
-    let file = place.text("late/controller.toml");
-    assert!(file.contains("proved stable only"), "{file}");
-    let picture = place.text("late/controller.svg");
-    let told = picture.contains("left out: PID of order 1 at gain +3 dB, which grows");
-    assert!(told, "{picture}");
+    says(&place.text("late/controller.toml"), &["proved stable only"]);
+    let left_out = "left out: PID of order 1 at gain +3 dB, which grows";
+    says(&place.text("late/controller.svg"), &[left_out]);
 }
 
 #[test]
@@ -168,10 +151,8 @@ fn a_trajectory_of_a_table_is_followed_sample_by_sample() {
     assert!(run["shape"].is_null());
     let samples = run["step"].as_array().expect("samples");
     assert_eq!(samples.len(), 401);
-    assert_eq!(
-        (&samples[150]["reference"], &samples[200]["reference"]),
-        (&0.5.into(), &1.0.into())
-    );
+    let references = [150, 200].map(|n| number(&samples[n], "reference"));
+    assert_eq!(references, [0.5, 1.0]);
 }
 
 /// What is wrong with plants, controllers, wishes and records is tested with `fractional-control` and `haptic-experiment`.

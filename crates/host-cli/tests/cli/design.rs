@@ -94,30 +94,23 @@ const WALL: &str = "[wall]\nmass_kg = 0.065\ndamping_n_s_per_m = 3.5\nsample_tim
 fn a_wall_rests_where_the_push_is_in_balance() {
     let place = Place::new();
     // Order 1 leaves nothing to creep: 1 N on 3000 + 200 N/m.
-    let text = WALL
-        .replace("order = 0.5", "order = 1\nhand_stiffness_n_per_m = 200")
-        .replace("= 100.0", "= 10");
-    place.write("wall.toml", text);
+    let held = WALL.replace("order = 0.5", "order = 1\nhand_stiffness_n_per_m = 200");
+    place.write("wall.toml", held.replace("= 100.0", "= 10"));
     let report = place.json("run wall.toml");
     assert_eq!(report["stable"], true);
-    assert_relative(
-        "design",
-        number(&report, "deflection_m"),
-        1.0 / 3200.0,
-        1e-9,
-    );
-    assert_relative(
-        "design",
-        number(&report, "expected_deflection_m"),
-        1.0 / 3200.0,
-        1e-15,
-    );
+    for (key, tolerance) in [("deflection_m", 1e-9), ("expected_deflection_m", 1e-15)] {
+        assert_relative(key, number(&report, key), 1.0 / 3200.0, tolerance);
+    }
     assert!(number(&report, "position_std_m") < 1e-12);
     assert!(number(&report, "max_relative_error") < 1e-9);
     assert_eq!(report["log"], "results/wall-0001/wall.mcap");
-    // A log like any other.
-    let check = place.run("log check results/wall-0001/wall.mcap --json");
-    assert_eq!(number(&check.succeeded().json(), "samples"), 2501.0);
+    has_samples(&place, "results/wall-0001/wall.mcap", 2501.0);
+}
+
+/// A log like any other.
+fn has_samples(place: &Place, log: &str, samples: f64) {
+    let check = place.json(&format!("log check {log}"));
+    assert_eq!(number(&check, "samples"), samples);
 }
 
 #[test]
@@ -147,14 +140,13 @@ fn a_guard_stills_an_unstable_wall() {
         let report = ended.succeeded_with_warnings().json();
         assert_eq!(report["stable"], true, "{guard}");
         assert_relative(
-            "design",
+            guard,
             number(&report, "deflection_m"),
             1.0 / stiffness,
             1e-3,
         );
         assert!(number(&report, "limited_samples") > 0.0);
-        let check = place.run(&format!("log check {guard}/wall.mcap --json"));
-        assert_eq!(number(&check.succeeded().json(), "samples"), 2501.0);
+        has_samples(&place, &format!("{guard}/wall.mcap"), 2501.0);
     }
 }
 
@@ -185,27 +177,19 @@ fn device_and_object_rest_where_the_springs_balance_the_push() {
         // 250 N/m beside 750 N/m: three quarters of the push go through the coupler.
         (250.0, 1e-3, 0.75e-3),
     ] {
-        place.write(
-            "coupler.toml",
-            format!("{COUPLER}hand_stiffness_n_per_m = {hand}\n"),
-        );
+        let file = format!("{COUPLER}hand_stiffness_n_per_m = {hand}\n");
+        place.write("coupler.toml", file);
         let ended = place.run("run coupler.toml --json --out run --overwrite");
         let report = ended.succeeded().json();
         assert_eq!(report["stable"], true, "{report}");
         assert_eq!(report["analysis_agrees"], true, "{report}");
-        assert_relative("coupler", number(&report, "deflection_m"), device, 1e-6);
-        assert_relative(
-            "coupler",
-            number(&report, "expected_deflection_m"),
-            device,
-            1e-12,
-        );
-        assert_relative(
-            "coupler",
-            number(&report, "object_position_m"),
-            object,
-            1e-6,
-        );
+        for (key, want, tolerance) in [
+            ("deflection_m", device, 1e-6),
+            ("expected_deflection_m", device, 1e-12),
+            ("object_position_m", object, 1e-6),
+        ] {
+            assert_relative(key, number(&report, key), want, tolerance);
+        }
         let error = number(&report, "max_relative_error");
         assert!(error > 0.0 && error < 1e-9, "{error:e}");
         let header = "time_s,position_m,object_position_m,reaction_force_n";
@@ -213,11 +197,10 @@ fn device_and_object_rest_where_the_springs_balance_the_push() {
         assert_eq!(rows.len(), 5001);
         // What is left at the end is rest: the force through the coupler moves the object's spring.
         let last = &rows[5000];
-        assert_relative("coupler", last[3], 1000.0 * last[2], 1e-6);
+        assert_relative("rest", last[3], 1000.0 * last[2], 1e-6);
         let svg = place.text("run/coupler.svg");
-        assert!(svg.contains("object") && svg.contains("A trial of a coupler, simulated"));
-        let check = place.run("log check run/coupler.mcap --json");
-        assert_eq!(number(&check.succeeded().json(), "samples"), 5001.0);
+        says(&svg, &["object", "A trial of a coupler, simulated"]);
+        has_samples(&place, "run/coupler.mcap", 5001.0);
     }
 }
 
@@ -247,10 +230,14 @@ fn a_loop_on_the_host_carries_it_and_refuses_an_unstable_one() {
     let device = Emulated::new("--speed 0.2");
     let place = device.place();
     // Soft enough for two samples of delay and more.
-    let soft = COUPLER
-        .replace("= 2.0", "= 0.5")
-        .replace("= 3000.0", "= 60.0")
-        .replace("= 1000.0", "= 100.0");
+    let soft = [
+        ("= 2.0", "= 0.5"),
+        ("= 3000.0", "= 60.0"),
+        ("= 1000.0", "= 100.0"),
+    ];
+    let soft = soft.iter().fold(COUPLER.to_owned(), |text, (from, to)| {
+        text.replace(from, to)
+    });
     place.write(
         "coupler.toml",
         format!("{soft}duration_s = 0.4\nwindow_s = 0.1\n"),
@@ -271,13 +258,10 @@ fn a_loop_on_the_host_carries_it_and_refuses_an_unstable_one() {
     assert!(number(&report, "object_position_m") > 1e-3, "{report}");
     // Too stiff for the delay.
     place.write("coupler.toml", COUPLER.replace("= 3000.0", "= 90000.0"));
-    let refused = place.run(&format!("{on} --out stiff"));
-    refused.refused(
-        2,
-        &[
-            "pre-flight",
-            "coupled loop would be unstable",
-            "--force-unstable",
-        ],
-    );
+    let words = [
+        "pre-flight",
+        "coupled loop would be unstable",
+        "--force-unstable",
+    ];
+    place.run(&format!("{on} --out stiff")).refused(2, &words);
 }

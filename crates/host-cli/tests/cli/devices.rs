@@ -8,7 +8,7 @@ mod promises;
 mod unheard;
 
 pub(crate) use crate::emulated::Emulated;
-use crate::process::says;
+use crate::process::{column, says};
 use serde_json::Value;
 use std::time::Duration;
 
@@ -36,11 +36,9 @@ fn a_relaxation_in_the_devices_loop_loses_nothing_and_follows_theory() {
     assert_eq!(report["link"]["board"], "emulated");
     // An emulated device simulates its rig, so nothing is called rendered.
     assert_eq!(report["link"]["simulated"], true);
-    assert!(
-        device
-            .place
-            .text("run/relax.csv")
-            .contains(",simulated_force_n,")
+    says(
+        &device.place.text("run/relax.csv"),
+        &[",simulated_force_n,"],
     );
     // The log says the same.
     let info = device.json("log info run/relax.mcap");
@@ -77,16 +75,11 @@ fn the_log_of_a_host_loop_shows_no_force_beyond_what_the_device_makes() {
                 --duration 1s --ramp-time 0.5s watchdog=1s max_age_ticks=1000 --out run --json";
     let ended = place.run(line);
     // A run that ended early keeps its log too.
-    let export = place.run("log export run/relax.mcap run.csv").succeeded();
-    let mut rows = csv::Reader::from_path(place.path("run.csv")).expect("a table");
-    let header = rows.headers().expect("a header").clone();
-    let column = header.iter().position(|name| name == "applied_force_n");
-    let column = column.unwrap_or_else(|| panic!("{header:?} {export}"));
-    let forces = rows.records().map(|row| {
-        let row = row.expect("a row");
-        row[column].parse::<f64>().expect("a number").abs()
-    });
-    let most = forces.fold(0.0, f64::max);
+    let export = place.run("log export run/relax.mcap -").succeeded();
+    let forces = column(&export.stdout, "applied_force_n");
+    let most = forces
+        .into_iter()
+        .fold(0.0, |most: f64, force| most.max(force.abs()));
     assert!((1.0..=2.0 + 1e-6).contains(&most), "{most} N: {ended}");
 }
 
@@ -100,14 +93,14 @@ fn parameters_are_set_as_a_whole_and_read_back() {
     assert_eq!(at(&after, "/watchdog_s"), 0.05);
     assert_eq!(after["operator"]["form"], "modes");
     assert_eq!(device.json(&format!("device get {on}")), after);
-    device
-        .place
-        .run(&format!("device set {on} watchdog=1ms"))
-        .refused(2, &["watchdog=1ms is not from 5 ms to 1 s"]);
-    device
-        .place
-        .run(&format!("device set {on} --watchdog 50ms"))
-        .refused(2, &["write watchdog=VALUE"]);
+    let refused = |line: &str, words: &str| {
+        device
+            .place
+            .run(&format!("device set {on} {line}"))
+            .refused(2, &[words]);
+    };
+    refused("watchdog=1ms", "watchdog=1ms is not from 5 ms to 1 s");
+    refused("--watchdog 50ms", "write watchdog=VALUE");
     assert_eq!(device.json(&format!("device get {on}")), after);
 }
 
@@ -122,9 +115,9 @@ fn a_run_leaves_the_device_as_it_was_and_loosens_nothing() {
          sample_time_s = 1e-3\norder = 1\nstiffness_n_per_m = 500\ndissipation_n_s_mu_per_m = 1\n\
          duration_s = 1\n",
     );
-    let set = device.place.run(
-        "device set --device serial:device stiffness=123N/m order=0.5 dissipation=2 rise_time=0.2s",
-    );
+    let set =
+        "device set --device serial:device stiffness=123N/m order=0.5 dissipation=2 rise_time=0.2s";
+    let set = device.place.run(set);
     // What was loosened, and by how much.
     says(
         &set.stderr,
@@ -133,15 +126,13 @@ fn a_run_leaves_the_device_as_it_was_and_loosens_nothing() {
     assert_eq!(set.stderr.matches("loosened").count(), 1, "{set}");
     let before = device.json(get);
     let run = device.place.run("run wall.toml --out wall --quiet --json");
-    says(
-        &run.stderr,
-        &[
-            "the limits set on the device",
-            // And no limit that the run asked for itself.
-            "tighter: at most 10 N; a run",
-            "device set",
-        ],
-    );
+    // And no limit that the run asked for itself.
+    let words = [
+        "the limits set on the device",
+        "tighter: at most 10 N; a run",
+        "device set",
+    ];
+    says(&run.stderr, &words);
     assert_eq!(device.json(get), before);
     let info = device.place.run("log info wall/wall.mcap --json");
     says(&info.stdout, &["\"device_force_limit_n\":\"10\""]);

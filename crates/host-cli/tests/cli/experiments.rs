@@ -4,6 +4,7 @@ use crate::data::GEL;
 use crate::process::{Ended, Place, holds, number, says, table};
 use serde_json::Value;
 use std::path::{Path, PathBuf};
+use testkit::assert_close;
 
 /// A run of 3001 samples: ramp until 0.5 s, hold until 3 s.
 pub(crate) const SHORT: &str = "relax --duration 3s --ramp-time 0.5s --out run";
@@ -31,7 +32,6 @@ fn relaxation_force(strain: f64, ramp_s: f64, t: f64) -> f64 {
     AREA_M2 * ETA * strain / (ramp_s * libm::tgamma(1.0 + p)) * powers
 }
 
-/// Keys of numbers above 0 in the report of any experiment on one axis.
 pub(crate) const NUMBERS: [&str; 5] = [
     "order",
     "duration_s",
@@ -106,16 +106,9 @@ fn the_csv_holds_the_samples_beside_their_theory() {
     place.run(SHORT).succeeded();
     // At time 0 nothing is wanted, so no relative error has a meaning: an empty cell.
     let text = place.text("run/relax.csv");
-    let (header, rest) = text.split_once('\n').expect("lines");
-    let (first, _) = rest.split_once('\n').expect("lines");
-    assert_eq!(first, "0.0,0.0,0.0,0.0,0.0,0.0,");
-    let rows = table(
-        &format!(
-            "{header}\n{}",
-            rest.replacen(first, &format!("{first}0"), 1)
-        ),
-        RELAX_COLUMNS,
-    );
+    let first = "\n0.0,0.0,0.0,0.0,0.0,0.0,\n";
+    assert_eq!(text.matches(first).count(), 1);
+    let rows = table(&text.replacen(first, "\n0,0,0,0,0,0,0\n", 1), RELAX_COLUMNS);
     assert_eq!(rows.len(), 3001);
     let depth = 0.05 * cancerous::THICKNESS_M;
     for (n, row) in rows.iter().enumerate() {
@@ -123,24 +116,15 @@ fn the_csv_holds_the_samples_beside_their_theory() {
         let [time, reference, position, force, history, theory, error] = row[..] else {
             panic!("row {n} has {} cells", row.len());
         };
-        let near = |have: f64, want: f64, tolerance: f64| (have - want).abs() <= tolerance;
-        assert!(near(time, t, 1e-9), "{n}: {time}");
-        assert!(
-            near(reference, depth * (t / 0.5).min(1.0), 1e-12),
-            "{n}: {reference}"
-        );
+        assert_close("time", time, t, 1e-9);
+        assert_close("reference", reference, depth * (t / 0.5).min(1.0), 1e-12);
         // The contact and the masses let the renderer lag: some 3 µs of 1 mm while the ramp starts.
-        assert!(near(position, reference, 5e-6), "{n}: {position}");
+        assert_close("position", position, reference, 5e-6);
         // The default tolerance, of a force below 1 N.
-        assert!(near(force, history, 1e-6), "{n}: {force} {history}");
-        let want = relaxation_force(0.05, 0.5, t);
-        assert!(near(theory, want, 1e-12), "{n}: {theory} {want}");
-        let want = if n == 0 {
-            0.0
-        } else {
-            (force / theory - 1.0).abs()
-        };
-        assert!(near(error, want, 1e-12), "{n}: {error} {want}");
+        assert_close("force", force, history, 1e-6);
+        assert_close("theory", theory, relaxation_force(0.05, 0.5, t), 1e-12);
+        let relative = (force / theory - 1.0).abs();
+        assert_close("error", error, if n == 0 { 0.0 } else { relative }, 1e-12);
     }
 }
 
@@ -150,22 +134,19 @@ fn an_experiment_is_written_down_and_run_again_from_its_log() {
     std::fs::create_dir(place.path("mine")).expect("makes the folder");
     place.write("mine/gel.toml", GEL);
     let line = "relax --duration 2s ramp-time=0.5s --tissue mine/gel.toml --sample-time 2ms rendering.precision=f32";
-    place
-        .run(&format!("{line} --write mine/relax.toml"))
-        .succeeded();
-    let written = place.text("mine/relax.toml");
-    for kept in [
+    let run = |options: &str| place.run(options).succeeded();
+    run(&format!("{line} --write mine/relax.toml"));
+    let kept = [
         "sample_time_s = 0.002\n",
         "precision = \"f32\"\n",
         "# strain = 0.05\n",
-    ] {
-        assert!(written.contains(kept), "{written}");
-    }
+    ];
+    says(&place.text("mine/relax.toml"), &kept);
     let again = format!("{line} --write mine/relax.toml");
     place.run(&again).refused(2, &["mine/relax.toml"]);
     let now = || haptic_log::record::StartTime::at(std::time::SystemTime::now()).rfc3339();
     let before = now();
-    place.run(&format!("{line} --out first")).succeeded();
+    run(&format!("{line} --out first"));
     let after = now();
     let info = place.json("log info first/relax.mcap");
     let started = info["started_utc"].as_str().expect("a date");
@@ -173,15 +154,12 @@ fn an_experiment_is_written_down_and_run_again_from_its_log() {
         before.as_str() <= started && started <= after.as_str(),
         &started,
     );
-    place.run("run mine/relax.toml --out second").succeeded();
-    place.run("run first/relax.mcap --out third").succeeded();
-    let first = place.read("first/relax.csv");
-    assert_eq!(place.read("second/relax.csv"), first);
-    assert_eq!(place.read("third/relax.csv"), first);
-    place
-        .run("run first/relax.mcap strain=3% --out other")
-        .succeeded();
-    assert_ne!(place.read("other/relax.csv"), first);
+    run("run mine/relax.toml --out second");
+    run("run first/relax.mcap --out third");
+    run("run first/relax.mcap strain=3% --out other");
+    let of = |run: &str| place.read(&format!("{run}/relax.csv"));
+    assert_eq!((of("second"), of("third")), (of("first"), of("first")));
+    assert_ne!(of("other"), of("first"));
 }
 
 #[test]
@@ -265,54 +243,37 @@ fn example(name: &str) -> PathBuf {
     folder.join(name)
 }
 
+/// What it promises is held by the tests of `haptic-experiment`, and its numbers by the pins.
 #[test]
-fn the_worked_example_holds_its_indenter_and_says_how_well() {
+fn the_worked_example_draws_its_drive_and_names_its_controller() {
     let place = Place::new();
     let file = example("relax-driven.toml");
-    let run = format!("run {} --out driven --json", file.display());
-    let report = place.run(&run).succeeded().json();
+    let report = place.json(&format!("run {} --out driven", file.display()));
     let drive = &report["drive"];
-    assert!(
-        drive["controller"]
-            .as_str()
-            .is_some_and(|name| name.ends_with("indenter.toml"))
-    );
-    assert_eq!(drive["quantity"], "position");
+    says(&drive["controller"].to_string(), &["indenter.toml\""]);
     // 1 mm in 1 s.
-    assert!(number(drive, "tracking_error_max") < 1e-4, "{drive}");
     assert!(number(drive, "tracking_error_final") < 2e-6, "{drive}");
-    assert!(number(drive, "drive_force_peak_n") > number(&report, "peak_force_n"));
-    assert_eq!(number(drive, "saturated_samples"), 0.0);
-    let loops = &drive["preflight"];
     for name in ["free", "in_contact"] {
-        assert_eq!(loops[name]["stable"], true, "{name}");
-        assert!(number(&loops[name], "gain_margin") > 2.0, "{name}");
+        assert!(
+            number(&drive["preflight"][name], "gain_margin") > 2.0,
+            "{name}"
+        );
     }
-    // The tissue is that of the motion really made.
-    assert!(number(&report, "max_relative_error") < 1e-5);
-    let picture = place.text("driven/relax.svg");
-    says(
-        &picture,
-        &[
-            "(d) set point less measurement",
-            "(e) force of the drive",
-            "tracking error / µm",
-        ],
-    );
-    let table = place.text("driven/relax.csv");
-    let names = table.lines().next().expect("names");
-    holds(names.ends_with("indenter_position_m,drive_force_n"), &names);
+    let panels = [
+        "(d) set point less measurement",
+        "(e) force of the drive",
+        "tracking error / µm",
+    ];
+    says(&place.text("driven/relax.svg"), &panels);
     let info = place.run("log info driven/relax.mcap").succeeded().stdout;
-    assert!(info.contains("indenter.toml"), "{info}");
+    says(&info, &["indenter.toml"]);
 }
 
 #[test]
 fn an_unstable_drive_is_refused_unless_it_is_forced() {
     let place = Place::new();
-    place.write(
-        "unstable.toml",
-        "[pid]\nproportional_gain = 2e5\n[loop]\nsample_time_s = 1e-3\n",
-    );
+    let file = "[pid]\nproportional_gain = 2e5\n[loop]\nsample_time_s = 1e-3\n";
+    place.write("unstable.toml", file);
     place.write("empty.toml", "[relax]\n[drive]\n");
     place.refuses(
         "

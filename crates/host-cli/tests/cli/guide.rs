@@ -42,7 +42,6 @@ chapters! {
     #[ignore = "long: `.ci/run` does it, or --include-ignored"]
     measure_your_device: "measure-your-device.md" ["device.toml", "device.png"];
     reading_a_stability_map: "stability-map.md" ["map/region.png", "map/region.csv"];
-    safety: "safety.md" [];
     the_page_in_the_browser: "page.md" [];
     #[ignore = "long: `.ci/run` does it, or --include-ignored"]
     tissues_and_signals: "tissues.md" ["half.csv", "mine/relax.png"];

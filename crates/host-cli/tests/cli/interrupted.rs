@@ -2,16 +2,13 @@
 
 use crate::devices::Emulated;
 use crate::experiments::SHORT;
-use crate::process::{Ended, PATIENCE, Place, number, says, table};
+use crate::process::{Ended, PATIENCE, Place, column, number, says};
 use rand_pcg::Pcg64;
 use rand_pcg::rand_core::{Rng, SeedableRng};
 use std::process::{Child, Stdio};
 use std::time::{Duration, Instant};
-use testkit::skip;
+use testkit::{assert_close, skip};
 
-/// Header of `log export`.
-const TICKS: &str = "tick,time_s,reference_m,indenter_position_m,position_m,environment_force_n,\
-                     commanded_force_n,applied_force_n,contact_force_n,limiters,flaws,observed_energy_j";
 /// A limiter bit of the log: the loop is stopping.
 const STOPPING: u8 = 8;
 
@@ -56,17 +53,15 @@ fn run_and_meanwhile(
     start_and_signal(place, line, signal, grown, meanwhile)
 }
 
-/// The checks of a run that a signal has stopped.
-fn a_signal_stops_the_run_safely(signal: &str) {
+/// Ctrl-C. No picture of the run that it overwrites is left.
+#[test]
+fn ctrl_c_ramps_the_force_to_zero_and_closes_the_log() {
     // 2 N/s, so that the way from 0.15 N to zero takes some 70 ticks.
     const RATE_LIMIT_N_PER_S: f64 = 2.0;
     let place = Place::new();
-    // No picture of the run that it overwrites is left.
     place.run(SHORT).succeeded();
     let line = "relax --realtime force_rate_limit=2N/s --out run --overwrite --json";
-    let ended = run_and_signal(&place, line, "run/relax.mcap.part", signal);
-
-    let ended = ended.failed(1);
+    let ended = run_and_signal(&place, line, "run/relax.mcap.part", "INT").failed(1);
     says(
         ended.error(),
         &["interrupted", "ramped to zero", "run/relax.mcap"],
@@ -78,54 +73,54 @@ fn a_signal_stops_the_run_safely(signal: &str) {
     assert!(number(&report, "max_relative_error") < 1e-5, "{report}");
     assert_eq!(report["limited_samples"], 0, "{report}");
     let warnings = report["warnings"].to_string();
-    let blamed = ["times the closed form", "force_limit_n"];
-    assert!(
-        !blamed.iter().any(|words| warnings.contains(words)),
-        "{report}"
-    );
+    let mut blamed = ["times the closed form", "force_limit_n"].into_iter();
+    assert!(!blamed.any(|words| warnings.contains(words)), "{report}");
 
-    let check = place.run("log check run/relax.mcap --json").succeeded();
-    let check = check.json();
+    let check = place.json("log check run/relax.mcap");
     assert_eq!(check["samples"], report["samples"]);
     let events = check["events"].as_array().expect("a list");
     assert_eq!(events.len(), 1, "{check}");
     assert_eq!(events[0]["kind"], "interrupted");
 
-    place.run("log export run/relax.mcap ticks.csv").succeeded();
-    let rows = table(&place.text("ticks.csv"), TICKS);
-    let (force, limiters) = (6, 9);
-    let stop = rows
+    let ticks = place.run("log export run/relax.mcap -").succeeded().stdout;
+    let [times, forces, limiters] =
+        ["time_s", "commanded_force_n", "limiters"].map(|name| column(&ticks, name));
+    let stops = |limiters: &f64| *limiters as u8 & STOPPING != 0;
+    let stop = limiters
         .iter()
-        .position(|row| row[limiters] as u8 & STOPPING != 0)
+        .position(stops)
         .expect("the log shows the stop");
     // The event lies in the tick before the first that stops.
     // This reader of JSON takes 0.20700000000000002 for 0.207.
-    let apart = number(&events[0], "time_s") - rows[stop - 1][1];
-    assert!(apart.abs() < 1e-12, "{apart} s apart");
-    let ramp = &rows[stop - 1..];
+    assert_close(
+        "event",
+        number(&events[0], "time_s"),
+        times[stop - 1],
+        1e-12,
+    );
+    let ramp = &forces[stop - 1..];
     assert!(ramp.len() > 10, "a ramp, not a step: {} ticks", ramp.len());
     for pair in ramp.windows(2) {
-        let (before, after) = (pair[0][force].abs(), pair[1][force].abs());
-        let step = before - after;
+        let step = pair[0].abs() - pair[1].abs();
         assert!(
             step > 0.0 && step <= RATE_LIMIT_N_PER_S * 1e-3 + 1e-12,
-            "{before} N to {after} N"
+            "{pair:?} N"
         );
     }
-    let last = rows.last().expect("rows");
-    assert_eq!(last[force], 0.0, "the force at the end");
+    assert_eq!(forces.last(), Some(&0.0), "the force at the end");
 }
 
 #[test]
-fn ctrl_c_ramps_the_force_to_zero_and_closes_the_log() {
-    a_signal_stops_the_run_safely("INT");
+fn creep_stops_at_a_termination_signal_too() {
+    let place = Place::new();
+    let line = "creep --realtime --out run --quiet";
+    let ended = run_and_signal(&place, line, "run/creep.mcap.part", "TERM").failed(1);
+    assert_eq!(ended.stdout, "", "{ended}");
+    assert_eq!(place.files(), ["run/", "run/creep.mcap"]);
+    let ticks = place.run("log export run/creep.mcap -").succeeded().stdout;
+    let forces = column(&ticks, "commanded_force_n");
+    assert_eq!(forces.last(), Some(&0.0), "the force at the end");
 }
-
-#[test]
-fn a_termination_signal_ramps_the_force_to_zero_and_closes_the_log() {
-    a_signal_stops_the_run_safely("TERM");
-}
-
 #[test]
 fn a_folder_that_a_run_writes_to_is_its_own() {
     let place = Place::new();
@@ -137,10 +132,9 @@ fn a_folder_that_a_run_writes_to_is_its_own() {
             "log recover run/relax.mcap.part saved.mcap",
         ] {
             let refused = place.run(line).failed(2);
-            let error = refused.error();
-            assert!(
-                error.contains("relax.mcap.part` is being written by another run; wait"),
-                "{refused}"
+            says(
+                refused.error(),
+                &["relax.mcap.part` is being written by another run; wait"],
             );
         }
     });
@@ -176,11 +170,11 @@ fn long_searches_stop_at_ctrl_c_and_say_what_they_have() {
     let report = ended.json();
     assert_eq!(report["ended_early"], "interrupted");
     // What is there is whole, and the report of it is written.
+    let files = place.files();
     for figure in report["figures"].as_array().expect("a list") {
         assert!(
-            place
-                .files()
-                .contains(&figure["data"].as_str().expect("a path").to_owned())
+            files.iter().any(|file| figure["data"] == **file),
+            "{figure}"
         );
     }
     assert!(place.text("again/report.md").contains("laim"));
@@ -203,14 +197,12 @@ fn a_fault_ends_the_run_with_its_name_and_a_whole_log() {
 
 /// The promises for a disk that took only the first of `run/`.
 fn a_full_disk_was_survived(place: &Place, ended: Ended) {
-    let ended = ended.refused(
-        4,
-        &[
-            "run/relax.mcap.part",
-            "log recover",
-            "the force fell to zero",
-        ],
-    );
+    let words = [
+        "run/relax.mcap.part",
+        "log recover",
+        "the force fell to zero",
+    ];
+    let ended = ended.refused(4, &words);
     // One line says the cause once.
     assert_eq!(ended.error().matches("os error").count(), 1, "{ended}");
     assert_eq!(place.files()[1..], ["run/relax.mcap.part"]);
@@ -385,16 +377,13 @@ fn ends_in_order(signal: &str) {
 fn a_folder_that_is_removed_under_a_run_is_lost_data() {
     let place = Place::new();
     let log = "run/relax.mcap.part";
-    for (done, what) in [
-        (
-            std::fs::remove_file as fn(std::path::PathBuf) -> std::io::Result<()>,
-            "was removed while",
-        ),
-        (
-            |path| std::fs::File::create(path).map(drop),
-            "was emptied or cut while",
-        ),
-    ] {
+    type Done = fn(std::path::PathBuf) -> std::io::Result<()>;
+    let removed: (Done, &str) = (std::fs::remove_file, "was removed while");
+    let emptied: (Done, &str) = (
+        |path| std::fs::File::create(path).map(drop),
+        "was emptied or cut while",
+    );
+    for (done, what) in [removed, emptied] {
         let path = place.path(log);
         let line = "relax --realtime --out run --overwrite";
         let ended = run_and_meanwhile(&place, line, log, "INT", || done(path).expect("is done"));
@@ -428,10 +417,11 @@ fn kill_once(place: &Place, line: &str, after_ms: u64) -> Kill {
     child.kill().expect("can be killed");
     let status = child.wait().expect("ends");
     assert!(!status.success(), "it had ended before: {status}");
-    if !place.path("run/relax.mcap.part").exists() {
+    let begun = place.path("run/relax.mcap.part").exists();
+    if !begun {
         return Kill {
             after_ms,
-            begun: false,
+            begun,
             saved: 0.0,
         };
     }
@@ -451,7 +441,7 @@ fn kill_once(place: &Place, line: &str, after_ms: u64) -> Kill {
     }
     Kill {
         after_ms,
-        begun: true,
+        begun,
         saved,
     }
 }
@@ -502,14 +492,4 @@ fn so_does_a_run_on_a_device() {
         let line = "relax --device serial:device watchdog=1s --contact rigid --out run --quiet";
         (Place::new(), Some(device), line.to_owned())
     });
-}
-
-#[test]
-fn creep_stops_at_ctrl_c_too() {
-    let place = Place::new();
-    let line = "creep --realtime --out run --quiet";
-    let ended = run_and_signal(&place, line, "run/creep.mcap.part", "INT").failed(1);
-    assert_eq!(ended.stdout, "", "{ended}");
-    assert_eq!(place.files(), ["run/", "run/creep.mcap"]);
-    place.run("log check run/creep.mcap").succeeded();
 }

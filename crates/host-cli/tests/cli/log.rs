@@ -21,13 +21,11 @@ fn with_log() -> Place {
 #[test]
 fn info_says_what_is_in_a_log() {
     let place = with_log();
-    let info = place.run("log info run/relax.mcap --json").succeeded();
-    let info = info.json();
-    assert_eq!(number(&info, "samples"), 3001.0);
-    assert_eq!(number(&info, "first_s"), 0.0);
-    assert_eq!(number(&info, "last_s"), 3.0);
+    let info = place.json("log info run/relax.mcap");
+    let numbers = ["samples", "first_s", "last_s"].map(|key| number(&info, key));
+    assert_eq!(numbers, [3001.0, 0.0, 3.0]);
     assert_eq!(info["gaps"], Value::Array(Vec::new()));
-    assert_eq!(info["complete"], Value::from(true));
+    assert_eq!(info["complete"], true);
     let text = place.run("log info run/relax.mcap").succeeded();
     for (label, value) in [("samples", "3001"), ("complete", "yes"), ("strain", "0.05")] {
         assert_eq!(row(&text.stdout, label), value);
@@ -88,11 +86,8 @@ fn export_writes_every_tick() {
     for (n, (row, line)) in rows.iter().zip(experiment.lines().skip(1)).enumerate() {
         assert_eq!(row[0], n as f64, "tick");
         // The experiment's CSV has positive reaction forces, the log forces along the position.
-        let cells: Vec<f64> = line
-            .split(',')
-            .take(4)
-            .map(|cell| cell.parse().expect("number"))
-            .collect();
+        let cells = line.split(',').take(4);
+        let cells: Vec<f64> = cells.map(|cell| cell.parse().expect("number")).collect();
         assert_eq!(
             [row[1], row[4], -row[6]],
             [cells[0], cells[2], cells[3]],
@@ -106,24 +101,18 @@ fn export_and_recover_overwrite_nothing() {
     let place = with_log();
     place.write("taken", "theirs");
     for command in ["export", "recover"] {
-        let ended = place.run(&format!("log {command} run/relax.mcap taken"));
-        ended.refused(2, &["taken", "already exists"]);
-    }
-    assert_eq!(place.text("taken"), "theirs");
-    // Not over what is read, asked for or not.
-    for command in ["export", "recover"] {
-        for option in ["", "--overwrite"] {
-            let ended = place.run(&format!(
-                "log {command} run/relax.mcap run/relax.mcap {option}"
-            ));
-            ended.refused(2, &["run/relax.mcap", "the log it is made from"]);
+        let into = |target: &str| place.run(&format!("log {command} run/relax.mcap {target}"));
+        into("taken").refused(2, &["taken", "already exists"]);
+        assert_eq!(place.text("taken"), "theirs");
+        // Not over what is read, asked for or not.
+        for target in ["run/relax.mcap", "run/relax.mcap --overwrite"] {
+            into(target).refused(2, &["run/relax.mcap", "the log it is made from"]);
         }
     }
     place.run("log check run/relax.mcap").succeeded();
     // Another one is replaced when that is asked for.
-    place
-        .run("log recover run/relax.mcap taken --overwrite")
-        .succeeded();
+    let again = "log recover run/relax.mcap taken --overwrite";
+    place.run(again).succeeded();
     place.run("log check taken").succeeded();
 }
 

@@ -1,8 +1,9 @@
 //! `device measure`, and the commands that take its file.
 
 use crate::emulated::Emulated;
-use crate::process::{Place, holds, number};
+use crate::process::{Place, column, number};
 use serde_json::Value;
+use testkit::{assert_close, assert_relative};
 
 /// Mass, damping, friction, delay and lag of the device that is measured here.
 const DEVICE: &str =
@@ -20,16 +21,15 @@ fn a_device_is_measured_into_a_file_that_the_other_commands_take() {
     let place = Place::new();
     let found = measured(&place);
     let value = |key: &str| number(&found[key], "value");
-    assert!((value("mass_kg") / 0.08 - 1.0).abs() < 0.05, "{found}");
-    holds(
-        (value("damping_n_s_per_m") / 3.0 - 1.0).abs() < 0.05,
-        &found,
-    );
-    assert!((value("delay_s") - 1.3e-3).abs() < 1e-4, "{found}");
-    holds((value("current_lag_s") / 0.5e-3 - 1.0).abs() < 0.2, &found);
-    holds(
-        (number(&found, "encoder_resolution_m") / 1e-5 - 1.0).abs() < 1e-6,
-        &found,
+    assert_relative("mass", value("mass_kg"), 0.08, 0.05);
+    assert_relative("damping", value("damping_n_s_per_m"), 3.0, 0.05);
+    assert_close("delay", value("delay_s"), 1.3e-3, 1e-4);
+    assert_relative("lag", value("current_lag_s"), 0.5e-3, 0.2);
+    assert_relative(
+        "encoder",
+        number(&found, "encoder_resolution_m"),
+        1e-5,
+        1e-6,
     );
     assert!(number(&found, "largest_force_n") <= 2.0, "{found}");
     assert_eq!(place.files(), ["device.png", "device.svg", "device.toml"]);
@@ -37,43 +37,35 @@ fn a_device_is_measured_into_a_file_that_the_other_commands_take() {
     // The same device by its file and by options: the same answer, and an option beside the file wins.
     let text = place.text("device.toml");
     let key = |key: &str| -> f64 {
-        let line = text
+        let value = text
             .lines()
-            .find(|line| line.starts_with(key))
-            .expect("there");
-        line.split(" = ")
-            .nth(1)
-            .and_then(|number| number.parse().ok())
-            .expect("a number")
+            .find_map(|line| line.strip_prefix(key)?.strip_prefix(" = "));
+        value.expect(key).parse().expect("a number")
     };
     let by_file = "--device-model device.toml";
-    let by_options = format!(
-        "--mass {}kg --damping {} --delay {}s --current-lag {}s",
-        key("mass_kg"),
-        key("damping_n_s_per_m"),
-        key("delay_s"),
-        key("current_lag_s")
-    );
+    let [mass, damping] = ["mass_kg", "damping_n_s_per_m"].map(key);
+    let [delay, lag] = ["delay_s", "current_lag_s"].map(key);
+    let by_options =
+        format!("--mass {mass}kg --damping {damping} --delay {delay}s --current-lag {lag}s");
     let loops =
         "analyze stability --order 0.5 --sample-time 1ms --stiffness 1000 --dissipation 10 --json";
     let analysed = |device: &str| place.run(&format!("{loops} {device}")).succeeded().json();
     assert_eq!(analysed(by_file), analysed(&by_options));
-    let heavier = analysed(&format!("{by_file} --mass 1kg"));
-    holds((number(&heavier, "alpha") - 1e-3).abs() < 1e-12, &heavier);
+    let heavier = number(&analysed(&format!("{by_file} --mass 1kg")), "alpha");
+    assert_close("α", heavier, 1e-3, 1e-12);
     let walls = "zwidth --orders 1 --points 2 --sample-time 1ms duration=2s window=0.5s --json";
     // So short a trial differs from the analysis, which it says.
     let tried = |device: &str| {
         let ended = place.run(&format!("{walls} {device}"));
         ended.succeeded_with_warnings().json()
     };
-    let further = format!(
-        "{by_options} friction={}N encoder_resolution={}m sensor_noise={}m",
-        key("friction_n"),
-        key("encoder_resolution_m"),
-        key("sensor_noise_m")
-    );
-    let keys = further.replace("--delay ", "delay=");
-    let keys = keys.replace("--current-lag ", "current_lag=");
+    let [friction, encoder, noise] =
+        ["friction_n", "encoder_resolution_m", "sensor_noise_m"].map(key);
+    let keys = by_options
+        .replace("--delay ", "delay=")
+        .replace("--current-lag ", "current_lag=");
+    let keys =
+        format!("{keys} friction={friction}N encoder_resolution={encoder}m sensor_noise={noise}m");
     assert_eq!(tried(by_file), tried(&keys));
 }
 
@@ -93,9 +85,8 @@ fn a_wider_box_asks_for_no_more_motion() {
         }
     }
     // One that stands still is seen in any.
-    place
-        .run("device measure --device sim friction=0.3N --force-limit 1N --box 200mm")
-        .refused(1, &["does not move under 0.2 N"]);
+    let still = "device measure --device sim friction=0.3N --force-limit 1N --box 200mm";
+    place.run(still).refused(1, &["does not move under 0.2 N"]);
 }
 
 #[test]
@@ -113,11 +104,8 @@ fn a_serial_device_is_measured_without_its_line() {
     }
     let found = ended.succeeded_with_warnings().json();
     let value = |key: &str| number(&found[key], "value");
-    assert!((value("mass_kg") / 0.065 - 1.0).abs() < 0.01, "{found}");
-    holds(
-        (value("damping_n_s_per_m") / 3.5 - 1.0).abs() < 0.01,
-        &found,
-    );
+    assert_relative("mass", value("mass_kg"), 0.065, 0.01);
+    assert_relative("damping", value("damping_n_s_per_m"), 3.5, 0.01);
     assert!(value("delay_s") + value("current_lag_s") < 5e-5, "{found}");
     assert!(number(&found, "largest_force_n") <= 2.0, "{found}");
     assert!(device.place().text("device.toml").contains("emulated"));
@@ -131,16 +119,15 @@ fn a_serial_device_is_measured_without_its_line() {
 #[test]
 fn what_cannot_be_measured_is_said_in_one_line() {
     let place = Place::new();
-    place
-        .run("device measure --device sim friction=3N")
-        .refused(
-            1,
-            &[
-                "does not move under 2 N",
-                "the force is zero",
-                "--force-limit",
-            ],
-        );
+    let held = place.run("device measure --device sim friction=3N");
+    held.refused(
+        1,
+        &[
+            "does not move under 2 N",
+            "the force is zero",
+            "--force-limit",
+        ],
+    );
     place.write(
         "bad.toml",
         "[device]\nmass_kg = -1\ndamping_n_s_per_m = 3\n",
@@ -174,15 +161,6 @@ fn board(device: &str) -> Emulated {
     board
 }
 
-/// Columns of a table of a run.
-fn table(place: &Place, name: &str) -> Vec<Vec<f64>> {
-    let text = place.text(name);
-    let rows = text.lines().skip(1);
-    let number = |cell: &str| cell.parse().expect("a number");
-    rows.map(|row| row.split(',').map(number).collect())
-        .collect()
-}
-
 fn preflight(report: &Value) -> [f64; 3] {
     ["margin", "delay_s", "current_lag_s"].map(|key| number(&report["preflight"], key))
 }
@@ -198,16 +176,16 @@ fn a_device_file_is_the_same_device_in_sim_and_on_a_board() {
     assert_eq!(preflight(&there)[1..], [0.0013, 0.0005]);
     assert_eq!(there["verdict"], sim["verdict"], "{there}");
     // The board's law is in single precision, which the encoder hides: a position may fall on the next count now and then.
-    let (sim, there) = (
-        table(board.place(), "sim/wall.csv"),
-        table(board.place(), "there/wall.csv"),
-    );
+    let [sim, there] = ["sim", "there"].map(|run| {
+        let table = board.place().text(&format!("{run}/wall.csv"));
+        column(&table, "position_m")
+    });
     assert_eq!(sim.len(), 1501);
-    let largest = sim.iter().fold(0.0, |most: f64, row| most.max(row[1]));
-    let off = sim.iter().zip(&there).map(|(a, b)| (a[1] - b[1]).abs());
-    let off = off.fold(0.0, f64::max);
+    let largest = sim.iter().copied().fold(0.0, f64::max);
     assert!(largest > 4e-4, "{largest}");
-    assert!(off <= 1.5e-6, "{off}");
+    for (sim, there) in sim.into_iter().zip(there) {
+        assert_close("position", there, sim, 1.5e-6);
+    }
 }
 
 #[test]
@@ -230,9 +208,8 @@ fn what_design_writes_runs_in_sim_and_on_a_board() {
 fn a_simulated_plant_moves_once_the_force_has_risen() {
     let board = Emulated::new("");
     let report = |kind, device| {
-        let report = board.json(&format!(
-            "{kind} --device {device} --duration 2s precision=f32"
-        ));
+        let line = format!("{kind} --device {device} --duration 2s precision=f32");
+        let report = board.json(&line);
         // The ramp of the device is in its log alone.
         assert_eq!(number(&report, "limited_samples"), 0.0, "{report}");
         report
@@ -244,11 +221,7 @@ fn a_simulated_plant_moves_once_the_force_has_risen() {
         "closed_form_error",
         "final_over_theory",
     ] {
-        let [there, here] = [&there, &here].map(|report| number(report, same));
-        assert!(
-            (there / here - 1.0).abs() < 1e-4,
-            "{same}: {there}, in simulation {here}"
-        );
+        assert_relative(same, number(&there, same), number(&here, same), 1e-4);
     }
     // A push that began with the ramp would be 18 % off.
     let creep = report("creep", "serial:device watchdog=1s");

@@ -301,6 +301,18 @@ impl fmt::Display for Ended {
     }
 }
 
+/// The numbers of a column of a CSV text.
+pub(crate) fn column(text: &str, name: &str) -> Vec<f64> {
+    let mut rows = csv::Reader::from_reader(text.as_bytes());
+    let names = rows.headers().expect("a header").clone();
+    let at = names.iter().position(|column| column == name);
+    let at = at.unwrap_or_else(|| panic!("no column {name} in {names:?}"));
+    let number = |row: csv::StringRecord| row[at].parse().expect("a number");
+    rows.records()
+        .map(|row| number(row.expect("a row")))
+        .collect()
+}
+
 /// The rows of a CSV text that has this header and numbers only.
 pub(crate) fn table(text: &str, header: &str) -> Vec<Vec<f64>> {
     let mut lines = text.lines();

@@ -1,6 +1,6 @@
 //! `reproduce`: every figure and claim of the dissertation.
 
-use super::process::{Place, holds};
+use super::process::{Place, holds, says};
 use serde_json::Value;
 
 /// The data of a figure that was made again, with its quantities, and its picture.
@@ -17,11 +17,8 @@ fn assert_figure(place: &Place, figure: &Value) {
     };
     let header = format!("panel,curve,{quantities}");
     assert_eq!(data.lines().next(), Some(header.as_str()), "{figure}");
-    assert!(
-        !place
-            .read(figure["picture"].as_str().expect("a path"))
-            .is_empty()
-    );
+    let picture = figure["picture"].as_str().expect("a path");
+    assert!(!place.read(picture).is_empty());
 }
 
 /// What the claims say, and that each was judged.
@@ -32,18 +29,12 @@ fn assert_claims(claims: &[Value]) {
         ("C4b", "α–β plane"),
         ("C7", "passive if"),
     ] {
-        let claim = claims
-            .iter()
-            .find(|claim| claim["id"] == id)
-            .expect("judged");
-        let statement = claim["statement"].as_str().expect("words");
-        assert!(statement.contains(words), "{id}: {statement}");
+        let claim = claims.iter().find(|claim| claim["id"] == id);
+        says(&claim.expect("judged")["statement"].to_string(), &[words]);
     }
     for claim in claims {
-        holds(
-            claim["verdict"].is_string() && claim["statement"].is_string(),
-            &claim,
-        );
+        let judged = claim["verdict"].is_string() && claim["statement"].is_string();
+        holds(judged, &claim);
         assert!(claim["muir"]["numbers"].is_string() && claim["exact"]["holds"].is_boolean());
     }
 }
@@ -54,29 +45,23 @@ fn the_dissertation_is_made_again_and_judged() {
     let place = Place::new();
     let result = place.json("reproduce --out again");
     let figures = result["figures"].as_array().expect("figures").clone();
-    let ids: Vec<&str> = figures.iter().filter_map(|f| f["id"].as_str()).collect();
-    assert_eq!(
-        ids,
-        [
-            "3.3", "3.4", "4.1", "4.3", "4.4", "4.5", "5.1", "6.2", "7.2"
-        ]
-    );
+    let ids = |of: &[Value]| -> String {
+        let ids: Vec<&str> = of.iter().filter_map(|one| one["id"].as_str()).collect();
+        ids.join(" ")
+    };
+    assert_eq!(ids(&figures), "3.3 3.4 4.1 4.3 4.4 4.5 5.1 6.2 7.2");
     figures
         .iter()
         .for_each(|figure| assert_figure(&place, figure));
     let claims = result["claims"].as_array().expect("claims").clone();
-    let ids: Vec<&str> = claims.iter().filter_map(|c| c["id"].as_str()).collect();
-    let wanted = "C1 C2 C3 C4a C4b C5 C6 C7 C8 C9 C10 C11 C12";
-    assert_eq!(ids.join(" "), wanted);
+    assert_eq!(ids(&claims), "C1 C2 C3 C4a C4b C5 C6 C7 C8 C9 C10 C11 C12");
     assert_claims(&claims);
+    // Self-contained.
     let html = place.text("again/report.html");
-    assert!(
-        html.matches("<svg").count() == 9 && html.contains("C12"),
-        "self-contained"
-    );
-    assert!(place.text("again/report.md").contains("| C7 | 5.1 |"));
+    assert_eq!(html.matches("<svg").count(), 9);
+    says(&html, &["C12"]);
+    says(&place.text("again/report.md"), &["| C7 | 5.1 |"]);
     // Not a second time into the same folder, unless asked.
-    place
-        .run("reproduce --out again")
-        .refused(2, &["report.html", "--overwrite"]);
+    let again = place.run("reproduce --out again");
+    again.refused(2, &["report.html", "--overwrite"]);
 }

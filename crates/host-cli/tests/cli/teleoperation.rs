@@ -1,10 +1,11 @@
 //! Two hands over a line: analysis, simulated runs, and two processes with real datagrams between them.
 
-use crate::process::{Ended, Place, holds, number, signal};
+use crate::process::{Ended, Place, column, number, says, signal};
 use std::io::{BufRead as _, BufReader};
 use std::net::UdpSocket;
 use std::process::Child;
 use std::time::Duration;
+use testkit::assert_close;
 
 /// A side in a process of its own, and the address it listens at.
 struct Side {
@@ -23,11 +24,10 @@ impl Side {
         lines.read_line(&mut first).expect("readable");
         let address = first.trim().rsplit(' ').next().unwrap_or("").to_owned();
         let complaints = std::thread::spawn(move || {
-            let mut rest = if first.starts_with("error") {
-                first
-            } else {
-                String::new()
-            };
+            let mut rest = first;
+            if !rest.starts_with("error") {
+                rest.clear();
+            }
             while lines.read_line(&mut rest).is_ok_and(|bytes| bytes > 0) {}
             rest
         });
@@ -47,17 +47,6 @@ impl Side {
 
     fn signal(&self, name: &str) {
         signal(&self.child, name);
-    }
-}
-
-/// All of these words are in the error.
-fn says(ended: &Ended, words: &[&str]) {
-    for word in words {
-        assert!(
-            ended.error().contains(word),
-            "no \"{word}\": {}",
-            ended.error()
-        );
     }
 }
 
@@ -89,12 +78,14 @@ fn two_processes_meet_count_what_is_lost_and_end_with_forces_at_zero() {
         let (acted_on, sent) = (number(&report, "acted_on"), number(&report, "sent"));
         assert!(acted_on > 0.0 && sent > 0.0, "{report}");
         // Every number up to the newest was acted on, or came late, or is counted as missing.
-        holds(
+        assert!(
             number(&report, "missing") >= number(&report, "stale"),
-            &report,
+            "{report}"
         );
-        assert_eq!(number(&report, "duplicate"), 0.0);
-        assert_eq!(number(&report, "corrupt"), 0.0);
+        assert_eq!(
+            ["duplicate", "corrupt"].map(|key| number(&report, key)),
+            [0.0; 2]
+        );
         keeps_its_run(&place, side, &report);
     }
 }
@@ -110,42 +101,29 @@ fn keeps_its_run(place: &Place, side: &str, report: &serde_json::Value) {
         .run(&format!("log check {} --json", file("mcap")))
         .json();
     let (ticks, skipped) = (number(report, "ticks"), number(report, "skipped"));
-    assert_eq!(number(&check, "samples"), ticks, "{check}");
-    assert_eq!(number(&check, "missing_samples"), 0.0, "{check}");
-    assert_eq!(number(&check, "late_forces"), skipped, "{check}");
+    let counts = ["samples", "missing_samples", "late_forces"].map(|key| number(&check, key));
+    assert_eq!(counts, [ticks, 0.0, skipped], "{check}");
     // The forces of the table are those of the report.
     let table = place.text(&file("csv"));
-    let mut rows = table.lines();
     let header = "time_s,reference_m,position_m,force_n,outside_force_n,taken_j";
-    assert_eq!(rows.next(), Some(header));
-    let force_n = |row: &str| {
-        row.split(',')
-            .nth(3)
-            .and_then(|cell| cell.parse::<f64>().ok())
-    };
-    let forces = rows.map(|row| force_n(row).expect("a number").abs());
-    let (most, told) = (forces.fold(0.0, f64::max), number(report, "peak_force_n"));
+    assert_eq!(table.lines().next(), Some(header));
+    let forces = column(&table, "force_n").into_iter().map(f64::abs);
     // This reader of JSON rounds the last bit.
-    assert!((most - told).abs() <= 1e-12 * told, "{most} {report}");
+    let told = number(report, "peak_force_n");
+    assert_close("peak", forces.fold(0.0, f64::max), told, 1e-12 * told);
 }
 
 #[test]
 fn a_side_whose_partner_is_killed_is_at_zero_within_the_stated_time() {
     let place = Place::new();
-    place.write(
-        "far.toml",
-        "[teleoperation]\narchitecture = \"wave\"\nsilence_s = 0.5\n",
-    );
+    let file = "[teleoperation]\narchitecture = \"wave\"\nsilence_s = 0.5\n";
+    place.write("far.toml", file);
     let (mut slave, master) = both(&place, "far.toml", "duration=600s");
     std::thread::sleep(Duration::from_millis(500));
     slave.child.kill().expect("running");
     slave.child.wait().expect("ends");
     let ended = master.end().failed(1);
-    assert!(
-        ended.error().contains("the other side fell silent"),
-        "{}",
-        ended.error()
-    );
+    says(ended.error(), &["the other side fell silent"]);
     let report = ended.json();
     assert_eq!(report["ended"], "silent");
     assert_eq!(number(&report, "final_force_n"), 0.0);
@@ -153,15 +131,10 @@ fn a_side_whose_partner_is_killed_is_at_zero_within_the_stated_time() {
     let most = number(&report, "silent_to_zero_most_s") + 1e-3 * number(&report, "skipped");
     let check = place.run("log check results/master-0001/master.mcap --json");
     let check = check.failed(4).json();
-    assert_eq!(
-        check["end"]["reason"],
-        "the other side was silent for too long"
-    );
+    let reason = &check["end"]["reason"];
+    assert_eq!(*reason, "the other side was silent for too long");
     assert_eq!(number(&check, "missing_samples"), 0.0, "{check}");
-    assert_eq!(
-        (&report["csv"], &report["figure"]),
-        (&().into(), &().into())
-    );
+    assert!(report["csv"].is_null() && report["figure"].is_null());
     let took = number(&report, "silent_to_zero_s");
     assert!(took <= most && took >= 0.5, "{took} s of {most} s");
 }
@@ -176,11 +149,7 @@ fn ctrl_c_is_zero_first_and_a_goodbye() {
     let master = master.end().failed(1);
     if master.stdout.is_empty() {
         // So busy a machine that they had not met: no force was made.
-        assert!(
-            master.error().contains("interrupted before"),
-            "{}",
-            master.error()
-        );
+        says(master.error(), &["interrupted before"]);
         slave.signal("INT");
         slave.end().failed(1);
         return;
@@ -202,25 +171,23 @@ fn the_wrong_peer_is_refused_in_one_line() {
     let slave = Side::start(&place, "teleoperate wave.toml --listen 127.0.0.1:0");
     let line = format!("teleoperate place.toml --connect {}", slave.address);
     let master = Side::start(&place, &line);
+    let words = [
+        "the other side has the architecture",
+        "give both the same",
+        "no force was made",
+    ];
     for ended in [slave.end(), master.end()] {
-        let words = [
-            "the other side has the architecture",
-            "give both the same",
-            "no force was made",
-        ];
-        says(&ended.failed(3), &words);
+        says(ended.failed(3).error(), &words);
     }
     let socket = UdpSocket::bind("127.0.0.1:0").expect("a port");
     let address = socket.local_addr().expect("bound");
     // Nobody at all.
     drop(socket);
     let line = format!("teleoperate --connect {address} --patience 300ms --quiet");
-    place
-        .run(&line)
-        .refused(3, &["nobody answers at", "--listen"]);
-    place
-        .run("teleoperate --listen 127.0.0.1:0 --patience 300ms --quiet")
-        .refused(3, &["nobody connected to", "--connect"]);
+    let nobody = place.run(&line);
+    nobody.refused(3, &["nobody answers at", "--listen"]);
+    let nobody = place.run("teleoperate --listen 127.0.0.1:0 --patience 300ms --quiet");
+    nobody.refused(3, &["nobody connected to", "--connect"]);
 }
 
 #[test]
@@ -259,10 +226,9 @@ fn a_remote_place_that_the_slave_cannot_touch_is_refused_before_anything_moves()
     assert_eq!(forced.json()["preflight"]["stable"], false);
     // One that it can touch: the verdict is in the report.
     place.write("light.toml", text.replace("0.2", "0.02"));
-    let light = place
-        .run("run light.toml --out light --json")
-        .succeeded_with_warnings();
-    assert_eq!(light.json()["preflight"]["stable"], true);
+    let light = place.run("run light.toml --out light --json");
+    let report = light.succeeded_with_warnings().json();
+    assert_eq!(report["preflight"]["stable"], true);
 }
 
 #[test]
@@ -273,18 +239,10 @@ fn a_line_that_gives_energy_fails_where_it_must_be_passive() {
     place.write("late.toml", text);
     let ended = place.run("run late.toml --json --out late").failed(1);
     assert_eq!(ended.json()["verdict"], "gave-energy");
-    assert!(
-        ended.error().contains("must_be_passive"),
-        "{}",
-        ended.error()
-    );
-    let passive = text.replace(
-        "[teleoperation]\n",
-        "[teleoperation]\narchitecture = \"time-domain\"\n",
-    );
+    says(ended.error(), &["must_be_passive"]);
+    let head = "[teleoperation]\n";
+    let passive = text.replace(head, &format!("{head}architecture = \"time-domain\"\n"));
     place.write("passive.toml", passive);
-    let ended = place
-        .run("run passive.toml --json --out passive")
-        .succeeded();
-    assert_eq!(ended.json()["verdict"], "passive");
+    let report = place.json("run passive.toml --out passive");
+    assert_eq!(report["verdict"], "passive");
 }

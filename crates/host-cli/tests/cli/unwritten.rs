@@ -13,56 +13,42 @@ fn record() -> String {
         .collect()
 }
 
+/// What is there already, and a line that would write it. Each has a second fault, which shows only when the work begins.
+const TAKEN: &str = "
+    z/zwidth.csv | zwidth --device serial:none --out z
+    z/zwidth.png | zwidth --orders 3 --out z
+    d.svg | device measure --device serial:none --out d.toml
+    d.png | device measure --device serial:none --out d.toml
+    d.toml | device measure --device serial:none --out d.toml
+    p.png | control identify none.csv --out p.toml
+    t.svg | identify none.csv --out t.toml
+    c/controller.toml | control design --plant none.toml --crossover 1rad/s --out c
+    d/design.toml | design --wish tissue --tissue none --out d
+    d/design.csv | design --wish coupler --require stable --out d
+    r/region.csv | analyze stability-region --order 1 --scheme oustaloup:5:1:100 --out r
+    r/figure-7.2.csv | reproduce --out r
+    r/report.md | reproduce --out r
+";
+
 #[test]
 fn a_place_that_is_taken_is_told_before_the_work() {
-    // Each has a second fault, which shows only when the work begins.
-    for (taken, line) in [
-        ("z/zwidth.csv", "zwidth --device serial:none --out z"),
-        ("z/zwidth.png", "zwidth --orders 3 --out z"),
-        ("d.svg", "device measure --device serial:none --out d.toml"),
-        ("d.png", "device measure --device serial:none --out d.toml"),
-        ("d.toml", "device measure --device serial:none --out d.toml"),
-        ("p.png", "control identify none.csv --out p.toml"),
-        ("t.svg", "identify none.csv --out t.toml"),
-        (
-            "c/controller.toml",
-            "control design --plant none.toml --crossover 1rad/s --out c",
-        ),
-        (
-            "d/design.toml",
-            "design --wish tissue --tissue none --out d",
-        ),
-        (
-            "d/design.csv",
-            "design --wish coupler --require stable --out d",
-        ),
-        (
-            "r/region.csv",
-            "analyze stability-region --order 1 --scheme oustaloup:5:1:100 --out r",
-        ),
-        ("r/figure-7.2.csv", "reproduce --out r"),
-        ("r/report.md", "reproduce --out r"),
-    ] {
+    for [taken, line] in testkit::table(TAKEN) {
         let place = Place::new();
         if let Some((folder, _)) = taken.split_once('/') {
             std::fs::create_dir(place.path(folder)).expect("makes");
         }
-        place.write(taken, "mine");
+        place.write(&taken, "mine");
         let before = place.files();
-        place.run(line).refused(2, &[taken, "already exists"]);
+        place.run(&line).refused(2, &[&taken, "already exists"]);
         assert_eq!(place.files(), before, "{line}");
-        assert_eq!(place.text(taken), "mine");
+        assert_eq!(place.text(&taken), "mine");
     }
     // A folder that nobody can make, and a look that leaves none behind.
     let place = Place::new();
-    let line = "zwidth --device serial:none --out";
-    place
-        .run(&format!("{line} /proc/none"))
-        .refused(2, &["/proc/none"]);
-    place.run(&format!("{line} new/z")).refused(3, &["none"]);
-    place
-        .run("device measure --device serial:none --out /proc/none.toml")
-        .refused(2, &["/proc/none.toml"]);
+    let at = |line: &str, out: &str| place.run(&format!("{line} --device serial:none --out {out}"));
+    at("zwidth", "/proc/none").refused(2, &["/proc/none"]);
+    at("zwidth", "new/z").refused(3, &["none"]);
+    at("device measure", "/proc/none.toml").refused(2, &["/proc/none.toml"]);
     assert_eq!(place.files(), [""; 0]);
 }
 
@@ -80,50 +66,23 @@ fn without_a_drawing(place: &Place, name: &str, line: &str, result: &str) -> End
     ended
 }
 
+/// The name of a drawing, the line that makes it, what is told, and the file that is kept.
+const DRAWN: &str = "
+    z/zwidth | zwidth --orders 1 --points 2 --out z | stiffness max | z/zwidth.csv
+    r/region | analyze stability-region --order 1 --delta 0.1 --out r | area | r/region.csv
+    s/sensitivity | analyze sensitivity --order 1 --alpha 0.1 --beta 0.1 --delta 0.1 --out s | peak | s/sensitivity.csv
+    d/design | design --orders 1 --out d | best | d/design.toml
+    p | control identify step.csv --model 1/(s+1) --out p.toml | rms residual | p.toml
+    device | device measure --device sim --duration 1s --out device.toml | mass | device.toml
+";
+
 #[test]
 fn what_cannot_be_written_is_told_behind_the_result() {
     let place = Place::new();
     place.write("step.csv", record());
-    for (name, line, result, kept) in [
-        (
-            "z/zwidth",
-            "zwidth --orders 1 --points 2 --out z",
-            "stiffness max",
-            "z/zwidth.csv",
-        ),
-        (
-            "r/region",
-            "analyze stability-region --order 1 --delta 0.1 --out r",
-            "area",
-            "r/region.csv",
-        ),
-        (
-            "s/sensitivity",
-            "analyze sensitivity --order 1 --alpha 0.1 --beta 0.1 --delta 0.1 --out s",
-            "peak",
-            "s/sensitivity.csv",
-        ),
-        (
-            "d/design",
-            "design --orders 1 --out d",
-            "best",
-            "d/design.toml",
-        ),
-        (
-            "p",
-            "control identify step.csv --model 1/(s+1) --out p.toml",
-            "rms residual",
-            "p.toml",
-        ),
-        (
-            "device",
-            "device measure --device sim --duration 1s --out device.toml",
-            "mass",
-            "device.toml",
-        ),
-    ] {
-        without_a_drawing(&place, name, line, result);
-        assert!(!place.text(kept).is_empty(), "{line}");
+    for [name, line, result, kept] in testkit::table(DRAWN) {
+        without_a_drawing(&place, &name, &line, &result);
+        assert!(!place.text(&kept).is_empty(), "{line}");
     }
     // For programs the same, and a file that is not there is not named.
     let line = "device measure --device sim --duration 1s --out again.toml --json";

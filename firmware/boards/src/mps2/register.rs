@@ -1,6 +1,5 @@
 //! Access to memory-mapped registers.
 
-/// A 32-bit register at a fixed address.
 #[derive(Debug)]
 pub(crate) struct Register(usize);
 
@@ -16,7 +15,6 @@ impl Register {
         self.0 as *mut u32
     }
 
-    /// Reads it.
     pub(crate) fn read(&self) -> u32 {
         #[expect(unsafe_code, reason = "a register is read")]
         // SAFETY: as promised to `at`.
@@ -25,7 +23,6 @@ impl Register {
         }
     }
 
-    /// Writes it.
     pub(crate) fn write(&self, value: u32) {
         #[expect(unsafe_code, reason = "a register is written")]
         // SAFETY: as promised to `at`.

@@ -23,7 +23,6 @@ static RING: [AtomicU8; RECEIVED] = [const { AtomicU8::new(0) }; RECEIVED];
 /// Times that the DMA went round.
 static ROUNDS: AtomicU32 = AtomicU32::new(0);
 
-/// Shared by the interrupt and the main loop.
 struct Sender {
     tx: Option<Tx<USART2>>,
     rx: Option<Rx<USART2>>,

@@ -22,7 +22,6 @@ use haptic_board::haptic_remote::Hardware;
 use haptic_board::nalgebra::Vector1;
 use haptic_board::{Quadrature, one_axis, only_real};
 
-/// Name, as the host sees it.
 pub(crate) const NAME: &str = "rp2040";
 
 /// Samples of the encoder a second: as many counts a second can be followed. A word has 16 of them, the queue 8 words, so
@@ -59,7 +58,6 @@ pub(crate) fn disable_motor() {
     SIO.gpio_out(0).value_clr().write_value(1 << ENABLE_PIN);
 }
 
-/// All that the axis takes of the chip.
 pub(crate) struct Pins {
     pub(crate) pio: Peri<'static, PIO0>,
     pub(crate) a: Peri<'static, PIN_2>,

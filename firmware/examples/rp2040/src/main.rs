@@ -84,7 +84,6 @@ async fn main(_spawner: Spawner) {
     .await;
 }
 
-/// The watchdog, with its time.
 struct Fed(Watchdog);
 
 impl haptic_board::Watchdog for Fed {

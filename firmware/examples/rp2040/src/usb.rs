@@ -20,9 +20,7 @@ bind_interrupts!(struct Interrupts {
 
 static RECEIVED: Queue<512> = Queue::new();
 static TO_SEND: Queue<512> = Queue::new();
-/// Bytes have come.
 pub(crate) static RECEIVED_SOME: Signal<CriticalSectionRawMutex, ()> = Signal::new();
-/// Bytes wait.
 static SEND_SOME: Signal<CriticalSectionRawMutex, ()> = Signal::new();
 
 /// Memory of the USB stack.
@@ -42,7 +40,6 @@ impl<const N: usize> Default for Text<N> {
     }
 }
 
-/// The port at the bus, and both directions of it.
 pub(crate) fn start(
     usb: Peri<'static, USB>,
     buffers: &'static mut Buffers,
@@ -103,7 +100,6 @@ pub(crate) async fn send(sender: &mut Sender<'static, Port>) {
     }
 }
 
-/// Both queues, as a line.
 #[derive(Debug)]
 pub(crate) struct UsbLine;
 

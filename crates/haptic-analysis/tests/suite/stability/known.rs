@@ -22,22 +22,17 @@ fn the_spring_and_damper_without_device_damping_has_its_closed_form() {
 #[test]
 fn the_boundary_itself_is_not_stable() {
     let operator = operator("exact", 1.0);
-    let parameters = wall(2.0 / 3.0, 1.0, 0.0, 0.0);
-    let verdict = SampledLoop::new(parameters, &operator, 0)
-        .expect("in range")
-        .verdict();
-    assert!(!verdict.stable);
-    assert_eq!(verdict.unstable_poles, None);
-    assert!(verdict.distance < 1e-9, "{verdict:?}");
+    let verdict = |alpha, delta| {
+        let subject = SampledLoop::new(wall(alpha, 1.0, delta, 0.0), &operator, 0);
+        subject.expect("in range").verdict()
+    };
+    let edge = verdict(2.0 / 3.0, 0.0);
+    assert_eq!((edge.stable, edge.unstable_poles), (false, None));
+    assert!(edge.distance < 1e-9, "{edge:?}");
     // No stiffness and no hand: nothing brings the device back, a pole at z = 1.
-    let adrift = wall(0.0, 1.0, 0.1, 0.0);
-    let verdict = SampledLoop::new(adrift, &operator, 0)
-        .expect("in range")
-        .verdict();
-    assert_eq!(
-        (verdict.stable, verdict.unstable_poles, verdict.theta),
-        (false, None, 0.0)
-    );
+    let adrift = verdict(0.0, 0.1);
+    let told = (adrift.stable, adrift.unstable_poles, adrift.theta);
+    assert_eq!(told, (false, None, 0.0));
 }
 
 #[test]
@@ -46,24 +41,24 @@ fn a_tissue_without_a_spring_drifts_and_beside_that_it_is_stable() {
         for order in [0.2154, 0.35, 0.4, 0.45, 0.7, 0.8, 1.0] {
             let operator = operator(scheme, order);
             // P(1) = 0, to the last bit.
-            assert!(
-                operator.response(0.0).norm().to_bits() == 0,
+            assert_eq!(
+                operator.response(0.0).norm().to_bits(),
+                0,
                 "{scheme} {order}"
             );
-            let closed =
-                SampledLoop::new(wall(0.0, 0.2, 0.05, 0.0), &operator, 0).expect("in range");
+            let of = |alpha, beta| {
+                SampledLoop::new(wall(alpha, beta, 0.05, 0.0), &operator, 0).expect("in range")
+            };
+            let closed = of(0.0, 0.2);
             assert!(closed.drifts() && !closed.is_stable(), "{scheme} {order}");
             let verdict = closed.beside_rest().verdict();
             assert!(verdict.stable, "{scheme} {order}: {verdict:?}");
             // A spring of its own is left alone.
-            let walled =
-                SampledLoop::new(wall(0.1, 0.2, 0.05, 0.0), &operator, 0).expect("in range");
+            let walled = of(0.1, 0.2);
             assert!(!walled.drifts());
             assert_eq!(walled.beside_rest().verdict(), walled.verdict());
             // What shakes is still told.
-            let shaking =
-                SampledLoop::new(wall(0.0, 40.0, 0.05, 0.0), &operator, 0).expect("in range");
-            assert!(!shaking.beside_rest().is_stable(), "{scheme} {order}");
+            assert!(!of(0.0, 40.0).beside_rest().is_stable(), "{scheme} {order}");
         }
     }
 }
@@ -119,19 +114,17 @@ fn margins_of_a_loop_without_any_spring_are_exact() {
             let plant = SampledPlant::new(delta, 0.0).expect("in range");
             for beta in [1e-3, 0.05, 0.3] {
                 let what = format!("order {order}, delta {delta}, beta {beta}");
-                let closed = SampledLoop::with_plant(plant, 0.0, beta, &operator);
-                let closed = closed.expect("in range").beside_rest();
-                assert!(closed.is_stable(), "{what}");
-                let up = closed.margins().expect("stable").gain_up.expect("an edge");
+                let at = |gain: f64| {
+                    let closed = SampledLoop::with_plant(plant, 0.0, gain * beta, &operator);
+                    closed.expect("in range").beside_rest()
+                };
+                assert!(at(1.0).is_stable(), "{what}");
+                let up = at(1.0).margins().expect("stable").gain_up.expect("an edge");
                 let want = edge_without_a_spring(&plant, beta, order);
                 assert_relative(&what, up.value, want, 1e-9);
                 // The verdict turns there, and nowhere else.
-                let scaled = |gain: f64| {
-                    let closed = SampledLoop::with_plant(plant, 0.0, gain * beta, &operator);
-                    closed.expect("in range").beside_rest().is_stable()
-                };
-                assert!(scaled((1.0 - 1e-7) * up.value), "{what}");
-                assert!(!scaled((1.0 + 1e-7) * up.value), "{what}");
+                let edge = [1.0 - 1e-7, 1.0 + 1e-7].map(|share| at(share * up.value).is_stable());
+                assert_eq!(edge, [true, false], "{what}");
             }
         }
     }
@@ -160,21 +153,17 @@ fn a_very_small_order_is_certified_although_its_response_jumps_at_rest() {
     // θ^0.001 climbs from 0 to 0.98 within the first 1e-9 rad.
     let tiny = operator("exact", 1e-3);
     let none = operator("exact", 0.0);
-    for (alpha, beta, delta) in [
+    let walls = [
         (0.1, 0.1, 0.5),
         (1e-6, 0.05, 0.5),
         (0.5, 1.5, 0.1),
         (0.3, 0.2, 1.5),
-    ] {
-        let verdict = |operator| {
-            SampledLoop::new(wall(alpha, beta, delta, 0.0), operator, 0)
-                .expect("in range")
-                .verdict()
-        };
-        assert_eq!(
-            verdict(&tiny).unstable_poles,
-            verdict(&none).unstable_poles,
-            "α = {alpha}, β = {beta}"
-        );
+    ];
+    for (alpha, beta, delta) in walls {
+        let [tiny, none] = [&tiny, &none].map(|operator| {
+            let subject = SampledLoop::new(wall(alpha, beta, delta, 0.0), operator, 0);
+            subject.expect("in range").verdict().unstable_poles
+        });
+        assert_eq!(tiny, none, "α = {alpha}, β = {beta}");
     }
 }

@@ -1,7 +1,7 @@
 //! One byte lost, added or changed, anywhere: a fault within 5 ticks or no harm, and never more force than allowed.
 
-use super::wire::{Damage, FORCE_N, Running, TICK_US, Way, stroking};
-use haptic_devices::haply::{TORQUE_MAX_NM, Version, configuration};
+use super::wire::{Damage, FORCE_N, Running, TICK_US, Way, stroked};
+use haptic_devices::haply::{TORQUE_MAX_NM, Version};
 use haptic_emulator::AtLine as _;
 use haptic_emulator::haply::Board;
 use haptic_link::State;
@@ -26,16 +26,9 @@ struct Seen {
     wrong: u32,
 }
 
-fn cases() -> u32 {
-    testkit::cases(CASES)
-}
-
 /// Boards that a hand strokes, in many places of the stroke.
 fn boards(version: Version) -> Vec<(Board, u64)> {
-    let mut board = stroking(version);
-    for byte in configuration(&version.model()) {
-        board.receive(byte, 0, &mut Vec::new());
-    }
+    let mut board = stroked(version, 0);
     let phases = (0..32).map(|phase| {
         let now_us = 1_000_000 + phase * 15_625;
         board.advance(now_us);
@@ -106,44 +99,36 @@ fn run<const D: usize>(mut running: Running<D>, planned: (Way, u32, Damage), see
     seen.wrong += u32::from(wrong > 0);
 }
 
-/// Runs many cases of a kind of damage on a way.
-fn campaign(way: Way, damage: impl Fn(&mut Random) -> Damage) -> Seen {
-    campaign_of(way, damage, cases() / 6, |(board, now_us), version| {
-        Running::on(board.clone(), version, *now_us)
-    })
-}
-
-/// The same with both axes: a spring of the host around a place beside the way of the hand.
-fn campaign_of_both(way: Way, damage: impl Fn(&mut Random) -> Damage) -> Seen {
-    campaign_of(way, damage, cases() / 12, |(board, now_us), version| {
-        let spring = |tick: &Tick<2>| {
-            let [x, y] = tick.position_m;
-            [60.0 * (0.01 - x), -60.0 * y]
-        };
-        Running::both(board.clone(), version, *now_us, TICK_US, Box::new(spring))
-    })
-}
-
-/// Runs so many cases on devices that `begin` makes.
-fn campaign_of<const D: usize>(
-    way: Way,
-    damage: impl Fn(&mut Random) -> Damage,
-    cases: u32,
-    begin: impl Fn(&(Board, u64), Version) -> Running<D>,
-) -> Seen {
+/// Runs many cases of a kind of damage on a way, of one axis or of both: then a spring of the host around a place beside the way of the
+/// hand.
+fn campaign(both: bool, way: Way, damage: impl Fn(&mut Random) -> Damage) -> Seen {
     let mut random = Random(17 + way as u64);
     let boards = Version::ALL.map(boards);
     let mut seen = Seen::default();
-    for case in 0..cases {
+    for case in 0..testkit::cases(CASES) / if both { 12 } else { 6 } {
         let version = case as usize % 2;
-        let board = &boards[version][random.bits() as usize % boards[version].len()];
+        let (board, now_us) = random_of(&boards[version], &mut random).clone();
+        let version = Version::ALL[version];
         // Any byte of some frames, or of some answers.
         let byte = (random.bits() % 80) as u32;
         let planned = (way, byte, damage(&mut random));
-        run(begin(board, Version::ALL[version]), planned, &mut seen);
+        if both {
+            let spring = |tick: &Tick<2>| {
+                let [x, y] = tick.position_m;
+                [60.0 * (0.01 - x), -60.0 * y]
+            };
+            let running = Running::both(board, version, now_us, TICK_US, Box::new(spring));
+            run(running, planned, &mut seen);
+        } else {
+            run(Running::on(board, version, now_us), planned, &mut seen);
+        }
     }
-    println!("{way:?}, {D} axes: {seen:?}");
+    println!("{way:?}, both axes {both}: {seen:?}");
     seen
+}
+
+fn random_of<'a, T>(list: &'a [T], random: &mut Random) -> &'a T {
+    &list[random.bits() as usize % list.len()]
 }
 
 fn any(random: &mut Random) -> u8 {
@@ -157,43 +142,37 @@ fn bits(random: &mut Random) -> u8 {
 
 #[test]
 fn a_lost_byte_is_a_fault_and_no_torque_of_the_wrong_place() {
-    for way in [Way::ToBoard, Way::ToHost] {
-        let seen = campaign(way, |_| Damage::Lost);
-        assert_eq!((seen.harmless, seen.wrong), (0, 0), "{seen:?}");
+    for both in [false, true] {
+        for way in [Way::ToBoard, Way::ToHost] {
+            let seen = campaign(both, way, |_| Damage::Lost);
+            assert_eq!((seen.harmless, seen.wrong), (0, 0), "{seen:?}");
+        }
     }
 }
 
 #[test]
 fn an_added_byte_of_an_answer_is_a_fault() {
-    let seen = campaign(Way::ToHost, |random| Damage::Added(any(random)));
-    assert_eq!((seen.harmless, seen.wrong), (0, 0), "{seen:?}");
+    for both in [false, true] {
+        let seen = campaign(both, Way::ToHost, |random| Damage::Added(any(random)));
+        assert_eq!((seen.harmless, seen.wrong), (0, 0), "{seen:?}");
+    }
 }
 
 #[test]
 fn a_changed_byte_of_an_answer_is_a_fault_or_no_harm() {
-    let seen = campaign(Way::ToHost, |random| Damage::Changed(bits(random)));
-    // The upper half of the bits of an angle, and the number of the device.
-    assert!(seen.faults > seen.harmless / 2, "{seen:?}");
-    assert_eq!(seen.wrong, 0, "{seen:?}");
+    for both in [false, true] {
+        let seen = campaign(both, Way::ToHost, |random| Damage::Changed(bits(random)));
+        // The upper half of the bits of an angle, and the number of the device.
+        assert!(seen.faults > seen.harmless / 2, "{seen:?}");
+        assert!(both || seen.wrong == 0, "{seen:?}");
+    }
 }
 
 #[test]
 fn bytes_added_or_changed_on_the_way_to_the_board_last_a_tick_or_are_a_fault() {
     // A board without a checksum takes them for torques: nothing on this side can keep it from that, for one frame.
-    campaign(Way::ToBoard, |random| Damage::Added(any(random)));
-    campaign(Way::ToBoard, |random| Damage::Changed(bits(random)));
-}
-
-#[test]
-fn with_both_axes_the_same_holds() {
-    for way in [Way::ToBoard, Way::ToHost] {
-        let seen = campaign_of_both(way, |_| Damage::Lost);
-        assert_eq!((seen.harmless, seen.wrong), (0, 0), "{seen:?}");
+    for both in [false, true] {
+        campaign(both, Way::ToBoard, |random| Damage::Added(any(random)));
+        campaign(both, Way::ToBoard, |random| Damage::Changed(bits(random)));
     }
-    let seen = campaign_of_both(Way::ToHost, |random| Damage::Added(any(random)));
-    assert_eq!((seen.harmless, seen.wrong), (0, 0), "{seen:?}");
-    let seen = campaign_of_both(Way::ToHost, |random| Damage::Changed(bits(random)));
-    assert!(seen.faults > seen.harmless / 2, "{seen:?}");
-    campaign_of_both(Way::ToBoard, |random| Damage::Added(any(random)));
-    campaign_of_both(Way::ToBoard, |random| Damage::Changed(bits(random)));
 }

@@ -1,6 +1,6 @@
 //! The driver in order: place, force along the line and none across it, both versions; and boards that are not in order.
 
-use super::wire::{FORCE_N, Running, Wire, World, name, stroking};
+use super::wire::{FORCE_N, Running, Wire, World, name, stroked};
 use haptic_devices::haply::{
     Haply2Diy, HaplyOpenError, Home, LATE_MOST, Trouble, Version, configuration, torques,
 };
@@ -22,22 +22,10 @@ fn configured(version: Version, as_version: Version, hand: Hand, for_s: f64) -> 
     (board, now_us)
 }
 
-/// The same, stroked by a hand through the surface.
-fn stroked(version: Version, for_s: f64) -> (Board, u64) {
-    let mut board = stroking(version);
-    for byte in configuration(&version.model()) {
-        board.receive(byte, 0, &mut Vec::new());
-    }
-    let now_us = (for_s * 1e6) as u64;
-    board.advance(now_us);
-    (board, now_us)
-}
-
 #[test]
 fn a_spring_along_the_line_pushes_along_the_line() {
     for version in Version::ALL {
-        let (board, now_us) = stroked(version, 1.0);
-        let mut running = Running::on(board, version, now_us);
+        let mut running = Running::on(stroked(version, 1_000_000), version, 1_000_000);
         let (mut pressed, mut largest) = (0, 0.0_f64);
         for _ in 0..1000 {
             running.tick();
@@ -81,8 +69,7 @@ fn the_place_is_true_to_a_count() {
 
 /// A board that is driven after some ticks.
 fn with_torque(version: Version) -> Running {
-    let (board, now_us) = stroked(version, 1.2);
-    let mut running = Running::on(board, version, now_us);
+    let mut running = Running::on(stroked(version, 1_200_000), version, 1_200_000);
     for _ in 0..50 {
         running.tick();
     }

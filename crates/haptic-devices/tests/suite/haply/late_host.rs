@@ -1,19 +1,13 @@
 //! A host that is late while a hand moves the handle: no fast hand, and no jump of the position.
 
-use super::wire::{FORCE_N, Law, Running, TICK_US, stroking};
-use haptic_devices::haply::{Version, configuration};
-use haptic_emulator::AtLine as _;
+use super::wire::{FORCE_N, Law, Running, TICK_US, stroked};
+use haptic_devices::haply::Version;
 use haptic_link::{Limits, State};
 use haptic_loop::{Device as _, Fault};
 
 /// A stroked handle under the limits of any device, free of force.
 fn free(version: Version, limits: Limits) -> Running {
-    let mut board = stroking(version);
-    for byte in configuration(&version.model()) {
-        board.receive(byte, 0, &mut Vec::new());
-    }
     let now_us = 1_200_000;
-    board.advance(now_us);
     let law = Law {
         limits: Limits {
             force_n: FORCE_N,
@@ -23,7 +17,7 @@ fn free(version: Version, limits: Limits) -> Running {
         },
         ..Law::default()
     };
-    Running::with(board, version, now_us, &law)
+    Running::with(stroked(version, now_us), version, now_us, &law)
 }
 
 /// Largest step between two ticks, m, and the fault; each n-th tick comes after so many that did not.
@@ -84,15 +78,10 @@ fn a_handle_that_is_too_fast_is_too_fast_with_a_late_host_too() {
 
 #[test]
 fn after_a_standstill_the_first_frame_has_no_torque_and_the_board_stays_in_order() {
-    let model = Version::V3.model();
     // Told at the next tick; and at once, while the board still owes an answer.
     for at_once in [false, true] {
-        let mut board = stroking(Version::V3);
-        for byte in configuration(&model) {
-            board.receive(byte, 0, &mut Vec::new());
-        }
-        board.advance(1_200_000);
-        let mut running = Running::on(board, Version::V3, 1_200_000);
+        let now_us = 1_200_000;
+        let mut running = Running::on(stroked(Version::V3, now_us), Version::V3, now_us);
         while running.device.newest().force_n[0].abs() < 0.1 {
             running.tick();
         }

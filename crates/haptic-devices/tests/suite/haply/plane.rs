@@ -1,11 +1,10 @@
 //! Both axes: a shape in the plane against the exact sum over the depth along its normal, and the plane itself.
 
-use super::wire::{Running, TICK_US, stroking};
+use super::wire::{Running, TICK_US, stroked};
 use fracdiff::batch::Batch;
 use fracdiff::full_memory::Kernel;
 use fracdiff::{Operator, Order, Scheme, Seconds};
-use haptic_devices::haply::{Plane, Unreachable, Version, configuration};
-use haptic_emulator::AtLine as _;
+use haptic_devices::haply::{Plane, Unreachable, Version};
 use haptic_link::State;
 use haptic_loop::units::{Metres, Newtons, NewtonsPerSecond};
 use haptic_loop::{
@@ -79,11 +78,7 @@ fn the_force_is_the_sum_over_the_depth_along_the_normal() {
         (Version::V2, TICK_US),
         (Version::V3, TICK_US),
     ] {
-        let mut board = stroking(version);
-        for byte in configuration(&version.model()) {
-            board.receive(byte, 0, &mut Vec::new());
-        }
-        board.advance(1_200_000);
+        let board = stroked(version, 1_200_000);
         let t = Seconds(1e-6 * f64::from(tick_us));
         let order = Order::new(ORDER).expect("an order");
         let ticks = 3000_u32;

@@ -1,6 +1,8 @@
 //! An emulated board at the other end of a line in virtual time, and a device that is armed and runs on it.
 
-use haptic_devices::haply::{Axis, Haply2Diy, HaplyName, Home, TORQUES_BYTES, Version, angles_of};
+use haptic_devices::haply::{
+    Axis, Haply2Diy, HaplyName, Home, TORQUES_BYTES, Version, angles_of, configuration,
+};
 use haptic_emulator::AtLine as _;
 use haptic_emulator::haply::{Board, Body, Hand};
 use haptic_link::{Configuration, Limits, LoopMode, OperatorShape, Start};
@@ -180,7 +182,7 @@ impl Line for Wire {
 }
 
 /// A board whose handle a hand strokes, through the surface in the middle.
-pub(crate) fn stroking(version: Version) -> Board {
+fn stroking(version: Version) -> Board {
     let model = version.model();
     let from = [0.5 * model.pantograph.base_m() + 0.004, 0.085];
     let hand = Hand::Strokes {
@@ -189,6 +191,16 @@ pub(crate) fn stroking(version: Version) -> Board {
         time_s: 0.5,
     };
     Board::new(model, Body::at_home(&model, hand))
+}
+
+/// The same, configured, at this time.
+pub(crate) fn stroked(version: Version, now_us: u64) -> Board {
+    let mut board = stroking(version);
+    for byte in configuration(&version.model()) {
+        board.receive(byte, 0, &mut Vec::new());
+    }
+    board.advance(now_us);
+    board
 }
 
 /// Settings of a device of this version along y.

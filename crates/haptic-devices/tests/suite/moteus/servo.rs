@@ -95,11 +95,7 @@ fn an_answer_that_cannot_be_is_not_believed() {
     rig.lead(0.003);
     // Half a turn further, at rest: 63 mm.
     let forged = line("rcv 100 21000A2F010000003F0000000000000000210F00 E B F ");
-    rig.wire.world().harm = Some(Box::new(move |bytes, to_servo| {
-        if !to_servo {
-            bytes.clone_from(&forged);
-        }
-    }));
+    instead(&rig, forged);
     for tick in 0..5 {
         rig.tick();
         let position_m = rig.device.newest().position_m[0];
@@ -130,61 +126,59 @@ fn trouble_of(happens: impl FnOnce(&mut Rig)) -> String {
     rig.trouble()
 }
 
+/// What comes from the servo is this instead.
+fn instead(rig: &Rig, answer: Vec<u8>) {
+    rig.wire.world().harm = Some(Box::new(move |bytes, to_servo| {
+        if !to_servo {
+            bytes.clone_from(&answer);
+        }
+    }));
+}
+
 #[test]
 fn each_fault_is_named_within_five_ticks() {
-    let said = trouble_of(|rig| rig.wire.world().adapter.servo.fail(34));
-    assert!(
-        said.contains("servo 1 is in fault 34, over voltage"),
-        "{said}"
-    );
-    let said = trouble_of(|rig| {
-        rig.wire.world().harm = Some(Box::new(|bytes, to_servo| {
-            if !to_servo {
-                bytes.clear();
+    let of_another = "rcv 300 21000A2F01000000000000000000000000210F00 E B F ";
+    let happens: [(&str, fn(&mut Rig)); 6] = [
+        ("servo 1 is in fault 34, over voltage", |rig| {
+            rig.wire.world().adapter.servo.fail(34);
+        }),
+        (
+            "servo 1 did not answer 4 times in a row: nothing came",
+            |rig| instead(rig, Vec::new()),
+        ),
+        ("does not know its position", |rig| {
+            rig.wire.world().adapter.servo.place(f64::NAN);
+        }),
+        ("watchdog", |rig| {
+            // The host has stood still; a hand holds the lever meanwhile.
+            {
+                let mut world = rig.wire.world();
+                world.now_us += 150_000;
+                let now_us = world.now_us;
+                world.adapter.servo.advance(now_us);
             }
-        }));
-    });
-    assert!(
-        said.contains("servo 1 did not answer 4 times in a row: nothing came"),
-        "{said}"
-    );
-    let said = trouble_of(|rig| rig.wire.world().adapter.servo.place(f64::NAN));
-    assert!(said.contains("does not know its position"), "{said}");
-    let said = trouble_of(|rig| {
-        // The host has stood still; a hand holds the lever meanwhile.
-        {
-            let mut world = rig.wire.world();
-            world.now_us += 150_000;
-            let now_us = world.now_us;
-            world.adapter.servo.advance(now_us);
-        }
-        rig.place(0.003);
-    });
-    assert!(said.contains("watchdog"), "{said}");
-    let said = trouble_of(|rig| rig.wire.world().gone = true);
-    assert!(said.contains("the adapter is gone"), "{said}");
-    let said = trouble_of(|rig| {
-        rig.wire.world().harm = Some(Box::new(|bytes, to_servo| {
-            if !to_servo {
-                *bytes = answer_of_another();
-            }
-        }));
-    });
+            rig.place(0.003);
+        }),
+        ("the adapter is gone", |rig| rig.wire.world().gone = true),
+        (
+            "mode 12, zero velocity, which nobody here has asked for",
+            |rig| {
+                // Another program stops the servo; a stop of ours is followed by a command, this one is not.
+                rig.wire.world().harm = Some(Box::new(|bytes, to_servo| {
+                    if to_servo {
+                        *bytes = line("can send 8001 01000C11001F01110F BF ");
+                    }
+                }));
+            },
+        ),
+    ];
+    for (words, happens) in happens {
+        let said = trouble_of(happens);
+        assert!(said.contains(words), "{said}");
+    }
+    let said = trouble_of(|rig| instead(rig, line(of_another)));
     assert!(
         said.contains("servo 3 talks to 0 on the bus of servo 1"),
-        "{said}"
-    );
-    let said = trouble_of(|rig| {
-        // Another program stops the servo; a stop of ours is followed by a command, this one is not.
-        let mut world = rig.wire.world();
-        world.harm = Some(Box::new(|bytes, to_servo| {
-            if to_servo {
-                *bytes = line("can send 8001 01000C11001F01110F BF ");
-            }
-        }));
-    });
-    assert!(
-        said.contains("mode 12, zero velocity, which nobody here has asked for"),
         "{said}"
     );
 }
@@ -192,10 +186,6 @@ fn each_fault_is_named_within_five_ticks() {
 fn line(text: &str) -> Vec<u8> {
     let crc = moteus_protocol::fdcanusb::compute_crc8(text.as_bytes());
     format!("{text}*{crc:02X}\n").into_bytes()
-}
-
-fn answer_of_another() -> Vec<u8> {
-    line("rcv 300 21000A2F01000000000000000000000000210F00 E B F ")
 }
 
 #[test]

@@ -11,7 +11,7 @@ use haptic_link::Limits as Wire;
 parameters! {
     /// `k_c` of a coupler, N·s/m.
     COUPLER_STIFFNESS = optional("coupler_stiffness_n_s_per_m", DAMPINGS,
-        "Damper of the coupler: force = damper v + spring (integral of order mu of v), v the velocity of the deflection");
+        "Damper of the coupler: force = damper v + spring (integral of order mu of v), with v the velocity between device and object");
     /// `b_c` of a coupler, N·s^(1−μ)/m.
     COUPLER_DISSIPATION = optional("coupler_dissipation_n_s_1_minus_mu_per_m", DISSIPATIONS,
         "Spring of the coupler, N·s^(1−μ)/m: at order 1 N/m");
@@ -32,7 +32,7 @@ parameters! {
     /// Force limit of a rendered tissue, N.
     FORCE_LIMIT = number("force_limit_n", 10.0, "10N", FORCE_LIMITS, "Largest force the loop may command");
     /// Controller of the indenter.
-    CONTROLLER = text("controller", "", "Controller file: its controller drives the indenter, which is then a mass");
+    CONTROLLER = text("controller", "", "Controller file; its controller moves the indenter, which is then a mass");
     /// Rate limit of a rendered tissue, N/s.
     FORCE_RATE_LIMIT = number("force_rate_limit_n_per_s", 1000.0, "1000N/s", FORCE_RATES, "Largest rate of change of the force");
     /// Number of axes.
@@ -48,7 +48,7 @@ parameters! {
     /// The device.
     DEVICE = text("device", "sim", "Device: `sim`, `serial:PATH[@BAUD]`, `serial:auto`, `haply:PATH` or `moteus:PATH`");
     /// Place where the loop is closed.
-    LOOP = text("loop", "device", "Where the loop of a serial device is closed");
+    LOOP = text("loop", "device", "Where the loop of a serial device runs");
     /// Watchdog of a serial device, s.
     WATCHDOG = optional("watchdog_s", Range::Within(1e-3 * Wire::WATCHDOG_MIN_MS as f64, 1e-3 * Wire::WATCHDOG_MAX_MS as f64),
         "Silence from this program after which a serial device lets go [default: 500ms, 20ms in a host loop]");
@@ -61,7 +61,7 @@ parameters! {
          let go [default: 10]");
     /// Device file.
     DEVICE_MODEL = text("device_model", "",
-        "Device file, as written by device measure; keys beside it take precedence. On the rig of [relax] and [creep] for the guard only");
+        "Device file, as written by device measure; other keys take precedence. On the rig of [relax] and [creep] only the guard uses it");
 }
 
 /// Of every experiment on a device.
@@ -80,7 +80,7 @@ parameters! {
     /// Damping of a simulated device, N·s/m.
     DAMPING = number("damping_n_s_per_m", 3.5, "3.5", DAMPINGS, "Viscous damping of the device");
     /// Stiffness of the hand, N/m.
-    HAND_STIFFNESS = number("hand_stiffness_n_per_m", 0.0, "0", STIFFNESSES, "Stiffness of the hand that holds it; 0 without a hand");
+    HAND_STIFFNESS = number("hand_stiffness_n_per_m", 0.0, "0", STIFFNESSES, "Stiffness of the hand that holds the device; 0 without a hand");
     /// Delay of a simulated device, s.
     DELAY = number("delay_s", 0.0, "0", DEVICE_TIMES, "Delay from a measurement to its force, beyond the hold");
     /// Friction of a simulated device, N.

@@ -1,6 +1,7 @@
 //! Both sides and the line between them, tick by tick in virtual time; each a simulated device with what holds or touches it.
 
-use super::{HandModel, HandMotion, TeleoperationExperiment, parameter};
+use super::{HandModel, HandMotion, TeleoperationExperiment};
+use crate::document::advice::parameter;
 use crate::document::failure::Failure;
 use crate::experiment::trial::VirtualWall;
 use crate::run::ending::Ending;

@@ -260,7 +260,7 @@ impl TeleoperationExperiment {
             pace: self.pace,
         };
         let preflight = self.require_stable()?;
-        let mut metadata = self.metadata();
+        let mut metadata = self.metadata(self.pace);
         if let Some(verdict) = &preflight {
             note_findings(&mut metadata, "preflight", verdict);
         }

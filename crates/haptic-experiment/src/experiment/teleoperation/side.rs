@@ -206,7 +206,7 @@ impl TeleoperationExperiment {
         let line = self.met(end, terms, opened, supervisor);
         let line = line.inspect_err(|_| folder.discard())?;
         let peer = line.peer.map_or_else(String::new, |peer| peer.to_string());
-        let mut metadata = self.metadata();
+        let mut metadata = self.metadata(schedule.pace);
         metadata.insert("side".to_owned(), hand_side.to_string());
         metadata.insert("peer".to_owned(), peer.clone());
         let mut recorder = recorder(request, &folder, metadata, false, supervisor)?;

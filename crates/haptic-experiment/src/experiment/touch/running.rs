@@ -168,7 +168,12 @@ impl TouchExperiment {
             TouchShape::Ball { centre_m, .. } => ("centre_m", centre_m),
         };
         let numbers: Vec<String> = numbers.iter().map(f64::to_string).collect();
-        let mut metadata = metadata("touch", self.pace);
+        let mut metadata = metadata(
+            "touch",
+            (self.pace, self.scheme),
+            self.remote.as_ref(),
+            &self.safety,
+        );
         if self.remote.is_some() {
             // What the document says of a simulated hand is not used.
             metadata.insert("hand".to_owned(), "real".to_owned());

@@ -145,7 +145,8 @@ pub(crate) trait Trial: Clone {
             ..
         } = self.parts()?;
         let (setup, preflight) = (self.setup(), self.subject(samples));
-        let mut metadata = metadata(Self::KIND, setup.pace);
+        let choice = (setup.pace, self.operator_choice().1);
+        let mut metadata = metadata(Self::KIND, choice, setup.remote.as_ref(), &setup.safety());
         // A serial device is not thrown.
         let impact = setup.plan().impact_m_per_s.to_string();
         metadata.insert("impact_m_per_s".to_owned(), impact);

@@ -86,7 +86,7 @@ impl TrialSetup {
     }
 
     /// Settings of the safety chain: on a serial device with what its file says.
-    fn safety(&self) -> Safety {
+    pub(super) fn safety(&self) -> Safety {
         match self.remote {
             Some(_) => self.safety.with_device(&self.known, true),
             None => self.safety,

@@ -1,6 +1,6 @@
 //! Each kind of plant against the others, and what is said of bad files.
 
-use super::{PlantFile, PlantModel};
+use super::{PlantFile, PlantModel, read_response};
 use num_complex::Complex;
 use std::path::Path;
 
@@ -48,6 +48,22 @@ fn a_device_is_its_function_its_matrices_and_its_measured_response() {
 }
 
 #[test]
+fn a_response_may_have_semicolons_and_decimal_commas() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let file = folder.path().join("r.csv");
+    let read = |rows: &str| {
+        std::fs::write(&file, rows).expect("writes");
+        read_response(&file).expect("a response")
+    };
+    let points = read("omega_rad_s,real,imaginary\n0.5,1.25,-2\n1,1,-1\n");
+    assert_eq!(points[0], (0.5, Complex::new(1.25, -2.0)));
+    assert_eq!(
+        read("omega_rad_s;real;imaginary\n0,5;1,25;-2\n1;1;-1\n"),
+        points
+    );
+}
+
+#[test]
 fn a_function_reads_back_to_the_same() {
     let model = "exp(-0.5s)/(0.8s^2.2+0.5s^0.9+1)".parse();
     let mut file = PlantFile::new(model.expect("valid"));
@@ -62,79 +78,46 @@ fn a_function_reads_back_to_the_same() {
 }
 
 /// A plant file, and the beginning of what is said of it.
-const WRONG: &[(&str, &str)] = &[
-    (
-        "",
-        "lab/p.toml:1: no plant: a plant file has one of [transfer_function]",
-    ),
-    (
-        "[device]\nmass_kg = 0\n",
-        "lab/p.toml:2: mass_kg = 0 is not above 0",
-    ),
-    (
-        "[device]\nmass_kg = 1\n",
-        "lab/p.toml:1: missing key `damping_n_s_per_m` in [device]",
-    ),
-    (
-        "[transfer_function]\nfunction = \"s^2/(s+1)\"",
-        "lab/p.toml:2: order 2 of the numerator is above 1",
-    ),
-    (
-        "[transfer_function]\nfunction = \"1/(0s^2+s)\"",
-        "lab/p.toml:2: the coefficient of s^2 is 0",
-    ),
-    (
-        "[transfer_function]\nfunction = \"s^0.5/(s+s^0.5)\"",
-        "lab/p.toml:2: numerator and denominator share the factor s^0.5",
-    ),
-    (
-        "[transfer_function]\nfunction = 3",
-        "lab/p.toml:2: function = 3 is an integer, not a string",
-    ),
-    (
-        "[state_space]\na = [[0, 1], [2]]\nb = [0, 1]\nc = [1, 0]",
-        "lab/p.toml:1: number of states 0 is not 1 to 16",
-    ),
-    (
-        "[state_space]\na = [0, 1]\nb = [0, 1]\nc = [1, 0]",
-        "lab/p.toml:2: a",
-    ),
-    (
-        "[state_space]\na = [[0, 1], [0, inf]]\nb = [0, 1]\nc = [1, 0]",
-        "lab/p.toml:2: a has inf, which is not from -1e12 to 1e12",
-    ),
-    (
-        "[measured_response]\nfile = \"none.csv\"",
-        "lab/p.toml:2: cannot read the measured response `lab/none.csv`",
-    ),
-    (
-        "[device]\nmass_kg = 1\n[state_space]\n",
-        "lab/p.toml:3: a second plant [state_space]",
-    ),
-];
+const WRONG: &str = r#"
+    [device]\nmass_kg = 0\n | lab/p.toml:2: mass_kg = 0 is not above 0
+    [device]\nmass_kg = 1\n | lab/p.toml:1: missing key `damping_n_s_per_m` in [device]
+    [transfer_function]\nfunction = "s^2/(s+1)" | lab/p.toml:2: order 2 of the numerator is above 1
+    [transfer_function]\nfunction = "1/(0s^2+s)" | lab/p.toml:2: the coefficient of s^2 is 0
+    [transfer_function]\nfunction = "s^0.5/(s+s^0.5)" | lab/p.toml:2: numerator and denominator share the factor s^0.5
+    [transfer_function]\nfunction = 3 | lab/p.toml:2: function = 3 is an integer, not a string
+    [state_space]\na = [[0, 1], [2]]\nb = [0, 1]\nc = [1, 0] | lab/p.toml:1: number of states 0 is not 1 to 16
+    [state_space]\na = [0, 1]\nb = [0, 1]\nc = [1, 0] | lab/p.toml:2: a
+    [state_space]\na = [[0, 1], [0, inf]]\nb = [0, 1]\nc = [1, 0] | lab/p.toml:2: a has inf, which is not from -1e12 to 1e12
+    [measured_response]\nfile = "none.csv" | lab/p.toml:2: cannot read the measured response `lab/none.csv`
+    [device]\nmass_kg = 1\n[state_space]\n | lab/p.toml:3: a second plant [state_space]
+"#;
+
+/// The columns of a measured response, and a part of what is said of it.
+const WRONG_ROWS: &str = r#"
+    omega,gain,phase_deg\n | no column of the frequency
+    omega_rad_s,gain\n | no column of the phase
+    omega_rad_s,gain,phase_deg\n1,x,3\n | line 2, column gain: "x" is not a finite number
+    omega_rad_s,gain,phase_deg\n1,1,3\n | number of frequencies 1 is not at least 3
+"#;
 
 #[test]
 fn what_is_wrong_is_said_in_one_line_with_its_place() {
-    for &(text, want) in WRONG {
+    let refused = |text: &str, want: &str| {
         let said = read(text).expect_err(want);
         assert!(said.starts_with(want) && !said.contains('\n'), "{said}");
+    };
+    for [text, want] in testkit::table(WRONG) {
+        refused(&text, &want);
     }
+    refused(
+        "",
+        "lab/p.toml:1: no plant: a plant file has one of [transfer_function]",
+    );
     let folder = tempfile::tempdir().expect("a folder");
-    for (rows, want) in [
-        ("omega,gain,phase_deg\n", "no column of the frequency"),
-        ("omega_rad_s,gain\n", "no column of the phase"),
-        (
-            "omega_rad_s,gain,phase_deg\n1,x,3\n",
-            "line 2: \"x\" is not a finite number",
-        ),
-        (
-            "omega_rad_s,gain,phase_deg\n1,1,3\n",
-            "number of frequencies 1 is not at least 3",
-        ),
-    ] {
+    for [rows, want] in testkit::table(WRONG_ROWS) {
         std::fs::write(folder.path().join("r.csv"), rows).expect("writes");
         let text = "[measured_response]\nfile = \"r.csv\"";
-        let said = PlantFile::parse(&folder.path().join("p.toml"), text).expect_err(want);
-        assert!(said.to_string().contains(want), "{said}");
+        let said = PlantFile::parse(&folder.path().join("p.toml"), text).expect_err(&want);
+        assert!(said.to_string().contains(&want), "{said}");
     }
 }

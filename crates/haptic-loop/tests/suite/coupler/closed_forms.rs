@@ -1,11 +1,13 @@
 //! Order one against two masses with springs and dampers, in closed form.
 
-use super::{object, order};
+use super::object;
 use fracdiff::{Seconds, ShortMemory};
-use haptic_loop::plant::{MassDamper, MassDamperConfig};
-use haptic_loop::units::{Kilograms, NewtonSecondsPerMetre, Newtons, NewtonsPerSecond};
+use haptic_loop::plant::MassDamper;
+use haptic_loop::units::{Newtons, NewtonsPerSecond};
 use haptic_loop::{Controller, Environment, SafetyChain, VirtualCoupler};
 use nalgebra::{SMatrix, SVector, vector};
+use testkit::device::{ideal, plant};
+use testkit::operator::order;
 
 /// e^A by scaling and squaring of the power series.
 fn exponential<const N: usize>(a: &SMatrix<f64, N, N>) -> SMatrix<f64, N, N> {
@@ -46,8 +48,7 @@ fn pushed(t: f64, [k_c, b_c]: [f64; 2], [m, b, k]: [f64; 3]) -> [f64; 2] {
     let coupler = VirtualCoupler::new(k_c, b_c, spring, object([m, b, k]), sample_time);
     let chain = SafetyChain::new(Newtons(1e3), NewtonsPerSecond(1e9), sample_time).expect("valid");
     let mut controller = Controller::new(coupler.expect("valid"), chain);
-    let config = MassDamperConfig::ideal(Kilograms(0.1), NewtonSecondsPerMetre(0.8), sample_time);
-    let mut device = MassDamper::<1>::new(config).expect("valid");
+    let mut device = plant(ideal(0.1, 0.8, t));
     device.set_external_force(vector![1.0]);
     let (replay, device) = run(&mut controller, device, (0.3 / t).round() as usize);
     [
@@ -96,9 +97,7 @@ fn without_loss_two_masses_keep_energy_and_momentum_as_the_sample_time_falls() {
         let coupler = VirtualCoupler::new(0.0, 300.0, spring, behind, sample_time).expect("valid");
         let chain = SafetyChain::new(Newtons(1e3), NewtonsPerSecond(1e9), sample_time);
         let mut controller = Controller::new(coupler, chain.expect("valid"));
-        let config =
-            MassDamperConfig::ideal(Kilograms(0.1), NewtonSecondsPerMetre(0.0), sample_time);
-        let mut device = MassDamper::<1>::new(config).expect("valid");
+        let mut device = plant(ideal(0.1, 0.0, t));
         device.set_state(vector![0.0], vector![0.2]);
         let (replay, device) = run(&mut controller, device, (0.5 / t).round() as usize);
         let environment = controller.environment();

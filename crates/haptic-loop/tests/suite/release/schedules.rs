@@ -1,4 +1,4 @@
-//! Random schedules of faults, stops and missing ticks: no force comes out of its envelope.
+//! Random schedules of faults, stops, missing ticks and wild numbers: no force leaves its limits, its norm, its rate or its envelope.
 
 use fracdiff::{Real, Seconds};
 use haptic_loop::units::{
@@ -9,84 +9,63 @@ use haptic_loop::{
     Stuck, Workspace,
 };
 use nalgebra::SVector;
-use rand_distr::{Distribution as _, StandardUniform};
-use rand_pcg::Pcg32;
+use testkit::Random;
 
-struct Random(Pcg32);
+fn maybe<V>(random: &mut Random, value: impl FnOnce(&mut Random) -> V) -> Option<V> {
+    random.chance(0.5).then(|| value(random))
+}
 
-impl Random {
-    fn share(&mut self) -> f64 {
-        StandardUniform.sample(&mut self.0)
-    }
-
-    fn within(&mut self, low: f64, high: f64) -> f64 {
-        low + (high - low) * self.share()
-    }
-
-    /// Between powers of ten.
-    fn decade(&mut self, low: f64, high: f64) -> f64 {
-        10_f64.powf(self.within(low, high))
-    }
-
-    fn one_in(&mut self, n: u32) -> bool {
-        self.share() * f64::from(n) < 1.0
-    }
-
-    fn maybe<V>(&mut self, value: impl FnOnce(&mut Self) -> V) -> Option<V> {
-        self.one_in(2).then(|| value(self))
-    }
-
-    /// Limits of every size that is accepted.
-    fn limits(&mut self, sample_time: Seconds) -> Limits {
-        let mut limits = Limits {
-            norm: self.maybe(|random| Newtons(random.decade(-1.0, 2.0))),
-            rise_time: self.maybe(|random| Seconds(random.decade(-3.0, 0.5))),
-            workspace: self.maybe(|random| Workspace {
-                low: Metres(-random.decade(-2.0, 0.0)),
-                high: Metres(random.decade(-2.0, 0.0)),
-                soft: Metres(0.005),
-            }),
-            speed: self.maybe(|random| {
-                let hard = random.decade(-1.0, 2.0);
-                SpeedLimit {
-                    soft: MetresPerSecond(0.6 * hard),
-                    hard: MetresPerSecond(hard),
-                }
-            }),
-            stop_time: Seconds(self.decade(-3.0, 0.0)),
-            brake_force: Newtons(10.0 * self.share()),
-            device_mass: self.maybe(|random| Kilograms(random.decade(-2.0, 1.0))),
-            device_delay_samples: (5.0 * self.share()) as u32,
-            stuck: self.maybe(|random| Stuck {
-                force: Newtons(random.decade(-1.0, 1.0)),
-                time: Seconds(random.decade(-3.0, -1.0)),
-            }),
-            jump: self.maybe(|random| Metres(random.decade(-4.0, -1.0))),
-            ..Limits::bare(
-                Newtons(self.decade(-1.0, 2.0)),
-                NewtonsPerSecond(self.decade(-1.0, 6.0)),
-            )
-        };
-        let most = limits.braking_max(sample_time).0;
-        limits.braking =
-            self.maybe(|random| NewtonSecondsPerMetre(most * random.within(0.01, 1.0)));
-        limits.guard = self.maybe(|random| {
-            let damping = NewtonSecondsPerMetre(random.decade(-1.0, 1.0));
-            if random.one_in(2) {
-                Guard::EnergyBounding(EnergyBounding::of(damping))
-            } else {
-                Guard::Observer(PassivityObserver {
-                    damping_max: damping,
-                    forget: Seconds(0.5),
-                })
+/// Limits of every size that is accepted.
+fn any_limits(random: &mut Random, sample_time: Seconds) -> Limits {
+    let mut limits = Limits {
+        norm: maybe(random, |random| Newtons(random.log_between(0.1, 100.0))),
+        rise_time: maybe(random, |random| Seconds(random.log_between(1e-3, 3.0))),
+        workspace: maybe(random, |random| Workspace {
+            low: Metres(-random.log_between(0.01, 1.0)),
+            high: Metres(random.log_between(0.01, 1.0)),
+            soft: Metres(0.005),
+        }),
+        speed: maybe(random, |random| {
+            let hard = random.log_between(0.1, 100.0);
+            SpeedLimit {
+                soft: MetresPerSecond(0.6 * hard),
+                hard: MetresPerSecond(hard),
             }
-        });
-        limits
-    }
+        }),
+        stop_time: Seconds(random.log_between(1e-3, 1.0)),
+        brake_force: Newtons(10.0 * random.share()),
+        device_mass: maybe(random, |random| Kilograms(random.log_between(0.01, 10.0))),
+        device_delay_samples: (5.0 * random.share()) as u32,
+        stuck: maybe(random, |random| Stuck {
+            force: Newtons(random.log_between(0.1, 10.0)),
+            time: Seconds(random.log_between(1e-3, 0.1)),
+        }),
+        jump: maybe(random, |random| Metres(random.log_between(1e-4, 0.1))),
+        ..Limits::bare(
+            Newtons(random.log_between(0.1, 100.0)),
+            NewtonsPerSecond(random.log_between(0.1, 1e6)),
+        )
+    };
+    let most = limits.braking_max(sample_time).0;
+    limits.braking = maybe(random, |random| {
+        NewtonSecondsPerMetre(most * random.between(0.01, 1.0))
+    });
+    limits.guard = maybe(random, |random| {
+        let damping = NewtonSecondsPerMetre(random.log_between(0.1, 10.0));
+        if random.chance(0.5) {
+            Guard::EnergyBounding(EnergyBounding::of(damping))
+        } else {
+            Guard::Observer(PassivityObserver {
+                damping_max: damping,
+                forget: Seconds(0.5),
+            })
+        }
+    });
+    limits
+}
 
-    fn vector<const D: usize>(&mut self, size: f64) -> [f64; D] {
-        core::array::from_fn(|_| self.within(-size, size))
-    }
+fn any_vector<const D: usize>(random: &mut Random, size: f64) -> [f64; D] {
+    core::array::from_fn(|_| random.between(-size, size))
 }
 
 /// The test's own account of the way to zero.
@@ -125,6 +104,35 @@ fn norm<const D: usize>(force: &[f64; D]) -> f64 {
     force.iter().map(|axis| axis * axis).sum::<f64>().sqrt()
 }
 
+const WILD: [f64; 6] = [f64::NAN, f64::INFINITY, 1e38, -1e300, 5e-324, 0.0];
+
+/// The force is within limits and norm, and one step from the last in both; energy bounding and the way to zero may take it away
+/// faster, not turn it round.
+fn keeps_its_limits<F: Real, const D: usize>(
+    (now, before): (&[f64; D], &[f64; D]),
+    limits: &Limits,
+    (step_n, released): (f64, bool),
+    tolerance: f64,
+) {
+    let told = || format!("{before:?} {now:?} {limits:?}");
+    let most = F::from_f64(limits.force.0).to_f64();
+    assert!(now.iter().all(|f| f.abs() <= most), "{}", told());
+    assert!(
+        limits.norm.is_none_or(|most| norm(now) <= most.0),
+        "{}",
+        told()
+    );
+    let bounding = matches!(limits.guard, Some(Guard::EnergyBounding(_)));
+    let change: [f64; D] = core::array::from_fn(|axis| {
+        let (now, before) = (now[axis], before[axis]);
+        let taken = bounding && now.abs() <= before.abs() && now * before >= 0.0;
+        if taken { 0.0 } else { now - before }
+    });
+    let slewed = norm(&change) <= step_n + tolerance * (step_n + norm(now).max(norm(before)));
+    let falls = released && norm(now) <= norm(before);
+    assert!(slewed || falls, "{}", told());
+}
+
 /// A device whose position sticks, jumps and gets lost, and a world that wants any force, stops, faults and falls silent.
 struct World<F, const D: usize> {
     state: SafetyState<F, D>,
@@ -144,7 +152,7 @@ impl<F: Real, const D: usize> World<F, D> {
         Self {
             state: SafetyState::default(),
             x: [0.0; D],
-            v: random.vector(0.5),
+            v: any_vector(random, 0.5),
             read: [0.0; D],
             wanted: [0.0; D],
             envelope: None,
@@ -160,14 +168,14 @@ impl<F: Real, const D: usize> World<F, D> {
             0 => (self.state.stop(), self.stopped = true).0,
             1 => (self.state).trip(Fault::ALL[(10.0 * random.share()) as usize]),
             2 => self.sticks = !self.sticks,
-            3 => self.offset = random.within(-0.05, 0.05),
+            3 => self.offset = random.between(-0.05, 0.05),
             4 => return (20.0 * random.share()) as u64,
-            5 => self.wanted[0] = [f64::NAN, f64::INFINITY, 1e38][(3.0 * random.share()) as usize],
-            6..16 => self.wanted = random.vector(2.0 * limits.force.0),
+            5 => self.wanted[0] = random.one_of(&WILD),
+            6..16 => self.wanted = any_vector(random, 2.0 * limits.force.0),
             16..20 if self.state.is_at_rest() => {
                 self.state.clear();
                 (self.stopped, self.envelope) = (false, None);
-                (self.x, self.v) = ([0.0; D], random.vector(0.5));
+                (self.x, self.v) = ([0.0; D], any_vector(random, 0.5));
             }
             _ => {}
         }
@@ -180,8 +188,8 @@ impl<F: Real, const D: usize> World<F, D> {
             self.read = self.x.map(|x| x + self.offset);
         }
         let mut position = self.read;
-        if random.one_in(2000) {
-            position[0] = f64::NAN;
+        if random.chance(1.0 / 2000.0) {
+            position[0] = random.one_of(&WILD);
         }
         SVector::from(position.map(F::from_f64))
     }
@@ -199,13 +207,20 @@ impl<F: Real, const D: usize> World<F, D> {
 
 /// A device of some mass under the force of the chain in such a world. Returns the faults.
 fn schedule<F: Real, const D: usize>(seed: u64) -> u64 {
-    let mut random = Random(Pcg32::new(seed, 0x2545_f491_4f6c_dd1d));
-    let t = [1e-4, 5e-4, 1e-3, 2e-3, 1e-2][(5.0 * random.share()) as usize];
-    let limits = random.limits(Seconds(t));
+    let mut random = Random(seed);
+    let t = random.one_of(&[1e-4, 5e-4, 1e-3, 2e-3, 1e-2]);
+    let limits = any_limits(&mut random, Seconds(t));
     let chain = SafetyChain::<F>::from_limits(&limits, Seconds(t)).expect("acceptable");
     let mass = limits.device_mass.map_or(0.065, |mass| mass.0);
     let ticks = (limits.stop_time.0 / t * (1.0 - 1e-6)).ceil().max(1.0);
-    let tolerance = 1e-9 + if size_of::<F>() == 4 { 1e-5 } else { 0.0 };
+    let single = size_of::<F>() == 4;
+    let tolerance = 1e-9 + if single { 1e-5 } else { 0.0 };
+    let rounding = 40.0
+        * if single {
+            f64::from(f32::EPSILON)
+        } else {
+            f64::EPSILON
+        };
     let mut world = World::<F, D>::new(&mut random);
     let (mut sent, mut faults) = ([0.0; D], 0);
     for _ in 0..200 + (400.0 * random.share()) as u32 {
@@ -215,11 +230,10 @@ fn schedule<F: Real, const D: usize>(seed: u64) -> u64 {
         let wanted = SVector::from(world.wanted.map(F::from_f64));
         let (force, _) = chain.apply(&mut world.state, &position, &wanted);
         let now: [f64; D] = force.newtons().map(F::to_f64).into();
-        assert!(
-            now.iter()
-                .all(|f| f.is_finite() && f.abs() <= limits.force.0 * (1.0 + tolerance))
-        );
-        if world.stopped || world.state.fault().is_some() {
+        let released = world.stopped || world.state.fault().is_some();
+        let step = (limits.rate.0 * t, released);
+        keeps_its_limits::<F, D>((&now, &sent), &limits, step, rounding);
+        if released {
             faults += u64::from(world.envelope.is_none());
             let known = world.envelope.get_or_insert_with(|| Envelope {
                 from_n: norm(&sent).max(limits.brake_force.0),

@@ -3,20 +3,11 @@
 use super::loose;
 use crate::line::{Bench, START};
 use haptic_link::{DigestBuilder, FRAME_MAX, Header, Request, Scope, Start, encode};
-use rand_distr::{Distribution as _, StandardUniform};
-use rand_pcg::Pcg32;
 use serde::ser::{Serialize, SerializeTuple as _, Serializer};
+use testkit::Random;
 
-pub(super) struct Random(pub(super) Pcg32);
-
-impl Random {
-    fn word(&mut self) -> u32 {
-        StandardUniform.sample(&mut self.0)
-    }
-
-    fn below(&mut self, end: usize) -> usize {
-        self.word() as usize % end
-    }
+fn below(random: &mut Random, end: usize) -> usize {
+    (random.bits() % end as u64) as usize
 }
 
 /// Bytes that are a message on their own.
@@ -61,10 +52,10 @@ pub(super) fn header_of(frame: &[u8]) -> (u32, u32) {
 
 fn any_request(random: &mut Random, faults: u16, tick: u32) -> Request {
     let (configuration, values) = loose();
-    match random.below(9) {
+    match below(random, 9) {
         0 | 1 => Request::Arm { faults },
         2 => Request::Start(Start {
-            run: random.word(),
+            run: (random.bits() as u32),
             ..START
         }),
         3 => Request::Force {
@@ -90,15 +81,15 @@ fn misspelt(request: &Request, random: &mut Random) -> Raw {
     // Version and header have no zeros, so the first code byte skips what has none.
     let content = content_of(&frame);
     let mut body = content[9..content.len() - 5].to_vec();
-    let at = if random.below(2) == 0 {
+    let at = if below(random, 2) == 0 {
         0
     } else {
-        random.below(body.len())
+        below(random, body.len())
     };
     let byte = body[at];
     body[at] = byte | 0x80;
     body.insert(at + 1, byte >> 7);
-    for _ in 0..random.below(3) {
+    for _ in 0..below(random, 3) {
         body[at + 1] |= 0x80;
         body.insert(at + 2, 0);
     }
@@ -116,24 +107,24 @@ pub(super) fn forged(
     let (faults, tick) = (device.status().faults, device.newest().tick);
     let (sequence, connection) = live;
     let request = any_request(random, faults, tick);
-    match random.below(4) {
-        0 => capture[random.below(capture.len())].clone(),
+    match below(random, 4) {
+        0 => capture[below(random, capture.len())].clone(),
         // Right in everything else.
         1 => framed(&misspelt(&request, random), sequence + 1, connection),
         2 => {
-            let other = match random.below(5) {
+            let other = match below(random, 5) {
                 0 => 0,
-                1 => connection ^ (1 << random.below(32)),
+                1 => connection ^ (1 << below(random, 32)),
                 2 => connection.wrapping_add(1),
-                3 => header_of(&capture[random.below(capture.len())]).1,
-                _ => random.word(),
+                3 => header_of(&capture[below(random, capture.len())]).1,
+                _ => (random.bits() as u32),
             };
             let other = if other == connection { !other } else { other };
-            framed(&request, sequence + 1 + random.word() % 100, other)
+            framed(&request, sequence + 1 + (random.bits() as u32) % 100, other)
         }
         // Behind what the host has said already.
         _ => {
-            let back = random.word() % 0x8000_0000;
+            let back = (random.bits() as u32) % 0x8000_0000;
             framed(&request, sequence.wrapping_sub(back), connection)
         }
     }

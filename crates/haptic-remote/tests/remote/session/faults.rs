@@ -1,6 +1,6 @@
 //! Faults, silence and stops.
 
-use super::{armed, fault, host_loop, started};
+use super::{armed, fault, started};
 use crate::line::{Bench, START};
 use haptic_link::{BatchItem, Field, Refusal, Report, Request, Start, State};
 use haptic_loop::Fault;
@@ -68,11 +68,43 @@ fn stop_and_disarm_work_in_every_state() {
 }
 
 #[test]
-fn a_force_that_is_not_finite_latches_a_fault() {
-    let mut bench = host_loop(|_| f32::NAN);
-    bench.run_ms(10);
-    assert_eq!(fault(&bench), Some(Fault::NonFiniteForce));
-    assert_eq!(bench.force_n(), 0.0);
+fn a_board_that_fails_at_a_tick_lets_go_at_once_and_can_be_armed_when_it_is_mended() {
+    let fails = |bench: &mut Bench, reads: bool, fails: bool| {
+        let mut device = bench.device.borrow_mut();
+        let board = device.hardware_mut();
+        *(if reads {
+            &mut board.broken
+        } else {
+            &mut board.stuck
+        }) = fails;
+    };
+    for (reads, fault) in [
+        (true, Fault::EmergencyStop),
+        (false, Fault::CurrentMismatch),
+    ] {
+        for lasts in [false, true] {
+            let mut bench = started(START);
+            bench.run_ms(100);
+            assert!(bench.force_n() < -0.5);
+            fails(&mut bench, reads, true);
+            bench.run_ms(1);
+            assert_eq!((bench.state(), bench.fault()), (State::Fault, Some(fault)));
+            fails(&mut bench, reads, lasts);
+            for tick in 0..50 {
+                assert_eq!(bench.force_n(), 0.0, "{fault}, tick {tick}");
+                bench.run_ms(1);
+            }
+            assert_eq!(bench.told_fault().map(|(fault, _)| fault), Some(fault));
+            if reads && lasts {
+                let persists = Refusal::FaultPersists(fault.code());
+                assert_eq!(bench.refused(Request::Arm { faults: 1 }), persists);
+            }
+            fails(&mut bench, reads, false);
+            bench.run_ms(1);
+            bench.done(Request::Arm { faults: 1 });
+            assert_eq!(bench.state(), State::Armed);
+        }
+    }
 }
 
 #[test]

@@ -53,7 +53,6 @@ pub struct Reading {
 
 impl Columns {
     /// Makes a record of the columns.
-    ///
     /// # Errors
     /// Columns that make no record, or several; bad numbers, with their lines.
     pub fn record(mut self, reading: &Reading) -> Result<Understood, IdentifyError> {

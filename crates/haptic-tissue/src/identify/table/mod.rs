@@ -10,4 +10,4 @@ mod unit;
 pub use assemble::{Columns, Loading, Reading, Understood};
 pub use column::{Choice, Column};
 pub use numbers::Reader;
-pub use text::{TABLE_MOST, TextTable, read_columns, read_table};
+pub use text::{TABLE_MOST, TextTable, read_chosen, read_columns, read_table};

@@ -51,7 +51,6 @@ pub struct TextTable {
 
 /// Reads CSV or TSV: cells apart by tabs, semicolons or commas, as the header has them. Lines that begin with `#` and empty lines are
 /// passed over.
-///
 /// # Errors
 /// Text that is not UTF-8, empty or too long; a header with one column.
 pub fn read_table(bytes: &[u8]) -> Result<TextTable, IdentifyError> {
@@ -147,12 +146,28 @@ fn each_row(
 }
 
 /// Columns of numbers by the names that stand above them, and the line of each row; cells apart and passed over as by [`read_table`].
-///
 /// # Errors
 /// As [`read_table`], but one column is enough; no or two columns of a name; no row; a cell that is not a finite number, with its line.
 pub fn read_columns<const N: usize>(
     bytes: &[u8],
     names: [&str; N],
+) -> Result<(Vec<u64>, [Vec<f64>; N]), IdentifyError> {
+    read_chosen(bytes, |header| {
+        let mut places = [0; N];
+        for (place, name) in places.iter_mut().zip(names) {
+            *place = place_of(name, header)?;
+        }
+        Ok(places)
+    })
+}
+
+/// The same of columns that are chosen by the header: their places in it.
+///
+/// # Errors
+/// As [`read_columns`]; what the choice refuses, with the line of the header.
+pub fn read_chosen<const N: usize>(
+    bytes: &[u8],
+    mut choose: impl FnMut(&[&str]) -> Result<[usize; N], String>,
 ) -> Result<(Vec<u64>, [Vec<f64>; N]), IdentifyError> {
     if bytes.len() as u64 > TABLE_MOST {
         return Err(IdentifyError::Record(format!(
@@ -166,24 +181,23 @@ pub fn read_columns<const N: usize>(
         return Err(wrong(line, NO_VALUE));
     }
     let (mut lines, mut columns) = (Vec::new(), [const { Vec::new() }; N]);
-    let (mut header, mut places) = (None, [0; N]);
+    let mut chosen = None;
     each_row(bytes, delimiter, |line, row| {
-        let Some(header) = &header else {
-            for (place, name) in places.iter_mut().zip(names) {
-                *place = place_of(name, line, row)?;
-            }
-            header = Some(row.clone());
+        let Some((header, places)) = &chosen else {
+            let names: Vec<&str> = row.iter().collect();
+            let places = choose(&names).map_err(|reason| wrong(line, &reason))?;
+            chosen = Some((row.clone(), places));
             return Ok(());
         };
         if row.len() > header.len() {
             return Err(wrong(line, &too_many(row, header.len())));
         }
         lines.push(line);
-        for ((column, &place), name) in columns.iter_mut().zip(&places).zip(names) {
+        for (column, &place) in columns.iter_mut().zip(places) {
             let cell = row.get(place).unwrap_or("");
             column.push(number(cell, delimiter).ok_or_else(|| IdentifyError::Line {
                 line,
-                column: Some(name.to_owned()),
+                column: header.get(place).map(str::to_owned),
                 reason: match cell {
                     "" => NO_VALUE.to_owned(),
                     cell => format!("{cell:?} is not a finite number"),
@@ -214,19 +228,17 @@ fn missing_row(text: &str, delimiter: u8) -> Option<u64> {
 }
 
 /// The one column of this name.
-fn place_of(name: &str, line: u64, header: &StringRecord) -> Result<usize, IdentifyError> {
-    let mut places = (0..header.len()).filter(|&place| &header[place] == name);
+fn place_of(name: &str, header: &[&str]) -> Result<usize, String> {
+    let mut places = (0..header.len()).filter(|&place| header[place] == name);
     match (places.next(), places.next()) {
         (Some(place), None) => Ok(place),
-        (None, _) => {
-            let names: Vec<&str> = header.iter().collect();
-            let reason = format!("no column {name} in the header {:?}", names.join(","));
-            Err(wrong(line, &reason))
-        }
-        (Some(_), Some(_)) => {
-            let reason = format!("more than one column is named {name}: rename all but one");
-            Err(wrong(line, &reason))
-        }
+        (None, _) => Err(format!(
+            "no column {name} in the header {:?}",
+            header.join(",")
+        )),
+        (Some(_), Some(_)) => Err(format!(
+            "more than one column is named {name}: rename all but one"
+        )),
     }
 }
 

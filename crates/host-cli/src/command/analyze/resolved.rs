@@ -4,10 +4,10 @@ use crate::options::Given;
 use crate::parse::sample_time_of;
 use fracdiff::{Order, Scheme};
 use haptic_analysis::{
-    AnalysisError, Dynamics, Environment, ForcePath, LoopOperator, Nondimensional, SampledLoop,
-    SampledPlant,
+    Dynamics, Environment, ForcePath, LoopOperator, Nondimensional, SampledLoop, SampledPlant,
 };
 use haptic_experiment::Failure;
+use haptic_experiment::document::advice::analysed;
 use haptic_experiment::parameters::analysis::{
     ALPHA, ANALYSED_DAMPING, ANALYSED_DELAY, ANALYSED_HAND, ANALYSED_LAG, ANALYSED_MASS,
     ANALYSED_SAMPLE_TIME, BETA, DELAY_SAMPLES, DELTA, GAMMA,
@@ -121,7 +121,7 @@ pub(super) fn resolve(given: &Given, wall: Wall) -> Result<ResolvedLoop, Failure
         };
         (without_units.checked(), None)
     };
-    let parameters = parameters.map_err(|error| refused_parameter(error, with_units))?;
+    let parameters = parameters.map_err(analysed)?;
     let scheme = given.scheme()?;
     let sample_time = sample_time_of(scheme, sample_time_s)?;
     Ok(ResolvedLoop {
@@ -181,31 +181,6 @@ impl ResolvedLoop {
     }
 }
 
-/// A parameter of the loop that is refused, with the options that set it.
-fn refused_parameter(error: AnalysisError, with_units: bool) -> Failure {
-    let AnalysisError::Range(range) = &error else {
-        return Failure::input(error);
-    };
-    let advice = match (range.what, with_units) {
-        ("mass", _) => "change --mass",
-        ("sample time", _) => "change --sample-time",
-        ("damping", _) => "change --damping",
-        ("hand stiffness", _) => "change --hand-stiffness",
-        ("stiffness", _) => "change --stiffness",
-        ("dissipation", _) => "change --dissipation",
-        ("alpha", true) => "it is K T^2/m, change --stiffness, --mass or --sample-time",
-        ("beta", true) => "it is B T^(2-mu)/m, change --dissipation, --mass or --sample-time",
-        ("delta", true) => "it is b T/m, change --damping, --mass or --sample-time",
-        ("gamma", true) => "it is k T^2/m, change --hand-stiffness, --mass or --sample-time",
-        ("alpha", false) => "change --alpha",
-        ("beta", false) => "change --beta",
-        ("delta", false) => "change --delta",
-        ("gamma", false) => "change --gamma",
-        _ => return Failure::input(error),
-    };
-    Failure::input_with_advice(error, advice)
-}
-
 /// Delay and lag of a loop in samples; `sample_time_s` is its own, if it was given. What is not given is of the device file.
 pub(super) fn path(
     given: &Given,
@@ -233,9 +208,7 @@ pub(super) fn path(
         None => samples(&ANALYSED_DELAY, |file| file.delay_s)?,
     };
     let lag = samples(&ANALYSED_LAG, |file| file.current_lag_s)?;
-    ForcePath::new(delay, lag).map_err(|error| {
-        Failure::input_with_advice(error, "change --delay, --delay-samples or --current-lag")
-    })
+    ForcePath::new(delay, lag).map_err(analysed)
 }
 
 /// Delay and lag in a result; times are null without a sample time.

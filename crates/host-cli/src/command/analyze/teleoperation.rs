@@ -8,9 +8,9 @@ use crate::page::{Panel, Points, linear, logarithmic as axis, page};
 use fracdiff::{Order, Seconds};
 use haptic_analysis::num_complex::Complex;
 use haptic_analysis::{
-    AnalysisError, CouplerSearch, HandCoupler, HandLine, HandMass, LargestDelay, Teleoperation,
-    Transparency,
+    CouplerSearch, HandCoupler, HandLine, HandMass, LargestDelay, Teleoperation, Transparency,
 };
+use haptic_experiment::document::advice::analysed;
 use haptic_experiment::experiment::teleoperation::RemotePlace;
 use haptic_experiment::parameters as p;
 use haptic_experiment::parameters::analysis as a;
@@ -30,10 +30,10 @@ const DELAY_MOST_S: f64 = 1.0;
 const ORDERS: u32 = 20;
 
 pub(super) const LONG_ABOUT: &str = "\
-Is a teleoperation stable with every passive hand and every passive environment (Llewellyn's criterion, with the line's delay and held forces)? Up to \
-which delay? And what does the hand feel of a remote tissue?
+Judges whether a teleoperation is stable with every passive hand and every passive environment (Llewellyn's criterion, with the line's delay and the hold), \
+up to which delay, and what the hand feels of a remote tissue.
 
---best finds, for each order, the coupler that feels closest to the tissue from --low to --high and is absolutely stable at this delay. The error is the \
+--best finds, for each order, the coupler that feels closest to the tissue from --low to --high and meets the criterion at this delay. The error is the \
 rms of |ln(Z_felt/Z_tissue)|: 0.1 is 10 % or 6 degrees. For waves it finds the impedance.
 
 time-domain is not linear: analyze position-position instead, and try it with `host-cli run`.";
@@ -72,9 +72,9 @@ pub(super) fn answer(asked: WithFiles<keys::Hands>, output: Output) -> Result<()
         line: best.map_or(question.hands.line, |best| best.0),
         ..question.hands
     };
-    let stability = hands.absolute_stability().map_err(refused)?;
-    let largest = hands.largest_delay(DELAY_MOST_S).map_err(refused)?;
-    let felt = (hands.transparency(&question.omegas, &question.environment)).map_err(refused)?;
+    let stability = hands.absolute_stability().map_err(analysed)?;
+    let largest = hands.largest_delay(DELAY_MOST_S).map_err(analysed)?;
+    let felt = (hands.transparency(&question.omegas, &question.environment)).map_err(analysed)?;
     let points = question.points(&hands)?;
     let shown = Shown {
         architecture: asked.architecture.name(),
@@ -300,7 +300,7 @@ impl Asked {
         for n in orders {
             let mu = f64::from(n) / f64::from(ORDERS);
             let order = Order::new(mu).map_err(Failure::input)?;
-            if let Some(best) = search.best(order).map_err(refused)? {
+            if let Some(best) = search.best(order).map_err(analysed)? {
                 found.push((best.line, best.transparency));
             }
         }
@@ -314,34 +314,14 @@ impl Asked {
     }
 }
 
-/// A parameter that the analysis refuses, with the option that sets it.
-fn refused(error: AnalysisError) -> Failure {
-    let advice = match &error {
-        AnalysisError::Range(range) => match range.what {
-            "mass" => "change --mass or --slave-mass",
-            "damping" => "change --damping or --slave-damping",
-            "sample time" => "change --sample-time",
-            "order of the coupler" => "change --order",
-            "coupler stiffness" | "coupler stiffness and dissipation together" => {
-                "change --coupler-stiffness or --coupler-dissipation"
-            }
-            "coupler dissipation" => "change --coupler-dissipation",
-            "wave impedance" => "change --wave-impedance",
-            _ => return Failure::input(error),
-        },
-        _ => return Failure::input(error),
-    };
-    Failure::input_with_advice(error, advice)
-}
-
 impl Question {
     fn points(&self, hands: &Teleoperation) -> Result<Vec<Point>, Failure> {
         let pairs = self.omegas.iter().zip(&self.environment);
         let point = |(&omega, &impedance): (&f64, &Complex<f64>)| {
             let s = Complex::new(0.0, omega);
-            let felt = hands.transmitted(omega, impedance).map_err(refused)? * s;
+            let felt = hands.transmitted(omega, impedance).map_err(analysed)? * s;
             let tissue = impedance * s;
-            let (real, ratio) = hands.llewellyn(omega).map_err(refused)?;
+            let (real, ratio) = hands.llewellyn(omega).map_err(analysed)?;
             Ok(Point {
                 frequency_hz: omega / TAU,
                 tissue_n_per_m: tissue.norm(),

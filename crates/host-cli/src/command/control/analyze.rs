@@ -2,7 +2,7 @@
 
 use super::draw::{draw_loop, draw_plant};
 use super::loops::{ControllerArguments, NamedPlant, PlantArguments};
-use super::words::{margins, refused};
+use super::words::{in_short, margins, refused};
 use crate::command::analyze::resolved::decibel;
 use crate::files::Files;
 use crate::output::Output;
@@ -18,14 +18,15 @@ use haptic_quantity::{digits, written};
 use serde_json::{Value, json};
 
 pub(super) const LONG_ABOUT: &str = "\
-Judges the loop as it runs: the controller's weights, the hold, the dead time. The verdict is a proof, with its reason; margins say how \
-far a stable loop is from instability. Without a controller: the poles of the plant. The exit code is 0 for an unstable loop too.";
+Proves whether the loop is stable as it runs, with weights, hold and dead time, and says why. \
+Margins tell how far a stable loop is from instability. Without a controller: the plant's poles. \
+The exit code is 0 for an unstable loop too.";
 
 /// Arguments of `control analyze`.
 #[derive(Debug, Args)]
 #[command(
-    after_help = "Example: host-cli control analyze --plant '1/(0.8s^2.2+0.5s^0.9+1)' --controller '20.5+3.7343s^1.15' --sample-time 1ms \
-                  --out loop"
+    after_help = "Example: host-cli control analyze --plant '1/(0.8s^2.2+0.5s^0.9+1)' --controller \
+                  '20.5+3.7343s^1.15' --sample-time 1ms --out loop"
 )]
 pub(crate) struct Arguments {
     #[command(flatten)]
@@ -98,7 +99,7 @@ impl Arguments {
     fn alone(&self, plant: &NamedPlant, output: Output) -> Result<(), Failure> {
         if plant.is_measured() {
             return Err(Failure::bad_input(
-                "a measured response has no poles: give a transfer function, or tune to it with host-cli control design",
+                "a measured response has no poles: give a transfer function, or use control design",
             ));
         }
         let mut place = self.files.look("plant", &[])?;
@@ -120,7 +121,7 @@ impl Arguments {
             "reason": match (stable, unstable) {
                 (true, _) => "Stable.",
                 (false, None | Some(0)) => {
-                    "On the boundary: a pole at s = 0 or on the imaginary axis does not decay. Close the loop with --controller."
+                    "On the boundary: a pole does not decay. Close the loop with --controller."
                 }
                 (false, Some(_)) => "Unstable. Close the loop with --controller.",
             },
@@ -168,44 +169,39 @@ fn pole(pole: &Complex<f64>) -> Value {
 
 /// The verdict on a stable loop, and what would end that.
 fn stable(margins: &Margins) -> String {
-    let at = |crossing: &Crossing| digits(crossing.omega_rad_s, 4);
-    let times = |gain: &Crossing, words: &str| {
-        format!("{} {words} (at {} rad/s)", digits(gain.value, 4), at(gain))
-    };
-    let up = margins.gain_up.map(|gain| times(&gain, "times the gain"));
-    let down = margins.gain_down.map(|gain| times(&gain, "of the gain"));
+    let at = |crossing: &Crossing| format!("(at {} rad/s)", digits(crossing.omega_rad_s, 4));
+    let times = |gain: Crossing, words| format!("{} {words} {}", digits(gain.value, 4), at(&gain));
+    let up = margins.gain_up.map(|gain| times(gain, "times the gain"));
+    let down = margins.gain_down.map(|gain| times(gain, "of the gain"));
     let delay = margins.delay_s.map(|delay| {
         let longer = written("delay_s", delay.value);
-        format!("{longer} more dead time (at {} rad/s)", at(&delay))
+        format!("{longer} more dead time {}", at(&delay))
     });
     let ways: Vec<String> = [up, down, delay].into_iter().flatten().collect();
     let nearest = &margins.sensitivity;
-    let text = format!(
-        "Stable, and proved. It comes closest to the boundary at {} rad/s, where errors grow {} times",
-        at(nearest),
-        digits(nearest.value, 4)
-    );
-    if ways.is_empty() {
-        return format!("{text}; neither more gain nor more dead time makes it unstable.");
-    }
-    format!("{text}; it becomes unstable at {}.", ways.join(", or at "))
+    let end = match ways.is_empty() {
+        true => "neither more gain nor more dead time makes it unstable".to_owned(),
+        false => format!("unstable at {}", ways.join(", or at ")),
+    };
+    format!(
+        "Stable, proved. Errors grow at most {} times {}; {end}.",
+        digits(nearest.value, 4),
+        at(nearest)
+    )
 }
 
 /// The verdict, its root and the way to the boundary, in sentences.
 fn verdict(analysis: &LoopAnalysis) -> String {
-    let text = of_the_loop(analysis);
-    let Some(times) = analysis.coarse else {
-        return text;
-    };
     // Where that is lost, and at what frequency, only the model says.
-    let text = match text.split_once(", and proved") {
-        Some((word, _)) => format!("{word} by the sampled model, not proved."),
-        None => text,
-    };
-    format!(
-        "{text} The loop is too fast for the sampled model of this fractional plant: the plant may behave differently. Shorten the \
-         sample time at least {} times.",
-        digits(times, 4)
+    analysis.coarse.map_or_else(
+        || of_the_loop(analysis),
+        |times| {
+            format!(
+                "The loop is {}: too fast for it. Shorten the sample time at least {} times.",
+                in_short(analysis),
+                digits(times, 4)
+            )
+        },
     )
 }
 
@@ -222,30 +218,30 @@ fn of_the_loop(analysis: &LoopAnalysis) -> String {
         Some(poles) => format!("{poles} poles grow"),
         None => "a pole does not decay".to_owned(),
     };
+    let omega = digits(analysis.verdict.omega_rad_s, 4);
     match analysis.cause {
         Cause::Stable => stable(&analysis.margins),
         Cause::Boundary | Cause::Cancelled if at_rest(analysis) => {
-            "On the boundary, as far as can be told: a pole neither decays nor grows within 1e8 samples. If an integral of the controller meets a factor s of the plant, \
-             or the reverse, omit one or add a proportional part; else raise the gain or the sample time."
+            "On the boundary: a pole neither decays nor grows within 1e8 samples. \
+             An integral may meet a factor s: omit one, or add a proportional part. \
+             Else raise the gain or the sample time."
                 .to_owned()
         }
-        Cause::Boundary => format!(
-            "On the boundary, as far as can be told: {poles} at {} rad/s. Change the gain a little.",
-            digits(analysis.verdict.omega_rad_s, 4)
-        ),
+        Cause::Boundary => {
+            format!("On the boundary: {poles} at {omega} rad/s. Change the gain a little.")
+        }
         Cause::Cancelled => format!(
-            "On the boundary, as far as can be told: {poles} at {} rad/s, whatever the gain, as a zero cancels a pole there: omit both, or move the zero.",
-            digits(analysis.verdict.omega_rad_s, 4)
+            "On the boundary at any gain: {poles} at {omega} rad/s, where a zero cancels it: move it."
         ),
         Cause::TooLarge => {
-            "Not decided: a number of this loop is above 1e308 or below 1e-308. Give plant and controller in other units."
+            "Not decided: a number is beyond 1e-308 to 1e308. Give the loop in other units."
                 .to_owned()
         }
         Cause::NearWhole(order) => format!(
             "Not decided: order {order} is too close to {}. Write the whole order.",
             order.round()
         ),
-        cause => format!("Unstable, and proved: {poles}{}", why_unstable(analysis, cause)),
+        cause => format!("Unstable, proved: {poles}{}", why_unstable(analysis, cause)),
     }
 }
 
@@ -262,25 +258,25 @@ fn why_unstable(analysis: &LoopAnalysis, cause: Cause) -> String {
     };
     match cause {
         Cause::GainTooHigh(OtherGain { edge, end, .. }) => format!(
-            ": the gain is too high. At {} rad/s the loop inverts errors and grows them {} times; it is stable {} of the gain.",
+            ": too much gain. At {} rad/s the loop inverts errors and grows them {} times. Stable {} of it.",
             at(&edge),
             digits(1.0 / edge.value, 4),
             where_stable("below", edge.value, end)
         ),
         Cause::GainTooLow(OtherGain { edge, end, .. }) => format!(
-            ": the gain is too low to hold the plant (at {} rad/s). It is stable {} times the gain.",
+            ": too little gain to hold the plant (at {} rad/s). Stable {} times the gain.",
             at(&edge),
             where_stable("above", edge.value, end)
         ),
         Cause::WrongSign(gain) => format!(
-            ": the sign is wrong. With the opposite sign of the controller's gains, or of the plant's, {}it is stable.",
+            ": the sign is wrong. Change that of controller or plant{}.",
             match gain {
                 1.0 => String::new(),
-                gain => format!("and {} times as much gain, ", digits(gain, 4)),
+                gain => format!(", with {} times the gain", digits(gain, 4)),
             }
         ),
         Cause::DeadTime(delay) => format!(
-            ": the dead time is too long. The loop is stable up to {} of it (at {} rad/s).",
+            ": the dead time is too long. Stable up to {} (at {} rad/s).",
             written("delay_s", delay.value),
             at(&delay)
         ),
@@ -288,7 +284,7 @@ fn why_unstable(analysis: &LoopAnalysis, cause: Cause) -> String {
             let near = analysis.margins.phase.as_ref();
             let near = near.map(|crossover| format!(" (more phase near {} rad/s)", at(crossover)));
             format!(
-                ". Neither 100 times more or less gain nor less dead time makes it stable: change the controller{} or sample faster.",
+                ". Neither gain nor dead time alone makes it stable: change the controller{} or sample faster.",
                 near.unwrap_or_default()
             )
         }

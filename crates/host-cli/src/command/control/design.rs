@@ -24,9 +24,9 @@ use haptic_experiment::{Failure, parameters};
 use haptic_quantity::{Angle, AngularFrequency, QuantityError, Time, digits, parse_number};
 
 pub(super) const LONG_ABOUT: &str = "\
-Tunes a PI^lambda D^mu: crossover and phase margin exactly, a flat phase there (so that the overshoot stays when the plant's gain \
-changes), and bounds on |S| and |T| as well as possible, compared with the closest PID of order 1. Both are run; the verdict on the \
-sampled loop is a proof, for an interval of plant gains, with a warning if that does not reach from half to double.
+Tunes a PI^lambda D^mu: crossover and phase margin exactly, a flat phase there, so that the \
+overshoot stays when the plant's gain changes, and bounds on |S| and |T| as well as possible. \
+Runs it beside the closest PID of order 1, and proves for which gains of the plant it is stable.
 
 Exit code 1 if a wish is missed by more than 1 %; the report says which, and by how much.";
 
@@ -36,7 +36,8 @@ const SAMPLES_A_RADIAN: f64 = 50.0;
 /// Arguments of `control design`.
 #[derive(Debug, Args)]
 #[command(
-    after_help = "Example: host-cli control design --plant '0.55exp(-s)/(62s+1)' --crossover 0.1rad/s --phase-margin 65deg --out oven"
+    after_help = "Example: host-cli control design --plant '0.55exp(-s)/(62s+1)' --crossover \
+                  0.1rad/s --phase-margin 65deg --out oven"
 )]
 pub(crate) struct Arguments {
     #[command(flatten)]
@@ -66,7 +67,7 @@ pub(crate) struct Arguments {
 #[derive(Debug, Args)]
 #[command(next_help_heading = "Wishes")]
 struct WishArguments {
-    /// Crossover in rad/s or Hz: about 1.6/rise time
+    /// Crossover in rad/s or Hz: about 1.3/rise time
     #[arg(long, value_parser = within::<AngularFrequency>(range::ANGULAR_FREQUENCIES), value_name = "FREQUENCY")]
     crossover: AngularFrequency,
     /// Phase margin, as in 60deg
@@ -167,8 +168,8 @@ fn check_gain(plant: &NamedPlant, crossover_rad_s: f64) -> Result<(), Failure> {
     match gain.filter(|gain| gain.is_nan() || !(1.0 / most..=most).contains(gain)) {
         None => Ok(()),
         Some(gain) => Err(Failure::bad_input(format_args!(
-            "the plant's gain {} at --crossover {} rad/s is not from {} to {}: give the plant in other units, or change --crossover",
-            digits(gain, 4),
+            "the plant's gain {} at --crossover {} rad/s is not from {} to {}: change its units",
+            Shown(gain),
             Shown(crossover_rad_s),
             Shown(1.0 / most),
             Shown(most)

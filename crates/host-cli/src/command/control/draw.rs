@@ -1,9 +1,10 @@
 //! Pictures of loops: runs, records, frequency responses, designs.
 
 use super::loops::NamedPlant;
+use super::words::in_short;
 use crate::command::analyze::resolved::decibel;
 use crate::page::{Panel, Points, linear, logarithmic, page};
-use fractional_control::analysis::{Cause, LoopAnalysis, LoopPoint};
+use fractional_control::analysis::{LoopAnalysis, LoopPoint};
 use fractional_control::design::{Candidate, ControlAnswer, Trial};
 use fractional_control::model_search::InputOutput;
 use fractional_control::{ControllerSetup, Crossing, Response};
@@ -167,17 +168,9 @@ pub(super) fn draw_loop(
     plant: &NamedPlant,
     file: &ControllerSetup,
 ) -> Result<Picture, FigureError> {
-    let verdict = match (analysis.verdict.stable, analysis.cause, analysis.coarse) {
-        (true, _, None) => "stable, proved",
-        (true, _, Some(_)) => "stable by the sampled model",
-        (false, Cause::Boundary | Cause::Cancelled, _) => "on the boundary",
-        (false, Cause::TooLarge | Cause::NearWhole(_), _) => "not decided",
-        (false, _, None) => "unstable, proved",
-        (false, _, Some(_)) => "unstable by the sampled model",
-    };
     let [gain, phase] = open_loop(analysis);
     let [closed, nyquist] = closed_loop(analysis);
-    let title = format!("A sampled loop: {verdict}");
+    let title = format!("A sampled loop: {}", in_short(analysis));
     let panels = [gain, phase, closed, nyquist];
     page(&title, &subtitle(plant, file), 2, &panels)
 }

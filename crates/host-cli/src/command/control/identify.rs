@@ -22,23 +22,25 @@ use serde_json::{Value, json};
 use std::path::PathBuf;
 
 pub(super) const LONG_ABOUT: &str = "\
-Fits a fractional transfer function, coefficients and orders together, to a CSV record that begins at rest, with time in equal steps. \
+Fits a fractional transfer function, coefficients and orders together, to a CSV record that begins at rest and has equal time steps. \
 Writes a plant file for the other commands of control.
 
-Without --model it tries whole orders up to four poles, and one and two powers of s with free orders, and takes the least BIC. Warnings \
-name what the function leaves unexplained, and the numbers that the record does not determine.";
+Without --model it tries integer orders with up to four poles, and one or two powers of s with free orders, and takes the simplest function whose BIC is \
+close to the lowest. Warnings say what the function does not explain, and which numbers the record does not determine.";
 
 /// Arguments of `control identify`.
 #[derive(Debug, Args)]
 #[command(
-    after_help = "Example: host-cli control identify record.csv --columns input=valve,output=temperature --delay 2s --out plant.toml"
+    after_help = "Example: host-cli control identify record.csv --columns \
+                  input=valve,output=temperature --delay 2s --out plant.toml"
 )]
 pub(crate) struct Arguments {
     /// CSV with a header
     #[arg(value_name = "DATA")]
     data: PathBuf,
-    /// Columns of time / s, input and output, as in `input=valve,output=temperature` [default: `time_s`, `input`, `output`]
-    #[arg(long, value_name = "SIGNAL=COLUMN", value_delimiter = ',', value_parser = signal, help_heading = "Table")]
+    /// Columns, as in `input=valve,output=temperature` [default: `time_s`, `input`, `output`]
+    #[arg(long, value_name = "SIGNAL=COLUMN", value_delimiter = ',', value_parser = signal)]
+    #[arg(help_heading = "Table")]
     columns: Vec<(usize, String)>,
     /// Subtract the first row: the record begins at rest, but not at 0
     #[arg(long, help_heading = "Table")]
@@ -61,9 +63,8 @@ const LONG: usize = 200_000;
 /// What a sample takes on one core of 2024, s, about.
 const A_SAMPLE_S: f64 = 6e-5;
 
-const NONE_FITS: &str = "\
-no function fits the record: look for outliers; give --delay for a dead time, --subtract-start for a record that does not begin at 0, \
-or --model with terms and first values";
+/// What helps a function to fit.
+const TRY: &str = "give --delay, --subtract-start or --model";
 
 /// Signals, and the columns that they are in.
 const SIGNALS: [(&str, &str); 3] = [("time", "time_s"), ("input", "input"), ("output", "output")];
@@ -113,7 +114,7 @@ impl Arguments {
         let found = identify(&delayed, &guesses, !self.smooth).map_err(|error| match error {
             // Nobody gave a guess.
             ControlError::NotFound { .. } if self.model.is_none() => {
-                Failure::Run(anyhow::anyhow!("{NONE_FITS}"))
+                Failure::Run(anyhow::anyhow!("no function fits the record: {TRY}"))
             }
             error => refused(error),
         })?;
@@ -289,8 +290,7 @@ fn lacking(at: &Unexplained) -> String {
         format!("{} % of the output", digits(100.0 * at.share, 4))
     };
     format!(
-        "from {} to {} the function leaves {part}, which is not noise: look at the candidates, record a shorter time, or give --model with \
-         other terms",
+        "from {} to {} the function leaves {part}, not noise: record a shorter time, or give --model",
         written("from_s", at.from_s),
         written("to_s", at.to_s)
     )
@@ -347,15 +347,13 @@ fn warnings(found: &[Found], best: &Found, record: &InputOutput) -> Vec<String> 
         .filter(|number| !number.is_determined());
     let loose: Vec<String> = loose.map(|number| number.name).collect();
     if !loose.is_empty() {
-        warnings.push(format!(
-            "the record does not determine {}: record for longer, or give --model with fewer terms",
-            loose.join(", ")
-        ));
+        let loose = loose.join(", ");
+        let remedy = "record for longer, or give --model with fewer terms";
+        warnings.push(format!("the record does not determine {loose}: {remedy}"));
     }
     if let Some(other) = settles_as_well(found, record) {
         warnings.push(format!(
-            "the record does not tell whether the plant comes to rest: {}, which does, fits nearly as well (BIC {:+.1}): record for longer, \
-             then choose with --model",
+            "{}, which comes to rest, fits nearly as well (BIC {:+.1}): record for longer",
             rounded(&other.identified.function),
             other.bic - best.bic
         ));
@@ -366,25 +364,17 @@ fn warnings(found: &[Found], best: &Found, record: &InputOutput) -> Vec<String> 
 /// What is left between function and record, where it is much.
 fn unexplained(fit: f64, neighbours: f64) -> Option<String> {
     let left = 1.0 - fit;
-    let share = format!("{} %", digits(100.0 * left, 4));
-    // What noise leaves has nothing in common from a sample to the next.
-    if left > MUCH && neighbours.abs() < ALIKE {
-        return Some(format!(
-            "the function leaves {share} of the output's variance, uncorrelated from sample to sample: it is noise, or too fast for these samples"
-        ));
-    }
-    let what = if left > MUCH {
-        format!("the function leaves {share} of the output's variance unexplained")
-    } else if left > SOME && neighbours > ALIKE {
-        format!(
-            "the function leaves {share} of the output's variance, which is not noise (correlation of neighbouring samples {neighbours:.2})"
-        )
-    } else {
-        return None;
+    let what = match neighbours.abs() < ALIKE {
+        // What noise leaves has nothing in common from a sample to the next.
+        true if left > MUCH => "as noise does".to_owned(),
+        _ if left > MUCH || (left > SOME && neighbours > ALIKE) => {
+            format!("not as noise does (correlation of neighbours {neighbours:.2}): {TRY}")
+        }
+        _ => return None,
     };
+    let share = digits(100.0 * left, 4);
     Some(format!(
-        "{what}: look at the picture; give --delay for a dead time, --subtract-start for a record that does not begin at 0, or --model with \
-         other terms"
+        "the function leaves {share} % of the output's variance, {what}"
     ))
 }
 
@@ -393,11 +383,9 @@ fn nature(function: &FractionalTransferFunction) -> Option<&'static str> {
     match function.unstable_poles() {
         Some(0) => None,
         Some(_) => Some("the record grows: close the loop with host-cli control design"),
-        None if function.denominator().lowest() == 0.0 => Some(
-            "the record oscillates without damping: close the loop with host-cli control design",
-        ),
-        None => Some(
-            "the record does not come to rest, the plant integrates: close the loop with host-cli control design",
-        ),
+        None if function.denominator().lowest() == 0.0 => {
+            Some("the record oscillates undamped: close the loop with host-cli control design")
+        }
+        None => Some("the plant integrates: close the loop with host-cli control design"),
     }
 }

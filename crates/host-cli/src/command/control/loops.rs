@@ -26,8 +26,8 @@ pub(super) struct PlantArguments {
         long,
         value_name = "FUNCTION|FILE",
         allow_hyphen_values = true,
-        help = "Transfer function, as in '0.55exp(-s)/(62s+1)', plant file (*.toml), or measured response (*.csv with omega_rad_s, gain \
-                and phase_deg)"
+        help = "Transfer function, as in '0.55exp(-s)/(62s+1)', plant file (*.toml), or measured \
+                response (*.csv with omega_rad_s, gain and phase_deg)"
     )]
     plant: Option<String>,
     /// Mass of a device instead of --plant: force in, position out
@@ -75,7 +75,7 @@ impl PlantArguments {
             }),
             (None, None) => {
                 return Err(Failure::bad_input(
-                    "no plant: give --plant, as in '1/(0.8s^2.2+0.5s^0.9+1)' or plant.toml, or a device with --mass",
+                    "no plant: give --plant, as in '1/(62s+1)' or plant.toml, or --mass of a device",
                 ));
             }
         };
@@ -126,7 +126,7 @@ fn say_loose_factor(what: &str, text: &str) {
     };
     let (before, factor) = text.split_at(place);
     warn(&format!(
-        "{what} \"{}\": what follows \"{}\" multiplies; if \"{}\" belongs to the denominator, put brackets around all of it",
+        "{what} \"{}\": what follows \"{}\" multiplies; put brackets around \"{}\" if it divides",
         short(text),
         short(before.trim_end()),
         short(factor)
@@ -143,7 +143,7 @@ pub(super) struct ControllerArguments {
     /// Sample time [default: that of the controller file]
     #[arg(long, value_parser = within::<Time>(range::SAMPLE_TIMES))]
     sample_time: Option<Time>,
-    /// Scheme: full or full-bdf2, each with :TOLERANCE [default: that of the controller file, else full-bdf2]
+    /// Scheme: full or full-bdf2, each with :TOLERANCE [default: of the controller file, or full-bdf2]
     #[arg(long, value_parser = controller_scheme)]
     scheme: Option<Scheme>,
     /// Limits of the command [default: those of the controller file, else none]

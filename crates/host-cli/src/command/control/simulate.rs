@@ -20,9 +20,9 @@ use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
 
 pub(super) const LONG_ABOUT: &str = "\
-Runs a loop from rest as on hardware: sampled, held, with dead time, limits and exact anti-windup. The reference is a step or a CSV \
-column. A fractional controller is compared with the PID of order 1 of the same crossover and phase margin. Without a controller: the \
-plant alone.";
+Runs a loop from rest as on hardware: sampled, held, with dead time, limits and exact anti-windup. \
+The reference is a step or a CSV column. Beside a fractional controller runs the PID of order 1 of \
+the same crossover and phase margin. Without a controller: the plant alone.";
 
 /// The PID of order 1 with the same crossover and phase margin, and its run; said if there is none.
 fn baseline(
@@ -70,7 +70,8 @@ fn sample_time_of(duration_s: f64) -> Result<f64, Failure> {
 /// Arguments of `control simulate`.
 #[derive(Debug, Args)]
 #[command(
-    after_help = "Example: host-cli control simulate --plant '0.55exp(-s)/(62s+1)' --controller design/controller.toml --out run"
+    after_help = "Example: host-cli control simulate --plant '0.55exp(-s)/(62s+1)' --controller \
+                  design/controller.toml --out run"
 )]
 pub(crate) struct Arguments {
     #[command(flatten)]
@@ -123,9 +124,9 @@ impl Arguments {
         match report["stable"].as_bool() {
             Some(true) => {}
             Some(false) => warn("the loop is unstable: see host-cli control analyze"),
-            None => warn(
-                "the loop is too fast for the sampled model of this plant, which may behave differently: see host-cli control analyze",
-            ),
+            None => {
+                warn("the loop is too fast for the sampled model: see host-cli control analyze")
+            }
         }
         output.summary(&report)?;
         place.close(Ok(()))

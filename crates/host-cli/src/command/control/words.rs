@@ -1,9 +1,10 @@
 //! Controllers, margins and refusals as a report and a person see them.
 
+use fractional_control::analysis::{Cause, LoopAnalysis};
 use fractional_control::{ControlError, Crossing, Margins, PidParameters, Shape};
 use haptic_experiment::Failure;
 use haptic_experiment::parameters::{DELAY, SAMPLE_TIME};
-use haptic_quantity::{Key, digits};
+use haptic_quantity::{Key, digits, written};
 use serde_json::{Value, json};
 
 /// What the tuning is asked for.
@@ -19,60 +20,57 @@ pub(super) fn refused(error: ControlError) -> Failure {
     }
 }
 
-/// The text of an error with angles in degrees.
+/// The text of an error with angles in degrees, and what to change.
 pub(super) fn in_degrees(error: &ControlError) -> String {
-    match *error {
-        ControlError::Range(range) if range.unit == "rad" => format!(
-            "{} {}° is not {}: give {PHASE_MARGIN}, as in 60deg",
-            range.what,
-            digits(range.value.to_degrees(), 4),
-            range.allowed.replace('π', "180°")
-        ),
-        ControlError::Range(range)
-            if range.what == "crossover" && range.allowed.contains("sample") =>
-        {
-            format!("{range}; shorten {SAMPLE_TIME} or lower {CROSSOVER}")
-        }
-        ControlError::Range(range) if range.what == "crossover" => {
-            format!("{range}: give {CROSSOVER}")
-        }
-        ControlError::Range(range) if range.what == "dead time" && range.unit == "samples" => {
-            format!(
-                "dead time of {} samples is not {}: lengthen {SAMPLE_TIME}, or shorten {DELAY} or the plant's dead time",
-                range.value, range.allowed
-            )
-        }
-        ControlError::Range(range)
-            if range.what == "dead time" && range.allowed.contains("record") =>
-        {
-            format!("{range}: give a smaller {DELAY}")
-        }
-        ControlError::Range(range) if range.what == "samples of the record" => {
-            format!("{range}: record for longer, or give --model with fewer terms")
-        }
+    let range = match *error {
+        ControlError::Range(range) => range,
         ControlError::Contradiction {
             first,
             first_value,
             second,
             second_value,
             remedy,
-        } => format!(
-            "{} {} contradicts {} {}: {remedy}",
-            Key(first),
-            with_unit(first, first_value),
-            Key(second),
-            with_unit(second, second_value)
+        } => {
+            let [a, b] = [(first, first_value), (second, second_value)]
+                .map(|(key, value)| format!("{} {}", Key(key), with_unit(key, value)));
+            return format!("{a} contradicts {b}: {remedy}");
+        }
+        error => return error.to_string(),
+    };
+    match (range.what, range.unit) {
+        ("phase margin", _) => format!(
+            "phase margin {} is not above 0 and below 180°: give {PHASE_MARGIN}, as in 60deg",
+            with_unit(PHASE_MARGIN.0, range.value)
         ),
-        error => error.to_string(),
+        ("crossover", _) => format!("{range}: give {CROSSOVER}"),
+        ("delay", _) => format!("{range}: give a smaller {DELAY}"),
+        ("dead time", "samples") => {
+            format!("{range}: lengthen {SAMPLE_TIME}, or shorten the dead time")
+        }
+        ("samples of the record", _) => {
+            format!("{range}: record for longer, or give --model with fewer terms")
+        }
+        _ => range.to_string(),
     }
 }
 
-/// The value of a wish with its unit.
-fn with_unit(name: &str, value: f64) -> String {
-    match name {
-        "phase_margin_rad" => format!("{}°", digits(value.to_degrees(), 4)),
-        "crossover_rad_s" => format!("{} rad/s", digits(value, 4)),
-        _ => digits(value, 4),
+/// The value of a wish with its unit, an angle in degrees.
+fn with_unit(key: &str, value: f64) -> String {
+    match key == PHASE_MARGIN.0 {
+        true => format!("{}°", digits(value.to_degrees(), 4)),
+        false => written(key, value),
+    }
+}
+
+/// The verdict in a few words.
+pub(super) const fn in_short(analysis: &LoopAnalysis) -> &'static str {
+    match (analysis.cause, analysis.verdict.stable, analysis.coarse) {
+        (Cause::Boundary | Cause::Cancelled, ..) => "on the boundary",
+        (Cause::TooLarge | Cause::NearWhole(_), ..) => "not decided",
+        (_, true, None) => "stable, proved",
+        (_, true, Some(_)) => "stable by the sampled model, not proved",
+        (_, false, None) => "unstable, proved",
+        (_, false, Some(_)) => "unstable by the sampled model, not proved",
     }
 }
 

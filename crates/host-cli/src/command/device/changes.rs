@@ -37,44 +37,44 @@ macro_rules! keys {
 
 /// As `device get` names them, and what operators and guards are made from.
 const KEYS: &[Key] = keys! {
-    "loop", "Where the loop is closed: device or host";
+    "loop", "Where the loop runs: device or host";
     "sample_time_s", "Sample time of the loop; needs order too";
     "stiffness_n_per_m" in parameters::STIFFNESS.range() => c.stiffness_n_per_m, "Stiffness K";
     "dissipation_n_s_mu_per_m" in parameters::DISSIPATION.range() => c.dissipation_n_s_mu_per_m,
         "Dissipation B, a number without a unit";
     "order", "Order of the dissipation: makes a new operator";
-    "scheme", "Its SCHEME, see host-cli --help [default: full]";
-    "horizon_s", "What a full memory remembers [default: 200s]";
+    "scheme", "Scheme of that operator, see host-cli --help [default: full]";
+    "horizon_s", "How far back a full memory remembers [default: 200s]";
     "surface_m", "Surface of a wall that pushes but never pulls; none for one that does both";
     "force_limit_n" in range::FORCE_LIMITS => c.limits.force_n, "Largest force";
     "force_rate_limit_n_per_s" in range::FORCE_RATES => c.limits.force_rate_n_per_s,
         "Largest rate of force";
     "watchdog_s", "Silence from the host after which the device lets go";
-    "late_ticks", "Late ticks in a row that latch a fault; 0 for never";
-    "max_age_ticks", "Loop on the host: most ticks from a sample to the force that answers it";
+    "late_ticks", "Late ticks in a row that are a fault; 0 = off";
+    "max_age_ticks", "Loop on the host: largest age of a force, in ticks from its sample";
     "start_force_n" in range::FORCE_LIMITS.or_0() => c.limits.start_force_n,
-        "Largest force with which the device's loop starts; 0 for any";
+        "Largest force with which the loop may start; 0 for any";
     "rise_time_s" in parameters::RISE_TIME.range().or_0() => c.limits.rise_time_s,
-        "Time in which the force rises after a start; 0 for at once";
-    "workspace_m", "Where the device may be, as -10mm:20mm; none for anywhere";
-    "speed_limit_m_per_s", "How fast it may move; 0 for any speed";
+        "Time over which the force ramps up after a start; 0 for at once";
+    "workspace_m", "Range of positions, as -10mm:20mm; none for any";
+    "speed_limit_m_per_s", "Largest speed; 0 for any";
     "braking_n_s_per_m" in parameters::BRAKING.range().or_0() => c.limits.braking_n_s_per_m,
-        "Damping that brakes near a limit and after a fault or stop; 0 for none";
+        "Damping that brakes near a limit and after a fault or stop; 0 = off";
     "stop_time_s" in parameters::STOP_TIME.range() => c.limits.stop_time_s,
-        "Time in which the force falls to zero after a fault or stop";
+        "Time over which the force falls to zero after a fault or stop";
     "brake_force_n" in parameters::BRAKE_FORCE.range() => c.limits.brake_force_n,
-        "Largest braking force meanwhile";
+        "Largest braking force during that time";
     "stuck_force_n" in parameters::STUCK_FORCE.range() => c.limits.stuck_force_n,
-        "Fault if the force rises by this on a frozen position; 0 for never";
+        "Fault if the force rises by this much while the position is frozen; 0 = off";
     "stuck_time_s" in parameters::STUCK_TIME.range() => c.limits.stuck_time_s,
-        "How long the position has to be frozen for that";
+        "Time for which the position must be frozen";
     "jump_m" in parameters::JUMP.range() => c.limits.jump_m,
-        "Fault if a tick moves this much beyond the speed limit; 0 for never";
+        "Fault if the position moves in one tick by this much more than the speed limit allows; 0 = off";
     "guard", "Keep the loop from feeding the device energy: off, observer or energy-bounding";
     "device_mass_kg" in parameters::DEVICE_MASS.range().or_0() => c.limits.device_mass_kg,
         "Mass of a real device, for guard=observer and braking; 0 for unknown";
-    "device_damping_n_s_per_m", "Its damping, for guard=energy-bounding, as are the next three";
-    "device_delay_s", "From a measurement to the effect of its force, as 1ms or 0.2ms:1ms";
+    "device_damping_n_s_per_m", "Its damping, for guard=energy-bounding; so are the next three";
+    "device_delay_s", "Delay from a measurement to the effect of its force, as 1ms or 0.2ms:1ms";
     "device_lag_s", "Time constant of its force";
     "device_noise_m", "Standard deviation of its position noise [default: 0]";
     "mass_kg" in parameters::MASS.range() => c.simulation.mass_kg, "Mass of a simulated device";

@@ -23,14 +23,14 @@ use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 pub(super) const LONG_ABOUT: &str = "\
-Emulates a device: the firmware's state machine and a simulated plant behind a pseudo-terminal, whose path is printed. Any \
-command with --device serial:PATH can use it. With --device-model it has that file's mass, damping, friction, delay, lag \
-and sensors, to rehearse a run; without, it is an ideal mass, as heavy as the run takes it for.
+Emulates a device: the firmware's state machine and a simulated plant behind a pseudo-terminal. It prints the path; any \
+command can use that with --device serial:PATH. With --device-model it has the mass, damping, friction, delay, lag \
+and sensors of that file, to rehearse a run; otherwise it is an ideal mass, with the values that the run states.
 
-The line can be made bad: frames lost, damaged, repeated, out of order, late or stalled, the same for the same line_seed.
+Keys make the line bad: it loses, damages, repeats, reorders, delays or stalls frames, in the same way for the same line_seed.
 
---kind haply-2diy is the board of a Haply 2DIY, --kind moteus a servo behind a CAN adapter; the makers' own programs take \
-them for real. Both run in real time, and their line's chances are those of single bytes.";
+--kind haply-2diy is the board of a Haply 2DIY, --kind moteus a servo behind a CAN adapter; both also work with the \
+makers' own programs. They run in real time, and drop and corrupt then apply to single bytes.";
 
 /// A device to imitate.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -101,11 +101,11 @@ const KEYS: [(&str, &str); 12] = [
     ("drop", "Chance of a lost frame, as 1%"),
     ("corrupt", "Chance of flipped bits in a frame"),
     ("duplicate", "Chance of a repeated frame"),
-    ("reorder", "Chance that a frame comes after the next"),
+    ("reorder", "Chance that a frame arrives after the next one"),
     ("delay_s", "Longest delay of a frame"),
     ("stall", "Chance that the line stalls at a frame"),
     ("stall_time_s", "Length of a stall [default: 50ms]"),
-    ("line_seed", "Seed of the damage [default: 1]"),
+    ("line_seed", "Seed of these faults [default: 1]"),
     ("hardware", "2DIY: hardware version, 2 or 3 [default: 3]"),
     (
         "hand",
@@ -114,7 +114,7 @@ const KEYS: [(&str, &str); 12] = [
     ("servo_id", "Servo: number on its bus [default: 1]"),
     (
         "turn",
-        "Servo: a hand turns the shaft at 20 mm from command 600 on, and holds it, as 2mm:0.5s",
+        "Servo: from command 600 on a hand turns the lever at 20 mm and holds it, as 2mm:0.5s",
     ),
 ];
 

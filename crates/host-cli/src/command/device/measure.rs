@@ -21,24 +21,23 @@ use haptic_quantity::{Time, digits, written};
 use serde::Serialize;
 use std::time::{Duration, SystemTime};
 
-const LONG_ABOUT: &str = "\
+pub(super) const LONG_ABOUT: &str = "\
 Finds mass, damping, Coulomb friction, delay, current lag, encoder step and noise of a device, with 95 % intervals, and \
 writes a device file that analyze, design, zwidth, relax, run and control take.
 
 The device moves by itself: half a second without force, then a slowly growing force each way until it moves, then a \
-multi-sine. The force never exceeds a fifth of --force-limit, the motion never leaves --box: there, and on Ctrl-C, the \
+multi-sine. The force never exceeds a fifth of --force-limit. If the device leaves --box, and on Ctrl-C, the \
 force falls to zero. Put the device level, in the middle of its range, and let go; or hold it and give --held.
 
-The intervals assume a mass with these properties and nothing else; the lower half of the picture shows what that does \
-not explain. The delay of a serial device is its own, without the line.";
+The intervals assume a mass with these properties and nothing else; the lower half of the picture shows what the model does \
+not explain. The delay of a serial device does not include the line.";
 
 /// Arguments of `device measure`.
 #[derive(Debug, Args)]
 #[command(
-    long_about = LONG_ABOUT,
     after_help = "Examples:\n  host-cli device measure --device serial:/dev/ttyACM0 --force-limit 3.3N --out device.toml\n  \
                   host-cli zwidth --device-model device.toml --sample-time 1ms\n  host-cli device measure --device sim --device-model laboratory --mass 80g   \
-                  # how well would it find this one?"
+                  # how accurate would it be for this one?"
 )]
 pub(crate) struct Arguments {
     #[command(flatten)]

@@ -12,23 +12,20 @@ use haptic_quantity::{Force, Time, written};
 use haptic_selftest::{Attendant, Check, EmergencyStop, Notice, SelfTest, SelfTestReport};
 use std::io::{self, IsTerminal as _};
 
-const LONG_ABOUT: &str = "\
-Tries every promise of a device and prints promised and seen: arm, force limit, stop, finite check, watchdog, flight \
-recorder, reconnect, emergency stop. Its settings stay as they are.
+pub(super) const LONG_ABOUT: &str = "\
+Checks the safety functions of a device and prints what it promises and what the test saw: arming, force limit, stop, finite \
+check, watchdog, flight recorder, reconnection, emergency stop. The settings of the device stay as they are.
 
-It takes about 4 s. The force, at most 0.1 N (--force-limit), changes sign 25 times a second; three times that is asked \
-for once, to see it limited. A real device moves by a few millimetres: let it move freely, and press its emergency stop \
-when told (--emergency-stop none if it has none).
+It takes about 4 s. The force, at most 0.1 N (--force-limit), changes sign 25 times a second; up to three times \
+that is requested, to see the limit act. A real device moves by a few millimetres: let it move freely, and press its \
+emergency stop when told (--emergency-stop none if it has none).
 
 Exit code 0 if every promise was kept, 1 if one was broken, 3 if the link was lost, an emergency stop or fault ended \
 the test, or a promise could not be judged: this machine was too busy, or a limit of the device ended the trial.";
 
 /// Arguments of `device selftest`.
 #[derive(Debug, Args)]
-#[command(
-    long_about = LONG_ABOUT,
-    after_help = "Example: host-cli device selftest --device serial:/dev/ttyACM0"
-)]
+#[command(after_help = "Example: host-cli device selftest --device serial:/dev/ttyACM0")]
 pub(crate) struct Arguments {
     #[command(flatten)]
     port: PortArguments,

@@ -17,8 +17,8 @@ use std::path::Path;
 #[derive(Debug, Args)]
 #[command(next_help_heading = "Table")]
 pub(super) struct TableArguments {
-    /// Columns by number or header, as in time=1,modulus=3: time, modulus, compliance, strain, stress, force, position, omega, storage,
-    /// loss
+    /// Columns by number or header, as in time=1,modulus=3: time, modulus, compliance, strain, stress,
+    /// force, position, omega, storage, loss
     #[arg(long, value_name = "QUANTITY=COLUMN", value_delimiter = ',', value_parser = parse_column)]
     columns: Vec<(Column, Choice)>,
     /// Units that headers lack, as in time=ms,stress=kPa
@@ -72,7 +72,7 @@ impl TableArguments {
         }
         if loading.area_m2.is_none() || loading.thickness_m.is_none() {
             return Err(Failure::bad_input(
-                "a log has positions and forces: give the specimen, as in --area 4cm2 --thickness 20mm",
+                "a log has positions and forces: give --area and --thickness, as in 4cm2 and 20mm",
             ));
         }
         let (from, to) = (self.from.map(|time| time.0), self.to.map(|time| time.0));
@@ -85,7 +85,7 @@ impl TableArguments {
                 read.outside += 1;
             } else if !read.take(&tick) {
                 return Err(Failure::bad_input(format_args!(
-                    "{}: more than {SAMPLES_MOST} samples: give --from and --to, or export it and omit rows",
+                    "{}: more than {SAMPLES_MOST} samples: give --from and --to",
                     path.display()
                 )));
             }
@@ -133,14 +133,11 @@ impl LogColumns {
         }
         if limited > 0 {
             notes.push(format!(
-                "{limited} samples omitted, whose force was limited by the safety chain"
+                "{limited} samples omitted, limited by the safety chain"
             ));
         }
         if !complete {
-            notes.push(
-                "the log is cut off or damaged (host-cli log check): the record is what could be read"
-                    .to_owned(),
-            );
+            notes.push("the log is not whole: the record is what could be read".to_owned());
         }
         Columns {
             lines: Vec::new(),

@@ -7,7 +7,7 @@ use serde_json::Value;
 use std::path::Path;
 use std::process::{Child, Command};
 use std::time::Duration;
-use testkit::skip;
+use testkit::{assert_close, skip};
 
 /// A servo as a device; this machine may be too busy to answer in time for so long, so lost answers are allowed for.
 const DEVICE: &str = "--device moteus:device,radius=20mm,watchdog=1s,lost=1000";
@@ -52,21 +52,8 @@ fn the_makers_own_client_takes_the_emulated_servo_for_a_real_one() {
     let Some(seen) = by_the_maker("moteus_servo.py", &path, &["5".to_owned()]) else {
         return;
     };
-    let is = |path: &str, value: f64| {
-        let found = at(&seen, path);
-        assert!(
-            (found - value).abs() < 1e-6,
-            "{path} is {found}, not {value}: {seen}"
-        );
-    };
-    for step in [
-        "stopped",
-        "driven",
-        "turning",
-        "stopped_again",
-        "silent",
-        "last",
-    ] {
+    let is = |path: &str, value: f64| assert_close(path, at(&seen, path), value, 1e-6);
+    for step in "stopped driven turning stopped_again silent last".split(' ') {
         is(&format!("/{step}/fault"), 0.0);
         is(&format!("/{step}/voltage_v"), 24.0);
         is(&format!("/{step}/temperature_c"), 25.0);
@@ -77,10 +64,8 @@ fn the_makers_own_client_takes_the_emulated_servo_for_a_real_one() {
     is("/driven/torque_nm", 0.0125);
     // The lever of 4e-5 kg·m² turns, with at most the speed that 0.0125 N·m reaches against 2e-4 N·m·s.
     let speed = at(&seen, "/turning/velocity_rev_per_s");
-    holds(
-        speed > 0.5 && speed < 0.0125 / 2e-4 / core::f64::consts::TAU,
-        &seen,
-    );
+    let most = 0.0125 / 2e-4 / core::f64::consts::TAU;
+    assert!(speed > 0.5 && speed < most, "{seen}");
     assert!(at(&seen, "/turning/position_rev") > 0.01, "{seen}");
     is("/integers/mode", 10.0);
     // 1 mN·m a step, cut off.
@@ -123,45 +108,44 @@ fn last_words(said: &str) -> (f64, f64, f64) {
     (after("mode "), after(" torque "), after("the largest "))
 }
 
+/// A run on a servo: its report, and the largest torque of its servo, which is stopped then and had no more than its limit.
+fn relaxed(place_of_loop: &str) -> (Value, f64) {
+    let mut device = Emulated::new("--kind moteus turn=2mm:0.5s");
+    let line = relax(place_of_loop, "2s");
+    let ended = device.place.run(&format!("{line} --json"));
+    let report = ended.ended_by_the_clock().json();
+    let (mode, torque_nm, most_nm) = last_words(&device.ends());
+    assert!(most_nm <= 0.02 * 4.0, "{most_nm} N·m");
+    assert_eq!((mode, torque_nm), (0.0, 0.0));
+    (report, most_nm)
+}
+
+/// A log that lacks samples may lack the one with the largest force.
+fn lacks(report: &Value) -> bool {
+    at(report, "/dropped_samples") > 0.0
+}
+
 #[test]
 #[ignore = "long: `.ci/run` does it, or --include-ignored"]
 fn a_relaxation_runs_on_a_servo_and_leaves_it_stopped() {
-    let mut device = Emulated::new("--kind moteus turn=2mm:0.5s");
-    let ended = device
-        .place
-        .run(&format!("{} --json", relax("device", "2s")));
     // How near the force is to the sum over the motion is held in virtual time, by the tests of `haptic-devices`.
-    let report = ended.ended_by_the_clock().json();
-    println!("{report}");
+    let (report, most_nm) = relaxed("device");
     assert!(at(&report, "/max_relative_error").is_finite());
     assert_eq!(report["link"]["board"], "moteus");
-    let peak_n = at(&report, "/peak_force_n");
-    // A log that lacks samples may lack the one with the largest force.
-    let lacks = at(&report, "/dropped_samples") > 0.0;
+    let (peak_n, lacks) = (at(&report, "/peak_force_n"), lacks(&report));
     assert!(peak_n <= 4.0 && (lacks || peak_n > 0.01), "{report}");
     // The last digit is rounded.
-    let (mode, torque_nm, most_nm) = last_words(&device.ends());
     let unlogged_nm = most_nm - 0.02 * peak_n;
-    assert!(
-        unlogged_nm > -1e-6 && (lacks || unlogged_nm < 1e-6),
-        "{most_nm} N·m for {peak_n} N"
-    );
-    assert!(most_nm <= 0.02 * 4.0, "{most_nm} N·m");
-    assert_eq!((mode, torque_nm), (0.0, 0.0));
+    let all = unlogged_nm > -1e-6 && (lacks || unlogged_nm < 1e-6);
+    assert!(all, "{most_nm} N·m for {peak_n} N");
 }
 
 #[test]
 #[ignore = "long: `.ci/run` does it, or --include-ignored"]
 fn a_host_closes_the_loop_over_a_servo_as_over_a_board() {
-    let mut device = Emulated::new("--kind moteus turn=2mm:0.5s");
-    let ended = device.place.run(&format!("{} --json", relax("host", "2s")));
-    let report = ended.ended_by_the_clock().json();
+    let (report, most_nm) = relaxed("host");
     assert_eq!(report["link"]["loop"], "host");
-    let (mode, torque_nm, most_nm) = last_words(&device.ends());
-    let lacks = at(&report, "/dropped_samples") > 0.0;
-    let driven = lacks || most_nm > 0.0;
-    assert!(driven && most_nm <= 0.02 * 4.0, "{most_nm} N·m");
-    assert_eq!((mode, torque_nm), (0.0, 0.0));
+    assert!(lacks(&report) || most_nm > 0.0, "{report}");
 }
 
 #[test]
@@ -249,11 +233,7 @@ fn makers_host(version: Version, hand: &str, force: [f64; 2]) -> Option<(Value, 
 }
 
 fn pair(seen: &Value, key: &str) -> [f64; 2] {
-    [0, 1].map(|i| {
-        seen[key][i]
-            .as_f64()
-            .unwrap_or_else(|| panic!("{key}: {seen}"))
-    })
+    [0, 1].map(|i| at(&seen[key], &format!("/{i}")))
 }
 
 /// Where a hand holds the handle, m to the right of the middle and away from the base.
@@ -288,36 +268,29 @@ fn reads_and_sends(version: Version, (x, y): (f64, f64)) {
         let turn = std::f64::consts::TAU;
         let off = (angles[joint] - truth[joint] + 0.5 * turn).rem_euclid(turn) - 0.5 * turn;
         // Half a count, and the rounding of a float of degrees.
-        assert!(
-            off.abs() < 0.51 * count,
-            "{version:?} {place:?}: {off} of {count}"
-        );
+        let place = format!("{version:?} {place:?}");
+        assert_close(&place, off, 0.0, 0.51 * count);
     }
     // The same kinematics from the same angles: the maker's cosines of cosines lose some digits.
     let posture = model.pantograph.posture(angles).expect("in order");
-    let read = pair(&seen, "place_m");
-    assert!(
-        (read[0] - posture.hand_m.x).abs() < 1e-9,
-        "{seen} {posture:?}"
-    );
-    assert!(
-        (read[1] - posture.hand_m.y).abs() < 1e-9,
-        "{seen} {posture:?}"
-    );
+    let (read, hand) = (pair(&seen, "place_m"), posture.hand_m);
+    assert_close("x", read[0], hand.x, 1e-9);
+    assert_close("y", read[1], hand.y, 1e-9);
     let ours = posture.torques(force.into());
     let theirs = pair(&seen, "torques_nm");
     // The maker takes the angle of a far arm by its cosine alone: of the wrong sign where the hand is nearer to the base than
     // an elbow. Ours is that of the golden values there too.
     let elbow = angles
-        .iter()
-        .fold(0.0_f64, |most, angle| most.max(0.07 * angle.sin()));
+        .map(|angle| 0.07 * angle.sin())
+        .into_iter()
+        .fold(0.0, f64::max);
     let off = (ours.x - theirs[0]).abs().max((ours.y - theirs[1]).abs());
     let same = posture.hand_m.y > elbow;
     assert_eq!(off < 1e-9, same, "{version:?} {place:?}: {ours} {seen}");
     // At the right motors.
-    let made = told(&said, "torques ", 2);
-    assert!((made[0] - theirs[0]).abs() < 1e-6, "{seen} {said}");
-    assert!((made[1] - theirs[1]).abs() < 1e-6, "{seen} {said}");
+    for (made, theirs) in told(&said, "torques ", 2).into_iter().zip(theirs) {
+        assert_close("motor", made, theirs, 1e-6);
+    }
 }
 
 /// A soft tissue, felt along y, at the slowest rate: four ticks without an answer are a fault, and this machine may be busy.
@@ -352,9 +325,8 @@ fn a_relaxation_on_a_2diy_ends_well_or_as_a_fault_that_says_why() {
     let mut check = emulated.place.run("log check run/relax.mcap --json");
     if ended.code == Some(3) {
         println!("this machine was too busy for the emulated board");
-        let ended = ended.failed(3);
         says(
-            &ended.stderr,
+            &ended.failed(3).stderr,
             &["no whole answer for 4 ticks", "may still push"],
         );
     } else {
@@ -390,12 +362,8 @@ fn a_line_that_loses_bytes_is_a_fault_that_says_so_and_no_torque() {
     }
     let said = emulated.ends();
     // The zeros that end it may have lost bytes too: next to nothing then, and never what was there before.
-    holds(
-        told(&said, "torques ", 2)
-            .iter()
-            .all(|torque| torque.abs() < 1e-6),
-        &said,
-    );
+    let mut torques = told(&said, "torques ", 2).into_iter();
+    assert!(torques.all(|torque| torque.abs() < 1e-6), "{said}");
 }
 
 /// An edge across the way of the hand, at the slowest rate.
@@ -452,21 +420,16 @@ fn a_touch_on_a_2diy_pushes_along_the_normal_and_lets_go_at_the_end() {
 #[test]
 fn a_box_that_the_arms_do_not_reach_and_axes_that_do_not_fit_are_refused() {
     let place = Place::new();
-    place.write(
-        "far.toml",
-        format!("{EDGE}box_low_m = [-0.05, -0.06]\nbox_high_m = [0.05, 0.1]\n"),
-    );
-    place.run(&format!("run far.toml {BOTH}")).refused(
-        2,
-        &["not within reach", "mm, from the middle", "box_high_m"],
-    );
+    let far = format!("{EDGE}box_low_m = [-0.05, -0.06]\nbox_high_m = [0.05, 0.1]\n");
+    place.write("far.toml", far);
     place.write("edge.toml", EDGE);
-    let line = BOTH.replace("haply:2diy", "haply:2diy,axis=x");
-    place
-        .run(&format!("run edge.toml {line}"))
-        .refused(2, &["axis and zero choose a line", "leave them away"]);
     place.write("space.toml", "[touch]\naxes = 3\n");
-    place
-        .run(&format!("run space.toml {BOTH}"))
-        .refused(2, &["it has 2 axes, and 3 are asked for"]);
+    let line = BOTH.replace("haply:2diy", "haply:2diy,axis=x");
+    place.refuses(&format!(
+        "
+        run far.toml {BOTH} => not within reach | mm, from the middle | box_high_m
+        run edge.toml {line} => axis and zero choose a line | leave them away
+        run space.toml {BOTH} => it has 2 axes, and 3 are asked for
+        "
+    ));
 }

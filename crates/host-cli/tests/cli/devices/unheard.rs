@@ -3,7 +3,7 @@
 use super::middle::Middle;
 use super::{Emulated, at};
 use crate::faults::metadata;
-use crate::process::{Ended, PATIENCE, holds, number, signal};
+use crate::process::{Ended, PATIENCE, column, holds, number, says, signal};
 use haptic_link::{Report, Request, Sample, Start};
 use haptic_loop::Limiters;
 use std::collections::BTreeMap;
@@ -122,10 +122,7 @@ fn is_told_as_it_was(options: &str) {
         "heard nothing from the host",
         "the device pushed on until",
     ];
-    holds(
-        words.iter().all(|part| ended.error().contains(part)),
-        &ended,
-    );
+    says(ended.error(), &words);
     let last = (1e3 * at(&ended.json(), "/duration_s")).round();
     holds(device.place.path("run/relax-fault.mcap").exists(), &ended);
     // Those behind the samples that count.
@@ -194,30 +191,24 @@ fn forces_that_did_not_arrive_are_in_no_log() {
                 --ramp-time 2s --duration 60s --out run --quiet --json";
     // It loses all that goes to the device while the indenter moves.
     let child = under_way(&device, line);
-    let newest = |told: &Told| {
-        *told
-            .lock()
-            .expect("nobody panicked")
-            .keys()
-            .last()
-            .expect("samples")
-    };
     middle.deafen();
     std::thread::sleep(Duration::from_millis(20));
-    let lost = newest(&told);
+    let lost = told.lock().expect("nobody panicked").keys().last().copied();
     let ended = ended(line, child).failed(1);
     assert!(ended.error().contains("heard nothing"), "{ended}");
-    logged_as_told(&device, &told, lost);
+    logged_as_told(&device, &told, lost.expect("samples"));
 }
 
 /// The log of `run/relax` behind this tick, some hundred ticks and forces, N. Each tick of all has the force that the device itself told.
 pub(super) fn logged_as_told(device: &Emulated, told: &Told, after: u32) -> Vec<(u32, f64)> {
-    device
-        .place
-        .run("log export run/relax.mcap ticks.csv")
-        .succeeded();
+    let export = device.place.run("log export run/relax.mcap -").succeeded();
     let told = told.lock().expect("nobody panicked");
-    let mut rows = csv(&device.place.text("ticks.csv"));
+    let ticks = column(&export.stdout, "tick")
+        .into_iter()
+        .map(|tick| tick as u32);
+    let mut rows: Vec<_> = ticks
+        .zip(column(&export.stdout, "applied_force_n"))
+        .collect();
     let other = |(tick, force_n): &&(u32, f64)| {
         (force_n - f64::from(told[tick].axes[0].force_n)).abs() > 1e-9
     };
@@ -226,25 +217,6 @@ pub(super) fn logged_as_told(device: &Emulated, told: &Told, after: u32) -> Vec<
     rows.retain(|(tick, _)| *tick > after);
     assert!(rows.len() > 400, "{}", rows.len());
     rows
-}
-
-/// Ticks and forces, N, of an exported log.
-fn csv(text: &str) -> Vec<(u32, f64)> {
-    let mut lines = text.lines();
-    let header: Vec<&str> = lines.next().expect("a header").split(',').collect();
-    let column = |name| {
-        header
-            .iter()
-            .position(|column| *column == name)
-            .expect("a column")
-    };
-    let (tick, force) = (column("tick"), column("applied_force_n"));
-    let row = |line: &str| {
-        let cells: Vec<&str> = line.split(',').collect();
-        let force_n = cells[force].parse().expect("a number");
-        (cells[tick].parse().expect("a tick"), force_n)
-    };
-    lines.map(row).collect()
 }
 
 /// The tick that lies.
@@ -279,26 +251,23 @@ fn lies((words, lie): (&str, Lie), options: &str) {
          --quiet --json"
     );
     let ended = device.place.run(&line).failed(1);
-    let said = ended.error();
-    holds(
-        said.contains("reported the impossible") && said.contains(words),
-        &ended,
-    );
+    says(ended.error(), &["reported the impossible", words]);
     let report = ended.json();
     // It is no part of the result.
-    holds(
-        number(&report, "duration_s") < 1e-3 * f64::from(LIE) - 5e-4,
-        &report,
-    );
+    let until_s = 1e-3 * f64::from(LIE) - 5e-4;
+    holds(number(&report, "duration_s") < until_s, &report);
     assert!(number(&report, "peak_force_n") < 100.0, "{report}");
     holds(device.place.path("run/relax-fault.mcap").exists(), &ended);
     let check = device
         .place
         .run("log check run/relax.mcap --json")
-        .failed(4);
-    let check = check.json();
-    assert_eq!(number(&check, "impossible"), 1.0, "{check}");
-    assert_eq!(number(&check, "missing_samples"), 0.0, "{check}");
+        .failed(4)
+        .json();
+    assert_eq!(
+        ["impossible", "missing_samples"].map(|key| number(&check, key)),
+        [1.0, 0.0],
+        "{check}"
+    );
     assert_eq!(check["end"]["ended"], "fault", "{check}");
     // It was told to let go: its own watchdog did not have to see to that.
     let info = device.json("device info --device serial:device");

@@ -24,15 +24,15 @@ const CONTROLLER_FILES: &[(&str, &[Parameter])] = &[
     ("[crone]", CRONE),
     ("[lead_lag]", LEAD_LAG),
     ("[transfer_function]", TRANSFER_CONTROLLER),
-    ("[loop], always", CONTROLLER_LOOP),
-    ("[source], if you like", CONTROLLER_SOURCE),
+    ("[loop], in every controller file", CONTROLLER_LOOP),
+    ("[source], optional", CONTROLLER_SOURCE),
 ];
 const PLANT_FILES: &[(&str, &[Parameter])] = &[
     ("[transfer_function]", TRANSFER_PLANT),
     ("[device]", DEVICE_PLANT),
     ("[state_space]", STATE_PLANT),
     ("[measured_response]", MEASURED_PLANT),
-    ("[source], if you like", PLANT_SOURCE),
+    ("[source], optional", PLANT_SOURCE),
 ];
 
 /// A line for people, and the default that some of them tell in words: `…, 1ms to 1s [default: 0.1s]`.
@@ -88,7 +88,7 @@ fn meaning(parameter: &Parameter) -> String {
 
 /// Rows of a table, each with its key.
 fn rows(heading: &str, parameters: &[Parameter]) -> Vec<(&'static str, String)> {
-    let required = heading.ends_with("to be given");
+    let required = heading.ends_with("required");
     let rows = parameters.iter().map(|parameter| {
         let row = [
             format!("`{}`", parameter.key),

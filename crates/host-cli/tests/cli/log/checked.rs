@@ -1,6 +1,6 @@
 //! `log check`: what is missing, and where.
 
-use crate::process::{Place, number, row};
+use crate::process::{Place, number, row, says};
 use haptic_log::record::{END, EndKind, RollingLog, RunEnd, TickMessage, flaw};
 use std::collections::BTreeMap;
 
@@ -51,26 +51,25 @@ fn check_tells_what_is_missing_before_the_first_sample_and_after_the_last() {
 #[test]
 fn check_judges_a_run_up_to_its_end_and_says_that_it_ended_early() {
     let place = Place::new();
+    let checked = |ended, dropped| {
+        log_of(&place, 0..1000, ended, dropped);
+        place.run("log check made.mcap")
+    };
     for ended in [EndKind::Interrupted, EndKind::Fault] {
-        log_of(&place, 0..1000, ended, 0);
-        let check = place.run("log check made.mcap").succeeded();
-        for (label, value) in [
-            ("samples", "1000"),
-            ("complete", "yes"),
-            ("reason", "for a reason"),
-            ("planned samples", "2000"),
-        ] {
-            assert_eq!(row(&check.stdout, label), value, "{check}");
-        }
+        let check = checked(ended, 0).succeeded();
+        let told = ["samples", "complete", "reason", "planned samples"]
+            .map(|label| row(&check.stdout, label));
+        assert_eq!(told, ["1000", "yes", "for a reason", "2000"], "{check}");
     }
-    // Nobody knows how many samples there were.
-    log_of(&place, 0..1000, EndKind::Link, 0);
-    let check = place.run("log check made.mcap").failed(4);
-    assert!(check.error().contains("the link was lost"), "{check}");
-    // The run knows of more than the log shows.
-    log_of(&place, 0..1000, EndKind::Finished, 3);
-    let check = place.run("log check made.mcap").failed(4);
-    assert!(check.error().contains("counted 3"), "{check}");
+    // Nobody knows how many samples there were; the run knows of more than the log shows.
+    says(
+        checked(EndKind::Link, 0).failed(4).error(),
+        &["the link was lost"],
+    );
+    says(
+        checked(EndKind::Finished, 3).failed(4).error(),
+        &["counted 3"],
+    );
 }
 
 #[test]
@@ -88,13 +87,14 @@ fn check_bears_a_hundredth_of_stale_ticks_and_none_that_cannot_be() {
         place.run("log check made.mcap")
     };
     let check = with(10, flaw::UNANSWERED, 0.0).succeeded();
-    assert_eq!(row(&check.stdout, "stale"), "10", "{check}");
-    assert_eq!(row(&check.stdout, "unanswered"), "10", "{check}");
+    let told = ["stale", "unanswered"].map(|label| row(&check.stdout, label));
+    assert_eq!(told, ["10", "10"], "{check}");
     let check = with(11, flaw::LATE_FORCE, 0.0).failed(4);
-    let told = "11 of 1000 ticks are stale: in 11 an older force of the host acted";
-    assert!(check.error().contains(told), "{check}");
-    let both = flaw::UNANSWERED | flaw::NOT_TAKEN;
-    with(600, both, 0.0).failed(4);
+    says(
+        check.error(),
+        &["11 of 1000 ticks are stale: in 11 an older force of the host acted"],
+    );
+    with(600, flaw::UNANSWERED | flaw::NOT_TAKEN, 0.0).failed(4);
     let check = place.run("log check made.mcap --json").failed(4).json();
     let keys = ["stale", "unanswered", "forces_not_taken", "late_forces"];
     let counts = keys.map(|key| number(&check, key));
@@ -102,7 +102,9 @@ fn check_bears_a_hundredth_of_stale_ticks_and_none_that_cannot_be() {
     // One is too many, whoever saw it.
     for (flaws, position_m) in [(flaw::IMPOSSIBLE, 0.0), (0, f64::NAN)] {
         let check = with(1, flaws, position_m).failed(4);
-        let told = "of 1 ticks the device told what cannot be";
-        assert!(check.error().contains(told), "{check}");
+        says(
+            check.error(),
+            &["of 1 ticks the device told what cannot be"],
+        );
     }
 }

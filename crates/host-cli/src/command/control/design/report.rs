@@ -175,7 +175,7 @@ impl Report<'_> {
             Some(_) => "stable by the sampled model, not proved,",
         };
         Some(format!(
-            "the sampled loop is {verdict} only from {} to {} times the plant's gain, not from half to double",
+            "the sampled loop is {verdict} only from {} to {} times the plant's gain",
             digits(low, 3),
             digits(high, 3)
         ))
@@ -183,6 +183,7 @@ impl Report<'_> {
 
     /// The verdict, for which gains it is proved, and the remedy.
     fn verdict(&self, own: &Trial) -> String {
+        let all = "for half to double the plant's gain";
         if !own.verdict.stable {
             return "The sampled loop is not stable.".to_owned();
         }
@@ -194,22 +195,17 @@ impl Report<'_> {
         };
         // Why the verdict of a loop is not that of its plant.
         let too_fast = own.coarse.map(|times| {
-            format!(
-                "which does not prove it for the plant: the loop is too fast for the sampled model of this fractional plant; shorten \
-                 --sample-time at least {} times",
-                digits(times, 4)
-            )
+            let times = digits(times, 4);
+            format!("too fast to prove it for the plant: shorten --sample-time {times} times")
         });
         match (self.fragile(), too_fast) {
-            (None, Some(too_fast)) => format!(
-                "Warning: the sampled model is stable for half to double the plant's gain, {too_fast}."
-            ),
+            (None, Some(too_fast)) => {
+                format!("Warning: the sampled model is stable {all}, {too_fast}.")
+            }
             (Some(fragile), Some(too_fast)) => {
                 format!("Warning: {fragile}, {too_fast}. {sturdier}.")
             }
-            (None, None) => {
-                "The sampled loop is proved stable for half to double the plant's gain.".to_owned()
-            }
+            (None, None) => format!("The sampled loop is proved stable {all}."),
             (Some(fragile), None) => format!("Warning: {fragile}. {sturdier}."),
         }
     }
@@ -217,11 +213,9 @@ impl Report<'_> {
     /// The verdict and the comparison.
     fn sentences(&self) -> Vec<String> {
         let Some(own) = &self.own().trial else {
-            return vec![
-                "Tuned to a measured response: stable by Nyquist's count at the measured frequencies, if the plant is stable; not proved. Identify \
-                 a transfer function (host-cli control identify) for a proof and steps."
-                    .to_owned(),
-            ];
+            let count = "Stable at the measured frequencies, if the plant is stable; not proved.";
+            let more = "For a proof and steps identify a function: host-cli control identify.";
+            return vec![format!("{count} {more}")];
         };
         let mut said = vec![self.verdict(own)];
         let other = self.integer().and_then(|other| other.trial.as_ref());
@@ -229,7 +223,7 @@ impl Report<'_> {
             Some(other) if own.is_robust() && other.is_robust() => {
                 let (fractional, integer) = (own.overshoot_spread(), other.overshoot_spread());
                 said.push(format!(
-                    "Over these gains its overshoot varies by {} %, that of the PID of order 1 by {} %: {}.",
+                    "Over these gains its overshoot varies by {} %, that of the PID by {} %: {}.",
                     digits(100.0 * fractional, 3),
                     digits(100.0 * integer, 3),
                     compared(fractional, integer)
@@ -249,8 +243,7 @@ impl Report<'_> {
         if own.verdict.stable && own.shape.settled.is_none() && order < 1.0 {
             let crossover = self.own().wishes.first().map_or(1.0, |wish| wish.wanted);
             said.push(format!(
-                "It does not settle in the time shown: an integral of order {} fades as t^-{0}. Limit the error at low frequency, as with \
-                 --disturbance {}rad/s:0.05.",
+                "It does not settle in the time shown: its integral fades as t^-{}. Give --disturbance {}rad/s:0.05.",
                 digits(order, 4),
                 digits(0.05 * crossover, 4)
             ));

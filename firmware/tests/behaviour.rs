@@ -1,18 +1,17 @@
-//! Ticks by the real timer interrupt: their period, and what happens when they take longer.
+//! Ticks by the real timer interrupt: their period, and what happens when they take longer. What else the device promises is tried
+//! from outside, by the self-test.
+#![no_std]
+#![no_main]
 
-use super::Test;
+mod support;
+
 use boards::{RETAINED, chip};
 use core::sync::atomic::{AtomicU32, Ordering};
-use cortex_m_rt::exception;
+use cortex_m_rt::{entry, exception};
 use haptic_board::{Place, Shared, TickTimer, Ticker, TickerSlot, power_up};
 use haptic_link::State;
 use haptic_loop::Fault;
 use haptic_remote::{Exclusive, Hardware as _, SimulatedPlant, prepare};
-
-pub(crate) const TESTS: [Test; 1] = [(
-    "ticks_follow_their_period_and_one_that_takes_too_long_latches_a_fault",
-    ticks,
-)];
 
 /// Ticks that still take longer than their period.
 static SLOW: AtomicU32 = AtomicU32::new(0);
@@ -65,7 +64,8 @@ fn set_period(device: &Shared<SimulatedPlant>, period_us: u32) {
         .expect("idle");
 }
 
-fn ticks() {
+#[entry]
+fn main() -> ! {
     let board = chip::start();
     let place = cortex_m::singleton!(: Place<SimulatedPlant> = Place::new()).expect("once");
     let (device, _) = power_up(place, board.hardware, [1, 2, 3], RETAINED.take()).expect("a board");
@@ -108,4 +108,5 @@ fn ticks() {
         (State::Fault, Fault::TickOverrun.code())
     );
     assert_eq!(overruns(), before + 19 + 20);
+    support::pass()
 }

@@ -1,1 +1,0 @@
-../../../../firmware/template/src/board.rs
