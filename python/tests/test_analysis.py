@@ -67,6 +67,18 @@ def test_margins_agree_with_python_control() -> None:
     assert not Loop(late, 2000.0, 5.0, 1.0, T).verdict().stable
 
 
+def test_the_slope_proved_for_every_motion_holds_the_inequality_of_its_multiplier() -> None:
+    loop = Loop(DEVICE, 2000.0, 5.0, 1.0, T)
+    limit = loop.slope_limit()
+    margin = loop.margins().gain_up
+    assert margin is not None
+    assert math.isclose(limit.linear, margin.value, rel_tol=1e-6)
+    assert 0.99 * limit.provable <= limit.proved <= limit.provable <= limit.linear
+    omega = np.geomspace(1.0, np.pi / T, 20_000)
+    multiplier = 1 - sum(h * np.exp(-1j * i * omega * T) for i, h in limit.multiplier)
+    assert np.min((multiplier * (1 / limit.proved + loop.loop_gain(omega))).real) > 0
+
+
 def test_a_margin_is_where_the_verdict_changes() -> None:
     factor = Loop(DEVICE, 1000.0, 10.0, 0.5, T).margins().gain_up.value
     for share, stable in ((0.999, True), (1.001, False)):

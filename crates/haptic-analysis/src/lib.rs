@@ -24,6 +24,7 @@ mod path;
 mod plant;
 mod region;
 mod schemes;
+mod slope;
 mod stability;
 mod teleoperation;
 mod transparency;
@@ -46,6 +47,7 @@ pub use passivity::{RequiredDamping, RequiredDelta};
 pub use path::ForcePath;
 pub use plant::SampledPlant;
 pub use region::{StabilityRegion, StableArea};
+pub use slope::SlopeLimit;
 pub use stability::{Nondimensional, SampledLoop, StabilityVerdict};
 pub use teleoperation::{
     AbsoluteStability, BestCoupler, CouplerSearch, HandCoupler, HandLine, HandMass, LargestDelay,

@@ -174,6 +174,12 @@ impl PyLoop {
         Ok(report)
     }
 
+    /// How steep contact may be for stability under every motion: linear, provable, proved, multiplier.
+    fn _slope_limit(slf: &Bound<'_, Self>) -> PyResult<(f64, f64, f64, Vec<(i32, f64)>)> {
+        let limit = heard_by(slf, |own, _| Ok(own.sampled()?.slope_limit()))?;
+        Ok((limit.linear, limit.provable, limit.proved, limit.multiplier))
+    }
+
     /// The peak of the sensitivity as a pair.
     fn _sensitivity_peak(slf: &Bound<'_, Self>) -> PyResult<(f64, f64)> {
         let peak = heard_by(slf, |own, _| {

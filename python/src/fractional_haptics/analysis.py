@@ -33,6 +33,7 @@ __all__ = [
     "Margins",
     "Port",
     "Region",
+    "SlopeLimit",
     "Verdict",
     "coupled",
     "plant_from_control",
@@ -78,6 +79,20 @@ class Margins:
     """Least additional delay that does, s."""
     sensitivity: AtFrequency
     """Largest ``abs(1/(1 + GH))``; 1 over it is the distance from -1."""
+
+
+@dataclass(frozen=True)
+class SlopeLimit:
+    """How steep contact may be, as factors on the wall."""
+
+    linear: float
+    """A linear wall is stable below this; infinite if every one is, 0 if none is."""
+    provable: float
+    """No multiplier proves more than this."""
+    proved: float
+    """Proved for every motion of contact that is nowhere steeper: one-sided, stiffening, or both. 0 if nothing is."""
+    multiplier: list[tuple[int, float]]
+    """Lags and weights of the Zames-Falb multiplier that proves it."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -194,6 +209,16 @@ class Loop(_native.Loop):
         found = self._margins()
         crossings: dict[str, Any] = {name: _at(pair) for name, pair in found.items()}
         return Margins(**crossings)
+
+    def slope_limit(self) -> SlopeLimit:
+        """How steep one-sided or stiffening contact may be for stability under every motion.
+
+        Returns
+        -------
+        SlopeLimit
+            Factors on the wall, of which 1 is the wall itself.
+        """
+        return SlopeLimit(*self._slope_limit())
 
     def sensitivity_peak(self) -> AtFrequency:
         """The largest sensitivity.

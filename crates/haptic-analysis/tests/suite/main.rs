@@ -10,6 +10,7 @@ mod passivity_path;
 mod path;
 mod plant;
 mod region;
+mod slope;
 mod stability;
 mod teleoperation;
 mod transparency;

@@ -460,6 +460,7 @@ impl CouplerPreflight<'_> {
         Ok(PreflightVerdict {
             stable,
             margin,
+            every_motion_margin: None,
             passive: sampled.is_some_and(|needed| damping >= needed),
             required_delta: sampled.map(|needed| needed * per_delta),
             delta: damping * per_delta,

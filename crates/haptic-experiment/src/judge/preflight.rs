@@ -225,12 +225,14 @@ impl Preflight<'_> {
         } else {
             softer(|factor| Ok(scaled(factor)?.is_stable()))?
         };
+        let contact = Some(sampled.slope_limit().proved);
         let required = dynamics
             .port(self.sample_time_s, operator)?
             .required_delta(wall.alpha, wall.beta)?;
         Ok(PreflightVerdict {
             stable,
             margin,
+            every_motion_margin: contact.filter(|proved| *proved > 0.0),
             passive: required.passive(wall.delta),
             required_delta: (!required.negative_at_rest).then_some(required.delta),
             delta: wall.delta,

@@ -56,6 +56,9 @@ pub struct PreflightVerdict {
     /// Factor on K and B that takes the loop to the edge: above 1 if it is stable, below 1 if not; null if no
     /// factor does.
     pub margin: Option<f64>,
+    /// The factor on K and B up to which contact that acts on one side or stiffens, nowhere steeper than this, is proved
+    /// stable for every motion; null if none is, and of a coupler.
+    pub every_motion_margin: Option<f64>,
     /// By Theorem 1, for the operator really used.
     pub passive: bool,
     /// The damping δ = bT/m above which the loop is passive; null if none is.
@@ -229,8 +232,11 @@ impl PreflightVerdict {
             ),
             false => String::new(),
         };
+        let proved = self.every_motion_margin.map_or_else(String::new, |factor| {
+            format!(" ({factor:.3} proved for every motion)")
+        });
         format!(
-            "alpha {:.4}, beta {:.4}, delta {:.4}, delay {} samples{lag}, margin {margin}",
+            "alpha {:.4}, beta {:.4}, delta {:.4}, delay {} samples{lag}, margin {margin}{proved}",
             self.alpha,
             self.beta,
             self.delta,

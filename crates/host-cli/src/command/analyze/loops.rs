@@ -20,6 +20,8 @@ pub(super) fn stability(options: Options<keys::Wall>, output: Output) -> Result<
     let verdict = sampled.verdict();
     // Only a stable loop has margins; the edge is not stable.
     let margins = verdict.stable.then(|| sampled.margins().ok()).flatten();
+    let contact = sampled.slope_limit();
+    let factor = |value: f64| (value > 0.0 && value.is_finite()).then_some(value);
     let without_units = json!({
         "alpha": parameters.alpha,
         "beta": parameters.beta,
@@ -42,6 +44,10 @@ pub(super) fn stability(options: Options<keys::Wall>, output: Output) -> Result<
         "gain_margin": margins.and_then(|margins| margins.gain_up).map(|at| at.value),
         "delay_margin_samples": margins.and_then(|margins| margins.delay).map(|at| at.value),
         "peak_sensitivity_db": margins.map(|margins| decibel(margins.sensitivity.value)),
+        // The same for contact that acts on one side or stiffens: proved for every motion while nowhere steeper than this
+        // factor on the wall; null if nothing is proved. And the factor that no such proof reaches.
+        "every_motion_margin": factor(contact.proved),
+        "every_motion_margin_most": factor(contact.provable),
     });
     output.report(&joined(
         resolved.result(without_units).into_iter().chain([found]),

@@ -1,0 +1,557 @@
+//! Stability under every motion: walls that act on one side only, and tissue that stiffens.
+//!
+//! ```text
+//! f = H(w)·e(x),   e(0) = 0,  e monotone,  its slope from 0 to k;   H = K + B T^(−μ) P(w),   L(w) = H(w)·G(w)
+//! proved ⇐ Re{M(1/k + L)} > 0 for 0 < θ ≤ π,   M(w) = 1 − Σ h_i w^i,   i = ±1, ±2, …,  h_i ≥ 0,  Σ h_i ≤ 1,  w = e^(−jθ)
+//! provable ⇒ |∠(1/k + L)| < π(1 − 1/P) at θ = 2πp/P, for all whole P ≥ 2 and p ≤ P/2
+//! ```
+//! For a plant that drifts without the wall, G = w^(d+1)N/(v·Ã), v = 1 − w, the left side times |v|·|Ã|² is as good, and
+//! has no pole: near rest it falls like θ, and its slope there is the condition in the limit.
+//!
+//! - h is found by linear programmes over some hundred angles, k by bisection; then the inequality is proved between the
+//!   angles by a bound of the second derivative, and an angle at which it fails joins the others.
+//! - A programme that finds no good h costs proof, never truth.
+//!
+//! Sources: J. C. Willems, R. W. Brockett, *Some new rearrangement inequalities having application in stability
+//! analysis*, IEEE Trans. Automatic Control 13, 1968; J. Carrasco, M. C. Turner, W. P. Heath, *Zames–Falb multipliers
+//! for absolute stability*, European J. Control 28, 2016.
+
+use crate::SampledLoop;
+use crate::characteristic::{Characteristic, Node};
+use crate::curve::{Bounds, Jet, bounds_in_v, jet_in_v, product};
+use crate::extremum::Grid;
+use certified_count::Place;
+use core::f64::consts::PI;
+use microlp::{ComparisonOp, OptimizationDirection, Problem};
+use num_complex::Complex;
+
+/// How steep contact may be: factors on the wall (K and B together), of which 1 is the wall itself.
+#[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
+pub struct SlopeLimit {
+    /// With a linear wall the loop is stable below this factor; at or above it, contact that is as steep as this everywhere
+    /// is unstable. Infinite if no factor takes the loop to the boundary; 0 if even the lightest wall is unstable.
+    pub linear: f64,
+    /// No multiplier of this kind proves more: the condition on phases above, for P up to 40. At most `linear`.
+    pub provable: f64,
+    /// Proved for every motion of every contact that is nowhere steeper than this: one-sided, stiffening, or both.
+    /// 0 if nothing was proved. Never above `provable`; between the two nothing is known.
+    pub proved: f64,
+    /// i and `h_i` > 0 of the multiplier that proves it.
+    pub multiplier: Vec<(i32, f64)>,
+}
+
+/// The i of the multiplier on each side with which a search begins. Most loops need no more.
+const LAGS: [i32; 5] = [1, 2, 3, 4, 5];
+/// So many i more, up to a period of the motion at the boundary: they turn the phase of a hand that swings.
+const LATE_LAGS: i32 = 12;
+/// Those of a last search, where many fast motions bind at once.
+const MANY: [i32; 18] = [
+    1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 12, 14, 17, 20, 24, 28, 34, 40,
+];
+/// Latest i.
+const LAG_MAX: f64 = 400.0;
+/// Of what is provable: enough.
+const ENOUGH: f64 = 0.99;
+/// A slope that falls below this share of itself at one more angle is worth another programme.
+const ENOUGH_AGAIN: f64 = 0.999;
+/// The search ends this near to what is provable.
+const CAP: f64 = 0.9995;
+/// What a proof between the angles may cost.
+const ROOM: f64 = 2e-4;
+/// Between rest and here, rad/sample, only the limit at rest is looked at.
+const NEAR_REST: f64 = 1e-9;
+/// Longest period P of which all p are looked at, and of which those next to the linear limit.
+const PERIODS: [u32; 2] = [24, 400];
+/// Programmes with more and more angles before a slope is given up.
+const EXCHANGES: usize = 60;
+/// Slopes tried between the circle criterion and the linear limit.
+const BISECTIONS: usize = 12;
+/// Proofs begun with one more angle each.
+const PROOFS: usize = 60;
+/// Intervals that a proof may look at.
+const INTERVALS: usize = 200_000;
+
+impl SampledLoop<'_> {
+    /// How steep contact may be for stability under every motion.
+    ///
+    /// ```
+    /// use fracdiff::{Order, Scheme, Seconds};
+    /// use haptic_analysis::{LoopOperator, Nondimensional, SampledLoop};
+    ///
+    /// let damper = LoopOperator::new(Scheme::Exact, Order::new(1.0)?, Seconds(1e-3), 1e3)?;
+    /// let wall = Nondimensional { alpha: 0.01, beta: 0.1, delta: 0.05, gamma: 0.0 };
+    /// let limit = SampledLoop::new(wall, &damper, 0)?.slope_limit();
+    /// assert!(limit.proved > 0.99 * limit.linear);
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    /// - *Covered*: e before the memory, so one-sided contact whose force may pull. That tissue never pulls, the clamp
+    ///   behind the memory, takes force away and is not covered.
+    /// - A device without damping and hand, δ = γ = 0, is a double integrator, for which nothing is proved.
+    /// - *Cost*: some 10⁴ responses of the operator and some ten linear programmes of 11 unknowns; where those prove less
+    ///   than 0.99 of what is provable, ten times as much with 25 unknowns.
+    ///
+    /// Source: see [`SlopeLimit`].
+    #[must_use]
+    pub fn slope_limit(&self) -> SlopeLimit {
+        let (linear, theta) = self.linear_limit();
+        let mut limit = SlopeLimit {
+            linear,
+            provable: linear.min(self.phase_bound(theta)),
+            proved: 0.0,
+            multiplier: Vec::new(),
+        };
+        let twice = self.plant().denominator_in_v()[..2] == [0.0; 2];
+        if linear == 0.0 || twice || (self.alpha == 0.0 && self.beta == 0.0) {
+            return limit;
+        }
+        for lags in [LAGS.to_vec(), late_lags(theta), MANY.to_vec()] {
+            let mut search = Search::new(self, lags);
+            let steepest = search.steepest(limit.proved, limit.provable);
+            let found = steepest.and_then(|(slope, taps)| search.proved(slope, taps));
+            if let Some((proved, taps)) = found.filter(|(proved, _)| *proved > limit.proved) {
+                limit.proved = proved;
+                limit.multiplier = taps.0;
+            }
+            if limit.proved >= ENOUGH * limit.provable {
+                break;
+            }
+        }
+        limit
+    }
+
+    /// The least k > 0 with 1 + kL = 0 on the circle, if the loop is stable below, and θ there.
+    fn linear_limit(&self) -> (f64, f64) {
+        let mut angles = self.zeros(
+            |at| {
+                let rate = at.plant_rate * at.feedback.conj() + at.plant * at.feedback_rate.conj();
+                [(at.plant * at.feedback.conj()).im, rate.im]
+            },
+            |plant, feedback| plant.times(feedback).bend,
+        );
+        angles.push(PI);
+        let crossings = angles.into_iter().filter_map(|theta| {
+            let gain = self.loop_gain(theta);
+            let is_real = gain.im.abs() <= 1e-6 * gain.norm();
+            (is_real && gain.re < 0.0).then(|| (-1.0 / gain.re, theta))
+        });
+        let none = (f64::INFINITY, PI);
+        let (least, theta) = crossings.fold(none, |a, b| if b.0 < a.0 { b } else { a });
+        let below = if least.is_finite() { 0.5 * least } else { 1.0 };
+        let lighter = Self {
+            alpha: below * self.alpha,
+            beta: below * self.beta,
+            ..*self
+        };
+        if lighter.beside_rest().is_stable() {
+            (least, theta)
+        } else {
+            (0.0, theta)
+        }
+    }
+
+    /// 1/k > −Re L − |Im L|·cot(π/P) at 2πp/P: there M lies in 1 − the hull of the P-th roots of unity, so that
+    /// |∠M| ≤ π/2 − π/P. Of long periods only those next to θ are looked at; elsewhere Im L decides.
+    fn phase_bound(&self, theta: f64) -> f64 {
+        let [all, most] = PERIODS;
+        let short = (2..=all).flat_map(|period| (1..=period / 2).map(move |p| (p, period)));
+        let long = (all + 1..=most).flat_map(|period| {
+            let p = (0.5 * theta / PI * f64::from(period)) as u32;
+            (p.max(1)..=(p + 1).min(period / 2)).map(move |p| (p, period))
+        });
+        let against = short.chain(long).map(|(p, period)| {
+            let angle = PI / f64::from(period);
+            let gain = self.loop_gain(2.0 * angle * f64::from(p));
+            -gain.re - gain.im.abs() / libm::tan(angle)
+        });
+        1.0 / against.fold(0.0, f64::max)
+    }
+}
+
+/// The first ones, and late ones up to a period.
+fn late_lags(theta: f64) -> Vec<i32> {
+    let first = f64::from(LAGS[LAGS.len() - 1]);
+    let last = (2.0 * PI / theta).clamp(4.0 * first, LAG_MAX);
+    let late = (1..=LATE_LAGS).map(|k| {
+        let share = f64::from(k) / f64::from(LATE_LAGS);
+        libm::round(first * libm::pow(last / first, share)) as i32
+    });
+    let mut lags: Vec<i32> = LAGS.into_iter().chain(late).collect();
+    lags.dedup();
+    lags
+}
+
+/// i and h.
+#[derive(Clone, Debug, Default)]
+struct Taps(Vec<(i32, f64)>);
+
+impl Taps {
+    /// M(e^(−jθ)), as (1 − Σh) + `Σ h_i(1 − w^i)`, which does not cancel near rest.
+    fn jet(&self, theta: f64) -> Jet {
+        let at_rest = self.0.iter().fold(1.0, |left, (_, h)| left - h);
+        let mut jet = Jet {
+            value: at_rest.max(0.0).into(),
+            rate: 0.0.into(),
+        };
+        for &(i, h) in &self.0 {
+            let i = f64::from(i);
+            let (sin, cos) = libm::sincos(i * theta);
+            let half = libm::sin(0.5 * i * theta);
+            jet.value += Complex::new(2.0 * half * half, sin) * h;
+            jet.rate += Complex::new(sin, cos) * (h * i);
+        }
+        jet
+    }
+
+    fn bounds(&self, a: &Jet, b: &Jet, width: f64) -> Bounds {
+        let (rate, bend) = self.0.iter().fold((0.0, 0.0), |(rate, bend), &(i, h)| {
+            let i = f64::from(i.abs());
+            (rate + h * i, bend + h * i * i)
+        });
+        Bounds::from_ends(a, b, width, rate, bend)
+    }
+}
+
+/// What is known at one angle, without k and h: the inequality is Re{M(W/k + E)} > 0.
+#[derive(Clone, Copy, Debug)]
+struct Row {
+    theta: f64,
+    /// W = s|P|² > 0.
+    weight: f64,
+    /// E = u·Y·P*.
+    turned: Complex<f64>,
+}
+
+impl Row {
+    fn value(&self, slope: f64) -> Complex<f64> {
+        self.turned + self.weight / slope
+    }
+
+    /// About the largest coefficient of the row, up to this i.
+    fn size(&self, slope: f64, last: f64) -> f64 {
+        let value = self.value(slope);
+        value.re.abs() + value.im.abs() * (last * self.theta).min(1.0)
+    }
+
+    /// The largest k for this h at this angle.
+    fn slope(&self, multiplier: Complex<f64>) -> f64 {
+        let against = -(multiplier * self.turned).re;
+        if against > 0.0 {
+            self.weight * multiplier.re.max(0.0) / against
+        } else {
+            f64::INFINITY
+        }
+    }
+}
+
+/// One angle with its derivatives.
+struct Point {
+    node: Node,
+    /// P, Y, s, u.
+    parts: [Jet; 4],
+}
+
+struct Search<'a, 'b> {
+    subject: &'a SampledLoop<'b>,
+    lags: Vec<i32>,
+    /// G has a pole at w = 1.
+    drifts: bool,
+    rows: Vec<Row>,
+    /// Rows of the programme.
+    active: Vec<usize>,
+}
+
+impl<'a, 'b> Search<'a, 'b> {
+    fn new(subject: &'a SampledLoop<'b>, lags: Vec<i32>) -> Self {
+        let characteristic = &subject.characteristic;
+        let plant = &characteristic.plant;
+        let memory = plant.path().whole_samples() + characteristic.operator.degree();
+        let last = lags.iter().copied().max().unwrap_or(0).unsigned_abs() as usize;
+        let mut search = Self {
+            subject,
+            lags,
+            drifts: plant.denominator_in_v()[0] == 0.0,
+            rows: Vec::new(),
+            active: Vec::new(),
+        };
+        let grid = Grid::new(memory + last);
+        let thetas = grid.thetas().iter().filter(|theta| **theta >= NEAR_REST);
+        search.rows = thetas.map(|theta| search.point(*theta).row()).collect();
+        let step = search.rows.len().div_ceil(12);
+        search.active = (0..search.rows.len()).step_by(step).collect();
+        search.active.push(search.rows.len() - 1);
+        search
+    }
+
+    /// A, or A/v if that drifts, in powers of v.
+    fn denominator(&self) -> &[f64] {
+        &self.subject.characteristic.plant.denominator_in_v()[usize::from(self.drifts)..]
+    }
+
+    fn point(&self, theta: f64) -> Point {
+        let characteristic = &self.subject.characteristic;
+        let node = characteristic.node(theta);
+        let mut plant = jet_in_v(self.denominator(), &node.place);
+        if characteristic.operator.has_denominator() {
+            plant = plant.times(node.operator.denominator);
+        }
+        let [_, stiff, fractional] = node.terms;
+        let scaled = |jet: Jet, gain: f64| match gain {
+            0.0 => Jet {
+                value: 0.0.into(),
+                rate: 0.0.into(),
+            },
+            gain => Jet {
+                value: jet.value * gain,
+                rate: jet.rate * gain,
+            },
+        };
+        let feedback =
+            scaled(stiff, self.subject.alpha).plus(scaled(fractional, self.subject.beta));
+        let [size, turn] = if self.drifts {
+            // s = |v| = 2 sin(θ/2),  u = |v|/v = −je^(jθ/2)
+            let (sin, cos) = libm::sincos(0.5 * theta);
+            let size = Jet {
+                value: (2.0 * sin).into(),
+                rate: cos.into(),
+            };
+            let turn = Jet {
+                value: Complex::new(sin, -cos),
+                rate: Complex::new(0.5 * cos, 0.5 * sin),
+            };
+            [size, turn]
+        } else {
+            [Jet::ONE; 2]
+        };
+        Point {
+            node,
+            parts: [plant, feedback, size, turn],
+        }
+    }
+
+    /// The largest i.
+    fn last(&self) -> f64 {
+        f64::from(self.lags[self.lags.len() - 1])
+    }
+
+    /// h by a linear programme that makes the least of all rows, each over its size, as large as it can be; with that least.
+    fn programme(&self, slope: f64) -> Option<(f64, Taps)> {
+        let mut problem = Problem::new(OptimizationDirection::Maximize);
+        let both = self.lags.iter().flat_map(|&i| [i, -i]);
+        let taps: Vec<_> = both
+            .map(|i| (i, problem.add_var(0.0, (0.0, 1.0))))
+            .collect();
+        let least = problem.add_var(1.0, (-1.0, 1.0));
+        let sum: Vec<_> = taps.iter().map(|&(_, tap)| (tap, 1.0)).collect();
+        problem.add_constraint(sum.as_slice(), ComparisonOp::Le, 1.0);
+        for row in self.active.iter().map(|&index| &self.rows[index]) {
+            // Re{w^i(W/k + E)}
+            let (value, size) = (row.value(slope), row.size(slope, self.last()));
+            let mut terms = vec![(least, 1.0)];
+            terms.extend(taps.iter().map(|&(i, tap)| {
+                let (sin, cos) = libm::sincos(f64::from(i) * row.theta);
+                (tap, (value.re * cos + value.im * sin) / size)
+            }));
+            problem.add_constraint(terms.as_slice(), ComparisonOp::Le, value.re / size);
+        }
+        let solution = problem.solve().ok()?.into_solution().ok()?;
+        let found = taps.iter().map(|&(i, tap)| (i, solution.var_value(tap)));
+        let mut found: Vec<_> = found.filter(|(_, h)| *h > 0.0).collect();
+        let sum: f64 = found.iter().map(|(_, h)| h).sum();
+        if sum > 1.0 {
+            found.iter_mut().for_each(|(_, h)| *h /= sum);
+        }
+        Some((solution.var_value(least), Taps(found)))
+    }
+
+    /// h for which the inequality holds in every row with this slope.
+    fn taps_for(&mut self, slope: f64) -> Option<Taps> {
+        for _ in 0..EXCHANGES {
+            let (most, taps) = self.programme(slope)?;
+            if most <= 0.0 {
+                return None;
+            }
+            let heights = self.rows.iter().map(|row| {
+                let value = (taps.jet(row.theta).value * row.value(slope)).re;
+                value / row.size(slope, self.last())
+            });
+            let heights: Vec<f64> = heights.collect();
+            if heights.iter().all(|height| *height > 0.0) {
+                return Some(taps);
+            }
+            // All valleys below zero join.
+            let before = self.active.len();
+            for (index, &height) in heights.iter().enumerate() {
+                let left = heights[index.saturating_sub(1)];
+                let right = heights[(index + 1).min(heights.len() - 1)];
+                let is_valley = height <= left.min(right) && height <= 0.0;
+                if is_valley && !self.active.contains(&index) {
+                    self.active.push(index);
+                }
+            }
+            if self.active.len() == before {
+                return None;
+            }
+        }
+        None
+    }
+
+    /// The largest slope of all rows for this h.
+    fn slope(&self, taps: &Taps) -> f64 {
+        let slopes = self.rows.iter();
+        let slopes = slopes.map(|row| row.slope(taps.jet(row.theta).value));
+        slopes.fold(f64::INFINITY, f64::min)
+    }
+
+    /// The largest slope above one and below the other for which the rows have an h.
+    fn steepest(&mut self, least: f64, provable: f64) -> Option<(f64, Taps)> {
+        let circle = Taps::default();
+        let mut low = self.slope(&circle).max(least);
+        let mut high = CAP * provable.min(1e12);
+        let mut best = (low > least).then_some((low.min(high), circle));
+        let mut next = high;
+        for _ in 0..BISECTIONS {
+            if low >= ENOUGH_AGAIN * high {
+                break;
+            }
+            match self.taps_for(next) {
+                Some(taps) => {
+                    low = self.slope(&taps).clamp(next, high);
+                    best = Some((low, taps));
+                }
+                None => high = next,
+            }
+            next = if low > 1e-3 * high {
+                0.5 * (low + high)
+            } else {
+                libm::sqrt(low.max(1e-12 * high) * high)
+            };
+        }
+        best
+    }
+
+    /// A slope not above this for which the inequality is proved at every angle.
+    fn proved(&mut self, mut slope: f64, mut taps: Taps) -> Option<(f64, Taps)> {
+        let mut room = ROOM;
+        for _ in 0..PROOFS {
+            let tried = (1.0 - room) * slope;
+            let Some(theta) = self.fails(tried, &taps) else {
+                return Some((tried, taps));
+            };
+            self.active.push(self.rows.len());
+            self.rows.push(self.point(theta).row());
+            let here = self.rows[self.rows.len() - 1].slope(taps.jet(theta).value);
+            match (here < ENOUGH_AGAIN * slope).then(|| self.taps_for(tried)) {
+                Some(Some(found)) => taps = found,
+                Some(None) | None => slope = slope.min(here),
+            }
+            room = (1.25 * room).min(0.5);
+        }
+        None
+    }
+
+    /// An angle at which the inequality does not hold, or about which nothing can be proved.
+    fn fails(&self, slope: f64, taps: &Taps) -> Option<f64> {
+        let at = |theta: f64| {
+            let point = self.point(theta);
+            let multiplier = taps.jet(theta);
+            let value = point.inequality(multiplier, slope);
+            (point, multiplier, value)
+        };
+        let mut angles = Characteristic::first_angles();
+        angles.next();
+        let mut points = vec![at(NEAR_REST)];
+        points.extend(angles.map(at));
+        if let Some((point, ..)) = points.iter().find(|(.., jet)| jet.value.re <= 0.0) {
+            return Some(point.theta());
+        }
+        let mut right = points.pop()?;
+        let mut left = points;
+        for _ in 0..INTERVALS {
+            let a = left.last()?;
+            let width = right.0.theta() - a.0.theta();
+            let bounds = self.bounds(&a.0, &right.0, taps.bounds(&a.1, &right.1, width), slope);
+            let (low, high) = (a.2.value.re, right.2.value.re);
+            let by_bend = low.min(high) > 0.125 * width * width * bounds.bend;
+            if by_bend || low + high > bounds.travel {
+                right = left.pop()?;
+                continue;
+            }
+            let (near, far) = (a.0.theta(), right.0.theta());
+            // In octaves near rest, where all falls with θ.
+            let middle = if far > 4.0 * near {
+                libm::sqrt(near * far)
+            } else {
+                0.5 * (near + far)
+            };
+            if middle <= near * (1.0 + 1e-12) || middle >= far {
+                return Some(middle);
+            }
+            let point = at(middle);
+            if point.2.value.re <= 0.0 {
+                return Some(middle);
+            }
+            left.push(point);
+        }
+        Some(right.0.theta())
+    }
+
+    /// Of the left side of the inequality over an interval.
+    fn bounds(&self, a: &Point, b: &Point, multiplier: Bounds, slope: f64) -> Bounds {
+        let characteristic = &self.subject.characteristic;
+        let width = b.theta() - a.theta();
+        let [_, stiff, fractional] = characteristic.bounds(&a.node, &b.node);
+        let scaled = |bounds: Bounds, gain: f64| Bounds {
+            size: product(bounds.size, gain),
+            rate: product(bounds.rate, gain),
+            bend: product(bounds.bend, gain),
+            travel: product(bounds.travel, gain),
+        };
+        let feedback =
+            scaled(stiff, self.subject.alpha).plus(scaled(fractional, self.subject.beta));
+        let places: (&Place, &Place) = (&a.node.place, &b.node.place);
+        let jets = [a, b].map(|point| jet_in_v(self.denominator(), &point.node.place));
+        let mut plant = bounds_in_v(self.denominator(), places, (&jets[0], &jets[1]));
+        if characteristic.operator.has_denominator() {
+            let [_, below] = characteristic.operator_bounds(&a.node, &b.node);
+            plant = plant.times(below);
+        }
+        let (size, turn) = if self.drifts {
+            let of = |k: usize, rate: f64, bend: f64| {
+                Bounds::from_ends(&a.parts[k], &b.parts[k], width, rate, bend)
+            };
+            (of(2, 1.0, 0.5), of(3, 0.5, 0.25))
+        } else {
+            (Bounds::ONE, Bounds::ONE)
+        };
+        let sum = scaled(size.times(plant), 1.0 / slope).plus(turn.times(feedback));
+        multiplier.times(sum).times(plant)
+    }
+}
+
+impl Point {
+    fn theta(&self) -> f64 {
+        self.node.theta()
+    }
+
+    fn row(&self) -> Row {
+        let [plant, feedback, size, turn] = self.parts;
+        Row {
+            theta: self.theta(),
+            weight: size.value.re * plant.value.norm_sqr(),
+            turned: turn.value * feedback.value * plant.value.conj(),
+        }
+    }
+
+    /// M(sP/k + uY)P*, whose real part is to be above 0.
+    fn inequality(&self, multiplier: Jet, slope: f64) -> Jet {
+        let [plant, feedback, size, turn] = self.parts;
+        let own = size.times(plant);
+        let own = Jet {
+            value: own.value / slope,
+            rate: own.rate / slope,
+        };
+        let sum = own.plus(turn.times(feedback));
+        multiplier.times(sum).times(plant.conj())
+    }
+}
