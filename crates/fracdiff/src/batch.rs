@@ -61,6 +61,7 @@ enum Reference {
 
 impl Batch {
     /// No memory cut; x₀ = 0. From order 1 on both kernels are backward differences.
+    ///
     /// # Errors
     /// [`ParameterError::SampleTime`] unless 1e-9 s ≤ T ≤ 1e6 s.
     pub fn full_history(
@@ -78,6 +79,7 @@ impl Batch {
     }
 
     /// The weights of [`Bdf2Memory`](crate::Bdf2Memory), of second order in T, no memory cut; x₀ = 0.
+    ///
     /// # Errors
     /// [`ParameterError::SampleTime`] as above.
     pub fn full_bdf2(order: Order, sample_time: Seconds) -> Result<Self, ParameterError> {
@@ -89,6 +91,7 @@ impl Batch {
     }
 
     /// The newest `length` samples, as [`ShortMemoryVec`]; x₀ = 0.
+    ///
     /// # Errors
     /// [`ParameterError::SampleTime`] as above, [`ParameterError::Length`] unless 1 ≤ length ≤ [`ShortMemoryVec::MOST`].
     pub fn short_memory(

@@ -66,6 +66,7 @@ pub struct Bdf2History<F, const TAPS: usize, const MODES: usize> {
 
 impl<F: Real, const TAPS: usize, const MODES: usize> Bdf2Memory<F, TAPS, MODES> {
     /// From a design of the Grünwald kernel, which carries the order. Coefficients in `f64`, rounded once.
+    ///
     /// # Errors
     /// [`ParameterError::SampleTime`] unless 1e-9 s ≤ T ≤ 1e6 s.
     pub fn new(design: &Design<TAPS, MODES>, sample_time: Seconds) -> Result<Self, ParameterError> {

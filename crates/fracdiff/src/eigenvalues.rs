@@ -24,6 +24,7 @@ const EXCEPTIONAL: usize = 10;
 /// let values = fracdiff::eigenvalues(&[0.0, 0.0, 1.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0], 3);
 /// assert!(values.iter().all(|z| (z.powu(3) - 1.0).norm() < 1e-14) && values.len() == 3);
 /// ```
+///
 /// # Panics
 /// Unless the matrix has n² numbers.
 #[must_use]

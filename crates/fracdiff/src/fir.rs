@@ -299,6 +299,7 @@ pub struct Fir<F, const N: usize> {
 
 impl<F: Real, const N: usize> Fir<F, N> {
     /// That of the newest sample first. `N = 0` does not compile.
+    ///
     /// # Errors
     /// [`ListError::Count`] unless there are 1 to N; [`ListError::Value`] for one that is not finite.
     pub fn from_slice(coefficients: &[F]) -> Result<Self, ListError> {

@@ -55,6 +55,7 @@ pub struct MuirPolynomial<F, const N: usize> {
 
 impl<F: Real, const N: usize> MuirPolynomial<F, N> {
     /// Degree n = N.
+    ///
     /// # Errors
     /// As [`with_degree`](Self::with_degree).
     pub fn new(order: Order, sample_time: Seconds) -> Result<Self, ParameterError> {
@@ -62,6 +63,7 @@ impl<F: Real, const N: usize> MuirPolynomial<F, N> {
     }
 
     /// Degree n ≤ N, chosen at run time. Coefficients in `f64`, rounded once.
+    ///
     /// # Errors
     /// [`ParameterError::Length`] unless 1 ≤ n ≤ N; [`ParameterError::SampleTime`].
     pub fn with_degree(

@@ -17,6 +17,7 @@ impl Order {
     pub const MAX: f64 = 2.0;
 
     /// Accepts −2 ≤ μ ≤ 2.
+    ///
     /// # Errors
     /// [`ParameterError::Order`] outside that range, or for a NaN.
     pub fn new(order: f64) -> Result<Self, ParameterError> {
@@ -87,6 +88,7 @@ impl Seconds {
     pub const MAX_SAMPLE_TIME: f64 = 1e6;
 
     /// T^(−μ), the factor between the dimensionless operator P and D^μ, in s^(−μ).
+    ///
     /// # Errors
     /// [`ParameterError::SampleTime`] unless 1e-9 s ≤ T ≤ 1e6 s, which keeps T^(±2) a normal `f32`.
     pub fn rate_to_the(self, order: Order) -> Result<f64, ParameterError> {

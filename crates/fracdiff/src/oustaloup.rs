@@ -46,6 +46,7 @@ pub type OustaloupHistory<F, const N: usize> = IntegerHistory<F, CascadeHistory<
 
 impl<F: Real, const N: usize> Oustaloup<F, N> {
     /// All N sections.
+    ///
     /// # Errors
     /// As [`with_sections`](Self::with_sections).
     pub fn new(order: Order, band: Band, sample_time: Seconds) -> Result<Self, ParameterError> {
@@ -53,6 +54,7 @@ impl<F: Real, const N: usize> Oustaloup<F, N> {
     }
 
     /// m ≤ N sections, chosen at run time. Coefficients in `f64`, rounded once.
+    ///
     /// # Errors
     /// [`ParameterError::Length`] unless 1 ≤ m ≤ N; [`ParameterError::SampleTime`];
     /// [`ParameterError::Band`] unless 0 < low < high < half the sample rate.

@@ -66,6 +66,7 @@ impl fmt::Display for RangeError {
 impl core::error::Error for RangeError {}
 
 /// Accepts a finite value that the caller has found to be in its range.
+///
 /// # Errors
 /// Any other value.
 #[inline(never)]
@@ -84,6 +85,7 @@ pub fn range(
 }
 
 /// Accepts a finite value above zero.
+///
 /// # Errors
 /// Any other value.
 #[inline(never)]
@@ -92,6 +94,7 @@ pub fn positive(what: &'static str, value: f64, unit: &'static str) -> Result<f6
 }
 
 /// Accepts a finite value of at least zero.
+///
 /// # Errors
 /// Any other value.
 #[inline(never)]

@@ -70,6 +70,7 @@ impl<F: Real, const TAPS: usize, const MODES: usize, const DEGREE: usize>
     PortableOperator<F, TAPS, MODES, DEGREE>
 {
     /// The operator whose list this is.
+    ///
     /// # Errors
     /// A list that is none, see [`ListError`].
     pub fn new(form: Form, integer: i8, values: &[F]) -> Result<Self, ListError> {
@@ -82,6 +83,7 @@ impl<F: Real, const TAPS: usize, const MODES: usize, const DEGREE: usize>
     pub const SILENT: Self = Self(Core::Taps(Fir::SILENT));
 
     /// Accepts what [`new`](Self::new) accepts, and makes nothing.
+    ///
     /// # Errors
     /// As [`new`](Self::new).
     pub fn check(form: Form, integer: i8, values: &[F]) -> Result<(), ListError> {
@@ -100,6 +102,7 @@ impl<F: Real, const TAPS: usize, const MODES: usize, const DEGREE: usize>
 
     /// Becomes the operator of this list, in its place: the same as [`new`](Self::new), on a stack without room for another
     /// one. A history goes on only if it is made anew, by [`rest`](Differintegrator::rest).
+    ///
     /// # Errors
     /// As [`new`](Self::new); the operator is then as it was.
     pub fn replace(&mut self, form: Form, integer: i8, values: &[F]) -> Result<(), ListError> {

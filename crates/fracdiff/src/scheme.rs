@@ -287,6 +287,7 @@ impl Scheme {
     }
 
     /// Builds the operator. A full memory is designed for `horizon` samples, at least 100, with the fewest modes that the tolerance allows.
+    ///
     /// # Errors
     /// A parameter outside its range, an unreachable tolerance, or the scheme `exact`.
     pub fn build<F: Real>(
@@ -327,6 +328,7 @@ impl Scheme {
 
     /// The defining sum of the scheme over whole records, cut only by `grunwald:N` and regardless of the tolerance.
     /// `None` for `muir`, `tustin-muir` and `oustaloup`, which have none.
+    ///
     /// # Errors
     /// A sample time or a length outside its range.
     pub fn batch(self, order: Order, sample_time: Seconds) -> Result<Option<Batch>, SchemeError> {
@@ -343,6 +345,7 @@ impl Scheme {
     }
 
     /// ε of the full memory that [`build`](Self::build) makes, see [`Design::error_bound`]; `None` for the other schemes.
+    ///
     /// # Errors
     /// As [`build`](Self::build).
     pub fn error_bound(self, order: Order, horizon: f64) -> Result<Option<f64>, SchemeError> {

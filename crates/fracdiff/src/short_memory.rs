@@ -41,6 +41,7 @@ pub struct ShortMemory<F, const N: usize> {
 
 impl<F: Real, const N: usize> ShortMemory<F, N> {
     /// Computes the taps in `f64` and rounds each once. `N = 0` does not compile.
+    ///
     /// # Errors
     /// [`ParameterError::SampleTime`] unless 1e-9 s ≤ T ≤ 1e6 s.
     pub fn new(order: Order, sample_time: Seconds) -> Result<Self, ParameterError> {
@@ -128,6 +129,7 @@ impl<F: Real> ShortMemoryVec<F> {
     pub const MOST: usize = 1 << 24;
 
     /// As [`ShortMemory::new`], for `length` samples.
+    ///
     /// # Errors
     /// [`ParameterError::SampleTime`] unless 1e-9 s ≤ T ≤ 1e6 s, [`ParameterError::Length`] unless 1 ≤ length ≤ [`MOST`](Self::MOST).
     pub fn new(order: Order, length: usize, sample_time: Seconds) -> Result<Self, ParameterError> {

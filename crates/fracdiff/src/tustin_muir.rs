@@ -30,6 +30,7 @@ pub type TustinMuirHistory<F, const N: usize> = IntegerHistory<F, RecursionHisto
 
 impl<F: Real, const N: usize> TustinMuir<F, N> {
     /// Degree m = N.
+    ///
     /// # Errors
     /// As [`with_degree`](Self::with_degree).
     pub fn new(order: Order, sample_time: Seconds) -> Result<Self, ParameterError> {
@@ -37,6 +38,7 @@ impl<F: Real, const N: usize> TustinMuir<F, N> {
     }
 
     /// Degree m ≤ N, chosen at run time. Coefficients in `f64`, rounded once.
+    ///
     /// # Errors
     /// [`ParameterError::Length`] unless 1 ≤ m ≤ N; [`ParameterError::SampleTime`].
     pub fn with_degree(

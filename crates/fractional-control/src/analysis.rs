@@ -105,6 +105,7 @@ impl LoopPoint {
 }
 
 /// Judges the loop that is really run.
+///
 /// # Errors
 /// A plant that does not run, parameters outside their range.
 pub fn analyse(setup: &ControllerSetup, plant: &Plant) -> Result<LoopAnalysis, ControlError> {

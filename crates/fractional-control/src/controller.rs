@@ -22,6 +22,7 @@ impl Actuator {
     };
 
     /// From low to high, in the unit of the command; infinite where there is no limit. A bump fades with 1 s.
+    ///
     /// # Errors
     /// A NaN, or low not below high.
     pub fn new(low: f64, high: f64) -> Result<Self, ControlError> {
@@ -37,6 +38,7 @@ impl Actuator {
     }
 
     /// The time constant with which a command that was held over a change fades into the controller's own, s.
+    ///
     /// # Errors
     /// Unless above 0 and finite.
     pub fn fading(self, fade_s: f64) -> Result<Self, ControlError> {

@@ -121,6 +121,7 @@ impl Trial {
 
 impl ControlDesign {
     /// Tunes both controllers, runs them and judges them.
+    ///
     /// # Errors
     /// Wishes that contradict each other, named; no fractional controller with this crossover and margin.
     pub fn answer(&self) -> Result<ControlAnswer, ControlError> {

@@ -152,6 +152,7 @@ const RATIO_MAX: i32 = 249;
 
 impl Fraction {
     /// Itself, if above and below are numbers of which a loop can be made.
+    ///
     /// # Errors
     /// Above and below that are more than 1e75 times apart. `what` is their ratio.
     pub(crate) fn bearable(self, what: &'static str) -> Result<Self, ControlError> {

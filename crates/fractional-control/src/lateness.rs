@@ -131,6 +131,7 @@ impl SampledLoop {
     /// the delay is narrowed until the verdicts on both sides of it differ. A loop that is lost for less than a sixteenth of a sample may
     /// be missed. `first` itself of a loop that is not stable. Of a plant that follows a rule it is the margin of the plant behind its
     /// hold.
+    ///
     /// # Errors
     /// Those of `later`.
     pub fn delay_margin<E>(

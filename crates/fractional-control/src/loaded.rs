@@ -78,6 +78,7 @@ pub struct LoadedPlant {
 
 impl LoadedPlant {
     /// The plant with this law at its second port.
+    ///
     /// # Errors
     /// Matrices whose sizes do not fit or that are not finite, a law that nothing answers.
     pub fn new(
@@ -129,6 +130,7 @@ impl LoadedPlant {
     }
 
     /// The same whose command acts so many samples later.
+    ///
     /// # Errors
     /// More than 10 000 samples.
     pub fn later(self, samples: usize) -> Result<Self, ControlError> {

@@ -35,6 +35,7 @@ pub struct Memory {
 
 impl Memory {
     /// With modes in closed form, made in microseconds without an allocation.
+    ///
     /// # Errors
     /// A horizon that is not above 0. The tolerance is checked where a memory is made.
     pub fn new(rule: Rule, tolerance: f64, horizon_s: f64) -> Result<Self, ControlError> {

@@ -89,6 +89,7 @@ impl<F: Real, const MODES: usize> Branch<F, MODES> {
 
 impl<F: Real, const MODES: usize> FractionalPid<F, MODES> {
     /// Coefficients in `f64`, rounded once.
+    ///
     /// # Errors
     /// A gain or weight that is not finite, an order outside its range, a memory that MODES modes do not reach, a sample
     /// time outside 1e-9 s to 1e6 s.
@@ -104,6 +105,7 @@ impl<F: Real, const MODES: usize> FractionalPid<F, MODES> {
     }
 
     /// Tilted-integral-derivative: `u = K_t I^(1/n)(r − y) + K_i I(r − y) + K_d D(c·r − y)`; c is `derivative_weight`.
+    ///
     /// # Errors
     /// As [`new`](Self::new); n below 1.
     ///

@@ -274,6 +274,7 @@ impl fmt::Display for PidParameters {
 
 impl PidParameters {
     /// C·G/(1 + C·G), in continuous time, without a dead time: its poles are those of the loop, as far as sampling is fast.
+    ///
     /// # Errors
     /// A function of orders above 4 or with too many terms, an order of the loop that cancels.
     pub fn closed_with(

@@ -36,6 +36,7 @@ pub(crate) struct Measured(Vec<[f64; 3]>);
 
 impl Plant {
     /// A transfer function behind a dead time, s.
+    ///
     /// # Errors
     /// A negative dead time, or one above 1e10 s.
     pub fn transfer(
@@ -49,6 +50,7 @@ impl Plant {
     }
 
     /// Matrices behind a dead time, s.
+    ///
     /// # Errors
     /// A negative dead time, or one above 1e10 s.
     pub fn state_space(states: StateSpace, delay_s: f64) -> Result<Self, ControlError> {
@@ -60,6 +62,7 @@ impl Plant {
 
     /// A measured response, dead time included: (ω in rad/s, G(jω)), in any order. Between two points ln |G| and the phase are straight
     /// lines over ln ω, so neighbours must be less than half a turn apart. It can be tuned for, but not run.
+    ///
     /// # Errors
     /// Fewer than three points, a frequency not above 0 or twice the same, a response that is 0 or not finite.
     pub fn measured(points: &[(f64, Complex<f64>)]) -> Result<Self, ControlError> {
@@ -94,6 +97,7 @@ impl Plant {
     }
 
     /// The same with so much more dead time, s.
+    ///
     /// # Errors
     /// A negative one, more than 1e10 s; any at all for a measured response, which has its own.
     pub fn delayed(self, further_s: f64) -> Result<Self, ControlError> {
@@ -244,6 +248,7 @@ impl Plant {
     }
 
     /// Refuses a plant that is shown by itself and does not settle.
+    ///
     /// # Errors
     /// [`ControlError::UnstablePlant`].
     pub fn stable_by_itself(&self) -> Result<(), ControlError> {

@@ -23,6 +23,7 @@ const EDGE: f64 = 1e-9;
 
 impl FractionalTransferFunction {
     /// The function in powers of λ = s^q, with the largest q ≤ 1 of which all orders are multiples.
+    ///
     /// # Errors
     /// [`ControlError::NotCommensurate`] if the degree in λ were above 200.
     pub fn commensurate(&self) -> Result<Commensurate, ControlError> {
@@ -61,6 +62,7 @@ impl FractionalTransferFunction {
     }
 
     /// Refuses a plant that is shown by itself and does not settle.
+    ///
     /// # Errors
     /// [`ControlError::UnstablePlant`].
     pub fn stable_by_itself(&self) -> Result<(), ControlError> {

@@ -23,6 +23,7 @@ pub(crate) fn largest(numbers: &[f64]) -> f64 {
 /// assert!((y[100] - (1.0 - f64::exp(-1.0))).abs() < 2e-5);
 /// # Ok::<(), fractional_control::ControlError>(())
 /// ```
+///
 /// # Errors
 /// As [`SampledTransferFunction::new`].
 pub fn step_response(
@@ -37,6 +38,7 @@ pub fn step_response(
 
 /// The response to a unit impulse at t = 0, at t = 0, T, 2T, …; in \[output\]/\[input\]/s. The value at t = 0 is that of the
 /// sampled function, where the true one may be infinite.
+///
 /// # Errors
 /// As [`SampledTransferFunction::new`].
 pub fn impulse_response(
@@ -50,6 +52,7 @@ pub fn impulse_response(
 }
 
 /// The response to a record of samples, from rest.
+///
 /// # Errors
 /// As [`SampledTransferFunction::new`].
 pub fn respond(

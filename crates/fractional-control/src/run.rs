@@ -32,6 +32,7 @@ pub struct LoopRun {
 }
 
 /// Runs a loop from rest with this reference. `step` is the height of it, if it is a step.
+///
 /// # Errors
 /// A plant that does not run, parameters outside their range.
 pub fn run(
@@ -59,6 +60,7 @@ pub fn run(
 }
 
 /// The output of a plant alone for an input, from rest.
+///
 /// # Errors
 /// An unstable plant, one that does not run.
 pub fn run_plant(
@@ -85,6 +87,7 @@ pub fn samples_for(crossover_rad_s: Option<f64>, sample_time_s: f64) -> f64 {
 
 /// The PID of order 1 with the crossover and the phase margin of this loop, everything else as in the setup: what a fractional controller
 /// is compared with. `None` for a controller that is one.
+///
 /// # Errors
 /// No such PID; a plant that does not run.
 pub fn integer_baseline(

@@ -131,6 +131,7 @@ fn split(distance: f64) -> (usize, f64) {
 
 impl<F: Real, const MODES: usize> SampledTransferFunction<F, MODES> {
     /// Coefficients in `f64`, rounded once.
+    ///
     /// # Errors
     /// More than [`ORDERS_MAX`] orders or [`PARTS_MAX`] fractional parts; a tolerance or horizon that no memory of MODES modes
     /// reaches; a sample time outside 1e-9 s to 1e6 s, or so long that the newest output does not follow from the newest input.

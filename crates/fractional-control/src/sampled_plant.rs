@@ -73,6 +73,7 @@ enum KindState {
 
 impl SampledPlant {
     /// Remembers a million samples within 1e-9, by the rule of second order, whatever the rule of the controller is.
+    ///
     /// # Errors
     /// As [`new`](Self::new).
     pub fn with_usual_memory(plant: &Plant, sample_time: Seconds) -> Result<Self, ControlError> {
@@ -81,6 +82,7 @@ impl SampledPlant {
     }
 
     /// The plant at this sample time.
+    ///
     /// # Errors
     /// A measured response, which does not run; a dead time of more than 10 000 samples; as [`SampledTransferFunction::new`].
     pub fn new(plant: &Plant, memory: Memory, sample_time: Seconds) -> Result<Self, ControlError> {

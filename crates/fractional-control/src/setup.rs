@@ -97,6 +97,7 @@ impl ControllerSetup {
     }
 
     /// Limits of the command.
+    ///
     /// # Errors
     /// A lower limit that is not below the upper one, a fade time that is not above 0.
     pub fn actuator(&self) -> Result<Actuator, ControlError> {
@@ -106,6 +107,7 @@ impl ControllerSetup {
     }
 
     /// Rule, tolerance and horizon.
+    ///
     /// # Errors
     /// A scheme that no controller has.
     pub fn memory(&self) -> Result<Memory, ControlError> {
@@ -121,6 +123,7 @@ impl ControllerSetup {
     }
 
     /// Makes the controller once.
+    ///
     /// # Errors
     /// A parameter outside its range.
     pub fn check(&self) -> Result<(), ControlError> {
@@ -128,6 +131,7 @@ impl ControllerSetup {
     }
 
     /// Runs the loop with a plant from rest; the reference is given for each sample. Set-point weights are those of the setup.
+    ///
     /// # Errors
     /// As [`check`](Self::check).
     pub fn simulate(
@@ -145,6 +149,7 @@ impl ControllerSetup {
     }
 
     /// The plant as the loop of this controller samples it.
+    ///
     /// # Errors
     /// As [`SampledPlant::with_usual_memory`].
     pub fn sampled(&self, plant: &Plant) -> Result<SampledPlant, ControlError> {
@@ -152,6 +157,7 @@ impl ControllerSetup {
     }
 
     /// The loop with a plant, for its verdict and margins.
+    ///
     /// # Errors
     /// As [`check`](Self::check).
     pub fn closed_with(&self, plant: &SampledPlant) -> Result<SampledLoop, ControlError> {
@@ -159,6 +165,7 @@ impl ControllerSetup {
     }
 
     /// Makes the controller and hands it on.
+    ///
     /// # Errors
     /// As [`check`](Self::check).
     pub fn with_controller(&self, user: &mut impl UseController) -> Result<(), ControlError> {

@@ -156,6 +156,7 @@ impl LeadLagParameters {
 
 impl<F: Real, const MODES: usize> LeadController<F, MODES> {
     /// CRONE: a phase νπ/2 that is flat in the band from `ω_b` to `ω_h`. Coefficients in `f64`, rounded once.
+    ///
     /// # Errors
     /// A gain of 0, an order outside −2 to 2, corners that are not `0 < ω_b < ω_h ≤ 2/T`.
     /// ```
@@ -184,6 +185,7 @@ impl<F: Real, const MODES: usize> LeadController<F, MODES> {
     }
 
     /// Fractional lead–lag. Coefficients in `f64`, rounded once.
+    ///
     /// # Errors
     /// A gain of 0, λ or x not above 0, an order outside −2 to 2, a corner above 2/T.
     ///
@@ -222,6 +224,7 @@ impl<F: Real, const MODES: usize> LeadController<F, MODES> {
 
 impl<F: Real, const MODES: usize> FunctionController<F, MODES> {
     /// Coefficients in `f64`, rounded once.
+    ///
     /// # Errors
     /// As [`SampledTransferFunction::new`]; a newest command that does not follow from the newest error.
     /// ```

@@ -24,6 +24,7 @@ const STATES_MAX: f64 = 16.0;
 
 impl StateSpace {
     /// From its matrices.
+    ///
     /// # Errors
     /// Sizes that do not fit, no state or more than 16, a number above 1e60 in size.
     pub fn new(a: DMatrix<f64>, b: DVector<f64>, c: RowDVector<f64>) -> Result<Self, ControlError> {
@@ -74,6 +75,7 @@ impl StateSpace {
     }
 
     /// The same behind an actuator: τ·ḟ = u − f, and f in place of u. A lag of 0 is none.
+    ///
     /// # Errors
     /// A negative lag, and one above 0 and below 1e-15 s.
     pub fn behind_lag(self, lag_s: f64) -> Result<Self, ControlError> {
@@ -220,6 +222,7 @@ impl StateSpace {
 
     /// The samples behind a hold, for a delay of `fraction` of a sample, whatever the speed of the poles, and the same as a function of v.
     /// The states are scaled.
+    ///
     /// # Errors
     /// A pole that moves by more than e^(10^8) in a sample, or poles that grow by more than e^300.
     pub(crate) fn held(

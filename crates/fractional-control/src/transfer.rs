@@ -29,6 +29,7 @@ pub struct FractionalTransferFunction {
 
 impl FractionalTransferFunction {
     /// From the terms of numerator and denominator, in any order.
+    ///
     /// # Errors
     /// [`ControlError::Improper`], [`ControlError::CommonOrder`], or a polynomial that is none.
     pub fn new(numerator: &[Term], denominator: &[Term]) -> Result<Self, ControlError> {
@@ -43,6 +44,7 @@ impl FractionalTransferFunction {
     }
 
     /// The same from polynomials.
+    ///
     /// # Errors
     /// As [`new`](Self::new).
     pub fn from_polynomials(
@@ -130,6 +132,7 @@ const SIZES_OR_0_IN_WORDS: &str =
     "0, or from 1e-60 to 1e60 in size: give plant and controller in other units";
 
 /// A number of a plant or a controller that a loop can be made of, or 0.
+///
 /// # Errors
 /// One that is so small or so large that a loop of it is no numbers any more.
 pub(crate) fn size_or_0(what: &'static str, value: f64) -> Result<(), RangeError> {
@@ -181,6 +184,7 @@ impl FractionalPolynomial {
     };
 
     /// In any order of terms; equal orders are added.
+    ///
     /// # Errors
     /// No term; a coefficient that is 0, that cancels, or that is not from 1e-60 to 1e60 in size; an order outside 0 to 4; more than
     /// 16 terms.

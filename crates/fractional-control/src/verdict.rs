@@ -64,6 +64,7 @@ pub struct StabilityVerdict {
 
 impl SampledLoop {
     /// The controller's memory may differ from the one that the plant is sampled with.
+    ///
     /// # Errors
     /// Parameters outside their range, a memory that is not reached.
     pub fn new(
@@ -83,6 +84,7 @@ impl SampledLoop {
     }
 
     /// The same for a plant with a law at another port.
+    ///
     /// # Errors
     /// As [`new`](Self::new).
     pub fn loaded(

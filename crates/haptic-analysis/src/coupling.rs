@@ -48,6 +48,7 @@ pub struct Coupler<'a> {
 
 impl<'a> Coupler<'a> {
     /// The exact operator. `stiffness` is `k_c`, `dissipation` is `b_c`.
+    ///
     /// # Errors
     /// `k_c` or `b_c` below 0, or both 0; μ < 0; T not above 0; `b_c·T^μ` too large.
     pub fn exact(
@@ -102,6 +103,7 @@ impl<'a> Coupler<'a> {
     /// p₁₁ = m·(2/T)(1 − w)/(1 + w) + b,   p₁₂ = (1 + w)/2,   p₂₁ = −1,   p₂₂ = 1/Z_c,   velocity of the hand, force of the environment
     /// b ≥ 0,   Re(1/Z_c) ≥ 0,   2b·Re(1/Z_c) ≥ cos(θ/2)(1 − cos(θ/2)):   b = sup over θ of cos(θ/2)(1 − cos(θ/2))/(2 Re(1/Z_c))
     /// ```
+    ///
     /// # Errors
     /// An operator without a finite response.
     pub fn least_damping(&self) -> Result<LeastDamping, AnalysisError> {
@@ -127,6 +129,7 @@ impl<'a> Coupler<'a> {
     /// passive `Z_o` can make it any Y with Re Y ≥ Re(1/`Z_c`): the circle has to lie outside of that half-plane.
     ///
     /// *Delays* up to some hundred samples; beyond, the limit at rest of a coupler of order 1 is not resolved.
+    ///
     /// # Errors
     /// An operator without a finite response.
     pub fn sampled_damping(&self, path: ForcePath) -> Result<LeastDamping, AnalysisError> {
@@ -161,6 +164,7 @@ impl<'a> Coupler<'a> {
     }
 
     /// Is the port passive with a device of this damping, N·s/m, whatever passive hand and environment it is between?
+    ///
     /// # Errors
     /// Damping below 0, or an operator without a finite response.
     pub fn passive(&self, damping: f64) -> Result<bool, AnalysisError> {

@@ -58,6 +58,7 @@ impl Dynamics {
     }
 
     /// The same, if every parameter is in its range; delay and lag have an upper end in samples, see [`Self::path`].
+    ///
     /// # Errors
     /// A parameter outside its range.
     pub fn checked(self) -> Result<Self, AnalysisError> {
@@ -70,6 +71,7 @@ impl Dynamics {
     }
 
     /// The way of the force, in samples.
+    ///
     /// # Errors
     /// The sample time, the delay or the lag outside its range.
     pub fn path(&self, sample_time_s: f64) -> Result<ForcePath, AnalysisError> {
@@ -80,6 +82,7 @@ impl Dynamics {
     }
 
     /// The device as the loop sees it once a sample.
+    ///
     /// # Errors
     /// A parameter outside its range.
     pub fn plant(&self, sample_time_s: f64) -> Result<SampledPlant, AnalysisError> {
@@ -94,6 +97,7 @@ impl Dynamics {
     }
 
     /// α, β, δ, γ of this device under a wall.
+    ///
     /// # Errors
     /// A parameter outside its range.
     pub fn nondimensional(&self, wall: &Environment) -> Result<Nondimensional, AnalysisError> {
@@ -112,6 +116,7 @@ impl Dynamics {
     }
 
     /// The loop of this device and a wall, for stability and margins. `operator` is the one that runs, for the wall's order.
+    ///
     /// # Errors
     /// A parameter outside its range.
     pub fn closed<'a>(
@@ -124,6 +129,7 @@ impl Dynamics {
     }
 
     /// The port of this device's actuator, for passivity: its delay and lag, and the memory of the operator.
+    ///
     /// # Errors
     /// A parameter outside its range.
     pub fn port<'a>(

@@ -38,6 +38,7 @@ impl SampledLoop<'_> {
     }
 
     /// All margins.
+    ///
     /// # Errors
     /// [`AnalysisError::NotStable`].
     pub fn margins(&self) -> Result<Margins, AnalysisError> {
@@ -55,6 +56,7 @@ impl SampledLoop<'_> {
 
     /// The peak of the sensitivity alone: a local maximum to rounding, and the function was proved not
     /// to exceed it anywhere by more than 1e-6, relative.
+    ///
     /// # Errors
     /// [`AnalysisError::NotStable`]: then 1/(1 + GH) has poles, and its size on the circle says nothing.
     pub fn sensitivity_peak(&self) -> Result<AtAngle, AnalysisError> {

@@ -43,6 +43,7 @@ pub fn noise_gain(operator: impl Differintegrator<f64>) -> f64 {
 /// The same of the exact operator, by its closed form.
 ///
 /// - *Range*: μ > −1/2.
+///
 /// # Errors
 /// An order or a sample time outside its range.
 pub fn exact_noise_gain(order: Order, sample_time: Seconds) -> Result<f64, AnalysisError> {

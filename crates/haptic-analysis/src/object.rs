@@ -77,6 +77,7 @@ pub struct CoupledLoop<'a> {
 
 impl<'a> CoupledLoop<'a> {
     /// With Q, the operator of order 1 − μ that runs.
+    ///
     /// # Errors
     /// A parameter outside its range; an operator of another order than 1 − μ.
     pub fn new(
@@ -157,6 +158,7 @@ impl<'a> CoupledLoop<'a> {
     }
 
     /// The least factor above 1 on `k_c` and `b_c` together that takes a stable loop to the edge; `None` if none does.
+    ///
     /// # Errors
     /// [`AnalysisError::NotStable`].
     pub fn gain_margin(&self) -> Result<Option<AtAngle>, AnalysisError> {

@@ -66,6 +66,7 @@ const REST_NOISE: f64 = 1e-4;
 
 impl<'a, P: FrequencyResponse + ?Sized> OnePort<'a, P> {
     /// Without extra delay. `order` is the one the operator was made for.
+    ///
     /// # Errors
     /// μ < 0, where the theorem's condition has no bound, or an operator without a finite response.
     pub fn new(operator: &'a P, order: Order) -> Result<Self, AnalysisError> {
@@ -88,6 +89,7 @@ impl<'a, P: FrequencyResponse + ?Sized> OnePort<'a, P> {
     }
 
     /// With the delay, whole or not, and the current lag of an actuator.
+    ///
     /// # Errors
     /// An operator without a finite response.
     pub fn through(mut self, path: ForcePath) -> Result<Self, AnalysisError> {
@@ -118,6 +120,7 @@ impl<'a, P: FrequencyResponse + ?Sized> OnePort<'a, P> {
     }
 
     /// The right side of Theorem 1 at one frequency, 0 < θ ≤ π: α·u(θ) + β·v(θ) for whole samples of delay.
+    ///
     /// # Errors
     /// α, β or θ outside its range.
     pub fn delta_at(&self, alpha: f64, beta: f64, theta: f64) -> Result<f64, AnalysisError> {
@@ -130,6 +133,7 @@ impl<'a, P: FrequencyResponse + ?Sized> OnePort<'a, P> {
     }
 
     /// The δ that Theorem 1 asks for.
+    ///
     /// # Errors
     /// α or β below 0, or an operator without a finite response.
     pub fn required_delta(&self, alpha: f64, beta: f64) -> Result<RequiredDelta, AnalysisError> {
@@ -144,6 +148,7 @@ impl<'a, P: FrequencyResponse + ?Sized> OnePort<'a, P> {
     }
 
     /// The damping that Theorem 1 asks for, for K in N/m and B in N·s^μ/m.
+    ///
     /// # Errors
     /// T not above 0, K or B below 0, or an operator without a finite response.
     pub fn required_damping(
@@ -164,6 +169,7 @@ impl<'a, P: FrequencyResponse + ?Sized> OnePort<'a, P> {
     }
 
     /// The largest α for given δ and β: inf over θ of (δ − β·v)/u where u > 0.
+    ///
     /// # Errors
     /// δ or β below 0, or an operator without a finite response.
     pub fn largest_alpha(&self, delta: f64, beta: f64) -> Result<Largest, AnalysisError> {
@@ -192,6 +198,7 @@ impl<'a, P: FrequencyResponse + ?Sized> OnePort<'a, P> {
     }
 
     /// The largest β for given δ and α: inf over θ of (δ − α·u)/v where v > 0.
+    ///
     /// # Errors
     /// δ or α below 0, or an operator without a finite response.
     pub fn largest_beta(&self, delta: f64, alpha: f64) -> Result<Largest, AnalysisError> {
@@ -222,6 +229,7 @@ impl<'a, P: FrequencyResponse + ?Sized> OnePort<'a, P> {
     }
 
     /// The largest K, N/m, for b in N·s/m and B in N·s^μ/m.
+    ///
     /// # Errors
     /// T not above 0, b or B below 0, or an operator without a finite response.
     pub fn largest_stiffness(
@@ -237,6 +245,7 @@ impl<'a, P: FrequencyResponse + ?Sized> OnePort<'a, P> {
     }
 
     /// The largest B, N·s^μ/m, for b in N·s/m and K in N/m.
+    ///
     /// # Errors
     /// T not above 0, b or K below 0, or an operator without a finite response.
     pub fn largest_dissipation(
@@ -398,6 +407,7 @@ impl RequiredDamping {
 /// Equal to Theorem 1 for the exact operator (1 − w)^μ without extra delay and 0 ≤ μ ≤ 2 (in fact for every μ ≥ 0; worst at θ = π). It says
 /// nothing about another operator: the Muir polynomial of the dissertation needs up to a third more on the β term. Nor about a delay: d
 /// samples make the α term 2d + 1 times as large, and the β term larger where μ < 1 (where μ ≥ 1 it stays sufficient).
+///
 /// # Errors
 /// α or β below 0, or μ < 0.
 ///

@@ -50,6 +50,7 @@ impl ForcePath {
     const LAG_MAX: f64 = 1e6;
 
     /// From delay and lag, both in samples.
+    ///
     /// # Errors
     /// Either outside its range.
     pub fn new(delay_samples: f64, lag_samples: f64) -> Result<Self, AnalysisError> {

@@ -86,6 +86,7 @@ impl SampledPlant {
     pub(crate) const STATES_MAX: usize = linear::STATES_MAX;
 
     /// Mass, damper and hand, from δ and γ, with an actuator that acts at once.
+    ///
     /// # Errors
     /// Unless 0 ≤ δ ≤ 1e6 and 0 ≤ γ ≤ 1e12.
     pub fn new(delta: f64, gamma: f64) -> Result<Self, AnalysisError> {
@@ -110,6 +111,7 @@ impl SampledPlant {
     }
 
     /// Mass, damper and hand behind a delay and a current lag: the state is position, velocity, force.
+    ///
     /// # Errors
     /// δ or γ outside its range.
     pub fn behind(delta: f64, gamma: f64, path: ForcePath) -> Result<Self, AnalysisError> {
@@ -154,6 +156,7 @@ impl SampledPlant {
     /// - `path`: delay, and a current lag if A has none; it takes a state of its own.
     /// - *Accuracy*: the sampled plant is compared with C(1 − wΦ)⁻¹Γ solved directly at eight angles, and
     ///   refused if they differ by more than 1e-9 of its numerator.
+    ///
     /// # Errors
     /// Sizes that do not fit, numbers that are not finite, a motion faster than 1e6 per sample, an output that the input does not move, T
     /// or m not above 0; [`AnalysisError::Unresolved`] if rounding errors spoil the polynomials.
@@ -226,6 +229,7 @@ impl SampledPlant {
     }
 
     /// The same plant behind another delay; its lag stays. Only the numerator knows where in a sample the force changes.
+    ///
     /// # Errors
     /// More than the longest delay.
     pub(crate) fn delayed_by(&self, delay_samples: f64) -> Result<Self, AnalysisError> {

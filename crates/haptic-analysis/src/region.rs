@@ -84,6 +84,7 @@ impl StabilityRegion {
     ///
     /// - *Accuracy*: points on the curve to about 1e-12, extremes of α and β to 1e-10; parts smaller than about 1e-8 are not seen.
     /// - *Cost*: some 10³ responses of the operator, one certified count a piece (a few dozen), and `points` responses.
+    ///
     /// # Errors
     /// δ or γ outside the range of a [`SampledPlant`]; an order between 0 and 1e-6; d above 64, or [`AnalysisError::Unresolved`] if the
     /// pieces do not close to polygons, which means that parts of the boundary come closer to each other than rounding errors can tell.

@@ -15,6 +15,7 @@ use std::f64::consts::PI;
 
 impl LoopOperator {
     /// From a scheme. `sample_time` matters only to `oustaloup`, whose corners are in Hz; `horizon`, in samples, only to the full memories.
+    ///
     /// # Errors
     /// Unless 0 ≤ μ ≤ 2; a parameter of the scheme outside its range.
     pub fn new(
@@ -152,6 +153,7 @@ impl LoopOperator {
     ///
     /// - `order` says what the gain B counts in, N·s^μ/m, and so what β is.
     /// - A filter without feedback has the denominator `[1.0]`.
+    ///
     /// # Errors
     /// An order below 1e-6 (a constant is a spring: put it into α) or above 2; a coefficient that is not finite; a direct gain `b₀/a₀` not
     /// above 0; a denominator with a zero in |w| ≤ 1, or so close that rounding errors could decide: the filter itself would be unstable.
@@ -176,6 +178,7 @@ impl LoopOperator {
     /// P = (1 − w)^⌈μ⌉·[Σ_j k_j w^j + Σ_q W_q/(1 − e^(−s_q)·w)]
     /// ```
     /// so a mode, a pair (`s_q` > 0 per sample, `W_q`), begins at lag 0. A tempered or fitted kernel is one.
+    ///
     /// # Errors
     /// An order below 1e-6 or above 2; a tap, weight or rate that is not finite; a rate not above 0; a direct gain not above 0.
     pub fn from_modes(
@@ -200,6 +203,7 @@ impl LoopOperator {
 
     /// A full memory of one's own, as [`FullMemory`](fracdiff::FullMemory) runs its design: of a tempered kernel, or of
     /// all elements of a tissue at once.
+    ///
     /// # Errors
     /// As [`from_modes`](Self::from_modes).
     pub fn from_design<const TAPS: usize, const MODES: usize>(
@@ -218,6 +222,7 @@ impl LoopOperator {
     /// - *Not for* weights that fall like a power, as those of (1 − w)^μ: give its [`Scheme`](fracdiff::Scheme) or its
     ///   modes. A pole close to the circle wants [`from_polynomials`](Self::from_polynomials).
     /// - *Cost*: M² multiply-adds.
+    ///
     /// # Errors
     /// An order below 1e-6 or above 2; a response that is not finite, as that of an integral at rest; a memory that has
     /// not faded after 2048 samples; a direct gain not above 0.

@@ -31,6 +31,7 @@ impl Nondimensional {
     pub const WALL_MAX: f64 = 1e12;
 
     /// Itself, if all four are within their ranges.
+    ///
     /// # Errors
     /// The first that is not.
     pub fn checked(self) -> Result<Self, AnalysisError> {
@@ -48,6 +49,7 @@ impl Nondimensional {
     }
 
     /// The wall that has these α and β on a device of this mass.
+    ///
     /// # Errors
     /// A parameter outside its range.
     pub fn with_units(
@@ -130,6 +132,7 @@ fn flushed(value: f64) -> f64 {
 
 impl<'a> SampledLoop<'a> {
     /// Checks all parameters. An α or β below 1e-200 counts as 0.
+    ///
     /// # Errors
     /// α, β, δ or γ negative or not finite; δ or γ too large for a [`SampledPlant`]; α or β above 1e12; d above the largest delay.
     pub fn new(
@@ -152,6 +155,7 @@ impl<'a> SampledLoop<'a> {
     }
 
     /// The same on any plant, whose delay and lag are its own.
+    ///
     /// # Errors
     /// α or β negative, not finite, or above 1e12.
     pub fn with_plant(

@@ -72,6 +72,7 @@ pub struct Teleoperation {
 
 impl Teleoperation {
     /// `Z_t`, N·s/m, for an environment of impedance `Z_e(jω)`, velocity in and force out, N·s/m.
+    ///
     /// # Errors
     /// A parameter or ω outside its range, a result that is too large for a number, or a resonance without damping.
     pub fn transmitted(
@@ -142,6 +143,7 @@ const TRIED: usize = 60;
 impl Teleoperation {
     /// Llewellyn's conditions at one frequency: the smaller of Re h₁₁ (N·s/m) and Re h₂₂ (m/(N·s)), at least 0, and the ratio of
     /// [`AbsoluteStability::least_ratio`], at least 1.
+    ///
     /// # Errors
     /// A parameter or ω outside its range.
     pub fn llewellyn(&self, omega_rad_s: f64) -> Result<(f64, f64), AnalysisError> {
@@ -214,6 +216,7 @@ impl Teleoperation {
     /// The largest delay with which the two hands are absolutely stable, up to `most_s`; the delay of `self` does not matter.
     ///
     /// Delays are tried from short to long, then halved: a gap between two stable delays closer than a factor of 1.17 can be missed.
+    ///
     /// # Errors
     /// As [`absolute_stability`](Self::absolute_stability).
     pub fn largest_delay(&self, most_s: f64) -> Result<LargestDelay, AnalysisError> {

@@ -43,6 +43,7 @@ impl Environment {
     /// ```
     /// For the exact operator ES = K + B(2 sin(θ/2)/T)^μ cos(μ(π−θ)/2), θ = ωT, and ED the same with
     /// a sine, without K, over ω. (The dissertation drops the T^(−μ).)
+    ///
     /// # Errors
     /// A parameter or ω outside its range, or a result too large for a number.
     ///
@@ -60,6 +61,7 @@ impl Environment {
     ///
     /// `impedance` is `Z_d(jω)`, N·s/m, velocity in and force out: jωm + b for a mass on a damper; of a plant with the
     /// transfer function G from force to position, 1/(jω·G(jω)).
+    ///
     /// # Errors
     /// A parameter or ω outside its range, an impedance that is not finite, or a result too large for a number.
     pub fn felt_on(
@@ -166,6 +168,7 @@ impl ClosedLoop {
     /// ES = −mω² + K cos(ωT/2) + B·ω^μ cos((ωT − πμ)/2)
     /// ED = b − (K/ω) sin(ωT/2) − B·ω^(μ−1) sin((ωT − πμ)/2)
     /// ```
+    ///
     /// # Errors
     /// A parameter or ω outside its range, or a result too large for a number.
     pub fn continuous(&self, omega_rad_s: f64) -> Result<Effective, AnalysisError> {
@@ -192,6 +195,7 @@ impl ClosedLoop {
     }
 
     /// With the operator the loop really runs, P for this order.
+    ///
     /// # Errors
     /// As [`continuous`](Self::continuous).
     pub fn sampled(

@@ -124,6 +124,7 @@ pub struct ChartPage<'a> {
 
 impl ChartPage<'_> {
     /// Draws the picture. A panel without a point to show says so.
+    ///
     /// # Errors
     /// If no panel has a point to show, or there are too many panels.
     pub fn draw(&self) -> Result<Picture, FigureError> {

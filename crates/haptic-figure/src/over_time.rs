@@ -158,6 +158,7 @@ const ERROR_ROW_HEIGHT: f64 = 270.0;
 
 impl TheoryFigure<'_> {
     /// Draws the picture.
+    ///
     /// # Errors
     /// If there is no sample to draw, or the slices differ in length.
     pub fn draw(&self) -> Result<Picture, FigureError> {
@@ -391,6 +392,7 @@ pub struct MotionRow<'a> {
 
 impl MotionFigure<'_> {
     /// Draws the picture.
+    ///
     /// # Errors
     /// If there is no sample to draw, or the slices differ in length.
     pub fn draw(&self) -> Result<Picture, FigureError> {

@@ -253,6 +253,7 @@ impl Picture {
     ///
     /// Text is set letter by letter in `DejaVu Sans`, with its kerning. A letter that the font does not have is an
     /// empty box, and scripts that join letters or run from right to left are for the SVG and its viewer.
+    ///
     /// # Errors
     /// If the drawing cannot be turned into pixels, which would be a defect of this crate.
     pub fn png(&self) -> Result<Vec<u8>, FigureError> {

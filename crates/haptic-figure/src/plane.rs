@@ -61,6 +61,7 @@ pub struct PlaneFigure<'a> {
 
 impl PlaneFigure<'_> {
     /// Draws the picture.
+    ///
     /// # Errors
     /// If there is no sample to draw, or the slices differ in length.
     pub fn draw(&self) -> Result<Picture, FigureError> {

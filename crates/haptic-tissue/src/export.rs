@@ -112,6 +112,7 @@ impl PronyFit {
     /// assert!(series.max_relative_error < 0.01);
     /// # Ok::<(), Box<dyn std::error::Error>>(())
     /// ```
+    ///
     /// # Errors
     /// As [`ExportError`] says.
     pub fn new(
@@ -147,6 +148,7 @@ impl PronyFit {
     }
 
     /// The series as a model.
+    ///
     /// # Errors
     /// Without a spring and a branch.
     pub fn model(&self) -> Result<Model, ExportError> {
@@ -375,6 +377,7 @@ impl ExportFormat {
 
 impl PronyFit {
     /// The series in the convention of a program, with comments that say what it is. `title` is one line for people.
+    ///
     /// # Errors
     /// More branches than the program takes; a convention that needs a long-term modulus, and a series without one.
     pub fn text(&self, format: ExportFormat, title: &str) -> Result<String, ExportError> {

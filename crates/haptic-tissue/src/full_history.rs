@@ -24,6 +24,7 @@ pub struct FullHistory {
 
 impl FullHistory {
     /// For records of up to so many samples.
+    ///
     /// # Errors
     /// Unless 1 ≤ samples ≤ [`ShortMemoryVec::MOST`](fracdiff::ShortMemoryVec::MOST).
     pub fn new(model: &SampledModel, samples: usize) -> Result<Self, ParameterError> {

@@ -39,6 +39,7 @@ struct Skipped {
 impl Library {
     /// Those that come with the program, and all `*.toml` files of a folder of the user's. A file that is no tissue, or of a name that is taken,
     /// is [skipped](Self::skipped).
+    ///
     /// # Errors
     /// If the folder cannot be read.
     pub fn load(folder: Option<&Path>) -> Result<Self, MaterialError> {
@@ -81,6 +82,7 @@ impl Library {
     }
 
     /// A material by name, or from the file where `name` is a path that ends in `.toml`.
+    ///
     /// # Errors
     /// If there is none of that name, or two, or the file is wrong, also one of the library that was skipped.
     pub fn find(&self, name: &str) -> Result<Material, MaterialError> {

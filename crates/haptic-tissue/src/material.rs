@@ -140,6 +140,7 @@ impl std::error::Error for MaterialError {
 
 impl Material {
     /// A tissue of a model.
+    ///
     /// # Errors
     /// A name that is not made of lower-case letters, digits and hyphens.
     pub fn new(
@@ -199,6 +200,7 @@ impl Material {
     }
 
     /// Reads one material from the text of its file; `path` is for messages.
+    ///
     /// # Errors
     /// [`MaterialError::File`] with line and reason.
     pub fn parse(path: &Path, text: &str) -> Result<Self, MaterialError> {
@@ -210,6 +212,7 @@ impl Material {
     }
 
     /// Reads a material file.
+    ///
     /// # Errors
     /// If it cannot be read or is wrong.
     pub fn read(path: &Path) -> Result<Self, MaterialError> {

@@ -51,6 +51,7 @@ pub struct SampledModel {
 
 impl SampledModel {
     /// The model at sample time T.
+    ///
     /// # Errors
     /// Unless 1e-9 s ≤ T ≤ 1e6 s, or if the smallest order above 0 is below [`ORDER_MIN`](Self::ORDER_MIN).
     pub fn new(model: &Model, sample_time: Seconds) -> Result<Self, ModelError> {
@@ -121,6 +122,7 @@ impl SampledModel {
 
     /// The modes that stand for the memory, for a tolerance and a horizon in samples as
     /// [`Design::of_memory`] takes them. Of one spring-pot beside a spring to the bit those of [`Design::pruned`].
+    ///
     /// # Errors
     /// As there.
     pub fn design<const TAPS: usize, const MODES: usize>(

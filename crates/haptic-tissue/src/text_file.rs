@@ -22,6 +22,7 @@ pub fn read_bytes(path: &Path, most: u64) -> io::Result<Vec<u8>> {
 }
 
 /// The text of a file, if it is not longer than [`TEXT_MOST`].
+///
 /// # Errors
 /// Those of [`read_bytes`]; a longer file.
 pub fn read_text(path: &Path) -> io::Result<String> {

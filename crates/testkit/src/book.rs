@@ -113,6 +113,7 @@ pub fn folder() -> PathBuf {
 }
 
 /// Files of the chapters, in the order of the summary; empty for a chapter that is announced and not there yet.
+///
 /// # Panics
 /// If there is no summary.
 #[must_use]
@@ -123,6 +124,7 @@ pub fn chapters() -> Vec<String> {
 }
 
 /// The text of a chapter, or of the file that it includes.
+///
 /// # Panics
 /// If it is not there.
 #[must_use]

@@ -104,6 +104,7 @@ impl Page {
     }
 
     /// Opens it from a page of this origin.
+    ///
     /// # Errors
     /// What the server answers instead.
     pub fn from(address: &str, origin: Option<&str>) -> Result<Self, String> {
@@ -128,6 +129,7 @@ impl Page {
     }
 
     /// The next message, null for a frame.
+    ///
     /// # Errors
     /// The reason with which the socket was closed.
     pub fn read(&mut self) -> Result<Value, String> {
@@ -162,6 +164,7 @@ impl Page {
     }
 
     /// Asks without reading.
+    ///
     /// # Errors
     /// If the socket is closed.
     pub fn try_post(&mut self, what: &str, mut arguments: Value) -> Result<(), String> {

@@ -41,6 +41,7 @@ pub const fn with_hand(
 }
 
 /// A plant of one axis.
+///
 /// # Panics
 /// A parameter out of range.
 #[must_use]
@@ -49,6 +50,7 @@ pub fn plant(config: MassDamperConfig) -> MassDamper<1> {
 }
 
 /// A force through a safety chain too wide to change it.
+///
 /// # Panics
 /// Never.
 #[must_use]
@@ -59,6 +61,7 @@ pub fn safe<F: Real, const D: usize>(force: SVector<F, D>) -> SafeForce<F, D> {
 }
 
 /// Writes a force, N.
+///
 /// # Panics
 /// If the device fails.
 pub fn write(device: &mut impl Device<f64, 1, Error: Debug>, force: f64) {
@@ -66,6 +69,7 @@ pub fn write(device: &mut impl Device<f64, 1, Error: Debug>, force: f64) {
 }
 
 /// Reads a device.
+///
 /// # Panics
 /// If it fails.
 pub fn read<const D: usize>(device: &mut impl Device<f64, D>) -> Reading<f64, D> {
@@ -73,6 +77,7 @@ pub fn read<const D: usize>(device: &mut impl Device<f64, D>) -> Reading<f64, D>
 }
 
 /// The simulated device of these dynamics.
+///
 /// # Panics
 /// Parameters outside their ranges.
 #[must_use]
@@ -86,6 +91,7 @@ pub fn of_dynamics(device: &Dynamics, sample_time: Seconds) -> MassDamper<1> {
 }
 
 /// True if a push of the device in a loop with this law dies out, as `dies_out` sees it.
+///
 /// # Panics
 /// Parameters outside their ranges.
 pub fn settles<E: Environment<f64, 1>>(

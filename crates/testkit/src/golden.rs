@@ -3,6 +3,7 @@
 use std::path::Path;
 
 /// The cells of each line but the first, which names the columns.
+///
 /// # Panics
 /// Without such a file.
 #[must_use]
@@ -18,6 +19,7 @@ pub fn cells(name: &str) -> Vec<Vec<String>> {
 }
 
 /// The same where all are numbers.
+///
 /// # Panics
 /// If one is not.
 #[must_use]

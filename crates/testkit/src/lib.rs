@@ -21,6 +21,7 @@ use std::io::Write as _;
 use std::str::FromStr;
 
 /// Cases to try: `CAMPAIGN_CASES`, or so many.
+///
 /// # Panics
 /// If `CAMPAIGN_CASES` is no number.
 #[must_use]
@@ -29,6 +30,7 @@ pub fn cases<T: FromStr<Err: Debug>>(usual: T) -> T {
 }
 
 /// The rows of a table, cells between ` | `, `\n` for the end of a line. Empty rows and remarks, `# …`, do not count.
+///
 /// # Panics
 /// If a row has another number of cells.
 pub fn table<const N: usize>(text: &str) -> impl Iterator<Item = [String; N]> {
@@ -68,6 +70,7 @@ pub fn assert_relative(what: &str, have: f64, want: f64, tolerance: f64) {
 }
 
 /// Says on standard error that this test is skipped, and why.
+///
 /// # Panics
 /// Where `REQUIRE_ALL_CHECKS` is set, as in CI.
 pub fn skip(why: &str) {
@@ -123,6 +126,7 @@ impl Random {
     }
 
     /// One of them.
+    ///
     /// # Panics
     /// Without any.
     pub fn one_of<T: Copy>(&mut self, choices: &[T]) -> T {

@@ -11,6 +11,7 @@ pub fn order(mu: f64) -> Order {
 }
 
 /// (1 − w)^μ.
+///
 /// # Panics
 /// Out of range.
 #[must_use]
@@ -19,6 +20,7 @@ pub fn exact(mu: f64) -> ExactDifference {
 }
 
 /// An operator as the analysis sees it, at 1 ms and with a horizon of 10⁵ samples.
+///
 /// # Panics
 /// Unknown, or out of range.
 #[must_use]
@@ -39,6 +41,7 @@ pub const fn wall(alpha: f64, beta: f64, delta: f64, gamma: f64) -> Nondimension
 }
 
 /// Delay and lag, both in samples.
+///
 /// # Panics
 /// Out of range.
 #[must_use]

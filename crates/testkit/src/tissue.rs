@@ -11,6 +11,7 @@ pub const KINDS: [(&str, f64, f64); 4] = [
 ];
 
 /// A model by its parameters, in the order of its kind.
+///
 /// # Panics
 /// Parameters outside their ranges.
 #[must_use]

@@ -60,6 +60,7 @@ pub type FullMemoryHistory<F, const TAPS: usize, const MODES: usize> =
 
 impl<F: Real, const TAPS: usize, const MODES: usize> FullMemory<F, TAPS, MODES> {
     /// Coefficients in `f64`, rounded once.
+    ///
     /// # Errors
     /// [`ParameterError::SampleTime`] unless 1e-9 s ≤ T ≤ 1e6 s.
     pub fn new(design: &Design<TAPS, MODES>, sample_time: Seconds) -> Result<Self, ParameterError> {
@@ -407,6 +408,7 @@ impl<F: Real, const MODES: usize> FullMemory<F, PORTABLE_TAPS, MODES> {
     /// From the integer part and the values of [`Form::Modes`](crate::portable::Form::Modes), as
     /// [`Operator::list`](crate::Operator::list) gives them: the same bits as the operator that the list is of, without
     /// its design, so that a microcontroller needs no elementary functions.
+    ///
     /// # Errors
     /// A list that is none, see [`ListError`]. The response is not to be asked for: the rate is not in the list.
     pub fn from_list(integer: i8, values: &[F]) -> Result<Self, ListError> {

@@ -88,6 +88,7 @@ impl<const TAPS: usize, const MODES: usize> Design<TAPS, MODES> {
     /// - `tolerance`: the largest ε, 1e-11 to 0.1.
     /// - `horizon`: up to this lag, samples, 1e2 to 1e12.
     /// - *Cost*: some 10⁴ to 10⁵ exponentials in `f64`, no allocation.
+    ///
     /// # Errors
     /// [`DesignError::TooManyModes`] or [`DesignError::Unreachable`]; a parameter outside its range.
     pub fn closed_form(
@@ -149,6 +150,7 @@ impl<const TAPS: usize, const MODES: usize> Design<TAPS, MODES> {
     /// let operator = FullMemory::<f32, 16, 40>::new(&tempered, Seconds(1e-3))?;
     /// # Ok::<(), Box<dyn std::error::Error>>(())
     /// ```
+    ///
     /// # Errors
     /// [`DesignError::TooManyModes`]; [`ParameterError::Mode`] for a rate that is not above 0 or a number that is not
     /// finite, [`ParameterError::Weight`] for one of the first TAPS weights that is not finite, [`ParameterError::Horizon`].

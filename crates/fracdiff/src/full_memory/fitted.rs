@@ -20,6 +20,7 @@ impl<const TAPS: usize, const MODES: usize> Design<TAPS, MODES> {
     /// ten milliseconds.
     ///
     /// Source: C. L. Lawson, R. J. Hanson, *Solving Least Squares Problems*, 1974, ch. 23.
+    ///
     /// # Errors
     /// As [`closed_form`](Self::closed_form).
     pub fn pruned(
@@ -88,6 +89,7 @@ impl<const TAPS: usize, const MODES: usize> Design<TAPS, MODES> {
     /// let operator = FullMemory::<f32, 16, 48>::new(&design, Seconds(1e-3))?;
     /// # Ok::<(), Box<dyn std::error::Error>>(())
     /// ```
+    ///
     /// # Errors
     /// As [`closed_form`](Self::closed_form) and [`MemoryWeights::new`].
     pub fn of_memory(

@@ -63,6 +63,7 @@ struct Narrow {
 
 impl MemoryWeights {
     /// Weights up to lag `horizon`, samples.
+    ///
     /// # Errors
     /// A number of the memory that is not finite or negative; [`DesignError::Unreachable`] for a density that is rough everywhere
     /// or has no finite mass at slow rates. Single steps and narrow peaks do no harm.

@@ -57,6 +57,7 @@ pub struct PartitionedHistory<F> {
 
 impl<F: Real> PartitionedMemory<F> {
     /// As [`ShortMemoryVec::new`](crate::ShortMemoryVec::new).
+    ///
     /// # Errors
     /// [`ParameterError::SampleTime`] unless 1e-9 s ≤ T ≤ 1e6 s, [`ParameterError::Length`] unless 1 ≤ length ≤ [`ShortMemoryVec::MOST`].
     pub fn new(order: Order, length: usize, sample_time: Seconds) -> Result<Self, ParameterError> {

@@ -48,6 +48,7 @@ pub struct Identified {
 /// assert!((found.function.denominator().degree() - 1.3).abs() < 1e-4);
 /// # Ok::<(), fractional_control::ControlError>(())
 /// ```
+///
 /// # Errors
 /// Records of different lengths, shorter than the free numbers, not finite, or without any output; a search that fails.
 pub fn identify(
@@ -61,6 +62,7 @@ pub fn identify(
 ///
 /// A function of whole orders, more of them below than above, runs exactly, so poles that are fast for the samples, swing long or grow are no
 /// trouble. [`whole_guess`] finds a first guess.
+///
 /// # Errors
 /// As [`identify`].
 pub fn identify_coefficients(

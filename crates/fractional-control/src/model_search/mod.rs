@@ -85,6 +85,7 @@ const DECISIVE: f64 = 10.0;
 const LOOSE: f64 = 0.5;
 
 /// Fits each guess; the best first, of those that fit at all, six at most. `held` as in [`Record`](crate::Record).
+///
 /// # Errors
 /// That of the first guess, if none fits.
 pub fn identify(

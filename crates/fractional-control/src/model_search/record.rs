@@ -64,6 +64,7 @@ impl InputOutput {
 
 /// The record with its input so much later: what is left to fit without the dead time. Whole samples are moved; the rest is
 /// [`late_s`](InputOutput::late_s), for the fit to know where in a sample a held input switches.
+///
 /// # Errors
 /// A negative dead time, or one that is longer than the record.
 pub fn shifted(record: &InputOutput, delay_s: f64) -> Result<InputOutput, ControlError> {

@@ -42,6 +42,7 @@ pub struct Tuned {
 /// assert!((open.norm() - 1.0).abs() < 1e-9);
 /// # Ok::<(), fractional_control::ControlError>(())
 /// ```
+///
 /// # Errors
 /// Wishes that contradict each other, named; no controller of this kind with this crossover and margin.
 pub fn tune(
@@ -95,6 +96,7 @@ fn search(
 }
 
 /// The PID of order 1 with this crossover and margin that comes closest to the rest.
+///
 /// # Errors
 /// As [`tune`].
 pub fn tune_integer(

@@ -268,6 +268,7 @@ pub const GAINS: [f64; 5] = [
 
 /// Steps of the sampled loop, unlimited, all on the error, one for each of [`GAINS`]: `samples` samples each. The command is that for the
 /// nominal plant times the gain.
+///
 /// # Errors
 /// A plant that does not run, parameters outside their range.
 pub fn steps(

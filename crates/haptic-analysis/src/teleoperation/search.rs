@@ -51,6 +51,7 @@ const MIXES: u32 = 20;
 
 impl Teleoperation {
     /// How near the hand feels these impedances at these frequencies.
+    ///
     /// # Errors
     /// A parameter or frequency outside its range, no frequency, or an impedance of 0.
     pub fn transparency(
@@ -86,6 +87,7 @@ impl CouplerSearch {
     ///
     /// For each mix of spring and damper the best size by a grid in its logarithm and smaller and smaller steps, then the same of
     /// the mix: the best couplers lie at the edge of stability, which no search along the axes of both gains can follow.
+    ///
     /// # Errors
     /// A parameter or frequency outside its range.
     pub fn best(&self, order: Order) -> Result<Option<BestCoupler>, AnalysisError> {

@@ -48,6 +48,7 @@ pub struct PageServer {
 
 impl PageServer {
     /// Starts it.
+    ///
     /// # Errors
     /// A port that is taken; a system that gives no random numbers or threads.
     pub fn start(options: ServerOptions) -> Result<Self, Failure> {

@@ -40,6 +40,7 @@ pub struct Fit {
 impl Fit {
     /// The model with the parameters of the fit. An order within 1e-4 of 0 or 1 becomes a spring or a dashpot: that changes a modulus by
     /// 1e-4 in a factor e of time, and no design tells the two apart.
+    ///
     /// # Errors
     /// If the fit has come down to a simpler model, as one with both orders equal.
     pub fn to_model(&self) -> Result<Model, ModelError> {

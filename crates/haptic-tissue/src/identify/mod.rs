@@ -126,6 +126,7 @@ pub fn relative(residual: f64) -> f64 {
 
 /// Fits the candidates to a record. The chosen one has the least BIC; one with fewer parameters and a BIC within 2 of it goes first.
 /// `progress` is told how many records of the bootstrap are done, from any thread.
+///
 /// # Errors
 /// If no candidate can be fitted.
 pub fn identify(
@@ -137,6 +138,7 @@ pub fn identify(
 }
 
 /// The same; `stop` ends it within an evaluation of a model, about 0.4 µs a sample.
+///
 /// # Errors
 /// If no candidate can be fitted; a stop.
 pub fn identify_unless(

@@ -56,6 +56,7 @@ pub struct Record {
 
 impl Record {
     /// Stress relaxation: times after the step, s, and the relaxation modulus, Pa.
+    ///
     /// # Errors
     /// Times or moduli that are not positive, times that do not increase, columns of different length, a modulus that is constant or grows.
     pub fn relaxation(time_s: Vec<f64>, modulus_pa: Vec<f64>) -> Result<Self, IdentifyError> {
@@ -70,6 +71,7 @@ impl Record {
     }
 
     /// Creep: times after the step, s, and the creep compliance, 1/Pa.
+    ///
     /// # Errors
     /// As [`relaxation`](Self::relaxation); a compliance that falls.
     pub fn creep(time_s: Vec<f64>, compliance_per_pa: Vec<f64>) -> Result<Self, IdentifyError> {
@@ -84,6 +86,7 @@ impl Record {
     }
 
     /// Oscillation: angular frequencies, rad/s, storage and loss modulus, Pa, in any order.
+    ///
     /// # Errors
     /// Frequencies or moduli that are not positive, a repeated frequency, columns of different length.
     pub fn oscillation(
@@ -96,6 +99,7 @@ impl Record {
     }
 
     /// Any motion from rest: times, s, strain and stress, Pa; the strain is linear in between.
+    ///
     /// # Errors
     /// Times that do not increase, numbers that are not finite, a strain that does not begin at rest or is constant.
     pub fn history(

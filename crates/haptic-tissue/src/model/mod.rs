@@ -105,6 +105,7 @@ impl Model {
     /// assert_eq!(error.to_string(), "viscosity_pa_s = -1 Pa·s is not above 0 and finite");
     /// # Ok::<(), haptic_tissue::ModelError>(())
     /// ```
+    ///
     /// # Errors
     /// Another number of values, a value outside its range, orders that do not fall, times of branches that do not rise.
     pub fn from_parameters(kind: ModelKind, values: &[f64]) -> Result<Self, ModelError> {

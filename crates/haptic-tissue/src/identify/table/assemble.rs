@@ -53,6 +53,7 @@ pub struct Reading {
 
 impl Columns {
     /// Makes a record of the columns.
+    ///
     /// # Errors
     /// Columns that make no record, or several; bad numbers, with their lines.
     pub fn record(mut self, reading: &Reading) -> Result<Understood, IdentifyError> {

@@ -31,6 +31,7 @@ struct Found {
 
 impl Reader {
     /// Columns with quantities of a record.
+    ///
     /// # Errors
     /// Two columns of one quantity, a wrong unit, a cell that is not a number, with line and column.
     pub fn read(&self, mut table: TextTable) -> Result<Columns, IdentifyError> {

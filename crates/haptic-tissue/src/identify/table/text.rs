@@ -51,6 +51,7 @@ pub struct TextTable {
 
 /// Reads CSV or TSV: cells apart by tabs, semicolons or commas, as the header has them. Lines that begin with `#` and empty lines are
 /// passed over.
+///
 /// # Errors
 /// Text that is not UTF-8, empty or too long; a header with one column.
 pub fn read_table(bytes: &[u8]) -> Result<TextTable, IdentifyError> {
@@ -146,6 +147,7 @@ fn each_row(
 }
 
 /// Columns of numbers by the names that stand above them, and the line of each row; cells apart and passed over as by [`read_table`].
+///
 /// # Errors
 /// As [`read_table`], but one column is enough; no or two columns of a name; no row; a cell that is not a finite number, with its line.
 pub fn read_columns<const N: usize>(
