@@ -9,7 +9,6 @@ pub(crate) mod parameters;
 pub(crate) mod reader;
 mod record_check;
 
-
 pub use controller_file::{ControllerFile, ControllerOrigin};
 pub use error::{Excerpt, FileError};
 use error::{Source, text_of};

@@ -28,9 +28,9 @@ pub(crate) mod tick;
 
 use crate::document::failure::Failure;
 use crate::document::parameters::{REALTIME, SAMPLE_TIME};
+pub use advice::{analysed, single};
 use budget::TickParts;
 use device::Warn;
-pub use advice::{analysed, single};
 pub use device::{DeviceName, at_port, firmware_version, lost_board, refused_at_port, trouble};
 use ending::{Ending, Lateness};
 use fault_recorder::FaultSeen;

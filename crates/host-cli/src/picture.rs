@@ -163,10 +163,7 @@ pub(crate) fn of_side(_: &FarReport, curves: &Curves) -> Result<Picture, FigureE
 }
 
 /// A teleoperation: places and forces of both sides, the energy that the line took, and what was felt.
-fn of_teleoperation(
-    report: &TeleoperationReport,
-    curves: &Curves,
-) -> Result<Picture, FigureError> {
+fn of_teleoperation(report: &TeleoperationReport, curves: &Curves) -> Result<Picture, FigureError> {
     let column = |name, scale| column(curves, name, scale);
     let places = over_time("place", "place / mm")
         .with("hand", Look::Dashed, 2, column("hand_m", 1e3))

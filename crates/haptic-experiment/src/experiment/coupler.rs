@@ -29,7 +29,6 @@ use super::trial::{
     Judged, OfSample, Parts, TRIAL, TRIAL_LOOP, Theory, Trial, TrialReport, TrialSetup,
     encoder_step, incomparable, limited, setup, six_digits, times,
 };
-use crate::run::advice::analysed;
 use crate::document::error::FileError;
 use crate::document::failure::Failure;
 use crate::document::parameters as p;
@@ -40,6 +39,7 @@ use crate::document::reader::Table;
 use crate::judge::preflight::softer;
 use crate::judge::reference::{ReferenceSeries, operator};
 use crate::judge::{Published, Reference};
+use crate::run::advice::analysed;
 use crate::run::folder::FolderRequest;
 use crate::run::preflight::{CouplerVerdict, PreflightSubject, PreflightVerdict};
 use crate::run::remote::{RemoteDevice, RemoteLaw};

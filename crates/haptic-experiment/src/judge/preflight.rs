@@ -15,10 +15,10 @@
 //!   rounded up to whole samples, since the device writes once a sample. The current lag of the motor likewise.
 //! - *Margin*: the factor on K and B together that takes the loop to the edge of stability.
 
-use crate::run::advice::analysed;
 use crate::document::failure::Failure;
 use crate::judge::modelled_tissue::{TissuePiece, loop_operator, memory, operator};
 use crate::judge::reference::{self, Reference, ReferenceSeries};
+use crate::run::advice::analysed;
 use crate::run::preflight::{PreflightSubject, PreflightVerdict};
 use crate::run::samples::Samples;
 use crate::run::schedule::horizon;

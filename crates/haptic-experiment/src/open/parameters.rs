@@ -16,7 +16,6 @@ pub use crate::experiment::trial::{
 };
 pub use crate::experiment::wall::{DISSIPATION, MUST_BE_STABLE, ONE_SIDED, ORDER, STIFFNESS};
 pub use crate::experiment::{DRIVE_TABLE, KINDS};
-pub use crate::run::safety::keys::*;
 pub use crate::question::design::{
     DESIGN_ORDERS, FORCE_NOISE_LIMIT, GAIN_MARGIN, REQUIRE, WISH, WISH_FREQUENCY, WISH_TISSUE,
 };
@@ -26,6 +25,7 @@ pub use crate::question::measurement::{
 };
 pub use crate::question::zwidth::{ZWIDTH_ORDERS, ZWIDTH_POINTS};
 pub use crate::question::{QUESTIONS, analysis};
+pub use crate::run::safety::keys::*;
 
 use crate::experiment::drive::DRIVE;
 use crate::experiment::rendering::Contact;

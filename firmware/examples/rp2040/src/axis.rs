@@ -16,11 +16,11 @@ use embassy_rp::pio::{self, FifoJoin, Pio, ShiftConfig, ShiftDirection, StateMac
 use embassy_rp::pio_programs::clock_divider::calculate_pio_clock_divider;
 use embassy_rp::pwm::{self, Pwm};
 use embassy_rp::{Peri, bind_interrupts};
+use haptic_board::Quadrature;
 use haptic_board::haptic_link::{Capabilities, Refusal, Simulation};
 use haptic_board::haptic_loop::{Device, Fault, Reading, SafeForce};
 use haptic_board::haptic_remote::{Hardware, abilities, only_real};
 use haptic_board::nalgebra::Vector1;
-use haptic_board::Quadrature;
 
 pub(crate) const NAME: &str = "rp2040";
 

@@ -11,10 +11,10 @@ use haptic_analysis::{
     Dynamics, Environment, ForcePath, LoopOperator, Nondimensional, SampledLoop, SampledPlant,
 };
 use haptic_experiment::Failure;
-use haptic_experiment::run::analysed;
 use haptic_experiment::parameters::analysis::{ALPHA, BETA, DELAY_SAMPLES, DELTA, GAMMA};
 use haptic_experiment::parameters::{DISSIPATION, Parameter, STIFFNESS};
 use haptic_experiment::run::DeviceValues;
+use haptic_experiment::run::analysed;
 use serde_json::{Value, json};
 
 const WITHOUT_UNITS: [Parameter; 4] = [ALPHA, BETA, DELTA, GAMMA];

@@ -10,9 +10,9 @@ use haptic_analysis::num_complex::Complex;
 use haptic_analysis::{
     CouplerSearch, HandCoupler, HandLine, HandMass, LargestDelay, Teleoperation, Transparency,
 };
-use haptic_experiment::run::analysed;
 use haptic_experiment::parameters as p;
 use haptic_experiment::parameters::analysis as a;
+use haptic_experiment::run::analysed;
 use haptic_experiment::{Failure, Matter, ModelledTissue, Named as _, TissuePiece};
 use haptic_figure::{FigureError, Look, Picture};
 use haptic_link::Architecture;

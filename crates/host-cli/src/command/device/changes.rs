@@ -6,8 +6,8 @@ use crate::parse::parse_scheme;
 use fracdiff::{Operator, Order, Scheme, Seconds};
 use haptic_experiment::Failure;
 use haptic_experiment::parameters::{self, Range};
-use haptic_experiment::run::single;
 use haptic_experiment::run::guard_of;
+use haptic_experiment::run::single;
 use haptic_experiment::run::{GuardedDevice, speed, workspace};
 use haptic_experiment::{GuardChoice, Named};
 use haptic_link::{Configuration, Guard, Limits, LoopMode, SimulationKind};
@@ -83,7 +83,9 @@ const KEYS: &[Key] = keys! {
 fn limits() -> impl Iterator<Item = Key> {
     Limits::TABLE.iter().filter_map(|limit| {
         let key = limit.field.key();
-        let mut known = parameters::tables("experiment").iter().flat_map(|(_, table)| *table);
+        let mut known = parameters::tables("experiment")
+            .iter()
+            .flat_map(|(_, table)| *table);
         let parameter = known.find(|parameter| parameter.key == key)?;
         let range = match limit.least_for(0.0) <= 0.0 {
             true => parameter.range().or_0(),
