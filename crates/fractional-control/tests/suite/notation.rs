@@ -54,7 +54,7 @@ fn a_refusal_is_one_line_with_the_value_and_the_remedy() {
         1/(1e300s^2+1)/(1e300s+1) | from 1e-60 to 1e60 in size
         1e308/(s+1) | coefficient 1e308 is not from 1e-60 to 1e60 in size: give plant and controller in other units
         1/(1e-61s+1) | coefficient 1e-61 is not from
-        1+exp(-s)/(s+1) | a dead time stands before the whole
+        1+exp(-s)/(s+1) | a dead time must precede the whole
         (s+1)^4*(s^0.3+1)^4*(s^0.7+2)^4/(s+1)^4 | more than the 16
         1/(s+1)/(1/s-1/s) | is 0
         ",

@@ -164,7 +164,7 @@ impl Warnings {
         };
         if link.unanswered + link.forces_not_taken > 0 {
             self.0.push(format!(
-                "of {} ticks of the device {} had no answer of its board, {} forces were not confirmed: lengthen {SAMPLE_TIME}, or change the cable",
+                "of {} ticks of the device {} had no answer from its board, {} forces were not confirmed: lengthen {SAMPLE_TIME}, or change the cable",
                 link.ticks, link.unanswered, link.forces_not_taken
             ));
         }

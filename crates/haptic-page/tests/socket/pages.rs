@@ -121,7 +121,7 @@ fn what_is_worked_on_is_bounded_for_the_server_and_given_up_with_its_page() {
     let (_runs, server, mut one) = opened();
     let mut other = Page::open(server.address());
     // Minutes of work.
-    let long = record(5_000);
+    let long = record(20_000);
     for _ in 0..16 {
         one.post("identify", long.clone());
         // Both read meanwhile: a silent page is gone.
