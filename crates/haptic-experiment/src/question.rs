@@ -151,7 +151,10 @@ impl Question {
                 let found = design.answer(stop, progress)?;
                 Ok(Answer::Design(Box::new(found)))
             }
-            Asked::Coupler(design) => design.answer(stop, progress).map(Answer::Coupler),
+            Asked::Coupler(design) => {
+                let found = design.answer(stop, progress)?;
+                Ok(Answer::Coupler(Box::new(found)))
+            }
         }
     }
 }
@@ -165,7 +168,7 @@ pub enum Answer {
     /// The best wall of each order.
     Design(Box<DesignReport>),
     /// The stiffest coupler of each order.
-    Coupler(CouplerAnswer),
+    Coupler(Box<CouplerAnswer>),
 }
 
 impl Answer {

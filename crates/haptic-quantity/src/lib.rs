@@ -228,7 +228,6 @@ fn scale(value: f64, factor: f64) -> f64 {
 }
 
 #[cfg(test)]
-#[expect(clippy::float_cmp, reason = "decimal input has one nearest double")]
 mod tests {
     use super::*;
 

@@ -174,10 +174,15 @@ impl PyLoop {
         Ok(report)
     }
 
-    /// How steep contact may be for stability under every motion: linear, provable, proved, multiplier.
-    fn _slope_limit(slf: &Bound<'_, Self>) -> PyResult<(f64, f64, f64, Vec<(i32, f64)>)> {
+    /// How steep contact may be for stability under every motion, as a dictionary.
+    fn _slope_limit<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyDict>> {
         let limit = heard_by(slf, |own, _| Ok(own.sampled()?.slope_limit()))?;
-        Ok((limit.linear, limit.provable, limit.proved, limit.multiplier))
+        let report = PyDict::new(slf.py());
+        report.set_item("linear", limit.linear)?;
+        report.set_item("provable", limit.provable)?;
+        report.set_item("proved", limit.proved)?;
+        report.set_item("multiplier", limit.multiplier)?;
+        Ok(report)
     }
 
     /// The peak of the sensitivity as a pair.

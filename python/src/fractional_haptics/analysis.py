@@ -218,7 +218,7 @@ class Loop(_native.Loop):
         SlopeLimit
             Factors on the wall, of which 1 is the wall itself.
         """
-        return SlopeLimit(*self._slope_limit())
+        return SlopeLimit(**self._slope_limit())
 
     def sensitivity_peak(self) -> AtFrequency:
         """The largest sensitivity.
