@@ -55,14 +55,14 @@ fn a_refusal_is_one_line_with_the_value_and_the_remedy() {
         1e308/(s+1) | coefficient 1e308 is not from 1e-60 to 1e60 in size: give plant and controller in other units
         1/(1e-61s+1) | coefficient 1e-61 is not from
         1+exp(-s)/(s+1) | a dead time must precede the whole
-        (s+1)^4*(s^0.3+1)^4*(s^0.7+2)^4/(s+1)^4 | more than the 16
+        (s+1)^4*(s^0.3+1)^4*(s^0.7+2)^4/(s+1)^4 | more than the largest number, 16
         1/(s+1)/(1/s-1/s) | is 0
         ",
     ) {
         refused(&text, &part);
     }
     refused("", "character 0");
-    refused(&"(".repeat(1000), "no more than 16 brackets");
+    refused(&"(".repeat(1000), "at most 16 nested brackets");
 }
 
 fn refused(text: &str, part: &str) {

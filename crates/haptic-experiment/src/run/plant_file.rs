@@ -380,7 +380,7 @@ impl DeviceModel {
     /// The device `laboratory`, which is shipped, or that of a file.
     ///
     /// # Errors
-    /// As [`read`](Self::read).
+    /// As reading.
     pub fn find(name: &Path) -> Result<Self, FileError> {
         match name.to_str() {
             Some(p::LABORATORY) => Self::parse(name, include_str!("../../devices/laboratory.toml")),
