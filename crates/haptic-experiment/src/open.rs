@@ -226,7 +226,7 @@ impl ExperimentFile {
                 if own.setup.must_be_stable && !wall.trial.stable_by_both() =>
             {
                 let words = wall.trial.settling.verdict.words();
-                let what = format!("the wall is not stable by both trial ({words}) and analysis");
+                let what = format!("trial ({words}) and analysis do not both call the wall stable");
                 (stable, what)
             }
             (Experiment::Coupler(own), Report::Coupler(coupler))
@@ -234,7 +234,7 @@ impl ExperimentFile {
             {
                 let words = coupler.trial.settling.verdict.words();
                 let what = format!(
-                    "the coupler is not stable by trial ({words}), analysis and Llewellyn's criterion"
+                    "trial ({words}), analysis and Llewellyn's criterion do not all accept the coupler"
                 );
                 (stable, what)
             }

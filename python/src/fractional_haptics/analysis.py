@@ -213,6 +213,8 @@ class Loop(_native.Loop):
     def slope_limit(self) -> SlopeLimit:
         """How steep one-sided or stiffening contact may be for stability under every motion.
 
+        Contact acts before the memory; a clamp behind it that keeps tissue from pulling is not covered.
+
         Returns
         -------
         SlopeLimit

@@ -2,7 +2,9 @@
 
 use fracdiff::{Channel, Scheme, Seconds};
 use haptic_analysis::num_complex::Complex;
-use haptic_analysis::{Dynamics, Environment, LoopOperator, SampledLoop, SlopeLimit};
+use haptic_analysis::{
+    Dynamics, Environment, ForcePath, LoopOperator, SampledLoop, SampledPlant, SlopeLimit,
+};
 use nalgebra::Vector1;
 use std::f64::consts::PI;
 use testkit::Random;
@@ -266,8 +268,20 @@ fn what_drifts_or_cannot_be_held_is_said_and_not_proved() {
     // A delayed spring on a free mass is unstable however soft it is.
     let never = limit("exact", 1.0, [0.01, 0.0, 0.0, 0.0], 3);
     assert!(never.linear == 0.0 && never.proved == 0.0, "{never:?}");
-    // No wall, no limit.
-    let none = limit("exact", 1.0, [0.0, 0.0, 0.05, 0.0], 0);
+    // A plant that runs away by itself, x' = 0.1x + u: its poles on the real axis cross at rest, where no angle is between.
+    let path = ForcePath::new(0.0, 0.0).expect("in range");
+    let plant = SampledPlant::linear(&[0.1], &[1.0], &[1.0], 1.0, 1.0, path).expect("a plant");
+    let operator = operator("exact", 1.0);
+    let runs_away = SampledLoop::with_plant(plant, 0.5, 0.0, &operator).expect("in range");
+    let limit = runs_away.slope_limit();
+    assert!(limit.linear == 0.0 && limit.proved == 0.0, "{limit:?}");
+}
+
+#[test]
+fn without_a_wall_there_is_no_limit() {
+    let operator = operator("exact", 1.0);
+    let closed = SampledLoop::new(wall(0.0, 0.0, 0.05, 0.0), &operator, 0).expect("in range");
+    let none = closed.slope_limit();
     assert!(
         none.linear == f64::INFINITY && none.proved == 0.0,
         "{none:?}"

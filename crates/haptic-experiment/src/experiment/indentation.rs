@@ -430,7 +430,9 @@ pub(crate) fn relax(
     let duration_s = table.number(&RELAX_DURATION)?;
     let ramp_time_s = table.number(&RAMP_TIME)?;
     if ramp_time_s >= duration_s {
-        let reason = format!("ramp_time_s = {ramp_time_s} is not below duration_s = {duration_s}");
+        let reason = format!(
+            "ramp_time_s = {ramp_time_s} is not below duration_s = {duration_s}: change {RAMP_TIME} too"
+        );
         return Err(table.fail_at("ramp_time_s", reason));
     }
     Ok(Indentation {

@@ -2,11 +2,12 @@
 
 use crate::document::failure::Failure;
 use crate::document::parameters::{
-    CURRENT_LAG, DAMPING, DELAY, FORCE_LIMIT, FORCE_RATE_LIMIT, FRICTION, HAND_STIFFNESS, MASS,
-    Parameter, SAMPLE_TIME,
+    COUPLER_DISSIPATION, COUPLER_STIFFNESS, CURRENT_LAG, DAMPING, DELAY, FORCE_LIMIT,
+    FORCE_RATE_LIMIT, FRICTION, HAND_STIFFNESS, MASS, Parameter, SAMPLE_TIME,
 };
 use crate::run::safety::keys::{
-    DEVICE_DAMPING, DEVICE_DELAY_MOST, DEVICE_LAG, GUARD, SAFETY, WORKSPACE_HIGH, WORKSPACE_LOW,
+    DEVICE_DAMPING, DEVICE_DELAY_LEAST, DEVICE_DELAY_MOST, DEVICE_LAG, GUARD, SAFETY,
+    WORKSPACE_HIGH, WORKSPACE_LOW,
 };
 use fracdiff::parameter::Shown;
 use haptic_analysis::AnalysisError;
@@ -26,7 +27,7 @@ const BY_LABEL: [Parameter; 7] = [
 
 /// What follows from several parameters: what a library calls it, and what to change.
 #[rustfmt::skip]
-const FOLLOWS: [(&str, &str, &[Parameter]); 11] = [
+const FOLLOWS: [(&str, &str, &[Parameter]); 14] = [
     ("alpha", "it is K·T²/m: change the stiffness, ", &[MASS, SAMPLE_TIME]),
     ("beta", "it is B·T^(2−μ)/m: change the dissipation, ", &[MASS, SAMPLE_TIME]),
     ("delta", "it is b·T/m: change ", &[DAMPING, MASS, SAMPLE_TIME]),
@@ -35,6 +36,9 @@ const FOLLOWS: [(&str, &str, &[Parameter]); 11] = [
     ("current lag", "change ", &[CURRENT_LAG, SAMPLE_TIME]),
     ("fastest motion per step", "such a device cannot be simulated: change ",
         &[MASS, DAMPING, HAND_STIFFNESS, CURRENT_LAG, SAMPLE_TIME]),
+    ("coupler stiffness and dissipation together", "change ", &[COUPLER_STIFFNESS, COUPLER_DISSIPATION]),
+    ("low end of the workspace", "change ", &[WORKSPACE_LOW, WORKSPACE_HIGH]),
+    ("least delay of the guard", "change ", &[DELAY, DEVICE_DELAY_LEAST, GUARD]),
     ("high end of the workspace", "change ", &[WORKSPACE_LOW, WORKSPACE_HIGH]),
     ("damping of the device", "change ", &[DAMPING, DEVICE_DAMPING, GUARD]),
     ("delay of the guard", "change ", &[DELAY, DEVICE_DELAY_MOST, GUARD]),

@@ -121,6 +121,7 @@ fn creep_stops_at_a_termination_signal_too() {
     let forces = column(&ticks, "commanded_force_n");
     assert_eq!(forces.last(), Some(&0.0), "the force at the end");
 }
+
 #[test]
 fn a_folder_that_a_run_writes_to_is_its_own() {
     let place = Place::new();

@@ -47,9 +47,7 @@ impl TeleoperationVerdict {
             Self::HeldForcesGaveEnergy => {
                 "held forces gave more than the damping of the devices took"
             }
-            Self::Saturated => {
-                "a force was at its limit of {} N: soften the coupler, or take a passive {ARCHITECTURE}"
-            }
+            Self::Saturated => "a force was at its limit",
             Self::Silent => "a side heard nothing for too long",
             Self::Unfinished => "the run did not finish",
         }

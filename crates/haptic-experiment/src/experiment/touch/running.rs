@@ -278,7 +278,10 @@ impl Postures<'_> {
                 mass_kg,
                 ..dynamics
             };
-            Ok((self.loops.verdict(dynamics, line)?, mass_kg))
+            let mut verdict = self.loops.verdict(dynamics, line)?;
+            // A shape in the plane is no function of one depth.
+            verdict.every_motion_margin = None;
+            Ok((verdict, mass_kg))
         };
         let (light, heavy) = (judge(least)?, judge(most)?);
         // Without an edge any margin is there; unstable without one none is.
