@@ -37,7 +37,7 @@ fn hold_errors(relaxation: &Indentation) -> [f64; 2] {
     let reached = relaxation.simulate(&mut |sample| {
         let force = -sample.commanded_force_n[0];
         peak = f64::max(peak, force);
-        if sample.time_s >= 1.1 && sample.tick.is_multiple_of(500) {
+        if sample.time_s >= 1.1 && sample.tick.is_multiple_of(100) {
             let want = relaxation.closed_form(sample.time_s);
             let late = (relaxation.closed_form(sample.time_s - half) - want).abs();
             // Of what has relaxed to next to nothing digits are left, but no share of it.
