@@ -132,7 +132,7 @@ fn a_search_on_a_line_that_loses_samples_says_so_instead_of_a_softer_wall() {
     device.loosen();
     let line = "zwidth --orders 1 --points 2 duration=0.5s window=0.2s --device serial:device watchdog=1s --quiet --json";
     let words = [
-        "error: device: samples of a trial are missing, 10 times in a row",
+        "error: device: samples of a trial are missing 10 times in a row",
         "better line",
     ];
     device.place.run(line).refused(4, &words);

@@ -105,7 +105,7 @@ fn relax(place_of_loop: &str, duration: &str) -> String {
 /// What a servo said at its end: mode, torque and largest torque.
 fn last_words(said: &str) -> (f64, f64, f64) {
     let after = |words: &str| told(said, words, 1)[0];
-    (after("mode "), after(" torque "), after("the largest "))
+    (after("mode "), after(" torque "), after("largest "))
 }
 
 /// A run on a servo: its report, and the largest torque of its servo, which is stopped then and had no more than its limit.
