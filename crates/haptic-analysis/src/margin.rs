@@ -70,6 +70,20 @@ impl SampledLoop<'_> {
     }
 
     pub(crate) fn gain_margins(&self) -> (Option<AtAngle>, Option<AtAngle>) {
+        let (mut up, mut down): (Option<AtAngle>, Option<AtAngle>) = (None, None);
+        for found in self.gain_crossings() {
+            let value = found.value;
+            if value > 1.0 && up.is_none_or(|up| value < up.value) {
+                up = Some(found);
+            } else if value < 1.0 && down.is_none_or(|down| value > down.value) {
+                down = Some(found);
+            }
+        }
+        (up, down)
+    }
+
+    /// Every g > 0 with 1 + g·GH = 0 on the circle.
+    pub(crate) fn gain_crossings(&self) -> impl Iterator<Item = AtAngle> {
         // GH is real: Im(A·(SH)*) = 0.
         let imaginary = |at: &Terms| {
             let rate = at.plant_rate * at.feedback.conj() + at.plant * at.feedback_rate.conj();
@@ -78,21 +92,12 @@ impl SampledLoop<'_> {
         let bend = |plant: Bounds, feedback: Bounds| plant.times(feedback).bend;
         let mut angles = self.zeros(imaginary, bend);
         angles.extend([0.0, PI]);
-        let (mut up, mut down): (Option<AtAngle>, Option<AtAngle>) = (None, None);
-        for theta in angles {
+        angles.into_iter().filter_map(|theta| {
             let gain = self.loop_gain(theta);
             let value = -1.0 / gain.re;
-            if !value.is_finite() || value <= 0.0 || gain.im.abs() > 1e-6 * gain.norm() {
-                continue;
-            }
-            let found = AtAngle { value, theta };
-            if value > 1.0 && up.is_none_or(|up| value < up.value) {
-                up = Some(found);
-            } else if value < 1.0 && down.is_none_or(|down| value > down.value) {
-                down = Some(found);
-            }
-        }
-        (up, down)
+            let is_real = gain.im.abs() <= 1e-6 * gain.norm();
+            (value.is_finite() && value > 0.0 && is_real).then_some(AtAngle { value, theta })
+        })
     }
 
     /// The peak of |A/F|: the best sample, improved, then proved, or replaced and proved again.

@@ -18,10 +18,10 @@
 
 use crate::SampledLoop;
 use crate::characteristic::{Characteristic, Node};
-use crate::curve::{Bounds, Jet, bounds_in_v, jet_in_v, product};
+use crate::curve::{Bounds, Jet, bounds_in_v, jet_in_v};
 use crate::extremum::Grid;
+use crate::margin::{AtAngle, Terms};
 use crate::stability::BOUNDARY;
-use certified_count::Place;
 use core::f64::consts::PI;
 use microlp::{ComparisonOp, OptimizationDirection, Problem};
 use num_complex::Complex;
@@ -122,22 +122,13 @@ impl SampledLoop<'_> {
 
     /// The least k > 0 with 1 + kL = 0 on the circle, if the loop is stable below, and θ there.
     fn linear_limit(&self) -> (f64, f64) {
-        let mut angles = self.zeros(
-            |at| {
-                let rate = at.plant_rate * at.feedback.conj() + at.plant * at.feedback_rate.conj();
-                [(at.plant * at.feedback.conj()).im, rate.im]
-            },
-            |plant, feedback| plant.times(feedback).bend,
-        );
-        // At rest, unless the plant drifts and L has a pole there.
-        angles.extend([0.0, PI]);
-        let crossings = angles.into_iter().filter_map(|theta| {
-            let gain = self.loop_gain(theta);
-            let is_real = gain.im.abs() <= 1e-6 * gain.norm();
-            (is_real && gain.re < 0.0).then(|| (-1.0 / gain.re, theta))
-        });
-        let none = (f64::INFINITY, PI);
-        let (least, theta) = crossings.fold(none, |a, b| if b.0 < a.0 { b } else { a });
+        let none = AtAngle {
+            value: f64::INFINITY,
+            theta: PI,
+        };
+        let crossings = self.gain_crossings();
+        let least = crossings.fold(none, |a, b| if b.value < a.value { b } else { a });
+        let (least, theta) = (least.value, least.theta);
         let below = if least.is_finite() { 0.5 * least } else { 1.0 };
         let lighter = Self {
             alpha: below * self.alpha,
@@ -258,6 +249,7 @@ impl Row {
 /// One angle with its derivatives.
 struct Point {
     node: Node,
+    terms: Terms,
     /// P, Y, s, u.
     parts: [Jet; 4],
 }
@@ -300,26 +292,13 @@ impl<'a, 'b> Search<'a, 'b> {
     }
 
     fn point(&self, theta: f64) -> Point {
-        let characteristic = &self.subject.characteristic;
-        let node = characteristic.node(theta);
-        let mut plant = jet_in_v(self.denominator(), &node.place);
-        if characteristic.operator.has_denominator() {
-            plant = plant.times(node.operator.denominator);
-        }
-        let [_, stiff, fractional] = node.terms;
-        let scaled = |jet: Jet, gain: f64| match gain {
-            0.0 => Jet {
-                value: 0.0.into(),
-                rate: 0.0.into(),
-            },
-            gain => Jet {
-                value: jet.value * gain,
-                rate: jet.rate * gain,
-            },
+        let node = self.subject.characteristic.node(theta);
+        let terms = Terms::new(self.subject, node);
+        let feedback = Jet {
+            value: terms.feedback,
+            rate: terms.feedback_rate,
         };
-        let feedback =
-            scaled(stiff, self.subject.alpha).plus(scaled(fractional, self.subject.beta));
-        let [size, turn] = if self.drifts {
+        let parts = if self.drifts {
             // s = |v| = 2 sin(θ/2),  u = |v|/v = −je^(jθ/2)
             let (sin, cos) = libm::sincos(0.5 * theta);
             let size = Jet {
@@ -330,14 +309,16 @@ impl<'a, 'b> Search<'a, 'b> {
                 value: Complex::new(sin, -cos),
                 rate: Complex::new(0.5 * cos, 0.5 * sin),
             };
-            [size, turn]
+            let own = jet_in_v(self.denominator(), &node.place);
+            [own.times(node.operator.denominator), feedback, size, turn]
         } else {
-            [Jet::ONE; 2]
+            let own = Jet {
+                value: terms.plant,
+                rate: terms.plant_rate,
+            };
+            [own, feedback, Jet::ONE, Jet::ONE]
         };
-        Point {
-            node,
-            parts: [plant, feedback, size, turn],
-        }
+        Point { node, terms, parts }
     }
 
     /// The largest i.
@@ -509,33 +490,27 @@ impl<'a, 'b> Search<'a, 'b> {
 
     /// Of the left side of the inequality over an interval.
     fn bounds(&self, a: &Point, b: &Point, multiplier: Bounds, slope: f64) -> Bounds {
-        let characteristic = &self.subject.characteristic;
-        let width = b.theta() - a.theta();
-        let [_, stiff, fractional] = characteristic.bounds(&a.node, &b.node);
-        let scaled = |bounds: Bounds, gain: f64| Bounds {
-            size: product(bounds.size, gain),
-            rate: product(bounds.rate, gain),
-            bend: product(bounds.bend, gain),
-            travel: product(bounds.travel, gain),
-        };
-        let feedback =
-            scaled(stiff, self.subject.alpha).plus(scaled(fractional, self.subject.beta));
-        let places: (&Place, &Place) = (&a.node.place, &b.node.place);
-        let jets = [a, b].map(|point| jet_in_v(self.denominator(), &point.node.place));
-        let mut plant = bounds_in_v(self.denominator(), places, (&jets[0], &jets[1]));
-        if characteristic.operator.has_denominator() {
-            let [_, below] = characteristic.operator_bounds(&a.node, &b.node);
-            plant = plant.times(below);
-        }
-        let (size, turn) = if self.drifts {
+        let (mut plant, feedback) = Terms::bounds(self.subject, &a.terms, &b.terms);
+        let (mut size, mut turn) = (Bounds::ONE, Bounds::ONE);
+        if self.drifts {
+            let places = (&a.node.place, &b.node.place);
+            let jets = [places.0, places.1].map(|place| jet_in_v(self.denominator(), place));
+            let [_, below] = self
+                .subject
+                .characteristic
+                .operator_bounds(&a.node, &b.node);
+            plant = bounds_in_v(self.denominator(), places, (&jets[0], &jets[1])).times(below);
+            let width = b.theta() - a.theta();
             let of = |k: usize, rate: f64, bend: f64| {
                 Bounds::from_ends(&a.parts[k], &b.parts[k], width, rate, bend)
             };
-            (of(2, 1.0, 0.5), of(3, 0.5, 0.25))
-        } else {
-            (Bounds::ONE, Bounds::ONE)
+            (size, turn) = (of(2, 1.0, 0.5), of(3, 0.5, 0.25));
+        }
+        let lighter = Bounds {
+            size: 1.0 / slope,
+            ..Bounds::ONE
         };
-        let sum = scaled(size.times(plant), 1.0 / slope).plus(turn.times(feedback));
+        let sum = size.times(plant).times(lighter).plus(turn.times(feedback));
         multiplier.times(sum).times(plant)
     }
 }
