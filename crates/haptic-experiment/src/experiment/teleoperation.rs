@@ -40,7 +40,7 @@ use crate::document::reader::Table;
 use crate::judge::preflight::Matter;
 use crate::run::SAMPLES;
 use crate::run::advice::parameter;
-use crate::run::preflight::PreflightVerdict;
+use crate::run::preflight::{PreflightSubject, PreflightVerdict};
 use crate::run::safety::Safety;
 use crate::run::safety::safety;
 use crate::run::schedule::{self, Pace};
@@ -440,7 +440,7 @@ impl TeleoperationExperiment {
             return Ok(None);
         }
         let slave = Dynamics::ideal(self.slave.mass.0, self.slave.damping.0);
-        loops.verdict(slave, 0).map(Some)
+        PreflightSubject::verdict(&loops, slave, 0).map(Some)
     }
 
     /// The same; refuses what is unstable, unless `force_unstable` is set.

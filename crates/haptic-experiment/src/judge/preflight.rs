@@ -128,8 +128,9 @@ pub struct Preflight<'a> {
 }
 
 impl PreflightSubject for Preflight<'_> {
+    /// With what is proved for every motion, which takes longer than all the rest.
     fn verdict(&self, dynamics: Dynamics, line: usize) -> Result<PreflightVerdict, Failure> {
-        Self::verdict(self, dynamics, line)
+        self.looked_at(dynamics, line, true)
     }
 }
 
@@ -186,15 +187,25 @@ impl Preflight<'_> {
 }
 
 impl Preflight<'_> {
-    /// Looks at the loop with this device and `line` samples of delay beside its own.
+    /// Looks at the loop with this device and `line` samples of delay beside its own; not at every motion.
     ///
     /// # Errors
     /// A number that the analysis does not take.
     pub fn verdict(&self, dynamics: Dynamics, line: usize) -> Result<PreflightVerdict, Failure> {
+        self.looked_at(dynamics, line, false)
+    }
+
+    fn looked_at(
+        &self,
+        dynamics: Dynamics,
+        line: usize,
+        every_motion: bool,
+    ) -> Result<PreflightVerdict, Failure> {
         let operator = self.loop_operator();
         let operator =
             operator.map_err(|error| Failure::bad_input(format_args!("pre-flight: {error}")))?;
-        self.judge(dynamics, line, &operator).map_err(analysed)
+        self.judge(dynamics, line, &operator, every_motion)
+            .map_err(analysed)
     }
 
     fn judge(
@@ -202,6 +213,7 @@ impl Preflight<'_> {
         dynamics: Dynamics,
         line: usize,
         operator: &LoopOperator,
+        every_motion: bool,
     ) -> Result<PreflightVerdict, AnalysisError> {
         let dynamics = Dynamics {
             delay_s: dynamics.delay_s + line as f64 * self.sample_time_s,
@@ -225,7 +237,7 @@ impl Preflight<'_> {
         } else {
             softer(|factor| Ok(scaled(factor)?.is_stable()))?
         };
-        let contact = Some(sampled.slope_limit().proved);
+        let contact = every_motion.then(|| sampled.slope_limit().proved);
         let required = dynamics
             .port(self.sample_time_s, operator)?
             .required_delta(wall.alpha, wall.beta)?;

@@ -57,7 +57,7 @@ pub struct PreflightVerdict {
     /// factor does.
     pub margin: Option<f64>,
     /// The factor on K and B up to which contact that acts on one side or stiffens, nowhere steeper than this, is proved
-    /// stable for every motion, but for the clamp that keeps it from pulling; null if none is, of a coupler and of a touch.
+    /// stable for every motion, but for the clamp that keeps it from pulling; null if none is, of a coupler, of a touch and on the page's *Feel*.
     pub every_motion_margin: Option<f64>,
     /// By Theorem 1, for the operator really used.
     pub passive: bool,

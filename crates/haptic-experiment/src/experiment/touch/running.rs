@@ -278,10 +278,8 @@ impl Postures<'_> {
                 mass_kg,
                 ..dynamics
             };
-            let mut verdict = self.loops.verdict(dynamics, line)?;
-            // A shape in the plane is no function of one depth.
-            verdict.every_motion_margin = None;
-            Ok((verdict, mass_kg))
+            // Not every motion: a shape in the plane is no function of one depth.
+            Ok((self.loops.verdict(dynamics, line)?, mass_kg))
         };
         let (light, heavy) = (judge(least)?, judge(most)?);
         // Without an edge any margin is there; unstable without one none is.
