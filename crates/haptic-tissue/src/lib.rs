@@ -15,7 +15,7 @@ mod text_file;
 pub use export::{ExportError, ExportFormat, PronyFit};
 pub use full_history::FullHistory;
 pub use library::Library;
-pub use material::{Material, MaterialError, Source, ValidRange};
+pub use material::{Material, MaterialError, MeasuredLoading, Source, ValidRange};
 pub use model::{MaxwellBranch, Model, ModelError, ModelKind, Parameter, ParameterRange};
 pub use sampled::SampledModel;
 pub use text_file::{TEXT_MOST, read_bytes, read_text};

@@ -1,9 +1,11 @@
 //! A tissue under an indenter: stress relaxation, and creep.
 //!
-//! - *Relaxation*: the indenter follows a ramp to the strain ε₀ in T₀ and holds it; the force that the virtual tissue opposes
+//! - *Relaxation*: the indenter follows a ramp to the depth δ₀ in T₀ and holds it; the force that the virtual tissue opposes
 //!   to it is the result. Source: O. Tokatlı, *Fractional Order Control in Haptics*, figure 7.2.
-//! - *Creep*: the indenter pushes with σ₀·A from t = 0, and both sink in. The closed form is that of the tissue alone; the
+//! - *Creep*: the indenter pushes with F₀ from t = 0, and both sink in. The closed form is that of the tissue alone; the
 //!   masses and the damping of the rig, 7 N·s/m together, slow the start down.
+//!
+//! A slab is held at a strain or under a stress, δ₀ = ε₀·h and F₀ = σ₀·A; any other piece at a depth or under a force.
 
 mod report;
 #[cfg(test)]
@@ -11,13 +13,14 @@ mod tests;
 
 use super::reading::metadata;
 use super::rendering::{
-    CREEP_DURATION, Contact, Precision, RAMP_TIME, RELAX_DURATION, Rendering, STRAIN, STRESS,
-    rendering,
+    CREEP_DURATION, Contact, DEPTH, FORCE, Precision, RAMP_TIME, RELAX_DURATION, Rendering, STRAIN,
+    STRESS, rendering,
 };
 use crate::document::error::FileError;
 use crate::document::failure::Failure;
 use crate::document::named::Named as _;
-use crate::document::parameters::{AREA, CONTACT, CONTROLLER, THICKNESS, TISSUE};
+use crate::document::parameters as p;
+use crate::document::parameters::{CONTACT, CONTROLLER, Parameter, TISSUE};
 use crate::document::reader::Table;
 use crate::experiment::drive::{DriveVerdict, SimulatedRig, TissueLaw};
 use crate::judge::preflight::Preflight;
@@ -38,8 +41,8 @@ use haptic_link::{LoopMode, Simulation};
 use haptic_loop::plant::{
     HeldRig, IndentationRig, RampHold, RigConfig, RigContact, RigDrive, Sensed,
 };
-use haptic_loop::units::{Metres, Newtons, NewtonsPerSecond, Pascals};
-use haptic_loop::{Contact as OneSided, Controller, Limits, SafetyChain, SpringDamper};
+use haptic_loop::units::{Metres, Newtons, NewtonsPerSecond};
+use haptic_loop::{Contact as OneSided, Controller, Limits, SafetyChain, Specimen, SpringDamper};
 pub use report::IndentationReport;
 use std::collections::BTreeMap;
 
@@ -60,17 +63,17 @@ pub struct Indentation {
 /// What an indenter does.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Load {
-    /// It holds a strain: a relaxation.
-    Strain {
-        /// ε₀, above 0.
-        strain: f64,
+    /// It holds a depth: a relaxation.
+    Depth {
+        /// δ₀, m, above 0.
+        depth_m: f64,
         /// T₀, s.
         ramp_time_s: f64,
     },
-    /// It pushes with a stress from t = 0 on: creep.
-    Stress {
-        /// σ₀, Pa, above 0.
-        stress_pa: f64,
+    /// It pushes from t = 0 on: creep.
+    Force {
+        /// F₀, N, above 0.
+        force_n: f64,
     },
 }
 
@@ -101,24 +104,9 @@ impl Indentation {
 
     /// The number of samples, if all parameters are good.
     pub(crate) fn check(&self) -> Result<u64, Failure> {
-        match self.load {
-            Load::Strain { strain, .. } if !(strain > 0.0 && strain <= 1.0) => {
-                return Err(Failure::bad_input(format_args!(
-                    "strain {} is not in (0, 1]: give {STRAIN}, as in 0.05",
-                    Shown(strain)
-                )));
-            }
-            Load::Stress { stress_pa } if !(stress_pa > 0.0 && stress_pa <= 1e9) => {
-                return Err(Failure::bad_input(format_args!(
-                    "stress {} Pa is not in (0, 1e9] Pa: give {STRESS}, as in 100",
-                    Shown(stress_pa)
-                )));
-            }
-            _ => {}
-        }
         let samples = samples(self.duration_s, self.rendering.sample_time_s, &SAMPLES)?;
         match self.load {
-            Load::Strain { ramp_time_s, .. }
+            Load::Depth { ramp_time_s, .. }
                 if !(ramp_time_s > 0.0 && ramp_time_s < self.duration_s) =>
             {
                 Err(Failure::bad_input(format_args!(
@@ -146,15 +134,14 @@ impl Indentation {
 
     /// The way of the indenter, or its push.
     fn drive(&self) -> Result<RigDrive, Failure> {
-        let specimen = &self.rendering.specimen;
         match self.load {
-            Load::Strain {
-                strain,
+            Load::Depth {
+                depth_m,
                 ramp_time_s,
-            } => RampHold::new(specimen.displacement(strain), Seconds(ramp_time_s))
+            } => RampHold::new(Metres(depth_m), Seconds(ramp_time_s))
                 .map(RigDrive::Position)
                 .map_err(Failure::input),
-            Load::Stress { stress_pa } => Ok(RigDrive::Force(specimen.force(Pascals(stress_pa)))),
+            Load::Force { force_n } => Ok(RigDrive::Force(Newtons(force_n))),
         }
     }
 
@@ -178,8 +165,8 @@ impl Indentation {
     pub(crate) fn metadata(&self) -> BTreeMap<String, String> {
         let rendering = &self.rendering;
         let kind = match self.load {
-            Load::Strain { .. } => "relax",
-            Load::Stress { .. } => "creep",
+            Load::Depth { .. } => "relax",
+            Load::Force { .. } => "creep",
         };
         let mut metadata = metadata(
             kind,
@@ -187,15 +174,16 @@ impl Indentation {
             rendering.remote.as_ref(),
             &rendering.safety,
         );
-        let (stiffness, dissipation) = rendering.material.spring_and_damper(1.0);
+        let material = &rendering.piece.material;
+        let (stiffness, dissipation) = material.spring_and_damper(1.0);
         let ran = [
             ("precision", rendering.precision_run().name().to_owned()),
             ("rendered_modulus_pa", stiffness.to_string()),
             ("rendered_viscosity_pa_s_mu", dissipation.to_string()),
-            ("rendered_order", rendering.material.order().to_string()),
+            ("rendered_order", material.order().to_string()),
         ];
         metadata.extend(ran.map(|(key, value)| (key.to_owned(), value)));
-        metadata.insert("tissue_file".to_owned(), rendering.material.to_toml());
+        metadata.insert("tissue_file".to_owned(), material.to_toml());
         if let Some(own) = &rendering.drive {
             metadata.insert("drive.file".to_owned(), own.controller.to_toml());
         }
@@ -249,23 +237,22 @@ impl Indentation {
         samples: u64,
     ) -> Result<Controller<F, 1, VirtualTissue<F>>, Failure> {
         let Rendering {
-            material,
-            specimen,
+            piece,
             safety,
             remote,
             ..
         } = &self.rendering;
         let operator: Operator<F> = self.operator(samples)?;
-        let modulus = Pascals(material.rest_modulus_pa());
-        let viscosity = material.viscosity_pa_s_mu();
-        let tissue = SpringDamper::of_specimen(modulus, viscosity, specimen, operator);
-        let tissue = tissue.map_err(|error| {
-            Failure::input_with_advice(
-                error,
-                format_args!("change {AREA}, {THICKNESS} or {TISSUE}"),
-            )
-        })?;
+        let (stiffness, dissipation) = piece.spring_and_damper();
+        let too_much = |error| {
+            let advice = format_args!("change the sizes of the piece or {TISSUE}");
+            Failure::input_with_advice(error, advice)
+        };
+        let tissue = SpringDamper::new(stiffness, dissipation, operator).map_err(too_much)?;
+        let map = piece.specimen.depth_map();
+        let map = map.map(|map| map.rounded()).transpose().map_err(too_much)?;
         let environment = OneSided::at(Metres(0.0), tissue).map_err(Failure::input)?;
+        let environment = environment.with_depth_map(map);
         let limits = match remote {
             None => self.limits_on_rig()?,
             Some(remote) if remote.loop_mode == LoopMode::Host => host_limits(&self.limits(true)),
@@ -348,19 +335,20 @@ impl Indentation {
     /// closes no loop.
     fn preflight(&self, samples: u64) -> Option<Preflight<'_>> {
         let rigid = self.rendering.contact == Contact::Rigid;
-        let imposed = matches!(self.load, Load::Strain { .. }) && rigid;
+        let imposed = matches!(self.load, Load::Depth { .. }) && rigid;
         (!imposed).then(|| self.look(samples))
     }
 
     /// The tissue as a wall.
     fn look(&self, samples: u64) -> Preflight<'_> {
         let rendering = &self.rendering;
-        let (stiffness_n_per_m, dissipation_n_s_mu_per_m) = rendering.spring_and_damper();
+        let piece = &rendering.piece;
+        let (stiffness_n_per_m, dissipation_n_s_mu_per_m) = piece.spring_and_damper();
         Preflight {
             stiffness_n_per_m,
             dissipation_n_s_mu_per_m,
-            order: rendering.material.order(),
-            model: rendering.material.composed(),
+            order: piece.material.order(),
+            model: piece.material.composed(),
             scheme: rendering.scheme,
             sample_time_s: rendering.sample_time_s,
             samples,
@@ -369,10 +357,10 @@ impl Indentation {
 
     /// The operator, for so many samples.
     fn operator<F: Real>(&self, samples: u64) -> Result<Operator<F>, Failure> {
-        let Rendering {
-            material, scheme, ..
-        } = &self.rendering;
-        material.operator(*scheme, Seconds(self.rendering.sample_time_s), samples)
+        let Rendering { piece, scheme, .. } = &self.rendering;
+        piece
+            .material
+            .operator(*scheme, Seconds(self.rendering.sample_time_s), samples)
     }
 
     /// The same tissue and drive for a device.
@@ -383,7 +371,7 @@ impl Indentation {
         samples: u64,
     ) -> Result<RemoteLaw, Failure> {
         let rendering = &self.rendering;
-        let (stiffness, dissipation) = rendering.spring_and_damper();
+        let (stiffness, dissipation) = rendering.piece.spring_and_damper();
         let simulation = match drive {
             RigDrive::Position(profile) => indentation(
                 rendering.contact == Contact::Compliant,
@@ -396,7 +384,7 @@ impl Indentation {
         Ok(RemoteLaw {
             stiffness_n_per_m: stiffness,
             dissipation_n_s_mu_per_m: dissipation,
-            order: rendering.material.order().get(),
+            order: rendering.piece.material.order().get(),
             one_sided: true,
             operator: match device.loop_mode {
                 LoopMode::Device => portable(&self.operator(samples)?)?,
@@ -435,13 +423,15 @@ pub(crate) fn relax(
         );
         return Err(table.fail_at("ramp_time_s", reason));
     }
+    let rendering = rendering(table, drive, duration_s)?;
+    let size = |piece: &Specimen| piece.slab_sizes().map(|(_, thickness)| thickness.0);
     Ok(Indentation {
-        load: Load::Strain {
-            strain: table.number(&STRAIN)?,
+        load: Load::Depth {
+            depth_m: either(table, &rendering, (&STRAIN, size), &DEPTH)?,
             ramp_time_s,
         },
         duration_s,
-        rendering: rendering(table, drive, duration_s)?,
+        rendering,
     })
 }
 
@@ -451,11 +441,42 @@ pub(crate) fn creep(
     drive: Option<&Table<'_>>,
 ) -> Result<Indentation, FileError> {
     let duration_s = table.number(&CREEP_DURATION)?;
+    let rendering = rendering(table, drive, duration_s)?;
+    let size = |piece: &Specimen| piece.slab_sizes().map(|(area, _)| area.0);
     Ok(Indentation {
-        load: Load::Stress {
-            stress_pa: table.number(&STRESS)?,
+        load: Load::Force {
+            force_n: either(table, &rendering, (&STRESS, size), &FORCE)?,
         },
         duration_s,
-        rendering: rendering(table, drive, duration_s)?,
+        rendering,
     })
+}
+
+/// A strain or stress times a size of the slab, or the depth or force itself, which any other piece needs.
+fn either(
+    table: &Table<'_>,
+    rendering: &Rendering,
+    (share, size): (&Parameter, impl Fn(&Specimen) -> Option<f64>),
+    whole: &Parameter,
+) -> Result<f64, FileError> {
+    let specimen = &rendering.piece.specimen;
+    let given = table.number_if(whole)?;
+    if given.is_some() && table.has(share) {
+        let reason = format!(
+            "{} and {} are one and the same: omit one",
+            share.key, whole.key
+        );
+        return Err(table.fail_at(share.key, reason));
+    }
+    if let Some(given) = given {
+        return Ok(given);
+    }
+    match size(specimen) {
+        Some(size) => Ok(table.number(share)? * size),
+        None => {
+            let kind = specimen.loading().kind.name();
+            let reason = format!("a {kind} has no {}: give {whole}", share.key);
+            Err(table.fail_at(p::LOADING.key, reason))
+        }
+    }
 }

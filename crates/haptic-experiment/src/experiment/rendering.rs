@@ -5,11 +5,13 @@ use crate::document::error::FileError;
 use crate::document::named::Named;
 use crate::document::parameters as p;
 use crate::document::parameters::kind::{Parameter, parameters};
-use crate::document::parameters::range::{DURATIONS, STRAINS, STRESSES};
+use crate::document::parameters::range::{
+    DURATIONS, FORCES_ABOVE_0, REACHES_ABOVE_0, STRAINS, STRESSES,
+};
 use crate::document::reader::Table;
 use crate::experiment::drive::{self, Drive};
 use crate::judge::Reference;
-use crate::judge::modelled_tissue::{ModelledTissue, TissuePiece};
+use crate::judge::modelled_tissue::TissuePiece;
 use crate::run::SAMPLES;
 use crate::run::preflight::PreflightRequest;
 use crate::run::remote::{RemoteDevice, device_name};
@@ -20,10 +22,11 @@ use crate::run::sensors::Sensors;
 use fracdiff::{Scheme, Seconds};
 use haptic_analysis::Dynamics;
 use haptic_link::LoopMode;
-use haptic_loop::Specimen;
 use serde::Serialize;
 
 parameters! {
+    /// Depth of a relaxation, m.
+    DEPTH = optional("depth_m", REACHES_ABOVE_0, "Depth to hold, instead of a strain");
     /// Strain of a relaxation.
     STRAIN = number("strain", 0.05, "5%", STRAINS, "Strain to hold");
     /// Ramp of a relaxation, s.
@@ -33,6 +36,8 @@ parameters! {
         "Duration, from the start of the ramp");
     /// Stress of a creep test, Pa.
     STRESS = number("stress_pa", 100.0, "100Pa", STRESSES, "Stress to hold");
+    /// Force of a creep test, N.
+    FORCE = optional("force_n", FORCES_ABOVE_0, "Force to hold, instead of a stress");
     /// End of a creep test, s.
     CREEP_DURATION = number("duration_s", 200.0, "200s", DURATIONS, "Duration");
     /// Number type of the loop.
@@ -40,10 +45,10 @@ parameters! {
 }
 
 /// Of `[relax]`, beside [`RENDERING`].
-pub(crate) const RELAX: &[Parameter] = &[STRAIN, RAMP_TIME, RELAX_DURATION];
+pub(crate) const RELAX: &[Parameter] = &[STRAIN, DEPTH, RAMP_TIME, RELAX_DURATION];
 
 /// Of `[creep]`, beside [`RENDERING`].
-pub(crate) const CREEP: &[Parameter] = &[STRESS, CREEP_DURATION];
+pub(crate) const CREEP: &[Parameter] = &[STRESS, FORCE, CREEP_DURATION];
 
 /// Of the rendering: the tissue, and how it is rendered.
 pub(crate) const RENDERING: &[Parameter] = &[
@@ -51,6 +56,10 @@ pub(crate) const RENDERING: &[Parameter] = &[
     p::LIBRARY,
     p::AREA,
     p::THICKNESS,
+    p::LOADING,
+    p::INDENTER_RADIUS,
+    p::HALF_ANGLE,
+    p::BONDED,
     p::SCHEME,
     PRECISION,
     p::SAMPLE_TIME,
@@ -104,8 +113,7 @@ impl Named for Precision {
 /// A specimen of tissue, the operator that renders it, and the rig it is rendered on.
 #[derive(Clone, Debug)]
 pub(crate) struct Rendering {
-    pub(crate) material: ModelledTissue,
-    pub(crate) specimen: Specimen,
+    pub(crate) piece: TissuePiece,
     /// The operator.
     pub scheme: Scheme,
     /// Number type of the loop.
@@ -138,16 +146,6 @@ impl Rendering {
     /// The kernel whose full history the force is compared with: the scheme's own, or Grünwald's.
     pub(super) fn reference_kernel(&self) -> Reference {
         Reference::of(self.scheme)
-    }
-
-    /// A/ℓ, m.
-    pub(super) fn shape(&self) -> f64 {
-        self.specimen.area().0 / self.specimen.thickness().0
-    }
-
-    /// K in N/m and B in N·s^μ/m of the specimen.
-    pub(super) fn spring_and_damper(&self) -> (f64, f64) {
-        self.material.spring_and_damper(self.shape())
     }
 
     /// The number type that the force was computed in: that of the device, if the loop was closed there.
@@ -211,13 +209,12 @@ pub(super) fn rendering(
     let (safety, preflight) = guarded(table, remote.is_some())?;
     let sample_time_s = table.number(&p::SAMPLE_TIME)?;
     samples_fit(table, sample_time_s, duration_s, &SAMPLES)?;
-    let TissuePiece { material, specimen } = piece(table)?;
-    let (model, order) = (material.composed(), material.order());
+    let piece = piece(table)?;
+    let (model, order) = (piece.material.composed(), piece.material.order());
     let scheme = scheme(table, model, order, sample_time_s, duration_s)?;
     Ok(Rendering {
         preflight,
-        material: *material,
-        specimen,
+        piece,
         scheme,
         precision,
         sample_time_s,

@@ -2,7 +2,7 @@
 
 pub use crate::document::parameters::*;
 pub use crate::experiment::rendering::{
-    CREEP_DURATION, PRECISION, RAMP_TIME, RELAX_DURATION, STRAIN, STRESS,
+    CREEP_DURATION, DEPTH, FORCE, PRECISION, RAMP_TIME, RELAX_DURATION, STRAIN, STRESS,
 };
 pub use crate::experiment::teleoperation::{
     AMPLITUDE, ARCHITECTURE, FREQUENCIES, HAND_COUPLER_DISSIPATION, HAND_COUPLER_ORDER,

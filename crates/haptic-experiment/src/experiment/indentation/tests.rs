@@ -89,14 +89,14 @@ fn creep_of_each_model_is_its_closed_form() {
         rendering.force_rate_limit_n_per_s = 1e9;
         let creep = Indentation {
             rendering,
-            load: Load::Stress { stress_pa: 100.0 },
+            load: Load::Force { force_n: 0.04 },
             duration_s: 20.0,
         };
         let mut worst = 0.0;
         let mut sink = |sample: &haptic_log::record::TickMessage| {
             if sample.time_s >= 5.0 && sample.tick.is_multiple_of(100) {
-                let strain = (creep.rendering.specimen).strain(Metres(sample.position_m[0]));
-                let model = &creep.rendering.material.model;
+                let strain = (creep.rendering.piece.specimen).strain(Metres(sample.position_m[0]));
+                let model = &creep.rendering.piece.material.model;
                 let want = 100.0 * model.creep_compliances(&[sample.time_s])[0];
                 worst = f64::max(worst, (strain / want - 1.0).abs());
             }
