@@ -81,8 +81,15 @@ impl Columns {
             ..reading.loading
         };
         let poisson_ratio = measured.poisson_ratio();
-        let indented = !loading.kind.is_slab() && self.is_pressed();
+        let indented = !loading.kind.is_slab() && !self.is_of_material();
         match indented {
+            true if !(self.has(Column::Force) && self.has(Column::Position)) => {
+                return Err(IdentifyError::Record(format!(
+                    "{LOADING} {} needs columns force_n and position_m, found {}: name them by {COLUMNS}",
+                    loading.kind.name(),
+                    self.names()
+                )));
+            }
             true => {
                 no_effect(reading.strain, STRAIN, "")?;
                 no_effect(reading.stress_pa, STRESS, " Pa")?;
@@ -216,12 +223,10 @@ impl Columns {
         Some(self.values.remove(place).2)
     }
 
-    /// True for forces and positions, from which a modulus is yet to be found.
-    fn is_pressed(&self) -> bool {
-        let of_modulus = [Column::Modulus, Column::Compliance, Column::Storage];
-        self.has(Column::Force)
-            && self.has(Column::Position)
-            && !of_modulus.iter().any(|column| self.has(*column))
+    /// True if a modulus or compliance is there already.
+    fn is_of_material(&self) -> bool {
+        let columns = [Column::Modulus, Column::Compliance, Column::Storage];
+        columns.iter().any(|column| self.has(*column))
     }
 
     /// Forces and positions as stresses and strains of a slab, if its sizes are known.
@@ -230,21 +235,11 @@ impl Columns {
         loading: &Loading,
         poisson_ratio: f64,
     ) -> Result<(), IdentifyError> {
-        let (has_force, told) = (self.has(Column::Force), loading.kind.name());
-        if !loading.kind.is_slab()
-            && [Column::Stress, Column::Strain]
-                .iter()
-                .any(|of| self.has(*of))
-        {
-            return Err(IdentifyError::Record(format!(
-                "{LOADING} {told} needs columns force_n and position_m, found {}: name them by {COLUMNS}",
-                self.names()
-            )));
-        }
+        let told = loading.kind.name();
         for (given, what, key) in [
             (loading.radius_m.is_some(), "radius", RADIUS),
             (loading.half_angle_rad.is_some(), "half angle", HALF_ANGLE),
-            (loading.bonded && !has_force, "bond", BONDED),
+            (loading.bonded && !self.has(Column::Force), "bond", BONDED),
         ] {
             if given {
                 return Err(IdentifyError::Record(format!(
