@@ -392,6 +392,17 @@ impl Material {
 }
 
 impl ValidRange {
+    /// The shortest and the longest time, s: as said, or 1/ω of the frequencies.
+    #[must_use]
+    pub fn times_s(&self) -> [Option<f64>; 2] {
+        let inverse =
+            |omega: Option<f64>| omega.filter(|omega| *omega > 0.0).map(|omega| 1.0 / omega);
+        [
+            self.time_from_s.or_else(|| inverse(self.omega_to_rad_s)),
+            self.time_to_s.or_else(|| inverse(self.omega_from_rad_s)),
+        ]
+    }
+
     /// By name, each pair of ends side by side.
     fn named(&self) -> [(&'static str, Option<f64>); 5] {
         [
