@@ -481,7 +481,8 @@ impl DepthMap<f64> {
         for _ in 0..64 {
             let step = (self.at(depth) - value) / self.slope(depth);
             let next = depth - step;
-            if !(next < depth) {
+            // Rounding stands still, or steps back.
+            if next.is_nan() || next >= depth {
                 break;
             }
             depth = next;

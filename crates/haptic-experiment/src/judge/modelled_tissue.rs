@@ -248,35 +248,11 @@ impl TissuePiece {
     }
 
     /// What a run of these ticks, s, to this depth, m, asks of the tissue beyond its record, a sentence each.
-    pub(crate) fn leaves(&self, (from_s, to_s): (f64, f64), depth_m: f64) -> Vec<String> {
-        let (name, range) = (&self.material.name, &self.material.range);
-        let mut sentences = Vec::new();
-        let [first_s, last_s] = range.times_s();
-        let before = first_s
-            .map(|first_s| first_s / from_s)
-            .filter(|ratio| *ratio > 1.0);
-        let beyond = last_s
-            .map(|last_s| to_s / last_s)
-            .filter(|ratio| *ratio > 1.0);
-        if before.is_some() || beyond.is_some() {
-            let end =
-                |time_s: Option<f64>| time_s.map_or("?".to_owned(), |time_s| digits(time_s, 4));
-            let by = |ratio: Option<f64>, words: &str| {
-                ratio.map(|ratio| format!("{} times {words}", digits(ratio, 3)))
-            };
-            let by = [by(before, "earlier"), by(beyond, "later")];
-            sentences.push(format!(
-                "the numbers of {name} come from {} to {} s; this run asks for {} to {} s, {}",
-                end(first_s),
-                end(last_s),
-                digits(from_s, 4),
-                digits(to_s, 4),
-                by.into_iter().flatten().collect::<Vec<_>>().join(" and ")
-            ));
-        }
+    pub(crate) fn leaves(&self, times_s: (f64, f64), depth_m: f64) -> Vec<String> {
+        let mut sentences: Vec<String> = self.material.beyond(times_s).into_iter().collect();
         let strain = self.specimen.strain(Metres(depth_m));
-        let (most, whose) = match range.strain_to {
-            Some(most) => (most, format!("the numbers of {name} hold")),
+        let (most, whose) = match self.material.range.strain_to {
+            Some(most) => (most, format!("the numbers of {} hold", self.material.name)),
             None => (
                 SMALL_STRAIN,
                 "small strain, as this model assumes, holds".to_owned(),

@@ -196,7 +196,7 @@ fn a_run_beyond_the_record_says_by_how_much_and_a_run_within_is_quiet() {
     let said = muscle.leaves((1e-3, 5000.0), 1e-3).join("; ");
     assert_eq!(
         said,
-        "the numbers of gel come from 0.01 to 1000 s; this run asks for 0.001 to 5000 s, 10 times earlier and 5 times later; \
+        "the numbers of gel come from 0.01 to 1000 s; this asks for 0.001 to 5000 s, 10 times earlier and 5 times later; \
          the strain reaches 20 %; the numbers of gel hold up to 10 %"
     );
 }
