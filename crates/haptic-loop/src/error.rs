@@ -71,10 +71,10 @@ impl fmt::Display for ParameterError {
                 )
             }
             Self::Missing { what, loading } => {
-                write!(f, "loading {loading} has no {what}: give one")
+                write!(f, "loading {loading} needs {what}")
             }
             Self::NoEffect { what, loading } => {
-                write!(f, "{what} has no effect on loading {loading}: omit it")
+                write!(f, "{what} has no effect on loading {loading}")
             }
             Self::Operator(ref error) => error.fmt(f),
         }

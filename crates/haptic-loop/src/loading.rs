@@ -151,9 +151,9 @@ impl Loading {
                 area: need(self.area_m2, "area")?,
                 thickness: need(self.thickness_m, "thickness")?,
             },
-            LoadingKind::Punch => Body::Punch(need(self.radius_m, "radius")?),
+            LoadingKind::Punch => Body::Punch(need(self.radius_m, "indenter radius")?),
             LoadingKind::Sphere => Body::Sphere {
-                radius: need(self.radius_m, "radius")?,
+                radius: need(self.radius_m, "indenter radius")?,
                 layer: match self.bonded {
                     true => Some(need(self.thickness_m, "thickness")?),
                     false => None,
@@ -165,13 +165,13 @@ impl Loading {
         let round = matches!(kind, LoadingKind::Punch | LoadingKind::Sphere);
         idle(self.area_m2.is_some() && !slab, "area")?;
         idle(self.thickness_m.is_some() && !(slab || layer), "thickness")?;
-        idle(self.radius_m.is_some() && !round, "radius")?;
+        idle(self.radius_m.is_some() && !round, "indenter radius")?;
         idle(
             self.half_angle_rad.is_some() && kind != LoadingKind::Cone,
             "half angle",
         )?;
         let held = layer || matches!(kind, LoadingKind::Tension | LoadingKind::Compression);
-        idle(self.bonded && !held, "bond")?;
+        idle(self.bonded && !held, "bonded")?;
         Ok(body)
     }
 }
@@ -231,10 +231,10 @@ impl Specimen {
                 positive("thickness", thickness, "m")?;
             }
             Body::Punch(radius) => {
-                positive("radius", radius, "m")?;
+                positive("indenter radius", radius, "m")?;
             }
             Body::Sphere { radius, layer } => {
-                positive("radius", radius, "m")?;
+                positive("indenter radius", radius, "m")?;
                 positive("thickness", layer.unwrap_or(radius), "m")?;
             }
             Body::Cone(angle) => {
@@ -481,7 +481,8 @@ impl DepthMap<f64> {
         for _ in 0..64 {
             let step = (self.at(depth) - value) / self.slope(depth);
             let next = depth - step;
-            if !(next < depth) {
+            // Rounding stands still, or steps back.
+            if next.is_nan() || next >= depth {
                 break;
             }
             depth = next;
