@@ -15,8 +15,7 @@ use super::error::IdentifyError;
 use super::fit::{Estimate, Fit};
 use super::record::Record;
 use super::{Identification, Options, choose, identified};
-use crate::identify::keys::KIND;
-use crate::material::STIFFENING;
+use crate::identify::keys::{BOOTSTRAP, KIND, STIFFENING};
 use crate::model::ModelKind;
 use fracdiff::parameter::Shown;
 use haptic_loop::Specimen;
@@ -35,6 +34,8 @@ const FEW_STARTS: usize = 10;
 const ROUNDS: usize = 12;
 /// Change of ζ² or ζ that ends a search.
 const NEAR: f64 = 0.02;
+/// Width of an interval over b up to which the record tells b.
+const SETTLED: f64 = 0.5;
 /// Points between two fits of an interval.
 const BETWEEN: usize = 10;
 
@@ -57,11 +58,13 @@ pub(super) fn stiffened(
 ) -> Result<Identification, IdentifyError> {
     let wrong = |reason: String| Err(IdentifyError::Record(reason));
     if options.bootstrap > 0 {
-        return wrong("the intervals of a stiffening are profiles: omit the bootstrap".to_owned());
+        return wrong(format!(
+            "the intervals of a stiffening are profiles: omit {BOOTSTRAP}"
+        ));
     }
     if !record.can_stiffen() {
         return wrong(format!(
-            "a stiffening is seen in a motion whose strain grows with the depth, none under a cone: give {}, or no stiffening",
+            "a stiffening is seen in a motion whose strain grows with the depth, none under a cone: give {}, or omit {STIFFENING}",
             KIND.set_to("record")
         ));
     }
@@ -126,7 +129,7 @@ pub(super) fn stiffened(
     widen(fit, &valley, &limit);
     let error = low.zip(high).map(|(low, high)| (high - low) / (2.0 * CHI));
     fit.parameters.push(Estimate {
-        name: STIFFENING,
+        name: STIFFENING.0,
         unit: "",
         value: b,
         standard_error: error,
@@ -142,7 +145,7 @@ pub(super) fn stiffened(
 /// What the interval of b says.
 fn said(record: &Record, low: Option<f64>, b: f64, high: Option<f64>) -> Option<String> {
     let low = low.unwrap_or(0.0);
-    if high.is_some_and(|high| low > 0.0 && high - low <= b) {
+    if high.is_some_and(|high| low > 0.0 && high - low <= SETTLED * b) {
         return None;
     }
     let what = match low {

@@ -32,8 +32,6 @@ pub(super) fn draw(found: &Identification, source: &str) -> Result<Picture, Figu
         _ => Scale::Log,
     };
     let across = across(AxisSpec::new(x, scale), &found.x);
-    // An oscillation has all frequencies twice: a gap keeps its two curves apart.
-    let half = (found.kind == RecordKind::Oscillation).then_some(found.x.len() / 2);
     let colour = |n: usize| if n >= RECORD { n + 1 } else { n };
     let record = pairs(&found.x, &found.measured);
     let upper = Panel::new("record and models", across, AxisSpec::new(y, scale));
@@ -41,7 +39,7 @@ pub(super) fn draw(found: &Identification, source: &str) -> Result<Picture, Figu
     // The chosen one on top, and broad, or the record would cover it where it is right.
     for (n, fit) in found.fits.iter().enumerate().rev() {
         let look = if n == 0 { Look::Broad } else { Look::Line };
-        let curve = gap(pairs(&found.x, &fit.predicted), half);
+        let curve = pairs(&found.x, &fit.predicted);
         upper = upper.with(name(found.kind, fit), look, colour(n), curve);
     }
     // Poor models would flatten the residuals of the good ones; of markers that meet, the first stays.
@@ -79,13 +77,14 @@ fn name(kind: RecordKind, fit: &Fit) -> String {
     }
 }
 
+/// A curve, with a gap before each time or frequency that begins anew: of the loss moduli, or of another motion.
 fn pairs(x: &[f64], y: &[f64]) -> Points {
-    x.iter().copied().zip(y.iter().copied()).collect()
-}
-
-fn gap(mut points: Points, at: Option<usize>) -> Points {
-    if let Some(at) = at {
-        points.insert(at, (f64::NAN, f64::NAN));
+    let mut points = Points::new();
+    for (&x, &y) in x.iter().zip(y) {
+        if points.last().is_some_and(|last| x <= last.0) {
+            points.push((f64::NAN, f64::NAN));
+        }
+        points.push((x, y));
     }
     points
 }
