@@ -362,18 +362,19 @@ impl Indentation {
     fn look(&self, samples: u64) -> Preflight<'_> {
         let rendering = &self.rendering;
         let piece = &rendering.piece;
-        let (stiffness, dissipation) = piece.spring_and_damper();
-        // As steep as it becomes where the run ends.
-        let slope = (piece.specimen.depth_map()).map_or(1.0, |map| map.slope(self.deepest()));
-        Preflight {
-            stiffness_n_per_m: slope * stiffness,
-            dissipation_n_s_mu_per_m: slope * dissipation,
+        let (stiffness_n_per_m, dissipation_n_s_mu_per_m) = piece.spring_and_damper();
+        let look = Preflight {
+            stiffness_n_per_m,
+            dissipation_n_s_mu_per_m,
             order: piece.material.order(),
             model: piece.material.composed(),
             scheme: rendering.scheme,
             sample_time_s: rendering.sample_time_s,
             samples,
-        }
+        };
+        // As steep as it becomes where the run ends.
+        let slope = (piece.specimen.depth_map()).map_or(1.0, |map| map.slope(self.deepest()));
+        look.steeper(slope)
     }
 
     /// The depth at the end of the run, m, that of the tissue alone.
