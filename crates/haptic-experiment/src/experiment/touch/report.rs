@@ -7,6 +7,7 @@ use crate::document::failure::Failure;
 use crate::document::parameters::SAMPLE_TIME;
 use crate::experiment::trial::{Seen, incomparable};
 use crate::judge::decimated::Decimated;
+use crate::judge::preflight::Matter;
 use crate::judge::report::{Errors, Files, RunReport};
 use crate::judge::warnings::Warnings;
 use crate::judge::{Compared, Curves, Origin, Reference};
