@@ -371,10 +371,10 @@ impl Indentation {
             scheme: rendering.scheme,
             sample_time_s: rendering.sample_time_s,
             samples,
+            map: None,
         };
         // As steep as it becomes where the run ends.
-        let slope = (piece.specimen.depth_map()).map_or(1.0, |map| map.slope(self.deepest()));
-        look.steeper(slope)
+        look.at_depth(piece.specimen.depth_map(), self.deepest())
     }
 
     /// The depth at the end of the run, m, that of the tissue alone.
