@@ -455,9 +455,19 @@ pub(crate) fn relax(
     }
     let rendering = rendering(table, drive, (&CONTACT, duration_s))?;
     let size = |piece: &Specimen| piece.slab_sizes().map(|(_, thickness)| thickness.0);
+    let depth_m = either(table, &rendering, (&STRAIN, size), &DEPTH)?;
+    let thickness_m = rendering.piece.specimen.loading().thickness_m;
+    if let Some(thickness_m) = thickness_m.filter(|thickness_m| depth_m > *thickness_m) {
+        let reason = format!(
+            "depth_m = {depth_m} is beyond thickness_m = {thickness_m}: change one of them",
+            depth_m = Shown(depth_m),
+            thickness_m = Shown(thickness_m)
+        );
+        return Err(table.fail_at(DEPTH.key, reason));
+    }
     Ok(Indentation {
         load: Load::Depth {
-            depth_m: either(table, &rendering, (&STRAIN, size), &DEPTH)?,
+            depth_m,
             ramp_time_s,
         },
         duration_s,

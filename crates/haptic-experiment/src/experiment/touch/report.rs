@@ -124,13 +124,18 @@ impl TouchExperiment {
         } else {
             Files::of_run(ran, None)
         };
-        let run = RunReport::new(
+        let mut run = RunReport::new(
             ran,
             device_name(self.remote.as_ref()),
             self.sample_time().0,
             files,
             self.warnings(ran, verdict, energy),
         );
+        if let Matter::Tissue(piece) = &self.matter {
+            let times_s = (self.sample_time().0, record.duration_s());
+            run.warnings
+                .extend(piece.leaves(times_s, record.farthest_m()));
+        }
         let report = TouchReport {
             axes: D,
             shape: self.shape.words(),
