@@ -97,13 +97,12 @@ pub(crate) fn of_report(report: &Report, curves: &Curves) -> Result<Picture, Fig
 
 /// A run beside its closed form.
 fn of_theory(report: &IndentationReport, curves: &Curves) -> Result<Picture, FigureError> {
-    let (quantity, label) = match report.final_strain {
-        Some(_) => ("strain", "strain"),
-        None => ("force", "force / N"),
-    };
-    let (error_label, factor) = match report.final_strain {
-        None => ("tracking error / µm", 1e6),
-        Some(_) => ("tracking error / mN", 1e3),
+    let of_force = ("tracking error / mN", 1e3);
+    let (quantity, label, (error_label, factor)) = match (report.final_strain, report.final_depth_m)
+    {
+        (Some(_), _) => ("strain", "strain", of_force),
+        (None, Some(_)) => ("depth", "depth / m", of_force),
+        (None, None) => ("force", "force / N", ("tracking error / µm", 1e6)),
     };
     let errors = curves.column("tracking_error").iter();
     let tracking_error: Vec<f64> = errors.map(|error| factor * error).collect();

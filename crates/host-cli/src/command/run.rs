@@ -97,8 +97,8 @@ pub(crate) const CREEP_ABOUT: &str = "\
 Creep: the indenter pushes a virtual tissue with a constant force. The strain is recorded, drawn and compared \
 with its closed form (a Mittag-Leffler function, or a power law without elastic modulus).
 
-Writes creep.mcap, creep.csv, creep.svg and creep.png. Mass and damping of the simulated rig slow down the \
-first second; the report says by how much.";
+Writes creep.mcap, creep.csv, creep.svg and creep.png. Nothing has a mass, unless --contact or a device gives it one: \
+then the report says from when on the tissue is seen, not the rig.";
 
 /// Arguments of an experiment without a file.
 #[derive(Debug, Args)]
