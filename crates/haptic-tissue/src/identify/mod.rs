@@ -29,6 +29,8 @@ mod error;
 mod fit;
 mod history;
 mod keys;
+mod noise;
+mod profile;
 mod record;
 mod search;
 pub mod table;
@@ -36,7 +38,6 @@ mod target;
 
 pub use crate::model::CANDIDATES;
 use crate::model::ModelKind;
-use bootstrap::intervals;
 use elements::Candidate;
 pub use error::IdentifyError;
 use fit::{AS_GOOD, fit};
@@ -165,7 +166,10 @@ fn identified(
     for &kind in &options.candidates {
         let candidate = Candidate::of(kind)?;
         match search(candidate, &target, options.starts.max(1)) {
-            Ok(best) => fitted.push((fit(candidate, &target, &best), best)),
+            Ok(best) => {
+                let (fit, certainty) = fit(candidate, &target, &best);
+                fitted.push((fit, best, certainty));
+            }
             Err(error) if options.chosen == Some(kind) => return Err(error),
             Err(error) => failed.push(error),
         }
@@ -180,26 +184,29 @@ fn identified(
     let first = fitted.remove(place);
     fitted.insert(0, first);
     let mut warnings: Vec<String> = failed.iter().map(ToString::to_string).collect();
-    if options.bootstrap > 0 {
-        // Intervals by bootstrap in place of those by standard errors.
-        let (fit, best) = &mut fitted[0];
-        let (candidate, records) = (Candidate::of(fit.kind)?, options.bootstrap);
-        let found = intervals(candidate, &target, best, records, options.seed, progress);
-        for (estimate, (low, high)) in fit.parameters.iter_mut().zip(found.ends) {
-            estimate.low_95 = Some(low).filter(|x| x.is_finite());
-            estimate.high_95 = Some(high).filter(|x| x.is_finite());
-        }
+    let (fit, best, certainty) = &mut fitted[0];
+    let candidate = Candidate::of(fit.kind)?;
+    let ends = if options.bootstrap > 0 {
+        let records = options.bootstrap;
+        let found = bootstrap::intervals(candidate, &target, best, records, options.seed, progress);
         let lost = records - found.fitted;
         if lost > 0 {
             warnings.push(format!(
                 "{lost} of {records} records of the bootstrap could not be fitted and are left out"
             ));
         }
+        found.ends
+    } else {
+        profile::intervals(candidate, &target, best, certainty)
+    };
+    for (estimate, (low, high)) in fit.parameters.iter_mut().zip(ends) {
+        estimate.low_95 = Some(low).filter(|x| x.is_finite());
+        estimate.high_95 = Some(high).filter(|x| x.is_finite());
     }
     if let Some(said) = advice::about_length(target.samples(), record) {
         warnings.push(said);
     }
-    let fits: Vec<Fit> = fitted.into_iter().map(|(fit, _)| fit).collect();
+    let fits: Vec<Fit> = fitted.into_iter().map(|(fit, ..)| fit).collect();
     warnings.extend(advice::about(&fits));
     let (x, measured) = target.values(record);
     Ok(Identification {
