@@ -30,6 +30,14 @@ pub(super) fn share(parameter: usize, variable: usize, ln_unit: f64) -> f64 {
     }
 }
 
+/// A reported parameter of its logarithm, or an order of itself.
+pub(super) fn number(parameter: usize, value: f64) -> f64 {
+    match is_order(parameter) {
+        true => value,
+        false => libm::exp(value),
+    }
+}
+
 impl Candidate {
     #[cfg(test)]
     pub(super) fn all() -> [Self; CANDIDATES.len()] {

@@ -1,6 +1,6 @@
 //! A model fitted to a record, with its errors.
 
-use super::elements::{Candidate, Elements, is_order, share};
+use super::elements::{Candidate, Elements, is_order, number, share};
 use super::noise::{independent, neighbours};
 use super::search::Best;
 use super::target::Target;
@@ -9,6 +9,8 @@ use nalgebra::{DMatrix, DVector};
 
 /// A model with no more BIC than the best and this is as good: odds of less than 3 to 1 (R. Kass, A. Raftery, *Bayes factors*, 1995).
 pub(super) const AS_GOOD: f64 = 2.0;
+/// A model with so much more BIC than the best is refused by the record: odds of more than 150 to 1 (the same source).
+pub(super) const REFUSED: f64 = 10.0;
 
 /// Orders closer to 0 or 1 are 0 or 1.
 const CLASSICAL: f64 = 1e-4;
@@ -152,19 +154,21 @@ pub struct Estimate {
     pub value: f64,
     /// Standard error by the curvature of the sum of squares; none at an end of the range, or if the record does not settle the parameter.
     pub standard_error: Option<f64>,
-    /// Low end of the 95 % interval.
+    /// Low end of the 95 % interval: by the profile of the sum of squares, or of a fit that the record refuses (BIC more than 10 above the
+    /// least) by the standard error. None for a modulus that the record does not bound.
     pub low_95: Option<f64>,
-    /// High end.
+    /// High end, likewise.
     pub high_95: Option<f64>,
 }
 
-/// The parameters of the elements in SI units: ln Vᵢ = aᵢ + αᵢ ln t₀ for a modulus, αᵢ for an order.
+/// The parameters of the elements in SI units.
 pub(super) fn parameters(candidate: Candidate, elements: &Elements, unit_s: f64) -> Vec<f64> {
-    let ln_unit = libm::log(unit_s);
-    (0..candidate.parameters())
-        .map(|v| match is_order(v) {
-            true => elements.order[v / 2],
-            false => libm::exp(elements.ln_modulus[v / 2] + elements.order[v / 2] * ln_unit),
+    let (variables, ln_unit) = (elements.variables(candidate), libm::log(unit_s));
+    (0..variables.len())
+        .map(|parameter| {
+            let parts = variables.iter().enumerate();
+            let parts = parts.map(|(variable, value)| share(parameter, variable, ln_unit) * value);
+            number(parameter, parts.sum())
         })
         .collect()
 }

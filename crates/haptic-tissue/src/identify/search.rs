@@ -15,7 +15,7 @@ const FEW: usize = 160;
 /// Minima of the first pass that are followed on all samples.
 const FOLLOWED: usize = 6;
 /// Sums closer than this are one minimum.
-const SAME: f64 = 1e-4;
+pub(super) const SAME: f64 = 1e-4;
 const ROUGH: Effort = Effort {
     tolerance: 1e-5,
     patience: 12,
@@ -31,7 +31,7 @@ pub(super) const FINE: Effort = Effort {
     patience: 100,
 };
 /// A variable so near to an end of its range, over the range, is at the end.
-pub(super) const AT_END: f64 = 2e-4;
+const AT_END: f64 = 2e-4;
 /// A fixed end may cost so much of the sum.
 const COST_OF_END: f64 = 1e-5;
 
@@ -73,7 +73,17 @@ pub(super) fn search(
     found.dedup_by(|later, earlier| later.sum <= earlier.sum * (1.0 + SAME));
     found.truncate(FOLLOWED);
     let mut followed: Vec<Minimum> = (found.iter())
-        .map(|minimum| minimise(candidate, target, &ranges, &minimum.values, &all, &[], CLOSE))
+        .map(|minimum| {
+            minimise(
+                candidate,
+                target,
+                &ranges,
+                &minimum.values,
+                &all,
+                &[],
+                CLOSE,
+            )
+        })
         .filter(|minimum| minimum.sum.is_finite())
         .collect();
     followed.sort_by(|a, b| a.sum.total_cmp(&b.sum));
@@ -187,14 +197,13 @@ pub(super) struct Minimum {
     pub(super) converged: bool,
 }
 
-/// A row beside those of the record: root·(Σ share·x − aim).
+/// A row beside those of the record: weight·(Σ share·x − aim), for each variable x.
 #[derive(Clone, Debug)]
 pub(super) struct Pull {
-    /// One for each variable.
     pub(super) shares: Vec<f64>,
     pub(super) aim: f64,
-    pub(super) root: f64,
-    /// A sum above the aim is as good as the aim.
+    pub(super) weight: f64,
+    /// Nothing is pulled down.
     pub(super) from_below: bool,
 }
 
@@ -204,12 +213,10 @@ impl Pull {
         pairs.map(|(share, value)| share * value).sum()
     }
 
-    /// What the row is times its share of each variable: 0 for one that does not pull.
-    fn root(&self, sum: f64) -> f64 {
-        if self.from_below && sum > self.aim {
-            0.0
-        } else {
-            self.root
+    fn weight(&self, sum: f64) -> f64 {
+        match self.from_below && sum > self.aim {
+            true => 0.0,
+            false => self.weight,
         }
     }
 }
@@ -249,10 +256,10 @@ impl Problem<'_> {
         });
         for (n, pull) in (self.target.len()..).zip(self.pulls) {
             let sum = pull.sum(&self.values);
-            let root = pull.root(sum);
-            residuals[n] = root * (sum - pull.aim);
+            let weight = pull.weight(sum);
+            residuals[n] = weight * (sum - pull.aim);
             for (k, &v) in free.iter().enumerate() {
-                jacobian[(n, k)] = root * pull.shares[v] * turn[k];
+                jacobian[(n, k)] = weight * pull.shares[v] * turn[k];
             }
         }
     }
