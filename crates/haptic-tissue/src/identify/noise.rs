@@ -50,3 +50,65 @@ pub(super) fn independent(residuals: &[f64], parts: usize, parameters: usize) ->
     let chance = CHANCE * libm::sqrt(2.0 * width);
     n as f64 / if time > 1.0 + chance { time } else { 1.0 }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use rand_distr::{Distribution as _, StandardNormal};
+    use rand_pcg::Pcg64;
+    use rand_pcg::rand_core::SeedableRng as _;
+
+    /// n over the independent ones, of a series of which each value is like the one before by so much; in parts of equal length.
+    fn time(length: usize, parts: usize, alike: f64, seed: u64) -> f64 {
+        let mut generator = Pcg64::seed_from_u64(seed);
+        let mut draw = || -> f64 { StandardNormal.sample(&mut generator) };
+        let mut series = Vec::new();
+        for _ in 0..parts {
+            let mut last = draw();
+            for _ in 0..length {
+                series.push(last);
+                last = alike * last + (1.0 - alike * alike).sqrt() * draw();
+            }
+        }
+        series.len() as f64 / independent(&series, parts, 0)
+    }
+
+    #[test]
+    fn white_noise_is_left_alone() {
+        for (length, parts) in [(6, 1), (30, 1), (100, 2), (2000, 1)] {
+            let times: Vec<f64> = (0..400)
+                .map(|seed| time(length, parts, 0.0, seed))
+                .collect();
+            let white = times.iter().filter(|time| **time == 1.0).count();
+            assert!(white >= 388, "{white} of 400 with {length} samples");
+        }
+    }
+
+    /// An AR(1) process has τ = (1 + ρ)/(1 − ρ).
+    #[test]
+    fn slow_noise_is_measured() {
+        for (length, parts, alike) in [
+            (2000, 1, 0.5),
+            (1000, 2, 0.8),
+            (2000, 1, 0.9),
+            (20_000, 1, 0.98),
+        ] {
+            let times = (0..100).map(|seed| time(length, parts, alike, seed));
+            let mean = times.sum::<f64>() / 100.0;
+            let wanted = (1.0 + alike) / (1.0 - alike);
+            assert!(
+                (mean / wanted - 1.0).abs() < 0.12,
+                "{alike}: {mean} {wanted}"
+            );
+        }
+    }
+
+    #[test]
+    fn a_series_that_never_turns_counts_as_few() {
+        let ramp: Vec<f64> = (0..1000).map(|i| f64::from(i) - 499.5).collect();
+        let few = independent(&ramp, 1, 2);
+        assert!(few < 10.0, "{few}");
+        assert_eq!(independent(&[0.0; 10], 1, 2), 10.0);
+        assert_eq!(independent(&[0.1], 1, 1), 1.0);
+    }
+}
