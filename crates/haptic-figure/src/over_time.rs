@@ -458,3 +458,18 @@ fn row(name: char, caption: &str, label: &'static str, curves: Vec<Curve>) -> Ro
         panels: vec![panel.panel()],
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn no_stroke_means_two_things_in_a_picture() {
+        let theory = [&[RUN, THEORY, DIFFERENCE], HELD.as_slice()].concat();
+        for strokes in [theory.as_slice(), &MOTIONS] {
+            for (n, stroke) in strokes.iter().enumerate() {
+                assert!(!strokes[..n].contains(stroke), "{stroke:?}");
+            }
+        }
+    }
+}
