@@ -236,9 +236,11 @@ fn half_way(order: f64, candidates: &[Candidate]) -> Vec<Order> {
     let below = orders().filter(|other| *other < order).reduce(f64::max);
     let above = orders().filter(|other| *other > order).reduce(f64::min);
     let beside = [below, above].into_iter().flatten();
-    let middles = beside.map(|other| (50.0 * (order + other)).round() / 100.0);
-    let new = middles.filter(|middle| orders().all(|other| other != *middle));
-    new.map(Order::new).flatten().collect()
+    let tried: Vec<Order> = orders().flat_map(Order::new).collect();
+    beside
+        .flat_map(|other| Order::new((50.0 * (order + other)).round() / 100.0))
+        .filter(|middle| !tried.contains(middle))
+        .collect()
 }
 
 /// Tries an experiment, and makes it longer until it has settled: close to the edge it rings for long. An unstable one ends in a
