@@ -35,7 +35,7 @@ use fractional_haptics::haptic_loop::units::{
 };
 use fractional_haptics::haptic_loop::{
     Ball, Contact, Controller, Device, EnergyBounding, Environment, Guard, Limits,
-    PassivityObserver, Reading, SafeForce, SafetyChain, SafetyState, Specimen, SpringDamper,
+    Modulus, PassivityObserver, Reading, SafeForce, SafetyChain, SafetyState, Specimen, SpringDamper,
     Tissue, Workspace,
 };
 use input::{BATCH, SAMPLE_TIME, order, ramp_and_hold};
@@ -260,8 +260,8 @@ fn tissue<F: Real, O: Differintegrator<F>>(
     operator: O,
 ) -> Result<SpringDamper<F, O>, Box<dyn Error>> {
     let prostate = Tissue::new(Pascals(0.0), 8650.0, order())?;
-    let specimen = Specimen::new(SquareMetres(4e-4), Metres(0.02))?;
-    Ok(SpringDamper::of_tissue(&prostate, &specimen, operator)?)
+    let specimen = Specimen::slab(SquareMetres(4e-4), Metres(0.02))?;
+    Ok(SpringDamper::of_tissue(&prostate, (&specimen, Modulus::Young), operator)?)
 }
 
 fn contact<F: Real, O: Differintegrator<F>, const D: usize>(

@@ -62,10 +62,14 @@ pub trait Real:
 
     /// Square root, rounded to nearest; NaN below zero.
     fn sqrt(self) -> Self;
+
+    /// e^x − 1, to a unit of the last place.
+    fn exp_m1(self) -> Self;
 }
 
 macro_rules! real {
-    ($float:ty, compensated: $compensated:expr, negligible: $negligible:expr, sqrt: $sqrt:path) => {
+    ($float:ty, compensated: $compensated:expr, negligible: $negligible:expr, sqrt: $sqrt:path,
+     exp_m1: $exp_m1:path) => {
         impl Real for $float {
             const ZERO: Self = 0.0;
             const ONE: Self = 1.0;
@@ -97,12 +101,17 @@ macro_rules! real {
             fn sqrt(self) -> Self {
                 $sqrt(self)
             }
+
+            #[inline]
+            fn exp_m1(self) -> Self {
+                $exp_m1(self)
+            }
         }
     };
 }
 
-real!(f32, compensated: true, negligible: f32::from_bits(37 << 23), sqrt: libm::sqrtf);
-real!(f64, compensated: false, negligible: f64::from_bits(123 << 52), sqrt: libm::sqrt);
+real!(f32, compensated: true, negligible: f32::from_bits(37 << 23), sqrt: libm::sqrtf, exp_m1: libm::expm1f);
+real!(f64, compensated: false, negligible: f64::from_bits(123 << 52), sqrt: libm::sqrt, exp_m1: libm::expm1);
 
 /// Adds `increment` and the rounding error kept in `carry` to `sum`, and keeps the new rounding
 /// error: Knuth's two-sum, exact for any magnitudes (*The Art of Computer Programming* 2, §4.2.2).

@@ -2,10 +2,10 @@
 
 use crate::environment::Environment;
 use crate::error::ParameterError;
+use crate::loading::DepthMap;
 use crate::surface::{Plane, Surface};
 use crate::units::Metres;
 use core::array;
-use core::marker::PhantomData;
 use fracdiff::Real;
 use nalgebra::SVector;
 
@@ -13,8 +13,9 @@ use nalgebra::SVector;
 ///
 /// ```text
 /// p = max(0, depth(x))           penetration, m; of a plane n·x − s
-/// f = n·min(0, f_inner(p))       the inner environment's force on p, without its pull; n unit normal into it
+/// f = n·min(0, f_inner(e(p)))    the inner environment's force on e(p), without its pull; n unit normal into it
 /// ```
+/// - *Map of depth*: e(p) = p, unless [a map is given](Self::with_depth_map).
 /// - *One scalar operator*: the inner environment sees the penetration, zero outside, so its history forgets nothing and gains
 ///   nothing while the device is away. With one degree of freedom n = +1.
 /// - *Round a ball* the history is that of the penetration, wherever it was: a hand that slides along at one depth feels
@@ -44,7 +45,7 @@ use nalgebra::SVector;
 pub struct Contact<F, E, const D: usize, S = Plane<F, D>> {
     inner: E,
     surface: S,
-    number: PhantomData<F>,
+    map: Option<DepthMap<F>>,
 }
 
 impl<F: Real, E: Environment<F, 1>> Contact<F, E, 1> {
@@ -67,11 +68,16 @@ impl<F: Real, E: Environment<F, 1>, const D: usize> Contact<F, E, D> {
         Plane::new(direction, surface).map(|plane| Self::behind(plane, inner))
     }
 
-    /// Behind another plane, and its environment to be changed.
-    pub(crate) fn reshape(&mut self, plane: Option<Plane<F, D>>) -> &mut E {
+    /// Behind another plane with another map, and its environment to be changed.
+    pub(crate) fn reshape(
+        &mut self,
+        plane: Option<Plane<F, D>>,
+        map: Option<DepthMap<F>>,
+    ) -> &mut E {
         if let Some(plane) = plane {
             self.surface = plane;
         }
+        self.map = map;
         &mut self.inner
     }
 }
@@ -82,8 +88,14 @@ impl<F: Real, E: Environment<F, 1>, const D: usize, S: Surface<F, D>> Contact<F,
         Self {
             inner,
             surface,
-            number: PhantomData,
+            map: None,
         }
+    }
+
+    /// The same pressed otherwise than a slab: the environment behind sees e of the penetration.
+    #[must_use]
+    pub fn with_depth_map(self, map: Option<DepthMap<F>>) -> Self {
+        Self { map, ..self }
     }
 
     /// The environment behind the surface.
@@ -101,7 +113,7 @@ impl<F: Real, E: Environment<F, 1>, const D: usize, S: Surface<F, D>> Contact<F,
     /// The force of the environment behind, N: at most 0, out of it.
     #[inline]
     fn push(&self, history: &E::History, depth: F) -> F {
-        let depth = penetration(depth);
+        let depth = self.penetration(depth);
         let inner = self.inner.force(history, &depth)[0];
         // Outside nothing pushes, whatever the past; inside nothing pulls. A NaN stays a NaN.
         if depth[0] <= F::ZERO || inner > F::ZERO {
@@ -110,19 +122,19 @@ impl<F: Real, E: Environment<F, 1>, const D: usize, S: Surface<F, D>> Contact<F,
             inner
         }
     }
-}
 
-/// p of a depth, m.
-#[inline]
-fn penetration<F: Real>(depth: F) -> SVector<F, 1> {
-    SVector::from([if !depth.is_finite() {
-        // Even −∞, which is outside, must reach the safety chain.
-        F::from_f64(f64::NAN)
-    } else if depth < F::ZERO {
-        F::ZERO
-    } else {
-        depth
-    }])
+    /// e(p) of a depth, m.
+    #[inline]
+    fn penetration(&self, depth: F) -> SVector<F, 1> {
+        SVector::from([if !depth.is_finite() {
+            // Even −∞, which is outside, must reach the safety chain.
+            F::from_f64(f64::NAN)
+        } else if depth < F::ZERO {
+            F::ZERO
+        } else {
+            self.map.map_or(depth, |map| map.at(depth))
+        }])
+    }
 }
 
 impl<F: Real, E: Environment<F, 1>, const D: usize, S: Surface<F, D>> Environment<F, D>
@@ -151,7 +163,7 @@ impl<F: Real, E: Environment<F, 1>, const D: usize, S: Surface<F, D>> Environmen
 
     #[inline]
     fn advance(&self, history: &mut E::History, position_m: &SVector<F, D>) {
-        let depth = penetration(self.surface.depth(position_m));
+        let depth = self.penetration(self.surface.depth(position_m));
         self.inner.advance(history, &depth);
     }
 }

@@ -19,6 +19,20 @@ pub enum ParameterError {
         /// It follows from the mass of the device.
         mass_known: bool,
     },
+    /// A size that a loading needs.
+    Missing {
+        /// The size.
+        what: &'static str,
+        /// The kind of loading.
+        loading: &'static str,
+    },
+    /// A size that a loading does not have.
+    NoEffect {
+        /// The size.
+        what: &'static str,
+        /// The kind of loading.
+        loading: &'static str,
+    },
     /// A parameter of the operator.
     Operator(fracdiff::ParameterError),
 }
@@ -55,6 +69,12 @@ impl fmt::Display for ParameterError {
                     value_n_s_per_m = Shown(value_n_s_per_m),
                     most_n_s_per_m = Shown(most_n_s_per_m)
                 )
+            }
+            Self::Missing { what, loading } => {
+                write!(f, "loading {loading} needs {what}")
+            }
+            Self::NoEffect { what, loading } => {
+                write!(f, "{what} has no effect on loading {loading}")
             }
             Self::Operator(ref error) => error.fmt(f),
         }

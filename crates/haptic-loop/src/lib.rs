@@ -13,6 +13,7 @@ mod engaged;
 mod environment;
 mod error;
 mod guard;
+mod loading;
 #[cfg(feature = "plants")]
 pub mod plant;
 #[cfg(feature = "std")]
@@ -34,12 +35,13 @@ pub use fracdiff::parameter::RangeError;
 pub use guard::{
     EnergyBounding, Guard, MAX_GUARD_DELAY_SAMPLES, MAX_GUARD_LAG_SAMPLES, PassivityObserver,
 };
+pub use loading::{DepthMap, INCOMPRESSIBLE, Loading, LoadingKind, Modulus, Specimen};
 pub use safety::{
     Fault, Limiters, Limits, SafeForce, SafetyChain, SafetyState, SpeedLimit, StartRefused, Stuck,
     Workspace,
 };
 pub use surface::{Ball, Plane, Shape, Surface};
-pub use tissue::{Specimen, Tissue};
+pub use tissue::Tissue;
 pub use wall::{Wall, WallShape};
 
 /// Vectors of axes: [`nalgebra::SVector`].

@@ -1,8 +1,9 @@
-//! Soft tissue after the fractional Kelvin–Voigt (KVFD) model, and a specimen of it.
+//! Soft tissue after the fractional Kelvin–Voigt (KVFD) model, and the wall that a specimen of it is.
 
 use crate::SpringDamper;
 use crate::error::ParameterError;
-use crate::units::{Metres, Newtons, Pascals, SquareMetres};
+use crate::loading::{Modulus, Specimen};
+use crate::units::Pascals;
 use fracdiff::parameter::{not_negative, positive, range};
 use fracdiff::{Differintegrator, Order, Real};
 
@@ -17,17 +18,6 @@ pub struct Tissue {
     elastic_modulus: Pascals,
     viscosity_pa_s_alpha: f64,
     order: Order,
-}
-
-/// A piece of tissue: how large, how thick.
-///
-/// ```text
-/// ε = x/ℓ        F = A·σ
-/// ```
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Specimen {
-    area: SquareMetres,
-    thickness: Metres,
 }
 
 impl Tissue {
@@ -111,84 +101,22 @@ impl Tissue {
     }
 }
 
-impl Specimen {
-    /// A > 0, ℓ > 0.
-    ///
-    /// # Errors
-    /// Outside these ranges.
-    pub fn new(area: SquareMetres, thickness: Metres) -> Result<Self, ParameterError> {
-        positive("area", area.0, "m²")?;
-        positive("thickness", thickness.0, "m")?;
-        Ok(Self { area, thickness })
-    }
-
-    /// x = ε·ℓ.
-    #[must_use]
-    pub fn displacement(&self, strain: f64) -> Metres {
-        Metres(strain * self.thickness.0)
-    }
-
-    /// ε = x/ℓ.
-    #[must_use]
-    pub fn strain(&self, displacement: Metres) -> f64 {
-        displacement.0 / self.thickness.0
-    }
-
-    /// F = A·σ.
-    #[must_use]
-    pub fn force(&self, stress: Pascals) -> Newtons {
-        Newtons(self.area.0 * stress.0)
-    }
-
-    /// A.
-    #[must_use]
-    pub const fn area(&self) -> SquareMetres {
-        self.area
-    }
-
-    /// ℓ.
-    #[must_use]
-    pub const fn thickness(&self) -> Metres {
-        self.thickness
-    }
-}
-
 impl<F: Real, O: Differintegrator<F>> SpringDamper<F, O> {
-    /// A specimen of tissue: f = −(A/ℓ)·(E₀·x + η·D^α x), K = A·E₀/ℓ and B = A·η/ℓ. `operator` is D^α with the tissue's α
-    /// and the loop's sample time.
+    /// A specimen of tissue: f = −γ·(E₀·x + η·D^α x), K = γ·E₀ and B = γ·η, γ the [shape](Specimen::shape) of the specimen for
+    /// the modulus that the tissue's numbers are. `operator` is D^α with the tissue's α and the loop's sample time.
+    ///
+    /// Of a specimen with a [`DepthMap`](crate::DepthMap) x is e(δ): give the map to a
+    /// [`Contact`](crate::Contact::with_depth_map).
     ///
     /// # Errors
     /// If K or B overflows.
     pub fn of_tissue(
         tissue: &Tissue,
-        specimen: &Specimen,
+        (specimen, modulus): (&Specimen, Modulus),
         operator: O,
     ) -> Result<Self, ParameterError> {
-        let (modulus, viscosity) = (tissue.elastic_modulus, tissue.viscosity_pa_s_alpha);
-        Self::of_specimen(modulus, viscosity, specimen, operator)
-    }
-
-    /// A specimen of any matter whose stress is a spring beside one operator: K = A·E/ℓ, B = A·B/ℓ.
-    ///
-    /// ```text
-    /// σ = E·ε + B·O(ε)        E Pa, B Pa·s^μ, O the operator in s^(−μ)
-    /// ```
-    /// Fractional Maxwell, Zener, Poynting–Thomson models and Prony series are of this form, for the memory of elements in
-    /// series is one operator too: `SampledModel` of the crate `haptic-tissue` gives E, B and its design.
-    ///
-    /// # Errors
-    /// As [`new`](Self::new).
-    pub fn of_specimen(
-        elastic_modulus: Pascals,
-        viscosity_pa_s_mu: f64,
-        specimen: &Specimen,
-        operator: O,
-    ) -> Result<Self, ParameterError> {
-        let shape = specimen.area.0 / specimen.thickness.0;
-        Self::new(
-            shape * elastic_modulus.0,
-            shape * viscosity_pa_s_mu,
-            operator,
-        )
+        let shape = specimen.shape(modulus);
+        let (elastic, viscous) = (tissue.elastic_modulus.0, tissue.viscosity_pa_s_alpha);
+        Self::new(shape * elastic, shape * viscous, operator)
     }
 }

@@ -2,6 +2,7 @@
 
 use crate::environment::Gains;
 use crate::error::Checks;
+use crate::loading::DepthMap;
 use crate::surface::Plane;
 use crate::units::Metres;
 use crate::{Contact, Environment, ParameterError, SpringDamper};
@@ -23,6 +24,7 @@ pub enum Wall<F, O> {
 pub struct WallShape<F> {
     gains: Gains<F>,
     plane: Option<Plane<F, 1>>,
+    map: Option<DepthMap<F>>,
 }
 
 impl<F: Real> WallShape<F> {
@@ -30,6 +32,7 @@ impl<F: Real> WallShape<F> {
     pub const NONE: Self = Self {
         gains: Gains::NONE,
         plane: None,
+        map: None,
     };
 
     /// # Errors
@@ -44,8 +47,15 @@ impl<F: Real> WallShape<F> {
         let shape = Self {
             gains: Gains::new(stiffness, dissipation, &mut checks),
             plane: surface.map(|surface| Plane::checked([1.0], surface, &mut checks)),
+            map: None,
         };
         checks.done().map(|()| shape)
+    }
+
+    /// The same with a map of depth, which a wall without a surface ignores.
+    #[must_use]
+    pub fn with_depth_map(self, map: Option<DepthMap<F>>) -> Self {
+        Self { map, ..self }
     }
 }
 
@@ -66,10 +76,10 @@ impl<F: Real, O: Differintegrator<F>> Wall<F, O> {
     /// Around a shape that is checked already.
     pub fn of(shape: WallShape<F>, operator: O) -> Self {
         match shape.plane {
-            Some(plane) => Self::OneSided(Contact::behind(
-                plane,
-                SpringDamper::of(shape.gains, operator),
-            )),
+            Some(plane) => {
+                let inner = SpringDamper::of(shape.gains, operator);
+                Self::OneSided(Contact::behind(plane, inner).with_depth_map(shape.map))
+            }
             None => Self::Linear(SpringDamper::of(shape.gains, operator)),
         }
     }
@@ -83,7 +93,10 @@ impl<F: Real, O: Differintegrator<F>> Wall<F, O> {
         }
         match self {
             Self::Linear(wall) => wall.reshape(shape.gains),
-            Self::OneSided(contact) => contact.reshape(shape.plane).reshape(shape.gains),
+            Self::OneSided(contact) => {
+                let inner = contact.reshape(shape.plane, shape.map);
+                inner.reshape(shape.gains)
+            }
         }
     }
 

@@ -3,6 +3,9 @@
 use crate::model::{Form, Joint, Model, ModelKind, Parameter, TWO_ELEMENTS};
 use crate::text_file::read_text;
 use fracdiff::parameter::Shown;
+use haptic_loop::{INCOMPRESSIBLE, LoadingKind, Modulus, Specimen};
+use haptic_quantity::digits;
+use serde::ser::SerializeMap as _;
 use serde::{Deserialize, Serialize, Serializer};
 use std::collections::BTreeMap;
 use std::fmt::{self, Write as _};
@@ -18,6 +21,10 @@ pub struct Material {
     pub description: String,
     /// The model with its parameters.
     pub model: Model,
+    /// b of matter that stiffens, see `haptic_loop::loading`; 0 if it does not.
+    pub stiffening: f64,
+    /// How the parameters were measured.
+    pub loading: MeasuredLoading,
     /// Where the parameters hold.
     pub range: ValidRange,
     /// The origin of the numbers.
@@ -26,6 +33,105 @@ pub struct Material {
     pub text: String,
     /// E₀, η and α as a file without `model` has them.
     two_elements: Option<[f64; 3]>,
+}
+
+/// How the parameters of a tissue were measured, and which modulus they are; `None` where the source says nothing.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct MeasuredLoading {
+    /// How the specimen was loaded.
+    pub kind: Option<LoadingKind>,
+    /// The modulus that the parameters are.
+    pub modulus: Option<Modulus>,
+    /// ν, from 0 to 0.5.
+    pub poisson_ratio: Option<f64>,
+}
+
+impl MeasuredLoading {
+    /// The modulus: as said, or that of the kind of loading; Young's if neither is known.
+    #[must_use]
+    pub fn modulus(&self) -> Modulus {
+        let of_kind = self.kind.map(LoadingKind::modulus);
+        self.modulus.or(of_kind).unwrap_or(Modulus::Young)
+    }
+
+    /// False if the modulus is assumed.
+    #[must_use]
+    pub const fn is_known(&self) -> bool {
+        self.modulus.is_some() || self.kind.is_some()
+    }
+
+    /// ν: as said, or that of incompressible matter.
+    #[must_use]
+    pub fn poisson_ratio(&self) -> f64 {
+        self.poisson_ratio.unwrap_or(INCOMPRESSIBLE)
+    }
+
+    fn lines(&self) -> String {
+        let word = |key: &str, name: Option<&str>| {
+            name.map_or(String::new(), |name| format!("{key} = \"{name}\"\n"))
+        };
+        let ratio = self.poisson_ratio;
+        word("kind", self.kind.map(LoadingKind::name))
+            + &word("modulus", self.modulus.map(Modulus::name))
+            + &ratio.map_or(String::new(), |ratio| {
+                format!("poisson_ratio = {ratio:?}\n")
+            })
+    }
+}
+
+/// As it is written.
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct LoadingTable {
+    kind: Option<Spanned<String>>,
+    modulus: Option<Spanned<String>>,
+    poisson_ratio: Option<Spanned<f64>>,
+}
+
+impl LoadingTable {
+    fn read(&self) -> Result<MeasuredLoading, Wrong> {
+        let ratio = self.poisson_ratio.as_ref();
+        if let Some(ratio) = ratio.filter(|one| !(0.0..=INCOMPRESSIBLE).contains(one.get_ref())) {
+            let value = Shown(*ratio.get_ref());
+            let reason = format!("poisson_ratio = {value} is not from 0 to {INCOMPRESSIBLE}");
+            return Err((ratio.span().start, reason));
+        }
+        Ok(MeasuredLoading {
+            kind: named("kind", self.kind.as_ref(), &LoadingKind::ALL)?,
+            modulus: named("modulus", self.modulus.as_ref(), &Modulus::ALL)?,
+            poisson_ratio: ratio.map(|ratio| *ratio.get_ref()),
+        })
+    }
+}
+
+/// One of several by its name.
+fn named<T: Copy>(
+    key: &str,
+    name: Option<&Spanned<String>>,
+    all: &[(T, &str)],
+) -> Result<Option<T>, Wrong> {
+    let Some(name) = name else { return Ok(None) };
+    let found = all.iter().find(|one| one.1 == name.get_ref());
+    found.map(|one| Some(one.0)).ok_or_else(|| {
+        let known: Vec<&str> = all.iter().map(|one| one.1).collect();
+        let reason = format!(
+            "{key} = \"{}\" is not known: take one of {}, or omit it if the source does not say",
+            name.get_ref(),
+            known.join(", ")
+        );
+        (name.span().start, reason)
+    })
+}
+
+/// Null where nothing is known.
+impl Serialize for MeasuredLoading {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        let mut map = serializer.serialize_map(Some(3))?;
+        map.serialize_entry("kind", &self.kind.map(LoadingKind::name))?;
+        map.serialize_entry("modulus", &self.modulus.map(Modulus::name))?;
+        map.serialize_entry("poisson_ratio", &self.poisson_ratio)?;
+        map.end()
+    }
 }
 
 /// The times, frequencies and strains of the measurement; `None` where the source says nothing.
@@ -154,12 +260,22 @@ impl Material {
             name: name.to_owned(),
             description: description.to_owned(),
             model,
+            stiffening: 0.0,
+            loading: MeasuredLoading::default(),
             range: ValidRange::default(),
             source,
             text: String::new(),
             two_elements: None,
         };
         Ok(material.with_range(ValidRange::default()))
+    }
+
+    /// The same with how it was measured.
+    #[must_use]
+    pub fn with_loading(mut self, loading: MeasuredLoading, stiffening: f64) -> Self {
+        (self.loading, self.stiffening) = (loading, stiffening);
+        self.text = self.to_toml();
+        self
     }
 
     /// The same with where it holds.
@@ -178,6 +294,35 @@ impl Material {
                 Some([two.second.size, two.first.size, two.first.order])
             }
             _ => None,
+        })
+    }
+
+    /// How far times from the first to the last, s, are beyond the record, in a sentence; `None` if they are not.
+    #[must_use]
+    pub fn beyond(&self, (from_s, to_s): (f64, f64)) -> Option<String> {
+        let [first_s, last_s] = self.range.times_s();
+        let above_1 = |ratio: Option<f64>| ratio.filter(|ratio| *ratio > 1.0);
+        let by = [
+            (above_1(first_s.map(|first_s| first_s / from_s)), "earlier"),
+            (above_1(last_s.map(|last_s| to_s / last_s)), "later"),
+        ];
+        let by = by
+            .iter()
+            .filter_map(|(ratio, word)| Some((digits((*ratio)?, 3), word)));
+        let by: Vec<String> = by
+            .map(|(ratio, word)| format!("{ratio} times {word}"))
+            .collect();
+        let end = |time_s: Option<f64>| time_s.map_or("?".to_owned(), |time_s| digits(time_s, 4));
+        (!by.is_empty()).then(|| {
+            format!(
+                "the numbers of {} come from {} to {} s; this asks for {} to {} s, {}",
+                self.name,
+                end(first_s),
+                end(last_s),
+                digits(from_s, 4),
+                digits(to_s, 4),
+                by.join(" and ")
+            )
         })
     }
 
@@ -242,6 +387,13 @@ impl Material {
                 _ => format!("{} = {own:?}\n", parameter.name),
             }));
         }
+        if self.stiffening != 0.0 {
+            text += &line(STIFFENING, self.stiffening);
+        }
+        if self.loading != MeasuredLoading::default() {
+            text += "\n[loading]\n";
+            text += &self.loading.lines();
+        }
         if self.range != ValidRange::default() {
             text += "\n[range]\n";
             let known = self.range.named();
@@ -270,6 +422,17 @@ impl Material {
 }
 
 impl ValidRange {
+    /// The shortest and the longest time, s: as said, or 1/ω of the frequencies.
+    #[must_use]
+    pub fn times_s(&self) -> [Option<f64>; 2] {
+        let inverse =
+            |omega: Option<f64>| omega.filter(|omega| *omega > 0.0).map(|omega| 1.0 / omega);
+        [
+            self.time_from_s.or_else(|| inverse(self.omega_to_rad_s)),
+            self.time_to_s.or_else(|| inverse(self.omega_from_rad_s)),
+        ]
+    }
+
     /// By name, each pair of ends side by side.
     fn named(&self) -> [(&'static str, Option<f64>); 5] {
         [
@@ -319,6 +482,8 @@ impl Serialize for Material {
             model: &'a str,
             #[serde(serialize_with = "parameters")]
             parameters: &'a Model,
+            stiffening: f64,
+            loading: &'a MeasuredLoading,
             range: &'a ValidRange,
             source: &'a Source,
         }
@@ -330,6 +495,8 @@ impl Serialize for Material {
             order: self.order(),
             model: self.model.kind().name(),
             parameters: &self.model,
+            stiffening: self.stiffening,
+            loading: &self.loading,
             range: &self.range,
             source: &self.source,
         };
@@ -360,6 +527,7 @@ struct File {
     description: String,
     model: Option<Spanned<String>>,
     parameters: Spanned<BTreeMap<String, Spanned<Numbers>>>,
+    loading: Option<LoadingTable>,
     range: Option<Spanned<ValidRange>>,
     source: Source,
 }
@@ -423,15 +591,35 @@ fn parse(text: &str) -> Result<Material, Wrong> {
             *range.get_ref()
         }
     };
+    let loading = file.loading.as_ref().map(LoadingTable::read).transpose()?;
     Ok(Material {
         name: name.clone(),
         description: file.description,
         model,
+        stiffening: stiffening(file.parameters.get_ref())?,
+        loading: loading.unwrap_or_default(),
         range,
         source: file.source,
         text: text.to_owned(),
         two_elements,
     })
+}
+
+/// The key of b, beside the parameters of any model.
+const STIFFENING: &str = "stiffening";
+
+fn stiffening(given: &BTreeMap<String, Spanned<Numbers>>) -> Result<f64, Wrong> {
+    let Some(value) = given.get(STIFFENING) else {
+        return Ok(0.0);
+    };
+    match *value.get_ref() {
+        Numbers::One(number) if (0.0..=Specimen::STIFFENING_MAX).contains(&number) => Ok(number),
+        _ => {
+            let most = Specimen::STIFFENING_MAX;
+            let reason = format!("{STIFFENING} is not one number from 0 to {most}");
+            Err((value.span().start, reason))
+        }
+    }
 }
 
 /// E₀, η and α as the model that they are: either element may be missing, and D⁰ is the identity.
@@ -457,8 +645,9 @@ fn columns(file: &File, kind: Option<ModelKind>) -> Result<Vec<Vec<f64>>, Wrong>
     );
     let given = file.parameters.get_ref();
     for (name, value) in given {
-        if !known.iter().any(|one| one.name == name) {
-            let names: Vec<&str> = known.iter().map(|one| one.name).collect();
+        if name != STIFFENING && !known.iter().any(|one| one.name == name) {
+            let names = known.iter().map(|one| one.name).chain([STIFFENING]);
+            let names: Vec<&str> = names.collect();
             let names = names.join(", ");
             let reason = format!("{name} is no parameter of {whose}, which has {names}");
             return Err((value.span().start, reason));

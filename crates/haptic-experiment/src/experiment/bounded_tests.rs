@@ -41,7 +41,7 @@ pub(super) fn conducted<T>(
 pub(crate) fn defaults(material: ModelledTissue) -> Indentation {
     let file = ExperimentFile::parse(Path::new("lab.toml"), "[relax]").expect("defaults");
     let mut relaxation = file.indentation().expect("one").clone();
-    relaxation.rendering.material = material;
+    relaxation.rendering.piece.material = Box::new(material);
     relaxation
 }
 

@@ -1,9 +1,12 @@
 //! A tissue under an indenter: stress relaxation, and creep.
 //!
-//! - *Relaxation*: the indenter follows a ramp to the strain ε₀ in T₀ and holds it; the force that the virtual tissue opposes
+//! - *Relaxation*: the indenter follows a ramp to the depth δ₀ in T₀ and holds it; the force that the virtual tissue opposes
 //!   to it is the result. Source: O. Tokatlı, *Fractional Order Control in Haptics*, figure 7.2.
-//! - *Creep*: the indenter pushes with σ₀·A from t = 0, and both sink in. The closed form is that of the tissue alone; the
-//!   masses and the damping of the rig, 7 N·s/m together, slow the start down.
+//! - *Creep*: the indenter pushes with F₀ from t = 0, and both sink in. The closed form is that of the tissue alone. On the
+//!   ideal rig nothing has a mass, and each depth is the root of γ·(c₀·e(x\[n\]) + past) = F₀; the masses and the damping of
+//!   another rig slow the start down, and the report says from when on the tissue is seen.
+//!
+//! A slab is held at a strain or under a stress, δ₀ = ε₀·h and F₀ = σ₀·A; any other piece at a depth or under a force.
 
 mod report;
 #[cfg(test)]
@@ -11,13 +14,14 @@ mod tests;
 
 use super::reading::metadata;
 use super::rendering::{
-    CREEP_DURATION, Contact, Precision, RAMP_TIME, RELAX_DURATION, Rendering, STRAIN, STRESS,
-    rendering,
+    CREEP_CONTACT, CREEP_DURATION, Contact, DEPTH, FORCE, Precision, RAMP_TIME, RELAX_DURATION,
+    Rendering, STRAIN, STRESS, rendering,
 };
 use crate::document::error::FileError;
 use crate::document::failure::Failure;
 use crate::document::named::Named as _;
-use crate::document::parameters::{AREA, CONTACT, CONTROLLER, THICKNESS, TISSUE};
+use crate::document::parameters as p;
+use crate::document::parameters::{CONTACT, CONTROLLER, Parameter, TISSUE};
 use crate::document::reader::Table;
 use crate::experiment::drive::{DriveVerdict, SimulatedRig, TissueLaw};
 use crate::judge::preflight::Preflight;
@@ -36,10 +40,10 @@ use fracdiff::parameter::Shown;
 use fracdiff::{Operator, Real, Seconds};
 use haptic_link::{LoopMode, Simulation};
 use haptic_loop::plant::{
-    HeldRig, IndentationRig, RampHold, RigConfig, RigContact, RigDrive, Sensed,
+    HeldRig, IndentationRig, RampHold, RigConfig, RigContact, RigDrive, RigServo, Sensed,
 };
-use haptic_loop::units::{Metres, Newtons, NewtonsPerSecond, Pascals};
-use haptic_loop::{Contact as OneSided, Controller, Limits, SafetyChain, SpringDamper};
+use haptic_loop::units::{Kilograms, Metres, NewtonSecondsPerMetre, Newtons, NewtonsPerSecond};
+use haptic_loop::{Contact as OneSided, Controller, Limits, SafetyChain, Specimen, SpringDamper};
 pub use report::IndentationReport;
 use std::collections::BTreeMap;
 
@@ -60,17 +64,17 @@ pub struct Indentation {
 /// What an indenter does.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Load {
-    /// It holds a strain: a relaxation.
-    Strain {
-        /// ε₀, above 0.
-        strain: f64,
+    /// It holds a depth: a relaxation.
+    Depth {
+        /// δ₀, m, above 0.
+        depth_m: f64,
         /// T₀, s.
         ramp_time_s: f64,
     },
-    /// It pushes with a stress from t = 0 on: creep.
-    Stress {
-        /// σ₀, Pa, above 0.
-        stress_pa: f64,
+    /// It pushes from t = 0 on: creep.
+    Force {
+        /// F₀, N, above 0.
+        force_n: f64,
     },
 }
 
@@ -101,24 +105,9 @@ impl Indentation {
 
     /// The number of samples, if all parameters are good.
     pub(crate) fn check(&self) -> Result<u64, Failure> {
-        match self.load {
-            Load::Strain { strain, .. } if !(strain > 0.0 && strain <= 1.0) => {
-                return Err(Failure::bad_input(format_args!(
-                    "strain {} is not in (0, 1]: give {STRAIN}, as in 0.05",
-                    Shown(strain)
-                )));
-            }
-            Load::Stress { stress_pa } if !(stress_pa > 0.0 && stress_pa <= 1e9) => {
-                return Err(Failure::bad_input(format_args!(
-                    "stress {} Pa is not in (0, 1e9] Pa: give {STRESS}, as in 100",
-                    Shown(stress_pa)
-                )));
-            }
-            _ => {}
-        }
         let samples = samples(self.duration_s, self.rendering.sample_time_s, &SAMPLES)?;
         match self.load {
-            Load::Strain { ramp_time_s, .. }
+            Load::Depth { ramp_time_s, .. }
                 if !(ramp_time_s > 0.0 && ramp_time_s < self.duration_s) =>
             {
                 Err(Failure::bad_input(format_args!(
@@ -146,25 +135,35 @@ impl Indentation {
 
     /// The way of the indenter, or its push.
     fn drive(&self) -> Result<RigDrive, Failure> {
-        let specimen = &self.rendering.specimen;
         match self.load {
-            Load::Strain {
-                strain,
+            Load::Depth {
+                depth_m,
                 ramp_time_s,
-            } => RampHold::new(specimen.displacement(strain), Seconds(ramp_time_s))
+            } => RampHold::new(Metres(depth_m), Seconds(ramp_time_s))
                 .map(RigDrive::Position)
                 .map_err(Failure::input),
-            Load::Stress { stress_pa } => Ok(RigDrive::Force(specimen.force(Pascals(stress_pa)))),
+            Load::Force { force_n } => Ok(RigDrive::Force(Newtons(force_n))),
         }
     }
 
     fn rig(&self) -> Result<RigConfig, Failure> {
         let contact = match self.rendering.contact {
             Contact::Compliant => RigContact::COMPLIANT,
-            Contact::Rigid => RigContact::Rigid,
+            Contact::Rigid | Contact::Ideal => RigContact::Rigid,
         };
         let t = Seconds(self.rendering.sample_time_s);
-        Ok(RigConfig::new(self.drive()?, contact, t))
+        let (mass, damping) = (
+            Kilograms(self.rendering.mass_kg),
+            NewtonSecondsPerMetre(self.rendering.damping_n_s_per_m),
+        );
+        Ok(RigConfig {
+            renderer_mass: mass,
+            renderer_damping: damping,
+            indenter_mass: mass,
+            indenter_damping: damping,
+            servo: RigServo::of(mass, damping),
+            ..RigConfig::new(self.drive()?, contact, t)
+        })
     }
 
     fn simulate_as<F: Real>(&self, sink: Sink<'_>) -> Result<bool, Failure> {
@@ -178,8 +177,8 @@ impl Indentation {
     pub(crate) fn metadata(&self) -> BTreeMap<String, String> {
         let rendering = &self.rendering;
         let kind = match self.load {
-            Load::Strain { .. } => "relax",
-            Load::Stress { .. } => "creep",
+            Load::Depth { .. } => "relax",
+            Load::Force { .. } => "creep",
         };
         let mut metadata = metadata(
             kind,
@@ -187,15 +186,16 @@ impl Indentation {
             rendering.remote.as_ref(),
             &rendering.safety,
         );
-        let (stiffness, dissipation) = rendering.material.spring_and_damper(1.0);
+        let material = &rendering.piece.material;
+        let (stiffness, dissipation) = material.spring_and_damper(1.0);
         let ran = [
             ("precision", rendering.precision_run().name().to_owned()),
             ("rendered_modulus_pa", stiffness.to_string()),
             ("rendered_viscosity_pa_s_mu", dissipation.to_string()),
-            ("rendered_order", rendering.material.order().to_string()),
+            ("rendered_order", material.order().to_string()),
         ];
         metadata.extend(ran.map(|(key, value)| (key.to_owned(), value)));
-        metadata.insert("tissue_file".to_owned(), rendering.material.to_toml());
+        metadata.insert("tissue_file".to_owned(), material.to_toml());
         if let Some(own) = &rendering.drive {
             metadata.insert("drive.file".to_owned(), own.controller.to_toml());
         }
@@ -249,23 +249,22 @@ impl Indentation {
         samples: u64,
     ) -> Result<Controller<F, 1, VirtualTissue<F>>, Failure> {
         let Rendering {
-            material,
-            specimen,
+            piece,
             safety,
             remote,
             ..
         } = &self.rendering;
         let operator: Operator<F> = self.operator(samples)?;
-        let modulus = Pascals(material.rest_modulus_pa());
-        let viscosity = material.viscosity_pa_s_mu();
-        let tissue = SpringDamper::of_specimen(modulus, viscosity, specimen, operator);
-        let tissue = tissue.map_err(|error| {
-            Failure::input_with_advice(
-                error,
-                format_args!("change {AREA}, {THICKNESS} or {TISSUE}"),
-            )
-        })?;
+        let (stiffness, dissipation) = piece.spring_and_damper();
+        let too_much = |error| {
+            let advice = format_args!("change the sizes of the piece or {TISSUE}");
+            Failure::input_with_advice(error, advice)
+        };
+        let tissue = SpringDamper::new(stiffness, dissipation, operator).map_err(too_much)?;
+        let map = piece.specimen.depth_map();
+        let map = map.map(|map| map.rounded()).transpose().map_err(too_much)?;
         let environment = OneSided::at(Metres(0.0), tissue).map_err(Failure::input)?;
+        let environment = environment.with_depth_map(map);
         let limits = match remote {
             None => self.limits_on_rig()?,
             Some(remote) if remote.loop_mode == LoopMode::Host => host_limits(&self.limits(true)),
@@ -285,6 +284,7 @@ impl Indentation {
     fn rig_behind_sensors(&self) -> Result<Sensed<SimulatedRig>, Failure> {
         let config = self.rig()?;
         let rig = match &self.rendering.drive {
+            None if self.is_ideal() => SimulatedRig::Ideal(Box::new(self.massless()?)),
             None => {
                 let rig = IndentationRig::new(config).map_err(Failure::input)?;
                 SimulatedRig::Plain(Box::new(rig))
@@ -299,6 +299,12 @@ impl Indentation {
         self.rendering.sensors.before(rig)
     }
 
+    /// True for a push on the tissue alone.
+    fn is_ideal(&self) -> bool {
+        let pushes = matches!(self.load, Load::Force { .. });
+        pushes && self.rendering.contact == Contact::Ideal && self.rendering.remote.is_none()
+    }
+
     /// Refuses a drive where nothing could be held by one.
     fn drive_acts(&self) -> Result<(), Failure> {
         if self.rendering.drive.is_none() {
@@ -311,8 +317,8 @@ impl Indentation {
         }
         match self.rendering.contact {
             Contact::Compliant => Ok(()),
-            Contact::Rigid => Err(Failure::bad_input(format_args!(
-                "the {CONTROLLER} of a drive moves a mass, and a rigid contact has none: take {contact_compliant}",
+            Contact::Rigid | Contact::Ideal => Err(Failure::bad_input(format_args!(
+                "the {CONTROLLER} of a drive moves a mass, and this contact has none: take {contact_compliant}",
                 contact_compliant = CONTACT.set_to("compliant")
             ))),
         }
@@ -347,32 +353,44 @@ impl Indentation {
     /// The loop for the analysis: the tissue as a wall that is felt all the time. An indentation that is imposed
     /// closes no loop.
     fn preflight(&self, samples: u64) -> Option<Preflight<'_>> {
-        let rigid = self.rendering.contact == Contact::Rigid;
-        let imposed = matches!(self.load, Load::Strain { .. }) && rigid;
+        let rigid = self.rendering.contact != Contact::Compliant;
+        let imposed = matches!(self.load, Load::Depth { .. }) && rigid;
         (!imposed).then(|| self.look(samples))
     }
 
     /// The tissue as a wall.
     fn look(&self, samples: u64) -> Preflight<'_> {
         let rendering = &self.rendering;
-        let (stiffness_n_per_m, dissipation_n_s_mu_per_m) = rendering.spring_and_damper();
-        Preflight {
+        let piece = &rendering.piece;
+        let (stiffness_n_per_m, dissipation_n_s_mu_per_m) = piece.spring_and_damper();
+        let look = Preflight {
             stiffness_n_per_m,
             dissipation_n_s_mu_per_m,
-            order: rendering.material.order(),
-            model: rendering.material.composed(),
+            order: piece.material.order(),
+            model: piece.material.composed(),
             scheme: rendering.scheme,
             sample_time_s: rendering.sample_time_s,
             samples,
+            map: None,
+        };
+        // As steep as it becomes where the run ends.
+        look.at_depth(piece.specimen.depth_map(), self.deepest())
+    }
+
+    /// The depth at the end of the run, m, that of the tissue alone.
+    fn deepest(&self) -> f64 {
+        match self.load {
+            Load::Depth { depth_m, .. } => depth_m,
+            Load::Force { force_n } => self.rendering.piece.crept(force_n, &[self.duration_s])[0],
         }
     }
 
     /// The operator, for so many samples.
     fn operator<F: Real>(&self, samples: u64) -> Result<Operator<F>, Failure> {
-        let Rendering {
-            material, scheme, ..
-        } = &self.rendering;
-        material.operator(*scheme, Seconds(self.rendering.sample_time_s), samples)
+        let Rendering { piece, scheme, .. } = &self.rendering;
+        piece
+            .material
+            .operator(*scheme, Seconds(self.rendering.sample_time_s), samples)
     }
 
     /// The same tissue and drive for a device.
@@ -383,7 +401,7 @@ impl Indentation {
         samples: u64,
     ) -> Result<RemoteLaw, Failure> {
         let rendering = &self.rendering;
-        let (stiffness, dissipation) = rendering.spring_and_damper();
+        let (stiffness, dissipation) = rendering.piece.spring_and_damper();
         let simulation = match drive {
             RigDrive::Position(profile) => indentation(
                 rendering.contact == Contact::Compliant,
@@ -396,7 +414,7 @@ impl Indentation {
         Ok(RemoteLaw {
             stiffness_n_per_m: stiffness,
             dissipation_n_s_mu_per_m: dissipation,
-            order: rendering.material.order().get(),
+            order: rendering.piece.material.order().get(),
             one_sided: true,
             operator: match device.loop_mode {
                 LoopMode::Device => portable(&self.operator(samples)?)?,
@@ -435,13 +453,25 @@ pub(crate) fn relax(
         );
         return Err(table.fail_at("ramp_time_s", reason));
     }
+    let rendering = rendering(table, drive, (&CONTACT, duration_s))?;
+    let size = |piece: &Specimen| piece.slab_sizes().map(|(_, thickness)| thickness.0);
+    let depth_m = either(table, &rendering, (&STRAIN, size), &DEPTH)?;
+    let thickness_m = rendering.piece.specimen.loading().thickness_m;
+    if let Some(thickness_m) = thickness_m.filter(|thickness_m| depth_m > *thickness_m) {
+        let reason = format!(
+            "depth_m = {depth_m} is beyond thickness_m = {thickness_m}: change one of them",
+            depth_m = Shown(depth_m),
+            thickness_m = Shown(thickness_m)
+        );
+        return Err(table.fail_at(DEPTH.key, reason));
+    }
     Ok(Indentation {
-        load: Load::Strain {
-            strain: table.number(&STRAIN)?,
+        load: Load::Depth {
+            depth_m,
             ramp_time_s,
         },
         duration_s,
-        rendering: rendering(table, drive, duration_s)?,
+        rendering,
     })
 }
 
@@ -451,11 +481,42 @@ pub(crate) fn creep(
     drive: Option<&Table<'_>>,
 ) -> Result<Indentation, FileError> {
     let duration_s = table.number(&CREEP_DURATION)?;
+    let rendering = rendering(table, drive, (&CREEP_CONTACT, duration_s))?;
+    let size = |piece: &Specimen| piece.slab_sizes().map(|(area, _)| area.0);
     Ok(Indentation {
-        load: Load::Stress {
-            stress_pa: table.number(&STRESS)?,
+        load: Load::Force {
+            force_n: either(table, &rendering, (&STRESS, size), &FORCE)?,
         },
         duration_s,
-        rendering: rendering(table, drive, duration_s)?,
+        rendering,
     })
+}
+
+/// A strain or stress times a size of the slab, or the depth or force itself, which any other piece needs.
+fn either(
+    table: &Table<'_>,
+    rendering: &Rendering,
+    (share, size): (&Parameter, impl Fn(&Specimen) -> Option<f64>),
+    whole: &Parameter,
+) -> Result<f64, FileError> {
+    let specimen = &rendering.piece.specimen;
+    let given = table.number_if(whole)?;
+    if given.is_some() && table.has(share) {
+        let reason = format!(
+            "{} and {} are one and the same: omit one",
+            share.key, whole.key
+        );
+        return Err(table.fail_at(share.key, reason));
+    }
+    if let Some(given) = given {
+        return Ok(given);
+    }
+    match size(specimen) {
+        Some(size) => Ok(table.number(share)? * size),
+        None => {
+            let kind = specimen.loading().kind.name();
+            let reason = format!("a {kind} has no {}: give {whole}", share.key);
+            Err(table.fail_at(p::LOADING.key, reason))
+        }
+    }
 }

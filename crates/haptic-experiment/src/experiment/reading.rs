@@ -14,11 +14,10 @@ use crate::run::sensors::Sensors;
 use fracdiff::parameter::Shown;
 use fracdiff::{Order, Scheme, Seconds};
 use haptic_link::Limits;
-use haptic_loop::Specimen;
 use haptic_loop::plant::MassDamperConfig;
-use haptic_loop::units::{
-    Kilograms, Metres, NewtonSecondsPerMetre, Newtons, NewtonsPerMetre, SquareMetres,
-};
+use haptic_loop::units::{Kilograms, NewtonSecondsPerMetre, Newtons, NewtonsPerMetre};
+use haptic_loop::{Loading, LoadingKind, ParameterError};
+use haptic_quantity::label;
 use haptic_tissue::{Library, Model};
 use std::collections::BTreeMap;
 use std::ops::RangeInclusive;
@@ -199,12 +198,57 @@ pub(crate) fn piece(table: &Table<'_>) -> Result<TissuePiece, FileError> {
     let wrong = |error: String| table.fail_at("tissue", error);
     let material = library.find(&tissue.to_string_lossy());
     let material = ModelledTissue::new(material.map_err(|error| wrong(error.to_string()))?);
-    let area = SquareMetres(table.number(&p::AREA)?);
-    let specimen = Specimen::new(area, Metres(table.number(&p::THICKNESS)?));
-    Ok(TissuePiece {
-        material: Box::new(material.map_err(|error| wrong(error.to_string()))?),
-        specimen: specimen.map_err(|error| table.fail(error.to_string()))?,
+    let material = material.map_err(|error| wrong(error.to_string()))?;
+    TissuePiece::new(material, loading(table)?).map_err(|error| {
+        let Some((parameter, remedy)) = of_loading(&error) else {
+            return table.fail(error.to_string());
+        };
+        table.fail_at(parameter.key, format!("{error}: {remedy} {parameter}"))
     })
+}
+
+/// How a specimen is pressed; a slab of the usual size unless the keys say otherwise.
+fn loading(table: &Table<'_>) -> Result<Loading, FileError> {
+    let kind: LoadingKind = table.choice(&p::LOADING)?;
+    // A size with a default is one of a slab only.
+    let of_slab = |parameter: &Parameter| match kind.is_slab() || table.has(parameter) {
+        true => table.number(parameter).map(Some),
+        false => Ok(None),
+    };
+    Ok(Loading {
+        kind,
+        area_m2: of_slab(&p::AREA)?,
+        thickness_m: of_slab(&p::THICKNESS)?,
+        radius_m: table.number_if(&p::INDENTER_RADIUS)?,
+        half_angle_rad: table.number_if(&p::HALF_ANGLE)?,
+        bonded: table.flag(&p::BONDED)?,
+    })
+}
+
+/// The key of a size that a loading refuses, and what to do with it.
+fn of_loading(error: &ParameterError) -> Option<(&'static Parameter, &'static str)> {
+    let (what, remedy) = match error {
+        ParameterError::Missing { what, .. } => (*what, "give"),
+        ParameterError::NoEffect { what, .. } => (*what, "omit"),
+        ParameterError::Range(range) => (range.what, "change"),
+        _ => return None,
+    };
+    let mut keys = p::PIECE.iter();
+    let key = keys.find(|parameter| label(parameter.key) == what)?;
+    Some((key, remedy))
+}
+
+/// A piece whose force follows its depth by the memory alone.
+pub(crate) fn linear_piece(table: &Table<'_>) -> Result<TissuePiece, FileError> {
+    let piece = piece(table)?;
+    match piece.is_linear() {
+        true => Ok(piece),
+        false => {
+            let reason = "the force of this piece is not linear in its depth, which this experiment needs: press a slab or \
+                          with a punch a tissue that does not stiffen";
+            Err(table.fail_at(p::LOADING.key, reason.to_owned()))
+        }
+    }
 }
 
 /// What the log of a run of this kind says of it beside its document, or over it, where that leaves to the program what really runs.

@@ -5,11 +5,13 @@ use crate::document::error::FileError;
 use crate::document::named::Named;
 use crate::document::parameters as p;
 use crate::document::parameters::kind::{Parameter, parameters};
-use crate::document::parameters::range::{DURATIONS, STRAINS, STRESSES};
+use crate::document::parameters::range::{
+    DAMPINGS, DURATIONS, FORCES_ABOVE_0, MASSES, REACHES_ABOVE_0, STRAINS, STRESSES,
+};
 use crate::document::reader::Table;
 use crate::experiment::drive::{self, Drive};
 use crate::judge::Reference;
-use crate::judge::modelled_tissue::{ModelledTissue, TissuePiece};
+use crate::judge::modelled_tissue::TissuePiece;
 use crate::run::SAMPLES;
 use crate::run::preflight::PreflightRequest;
 use crate::run::remote::{RemoteDevice, device_name};
@@ -20,10 +22,11 @@ use crate::run::sensors::Sensors;
 use fracdiff::{Scheme, Seconds};
 use haptic_analysis::Dynamics;
 use haptic_link::LoopMode;
-use haptic_loop::Specimen;
 use serde::Serialize;
 
 parameters! {
+    /// Depth of a relaxation, m.
+    DEPTH = optional("depth_m", REACHES_ABOVE_0, "Depth to hold, instead of a strain");
     /// Strain of a relaxation.
     STRAIN = number("strain", 0.05, "5%", STRAINS, "Strain to hold");
     /// Ramp of a relaxation, s.
@@ -33,17 +36,26 @@ parameters! {
         "Duration, from the start of the ramp");
     /// Stress of a creep test, Pa.
     STRESS = number("stress_pa", 100.0, "100Pa", STRESSES, "Stress to hold");
+    /// Force of a creep test, N.
+    FORCE = optional("force_n", FORCES_ABOVE_0, "Force to hold, instead of a stress");
     /// End of a creep test, s.
     CREEP_DURATION = number("duration_s", 200.0, "200s", DURATIONS, "Duration");
+    /// Contact of the rig of a creep test: what has a mass shows itself before the tissue.
+    CREEP_CONTACT = text(p::CONTACT.key, "ideal",
+        "Contact between indenter and tissue; with a controller or a device it is compliant");
+    /// Mass of each of the two actuators of the rig, kg.
+    RIG_MASS = number("rig_mass_kg", 0.065, "65g", MASSES, "Mass of each of the rig's two actuators");
+    /// Damping of each, N·s/m.
+    RIG_DAMPING = number("rig_damping_n_s_per_m", 3.5, "3.5", DAMPINGS, "Viscous damping of each");
     /// Number type of the loop.
     PRECISION = text("precision", "f64", "Number type of the loop");
 }
 
 /// Of `[relax]`, beside [`RENDERING`].
-pub(crate) const RELAX: &[Parameter] = &[STRAIN, RAMP_TIME, RELAX_DURATION];
+pub(crate) const RELAX: &[Parameter] = &[STRAIN, DEPTH, RAMP_TIME, RELAX_DURATION, p::CONTACT];
 
 /// Of `[creep]`, beside [`RENDERING`].
-pub(crate) const CREEP: &[Parameter] = &[STRESS, CREEP_DURATION];
+pub(crate) const CREEP: &[Parameter] = &[STRESS, FORCE, CREEP_DURATION, CREEP_CONTACT];
 
 /// Of the rendering: the tissue, and how it is rendered.
 pub(crate) const RENDERING: &[Parameter] = &[
@@ -51,10 +63,15 @@ pub(crate) const RENDERING: &[Parameter] = &[
     p::LIBRARY,
     p::AREA,
     p::THICKNESS,
+    p::LOADING,
+    p::INDENTER_RADIUS,
+    p::HALF_ANGLE,
+    p::BONDED,
     p::SCHEME,
     PRECISION,
     p::SAMPLE_TIME,
-    p::CONTACT,
+    RIG_MASS,
+    RIG_DAMPING,
     p::ENCODER_RESOLUTION,
     p::SENSOR_NOISE,
     p::SEED,
@@ -69,8 +86,10 @@ pub(crate) const RENDERING: &[Parameter] = &[
 pub(crate) enum Contact {
     /// A stiff, one-sided spring and damper between two masses, as on a real rig.
     Compliant,
-    /// The indentation is imposed exactly.
+    /// The indentation or the push is imposed exactly; a push still moves the renderer's mass.
     Rigid,
+    /// The indentation or the push is imposed exactly on the tissue alone: nothing has a mass.
+    Ideal,
 }
 
 impl Named for Contact {
@@ -80,7 +99,12 @@ impl Named for Contact {
             "compliant",
             "A stiff one-sided spring and damper between two masses, as on a real rig",
         ),
-        (Self::Rigid, "rigid", "The indentation is imposed exactly"),
+        (
+            Self::Rigid,
+            "rigid",
+            "The indentation is imposed exactly, or the push on the renderer's mass",
+        ),
+        (Self::Ideal, "ideal", "Nothing has a mass: the tissue alone"),
     ];
 }
 
@@ -104,8 +128,7 @@ impl Named for Precision {
 /// A specimen of tissue, the operator that renders it, and the rig it is rendered on.
 #[derive(Clone, Debug)]
 pub(crate) struct Rendering {
-    pub(crate) material: ModelledTissue,
-    pub(crate) specimen: Specimen,
+    pub(crate) piece: TissuePiece,
     /// The operator.
     pub scheme: Scheme,
     /// Number type of the loop.
@@ -113,6 +136,10 @@ pub(crate) struct Rendering {
     /// T, s.
     pub sample_time_s: f64,
     pub(crate) contact: Contact,
+    /// Mass of each of the two actuators, kg.
+    pub(crate) mass_kg: f64,
+    /// Viscous damping of each, N·s/m.
+    pub(crate) damping_n_s_per_m: f64,
     /// The controller that holds the indenter; `None` for the rig's own servo or a constant push.
     pub(crate) drive: Option<Drive>,
     pub(crate) sensors: Sensors,
@@ -138,16 +165,6 @@ impl Rendering {
     /// The kernel whose full history the force is compared with: the scheme's own, or Grünwald's.
     pub(super) fn reference_kernel(&self) -> Reference {
         Reference::of(self.scheme)
-    }
-
-    /// A/ℓ, m.
-    pub(super) fn shape(&self) -> f64 {
-        self.specimen.area().0 / self.specimen.thickness().0
-    }
-
-    /// K in N/m and B in N·s^μ/m of the specimen.
-    pub(super) fn spring_and_damper(&self) -> (f64, f64) {
-        self.material.spring_and_damper(self.shape())
     }
 
     /// The number type that the force was computed in: that of the device, if the loop was closed there.
@@ -191,7 +208,7 @@ fn guarded(table: &Table<'_>, real: bool) -> Result<(Safety, PreflightRequest), 
 pub(super) fn rendering(
     table: &Table<'_>,
     held: Option<&Table<'_>>,
-    duration_s: f64,
+    (contact, duration_s): (&Parameter, f64),
 ) -> Result<Rendering, FileError> {
     let remote = remote(table)?;
     let sensors = sensors(table)?;
@@ -211,17 +228,23 @@ pub(super) fn rendering(
     let (safety, preflight) = guarded(table, remote.is_some())?;
     let sample_time_s = table.number(&p::SAMPLE_TIME)?;
     samples_fit(table, sample_time_s, duration_s, &SAMPLES)?;
-    let TissuePiece { material, specimen } = piece(table)?;
-    let (model, order) = (material.composed(), material.order());
+    let piece = piece(table)?;
+    let (model, order) = (piece.material.composed(), piece.material.order());
     let scheme = scheme(table, model, order, sample_time_s, duration_s)?;
     Ok(Rendering {
         preflight,
-        material: *material,
-        specimen,
+        piece,
         scheme,
         precision,
         sample_time_s,
-        contact: table.choice(&p::CONTACT)?,
+        contact: match table.choice(contact)? {
+            Contact::Ideal if !table.has(contact) && (remote.is_some() || held.is_some()) => {
+                Contact::Compliant
+            }
+            contact => contact,
+        },
+        mass_kg: table.number(&RIG_MASS)?,
+        damping_n_s_per_m: table.number(&RIG_DAMPING)?,
         drive: held.map(drive::drive).transpose()?,
         sensors,
         force_limit_n: table.number(&p::FORCE_LIMIT)?,

@@ -20,7 +20,7 @@ mod side;
 #[cfg(test)]
 mod tests;
 
-use super::reading::{metadata, piece};
+use super::reading::{linear_piece, metadata};
 use super::trial::{
     TRIAL_FORCE_RATE_LIMIT, VirtualWall, force_and_rate, safe_force_limit, wall_at_start,
 };
@@ -33,9 +33,7 @@ use crate::document::parameters::range::{
     FREQUENCIES_HZ, LINE_TIMES, MASSES, REACHES_ABOVE_0, SAFETY_TIMES, SHARES, STIFFNESSES,
     STIFFNESSES_ABOVE_0, WALL_ORDERS,
 };
-use crate::document::parameters::{
-    AREA, DAMPING, FORCE_LIMIT, LIBRARY, MASS, SAMPLE_TIME, SCHEME, THICKNESS, TISSUE,
-};
+use crate::document::parameters::{DAMPING, FORCE_LIMIT, MASS, PIECE, SAMPLE_TIME, SCHEME};
 use crate::document::reader::Table;
 use crate::judge::preflight::Matter;
 use crate::run::SAMPLES;
@@ -129,7 +127,7 @@ parameters! {
 }
 
 /// Of `[teleoperation]`.
-pub(crate) const TELEOPERATION: &[Parameter] = &joined::<39>(&[
+pub(crate) const TELEOPERATION: &[Parameter] = &joined::<43>(&[
     &[ARCHITECTURE, HAND_COUPLER_STIFFNESS],
     &[HAND_COUPLER_DISSIPATION, HAND_COUPLER_ORDER],
     &[WAVE_IMPEDANCE, PLAYOUT, LINE_DELAY, LINE_JITTER],
@@ -137,7 +135,8 @@ pub(crate) const TELEOPERATION: &[Parameter] = &joined::<39>(&[
     &[SILENCE, MASS, DAMPING, SLAVE_MASS, SLAVE_DAMPING],
     &[HAND_SPRING, HAND_DAMPER],
     &[PRESS, AMPLITUDE, LOW, HIGH, FREQUENCIES],
-    &[PLACE, TISSUE, LIBRARY, AREA, THICKNESS],
+    &[PLACE],
+    PIECE,
     &[PLACE_STIFFNESS, PLACE_DISSIPATION, PLACE_ORDER],
     &[PLACE_ONE_SIDED],
     &[SCHEME, SAMPLE_TIME, TELEOPERATION_DURATION],
@@ -547,7 +546,7 @@ fn motion(table: &Table<'_>, window_s: f64) -> Result<HandMotion, FileError> {
 fn place(table: &Table<'_>) -> Result<RemotePlace, FileError> {
     if table.choice::<PlaceName>(&PLACE)? == PlaceName::Tissue {
         return Ok(RemotePlace {
-            matter: Matter::Tissue(piece(table)?),
+            matter: Matter::Tissue(linear_piece(table)?),
             one_sided: false,
         });
     }

@@ -27,8 +27,8 @@ use crate::document::parameters::range::{
     STIFFNESSES_ABOVE_0, WALL_ORDERS,
 };
 use crate::document::parameters::{
-    AREA, CURRENT_LAG, DELAY, FORCE_LIMIT, FRICTION, LESS_THAN_IDEAL, LIBRARY, SAMPLE_TIME, SCHEME,
-    THICKNESS, TOUCH_AXES,
+    AREA, BONDED, CURRENT_LAG, DELAY, FORCE_LIMIT, FRICTION, HALF_ANGLE, INDENTER_RADIUS,
+    LESS_THAN_IDEAL, LIBRARY, LOADING, PIECE, SAMPLE_TIME, SCHEME, THICKNESS, TOUCH_AXES,
 };
 use crate::document::reader::Table;
 use crate::judge::preflight::Matter;
@@ -113,10 +113,11 @@ const WAY: Range = Range::Within(-1e4, 1e7);
 pub(crate) const TOUCH_MASS_DEFAULT: f64 = 0.065;
 
 /// Of `[touch]`.
-pub(crate) const TOUCH: &[Parameter] = &joined::<36>(&[
+pub(crate) const TOUCH: &[Parameter] = &joined::<40>(&[
     &[TOUCH_AXES, TOUCH_SHAPE, TOUCH_NORMAL, TOUCH_SURFACE],
     &[TOUCH_CENTRE, TOUCH_RADIUS],
     &[TOUCH_TISSUE, LIBRARY, AREA, THICKNESS],
+    &[LOADING, INDENTER_RADIUS, HALF_ANGLE, BONDED],
     &[TOUCH_STIFFNESS, TOUCH_DISSIPATION, TOUCH_ORDER, SCHEME],
     &[TOUCH_MASS, TOUCH_DAMPING],
     LESS_THAN_IDEAL,
@@ -309,7 +310,7 @@ fn acts(table: &Table<'_>) -> Result<(), FileError> {
         &TOUCH_CIRCLE_START,
         &TOUCH_CIRCLE_PERIOD,
     ];
-    let no_tissue: [&Parameter; 3] = [&LIBRARY, &AREA, &THICKNESS];
+    let no_tissue: Vec<&Parameter> = PIECE[1..].iter().collect();
     for (idle, keys, with) in [
         (plane, &ball[..], "with shape = \"plane\""),
         (!plane, &[&TOUCH_NORMAL, &TOUCH_SURFACE], "with a ball"),

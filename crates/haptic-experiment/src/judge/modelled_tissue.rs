@@ -1,11 +1,11 @@
 //! A tissue of the library with the model that is rendered: its operator, its closed forms, and the force that the full
 //! history of a motion asks for.
 //!
-//! `shape` is A/ℓ, m: the force of a piece for a depth, N for m. With 1 it is the stress for a strain.
+//! `shape` is γ of a specimen, m: the force of a piece for a depth, N for m. With 1 it is the stress for a strain.
 
 use super::reference::{self, Reference, TOLERANCE};
 use crate::document::failure::Failure;
-use crate::document::parameters::SCHEME;
+use crate::document::parameters::{AREA, SCHEME, THICKNESS};
 use crate::run::schedule::horizon;
 use fracdiff::full_memory::{Design, HORIZON_MIN, Kernel};
 use fracdiff::num_complex::Complex;
@@ -14,8 +14,9 @@ use fracdiff::{
     Channel, Differintegrator as _, FullMemory, Operator, Order, Real, Scheme, SchemeError, Seconds,
 };
 use haptic_analysis::{AnalysisError, LoopOperator};
-use haptic_loop::units::Pascals;
-use haptic_loop::{Specimen, Tissue};
+use haptic_loop::units::{Metres, Pascals};
+use haptic_loop::{Loading, LoadingKind, ParameterError, Specimen, Tissue};
+use haptic_quantity::digits;
 use haptic_tissue::{FullHistory, Material, Model, SampledModel};
 use std::ops::Deref;
 
@@ -110,18 +111,13 @@ impl ModelledTissue {
         self.rest_modulus_pa
     }
 
-    /// B, Pa·s^μ: E + B·s^μ is the modulus for slow motion.
-    pub(crate) const fn viscosity_pa_s_mu(&self) -> f64 {
-        self.viscosity_pa_s_mu
-    }
-
-    /// K in N/m and B in N·s^μ/m of a piece with a shape A/ℓ, m.
+    /// K in N/m and B in N·s^μ/m of a piece with a shape γ, m.
     #[must_use]
     pub fn spring_and_damper(&self, shape: f64) -> (f64, f64) {
         (shape * self.rest_modulus_pa, shape * self.viscosity_pa_s_mu)
     }
 
-    /// The B of a piece with a shape A/ℓ, m, of another order that resists as much at an angular frequency, N·s^μ/m.
+    /// The B of a piece with a shape γ, m, of another order that resists as much at an angular frequency, N·s^μ/m.
     ///
     /// ```text
     /// |B'·(jω)^μ| = (A/ℓ)·|M(jω) − E|
@@ -134,40 +130,6 @@ impl ModelledTissue {
         }
         let change = omega_rad_s.powf(self.order.get() - order.get());
         shape * self.viscosity_pa_s_mu * change
-    }
-
-    /// Stress under a strain that rises to ε₀ in T₀ and is then held, Pa; zero for t ≤ 0.
-    pub(crate) fn relaxation_stress(&self, strain: f64, ramp_time_s: f64, time_s: f64) -> f64 {
-        match &self.pot {
-            Some(pot) => pot.relaxation_stress(strain, ramp_time_s, time_s).0,
-            None => ramp(&self.material.model, strain, ramp_time_s, &[time_s])[0],
-        }
-    }
-
-    /// [`relaxation_stress`](Self::relaxation_stress) of ticks that come one after the other, at times n·T.
-    pub(crate) fn relaxation(
-        &self,
-        strain: f64,
-        ramp_time_s: f64,
-        sample_time: Seconds,
-    ) -> Box<dyn FnMut(u64, f64) -> f64 + '_> {
-        match &self.pot {
-            Some(pot) => Box::new(move |_, t| pot.relaxation_stress(strain, ramp_time_s, t).0),
-            None => Box::new(by_ticks(sample_time, move |times| {
-                ramp(&self.material.model, strain, ramp_time_s, times)
-            })),
-        }
-    }
-
-    /// Strain under a step of stress σ₀ at t = 0, likewise; zero for t ≤ 0.
-    pub(crate) fn creep(
-        &self,
-        stress_pa: f64,
-        sample_time: Seconds,
-    ) -> impl FnMut(u64, f64) -> f64 + '_ {
-        by_ticks(sample_time, move |times| {
-            creep(&self.material.model, stress_pa, times)
-        })
     }
 
     /// The operator that renders the tissue for so many samples.
@@ -242,6 +204,10 @@ impl Deref for ModelledTissue {
 }
 
 /// A piece of tissue that is touched.
+///
+/// ```text
+/// f = γ·(E·e(δ) + B·(T^μ·P) D^μ e(δ))
+/// ```
 #[derive(Clone, Debug)]
 pub struct TissuePiece {
     /// The tissue.
@@ -251,13 +217,130 @@ pub struct TissuePiece {
 }
 
 impl TissuePiece {
-    /// A/ℓ, m.
-    pub(crate) fn shape_m(&self) -> f64 {
-        self.specimen.area().0 / self.specimen.thickness().0
+    /// A piece of this tissue, with its Poisson ratio and stiffening, loaded like this.
+    ///
+    /// # Errors
+    /// As [`Specimen::new`].
+    pub fn new(material: ModelledTissue, loading: Loading) -> Result<Self, ParameterError> {
+        let ratio = material.loading.poisson_ratio();
+        let specimen = Specimen::new(loading, ratio, material.stiffening)?;
+        Ok(Self {
+            material: Box::new(material),
+            specimen,
+        })
+    }
+
+    /// A slab of the size that the keys have by default, compressed.
+    ///
+    /// # Errors
+    /// As [`Specimen::new`].
+    pub fn usual(material: ModelledTissue) -> Result<Self, ParameterError> {
+        let loading = Loading {
+            area_m2: Some(AREA.default_number()),
+            thickness_m: Some(THICKNESS.default_number()),
+            ..Loading::new(LoadingKind::Compression)
+        };
+        Self::new(material, loading)
+    }
+
+    /// γ, m: force over the memory's stress for e(δ).
+    #[must_use]
+    pub fn shape_m(&self) -> f64 {
+        self.specimen.shape(self.material.loading.modulus())
+    }
+
+    /// True if e(δ) = δ.
+    #[must_use]
+    pub fn is_linear(&self) -> bool {
+        self.specimen.depth_map().is_none()
+    }
+
+    /// e of a depth, m.
+    pub(crate) fn effective(&self, depth_m: f64) -> f64 {
+        (self.specimen.depth_map()).map_or(depth_m, |map| map.at(depth_m))
+    }
+
+    /// What a run of these ticks, s, to this depth, m, asks of the tissue beyond its record, a sentence each.
+    pub(crate) fn leaves(&self, times_s: (f64, f64), depth_m: f64) -> Vec<String> {
+        let mut sentences: Vec<String> = self.material.beyond(times_s).into_iter().collect();
+        let strain = self.specimen.strain(Metres(depth_m));
+        let (most, whose) = match self.material.range.strain_to {
+            Some(most) => (most, format!("the numbers of {} hold", self.material.name)),
+            None => (
+                Specimen::SMALL_STRAIN,
+                "small strain, as this model assumes, holds".to_owned(),
+            ),
+        };
+        if strain > most {
+            sentences.push(format!(
+                "the strain reaches {} %; {whose} up to {} %",
+                digits(100.0 * strain, 3),
+                digits(100.0 * most, 3)
+            ));
+        }
+        sentences
+    }
+
+    /// Force under a depth that rises to δ₀ in T₀ and is then held, N, at rising times; zero up to 0.
+    pub(crate) fn relaxed(&self, depth_m: f64, ramp_time_s: f64, time_s: &[f64]) -> Vec<f64> {
+        let shape = self.shape_m();
+        let way = |time: f64| depth_m * (time / ramp_time_s).min(1.0);
+        let model = &self.material.model;
+        let stress = match (self.specimen.depth_map(), &self.material.pot) {
+            (None, Some(pot)) => {
+                let stress = |time: &f64| pot.relaxation_stress(depth_m, ramp_time_s, *time).0;
+                time_s.iter().map(stress).collect()
+            }
+            (None, None) => driven(model, way, &[ramp_time_s], time_s),
+            // A map is no straight line: fine corners, finer where it begins.
+            (Some(map), _) => {
+                let corners = (1..=CORNERS).map(|n| {
+                    let share = f64::from(n) / f64::from(CORNERS);
+                    ramp_time_s * share * share
+                });
+                let corners: Vec<f64> = corners.collect();
+                driven(model, |time| map.at(way(time)), &corners, time_s)
+            }
+        };
+        stress.into_iter().map(|stress| shape * stress).collect()
+    }
+
+    /// [`relaxed`](Self::relaxed) of ticks that come one after the other, at times n·T.
+    pub(crate) fn relaxation(
+        &self,
+        depth_m: f64,
+        ramp_time_s: f64,
+        sample_time: Seconds,
+    ) -> impl FnMut(u64, f64) -> f64 + '_ {
+        by_ticks(sample_time, move |times| {
+            self.relaxed(depth_m, ramp_time_s, times)
+        })
+    }
+
+    /// Depth under a step of force F₀ at t = 0, m, at any times; zero up to 0.
+    ///
+    /// ```text
+    /// e(δ(t)) = F₀·J(t)/γ
+    /// ```
+    pub(crate) fn crept(&self, force_n: f64, time_s: &[f64]) -> Vec<f64> {
+        let map = self.specimen.depth_map();
+        let strains = creep(&self.material.model, force_n / self.shape_m(), time_s);
+        let depth = |strain| map.map_or(strain, |map| map.depth(strain));
+        strains.into_iter().map(depth).collect()
+    }
+
+    /// The same of ticks that come one after the other.
+    pub(crate) fn creep(
+        &self,
+        force_n: f64,
+        sample_time: Seconds,
+    ) -> impl FnMut(u64, f64) -> f64 + '_ {
+        by_ticks(sample_time, move |times| self.crept(force_n, times))
     }
 
     /// K in N/m and B in N·s^μ/m.
-    pub(crate) fn spring_and_damper(&self) -> (f64, f64) {
+    #[must_use]
+    pub fn spring_and_damper(&self) -> (f64, f64) {
         self.material.spring_and_damper(self.shape_m())
     }
 }
@@ -331,6 +414,7 @@ fn design(
 }
 
 /// A piece of tissue tick by tick with all of its past: f\[n\] = gain·x\[n\] + past.
+#[derive(Debug)]
 pub(crate) enum Sampled {
     /// K, B, and D^μ.
     Derivative(f64, f64, Channel<f64, Operator<f64>>),
@@ -404,29 +488,22 @@ fn by_ticks(
 /// Ticks whose closed forms are made at once.
 const AT_ONCE: u64 = 4096;
 
-/// The stress at rising times.
-fn ramp(model: &Model, strain: f64, ramp_time_s: f64, time_s: &[f64]) -> Vec<f64> {
+/// Corners of a ramp through a map of depth.
+const CORNERS: u32 = 4096;
+
+/// The stress at rising times under an input that is straight between these corners and times, Pa; zero up to 0.
+fn driven(model: &Model, input: impl Fn(f64) -> f64, corners: &[f64], time_s: &[f64]) -> Vec<f64> {
     let later = time_s.iter().filter(|&&time| time > 0.0);
-    let mut times: Vec<f64> = [0.0].into_iter().chain(later.copied()).collect();
-    // The corner is a time of its own.
-    let corner = times.partition_point(|&time| time < ramp_time_s);
-    let own = times.get(corner).is_none_or(|&time| time > ramp_time_s);
-    if own {
-        times.insert(corner, ramp_time_s);
-    }
-    let strains: Vec<f64> = times
-        .iter()
-        .map(|time| strain * (time / ramp_time_s).min(1.0))
-        .collect();
-    let mut stress = model.stress(&times, &strains);
-    if own {
-        stress.remove(corner);
-    }
-    // All times up to 0 have the stress of the start.
-    let early = time_s.len() + 1 - stress.len();
-    let mut all = vec![0.0; early];
-    all.extend(stress.drain(1..));
-    all
+    let mut times: Vec<f64> = [0.0].iter().chain(later).chain(corners).copied().collect();
+    times.sort_by(f64::total_cmp);
+    times.dedup();
+    let inputs: Vec<f64> = times.iter().map(|&time| input(time)).collect();
+    let stress = model.stress(&times, &inputs);
+    let at = |time: &f64| match times.binary_search_by(|known| known.total_cmp(time)) {
+        Ok(place) if *time > 0.0 => stress[place],
+        _ => 0.0,
+    };
+    time_s.iter().map(at).collect()
 }
 
 /// The strain at any times.

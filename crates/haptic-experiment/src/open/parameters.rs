@@ -2,7 +2,8 @@
 
 pub use crate::document::parameters::*;
 pub use crate::experiment::rendering::{
-    CREEP_DURATION, PRECISION, RAMP_TIME, RELAX_DURATION, STRAIN, STRESS,
+    CREEP_CONTACT, CREEP_DURATION, DEPTH, FORCE, PRECISION, RAMP_TIME, RELAX_DURATION, RIG_DAMPING,
+    RIG_MASS, STRAIN, STRESS,
 };
 pub use crate::experiment::teleoperation::{
     AMPLITUDE, ARCHITECTURE, FREQUENCIES, HAND_COUPLER_DISSIPATION, HAND_COUPLER_ORDER,
@@ -113,6 +114,7 @@ pub fn choices(key: &str) -> Vec<(&'static str, &'static str)> {
         "contact" => names::<Contact>(),
         "guard" => names::<GuardChoice>(),
         "hand" => names::<GripName>(),
+        "loading" => names::<haptic_loop::LoadingKind>(),
         "loop" => names::<haptic_link::LoopMode>(),
         "place" => names::<PlaceName>(),
         "precision" => names::<Precision>(),

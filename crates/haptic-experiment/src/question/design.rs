@@ -34,7 +34,8 @@ use crate::document::named::Named;
 use crate::document::parameters::kind::{Parameter, parameters};
 use crate::document::parameters::range::Range;
 use crate::document::parameters::{
-    AREA, DEVICE_MODEL, ENCODER_RESOLUTION, LIBRARY, SCHEME, THICKNESS, range,
+    AREA, BONDED, DEVICE_MODEL, ENCODER_RESOLUTION, HALF_ANGLE, INDENTER_RADIUS, LIBRARY, LOADING,
+    SCHEME, THICKNESS, range,
 };
 use crate::experiment::trial::TRIAL_FORCE_LIMIT;
 use crate::experiment::trial::dynamics;
@@ -46,7 +47,6 @@ use crate::run::device::Warn;
 use crate::{Imperfections, Settling, judge::settling::TrialVerdict};
 use fracdiff::parameter::Shown;
 use fracdiff::{Order, Scheme};
-use haptic_loop::Specimen;
 use haptic_loop::plant::MassDamper;
 use haptic_tissue::Model;
 use serde::Serialize;
@@ -87,6 +87,10 @@ pub(crate) const DESIGN: &[Parameter] = &[
     LIBRARY,
     AREA,
     THICKNESS,
+    LOADING,
+    INDENTER_RADIUS,
+    HALF_ANGLE,
+    BONDED,
     WISH_FREQUENCY,
     REQUIRE,
     GAIN_MARGIN,
@@ -162,8 +166,8 @@ pub(crate) enum Wish {
     Tissue {
         /// The tissue.
         material: ModelledTissue,
-        /// The piece of it.
-        specimen: Specimen,
+        /// γ of the piece of it.
+        shape_m: f64,
         /// Frequency at which other orders are made equal to it, Hz.
         frequency_hz: f64,
     },

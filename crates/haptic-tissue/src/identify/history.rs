@@ -8,6 +8,7 @@
 
 use super::contour::{Contour, Quantity};
 use super::elements::{Candidate, Elements, Slope, VARIABLES};
+use crate::indentation::cubic;
 use rayon::prelude::*;
 
 /// Distance of the nodes in ln t.
@@ -35,13 +36,15 @@ pub(super) struct History {
 }
 
 impl History {
-    pub(super) fn new(time_s: &[f64], strain: &[f64], stress_pa: &[f64]) -> Self {
+    /// Times and stresses, and the strain at times that are as close or closer and straight between them.
+    pub(super) fn new(time_s: &[f64], motion: (&[f64], &[f64]), stress_pa: &[f64]) -> Self {
         let n = time_s.len();
-        let knots = knots(time_s, strain);
+        let (motion_s, strain) = motion;
+        let knots = knots(motion_s, strain);
         let most = (PAIRS_MOST / knots.len().max(1)).clamp(OUTPUTS_LEAST, OUTPUTS_MOST);
         let begin = knots.first().map_or(time_s[0], |knot| knot.0);
         let chosen = chosen(time_s, begin, most);
-        let least = time_s
+        let least = motion_s
             .windows(2)
             .map(|pair| pair[1] - pair[0])
             .fold(f64::INFINITY, f64::min);
@@ -84,14 +87,7 @@ impl History {
             let place = (libm::log((time_s - knot_s) / self.unit_s) - self.first_node) / SPACING;
             let node = (place as usize).clamp(1, self.nodes - 3);
             let x = place - node as f64;
-            // Lagrange's cubic through the nodes −1, 0, 1, 2.
-            let cubic = [
-                -x * (x - 1.0) * (x - 2.0) / 6.0,
-                (x + 1.0) * (x - 1.0) * (x - 2.0) / 2.0,
-                -(x + 1.0) * x * (x - 2.0) / 2.0,
-                (x + 1.0) * x * (x - 1.0) / 6.0,
-            ];
-            for (weight, part) in row[node - 1..].iter_mut().zip(cubic) {
+            for (weight, part) in row[node - 1..].iter_mut().zip(cubic(x)) {
                 *weight += change * part;
             }
         }

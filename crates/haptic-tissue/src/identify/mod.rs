@@ -179,7 +179,8 @@ fn identified(
     };
     let first = fitted.remove(place);
     fitted.insert(0, first);
-    let mut warnings: Vec<String> = failed.iter().map(ToString::to_string).collect();
+    let mut warnings = record.said.clone();
+    warnings.extend(failed.iter().map(ToString::to_string));
     if options.bootstrap > 0 {
         // Intervals by bootstrap in place of those by standard errors.
         let (fit, best) = &mut fitted[0];

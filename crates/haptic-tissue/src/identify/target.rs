@@ -10,6 +10,7 @@ use super::contour::{Contour, Quantity};
 use super::elements::{Candidate, ELEMENTS, Elements, Slope};
 use super::history::History;
 use super::record::{Record, RecordKind};
+use crate::indentation::mapped;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 /// The weights of the samples.
@@ -21,6 +22,9 @@ pub enum Weighting {
     /// Each sample counts as much as it covers of ln t (or ln ω): for samples that crowd at one end.
     LogSpacing,
 }
+
+/// Points at least of a mapped motion: what is left of the map between them is 1e-6 of the largest value.
+const POINTS: usize = 1000;
 
 /// A record made ready for a fit.
 #[derive(Clone, Debug)]
@@ -81,7 +85,11 @@ impl<'a> Target<'a> {
     }
 
     fn of_history(record: &Record, stop: &'a AtomicBool) -> Self {
-        let history = History::new(&record.x, &record.first, &record.second);
+        let mapped = (record.map.as_ref()).map(|map| mapped(&record.x, &record.first, map, POINTS));
+        let motion = mapped
+            .as_ref()
+            .map_or((&record.x, &record.first), |(t, e)| (t, e));
+        let history = History::new(&record.x, (motion.0, motion.1), &record.second);
         let (chosen, scale) = (&history.chosen, history.stress_scale);
         Self {
             wanted: chosen.iter().map(|&i| record.second[i] / scale).collect(),

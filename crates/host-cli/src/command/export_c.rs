@@ -8,9 +8,10 @@ use clap::Args;
 use fracdiff::{Operator, OperatorList, Order, Scheme, Seconds};
 use fracdiff_c::{CNumber, Header, Law};
 use haptic_experiment::judge::operator;
-use haptic_experiment::{Failure, ModelledTissue, Named as _, Precision, parameters as p};
-use haptic_loop::Specimen;
-use haptic_loop::units::{Metres, SquareMetres};
+use haptic_experiment::{
+    Failure, ModelledTissue, Named as _, Precision, TissuePiece, parameters as p,
+};
+use haptic_loop::{Loading, LoadingKind};
 use haptic_quantity::{digits, written};
 use serde_json::json;
 use std::path::PathBuf;
@@ -221,13 +222,16 @@ impl TissueArguments {
         };
         let library = library(self.library.as_deref())?;
         let material = ModelledTissue::new(library.find(name).map_err(Failure::input)?)?;
-        let piece = Specimen::new(SquareMetres(self.area), Metres(self.thickness));
-        let piece = piece
+        let loading = Loading {
+            area_m2: Some(self.area),
+            thickness_m: Some(self.thickness),
+            ..Loading::new(LoadingKind::Compression)
+        };
+        let piece = TissuePiece::new(material, loading)
             .map_err(|error| Failure::input_with_advice(error, "change --area or --thickness"))?;
-        let (stiffness, dissipation) =
-            material.spring_and_damper(piece.area().0 / piece.thickness().0);
+        let (stiffness, dissipation) = piece.spring_and_damper();
         Ok(Some(Tissue {
-            material,
+            material: *piece.material,
             law: Law {
                 stiffness,
                 dissipation,

@@ -1,12 +1,14 @@
 //! Keys that several kinds share, or that a room below the kinds names.
 
 use super::range::Range;
+use crate::document::named::Named;
 use crate::document::parameters::kind::{Parameter, parameters};
 use crate::document::parameters::range::{
-    DAMPINGS, DEVICE_TIMES, DISSIPATIONS, DURATIONS, FORCE_LIMITS, FORCE_RATES, FORCES, MASSES,
-    SAMPLE_TIMES, SENSOR_STEPS, SPECIMENS, STIFFNESSES,
+    DAMPINGS, DEVICE_TIMES, DISSIPATIONS, DURATIONS, FORCE_LIMITS, FORCE_RATES, FORCES,
+    HALF_ANGLES, MASSES, SAMPLE_TIMES, SENSOR_STEPS, SPECIMENS, STIFFNESSES,
 };
 use haptic_link::Limits as Wire;
+use haptic_loop::LoadingKind;
 
 parameters! {
     /// `k_c` of a coupler, N·s/m.
@@ -23,6 +25,14 @@ parameters! {
     AREA = number("area_m2", 4e-4, "4cm2", SPECIMENS, "Area of the specimen");
     /// Thickness of the specimen, m.
     THICKNESS = number("thickness_m", 0.02, "20mm", SPECIMENS, "Thickness of the specimen");
+    /// How the specimen is loaded.
+    LOADING = text("loading", "compression", "How it is pressed");
+    /// Radius of a punch or sphere, m.
+    INDENTER_RADIUS = optional("indenter_radius_m", SPECIMENS, "Radius of a punch or sphere");
+    /// Half angle of a cone, rad.
+    HALF_ANGLE = optional("half_angle_rad", HALF_ANGLES, "Half angle of a cone, between axis and flank");
+    /// True if the specimen is bonded.
+    BONDED = flag("bonded", "The slab cannot slide on its plates, or the layer under a sphere not on its base");
     /// Scheme of the operator.
     SCHEME = text("scheme", "full", "Fractional operator: full, grunwald:1000, tustin-muir:3, …");
     /// Sample time of any loop, s.
@@ -32,13 +42,48 @@ parameters! {
     /// Force limit of a rendered tissue, N.
     FORCE_LIMIT = number("force_limit_n", 10.0, "10N", FORCE_LIMITS, "Largest force the loop may command");
     /// Controller of the indenter.
-    CONTROLLER = text("controller", "", "Controller file; its controller moves the indenter, which is then a mass");
+    CONTROLLER = text("controller", "", "Controller file of the indenter, which is then a mass");
     /// Rate limit of a rendered tissue, N/s.
     FORCE_RATE_LIMIT = number("force_rate_limit_n_per_s", 1000.0, "1000N/s", FORCE_RATES, "Largest rate of change of the force");
     /// Number of axes.
     TOUCH_AXES = count("axes", 2, "2", "Number of axes, 2 or 3");
     /// Length of a trial, s.
     TRIAL_DURATION = number("duration_s", 5.0, "5s", DURATIONS, "Length of a run");
+}
+
+/// Of a piece of tissue: what it is, and how it is pressed.
+pub(crate) const PIECE: &[Parameter] = &[
+    TISSUE,
+    LIBRARY,
+    AREA,
+    THICKNESS,
+    LOADING,
+    INDENTER_RADIUS,
+    HALF_ANGLE,
+    BONDED,
+];
+
+impl Named for LoadingKind {
+    const CHOICES: &'static [(Self, &'static str, &'static str)] = &[
+        (Self::Shear, Self::Shear.name(), "Simple shear of a slab"),
+        (Self::Tension, Self::Tension.name(), "Tension of a slab"),
+        (
+            Self::Compression,
+            Self::Compression.name(),
+            "Compression of a slab",
+        ),
+        (
+            Self::Punch,
+            Self::Punch.name(),
+            "A flat round punch on a deep body",
+        ),
+        (
+            Self::Sphere,
+            Self::Sphere.name(),
+            "A sphere on a deep body, or on a bonded layer",
+        ),
+        (Self::Cone, Self::Cone.name(), "A cone on a deep body"),
+    ];
 }
 
 /// The device file that is shipped.
@@ -61,7 +106,7 @@ parameters! {
          let go [default: 10]");
     /// Device file.
     DEVICE_MODEL = text("device_model", "",
-        "Device file, as written by device measure; other keys take precedence. On the rig of [relax] and [creep] only the guard uses it");
+        "Device file, of device measure; on a rig for its guard only");
 }
 
 /// Of every experiment on a device.

@@ -125,6 +125,8 @@ pub(crate) const SPECIMENS: Range = above_0(10.0);
 pub(crate) const PLACES: Range = either_sign(1e3);
 /// Radii, m: from a grain of dust to what is a plane to a hand.
 pub(crate) const RADII: Range = Range::Within(1e-6, 1e3);
+/// Half angles of a cone, rad: below π/2, which is no cone.
+pub(crate) const HALF_ANGLES: Range = Range::Within(1e-3, 1.57);
 /// Strains that are held: all of the thickness.
 pub(crate) const STRAINS: Range = above_0(1.0);
 /// Stresses, Pa: tissue is gone long before.

@@ -62,8 +62,8 @@ fn rendering(tissue: &str, drive: Drive) -> Rendering {
 fn relaxation(rendering: Rendering, ramp_time_s: f64, duration_s: f64) -> Indentation {
     Indentation {
         rendering,
-        load: Load::Strain {
-            strain: 0.05,
+        load: Load::Depth {
+            depth_m: 1e-3,
             ramp_time_s,
         },
         duration_s,
@@ -202,7 +202,7 @@ fn a_push_is_held_too_its_force_measured_between_the_actuators() {
     };
     let creep = Indentation {
         rendering: rendering("prostate-healthy", drive(gains)),
-        load: Load::Stress { stress_pa: 100.0 },
+        load: Load::Force { force_n: 0.04 },
         duration_s: 3.0,
     };
     let verdict = (creep.drive_verdict(3001).expect("judged")).expect("a drive");

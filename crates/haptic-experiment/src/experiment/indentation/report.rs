@@ -3,9 +3,11 @@
 use super::{Indentation, Load};
 use crate::Supervisor;
 use crate::document::failure::Failure;
-use crate::experiment::drive::{DriveJudge, DriveReport, drive_columns};
+use crate::document::parameters::CONTACT;
+use crate::experiment::drive::{DriveJudge, DriveReport, Massless, drive_columns};
 use crate::experiment::rendering::{Contact, Precision, Rendering};
 use crate::judge::decimated::Decimated;
+use crate::judge::modelled_tissue::Sampled;
 use crate::judge::reference::{ReferenceSeries, TOLERANCE};
 use crate::judge::report::{Errors, Files, RunReport};
 use crate::judge::warnings::Warnings;
@@ -16,7 +18,7 @@ use crate::run::samples::Samples;
 use crate::run::tick::KeptSample;
 use fracdiff::Seconds;
 use haptic_loop::plant::RigDrive;
-use haptic_loop::units::{Metres, Pascals};
+use haptic_quantity::digits;
 use serde::Serialize;
 
 /// The comparison with the full history begins here, s after contact.
@@ -26,6 +28,9 @@ const AFTER_RAMP_S: f64 = 0.1;
 /// That of creep begins here, s: before, the rig itself is moving.
 const CREEP_FROM_S: f64 = 1.0;
 
+/// The tissue is seen on a rig where the depth stays within this share of the closed form.
+const SEEN_WITHIN: f64 = 0.05;
+
 /// The result of a relaxation or creep test.
 #[derive(Clone, Debug, Serialize)]
 pub struct IndentationReport {
@@ -33,6 +38,12 @@ pub struct IndentationReport {
     pub tissue: String,
     /// α of the tissue.
     pub order: f64,
+    /// How the piece is pressed.
+    pub loading: &'static str,
+    /// The modulus that the tissue's numbers are of.
+    pub modulus: &'static str,
+    /// True if the tissue's file does not say which.
+    pub modulus_assumed: bool,
     /// Operator.
     pub scheme: String,
     /// Number type of the loop.
@@ -53,6 +64,9 @@ pub struct IndentationReport {
     /// Part of `closed_form_error` that is left with an ideal indenter and the full history, over the same samples:
     /// the sampling.
     pub discretisation_error: Option<f64>,
+    /// From when on the depth of a creep test on a rig with masses stays within 5 % of the closed form, s; null if it never
+    /// does, and without such a rig.
+    pub tissue_seen_from_s: Option<f64>,
     /// Part of `closed_form_error` that comes from contact, servo, masses and sensors of the rig.
     pub rig_error: Option<f64>,
     /// Final value over its closed form: force in a relaxation, strain in a creep test.
@@ -60,6 +74,9 @@ pub struct IndentationReport {
     /// Final strain, in a creep test.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub final_strain: Option<f64>,
+    /// Final depth, in a creep test of another piece than a slab, m.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub final_depth_m: Option<f64>,
     /// Work of the controller that held the indenter.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub(crate) drive: Option<DriveReport>,
@@ -82,6 +99,43 @@ struct TheorySample {
     with_rig: f64,
 }
 
+/// From when on the tissue is seen on a rig, s; `None` if never.
+#[derive(Clone, Copy, Debug)]
+struct Seen(Option<f64>);
+
+impl Seen {
+    fn of(unseen_until_s: Option<f64>, duration_s: f64, sample_time_s: f64) -> Self {
+        let from_s = unseen_until_s.map_or(0.0, |until_s| until_s + sample_time_s);
+        Self(Some(from_s).filter(|from_s| *from_s <= duration_s))
+    }
+
+    fn warning(self, duration_s: f64) -> Option<String> {
+        let ideal = CONTACT.set_to("ideal");
+        match self.0 {
+            Some(from_s) if from_s <= 0.5 * duration_s => None,
+            Some(from_s) => Some(format!(
+                "before {} s the rig is seen, not the tissue: take {ideal}, or a longer run",
+                digits(from_s, 3)
+            )),
+            None => Some(format!(
+                "the rig is seen in the whole run, not the tissue: take {ideal}, or a longer run"
+            )),
+        }
+    }
+}
+
+/// What moves in a creep test, and how it is told.
+#[derive(Clone, Copy, Debug)]
+struct Moved {
+    /// What a depth is divided by, m.
+    length_m: f64,
+    what: &'static str,
+    /// In the name of a column.
+    column: &'static str,
+    unit: &'static str,
+    without_rig: &'static str,
+}
+
 /// Says of each sample what theory says.
 type Theory<'a> = Box<dyn FnMut(&KeptSample) -> TheorySample + 'a>;
 
@@ -100,17 +154,18 @@ impl Indentation {
     /// Judges a run; the table of one that reached its end goes beside its log. A run that was cut short leaves its log alone.
     pub(crate) fn report(&self, ran: &Ran) -> Result<(IndentationReport, Option<Curves>), Failure> {
         let (rendering, record, own) = (&self.rendering, &ran.record, self.drive()?);
-        let is_strain = matches!(self.load, Load::Stress { .. });
+        let moves = matches!(self.load, Load::Force { .. });
+        let moved = self.moved();
         let (from_s, unit, without_rig) = match self.load {
-            Load::Strain { ramp_time_s, .. } => {
+            Load::Depth { ramp_time_s, .. } => {
                 let from_s = ramp_time_s + AFTER_RAMP_S;
                 (from_s, " N", "the force with an ideal rig")
             }
-            Load::Stress { .. } => (CREEP_FROM_S, "", "the strain without a rig"),
+            Load::Force { .. } => (CREEP_FROM_S, moved.unit, moved.without_rig),
         };
         let mut theory = match self.load {
-            Load::Strain { .. } => self.relaxed(ran)?,
-            Load::Stress { stress_pa } => self.crept(ran, stress_pa)?,
+            Load::Depth { .. } => self.relaxed(ran)?,
+            Load::Force { force_n } => self.crept(ran, force_n)?,
         };
         let mut errors = [
             LargestError::new(FROM_S, "the force by the full history", " N"),
@@ -124,8 +179,9 @@ impl Indentation {
             .map(|(drive, verdict)| DriveJudge::new(drive, own, rendering.sample_time_s, verdict));
         let mut drive = drive.transpose()?;
         let whole = record.ended.is_none();
-        let mut csv = whole.then(|| table(ran, is_strain, drive.is_some().then_some(own)));
-        let mut last = None;
+        let column = moves.then_some(moved.column);
+        let mut csv = whole.then(|| table(ran, column, drive.is_some().then_some(own)));
+        let (mut last, mut unseen_until_s, mut deepest_m) = (None, None, 0.0);
         Samples::of(record, &ran.log.paths).for_each(|sample| {
             let judged = theory(sample);
             let (value, closed_form) = (judged.value, judged.closed_form);
@@ -142,15 +198,19 @@ impl Indentation {
                 }
             }
             last = Some(judged);
+            if moves && (value / closed_form - 1.0).abs() > SEEN_WITHIN {
+                unseen_until_s = Some(sample.time_s);
+            }
             let driven = drive.as_mut().map(|drive| drive.add(sample));
             let Some(csv) = &mut csv else {
                 return Ok(());
             };
+            deepest_m = f64::max(deepest_m, sample.position_m);
             let error = relative_error(value, closed_form);
             let (tracking_error, [_, force_n]) = driven.unwrap_or_default();
             let values = [value, closed_form, error, tracking_error, force_n];
             curves.add(sample.time_s, values);
-            let mut row = row(is_strain, sample, &judged, error);
+            let mut row = row(moves, sample, &judged, error);
             row.extend(
                 driven
                     .iter()
@@ -167,11 +227,20 @@ impl Indentation {
         let drive = drive.map(DriveJudge::finish);
         let mut warnings = Warnings::default();
         let memory_s = rendering.memory_s();
+        let seen = Seen::of(unseen_until_s, record.duration_s(), rendering.sample_time_s);
+        let seen = Some(seen).filter(|_| moves && !self.is_ideal());
+        warnings
+            .0
+            .extend(seen.and_then(|seen| seen.warning(record.duration_s())));
+        let piece = &rendering.piece;
+        warnings
+            .0
+            .extend(piece.leaves((rendering.sample_time_s, record.duration_s()), deepest_m));
         warnings.operator(
             memory_s,
             record.duration_s(),
             final_over_theory,
-            if is_strain { "strain" } else { "force" },
+            if moves { moved.what } else { "force" },
         );
         warnings.limited(record);
         warnings
@@ -179,8 +248,11 @@ impl Indentation {
             .extend(drive.iter().flat_map(DriveReport::warnings));
         let [full_history, closed_form, discretisation, rig] = errors.map(LargestError::get);
         let report = IndentationReport {
-            tissue: rendering.material.name.clone(),
-            order: rendering.material.order().get(),
+            tissue: rendering.piece.material.name.clone(),
+            order: rendering.piece.material.order().get(),
+            loading: piece.specimen.loading().kind.name(),
+            modulus: piece.material.loading.modulus().name(),
+            modulus_assumed: !piece.material.loading.is_known(),
             scheme: rendering.scheme.to_string(),
             run: RunReport::new(
                 ran,
@@ -197,8 +269,14 @@ impl Indentation {
             rig_error: rig.largest,
             reference_tolerance: record.whole.is_none().then_some(TOLERANCE),
             memory_s,
+            tissue_seen_from_s: seen.and_then(|seen| seen.0),
             final_over_theory,
-            final_strain: last.filter(|_| is_strain).map(|last| last.value),
+            final_strain: last
+                .filter(|_| moves && moved.unit.is_empty())
+                .map(|last| last.value),
+            final_depth_m: last
+                .filter(|_| moves && !moved.unit.is_empty())
+                .map(|last| last.value),
             precision: rendering.precision_run(),
             contact: rendering.contact,
             drive,
@@ -215,38 +293,66 @@ impl Indentation {
             tracking_error,
             force_n,
         ];
+        let slab = rendering.piece.specimen.slab_sizes();
         let (what, remark) = match self.load {
-            Load::Strain {
-                strain,
+            Load::Depth {
+                depth_m,
                 ramp_time_s,
             } => {
-                let (percent, until) = (percent(strain), self.duration_s);
-                let remark = format!("{percent} % strain in {ramp_time_s} s, held until {until} s");
+                let until = self.duration_s;
+                let depth = match slab {
+                    Some((_, thickness)) => format!("{} % strain", percent(depth_m / thickness.0)),
+                    None => format!("{} mm", digits(1e3 * depth_m, 4)),
+                };
+                let remark = format!("{depth} in {ramp_time_s} s, held until {until} s");
                 ("Stress relaxation", remark)
             }
-            Load::Stress { stress_pa } => ("Creep", format!("{stress_pa} Pa from t = 0")),
+            Load::Force { force_n } => {
+                let push = match slab {
+                    Some((area, _)) => format!("{} Pa", digits(force_n / area.0, 4)),
+                    None => format!("{} N", digits(force_n, 4)),
+                };
+                ("Creep", format!("{push} from t = 0"))
+            }
         };
-        let (tissue, origin) = (&rendering.material.description, Origin::of(record));
+        let (tissue, origin) = (&rendering.piece.material.description, Origin::of(record));
         let title = format!("{what} of {tissue}, {}", origin.word());
         let curves = whole.then(|| curves.named(names, origin, title, remark));
         Ok((report, curves))
     }
 
-    /// Closed form of the force of a relaxation, N; zero for creep, which has one of the strain.
+    /// Closed form of the force of a relaxation, N; zero for creep, which has one of the depth.
     #[must_use]
     pub fn closed_form(&self, time_s: f64) -> f64 {
-        let Rendering {
-            material, specimen, ..
-        } = &self.rendering;
         match self.load {
-            Load::Strain {
-                strain,
+            Load::Depth {
+                depth_m,
                 ramp_time_s,
-            } => {
-                let stress = material.relaxation_stress(strain, ramp_time_s, time_s);
-                specimen.force(Pascals(stress)).0
-            }
-            Load::Stress { .. } => 0.0,
+            } => self
+                .rendering
+                .piece
+                .relaxed(depth_m, ramp_time_s, &[time_s])[0],
+            Load::Force { .. } => 0.0,
+        }
+    }
+
+    /// What moves in a creep test: the strain of a slab, else the depth.
+    fn moved(&self) -> Moved {
+        match self.rendering.piece.specimen.slab_sizes() {
+            Some((_, thickness)) => Moved {
+                length_m: thickness.0,
+                what: "strain",
+                column: "strain",
+                unit: "",
+                without_rig: "the strain without a rig",
+            },
+            None => Moved {
+                length_m: 1.0,
+                what: "depth",
+                column: "depth_m",
+                unit: " m",
+                without_rig: "the depth without a rig",
+            },
         }
     }
 
@@ -254,8 +360,8 @@ impl Indentation {
     fn relaxed(&self, ran: &Ran) -> Result<Theory<'_>, Failure> {
         let (
             RigDrive::Position(profile),
-            Load::Strain {
-                strain,
+            Load::Depth {
+                depth_m,
                 ramp_time_s,
             },
         ) = (self.drive()?, self.load)
@@ -280,17 +386,14 @@ impl Indentation {
                 }))
             },
         )?;
-        let mut stress = rendering
-            .material
-            .relaxation(strain, ramp_time_s, Seconds(t));
+        let mut force = (rendering.piece).relaxation(depth_m, ramp_time_s, Seconds(t));
         Ok(Box::new(move |sample| {
             let full_history_force_n = history.at(sample);
-            let stress = Pascals(stress(sample.tick, sample.time_s));
             TheorySample {
                 ideal_position_m: profile.position(sample.time_s),
                 full_history_force_n,
                 value: sample.reaction_n(),
-                closed_form: rendering.specimen.force(stress).0,
+                closed_form: force(sample.tick, sample.time_s),
                 ideal: ideal.at(sample),
                 with_rig: full_history_force_n,
             }
@@ -298,76 +401,72 @@ impl Indentation {
     }
 
     /// Each sample of creep.
-    fn crept(&self, ran: &Ran, stress_pa: f64) -> Result<Theory<'_>, Failure> {
-        let Rendering {
-            material, specimen, ..
-        } = &self.rendering;
+    fn crept(&self, ran: &Ran, force_n: f64) -> Result<Theory<'_>, Failure> {
+        let length_m = self.moved().length_m;
         let samples = Samples::of(&ran.record, &ran.log.paths);
         let mut history = self.full_history(samples)?;
         let mut ideal = ReferenceSeries::new(
             samples,
             |x| {
-                let mut strain = self.without_rig(stress_pa, x.len() as u64)?;
-                Ok(x.iter().map(|_| strain()).collect())
+                let mut alone = self.massless()?;
+                Ok(x.iter().map(|_| alone.next()).collect())
             },
             || {
-                let mut strain = self.without_rig(stress_pa, self.check()?)?;
-                Ok(Box::new(move |_, _| strain()))
+                let mut alone = self.massless()?;
+                Ok(Box::new(move |_, _| alone.next()))
             },
         )?;
-        let mut strain = material.creep(stress_pa, Seconds(self.rendering.sample_time_s));
+        let mut depth =
+            (self.rendering.piece).creep(force_n, Seconds(self.rendering.sample_time_s));
         Ok(Box::new(move |sample| {
-            let closed_form = strain(sample.tick, sample.time_s);
-            let value = specimen.strain(Metres(sample.position_m));
+            let closed_form = depth(sample.tick, sample.time_s);
+            let value = sample.position_m / length_m;
             TheorySample {
-                ideal_position_m: specimen.displacement(closed_form).0,
+                ideal_position_m: closed_form,
                 full_history_force_n: history.at(sample),
                 value,
-                closed_form,
-                ideal: ideal.at(sample),
+                closed_form: closed_form / length_m,
+                ideal: ideal.at(sample) / length_m,
                 with_rig: value,
             }
         }))
     }
 
-    /// Strain of the sampled tissue alone, without mass or damping of a rig: at each tick the strain
-    /// whose stress is σ₀. The push acts from the first sample on, so the strain is never zero.
-    ///
-    /// ```text
-    /// σ₀ = g·ε[n] + S[n]    ⇒    ε[n] = (σ₀ − S[n])/g
-    /// ```
-    fn without_rig(
-        &self,
-        stress_pa: f64,
-        samples: u64,
-    ) -> Result<impl FnMut() -> f64 + use<>, Failure> {
+    /// The tissue alone under the push.
+    pub(super) fn massless(&self) -> Result<Massless, Failure> {
+        let Load::Force { force_n } = self.load else {
+            return Err(Failure::bad_input("a relaxation has no push"));
+        };
+        Ok(Massless {
+            tissue: self.sampled(self.check()?)?,
+            map: self.rendering.piece.specimen.depth_map(),
+            force_n,
+            sample_time_s: self.rendering.sample_time_s,
+            tick: 0,
+        })
+    }
+
+    /// The piece tick by tick with all of its past, from e(δ) to force.
+    fn sampled(&self, samples: u64) -> Result<Sampled, Failure> {
+        let Rendering { piece, .. } = &self.rendering;
         let t = Seconds(self.rendering.sample_time_s);
         let reference = self.rendering.reference_kernel();
-        // A piece of 1 m² and 1 m: stress for force, strain for depth.
-        let mut tissue = (self.rendering.material).sampled(1.0, reference, t, samples)?;
-        let gain = tissue.gain();
-        Ok(move || {
-            // The stress for a strain of zero is the past alone.
-            let strain = (stress_pa - tissue.force(0.0)) / gain;
-            tissue.advance(strain);
-            strain
-        })
+        (piece.material).sampled(piece.shape_m(), reference, t, samples)
     }
 
     /// The force that the specimen opposes to an indentation, by the full history of it, N.
     ///
     /// ```text
-    /// F = max(0, (A/ℓ)·(E₀·x + η·D^α x))        x ≥ 0
+    /// F = max(0, γ·(E₀·e(x) + η·D^α e(x)))        x ≥ 0
     /// ```
     fn full_history_force(&self, position_m: &[f64]) -> anyhow::Result<Vec<f64>> {
         // The virtual tissue begins at 0 and only pushes.
-        let depth: Vec<f64> = position_m.iter().map(|x| x.max(0.0)).collect();
-        let (shape, t) = (
-            self.rendering.shape(),
-            Seconds(self.rendering.sample_time_s),
-        );
+        let Rendering { piece, .. } = &self.rendering;
+        let depth = position_m.iter().map(|x| piece.effective(x.max(0.0)));
+        let depth: Vec<f64> = depth.collect();
+        let (shape, t) = (piece.shape_m(), Seconds(self.rendering.sample_time_s));
         let reference = self.rendering.reference_kernel();
-        let forces = (self.rendering.material).full_history(shape, reference, t, &depth)?;
+        let forces = (piece.material).full_history(shape, reference, t, &depth)?;
         Ok(depth
             .iter()
             .zip(forces)
@@ -377,15 +476,11 @@ impl Indentation {
 
     /// The same tick by tick, for a run too long to keep: from each position the force.
     fn full_history_step(&self) -> Result<impl FnMut(f64) -> f64 + use<>, Failure> {
-        let rendering = &self.rendering;
-        let (reference, t) = (
-            rendering.reference_kernel(),
-            Seconds(rendering.sample_time_s),
-        );
-        let samples = self.check()?;
-        let mut tissue = (rendering.material).sampled(rendering.shape(), reference, t, samples)?;
+        let mut tissue = self.sampled(self.check()?)?;
+        let map = self.rendering.piece.specimen.depth_map();
         Ok(move |x: f64| {
             let depth = x.max(0.0);
+            let depth = map.map_or(depth, |map| map.at(depth));
             let force = tissue.force(depth);
             tissue.advance(depth);
             pushes(depth, force)
@@ -410,9 +505,10 @@ fn pushes(depth: f64, force: f64) -> f64 {
 }
 
 /// Begins the CSV, under names that say where the force comes from.
-fn table(ran: &Ran, is_strain: bool, drive: Option<RigDrive>) -> Table {
+fn table(ran: &Ran, moved: Option<&str>, drive: Option<RigDrive>) -> Table {
     let word = Origin::of(&ran.record).word();
-    let (own_force, own_strain) = (format!("{word}_force_n"), format!("{word}_strain"));
+    let own_force = format!("{word}_force_n");
+    let moved = moved.map(|moved| [format!("{word}_{moved}"), format!("closed_form_{moved}")]);
     let drive = drive.map(drive_columns);
     let mut names = vec![
         "time_s",
@@ -421,9 +517,9 @@ fn table(ran: &Ran, is_strain: bool, drive: Option<RigDrive>) -> Table {
         &own_force,
         "full_history_force_n",
     ];
-    match is_strain {
-        true => names.extend([&own_strain, "closed_form_strain"]),
-        false => names.push("closed_form_force_n"),
+    match &moved {
+        Some(columns) => names.extend(columns.iter().map(String::as_str)),
+        None => names.push("closed_form_force_n"),
     }
     names.push("closed_form_error");
     names.extend(drive.iter().flatten());
@@ -431,12 +527,7 @@ fn table(ran: &Ran, is_strain: bool, drive: Option<RigDrive>) -> Table {
 }
 
 /// A row of it. A sample without a relative error has an empty cell.
-fn row(
-    is_strain: bool,
-    sample: &KeptSample,
-    judged: &TheorySample,
-    error: f64,
-) -> Vec<Option<f64>> {
+fn row(moves: bool, sample: &KeptSample, judged: &TheorySample, error: f64) -> Vec<Option<f64>> {
     let mut row = vec![
         Some(sample.time_s),
         Some(judged.ideal_position_m),
@@ -445,7 +536,7 @@ fn row(
         Some(judged.full_history_force_n),
     ];
     // The force of a relaxation stands there already.
-    if is_strain {
+    if moves {
         row.push(Some(judged.value));
     }
     row.push(Some(judged.closed_form));

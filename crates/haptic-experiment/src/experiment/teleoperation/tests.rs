@@ -33,7 +33,7 @@ fn tissue(library: &Library, name: &str) -> RemotePlace {
     let material = library.find(name).expect("in the library");
     let matter = Matter::Tissue(TissuePiece {
         material: Box::new(ModelledTissue::new(material).expect("a model")),
-        specimen: Specimen::new(SquareMetres(4e-4), Metres(0.02)).expect("valid"),
+        specimen: Specimen::slab(SquareMetres(4e-4), Metres(0.02)).expect("valid"),
     });
     RemotePlace {
         matter,

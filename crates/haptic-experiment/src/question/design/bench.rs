@@ -117,13 +117,13 @@ impl<'a> Bench<'a> {
     fn tissue(&self) -> Result<Option<Wall>, AnalysisError> {
         let Wish::Tissue {
             material,
-            specimen,
+            shape_m,
             frequency_hz,
         } = &self.design.wish
         else {
             return Ok(None);
         };
-        let shape = specimen.area().0 / specimen.thickness().0;
+        let shape = *shape_m;
         let alpha = shape * material.rest_modulus_pa() / self.units.0;
         let dissipation = material.dissipation_at(shape, self.order, 2.0 * PI * frequency_hz);
         let beta = dissipation / self.units.1;

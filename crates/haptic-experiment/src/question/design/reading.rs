@@ -7,13 +7,11 @@ use super::{
 };
 use crate::document::error::FileError;
 use crate::document::parameters::{
-    AREA, CURRENT_LAG, DELAY, DEVICE_MODEL, ENCODER_RESOLUTION, FRICTION, LIBRARY, Parameter,
-    SENSOR_NOISE, THICKNESS,
+    CURRENT_LAG, DELAY, DEVICE_MODEL, ENCODER_RESOLUTION, FRICTION, PIECE, Parameter, SENSOR_NOISE,
 };
 use crate::document::reader::Table;
-use crate::experiment::reading::piece;
+use crate::experiment::reading::linear_piece;
 use crate::experiment::trial::TRIAL_FORCE_LIMIT;
-use crate::judge::modelled_tissue::TissuePiece;
 use crate::question::bench::{bench, orders, scheme};
 use fracdiff::Order;
 
@@ -21,8 +19,8 @@ use fracdiff::Order;
 pub(crate) fn wish(table: &Table<'_>) -> Result<WishName, FileError> {
     let wish = table.choice(&WISH)?;
     if wish != WishName::Tissue {
-        for parameter in [WISH_TISSUE, LIBRARY, AREA, THICKNESS] {
-            foreign(table, &parameter, "the wish tissue")?;
+        for parameter in [&WISH_TISSUE].into_iter().chain(&PIECE[1..]) {
+            foreign(table, parameter, "the wish tissue")?;
         }
     }
     Ok(wish)
@@ -64,10 +62,10 @@ fn aim(table: &Table<'_>, wish: WishName) -> Result<Wish, FileError> {
                 let reason = format!("the wish tissue needs one: give {WISH_TISSUE}");
                 return Err(table.fail_at(WISH.key, reason));
             }
-            let TissuePiece { material, specimen } = piece(table)?;
+            let piece = linear_piece(table)?;
             Wish::Tissue {
-                material: *material,
-                specimen,
+                shape_m: piece.shape_m(),
+                material: *piece.material,
                 frequency_hz: frequency_hz.unwrap_or(COMPARED_AT_HZ),
             }
         }

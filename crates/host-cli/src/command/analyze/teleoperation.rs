@@ -16,8 +16,7 @@ use haptic_experiment::run::analysed;
 use haptic_experiment::{Failure, Matter, ModelledTissue, Named as _, TissuePiece};
 use haptic_figure::{FigureError, Look, Picture};
 use haptic_link::Architecture;
-use haptic_loop::Specimen;
-use haptic_loop::units::{Metres, SquareMetres};
+use haptic_loop::{Loading, LoadingKind};
 use haptic_quantity::{digits, written};
 use serde::Serialize;
 use serde_json::{Value, json};
@@ -214,13 +213,16 @@ impl Asked {
             .find(self.given.text(&p::TISSUE))
             .map_err(Failure::input)?;
         let (area, thickness) = (self.number(&p::AREA), self.number(&p::THICKNESS));
-        let specimen = Specimen::new(SquareMetres(area), Metres(thickness));
-        let place = Matter::Tissue(TissuePiece {
-            material: Box::new(ModelledTissue::new(material)?),
-            specimen: specimen.map_err(|error| {
+        let loading = Loading {
+            area_m2: Some(area),
+            thickness_m: Some(thickness),
+            ..Loading::new(LoadingKind::Compression)
+        };
+        let piece = TissuePiece::new(ModelledTissue::new(material)?, loading);
+        let place =
+            Matter::Tissue(piece.map_err(|error| {
                 Failure::input_with_advice(error, "change --area or --thickness")
-            })?,
-        });
+            })?);
         let count = self.given.count(&a::FELT_POINTS, 2..=10_000)? as usize;
         let omegas: Vec<f64> = logarithmic(TAU * low, TAU * high, count).collect();
         let environment = (omegas.iter())

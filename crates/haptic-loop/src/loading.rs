@@ -1,0 +1,513 @@
+//! How tissue is pressed: the shape of a specimen, and a map from depth to what its memory sees.
+//!
+//! ```text
+//! f = γ·(M ∗ de(δ)/dt)        γ m, M the relaxation modulus Pa, e m, δ depth m
+//! ```
+//! | loading | γ for the shear modulus | e |
+//! |---|---|---|
+//! | shear of a slab, area A, thickness h | A/h | δ |
+//! | tension, compression of a slab | 2(1+ν)·A/h | δ |
+//! | the same between bonded plates, ν = 0.5 | times 1 + 2S², S = √(A/π)/(2h) | δ |
+//! | flat punch of radius a | 4a/(1−ν) | δ |
+//! | sphere of radius R | 8R/(3(1−ν)) | δ·√(δ/R) |
+//! | sphere on a bonded layer, thickness h, ν = 0.5 | the same | times 1 + 1.133χ + 1.283χ² + 0.769χ³ + 0.0975χ⁴, χ = √(Rδ)/h |
+//! | cone, half angle φ | 4·tan φ·(1 mm)/(π(1−ν)) | δ²/(1 mm) |
+//!
+//! For Young's modulus γ is divided by 2(1+ν): E(t) = 2(1+ν)·G(t). Tissue that stiffens by b multiplies e by
+//! (exp(bε) − 1)/(bε), ε the [nominal strain](Specimen::strain).
+//!
+//! The memory form holds while the contact grows (E. H. Lee, J. R. M. Radok, *The contact problem for viscoelastic bodies*,
+//! J. Appl. Mech. 27, 1960); while it shrinks it is the rendering, no theory.
+//!
+//! Sources: I. N. Sneddon, Int. J. Eng. Sci. 3, 1965 (punch, cone); A. N. Gent, P. B. Lindley, Proc. Inst. Mech. Eng. 173,
+//! 1959 (bonded slab); E. K. Dimitriadis and others, Biophys. J. 82, 2002 (layer); Y. C. Fung, *Biomechanics*, 1981
+//! (stiffening).
+
+use crate::error::{Checks, ParameterError};
+use crate::units::{Metres, SquareMetres};
+use core::f64::consts::PI;
+use fracdiff::Real;
+use fracdiff::parameter::{positive, range};
+
+/// The modulus that a number in Pa is of.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Modulus {
+    /// G.
+    Shear,
+    /// E = 2(1+ν)·G.
+    Young,
+}
+
+impl Modulus {
+    /// Both, with their names in files.
+    pub const ALL: [(Self, &'static str); 2] = [(Self::Shear, "shear"), (Self::Young, "young")];
+
+    /// Its name in files.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        Self::ALL[self as usize].1
+    }
+}
+
+/// The kinds of [`Loading`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum LoadingKind {
+    /// Simple shear of a slab.
+    Shear,
+    /// Tension of a slab.
+    Tension,
+    /// Compression of a slab.
+    Compression,
+    /// Indentation by a flat round punch.
+    Punch,
+    /// Indentation by a sphere.
+    Sphere,
+    /// Indentation by a cone.
+    Cone,
+}
+
+impl LoadingKind {
+    /// All, with their names in files.
+    pub const ALL: [(Self, &'static str); 6] = [
+        (Self::Shear, "shear"),
+        (Self::Tension, "tension"),
+        (Self::Compression, "compression"),
+        (Self::Punch, "punch"),
+        (Self::Sphere, "sphere"),
+        (Self::Cone, "cone"),
+    ];
+
+    /// Its name in files.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        Self::ALL[self as usize].1
+    }
+
+    /// The modulus that such a measurement is told in, unless it says otherwise: G for shear, else E.
+    #[must_use]
+    pub const fn modulus(self) -> Modulus {
+        match self {
+            Self::Shear => Modulus::Shear,
+            _ => Modulus::Young,
+        }
+    }
+
+    /// True for a slab, which has an area and a thickness; false for an indenter on a deep body.
+    #[must_use]
+    pub const fn is_slab(self) -> bool {
+        matches!(self, Self::Shear | Self::Tension | Self::Compression)
+    }
+}
+
+/// How a specimen is loaded, and its sizes: those that its kind has.
+///
+/// | kind | needs | may have |
+/// |---|---|---|
+/// | shear, tension, compression | area, thickness | bonded, but for shear |
+/// | punch | radius | – |
+/// | sphere | radius | thickness and bonded, together: a layer on a base |
+/// | cone | half angle | – |
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Loading {
+    /// Its kind.
+    pub kind: LoadingKind,
+    /// A of a slab, m².
+    pub area_m2: Option<f64>,
+    /// h of a slab or layer, m.
+    pub thickness_m: Option<f64>,
+    /// a of a punch, R of a sphere, m.
+    pub radius_m: Option<f64>,
+    /// Of a cone, between axis and flank, rad.
+    pub half_angle_rad: Option<f64>,
+    /// True if a slab cannot slide on its plates, or a layer on its base.
+    pub bonded: bool,
+}
+
+impl Loading {
+    /// Of a kind, without sizes.
+    #[must_use]
+    pub const fn new(kind: LoadingKind) -> Self {
+        Self {
+            kind,
+            area_m2: None,
+            thickness_m: None,
+            radius_m: None,
+            half_angle_rad: None,
+            bonded: false,
+        }
+    }
+
+    /// The sizes as a shape, if they are those of the kind.
+    fn body(&self) -> Result<Body, ParameterError> {
+        let kind = self.kind;
+        let loading = kind.name();
+        let need = |size: Option<f64>, what| size.ok_or(ParameterError::Missing { what, loading });
+        let idle = |given: bool, what| match given {
+            true => Err(ParameterError::NoEffect { what, loading }),
+            false => Ok(()),
+        };
+        let body = match kind {
+            LoadingKind::Shear | LoadingKind::Tension | LoadingKind::Compression => Body::Slab {
+                area: need(self.area_m2, "area")?,
+                thickness: need(self.thickness_m, "thickness")?,
+            },
+            LoadingKind::Punch => Body::Punch(need(self.radius_m, "indenter radius")?),
+            LoadingKind::Sphere => Body::Sphere {
+                radius: need(self.radius_m, "indenter radius")?,
+                layer: match self.bonded {
+                    true => Some(need(self.thickness_m, "thickness")?),
+                    false => None,
+                },
+            },
+            LoadingKind::Cone => Body::Cone(need(self.half_angle_rad, "half angle")?),
+        };
+        let (slab, layer) = (kind.is_slab(), self.bonded && kind == LoadingKind::Sphere);
+        let round = matches!(kind, LoadingKind::Punch | LoadingKind::Sphere);
+        idle(self.area_m2.is_some() && !slab, "area")?;
+        idle(self.thickness_m.is_some() && !(slab || layer), "thickness")?;
+        idle(self.radius_m.is_some() && !round, "indenter radius")?;
+        idle(
+            self.half_angle_rad.is_some() && kind != LoadingKind::Cone,
+            "half angle",
+        )?;
+        let held = layer || matches!(kind, LoadingKind::Tension | LoadingKind::Compression);
+        idle(self.bonded && !held, "bonded")?;
+        Ok(body)
+    }
+}
+
+/// Sizes in m and m², rad.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Body {
+    Slab { area: f64, thickness: f64 },
+    Punch(f64),
+    Sphere { radius: f64, layer: Option<f64> },
+    Cone(f64),
+}
+
+/// The length by which the depth of a cone is measured, m.
+const CONE_LENGTH: f64 = 1e-3;
+/// Powers of χ of a bonded layer, from χ⁰.
+const LAYER: [f64; 5] = [1.0, 1.133, 1.283, 0.769, 0.0975];
+/// ν of incompressible matter, the usual word for soft tissue.
+pub const INCOMPRESSIBLE: f64 = 0.5;
+
+/// A piece of tissue: how it is loaded, its Poisson ratio, and its stiffening.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Specimen {
+    loading: Loading,
+    body: Body,
+    poisson_ratio: f64,
+    stiffening: f64,
+}
+
+impl Specimen {
+    /// Largest b.
+    pub const STIFFENING_MAX: f64 = 100.0;
+    /// The nominal strain at which small strain ends, where nothing better is known.
+    pub const SMALL_STRAIN: f64 = 0.2;
+
+    /// Sizes above 0, 0 < half angle < π/2, 0 ≤ ν ≤ 0.5, 0 ≤ b ≤ [`STIFFENING_MAX`](Self::STIFFENING_MAX).
+    ///
+    /// # Errors
+    /// A size that is missing, or that the kind does not have; numbers outside these ranges; a bonded slab or layer of ν other
+    /// than 0.5, for which there is no formula here; a cone with b above 0.
+    pub fn new(
+        loading: Loading,
+        poisson_ratio: f64,
+        stiffening: f64,
+    ) -> Result<Self, ParameterError> {
+        let body = loading.body()?;
+        let nu = poisson_ratio;
+        let fits = (0.0..=INCOMPRESSIBLE).contains(&nu);
+        range("Poisson's ratio", nu, fits, "in [0, 0.5]", "")?;
+        if loading.bonded {
+            let what = "Poisson's ratio of a bonded specimen";
+            range(what, nu, nu == INCOMPRESSIBLE, "0.5", "")?;
+        }
+        let fits = (0.0..=Self::STIFFENING_MAX).contains(&stiffening);
+        range("stiffening", stiffening, fits, "in [0, 100]", "")?;
+        match body {
+            Body::Slab { area, thickness } => {
+                positive("area", area, "m²")?;
+                positive("thickness", thickness, "m")?;
+            }
+            Body::Punch(radius) => {
+                positive("indenter radius", radius, "m")?;
+            }
+            Body::Sphere { radius, layer } => {
+                positive("indenter radius", radius, "m")?;
+                positive("thickness", layer.unwrap_or(radius), "m")?;
+            }
+            Body::Cone(angle) => {
+                let fits = angle > 0.0 && angle < 0.5 * PI;
+                range("half angle", angle, fits, "in (0, π/2)", "rad")?;
+                let what = "stiffening under a cone";
+                range(what, stiffening, stiffening == 0.0, "0", "")?;
+            }
+        }
+        Ok(Self {
+            loading,
+            body,
+            poisson_ratio,
+            stiffening,
+        })
+    }
+
+    /// A slab that is compressed and slides on its plates, of incompressible matter that does not stiffen.
+    ///
+    /// # Errors
+    /// As [`new`](Self::new).
+    pub fn slab(area: SquareMetres, thickness: Metres) -> Result<Self, ParameterError> {
+        let loading = Loading {
+            area_m2: Some(area.0),
+            thickness_m: Some(thickness.0),
+            ..Loading::new(LoadingKind::Compression)
+        };
+        Self::new(loading, INCOMPRESSIBLE, 0.0)
+    }
+
+    /// How it is loaded.
+    #[must_use]
+    pub const fn loading(&self) -> &Loading {
+        &self.loading
+    }
+
+    /// γ, m: force over M ∗ de, for a modulus M.
+    #[must_use]
+    pub fn shape(&self, modulus: Modulus) -> f64 {
+        let (nu, ratio) = (self.poisson_ratio, 2.0 * (1.0 + self.poisson_ratio));
+        let (of, shape) = match self.body {
+            Body::Slab { area, thickness } => {
+                let plain = area / thickness;
+                // 2S² = A/(2πh²)
+                let bonded = || 1.0 + area / (2.0 * PI * thickness * thickness);
+                match self.loading.kind {
+                    LoadingKind::Shear => (Modulus::Shear, plain),
+                    _ if self.loading.bonded => (Modulus::Young, plain * bonded()),
+                    _ => (Modulus::Young, plain),
+                }
+            }
+            Body::Punch(radius) => (Modulus::Shear, 4.0 * radius / (1.0 - nu)),
+            Body::Sphere { radius, .. } => (Modulus::Shear, 8.0 * radius / (3.0 * (1.0 - nu))),
+            Body::Cone(angle) => {
+                let shape = 4.0 * libm::tan(angle) * CONE_LENGTH / (PI * (1.0 - nu));
+                (Modulus::Shear, shape)
+            }
+        };
+        match (of, modulus) {
+            (Modulus::Shear, Modulus::Young) => shape / ratio,
+            (Modulus::Young, Modulus::Shear) => shape * ratio,
+            _ => shape,
+        }
+    }
+
+    /// ℓ of the nominal strain, m: the thickness of a slab or layer, the radius of a punch or sphere; none for a cone, whose
+    /// strain does not grow with its depth.
+    #[must_use]
+    pub const fn length(&self) -> Option<Metres> {
+        match self.body {
+            Body::Slab { thickness, .. } => Some(Metres(thickness)),
+            Body::Sphere {
+                layer: Some(thickness),
+                ..
+            } => Some(Metres(thickness)),
+            Body::Punch(radius) | Body::Sphere { radius, .. } => Some(Metres(radius)),
+            Body::Cone(_) => None,
+        }
+    }
+
+    /// ε = δ/ℓ; 0 under a cone.
+    #[must_use]
+    pub fn strain(&self, depth: Metres) -> f64 {
+        self.length().map_or(0.0, |length| depth.0 / length.0)
+    }
+
+    /// A and h of a slab.
+    #[must_use]
+    pub const fn slab_sizes(&self) -> Option<(SquareMetres, Metres)> {
+        match self.body {
+            Body::Slab { area, thickness } => Some((SquareMetres(area), Metres(thickness))),
+            _ => None,
+        }
+    }
+
+    /// e; `None` if it is δ itself.
+    #[must_use]
+    pub fn depth_map(&self) -> Option<DepthMap<f64>> {
+        let mut terms = [0.0; 6];
+        let scale = match self.body {
+            Body::Slab { .. } | Body::Punch(_) => {
+                if self.stiffening == 0.0 {
+                    return None;
+                }
+                terms[0] = 1.0;
+                1.0
+            }
+            Body::Sphere { radius, layer } => {
+                // χ = (R/h)·u
+                let slender = layer.map_or(0.0, |thickness| radius / thickness);
+                let mut power = 1.0;
+                for (term, factor) in terms[1..].iter_mut().zip(LAYER) {
+                    *term = factor * power;
+                    power *= slender;
+                }
+                radius
+            }
+            Body::Cone(_) => {
+                terms[2] = 1.0;
+                CONE_LENGTH
+            }
+        };
+        let per_m = self
+            .length()
+            .map_or(0.0, |length| self.stiffening / length.0);
+        Some(DepthMap {
+            per_scale: 1.0 / scale,
+            terms,
+            stiffening_per_m: per_m,
+        })
+    }
+}
+
+/// e, a static map of the depth, m for m: 0 at 0, growing and convex.
+///
+/// ```text
+/// e(δ) = δ·(c₀ + c₁u + … + c₅u⁵)·(exp(qδ) − 1)/(qδ),        u = √(δ/s)
+/// ```
+/// Its slope grows with the depth. *Cost*: a root and five multiply-adds; an exponential and a division if q > 0. Single and
+/// double precision each compute the same bits on host and target.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct DepthMap<F> {
+    per_scale: F,
+    terms: [F; 6],
+    stiffening_per_m: F,
+}
+
+impl<F: Real> DepthMap<F> {
+    /// 1/s in 1/m, c₀ to c₅, and q in 1/m.
+    ///
+    /// # Errors
+    /// Each must be finite and at least 0, s and the sum of c above 0, in the precision of the loop too.
+    pub fn new(numbers: [f64; 8]) -> Result<Self, ParameterError> {
+        let mut checks = Checks::default();
+        for number in numbers {
+            checks.not_negative("number of a depth map", number, "");
+        }
+        let [per_scale, .., stiffening_per_m] = numbers;
+        checks.positive("scale of a depth map", per_scale, "1/m");
+        let sum = numbers[1..7].iter().sum();
+        checks.positive("sum of the terms of a depth map", sum, "");
+        let mut rounded = |value| checks.rounded("number of a depth map", value, "");
+        let map = Self {
+            per_scale: rounded(per_scale),
+            terms: core::array::from_fn(|n| rounded(numbers[n + 1])),
+            stiffening_per_m: rounded(stiffening_per_m),
+        };
+        checks.done().map(|()| map)
+    }
+
+    /// 1/s in 1/m, c₀ to c₅, and q in 1/m.
+    #[must_use]
+    pub fn numbers(&self) -> [F; 8] {
+        let mut numbers = [self.per_scale; 8];
+        numbers[1..7].copy_from_slice(&self.terms);
+        numbers[7] = self.stiffening_per_m;
+        numbers
+    }
+
+    /// e of a depth of at least 0, m; of a NaN NaN, of a depth below 0 the depth itself.
+    #[must_use]
+    #[inline]
+    pub fn at(&self, depth: F) -> F {
+        if depth <= F::ZERO {
+            return depth;
+        }
+        let [c0, c1, c2, c3, c4, c5] = self.terms;
+        let u = (depth * self.per_scale).sqrt();
+        let plain = depth * (c0 + u * (c1 + u * (c2 + u * (c3 + u * (c4 + u * c5)))));
+        let x = self.stiffening_per_m * depth;
+        // Below, (exp(x) − 1)/x is 1 to the last digit.
+        if x > F::EPSILON {
+            plain * (x.exp_m1() / x)
+        } else {
+            plain
+        }
+    }
+}
+
+impl DepthMap<f64> {
+    /// The same in the precision of a loop.
+    ///
+    /// # Errors
+    /// If a number overflows or vanishes there.
+    pub fn rounded<F: Real>(&self) -> Result<DepthMap<F>, ParameterError> {
+        DepthMap::new(self.numbers())
+    }
+
+    /// e'(δ), without unit, for a depth of at least 0.
+    #[must_use]
+    pub fn slope(&self, depth: f64) -> f64 {
+        let u = libm::sqrt(depth.max(0.0) * self.per_scale);
+        // d(δ·uⁿ)/dδ = (1 + n/2)·uⁿ
+        let (mut plain, mut rate, mut power) = (0.0, 0.0, 1.0);
+        for (n, term) in self.terms.iter().enumerate() {
+            plain += term * power;
+            rate += (1.0 + 0.5 * n as f64) * term * power;
+            power *= u;
+        }
+        let x = self.stiffening_per_m * depth;
+        if x <= f64::EPSILON {
+            return rate;
+        }
+        // (δ·p·φ)' = (δ·p)'·φ + p·(eˣ − φ)
+        let phi = libm::expm1(x) / x;
+        rate * phi + plain * (libm::exp(x) - phi)
+    }
+
+    /// The largest depth, m, up to a kilometre, at which e is no steeper than this, to 1e-12 of itself; 0 if none is.
+    #[must_use]
+    pub fn depth_of_slope(&self, slope: f64) -> f64 {
+        let (mut low, mut high) = (libm::log(1e-12), libm::log(1e3));
+        if self.slope(libm::exp(low)) > slope {
+            return 0.0;
+        }
+        for _ in 0..64 {
+            let middle = 0.5 * (low + high);
+            // Beyond its exponential a slope is infinite, and above.
+            if self.slope(libm::exp(middle)) <= slope {
+                low = middle;
+            } else {
+                high = middle;
+            }
+        }
+        libm::exp(low)
+    }
+
+    /// The depth of at least 0 at which e has a value of at least 0, m. Newton's steps from above, where a convex e is
+    /// approached from one side, to the last digits.
+    #[must_use]
+    pub fn depth(&self, value: f64) -> f64 {
+        if value.is_nan() || value <= 0.0 {
+            return value.max(0.0);
+        }
+        let mut depth = value;
+        // From the scale of the map up to where e is above the value: at most some hundred doublings.
+        while self.at(depth) < value && depth.is_finite() {
+            depth *= 2.0;
+        }
+        while self.at(0.5 * depth) > value {
+            depth *= 0.5;
+        }
+        for _ in 0..64 {
+            let step = (self.at(depth) - value) / self.slope(depth);
+            let next = depth - step;
+            // Rounding stands still, or steps back.
+            if next.is_nan() || next >= depth {
+                break;
+            }
+            depth = next;
+        }
+        depth
+    }
+}
