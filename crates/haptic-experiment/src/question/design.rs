@@ -354,6 +354,9 @@ pub struct Candidate {
     pub dissipation: Option<f64>,
     /// Factor by which the wall as a whole may grow until it is unstable (below 1: must shrink).
     pub margin: Option<f64>,
+    /// Factor up to which it is proved stable for every motion of contact that acts on one side only or stiffens, while that
+    /// is nowhere steeper; null if nothing is proved.
+    pub every_motion_margin: Option<f64>,
     /// K·T²/m.
     pub alpha: Option<f64>,
     /// B·T^(2−μ)/m.

@@ -58,7 +58,19 @@ fn a_stable_design_is_the_anchor_over_the_margin() {
         2e-4,
     );
     assert_relative("design", number(best, "margin"), 4.0, 2e-4);
+    // Without the wall this device stands nowhere: contact on one side is not proved.
+    assert!(best["every_motion_margin"].is_null());
     assert_eq!(best["passive"], false);
+}
+
+#[test]
+fn each_wall_says_what_is_proved_for_every_motion() {
+    let report = design("delay_s = 1e-3\norders = [0, 0.5, 1]");
+    for order in [0.0, 0.5, 1.0] {
+        let candidate = of_order(&report, order);
+        let share = number(candidate, "every_motion_margin") / number(candidate, "margin");
+        assert!((0.5..=1.0).contains(&share), "{candidate}");
+    }
 }
 
 #[test]
