@@ -197,7 +197,7 @@ def test_a_prony_series_says_its_error() -> None:
         (lambda: identify([1.0, 2.0], [2.0, 1.0], "record", depth=[0.0, 1.0]), "depth and loading belong together"),
         (
             lambda: identify([1.0, 2.0], [2.0, 1.0], "record", depth=[0.0, 1.0], loading="sphere"),
-            "loading sphere has no radius",
+            "loading sphere needs indenter radius",
         ),
         (lambda: identify([1.0, 2.0], [2.0, 1.0], weights="all"), "weights"),
         (lambda: identify([1.0, 2.0, 3.0], [2.0, 1.5, 1.0], models=["zener"]), "zener"),

@@ -22,7 +22,7 @@ const WILD: f64 = 10.0;
 pub struct Fit {
     /// The kind of the model.
     pub kind: ModelKind,
-    /// Its parameters in SI units, in the order of a tissue file.
+    /// Its parameters in SI units, in the order of a tissue file; then b, if it was looked for.
     pub parameters: Vec<Estimate>,
     /// Correlations of the estimates, of the logarithm where it is a modulus; NaN where one is at an end of its range. Empty if the
     /// record does not settle them.
@@ -55,7 +55,7 @@ impl Fit {
             order if order > 1.0 - CLASSICAL => 1.0,
             order => order,
         };
-        let values: Vec<f64> = self.parameters.iter().map(value).collect();
+        let values: Vec<f64> = self.of_memory().iter().map(value).collect();
         Model::from_parameters(self.kind, &values)
     }
 
@@ -70,7 +70,19 @@ impl Fit {
             };
             parameter.standard_error.is_some_and(|error| error > most)
         };
-        !self.correlation.is_empty() && !self.parameters.iter().any(wild)
+        !self.correlation.is_empty() && !self.of_memory().iter().any(wild)
+    }
+
+    /// b of tissue that stiffens, if it was looked for.
+    #[must_use]
+    pub fn stiffening(&self) -> Option<&Estimate> {
+        self.parameters.get(self.kind.parameters().len())
+    }
+
+    /// The parameters of the model.
+    fn of_memory(&self) -> &[Estimate] {
+        let count = self.kind.parameters().len().min(self.parameters.len());
+        &self.parameters[..count]
     }
 }
 

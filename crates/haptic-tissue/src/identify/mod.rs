@@ -34,6 +34,7 @@ mod noise;
 mod profile;
 mod record;
 mod search;
+mod stiffening;
 pub mod table;
 mod target;
 
@@ -65,6 +66,8 @@ pub struct Options {
     pub bootstrap: usize,
     /// Seed of the bootstrap.
     pub seed: u64,
+    /// True to find b of tissue that stiffens too, see `haptic_loop::loading`: the last parameter of the chosen fit, from 0 to 100.
+    pub stiffening: bool,
 }
 
 impl Options {
@@ -86,6 +89,7 @@ impl Default for Options {
             starts: Self::STARTS,
             bootstrap: 0,
             seed: 1,
+            stiffening: false,
         }
     }
 }
@@ -149,7 +153,10 @@ pub fn identify_unless(
     stop: &AtomicBool,
     progress: &(dyn Fn(usize) + Sync),
 ) -> Result<Identification, IdentifyError> {
-    let found = identified(record, options, stop, progress);
+    let found = match options.stiffening {
+        true => stiffening::stiffened(record, options, stop),
+        false => identified(record, options, stop, progress),
+    };
     match stop.load(Ordering::Relaxed) {
         true => Err(IdentifyError::Stopped),
         false => found,

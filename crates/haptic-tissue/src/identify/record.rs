@@ -43,6 +43,17 @@ impl RecordKind {
     }
 }
 
+/// A motion of a history.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Motion {
+    /// Its samples.
+    pub(super) samples: usize,
+    /// From its strain to what the memory sees; none if it is the strain.
+    pub(super) map: Option<DepthMap<f64>>,
+    /// True if its strain grows with the depth, so that tissue can stiffen by it.
+    can_stiffen: bool,
+}
+
 /// A validated record.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Record {
@@ -53,8 +64,8 @@ pub struct Record {
     pub(super) first: Vec<f64>,
     /// Loss modulus, or stress.
     pub(super) second: Vec<f64>,
-    /// From the strain of a history to what the memory sees; none if it is the strain.
-    pub(super) map: Option<DepthMap<f64>>,
+    /// The motions of a history.
+    pub(super) motions: Vec<Motion>,
     /// Largest strain, if it is known.
     strain_to: Option<f64>,
     /// Sentences that a user should know.
@@ -148,12 +159,17 @@ impl Record {
                 "strain and stress have opposite signs: change the sign of one column".to_owned(),
             ));
         }
+        let motion = Motion {
+            samples: time_s.len(),
+            map: None,
+            can_stiffen: true,
+        };
         let record = Self {
             kind: RecordKind::History,
             x: time_s,
             first: strain,
             second: stress_pa,
-            map: None,
+            motions: vec![motion],
             strain_to: None,
             said: Vec::new(),
         };
@@ -210,18 +226,77 @@ impl Record {
         let area = area(specimen);
         force_n.iter_mut().for_each(|force| *force /= area);
         let mut record = Self::history(time_s, depth_m, force_n)?;
-        record.map = map.and_then(|map| {
-            let [per_scale, terms @ .., per_m] = map.numbers();
-            let [c0, c1, c2, c3, c4, c5] = terms;
-            let numbers = [per_scale * length, c0, c1, c2, c3, c4, c5, per_m * length];
+        let own = &mut record.motions[0];
+        own.map = map.and_then(|map| {
+            let mut numbers = map.numbers();
+            numbers[0] *= length;
+            numbers[7] *= length;
             DepthMap::new(numbers).ok()
         });
-        if loading.kind == LoadingKind::Cone {
-            // Its strain does not grow with the depth.
+        own.can_stiffen = specimen.length().is_some();
+        if !own.can_stiffen {
             (record.strain_to, record.said) = (None, Vec::new());
         }
         record.said.extend(said);
         Ok(record)
+    }
+
+    /// Several motions of the same tissue, as to several depths, to be fitted together: each counts by its share of its own
+    /// stress. Each begins at the time 0.
+    ///
+    /// # Errors
+    /// No record, or one that is no motion; more samples than [`SAMPLES_MOST`].
+    pub fn together(records: Vec<Self>) -> Result<Self, IdentifyError> {
+        let mut records = records.into_iter();
+        let Some(mut all) = records.next() else {
+            return Err(IdentifyError::Record(NO_SAMPLES.to_owned()));
+        };
+        if let Some(&begin) = all.x.first().filter(|_| records.len() > 0) {
+            all.x.iter_mut().for_each(|x| *x -= begin);
+        }
+        for other in records {
+            if [all.kind, other.kind] != [RecordKind::History; 2] {
+                return Err(IdentifyError::Record(format!(
+                    "only motions are fitted together, and a record is of kind {}: give them one by one",
+                    if all.kind == RecordKind::History {
+                        other.kind
+                    } else {
+                        all.kind
+                    }
+                    .name()
+                )));
+            }
+            all.x.extend(other.x.iter().map(|x| x - other.x[0]));
+            all.first.extend(other.first);
+            all.second.extend(other.second);
+            all.motions.extend(other.motions);
+            all.strain_to = all
+                .strain_to
+                .zip(other.strain_to)
+                .map(|(a, b)| f64::max(a, b));
+            all.said.extend(other.said);
+        }
+        lengths(&all.x, &all.first, None)?;
+        Ok(all)
+    }
+
+    /// The same of tissue that stiffens by b.
+    pub(super) fn stiffened(&self, stiffening: f64) -> Self {
+        let mut record = self.clone();
+        for motion in &mut record.motions {
+            let mut numbers = (motion.map)
+                .map_or([1.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0], |map| {
+                    map.numbers()
+                });
+            numbers[7] = stiffening;
+            motion.map = DepthMap::new(numbers).ok();
+        }
+        record
+    }
+
+    /// True if its tissue can be seen to stiffen.
+    pub(super) fn can_stiffen(&self) -> bool {
+        !self.motions.is_empty() && self.motions.iter().all(|motion| motion.can_stiffen)
     }
 
     /// The same with the largest strain of the specimen; one that is not small is said.
@@ -298,7 +373,7 @@ impl Record {
             x,
             first,
             second,
-            map: None,
+            motions: Vec::new(),
             strain_to: None,
             said: Vec::new(),
         };
@@ -400,6 +475,9 @@ fn growing(depth_m: &[f64]) -> usize {
     fallen + 1 - falls.take_while(|pair| pair[1] < pair[0]).count()
 }
 
+const NO_SAMPLES: &str =
+    "there are no samples: give at least one more than the model has parameters";
+
 fn lengths(x: &[f64], first: &[f64], second: Option<&Vec<f64>>) -> Result<(), IdentifyError> {
     let n = x.len();
     if first.len() != n || second.is_some_and(|second| second.len() != n) {
@@ -408,9 +486,7 @@ fn lengths(x: &[f64], first: &[f64], second: Option<&Vec<f64>>) -> Result<(), Id
         ));
     }
     if n == 0 {
-        return Err(IdentifyError::Record(
-            "there are no samples: give at least one more than the model has parameters".to_owned(),
-        ));
+        return Err(IdentifyError::Record(NO_SAMPLES.to_owned()));
     }
     if n > SAMPLES_MOST {
         return Err(IdentifyError::Record(format!(

@@ -11,7 +11,7 @@ use crate::identify::keys::{
 };
 use fracdiff::parameter::Shown;
 use haptic_loop::{INCOMPRESSIBLE, Loading, LoadingKind, Modulus, ParameterError, Specimen};
-use haptic_quantity::Key;
+use haptic_quantity::{Key, label};
 
 /// Columns of numbers in SI units, all of one length.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -236,14 +236,14 @@ impl Columns {
         poisson_ratio: f64,
     ) -> Result<(), IdentifyError> {
         let told = loading.kind.name();
-        for (given, what, key) in [
-            (loading.radius_m.is_some(), "radius", RADIUS),
-            (loading.half_angle_rad.is_some(), "half angle", HALF_ANGLE),
-            (loading.bonded && !self.has(Column::Force), "bond", BONDED),
+        for (given, key) in [
+            (loading.radius_m.is_some(), RADIUS),
+            (loading.half_angle_rad.is_some(), HALF_ANGLE),
+            (loading.bonded && !self.has(Column::Force), BONDED),
         ] {
             if given {
                 return Err(IdentifyError::Record(format!(
-                    "the {what} has no effect on this record of {told}: omit {key}, or change {LOADING}"
+                    "{key} has no effect on this record of {told}: omit it, or change {LOADING}"
                 )));
             }
         }
@@ -476,29 +476,16 @@ fn agreed<T: PartialEq>(mut all: impl Iterator<Item = T>) -> Option<T> {
 /// The specimen, whose memory alone is sought.
 fn specimen(loading: Loading, poisson_ratio: f64) -> Result<Specimen, IdentifyError> {
     Specimen::new(loading, poisson_ratio, 0.0).map_err(|error| {
-        let what = match &error {
-            ParameterError::Missing { what, .. } | ParameterError::NoEffect { what, .. } => *what,
-            ParameterError::Range(range) => range.what,
-            _ => "",
+        let (what, remedy) = match &error {
+            ParameterError::Missing { what, .. } => (*what, "give"),
+            ParameterError::NoEffect { what, .. } => (*what, "omit"),
+            ParameterError::Range(range) => (range.what, "change"),
+            _ => ("", "change"),
         };
-        let keys = [
-            ("area", AREA),
-            ("thickness", THICKNESS),
-            ("radius", RADIUS),
-            ("half angle", HALF_ANGLE),
-            ("bond", BONDED),
-        ];
-        let key = keys.iter().find(|key| key.0 == what);
-        let key = key.map_or(POISSON_RATIO, |key| key.1);
-        IdentifyError::Record(match error {
-            ParameterError::Missing { loading, .. } => {
-                format!("{LOADING} {loading} has no {what}: give {key}")
-            }
-            ParameterError::NoEffect { loading, .. } => {
-                format!("the {what} has no effect on {LOADING} {loading}: omit {key}")
-            }
-            error => format!("{error}: change {key}"),
-        })
+        let keys = [AREA, THICKNESS, RADIUS, HALF_ANGLE, BONDED];
+        let key = keys.into_iter().find(|key| label(key.0) == what);
+        let key = key.unwrap_or(POISSON_RATIO);
+        IdentifyError::Record(format!("{error}: {remedy} {key}"))
     })
 }
 

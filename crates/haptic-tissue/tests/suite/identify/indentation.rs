@@ -2,7 +2,7 @@
 
 use super::{candidate, one};
 use haptic_loop::{Loading, LoadingKind, Specimen};
-use haptic_tissue::identify::Record;
+use haptic_tissue::identify::{Identification, Options, Record, identify};
 use haptic_tissue::{Model, ModelKind};
 use rand_distr::{Distribution as _, StandardNormal};
 use rand_pcg::Pcg64;
@@ -127,6 +127,134 @@ fn inside(cases: u64) -> (u64, u64) {
         }
     }
     (inside, all)
+}
+
+/// The same of tissue that stiffens by b, from ramps to three depths, in every shape but the cone.
+fn inside_stiffening(cases: u64) -> (u64, u64) {
+    let (mut inside, mut all) = (0, 0);
+    for case in 0..cases {
+        let shapes = shapes();
+        let shape = &shapes[[0, 1, 3, 4, 5][case as usize % 5]];
+        let stiffening = [4.0, 12.0][case as usize % 2];
+        let stiff = Specimen::new(*shape.loading(), 0.5, stiffening).expect("valid");
+        let (kind, truth) = &truths()[case as usize / 5 % 3];
+        let model = Model::from_parameters(*kind, truth).expect("valid");
+        let length = shape.length().expect("a length").0;
+        let records = [0.05, 0.1, 0.2].map(|strain| {
+            let motion = motion(strain * length);
+            let seed = 77 * case + (100.0 * strain) as u64;
+            let force = pressed(&model, &stiff, &motion, 0.01, seed);
+            Record::pressed(motion.0, motion.1, force, shape).expect("valid")
+        });
+        let record = Record::together(records.into()).expect("valid");
+        let found = with_stiffening(&record, *kind);
+        let truth: Vec<f64> = truth.iter().copied().chain([stiffening]).collect();
+        let estimates = &found.fits[0].parameters;
+        assert_eq!(estimates.len(), truth.len());
+        for (estimate, truth) in estimates.iter().zip(truth) {
+            let (low, high) = (estimate.low_95, estimate.high_95);
+            let [low, high] = [low, high].map(|end| end.expect("settled"));
+            inside += u64::from((low..=high).contains(&truth));
+            all += 1;
+        }
+    }
+    (inside, all)
+}
+
+fn with_stiffening(record: &Record, kind: ModelKind) -> Identification {
+    let options = Options {
+        candidates: vec![kind],
+        stiffening: true,
+        ..Options::default()
+    };
+    identify(record, &options, &|_| ()).expect("converges")
+}
+
+#[test]
+#[ignore = "long: `.ci/run` does it, or --include-ignored"]
+fn the_truth_of_stiffening_is_inside_ninety_five_of_a_hundred_intervals() {
+    let (inside, all) = inside_stiffening(testkit::cases(60_u64));
+    let share = inside as f64 / all as f64;
+    println!("{inside} of {all}: {share:.3}");
+    assert!((0.92..=0.98).contains(&share), "{inside} of {all}");
+}
+
+/// Three depths tell b; one depth does not, which is said, and its interval still holds the truth.
+#[test]
+fn several_depths_tell_stiffening_from_the_modulus_and_one_does_not() {
+    let shape = shapes()[4];
+    let stiff = Specimen::new(*shape.loading(), 0.5, 8.0).expect("valid");
+    let (kind, truth) = &truths()[0];
+    let model = Model::from_parameters(*kind, truth).expect("valid");
+    let record = |strain: f64, noise: f64, seed: u64| {
+        // A ramp that nobody sampled.
+        let (mut times, mut depths) = motion(0.02 * strain);
+        times.drain(1..100);
+        depths.drain(1..100);
+        let force = pressed(
+            &model,
+            &stiff,
+            &(times.clone(), depths.clone()),
+            noise,
+            seed,
+        );
+        Record::pressed(times, depths, force, &shape).expect("valid")
+    };
+    let several = [0.03, 0.08, 0.15].map(|strain| record(strain, 1e-3, 0));
+    let found = with_stiffening(&Record::together(several.into()).expect("valid"), *kind);
+    let b = found.fits[0].stiffening().expect("looked for").value;
+    assert_relative("b", b, 8.0, 0.01);
+    assert_relative("V", found.fits[0].parameters[0].value, truth[0], 0.01);
+    let said = found.warnings.join("\n");
+    assert!(!said.contains("depths"), "{said}");
+    assert!(found.fits[0].to_model().is_ok());
+    let found = with_stiffening(&record(0.15, 0.01, 3), *kind);
+    let b = found.fits[0].stiffening().expect("looked for");
+    let said = found.warnings.join("\n");
+    assert!(
+        said.contains("give records of several depths"),
+        "{said} {b:?}"
+    );
+    let (low, high) = (b.low_95.unwrap_or(0.0), b.high_95.unwrap_or(100.0));
+    assert!(low < 8.0 && high > 8.0, "{b:?}");
+    let modulus = &found.fits[0].parameters[0];
+    let (low, high) = (modulus.low_95.expect("low"), modulus.high_95.expect("high"));
+    assert!(
+        low < truth[0] && high > truth[0] && high > 1.5 * low,
+        "{modulus:?}"
+    );
+}
+
+#[test]
+fn stiffening_that_cannot_be_seen_is_refused() {
+    let options = Options {
+        stiffening: true,
+        ..Options::default()
+    };
+    let relaxation = Record::relaxation(vec![1.0, 2.0, 4.0], vec![4.0, 3.0, 2.5]).expect("valid");
+    let cone = Record::pressed(
+        vec![0.0, 1.0, 2.0],
+        vec![0.0, 1e-3, 1e-3],
+        vec![0.0, 1.0, 0.9],
+        &shapes()[2],
+    );
+    for record in [relaxation, cone.expect("valid")] {
+        let refused = identify(&record, &options, &|_| ())
+            .expect_err("cannot")
+            .to_string();
+        assert!(
+            refused.contains("none under a cone: give `kind` = record"),
+            "{refused}"
+        );
+    }
+    let together = |records: &[Record]| {
+        Record::together(records.to_vec())
+            .expect_err("none")
+            .to_string()
+    };
+    let relaxation = Record::relaxation(vec![1.0, 2.0, 4.0], vec![4.0, 3.0, 2.5]).expect("valid");
+    assert!(together(&[relaxation.clone(), relaxation]).contains("of kind relaxation"));
+    assert!(together(&[]).contains("no samples"));
 }
 
 #[test]

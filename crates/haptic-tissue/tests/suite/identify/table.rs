@@ -178,21 +178,21 @@ fn headers_tell_the_loading_and_the_modulus() {
 
 /// Force and depth, how they were measured, and what the refusal says; sizes as `radius=5e-3`.
 const WRONG_LOADINGS: &str = r"
-    force_n,depth_mm | sphere | `loading` sphere has no radius: give `indenter_radius_m`
-    force_n,depth_mm | cone | has no half angle: give `half_angle_rad`
-    force_n,depth_mm | cone radius=1e-3 angle=1 | the radius has no effect on `loading` cone: omit `indenter_radius_m`
+    force_n,depth_mm | sphere | loading sphere needs indenter radius: give `indenter_radius_m`
+    force_n,depth_mm | cone | needs half angle: give `half_angle_rad`
+    force_n,depth_mm | cone radius=1e-3 angle=1 | indenter radius has no effect on loading cone: omit `indenter_radius_m`
     force_n,depth_mm | sphere radius=-1e-3 | radius & change `indenter_radius_m`
     force_n,depth_mm | cone angle=2 | half angle & change `half_angle_rad`
-    force_n,depth_mm | sphere radius=1e-3 bonded | has no thickness: give `thickness_m`
-    force_n,depth_mm | sphere radius=1e-3 thickness=1 | the thickness has no effect
+    force_n,depth_mm | sphere radius=1e-3 bonded | needs thickness: give `thickness_m`
+    force_n,depth_mm | sphere radius=1e-3 thickness=1 | thickness has no effect & omit `thickness_m`
     force_n,depth_mm | sphere radius=1e-3 thickness=1e-3 bonded nu=0.4 | change `poisson_ratio`
     force_n,depth_mm | sphere radius=1e-3 nu=0.6 | `poisson_ratio` 0.6 is not from 0 to 0.5
     force_n,depth_mm | sphere radius=1e-3 strain=0.1 | `strain` 0.1 has no effect
     force_n,depth_mm | sphere radius=1e-3 thickness=1e-4 bonded | line 3 & is beyond the thickness & change `thickness_m`
-    force_n,depth_mm | compression radius=1e-3 | the radius has no effect & omit `indenter_radius_m`, or change `loading`
-    force_n,depth_mm | shear area=1e-4 thickness=1e-2 bonded | the bond has no effect & omit `bonded`
+    force_n,depth_mm | compression radius=1e-3 | `indenter_radius_m` has no effect & omit it, or change `loading`
+    force_n,depth_mm | shear area=1e-4 thickness=1e-2 bonded | bonded has no effect & omit `bonded`
     stress_pa,strain | sphere radius=1e-3 | needs columns force_n and position_m & `columns`
-    stress_pa,strain | compression bonded | the bond has no effect
+    stress_pa,strain | compression bonded | `bonded` has no effect
 ";
 
 #[test]
