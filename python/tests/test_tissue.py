@@ -69,7 +69,7 @@ def test_every_model_of_the_table_can_be_made_kept_and_compared(kind: str) -> No
 
 def test_the_library_has_sources() -> None:
     materials = library()
-    assert list(materials) == ["prostate-cancerous", "prostate-healthy", "fish-muscle"]
+    assert list(materials)[:3] == ["prostate-cancerous", "prostate-healthy", "fish-muscle"]
     assert all(material.source["citation"] for material in materials.values())
     assert find("prostate-healthy").model.parameters["order"] == 0.2154
     assert materials["fish-muscle"].range["time_to_s"] == 981.0

@@ -204,6 +204,8 @@ pub struct Specimen {
 impl Specimen {
     /// Largest b.
     pub const STIFFENING_MAX: f64 = 100.0;
+    /// The nominal strain at which small strain ends, where nothing better is known.
+    pub const SMALL_STRAIN: f64 = 0.2;
 
     /// Sizes above 0, 0 < half angle < π/2, 0 ≤ ν ≤ 0.5, 0 ≤ b ≤ [`STIFFENING_MAX`](Self::STIFFENING_MAX).
     ///
@@ -539,7 +541,8 @@ impl DepthMap<f64> {
         for _ in 0..64 {
             let step = (self.at(depth) - value) / self.slope(depth);
             let next = depth - step;
-            if !(next < depth) {
+            // Rounding stands still, or steps back.
+            if next.is_nan() || next >= depth {
                 break;
             }
             depth = next;

@@ -3,9 +3,11 @@
 //! G(t) ≈ E + Σ E_i·e^(−t/τ_i),   E, E_i ≥ 0,   shortest ≤ t ≤ horizon
 //! ```
 
+use crate::material::MeasuredLoading;
 use crate::model::{Form, Joint, MaxwellBranch, Model, ModelError, ModelKind, Two};
 use fracdiff::full_memory::non_negative_least_squares;
 use fracdiff::parameter::Shown;
+use haptic_loop::Modulus;
 use haptic_quantity::Key;
 use std::fmt::{self, Write as _};
 use std::ops::RangeInclusive;
@@ -376,11 +378,17 @@ impl ExportFormat {
 }
 
 impl PronyFit {
-    /// The series in the convention of a program, with comments that say what it is. `title` is one line for people.
+    /// The series in the convention of a program, with comments that say what it is, which modulus among it. `title` is one
+    /// line for people.
     ///
     /// # Errors
     /// More branches than the program takes; a convention that needs a long-term modulus, and a series without one.
-    pub fn text(&self, format: ExportFormat, title: &str) -> Result<String, ExportError> {
+    pub fn text(
+        &self,
+        format: ExportFormat,
+        title: &str,
+        loading: &MeasuredLoading,
+    ) -> Result<String, ExportError> {
         if format == ExportFormat::Febio {
             if self.branches.len() > FEBIO_TERMS {
                 return Err(ExportError::Terms(self.branches.len(), FEBIO_TERMS));
@@ -395,10 +403,10 @@ impl PronyFit {
             ExportFormat::Abaqus => self.abaqus(),
             ExportFormat::Febio => self.febio(),
         };
-        Ok(self.comments(format, title) + &body)
+        Ok(self.comments(format, title, loading) + &body)
     }
 
-    fn comments(&self, format: ExportFormat, title: &str) -> String {
+    fn comments(&self, format: ExportFormat, title: &str, loading: &MeasuredLoading) -> String {
         let instantaneous = self.instantaneous_modulus_pa();
         let (before, after, convention) = match format {
             ExportFormat::Table => ("# ", "", "branch 0 is the spring E".to_owned()),
@@ -437,8 +445,19 @@ impl PronyFit {
                 "largest relative error of G over this band: {:.2e}; not beyond it",
                 self.max_relative_error
             ),
-            "G is stress over strain as in the tissue's source, in simple shear or along one axis"
-                .to_owned(),
+            format!(
+                "G here is the {}{}; E = 2(1 + nu) times the shear modulus, nu = {:?}",
+                match loading.modulus() {
+                    Modulus::Shear => "shear modulus",
+                    Modulus::Young => "Young's modulus",
+                },
+                if loading.is_known() {
+                    ""
+                } else {
+                    ", as assumed: the tissue's file does not say"
+                },
+                loading.poisson_ratio()
+            ),
             convention,
         ];
         // No comment of XML has two hyphens.

@@ -4,6 +4,7 @@ use crate::model::{Form, Joint, Model, ModelKind, Parameter, TWO_ELEMENTS};
 use crate::text_file::read_text;
 use fracdiff::parameter::Shown;
 use haptic_loop::{INCOMPRESSIBLE, LoadingKind, Modulus, Specimen};
+use haptic_quantity::digits;
 use serde::ser::SerializeMap as _;
 use serde::{Deserialize, Serialize, Serializer};
 use std::collections::BTreeMap;
@@ -296,6 +297,35 @@ impl Material {
         })
     }
 
+    /// How far times from the first to the last, s, are beyond the record, in a sentence; `None` if they are not.
+    #[must_use]
+    pub fn beyond(&self, (from_s, to_s): (f64, f64)) -> Option<String> {
+        let [first_s, last_s] = self.range.times_s();
+        let above_1 = |ratio: Option<f64>| ratio.filter(|ratio| *ratio > 1.0);
+        let by = [
+            (above_1(first_s.map(|first_s| first_s / from_s)), "earlier"),
+            (above_1(last_s.map(|last_s| to_s / last_s)), "later"),
+        ];
+        let by = by
+            .iter()
+            .filter_map(|(ratio, word)| Some((digits((*ratio)?, 3), word)));
+        let by: Vec<String> = by
+            .map(|(ratio, word)| format!("{ratio} times {word}"))
+            .collect();
+        let end = |time_s: Option<f64>| time_s.map_or("?".to_owned(), |time_s| digits(time_s, 4));
+        (!by.is_empty()).then(|| {
+            format!(
+                "the numbers of {} come from {} to {} s; this asks for {} to {} s, {}",
+                self.name,
+                end(first_s),
+                end(last_s),
+                digits(from_s, 4),
+                digits(to_s, 4),
+                by.join(" and ")
+            )
+        })
+    }
+
     /// E₀ in Pa, if the model is a spring beside a spring-pot; 0 without the spring.
     #[must_use]
     pub fn elastic_modulus_pa(&self) -> Option<f64> {
@@ -392,6 +422,17 @@ impl Material {
 }
 
 impl ValidRange {
+    /// The shortest and the longest time, s: as said, or 1/ω of the frequencies.
+    #[must_use]
+    pub fn times_s(&self) -> [Option<f64>; 2] {
+        let inverse =
+            |omega: Option<f64>| omega.filter(|omega| *omega > 0.0).map(|omega| 1.0 / omega);
+        [
+            self.time_from_s.or_else(|| inverse(self.omega_to_rad_s)),
+            self.time_to_s.or_else(|| inverse(self.omega_from_rad_s)),
+        ]
+    }
+
     /// By name, each pair of ends side by side.
     fn named(&self) -> [(&'static str, Option<f64>); 5] {
         [

@@ -18,13 +18,15 @@ use crate::document::parameters::kind::{Parameter, parameters};
 use crate::document::parameters::range::FORCE_LIMITS;
 use crate::document::parameters::{CONTROLLER, SAMPLE_TIME};
 use crate::document::reader::Table;
+use crate::judge::modelled_tissue::Sampled;
 use crate::run::simulate::Instrumented;
 use fracdiff::Real;
 use fracdiff::parameter::Shown;
 use fractional_control::{ControlError, Controller, ControllerSetup, UseController};
 use haptic_log::record::TickMessage;
+use haptic_loop::nalgebra::SVector;
 use haptic_loop::plant::{HeldRig, Holder, IndentationRig, RigDrive};
-use haptic_loop::{Device, Reading, SafeForce};
+use haptic_loop::{DepthMap, Device, Reading, SafeForce};
 pub(crate) use judge::DriveReport;
 pub(crate) use judge::{DriveJudge, drive_columns};
 pub(crate) use preflight::DriveVerdict;
@@ -190,6 +192,54 @@ pub(crate) enum SimulatedRig {
     Plain(Box<IndentationRig>),
     /// A controller.
     Held(Box<HeldRig<ControllerHolder>>),
+    /// A push on the tissue alone.
+    Ideal(Box<Massless>),
+}
+
+/// A constant push on a tissue, without a mass between: the depth is that whose force is the push.
+///
+/// It holds a tissue of its own, with all of the past; the force that is written is not needed.
+#[derive(Debug)]
+pub(crate) struct Massless {
+    /// From e(δ) to force.
+    pub(crate) tissue: Sampled,
+    /// e.
+    pub(crate) map: Option<DepthMap<f64>>,
+    /// F₀.
+    pub(crate) force_n: f64,
+    pub(crate) sample_time_s: f64,
+    /// The tick that is read next.
+    pub(crate) tick: u64,
+}
+
+impl Massless {
+    /// e(δ) now, m.
+    ///
+    /// ```text
+    /// F₀ = g·e(δ[n]) + S[n]    ⇒    e(δ[n]) = (F₀ − S[n])/g
+    /// ```
+    fn effective(&self) -> f64 {
+        // The force at a depth of zero is the past alone.
+        (self.force_n - self.tissue.force(0.0)) / self.tissue.gain()
+    }
+
+    /// δ now, m.
+    fn depth(&self) -> f64 {
+        let effective = self.effective();
+        self.map.map_or(effective, |map| map.depth(effective))
+    }
+
+    fn advance(&mut self) {
+        self.tissue.advance(self.effective());
+        self.tick += 1;
+    }
+
+    /// δ of a tick after the other, m.
+    pub(crate) fn next(&mut self) -> f64 {
+        let depth = self.depth();
+        self.advance();
+        depth
+    }
 }
 
 impl<F: Real> Device<F, 1> for SimulatedRig {
@@ -199,6 +249,11 @@ impl<F: Real> Device<F, 1> for SimulatedRig {
         match self {
             Self::Plain(rig) => rig.read(),
             Self::Held(rig) => rig.read(),
+            Self::Ideal(rig) => Ok(Reading {
+                tick: rig.tick,
+                time_s: rig.tick as f64 * rig.sample_time_s,
+                position_m: SVector::from([F::from_f64(rig.depth())]),
+            }),
         }
     }
 
@@ -206,6 +261,10 @@ impl<F: Real> Device<F, 1> for SimulatedRig {
         match self {
             Self::Plain(rig) => rig.write(force),
             Self::Held(rig) => rig.write(force),
+            Self::Ideal(rig) => {
+                rig.advance();
+                Ok(())
+            }
         }
     }
 }
@@ -216,6 +275,15 @@ impl Instrumented for SimulatedRig {
     fn observe(&self) -> TickMessage {
         match self {
             Self::Plain(rig) => rig.observe(),
+            Self::Ideal(rig) => {
+                let depth = rig.depth();
+                TickMessage {
+                    reference_m: depth.into(),
+                    indenter_position_m: depth.into(),
+                    contact_force_n: rig.force_n.into(),
+                    ..TickMessage::default()
+                }
+            }
             Self::Held(held) => {
                 let observed = held.rig().observe();
                 TickMessage {

@@ -2,8 +2,9 @@
 //!
 //! - *Relaxation*: the indenter follows a ramp to the depth δ₀ in T₀ and holds it; the force that the virtual tissue opposes
 //!   to it is the result. Source: O. Tokatlı, *Fractional Order Control in Haptics*, figure 7.2.
-//! - *Creep*: the indenter pushes with F₀ from t = 0, and both sink in. The closed form is that of the tissue alone; the
-//!   masses and the damping of the rig, 7 N·s/m together, slow the start down.
+//! - *Creep*: the indenter pushes with F₀ from t = 0, and both sink in. The closed form is that of the tissue alone. On the
+//!   ideal rig nothing has a mass, and each depth is the root of γ·(c₀·e(x\[n\]) + past) = F₀; the masses and the damping of
+//!   another rig slow the start down, and the report says from when on the tissue is seen.
 //!
 //! A slab is held at a strain or under a stress, δ₀ = ε₀·h and F₀ = σ₀·A; any other piece at a depth or under a force.
 
@@ -13,8 +14,8 @@ mod tests;
 
 use super::reading::metadata;
 use super::rendering::{
-    CREEP_DURATION, Contact, DEPTH, FORCE, Precision, RAMP_TIME, RELAX_DURATION, Rendering, STRAIN,
-    STRESS, rendering,
+    CREEP_CONTACT, CREEP_DURATION, Contact, DEPTH, FORCE, Precision, RAMP_TIME, RELAX_DURATION,
+    Rendering, STRAIN, STRESS, rendering,
 };
 use crate::document::error::FileError;
 use crate::document::failure::Failure;
@@ -39,9 +40,9 @@ use fracdiff::parameter::Shown;
 use fracdiff::{Operator, Real, Seconds};
 use haptic_link::{LoopMode, Simulation};
 use haptic_loop::plant::{
-    HeldRig, IndentationRig, RampHold, RigConfig, RigContact, RigDrive, Sensed,
+    HeldRig, IndentationRig, RampHold, RigConfig, RigContact, RigDrive, RigServo, Sensed,
 };
-use haptic_loop::units::{Metres, Newtons, NewtonsPerSecond};
+use haptic_loop::units::{Kilograms, Metres, NewtonSecondsPerMetre, Newtons, NewtonsPerSecond};
 use haptic_loop::{Contact as OneSided, Controller, Limits, SafetyChain, Specimen, SpringDamper};
 pub use report::IndentationReport;
 use std::collections::BTreeMap;
@@ -148,10 +149,21 @@ impl Indentation {
     fn rig(&self) -> Result<RigConfig, Failure> {
         let contact = match self.rendering.contact {
             Contact::Compliant => RigContact::COMPLIANT,
-            Contact::Rigid => RigContact::Rigid,
+            Contact::Rigid | Contact::Ideal => RigContact::Rigid,
         };
         let t = Seconds(self.rendering.sample_time_s);
-        Ok(RigConfig::new(self.drive()?, contact, t))
+        let (mass, damping) = (
+            Kilograms(self.rendering.mass_kg),
+            NewtonSecondsPerMetre(self.rendering.damping_n_s_per_m),
+        );
+        Ok(RigConfig {
+            renderer_mass: mass,
+            renderer_damping: damping,
+            indenter_mass: mass,
+            indenter_damping: damping,
+            servo: RigServo::of(mass, damping),
+            ..RigConfig::new(self.drive()?, contact, t)
+        })
     }
 
     fn simulate_as<F: Real>(&self, sink: Sink<'_>) -> Result<bool, Failure> {
@@ -272,6 +284,7 @@ impl Indentation {
     fn rig_behind_sensors(&self) -> Result<Sensed<SimulatedRig>, Failure> {
         let config = self.rig()?;
         let rig = match &self.rendering.drive {
+            None if self.is_ideal() => SimulatedRig::Ideal(Box::new(self.massless()?)),
             None => {
                 let rig = IndentationRig::new(config).map_err(Failure::input)?;
                 SimulatedRig::Plain(Box::new(rig))
@@ -286,6 +299,12 @@ impl Indentation {
         self.rendering.sensors.before(rig)
     }
 
+    /// True for a push on the tissue alone.
+    fn is_ideal(&self) -> bool {
+        let pushes = matches!(self.load, Load::Force { .. });
+        pushes && self.rendering.contact == Contact::Ideal && self.rendering.remote.is_none()
+    }
+
     /// Refuses a drive where nothing could be held by one.
     fn drive_acts(&self) -> Result<(), Failure> {
         if self.rendering.drive.is_none() {
@@ -298,8 +317,8 @@ impl Indentation {
         }
         match self.rendering.contact {
             Contact::Compliant => Ok(()),
-            Contact::Rigid => Err(Failure::bad_input(format_args!(
-                "the {CONTROLLER} of a drive moves a mass, and a rigid contact has none: take {contact_compliant}",
+            Contact::Rigid | Contact::Ideal => Err(Failure::bad_input(format_args!(
+                "the {CONTROLLER} of a drive moves a mass, and this contact has none: take {contact_compliant}",
                 contact_compliant = CONTACT.set_to("compliant")
             ))),
         }
@@ -334,7 +353,7 @@ impl Indentation {
     /// The loop for the analysis: the tissue as a wall that is felt all the time. An indentation that is imposed
     /// closes no loop.
     fn preflight(&self, samples: u64) -> Option<Preflight<'_>> {
-        let rigid = self.rendering.contact == Contact::Rigid;
+        let rigid = self.rendering.contact != Contact::Compliant;
         let imposed = matches!(self.load, Load::Depth { .. }) && rigid;
         (!imposed).then(|| self.look(samples))
     }
@@ -344,7 +363,7 @@ impl Indentation {
         let rendering = &self.rendering;
         let piece = &rendering.piece;
         let (stiffness_n_per_m, dissipation_n_s_mu_per_m) = piece.spring_and_damper();
-        Preflight {
+        let look = Preflight {
             stiffness_n_per_m,
             dissipation_n_s_mu_per_m,
             order: piece.material.order(),
@@ -352,6 +371,17 @@ impl Indentation {
             scheme: rendering.scheme,
             sample_time_s: rendering.sample_time_s,
             samples,
+        };
+        // As steep as it becomes where the run ends.
+        let slope = (piece.specimen.depth_map()).map_or(1.0, |map| map.slope(self.deepest()));
+        look.steeper(slope)
+    }
+
+    /// The depth at the end of the run, m, that of the tissue alone.
+    fn deepest(&self) -> f64 {
+        match self.load {
+            Load::Depth { depth_m, .. } => depth_m,
+            Load::Force { force_n } => self.rendering.piece.crept(force_n, &[self.duration_s])[0],
         }
     }
 
@@ -424,7 +454,7 @@ pub(crate) fn relax(
         );
         return Err(table.fail_at("ramp_time_s", reason));
     }
-    let rendering = rendering(table, drive, duration_s)?;
+    let rendering = rendering(table, drive, (&CONTACT, duration_s))?;
     let size = |piece: &Specimen| piece.slab_sizes().map(|(_, thickness)| thickness.0);
     Ok(Indentation {
         load: Load::Depth {
@@ -442,7 +472,7 @@ pub(crate) fn creep(
     drive: Option<&Table<'_>>,
 ) -> Result<Indentation, FileError> {
     let duration_s = table.number(&CREEP_DURATION)?;
-    let rendering = rendering(table, drive, duration_s)?;
+    let rendering = rendering(table, drive, (&CREEP_CONTACT, duration_s))?;
     let size = |piece: &Specimen| piece.slab_sizes().map(|(area, _)| area.0);
     Ok(Indentation {
         load: Load::Force {

@@ -6,7 +6,7 @@ use crate::document::named::Named;
 use crate::document::parameters as p;
 use crate::document::parameters::kind::{Parameter, parameters};
 use crate::document::parameters::range::{
-    DURATIONS, FORCES_ABOVE_0, REACHES_ABOVE_0, STRAINS, STRESSES,
+    DAMPINGS, DURATIONS, FORCES_ABOVE_0, MASSES, REACHES_ABOVE_0, STRAINS, STRESSES,
 };
 use crate::document::reader::Table;
 use crate::experiment::drive::{self, Drive};
@@ -40,15 +40,22 @@ parameters! {
     FORCE = optional("force_n", FORCES_ABOVE_0, "Force to hold, instead of a stress");
     /// End of a creep test, s.
     CREEP_DURATION = number("duration_s", 200.0, "200s", DURATIONS, "Duration");
+    /// Contact of the rig of a creep test: what has a mass shows itself before the tissue.
+    CREEP_CONTACT = text(p::CONTACT.key, "ideal",
+        "Contact between indenter and tissue; with a controller or a device it is compliant");
+    /// Mass of each of the two actuators of the rig, kg.
+    RIG_MASS = number("rig_mass_kg", 0.065, "65g", MASSES, "Mass of each of the rig's two actuators");
+    /// Damping of each, N·s/m.
+    RIG_DAMPING = number("rig_damping_n_s_per_m", 3.5, "3.5", DAMPINGS, "Viscous damping of each");
     /// Number type of the loop.
     PRECISION = text("precision", "f64", "Number type of the loop");
 }
 
 /// Of `[relax]`, beside [`RENDERING`].
-pub(crate) const RELAX: &[Parameter] = &[STRAIN, DEPTH, RAMP_TIME, RELAX_DURATION];
+pub(crate) const RELAX: &[Parameter] = &[STRAIN, DEPTH, RAMP_TIME, RELAX_DURATION, p::CONTACT];
 
 /// Of `[creep]`, beside [`RENDERING`].
-pub(crate) const CREEP: &[Parameter] = &[STRESS, FORCE, CREEP_DURATION];
+pub(crate) const CREEP: &[Parameter] = &[STRESS, FORCE, CREEP_DURATION, CREEP_CONTACT];
 
 /// Of the rendering: the tissue, and how it is rendered.
 pub(crate) const RENDERING: &[Parameter] = &[
@@ -63,7 +70,8 @@ pub(crate) const RENDERING: &[Parameter] = &[
     p::SCHEME,
     PRECISION,
     p::SAMPLE_TIME,
-    p::CONTACT,
+    RIG_MASS,
+    RIG_DAMPING,
     p::ENCODER_RESOLUTION,
     p::SENSOR_NOISE,
     p::SEED,
@@ -78,8 +86,10 @@ pub(crate) const RENDERING: &[Parameter] = &[
 pub(crate) enum Contact {
     /// A stiff, one-sided spring and damper between two masses, as on a real rig.
     Compliant,
-    /// The indentation is imposed exactly.
+    /// The indentation or the push is imposed exactly; a push still moves the renderer's mass.
     Rigid,
+    /// The indentation or the push is imposed exactly on the tissue alone: nothing has a mass.
+    Ideal,
 }
 
 impl Named for Contact {
@@ -89,7 +99,12 @@ impl Named for Contact {
             "compliant",
             "A stiff one-sided spring and damper between two masses, as on a real rig",
         ),
-        (Self::Rigid, "rigid", "The indentation is imposed exactly"),
+        (
+            Self::Rigid,
+            "rigid",
+            "The indentation is imposed exactly, or the push on the renderer's mass",
+        ),
+        (Self::Ideal, "ideal", "Nothing has a mass: the tissue alone"),
     ];
 }
 
@@ -121,6 +136,10 @@ pub(crate) struct Rendering {
     /// T, s.
     pub sample_time_s: f64,
     pub(crate) contact: Contact,
+    /// Mass of each of the two actuators, kg.
+    pub(crate) mass_kg: f64,
+    /// Viscous damping of each, N·s/m.
+    pub(crate) damping_n_s_per_m: f64,
     /// The controller that holds the indenter; `None` for the rig's own servo or a constant push.
     pub(crate) drive: Option<Drive>,
     pub(crate) sensors: Sensors,
@@ -189,7 +208,7 @@ fn guarded(table: &Table<'_>, real: bool) -> Result<(Safety, PreflightRequest), 
 pub(super) fn rendering(
     table: &Table<'_>,
     held: Option<&Table<'_>>,
-    duration_s: f64,
+    (contact, duration_s): (&Parameter, f64),
 ) -> Result<Rendering, FileError> {
     let remote = remote(table)?;
     let sensors = sensors(table)?;
@@ -218,7 +237,14 @@ pub(super) fn rendering(
         scheme,
         precision,
         sample_time_s,
-        contact: table.choice(&p::CONTACT)?,
+        contact: match table.choice(contact)? {
+            Contact::Ideal if !table.has(contact) && (remote.is_some() || held.is_some()) => {
+                Contact::Compliant
+            }
+            contact => contact,
+        },
+        mass_kg: table.number(&RIG_MASS)?,
+        damping_n_s_per_m: table.number(&RIG_DAMPING)?,
         drive: held.map(drive::drive).transpose()?,
         sensors,
         force_limit_n: table.number(&p::FORCE_LIMIT)?,

@@ -5,7 +5,7 @@
 
 use super::reference::{self, Reference, TOLERANCE};
 use crate::document::failure::Failure;
-use crate::document::parameters::SCHEME;
+use crate::document::parameters::{AREA, SCHEME, THICKNESS};
 use crate::run::schedule::horizon;
 use fracdiff::full_memory::{Design, HORIZON_MIN, Kernel};
 use fracdiff::num_complex::Complex;
@@ -14,8 +14,9 @@ use fracdiff::{
     Channel, Differintegrator as _, FullMemory, Operator, Order, Real, Scheme, SchemeError, Seconds,
 };
 use haptic_analysis::{AnalysisError, LoopOperator};
-use haptic_loop::units::Pascals;
-use haptic_loop::{Loading, ParameterError, Specimen, Tissue};
+use haptic_loop::units::{Metres, Pascals};
+use haptic_loop::{Loading, LoadingKind, ParameterError, Specimen, Tissue};
+use haptic_quantity::digits;
 use haptic_tissue::{FullHistory, Material, Model, SampledModel};
 use std::ops::Deref;
 
@@ -229,6 +230,19 @@ impl TissuePiece {
         })
     }
 
+    /// A slab of the size that the keys have by default, compressed.
+    ///
+    /// # Errors
+    /// As [`Specimen::new`].
+    pub fn usual(material: ModelledTissue) -> Result<Self, ParameterError> {
+        let loading = Loading {
+            area_m2: Some(AREA.default_number()),
+            thickness_m: Some(THICKNESS.default_number()),
+            ..Loading::new(LoadingKind::Compression)
+        };
+        Self::new(material, loading)
+    }
+
     /// γ, m: force over the memory's stress for e(δ).
     #[must_use]
     pub fn shape_m(&self) -> f64 {
@@ -246,55 +260,82 @@ impl TissuePiece {
         (self.specimen.depth_map()).map_or(depth_m, |map| map.at(depth_m))
     }
 
-    /// Force under a depth that rises to δ₀ in T₀ and is then held, N, of ticks that come one after the other, at times n·T;
-    /// zero for t ≤ 0.
+    /// What a run of these ticks, s, to this depth, m, asks of the tissue beyond its record, a sentence each.
+    pub(crate) fn leaves(&self, times_s: (f64, f64), depth_m: f64) -> Vec<String> {
+        let mut sentences: Vec<String> = self.material.beyond(times_s).into_iter().collect();
+        let strain = self.specimen.strain(Metres(depth_m));
+        let (most, whose) = match self.material.range.strain_to {
+            Some(most) => (most, format!("the numbers of {} hold", self.material.name)),
+            None => (
+                Specimen::SMALL_STRAIN,
+                "small strain, as this model assumes, holds".to_owned(),
+            ),
+        };
+        if strain > most {
+            sentences.push(format!(
+                "the strain reaches {} %; {whose} up to {} %",
+                digits(100.0 * strain, 3),
+                digits(100.0 * most, 3)
+            ));
+        }
+        sentences
+    }
+
+    /// Force under a depth that rises to δ₀ in T₀ and is then held, N, at rising times; zero up to 0.
+    pub(crate) fn relaxed(&self, depth_m: f64, ramp_time_s: f64, time_s: &[f64]) -> Vec<f64> {
+        let shape = self.shape_m();
+        let way = |time: f64| depth_m * (time / ramp_time_s).min(1.0);
+        let model = &self.material.model;
+        let stress = match (self.specimen.depth_map(), &self.material.pot) {
+            (None, Some(pot)) => {
+                let stress = |time: &f64| pot.relaxation_stress(depth_m, ramp_time_s, *time).0;
+                time_s.iter().map(stress).collect()
+            }
+            (None, None) => driven(model, way, &[ramp_time_s], time_s),
+            // A map is no straight line: fine corners, finer where it begins.
+            (Some(map), _) => {
+                let corners = (1..=CORNERS).map(|n| {
+                    let share = f64::from(n) / f64::from(CORNERS);
+                    ramp_time_s * share * share
+                });
+                let corners: Vec<f64> = corners.collect();
+                driven(model, |time| map.at(way(time)), &corners, time_s)
+            }
+        };
+        stress.into_iter().map(|stress| shape * stress).collect()
+    }
+
+    /// [`relaxed`](Self::relaxed) of ticks that come one after the other, at times n·T.
     pub(crate) fn relaxation(
         &self,
         depth_m: f64,
         ramp_time_s: f64,
         sample_time: Seconds,
-    ) -> Box<dyn FnMut(u64, f64) -> f64 + '_> {
-        let (shape, map) = (self.shape_m(), self.specimen.depth_map());
-        match (&self.material.pot, map) {
-            (Some(pot), None) => {
-                Box::new(move |_, t| shape * pot.relaxation_stress(depth_m, ramp_time_s, t).0)
-            }
-            _ => Box::new(by_ticks(sample_time, move |times| {
-                let way = |time: f64| depth_m * (time / ramp_time_s).min(1.0);
-                let model = &self.material.model;
-                let stress = match map {
-                    None => driven(model, way, &[ramp_time_s], times),
-                    // A map is no straight line: fine corners, finer where it begins.
-                    Some(map) => {
-                        let corners = (1..=CORNERS).map(|n| {
-                            let share = f64::from(n) / f64::from(CORNERS);
-                            ramp_time_s * share * share
-                        });
-                        let corners: Vec<f64> = corners.collect();
-                        driven(model, |time| map.at(way(time)), &corners, times)
-                    }
-                };
-                stress.into_iter().map(|stress| shape * stress).collect()
-            })),
-        }
+    ) -> impl FnMut(u64, f64) -> f64 + '_ {
+        by_ticks(sample_time, move |times| {
+            self.relaxed(depth_m, ramp_time_s, times)
+        })
     }
 
-    /// Depth under a step of force F₀ at t = 0, m, likewise; zero for t ≤ 0.
+    /// Depth under a step of force F₀ at t = 0, m, at any times; zero up to 0.
     ///
     /// ```text
     /// e(δ(t)) = F₀·J(t)/γ
     /// ```
+    pub(crate) fn crept(&self, force_n: f64, time_s: &[f64]) -> Vec<f64> {
+        let map = self.specimen.depth_map();
+        let strains = creep(&self.material.model, force_n / self.shape_m(), time_s);
+        let depth = |strain| map.map_or(strain, |map| map.depth(strain));
+        strains.into_iter().map(depth).collect()
+    }
+
+    /// The same of ticks that come one after the other.
     pub(crate) fn creep(
         &self,
         force_n: f64,
         sample_time: Seconds,
     ) -> impl FnMut(u64, f64) -> f64 + '_ {
-        let (shape, map) = (self.shape_m(), self.specimen.depth_map());
-        by_ticks(sample_time, move |times| {
-            let strains = creep(&self.material.model, force_n / shape, times).into_iter();
-            let depth = |strain| map.map_or(strain, |map| map.depth(strain));
-            strains.map(depth).collect()
-        })
+        by_ticks(sample_time, move |times| self.crept(force_n, times))
     }
 
     /// K in N/m and B in N·s^μ/m.
@@ -373,6 +414,7 @@ fn design(
 }
 
 /// A piece of tissue tick by tick with all of its past: f\[n\] = gain·x\[n\] + past.
+#[derive(Debug)]
 pub(crate) enum Sampled {
     /// K, B, and D^μ.
     Derivative(f64, f64, Channel<f64, Operator<f64>>),

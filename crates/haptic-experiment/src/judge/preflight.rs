@@ -25,6 +25,7 @@ use crate::run::schedule::horizon;
 use fracdiff::num_complex::Complex;
 use fracdiff::{Operator, Order, Real, Scheme, Seconds};
 use haptic_analysis::{AnalysisError, Dynamics, Environment, LoopOperator, SampledLoop};
+use haptic_loop::DepthMap;
 use haptic_tissue::Model;
 
 /// What is touched: a piece of tissue, or K + B·D^μ.
@@ -69,6 +70,27 @@ impl Matter {
             scheme,
             sample_time_s: t.0,
             samples,
+        }
+    }
+
+    /// The map of depth of a piece that is not linear.
+    pub(crate) fn depth_map(&self) -> Option<DepthMap<f64>> {
+        match self {
+            Self::Tissue(piece) => piece.specimen.depth_map(),
+            Self::Wall { .. } => None,
+        }
+    }
+
+    /// How much steeper than K and B the piece is at a depth, m.
+    pub(crate) fn slope(&self, depth_m: f64) -> f64 {
+        self.depth_map().map_or(1.0, |map| map.slope(depth_m))
+    }
+
+    /// The depth that a step of force reaches in a time, m; 0 of a wall.
+    pub(crate) fn crept(&self, force_n: f64, time_s: f64) -> f64 {
+        match self {
+            Self::Tissue(piece) => piece.crept(force_n, &[time_s])[0],
+            Self::Wall { .. } => 0.0,
         }
     }
 
@@ -136,6 +158,16 @@ impl PreflightSubject for Preflight<'_> {
 
 /// The same loop for whoever runs it, or compares the run with its full history.
 impl Preflight<'_> {
+    /// As steep as a map of depth makes it.
+    #[must_use]
+    pub fn steeper(self, slope: f64) -> Self {
+        Self {
+            stiffness_n_per_m: slope * self.stiffness_n_per_m,
+            dissipation_n_s_mu_per_m: slope * self.dissipation_n_s_mu_per_m,
+            ..self
+        }
+    }
+
     pub(crate) fn operator<F: Real>(&self) -> Result<Operator<F>, Failure> {
         let (t, horizon) = (Seconds(self.sample_time_s), horizon(self.samples));
         operator(self.model, self.scheme, self.order, t, horizon)

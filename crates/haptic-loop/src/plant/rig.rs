@@ -73,6 +73,19 @@ impl RigServo {
         damping: NewtonSecondsPerMetre(71.0),
         integral_time: Seconds(0.015),
     };
+
+    /// The same poles for two actuators of this mass and damping each, ω faster where their damping needs it.
+    #[must_use]
+    pub fn of(mass: Kilograms, damping: NewtonSecondsPerMetre) -> Self {
+        let (m, b) = (2.0 * mass.0, 2.0 * damping.0);
+        // D = 3Mω − b ≥ 0
+        let omega = f64::max(200.0, b / (3.0 * m));
+        Self {
+            stiffness: NewtonsPerMetre(3.0 * omega * omega * m),
+            damping: NewtonSecondsPerMetre(3.0 * omega * m - b),
+            integral_time: Seconds(3.0 / omega),
+        }
+    }
 }
 
 /// Parameters of an [`IndentationRig`].

@@ -1,6 +1,6 @@
 //! Prony series of models, and their text for finite-element programs, read back.
 
-use haptic_tissue::{ExportFormat, Library, Model, ModelKind, PronyFit};
+use haptic_tissue::{ExportFormat, Library, MeasuredLoading, Model, ModelKind, PronyFit};
 use testkit::assert_relative;
 use testkit::tissue::model;
 
@@ -48,7 +48,11 @@ fn the_error_that_is_named_is_the_error() {
 fn every_format_takes_as_many_branches_as_it_has_by_itself() {
     for format in ExportFormat::ALL {
         let fit = PronyFit::new(&muscle(), format.branches(), 1e-3, 1e3).expect("fits");
-        assert!(fit.text(format, "muscle").is_ok(), "{format:?}");
+        assert!(
+            fit.text(format, "muscle", &MeasuredLoading::default())
+                .is_ok(),
+            "{format:?}"
+        );
     }
 }
 
@@ -156,7 +160,13 @@ fn read_back(format: ExportFormat, text: &str, fit: &PronyFit) -> Model {
 fn each_text_describes_the_series_by_the_convention_of_its_program() {
     for format in ExportFormat::ALL {
         let fit = PronyFit::new(&muscle(), 6, 1e-3, 1e3).expect("fits");
-        let text = fit.text(format, "fish muscle -- a\ntest").expect("text");
+        let text = fit
+            .text(
+                format,
+                "fish muscle -- a\ntest",
+                &MeasuredLoading::default(),
+            )
+            .expect("text");
         let back = read_back(format, &text, &fit);
         let own = fit.model().expect("valid");
         for t in [1e-3, 0.1, 7.0, 1e3] {
@@ -187,7 +197,9 @@ fn what_cannot_be_exported_is_refused_with_a_remedy() {
     let two = model(ModelKind::Prony, &[0.0, 100.0, 0.05, 50.0, 0.1]);
     assert!(refused(&two, 1, 1e-3, 1e4).contains("has fallen to nothing"));
     let twelve = PronyFit::new(&muscle(), 12, 1e-3, 1e3).expect("fits");
-    let error = twelve.text(ExportFormat::Febio, "").expect_err("six terms");
+    let error = twelve
+        .text(ExportFormat::Febio, "", &MeasuredLoading::default())
+        .expect_err("six terms");
     assert!(
         error.to_string().ends_with("take `branches` = 6"),
         "{error}"

@@ -6,7 +6,9 @@ use crate::parse::{one_of, quantity, whole};
 use clap::{Args, Subcommand};
 use haptic_experiment::{Failure, parameters};
 use haptic_quantity::written;
-use haptic_tissue::{ExportFormat, Library, Material, MaxwellBranch, PronyFit, ValidRange};
+use haptic_tissue::{
+    ExportFormat, Library, Material, MaxwellBranch, MeasuredLoading, PronyFit, ValidRange,
+};
 use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
 
@@ -59,10 +61,22 @@ fn shown(material: &Material) -> Value {
         "name": material.name,
         "model": material.model.kind().name(),
         "valid_for": valid_for(&material.range),
+        "modulus": modulus(&material.loading),
         "checked": material.source.checked,
         "description": material.description,
         "source": material.source.citation,
     })
+}
+
+/// Which modulus the numbers are, and how it was measured.
+fn modulus(loading: &MeasuredLoading) -> String {
+    let how = loading
+        .kind
+        .map_or(String::new(), |kind| format!(", by {}", kind.name()));
+    match loading.is_known() {
+        true => format!("{}{how}", loading.modulus().name()),
+        false => "not stated".to_owned(),
+    }
 }
 
 /// The times, frequencies and strains of the measurement, as far as they are known.
@@ -88,6 +102,10 @@ fn valid_for(range: &ValidRange) -> String {
     }
 }
 
+/// The band of an export where the tissue's range is not known, s.
+const SHORTEST_S: f64 = 1e-3;
+const HORIZON_S: f64 = 1000.0;
+
 /// Arguments of `materials export`.
 #[derive(Debug, Args)]
 #[command(
@@ -103,12 +121,12 @@ pub(crate) struct Export {
     /// Most branches [default: 12, 6 for febio]
     #[arg(long, value_name = "N", value_parser = whole::<usize>(PronyFit::BRANCHES))]
     prony: Option<usize>,
-    /// Longest time at which it holds
-    #[arg(long, value_name = "TIME", value_parser = quantity("_s", parameters::MEMORY.range()), default_value = "1000s")]
-    horizon: f64,
-    /// Shortest time at which it holds
-    #[arg(long, value_name = "TIME", value_parser = quantity("_s", parameters::MEMORY.range()), default_value = "1ms")]
-    shortest: f64,
+    /// Longest time at which it holds [default: the end of the tissue's record, or 1000s]
+    #[arg(long, value_name = "TIME", value_parser = quantity("_s", parameters::MEMORY.range()))]
+    horizon: Option<f64>,
+    /// Shortest time at which it holds [default: the begin of the tissue's record, or 1ms]
+    #[arg(long, value_name = "TIME", value_parser = quantity("_s", parameters::MEMORY.range()))]
+    shortest: Option<f64>,
     /// table, ansys, abaqus or febio
     #[arg(long, value_parser = one_of(ExportFormat::ALL.map(|one| (one, one.name(), "")).to_vec()), default_value = "table")]
     format: ExportFormat,
@@ -123,12 +141,20 @@ impl Export {
         let material = self.folder.load()?.find(&self.name);
         let material = material.map_err(Failure::input)?;
         let branches = self.prony.unwrap_or(self.format.branches());
-        let fit = PronyFit::new(&material.model, branches, self.shortest, self.horizon)
+        let [first_s, last_s] = material.range.times_s();
+        let shortest_s = self.shortest.or(first_s).unwrap_or(SHORTEST_S);
+        let horizon_s = self.horizon.or(last_s).unwrap_or(HORIZON_S);
+        let fit = PronyFit::new(&material.model, branches, shortest_s, horizon_s)
             .map_err(Failure::bad_input)?;
+        if let Some(sentence) = material.beyond((shortest_s, horizon_s)) {
+            warn(&sentence);
+        }
         let kind = material.model.kind();
         let citation = &material.source.citation;
         let title = format!("{} ({kind}), {citation}; {PROGRAM}", material.name);
-        let text = fit.text(self.format, &title).map_err(Failure::bad_input)?;
+        let text = fit
+            .text(self.format, &title, &material.loading)
+            .map_err(Failure::bad_input)?;
         let file = self.file.write(&text)?;
         let in_file = file.is_some();
         let column = |value: fn(&MaxwellBranch) -> f64| -> Vec<f64> {

@@ -3,7 +3,8 @@
 use super::{Indentation, Load};
 use crate::Supervisor;
 use crate::document::failure::Failure;
-use crate::experiment::drive::{DriveJudge, DriveReport, drive_columns};
+use crate::document::parameters::CONTACT;
+use crate::experiment::drive::{DriveJudge, DriveReport, Massless, drive_columns};
 use crate::experiment::rendering::{Contact, Precision, Rendering};
 use crate::judge::decimated::Decimated;
 use crate::judge::modelled_tissue::Sampled;
@@ -27,6 +28,9 @@ const AFTER_RAMP_S: f64 = 0.1;
 /// That of creep begins here, s: before, the rig itself is moving.
 const CREEP_FROM_S: f64 = 1.0;
 
+/// The tissue is seen on a rig where the depth stays within this share of the closed form.
+const SEEN_WITHIN: f64 = 0.05;
+
 /// The result of a relaxation or creep test.
 #[derive(Clone, Debug, Serialize)]
 pub struct IndentationReport {
@@ -34,6 +38,12 @@ pub struct IndentationReport {
     pub tissue: String,
     /// α of the tissue.
     pub order: f64,
+    /// How the piece is pressed.
+    pub loading: &'static str,
+    /// The modulus that the tissue's numbers are of.
+    pub modulus: &'static str,
+    /// True if the tissue's file does not say which.
+    pub modulus_assumed: bool,
     /// Operator.
     pub scheme: String,
     /// Number type of the loop.
@@ -54,6 +64,9 @@ pub struct IndentationReport {
     /// Part of `closed_form_error` that is left with an ideal indenter and the full history, over the same samples:
     /// the sampling.
     pub discretisation_error: Option<f64>,
+    /// From when on the depth of a creep test on a rig with masses stays within 5 % of the closed form, s; null if it never
+    /// does, and without such a rig.
+    pub tissue_seen_from_s: Option<f64>,
     /// Part of `closed_form_error` that comes from contact, servo, masses and sensors of the rig.
     pub rig_error: Option<f64>,
     /// Final value over its closed form: force in a relaxation, strain in a creep test.
@@ -84,6 +97,31 @@ struct TheorySample {
     ideal: f64,
     /// The same with the rig.
     with_rig: f64,
+}
+
+/// From when on the tissue is seen on a rig, s; `None` if never.
+#[derive(Clone, Copy, Debug)]
+struct Seen(Option<f64>);
+
+impl Seen {
+    fn of(unseen_until_s: Option<f64>, duration_s: f64, sample_time_s: f64) -> Self {
+        let from_s = unseen_until_s.map_or(0.0, |until_s| until_s + sample_time_s);
+        Self(Some(from_s).filter(|from_s| *from_s <= duration_s))
+    }
+
+    fn warning(self, duration_s: f64) -> Option<String> {
+        let ideal = CONTACT.set_to("ideal");
+        match self.0 {
+            Some(from_s) if from_s <= 0.5 * duration_s => None,
+            Some(from_s) => Some(format!(
+                "before {} s the rig is seen, not the tissue: take {ideal}, or a longer run",
+                digits(from_s, 3)
+            )),
+            None => Some(format!(
+                "the rig is seen in the whole run, not the tissue: take {ideal}, or a longer run"
+            )),
+        }
+    }
 }
 
 /// What moves in a creep test, and how it is told.
@@ -143,7 +181,7 @@ impl Indentation {
         let whole = record.ended.is_none();
         let column = moves.then_some(moved.column);
         let mut csv = whole.then(|| table(ran, column, drive.is_some().then_some(own)));
-        let mut last = None;
+        let (mut last, mut unseen_until_s, mut deepest_m) = (None, None, 0.0);
         Samples::of(record, &ran.log.paths).for_each(|sample| {
             let judged = theory(sample);
             let (value, closed_form) = (judged.value, judged.closed_form);
@@ -160,10 +198,14 @@ impl Indentation {
                 }
             }
             last = Some(judged);
+            if moves && (value / closed_form - 1.0).abs() > SEEN_WITHIN {
+                unseen_until_s = Some(sample.time_s);
+            }
             let driven = drive.as_mut().map(|drive| drive.add(sample));
             let Some(csv) = &mut csv else {
                 return Ok(());
             };
+            deepest_m = f64::max(deepest_m, sample.position_m);
             let error = relative_error(value, closed_form);
             let (tracking_error, [_, force_n]) = driven.unwrap_or_default();
             let values = [value, closed_form, error, tracking_error, force_n];
@@ -185,6 +227,15 @@ impl Indentation {
         let drive = drive.map(DriveJudge::finish);
         let mut warnings = Warnings::default();
         let memory_s = rendering.memory_s();
+        let seen = Seen::of(unseen_until_s, record.duration_s(), rendering.sample_time_s);
+        let seen = Some(seen).filter(|_| moves && !self.is_ideal());
+        warnings
+            .0
+            .extend(seen.and_then(|seen| seen.warning(record.duration_s())));
+        let piece = &rendering.piece;
+        warnings
+            .0
+            .extend(piece.leaves((rendering.sample_time_s, record.duration_s()), deepest_m));
         warnings.operator(
             memory_s,
             record.duration_s(),
@@ -199,6 +250,9 @@ impl Indentation {
         let report = IndentationReport {
             tissue: rendering.piece.material.name.clone(),
             order: rendering.piece.material.order().get(),
+            loading: piece.specimen.loading().kind.name(),
+            modulus: piece.material.loading.modulus().name(),
+            modulus_assumed: !piece.material.loading.is_known(),
             scheme: rendering.scheme.to_string(),
             run: RunReport::new(
                 ran,
@@ -215,6 +269,7 @@ impl Indentation {
             rig_error: rig.largest,
             reference_tolerance: record.whole.is_none().then_some(TOLERANCE),
             memory_s,
+            tissue_seen_from_s: seen.and_then(|seen| seen.0),
             final_over_theory,
             final_strain: last
                 .filter(|_| moves && moved.unit.is_empty())
@@ -273,12 +328,10 @@ impl Indentation {
             Load::Depth {
                 depth_m,
                 ramp_time_s,
-            } => {
-                // One tick, which begins at that time.
-                let mut force =
-                    (self.rendering.piece).relaxation(depth_m, ramp_time_s, Seconds(time_s));
-                force(1, time_s)
-            }
+            } => self
+                .rendering
+                .piece
+                .relaxed(depth_m, ramp_time_s, &[time_s])[0],
             Load::Force { .. } => 0.0,
         }
     }
@@ -355,12 +408,12 @@ impl Indentation {
         let mut ideal = ReferenceSeries::new(
             samples,
             |x| {
-                let mut depth = self.without_rig(force_n, x.len() as u64)?;
-                Ok(x.iter().map(|_| depth()).collect())
+                let mut alone = self.massless()?;
+                Ok(x.iter().map(|_| alone.next()).collect())
             },
             || {
-                let mut depth = self.without_rig(force_n, self.check()?)?;
-                Ok(Box::new(move |_, _| depth()))
+                let mut alone = self.massless()?;
+                Ok(Box::new(move |_, _| alone.next()))
             },
         )?;
         let mut depth =
@@ -379,25 +432,17 @@ impl Indentation {
         }))
     }
 
-    /// Depth of the sampled tissue alone, m, without mass or damping of a rig: at each tick the depth whose force is F₀. The push
-    /// acts from the first sample on, so the depth is never zero.
-    ///
-    /// ```text
-    /// F₀ = g·e(δ[n]) + S[n]    ⇒    e(δ[n]) = (F₀ − S[n])/g
-    /// ```
-    fn without_rig(
-        &self,
-        force_n: f64,
-        samples: u64,
-    ) -> Result<impl FnMut() -> f64 + use<>, Failure> {
-        let mut tissue = self.sampled(samples)?;
-        let map = self.rendering.piece.specimen.depth_map();
-        let gain = tissue.gain();
-        Ok(move || {
-            // The force at a depth of zero is the past alone.
-            let effective = (force_n - tissue.force(0.0)) / gain;
-            tissue.advance(effective);
-            map.map_or(effective, |map| map.depth(effective))
+    /// The tissue alone under the push.
+    pub(super) fn massless(&self) -> Result<Massless, Failure> {
+        let Load::Force { force_n } = self.load else {
+            return Err(Failure::bad_input("a relaxation has no push"));
+        };
+        Ok(Massless {
+            tissue: self.sampled(self.check()?)?,
+            map: self.rendering.piece.specimen.depth_map(),
+            force_n,
+            sample_time_s: self.rendering.sample_time_s,
+            tick: 0,
         })
     }
 

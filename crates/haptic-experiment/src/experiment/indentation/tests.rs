@@ -3,12 +3,15 @@
 use super::{Indentation, Load};
 use crate::experiment::bounded_tests::defaults;
 use crate::experiment::rendering::{Contact, Precision};
-use crate::judge::modelled_tissue::ModelledTissue;
+use crate::judge::modelled_tissue::{ModelledTissue, TissuePiece};
 use crate::judge::preflight::Preflight;
 use fracdiff::{Differintegrator as _, FullMemory, Seconds};
 use haptic_analysis::Dynamics;
 use haptic_loop::units::Metres;
-use haptic_tissue::{Material, Model, ModelKind, SampledModel, Source};
+use haptic_loop::{Loading, LoadingKind};
+use haptic_tissue::{
+    Material, MeasuredLoading, Model, ModelKind, SampledModel, Source, ValidRange,
+};
 use std::ops::ControlFlow;
 use testkit::Random;
 use testkit::device::{DAMPING, MASS, plant, read, with_hand, write};
@@ -72,6 +75,132 @@ fn relaxation_of_each_model_is_its_closed_form() {
     }
 }
 
+fn muscle() -> Model {
+    testkit::tissue::model(ModelKind::FractionalMaxwell, &[876e3, 0.675, 22.1e3, 0.11])
+}
+
+/// A piece of the fish muscle that is loaded like this and stiffens so.
+fn piece(loading: Loading, stiffening: f64) -> TissuePiece {
+    let gel = Material::new("gel", "a gel", muscle(), Source::default()).expect("a name");
+    let measured = MeasuredLoading {
+        kind: Some(LoadingKind::Shear),
+        ..MeasuredLoading::default()
+    };
+    let gel = gel.with_loading(measured, stiffening);
+    TissuePiece::new(ModelledTissue::new(gel).expect("sampled"), loading).expect("fits")
+}
+
+/// Indenters and slabs, each with a stiffening.
+fn pressed() -> Vec<(Loading, f64)> {
+    let sphere = Loading {
+        radius_m: Some(5e-3),
+        ..Loading::new(LoadingKind::Sphere)
+    };
+    let layer = Loading {
+        bonded: true,
+        thickness_m: Some(4e-3),
+        ..sphere
+    };
+    let cone = Loading {
+        half_angle_rad: Some(1.2),
+        ..Loading::new(LoadingKind::Cone)
+    };
+    let slab = Loading {
+        area_m2: Some(4e-4),
+        thickness_m: Some(0.01),
+        ..Loading::new(LoadingKind::Compression)
+    };
+    vec![
+        (sphere, 0.0),
+        (sphere, 3.0),
+        (layer, 0.0),
+        (cone, 0.0),
+        (slab, 10.0),
+    ]
+}
+
+#[test]
+fn a_piece_pressed_through_a_map_relaxes_and_creeps_as_lee_and_radok_say() {
+    for (loading, stiffening) in pressed() {
+        let mut relaxation = relaxation(muscle(), Precision::F64);
+        relaxation.rendering.piece = piece(loading, stiffening);
+        relaxation.load = Load::Depth {
+            depth_m: 1e-3,
+            ramp_time_s: 1.0,
+        };
+        relaxation.duration_s = 10.0;
+        let piece = relaxation.rendering.piece.clone();
+        let (mut closed, mut worst) = (piece.relaxation(1e-3, 1.0, Seconds(1e-3)), 0.0);
+        let reached = relaxation.simulate(&mut |sample| {
+            let want = closed(sample.tick, sample.time_s);
+            if sample.time_s >= 1.1 {
+                let error = (-sample.commanded_force_n[0] / want - 1.0).abs();
+                worst = f64::max(worst, error);
+            }
+            ControlFlow::Continue(())
+        });
+        assert!(reached.expect("valid") && worst > 0.0);
+        assert!(worst < 1e-4, "{loading:?} {stiffening}: {worst:e}");
+        let mut creep = Indentation {
+            load: Load::Force { force_n: 1.0 },
+            duration_s: 5.0,
+            ..relaxation
+        };
+        creep.rendering.contact = Contact::Ideal;
+        let mut closed = piece.creep(1.0, Seconds(1e-3));
+        let mut worst = 0.0;
+        let reached = creep.simulate(&mut |sample| {
+            let want = closed(sample.tick, sample.time_s);
+            if sample.time_s >= 0.1 {
+                worst = f64::max(worst, (sample.position_m[0] / want - 1.0).abs());
+            }
+            let force = -sample.commanded_force_n[0];
+            assert!((force - 1.0).abs() < 1e-5, "the push is carried: {force}");
+            ControlFlow::Continue(())
+        });
+        assert!(reached.expect("valid") && worst > 0.0);
+        // The kernel is a sample late at most: T·J'/J = 1e-3·0.675/t at most, halved by the slope of e or more.
+        assert!(worst < 5e-3, "{loading:?} {stiffening}: {worst:e}");
+    }
+}
+
+#[test]
+fn a_shear_modulus_is_three_times_as_stiff_in_compression() {
+    let slab = |kind| Loading {
+        area_m2: Some(4e-4),
+        thickness_m: Some(0.02),
+        ..Loading::new(kind)
+    };
+    let [shear, compression] =
+        [LoadingKind::Shear, LoadingKind::Compression].map(|kind| piece(slab(kind), 0.0));
+    assert!(compression.shape_m() / shear.shape_m() == 3.0);
+}
+
+#[test]
+fn a_run_beyond_the_record_says_by_how_much_and_a_run_within_is_quiet() {
+    let mut muscle = piece(pressed()[0].0, 0.0);
+    assert!(
+        muscle.leaves((1e-3, 1e6), 0.9e-3).is_empty(),
+        "no range, small"
+    );
+    let material = (*muscle.material).clone();
+    let range = ValidRange {
+        time_from_s: Some(0.01),
+        omega_from_rad_s: Some(1e-3),
+        strain_to: Some(0.1),
+        ..ValidRange::default()
+    };
+    let material = Material::clone(&material).with_range(range);
+    *muscle.material = ModelledTissue::new(material).expect("sampled");
+    assert!(muscle.leaves((0.01, 1000.0), 0.5e-3).is_empty());
+    let said = muscle.leaves((1e-3, 5000.0), 1e-3).join("; ");
+    assert_eq!(
+        said,
+        "the numbers of gel come from 0.01 to 1000 s; this asks for 0.001 to 5000 s, 10 times earlier and 5 times later; \
+         the strain reaches 20 %; the numbers of gel hold up to 10 %"
+    );
+}
+
 /// A push of 100 Pa on the rig against the closed form, from 1 s on.
 #[test]
 fn creep_of_each_model_is_its_closed_form() {
@@ -110,9 +239,7 @@ fn creep_of_each_model_is_its_closed_form() {
 
 #[test]
 fn only_full_memories_render_models_of_more_elements() {
-    let values = [876e3, 0.675, 22.1e3, 0.11];
-    let model = testkit::tissue::model(ModelKind::FractionalMaxwell, &values);
-    let muscle = || relaxation(model.clone(), Precision::F64);
+    let muscle = || relaxation(muscle(), Precision::F64);
     let refused = |scheme: &str| {
         let mut muscle = muscle();
         muscle.rendering.scheme = scheme.parse().expect("a scheme");

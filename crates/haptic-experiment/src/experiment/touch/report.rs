@@ -219,10 +219,13 @@ impl TouchExperiment {
         let samples = record.whole.iter().flatten();
         let rising = samples.take_while(|sample| sample.time_s < rise_s);
         let stiffness = self.look(0).stiffness_n_per_m;
+        let effective = |p| self.matter.depth_map().map_or(p, |map| map.at(p));
         let energies = rising.map(|sample| {
             let share = (sample.time_s / rise_s).max(step);
             // What is held at a place is more than its spring where the law remembers the way there.
-            let force = (sample.reaction_n() / share).max(stiffness * sample.position_m);
+            // A map is convex, so the spring takes less than half of force times way.
+            let spring = stiffness * effective(sample.position_m);
+            let force = (sample.reaction_n() / share).max(spring);
             0.5 * force * sample.position_m * step
         });
         energies.sum()
@@ -241,11 +244,12 @@ impl TouchExperiment {
         let shape = self.shape.of::<D>()?;
         let look = self.look(depths.len() as u64);
         let (k, b) = (look.stiffness_n_per_m, look.dissipation_n_s_mu_per_m);
-        let rates = look.felt(depths)?;
+        let effective = |p: &f64| self.matter.depth_map().map_or(*p, |map| map.at(*p));
+        let rates = look.felt(&depths.iter().map(effective).collect::<Vec<f64>>())?;
         let force = depths.iter().zip(rates).map(|(p, rate)| {
             // Outside nothing pushes, inside nothing pulls.
             if *p > 0.0 {
-                shape.normal_length(*p) * (k * p + b * rate).max(0.0)
+                shape.normal_length(*p) * (k * effective(p) + b * rate).max(0.0)
             } else {
                 0.0
             }
