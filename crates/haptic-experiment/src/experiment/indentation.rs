@@ -416,6 +416,7 @@ impl Indentation {
             dissipation_n_s_mu_per_m: dissipation,
             order: rendering.piece.material.order().get(),
             one_sided: true,
+            depth_map: rendering.piece.specimen.depth_map(),
             operator: match device.loop_mode {
                 LoopMode::Device => portable(&self.operator(samples)?)?,
                 LoopMode::Host => no_operator(),
