@@ -157,6 +157,7 @@ mod tests {
             bic: 0.0,
             predicted: vec![100.0 * (-1.12_f64).exp(), 110.0],
             neighbours: 0.0,
+            independent: 1.0,
         };
         let mut found = Identification {
             kind: RecordKind::Relaxation,
