@@ -1,4 +1,4 @@
-//! Operators and inputs whose outputs have the same bits on the target and on the host: compiled by both.
+//! Operators, maps and inputs whose outputs have the same bits on the target and on the host: compiled by both.
 
 use super::lists::{LISTS, List};
 use core::fmt;
@@ -9,6 +9,7 @@ use fracdiff::{
     ShortMemory, TustinMuir,
 };
 use fracdiff::{Oustaloup, portable::Form};
+use haptic_loop::DepthMap;
 
 const T: Seconds = Seconds(1e-3);
 /// Integrals, the tissue's order, whole orders, and beyond one.
@@ -45,6 +46,27 @@ fn digest<F: Real, O: Differintegrator<F>>(operator: &O) -> u32 {
     digest.finalize()
 }
 
+/// CRC-32 over e of 4096 depths from 30 nm to 35 mm, each a 293rd part deeper than the one before.
+fn digest_of_map<F: Real>(numbers: [f64; 8]) -> u32 {
+    let map = DepthMap::<F>::new(numbers).expect("a map");
+    let mut digest = CRC.digest();
+    let (mut depth, step) = (F::from_f64(3e-8), F::from_f64(1.0 + 1.0 / 293.0));
+    for _ in 0..4096 {
+        digest.update(&map.at(depth).to_f64().to_le_bytes());
+        depth = depth * step;
+    }
+    digest.finalize()
+}
+
+/// Maps of the depth: 1/s, c₀ to c₅, q, in 1/m.
+const MAPS: [(&str, [f64; 8]); 4] = [
+    ("sphere", [200.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0]),
+    ("cone", [1e3, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0]),
+    ("layer", [200.0, 0.0, 1.0, 2.8, 8.0, 12.0, 3.8, 0.0]),
+    // To x = 70, in four divisions by 16 in f64.
+    ("stiffening", [200.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 2e3]),
+];
+
 /// Tells each case by its name.
 pub(crate) fn digests(mut tell: impl FnMut(fmt::Arguments<'_>, u32)) {
     constructed::<f32>("f32", &mut tell);
@@ -66,6 +88,16 @@ pub(crate) fn digests(mut tell: impl FnMut(fmt::Arguments<'_>, u32)) {
         tell(
             format_args!("list {} f64", list.name),
             digest(&portable::<f64>(list)),
+        );
+    }
+    for (name, numbers) in MAPS {
+        tell(
+            format_args!("map {name} f32"),
+            digest_of_map::<f32>(numbers),
+        );
+        tell(
+            format_args!("map {name} f64"),
+            digest_of_map::<f64>(numbers),
         );
     }
 }

@@ -27,10 +27,10 @@ import zlib
 
 FROM_HOST, FROM_DEVICE = 0x02, 0x82
 # Keys of the messages that are used here, by their numbers; others may change.
-REQUEST_KEYS = {0: 0xEA059449, 1: 0xAF5AAF58, 2: 0x429E3795, 3: 0xD64D3415, 4: 0xFE3E4473, 5: 0x5F950ADB, 6:
+REQUEST_KEYS = {0: 0xEA059449, 1: 0xAF5AAF58, 2: 0xB1B2C20E, 3: 0xD64D3415, 4: 0xFE3E4473, 5: 0x5F950ADB, 6:
                 0x49AD326F, 7: 0x80892389, 8: 0x6DB3EADF, 9: 0x34E32396, 12: 0x54DE2568, 13: 0xE4D4C71D, 16:
                 0xB7C92CEF}
-REPORT_KEYS = {0: 0xB6E04C30, 1: 0x11947DEB, 2: 0x4FA80F4B, 3: 0x531F80F8, 4: 0x21201806, 5: 0x9B76B7E6, 6:
+REPORT_KEYS = {0: 0xB6E04C30, 1: 0x11947DEB, 2: 0x8B91BA6B, 3: 0x587C5EC4, 4: 0x21201806, 5: 0x9B76B7E6, 6:
                0x3F59AB0B, 8: 0x2C73B464, 9: 0x46E189BD, 10: 0x41617E27, 12: 0x65196196}
 RETRY_S, TRIES = 0.15, 10
 HELLO_TRIES = 24  # 3.5 s, for ports that notice late that somebody listens
@@ -44,14 +44,14 @@ ACK, SAMPLE, BATCH, EVENT, FAULT, ALIVE, KEYS = 2, 5, 6, 7, 8, 10, 12
 # The report that answers a request; an ack answers all others.
 ANSWERS = {HELLO: 0, GET_CAPABILITIES: 1, GET_CONFIGURATION: 3, GET_COEFFICIENTS: 4, GET_STATISTICS: 9,
            READ_FLIGHT: 11, GET_KEYS: KEYS}
-LENGTHS = {0: 20, 1: 47, 3: 164, 4: 67, 5: 24, 7: 14, 8: 17, 9: 73, 10: 21, 11: 28}  # with one axis
+LENGTHS = {0: 20, 1: 47, 4: 67, 5: 24, 7: 14, 8: 17, 9: 73, 10: 21, 11: 28}  # with one axis
 REFUSALS = (("State", "<B"), ("Range", "<Bfff"), ("Digest", "<"), ("Incomplete", "<"), ("Unsupported", "<B"),
             ("UnknownFault", "<"), ("ForceNotZero", "<"), ("ForceNotSmall", "<ff"), ("FaultPersists", "<B"),
             ("Connection", "<"), ("Looser", "<B"))
 FOR_A_RUN, LASTING = 0, 1
 IDLE, ARMED, RUNNING, STOPPING, IN_FAULT = range(5)
 
-CONFIGURATION = struct.Struct("<BIfff?fBbHffHHHffffffffffffBfffBfffffffBfffffff")
+CONFIGURATION = struct.Struct("<BIfff?fBbHffHHHffffffffffffBfffBfffffffBfffffffB")
 CONFIGURATION_FIELDS = (
     "loop_mode tick_period_us stiffness_n_per_m dissipation_n_s_mu_per_m order one_sided surface_m form integer "
     "count force_n force_rate_n_per_s watchdog_ms late_ticks max_age_ticks start_force_n rise_time_s workspace_low_m "
@@ -59,7 +59,8 @@ CONFIGURATION_FIELDS = (
     "stop_time_s brake_force_n device_mass_kg device_delay_ticks stuck_force_n stuck_time_s jump_m guard "
     "guard_damping_n_s_per_m guard_share guard_forget_s guard_delay_least_samples guard_delay_most_samples "
     "guard_lag_s guard_noise_m simulation mass_kg "
-    "damping_n_s_per_m hand_stiffness_n_per_m push_n depth_m ramp_time_s start_ticks").split()
+    "damping_n_s_per_m hand_stiffness_n_per_m push_n depth_m ramp_time_s start_ticks maps").split()
+DEPTH_MAP = struct.Struct("<8f")  # follows if maps is 1
 CAPABILITIES = struct.Struct("<16sB?IIfffHHHH")
 STATISTICS = ("ticks overruns tick_cycles_max tick_cycles_last stale_forces samples_dropped sent received corrupt "
               "oversize foreign lost duplicate late bytes_overrun strangers unanswered forces_not_taken").split()
@@ -103,6 +104,8 @@ def well_formed(message):
         if length < 6 or message[4] == 0:
             return length == 5 and message[4] == 0
         return message[5] < len(REFUSALS) and length == 6 + struct.calcsize(REFUSALS[message[5]][1])
+    if number == ANSWERS[GET_CONFIGURATION]:
+        return length in (165, 197)
     return LENGTHS.get(number) == length
 
 
@@ -282,6 +285,9 @@ class Device:
         answer = self.ask(GET_CONFIGURATION)
         end = 1 + CONFIGURATION.size
         fields = dict(zip(CONFIGURATION_FIELDS, CONFIGURATION.unpack(answer[1:end])))
+        if fields["maps"]:
+            fields["depth_map"] = DEPTH_MAP.unpack_from(answer, end)
+            end += DEPTH_MAP.size
         coefficients = []
         for offset in range(0, fields["count"], 16):
             block = self.ask(GET_COEFFICIENTS, struct.pack("<H", offset))
@@ -291,6 +297,7 @@ class Device:
     def configure(self, fields, coefficients, scope=LASTING):
         """Sets everything in one transaction and returns its digest. For a run no limit may be looser than before."""
         packed = CONFIGURATION.pack(*(dict(fields, count=len(coefficients))[name] for name in CONFIGURATION_FIELDS))
+        packed += DEPTH_MAP.pack(*fields["depth_map"]) if fields["maps"] else b""
         self.ask(CONFIGURE, packed)
         for offset in range(0, len(coefficients), 16):
             block = (list(coefficients[offset:offset + 16]) + [0.0] * 16)[:16]

@@ -21,6 +21,11 @@ pub enum HeaderError {
         /// The value.
         value: f64,
     },
+    /// A number of a map of the depth that is negative or not finite, or a scale of 0.
+    DepthMap {
+        /// The value.
+        value: f64,
+    },
     /// A coefficient that is not finite.
     Value {
         /// Its place in the list.
@@ -46,6 +51,11 @@ impl fmt::Display for HeaderError {
             Self::Law { value } => write!(
                 f,
                 "a stiffness or dissipation of {} is not finite and at least 0",
+                Shown(*value)
+            ),
+            Self::DepthMap { value } => write!(
+                f,
+                "a number of {} in a map of the depth is not finite and at least 0, its scale above 0",
                 Shown(*value)
             ),
             Self::Value { index, value } => {

@@ -39,12 +39,19 @@ pub struct Header(String);
 /// ```text
 /// f = −(K·x + B·y)        y the output of the operator
 /// ```
+/// With a map both see e(x) in place of x, behind a surface:
+///
+/// ```text
+/// e(x) = x·(c₀ + c₁u + … + c₅u⁵)·(exp(qx) − 1)/(qx),        u = √(x/s)
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Law {
     /// K, finite and at least 0, in newtons for each unit of x.
     pub stiffness: f64,
     /// B, finite and at least 0, in newtons for each unit of y.
     pub dissipation: f64,
+    /// 1/s above 0; c₀ to c₅ and q, finite and at least 0: see `DepthMap` of `haptic-loop`.
+    pub depth_map: Option<[f64; 8]>,
 }
 
 impl Header {
@@ -68,10 +75,11 @@ impl Header {
     /// real NAME_force(const NAME_t *self, real x)       −(K·x + B·y[n]), then NAME_advance(self, x)
     /// real NAME_push(const NAME_t *self, real x)        the same behind a surface at 0, which never pulls, …
     /// real NAME_depth(real x)                           … then NAME_advance(self, NAME_depth(x))
+    /// real NAME_depth_map(real x)                       e(x), which NAME_depth takes if the law has a map
     /// ```
     ///
     /// # Errors
-    /// As [`new`](Self::new); a K or B that is negative or not finite.
+    /// As [`new`](Self::new); a K, a B or a number of the map that is negative or not finite, or vanishes as 1/s.
     pub fn of_law<F: CNumber>(
         name: &str,
         list: &OperatorList<F>,
@@ -312,7 +320,7 @@ AS_WRITTEN    return -(STIFFNESS * x + DISSIPATION * @_output(self, x));
 static inline real @_depth(real x)
 {
 AS_WRITTEN    const real nothing = x - x;
-    return ((x < ZERO) ? ZERO : x) + nothing;
+    return DEPTH;
 }
 
 /* The force behind that surface: it pushes and never pulls. Take @_depth(x) into the history, not x. */
@@ -323,6 +331,126 @@ static inline real @_push(const @_t *self, real x)
     return ((depth <= ZERO) || (force > ZERO)) ? ZERO : force;
 }
 ";
+
+/// Without a map, and with one.
+const DEPTHS: [&str; 2] = [
+    "((x < ZERO) ? ZERO : x) + nothing",
+    "@_depth_map(((x < ZERO) ? ZERO : x) + nothing)",
+];
+
+/// The root of `haptic-loop`, in the same steps.
+const ROOT: &str = "
+/* The root of a number of at least 0: Newton's steps from what its bits say. */
+static inline real @_root(real x)
+{
+AS_WRITTEN    const real half_x = HALF * x;
+    union {
+        real number;
+        BITS bits;
+    } rough;
+    real y;
+    real half_y;
+    uint32_t i;
+    rough.number = x;
+    rough.bits = MAGIC - (rough.bits >> 1);
+    y = rough.number;
+    for (i = 0U; i < STEPS; ++i) {
+        y = y * (THREE_HALVES - half_x * y * y);
+    }
+    half_y = HALF * y;
+    y = x * y;
+    return y + half_y * (x - y * y);
+}
+";
+
+/// Its growth, likewise.
+const GROWTH: &str = "
+/* (exp(x) - 1)/x of a number of at least 0: a series, further out at x/16, x/256, ... */
+static inline real @_growth(real x)
+{
+AS_WRITTEN    real y = x;
+    real sum = C7;
+    uint32_t doublings = 0U;
+    while ((y > NEAR) && (doublings < 16U)) {
+        y = SIXTEENTH * y;
+        doublings += 4U;
+    }
+    sum = C6 + y * sum;
+    sum = C5 + y * sum;
+    sum = C4 + y * sum;
+    sum = C3 + y * sum;
+    sum = C2 + y * sum;
+    sum = C1 + y * sum;
+    sum = ONE + y * sum;
+    if (doublings == 0U) {
+        return sum;
+    }
+    sum = y * sum;
+    for (; doublings > 0U; --doublings) {
+        sum = sum * (sum + TWO);
+    }
+    return sum / x;
+}
+";
+
+/// The map itself.
+const MAP: &str = "
+/* What the law sees of a depth of at least 0. */
+static inline real @_depth_map(real x)
+{
+AS_WRITTEN    const real u = @_root(x * PER_SCALE);
+    real sum = C5;
+    sum = C4 + u * sum;
+    sum = C3 + u * sum;
+    sum = C2 + u * sum;
+    sum = C1 + u * sum;
+    sum = C0 + u * sum;
+    return (x * sum)STIFFENED;
+}
+";
+
+/// Root, growth and map of these numbers.
+fn depth_map<F: CNumber>(numbers: &[f64; 8]) -> Result<String, HeaderError> {
+    let rounded = numbers.map(F::from_f64);
+    let bad = |at: &usize| {
+        let good = numbers[*at] >= 0.0 && rounded[*at].is_finite();
+        !good || (*at == 0 && rounded[0] <= F::ZERO)
+    };
+    if let Some(at) = (0..8).find(bad) {
+        return Err(HeaderError::DepthMap { value: numbers[at] });
+    }
+    let number = |value: f64| literal(F::from_f64(value));
+    let mut text = ROOT
+        .replace("THREE_HALVES", &number(1.5))
+        .replace("HALF", &number(0.5))
+        .replace("BITS", F::BITS)
+        .replace("MAGIC", &F::ZERO.rough_inverse_root().bits())
+        .replace("STEPS", if F::COMPENSATED { "2U" } else { "3U" });
+    let mut stiffening = String::new();
+    if rounded[7] > F::ZERO {
+        let mut growth = GROWTH
+            .replace(
+                "NEAR",
+                &number(if F::COMPENSATED { 0.5 } else { 1.0 / 32.0 }),
+            )
+            .replace("SIXTEENTH", &number(1.0 / 16.0))
+            .replace("ONE", &number(1.0))
+            .replace("TWO", &number(2.0));
+        let mut factorial = 1.0;
+        for n in 1..8_u8 {
+            factorial *= f64::from(n + 1);
+            growth = growth.replace(&format!("C{n}"), &number(1.0 / factorial));
+        }
+        text.push_str(&growth);
+        stiffening = format!(" * @_growth({} * x)", literal(rounded[7]));
+    }
+    let mut map = MAP.replace("PER_SCALE", &literal(rounded[0]));
+    for (n, term) in rounded[1..7].iter().enumerate() {
+        map = map.replace(&format!("C{n}"), &literal(*term));
+    }
+    text.push_str(&map.replace("STIFFENED", &stiffening));
+    Ok(text)
+}
 
 impl Law {
     /// Its functions.
@@ -335,7 +463,11 @@ impl Law {
                 Err(HeaderError::Law { value })
             }
         };
-        Ok(LAW
+        let map = self.depth_map.as_ref().map(depth_map::<F>).transpose()?;
+        let depth = DEPTHS[usize::from(map.is_some())];
+        let law = map.unwrap_or_default() + LAW;
+        Ok(law
+            .replace("DEPTH", depth)
             .replace("STIFFNESS", &number(self.stiffness)?)
             .replace("DISSIPATION", &number(self.dissipation)?))
     }

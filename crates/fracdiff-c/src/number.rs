@@ -10,16 +10,31 @@ pub trait CNumber: Real + LowerExp {
     const TYPE: &'static str;
     /// The end of its literals.
     const SUFFIX: &'static str;
+    /// The type of its bits.
+    const BITS: &'static str;
+
+    /// Its bits, a literal.
+    fn bits(self) -> String;
 }
 
 impl CNumber for f32 {
     const TYPE: &'static str = "float";
     const SUFFIX: &'static str = "f";
+    const BITS: &'static str = "uint32_t";
+
+    fn bits(self) -> String {
+        format!("0x{:x}U", self.to_bits())
+    }
 }
 
 impl CNumber for f64 {
     const TYPE: &'static str = "double";
     const SUFFIX: &'static str = "";
+    const BITS: &'static str = "uint64_t";
+
+    fn bits(self) -> String {
+        format!("0x{:x}ULL", self.to_bits())
+    }
 }
 
 /// The shortest decimal that reads back as the same bits.

@@ -63,13 +63,13 @@ pub trait Real:
     /// Square root, rounded to nearest; NaN below zero.
     fn sqrt(self) -> Self;
 
-    /// e^x − 1, to a unit of the last place.
-    fn exp_m1(self) -> Self;
+    /// 1/√x within 3.5 %, of a normal number above 0: by its bits, without a step of Newton's.
+    fn rough_inverse_root(self) -> Self;
 }
 
 macro_rules! real {
     ($float:ty, compensated: $compensated:expr, negligible: $negligible:expr, sqrt: $sqrt:path,
-     exp_m1: $exp_m1:path) => {
+     inverse_root: $magic:literal) => {
         impl Real for $float {
             const ZERO: Self = 0.0;
             const ONE: Self = 1.0;
@@ -103,15 +103,17 @@ macro_rules! real {
             }
 
             #[inline]
-            fn exp_m1(self) -> Self {
-                $exp_m1(self)
+            fn rough_inverse_root(self) -> Self {
+                Self::from_bits($magic - (self.to_bits() >> 1))
             }
         }
     };
 }
 
-real!(f32, compensated: true, negligible: f32::from_bits(37 << 23), sqrt: libm::sqrtf, exp_m1: libm::expm1f);
-real!(f64, compensated: false, negligible: f64::from_bits(123 << 52), sqrt: libm::sqrt, exp_m1: libm::expm1);
+real!(f32, compensated: true, negligible: f32::from_bits(37 << 23), sqrt: libm::sqrtf,
+      inverse_root: 0x5f37_59df);
+real!(f64, compensated: false, negligible: f64::from_bits(123 << 52), sqrt: libm::sqrt,
+      inverse_root: 0x5fe6_eb50_c7b5_37a9);
 
 /// Adds `increment` and the rounding error kept in `carry` to `sum`, and keeps the new rounding
 /// error: Knuth's two-sum, exact for any magnitudes (*The Art of Computer Programming* 2, §4.2.2).

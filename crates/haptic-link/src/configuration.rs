@@ -33,6 +33,9 @@ pub struct Configuration {
     pub limits: Limits,
     /// The plant of a simulated device.
     pub simulation: Simulation,
+    /// The map from the depth behind the surface to what the environment sees, of a one-sided one: 1/s in 1/m, c₀ to c₅, and q
+    /// in 1/m.
+    pub depth_map: Option<[f32; 8]>,
 }
 
 impl Configuration {
@@ -52,6 +55,7 @@ impl Configuration {
         },
         limits: Limits::DEFAULT,
         simulation: Simulation::REAL,
+        depth_map: None,
     };
 
     /// [`Limits::tightened`] of a run whose ticks may be of another length than those of what was set to last: delays
@@ -254,9 +258,9 @@ impl DigestBuilder {
     #[must_use]
     pub fn new(configuration: &Configuration) -> Self {
         let mut digest = CRC.digest();
-        // Longer than any configuration can be on the wire.
+        // As long as the longest configuration on the wire.
         let mut bytes = [0; 192];
-        // A message of fixed size into a buffer that is longer cannot fail.
+        // A message into a buffer that is as long as it cannot fail.
         digest.update(written(configuration, &mut bytes).unwrap_or_default());
         Self(digest)
     }

@@ -478,6 +478,7 @@ fields! {
     GuardLag = "lag of the actuator for the guard (s)";
     GuardNoise = "noise of the position for the guard (m)";
     MaxAge = "age of a force (ticks)";
+    DepthMap = "map of the depth";
     Other = "a parameter of a newer version";
 }
 

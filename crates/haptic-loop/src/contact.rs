@@ -85,10 +85,15 @@ impl<F: Real, E: Environment<F, 1>, const D: usize> Contact<F, E, D> {
 impl<F: Real, E: Environment<F, 1>, const D: usize, S: Surface<F, D>> Contact<F, E, D, S> {
     /// The environment behind any surface.
     pub const fn behind(surface: S, inner: E) -> Self {
+        Self::mapped(surface, None, inner)
+    }
+
+    #[inline]
+    pub(crate) const fn mapped(surface: S, map: Option<DepthMap<F>>, inner: E) -> Self {
         Self {
             inner,
             surface,
-            map: None,
+            map,
         }
     }
 
@@ -110,29 +115,26 @@ impl<F: Real, E: Environment<F, 1>, const D: usize, S: Surface<F, D>> Contact<F,
 }
 
 impl<F: Real, E: Environment<F, 1>, const D: usize, S: Surface<F, D>> Contact<F, E, D, S> {
-    /// The force of the environment behind, N: at most 0, out of it.
+    /// The force of the environment behind, N: at most 0, out of it; and its input.
     #[inline]
-    fn push(&self, history: &E::History, depth: F) -> F {
+    fn push(&self, history: &E::History, depth: F) -> (F, F) {
         let depth = self.penetration(depth);
-        let inner = self.inner.force(history, &depth)[0];
+        let (inner, input) = self.inner.force_and_input(history, &depth);
         // Outside nothing pushes, whatever the past; inside nothing pulls. A NaN stays a NaN.
-        if depth[0] <= F::ZERO || inner > F::ZERO {
-            F::ZERO
-        } else {
-            inner
-        }
+        let outside = depth[0] <= F::ZERO || inner[0] > F::ZERO;
+        (if outside { F::ZERO } else { inner[0] }, input[0])
     }
 
     /// e(p) of a depth, m.
     #[inline]
     fn penetration(&self, depth: F) -> SVector<F, 1> {
-        SVector::from([if !depth.is_finite() {
-            // Even −∞, which is outside, must reach the safety chain.
-            F::from_f64(f64::NAN)
-        } else if depth < F::ZERO {
+        SVector::from([if depth > F::ZERO {
+            self.map.map_or(depth, |map| map.at(depth))
+        } else if depth.is_finite() {
             F::ZERO
         } else {
-            self.map.map_or(depth, |map| map.at(depth))
+            // Even −∞, which is outside, must reach the safety chain.
+            F::from_f64(f64::NAN)
         }])
     }
 }
@@ -148,17 +150,29 @@ impl<F: Real, E: Environment<F, 1>, const D: usize, S: Surface<F, D>> Environmen
 
     #[inline]
     fn force(&self, history: &E::History, position_m: &SVector<F, D>) -> SVector<F, D> {
+        self.force_and_input(history, position_m).0
+    }
+
+    #[inline]
+    fn force_and_input(
+        &self,
+        history: &E::History,
+        position_m: &SVector<F, D>,
+    ) -> (SVector<F, D>, SVector<F, D>) {
         let (depth, normal) = self.surface.touch(position_m);
-        let push = self.push(history, depth);
-        SVector::from(array::from_fn(|axis| normal[axis] * push))
+        let (push, input) = self.push(history, depth);
+        let force = SVector::from(array::from_fn(|axis| normal[axis] * push));
+        (force, on_first_axis(input))
+    }
+
+    #[inline]
+    fn advance_input(&self, history: &mut E::History, input: &SVector<F, D>) {
+        self.inner.advance_input(history, &[input[0]].into());
     }
 
     /// All of the push: where the normal fades, as in the middle of a ball, the next place has it.
     fn starting_force(&self, history: &E::History, position_m: &SVector<F, D>) -> SVector<F, D> {
-        let push = self.push(history, self.surface.depth(position_m));
-        SVector::from(array::from_fn(
-            |axis| if axis == 0 { push } else { F::ZERO },
-        ))
+        on_first_axis(self.push(history, self.surface.depth(position_m)).0)
     }
 
     #[inline]
@@ -166,4 +180,12 @@ impl<F: Real, E: Environment<F, 1>, const D: usize, S: Surface<F, D>> Environmen
         let depth = self.penetration(self.surface.depth(position_m));
         self.inner.advance(history, &depth);
     }
+}
+
+/// A number of all axes together, where there is an element for each.
+#[inline]
+fn on_first_axis<F: Real, const D: usize>(number: F) -> SVector<F, D> {
+    let mut all = SVector::from([F::ZERO; D]);
+    all[0] = number;
+    all
 }

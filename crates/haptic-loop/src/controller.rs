@@ -102,19 +102,22 @@ impl<F: Real, const D: usize, E: Environment<F, D>> Controller<F, D, E> {
         &mut self,
         reading: Reading<F, D>,
         commanded: Option<&SVector<F, D>>,
-    ) -> Sample<F, D> {
+    ) -> (Sample<F, D>, SVector<F, D>) {
         self.follow(reading.tick);
-        let wanted = match commanded {
-            Some(wanted) => *wanted,
-            None => self.environment.force(&self.history, &reading.position_m),
+        let (wanted, input) = match commanded {
+            Some(wanted) => (*wanted, reading.position_m),
+            None => (self.environment).force_and_input(&self.history, &reading.position_m),
         };
-        Sample::of(&self.chain, &mut self.safety, reading, &wanted)
+        (
+            Sample::of(&self.chain, &mut self.safety, reading, &wanted),
+            input,
+        )
     }
 
-    /// The rest of a tick of the environment: its history takes the position in.
+    /// The rest of a tick of the environment: its history takes in what came with the force.
     #[inline]
-    pub(crate) fn advance(&mut self, position_m: &SVector<F, D>) {
-        self.environment.advance(&mut self.history, position_m);
+    pub(crate) fn advance(&mut self, input: &SVector<F, D>) {
+        self.environment.advance_input(&mut self.history, input);
     }
 
     /// Checks that the device may be armed in its place: the arming code asks before the first tick, and

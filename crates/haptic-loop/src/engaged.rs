@@ -143,10 +143,10 @@ where
         commanded: Option<&SVector<F, D>>,
     ) -> Result<Sample<F, D>, V::Error> {
         let controller = self.controller.borrow_mut();
-        let sample = controller.force(reading, commanded);
+        let (sample, input) = controller.force(reading, commanded);
         let written = self.device.write(sample.force);
         if commanded.is_none() {
-            controller.advance(&reading.position_m);
+            controller.advance(&input);
         }
         if written.is_err() {
             self.let_go(Fault::BoardFailed);
@@ -160,10 +160,11 @@ where
     /// With [`Device::write`] between the two halves it is [`tick`](Self::tick), bit for bit.
     #[inline]
     pub fn begin(&mut self, reading: Reading<F, D>) -> Begun<'_, F, D, E, V, C> {
-        let sample = self.controller.borrow_mut().force(reading, None);
+        let (sample, input) = self.controller.borrow_mut().force(reading, None);
         Begun {
             engaged: self,
             sample,
+            input,
             sent: false,
         }
     }
@@ -234,6 +235,7 @@ where
 {
     engaged: &'a mut Engaged<F, D, E, V, C>,
     sample: Sample<F, D>,
+    input: SVector<F, D>,
     sent: bool,
 }
 
@@ -273,8 +275,7 @@ where
 {
     #[inline]
     fn drop(&mut self) {
-        let position_m = &self.sample.reading.position_m;
-        self.engaged.controller.borrow_mut().advance(position_m);
+        self.engaged.controller.borrow_mut().advance(&self.input);
         if !self.sent {
             self.engaged.let_go(Fault::BoardFailed);
         }

@@ -33,6 +33,21 @@ pub trait Environment<F: Real, const D: usize> {
     /// Takes this tick's position into the history.
     fn advance(&self, history: &mut Self::History, position_m: &SVector<F, D>);
 
+    /// The force, and the input by which [`advance_input`](Self::advance_input) takes this tick into the history: what both halves
+    /// of a tick need of a position is computed once. By default the input is the position.
+    fn force_and_input(
+        &self,
+        history: &Self::History,
+        position_m: &SVector<F, D>,
+    ) -> (SVector<F, D>, SVector<F, D>) {
+        (self.force(history, position_m), *position_m)
+    }
+
+    /// [`advance`](Self::advance) by the input that came with the force.
+    fn advance_input(&self, history: &mut Self::History, input: &SVector<F, D>) {
+        self.advance(history, input);
+    }
+
     /// A force, N, that has the size of the largest one next to this position: what a start there is judged by. It is
     /// [`force`](Self::force), unless that falls to zero at a place that a device cannot stay at, as in the middle of a ball.
     fn starting_force(&self, history: &Self::History, position_m: &SVector<F, D>) -> SVector<F, D> {

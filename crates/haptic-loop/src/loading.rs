@@ -204,6 +204,8 @@ pub struct Specimen {
 impl Specimen {
     /// Largest b.
     pub const STIFFENING_MAX: f64 = 100.0;
+    /// The nominal strain at which small strain ends, where nothing better is known.
+    pub const SMALL_STRAIN: f64 = 0.2;
 
     /// Sizes above 0, 0 < half angle < π/2, 0 ≤ ν ≤ 0.5, 0 ≤ b ≤ [`STIFFENING_MAX`](Self::STIFFENING_MAX).
     ///
@@ -383,6 +385,20 @@ pub struct DepthMap<F> {
 }
 
 impl<F: Real> DepthMap<F> {
+    /// 1/s in 1/m, c₀ to c₅, and q in 1/m, as they came from a line; `None` unless they are as [`new`](Self::new) wants them.
+    #[must_use]
+    pub fn of(numbers: [F; 8]) -> Option<Self> {
+        let [per_scale, terms @ .., stiffening_per_m] = numbers;
+        let sum = terms.iter().fold(F::ZERO, |sum, &term| sum + term);
+        let good = |number: F| number.is_finite() && number >= F::ZERO;
+        let all = numbers.into_iter().all(good) && per_scale > F::ZERO && sum > F::ZERO;
+        all.then_some(Self {
+            per_scale,
+            terms,
+            stiffening_per_m,
+        })
+    }
+
     /// 1/s in 1/m, c₀ to c₅, and q in 1/m.
     ///
     /// # Errors
@@ -416,23 +432,67 @@ impl<F: Real> DepthMap<F> {
 
     /// e of a depth of at least 0, m; of a NaN NaN, of a depth below 0 the depth itself.
     #[must_use]
-    #[inline]
+    #[inline(never)]
     pub fn at(&self, depth: F) -> F {
         if depth <= F::ZERO {
             return depth;
         }
         let [c0, c1, c2, c3, c4, c5] = self.terms;
-        let u = (depth * self.per_scale).sqrt();
+        let u = root(depth * self.per_scale);
         let plain = depth * (c0 + u * (c1 + u * (c2 + u * (c3 + u * (c4 + u * c5)))));
-        let x = self.stiffening_per_m * depth;
-        // Below, (exp(x) − 1)/x is 1 to the last digit.
-        if x > F::EPSILON {
-            plain * (x.exp_m1() / x)
+        if self.stiffening_per_m > F::ZERO {
+            plain * growth(self.stiffening_per_m * depth)
         } else {
             plain
         }
     }
 }
+
+/// √x of a number of at least 0, within 2 units of the last place of a normal one: Newton's steps for 1/√x, and one for the root.
+#[inline]
+fn root<F: Real>(x: F) -> F {
+    let (half, three_halves) = (F::from_f64(0.5), F::from_f64(1.5));
+    let half_x = half * x;
+    let step = |y: F| y * (three_halves - half_x * y * y);
+    // The error of 3.5 % falls to 5e-6 and, in double precision, 3e-11.
+    let mut y = step(step(x.rough_inverse_root()));
+    if !F::COMPENSATED {
+        y = step(y);
+    }
+    let rough = x * y;
+    rough + half * y * (x - rough * rough)
+}
+
+/// φ(x) = (eˣ − 1)/x, x at least 0: Taylor's series where the terms behind its eighth are lost; further out at x/16ⁿ, and
+/// e²ʸ − 1 = m(m + 2), m = eʸ − 1, four times n.
+#[inline]
+fn growth<F: Real>(x: F) -> F {
+    let number = F::from_f64;
+    let near = if F::COMPENSATED {
+        number(0.5)
+    } else {
+        number(1.0 / 32.0)
+    };
+    let (mut y, mut sixteenths) = (x, 0);
+    while y > near && sixteenths < SIXTEENTHS_MAX {
+        y = number(1.0 / 16.0) * y;
+        sixteenths += 1;
+    }
+    let over = |factorial: f64| number(1.0 / factorial);
+    let far = over(120.0) + y * (over(720.0) + y * (over(5040.0) + y * over(40_320.0)));
+    let phi = F::ONE + y * (over(2.0) + y * (over(6.0) + y * (over(24.0) + y * far)));
+    if sixteenths == 0 {
+        return phi;
+    }
+    let mut m = y * phi;
+    for _ in 0..4 * sixteenths {
+        m = m * (m + number(2.0));
+    }
+    m / x
+}
+
+/// Most divisions by 16 in [`growth`]: beyond, both precisions have overflowed.
+const SIXTEENTHS_MAX: u32 = 4;
 
 impl DepthMap<f64> {
     /// The same in the precision of a loop.
@@ -461,6 +521,25 @@ impl DepthMap<f64> {
         // (δ·p·φ)' = (δ·p)'·φ + p·(eˣ − φ)
         let phi = libm::expm1(x) / x;
         rate * phi + plain * (libm::exp(x) - phi)
+    }
+
+    /// The largest depth, m, up to a kilometre, at which e is no steeper than this, to 1e-12 of itself; 0 if none is.
+    #[must_use]
+    pub fn depth_of_slope(&self, slope: f64) -> f64 {
+        let (mut low, mut high) = (libm::log(1e-12), libm::log(1e3));
+        if self.slope(libm::exp(low)) > slope {
+            return 0.0;
+        }
+        for _ in 0..64 {
+            let middle = 0.5 * (low + high);
+            // Beyond its exponential a slope is infinite, and above.
+            if self.slope(libm::exp(middle)) <= slope {
+                low = middle;
+            } else {
+                high = middle;
+            }
+        }
+        libm::exp(low)
     }
 
     /// The depth of at least 0 at which e has a value of at least 0, m. Newton's steps from above, where a convex e is

@@ -78,7 +78,7 @@ impl<F: Real, O: Differintegrator<F>> Wall<F, O> {
         match shape.plane {
             Some(plane) => {
                 let inner = SpringDamper::of(shape.gains, operator);
-                Self::OneSided(Contact::behind(plane, inner).with_depth_map(shape.map))
+                Self::OneSided(Contact::mapped(plane, shape.map, inner))
             }
             None => Self::Linear(SpringDamper::of(shape.gains, operator)),
         }
@@ -100,10 +100,17 @@ impl<F: Real, O: Differintegrator<F>> Wall<F, O> {
         }
     }
 
-    /// On its own, so that what it needs of the stack is free again.
+    /// On its own, so that what it needs of the stack is free again; each kind written in its place, not by way of
+    /// [`of`](Self::of), which would move the operator once more.
     #[inline(never)]
     fn begin(&mut self, shape: WallShape<F>, operator: impl FnOnce() -> O) {
-        *self = Self::of(shape, operator());
+        match shape.plane {
+            Some(plane) => {
+                let inner = SpringDamper::of(shape.gains, operator());
+                *self = Self::OneSided(Contact::mapped(plane, shape.map, inner));
+            }
+            None => *self = Self::Linear(SpringDamper::of(shape.gains, operator())),
+        }
     }
 
     /// D^μ.
@@ -133,6 +140,24 @@ impl<F: Real, O: Differintegrator<F>> Environment<F, 1> for Wall<F, O> {
             Self::Linear(wall) => wall.force(history, position_m),
             Self::OneSided(contact) => contact.force(history, position_m),
         }
+    }
+
+    #[inline]
+    fn force_and_input(
+        &self,
+        history: &Self::History,
+        position_m: &SVector<F, 1>,
+    ) -> (SVector<F, 1>, SVector<F, 1>) {
+        match self {
+            Self::Linear(wall) => wall.force_and_input(history, position_m),
+            Self::OneSided(contact) => contact.force_and_input(history, position_m),
+        }
+    }
+
+    #[inline]
+    fn advance_input(&self, history: &mut Self::History, input: &SVector<F, 1>) {
+        // Behind either kind is the same operator, and the input is its own.
+        self.operator().advance(&mut history[0], input[0]);
     }
 
     #[inline]

@@ -27,8 +27,8 @@ impl Fields {
     #[inline(never)]
     pub(super) fn within(&mut self, field: Field, value: f32, least: f32, most: f32) -> f32 {
         let accepted = value >= least && value <= most;
-        if !accepted && self.first.is_none() {
-            self.first = Some(Refusal::Range {
+        if !accepted {
+            self.refuse(Refusal::Range {
                 field,
                 value,
                 least,
@@ -36,6 +36,10 @@ impl Fields {
             });
         }
         value
+    }
+
+    pub(super) fn refuse(&mut self, refusal: Refusal) {
+        self.first.get_or_insert(refusal);
     }
 
     pub(super) fn done(self) -> Result<(), Refusal> {

@@ -10,7 +10,7 @@ use haptic_link::{
     SimulationKind,
 };
 use haptic_loop::units::{Metres, Seconds};
-use haptic_loop::{Environment, SafetyChain, Wall, WallShape};
+use haptic_loop::{DepthMap, Environment, SafetyChain, Wall, WallShape};
 use nalgebra::SVector;
 
 /// Most coefficients of an operator on a device: taps of a finite memory.
@@ -159,7 +159,25 @@ pub(super) fn checked(
     fields.within(Field::Stiffness, stiffness, 0.0, most);
     fields.within(Field::Dissipation, dissipation, 0.0, most);
     fields.within(Field::Surface, configuration.surface_m, -f32::MAX, f32::MAX);
+    if let Some(numbers) = configuration.depth_map {
+        depth_map(&numbers, configuration.one_sided, &mut fields);
+    }
     fields.done().map(|()| chain)
+}
+
+/// Checks a map of the depth: its scale and the sum of its terms above 0, and a surface to measure the depth from.
+#[inline(never)]
+fn depth_map(numbers: &[f32; 8], one_sided: bool, fields: &mut Fields) {
+    for &number in numbers {
+        fields.within(Field::DepthMap, number, 0.0, f32::MAX);
+    }
+    let [per_scale, terms @ .., _] = numbers;
+    for above_zero in [*per_scale, terms.iter().sum()] {
+        fields.within(Field::DepthMap, above_zero, f32::MIN_POSITIVE, f32::MAX);
+    }
+    if !one_sided {
+        fields.refuse(Refusal::Unsupported(Field::DepthMap));
+    }
 }
 
 #[inline(never)]
@@ -182,7 +200,8 @@ fn built(
     let dissipation = f64::from(configuration.dissipation_n_s_mu_per_m);
     // Everything was checked above; whatever a constructor finds beyond that has no field of its own.
     let shape = WallShape::new(stiffness, dissipation, surface)
-        .map_err(|_| Refusal::Unsupported(Field::Other))?;
+        .map_err(|_| Refusal::Unsupported(Field::Other))?
+        .with_depth_map(configuration.depth_map.and_then(DepthMap::of));
     let sample_time = Seconds(f64::from(configuration.tick_period_us) * 1e-6);
     let chain = safety_chain(limits, sample_time)?;
     let law = Law {
@@ -306,6 +325,26 @@ impl<const D: usize> Environment<f32, D> for Rendered {
         }
         let force = self.0.force(history, &first(position_m));
         SVector::from([force[0]; D])
+    }
+
+    #[inline]
+    fn force_and_input(
+        &self,
+        history: &Self::History,
+        position_m: &SVector<f32, D>,
+    ) -> (SVector<f32, D>, SVector<f32, D>) {
+        if D > 1 {
+            return (SVector::from([0.0; D]), *position_m);
+        }
+        let (force, input) = self.0.force_and_input(history, &first(position_m));
+        (SVector::from([force[0]; D]), SVector::from([input[0]; D]))
+    }
+
+    #[inline]
+    fn advance_input(&self, history: &mut Self::History, input: &SVector<f32, D>) {
+        if D == 1 {
+            self.0.advance_input(history, &first(input));
+        }
     }
 
     #[inline]

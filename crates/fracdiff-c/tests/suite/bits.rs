@@ -1,6 +1,6 @@
 //! The same bits over 100 000 samples, by every compiler that is here, without a warning or undefined behaviour.
 
-use super::{CASES, build, hash, hash_of_push, header_of, is_here, output, source};
+use super::{CASES, build, hash, hash_of_push, header_of, is_here, laws, output, source};
 use fracdiff_c::{CNumber, Header, Law};
 use std::num::NonZero;
 use std::process::Command;
@@ -98,35 +98,58 @@ fn has_the_same_bits<F: CNumber>((scheme, order): (&str, f64), compilers: &Compi
 #[test]
 #[ignore = "long: `.ci/run` does it, or --include-ignored"]
 fn the_law_of_a_tissue_has_the_same_bits() {
-    let law = Law {
-        stiffness: 120.0,
-        dissipation: 17.3,
-    };
+    for law in laws() {
+        pushes_with_the_same_bits::<f32>(&law);
+        pushes_with_the_same_bits::<f64>(&law);
+    }
+}
+
+fn pushes_with_the_same_bits<F: CNumber>(law: &Law) {
     let folder = tempfile::tempdir().expect("a folder");
-    let operator = build::<f32>("full", 0.2247);
+    let operator = build::<F>("full", 0.2247);
     let list = operator.list().expect("a list");
-    let header = Header::of_law("op", &list, &law, &[]).expect("a header");
+    let header = Header::of_law("op", &list, law, &[]).expect("a header");
     let path = folder.path().join("op.h");
     std::fs::write(&path, header.to_string()).expect("writes");
     let program = folder.path().join("run");
     for (compiler, flags) in COMPILERS.iter().filter(|(compiler, _)| is_here(compiler)) {
         let mut compile = Command::new(compiler);
         compile.args(*flags).args(WARNINGS);
-        compile.args(["-DREAL=float", "-DLAW"]);
+        compile.arg(format!("-DREAL={}", F::TYPE)).arg("-DLAW");
         compile.arg("-include").arg(&path);
         compile.args([source("run.c"), source("host.c")]);
         output(compile.arg("-o").arg(&program));
         let have = output(&mut Command::new(&program));
-        assert_eq!(have, hash_of_push(&operator, &law), "{compiler} {flags:?}");
+        assert_eq!(have, hash_of_push(&operator, law), "{compiler} {flags:?}");
     }
-    let wrong = Law {
+}
+
+#[test]
+fn numbers_of_a_law_that_are_none_are_refused() {
+    let list = build::<f32>("muir:3", 0.5).list().expect("a list");
+    let [_, law] = laws();
+    let refused = |law: Law| {
+        let header = Header::of_law("op", &list, &law, &[]);
+        header.expect_err("a bad number").to_string()
+    };
+    let said = refused(Law {
         stiffness: -1.0,
         ..law
-    };
-    let refused = Header::of_law("op", &list, &wrong, &[]).expect_err("a negative spring");
+    });
     assert!(
-        refused
-            .to_string()
-            .starts_with("a stiffness or dissipation of -1")
+        said.starts_with("a stiffness or dissipation of -1"),
+        "{said}"
     );
+    for (at, value, text) in [(0, 0.0, "0"), (3, -1.0, "-1"), (7, f64::NAN, "NaN")] {
+        let mut map = law.depth_map.expect("a map");
+        map[at] = value;
+        let said = refused(Law {
+            depth_map: Some(map),
+            ..law
+        });
+        assert!(
+            said.starts_with(&format!("a number of {text} in a map")),
+            "{said}"
+        );
+    }
 }

@@ -6,6 +6,7 @@ mod target;
 
 use fracdiff::{Differintegrator as _, Operator, Order, Scheme, Seconds};
 use fracdiff_c::{CNumber, Header, Law};
+use haptic_loop::DepthMap;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 
@@ -94,12 +95,28 @@ fn hash<F: CNumber>(operator: &Operator<F>) -> String {
     hash_of(|x| operator.step(&mut history, x))
 }
 
+/// A law as of tissue, and the same pressed by a sphere on a base, stiffening, to x = 6 or so.
+fn laws() -> [Law; 2] {
+    let law = Law {
+        stiffness: 120.0,
+        dissipation: 17.3,
+        depth_map: None,
+    };
+    let pressed = Law {
+        depth_map: Some([0.4, 0.1, 1.0, 1.133, 1.283, 0.769, 0.0975, 0.7]),
+        ..law
+    };
+    [law, pressed]
+}
+
 /// The same of the force of a law behind a surface.
 fn hash_of_push<F: CNumber>(operator: &Operator<F>, law: &Law) -> String {
     let mut history = operator.at_rest();
+    let map = law.depth_map.map(|map| DepthMap::new(map).expect("a map"));
     let (k, b) = (F::from_f64(law.stiffness), F::from_f64(law.dissipation));
     hash_of(|x| {
         let depth = if x < F::ZERO { F::ZERO } else { x };
+        let depth = map.map_or(depth, |map| map.at(depth));
         let force = -(k * depth + b * operator.output(&history, depth));
         operator.advance(&mut history, depth);
         if depth <= F::ZERO || force > F::ZERO {

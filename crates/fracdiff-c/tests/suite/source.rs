@@ -1,7 +1,7 @@
 //! The header as a text: what compiles it, how it is laid out, and lists that give none.
 
-use super::{CASES, build, header_of, is_here};
-use fracdiff_c::{CNumber, Header, HeaderError, Law};
+use super::{CASES, build, header_of, is_here, laws};
+use fracdiff_c::{CNumber, Header, HeaderError};
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
@@ -49,17 +49,15 @@ fn clang_format_leaves_it_as_it_is() {
 
 /// All operators, as they are and with a law.
 fn headers<F: CNumber>(folder: &Path) -> Vec<PathBuf> {
-    let law = Law {
-        stiffness: 120.0,
-        dissipation: 17.3,
-    };
+    let [law, pressed] = laws();
     let notes = ["a line of a note that is longer than a line of code ought to be, as notes of a tissue are, and no less".to_owned()];
     let mut files = Vec::new();
     for (index, &(scheme, order)) in CASES.iter().enumerate() {
         let list = build::<F>(scheme, order).list().expect("a list");
         let plain = Header::new("op", &list, &notes).expect("a header");
         let with_law = Header::of_law("op", &list, &law, &notes).expect("a header");
-        for (kind, header) in [("plain", plain), ("law", with_law)] {
+        let with_map = Header::of_law("op", &list, &pressed, &notes).expect("a header");
+        for (kind, header) in [("plain", plain), ("law", with_law), ("map", with_map)] {
             let file = folder.join(format!("{}-{index}-{kind}.h", F::TYPE));
             std::fs::write(&file, header.to_string()).expect("writes");
             files.push(file);

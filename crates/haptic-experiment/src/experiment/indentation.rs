@@ -362,18 +362,19 @@ impl Indentation {
     fn look(&self, samples: u64) -> Preflight<'_> {
         let rendering = &self.rendering;
         let piece = &rendering.piece;
-        let (stiffness, dissipation) = piece.spring_and_damper();
-        // As steep as it becomes where the run ends.
-        let slope = (piece.specimen.depth_map()).map_or(1.0, |map| map.slope(self.deepest()));
-        Preflight {
-            stiffness_n_per_m: slope * stiffness,
-            dissipation_n_s_mu_per_m: slope * dissipation,
+        let (stiffness_n_per_m, dissipation_n_s_mu_per_m) = piece.spring_and_damper();
+        let look = Preflight {
+            stiffness_n_per_m,
+            dissipation_n_s_mu_per_m,
             order: piece.material.order(),
             model: piece.material.composed(),
             scheme: rendering.scheme,
             sample_time_s: rendering.sample_time_s,
             samples,
-        }
+            map: None,
+        };
+        // As steep as it becomes where the run ends.
+        look.at_depth(piece.specimen.depth_map(), self.deepest())
     }
 
     /// The depth at the end of the run, m, that of the tissue alone.
@@ -415,6 +416,7 @@ impl Indentation {
             dissipation_n_s_mu_per_m: dissipation,
             order: rendering.piece.material.order().get(),
             one_sided: true,
+            depth_map: rendering.piece.specimen.depth_map(),
             operator: match device.loop_mode {
                 LoopMode::Device => portable(&self.operator(samples)?)?,
                 LoopMode::Host => no_operator(),
@@ -454,9 +456,19 @@ pub(crate) fn relax(
     }
     let rendering = rendering(table, drive, (&CONTACT, duration_s))?;
     let size = |piece: &Specimen| piece.slab_sizes().map(|(_, thickness)| thickness.0);
+    let depth_m = either(table, &rendering, (&STRAIN, size), &DEPTH)?;
+    let thickness_m = rendering.piece.specimen.loading().thickness_m;
+    if let Some(thickness_m) = thickness_m.filter(|thickness_m| depth_m > *thickness_m) {
+        let reason = format!(
+            "depth_m = {depth_m} is beyond thickness_m = {thickness_m}: change one of them",
+            depth_m = Shown(depth_m),
+            thickness_m = Shown(thickness_m)
+        );
+        return Err(table.fail_at(DEPTH.key, reason));
+    }
     Ok(Indentation {
         load: Load::Depth {
-            depth_m: either(table, &rendering, (&STRAIN, size), &DEPTH)?,
+            depth_m,
             ramp_time_s,
         },
         duration_s,

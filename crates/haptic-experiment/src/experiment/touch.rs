@@ -15,7 +15,7 @@ mod report;
 mod running;
 mod shape;
 
-use super::reading::{linear_piece, remote, samples_fit, scheme, sensors};
+use super::reading::{piece, remote, samples_fit, scheme, sensors};
 use super::trial::{
     TRIAL_FORCE_RATE_LIMIT, dynamics, force_and_rate, limits_there, safe_force_limit,
 };
@@ -369,7 +369,7 @@ fn shape(table: &Table<'_>, axes: usize) -> Result<TouchShape, FileError> {
 
 fn matter(table: &Table<'_>) -> Result<Matter, FileError> {
     if !table.text(&TOUCH_TISSUE)?.is_empty() {
-        return Ok(Matter::Tissue(linear_piece(table)?));
+        return Ok(Matter::Tissue(piece(table)?));
     }
     let order = Order::new(table.number(&TOUCH_ORDER)?);
     Ok(Matter::Wall {

@@ -5,7 +5,7 @@
 
 use super::reference::{self, Reference, TOLERANCE};
 use crate::document::failure::Failure;
-use crate::document::parameters::SCHEME;
+use crate::document::parameters::{AREA, SCHEME, THICKNESS};
 use crate::run::schedule::horizon;
 use fracdiff::full_memory::{Design, HORIZON_MIN, Kernel};
 use fracdiff::num_complex::Complex;
@@ -15,7 +15,7 @@ use fracdiff::{
 };
 use haptic_analysis::{AnalysisError, LoopOperator};
 use haptic_loop::units::{Metres, Pascals};
-use haptic_loop::{Loading, ParameterError, Specimen, Tissue};
+use haptic_loop::{Loading, LoadingKind, ParameterError, Specimen, Tissue};
 use haptic_quantity::digits;
 use haptic_tissue::{FullHistory, Material, Model, SampledModel};
 use std::ops::Deref;
@@ -230,6 +230,19 @@ impl TissuePiece {
         })
     }
 
+    /// A slab of the size that the keys have by default, compressed.
+    ///
+    /// # Errors
+    /// As [`Specimen::new`].
+    pub fn usual(material: ModelledTissue) -> Result<Self, ParameterError> {
+        let loading = Loading {
+            area_m2: Some(AREA.default_number()),
+            thickness_m: Some(THICKNESS.default_number()),
+            ..Loading::new(LoadingKind::Compression)
+        };
+        Self::new(material, loading)
+    }
+
     /// γ, m: force over the memory's stress for e(δ).
     #[must_use]
     pub fn shape_m(&self) -> f64 {
@@ -254,7 +267,7 @@ impl TissuePiece {
         let (most, whose) = match self.material.range.strain_to {
             Some(most) => (most, format!("the numbers of {} hold", self.material.name)),
             None => (
-                SMALL_STRAIN,
+                Specimen::SMALL_STRAIN,
                 "small strain, as this model assumes, holds".to_owned(),
             ),
         };
@@ -421,9 +434,6 @@ pub(crate) fn memory(
     let (e, b) = (sampled.elastic_modulus_pa(), sampled.viscosity_pa_s_mu());
     Ok(move |x: f64| (sums.step(x) - e * x) / b)
 }
-
-/// Where small strain ends, of a tissue whose source does not say.
-const SMALL_STRAIN: f64 = 0.2;
 
 /// Longest run whose elements are summed up exactly, samples: some 200 MB.
 const SUMMED: u64 = 1 << 21;

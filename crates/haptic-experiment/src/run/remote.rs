@@ -27,9 +27,9 @@ use fracdiff::Operator;
 use haptic_link::{
     Capabilities, Configuration, Limits, LoopMode, OperatorShape, Simulation, SimulationKind,
 };
-use haptic_loop::Guard;
 use haptic_loop::plant::MassDamperConfig;
 use haptic_loop::units::Seconds;
+use haptic_loop::{DepthMap, Guard};
 use haptic_remote::serial::SerialLink;
 use haptic_remote::wire_limits;
 use std::time::Duration;
@@ -95,6 +95,8 @@ pub(crate) struct RemoteLaw {
     pub order: f64,
     /// Pushes but never pulls, from 0 on.
     pub one_sided: bool,
+    /// The map of the depth, of a one-sided law.
+    pub depth_map: Option<DepthMap<f64>>,
     /// Coefficients of the operator.
     pub operator: (OperatorShape, Vec<f32>),
     /// Limits of the safety chain, without a guard.
@@ -136,6 +138,7 @@ impl RemoteLaw {
             dissipation_n_s_mu_per_m: 0.0,
             order: 0.0,
             one_sided: false,
+            depth_map: None,
             operator: no_operator(),
             limits,
             unchanged: UnchangedLimits::default(),
@@ -222,6 +225,10 @@ fn configuration(
     single("force limit", limits.force.0)?;
     single("force rate limit", limits.rate.0)?;
     let limits = law.unchanged.of(wire_limits(&limits, t), present);
+    let depth_map = law.depth_map.map(|map| map.rounded::<f32>()).transpose();
+    let depth_map = depth_map.map_err(|error| {
+        Failure::input_with_advice(error, "change the sizes of the piece of tissue")
+    })?;
     Ok(Configuration {
         loop_mode: device.loop_mode,
         tick_period_us: us.round() as u32,
@@ -238,6 +245,7 @@ fn configuration(
             ..limits
         },
         simulation,
+        depth_map: depth_map.map(|map| map.numbers()),
     })
 }
 

@@ -53,9 +53,19 @@ fn check_messages(kind: &str, messages: Vec<(Value, Vec<u8>)>) {
             let count = list.len().into();
             found.insert("force_n.count".to_owned(), count);
         }
+        // What may be missing is told by a number before it: 0 or 1 of it.
+        let map = found.iter().find(|(name, _)| name.ends_with("depth_map"));
+        if let Some((name, value)) = map {
+            let (given, count) = (!value.is_null(), format!("{name}.count"));
+            found.insert(count, u8::from(given).into());
+        }
         let length = document.compare(&heading, bytes, &found);
         let want = match name {
             "Force" => "6 + 4·n bytes".to_owned(),
+            "Configure" | "Configuration" => {
+                let most = bytes.len();
+                format!("{} or {most} bytes", most - 32)
+            }
             "Workspace" => "2 + 12·n bytes".to_owned(),
             "Sample" => "10 + 14·n bytes".to_owned(),
             "Batch" => "13 + 14·n bytes".to_owned(),

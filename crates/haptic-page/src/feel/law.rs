@@ -7,7 +7,7 @@ use fracdiff::{Operator, Order, Scheme};
 use haptic_experiment::judge::{Preflight, operator};
 use haptic_experiment::{Dynamics, Failure, PreflightVerdict, parameters};
 use haptic_loop::units::Metres;
-use haptic_loop::{Contact, SpringDamper};
+use haptic_loop::{Contact, Specimen, SpringDamper};
 
 /// Samples for which the memory is made: 2.8 hours.
 const HORIZON: u64 = 10_000_000;
@@ -49,7 +49,7 @@ impl FeelSettings {
         let (stiffness, dissipation) = self.gains();
         let inner = SpringDamper::new(stiffness, dissipation, operator).map_err(Failure::input)?;
         let felt = Contact::at(Metres(0.0), inner).map_err(Failure::input)?;
-        Ok(Law::at_rest(felt))
+        Ok(Law::at_rest(felt.with_depth_map(self.map)))
     }
 
     /// The law at rest, with all of its memory.
@@ -75,6 +75,8 @@ impl FeelSettings {
     /// Itself with the pre-flight of the loop with the hand and without, whichever is nearer to the edge.
     pub(crate) fn judged(self) -> Result<JudgedFeel, Failure> {
         let (stiffness, dissipation) = self.gains();
+        // As steep as a tissue that stiffens is where small strain ends.
+        let deep_m = Specimen::SMALL_STRAIN * parameters::THICKNESS.default_number();
         let preflight = Preflight {
             stiffness_n_per_m: stiffness,
             dissipation_n_s_mu_per_m: dissipation,
@@ -83,7 +85,9 @@ impl FeelSettings {
             scheme: full_memory()?,
             sample_time_s: SAMPLE_TIME.0,
             samples: HORIZON,
+            map: None,
         };
+        let preflight = preflight.at_depth(self.map, deep_m);
         let free = Dynamics {
             mass_kg: self.device.mass_kg,
             damping_n_s_per_m: self.device.damping_n_s_per_m,

@@ -21,7 +21,7 @@ pub(crate) use hand::{HAND_DAMPING, HAND_STIFFNESS};
 pub(crate) use keeper::{CHANNELS, FeelPlace, Kept, locked};
 pub(crate) use law::JudgedFeel;
 pub use settings::DeviceNumbers;
-pub(crate) use settings::{FeelChange, FeelSettings, RANGES, SAMPLE_TIME, specimen_shape};
+pub(crate) use settings::{FeelChange, FeelSettings, RANGES, SAMPLE_TIME};
 
 use crate::pyramid::PyramidSize;
 use hand::HeldDevice;

@@ -3,7 +3,8 @@
 use fracdiff::Seconds;
 use fracdiff::parameter::Shown;
 use haptic_experiment::parameters;
-use haptic_experiment::{Failure, Imperfections, ModelledTissue};
+use haptic_experiment::{Failure, Imperfections, ModelledTissue, TissuePiece};
+use haptic_loop::DepthMap;
 use haptic_tissue::{Library, Material, Model};
 use serde::{Deserialize, Serialize};
 
@@ -167,6 +168,9 @@ pub(crate) struct FeelSettings {
     /// The model of a tissue with more elements, whose memory is felt; `None` for D^μ.
     #[serde(skip)]
     pub(super) model: Option<Model>,
+    /// The map of depth of a tissue that stiffens.
+    #[serde(skip)]
+    pub(super) map: Option<DepthMap<f64>>,
     /// Friction, delay, lag and sensors of the device: those of the server's device file.
     #[serde(skip)]
     pub(super) imperfections: Imperfections,
@@ -197,14 +201,17 @@ impl FeelSettings {
         (device, imperfections): (DeviceNumbers, Imperfections),
         ghosts: Vec<Ghost>,
     ) -> Result<Self, Failure> {
+        let mut map = None;
         let (title, order, (stiffness, dissipation), model) = match &environment {
             FeltThing::Tissue(name) => {
                 let material = library_material(library, name)?;
                 let title = material.description.clone();
                 let tissue = ModelledTissue::new(material)?;
-                let gains = tissue.spring_and_damper(specimen_shape());
-                let model = tissue.composed().cloned();
-                (title, tissue.order().get(), gains, model)
+                let piece = TissuePiece::usual(tissue).map_err(Failure::input)?;
+                let model = piece.material.composed().cloned();
+                map = piece.specimen.depth_map();
+                let order = piece.material.order().get();
+                (title, order, piece.spring_and_damper(), model)
             }
             FeltThing::Wall(wall) => {
                 let gains = (wall.stiffness_n_per_m, wall.dissipation_n_s_mu_per_m);
@@ -222,6 +229,7 @@ impl FeelSettings {
             device,
             ghosts,
             model,
+            map,
             imperfections,
         }
         .checked()
@@ -311,11 +319,6 @@ fn library_material(library: &Library, name: &str) -> Result<Material, Failure> 
             known.join(", ")
         ))
     })
-}
-
-/// A/ℓ of the usual specimen, m.
-pub(crate) fn specimen_shape() -> f64 {
-    parameters::AREA.default_number() / parameters::THICKNESS.default_number()
 }
 
 #[cfg(test)]

@@ -4,12 +4,12 @@ use super::hub::{Hub, blocking, felt};
 use super::live::{FRAMES_PER_S, LiveView, frame};
 use super::page::{Outgoing, Page};
 use super::request::{LIVE, Request, ViewRequest};
-use crate::feel::{CHANNELS, RANGES, SAMPLE_TIME, locked, specimen_shape};
+use crate::feel::{CHANNELS, RANGES, SAMPLE_TIME, locked};
 use crate::identify::identified;
 use crate::pyramid::Span;
 use crate::runs::places;
 use axum::extract::ws::Message;
-use haptic_experiment::{Failure, ModelledTissue, Named as _};
+use haptic_experiment::{Failure, ModelledTissue, Named as _, TissuePiece};
 use haptic_loop::Limiters;
 use haptic_tissue::Material;
 use serde_json::{Value, json};
@@ -102,7 +102,9 @@ fn hello(version: u32, hub: &Hub, page: &Page) -> Result<Value, Failure> {
 
 fn tissue(material: &Material) -> Result<Value, Failure> {
     let tissue = ModelledTissue::new(material.clone())?;
-    let (stiffness, dissipation) = tissue.spring_and_damper(specimen_shape());
+    let piece = TissuePiece::usual(tissue).map_err(Failure::input)?;
+    let (stiffness, dissipation) = piece.spring_and_damper();
+    let tissue = &piece.material;
     let parameters = material.model.parameters().into_iter();
     let parameters = parameters.map(|(parameter, value)| {
         json!({

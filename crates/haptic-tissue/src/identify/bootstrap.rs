@@ -8,7 +8,8 @@
 //! Source: H. R. Künsch, *The jackknife and the bootstrap for general stationary observations*, Annals of Statistics 17, 1989.
 
 use super::elements::{Candidate, Elements};
-use super::fit::{neighbours, parameters};
+use super::fit::parameters;
+use super::noise::neighbours;
 use super::search::{Best, FINE, minimise, ranges};
 use super::target::Target;
 use rand_pcg::Pcg64;
@@ -54,7 +55,7 @@ pub(super) fn intervals(
                 .zip(drawn)
                 .map(|(curve, residual)| curve + residual);
             let target = target.with_values(values.collect());
-            let fit = minimise(candidate, &target, &ranges, &start, &free, FINE);
+            let fit = minimise(candidate, &target, &ranges, &start, &free, &[], FINE);
             progress(1);
             let elements = Elements::from_variables(&fit.values).sorted(candidate);
             fit.converged

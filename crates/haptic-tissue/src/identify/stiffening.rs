@@ -217,7 +217,7 @@ impl Search<'_> {
     fn limit(&self, best: &Fit) -> Limit {
         Limit {
             sum: sum(best, self.numbers),
-            freedom: (self.numbers - best.kind.parameters().len() as f64 - 1.0).max(1.0),
+            freedom: (best.independent - best.kind.parameters().len() as f64 - 1.0).max(1.0),
             numbers: self.numbers,
         }
     }
@@ -314,23 +314,22 @@ fn widen(fit: &mut Fit, valley: &Valley, limit: &Limit) {
     for (place, estimate) in fit.parameters.iter_mut().enumerate() {
         let is_order = estimate.unit.is_empty();
         let scale = |value: f64| if is_order { value } else { libm::log(value) };
-        // Value, low and high end, and ζ², at each b.
-        let points: Option<Vec<[f64; 4]>> = (valley.iter())
-            .map(|(_, fit)| {
-                let own = fit.parameters.get(place)?;
-                let [value, low, high] = [own.value, own.low_95?, own.high_95?].map(scale);
-                Some([value, low, high, limit.square(fit)])
-            })
-            .collect();
-        let Some(points) = points else { continue };
+        // Value, low and high end, and ζ, at each b.
+        let points = valley.iter().map(|(_, fit)| {
+            let own = &fit.parameters[place];
+            let [low, high] = [own.low_95, own.high_95].map(|end| end.map(scale));
+            let low = low.unwrap_or(f64::NEG_INFINITY);
+            let high = high.unwrap_or(f64::INFINITY);
+            [scale(own.value), low, high, libm::sqrt(limit.square(fit))]
+        });
+        let points: Vec<[f64; 4]> = points.collect();
         let (mut low, mut high) = (f64::INFINITY, f64::NEG_INFINITY);
         for pair in points.windows(2) {
             for step in 0..=BETWEEN {
                 let share = step as f64 / BETWEEN as f64;
-                let at = |n: usize| pair[0][n] + share * (pair[1][n] - pair[0][n]);
+                let at = |n: usize| (1.0 - share) * pair[0][n] + share * pair[1][n];
                 // ζ, not its square, is nearly straight.
-                let distance = |n: usize| libm::sqrt(pair[n][3]);
-                let distance = distance(0) + share * (distance(1) - distance(0));
+                let distance = at(3);
                 if distance <= CHI {
                     let part = libm::sqrt(1.0 - distance * distance / CHI_SQUARE);
                     low = low.min(at(0) + part * (at(1) - at(0)));
@@ -339,14 +338,18 @@ fn widen(fit: &mut Fit, valley: &Valley, limit: &Limit) {
             }
         }
         if low < high {
+            let end = |end: f64| match is_order {
+                true => Some(end.clamp(0.0, 1.0)),
+                false => Some(libm::exp(end)).filter(|end| *end > 0.0 && end.is_finite()),
+            };
+            (estimate.low_95, estimate.high_95) = (end(low), end(high));
             let half = (high - low) / (2.0 * CHI);
-            let ends = [low, high].map(|end| if is_order { end } else { libm::exp(end) });
-            (estimate.low_95, estimate.high_95) = (Some(ends[0]), Some(ends[1]));
-            estimate.standard_error = Some(if is_order {
+            let error = if is_order {
                 half
             } else {
                 estimate.value * half
-            });
+            };
+            estimate.standard_error = Some(error).filter(|error| error.is_finite());
         }
     }
 }

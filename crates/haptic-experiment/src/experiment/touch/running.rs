@@ -133,7 +133,7 @@ impl TouchExperiment {
         let look = self.look(samples);
         let (k, b) = (look.stiffness_n_per_m, look.dissipation_n_s_mu_per_m);
         let law = SpringDamper::new(k, b, look.operator()?).map_err(parameter)?;
-        let touched = Contact::behind(shape, law);
+        let touched = Contact::behind(shape, law).with_depth_map(self.matter.depth_map());
         Ok((Controller::new(touched, self.chain()?), samples))
     }
 
@@ -235,6 +235,26 @@ impl TouchExperiment {
         let ran = run.run(&mut controller, supervisor)?;
         let reported = self.publish::<D>(&ran, None, posture)?;
         Ok(Published::new(reported, ran.folder))
+    }
+
+    /// How deep the hand leads the device at most, m: by a spring as far as its path goes, else as far as the largest force does.
+    fn deepest<const D: usize>(&self) -> Result<f64, Failure> {
+        const LOOKS: u32 = 1000;
+        let at = |n: u32| {
+            let time_s = self.duration_s * f64::from(n) / f64::from(LOOKS);
+            std::array::from_fn::<f64, D, _>(|axis| self.path.at(time_s, axis))
+        };
+        let most =
+            |of: &dyn Fn([f64; D]) -> f64| (0..=LOOKS).map(|n| of(at(n))).fold(0.0, f64::max);
+        if self.remote.is_none() && matches!(self.grip, Grip::Spring(_)) {
+            let shape = self.shape.of::<D>()?;
+            return Ok(most(&|place| depth(&shape, &place)));
+        }
+        let force_n = match self.remote {
+            Some(_) => self.force_limit_n,
+            None => most(&|force| SVector::from(force).norm()),
+        };
+        Ok(self.matter.crept(force_n, self.duration_s))
     }
 
     /// What the device is told: limits, no law, and the plant of an emulated one. Its hand is the one of the file as far as a board has
@@ -351,7 +371,9 @@ impl TouchExperiment {
     /// What the pre-flight is of.
     fn postures<const D: usize>(&self, samples: u64) -> Result<Postures<'_>, Failure> {
         Ok(Postures {
-            loops: self.look(samples),
+            loops: self
+                .look(samples)
+                .at_depth(self.matter.depth_map(), self.deepest::<D>()?),
             masses: self.effective_masses::<D>()?,
         })
     }

@@ -104,6 +104,8 @@ impl Document {
 
     /// Length of one value of this type.
     pub(super) fn size(&self, kind: &str) -> usize {
+        // Of what may be missing: if it is there.
+        let kind = kind.strip_suffix(" × n").unwrap_or(kind);
         let basic = [
             ("u8", 1),
             ("i8", 1),
@@ -160,9 +162,12 @@ impl Document {
             }
             let (inner, size) = (&self.section(&name).rows, self.size(kind));
             for n in 0..count {
-                resolved.extend(inner.iter().map(|field| Row {
-                    offset: row.offset + n * size + field.offset,
-                    kind: field.kind.clone(),
+                let at = |field: &Row| row.offset + n * size + field.offset;
+                let there =
+                    |field: &&Row| !field.kind.ends_with(" × n") || bytes[at(field) - 1] > 0;
+                resolved.extend(inner.iter().filter(there).map(|field| Row {
+                    offset: at(field),
+                    kind: field.kind.replace(" × n", ""),
                     name: match row.name.as_str() {
                         "–" => field.name.clone(),
                         // A structure around one value has no name for it.

@@ -50,6 +50,11 @@ pub(super) fn configuration(random: &mut Random) -> (Configuration, [f32; 2]) {
     configuration.limits.watchdog_ms = random.one_of(&[5, 20, 50]);
     configuration.limits.late_ticks = random.one_of(&[0, 1, 20]);
     configuration.limits.max_age_ticks = random.one_of(&[1, 10, 1000]);
+    if random.chance(0.25) {
+        // A sphere of 5 mm in tissue that stiffens.
+        configuration.one_sided = true;
+        configuration.depth_map = Some([200.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 2000.0]);
+    }
     if random.chance(0.125) {
         configuration.surface_m = f32::NAN;
     }

@@ -1,9 +1,12 @@
 //! A configuration takes effect as a whole, or not at all.
 
-use crate::line::{Bench, beyond, spring, transaction};
+use crate::line::{Bench, START, beyond, spring, transaction};
+use fracdiff::{PortableOperator, portable::Form};
 use haptic_link::{
     Configuration, EventKind, Field, OperatorForm, OperatorShape, Refusal, Report, Request,
 };
+use haptic_loop::units::Metres;
+use haptic_loop::{Contact, DepthMap, Environment, SpringDamper};
 
 #[test]
 fn a_configuration_takes_effect_as_a_whole_and_reads_back() {
@@ -124,4 +127,63 @@ fn coefficients_that_no_operator_has_are_refused_by_name() {
         bench.done(Request::GetConfiguration),
         Bench::ideal_configuration()
     );
+}
+
+/// A sphere of 5 mm in tissue that stiffens.
+const SPHERE: [f32; 8] = [200.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 500.0];
+
+#[test]
+fn a_map_of_the_depth_that_is_none_is_refused_by_name() {
+    let mut bench = Bench::ideal();
+    bench.hello();
+    let (mut configuration, values) = spring();
+    configuration.one_sided = true;
+    for (at, number) in [
+        (0, 0.0),
+        (0, f32::NAN),
+        (2, 0.0),
+        (3, -1e-3),
+        (7, f32::INFINITY),
+    ] {
+        let mut map = SPHERE;
+        map[at] = number;
+        configuration.depth_map = Some(map);
+        let answer = bench.set(configuration, &values);
+        assert_eq!(beyond(&answer), Some(Field::DepthMap), "{at} {number}");
+    }
+    configuration.depth_map = Some(SPHERE);
+    configuration.one_sided = false;
+    let answer = bench.set(configuration, &values).map(|_| ());
+    assert_eq!(answer, Err(Refusal::Unsupported(Field::DepthMap)));
+}
+
+#[test]
+fn a_map_of_the_depth_is_rendered_with_the_bits_of_a_contact_here() {
+    let (mut configuration, values) = spring();
+    configuration.one_sided = true;
+    configuration.depth_map = Some(SPHERE);
+    let mut bench = Bench::configured(configuration, &values);
+    bench.arm();
+    bench.done(Request::Start(START));
+    bench.run_ms(300);
+    let operator = PortableOperator::<f32, 2, 1, 1>::new(Form::Taps, 0, &values).expect("a list");
+    let spring = SpringDamper::new(1000.0, 2.0, operator).expect("good");
+    let contact = Contact::at(Metres(0.0), spring).expect("good");
+    let contact = contact.with_depth_map(DepthMap::of(SPHERE));
+    let mut history = Environment::<f32, 1>::at_rest(&contact);
+    let mut deepest = 0.0_f32;
+    for sample in bench.samples() {
+        let axis = sample.axes[0];
+        let position = [axis.position_m].into();
+        let force = contact.force(&history, &position)[0];
+        contact.advance(&mut history, &position);
+        assert_eq!(
+            axis.environment_force_n.to_bits(),
+            force.to_bits(),
+            "{sample:?}"
+        );
+        deepest = deepest.max(axis.position_m);
+    }
+    // A spring of 1000 N/m alone would give way by 1 mm.
+    assert!(deepest > 1.5e-3, "{deepest}");
 }

@@ -74,6 +74,7 @@ fn parameters(device: &str, configuration: &Configuration, coefficients: &[f32])
         "order": n(configuration.order),
         "one_sided": configuration.one_sided,
         "surface_m": n(configuration.surface_m),
+        "depth_map": configuration.depth_map.map(|numbers| numbers.map(n)),
         "operator": {
             "form": match configuration.operator.form {
                 OperatorForm::Taps => "taps",
