@@ -12,9 +12,11 @@
 //! Annals of Mathematical Statistics 9, 1938 (the interval).
 
 use super::error::IdentifyError;
-use super::fit::{Estimate, Fit};
+use super::fit::{Estimate, Fit, fit};
 use super::record::Record;
-use super::{Identification, Options, choose, identified};
+use super::search::search;
+use super::target::Target;
+use super::{Candidate, Identification, Options, choose, identified};
 use crate::identify::keys::{BOOTSTRAP, KIND, STIFFENING};
 use crate::model::ModelKind;
 use fracdiff::parameter::Shown;
@@ -88,19 +90,19 @@ pub(super) fn stiffened(
     });
     let mut refused = None;
     for b in grid {
-        match search.at(b, &options.candidates, None, FEW_STARTS) {
-            Ok(found) => {
-                search.numbers = found.measured.len() as f64;
-                for fit in found.fits {
-                    match valleys.iter_mut().find(|valley| valley.0 == fit.kind) {
-                        Some(valley) => valley.1.push((b, fit)),
-                        None => valleys.push((fit.kind, vec![(b, fit)])),
-                    }
-                }
+        for (kind, fit) in options
+            .candidates
+            .iter()
+            .zip(search.at(b, &options.candidates)?)
+        {
+            match (fit, valleys.iter_mut().find(|valley| valley.0 == *kind)) {
+                (Ok(fit), Some(valley)) => valley.1.push((b, fit)),
+                (Ok(fit), None) => valleys.push((*kind, vec![(b, fit)])),
+                (Err(error), _) => refused = Some(error),
             }
-            Err(error) => refused = Some(error),
         }
     }
+    search.numbers = (valleys.first()).map_or(0.0, |valley| valley.1[0].1.predicted.len() as f64);
     // The chosen one may be another where b is right.
     let mut refined: Vec<ModelKind> = Vec::new();
     let (kind, mut valley) = loop {
@@ -121,7 +123,11 @@ pub(super) fn stiffened(
     };
     let lowest = valley[search.lowest(&valley)].clone();
     let b = lowest.0;
-    let mut found = search.at(b, &options.candidates, Some(kind), options.starts)?;
+    let there = Options {
+        chosen: Some(kind),
+        ..options.clone()
+    };
+    let mut found = identified(&record.stiffened(b), &there, stop, &|_| ())?;
     let limit = search.limit(&lowest.1);
     let low = search.end(kind, &mut valley, b, &limit, 0.0)?;
     let high = search.end(kind, &mut valley, b, &limit, most)?;
@@ -186,25 +192,25 @@ fn sum(fit: &Fit, numbers: f64) -> f64 {
 }
 
 impl Search<'_> {
-    /// The memory at b.
+    /// The memory at b, with the intervals of its standard errors.
     fn at(
         &self,
         b: f64,
         candidates: &[ModelKind],
-        chosen: Option<ModelKind>,
-        starts: usize,
-    ) -> Result<Identification, IdentifyError> {
-        if self.stop.load(Ordering::Relaxed) {
-            return Err(IdentifyError::Stopped);
+    ) -> Result<Vec<Result<Fit, IdentifyError>>, IdentifyError> {
+        let record = self.record.stiffened(b);
+        let target = Target::new(&record, self.options.weighting, self.stop);
+        let starts = self.options.starts.clamp(1, FEW_STARTS);
+        let fits = candidates.iter().map(|&kind| {
+            let candidate = Candidate::of(kind)?;
+            let best = search(candidate, &target, starts)?;
+            Ok(fit(candidate, &target, &best).0)
+        });
+        let fits = fits.collect();
+        match self.stop.load(Ordering::Relaxed) {
+            true => Err(IdentifyError::Stopped),
+            false => Ok(fits),
         }
-        let options = Options {
-            candidates: candidates.to_vec(),
-            chosen,
-            starts: starts.min(self.options.starts),
-            stiffening: false,
-            ..self.options.clone()
-        };
-        identified(&self.record.stiffened(b), &options, self.stop, &|_| ())
     }
 
     /// Place of the least sum.
@@ -224,8 +230,7 @@ impl Search<'_> {
 
     /// Fits one candidate at one more b.
     fn add(&self, kind: ModelKind, valley: &mut Valley, b: f64) -> Result<Fit, IdentifyError> {
-        let found = self.at(b, &[kind], Some(kind), FEW_STARTS)?;
-        let fit = found.fits[0].clone();
+        let fit = self.at(b, &[kind])?.remove(0)?;
         let place = valley.partition_point(|own| own.0 < b);
         valley.insert(place, (b, fit.clone()));
         Ok(fit)
