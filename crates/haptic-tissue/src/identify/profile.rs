@@ -5,7 +5,7 @@
 //! ```
 //! ψ is ln V or α, a sum of variables. Where S is a parabola, ζ is straight and the ends are those of the standard error; from there each
 //! end is looked for, outward along the valley. ψ is held by one more row, which pulls it to an aim: whatever the row weighs, a fit
-//! with it ends in a point (ψ, S_p(ψ)) of the profile. A second row keeps two spring-pots in order, the larger order first.
+//! with it ends in a point of the profile. A second row keeps two spring-pots in order, the larger order first.
 //!
 //! A valley may bend, fork, or have others beside it. So each point within the limit that the search or the walk to any end has seen
 //! is a start for the ends that it lies beyond, and an end stands when no other minimum within the limit leads past it; one of these is
@@ -21,7 +21,7 @@ use super::search::{Best, Effort, Minimum, Pull, minimise, ranges};
 use super::target::Target;
 use rayon::prelude::*;
 
-/// Minima beside the best that are followed, the lowest ones.
+/// Minima beside the best of which each end is tried.
 const OTHERS: usize = 3;
 /// Walks to an end, the later ones from what others have seen.
 const PASSES: usize = 3;
@@ -73,14 +73,15 @@ pub(super) fn intervals(
     let limit = best.sum + certainty.student * certainty.student * certainty.variance;
     let exchanged = profiles.exchanged(&best.elements);
     let others = exchanged.into_iter().chain(best.others.iter().cloned());
-    for other in others.filter(|other| other.sum <= limit) {
-        let pairs = |one: &Minimum| one.values.clone().into_iter().zip(other.values.clone());
-        let near = |((one, other), (low, high)): ((f64, f64), &(f64, f64))| {
-            (one - other).abs() <= INSIDE * (high - low)
+    let others: Vec<Minimum> = others.filter(|other| other.sum <= limit).collect();
+    for other in &others {
+        let same = |one: &Minimum| {
+            let pairs = one.values.iter().zip(&other.values).zip(&profiles.ranges);
+            let mut apart = pairs.map(|((a, b), (low, high))| (a - b).abs() / (high - low));
+            apart.all(|apart| apart <= INSIDE)
         };
-        let same = |one: &Minimum| pairs(one).zip(&profiles.ranges).all(near);
         if profiles.minima.len() <= OTHERS && !profiles.minima.iter().any(same) {
-            profiles.minima.push(other);
+            profiles.minima.push(other.clone());
         }
     }
     let ln_unit = libm::log(target.unit_s);
@@ -102,7 +103,7 @@ pub(super) fn intervals(
             .map(|end| profiles.pass(end))
             .collect();
         profiles.seen = seen.concat();
-        profiles.seen.extend_from_slice(&profiles.minima);
+        profiles.seen.extend_from_slice(&others);
     }
     let ends = ends.as_chunks().0.iter();
     ends.map(|[low, high]| (low.number(), high.number()))
@@ -144,7 +145,7 @@ struct Profiles<'a> {
     target: &'a Target<'a>,
     ranges: Vec<(f64, f64)>,
     certainty: &'a Certainty,
-    /// The best, and others within the limit.
+    /// The best, and the first others within the limit.
     minima: Vec<Minimum>,
     /// Points within the limit.
     seen: Vec<Minimum>,

@@ -82,7 +82,7 @@ fn coverage(samples: usize, alike: f64, cases: u64) -> (f64, f64) {
             own += pairs
                 .filter(|(estimate, truth)| holds(estimate, **truth))
                 .count();
-            white += usize::from(fit.independent == fit.predicted.len() as f64);
+            white += usize::from(fit.independent >= fit.predicted.len() as f64);
         }
         println!("{kind}: {own} of {} inside", cases as usize * truth.len());
         inside += own;
@@ -230,7 +230,7 @@ fn the_ends_are_where_the_profile_meets_its_limit() {
         let [viscosity, order] = &fit.parameters[..] else {
             panic!("two")
         };
-        assert_eq!(fit.independent, SAMPLES as f64);
+        assert!(fit.independent >= SAMPLES as f64);
         let best = sum(viscosity.value, order.value);
         for end in [viscosity.low_95, viscosity.high_95] {
             let end = end.expect("a bound");
