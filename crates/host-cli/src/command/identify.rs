@@ -167,7 +167,7 @@ struct FitArguments {
     /// Starts per model
     #[arg(long, default_value_t = Options::STARTS as u32, value_parser = whole::<u32>(Options::STARTS_ALLOWED))]
     starts: u32,
-    /// Bootstrap records for the intervals; 0 uses the standard errors
+    /// Bootstrap records for the intervals; 0 takes them from profiles of the likelihood
     #[arg(long, default_value_t = 0, value_parser = whole::<u32>(Options::BOOTSTRAP_ALLOWED))]
     bootstrap: u32,
     /// Seed of the bootstrap [default: 1]
