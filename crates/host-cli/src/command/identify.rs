@@ -212,7 +212,7 @@ impl Arguments {
         let (tissue, figure) = match name {
             Some(name) => {
                 let text = self.tissue(name, &understood, &found, &source)?;
-                place.write(|| text, || draw::draw(&found, &source))
+                place.write(|| text, || draw::draw(&found, understood.loading, &source))
             }
             None => (None, None),
         };
