@@ -31,6 +31,7 @@ pub(crate) struct IdentifyRequest {
     half_angle_rad: Option<f64>,
     bonded: bool,
     poisson_ratio: Option<f64>,
+    stiffening: bool,
     model: Option<String>,
 }
 
@@ -83,6 +84,7 @@ pub(crate) fn identified(request: &IdentifyRequest, stop: &AtomicBool) -> Result
     let options = Options {
         candidates: chosen.map_or_else(|| CANDIDATES.to_vec(), |kind| vec![kind]),
         chosen,
+        stiffening: request.stiffening,
         ..Options::default()
     };
     let found = identify_unless(&understood.record, &options, stop, &|_| {})

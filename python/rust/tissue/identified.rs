@@ -104,6 +104,7 @@ pub(crate) struct IdentifyOptions {
     starts: Whole,
     bootstrap: Whole,
     seed: Whole,
+    stiffening: bool,
 }
 
 impl IdentifyOptions {
@@ -133,6 +134,7 @@ impl IdentifyOptions {
                 .bootstrap
                 .within("bootstrap", Options::BOOTSTRAP_ALLOWED)? as usize,
             seed: self.seed.within("seed", 0..=u64::MAX)?,
+            stiffening: self.stiffening,
         })
     }
 }

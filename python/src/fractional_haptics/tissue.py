@@ -207,6 +207,7 @@ def identify(
     starts: int = 40,
     bootstrap: int = 0,
     seed: int = 1,
+    stiffening: bool = False,
     progress: Callable[[int], object] | None = None,
 ) -> Identification:
     """Models from a measured record.
@@ -249,6 +250,8 @@ def identify(
         Records drawn for the intervals; 0 takes profiles of the likelihood. Fewer than 40 say nothing.
     seed : int, default 1
         Seed of the bootstrap: same seed, same numbers.
+    stiffening : bool, default False
+        Of a ``record``: find b of tissue that stiffens too, the last estimate of the best fit, 0 to 100.
     progress : callable, optional
         Called with the number of records of the bootstrap that are done.
 
@@ -286,6 +289,7 @@ def identify(
         "starts": starts,
         "bootstrap": bootstrap,
         "seed": seed,
+        "stiffening": stiffening,
     }
     pressed = {
         "depth": depth,

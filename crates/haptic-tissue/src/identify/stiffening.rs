@@ -15,8 +15,7 @@ use super::error::IdentifyError;
 use super::fit::{Estimate, Fit};
 use super::record::Record;
 use super::{Identification, Options, choose, identified};
-use crate::identify::keys::KIND;
-use crate::material::STIFFENING;
+use crate::identify::keys::{BOOTSTRAP, KIND, STIFFENING};
 use crate::model::ModelKind;
 use fracdiff::parameter::Shown;
 use haptic_loop::Specimen;
@@ -35,6 +34,8 @@ const FEW_STARTS: usize = 10;
 const ROUNDS: usize = 12;
 /// Change of ζ² or ζ that ends a search.
 const NEAR: f64 = 0.02;
+/// Width of an interval over b up to which the record tells b.
+const SETTLED: f64 = 0.5;
 /// Points between two fits of an interval.
 const BETWEEN: usize = 10;
 
@@ -57,11 +58,13 @@ pub(super) fn stiffened(
 ) -> Result<Identification, IdentifyError> {
     let wrong = |reason: String| Err(IdentifyError::Record(reason));
     if options.bootstrap > 0 {
-        return wrong("the intervals of a stiffening are profiles: omit the bootstrap".to_owned());
+        return wrong(format!(
+            "the intervals of a stiffening are profiles: omit {BOOTSTRAP}"
+        ));
     }
     if !record.can_stiffen() {
         return wrong(format!(
-            "a stiffening is seen in a motion whose strain grows with the depth, none under a cone: give {}, or no stiffening",
+            "a stiffening is seen in a motion whose strain grows with the depth, none under a cone: give {}, or omit {STIFFENING}",
             KIND.set_to("record")
         ));
     }
@@ -126,7 +129,7 @@ pub(super) fn stiffened(
     widen(fit, &valley, &limit);
     let error = low.zip(high).map(|(low, high)| (high - low) / (2.0 * CHI));
     fit.parameters.push(Estimate {
-        name: STIFFENING,
+        name: STIFFENING.0,
         unit: "",
         value: b,
         standard_error: error,
@@ -142,7 +145,7 @@ pub(super) fn stiffened(
 /// What the interval of b says.
 fn said(record: &Record, low: Option<f64>, b: f64, high: Option<f64>) -> Option<String> {
     let low = low.unwrap_or(0.0);
-    if high.is_some_and(|high| low > 0.0 && high - low <= b) {
+    if high.is_some_and(|high| low > 0.0 && high - low <= SETTLED * b) {
         return None;
     }
     let what = match low {
@@ -214,7 +217,7 @@ impl Search<'_> {
     fn limit(&self, best: &Fit) -> Limit {
         Limit {
             sum: sum(best, self.numbers),
-            freedom: (self.numbers - best.kind.parameters().len() as f64 - 1.0).max(1.0),
+            freedom: (best.independent - best.kind.parameters().len() as f64 - 1.0).max(1.0),
             numbers: self.numbers,
         }
     }
@@ -311,23 +314,22 @@ fn widen(fit: &mut Fit, valley: &Valley, limit: &Limit) {
     for (place, estimate) in fit.parameters.iter_mut().enumerate() {
         let is_order = estimate.unit.is_empty();
         let scale = |value: f64| if is_order { value } else { libm::log(value) };
-        // Value, low and high end, and ζ², at each b.
-        let points: Option<Vec<[f64; 4]>> = (valley.iter())
-            .map(|(_, fit)| {
-                let own = fit.parameters.get(place)?;
-                let [value, low, high] = [own.value, own.low_95?, own.high_95?].map(scale);
-                Some([value, low, high, limit.square(fit)])
-            })
-            .collect();
-        let Some(points) = points else { continue };
+        // Value, low and high end, and ζ, at each b.
+        let points = valley.iter().map(|(_, fit)| {
+            let own = &fit.parameters[place];
+            let [low, high] = [own.low_95, own.high_95].map(|end| end.map(scale));
+            let low = low.unwrap_or(f64::NEG_INFINITY);
+            let high = high.unwrap_or(f64::INFINITY);
+            [scale(own.value), low, high, libm::sqrt(limit.square(fit))]
+        });
+        let points: Vec<[f64; 4]> = points.collect();
         let (mut low, mut high) = (f64::INFINITY, f64::NEG_INFINITY);
         for pair in points.windows(2) {
             for step in 0..=BETWEEN {
                 let share = step as f64 / BETWEEN as f64;
-                let at = |n: usize| pair[0][n] + share * (pair[1][n] - pair[0][n]);
+                let at = |n: usize| (1.0 - share) * pair[0][n] + share * pair[1][n];
                 // ζ, not its square, is nearly straight.
-                let distance = |n: usize| libm::sqrt(pair[n][3]);
-                let distance = distance(0) + share * (distance(1) - distance(0));
+                let distance = at(3);
                 if distance <= CHI {
                     let part = libm::sqrt(1.0 - distance * distance / CHI_SQUARE);
                     low = low.min(at(0) + part * (at(1) - at(0)));
@@ -336,14 +338,18 @@ fn widen(fit: &mut Fit, valley: &Valley, limit: &Limit) {
             }
         }
         if low < high {
+            let end = |end: f64| match is_order {
+                true => Some(end.clamp(0.0, 1.0)),
+                false => Some(libm::exp(end)).filter(|end| *end > 0.0 && end.is_finite()),
+            };
+            (estimate.low_95, estimate.high_95) = (end(low), end(high));
             let half = (high - low) / (2.0 * CHI);
-            let ends = [low, high].map(|end| if is_order { end } else { libm::exp(end) });
-            (estimate.low_95, estimate.high_95) = (Some(ends[0]), Some(ends[1]));
-            estimate.standard_error = Some(if is_order {
+            let error = if is_order {
                 half
             } else {
                 estimate.value * half
-            });
+            };
+            estimate.standard_error = Some(error).filter(|error| error.is_finite());
         }
     }
 }

@@ -76,9 +76,9 @@ fn weightings() -> Vec<(Weighting, &'static str, &'static str)> {
     after_help = "Example: host-cli identify relaxation.csv --strain 5% --area 4cm2 --out my-tissue.toml"
 )]
 pub(crate) struct Arguments {
-    /// CSV or TSV with a header, or a log (*.mcap)
-    #[arg(value_name = "DATA")]
-    data: PathBuf,
+    /// CSV or TSV with a header, or a log (*.mcap); several motions of one tissue are fitted together
+    #[arg(value_name = "DATA", required = true)]
+    data: Vec<PathBuf>,
     /// Kind of record [default: by its columns]
     #[arg(long, value_parser = one_of(kinds()))]
     kind: Option<RecordKind>,
@@ -167,6 +167,9 @@ struct FitArguments {
     /// Starts per model
     #[arg(long, default_value_t = Options::STARTS as u32, value_parser = whole::<u32>(Options::STARTS_ALLOWED))]
     starts: u32,
+    /// Find how much the tissue stiffens too, by a motion or by motions to several depths
+    #[arg(long)]
+    stiffening: bool,
     /// Bootstrap records for the intervals; 0 takes them from profiles of the likelihood
     #[arg(long, default_value_t = 0, value_parser = whole::<u32>(Options::BOOTSTRAP_ALLOWED))]
     bootstrap: u32,
@@ -186,7 +189,15 @@ impl Arguments {
         let name = self.tissue_name()?;
         let mut place = PlaceOfFile::look(&self.file, "tissue")?;
         let reading = self.specimen.reading(self.kind);
-        let understood = self.table.read(&self.data, &reading)?;
+        let read = |data: &PathBuf| self.table.read(data, &reading);
+        let mut understood = self.data.iter().map(read).collect::<Result<Vec<_>, _>>()?;
+        let understood = match understood.pop() {
+            Some(one) if understood.is_empty() => one,
+            last => {
+                understood.extend(last);
+                Understood::together(understood).map_err(Failure::input)?
+            }
+        };
         // The one that was asked for, and those with fewer parameters, to say if one of these is as good.
         let wanted = |candidate: &ModelKind| {
             let parameters = |kind: ModelKind| kind.parameters().len();
@@ -200,6 +211,7 @@ impl Arguments {
             starts: self.fit.starts as usize,
             bootstrap: self.fit.bootstrap as usize,
             seed: self.fit.seed.unwrap_or(1),
+            stiffening: self.fit.stiffening,
         };
         let bar = progress_bar(u64::from(self.fit.bootstrap), output);
         let found = identify(&understood.record, &options, &|records| {
@@ -207,8 +219,11 @@ impl Arguments {
         });
         bar.finish_and_clear();
         let found = found.map_err(Failure::input)?;
-        let source = self.data.file_name().unwrap_or(self.data.as_os_str());
-        let source = source.to_string_lossy();
+        let source = self.data.iter().map(|data| {
+            let name = data.file_name().unwrap_or(data.as_os_str());
+            name.to_string_lossy().into_owned()
+        });
+        let source = source.collect::<Vec<_>>().join(", ");
         let (tissue, figure) = match name {
             Some(name) => {
                 let text = self.tissue(name, &understood, &found, &source)?;
@@ -318,7 +333,8 @@ impl Arguments {
             strain_to: understood.record.strain_to(),
             ..range(found)
         };
-        let material = material.with_loading(understood.loading, 0.0);
+        let stiffening = fit.stiffening().map_or(0.0, |b| b.value);
+        let material = material.with_loading(understood.loading, stiffening);
         Ok(material.with_range(range).to_toml())
     }
 }

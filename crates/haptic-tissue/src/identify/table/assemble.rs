@@ -12,6 +12,7 @@ use crate::identify::keys::{
 use fracdiff::parameter::Shown;
 use haptic_loop::{INCOMPRESSIBLE, Loading, LoadingKind, Modulus, ParameterError, Specimen};
 use haptic_quantity::{Key, label};
+use std::collections::HashSet;
 
 /// Columns of numbers in SI units, all of one length.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -35,6 +36,34 @@ pub struct Understood {
     pub loading: MeasuredLoading,
     /// Guesses and omitted rows.
     pub notes: Vec<String>,
+}
+
+impl Understood {
+    /// Several motions of one tissue, to be fitted together.
+    ///
+    /// # Errors
+    /// As [`Record::together`]; records of different moduli.
+    pub fn together(all: Vec<Self>) -> Result<Self, IdentifyError> {
+        let (mut records, mut notes) = (Vec::new(), Vec::new());
+        let loadings: Vec<MeasuredLoading> = all.iter().map(|one| one.loading).collect();
+        let loading = loadings.first().copied().unwrap_or_default();
+        if loadings.iter().any(|one| *one != loading) {
+            return Err(IdentifyError::Record(format!(
+                "the records are loaded differently: give {LOADING}, or records of one loading"
+            )));
+        }
+        for one in all {
+            records.push(one.record);
+            notes.extend(one.notes);
+        }
+        let mut said = HashSet::new();
+        notes.retain(|note| said.insert(note.clone()));
+        Ok(Self {
+            record: Record::together(records)?,
+            loading,
+            notes,
+        })
+    }
 }
 
 /// What a table lacks.

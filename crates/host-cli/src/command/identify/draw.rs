@@ -111,10 +111,22 @@ fn curve(found: &Identification, fit: &Fit) -> Points {
                 over(moduli().map(|modulus| modulus.im).collect()),
             ]
         }
-        _ => parts(found, &fit.predicted),
+        _ => parts(found, &fit.predicted).map(apart),
     };
     // A gap keeps the two curves of an oscillation apart.
     [first, vec![(f64::NAN, f64::NAN)], second].concat()
+}
+
+/// With a gap before each time that begins anew: several motions are several curves.
+fn apart(points: Points) -> Points {
+    let mut curves = Points::new();
+    for point in points {
+        if curves.last().is_some_and(|last| point.0 <= last.0) {
+            curves.push((f64::NAN, f64::NAN));
+        }
+        curves.push(point);
+    }
+    curves
 }
 
 fn ends(x: &[f64]) -> (f64, f64) {
