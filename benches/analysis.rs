@@ -1,5 +1,5 @@
-//! What an analysis costs: a region by D-decomposition, one verdict, one passivity check, a map of
-//! verdicts; beside the naive way in the same run, all poles at each point of a grid.
+//! What an analysis costs: a region by D-decomposition, one verdict, its margins, the proof for every
+//! motion of one-sided contact, one passivity check, a map of verdicts; beside the naive way in the same run, all poles at each point of a grid.
 //!
 //! Device of the dissertation's section 4.4 (δ = 0.10769), order 0.5. The naive way needs a polynomial, so
 //! it is measured with the Muir polynomial of degree 3 (characteristic polynomial of degree 5); the
@@ -62,6 +62,13 @@ fn points(criterion: &mut Criterion) {
             bencher.iter(|| {
                 SampledLoop::new(black_box(wall(0.2, 0.3)), &operator, 0).map(|l| l.is_stable())
             });
+        });
+        let sampled = SampledLoop::new(wall(0.2, 0.3), &operator, 0).expect("valid");
+        group.bench_function(format!("margins, {name}"), |bencher| {
+            bencher.iter(|| black_box(&sampled).margins());
+        });
+        group.bench_function(format!("every motion, {name}"), |bencher| {
+            bencher.iter(|| black_box(&sampled).slope_limit());
         });
         group.bench_function(format!("passivity, {name}"), |bencher| {
             bencher.iter(|| {

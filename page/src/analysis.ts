@@ -33,6 +33,8 @@ export interface Judged extends Walls {
   stable: boolean;
   gainMargin: number | undefined;
   gainMarginDown: number | undefined;
+  /** Factor up to which every motion is proved. */
+  everyMotionMargin: number | undefined;
   delayMargin: number | undefined;
   sensitivity: number | undefined;
   sensitivityHz: number | undefined;
@@ -46,9 +48,9 @@ export interface Judged extends Walls {
 export type Remember = { law: { order: number; stiffness: number; dissipation: number; step: number } } | { depths: number[] };
 
 /** A message to the worker. */
-export type Task = { id: number; judge: Question } | { id: number; walls: Bench } | { id: number; remember: Remember } | { id: number; parse: { kind: string; text: string } };
+export type Task = { id: number; judge: Question } | { id: number; remember: Remember } | { id: number; parse: { kind: string; text: string } };
 /** Its answer. */
-export type Done = { id: number; value: Judged | Walls | number } | { id: number; error: string };
+export type Done = { id: number; value: Judged | number } | { id: number; error: string };
 
 export class Analysis {
   private readonly worker = new Worker(new URL("worker.js", document.baseURI), { type: "module" });
@@ -68,11 +70,6 @@ export class Analysis {
   /** Judges a wall; fails with the library's sentence. */
   judge(question: Question): Promise<Judged> {
     return this.send((id) => ({ id, judge: question }));
-  }
-
-  /** The walls that are stable and passive; fails with the library's sentence. */
-  walls(bench: Bench): Promise<Walls> {
-    return this.send((id) => ({ id, walls: bench }));
   }
 
   /** A value with a unit, SI, read by the code of the command line. */

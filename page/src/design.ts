@@ -6,7 +6,7 @@ import { Chart, legend, type Line } from "./chart";
 import { latest } from "./connection";
 import { wallFile } from "./design-file";
 import { el, say } from "./dom";
-import { number, plain, quantity } from "./format";
+import { everyMotion, number, plain, quantity } from "./format";
 import { Knob, type KnobOptions } from "./knob";
 import { RegionMap } from "./map";
 import { save } from "./save";
@@ -122,7 +122,7 @@ export class DesignView implements ViewPart {
     this.map.show(judged, design.B, design.K, judged.sentence);
     this.verdict.classList.toggle("bad", !judged.stable);
     say(this.verdict, judged.sentence);
-    this.say(judged);
+    this.say(judged, design);
     const curve = (part: number): number[] => hertz.map((_, n) => judged.effective[4 * n + part] ?? NaN);
     const range: [number, number] = [low, high];
     this.stiffness.draw(hertz, [curve(0), curve(2)], range, around(curve(0)));
@@ -136,10 +136,11 @@ export class DesignView implements ViewPart {
     say(this.verdict, error.message);
   }
 
-  private say(judged: Judged): void {
+  private say(judged: Judged, { K, B }: Design): void {
     const rows: [string, string, string][] = [
       ["gain margin", judged.gainMargin === undefined ? "none" : number(judged.gainMargin), "factor on the whole wall that takes it to the edge"],
       ["lower gain margin", judged.gainMarginDown === undefined ? "none" : number(judged.gainMarginDown), "factor below 1 that does"],
+      ["every motion", everyMotion(judged, K, B), "contact that acts on one side only or stiffens, and is nowhere steeper"],
       ["delay margin", judged.delayMargin === undefined ? "none" : quantity(judged.delayMargin, "s"), "additional delay that does"],
       ["sensitivity", judged.sensitivity === undefined ? "–" : `${number(judged.sensitivity)} at ${quantity(judged.sensitivityHz, "Hz")}`, "largest, 1 is neutral"],
       ["passive from b =", quantity(judged.requiredDamping, "N·s/m"), "damping of the device that passivity asks for"],

@@ -1,5 +1,9 @@
 // Numbers for people: three significant digits, a unit always. Exports have all digits.
 
+import type { Judged } from "./analysis";
+
+type Proved = Pick<Judged, "stable" | "everyMotionMargin">;
+
 const MINUS = "−";
 const NARROW = "\u202f";
 
@@ -46,6 +50,14 @@ export function quantity(value: number | null | undefined, unit: string): string
   const size = Math.abs(value);
   const [factor, prefix] = PREFIXES.find(([least]) => size >= least * 0.9995) ?? (size === 0 ? [1, ""] : [1e-9, "n"]);
   return `${number(value / factor)}${NARROW}${prefix}${unit}`;
+}
+
+/** Up to which K (or B, without a spring) contact that acts on one side only or stiffens is proved stable, whatever the motion. */
+export function everyMotion({ stable, everyMotionMargin }: Proved, K: number, B: number): string {
+  if (!stable) return "unstable";
+  if (everyMotionMargin === undefined) return "not proved";
+  const limit = K > 0 ? `K = ${quantity(everyMotionMargin * K, "N/m")}` : `B = ${quantity(everyMotionMargin * B, "N·s^μ/m")}`;
+  return everyMotionMargin < 1 ? `not proved, only up to ${limit}` : `proved up to ${limit}`;
 }
 
 /** A number without digits that say nothing, as on an axis. */

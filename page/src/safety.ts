@@ -3,7 +3,7 @@
 import type { App } from "./app";
 import { latest } from "./connection";
 import { el, say } from "./dom";
-import { number } from "./format";
+import { everyMotion, number } from "./format";
 import { RegionMap } from "./map";
 import type { Feel, Verdict } from "./protocol";
 
@@ -16,31 +16,36 @@ export class Safety {
   readonly root: HTMLElement;
   private readonly said = el("span");
   private readonly map = new RegionMap({ name: "Stable and passive walls on this device", axes: false });
-  private readonly none = el("p", { class: "hint", hidden: true }, "This law has more elements than a map has axes: no map is drawn.");
+  private readonly hint = el("p", { class: "hint" });
   /** Shows what is felt. */
   readonly show: (feel: Feel) => void;
 
   constructor(private readonly app: App) {
-    this.root = el("section", { class: "card" }, el("h2", {}, "Is it safe? ", this.said), this.map.root as unknown as HTMLElement, this.none);
+    this.root = el("section", { class: "card" }, el("h2", {}, "Is it safe? ", this.said), this.map.root as unknown as HTMLElement, this.hint);
     const draw = latest((feel: Feel) => this.draw(feel), (error) => app.notify(error.message));
     this.show = (feel) => {
       say(this.said, sentence(feel.verdict));
       this.said.title = feel.verdict.line;
-      this.none.hidden = feel.order_free;
       if (feel.order_free) draw(feel);
-      else this.map.hide();
+      else {
+        this.map.hide();
+        say(this.hint, "This law has more elements than a map has axes: no map is drawn.");
+      }
     };
   }
 
   /** The map of the law and the device that run. */
   private async draw(feel: Feel): Promise<void> {
-    const { verdict } = feel;
-    const walls = await this.app.analysis.walls({
+    const { verdict, scale } = feel;
+    const [stiffness, dissipation] = [feel.stiffness_n_per_m * scale, feel.dissipation_n_s_mu_per_m * scale];
+    const judged = await this.app.analysis.judge({
       scheme: "exact", order: feel.order, sampleTime: this.app.state.hello?.sample_time_s ?? 1e-3,
       mass: verdict.mass_kg, damping: verdict.damping_n_s_per_m, handStiffness: verdict.hand_stiffness_n_per_m,
-      delay: verdict.delay_s, lag: verdict.current_lag_s,
+      delay: verdict.delay_s, lag: verdict.current_lag_s, stiffness, dissipation, noise: 0, omega: [],
     });
     // Another law may have come meanwhile.
-    if (this.app.state.felt === feel) this.map.show(walls, feel.dissipation_n_s_mu_per_m * feel.scale, feel.stiffness_n_per_m * feel.scale, sentence(verdict));
+    if (this.app.state.felt !== feel) return;
+    this.map.show(judged, dissipation, stiffness, sentence(verdict));
+    say(this.hint, `Every motion of contact that acts on one side only or stiffens: ${everyMotion(judged, stiffness, dissipation)}`);
   }
 }

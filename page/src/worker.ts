@@ -1,7 +1,7 @@
 // haptic-analysis as WebAssembly, off the page's own thread.
 
 import init, { Bench as Made, Device, parse_quantity, Remembered } from "../generated/page_analysis";
-import type { Bench, Done, Judged, Question, Remember, Task, Walls } from "./analysis";
+import type { Bench, Done, Judged, Question, Remember, Task } from "./analysis";
 
 const ready = init({ module_or_path: new URL("analysis.wasm", self.location.href) });
 
@@ -22,20 +22,18 @@ function made({ scheme, order, mass, damping, handStiffness, delay, lag, sampleT
   }
 }
 
-function walls(on: Made): Walls {
-  return { region: on.region(), passive: on.passive() };
-}
-
 function judge(question: Question): Judged {
   const on = made(question);
   const judgement = on.judge(question.stiffness, question.dissipation, question.noise);
   const omega = new Float64Array(question.omega);
   const judged: Judged = {
-    ...walls(on),
+    region: on.region(),
+    passive: on.passive(),
     sentence: judgement.sentence,
     stable: judgement.stable,
     gainMargin: judgement.gain_margin,
     gainMarginDown: judgement.gain_margin_down,
+    everyMotionMargin: judgement.every_motion_margin,
     delayMargin: judgement.delay_margin_s,
     sensitivity: judgement.sensitivity,
     sensitivityHz: judgement.sensitivity_hz,
@@ -65,7 +63,6 @@ self.onmessage = async (event: MessageEvent<Task>) => {
   try {
     await ready;
     if ("judge" in task) answer({ id: task.id, value: judge(task.judge) });
-    else if ("walls" in task) answer({ id: task.id, value: walls(made(task.walls)) });
     else if ("remember" in task) answer({ id: task.id, value: remember(task.remember) });
     else answer({ id: task.id, value: parse_quantity(task.parse.kind, task.parse.text) });
   } catch (error) {

@@ -225,7 +225,7 @@ test("sliders and fields change the law while it runs, and the address keeps it"
   await until(() => Promise.resolve(/B=60(&|$)/.test(page.url())), `the address: ${page.url()}`);
   await dissipation.locator(".value").fill("nonsense");
   await page.keyboard.press("Enter");
-  await until(async () => /not a finite number/.test(await dissipation.locator(".trouble").textContent()), "nonsense is not refused");
+  await until(async () => /is not a number/.test(await dissipation.locator(".trouble").textContent()), "nonsense is not refused");
   const address = page.url();
   assert.deepEqual(errors, []);
   await context.close();
@@ -252,6 +252,7 @@ test("Is it safe? shows the verdict of the server, and a map of what runs or non
   await until(agrees, "another verdict than the server's");
   const map = card.locator("svg.map");
   await until(async () => ((await map.locator("path.stable").getAttribute("d")) ?? "").length > 200, "no map of a spring-pot");
+  await until(async () => /: proved up to B = /.test(await card.locator(".hint").textContent()), "nothing is said of every motion");
   // The size of the specimen changes the margin by as much.
   const before = (await told()).margin;
   const dissipation = page.locator(".feel .knob", { hasText: "dissipation B" }).locator(".value");
@@ -465,7 +466,9 @@ test("Design: a region follows the slider, the point is dragged, units are read"
   await page.mouse.down();
   await page.mouse.move(box.x + box.width * 0.95, box.y + box.height * 0.1, { steps: 6 });
   await page.mouse.up();
+  const every = () => page.locator(".design .figures dt", { hasText: "every motion" }).locator("xpath=following-sibling::dd[1]").textContent();
   await until(async () => /unstable/.test(await page.locator(".design .verdict").textContent()), "far outside is not unstable");
+  assert.equal(await every(), "unstable");
   const mass = page.locator(".design .knob", { hasText: "mass" });
   await mass.locator(".value").fill("45 g");
   await page.keyboard.press("Enter");
@@ -482,6 +485,7 @@ test("Design: a region follows the slider, the point is dragged, units are read"
 test("a wall of Design runs in the loop; one that is not stable is refused with a sentence", async () => {
   const { page, context, errors } = await begin({}, "#design?K=200&B=5&mu=0.5&T=0.001&m=0.065&b=3.5");
   await until(async () => (await page.locator(".design path.stable").getAttribute("d"))?.length > 200, "no region");
+  assert.match(await page.locator(".design .figures").textContent(), /every motionproved up to K = /);
   await page.locator("text=Use in the loop").click();
   await until(() => Promise.resolve(/#feel\?.*K=200&B=5/.test(page.url())), `not in the loop: ${page.url()}`);
   assert.ok(await page.locator(".feel .knob", { hasText: "stiffness K" }).isVisible());

@@ -121,6 +121,18 @@ def test_a_motion_gives_the_model_back() -> None:
     assert math.isclose(found.best.model.parameters["order"], 0.2247, rel_tol=1e-6)
 
 
+def test_an_indentation_gives_the_model_back() -> None:
+    gel = Model("spring-pot", viscosity_pa_s_alpha=3000.0, order=0.2)
+    t = np.linspace(0, 5, 501)
+    depth = 1e-3 * np.minimum(t, 1.0)
+    # Hertz, nu = 0.5: f = (16/9) sqrt(R) E delta^1.5
+    force = 16 / 9 * math.sqrt(4e-3) * gel.stress(t, depth**1.5)
+    found = identify(t, force, "record", depth=depth, loading="sphere", indenter_radius_m=4e-3, models=["spring-pot"])
+    assert math.isclose(found.best.model.parameters["order"], 0.2, rel_tol=1e-4)
+    assert math.isclose(found.best.model.parameters["viscosity_pa_s_alpha"], 3000.0, rel_tol=1e-4)
+    assert any("strain reaches 0.25" in said for said in found.warnings)
+
+
 def test_bootstrap_reports_progress_and_repeats_by_its_seed() -> None:
     rng = np.random.default_rng(7)
     t = np.geomspace(0.01, 100, 50)
@@ -182,6 +194,11 @@ def test_a_prony_series_says_its_error() -> None:
         (lambda: identify([1.0, 2.0], [2.0, 1.0], "jelly"), "is not one of relaxation, creep"),
         (lambda: identify([1.0, 2.0], [2.0, 1.0], "record"), "strain is missing"),
         (lambda: identify([1.0, 2.0], [2.0, 1.0], strain=[0.0, 1.0]), "strain belongs"),
+        (lambda: identify([1.0, 2.0], [2.0, 1.0], "record", depth=[0.0, 1.0]), "depth and loading belong together"),
+        (
+            lambda: identify([1.0, 2.0], [2.0, 1.0], "record", depth=[0.0, 1.0], loading="sphere"),
+            "loading sphere needs indenter radius",
+        ),
         (lambda: identify([1.0, 2.0], [2.0, 1.0], weights="all"), "weights"),
         (lambda: identify([1.0, 2.0, 3.0], [2.0, 1.5, 1.0], models=["zener"]), "zener"),
     ],

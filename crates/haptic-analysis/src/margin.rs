@@ -234,7 +234,7 @@ pub(crate) fn bisect(mut low: f64, mut high: f64, holds: impl Fn(f64) -> bool) -
 /// A·D and S·(αD + βN) of one loop at one angle: GH is their ratio, F·D their sum.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Terms {
-    node: Node,
+    pub(crate) node: Node,
     pub(crate) plant: Complex<f64>,
     pub(crate) feedback: Complex<f64>,
     pub(crate) plant_rate: Complex<f64>,

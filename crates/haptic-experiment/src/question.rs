@@ -130,7 +130,7 @@ impl Question {
     pub fn steps(&self) -> u64 {
         match &self.0 {
             Asked::ZWidth(zwidth) => zwidth.cells(),
-            Asked::Design(design) => design.orders_to_try().len() as u64,
+            Asked::Design(design) => design.steps() as u64,
             Asked::Coupler(design) => design.orders.len() as u64,
         }
     }

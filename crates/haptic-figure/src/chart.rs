@@ -6,8 +6,8 @@ use crate::drawing::Shape;
 use crate::page::{LegendEntry, Page, Row};
 use crate::panel::Panel;
 use crate::style::{
-    DASHED, DOTTED, Dash, LARGE, PAGE_EDGE, PAGE_WIDTH, SMALL, Sizes, Stroke, series_colour,
-    series_dash, text_width,
+    DOTTED_INDEX, Dash, LARGE, LOOKS, PAGE_EDGE, PAGE_WIDTH, SMALL, Sizes, Stroke, even_dash,
+    further_look, series_colour, series_dash, text_width,
 };
 use crate::thin::Points;
 use crate::{FigureError, Picture};
@@ -44,7 +44,7 @@ pub struct AxisSpec<'a> {
 pub enum Look {
     /// A line in the dash of its colour, which is solid for colour 0: series of different colours are told apart without colours too.
     Line,
-    /// A dashed line in any colour.
+    /// A line in any colour of dashes with gaps as long: on another curve, both are seen.
     Dashed,
     /// A dotted line in any colour.
     Dotted,
@@ -54,6 +54,8 @@ pub enum Look {
     Markers,
     /// The same, but a marker that would cover part of an earlier one of the panel is left out.
     MarkersApart,
+    /// The same, outlined only: what lies beneath is seen in it.
+    OpenMarkers,
     /// A cross at each point in any colour, larger than a marker: it looks out from behind one of a later series.
     Crosses,
     /// A polygon, closed and lightly filled, outlined as [`Look::Line`]. A point that is not
@@ -64,7 +66,8 @@ pub enum Look {
 /// A named row of points. A line has a gap where a point is not finite, or not positive on a logarithmic axis.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Series<'a> {
-    /// Name in the legend; an empty one is not there. Series of one name, on one panel or on several, share one entry.
+    /// Name in the legend; an empty one is not there. Series of one name, on one panel or on several, share one entry. Two names
+    /// never share a look: the later one has the next dash or shape that is free.
     pub name: &'a str,
     /// The points in the order in which they are joined.
     pub points: &'a [(f64, f64)],
@@ -139,8 +142,10 @@ impl ChartPage<'_> {
         if let [Chart { caption: "", .. }] = self.charts.as_slice() {
             sizes.top = TOP_WITHOUT_CAPTION;
         }
-        let mut panels: Vec<Panel> = (('a'..='z').zip(&self.charts))
-            .map(|(name, chart)| chart.panel(name, sizes, &self.charts))
+        let curves = self.curves(sizes);
+        let legend = self.legend(&curves);
+        let mut panels: Vec<Panel> = (('a'..='z').zip(0..self.charts.len()))
+            .map(|(name, at)| self.panel(name, at, &curves))
             .collect();
         let mut curves = panels.iter().flat_map(|panel| &panel.curves);
         if curves.all(|curve| curve.points().next().is_none()) {
@@ -166,7 +171,7 @@ impl ChartPage<'_> {
         let page = Page {
             title: self.title.to_owned(),
             subtitle: self.subtitle.to_owned(),
-            legend: self.legend(sizes),
+            legend,
             sizes,
             rows,
             x_label,
@@ -175,11 +180,40 @@ impl ChartPage<'_> {
         page.draw()
     }
 
+    /// The curves of each chart. The form of a name is no other name's, as long as there are forms.
+    fn curves(&self, sizes: Sizes) -> Vec<Vec<Curve>> {
+        let mut taken: Vec<(&str, Form)> = Vec::new();
+        let mut all = Vec::new();
+        for chart in &self.charts {
+            let scales = (chart.x.scale, chart.y.scale);
+            let mut curves = Vec::new();
+            for series in &chart.series {
+                let is_free = |form: &Form| {
+                    let mut others = taken.iter().filter(|(name, _)| *name != series.name);
+                    series.name.is_empty() || !others.any(|(_, other)| form.looks_like(*other))
+                };
+                let mut forms = (0..LOOKS).map(|further| series.form(further, sizes));
+                let form = forms.find(is_free);
+                let form = form.unwrap_or_else(|| series.form(0, sizes));
+                if !series.name.is_empty() {
+                    taken.push((series.name, form));
+                }
+                curves.push(Curve {
+                    pieces: pieces(series.points, scales),
+                    form,
+                });
+            }
+            all.push(curves);
+        }
+        all
+    }
+
     /// Each name once, in the order of the series, with all that it stands for.
-    fn legend(&self, sizes: Sizes) -> Vec<LegendEntry> {
+    fn legend(&self, curves: &[Vec<Curve>]) -> Vec<LegendEntry> {
         let mut legend: Vec<LegendEntry> = Vec::new();
-        for series in self.charts.iter().flat_map(|chart| &chart.series) {
-            let form = series.form(sizes);
+        let all = self.charts.iter().flat_map(|chart| &chart.series);
+        for (series, curve) in all.zip(curves.iter().flatten()) {
+            let form = curve.form;
             match legend.iter_mut().find(|entry| entry.name == series.name) {
                 _ if series.name.is_empty() => {}
                 Some(entry) if entry.forms.contains(&form) => {}
@@ -189,23 +223,19 @@ impl ChartPage<'_> {
         }
         legend
     }
-}
 
-impl Chart<'_> {
-    /// The panel of this chart, which is one of `all`.
-    fn panel(&self, name: char, sizes: Sizes, all: &[Chart<'_>]) -> Panel {
-        let curves = self.curves(sizes);
+    /// The panel of one of the charts, of the curves of all.
+    fn panel(&self, name: char, at: usize, all: &[Vec<Curve>]) -> Panel {
+        let (chart, curves) = (&self.charts[at], all[at].clone());
         let points: Points = curves.iter().flat_map(Curve::points).collect();
         let (x, y) = if points.is_empty() {
             // The axes of panels of the same quantities, so that it is clear what is empty.
-            let like = |chart: &&Chart<'_>| (chart.x, chart.y) == (self.x, self.y);
-            let curves = all
-                .iter()
-                .filter(like)
-                .flat_map(|chart| chart.curves(sizes));
-            self.axes(&curves.collect::<Vec<Curve>>())
+            let like = self.charts.iter().zip(all);
+            let like = like.filter(|(other, _)| (other.x, other.y) == (chart.x, chart.y));
+            let curves = like.flat_map(|(_, curves)| curves.clone());
+            chart.axes(&curves.collect::<Vec<Curve>>())
         } else {
-            self.axes(&curves)
+            chart.axes(&curves)
         };
         let note = match curves.iter().any(|curve| curve.is_within(&x, &y)) {
             true => None,
@@ -214,23 +244,16 @@ impl Chart<'_> {
         };
         Panel {
             name,
-            caption: self.caption.to_owned(),
+            caption: chart.caption.to_owned(),
             x,
             y,
             curves,
             note,
         }
     }
+}
 
-    fn curves(&self, sizes: Sizes) -> Vec<Curve> {
-        let scales = (self.x.scale, self.y.scale);
-        let curve = |series: &Series<'_>| Curve {
-            pieces: pieces(series.points, scales),
-            form: series.form(sizes),
-        };
-        self.series.iter().map(curve).collect()
-    }
-
+impl Chart<'_> {
     /// Axes in the given ranges, or around these curves.
     fn axes(&self, curves: &[Curve]) -> (Axis, Axis) {
         let points: Points = curves.iter().flat_map(Curve::points).collect();
@@ -308,31 +331,41 @@ impl<'a> Series<'a> {
         }
     }
 
-    fn form(&self, sizes: Sizes) -> Form {
-        let colour = series_colour(self.colour);
+    /// The form of its look, or of the look so many `further` in line.
+    fn form(&self, further: usize, sizes: Sizes) -> Form {
+        // Of which dash or shape the look begins.
+        let first = match self.look {
+            Look::Broad => 0,
+            Look::Dotted => DOTTED_INDEX,
+            Look::Crosses => Shape::CROSS_INDEX,
+            _ => self.colour,
+        };
+        let (style, colour) = further_look(first, self.colour, further);
+        let colour = series_colour(colour);
         let stroke = |dash: Dash| Stroke {
             colour,
             width: sizes.series_width,
             dash,
         };
-        let markers = |shape, size, apart| Form::Markers {
+        let markers = |size, open, apart| Form::Markers {
             colour,
-            shape,
+            shape: Shape::of_series(style),
             radius: size * sizes.marker_radius,
+            open,
             apart,
         };
         match self.look {
-            Look::Line => Form::Line(stroke(series_dash(self.colour))),
-            Look::Dashed => Form::Line(stroke(DASHED)),
-            Look::Dotted => Form::Line(stroke(DOTTED)),
+            Look::Line | Look::Dotted => Form::Line(stroke(series_dash(style))),
+            Look::Dashed => Form::Line(stroke(even_dash(style))),
             Look::Broad => Form::Line(Stroke {
                 width: BROAD * sizes.series_width,
-                ..stroke(None)
+                ..stroke(series_dash(style))
             }),
-            Look::Area => Form::Area(stroke(series_dash(self.colour))),
-            Look::Markers => markers(Shape::of_series(self.colour), 1.0, false),
-            Look::MarkersApart => markers(Shape::of_series(self.colour), 1.0, true),
-            Look::Crosses => markers(Shape::Cross, CROSS, false),
+            Look::Area => Form::Area(stroke(series_dash(style))),
+            Look::Markers => markers(1.0, false, false),
+            Look::MarkersApart => markers(1.0, false, true),
+            Look::OpenMarkers => markers(1.0, true, true),
+            Look::Crosses => markers(CROSS, false, false),
         }
     }
 }
@@ -393,4 +426,115 @@ fn share_labels(panels: &mut [Panel], columns: usize, sizes: Sizes) -> (String, 
         }
     }
     (x_label, y_label)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::style::INK;
+
+    const LOOKS_OF_A_SERIES: [Look; 9] = [
+        Look::Line,
+        Look::Dashed,
+        Look::Dotted,
+        Look::Broad,
+        Look::Markers,
+        Look::MarkersApart,
+        Look::OpenMarkers,
+        Look::Crosses,
+        Look::Area,
+    ];
+
+    fn charts<'a>(series: &[Series<'a>]) -> Vec<Chart<'a>> {
+        let axis = AxisSpec::new("", Scale::Linear);
+        let chart = |series: &[Series<'a>]| Chart {
+            caption: "",
+            x: axis,
+            y: axis,
+            series: series.to_vec(),
+        };
+        // On several panels: the legend is that of the page.
+        series.chunks(20).map(chart).collect()
+    }
+
+    /// All that tells a form from others: its kind, colour, width or size, dash, and shape.
+    fn seen(form: Form) -> String {
+        match form {
+            Form::Line(Stroke {
+                colour,
+                width,
+                dash,
+            }) => format!("line {colour} {width} {dash:?}"),
+            Form::Area(Stroke {
+                colour,
+                width,
+                dash,
+            }) => format!("area {colour} {width} {dash:?}"),
+            Form::Markers {
+                colour,
+                shape,
+                radius,
+                open,
+                ..
+            } => {
+                format!("{colour} {shape:?} {radius} {open}")
+            }
+        }
+    }
+
+    fn forms(series: &[Series<'_>]) -> Vec<Form> {
+        let page = ChartPage {
+            title: "",
+            subtitle: "",
+            columns: 1,
+            charts: charts(series),
+        };
+        let curves = page.curves(LARGE).into_iter().flatten();
+        curves.map(|curve| curve.form).collect()
+    }
+
+    #[test]
+    fn no_two_names_have_the_same_colour_dash_and_marker() {
+        let names: Vec<String> = (0..9 * 9 * 2).map(|n| format!("name {n}")).collect();
+        let wish = |n: usize| (LOOKS_OF_A_SERIES[n % 9], n / 9 % 9);
+        let series = names.iter().enumerate().map(|(n, name)| {
+            let (look, colour) = wish(n);
+            Series::new(name, &[], look, colour)
+        });
+        let mut seen: Vec<String> = forms(&series.collect::<Vec<_>>())
+            .into_iter()
+            .map(seen)
+            .collect();
+        let all = seen.len();
+        seen.sort();
+        seen.dedup();
+        assert_eq!((seen.len(), all), (162, 162));
+    }
+
+    #[test]
+    fn a_name_keeps_its_look_and_gives_way_to_those_before_it_alone() {
+        let line = |name, look, colour| Series::new(name, &[], look, colour);
+        let drawn = forms(&[
+            line("gain +6 dB", Look::Line, 1),
+            line("integer", Look::MarkersApart, 5),
+            line("", Look::Line, 1),
+            line("PID", Look::Line, 1),
+            line("other", Look::Markers, 5),
+            line("PID", Look::Line, 1),
+            line("gain +6 dB", Look::Line, 1),
+            line("gain +6 dB", Look::Markers, 1),
+        ]);
+        assert_eq!(drawn[0], drawn[2]);
+        assert_eq!((drawn[0], drawn[3]), (drawn[6], drawn[5]));
+        assert!(!drawn[0].looks_like(drawn[3]));
+        // It keeps its colour.
+        assert!(matches!(
+            drawn[4],
+            Form::Markers {
+                colour: INK,
+                shape: Shape::Cross,
+                ..
+            }
+        ));
+    }
 }

@@ -9,6 +9,8 @@ use crate::thin::{Points, clip, scatter, simplify};
 const AREA_OPACITY: f64 = 0.1;
 /// The rim that sets a marker off from what lies beneath it.
 const RIM: Stroke = Stroke::solid(PAPER, 0.8);
+/// Width of the outline of an open marker.
+const OPEN_RIM: f64 = 1.4;
 /// A marker takes as much of a file as so many points of a line.
 const POINTS_OF_A_MARKER: usize = 5;
 /// Length and height of a sample in the legend.
@@ -32,6 +34,8 @@ pub(crate) enum Form {
         colour: &'static str,
         shape: Shape,
         radius: f64,
+        /// Outlined only: what lies beneath is seen in it.
+        open: bool,
         /// A marker that would cover part of an earlier one is left out.
         apart: bool,
     },
@@ -124,20 +128,30 @@ impl Curve {
                 colour,
                 shape,
                 radius,
+                open,
                 apart: is_apart,
             } => {
+                let (inside, rim) = inked(colour, open);
                 let mut middles = scatter(pieces.concat(), most / POINTS_OF_A_MARKER);
                 if is_apart {
-                    middles = apart(middles, 2.0 * radius + RIM.width, placed);
+                    middles = apart(middles, 2.0 * radius + rim.width, placed);
                 }
                 placed.extend(&middles);
                 let mut drawn = Drawn::default();
                 if !middles.is_empty() {
-                    (drawn.markers).push(Item::markers(&middles, (shape, radius), colour, RIM));
+                    (drawn.markers).push(Item::markers(&middles, (shape, radius), inside, rim));
                 }
                 drawn
             }
         }
+    }
+}
+
+/// Inside and rim of a marker in this colour.
+fn inked(colour: &'static str, open: bool) -> (Option<&'static str>, Stroke) {
+    match open {
+        true => (None, Stroke::solid(colour, OPEN_RIM)),
+        false => (Some(colour), RIM),
     }
 }
 
@@ -156,7 +170,7 @@ fn draw_lines(pieces: Vec<Points>, stroke: Stroke, most: usize) -> Drawn {
     let dots = scatter(dots.concat(), most / POINTS_OF_A_MARKER);
     if !dots.is_empty() {
         let dot = (Shape::Circle, 0.7 * stroke.width);
-        (drawn.markers).push(Item::markers(&dots, dot, stroke.colour, RIM));
+        (drawn.markers).push(Item::markers(&dots, dot, Some(stroke.colour), RIM));
     }
     drawn
 }
@@ -173,6 +187,17 @@ fn draw_areas(pieces: Vec<Points>, stroke: Stroke, edges: BoxEdges, most: usize)
 }
 
 impl Form {
+    /// True if a reader cannot tell the two apart: one colour, width and dash, or one colour, size and shape.
+    pub(crate) fn looks_like(self, other: Self) -> bool {
+        let mut seen = [self, other];
+        for form in &mut seen {
+            if let Self::Markers { apart, .. } = form {
+                *apart = false;
+            }
+        }
+        seen[0] == seen[1]
+    }
+
     /// The sample of the form in the legend, from `x` on and around the height `y`.
     pub(crate) fn sample(&self, x: f64, y: f64) -> Vec<Item> {
         let end = x + SAMPLE_LENGTH;
@@ -191,10 +216,12 @@ impl Form {
                 colour,
                 shape,
                 radius,
+                open,
                 ..
             } => {
                 let middle = (x + SAMPLE_LENGTH / 2.0, y);
-                vec![Item::markers(&[middle], (shape, radius), colour, RIM)]
+                let (inside, rim) = inked(colour, open);
+                vec![Item::markers(&[middle], (shape, radius), inside, rim)]
             }
         }
     }

@@ -55,7 +55,7 @@ pub(crate) enum Item {
         colour: &'static str,
         opacity: f64,
     },
-    /// Markers of one shape, set off by a rim.
+    /// Markers of one shape with a rim.
     Markers(Markers),
     /// A line of text.
     Text(Text),
@@ -80,14 +80,14 @@ impl Item {
     pub(crate) fn markers(
         middles: &[Place],
         (shape, radius): (Shape, f64),
-        colour: &'static str,
+        inside: Option<&'static str>,
         rim: Stroke,
     ) -> Self {
         Self::Markers(Markers {
             middles: rounded_all(middles),
             shape,
             radius,
-            colour,
+            inside,
             rim,
         })
     }
@@ -99,7 +99,8 @@ pub(crate) struct Markers {
     pub(crate) middles: Points,
     pub(crate) shape: Shape,
     pub(crate) radius: f64,
-    pub(crate) colour: &'static str,
+    /// Colour within the rim; none if what lies beneath is seen there.
+    pub(crate) inside: Option<&'static str>,
     pub(crate) rim: Stroke,
 }
 
@@ -227,6 +228,9 @@ pub(crate) enum Outline {
 }
 
 impl Shape {
+    /// Number of the cross.
+    pub(crate) const CROSS_INDEX: usize = 6;
+
     /// The shape of the markers of a series. One more than colours, as with dashes.
     pub(crate) fn of_series(index: usize) -> Self {
         let shapes = [

@@ -38,7 +38,8 @@ impl Conditions<'_> {
     fn subtitle(&self) -> String {
         let mut parts = vec![
             self.tissue.to_owned(),
-            format!("order μ = {}", self.order),
+            // One that was identified has all digits of its fit.
+            format!("order μ = {}", (1e4 * self.order).round() / 1e4),
             format!("device {}", self.device),
             format!("scheme {}", self.scheme),
         ];
@@ -104,6 +105,9 @@ pub struct TheoryFigure<'a> {
     pub held: Option<HeldPanels<'a>>,
 }
 
+/// Tracking error and force of the drive.
+const HELD: [Stroke; 2] = [Stroke::solid(GREEN, 1.8), Stroke::solid(INK, 1.4)];
+
 /// Panels about the controller that held a device on its way: the error that it left, and its force.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct HeldPanels<'a> {
@@ -124,14 +128,14 @@ impl HeldPanels<'_> {
             ("drive force", self.force_n),
         ];
         check_lengths(self.time_s, &slices)?;
-        let panel = |name, caption: &str, label, values: &[f64]| {
+        let panel = |name, caption: &str, label, values: &[f64], stroke| {
             let points = showable(self.time_s, values, Scale::Linear, Scale::Linear);
             TimePanel {
                 name,
                 caption: caption.to_owned(),
                 scale: Scale::Linear,
                 label,
-                curves: vec![line(points, RUN)],
+                curves: vec![line(points, stroke)],
                 floor: None,
                 note: "no sample",
             }
@@ -146,8 +150,15 @@ impl HeldPanels<'_> {
                     "set point less measurement",
                     self.label,
                     self.tracking_error,
+                    HELD[0],
                 ),
-                panel('e', "force of the drive", "force / N", self.force_n),
+                panel(
+                    'e',
+                    "force of the drive",
+                    "force / N",
+                    self.force_n,
+                    HELD[1],
+                ),
             ],
         })
     }
@@ -445,5 +456,20 @@ fn row(name: char, caption: &str, label: &'static str, curves: Vec<Curve>) -> Ro
         height: ROW_HEIGHT,
         columns: 1,
         panels: vec![panel.panel()],
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn no_stroke_means_two_things_in_a_picture() {
+        let theory = [&[RUN, THEORY, DIFFERENCE], HELD.as_slice()].concat();
+        for strokes in [theory.as_slice(), &MOTIONS] {
+            for (n, stroke) in strokes.iter().enumerate() {
+                assert!(!strokes[..n].contains(stroke), "{stroke:?}");
+            }
+        }
     }
 }

@@ -7,7 +7,8 @@ use crate::curve::{BoxEdges, Form, SAMPLE_LENGTH};
 use crate::drawing::{Anchor, Drawing, Item, Text};
 use crate::panel::{Frame, Panel};
 use crate::style::{
-    LABEL_SIZE, MUTED_INK, PAGE_EDGE, PAGE_WIDTH, SUBTITLE_SIZE, Sizes, TITLE_SIZE, fit, text_width,
+    LABEL_SIZE, MUTED_INK, PAGE_EDGE, PAGE_WIDTH, SMALLEST_TITLE_SIZE, SUBTITLE_SIZE, Sizes,
+    TITLE_SIZE, fit, fit_between, text_width,
 };
 use crate::{FigureError, Picture};
 
@@ -270,7 +271,8 @@ impl Page {
     fn draw_header(&self, drawing: &mut Drawing, legend: &[Vec<(f64, &LegendEntry)>]) {
         let left = 2.0 * PAGE_EDGE;
         let room = PAGE_WIDTH - 2.0 * left;
-        let (title, size) = fit(&self.title, TITLE_SIZE, room);
+        let sizes = SMALLEST_TITLE_SIZE..=TITLE_SIZE;
+        let (title, size) = fit_between(&self.title, sizes, room);
         drawing.text(Text::new(&title, left, TITLE_BASELINE, size));
         for (line, subtitle) in self.subtitle.lines().enumerate() {
             let (subtitle, size) = fit(subtitle, SUBTITLE_SIZE, room);

@@ -82,7 +82,9 @@ impl Canvas {
             } => self.fill(joined(rings, true), (colour, *opacity), around),
             Item::Markers(all) => {
                 let path = markers(&all.middles, all.shape, all.radius);
-                self.fill(path.clone(), (all.colour, 1.0), around)?;
+                if let Some(inside) = all.inside {
+                    self.fill(path.clone(), (inside, 1.0), around)?;
+                }
                 self.stroke(path, all.rim, around)
             }
             Item::Text(text) => self.text(text, around),
@@ -351,7 +353,7 @@ mod tests {
             let rim = Stroke::solid(PAPER, 1.0);
             let items = vec![
                 beneath.clone(),
-                Item::markers(&[(10.0, 10.0)], marker, RED, rim),
+                Item::markers(&[(10.0, 10.0)], marker, Some(RED), rim),
             ];
             let at = painted(items);
             assert_eq!(at(10.0, 10.0), SEEN, "{shape:?}");
@@ -359,6 +361,16 @@ mod tests {
             assert!(along.contains(&WHITE), "{shape:?}: no rim");
             assert_eq!((along[0], along[39]), ([0, 0, 255], [0, 0, 255]));
         }
+    }
+
+    #[test]
+    fn what_lies_beneath_an_open_marker_is_seen_in_it() {
+        let beneath = Item::area(&[square(0.0, 20.0)], "#0000ff", 1.0);
+        let rim = Stroke::solid(RED, 2.0);
+        let marker = Item::markers(&[(10.0, 10.0)], (Shape::Circle, 3.0), None, rim);
+        let at = painted(vec![beneath, marker]);
+        assert_eq!(at(10.0, 10.0), [0, 0, 255]);
+        assert_eq!(at(10.0, 13.0), SEEN);
     }
 
     #[test]

@@ -2,6 +2,8 @@
 //!
 //! The sizes are chosen so that tick labels still have 7.5 px when the page is shown at half its width.
 
+use std::ops::RangeInclusive;
+
 /// Width of every page.
 pub(crate) const PAGE_WIDTH: f64 = 880.0;
 /// Space around the page's content.
@@ -9,6 +11,8 @@ pub(crate) const PAGE_EDGE: f64 = 14.0;
 
 /// Font sizes.
 pub(crate) const TITLE_SIZE: u32 = 20;
+/// A title that is longer than this allows is cut.
+pub(crate) const SMALLEST_TITLE_SIZE: u32 = 15;
 pub(crate) const SUBTITLE_SIZE: u32 = 16;
 pub(crate) const LABEL_SIZE: u32 = 17;
 /// No text is made smaller than this to fit.
@@ -42,11 +46,32 @@ const SERIES_DASHES: [Dash; 8] = [
     Some(&[4.5, 4.5]),
     Some(&[18.0, 4.0, 6.0, 4.0]),
 ];
-pub(crate) const DASHED: Dash = Some(&[9.0, 4.0]);
-pub(crate) const DOTTED: Dash = Some(&[2.2, 3.0]);
+const DASHED: Dash = Some(&[9.0, 4.0]);
+const DOTTED: Dash = Some(&[2.2, 3.0]);
+/// Number of the dotted one.
+pub(crate) const DOTTED_INDEX: usize = 2;
+/// Dashes with gaps as long, a length for each colour: of two lines on top of each other both are seen, whatever their phases.
+const EVEN_DASHES: [Dash; 8] = [
+    Some(&[10.0, 10.0]),
+    Some(&[8.0, 8.0]),
+    Some(&[5.5, 5.5]),
+    Some(&[13.0, 13.0]),
+    Some(&[3.7, 3.7]),
+    Some(&[6.7, 6.7]),
+    Some(&[16.0, 16.0]),
+    Some(&[2.6, 2.6]),
+];
+/// Looks of one kind before they repeat: dashes or shapes times colours.
+pub(crate) const LOOKS: usize = SERIES_DASHES.len() * SERIES_COLOURS.len();
 
 /// Lengths of dashes and gaps by turns, px; `None` is a solid line.
 pub(crate) type Dash = Option<&'static [f64]>;
+
+/// The number of the dash or shape, and of the colour, of the look that comes so many `further` in line: first all of one colour.
+pub(crate) const fn further_look(style: usize, colour: usize, further: usize) -> (usize, usize) {
+    let styles = SERIES_DASHES.len();
+    (style + further % styles, colour + further / styles)
+}
 
 /// The colour of a series.
 pub(crate) fn series_colour(index: usize) -> &'static str {
@@ -56,6 +81,11 @@ pub(crate) fn series_colour(index: usize) -> &'static str {
 /// The dash of a series that has no other.
 pub(crate) fn series_dash(index: usize) -> Dash {
     SERIES_DASHES[index % SERIES_DASHES.len()]
+}
+
+/// One with gaps as long as its dashes.
+pub(crate) fn even_dash(index: usize) -> Dash {
+    EVEN_DASHES[index % EVEN_DASHES.len()]
 }
 
 /// Colour, width in px and dash of a line.
@@ -147,23 +177,41 @@ pub(crate) fn text_width(text: &str, size: u32) -> f64 {
 }
 
 /// The text and the size, at most `size`, at which it is not wider than `width`; what does not
-/// fit at the smallest size is cut off with an ellipsis.
+/// fit at the smallest size has an ellipsis in its middle.
 pub(crate) fn fit(text: &str, size: u32, width: f64) -> (String, u32) {
-    let fitting = (SMALLEST_SIZE..=size)
-        .rev()
-        .find(|&size| text_width(text, size) <= width);
-    if let Some(size) = fitting {
-        return (text.to_owned(), size);
+    fit_between(text, SMALLEST_SIZE..=size, width)
+}
+
+/// The same with sizes of its own.
+pub(crate) fn fit_between(text: &str, sizes: RangeInclusive<u32>, width: f64) -> (String, u32) {
+    let least = *sizes.start();
+    let fitting = sizes.rev().find(|&size| text_width(text, size) <= width);
+    match fitting {
+        Some(size) => (text.to_owned(), size),
+        None => (cut(text, least, width), least),
     }
-    let mut kept = String::new();
-    for letter in text.chars() {
-        kept.push(letter);
-        if text_width(&kept, SMALLEST_SIZE) + text_width("…", SMALLEST_SIZE) > width {
-            kept.pop();
+}
+
+/// As much of a text from both its ends as has room beside an ellipsis.
+fn cut(text: &str, size: u32, width: f64) -> String {
+    let letters: Vec<char> = text.chars().collect();
+    let (mut head, mut tail) = (0, letters.len());
+    let mut used = text_width("…", size);
+    while head < tail {
+        let is_head = head <= letters.len() - tail;
+        let next = letters[if is_head { head } else { tail - 1 }];
+        used += text_width(next.encode_utf8(&mut [0; 4]), size);
+        if used > width {
             break;
         }
+        if is_head {
+            head += 1;
+        } else {
+            tail -= 1;
+        }
     }
-    (kept + "…", SMALLEST_SIZE)
+    let ends = letters[..head].iter().chain(&['…']).chain(&letters[tail..]);
+    ends.collect()
 }
 
 #[cfg(test)]
@@ -175,7 +223,13 @@ mod tests {
         assert_eq!(fit("short", 20, 400.0), ("short".to_owned(), 20));
         let (text, size) = fit(&"x".repeat(50), 20, 400.0);
         assert_eq!((text.chars().count(), size < 20), (50, true));
-        let (text, size) = fit(&"x".repeat(500), 20, 400.0);
-        assert!(text.ends_with('…') && text_width(&text, size) <= 400.0);
+        for (long, least) in [("x".repeat(500), 11), ("ab".repeat(30) + ".csv", 16)] {
+            let (text, size) = fit_between(&long, least..=20, 400.0);
+            assert!(text_width(&text, size) <= 400.0);
+            // It begins and ends as before.
+            let (head, tail) = text.split_once('…').expect("it is cut");
+            assert!(size == least && long.starts_with(head) && long.ends_with(tail));
+            assert!((head.len() - tail.len()) < 2 && tail.len() > 10, "{text}");
+        }
     }
 }

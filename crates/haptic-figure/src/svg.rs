@@ -74,9 +74,10 @@ fn item(svg: &mut String, item: &Item) -> Result {
         }
         Item::Markers(all) => {
             let data = marker_data(&all.middles, all.shape, all.radius);
-            let (rim, width, colour) = (all.rim.colour, all.rim.width, all.colour);
+            let (rim, width) = (all.rim.colour, all.rim.width);
+            let inside = all.inside.unwrap_or("none");
             write!(svg, r#"<path d="{data}" stroke="{rim}" "#)?;
-            write!(svg, r#"stroke-width="{width}" fill="{colour}"/>"#)
+            write!(svg, r#"stroke-width="{width}" fill="{inside}"/>"#)
         }
         Item::Text(text) => self::text(svg, text),
     }

@@ -523,6 +523,25 @@ impl DepthMap<f64> {
         rate * phi + plain * (libm::exp(x) - phi)
     }
 
+    /// The largest depth, m, up to a kilometre, at which e is no steeper than this, to 1e-12 of itself; 0 if none is.
+    #[must_use]
+    pub fn depth_of_slope(&self, slope: f64) -> f64 {
+        let (mut low, mut high) = (libm::log(1e-12), libm::log(1e3));
+        if self.slope(libm::exp(low)) > slope {
+            return 0.0;
+        }
+        for _ in 0..64 {
+            let middle = 0.5 * (low + high);
+            // Beyond its exponential a slope is infinite, and above.
+            if self.slope(libm::exp(middle)) <= slope {
+                low = middle;
+            } else {
+                high = middle;
+            }
+        }
+        libm::exp(low)
+    }
+
     /// The depth of at least 0 at which e has a value of at least 0, m. Newton's steps from above, where a convex e is
     /// approached from one side, to the last digits.
     #[must_use]

@@ -1,8 +1,9 @@
 //! A tissue from a record that was dropped on the page: the same reading and the same fits as on the command line.
 
 use haptic_experiment::Failure;
+use haptic_loop::{Loading, LoadingKind};
 use haptic_tissue::ModelKind;
-use haptic_tissue::identify::table::{Loading, Reader, Reading, read_table};
+use haptic_tissue::identify::table::{Reader, Reading, Understood, read_table};
 use haptic_tissue::identify::{
     CANDIDATES, Fit, Identification, Options, RecordKind, identify_unless,
 };
@@ -25,6 +26,11 @@ pub(crate) struct IdentifyRequest {
     stress_pa: Option<f64>,
     area_m2: Option<f64>,
     thickness_m: Option<f64>,
+    loading: Option<String>,
+    indenter_radius_m: Option<f64>,
+    half_angle_rad: Option<f64>,
+    bonded: bool,
+    poisson_ratio: Option<f64>,
     model: Option<String>,
 }
 
@@ -36,6 +42,13 @@ pub(crate) fn identified(request: &IdentifyRequest, stop: &AtomicBool) -> Result
     };
     let refused =
         |error: &dyn std::fmt::Display| Failure::bad_input(format_args!("{place}: {error}"));
+    let kinds = LoadingKind::ALL.map(|one| one.0);
+    let loading = named(
+        "loading",
+        request.loading.as_deref(),
+        &kinds,
+        LoadingKind::name,
+    )?;
     let reading = Reading {
         kind: named(
             "kind",
@@ -43,12 +56,18 @@ pub(crate) fn identified(request: &IdentifyRequest, stop: &AtomicBool) -> Result
             &RecordKind::ALL,
             RecordKind::name,
         )?,
+        strain: request.strain,
+        stress_pa: request.stress_pa,
         loading: Loading {
-            strain: request.strain,
-            stress_pa: request.stress_pa,
+            kind: loading.unwrap_or(LoadingKind::Compression),
             area_m2: request.area_m2,
             thickness_m: request.thickness_m,
+            radius_m: request.indenter_radius_m,
+            half_angle_rad: request.half_angle_rad,
+            bonded: request.bonded,
         },
+        loading_is_told: loading.is_some(),
+        poisson_ratio: request.poisson_ratio,
     };
     let table = read_table(request.text.as_bytes()).map_err(|error| refused(&error))?;
     let reader = Reader {
@@ -68,7 +87,7 @@ pub(crate) fn identified(request: &IdentifyRequest, stop: &AtomicBool) -> Result
     };
     let found = identify_unless(&understood.record, &options, stop, &|_| {})
         .map_err(|error| refused(&error))?;
-    Ok(answer(&found, &understood.notes))
+    Ok(answer(&found, &understood))
 }
 
 fn named<T: Copy>(
@@ -88,7 +107,7 @@ fn named<T: Copy>(
     })
 }
 
-fn answer(found: &Identification, notes: &[String]) -> Value {
+fn answer(found: &Identification, understood: &Understood) -> Value {
     // Evenly thinned: a curve of the page has no more pixels.
     let every = found.x.len().div_ceil(POINTS).max(1);
     let thinned =
@@ -120,7 +139,8 @@ fn answer(found: &Identification, notes: &[String]) -> Value {
         "models": found.fits.iter().map(model).collect::<Vec<_>>(),
         "x": thinned(&found.x),
         "measured": thinned(&found.measured),
-        "notes": notes,
+        "loading": understood.loading,
+        "notes": understood.notes,
         "warnings": found.warnings,
     })
 }

@@ -6,6 +6,7 @@ mod export;
 mod full_history;
 #[cfg(feature = "identify")]
 pub mod identify;
+mod indentation;
 mod library;
 mod material;
 mod model;
@@ -14,6 +15,7 @@ mod text_file;
 
 pub use export::{ExportError, ExportFormat, PronyFit};
 pub use full_history::FullHistory;
+pub use indentation::{Ting, ting};
 pub use library::Library;
 pub use material::{Material, MaterialError, MeasuredLoading, Source, ValidRange};
 pub use model::{MaxwellBranch, Model, ModelError, ModelKind, Parameter, ParameterRange};

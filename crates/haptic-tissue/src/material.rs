@@ -606,7 +606,7 @@ fn parse(text: &str) -> Result<Material, Wrong> {
 }
 
 /// The key of b, beside the parameters of any model.
-const STIFFENING: &str = "stiffening";
+pub(crate) const STIFFENING: &str = "stiffening";
 
 fn stiffening(given: &BTreeMap<String, Spanned<Numbers>>) -> Result<f64, Wrong> {
     let Some(value) = given.get(STIFFENING) else {

@@ -8,8 +8,20 @@ use haptic_figure::{
     AxisSpec, Chart, ChartPage, Conditions, FigureError, HeldPanels, Look, Picture, PlaneFigure,
     Scale, Series, TheoryFigure,
 };
+use haptic_quantity::written;
 
 pub(crate) type Points = Vec<(f64, f64)>;
+
+/// The name of a file as a picture shows it: a long one without its middle.
+pub(crate) fn short_name(name: &str) -> String {
+    const MOST: usize = 40;
+    let letters: Vec<char> = name.chars().collect();
+    if letters.len() <= MOST {
+        return name.to_owned();
+    }
+    let (head, tail) = (&letters[..MOST / 2], &letters[letters.len() - MOST / 2..]);
+    head.iter().chain(&['…']).chain(tail).collect()
+}
 
 pub(crate) fn linear(label: &str) -> AxisSpec<'_> {
     AxisSpec::new(label, Scale::Linear)
@@ -97,13 +109,12 @@ pub(crate) fn of_report(report: &Report, curves: &Curves) -> Result<Picture, Fig
 
 /// A run beside its closed form.
 fn of_theory(report: &IndentationReport, curves: &Curves) -> Result<Picture, FigureError> {
-    let (quantity, label) = match report.final_strain {
-        Some(_) => ("strain", "strain"),
-        None => ("force", "force / N"),
-    };
-    let (error_label, factor) = match report.final_strain {
-        None => ("tracking error / µm", 1e6),
-        Some(_) => ("tracking error / mN", 1e3),
+    let of_force = ("tracking error / mN", 1e3);
+    let (quantity, label, (error_label, factor)) = match (report.final_strain, report.final_depth_m)
+    {
+        (Some(_), _) => ("strain", "strain", of_force),
+        (None, Some(_)) => ("depth", "depth / m", of_force),
+        (None, None) => ("force", "force / N", ("tracking error / µm", 1e6)),
     };
     let errors = curves.column("tracking_error").iter();
     let tracking_error: Vec<f64> = errors.map(|error| factor * error).collect();
@@ -238,7 +249,10 @@ fn of_trial(report: &TrialReport, trial: &Curves) -> Result<Picture, FigureError
     let (time, until) = match (shown_s, ends[1]) {
         (Some(shown_s), Some(end_s)) => (
             linear("time / s").between(0.0, shown_s),
-            format!(", until it is nearly at rest; the run lasts {end_s} s"),
+            format!(
+                ", until it is nearly at rest; the run lasts {}",
+                written("end_s", *end_s)
+            ),
         ),
         _ => (linear("time / s"), String::new()),
     };
@@ -296,6 +310,14 @@ mod tests {
     fn curve(end_s: f64, value: impl Fn(f64) -> f64) -> Vec<(f64, f64)> {
         let times = (0..=1000).map(|n| end_s * f64::from(n) / 1000.0);
         times.map(|time_s| (time_s, value(time_s))).collect()
+    }
+
+    #[test]
+    fn a_long_name_of_a_file_keeps_its_ends() {
+        assert_eq!(short_name("fish.tsv"), "fish.tsv");
+        let long = short_name(&("a".repeat(50) + &"µ".repeat(50) + ".csv"));
+        assert_eq!(long.chars().count(), 41);
+        assert!(long.starts_with("aaa") && long.ends_with("µ.csv"), "{long}");
     }
 
     #[test]

@@ -14,6 +14,8 @@ pub struct Judgement {
     pub gain_margin: Option<f64>,
     /// Factor below 1 that does.
     pub gain_margin_down: Option<f64>,
+    /// Factor up to which contact that acts on one side only or stiffens is proved stable for every motion.
+    pub every_motion_margin: Option<f64>,
     /// Additional delay that does, s.
     pub delay_margin_s: Option<f64>,
     /// Largest sensitivity of a stable loop.
@@ -47,6 +49,7 @@ impl Judgement {
         let t = wall.sample_time_s;
         // Without any spring the device only drifts.
         let closed = dynamics.closed(wall, operator)?.beside_rest();
+        let proved = closed.slope_limit().proved;
         let margins = closed.is_stable().then(|| closed.margins()).transpose()?;
         let required = dynamics.port(t, operator)?.required_damping(
             Seconds(t),
@@ -57,6 +60,7 @@ impl Judgement {
             stable: margins.is_some(),
             gain_margin: margins.and_then(|m| m.gain_up).map(|gain| gain.value),
             gain_margin_down: margins.and_then(|m| m.gain_down).map(|gain| gain.value),
+            every_motion_margin: (proved > 0.0).then_some(proved),
             delay_margin_s: margins.and_then(|m| m.delay).map(|delay| delay.value * t),
             sensitivity: margins.map(|m| m.sensitivity.value),
             sensitivity_hz: margins.map(|m| m.sensitivity.theta / (2.0 * std::f64::consts::PI * t)),

@@ -5,22 +5,70 @@ use super::model::PyModel;
 use crate::arrays::{Whole, complex_vector, vector};
 use crate::conducted::{Interrupted, conduct};
 use crate::refused::{OrRefused as _, refused};
+use haptic_loop::{Loading, LoadingKind, Specimen};
 use haptic_tissue::identify::{self, CANDIDATES, Identification, Options, Record, Weighting};
 use numpy::PyArray1;
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyList};
 
-/// A record of its kind from columns; `strain` only for any motion.
+/// Depth of a specimen and how it is pressed, by the names of keys.
+#[derive(FromPyObject)]
+#[pyo3(from_item_all)]
+pub(crate) struct Pressed<'py> {
+    depth: Bound<'py, PyAny>,
+    loading: String,
+    area_m2: Option<f64>,
+    thickness_m: Option<f64>,
+    indenter_radius_m: Option<f64>,
+    half_angle_rad: Option<f64>,
+    bonded: bool,
+    poisson_ratio: f64,
+}
+
+impl Pressed<'_> {
+    fn record(&self, time_s: Vec<f64>, force_n: Vec<f64>) -> PyResult<Record> {
+        let kind = LoadingKind::ALL.iter().find(|one| one.1 == self.loading);
+        let Some(&(kind, _)) = kind else {
+            let known = LoadingKind::ALL.map(|one| one.1).join(", ");
+            return Err(refused(format_args!(
+                "loading \"{}\" is not one of {known}",
+                self.loading
+            )));
+        };
+        let loading = Loading {
+            kind,
+            area_m2: self.area_m2,
+            thickness_m: self.thickness_m,
+            radius_m: self.indenter_radius_m,
+            half_angle_rad: self.half_angle_rad,
+            bonded: self.bonded,
+        };
+        let specimen = Specimen::new(loading, self.poisson_ratio, 0.0).or_refused()?;
+        let depth = vector("depth", &self.depth)?;
+        Record::pressed(time_s, depth, force_n, &specimen).or_refused()
+    }
+}
+
+/// A record of its kind from columns; `strain` or what is pressed only for any motion.
 fn record(
     kind: &str,
     t: &Bound<'_, PyAny>,
     y: &Bound<'_, PyAny>,
     strain: Option<&Bound<'_, PyAny>>,
+    pressed: Option<&Pressed<'_>>,
 ) -> PyResult<Record> {
     let x = vector("t", t)?;
+    if let Some(pressed) = pressed {
+        if kind != "record" || strain.is_some() {
+            return Err(refused(
+                "depth belongs to kind=\"record\" without strain: y is then the force in N",
+            ));
+        }
+        return pressed.record(x, vector("y", y)?);
+    }
     if strain.is_some() != (kind == "record") {
         return Err(refused(if kind == "record" {
-            "strain is missing: a record of any motion has time, strain and stress"
+            "strain is missing: a record of any motion has time, strain and stress, or time, depth and force"
         } else {
             "strain belongs to kind=\"record\" only: divide the stress by a held strain yourself"
         }));
@@ -96,11 +144,12 @@ pub(crate) fn identify_record<'py>(
     y: &Bound<'py, PyAny>,
     kind: &str,
     strain: Option<&Bound<'py, PyAny>>,
+    pressed: Option<Pressed<'py>>,
     options: IdentifyOptions,
     progress: Option<&Bound<'py, PyAny>>,
 ) -> PyResult<Bound<'py, PyDict>> {
     let py = t.py();
-    let (record, options) = (record(kind, t, y, strain)?, options.options()?);
+    let (record, options) = (record(kind, t, y, strain, pressed.as_ref())?, options.options()?);
     let found = conduct(py, progress, Interrupted::Forgotten, move |conduct| {
         let done = |records| conduct.add(records as u64);
         identify::identify_unless(&record, &options, conduct.stop(), &done).or_refused()

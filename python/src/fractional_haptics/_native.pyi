@@ -97,6 +97,7 @@ def identify_record(
     y: ArrayLike,
     kind: str,
     strain: ArrayLike | None,
+    pressed: dict[str, Any] | None,
     options: dict[str, Any],
     progress: _Progress | None,
 ) -> dict[str, Any]: ...

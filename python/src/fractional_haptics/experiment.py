@@ -250,7 +250,7 @@ def design(
     thickness_m: float = _DEFAULTS["thickness_m"],
     frequency_hz: float | None = None,
     gain_margin: float | None = 2.0,
-    orders: Iterable[float] = (0.0, 0.25, 0.5, 0.75, 1.0, 1.25, 1.5, 1.75, 2.0),
+    orders: Iterable[float] | None = None,
     force_noise_limit_n: float | None = None,
     progress: Progress | None = None,
     **parameters: Any,
@@ -269,8 +269,8 @@ def design(
         Frequency of ``most-damping``, and where orders are compared for a tissue (1 Hz).
     gain_margin : float or None, default 2
         Factor by which a stable wall could grow before it is unstable; None asks for passivity instead.
-    orders : iterable of float
-        Orders to try, 0 to 2.
+    orders : iterable of float, optional
+        Orders to try, 0 to 2; without them 0, 0.25, … 2 and finer ones around the best.
     force_noise_limit_n : float, optional
         Largest noise of the force that encoder steps and sensor noise may make, rms.
     progress : callable, optional
@@ -287,7 +287,8 @@ def design(
     ValueError
         A parameter that is unknown or outside its range.
     """
-    asked = {"wish": wish, "frequency_hz": frequency_hz, "gain_margin": gain_margin, "orders": list(orders), **parameters}
+    asked = {"wish": wish, "frequency_hz": frequency_hz, "gain_margin": gain_margin, **parameters}
+    asked["orders"] = None if orders is None else list(orders)
     asked["require"] = "passive" if gain_margin is None else None
     asked["force_noise_limit_n"] = force_noise_limit_n
     if tissue is None:

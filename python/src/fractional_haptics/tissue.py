@@ -137,9 +137,9 @@ class Estimate:
     standard_error: float | None
     """By the curvature of the sum of squares."""
     low_95: float | None
-    """Low end of the 95 % interval."""
+    """Low end of the 95 % interval; None for a modulus that the record does not bound."""
     high_95: float | None
-    """High end."""
+    """High end, likewise."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -193,6 +193,14 @@ def identify(
     kind: Literal["relaxation", "creep", "oscillation", "record"] = "relaxation",
     *,
     strain: ArrayLike | None = None,
+    depth: ArrayLike | None = None,
+    loading: Literal["shear", "tension", "compression", "punch", "sphere", "cone"] | None = None,
+    area_m2: float | None = None,
+    thickness_m: float | None = None,
+    indenter_radius_m: float | None = None,
+    half_angle_rad: float | None = None,
+    bonded: bool = False,
+    poisson_ratio: float = 0.5,
     models: Sequence[str] | None = None,
     chosen: str | None = None,
     weights: Literal["equal", "log-spacing"] = "equal",
@@ -209,11 +217,26 @@ def identify(
         Times in s; for an oscillation angular frequencies in rad/s.
     y : array_like, shape (n,)
         ``relaxation``: modulus after a step of strain in Pa. ``creep``: compliance after a step of stress in 1/Pa.
-        ``oscillation``: complex modulus in Pa. ``record``: stress in Pa of any motion from rest.
+        ``oscillation``: complex modulus in Pa. ``record``: stress in Pa of any motion from rest, or force in N with ``depth``.
     kind : str
         Kind of the record.
     strain : array_like, shape (n,), optional
         Strain at the times of a ``record``.
+    depth : array_like, shape (n,), optional
+        Depth in m at the times of a ``record`` of force; below 0 there is no contact. The model found is of the shear modulus
+        for ``loading="shear"``, else of Young's.
+    loading : str, optional
+        How the specimen of ``depth`` is pressed.
+    area_m2, thickness_m : float, optional
+        Of a slab; the thickness of a bonded layer under a sphere.
+    indenter_radius_m : float, optional
+        Of a punch or sphere.
+    half_angle_rad : float, optional
+        Of a cone, between axis and flank.
+    bonded : bool, default False
+        The slab cannot slide on its plates, or the layer under a sphere not on its base.
+    poisson_ratio : float, default 0.5
+        Of the specimen of ``depth``.
     models : sequence of str, optional
         Candidates; without them all five fractional ones.
     chosen : str, optional
@@ -223,7 +246,7 @@ def identify(
     starts : int, default 40
         Starts of the search for each model.
     bootstrap : int, default 0
-        Records drawn for the intervals; 0 takes standard errors. Fewer than 40 say nothing.
+        Records drawn for the intervals; 0 takes profiles of the likelihood. Fewer than 40 say nothing.
     seed : int, default 1
         Seed of the bootstrap: same seed, same numbers.
     progress : callable, optional
@@ -264,7 +287,19 @@ def identify(
         "bootstrap": bootstrap,
         "seed": seed,
     }
-    found = _native.identify_record(t, y, kind, strain, options, progress)
+    pressed = {
+        "depth": depth,
+        "loading": loading,
+        "area_m2": area_m2,
+        "thickness_m": thickness_m,
+        "indenter_radius_m": indenter_radius_m,
+        "half_angle_rad": half_angle_rad,
+        "bonded": bonded,
+        "poisson_ratio": poisson_ratio,
+    }
+    if (depth is None) != (loading is None):
+        raise ValueError("depth and loading belong together: give both, or neither")
+    found = _native.identify_record(t, y, kind, strain, None if depth is None else pressed, options, progress)
     fits = tuple(
         Fit(**{**fit, "estimates": tuple(Estimate(*estimate) for estimate in fit["estimates"])})
         for fit in found["fits"]

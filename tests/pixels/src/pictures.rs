@@ -15,6 +15,7 @@ pub(crate) fn all() -> Vec<(&'static str, Picture)> {
         ("broad", chart(Look::Broad, Scale::Linear)),
         ("markers", chart(Look::Markers, Scale::Linear)),
         ("apart", chart(Look::MarkersApart, Scale::Log)),
+        ("open", chart(Look::OpenMarkers, Scale::Linear)),
         ("areas", chart(Look::Area, Scale::Linear)),
         ("panels", panels()),
         ("letters", letters()),

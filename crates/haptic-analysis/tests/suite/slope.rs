@@ -257,6 +257,15 @@ fn what_drifts_or_cannot_be_held_is_said_and_not_proved() {
     // A free mass without damping: two integrators, and the wall damps it only while it touches.
     let free = limit("exact", 1.0, [0.01, 0.1, 0.0, 0.0], 0);
     assert!(free.linear > 1.0 && free.proved == 0.0, "{free:?}");
+    // Nor is a swing on the hand that nothing damps, or so little that rounding decides: its pole is on the circle.
+    for gamma in [1e-6, 1e-2] {
+        for delta in [0.0, 1e-16, 1e-14] {
+            let swings = limit("full:1e-6", 0.5, [0.01, 0.1, delta, gamma], 1);
+            assert!(swings.linear > 1.0 && swings.proved == 0.0, "{swings:?}");
+        }
+        let damped = limit("full:1e-6", 0.5, [0.01, 0.1, 1e-9, gamma], 1);
+        assert!(damped.proved > 0.99 * damped.linear, "{damped:?}");
+    }
     // Without a spring the loop drifts, and is judged beside that.
     for scheme in ["exact", "full:1e-6", "grunwald:50"] {
         let drifting = limit(scheme, 0.5, [0.0, 0.01, 0.05, 0.0], 1);

@@ -461,6 +461,7 @@ impl CouplerPreflight<'_> {
             stable,
             margin,
             every_motion_margin: None,
+            every_motion_depth_m: None,
             passive: sampled.is_some_and(|needed| damping >= needed),
             required_delta: sampled.map(|needed| needed * per_delta),
             delta: damping * per_delta,

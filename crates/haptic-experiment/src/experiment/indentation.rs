@@ -371,10 +371,10 @@ impl Indentation {
             scheme: rendering.scheme,
             sample_time_s: rendering.sample_time_s,
             samples,
+            map: None,
         };
         // As steep as it becomes where the run ends.
-        let slope = (piece.specimen.depth_map()).map_or(1.0, |map| map.slope(self.deepest()));
-        look.steeper(slope)
+        look.at_depth(piece.specimen.depth_map(), self.deepest())
     }
 
     /// The depth at the end of the run, m, that of the tissue alone.
@@ -456,9 +456,19 @@ pub(crate) fn relax(
     }
     let rendering = rendering(table, drive, (&CONTACT, duration_s))?;
     let size = |piece: &Specimen| piece.slab_sizes().map(|(_, thickness)| thickness.0);
+    let depth_m = either(table, &rendering, (&STRAIN, size), &DEPTH)?;
+    let thickness_m = rendering.piece.specimen.loading().thickness_m;
+    if let Some(thickness_m) = thickness_m.filter(|thickness_m| depth_m > *thickness_m) {
+        let reason = format!(
+            "depth_m = {depth_m} is beyond thickness_m = {thickness_m}: change one of them",
+            depth_m = Shown(depth_m),
+            thickness_m = Shown(thickness_m)
+        );
+        return Err(table.fail_at(DEPTH.key, reason));
+    }
     Ok(Indentation {
         load: Load::Depth {
-            depth_m: either(table, &rendering, (&STRAIN, size), &DEPTH)?,
+            depth_m,
             ramp_time_s,
         },
         duration_s,

@@ -128,6 +128,7 @@ impl WallExperiment {
             scheme: self.scheme,
             sample_time_s: self.setup.device.sample_time.0,
             samples,
+            map: None,
         }
     }
 

@@ -70,6 +70,7 @@ impl Matter {
             scheme,
             sample_time_s: t.0,
             samples,
+            map: None,
         }
     }
 
@@ -79,11 +80,6 @@ impl Matter {
             Self::Tissue(piece) => piece.specimen.depth_map(),
             Self::Wall { .. } => None,
         }
-    }
-
-    /// How much steeper than K and B the piece is at a depth, m.
-    pub(crate) fn slope(&self, depth_m: f64) -> f64 {
-        self.depth_map().map_or(1.0, |map| map.slope(depth_m))
     }
 
     /// The depth that a step of force reaches in a time, m; 0 of a wall.
@@ -147,6 +143,8 @@ pub struct Preflight<'a> {
     pub sample_time_s: f64,
     /// Samples of the run.
     pub samples: u64,
+    /// The map of depth, and its slope where K and B are looked at; `None` if the force is linear in the depth.
+    pub map: Option<(DepthMap<f64>, f64)>,
 }
 
 impl PreflightSubject for Preflight<'_> {
@@ -158,12 +156,14 @@ impl PreflightSubject for Preflight<'_> {
 
 /// The same loop for whoever runs it, or compares the run with its full history.
 impl Preflight<'_> {
-    /// As steep as a map of depth makes it.
+    /// As steep as a map makes it at a depth, m.
     #[must_use]
-    pub fn steeper(self, slope: f64) -> Self {
+    pub fn at_depth(self, map: Option<DepthMap<f64>>, depth_m: f64) -> Self {
+        let slope = map.map_or(1.0, |map| map.slope(depth_m));
         Self {
             stiffness_n_per_m: slope * self.stiffness_n_per_m,
             dissipation_n_s_mu_per_m: slope * self.dissipation_n_s_mu_per_m,
+            map: map.map(|map| (map, slope)),
             ..self
         }
     }
@@ -270,13 +270,16 @@ impl Preflight<'_> {
             softer(|factor| Ok(scaled(factor)?.is_stable()))?
         };
         let contact = every_motion.then(|| sampled.slope_limit().proved);
+        let proved = contact.filter(|proved| *proved > 0.0);
         let required = dynamics
             .port(self.sample_time_s, operator)?
             .required_delta(wall.alpha, wall.beta)?;
         Ok(PreflightVerdict {
             stable,
             margin,
-            every_motion_margin: contact.filter(|proved| *proved > 0.0),
+            every_motion_margin: proved,
+            every_motion_depth_m: (proved.zip(self.map))
+                .map(|(proved, (map, slope))| map.depth_of_slope(proved * slope)),
             passive: required.passive(wall.delta),
             required_delta: (!required.negative_at_rest).then_some(required.delta),
             delta: wall.delta,
@@ -334,6 +337,7 @@ mod tests {
             scheme: Scheme::Exact,
             sample_time_s: 1e-3,
             samples: 5000,
+            map: None,
         }
     }
 

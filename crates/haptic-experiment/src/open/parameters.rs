@@ -114,6 +114,7 @@ pub fn choices(key: &str) -> Vec<(&'static str, &'static str)> {
         "contact" => names::<Contact>(),
         "guard" => names::<GuardChoice>(),
         "hand" => names::<GripName>(),
+        "loading" => names::<haptic_loop::LoadingKind>(),
         "loop" => names::<haptic_link::LoopMode>(),
         "place" => names::<PlaceName>(),
         "precision" => names::<Precision>(),

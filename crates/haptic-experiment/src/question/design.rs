@@ -65,11 +65,14 @@ parameters! {
     GAIN_MARGIN = number("gain_margin", 2.0, "2", Range::AboveUpTo(1.0, 1e3),
         "Factor by which a stable wall could grow before it is unstable");
     /// Orders of a design.
-    DESIGN_ORDERS = list_of("orders", "0,0.25,0.5,0.75,1,1.25,1.5,1.75,2", range::WALL_ORDERS, "Orders to try, 0 to 2");
+    DESIGN_ORDERS = list_of("orders", "0,0.25,0.5,0.75,1,1.25,1.5,1.75,2", range::WALL_ORDERS, "Orders to try, 0 to 2; if not given, finer ones around the best wall too");
     /// Limit on the noise of the force, N.
     FORCE_NOISE_LIMIT = optional("force_noise_limit_n", range::FORCES_ABOVE_0,
         "Largest rms force noise from encoder steps and sensor noise [default: any]");
 }
+
+/// Halvings of the steps beside the best order: of a quarter to a hundredth.
+const HALVINGS: usize = 5;
 
 /// Unit of B.
 const DISSIPATION_UNIT: &str = "N·s^μ/m";
@@ -179,6 +182,8 @@ pub(crate) struct Design {
     pub scheme: Scheme,
     /// Orders to try.
     pub orders: Vec<Order>,
+    /// Then finer ones around the best.
+    pub finer: bool,
     /// Stable, also when it is stiffer and more dissipative by this factor; `None` for passive by Theorem 1, for the operator really used.
     pub gain_margin: Option<f64>,
     /// The aim.
@@ -208,6 +213,16 @@ impl Design {
             orders.insert(0, own);
         }
         orders
+    }
+
+    /// How often the steps beside the best order are halved.
+    const fn halvings(&self) -> usize {
+        if self.finer { HALVINGS } else { 0 }
+    }
+
+    /// Orders that are tried, at most.
+    pub(crate) fn steps(&self) -> usize {
+        self.orders_to_try().len() + 2 * self.halvings()
     }
 
     /// The model whose memory is the operator of this order; `None` for D^μ.
@@ -339,6 +354,9 @@ pub struct Candidate {
     pub dissipation: Option<f64>,
     /// Factor by which the wall as a whole may grow until it is unstable (below 1: must shrink).
     pub margin: Option<f64>,
+    /// Factor up to which it is proved stable for every motion of contact that acts on one side only or stiffens, while that
+    /// is nowhere steeper; null if nothing is proved.
+    pub every_motion_margin: Option<f64>,
     /// K·T²/m.
     pub alpha: Option<f64>,
     /// B·T^(2−μ)/m.

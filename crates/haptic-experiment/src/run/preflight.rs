@@ -59,6 +59,9 @@ pub struct PreflightVerdict {
     /// The factor on K and B up to which contact that acts on one side or stiffens, nowhere steeper than this, is proved
     /// stable for every motion, but for the clamp that keeps it from pulling; null if none is, of a coupler, of a touch and on the page's *Feel*.
     pub every_motion_margin: Option<f64>,
+    /// The depth down to which a tissue whose slope grows is proved so, m; null of one that does not stiffen.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub every_motion_depth_m: Option<f64>,
     /// By Theorem 1, for the operator really used.
     pub passive: bool,
     /// The damping δ = bT/m above which the loop is passive; null if none is.
@@ -233,7 +236,12 @@ impl PreflightVerdict {
             false => String::new(),
         };
         let proved = self.every_motion_margin.map_or_else(String::new, |factor| {
-            format!(" ({factor:.3} proved for every motion)")
+            let depth = self
+                .every_motion_depth_m
+                .map_or_else(String::new, |depth_m| {
+                    format!(", down to {} mm", three_digits(1e3 * depth_m))
+                });
+            format!(" ({factor:.3} proved for every motion{depth})")
         });
         format!(
             "alpha {:.4}, beta {:.4}, delta {:.4}, delay {} samples{lag}, margin {margin}{proved}",

@@ -58,7 +58,19 @@ fn a_stable_design_is_the_anchor_over_the_margin() {
         2e-4,
     );
     assert_relative("design", number(best, "margin"), 4.0, 2e-4);
+    // Without the wall this device stands nowhere: contact on one side is not proved.
+    assert!(best["every_motion_margin"].is_null());
     assert_eq!(best["passive"], false);
+}
+
+#[test]
+fn each_wall_says_what_is_proved_for_every_motion() {
+    let report = design("delay_s = 1e-3\norders = [0, 0.5, 1]");
+    for order in [0.0, 0.5, 1.0] {
+        let candidate = of_order(&report, order);
+        let share = number(candidate, "every_motion_margin") / number(candidate, "margin");
+        assert!((0.9..=1.0).contains(&share), "{candidate}");
+    }
 }
 
 #[test]
@@ -171,6 +183,34 @@ fn the_noise_of_the_force_can_be_limited() {
 }
 
 #[test]
+fn the_best_order_is_that_of_a_fine_grid() {
+    let device = "mass_kg = 0.045\ndamping_n_s_per_m = 0.2\ndelay_s = 1e-3\n";
+    let orders = |report: &Value| -> Vec<f64> {
+        let candidates = report["candidates"].as_array().expect("a list").iter();
+        let orders = candidates.map(|candidate| number(candidate, "order"));
+        orders.collect()
+    };
+    let damping = "wish = \"most-damping\"\nfrequency_hz = 5";
+    for (wish, merit) in [("", "stiffness"), (damping, "effective_damping_n_s_per_m")] {
+        let found = design(&[device, wish].concat());
+        let tried = orders(&found);
+        assert!(tried.is_sorted() && tried.len() <= 9 + 10, "{tried:?}");
+        let middle = (100.0 * number(&found["best"], "order")).round();
+        let near: Vec<f64> = (-9..=9).map(|n| (middle + f64::from(n)) / 100.0).collect();
+        let grid = design(&format!("{device}orders = {near:?}\n{wish}"));
+        // Orders that are given are those that are tried.
+        assert_eq!(orders(&grid), near);
+        // Both neighbours of the best were tried. K over the order is rough by a thousandth: an edge has 600 points.
+        let beside = tried
+            .iter()
+            .filter(|order| (100.0 * *order - middle).abs() < 1.5);
+        assert_eq!(beside.count(), 3, "{tried:?}");
+        let [found, most] = [&found, &grid].map(|report| number(&report["best"], merit));
+        assert!(found >= (1.0 - 2e-3) * most, "{found} {most}");
+    }
+}
+
+#[test]
 fn a_tissue_that_makes_too_much_noise_does_not_fit() {
     let wish = "wish = \"tissue\"\ntissue = \"prostate-cancerous\"\nencoder_resolution_m = 3e-5\norders = [0.5]";
     let noise = number(&design(wish)["candidates"][0], "force_noise_rms_n");
@@ -234,9 +274,13 @@ fn a_tissue_fits_or_its_closest_order_is_named() {
         1e-3,
     );
     // A larger one: order 0.25 needs more damping still, order 0 less.
-    let report = design(&format!("{wish}\narea_m2 = {}", 4e-4 * 1.01 * want));
+    let larger = format!("{wish}\narea_m2 = {}", 4e-4 * 1.01 * want);
+    let report = design(&format!("{larger}\norders = [0, 0.25]"));
     assert_eq!(report["tissue"]["fits"], false);
     assert_relative("design", 1.0 + number(&report["best"], "order"), 1.0, 0.0);
+    // Finer orders come closer to its own.
+    let order = number(&design(&larger)["best"], "order");
+    assert!((0.2..0.2247).contains(&order), "{order}");
 }
 
 #[test]

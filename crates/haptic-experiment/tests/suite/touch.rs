@@ -68,6 +68,33 @@ fn run(touch: &ExperimentFile) -> (TouchReport, Vec<TickMessage>) {
     (report, ticks)
 }
 
+/// Pressed with a spherical tip, pulled back: steeper the deeper, and as the full history of e(δ).
+#[test]
+fn a_tissue_is_pressed_through_its_map_of_depth() {
+    let keys = |loading: &str| {
+        touch(&format!(
+            "shape = \"plane\"\ntissue = \"fish-muscle\"\nduration_s = 2\n{loading}\n\
+             way_points = [[0, -0.001, 0], [1, 0.003, 0], [2, -0.001, 0]]"
+        ))
+    };
+    let (report, ticks) = run(&keys("loading = \"sphere\"\nindenter_radius_m = 0.01"));
+    let error = json(&report)["max_relative_error"].as_f64();
+    assert!(error.is_some_and(|error| error < 1e-5), "{error:?}");
+    let force = |ticks: &[TickMessage], tick: usize| -ticks[tick].commanded_force_n[0];
+    let depth = |tick: usize| ticks[tick].position_m[0];
+    let [early, late] = [400, 800].map(|tick| force(&ticks, tick) / depth(tick));
+    assert!(late > 1.2 * early && early > 0.0, "{early} {late} N/m");
+    // On the way out the surface lags behind the tip, which the rendering does not know.
+    let apart = report.retraction_error.expect("a retraction");
+    assert!((0.01..0.5).contains(&apart), "{apart}");
+    // Judged where it is steepest: 3 mm deep, e' = 1.5·√(3/10).
+    let punch = "loading = \"punch\"\nindenter_radius_m = 0.01";
+    let beta = |loading: &str| run(&keys(loading)).0.run.preflight.expect("one").beta;
+    let sphere = report.run.preflight.expect("one").beta;
+    let want = 8.0 / 3.0 / 4.0 * 1.5 * f64::sqrt(0.3);
+    assert_close("steeper", sphere / beta(punch), want, 1e-9);
+}
+
 /// A finger on the surface of a sphere at the origin, 1 N into it: the wall of one axis from rest.
 #[test]
 fn a_sphere_pressed_along_a_line_is_the_one_sided_wall() {

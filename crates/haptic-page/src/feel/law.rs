@@ -77,7 +77,6 @@ impl FeelSettings {
         let (stiffness, dissipation) = self.gains();
         // As steep as a tissue that stiffens is where small strain ends.
         let deep_m = Specimen::SMALL_STRAIN * parameters::THICKNESS.default_number();
-        let slope = self.map.map_or(1.0, |map| map.slope(deep_m));
         let preflight = Preflight {
             stiffness_n_per_m: stiffness,
             dissipation_n_s_mu_per_m: dissipation,
@@ -86,8 +85,9 @@ impl FeelSettings {
             scheme: full_memory()?,
             sample_time_s: SAMPLE_TIME.0,
             samples: HORIZON,
+            map: None,
         };
-        let preflight = preflight.steeper(slope);
+        let preflight = preflight.at_depth(self.map, deep_m);
         let free = Dynamics {
             mass_kg: self.device.mass_kg,
             damping_n_s_per_m: self.device.damping_n_s_per_m,

@@ -2,7 +2,6 @@
 
 use super::fit::{AS_GOOD, Estimate, Fit};
 use super::record::Record;
-use crate::identify::keys::BOOTSTRAP;
 
 /// Two estimates that hang together so closely are one, if neither is settled.
 const ONE: f64 = 0.99;
@@ -13,8 +12,6 @@ const SETTLED_ORDER: f64 = 0.03;
 /// A standard error over the value, or of an order, from which a parameter is not settled.
 const LOOSE: f64 = 0.5;
 const LOOSE_ORDER: f64 = 0.2;
-/// Neighbouring residuals that are so much alike are no white noise.
-const ALIKE: f64 = 0.3;
 
 /// Sentences about the first of these fits.
 pub(super) fn about(fits: &[Fit]) -> Vec<String> {
@@ -24,8 +21,9 @@ pub(super) fn about(fits: &[Fit]) -> Vec<String> {
     let mut said = at_ends(fit);
     said.extend(together(fit));
     said.extend(loose(fit));
+    said.extend(open(fit));
     said.extend(simpler(fit, fits));
-    said.extend(alike(fit));
+    said.extend(slow(fit));
     said
 }
 
@@ -143,11 +141,34 @@ fn simpler(fit: &Fit, fits: &[Fit]) -> Option<String> {
     ))
 }
 
-fn alike(fit: &Fit) -> Option<String> {
-    (fit.neighbours > ALIKE).then(|| {
+/// Bounds that the record does not give.
+fn open(fit: &Fit) -> Vec<String> {
+    let settled = |k: &usize| fit.correlation.get(*k).is_none_or(|row| !row[*k].is_nan());
+    let own = (0..fit.parameters.len()).filter(settled);
+    own.filter_map(|k| {
+        let Estimate {
+            name,
+            low_95,
+            high_95,
+            ..
+        } = &fit.parameters[k];
+        let which = match (low_95, high_95) {
+            (Some(_), Some(_)) => return None,
+            (None, Some(_)) => "no lower bound",
+            (Some(_), None) => "no upper bound",
+            (None, None) => "no bound",
+        };
+        Some(format!("the record gives `{name}` {which}"))
+    })
+    .collect()
+}
+
+fn slow(fit: &Fit) -> Option<String> {
+    let number = fit.predicted.len();
+    (fit.independent < number as f64).then(|| {
         format!(
-            "neighbouring residuals are alike (correlation {:.2}): intervals by {BOOTSTRAP} are wider",
-            fit.neighbours
+            "neighbouring residuals are alike (correlation {:.2}): {number} count as {:.0}, and intervals are wider by that",
+            fit.neighbours, fit.independent
         )
     })
 }

@@ -21,6 +21,23 @@ pub(super) const fn is_order(variable: usize) -> bool {
     variable % 2 == 1
 }
 
+/// How much of a variable a reported parameter is: ln Vᵢ = aᵢ + αᵢ ln t₀, an order is itself.
+pub(super) fn share(parameter: usize, variable: usize, ln_unit: f64) -> f64 {
+    match (parameter, variable) {
+        (a, b) if a == b => 1.0,
+        (a, b) if is_order(b) && a + 1 == b => ln_unit,
+        _ => 0.0,
+    }
+}
+
+/// A reported parameter of its logarithm, or an order of itself.
+pub(super) fn number(parameter: usize, value: f64) -> f64 {
+    match is_order(parameter) {
+        true => value,
+        false => libm::exp(value),
+    }
+}
+
 impl Candidate {
     #[cfg(test)]
     pub(super) fn all() -> [Self; CANDIDATES.len()] {

@@ -1,13 +1,16 @@
 //! A model fitted to a record, with its errors.
 
-use super::elements::{Candidate, Elements, is_order};
+use super::elements::{Candidate, Elements, is_order, number, share};
+use super::noise::{independent, neighbours};
 use super::search::Best;
 use super::target::Target;
 use crate::model::{Model, ModelError, ModelKind};
-use nalgebra::DMatrix;
+use nalgebra::{DMatrix, DVector};
 
 /// A model with no more BIC than the best and this is as good: odds of less than 3 to 1 (R. Kass, A. Raftery, *Bayes factors*, 1995).
 pub(super) const AS_GOOD: f64 = 2.0;
+/// A model with so much more BIC than the best is refused by the record: odds of more than 150 to 1 (the same source).
+pub(super) const REFUSED: f64 = 10.0;
 
 /// Orders closer to 0 or 1 are 0 or 1.
 const CLASSICAL: f64 = 1e-4;
@@ -19,7 +22,7 @@ const WILD: f64 = 10.0;
 pub struct Fit {
     /// The kind of the model.
     pub kind: ModelKind,
-    /// Its parameters in SI units, in the order of a tissue file.
+    /// Its parameters in SI units, in the order of a tissue file; then b, if it was looked for.
     pub parameters: Vec<Estimate>,
     /// Correlations of the estimates, of the logarithm where it is a modulus; NaN where one is at an end of its range. Empty if the
     /// record does not settle them.
@@ -35,6 +38,8 @@ pub struct Fit {
     pub predicted: Vec<f64>,
     /// Correlation of neighbouring residuals; 0 for white noise.
     pub neighbours: f64,
+    /// So many independent residuals say as much as all do: their number for white noise, fewer for slow noise.
+    pub independent: f64,
 }
 
 impl Fit {
@@ -50,7 +55,7 @@ impl Fit {
             order if order > 1.0 - CLASSICAL => 1.0,
             order => order,
         };
-        let values: Vec<f64> = self.parameters.iter().map(value).collect();
+        let values: Vec<f64> = self.of_memory().iter().map(value).collect();
         Model::from_parameters(self.kind, &values)
     }
 
@@ -65,12 +70,48 @@ impl Fit {
             };
             parameter.standard_error.is_some_and(|error| error > most)
         };
-        !self.correlation.is_empty() && !self.parameters.iter().any(wild)
+        !self.correlation.is_empty() && !self.of_memory().iter().any(wild)
+    }
+
+    /// b of tissue that stiffens, if it was looked for.
+    #[must_use]
+    pub fn stiffening(&self) -> Option<&Estimate> {
+        self.parameters.get(self.kind.parameters().len())
+    }
+
+    /// The parameters of the model.
+    fn of_memory(&self) -> &[Estimate] {
+        let count = self.kind.parameters().len().min(self.parameters.len());
+        &self.parameters[..count]
+    }
+}
+
+/// What a fit says of its own errors.
+#[derive(Clone, Debug)]
+pub(super) struct Certainty {
+    /// (JᵀJ)⁻¹ of the variables, 0 where one is fixed; none if the record does not settle them.
+    spread: Option<DMatrix<f64>>,
+    /// Independent residuals less free variables, at least 1.
+    pub(super) freedom: f64,
+    /// 97.5 % point of Student's t.
+    pub(super) student: f64,
+    /// S over the freedom.
+    pub(super) variance: f64,
+}
+
+impl Certainty {
+    /// How the variables go with a sum of them along the valley, by the curvature, and the standard error of the sum.
+    pub(super) fn along(&self, shares: &[f64]) -> Option<(Vec<f64>, f64)> {
+        let shares = DVector::from_column_slice(shares);
+        let moved = self.spread.as_ref()? * &shares;
+        let square = moved.dot(&shares);
+        let error = libm::sqrt(self.variance * square);
+        (error > 0.0).then(|| ((moved / square).as_slice().to_vec(), error))
     }
 }
 
 /// A fit with its errors, from the best minimum.
-pub(super) fn fit(candidate: Candidate, target: &Target, best: &Best) -> Fit {
+pub(super) fn fit(candidate: Candidate, target: &Target, best: &Best) -> (Fit, Certainty) {
     let Best {
         elements,
         sum,
@@ -78,40 +119,40 @@ pub(super) fn fit(candidate: Candidate, target: &Target, best: &Best) -> Fit {
         ..
     } = best;
     let n = target.len();
-    let (mut predicted, mut residuals) = (vec![0.0; n], vec![0.0; n]);
+    let [mut predicted, mut residuals, mut weighted] = [(); 3].map(|()| vec![0.0; n]);
     target.model(candidate, elements, |i, slope| {
         predicted[i] = slope.value * target.scale;
     });
-    target.residuals(candidate, elements, |i, _, slope| {
+    target.residuals(candidate, elements, |i, root, slope| {
         residuals[i] = slope.value * target.scale;
+        weighted[i] = slope.value * root;
     });
-    let covariance = covariance(candidate, target, elements, free, *sum);
+    let independent = independent(&weighted, n / target.samples(), free.len());
+    let freedom = (independent - free.len() as f64).max(1.0);
+    let certainty = Certainty {
+        spread: spread(candidate, target, elements, free),
+        freedom,
+        student: student(freedom),
+        variance: sum / freedom,
+    };
+    let covariance = (certainty.spread.as_ref())
+        .map(|spread| covariance(spread, certainty.variance, free, target.unit_s));
     let values = parameters(candidate, elements, target.unit_s);
     // A record without any noise is as good as one with noise in the last digits.
     let likelihood = n as f64 * libm::log((sum / n as f64).max(1e-30));
     let numbers = (candidate.parameters() + 1) as f64;
-    Fit {
+    let fit = Fit {
         kind: candidate.kind(),
-        parameters: estimates(
-            candidate,
-            &values,
-            covariance.as_ref(),
-            n - free.len().min(n - 1),
-        ),
+        parameters: estimates(candidate, &values, covariance.as_ref(), certainty.student),
         correlation: covariance.as_ref().map(correlation).unwrap_or_default(),
         rms: libm::sqrt(residuals.iter().map(|r| r * r).sum::<f64>() / n as f64),
         aic: likelihood + 2.0 * numbers,
         bic: likelihood + numbers * libm::log(n as f64),
         predicted,
         neighbours: neighbours(&residuals),
-    }
-}
-
-/// Correlation of neighbouring residuals.
-pub(super) fn neighbours(residuals: &[f64]) -> f64 {
-    let product: f64 = residuals.windows(2).map(|pair| pair[0] * pair[1]).sum();
-    let square: f64 = residuals.iter().map(|r| r * r).sum();
-    if square > 0.0 { product / square } else { 0.0 }
+        independent,
+    };
+    (fit, certainty)
 }
 
 /// A parameter with its errors.
@@ -125,32 +166,31 @@ pub struct Estimate {
     pub value: f64,
     /// Standard error by the curvature of the sum of squares; none at an end of the range, or if the record does not settle the parameter.
     pub standard_error: Option<f64>,
-    /// Low end of the 95 % interval.
+    /// Low end of the 95 % interval: by the profile of the sum of squares, or of a fit that the record refuses (BIC more than 10 above the
+    /// least) by the standard error. None for a modulus that the record does not bound.
     pub low_95: Option<f64>,
-    /// High end.
+    /// High end, likewise.
     pub high_95: Option<f64>,
 }
 
-/// The parameters of the elements in SI units: ln Vᵢ = aᵢ + αᵢ ln t₀ for a modulus, αᵢ for an order.
+/// The parameters of the elements in SI units.
 pub(super) fn parameters(candidate: Candidate, elements: &Elements, unit_s: f64) -> Vec<f64> {
-    let ln_unit = libm::log(unit_s);
-    (0..candidate.parameters())
-        .map(|v| match is_order(v) {
-            true => elements.order[v / 2],
-            false => libm::exp(elements.ln_modulus[v / 2] + elements.order[v / 2] * ln_unit),
+    let (variables, ln_unit) = (elements.variables(candidate), libm::log(unit_s));
+    (0..variables.len())
+        .map(|parameter| {
+            let parts = variables.iter().enumerate();
+            let parts = parts.map(|(variable, value)| share(parameter, variable, ln_unit) * value);
+            number(parameter, parts.sum())
         })
         .collect()
 }
 
-/// Covariance of ln Vᵢ and αᵢ, NaN in rows of what is fixed; none if the record does not settle them.
-///
-/// C = s²(JᵀJ)⁻¹, s² = S/(n − p), for the free variables; then from aᵢ to ln Vᵢ.
-pub(super) fn covariance(
+/// Covariance of the variables over the variance of a residual, (JᵀJ)⁻¹, 0 where one is fixed; none if the record does not settle them.
+fn spread(
     candidate: Candidate,
     target: &Target,
     elements: &Elements,
     free: &[usize],
-    sum: f64,
 ) -> Option<DMatrix<f64>> {
     let (n, p) = (target.len(), free.len());
     if n <= p || p == 0 {
@@ -174,36 +214,37 @@ pub(super) fn covariance(
     if inverse.diagonal().iter().any(|&x| !(x > 0.0 && x < 1e12)) {
         return None;
     }
-    let variance = sum / (n - p) as f64;
-    let inner = DMatrix::from_fn(p, p, |i, j| {
-        variance * inverse[(i, j)] / (size[i] * size[j])
-    });
-    // ln Vᵢ depends on aᵢ and αᵢ, an order on itself.
-    let ln_unit = libm::log(target.unit_s);
-    let outer = DMatrix::from_fn(p, p, |i, j| match (free[i], free[j]) {
-        (a, b) if a == b => 1.0,
-        (a, b) if is_order(b) && a + 1 == b => ln_unit,
-        _ => 0.0,
-    });
-    let moved = &outer * inner * outer.transpose();
     let count = candidate.parameters();
-    let mut all = DMatrix::from_element(count, count, f64::NAN);
+    let mut all = DMatrix::zeros(count, count);
     for (i, &v) in free.iter().enumerate() {
         for (j, &w) in free.iter().enumerate() {
-            all[(v, w)] = moved[(i, j)];
+            all[(v, w)] = inverse[(i, j)] / (size[i] * size[j]);
         }
     }
     Some(all)
 }
 
+/// From the variables to ln Vᵢ and αᵢ, NaN in rows of what is fixed.
+fn covariance(spread: &DMatrix<f64>, variance: f64, free: &[usize], unit_s: f64) -> DMatrix<f64> {
+    let (count, ln_unit) = (spread.nrows(), libm::log(unit_s));
+    let outer = DMatrix::from_fn(count, count, |v, w| share(v, w, ln_unit));
+    let moved = &outer * (spread * variance) * outer.transpose();
+    DMatrix::from_fn(count, count, |v, w| {
+        if free.contains(&v) && free.contains(&w) {
+            moved[(v, w)]
+        } else {
+            f64::NAN
+        }
+    })
+}
+
 /// Values with errors: ±t of Student around ln V and around α, which stays in [0, 1].
-pub(super) fn estimates(
+fn estimates(
     candidate: Candidate,
     values: &[f64],
     covariance: Option<&DMatrix<f64>>,
-    freedom: usize,
+    t: f64,
 ) -> Vec<Estimate> {
-    let t = student(freedom);
     (candidate.kind().parameters().iter().enumerate())
         .map(|(v, parameter)| {
             let value = values[v];
@@ -236,15 +277,15 @@ pub(super) fn estimates(
 
 /// 97.5 % point of Student's t: a table, then the expansion of Cornish and Fisher (M. Abramowitz, I. Stegun, *Handbook of Mathematical
 /// Functions*, 26.7.5), within 2e-4.
-pub(super) fn student(freedom: usize) -> f64 {
+fn student(freedom: f64) -> f64 {
     const FEW: [f64; 8] = [
         12.7062, 4.3027, 3.1824, 2.7764, 2.5706, 2.4469, 2.3646, 2.3060,
     ];
     const Z: f64 = 1.959_963_984_540_054;
-    if let Some(&t) = FEW.get(freedom.max(1) - 1) {
+    if let Some(&t) = FEW.get(freedom.max(1.0) as usize - 1) {
         return t;
     }
-    let n = freedom as f64;
+    let n = freedom;
     let (z3, z5, z7) = (Z * Z * Z, libm::pow(Z, 5.0), libm::pow(Z, 7.0));
     Z + (z3 + Z) / (4.0 * n)
         + (5.0 * z5 + 16.0 * z3 + 3.0 * Z) / (96.0 * n * n)
@@ -252,7 +293,7 @@ pub(super) fn student(freedom: usize) -> f64 {
 }
 
 /// Correlations of ln Vᵢ and αᵢ; NaN where a parameter is fixed.
-pub(super) fn correlation(covariance: &DMatrix<f64>) -> Vec<Vec<f64>> {
+fn correlation(covariance: &DMatrix<f64>) -> Vec<Vec<f64>> {
     let p = covariance.nrows();
     let size: Vec<f64> = (0..p).map(|i| libm::sqrt(covariance[(i, i)])).collect();
     (0..p)

@@ -8,6 +8,7 @@
 
 use super::contour::{Contour, Quantity};
 use super::elements::{Candidate, Elements, Slope, VARIABLES};
+use crate::indentation::cubic;
 use rayon::prelude::*;
 
 /// Distance of the nodes in ln t.
@@ -28,52 +29,70 @@ pub(super) struct History {
     /// Numbers of the samples that are compared.
     pub(super) chosen: Vec<usize>,
     pub(super) unit_s: f64,
-    /// Root of the mean square, Pa.
+    /// Root of the mean square, Pa: of the motion of each output, and of all.
+    pub(super) scales: Vec<f64>,
     pub(super) stress_scale: f64,
     /// Largest distance from the first.
     pub(super) strain_scale: f64,
 }
 
+/// A motion and its stress: times, s, stresses, Pa, and the strain at times that are as close or closer and straight between them.
+pub(super) struct Moved<'a> {
+    pub(super) time_s: &'a [f64],
+    pub(super) stress_pa: &'a [f64],
+    pub(super) motion_s: &'a [f64],
+    pub(super) strain: &'a [f64],
+}
+
 impl History {
-    pub(super) fn new(time_s: &[f64], strain: &[f64], stress_pa: &[f64]) -> Self {
-        let n = time_s.len();
-        let knots = knots(time_s, strain);
-        let most = (PAIRS_MOST / knots.len().max(1)).clamp(OUTPUTS_LEAST, OUTPUTS_MOST);
-        let begin = knots.first().map_or(time_s[0], |knot| knot.0);
-        let chosen = chosen(time_s, begin, most);
-        let least = time_s
-            .windows(2)
+    pub(super) fn new(motions: &[Moved<'_>]) -> Self {
+        let knots: Vec<Vec<(f64, f64)>> = (motions.iter())
+            .map(|moved| knots(moved.motion_s, moved.strain))
+            .collect();
+        let pairs = knots.iter().map(Vec::len).max().unwrap_or(0).max(1);
+        let most = (PAIRS_MOST / pairs).clamp(OUTPUTS_LEAST, OUTPUTS_MOST) / motions.len();
+        let steps = motions.iter().flat_map(|moved| moved.motion_s.windows(2));
+        let least = steps
             .map(|pair| pair[1] - pair[0])
             .fold(f64::INFINITY, f64::min);
-        let whole = time_s[n - 1] - time_s[0];
+        let whole = (motions.iter())
+            .map(|moved| moved.time_s[moved.time_s.len() - 1] - moved.time_s[0])
+            .fold(0.0, f64::max);
         let unit_s = libm::sqrt(least * whole);
         // Two nodes beyond each end for the cubic.
         let first_node = libm::log(least / unit_s) - 2.0 * SPACING;
         let nodes = (2.0 * libm::log(whole / unit_s) / SPACING) as usize + 6;
-        let mean_square = chosen
-            .iter()
-            .map(|&i| stress_pa[i] * stress_pa[i])
-            .sum::<f64>()
-            / chosen.len() as f64;
-        let stress_scale = libm::sqrt(mean_square);
         let mut history = Self {
             first_node,
             nodes,
             weights: Vec::new(),
             chosen: Vec::new(),
+            scales: Vec::new(),
             unit_s,
-            stress_scale,
-            strain_scale: strain
-                .iter()
-                .map(|x| (x - strain[0]).abs())
-                .fold(0.0, f64::max),
+            stress_scale: 0.0,
+            strain_scale: 0.0,
         };
-        // Rows are independent: the order of each sum does not depend on the threads.
-        let rows: Vec<Vec<f64>> = (chosen.par_iter())
-            .map(|&i| history.row(time_s[i], &knots))
-            .collect();
-        history.weights = rows.concat();
-        history.chosen = chosen;
+        let (mut square, mut before) = (0.0, 0);
+        for (moved, knots) in motions.iter().zip(&knots) {
+            let (time_s, strain) = (moved.time_s, moved.strain);
+            let begin = knots.first().map_or(time_s[0], |knot| knot.0);
+            let chosen = chosen(time_s, begin, most);
+            let stresses = chosen.iter().map(|&i| moved.stress_pa[i]);
+            let own = stresses.map(|stress| stress * stress).sum::<f64>();
+            let scale = libm::sqrt(own / chosen.len() as f64);
+            square += own;
+            let reach = strain.iter().map(|x| (x - strain[0]).abs());
+            history.strain_scale = reach.fold(history.strain_scale, f64::max);
+            // Rows are independent: the order of each sum does not depend on the threads.
+            let rows: Vec<Vec<f64>> = (chosen.par_iter())
+                .map(|&i| history.row(time_s[i], knots))
+                .collect();
+            history.weights.extend(rows.into_iter().flatten());
+            history.scales.extend(chosen.iter().map(|_| scale));
+            history.chosen.extend(chosen.iter().map(|i| before + i));
+            before += time_s.len();
+        }
+        history.stress_scale = libm::sqrt(square / history.chosen.len() as f64);
         history
     }
 
@@ -84,14 +103,7 @@ impl History {
             let place = (libm::log((time_s - knot_s) / self.unit_s) - self.first_node) / SPACING;
             let node = (place as usize).clamp(1, self.nodes - 3);
             let x = place - node as f64;
-            // Lagrange's cubic through the nodes −1, 0, 1, 2.
-            let cubic = [
-                -x * (x - 1.0) * (x - 2.0) / 6.0,
-                (x + 1.0) * (x - 1.0) * (x - 2.0) / 2.0,
-                -(x + 1.0) * x * (x - 2.0) / 2.0,
-                (x + 1.0) * x * (x - 1.0) / 6.0,
-            ];
-            for (weight, part) in row[node - 1..].iter_mut().zip(cubic) {
+            for (weight, part) in row[node - 1..].iter_mut().zip(cubic(x)) {
                 *weight += change * part;
             }
         }
@@ -106,6 +118,7 @@ impl History {
         Self {
             weights: rows.copied().collect(),
             chosen: chosen.iter().map(|&i| self.chosen[i]).collect(),
+            scales: chosen.iter().map(|&i| self.scales[i]).collect(),
             ..*self
         }
     }

@@ -3,10 +3,14 @@
 use haptic_quantity::Key;
 
 pub(in crate::identify) const AREA: Key = Key("area_m2");
-pub(in crate::identify) const BOOTSTRAP: Key = Key("bootstrap");
+pub(in crate::identify) const BONDED: Key = Key("bonded");
 pub(in crate::identify) const COLUMNS: Key = Key("columns");
 pub(in crate::identify) const FROM: Key = Key("from");
+pub(in crate::identify) const HALF_ANGLE: Key = Key("half_angle_rad");
 pub(in crate::identify) const KIND: Key = Key("kind");
+pub(in crate::identify) const LOADING: Key = Key("loading");
+pub(in crate::identify) const POISSON_RATIO: Key = Key("poisson_ratio");
+pub(in crate::identify) const RADIUS: Key = Key("indenter_radius_m");
 pub(in crate::identify) const STRAIN: Key = Key("strain");
 pub(in crate::identify) const STRESS: Key = Key("stress_pa");
 pub(in crate::identify) const THICKNESS: Key = Key("thickness_m");

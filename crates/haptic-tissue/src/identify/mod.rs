@@ -4,7 +4,8 @@
 //! ```
 //! by Levenberg–Marquardt from many starts, on logarithms of moduli and on orders in their range [0, 1], with exact derivatives. A model
 //! costs about 0.4 µs a sample: functions of time come from M(s) by quadrature along one contour for all models.
-//! Standard errors are those of the Jacobian at the minimum, intervals Student's, or by bootstrap.
+//! Standard errors are those of the Jacobian at the minimum, intervals those of the profile of S, or by bootstrap; both are wider where
+//! neighbouring residuals hang together.
 //! ```
 //! use haptic_tissue::identify::{Options, Record, identify};
 //!
@@ -29,17 +30,19 @@ mod error;
 mod fit;
 mod history;
 mod keys;
+mod noise;
+mod profile;
 mod record;
 mod search;
+mod stiffening;
 pub mod table;
 mod target;
 
 pub use crate::model::CANDIDATES;
 use crate::model::ModelKind;
-use bootstrap::intervals;
 use elements::Candidate;
 pub use error::IdentifyError;
-use fit::{AS_GOOD, fit};
+use fit::{AS_GOOD, REFUSED, fit};
 pub use fit::{Estimate, Fit};
 pub use record::{Record, RecordKind, SAMPLES_MOST};
 use search::search;
@@ -59,10 +62,12 @@ pub struct Options {
     pub weighting: Weighting,
     /// Starts for each candidate, [`Options::STARTS_ALLOWED`].
     pub starts: usize,
-    /// Records of the bootstrap, [`Options::BOOTSTRAP_ALLOWED`]; 0 for intervals by the standard errors.
+    /// Records of the bootstrap, [`Options::BOOTSTRAP_ALLOWED`]; 0 for intervals by profiles.
     pub bootstrap: usize,
     /// Seed of the bootstrap.
     pub seed: u64,
+    /// True to find b of tissue that stiffens too, see `haptic_loop::loading`: the last parameter of the chosen fit, from 0 to 100.
+    pub stiffening: bool,
 }
 
 impl Options {
@@ -84,6 +89,7 @@ impl Default for Options {
             starts: Self::STARTS,
             bootstrap: 0,
             seed: 1,
+            stiffening: false,
         }
     }
 }
@@ -147,7 +153,10 @@ pub fn identify_unless(
     stop: &AtomicBool,
     progress: &(dyn Fn(usize) + Sync),
 ) -> Result<Identification, IdentifyError> {
-    let found = identified(record, options, stop, progress);
+    let found = match options.stiffening {
+        true => stiffening::stiffened(record, options, stop),
+        false => identified(record, options, stop, progress),
+    };
     match stop.load(Ordering::Relaxed) {
         true => Err(IdentifyError::Stopped),
         false => found,
@@ -165,7 +174,10 @@ fn identified(
     for &kind in &options.candidates {
         let candidate = Candidate::of(kind)?;
         match search(candidate, &target, options.starts.max(1)) {
-            Ok(best) => fitted.push((fit(candidate, &target, &best), best)),
+            Ok(best) => {
+                let (fit, certainty) = fit(candidate, &target, &best);
+                fitted.push((fit, best, certainty));
+            }
             Err(error) if options.chosen == Some(kind) => return Err(error),
             Err(error) => failed.push(error),
         }
@@ -179,27 +191,47 @@ fn identified(
     };
     let first = fitted.remove(place);
     fitted.insert(0, first);
-    let mut warnings: Vec<String> = failed.iter().map(ToString::to_string).collect();
-    if options.bootstrap > 0 {
-        // Intervals by bootstrap in place of those by standard errors.
-        let (fit, best) = &mut fitted[0];
-        let (candidate, records) = (Candidate::of(fit.kind)?, options.bootstrap);
-        let found = intervals(candidate, &target, best, records, options.seed, progress);
-        for (estimate, (low, high)) in fit.parameters.iter_mut().zip(found.ends) {
+    let mut warnings = record.said.clone();
+    warnings.extend(failed.iter().map(ToString::to_string));
+    let refused = fitted
+        .iter()
+        .map(|(fit, ..)| fit.bic)
+        .fold(f64::INFINITY, f64::min)
+        + REFUSED;
+    for (place, (fit, best, certainty)) in fitted.iter_mut().enumerate() {
+        let (candidate, independent) = (Candidate::of(fit.kind)?, fit.independent);
+        let (records, seed) = (options.bootstrap, options.seed);
+        let ends = if place == 0 && records > 0 {
+            let found = bootstrap::intervals(
+                candidate,
+                &target,
+                best,
+                independent,
+                records,
+                seed,
+                progress,
+            );
+            let lost = records - found.fitted;
+            if lost > 0 {
+                warnings.push(format!(
+                    "{lost} of {records} records of the bootstrap could not be fitted and are left out"
+                ));
+            }
+            found.ends
+        } else if place == 0 || fit.bic <= refused {
+            profile::intervals(candidate, &target, best, certainty)
+        } else {
+            continue;
+        };
+        for (estimate, (low, high)) in fit.parameters.iter_mut().zip(ends) {
             estimate.low_95 = Some(low).filter(|x| x.is_finite());
             estimate.high_95 = Some(high).filter(|x| x.is_finite());
-        }
-        let lost = records - found.fitted;
-        if lost > 0 {
-            warnings.push(format!(
-                "{lost} of {records} records of the bootstrap could not be fitted and are left out"
-            ));
         }
     }
     if let Some(said) = advice::about_length(target.samples(), record) {
         warnings.push(said);
     }
-    let fits: Vec<Fit> = fitted.into_iter().map(|(fit, _)| fit).collect();
+    let fits: Vec<Fit> = fitted.into_iter().map(|(fit, ..)| fit).collect();
     warnings.extend(advice::about(&fits));
     let (x, measured) = target.values(record);
     Ok(Identification {

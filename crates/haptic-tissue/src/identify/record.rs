@@ -1,8 +1,9 @@
 //! Validated records of a specimen, in SI units.
 
 use super::error::IdentifyError;
-use crate::identify::keys::{KIND, STRAIN};
+use crate::identify::keys::{FROM, KIND, STRAIN, THICKNESS};
 use fracdiff::parameter::Shown;
+use haptic_loop::{DepthMap, LoadingKind, Specimen};
 
 /// Longest record, samples.
 pub const SAMPLES_MOST: usize = 1_000_000;
@@ -42,6 +43,17 @@ impl RecordKind {
     }
 }
 
+/// A motion of a history.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Motion {
+    /// Its samples.
+    pub(super) samples: usize,
+    /// From its strain to what the memory sees; none if it is the strain.
+    pub(super) map: Option<DepthMap<f64>>,
+    /// True if its strain grows with the depth, so that tissue can stiffen by it.
+    can_stiffen: bool,
+}
+
 /// A validated record.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Record {
@@ -52,6 +64,12 @@ pub struct Record {
     pub(super) first: Vec<f64>,
     /// Loss modulus, or stress.
     pub(super) second: Vec<f64>,
+    /// The motions of a history.
+    pub(super) motions: Vec<Motion>,
+    /// Largest strain, if it is known.
+    strain_to: Option<f64>,
+    /// Sentences that a user should know.
+    pub(super) said: Vec<String>,
 }
 
 impl Record {
@@ -98,7 +116,7 @@ impl Record {
         Self::of_logarithms(kind, omega_rad_s, storage_modulus_pa, loss_modulus_pa)
     }
 
-    /// Any motion from rest: times, s, strain and stress, Pa; the strain is linear in between.
+    /// Any motion from rest: times, s, strain and stress, Pa; the strain is linear in between. A strain above 0.2 is said.
     ///
     /// # Errors
     /// Times that do not increase, numbers that are not finite, a strain that does not begin at rest or is constant.
@@ -141,12 +159,156 @@ impl Record {
                 "strain and stress have opposite signs: change the sign of one column".to_owned(),
             ));
         }
-        Ok(Self {
+        let motion = Motion {
+            samples: time_s.len(),
+            map: None,
+            can_stiffen: true,
+        };
+        let record = Self {
             kind: RecordKind::History,
             x: time_s,
             first: strain,
             second: stress_pa,
-        })
+            motions: vec![motion],
+            strain_to: None,
+            said: Vec::new(),
+        };
+        let most = (record.first.iter()).fold(0.0, |most: f64, x| most.max(x.abs()));
+        Ok(record.with_strain_to(most))
+    }
+
+    /// Any motion of a specimen from rest: times, s, depths, m, and forces, N; the depth is linear in between.
+    /// ```text
+    /// σ = f/(γℓ),  ε = δ/ℓ,  σ = M ∗ de/dt,  e/ℓ a map of ε       M the modulus in which the loading is told
+    /// ```
+    /// ℓ is the length of the nominal strain, under a cone the scale of its map. A depth below 0 is no contact. Under a sphere
+    /// or a cone the law holds while the contact grows: the record ends where the depth has fallen by 1 % of its largest, which
+    /// is said. So is a strain above 0.2. A slab gives the stress and the strain of [`history`](Self::history).
+    ///
+    /// # Errors
+    /// As [`history`](Self::history); a depth beyond the thickness of a layer or of a slab that is compressed.
+    pub fn pressed(
+        mut time_s: Vec<f64>,
+        mut depth_m: Vec<f64>,
+        mut force_n: Vec<f64>,
+        specimen: &Specimen,
+    ) -> Result<Self, IdentifyError> {
+        lengths(&time_s, &depth_m, Some(&force_n))?;
+        let (loading, map) = (specimen.loading(), specimen.depth_map());
+        if let Some(thickness) = loading.thickness_m {
+            within(&depth_m, thickness, loading.kind)?;
+        }
+        let mut said = Vec::new();
+        if !loading.kind.is_slab() {
+            let apart = depth_m.iter_mut().filter(|depth| **depth < 0.0);
+            let count = apart.map(|depth| *depth = 0.0).count();
+            if count > 0 {
+                said.push(format!(
+                    "{count} samples with a depth below 0 are taken as without contact"
+                ));
+            }
+        }
+        if matches!(loading.kind, LoadingKind::Sphere | LoadingKind::Cone) {
+            let (count, kept) = (depth_m.len(), growing(&depth_m));
+            if kept < count {
+                said.push(format!(
+                    "the contact shrinks from {} s on: {} samples of {count} are left out, for growing contact alone is fitted",
+                    Shown(time_s[kept - 1]),
+                    count - kept
+                ));
+            }
+            for column in [&mut time_s, &mut depth_m, &mut force_n] {
+                column.truncate(kept);
+            }
+        }
+        let length = length(specimen);
+        depth_m.iter_mut().for_each(|depth| *depth /= length);
+        let area = area(specimen);
+        force_n.iter_mut().for_each(|force| *force /= area);
+        let mut record = Self::history(time_s, depth_m, force_n)?;
+        let own = &mut record.motions[0];
+        own.map = map.and_then(|map| {
+            let mut numbers = map.numbers();
+            numbers[0] *= length;
+            numbers[7] *= length;
+            DepthMap::new(numbers).ok()
+        });
+        own.can_stiffen = specimen.length().is_some();
+        if !own.can_stiffen {
+            (record.strain_to, record.said) = (None, Vec::new());
+        }
+        record.said.extend(said);
+        Ok(record)
+    }
+
+    /// Several motions of the same tissue, as to several depths, to be fitted together: each counts by its share of its own
+    /// stress. Each begins at the time 0.
+    ///
+    /// # Errors
+    /// No record, or one that is no motion; more samples than [`SAMPLES_MOST`].
+    pub fn together(records: Vec<Self>) -> Result<Self, IdentifyError> {
+        let mut records = records.into_iter();
+        let Some(mut all) = records.next() else {
+            return Err(IdentifyError::Record(NO_SAMPLES.to_owned()));
+        };
+        if let Some(&begin) = all.x.first().filter(|_| records.len() > 0) {
+            all.x.iter_mut().for_each(|x| *x -= begin);
+        }
+        for other in records {
+            if [all.kind, other.kind] != [RecordKind::History; 2] {
+                return Err(IdentifyError::Record(format!(
+                    "only motions are fitted together, and a record is of kind {}: give them one by one",
+                    if all.kind == RecordKind::History {
+                        other.kind
+                    } else {
+                        all.kind
+                    }
+                    .name()
+                )));
+            }
+            all.x.extend(other.x.iter().map(|x| x - other.x[0]));
+            all.first.extend(other.first);
+            all.second.extend(other.second);
+            all.motions.extend(other.motions);
+            all.strain_to = all
+                .strain_to
+                .zip(other.strain_to)
+                .map(|(a, b)| f64::max(a, b));
+            all.said.extend(other.said);
+        }
+        lengths(&all.x, &all.first, None)?;
+        Ok(all)
+    }
+
+    /// The same of tissue that stiffens by b.
+    pub(super) fn stiffened(&self, stiffening: f64) -> Self {
+        let mut record = self.clone();
+        for motion in &mut record.motions {
+            let mut numbers = (motion.map)
+                .map_or([1.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0], |map| {
+                    map.numbers()
+                });
+            numbers[7] = stiffening;
+            motion.map = DepthMap::new(numbers).ok();
+        }
+        record
+    }
+
+    /// True if its tissue can be seen to stiffen.
+    pub(super) fn can_stiffen(&self) -> bool {
+        !self.motions.is_empty() && self.motions.iter().all(|motion| motion.can_stiffen)
+    }
+
+    /// The same with the largest strain of the specimen; one that is not small is said.
+    pub(super) fn with_strain_to(mut self, strain: f64) -> Self {
+        self.strain_to = Some(strain);
+        if strain > SMALL {
+            self.said.push(format!(
+                "the strain reaches {}: a linear law holds to about {SMALL}",
+                Shown(strain)
+            ));
+        }
+        self
     }
 
     /// Its kind.
@@ -179,6 +341,12 @@ impl Record {
         &self.second
     }
 
+    /// Largest strain of the specimen, if the record knows it.
+    #[must_use]
+    pub const fn strain_to(&self) -> Option<f64> {
+        self.strain_to
+    }
+
     fn of_logarithms(
         kind: RecordKind,
         x: Vec<f64>,
@@ -205,6 +373,9 @@ impl Record {
             x,
             first,
             second,
+            motions: Vec::new(),
+            strain_to: None,
+            said: Vec::new(),
         };
         if oscillation {
             record.sort();
@@ -242,6 +413,70 @@ impl Record {
 const GROWTH: f64 = 0.02;
 /// A strain below this share of its range counts as rest.
 const REST: f64 = 0.01;
+/// Strain up to which a linear law is believed.
+const SMALL: f64 = 0.2;
+/// A depth that has fallen by more than this share of its largest is a retraction, no noise.
+const RETRACTION: f64 = 0.01;
+
+/// ℓ of a nominal strain δ/ℓ, m; under a cone the scale of its map.
+pub(super) fn length(specimen: &Specimen) -> f64 {
+    let scale = || {
+        specimen
+            .depth_map()
+            .map_or(1.0, |map| 1.0 / map.numbers()[0])
+    };
+    specimen.length().map_or_else(scale, |length| length.0)
+}
+
+/// γℓ, m²: the force of a specimen over its stress, in the modulus of its loading. Of a slab that slides on its plates the
+/// area itself, to the bit.
+pub(super) fn area(specimen: &Specimen) -> f64 {
+    let shape = specimen.shape(specimen.loading().kind.modulus());
+    match specimen.slab_sizes() {
+        Some((area, thickness)) => area.0 * (shape / (area.0 / thickness.0)),
+        None => shape * length(specimen),
+    }
+}
+
+/// Refuses what is pressed through.
+pub(super) fn within(
+    depth_m: &[f64],
+    thickness_m: f64,
+    kind: LoadingKind,
+) -> Result<(), IdentifyError> {
+    let bounded = !matches!(kind, LoadingKind::Shear | LoadingKind::Tension);
+    let beyond = |depth: &f64| bounded && *depth > thickness_m;
+    match depth_m.iter().position(beyond) {
+        None => Ok(()),
+        Some(index) => Err(IdentifyError::Sample {
+            index,
+            reason: format!(
+                "depth {} m is beyond the thickness {} m: change {THICKNESS}, or cut the record with {FROM}",
+                Shown(depth_m[index]),
+                Shown(thickness_m)
+            ),
+        }),
+    }
+}
+
+/// How many samples there are before a retraction.
+fn growing(depth_m: &[f64]) -> usize {
+    let most = depth_m.iter().copied().fold(0.0, f64::max);
+    let mut deepest = f64::NEG_INFINITY;
+    let fallen = depth_m.iter().position(|&depth| {
+        deepest = deepest.max(depth);
+        depth < deepest - RETRACTION * most
+    });
+    let Some(fallen) = fallen else {
+        return depth_m.len();
+    };
+    // It began where the depth fell last without a rest.
+    let falls = depth_m[..=fallen].windows(2).rev();
+    fallen + 1 - falls.take_while(|pair| pair[1] < pair[0]).count()
+}
+
+const NO_SAMPLES: &str =
+    "there are no samples: give at least one more than the model has parameters";
 
 fn lengths(x: &[f64], first: &[f64], second: Option<&Vec<f64>>) -> Result<(), IdentifyError> {
     let n = x.len();
@@ -251,9 +486,7 @@ fn lengths(x: &[f64], first: &[f64], second: Option<&Vec<f64>>) -> Result<(), Id
         ));
     }
     if n == 0 {
-        return Err(IdentifyError::Record(
-            "there are no samples: give at least one more than the model has parameters".to_owned(),
-        ));
+        return Err(IdentifyError::Record(NO_SAMPLES.to_owned()));
     }
     if n > SAMPLES_MOST {
         return Err(IdentifyError::Record(format!(

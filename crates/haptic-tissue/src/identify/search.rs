@@ -18,16 +18,19 @@ const FOLLOWED: usize = 6;
 const SAME: f64 = 1e-4;
 const ROUGH: Effort = Effort {
     tolerance: 1e-5,
+    step: 1e-5,
     patience: 12,
 };
 /// Enough to see which of the followed minima is the lowest.
 const CLOSE: Effort = Effort {
     tolerance: 1e-7,
+    step: 1e-7,
     patience: 25,
 };
 /// Effort of a fit that counts.
 pub(super) const FINE: Effort = Effort {
     tolerance: 1e-11,
+    step: 1e-11,
     patience: 100,
 };
 /// A variable so near to an end of its range, over the range, is at the end.
@@ -43,6 +46,8 @@ pub(super) struct Best {
     pub(super) sum: f64,
     /// Numbers of the variables that are not at an end of their range, in order.
     pub(super) free: Vec<usize>,
+    /// Minima beside it, and points of valleys that lead to it.
+    pub(super) others: Vec<Minimum>,
 }
 
 /// Fits a candidate from so many starts.
@@ -64,25 +69,42 @@ pub(super) fn search(
     let mut found: Vec<Minimum> = (0..starts)
         .take_while(|_| !target.stops())
         .map(|n| start(candidate, target, n))
-        .map(|start| minimise(candidate, &few, &ranges, &start, &all, ROUGH))
+        .map(|start| minimise(candidate, &few, &ranges, &start, &all, &[], ROUGH))
         .filter(|minimum| minimum.sum.is_finite())
         .collect();
     found.sort_by(|a, b| a.sum.total_cmp(&b.sum));
     found.dedup_by(|later, earlier| later.sum <= earlier.sum * (1.0 + SAME));
     found.truncate(FOLLOWED);
     let mut followed: Vec<Minimum> = (found.iter())
-        .map(|minimum| minimise(candidate, target, &ranges, &minimum.values, &all, CLOSE))
+        .map(|minimum| {
+            minimise(
+                candidate,
+                target,
+                &ranges,
+                &minimum.values,
+                &all,
+                &[],
+                CLOSE,
+            )
+        })
         .filter(|minimum| minimum.sum.is_finite())
         .collect();
     followed.sort_by(|a, b| a.sum.total_cmp(&b.sum));
     // The lowest that converges; one that creeps along a valley without end is none.
     let best = (followed.iter())
-        .map(|minimum| minimise(candidate, target, &ranges, &minimum.values, &all, FINE))
+        .map(|minimum| minimise(candidate, target, &ranges, &minimum.values, &all, &[], FINE))
         .find(|minimum| minimum.converged);
     let best = best.ok_or(IdentifyError::NotConverged {
         model: candidate.kind().name(),
     })?;
-    Ok(at_ends(candidate, target, &ranges, best))
+    for minimum in &mut followed {
+        let elements = Elements::from_variables(&minimum.values).sorted(candidate);
+        minimum.values = elements.variables(candidate);
+    }
+    Ok(Best {
+        others: followed,
+        ..at_ends(candidate, target, &ranges, best)
+    })
 }
 
 /// Fixes variables that have come to an end of their range, and fits the others once more.
@@ -101,7 +123,7 @@ fn at_ends(candidate: Candidate, target: &Target, ranges: &[(f64, f64)], best: M
     }
     let mut chosen = (best.values, best.sum, (0..ranges.len()).collect());
     if free.len() < ranges.len() {
-        let fixed = minimise(candidate, target, ranges, &values, &free, FINE);
+        let fixed = minimise(candidate, target, ranges, &values, &free, &[], FINE);
         if fixed.converged && fixed.sum <= best.sum * (1.0 + COST_OF_END) {
             chosen = (fixed.values, fixed.sum, free);
         }
@@ -124,6 +146,7 @@ fn at_ends(candidate: Candidate, target: &Target, ranges: &[(f64, f64)], best: M
         elements: sorted,
         sum,
         free,
+        others: Vec::new(),
     }
 }
 
@@ -177,6 +200,30 @@ pub(super) struct Minimum {
     pub(super) converged: bool,
 }
 
+/// A row beside those of the record: weight·(Σ share·x − aim), for each variable x.
+#[derive(Clone, Debug)]
+pub(super) struct Pull {
+    pub(super) shares: Vec<f64>,
+    pub(super) aim: f64,
+    pub(super) weight: f64,
+    /// Nothing is pulled down.
+    pub(super) from_below: bool,
+}
+
+impl Pull {
+    pub(super) fn sum(&self, values: &[f64]) -> f64 {
+        let pairs = self.shares.iter().zip(values);
+        pairs.map(|(share, value)| share * value).sum()
+    }
+
+    fn weight(&self, sum: f64) -> f64 {
+        match self.from_below && sum > self.aim {
+            true => 0.0,
+            false => self.weight,
+        }
+    }
+}
+
 /// The problem at its present variables.
 struct Problem<'a> {
     candidate: Candidate,
@@ -186,6 +233,7 @@ struct Problem<'a> {
     values: Vec<f64>,
     /// Those that are moved.
     free: &'a [usize],
+    pulls: &'a [Pull],
     u: DVector<f64>,
     residuals: DVector<f64>,
     jacobian: DMatrix<f64>,
@@ -209,6 +257,14 @@ impl Problem<'_> {
                 jacobian[(n, k)] = root * slope.by[v] * turn[k];
             }
         });
+        for (n, pull) in (self.target.len()..).zip(self.pulls) {
+            let sum = pull.sum(&self.values);
+            let weight = pull.weight(sum);
+            residuals[n] = weight * (sum - pull.aim);
+            for (k, &v) in free.iter().enumerate() {
+                jacobian[(n, k)] = weight * pull.shares[v] * turn[k];
+            }
+        }
     }
 }
 
@@ -240,19 +296,23 @@ impl LeastSquaresProblem<f64, Dyn, Dyn> for Problem<'_> {
 pub(super) struct Effort {
     /// Relative change of the sum at which to stop.
     pub(super) tolerance: f64,
+    /// Relative change of the variables at which to stop.
+    pub(super) step: f64,
     /// Evaluations per variable.
     pub(super) patience: usize,
 }
 
-/// Moves the free variables from these values to the nearest minimum.
+/// Moves the free variables from these values to the nearest minimum, under these pulls; they are not in its sum.
 pub(super) fn minimise(
     candidate: Candidate,
     target: &Target,
     ranges: &[(f64, f64)],
     start: &[f64],
     free: &[usize],
+    pulls: &[Pull],
     effort: Effort,
 ) -> Minimum {
+    let (n, rows) = (target.len(), target.len() + pulls.len());
     let u = free.iter().map(|&v| {
         let (low, high) = ranges[v];
         libm::asin(((start[v] - low) / (high - low) * 2.0 - 1.0).clamp(-1.0, 1.0))
@@ -263,15 +323,16 @@ pub(super) fn minimise(
         ranges,
         values: start.to_vec(),
         free,
+        pulls,
         u: DVector::from_iterator(free.len(), u),
-        residuals: DVector::zeros(target.len()),
-        jacobian: DMatrix::zeros(target.len(), free.len()),
+        residuals: DVector::zeros(rows),
+        jacobian: DMatrix::zeros(rows, free.len()),
         finite: false,
     };
     problem.evaluate();
     let solver = LevenbergMarquardt::new()
         .with_ftol(effort.tolerance)
-        .with_xtol(effort.tolerance)
+        .with_xtol(effort.step)
         .with_gtol(1e-12)
         .with_patience(effort.patience);
     let (problem, report) = solver.minimize(problem);
@@ -281,7 +342,7 @@ pub(super) fn minimise(
             TerminationReason::NoImprovementPossible(_)
         );
     let sum = if problem.finite {
-        problem.residuals.norm_squared()
+        problem.residuals.rows(0, n).norm_squared()
     } else {
         f64::INFINITY
     };

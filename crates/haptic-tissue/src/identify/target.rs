@@ -8,8 +8,10 @@
 
 use super::contour::{Contour, Quantity};
 use super::elements::{Candidate, ELEMENTS, Elements, Slope};
-use super::history::History;
+use super::history::{History, Moved};
 use super::record::{Record, RecordKind};
+use crate::indentation::mapped;
+use std::ops::Range;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 /// The weights of the samples.
@@ -21,6 +23,9 @@ pub enum Weighting {
     /// Each sample counts as much as it covers of ln t (or ln ω): for samples that crowd at one end.
     LogSpacing,
 }
+
+/// Points at least of a mapped motion: what is left of the map between them is 1e-6 of the largest value.
+const POINTS: usize = 1000;
 
 /// A record made ready for a fit.
 #[derive(Clone, Debug)]
@@ -81,11 +86,37 @@ impl<'a> Target<'a> {
     }
 
     fn of_history(record: &Record, stop: &'a AtomicBool) -> Self {
-        let history = History::new(&record.x, &record.first, &record.second);
+        let mut begin = 0;
+        let samples = record.motions.iter().map(|motion| {
+            begin += motion.samples;
+            begin - motion.samples..begin
+        });
+        let samples: Vec<Range<usize>> = samples.collect();
+        let parts = || record.motions.iter().zip(&samples);
+        let mapped: Vec<Option<(Vec<f64>, Vec<f64>)>> = parts()
+            .map(|(motion, own)| {
+                let (time_s, strain) = (&record.x[own.clone()], &record.first[own.clone()]);
+                (motion.map.as_ref()).map(|map| mapped(time_s, strain, map, POINTS))
+            })
+            .collect();
+        let motions: Vec<Moved<'_>> = (samples.iter().zip(&mapped))
+            .map(|(own, mapped)| {
+                let time_s = &record.x[own.clone()];
+                let plain = (time_s, &record.first[own.clone()]);
+                let (motion_s, strain) = (mapped.as_ref()).map_or(plain, |(t, e)| (t, e));
+                Moved {
+                    time_s,
+                    stress_pa: &record.second[own.clone()],
+                    motion_s,
+                    strain,
+                }
+            })
+            .collect();
+        let history = History::new(&motions);
         let (chosen, scale) = (&history.chosen, history.stress_scale);
         Self {
             wanted: chosen.iter().map(|&i| record.second[i] / scale).collect(),
-            roots: vec![1.0; chosen.len()],
+            roots: history.scales.iter().map(|own| scale / own).collect(),
             unit_s: history.unit_s,
             scale,
             middle: libm::log(scale / history.strain_scale),

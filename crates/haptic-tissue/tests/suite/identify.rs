@@ -3,6 +3,7 @@
 
 mod golden;
 mod history;
+mod indentation;
 mod records;
 mod recovery;
 mod table;

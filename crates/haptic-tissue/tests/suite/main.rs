@@ -5,4 +5,5 @@ mod export;
 mod identify;
 mod records;
 mod rendering;
+mod ting;
 mod tissue_files;

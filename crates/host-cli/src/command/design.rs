@@ -8,7 +8,8 @@ use crate::picture::{Panel, linear, page};
 use haptic_experiment::Failure;
 use haptic_experiment::document::Document;
 use haptic_experiment::question::{Answer, Candidate, DesignReport, Question};
-use haptic_figure::{FigureError, Look, Picture};
+use haptic_figure::{AxisSpec, FigureError, Look, Picture, Scale};
+use haptic_quantity::written;
 use serde::Serialize;
 use std::sync::atomic::AtomicBool;
 
@@ -72,7 +73,7 @@ struct Shown<'a> {
     files: Vec<String>,
 }
 
-/// Draws the wished quantity over the order, and the dissipation that allows it.
+/// Draws the wished quantity over the order, and the dissipation that allows it, which is not seen where it is 0 and elsewhere is not.
 fn draw(report: &DesignReport) -> Result<Picture, FigureError> {
     let (label, value): (&str, fn(&Candidate) -> Option<f64>) = match report.wish {
         "most-damping" => ("effective damping / N·s·m⁻¹", |c| {
@@ -81,8 +82,8 @@ fn draw(report: &DesignReport) -> Result<Picture, FigureError> {
         "tissue" => ("largest scale of the specimen", |c| c.largest_scale),
         _ => ("largest stiffness K / N·m⁻¹", |c| c.stiffness),
     };
-    let panel = |label, value: fn(&Candidate) -> Option<f64>| {
-        Panel::new("", linear("order μ"), linear(label))
+    let panel = |y, value: fn(&Candidate) -> Option<f64>| {
+        Panel::new("", linear("order μ"), y)
             .with(
                 "each order",
                 Look::Line,
@@ -102,14 +103,24 @@ fn draw(report: &DesignReport) -> Result<Picture, FigureError> {
     };
     // Device and operator in one line.
     let subtitle = format!(
-        "m = {} kg · b = {} N·s/m · T = {} s · {} · scheme {}",
-        report.asked.mass_kg,
-        report.asked.damping_n_s_per_m,
-        report.asked.sample_time_s,
+        "m = {} · b = {} · T = {} · {} · scheme {}",
+        written("mass_kg", report.asked.mass_kg),
+        written("damping_n_s_per_m", report.asked.damping_n_s_per_m),
+        written("sample_time_s", report.asked.sample_time_s),
         report.imperfections.words(),
         report.scheme
     );
-    let panels = [panel(label, value), panel("dissipation β", |c| c.beta)];
+    // B falls by decades with the order, as its unit does not stay; where no wall has any it is 0.
+    let mut dissipations = report.candidates.iter().filter_map(|c| c.dissipation);
+    let scale = match dissipations.any(|dissipation| dissipation > 0.0) {
+        true => Scale::Log,
+        false => Scale::Linear,
+    };
+    let dissipation = AxisSpec::new("dissipation B / N·s^μ·m⁻¹", scale);
+    let panels = [
+        panel(linear(label), value),
+        panel(dissipation, |c| c.dissipation),
+    ];
     let title = format!("Design: {}, {requirement}", report.wish);
     page(&title, &subtitle, 2, &panels)
 }

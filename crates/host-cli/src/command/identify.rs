@@ -7,12 +7,14 @@ use self::record::TableArguments;
 use crate::command::conduct::progress_bar;
 use crate::files::{File, PROGRAM, PlaceOfFile};
 use crate::output::{Output, joined, warn};
-use crate::parse::{of, one_of, whole};
+use crate::parse::{choice, of, one_of, quantity, whole};
 use clap::Args;
+use haptic_experiment::parameters::Range;
 use haptic_experiment::{Failure, parameters};
 use haptic_log::record::StartTime;
+use haptic_loop::{INCOMPRESSIBLE, Loading, LoadingKind};
 use haptic_quantity::digits;
-use haptic_tissue::identify::table::Loading;
+use haptic_tissue::identify::table::{Reading, Understood};
 use haptic_tissue::identify::{
     CANDIDATES, Fit, Identification, Options, RecordKind, Weighting, identify,
 };
@@ -27,7 +29,10 @@ a tissue file for relax --tissue.
 
 DATA is CSV or TSV with a header, or a log (*.mcap). Known headers: time_s, relaxation_modulus_pa, creep_compliance_per_pa, \
 strain, stress_pa, force_n, position_m, omega_rad_s, storage_modulus_pa, loss_modulus_pa, and those of rheometers and testing \
-machines, such as Time [s], G' (kPa), Storage Modulus. Lines that begin with # are skipped.
+machines, such as Time [s], G' (kPa), Storage Modulus, Depth (mm). Lines that begin with # are skipped.
+
+G and shear are the shear modulus, E is Young's. Where the header says neither, --loading says how the specimen was loaded. \
+Force and depth of a punch, sphere or cone become a modulus by --loading and --indenter-radius or --half-angle.
 
 The fit is least squares: in the logarithm of modulus or compliance for relaxation, creep and oscillation, in the stress for \
 any other motion.";
@@ -82,18 +87,8 @@ pub(crate) struct Arguments {
     model: Chosen,
     #[command(flatten)]
     table: TableArguments,
-    /// Held strain of a relaxation
-    #[arg(long, value_parser = of(parameters::STRAIN), help_heading = "Specimen")]
-    strain: Option<f64>,
-    /// Held stress of a creep test
-    #[arg(long, value_parser = of(parameters::STRESS), help_heading = "Specimen")]
-    stress: Option<f64>,
-    /// Area of the specimen, to turn force into stress
-    #[arg(long, value_parser = of(parameters::AREA), help_heading = "Specimen")]
-    area: Option<f64>,
-    /// Thickness of the specimen, to turn position into strain
-    #[arg(long, value_parser = of(parameters::THICKNESS), help_heading = "Specimen")]
-    thickness: Option<f64>,
+    #[command(flatten)]
+    specimen: SpecimenArguments,
     #[command(flatten)]
     fit: FitArguments,
     #[command(flatten)]
@@ -101,6 +96,62 @@ pub(crate) struct Arguments {
     /// Specimen, temperature, preparation, for the tissue file
     #[arg(long, value_name = "TEXT", requires = "out", help_heading = "Files")]
     conditions: Option<String>,
+}
+
+/// Poisson's ratio of what can be measured.
+const POISSON_RATIOS: Range = Range::Within(0.0, INCOMPRESSIBLE);
+
+/// Options of the specimen: what the table lacks.
+#[derive(Debug, Args)]
+#[command(next_help_heading = "Specimen")]
+struct SpecimenArguments {
+    /// Held strain of a relaxation
+    #[arg(long, value_parser = of(parameters::STRAIN))]
+    strain: Option<f64>,
+    /// Held stress of a creep test
+    #[arg(long, value_parser = of(parameters::STRESS))]
+    stress: Option<f64>,
+    /// How it was loaded [default: as the header says]
+    #[arg(long, value_parser = choice::<LoadingKind>())]
+    loading: Option<LoadingKind>,
+    /// Area, to turn force into stress
+    #[arg(long, value_parser = of(parameters::AREA))]
+    area: Option<f64>,
+    /// Thickness, to turn position into strain; of a layer under a sphere
+    #[arg(long, value_parser = of(parameters::THICKNESS))]
+    thickness: Option<f64>,
+    /// Radius of a punch or sphere
+    #[arg(long, value_parser = of(parameters::INDENTER_RADIUS))]
+    indenter_radius: Option<f64>,
+    /// Half angle of a cone, between axis and flank
+    #[arg(long, value_parser = of(parameters::HALF_ANGLE))]
+    half_angle: Option<f64>,
+    /// The slab cannot slide on its plates, or the layer under a sphere not on its base
+    #[arg(long)]
+    bonded: bool,
+    /// Poisson's ratio [default: 0.5, incompressible]
+    #[arg(long, value_parser = quantity("poisson_ratio", POISSON_RATIOS))]
+    poisson_ratio: Option<f64>,
+}
+
+impl SpecimenArguments {
+    fn reading(&self, kind: Option<RecordKind>) -> Reading {
+        Reading {
+            kind,
+            strain: self.strain,
+            stress_pa: self.stress,
+            loading: Loading {
+                kind: self.loading.unwrap_or(LoadingKind::Compression),
+                area_m2: self.area,
+                thickness_m: self.thickness,
+                radius_m: self.indenter_radius,
+                half_angle_rad: self.half_angle,
+                bonded: self.bonded,
+            },
+            loading_is_told: self.loading.is_some(),
+            poisson_ratio: self.poisson_ratio,
+        }
+    }
 }
 
 /// Fewer records say nothing of the ends of an interval.
@@ -116,7 +167,7 @@ struct FitArguments {
     /// Starts per model
     #[arg(long, default_value_t = Options::STARTS as u32, value_parser = whole::<u32>(Options::STARTS_ALLOWED))]
     starts: u32,
-    /// Bootstrap records for the intervals; 0 uses the standard errors
+    /// Bootstrap records for the intervals; 0 takes them from profiles of the likelihood
     #[arg(long, default_value_t = 0, value_parser = whole::<u32>(Options::BOOTSTRAP_ALLOWED))]
     bootstrap: u32,
     /// Seed of the bootstrap [default: 1]
@@ -134,13 +185,8 @@ impl Arguments {
         }
         let name = self.tissue_name()?;
         let mut place = PlaceOfFile::look(&self.file, "tissue")?;
-        let loading = Loading {
-            strain: self.strain,
-            stress_pa: self.stress,
-            area_m2: self.area,
-            thickness_m: self.thickness,
-        };
-        let understood = self.table.read(&self.data, self.kind, loading)?;
+        let reading = self.specimen.reading(self.kind);
+        let understood = self.table.read(&self.data, &reading)?;
         // The one that was asked for, and those with fewer parameters, to say if one of these is as good.
         let wanted = |candidate: &ModelKind| {
             let parameters = |kind: ModelKind| kind.parameters().len();
@@ -165,8 +211,8 @@ impl Arguments {
         let source = source.to_string_lossy();
         let (tissue, figure) = match name {
             Some(name) => {
-                let text = self.tissue(name, &found, &source)?;
-                place.write(|| text, || draw::draw(&found, &source))
+                let text = self.tissue(name, &understood, &found, &source)?;
+                place.write(|| text, || draw::draw(&found, understood.loading, &source))
             }
             None => (None, None),
         };
@@ -187,6 +233,7 @@ impl Arguments {
         let chosen = json!({
             "kind": found.kind.name(),
             "samples": found.samples,
+            "loading": understood.loading,
             "model": fit.kind.name(),
             "parameters": parameters(fit),
         });
@@ -221,7 +268,13 @@ impl Arguments {
     }
 
     /// The tissue file, with what it was made of.
-    fn tissue(&self, name: &str, found: &Identification, record: &str) -> Result<String, Failure> {
+    fn tissue(
+        &self,
+        name: &str,
+        understood: &Understood,
+        found: &Identification,
+        record: &str,
+    ) -> Result<String, Failure> {
         let fit = &found.fits[0];
         if !fit.is_settled() {
             return Err(Failure::bad_input(format_args!(
@@ -261,7 +314,12 @@ impl Arguments {
         };
         let description = format!("identified from {record}");
         let material = Material::new(name, &description, model, source).map_err(Failure::input)?;
-        Ok(material.with_range(range(found)).to_toml())
+        let range = ValidRange {
+            strain_to: understood.record.strain_to(),
+            ..range(found)
+        };
+        let material = material.with_loading(understood.loading, 0.0);
+        Ok(material.with_range(range).to_toml())
     }
 }
 

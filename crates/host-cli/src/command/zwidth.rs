@@ -8,6 +8,7 @@ use haptic_experiment::Failure;
 use haptic_experiment::document::Document;
 use haptic_experiment::question::{Answer, BoundaryPoint, Question, ZWidthReport};
 use haptic_figure::{FigureError, Look, Picture};
+use haptic_quantity::{digits, written};
 use serde::Serialize;
 
 pub(crate) const LONG_ABOUT: &str = "\
@@ -85,13 +86,13 @@ fn warn_of(report: &ZWidthReport) {
 /// The boundaries, the analysis beneath and what was tried on it, without units and the same in N/m.
 fn draw(report: &ZWidthReport) -> Result<Picture, FigureError> {
     let subtitle = format!(
-        "scheme {} · T = {} s · δ = {:.5} · device {} · impact {} m/s · push {} N",
+        "scheme {} · T = {} · δ = {} · device {} · impact {} · push {}",
         report.scheme,
-        report.asked.sample_time_s,
-        report.delta,
+        written("sample_time_s", report.asked.sample_time_s),
+        digits(report.delta, 4),
         report.device,
-        report.impact_m_per_s,
-        report.push_n
+        written("impact_m_per_s", report.impact_m_per_s),
+        written("push_n", report.push_n)
     );
     let without_units = Panel::new(
         "without units",

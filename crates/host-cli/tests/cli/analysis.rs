@@ -1,6 +1,6 @@
 //! `analyze` and `zwidth`: the contract's keys, known numbers, refusals.
 
-use super::process::{Place, number};
+use super::process::{Place, number, says};
 use serde_json::Value;
 use testkit::assert_relative;
 
@@ -79,6 +79,36 @@ fn an_analysis_leaves_a_picture_and_a_table_without_nan() {
             );
         }
         assert!(!place.read(&format!("here/{stem}.png")).is_empty());
+    }
+}
+
+#[test]
+fn a_map_has_the_units_of_its_loop_and_the_wall_that_was_given() {
+    let place = Place::new();
+    let device = "--mass 65g --damping 3.5 --sample-time 1ms --delay 0.5ms";
+    let (with, without) = (
+        ["stiffness K / N·m⁻¹", "m = 65 g"],
+        ["α = KT²/m", "δ = 0.1"],
+    );
+    for (options, words, has_wall) in [
+        (
+            format!("{device} --stiffness 3N/mm --dissipation 100"),
+            with,
+            true,
+        ),
+        (format!("{device} --stiffness 3N/mm"), with, false),
+        (
+            "--delta 0.1 --alpha 0.1 --beta 0.2".to_owned(),
+            without,
+            true,
+        ),
+        ("--delta 0.1".to_owned(), without, false),
+    ] {
+        let line = format!("analyze stability-region --order 0.5 {options} --out map --overwrite");
+        place.run(&line).succeeded();
+        let svg = place.text("map/region.svg");
+        says(&svg, &words);
+        assert_eq!(svg.contains("your wall"), has_wall, "{options}");
     }
 }
 

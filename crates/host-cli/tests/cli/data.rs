@@ -271,8 +271,20 @@ fn what_show_prints_of_a_tissue_that_comes_along_is_a_file_to_start_from() {
 #[test]
 fn a_tissue_is_exported_for_finite_elements_with_its_error() {
     let place = Place::new();
-    let table = place.run("materials export fish-muscle --prony 12 --horizon 1000s");
+    let table = place.run("materials export fish-muscle --prony 12");
     let table = table.succeeded().stdout;
+    says(
+        &table,
+        &[
+            "for t from 0.0139 s to 981 s",
+            "G here is the Young's modulus, as assumed",
+        ],
+    );
+    let beyond = place.run("materials export fish-muscle --horizon 1962s");
+    says(
+        &beyond.stderr,
+        &["come from 0.0139 to 981 s", "2 times later"],
+    );
     let rows = table.lines().filter(|line| !line.starts_with('#'));
     let rows: Vec<&str> = rows.collect();
     assert_eq!(rows[0], "branch,modulus_pa,relaxation_time_s");

@@ -25,8 +25,8 @@ fn json_has_the_contracts_keys() {
     let place = place();
     let ended = place.run("identify fish.tsv --model fractional-maxwell --out muscle.toml --json");
     let report = ended.succeeded_with_warnings().json();
-    let keys_of_all = "aic bic candidates correlation figure kind model notes parameters rms_log_residual samples \
-                       tissue warnings";
+    let keys_of_all = "aic bic candidates correlation figure kind loading model notes parameters rms_log_residual \
+                       samples tissue warnings";
     assert_eq!(keys(&report), keys_of_all);
     assert_eq!(
         (&report["kind"], &report["samples"]),
@@ -105,6 +105,81 @@ fn a_log_of_a_run_gives_back_its_tissue() {
     }
 }
 
+/// A sphere that is pressed in and held, of a spring of 3 kPa: f = (16/9)·√R·E·δ^1.5.
+fn indentation() -> String {
+    let rows = (0..200).map(|n| {
+        let (time, depth) = (0.01 * f64::from(n), 0.5 * (0.02 * f64::from(n)).min(1.0));
+        let force = 16.0 / 9.0 * 5e-3_f64.sqrt() * 3e3 * (1e-3 * depth).powf(1.5);
+        // A spring of 3 kPa, with a millionth of noise: a constant record is none.
+        format!(
+            "{time},{depth},{}\n",
+            force * (1.0 + 1e-6 * f64::from(n % 3))
+        )
+    });
+    "time_s,depth_mm,force_n\n".to_owned() + &rows.collect::<String>()
+}
+
+/// How a record was measured goes into the tissue, and a tissue of shear is pressed with three times its modulus.
+#[test]
+fn the_tissue_file_says_how_its_record_was_loaded() {
+    let place = Place::new();
+    place.write("sphere.csv", indentation());
+    let line = "identify sphere.csv --loading sphere --indenter-radius 5mm --model spring-pot --out ball.toml --json";
+    let ended = place.run(line);
+    let report = ended.succeeded_with_warnings().json();
+    let loading = &report["loading"];
+    assert_eq!(keys(loading), "kind modulus poisson_ratio");
+    assert_eq!(
+        (&loading["kind"], &loading["modulus"]),
+        (&"sphere".into(), &"young".into())
+    );
+    let value = number(&report["parameters"]["viscosity_pa_s_alpha"]["value"]);
+    assert_relative("E", value, 3e3, 1e-4);
+    let words = [
+        "[loading]\nkind = \"sphere\"\nmodulus = \"young\"\npoisson_ratio = 0.5",
+        "strain_to = 0.1",
+    ];
+    says(&place.text("ball.toml"), &words);
+    says(
+        &report["notes"].to_string(),
+        &["Poisson's ratio is taken as 0.5"],
+    );
+    // A rheometer's record, and its force in compression.
+    let rows = (1..40).map(|n| format!("{n},{}\n", 1e3 * f64::from(n).powf(-0.2)));
+    place.write(
+        "gel.csv",
+        "t (s),G(t) (Pa)\n".to_owned() + &rows.collect::<String>(),
+    );
+    place
+        .run("identify gel.csv --model spring-pot --out shear.toml")
+        .succeeded_with_warnings();
+    says(
+        &place.text("shear.toml"),
+        &["[loading]\nmodulus = \"shear\""],
+    );
+    let young = place.text("shear.toml").replace("\"shear\"", "\"young\"");
+    place.write("young.toml", young);
+    let last_force = |tissue: &str| {
+        let line =
+            format!("relax --tissue {tissue}.toml --contact rigid --duration 2s --out {tissue}");
+        place.run(&line).succeeded();
+        let table = place.text(&format!("{tissue}/relax.csv"));
+        let column = table.lines().next().and_then(|names| {
+            let mut names = names.split(',');
+            names.position(|name| name == "simulated_force_n")
+        });
+        let row = table.lines().last().expect("a row").split(',');
+        let force: f64 = row
+            .skip(column.expect("a column"))
+            .flat_map(str::parse)
+            .next()
+            .expect("a force");
+        force
+    };
+    let ratio = last_force("shear") / last_force("young");
+    assert_relative("G to E", ratio, 3.0, 1e-14);
+}
+
 #[test]
 fn parameters_are_a_table_with_intervals() {
     let ended = place().run("identify sweep.csv --bootstrap 40");
@@ -128,6 +203,9 @@ fn bad_input_is_refused_in_one_line_with_the_option_that_mends_it() {
         identify force.csv => force.csv | give --strain
         identify fish.tsv --out Fish.toml => Fish.toml | lower-case | --out
         identify run.mcap => --area | --thickness
+        identify force.csv --loading sphere --strain 5% => --loading sphere | force_n and position_m
+        identify fish.tsv --indenter-radius 5mm => --indenter-radius | --loading
+        identify fish.tsv --poisson-ratio 0.6 => --poisson-ratio | from 0 to 0.5
         ",
     );
     assert_eq!(place.files().len(), 6, "nothing was written");

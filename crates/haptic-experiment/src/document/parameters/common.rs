@@ -42,7 +42,7 @@ parameters! {
     /// Force limit of a rendered tissue, N.
     FORCE_LIMIT = number("force_limit_n", 10.0, "10N", FORCE_LIMITS, "Largest force the loop may command");
     /// Controller of the indenter.
-    CONTROLLER = text("controller", "", "Controller file; its controller moves the indenter, which is then a mass");
+    CONTROLLER = text("controller", "", "Controller file of the indenter, which is then a mass");
     /// Rate limit of a rendered tissue, N/s.
     FORCE_RATE_LIMIT = number("force_rate_limit_n_per_s", 1000.0, "1000N/s", FORCE_RATES, "Largest rate of change of the force");
     /// Number of axes.
@@ -106,7 +106,7 @@ parameters! {
          let go [default: 10]");
     /// Device file.
     DEVICE_MODEL = text("device_model", "",
-        "Device file, as written by device measure; other keys take precedence. On the rig of [relax] and [creep] only the guard uses it");
+        "Device file, of device measure; on a rig for its guard only");
 }
 
 /// Of every experiment on a device.

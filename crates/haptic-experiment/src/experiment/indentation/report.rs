@@ -5,7 +5,7 @@ use crate::Supervisor;
 use crate::document::failure::Failure;
 use crate::document::parameters::CONTACT;
 use crate::experiment::drive::{DriveJudge, DriveReport, Massless, drive_columns};
-use crate::experiment::rendering::{Contact, Precision, Rendering};
+use crate::experiment::rendering::{Contact, DEPTH, FORCE, Precision, Rendering};
 use crate::judge::decimated::Decimated;
 use crate::judge::modelled_tissue::Sampled;
 use crate::judge::reference::{ReferenceSeries, TOLERANCE};
@@ -18,7 +18,7 @@ use crate::run::samples::Samples;
 use crate::run::tick::KeptSample;
 use fracdiff::Seconds;
 use haptic_loop::plant::RigDrive;
-use haptic_quantity::digits;
+use haptic_quantity::{digits, written};
 use serde::Serialize;
 
 /// The comparison with the full history begins here, s after contact.
@@ -302,7 +302,7 @@ impl Indentation {
                 let until = self.duration_s;
                 let depth = match slab {
                     Some((_, thickness)) => format!("{} % strain", percent(depth_m / thickness.0)),
-                    None => format!("{} mm", digits(1e3 * depth_m, 4)),
+                    None => written(DEPTH.key, depth_m),
                 };
                 let remark = format!("{depth} in {ramp_time_s} s, held until {until} s");
                 ("Stress relaxation", remark)
@@ -310,13 +310,14 @@ impl Indentation {
             Load::Force { force_n } => {
                 let push = match slab {
                     Some((area, _)) => format!("{} Pa", digits(force_n / area.0, 4)),
-                    None => format!("{} N", digits(force_n, 4)),
+                    None => written(FORCE.key, force_n),
                 };
                 ("Creep", format!("{push} from t = 0"))
             }
         };
         let (tissue, origin) = (&rendering.piece.material.description, Origin::of(record));
         let title = format!("{what} of {tissue}, {}", origin.word());
+        let remark = format!("{}, {remark}", report.loading);
         let curves = whole.then(|| curves.named(names, origin, title, remark));
         Ok((report, curves))
     }

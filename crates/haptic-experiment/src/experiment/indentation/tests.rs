@@ -327,6 +327,7 @@ fn random_models_are_stable_as_the_analysis_says() {
             scheme: "full".parse().expect("a scheme"),
             sample_time_s: T.0,
             samples: 10_000,
+            map: None,
         };
         let device = Dynamics {
             mass_kg: MASS,

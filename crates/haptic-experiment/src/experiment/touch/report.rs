@@ -7,6 +7,7 @@ use crate::document::failure::Failure;
 use crate::document::parameters::SAMPLE_TIME;
 use crate::experiment::trial::{Seen, incomparable};
 use crate::judge::decimated::Decimated;
+use crate::judge::preflight::Matter;
 use crate::judge::report::{Errors, Files, RunReport};
 use crate::judge::warnings::Warnings;
 use crate::judge::{Compared, Curves, Origin, Reference};
@@ -18,6 +19,7 @@ use crate::run::safety::keys::{GUARD, RISE_TIME};
 use crate::run::tick::{KeptSample, judged_force_n};
 use haptic_log::record::{Entry, LogReader, TickMessage, column_name};
 use haptic_loop::Limiters;
+use haptic_tissue::ting;
 use serde::Serialize;
 use std::f64::consts::TAU;
 
@@ -70,6 +72,10 @@ pub struct TouchReport {
     /// closed form of a scripted hand.
     #[serde(flatten)]
     pub(crate) errors: Errors,
+    /// Of a sphere or cone that is pulled back: the largest difference of the force from T. C. T. Ting's contact, which shrinks, as a
+    /// share of the largest force, up to where the contact grows again; null without such a retraction. The loop renders Lee and
+    /// Radok's contact, which grows.
+    pub retraction_error: Option<f64>,
     /// Verdict.
     pub(crate) verdict: TouchVerdict,
     /// The verdict in words.
@@ -91,6 +97,8 @@ const CURVES: usize = 8;
 const ROUNDING: f64 = 1e-9;
 /// Limited samples that make no touch saturated, as a share.
 const LIMITED: f64 = 0.01;
+/// Samples that a retraction is looked at in, at most: Ting's contact costs their square.
+const RETRACED: usize = 4000;
 /// Points of the outline of a disc.
 const OUTLINE: u32 = 180;
 
@@ -106,21 +114,28 @@ impl TouchExperiment {
         let verdict = self.verdict(record, energy);
         let mut curves = None;
         let mut compared = Compared::without_meaning("the run was cut short".to_owned());
+        let mut retraction_error = None;
         let files = if whole {
             compared = self.compare::<D>(record)?;
+            retraction_error = self.retraction(record);
             let (files, drawn) = self.draw::<D>(ran)?;
             curves = Some(self.curves(drawn, Origin::of(record), verdict));
             files
         } else {
             Files::of_run(ran, None)
         };
-        let run = RunReport::new(
+        let mut run = RunReport::new(
             ran,
             device_name(self.remote.as_ref()),
             self.sample_time().0,
             files,
             self.warnings(ran, verdict, energy),
         );
+        if let Matter::Tissue(piece) = &self.matter {
+            let times_s = (self.sample_time().0, record.duration_s());
+            run.warnings
+                .extend(piece.leaves(times_s, record.farthest_m()));
+        }
         let report = TouchReport {
             axes: D,
             shape: self.shape.words(),
@@ -134,6 +149,7 @@ impl TouchExperiment {
                     "there is no closed form while the hand moves".to_owned(),
                 ),
             },
+            retraction_error,
             verdict,
             verdict_reason: verdict.words(),
             largest_depth_m: record.farthest_m(),
@@ -255,6 +271,27 @@ impl TouchExperiment {
             }
         });
         Ok(force.collect())
+    }
+
+    /// The force of the first touch against Ting's contact, see [`TouchReport::retraction_error`].
+    fn retraction(&self, record: &Record) -> Option<f64> {
+        let Matter::Tissue(piece) = &self.matter else {
+            return None;
+        };
+        let indents = !piece.specimen.loading().kind.is_slab();
+        let map = piece.specimen.depth_map().filter(|_| indents)?;
+        let samples = record.whole.as_deref()?;
+        let thin = samples.len() / RETRACED + 1;
+        let samples: Vec<&KeptSample> = samples.iter().step_by(thin).collect();
+        let times: Vec<f64> = samples.iter().map(|sample| sample.time_s).collect();
+        let depths: Vec<f64> = samples.iter().map(|sample| sample.position_m).collect();
+        let theory = ting(&piece.material.model, Some(&map), &times, &depths);
+        let pairs = samples.iter().zip(&theory.force_per_shape);
+        let shape = piece.shape_m();
+        let error = (pairs.skip(theory.shrinks_from))
+            .map(|(sample, force)| (sample.reaction_n() - shape * force).abs())
+            .reduce(f64::max)?;
+        Some(error / record.largest_force_n()).filter(|error| error.is_finite())
     }
 
     /// The commanded force against the full history of what was read.

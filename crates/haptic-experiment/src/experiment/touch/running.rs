@@ -373,7 +373,7 @@ impl TouchExperiment {
         Ok(Postures {
             loops: self
                 .look(samples)
-                .steeper(self.matter.slope(self.deepest::<D>()?)),
+                .at_depth(self.matter.depth_map(), self.deepest::<D>()?),
             masses: self.effective_masses::<D>()?,
         })
     }

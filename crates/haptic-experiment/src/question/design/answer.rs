@@ -38,15 +38,7 @@ impl Design {
         progress: &(dyn Fn(u64) + Sync),
     ) -> Result<DesignReport, Failure> {
         self.check()?;
-        let candidates = for_each_order(&self.orders_to_try(), stop, progress, |order| {
-            // An order that cannot be analysed does not spoil the others.
-            let candidate = Bench::new(self, order)?.candidate();
-            Ok(candidate.unwrap_or_else(|error| Candidate {
-                order: order.get(),
-                reason: Some(error.to_string()),
-                ..Candidate::default()
-            }))
-        })?;
+        let candidates = self.candidates(stop, progress)?;
         let best = self.best(&candidates).cloned();
         let trial = best.as_ref().map(|best| self.trial(best)).transpose()?;
         let imperfections = self.device.imperfections();
@@ -80,6 +72,36 @@ impl Design {
                 .filter(|(wall, _)| wall.model.is_none())
                 .map(|(wall, _)| self.experiment_file(&wall)),
         })
+    }
+
+    /// The candidates by their order, that of a tissue first; if no orders were given, the steps beside the best are halved some times.
+    fn candidates(
+        &self,
+        stop: &AtomicBool,
+        progress: &(dyn Fn(u64) + Sync),
+    ) -> Result<Vec<Candidate>, Failure> {
+        let judged = |orders: &[Order]| {
+            for_each_order(orders, stop, progress, |order| {
+                // An order that cannot be analysed does not spoil the others.
+                let candidate = Bench::new(self, order)?.candidate();
+                Ok(candidate.unwrap_or_else(|error| Candidate {
+                    order: order.get(),
+                    reason: Some(error.to_string()),
+                    ..Candidate::default()
+                }))
+            })
+        };
+        let mut candidates = judged(&self.orders_to_try())?;
+        let own = usize::from(matches!(self.wish, Wish::Tissue { .. }));
+        for _ in 0..self.halvings() {
+            let Some(best) = self.best(&candidates) else {
+                break;
+            };
+            let finer = half_way(best.order, &candidates);
+            candidates.extend(judged(&finer)?);
+            candidates[own..].sort_by(|a, b| a.order.total_cmp(&b.order));
+        }
+        Ok(candidates)
     }
 
     /// Merit of a candidate, as the wish measures it.
@@ -206,6 +228,19 @@ impl Design {
         ];
         head + &keys(&wall.setup, wall.scheme, &law)
     }
+}
+
+/// The orders half way from one to its neighbours, in hundredths, that are not among them.
+fn half_way(order: f64, candidates: &[Candidate]) -> Vec<Order> {
+    let orders = || candidates.iter().map(|candidate| candidate.order);
+    let below = orders().filter(|other| *other < order).reduce(f64::max);
+    let above = orders().filter(|other| *other > order).reduce(f64::min);
+    let beside = [below, above].into_iter().flatten();
+    let tried: Vec<Order> = orders().flat_map(Order::new).collect();
+    beside
+        .flat_map(|other| Order::new((50.0 * (order + other)).round() / 100.0))
+        .filter(|middle| !tried.contains(middle))
+        .collect()
 }
 
 /// Tries an experiment, and makes it longer until it has settled: close to the edge it rings for long. An unstable one ends in a

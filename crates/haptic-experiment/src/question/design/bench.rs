@@ -154,6 +154,7 @@ impl<'a> Bench<'a> {
     fn judged(&self, (alpha, beta, scale): Wall) -> Result<Candidate, AnalysisError> {
         let device = &self.design.device;
         let (_, margin) = self.stable_and_margin(alpha, beta)?;
+        let proved = self.closed(alpha, beta)?.slope_limit().proved;
         let (stiffness, dissipation) = (alpha * self.units.0, beta * self.units.1);
         let required = self.port()?.required_delta(alpha, beta)?;
         let environment = Environment {
@@ -172,6 +173,7 @@ impl<'a> Bench<'a> {
             stiffness: Some(stiffness),
             dissipation: Some(dissipation),
             margin,
+            every_motion_margin: (proved > 0.0).then_some(proved),
             alpha: Some(alpha),
             beta: Some(beta),
             passive: Some(required.passive(self.delta)),

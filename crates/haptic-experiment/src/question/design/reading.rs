@@ -39,6 +39,7 @@ pub(crate) fn design(table: &Table<'_>, wish: WishName) -> Result<Design, FileEr
         device: bench(table)?,
         scheme: scheme(table)?,
         orders: in_order(table)?,
+        finer: !table.has(&DESIGN_ORDERS),
         gain_margin,
         wish: aim(table, wish)?,
         force_noise_limit_n: table.number_if(&FORCE_NOISE_LIMIT)?,

@@ -1,24 +1,17 @@
-//! Columns as a record: its kind, and forces as stresses.
+//! Columns as a record: its kind, how its specimen was loaded, and forces as stresses.
 
 use super::super::error::IdentifyError;
-use super::super::record::{Record, RecordKind};
+use super::super::record::{Record, RecordKind, area, within};
 use super::column::Column;
-use crate::identify::keys::{AREA, COLUMNS, FROM, KIND, STRAIN, STRESS, THICKNESS};
+use super::header::told;
+use crate::MeasuredLoading;
+use crate::identify::keys::{
+    AREA, BONDED, COLUMNS, FROM, HALF_ANGLE, KIND, LOADING, POISSON_RATIO, RADIUS, STRAIN, STRESS,
+    THICKNESS,
+};
 use fracdiff::parameter::Shown;
-use haptic_quantity::Key;
-
-/// Facts of the experiment that a table lacks.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Loading {
-    /// Held strain of a relaxation.
-    pub strain: Option<f64>,
-    /// Held stress of a creep test, Pa.
-    pub stress_pa: Option<f64>,
-    /// Area of the specimen, m²: stress = force/area.
-    pub area_m2: Option<f64>,
-    /// Thickness of the specimen, m: strain = position/thickness.
-    pub thickness_m: Option<f64>,
-}
+use haptic_loop::{INCOMPRESSIBLE, Loading, LoadingKind, Modulus, ParameterError, Specimen};
+use haptic_quantity::{Key, label};
 
 /// Columns of numbers in SI units, all of one length.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -38,17 +31,41 @@ pub struct Columns {
 pub struct Understood {
     /// The record.
     pub record: Record,
+    /// How it was measured, as far as it is known.
+    pub loading: MeasuredLoading,
     /// Guesses and omitted rows.
     pub notes: Vec<String>,
 }
 
-/// The kind and the loading of a record.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+/// What a table lacks.
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Reading {
     /// The kind; `None`: inferred from the columns if clear.
     pub kind: Option<RecordKind>,
-    /// Facts that the table lacks.
+    /// Held strain of a relaxation.
+    pub strain: Option<f64>,
+    /// Held stress of a creep test, Pa.
+    pub stress_pa: Option<f64>,
+    /// The sizes of the specimen, which turn force into stress and position into strain, and how it was loaded.
     pub loading: Loading,
+    /// True if the kind of the loading is told; else headers may tell it.
+    pub loading_is_told: bool,
+    /// Poisson's ratio, if it is known.
+    pub poisson_ratio: Option<f64>,
+}
+
+impl Default for Reading {
+    /// Nothing is told; forces compress a slab.
+    fn default() -> Self {
+        Self {
+            kind: None,
+            strain: None,
+            stress_pa: None,
+            loading: Loading::new(LoadingKind::Compression),
+            loading_is_told: false,
+            poisson_ratio: None,
+        }
+    }
 }
 
 impl Columns {
@@ -58,11 +75,31 @@ impl Columns {
     /// Columns that make no record, or several; bad numbers, with their lines.
     pub fn record(mut self, reading: &Reading) -> Result<Understood, IdentifyError> {
         self.prefer_chosen();
-        self.divide_by_specimen(&reading.loading)?;
+        let mut measured = self.measured(reading)?;
+        let loading = Loading {
+            kind: measured.kind.unwrap_or(reading.loading.kind),
+            ..reading.loading
+        };
+        let poisson_ratio = measured.poisson_ratio();
+        let indented = !loading.kind.is_slab() && !self.is_of_material();
+        match indented {
+            true if !(self.has(Column::Force) && self.has(Column::Position)) => {
+                return Err(IdentifyError::Record(format!(
+                    "{LOADING} {} needs columns force_n and position_m, found {}: name them by {COLUMNS}",
+                    loading.kind.name(),
+                    self.names()
+                )));
+            }
+            true => {
+                no_effect(reading.strain, STRAIN, "")?;
+                no_effect(reading.stress_pa, STRESS, " Pa")?;
+            }
+            false => self.divide_by_specimen(&loading, poisson_ratio)?,
+        }
         let kind = match reading.kind {
             Some(kind) => kind,
             None => {
-                let kind = self.guess(&reading.loading)?;
+                let kind = self.guess(reading)?;
                 let names: Vec<&str> = self.values.iter().map(|value| value.1.as_str()).collect();
                 self.notes.push(format!(
                     "kind {}, by the columns {}",
@@ -72,10 +109,18 @@ impl Columns {
                 kind
             }
         };
+        if (indented || loading.bonded) && measured.poisson_ratio.is_none() {
+            // The modulus is one of this number.
+            measured.poisson_ratio = Some(poisson_ratio);
+            self.notes.push(format!(
+                "Poisson's ratio is taken as {poisson_ratio}, incompressible: give {POISSON_RATIO} if it is another"
+            ));
+        }
         let record = match kind {
-            RecordKind::Relaxation => self.relaxation(&reading.loading),
-            RecordKind::Creep => self.creep(&reading.loading),
+            RecordKind::Relaxation => self.relaxation(reading),
+            RecordKind::Creep => self.creep(reading),
             RecordKind::Oscillation => self.oscillation(),
+            RecordKind::History if indented => self.pressed(loading, poisson_ratio),
             RecordKind::History => self.history(),
         };
         let lines = &self.lines;
@@ -90,18 +135,64 @@ impl Columns {
                 column.name()
             )));
         }
-        let record = record.map_err(|error| match error {
-            IdentifyError::Sample { index, reason } if index < lines.len() => IdentifyError::Line {
-                line: lines[index],
-                column: None,
-                reason,
-            },
-            other => other,
-        })?;
+        let record = record.map_err(|error| of_line(error, lines))?;
         Ok(Understood {
             record,
+            loading: measured,
             notes: self.notes,
         })
+    }
+
+    /// How the record was measured: as a user said, else as the headers tell.
+    fn measured(&mut self, reading: &Reading) -> Result<MeasuredLoading, IdentifyError> {
+        if let Some(ratio) = reading.poisson_ratio
+            && !(0.0..=INCOMPRESSIBLE).contains(&ratio)
+        {
+            return Err(IdentifyError::Record(format!(
+                "{POISSON_RATIO} {} is not from 0 to {INCOMPRESSIBLE}: change it",
+                Shown(ratio)
+            )));
+        }
+        let of_modulus = [Column::Modulus, Column::Storage, Column::Loss];
+        let said = self.values.iter().map(|value| {
+            let told = told(&value.1);
+            let modulus = told.modulus.filter(|_| of_modulus.contains(&value.0));
+            (value.1.as_str(), told.kind, modulus)
+        });
+        let kinds = said
+            .clone()
+            .filter_map(|(name, kind, _)| Some((name, kind?)));
+        let kinds: Vec<_> = kinds.collect();
+        let own = reading.loading_is_told.then_some(reading.loading.kind);
+        if let (Some(own), Some((name, other))) = (own, kinds.iter().find(|of| Some(of.1) != own)) {
+            return Err(IdentifyError::Record(format!(
+                "column {name} is of {}, and {LOADING} is {}: change one of them",
+                other.name(),
+                own.name()
+            )));
+        }
+        let kind = own.or(agreed(kinds.iter().map(|of| of.1)));
+        let of_header = agreed(said.filter_map(|(.., modulus)| modulus));
+        let modulus = of_header.or(kind.map(LoadingKind::modulus));
+        let loading = MeasuredLoading {
+            kind,
+            modulus,
+            poisson_ratio: reading.poisson_ratio,
+        };
+        self.notes.extend(match (own, modulus) {
+            (Some(_), _) => None,
+            (None, Some(modulus)) => Some(format!(
+                "the modulus is {}, by the columns: give {LOADING} if it is another",
+                match modulus {
+                    Modulus::Shear => "that of shear",
+                    Modulus::Young => "Young's",
+                }
+            )),
+            (None, None) => Some(format!(
+                "loading unknown: the modulus is taken as Young's; give {LOADING}"
+            )),
+        });
+        Ok(loading)
     }
 
     /// Drops what columns named by the user can provide, unless it is named too.
@@ -132,10 +223,40 @@ impl Columns {
         Some(self.values.remove(place).2)
     }
 
-    /// Forces and positions as stresses and strains, if the specimen is known.
-    fn divide_by_specimen(&mut self, loading: &Loading) -> Result<(), IdentifyError> {
+    /// True if a modulus or compliance is there already.
+    fn is_of_material(&self) -> bool {
+        let columns = [Column::Modulus, Column::Compliance, Column::Storage];
+        columns.iter().any(|column| self.has(*column))
+    }
+
+    /// Forces and positions as stresses and strains of a slab, if its sizes are known.
+    fn divide_by_specimen(
+        &mut self,
+        loading: &Loading,
+        poisson_ratio: f64,
+    ) -> Result<(), IdentifyError> {
+        let told = loading.kind.name();
+        for (given, key) in [
+            (loading.radius_m.is_some(), RADIUS),
+            (loading.half_angle_rad.is_some(), HALF_ANGLE),
+            (loading.bonded && !self.has(Column::Force), BONDED),
+        ] {
+            if given {
+                return Err(IdentifyError::Record(format!(
+                    "{key} has no effect on this record of {told}: omit it, or change {LOADING}"
+                )));
+            }
+        }
+        let bonded = loading.bonded.then(|| specimen(*loading, poisson_ratio));
+        let bonded_area = bonded.transpose()?.as_ref().map(area);
         let sizes = [
-            (Column::Force, Column::Stress, loading.area_m2, AREA, "m²"),
+            (
+                Column::Force,
+                Column::Stress,
+                bonded_area.or(loading.area_m2),
+                AREA,
+                "m²",
+            ),
             (
                 Column::Position,
                 Column::Strain,
@@ -160,6 +281,10 @@ impl Columns {
                 if self.chosen.contains(&from) {
                     self.chosen.push(to);
                 }
+                if from == Column::Position {
+                    within(&value.2, size, loading.kind)
+                        .map_err(|error| of_line(error, &self.lines))?;
+                }
                 value.2.iter_mut().for_each(|x| *x /= size);
             } else {
                 return Err(IdentifyError::Record(format!(
@@ -172,7 +297,7 @@ impl Columns {
         Ok(())
     }
 
-    fn guess(&self, loading: &Loading) -> Result<RecordKind, IdentifyError> {
+    fn guess(&self, reading: &Reading) -> Result<RecordKind, IdentifyError> {
         let has = |column| self.has(column);
         let moves = has(Column::Strain) || has(Column::Position);
         let pushes = has(Column::Stress) || has(Column::Force);
@@ -181,14 +306,14 @@ impl Columns {
             kinds.push(RecordKind::Oscillation);
         }
         if has(Column::Time) {
-            if has(Column::Modulus) || (pushes && !moves && loading.strain.is_some()) {
+            if has(Column::Modulus) || (pushes && !moves && reading.strain.is_some()) {
                 kinds.push(RecordKind::Relaxation);
             }
-            if has(Column::Compliance) || (moves && !pushes && loading.stress_pa.is_some()) {
+            if has(Column::Compliance) || (moves && !pushes && reading.stress_pa.is_some()) {
                 kinds.push(RecordKind::Creep);
             }
             if moves && pushes && !has(Column::Modulus) && !has(Column::Compliance) {
-                kinds.push(match (loading.strain, loading.stress_pa) {
+                kinds.push(match (reading.strain, reading.stress_pa) {
                     (Some(_), None) => RecordKind::Relaxation,
                     (None, Some(_)) => RecordKind::Creep,
                     _ => RecordKind::History,
@@ -254,13 +379,13 @@ impl Columns {
     fn ready(
         &mut self,
         column: Column,
-        loading: &Loading,
+        reading: &Reading,
     ) -> Result<Option<Vec<f64>>, IdentifyError> {
         if !self.has(column) {
             return Ok(None);
         }
-        no_effect(loading.strain, STRAIN, "")?;
-        no_effect(loading.stress_pa, STRESS, " Pa")?;
+        no_effect(reading.strain, STRAIN, "")?;
+        no_effect(reading.stress_pa, STRESS, " Pa")?;
         Ok(self.take(column))
     }
 
@@ -270,40 +395,43 @@ impl Columns {
         missing.unwrap_or_else(|| self.no_record())
     }
 
-    fn relaxation(&mut self, loading: &Loading) -> Result<Record, IdentifyError> {
+    fn relaxation(&mut self, reading: &Reading) -> Result<Record, IdentifyError> {
         let kind = RecordKind::Relaxation;
         let time = self.need(Column::Time, kind)?;
-        if let Some(modulus) = self.ready(Column::Modulus, loading)? {
+        if let Some(modulus) = self.ready(Column::Modulus, reading)? {
             return Record::relaxation(time, modulus);
         }
         if !self.has(Column::Stress) {
             return Err(self.neither(Column::Modulus, kind));
         }
-        no_effect(loading.stress_pa, STRESS, " Pa")?;
+        no_effect(reading.stress_pa, STRESS, " Pa")?;
         let stress = self.need(Column::Stress, kind)?;
-        if let Some(strain) = loading.strain.filter(|strain| strain.abs() > 1.0) {
+        if let Some(strain) = reading.strain.filter(|strain| strain.abs() > 1.0) {
             return Err(IdentifyError::Record(format!(
                 "{STRAIN} {} is too much for a linear model: give a share, as 0.05 or 5%",
                 Shown(strain)
             )));
         }
-        let strain = held(loading.strain, self.take(Column::Strain), STRAIN, "")?;
-        Record::relaxation(time, stress.iter().map(|stress| stress / strain).collect())
+        let strain = held(reading.strain, self.take(Column::Strain), STRAIN, "")?;
+        let modulus = stress.iter().map(|stress| stress / strain).collect();
+        Ok(Record::relaxation(time, modulus)?.with_strain_to(strain.abs()))
     }
 
-    fn creep(&mut self, loading: &Loading) -> Result<Record, IdentifyError> {
+    fn creep(&mut self, reading: &Reading) -> Result<Record, IdentifyError> {
         let kind = RecordKind::Creep;
         let time = self.need(Column::Time, kind)?;
-        if let Some(compliance) = self.ready(Column::Compliance, loading)? {
+        if let Some(compliance) = self.ready(Column::Compliance, reading)? {
             return Record::creep(time, compliance);
         }
         if !self.has(Column::Strain) {
             return Err(self.neither(Column::Compliance, kind));
         }
-        no_effect(loading.strain, STRAIN, "")?;
+        no_effect(reading.strain, STRAIN, "")?;
         let strain = self.need(Column::Strain, kind)?;
-        let stress = held(loading.stress_pa, self.take(Column::Stress), STRESS, " Pa")?;
-        Record::creep(time, strain.iter().map(|strain| strain / stress).collect())
+        let stress = held(reading.stress_pa, self.take(Column::Stress), STRESS, " Pa")?;
+        let most = strain.iter().fold(0.0, |most: f64, x| most.max(x.abs()));
+        let compliance = strain.iter().map(|strain| strain / stress).collect();
+        Ok(Record::creep(time, compliance)?.with_strain_to(most))
     }
 
     fn oscillation(&mut self) -> Result<Record, IdentifyError> {
@@ -328,9 +456,52 @@ impl Columns {
         let stress = self.need(Column::Stress, kind)?;
         Record::history(time, strain, stress)
     }
+
+    /// Of an indenter, or of a slab.
+    fn pressed(&mut self, loading: Loading, poisson_ratio: f64) -> Result<Record, IdentifyError> {
+        let kind = RecordKind::History;
+        let time = self.need(Column::Time, kind)?;
+        let position = self.need(Column::Position, kind)?;
+        let force = self.need(Column::Force, kind)?;
+        Record::pressed(time, position, force, &specimen(loading, poisson_ratio)?)
+    }
 }
 
-/// Refuses a loading that this kind does not need.
+/// What all say, if they say the same.
+fn agreed<T: PartialEq>(mut all: impl Iterator<Item = T>) -> Option<T> {
+    let first = all.next()?;
+    all.all(|other| other == first).then_some(first)
+}
+
+/// The specimen, whose memory alone is sought.
+fn specimen(loading: Loading, poisson_ratio: f64) -> Result<Specimen, IdentifyError> {
+    Specimen::new(loading, poisson_ratio, 0.0).map_err(|error| {
+        let (what, remedy) = match &error {
+            ParameterError::Missing { what, .. } => (*what, "give"),
+            ParameterError::NoEffect { what, .. } => (*what, "omit"),
+            ParameterError::Range(range) => (range.what, "change"),
+            _ => ("", "change"),
+        };
+        let keys = [AREA, THICKNESS, RADIUS, HALF_ANGLE, BONDED];
+        let key = keys.into_iter().find(|key| label(key.0) == what);
+        let key = key.unwrap_or(POISSON_RATIO);
+        IdentifyError::Record(format!("{error}: {remedy} {key}"))
+    })
+}
+
+/// The line of a sample that is wrong.
+fn of_line(error: IdentifyError, lines: &[u64]) -> IdentifyError {
+    match error {
+        IdentifyError::Sample { index, reason } if index < lines.len() => IdentifyError::Line {
+            line: lines[index],
+            column: None,
+            reason,
+        },
+        other => other,
+    }
+}
+
+/// Refuses a held value that this kind does not need.
 fn no_effect(given: Option<f64>, name: Key, unit: &str) -> Result<(), IdentifyError> {
     given.map_or(Ok(()), |given| {
         Err(IdentifyError::Record(format!(

@@ -18,7 +18,7 @@ pub enum Column {
     Stress,
     /// Force on the specimen, N.
     Force,
-    /// Position into the specimen, m.
+    /// Position into the specimen, m: its depth.
     Position,
     /// Angular frequency, rad/s.
     Omega,
@@ -139,6 +139,12 @@ const SPELLINGS: &[(Column, &[&str])] = &[
             "relaxation modulus e(t)",
             "shear modulus",
             "shear relaxation modulus",
+            "g",
+            "e",
+            "young's modulus",
+            "young modulus",
+            "tensile modulus",
+            "compressive modulus",
         ],
     ),
     (
@@ -158,6 +164,7 @@ const SPELLINGS: &[(Column, &[&str])] = &[
         &[
             "strain",
             "ε",
+            "e",
             "γ",
             "epsilon",
             "gamma",
@@ -208,6 +215,9 @@ const SPELLINGS: &[(Column, &[&str])] = &[
             "displacement",
             "indentation",
             "indentation depth",
+            "depth",
+            "penetration",
+            "penetration depth",
             "extension",
             "deformation",
             "stroke",

@@ -2,7 +2,9 @@
 
 use super::column::Column;
 use super::unit::Dimension;
+use crate::MeasuredLoading;
 use crate::identify::keys::UNITS;
+use haptic_loop::{LoadingKind, Modulus};
 
 /// A known header.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -53,6 +55,35 @@ fn plain(name: &str) -> String {
         .collect::<Vec<_>>()
         .join(" ")
         .to_lowercase()
+}
+
+/// Words that tell a loading, and symbols that tell a modulus.
+const LOADINGS: [(LoadingKind, &[&str]); 3] = [
+    (LoadingKind::Shear, &["shear", "γ", "gamma", "τ", "tau"]),
+    (LoadingKind::Tension, &["tension", "tensile"]),
+    (LoadingKind::Compression, &["compressive"]),
+];
+const MODULI: [(Modulus, &[&str]); 2] = [
+    (Modulus::Shear, &["g", "g(t)", "g'", "g''", "gp", "gpp"]),
+    (
+        Modulus::Young,
+        &[
+            "e", "e(t)", "e'", "e''", "ep", "epp", "young", "young's", "youngs",
+        ],
+    ),
+];
+
+/// What a header says of how the specimen was loaded, and which modulus it is of.
+pub(super) fn told(header: &str) -> MeasuredLoading {
+    let name = plain(&split(header).0);
+    let says = |words: &[&str]| name.split(' ').any(|word| words.contains(&word));
+    let kind = LOADINGS.iter().find(|known| says(known.1));
+    let modulus = MODULI.iter().find(|known| says(known.1));
+    MeasuredLoading {
+        kind: kind.map(|known| known.0),
+        modulus: modulus.map(|known| known.0),
+        poisson_ratio: None,
+    }
 }
 
 /// Quantity and unit of a header; `None` if it is not a quantity of a record.

@@ -7,7 +7,7 @@ mod numbers;
 mod text;
 mod unit;
 
-pub use assemble::{Columns, Loading, Reading, Understood};
+pub use assemble::{Columns, Reading, Understood};
 pub use column::{Choice, Column};
 pub use numbers::Reader;
 pub use text::{TABLE_MOST, TextTable, read_chosen, read_columns, read_table};

@@ -1,11 +1,14 @@
 //! Synthetic records with noise: the truth lies in the 95 % interval as often as it should.
 
 use super::one;
-use haptic_tissue::identify::{IdentifyError, Options, Record, identify, identify_unless};
+use haptic_tissue::identify::{
+    Estimate, IdentifyError, Options, Record, identify, identify_unless,
+};
 use haptic_tissue::{Model, ModelKind};
 use rand_distr::{Distribution as _, StandardNormal};
 use rand_pcg::Pcg64;
 use rand_pcg::rand_core::SeedableRng as _;
+use std::ops::Range;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 
 /// Model and the values of its parameters; the two elements meet in the middle of the band.
@@ -22,70 +25,245 @@ fn truths() -> [(ModelKind, Vec<f64>); 5] {
     ]
 }
 
-/// Storage and loss modulus over five decades with 1 % of noise, from the library's own complex modulus.
-fn record(candidate: ModelKind, parameters: &[f64], seed: u64) -> Record {
-    let model = Model::from_parameters(candidate, parameters).expect("valid");
+/// Normal numbers, each like the one before by so much: noise of an AR(1) process.
+fn noise(count: usize, alike: f64, seed: u64) -> Vec<f64> {
     let mut generator = Pcg64::seed_from_u64(seed);
-    let mut noisy = |value: f64| {
-        let g: f64 = StandardNormal.sample(&mut generator);
-        value * (0.01 * g).exp()
+    let mut draw = || -> f64 { StandardNormal.sample(&mut generator) };
+    let mut last = draw();
+    let next = |_| {
+        let now = last;
+        last = alike * last + (1.0 - alike * alike).sqrt() * draw();
+        now
     };
-    let omega: Vec<f64> = (0..50)
-        .map(|i| 10_f64.powf(-2.5 + 0.1 * f64::from(i)))
+    (0..count).map(next).collect()
+}
+
+/// Storage and loss modulus at so many frequencies over five decades with 1 % of noise, from the library's own complex modulus.
+fn sweep(kind: ModelKind, parameters: &[f64], samples: usize, alike: f64, seed: u64) -> Record {
+    let model = Model::from_parameters(kind, parameters).expect("valid");
+    let mut noise = noise(2 * samples, alike, seed).into_iter();
+    let mut noisy = |value: f64| value * (0.01 * noise.next().expect("enough")).exp();
+    let step = 5.0 / (samples - 1) as f64;
+    let omega: Vec<f64> = (0..samples)
+        .map(|i| 10_f64.powf(-2.5 + step * i as f64))
         .collect();
-    let moduli: Vec<(f64, f64)> = (omega.iter())
-        .map(|&w| model.complex_modulus(w))
-        .map(|m| (noisy(m.re), noisy(m.im)))
-        .collect();
-    let (storage, loss) = moduli.into_iter().unzip();
+    let storage = omega.iter().map(|&w| noisy(model.complex_modulus(w).re));
+    let storage = storage.collect();
+    let loss = omega.iter().map(|&w| noisy(model.complex_modulus(w).im));
+    let loss = loss.collect();
     Record::oscillation(omega, storage, loss).expect("valid")
 }
 
-/// 200 records a model by `CAMPAIGN_CASES=200`, and then each parameter by itself; 40 without, all parameters of a model together.
+fn record(candidate: ModelKind, parameters: &[f64], seed: u64) -> Record {
+    sweep(candidate, parameters, 50, 0.0, seed)
+}
+
+/// True if a value lies between the bounds that there are.
+fn holds(estimate: &Estimate, value: f64) -> bool {
+    estimate.low_95.is_none_or(|low| low <= value)
+        && estimate.high_95.is_none_or(|high| value <= high)
+}
+
+/// The share of parameters inside their intervals, over so many records of each model; those that count as many white samples as they have.
+fn coverage(samples: usize, alike: f64, cases: u64) -> (f64, f64) {
+    let (mut inside, mut white, mut of) = (0, 0, 0);
+    for (kind, truth) in truths() {
+        let mut own = 0;
+        for seed in 0..cases {
+            let record = sweep(kind, &truth, samples, alike, 1000 * seed + 7);
+            let options = Options {
+                candidates: vec![kind],
+                starts: 12,
+                ..Options::default()
+            };
+            let found = identify(&record, &options, &|_| ()).expect("converges");
+            let fit = &found.fits[0];
+            let pairs = fit.parameters.iter().zip(&truth);
+            own += pairs
+                .filter(|(estimate, truth)| holds(estimate, **truth))
+                .count();
+            white += usize::from(fit.independent >= fit.predicted.len() as f64);
+        }
+        println!("{kind}: {own} of {} inside", cases as usize * truth.len());
+        inside += own;
+        of += cases as usize * truth.len();
+    }
+    (inside as f64 / of as f64, white as f64 / (5 * cases) as f64)
+}
+
+#[test]
+fn the_truth_is_inside_ninety_five_of_a_hundred_intervals() {
+    let (inside, white) = coverage(50, 0.0, 30);
+    println!("{inside} inside, {white} white");
+    assert!((0.92..=0.98).contains(&inside), "{inside}");
+    assert!(
+        white >= 0.95,
+        "{white} of records of white noise are taken for white"
+    );
+}
+
+/// Of slow noise, which has 9 samples where it has an independent one, the standard errors of white noise hold some half of the truths.
+#[test]
+fn slow_noise_widens_the_intervals_by_itself() {
+    let (inside, white) = coverage(100, 0.8, 15);
+    println!("{inside} inside, {white} white");
+    assert!((0.90..=0.99).contains(&inside), "{inside}");
+    assert!(
+        white <= 0.02,
+        "{white} of records of slow noise are taken for white"
+    );
+}
+
+/// `CAMPAIGN_CASES=1000` records a model, or 200.
 #[test]
 #[ignore = "long: `.ci/run` does it, or --include-ignored"]
-fn the_truth_is_inside_nine_to_ninety_nine_of_a_hundred_intervals() {
-    let cases = testkit::cases(40_u64);
-    for (candidate, truth) in truths() {
-        let mut inside = vec![0_u64; truth.len()];
-        for seed in 0..cases {
-            let found = one(&record(candidate, &truth, 1000 * seed + 7), candidate);
-            for ((count, estimate), truth) in
-                inside.iter_mut().zip(&found.fits[0].parameters).zip(&truth)
-            {
-                let (low, high) = (
-                    estimate.low_95.expect("settled"),
-                    estimate.high_95.expect("settled"),
-                );
-                assert!(
-                    low < estimate.value && estimate.value < high,
-                    "{estimate:?}"
-                );
-                *count += u64::from((low..=high).contains(truth));
-            }
-        }
-        let share = |count: u64, of: u64| count as f64 / of as f64;
-        println!("{}: {inside:?} of {cases}", candidate.name());
-        let all = share(inside.iter().sum(), cases * truth.len() as u64);
-        assert!((0.90..=0.99).contains(&all), "{}: {all}", candidate.name());
-        if cases >= 200 {
-            for count in inside {
-                assert!(
-                    (0.90..=0.99).contains(&share(count, cases)),
-                    "{}: {count}",
-                    candidate.name()
-                );
-            }
-        }
+fn the_truth_is_inside_ninety_two_to_ninety_eight_of_a_hundred_intervals() {
+    let cases = testkit::cases(200_u64);
+    for (samples, alike, least) in [
+        (50, 0.0, 0.92),
+        (100, 0.5, 0.90),
+        (100, 0.8, 0.90),
+        (400, 0.95, 0.90),
+    ] {
+        let (inside, white) = coverage(samples, alike, cases);
+        println!("{samples} samples alike by {alike}: {inside} inside, {white} white");
+        assert!(
+            (least..=0.98).contains(&inside),
+            "{samples} {alike}: {inside}"
+        );
     }
 }
 
-/// The bootstrap agrees with the standard errors where the noise is white, and does not depend on the number of threads.
+/// A Zener model with orders close to each other has a valley on which 1 % of noise cannot tell a spring of 60 Pa from one of 500 Pa, nor a
+/// spring-pot from one a million times as stiff. The standard errors are those of one place in it.
 #[test]
-fn bootstrap_intervals_are_those_of_the_standard_errors_for_white_noise() {
+fn a_truth_that_the_record_cannot_refuse_is_inside_every_interval() {
+    const SAMPLES: usize = 200;
+    let kind = ModelKind::FractionalZener;
+    let (mut within, mut far) = (0, 0);
+    let truths = [
+        [3e3, 0.192, 2e3, 0.162, 86.0],
+        [9e3, 0.192, 5e2, 0.162, 86.0],
+        [5e2, 0.192, 9e3, 0.162, 86.0],
+        [3e3, 0.5, 2e3, 0.2, 100.0],
+    ];
+    for (truth, seed) in truths
+        .iter()
+        .flat_map(|truth| (0..4).map(move |seed| (truth, seed)))
+    {
+        let model = Model::from_parameters(kind, truth).expect("valid");
+        let step = 5.0 / (SAMPLES - 1) as f64;
+        let time: Vec<f64> = (0..SAMPLES)
+            .map(|i| 10_f64.powf(-2.0 + step * i as f64))
+            .collect();
+        let noise = noise(SAMPLES, 0.0, 1000 + seed);
+        let modulus = time.iter().zip(&noise);
+        let modulus = modulus.map(|(&t, noise)| model.relaxation_modulus(t) * (0.01 * noise).exp());
+        let record = Record::relaxation(time.clone(), modulus.collect()).expect("valid");
+        let options = Options {
+            candidates: vec![kind],
+            ..Options::default()
+        };
+        // One that creeps along the valley without end is no fit.
+        let Ok(found) = identify(&record, &options, &|_| ()) else {
+            continue;
+        };
+        let fit = &found.fits[0];
+        let square: f64 = noise.iter().map(|noise| (0.01 * noise).powi(2)).sum();
+        let excess = square / (fit.rms * fit.rms * SAMPLES as f64) - 1.0;
+        if excess * (SAMPLES - 5) as f64 > 3.8 {
+            continue;
+        }
+        within += 1;
+        for (estimate, &truth) in fit.parameters.iter().zip(truth) {
+            assert!(holds(estimate, truth), "seed {seed}: {truth} {estimate:?}");
+            let distance = match (estimate.unit, estimate.standard_error) {
+                ("", Some(error)) => (estimate.value - truth).abs() / error,
+                (_, Some(error)) => (estimate.value / truth).ln().abs() * estimate.value / error,
+                _ => 0.0,
+            };
+            far += usize::from(distance > 4.0);
+        }
+        let said = found.warnings.join("\n");
+        for Estimate { name, high_95, .. } in &fit.parameters {
+            let sentence = format!("the record gives `{name}` no upper bound");
+            let is_fixed = said.contains(&format!("`{name}` is at the end"));
+            assert_eq!(
+                high_95.is_none() && !is_fixed,
+                said.contains(&sentence),
+                "{said}"
+            );
+        }
+    }
+    println!("{within} records, {far} parameters beyond four standard errors");
+    assert!(within >= 10 && far >= 5, "{within} {far}");
+}
+
+/// Of a spring-pot ln G = ln V − α ln t − ln Γ(1 − α): at any V the least sum of squares is that over α, tried everywhere here.
+#[test]
+fn the_ends_are_where_the_profile_meets_its_limit() {
+    const SAMPLES: usize = 12;
+    /// 97.5 % point of Student's t with 10 degrees of freedom.
+    const STUDENT: f64 = 2.228_139;
+    let time: Vec<f64> = (0..SAMPLES).map(|i| 1.3_f64.powi(i as i32)).collect();
+    let mut skewed = 0;
+    for seed in 0..8 {
+        let noise = noise(SAMPLES, 0.0, seed);
+        let modulus: Vec<f64> = (time.iter().zip(&noise))
+            .map(|(t, noise)| 100.0 * t.powf(-0.75) * (0.2 * noise).exp())
+            .collect();
+        let sum = |viscosity: f64, order: f64| -> f64 {
+            let (begin, _) = libm::lgamma_r(1.0 - order);
+            let model = time.iter().map(|t| viscosity.ln() - begin - order * t.ln());
+            model
+                .zip(&modulus)
+                .map(|(model, own)| (model - own.ln()).powi(2))
+                .sum()
+        };
+        let least = |viscosity: f64| {
+            let sums = (1..100_000).map(|k| sum(viscosity, 1e-5 * f64::from(k)));
+            sums.fold(f64::INFINITY, f64::min)
+        };
+        let record = Record::relaxation(time.clone(), modulus.clone()).expect("valid");
+        let found = one(&record, ModelKind::SpringPot);
+        let fit = &found.fits[0];
+        let [viscosity, order] = &fit.parameters[..] else {
+            panic!("two")
+        };
+        assert!(fit.independent >= SAMPLES as f64);
+        let best = sum(viscosity.value, order.value);
+        for end in [viscosity.low_95, viscosity.high_95] {
+            let end = end.expect("a bound");
+            let ratio = (10.0 * (least(end) / best - 1.0)).sqrt() / STUDENT;
+            assert!(
+                (ratio - 1.0).abs() < 0.01,
+                "seed {seed}, {end}: {ratio} of the limit"
+            );
+            let straight = (end / viscosity.value).ln().abs() * viscosity.value
+                / (STUDENT * viscosity.standard_error.expect("settled"));
+            skewed += usize::from((straight - 1.0).abs() > 0.1);
+        }
+    }
+    assert!(
+        skewed >= 8,
+        "{skewed} of 16 ends are not those of the standard error"
+    );
+}
+
+/// The bootstrap agrees with the profiles for white noise, and does not depend on the number of threads. For slow noise it is narrower: of 400
+/// residuals in 4 parameters a window of some 45 lags has lost 4·45/400 of the sum.
+#[test]
+fn bootstrap_intervals_are_those_of_the_profiles() {
     let (candidate, truth) = (ModelKind::FractionalMaxwell, [3e4, 0.7, 3e4, 0.15]);
-    let record = record(candidate, &truth, 3);
-    let plain = one(&record, candidate);
+    for (samples, alike, shares) in [(50, 0.0, 0.8..1.2), (200, 0.8, 0.55..1.0)] {
+        let record = sweep(candidate, &truth, samples, alike, 3);
+        assert_widths(candidate, &record, &shares);
+    }
+}
+
+/// Widths by the bootstrap over those of the profiles.
+fn assert_widths(candidate: ModelKind, record: &Record, shares: &Range<f64>) {
+    let plain = one(record, candidate);
     let options = Options {
         candidates: vec![candidate],
         bootstrap: 300,
@@ -95,22 +273,20 @@ fn bootstrap_intervals_are_those_of_the_standard_errors_for_white_noise() {
     let count = |n: usize| {
         done.fetch_add(n, Ordering::Relaxed);
     };
-    let drawn = identify(&record, &options, &count).expect("converges");
+    let drawn = identify(record, &options, &count).expect("converges");
     assert_eq!(done.into_inner(), 300);
     for (plain, drawn) in plain.fits[0]
         .parameters
         .iter()
         .zip(&drawn.fits[0].parameters)
     {
-        let width = |e: &haptic_tissue::identify::Estimate| {
-            e.high_95.expect("there") - e.low_95.expect("there")
-        };
+        let width = |e: &Estimate| e.high_95.expect("there") - e.low_95.expect("there");
         let ratio = width(drawn) / width(plain);
-        assert!((0.8..1.2).contains(&ratio), "{}: {ratio}", plain.name);
+        assert!(shares.contains(&ratio), "{}: {ratio}", plain.name);
     }
     assert_eq!(
         drawn,
-        identify(&record, &options, &|_| ()).expect("converges")
+        identify(record, &options, &|_| ()).expect("converges")
     );
 }
 

@@ -1,9 +1,8 @@
 //! Tables as rheometers and testing machines write them, and tables that are wrong.
 
+use haptic_loop::{Loading, LoadingKind, Modulus};
 use haptic_tissue::identify::RecordKind;
-use haptic_tissue::identify::table::{
-    Choice, Column, Loading, Reader, Reading, Understood, read_table,
-};
+use haptic_tissue::identify::table::{Choice, Column, Reader, Reading, Understood, read_table};
 use rand_pcg::Pcg64;
 use rand_pcg::rand_core::{Rng as _, SeedableRng as _};
 use testkit::assert_relative;
@@ -31,9 +30,13 @@ fn our_own_headers_need_no_word() {
     ) {
         let understood = plain(&text);
         assert_eq!(understood.record.kind().name(), kind, "{text}");
-        let [note] = &understood.notes[..] else {
+        let [loading, note] = &understood.notes[..] else {
             panic!("{:?}", understood.notes);
         };
+        assert_eq!(
+            loading,
+            "loading unknown: the modulus is taken as Young's; give `loading`"
+        );
         assert!(
             note.starts_with(&format!("kind {kind}, by the columns")),
             "{note}"
@@ -72,11 +75,11 @@ fn forces_and_positions_become_stresses_and_strains() {
     let loading = Loading {
         area_m2: Some(4e-4),
         thickness_m: Some(0.02),
-        ..Loading::default()
+        ..Loading::new(LoadingKind::Compression)
     };
     let reading = Reading {
-        kind: None,
         loading,
+        ..Reading::default()
     };
     let text = "Time (s),Extension (mm),Load (N)\n0,0,0\n1,1,2\n2,1,1.5\n";
     let record = understand(text, &Reader::default(), &reading)
@@ -86,18 +89,222 @@ fn forces_and_positions_become_stresses_and_strains() {
     assert!((record.first()[1] - 0.05).abs() < 1e-15 && (record.second()[1] - 5000.0).abs() < 1e-9);
     // A held strain makes a relaxation of it.
     let held = Reading {
-        kind: None,
+        strain: Some(0.05),
         loading: Loading {
-            strain: Some(0.05),
             area_m2: Some(4e-4),
-            ..Loading::default()
+            ..Loading::new(LoadingKind::Compression)
         },
+        ..Reading::default()
     };
     let record = understand("t,F (N)\n1,2\n2,1.5\n", &Reader::default(), &held)
         .expect("valid")
         .record;
     assert_eq!(record.kind(), RecordKind::Relaxation);
     assert!((record.first()[0] - 1e5).abs() < 1e-6);
+}
+
+/// The loading, the modulus, and the headers that say it; `?` where they do not.
+const TOLD: &str = r"
+    ? ? | time_s,relaxation_modulus_pa
+    ? shear | t (s),G(t) (kPa)
+    ? shear | Time,G
+    ? young | t (s),E(t) (Pa)
+    ? young | t,E [kPa]
+    ? young | t,Young's modulus
+    shear shear | t (s),Shear modulus (Pa)
+    shear shear | t (s),Shear stress (Pa),Strain (%)
+    compression young | t (s),Compressive stress (Pa),Strain (%)
+    tension young | t (s),Tensile stress (Pa),Strain (%)
+    ? ? | t (s),Tensile stress (Pa),Shear strain (%)
+    ? ? | t (s),Stress (Pa),e (%)
+";
+
+#[test]
+fn headers_tell_the_loading_and_the_modulus() {
+    for [told, header] in testkit::table(TOLD) {
+        let row = |n: f64| match header.matches(',').count() {
+            1 => format!("{n},{}\n", 5.0 - n),
+            _ => format!("{n},{},{}\n", 5.0 * n, 2.0 * n),
+        };
+        let rows = match header.matches(',').count() {
+            1 => row(1.0) + &row(2.0),
+            _ => row(0.0) + &row(1.0) + &row(2.0),
+        };
+        let understood = plain(&format!("{header}\n{rows}"));
+        let (kind, modulus) = (understood.loading.kind, understood.loading.modulus);
+        let have = [kind.map(LoadingKind::name), modulus.map(Modulus::name)];
+        let have = have.map(|word| word.unwrap_or("?")).join(" ");
+        assert_eq!(have, told, "{header}");
+        let unknown = understood
+            .notes
+            .iter()
+            .any(|note| note.starts_with("loading unknown"));
+        assert_eq!(
+            unknown,
+            modulus.is_none(),
+            "{header}: {:?}",
+            understood.notes
+        );
+    }
+    // What is told counts more than symbols, but not more than words.
+    let tension = Reading {
+        loading: Loading::new(LoadingKind::Tension),
+        loading_is_told: true,
+        poisson_ratio: Some(0.4),
+        ..Reading::default()
+    };
+    let read = |header: &str| {
+        understand(
+            &format!("t,{header} (Pa)\n1,5\n2,4\n"),
+            &Reader::default(),
+            &tension,
+        )
+    };
+    let loading = read("Relaxation modulus").expect("valid").loading;
+    assert_eq!(
+        (loading.kind, loading.modulus, loading.poisson_ratio),
+        (Some(LoadingKind::Tension), Some(Modulus::Young), Some(0.4))
+    );
+    assert_eq!(
+        read("G").expect("valid").loading.modulus,
+        Some(Modulus::Shear)
+    );
+    let refused = read("Shear modulus").expect_err("of two kinds");
+    assert!(
+        refused.contains("is of shear, and `loading` is tension"),
+        "{refused}"
+    );
+}
+
+/// Force and depth, how they were measured, and what the refusal says; sizes as `radius=5e-3`.
+const WRONG_LOADINGS: &str = r"
+    force_n,depth_mm | sphere | loading sphere needs indenter radius: give `indenter_radius_m`
+    force_n,depth_mm | cone | needs half angle: give `half_angle_rad`
+    force_n,depth_mm | cone radius=1e-3 angle=1 | indenter radius has no effect on loading cone: omit `indenter_radius_m`
+    force_n,depth_mm | sphere radius=-1e-3 | radius & change `indenter_radius_m`
+    force_n,depth_mm | cone angle=2 | half angle & change `half_angle_rad`
+    force_n,depth_mm | sphere radius=1e-3 bonded | needs thickness: give `thickness_m`
+    force_n,depth_mm | sphere radius=1e-3 thickness=1 | thickness has no effect & omit `thickness_m`
+    force_n,depth_mm | sphere radius=1e-3 thickness=1e-3 bonded nu=0.4 | change `poisson_ratio`
+    force_n,depth_mm | sphere radius=1e-3 nu=0.6 | `poisson_ratio` 0.6 is not from 0 to 0.5
+    force_n,depth_mm | sphere radius=1e-3 strain=0.1 | `strain` 0.1 has no effect
+    force_n,depth_mm | sphere radius=1e-3 thickness=1e-4 bonded | line 3 & is beyond the thickness & change `thickness_m`
+    force_n,depth_mm | compression radius=1e-3 | `indenter_radius_m` has no effect & omit it, or change `loading`
+    force_n,depth_mm | shear area=1e-4 thickness=1e-2 bonded | bonded has no effect & omit `bonded`
+    stress_pa,strain | sphere radius=1e-3 | needs columns force_n and position_m & `columns`
+    stress_pa,strain | compression bonded | `bonded` has no effect
+";
+
+#[test]
+fn a_loading_that_does_not_fit_is_refused_with_the_remedy() {
+    for [header, given, wanted] in testkit::table(WRONG_LOADINGS) {
+        let (kind, sizes) = given.split_once(' ').unwrap_or((&given, ""));
+        let kinds = LoadingKind::ALL.into_iter();
+        let kind = kinds
+            .into_iter()
+            .find(|one| one.1 == kind)
+            .expect("a kind")
+            .0;
+        let mut reading = Reading {
+            loading: Loading::new(kind),
+            loading_is_told: true,
+            ..Reading::default()
+        };
+        for size in sizes.split_whitespace() {
+            let (name, value) = size.split_once('=').unwrap_or((size, "1"));
+            let value = Some(value.parse().expect("a number"));
+            match name {
+                "radius" => reading.loading.radius_m = value,
+                "angle" => reading.loading.half_angle_rad = value,
+                "area" => reading.loading.area_m2 = value,
+                "thickness" => reading.loading.thickness_m = value,
+                "nu" => reading.poisson_ratio = value,
+                "strain" => reading.strain = value,
+                _ => reading.loading.bonded = true,
+            }
+        }
+        let text = format!("time_s,{header}\n0,0,0\n1,2,0.3\n2,1.5,0.3\n");
+        let message = understand(&text, &Reader::default(), &reading).expect_err(&given);
+        for wanted in wanted.split(" & ") {
+            assert!(
+                message.contains(wanted),
+                "{given}\nhave {message}\nwant {wanted}"
+            );
+        }
+        assert!(!message.contains('\n'), "{message}");
+    }
+}
+
+/// A sphere, a layer and a bonded slab by their closed forms: the stress is that of a spring of 1 kPa.
+#[test]
+fn force_and_depth_become_the_stress_of_a_strain() {
+    let spring = |e: f64| 1000.0 * e;
+    let (radius, depth) = (5e-3_f64, 5e-4_f64);
+    let sphere = Loading {
+        radius_m: Some(radius),
+        ..Loading::new(LoadingKind::Sphere)
+    };
+    let cases = [
+        // (16/9)·√R·E·δ^1.5 of an incompressible body, and with ν = 0.2 (4/3)/(1 − ν²).
+        (
+            sphere,
+            None,
+            16.0 / 9.0 * radius.sqrt() * depth.powf(1.5),
+            (depth / radius).powf(1.5),
+        ),
+        (
+            sphere,
+            Some(0.2),
+            4.0 / 3.0 / 0.96 * radius.sqrt() * depth.powf(1.5),
+            (depth / radius).powf(1.5),
+        ),
+    ];
+    for (loading, poisson_ratio, per_pa, e) in cases {
+        let reading = Reading {
+            loading,
+            loading_is_told: true,
+            poisson_ratio,
+            ..Reading::default()
+        };
+        let force = [0.5, 1.0].map(|share| spring(per_pa * share));
+        let text = format!(
+            "t (s),Depth (mm),F (N)\n0,0,0\n1,0.5,{}\n2,0.5,{}\n",
+            force[1], force[0]
+        );
+        let understood = understand(&text, &Reader::default(), &reading).expect("valid");
+        let record = &understood.record;
+        assert_eq!(record.kind(), RecordKind::History);
+        assert_relative("strain", record.first()[1], depth / radius, 1e-14);
+        assert_relative("stress", record.second()[1], spring(e), 1e-12);
+        assert_eq!(
+            understood.loading.poisson_ratio,
+            Some(poisson_ratio.unwrap_or(0.5))
+        );
+        let assumed = understood
+            .notes
+            .iter()
+            .any(|note| note.starts_with("Poisson's ratio is taken as 0.5"));
+        assert_eq!(assumed, poisson_ratio.is_none());
+        assert_eq!(record.strain_to(), Some(depth / radius));
+    }
+    // A bonded slab is stiffer by 1 + 2S², S = radius/(2h).
+    let slab = Loading {
+        area_m2: Some(4e-4),
+        thickness_m: Some(0.01),
+        bonded: true,
+        ..Loading::new(LoadingKind::Compression)
+    };
+    let reading = Reading {
+        loading: slab,
+        loading_is_told: true,
+        ..Reading::default()
+    };
+    let text = "t (s),Depth (mm),F (N)\n0,0,0\n1,1,2\n2,1,1\n";
+    let record = understand(text, &Reader::default(), &reading)
+        .expect("valid")
+        .record;
+    let factor = 1.0 + 4e-4 / (2.0 * std::f64::consts::PI * 1e-4);
+    assert_relative("stress", record.second()[1], 2.0 / 4e-4 / factor, 1e-14);
 }
 
 #[test]

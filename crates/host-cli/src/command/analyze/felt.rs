@@ -15,6 +15,7 @@ use haptic_experiment::parameters::{
 };
 use haptic_experiment::run::DeviceValues;
 use haptic_figure::{FigureError, Look, Picture};
+use haptic_quantity::written;
 use serde_json::{Value, json};
 
 struct Wall {
@@ -172,13 +173,17 @@ fn draw(points: &[Point], wall: &Wall, title: &str) -> Result<Picture, FigureErr
             .with("sampled", Look::Line, 0, sampled)
             .with("continuous", Look::Dashed, 1, continuous)
     };
+    let environment = &wall.environment;
     let subtitle = format!(
-        "order μ = {} · scheme {} · K = {} N/m · B = {} N·s^μ/m · T = {} s",
-        wall.environment.order,
+        "order μ = {} · scheme {} · K = {} · B = {} · T = {}",
+        environment.order,
         wall.scheme,
-        wall.environment.stiffness_n_per_m,
-        wall.environment.dissipation_n_s_mu_per_m,
-        wall.environment.sample_time_s
+        written("stiffness_n_per_m", environment.stiffness_n_per_m),
+        written(
+            "dissipation_n_s_mu_per_m",
+            environment.dissipation_n_s_mu_per_m
+        ),
+        written("sample_time_s", environment.sample_time_s)
     );
     let panels = [
         panel("stiffness", "effective stiffness / N·m⁻¹", |p| {

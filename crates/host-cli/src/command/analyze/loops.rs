@@ -4,7 +4,7 @@ use super::resolved::{ResolvedLoop, Wall, decibel, logarithmic, resolve};
 use crate::options::{Options, WithFiles, keys};
 use crate::output::{Output, joined};
 use crate::picture::{Panel, Points, linear, logarithmic as axis, page};
-use haptic_analysis::{AnalysisError, Largest, OnePort, StabilityRegion};
+use haptic_analysis::{AnalysisError, Largest, Nondimensional, OnePort, StabilityRegion};
 use haptic_experiment::Failure;
 use haptic_experiment::parameters::analysis::SENSITIVITY_POINTS;
 use haptic_figure::{FigureError, Look, Picture};
@@ -48,7 +48,7 @@ pub(super) fn stability(options: Options<keys::Wall>, output: Output) -> Result<
         // factor on the wall; null if nothing is proved. And the factor that no such proof reaches.
         "every_motion_margin": factor(contact.proved),
         "every_motion_margin_reason": (contact.proved == 0.0 && contact.provable > 0.0)
-            .then_some("no proof was found; a device without damping and hand has none"),
+            .then_some("no proof was found; a device without damping has none"),
         "every_motion_margin_most": factor(contact.provable),
     });
     output.report(&joined(
@@ -164,24 +164,26 @@ pub(super) fn region(asked: WithFiles<keys::Wall>, output: Output) -> Result<(),
 }
 
 fn draw_region(parts: &[Points], resolved: &ResolvedLoop) -> Result<Picture, FigureError> {
-    let mut panel = Panel::new(
-        "",
-        linear("dissipation β = BT^{2−μ}/m"),
-        linear("stiffness α = KT²/m"),
-    );
-    for (n, part) in parts.iter().enumerate() {
-        let name = if n == 0 { "stable" } else { "" };
-        panel = panel.with(name, Look::Area, 0, part.iter().copied());
+    // Of α = 1 and of β = 1, in units where there are any.
+    let ([x, y], [stiffness, dissipation]) = match resolved.with_units(Some(1.0), Some(1.0)) {
+        [Some(stiffness), Some(dissipation)] => (
+            ["dissipation B / N·s^μ·m⁻¹", "stiffness K / N·m⁻¹"],
+            [stiffness, dissipation],
+        ),
+        _ => (
+            ["dissipation β = BT^{2−μ}/m", "stiffness α = KT²/m"],
+            [1.0, 1.0],
+        ),
+    };
+    let place = |(beta, alpha): (f64, f64)| (beta * dissipation, alpha * stiffness);
+    let mut panel = Panel::new("", linear(x), linear(y));
+    for part in parts {
+        panel = panel.with("stable", Look::Area, 0, part.iter().copied().map(place));
     }
-    let subtitle = format!(
-        "order μ = {} · scheme {} · δ = {:.5} · γ = {:.5} · {}",
-        resolved.order,
-        resolved.scheme,
-        resolved.parameters.delta,
-        resolved.parameters.gamma,
-        resolved.path_words()
-    );
-    page("Stable walls", &subtitle, 1, &[panel])
+    let Nondimensional { alpha, beta, .. } = resolved.parameters;
+    let wall = resolved.wall_given.then(|| place((beta, alpha)));
+    panel = panel.with("your wall", Look::Markers, 1, wall);
+    page("Stable walls", &resolved.words(false), 1, &[panel])
 }
 
 pub(super) fn sensitivity(
@@ -215,20 +217,11 @@ pub(super) fn sensitivity(
 }
 
 fn draw_sensitivity(curve: &[(f64, f64)], resolved: &ResolvedLoop) -> Result<Picture, FigureError> {
-    let subtitle = format!(
-        "order μ = {} · scheme {} · α = {} · β = {} · δ = {:.5} · {}",
-        resolved.order,
-        resolved.scheme,
-        resolved.parameters.alpha,
-        resolved.parameters.beta,
-        resolved.parameters.delta,
-        resolved.path_words()
-    );
     let panel = Panel::new("", axis("digital frequency θ / rad"), linear("|S| / dB")).with(
         "|1/(1 + GH)|",
         Look::Line,
         0,
         curve.iter().copied(),
     );
-    page("Sensitivity", &subtitle, 1, &[panel])
+    page("Sensitivity", &resolved.words(true), 1, &[panel])
 }

@@ -15,6 +15,7 @@ use haptic_experiment::parameters::analysis::{ALPHA, BETA, DELAY_SAMPLES, DELTA,
 use haptic_experiment::parameters::{DISSIPATION, Parameter, STIFFNESS};
 use haptic_experiment::run::DeviceValues;
 use haptic_experiment::run::analysed;
+use haptic_quantity::{digits, written};
 use serde_json::{Value, json};
 
 const WITHOUT_UNITS: [Parameter; 4] = [ALPHA, BETA, DELTA, GAMMA];
@@ -42,6 +43,8 @@ pub(super) struct ResolvedLoop {
     pub(super) sample_time_s: Option<f64>,
     /// m and T, where the loop was given with units.
     pub(super) units: Option<(f64, f64)>,
+    /// True if the wall was given, K with B or α with β.
+    pub(super) wall_given: bool,
     /// True if δ (or b) was given at all.
     pub(super) delta_given: bool,
     /// The loop with units, as a result repeats it: who took a wrong unit sees it there.
@@ -132,6 +135,9 @@ pub(super) fn resolve(given: &Given, wall: Wall) -> Result<ResolvedLoop, Failure
         sample_time_s,
         units,
         asked,
+        wall_given: [[STIFFNESS, DISSIPATION], [ALPHA, BETA]]
+            .iter()
+            .any(|both| both.iter().all(|parameter| given.has(parameter))),
         delta_given: given.has(&DELTA) || given.has(&ANALYSED_DAMPING) || file.is_some(),
     })
 }
@@ -166,15 +172,54 @@ impl ResolvedLoop {
         ]
     }
 
-    /// The path in words: `delay 1.3 samples`, and the lag if there is one.
-    pub(super) fn path_words(&self) -> String {
-        // 1.3 ms / 1 ms is 1.2999999999999998.
-        let rounded = |samples: f64| (samples * 1e9).round() / 1e9;
-        let lag = match self.path.lag_samples() {
-            lag if lag > 0.0 => format!(", current lag {} samples", rounded(lag)),
-            _ => String::new(),
+    /// The loop in words below a picture: operator and, if it is one of them, the wall; device, delay and lag in a second line.
+    pub(super) fn words(&self, with_wall: bool) -> String {
+        let few = |value: f64| digits(value, 4);
+        let Nondimensional {
+            alpha,
+            beta,
+            delta,
+            gamma,
+        } = self.parameters;
+        let mut law = vec![
+            format!("order μ = {}", few(self.order.get())),
+            format!("scheme {}", self.scheme),
+        ];
+        let wall = match self.with_units(Some(alpha), Some(beta)) {
+            [Some(stiffness), Some(dissipation)] => format!(
+                "K = {} · B = {}",
+                written("stiffness_n_per_m", stiffness),
+                written("dissipation_n_s_mu_per_m", dissipation)
+            ),
+            _ => format!("α = {} · β = {}", few(alpha), few(beta)),
         };
-        format!("delay {} samples{lag}", rounded(self.path.delay_samples()))
+        law.extend(with_wall.then_some(wall));
+        let (mut device, hand) = match self.units {
+            Some((mass, t)) => (
+                vec![
+                    format!("m = {}", written("mass_kg", mass)),
+                    format!("b = {}", written("damping_n_s_per_m", delta * mass / t)),
+                    format!("T = {}", written("sample_time_s", t)),
+                ],
+                format!(
+                    "hand {}",
+                    written("hand_stiffness_n_per_m", gamma * mass / (t * t))
+                ),
+            ),
+            None => (
+                vec![format!("δ = {}", few(delta))],
+                format!("γ = {}", few(gamma)),
+            ),
+        };
+        device.extend((gamma > 0.0).then_some(hand));
+        let time = |samples: f64| match self.sample_time_s {
+            Some(t) => written("delay_s", samples * t),
+            None => format!("{} samples", few(samples)),
+        };
+        device.push(format!("delay {}", time(self.path.delay_samples())));
+        let lag = self.path.lag_samples();
+        device.extend((lag > 0.0).then(|| format!("current lag {}", time(lag))));
+        format!("{}\n{}", law.join(" · "), device.join(" · "))
     }
 }
 
@@ -222,7 +267,7 @@ pub(crate) fn decibel(magnitude: f64) -> f64 {
 }
 
 /// `count` frequencies from `low` to `high`, equal steps of their logarithm.
-pub(super) fn logarithmic(low: f64, high: f64, count: usize) -> impl Iterator<Item = f64> {
+pub(crate) fn logarithmic(low: f64, high: f64, count: usize) -> impl Iterator<Item = f64> {
     let ratio = (high / low).ln();
     let steps = count.saturating_sub(1).max(1) as f64;
     // The last is exactly `high`.

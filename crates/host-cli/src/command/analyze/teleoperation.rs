@@ -17,6 +17,7 @@ use haptic_experiment::{Failure, Matter, ModelledTissue, Named as _, TissuePiece
 use haptic_figure::{FigureError, Look, Picture};
 use haptic_link::Architecture;
 use haptic_loop::{Loading, LoadingKind};
+use haptic_quantity::{digits, written};
 use serde::Serialize;
 use serde_json::{Value, json};
 use std::f64::consts::TAU;
@@ -369,15 +370,20 @@ impl Shown<'_> {
         }
         let law = match parts(self.hands.line) {
             (Some(coupler), _) => format!(
-                "spring {:.4} N/m · damper {:.4} N·s^{{μ}}/m · μ = {}",
-                coupler.stiffness_n_per_m, coupler.dissipation_n_s_mu_per_m, coupler.order
+                "spring {} · damper {} · μ = {}",
+                written("stiffness_n_per_m", coupler.stiffness_n_per_m),
+                written("dissipation_n_s_mu_per_m", coupler.dissipation_n_s_mu_per_m),
+                digits(coupler.order.get(), 4)
             ),
-            (None, impedance) => format!("b = {:.4} N·s/m", impedance.unwrap_or(f64::NAN)),
+            (None, impedance) => {
+                let impedance = impedance.unwrap_or(f64::NAN);
+                format!("b = {}", written("impedance_n_s_per_m", impedance))
+            }
         };
         let subtitle = format!(
-            "{} · delay {} ms · {law} · {}",
+            "{} · delay {} · {law} · {}",
             self.architecture,
-            1e3 * self.hands.delay_s,
+            written("delay_s", self.hands.delay_s),
             self.tissue
         );
         page(

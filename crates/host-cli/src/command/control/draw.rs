@@ -42,14 +42,25 @@ pub(super) fn over_time(values: &[f64], sample_time_s: f64) -> Points {
         .collect()
 }
 
-/// A run: output over reference, command below; beside a integer-order PID where there is one.
+/// A run of a loop, or of a plant without a controller: output over reference, command below; beside a integer-order PID where there is one.
 pub(super) fn draw_run(
     run: &Response,
     integer: Option<&Response>,
-    title: &str,
-    subtitle: &str,
+    plant: &NamedPlant,
+    file: Option<&ControllerSetup>,
     sample_time_s: f64,
 ) -> Result<Picture, FigureError> {
+    let (title, own, subtitle) = match file {
+        Some(file) => (
+            "A loop, simulated",
+            "this controller",
+            subtitle(plant, file),
+        ),
+        None => {
+            let subtitle = format!("plant {}", plant.words);
+            ("A plant alone, simulated", "plant", subtitle)
+        }
+    };
     let of = |values: &[f64]| over_time(values, sample_time_s);
     let (reference, output, command) = (of(&run.reference), of(&run.measured), of(&run.command));
     let beside = integer.map(|other| (of(&other.measured), of(&other.command)));
@@ -57,22 +68,15 @@ pub(super) fn draw_run(
     let time = || linear("time / s");
     let mut outputs = Panel::new("output", time(), linear("output"))
         .with("reference", Look::Dotted, 5, reference)
-        .with("this controller", Look::Line, 0, output);
+        .with(own, Look::Line, 0, output);
     let commands = Panel::new("command", time(), axis);
-    let mut commands = commands.with("this controller", Look::Line, 0, command);
+    let mut commands = commands.with(own, Look::Line, 0, command);
     if let Some((output, command)) = beside {
         let name = "integer-order PID, same crossover and margin";
-        outputs = outputs.with(name, Look::Line, 1, output);
-        commands = commands.with(name, Look::Line, 1, command);
+        outputs = outputs.with(name, Look::Dashed, 1, output);
+        commands = commands.with(name, Look::Dashed, 1, command);
     }
-    page(title, subtitle, 1, &[outputs, commands])
-}
-
-pub(super) fn run_subtitle(plant: &NamedPlant, file: Option<&ControllerSetup>) -> String {
-    match file {
-        Some(file) => subtitle(plant, file),
-        None => format!("plant {}", plant.words),
-    }
+    page(title, &subtitle, 1, &[outputs, commands])
 }
 
 /// An axis for commands: without the kick of the first samples, where that is many times the rest.
@@ -229,10 +233,10 @@ fn closed_loop(analysis: &LoopAnalysis) -> [Panel<'static>; 2] {
         linear("Re L").between(-3.0, 2.0),
         linear("Im L").between(-2.0, 2.0),
     ];
-    let nyquist = Panel::new("L near −1 (the mark)", real, imaginary)
+    let nyquist = Panel::new("L near −1 (the cross)", real, imaginary)
         .with("open loop L", Look::Line, 0, open)
-        .with("|L| = 1", Look::Dotted, 5, circle)
-        .with("", Look::Markers, 1, [(-1.0, 0.0)]);
+        .with("|L| = 1", Look::Dashed, 4, circle)
+        .with("", Look::Crosses, 5, [(-1.0, 0.0)]);
     [closed, nyquist]
 }
 
@@ -410,10 +414,11 @@ pub(super) fn draw_design(
     let (fractional, mut integer) = (own.on(of_gains(law)), of_gains(pid));
     let beside = other.as_ref().and_then(|other| other.as_it_is_run()[1]);
     let axis = command_axis(&own.command, beside);
+    // Other looks than those of the gains.
     let outputs = Panel::new("as it is run, with its limits", time, linear("output"));
-    let mut outputs = outputs.with(law, Look::Line, 0, own.output.iter().copied());
+    let mut outputs = outputs.with(law, Look::Broad, 6, own.output.iter().copied());
     let commands = Panel::new("command", time, axis);
-    let mut commands = commands.with(law, Look::Line, 0, own.command.iter().copied());
+    let mut commands = commands.with(law, Look::Broad, 6, own.command.iter().copied());
     let mut about = vec![subtitle(plant, file)];
     about.extend(own.left_out(law).filter(|_| own.is_stable));
     if let Some(other) = &other {
@@ -421,8 +426,8 @@ pub(super) fn draw_design(
             .as_it_is_run()
             .map(|points| points.into_iter().flatten().copied());
         integer = other.on(integer);
-        outputs = outputs.with(pid, Look::Dashed, 1, output);
-        commands = commands.with(pid, Look::Dashed, 1, command);
+        outputs = outputs.with(pid, Look::Dashed, 5, output);
+        commands = commands.with(pid, Look::Dashed, 5, command);
         about.extend(other.left_out(pid));
     }
     let title = "A fractional PID, and the best integer-order PID";

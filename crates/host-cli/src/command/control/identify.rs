@@ -5,6 +5,7 @@ use super::words::refused;
 use crate::files::{File, PROGRAM, PlaceOfFile};
 use crate::output::{Output, note, warn};
 use crate::parse::of;
+use crate::picture::short_name;
 use crate::table;
 use clap::Args;
 use fractional_control::model_search::{
@@ -212,7 +213,7 @@ impl Arguments {
         let rms = digits(own.rms_residual, 4);
         let note = format!("identified from {name}, {samples} samples, rms {rms}");
         let picture = || {
-            let source = format!("{name} · {samples} samples");
+            let source = format!("{} · {samples} samples", short_name(&name));
             draw_identified(record, &own.model, &rounded(&own.function), &source)
         };
         let text = || model.to_toml(PROGRAM, &note).unwrap_or_default();

@@ -1,6 +1,6 @@
 //! `control simulate`: a step, or any record, through a loop or a plant alone.
 
-use super::draw::{draw_run, run_subtitle};
+use super::draw::draw_run;
 use super::loops::{ControllerArguments, NamedPlant, PlantArguments, check_step, samples};
 use super::words::{in_degrees, refused, shape};
 use crate::files::{Files, Place};
@@ -146,11 +146,10 @@ impl Arguments {
         let step = self.height();
         let own = run(file, &plant.plant, &reference, step).map_err(refused)?;
         let integer = baseline(file, plant, &reference, step)?;
-        let subtitle = run_subtitle(plant, Some(file));
         let beside = integer.as_ref().map(|(_, run)| &run.response);
         let rows = rows(&own.response, t);
         let files = place.table_and_picture(rows.iter(), || {
-            draw_run(&own.response, beside, "A loop, simulated", &subtitle, t)
+            draw_run(&own.response, beside, plant, Some(file), t)
         });
         let shape = |run: &LoopRun| run.shape.as_ref().map(|own| shape(own, t));
         Ok(json!({
@@ -185,10 +184,8 @@ impl Arguments {
         let reference = self.signal(t, || samples_for(None, t))?;
         let response = run_plant(&plant.plant, Seconds(t), &reference).map_err(refused)?;
         let rows = rows(&response, t);
-        let files = place.table_and_picture(rows.iter(), || {
-            let subtitle = run_subtitle(plant, None);
-            draw_run(&response, None, "A plant alone, simulated", &subtitle, t)
-        });
+        let files =
+            place.table_and_picture(rows.iter(), || draw_run(&response, None, plant, None, t));
         Ok(json!({
             "plant": plant.words,
             "controller": null,

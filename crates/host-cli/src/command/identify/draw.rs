@@ -1,8 +1,11 @@
 //! The record over the candidates, and the residuals below.
 
-use crate::picture::{Panel, Points, linear, page};
+use crate::command::analyze::resolved::logarithmic;
+use crate::picture::{Panel, Points, linear, page, short_name};
 use haptic_figure::{AxisSpec, FigureError, Look, Picture, Scale};
+use haptic_loop::Modulus;
 use haptic_quantity::{digits, written};
+use haptic_tissue::MeasuredLoading;
 use haptic_tissue::identify::{Fit, Identification, RecordKind, relative};
 
 /// Residuals are drawn of models up to so many times the rms of the chosen one.
@@ -24,46 +27,105 @@ const fn words(kind: RecordKind) -> [&'static str; 3] {
     }
 }
 
-/// Draws an identification; `source` is the file of the record.
-pub(super) fn draw(found: &Identification, source: &str) -> Result<Picture, FigureError> {
+/// Draws an identification; `source` is the file of the record, which was measured under this loading.
+pub(super) fn draw(
+    found: &Identification,
+    loading: MeasuredLoading,
+    source: &str,
+) -> Result<Picture, FigureError> {
     let [x, y, residual] = words(found.kind);
     let scale = match found.kind {
         RecordKind::History => Scale::Linear,
         _ => Scale::Log,
     };
     let across = across(AxisSpec::new(x, scale), &found.x);
-    // An oscillation has all frequencies twice: a gap keeps its two curves apart.
-    let half = (found.kind == RecordKind::Oscillation).then_some(found.x.len() / 2);
     let colour = |n: usize| if n >= RECORD { n + 1 } else { n };
-    let record = pairs(&found.x, &found.measured);
     let upper = Panel::new("record and models", across, AxisSpec::new(y, scale));
-    let mut upper = upper.with("record", Look::MarkersApart, RECORD, record);
-    // The chosen one on top, and broad, or the record would cover it where it is right.
-    for (n, fit) in found.fits.iter().enumerate().rev() {
-        let look = if n == 0 { Look::Broad } else { Look::Line };
-        let curve = gap(pairs(&found.x, &fit.predicted), half);
-        upper = upper.with(name(found.kind, fit), look, colour(n), curve);
+    let [record, loss] = parts(found, &found.measured);
+    let mut upper = match found.kind {
+        RecordKind::Oscillation => upper
+            .with("storage modulus", Look::MarkersApart, RECORD, record)
+            .with("loss modulus", Look::OpenMarkers, RECORD, loss),
+        // The models are seen in it, as it would cover them where they are right.
+        _ => upper.with("record", Look::OpenMarkers, RECORD, record),
+    };
+    // The chosen one broad, and the others dashed on top: all are seen where they agree.
+    for (n, fit) in found.fits.iter().enumerate() {
+        let look = if n == 0 { Look::Broad } else { Look::Dashed };
+        upper = upper.with(name(found.kind, fit), look, colour(n), curve(found, fit));
     }
     // Poor models would flatten the residuals of the good ones; of markers that meet, the first stays.
-    let caption = "model less record, of models within 5 times the rms of the first";
+    let open = match found.kind {
+        RecordKind::Oscillation => " (open: loss modulus)",
+        _ => "",
+    };
+    let caption = format!("model less record{open}, of models within 5 times the rms of the first");
     let mut lower = Panel::new(caption, across, linear(residual));
     let least = found.fits[0].rms;
     let fits = found.fits.iter().enumerate();
     for (n, fit) in fits.filter(|(_, fit)| fit.rms <= GOOD * least) {
+        let [of_all, of_loss] = parts(found, &residuals(found, fit));
         let name = name(found.kind, fit);
-        lower = lower.with(name, Look::MarkersApart, colour(n), residuals(found, fit));
+        lower = lower.with(name, Look::MarkersApart, colour(n), of_all);
+        lower = lower.with("", Look::OpenMarkers, colour(n), of_loss);
     }
     let title = format!("Identified from a record: {}", found.fits[0].kind.name());
-    let (kind, samples) = (found.kind.name(), found.samples);
-    let subtitle = format!("{source} · {kind} · {samples} samples");
+    let (source, kind, samples) = (short_name(source), found.kind.name(), found.samples);
+    let modulus = match loading.modulus() {
+        _ if !loading.is_known() => "",
+        Modulus::Shear => " · shear modulus",
+        Modulus::Young => " · Young's modulus",
+    };
+    let subtitle = format!("{source} · {kind} · {samples} samples{modulus}");
     page(&title, &subtitle, 1, &[upper, lower])
+}
+
+/// The values over time or frequency; of an oscillation those of the storage modulus, and then those of the loss modulus.
+fn parts(found: &Identification, values: &[f64]) -> [Points; 2] {
+    let pairs = found.x.iter().copied().zip(values.iter().copied());
+    let mut first: Points = pairs.collect();
+    let half = match found.kind {
+        RecordKind::Oscillation => first.len() / 2,
+        _ => first.len(),
+    };
+    let second = first.split_off(half);
+    [first, second]
+}
+
+/// Places of a curve on a logarithmic axis.
+const STEPS: usize = 400;
+
+/// The curve of a model over the range of the record, finely where it has a closed form: not of a history, which has the motion of its
+/// record, nor of a fit that came down to another model. Those have it where the record has a value.
+fn curve(found: &Identification, fit: &Fit) -> Points {
+    let (low, high) = ends(&found.x);
+    let at: Vec<f64> = logarithmic(low, high, STEPS).collect();
+    let over = |values: Vec<f64>| at.iter().copied().zip(values).collect::<Points>();
+    let [first, second] = match (found.kind, fit.to_model()) {
+        (RecordKind::Relaxation, Ok(model)) => [over(model.relaxation_moduli(&at)), Points::new()],
+        (RecordKind::Creep, Ok(model)) => [over(model.creep_compliances(&at)), Points::new()],
+        (RecordKind::Oscillation, Ok(model)) => {
+            let moduli = || at.iter().map(|omega| model.complex_modulus(*omega));
+            [
+                over(moduli().map(|modulus| modulus.re).collect()),
+                over(moduli().map(|modulus| modulus.im).collect()),
+            ]
+        }
+        _ => parts(found, &fit.predicted),
+    };
+    // A gap keeps the two curves of an oscillation apart.
+    [first, vec![(f64::NAN, f64::NAN)], second].concat()
+}
+
+fn ends(x: &[f64]) -> (f64, f64) {
+    let low = x.iter().copied().fold(f64::INFINITY, f64::min);
+    (low, x.iter().copied().fold(0.0, f64::max))
 }
 
 /// The axis of the record; a logarithmic one ends a little beyond it, not at the next power of ten.
 fn across<'a>(axis: AxisSpec<'a>, x: &[f64]) -> AxisSpec<'a> {
     const BEYOND: f64 = 1.3;
-    let low = x.iter().copied().fold(f64::INFINITY, f64::min);
-    let high = x.iter().copied().fold(0.0, f64::max);
+    let (low, high) = ends(x);
     match axis.scale {
         Scale::Log => axis.between(low / BEYOND, BEYOND * high),
         _ => axis,
@@ -79,31 +141,21 @@ fn name(kind: RecordKind, fit: &Fit) -> String {
     }
 }
 
-fn pairs(x: &[f64], y: &[f64]) -> Points {
-    x.iter().copied().zip(y.iter().copied()).collect()
-}
-
-fn gap(mut points: Points, at: Option<usize>) -> Points {
-    if let Some(at) = at {
-        points.insert(at, (f64::NAN, f64::NAN));
-    }
-    points
-}
-
 /// Model less record: in % of it, of a stress in Pa.
-fn residuals(found: &Identification, fit: &Fit) -> Points {
+fn residuals(found: &Identification, fit: &Fit) -> Vec<f64> {
     let unit = match found.kind {
         RecordKind::History => 1.0,
         _ => 100.0,
     };
     let values = found.residuals(fit).into_iter().map(|value| unit * value);
-    found.x.iter().copied().zip(values).collect()
+    values.collect()
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
     use haptic_tissue::ModelKind;
+    use haptic_tissue::identify::{Options, Record, identify};
 
     #[test]
     fn a_model_at_a_third_of_the_record_is_67_percent_below_it() {
@@ -116,6 +168,7 @@ mod tests {
             bic: 0.0,
             predicted: vec![100.0 * (-1.12_f64).exp(), 110.0],
             neighbours: 0.0,
+            independent: 1.0,
         };
         let mut found = Identification {
             kind: RecordKind::Relaxation,
@@ -126,11 +179,51 @@ mod tests {
             warnings: Vec::new(),
         };
         let drawn = residuals(&found, &fit);
-        assert!((drawn[0].1 + 67.37).abs() < 0.01, "{drawn:?}");
-        assert!((drawn[1].1 - 10.0).abs() < 1e-9, "{drawn:?}");
+        assert!((drawn[0] + 67.37).abs() < 0.01, "{drawn:?}");
+        assert!((drawn[1] - 10.0).abs() < 1e-9, "{drawn:?}");
         assert_eq!(name(found.kind, &fit), "spring-pot, rms 206 %");
         found.kind = RecordKind::History;
         let drawn = residuals(&found, &fit);
-        assert!((drawn[1].1 - 10.0).abs() < 1e-9, "{drawn:?}");
+        assert!((drawn[1] - 10.0).abs() < 1e-9, "{drawn:?}");
+    }
+    /// Of a spring-pot of 2 kPa·s^0.3 the moduli are V·ω^α·cos and sin(πα/2) and V·t^(−α)/Γ(1−α), Γ(0.7) = 1.298 055 332 647 558.
+    #[test]
+    fn a_model_is_drawn_between_the_samples_too() {
+        let alpha = 0.3;
+        let x: Vec<f64> = (-2..3).map(|decade| 10_f64.powi(decade)).collect();
+        let power = |sign: f64, factor: f64| -> Vec<f64> {
+            x.iter()
+                .map(|x| 2e3 * factor * x.powf(sign * alpha))
+                .collect()
+        };
+        let angle = std::f64::consts::FRAC_PI_2 * alpha;
+        let gamma = 1.298_055_332_647_558;
+        let relaxation = Record::relaxation(x.clone(), power(-1.0, 1.0 / gamma));
+        let oscillation =
+            Record::oscillation(x.clone(), power(1.0, angle.cos()), power(1.0, angle.sin()));
+        for (record, sign, factors) in [
+            (relaxation, -1.0, vec![1.0 / gamma]),
+            (oscillation, 1.0, vec![angle.cos(), angle.sin()]),
+        ] {
+            let options = Options {
+                candidates: vec![ModelKind::SpringPot],
+                ..Options::default()
+            };
+            let found = identify(&record.expect("a record"), &options, &|_| {}).expect("a fit");
+            let drawn = curve(&found, &found.fits[0]);
+            let curves: Vec<_> = drawn.split(|point| point.0.is_nan()).collect();
+            for (curve, factor) in curves.iter().zip(&factors) {
+                assert_eq!(curve.len(), STEPS);
+                assert_eq!((curve[0].0, curve[STEPS - 1].0), (0.01, 100.0));
+                // Steps of one ratio.
+                let ratio = |n: usize| curve[n + 1].0 / curve[n].0;
+                assert!((ratio(0) / ratio(STEPS / 2) - 1.0).abs() < 1e-12);
+                for (x, y) in *curve {
+                    let want = 2e3 * factor * x.powf(sign * alpha);
+                    assert!((y / want - 1.0).abs() < 1e-6, "{x}: {y} {want}");
+                }
+            }
+            assert!(curves[factors.len()..].iter().all(|curve| curve.is_empty()));
+        }
     }
 }

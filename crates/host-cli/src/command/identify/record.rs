@@ -6,10 +6,11 @@ use clap::Args;
 use haptic_experiment::Failure;
 use haptic_experiment::parameters::Range;
 use haptic_log::record::{Entry, LogReader, TickMessage};
+use haptic_loop::Loading;
+use haptic_tissue::identify::SAMPLES_MOST;
 use haptic_tissue::identify::table::{
-    Choice, Column, Columns, Loading, Reader, Reading, Understood, read_table,
+    Choice, Column, Columns, Reader, Reading, Understood, read_table,
 };
-use haptic_tissue::identify::{RecordKind, SAMPLES_MOST};
 use std::path::Path;
 
 /// Times in a record, s.
@@ -36,12 +37,7 @@ pub(super) struct TableArguments {
 
 impl TableArguments {
     /// The record in a file.
-    pub(super) fn read(
-        &self,
-        path: &Path,
-        kind: Option<RecordKind>,
-        loading: Loading,
-    ) -> Result<Understood, Failure> {
+    pub(super) fn read(&self, path: &Path, reading: &Reading) -> Result<Understood, Failure> {
         if path.to_string_lossy().ends_with(".mcap.part") {
             return Err(Failure::bad_input(format_args!(
                 "{} is the log of an interrupted run: give what host-cli log recover saves of it",
@@ -49,7 +45,7 @@ impl TableArguments {
             )));
         }
         let columns = if path.extension().is_some_and(|e| e == "mcap") {
-            self.log(path, &loading)?
+            self.log(path, &reading.loading)?
         } else {
             let reader = Reader {
                 columns: self.columns.clone(),
@@ -61,7 +57,7 @@ impl TableArguments {
             read.and_then(|table| reader.read(table))
                 .map_err(|error| table::wrong(path, error))?
         };
-        let understood = columns.record(&Reading { kind, loading });
+        let understood = columns.record(reading);
         understood.map_err(|error| table::wrong(path, error))
     }
 
@@ -72,9 +68,10 @@ impl TableArguments {
                 "--columns and --units apply only to tables: omit them for a log",
             ));
         }
-        if loading.area_m2.is_none() || loading.thickness_m.is_none() {
+        let sized = loading.area_m2.is_some() && loading.thickness_m.is_some();
+        if loading.kind.is_slab() && !sized {
             return Err(Failure::bad_input(
-                "a log has positions and forces: give --area and --thickness, as in 4cm2 and 20mm",
+                "a log has positions and forces: give --area and --thickness, as in 4cm2 and 20mm, or --loading",
             ));
         }
         let (from, to) = (self.from, self.to);

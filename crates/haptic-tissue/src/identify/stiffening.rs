@@ -1,0 +1,349 @@
+//! How tissue stiffens, beside its memory: b of e(ε)·(exp(bε) − 1)/(bε).
+//! ```text
+//! S(b) = min of S over the memory at b          b at the least S(b);  its 95 % interval: S(b) ≤ S·(1 + χ²/ν),  χ² = 3.84
+//! another parameter at such a b: its interval there, narrowed to √(1 − ζ²/χ²),  ζ² = (S(b) − S)·ν/S;  then all of these together
+//! ```
+//! That is the profile of the likelihood for b, and for another parameter where S is a parabola in the rest: a valley along which
+//! one depth exchanges b for the modulus is as long as it is. b is looked for from 0 to 100, and up to bε = 16 of the largest
+//! strain, on a grid of factors of 2, then by parabolas.
+//!
+//! *Cost*: some 25 fits of the memory.
+//! *Source*: Y. C. Fung, *Biomechanics*, 1981 (the law); S. S. Wilks, *The large-sample distribution of the likelihood ratio*,
+//! Annals of Mathematical Statistics 9, 1938 (the interval).
+
+use super::error::IdentifyError;
+use super::fit::{Estimate, Fit};
+use super::record::Record;
+use super::{Identification, Options, choose, identified};
+use crate::identify::keys::KIND;
+use crate::material::STIFFENING;
+use crate::model::ModelKind;
+use fracdiff::parameter::Shown;
+use haptic_loop::Specimen;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+/// 95 % point of χ² with one degree of freedom, and its root.
+const CHI_SQUARE: f64 = 3.841_458_820_694_124;
+const CHI: f64 = 1.959_963_984_540_054;
+/// Largest bε.
+const STEEPEST: f64 = 16.0;
+/// Factors of 2 of the grid.
+const OCTAVES: i32 = 7;
+/// Starts on the grid, at most.
+const FEW_STARTS: usize = 10;
+/// Fits for a minimum or an end, at most.
+const ROUNDS: usize = 12;
+/// Change of ζ² or ζ that ends a search.
+const NEAR: f64 = 0.02;
+/// Points between two fits of an interval.
+const BETWEEN: usize = 10;
+
+/// Fits of one candidate at several b, in order of b.
+type Valley = Vec<(f64, Fit)>;
+
+struct Search<'a> {
+    record: &'a Record,
+    options: &'a Options,
+    stop: &'a AtomicBool,
+    /// Numbers that are compared.
+    numbers: f64,
+}
+
+/// As [`identified`], with b as a last parameter of the chosen fit.
+pub(super) fn stiffened(
+    record: &Record,
+    options: &Options,
+    stop: &AtomicBool,
+) -> Result<Identification, IdentifyError> {
+    let wrong = |reason: String| Err(IdentifyError::Record(reason));
+    if options.bootstrap > 0 {
+        return wrong("the intervals of a stiffening are profiles: omit the bootstrap".to_owned());
+    }
+    if !record.can_stiffen() {
+        return wrong(format!(
+            "a stiffening is seen in a motion whose strain grows with the depth, none under a cone: give {}, or no stiffening",
+            KIND.set_to("record")
+        ));
+    }
+    if record.first.iter().sum::<f64>() <= 0.0 {
+        return wrong(
+            "tissue stiffens by a strain above 0: change the sign of both columns".to_owned(),
+        );
+    }
+    let steepest = record.first.iter().copied().fold(0.0, f64::max);
+    let most = Specimen::STIFFENING_MAX.min(STEEPEST / steepest);
+    let mut search = Search {
+        record,
+        options,
+        stop,
+        numbers: 0.0,
+    };
+    let mut valleys: Vec<(ModelKind, Valley)> = Vec::new();
+    let grid = (0..=OCTAVES).map(|n| match n {
+        0 => 0.0,
+        n => most * libm::exp2(f64::from(n - OCTAVES)),
+    });
+    let mut refused = None;
+    for b in grid {
+        match search.at(b, &options.candidates, None, FEW_STARTS) {
+            Ok(found) => {
+                search.numbers = found.measured.len() as f64;
+                for fit in found.fits {
+                    match valleys.iter_mut().find(|valley| valley.0 == fit.kind) {
+                        Some(valley) => valley.1.push((b, fit)),
+                        None => valleys.push((fit.kind, vec![(b, fit)])),
+                    }
+                }
+            }
+            Err(error) => refused = Some(error),
+        }
+    }
+    // The chosen one may be another where b is right.
+    let mut refined: Vec<ModelKind> = Vec::new();
+    let (kind, mut valley) = loop {
+        let lowest = |valley: &Valley| valley[search.lowest(valley)].1.clone();
+        let mut fits: Vec<Fit> = valleys.iter().map(|valley| lowest(&valley.1)).collect();
+        fits.sort_by(|a, b| a.bic.total_cmp(&b.bic));
+        let place = choose(fits.iter(), options.chosen);
+        let Some(kind) = place.map(|place| fits[place].kind) else {
+            return Err(refused.unwrap_or(IdentifyError::Stopped));
+        };
+        let valley = valleys.iter_mut().find(|valley| valley.0 == kind);
+        let Some((_, valley)) = valley.filter(|_| !refined.contains(&kind)) else {
+            let valley = valleys.into_iter().find(|valley| valley.0 == kind);
+            break valley.ok_or(IdentifyError::Stopped)?;
+        };
+        search.refine(kind, valley)?;
+        refined.push(kind);
+    };
+    let lowest = valley[search.lowest(&valley)].clone();
+    let b = lowest.0;
+    let mut found = search.at(b, &options.candidates, Some(kind), options.starts)?;
+    let limit = search.limit(&lowest.1);
+    let low = search.end(kind, &mut valley, b, &limit, 0.0)?;
+    let high = search.end(kind, &mut valley, b, &limit, most)?;
+    let fit = &mut found.fits[0];
+    widen(fit, &valley, &limit);
+    let error = low.zip(high).map(|(low, high)| (high - low) / (2.0 * CHI));
+    fit.parameters.push(Estimate {
+        name: STIFFENING,
+        unit: "",
+        value: b,
+        standard_error: error,
+        low_95: low.or((b < most).then_some(0.0)),
+        high_95: high,
+    });
+    fit.aic += 2.0;
+    fit.bic += libm::log(search.numbers);
+    found.warnings.extend(said(record, low, b, high));
+    Ok(found)
+}
+
+/// What the interval of b says.
+fn said(record: &Record, low: Option<f64>, b: f64, high: Option<f64>) -> Option<String> {
+    let low = low.unwrap_or(0.0);
+    if high.is_some_and(|high| low > 0.0 && high - low <= b) {
+        return None;
+    }
+    let what = match low {
+        0.0 => "tissue that does not stiffen is as good",
+        _ => "the record hardly tells the stiffening from the modulus",
+    };
+    let remedy = match record.motions.len() {
+        1 => "give records of several depths",
+        _ => "give records of more and larger depths",
+    };
+    let high = high.map_or("any".to_owned(), |high| Shown(rounded(high)).to_string());
+    let low = Shown(rounded(low));
+    Some(format!("{what}, b is {low} to {high} at 95 %: {remedy}"))
+}
+
+/// Three digits.
+fn rounded(value: f64) -> f64 {
+    format!("{value:.2e}").parse().unwrap_or(value)
+}
+
+/// ζ² of a fit.
+struct Limit {
+    sum: f64,
+    freedom: f64,
+    numbers: f64,
+}
+
+impl Limit {
+    fn square(&self, fit: &Fit) -> f64 {
+        ((sum(fit, self.numbers) / self.sum - 1.0) * self.freedom).max(0.0)
+    }
+}
+
+/// S, weights in, by the criterion that it made.
+fn sum(fit: &Fit, numbers: f64) -> f64 {
+    let parameters = (fit.kind.parameters().len() + 1) as f64;
+    numbers * libm::exp((fit.bic - parameters * libm::log(numbers)) / numbers)
+}
+
+impl Search<'_> {
+    /// The memory at b.
+    fn at(
+        &self,
+        b: f64,
+        candidates: &[ModelKind],
+        chosen: Option<ModelKind>,
+        starts: usize,
+    ) -> Result<Identification, IdentifyError> {
+        if self.stop.load(Ordering::Relaxed) {
+            return Err(IdentifyError::Stopped);
+        }
+        let options = Options {
+            candidates: candidates.to_vec(),
+            chosen,
+            starts: starts.min(self.options.starts),
+            stiffening: false,
+            ..self.options.clone()
+        };
+        identified(&self.record.stiffened(b), &options, self.stop, &|_| ())
+    }
+
+    /// Place of the least sum.
+    fn lowest(&self, valley: &Valley) -> usize {
+        let sums = valley.iter().map(|own| own.1.bic);
+        let least = sums.enumerate().min_by(|a, b| a.1.total_cmp(&b.1));
+        least.map_or(0, |least| least.0)
+    }
+
+    fn limit(&self, best: &Fit) -> Limit {
+        Limit {
+            sum: sum(best, self.numbers),
+            freedom: (self.numbers - best.kind.parameters().len() as f64 - 1.0).max(1.0),
+            numbers: self.numbers,
+        }
+    }
+
+    /// Fits one candidate at one more b.
+    fn add(&self, kind: ModelKind, valley: &mut Valley, b: f64) -> Result<Fit, IdentifyError> {
+        let found = self.at(b, &[kind], Some(kind), FEW_STARTS)?;
+        let fit = found.fits[0].clone();
+        let place = valley.partition_point(|own| own.0 < b);
+        valley.insert(place, (b, fit.clone()));
+        Ok(fit)
+    }
+
+    /// To the least sum, by the vertex of the parabola through the lowest three neighbours.
+    fn refine(&self, kind: ModelKind, valley: &mut Valley) -> Result<(), IdentifyError> {
+        for _ in 0..ROUNDS {
+            let lowest = self.lowest(valley);
+            if valley.len() < 3 || lowest + 1 == valley.len() {
+                return Ok(());
+            }
+            let limit = self.limit(&valley[lowest].1);
+            let first = lowest.max(1) - 1;
+            let [a, m, z] = [0, 1, 2].map(|n| valley[first + n].0);
+            let [fa, fm, fz] = [0, 1, 2]
+                .map(|n| sum(&valley[first + n].1, self.numbers) / limit.sum * limit.freedom);
+            // Newton's form: f = fa + s·(b − a) + c·(b − a)(b − m).
+            let s = (fm - fa) / (m - a);
+            let c = ((fz - fm) / (z - m) - s) / (z - a);
+            let vertex = (0.5 * (a + m) - 0.5 * s / c).clamp(a, z);
+            let gain = |b: f64| valley.iter().all(|own| (own.0 - b).abs() > 1e-3 * (z - a));
+            let next = if c > 0.0 && gain(vertex) {
+                vertex
+            } else if z - m > m - a {
+                0.5 * (m + z)
+            } else {
+                0.5 * (a + m)
+            };
+            let value = |b: f64| fa + s * (b - a) + c * (b - a) * (b - m);
+            let least = value(valley[lowest].0);
+            if c > 0.0 && least - value(vertex) < NEAR && fa.max(fz) - least < 20.0 * CHI_SQUARE {
+                return Ok(());
+            }
+            self.add(kind, valley, next)?;
+        }
+        Ok(())
+    }
+
+    /// Where ζ² is χ² between b and the end of its range; none if it stays below.
+    fn end(
+        &self,
+        kind: ModelKind,
+        valley: &mut Valley,
+        b: f64,
+        limit: &Limit,
+        range: f64,
+    ) -> Result<Option<f64>, IdentifyError> {
+        let side = range - b;
+        if side == 0.0 {
+            return Ok(None);
+        }
+        let beyond = |own: &&(f64, Fit)| (own.0 - b) * side > 0.0;
+        let distance = |own: &(f64, Fit)| (own.0 - b).abs();
+        let outside = (valley.iter().filter(beyond))
+            .filter(|own| limit.square(&own.1) > CHI_SQUARE)
+            .min_by(|one, other| distance(one).total_cmp(&distance(other)));
+        let Some(outside) = outside else {
+            return Ok(None);
+        };
+        let mut outer = (outside.0, libm::sqrt(limit.square(&outside.1)));
+        let inside = (valley.iter().filter(beyond))
+            .filter(|own| distance(own) < (outer.0 - b).abs())
+            .max_by(|one, other| distance(one).total_cmp(&distance(other)));
+        let mut inner = inside.map_or((b, 0.0), |own| (own.0, libm::sqrt(limit.square(&own.1))));
+        for _ in 0..ROUNDS {
+            let part = (CHI - inner.1) / (outer.1 - inner.1);
+            let next = inner.0 + part.clamp(0.1, 0.9) * (outer.0 - inner.0);
+            let distance = libm::sqrt(limit.square(&self.add(kind, valley, next)?));
+            if distance > CHI {
+                outer = (next, distance);
+            } else {
+                inner = (next, distance);
+            }
+            if (distance - CHI).abs() < NEAR {
+                break;
+            }
+        }
+        let part = (CHI - inner.1) / (outer.1 - inner.1);
+        Ok(Some(inner.0 + part.clamp(0.0, 1.0) * (outer.0 - inner.0)))
+    }
+}
+
+/// The intervals of the memory over all b that the record does not refuse.
+fn widen(fit: &mut Fit, valley: &Valley, limit: &Limit) {
+    for (place, estimate) in fit.parameters.iter_mut().enumerate() {
+        let is_order = estimate.unit.is_empty();
+        let scale = |value: f64| if is_order { value } else { libm::log(value) };
+        // Value, low and high end, and ζ², at each b.
+        let points: Option<Vec<[f64; 4]>> = (valley.iter())
+            .map(|(_, fit)| {
+                let own = fit.parameters.get(place)?;
+                let [value, low, high] = [own.value, own.low_95?, own.high_95?].map(scale);
+                Some([value, low, high, limit.square(fit)])
+            })
+            .collect();
+        let Some(points) = points else { continue };
+        let (mut low, mut high) = (f64::INFINITY, f64::NEG_INFINITY);
+        for pair in points.windows(2) {
+            for step in 0..=BETWEEN {
+                let share = step as f64 / BETWEEN as f64;
+                let at = |n: usize| pair[0][n] + share * (pair[1][n] - pair[0][n]);
+                // ζ, not its square, is nearly straight.
+                let distance = |n: usize| libm::sqrt(pair[n][3]);
+                let distance = distance(0) + share * (distance(1) - distance(0));
+                if distance <= CHI {
+                    let part = libm::sqrt(1.0 - distance * distance / CHI_SQUARE);
+                    low = low.min(at(0) + part * (at(1) - at(0)));
+                    high = high.max(at(0) + part * (at(2) - at(0)));
+                }
+            }
+        }
+        if low < high {
+            let half = (high - low) / (2.0 * CHI);
+            let ends = [low, high].map(|end| if is_order { end } else { libm::exp(end) });
+            (estimate.low_95, estimate.high_95) = (Some(ends[0]), Some(ends[1]));
+            estimate.standard_error = Some(if is_order {
+                half
+            } else {
+                estimate.value * half
+            });
+        }
+    }
+}
