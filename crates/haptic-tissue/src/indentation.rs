@@ -20,7 +20,12 @@ pub(crate) fn mapped(
     let (mut times, mut values) = (Vec::new(), Vec::new());
     let ends = time_s.windows(2).zip(depth.windows(2));
     for (time, depth) in ends {
-        let count = if depth[0] == depth[1] { 1 } else { pieces };
+        // A hold is straight.
+        let count = if (depth[1] - depth[0]).abs() > 0.0 {
+            pieces
+        } else {
+            1
+        };
         for piece in 0..count {
             let share = piece as f64 / count as f64;
             times.push(time[0] + share * (time[1] - time[0]));
