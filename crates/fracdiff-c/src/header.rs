@@ -386,8 +386,9 @@ AS_WRITTEN    real y = x;
         return sum;
     }
     sum = y * sum;
-    for (; doublings > 0U; --doublings) {
+    while (doublings > 0U) {
         sum = sum * (sum + TWO);
+        doublings -= 1U;
     }
     return sum / x;
 }

@@ -13,6 +13,7 @@ pub use document::failure::Failure;
 pub use document::named::Named;
 pub use experiment::coupler::CouplerReport;
 pub use experiment::indentation::{Indentation, IndentationReport};
+pub use experiment::reading::pressed;
 pub use experiment::rendering::Precision;
 pub use experiment::teleoperation::TeleoperationReport;
 pub use experiment::touch::TouchReport;

@@ -137,9 +137,9 @@ class Estimate:
     standard_error: float | None
     """By the curvature of the sum of squares."""
     low_95: float | None
-    """Low end of the 95 % interval."""
+    """Low end of the 95 % interval; None for a modulus that the record does not bound."""
     high_95: float | None
-    """High end."""
+    """High end, likewise."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -247,7 +247,7 @@ def identify(
     starts : int, default 40
         Starts of the search for each model.
     bootstrap : int, default 0
-        Records drawn for the intervals; 0 takes standard errors. Fewer than 40 say nothing.
+        Records drawn for the intervals; 0 takes profiles of the likelihood. Fewer than 40 say nothing.
     seed : int, default 1
         Seed of the bootstrap: same seed, same numbers.
     stiffening : bool, default False

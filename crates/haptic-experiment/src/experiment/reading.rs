@@ -199,26 +199,47 @@ pub(crate) fn piece(table: &Table<'_>) -> Result<TissuePiece, FileError> {
     let material = library.find(&tissue.to_string_lossy());
     let material = ModelledTissue::new(material.map_err(|error| wrong(error.to_string()))?);
     let material = material.map_err(|error| wrong(error.to_string()))?;
-    TissuePiece::new(material, loading(table)?).map_err(|error| {
-        let Some((parameter, remedy)) = of_loading(&error) else {
-            return table.fail(error.to_string());
-        };
-        table.fail_at(parameter.key, format!("{error}: {remedy} {parameter}"))
+    pressed(material, loading(table)?).map_err(|(parameter, reason)| match parameter {
+        Some(parameter) => table.fail_at(parameter.key, reason),
+        None => table.fail(reason),
     })
 }
 
-/// How a specimen is pressed; a slab of the usual size unless the keys say otherwise.
+/// A piece of this tissue, pressed as is given; what is not given of a slab has the usual size.
+///
+/// # Errors
+/// Why there is no such piece, and the key that has to change, if it is one.
+pub fn pressed(
+    material: ModelledTissue,
+    given: Loading,
+) -> Result<TissuePiece, (Option<&'static Parameter>, String)> {
+    // A size with a default is one of a slab only.
+    let usual = |parameter: Parameter| {
+        let slab = given.kind.is_slab();
+        slab.then_some(parameter.default_number())
+    };
+    let loading = Loading {
+        area_m2: given.area_m2.or(usual(p::AREA)),
+        thickness_m: given.thickness_m.or(usual(p::THICKNESS)),
+        ..given
+    };
+    TissuePiece::new(material, loading).map_err(|error| match of_loading(&error) {
+        Some((parameter, remedy)) => (Some(parameter), format!("{error}: {remedy} {parameter}")),
+        None => (None, error.to_string()),
+    })
+}
+
+/// How a specimen is pressed, as far as the keys say it.
 fn loading(table: &Table<'_>) -> Result<Loading, FileError> {
     let kind: LoadingKind = table.choice(&p::LOADING)?;
-    // A size with a default is one of a slab only.
-    let of_slab = |parameter: &Parameter| match kind.is_slab() || table.has(parameter) {
-        true => table.number(parameter).map(Some),
-        false => Ok(None),
+    let given = |parameter: &Parameter| {
+        let number = table.has(parameter).then(|| table.number(parameter));
+        number.transpose()
     };
     Ok(Loading {
         kind,
-        area_m2: of_slab(&p::AREA)?,
-        thickness_m: of_slab(&p::THICKNESS)?,
+        area_m2: given(&p::AREA)?,
+        thickness_m: given(&p::THICKNESS)?,
         radius_m: table.number_if(&p::INDENTER_RADIUS)?,
         half_angle_rad: table.number_if(&p::HALF_ANGLE)?,
         bonded: table.flag(&p::BONDED)?,

@@ -8,6 +8,7 @@ mod extraction;
 mod guard;
 mod held_rig;
 mod lets_go;
+mod loading;
 mod plant_parameters;
 mod plants;
 mod release;

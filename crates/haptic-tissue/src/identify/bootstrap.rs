@@ -1,7 +1,8 @@
 //! Intervals of parameters by fitting again to records that might have been.
 //!
-//! Each is the fitted curve and the residuals of the fit, drawn anew in blocks as long as neighbours resemble each other:
-//! ⌈(1 + ρ)/(1 − ρ)⌉ samples at a correlation ρ of neighbours, 1 for white noise, an eighth of the record at most. The interval is from
+//! Each is the fitted curve and the residuals of the fit, drawn anew in blocks of some lengths over which residuals are alike:
+//! 1 sample for white noise, ⌈4τ⌉ for noise of which one in τ is independent, an eighth of the record at most. Slow noise has its slow
+//! part in the fit and not in the residuals: the profiles give it back, the bootstrap does not, and is narrower. The interval is from
 //! the 2.5 % to the 97.5 % point of the refitted parameters. Records are numbered and each number seeds its own generator, so that the
 //! result does not depend on the number of threads.
 //!
@@ -9,7 +10,6 @@
 
 use super::elements::{Candidate, Elements};
 use super::fit::parameters;
-use super::noise::neighbours;
 use super::search::{Best, FINE, minimise, ranges};
 use super::target::Target;
 use rand_pcg::Pcg64;
@@ -23,11 +23,12 @@ pub(super) struct Intervals {
     pub(super) fitted: usize,
 }
 
-/// Fits `records` records; `progress` is told of each.
+/// Fits `records` records, by so many independent residuals; `progress` is told of each.
 pub(super) fn intervals(
     candidate: Candidate,
     target: &Target,
     best: &Best,
+    independent: f64,
     records: usize,
     seed: u64,
     progress: &(dyn Fn(usize) + Sync),
@@ -38,8 +39,9 @@ pub(super) fn intervals(
         residuals[i] = slope.value;
         curve[i] = slope.value + target.wanted(i);
     });
-    let alike = neighbours(&residuals).clamp(0.0, 0.99);
-    let block = (((1.0 + alike) / (1.0 - alike)).ceil() as usize).clamp(1, (n / 8).max(1));
+    let alike = n as f64 / independent;
+    let block = if alike > 1.0 { 4.0 * alike } else { 1.0 };
+    let block = (block.ceil() as usize).clamp(1, (n / 8).max(1));
     let ranges = ranges(candidate, target);
     let start = best.elements.variables(candidate);
     let free: Vec<usize> = (0..start.len()).collect();

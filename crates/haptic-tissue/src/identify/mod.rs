@@ -199,10 +199,18 @@ fn identified(
         .fold(f64::INFINITY, f64::min)
         + REFUSED;
     for (place, (fit, best, certainty)) in fitted.iter_mut().enumerate() {
-        let (candidate, records) = (Candidate::of(fit.kind)?, options.bootstrap);
+        let (candidate, independent) = (Candidate::of(fit.kind)?, fit.independent);
+        let (records, seed) = (options.bootstrap, options.seed);
         let ends = if place == 0 && records > 0 {
-            let found =
-                bootstrap::intervals(candidate, &target, best, records, options.seed, progress);
+            let found = bootstrap::intervals(
+                candidate,
+                &target,
+                best,
+                independent,
+                records,
+                seed,
+                progress,
+            );
             let lost = records - found.fitted;
             if lost > 0 {
                 warnings.push(format!(

@@ -5,7 +5,7 @@
 //! ```
 //! ψ is ln V or α, a sum of variables. Where S is a parabola, ζ is straight and the ends are those of the standard error; from there each
 //! end is looked for, outward along the valley. ψ is held by one more row, which pulls it to an aim: whatever the row weighs, a fit
-//! with it ends in a point (ψ, S_p(ψ)) of the profile. A second row keeps two spring-pots in order, the larger order first.
+//! with it ends in a point of the profile. A second row keeps two spring-pots in order, the larger order first.
 //!
 //! A valley may bend, fork, or have others beside it. So each point within the limit that the search or the walk to any end has seen
 //! is a start for the ends that it lies beyond, and an end stands when no other minimum within the limit leads past it; one of these is
@@ -17,10 +17,12 @@
 
 use super::elements::{Candidate, Elements, is_order, number, share};
 use super::fit::Certainty;
-use super::search::{Best, Effort, Minimum, Pull, SAME, minimise, ranges};
+use super::search::{Best, Effort, Minimum, Pull, minimise, ranges};
 use super::target::Target;
 use rayon::prelude::*;
 
+/// Minima beside the best of which each end is tried.
+const OTHERS: usize = 3;
 /// Walks to an end, the later ones from what others have seen.
 const PASSES: usize = 3;
 /// Fits of a walk, at most.
@@ -36,8 +38,10 @@ const FIRST: f64 = 0.05;
 const FURTHEST: f64 = 0.15;
 /// ζ/t for a step that the pull misses.
 const STIFF: f64 = 10.0;
-/// Order by which the second spring-pot passes the first at ζ = t.
+/// Order by which the second spring-pot passes the first at ζ = t; a point with ten times that is none.
 const ORDER_KEPT: f64 = 1e-3;
+/// The pull that keeps them in order over that which holds ψ, at least.
+const FIRM: f64 = 30.0;
 /// First step of ψ over t that has no standard error.
 const UNKNOWN: f64 = 0.02;
 /// A variable starts so far inside its range, over the range, as it does not move at the end; an order twice as near is there.
@@ -68,11 +72,16 @@ pub(super) fn intervals(
     };
     let limit = best.sum + certainty.student * certainty.student * certainty.variance;
     let exchanged = profiles.exchanged(&best.elements);
-    let others = best.others.iter().cloned().chain(exchanged);
-    for other in others.filter(|other| other.sum <= limit) {
-        let same = |one: &Minimum| (one.sum - other.sum).abs() < SAME * one.sum;
-        if !profiles.minima.iter().any(same) {
-            profiles.minima.push(other);
+    let others = exchanged.into_iter().chain(best.others.iter().cloned());
+    let others: Vec<Minimum> = others.filter(|other| other.sum <= limit).collect();
+    for other in &others {
+        let same = |one: &Minimum| {
+            let pairs = one.values.iter().zip(&other.values).zip(&profiles.ranges);
+            let mut apart = pairs.map(|((a, b), (low, high))| (a - b).abs() / (high - low));
+            apart.all(|apart| apart <= INSIDE)
+        };
+        if profiles.minima.len() <= OTHERS && !profiles.minima.iter().any(same) {
+            profiles.minima.push(other.clone());
         }
     }
     let ln_unit = libm::log(target.unit_s);
@@ -94,7 +103,7 @@ pub(super) fn intervals(
             .map(|end| profiles.pass(end))
             .collect();
         profiles.seen = seen.concat();
-        profiles.seen.extend_from_slice(&profiles.minima);
+        profiles.seen.extend_from_slice(&others);
     }
     let ends = ends.as_chunks().0.iter();
     ends.map(|[low, high]| (low.number(), high.number()))
@@ -136,7 +145,7 @@ struct Profiles<'a> {
     target: &'a Target<'a>,
     ranges: Vec<(f64, f64)>,
     certainty: &'a Certainty,
-    /// The best, and others within the limit.
+    /// The best, and the first others within the limit.
     minima: Vec<Minimum>,
     /// Points within the limit.
     seen: Vec<Minimum>,
@@ -172,6 +181,7 @@ impl Profiles<'_> {
         let mut stride = error * (limit - from.distance).max(0.1 * limit);
         stride = stride.min(FIRST * (high - low));
         let mut stiffness = STIFF * limit;
+        let mut refused = side * f64::INFINITY;
         let (mut inner, mut outer): (Point, Option<Point>) = (from, None);
         for _ in 0..ROUNDS {
             let room = if side > 0.0 {
@@ -181,8 +191,7 @@ impl Profiles<'_> {
             };
             let margin = if is_order(v) { 2.0 * INSIDE } else { OPEN };
             if room < margin * (high - low) {
-                outer = None;
-                break;
+                return side * f64::INFINITY;
             }
             let step = match &outer {
                 None => side * stride.min(room),
@@ -211,6 +220,9 @@ impl Profiles<'_> {
                 stiffness *= STIFF;
                 continue;
             }
+            if point.distance >= (1.0 - NEAR) * limit {
+                refused = point.at;
+            }
             let steepness = (point.distance - inner.distance) / moved;
             if (point.distance - limit).abs() <= NEAR * limit {
                 let beyond = self.minima[1..].iter().find_map(|other| {
@@ -237,10 +249,7 @@ impl Profiles<'_> {
                 inner = point;
             }
         }
-        match outer {
-            Some(outer) => outer.at,
-            None => side * f64::INFINITY,
-        }
+        refused
     }
 
     /// All variables fitted with ψ pulled to an aim, from values that are moved there; ζ grows by so much for each 1 that ψ misses.
@@ -261,10 +270,12 @@ impl Profiles<'_> {
         if self.has_two_orders() {
             let mut shares = vec![0.0; values.len()];
             (shares[1], shares[3]) = (1.0, -1.0);
+            let held = pulls.first().map_or(0.0, |pull| pull.weight);
+            let kept = limit * libm::sqrt(self.certainty.variance) / ORDER_KEPT;
             pulls.push(Pull {
                 shares,
                 aim: 0.0,
-                weight: limit * libm::sqrt(self.certainty.variance) / ORDER_KEPT,
+                weight: kept.max(FIRM * held),
                 from_below: true,
             });
         }
@@ -277,10 +288,15 @@ impl Profiles<'_> {
         let free: Vec<usize> = (0..start.len()).collect();
         let effort = Effort {
             tolerance: 1e-2 * (limit * limit / self.certainty.freedom).min(1.0),
+            step: 1e-8,
             patience: 10,
         };
         let (candidate, target, ranges) = (self.candidate, self.target, &self.ranges);
-        minimise(candidate, target, ranges, &start, &free, &pulls, effort)
+        let mut found = minimise(candidate, target, ranges, &start, &free, &pulls, effort);
+        if self.has_two_orders() && found.values[3] - found.values[1] > 10.0 * ORDER_KEPT {
+            found.sum = f64::INFINITY;
+        }
+        found
     }
 
     const fn has_two_orders(&self) -> bool {

@@ -15,19 +15,22 @@ const FEW: usize = 160;
 /// Minima of the first pass that are followed on all samples.
 const FOLLOWED: usize = 6;
 /// Sums closer than this are one minimum.
-pub(super) const SAME: f64 = 1e-4;
+const SAME: f64 = 1e-4;
 const ROUGH: Effort = Effort {
     tolerance: 1e-5,
+    step: 1e-5,
     patience: 12,
 };
 /// Enough to see which of the followed minima is the lowest.
 const CLOSE: Effort = Effort {
     tolerance: 1e-7,
+    step: 1e-7,
     patience: 25,
 };
 /// Effort of a fit that counts.
 pub(super) const FINE: Effort = Effort {
     tolerance: 1e-11,
+    step: 1e-11,
     patience: 100,
 };
 /// A variable so near to an end of its range, over the range, is at the end.
@@ -293,6 +296,8 @@ impl LeastSquaresProblem<f64, Dyn, Dyn> for Problem<'_> {
 pub(super) struct Effort {
     /// Relative change of the sum at which to stop.
     pub(super) tolerance: f64,
+    /// Relative change of the variables at which to stop.
+    pub(super) step: f64,
     /// Evaluations per variable.
     pub(super) patience: usize,
 }
@@ -327,7 +332,7 @@ pub(super) fn minimise(
     problem.evaluate();
     let solver = LevenbergMarquardt::new()
         .with_ftol(effort.tolerance)
-        .with_xtol(effort.tolerance)
+        .with_xtol(effort.step)
         .with_gtol(1e-12)
         .with_patience(effort.patience);
     let (problem, report) = solver.minimize(problem);

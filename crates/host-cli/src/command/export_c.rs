@@ -8,10 +8,8 @@ use clap::Args;
 use fracdiff::{Operator, OperatorList, Order, Scheme, Seconds};
 use fracdiff_c::{CNumber, Header, Law};
 use haptic_experiment::judge::operator;
-use haptic_experiment::{
-    Failure, ModelledTissue, Named as _, Precision, TissuePiece, parameters as p,
-};
-use haptic_loop::{Loading, LoadingKind};
+use haptic_experiment::{Failure, ModelledTissue, Named as _, Precision, parameters as p, pressed};
+use haptic_loop::{Loading, LoadingKind, Specimen};
 use haptic_quantity::{digits, written};
 use serde_json::json;
 use std::path::PathBuf;
@@ -97,6 +95,7 @@ impl Arguments {
             "tissue": tissue.as_ref().map(|tissue| &tissue.material.name),
             "stiffness_n_per_m": tissue.as_ref().map(|tissue| tissue.law.stiffness),
             "dissipation_n_s_mu_per_m": tissue.as_ref().map(|tissue| tissue.law.dissipation),
+            "depth_map": tissue.as_ref().and_then(|tissue| tissue.law.depth_map),
             "order": mu.get(),
             "sample_time_s": t.0,
             "scheme": self.scheme.to_string(),
@@ -200,19 +199,28 @@ struct TissueArguments {
     #[arg(long, value_name = "NAME")]
     #[arg(conflicts_with = "order", help_heading = "Tissue")]
     tissue: Option<String>,
-    #[arg(long, help = p::LIBRARY.help, value_name = "DIR", requires = "tissue", help_heading = "Tissue")]
+    #[arg(long, help = p::LIBRARY.help, value_name = "DIR", conflicts_with = "order", help_heading = "Tissue")]
     library: Option<PathBuf>,
-    #[arg(long, value_parser = of(p::AREA), help = p::AREA.help, default_value = p::AREA.shown, requires = "tissue", help_heading = "Tissue")]
-    area: f64,
-    #[arg(long, value_parser = of(p::THICKNESS), help = p::THICKNESS.help, default_value = p::THICKNESS.shown, requires = "tissue", help_heading = "Tissue")]
-    thickness: f64,
+    #[arg(long, value_parser = choice::<LoadingKind>(), help = p::LOADING.help, default_value = LoadingKind::Compression.name(), conflicts_with = "order", help_heading = "Tissue")]
+    loading: LoadingKind,
+    /// Area of the specimen [default of a slab: 4cm2]
+    #[arg(long, value_parser = of(p::AREA), conflicts_with = "order", help_heading = "Tissue")]
+    area: Option<f64>,
+    /// Thickness of the specimen [default of a slab: 20mm]
+    #[arg(long, value_parser = of(p::THICKNESS), conflicts_with = "order", help_heading = "Tissue")]
+    thickness: Option<f64>,
+    #[arg(long, value_parser = of(p::INDENTER_RADIUS), help = p::INDENTER_RADIUS.help, conflicts_with = "order", help_heading = "Tissue")]
+    indenter_radius: Option<f64>,
+    #[arg(long, value_parser = of(p::HALF_ANGLE), help = p::HALF_ANGLE.help, conflicts_with = "order", help_heading = "Tissue")]
+    half_angle: Option<f64>,
+    #[arg(long, help = p::BONDED.help, conflicts_with = "order", help_heading = "Tissue")]
+    bonded: bool,
 }
 
 struct Tissue {
     material: ModelledTissue,
     law: Law,
-    area_m2: f64,
-    thickness_m: f64,
+    specimen: Specimen,
 }
 
 impl TissueArguments {
@@ -222,22 +230,24 @@ impl TissueArguments {
         };
         let library = library(self.library.as_deref())?;
         let material = ModelledTissue::new(library.find(name).map_err(Failure::input)?)?;
-        let loading = Loading {
-            area_m2: Some(self.area),
-            thickness_m: Some(self.thickness),
-            ..Loading::new(LoadingKind::Compression)
+        let given = Loading {
+            kind: self.loading,
+            area_m2: self.area,
+            thickness_m: self.thickness,
+            radius_m: self.indenter_radius,
+            half_angle_rad: self.half_angle,
+            bonded: self.bonded,
         };
-        let piece = TissuePiece::new(material, loading)
-            .map_err(|error| Failure::input_with_advice(error, "change --area or --thickness"))?;
+        let piece = pressed(material, given).map_err(|(_, reason)| Failure::bad_input(reason))?;
         let (stiffness, dissipation) = piece.spring_and_damper();
         Ok(Some(Tissue {
             material: *piece.material,
             law: Law {
                 stiffness,
                 dissipation,
+                depth_map: piece.specimen.depth_map().map(|map| map.numbers()),
             },
-            area_m2: self.area,
-            thickness_m: self.thickness,
+            specimen: piece.specimen,
         }))
     }
 }
@@ -252,29 +262,75 @@ impl Tissue {
         let Law {
             stiffness,
             dissipation,
+            depth_map,
         } = self.law;
+        let seen = if depth_map.is_some() { "e(x)" } else { "x" };
         let memory = match self.material.composed() {
-            Some(model) => format!("y = P x, the one memory of the model {}", model.kind()),
-            None => format!("y = D^{order} x"),
+            Some(model) => format!("y = P {seen}, the one memory of the model {}", model.kind()),
+            None => format!("y = D^{order} {seen}"),
+        };
+        let units = [
+            "m2 area",
+            "m thickness",
+            "m radius of the indenter",
+            "rad half angle",
+        ];
+        let sizes = self.sizes();
+        let sizes = sizes
+            .iter()
+            .zip(units)
+            .filter_map(|((_, size), unit)| size.map(|size| format!(", {size} {unit}")));
+        let bonded = if self.specimen.loading().bonded {
+            ", bonded"
+        } else {
+            ""
+        };
+        let (kind, sizes) = (
+            self.specimen.loading().kind.name(),
+            sizes.collect::<String>(),
+        );
+        let use_of = match depth_map {
+            None => format!("{name}_force(&h, x), or {name}_push(&h, x) behind a surface at 0"),
+            Some(_) => {
+                format!("{name}_push(&h, x) behind a surface at 0, e(x) = {name}_depth_map(x),")
+            }
         };
         vec![
             format!(
-                "The tissue {}, a piece of {} m2 and {} m thickness, sample time {sample_time_s} s.",
-                self.material.name, self.area_m2, self.thickness_m
+                "The tissue {}, {kind}{sizes}{bonded}, sample time {sample_time_s} s.",
+                self.material.name
             ),
             format!(
-                "f = -(K x + B y) in N at the displacement x in m: K = {stiffness} N/m, B = {dissipation} N s^{order}/m, {memory}."
+                "f = -(K {seen} + B y) in N at the displacement x in m: K = {stiffness} N/m, B = {dissipation} N s^{order}/m, {memory}."
             ),
-            format!(
-                "{name}_force(&h, x), or {name}_push(&h, x) behind a surface at 0 and {name}_advance(&h, {name}_depth(x)) after it."
-            ),
+            format!("{use_of} and {name}_advance(&h, {name}_depth(x)) after it."),
+        ]
+    }
+
+    /// Option and number of each size, in the order of their units.
+    fn sizes(&self) -> [(&'static str, Option<f64>); 4] {
+        let loading = self.specimen.loading();
+        [
+            ("area", loading.area_m2),
+            ("thickness", loading.thickness_m),
+            ("indenter-radius", loading.radius_m),
+            ("half-angle", loading.half_angle_rad),
         ]
     }
 
     fn options(&self) -> String {
-        format!(
-            "--tissue {} --area {}m2 --thickness {}m",
-            self.material.name, self.area_m2, self.thickness_m
-        )
+        let loading = self.specimen.loading();
+        let sizes = self.sizes();
+        let sizes =
+            sizes
+                .iter()
+                .zip(["m2", "m", "m", "rad"])
+                .filter_map(|((option, size), unit)| {
+                    size.map(|size| format!(" --{option} {size}{unit}"))
+                });
+        let sizes: String = sizes.collect();
+        let bonded = if loading.bonded { " --bonded" } else { "" };
+        let (name, kind) = (&self.material.name, loading.kind.name());
+        format!("--tissue {name} --loading {kind}{sizes}{bonded}")
     }
 }

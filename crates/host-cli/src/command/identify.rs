@@ -170,7 +170,7 @@ struct FitArguments {
     /// Find how much the tissue stiffens too, by a motion or by motions to several depths
     #[arg(long)]
     stiffening: bool,
-    /// Bootstrap records for the intervals; 0 uses the standard errors
+    /// Bootstrap records for the intervals; 0 takes them from profiles of the likelihood
     #[arg(long, default_value_t = 0, value_parser = whole::<u32>(Options::BOOTSTRAP_ALLOWED))]
     bootstrap: u32,
     /// Seed of the bootstrap [default: 1]
@@ -227,7 +227,7 @@ impl Arguments {
         let (tissue, figure) = match name {
             Some(name) => {
                 let text = self.tissue(name, &understood, &found, &source)?;
-                place.write(|| text, || draw::draw(&found, &source))
+                place.write(|| text, || draw::draw(&found, understood.loading, &source))
             }
             None => (None, None),
         };

@@ -361,6 +361,40 @@ fn a_header_is_written_once_and_compiles() {
 }
 
 #[test]
+fn a_header_of_a_tissue_under_a_sphere_has_its_map_and_computes_it() {
+    let place = Place::new();
+    let line = "export-c --tissue liver --sample-time 1ms --name liver --precision f64";
+    let command = format!("{line} --loading sphere --indenter-radius 5mm --out liver.h");
+    place.run(&command).succeeded();
+    let header = place.text("liver.h");
+    let words = [
+        "The tissue liver, sphere, 0.005 m radius of the indenter, sample time 0.001 s",
+        "f = -(K e(x) + B y)",
+        "--loading sphere --indenter-radius 0.005m --sample-time 0.001s",
+    ];
+    says(&header, &words);
+    place.write(
+        "main.c",
+        "#include \"liver.h\"\n#include <stdio.h>\nint main(void) { \
+         printf(\"%.17g\\n\", liver_depth_map(2e-3)); return 0; }\n",
+    );
+    let ran = place.shell("cc -std=c99 -Wall -Wextra -Werror main.c -o main && ./main");
+    // δ·√(δ/R)
+    let depth: f64 = ran.succeeded().stdout.trim().parse().expect("a number");
+    assert!(
+        (depth / (2e-3 * 0.4f64.sqrt()) - 1.0).abs() < 1e-15,
+        "{depth}"
+    );
+    place.refuses(
+        r#"
+        export-c --tissue liver --sample-time 1ms --loading sphere => needs | --indenter-radius
+        export-c --tissue liver --sample-time 1ms --half-angle 1 => --half-angle
+        export-c --order 0.5 --sample-time 1ms --bonded => --bonded | --order
+        "#,
+    );
+}
+
+#[test]
 fn without_a_file_the_header_is_printed_and_what_gives_none_is_refused() {
     let place = Place::new();
     let line = "export-c --order 1 --sample-time 1ms --scheme grunwald:2";

@@ -8,6 +8,7 @@ use haptic_tissue::{Model, ModelKind};
 use rand_distr::{Distribution as _, StandardNormal};
 use rand_pcg::Pcg64;
 use rand_pcg::rand_core::SeedableRng as _;
+use std::ops::Range;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 
 /// Model and the values of its parameters; the two elements meet in the middle of the band.
@@ -81,7 +82,7 @@ fn coverage(samples: usize, alike: f64, cases: u64) -> (f64, f64) {
             own += pairs
                 .filter(|(estimate, truth)| holds(estimate, **truth))
                 .count();
-            white += usize::from(fit.independent == fit.predicted.len() as f64);
+            white += usize::from(fit.independent >= fit.predicted.len() as f64);
         }
         println!("{kind}: {own} of {} inside", cases as usize * truth.len());
         inside += own;
@@ -186,11 +187,16 @@ fn a_truth_that_the_record_cannot_refuse_is_inside_every_interval() {
         let said = found.warnings.join("\n");
         for Estimate { name, high_95, .. } in &fit.parameters {
             let sentence = format!("the record gives `{name}` no upper bound");
-            assert_eq!(high_95.is_none(), said.contains(&sentence), "{said}");
+            let is_fixed = said.contains(&format!("`{name}` is at the end"));
+            assert_eq!(
+                high_95.is_none() && !is_fixed,
+                said.contains(&sentence),
+                "{said}"
+            );
         }
     }
     println!("{within} records, {far} parameters beyond four standard errors");
-    assert!(within >= 8 && far >= 3, "{within} {far}");
+    assert!(within >= 10 && far >= 5, "{within} {far}");
 }
 
 /// Of a spring-pot ln G = ln V − α ln t − ln Γ(1 − α): at any V the least sum of squares is that over α, tried everywhere here.
@@ -224,7 +230,7 @@ fn the_ends_are_where_the_profile_meets_its_limit() {
         let [viscosity, order] = &fit.parameters[..] else {
             panic!("two")
         };
-        assert_eq!(fit.independent, SAMPLES as f64);
+        assert!(fit.independent >= SAMPLES as f64);
         let best = sum(viscosity.value, order.value);
         for end in [viscosity.low_95, viscosity.high_95] {
             let end = end.expect("a bound");
@@ -244,12 +250,20 @@ fn the_ends_are_where_the_profile_meets_its_limit() {
     );
 }
 
-/// The bootstrap agrees with the standard errors where the noise is white, and does not depend on the number of threads.
+/// The bootstrap agrees with the profiles for white noise, and does not depend on the number of threads. For slow noise it is narrower: of 400
+/// residuals in 4 parameters a window of some 45 lags has lost 4·45/400 of the sum.
 #[test]
-fn bootstrap_intervals_are_those_of_the_standard_errors_for_white_noise() {
+fn bootstrap_intervals_are_those_of_the_profiles() {
     let (candidate, truth) = (ModelKind::FractionalMaxwell, [3e4, 0.7, 3e4, 0.15]);
-    let record = record(candidate, &truth, 3);
-    let plain = one(&record, candidate);
+    for (samples, alike, shares) in [(50, 0.0, 0.8..1.2), (200, 0.8, 0.55..1.0)] {
+        let record = sweep(candidate, &truth, samples, alike, 3);
+        assert_widths(candidate, &record, &shares);
+    }
+}
+
+/// Widths by the bootstrap over those of the profiles.
+fn assert_widths(candidate: ModelKind, record: &Record, shares: &Range<f64>) {
+    let plain = one(record, candidate);
     let options = Options {
         candidates: vec![candidate],
         bootstrap: 300,
@@ -259,22 +273,20 @@ fn bootstrap_intervals_are_those_of_the_standard_errors_for_white_noise() {
     let count = |n: usize| {
         done.fetch_add(n, Ordering::Relaxed);
     };
-    let drawn = identify(&record, &options, &count).expect("converges");
+    let drawn = identify(record, &options, &count).expect("converges");
     assert_eq!(done.into_inner(), 300);
     for (plain, drawn) in plain.fits[0]
         .parameters
         .iter()
         .zip(&drawn.fits[0].parameters)
     {
-        let width = |e: &haptic_tissue::identify::Estimate| {
-            e.high_95.expect("there") - e.low_95.expect("there")
-        };
+        let width = |e: &Estimate| e.high_95.expect("there") - e.low_95.expect("there");
         let ratio = width(drawn) / width(plain);
-        assert!((0.8..1.2).contains(&ratio), "{}: {ratio}", plain.name);
+        assert!(shares.contains(&ratio), "{}: {ratio}", plain.name);
     }
     assert_eq!(
         drawn,
-        identify(&record, &options, &|_| ()).expect("converges")
+        identify(record, &options, &|_| ()).expect("converges")
     );
 }
 

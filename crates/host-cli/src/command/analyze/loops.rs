@@ -48,7 +48,7 @@ pub(super) fn stability(options: Options<keys::Wall>, output: Output) -> Result<
         // factor on the wall; null if nothing is proved. And the factor that no such proof reaches.
         "every_motion_margin": factor(contact.proved),
         "every_motion_margin_reason": (contact.proved == 0.0 && contact.provable > 0.0)
-            .then_some("no proof was found; a device without damping and hand has none"),
+            .then_some("no proof was found; a device without damping has none"),
         "every_motion_margin_most": factor(contact.provable),
     });
     output.report(&joined(

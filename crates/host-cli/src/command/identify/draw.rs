@@ -3,7 +3,9 @@
 use crate::command::analyze::resolved::logarithmic;
 use crate::picture::{Panel, Points, linear, page, short_name};
 use haptic_figure::{AxisSpec, FigureError, Look, Picture, Scale};
+use haptic_loop::Modulus;
 use haptic_quantity::{digits, written};
+use haptic_tissue::MeasuredLoading;
 use haptic_tissue::identify::{Fit, Identification, RecordKind, relative};
 
 /// Residuals are drawn of models up to so many times the rms of the chosen one.
@@ -25,8 +27,12 @@ const fn words(kind: RecordKind) -> [&'static str; 3] {
     }
 }
 
-/// Draws an identification; `source` is the file of the record.
-pub(super) fn draw(found: &Identification, source: &str) -> Result<Picture, FigureError> {
+/// Draws an identification; `source` is the file of the record, which was measured under this loading.
+pub(super) fn draw(
+    found: &Identification,
+    loading: MeasuredLoading,
+    source: &str,
+) -> Result<Picture, FigureError> {
     let [x, y, residual] = words(found.kind);
     let scale = match found.kind {
         RecordKind::History => Scale::Linear,
@@ -65,7 +71,12 @@ pub(super) fn draw(found: &Identification, source: &str) -> Result<Picture, Figu
     }
     let title = format!("Identified from a record: {}", found.fits[0].kind.name());
     let (source, kind, samples) = (short_name(source), found.kind.name(), found.samples);
-    let subtitle = format!("{source} · {kind} · {samples} samples");
+    let modulus = match loading.modulus() {
+        _ if !loading.is_known() => "",
+        Modulus::Shear => " · shear modulus",
+        Modulus::Young => " · Young's modulus",
+    };
+    let subtitle = format!("{source} · {kind} · {samples} samples{modulus}");
     page(&title, &subtitle, 1, &[upper, lower])
 }
 
