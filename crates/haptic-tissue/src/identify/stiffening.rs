@@ -11,12 +11,13 @@
 //! *Source*: Y. C. Fung, *Biomechanics*, 1981 (the law); S. S. Wilks, *The large-sample distribution of the likelihood ratio*,
 //! Annals of Mathematical Statistics 9, 1938 (the interval).
 
+use super::candidates::{Identification, Options, choose, identified};
+use super::elements::Candidate;
 use super::error::IdentifyError;
 use super::fit::{Estimate, Fit, fit};
 use super::record::Record;
 use super::search::search;
 use super::target::Target;
-use super::{Candidate, Identification, Options, choose, identified};
 use crate::identify::keys::{BOOTSTRAP, KIND, STIFFENING};
 use crate::model::ModelKind;
 use fracdiff::parameter::Shown;

@@ -1,0 +1,192 @@
+//! The candidates of a record, fitted and in order.
+
+use super::elements::Candidate;
+use super::error::IdentifyError;
+use super::fit::{AS_GOOD, Fit, REFUSED, fit};
+use super::record::{Record, RecordKind};
+use super::search::search;
+use super::target::{Target, Weighting};
+use super::{advice, bootstrap, profile};
+use crate::model::{CANDIDATES, ModelKind};
+use std::ops::RangeInclusive;
+use std::sync::atomic::AtomicBool;
+/// How to identify.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Options {
+    /// The candidates, of [`CANDIDATES`].
+    pub candidates: Vec<ModelKind>,
+    /// The one to choose, whatever the record says for others; without it, the record chooses.
+    pub chosen: Option<ModelKind>,
+    /// The weights of the samples.
+    pub weighting: Weighting,
+    /// Starts for each candidate, [`Options::STARTS_ALLOWED`].
+    pub starts: usize,
+    /// Records of the bootstrap, [`Options::BOOTSTRAP_ALLOWED`]; 0 for intervals by profiles.
+    pub bootstrap: usize,
+    /// Seed of the bootstrap.
+    pub seed: u64,
+    /// True to find b of tissue that stiffens too, see `haptic_loop::loading`: the last parameter of the chosen fit, from 0 to 100.
+    pub stiffening: bool,
+}
+
+impl Options {
+    /// Starts, unless said otherwise.
+    pub const STARTS: usize = 40;
+    /// Starts that are worth their time.
+    pub const STARTS_ALLOWED: RangeInclusive<u32> = 1..=10_000;
+    /// Records of the bootstrap that are worth their time.
+    pub const BOOTSTRAP_ALLOWED: RangeInclusive<u32> = 0..=100_000;
+}
+
+impl Default for Options {
+    /// All candidates, equal weights, 40 starts, no bootstrap.
+    fn default() -> Self {
+        Self {
+            candidates: CANDIDATES.to_vec(),
+            chosen: None,
+            weighting: Weighting::Equal,
+            starts: Self::STARTS,
+            bootstrap: 0,
+            seed: 1,
+            stiffening: false,
+        }
+    }
+}
+
+/// Models fitted to a record, best first.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Identification {
+    /// The kind of the record.
+    pub kind: RecordKind,
+    /// Samples of the record.
+    pub samples: usize,
+    /// Fits that converged, the chosen one first, the others by BIC.
+    pub fits: Vec<Fit>,
+    /// Times in s, or angular frequencies in rad/s, of the values that were fitted. Of an oscillation all are there twice.
+    pub x: Vec<f64>,
+    /// The values: moduli, compliances, all storage and then all loss moduli, or stresses; of a long history some of them.
+    pub measured: Vec<f64>,
+    /// Sentences that a user should know.
+    pub warnings: Vec<String>,
+}
+
+impl Identification {
+    /// What a fit leaves of each value, model less record: a share of the value, or Pa of a history.
+    #[must_use]
+    pub fn residuals(&self, fit: &Fit) -> Vec<f64> {
+        let both = fit.predicted.iter().zip(&self.measured);
+        both.map(|(model, measured)| match self.kind {
+            RecordKind::History => model - measured,
+            _ => relative(libm::log(model / measured)),
+        })
+        .collect()
+    }
+}
+
+/// A residual r of a logarithm as a share of the value: e^r − 1, never below −1.
+#[must_use]
+pub fn relative(residual: f64) -> f64 {
+    libm::expm1(residual)
+}
+
+/// Fits the candidates; none stiffens.
+pub(super) fn identified(
+    record: &Record,
+    options: &Options,
+    stop: &AtomicBool,
+    progress: &(dyn Fn(usize) + Sync),
+) -> Result<Identification, IdentifyError> {
+    let target = Target::new(record, options.weighting, stop);
+    let (mut fitted, mut failed) = (Vec::new(), Vec::new());
+    for &kind in &options.candidates {
+        let candidate = Candidate::of(kind)?;
+        match search(candidate, &target, options.starts.max(1)) {
+            Ok(best) => {
+                let (fit, certainty) = fit(candidate, &target, &best);
+                fitted.push((fit, best, certainty));
+            }
+            Err(error) if options.chosen == Some(kind) => return Err(error),
+            Err(error) => failed.push(error),
+        }
+    }
+    fitted.sort_by(|a, b| a.0.bic.total_cmp(&b.0.bic));
+    let fits = || fitted.iter().map(|fitted| &fitted.0);
+    let Some(place) = choose(fits(), options.chosen) else {
+        return Err(failed.pop().unwrap_or_else(|| {
+            IdentifyError::Record("there is no model to fit: give at least one".to_owned())
+        }));
+    };
+    let first = fitted.remove(place);
+    fitted.insert(0, first);
+    let mut warnings = record.said.clone();
+    warnings.extend(failed.iter().map(ToString::to_string));
+    let refused = fitted
+        .iter()
+        .map(|(fit, ..)| fit.bic)
+        .fold(f64::INFINITY, f64::min)
+        + REFUSED;
+    for (place, (fit, best, certainty)) in fitted.iter_mut().enumerate() {
+        let (candidate, independent) = (Candidate::of(fit.kind)?, fit.independent);
+        let (records, seed) = (options.bootstrap, options.seed);
+        let ends = if place == 0 && records > 0 {
+            let found = bootstrap::intervals(
+                candidate,
+                &target,
+                best,
+                independent,
+                records,
+                seed,
+                progress,
+            );
+            let lost = records - found.fitted;
+            if lost > 0 {
+                warnings.push(format!(
+                    "{lost} of {records} records of the bootstrap could not be fitted and are left out"
+                ));
+            }
+            found.ends
+        } else if place == 0 || fit.bic <= refused {
+            profile::intervals(candidate, &target, best, certainty)
+        } else {
+            continue;
+        };
+        for (estimate, (low, high)) in fit.parameters.iter_mut().zip(ends) {
+            estimate.low_95 = Some(low).filter(|x| x.is_finite());
+            estimate.high_95 = Some(high).filter(|x| x.is_finite());
+        }
+    }
+    if let Some(said) = advice::about_length(target.samples(), record) {
+        warnings.push(said);
+    }
+    let fits: Vec<Fit> = fitted.into_iter().map(|(fit, ..)| fit).collect();
+    warnings.extend(advice::about(&fits));
+    let (x, measured) = target.values(record);
+    Ok(Identification {
+        kind: record.kind(),
+        samples: record.samples(),
+        fits,
+        x,
+        measured,
+        warnings,
+    })
+}
+
+/// The place of the wanted one in fits by BIC; else of that with the fewest parameters of those as good as the best.
+pub(super) fn choose<'a>(
+    fits: impl Iterator<Item = &'a Fit> + Clone,
+    wanted: Option<ModelKind>,
+) -> Option<usize> {
+    let mut places = fits.enumerate();
+    if let Some(wanted) = wanted {
+        return places.position(|(_, fit)| fit.kind == wanted);
+    }
+    // What has come down to a simpler model, or is not settled, makes no tissue; it is taken only where there is nothing else.
+    let sound = |fit: &Fit| fit.is_settled() && fit.to_model().is_ok();
+    let any = places.clone().any(|(_, fit)| sound(fit));
+    let places = places.filter(|(_, fit)| !any || sound(fit));
+    let good = places.clone().next()?.1.bic + AS_GOOD;
+    places
+        .filter(|(_, fit)| fit.bic <= good)
+        .min_by_key(|(_, fit)| fit.parameters.len())
+        .map(|(place, _)| place)
+}
