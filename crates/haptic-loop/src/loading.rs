@@ -519,8 +519,11 @@ impl DepthMap<f64> {
             return rate;
         }
         // (δ·p·φ)' = (δ·p)'·φ + p·(eˣ − φ)
-        let phi = libm::expm1(x) / x;
-        rate * phi + plain * (libm::exp(x) - phi)
+        let (phi, grown) = (libm::expm1(x) / x, libm::exp(x));
+        if grown.is_infinite() {
+            return grown;
+        }
+        rate * phi + plain * (grown - phi)
     }
 
     /// The largest depth, m, up to a kilometre, at which e is no steeper than this, to 1e-12 of itself; 0 if none is.
@@ -547,7 +550,7 @@ impl DepthMap<f64> {
     #[must_use]
     pub fn depth(&self, value: f64) -> f64 {
         if value.is_nan() || value <= 0.0 {
-            return value.max(0.0);
+            return if value < 0.0 { 0.0 } else { value };
         }
         let mut depth = value;
         // From the scale of the map up to where e is above the value: at most some hundred doublings.

@@ -355,7 +355,8 @@ impl Indentation {
     fn preflight(&self, samples: u64) -> Option<Preflight<'_>> {
         let rigid = self.rendering.contact != Contact::Compliant;
         let imposed = matches!(self.load, Load::Depth { .. }) && rigid;
-        (!imposed).then(|| self.look(samples))
+        // Nothing is imposed on a device: a hand presses it.
+        (!imposed || self.rendering.remote.is_some()).then(|| self.look(samples))
     }
 
     /// The tissue as a wall.
@@ -377,9 +378,13 @@ impl Indentation {
         look.at_depth(piece.specimen.depth_map(), self.deepest())
     }
 
-    /// The depth at the end of the run, m, that of the tissue alone.
+    /// The depth at the end of the run, m, that of the tissue alone; on a device, which a hand presses, that of the largest force.
     fn deepest(&self) -> f64 {
+        let rendering = &self.rendering;
         match self.load {
+            _ if rendering.remote.is_some() => rendering
+                .piece
+                .crept(rendering.force_limit_n, &[self.duration_s])[0],
             Load::Depth { depth_m, .. } => depth_m,
             Load::Force { force_n } => self.rendering.piece.crept(force_n, &[self.duration_s])[0],
         }

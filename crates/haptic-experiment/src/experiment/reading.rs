@@ -264,11 +264,7 @@ pub(crate) fn linear_piece(table: &Table<'_>) -> Result<TissuePiece, FileError> 
     let piece = piece(table)?;
     match piece.is_linear() {
         true => Ok(piece),
-        false => {
-            let reason = "the force of this piece is not linear in its depth, which this experiment needs: press a slab or \
-                          with a punch a tissue that does not stiffen";
-            Err(table.fail_at(p::LOADING.key, reason.to_owned()))
-        }
+        false => Err(table.fail_at(p::LOADING.key, TissuePiece::NOT_LINEAR.to_owned())),
     }
 }
 

@@ -249,6 +249,10 @@ impl TissuePiece {
         self.specimen.shape(self.material.loading.modulus())
     }
 
+    /// Why a piece that [is not linear](Self::is_linear) is refused, and what to press instead.
+    pub const NOT_LINEAR: &'static str = "the force of this piece is not linear in its depth, which this needs: press a slab or \
+                                          with a punch a tissue that does not stiffen";
+
     /// True if e(δ) = δ.
     #[must_use]
     pub fn is_linear(&self) -> bool {
@@ -271,7 +275,8 @@ impl TissuePiece {
                 "small strain, as this model assumes, holds".to_owned(),
             ),
         };
-        if strain > most {
+        // Not for rounding.
+        if strain > most * (1.0 + 1e-9) {
             sentences.push(format!(
                 "the strain reaches {} %; {whose} up to {} %",
                 digits(100.0 * strain, 3),

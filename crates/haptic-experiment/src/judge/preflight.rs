@@ -126,6 +126,9 @@ impl Matter {
     }
 }
 
+/// The largest slope of a map that is looked at.
+const STEEPEST: f64 = 1e6;
+
 /// A loop that is to be looked at.
 #[derive(Clone, Copy, Debug)]
 pub struct Preflight<'a> {
@@ -159,7 +162,8 @@ impl Preflight<'_> {
     /// As steep as a map makes it at a depth, m.
     #[must_use]
     pub fn at_depth(self, map: Option<DepthMap<f64>>, depth_m: f64) -> Self {
-        let slope = map.map_or(1.0, |map| map.slope(depth_m));
+        // What is a million times as steep is as unstable as what is steeper.
+        let slope = map.map_or(1.0, |map| map.slope(depth_m).min(STEEPEST));
         Self {
             stiffness_n_per_m: slope * self.stiffness_n_per_m,
             dissipation_n_s_mu_per_m: slope * self.dissipation_n_s_mu_per_m,

@@ -198,6 +198,7 @@ impl Indentation {
                 }
             }
             last = Some(judged);
+            deepest_m = f64::max(deepest_m, sample.position_m);
             if moves && (value / closed_form - 1.0).abs() > SEEN_WITHIN {
                 unseen_until_s = Some(sample.time_s);
             }
@@ -205,7 +206,6 @@ impl Indentation {
             let Some(csv) = &mut csv else {
                 return Ok(());
             };
-            deepest_m = f64::max(deepest_m, sample.position_m);
             let error = relative_error(value, closed_form);
             let (tracking_error, [_, force_n]) = driven.unwrap_or_default();
             let values = [value, closed_form, error, tracking_error, force_n];

@@ -18,7 +18,7 @@ use crate::run::safety::GuardChoice;
 use crate::run::safety::keys::{GUARD, RISE_TIME};
 use crate::run::tick::{KeptSample, judged_force_n};
 use haptic_log::record::{Entry, LogReader, TickMessage, column_name};
-use haptic_loop::Limiters;
+use haptic_loop::{Limiters, LoadingKind};
 use haptic_tissue::ting;
 use serde::Serialize;
 use std::f64::consts::TAU;
@@ -278,7 +278,8 @@ impl TouchExperiment {
         let Matter::Tissue(piece) = &self.matter else {
             return None;
         };
-        let indents = !piece.specimen.loading().kind.is_slab();
+        let kind = piece.specimen.loading().kind;
+        let indents = matches!(kind, LoadingKind::Sphere | LoadingKind::Cone);
         let map = piece.specimen.depth_map().filter(|_| indents)?;
         let samples = record.whole.as_deref()?;
         let thin = samples.len() / RETRACED + 1;

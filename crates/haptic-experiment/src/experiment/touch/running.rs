@@ -237,24 +237,27 @@ impl TouchExperiment {
         Ok(Published::new(reported, ran.folder))
     }
 
-    /// How deep the hand leads the device at most, m: by a spring as far as its path goes, else as far as the largest force does.
+    /// How deep the hand leads the device at most, m: as far as the largest force does, and by a spring no farther than its path.
     fn deepest<const D: usize>(&self) -> Result<f64, Failure> {
-        const LOOKS: u32 = 1000;
-        let at = |n: u32| {
-            let time_s = self.duration_s * f64::from(n) / f64::from(LOOKS);
+        let crept = |force_n| self.matter.crept(force_n, self.duration_s);
+        if self.remote.is_some() {
+            return Ok(crept(self.force_limit_n));
+        }
+        let at = |tick: u64| {
+            let time_s = tick as f64 * self.sample_time().0;
             std::array::from_fn::<f64, D, _>(|axis| self.path.at(time_s, axis))
         };
+        let samples = self.samples()?;
         let most =
-            |of: &dyn Fn([f64; D]) -> f64| (0..=LOOKS).map(|n| of(at(n))).fold(0.0, f64::max);
-        if self.remote.is_none() && matches!(self.grip, Grip::Spring(_)) {
-            let shape = self.shape.of::<D>()?;
-            return Ok(most(&|place| depth(&shape, &place)));
-        }
-        let force_n = match self.remote {
-            Some(_) => self.force_limit_n,
-            None => most(&|force| SVector::from(force).norm()),
-        };
-        Ok(self.matter.crept(force_n, self.duration_s))
+            |of: &dyn Fn([f64; D]) -> f64| (0..samples).map(|n| of(at(n))).fold(0.0, f64::max);
+        Ok(match self.grip {
+            Grip::Spring(stiffness) => {
+                let shape = self.shape.of::<D>()?;
+                let path_m = most(&|place| depth(&shape, &place));
+                crept(stiffness * path_m).min(path_m)
+            }
+            Grip::Force => crept(most(&|force| SVector::from(force).norm())),
+        })
     }
 
     /// What the device is told: limits, no law, and the plant of an emulated one. Its hand is the one of the file as far as a board has
@@ -370,10 +373,12 @@ impl TouchExperiment {
 
     /// What the pre-flight is of.
     fn postures<const D: usize>(&self, samples: u64) -> Result<Postures<'_>, Failure> {
+        let look = self.look(samples);
         Ok(Postures {
-            loops: self
-                .look(samples)
-                .at_depth(self.matter.depth_map(), self.deepest::<D>()?),
+            loops: match self.matter.depth_map() {
+                None => look,
+                map => look.at_depth(map, self.deepest::<D>()?),
+            },
             masses: self.effective_masses::<D>()?,
         })
     }
