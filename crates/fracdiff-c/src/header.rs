@@ -310,7 +310,8 @@ fn indented(text: &str) -> String {
 
 /// Force of the law, and the same behind a surface, as `haptic-loop` has them.
 const LAW: &str = "
-/* The force on what is joined to it at the displacement x: -(K x + B y). Changes nothing. */
+/* The force on what is joined to it at the displacement x: -(K x + B y). Changes nothing. Of a tissue with a map of the depth
+   x is e(x): take @_push instead. */
 static inline real @_force(const @_t *self, real x)
 {
 AS_WRITTEN    return -(STIFFNESS * x + DISSIPATION * @_output(self, x));

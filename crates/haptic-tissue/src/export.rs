@@ -407,29 +407,34 @@ impl PronyFit {
     }
 
     fn comments(&self, format: ExportFormat, title: &str, loading: &MeasuredLoading) -> String {
-        let instantaneous = self.instantaneous_modulus_pa();
+        // Elastic materials of these programs take Young's modulus.
+        let young = match loading.modulus() {
+            Modulus::Young => 1.0,
+            Modulus::Shear => 2.0 * (1.0 + loading.poisson_ratio()),
+        };
+        let instantaneous = young * self.instantaneous_modulus_pa();
         let (before, after, convention) = match format {
             ExportFormat::Table => ("# ", "", "branch 0 is the spring E".to_owned()),
             ExportFormat::Ansys => (
                 "! ",
                 "",
                 format!(
-                    "alpha_i = E_i/G(0) and tau_i in s; elastic modulus G(0) = {instantaneous:?} Pa"
+                    "alpha_i = E_i/G(0) and tau_i in s; Young's modulus at 0 = {instantaneous:?} Pa"
                 ),
             ),
             ExportFormat::Abaqus => (
                 "** ",
                 "",
                 format!(
-                    "g_i = E_i/G_0, k_i = 0, tau_i in s; MODULI=INSTANTANEOUS, G_0 = {instantaneous:?} Pa"
+                    "g_i = E_i/G_0, k_i = 0, tau_i in s; MODULI=INSTANTANEOUS, Young's modulus at 0 = {instantaneous:?} Pa"
                 ),
             ),
             ExportFormat::Febio => (
                 "<!-- ",
                 " -->",
                 format!(
-                    "g_i = E_i/E, t_i in s; elastic material of E = {:?} Pa",
-                    self.elastic_modulus_pa
+                    "g_i = E_i/E, t_i in s; elastic material of Young's modulus {:?} Pa",
+                    young * self.elastic_modulus_pa
                 ),
             ),
         };

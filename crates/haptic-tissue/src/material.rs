@@ -36,7 +36,8 @@ pub struct Material {
 }
 
 /// How the parameters of a tissue were measured, and which modulus they are; `None` where the source says nothing.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Deserialize)]
+#[serde(try_from = "WrittenLoading")]
 pub struct MeasuredLoading {
     /// How the specimen was loaded.
     pub kind: Option<LoadingKind>,
@@ -82,44 +83,41 @@ impl MeasuredLoading {
 /// As it is written.
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
-struct LoadingTable {
-    kind: Option<Spanned<String>>,
-    modulus: Option<Spanned<String>>,
-    poisson_ratio: Option<Spanned<f64>>,
+struct WrittenLoading {
+    kind: Option<String>,
+    modulus: Option<String>,
+    poisson_ratio: Option<f64>,
 }
 
-impl LoadingTable {
-    fn read(&self) -> Result<MeasuredLoading, Wrong> {
-        let ratio = self.poisson_ratio.as_ref();
-        if let Some(ratio) = ratio.filter(|one| !(0.0..=INCOMPRESSIBLE).contains(one.get_ref())) {
-            let value = Shown(*ratio.get_ref());
-            let reason = format!("poisson_ratio = {value} is not from 0 to {INCOMPRESSIBLE}");
-            return Err((ratio.span().start, reason));
+impl TryFrom<WrittenLoading> for MeasuredLoading {
+    type Error = String;
+
+    fn try_from(written: WrittenLoading) -> Result<Self, String> {
+        let ratio = written.poisson_ratio;
+        if let Some(ratio) = ratio.filter(|ratio| !(0.0..=INCOMPRESSIBLE).contains(ratio)) {
+            let value = Shown(ratio);
+            return Err(format!(
+                "poisson_ratio = {value} is not from 0 to {INCOMPRESSIBLE}"
+            ));
         }
-        Ok(MeasuredLoading {
-            kind: named("kind", self.kind.as_ref(), &LoadingKind::ALL)?,
-            modulus: named("modulus", self.modulus.as_ref(), &Modulus::ALL)?,
-            poisson_ratio: ratio.map(|ratio| *ratio.get_ref()),
+        Ok(Self {
+            kind: named("kind", written.kind, &LoadingKind::ALL)?,
+            modulus: named("modulus", written.modulus, &Modulus::ALL)?,
+            poisson_ratio: ratio,
         })
     }
 }
 
 /// One of several by its name.
-fn named<T: Copy>(
-    key: &str,
-    name: Option<&Spanned<String>>,
-    all: &[(T, &str)],
-) -> Result<Option<T>, Wrong> {
+fn named<T: Copy>(key: &str, name: Option<String>, all: &[(T, &str)]) -> Result<Option<T>, String> {
     let Some(name) = name else { return Ok(None) };
-    let found = all.iter().find(|one| one.1 == name.get_ref());
+    let found = all.iter().find(|one| one.1 == name);
     found.map(|one| Some(one.0)).ok_or_else(|| {
         let known: Vec<&str> = all.iter().map(|one| one.1).collect();
-        let reason = format!(
-            "{key} = \"{}\" is not known: take one of {}, or omit it if the source does not say",
-            name.get_ref(),
+        format!(
+            "{key} = \"{name}\" is not known: take one of {}, or omit it if the source does not say",
             known.join(", ")
-        );
-        (name.span().start, reason)
+        )
     })
 }
 
@@ -527,7 +525,7 @@ struct File {
     description: String,
     model: Option<Spanned<String>>,
     parameters: Spanned<BTreeMap<String, Spanned<Numbers>>>,
-    loading: Option<LoadingTable>,
+    loading: Option<MeasuredLoading>,
     range: Option<Spanned<ValidRange>>,
     source: Source,
 }
@@ -591,13 +589,12 @@ fn parse(text: &str) -> Result<Material, Wrong> {
             *range.get_ref()
         }
     };
-    let loading = file.loading.as_ref().map(LoadingTable::read).transpose()?;
     Ok(Material {
         name: name.clone(),
         description: file.description,
         model,
         stiffening: stiffening(file.parameters.get_ref())?,
-        loading: loading.unwrap_or_default(),
+        loading: file.loading.unwrap_or_default(),
         range,
         source: file.source,
         text: text.to_owned(),

@@ -151,7 +151,10 @@ pub(crate) fn identify_record<'py>(
     progress: Option<&Bound<'py, PyAny>>,
 ) -> PyResult<Bound<'py, PyDict>> {
     let py = t.py();
-    let (record, options) = (record(kind, t, y, strain, pressed.as_ref())?, options.options()?);
+    let (record, options) = (
+        record(kind, t, y, strain, pressed.as_ref())?,
+        options.options()?,
+    );
     let found = conduct(py, progress, Interrupted::Forgotten, move |conduct| {
         let done = |records| conduct.add(records as u64);
         identify::identify_unless(&record, &options, conduct.stop(), &done).or_refused()

@@ -25,6 +25,11 @@ use std::time::Duration;
 /// source : dict
 ///     ``citation``, ``conditions``, ``checked`` (bool); and as far as known ``note``, ``date``, ``sample``, ``temperature``,
 ///     ``residual``.
+/// loading : dict, optional
+///     How it was measured: ``kind`` (shear, tension, compression, punch, sphere, cone), ``modulus`` (shear, young),
+///     ``poisson_ratio``. What is not known is left out.
+/// stiffening : float, default 0
+///     b of tissue that stiffens by (exp(b e) - 1)/(b e) at the nominal strain e.
 /// range : dict, optional
 ///     Where it holds: ``time_from_s``, ``time_to_s``, ``omega_from_rad_s``, ``omega_to_rad_s``, ``strain_to``.
 ///
@@ -39,16 +44,22 @@ pub(crate) struct PyMaterial(pub(crate) Material);
 #[pymethods]
 impl PyMaterial {
     #[new]
-    #[pyo3(signature = (name, description, model, source, range = None))]
+    #[pyo3(signature = (name, description, model, source, range = None, *, loading = None, stiffening = 0.0))]
     fn new(
         name: &str,
         description: &str,
         model: &PyModel,
         source: &Bound<'_, PyAny>,
         range: Option<&Bound<'_, PyAny>>,
+        loading: Option<&Bound<'_, PyAny>>,
+        stiffening: f64,
     ) -> PyResult<Self> {
         let source = from_python("source", source)?;
         let material = Material::new(name, description, model.0.clone(), source).or_refused()?;
+        let loading = loading.map(|loading| from_python("loading", loading));
+        let material = material.with_loading(loading.transpose()?.unwrap_or_default(), stiffening);
+        // Reading it back finds a stiffening that is out of range.
+        let material = Material::parse(Path::new("material"), &material.to_toml()).or_refused()?;
         Ok(Self(match range {
             Some(range) => material.with_range(from_python("range", range)?),
             None => material,
@@ -102,6 +113,18 @@ impl PyMaterial {
     #[getter]
     fn source<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         to_python(py, &self.0.source)
+    }
+
+    /// How it was measured, a dict; None where the source says nothing.
+    #[getter]
+    fn loading<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        to_python(py, &self.0.loading)
+    }
+
+    /// b of tissue that stiffens; 0 of any other.
+    #[getter]
+    fn stiffening(&self) -> f64 {
+        self.0.stiffening
     }
 
     /// Where the parameters hold, a dict; None where the source says nothing.

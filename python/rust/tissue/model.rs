@@ -5,7 +5,7 @@ use crate::arrays::{Whole, vector};
 use crate::conducted::heard;
 use crate::refused::{OrRefused as _, refused};
 use crate::value;
-use haptic_tissue::{ExportFormat, Model, PronyFit};
+use haptic_tissue::{ExportFormat, MeasuredLoading, Model, PronyFit};
 use numpy::{Complex64, IntoPyArray as _, PyArray1};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyTuple};
@@ -263,7 +263,7 @@ impl PyModel {
         Ok((Self(fit.model().or_refused()?), fit.max_relative_error))
     }
 
-    /// A Prony series as the text that a finite-element program reads.
+    /// A Prony series as the text that a finite-element program reads, its modulus taken as Young's.
     ///
     /// Parameters
     /// ----------
@@ -299,7 +299,8 @@ impl PyModel {
             refused(format_args!("program \"{program}\" is not one of {known}"))
         })?;
         let fit = self.fit(py, &branches, shortest_s, horizon_s)?;
-        fit.text(format, title).or_refused()
+        fit.text(format, title, &MeasuredLoading::default())
+            .or_refused()
     }
 
     fn __eq__(&self, other: &Bound<'_, PyAny>) -> bool {

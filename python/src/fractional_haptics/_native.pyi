@@ -80,9 +80,21 @@ class Material:
     @property
     def source(self) -> dict[str, Any]: ...
     @property
+    def loading(self) -> dict[str, Any]: ...
+    @property
+    def stiffening(self) -> float: ...
+    @property
     def range(self) -> dict[str, float | None]: ...
     def __new__(
-        cls, name: str, description: str, model: Model, source: dict[str, Any], range: dict[str, float] | None = None
+        cls,
+        name: str,
+        description: str,
+        model: Model,
+        source: dict[str, Any],
+        range: dict[str, float] | None = None,
+        *,
+        loading: dict[str, Any] | None = None,
+        stiffening: float = 0.0,
     ) -> Material: ...
     @staticmethod
     def from_toml(text: str) -> Material: ...

@@ -38,7 +38,6 @@ def _told(progress: Any) -> Progress | None:
     return cast("Progress | None", progress)
 
 
-_DEFAULTS = {row[1]: row[2] for row in _native.experiment_parameters("relax")}
 """Of a tissue and its rendering."""
 
 
@@ -246,8 +245,8 @@ def design(
     *,
     wish: str = "stiffest-wall",
     tissue: Material | None = None,
-    area_m2: float = _DEFAULTS["area_m2"],
-    thickness_m: float = _DEFAULTS["thickness_m"],
+    area_m2: float | None = None,
+    thickness_m: float | None = None,
     frequency_hz: float | None = None,
     gain_margin: float | None = 2.0,
     orders: Iterable[float] | None = None,
@@ -263,8 +262,8 @@ def design(
         What is wanted most.
     tissue : Material, optional
         For ``tissue``: the one that is to be rendered.
-    area_m2, thickness_m : float
-        Its specimen.
+    area_m2, thickness_m : float, optional
+        Its specimen, a slab of the usual size unless they or ``loading`` say otherwise.
     frequency_hz : float, optional
         Frequency of ``most-damping``, and where orders are compared for a tissue (1 Hz).
     gain_margin : float or None, default 2

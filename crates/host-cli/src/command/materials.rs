@@ -149,6 +149,13 @@ impl Export {
         if let Some(sentence) = material.beyond((shortest_s, horizon_s)) {
             warn(&sentence);
         }
+        if material.stiffening > 0.0 {
+            let b = material.stiffening;
+            warn(&format!(
+                "{} stiffens by b = {b}, which no Prony series has",
+                self.name
+            ));
+        }
         let kind = material.model.kind();
         let citation = &material.source.citation;
         let title = format!("{} ({kind}), {citation}; {PROGRAM}", material.name);

@@ -219,10 +219,12 @@ impl Asked {
             ..Loading::new(LoadingKind::Compression)
         };
         let piece = TissuePiece::new(ModelledTissue::new(material)?, loading);
-        let place =
-            Matter::Tissue(piece.map_err(|error| {
-                Failure::input_with_advice(error, "change --area or --thickness")
-            })?);
+        let piece = piece
+            .map_err(|error| Failure::input_with_advice(error, "change --area or --thickness"))?;
+        if !piece.is_linear() {
+            return Err(Failure::bad_input(TissuePiece::NOT_LINEAR));
+        }
+        let place = Matter::Tissue(piece);
         let count = self.given.count(&a::FELT_POINTS, 2..=10_000)? as usize;
         let omegas: Vec<f64> = logarithmic(TAU * low, TAU * high, count).collect();
         let environment = (omegas.iter())
