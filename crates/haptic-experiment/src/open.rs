@@ -203,9 +203,9 @@ impl ExperimentFile {
         supervisor: Supervisor<'_>,
     ) -> Result<Published<Report>, Failure> {
         Ok(match &self.0 {
-            Experiment::Relax(own) | Experiment::Creep(own) => {
-                own.run(request, supervisor)?.map(Report::Indentation)
-            }
+            Experiment::Relax(own) | Experiment::Creep(own) => own
+                .run(request, supervisor)?
+                .map(|report| Report::Indentation(Box::new(report))),
             Experiment::Wall(own) => own.published(request, supervisor)?.map(Report::Wall),
             Experiment::Coupler(own) => own.run(request, supervisor)?.map(Report::Coupler),
             Experiment::Teleoperation(own) => {
@@ -384,7 +384,7 @@ impl ExperimentFile {
 #[serde(untagged)]
 pub enum Report {
     /// Of a relaxation or creep test.
-    Indentation(IndentationReport),
+    Indentation(Box<IndentationReport>),
     /// Of a wall.
     Wall(WallReport),
     /// Of a coupler.
