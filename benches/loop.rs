@@ -34,8 +34,8 @@ use fractional_haptics::haptic_loop::units::{
     SquareMetres,
 };
 use fractional_haptics::haptic_loop::{
-    Ball, Contact, Controller, Device, EnergyBounding, Environment, Guard, Limits,
-    Modulus, PassivityObserver, Reading, SafeForce, SafetyChain, SafetyState, Specimen, SpringDamper,
+    Ball, Contact, Controller, Device, EnergyBounding, Environment, Guard, Limits, Modulus,
+    PassivityObserver, Reading, SafeForce, SafetyChain, SafetyState, Specimen, SpringDamper,
     Tissue, Workspace,
 };
 use input::{BATCH, SAMPLE_TIME, order, ramp_and_hold};
@@ -261,7 +261,11 @@ fn tissue<F: Real, O: Differintegrator<F>>(
 ) -> Result<SpringDamper<F, O>, Box<dyn Error>> {
     let prostate = Tissue::new(Pascals(0.0), 8650.0, order())?;
     let specimen = Specimen::slab(SquareMetres(4e-4), Metres(0.02))?;
-    Ok(SpringDamper::of_tissue(&prostate, (&specimen, Modulus::Young), operator)?)
+    Ok(SpringDamper::of_tissue(
+        &prostate,
+        (&specimen, Modulus::Young),
+        operator,
+    )?)
 }
 
 fn contact<F: Real, O: Differintegrator<F>, const D: usize>(

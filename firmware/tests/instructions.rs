@@ -99,11 +99,7 @@ impl Hardware for Probe {
 }
 
 /// A one-sided wall of 1 N/mm with this operator, 2 N at most, so that every branch of the chain is taken.
-fn configuration(
-    list: &lists::List,
-    limits: Limits,
-    depth_map: Option<[f32; 8]>,
-) -> Configuration {
+fn configuration(list: &lists::List, limits: Limits, depth_map: Option<[f32; 8]>) -> Configuration {
     Configuration {
         stiffness_n_per_m: 1000.0,
         dissipation_n_s_mu_per_m: 5.0,
@@ -159,9 +155,12 @@ fn measure(list: &lists::List, name: &str, limits: Limits, depth_map: Option<[f3
     // Behind a pointer, as on a board: places in a stack frame of this size cost instructions of their own.
     let device = core::hint::black_box(&mut device);
     let capabilities = device.hardware().capabilities();
-    let prepared =
-        prepare::<Probe, 1>(configuration(list, limits, depth_map), values, &capabilities)
-            .expect("good");
+    let prepared = prepare::<Probe, 1>(
+        configuration(list, limits, depth_map),
+        values,
+        &capabilities,
+    )
+    .expect("good");
     device.install(prepared, values).expect("idle");
     device.arm(0).expect("no fault");
     device.start(Start::ENDLESS).expect("armed");
