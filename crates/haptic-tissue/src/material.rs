@@ -299,7 +299,8 @@ impl Material {
     #[must_use]
     pub fn beyond(&self, (from_s, to_s): (f64, f64)) -> Option<String> {
         let [first_s, last_s] = self.range.times_s();
-        let above_1 = |ratio: Option<f64>| ratio.filter(|ratio| *ratio > 1.0);
+        // A hundredth is no matter.
+        let above_1 = |ratio: Option<f64>| ratio.filter(|ratio| *ratio > 1.01);
         let by = [
             (above_1(first_s.map(|first_s| first_s / from_s)), "earlier"),
             (above_1(last_s.map(|last_s| to_s / last_s)), "later"),

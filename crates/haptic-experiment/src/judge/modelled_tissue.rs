@@ -268,15 +268,18 @@ impl TissuePiece {
     pub(crate) fn leaves(&self, times_s: (f64, f64), depth_m: f64) -> Vec<String> {
         let mut sentences: Vec<String> = self.material.beyond(times_s).into_iter().collect();
         let strain = self.specimen.strain(Metres(depth_m));
-        let (most, whose) = match self.material.range.strain_to {
+        // The strain of a slab says nothing of that under a sphere.
+        let measured = self.material.loading.kind;
+        let alike = measured.is_none_or(|kind| kind == self.specimen.loading().kind);
+        let (most, whose) = match self.material.range.strain_to.filter(|_| alike) {
             Some(most) => (most, format!("the numbers of {} hold", self.material.name)),
             None => (
                 Specimen::SMALL_STRAIN,
                 "small strain, as this model assumes, holds".to_owned(),
             ),
         };
-        // Not for rounding.
-        if strain > most * (1.0 + 1e-9) {
+        // A hundredth is no matter.
+        if strain > 1.01 * most {
             sentences.push(format!(
                 "the strain reaches {} %; {whose} up to {} %",
                 digits(100.0 * strain, 3),

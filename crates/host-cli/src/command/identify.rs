@@ -311,8 +311,11 @@ impl Arguments {
         let date = StartTime::at(SystemTime::now()).rfc3339();
         let source = Source {
             citation: format!(
-                "fit by {PROGRAM} to the {} record {record}",
-                found.kind.name()
+                "fit by {PROGRAM} to the {} of {record}",
+                match found.kind {
+                    RecordKind::History => "motion",
+                    other => other.name(),
+                }
             ),
             conditions: self
                 .conditions
@@ -327,7 +330,7 @@ impl Arguments {
             ),
             ..Source::default()
         };
-        let description = format!("identified from {record}");
+        let description = format!("the tissue of {record}");
         let material = Material::new(name, &description, model, source).map_err(Failure::input)?;
         let range = ValidRange {
             strain_to: understood.record.strain_to(),

@@ -235,7 +235,7 @@ impl Indentation {
         let piece = &rendering.piece;
         warnings
             .0
-            .extend(piece.leaves((rendering.sample_time_s, record.duration_s()), deepest_m));
+            .extend(piece.leaves((self.shortest_s(), record.duration_s()), deepest_m));
         warnings.operator(
             memory_s,
             record.duration_s(),
@@ -334,6 +334,14 @@ impl Indentation {
                 .piece
                 .relaxed(depth_m, ramp_time_s, &[time_s])[0],
             Load::Force { .. } => 0.0,
+        }
+    }
+
+    /// The shortest time that the load asks of the tissue, s: the ramp, or a sample after a step.
+    fn shortest_s(&self) -> f64 {
+        match self.load {
+            Load::Depth { ramp_time_s, .. } => ramp_time_s,
+            Load::Force { .. } => self.rendering.sample_time_s,
         }
     }
 
