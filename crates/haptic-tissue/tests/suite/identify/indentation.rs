@@ -301,6 +301,32 @@ fn the_memory_of_any_shape_comes_back() {
     }
 }
 
+/// A ramp of two samples before a hold of 3000, under a cone: e = e₁·(t/T)², whose force has a closed form.
+#[test]
+fn a_ramp_of_two_samples_tells_the_memory_too() {
+    let (viscosity, order, ramp_s, depth) = (3610.0_f64, 0.2154, 0.2, 1e-3);
+    let cone = shapes()[2];
+    let e = cone.depth_map().expect("a cone").at(depth);
+    let shape = cone.shape(cone.loading().kind.modulus());
+    let (begin, _) = libm::lgamma_r(1.0 - order);
+    let scale = 2.0 * shape * viscosity * e / (begin.exp() * ramp_s * ramp_s);
+    let force = |t: f64| {
+        let part =
+            |u: f64| t * u.powf(1.0 - order) / (1.0 - order) - u.powf(2.0 - order) / (2.0 - order);
+        scale * (part(t) - part(t - t.min(ramp_s)))
+    };
+    let hold = (0..3000).map(|n| ramp_s + 0.001 * f64::from(n));
+    let times: Vec<f64> = std::iter::once(0.0).chain(hold).collect();
+    let depths = times.iter().map(|t| depth * (t / ramp_s).min(1.0));
+    let depths = depths.collect();
+    let forces = times.iter().map(|&t| force(t)).collect();
+    let record = Record::pressed(times, depths, forces, &cone).expect("valid");
+    let found = one(&record, ModelKind::SpringPot);
+    for (estimate, truth) in found.fits[0].parameters.iter().zip([viscosity, order]) {
+        assert_relative(estimate.name, estimate.value, truth, 1e-5);
+    }
+}
+
 /// A rheometer's G(t) and what a press makes of it: E = 2(1 + ν)·G, three times at ν = 0.5, to the last digit.
 #[test]
 fn a_shear_record_compresses_with_three_times_its_force() {
