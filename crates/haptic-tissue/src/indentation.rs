@@ -35,17 +35,23 @@ pub(crate) fn mapped(
     (times, values)
 }
 
+/// The time between two samples at which the contact begins, if it does.
+pub(crate) fn begin_s([earlier, time]: [f64; 2], [above, depth]: [f64; 2]) -> Option<f64> {
+    let crossing = || earlier + (time - earlier) * (above / (above - depth));
+    (above < 0.0 && depth > 0.0)
+        .then(crossing)
+        .filter(|crossing| *crossing > earlier && *crossing < time)
+}
+
 /// The samples, with the begin of each contact among them, and no depth below 0.
 fn touched(time_s: &[f64], depth_m: &[f64]) -> (Vec<f64>, Vec<f64>) {
     let (mut times, mut depths) = (Vec::new(), Vec::new());
     let mut before: Option<(f64, f64)> = None;
     for (&time, &depth) in time_s.iter().zip(depth_m) {
-        if let Some((earlier, above)) = before.filter(|before| before.1 < 0.0 && depth > 0.0) {
-            let crossing = earlier + (time - earlier) * (above / (above - depth));
-            if crossing > earlier && crossing < time {
-                times.push(crossing);
-                depths.push(0.0);
-            }
+        let crossing = before.and_then(|(earlier, above)| begin_s([earlier, time], [above, depth]));
+        if let Some(crossing) = crossing {
+            times.push(crossing);
+            depths.push(0.0);
         }
         times.push(time);
         depths.push(depth.max(0.0));

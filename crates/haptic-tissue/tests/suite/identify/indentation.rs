@@ -371,8 +371,70 @@ fn a_retraction_is_left_out_of_growing_contact_and_said() {
     }
 }
 
+/// An overshoot of 3 % is no retraction: the hold behind it is fitted, and the fall is said.
+#[test]
+fn an_overshoot_keeps_its_hold() {
+    let (kind, truth) = &truths()[0];
+    let model = Model::from_parameters(*kind, truth).expect("valid");
+    let sphere = shapes()[1];
+    let (times, _) = motion(1.0);
+    let depths = times.iter().map(|t| {
+        let over = 1.0 + 0.03 * (1.0 - (t - 0.2).abs() / 0.05).max(0.0);
+        4e-4 * (t / 0.2).min(1.0) * over
+    });
+    let depths: Vec<f64> = depths.collect();
+    let count = times.len();
+    let force = pressed(&model, &sphere, &(times.clone(), depths.clone()), 0.0, 0);
+    let record = Record::pressed(times, depths, force, &sphere).expect("valid");
+    assert_eq!(record.samples(), count);
+    let found = one(&record, *kind);
+    let said = found.warnings.join("\n");
+    assert!(
+        said.contains("falls back by 2.9 % of its largest"),
+        "{said}"
+    );
+    assert_relative("order", found.fits[0].parameters[1].value, truth[1], 1e-3);
+}
+
+/// A touch between two samples begins there, not at the sample before.
+#[test]
+fn a_touch_begins_between_its_samples() {
+    let (kind, truth) = &truths()[0];
+    let model = Model::from_parameters(*kind, truth).expect("valid");
+    let sphere = shapes()[1];
+    // 0.6 of the time between two samples before the touch.
+    let fine: Vec<f64> = (0..=2000).map(|n| 0.001 * f64::from(n)).collect();
+    let depths = fine.iter().map(|t| 1e-3 * t.min(1.04)).collect();
+    let force = pressed(&model, &sphere, &(fine.clone(), depths), 0.0, 0);
+    let depth = |t: f64| 1e-3 * t.min(1.04);
+    let (mut times, mut depths, mut forces) = (vec![-0.06], vec![depth(-0.06)], vec![0.0]);
+    for n in (40..=2000).step_by(100) {
+        times.push(fine[n]);
+        depths.push(depth(fine[n]));
+        forces.push(force[n]);
+    }
+    let record = Record::pressed(times, depths, forces, &sphere).expect("valid");
+    let found = one(&record, *kind);
+    assert!(record.x()[0].abs() < 1e-12);
+    for (estimate, truth) in found.fits[0].parameters.iter().zip(truth) {
+        assert_relative(estimate.name, estimate.value, *truth, 1e-3);
+    }
+}
+
 #[test]
 fn what_is_pressed_wrongly_is_refused() {
+    let depths = vec![0.0, -1e-4, -2e-4];
+    let upwards = Record::pressed(
+        vec![0.0, 1.0, 2.0],
+        depths,
+        vec![0.0, 1.0, 2.0],
+        &shapes()[1],
+    );
+    let refused = upwards.expect_err("upwards").to_string();
+    assert!(
+        refused.contains("the depth is never above 0: change its sign"),
+        "{refused}"
+    );
     let [_, _, _, layer, compression, _] = shapes();
     for specimen in [layer, compression] {
         let thickness = specimen.loading().thickness_m.expect("a thickness");
