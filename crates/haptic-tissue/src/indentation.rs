@@ -8,24 +8,22 @@
 use crate::model::Model;
 use haptic_loop::DepthMap;
 
-/// Times, and what a map makes of depths that are straight between them: about so many points at least, so close that e is
-/// straight in between, the samples among them.
+/// Times, and what a map makes of depths that are straight between them, the samples among them: so close that the depth moves
+/// by its range over `points` at most from one to the next, for e to be straight in between, however few samples the way has.
 pub(crate) fn mapped(
     time_s: &[f64],
     depth: &[f64],
     map: &DepthMap<f64>,
     points: usize,
 ) -> (Vec<f64>, Vec<f64>) {
-    let pieces = points.div_ceil(time_s.len().max(1)).max(1);
+    let [least, most] = [f64::min, f64::max].map(|end| depth.iter().copied().reduce(end));
+    let range = most.zip(least).map_or(0.0, |(most, least)| most - least);
     let (mut times, mut values) = (Vec::new(), Vec::new());
     let ends = time_s.windows(2).zip(depth.windows(2));
     for (time, depth) in ends {
-        // A hold is straight.
-        let count = if (depth[1] - depth[0]).abs() > 0.0 {
-            pieces
-        } else {
-            1
-        };
+        let share = (depth[1] - depth[0]).abs() / range;
+        // Less than a piece by rounding is none. A hold, whose share may be NaN, is straight.
+        let count = ((points as f64 * share - 1e-6).ceil() as usize).max(1);
         for piece in 0..count {
             let share = piece as f64 / count as f64;
             times.push(time[0] + share * (time[1] - time[0]));
@@ -37,17 +35,23 @@ pub(crate) fn mapped(
     (times, values)
 }
 
+/// The time between two samples at which the contact begins, if it does.
+pub(crate) fn begin_s([earlier, time]: [f64; 2], [above, depth]: [f64; 2]) -> Option<f64> {
+    let crossing = || earlier + (time - earlier) * (above / (above - depth));
+    (above < 0.0 && depth > 0.0)
+        .then(crossing)
+        .filter(|crossing| *crossing > earlier && *crossing < time)
+}
+
 /// The samples, with the begin of each contact among them, and no depth below 0.
 fn touched(time_s: &[f64], depth_m: &[f64]) -> (Vec<f64>, Vec<f64>) {
     let (mut times, mut depths) = (Vec::new(), Vec::new());
     let mut before: Option<(f64, f64)> = None;
     for (&time, &depth) in time_s.iter().zip(depth_m) {
-        if let Some((earlier, above)) = before.filter(|before| before.1 < 0.0 && depth > 0.0) {
-            let crossing = earlier + (time - earlier) * (above / (above - depth));
-            if crossing > earlier && crossing < time {
-                times.push(crossing);
-                depths.push(0.0);
-            }
+        let crossing = before.and_then(|(earlier, above)| begin_s([earlier, time], [above, depth]));
+        if let Some(crossing) = crossing {
+            times.push(crossing);
+            depths.push(0.0);
         }
         times.push(time);
         depths.push(depth.max(0.0));
@@ -75,7 +79,7 @@ pub struct Ting {
     pub shrinks_from: usize,
 }
 
-/// Points of the way in at least.
+/// Points of a way in from depth 0 at least.
 const POINTS: usize = 4000;
 /// Distance of the times at which ∫M is known, in ln t.
 const SPACING: f64 = 0.02;
@@ -91,7 +95,7 @@ const STILL: f64 = 1e-9;
 /// theory needs more: the result ends there.
 ///
 /// Error against an independent quadrature below 1e-6 of the largest force.
-/// *Cost*: [`Model::stress`] of 4000 points, or of the samples if they are more; and for each sample of a retraction 15 ns for
+/// *Cost*: [`Model::stress`] of the samples and some 4000 points between them; and for each sample of a retraction 15 ns for
 /// each point before it, 0.1 s for 1000 samples.
 /// ```
 /// use haptic_loop::{Loading, LoadingKind, Specimen};

@@ -2,6 +2,7 @@
 
 use super::error::IdentifyError;
 use crate::identify::keys::{FROM, KIND, STRAIN, THICKNESS};
+use crate::indentation::begin_s;
 use fracdiff::parameter::Shown;
 use haptic_loop::{DepthMap, LoadingKind, Specimen};
 
@@ -181,12 +182,13 @@ impl Record {
     /// ```text
     /// σ = f/(γℓ),  ε = δ/ℓ,  σ = M ∗ de/dt,  e/ℓ a map of ε       M the modulus in which the loading is told
     /// ```
-    /// ℓ is the length of the nominal strain, under a cone the scale of its map. A depth below 0 is no contact. Under a sphere
-    /// or a cone the law holds while the contact grows: the record ends where the depth has fallen by 1 % of its largest, which
-    /// is said. So is a strain above 0.2. A slab gives the stress and the strain of [`history`](Self::history).
+    /// ℓ is the length of the nominal strain, under a cone the scale of its map. A depth below 0 is no contact; the
+    /// last sample before a touch is taken at its time. Under a sphere or a cone the law holds while the contact grows: the record
+    /// ends where a fall of the depth by 10 % of its largest begins, which is said; so is a smaller fall, as of an overshoot, which
+    /// is kept. So is a strain above 0.2. A slab gives the stress and the strain of [`history`](Self::history).
     ///
     /// # Errors
-    /// As [`history`](Self::history); a depth beyond the thickness of a layer or of a slab that is compressed.
+    /// As [`history`](Self::history); an indenter whose depth is never above 0; a depth beyond the thickness of a layer or of a slab that is compressed.
     pub fn pressed(
         mut time_s: Vec<f64>,
         mut depth_m: Vec<f64>,
@@ -200,6 +202,15 @@ impl Record {
         }
         let mut said = Vec::new();
         if !loading.kind.is_slab() {
+            if depth_m.iter().all(|depth| *depth <= 0.0) {
+                return Err(IdentifyError::Record(
+                    "the depth is never above 0: change its sign, for it is counted into the tissue".to_owned(),
+                ));
+            }
+            for n in 1..depth_m.len() {
+                let begin = begin_s([time_s[n - 1], time_s[n]], [depth_m[n - 1], depth_m[n]]);
+                time_s[n - 1] = begin.unwrap_or(time_s[n - 1]);
+            }
             let apart = depth_m.iter_mut().filter(|depth| **depth < 0.0);
             let count = apart.map(|depth| *depth = 0.0).count();
             if count > 0 {
@@ -209,7 +220,13 @@ impl Record {
             }
         }
         if matches!(loading.kind, LoadingKind::Sphere | LoadingKind::Cone) {
-            let (count, kept) = (depth_m.len(), growing(&depth_m));
+            let (count, (kept, fall)) = (depth_m.len(), growing(&depth_m));
+            if fall > NOISE {
+                said.push(format!(
+                    "the depth falls back by {:.1} % of its largest, as an overshoot does: the contact is taken as if it did not shrink",
+                    100.0 * fall
+                ));
+            }
             if kept < count {
                 said.push(format!(
                     "the contact shrinks from {} s on: {} samples of {count} are left out, for growing contact alone is fitted",
@@ -415,8 +432,10 @@ const GROWTH: f64 = 0.02;
 const REST: f64 = 0.01;
 /// Strain up to which a linear law is believed.
 const SMALL: f64 = 0.2;
-/// A depth that has fallen by more than this share of its largest is a retraction, no noise.
-const RETRACTION: f64 = 0.01;
+/// A depth that has fallen by more than this share of its largest is a retraction, no overshoot.
+const RETRACTION: f64 = 0.1;
+/// One that has fallen by less is where it was.
+const NOISE: f64 = 0.01;
 
 /// ℓ of a nominal strain δ/ℓ, m; under a cone the scale of its map.
 pub(super) fn length(specimen: &Specimen) -> f64 {
@@ -459,20 +478,27 @@ pub(super) fn within(
     }
 }
 
-/// How many samples there are before a retraction.
-fn growing(depth_m: &[f64]) -> usize {
+/// How many samples there are before a retraction, and by how much of the largest depth it falls back before.
+fn growing(depth_m: &[f64]) -> (usize, f64) {
     let most = depth_m.iter().copied().fold(0.0, f64::max);
     let mut deepest = f64::NEG_INFINITY;
     let fallen = depth_m.iter().position(|&depth| {
         deepest = deepest.max(depth);
         depth < deepest - RETRACTION * most
     });
-    let Some(fallen) = fallen else {
-        return depth_m.len();
-    };
-    // It began where the depth fell last without a rest.
-    let falls = depth_m[..=fallen].windows(2).rev();
-    fallen + 1 - falls.take_while(|pair| pair[1] < pair[0]).count()
+    let kept = fallen.map_or(depth_m.len(), |fallen| {
+        // It began where the depth fell last without a rest.
+        let near = |depth: &f64| *depth >= deepest - NOISE * most;
+        let last = depth_m[..fallen].iter().rposition(near).unwrap_or(0);
+        let falls = depth_m[..=last].windows(2).rev();
+        last + 1 - falls.take_while(|pair| pair[1] < pair[0]).count()
+    });
+    let (mut deepest, mut fall) = (f64::NEG_INFINITY, 0.0_f64);
+    for &depth in &depth_m[..kept] {
+        deepest = deepest.max(depth);
+        fall = fall.max((deepest - depth) / most);
+    }
+    (kept, fall)
 }
 
 const NO_SAMPLES: &str =

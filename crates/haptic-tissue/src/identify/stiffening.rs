@@ -1,7 +1,7 @@
 //! How tissue stiffens, beside its memory: b of e(ε)·(exp(bε) − 1)/(bε).
 //! ```text
-//! S(b) = min of S over the memory at b          b at the least S(b);  its 95 % interval: S(b) ≤ S·(1 + χ²/ν),  χ² = 3.84
-//! another parameter at such a b: its interval there, narrowed to √(1 − ζ²/χ²),  ζ² = (S(b) − S)·ν/S;  then all of these together
+//! S(b) = min of S over the memory at b          b at the least S(b);  its 95 % interval: S(b) ≤ S·(1 + t²/ν),  t of Student, 97.5 %
+//! another parameter at such a b: its interval there, narrowed to √(1 − ζ²/t²),  ζ² = (S(b) − S)·ν/S;  then all of these together
 //! ```
 //! That is the profile of the likelihood for b, and for another parameter where S is a parabola in the rest: a valley along which
 //! one depth exchanges b for the modulus is as long as it is. b is looked for from 0 to 100, and up to bε = 16 of the largest
@@ -14,19 +14,18 @@
 use super::candidates::{Identification, Options, choose, identified};
 use super::elements::Candidate;
 use super::error::IdentifyError;
-use super::fit::{Estimate, Fit, fit};
+use super::fit::{Estimate, Fit, fit, student};
 use super::record::Record;
 use super::search::search;
 use super::target::Target;
-use crate::identify::keys::{BOOTSTRAP, KIND, STIFFENING};
+use crate::identify::keys::{BOOTSTRAP, FROM, KIND, STIFFENING};
 use crate::model::ModelKind;
 use fracdiff::parameter::Shown;
 use haptic_loop::Specimen;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-/// 95 % point of χ² with one degree of freedom, and its root.
-const CHI_SQUARE: f64 = 3.841_458_820_694_124;
-const CHI: f64 = 1.959_963_984_540_054;
+/// A strain to the other side of less than this share of the largest is noise around rest.
+const ONE_SIDED: f64 = 0.01;
 /// Largest bε.
 const STEEPEST: f64 = 16.0;
 /// Factors of 2 of the grid.
@@ -37,6 +36,8 @@ const FEW_STARTS: usize = 10;
 const ROUNDS: usize = 12;
 /// Change of ζ² or ζ that ends a search.
 const NEAR: f64 = 0.02;
+/// Rise of ζ² up to which a sum is near a parabola.
+const STEEP: f64 = 77.0;
 /// Width of an interval over b up to which the record tells b.
 const SETTLED: f64 = 0.5;
 /// Points between two fits of an interval.
@@ -76,7 +77,15 @@ pub(super) fn stiffened(
             "tissue stiffens by a strain above 0: change the sign of both columns".to_owned(),
         );
     }
-    let steepest = record.first.iter().copied().fold(0.0, f64::max);
+    let [least, steepest] =
+        [f64::min, f64::max].map(|end| record.first.iter().copied().fold(0.0, end));
+    if least < -ONE_SIDED * steepest {
+        return wrong(format!(
+            "a stiffening is that of a motion to one side, and the strain goes from {} to {}: cut the record with {FROM}, or omit {STIFFENING}",
+            Shown(least),
+            Shown(steepest)
+        ));
+    }
     let most = Specimen::STIFFENING_MAX.min(STEEPEST / steepest);
     let mut search = Search {
         record,
@@ -134,7 +143,7 @@ pub(super) fn stiffened(
     let high = search.end(kind, &mut valley, b, &limit, most)?;
     let fit = &mut found.fits[0];
     widen(fit, &valley, &limit);
-    let error = low.zip(high).map(|(low, high)| (high - low) / (2.0 * CHI));
+    let error = (low.zip(high)).map(|(low, high)| (high - low) / (2.0 * limit.student));
     fit.parameters.push(Estimate {
         name: STIFFENING.0,
         unit: "",
@@ -143,8 +152,11 @@ pub(super) fn stiffened(
         low_95: low.or((b < most).then_some(0.0)),
         high_95: high,
     });
-    fit.aic += 2.0;
-    fit.bic += libm::log(search.numbers);
+    // All are fitted at this b.
+    for fit in &mut found.fits {
+        fit.aic += 2.0;
+        fit.bic += libm::log(search.numbers);
+    }
     found.warnings.extend(said(record, low, b, high));
     Ok(found)
 }
@@ -177,6 +189,8 @@ fn rounded(value: f64) -> f64 {
 struct Limit {
     sum: f64,
     freedom: f64,
+    /// The largest ζ: 97.5 % point of Student's t.
+    student: f64,
     numbers: f64,
 }
 
@@ -222,9 +236,11 @@ impl Search<'_> {
     }
 
     fn limit(&self, best: &Fit) -> Limit {
+        let freedom = (best.independent - best.kind.parameters().len() as f64 - 1.0).max(1.0);
         Limit {
             sum: sum(best, self.numbers),
-            freedom: (best.independent - best.kind.parameters().len() as f64 - 1.0).max(1.0),
+            freedom,
+            student: student(freedom),
             numbers: self.numbers,
         }
     }
@@ -263,7 +279,7 @@ impl Search<'_> {
             };
             let value = |b: f64| fa + s * (b - a) + c * (b - a) * (b - m);
             let least = value(valley[lowest].0);
-            if c > 0.0 && least - value(vertex) < NEAR && fa.max(fz) - least < 20.0 * CHI_SQUARE {
+            if c > 0.0 && least - value(vertex) < NEAR && fa.max(fz) - least < STEEP {
                 return Ok(());
             }
             self.add(kind, valley, next)?;
@@ -271,7 +287,7 @@ impl Search<'_> {
         Ok(())
     }
 
-    /// Where ζ² is χ² between b and the end of its range; none if it stays below.
+    /// Where ζ is Student's t between b and the end of its range; none if it stays below.
     fn end(
         &self,
         kind: ModelKind,
@@ -280,14 +296,14 @@ impl Search<'_> {
         limit: &Limit,
         range: f64,
     ) -> Result<Option<f64>, IdentifyError> {
-        let side = range - b;
+        let (side, most) = (range - b, limit.student);
         if side == 0.0 {
             return Ok(None);
         }
         let beyond = |own: &&(f64, Fit)| (own.0 - b) * side > 0.0;
         let distance = |own: &(f64, Fit)| (own.0 - b).abs();
         let outside = (valley.iter().filter(beyond))
-            .filter(|own| limit.square(&own.1) > CHI_SQUARE)
+            .filter(|own| limit.square(&own.1) > most * most)
             .min_by(|one, other| distance(one).total_cmp(&distance(other)));
         let Some(outside) = outside else {
             return Ok(None);
@@ -298,25 +314,26 @@ impl Search<'_> {
             .max_by(|one, other| distance(one).total_cmp(&distance(other)));
         let mut inner = inside.map_or((b, 0.0), |own| (own.0, libm::sqrt(limit.square(&own.1))));
         for _ in 0..ROUNDS {
-            let part = (CHI - inner.1) / (outer.1 - inner.1);
+            let part = (most - inner.1) / (outer.1 - inner.1);
             let next = inner.0 + part.clamp(0.1, 0.9) * (outer.0 - inner.0);
             let distance = libm::sqrt(limit.square(&self.add(kind, valley, next)?));
-            if distance > CHI {
+            if distance > most {
                 outer = (next, distance);
             } else {
                 inner = (next, distance);
             }
-            if (distance - CHI).abs() < NEAR {
+            if (distance - most).abs() < NEAR {
                 break;
             }
         }
-        let part = (CHI - inner.1) / (outer.1 - inner.1);
+        let part = (most - inner.1) / (outer.1 - inner.1);
         Ok(Some(inner.0 + part.clamp(0.0, 1.0) * (outer.0 - inner.0)))
     }
 }
 
 /// The intervals of the memory over all b that the record does not refuse.
 fn widen(fit: &mut Fit, valley: &Valley, limit: &Limit) {
+    let most = limit.student;
     for (place, estimate) in fit.parameters.iter_mut().enumerate() {
         let is_order = estimate.unit.is_empty();
         let scale = |value: f64| if is_order { value } else { libm::log(value) };
@@ -336,8 +353,8 @@ fn widen(fit: &mut Fit, valley: &Valley, limit: &Limit) {
                 let at = |n: usize| (1.0 - share) * pair[0][n] + share * pair[1][n];
                 // ζ, not its square, is nearly straight.
                 let distance = at(3);
-                if distance <= CHI {
-                    let part = libm::sqrt(1.0 - distance * distance / CHI_SQUARE);
+                if distance <= most {
+                    let part = libm::sqrt(1.0 - distance * distance / (most * most));
                     low = low.min(at(0) + part * (at(1) - at(0)));
                     high = high.max(at(0) + part * (at(2) - at(0)));
                 }
@@ -349,7 +366,7 @@ fn widen(fit: &mut Fit, valley: &Valley, limit: &Limit) {
                 false => Some(libm::exp(end)).filter(|end| *end > 0.0 && end.is_finite()),
             };
             (estimate.low_95, estimate.high_95) = (end(low), end(high));
-            let half = (high - low) / (2.0 * CHI);
+            let half = (high - low) / (2.0 * most);
             let error = if is_order {
                 half
             } else {
@@ -357,5 +374,114 @@ fn widen(fit: &mut Fit, valley: &Valley, limit: &Limit) {
             };
             estimate.standard_error = Some(error).filter(|error| error.is_finite());
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::model::Model;
+
+    /// Two ramps and holds to two strains of tissue with b = 8, with 8 samples each and 2 % of noise.
+    fn short() -> Record {
+        let gel = Model::from_parameters(ModelKind::SpringPot, &[1000.0, 0.2]).expect("valid");
+        let records = [0.1, 0.3].map(|depth| {
+            let fine: Vec<f64> = (0..=1280).map(|n| f64::from(n) / 160.0).collect();
+            let strain = |t: f64| depth * t.min(1.0);
+            let seen = fine.iter().map(|t| libm::expm1(8.0 * strain(*t)) / 8.0);
+            let stress = gel.stress(&fine, &seen.collect::<Vec<_>>());
+            let times: Vec<f64> = fine.iter().copied().step_by(160).collect();
+            let most = stress.iter().copied().fold(0.0, f64::max);
+            let noise = [0.0, 1.0, -1.0, 0.4, -0.2, -0.9, 1.2, -0.6, 0.1];
+            let noisy = (stress.iter().step_by(160)).zip(noise);
+            let stress = noisy.map(|(stress, noise)| stress + 0.02 * most * noise);
+            let strain = times.iter().map(|t| strain(*t)).collect();
+            Record::history(times.clone(), strain, stress.collect()).expect("valid")
+        });
+        Record::together(records.into()).expect("valid")
+    }
+
+    fn found(record: &Record, candidates: &[ModelKind]) -> Result<Identification, IdentifyError> {
+        let options = Options {
+            candidates: candidates.to_vec(),
+            stiffening: true,
+            ..Options::default()
+        };
+        stiffened(record, &options, &AtomicBool::new(false))
+    }
+
+    /// 16 stresses in 3 parameters: t = 2.1604 of 13 degrees of freedom.
+    #[test]
+    fn an_interval_ends_where_the_sum_meets_students_t() {
+        let (record, options) = (short(), Options::default());
+        let found = found(&record, &[ModelKind::SpringPot]).expect("converges");
+        let fit = &found.fits[0];
+        assert_eq!(
+            (fit.predicted.len(), fit.independent.to_bits()),
+            (16, 16.0_f64.to_bits())
+        );
+        let b = fit.stiffening().expect("looked for");
+        let search = Search {
+            record: &record,
+            options: &options,
+            stop: &AtomicBool::new(false),
+            numbers: 16.0,
+        };
+        let sum = |b: f64| {
+            let mut fits = search.at(b, &[ModelKind::SpringPot]).expect("goes on");
+            sum(&fits.remove(0).expect("converges"), 16.0)
+        };
+        let least = sum(b.value);
+        for end in [b.low_95, b.high_95] {
+            let end = end.expect("an end");
+            let distance = libm::sqrt((sum(end) / least - 1.0) * 13.0);
+            assert!((distance - 2.1604).abs() < 0.02, "{end}: {distance}");
+        }
+        let width = b
+            .high_95
+            .zip(b.low_95)
+            .map_or(0.0, |(high, low)| high - low);
+        let error = b.standard_error.expect("two ends");
+        assert!((width / (2.0 * error) - 2.1604).abs() < 1e-3, "{b:?}");
+    }
+
+    /// n·ln(S/n) + (p + 2)·ln n of every candidate.
+    #[test]
+    fn all_candidates_pay_for_the_stiffening() {
+        let record = short();
+        let search = found(
+            &record,
+            &[ModelKind::SpringPot, ModelKind::FractionalMaxwell],
+        );
+        let found = search.expect("converges");
+        assert!(found.fits.len() > 1);
+        let b = found.fits[0].stiffening().expect("looked for").value;
+        for fit in &found.fits {
+            let options = Options {
+                candidates: vec![fit.kind],
+                ..Options::default()
+            };
+            let alone = identified(
+                &record.stiffened(b),
+                &options,
+                &AtomicBool::new(false),
+                &|_| (),
+            );
+            let alone = &alone.expect("converges").fits[0];
+            let [aic, bic] = [fit.aic - alone.aic, fit.bic - alone.bic];
+            assert!((aic - 2.0).abs() < 1e-6, "{}: {aic}", fit.kind);
+            assert!((bic - libm::log(16.0)).abs() < 1e-6, "{}: {bic}", fit.kind);
+        }
+    }
+
+    #[test]
+    fn a_motion_to_both_sides_is_refused() {
+        let times: Vec<f64> = (0..40).map(|n| 0.1 * f64::from(n)).collect();
+        let strain: Vec<f64> = times.iter().map(|t| 0.1 * libm::sin(*t)).collect();
+        let stress = strain.iter().map(|strain| 1000.0 * strain).collect();
+        let record = Record::history(times, strain, stress).expect("valid");
+        let refused = found(&record, &[ModelKind::SpringPot]).expect_err("two sides");
+        let refused = refused.to_string();
+        assert!(refused.contains("a motion to one side"), "{refused}");
     }
 }

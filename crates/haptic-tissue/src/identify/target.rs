@@ -24,7 +24,7 @@ pub enum Weighting {
     LogSpacing,
 }
 
-/// Points at least of a mapped motion: what is left of the map between them is 1e-6 of the largest value.
+/// Points at least of a mapped motion from end to end of its range: what is left of the map between them is 1e-6 of the largest value.
 const POINTS: usize = 1000;
 
 /// A record made ready for a fit.

@@ -130,3 +130,33 @@ fn contact_begins_at_depth_0() {
         assert_close(&n.to_string(), have, want, 1e-6 * want);
     }
 }
+
+/// A ramp to a depth, of two samples, and a long hold with many. On a cone e = e₁·(t/T)², and with G = V·t^(−α)/Γ(1 − α)
+/// ```text
+/// F/γ = 2·V·e₁/(Γ(1 − α)·T²) · [t·u^(1−α)/(1 − α) − u^(2−α)/(2 − α)]  from u = t − T to t
+/// ```
+#[test]
+fn a_ramp_of_two_samples_is_as_good_as_one_of_many() {
+    let (viscosity, order, ramp_s, depth) = (1000.0, 0.25, 0.2, 1e-3);
+    let cone = map("cone").expect("a map");
+    let (begin, _) = libm::lgamma_r(1.0 - order);
+    let closed = |t: f64| {
+        let part =
+            |u: f64| t * u.powf(1.0 - order) / (1.0 - order) - u.powf(2.0 - order) / (2.0 - order);
+        let scale = 2.0 * viscosity * cone.at(depth) / (begin.exp() * ramp_s * ramp_s);
+        scale * (part(t) - part(t - ramp_s))
+    };
+    for hold in [1, 100, 10_000] {
+        let after = (0..=hold).map(|n| ramp_s + 20.0 * f64::from(n) / f64::from(hold));
+        let times: Vec<f64> = std::iter::once(0.0).chain(after).collect();
+        let depths: Vec<f64> = times
+            .iter()
+            .map(|t| depth * (t / ramp_s).min(1.0))
+            .collect();
+        let touch = ting(&model("spring-pot"), Some(&cone), &times, &depths);
+        let most = touch.force_per_shape[1];
+        for (n, (&time, &have)) in times.iter().zip(&touch.force_per_shape).enumerate().skip(1) {
+            assert_close(&format!("{n} of {hold}"), have, closed(time), 1e-6 * most);
+        }
+    }
+}

@@ -123,7 +123,7 @@ impl Columns {
                 no_effect(reading.strain, STRAIN, "")?;
                 no_effect(reading.stress_pa, STRESS, " Pa")?;
             }
-            false => self.divide_by_specimen(&loading, poisson_ratio)?,
+            false => self.divide_by_specimen(&loading, measured.kind, poisson_ratio)?,
         }
         let kind = match reading.kind {
             Some(kind) => kind,
@@ -201,13 +201,24 @@ impl Columns {
             )));
         }
         let kind = own.or(agreed(kinds.iter().map(|of| of.1)));
-        let of_header = agreed(said.filter_map(|(.., modulus)| modulus));
-        let modulus = of_header.or(kind.map(LoadingKind::modulus));
+        let symbols = said.filter_map(|(name, _, modulus)| Some((name, modulus?)));
+        let symbols: Vec<(&str, Modulus)> = symbols.collect();
+        // A slab has one modulus by its loading; what an indenter measured may be written as either.
+        let of_slab = own.filter(|own| own.is_slab()).map(LoadingKind::modulus);
+        let of_header = agreed(symbols.iter().map(|of| of.1));
+        let modulus = of_slab.or(of_header).or(kind.map(LoadingKind::modulus));
+        let other = symbols
+            .iter()
+            .find(|of| of_slab.is_some_and(|own| own != of.1));
+        let other = other.map(|(name, _)| format!(
+            "column {name} is taken as the modulus that {LOADING} tells: change {LOADING} if it is another"
+        ));
         let loading = MeasuredLoading {
             kind,
             modulus,
             poisson_ratio: reading.poisson_ratio,
         };
+        self.notes.extend(other);
         self.notes.extend(match (own, modulus) {
             (Some(_), _) => None,
             (None, Some(modulus)) => Some(format!(
@@ -262,6 +273,7 @@ impl Columns {
     fn divide_by_specimen(
         &mut self,
         loading: &Loading,
+        known: Option<LoadingKind>,
         poisson_ratio: f64,
     ) -> Result<(), IdentifyError> {
         let told = loading.kind.name();
@@ -275,6 +287,13 @@ impl Columns {
                     "{key} has no effect on this record of {told}: omit it, or change {LOADING}"
                 )));
             }
+        }
+        if loading.bonded && (self.has(Column::Stress) || self.is_of_material()) {
+            return Err(IdentifyError::Record(format!(
+                "{BONDED} acts on the force, and the record has columns {}: give {COLUMNS} {}=, or omit {BONDED}",
+                self.names(),
+                Column::Force.name()
+            )));
         }
         let bonded = loading.bonded.then(|| specimen(*loading, poisson_ratio));
         let bonded_area = bonded.transpose()?.as_ref().map(area);
@@ -310,12 +329,11 @@ impl Columns {
                 if self.chosen.contains(&from) {
                     self.chosen.push(to);
                 }
-                if from == Column::Position {
-                    within(&value.2, size, loading.kind)
-                        .map_err(|error| of_line(error, &self.lines))?;
+                if let Some(kind) = known.filter(|_| from == Column::Position) {
+                    within(&value.2, size, kind).map_err(|error| of_line(error, &self.lines))?;
                 }
                 value.2.iter_mut().for_each(|x| *x /= size);
-            } else {
+            } else if !(loading.bonded && from == Column::Position) {
                 return Err(IdentifyError::Record(format!(
                     "{parameter} has no effect without a column {}: name it by {COLUMNS} {}=",
                     from.header(),

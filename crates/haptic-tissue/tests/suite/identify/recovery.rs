@@ -58,13 +58,19 @@ fn record(candidate: ModelKind, parameters: &[f64], seed: u64) -> Record {
     sweep(candidate, parameters, 50, 0.0, seed)
 }
 
-/// True if a value lies between the bounds that there are.
+/// True if a value lies between two bounds.
+fn is_inside(estimate: &Estimate, value: f64) -> bool {
+    let bounds = estimate.low_95.zip(estimate.high_95);
+    bounds.is_some_and(|(low, high)| (low..=high).contains(&value))
+}
+
+/// True if a value lies between the bounds that there are, as in a flat valley.
 fn holds(estimate: &Estimate, value: f64) -> bool {
     estimate.low_95.is_none_or(|low| low <= value)
         && estimate.high_95.is_none_or(|high| value <= high)
 }
 
-/// The share of parameters inside their intervals, over so many records of each model; those that count as many white samples as they have.
+/// The share of parameters inside their intervals, over so many records of each model, and of 200 of each model by itself; those that count as many white samples as they have.
 fn coverage(samples: usize, alike: f64, cases: u64) -> (f64, f64) {
     let (mut inside, mut white, mut of) = (0, 0, 0);
     for (kind, truth) in truths() {
@@ -80,11 +86,16 @@ fn coverage(samples: usize, alike: f64, cases: u64) -> (f64, f64) {
             let fit = &found.fits[0];
             let pairs = fit.parameters.iter().zip(&truth);
             own += pairs
-                .filter(|(estimate, truth)| holds(estimate, **truth))
+                .filter(|(estimate, truth)| is_inside(estimate, **truth))
                 .count();
             white += usize::from(fit.independent >= fit.predicted.len() as f64);
         }
-        println!("{kind}: {own} of {} inside", cases as usize * truth.len());
+        let most = cases as usize * truth.len();
+        let share = own as f64 / most as f64;
+        println!("{kind}: {own} of {most} inside");
+        if cases >= 200 {
+            assert!((0.90..=0.99).contains(&share), "{kind}: {share}");
+        }
         inside += own;
         of += cases as usize * truth.len();
     }

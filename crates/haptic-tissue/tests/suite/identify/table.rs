@@ -165,10 +165,11 @@ fn headers_tell_the_loading_and_the_modulus() {
         (loading.kind, loading.modulus, loading.poisson_ratio),
         (Some(LoadingKind::Tension), Some(Modulus::Young), Some(0.4))
     );
-    assert_eq!(
-        read("G").expect("valid").loading.modulus,
-        Some(Modulus::Shear)
-    );
+    let symbol = read("G").expect("valid");
+    assert_eq!(symbol.loading.modulus, Some(Modulus::Young));
+    let note = "column G (Pa) is taken as the modulus that `loading` tells";
+    let said = symbol.notes.iter().any(|said| said.starts_with(note));
+    assert!(said, "{:?}", symbol.notes);
     let refused = read("Shear modulus").expect_err("of two kinds");
     assert!(
         refused.contains("is of shear, and `loading` is tension"),
@@ -305,6 +306,52 @@ fn force_and_depth_become_the_stress_of_a_strain() {
         .record;
     let factor = 1.0 + 4e-4 / (2.0 * std::f64::consts::PI * 1e-4);
     assert_relative("stress", record.second()[1], 2.0 / 4e-4 / factor, 1e-14);
+    // And held.
+    let held = Reading {
+        strain: Some(0.1),
+        ..reading
+    };
+    let record = understand("t,F (N)\n1,2\n2,1\n", &Reader::default(), &held).expect("valid");
+    assert_relative("E", record.record.first()[0], 2.0 / 4e-5 / factor, 1e-14);
+    // A machine's own stress knows nothing of it; the force does.
+    let both = "t (s),Depth (mm),F (N),Stress (kPa)\n0,0,0,0\n1,1,2,5\n2,1,1,2.5\n";
+    let refused = understand(both, &Reader::default(), &reading).expect_err("two loads");
+    assert!(refused.contains("`bonded` acts on the force"), "{refused}");
+    let force = Reader {
+        columns: vec![(Column::Force, Choice::Number(3))],
+        units: vec![(Column::Force, "N".to_owned())],
+        ..Reader::default()
+    };
+    let record = understand(both, &force, &reading)
+        .expect("the force")
+        .record;
+    assert_relative("stress", record.second()[1], 2.0 / 4e-4 / factor, 1e-14);
+}
+
+/// A bar of 20 mm that is drawn to three times its length: compression is not told, so no plate is in the way.
+#[test]
+fn an_unknown_loading_may_move_beyond_the_thickness() {
+    let sizes = Loading {
+        area_m2: Some(4e-4),
+        thickness_m: Some(0.02),
+        ..Loading::new(LoadingKind::Compression)
+    };
+    for (loading_is_told, said) in [(false, "a motion"), (true, "is beyond the thickness")] {
+        let reading = Reading {
+            loading: sizes,
+            loading_is_told,
+            ..Reading::default()
+        };
+        let text = "Time (s),Extension (mm),Load (N)\n0,0,0\n1,20,2\n2,40,3\n";
+        let have = match understand(text, &Reader::default(), &reading) {
+            Ok(understood) => {
+                assert_relative("strain", understood.record.first()[2], 2.0, 1e-14);
+                "a motion".to_owned()
+            }
+            Err(refused) => refused,
+        };
+        assert!(have.contains(said), "{have}");
+    }
 }
 
 #[test]
