@@ -54,8 +54,33 @@ struct Search<'a> {
     numbers: f64,
 }
 
-/// As [`identified`], with b as a last parameter of the chosen fit.
+/// As [`identified`], with b as a last parameter of the chosen fit. A candidate that converges at some b only is left out, and told.
 pub(super) fn stiffened(
+    record: &Record,
+    options: &Options,
+    stop: &AtomicBool,
+) -> Result<Identification, IdentifyError> {
+    let mut options = options.clone();
+    let mut left_out = Vec::new();
+    loop {
+        match of_candidates(record, &options, stop) {
+            Err(error @ IdentifyError::NotConverged { model })
+                if options.chosen.is_none() && options.candidates.len() > 1 =>
+            {
+                options.candidates.retain(|kind| kind.name() != model);
+                left_out.push(error.to_string());
+            }
+            found => {
+                return found.map(|mut found| {
+                    found.warnings.append(&mut left_out);
+                    found
+                });
+            }
+        }
+    }
+}
+
+fn of_candidates(
     record: &Record,
     options: &Options,
     stop: &AtomicBool,
