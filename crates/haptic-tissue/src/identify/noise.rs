@@ -5,7 +5,7 @@
 //! ```
 //! τ is the integrated autocorrelation time in samples, twice that of the source. A fit of p parameters takes the slow part of the noise
 //! out of the residuals, (2W + 1)p/n of the sum, and the divisor, ½ at least, gives that back. White noise keeps τ = 1: what is above 1
-//! by less than twice its standard error √(2(2W + 1)/n) is chance. That widens 2 % of the intervals of white noise. A short record
+//! by less than 2.1 times its standard error √(2(2W + 1)/n) is chance. That widens 2 to 5 % of the intervals of white noise. A short record
 //! cannot tell: 50 residuals of which each is like the one before by 0.5 are taken for white in one of two cases, 30 by 0.7 in four
 //! of ten, and their intervals are too narrow.
 //!
@@ -25,7 +25,7 @@ const WINDOW: f64 = 2.5;
 /// Lags between which each one counts by itself.
 const LAGS: usize = 50;
 /// Standard errors above 1 that are chance.
-const CHANCE: f64 = 2.0;
+const CHANCE: f64 = 2.1;
 
 /// n/τ of the residuals of a fit of so many parameters; they are so many series of equal length, one after the other.
 pub(super) fn independent(residuals: &[f64], parts: usize, parameters: usize) -> f64 {
