@@ -148,11 +148,16 @@ fn of_candidates(
         let Some(kind) = place.map(|place| fits[place].kind) else {
             return Err(refused.unwrap_or(IdentifyError::Stopped));
         };
-        let valley = valleys.iter_mut().find(|valley| valley.0 == kind);
-        let Some((_, valley)) = valley.filter(|_| !refined.contains(&kind)) else {
+        // It, and what is simpler: on the grid alone a b that is nearly right is no match for one more element.
+        let size = kind.parameters().len();
+        let open = |own: ModelKind| {
+            !refined.contains(&own) && (own == kind || own.parameters().len() < size)
+        };
+        let Some((kind, valley)) = valleys.iter_mut().find(|valley| open(valley.0)) else {
             let valley = valleys.into_iter().find(|valley| valley.0 == kind);
             break valley.ok_or(IdentifyError::Stopped)?;
         };
+        let kind = *kind;
         search.refine(kind, valley)?;
         refined.push(kind);
     };
