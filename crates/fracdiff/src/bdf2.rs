@@ -80,6 +80,12 @@ impl<F: Real, const TAPS: usize, const MODES: usize> Bdf2Memory<F, TAPS, MODES> 
         })
     }
 
+    /// The full memory, and the coefficients of the filter behind it.
+    #[cfg(feature = "std")]
+    pub(crate) fn parts(&self) -> (&FullMemory<F, TAPS, MODES>, &[F]) {
+        (&self.memory, self.filter.coefficients())
+    }
+
     /// S\[n\] of the two in series.
     #[inline]
     fn both(&self, history: &Bdf2History<F, TAPS, MODES>) -> F {

@@ -412,6 +412,8 @@ pub struct OperatorList<F> {
     pub integer: i8,
     /// The values.
     pub values: Vec<F>,
+    /// Coefficients of a finite impulse response behind it: those of `full-bdf2`, else none.
+    pub filter: Vec<F>,
 }
 
 impl<F: Real> OperatorList<F> {
@@ -428,24 +430,53 @@ impl<F: Real> OperatorList<F> {
 
 impl<F: Real> Operator<F> {
     /// The operator as numbers, for [`PortableOperator`](crate::PortableOperator). `None` for `full-bdf2`: no form of
-    /// list holds its two parts.
+    /// list holds its two parts, which [`OperatorList::from`] gives.
     #[must_use]
     pub fn list(&self) -> Option<OperatorList<F>> {
-        let (form, (integer, values)) = match self {
-            Self::ShortMemory(o) => (Form::Taps, (0, o.list())),
-            Self::PartitionedMemory(o) => (Form::Taps, (0, o.list())),
-            Self::MuirPolynomial(o) => (Form::Taps, (0, o.list())),
-            Self::TustinMuir(o) => (Form::Recursion, o.list()),
-            Self::Oustaloup(o) => (Form::Sections, o.list()),
-            Self::FullMemory(o) => (Form::Modes, o.list()),
-            Self::Bdf2Memory(_) => return None,
+        Some(OperatorList::from(self)).filter(|list| list.filter.is_empty())
+    }
+}
+
+impl<F: Real> From<&Operator<F>> for OperatorList<F> {
+    fn from(operator: &Operator<F>) -> Self {
+        let (form, (integer, values)) = match operator {
+            Operator::ShortMemory(o) => (Form::Taps, (0, o.list())),
+            Operator::PartitionedMemory(o) => (Form::Taps, (0, o.list())),
+            Operator::MuirPolynomial(o) => (Form::Taps, (0, o.list())),
+            Operator::TustinMuir(o) => (Form::Recursion, o.list()),
+            Operator::Oustaloup(o) => (Form::Sections, o.list()),
+            Operator::FullMemory(o) => return Self::from(&**o),
+            Operator::Bdf2Memory(o) => return Self::from(&**o),
         };
-        Some(OperatorList {
+        Self {
             form,
             // −2 to 2, as orders are.
             integer: integer as i8,
             values,
-        })
+            filter: Vec::new(),
+        }
+    }
+}
+
+impl<F: Real, const MODES: usize> From<&FullMemory<F, FULL_TAPS, MODES>> for OperatorList<F> {
+    fn from(memory: &FullMemory<F, FULL_TAPS, MODES>) -> Self {
+        let (integer, values) = memory.list();
+        Self {
+            form: Form::Modes,
+            integer: integer as i8,
+            values,
+            filter: Vec::new(),
+        }
+    }
+}
+
+impl<F: Real, const MODES: usize> From<&Bdf2Memory<F, FULL_TAPS, MODES>> for OperatorList<F> {
+    fn from(operator: &Bdf2Memory<F, FULL_TAPS, MODES>) -> Self {
+        let (memory, filter) = operator.parts();
+        Self {
+            filter: filter.to_vec(),
+            ..Self::from(memory)
+        }
     }
 }
 

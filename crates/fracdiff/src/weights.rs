@@ -42,8 +42,12 @@ pub fn grunwald_weight(order: Order, lag: u64) -> f64 {
 /// Below this lag weights are multiplied out; from it on Stirling's series is exact to 1e-16.
 const SMALL_LAG: f64 = 32.0;
 
-/// `c_j` of (1 − w)^μ for −3 ≤ μ ≤ 2 and a whole number j ≥ 0.
+/// `c_j` of (1 − w)^μ for −3 ≤ μ ≤ 2 and j ≥ 0.
 pub(crate) fn grunwald_closed_form(order: f64, lag: f64) -> f64 {
+    if lag < SMALL_LAG && lag > libm::floor(lag) {
+        // c_j = c_(j+1)·(j + 1)/(j − μ)
+        return grunwald_closed_form(order, lag + 1.0) * (lag + 1.0) / (lag - order);
+    }
     if lag < SMALL_LAG {
         let mut weight = 1.0;
         let mut j = 1.0;

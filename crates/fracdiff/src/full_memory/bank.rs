@@ -7,8 +7,6 @@ use crate::integer_part::{IntegerHistory, WithIntegerPart, operator_from_its_cor
 use crate::list::{ListError, check_decay, check_finite, check_integer};
 use crate::response::{delay, geometric};
 use crate::{Differintegrator, FrequencyResponse, ParameterError, Real, Seconds};
-use core::iter::Zip;
-use core::slice::{Iter, IterMut};
 use num_complex::Complex;
 
 /// Modes that decay faster than this per sample need no compensation word even in `f32`: a state stands still where
@@ -102,11 +100,8 @@ pub(crate) struct Bank<F, const TAPS: usize, const MODES: usize> {
     weights: [F; MODES],
     /// Blocks of modes without compensation: the fast ones, which come first; in `f64` all.
     fast_blocks: usize,
-    blocks: usize,
+    slow_blocks: usize,
 }
-
-/// Blocks of two arrays side by side.
-type Pairs<I> = Zip<I, I>;
 
 /// Whole blocks without a slow mode. Fast modes come first, so compensation is a property of blocks.
 fn fast_blocks<F: Real>(decays: &[F], integer: i32) -> usize {
@@ -127,7 +122,7 @@ impl<F: Real, const TAPS: usize, const MODES: usize> Bank<F, TAPS, MODES> {
         decays: [F::ZERO; MODES],
         weights: [F::ZERO; MODES],
         fast_blocks: 0,
-        blocks: 0,
+        slow_blocks: 0,
     };
 
     /// Without modes and corrections.
@@ -141,21 +136,8 @@ impl<F: Real, const TAPS: usize, const MODES: usize> Bank<F, TAPS, MODES> {
 
     /// Takes the first `count` modes into use, behind so many differences (> 0) or before so many sums (< 0).
     fn use_modes(&mut self, count: usize, integer: i32) {
-        self.blocks = count.div_ceil(LANES);
         self.fast_blocks = fast_blocks(&self.decays[..count], integer);
-    }
-
-    /// d and W of the blocks in use: those without compensation, those with it.
-    #[inline]
-    fn blocks(&self) -> [Pairs<Iter<'_, Block<F>>>; 2] {
-        let split = |values| {
-            let (values, _) = <[F]>::as_chunks(values);
-            let used = values.get(..self.blocks).unwrap_or_default();
-            used.split_at_checked(self.fast_blocks).unwrap_or_default()
-        };
-        let (fast, slow) = split(&self.decays);
-        let (fast_weights, slow_weights) = split(&self.weights);
-        [fast.iter().zip(fast_weights), slow.iter().zip(slow_weights)]
+        self.slow_blocks = count.div_ceil(LANES) - self.fast_blocks;
     }
 }
 
@@ -189,16 +171,6 @@ impl<F: Real, const TAPS: usize, const MODES: usize> BankHistory<F, TAPS, MODES>
         turn: 0,
         past: F::ZERO,
     };
-
-    /// Blocks of states: the first `fast` of them, and all others with their compensation words.
-    #[inline]
-    fn blocks(&mut self, fast: usize) -> (IterMut<'_, Block<F>>, Pairs<IterMut<'_, Block<F>>>) {
-        let (states, _) = self.states.as_chunks_mut();
-        let (carries, _) = self.carries.as_chunks_mut();
-        let (states, slow) = states.split_at_mut_checked(fast).unwrap_or_default();
-        let carries = carries.get_mut(fast..).unwrap_or_default();
-        (states.iter_mut(), slow.iter_mut().zip(carries))
-    }
 
     /// One state a sample without input, in turn: if it has decayed to next to nothing it becomes zero, before it could
     /// become a subnormal number, which many processors are slow with. The very fastest modes can get there before
@@ -244,20 +216,32 @@ impl<F: Real, const TAPS: usize, const MODES: usize> Differintegrator<F> for Ban
         for i in 0..TAPS - 1 {
             history.due[i] = history.due[i + 1] + self.corrections[i] * x;
         }
-        let [fast, slow] = self.blocks();
-        let (states, compensated) = history.blocks(self.fast_blocks);
-        let mut sums = advance_plain(states.zip(fast), x);
+        let (states, _) = history.states.as_chunks_mut();
+        let (carries, _) = history.carries.as_chunks_mut();
+        let (decays, _) = self.decays.as_chunks();
+        let (weights, _) = self.weights.as_chunks();
+        let mut blocks = states
+            .iter_mut()
+            .zip(carries)
+            .zip(decays.iter().zip(weights));
+        let plain = blocks.by_ref().take(self.fast_blocks);
+        let mut sums = [F::ZERO; LANES];
+        for ((states, _), coefficients) in plain {
+            advance_plain(states, coefficients, x, &mut sums);
+        }
         if F::COMPENSATED {
-            sums = advance_compensated(compensated.zip(slow), x, sums);
+            for (states, coefficients) in blocks.take(self.slow_blocks) {
+                advance_compensated(states, coefficients, x, &mut sums);
+            }
         }
         history.past = history.due[0] + sum_of_8(sums);
         if x == F::ZERO {
-            history.flush_one(self.blocks * LANES);
+            history.flush_one((self.fast_blocks + self.slow_blocks) * LANES);
         }
     }
 
     fn memory_length(&self) -> Option<usize> {
-        (self.blocks == 0).then_some(TAPS)
+        (self.fast_blocks + self.slow_blocks == 0).then_some(TAPS)
     }
 }
 
@@ -280,59 +264,65 @@ impl<F: Real, const TAPS: usize, const MODES: usize> FrequencyResponse for Bank<
 /// Modes side by side in one block.
 const LANES: usize = 8;
 
+const HALF: usize = LANES / 2;
+
 /// A number of each mode of a block.
 type Block<F> = [F; LANES];
 
 /// d and W of a block.
 type Coefficients<'a, F> = (&'a Block<F>, &'a Block<F>);
 
-/// One step of the modes, z ← z + (x − d·z), without compensation: Σ W·z of each lane.
+/// One step of the modes, z ← z + (x − d·z), without compensation, and Σ W·z of each lane.
 #[inline(always)]
-fn advance_plain<'a, F: Real>(
-    blocks: impl Iterator<Item = (&'a mut Block<F>, Coefficients<'a, F>)>,
+fn advance_plain<F: Real>(
+    states: &mut Block<F>,
+    (decays, weights): Coefficients<'_, F>,
     x: F,
-) -> Block<F> {
-    let mut sums = [F::ZERO; LANES];
-    for (states, (decays, weights)) in blocks {
-        // A block is loaded, changed and stored as a whole, or it would not become vectors.
-        let mut next = *states;
-        for lane in 0..LANES {
-            next[lane] += x - decays[lane] * next[lane];
-        }
-        *states = next;
-        for lane in 0..LANES {
-            sums[lane] += weights[lane] * next[lane];
-        }
+    sums: &mut Block<F>,
+) {
+    // A block is loaded, changed and stored as a whole, or it would not become vectors.
+    let mut next = *states;
+    for lane in 0..LANES {
+        next[lane] += x - decays[lane] * next[lane];
     }
-    sums
+    *states = next;
+    for lane in 0..LANES {
+        sums[lane] += weights[lane] * next[lane];
+    }
 }
 
-/// States of a block, and their compensation words.
-type Compensated<'a, F> = (&'a mut Block<F>, &'a mut Block<F>);
-
-/// The same with compensation, added to `sums`. They do not wait for the new words.
+/// The same with compensation words. The sums do not wait for the new ones.
 #[inline(always)]
-fn advance_compensated<'a, F: Real>(
-    blocks: impl Iterator<Item = (Compensated<'a, F>, Coefficients<'a, F>)>,
+fn advance_compensated<F: Real>(
+    (states, carries): (&mut Block<F>, &mut Block<F>),
+    (decays, weights): Coefficients<'_, F>,
     x: F,
-    mut sums: Block<F>,
-) -> Block<F> {
-    for ((states, carries), (decays, weights)) in blocks {
-        let (mut next, mut rest) = (*states, *carries);
-        for lane in 0..LANES {
+    sums: &mut Block<F>,
+) {
+    // Half a block at a time: more is more than the registers of a Cortex-M4F hold.
+    let (decays, weights) = (halves(decays), halves(weights));
+    let ((states, _), (carries, _)) = (states.as_chunks_mut(), carries.as_chunks_mut());
+    for (half, sums) in sums.as_chunks_mut::<HALF>().0.iter_mut().enumerate() {
+        let (mut next, mut rest): ([F; HALF], [F; HALF]) = (states[half], carries[half]);
+        for lane in 0..HALF {
             let state = next[lane];
-            let addend = (x - decays[lane] * state) + rest[lane];
+            let addend = (x - decays[half][lane] * state) + rest[lane];
             next[lane] = state + addend;
             // Dekker's sum, three operations instead of Knuth's six: exact while |addend| ≤ |state|. Where the
             // input is larger than a slow state it is the state that is next to nothing.
             rest[lane] = addend - (next[lane] - state);
         }
-        (*states, *carries) = (next, rest);
-        for lane in 0..LANES {
-            sums[lane] += weights[lane] * next[lane];
+        (states[half], carries[half]) = (next, rest);
+        for lane in 0..HALF {
+            sums[lane] += weights[half][lane] * next[lane];
         }
     }
-    sums
+}
+
+/// Both halves of a block.
+#[inline(always)]
+fn halves<F>(block: &Block<F>) -> &[[F; HALF]] {
+    block.as_chunks().0
 }
 
 /// Taps of a bank that is given as a list of values.
@@ -469,7 +459,7 @@ mod tests {
                 for (slow_for, &word) in slow_for.iter_mut().zip(words.chain(&history.due)) {
                     *slow_for = if is_slow(word) { *slow_for + 1 } else { 0 };
                     assert!(
-                        *slow_for <= bank.blocks * LANES,
+                        *slow_for <= (bank.fast_blocks + bank.slow_blocks) * LANES,
                         "{order:?} {n}: {history:?}"
                     );
                 }

@@ -16,6 +16,8 @@
 mod bank;
 mod design;
 #[cfg(feature = "std")]
+mod exchange;
+#[cfg(feature = "std")]
 mod fitted;
 mod kernel;
 #[cfg(feature = "std")]
