@@ -16,6 +16,8 @@ pub enum HeaderError {
         /// Differences (> 0) or sums (< 0) around them.
         integer: i8,
     },
+    /// A controller of a kind that is not written yet.
+    Controller,
     /// A stiffness or dissipation of a law that is negative or not finite.
     Law {
         /// The value.
@@ -47,6 +49,9 @@ impl fmt::Display for HeaderError {
                 f,
                 "{count} coefficients with an integer part of {integer} are not what this form of operator has: take \
                  the list of an operator"
+            ),
+            Self::Controller => f.write_str(
+                "a controller of this kind has no C: take a PI^λD^μ, a TID, a CRONE controller or a lead–lag",
             ),
             Self::Law { value } => write!(
                 f,

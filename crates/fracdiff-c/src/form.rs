@@ -36,11 +36,7 @@ pub(crate) struct Core {
 
 /// The core of a list that an operator made.
 pub(crate) fn core<F: CNumber>(list: &OperatorList<F>) -> Result<Core, HeaderError> {
-    let values = &list.values;
-    if let Some(index) = values.iter().position(|value| !value.is_finite()) {
-        let value = values[index].to_f64();
-        return Err(HeaderError::Value { index, value });
-    }
+    let values = finite(&list.values)?;
     let core = match list.form {
         Form::Taps if list.integer == 0 => taps(values),
         Form::Modes => modes(list),
@@ -54,6 +50,23 @@ pub(crate) fn core<F: CNumber>(list: &OperatorList<F>) -> Result<Core, HeaderErr
             count: values.len(),
             integer,
         })
+}
+
+/// The core of a finite impulse response.
+pub(crate) fn filter<F: CNumber>(values: &[F]) -> Result<Core, HeaderError> {
+    let (count, integer) = (values.len(), 0);
+    taps(finite(values)?).ok_or(HeaderError::List { count, integer })
+}
+
+/// Values, all of which are finite.
+fn finite<F: CNumber>(values: &[F]) -> Result<&[F], HeaderError> {
+    match values.iter().position(|value| !value.is_finite()) {
+        Some(index) => Err(HeaderError::Value {
+            index,
+            value: values[index].to_f64(),
+        }),
+        None => Ok(values),
+    }
 }
 
 /// Sixteen partial sums, then in pairs: the order of summation of fracdiff. Each sample is kept twice, so that the
@@ -138,33 +151,33 @@ AS_WRITTEN    const real before = self->state[i];
 }
 ";
 
-/// What the taps leave for the next output.
-const BEFORE: &str = "    real s0 = ZERO, s1 = ZERO, s2 = ZERO, s3 = ZERO, s4 = ZERO, s5 = ZERO, s6 = ZERO, s7 = ZERO;
+/// What the taps leave for the next output; then the modes of four lanes, and of the other four: so small is the code.
+const BEFORE: &str = "    real t0 = ZERO, t1 = ZERO, t2 = ZERO, t3 = ZERO;
+    uint32_t lane;
     uint32_t i;
     for (i = 0U; i < 15U; ++i) {
         self->due[i] = self->due[i + 1U] + @_tap[i] * u;
     }
+    for (lane = 0U; lane < 8U; lane += 4U) {
+        real s0 = ZERO, s1 = ZERO, s2 = ZERO, s3 = ZERO;
 ";
 
-/// Eight modes side by side, each with a sum of its own.
-const EIGHT: &str = "    for (i = FROM; i < TO; i += 8U) {
-        s0 = FADE(self, i, u, s0);
-        s1 = FADE(self, i + 1U, u, s1);
-        s2 = FADE(self, i + 2U, u, s2);
-        s3 = FADE(self, i + 3U, u, s3);
-        s4 = FADE(self, i + 4U, u, s4);
-        s5 = FADE(self, i + 5U, u, s5);
-        s6 = FADE(self, i + 6U, u, s6);
-        s7 = FADE(self, i + 7U, u, s7);
-    }
+/// Four modes side by side, each with a sum of its own.
+const FOUR: &str = "        for (i = FROM + lane; i < TO; i += 8U) {
+            s0 = FADE(self, i, u, s0);
+            s1 = FADE(self, i + 1U, u, s1);
+            s2 = FADE(self, i + 2U, u, s2);
+            s3 = FADE(self, i + 3U, u, s3);
+        }
 ";
 
 /// The eight sums in pairs.
-const AFTER: &str = "    s0 = s0 + s4;
-    s1 = s1 + s5;
-    s2 = s2 + s6;
-    s3 = s3 + s7;
-    past = self->due[0] + ((s0 + s2) + (s1 + s3));
+const AFTER: &str = "        t0 = t0 + s0;
+        t1 = t1 + s1;
+        t2 = t2 + s2;
+        t3 = t3 + s3;
+    }
+    past = self->due[0] + ((t0 + t2) + (t1 + t3));
 ";
 
 /// One state a sample without input becomes zero before it gets so small that arithmetic slows down.
@@ -248,8 +261,7 @@ fn step<F: CNumber>(plain: usize, count: usize) -> String {
         return TAPS_ONLY.to_owned();
     }
     let eight = |from: usize, to: usize, fade: &str| {
-        EIGHT
-            .replace("FROM", &format!("{from}U"))
+        FOUR.replace("FROM", &format!("{from}U"))
             .replace("TO", &format!("{to}U"))
             .replace("FADE", fade)
     };

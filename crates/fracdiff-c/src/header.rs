@@ -95,27 +95,77 @@ impl Header {
         law: Option<&Law>,
         notes: &[String],
     ) -> Result<Self, HeaderError> {
+        let operator = Operator::new(list)?;
+        let law = law.map_or(Ok(String::new()), Law::functions::<F>)?;
+        let head = format!("a fractional operator, {}.", operator.words);
+        Self::assembled::<F>(name, &head, notes, USE, &(operator.code + &law))
+    }
+
+    /// Comment, guard and code, in which `@` stands for the name and `real` for the number type.
+    pub(crate) fn assembled<F: CNumber>(
+        name: &str,
+        head: &str,
+        notes: &[String],
+        usage: &str,
+        code: &str,
+    ) -> Result<Self, HeaderError> {
         let name = check_name(name)?;
-        let core = form::core(list)?;
-        let zero = literal(F::ZERO);
-        let mut functions = functions(&core, list.integer);
-        if let Some(law) = law {
-            functions.push_str(&law.functions::<F>()?);
+        let mut comment = format!("/* {name}: {head}\n");
+        for note in notes {
+            // Nothing in a note ends the comment.
+            let note = note.replace("*/", "* /");
+            let words: Vec<&str> = note.split_whitespace().collect();
+            comment.push_str(&format!(" * {}\n", words.join(" ")));
         }
-        let comment = comment(name, &core, notes);
-        let mut tables = core.tables.clone();
-        if !tables.is_empty() {
-            tables.insert(0, '\n');
-        }
-        let structure = structure(&fields(core, list.integer));
-        let code = tables + &structure + &functions;
+        let usage = usage.replace('@', name);
         let code = code
             .replace("AS_WRITTEN", AS_WRITTEN)
-            .replace("ZERO", &zero)
+            .replace("ZERO", &literal(F::ZERO))
             .replace("real ", &format!("{} ", F::TYPE))
+            .replace("(real)", &format!("({})", F::TYPE))
             .replace('@', name);
         let opening = opening(name);
-        Ok(Self(format!("{comment}{opening}{code}{CLOSING}")))
+        Ok(Self(format!("{comment}{usage}{opening}{code}{CLOSING}")))
+    }
+}
+
+/// An operator in C, `@` for its name.
+pub(crate) struct Operator {
+    /// What its numbers mean.
+    words: String,
+    /// Tables, struct and functions.
+    pub(crate) code: String,
+}
+
+impl Operator {
+    pub(crate) fn new<F: CNumber>(list: &OperatorList<F>) -> Result<Self, HeaderError> {
+        let core = form::core(list)?;
+        let own = plain(core, list.integer);
+        if list.filter.is_empty() {
+            return Ok(own);
+        }
+        let filter = plain(form::filter(&list.filter)?, 0);
+        Ok(Self {
+            words: format!("{}, {} behind", own.words, filter.words),
+            code: own.code.replace('@', "@_memory")
+                + &filter.code.replace('@', "@_filter")
+                + SERIES,
+        })
+    }
+}
+
+/// A core, and the integer part of the order around it.
+fn plain(core: Core, integer: i8) -> Operator {
+    let functions = functions(&core, integer);
+    let mut tables = core.tables.clone();
+    if !tables.is_empty() {
+        tables.insert(0, '\n');
+    }
+    let words = core.words.clone();
+    let structure = structure(&fields(core, integer));
+    Operator {
+        words,
+        code: tables + &structure + &functions,
     }
 }
 
@@ -123,18 +173,6 @@ impl fmt::Display for Header {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(&self.0)
     }
-}
-
-/// What a reader has to know first.
-fn comment(name: &str, core: &Core, notes: &[String]) -> String {
-    let mut text = format!("/* {name}: a fractional operator, {}.\n", core.words);
-    for note in notes {
-        // Nothing in a note ends the comment.
-        let note = note.replace("*/", "* /");
-        let words: Vec<&str> = note.split_whitespace().collect();
-        text.push_str(&format!(" * {}\n", words.join(" ")));
-    }
-    text + &USE.replace('@', name)
 }
 
 const USE: &str = " *
@@ -161,6 +199,44 @@ fn opening(name: &str) -> String {
          #include <stdint.h>\n\n#ifdef __cplusplus\nextern \"C\" {{\n#endif\n"
     )
 }
+
+/// An operator, and a finite impulse response of its output.
+const SERIES: &str = "
+/* The history of one signal. */
+typedef struct {
+    @_memory_t memory;
+    @_filter_t filter;
+} @_t;
+
+/* A signal that was zero for ever. */
+static inline void @_init(@_t *self)
+{
+    @_memory_init(&self->memory);
+    @_filter_init(&self->filter);
+}
+
+/* The output for the input x now; changes nothing. */
+static inline real @_output(const @_t *self, real x)
+{
+    return @_filter_output(&self->filter, @_memory_output(&self->memory, x));
+}
+
+/* Takes the input x into the history. */
+static inline void @_advance(@_t *self, real x)
+{
+    const real z = @_memory_output(&self->memory, x);
+    @_memory_advance(&self->memory, x);
+    @_filter_advance(&self->filter, z);
+}
+
+/* Output and advance. */
+static inline real @_step(@_t *self, real x)
+{
+    const real y = @_output(self, x);
+    @_advance(self, x);
+    return y;
+}
+";
 
 /// All of the history.
 fn fields(core: Core, integer: i8) -> Vec<Field> {

@@ -1,6 +1,7 @@
 //! The same bits over 100 000 samples, by every compiler that is here, without a warning or undefined behaviour.
 
 use super::{CASES, build, hash, hash_of_push, header_of, is_here, laws, output, source};
+use fracdiff::OperatorList;
 use fracdiff_c::{CNumber, Header, Law};
 use std::num::NonZero;
 use std::process::Command;
@@ -8,7 +9,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use std::thread::available_parallelism;
 
 /// Every warning that C programmers look at.
-const WARNINGS: &[&str] = &[
+pub(crate) const WARNINGS: &[&str] = &[
     "-Wall",
     "-Wextra",
     "-Wpedantic",
@@ -17,7 +18,7 @@ const WARNINGS: &[&str] = &[
     "-Werror",
 ];
 
-const COMPILERS: &Compilers = &[
+pub(crate) const COMPILERS: &Compilers = &[
     ("cc", &["-std=c99", "-O2"]),
     (
         "cc",
@@ -56,25 +57,26 @@ fn double_has_the_same_bits() {
 }
 
 /// Compilers and their ways.
-type Compilers = [(&'static str, &'static [&'static str])];
+pub(crate) type Compilers = [(&'static str, &'static [&'static str])];
 
-/// Tries all operators, as many at the same time as there are processors.
 fn check<F: CNumber>(compilers: &Compilers) {
-    let here: Vec<_> = (compilers.iter().copied())
-        .filter(|(compiler, _)| is_here(compiler))
-        .collect();
+    for_each(CASES, |case| has_the_same_bits::<F>(*case, compilers));
+}
+
+/// Tries all cases, as many at the same time as there are processors.
+pub(crate) fn for_each<T: Sync>(cases: &[T], test: impl Fn(&T) + Sync) {
     let next = AtomicUsize::new(0);
     let threads = available_parallelism().map_or(1, NonZero::get);
     std::thread::scope(|scope| {
         for _ in 0..threads {
             scope.spawn(|| {
-                while let Some(case) = CASES.get(next.fetch_add(1, Ordering::Relaxed)) {
-                    has_the_same_bits::<F>(*case, &here);
+                while let Some(case) = cases.get(next.fetch_add(1, Ordering::Relaxed)) {
+                    test(case);
                 }
             });
         }
     });
-    assert!(next.into_inner() >= CASES.len());
+    assert!(next.into_inner() >= cases.len());
 }
 
 fn has_the_same_bits<F: CNumber>((scheme, order): (&str, f64), compilers: &Compilers) {
@@ -83,7 +85,7 @@ fn has_the_same_bits<F: CNumber>((scheme, order): (&str, f64), compilers: &Compi
     let want = hash(&operator);
     let header = header_of(&operator, folder.path());
     let program = folder.path().join("run");
-    for (compiler, flags) in compilers {
+    for (compiler, flags) in compilers.iter().filter(|(compiler, _)| is_here(compiler)) {
         let mut compile = Command::new(compiler);
         compile.args(*flags).args(WARNINGS);
         compile.arg(format!("-DREAL={}", F::TYPE));
@@ -107,7 +109,7 @@ fn the_law_of_a_tissue_has_the_same_bits() {
 fn pushes_with_the_same_bits<F: CNumber>(law: &Law) {
     let folder = tempfile::tempdir().expect("a folder");
     let operator = build::<F>("full", 0.2247);
-    let list = operator.list().expect("a list");
+    let list = OperatorList::from(&operator);
     let header = Header::of_law("op", &list, law, &[]).expect("a header");
     let path = folder.path().join("op.h");
     std::fs::write(&path, header.to_string()).expect("writes");

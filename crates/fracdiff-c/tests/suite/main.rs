@@ -1,10 +1,11 @@
 //! Headers in C against operators in Rust.
 
 mod bits;
+mod controller;
 mod source;
 mod target;
 
-use fracdiff::{Differintegrator as _, Operator, Order, Scheme, Seconds};
+use fracdiff::{Differintegrator as _, Operator, OperatorList, Order, Real, Scheme, Seconds};
 use fracdiff_c::{CNumber, Header, Law};
 use haptic_loop::DepthMap;
 use std::path::{Path, PathBuf};
@@ -34,6 +35,9 @@ const CASES: &[(&str, f64)] = &[
     ("full", -1.5),
     ("full:1e-3", 0.2247),
     ("piecewise-linear", 0.5),
+    ("full-bdf2", 0.5),
+    ("full-bdf2", 1.7),
+    ("full-bdf2", -1.5),
 ];
 
 /// An operator at 1 kHz, for an hour.
@@ -49,7 +53,7 @@ fn build<F: CNumber>(scheme: &str, order: f64) -> Operator<F> {
 fn header_of<F: CNumber>(operator: &Operator<F>, folder: &Path) -> PathBuf {
     // Notes that would spoil the header, were they not only notes.
     let notes = ["D^0.5 */ #error @ ZERO real ".to_owned()];
-    let list = operator.list().expect("a list");
+    let list = OperatorList::from(operator);
     let header = Header::new("op", &list, &notes).expect("a header");
     let path = folder.join("op.h");
     std::fs::write(&path, header.to_string()).expect("writes");
@@ -128,17 +132,25 @@ fn hash_of_push<F: CNumber>(operator: &Operator<F>, law: &Law) -> String {
 }
 
 fn hash_of<F: CNumber>(mut tick: impl FnMut(F) -> F) -> String {
-    let (mut hash, mut state, mut x) = (14_695_981_039_346_656_037_u64, 1_u32, F::ZERO);
-    for n in 0..SAMPLES {
+    let (mut state, mut x) = (1_u32, F::ZERO);
+    fnv((0..SAMPLES).map(|n| {
         state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
         if (n / 4000).is_multiple_of(2) {
             x += F::from_f64((f64::from(state >> 16) - 32768.0) / 1_048_576.0);
         }
-        let y = tick(x).to_f64();
+        tick(x)
+    }))
+}
+
+/// FNV-1a of the bits of numbers.
+fn fnv<F: Real>(numbers: impl Iterator<Item = F>) -> String {
+    let mut hash = 14_695_981_039_346_656_037_u64;
+    for number in numbers {
+        let number = number.to_f64();
         let bytes = if F::COMPENSATED {
-            (y as f32).to_le_bytes().to_vec()
+            (number as f32).to_le_bytes().to_vec()
         } else {
-            y.to_le_bytes().to_vec()
+            number.to_le_bytes().to_vec()
         };
         for byte in bytes {
             hash = (hash ^ u64::from(byte)).wrapping_mul(1_099_511_628_211);

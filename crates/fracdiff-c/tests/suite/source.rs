@@ -1,6 +1,7 @@
 //! The header as a text: what compiles it, how it is laid out, and lists that give none.
 
-use super::{CASES, build, header_of, is_here, laws};
+use super::{CASES, build, controller, header_of, is_here, laws};
+use fracdiff::OperatorList;
 use fracdiff_c::{CNumber, Header, HeaderError};
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -53,7 +54,7 @@ fn headers<F: CNumber>(folder: &Path) -> Vec<PathBuf> {
     let notes = ["a line of a note that is longer than a line of code ought to be, as notes of a tissue are, and no less".to_owned()];
     let mut files = Vec::new();
     for (index, &(scheme, order)) in CASES.iter().enumerate() {
-        let list = build::<F>(scheme, order).list().expect("a list");
+        let list = OperatorList::from(&build::<F>(scheme, order));
         let plain = Header::new("op", &list, &notes).expect("a header");
         let with_law = Header::of_law("op", &list, &law, &notes).expect("a header");
         let with_map = Header::of_law("op", &list, &pressed, &notes).expect("a header");
@@ -62,6 +63,11 @@ fn headers<F: CNumber>(folder: &Path) -> Vec<PathBuf> {
             std::fs::write(&file, header.to_string()).expect("writes");
             files.push(file);
         }
+    }
+    for (index, case) in controller::cases().iter().enumerate() {
+        let place = folder.join(format!("{}-controller-{index}", F::TYPE));
+        std::fs::create_dir(&place).expect("a folder");
+        files.push(controller::header_of::<F>(&case.setup, &place));
     }
     files
 }

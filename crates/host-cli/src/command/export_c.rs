@@ -1,18 +1,23 @@
-//! `export-c`: an operator, or the law of a tissue, as one header in C99.
+//! `export-c`: an operator, the law of a tissue, or a controller, as one header in C99.
 
-use crate::command::materials::library;
+mod controller;
+
+use crate::command::control::ControllerOption;
 use crate::files::TextFile;
 use crate::output::Output;
 use crate::parse::{choice, of, order, parse_scheme, quantity, rate};
 use clap::Args;
+use clap::builder::ArgPredicate;
+use fracdiff::full_memory::Kernel;
+use fracdiff::scheme::DEFAULT_TOLERANCE;
 use fracdiff::{Operator, OperatorList, Order, Scheme, Seconds};
-use fracdiff_c::{CNumber, Header, Law};
+use fracdiff_c::{CNumber, Header, HeaderError, Law};
 use haptic_experiment::judge::operator;
 use haptic_experiment::{Failure, ModelledTissue, Named as _, Precision, parameters as p, pressed};
 use haptic_loop::{Loading, LoadingKind, Specimen};
 use haptic_quantity::{digits, written};
-use serde_json::json;
-use std::path::PathBuf;
+use haptic_tissue::Library;
+use serde_json::{Value, json};
 
 /// Arguments of `export-c`.
 #[derive(Debug, Args)]
@@ -22,36 +27,48 @@ use std::path::PathBuf;
                   crate fracdiff: half_init(&h), then y = half_output(&h, x) and half_advance(&h, x) per \
                   sample. A tissue also has muscle_force(&h, x), N at a displacement in m, and \
                   muscle_push(&h, x) behind a surface at 0, with muscle_advance(&h, muscle_depth(x)) after \
-                  it. Compile with -ffp-contract=off; -ffast-math and -Ofast are refused."
+                  it. A controller has pid_output(&c, r, y) and pid_advance(&c, r, y, applied). \
+                  Compile with -ffp-contract=off; -ffast-math and -Ofast are refused."
 )]
 pub(crate) struct Arguments {
     /// Order mu, -2 to 2: positive differentiates, negative integrates
-    #[arg(long, value_parser = order(), required_unless_present = "tissue")]
+    #[arg(long, value_parser = order(), required_unless_present_any = ["tissue", "controller"], conflicts_with = "controller")]
     order: Option<Order>,
     #[command(flatten)]
     tissue: TissueArguments,
-    /// Time between two samples
-    #[arg(long, value_name = "TIME", value_parser = quantity("_s", p::SAMPLE_TIME.range()))]
-    sample_time: f64,
-    /// Fractional operator, see `host-cli --help`
-    #[arg(long, value_parser = parse_scheme, default_value = "full")]
-    scheme: Scheme,
-    /// How far back a full memory keeps its accuracy [default: 1h]
+    #[command(flatten)]
+    controller: ControllerOption,
+    /// Time between two samples [default: that of the controller file]
+    #[arg(long, value_name = "TIME", value_parser = quantity("_s", p::SAMPLE_TIME.range()), required_unless_present = "controller")]
+    sample_time: Option<f64>,
+    /// Fractional operator, see `host-cli --help` [default: full, or that of the controller file]
+    #[arg(long, value_parser = parse_scheme)]
+    scheme: Option<Scheme>,
+    /// How far back a full memory keeps its accuracy [default: 1h, or that of the controller file]
     #[arg(long, value_name = "TIME", value_parser = quantity("_s", p::MEMORY.range()))]
     horizon: Option<f64>,
     /// Number type
     #[arg(long, value_parser = choice::<Precision>(), default_value = "f32")]
     precision: Precision,
     /// Prefix of all names in the header
-    #[arg(long, default_value = "operator_d")]
+    #[arg(
+        long,
+        default_value = "operator_d",
+        default_value_if("controller", ArgPredicate::IsPresent, "controller")
+    )]
     name: String,
     #[command(flatten)]
     file: TextFile,
 }
 
+/// Memory of an operator where none is given, s.
+const HORIZON_S: f64 = 3600.0;
+
 struct What<'a> {
     tissue: Option<&'a Tissue>,
     order: Order,
+    scheme: Scheme,
+    sample_time_s: f64,
     /// Samples.
     horizon: f64,
     error_bound: Option<f64>,
@@ -59,25 +76,35 @@ struct What<'a> {
 
 impl Arguments {
     pub(crate) fn run(self, output: Output) -> Result<(), Failure> {
+        let controller = &self.controller;
+        if let Some(setup) = controller.resolve(self.sample_time, self.scheme)? {
+            return self.controller(setup, output);
+        }
         let tissue = self.tissue.resolve()?;
         let of_tissue = tissue.as_ref().map(|tissue| tissue.material.order());
         let mu = of_tissue
             .or(self.order)
             .ok_or_else(|| Failure::bad_input("no order: give --order or --tissue"))?;
-        let t = Seconds(self.sample_time);
+        let kernel = Kernel::Grunwald;
+        let tolerance = DEFAULT_TOLERANCE;
+        let scheme = self.scheme.unwrap_or(Scheme::Full { kernel, tolerance });
+        let t = (self.sample_time.map(Seconds))
+            .ok_or_else(|| Failure::bad_input("no sample time: give --sample-time, as in 1ms"))?;
         rate(t, mu)?;
-        let horizon = self.horizon_samples()?;
-        let error_bound = match (&tissue, self.scheme) {
+        let horizon = self.horizon_samples(scheme, t)?;
+        let error_bound = match (&tissue, scheme) {
             // Of all of its weights, by the design.
             (Some(tissue), Scheme::Full { tolerance, .. }) if tissue.is_composed() => {
                 Some(tolerance)
             }
-            _ => (self.scheme.error_bound(mu, horizon))
+            _ => (scheme.error_bound(mu, horizon))
                 .map_err(|error| Failure::input_with_advice(error, "give another --scheme"))?,
         };
         let what = What {
             tissue: tissue.as_ref(),
             order: mu,
+            scheme,
+            sample_time_s: t.0,
             horizon,
             error_bound,
         };
@@ -85,50 +112,58 @@ impl Arguments {
             Precision::F32 => self.header::<f32>(&what)?,
             Precision::F64 => self.header::<f64>(&what)?,
         };
+        self.told(
+            header,
+            output,
+            json!({
+                "tissue": tissue.as_ref().map(|tissue| &tissue.material.name),
+                "stiffness_n_per_m": tissue.as_ref().map(|tissue| tissue.law.stiffness),
+                "dissipation_n_s_mu_per_m": tissue.as_ref().map(|tissue| tissue.law.dissipation),
+                "depth_map": tissue.as_ref().and_then(|tissue| tissue.law.depth_map),
+                "order": mu.get(),
+                "sample_time_s": t.0,
+                "scheme": scheme.to_string(),
+                // Of a full memory, as the error of the output in units of the sum of its weighted increments.
+                "horizon_s": error_bound.map(|_| self.horizon_s()),
+                "coefficients": coefficients,
+                "error_bound": error_bound,
+            }),
+        )
+    }
+
+    /// Writes the header, and says what it is.
+    fn told(&self, header: String, output: Output, mut what: Value) -> Result<(), Failure> {
         let file = self.file.write(&header)?;
         if file.is_none() && !output.json {
             return output.text(&(), |out| out.write_all(header.as_bytes()));
         }
         let header = file.is_none().then_some(header);
-        output.summary(&json!({
-            "name": self.name,
-            "tissue": tissue.as_ref().map(|tissue| &tissue.material.name),
-            "stiffness_n_per_m": tissue.as_ref().map(|tissue| tissue.law.stiffness),
-            "dissipation_n_s_mu_per_m": tissue.as_ref().map(|tissue| tissue.law.dissipation),
-            "depth_map": tissue.as_ref().and_then(|tissue| tissue.law.depth_map),
-            "order": mu.get(),
-            "sample_time_s": t.0,
-            "scheme": self.scheme.to_string(),
-            // Of a full memory, as the error of the output in units of the sum of its weighted increments.
-            "horizon_s": error_bound.map(|_| self.horizon_s()),
-            "precision": self.precision.name(),
-            "coefficients": coefficients,
-            "error_bound": error_bound,
-            "file": file,
-            "header": header,
-        }))
+        what["name"] = json!(self.name);
+        what["precision"] = json!(self.precision.name());
+        what["file"] = json!(file);
+        what["header"] = json!(header);
+        output.summary(&what)
     }
 
     fn horizon_s(&self) -> f64 {
-        self.horizon.unwrap_or(3600.0)
+        self.horizon.unwrap_or(HORIZON_S)
     }
 
-    fn horizon_samples(&self) -> Result<f64, Failure> {
-        let full = matches!(self.scheme, Scheme::Full { .. });
+    fn horizon_samples(&self, scheme: Scheme, sample_time: Seconds) -> Result<f64, Failure> {
+        let full = matches!(scheme, Scheme::Full { .. } | Scheme::FullBdf2 { .. });
         if self.horizon.is_some() && !full {
             return Err(Failure::bad_input(format_args!(
-                "--horizon has no effect on scheme {}: omit it",
-                self.scheme
+                "--horizon has no effect on scheme {scheme}: omit it"
             )));
         }
-        let samples = self.horizon_s() / self.sample_time;
+        let samples = self.horizon_s() / sample_time.0;
         if !full || (1.0..=1e12).contains(&samples) {
             return Ok(samples);
         }
         Err(Failure::bad_input(format_args!(
             "horizon {} at a sample time of {} is {} samples, not 1 to 1e12: give --horizon, as in 1h",
             written("horizon_s", self.horizon_s()),
-            written("sample_time_s", self.sample_time),
+            written("sample_time_s", sample_time.0),
             digits(samples, 4)
         )))
     }
@@ -136,15 +171,10 @@ impl Arguments {
     /// The text, and the number of coefficients in it.
     fn header<F: CNumber>(&self, what: &What<'_>) -> Result<(String, usize), Failure> {
         let model = what.tissue.and_then(|tissue| tissue.material.composed());
-        let t = Seconds(self.sample_time);
-        let operator: Operator<F> = operator(model, self.scheme, what.order, t, what.horizon)
+        let t = Seconds(what.sample_time_s);
+        let operator: Operator<F> = operator(model, what.scheme, what.order, t, what.horizon)
             .map_err(|error| Failure::input_with_advice(error, "give another --scheme"))?;
-        let list: OperatorList<F> = operator.list().ok_or_else(|| {
-            Failure::bad_input(format_args!(
-                "scheme {} cannot be exported: give another, as --scheme full",
-                self.scheme
-            ))
-        })?;
+        let list = OperatorList::from(&operator);
         let notes = self.notes(what);
         let header = match what.tissue {
             Some(tissue) => Header::of_law(&self.name, &list, &tissue.law, &notes),
@@ -152,12 +182,13 @@ impl Arguments {
         };
         let header =
             header.map_err(|error| Failure::input_with_advice(error, "give --name, as in half"));
-        Ok((header?.to_string(), list.values.len()))
+        let coefficients = list.values.len() + list.filter.len();
+        Ok((header?.to_string(), coefficients))
     }
 
     /// Lines for the comment: what it is, its error, how it was made.
     fn notes(&self, what: &What<'_>) -> Vec<String> {
-        let (mu, t) = (what.order, self.sample_time);
+        let (mu, t) = (what.order, what.sample_time_s);
         let mut notes = match what.tissue {
             Some(tissue) => tissue.notes(&self.name, mu, t),
             None => vec![format!(
@@ -166,7 +197,7 @@ impl Arguments {
         };
         notes.push(format!(
             "Scheme {}, {}.",
-            self.scheme,
+            what.scheme,
             self.precision.name()
         ));
         if let Some(bound) = what.error_bound {
@@ -184,7 +215,7 @@ impl Arguments {
         notes.push(format!(
             "Made by host-cli {} export-c {of} --sample-time {t}s --scheme {} {horizon}--precision {} --name {}",
             env!("CARGO_PKG_VERSION"),
-            self.scheme,
+            what.scheme,
             self.precision.name(),
             self.name
         ));
@@ -192,28 +223,31 @@ impl Arguments {
     }
 }
 
+/// A name that is refused.
+fn named(error: HeaderError) -> Failure {
+    Failure::input_with_advice(error, "give --name, as in half")
+}
+
 /// Options of the tissue.
 #[derive(Debug, Args)]
 struct TissueArguments {
     /// Tissue by name or file, instead of an order
     #[arg(long, value_name = "NAME")]
-    #[arg(conflicts_with = "order", help_heading = "Tissue")]
+    #[arg(conflicts_with_all = ["order", "controller"], help_heading = "Tissue")]
     tissue: Option<String>,
-    #[arg(long, help = p::LIBRARY.help, value_name = "DIR", conflicts_with = "order", help_heading = "Tissue")]
-    library: Option<PathBuf>,
-    #[arg(long, value_parser = choice::<LoadingKind>(), help = p::LOADING.help, default_value = LoadingKind::Compression.name(), conflicts_with = "order", help_heading = "Tissue")]
+    #[arg(long, value_parser = choice::<LoadingKind>(), help = p::LOADING.help, default_value = LoadingKind::Compression.name(), conflicts_with_all = ["order", "controller"], help_heading = "Tissue")]
     loading: LoadingKind,
     /// Area of the specimen [default of a slab: 4cm2]
-    #[arg(long, value_parser = of(p::AREA), conflicts_with = "order", help_heading = "Tissue")]
+    #[arg(long, value_parser = of(p::AREA), conflicts_with_all = ["order", "controller"], help_heading = "Tissue")]
     area: Option<f64>,
     /// Thickness of the specimen [default of a slab: 20mm]
-    #[arg(long, value_parser = of(p::THICKNESS), conflicts_with = "order", help_heading = "Tissue")]
+    #[arg(long, value_parser = of(p::THICKNESS), conflicts_with_all = ["order", "controller"], help_heading = "Tissue")]
     thickness: Option<f64>,
-    #[arg(long, value_parser = of(p::INDENTER_RADIUS), help = p::INDENTER_RADIUS.help, conflicts_with = "order", help_heading = "Tissue")]
+    #[arg(long, value_parser = of(p::INDENTER_RADIUS), help = p::INDENTER_RADIUS.help, conflicts_with_all = ["order", "controller"], help_heading = "Tissue")]
     indenter_radius: Option<f64>,
-    #[arg(long, value_parser = of(p::HALF_ANGLE), help = p::HALF_ANGLE.help, conflicts_with = "order", help_heading = "Tissue")]
+    #[arg(long, value_parser = of(p::HALF_ANGLE), help = p::HALF_ANGLE.help, conflicts_with_all = ["order", "controller"], help_heading = "Tissue")]
     half_angle: Option<f64>,
-    #[arg(long, help = p::BONDED.help, conflicts_with = "order", help_heading = "Tissue")]
+    #[arg(long, help = p::BONDED.help, conflicts_with_all = ["order", "controller"], help_heading = "Tissue")]
     bonded: bool,
 }
 
@@ -228,7 +262,7 @@ impl TissueArguments {
         let Some(name) = &self.tissue else {
             return Ok(None);
         };
-        let library = library(self.library.as_deref())?;
+        let library = Library::load(None).map_err(Failure::input)?;
         let material = ModelledTissue::new(library.find(name).map_err(Failure::input)?)?;
         let given = Loading {
             kind: self.loading,

@@ -1,0 +1,50 @@
+/* Runs the controller of a header in a loop of 100000 samples and leaves a hash of the bits of all commands: at its limits,
+ * with an actuator that does half, by hand, and with other parameters. */
+#include <stdint.h>
+
+static op_t op;
+
+uint64_t run(uint32_t samples);
+
+uint64_t run(uint32_t samples)
+{
+    uint64_t hash = 14695981039346656037ULL;
+    uint32_t state = 1U;
+    uint32_t n;
+    REAL y = 0;
+    op_init(&op);
+    for (n = 0U; n < samples; ++n) {
+        const REAL r = ((n / 5000U) % 2U == 0U) ? (REAL)1 : -(REAL)0.5;
+        const uint32_t manner = (n / 3000U) % 4U;
+        REAL u;
+        REAL applied;
+        unsigned char bytes[sizeof u];
+        uint32_t i;
+        if (n % 20000U == 10000U) {
+            op_parameters_t to = op_parameters();
+            op_parameters_t bad = to;
+            if (n % 40000U == 10000U) {
+                CHANGE;
+            }
+            bad.low = bad.high;
+            if (op_change(&op, &bad, r, y) || !op_change(&op, &to, r, y)) {
+                return 0U;
+            }
+        }
+        u = op_output(&op, r, y);
+        applied = (manner == 2U) ? (REAL)0.5 * u : u;
+        if (manner == 3U) {
+            applied = (REAL)0.25;
+            op_follow(&op, r, y, applied);
+        } else {
+            op_advance(&op, r, y, applied);
+        }
+        state = state * 1664525U + 1013904223U;
+        y += (applied - y) / (REAL)128 + ((REAL)(int32_t)(state >> 16) - (REAL)32768) / (REAL)16777216;
+        for (i = 0U; i < sizeof u; ++i) {
+            bytes[i] = ((const unsigned char *)&u)[i];
+            hash = (hash ^ bytes[i]) * 1099511628211ULL;
+        }
+    }
+    return hash;
+}

@@ -1,0 +1,68 @@
+//! A controller as a header.
+
+use super::{Arguments, named};
+use crate::command::control::refused;
+use crate::output::Output;
+use fracdiff_c::{CNumber, Header};
+use fractional_control::{ControllerList, ControllerParameters, ControllerSetup, rule_of_scheme};
+use haptic_experiment::{Failure, Named as _, Precision};
+use serde_json::json;
+
+impl Arguments {
+    /// Writes a controller, its memory as `--horizon` says.
+    pub(super) fn controller(
+        &self,
+        mut setup: ControllerSetup,
+        output: Output,
+    ) -> Result<(), Failure> {
+        if setup.function().is_some() {
+            return Err(Failure::bad_input(
+                "a transfer function has no C: give --controller with a PI^λD^μ, TID, CRONE or lead-lag",
+            ));
+        }
+        if rule_of_scheme(setup.scheme).is_none() {
+            return Err(Failure::bad_input(format_args!(
+                "scheme {} is not for a controller: give --scheme full or full-bdf2",
+                setup.scheme
+            )));
+        }
+        setup.memory_s = self.horizon.or(setup.memory_s);
+        let header = match self.precision {
+            Precision::F32 => self.controller_header::<f32>(&setup)?,
+            Precision::F64 => self.controller_header::<f64>(&setup)?,
+        };
+        let what = json!({
+            "controller": setup.law.to_string(),
+            "sample_time_s": setup.sample_time_s,
+            "scheme": setup.scheme.to_string(),
+            "horizon_s": setup.horizon_s(),
+        });
+        self.told(header, output, what)
+    }
+
+    fn controller_header<F: CNumber>(&self, setup: &ControllerSetup) -> Result<String, Failure> {
+        let list = ControllerList::<F>::new(setup).map_err(refused)?;
+        let (b, c) = (setup.set_point.proportional, setup.set_point.derivative);
+        let weights = match setup.law {
+            ControllerParameters::Pid(_) => {
+                format!(" of b r - y, r - y and c r - y, b = {b}, c = {c}")
+            }
+            ControllerParameters::Tid(_) => format!(" of r - y, r - y and c r - y, c = {c}"),
+            _ => " of r - y".to_owned(),
+        };
+        let [low, high] = list.limits;
+        let notes = [
+            format!("u = C(s){weights}, C(s) = {}.", setup.law),
+            format!(
+                "Limits {low} to {high}, sample time {} s, scheme {} over {} s, {}.",
+                setup.sample_time_s,
+                setup.scheme,
+                setup.horizon_s(),
+                self.precision.name()
+            ),
+            format!("Made by host-cli {} export-c.", env!("CARGO_PKG_VERSION")),
+        ];
+        let header = Header::of_controller(&self.name, &list, &notes).map_err(named)?;
+        Ok(header.to_string())
+    }
+}
