@@ -48,6 +48,12 @@ impl Actuator {
         })
     }
 
+    /// Lowest and highest command.
+    #[cfg(feature = "std")]
+    pub(crate) const fn limits(&self) -> [f64; 2] {
+        [self.low, self.high]
+    }
+
     pub(crate) fn stage<F: Real>(&self, sample_time: Seconds) -> Stage<F> {
         Stage {
             low: F::from_f64(self.low),
@@ -63,7 +69,7 @@ pub(crate) struct Stage<F> {
     low: F,
     high: F,
     /// The share of a bias that is left after a sample.
-    keep: F,
+    pub(crate) keep: F,
 }
 
 impl<F: Real> Stage<F> {

@@ -5,6 +5,7 @@ use crate::memory::{Rule, TAPS};
 use crate::pid::BranchParameters;
 use crate::records::MODES;
 use crate::sampled::entries;
+use crate::shaped::LeadShape;
 use crate::{ControlError, FractionalTransferFunction, Memory, SetPoint};
 use crate::{CroneParameters, LeadLagParameters, PidParameters, TidParameters};
 use core::fmt;
@@ -102,20 +103,8 @@ impl ControllerParameters {
                 parallel(&branches, memory, sample_time)
             }
             Self::Tid(own) => parallel(&own.branches(1.0)?, memory, sample_time),
-            Self::Crone(own) => {
-                let shape = (own.order, own.low_rad_s, own.high_rad_s);
-                lead(own.gain, shape, memory, sample_time)
-            }
-            Self::LeadLag(own) => {
-                let pole = 1.0 / (own.x * own.lambda_s);
-                let gain = own.gain * libm::pow(own.x, own.order);
-                lead(
-                    gain,
-                    (own.order, 1.0 / own.lambda_s, pole),
-                    memory,
-                    sample_time,
-                )
-            }
+            Self::Crone(own) => lead(own.shape()?, memory, sample_time),
+            Self::LeadLag(own) => lead(own.shape()?, memory, sample_time),
             Self::Function(own) => transfer_fraction(own, memory, sample_time),
         };
         fraction?.bearable("gain of the controller")
@@ -162,15 +151,10 @@ fn parallel(
 }
 
 /// `k((1 − pw)/(1 − qw))^ν` as [`lead`](crate::lead) runs it.
-fn lead(
-    gain: f64,
-    (order, zero_rad_s, pole_rad_s): (f64, f64, f64),
-    memory: Memory,
-    sample_time: Seconds,
-) -> Result<Fraction, ControlError> {
-    let parts = crate::lead::parts::<MODES>(order, zero_rad_s, pole_rad_s, &memory, sample_time)?;
+fn lead(shape: LeadShape, memory: Memory, sample_time: Seconds) -> Result<Fraction, ControlError> {
+    let parts = crate::lead::parts::<MODES>(shape.corners, &memory, sample_time)?;
     let mut above = Product {
-        scale: gain * parts.gain,
+        scale: shape.gain * shape.factor * parts.gain,
         factors: Vec::new(),
     };
     let mut below = Product {

@@ -19,12 +19,12 @@ use num_complex::Complex;
 #[derive(Clone, Debug, PartialEq)]
 pub struct LeadPower<F, const MODES: usize> {
     /// Whole sections (1 − pw)/(1 − qw).
-    sections: usize,
+    pub(crate) sections: usize,
     /// p and q, of zero and pole.
-    zero: F,
-    pole: F,
+    pub(crate) zero: F,
+    pub(crate) pole: F,
     /// Of order φ − 1 with p, and of −φ with q; `None` where φ is 0.
-    memories: Option<[Option<FullMemory<F, TAPS, MODES>>; 2]>,
+    pub(crate) memories: Option<[Option<FullMemory<F, TAPS, MODES>>; 2]>,
 }
 
 /// History of [`LeadPower`].
@@ -61,9 +61,7 @@ pub(crate) struct LeadParts<const MODES: usize> {
 }
 
 pub(crate) fn parts<const MODES: usize>(
-    order: f64,
-    zero_rad_s: f64,
-    pole_rad_s: f64,
+    (order, zero_rad_s, pole_rad_s): (f64, f64, f64),
     memory: &Memory,
     sample_time: Seconds,
 ) -> Result<LeadParts<MODES>, ControlError> {
@@ -128,13 +126,11 @@ fn tempered<const MODES: usize>(
 impl<F: Real, const MODES: usize> LeadPower<F, MODES> {
     /// The operator, and the gain that it leaves out.
     pub(crate) fn new(
-        order: f64,
-        zero_rad_s: f64,
-        pole_rad_s: f64,
+        corners: (f64, f64, f64),
         memory: &Memory,
         sample_time: Seconds,
     ) -> Result<(Self, f64), ControlError> {
-        let parts = parts(order, zero_rad_s, pole_rad_s, memory, sample_time)?;
+        let parts = parts(corners, memory, sample_time)?;
         // T = 1: the powers of T are in the corners already.
         let run = |design: &Option<Design<TAPS, MODES>>| match design {
             Some(design) => FullMemory::new(design, Seconds(1.0)).map(Some),

@@ -23,6 +23,8 @@ mod identify;
 mod lateness;
 mod lead;
 #[cfg(feature = "std")]
+mod list;
+#[cfg(feature = "std")]
 mod loaded;
 #[cfg(feature = "std")]
 mod margins;
@@ -77,9 +79,10 @@ pub use {
     curves::ControllerParameters,
     enclosure::SampledLaw,
     identify::{
-        FreeNumber, Identified, Record, WholeGuess, WholeShape, identify, identify_coefficients,
-        whole_guess,
+        DeadTime, FreeNumber, Identified, Record, WholeGuess, WholeShape, identify,
+        identify_coefficients, whole_guess,
     },
+    list::{BranchList, ControllerList, LawList, LeadList, ParallelList},
     loaded::{LoadedPlant, TwoPort},
     margins::{Crossing, Margins},
     plant::Plant,

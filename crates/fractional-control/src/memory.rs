@@ -4,8 +4,8 @@ use crate::ControlError;
 use fracdiff::full_memory::{Design, HORIZON_MIN, Kernel};
 use fracdiff::parameter::positive;
 use fracdiff::{
-    BDF2_TAPS, Bdf2History, Bdf2Memory, Differintegrator, FrequencyResponse, FullMemory,
-    FullMemoryHistory, Order, Real, Seconds, bdf2_short_filter,
+    BDF2_TAPS, Differintegrator, FrequencyResponse, FullMemory, FullMemoryHistory, Order, Real,
+    Seconds, bdf2_short_filter,
 };
 use num_complex::Complex;
 
@@ -105,83 +105,6 @@ impl Memory {
         taps = core::array::from_fn(|lag| (0..=lag).map(|j| half[j] * half[lag - j]).sum());
         let last = taps.iter().rposition(|tap| *tap != 0.0).unwrap_or(0);
         (taps, last + 1)
-    }
-
-    /// D^order, −2 ≤ order ≤ 2.
-    pub(crate) fn power<F: Real, const MODES: usize>(
-        &self,
-        order: Order,
-        sample_time: Seconds,
-    ) -> Result<Power<F, MODES>, ControlError> {
-        let design = self.design(order, sample_time)?;
-        Ok(match self.rule {
-            Rule::Grunwald => Power::First(FullMemory::new(&design, sample_time)?),
-            Rule::Bdf2 => Power::Second(Bdf2Memory::new(&design, sample_time)?),
-        })
-    }
-}
-
-/// D^μ by either rule.
-#[derive(Clone, Debug, PartialEq)]
-pub(crate) enum Power<F, const MODES: usize> {
-    First(FullMemory<F, TAPS, MODES>),
-    Second(Bdf2Memory<F, TAPS, MODES>),
-}
-
-#[derive(Clone, Debug, PartialEq)]
-pub(crate) enum PowerHistory<F, const MODES: usize> {
-    First(FullMemoryHistory<F, TAPS, MODES>),
-    Second(Bdf2History<F, TAPS, MODES>),
-}
-
-impl<F: Real, const MODES: usize> Power<F, MODES> {
-    pub(crate) fn at_rest(&self) -> PowerHistory<F, MODES> {
-        match self {
-            Self::First(o) => PowerHistory::First(o.at_rest()),
-            Self::Second(o) => PowerHistory::Second(o.at_rest()),
-        }
-    }
-
-    /// The history of a constant that always was, where that has an end; else at rest.
-    pub(crate) fn settled(&self, x: F) -> PowerHistory<F, MODES> {
-        let settled = match self {
-            Self::First(o) => o.settled(x).map(PowerHistory::First),
-            Self::Second(o) => o.settled(x).map(PowerHistory::Second),
-        };
-        settled.unwrap_or_else(|| self.at_rest())
-    }
-
-    pub(crate) fn direct_gain(&self) -> F {
-        match self {
-            Self::First(o) => o.direct_gain(),
-            Self::Second(o) => o.direct_gain(),
-        }
-    }
-
-    #[inline]
-    pub(crate) fn output(&self, history: &PowerHistory<F, MODES>, x: F) -> F {
-        match (self, history) {
-            (Self::First(o), PowerHistory::First(h)) => o.output(h, x),
-            (Self::Second(o), PowerHistory::Second(h)) => o.output(h, x),
-            _ => F::from_f64(f64::NAN),
-        }
-    }
-
-    #[inline]
-    pub(crate) fn advance(&self, history: &mut PowerHistory<F, MODES>, x: F) {
-        match (self, history) {
-            (Self::First(o), PowerHistory::First(h)) => o.advance(h, x),
-            (Self::Second(o), PowerHistory::Second(h)) => o.advance(h, x),
-            _ => {}
-        }
-    }
-
-    /// P, without T^(−μ).
-    pub(crate) fn response(&self, theta: f64) -> Complex<f64> {
-        match self {
-            Self::First(o) => o.response(theta),
-            Self::Second(o) => o.response(theta),
-        }
     }
 }
 

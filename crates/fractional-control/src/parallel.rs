@@ -1,26 +1,29 @@
 //! PI^λD^μ and TID, sample by sample: powers of s side by side, each with its gain and set-point weight.
 
 use crate::controller::Stage;
-use crate::memory::{Power, PowerHistory};
+use crate::memory::TAPS;
 use crate::pid::BranchParameters;
-use crate::{Actuator, ControlError, Controller, Memory, PidParameters, SetPoint, TidParameters};
-use fracdiff::{FrequencyResponse, Order, Real, Seconds};
+use crate::{
+    Actuator, ControlError, Controller, Memory, PidParameters, Rule, SetPoint, TidParameters,
+};
+use fracdiff::{
+    Bdf2History, Bdf2Memory, Differintegrator, FrequencyResponse, FullMemory, FullMemoryHistory,
+    Order, Real, Seconds,
+};
 use num_complex::Complex;
 
 /// Powers side by side at most.
 const BRANCHES: usize = 3;
 
+/// A power O with its gain.
 #[derive(Clone, Debug, PartialEq)]
-struct Branch<F, const MODES: usize> {
+pub(crate) struct Branch<F, O> {
     gain: F,
     weight: F,
     order: f64,
-    /// `None` for order 0.
-    power: Option<Power<F, MODES>>,
-    /// gain·g of the power.
-    direct: F,
+    pub(crate) power: O,
     /// True if it takes part in back-calculation.
-    conditioned: bool,
+    pub(crate) conditioned: bool,
 }
 
 /// PI^λD^μ: `u = K_p(b·r − y) + K_i I^λ(r − y) + K_d D^μ(c·r − y)`, limited.
@@ -52,39 +55,210 @@ struct Branch<F, const MODES: usize> {
 /// ```
 /// Source: I. Podlubny, *Fractional-order systems and PI^λD^μ-controllers*, IEEE Trans. Automatic Control 44(1), 1999.
 #[derive(Clone, Debug, PartialEq)]
-pub struct FractionalPid<F, const MODES: usize = 48> {
-    branches: [Option<Branch<F, MODES>>; BRANCHES],
-    /// `1/g_r` of the branches that take part in back-calculation, or 0 where no reference reaches the command at once.
-    inverse: F,
-    feedback: F,
-    /// The branch of the lowest order, if that is below 0, and 1/(gain·g) of it.
-    integral: Option<(usize, F)>,
-    stage: Stage<F>,
-    sample_time: f64,
+pub struct FractionalPid<F, const MODES: usize = 48>(pub(crate) Kind<F, MODES>);
+
+/// One rule for all powers: it is looked at once a call.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) enum Kind<F, const MODES: usize> {
+    First(Parallel<F, FullMemory<F, TAPS, MODES>>),
+    Second(Parallel<F, Bdf2Memory<F, TAPS, MODES>>),
 }
 
 /// History of [`FractionalPid`].
 #[derive(Clone, Debug, PartialEq)]
-pub struct ParallelHistory<F, const MODES: usize> {
-    powers: [Option<PowerHistory<F, MODES>>; BRANCHES],
+pub struct ParallelHistory<F, const MODES: usize>(KindHistory<F, MODES>);
+
+#[derive(Clone, Debug, PartialEq)]
+enum KindHistory<F, const MODES: usize> {
+    First(Past<F, FullMemoryHistory<F, TAPS, MODES>>),
+    Second(Past<F, Bdf2History<F, TAPS, MODES>>),
+}
+
+/// A gain, and powers of one kind, side by side.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Parallel<F, O> {
+    /// Gain and weight of the part without a power, which is added first.
+    proportional: Option<[F; 2]>,
+    pub(crate) branches: [Option<Branch<F, O>>; BRANCHES],
+    /// `1/g_r` of the parts that take part in back-calculation, or 0 where no reference reaches the command at once.
+    pub(crate) inverse: F,
+    feedback: F,
+    /// The branch of the lowest order, if that is below 0, and 1/(gain·g) of it.
+    pub(crate) integral: Option<(usize, F)>,
+    stage: Stage<F>,
+    sample_time: f64,
+}
+
+/// The past of a [`Parallel`].
+#[derive(Clone, Debug, PartialEq)]
+struct Past<F, H> {
+    powers: [Option<H>; BRANCHES],
     /// Held over a change; fades.
     bias: F,
 }
 
-impl<F: Real, const MODES: usize> Branch<F, MODES> {
+impl<F: Real, O> Branch<F, O> {
     /// The input that the branch sees.
     #[inline]
     fn error(&self, reference: F, measured: F) -> F {
         self.weight * reference - measured
     }
+}
 
-    #[inline]
-    fn output(&self, history: Option<&PowerHistory<F, MODES>>, error: F) -> F {
-        match (&self.power, history) {
-            (Some(power), Some(history)) => self.gain * power.output(history, error),
-            _ => self.gain * error,
+impl<F: Real, O: Differintegrator<F> + PartialEq> Parallel<F, O> {
+    /// `Σ k_i·D^(μ_i)(w_i·r − y)`; parts with a gain of 0 are left out.
+    fn new(
+        parameters: [BranchParameters; BRANCHES],
+        actuator: Actuator,
+        sample_time: Seconds,
+        make: impl Fn(Order) -> Result<O, ControlError>,
+    ) -> Result<Self, ControlError> {
+        let mut branches: [Option<Branch<F, O>>; BRANCHES] = [const { None }; BRANCHES];
+        let (mut forward, mut feedback) = (0.0, 0.0);
+        let (mut integral, mut proportional) = (None, None);
+        let mut lowest = 0.0;
+        // Also where no branch has a power.
+        sample_time.rate_to_the(Order::new(0.0)?)?;
+        let used = parameters.iter().filter(|p| p.gain != 0.0);
+        // A derivative against the others would make the inverse grow, by which back-calculation goes.
+        let others = parameters.iter().filter(|p| p.order <= 0.0);
+        let others: f64 = others.map(|p| p.gain).sum();
+        for (index, (slot, own)) in branches.iter_mut().zip(used).enumerate() {
+            let (gain, weight) = (F::from_f64(own.gain), F::from_f64(own.weight));
+            let conditioned = own.order <= 0.0 || others * own.gain >= 0.0;
+            let mut direct = own.gain;
+            if own.order == 0.0 {
+                proportional = Some([gain, weight]);
+            } else {
+                let power = make(Order::new(own.order)?)?;
+                direct = own.gain * power.direct_gain().to_f64();
+                *slot = Some(Branch {
+                    gain,
+                    weight,
+                    order: own.order,
+                    power,
+                    conditioned,
+                });
+            }
+            if conditioned {
+                forward += own.weight * direct;
+            }
+            feedback += direct;
+            if own.order < lowest {
+                lowest = own.order;
+                integral = Some((index, F::from_f64(1.0 / direct)));
+            }
+        }
+        let inverse = if forward == 0.0 { 0.0 } else { 1.0 / forward };
+        Ok(Self {
+            proportional,
+            branches,
+            inverse: F::from_f64(inverse),
+            feedback: F::from_f64(feedback),
+            integral,
+            stage: actuator.stage(sample_time),
+            sample_time: sample_time.0,
+        })
+    }
+
+    fn at_rest(&self) -> Past<F, O::History> {
+        let rest = |branch: &Option<Branch<F, O>>| Some(branch.as_ref()?.power.at_rest());
+        Past {
+            powers: self.branches.each_ref().map(rest),
+            bias: F::ZERO,
         }
     }
+
+    #[inline]
+    fn wanted(&self, past: &Past<F, O::History>, r: F, y: F) -> F {
+        let mut sum = past.bias;
+        if let Some([gain, weight]) = self.proportional {
+            sum += gain * (weight * r - y);
+        }
+        for (branch, own) in self.branches.iter().zip(&past.powers) {
+            if let (Some(branch), Some(own)) = (branch, own) {
+                sum += branch.gain * branch.power.output(own, branch.error(r, y));
+            }
+        }
+        sum
+    }
+
+    #[inline]
+    fn output(&self, past: &Past<F, O::History>, r: F, y: F) -> F {
+        self.stage.limit(self.wanted(past, r, y))
+    }
+
+    #[inline]
+    fn advance(&self, past: &mut Past<F, O::History>, r: F, y: F, applied: F) {
+        let excess = applied - self.wanted(past, r, y);
+        let mut instead = r;
+        // A branch that is foreseen: the memories need not wait for the sum.
+        if excess != F::ZERO {
+            instead = conditioned(r, excess, self.inverse);
+        }
+        for (branch, own) in self.branches.iter().zip(&mut past.powers) {
+            if let (Some(branch), Some(own)) = (branch, own) {
+                let r = if branch.conditioned { instead } else { r };
+                branch.power.advance(own, branch.error(r, y));
+            }
+        }
+        past.bias = self.stage.faded(past.bias);
+    }
+
+    fn follow(&self, past: &mut Past<F, O::History>, r: F, y: F, applied: F) {
+        let excess = applied - self.wanted(past, r, y);
+        for (index, (branch, own)) in self.branches.iter().zip(&mut past.powers).enumerate() {
+            if let (Some(branch), Some(own)) = (branch, own) {
+                let mut error = branch.error(r, y);
+                if let Some((integral, inverse)) = self.integral
+                    && integral == index
+                {
+                    // The error with whose integral the command is what was applied.
+                    error += excess * inverse;
+                }
+                branch.power.advance(own, error);
+            }
+        }
+        if self.integral.is_none() {
+            past.bias += excess;
+        } else {
+            past.bias = self.stage.faded(past.bias);
+        }
+    }
+
+    /// The histories of another one, where a branch of the same power has one. Another derivative starts from what it sees
+    /// now, as if that always had been; another integral at rest.
+    fn keep(
+        &self,
+        other: Option<(&Self, &Past<F, O::History>)>,
+        r: F,
+        y: F,
+    ) -> Past<F, O::History> {
+        let mut kept = self.at_rest();
+        for (own, slot) in self.branches.iter().zip(&mut kept.powers) {
+            let Some(own) = own else { continue };
+            let theirs = other.into_iter();
+            let theirs = theirs.flat_map(|(other, past)| other.branches.iter().zip(&past.powers));
+            let same = theirs.filter_map(|(branch, past)| {
+                let branch = branch.as_ref()?;
+                let same = own.power == branch.power && own.weight == branch.weight;
+                past.as_ref().filter(|_| same)
+            });
+            let new = || match own.order > 0.0 {
+                true => own.power.settled(own.error(r, y)),
+                false => None,
+            };
+            *slot = same.last().cloned().or_else(new).or(slot.take());
+        }
+        kept
+    }
+}
+
+/// The reference that would have given what was applied, to the branches that take part.
+#[cold]
+#[inline(never)]
+fn conditioned<F: Real>(r: F, excess: F, inverse: F) -> F {
+    r + excess * inverse
 }
 
 impl<F: Real, const MODES: usize> FractionalPid<F, MODES> {
@@ -121,87 +295,22 @@ impl<F: Real, const MODES: usize> FractionalPid<F, MODES> {
         Self::of_branches(branches, actuator, memory, sample_time)
     }
 
-    /// `Σ k_i·D^(μ_i)(w_i·r − y)`; branches with a gain of 0 are left out.
-    fn of_branches(
+    pub(crate) fn of_branches(
         parameters: [BranchParameters; BRANCHES],
         actuator: Actuator,
         memory: Memory,
         sample_time: Seconds,
     ) -> Result<Self, ControlError> {
-        let mut branches: [Option<Branch<F, MODES>>; BRANCHES] = [const { None }; BRANCHES];
-        let (mut forward, mut feedback) = (0.0, 0.0);
-        let mut integral: Option<(usize, f64, F)> = None;
-        // Also where no branch has a power.
-        sample_time.rate_to_the(Order::new(0.0)?)?;
-        let used = parameters.iter().filter(|p| p.gain != 0.0);
-        // A derivative against the others would make the inverse grow, by which back-calculation goes.
-        let others = parameters.iter().filter(|p| p.order <= 0.0);
-        let others: f64 = others.map(|p| p.gain).sum();
-        for (index, (slot, own)) in branches.iter_mut().zip(used).enumerate() {
-            let power = match own.order == 0.0 {
-                true => None,
-                false => Some(memory.power::<F, MODES>(Order::new(own.order)?, sample_time)?),
-            };
-            let direct = power.as_ref().map_or(F::ONE, Power::direct_gain);
-            let direct = own.gain * direct.to_f64();
-            let conditioned = own.order <= 0.0 || others * own.gain >= 0.0;
-            if conditioned {
-                forward += own.weight * direct;
-            }
-            feedback += direct;
-            if own.order < integral.map_or(0.0, |(_, order, _)| order) {
-                integral = Some((index, own.order, F::from_f64(1.0 / direct)));
-            }
-            *slot = Some(Branch {
-                gain: F::from_f64(own.gain),
-                weight: F::from_f64(own.weight),
-                order: own.order,
-                power,
-                direct: F::from_f64(direct),
-                conditioned,
-            });
-        }
-        let inverse = if forward == 0.0 { 0.0 } else { 1.0 / forward };
-        Ok(Self {
-            branches,
-            inverse: F::from_f64(inverse),
-            feedback: F::from_f64(feedback),
-            integral: integral.map(|(index, _, inverse)| (index, inverse)),
-            stage: actuator.stage(sample_time),
-            sample_time: sample_time.0,
-        })
-    }
-
-    /// The reference that would have given what was applied, to the branches that take part.
-    #[cold]
-    #[inline(never)]
-    fn conditioned(&self, r: F, excess: F) -> F {
-        r + excess * self.inverse
-    }
-
-    /// The histories of another one, where a branch of the same power has one. Another derivative starts from what it sees
-    /// now, as if that always had been; another integral at rest.
-    fn keep(
-        &self,
-        other: &Self,
-        history: &ParallelHistory<F, MODES>,
-        r: F,
-        y: F,
-    ) -> ParallelHistory<F, MODES> {
-        let mut kept = self.at_rest();
-        for (own, slot) in self.branches.iter().zip(&mut kept.powers) {
-            let Some(own) = own else { continue };
-            let theirs = other.branches.iter().zip(&history.powers);
-            let same = theirs.filter_map(|(branch, past)| {
-                let branch = branch.as_ref()?;
-                let same = own.power == branch.power && own.weight == branch.weight;
-                past.as_ref().filter(|_| same)
-            });
-            let power = own.power.as_ref().filter(|_| own.order > 0.0);
-            let new = power.map(|power| power.settled(own.error(r, y)));
-            *slot = same.last().cloned().or(new).or(slot.take());
-        }
-        kept
+        let t = sample_time;
+        let design = |order| memory.design(order, t);
+        Ok(Self(match memory.rule() {
+            Rule::Grunwald => Kind::First(Parallel::new(parameters, actuator, t, |order| {
+                Ok(FullMemory::new(&design(order)?, t)?)
+            })?),
+            Rule::Bdf2 => Kind::Second(Parallel::new(parameters, actuator, t, |order| {
+                Ok(Bdf2Memory::new(&design(order)?, t)?)
+            })?),
+        }))
     }
 }
 
@@ -209,98 +318,99 @@ impl<F: Real, const MODES: usize> Controller<F> for FractionalPid<F, MODES> {
     type History = ParallelHistory<F, MODES>;
 
     fn at_rest(&self) -> Self::History {
-        ParallelHistory {
-            powers: self.branches.each_ref().map(|branch| {
-                let power = branch.as_ref()?.power.as_ref();
-                power.map(Power::at_rest)
-            }),
-            bias: F::ZERO,
-        }
+        ParallelHistory(match &self.0 {
+            Kind::First(own) => KindHistory::First(own.at_rest()),
+            Kind::Second(own) => KindHistory::Second(own.at_rest()),
+        })
     }
 
     #[inline]
     fn feedback_gain(&self) -> F {
-        self.feedback
+        match &self.0 {
+            Kind::First(own) => own.feedback,
+            Kind::Second(own) => own.feedback,
+        }
     }
 
     #[inline]
     fn wanted(&self, history: &Self::History, r: F, y: F) -> F {
-        let mut sum = history.bias;
-        for (branch, own) in self.branches.iter().zip(&history.powers) {
-            if let Some(branch) = branch {
-                sum += branch.output(own.as_ref(), branch.error(r, y));
-            }
+        match (&self.0, &history.0) {
+            (Kind::First(own), KindHistory::First(past)) => own.wanted(past, r, y),
+            (Kind::Second(own), KindHistory::Second(past)) => own.wanted(past, r, y),
+            _ => F::from_f64(f64::NAN),
         }
-        sum
     }
 
     #[inline]
     fn output(&self, history: &Self::History, r: F, y: F) -> F {
-        self.stage.limit(self.wanted(history, r, y))
+        match (&self.0, &history.0) {
+            (Kind::First(own), KindHistory::First(past)) => own.output(past, r, y),
+            (Kind::Second(own), KindHistory::Second(past)) => own.output(past, r, y),
+            _ => F::from_f64(f64::NAN),
+        }
     }
 
     #[inline]
     fn advance(&self, history: &mut Self::History, r: F, y: F, applied: F) {
-        let excess = applied - self.wanted(history, r, y);
-        let mut instead = r;
-        // A branch that is foreseen: the memories need not wait for the sum.
-        if excess != F::ZERO {
-            instead = self.conditioned(r, excess);
+        match (&self.0, &mut history.0) {
+            (Kind::First(own), KindHistory::First(past)) => own.advance(past, r, y, applied),
+            (Kind::Second(own), KindHistory::Second(past)) => own.advance(past, r, y, applied),
+            _ => {}
         }
-        for (branch, own) in self.branches.iter().zip(&mut history.powers) {
-            if let (Some(branch), Some(own)) = (branch, own)
-                && let Some(power) = &branch.power
-            {
-                let r = if branch.conditioned { instead } else { r };
-                power.advance(own, branch.error(r, y));
-            }
-        }
-        history.bias = self.stage.faded(history.bias);
     }
 
     fn follow(&self, history: &mut Self::History, r: F, y: F, applied: F) {
-        let excess = applied - self.wanted(history, r, y);
-        for (index, (branch, own)) in self.branches.iter().zip(&mut history.powers).enumerate() {
-            if let (Some(branch), Some(own)) = (branch, own)
-                && let Some(power) = &branch.power
-            {
-                let mut error = branch.error(r, y);
-                if let Some((integral, inverse)) = self.integral
-                    && integral == index
-                {
-                    // The error with whose integral the command is what was applied.
-                    error += excess * inverse;
-                }
-                power.advance(own, error);
-            }
-        }
-        if self.integral.is_none() {
-            history.bias += excess;
-        } else {
-            history.bias = self.stage.faded(history.bias);
+        match (&self.0, &mut history.0) {
+            (Kind::First(own), KindHistory::First(past)) => own.follow(past, r, y, applied),
+            (Kind::Second(own), KindHistory::Second(past)) => own.follow(past, r, y, applied),
+            _ => {}
         }
     }
 
     fn take_over(&self, other: &Self, history: &Self::History, r: F, y: F) -> Self::History {
-        let wanted = other.wanted(history, r, y);
-        let mut next = self.keep(other, history, r, y);
-        next.bias += wanted - self.wanted(&next, r, y);
+        let mut next = ParallelHistory(match &self.0 {
+            Kind::First(own) => {
+                let theirs = match (&other.0, &history.0) {
+                    (Kind::First(other), KindHistory::First(past)) => Some((other, past)),
+                    _ => None,
+                };
+                KindHistory::First(own.keep(theirs, r, y))
+            }
+            Kind::Second(own) => {
+                let theirs = match (&other.0, &history.0) {
+                    (Kind::Second(other), KindHistory::Second(past)) => Some((other, past)),
+                    _ => None,
+                };
+                KindHistory::Second(own.keep(theirs, r, y))
+            }
+        });
+        let bump = other.wanted(history, r, y) - self.wanted(&next, r, y);
+        match &mut next.0 {
+            KindHistory::First(past) => past.bias += bump,
+            KindHistory::Second(past) => past.bias += bump,
+        }
         next
+    }
+}
+
+impl<F: Real, O: FrequencyResponse> Parallel<F, O> {
+    fn response(&self, theta: f64) -> Complex<f64> {
+        let proportional = self.proportional.iter();
+        let proportional = proportional.map(|[gain, _]| Complex::new(gain.to_f64(), 0.0));
+        let powers = self.branches.iter().flatten().map(|branch| {
+            let rate = libm::pow(self.sample_time, -branch.order);
+            branch.power.response(theta) * (rate * branch.gain.to_f64())
+        });
+        proportional.chain(powers).sum()
     }
 }
 
 impl<F: Real, const MODES: usize> FrequencyResponse for FractionalPid<F, MODES> {
     /// −u/y at the angle θ, of the weights held.
     fn response(&self, theta: f64) -> Complex<f64> {
-        let branches = self.branches.iter().flatten();
-        branches
-            .map(|branch| match &branch.power {
-                None => Complex::new(branch.gain.to_f64(), 0.0),
-                Some(power) => {
-                    let rate = libm::pow(self.sample_time, -branch.order);
-                    power.response(theta) * (rate * branch.gain.to_f64())
-                }
-            })
-            .sum()
+        match &self.0 {
+            Kind::First(own) => own.response(theta),
+            Kind::Second(own) => own.response(theta),
+        }
     }
 }

@@ -123,7 +123,31 @@ pub struct CroneParameters {
     pub high_rad_s: f64,
 }
 
+/// `k·f·((1 + s/ω_z)/(1 + s/ω_p))^ν`: what CRONE and lead–lag are.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct LeadShape {
+    /// k.
+    pub(crate) gain: f64,
+    /// f.
+    pub(crate) factor: f64,
+    /// ν, `ω_z` and `ω_p` in rad/s.
+    pub(crate) corners: (f64, f64, f64),
+}
+
 impl CroneParameters {
+    /// # Errors
+    /// A lower corner that is not below the upper one.
+    pub(crate) fn shape(&self) -> Result<LeadShape, ControlError> {
+        let (low, high) = (self.low_rad_s, self.high_rad_s);
+        let allowed = "below the upper corner";
+        range("lower corner", low, low < high, allowed, "rad/s")?;
+        Ok(LeadShape {
+            gain: self.gain,
+            factor: 1.0,
+            corners: (self.order, low, high),
+        })
+    }
+
     /// C(jω), ω in rad/s.
     #[must_use]
     pub fn response(&self, omega: f64) -> Complex<f64> {
@@ -145,6 +169,18 @@ pub struct LeadLagParameters {
 }
 
 impl LeadLagParameters {
+    /// # Errors
+    /// λ or x not above 0.
+    pub(crate) fn shape(&self) -> Result<LeadShape, ControlError> {
+        let lambda = positive("lambda", self.lambda_s, "s")?;
+        let x = positive("x", self.x, "")?;
+        Ok(LeadShape {
+            gain: self.gain,
+            factor: libm::pow(x, self.order),
+            corners: (self.order, 1.0 / lambda, 1.0 / (x * lambda)),
+        })
+    }
+
     /// C(jω), ω in rad/s.
     #[must_use]
     pub fn response(&self, omega: f64) -> Complex<f64> {
@@ -177,11 +213,7 @@ impl<F: Real, const MODES: usize> LeadController<F, MODES> {
         memory: Memory,
         sample_time: Seconds,
     ) -> Result<Self, ControlError> {
-        let (low, high) = (parameters.low_rad_s, parameters.high_rad_s);
-        let allowed = "below the upper corner";
-        range("lower corner", low, low < high, allowed, "rad/s")?;
-        let shape = (parameters.order, low, high);
-        Self::shaped(parameters.gain, shape, actuator, memory, sample_time)
+        Self::shaped(parameters.shape()?, actuator, memory, sample_time)
     }
 
     /// Fractional lead–lag. Coefficients in `f64`, rounded once.
@@ -197,22 +229,18 @@ impl<F: Real, const MODES: usize> LeadController<F, MODES> {
         memory: Memory,
         sample_time: Seconds,
     ) -> Result<Self, ControlError> {
-        let lambda = positive("lambda", parameters.lambda_s, "s")?;
-        let x = positive("x", parameters.x, "")?;
-        let gain = parameters.gain * libm::pow(x, parameters.order);
-        let shape = (parameters.order, 1.0 / lambda, 1.0 / (x * lambda));
-        Self::shaped(gain, shape, actuator, memory, sample_time)
+        Self::shaped(parameters.shape()?, actuator, memory, sample_time)
     }
 
     fn shaped(
-        gain: f64,
-        (order, zero_rad_s, pole_rad_s): (f64, f64, f64),
+        shape: LeadShape,
         actuator: Actuator,
         memory: Memory,
         sample_time: Seconds,
     ) -> Result<Self, ControlError> {
+        let gain = shape.gain * shape.factor;
         range("gain", gain, gain != 0.0, "finite and not 0", "")?;
-        let (operator, own) = LeadPower::new(order, zero_rad_s, pole_rad_s, &memory, sample_time)?;
+        let (operator, own) = LeadPower::new(shape.corners, &memory, sample_time)?;
         Ok(Self {
             operator,
             gain: F::from_f64(gain * own),

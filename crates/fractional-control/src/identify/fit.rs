@@ -1,12 +1,13 @@
 //! Model less record, as a problem of least squares.
 
-use super::record::{Free, FreeNumber, Record};
+use super::record::{Free, FreeNumber, Record, now};
 use crate::records::largest;
 use crate::{ControlError, FractionalTransferFunction, Memory, StateSpace, Term, respond};
 use fracdiff::Seconds;
 use levenberg_marquardt::LeastSquaresProblem;
 use nalgebra::storage::Owned;
 use nalgebra::{DMatrix, DVector, Dyn};
+use std::vec;
 use std::vec::Vec;
 
 pub(super) struct Fit<'a> {
@@ -18,14 +19,16 @@ pub(super) struct Fit<'a> {
     record: &'a Record<'a>,
     /// Steps of a rule in each sample.
     steps: usize,
-    /// What a rule is fed with, one for each step.
-    seen: Vec<f64>,
     /// Model less record, of these parameters.
     left: DVector<f64>,
 }
 
-/// An order; of a coefficient the logarithm of its size, or what it is times the size of its guess.
-fn value(function: &FractionalTransferFunction, freedom: Free, number: FreeNumber) -> f64 {
+/// An order; of a coefficient the logarithm of its size, or what it is times the size of its guess; the dead time in samples.
+fn value(
+    function: &FractionalTransferFunction,
+    (freedom, late): (Free, f64),
+    number: FreeNumber,
+) -> f64 {
     let (above, below) = (function.numerator().terms(), function.denominator().terms());
     let coefficient = |term: &Term| match freedom {
         Free::All => libm::log(term.coefficient.abs()),
@@ -36,6 +39,7 @@ fn value(function: &FractionalTransferFunction, freedom: Free, number: FreeNumbe
         FreeNumber::NumeratorOrder(n) => above[n].order,
         FreeNumber::DenominatorCoefficient(n) => coefficient(&below[n]),
         FreeNumber::DenominatorOrder(n) => below[n].order,
+        FreeNumber::DeadTime => late,
     }
 }
 
@@ -63,11 +67,16 @@ pub(super) fn settled(
     )
 }
 
+/// Whole steps of a rule, and the part of one.
+fn in_steps(late: f64, steps: usize) -> (usize, f64) {
+    let late = late * steps as f64;
+    (libm::floor(late) as usize, late - libm::floor(late))
+}
+
 /// The input as a rule of second order takes it, so many steps a sample: a held one as a hat between neighbouring steps sees it, h of a step late,
 /// (1−h)²/2·u\[n\] + (1/2 + h − h²)·u\[n−1\] + h²/2·u\[n−2\]; a smooth one in straight lines.
-fn seen_by_a_rule(record: &Record<'_>, steps: usize) -> Vec<f64> {
-    let late = record.fraction() * steps as f64;
-    let (whole, h) = (libm::floor(late) as usize, late - libm::floor(late));
+fn seen_by_a_rule(record: &Record<'_>, late: f64, steps: usize) -> Vec<f64> {
+    let (whole, h) = in_steps(late, steps);
     let input = |step: usize| {
         let (sample, part) = (step / steps, step % steps);
         let now = record.input[sample];
@@ -90,6 +99,27 @@ fn seen_by_a_rule(record: &Record<'_>, steps: usize) -> Vec<f64> {
     (0..count).map(seen).collect()
 }
 
+/// The output of a function of whole orders; what it passes on at once is held too.
+fn exact(
+    function: &FractionalTransferFunction,
+    record: &Record<'_>,
+    late: f64,
+) -> Option<Vec<f64>> {
+    let (states, direct) = StateSpace::of_function(function)?;
+    let (input, part) = record.acting(late);
+    let mut outputs = match function.denominator().degree() > 0.0 {
+        true => states.respond(record.sample_time.0, (&input, part), record.held),
+        false => Ok(vec![0.0; input.len()]),
+    }
+    .ok()?;
+    if direct != 0.0 {
+        let acting = now(&input, part, record.held);
+        let pairs = outputs.iter_mut().zip(acting);
+        pairs.for_each(|(y, u)| *y += direct * u);
+    }
+    Some(outputs)
+}
+
 /// A residual where there is no model, in units of the largest output.
 const NONE: f64 = 1e3;
 
@@ -100,7 +130,8 @@ impl<'a> Fit<'a> {
         memory: Memory,
         (record, steps): (&'a Record<'a>, usize),
     ) -> Self {
-        let begin = free.iter().map(|number| value(&guess, freedom, *number));
+        let own = (freedom, record.late());
+        let begin = free.iter().map(|number| value(&guess, own, *number));
         let mut fit = Self {
             parameters: DVector::from_iterator(free.len(), begin),
             guess,
@@ -109,17 +140,37 @@ impl<'a> Fit<'a> {
             memory,
             record,
             steps,
-            seen: seen_by_a_rule(record, steps),
             left: DVector::zeros(0),
         };
         fit.left = fit.left_by(&fit.parameters);
         fit
     }
 
-    /// The output of a function for the input of the record: exactly where its orders are whole and stay so, else by the rule.
+    /// The dead time, in samples: a search may step below 0.
+    fn late(&self, parameters: &DVector<f64>) -> f64 {
+        match self.free.last() {
+            Some(FreeNumber::DeadTime) => parameters[self.free.len() - 1].max(0.0),
+            _ => self.record.late(),
+        }
+    }
+
+    /// The output of a function for the input of the record, so many samples late: exactly where its orders are whole and stay so, else by the
+    /// rule.
     pub(super) fn model(
         &self,
         function: &FractionalTransferFunction,
+        late: f64,
+    ) -> Result<Vec<f64>, ControlError> {
+        let exact = (self.freedom == Free::Coefficients)
+            .then(|| exact(function, self.record, late))
+            .flatten();
+        exact.map_or_else(|| self.by_rule(function, late), Ok)
+    }
+
+    fn by_rule(
+        &self,
+        function: &FractionalTransferFunction,
+        late: f64,
     ) -> Result<Vec<f64>, ControlError> {
         let Record {
             sample_time,
@@ -127,38 +178,27 @@ impl<'a> Fit<'a> {
             held,
             ..
         } = *self.record;
-        let exact = (self.freedom == Free::Coefficients)
-            .then(|| {
-                // One that passes something on at once has half of a step at its first sample, as the rule says.
-                let states = StateSpace::of_function(function).filter(|(_, direct)| *direct == 0.0);
-                let (states, _) = states?;
-                states
-                    .respond(sample_time.0, (input, self.record.fraction()), held)
-                    .ok()
-            })
-            .flatten();
-        match exact {
-            Some(model) => Ok(model),
-            None => {
-                let step = Seconds(sample_time.0 / self.steps as f64);
-                let outputs = respond(function, self.memory, step, &self.seen)?;
-                let mut outputs: Vec<f64> = outputs.into_iter().step_by(self.steps).collect();
-                let is_slower = function.numerator().degree() < function.denominator().degree();
-                if self.steps > 1 && held && self.record.late.0 == 0.0 && is_slower {
-                    // A plant does not answer a jump in its own sample; the rule has seen half of it.
-                    let first = respond(function, self.memory, step, &[0.5])?;
-                    let before = core::iter::once(&0.0).chain(input);
-                    for (y, (now, before)) in outputs.iter_mut().zip(input.iter().zip(before)) {
-                        *y -= first[0] * (now - before);
-                    }
-                }
-                Ok(outputs)
+        let step = Seconds(sample_time.0 / self.steps as f64);
+        let seen = seen_by_a_rule(self.record, late, self.steps);
+        let outputs = respond(function, self.memory, step, &seen)?;
+        let mut outputs: Vec<f64> = outputs.into_iter().step_by(self.steps).collect();
+        let is_slower = function.numerator().degree() < function.denominator().degree();
+        let (whole, h) = in_steps(late, self.steps);
+        if self.steps > 1 && held && whole % self.steps == 0 && is_slower {
+            // A plant does not answer a jump in its own sample; the rule has seen a part of it.
+            let first = respond(function, self.memory, step, &[0.5 * (1.0 - h) * (1.0 - h)])?;
+            let before = core::iter::once(&0.0).chain(input);
+            let later = outputs.iter_mut().skip(whole / self.steps);
+            for (y, (now, before)) in later.zip(input.iter().zip(before)) {
+                *y -= first[0] * (now - before);
             }
         }
+        Ok(outputs)
     }
 
-    pub(super) fn function(&self) -> Result<FractionalTransferFunction, ControlError> {
-        self.with(&self.parameters)
+    /// The function, and the dead time in samples.
+    pub(super) fn found(&self) -> Result<(FractionalTransferFunction, f64), ControlError> {
+        Ok((self.with(&self.parameters)?, self.late(&self.parameters)))
     }
 
     fn with(&self, parameters: &DVector<f64>) -> Result<FractionalTransferFunction, ControlError> {
@@ -177,6 +217,7 @@ impl<'a> Fit<'a> {
                 FreeNumber::NumeratorOrder(n) => above[n].order = *x,
                 FreeNumber::DenominatorCoefficient(n) => coefficient(&mut below[n], *x),
                 FreeNumber::DenominatorOrder(n) => below[n].order = *x,
+                FreeNumber::DeadTime => {}
             }
         }
         FractionalTransferFunction::new(&above, &below)
@@ -187,7 +228,7 @@ impl<'a> Fit<'a> {
         let limit = NONE * largest(self.record.output);
         let model = self
             .with(parameters)
-            .and_then(|function| self.model(&function));
+            .and_then(|function| self.model(&function, self.late(parameters)));
         let output = self.record.output;
         match model {
             Ok(model) => {
@@ -210,9 +251,9 @@ impl<'a> Fit<'a> {
                 self.left_by(&parameters)
             };
             let slope = match number {
-                FreeNumber::NumeratorCoefficient(_) | FreeNumber::DenominatorCoefficient(_) => {
-                    (moved(STEP) - &self.left) / STEP
-                }
+                FreeNumber::NumeratorCoefficient(_)
+                | FreeNumber::DenominatorCoefficient(_)
+                | FreeNumber::DeadTime => (moved(STEP) - &self.left) / STEP,
                 FreeNumber::NumeratorOrder(_) | FreeNumber::DenominatorOrder(_) => {
                     (moved(STEP_OF_ORDER) - moved(-STEP_OF_ORDER)) / (2.0 * STEP_OF_ORDER)
                 }
@@ -234,9 +275,10 @@ impl<'a> Fit<'a> {
             _ => f64::INFINITY,
         };
         // Of a logarithm the error is relative; of a multiple of the guess it is made so.
-        let share = |n: usize| match self.freedom {
-            Free::All => error(n),
-            Free::Coefficients => error(n) / self.parameters[n].abs(),
+        let share = |n: usize| match (self.free[n], self.freedom) {
+            (FreeNumber::DeadTime, _) => error(n) * self.record.sample_time.0,
+            (_, Free::All) => error(n),
+            (_, Free::Coefficients) => error(n) / self.parameters[n].abs(),
         };
         self.free
             .iter()

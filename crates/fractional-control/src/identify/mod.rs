@@ -8,10 +8,12 @@ use self::fit::{Fit, settled};
 use self::record::{Free, free_numbers};
 use crate::records::largest;
 use crate::{ControlError, FractionalTransferFunction, Memory, Rule};
+use fracdiff::Seconds;
 use fracdiff::parameter::{positive, range};
 use levenberg_marquardt::{LeastSquaresProblem, LevenbergMarquardt};
-pub use record::{FreeNumber, Record};
+pub use record::{DeadTime, FreeNumber, Record};
 use std::vec::Vec;
+pub(crate) use whole::next_guess;
 pub use whole::{WholeGuess, WholeShape, whole_guess};
 
 /// A function that was found, and how well it fits.
@@ -20,6 +22,8 @@ pub use whole::{WholeGuess, WholeShape, whole_guess};
 pub struct Identified {
     /// The function.
     pub function: FractionalTransferFunction,
+    /// The dead time before it; free if it is one of the numbers that were fitted.
+    pub dead_time: DeadTime,
     /// Root mean square of what is left, in the unit of y.
     pub rms_residual: f64,
     /// 1 less the share of the variance of y that is left.
@@ -33,17 +37,18 @@ pub struct Identified {
 /// Fits the coefficients and orders of a function to a record by least squares, from a first guess.
 ///
 /// The guess sets the terms and the signs of their coefficients. Of the denominator the last coefficient stays, or function and gain would
-/// not be told apart; orders that are 0 stay 0. Output error: the model is run over the whole record, with its full history.
+/// not be told apart; orders that are 0 stay 0. A dead time that is to be found is fitted with them, exactly between samples too; one that
+/// falls to 0 is none. Output error: the model is run over the whole record, with its full history.
 ///
 /// - *Cost*: some ten to a hundred runs over the record. *Accuracy*: of second order in T, so sample at a twentieth of the fastest time constant.
 /// ```
 /// use fracdiff::Seconds;
-/// use fractional_control::{FractionalTransferFunction, Memory, Record, Rule, identify, step_response};
+/// use fractional_control::{DeadTime, FractionalTransferFunction, Memory, Record, Rule, identify, step_response};
 ///
 /// let truth: FractionalTransferFunction = "2/(0.8s^1.3+1)".parse()?;
 /// let t = Seconds(0.05);
 /// let y = step_response(&truth, Memory::new(Rule::Bdf2, 1e-8, 10.0)?, t, 200)?;
-/// let record = Record { sample_time: t, input: &[1.0; 200], output: &y, held: true, late: Seconds(0.0) };
+/// let record = Record { sample_time: t, input: &[1.0; 200], output: &y, held: true, dead_time: DeadTime::NONE };
 /// let found = identify(&"1/(s+1)".parse()?, &record)?;
 /// assert!((found.function.denominator().degree() - 1.3).abs() < 1e-4);
 /// # Ok::<(), fractional_control::ControlError>(())
@@ -88,19 +93,28 @@ fn searched(
     record: &Record<'_>,
     freedom: Free,
 ) -> Result<Identified, ControlError> {
-    check(record, free_numbers(guess, freedom).len())?;
+    check(record, free_numbers(guess, freedom, record.dead_time).len())?;
     let once = searched_by(guess, record, freedom, 1);
     let runs_exactly = freedom == Free::Coefficients && guess.is_whole();
     let steps = (ALL_STEPS / record.input.len()).min(STEPS);
-    if runs_exactly || steps < 2 {
-        return once;
+    let found = if runs_exactly || steps < 2 {
+        once
+    } else {
+        let begin = once.as_ref().map_or(*guess, |once| once.function);
+        match (once, searched_by(&begin, record, freedom, steps)) {
+            (Ok(once), Ok(often)) if once.rms_residual <= often.rms_residual => Ok(once),
+            (once, Err(_)) => once,
+            (_, often) => often,
+        }
+    }?;
+    if found.dead_time.is_free() && found.dead_time.seconds() == 0.0 {
+        let prompt = Record {
+            dead_time: DeadTime::NONE,
+            ..*record
+        };
+        return searched(&found.function, &prompt, freedom);
     }
-    let begin = once.as_ref().map_or(*guess, |once| once.function);
-    match (once, searched_by(&begin, record, freedom, steps)) {
-        (Ok(once), Ok(often)) if once.rms_residual <= often.rms_residual => Ok(once),
-        (once, Err(_)) => once,
-        (_, often) => often,
-    }
+    Ok(found)
 }
 
 fn searched_by(
@@ -109,7 +123,7 @@ fn searched_by(
     freedom: Free,
     steps: usize,
 ) -> Result<Identified, ControlError> {
-    let free = free_numbers(guess, freedom);
+    let free = free_numbers(guess, freedom, record.dead_time);
     let horizon = record.input.len() as f64 * record.sample_time.0;
     let memory = Memory::new(Rule::Bdf2, 1e-7, horizon)?;
     let problem = Fit::new(*guess, (freedom, free), memory, (record, steps));
@@ -126,8 +140,8 @@ fn searched_by(
         why: "begin from another guess, nearer in gain and time constant, or with other terms",
     };
     let residuals = residuals.ok_or(unfit)?;
-    let function = problem.function().and_then(|found| settled(&found));
-    let function = function.map_err(|_| unfit)?;
+    let (function, late) = problem.found().map_err(|_| unfit)?;
+    let function = settled(&function).map_err(|_| unfit)?;
     let samples = record.output.len() as f64;
     let mean = record.output.iter().sum::<f64>() / samples;
     let variance: f64 = record.output.iter().map(|y| (y - mean) * (y - mean)).sum();
@@ -139,17 +153,21 @@ fn searched_by(
         rms_residual: libm::sqrt(left / samples),
         fit: 1.0 - left / variance,
         standard_errors: problem.errors(left),
-        model: problem.model(&function)?,
+        model: problem.model(&function, late)?,
+        dead_time: match record.dead_time {
+            DeadTime::From(_) => DeadTime::From(Seconds(late * record.sample_time.0)),
+            known => known,
+        },
         function,
     })
 }
 
 fn check(record: &Record<'_>, free: usize) -> Result<(), ControlError> {
     let t = positive("sample time", record.sample_time.0, "s")?;
-    let late = record.late.0;
-    let inside = (0.0..=t).contains(&late);
-    let allowed = "from 0 to the sample time";
-    range("lateness of the input", late, inside, allowed, "s")?;
+    let dead_time = record.dead_time.seconds();
+    let inside = (0.0..t * record.input.len() as f64).contains(&dead_time);
+    let allowed = "at least 0, shorter than the record";
+    range("dead time", dead_time, inside, allowed, "s")?;
     let (inputs, outputs) = (record.input.len() as f64, record.output.len() as f64);
     let same = record.input.len() == record.output.len();
     let allowed = "as many as of the input";

@@ -2,7 +2,36 @@
 
 use crate::FractionalTransferFunction;
 use fracdiff::Seconds;
+use std::borrow::Cow;
 use std::vec::Vec;
+
+/// The time by which an input acts later.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum DeadTime {
+    /// It is known.
+    Known(Seconds),
+    /// It is to be found, from here on.
+    From(Seconds),
+}
+
+impl DeadTime {
+    /// None at all.
+    pub const NONE: Self = Self::Known(Seconds(0.0));
+
+    /// The one that is known, or where the search begins, s.
+    #[must_use]
+    pub const fn seconds(self) -> f64 {
+        match self {
+            Self::Known(Seconds(s)) | Self::From(Seconds(s)) => s,
+        }
+    }
+
+    /// True if it is to be found.
+    #[must_use]
+    pub const fn is_free(self) -> bool {
+        matches!(self, Self::From(_))
+    }
+}
 
 /// A record: input and output at the same instants, T apart, from rest.
 #[derive(Clone, Copy, Debug)]
@@ -15,15 +44,50 @@ pub struct Record<'a> {
     pub output: &'a [f64],
     /// True if u is a command that was held from its sample to the next, as in a step; false for a smooth signal that was sampled.
     pub held: bool,
-    /// The input acts so much later: the part of a dead time that is no whole sample, 0 to T.
-    pub late: Seconds,
+    /// The input acts so much later; shorter than the record.
+    pub dead_time: DeadTime,
 }
 
+/// A dead time so near to whole samples, in samples, is that many.
+const WHOLE: f64 = 1e-9;
+
 impl Record<'_> {
-    /// h, the share of a sample by which the input acts later.
-    pub(super) fn fraction(&self) -> f64 {
-        self.late.0 / self.sample_time.0
+    /// The dead time, in samples.
+    pub(super) fn late(&self) -> f64 {
+        self.dead_time.seconds() / self.sample_time.0
     }
+
+    /// The input as it acts so many samples later: moved by whole samples, and the part of a sample that is left.
+    pub(super) fn acting(&self, late: f64) -> (Cow<'_, [f64]>, f64) {
+        let nearest = libm::round(late);
+        let is_whole = (late - nearest).abs() < WHOLE;
+        let whole = if is_whole { nearest } else { libm::floor(late) };
+        let part = if is_whole { 0.0 } else { late - whole };
+        let samples = self.input.len();
+        let whole = (whole as usize).min(samples);
+        if whole == 0 {
+            return (Cow::Borrowed(self.input), part);
+        }
+        let early = self.input[..samples - whole].iter();
+        let moved = core::iter::repeat_n(&0.0, whole).chain(early);
+        (Cow::Owned(moved.copied().collect()), part)
+    }
+
+    /// What acts at each sample.
+    pub(crate) fn now(&self) -> Vec<f64> {
+        let (input, part) = self.acting(self.late());
+        now(&input, part, self.held).collect()
+    }
+}
+
+/// What acts at each sample: u where it was last held, or on the line between two samples.
+pub(super) fn now(input: &[f64], part: f64, held: bool) -> impl Iterator<Item = f64> {
+    // Half-way into a sample the one before is still held.
+    let part = if held && part > 0.0 { 1.0 } else { part };
+    let before = input.first().filter(|_| !held).unwrap_or(&0.0);
+    let before = core::iter::once(before).chain(input);
+    let pairs = input.iter().zip(before);
+    pairs.map(move |(now, before)| (1.0 - part) * now + part * before)
 }
 
 /// A number of the function that was free.
@@ -38,6 +102,8 @@ pub enum FreeNumber {
     DenominatorCoefficient(usize),
     /// Its order.
     DenominatorOrder(usize),
+    /// The dead time; the error is in s.
+    DeadTime,
 }
 
 /// The numbers of a function that a fit may change.
@@ -49,8 +115,12 @@ pub(super) enum Free {
     Coefficients,
 }
 
-/// All but the last coefficient of the denominator, and orders of 0.
-pub(super) fn free_numbers(guess: &FractionalTransferFunction, freedom: Free) -> Vec<FreeNumber> {
+/// All but the last coefficient of the denominator, and orders of 0; the dead time last.
+pub(super) fn free_numbers(
+    guess: &FractionalTransferFunction,
+    freedom: Free,
+    dead_time: DeadTime,
+) -> Vec<FreeNumber> {
     let mut free = Vec::new();
     let is_free = |order: f64| order > 0.0 && freedom == Free::All;
     for (n, term) in guess.numerator().terms().iter().enumerate() {
@@ -67,6 +137,9 @@ pub(super) fn free_numbers(guess: &FractionalTransferFunction, freedom: Free) ->
         if is_free(term.order) {
             free.push(FreeNumber::DenominatorOrder(n));
         }
+    }
+    if dead_time.is_free() {
+        free.push(FreeNumber::DeadTime);
     }
     free
 }

@@ -1,10 +1,11 @@
 //! First guesses of whole orders: poles by linear least squares, zeros by linear least squares after them.
 
-use super::record::Record;
+use super::record::{Record, now};
 use crate::{FractionalTransferFunction, StateSpace, Term};
-use fracdiff::roots;
+use fracdiff::{Seconds, roots};
 use nalgebra::{DMatrix, DVector, RowDVector};
 use num_complex::Complex;
+use std::borrow::Cow;
 use std::vec;
 use std::vec::Vec;
 
@@ -49,6 +50,53 @@ const SETTLED: f64 = 1e-3;
 ///   time-series analysis*, 2011.
 #[must_use]
 pub fn whole_guess(record: &Record<'_>, shape: WholeShape) -> Option<WholeGuess> {
+    let record = acts(record, shape)?;
+    let t = record.sample_time.0;
+    let mut best: Option<Guess> = None;
+    let mut rate = 2.0 / (record.input.len() as f64 * t);
+    while rate * t < 0.5 {
+        let filter = binomial(shape.poles);
+        tried(&record, shape, rate, filter, &mut best);
+        rate *= FASTER;
+    }
+    if let Some(poles) = of_samples(&record, shape) {
+        tried(&record, shape, 1.0 / t, poles, &mut best);
+    }
+    best?.whole(&record)
+}
+
+/// The same through the poles of another one only, of as many: of the same record a little earlier or later.
+pub(crate) fn next_guess(
+    record: &Record<'_>,
+    shape: WholeShape,
+    last: &WholeGuess,
+) -> Option<WholeGuess> {
+    let record = acts(record, shape)?;
+    let rate = 1.0 / record.sample_time.0;
+    let below = last.function.denominator();
+    let leading = below.terms().first()?;
+    let mut poles = vec![0.0; shape.poles + 1];
+    for term in below.terms() {
+        let power = libm::pow(rate, term.order - leading.order);
+        *poles.get_mut(term.order as usize)? = term.coefficient / leading.coefficient * power;
+    }
+    let mut best = None;
+    tried(&record, shape, rate, poles, &mut best);
+    best?.whole(&record)
+}
+
+/// A record and its input as it acts.
+struct Acting<'a> {
+    sample_time: Seconds,
+    input: Cow<'a, [f64]>,
+    /// The part of a sample by which that is later still.
+    part: f64,
+    output: &'a [f64],
+    held: bool,
+}
+
+/// `None` of a record that is too short for the shape, or of no such shape.
+fn acts<'a>(record: &'a Record<'_>, shape: WholeShape) -> Option<Acting<'a>> {
     let WholeShape {
         poles,
         zeros,
@@ -59,21 +107,13 @@ pub fn whole_guess(record: &Record<'_>, shape: WholeShape) -> Option<WholeGuess>
     if !fits || samples < 4 * (poles + zeros + 1) || samples != record.input.len() {
         return None;
     }
-    let t = record.sample_time.0;
-    let mut best: Option<Guess> = None;
-    let mut rate = 2.0 / (samples as f64 * t);
-    while rate * t < 0.5 {
-        let filter = binomial(poles);
-        tried(record, shape, rate, filter, &mut best);
-        rate *= FASTER;
-    }
-    if let Some(poles) = of_samples(record, shape) {
-        tried(record, shape, 1.0 / t, poles, &mut best);
-    }
-    let best = best?;
-    Some(WholeGuess {
-        function: best.function()?,
-        rms_residual: libm::sqrt(best.left / samples as f64),
+    let (input, part) = record.acting(record.late());
+    Some(Acting {
+        sample_time: record.sample_time,
+        input,
+        part,
+        output: record.output,
+        held: record.held,
     })
 }
 
@@ -87,6 +127,13 @@ struct Guess {
 }
 
 impl Guess {
+    fn whole(&self, record: &Acting<'_>) -> Option<WholeGuess> {
+        Some(WholeGuess {
+            function: self.function()?,
+            rms_residual: libm::sqrt(self.left / record.output.len() as f64),
+        })
+    }
+
     fn function(&self) -> Option<FractionalTransferFunction> {
         let lowest = self.below.iter().position(|a| *a != 0.0)?;
         let unit = self.below[lowest].abs() * libm::pow(self.rate, -(lowest as f64));
@@ -113,7 +160,7 @@ fn binomial(n: usize) -> Vec<f64> {
 
 /// Replaces the poles by those that are found through them, and keeps what leaves least.
 fn tried(
-    record: &Record<'_>,
+    record: &Acting<'_>,
     shape: WholeShape,
     rate: f64,
     mut below: Vec<f64>,
@@ -122,7 +169,7 @@ fn tried(
     let t = rate * record.sample_time.0;
     let mut last = f64::INFINITY;
     for round in 0..=ROUNDS {
-        let input = (record.input, record.fraction());
+        let input = (&*record.input, record.part);
         let Some(input) = filtered(&below, t, input, record.held) else {
             return;
         };
@@ -147,7 +194,7 @@ fn tried(
 
 /// The zeros for these poles, and what they leave.
 fn run(
-    record: &Record<'_>,
+    record: &Acting<'_>,
     shape: WholeShape,
     rate: f64,
     (below, input): (&[f64], &DMatrix<f64>),
@@ -166,7 +213,7 @@ fn run(
 
 /// The poles that make A·y/F nearest to B·u/F, from u/F; `t` in the unit of F.
 fn regressed(
-    record: &Record<'_>,
+    record: &Acting<'_>,
     shape: WholeShape,
     t: f64,
     (filter, input): (&[f64], &DMatrix<f64>),
@@ -197,7 +244,7 @@ fn regressed(
 const AT_ONCE: [f64; 2] = [0.1, 1e-13];
 
 /// The poles of y\[k\] + `Σ α_j y[k−j]` = `Σ β_j u[k−j]`, in units of the sample time; `None` where one of them is none of a function.
-fn of_samples(record: &Record<'_>, shape: WholeShape) -> Option<Vec<f64>> {
+fn of_samples(record: &Acting<'_>, shape: WholeShape) -> Option<Vec<f64>> {
     let (n, rows) = (shape.poles, record.output.len() - shape.poles);
     let matrix = DMatrix::from_fn(rows, 2 * n, |row, column| match column.checked_sub(n) {
         None => -record.output[row + n - 1 - column],
@@ -246,11 +293,10 @@ fn filtered(
     b[n - 1] = 1.0;
     let filter = StateSpace::new(a, b, RowDVector::zeros(n)).ok()?;
     let mut all = DMatrix::zeros(signal.len(), n + 1);
+    // What the filter is fed with.
+    let mut acting = now(signal, fraction, held);
     let ran = filter.run(t, (signal, fraction), held, &mut |row, x| {
-        // What the filter is fed with now.
-        let now = if held { 0.0 } else { fraction };
-        let before = row.checked_sub(1).map_or(signal[row], |last| signal[last]);
-        let mut highest = (1.0 - now) * signal[row] + now * before;
+        let mut highest = acting.next().unwrap_or(0.0);
         for (k, coefficient) in below[..n].iter().enumerate() {
             all[(row, k)] = x[k];
             highest -= coefficient * x[k];

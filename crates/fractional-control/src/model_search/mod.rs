@@ -1,44 +1,25 @@
 //! A transfer function from a record: first guesses, fits, and which of them the record asks for.
 
-pub use self::record::{Guess, InputOutput, shifted};
+pub use self::dead_time::{a_pole_instead, dead_time_interval_s};
+use self::dead_time::{dead_times, gain};
+use self::found::{AS_GOOD, LOOSE, less_sure};
+pub use self::found::{Found, Unexplained};
+pub use self::record::{Guess, InputOutput};
 use self::record::{bic, resolved, rounding};
 use self::start::{Start, powers, starts, whole_orders};
 use crate::{
-    ControlError, FractionalTransferFunction, FreeNumber, Identified, Term, WholeShape,
+    ControlError, DeadTime, FractionalTransferFunction, FreeNumber, Identified, Term, WholeShape,
     identify_coefficients,
 };
-use fracdiff::roots;
+use fracdiff::{Seconds, roots};
 use std::collections::VecDeque;
 use std::vec;
 use std::vec::Vec;
 
+mod dead_time;
+mod found;
 mod record;
 mod start;
-
-/// A function that was fitted.
-#[derive(Clone, Debug, PartialEq)]
-#[non_exhaustive]
-pub struct Found {
-    /// The function, its output, and how sure its numbers are: less so where neighbouring samples of what is left are alike.
-    pub identified: Identified,
-    /// Bayesian information criterion: less is better. What is less than a model can resolve counts as nothing.
-    pub bic: f64,
-    /// Correlation of neighbouring samples of what is left: near 0 of white noise, near 1 of a model that lacks something.
-    pub neighbours: f64,
-    /// Where the function leaves most, if that is much of the output there and no noise.
-    pub unexplained: Option<Unexplained>,
-}
-
-impl Found {
-    /// True if the function settles by itself.
-    fn settles(&self) -> bool {
-        self.identified.function.unstable_poles() == Some(0)
-    }
-
-    fn is_whole(&self) -> bool {
-        self.identified.function.is_whole()
-    }
-}
 
 /// Of a first function that does not settle by itself: another that does, within the record, and that the record does not speak very strongly
 /// against: a criterion at most 10 above (A. E. Raftery, *Bayesian model selection in social research*, 1995, Table 6), or that of one number.
@@ -52,7 +33,7 @@ pub fn settles_as_well<'a>(found: &'a [Found], record: &InputOutput) -> Option<&
 }
 
 /// Guesses of whole orders that are fitted: the most promising.
-const FITTED: usize = 6;
+const FITTED: usize = 8;
 const SWING: WholeShape = WholeShape {
     poles: 2,
     zeros: 0,
@@ -60,29 +41,54 @@ const SWING: WholeShape = WholeShape {
 };
 
 /// First guesses: of whole orders up to four poles, two of them integrators, those that leave least; of one and of two powers of s with free
-/// orders. `held` as in [`Record`](crate::Record).
+/// orders; a gain. Behind a dead time that is known, or `None`: then behind those that the record suggests, and behind none. `held` as in
+/// [`Record`](crate::Record).
 #[must_use]
-pub fn candidates(record: &InputOutput, held: bool) -> Vec<Guess> {
-    let mut whole = whole_orders(record, held);
+pub fn candidates(record: &InputOutput, held: bool, dead_time: Option<Seconds>) -> Vec<Guess> {
+    let dead_times = dead_times(record, held, dead_time);
+    let mut whole = whole_orders(record, held, &dead_times);
+    whole.sort_by(|a, b| a.bic.total_cmp(&b.bic));
+    // Where those of free orders begin.
+    let first = whole.first().map(|best| best.guess.dead_time);
+    let first = first.or(dead_times.first().copied());
+    let first = first.unwrap_or(DeadTime::NONE);
     // A swing whose orders may be others too.
     let swing = whole.iter().find(|guess| guess.shape == SWING);
-    let swing = swing.map(|guess| guess.function);
-    whole.sort_by(|a, b| a.bic.total_cmp(&b.bic));
+    let swing = swing.map(|swing| swing.guess.function);
     whole.truncate(FITTED);
-    let whole = whole.into_iter().map(|guess| guess.function);
-    let mut guesses: Vec<Guess> = whole.map(Guess::Coefficients).collect();
-    guesses.extend(swing.into_iter().chain(powers(record)).map(Guess::Orders));
+    let mut guesses: Vec<Guess> = whole.into_iter().map(|whole| whole.guess).collect();
+    guesses.extend(gain(record, held, dead_time));
+    let powers = powers(record, first.seconds());
+    guesses.extend(swing.into_iter().chain(powers).map(|function| Guess {
+        function,
+        has_free_orders: true,
+        dead_time: first,
+    }));
     guesses
+}
+
+/// Guesses of one function with free orders, behind each dead time as in [`candidates`].
+#[must_use]
+pub fn candidates_of(
+    function: FractionalTransferFunction,
+    record: &InputOutput,
+    held: bool,
+    dead_time: Option<Seconds>,
+) -> Vec<Guess> {
+    let dead_times = dead_times(record, held, dead_time).into_iter();
+    dead_times
+        .map(|dead_time| Guess {
+            function,
+            has_free_orders: true,
+            dead_time,
+        })
+        .collect()
 }
 
 /// Functions that are kept at most: the best.
 const KEPT: usize = 6;
-/// A difference of the criterion that says nothing.
-const AS_GOOD: f64 = 2.0;
 /// A difference of the criterion that speaks very strongly, by the same table.
 const DECISIVE: f64 = 10.0;
-/// A coefficient whose standard error is above this share of it is tried without.
-const LOOSE: f64 = 0.5;
 
 /// Fits each guess; the best first, of those that fit at all, six at most. `held` as in [`Record`](crate::Record).
 ///
@@ -94,12 +100,8 @@ pub fn identify(
     held: bool,
 ) -> Result<Vec<Found>, ControlError> {
     let (mut found, mut refused) = (Vec::new(), None);
-    let coefficients = guesses.iter().filter_map(|guess| match guess {
-        Guess::Coefficients(function) => Some(*function),
-        Guess::Orders(_) => None,
-    });
-    for function in coefficients {
-        match with_fewer(&function, record, held) {
+    for guess in guesses.iter().filter(|guess| !guess.has_free_orders) {
+        match with_fewer(guess, record, held) {
             Ok(fitted) => found.extend(fitted),
             Err(error) => refused = refused.or(Some(error)),
         }
@@ -116,10 +118,16 @@ pub fn identify(
         if enough(&found).is_some_and(|most| start.numbers >= most) {
             continue;
         }
-        match crate::identify(&start.function, &record.as_record(held)) {
+        match crate::identify(&start.function, &record.as_record(held, start.dead_time)) {
             Ok(identified) => {
                 starts.extend(start.doubted(&identified, resolved(record)));
-                found.push(judged(identified, record));
+                let found_here = judged(identified, record);
+                if found_here.dead_time_is_loose() {
+                    let prompt = record.as_record(held, DeadTime::NONE);
+                    let prompt = crate::identify(&found_here.identified.function, &prompt);
+                    found.extend(prompt.map(|prompt| judged(prompt, record)));
+                }
+                found.push(found_here);
             }
             Err(error) => {
                 starts.extend(start.first());
@@ -172,8 +180,9 @@ fn cancel(found: &mut [Found], record: &InputOutput, held: bool) {
     while let Some(own) = found.get(place) {
         let function = Some(own.identified.function).filter(|_| own.is_whole());
         let fewer = function.and_then(|own| cancelled(&own, record));
+        let behind = record.as_record(held, own.identified.dead_time);
         let fewer = fewer
-            .and_then(|fewer| identify_coefficients(&fewer, &record.as_record(held)).ok())
+            .and_then(|fewer| identify_coefficients(&fewer, &behind).ok())
             .filter(|fewer| fewer.rms_residual <= AS_MUCH * own.identified.rms_residual.max(floor));
         match fewer {
             // Looked at again: there may be two of them.
@@ -186,28 +195,30 @@ fn cancel(found: &mut [Found], record: &InputOutput, held: bool) {
 /// Adds the functions with an integrator in place of a pole that is at rest.
 fn put_to_rest(found: &mut Vec<Found>, record: &InputOutput, held: bool) {
     let whole = found.iter().filter(|found| found.is_whole());
-    let integrating = whole.filter_map(|found| integrating(&found.identified.function, record));
+    let integrating = whole.filter_map(|found| {
+        let own = &found.identified;
+        Some((integrating(&own.function, record)?, own.dead_time))
+    });
     let fitted: Vec<Found> = integrating
-        .filter_map(|function| identify_coefficients(&function, &record.as_record(held)).ok())
+        .filter_map(|(function, dead_time)| {
+            identify_coefficients(&function, &record.as_record(held, dead_time)).ok()
+        })
         .map(|identified| judged(identified, record))
         .collect();
     found.extend(fitted);
 }
 
 /// The coefficients of a function, and those of the functions that are left without what the record does not determine, one by one.
-fn with_fewer(
-    function: &FractionalTransferFunction,
-    record: &InputOutput,
-    held: bool,
-) -> Result<Vec<Found>, ControlError> {
-    let mut found = Vec::new();
-    let mut next = Some(*function);
-    while let Some(function) = next.take() {
-        match identify_coefficients(&function, &record.as_record(held)) {
+fn with_fewer(guess: &Guess, record: &InputOutput, held: bool) -> Result<Vec<Found>, ControlError> {
+    let mut found: Vec<Found> = Vec::new();
+    let mut next = Some((guess.function, guess.dead_time));
+    while let Some((function, dead_time)) = next.take() {
+        match identify_coefficients(&function, &record.as_record(held, dead_time)) {
             Ok(identified) => {
                 let coarser = (resolved(record) / identified.rms_residual).max(1.0);
-                next = without_the_loosest(&identified, coarser);
-                found.push(judged(identified, record));
+                let judged = judged(identified, record);
+                next = without_the_loosest(&judged, coarser);
+                found.push(judged);
             }
             Err(error) if found.is_empty() => return Err(error),
             Err(_) => {}
@@ -216,24 +227,38 @@ fn with_fewer(
     Ok(found)
 }
 
-/// The function without the coefficient that the record determines least, if it does not determine it; standard errors count so many times.
-fn without_the_loosest(identified: &Identified, times: f64) -> Option<FractionalTransferFunction> {
-    let function = &identified.function;
-    let errors = identified.standard_errors.iter();
-    let (number, error) = errors.max_by(|a, b| a.1.total_cmp(&b.1))?;
-    if error * times <= LOOSE {
+/// The function without the number that the record determines least, if it does not determine it; standard errors count so many times.
+fn without_the_loosest(
+    found: &Found,
+    times: f64,
+) -> Option<(FractionalTransferFunction, DeadTime)> {
+    let Identified {
+        function,
+        dead_time,
+        standard_errors,
+        ..
+    } = &found.identified;
+    let share = |(number, error): &(FreeNumber, f64)| match number {
+        FreeNumber::DeadTime => error / dead_time.seconds(),
+        _ => *error,
+    };
+    let errors = standard_errors.iter();
+    let loosest = errors.max_by(|a, b| share(a).total_cmp(&share(b)))?;
+    if share(loosest) * times <= LOOSE {
         return None;
     }
     let mut above = function.numerator().terms().to_vec();
     let mut below = function.denominator().terms().to_vec();
-    match *number {
+    match loosest.0 {
         FreeNumber::NumeratorCoefficient(n) => above.remove(n),
         FreeNumber::DenominatorCoefficient(n) => below.remove(n),
+        FreeNumber::DeadTime => return Some((*function, DeadTime::NONE)),
         _ => return None,
     };
     let fewer = FractionalTransferFunction::new(&above, &below).ok()?;
     // As many zeros as poles would answer at once.
-    (fewer.numerator().degree() < fewer.denominator().degree()).then_some(fewer)
+    let is_slower = fewer.numerator().degree() < fewer.denominator().degree();
+    is_slower.then_some((fewer, *dead_time))
 }
 
 /// Functions of whole orders run exactly, so among themselves they are told apart by all that is above rounding: where a record grows, all that a
@@ -280,18 +305,6 @@ const ALIKE_ALL: f64 = 0.3;
 /// A share of the output of a block that is much.
 const MUCH: f64 = 0.05;
 
-/// A stretch of a record that a function does not explain, though what it leaves there is no noise.
-#[derive(Clone, Copy, Debug, PartialEq)]
-#[non_exhaustive]
-pub struct Unexplained {
-    /// From here on, s.
-    pub from_s: f64,
-    /// To here, s.
-    pub to_s: f64,
-    /// Root mean square of what is left, over that of the output there.
-    pub share: f64,
-}
-
 /// Record less model.
 pub(super) fn left(record: &InputOutput, model: &[f64]) -> Vec<f64> {
     let pairs = record.output.iter().zip(model);
@@ -304,15 +317,6 @@ pub(super) fn neighbours(left: &[f64]) -> f64 {
     let product = |other: &[f64]| -> f64 { left.iter().zip(other).map(|(a, b)| a * b).sum() };
     let alike = product(shifted) / product(left);
     if alike.is_finite() { alike } else { 0.0 }
-}
-
-/// Standard errors of white noise are to be multiplied by this: neighbours that are alike count as fewer samples.
-/// ```text
-/// √((1 + ρ)/(1 − ρ)),   √n at most
-/// ```
-pub(super) fn less_sure(neighbours: f64, samples: usize) -> f64 {
-    let alike = neighbours.clamp(0.0, 1.0);
-    libm::sqrt(((1.0 + alike) / (1.0 - alike)).min(samples as f64))
 }
 
 /// The block of which most is left, if that is much and no noise. A record that grows is small where it begins, so that what a function

@@ -1,9 +1,8 @@
 //! A record that a transfer function is to explain, and what a model of it is measured by.
 
 use crate::records::largest;
-use crate::{ControlError, FractionalTransferFunction, Record};
+use crate::{DeadTime, FractionalTransferFunction, Record};
 use fracdiff::Seconds;
-use fracdiff::parameter::{RangeError, not_negative};
 use std::vec::Vec;
 
 /// A residual over the largest output below which a model is as good as exact.
@@ -20,18 +19,18 @@ pub struct InputOutput {
     pub input: Vec<f64>,
     /// y.
     pub output: Vec<f64>,
-    /// The input acts so much later, s: less than a sample, as [`shifted`] leaves it.
-    pub late_s: f64,
 }
 
 /// A function to begin from.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
-pub enum Guess {
-    /// Coefficients and orders are fitted.
-    Orders(FractionalTransferFunction),
-    /// The orders stay.
-    Coefficients(FractionalTransferFunction),
+pub struct Guess {
+    /// The function.
+    pub function: FractionalTransferFunction,
+    /// True if its orders are fitted with its coefficients; false if they stay.
+    pub has_free_orders: bool,
+    /// The dead time before it.
+    pub dead_time: DeadTime,
 }
 
 impl InputOutput {
@@ -43,13 +42,13 @@ impl InputOutput {
         length / (self.time_s.len().max(2) - 1) as f64
     }
 
-    pub(super) fn as_record(&self, held: bool) -> Record<'_> {
+    pub(super) fn as_record(&self, held: bool, dead_time: DeadTime) -> Record<'_> {
         Record {
             sample_time: Seconds(self.sample_time_s()),
             input: &self.input,
             output: &self.output,
             held,
-            late: Seconds(self.late_s),
+            dead_time,
         }
     }
 
@@ -60,34 +59,6 @@ impl InputOutput {
             signal.iter_mut().for_each(|value| *value -= first);
         }
     }
-}
-
-/// The record with its input so much later: what is left to fit without the dead time. Whole samples are moved; the rest is
-/// [`late_s`](InputOutput::late_s), for the fit to know where in a sample a held input switches.
-///
-/// # Errors
-/// A negative dead time, or one that is longer than the record.
-pub fn shifted(record: &InputOutput, delay_s: f64) -> Result<InputOutput, ControlError> {
-    let t = record.sample_time_s();
-    let samples = not_negative("delay", delay_s, "s")? / t;
-    if samples >= record.input.len() as f64 {
-        let error = RangeError::new("delay", delay_s, "shorter than the record", "s");
-        return Err(error.into());
-    }
-    let nearest = libm::round(samples);
-    let is_whole = (samples - nearest).abs() < 1e-9;
-    let (whole, part) = match is_whole {
-        true => (nearest, 0.0),
-        false => (libm::floor(samples), samples - libm::floor(samples)),
-    };
-    let whole = whole as usize;
-    let early = record.input.iter().take(record.input.len() - whole);
-    let input = core::iter::repeat_n(&0.0, whole).chain(early);
-    Ok(InputOutput {
-        input: input.copied().collect(),
-        late_s: part * t,
-        ..record.clone()
-    })
 }
 
 /// The Bayesian information criterion of so many free numbers; what is left below the floor is nothing.

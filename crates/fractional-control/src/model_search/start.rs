@@ -2,7 +2,7 @@
 
 use super::record::{Guess, InputOutput, bic, resolved, rounding};
 use crate::records::largest;
-use crate::{FractionalTransferFunction, Identified, Term, WholeShape, whole_guess};
+use crate::{DeadTime, FractionalTransferFunction, Identified, Term, WholeShape, whole_guess};
 use std::vec;
 use std::vec::Vec;
 
@@ -19,6 +19,7 @@ const MORE: f64 = 2.0;
 #[derive(Clone, Debug)]
 pub(super) struct Start {
     pub(super) function: FractionalTransferFunction,
+    pub(super) dead_time: DeadTime,
     /// Its free numbers.
     pub(super) numbers: usize,
     of_part: Option<OfPart>,
@@ -26,17 +27,20 @@ pub(super) struct Start {
 
 #[derive(Clone, Debug)]
 struct OfPart {
-    guesses: Vec<FractionalTransferFunction>,
+    guesses: Vec<(FractionalTransferFunction, DeadTime)>,
     rms_residual: f64,
 }
 
 impl Start {
-    fn new(function: FractionalTransferFunction) -> Self {
+    fn new((function, dead_time): (FractionalTransferFunction, DeadTime)) -> Self {
         let (above, below) = (function.numerator().terms(), function.denominator().terms());
         let orders = above.iter().chain(below).filter(|term| term.order > 0.0);
         Self {
-            numbers: above.len() + below.len() - 1 + orders.count(),
+            numbers: above.len() + below.len() - 1
+                + orders.count()
+                + usize::from(dead_time.is_free()),
             function,
+            dead_time,
             of_part: None,
         }
     }
@@ -68,10 +72,8 @@ pub(super) fn starts(
     guesses: &[Guess],
     (held, most): (bool, usize),
 ) -> Vec<Start> {
-    let orders = guesses.iter().filter_map(|guess| match guess {
-        Guess::Orders(function) => Some(Start::new(*function)),
-        Guess::Coefficients(_) => None,
-    });
+    let orders = guesses.iter().filter(|guess| guess.has_free_orders);
+    let orders = orders.map(|guess| Start::new((guess.function, guess.dead_time)));
     let mut starts: Vec<Start> = orders.filter(|start| start.numbers < most).collect();
     starts.sort_by_key(|start| start.numbers);
     let Some(part) = part(record, held, PART) else {
@@ -85,20 +87,22 @@ pub(super) fn starts(
 
 /// What fits the part best; the guesses as they are, if nothing does.
 fn of_part(part: &InputOutput, group: &[Start], held: bool) -> Vec<Start> {
-    let fitted = group
-        .iter()
-        .filter_map(|start| crate::identify(&start.function, &part.as_record(held)).ok());
+    let fitted = group.iter().filter_map(|start| {
+        crate::identify(&start.function, &part.as_record(held, start.dead_time)).ok()
+    });
     let least = |a: &Identified, b: &Identified| a.rms_residual.total_cmp(&b.rms_residual);
     let Some(best) = fitted.min_by(least) else {
         return group.to_vec();
     };
     let of_part = OfPart {
-        guesses: group.iter().map(|start| start.function).collect(),
+        guesses: (group.iter())
+            .map(|start| (start.function, start.dead_time))
+            .collect(),
         rms_residual: best.rms_residual,
     };
     vec![Start {
         of_part: Some(of_part),
-        ..Start::new(best.function)
+        ..Start::new((best.function, best.dead_time))
     }]
 }
 
@@ -106,20 +110,26 @@ fn of_part(part: &InputOutput, group: &[Start], held: bool) -> Vec<Start> {
 #[derive(Clone, Copy, Debug)]
 pub(super) struct OfShape {
     pub(super) shape: WholeShape,
-    pub(super) function: FractionalTransferFunction,
+    pub(super) guess: Guess,
     /// Of the record that it was made from.
     pub(super) bic: f64,
     rms_residual: f64,
 }
 
-/// A guess for each shape up to four poles, two of them integrators; of a long record from a part of it, unless the whole record shows that the
-/// part has lost what is fast.
-pub(super) fn whole_orders(record: &InputOutput, held: bool) -> Vec<OfShape> {
+/// A guess for each shape up to four poles, two of them integrators, and each dead time; of a long record from a part of it, unless the whole
+/// record shows that the part has lost what is fast.
+pub(super) fn whole_orders(
+    record: &InputOutput,
+    held: bool,
+    dead_times: &[DeadTime],
+) -> Vec<OfShape> {
     if let Some(part) = part(record, held, PART_OF_GUESSES) {
-        let found = every_shape(&part, held);
+        let found = every_shape(&part, held, dead_times);
         let least = |a: &&OfShape, b: &&OfShape| a.rms_residual.total_cmp(&b.rms_residual);
         let best = found.iter().min_by(least);
-        let again = best.and_then(|best| whole_guess(&record.as_record(held), best.shape));
+        let again = best.and_then(|best| {
+            whole_guess(&record.as_record(held, best.guess.dead_time), best.shape)
+        });
         let holds = best.zip(again).is_some_and(|(part, whole)| {
             whole.rms_residual <= MORE_OF_GUESSES * part.rms_residual.max(resolved(record))
         });
@@ -127,34 +137,53 @@ pub(super) fn whole_orders(record: &InputOutput, held: bool) -> Vec<OfShape> {
             return found;
         }
     }
-    every_shape(record, held)
+    every_shape(record, held, dead_times)
 }
 
-fn every_shape(record: &InputOutput, held: bool) -> Vec<OfShape> {
+fn shapes() -> impl Iterator<Item = WholeShape> {
     let sizes = (1..=4).flat_map(|poles| (0..poles).map(move |zeros| (poles, zeros)));
-    let shapes = sizes.flat_map(|(poles, zeros)| {
+    sizes.flat_map(|(poles, zeros)| {
         (0..=poles.min(2)).map(move |integrators| WholeShape {
             poles,
             zeros,
             integrators,
         })
-    });
+    })
+}
+
+/// Of each shape that of the best dead time, and that without one.
+fn every_shape(record: &InputOutput, held: bool, dead_times: &[DeadTime]) -> Vec<OfShape> {
     let floor = rounding(record);
-    let guess = |shape: WholeShape| {
-        let guess = whole_guess(&record.as_record(held), shape)?;
-        let numbers = (shape.poles + shape.zeros + 1 - shape.integrators) as f64;
+    let of = |shape: WholeShape, dead_time: DeadTime| {
+        let guess = whole_guess(&record.as_record(held, dead_time), shape)?;
+        let numbers = shape.poles + shape.zeros + 1 - shape.integrators;
+        let numbers = (numbers + usize::from(dead_time.is_free())) as f64;
         Some(OfShape {
             shape,
-            function: guess.function,
+            guess: Guess {
+                function: guess.function,
+                has_free_orders: false,
+                dead_time,
+            },
             bic: bic(record, guess.rms_residual, (numbers, floor)),
             rms_residual: guess.rms_residual,
         })
     };
-    shapes.filter_map(guess).collect()
+    let least = |a: &OfShape, b: &OfShape| a.bic.total_cmp(&b.bic);
+    let (free, known): (Vec<DeadTime>, Vec<DeadTime>) =
+        dead_times.iter().partition(|dead_time| dead_time.is_free());
+    let best = |shape, among: &[DeadTime]| {
+        let guesses = among.iter().filter_map(|dead_time| of(shape, *dead_time));
+        guesses.min_by(least)
+    };
+    shapes()
+        .flat_map(|shape| [best(shape, &free), best(shape, &known)])
+        .flatten()
+        .collect()
 }
 
 /// Every k-th sample, k as large as leaves so many; of a held input the mean of k, which is what acts.
-fn part(record: &InputOutput, held: bool, samples: usize) -> Option<InputOutput> {
+pub(super) fn part(record: &InputOutput, held: bool, samples: usize) -> Option<InputOutput> {
     let k = record.output.len().min(record.input.len()) / samples;
     if k < 2 {
         return None;
@@ -168,12 +197,11 @@ fn part(record: &InputOutput, held: bool, samples: usize) -> Option<InputOutput>
         time_s: every(&record.time_s),
         input: record.input.chunks_exact(k).map(mean).collect(),
         output: every(&record.output),
-        late_s: record.late_s,
     })
 }
 
-/// One and two powers of s, with the gain and the time constant of the record.
-pub(super) fn powers(record: &InputOutput) -> Vec<FractionalTransferFunction> {
+/// One and two powers of s, with the gain and the time constant of the record behind so much dead time, s.
+pub(super) fn powers(record: &InputOutput, dead_time_s: f64) -> Vec<FractionalTransferFunction> {
     let last = |signal: &[f64]| {
         let tail = &signal[signal.len() - (signal.len() / 20).max(1)..];
         tail.iter().sum::<f64>() / tail.len() as f64
@@ -191,7 +219,7 @@ pub(super) fn powers(record: &InputOutput) -> Vec<FractionalTransferFunction> {
     let length = t * record.time_s.len() as f64;
     let usable = gain.is_finite() && gain != 0.0;
     let gain = if usable { gain } else { 1.0 };
-    let lag = (lag / input).abs();
+    let lag = (lag / input - dead_time_s).abs();
     let lag = if lag.is_finite() {
         lag.min(0.5 * length).max(2.0 * t)
     } else {

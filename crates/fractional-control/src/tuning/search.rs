@@ -28,7 +28,7 @@ pub struct Tuned {
 
 /// Tunes a PI^λD^μ: crossover, margin and flat phase exactly, the rest as well as can be.
 ///
-/// - *Gains*: `K_p` and `K_i` have the sign of the plant, `K_d` any.
+/// - *Gains*: `K_p` and `K_i` have the sign of the plant, `K_d` any; so has `K_p` of an unstable plant that needs it.
 /// - *Cost*: some thousand trials, a few milliseconds to a tenth of a second.
 /// ```
 /// use fractional_control::Plant;
@@ -51,21 +51,35 @@ pub fn tune(
     wishes: &Specification,
 ) -> Result<Tuned, ControlError> {
     let found = search(plant, sampling, wishes);
+    let Err(ControlError::NotFound { what, .. }) = found else {
+        return found;
+    };
+    let is_there = |wishes| search(plant, sampling, &wishes).is_ok();
+    let at = |crossover_rad_s| Specification {
+        crossover_rad_s,
+        ..*wishes
+    };
+    let (omega, margin) = (wishes.crossover_rad_s, wishes.phase_margin_rad);
     let free = Specification {
         iso_damping: false,
         ..*wishes
     };
-    match found {
-        Err(ControlError::NotFound { .. })
-            if wishes.iso_damping && search(plant, sampling, &free).is_ok() =>
-        {
-            Err(ControlError::NotFound {
-                what: "a stable controller with this crossover, margin and a flat phase",
-                why: "there is one whose phase is not flat there: give up the flat phase, or change the crossover",
-            })
-        }
-        found => found,
-    }
+    let less = Specification {
+        phase_margin_rad: 0.5 * margin,
+        ..*wishes
+    };
+    let why = if wishes.iso_damping && is_there(free) {
+        "there is one whose phase is not flat there: give up the flat phase, or change the crossover"
+    } else if is_there(at(0.5 * omega)) {
+        "there is one at half the crossover: lower the crossover"
+    } else if is_there(at(2.0 * omega)) {
+        "there is one at twice the crossover: raise the crossover"
+    } else if is_there(less) {
+        "there is one with half the phase margin: ask for less"
+    } else {
+        return found;
+    };
+    Err(ControlError::NotFound { what, why })
 }
 
 fn search(
@@ -73,26 +87,15 @@ fn search(
     sampling: Option<Sampling>,
     wishes: &Specification,
 ) -> Result<Tuned, ControlError> {
-    let search = Search::new(plant, sampling, wishes)?;
-    let orders = || (1..=19).map(|k| 0.1 * f64::from(k));
-    let slopes: &[f64] = if wishes.iso_damping { &[0.0] } else { &SLOPES };
-    let mut trials: Vec<Trial> = Vec::new();
-    for lambda in orders() {
-        for mu in orders() {
-            for slope in slopes {
-                let ends = [mu, (mu + 0.1).min(ORDERS[1])];
-                let between = search.equations.between(lambda, ends, *slope);
-                let places = [Some([lambda, mu, *slope]), between];
-                trials.extend(
-                    places
-                        .into_iter()
-                        .flatten()
-                        .filter_map(|place| search.trial(place)),
-                );
-            }
-        }
+    let mut search = Search::new(plant, sampling, wishes)?;
+    let found = search.over_orders();
+    let nothing = matches!(found, Err(ControlError::NotFound { .. }));
+    if nothing && plant.unstable_poles() > 0 {
+        // Against a pole that grows a proportional part of the other sign can flatten a phase that no other can.
+        search.equations.any_sign = true;
+        return search.over_orders();
     }
-    search.finish(trials, [true, true, !wishes.iso_damping])
+    found
 }
 
 /// The PID of order 1 with this crossover and margin that comes closest to the rest.
@@ -171,6 +174,26 @@ impl<'a> Search<'a> {
         })
     }
 
+    /// The best over all orders.
+    fn over_orders(&self) -> Result<Tuned, ControlError> {
+        let orders = || (1..=19).map(|k| 0.1 * f64::from(k));
+        let flat = self.wishes.iso_damping;
+        let slopes: &[f64] = if flat { &[0.0] } else { &SLOPES };
+        let mut trials: Vec<Trial> = Vec::new();
+        for lambda in orders() {
+            for mu in orders() {
+                for slope in slopes {
+                    let ends = [mu, (mu + 0.1).min(ORDERS[1])];
+                    let between = self.equations.between(lambda, ends, *slope);
+                    let places = [Some([lambda, mu, *slope]), between];
+                    let places = places.into_iter().flatten();
+                    trials.extend(places.filter_map(|place| self.trial(place)));
+                }
+            }
+        }
+        self.finish(trials, [true, true, !flat])
+    }
+
     fn trial(&self, [lambda, mu, slope]: [f64; 3]) -> Option<Trial> {
         let place = [rounded(lambda), rounded(mu), slope];
         let within = |order: &f64| (ORDERS[0]..=ORDERS[1]).contains(order);
@@ -233,7 +256,14 @@ impl<'a> Search<'a> {
         }
         Err(ControlError::NotFound {
             what: "a stable controller with this crossover and margin",
-            why: "every candidate has a second crossover: lower the crossover or ask for less margin",
+            why: match self.equations.any_sign {
+                true => {
+                    "move the crossover, above the unstable poles and below 1/(dead time), or ask for less margin"
+                }
+                false => {
+                    "every candidate has a second crossover: lower the crossover or ask for less margin"
+                }
+            },
         })
     }
 
@@ -335,6 +365,8 @@ pub(super) struct Equations {
     target: Complex<f64>,
     /// Of the plant.
     sign: f64,
+    /// `K_p` may have any sign.
+    any_sign: bool,
 }
 
 impl Equations {
@@ -346,6 +378,7 @@ impl Equations {
             phase_slope: slope_plant.im,
             target: Complex::from_polar(1.0, phase_margin_rad - PI) / response,
             sign,
+            any_sign: false,
         }
     }
 
@@ -371,7 +404,8 @@ impl Equations {
     /// The three gains, if `K_p` and `K_i` have the sign of the plant. `K_d` may have any: a negative one of small order is a lag.
     pub(super) fn gains(&self, place: [f64; 3]) -> Option<PidParameters> {
         let gains = self.solved(place)?;
-        let with_plant = gains[0] * self.sign >= 0.0 && gains[1] * self.sign >= 0.0;
+        let with_plant =
+            (self.any_sign || gains[0] * self.sign >= 0.0) && gains[1] * self.sign >= 0.0;
         with_plant.then_some(PidParameters {
             proportional: gains[0],
             integral: gains[1],

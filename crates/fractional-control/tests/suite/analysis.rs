@@ -5,7 +5,7 @@ use core::array::from_fn;
 use fracdiff::Seconds;
 use fractional_control::analysis::{Cause, analyse};
 use fractional_control::design::ControlDesign;
-use fractional_control::model_search::{InputOutput, candidates, identify, shifted};
+use fractional_control::model_search::{InputOutput, candidates, identify};
 use fractional_control::run::{integer_baseline, run, run_plant, samples_for};
 use fractional_control::tuning::Specification;
 use fractional_control::{ControllerSetup, FractionalTransferFunction, Plant};
@@ -217,22 +217,26 @@ fn a_record_with_a_dead_time_gives_its_plant_back() {
         time_s: (0..400).map(|n| f64::from(n) * t).collect(),
         input,
         output: response.measured,
-        late_s: 0.0,
     };
-    let delayed = shifted(&record, 0.25).expect("shorter");
-    let best = found(&delayed);
-    let (above, below) = (best.numerator().terms(), best.denominator().terms());
-    assert_close("gain", above[0].coefficient, 2.0, 0.02);
-    assert_close("time", below[0].coefficient, 3.0, 0.03);
-    assert_close("order", below[0].order, 0.8, 0.005);
-    assert!(shifted(&record, -1.0).is_err() && shifted(&record, 99.0).is_err());
+    let behind = |dead_time| identify(&record, &candidates(&record, true, dead_time), true);
+    for known in [Some(Seconds(0.25)), None] {
+        let found = behind(known).expect("found");
+        let best = found[0].identified.function;
+        let (above, below) = (best.numerator().terms(), best.denominator().terms());
+        assert_close("gain", above[0].coefficient, 2.0, 0.02);
+        assert_close("time", below[0].coefficient, 3.0, 0.03);
+        assert_close("order", below[0].order, 0.8, 0.005);
+        let dead_time_s = found[0].identified.dead_time.seconds();
+        assert_close("dead time", dead_time_s, 0.25, 0.01);
+    }
+    assert!(behind(Some(Seconds(-1.0))).is_err() && behind(Some(Seconds(99.0))).is_err());
     record.subtract_start();
     assert_eq!(record.input[0], 0.0);
 }
 
 /// The best function of a record.
 fn found(record: &InputOutput) -> FractionalTransferFunction {
-    let found = identify(record, &candidates(record, true), true);
+    let found = identify(record, &candidates(record, true, Some(Seconds(0.0))), true);
     found.expect("found")[0].identified.function
 }
 
@@ -242,7 +246,6 @@ fn growing(output: impl Fn(f64) -> f64) -> InputOutput {
     InputOutput {
         input: vec![1.0; time_s.len()],
         output: time_s.iter().map(|t| output(*t)).collect(),
-        late_s: 0.0,
         time_s,
     }
 }
@@ -299,7 +302,7 @@ fn a_swing_gives_its_plant_back() {
         for (n, y) in record.output.iter_mut().enumerate() {
             *y += noise * ((n as f64 * 0.618_033_988_75 * (1.0 + n as f64 * 0.01)).fract() - 0.5);
         }
-        let found = identify(&record, &candidates(&record, true), true).expect("found");
+        let found = identify(&record, &candidates(&record, true, None), true).expect("found");
         let best = &found[0].identified;
         assert_eq!(best.function.unstable_poles(), poles, "{}", best.function);
         assert_eq!(best.function.denominator().lowest(), 0.0);

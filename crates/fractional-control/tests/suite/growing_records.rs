@@ -1,6 +1,7 @@
 //! Records that grow so far that what a function lacks is nothing beside their end.
 
-use fractional_control::model_search::{Found, Guess, InputOutput, candidates, identify};
+use fractional_control::DeadTime;
+use fractional_control::model_search::{Found, InputOutput, candidates, identify};
 use testkit::assert_close;
 
 /// The step of 2/((s − r)(s + 1)) by its closed form, and noise of such a standard deviation.
@@ -16,13 +17,12 @@ fn grown(rate: f64, samples: u32, noise: f64) -> InputOutput {
     InputOutput {
         input: vec![1.0; time_s.len()],
         output: output.collect(),
-        late_s: 0.0,
         time_s,
     }
 }
 
 fn found(record: &InputOutput) -> Vec<Found> {
-    identify(record, &candidates(record, true), true).expect("found")
+    identify(record, &candidates(record, true, None), true).expect("found")
 }
 
 #[test]
@@ -69,9 +69,10 @@ fn the_simpler_function_wins_where_noise_hides_the_rest() {
 #[test]
 fn a_function_that_lacks_a_pole_is_less_sure_and_says_where() {
     let record = grown(0.4, 600, 0.0);
-    let guess: fractional_control::FractionalTransferFunction =
-        "3.5/(2.5s-1)".parse().expect("a function");
-    let lacks = &identify(&record, &[Guess::Coefficients(guess)], true).expect("fits")[0];
+    let mut guess = candidates(&record, true, None).remove(0);
+    guess.function = "3.5/(2.5s-1)".parse().expect("a function");
+    guess.dead_time = DeadTime::NONE;
+    let lacks = &identify(&record, &[guess], true).expect("fits")[0];
     assert_close("residual", lacks.identified.rms_residual, 1.12, 0.02);
     let at = lacks.unexplained.expect("much is left");
     assert!(at.to_s < 10.0 && at.share > 0.2, "{at:?}");

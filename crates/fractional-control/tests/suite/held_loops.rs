@@ -4,7 +4,8 @@ use super::fixture::Draw;
 use crate::fixture::p;
 use fracdiff::Seconds;
 use fractional_control::{
-    FractionalTransferFunction, Memory, Plant, Record, Rule, SampledLoop, SampledPlant, identify,
+    DeadTime, FractionalTransferFunction, Memory, Plant, Record, Rule, SampledLoop, SampledPlant,
+    identify,
 };
 
 const SAMPLES: usize = 2000;
@@ -110,7 +111,7 @@ fn a_record_of_a_plant_gives_its_function() {
             input: &input,
             output: &output,
             held: true,
-            late: Seconds(0.0),
+            dead_time: DeadTime::NONE,
         };
         let guess: FractionalTransferFunction = guess.parse().expect("valid");
         let truth: FractionalTransferFunction = truth.parse().expect("valid");

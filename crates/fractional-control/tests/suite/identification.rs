@@ -3,8 +3,8 @@
 use crate::fixture::{Draw, near, states};
 use fracdiff::Seconds;
 use fractional_control::{
-    FractionalTransferFunction, Memory, Plant, Record, Rule, SampledPlant, WholeShape, identify,
-    identify_coefficients, respond, step_response, whole_guess,
+    DeadTime, FractionalTransferFunction, Memory, Plant, Record, Rule, SampledPlant, WholeShape,
+    identify, identify_coefficients, respond, step_response, whole_guess,
 };
 use testkit::{assert_close, assert_relative};
 
@@ -29,7 +29,7 @@ fn record<'a>(t: f64, input: &'a [f64], output: &'a [f64]) -> Record<'a> {
         input,
         output,
         held: true,
-        late: Seconds(0.0),
+        dead_time: DeadTime::NONE,
     }
 }
 
@@ -236,7 +236,7 @@ fn an_input_that_is_late_by_a_part_of_a_sample_is_run_exactly() {
             .map(|time| step(time) - step(time - 100.0 * t))
             .collect();
         let record = Record {
-            late: Seconds(late),
+            dead_time: DeadTime::Known(Seconds(late)),
             ..record(t, &input, &y)
         };
         let found = identify_coefficients(&of("1/(s+1)"), &record).expect("found");
@@ -255,10 +255,10 @@ fn an_input_that_is_late_by_a_part_of_a_sample_is_run_exactly() {
         assert_close("guess", lag(&guess.function).1, 3.0, 1e-3);
     }
     let outside = Record {
-        late: Seconds(0.2),
+        dead_time: DeadTime::Known(Seconds(30.0)),
         ..record(t, &input, &input)
     };
     let refused = identify(&of("1/(s+1)"), &outside).expect_err("refused");
     let said = refused.to_string();
-    assert!(said.contains("lateness of the input 0.2 s"), "{said}");
+    assert!(said.contains("dead time 30 s"), "{said}");
 }

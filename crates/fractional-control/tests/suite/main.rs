@@ -8,6 +8,7 @@ mod boundary;
 mod controllers;
 mod defining_sums;
 mod fast_poles;
+mod field;
 mod fixture;
 mod flat;
 mod growing_records;

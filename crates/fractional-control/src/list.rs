@@ -1,0 +1,194 @@
+//! A controller as numbers, from which another language runs it with the same bits.
+
+use crate::lead::LeadPower;
+use crate::parallel::{Kind, Parallel};
+use crate::pid::BranchParameters;
+use crate::shaped::LeadShape;
+use crate::{Actuator, ControlError, ControllerParameters, ControllerSetup, FractionalPid, Memory};
+use fracdiff::{Differintegrator, OperatorList, Real, Seconds};
+use std::vec::Vec;
+
+/// Room for the modes of each memory.
+const MODES: usize = crate::records::MODES;
+
+/// A controller as numbers; of memories with the fewest modes that reach the tolerance.
+///
+/// ```
+/// use fracdiff::Seconds;
+/// use fractional_control::{ControllerList, ControllerSetup, LawList, PidParameters};
+///
+/// let gains = PidParameters { proportional: 2.0, integral: 1.0, integral_order: 0.8, ..PidParameters::NONE };
+/// let list = ControllerList::<f32>::new(&ControllerSetup::new(gains, Seconds(1e-3)))?;
+/// let LawList::Parallel(law) = list.law else { unreachable!() };
+/// assert_eq!(law.branches.iter().map(|branch| branch.name).collect::<Vec<_>>(), ["proportional", "integral"]);
+/// # Ok::<(), fractional_control::ControlError>(())
+/// ```
+#[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
+pub struct ControllerList<F> {
+    /// The law.
+    pub law: LawList<F>,
+    /// Lowest and highest command, infinite where there is no limit.
+    pub limits: [f64; 2],
+    /// The share of a held bump that is left after a sample.
+    pub keep: F,
+}
+
+/// The law of a [`ControllerList`].
+#[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
+pub enum LawList<F> {
+    /// PI^λD^μ and TID.
+    Parallel(ParallelList<F>),
+    /// CRONE and lead–lag.
+    Lead(LeadList<F>),
+}
+
+/// Powers side by side: `Σ k_i·D^(μ_i)(w_i·r − y)`, as [`FractionalPid`] adds them up.
+#[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
+pub struct ParallelList<F> {
+    /// Those with a gain.
+    pub branches: Vec<BranchList<F>>,
+    /// What an excess of the command is multiplied with for back-calculation.
+    pub inverse: F,
+    /// The branch that follows a command by hand, and what the excess is multiplied with for its error.
+    pub integral: Option<(usize, F)>,
+}
+
+/// A branch of a [`ParallelList`].
+#[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
+pub struct BranchList<F> {
+    /// Its name: proportional, integral, derivative or tilt.
+    pub name: &'static str,
+    /// k.
+    pub gain: f64,
+    /// w.
+    pub weight: f64,
+    /// μ.
+    pub order: f64,
+    /// The factor of the newest sample in the power.
+    pub direct: F,
+    /// True if it takes part in back-calculation.
+    pub conditioned: bool,
+    /// The power; `None` for order 0.
+    pub power: Option<OperatorList<F>>,
+}
+
+/// A power of a lead: whole sections (1 − pw)/(1 − qw), then 1 − pw and two memories, as [`LeadController`](crate::LeadController) runs them.
+#[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
+pub struct LeadList<F> {
+    /// The gain that was asked for, and two factors for that of the operator: (gain·first)·second.
+    pub gain: f64,
+    /// See `gain`.
+    pub factors: [f64; 2],
+    /// Number of whole sections.
+    pub sections: usize,
+    /// p.
+    pub zero: F,
+    /// q.
+    pub pole: F,
+    /// The memories behind 1 − pw; `None` for a whole power.
+    pub memories: Option<Vec<OperatorList<F>>>,
+}
+
+impl<F: Real> ControllerList<F> {
+    /// Of this controller.
+    ///
+    /// # Errors
+    /// A parameter outside its range; a controller that is given as a transfer function.
+    pub fn new(setup: &ControllerSetup) -> Result<Self, ControlError> {
+        let t = setup.sample_time();
+        let memory = setup.memory()?.fewest_modes();
+        let law = match setup.law {
+            ControllerParameters::Pid(own) => {
+                let branches = own.checked()?.branches(setup.set_point.checked()?);
+                let names = ["proportional", "integral", "derivative"];
+                parallel(names, branches, memory, t)?
+            }
+            ControllerParameters::Tid(own) => {
+                let branches = own.branches(setup.set_point.derivative)?;
+                let names = ["tilt", "integral", "derivative"];
+                parallel(names, branches, memory, t)?
+            }
+            ControllerParameters::Crone(own) => lead(own.shape()?, memory, t)?,
+            ControllerParameters::LeadLag(own) => lead(own.shape()?, memory, t)?,
+            ControllerParameters::Function(_) => {
+                return Err(ControlError::NotFound {
+                    what: "a list of numbers for a controller that is a transfer function",
+                    why: "give a PI^λD^μ, a TID, a CRONE controller or a lead–lag",
+                });
+            }
+        };
+        let actuator = setup.actuator()?;
+        Ok(Self {
+            law,
+            limits: actuator.limits(),
+            keep: actuator.stage(t).keep,
+        })
+    }
+}
+
+fn parallel<F: Real>(
+    names: [&'static str; 3],
+    parameters: [BranchParameters; 3],
+    memory: Memory,
+    sample_time: Seconds,
+) -> Result<LawList<F>, ControlError> {
+    let unlimited = Actuator::UNLIMITED;
+    let running =
+        FractionalPid::<F, MODES>::of_branches(parameters, unlimited, memory, sample_time)?;
+    let named = names.into_iter().zip(parameters);
+    let used = named.filter(|(_, own)| own.gain != 0.0);
+    Ok(LawList::Parallel(match &running.0 {
+        Kind::First(running) => side_by_side(used, running),
+        Kind::Second(running) => side_by_side(used, running),
+    }))
+}
+
+fn side_by_side<F: Real, O: Differintegrator<F>>(
+    used: impl Iterator<Item = (&'static str, BranchParameters)>,
+    running: &Parallel<F, O>,
+) -> ParallelList<F>
+where
+    for<'a> OperatorList<F>: From<&'a O>,
+{
+    let branches = used.zip(&running.branches).map(|((name, own), branch)| {
+        let power = branch.as_ref().map(|branch| &branch.power);
+        BranchList {
+            name,
+            gain: own.gain,
+            weight: own.weight,
+            order: own.order,
+            direct: power.map_or(F::ONE, Differintegrator::direct_gain),
+            conditioned: branch.as_ref().is_none_or(|branch| branch.conditioned),
+            power: power.map(OperatorList::from),
+        }
+    });
+    ParallelList {
+        branches: branches.collect(),
+        inverse: running.inverse,
+        integral: running.integral,
+    }
+}
+
+fn lead<F: Real>(
+    shape: LeadShape,
+    memory: Memory,
+    sample_time: Seconds,
+) -> Result<LawList<F>, ControlError> {
+    let (operator, own) = LeadPower::<F, MODES>::new(shape.corners, &memory, sample_time)?;
+    Ok(LawList::Lead(LeadList {
+        gain: shape.gain,
+        factors: [shape.factor, own],
+        sections: operator.sections,
+        zero: operator.zero,
+        pole: operator.pole,
+        memories: operator
+            .memories
+            .as_ref()
+            .map(|memories| memories.iter().flatten().map(OperatorList::from).collect()),
+    }))
+}

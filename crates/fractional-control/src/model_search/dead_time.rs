@@ -1,0 +1,283 @@
+//! A dead time that nobody knows: where its search begins, how sure it is, and what else it might be.
+//!
+//! ```text
+//! y = e^(−Ls)·B/A·u,   SSE(L) = least Σ(y − ŷ)² over A and B:   scanned in whole samples, then L is one more number of the fit
+//! ```
+//! Between samples the switch of a held input parts the integral, so ŷ is exact for every L. A plant rests until its dead time is over, so no L
+//! can be right before whose end the record has more power than the best function leaves: there the scan ends.
+//!
+//! - *Cost*: some three passes over 400 samples at most for each of them and each of four shapes. *Source*: of the profile, G. H. Golub, V. Pereyra,
+//!   *The differentiation of pseudo-inverses and nonlinear least squares problems whose variables separate*, SIAM Journal on Numerical Analysis 10(2), 1973.
+
+use super::found::{AS_GOOD, Found, less_sure};
+use super::record::{Guess, InputOutput, resolved, rounding};
+use super::start::part;
+use crate::identify::next_guess;
+use crate::{
+    ControlError, DeadTime, FractionalTransferFunction, Identified, Term, WholeGuess, WholeShape,
+    identify_coefficients, whole_guess,
+};
+use fracdiff::Seconds;
+use std::vec;
+use std::vec::Vec;
+
+/// Samples that are scanned, about.
+const SCANNED: usize = 400;
+/// Poles and zeros of the functions that are run behind each dead time.
+const SHAPES: [(usize, usize); 4] = [(1, 0), (2, 0), (2, 1), (3, 2)];
+/// Every so many samples the poles are found from nothing, else through those before.
+const AFRESH: usize = 8;
+/// Dead times that a scan suggests, at most.
+const SUGGESTED: usize = 6;
+
+/// The dead times to begin from: those that the record suggests, and none; or the one that is known.
+pub(super) fn dead_times(
+    record: &InputOutput,
+    held: bool,
+    known: Option<Seconds>,
+) -> Vec<DeadTime> {
+    if let Some(known) = known {
+        return vec![DeadTime::Known(known)];
+    }
+    let part = part(record, held, SCANNED);
+    let mut found = scanned(part.as_ref().unwrap_or(record), held);
+    found.push(DeadTime::NONE);
+    found
+}
+
+/// The local minima of SSE of each shape, the two lowest.
+fn scanned(record: &InputOutput, held: bool) -> Vec<DeadTime> {
+    let t = record.sample_time_s();
+    let Some(first) = record.input.iter().position(|u| *u != 0.0) else {
+        return Vec::new();
+    };
+    let mut least = f64::INFINITY;
+    let mut rests = 0.0;
+    let mut profiles: [Vec<Option<WholeGuess>>; SHAPES.len()] = Default::default();
+    for (samples, y) in record.output[first..].iter().enumerate() {
+        // A sample of grace: the plant may answer inside of it.
+        if rests > least {
+            break;
+        }
+        rests += y * y;
+        let behind = DeadTime::Known(Seconds(samples as f64 * t));
+        let behind = record.as_record(held, behind);
+        for (shape, profile) in SHAPES.into_iter().zip(&mut profiles) {
+            let last = profile.last().copied().flatten();
+            let near = last.and_then(|last| next_guess(&behind, of(shape), &last));
+            let afresh = (samples % AFRESH == 0 || near.is_none())
+                .then(|| whole_guess(&behind, of(shape)))
+                .flatten();
+            let best = if rms(&afresh) < rms(&near) {
+                afresh
+            } else {
+                near
+            };
+            profile.push(best);
+            least = least.min(rms(&best) * rms(&best) * record.output.len() as f64);
+        }
+    }
+    let mut minima: Vec<(f64, f64)> = Vec::new();
+    for (shape, profile) in SHAPES.into_iter().zip(&profiles) {
+        for place in lowest(profile) {
+            minima.push(between(record, held, (shape, profile[place]), place as f64));
+        }
+    }
+    minima.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let mut found: Vec<f64> = Vec::new();
+    for (_, late) in minima {
+        let is_new = found.iter().all(|other| (other - late).abs() > 0.5);
+        if is_new && found.len() < SUGGESTED {
+            found.push(late);
+        }
+    }
+    // Not from 0, where the search would end at once.
+    let begin = |late: f64| DeadTime::From(Seconds(late.max(0.5) * t));
+    found.into_iter().map(begin).collect()
+}
+
+fn of((poles, zeros): (usize, usize)) -> WholeShape {
+    WholeShape {
+        poles,
+        zeros,
+        integrators: 0,
+    }
+}
+
+fn rms(guess: &Option<WholeGuess>) -> f64 {
+    guess.map_or(f64::INFINITY, |guess| guess.rms_residual)
+}
+
+/// Places of the two lowest minima.
+fn lowest(profile: &[Option<WholeGuess>]) -> Vec<usize> {
+    let at = |n: usize| profile.get(n).map_or(f64::INFINITY, rms);
+    let is_least = |n: &usize| at(*n) <= at(n + 1) && (*n == 0 || at(*n) <= at(n - 1));
+    let mut minima: Vec<usize> = (0..profile.len()).filter(is_least).collect();
+    minima.sort_by(|a, b| at(*a).total_cmp(&at(*b)));
+    minima.truncate(2);
+    minima
+}
+
+/// Halvings of an interval by the golden section: to a fiftieth of a sample.
+const SECTIONS: usize = 9;
+
+/// What is left, and the dead time in samples, at the minimum within a sample of this one. A record of a plant that grows, held by a loop, tells its
+/// pole to many digits for each dead time: a fit of both from a sample beside it does not arrive.
+fn between(
+    record: &InputOutput,
+    held: bool,
+    (shape, guess): ((usize, usize), Option<WholeGuess>),
+    late: f64,
+) -> (f64, f64) {
+    let t = record.sample_time_s();
+    let at = |late: f64| {
+        let behind = record.as_record(held, DeadTime::Known(Seconds(late * t)));
+        (
+            rms(&guess.and_then(|guess| next_guess(&behind, of(shape), &guess))),
+            late,
+        )
+    };
+    let share = 0.5 * (libm::sqrt(5.0) - 1.0);
+    let (mut low, mut high) = ((late - 1.0).max(0.0), late + 1.0);
+    let (mut left, mut right) = (
+        at(high - share * (high - low)),
+        at(low + share * (high - low)),
+    );
+    for _ in 0..SECTIONS {
+        if left.0 <= right.0 {
+            (high, right) = (right.1, left);
+            left = at(high - share * (high - low));
+        } else {
+            (low, left) = (left.1, right);
+            right = at(low + share * (high - low));
+        }
+    }
+    let own = (rms(&guess), late);
+    let all = [left, right, own];
+    all.into_iter()
+        .min_by(|a, b| a.0.total_cmp(&b.0))
+        .unwrap_or(own)
+}
+
+/// A gain alone, if its output is not that of a pole: held, it tells of its dead time between which samples that ends, and no more.
+pub(super) fn gain(record: &InputOutput, held: bool, known: Option<Seconds>) -> Option<Guess> {
+    let t = record.sample_time_s();
+    let of = |late: f64| {
+        let input = record.as_record(held, DeadTime::Known(Seconds(late * t)));
+        let input: Vec<f64> = input.now();
+        let product = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
+        let (own, both) = (product(&input, &input), product(&input, &record.output));
+        (both * both / own, both / own, late)
+    };
+    let best = match known {
+        Some(known) => of(known.0 / t),
+        None => {
+            let delays = (0..record.input.len()).map(|samples| match (samples, held) {
+                (0, _) | (_, false) => samples as f64,
+                _ => samples as f64 - 0.5,
+            });
+            let explains = |a: &(f64, f64, f64), b: &(f64, f64, f64)| a.0.total_cmp(&b.0);
+            delays
+                .map(of)
+                .filter(|of| of.0.is_finite())
+                .max_by(explains)?
+        }
+    };
+    let (_, gain, late) = best;
+    let one = [Term::new(1.0, 0.0)];
+    Some(Guess {
+        function: FractionalTransferFunction::new(&[Term::new(gain, 0.0)], &one).ok()?,
+        has_free_orders: false,
+        dead_time: DeadTime::Known(Seconds(late * t)),
+    })
+}
+
+/// χ² of one number that 95 % stay below.
+const LIKELY: f64 = 3.841;
+/// Fits to each side of a dead time, at most; √ of the profile within this share of its wish is there.
+const TRIED: usize = 12;
+const NEAR: f64 = 0.05;
+
+/// The dead times that the record does not exclude, least and most, s: 95 % by the profile of the likelihood, with the other numbers of the function
+/// as they fit best behind each.
+/// ```text
+/// n·ln(SSE(L)/SSE) ≤ 3.84·(1 + ρ)/(1 − ρ)
+/// ```
+/// Neighbouring samples that are alike, ρ, count as fewer. *Source*: D. M. Bates, D. G. Watts, *Nonlinear regression analysis and its applications*,
+/// 1988, section 6.1.
+#[must_use]
+pub fn dead_time_interval_s(found: &Found, record: &InputOutput, held: bool) -> [f64; 2] {
+    let (t, own) = (record.sample_time_s(), &found.identified);
+    let best = own.dead_time.seconds();
+    if own.function.denominator().degree() == 0.0 && held {
+        let last = libm::ceil(best / t);
+        return [(last - 1.0).max(0.0) * t, last * t];
+    }
+    let (floor, is_whole) = match found.is_whole() {
+        true => (rounding(record), true),
+        false => (resolved(record), false),
+    };
+    let samples = record.output.len() as f64;
+    let less_sure = less_sure(found.neighbours, record.output.len());
+    let behind = |dead_time_s: f64| -> Result<Identified, ControlError> {
+        let record = record.as_record(held, DeadTime::Known(Seconds(dead_time_s)));
+        match is_whole {
+            true => identify_coefficients(&own.function, &record),
+            false => crate::identify(&own.function, &record),
+        }
+    };
+    // √ of what the profile has risen by, over what it may.
+    let risen = |dead_time_s: f64| -> f64 {
+        let left = behind(dead_time_s).map_or(f64::INFINITY, |found| found.rms_residual);
+        let ratio = left.max(floor) / own.rms_residual.max(floor);
+        let deviance = 2.0 * samples * libm::log(ratio) / (less_sure * less_sure);
+        libm::sqrt(deviance.max(0.0) / LIKELY)
+    };
+    let usual = found.dead_time_error().filter(|error| error.is_finite());
+    let usual = usual.map_or(0.25 * t, |error| libm::sqrt(LIKELY) * error);
+    let usual = usual.clamp(1e-6 * t, samples * t);
+    let edge = |way: f64| {
+        let (mut step, mut inside, mut outside) = (usual, 0.0, f64::INFINITY);
+        for _ in 0..TRIED {
+            let at = (best + way * step).clamp(0.0, (samples - 1.0) * t);
+            let risen = risen(at);
+            if (risen - 1.0).abs() < NEAR {
+                break;
+            }
+            if risen < 1.0 {
+                inside = step;
+                if at == 0.0 {
+                    break;
+                }
+            } else {
+                outside = step;
+            }
+            let next = step / risen.clamp(0.25, 4.0);
+            let is_between = next > inside && next < outside;
+            step = if is_between {
+                next
+            } else {
+                0.5 * (inside + outside)
+            };
+        }
+        (best + way * step).max(0.0)
+    };
+    [edge(-1.0), edge(1.0)]
+}
+
+/// Of a first function behind a dead time another that the record fits as well, with poles in place of some of it, or the reverse: its dead time
+/// is outside the interval of the first by more than half a sample.
+#[must_use]
+pub fn a_pole_instead<'a>(
+    found: &'a [Found],
+    [least, most]: [f64; 2],
+    record: &InputOutput,
+) -> Option<&'a Found> {
+    let (first, others) = found.split_first()?;
+    let apart = 0.5 * record.sample_time_s();
+    others.iter().find(|other| {
+        let dead_time_s = other.identified.dead_time.seconds();
+        let is_near = other.bic <= first.bic + AS_GOOD;
+        is_near && (dead_time_s < least - apart || dead_time_s > most + apart)
+    })
+}
