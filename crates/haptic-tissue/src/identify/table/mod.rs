@@ -10,4 +10,6 @@ mod unit;
 pub use assemble::{Columns, Reading, Understood};
 pub use column::{Choice, Column};
 pub use numbers::Reader;
-pub use text::{TABLE_MOST, TextTable, read_chosen, read_columns, read_table};
+pub use text::{
+    RecordColumns, TABLE_MOST, TextTable, read_chosen, read_columns, read_record, read_table,
+};

@@ -4,7 +4,7 @@ use super::super::error::IdentifyError;
 use super::assemble::Columns;
 use super::column::{Choice, Column};
 use super::header::{Heading, remedy, split, understand};
-use super::text::{Passed, TextTable, number, too_many, wrong};
+use super::text::{Passed, TextTable, is_gap, number, too_many, wrong};
 use crate::identify::keys::{COLUMNS, UNITS};
 
 /// The user's instructions for a table.
@@ -256,10 +256,7 @@ impl Reader {
         }
         for f in found {
             let cell = row.get(f.place).unwrap_or("");
-            if matches!(
-                cell.to_ascii_lowercase().as_str(),
-                "" | "nan" | "na" | "n/a" | "-" | "null"
-            ) {
+            if is_gap(cell) {
                 return Ok(None);
             }
             let value = number(cell, table.delimiter).ok_or_else(|| IdentifyError::Line {

@@ -2,7 +2,11 @@
 
 use super::super::error::IdentifyError;
 use super::super::record::SAMPLES_MOST;
+use super::column::Column;
+use super::header::{split, understand};
+use super::unit::Dimension;
 use csv::StringRecord;
+use std::borrow::Cow;
 
 /// No table is longer, bytes.
 pub const TABLE_MOST: u64 = 1 << 28;
@@ -14,27 +18,26 @@ pub(super) struct Passed {
 }
 
 impl Passed {
-    pub(super) fn note(&self, why: &str) -> Option<String> {
+    /// How many rows, and the lines of the first.
+    fn named(&self) -> Option<String> {
         const NAMED: usize = 5;
         let count = self.lines.len();
-        let named: Vec<String> = self
-            .lines
-            .iter()
-            .take(NAMED)
-            .map(ToString::to_string)
-            .collect();
+        let named = self.lines.iter().take(NAMED).map(ToString::to_string);
+        let named: Vec<String> = named.collect();
         let more = if count > NAMED { ", …" } else { "" };
-        let (rows, lines) = if count == 1 {
-            ("row", "line")
-        } else {
-            ("rows", "lines")
+        let (rows, lines) = match count {
+            0 => return None,
+            1 => ("row", "line"),
+            _ => ("rows", "lines"),
         };
-        (count > 0).then(|| {
-            format!(
-                "{count} {rows} left out, {why}: {lines} {}{more}",
-                named.join(", ")
-            )
-        })
+        Some(format!(
+            "{count} {rows} ({lines} {}{more})",
+            named.join(", ")
+        ))
+    }
+
+    pub(super) fn note(&self, why: &str) -> Option<String> {
+        self.named().map(|rows| format!("{rows} left out, {why}"))
     }
 }
 
@@ -47,75 +50,238 @@ pub struct TextTable {
     pub(super) header: Vec<String>,
     /// Line and cells.
     pub(super) rows: Vec<(u64, StringRecord)>,
+    /// The first empty line between rows of numbers.
+    blank: Option<u64>,
+    /// Spaces separate the cells: an empty one is not seen.
+    spaced: bool,
 }
 
-/// Reads CSV or TSV: cells apart by tabs, semicolons or commas, as the header has them. Lines that begin with `#` and empty lines are
-/// passed over.
+/// Reads a table as programs write them: cells apart by tabs, semicolons, commas or spaces, numbers with a point or a decimal comma, in UTF-8,
+/// UTF-16 or Windows-1252. Lines that begin with `#`, empty lines, and lines above the header are passed over; the header is the first row
+/// with a quantity of a record in it.
 ///
 /// # Errors
-/// Text that is not UTF-8, empty or too long; a header with one column.
+/// A file that is no text, empty or too long; a header with one column.
 pub fn read_table(bytes: &[u8]) -> Result<TextTable, IdentifyError> {
-    if bytes.len() as u64 > TABLE_MOST {
-        return Err(IdentifyError::Record(format!(
-            "the table is longer than {TABLE_MOST} bytes: omit unneeded columns, or every second row"
-        )));
-    }
-    let bytes = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
-    let delimiter = delimiter(utf8(bytes)?)?;
-    let mut rows = Vec::new();
-    each_row(bytes, delimiter, |line, row| {
-        if rows.len() > SAMPLES_MOST + 1 {
-            let reason =
-                format!("more than {SAMPLES_MOST} rows: omit every second one, or cut the record");
-            return Err(wrong(line, &reason));
-        }
-        rows.push((line, row.clone()));
-        Ok(())
-    })?;
-    let mut rows = rows.into_iter();
-    let (header_line, header) = rows.next().unwrap_or_default();
-    // Messages show names in one line.
-    let header: Vec<String> = (header.iter())
-        .map(|name| name.replace(char::is_control, " "))
-        .collect();
-    if header.len() < 2 {
+    let table = TextTable::new(bytes)?.below(|header| {
+        let known = header.iter().any(|name| understand(name).is_some());
+        known.then_some(()).ok_or_else(String::new)
+    });
+    let (table, ()) = table.unwrap_or_else(|(table, _)| (table, ()));
+    table.check()?;
+    if table.header.len() < 2 {
         return Err(wrong(
-            header_line,
+            table.header_line,
             "there is only one column: give at least two, separated by tabs, commas or semicolons",
         ));
     }
-    Ok(TextTable {
-        delimiter,
-        header_line,
-        header,
-        rows: rows.collect(),
-    })
+    Ok(table)
 }
 
-fn utf8(bytes: &[u8]) -> Result<&str, IdentifyError> {
-    std::str::from_utf8(bytes).map_err(|error| {
-        let line = 1 + bytes[..error.valid_up_to()]
+/// Rows in which a header is looked for.
+const ABOVE: usize = 60;
+
+impl TextTable {
+    /// All rows, the first as the header.
+    fn new(bytes: &[u8]) -> Result<Self, IdentifyError> {
+        if bytes.len() as u64 > TABLE_MOST {
+            return Err(IdentifyError::Record(format!(
+                "the table is longer than {TABLE_MOST} bytes: cut it into pieces, or omit unneeded columns"
+            )));
+        }
+        let mut text = decoded(bytes)?;
+        let delimiter = delimiter(&text)?;
+        let spaced = delimiter == b' ';
+        let delimiter = match delimiter {
+            b' ' => {
+                let lines = text.lines().map(|line| {
+                    let cells: Vec<&str> = line.split_whitespace().collect();
+                    cells.join("\t")
+                });
+                text = Cow::Owned(lines.collect::<Vec<String>>().join("\n"));
+                b'\t'
+            }
+            delimiter => delimiter,
+        };
+        let mut rows = Vec::new();
+        each_row(text.as_bytes(), delimiter, |line, row| {
+            if rows.len() > SAMPLES_MOST + 1 {
+                let reason = format!(
+                    "more than {SAMPLES_MOST} rows: omit every second one, or cut the record"
+                );
+                return Err(wrong(line, &reason));
+            }
+            rows.push((line, row.clone()));
+            Ok(())
+        })?;
+        let blank = blank_row(&text, delimiter);
+        let mut table = Self {
+            delimiter,
+            header_line: 1,
+            header: Vec::new(),
+            rows,
+            blank,
+            spaced,
+        };
+        table.cut(0);
+        Ok(table)
+    }
+
+    /// This row is the header, and those above it are none.
+    fn cut(&mut self, place: usize) {
+        let mut rows = std::mem::take(&mut self.rows).into_iter().skip(place);
+        let (line, header) = rows.next().unwrap_or_default();
+        // Messages show names in one line.
+        let names = header
             .iter()
-            .filter(|&&b| b == b'\n')
-            .count();
-        wrong(
-            line as u64,
-            "the text is not UTF-8: save the table as UTF-8",
-        )
+            .map(|name| name.replace(char::is_control, " "));
+        (self.header_line, self.header) = (line, names.collect());
+        self.rows = rows.collect();
+        self.blank = self.blank.filter(|blank| *blank > line);
+    }
+
+    /// Refuses what would be read as another number: cells that have moved to another column, and commas of thousands.
+    fn check(&self) -> Result<(), IdentifyError> {
+        let width = self.header.len();
+        let other = self.rows.iter().find(|(_, row)| row.len() != width);
+        if let Some((line, row)) = other.filter(|_| self.spaced) {
+            let reason = format!(
+                "{} cells under a header of {width}: separate cells by tabs or semicolons, so that names with spaces and empty cells are seen",
+                row.len()
+            );
+            return Err(wrong(*line, &reason));
+        }
+        if self.delimiter == b',' {
+            return Ok(());
+        }
+        let cells = self
+            .rows
+            .iter()
+            .flat_map(|(line, row)| row.iter().map(move |cell| (*line, cell)));
+        let numbers = cells.filter(|(_, cell)| number(cell, self.delimiter).is_some());
+        let (mut point, mut comma, mut decimal) = (false, None, false);
+        for (line, cell) in numbers {
+            point |= cell.contains('.');
+            if let Some((whole, rest)) = cell.split_once(',') {
+                comma = comma.or(Some((line, cell)));
+                let whole = whole.trim_start_matches(['+', '-']);
+                decimal |= whole.len() > 3 || whole.starts_with('0') || rest.len() != 3;
+            }
+        }
+        match comma {
+            Some((line, cell)) if point || !decimal => Err(wrong(
+                line,
+                &format!(
+                    "{cell:?} has a comma of thousands or of decimals: write numbers without the first, and all decimals alike"
+                ),
+            )),
+            _ => Ok(()),
+        }
+    }
+
+    /// The table below the first row that a choice takes for its header; else as it is, with what the choice says of the row that has the most cells.
+    fn below<C>(
+        mut self,
+        mut choose: impl FnMut(&[&str]) -> Result<C, String>,
+    ) -> Result<(Self, C), (Self, String)> {
+        let names: Vec<&str> = self.header.iter().map(String::as_str).collect();
+        let mut refused = match choose(&names) {
+            Ok(choice) => return Ok((self, choice)),
+            Err(refused) => refused,
+        };
+        let filled = |row: &StringRecord| row.iter().filter(|cell| !cell.is_empty()).count();
+        let mut best = (
+            None,
+            self.header.iter().filter(|cell| !cell.is_empty()).count(),
+        );
+        for (place, (_, row)) in self.rows.iter().take(ABOVE).enumerate() {
+            let numbers = row
+                .iter()
+                .filter(|cell| number(cell, self.delimiter).is_some());
+            if numbers.count() * 2 >= filled(row) {
+                continue;
+            }
+            match choose(&row.iter().collect::<Vec<_>>()) {
+                Ok(choice) => {
+                    self.cut(place);
+                    return Ok((self, choice));
+                }
+                Err(_) if filled(row) <= best.1 => {}
+                Err(other) => (best, refused) = ((Some(place), filled(row)), other),
+            }
+        }
+        if let Some(place) = best.0 {
+            self.cut(place);
+        }
+        Err((self, refused))
+    }
+}
+
+/// The text of a file, without its marks.
+fn decoded(bytes: &[u8]) -> Result<Cow<'_, str>, IdentifyError> {
+    let wide = |bytes: &[u8], unit: fn([u8; 2]) -> u16| {
+        let units = bytes.chunks_exact(2).map(|pair| unit([pair[0], pair[1]]));
+        char::decode_utf16(units)
+            .map(|c| c.unwrap_or(char::REPLACEMENT_CHARACTER))
+            .collect::<String>()
+    };
+    let text = match bytes {
+        [0xff, 0xfe, rest @ ..] => Cow::Owned(wide(rest, u16::from_le_bytes)),
+        [0xfe, 0xff, rest @ ..] => Cow::Owned(wide(rest, u16::from_be_bytes)),
+        // Without a mark: the first letters are of one byte.
+        [1..=u8::MAX, 0, 1..=u8::MAX, 0, ..] => Cow::Owned(wide(bytes, u16::from_le_bytes)),
+        [0, 1..=u8::MAX, 0, 1..=u8::MAX, ..] => Cow::Owned(wide(bytes, u16::from_be_bytes)),
+        bytes => {
+            let bytes = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
+            match std::str::from_utf8(bytes) {
+                Ok(text) => Cow::Borrowed(text),
+                // Windows-1252, but for a few signs that no number has.
+                Err(_) => Cow::Owned(bytes.iter().map(|byte| char::from(*byte)).collect()),
+            }
+        }
+    };
+    let is_sign = |c: &char| c.is_control() && !"\t\r\n\u{b}\u{c}\u{85}".contains(*c);
+    let is_text = text.chars().filter(is_sign).count() * 50 <= text.len();
+    if !is_text || bytes.starts_with(b"PK\x03\x04") {
+        return Err(IdentifyError::Record(
+            "this is no text: export the table as CSV".to_owned(),
+        ));
+    }
+    // Lines of an old Mac.
+    Ok(match text.contains('\r') && !text.contains('\n') {
+        true => Cow::Owned(text.replace('\r', "\n")),
+        false => text,
     })
 }
 
-/// The separator of the first line with cells, the header.
+/// What separates the cells: the first mark that half of the lines have; spaces if none does.
 fn delimiter(text: &str) -> Result<u8, IdentifyError> {
     let is_data = |line: &&str| !line.trim().is_empty() && !line.trim_start().starts_with('#');
-    let first = text.lines().find(is_data).ok_or_else(|| {
-        IdentifyError::Record(
+    let lines = || text.lines().filter(is_data).take(4 * ABOVE);
+    let count = lines().count();
+    if count == 0 {
+        return Err(IdentifyError::Record(
             "the table is empty: give a header and rows of numbers below it".to_owned(),
-        )
-    })?;
+        ));
+    }
+    let half = |of: &dyn Fn(&str) -> bool| 2 * lines().filter(|line| of(line)).count() >= count;
     let mut marks = [b'\t', b';', b','].into_iter();
-    let found = marks.find(|&mark| first.as_bytes().contains(&mark));
-    Ok(found.unwrap_or(b','))
+    if let Some(mark) = marks.find(|mark| half(&|line| line.as_bytes().contains(mark))) {
+        return Ok(mark);
+    }
+    let numbers = |line: &str| {
+        let mut cells = line.split_whitespace();
+        line.split_whitespace().nth(1).is_some() && cells.all(|cell| number(cell, b' ').is_some())
+    };
+    Ok(if half(&numbers) { b' ' } else { b',' })
+}
+
+/// True if a line begins with a gap that looks like a remark.
+fn has_marked_gap(bytes: &[u8]) -> bool {
+    let mut lines = bytes.split(|&byte| byte == b'\n');
+    lines.any(|line| {
+        (line.trim_ascii_start().get(..4)).is_some_and(|start| start.eq_ignore_ascii_case(b"#n/a"))
+    })
 }
 
 /// Line and cells of every row that has any, the header too, one after another.
@@ -128,7 +294,8 @@ fn each_row(
         .has_headers(false)
         .flexible(true)
         .delimiter(delimiter)
-        .comment(Some(b'#'))
+        // A row that begins with the gap `#N/A` is none.
+        .comment((!has_marked_gap(bytes)).then_some(b'#'))
         .trim(csv::Trim::All)
         .from_reader(bytes);
     let (mut lines, mut row) = (Lines::new(bytes), StringRecord::new());
@@ -146,7 +313,9 @@ fn each_row(
     Ok(())
 }
 
-/// Columns of numbers by the names that stand above them, and the line of each row; cells apart and passed over as by [`read_table`].
+/// Columns of numbers by the names that stand above them, and the line of each row; read as by [`read_table`].
+///
+/// A name is that of a header with its unit or without, as `Zeit` of `Zeit [ms]`.
 ///
 /// # Errors
 /// As [`read_table`], but one column is enough; no or two columns of a name; no row; a cell that is not a finite number, with its line.
@@ -154,94 +323,223 @@ pub fn read_columns<const N: usize>(
     bytes: &[u8],
     names: [&str; N],
 ) -> Result<(Vec<u64>, [Vec<f64>; N]), IdentifyError> {
-    read_chosen(bytes, |header| {
-        let mut places = [0; N];
-        for (place, name) in places.iter_mut().zip(names) {
-            *place = place_of(name, header)?;
-        }
-        Ok(places)
-    })
+    let (table, places) = chosen(bytes, |header| places_of(names, header, false))?;
+    let found = table.numbers(places, false)?;
+    Ok((found.lines, found.columns))
 }
 
-/// The same of columns that are chosen by the header: their places in it.
+/// The same of a record: time, in s whatever the unit of its column, and signals. `time_s` stands for the column of time too, whatever its name. What a row lacks is NaN, but of the time; empty lines do not
+/// count, as the time shows what is missing. Also the lines of rows that lack something, for a person.
+///
+/// # Errors
+/// As [`read_columns`]; a time that is missing; a unit that is none of time.
+pub fn read_record<const N: usize>(
+    bytes: &[u8],
+    names: [&str; N],
+) -> Result<RecordColumns<N>, IdentifyError> {
+    let (mut table, places) = chosen(bytes, |header| places_of(names, header, true))?;
+    let factor = table.time_factor(places[0])?;
+    table.blank = None;
+    let mut found = table.numbers(places, true)?;
+    let times = &mut found.columns[0];
+    times.iter_mut().for_each(|time| *time *= factor);
+    match times.iter().position(|time| !time.is_finite()) {
+        Some(row) => Err(wrong(found.lines[row], NO_VALUE)),
+        None => Ok(found),
+    }
+}
+
+/// The columns of a record.
+#[derive(Clone, Debug, PartialEq)]
+pub struct RecordColumns<const N: usize> {
+    /// Lines of the rows.
+    pub lines: Vec<u64>,
+    /// Time and signals.
+    pub columns: [Vec<f64>; N],
+    gaps: Passed,
+}
+
+impl<const N: usize> RecordColumns<N> {
+    /// How many rows lack a number, and the lines of the first; `None` if none does.
+    #[must_use]
+    pub fn gaps(&self) -> Option<String> {
+        self.gaps.named()
+    }
+}
+
+/// The same as [`read_columns`] of columns that are chosen by the header: their places in it.
 ///
 /// # Errors
 /// As [`read_columns`]; what the choice refuses, with the line of the header.
 pub fn read_chosen<const N: usize>(
     bytes: &[u8],
-    mut choose: impl FnMut(&[&str]) -> Result<[usize; N], String>,
+    choose: impl FnMut(&[&str]) -> Result<[usize; N], String>,
 ) -> Result<(Vec<u64>, [Vec<f64>; N]), IdentifyError> {
-    if bytes.len() as u64 > TABLE_MOST {
-        return Err(IdentifyError::Record(format!(
-            "the table is longer than {TABLE_MOST} bytes: cut it into pieces"
-        )));
+    let (table, places) = chosen(bytes, choose)?;
+    let found = table.numbers(places, false)?;
+    Ok((found.lines, found.columns))
+}
+
+fn chosen<const N: usize>(
+    bytes: &[u8],
+    choose: impl FnMut(&[&str]) -> Result<[usize; N], String>,
+) -> Result<(TextTable, [usize; N]), IdentifyError> {
+    let found = TextTable::new(bytes)?.below(choose);
+    let found = found.map_err(|(table, refused)| wrong(table.header_line, &refused))?;
+    found.0.check()?;
+    Ok(found)
+}
+
+/// A cell that says that there is no number.
+pub(super) fn is_gap(cell: &str) -> bool {
+    const GAPS: [&str; 9] = ["", "nan", "na", "n/a", "#n/a", "-", "--", "null", "none"];
+    GAPS.iter().any(|gap| cell.eq_ignore_ascii_case(gap))
+}
+
+impl TextTable {
+    /// Numbers of columns, their lines, and the rows with gaps, which are NaN if there may be any.
+    fn numbers<const N: usize>(
+        &self,
+        places: [usize; N],
+        has_gaps: bool,
+    ) -> Result<RecordColumns<N>, IdentifyError> {
+        if let Some(line) = self.blank {
+            return Err(wrong(line, NO_VALUE));
+        }
+        let (mut lines, mut gaps) = (Vec::new(), Passed::default());
+        let mut columns = [const { Vec::new() }; N];
+        for (line, row) in &self.rows {
+            if row
+                .iter()
+                .skip(self.header.len())
+                .any(|cell| !cell.is_empty())
+            {
+                return Err(wrong(*line, &too_many(row, self.header.len())));
+            }
+            lines.push(*line);
+            let mut is_whole = true;
+            for (column, &place) in columns.iter_mut().zip(&places) {
+                let cell = row.get(place).unwrap_or("");
+                let value = match has_gaps && is_gap(cell) {
+                    true => Some(f64::NAN),
+                    false => number(cell, self.delimiter),
+                };
+                is_whole &= value.is_none_or(|value| !value.is_nan());
+                column.push(value.ok_or_else(|| IdentifyError::Line {
+                    line: *line,
+                    column: self.header.get(place).cloned(),
+                    reason: match cell {
+                        "" => NO_VALUE.to_owned(),
+                        cell => format!("{cell:?} is not a finite number"),
+                    },
+                })?);
+            }
+            if !is_whole {
+                gaps.lines.push(*line);
+            }
+        }
+        match lines.is_empty() {
+            true => Err(IdentifyError::Record(
+                "no rows below the header: give numbers".to_owned(),
+            )),
+            false => Ok(RecordColumns {
+                lines,
+                columns,
+                gaps,
+            }),
+        }
     }
-    let bytes = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
-    let text = utf8(bytes)?;
-    let delimiter = delimiter(text)?;
-    if let Some(line) = missing_row(text, delimiter) {
-        return Err(wrong(line, NO_VALUE));
-    }
-    let (mut lines, mut columns) = (Vec::new(), [const { Vec::new() }; N]);
-    let mut chosen = None;
-    each_row(bytes, delimiter, |line, row| {
-        let Some((header, places)) = &chosen else {
-            let names: Vec<&str> = row.iter().collect();
-            let places = choose(&names).map_err(|reason| wrong(line, &reason))?;
-            chosen = Some((row.clone(), places));
-            return Ok(());
+
+    /// Seconds in the unit of a column of time, which its name or the row below says; that row is none of the record then.
+    fn time_factor(&mut self, place: usize) -> Result<f64, IdentifyError> {
+        let name = self.header[place].clone();
+        let below = self.rows.first().and_then(|(_, row)| row.get(place));
+        let below = below.filter(|cell| number(cell, self.delimiter).is_none() && !is_gap(cell));
+        let below = below.map(|cell| cell.trim_matches(['[', ']', '(', ')']).trim().to_owned());
+        let own = split(&name).1;
+        let suffix = name.rsplit_once('_');
+        let suffix = suffix.and_then(|(_, unit)| Dimension::Time.factor_of_suffix(unit));
+        let (Some(unit), line) = (match below {
+            Some(unit) => (Some(unit), self.rows.remove(0).0),
+            None => (own, self.header_line),
+        }) else {
+            return Ok(suffix.unwrap_or(1.0));
         };
-        if row.len() > header.len() {
-            return Err(wrong(line, &too_many(row, header.len())));
-        }
-        lines.push(line);
-        for (column, &place) in columns.iter_mut().zip(places) {
-            let cell = row.get(place).unwrap_or("");
-            column.push(number(cell, delimiter).ok_or_else(|| IdentifyError::Line {
+        Dimension::Time.factor(&unit).ok_or_else(|| {
+            let names = Dimension::Time.names();
+            wrong(
                 line,
-                column: header.get(place).map(str::to_owned),
-                reason: match cell {
-                    "" => NO_VALUE.to_owned(),
-                    cell => format!("{cell:?} is not a finite number"),
-                },
-            })?);
-        }
-        Ok(())
-    })?;
-    match lines.is_empty() {
-        true => Err(IdentifyError::Record(
-            "no rows below the header: give numbers".to_owned(),
-        )),
-        false => Ok((lines, columns)),
+                &format!("unit {unit:?} is none of time: give one of {names}"),
+            )
+        })
     }
 }
 
 const NO_VALUE: &str = "no value: give a number in every row";
 
-/// The first line without cells between others below the header: a sample that is missing, which the next must not replace.
-fn missing_row(text: &str, delimiter: u8) -> Option<u64> {
+/// The first line without cells between others, the last such below every remark and header: a sample that is missing, which the next must not
+/// replace.
+fn blank_row(text: &str, delimiter: u8) -> Option<u64> {
     let is_blank = |c: char| c.is_whitespace() || c == char::from(delimiter);
     let is_empty = |line: &str| line.trim_matches(is_blank).is_empty();
+    // Lines above the first row that is mostly numbers are none of the samples.
+    let is_numbers = |line: &str| {
+        let cells = line.split(char::from(delimiter)).map(str::trim);
+        let (numbers, cells) = cells
+            .filter(|cell| !cell.is_empty())
+            .fold((0, 0), |n, cell| {
+                (
+                    n.0 + usize::from(number(cell, delimiter).is_some()),
+                    n.1 + 1,
+                )
+            });
+        cells > 0 && 2 * numbers >= cells
+    };
     let comment = |line: &str| line.trim_start().starts_with('#');
     let mut lines = (1..).zip(text.lines()).filter(|(_, line)| !comment(line));
-    lines.find(|(_, line)| !is_empty(line))?;
+    lines.find(|(_, line)| is_numbers(line))?;
     let (missing, _) = lines.find(|(_, line)| is_empty(line))?;
     lines.any(|(_, line)| !is_empty(line)).then_some(missing)
 }
 
-/// The one column of this name.
-fn place_of(name: &str, header: &[&str]) -> Result<usize, String> {
-    let mut places = (0..header.len()).filter(|&place| header[place] == name);
-    match (places.next(), places.next()) {
-        (Some(place), None) => Ok(place),
-        (None, _) => Err(format!(
-            "no column {name} in the header {:?}",
-            header.join(",")
-        )),
-        (Some(_), Some(_)) => Err(format!(
-            "more than one column is named {name}: rename all but one"
-        )),
+/// The places of these names.
+fn places_of<const N: usize>(
+    names: [&str; N],
+    header: &[&str],
+    any_time: bool,
+) -> Result<[usize; N], String> {
+    let mut places = [0; N];
+    for (place, name) in places.iter_mut().zip(names) {
+        *place = place_of(name, header, any_time && name == "time_s")?;
     }
+    Ok(places)
+}
+
+/// The one column of this name, with its unit or without; or of any time.
+fn place_of(name: &str, header: &[&str], any_time: bool) -> Result<usize, String> {
+    let is_time = |cell: &str| {
+        let heading = understand(cell).and_then(Result::ok);
+        any_time && heading.is_some_and(|heading| heading.column == Column::Time)
+    };
+    let exact = |cell: &str| cell == name;
+    let unitless = |cell: &str| split(cell).0.eq_ignore_ascii_case(name);
+    let ways: [&dyn Fn(&str) -> bool; 3] = [&exact, &unitless, &is_time];
+    for is_it in ways {
+        let mut places = (0..header.len()).filter(|&place| is_it(header[place]));
+        match (places.next(), places.next()) {
+            (Some(place), None) => return Ok(place),
+            (None, _) => {}
+            (Some(_), Some(_)) => {
+                return Err(format!(
+                    "more than one column is named {name}: rename all but one"
+                ));
+            }
+        }
+    }
+    Err(format!(
+        "no column {name} in the header {:?}",
+        header.join(",")
+    ))
 }
 
 /// Why a row is wider than its header.

@@ -131,10 +131,10 @@ fn inside(cases: u64) -> (u64, u64, u64) {
     (inside, refused, all)
 }
 
-/// How many parameters, and how many b, were inside their intervals, and of how many parameters: of tissue that stiffens by b, from
+/// How many parameters, and how many b, were inside their intervals, how many of these had no end, and of how many parameters: of tissue that stiffens by b, from
 /// ramps to three depths, in every shape but the cone.
-fn inside_stiffening(cases: u64) -> (u64, u64, u64) {
-    let (mut inside, mut own, mut all) = (0, 0, 0);
+fn inside_stiffening(cases: u64) -> (u64, u64, u64, u64) {
+    let (mut inside, mut own, mut open, mut all) = (0, 0, 0, 0);
     for case in 0..cases {
         let shapes = shapes();
         let shape = &shapes[[0, 1, 3, 4, 5][case as usize % 5]];
@@ -156,14 +156,18 @@ fn inside_stiffening(cases: u64) -> (u64, u64, u64) {
         assert_eq!(estimates.len(), truth.len());
         for (estimate, truth) in estimates.iter().zip(truth) {
             let (low, high) = (estimate.low_95, estimate.high_95);
-            let [low, high] = [low, high].map(|end| end.expect("settled"));
+            if low.is_none() || high.is_none() {
+                open += 1;
+                println!("case {case} has no end: {truth} {estimate:?}");
+            }
+            let [low, high] = [low.unwrap_or(0.0), high.unwrap_or(f64::INFINITY)];
             let holds = u64::from((low..=high).contains(&truth));
             inside += holds;
             own += holds * u64::from(estimate.name == "stiffening");
             all += 1;
         }
     }
-    (inside, own, all)
+    (inside, own, open, all)
 }
 
 fn with_stiffening(record: &Record, kind: ModelKind) -> Identification {
@@ -179,9 +183,10 @@ fn with_stiffening(record: &Record, kind: ModelKind) -> Identification {
 #[ignore = "long: `.ci/run` does it, or --include-ignored"]
 fn the_truth_of_stiffening_is_inside_ninety_five_of_a_hundred_intervals() {
     let cases = testkit::cases(40_u64);
-    let (inside, own, all) = inside_stiffening(cases);
+    let (inside, own, open, all) = inside_stiffening(cases);
     let share = inside as f64 / all as f64;
-    println!("{inside} of {all}: {share:.3}; b {own} of {cases}");
+    println!("{inside} of {all}: {share:.3}, {open} without an end; b {own} of {cases}");
+    assert!(100 * open <= all, "{open} of {all} have no end");
     assert!((0.92..=0.98).contains(&share), "{inside} of {all}");
     // Of 40 less than 36 in one of 20 tries, less than 34 in one of 300.
     let wanted = if cases < 200 { 0.88..=1.0 } else { 0.92..=0.98 };

@@ -2,7 +2,9 @@
 
 use haptic_loop::{Loading, LoadingKind, Modulus};
 use haptic_tissue::identify::RecordKind;
-use haptic_tissue::identify::table::{Choice, Column, Reader, Reading, Understood, read_table};
+use haptic_tissue::identify::table::{
+    Choice, Column, Reader, Reading, Understood, read_columns, read_record, read_table,
+};
 use rand_pcg::Pcg64;
 use rand_pcg::rand_core::{Rng as _, SeedableRng as _};
 use testkit::assert_relative;
@@ -374,8 +376,8 @@ fn columns_units_and_range_can_be_given() {
     assert_eq!(understood.record.first(), [7e3, 6e3]);
     let said = understood.notes.join("\n");
     for note in [
-        "1 row left out, a cell without a number: line 7",
-        "2 rows left out, outside the range asked for: lines 3, 4",
+        "1 row (line 7) left out, a cell without a number",
+        "2 rows (lines 3, 4) left out, outside the range asked for",
     ] {
         assert!(said.contains(note), "{said}");
     }
@@ -483,10 +485,14 @@ fn a_bad_table_is_refused_with_line_column_and_remedy() {
 
 #[test]
 fn what_is_no_text_and_a_unit_of_something_else_are_refused() {
-    let latin = read_table(b"time_s,modulus\n1,5 \xb5Pa\n").expect_err("not UTF-8");
     let told = |said: &str, words: &str| assert!(said.contains(words), "{said}");
-    told(&latin.to_string(), "line 2");
-    told(&latin.to_string(), "UTF-8");
+    for bytes in [
+        &b"PK\x03\x04\x14\x00\x06\x00"[..],
+        b"\x89PNG\r\n\x1a\n\0\0\0\rIHDR\0\0\x02\x80",
+    ] {
+        let refused = read_table(bytes).expect_err("no text").to_string();
+        told(&refused, "this is no text: export the table as CSV");
+    }
     for (column, text, words) in [
         (
             Column::Time,
@@ -507,6 +513,93 @@ fn what_is_no_text_and_a_unit_of_something_else_are_refused() {
         let refused = understand(text, &reader, &Reading::default());
         told(&refused.expect_err(words), words);
     }
+}
+
+#[test]
+fn what_would_be_read_as_another_number_is_refused() {
+    for (text, words) in [
+        (
+            "t\tx\n1\t998.5\n2\t1,001\n",
+            "line 3: \"1,001\" has a comma of thousands",
+        ),
+        ("t;x\n1;999,5\n2;1.001\n", "line 2: \"999,5\" has a comma"),
+        (
+            "t\tx\n1\t2,359\n2\t2,301\n",
+            "line 2: \"2,359\" has a comma",
+        ),
+        (
+            "Time Valve [%] Level\n0 1 0.5\n1 1 0.6\n",
+            "line 2: 3 cells under a header of 4",
+        ),
+        (
+            "t valve x\n0 1 0.5\n1   0.7\n",
+            "line 3: 2 cells under a header of 3",
+        ),
+    ] {
+        let refused = read_table(text.as_bytes()).expect_err(text).to_string();
+        assert!(refused.contains(words), "{refused}");
+    }
+    // What shows its decimals is taken.
+    read_table("t;x\n0,5;1,001\n1,0;1,002\n".as_bytes()).expect("decimal commas");
+    let marked = read_columns(b"x,t\n5,1\n#N/A,2\n6,3\n", ["x"]);
+    let refused = marked.expect_err("a gap").to_string();
+    assert!(refused.contains("line 3"), "{refused}");
+}
+
+/// One record as programs save it: the same numbers, whatever the spelling.
+#[test]
+fn a_record_reads_the_same_however_it_is_spelt() {
+    let utf16 = |text: &str, mark: bool| -> Vec<u8> {
+        let mark = mark.then_some(0xfeff);
+        let units = mark.into_iter().chain(text.encode_utf16());
+        units.flat_map(u16::to_le_bytes).collect()
+    };
+    let plain = "time_s,valve,level\n0,1,0.5\n0.5,1,1.25\n1,0,-2e-1\n";
+    let german = "Prüfstand 3;;\nDatum: 3.4.2026, 12 Uhr;;\n\nZeit [ms];Valve [%];Level / °C\n0;1;0,5\n500;1;1,25\n1000;0;-2e-1\n";
+    let latin: Vec<u8> = german
+        .chars()
+        .map(|c| u8::try_from(c).expect("Latin"))
+        .collect();
+    let tabs = "sep=\t\r\nTime\tValve\tLevel\r\nms\t%\tV\r\n0\t1\t0,5\r\n500\t1\t1,25\r\n1000\t0\t-0,2\r\n";
+    let spellings: [(&str, Vec<u8>, &str); 9] = [
+        ("plain", plain.into(), "time_s"),
+        ("marked", format!("\u{feff}{plain}").into_bytes(), "time_s"),
+        ("UTF-16", utf16(plain, true), "time_s"),
+        ("UTF-16 without a mark", utf16(plain, false), "time_s"),
+        ("German", german.into(), "Zeit"),
+        ("German of Windows", latin, "Zeit"),
+        ("tabs and a row of units", tabs.into(), "time_s"),
+        (
+            "blank rows, old Mac",
+            plain.replace('\n', "\r\r").into(),
+            "time_s",
+        ),
+        ("spaces", plain.replace(',', "   ").into(), "time_s"),
+    ];
+    for (what, bytes, time) in spellings {
+        let record = read_record(&bytes, [time, "valve", "level"]).expect(what);
+        let want = [
+            vec![0.0, 0.5, 1.0],
+            vec![1.0, 1.0, 0.0],
+            vec![0.5, 1.25, -0.2],
+        ];
+        assert_eq!(record.columns, want, "{what}");
+        assert_eq!(record.gaps(), None, "{what}");
+    }
+    let gaps = read_record(
+        plain.replace("1.25", "NaN").replace("-2e-1", "").as_bytes(),
+        ["time_s", "valve", "level"],
+    );
+    let gaps = gaps.expect("gaps are counted");
+    assert_eq!(gaps.gaps().as_deref(), Some("2 rows (lines 3, 4)"));
+    assert!(gaps.columns[2][1].is_nan() && gaps.columns[2][2].is_nan());
+    let fortnights = plain.replace("time_s", "time [fortnights]");
+    let refused = read_record(fortnights.as_bytes(), ["time", "valve", "level"]);
+    let refused = refused.expect_err("no unit").to_string();
+    assert!(
+        refused.starts_with("line 1: unit \"fortnights\" is none of time"),
+        "{refused}"
+    );
 }
 
 const LETTERS: &[u8] = b"0123456789.,;\t\n-eE\"#%[]()/x";
