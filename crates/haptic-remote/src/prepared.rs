@@ -136,6 +136,16 @@ pub(super) fn checked(
         capabilities.tick_period_min_us as f32,
         capabilities.tick_period_max_us as f32,
     );
+    let operator = configuration.operator;
+    // As in the wire's table of forms.
+    let most = match operator.form {
+        OperatorForm::Taps => u32::from(capabilities.coefficients_max),
+        OperatorForm::Modes => 16 + 2 * u32::from(capabilities.modes_max),
+        OperatorForm::Recursion => 1 + 2 * u32::from(capabilities.degree_max),
+        OperatorForm::Sections => 2 + 3 * u32::from(capabilities.degree_max),
+    };
+    let count = f32::from(operator.count);
+    fields.within(Field::CoefficientCount, count, 1.0, most as f32);
     fields.within(
         Field::Watchdog,
         f32::from(limits.watchdog_ms),

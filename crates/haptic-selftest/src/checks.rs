@@ -25,7 +25,8 @@ pub(super) fn arm(bench: &mut Bench<'_>) -> Result<Check, Broken> {
     );
     let certain = most_n > 0.0 || most_n.is_nan() || started.is_none();
     let ok = samples > 0 && !certain;
-    Ok(Check::judged(Promise::Arm, AT_REST, seen, ok).certain(certain))
+    let row = Check::judged(Promise::Arm, AT_REST, seen, ok).certain(certain);
+    Ok(row.figure("force_max_n", most_n))
 }
 
 pub(super) fn refused(started: &Option<LinkError>) -> String {
@@ -79,14 +80,16 @@ pub(super) fn reconnect(bench: &mut Bench<'_>) -> Result<Check, Broken> {
         wrong.push("it started without being armed".to_owned());
     }
     wrong.extend(armed(bench)?);
-    let took = format!("there again after {:.2} s", took.as_secs_f64());
+    let took_s = took.as_secs_f64();
+    let took = format!("there again after {took_s:.2} s");
     let ok = wrong.is_empty();
     let seen = if ok {
         format!("{took}, as promised")
     } else {
         format!("{took}, but {}", wrong.join(", "))
     };
-    Ok(Check::judged(Promise::Reconnect, CONNECTED_ANEW, seen, ok).certain(certain))
+    let row = Check::judged(Promise::Reconnect, CONNECTED_ANEW, seen, ok).certain(certain);
+    Ok(row.figure("time_to_answer_s", took_s))
 }
 
 fn armed(bench: &mut Bench<'_>) -> Result<Option<String>, Broken> {

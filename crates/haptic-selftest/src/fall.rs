@@ -1,5 +1,6 @@
 //! The way of a force to zero, as its samples show it, and the bounds of the force during the test, by ticks.
 
+use super::promise::Check;
 use haptic_link::Limits;
 use haptic_remote::Tick;
 
@@ -90,6 +91,15 @@ impl Fall {
         // The first tick of the fall is one of it; what is lost on the line is seen one sample later.
         let most = bounds.stop_ticks() + 1;
         self.never_grew && self.ticks.is_some_and(|ticks| ticks <= most)
+    }
+
+    /// The row with its figure, broken for certain if the force grew.
+    pub(super) fn shown_by(self, check: Check, bounds: &Bounds) -> Check {
+        let check = check.certain(!self.never_grew);
+        match self.ticks {
+            Some(ticks) => check.figure("time_to_zero_s", f64::from(ticks) * bounds.period_s),
+            None => check,
+        }
     }
 
     pub(super) fn words(self, bounds: &Bounds) -> String {

@@ -1,6 +1,7 @@
 //! Limits of force and rate, and the way to zero after a stop: one run.
 
 use super::bench::{Bench, Broken, LONG_WATCHDOG_MS};
+use super::direction;
 use super::fall::{Bounds, Fall};
 use super::promise::{Check, Promise};
 use super::trial::{ASKED, Followed, HALF_PERIOD_TICKS, LATE, Trial, alternating};
@@ -13,11 +14,12 @@ const TICKS: f64 = 300.0;
 /// Rounding of a difference of two forces, relative to their limit.
 const ROUNDING: f32 = 1e-5;
 
-pub(super) fn check(bench: &mut Bench<'_>) -> Result<[Check; 2], Broken> {
+pub(super) fn check(bench: &mut Bench<'_>) -> Result<[Check; 3], Broken> {
     bench.trying(Promise::ForceLimit)?;
     let bounds = bench.bounds();
     let Bounds { limits, period_s } = bounds;
     let loosened = bench.loosen()?;
+    let at_rest = direction::at_rest(bench)?;
     let ticks = (f64::from(limits.rise_time_s) / period_s + TICKS) as u32;
     let trial = Trial {
         watchdog_ms: LONG_WATCHDOG_MS,
@@ -47,12 +49,16 @@ pub(super) fn check(bench: &mut Bench<'_>) -> Result<[Check; 2], Broken> {
             return Ok([
                 Check::judged(Promise::ForceLimit, promised, seen, false),
                 Check::not_judged(Promise::Stop, zero, "not reached"),
+                Check::not_judged(Promise::Direction, "", "not reached"),
             ]);
         }
     };
+    let can = bench.link()?.capabilities();
+    let device = (can.position_resolution_m, can.simulated);
     Ok([
         limit(&followed, &bounds, promised, loosened),
         stop(&followed, &bounds, zero),
+        direction::judge(&followed, &limits, device, at_rest),
     ])
 }
 
@@ -87,7 +93,10 @@ fn limit(
     // A board that is let go at once falls faster than its rate.
     let certain = most_n > limits.force_n || most_n.is_nan() || loosened.is_none();
     let ok = kept && reached && loosened.is_some() && followed.fault.is_none();
-    Check::judged(Promise::ForceLimit, promised, seen, ok).certain(certain)
+    Check::judged(Promise::ForceLimit, promised, seen, ok)
+        .certain(certain)
+        .figure("force_max_n", most_n)
+        .figure("force_rate_max_n_per_s", rate)
 }
 
 /// Largest change of the force from a tick to the next, N/s; infinite for a force that is no number.
@@ -123,7 +132,10 @@ fn stop(followed: &Followed, bounds: &Bounds, promised: String) -> Check {
     };
     let fall = Fall::of(&followed.samples, first, bounds);
     let ok = fall.is_within(bounds);
-    Check::judged(Promise::Stop, promised, fall.words(bounds), ok).certain(!fall.never_grew)
+    fall.shown_by(
+        Check::judged(Promise::Stop, promised, fall.words(bounds), ok),
+        bounds,
+    )
 }
 
 #[cfg(test)]

@@ -3,6 +3,7 @@
 
 mod bench;
 mod checks;
+mod direction;
 mod fall;
 mod force_limit;
 mod in_time;
@@ -14,14 +15,18 @@ mod trial;
 pub use promise::{Attendant, Check, EmergencyStop, Notice, Promise, SelfTest};
 
 use bench::{Bench, Broken};
+use chrono::{DateTime, SecondsFormat, Utc};
 use haptic_experiment::Failure;
 use haptic_experiment::run::firmware_version;
 use in_time::in_time;
 use serde::Serialize;
+use std::time::SystemTime;
 
-/// Table of what was promised and what was seen.
+/// Table of what was promised and what was seen: as JSON, a certificate.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct SelfTestReport {
+    /// When the test began, RFC 3339, UTC.
+    pub date: String,
     /// The port.
     pub device: String,
     /// Board.
@@ -54,6 +59,7 @@ impl SelfTest {
     /// Exit code 2: a number outside its range. Exit code 3: no device.
     pub fn run(&self, attendant: Attendant<'_>) -> Result<SelfTestReport, Failure> {
         self.check()?;
+        let date = DateTime::<Utc>::from(SystemTime::now());
         let link = (attendant.connect)()?;
         let device = link.name();
         let (board, firmware) = (
@@ -83,6 +89,7 @@ impl SelfTest {
             not_reached(&mut checks, error);
         }
         Ok(SelfTestReport {
+            date: date.to_rfc3339_opts(SecondsFormat::Secs, true),
             device,
             board,
             firmware,

@@ -6,6 +6,7 @@ use haptic_experiment::{Failure, Named};
 use haptic_link::Limits;
 use haptic_remote::serial::SerialLink;
 use serde::Serialize;
+use std::collections::BTreeMap;
 use std::fmt;
 use std::sync::atomic::AtomicBool;
 use std::time::Duration;
@@ -113,6 +114,8 @@ pub enum Promise {
     ForceLimit,
     /// A stop takes the force to zero.
     Stop,
+    /// It moves with its force.
+    Direction,
     /// A force that is no number is a fault.
     FiniteCheck,
     /// A silent host is a fault.
@@ -127,10 +130,11 @@ pub enum Promise {
 
 impl Promise {
     /// Every one, in the order in which they are tried.
-    pub const ALL: [Self; 8] = [
+    pub const ALL: [Self; 9] = [
         Self::Arm,
         Self::ForceLimit,
         Self::Stop,
+        Self::Direction,
         Self::FiniteCheck,
         Self::Watchdog,
         Self::FlightRecorder,
@@ -145,6 +149,7 @@ impl fmt::Display for Promise {
             Self::Arm => "arm",
             Self::ForceLimit => "force limit",
             Self::Stop => "stop",
+            Self::Direction => "direction",
             Self::FiniteCheck => "finite check",
             Self::Watchdog => "watchdog",
             Self::FlightRecorder => "flight recorder",
@@ -155,7 +160,7 @@ impl fmt::Display for Promise {
 }
 
 /// A row of the table.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Check {
     /// The promise.
     pub check: Promise,
@@ -170,6 +175,9 @@ pub struct Check {
     pub not_judged: bool,
     /// It could not be judged: this machine was late in every attempt, and the board let go because of that.
     pub host_late: bool,
+    /// What was measured, by names that end in their units.
+    #[serde(skip_serializing_if = "BTreeMap::is_empty")]
+    pub figures: BTreeMap<&'static str, f64>,
     /// What was seen breaks it, whatever this machine did meanwhile.
     #[serde(skip)]
     pub(super) certain: bool,
@@ -189,8 +197,14 @@ impl Check {
             ok: ok.into(),
             not_judged: false,
             host_late: false,
+            figures: BTreeMap::new(),
             certain: false,
         }
+    }
+
+    pub(super) fn figure(mut self, name: &'static str, value: impl Into<f64>) -> Self {
+        self.figures.insert(name, value.into());
+        self
     }
 
     /// With this seen, it is broken for certain.

@@ -29,7 +29,8 @@ pub(super) fn check(bench: &mut Bench<'_>, followed: Option<&Followed>) -> Resul
     };
     let kept = read(bench)?;
     let (seen, ok) = judge(&kept, followed, fault, usize::from(room));
-    Ok(Check::judged(Promise::FlightRecorder, promised, seen, ok))
+    let row = Check::judged(Promise::FlightRecorder, promised, seen, ok);
+    Ok(row.figure("samples", kept.len() as f64))
 }
 
 fn read(bench: &Bench<'_>) -> Result<Vec<Tick>, Broken> {

@@ -88,13 +88,14 @@ pub(super) fn watchdog(bench: &mut Bench<'_>) -> Result<(Check, Option<Followed>
         return Ok((check, None));
     };
     if followed.ended_by(&[Fault::HostSilent]) {
-        let (silence, in_time) = silence(&followed, watchdog_ms, period_s);
+        let (silence_s, silence, in_time) = silence(&followed, watchdog_ms, period_s);
         let started = bench.start()?;
         if started.is_none() {
             bench.calm()?;
         }
         check.seen = format!("{silence}; {}; {}", check.seen, refused(&started));
         check.ok = Some(check.ok == Some(true) && in_time && started.is_some());
+        check = check.figure("silence_s", silence_s);
     }
     Ok((check, Some(followed)))
 }
@@ -119,10 +120,13 @@ fn faulted(
     let fall = Fall::of(&followed.samples, tick, bounds);
     let words = followed.fault_in_words().unwrap_or_default();
     let ok = latched == fault.code() && fall.is_within(bounds);
-    judged(format!("{words}; {}", fall.words(bounds)), ok).certain(!fall.never_grew)
+    fall.shown_by(
+        judged(format!("{words}; {}", fall.words(bounds)), ok),
+        bounds,
+    )
 }
 
-/// Silence before the fault by the clock of the device, in words, and whether it is the one that was set.
+/// Silence before the fault by the clock of the device, s, in words, and whether it is the one that was set.
 ///
 /// ```text
 /// sample that the last force answered  ≤  its arrival  ≤  first sample that shows it
@@ -130,10 +134,10 @@ fn faulted(
 /// The fault has to latch in the first tick that comes after the time: from the answered sample to the fault it has
 /// passed, from the sample that shows the force to the tick before the fault it has not. A device whose ticks stand still
 /// for a while, as in an emulator, keeps that too.
-fn silence(followed: &Followed, watchdog_ms: u16, period_s: f64) -> (String, bool) {
+fn silence(followed: &Followed, watchdog_ms: u16, period_s: f64) -> (f64, String, bool) {
     /// Ticks of rounding and jitter.
     const SLACK: f64 = 3.0;
-    let unknown = || ("no force arrived before it".to_owned(), false);
+    let unknown = || (f64::NAN, "no force arrived before it".to_owned(), false);
     let Some(fault) = followed.fault_tick() else {
         return unknown();
     };
@@ -153,11 +157,9 @@ fn silence(followed: &Followed, watchdog_ms: u16, period_s: f64) -> (String, boo
     let set_s = 1e-3 * f64::from(watchdog_ms);
     let in_time = passed_s(answered, latched) >= set_s - period_s
         && passed_s(&shown, before) <= set_s + SLACK * period_s;
-    let words = format!(
-        "let go {:.3} s after the last force",
-        passed_s(&shown, latched)
-    );
-    (words, in_time)
+    let silence_s = passed_s(&shown, latched);
+    let words = format!("let go {silence_s:.3} s after the last force");
+    (silence_s, words, in_time)
 }
 
 #[cfg(test)]
@@ -203,7 +205,7 @@ mod tests {
             // Nobody knows since when.
             (0, 200, false),
         ] {
-            let (words, judged) = silence(&followed(sent, fault), 200, 1e-3);
+            let (_, words, judged) = silence(&followed(sent, fault), 200, 1e-3);
             assert_eq!(judged, in_time, "{sent} {fault}: {words}");
         }
     }
@@ -218,7 +220,7 @@ mod tests {
         {
             sample.time_us = sample.time_us.wrapping_add(500_000);
         }
-        let (words, in_time) = silence(&followed, 200, 1e-3);
+        let (_, words, in_time) = silence(&followed, 200, 1e-3);
         assert!(in_time, "{words}");
     }
 
@@ -228,7 +230,7 @@ mod tests {
         followed
             .samples
             .retain(|sample| !(51..80).contains(&sample.tick));
-        let (words, in_time) = silence(&followed, 200, 1e-3);
+        let (_, words, in_time) = silence(&followed, 200, 1e-3);
         assert!(in_time, "{words}");
     }
 }

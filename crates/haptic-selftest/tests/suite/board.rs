@@ -32,6 +32,8 @@ pub(crate) enum Flaw {
     ForceStays,
     /// Its flight recorder is empty.
     NoRecorder,
+    /// It counts its position the wrong way.
+    Reversed,
     /// It says that the settings of the last connection are in force.
     KeepsSettings,
 }
@@ -39,6 +41,7 @@ pub(crate) enum Flaw {
 /// A board with an emergency stop and a simulated axis.
 struct Axis {
     plant: SimulatedPlant,
+    reversed: bool,
     stop_is_open: Arc<AtomicBool>,
 }
 
@@ -49,6 +52,18 @@ impl Axis {
             None => Ok(()),
         }
     }
+
+    fn counted(&self, reading: Reading<f32, 1>) -> Reading<f32, 1> {
+        let position_m = if self.reversed {
+            -reading.position_m
+        } else {
+            reading.position_m
+        };
+        Reading {
+            position_m,
+            ..reading
+        }
+    }
 }
 
 impl Device<f32, 1> for Axis {
@@ -56,7 +71,7 @@ impl Device<f32, 1> for Axis {
 
     fn read(&mut self) -> Result<Reading<f32, 1>, Fault> {
         self.look()?;
-        self.plant.read()
+        self.plant.read().map(|reading| self.counted(reading))
     }
 
     fn write(&mut self, force: SafeForce<f32, 1>) -> Result<(), Fault> {
@@ -87,7 +102,7 @@ impl Hardware for Axis {
 
     fn idle(&mut self) -> Result<Reading<f32, 1>, Fault> {
         self.look()?;
-        self.plant.idle()
+        self.plant.idle().map(|reading| self.counted(reading))
     }
 
     fn persisting_fault(&self) -> Option<Fault> {
@@ -154,6 +169,7 @@ impl Board {
         let stop_is_open = Arc::new(AtomicBool::new(false));
         let axis = Axis {
             plant: SimulatedPlant::new("board", || 0),
+            reversed: flaw == Flaw::Reversed,
             stop_is_open: Arc::clone(&stop_is_open),
         };
         let ends = Arc::clone(&over);

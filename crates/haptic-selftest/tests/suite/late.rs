@@ -132,7 +132,7 @@ pub(crate) fn a_host_that_was_late_once_tries_again_and_judges() {
     let report = tested_with(Mishap::Stall, 1);
     let (judged, late) = verdicts(&report);
     assert!(report.holds, "{report:#?}");
-    assert!(late.is_empty() && judged.len() == 7, "{report:#?}");
+    assert!(late.is_empty() && judged.len() == 8, "{report:#?}");
 }
 
 pub(crate) fn a_host_that_is_always_late_judges_nothing_that_it_was_too_late_for() {
@@ -146,6 +146,7 @@ pub(crate) fn a_host_that_is_always_late_judges_nothing_that_it_was_too_late_for
     let never = [
         Promise::ForceLimit,
         Promise::Stop,
+        Promise::Direction,
         Promise::FiniteCheck,
         Promise::Watchdog,
         Promise::FlightRecorder,
@@ -184,5 +185,5 @@ pub(crate) fn a_silence_of_a_device_that_answers_again_is_tried_again() {
     let report = tested_with(Mishap::Standstill, 1);
     let (judged, late) = verdicts(&report);
     assert!(report.holds, "{report:#?}");
-    assert!(late.is_empty() && judged.len() == 7, "{report:#?}");
+    assert!(late.is_empty() && judged.len() == 8, "{report:#?}");
 }

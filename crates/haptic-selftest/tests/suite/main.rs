@@ -38,7 +38,7 @@ macro_rules! named {
 }
 
 /// A flaw, the promises that a board with it breaks, if it breaks no others, and words in the row of the first.
-const FLAWS: [(Flaw, &[Promise], bool, &str); 6] = [
+const FLAWS: [(Flaw, &[Promise], bool, &str); 7] = [
     (
         // Without a fault there is nothing to record either.
         Flaw::DeafWatchdog,
@@ -63,6 +63,12 @@ const FLAWS: [(Flaw, &[Promise], bool, &str); 6] = [
         &[Promise::Stop, Promise::FiniteCheck, Promise::Watchdog],
         false,
         "",
+    ),
+    (
+        Flaw::Reversed,
+        &[Promise::Direction],
+        true,
+        "against its force: swap",
     ),
     (Flaw::NoRecorder, &[Promise::FlightRecorder], true, ""),
     (
@@ -159,9 +165,9 @@ fn a_device_that_is_unplugged_in_the_middle_ends_the_table_and_no_more() {
     });
     assert!(!report.holds && report.link_lost.is_some(), "{report:#?}");
     let kept = report.checks.iter().filter(|check| check.ok == Some(true));
-    assert_eq!(kept.count(), 4, "{report:#?}");
+    assert_eq!(kept.count(), 5, "{report:#?}");
     assert_eq!(report.checks.len(), Promise::ALL.len());
-    assert_eq!(report.checks[5].seen, "not reached");
+    assert_eq!(report.checks[6].seen, "not reached");
 }
 
 fn an_emergency_stop_during_another_check_ends_the_test() {

@@ -1,0 +1,156 @@
+//! The direction in which a device moves under its force: with the encoder or the motor the wrong way round every spring pushes away.
+//!
+//! ```text
+//! W[n] = Σ_{k<n} ½·(f[k] + f[k+1])·(x[k+1] − x[k])
+//! ```
+//! Whatever hangs on the motor, if it starts at rest and nobody moves it, takes energy before it gives any back: W ≥ 0. A device that
+//! counts the wrong way shows −W. So the first motion tells; later ones add what the sensor's delay takes away.
+//!
+//! - *Symbols*: f the force of a tick, N; x its position, m; W the work, J, shown as W over the largest force, m.
+//! - *Not judged*: W over the largest force stays below 16 counts of the sensor, as where friction or a hand holds it, or a wire is off.
+
+use super::bench::{Bench, Broken};
+use super::promise::{Check, Promise};
+use super::trial::Followed;
+use haptic_link::Limits;
+use haptic_loop::Limiters;
+use haptic_remote::Tick;
+use std::time::Duration;
+
+/// The run is over.
+const OVER: u8 = Limiters::STOPPING.bits() | Limiters::FAULT.bits();
+/// Counts, and their size where the sensor has none, m.
+const LEAST_COUNTS: f64 = 16.0;
+const COUNT_M: f64 = 1e-6;
+
+/// Waits until it is at rest, 2 s at most: what coasts gives energy. Whether it is.
+pub(super) fn at_rest(bench: &mut Bench<'_>) -> Result<bool, Broken> {
+    let most_m = 2.0 * count_m(bench.link()?.capabilities().position_resolution_m);
+    for _ in 0..40 {
+        let samples = bench.listen(Duration::from_millis(50))?.samples;
+        if samples.len() < 2 {
+            continue;
+        }
+        let places = samples.iter().map(|tick| f64::from(tick.position_m[0]));
+        let ends = (f64::INFINITY, f64::NEG_INFINITY);
+        let (low, high) = places.fold(ends, |(low, high), x| (x.min(low), x.max(high)));
+        if high - low <= most_m {
+            return Ok(true);
+        }
+    }
+    Ok(false)
+}
+
+fn count_m(resolution_m: f32) -> f64 {
+    f64::from(resolution_m).max(COUNT_M)
+}
+
+/// The row of a run from rest whose force changed its sign.
+pub(super) fn judge(
+    followed: &Followed,
+    limits: &Limits,
+    (resolution_m, simulated): (f32, bool),
+    at_rest: bool,
+) -> Check {
+    let enough_m = LEAST_COUNTS * count_m(resolution_m);
+    let fault = followed.fault_tick().unwrap_or(u32::MAX);
+    let running =
+        (followed.samples.iter()).take_while(|tick| tick.tick < fault && tick.limiters & OVER == 0);
+    let running: Vec<&Tick> = running.collect();
+    let mut with_m = 0.0_f64;
+    for pair in running.windows(2) {
+        let mean = f64::from(pair[0].force_n[0]).midpoint(pair[1].force_n[0].into());
+        let moved_m = f64::from(pair[1].position_m[0]) - f64::from(pair[0].position_m[0]);
+        with_m += mean * moved_m / f64::from(limits.force_n);
+        if with_m.abs() >= enough_m {
+            break;
+        }
+    }
+    let promised = "it moves with its force, not against it";
+    let check = |seen: &str, ok| Check::judged(Promise::Direction, promised, seen, ok);
+    let unknown = |seen| match simulated {
+        true => check(seen, None),
+        // A wire may be off.
+        false => Check::not_judged(Promise::Direction, promised, seen),
+    };
+    let told = if !at_rest {
+        unknown("it moved already: hold it still, then let go")
+    } else if with_m.abs() < enough_m {
+        unknown(
+            "it hardly moved, which tells nothing: look at the encoder's wires, let it move freely, or give it more force",
+        )
+    } else if with_m > 0.0 {
+        check(
+            &format!("{:.2} mm with its force", 1e3 * with_m),
+            Some(true),
+        )
+    } else {
+        let seen = format!(
+            "{:.2} mm against its force: try again with your hand away, then swap the encoder's channels or the motor's leads",
+            -1e3 * with_m
+        );
+        check(&seen, Some(false))
+    };
+    told.figure("moved_with_force_m", with_m)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A mass, kg, in damping, N·s/m, on a spring, N/m, under ±0.1 N, the sign changed every 40 ticks of 1 ms; its counts of 10 µm.
+    fn run(mass: f64, damping: f64, spring: f64, count: f64) -> Followed {
+        let (mut x, mut v) = (0.0_f64, 0.0);
+        let tick = |tick: u32| {
+            let force: f64 = if (tick / 40).is_multiple_of(2) {
+                0.1
+            } else {
+                -0.1
+            };
+            let sample = Tick {
+                tick,
+                position_m: [((x / 1e-5_f64).round() * count) as f32],
+                force_n: [force as f32],
+                ..Tick::NONE
+            };
+            for _ in 0..100 {
+                v += 1e-5 * (force - damping * v - spring * x) / mass;
+                x += 1e-5 * v;
+            }
+            sample
+        };
+        Followed {
+            samples: (0..330).map(tick).collect(),
+            ..Followed::default()
+        }
+    }
+
+    #[test]
+    fn a_device_that_counts_the_wrong_way_is_seen_whatever_hangs_on_it() {
+        let limits = Limits {
+            force_n: 0.1,
+            ..Limits::DEFAULT
+        };
+        // Almost free, damped, held by a soft finger.
+        for (mass, damping, spring) in [(0.065, 0.05, 0.0), (0.065, 3.5, 0.0), (0.1, 2.0, 100.0)] {
+            for (count, ok) in [(1e-5, true), (-1e-5, false)] {
+                let whole = run(mass, damping, spring, count);
+                let mut lost = whole.clone();
+                lost.samples.retain(|tick| tick.tick % 7 != 3);
+                for followed in [whole, lost] {
+                    let row = judge(&followed, &limits, (1e-5, true), true);
+                    assert_eq!(row.ok, Some(ok), "{mass} kg, {spring} N/m: {row:?}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn of_one_that_does_not_move_nothing_is_claimed() {
+        let held = run(0.065, 3.5, 1e5, 1e-5);
+        for (simulated, at_rest) in [(true, true), (false, true), (false, false)] {
+            let row = judge(&held, &Limits::DEFAULT, (1e-5, simulated), at_rest);
+            assert_eq!((row.ok, row.not_judged), (None, !simulated), "{row:?}");
+        }
+    }
+}
