@@ -15,6 +15,7 @@ mod lists;
 #[path = "../../firmware/tests/loops.rs"]
 mod loops;
 mod muscle;
+mod pico;
 mod relaxation;
 mod selftest;
 mod tables;

@@ -1,5 +1,6 @@
 //! An encoder without a counter: counts from samples of its two channels.
 
+use core::sync::atomic::{AtomicU8, Ordering};
 use haptic_loop::Fault;
 
 /// Counts an encoder's steps from samples of its channels A and B, for a chip that has no counter for them, but
@@ -27,6 +28,10 @@ pub struct Quadrature {
     count: i32,
     /// Quarter of the line, 0 to 3; none before the first sample.
     quarter: Option<u8>,
+    /// Place in a ring of the next samples.
+    next: usize,
+    /// Byte of a ring in which all samples are the last one; none before the first.
+    still: Option<u8>,
 }
 
 impl Quadrature {
@@ -36,6 +41,8 @@ impl Quadrature {
         Self {
             count: 0,
             quarter: None,
+            next: 0,
+            still: None,
         }
     }
 
@@ -60,6 +67,31 @@ impl Quadrature {
                     self.count
                 }
             };
+        }
+        followed
+    }
+
+    /// Takes in what has come into a ring, which a DMA fills from its beginning on, four samples a byte, up to `end`, the
+    /// place of the next byte: so the position is that of now, and not of when a word was full. To be called
+    /// before it has come round.
+    ///
+    /// # Errors
+    /// As [`take`](Self::take).
+    #[inline]
+    pub fn take_ring(&mut self, ring: &[AtomicU8], end: usize) -> Result<(), Fault> {
+        let mut followed = Ok(());
+        // Where the ring has just come round, the place behind its last byte is its beginning.
+        let end = end.checked_rem(ring.len()).unwrap_or(0);
+        while self.next != end
+            && let Some(samples) = ring.get(self.next)
+        {
+            let samples = samples.load(Ordering::Relaxed);
+            // Most bytes of most ticks: a shaft is slow.
+            if Some(samples) != self.still {
+                followed = followed.and(self.take(samples.into(), 4));
+                self.still = Some((samples >> 6) * 0b01_01_01_01);
+            }
+            self.next = (self.next + 1) % ring.len();
         }
         followed
     }

@@ -4,14 +4,23 @@ use std::path::PathBuf;
 use std::{env, fs};
 
 fn main() {
+    let has = |feature: &str| env::var_os(format!("CARGO_FEATURE_{feature}")).is_some();
+    let chip = match (has("RP2040"), has("RP2350")) {
+        (true, false) => "rp2040",
+        (false, true) => "rp2350",
+        _ => panic!("one chip: --no-default-features --features rp2350 for the other"),
+    };
     let out = PathBuf::from(env::var_os("OUT_DIR").expect("cargo sets it"));
-    fs::copy("memory.x", out.join("memory.x")).expect("memory.x stands beside build.rs");
-    println!("cargo::rerun-if-changed=memory.x");
+    let memory = format!("memory/{chip}.x");
+    fs::copy(&memory, out.join("memory.x")).expect("it stands beside build.rs");
+    println!("cargo::rerun-if-changed={memory}");
     println!("cargo::rustc-link-search={}", out.display());
     println!("cargo::rustc-link-arg-bins=-Tlink.x");
-    // The boot loader's second stage, from embassy-rp.
-    println!("cargo::rustc-link-arg-bins=-Tlink-rp.x");
-    if env::var_os("CARGO_FEATURE_DEFMT").is_some() {
+    if has("RP2040") {
+        // The boot loader's second stage, from embassy-rp.
+        println!("cargo::rustc-link-arg-bins=-Tlink-rp.x");
+    }
+    if has("DEFMT") {
         println!("cargo::rustc-link-arg-bins=-Tdefmt.x");
     }
 }

@@ -2,6 +2,7 @@
 
 use haptic_board::Quadrature;
 use haptic_board::haptic_loop::Fault;
+use std::sync::atomic::{AtomicU8, Ordering};
 
 /// Channels at a count: A is bit 0, B bit 1, A leads.
 fn pins(count: i64) -> u32 {
@@ -53,4 +54,55 @@ fn more_samples_than_a_word_holds_are_not_invented() {
     let mut encoder = Quadrature::new();
     encoder.take(0, 99).expect("no motion");
     assert_eq!(encoder.count(), 0);
+}
+
+#[test]
+fn at_a_constant_speed_every_tick_counts_the_same_whatever_its_period() {
+    // 128 samples a millisecond, four a byte, in a ring that comes round every 2 ms, as a chip's DMA writes it.
+    const SAMPLES_PER_S: f64 = 128e3;
+    let ring: [AtomicU8; 64] = std::array::from_fn(|_| AtomicU8::new(0));
+    for period_s in [1e-3, 1.1e-3, 1.333e-3, 1.9e-3] {
+        let mut encoder = Quadrature::new();
+        let counts_a_tick = 10.0;
+        let count_at = |time_s: f64| (counts_a_tick * time_s / period_s) as i64;
+        let (mut written, mut before) = (0_usize, 0);
+        for tick in 1..=3000 {
+            let time_s = f64::from(tick) * period_s;
+            // What is full at the time of the tick.
+            let full = (time_s * SAMPLES_PER_S / 4.0) as usize;
+            for byte in written..full {
+                let sample = |index| count_at((4 * byte + index) as f64 / SAMPLES_PER_S);
+                let samples =
+                    (0..4).fold(0, |byte, index| byte | pins(sample(index)) << (2 * index));
+                ring[byte % ring.len()].store(samples as u8, Ordering::Relaxed);
+            }
+            written = full;
+            let end = written % ring.len();
+            encoder.take_ring(&ring, end).expect("slow enough");
+            let count = encoder.count();
+            // A byte is 31 µs, a third of a count here.
+            let behind = counts_a_tick * f64::from(tick) - f64::from(count);
+            assert!(
+                (0.0..1.5).contains(&behind),
+                "{period_s}: {behind} at {tick}"
+            );
+            assert!(
+                tick < 2 || (9..=11).contains(&(count - before)),
+                "{period_s}: {}",
+                count - before
+            );
+            before = count;
+        }
+    }
+}
+
+#[test]
+fn a_shaft_that_rests_at_first_loses_no_count_of_a_ring() {
+    // The first count comes between two bytes.
+    let ring = [0x00, 0x00, 0x55, 0x55, 0xff].map(AtomicU8::new);
+    let mut encoder = Quadrature::new();
+    for end in [2, 4, 0] {
+        encoder.take_ring(&ring, end).expect("slow enough");
+    }
+    assert_eq!(encoder.count(), 2);
 }

@@ -1,4 +1,4 @@
-//! A haptic device on an RP2040 with embassy: encoder by PIO, motor by PWM, the host over USB. **Built, not yet run on
+//! A haptic device on an RP2040 or RP2350 with embassy: encoder by PIO, motor by PWM, the host over USB. **Not yet run on
 //! hardware.**
 //!
 //! ```text
@@ -9,6 +9,7 @@
 #![no_main]
 
 mod axis;
+mod encoder;
 mod tick;
 mod usb;
 
@@ -21,6 +22,7 @@ use embassy_futures::join::join4;
 use embassy_futures::select::select;
 use embassy_rp::watchdog::Watchdog;
 use embassy_time::{Duration, Timer};
+use encoder::EncoderPins;
 use haptic_board::{MainLoop, Place, RetainedMemory, Ticker, TickerSlot, identity, power_up};
 use tick::Alarm;
 use usb::{Buffers, UsbLine};
@@ -48,9 +50,12 @@ async fn main(_spawner: Spawner) {
     core::hint::black_box(&IDENTITY);
     // The motor first: disabled.
     let axis = Axis::new(Pins {
-        pio: chip.PIO0,
-        a: chip.PIN_2,
-        b: chip.PIN_3,
+        encoder: EncoderPins {
+            pio: chip.PIO0,
+            a: chip.PIN_2,
+            b: chip.PIN_3,
+            dma: (chip.DMA_CH0, chip.DMA_CH1),
+        },
         slice: chip.PWM_SLICE2,
         command: chip.PIN_4,
         enable: chip.PIN_6,

@@ -3,7 +3,14 @@
 use crate::TICKER;
 use embassy_rp::interrupt;
 use embassy_rp::interrupt::{InterruptExt as _, Priority};
+#[cfg(feature = "rp2040")]
+use embassy_rp::interrupt::{TIMER_IRQ_0 as OF_EMBASSY, TIMER_IRQ_3 as OF_TICK};
+#[cfg(feature = "rp2350")]
+use embassy_rp::interrupt::{TIMER0_IRQ_0 as OF_EMBASSY, TIMER0_IRQ_3 as OF_TICK};
+#[cfg(feature = "rp2040")]
 use embassy_rp::pac::TIMER;
+#[cfg(feature = "rp2350")]
+use embassy_rp::pac::TIMER0 as TIMER;
 use embassy_time::Instant;
 use haptic_board::TickTimer;
 
@@ -15,6 +22,11 @@ const SOON_US: u32 = 5;
 /// Time since power-up, µs.
 pub(crate) fn now_us() -> u64 {
     Instant::now().as_micros()
+}
+
+/// Its lower word, µs.
+pub(crate) fn counter_us() -> u32 {
+    TIMER.timerawl().read()
 }
 
 /// Alarm 3, once a period.
@@ -30,15 +42,15 @@ impl Alarm {
     pub(crate) fn start() -> Self {
         // All others come after it: USB and embassy's own alarm.
         interrupt::USBCTRL_IRQ.set_priority(Priority::P3);
-        interrupt::TIMER_IRQ_0.set_priority(Priority::P2);
-        interrupt::TIMER_IRQ_3.set_priority(Priority::P0);
+        OF_EMBASSY.set_priority(Priority::P2);
+        OF_TICK.set_priority(Priority::P0);
         TIMER
             .inte()
             .modify(|enabled| enabled.set_alarm(ALARM, true));
         #[expect(unsafe_code, reason = "interrupts begin")]
         // SAFETY: the handler looks into a slot that is empty until the ticker is in it.
         unsafe {
-            interrupt::TIMER_IRQ_3.enable();
+            OF_TICK.enable();
         }
         Self {
             next_us: 0,
@@ -48,7 +60,7 @@ impl Alarm {
 
     fn arm(&mut self) {
         // A period that is over is skipped, not made up for.
-        let now_us = TIMER.timerawl().read();
+        let now_us = counter_us();
         let left_us = self.next_us.wrapping_sub(now_us) as i32;
         if left_us < SOON_US as i32 {
             self.next_us = now_us.wrapping_add(SOON_US);
@@ -70,12 +82,19 @@ impl TickTimer for Alarm {
 
     fn set_period_us(&mut self, period_us: u32) {
         self.period_us = period_us;
-        self.next_us = TIMER.timerawl().read().wrapping_add(period_us);
+        self.next_us = counter_us().wrapping_add(period_us);
         self.arm();
     }
 }
 
+#[cfg(feature = "rp2040")]
 #[interrupt]
 fn TIMER_IRQ_3() {
+    TICKER.tick(now_us);
+}
+
+#[cfg(feature = "rp2350")]
+#[interrupt]
+fn TIMER0_IRQ_3() {
     TICKER.tick(now_us);
 }

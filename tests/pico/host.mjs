@@ -1,0 +1,53 @@
+/** The host's command against the bench, in one process with it, so that a test turns the world as it likes. */
+import { spawn } from 'node:child_process';
+import { existsSync, mkdtempSync, rmSync } from 'node:fs';
+import { tmpdir } from 'node:os';
+import { join } from 'node:path';
+import { fileURLToPath } from 'node:url';
+import { Bench } from './bench.mjs';
+
+export const root = fileURLToPath(new URL('../..', import.meta.url));
+const IMAGE = process.env.PICO_IMAGE ?? join(root, 'target/firmware/thumbv6m-none-eabi/release/haptic-rp2040');
+export const COMMAND = process.env.HOST_CLI ?? join(root, 'target/debug/host-cli');
+
+/** A bench for one test, with its line in a folder that goes with the test. */
+export async function bench(test, device = {}) {
+  for (const file of [IMAGE, COMMAND]) if (!existsSync(file)) throw new Error(`${file} is missing: README.md says how it is built`);
+  const folder = mkdtempSync(join(tmpdir(), 'pico-'));
+  const made = new Bench(IMAGE, device, Boolean(process.env.PICO_CACHE));
+  made.folder = folder;
+  await made.listen(join(folder, 'line'));
+  test.after(() => {
+    made.end();
+    rmSync(folder, { recursive: true });
+  });
+  return made;
+}
+
+/** Starts the command, or another, the port's name at the place of `PORT`; the bench has to run meanwhile. */
+export function start(made, args, heard = () => {}, [command, options] = [COMMAND, { cwd: made.folder }]) {
+  const child = spawn(command, args.map((word) => word.replace('PORT', `serial:${join(made.folder, 'line')}`)), options);
+  const host = { child, out: '', err: '', code: undefined };
+  for (const [stream, key] of [[child.stdout, 'out'], [child.stderr, 'err']]) {
+    stream.on('data', (text) => {
+      host[key] += text;
+      heard(String(text), host);
+    });
+  }
+  child.on('close', (code, signal) => { host.code = code ?? signal; });
+  return host;
+}
+
+/** Runs the command to its end. */
+export async function run(made, args, heard, command) {
+  const host = start(made, args, heard, command);
+  await made.live(() => host.code !== undefined);
+  return host;
+}
+
+/** Runs the bench until something holds, checked each tick; fails after so much emulated time, s. */
+export async function until(made, holds, patience_s) {
+  const end = made.nanos + patience_s * 1e9;
+  await made.live(() => holds() || made.nanos > end);
+  if (!holds()) throw new Error(`not within ${patience_s} s of emulated time: ${JSON.stringify(made.state())}`);
+}

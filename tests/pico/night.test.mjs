@@ -1,0 +1,212 @@
+// Runs that take their time: the loop closed over PWM and encoder, against the analysis and the simulated plant.
+import assert from 'node:assert/strict';
+import { execFileSync } from 'node:child_process';
+import { readFileSync, writeFileSync } from 'node:fs';
+import { join } from 'node:path';
+import { test } from 'node:test';
+import { COMMAND, bench, root, run } from './host.mjs';
+import { DEVICE } from './world.mjs';
+
+const STEP_M = DEVICE.encoder_step_m;
+
+/**
+ * From a measurement to the force that answers it, as the pins have it, µs: age of the newest whole byte of samples, and
+ * time until the amplifier has the pulse. Counts of the encoder at the ticks stand in `board.counts`.
+ */
+function delays(board) {
+  const [ages, latencies] = [[], []];
+  const machine = board.chip.mcu.pio[0].machines[0];
+  let duty = 0.5;
+  board.counts = [];
+  board.chip.onTick = ({ began }) => {
+    if (!board.world.enabled) return;
+    board.counts.push(board.world.count);
+    const since = machine.inputShiftCount / 2 / 128e3 * 1e9 - (board.chip.nanos - began);
+    ages.push((since % 31.25e3 + 31.25e3) % 31.25e3);
+  };
+  board.world.onStep = () => {
+    if (board.world.duty !== duty && board.world.enabled) latencies.push(board.chip.nanos - board.chip.ticks.began);
+    duty = board.world.duty;
+  };
+  const middle = (values) => values.sort((one, next) => one - next)[values.length >> 1];
+  return () => (middle(ages) + middle(latencies)) / 1e3;
+}
+
+/** A wall of order 0.5 on the device of the example, pushed with 1 N; the push begins 0.6 s after the run, at a tick. */
+async function wall(t, { stiffness, dissipation, duration_s, more = '' }) {
+  const board = await bench(t);
+  const file = (extra) => `[wall]
+mass_kg = ${DEVICE.mass_kg}
+damping_n_s_per_m = ${DEVICE.damping_n_s_per_m}
+sample_time_s = 0.001
+order = 0.5
+stiffness_n_per_m = ${stiffness}
+dissipation_n_s_mu_per_m = ${dissipation}
+force_limit_n = 8
+duration_s = ${duration_s}
+encoder_resolution_m = ${STEP_M}
+${extra}`;
+  writeFileSync(join(board.folder, 'wall.toml'), file(more));
+  const delay_us = delays(board);
+  const { onTick } = board.chip;
+  board.chip.onTick = (tick) => {
+    if (board.world.enabled && !board.pushed) {
+      board.pushed = true;
+      // The plant of the simulation is read at the tick, the encoder a little earlier.
+      board.at(board.before + tick.began + 600e6 - 11.4e3, () => board.apply({ push_n: 1 }));
+    }
+    onTick(tick);
+  };
+  const host = await run(board, ['run', 'wall.toml', '--device', 'PORT', 'watchdog=1s', '--force-unstable', '--out', 'out', '--json']);
+  const columns = (path) => readFileSync(join(board.folder, path), 'utf8').trim().split('\n').map((line) => line.split(','));
+  return { board, host, file, columns, delay_us: delay_us() };
+}
+
+test('twenty seconds of a wall lose nothing and move as the simulated plant does, within an encoder step', async (t) => {
+  const law = { stiffness: 1000, dissipation: 10, duration_s: 20 };
+  const { board, host, file, columns, delay_us } = await wall(t, law);
+  assert.equal(host.code, 0, host.err);
+  const { link } = JSON.parse(host.out);
+  assert.deepEqual([link.samples_lost, link.overruns, link.from_device.corrupt], [0, 0, 0]);
+  writeFileSync(join(board.folder, 'sim.toml'), file(`delay_s = ${delay_us * 1e-6}\nimpact_m_per_s = 0`));
+  execFileSync(COMMAND, ['run', 'sim.toml', '--out', 'sim', '-q'], { cwd: board.folder });
+  const counts = (path) => columns(path).slice(1).map(([, position]) => Math.round(position / STEP_M));
+  const [real, simulated] = ['out/wall.csv', 'sim/wall.csv'].map(counts);
+  const apart = real.slice(600).map((count, tick) => Math.abs(count - simulated[tick]));
+  const furthest = Math.max(...apart);
+  t.diagnostic(`${apart.length} ticks, delay ${delay_us.toFixed(1)} µs, at most ${furthest} steps apart`);
+  assert.ok(Math.max(...real) > 60, 'it moved');
+  assert.ok(furthest <= 1, `${furthest} steps`);
+});
+
+test('a wall 5 % below what the analysis allows rests, and one 5 % beyond bounces', async (t) => {
+  const base = { stiffness: 2000, dissipation: 10, duration_s: 4 };
+  const { delay_us } = await wall(t, { ...base, duration_s: 1 });
+  const analysis = ['analyze', 'stability', '--order', '0.5', '--mass', `${DEVICE.mass_kg}kg`, '--damping', `${DEVICE.damping_n_s_per_m}`,
+    '--sample-time', '1ms', '--stiffness', `${base.stiffness}`, '--dissipation', `${base.dissipation}`, '--delay', `${delay_us}us`, '--json'];
+  const { gain_margin } = JSON.parse(execFileSync(COMMAND, analysis));
+  const swing = async (share) => {
+    const [stiffness, dissipation] = [base.stiffness, base.dissipation].map((value) => value * gain_margin * share);
+    const { board } = await wall(t, { ...base, stiffness, dissipation });
+    const counts = board.counts.slice(-200);
+    return { board, steps: Math.max(...counts) - Math.min(...counts) };
+  };
+  const [below, beyond] = [await swing(0.95), await swing(1.05)];
+  t.diagnostic(`delay ${delay_us.toFixed(1)} µs, margin ${gain_margin.toFixed(3)}: ${below.steps} steps below, ${beyond.steps} beyond`);
+  assert.ok(below.steps <= 4, `${below.steps} steps from end to end`);
+  assert.ok(beyond.steps > 50, `${beyond.steps} steps from end to end`);
+  assert.deepEqual([beyond.board.world.enabled, beyond.board.world.force_n], [false, 0]);
+});
+
+test('twenty seconds of a relaxation lose nothing and follow the full history', async (t) => {
+  const board = await bench(t);
+  board.world.onEnable = (high) => high && board.apply({ hand: { position_m: 1e-3 } });
+  board.apply({ hand: { stiffness_n_per_m: 2e4, damping_n_s_per_m: 20, speed_m_per_s: 1e-3 } });
+  const host = await run(board, ['relax', '--device', 'PORT', '--duration', '20s', 'watchdog=1s', '--out', 'out', '--json']);
+  assert.equal(host.code, 0, host.err);
+  const report = JSON.parse(host.out);
+  assert.deepEqual([report.link.samples_lost, report.link.overruns, report.link.from_device.corrupt], [0, 0, 0]);
+  assert.ok(report.max_relative_error < 1e-6, `${report.max_relative_error}`);
+});
+
+test('a relaxation with its loop on the host loses nothing either', async (t) => {
+  const board = await bench(t);
+  board.world.onEnable = (high) => high && board.apply({ hand: { position_m: 1e-3 } });
+  board.apply({ hand: { stiffness_n_per_m: 2e4, damping_n_s_per_m: 20, speed_m_per_s: 1e-3 } });
+  const options = ['--loop', 'host', '--duration', '4s', 'watchdog=1s', 'max_age_ticks=1000', '--out', 'out', '--json'];
+  const host = await run(board, ['relax', '--device', 'PORT', ...options]);
+  assert.equal(host.code, 0, host.err);
+  // How old its forces are is the host's affair, and that of what else the machine does.
+  const { link, peak_force_n } = JSON.parse(host.out);
+  assert.deepEqual([link.samples_lost, link.overruns, link.from_device.corrupt], [0, 0, 0]);
+  assert.ok(peak_force_n > 0.1, `${peak_force_n} N`);
+});
+
+test('a measurement finds the world: mass and damping to 5 %, delay to 0.1 sample, lag to 20 %', async (t) => {
+  const world = { friction_n: 0.1, lag_s: 5e-4 };
+  const board = await bench(t, world);
+  const delay_us = delays(board);
+  const options = ['--force-limit', '8N', '--box', '20mm', 'watchdog=1s', 'max_age_ticks=1000', '--out', 'device.toml'];
+  const host = await run(board, ['device', 'measure', '--device', 'PORT', ...options]);
+  assert.equal(host.code, 0, host.err);
+  const toml = readFileSync(join(board.folder, 'device.toml'), 'utf8');
+  const found = (key) => Number(toml.match(new RegExp(`^${key} = (.*)$`, 'm'))[1]);
+  const within = (key, value, tolerance) => {
+    t.diagnostic(`${key} ${found(key)}, true ${value}`);
+    assert.ok(Math.abs(found(key) - value) <= tolerance, `${key} ${found(key)} for ${value}`);
+  };
+  within('mass_kg', DEVICE.mass_kg, 0.05 * DEVICE.mass_kg);
+  within('damping_n_s_per_m', DEVICE.damping_n_s_per_m, 0.05 * DEVICE.damping_n_s_per_m);
+  within('current_lag_s', world.lag_s, 0.2 * world.lag_s);
+  within('delay_s', delay_us() * 1e-6, 1e-4);
+});
+
+test('a hundred thousand ticks have the forces of the host, bit for bit', async (t) => {
+  const board = await bench(t);
+  board.apply({ hand: { stiffness_n_per_m: 2000, damping_n_s_per_m: 5 } });
+  const swing = () => {
+    const turn = 2 * Math.PI * board.nanos / 1e9;
+    // At rest at zero, where a run may start, until it has.
+    if (board.world.enabled) board.world.hand.position_m = 1.5e-3 * Math.sin(1.3 * turn) + 1e-3 * Math.sin(0.07 * turn);
+    board.at(board.nanos + 1e6, swing);
+  };
+  swing();
+  const args = ['test', '--quiet', '--locked', '--test', 'firmware', '--', '--ignored', '--nocapture', '--exact',
+    'pico::by_night_a_pico_has_the_forces_of_the_host_bit_for_bit'];
+  const env = { ...process.env, PICO_LINE: join(board.folder, 'line'), PICO_TICKS: process.env.PICO_TICKS ?? '100000' };
+  const host = await run(board, args, undefined, ['cargo', { cwd: root, env }]);
+  assert.equal(host.code, 0, host.out + host.err);
+  t.diagnostic(host.out.match(/\d+ ticks.*/)[0]);
+});
+
+/** Uniform in [0, 1), the same in every run: a counter through a mixer (Steele, Lea, Flood 2014, in 32 bits). */
+function chance(seed) {
+  let state = seed;
+  return () => {
+    state = state + 0x6d2b79f5 | 0;
+    let mixed = Math.imul(state ^ state >>> 15, 1 | state);
+    mixed = mixed + Math.imul(mixed ^ mixed >>> 7, 61 | mixed) ^ mixed;
+    return ((mixed ^ mixed >>> 14) >>> 0) / 2 ** 32;
+  };
+}
+
+test('a hundred thousand corrupted frames among the host\'s own change nothing', async (t) => {
+  const [FRAMES, EVERY_NANOS] = [1e5, 250e3];
+  const board = await bench(t);
+  const random = chance(7);
+  const said = [];
+  let frame = [];
+  const send = board.cable.send.bind(board.cable);
+  board.cable.send = (bytes) => {
+    for (const byte of bytes) {
+      if (byte !== 0) frame.push(byte);
+      else {
+        if (frame.length > 4) said.push(frame);
+        frame = [];
+      }
+    }
+    send(bytes);
+  };
+  let sent = 0;
+  const inject = () => {
+    // Between two frames of the host, one that it has said, with one to three bits turned.
+    if (said.length > 0 && frame.length === 0 && board.cable.toChip.length < 256 && sent < FRAMES) {
+      const bad = [...said[Math.floor(random() * said.length)]];
+      const below = (limit) => Math.floor(random() * limit);
+      for (let flips = 1 + below(3); flips > 0; flips--) bad[below(bad.length)] ^= 1 << below(8);
+      send([...bad, 0]);
+      sent++;
+    }
+    board.at(board.nanos + EVERY_NANOS, inject);
+  };
+  board.at(board.nanos, inject);
+  board.world.onEnable = (high) => high && board.apply({ hand: { position_m: 1e-3 } });
+  board.apply({ hand: { stiffness_n_per_m: 2e4, damping_n_s_per_m: 20, speed_m_per_s: 1e-3 } });
+  const host = await run(board, ['relax', '--device', 'PORT', '--duration', '27s', 'watchdog=1s', '--out', 'out', '--json']);
+  assert.equal(host.code, 0, host.err);
+  const report = JSON.parse(host.out);
+  t.diagnostic(`${sent} sent, ${report.link.to_device.corrupt} found corrupt`);
+  assert.equal(sent, FRAMES);
+  assert.deepEqual([report.link.samples_lost, report.link.overruns, board.resets], [0, 0, 0]);
+  assert.ok(report.max_relative_error < 1e-6, `${report.max_relative_error}`);
+});
