@@ -34,6 +34,7 @@ use crate::experiment::touch::{self, TouchExperiment, TouchReport, TouchVerdict}
 use crate::experiment::trial::{Trial as _, TrialSetup};
 use crate::experiment::wall::{self, MUST_BE_STABLE, WallExperiment, WallReport};
 use crate::judge::Published;
+use crate::judge::modelled_tissue::TissuePiece;
 use crate::judge::report::RunReport;
 use crate::run::Supervisor;
 use crate::run::folder::FolderRequest;
@@ -178,6 +179,15 @@ impl ExperimentFile {
         match &self.0 {
             Experiment::Touch(own) => own.axes,
             _ => 1,
+        }
+    }
+
+    /// The piece of tissue that an indenter presses.
+    #[must_use]
+    pub const fn piece(&self) -> Option<&TissuePiece> {
+        match &self.0 {
+            Experiment::Relax(own) | Experiment::Creep(own) => Some(&own.rendering.piece),
+            _ => None,
         }
     }
 

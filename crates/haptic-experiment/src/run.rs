@@ -45,7 +45,7 @@ use realtime::RealtimeSummary;
 use record::Record;
 use recorder::Recorded;
 pub use recorder::{Recorder, Stopped};
-pub use remote::{RoundTrip, guard_of};
+pub use remote::{RoundTrip, cycles, guard_of};
 pub use safety::{GuardedDevice, speed, workspace};
 use schedule::{Pace, Schedule};
 use std::collections::BTreeMap;

@@ -92,6 +92,18 @@ impl LoadingKind {
         }
     }
 
+    /// The sizes that it needs or may have, as errors name them.
+    #[must_use]
+    pub const fn sizes(self) -> &'static [&'static str] {
+        match self {
+            Self::Shear => &["area", "thickness"],
+            Self::Tension | Self::Compression => &["area", "thickness", "bonded"],
+            Self::Punch => &["indenter radius"],
+            Self::Sphere => &["indenter radius", "thickness", "bonded"],
+            Self::Cone => &["half angle"],
+        }
+    }
+
     /// True for a slab, which has an area and a thickness; false for an indenter on a deep body.
     #[must_use]
     pub const fn is_slab(self) -> bool {
@@ -142,10 +154,6 @@ impl Loading {
         let kind = self.kind;
         let loading = kind.name();
         let need = |size: Option<f64>, what| size.ok_or(ParameterError::Missing { what, loading });
-        let idle = |given: bool, what| match given {
-            true => Err(ParameterError::NoEffect { what, loading }),
-            false => Ok(()),
-        };
         let body = match kind {
             LoadingKind::Shear | LoadingKind::Tension | LoadingKind::Compression => Body::Slab {
                 area: need(self.area_m2, "area")?,
@@ -161,18 +169,21 @@ impl Loading {
             },
             LoadingKind::Cone => Body::Cone(need(self.half_angle_rad, "half angle")?),
         };
-        let (slab, layer) = (kind.is_slab(), self.bonded && kind == LoadingKind::Sphere);
-        let round = matches!(kind, LoadingKind::Punch | LoadingKind::Sphere);
-        idle(self.area_m2.is_some() && !slab, "area")?;
-        idle(self.thickness_m.is_some() && !(slab || layer), "thickness")?;
-        idle(self.radius_m.is_some() && !round, "indenter radius")?;
-        idle(
-            self.half_angle_rad.is_some() && kind != LoadingKind::Cone,
-            "half angle",
-        )?;
-        let held = layer || matches!(kind, LoadingKind::Tension | LoadingKind::Compression);
-        idle(self.bonded && !held, "bonded")?;
-        Ok(body)
+        let deep = kind == LoadingKind::Sphere && !self.bonded;
+        let given = [
+            (self.area_m2.is_some(), "area"),
+            (self.thickness_m.is_some(), "thickness"),
+            (self.radius_m.is_some(), "indenter radius"),
+            (self.half_angle_rad.is_some(), "half angle"),
+            (self.bonded, "bonded"),
+        ];
+        let idle = |&(given, what): &(bool, &str)| {
+            given && (!kind.sizes().contains(&what) || deep && what == "thickness")
+        };
+        match given.into_iter().find(idle) {
+            Some((_, what)) => Err(ParameterError::NoEffect { what, loading }),
+            None => Ok(body),
+        }
     }
 }
 

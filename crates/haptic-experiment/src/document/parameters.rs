@@ -12,7 +12,7 @@ pub(crate) mod range;
 pub use common::*;
 pub use controller::*;
 pub use kind::{Parameter, Value};
-pub use range::Range;
+pub use range::{Range, in_degrees};
 
 use haptic_quantity::Key;
 use std::path::Path;

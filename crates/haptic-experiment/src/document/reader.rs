@@ -3,7 +3,7 @@
 use super::error::{FileError, Source};
 use crate::document::input::short;
 use crate::document::named::Named;
-use crate::document::parameters::{Parameter, Range, Value, is_path};
+use crate::document::parameters::{Parameter, Range, Value, in_degrees, is_path};
 use fracdiff::parameter::Shown;
 use std::path::{Path, PathBuf};
 use toml::Spanned;
@@ -112,6 +112,7 @@ impl<'a> Found<'a> {
         if range.contains(number) {
             return Ok(number);
         }
+        let range = format!("{range}{}", in_degrees(key, range));
         Err(self.fail(match (parameter.value, default) {
             (Value::List(_), _) => format!("{key} has {shown}, which is not {range}: change it"),
             (_, Some(default)) => {

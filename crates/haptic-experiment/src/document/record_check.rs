@@ -13,8 +13,8 @@ const EVEN: f64 = 1e-3;
 /// Refuses times that do not run in equal steps.
 ///
 /// # Errors
-/// With the line, the header being the first.
-pub fn check_times(record: &InputOutput) -> Result<(), String> {
+/// With the line of the row.
+pub fn check_times(record: &InputOutput, lines: &[u64]) -> Result<(), String> {
     let mut steps: Vec<f64> = record
         .time_s
         .windows(2)
@@ -32,23 +32,72 @@ pub fn check_times(record: &InputOutput) -> Result<(), String> {
         None => Ok(()),
         Some(row) => Err(format!(
             "line {}: a step of {} s among steps of {} s: put the record on equal steps first",
-            row + 3,
+            lines[row + 1],
             Shown(record.time_s[row + 1] - record.time_s[row]),
             Shown(t)
         )),
     }
 }
 
+/// Samples next to each other that may be missing.
+const GAP: usize = 3;
+
+/// Puts straight lines between the neighbours of outputs that are missing, NaN, up to three at a time.
+///
+/// # Errors
+/// An input that is missing, of which nobody knows what it did; a longer gap, or one at an end. With column and line.
+pub fn fill_gaps(
+    record: &mut InputOutput,
+    lines: &[u64],
+    [input, output]: [&str; 2],
+) -> Result<(), String> {
+    let missing = |row: usize, column: &str, remedy: &str| {
+        format!(
+            "line {}: column `{column}` has no value: {remedy}",
+            lines[row]
+        )
+    };
+    if let Some(row) = record.input.iter().position(|value| value.is_nan()) {
+        return Err(missing(
+            row,
+            input,
+            "give what acted there, or cut the record",
+        ));
+    }
+    let mut row = 0;
+    while let Some(begin) = record.output[row..].iter().position(|value| value.is_nan()) {
+        let begin = row + begin;
+        let left = &record.output[begin..];
+        let count = left.iter().take_while(|value| value.is_nan()).count();
+        let end = record.output.get(begin + count).copied();
+        let before = begin.checked_sub(1).map(|last| record.output[last]);
+        let (Some(before), Some(end), true) = (before, end, count <= GAP) else {
+            let remedy = format!("{GAP} rows may lack one at a time, inside the record: cut it");
+            return Err(missing(begin, output, &remedy));
+        };
+        for n in 0..count {
+            let share = (n + 1) as f64 / (count + 1) as f64;
+            record.output[begin + n] = before + share * (end - before);
+        }
+        row = begin + count;
+    }
+    Ok(())
+}
+
 /// Refuses an input or an output that says nothing of a plant, under the names of their columns.
 ///
 /// # Errors
-/// With the column, the value and, where there is one, the line, the header being the first.
-pub fn check_signals(record: &InputOutput, [input, output]: [&str; 2]) -> Result<(), String> {
+/// With the column, the value and, where there is one, the line of the row.
+pub fn check_signals(
+    record: &InputOutput,
+    lines: &[u64],
+    [input, output]: [&str; 2],
+) -> Result<(), String> {
     for (name, signal) in [(input, &record.input), (output, &record.output)] {
         if let Some(row) = signal.iter().position(|value| value.abs() > MOST) {
             return Err(format!(
                 "line {}: column `{name}` is {}, above {MOST:e}: mend the row, or take a larger unit",
-                row + 2,
+                lines[row],
                 Shown(signal[row])
             ));
         }
@@ -106,12 +155,45 @@ mod tests {
         let mut record = InputOutput {
             input: vec![1.0; time_s.len()],
             output: vec![1.0; time_s.len()],
-            late_s: 0.0,
             time_s,
         };
-        assert_eq!(check_times(&record), Ok(()));
+        let lines: Vec<u64> = (2..402).collect();
+        assert_eq!(check_times(&record, &lines), Ok(()));
         record.time_s[7] += 0.01;
-        let said = check_times(&record).expect_err("uneven");
+        let said = check_times(&record, &lines).expect_err("uneven");
         assert!(said.starts_with("line 9:"), "{said}");
+    }
+
+    #[test]
+    fn outputs_that_are_missing_are_put_between_their_neighbours_and_inputs_are_not() {
+        let signal = |text: &str| -> Vec<f64> {
+            text.split(' ')
+                .map(|cell| cell.parse().expect("a number"))
+                .collect()
+        };
+        let lines: Vec<u64> = (5..11).collect();
+        let filled = |input: &str, output: &str| {
+            let mut record = InputOutput {
+                time_s: vec![0.0; 6],
+                input: signal(input),
+                output: signal(output),
+            };
+            fill_gaps(&mut record, &lines, ["valve", "level"]).map(|()| record.output)
+        };
+        let between = filled("1 1 1 1 1 1", "0 NaN 2 NaN NaN 8");
+        assert_eq!(between, Ok(signal("0 1 2 4 6 8")));
+        for (input, output, said) in [
+            ("1 NaN 1 1 1 1", "0 1 2 3 4 5", "line 6: column `valve`"),
+            (
+                "1 1 1 1 1 1",
+                "0 NaN NaN NaN NaN 5",
+                "line 6: column `level`",
+            ),
+            ("1 1 1 1 1 1", "NaN 1 2 3 4 5", "line 5: column `level`"),
+            ("1 1 1 1 1 1", "0 1 2 3 4 NaN", "line 10: column `level`"),
+        ] {
+            let refused = filled(input, output).expect_err(output);
+            assert!(refused.starts_with(said), "{refused}");
+        }
     }
 }

@@ -20,8 +20,8 @@ use crate::document::parameters::{CONTROLLER, SAMPLE_TIME};
 use crate::document::reader::Table;
 use crate::judge::modelled_tissue::Sampled;
 use crate::run::simulate::Instrumented;
-use fracdiff::Real;
 use fracdiff::parameter::Shown;
+use fracdiff::{Real, Seconds};
 use fractional_control::{ControlError, Controller, ControllerSetup, UseController};
 use haptic_log::record::TickMessage;
 use haptic_loop::nalgebra::SVector;
@@ -198,40 +198,52 @@ pub(crate) enum SimulatedRig {
 
 /// A constant push on a tissue, without a mass between: the depth is that whose force is the push.
 ///
+/// ```text
+/// F₀ = g·e(δ[n]) + S[n]    ⇒    e(δ[n]) = (F₀ − S[n])/g
+/// ```
 /// It holds a tissue of its own, with all of the past; the force that is written is not needed.
 #[derive(Debug)]
 pub(crate) struct Massless {
     /// From e(δ) to force.
-    pub(crate) tissue: Sampled,
-    /// e.
-    pub(crate) map: Option<DepthMap<f64>>,
-    /// F₀.
-    pub(crate) force_n: f64,
-    pub(crate) sample_time_s: f64,
+    tissue: Sampled,
+    map: Option<DepthMap<f64>>,
+    force_n: f64,
+    sample_time_s: f64,
     /// The tick that is read next.
-    pub(crate) tick: u64,
+    tick: u64,
+    /// e(δ) of that tick, m.
+    effective: f64,
 }
 
 impl Massless {
-    /// e(δ) now, m.
-    ///
-    /// ```text
-    /// F₀ = g·e(δ[n]) + S[n]    ⇒    e(δ[n]) = (F₀ − S[n])/g
-    /// ```
-    fn effective(&self) -> f64 {
-        // The force at a depth of zero is the past alone.
-        (self.force_n - self.tissue.force(0.0)) / self.tissue.gain()
+    /// A push F₀, N, on a tissue at rest.
+    pub(crate) fn new(
+        tissue: Sampled,
+        map: Option<DepthMap<f64>>,
+        force_n: f64,
+        sample_time: Seconds,
+    ) -> Self {
+        let effective = force_n / tissue.gain();
+        Self {
+            tissue,
+            map,
+            force_n,
+            sample_time_s: sample_time.0,
+            tick: 0,
+            effective,
+        }
     }
 
-    /// δ now, m.
+    /// δ of the tick that is read next, m.
     fn depth(&self) -> f64 {
-        let effective = self.effective();
-        self.map.map_or(effective, |map| map.depth(effective))
+        (self.map).map_or(self.effective, |map| map.depth(self.effective))
     }
 
     fn advance(&mut self) {
-        self.tissue.advance(self.effective());
+        self.tissue.advance(self.effective);
         self.tick += 1;
+        // The force at a depth of zero is the past alone.
+        self.effective = (self.force_n - self.tissue.force(0.0)) / self.tissue.gain();
     }
 
     /// δ of a tick after the other, m.

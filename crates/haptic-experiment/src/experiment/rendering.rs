@@ -4,7 +4,7 @@ use super::reading::{device_model, piece, remote, samples_fit, scheme, sensors, 
 use crate::document::error::FileError;
 use crate::document::named::Named;
 use crate::document::parameters as p;
-use crate::document::parameters::kind::{Parameter, parameters};
+use crate::document::parameters::kind::{Parameter, joined, parameters};
 use crate::document::parameters::range::{
     DAMPINGS, DURATIONS, FORCES_ABOVE_0, MASSES, REACHES_ABOVE_0, STRAINS, STRESSES,
 };
@@ -58,27 +58,12 @@ pub(crate) const RELAX: &[Parameter] = &[STRAIN, DEPTH, RAMP_TIME, RELAX_DURATIO
 pub(crate) const CREEP: &[Parameter] = &[STRESS, FORCE, CREEP_DURATION, CREEP_CONTACT];
 
 /// Of the rendering: the tissue, and how it is rendered.
-pub(crate) const RENDERING: &[Parameter] = &[
-    p::TISSUE,
-    p::LIBRARY,
-    p::AREA,
-    p::THICKNESS,
-    p::LOADING,
-    p::INDENTER_RADIUS,
-    p::HALF_ANGLE,
-    p::BONDED,
-    p::SCHEME,
-    PRECISION,
-    p::SAMPLE_TIME,
-    RIG_MASS,
-    RIG_DAMPING,
-    p::ENCODER_RESOLUTION,
-    p::SENSOR_NOISE,
-    p::SEED,
-    p::FORCE_LIMIT,
-    p::FORCE_RATE_LIMIT,
-    p::DEVICE_MODEL,
-];
+pub(crate) const RENDERING: &[Parameter] = &joined::<19>(&[
+    p::PIECE,
+    &[p::SCHEME, PRECISION, p::SAMPLE_TIME, RIG_MASS, RIG_DAMPING],
+    &[p::ENCODER_RESOLUTION, p::SENSOR_NOISE, p::SEED],
+    &[p::FORCE_LIMIT, p::FORCE_RATE_LIMIT, p::DEVICE_MODEL],
+]);
 
 /// Contact of the indenter with the renderer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]

@@ -27,8 +27,8 @@ use crate::document::parameters::range::{
     STIFFNESSES_ABOVE_0, WALL_ORDERS,
 };
 use crate::document::parameters::{
-    AREA, BONDED, CURRENT_LAG, DELAY, FORCE_LIMIT, FRICTION, HALF_ANGLE, INDENTER_RADIUS,
-    LESS_THAN_IDEAL, LIBRARY, LOADING, PIECE, SAMPLE_TIME, SCHEME, THICKNESS, TOUCH_AXES,
+    CURRENT_LAG, DELAY, FORCE_LIMIT, FRICTION, LESS_THAN_IDEAL, SAMPLE_TIME, SCHEME, TOUCH_AXES,
+    UNNAMED_PIECE,
 };
 use crate::document::reader::Table;
 use crate::judge::preflight::Matter;
@@ -116,8 +116,8 @@ pub(crate) const TOUCH_MASS_DEFAULT: f64 = 0.065;
 pub(crate) const TOUCH: &[Parameter] = &joined::<40>(&[
     &[TOUCH_AXES, TOUCH_SHAPE, TOUCH_NORMAL, TOUCH_SURFACE],
     &[TOUCH_CENTRE, TOUCH_RADIUS],
-    &[TOUCH_TISSUE, LIBRARY, AREA, THICKNESS],
-    &[LOADING, INDENTER_RADIUS, HALF_ANGLE, BONDED],
+    &[TOUCH_TISSUE],
+    UNNAMED_PIECE,
     &[TOUCH_STIFFNESS, TOUCH_DISSIPATION, TOUCH_ORDER, SCHEME],
     &[TOUCH_MASS, TOUCH_DAMPING],
     LESS_THAN_IDEAL,
@@ -310,7 +310,7 @@ fn acts(table: &Table<'_>) -> Result<(), FileError> {
         &TOUCH_CIRCLE_START,
         &TOUCH_CIRCLE_PERIOD,
     ];
-    let no_tissue: Vec<&Parameter> = PIECE[1..].iter().collect();
+    let no_tissue: Vec<&Parameter> = UNNAMED_PIECE.iter().collect();
     for (idle, keys, with) in [
         (plane, &ball[..], "with shape = \"plane\""),
         (!plane, &[&TOUCH_NORMAL, &TOUCH_SURFACE], "with a ball"),

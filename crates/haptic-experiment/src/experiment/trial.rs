@@ -156,7 +156,7 @@ impl TrialPlan {
         stiffness_n_per_m: f64,
     ) -> Result<Settling, Failure> {
         let samples = self.samples(sample_time)?;
-        let mut judge = self.judge((stiffness_n_per_m, 0.0), 0.0, sample_time.0);
+        let mut judge = self.judge((stiffness_n_per_m, stiffness_n_per_m), 0.0, sample_time.0);
         let chain = force_limit(self.force_limit_n, sample_time)?;
         let mut plant = OwnPlant {
             step: plant,
@@ -172,17 +172,17 @@ impl TrialPlan {
         Ok(judge.settling(whole, Some(self.push_n / stiffness_n_per_m)))
     }
 
-    /// The judge of a wall of K N/m (with the hand), B·T^(−μ) N/m, behind these sensors.
+    /// The judge of a wall of K N/m with the hand, and of K + B·T^(−μ) N/m for a step, behind these sensors.
     pub(crate) fn judge(
         &self,
-        (spring_n_per_m, dissipation_step_n_per_m): (f64, f64),
+        (spring_n_per_m, step_n_per_m): (f64, f64),
         encoder_step_m: f64,
         sample_time_s: f64,
     ) -> Judge {
         let scales = Scales {
             push_n: self.push_n,
             spring_n_per_m,
-            dissipation_step_n_per_m,
+            step_n_per_m,
             encoder_step_m,
         };
         Judge::new(

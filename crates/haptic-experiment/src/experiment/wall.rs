@@ -206,7 +206,7 @@ impl Trial for WallExperiment {
         let rate = t.rate_to_the(self.order).map_err(Failure::input)?;
         let (k, b) = (self.stiffness_n_per_m, self.dissipation_n_s_mu_per_m);
         let judge = plan.judge(
-            (k + self.setup.device.stiffness.0, b * rate),
+            (k + self.setup.device.stiffness.0, k + b * rate),
             encoder_step(self.setup.sensors),
             t.0,
         );

@@ -15,7 +15,7 @@ use fracdiff::{
 };
 use haptic_analysis::{AnalysisError, LoopOperator};
 use haptic_loop::units::{Metres, Pascals};
-use haptic_loop::{Loading, LoadingKind, ParameterError, Specimen, Tissue};
+use haptic_loop::{DepthMap, Loading, LoadingKind, ParameterError, Specimen, Tissue};
 use haptic_quantity::digits;
 use haptic_tissue::{FullHistory, Material, Model, SampledModel};
 use std::ops::Deref;
@@ -259,9 +259,9 @@ impl TissuePiece {
         self.specimen.depth_map().is_none()
     }
 
-    /// e of a depth, m.
-    pub(crate) fn effective(&self, depth_m: f64) -> f64 {
-        (self.specimen.depth_map()).map_or(depth_m, |map| map.at(depth_m))
+    /// e, from a depth, m, to m.
+    pub(crate) fn effective(&self) -> impl Fn(f64) -> f64 + use<> {
+        effective(self.specimen.depth_map())
     }
 
     /// What a run of these ticks, s, to this depth, m, asks of the tissue beyond its record, a sentence each.
@@ -351,6 +351,11 @@ impl TissuePiece {
     pub fn spring_and_damper(&self) -> (f64, f64) {
         self.material.spring_and_damper(self.shape_m())
     }
+}
+
+/// e, from a depth, m, to m; δ itself without a map.
+pub(crate) fn effective(map: Option<DepthMap<f64>>) -> impl Fn(f64) -> f64 {
+    move |depth_m| map.map_or(depth_m, |map| map.at(depth_m))
 }
 
 /// The operator for a horizon in samples: of the model, or D^μ.

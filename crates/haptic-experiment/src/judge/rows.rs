@@ -180,14 +180,21 @@ impl Lines {
         let objects: Vec<&Map<String, Value>> = flat.iter().collect();
         let mut keys: Vec<&String> = Vec::new();
         for object in &objects {
-            for (key, value) in *object {
-                // What would be a table in a cell is in JSON alone.
-                let shown = !value.is_null() && !value.as_object().is_some_and(is_of_objects);
-                if shown && !keys.contains(&key) && !is_unit(object, key) {
+            for key in object.keys() {
+                if !keys.contains(&key) && !is_unit(object, key) {
                     keys.push(key);
                 }
             }
         }
+        // What would be a table in a cell is in JSON alone.
+        let is_shown =
+            |value: &Value| !value.is_null() && !value.as_object().is_some_and(is_of_objects);
+        keys.retain(|key| {
+            objects
+                .iter()
+                .filter_map(|object| object.get(*key))
+                .any(is_shown)
+        });
         let shown = match is_curve(&objects) {
             true => evenly(objects.len()),
             false => (0..objects.len()).collect(),
@@ -596,11 +603,11 @@ mod tests {
         let report = json!({
             "dissipation_unit": "N·s/m",
             "walls": [
-                { "order": 0.5, "stiffness_n_per_m": 12_000.0, "dissipation": 3.0, "why": null },
-                { "order": 1.0, "stiffness_n_per_m": null, "dissipation": 4.0, "why": null },
+                { "order": 0.5, "stiffness_n_per_m": null, "dissipation": 3.0, "why": null },
+                { "order": 1.0, "stiffness_n_per_m": 12_000.0, "dissipation": 4.0, "why": null },
             ],
         });
-        let table = "walls: order,stiffness / N/m,dissipation / N·s/m: 0.5,12000,3;1,–,4";
+        let table = "walls: order,stiffness / N/m,dissipation / N·s/m: 0.5,–,3;1,12000,4";
         assert_eq!(said(&report), [table]);
         let long: Vec<Value> = (0..100)
             .map(|place| json!({ "place": f64::from(place) }))

@@ -3,15 +3,16 @@
 //! ```text
 //! over the last window (0.4 s of 5 s), std = standard deviation:
 //! std of the position ≤ max(2 q, 1 % of push/(K + k))      q: encoder step, m
-//! std of the force    ≤ max(min(B·q·T^(−μ), 25 % of the push), 5 % of the push)
-//!                                                B·q·T^(−μ): one encoder step through the operator
+//! std of the force    ≤ max(min((K + B·T^(−μ))·q, 25 % of the push), 5 % of the push)
+//!                                                (K + B·T^(−μ))·q: one encoder step through the law
 //! largest − least force ≤ the push
 //! force at its limit in more than 1 % of all samples: saturated, whatever the rest says
 //! ```
 //! - A buzzing wall moves a stiff device by little and its force by much, so both are judged. A threshold
 //!   for the position alone, like the dissertation's 0.1 mm, is half the deflection of a wall of 5 kN/m and
 //!   ten times that of one of 100 kN/m: a wall that buzzes against the force limit passes it.
-//! - *One encoder step* through the operator is the least force that such a wall can change by, so a wall at
+//! - *Untouched*: a wall that makes no force over the window proves nothing. Nobody may have pushed a real device.
+//! - *One encoder step* through the law is the least force that such a wall can change by, so a wall at
 //!   rest may vary by it; but by at most a quarter of the push. A wall whose own step is larger shakes the hand,
 //!   whatever the encoder has to do with it: it is stable only if it hardly makes such a step.
 //! - *A standard deviation hides rare swings*: a force that swings by more than the push from end to end lets go of the
@@ -47,8 +48,8 @@ pub(crate) struct Scales {
     pub(crate) push_n: f64,
     /// Wall and hand together, N/m.
     pub(crate) spring_n_per_m: f64,
-    /// B·T^(−μ), N/m: force of a step of the position through the operator.
-    pub(crate) dissipation_step_n_per_m: f64,
+    /// K + B·T^(−μ), N/m: force of a step of the position.
+    pub(crate) step_n_per_m: f64,
     /// Encoder step, or what stands for noise, m.
     pub(crate) encoder_step_m: f64,
 }
@@ -76,7 +77,7 @@ const FORCE_RANGE_SHARE: f64 = 1.0;
 /// Share of the push by which a force at rest may vary.
 const FORCE_SHARE: f64 = 0.05;
 
-/// Share of the push beyond which one encoder step through the operator is no excuse.
+/// Share of the push beyond which one encoder step is no excuse.
 const FORCE_STEP_SHARE: f64 = 0.25;
 
 impl Tolerance {
@@ -92,8 +93,7 @@ impl Tolerance {
                 let step = scales.encoder_step_m;
                 let held = scales.spring_n_per_m > 0.0;
                 let deflection = scales.push_n / scales.spring_n_per_m;
-                let force_step =
-                    (scales.dissipation_step_n_per_m * step).min(FORCE_STEP_SHARE * scales.push_n);
+                let force_step = (scales.step_n_per_m * step).min(FORCE_STEP_SHARE * scales.push_n);
                 Self {
                     position_std_m: held.then(|| (STEPS * step).max(POSITION_SHARE * deflection)),
                     force_std_n: Some(force_step.max(FORCE_SHARE * scales.push_n)),
@@ -120,6 +120,8 @@ pub(crate) enum TrialVerdict {
     Unstable,
     /// The force was at its limit too often: the limit was tried, not the wall.
     Saturated,
+    /// No force was made at the end: nothing was tried.
+    Untouched,
     /// The device has left.
     Gone,
     /// A fault or an interruption ended the trial.
@@ -134,6 +136,7 @@ impl TrialVerdict {
             Self::HeldByFriction => "held still by friction alone",
             Self::Unstable => "unstable",
             Self::Saturated => "saturated",
+            Self::Untouched => "untouched",
             Self::Gone => "gone",
             Self::Unfinished => "not finished",
         }
@@ -195,6 +198,9 @@ impl Settling {
                 1e2 * share,
                 1e2 * LIMITED_SHARE
             )),
+            TrialVerdict::Untouched => Some(
+                "nothing touched it at the end: push the device into it all the time".to_owned(),
+            ),
             TrialVerdict::Gone => Some(format!("the device was more than {GONE_M} m away")),
             TrialVerdict::Unfinished => Some("the trial did not reach its end".to_owned()),
             TrialVerdict::Unstable => {
@@ -314,7 +320,10 @@ impl Judge {
                     && within(force, self.tolerance.force_std_n)
                     && within(range, self.tolerance.force_range_n) =>
             {
-                TrialVerdict::Stable
+                match self.force_ends_n == (0.0, 0.0) {
+                    true => TrialVerdict::Untouched,
+                    false => TrialVerdict::Stable,
+                }
             }
             Some(_) => TrialVerdict::Unstable,
         };
@@ -346,7 +355,7 @@ mod tests {
     const STIFF: Scales = Scales {
         push_n: 1.0,
         spring_n_per_m: 1e5,
-        dissipation_step_n_per_m: 5e4,
+        step_n_per_m: 5e4,
         encoder_step_m: 1e-6,
     };
 
@@ -407,11 +416,22 @@ mod tests {
     }
 
     #[test]
+    fn a_wall_that_is_untouched_at_the_end_proves_nothing() {
+        let left = |n| if n == 3 { (1e-6, -0.1) } else { (-1e-3, 0.0) };
+        let settling = judged(Criterion::Settling, STIFF, left);
+        assert_eq!(
+            (settling.stable, settling.verdict),
+            (false, TrialVerdict::Untouched)
+        );
+        assert!(settling.reason().is_some());
+    }
+
+    #[test]
     fn a_step_of_more_than_a_quarter_of_the_push_is_no_excuse() {
         // 2 N into 650 kN/m of dissipation a step and 4 µm: 2.6 N a step, 0.5 N allowed.
         let coarse = Scales {
             push_n: 2.0,
-            dissipation_step_n_per_m: 6.5e5,
+            step_n_per_m: 6.5e5,
             encoder_step_m: 4e-6,
             ..STIFF
         };

@@ -91,6 +91,20 @@ const PLANT_TABLES: Tables = &[
     ("[source], optional", PLANT_SOURCE),
 ];
 
+/// Of a record of a tissue: what its table does not say.
+pub const RECORD: &[Parameter] = &[
+    LOADING.without_default(),
+    INDENTER_RADIUS,
+    HALF_ANGLE,
+    AREA.without_default(),
+    THICKNESS.without_default(),
+    BONDED,
+    POISSON_RATIO,
+    STRAIN.without_default(),
+    STRESS.without_default(),
+    STIFFENING,
+];
+
 /// True of a kind whose simulated device is that of its device file.
 pub(crate) fn takes_device(kind: &str) -> bool {
     ["wall", "coupler", "zwidth", "design", MEASUREMENT].contains(&kind)

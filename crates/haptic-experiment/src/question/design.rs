@@ -10,6 +10,7 @@
 //!           in t: its minimum by golden sections gives the largest α, and the same with roles
 //!           exchanged the largest β
 //! ```
+//! - *Every motion*: the first such wall that is proved; a specimen may grow as far as that.
 //! - *Stiffest wall*: the largest α, with the β that allows it.
 //! - *Most damping* at ω: the largest β, since the effective damping Im H/ω grows with B alone. The
 //!   very largest β leaves no choice of α, and at α = 0 the device creeps away. So β is 99 % of it, and
@@ -31,12 +32,9 @@ pub(crate) mod reading;
 
 use crate::document::failure::Failure;
 use crate::document::named::Named;
-use crate::document::parameters::kind::{Parameter, parameters};
+use crate::document::parameters::kind::{Parameter, joined, parameters};
 use crate::document::parameters::range::Range;
-use crate::document::parameters::{
-    AREA, BONDED, DEVICE_MODEL, ENCODER_RESOLUTION, HALF_ANGLE, INDENTER_RADIUS, LIBRARY, LOADING,
-    SCHEME, THICKNESS, range,
-};
+use crate::document::parameters::{DEVICE_MODEL, ENCODER_RESOLUTION, SCHEME, UNNAMED_PIECE, range};
 use crate::experiment::trial::TRIAL_FORCE_LIMIT;
 use crate::experiment::trial::dynamics;
 use crate::judge::modelled_tissue::ModelledTissue;
@@ -81,23 +79,12 @@ const DISSIPATION_UNIT: &str = "N·s^μ/m";
 pub(crate) const COMPARED_AT_HZ: f64 = 1.0;
 
 /// Of `[design]`, beside the device of a question.
-pub(crate) const DESIGN: &[Parameter] = &[
-    WISH,
-    WISH_TISSUE,
-    LIBRARY,
-    AREA,
-    THICKNESS,
-    LOADING,
-    INDENTER_RADIUS,
-    HALF_ANGLE,
-    BONDED,
-    WISH_FREQUENCY,
-    REQUIRE,
-    GAIN_MARGIN,
-    DESIGN_ORDERS,
-    SCHEME,
-    FORCE_NOISE_LIMIT,
-];
+pub(crate) const DESIGN: &[Parameter] = &joined::<15>(&[
+    &[WISH, WISH_TISSUE],
+    UNNAMED_PIECE,
+    &[WISH_FREQUENCY, REQUIRE, GAIN_MARGIN, DESIGN_ORDERS],
+    &[SCHEME, FORCE_NOISE_LIMIT],
+]);
 
 /// What is wanted most.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -133,6 +120,7 @@ impl Named for WishName {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum RequireName {
     Stable,
+    EveryMotion,
     Passive,
 }
 
@@ -142,6 +130,11 @@ impl Named for RequireName {
             Self::Stable,
             "stable",
             "Stable with a gain margin; a coupler passes Llewellyn's criterion too",
+        ),
+        (
+            Self::EveryMotion,
+            "every-motion",
+            "The same, and proved for every motion of one-sided contact; not of a coupler",
         ),
         (
             Self::Passive,
@@ -186,6 +179,8 @@ pub(crate) struct Design {
     pub finer: bool,
     /// Stable, also when it is stiffer and more dissipative by this factor; `None` for passive by Theorem 1, for the operator really used.
     pub gain_margin: Option<f64>,
+    /// Proved for every motion of one-sided contact too.
+    pub every_motion: bool,
     /// The aim.
     pub wish: Wish,
     /// Largest noise of the force that encoder and sensor noise may make, rms N; `None` for any.

@@ -14,8 +14,8 @@ use crate::document::parameters::{LOOP, SAMPLE_TIME, SCHEME};
 use fracdiff::parameter::Shown;
 pub(crate) use run::RemoteRun;
 pub(crate) use session::blank;
-pub use summary::RoundTrip;
 pub(crate) use summary::{FrameCounts, LinkSummary};
+pub use summary::{RoundTrip, cycles};
 
 use super::safety::{GuardChoice, GuardedDevice, Safety};
 use super::schedule::Schedule;

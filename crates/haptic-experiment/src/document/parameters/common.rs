@@ -5,7 +5,7 @@ use crate::document::named::Named;
 use crate::document::parameters::kind::{Parameter, parameters};
 use crate::document::parameters::range::{
     DAMPINGS, DEVICE_TIMES, DISSIPATIONS, DURATIONS, FORCE_LIMITS, FORCE_RATES, FORCES,
-    HALF_ANGLES, MASSES, SAMPLE_TIMES, SENSOR_STEPS, SPECIMENS, STIFFNESSES,
+    HALF_ANGLES, MASSES, POISSON_RATIOS, SAMPLE_TIMES, SENSOR_STEPS, SPECIMENS, STIFFNESSES,
 };
 use haptic_link::Limits as Wire;
 use haptic_loop::LoadingKind;
@@ -31,6 +31,10 @@ parameters! {
     INDENTER_RADIUS = optional("indenter_radius_m", SPECIMENS, "Radius of a punch or sphere");
     /// Half angle of a cone, rad.
     HALF_ANGLE = optional("half_angle_rad", HALF_ANGLES, "Half angle of a cone, between axis and flank");
+    /// Poisson's ratio of a specimen.
+    POISSON_RATIO = optional("poisson_ratio", POISSON_RATIOS, "Poisson's ratio [default: 0.5, incompressible]");
+    /// True if stiffening is sought.
+    STIFFENING = flag("stiffening", "Find how much the tissue stiffens too, by a motion or by motions to several depths");
     /// True if the specimen is bonded.
     BONDED = flag("bonded", "The slab cannot slide on its plates, or the layer under a sphere not on its base");
     /// Scheme of the operator.
@@ -62,6 +66,9 @@ pub(crate) const PIECE: &[Parameter] = &[
     HALF_ANGLE,
     BONDED,
 ];
+
+/// The same without its name.
+pub(crate) const UNNAMED_PIECE: &[Parameter] = PIECE.split_at(1).1;
 
 impl Named for LoadingKind {
     const CHOICES: &'static [(Self, &'static str, &'static str)] = &[

@@ -89,6 +89,7 @@ impl Parameter {
     pub const fn without_default(self) -> Self {
         let value = match self.value {
             Value::Number(_, range) => Value::Number(None, range),
+            Value::Text(_) => Value::Text(""),
             other => other,
         };
         Self::new(self.key, value, "", self.help)

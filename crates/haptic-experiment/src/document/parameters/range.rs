@@ -60,6 +60,16 @@ impl fmt::Display for Range {
     }
 }
 
+/// The range of an angle in degrees too, behind that in rad; empty for any other key.
+#[must_use]
+pub fn in_degrees(key: &str, range: Range) -> String {
+    let [low, high] = range.ends().map(f64::to_degrees);
+    match haptic_quantity::kind_of_key(key) {
+        "ANGLE" => format!(" ({low:.2} to {high:.2} degrees)"),
+        _ => String::new(),
+    }
+}
+
 const fn up_to(most: f64) -> Range {
     Range::Within(0.0, most)
 }
@@ -127,6 +137,8 @@ pub(crate) const PLACES: Range = either_sign(1e3);
 pub(crate) const RADII: Range = Range::Within(1e-6, 1e3);
 /// Half angles of a cone, rad: below π/2, which is no cone.
 pub(crate) const HALF_ANGLES: Range = Range::Within(1e-3, 1.57);
+/// Poisson's ratios of what can be measured.
+pub(crate) const POISSON_RATIOS: Range = up_to(haptic_loop::INCOMPRESSIBLE);
 /// Strains that are held: all of the thickness.
 pub(crate) const STRAINS: Range = above_0(1.0);
 /// Stresses, Pa: tissue is gone long before.

@@ -3,9 +3,9 @@
 use super::{Indentation, Load};
 use crate::Supervisor;
 use crate::document::failure::Failure;
-use crate::document::parameters::CONTACT;
+use crate::document::parameters::{CONTACT, FORCE_LIMIT};
 use crate::experiment::drive::{DriveJudge, DriveReport, Massless, drive_columns};
-use crate::experiment::rendering::{Contact, DEPTH, FORCE, Precision, Rendering};
+use crate::experiment::rendering::{Contact, DEPTH, FORCE, Precision, Rendering, STRESS};
 use crate::judge::decimated::Decimated;
 use crate::judge::modelled_tissue::Sampled;
 use crate::judge::reference::{ReferenceSeries, TOLERANCE};
@@ -182,6 +182,7 @@ impl Indentation {
         let column = moves.then_some(moved.column);
         let mut csv = whole.then(|| table(ran, column, drive.is_some().then_some(own)));
         let (mut last, mut unseen_until_s, mut deepest_m) = (None, None, 0.0);
+        let mut ends_limited = false;
         Samples::of(record, &ran.log.paths).for_each(|sample| {
             let judged = theory(sample);
             let (value, closed_form) = (judged.value, judged.closed_form);
@@ -198,6 +199,7 @@ impl Indentation {
                 }
             }
             last = Some(judged);
+            ends_limited = !sample.is_comparable();
             deepest_m = f64::max(deepest_m, sample.position_m);
             if moves && (value / closed_form - 1.0).abs() > SEEN_WITHIN {
                 unseen_until_s = Some(sample.time_s);
@@ -222,8 +224,10 @@ impl Indentation {
             Ok(())
         })?;
         let files = Files::of_run(ran, csv);
+        // On the ideal rig the depth is the tissue's own, whatever is left of the force.
+        let unrendered = self.is_ideal() && ends_limited;
         let final_over_theory = (last.map(|last| last.value / last.closed_form))
-            .filter(|ratio: &f64| ratio.is_finite());
+            .filter(|ratio: &f64| ratio.is_finite() && !unrendered);
         let drive = drive.map(DriveJudge::finish);
         let mut warnings = Warnings::default();
         let memory_s = rendering.memory_s();
@@ -243,6 +247,11 @@ impl Indentation {
             if moves { moved.what } else { "force" },
         );
         warnings.limited(record);
+        if unrendered {
+            warnings.0.push(format!(
+                "the depth is that of the tissue under the whole push, which the loop did not render up to the end: change {STRESS}, {FORCE} or {FORCE_LIMIT}"
+            ));
+        }
         warnings
             .0
             .extend(drive.iter().flat_map(DriveReport::warnings));
@@ -446,13 +455,12 @@ impl Indentation {
         let Load::Force { force_n } = self.load else {
             return Err(Failure::bad_input("a relaxation has no push"));
         };
-        Ok(Massless {
-            tissue: self.sampled(self.check()?)?,
-            map: self.rendering.piece.specimen.depth_map(),
+        Ok(Massless::new(
+            self.sampled(self.check()?)?,
+            self.rendering.piece.specimen.depth_map(),
             force_n,
-            sample_time_s: self.rendering.sample_time_s,
-            tick: 0,
-        })
+            Seconds(self.rendering.sample_time_s),
+        ))
     }
 
     /// The piece tick by tick with all of its past, from e(δ) to force.
@@ -471,7 +479,8 @@ impl Indentation {
     fn full_history_force(&self, position_m: &[f64]) -> anyhow::Result<Vec<f64>> {
         // The virtual tissue begins at 0 and only pushes.
         let Rendering { piece, .. } = &self.rendering;
-        let depth = position_m.iter().map(|x| piece.effective(x.max(0.0)));
+        let effective = piece.effective();
+        let depth = position_m.iter().map(|x| effective(x.max(0.0)));
         let depth: Vec<f64> = depth.collect();
         let (shape, t) = (piece.shape_m(), Seconds(self.rendering.sample_time_s));
         let reference = self.rendering.reference_kernel();
@@ -486,10 +495,9 @@ impl Indentation {
     /// The same tick by tick, for a run too long to keep: from each position the force.
     fn full_history_step(&self) -> Result<impl FnMut(f64) -> f64 + use<>, Failure> {
         let mut tissue = self.sampled(self.check()?)?;
-        let map = self.rendering.piece.specimen.depth_map();
+        let effective = self.rendering.piece.effective();
         Ok(move |x: f64| {
-            let depth = x.max(0.0);
-            let depth = map.map_or(depth, |map| map.at(depth));
+            let depth = effective(x.max(0.0));
             let force = tissue.force(depth);
             tissue.advance(depth);
             pushes(depth, force)

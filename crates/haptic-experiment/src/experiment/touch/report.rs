@@ -7,6 +7,7 @@ use crate::document::failure::Failure;
 use crate::document::parameters::SAMPLE_TIME;
 use crate::experiment::trial::{Seen, incomparable};
 use crate::judge::decimated::Decimated;
+use crate::judge::modelled_tissue::effective;
 use crate::judge::preflight::Matter;
 use crate::judge::report::{Errors, Files, RunReport};
 use crate::judge::warnings::Warnings;
@@ -235,7 +236,7 @@ impl TouchExperiment {
         let samples = record.whole.iter().flatten();
         let rising = samples.take_while(|sample| sample.time_s < rise_s);
         let stiffness = self.look(0).stiffness_n_per_m;
-        let effective = |p| self.matter.depth_map().map_or(p, |map| map.at(p));
+        let effective = effective(self.matter.depth_map());
         let energies = rising.map(|sample| {
             let share = (sample.time_s / rise_s).max(step);
             // What is held at a place is more than its spring where the law remembers the way there.
@@ -260,12 +261,12 @@ impl TouchExperiment {
         let shape = self.shape.of::<D>()?;
         let look = self.look(depths.len() as u64);
         let (k, b) = (look.stiffness_n_per_m, look.dissipation_n_s_mu_per_m);
-        let effective = |p: &f64| self.matter.depth_map().map_or(*p, |map| map.at(*p));
-        let rates = look.felt(&depths.iter().map(effective).collect::<Vec<f64>>())?;
+        let effective = effective(self.matter.depth_map());
+        let rates = look.felt(&depths.iter().copied().map(&effective).collect::<Vec<f64>>())?;
         let force = depths.iter().zip(rates).map(|(p, rate)| {
             // Outside nothing pushes, inside nothing pulls.
             if *p > 0.0 {
-                shape.normal_length(*p) * (k * effective(p) + b * rate).max(0.0)
+                shape.normal_length(*p) * (k * effective(*p) + b * rate).max(0.0)
             } else {
                 0.0
             }

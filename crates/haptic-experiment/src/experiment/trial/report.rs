@@ -228,13 +228,15 @@ pub(crate) trait Trial: Clone {
 
     /// Judges a run, and writes the table of one that reached its end.
     fn judged(&self, ran: &Ran) -> Result<Judged, Failure> {
-        let (
-            setup,
-            record,
-            Parts {
-                mut judge, rest_m, ..
-            },
-        ) = (self.setup(), &ran.record, self.parts()?);
+        let (setup, record) = (self.setup(), &ran.record);
+        let mut seen = self.clone();
+        if let Some(link) = &record.link {
+            let step = &mut seen.setup_mut().sensors.encoder_resolution_m;
+            *step = step.max(link.position_resolution_m);
+        }
+        let Parts {
+            mut judge, rest_m, ..
+        } = seen.parts()?;
         let (order, scheme) = self.operator_choice();
         let whole = record.ended.is_none();
         settle(&mut judge, ran)?;

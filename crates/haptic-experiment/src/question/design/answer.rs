@@ -53,6 +53,7 @@ impl Design {
             wish: self.wish.name(),
             require: match self.gain_margin {
                 None => "passive",
+                Some(_) if self.every_motion => "every-motion",
                 Some(_) => "stable",
             },
             gain_margin: self.gain_margin,
@@ -212,6 +213,9 @@ impl Design {
     /// The experiment file of a wall that was tried.
     fn experiment_file(&self, wall: &WallExperiment) -> String {
         let requirement = match self.gain_margin {
+            Some(margin) if self.every_motion => {
+                format!("proved for every motion, stable with a gain margin of {margin}")
+            }
             Some(margin) => format!("stable with a gain margin of {margin}"),
             None => "passive".to_owned(),
         };

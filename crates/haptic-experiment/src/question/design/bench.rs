@@ -133,7 +133,12 @@ impl<'a> Bench<'a> {
                 (self.largest_stable_scale(alpha, beta)?).map(|scale| scale / gain_margin)
             }
         };
-        let scale = scale.map(|scale| scale.min(self.quiet_beta() / beta));
+        let proved = match self.design.every_motion {
+            true => self.closed(alpha, beta)?.slope_limit().proved,
+            false => f64::INFINITY,
+        };
+        let scale = scale.map(|scale| scale.min(proved).min(self.quiet_beta() / beta));
+        let scale = scale.filter(|scale| *scale > 0.0);
         Ok(scale.map(|scale| (alpha, beta, Some(scale * INSIDE))))
     }
 
@@ -196,6 +201,9 @@ impl<'a> Bench<'a> {
                 "no passive wall of this order on this device: it has no damping".to_owned()
             }
             None => "no passive wall of this order on this device".to_owned(),
+            Some(_) if self.design.every_motion => {
+                "no wall of this order is proved for every motion on this device".to_owned()
+            }
             Some(gain_margin) => format!(
                 "no wall of this order is stable on this device with a gain margin of {gain_margin}"
             ),
@@ -274,7 +282,10 @@ impl<'a> Bench<'a> {
         // The region need not hold the whole way from no wall to its edge.
         for (alpha, beta) in edge {
             let (alpha, beta) = (factor * alpha, factor * beta);
-            if alpha > 0.0 && self.has_margin(alpha, beta, gain_margin)? {
+            if alpha > 0.0
+                && self.has_margin(alpha, beta, gain_margin)?
+                && self.is_proved(alpha, beta)?
+            {
                 return Ok(Some((alpha, beta, None)));
             }
         }
@@ -291,6 +302,16 @@ impl<'a> Bench<'a> {
         let margins = closed.margins()?;
         Ok(margins.gain_up.is_none_or(|gain| gain.value >= g)
             && margins.gain_down.is_none_or(|gain| gain.value <= 1.0 / g))
+    }
+
+    /// True if a stable wall is one at every smaller slope, and proved for every motion, as far as that is asked for.
+    fn is_proved(&self, alpha: f64, beta: f64) -> Result<bool, AnalysisError> {
+        if !self.design.every_motion {
+            return Ok(true);
+        }
+        let closed = self.closed(alpha, beta)?;
+        // The cheap question first.
+        Ok(closed.margins()?.gain_down.is_none() && closed.slope_limit().proved >= 1.0)
     }
 
     /// The factor on a wall at which it ceases to be stable, from below; `None` if it is not stable

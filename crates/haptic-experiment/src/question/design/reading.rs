@@ -7,7 +7,8 @@ use super::{
 };
 use crate::document::error::FileError;
 use crate::document::parameters::{
-    CURRENT_LAG, DELAY, DEVICE_MODEL, ENCODER_RESOLUTION, FRICTION, PIECE, Parameter, SENSOR_NOISE,
+    CURRENT_LAG, DELAY, DEVICE_MODEL, ENCODER_RESOLUTION, FRICTION, Parameter, SENSOR_NOISE,
+    UNNAMED_PIECE,
 };
 use crate::document::reader::Table;
 use crate::experiment::reading::linear_piece;
@@ -19,7 +20,7 @@ use fracdiff::Order;
 pub(crate) fn wish(table: &Table<'_>) -> Result<WishName, FileError> {
     let wish = table.choice(&WISH)?;
     if wish != WishName::Tissue {
-        for parameter in [&WISH_TISSUE].into_iter().chain(&PIECE[1..]) {
+        for parameter in [&WISH_TISSUE].into_iter().chain(UNNAMED_PIECE) {
             foreign(table, parameter, "the wish tissue")?;
         }
     }
@@ -28,12 +29,13 @@ pub(crate) fn wish(table: &Table<'_>) -> Result<WishName, FileError> {
 
 /// The best wall.
 pub(crate) fn design(table: &Table<'_>, wish: WishName) -> Result<Design, FileError> {
-    let gain_margin = match table.choice(&REQUIRE)? {
+    let require = table.choice(&REQUIRE)?;
+    let gain_margin = match require {
         RequireName::Passive => {
             foreign(table, &GAIN_MARGIN, "the requirement stable")?;
             None
         }
-        RequireName::Stable => Some(table.number(&GAIN_MARGIN)?),
+        RequireName::Stable | RequireName::EveryMotion => Some(table.number(&GAIN_MARGIN)?),
     };
     let design = Design {
         device: bench(table)?,
@@ -41,6 +43,7 @@ pub(crate) fn design(table: &Table<'_>, wish: WishName) -> Result<Design, FileEr
         orders: in_order(table)?,
         finer: !table.has(&DESIGN_ORDERS),
         gain_margin,
+        every_motion: require == RequireName::EveryMotion,
         wish: aim(table, wish)?,
         force_noise_limit_n: table.number_if(&FORCE_NOISE_LIMIT)?,
     };
@@ -96,6 +99,13 @@ pub(crate) fn coupler(table: &Table<'_>) -> Result<CouplerDesign, FileError> {
         orders: in_order(table)?,
         criterion: match table.choice(&REQUIRE)? {
             RequireName::Stable => CouplerCriterion::Llewellyn,
+            RequireName::EveryMotion => {
+                let reason = format!(
+                    "{} belongs to a wall: change it",
+                    REQUIRE.set_to("every-motion")
+                );
+                return Err(table.fail_at(REQUIRE.key, reason));
+            }
             RequireName::Passive => CouplerCriterion::Passive,
         },
         frequency_hz: (table.number_if(&WISH_FREQUENCY)?).unwrap_or(COMPARED_AT_HZ),

@@ -375,9 +375,8 @@ impl<'a> Search<'a> {
         let (stiffness, dissipation) = (alpha * self.units.0, beta * self.units.1);
         let t = self.experiment.device.sample_time.0;
         let spring = stiffness + self.experiment.device.stiffness.0;
-        let mut judge = self
-            .plan
-            .judge((spring, dissipation * self.rate), self.encoder_step_m, t);
+        let step = stiffness + dissipation * self.rate;
+        let mut judge = self.plan.judge((spring, step), self.encoder_step_m, t);
         if let Some((law, trials)) = &self.remote {
             let law = RemoteLaw {
                 stiffness_n_per_m: stiffness,

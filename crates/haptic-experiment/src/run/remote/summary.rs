@@ -15,6 +15,9 @@ pub(crate) struct LinkSummary {
     pub firmware: String,
     /// The device simulates its plant: no actuator, no sensor.
     pub simulated: bool,
+    /// Step of its encoder, m; 0 if it does not say.
+    #[serde(skip)]
+    pub position_resolution_m: f64,
     /// `device` or `host`.
     #[serde(rename = "loop")]
     pub loop_mode: &'static str,
@@ -40,8 +43,10 @@ pub(crate) struct LinkSummary {
     pub ticks: u32,
     /// Of them, those that were late.
     pub overruns: u32,
-    /// Longest tick of the device, processor cycles; 0 if it cannot count them.
-    pub tick_cycles_max: u32,
+    /// Longest tick of the device, processor cycles; null if it cannot count them.
+    pub tick_cycles_max: Option<u32>,
+    /// Why it is null.
+    pub tick_cycles_max_reason: Option<&'static str>,
     /// Frames, seen from here.
     pub from_device: FrameCounts,
     /// Frames, seen from the device.
@@ -90,6 +95,15 @@ impl RoundTrip {
     }
 }
 
+/// Processor cycles as a device counts them; and why there are none.
+#[must_use]
+pub fn cycles(counted: u32) -> (Option<u32>, Option<&'static str>) {
+    match counted {
+        0 => (None, Some("not measured")),
+        cycles => (Some(cycles), None),
+    }
+}
+
 /// Frames of one direction.
 #[derive(Clone, Copy, Debug, Default, serde::Serialize)]
 pub(crate) struct FrameCounts {
@@ -119,11 +133,13 @@ pub(super) fn summarise(
     let report = link.report();
     let host = report.host;
     let (round_trip_us, round_trip_reason) = RoundTrip::of(&report.round_trip_us);
+    let (tick_cycles_max, tick_cycles_max_reason) = cycles(counted.tick_cycles_max);
     let damaged = |kinds: [u32; 3]| kinds.into_iter().fold(0, u32::wrapping_add);
     LinkSummary {
         board: link.capabilities().board().to_owned(),
         firmware: firmware_version(link.hello()),
         simulated: link.capabilities().simulated,
+        position_resolution_m: link.capabilities().position_resolution_m.into(),
         loop_mode: loop_mode.name(),
         samples_lost,
         samples_dropped: report.samples_dropped,
@@ -136,7 +152,8 @@ pub(super) fn summarise(
         device_answered,
         ticks: counted.ticks,
         overruns: counted.overruns,
-        tick_cycles_max: counted.tick_cycles_max,
+        tick_cycles_max,
+        tick_cycles_max_reason,
         from_device: FrameCounts {
             sent: counted.sent,
             received: host.received,
