@@ -48,7 +48,7 @@ export interface Judged extends Walls {
 export type Remember = { law: { order: number; stiffness: number; dissipation: number; step: number } } | { depths: number[] };
 
 /** A message to the worker. */
-export type Task = { id: number; judge: Question } | { id: number; remember: Remember } | { id: number; parse: { kind: string; text: string } };
+export type Task = { id: number; judge: Question } | { id: number; remember: Remember } | { id: number; parse: { key: string; text: string } };
 /** Its answer. */
 export type Done = { id: number; value: Judged | number } | { id: number; error: string };
 
@@ -72,9 +72,9 @@ export class Analysis {
     return this.send((id) => ({ id, judge: question }));
   }
 
-  /** A value with a unit, SI, read by the code of the command line. */
-  parse(kind: string, text: string): Promise<number> {
-    return this.send((id) => ({ id, parse: { kind, text } }));
+  /** A value with a unit for a key, SI, read by the code of the command line. */
+  parse(key: string, text: string): Promise<number> {
+    return this.send((id) => ({ id, parse: { key, text } }));
   }
 
   /** Tells the tissue's memory; the depth of the surface that follows, m. */

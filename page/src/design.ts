@@ -12,21 +12,21 @@ import { RegionMap } from "./map";
 import { save } from "./save";
 import { DESIGN_ENDS, OPERATORS, type Design, type State } from "./state";
 
-interface Setting extends Pick<KnobOptions, "label" | "unit" | "kind" | "log"> {
+interface Setting extends Pick<KnobOptions, "label" | "unit" | "ending" | "log"> {
   key: keyof typeof DESIGN_ENDS;
   help: string;
 }
 
 const SETTINGS: Setting[] = [
-  { key: "K", label: "stiffness K", unit: "N/m", kind: "stiffness", log: true, help: "spring of the wall" },
-  { key: "B", label: "dissipation B", unit: "N·s^μ/m", kind: "number", log: true, help: "fractional part of the wall" },
-  { key: "mu", label: "order μ", unit: "", kind: "number", help: "of the fractional part: 0 a spring, 1 a damper" },
-  { key: "T", label: "sample time T", unit: "s", kind: "time", log: true, help: "of the loop" },
-  { key: "m", label: "mass m", unit: "kg", kind: "mass", log: true, help: "of device and hand" },
-  { key: "b", label: "damping b", unit: "N·s/m", kind: "damping", log: true, help: "of device and hand" },
-  { key: "delay", label: "delay", unit: "s", kind: "time", help: "from a measurement to the force that answers it, beside the hold" },
-  { key: "lag", label: "current lag", unit: "s", kind: "time", help: "time constant of the motor current" },
-  { key: "noise", label: "position noise", unit: "m", kind: "length", log: true, help: "rms; encoder steps q make q/√12" },
+  { key: "K", label: "stiffness K", unit: "N/m", ending: "_n_per_m", log: true, help: "spring of the wall" },
+  { key: "B", label: "dissipation B", unit: "N·s^μ/m", ending: "", log: true, help: "fractional part of the wall" },
+  { key: "mu", label: "order μ", unit: "", ending: "", help: "of the fractional part: 0 a spring, 1 a damper" },
+  { key: "T", label: "sample time T", unit: "s", ending: "_s", log: true, help: "of the loop" },
+  { key: "m", label: "mass m", unit: "kg", ending: "_kg", log: true, help: "of device and hand" },
+  { key: "b", label: "damping b", unit: "N·s/m", ending: "_n_s_per_m", log: true, help: "of device and hand" },
+  { key: "delay", label: "delay", unit: "s", ending: "_s", help: "from a measurement to the force that answers it, beside the hold" },
+  { key: "lag", label: "current lag", unit: "s", ending: "_s", help: "time constant of the motor current" },
+  { key: "noise", label: "position noise", unit: "m", ending: "_m", log: true, help: "rms; encoder steps q make q/√12" },
 ];
 
 const FREQUENCIES = 120;
@@ -47,7 +47,7 @@ export class DesignView implements ViewPart {
   private readonly ask: (design: Design) => void;
 
   constructor(private readonly app: App) {
-    const parse = (kind: string, text: string): Promise<number> => app.analysis.parse(kind, text);
+    const parse = (key: string, text: string): Promise<number> => app.analysis.parse(key, text);
     for (const setting of SETTINGS) {
       const changed = (value: number): void => this.change({ [setting.key]: value });
       const [least, most] = DESIGN_ENDS[setting.key];

@@ -22,19 +22,19 @@ export class FeelControls {
   private readonly stiffness: Knob;
 
   constructor(private readonly app: App) {
-    const parse = (kind: string, text: string): Promise<number> => app.analysis.parse(kind, text);
+    const parse = (key: string, text: string): Promise<number> => app.analysis.parse(key, text);
     this.order = new Knob({
-      label: "order μ", unit: "", kind: "number", least: 0, most: 1, value: 0.5, parse,
+      label: "order μ", unit: "", ending: "", least: 0, most: 1, value: 0.5, parse,
       help: "0 is a spring, 1 a damper; between them it relaxes and remembers",
       changed: (order) => this.change({ order }),
     });
     this.dissipation = new Knob({
-      label: "dissipation B", unit: "N·s^μ/m", kind: "number", least: 1, most: 1000, log: true, value: 100, parse,
+      label: "dissipation B", unit: "N·s^μ/m", ending: "", least: 1, most: 1000, log: true, value: 100, parse,
       help: "of the part that remembers",
       changed: (value) => this.changeDissipation(value),
     });
     this.stiffness = new Knob({
-      label: "stiffness K", unit: "N/m", kind: "stiffness", least: 0, most: 1000, log: true, value: 0, parse,
+      label: "stiffness K", unit: "N/m", ending: "_n_per_m", least: 0, most: 1000, log: true, value: 0, parse,
       help: "of the part that does not",
       changed: (value) => this.change({ stiffness_n_per_m: value }),
     });

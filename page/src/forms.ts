@@ -5,21 +5,6 @@ import { el, say } from "./dom";
 import { readable } from "./names";
 import type { Form, Parameter } from "./protocol";
 
-/** Kinds of quantities by the unit at the end of a key, as the command line reads them. */
-const KINDS: [RegExp, string][] = [
-  [/_n_s_per_m$/, "damping"],
-  [/_n_per_m$/, "stiffness"],
-  [/_hz$/, "frequency"],
-  [/_kg$/, "mass"],
-  [/_pa$/, "stress"],
-  [/_m2$/, "area"],
-  [/(^|_)strain$/, "strain"],
-  [/_s_mu_per_m$|_per_s$|_mu$/, "number"],
-  [/_s$/, "time"],
-  [/_m$/, "length"],
-  [/_n$/, "force"],
-];
-
 /** What is asked, in words. */
 const TITLES: Record<string, string> = {
   relax: "relax: strain held, force falls",
@@ -40,6 +25,64 @@ const LIST_HINT: Record<string, string> = { way_points: "0, 25 mm, 0; 2, 15 mm, 
 interface Field {
   parameter: Parameter;
   input: HTMLInputElement | HTMLSelectElement;
+  row: HTMLElement;
+}
+
+/** Fields for parameters, and the values that people give them. */
+export class Fields {
+  readonly all: Field[] = [];
+
+  constructor(private readonly app: App) {}
+
+  add(parameter: Parameter): HTMLElement {
+    const shown = parameter.default === null || parameter.default === undefined ? "" : String(parameter.default);
+    const input = inputFor(parameter, shown);
+    const help = [parameter.help, parameter.range ?? ""].filter((text) => text !== "").join("; ");
+    const row = el("label", { title: help }, el("span", {}, readable(parameter.key) + (parameter.required ? " *" : "")), input, el("small", {}, help));
+    this.all.push({ parameter, input, row });
+    return row;
+  }
+
+  /** What is given, by its keys, in SI units. */
+  async values(): Promise<Record<string, unknown>> {
+    const values: Record<string, unknown> = {};
+    for (const { parameter, input, row } of this.all) {
+      const value = row.hidden ? undefined : await this.value(parameter, input);
+      if (value !== undefined) values[parameter.key] = value;
+    }
+    return values;
+  }
+
+  /** What differs from the default or must be said, in SI units; undefined is left to the command. */
+  private async value(parameter: Parameter, input: HTMLInputElement | HTMLSelectElement): Promise<unknown> {
+    if (input instanceof HTMLInputElement && input.type === "checkbox") return input.checked === (parameter.default ?? false) ? undefined : input.checked;
+    const text = input.value.trim();
+    const asDefault = text === String(parameter.default ?? "");
+    if (text === "" || (asDefault && !parameter.required)) return undefined;
+    if (asDefault) return parameter.default;
+    if (parameter.kind === "list") return this.list(parameter, text, input);
+    if (isText(parameter)) return text;
+    return this.number(parameter, text, input);
+  }
+
+  private async number(parameter: Parameter, text: string, input: HTMLElement): Promise<number> {
+    try {
+      return await this.app.analysis.parse(parameter.key, text);
+    } catch (error) {
+      input.focus();
+      throw new Error(`${readable(parameter.key)}: ${error instanceof Error ? error.message : String(error)}`);
+    }
+  }
+
+  /** Numbers with commas between them; rows of them with semicolons. */
+  private async list(parameter: Parameter, text: string, input: HTMLElement): Promise<number[] | number[][]> {
+    const row = (text: string): Promise<number[]> => {
+      const parts = text.split(",").map((part) => part.trim());
+      return Promise.all(parts.filter((part) => part !== "").map((part) => this.number(parameter, part, input)));
+    };
+    if (!text.includes(";")) return row(text);
+    return Promise.all(text.split(";").map((part) => part.trim()).filter((part) => part !== "").map(row));
+  }
 }
 
 export class FormPanel {
@@ -50,9 +93,10 @@ export class FormPanel {
   private readonly realtime = el("input", { type: "checkbox", id: "realtime" });
   private readonly pace = el("label", { class: "check", for: "realtime" }, this.realtime, "by the clock, not in virtual time");
   private forms: Form[] = [];
-  private fields: Field[] = [];
+  private fields: Fields;
 
   constructor(private readonly app: App, private readonly started: (name: string, kind: string) => void) {
+    this.fields = new Fields(app);
     const start = el("button", { type: "submit", class: "primary" }, "Start");
     const form = el(
       "form",
@@ -71,24 +115,17 @@ export class FormPanel {
     this.root = form;
   }
 
-  /** Asks for the tables, once. */
-  shown(): void {
-    if (this.forms.length > 0 || !this.app.connection.ready) return;
-    this.app.connection.ask<{ forms: Form[] }>("runs.forms").then(
-      ({ forms }) => {
-        this.forms = forms;
-        this.kind.replaceChildren(...forms.map((form) => el("option", { value: form.kind }, TITLES[form.kind] ?? form.kind)));
-        this.draw();
-      },
-      () => undefined,
-    );
+  take(forms: Form[]): void {
+    this.forms = forms;
+    this.kind.replaceChildren(...forms.map((form) => el("option", { value: form.kind }, TITLES[form.kind] ?? form.kind)));
+    this.draw();
   }
 
   private draw(): void {
-    this.fields = [];
+    this.fields = new Fields(this.app);
     const form = this.forms.find(({ kind }) => kind === this.kind.value);
     const tables = (form?.tables ?? []).map((table, index) => {
-      const rows = table.parameters.map((parameter) => this.field(parameter));
+      const rows = table.parameters.map((parameter) => this.fields.add(parameter));
       return el("details", { open: index === 0 }, el("summary", {}, table.title), el("div", { class: "fields" }, ...rows));
     });
     this.tables.replaceChildren(...tables);
@@ -96,22 +133,10 @@ export class FormPanel {
     say(this.trouble, "");
   }
 
-  private field(parameter: Parameter): HTMLElement {
-    const shown = parameter.default === null || parameter.default === undefined ? "" : String(parameter.default);
-    const input = inputFor(parameter, shown);
-    this.fields.push({ parameter, input });
-    const help = [parameter.help, parameter.range ?? ""].filter((text) => text !== "").join("; ");
-    return el("label", { title: help }, el("span", {}, readable(parameter.key) + (parameter.required ? " *" : "")), input, el("small", {}, help));
-  }
-
   private async start(): Promise<void> {
     say(this.trouble, "");
     try {
-      const parameters: Record<string, unknown> = {};
-      for (const { parameter, input } of this.fields) {
-        const value = await this.value(parameter, input);
-        if (value !== undefined) parameters[parameter.key] = value;
-      }
+      const parameters = await this.fields.values();
       const kind = this.kind.value;
       const realtime = this.realtime.checked && !this.pace.hidden ? { realtime: true } : {};
       const { name } = await this.app.connection.ask<{ name: string }>("runs.start", { kind, parameters, ...realtime });
@@ -119,39 +144,6 @@ export class FormPanel {
     } catch (error) {
       say(this.trouble, error instanceof Error ? error.message : String(error));
     }
-  }
-
-  /** What differs from the default or must be said, in SI units; undefined is left to the command. */
-  private async value(parameter: Parameter, input: HTMLInputElement | HTMLSelectElement): Promise<unknown> {
-    if (input instanceof HTMLInputElement && input.type === "checkbox") return input.checked === (parameter.default ?? false) ? undefined : input.checked;
-    const text = input.value.trim();
-    const asDefault = text === String(parameter.default ?? "");
-    if (text === "" || (asDefault && !parameter.required)) return undefined;
-    if (asDefault) return parameter.default;
-    const known = KINDS.find(([pattern]) => pattern.test(parameter.key))?.[1];
-    if (parameter.kind === "list") return this.list(parameter, text, known ?? "number", input);
-    // What is optional and has no unit is a number if it looks like one.
-    if (isText(parameter) && (known === undefined || parameter.default !== null)) return Number.isNaN(Number(text)) || parameter.default !== null ? text : Number(text);
-    return this.number(parameter, text, known ?? "number", input);
-  }
-
-  private async number(parameter: Parameter, text: string, kind: string, input: HTMLElement): Promise<number> {
-    try {
-      return await this.app.analysis.parse(kind, text);
-    } catch (error) {
-      input.focus();
-      throw new Error(`${readable(parameter.key)}: ${error instanceof Error ? error.message : String(error)}`);
-    }
-  }
-
-  /** Numbers with commas between them; rows of them with semicolons. */
-  private async list(parameter: Parameter, text: string, kind: string, input: HTMLElement): Promise<number[] | number[][]> {
-    const row = (text: string): Promise<number[]> => {
-      const parts = text.split(",").map((part) => part.trim());
-      return Promise.all(parts.filter((part) => part !== "").map((part) => this.number(parameter, part, kind, input)));
-    };
-    if (!text.includes(";")) return row(text);
-    return Promise.all(text.split(";").map((part) => part.trim()).filter((part) => part !== "").map(row));
   }
 }
 

@@ -4,7 +4,9 @@ import type { App } from "./app";
 import { Chart, legend, type Line } from "./chart";
 import { decimate } from "./columns";
 import { el, say } from "./dom";
+import { Fields } from "./forms";
 import { number } from "./format";
+import type { Parameter } from "./protocol";
 
 interface Estimate {
   name: string;
@@ -24,6 +26,8 @@ interface Model {
 
 interface Identified {
   kind: string;
+  /** What is known of how it was measured. */
+  loading: { kind: string | null; modulus: string | null };
   samples: number;
   notes: string[];
   warnings: string[];
@@ -41,38 +45,42 @@ const COLOURS: Omit<Line, "label">[] = [
   { colour: "--green", dash: [2.2, 3] },
   { colour: "--rose", dash: [11, 3, 2.2, 3] },
 ];
+const MODULI: Record<string, string> = { shear: "shear modulus", young: "Young's modulus" };
 const SIZE_MOST = 15e6;
 
 export class IdentifyPanel {
   readonly root: HTMLElement;
   private readonly file = el("input", { type: "file", accept: ".csv,.tsv,.txt,text/csv", "aria-label": "CSV file" });
-  private readonly state = el("p", { class: "hint", role: "status" }, "Drop a CSV of a relaxation, a creep or a modulus over frequency anywhere on this view.");
+  private readonly state = el("p", { class: "hint", role: "status" }, "Drop a CSV of a relaxation, a creep, a modulus over frequency, or force and depth anywhere on this view.");
   private readonly result = el("div", { class: "result" });
   private readonly holder = el("div", { class: "chart-holder" });
-  private readonly extra = new Map<string, HTMLInputElement>();
+  private readonly rows = el("div", { class: "fields" });
+  private readonly fields: Fields;
   private chart: Chart | null = null;
   private text: { name: string; text: string } | null = null;
 
   constructor(private readonly app: App) {
-    const extra = (key: string, label: string, placeholder: string): HTMLElement => {
-      const input = el("input", { type: "text", placeholder, spellcheck: "false", autocomplete: "off" });
-      this.extra.set(key, input);
-      input.addEventListener("change", () => void this.ask());
-      return el("label", {}, el("span", {}, label), input);
-    };
+    this.fields = new Fields(app);
     this.file.addEventListener("change", () => {
       const file = this.file.files?.[0];
       if (file) void this.read(file);
     });
-    const fields = el(
-      "div",
-      { class: "fields" },
-      extra("strain", "strain that was held", "if the CSV has forces or stresses"),
-      extra("stress_pa", "stress that was held, Pa", "if it has strains"),
-      extra("area_m2", "area, m²", "if it has forces"),
-      extra("thickness_m", "thickness, m", "if it has lengths"),
-    );
-    this.root = el("section", { class: "card identify" }, el("h2", {}, "Identify a record"), this.file, fields, this.state, this.holder, this.result);
+    this.rows.addEventListener("change", () => {
+      this.fit();
+      void this.ask();
+    });
+    this.root = el("section", { class: "card identify" }, el("h2", {}, "Identify a record"), this.file, this.rows, this.state, this.holder, this.result);
+  }
+
+  /** What a table does not say. */
+  take(record: Parameter[]): void {
+    this.rows.replaceChildren(...record.map((parameter) => this.fields.add(parameter)));
+  }
+
+  /** A loading has its own fields. */
+  private fit(): void {
+    const loading = this.fields.all.find(({ parameter }) => parameter.key === "loading")?.input.value ?? "";
+    for (const { parameter, row } of this.fields.all) row.hidden = loading !== "" && !(parameter.loadings ?? [loading]).includes(loading);
   }
 
   /** Reads a file and asks what it is. */
@@ -103,19 +111,16 @@ export class IdentifyPanel {
     this.state.classList.remove("trouble");
     say(this.state, `${this.text.name} is looked at …`);
     try {
-      const options: Record<string, number> = {};
-      const kinds: Record<string, string> = { strain: "strain", stress_pa: "stress", area_m2: "area", thickness_m: "length" };
-      for (const [key, input] of this.extra) {
-        if (input.value.trim() !== "") options[key] = await this.app.analysis.parse(kinds[key] ?? "number", input.value);
-      }
-      this.show(await this.app.connection.ask<Identified>("identify", { ...this.text, ...options }));
+      this.show(await this.app.connection.ask<Identified>("identify", { ...this.text, ...(await this.fields.values()) }));
     } catch (error) {
       this.refuse(error instanceof Error ? error.message : String(error));
     }
   }
 
   private show(found: Identified): void {
-    say(this.state, `${this.text?.name ?? ""}: ${found.kind}, ${found.samples} samples.${found.best ? ` Best: ${found.best}.` : " No model fits."}`);
+    const { modulus } = found.loading;
+    const measured = [found.kind, `${found.samples} samples`, ...(modulus === null ? [] : [MODULI[modulus] ?? modulus])];
+    say(this.state, `${this.text?.name ?? ""}: ${measured.join(", ")}.${found.best ? ` Best: ${found.best}.` : " No model fits."}`);
     const models = found.models.map((model) => {
       const cells = model.parameters.map(({ name, unit, value, standard_error: error }) =>
         el("div", {}, `${name.replace(/_pa(_s_\w+)?$/, "").replace(/_/g, " ")} ${number(value, 4)}${typeof error === "number" ? ` ± ${number(error, 2)}` : ""} ${unit}`),

@@ -7,8 +7,8 @@ export interface KnobOptions {
   label: string;
   /** SI unit, as it is shown. */
   unit: string;
-  /** Kind of quantity, as the command line knows it. */
-  kind: string;
+  /** End of the keys of such numbers, which says their units; empty for a pure number. */
+  ending: string;
   least: number;
   most: number;
   /** Equal factors rather than equal steps. With a least of 0 the first step is a millionth of the most. */
@@ -16,7 +16,7 @@ export interface KnobOptions {
   value: number;
   help?: string;
   changed: (value: number) => void;
-  parse: (kind: string, text: string) => Promise<number>;
+  parse: (key: string, text: string) => Promise<number>;
 }
 
 const STEPS = 1000;
@@ -79,12 +79,12 @@ export class Knob {
   }
 
   private async typed(): Promise<void> {
-    const { kind, least, most, unit, parse } = this.options;
+    const { ending, least, most, unit, parse } = this.options;
     try {
       // The unit that stands there already is not asked for again.
       const text = this.field.value.replace(/[\u202f\u00a0]/g, " ").replace("−", "-").trim();
-      const bare = kind === "number" && text.endsWith(unit) ? text.slice(0, text.length - unit.length) : text;
-      const value = await parse(kind, bare);
+      const bare = ending === "" && text.endsWith(unit) ? text.slice(0, text.length - unit.length) : text;
+      const value = await parse(ending, bare);
       if (value < least || value > most) {
         this.trouble.textContent = `from ${quantity(least, unit)} to ${quantity(most, unit)}`;
         return;

@@ -12,6 +12,7 @@ export function readable(channel: string): string {
     [/_m2$/, ", m²"],
     [/_kg$/, ", kg"],
     [/_hz$/, ", Hz"],
+    [/_rad$/, ", rad"],
     [/_us$/, ", µs"],
     [/_n$/, ", N"],
     [/_m$/, ", m"],

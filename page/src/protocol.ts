@@ -174,6 +174,8 @@ export interface Parameter {
   shown?: string;
   choices: string[] | null;
   help: string;
+  /** Of a record: the loadings that it is for. */
+  loadings?: string[];
 }
 
 export interface Form {

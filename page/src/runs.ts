@@ -7,7 +7,7 @@ import { bytes, duration, number } from "./format";
 import { FormPanel } from "./forms";
 import { IdentifyPanel } from "./identify";
 import { Overlay } from "./overlay";
-import type { Answer, OpenRun, RunEntry, RunProgress, Unasked } from "./protocol";
+import type { Answer, Form, OpenRun, Parameter, RunEntry, RunProgress, Unasked } from "./protocol";
 import type { Shown, State } from "./state";
 
 /** Runs that can be told apart over each other. */
@@ -29,6 +29,7 @@ export class RunsView implements ViewPart {
   private readonly answer: AnswerPanel;
   private readonly form: FormPanel;
   private readonly identify: IdentifyPanel;
+  private hasForms = false;
   private readonly panels: Record<Panel, HTMLElement>;
   private entries: RunEntry[] = [];
   /** What the server said of the runs that are open, and those that it is asked for. */
@@ -77,7 +78,7 @@ export class RunsView implements ViewPart {
     if (!this.visible || hello === null) return;
     const came = before.view !== "runs" || hello !== before.hello;
     if (came) {
-      this.form.shown();
+      void this.askForms();
       void this.refresh();
     }
     if (came || runs !== before.runs) void this.load(runs !== before.runs);
@@ -85,6 +86,20 @@ export class RunsView implements ViewPart {
 
   private get visible(): boolean {
     return this.app.state.view === "runs";
+  }
+
+  /** Asks for the forms, once. */
+  private async askForms(): Promise<void> {
+    if (this.hasForms || !this.app.connection.ready) return;
+    try {
+      const { forms, record } = await this.app.connection.ask<{ forms: Form[]; record: Parameter[] }>("runs.forms");
+      if (this.hasForms) return;
+      this.hasForms = true;
+      this.form.take(forms);
+      this.identify.take(record);
+    } catch (error) {
+      this.app.notify(error instanceof Error ? error.message : String(error));
+    }
   }
 
   private show(panel: Panel): void {

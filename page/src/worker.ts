@@ -64,7 +64,7 @@ self.onmessage = async (event: MessageEvent<Task>) => {
     await ready;
     if ("judge" in task) answer({ id: task.id, value: judge(task.judge) });
     else if ("remember" in task) answer({ id: task.id, value: remember(task.remember) });
-    else answer({ id: task.id, value: parse_quantity(task.parse.kind, task.parse.text) });
+    else answer({ id: task.id, value: parse_quantity(task.parse.key, task.parse.text) });
   } catch (error) {
     answer({ id: task.id, error: error instanceof Error ? error.message : String(error) });
   }

@@ -138,6 +138,14 @@ const FORMS = [
   },
 ];
 
+const ALL = ["shear", "tension", "compression", "punch", "sphere", "cone"];
+const RECORD = [
+  { key: "loading", kind: "text", default: "", range: null, choices: ALL, help: "How it is pressed", loadings: ALL },
+  { key: "indenter_radius_m", kind: "number", default: null, range: "above 0 and at most 10", choices: [], help: "Radius of a punch or sphere", loadings: ["punch", "sphere"] },
+  { key: "half_angle_rad", kind: "number", default: null, range: "from 0.001 to 1.57", choices: [], help: "Half angle of a cone", loadings: ["cone"] },
+  { key: "bonded", kind: "flag", default: false, range: null, choices: [], help: "It cannot slide", loadings: ["tension", "compression", "sphere"] },
+];
+
 /** The samples of a span as a table. */
 function table(response, { run, channels, from_s: from = 0, to_s: to = Infinity }) {
   const rows = run.samples[0].flatMap((_, n) => (n * T < from || n * T > to ? [] : [[n * T, ...channels.map((name) => run.samples[run.channels.indexOf(name)][n])].join(",")]));
@@ -311,7 +319,7 @@ export function startMock({ port = 0, token = randomBytes(16).toString("hex") } 
         return { name: message.name, channels: run.channels, samples: run.samples[0].length, sample_time_s: T, first_s: 0, last_s: run.samples[0].length * T, complete: true, damage: null, missing_samples: 0, axes: run.axes ?? 1, metadata: run.metadata ?? { kind: run.entry.kind, order: 0.2 }, events: [{ time_s: 1, kind: "phase", text: "hold" }], end: "done", curves: run.curves };
       }
       case "runs.forms":
-        return { forms: FORMS };
+        return { forms: FORMS, record: RECORD };
       case "runs.start": {
         controls(page);
         if (message.kind === "zwidth") {
@@ -335,10 +343,12 @@ export function startMock({ port = 0, token = randomBytes(16).toString("hex") } 
       case "identify": {
         const rows = message.text.trim().split("\n").map((row) => row.split(",").map(Number));
         if (rows.length < 5) throw new Error("the CSV has no table: give a header and two columns of numbers");
+        const { loading = null, indenter_radius_m: radius, half_angle_rad: angle } = message;
+        if (message.text.includes("force_n") && !(loading === "sphere" && radius === 0.004 && angle === undefined)) throw new Error("the columns make no record: give loading and indenter_radius_m");
         if (rows.slice(1).some((row) => row.length < 2 || row.some(Number.isNaN))) throw new Error("line 2 of the CSV is not two numbers: give time_s,force_n");
         const time = rows.slice(1).map(([t]) => t);
         const data = rows.slice(1).map(([, value]) => value);
-        return { kind: "relaxation", samples: time.length, notes: ["a note"], warnings: [], best: "spring-pot", models: [{ model: "spring-pot", rms: 0.01, aic: 1, bic: 2, parameters: [{ name: "order", unit: "", value: 0.2, standard_error: 0.01 }], predicted: data.map((v) => v * 1.01) }], x: time, measured: data };
+        return { kind: loading ? "record" : "relaxation", loading: { kind: loading, modulus: "young" }, samples: time.length, notes: ["a note"], warnings: [], best: "spring-pot", models: [{ model: "spring-pot", rms: 0.01, aic: 1, bic: 2, parameters: [{ name: "order", unit: "", value: 0.2, standard_error: 0.01 }], predicted: data.map((v) => v * 1.01) }], x: time, measured: data };
       }
       default:
         throw new Error(`there is no request ${message.do}`);

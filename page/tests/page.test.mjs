@@ -682,6 +682,18 @@ test("a CSV that is dropped is identified; one that is none is refused with a se
   await drop(`time_s,modulus_pa\n${rows.join("\n")}\n`, "record.csv");
   await until(async () => /record\.csv: .*200 samples/.test(await page.locator(".identify .hint").first().textContent()), "it is not identified", 30_000);
   assert.ok((await page.locator(".identify tbody tr").count()) > 0);
+  // A sphere of 4 mm, by Hertz: f = 16/9·√R·E·δ^1.5, E = 1 kPa, at a depth that grows to 1 mm within 1 s.
+  const depths = Array.from({ length: 200 }, (_, n) => (n / 199) * 1e-3);
+  await drop(`time_s,position_m,force_n\n${depths.map((d) => `${d * 1000},${d},${(16 / 9) * Math.sqrt(4e-3) * 1000 * d ** 1.5}`).join("\n")}\n`, "sphere.csv");
+  await until(async () => (await page.locator(".identify p.trouble").count()) === 1, "a force without a specimen is not refused", 30_000);
+  const field = (name) => page.locator(".identify .fields label", { hasText: name });
+  await field(/^loading/).locator("select").selectOption("sphere");
+  assert.equal(await field(/^half angle/).isVisible(), false);
+  assert.ok(await field(/^bonded/).isVisible());
+  await field(/^indenter radius/).locator("input").fill("4 mm");
+  await field(/^indenter radius/).locator("input").blur();
+  await until(async () => /sphere\.csv: record, 200 samples, Young's modulus/.test(await page.locator(".identify .hint").first().textContent()), "the indentation is not identified", 30_000);
+  if (process.env.PICTURES) await page.screenshot({ path: `${process.env.PICTURES}/identify.png` });
   await drop("GIF89a\u0000\u0001 no table at all", "picture.csv");
   await until(async () => (await page.locator(".identify p.trouble").allTextContents()).join("").length > 10, "garbage is not refused", 15_000);
   assert.deepEqual(errors, []);

@@ -4,23 +4,11 @@ use crate::bench::refused;
 use haptic_quantity::parse_for_key;
 use wasm_bindgen::prelude::*;
 
-/// A value of a kind (`time`, `mass`, `stiffness`, …) in SI units; a kind that is not listed is a number.
+/// A value in the SI unit that the end of a key says.
 ///
 /// # Errors
 /// Text that is none: the message of the command line, which lists the units.
 #[wasm_bindgen]
-pub fn parse_quantity(kind: &str, text: &str) -> Result<f64, JsError> {
-    let key = match kind {
-        "area" => "_m2",
-        "damping" => "_n_s_per_m",
-        "force" => "_n",
-        "frequency" => "_hz",
-        "length" => "_m",
-        "mass" => "_kg",
-        "stiffness" => "_n_per_m",
-        "stress" => "_pa",
-        "time" => "_s",
-        _ => "",
-    };
+pub fn parse_quantity(key: &str, text: &str) -> Result<f64, JsError> {
     parse_for_key(key, text).map_err(refused)
 }

@@ -6,6 +6,8 @@ use haptic_experiment::parameters::{
     self, KINDS, Parameter, QUESTIONS, Value as Default, choices, is_path,
 };
 use haptic_experiment::run::{FolderRequest, next_free};
+use haptic_loop::LoadingKind;
+use haptic_quantity::label;
 use serde_json::{Map, Value, json};
 use std::collections::BTreeMap;
 use std::fs;
@@ -157,6 +159,27 @@ fn parameter(form: &str, parameter: &Parameter, required: bool) -> Value {
     })
 }
 
+/// Of a record that is to be identified, with the loadings that it is for.
+fn record_parameter(own: &Parameter) -> Value {
+    let size = label(own.key);
+    let is_size = |kind: LoadingKind| kind.sizes().contains(&size.as_str());
+    let is_held = [parameters::STRAIN.key, parameters::STRESS.key].contains(&own.key);
+    let kinds = LoadingKind::ALL.map(|one| one.0);
+    let is_of_some = kinds.into_iter().any(is_size);
+    let takes = |kind: &LoadingKind| match is_of_some {
+        true => is_size(*kind),
+        false => kind.is_slab() || !is_held,
+    };
+    let loadings: Vec<&str> = kinds
+        .iter()
+        .filter(|kind| takes(kind))
+        .map(|kind| kind.name())
+        .collect();
+    let mut field = parameter("identify", own, false);
+    field["loadings"] = json!(loadings);
+    field
+}
+
 /// All of them.
 pub(super) fn forms() -> Value {
     let form = |kind: &str| {
@@ -169,7 +192,8 @@ pub(super) fn forms() -> Value {
         });
         json!({"kind": kind, "tables": tables.collect::<Vec<_>>()})
     };
-    json!({"forms": kinds().map(form).collect::<Vec<_>>()})
+    let record = parameters::RECORD.iter().map(record_parameter);
+    json!({"forms": kinds().map(form).collect::<Vec<_>>(), "record": record.collect::<Vec<_>>()})
 }
 
 #[cfg(test)]
@@ -188,6 +212,20 @@ mod tests {
             let wanted: Vec<&str> = wanted.map(|parameter| parameter.key).collect();
             assert_eq!(keys, wanted);
         }
+        let record = forms["record"].as_array().expect("a list").iter();
+        let loadings = |key: &str| {
+            record
+                .clone()
+                .find(|own| own["key"] == key)
+                .map(|own| own["loadings"].to_string())
+        };
+        assert_eq!(loadings("half_angle_rad").as_deref(), Some("[\"cone\"]"));
+        assert_eq!(
+            loadings("strain").as_deref(),
+            Some("[\"shear\",\"tension\",\"compression\"]")
+        );
+        let all = loadings("poisson_ratio").expect("a field");
+        assert!(all.contains("sphere") && all.contains("shear"), "{all}");
         let text = forms.to_string();
         let choices = "\"choices\":[\"off\",\"observer\",\"energy-bounding\"]";
         assert!(text.contains(choices), "{text}");
