@@ -133,6 +133,23 @@ def test_an_indentation_gives_the_model_back() -> None:
     assert any("strain reaches 0.25" in said for said in found.warnings)
 
 
+def test_motions_to_several_depths_tell_how_a_tissue_stiffens() -> None:
+    gel, radius, b = Model("spring-pot", viscosity_pa_s_alpha=3000.0, order=0.2), 4e-3, 8.0
+    t = np.linspace(0, 5, 251)
+    depths = [radius * strain * np.minimum(t, 1.0) for strain in (0.03, 0.15)]
+    # e = depth^1.5 (exp(b depth/R) - 1)/(b depth/R)
+    seen = [np.sqrt(depth) * radius / b * np.expm1(b * depth / radius) for depth in depths]
+    forces = [16 / 9 * math.sqrt(radius) * gel.stress(t, e) for e in seen]
+    options = {"loading": "sphere", "indenter_radius_m": radius, "models": ["spring-pot"], "stiffening": True}
+    best = identify([t, t], forces, "record", depth=depths, **options).best
+    assert best.estimates[-1].name == "stiffening"
+    assert math.isclose(best.estimates[-1].value, b, rel_tol=1e-2)
+    with pytest.raises(ValueError, match="another column is not"):
+        identify([t, t], forces, "record", depth=depths[:1], **options)
+    with pytest.raises(ValueError, match="only motions are fitted together"):
+        identify([t[1:], t[1:]], [1 / t[1:], 1 / t[1:]])
+
+
 def test_bootstrap_reports_progress_and_repeats_by_its_seed() -> None:
     rng = np.random.default_rng(7)
     t = np.geomspace(0.01, 100, 50)

@@ -11,11 +11,10 @@ use numpy::PyArray1;
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyList};
 
-/// Depth of a specimen and how it is pressed, by the names of keys.
+/// How a specimen is pressed, by the names of keys.
 #[derive(FromPyObject)]
 #[pyo3(from_item_all)]
-pub(crate) struct Pressed<'py> {
-    depth: Bound<'py, PyAny>,
+pub(crate) struct Pressed {
     loading: String,
     area_m2: Option<f64>,
     thickness_m: Option<f64>,
@@ -25,8 +24,8 @@ pub(crate) struct Pressed<'py> {
     poisson_ratio: f64,
 }
 
-impl Pressed<'_> {
-    fn record(&self, time_s: Vec<f64>, force_n: Vec<f64>) -> PyResult<Record> {
+impl Pressed {
+    fn specimen(&self) -> PyResult<Specimen> {
         let kind = LoadingKind::ALL.iter().find(|one| one.1 == self.loading);
         let Some(&(kind, _)) = kind else {
             let known = LoadingKind::ALL.map(|one| one.1).join(", ");
@@ -43,28 +42,33 @@ impl Pressed<'_> {
             half_angle_rad: self.half_angle_rad,
             bonded: self.bonded,
         };
-        let specimen = Specimen::new(loading, self.poisson_ratio, 0.0).or_refused()?;
-        let depth = vector("depth", &self.depth)?;
-        Record::pressed(time_s, depth, force_n, &specimen).or_refused()
+        Specimen::new(loading, self.poisson_ratio, 0.0).or_refused()
     }
 }
 
-/// A record of its kind from columns; `strain` or what is pressed only for any motion.
+/// Columns of a record: t, y, strain, depth.
+type Columns<'py> = (
+    Bound<'py, PyAny>,
+    Bound<'py, PyAny>,
+    Option<Bound<'py, PyAny>>,
+    Option<Bound<'py, PyAny>>,
+);
+
+/// A record of its kind from columns; strain, or depth of a specimen, only for any motion.
 fn record(
     kind: &str,
-    t: &Bound<'_, PyAny>,
-    y: &Bound<'_, PyAny>,
-    strain: Option<&Bound<'_, PyAny>>,
-    pressed: Option<&Pressed<'_>>,
+    (t, y, strain, depth): &Columns<'_>,
+    pressed: Option<&Pressed>,
 ) -> PyResult<Record> {
     let x = vector("t", t)?;
-    if let Some(pressed) = pressed {
+    if let (Some(pressed), Some(depth)) = (pressed, depth) {
         if kind != "record" || strain.is_some() {
             return Err(refused(
                 "depth belongs to kind=\"record\" without strain: y is then the force in N",
             ));
         }
-        return pressed.record(x, vector("y", y)?);
+        let (depth, force) = (vector("depth", depth)?, vector("y", y)?);
+        return Record::pressed(x, depth, force, &pressed.specimen()?).or_refused();
     }
     if strain.is_some() != (kind == "record") {
         return Err(refused(if kind == "record" {
@@ -142,19 +146,16 @@ impl IdentifyOptions {
 /// Models fitted to a record, as dictionaries.
 #[pyfunction]
 pub(crate) fn identify_record<'py>(
-    t: &Bound<'py, PyAny>,
-    y: &Bound<'py, PyAny>,
+    py: Python<'py>,
+    records: Vec<Columns<'py>>,
     kind: &str,
-    strain: Option<&Bound<'py, PyAny>>,
-    pressed: Option<Pressed<'py>>,
+    pressed: Option<Pressed>,
     options: IdentifyOptions,
     progress: Option<&Bound<'py, PyAny>>,
 ) -> PyResult<Bound<'py, PyDict>> {
-    let py = t.py();
-    let (record, options) = (
-        record(kind, t, y, strain, pressed.as_ref())?,
-        options.options()?,
-    );
+    let records = (records.iter()).map(|columns| record(kind, columns, pressed.as_ref()));
+    let record = Record::together(records.collect::<PyResult<_>>()?).or_refused()?;
+    let options = options.options()?;
     let found = conduct(py, progress, Interrupted::Forgotten, move |conduct| {
         let done = |records| conduct.add(records as u64);
         identify::identify_unless(&record, &options, conduct.stop(), &done).or_refused()

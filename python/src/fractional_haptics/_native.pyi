@@ -105,10 +105,8 @@ def restore_model(kind: str, values: tuple[float, ...]) -> Model: ...
 def library(folder: str | os.PathLike[str] | None) -> list[Material]: ...
 def find_material(name: str, folder: str | os.PathLike[str] | None) -> Material: ...
 def identify_record(
-    t: ArrayLike,
-    y: ArrayLike,
+    records: list[tuple[Any, ...]],
     kind: str,
-    strain: ArrayLike | None,
     pressed: dict[str, Any] | None,
     options: dict[str, Any],
     progress: _Progress | None,

@@ -8,7 +8,9 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING, Any, Literal
+
+import numpy as np
 
 from fractional_haptics import _native
 from fractional_haptics._native import Material, Model
@@ -177,7 +179,7 @@ class Identification(HoldsArrays):
     x: NDArray[np.float64]
     """Times in s, or angular frequencies in rad/s; of an oscillation all are there twice."""
     measured: NDArray[np.float64]
-    """Moduli, compliances, all storage and then all loss moduli, or stresses."""
+    """Moduli, compliances, all storage and then all loss moduli, or stresses: of an indenter its force over γℓ, Pa."""
     warnings: tuple[str, ...]
     """Sentences that one should read."""
 
@@ -210,12 +212,13 @@ def identify(
     stiffening: bool = False,
     progress: Callable[[int], object] | None = None,
 ) -> Identification:
-    """Models from a measured record.
+    """Models from a measured record, or from several motions of one tissue together.
 
     Parameters
     ----------
     t : array_like, shape (n,)
-        Times in s; for an oscillation angular frequencies in rad/s.
+        Times in s; for an oscillation angular frequencies in rad/s. For several motions a sequence with those of each; then
+        ``y`` with ``strain`` or ``depth`` are such sequences too.
     y : array_like, shape (n,)
         ``relaxation``: modulus after a step of strain in Pa. ``creep``: compliance after a step of stress in 1/Pa.
         ``oscillation``: complex modulus in Pa. ``record``: stress in Pa of any motion from rest, or force in N with ``depth``.
@@ -292,7 +295,6 @@ def identify(
         "stiffening": stiffening,
     }
     pressed = {
-        "depth": depth,
         "loading": loading,
         "area_m2": area_m2,
         "thickness_m": thickness_m,
@@ -303,7 +305,8 @@ def identify(
     }
     if (depth is None) != (loading is None):
         raise ValueError("depth and loading belong together: give both, or neither")
-    found = _native.identify_record(t, y, kind, strain, None if depth is None else pressed, options, progress)
+    records = _motions(t, y, strain, depth)
+    found = _native.identify_record(records, kind, None if depth is None else pressed, options, progress)
     fits = tuple(
         Fit(**{**fit, "estimates": tuple(Estimate(*estimate) for estimate in fit["estimates"])})
         for fit in found["fits"]
@@ -315,3 +318,13 @@ def identify(
         measured=found["measured"],
         warnings=tuple(found["warnings"]),
     )
+
+
+def _motions(t: Any, *columns: Any) -> list[tuple[Any, ...]]:
+    """The columns of each record: of the one, or of the several whose first one is an array itself."""
+    several = np.iterable(t) and np.ndim(next(iter(t), 0.0)) > 0
+    each = [None if column is None else list(column) if several else [column] for column in (t, *columns)]
+    count = len(each[0] or [])
+    if any(len(column) != count for column in each if column is not None):
+        raise ValueError(f"t is of {count} records, and another column is not: give each column of each record")
+    return list(zip(*(column or [None] * count for column in each), strict=True))
