@@ -1,9 +1,9 @@
-//! A table of any bytes: its column x is finite numbers, at least one, or the table is refused.
+//! A table of any bytes: its column x is finite numbers, at least one, or the table is refused; as a time of a record too.
 #![no_main]
 #![forbid(unsafe_code)]
 
 use fractional_haptics_fuzz as _;
-use haptic_tissue::identify::table::read_columns;
+use haptic_tissue::identify::table::{read_columns, read_record};
 use libfuzzer_sys::fuzz_target;
 
 fuzz_target!(|bytes: &[u8]| {
@@ -15,5 +15,8 @@ fuzz_target!(|bytes: &[u8]| {
         Err(error) => {
             assert!(!error.to_string().is_empty());
         }
+    }
+    if let Ok(record) = read_record(bytes, ["x", "y"]) {
+        assert!(record.columns[0].iter().all(|time| time.is_finite()));
     }
 });

@@ -91,7 +91,7 @@ enum Command {
     Weights(command::operator::Weights),
     /// Differentiate or integrate a CSV column to a fractional order
     Differintegrate(command::operator::Differintegrate),
-    /// Write an operator as a C99 header, for any microcontroller
+    /// Write an operator or a controller as a C99 header, for any microcontroller
     ExportC(command::export_c::Arguments),
     /// Find, inspect, configure, measure, test, emulate and monitor a device
     #[command(subcommand)]

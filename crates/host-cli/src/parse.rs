@@ -5,7 +5,7 @@ use clap::error::ErrorKind;
 use clap::{Arg, Command, Error};
 use fracdiff::parameter::Shown;
 use fracdiff::{Order, Scheme, Seconds};
-use haptic_experiment::parameters::{Parameter, Range};
+use haptic_experiment::parameters::{Parameter, Range, in_degrees};
 use haptic_experiment::{Failure, Named};
 use haptic_quantity::{WrittenUnit, parse_for_key, written};
 use std::ffi::OsStr;
@@ -20,8 +20,9 @@ pub(crate) fn outside(key: &str, range: Range) -> String {
         0.0 => "0".to_owned(),
         end => written(key, end),
     });
+    let degrees = in_degrees(key, range);
     match range {
-        Range::Within(..) => format!("is not from {low} to {high}"),
+        Range::Within(..) => format!("is not from {low} to {high}{degrees}"),
         Range::AboveUpTo(..) => format!("is not above {low} and at most {high}"),
     }
 }

@@ -2,7 +2,7 @@
 
 use haptic_experiment::Failure;
 use haptic_experiment::document::short;
-use haptic_tissue::identify::table::{TABLE_MOST, read_columns};
+use haptic_tissue::identify::table::{RecordColumns, TABLE_MOST, read_columns, read_record};
 use haptic_tissue::read_bytes;
 use std::io::{self, Read};
 use std::path::Path;
@@ -35,6 +35,19 @@ pub(crate) fn read<const N: usize>(
     remedy: &str,
 ) -> Result<(Vec<u64>, [Vec<f64>; N]), Failure> {
     let found = read_columns(&bytes(path)?, names);
+    found.map_err(|error| {
+        let error = error.to_string();
+        wrong(path, format_args!("{}; {remedy}", short(&error)))
+    })
+}
+
+/// Time and signals of a record, whose gaps are NaN.
+pub(crate) fn record<const N: usize>(
+    path: &Path,
+    names: [&str; N],
+    remedy: &str,
+) -> Result<RecordColumns<N>, Failure> {
+    let found = read_record(&bytes(path)?, names);
     found.map_err(|error| {
         let error = error.to_string();
         wrong(path, format_args!("{}; {remedy}", short(&error)))

@@ -11,6 +11,8 @@ mod words;
 use crate::output::Output;
 use clap::Subcommand;
 use haptic_experiment::Failure;
+pub(crate) use loops::ControllerOption;
+pub(crate) use words::refused;
 
 /// The task.
 #[derive(Debug, Subcommand)]

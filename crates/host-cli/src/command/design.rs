@@ -98,6 +98,9 @@ fn draw(report: &DesignReport) -> Result<Picture, FigureError> {
             )
     };
     let requirement = match report.gain_margin {
+        Some(margin) if report.require == "every-motion" => {
+            format!("proved for every motion, gain margin {margin}")
+        }
         Some(margin) => format!("stable, gain margin {margin}"),
         None => "passive".to_owned(),
     };

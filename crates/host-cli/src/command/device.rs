@@ -35,13 +35,13 @@ pub(crate) enum Command {
     /// Emulate a device behind a pseudo-terminal
     #[command(long_about = emulate::LONG_ABOUT)]
     Emulate(emulate::Arguments),
-    /// Program a board over a debug probe
+    /// Program a board over a debug probe, or a Pico through its drive
     #[command(long_about = flash::LONG_ABOUT)]
     Flash(flash::Arguments),
     /// Show position and state, and log every sample
     #[command(long_about = monitor::LONG_ABOUT)]
     Monitor(monitor::Arguments),
-    /// Test arming, limits, watchdog, recorder, reconnection and emergency stop
+    /// Test arming, limits, direction, watchdog, recorder, reconnection and emergency stop
     #[command(long_about = selftest::LONG_ABOUT)]
     Selftest(selftest::Arguments),
 }

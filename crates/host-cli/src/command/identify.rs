@@ -7,12 +7,11 @@ use self::record::TableArguments;
 use crate::command::conduct::progress_bar;
 use crate::files::{File, PROGRAM, PlaceOfFile};
 use crate::output::{Output, joined, warn};
-use crate::parse::{choice, of, one_of, quantity, whole};
+use crate::parse::{choice, of, one_of, whole};
 use clap::Args;
-use haptic_experiment::parameters::Range;
 use haptic_experiment::{Failure, parameters};
 use haptic_log::record::StartTime;
-use haptic_loop::{INCOMPRESSIBLE, Loading, LoadingKind};
+use haptic_loop::{Loading, LoadingKind};
 use haptic_quantity::digits;
 use haptic_tissue::identify::table::{Reading, Understood};
 use haptic_tissue::identify::{
@@ -98,9 +97,6 @@ pub(crate) struct Arguments {
     conditions: Option<String>,
 }
 
-/// Poisson's ratio of what can be measured.
-const POISSON_RATIOS: Range = Range::Within(0.0, INCOMPRESSIBLE);
-
 /// Options of the specimen: what the table lacks.
 #[derive(Debug, Args)]
 #[command(next_help_heading = "Specimen")]
@@ -130,7 +126,7 @@ struct SpecimenArguments {
     #[arg(long)]
     bonded: bool,
     /// Poisson's ratio [default: 0.5, incompressible]
-    #[arg(long, value_parser = quantity("poisson_ratio", POISSON_RATIOS))]
+    #[arg(long, value_parser = of(parameters::POISSON_RATIO))]
     poisson_ratio: Option<f64>,
 }
 

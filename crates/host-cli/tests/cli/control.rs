@@ -85,8 +85,8 @@ fn a_plant_comes_back_from_its_own_step() {
     let found = place.run(line).succeeded().json();
     assert_eq!(
         keys(&found),
-        "bic candidates delay_s files fit function numbers plant_file rms_residual sample_time_s \
-         samples unstable_poles unstable_poles_reason warnings"
+        "bic candidates delay_high_s delay_low_s delay_s files fit function numbers order_reason \
+         plant_file rms_residual sample_time_s samples unstable_poles unstable_poles_reason warnings"
     );
     assert_eq!(
         place.listing(),
@@ -153,6 +153,40 @@ fn a_trajectory_of_a_table_is_followed_sample_by_sample() {
     assert_eq!(samples.len(), 401);
     let references = [150, 200].map(|n| number(&samples[n], "reference"));
     assert_eq!(references, [0.5, 1.0]);
+}
+
+/// 2e^(−0.35s)/(s + 1) as a German spreadsheet saves it, an output missing.
+#[test]
+fn a_german_record_gives_its_plant_and_its_dead_time_back() {
+    let place = Place::new();
+    let row = |n: i32| {
+        let t = 0.05 * f64::from(n);
+        let y = -2.0 * f64::exp_m1(-(t - 0.35).max(0.0));
+        let level = if n == 50 {
+            String::new()
+        } else {
+            format!("{y:.6}")
+        };
+        format!("{};1;{level}\n", 50 * n).replace('.', ",")
+    };
+    let rows: String = (0..120).map(row).collect();
+    place.write(
+        "tank.csv",
+        format!("Prüfstand 3;;\n\nZeit [ms];Ventil [%];Stand [cm]\n{rows}"),
+    );
+    let line = "control identify tank.csv --columns time=Zeit,input=Ventil,output=Stand -q --json";
+    let json = place.run(line).succeeded_with_warnings().json();
+    holds((number(&json, "delay_s") - 0.35).abs() < 1e-3, &json);
+    holds(
+        number(&json, "delay_low_s") <= 0.3501 && number(&json, "delay_high_s") >= 0.3499,
+        &json,
+    );
+    says(
+        &json["warnings"].to_string(),
+        &["1 row (line 54) without an output", "straight line"],
+    );
+    place.write("no.csv", "PK\u{3}\u{4}\u{14}");
+    place.refuses("control identify no.csv => no.csv: this is no text | CSV");
 }
 
 /// What is wrong with plants, controllers, wishes and records is tested with `fractional-control` and `haptic-experiment`.

@@ -315,23 +315,21 @@ fn what_is_no_tissue_is_named_with_its_reason_and_skipped() {
     place.write("mine/bytes.toml", "\u{0}\u{1}");
     // A pipe that nobody writes to must not be waited for.
     place.shell("mkfifo mine/pipe.toml").succeeded();
-    for line in [
-        "materials list",
-        "export-c --tissue gel --sample-time 1ms --horizon 10s --name gel --out gel.h",
-    ] {
-        let ended = place.run(&format!("{line} --library mine"));
-        let skipped = ended.stderr.matches("warning: skipped").count();
-        assert_eq!(skipped, 4, "{ended}");
-        for file in ["folder", "wall", "bytes", "pipe"] {
-            says(&ended.stderr, &[&format!("mine/{file}.toml")]);
-        }
-        let reasons = [
-            "it is not a regular file",
-            "mine/wall.toml:7: order = 1.3 is not in [0, 1]",
-        ];
-        says(&ended.stderr, &reasons);
-        ended.succeeded_with_warnings();
+    let ended = place.run("materials list --library mine");
+    let skipped = ended.stderr.matches("warning: skipped").count();
+    assert_eq!(skipped, 4, "{ended}");
+    for file in ["folder", "wall", "bytes", "pipe"] {
+        says(&ended.stderr, &[&format!("mine/{file}.toml")]);
     }
+    let reasons = [
+        "it is not a regular file",
+        "mine/wall.toml:7: order = 1.3 is not in [0, 1]",
+    ];
+    says(&ended.stderr, &reasons);
+    ended.succeeded_with_warnings();
+    let line =
+        "export-c --tissue mine/gel.toml --sample-time 1ms --horizon 10s --name gel --out gel.h";
+    place.run(line).succeeded();
 }
 
 #[test]
@@ -390,6 +388,46 @@ fn a_header_of_a_tissue_under_a_sphere_has_its_map_and_computes_it() {
         export-c --tissue liver --sample-time 1ms --loading sphere => needs | --indenter-radius
         export-c --tissue liver --sample-time 1ms --half-angle 1 => --half-angle
         export-c --order 0.5 --sample-time 1ms --bonded => --bonded | --order
+        "#,
+    );
+}
+
+#[test]
+fn a_controller_is_exported_with_what_its_file_says() {
+    let place = Place::new();
+    place.write(
+        "pi.toml",
+        "[pid]\nproportional_gain = 2\nintegral_gain_per_s_lambda = 3\nintegral_order = 0.5\n\
+         [loop]\nsample_time_s = 0.01\nscheme = \"full\"\noutput_high = 2\n",
+    );
+    place
+        .run("export-c --controller pi.toml --out pi.h")
+        .succeeded();
+    place.write(
+        "main.c",
+        "#include \"pi.h\"\n#include <stdio.h>\nint main(void) { controller_t c; controller_init(&c); \
+         printf(\"%.9g %.9g\\n\", (double)controller_output(&c, 0.5f, 0.0f), \
+         (double)controller_output(&c, 1.0f, 0.0f)); return 0; }\n",
+    );
+    let ran = place.shell("cc -std=c99 -Wall -Wextra -Werror main.c -o main && ./main");
+    let ran = ran.succeeded().stdout;
+    let commands: Vec<f64> = (ran.split_whitespace())
+        .map(|word| word.parse().expect("a number"))
+        .collect();
+    // (2 + 3·√T)/2, and at its limit.
+    near(&commands, &[1.15, 2.0], 1e-6);
+    let json = place.json("export-c --controller 2+3/s^0.5 --sample-time 10ms --horizon 1min");
+    assert_eq!(json["horizon_s"], 60.0);
+    says(
+        json["header"].as_str().expect("text"),
+        &["full-bdf2", "u = C(s) of b r - y"],
+    );
+    place.refuses(
+        r#"
+        export-c --controller 1/(s^0.5+2) --sample-time 10ms => transfer function | --controller
+        export-c --controller 2+3/s --sample-time 10ms --scheme grunwald:9 => grunwald | full-bdf2
+        export-c --controller pi.toml --order 0.5 => --controller | --order
+        export-c --order 0.5 => --sample-time
         "#,
     );
 }

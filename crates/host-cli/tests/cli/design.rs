@@ -49,6 +49,36 @@ fn what_cannot_be_is_said_in_words() {
 
 const DESK: &str = "--device-model laboratory --mass 45g --damping 0.2 --sample-time 1ms --force-limit 3.3N --orders 0,0.5,1,1.5,2";
 
+/// Between orders 1 and 2 the stiffest walls of a device with delay are stable alone, and not as contact that is lost and found.
+#[test]
+fn a_design_for_every_motion_has_walls_that_are_proved_and_no_others() {
+    let place = Place::new();
+    let walls = |require: &str| {
+        let line = format!("{DESK} gain_margin=1.2 --require {require} --overwrite");
+        let report = design(&place, &line);
+        assert_eq!(report["require"], require);
+        let candidates = report["candidates"].as_array().expect("a list").iter();
+        let keys = ["order", "stiffness", "margin", "every_motion_margin"];
+        let walls = candidates.map(|wall| keys.map(|key| wall[key].as_f64()));
+        walls.collect::<Vec<_>>()
+    };
+    let (stable, proved) = (walls("stable"), walls("every-motion"));
+    assert!(stable.iter().any(|wall| wall[3] < Some(1.0)), "{stable:?}");
+    for (wall, of_all) in proved.iter().zip(&stable) {
+        let [_, stiffness, margin, every_motion] = wall;
+        let is_none = stiffness.is_none();
+        assert!(
+            is_none || (*margin >= Some(1.2) && *every_motion >= Some(1.0)),
+            "{wall:?}"
+        );
+        assert!(*stiffness <= of_all[1], "{wall:?} {of_all:?}");
+        assert!(
+            of_all[3] < Some(1.0) || stiffness == &of_all[1],
+            "{wall:?} {of_all:?}"
+        );
+    }
+}
+
 #[test]
 fn a_design_for_the_device_on_the_desk_runs_there() {
     let place = Place::new();

@@ -95,6 +95,11 @@ fn creep_reports_the_same_keys_and_follows_its_closed_form() {
     let theory = 200.0 / ETA * 3f64.powf(ALPHA) / libm::tgamma(1.0 + ALPHA);
     let strain = number(&report, "final_strain");
     assert!((strain / theory - 1.0).abs() < 1e-4, "{strain} {theory}");
+    // A push beyond the force limit is the rig's, and not rendered: nothing is compared.
+    let line = "creep --duration 2s --stress 50kPa --out far --json";
+    let ended = place.run(line).succeeded_with_warnings();
+    assert!(ended.json()["final_over_theory"].is_null());
+    says(&ended.stderr, &["under the whole push", "force_limit"]);
     let check = place.run("log check run/creep.mcap --json").succeeded();
     assert_eq!(number(&check.json(), "samples"), 3001.0);
 }

@@ -226,6 +226,27 @@ fn several_depths_give_the_stiffening_of_a_tissue() {
 }
 
 #[test]
+fn the_log_of_a_run_says_how_its_tissue_was_pressed() {
+    let place = Place::new();
+    let line = "relax --loading sphere --indenter-radius 5mm --duration 2s --out run depth=0.5mm tissue=prostate-healthy";
+    place.run(line).succeeded();
+    let line = "identify run/relax.mcap --model spring-pot --json";
+    let report = place.run(line).succeeded_with_warnings().json();
+    assert_eq!(report["loading"]["kind"], "sphere");
+    let order = number(&report["parameters"]["order"]["value"]);
+    assert!((order / 0.2154 - 1.0).abs() < 0.01, "{order}");
+    let modulus = number(&report["parameters"]["viscosity_pa_s_alpha"]["value"]);
+    assert!((modulus / 3610.0 - 1.0).abs() < 0.01, "{modulus}");
+    // What options say wins.
+    let line =
+        "identify run/relax.mcap --model spring-pot --json --loading sphere --indenter-radius 20mm";
+    let twice = place.run(line).succeeded_with_warnings().json();
+    // γ grows with √R.
+    let other = number(&twice["parameters"]["viscosity_pa_s_alpha"]["value"]);
+    assert!((2.0 * other / modulus - 1.0).abs() < 0.01, "{other}");
+}
+
+#[test]
 fn parameters_are_a_table_with_intervals() {
     let ended = place().run("identify sweep.csv --bootstrap 40");
     let words = ["oscillation", "spring-pot", "second_order", "low 95"];
@@ -251,11 +272,13 @@ fn bad_input_is_refused_in_one_line_with_the_option_that_mends_it() {
         identify force.csv --loading sphere --strain 5% => --loading sphere | force_n and position_m
         identify fish.tsv --indenter-radius 5mm => --indenter-radius | --loading
         identify fish.tsv --poisson-ratio 0.6 => --poisson-ratio | from 0 to 0.5
+        identify fish.tsv --loading cone --half-angle 70 => --half-angle | 89.95 degrees
+        relax --loading cone half_angle_rad=70 => half_angle_rad | 89.95 degrees
         ",
     );
     assert_eq!(place.files().len(), 6, "nothing was written");
     // Rows that may be left out are counted and named.
     let ended = place.run("identify zero.csv --from 1s --model spring-pot");
-    let told = "1 row left out, outside the range asked for: line 2";
+    let told = "1 row (line 2) left out, outside the range asked for";
     says(&ended.succeeded_with_warnings().stdout, &[told]);
 }

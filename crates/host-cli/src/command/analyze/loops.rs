@@ -2,11 +2,12 @@
 
 use super::resolved::{ResolvedLoop, Wall, decibel, logarithmic, resolve};
 use crate::options::{Options, WithFiles, keys};
-use crate::output::{Output, joined};
+use crate::output::{Output, joined, warn};
 use crate::picture::{Panel, Points, linear, logarithmic as axis, page};
 use haptic_analysis::{AnalysisError, Largest, Nondimensional, OnePort, StabilityRegion};
 use haptic_experiment::Failure;
-use haptic_experiment::parameters::analysis::SENSITIVITY_POINTS;
+use haptic_experiment::parameters::analysis::{ALPHA, BETA, SENSITIVITY_POINTS};
+use haptic_experiment::parameters::{DISSIPATION, STIFFNESS};
 use haptic_figure::{FigureError, Look, Picture};
 use serde_json::json;
 use std::f64::consts::PI;
@@ -108,7 +109,12 @@ const POINTS: usize = 1000;
 
 pub(super) fn region(asked: WithFiles<keys::Wall>, output: Output) -> Result<(), Failure> {
     let mut place = asked.files.look("region", &[])?;
-    let resolved = resolve(&asked.options.given()?, Wall::Sought)?;
+    let given = asked.options.given()?;
+    let resolved = resolve(&given, Wall::Sought)?;
+    let of_wall = [STIFFNESS, DISSIPATION, ALPHA, BETA];
+    if !resolved.wall_given && of_wall.iter().any(|parameter| given.has(parameter)) {
+        warn("no wall is marked: give both --stiffness and --dissipation, or --alpha and --beta");
+    }
     let parameters = resolved.parameters;
     let region = StabilityRegion::new(resolved.plant()?, &resolved.operator, 0, POINTS);
     let region = region.map_err(Failure::input)?;

@@ -8,14 +8,16 @@ use crate::parse::of;
 use crate::picture::short_name;
 use crate::table;
 use clap::Args;
+use fracdiff::Seconds;
 use fractional_control::model_search::{
-    Found, Guess, InputOutput, Unexplained, candidates, identify, settles_as_well, shifted,
+    Found, InputOutput, Unexplained, a_pole_instead, candidates, candidates_of,
+    dead_time_interval_s, identify, settles_as_well,
 };
 use fractional_control::{
-    ControlError, FractionalPolynomial, FractionalTransferFunction, FreeNumber, Term,
+    ControlError, FractionalPolynomial, FractionalTransferFunction, FreeNumber, Identified, Term,
 };
 use haptic_experiment::document::short;
-use haptic_experiment::document::{check_signals, check_times};
+use haptic_experiment::document::{check_signals, check_times, fill_gaps};
 use haptic_experiment::run::PlantModel;
 use haptic_experiment::{Failure, parameters};
 use haptic_quantity::{digits, written};
@@ -23,17 +25,18 @@ use serde_json::{Value, json};
 use std::path::PathBuf;
 
 pub(super) const LONG_ABOUT: &str = "\
-Fits a fractional transfer function, coefficients and orders together, to a CSV record that begins at rest and has equal time steps. \
+Fits a fractional transfer function, coefficients, orders and dead time together, to a CSV record that begins at rest and has equal time steps. \
 Writes a plant file for the other commands of control.
 
 Without --model it tries integer orders with up to four poles, and one or two powers of s with free orders, and takes the simplest function whose BIC is \
-close to the lowest. Warnings say what the function does not explain, and which numbers the record does not determine.";
+close to the lowest. Warnings say what the function does not explain, which numbers the record does not determine, and if it cannot tell dead time \
+from a pole.";
 
 /// Arguments of `control identify`.
 #[derive(Debug, Args)]
 #[command(
     after_help = "Example: host-cli control identify record.csv --columns \
-                  input=valve,output=temperature --delay 2s --out plant.toml"
+                  input=valve,output=temperature --out plant.toml"
 )]
 pub(crate) struct Arguments {
     /// CSV with a header
@@ -52,9 +55,9 @@ pub(crate) struct Arguments {
     /// Terms and first values as in '2/(30s^0.9+1)' [default: found from the record]
     #[arg(long, value_name = "FUNCTION", allow_hyphen_values = true)]
     model: Option<String>,
-    /// Known dead time
-    #[arg(long, value_name = "TIME", value_parser = of(parameters::DEAD_TIME), default_value = "0")]
-    delay: f64,
+    /// Known dead time [default: found from the record]
+    #[arg(long, value_name = "TIME", value_parser = of(parameters::DEAD_TIME))]
+    delay: Option<f64>,
     #[command(flatten)]
     file: File,
 }
@@ -95,7 +98,7 @@ fn guess(text: &str) -> Result<FractionalTransferFunction, Failure> {
 impl Arguments {
     pub(crate) fn run(self, output: Output) -> Result<(), Failure> {
         let mut place = PlaceOfFile::look(&self.file, "plant")?;
-        let record = self.read()?;
+        let (record, gaps) = self.read()?;
         if record.time_s.len() > LONG && !output.quiet {
             let words = format!(
                 "{} samples take about {}; every tenth may tell as much of a slow plant",
@@ -104,14 +107,12 @@ impl Arguments {
             );
             note("note", words);
         }
-        let delayed = shifted(&record, self.delay).map_err(refused)?;
+        let (held, known) = (!self.smooth, self.delay.map(Seconds));
         let guesses = match &self.model {
-            Some(text) => {
-                vec![Guess::Orders(guess(text)?)]
-            }
-            None => candidates(&delayed, !self.smooth),
+            Some(text) => candidates_of(guess(text)?, &record, held, known),
+            None => candidates(&record, held, known),
         };
-        let found = identify(&delayed, &guesses, !self.smooth).map_err(|error| match error {
+        let found = identify(&record, &guesses, held).map_err(|error| match error {
             // Nobody gave a guess.
             ControlError::NotFound { .. } if self.model.is_none() => {
                 Failure::Run(anyhow::anyhow!("no function fits the record: {TRY}"))
@@ -123,7 +124,13 @@ impl Arguments {
                 "no function was found: give --model with other terms"
             )));
         };
-        let warnings = warnings(&found, best, &record);
+        let interval = known
+            .is_none()
+            .then(|| dead_time_interval_s(best, &record, held));
+        let mut warnings: Vec<String> = gaps.into_iter().collect();
+        warnings.extend(self::warnings(&found, best, &record));
+        let instead = interval.and_then(|interval| a_pole_instead(&found, interval, &record));
+        warnings.extend(instead.map(|other| no_pole(other, best)));
         let (plant_file, figure) = self.write(best, &record, &mut place);
         for warning in &warnings {
             warn(warning);
@@ -138,12 +145,16 @@ impl Arguments {
         });
         output.summary(&json!({
             "function": with_digits(&own.function, DIGITS).to_string(),
-            "delay_s": self.delay,
+            "delay_s": own.dead_time.seconds(),
+            // Null of a dead time that was given.
+            "delay_low_s": interval.map(|[low, _]| low),
+            "delay_high_s": interval.map(|[_, high]| high),
             "samples": record.time_s.len(),
             "sample_time_s": record.sample_time_s(),
             "rms_residual": own.rms_residual,
             "fit": own.fit,
             "bic": best.bic,
+            "order_reason": order_reason(&found, best),
             // Null with a pole at s = 0 or on the imaginary axis.
             "unstable_poles": own.function.unstable_poles(),
             // What the record does, if it does not come to rest.
@@ -173,27 +184,30 @@ impl Arguments {
         }
     }
 
-    fn read(&self) -> Result<InputOutput, Failure> {
+    /// The record, and what is said of its gaps.
+    fn read(&self) -> Result<(InputOutput, Option<String>), Failure> {
         let [time, input, output] = self.columns()?;
         let names = [time, input, output];
-        let (_, [time_s, from, to]) = table::read(&self.data, names, "see --columns")?;
+        let found = table::record(&self.data, names, "see --columns")?;
+        let gaps = found.gaps().map(|rows| {
+            format!("{rows} without an output: it is put on a straight line between its neighbours")
+        });
+        let (lines, [time_s, from, to]) = (found.lines, found.columns);
         let mut record = InputOutput {
             time_s,
             input: from,
             output: to,
-            late_s: 0.0,
         };
-        check_times(&record).map_err(|error| {
-            let time = short(time);
-            let what = format!("{error}; the time is column {time}, see --columns");
-            table::wrong(&self.data, what)
-        })?;
+        let wrong =
+            |error: String| table::wrong(&self.data, format_args!("{error}; see --columns"));
+        check_times(&record, &lines)
+            .map_err(|error| wrong(format!("{error}; the time is column {}", short(time))))?;
+        fill_gaps(&mut record, &lines, [input, output]).map_err(wrong)?;
         if self.subtract_start {
             record.subtract_start();
         }
-        check_signals(&record, [input, output])
-            .map_err(|error| table::wrong(&self.data, format_args!("{error}; see --columns")))?;
-        Ok(record)
+        check_signals(&record, &lines, [input, output]).map_err(wrong)?;
+        Ok((record, gaps))
     }
 
     /// Writes the plant file and its picture; their names.
@@ -208,7 +222,7 @@ impl Arguments {
         let (own, samples) = (&best.identified, record.time_s.len());
         let model = PlantModel::Function {
             function: Box::new(with_digits(&own.function, DIGITS)),
-            delay_s: self.delay,
+            delay_s: own.dead_time.seconds(),
         };
         let rms = digits(own.rms_residual, 4);
         let note = format!("identified from {name}, {samples} samples, rms {rms}");
@@ -252,7 +266,8 @@ fn with_digits(function: &FractionalTransferFunction, digits: usize) -> Fraction
 }
 
 /// Name and value of a number, and the factor that makes its standard error absolute.
-fn named(function: &FractionalTransferFunction, number: FreeNumber) -> (String, f64, f64) {
+fn named(found: &Identified, number: FreeNumber) -> (String, f64, f64) {
+    let (function, delay_s) = (&found.function, found.dead_time.seconds());
     let (above, below) = (function.numerator().terms(), function.denominator().terms());
     let of = |part: &str, term: Option<&Term>, n: usize, is_order: bool| {
         let (coefficient, order) = term.map_or((f64::NAN, f64::NAN), |t| (t.coefficient, t.order));
@@ -271,6 +286,7 @@ fn named(function: &FractionalTransferFunction, number: FreeNumber) -> (String, 
         FreeNumber::NumeratorOrder(n) => of("numerator", above.get(n), n, true),
         FreeNumber::DenominatorCoefficient(n) => of("denominator", below.get(n), n, false),
         FreeNumber::DenominatorOrder(n) => of("denominator", below.get(n), n, true),
+        FreeNumber::DeadTime => ("delay_s".to_owned(), delay_s, 1.0),
         _ => ("number".to_owned(), f64::NAN, 1.0),
     }
 }
@@ -316,7 +332,7 @@ impl Number {
 fn numbers(best: &Found) -> Vec<Number> {
     let errors = best.identified.standard_errors.iter();
     let number = |(number, error): &(FreeNumber, f64)| {
-        let (name, value, absolute) = named(&best.identified.function, *number);
+        let (name, value, absolute) = named(&best.identified, *number);
         let standard_error = error * absolute;
         Number {
             name,
@@ -352,6 +368,33 @@ fn warnings(found: &[Found], best: &Found, record: &InputOutput) -> Vec<String> 
         ));
     }
     warnings
+}
+
+/// Another function with another dead time that fits as well.
+fn no_pole(other: &Found, best: &Found) -> String {
+    format!(
+        "the record cannot tell its dead time from a pole: {} behind {} fits as well (BIC {:+.1}): sample faster, or give --delay",
+        rounded(&other.identified.function),
+        written("delay_s", other.identified.dead_time.seconds()),
+        other.bic - best.bic
+    )
+}
+
+/// Why the function has as many numbers as it has.
+fn order_reason(found: &[Found], best: &Found) -> String {
+    let numbers = |found: &Found| found.identified.standard_errors.len();
+    let own = numbers(best);
+    let nearest = |is_other: &dyn Fn(usize) -> bool| {
+        let others = found.iter().filter(|found| is_other(numbers(found)));
+        let nearest = others.min_by(|a, b| a.bic.total_cmp(&b.bic));
+        nearest.map(|other| format!("{:+.1} with {}", other.bic - best.bic, numbers(other)))
+    };
+    let others = [nearest(&|n| n < own), nearest(&|n| n > own)];
+    let others: Vec<String> = others.into_iter().flatten().collect();
+    match others.is_empty() {
+        true => format!("nothing else fits, with {own} numbers"),
+        false => format!("{own} numbers; BIC {}", others.join(", ")),
+    }
 }
 
 /// What is left between function and record, where it is much.

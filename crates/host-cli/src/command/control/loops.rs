@@ -126,13 +126,57 @@ fn say_loose_factor(what: &str, text: &str) {
     ));
 }
 
+/// A controller.
+#[derive(Debug, Args)]
+pub(crate) struct ControllerOption {
+    /// Controller file (*.toml), or notation, as in '2+3/s^0.9+0.1s^0.5'
+    #[arg(
+        long,
+        value_name = "FILE|FUNCTION",
+        allow_hyphen_values = true,
+        help_heading = "Controller"
+    )]
+    pub(crate) controller: Option<String>,
+}
+
+impl ControllerOption {
+    /// The controller, with this in place of what its file says.
+    pub(crate) fn resolve(
+        &self,
+        sample_time_s: Option<f64>,
+        scheme: Option<Scheme>,
+    ) -> Result<Option<ControllerSetup>, Failure> {
+        let Some(text) = &self.controller else {
+            return Ok(None);
+        };
+        let path = Path::new(text);
+        let is_file = path.extension().is_some_and(|own| own == "toml") || path.is_file();
+        let mut file = if is_file {
+            ControllerFile::read(path).map_err(Failure::input)?.setup
+        } else {
+            let law = law(text)?;
+            let sample_time_s = sample_time_s.ok_or_else(|| {
+                Failure::bad_input(
+                    "a controller in notation has no sample time: give --sample-time, as in 1ms",
+                )
+            })?;
+            let mut file = ControllerSetup::new(law, Seconds(sample_time_s));
+            // On the error, as it is written.
+            file.set_point = SetPoint::ERROR;
+            file
+        };
+        file.sample_time_s = sample_time_s.unwrap_or(file.sample_time_s);
+        file.scheme = scheme.unwrap_or(file.scheme);
+        Ok(Some(file))
+    }
+}
+
 /// Options of the controller.
 #[derive(Debug, Args)]
 #[command(next_help_heading = "Controller")]
 pub(super) struct ControllerArguments {
-    /// Controller file (*.toml), or notation, as in '2+3/s^0.9+0.1s^0.5'
-    #[arg(long, value_name = "FILE|FUNCTION", allow_hyphen_values = true)]
-    controller: Option<String>,
+    #[command(flatten)]
+    controller: ControllerOption,
     /// Sample time [default: that of the controller file]
     #[arg(long, value_name = "TIME", value_parser = quantity("_s", parameters::SAMPLE_TIME.range()))]
     pub(super) sample_time: Option<f64>,
@@ -153,8 +197,8 @@ pub(super) struct Limits {
 
 impl ControllerArguments {
     pub(super) fn resolve(&self) -> Result<Option<ControllerSetup>, Failure> {
-        let sample_time_s = self.sample_time;
-        let Some(text) = &self.controller else {
+        let controller = &self.controller;
+        let Some(mut file) = controller.resolve(self.sample_time, self.scheme)? else {
             let option = match (self.output_limits, self.scheme) {
                 (None, None) => return Ok(None),
                 (Some(_), None) => "--output-limits has",
@@ -165,24 +209,6 @@ impl ControllerArguments {
                 "{option} no effect without a controller: give --controller too, or omit it"
             )));
         };
-        let path = Path::new(text);
-        let is_file = path.extension().is_some_and(|own| own == "toml") || path.is_file();
-        let mut file = if is_file {
-            ControllerFile::read(path).map_err(Failure::input)?.setup
-        } else {
-            let law = law(text)?;
-            let sample_time_s = sample_time_s.ok_or_else(|| {
-                Failure::bad_input(
-                    "a controller in notation has no sample time: give --sample-time, as in 1ms",
-                )
-            })?;
-            let mut file = ControllerSetup::new(law, Seconds(sample_time_s));
-            // On the error, as it is written.
-            file.set_point = SetPoint::ERROR;
-            file
-        };
-        file.sample_time_s = sample_time_s.unwrap_or(file.sample_time_s);
-        file.scheme = self.scheme.unwrap_or(file.scheme);
         if let Some(limits) = self.output_limits {
             (file.output_low, file.output_high) = (Some(limits.low), Some(limits.high));
         }

@@ -236,7 +236,8 @@ impl Record {
     fn read(path: &Path) -> Result<Self, Failure> {
         let names = ["time_s", "reference"];
         let remedy = "give --reference a file with both";
-        let (lines, [time_s, value]) = table::read(path, names, remedy)?;
+        let found = table::record(path, names, remedy)?;
+        let (lines, [time_s, value]) = (found.lines, found.columns);
         if let Some(row) = time_s.windows(2).position(|pair| pair[1] <= pair[0]) {
             let line = lines[row + 1];
             let what = format!("line {line}: the time does not grow: sort the rows");

@@ -12,7 +12,7 @@ pub(super) const CROSSOVER: Key = Key("crossover_rad_s");
 pub(super) const PHASE_MARGIN: Key = Key("phase_margin_rad");
 
 /// A refusal of the library: bad input, or a search that ended with nothing.
-pub(super) fn refused(error: ControlError) -> Failure {
+pub(crate) fn refused(error: ControlError) -> Failure {
     let text = in_degrees(&error);
     match error {
         ControlError::NotFound { .. } => Failure::Run(anyhow::anyhow!("{text}")),

@@ -1,4 +1,7 @@
-//! `device flash`: program a board through probe-rs.
+//! `device flash`: program a board, over a debug probe or through the drive of its boot loader.
+
+mod drive;
+mod uf2;
 
 use crate::command::device::port::PortArguments;
 use crate::output::{Output, note, warn};
@@ -7,27 +10,63 @@ use clap::Args;
 use haptic_experiment::Failure;
 use haptic_experiment::run::firmware_version;
 use serde_json::json;
+use std::ops::Range;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
 pub(super) const LONG_ABOUT: &str = "\
-Builds the firmware, programs a board over a debug probe with probe-rs (https://probe.rs), and \
-checks that the device then answers with the image's board and version.";
+Builds the firmware, programs a board, and checks that the device then answers with the image's board and version. \
+A Raspberry Pi Pico is programmed through the drive that it shows when it is plugged in with BOOTSEL held, others over a \
+debug probe with probe-rs (https://probe.rs).";
 
 /// A board of `firmware/`.
 #[derive(Debug)]
 struct Board {
     /// As the device calls itself.
     name: &'static str,
+    /// Folder of its workspace, below that of the firmware.
+    folder: &'static str,
     feature: &'static str,
-    chip: &'static str,
+    target: &'static str,
+    program: &'static str,
+    way: Way,
 }
 
-const BOARDS: &[Board] = &[Board {
-    name: "nucleo-f446re",
-    feature: "board-nucleo-f446re",
-    chip: "STM32F446RETx",
-}];
+/// How an image gets into a board.
+#[derive(Debug)]
+enum Way {
+    /// As probe-rs calls the chip.
+    Probe(&'static str),
+    /// As the boot loader calls its board, its family of images, its flash.
+    Drive(&'static str, u32, Range<u32>),
+}
+
+const BOARDS: &[Board] = &[
+    Board {
+        name: "nucleo-f446re",
+        folder: ".",
+        feature: "board-nucleo-f446re",
+        target: "thumbv7em-none-eabihf",
+        program: "haptic-device",
+        way: Way::Probe("STM32F446RETx"),
+    },
+    Board {
+        name: "rp2040",
+        folder: "examples/rp2040",
+        feature: "rp2040",
+        target: "thumbv6m-none-eabi",
+        program: "haptic-rp2040",
+        way: Way::Drive("RPI-RP2", 0xe48b_ff56, 0x1000_0000..0x1020_0000),
+    },
+    Board {
+        name: "rp2350",
+        folder: "examples/rp2040",
+        feature: "rp2350",
+        target: "thumbv8m.main-none-eabihf",
+        program: "haptic-rp2040",
+        way: Way::Drive("RP2350", 0xe48b_ff59, 0x1000_0000..0x1040_0000),
+    },
+];
 
 fn boards() -> Vec<(&'static Board, &'static str, &'static str)> {
     BOARDS.iter().map(|board| (board, board.name, "")).collect()
@@ -54,7 +93,7 @@ pub(crate) struct Arguments {
 
 impl Arguments {
     pub(crate) fn run(self, output: Output) -> Result<(), Failure> {
-        require_probe_rs()?;
+        let programmer = Programmer::ready(self.board)?;
         let image = match &self.image {
             Some(image) => image.clone(),
             None => self.build(output)?,
@@ -65,17 +104,28 @@ impl Arguments {
                 image.display()
             )));
         }
-        let identity = read_identity(self.board, &image)?;
-        program(self.board, &image, output)?;
+        let bytes = std::fs::read(&image).map_err(|error| {
+            Failure::bad_input(format_args!("cannot read `{}`: {error}", image.display()))
+        })?;
+        let identity = read_identity(self.board, &image, &bytes)?;
+        let doubt = programmer.program(&image, &bytes)?;
+        if !output.quiet {
+            note("written", image.display());
+        }
         // A board that was just reset needs a moment; its port may go and come back.
         let patience = self.port.patience().max(std::time::Duration::from_secs(10));
-        let link = self.port.device.connect(None, patience, &warn, None)?;
-        if let Some(identity) = &identity {
-            identity.compare(&Identity {
-                board: link.capabilities().board().to_owned(),
-                firmware: link.hello().firmware,
-            })?;
-        }
+        let link = self.port.device.connect(None, patience, &warn, None);
+        let link = match (link, doubt) {
+            (Ok(link), doubt) => {
+                doubt.iter().for_each(|doubt| warn(&doubt.to_string()));
+                link
+            }
+            (Err(error), doubt) => return Err(doubt.unwrap_or(error)),
+        };
+        identity.compare(&Identity {
+            board: link.capabilities().board().to_owned(),
+            firmware: link.hello().firmware,
+        })?;
         output.summary(&json!({
             "board": link.capabilities().board(),
             "image": image.display().to_string(),
@@ -85,7 +135,8 @@ impl Arguments {
     }
 
     fn build(&self, output: Output) -> Result<PathBuf, Failure> {
-        let manifest = self.source.join("Cargo.toml");
+        let folder = self.source.join(self.board.folder);
+        let manifest = folder.join("Cargo.toml");
         if !manifest.is_file() {
             return Err(Failure::bad_input(format_args!(
                 "`{}` does not hold the firmware: give its folder with --source",
@@ -96,18 +147,18 @@ impl Arguments {
         cargo
             .args(["build", "--release", "--no-default-features", "--features"])
             .arg(self.board.feature)
-            .args(["--target", TARGET, "--bin", BINARY])
-            .current_dir(&self.source);
+            .args(["--target", self.board.target, "--bin", self.board.program])
+            .current_dir(&folder);
         if output.quiet {
             cargo.arg("--quiet");
         }
         run(
             cargo,
             "cargo",
-            "install Rust, then rustup target add thumbv7em-none-eabihf",
+            &format!("install Rust, then rustup target add {}", self.board.target),
         )?;
-        let built: PathBuf = ["target", TARGET, "release", BINARY].iter().collect();
-        Ok(self.source.join(built))
+        let built = ["target", self.board.target, "release", self.board.program];
+        Ok(folder.join(built.iter().collect::<PathBuf>()))
     }
 }
 
@@ -163,59 +214,78 @@ impl Identity {
 }
 
 /// Reads what an image says of itself, and refuses that of another board.
-fn read_identity(board: &Board, image: &Path) -> Result<Option<Identity>, Failure> {
-    let bytes = std::fs::read(image).map_err(|error| {
-        Failure::bad_input(format_args!("cannot read `{}`: {error}", image.display()))
-    })?;
-    let identity = Identity::find(&bytes);
-    match &identity {
-        None => warn(&format!(
-            "board and version of `{}` are unknown and not checked: rebuild it",
+fn read_identity(board: &Board, image: &Path, bytes: &[u8]) -> Result<Identity, Failure> {
+    match Identity::find(bytes) {
+        Some(identity) if identity.board == board.name => Ok(identity),
+        Some(identity) => Err(Failure::bad_input(format_args!(
+            "`{}` is for {identity}, not for {}: change or omit --image",
+            image.display(),
+            board.name
+        ))),
+        None => Err(Failure::bad_input(format_args!(
+            "`{}` does not say for which board it is: build it from --source",
             image.display()
-        )),
-        Some(identity) if identity.board != board.name => {
-            return Err(Failure::bad_input(format_args!(
-                "`{}` is for {identity}, not for {}: change or omit --image",
-                image.display(),
-                board.name
-            )));
-        }
-        Some(_) => {}
-    }
-    Ok(identity)
-}
-
-/// Target for which the firmware is built.
-const TARGET: &str = "thumbv7em-none-eabihf";
-/// Its program.
-const BINARY: &str = "haptic-device";
-
-fn require_probe_rs() -> Result<(), Failure> {
-    match Command::new("probe-rs").arg("--version").output() {
-        Ok(_) => Ok(()),
-        Err(error) => Err(Failure::Device(anyhow::anyhow!(
-            "probe-rs is not installed ({error}): run `cargo install probe-rs-tools --locked`"
         ))),
     }
 }
 
-fn program(board: &Board, image: &Path, output: Output) -> Result<(), Failure> {
-    let mut probe = Command::new("probe-rs");
-    probe
-        .args(["download", "--chip", board.chip, "--verify"])
-        .arg(image);
-    run(
-        probe,
-        "probe-rs",
-        "plug in the debug port; `probe-rs list` shows the probes",
-    )?;
-    let mut reset = Command::new("probe-rs");
-    reset.args(["reset", "--chip", board.chip]);
-    run(reset, "probe-rs", "unplug the board and plug it in again")?;
-    if !output.quiet {
-        note("flashed", image.display());
+/// What programs a board, found before anything is built.
+enum Programmer {
+    /// probe-rs, for this chip.
+    Probe(&'static str),
+    /// The drive at this place, which takes such a family of images for this flash.
+    Drive(PathBuf, u32, &'static Range<u32>),
+}
+
+impl Programmer {
+    fn ready(board: &'static Board) -> Result<Self, Failure> {
+        match &board.way {
+            Way::Probe(chip) => match Command::new("probe-rs").arg("--version").output() {
+                Ok(_) => Ok(Self::Probe(chip)),
+                Err(error) => Err(Failure::Device(anyhow::anyhow!(
+                    "probe-rs is not installed ({error}): run `cargo install probe-rs-tools --locked`"
+                ))),
+            },
+            Way::Drive(id, family, flash) => {
+                let place = drive::find(&drive::mounted(), id)?;
+                Ok(Self::Drive(place, *family, flash))
+            }
+        }
     }
-    Ok(())
+
+    /// Programs the board. A failure is what to say if it does not answer afterwards.
+    fn program(&self, image: &Path, bytes: &[u8]) -> Result<Option<Failure>, Failure> {
+        match self {
+            Self::Probe(chip) => {
+                let mut probe = Command::new("probe-rs");
+                probe
+                    .args(["download", "--chip", chip, "--verify"])
+                    .arg(image);
+                run(
+                    probe,
+                    "probe-rs",
+                    "plug in the debug port; `probe-rs list` shows the probes",
+                )?;
+                let mut reset = Command::new("probe-rs");
+                reset.args(["reset", "--chip", chip]);
+                run(reset, "probe-rs", "unplug the board and plug it in again")?;
+                Ok(None)
+            }
+            Self::Drive(place, family, flash) => {
+                let contents = uf2::flash_image(bytes, flash).map_err(|why| {
+                    Failure::bad_input(format_args!(
+                        "`{}` is not an image for this chip ({why}): change --image or --board",
+                        image.display()
+                    ))
+                })?;
+                let blocks = uf2::blocks(&contents, flash.start, *family);
+                match drive::write(&place.join("haptic.uf2"), &blocks) {
+                    Ok(synced) => Ok(synced.err().map(|error| drive::refused(place, &error))),
+                    Err(error) => Err(drive::refused(place, &error)),
+                }
+            }
+        }
+    }
 }
 
 fn run(mut command: Command, name: &str, advice: &str) -> Result<(), Failure> {

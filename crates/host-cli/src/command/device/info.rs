@@ -7,7 +7,7 @@ use crate::parse::whole;
 use clap::Args;
 use haptic_experiment::Failure;
 use haptic_experiment::run::RoundTrip;
-use haptic_experiment::run::{at_port, firmware_version, trouble};
+use haptic_experiment::run::{at_port, cycles, firmware_version, trouble};
 use haptic_link::{Statistics, Status};
 use haptic_loop::Fault;
 use haptic_remote::serial::{ConnectOptions, SerialLink, ports};
@@ -101,11 +101,14 @@ pub(super) fn info(port: &PortArguments, output: Output) -> Result<(), Failure> 
 }
 
 fn counted(counters: &Statistics) -> Value {
+    let (longest, unmeasured) = cycles(counters.tick_cycles_max);
     json!({
         "ticks": counters.ticks,
         "overruns": counters.overruns,
-        "tick_cycles_max": counters.tick_cycles_max,
-        "tick_cycles_last": counters.tick_cycles_last,
+        "tick_cycles_max": longest,
+        "tick_cycles_max_reason": unmeasured,
+        "tick_cycles_last": cycles(counters.tick_cycles_last).0,
+        "tick_cycles_last_reason": unmeasured,
         "stale_forces": counters.stale_forces,
         "samples_dropped": counters.samples_dropped,
         "frames_sent": counters.sent,

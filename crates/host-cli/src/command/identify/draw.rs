@@ -13,9 +13,13 @@ const GOOD: f64 = 5.0;
 /// Colour of the record: black.
 const RECORD: usize = 5;
 
-/// Labels of time or frequency, of the record, and of residuals, and the scale of the first two.
-const fn words(kind: RecordKind) -> [&'static str; 3] {
+/// Labels of time or frequency, of the record, and of residuals. Of an indenter the force is drawn as it is fitted, over γ and the length ℓ
+/// of its nominal strain.
+const fn words(kind: RecordKind, indented: bool) -> [&'static str; 3] {
     match kind {
+        RecordKind::History if indented => {
+            ["time / s", "reduced force f/(γℓ) / Pa", "residual / Pa"]
+        }
         RecordKind::Creep => ["time / s", "creep compliance / Pa⁻¹", "residual / %"],
         RecordKind::Oscillation => [
             "angular frequency / rad·s⁻¹",
@@ -33,7 +37,8 @@ pub(super) fn draw(
     loading: MeasuredLoading,
     source: &str,
 ) -> Result<Picture, FigureError> {
-    let [x, y, residual] = words(found.kind);
+    let indented = loading.kind.is_some_and(|kind| !kind.is_slab());
+    let [x, y, residual] = words(found.kind, indented);
     let scale = match found.kind {
         RecordKind::History => Scale::Linear,
         _ => Scale::Log,

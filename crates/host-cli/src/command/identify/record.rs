@@ -3,8 +3,9 @@
 use crate::parse::quantity;
 use crate::table;
 use clap::Args;
-use haptic_experiment::Failure;
+use haptic_experiment::document::Document;
 use haptic_experiment::parameters::Range;
+use haptic_experiment::{ExperimentFile, Failure};
 use haptic_log::record::{Entry, LogReader, TickMessage};
 use haptic_loop::Loading;
 use haptic_tissue::identify::SAMPLES_MOST;
@@ -44,8 +45,12 @@ impl TableArguments {
                 path.display()
             )));
         }
+        let mut reading = *reading;
         let columns = if path.extension().is_some_and(|e| e == "mcap") {
-            self.log(path, &reading.loading)?
+            let said = loading_of(path, &mut reading);
+            let mut columns = self.log(path, &reading.loading)?;
+            columns.notes.extend(said);
+            columns
         } else {
             let reader = Reader {
                 columns: self.columns.clone(),
@@ -57,7 +62,7 @@ impl TableArguments {
             read.and_then(|table| reader.read(table))
                 .map_err(|error| table::wrong(path, error))?
         };
-        let understood = columns.record(reading);
+        let understood = columns.record(&reading);
         understood.map_err(|error| table::wrong(path, error))
     }
 
@@ -91,6 +96,28 @@ impl TableArguments {
         }
         Ok(read.columns(log.condition().complete))
     }
+}
+
+/// Takes how the tissue was pressed from the document in the log, unless options say anything of it; what was taken, for people.
+fn loading_of(log: &Path, reading: &mut Reading) -> Option<String> {
+    let unsaid = Reading {
+        kind: reading.kind,
+        strain: reading.strain,
+        stress_pa: reading.stress_pa,
+        ..Reading::default()
+    };
+    if *reading != unsaid {
+        return None;
+    }
+    let experiment = ExperimentFile::open(&Document::read(log).ok()?).ok()?;
+    let piece = experiment.piece()?;
+    reading.loading = *piece.specimen.loading();
+    reading.loading_is_told = true;
+    reading.poisson_ratio = Some(piece.material.loading.poisson_ratio());
+    let kind = reading.loading.kind.name();
+    Some(format!(
+        "loading {kind} and sizes of the specimen, as the log says"
+    ))
 }
 
 /// A log as it is read.

@@ -160,12 +160,19 @@ fn keeps_its_promises(line: &str) {
     assert_eq!(report["holds"], true, "{line}: {report:#}");
     assert_eq!(report["board"], "emulated");
     assert!((number(&report, "force_limit_n") - 0.1).abs() < 1e-6);
+    assert!(
+        report["date"]
+            .as_str()
+            .is_some_and(|date| date.ends_with('Z'))
+    );
     let checks = report["checks"].as_array().expect("a list");
     let ok = |name: &str| {
         let found = checks.iter().find(|check| check["check"] == name);
         found.unwrap_or_else(|| panic!("no {name}: {report:#}"))["ok"].as_bool()
     };
-    for name in "arm force-limit stop finite-check watchdog flight-recorder reconnect".split(' ') {
+    for name in
+        "arm force-limit stop direction finite-check watchdog flight-recorder reconnect".split(' ')
+    {
         assert_eq!(ok(name), Some(true), "{line}: {report:#}");
     }
     assert_eq!(ok("emergency-stop"), None);
