@@ -62,6 +62,21 @@ test('a relaxation loses nothing, follows the full history, and its pins are wha
   });
 });
 
+for (const cached of [false, true]) {
+  test(`a tick with 200 s of memory takes 25 000 cycles ${cached ? 'behind the cache of the flash' : 'at most'}`, async (t) => {
+    const board = await bench(t, {}, cached);
+    const cycles = [];
+    board.chip.onTick = ({ last }) => board.world.enabled && cycles.push(last);
+    board.world.onEnable = (high) => high && board.apply({ hand: { position_m: 1e-3 } });
+    board.apply({ hand: { stiffness_n_per_m: 2e4, damping_n_s_per_m: 20, speed_m_per_s: 1e-3 } });
+    const host = start(board, ['relax', '--device', 'PORT', '--duration', '200s', '--scheme', 'full:1e-6', 'watchdog=1s', '--out', 'out']);
+    t.after(() => host.child.kill('SIGKILL'));
+    await until(board, () => cycles.length >= 1000, 5);
+    t.diagnostic(`the longest of 1000: ${Math.max(...cycles)}`);
+    assert.ok(Math.max(...cycles) <= 25_000, `${Math.max(...cycles)}`);
+  });
+}
+
 /** A run in which 0.2 N and more act; `act` happens then. Times from there on, ms: until enable is low, until no force is left. */
 async function felt(t, act, watch_s) {
   const board = await bench(t);
