@@ -17,6 +17,8 @@ mod loops;
 mod muscle;
 mod pico;
 mod relaxation;
+#[path = "../../firmware/tests/replayed.rs"]
+mod replayed;
 mod selftest;
 mod tables;
 mod template;

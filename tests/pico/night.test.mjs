@@ -141,7 +141,7 @@ test('a measurement finds the world: mass and damping to 5 %, delay to 0.1 sampl
   within('delay_s', delay_us() * 1e-6, 1e-4);
 });
 
-test('a hundred thousand ticks have the forces of the host, bit for bit', async (t) => {
+test('a hundred thousand ticks have the forces of the host and of a Cortex-M4F in QEMU, bit for bit', async (t) => {
   const board = await bench(t);
   board.apply({ hand: { stiffness_n_per_m: 2000, damping_n_s_per_m: 5 } });
   const swing = () => {
@@ -152,7 +152,7 @@ test('a hundred thousand ticks have the forces of the host, bit for bit', async 
   };
   swing();
   const args = ['test', '--quiet', '--locked', '--test', 'firmware', '--', '--ignored', '--nocapture', '--exact',
-    'pico::by_night_a_pico_has_the_forces_of_the_host_bit_for_bit'];
+    'pico::by_night_a_pico_has_the_forces_of_the_host_and_of_a_cortex_m4f_bit_for_bit'];
   const env = { ...process.env, PICO_LINE: join(board.folder, 'line'), PICO_TICKS: process.env.PICO_TICKS ?? '100000' };
   const host = await run(board, args, undefined, ['cargo', { cwd: root, env }]);
   assert.equal(host.code, 0, host.out + host.err);
