@@ -29,6 +29,8 @@ const TRIES: usize = 10;
 pub(crate) const TRIPS_IN_A_ROW: usize = 20;
 /// The force of a trial before has fallen to zero in this time: the longest of [`Limits`](haptic_link::Limits), and an idle host.
 const FALLEN_WITHIN: Duration = Duration::from_secs(5);
+/// Whoever pushes the device into the wall has moved it out again in this time.
+const OUT_WITHIN: Duration = Duration::from_secs(30);
 /// A trial without a sample for so long is held up, or its line is.
 const SILENCE: Duration = Duration::from_secs(2);
 /// Between two questions whether it has.
@@ -234,6 +236,7 @@ impl<'a> Trials<'a> {
         let path = state.link.path().to_owned();
         let problem = |error| refused_at_port(&path, error);
         let asked = Instant::now();
+        let mut in_the_wall = false;
         loop {
             // After some faults nobody but a person arms again: arming would clear it.
             if state.runs > 0
@@ -250,8 +253,19 @@ impl<'a> Trials<'a> {
             if is_unanswered(&error) {
                 return unanswered(&state.link, &path, error);
             }
-            if !passes(&error) || asked.elapsed() > FALLEN_WITHIN {
+            let too_deep = is_too_deep(&error);
+            let patience = if too_deep { OUT_WITHIN } else { FALLEN_WITHIN };
+            if !(too_deep || passes(&error)) || asked.elapsed() > patience {
                 return Err(problem(error));
+            }
+            if too_deep {
+                if !core::mem::replace(&mut in_the_wall, true) {
+                    (self.warn)(&format!(
+                        "{path}: {error}, within {} s",
+                        OUT_WITHIN.as_secs()
+                    ));
+                }
+                state.link.disarm().map_err(problem)?;
             }
             std::thread::sleep(PAUSE);
         }
@@ -351,6 +365,17 @@ fn passes(error: &SerialError) -> bool {
             refusal: Refusal::ForceNotZero
                 | Refusal::UnknownFault
                 | Refusal::State(DeviceState::Fault),
+            ..
+        })
+    )
+}
+
+/// The device stands where the trial before has left it, in what is now a stiffer wall.
+fn is_too_deep(error: &SerialError) -> bool {
+    matches!(
+        error,
+        SerialError::Link(LinkError::Refused {
+            refusal: Refusal::ForceNotSmall { .. },
             ..
         })
     )
