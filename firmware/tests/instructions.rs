@@ -4,8 +4,8 @@
 
 #[path = "support/clock.rs"]
 mod clock;
+mod listed;
 mod lists;
-mod replayed;
 mod support;
 
 use clock::{instructions, overhead, passed};
@@ -67,7 +67,7 @@ impl Hardware for Probe {
     type Setup = ();
 
     fn capabilities(&self) -> Capabilities {
-        replayed::capabilities("probe")
+        listed::capabilities("probe")
     }
 
     fn prepare(_: &Simulation, _: u32) -> Result<(), Refusal> {
@@ -92,7 +92,7 @@ fn configuration(list: &lists::List, limits: Limits, depth_map: Option<[f32; 8]>
         dissipation_n_s_mu_per_m: 5.0,
         one_sided: true,
         surface_m: 1e-3,
-        operator: replayed::shape(list),
+        operator: listed::shape(list),
         limits: Limits {
             force_n: 2.0,
             watchdog_ms: 1000,
@@ -124,7 +124,7 @@ const SPHERE: [f32; 8] = [200.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0];
 const STIFFENING: [f32; 8] = [200.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 2000.0];
 
 fn measure(list: &lists::List, name: &str, limits: Limits, depth_map: Option<[f32; 8]>) {
-    let (values, count) = replayed::values(list);
+    let (values, count) = listed::values(list);
     let values = &values[..count];
     let mut device = TickSide::new(Probe::default()).expect("a board");
     // Behind a pointer, as on a board: places in a stack frame of this size cost instructions of their own.

@@ -3,6 +3,7 @@
 #![no_std]
 #![no_main]
 
+mod listed;
 mod lists;
 mod replayed;
 mod support;

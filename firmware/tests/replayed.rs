@@ -1,10 +1,9 @@
 //! The device half on positions that another board has read: compiled by the target and by the host, for the same bits.
 
+use super::listed::{capabilities, shape, values};
 use super::lists::List;
 use crc::{CRC_32_ISO_HDLC, Crc};
-use haptic_link::{
-    Capabilities, Configuration, Limits, OperatorForm, OperatorShape, Refusal, Simulation, Start,
-};
+use haptic_link::{Capabilities, Configuration, Limits, Refusal, Simulation, Start};
 use haptic_loop::{Device, Fault, Reading, SafeForce};
 use haptic_remote::{Hardware, TickSide, prepare};
 use nalgebra::SVector;
@@ -61,47 +60,6 @@ impl<P: Fn(u32) -> f32> Hardware for Replay<P> {
         self.next = 0;
         reading
     }
-}
-
-/// A board with room for every list.
-pub(crate) fn capabilities(board: &str) -> Capabilities {
-    Capabilities {
-        board: Capabilities::board_name(board),
-        axes: 1,
-        simulated: false,
-        tick_period_min_us: 100,
-        tick_period_max_us: 10_000,
-        force_max_n: 40.0,
-        force_rate_max_n_per_s: 1e6,
-        position_resolution_m: 0.0,
-        coefficients_max: 256,
-        modes_max: 48,
-        degree_max: 16,
-        flight_samples: 96,
-    }
-}
-
-/// The operator of a list as the wire has it.
-pub(crate) fn shape(list: &List) -> OperatorShape {
-    OperatorShape {
-        form: match list.form {
-            "taps" => OperatorForm::Taps,
-            "modes" => OperatorForm::Modes,
-            "recursion" => OperatorForm::Recursion,
-            _ => OperatorForm::Sections,
-        },
-        integer: list.integer,
-        count: list.bits.len() as u16,
-    }
-}
-
-/// Its values, so many as it has.
-pub(crate) fn values(list: &List) -> ([f32; 256], usize) {
-    let mut values = [0.0; 256];
-    for (value, bits) in values.iter_mut().zip(list.bits) {
-        *value = f32::from_bits(*bits);
-    }
-    (values, list.bits.len())
 }
 
 /// A spring and this operator, behind the whole chain.

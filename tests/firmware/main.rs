@@ -10,6 +10,8 @@ mod board;
 #[path = "../../firmware/tests/cases.rs"]
 mod cases;
 mod image;
+#[path = "../../firmware/tests/listed.rs"]
+mod listed;
 #[path = "../../firmware/tests/lists.rs"]
 mod lists;
 #[path = "../../firmware/tests/loops.rs"]

@@ -3,11 +3,25 @@
 use super::board::samples;
 use super::image::{Image, built};
 use super::lists::LISTS;
-use super::{replayed, told};
-use haptic_link::Start;
+use super::{listed, replayed, told};
+use fracdiff::{Order, Seconds, ShortMemory};
+use haptic_link::{Configuration, HandSide, Limits, LoopMode, Start};
+use haptic_loop::units::{Newtons, NewtonsPerSecond};
+use haptic_loop::{Device as _, Reading, SafetyChain};
 use haptic_remote::serial::{ConnectOptions, SerialLink};
+use haptic_teleoperation::{CouplerGains, Port, PortLaw, Settings};
 use std::io::Write as _;
 use std::time::Duration;
+
+/// The Pico of `tests/pico/run night`.
+fn connected() -> SerialLink {
+    let line = std::env::var("PICO_LINE").expect("tests/pico/run night sets PICO_LINE");
+    let options = ConnectOptions {
+        patience: Duration::from_secs(20),
+        ..ConnectOptions::default()
+    };
+    SerialLink::connect(&line, options).expect("answers")
+}
 
 /// Where the image looks for positions, as `firmware/memory/mps2-tests.x` has it.
 const INPUT: u32 = 0x2100_0000;
@@ -34,17 +48,12 @@ fn on_the_cortex_m4f(positions_m: &[f32]) -> u32 {
 #[test]
 #[ignore = "by night: `.ci/nightly` does it"]
 fn by_night_a_pico_has_the_forces_of_the_host_and_of_a_cortex_m4f_bit_for_bit() {
-    let line = std::env::var("PICO_LINE").expect("tests/pico/run night sets PICO_LINE");
     let ticks = std::env::var("PICO_TICKS").expect("and PICO_TICKS");
     let ticks: u32 = ticks.parse().expect("a number");
     let list = LISTS.iter().find(|list| list.name == "full 200 s");
     let list = list.expect("a list");
-    let options = ConnectOptions {
-        patience: Duration::from_secs(20),
-        ..ConnectOptions::default()
-    };
-    let mut link = SerialLink::connect(&line, options).expect("answers");
-    let (values, count) = replayed::values(list);
+    let mut link = connected();
+    let (values, count) = listed::values(list);
     link.set(replayed::configuration(list), &values[..count])
         .expect("good");
     link.arm(Duration::from_secs(5)).expect("arms");
@@ -77,4 +86,94 @@ fn by_night_a_pico_has_the_forces_of_the_host_and_of_a_cortex_m4f_bit_for_bit() 
     assert!(moved > ticks / 2, "no force in most ticks");
     assert_eq!(on_the_cortex_m4f(&positions_m), host, "on the Cortex-M4F");
     println!("{ticks} ticks, {moved} of them above 50 mN: the same bits on all three");
+}
+
+/// The slave: 65 g on 3.5 N·s/m in a spring, N/m.
+#[derive(Default)]
+struct Slave {
+    position_m: f64,
+    velocity_m_per_s: f64,
+}
+
+const SPRING: f64 = 100.0;
+const COUPLER: f64 = 200.0;
+
+impl Slave {
+    fn push(&mut self, force_n: f64) {
+        for _ in 0..10 {
+            let net = force_n - 3.5 * self.velocity_m_per_s - SPRING * self.position_m;
+            self.velocity_m_per_s += 1e-4 / 0.065 * net;
+            self.position_m += 1e-4 * self.velocity_m_per_s;
+        }
+    }
+}
+
+/// `tests/pico/run night` runs it, with a hand that pulls the master, and compares what the hand feels at the pins with two springs in
+/// series. Held still that does not depend on how late this process is.
+#[test]
+#[ignore = "by night: `.ci/nightly` does it"]
+fn by_night_a_pico_is_the_master_of_a_teleoperation() {
+    let t = Seconds(1e-3);
+    let side = |side| {
+        let gains = CouplerGains {
+            stiffness_n_per_m: COUPLER,
+            dissipation_n_s_mu_per_m: 2.0,
+        };
+        let operator = ShortMemory::<f64, 2>::new(Order::new(1.0).expect("valid"), t);
+        let law = PortLaw::PositionPosition(gains, operator.expect("valid"));
+        let settings = Settings {
+            side,
+            sample_time: t,
+            silence: Seconds(Settings::SILENCE_S),
+        };
+        let chain = SafetyChain::new(Newtons(4.0), NewtonsPerSecond(1000.0), t);
+        Port::new(law, settings, chain.expect("valid")).expect("a port")
+    };
+    let (mut master, mut slave) = (side(HandSide::Master), side(HandSide::Slave));
+    let mut link = connected();
+    let configuration = Configuration {
+        loop_mode: LoopMode::Host,
+        limits: Limits {
+            watchdog_ms: 1000,
+            late_ticks: 0,
+            max_age_ticks: 1000,
+            ..Limits::DEFAULT
+        },
+        ..Configuration::PASSIVE
+    };
+    link.set(configuration, &[]).expect("good");
+    link.arm(Duration::from_secs(5)).expect("arms");
+    let start = Start {
+        ticks: 4000,
+        ..Start::ENDLESS
+    };
+    link.start(start).expect("starts");
+    let mut remote = Slave::default();
+    let mut given_j = [0.0; 2];
+    for tick in 0..3900 {
+        let reading: Reading<f64, 1> = link.read().expect("a sample");
+        let displaced_m = reading.position_m[0];
+        let begun = master.begin(reading);
+        link.write(begun.force()).expect("there");
+        let said = begun.finish().message;
+        let begun = slave.begin(Reading {
+            tick,
+            time_s: 1e-3 * tick as f64,
+            position_m: [remote.position_m].into(),
+        });
+        remote.push(begun.force().newtons()[0]);
+        master.receive(&begun.finish().message);
+        slave.receive(&said);
+        if tick % 1300 == 1299 {
+            let share = COUPLER / (COUPLER + SPRING);
+            println!("{:.6} m of {displaced_m:.6} m", remote.position_m);
+            assert!(
+                (remote.position_m - share * displaced_m).abs() < 2e-5,
+                "it follows"
+            );
+        }
+        given_j = [master.given_j(), slave.given_j()];
+    }
+    link.disarm().expect("disarms");
+    println!("given {given_j:?} J");
 }

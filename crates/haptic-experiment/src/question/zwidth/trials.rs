@@ -61,6 +61,8 @@ struct State {
     failure: Option<Failure>,
     /// What the device's limits say of the trials was told.
     told: bool,
+    /// So was that the device has to be moved out of the wall.
+    told_too_deep: bool,
     /// Runs begun.
     runs: u32,
     /// Trials judged, those of them that ended at a limit of the device, the last of them in a row, and the last such fault.
@@ -90,6 +92,7 @@ impl<'a> Trials<'a> {
             link,
             failure: None,
             told: false,
+            told_too_deep: false,
             runs: 0,
             trials: 0,
             trips: 0,
@@ -236,7 +239,6 @@ impl<'a> Trials<'a> {
         let path = state.link.path().to_owned();
         let problem = |error| refused_at_port(&path, error);
         let asked = Instant::now();
-        let mut in_the_wall = false;
         loop {
             // After some faults nobody but a person arms again: arming would clear it.
             if state.runs > 0
@@ -259,11 +261,9 @@ impl<'a> Trials<'a> {
                 return Err(problem(error));
             }
             if too_deep {
-                if !core::mem::replace(&mut in_the_wall, true) {
-                    (self.warn)(&format!(
-                        "{path}: {error}, within {} s",
-                        OUT_WITHIN.as_secs()
-                    ));
+                if !core::mem::replace(&mut state.told_too_deep, true) {
+                    let within = OUT_WITHIN.as_secs();
+                    (self.warn)(&format!("{path}: {error}, within {within} s, each time"));
                 }
                 state.link.disarm().map_err(problem)?;
             }
