@@ -23,7 +23,7 @@ fn connected() -> SerialLink {
     SerialLink::connect(&line, options).expect("answers")
 }
 
-/// Where the image looks for positions, as `firmware/memory/mps2-tests.x` has it.
+/// Where the image `firmware/tests/replay.rs` looks for positions.
 const INPUT: u32 = 0x2100_0000;
 
 /// The digest of the forces on these positions in QEMU.
