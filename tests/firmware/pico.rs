@@ -141,7 +141,7 @@ fn by_night_a_pico_is_the_master_of_a_teleoperation() {
         },
         ..Configuration::PASSIVE
     };
-    link.set(configuration, &[]).expect("good");
+    link.set(configuration, &[1.0]).expect("good");
     link.arm(Duration::from_secs(5)).expect("arms");
     let start = Start {
         ticks: 4000,
