@@ -17,7 +17,7 @@ use haptic_link::{
     Simulation, Start,
 };
 use haptic_loop::{Device, Fault, Reading, SafeForce};
-use haptic_remote::{Hardware, TickSide, prepare};
+use haptic_remote::{Hardware, TickSide, abilities, prepare};
 use nalgebra::SVector;
 
 /// Ticks of each run: the push into the wall, the saturated force, the way back out.
@@ -68,18 +68,9 @@ impl Hardware for Probe {
 
     fn capabilities(&self) -> Capabilities {
         Capabilities {
-            board: Capabilities::board_name("probe"),
-            axes: 1,
-            simulated: false,
-            tick_period_min_us: 100,
-            tick_period_max_us: 10_000,
             force_max_n: 40.0,
             force_rate_max_n_per_s: 1e6,
-            position_resolution_m: 0.0,
-            coefficients_max: 256,
-            modes_max: 48,
-            degree_max: 16,
-            flight_samples: 96,
+            ..abilities("probe", 1)
         }
     }
 
