@@ -276,9 +276,9 @@ class Device:
         return {"firmware": version, "boot": boot}
 
     def capabilities(self):
-        name, axes, simulated, least, most, force, *_, digest = CAPABILITIES.unpack(self.ask(GET_CAPABILITIES)[1:])
+        name, axes, simulated, least, most, force, *_ = CAPABILITIES.unpack(self.ask(GET_CAPABILITIES)[1:])
         return {"board": name.rstrip(b"\0").decode(), "axes": axes, "simulated": simulated,
-                "tick_period_us": [least, most], "force_max_n": force, "image_digest": f"{digest:08x}"}
+                "tick_period_us": [least, most], "force_max_n": force}
 
     def configuration(self):
         """What is in force: the fields, the coefficients, the digest."""
