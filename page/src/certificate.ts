@@ -30,7 +30,7 @@ export function certificate(name: string, text: string): Answer | null {
   return {
     name,
     kind: "selftest",
-    verdict: `${board}: ${holds ? "every promise was kept" : "not every promise was kept"}`,
+    verdict: `${board}: ${holds ? "every promise was kept" : "not every promise was judged and kept"}`,
     report,
     lines: [line("date", date), line("firmware", firmware), ...(digest === undefined ? [] : [line("firmware digest", digest)]), { level: 0, key: "checks", label: "Promises", columns, rows, length: rows.length }],
     experiment: null,

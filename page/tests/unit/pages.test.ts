@@ -43,7 +43,7 @@ test("a self-test is shown as a certificate, and nothing else is one", () => {
   const unknown = { ...check, check: "watchdog", ok: null, not_judged: true };
   const report = { date: "2026-11-23T10:00:00Z", board: "rp2040", firmware: "0.1.0", firmware_digest: "a1ef9414", holds: false, checks: [check, unknown] };
   const shown = certificate("pico.json", JSON.stringify(report));
-  assert.equal(shown?.verdict, "rp2040: not every promise was kept");
+  assert.equal(shown?.verdict, "rp2040: not every promise was judged and kept");
   assert.deepEqual(shown.lines.map((line) => ("value" in line ? line.value : line.rows.map((row) => row.slice(0, 2)))), [
     report.date,
     "0.1.0",
