@@ -5,12 +5,9 @@
 use boards::{RETAINED, chip, serve};
 use core::panic::PanicInfo;
 use cortex_m_rt::entry;
-use haptic_board::{Parts, Place, Ticker, TickerSlot, identity, power_up};
+use haptic_board::{Image, Parts, Place, Ticker, TickerSlot, image, power_up};
 
-/// Major, minor, patch.
-const VERSION: [u8; 3] = [0, 1, 0];
-
-static IDENTITY: [u8; 39] = identity(chip::NAME, VERSION);
+static IMAGE: Image = image!(chip::NAME, [0, 1, 0]);
 
 static TICKER: TickerSlot<chip::Board, chip::Timer> = TickerSlot::empty();
 
@@ -25,12 +22,11 @@ fn main() -> ! {
         mut watchdog,
     } = chip::start();
     let retained = RETAINED.take();
-    // Kept in the image though nothing here reads it.
-    core::hint::black_box(&IDENTITY);
     // Compiled here, for speed: for size it needs three times as much of the stack.
-    let Ok((device, session)) = power_up(PLACE, hardware, VERSION, retained) else {
+    let Ok((device, session)) = power_up(PLACE, hardware, IMAGE.version(), retained) else {
         chip::give_up();
     };
+    session.set_image_digest(IMAGE.digest());
     TICKER.put(Ticker::new(device, timer, &RETAINED));
     chip::enable_interrupts();
     serve(device, session, &mut line, &mut watchdog)

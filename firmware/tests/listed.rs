@@ -2,22 +2,14 @@
 
 use super::lists::List;
 use haptic_link::{Capabilities, OperatorForm, OperatorShape};
+use haptic_remote::abilities;
 
 /// A board with room for every list.
 pub(crate) fn capabilities(board: &str) -> Capabilities {
     Capabilities {
-        board: Capabilities::board_name(board),
-        axes: 1,
-        simulated: false,
-        tick_period_min_us: 100,
-        tick_period_max_us: 10_000,
         force_max_n: 40.0,
         force_rate_max_n_per_s: 1e6,
-        position_resolution_m: 0.0,
-        coefficients_max: 256,
-        modes_max: 48,
-        degree_max: 16,
-        flight_samples: 96,
+        ..abilities(board, 1)
     }
 }
 

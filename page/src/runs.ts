@@ -2,6 +2,7 @@
 
 import { AnswerPanel } from "./answer";
 import type { App, ViewPart } from "./app";
+import { certificate } from "./certificate";
 import { el, say } from "./dom";
 import { bytes, duration, number } from "./format";
 import { FormPanel } from "./forms";
@@ -223,7 +224,7 @@ export class RunsView implements ViewPart {
       ];
       parts.push(el("h3", {}, run.name), el("dl", {}, ...rows.flatMap(([name, value]) => [el("dt", {}, name), el("dd", {}, value)])));
     }
-    if (parts.length === 0) parts.push(el("p", { class: "hint" }, "Choose runs on the left: several are drawn over each other."));
+    if (parts.length === 0) parts.push(el("p", { class: "hint" }, "Choose runs on the left: several are drawn over each other. The file of device selftest --json is shown where it is dropped."));
     this.facts.replaceChildren(...parts);
   }
 
@@ -306,10 +307,22 @@ export class RunsView implements ViewPart {
       event.preventDefault();
       this.root.classList.remove("dropping");
       const file = event.dataTransfer?.files[0];
-      if (!file) return;
+      if (file) void this.take(file);
+    });
+  }
+
+  /** A certificate is shown; every other file is a record. */
+  private async take(file: File): Promise<void> {
+    const shown = file.name.endsWith(".json") ? certificate(file.name, await file.text()) : null;
+    if (shown === null) {
       this.show("identify");
       void this.identify.read(file);
-    });
+      return;
+    }
+    // The answer that was there is asked for anew when it is chosen again.
+    this.answered = "";
+    this.answer.show(shown);
+    this.show("answer");
   }
 
   // The page.

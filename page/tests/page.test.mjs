@@ -729,6 +729,21 @@ test("garbage on the socket is answered with a sentence and the page goes on", a
   await context.close();
 });
 
+test("a certificate that is dropped is shown", async () => {
+  const { page, context, errors } = await begin({}, "#runs");
+  const report = { date: "2026-11-23T10:00:00Z", board: "rp2040", firmware: "0.1.0", firmware_digest: "a1ef9414", holds: true, checks: [{ check: "arm", promised: "no force", seen: "none", ok: true, not_judged: false }] };
+  await page.evaluate((text) => {
+    const data = new DataTransfer();
+    data.items.add(new File([text], "pico.json", { type: "application/json" }));
+    document.querySelector(".view.runs").dispatchEvent(new DragEvent("drop", { dataTransfer: data, bubbles: true, cancelable: true }));
+  }, JSON.stringify(report));
+  await until(async () => /rp2040: every promise was kept/.test(await page.locator(".answer .verdict").textContent()), "it is not shown");
+  assert.match(await page.locator(".answer-body").textContent(), /a1ef9414.*armyesno forcenone/s);
+  if (process.env.PICTURES) await page.screenshot({ path: `${process.env.PICTURES}/certificate.png` });
+  assert.deepEqual(errors, []);
+  await context.close();
+});
+
 test("no serious finding of axe in any view, light and dark", async () => {
   const source = readFileSync(createRequire(import.meta.url).resolve("axe-core/axe.min.js"), "utf8");
   for (const colorScheme of ["light", "dark"]) {

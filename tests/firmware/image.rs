@@ -44,6 +44,8 @@ pub(crate) struct Size {
     pub(crate) flash: u32,
     pub(crate) data: u32,
     pub(crate) stack: u32,
+    /// CRC-32 over its code, constants and first values of variables.
+    pub(crate) digest: u32,
 }
 
 /// The images, built once; `None` where that is impossible, after having said why.
@@ -210,6 +212,8 @@ impl Images {
         let (table, entry, count) = (word(32) as usize, half(46), half(48));
         let (mut flash, mut data) = (0, 0);
         let mut stack_top = None;
+        let crc = crc::Crc::<u32>::new(&crc::CRC_32_ISO_HDLC);
+        let mut digest = crc.digest();
         for section in (0..count).map(|index| table + index * entry) {
             let [kind, flags, address, offset, length] =
                 [4, 8, 12, 16, 20].map(|field| word(section + field));
@@ -228,12 +232,15 @@ impl Images {
             // The first word of the vector table is where the stack begins.
             if !in_ram && stack_top.is_none() {
                 stack_top = Some(word(offset as usize));
+            } else if kind != WITHOUT_CONTENT {
+                digest.update(&file[offset as usize..(offset + length) as usize]);
             }
         }
         Size {
             flash,
             data,
             stack: stack_top.expect("a vector table") - 0x2000_0000,
+            digest: digest.finalize(),
         }
     }
 }

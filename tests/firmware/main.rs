@@ -219,7 +219,7 @@ fn configuration(operator: OperatorShape, kind: SimulationKind) -> Configuration
 }
 
 /// What a board says of itself.
-fn introduces_itself(link: &SerialLink) {
+fn introduces_itself(link: &SerialLink, digest: u32) {
     let Ok(Report::Keys(keys)) = link.ask(Request::GetKeys) else {
         panic!("keys");
     };
@@ -230,6 +230,7 @@ fn introduces_itself(link: &SerialLink) {
     assert_eq!((status.state, status.fault), (State::Idle, 0));
     assert_eq!(link.capabilities().board(), "mps2-an386");
     assert!(link.capabilities().simulated);
+    assert_eq!(link.capabilities().image_digest, digest, "this very image");
 }
 
 #[test]
@@ -238,7 +239,7 @@ fn the_device_converses_runs_and_keeps_within_its_stack() {
     let Some(images) = built() else { return };
     let mut emulator = Emulator::start(&images.path(Image::Device));
     let mut link = emulator.connected().expect("answers");
-    introduces_itself(&link);
+    introduces_itself(&link, images.size().digest);
     let order = Order::new(0.2247).expect("valid");
     let schemes = [
         "grunwald:256",

@@ -22,6 +22,23 @@ test('from the image to an answer over USB in 5 s of the processor', async (t) =
   assert.ok(user + system < 5e6, `${(user + system) / 1e6} s`);
 });
 
+test('the digest is over the flash: a byte that is another makes another', async (t) => {
+  const board = await bench(t);
+  const digest = async () => {
+    const info = await run(board, ['device', 'info', '--device', 'PORT', '--json']);
+    return JSON.parse(info.out).firmware_digest;
+  };
+  const before = await digest();
+  assert.match(before, /^[0-9a-f]{8}$/);
+  // The patch of the version, on which nothing else depends.
+  board.flash[Buffer.from(board.flash).indexOf('haptic-device image\0') + 38]++;
+  board.apply({ power: false });
+  board.apply({ power: true });
+  board.advance(50 * MS);
+  assert.match(await digest(), /^[0-9a-f]{8}$/);
+  assert.notEqual(await digest(), before);
+});
+
 test('the self-test finds all promises kept', async (t) => {
   const board = await bench(t);
   const test = await run(board, ['device', 'selftest', '--device', 'PORT', '--json'], (text) => {

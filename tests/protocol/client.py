@@ -30,7 +30,7 @@ FROM_HOST, FROM_DEVICE = 0x02, 0x82
 REQUEST_KEYS = {0: 0xEA059449, 1: 0xAF5AAF58, 2: 0xB1B2C20E, 3: 0xD64D3415, 4: 0xFE3E4473, 5: 0x5F950ADB, 6:
                 0x49AD326F, 7: 0x80892389, 8: 0x6DB3EADF, 9: 0x34E32396, 12: 0x54DE2568, 13: 0xE4D4C71D, 16:
                 0xB7C92CEF}
-REPORT_KEYS = {0: 0xB6E04C30, 1: 0x11947DEB, 2: 0x8B91BA6B, 3: 0x587C5EC4, 4: 0x21201806, 5: 0x9B76B7E6, 6:
+REPORT_KEYS = {0: 0xB6E04C30, 1: 0x788BE0BD, 2: 0x8B91BA6B, 3: 0x587C5EC4, 4: 0x21201806, 5: 0x9B76B7E6, 6:
                0x3F59AB0B, 8: 0x2C73B464, 9: 0x46E189BD, 10: 0x41617E27, 12: 0x65196196}
 RETRY_S, TRIES = 0.15, 10
 HELLO_TRIES = 24  # 3.5 s, for ports that notice late that somebody listens
@@ -44,7 +44,7 @@ ACK, SAMPLE, BATCH, EVENT, FAULT, ALIVE, KEYS = 2, 5, 6, 7, 8, 10, 12
 # The report that answers a request; an ack answers all others.
 ANSWERS = {HELLO: 0, GET_CAPABILITIES: 1, GET_CONFIGURATION: 3, GET_COEFFICIENTS: 4, GET_STATISTICS: 9,
            READ_FLIGHT: 11, GET_KEYS: KEYS}
-LENGTHS = {0: 20, 1: 47, 4: 67, 5: 24, 7: 14, 8: 17, 9: 73, 10: 21, 11: 28}  # with one axis
+LENGTHS = {0: 20, 1: 51, 4: 67, 5: 24, 7: 14, 8: 17, 9: 73, 10: 21, 11: 28}  # with one axis
 REFUSALS = (("State", "<B"), ("Range", "<Bfff"), ("Digest", "<"), ("Incomplete", "<"), ("Unsupported", "<B"),
             ("UnknownFault", "<"), ("ForceNotZero", "<"), ("ForceNotSmall", "<ff"), ("FaultPersists", "<B"),
             ("Connection", "<"), ("Looser", "<B"))
@@ -61,7 +61,7 @@ CONFIGURATION_FIELDS = (
     "guard_lag_s guard_noise_m simulation mass_kg "
     "damping_n_s_per_m hand_stiffness_n_per_m push_n depth_m ramp_time_s start_ticks maps").split()
 DEPTH_MAP = struct.Struct("<8f")  # follows if maps is 1
-CAPABILITIES = struct.Struct("<16sB?IIfffHHHH")
+CAPABILITIES = struct.Struct("<16sB?IIfffHHHHI")
 STATISTICS = ("ticks overruns tick_cycles_max tick_cycles_last stale_forces samples_dropped sent received corrupt "
               "oversize foreign lost duplicate late bytes_overrun strangers unanswered forces_not_taken").split()
 Sample = collections.namedtuple("Sample", "tick time_us position_m environment_force_n force_n limiters flaws")

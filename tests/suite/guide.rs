@@ -193,3 +193,25 @@ fn every_picture_of_the_guide_is_shown() {
         assert!(!is_picture || shown.contains(&file), "{file} is on no page");
     }
 }
+
+#[test]
+fn a_device_is_wired_to_the_pins_that_its_firmware_takes() {
+    let numbers = |text: &str, before: &str| -> BTreeSet<u32> {
+        let ends = text.split(before).skip(1);
+        let digits = ends.map(|end| end.split(|c: char| !c.is_ascii_digit()).next());
+        digits.filter_map(|number| number?.parse().ok()).collect()
+    };
+    let taken = numbers(
+        include_str!("../../firmware/examples/rp2040/src/main.rs"),
+        "chip.PIN_",
+    );
+    assert_eq!(taken.len(), 5);
+    let pages = [
+        include_str!("../../firmware/examples/rp2040/README.md"),
+        include_str!("../../docs/guide/src/wiring.svg"),
+        include_str!("../../docs/guide/src/build-a-device.md"),
+    ];
+    for page in pages {
+        assert_eq!(numbers(page, "GP"), taken);
+    }
+}

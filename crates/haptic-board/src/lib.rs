@@ -5,6 +5,7 @@
 
 mod clock;
 mod device;
+mod image;
 mod main_loop;
 #[cfg(all(feature = "defmt", target_os = "none"))]
 mod news;
@@ -18,8 +19,9 @@ pub use {haptic_link, haptic_loop, haptic_remote, nalgebra};
 
 pub use clock::Clock;
 pub use device::{Place, Shared, Ticker, TickerSlot, power_up};
+pub use image::Image;
 pub use main_loop::{MainLoop, serve};
-pub use parts::{Line, NoWatchdog, Parts, TickTimer, Watchdog, identity};
+pub use parts::{Line, NoWatchdog, Parts, TickTimer, Watchdog};
 pub use quadrature::Quadrature;
 pub use queue::Queue;
 pub use retained::{Retained, RetainedMemory};

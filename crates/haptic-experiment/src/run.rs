@@ -31,7 +31,9 @@ use crate::document::parameters::{REALTIME, SAMPLE_TIME};
 pub use advice::{analysed, single};
 use budget::TickParts;
 use device::Warn;
-pub use device::{DeviceName, at_port, firmware_version, lost_board, refused_at_port, trouble};
+pub use device::{
+    DeviceName, at_port, firmware_digest, firmware_version, lost_board, refused_at_port, trouble,
+};
 use ending::{Ending, Lateness};
 use fault_recorder::FaultSeen;
 pub use folder::{FolderRequest, OutputFolder, next_free, write_text};

@@ -1,6 +1,6 @@
 //! Everything that can be set on a device, and the digest by which both ends know it.
 
-use crate::frame::{CRC, written};
+use crate::frame::{CRC, Table, written};
 use crate::in_order::{Blank, blank, read_in_order};
 use crate::limits::{Field, Limits, LoopMode};
 #[cfg(feature = "several-axes")]
@@ -245,7 +245,7 @@ pub fn hand_digest(numbers: &[f64], text: &str) -> u32 {
 /// Digest of a configuration and its coefficients: CRC-32 (as zlib's) over the bytes of the
 /// [`Configuration`] as they are on the wire, then each coefficient as four little-endian bytes.
 #[derive(Clone)]
-pub struct DigestBuilder(crc::Digest<'static, u32, crc::NoTable>);
+pub struct DigestBuilder(crc::Digest<'static, u32, Table>);
 
 impl core::fmt::Debug for DigestBuilder {
     fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {

@@ -15,7 +15,7 @@
 //! - *After damage* the next zero byte begins anew: a good frame behind a bad one is found, unless the
 //!   damage took the zero between them.
 
-use crc::{CRC_32_ISO_HDLC, Crc, NoTable};
+use crc::{CRC_32_ISO_HDLC, Crc};
 use postcard::ser_flavors::Flavor;
 use serde::Serialize;
 use serde::de::DeserializeOwned;
@@ -30,8 +30,9 @@ pub const FRAME_MAX: usize = 256;
 const CONTENT_MAX: usize = FRAME_MAX - 2;
 const CRC_BYTES: usize = 4;
 
-/// Without a table, which would take 1 KiB of a device's flash.
-pub(crate) static CRC: Crc<u32, NoTable> = Crc::<u32, NoTable>::new(&CRC_32_ISO_HDLC);
+/// A table takes 1 KiB of a device's flash.
+pub(crate) type Table = crc::Table<{ cfg!(feature = "crc-table") as usize }>;
+pub(crate) static CRC: Crc<u32, Table> = Crc::<u32, Table>::new(&CRC_32_ISO_HDLC);
 
 /// The side that speaks: the highest bit of the first byte of a frame.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -6,6 +6,7 @@
 mod configuration;
 mod frame;
 mod hand;
+mod image;
 mod in_order;
 mod keys;
 mod limits;
@@ -25,6 +26,7 @@ pub use frame::{
     Receiver, encode,
 };
 pub use hand::{Architecture, HandHello, HandMessage, HandSample, HandSide, HandState};
+pub use image::{IMAGE_MARK, image_digest};
 pub use keys::{REPORT_KEYS, REQUEST_KEYS};
 pub use limits::{Field, Guard, GuardKind, Limit, Limits, LoopMode, Tighter};
 pub use report::{

@@ -115,6 +115,9 @@ pub struct Capabilities {
     /// Samples that the flight recorder keeps.
     #[serde(with = "postcard::fixint::le")]
     pub flight_samples: u16,
+    /// [`image_digest`](crate::image_digest) of the image that runs; 0 where there is none, or the board does not tell.
+    #[serde(with = "postcard::fixint::le")]
+    pub image_digest: u32,
 }
 
 impl Capabilities {

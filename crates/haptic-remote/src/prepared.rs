@@ -37,6 +37,7 @@ pub const fn abilities(board: &str, axes: u8) -> Capabilities {
         modes_max: MODES_MAX as u16,
         degree_max: DEGREE_MAX as u16,
         flight_samples: FLIGHT_SAMPLES as u16,
+        image_digest: 0,
     }
 }
 

@@ -17,7 +17,7 @@ pub use promise::{Attendant, Check, EmergencyStop, Notice, Promise, SelfTest};
 use bench::{Bench, Broken};
 use chrono::{DateTime, SecondsFormat, Utc};
 use haptic_experiment::Failure;
-use haptic_experiment::run::firmware_version;
+use haptic_experiment::run::{firmware_digest, firmware_version};
 use in_time::in_time;
 use serde::Serialize;
 use std::time::SystemTime;
@@ -33,6 +33,9 @@ pub struct SelfTestReport {
     pub board: String,
     /// Firmware version.
     pub firmware: String,
+    /// CRC-32 of the image that the device runs, if it tells.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub firmware_digest: Option<String>,
     /// The device simulates its plant.
     pub simulated: bool,
     /// Limit of the force that held during the test, N.
@@ -66,6 +69,7 @@ impl SelfTest {
             link.capabilities().board().to_owned(),
             firmware_version(link.hello()),
         );
+        let firmware_digest = firmware_digest(link.capabilities());
         let simulated = link.capabilities().simulated;
         let mut checks = Vec::new();
         let mut bench = Bench::new(link, *self, attendant)?;
@@ -93,6 +97,7 @@ impl SelfTest {
             device,
             board,
             firmware,
+            firmware_digest,
             simulated,
             force_limit_n: bench.limited.limits.force_n,
             holds: (checks.iter()).all(|check| check.ok != Some(false) && !check.not_judged),

@@ -10,13 +10,13 @@ mod chip;
 use board::{Board, NAME};
 use core::panic::PanicInfo;
 use cortex_m_rt::{ExceptionFrame, entry, exception};
-use haptic_board::{Parts, Place, RetainedMemory, Ticker, TickerSlot, identity, power_up, serve};
+use haptic_board::{
+    Image, Parts, Place, RetainedMemory, Ticker, TickerSlot, image, power_up, serve,
+};
 
-/// Version of your firmware: major, minor, patch.
-const VERSION: [u8; 3] = [0, 1, 0];
-
-/// By which `host-cli device flash` knows the image.
-static IDENTITY: [u8; 39] = identity(NAME, VERSION);
+/// Board and version (major, minor, patch) of your firmware, by which `host-cli device flash` knows the image.
+/// TODO: `Image::new` if your chip starts without `cortex-m-rt`: then nobody can tell that the board runs exactly this image.
+static IMAGE: Image = image!(NAME, [0, 1, 0]);
 
 /// TODO: in a section that no start-up code clears (`#[unsafe(link_section = ".uninit.retained")]` with cortex-m-rt),
 /// so that a watchdog's reset in a run is told as the fault Reset. As it is, a reset looks like power-up.
@@ -34,11 +34,11 @@ fn main() -> ! {
         mut line,
         mut watchdog,
     } = chip::start();
-    core::hint::black_box(&IDENTITY);
     let retained = RETAINED.take();
-    let Ok((device, session)) = power_up(PLACE, hardware, VERSION, retained) else {
+    let Ok((device, session)) = power_up(PLACE, hardware, IMAGE.version(), retained) else {
         chip::give_up();
     };
+    session.set_image_digest(IMAGE.digest());
     TICKER.put(Ticker::new(device, timer, &RETAINED));
     // TODO: sleep (`cortex_m::asm::wfi`) once your line receives by interrupt or DMA. This one has to be looked at.
     let sleep = core::hint::spin_loop;

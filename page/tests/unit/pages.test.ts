@@ -1,5 +1,6 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
+import { certificate } from "../../src/certificate";
 import { wallFile } from "../../src/design-file";
 import { demonstrated } from "../../src/demonstration";
 import { csvOf } from "../../src/export";
@@ -35,4 +36,26 @@ test("names of channels are read with their units", () => {
   assert.equal(readable("contact_force_n"), "contact force, N");
   assert.equal(readable("dissipation_n_s_mu_per_m"), "dissipation, N·s^μ/m");
   assert.equal(readable("limiter"), "limiter");
+});
+
+test("a self-test is shown as a certificate, and nothing else is one", () => {
+  const check = { check: "arm", promised: "no force", seen: "0.5 N", ok: false, not_judged: false };
+  const unknown = { ...check, check: "watchdog", ok: null, not_judged: true };
+  const report = { date: "2026-11-23T10:00:00Z", board: "rp2040", firmware: "0.1.0", firmware_digest: "a1ef9414", holds: false, checks: [check, unknown] };
+  const shown = certificate("pico.json", JSON.stringify(report));
+  assert.equal(shown?.verdict, "rp2040: not every promise was judged and kept");
+  assert.deepEqual(shown.lines.map((line) => ("value" in line ? line.value : line.rows.map((row) => row.slice(0, 2)))), [
+    report.date,
+    "0.1.0",
+    "a1ef9414",
+    [
+      ["arm", "no"],
+      ["watchdog", "not judged"],
+    ],
+  ]);
+  const { firmware_digest: _, ...foreign } = report;
+  assert.equal(certificate("moteus.json", JSON.stringify({ ...foreign, holds: true }))?.lines.length, 3);
+  for (const other of ["", "time_s,force_n", "[]", "null", JSON.stringify({ ...report, checks: [{}] }), JSON.stringify({ ...report, board: 1 })]) {
+    assert.equal(certificate("x.json", other), null, other);
+  }
 });

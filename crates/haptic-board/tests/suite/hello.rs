@@ -11,12 +11,15 @@ use haptic_board::haptic_link::{
 use haptic_board::haptic_loop::Fault;
 use haptic_board::haptic_remote::{Conversation, Exclusive as _, Incoming};
 use haptic_board::{
-    Line, MainLoop, Place, Queue, Retained, RetainedMemory, Shared, TickTimer, Ticker, Watchdog,
-    power_up,
+    Image, Line, MainLoop, Place, Queue, Retained, RetainedMemory, Shared, TickTimer, Ticker,
+    Watchdog, power_up,
 };
 use std::cell::{Cell, RefCell};
 use std::collections::VecDeque;
 use std::rc::Rc;
+
+/// Where a linker would put the parts of an image there are nine bytes.
+static IMAGE: Image = Image::linked(NAME, [1, 2, 3], [&[]; 7], || [b"1234", b"567", b"89"]);
 
 /// A timer that only remembers.
 #[derive(Debug, Default)]
@@ -96,7 +99,8 @@ impl World {
         let known = retained.take();
         let place = Box::leak(Box::new(Place::new()));
         let board = Board::new(|| 0);
-        let (device, session) = power_up(place, board, [1, 2, 3], known).expect("a board");
+        let (device, session) = power_up(place, board, IMAGE.version(), known).expect("a board");
+        session.set_image_digest(IMAGE.digest());
         let timer = Timer::default();
         let (period_us, pending) = (timer.period_us.clone(), timer.pending.clone());
         Self {
@@ -210,6 +214,8 @@ fn the_template_says_hello_and_what_it_is() {
         Incoming::Answer(Report::Capabilities(mine)) => {
             assert_eq!((mine.board(), mine.axes, mine.simulated), (NAME, 1, false));
             assert!(mine.force_max_n > 0.0 && mine.force_rate_max_n_per_s > 0.0);
+            // The published check value of this CRC.
+            assert_eq!(mine.image_digest, 0xCBF4_3926);
         }
         other => panic!("{other:?}"),
     }

@@ -5,7 +5,7 @@ use crate::document::named::Named;
 use crate::document::parameters::{DEVICE, TOUCH_AXES};
 use crate::run::ending::LetGo;
 use haptic_devices::ForeignName;
-use haptic_link::{Hello, LoopMode};
+use haptic_link::{Capabilities, Hello, LoopMode};
 use haptic_loop::Fault;
 use haptic_remote::LinkError;
 use haptic_remote::serial::{
@@ -269,6 +269,12 @@ impl SerialName {
 pub fn firmware_version(hello: &Hello) -> String {
     let [major, minor, patch] = hello.firmware;
     format!("{major}.{minor}.{patch}")
+}
+
+/// The digest of the image that a device runs, as a person writes it; none of a device that does not tell.
+#[must_use]
+pub fn firmware_digest(abilities: &Capabilities) -> Option<String> {
+    (abilities.image_digest != 0).then(|| format!("{:08x}", abilities.image_digest))
 }
 
 impl Named for LoopMode {

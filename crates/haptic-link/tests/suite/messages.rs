@@ -232,6 +232,7 @@ pub(crate) fn reports() -> Vec<Report> {
             modes_max: 0x0403,
             degree_max: 0x0605,
             flight_samples: 0x0807,
+            image_digest: 0x0c0b_0a09,
         }),
         ack(Outcome::Done),
         Report::Configuration {

@@ -46,6 +46,7 @@ const UNKNOWN: Capabilities = Capabilities {
     modes_max: 0,
     degree_max: 0,
     flight_samples: 0,
+    image_digest: 0,
 };
 
 /// Options of a connection. By default [`BAUDS`], one attempt.

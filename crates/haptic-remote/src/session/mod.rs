@@ -11,8 +11,9 @@ use core::borrow::BorrowMut;
 #[cfg(feature = "several-axes")]
 use haptic_link::WorkspaceBox;
 use haptic_link::{
-    Ack, Alive, COEFFICIENTS_PER_BLOCK, CoefficientBlock, Configuration, Direction, Field, Header,
-    Hello, Keys, Outcome, Receiver, Refusal, Report, Request, State, Statistics, encode,
+    Ack, Alive, COEFFICIENTS_PER_BLOCK, Capabilities, CoefficientBlock, Configuration, Direction,
+    Field, Header, Hello, Keys, Outcome, Receiver, Refusal, Report, Request, State, Statistics,
+    encode,
 };
 
 /// Takes bytes from the host, acts on them, and makes the bytes to send.
@@ -31,6 +32,7 @@ pub struct DeviceSession {
     fed: u32,
     firmware: [u8; 3],
     boot: u32,
+    image_digest: u32,
     staged: Option<Configuration>,
     /// A box for the run, staged beside it.
     #[cfg(feature = "several-axes")]
@@ -75,6 +77,7 @@ impl DeviceSession {
             fed: 0,
             firmware,
             boot,
+            image_digest: 0,
             staged: None,
             #[cfg(feature = "several-axes")]
             workspace: None,
@@ -83,6 +86,11 @@ impl DeviceSession {
             run_of: 0,
             bytes_overrun: 0,
         }
+    }
+
+    /// Tells hosts the [`image_digest`](haptic_link::image_digest) of this device.
+    pub const fn set_image_digest(&mut self, digest: u32) {
+        self.image_digest = digest;
     }
 
     /// Frames so far of the host that armed, late and repeated ones not counted.
@@ -314,7 +322,11 @@ impl DeviceSession {
         Some(match *request {
             Request::GetKeys => keys(),
             Request::GetCapabilities => {
-                Report::Capabilities(device.with(|device| device.hardware().capabilities()))
+                let abilities = device.with(|device| device.hardware().capabilities());
+                Report::Capabilities(Capabilities {
+                    image_digest: self.image_digest,
+                    ..abilities
+                })
             }
             Request::GetConfiguration => device.with(|device| {
                 let (configuration, digest) = device.configuration();

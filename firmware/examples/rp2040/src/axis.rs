@@ -1,12 +1,5 @@
-//! Encoder, current amplifier and emergency stop.
+//! Encoder, current amplifier and emergency stop, at the pins that `README.md` lists.
 //!
-//! ```text
-//! signal            pin          note
-//! encoder A, B      GP2, GP3     sampled by PIO 0, 128 000 times a second
-//! current command   GP4          PWM 5 kHz: 10 % is the largest negative current, 50 % none, 90 % the largest positive
-//! amplifier enable  GP6          high enables; 10 kΩ to ground, as the pin floats while the chip is in reset
-//! emergency stop    GP7          normally closed contact to ground; open is stop
-//! ```
 //! Source: Raspberry Pi, *RP2040 Datasheet*: 4.5 (PWM).
 
 use crate::encoder::{Encoder, EncoderPins};

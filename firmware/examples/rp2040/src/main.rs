@@ -23,14 +23,11 @@ use embassy_futures::select::select;
 use embassy_rp::watchdog::Watchdog;
 use embassy_time::{Duration, Timer};
 use encoder::EncoderPins;
-use haptic_board::{MainLoop, Place, RetainedMemory, Ticker, TickerSlot, identity, power_up};
+use haptic_board::{Image, MainLoop, Place, RetainedMemory, Ticker, TickerSlot, image, power_up};
 use tick::Alarm;
 use usb::{Buffers, UsbLine};
 
-/// Major, minor, patch.
-const VERSION: [u8; 3] = [0, 1, 0];
-
-static IDENTITY: [u8; 39] = identity(NAME, VERSION);
+static IMAGE: Image = image!(NAME, [0, 1, 0]);
 
 #[expect(unsafe_code, reason = "a section is named")]
 // SAFETY: the linker script has the section, in RAM, and any values of the words are allowed.
@@ -47,7 +44,6 @@ const ROUND: Duration = Duration::from_micros(500);
 #[embassy_executor::main]
 async fn main(_spawner: Spawner) {
     let chip = embassy_rp::init(embassy_rp::config::Config::default());
-    core::hint::black_box(&IDENTITY);
     // The motor first: disabled.
     let axis = Axis::new(Pins {
         encoder: EncoderPins {
@@ -63,17 +59,19 @@ async fn main(_spawner: Spawner) {
     });
     let retained = RETAINED.take();
     let place = singleton!(: Place<Axis> = Place::new());
-    let device = place.and_then(|place| power_up(place, axis, VERSION, retained).ok());
+    let device = place.and_then(|place| power_up(place, axis, IMAGE.version(), retained).ok());
     let buffers = singleton!(: Buffers = Buffers::default());
     let (Some((device, session)), Some(buffers)) = (device, buffers) else {
         panic!("the board starts once, and without a configuration of its own");
     };
-    let mut watchdog = Fed(Watchdog::new(chip.WATCHDOG));
-    watchdog.0.start(WATCHDOG);
     TICKER.put(Ticker::new(device, Alarm::start(), &RETAINED));
 
     let (mut device_side, mut sender, mut receiver) = usb::start(chip.USB, buffers);
     let serve = async {
+        // 11 ms, while the host looks what was plugged in.
+        session.set_image_digest(IMAGE.digest());
+        let mut watchdog = Fed(Watchdog::new(chip.WATCHDOG));
+        watchdog.0.start(WATCHDOG);
         let mut main_loop = MainLoop::new(device, session);
         loop {
             while !main_loop.round(&mut UsbLine, &mut watchdog, tick::now_us) {}

@@ -2,12 +2,12 @@
 
 use super::port::PortArguments;
 use super::settings::number;
-use crate::output::{Output, note};
+use crate::output::{Output, joined, note};
 use crate::parse::whole;
 use clap::Args;
 use haptic_experiment::Failure;
 use haptic_experiment::run::RoundTrip;
-use haptic_experiment::run::{at_port, cycles, firmware_version, trouble};
+use haptic_experiment::run::{at_port, cycles, firmware_digest, firmware_version, trouble};
 use haptic_link::{Statistics, Status};
 use haptic_loop::Fault;
 use haptic_remote::serial::{ConnectOptions, SerialLink, ports};
@@ -70,10 +70,13 @@ pub(super) fn info(port: &PortArguments, output: Output) -> Result<(), Failure> 
     let statistics = link.statistics().map_err(problem)?;
     let set = link.configuration().map_err(problem)?.0.limits;
     let (status, can) = (link.status(), link.capabilities());
-    output.report(&json!({
+    let is = json!({
         "device": link.name(),
         "board": can.board(),
         "firmware": firmware_version(link.hello()),
+    });
+    let digest = firmware_digest(can).map(|digest| json!({"firmware_digest": digest}));
+    let does = json!({
         "simulated": can.simulated,
         "axes": can.axes,
         "sample_time_min_s": f64::from(can.tick_period_min_us) * 1e-6,
@@ -97,7 +100,8 @@ pub(super) fn info(port: &PortArguments, output: Output) -> Result<(), Failure> 
         "round_trip_us": round_trip_us,
         "round_trip_reason": round_trip_reason,
         "statistics": counted(&statistics),
-    }))
+    });
+    output.report(&joined([is, digest.unwrap_or_default(), does]))
 }
 
 fn counted(counters: &Statistics) -> Value {

@@ -14,7 +14,7 @@ use std::io::{self, IsTerminal as _};
 pub(super) const LONG_ABOUT: &str = "\
 Checks the safety functions of a device and prints what it promises and what the test saw: arming, force limit, stop, direction of \
 motion, finite check, watchdog, flight recorder, reconnection, emergency stop. The settings of the device stay as they are. \
---json is a certificate: date, board, firmware and each promise with its figures.
+--json is a certificate: date, board, firmware with its digest, and each promise with its figures.
 
 It takes about 4 s. The force, at most 0.1 N (--force-limit), changes sign 25 times a second; up to three times \
 that is requested, to see the limit act. A real device moves by a few millimetres: let it move freely, and press its \

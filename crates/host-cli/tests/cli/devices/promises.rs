@@ -238,6 +238,19 @@ fn a_test_that_somebody_stops_tells_what_it_has_seen() {
     assert_eq!(last["check"], "emergency-stop");
 }
 
+/// An ELF file of an Arm with this at an address: header of 52 bytes, a program header of 32, data.
+fn elf(address: u32, data: &[u8]) -> Vec<u8> {
+    const PT_LOAD: u32 = 1;
+    let length = data.len() as u32;
+    let mut file = b"\x7fELF\x01\x01\x01\0\0\0\0\0\0\0\0\0\x02\0\x28\0\x01\0\0\0".to_vec();
+    file.extend([0, 52, 0, 0].map(u32::to_le_bytes).as_flattened());
+    file.extend([52, 32, 1, 40, 0, 0].map(u16::to_le_bytes).as_flattened());
+    let header = [PT_LOAD, 84, address, address, length, length, 4, 4];
+    file.extend(header.map(u32::to_le_bytes).as_flattened());
+    file.extend(data);
+    file
+}
+
 #[test]
 fn an_image_of_another_board_is_not_programmed() {
     let place = Place::new();
@@ -246,7 +259,7 @@ fn an_image_of_another_board_is_not_programmed() {
     let mode = std::os::unix::fs::PermissionsExt::from_mode(0o755);
     std::fs::set_permissions(&probe, mode).expect("can be set");
     let flash = |image: &str, device: &str| {
-        let mut command = place.command("device flash --image");
+        let mut command = place.command("device flash");
         command.args([image, "--device", device]);
         let output = command.env("PATH", place.path("")).output().expect("runs");
         (
@@ -254,19 +267,36 @@ fn an_image_of_another_board_is_not_programmed() {
             String::from_utf8_lossy(&output.stderr).into_owned(),
         )
     };
-    let board = |name: &str, version: &str| format!("haptic-device image\0{name}\0\0\0\0{version}");
-    place.write("mps2", board("mps2-an386", "\0\0\0\x01\x00"));
-    let (code, error) = flash("mps2", "serial:nowhere");
-    assert_eq!(code, Some(2), "{error}");
-    says(
-        &error,
-        &["board mps2-an386 with firmware 0.1.0", "nucleo-f446re"],
-    );
+    let image = |address: u32, board: &str| {
+        let identity = format!("haptic-device image\0{board:\0<16}\0\x01\0\0");
+        elf(address, identity.as_bytes())
+    };
+    place.write("mps2", image(0x0800_0000, "mps2-an386"));
+    place.write("pico", image(0x1000_0000, "rp2040"));
+    place.write("empty", elf(0x0800_0000, b"nothing"));
+    place.write("text", "no image");
+    // Said before a probe or a drive is looked for.
+    for (words, says_too) in [
+        ("--image=none --board=rp2040", "no image `none`"),
+        ("--image=text", "`text` is not an image for this chip"),
+        ("--image=pico", "at 0x10000000 lie outside its flash"),
+        ("--image=empty", "does not say for which board it is"),
+        (
+            "--image=mps2",
+            "is for board mps2-an386 with firmware 0.1.0, not for nucleo-f446re",
+        ),
+    ] {
+        let mut command = place.command(&format!("device flash {words}"));
+        let output = command.env("PATH", "").output().expect("runs");
+        let error = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert_eq!(output.status.code(), Some(2), "{words}: {error}");
+        says(&error, &[says_too]);
+    }
     // The right image, but what answers is another board.
-    place.write("nucleo", board("nucleo-f446re", "\x01\x00"));
+    place.write("nucleo", image(0x0800_0000, "nucleo-f446re"));
     let device = Emulated::new("");
     let port = format!("serial:{}", device.place.path("device").display());
-    let (code, error) = flash("nucleo", &port);
+    let (code, error) = flash("--image=nucleo", &port);
     assert_eq!(code, Some(3), "{error}");
     says(&error, &["board emulated with firmware 0.1.0 answers"]);
 }

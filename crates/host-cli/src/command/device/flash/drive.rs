@@ -51,10 +51,13 @@ pub(super) fn find(places: &[PathBuf], id: &str) -> Result<PathBuf, Failure> {
     }
 }
 
+/// The file that is written.
+const FILE: &str = "haptic.uf2";
+
 /// Writes a new file through to the drive. The board starts the image as soon as it has all of it, and takes its drive away, so an error
 /// at the very end says little: the device's hello decides.
-pub(super) fn write(file: &Path, bytes: &[u8]) -> io::Result<io::Result<()>> {
-    let mut opened = File::create_new(file)?;
+pub(super) fn write(drive: &Path, bytes: &[u8]) -> io::Result<io::Result<()>> {
+    let mut opened = File::create_new(drive.join(FILE))?;
     opened.write_all(bytes)?;
     Ok(opened.sync_all())
 }
@@ -62,13 +65,11 @@ pub(super) fn write(file: &Path, bytes: &[u8]) -> io::Result<io::Result<()>> {
 /// A drive that did not take the image.
 pub(super) fn refused(drive: &Path, error: &io::Error) -> Failure {
     let what = match error.kind() {
-        io::ErrorKind::StorageFull => "is full".to_owned(),
-        _ => format!("was lost while it was written ({error})"),
+        io::ErrorKind::StorageFull => format!("is full: {REMEDY}"),
+        io::ErrorKind::AlreadyExists => format!("has a file {FILE} already: delete it"),
+        _ => format!("was lost while it was written ({error}): {REMEDY}"),
     };
-    Failure::Device(anyhow::anyhow!(
-        "the drive at `{}` {what}: {REMEDY}",
-        drive.display()
-    ))
+    Failure::Device(anyhow::anyhow!("the drive at `{}` {what}", drive.display()))
 }
 
 #[cfg(test)]
@@ -108,14 +109,19 @@ mod tests {
         let full = io::Error::from(io::ErrorKind::StorageFull);
         let words = refused(Path::new("RPI-RP2"), &full).to_string();
         assert!(words.contains("`RPI-RP2` is full: plug"), "{words}");
-        let gone = write(Path::new("/nonexistent/haptic.uf2"), &[0; 512]).expect_err("gone");
+        let gone = write(Path::new("/nonexistent"), &[0; 512]).expect_err("gone");
         let words = refused(Path::new("RPI-RP2"), &gone).to_string();
         assert!(words.contains("was lost while it was written"), "{words}");
         // Nothing that is there is written over.
         let folder = tempfile::tempdir().expect("a folder");
-        let file = folder.path().join("haptic.uf2");
+        let file = folder.path().join(FILE);
         std::fs::write(&file, "precious").expect("is written");
-        write(&file, &[0; 512]).expect_err("is there");
+        let there = write(folder.path(), &[0; 512]).expect_err("is there");
+        let words = refused(folder.path(), &there).to_string();
+        assert!(
+            words.ends_with("has a file haptic.uf2 already: delete it"),
+            "{words}"
+        );
         assert_eq!(std::fs::read(&file).expect("is there"), b"precious");
     }
 }

@@ -29,24 +29,61 @@ pub(super) fn flash_image(file: &[u8], flash: &Range<u32>) -> Result<Vec<u8>, St
         let data = elf
             .segment_data(&segment)
             .map_err(|error| error.to_string())?;
-        let (begin, end) = (u64::from(flash.start), u64::from(flash.end));
-        let address = segment.p_paddr;
-        let fits = address >= begin && address.saturating_add(data.len() as u64) <= end;
-        if !fits {
-            return Err(format!(
-                "{} bytes at {address:#x} lie outside its flash, {begin:#x} to {end:#x}",
-                data.len()
-            ));
-        }
-        let at = (address - begin) as usize;
-        image.resize(image.len().max(at + data.len()), 0);
-        image[at..at + data.len()].copy_from_slice(data);
+        put(&mut image, flash, segment.p_paddr, data)?;
     }
+    whole(image)
+}
+
+/// Puts data at its address.
+fn put(image: &mut Vec<u8>, flash: &Range<u32>, address: u64, data: &[u8]) -> Result<(), String> {
+    let (begin, end) = (u64::from(flash.start), u64::from(flash.end));
+    let fits = address >= begin && address.saturating_add(data.len() as u64) <= end;
+    if !fits {
+        return Err(format!(
+            "{} bytes at {address:#x} lie outside its flash, {begin:#x} to {end:#x}",
+            data.len()
+        ));
+    }
+    let at = (address - begin) as usize;
+    image.resize(image.len().max(at + data.len()), 0);
+    image[at..at + data.len()].copy_from_slice(data);
+    Ok(())
+}
+
+/// Up to the end of a sector.
+fn whole(mut image: Vec<u8>) -> Result<Vec<u8>, String> {
     if image.is_empty() {
         return Err("nothing in it is to be loaded".to_owned());
     }
     image.resize(image.len().next_multiple_of(SECTOR), 0);
     Ok(image)
+}
+
+/// True for a file of blocks.
+pub(super) fn is_uf2(file: &[u8]) -> bool {
+    file.starts_with(&MAGIC[0].to_le_bytes())
+}
+
+/// The flash as the blocks for this family fill it; those for others are skipped, as the boot loader does.
+pub(super) fn contents(file: &[u8], flash: &Range<u32>, family: u32) -> Result<Vec<u8>, String> {
+    let (mut image, mut found, mut stated) = (Vec::new(), 0, 0);
+    let (blocks, rest) = file.as_chunks::<BLOCK>();
+    for block in blocks {
+        let word = |at: usize| u32::from_le_bytes([0, 1, 2, 3].map(|byte| block[at + byte]));
+        let marks = [word(0), word(4), word(BLOCK - 4)];
+        let data = block[32..BLOCK - 4].get(..word(16) as usize);
+        let Some(data) = data.filter(|_| marks == [MAGIC[0], MAGIC[1], MAGIC_END]) else {
+            return Err("it has a block that is damaged".to_owned());
+        };
+        if word(8) == HAS_FAMILY && word(28) == family {
+            put(&mut image, flash, word(12).into(), data)?;
+            (found, stated) = (found + 1, word(24));
+        }
+    }
+    if found != stated || !rest.is_empty() {
+        return Err(format!("{found} of {stated} blocks are there"));
+    }
+    whole(image)
 }
 
 /// The blocks of an image of whole pages that begins at this address.
@@ -137,6 +174,27 @@ mod tests {
             let rest = &block[32 + data.len()..508];
             assert!(rest.iter().all(|&byte| byte == 0), "{number}");
         }
+        // And back, whatever there is for other chips.
+        let both = [uf2.clone(), blocks(&[1; SECTOR], 0, 0)].concat();
+        assert_eq!(contents(&both, &FLASH, 0xe48b_ff56), Ok(image));
+        let refused = |file: &[u8], family| contents(file, &FLASH, family).expect_err("refused");
+        assert!(is_uf2(&uf2) && !is_uf2(&file));
+        assert_eq!(refused(&uf2, 1), "nothing in it is to be loaded");
+        assert_eq!(
+            refused(&uf2[BLOCK..], 0xe48b_ff56),
+            "31 of 32 blocks are there"
+        );
+        assert_eq!(
+            refused(&uf2[..uf2.len() - 1], 0xe48b_ff56),
+            "31 of 32 blocks are there"
+        );
+        assert!(refused(&both, 0).contains("0x0 lie outside"));
+        let mut damaged = uf2;
+        damaged[BLOCK + 17] = 2;
+        assert_eq!(
+            refused(&damaged, 0xe48b_ff56),
+            "it has a block that is damaged"
+        );
     }
 
     #[test]
