@@ -151,13 +151,21 @@ test('a hundred thousand ticks have the forces of the host, bit for bit', async 
     board.at(board.nanos + 1e6, swing);
   };
   swing();
-  const args = ['test', '--quiet', '--locked', '--test', 'firmware', '--', '--ignored', '--nocapture', '--exact',
-    'pico::by_night_a_pico_has_the_forces_of_the_host_bit_for_bit'];
-  const env = { ...process.env, PICO_LINE: join(board.folder, 'line'), PICO_TICKS: process.env.PICO_TICKS ?? '100000' };
+  await ofHost(t, board, 'by_night_a_pico_has_the_forces_of_the_host_bit_for_bit', '100000');
+});
+
+test('a controller on the board has the bits of the host, in no longer a tick than promised', async (t) => {
+  await ofHost(t, await bench(t), 'by_night_a_pico_has_the_bits_of_the_hosts_controller_within_its_promised_tick', '10000');
+});
+
+/** One test of tests/firmware/pico.rs with this board. */
+async function ofHost(t, board, name, ticks) {
+  const args = ['test', '--quiet', '--locked', '--test', 'firmware', '--', '--ignored', '--nocapture', '--exact', `pico::${name}`];
+  const env = { ...process.env, PICO_LINE: join(board.folder, 'line'), PICO_TICKS: process.env.PICO_TICKS ?? ticks };
   const host = await run(board, args, undefined, ['cargo', { cwd: root, env }]);
   assert.equal(host.code, 0, host.out + host.err);
   t.diagnostic(host.out.match(/\d+ ticks.*/)[0]);
-});
+}
 
 /** Uniform in [0, 1), the same in every run: a counter through a mixer (Steele, Lea, Flood 2014, in 32 bits). */
 function chance(seed) {
