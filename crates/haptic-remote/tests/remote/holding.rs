@@ -196,18 +196,18 @@ fn what_is_no_controller_of_this_device_is_refused_before_a_force() {
     let cases: [(Field, Change); 13] = [
         (Field::Coefficient, |(_, values, _)| values[5] = f32::NAN),
         (Field::Coefficient, |(_, values, _)| {
-            values[0] = f32::INFINITY
+            values[0] = f32::INFINITY;
         }),
         // The first decay of the integral's modes, behind 1/g, P and the I's own taps.
         (Field::Coefficient, |(_, values, _)| values[21] = 1.5),
         (Field::CoefficientCount, |(_, _, law)| {
-            law.parts[1].values += 1
+            law.parts[1].values += 1;
         }),
         (Field::CoefficientCount, |(_, _, law)| {
-            law.parts[1].values = 114
+            law.parts[1].values = 114;
         }),
         (Field::CoefficientCount, |(_, _, law)| {
-            law.parts[1].filter += 1
+            law.parts[1].filter += 1;
         }),
         (Field::CoefficientCount, |(_, _, law)| law.parts.clear()),
         (Field::CoefficientCount, |(_, _, law)| {
