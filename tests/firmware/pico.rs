@@ -5,9 +5,11 @@ use super::image::{Image, built};
 use super::lists::LISTS;
 use super::{listed, replayed, told};
 use fracdiff::{Order, Seconds, ShortMemory};
+use fractional_control::{Controller as _, ControllerSetup, FractionalPid, PidParameters};
 use haptic_link::{Configuration, HandSide, Limits, LoopMode, Start};
 use haptic_loop::units::{Newtons, NewtonsPerSecond};
 use haptic_loop::{Device as _, Reading, SafetyChain};
+use haptic_remote::controller_law;
 use haptic_remote::serial::{ConnectOptions, SerialLink};
 use haptic_teleoperation::{CouplerGains, Port, PortLaw, Settings};
 use std::io::Write as _;
@@ -41,6 +43,82 @@ fn on_the_cortex_m4f(positions_m: &[f32]) -> u32 {
     let said = told(&images.run_with(Image::Replay, &["-device".to_owned(), device]));
     let digest = said["full 200 s"].trim_start_matches("0x");
     u32::from_str_radix(digest, 16).expect("a digest")
+}
+
+/// `tests/pico/run night` runs it: a controller that holds the handle, the longest for which a tick of 1 ms has the time.
+#[test]
+#[ignore = "by night: `.ci/nightly` does it"]
+fn by_night_a_pico_has_the_bits_of_the_hosts_controller_within_its_promised_tick() {
+    const RAMP_TICKS: u32 = 400;
+    let ticks = std::env::var("PICO_TICKS").expect("and PICO_TICKS");
+    let ticks: u32 = ticks.parse().expect("a number");
+    let mut link = connected();
+    let cost = link.controller_cost().expect("it runs controllers");
+    let t = Seconds(1e-3);
+    let gains = PidParameters {
+        proportional: 200.0,
+        integral: 600.0,
+        integral_order: 0.9,
+        derivative: 4.0,
+        derivative_order: 0.9,
+    };
+    let law = |scheme: &str| {
+        let setup = ControllerSetup {
+            scheme: scheme.parse().expect("valid"),
+            output_low: Some(-0.8),
+            output_high: Some(0.8),
+            ..ControllerSetup::new(gains, t)
+        };
+        let law = controller_law(&setup, (3e-3, RAMP_TICKS), 5.0).expect("a law");
+        let configuration = Configuration {
+            operator: law.0,
+            limits: Limits {
+                force_n: 5.0,
+                watchdog_ms: 1000,
+                late_ticks: 0,
+                ..Limits::DEFAULT
+            },
+            ..Configuration::PASSIVE
+        };
+        (setup, configuration, law.1, law.2)
+    };
+    let (_, configuration, values, long) = law("full-bdf2:1e-6");
+    let refused = link.set_controller(configuration, &values, &long);
+    let refused = refused.expect_err("too long for it").to_string();
+    assert!(refused.contains("sample time (ms) 1 is not"), "{refused}");
+
+    let (setup, configuration, values, short) = law("full:1e-4");
+    link.set_controller(configuration, &values, &short)
+        .expect("there is time for it");
+    link.arm(Duration::from_secs(5)).expect("arms");
+    let start = Start {
+        ticks,
+        ..Start::ENDLESS
+    };
+    link.start(start).expect("starts");
+    let seen = samples(&mut link);
+    let (actuator, memory) = (setup.actuator().expect("valid"), setup.memory());
+    let memory = memory.expect("valid").fewest_modes();
+    let host = FractionalPid::<f32>::new(gains, setup.set_point, actuator, memory, t);
+    let host = host.expect("valid");
+    let mut history = host.at_rest();
+    for (sample, tick) in seen.iter().zip(0..ticks) {
+        assert_eq!(sample.tick, tick, "a sample is missing");
+        let axis = &sample.axes[0];
+        let r = if tick < RAMP_TICKS {
+            3e-3 * (tick as f32 / RAMP_TICKS as f32)
+        } else {
+            3e-3
+        };
+        let want = host.output(&history, r, axis.position_m);
+        let have = axis.environment_force_n;
+        assert_eq!(want.to_bits(), have.to_bits(), "tick {tick}: {want} {have}");
+        host.advance(&mut history, r, axis.position_m, axis.force_n);
+    }
+    let cycles = link.statistics().expect("answers").tick_cycles_max;
+    let promised = cost.tick_period_min_us(values.len() as u16) * 125 / 2;
+    assert!((1..=promised).contains(&cycles), "{cycles} {promised}");
+    println!("{ticks} ticks, at most {cycles} of {promised} cycles: the same bits");
 }
 
 /// `tests/pico/run night` runs it, with a hand that swings behind the pins. The ROM's floats round as IEEE 754 demands but

@@ -197,9 +197,9 @@ test('a measurement finds the world: mass and damping to 5 %, delay to 0.1 sampl
 });
 
 /** Runs a test of the workspace that is made for this. */
-async function cargo(board, name) {
+async function cargo(board, name, ticks = '100000') {
   const args = ['test', '--quiet', '--locked', '--test', 'firmware', '--', '--ignored', '--nocapture', '--exact', name];
-  const env = { ...process.env, PICO_LINE: join(board.folder, 'line'), PICO_TICKS: process.env.PICO_TICKS ?? '100000' };
+  const env = { ...process.env, PICO_LINE: join(board.folder, 'line'), PICO_TICKS: process.env.PICO_TICKS ?? ticks };
   const host = await run(board, args, undefined, ['cargo', { cwd: root, env }]);
   assert.equal(host.code, 0, host.out + host.err);
   return host;
@@ -240,6 +240,11 @@ test('a hundred thousand ticks have the forces of the host and of a Cortex-M4F i
   };
   swing();
   const host = await cargo(board, 'pico::by_night_a_pico_has_the_forces_of_the_host_and_of_a_cortex_m4f_bit_for_bit');
+  t.diagnostic(host.out.match(/\d+ ticks.*/)[0]);
+}
+
+test('a controller on the board has the bits of the host, in no longer a tick than promised', async (t) => {
+  const host = await cargo(await bench(t), 'pico::by_night_a_pico_has_the_bits_of_the_hosts_controller_within_its_promised_tick', '10000');
   t.diagnostic(host.out.match(/\d+ ticks.*/)[0]);
 });
 

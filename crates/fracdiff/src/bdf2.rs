@@ -2,7 +2,8 @@
 
 use crate::differintegrator::past_is_kept;
 use crate::fir::{Fir, FirHistory};
-use crate::full_memory::{Design, FullMemory, FullMemoryHistory};
+use crate::full_memory::{Design, FullMemory, FullMemoryHistory, PORTABLE_TAPS};
+use crate::list::ListError;
 use crate::{Differintegrator, FrequencyResponse, Order, ParameterError, Real, Seconds};
 use num_complex::Complex;
 
@@ -72,12 +73,16 @@ impl<F: Real, const TAPS: usize, const MODES: usize> Bdf2Memory<F, TAPS, MODES> 
     pub fn new(design: &Design<TAPS, MODES>, sample_time: Seconds) -> Result<Self, ParameterError> {
         let memory = FullMemory::new(design, sample_time)?;
         let filter = Fir::of(bdf2_short_filter(design.order()).map(F::from_f64));
+        Ok(Self::of(memory, filter))
+    }
+
+    fn of(memory: FullMemory<F, TAPS, MODES>, filter: Fir<F, BDF2_TAPS>) -> Self {
         let direct = filter.direct_gain() * memory.direct_gain();
-        Ok(Self {
+        Self {
             memory,
             filter,
             direct,
-        })
+        }
     }
 
     /// The full memory, and the coefficients of the filter behind it.
@@ -91,6 +96,18 @@ impl<F: Real, const TAPS: usize, const MODES: usize> Bdf2Memory<F, TAPS, MODES> 
     fn both(&self, history: &Bdf2History<F, TAPS, MODES>) -> F {
         self.filter
             .output(&history.filter, self.memory.past(&history.memory))
+    }
+}
+
+impl<F: Real, const MODES: usize> Bdf2Memory<F, PORTABLE_TAPS, MODES> {
+    /// From the list of its full memory and the coefficients of its filter, as an [`OperatorList`](crate::OperatorList) has
+    /// them: the same bits as the operator that the list is of, without its design.
+    ///
+    /// # Errors
+    /// As [`FullMemory::from_list`]; a filter of none or more than [`BDF2_TAPS`] coefficients, or of one that is not finite.
+    pub fn from_list(integer: i8, values: &[F], filter: &[F]) -> Result<Self, ListError> {
+        let memory = FullMemory::from_list(integer, values)?;
+        Ok(Self::of(memory, Fir::from_slice(filter)?))
     }
 }
 

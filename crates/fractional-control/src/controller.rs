@@ -73,6 +73,15 @@ pub(crate) struct Stage<F> {
 }
 
 impl<F: Real> Stage<F> {
+    /// Of a controller that nobody changes while it runs: there is no bias to fade.
+    pub(crate) const fn between(low: F, high: F) -> Self {
+        Self {
+            low,
+            high,
+            keep: F::ZERO,
+        }
+    }
+
     /// A NaN stays one.
     #[inline]
     pub(crate) fn limit(&self, u: F) -> F {

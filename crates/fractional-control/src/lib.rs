@@ -38,6 +38,7 @@ mod pid;
 mod plant;
 #[cfg(feature = "std")]
 mod poles;
+mod portable;
 #[cfg(feature = "std")]
 mod records;
 #[cfg(feature = "std")]
@@ -68,6 +69,9 @@ pub use memory::{Memory, Rule};
 pub use notation::factor_after_division;
 pub use parallel::{FractionalPid, ParallelHistory};
 pub use pid::{PidParameters, SetPoint, TidParameters};
+pub use portable::{
+    CONTROLLER_PARTS, ControllerForm, ControllerPart, PortableController, PortableControllerHistory,
+};
 pub use sampled::{ORDERS_MAX, PARTS_MAX, SampledHistory, SampledTransferFunction};
 pub use shaped::{
     CroneParameters, FunctionController, LeadController, LeadLagParameters, OnError, OnErrorHistory,

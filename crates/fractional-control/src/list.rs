@@ -4,7 +4,10 @@ use crate::lead::LeadPower;
 use crate::parallel::{Kind, Parallel};
 use crate::pid::BranchParameters;
 use crate::shaped::LeadShape;
-use crate::{Actuator, ControlError, ControllerParameters, ControllerSetup, FractionalPid, Memory};
+use crate::{
+    Actuator, ControlError, ControllerForm, ControllerParameters, ControllerPart, ControllerSetup,
+    FractionalPid, Memory,
+};
 use fracdiff::{Differintegrator, OperatorList, Real, Seconds};
 use std::vec::Vec;
 
@@ -128,6 +131,44 @@ impl<F: Real> ControllerList<F> {
             limits: actuator.limits(),
             keep: actuator.stage(t).keep,
         })
+    }
+}
+
+impl<F: Real> ControllerList<F> {
+    /// As one list, for a [`PortableController`](crate::PortableController): its form, its parts, and their numbers.
+    #[must_use]
+    pub fn portable(&self) -> (ControllerForm, Vec<ControllerPart>, Vec<F>) {
+        let part = |power: Option<&OperatorList<F>>, conditioned| ControllerPart {
+            integer: power.map_or(0, |power| power.integer),
+            values: power.map_or(0, |power| power.values.len()),
+            filter: power.map_or(0, |power| power.filter.len()),
+            conditioned,
+        };
+        let numbers = |power: &OperatorList<F>| [&power.values[..], &power.filter].concat();
+        match &self.law {
+            LawList::Parallel(law) => {
+                let mut values = [law.inverse].to_vec();
+                for own in &law.branches {
+                    values.extend([own.gain, own.weight].map(F::from_f64));
+                    values.extend(own.power.iter().flat_map(numbers));
+                }
+                let branches = law.branches.iter();
+                let parts = branches.map(|own| part(own.power.as_ref(), own.conditioned));
+                (ControllerForm::Parallel, parts.collect(), values)
+            }
+            LawList::Lead(law) => {
+                let [first, second] = law.factors;
+                let gain = law.gain * first * second;
+                let mut values = [1.0 / gain, gain].map(F::from_f64).to_vec();
+                values.extend([law.zero, law.pole]);
+                let memories = law.memories.iter().flatten();
+                values.extend(memories.clone().flat_map(numbers));
+                let parts = memories.map(|power| part(Some(power), false)).collect();
+                // At most 2, as the order is.
+                let sections = law.sections as u8;
+                (ControllerForm::Lead { sections }, parts, values)
+            }
+        }
     }
 }
 

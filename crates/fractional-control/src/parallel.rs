@@ -13,14 +13,15 @@ use fracdiff::{
 use num_complex::Complex;
 
 /// Powers side by side at most.
-const BRANCHES: usize = 3;
+pub(crate) const BRANCHES: usize = 3;
 
 /// A power O with its gain.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Branch<F, O> {
-    gain: F,
-    weight: F,
-    order: f64,
+    pub(crate) gain: F,
+    pub(crate) weight: F,
+    /// μ, by which a branch takes over from another.
+    pub(crate) order: f64,
     pub(crate) power: O,
     /// True if it takes part in back-calculation.
     pub(crate) conditioned: bool,
@@ -78,15 +79,15 @@ enum KindHistory<F, const MODES: usize> {
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Parallel<F, O> {
     /// Gain and weight of the part without a power, which is added first.
-    proportional: Option<[F; 2]>,
+    pub(crate) proportional: Option<[F; 2]>,
     pub(crate) branches: [Option<Branch<F, O>>; BRANCHES],
     /// `1/g_r` of the parts that take part in back-calculation, or 0 where no reference reaches the command at once.
     pub(crate) inverse: F,
-    feedback: F,
+    pub(crate) feedback: F,
     /// The branch of the lowest order, if that is below 0, and 1/(gain·g) of it.
     pub(crate) integral: Option<(usize, F)>,
-    stage: Stage<F>,
-    sample_time: f64,
+    pub(crate) stage: Stage<F>,
+    pub(crate) sample_time: f64,
 }
 
 /// The past of a [`Parallel`].

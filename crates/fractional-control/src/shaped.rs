@@ -15,11 +15,11 @@ use num_complex::Complex;
 /// - *Start-up*: zero for ever before. *Cost*: `output` a few multiply-adds, `advance` as the operator.
 #[derive(Clone, Debug, PartialEq)]
 pub struct OnError<F, O> {
-    operator: O,
-    gain: F,
+    pub(crate) operator: O,
+    pub(crate) gain: F,
     /// 1 over the direct gain of both.
-    inverse: F,
-    stage: Stage<F>,
+    pub(crate) inverse: F,
+    pub(crate) stage: Stage<F>,
 }
 
 /// History of [`OnError`].

@@ -1,9 +1,11 @@
 //! Everything that can be set on a device, and the digest by which both ends know it.
 
+#[cfg(feature = "controllers")]
+use crate::controller::ControllerLaw;
 use crate::frame::{CRC, Table, written};
 use crate::in_order::{Blank, blank, read_in_order};
 use crate::limits::{Field, Limits, LoopMode};
-#[cfg(feature = "several-axes")]
+#[cfg(any(feature = "several-axes", feature = "controllers"))]
 use crate::sample::AXES_MAX;
 use postcard_schema::Schema;
 use serde::{Deserialize, Serialize};
@@ -211,7 +213,7 @@ pub enum SimulationKind {
 }
 
 /// The range in which a device may move on an axis.
-#[cfg(feature = "several-axes")]
+#[cfg(any(feature = "several-axes", feature = "controllers"))]
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, Schema)]
 pub struct AxisWorkspace {
     /// Lowest position, m, −100 to 100.
@@ -224,7 +226,7 @@ pub struct AxisWorkspace {
 
 /// A workspace of its own for each axis of a device of several, in a run. Where [`Limits`](crate::Limits) has a workspace for
 /// all axes, this one lies in it.
-#[cfg(feature = "several-axes")]
+#[cfg(any(feature = "several-axes", feature = "controllers"))]
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Schema)]
 pub struct WorkspaceBox {
     /// An element an axis.
@@ -281,6 +283,17 @@ impl DigestBuilder {
         for axis in &workspace.axes {
             self = self.coefficients(&[axis.low_m, axis.high_m, axis.soft_m]);
         }
+        self
+    }
+
+    /// Adds a controller, behind the coefficients: as it is on the wire.
+    #[cfg(feature = "controllers")]
+    #[must_use]
+    pub fn controller(mut self, law: &ControllerLaw) -> Self {
+        // As long as the longest one on the wire.
+        let mut bytes = [0; 33];
+        // A message into a buffer that is as long as it cannot fail.
+        self.0.update(written(law, &mut bytes).unwrap_or_default());
         self
     }
 

@@ -1,21 +1,31 @@
 //! One key for each message: a hash of its definition. A host compares those of the messages that it uses.
 
-use crate::report::{KEYS_MAX, Keys, MessageKey, REPORTS, Report};
-use crate::request::{ONE_AXIS_REQUESTS, REQUESTS, Request};
+use crate::report::{COMMON_REPORTS, KEYS_MAX, Keys, MessageKey, REPORTS, Report};
+use crate::request::{AXES_REQUESTS, ONE_AXIS_REQUESTS, REQUESTS, Request};
+use core::ops::Range;
 use postcard_schema::Schema;
 use postcard_schema::key::Key;
 use postcard_schema::schema::{DataModelType, NamedType, NamedVariant};
 
 /// Keys of the requests in this version of the crate.
-#[cfg(not(feature = "several-axes"))]
+#[cfg(not(any(feature = "several-axes", feature = "controllers")))]
 pub const REQUEST_KEYS: [MessageKey; REQUESTS] =
     keys!(RequestVariant: 0 1 2 3 4 5 6 7 8 9 10 11 12 13 14 15 16);
 /// Keys of the requests in this version of the crate.
-#[cfg(feature = "several-axes")]
+#[cfg(all(feature = "several-axes", not(feature = "controllers")))]
 pub const REQUEST_KEYS: [MessageKey; REQUESTS] =
     keys!(RequestVariant: 0 1 2 3 4 5 6 7 8 9 10 11 12 13 14 15 16 17);
-/// Keys of the reports.
+/// Keys of the requests in this version of the crate.
+#[cfg(feature = "controllers")]
+pub const REQUEST_KEYS: [MessageKey; REQUESTS] =
+    keys!(RequestVariant: 0 1 2 3 4 5 6 7 8 9 10 11 12 13 14 15 16 17 18 19);
+/// Keys of the reports in this version of the crate.
+#[cfg(not(feature = "controllers"))]
 pub const REPORT_KEYS: [MessageKey; REPORTS] = keys!(ReportVariant: 0 1 2 3 4 5 6 7 8 9 10 11 12);
+/// Keys of the reports in this version of the crate.
+#[cfg(feature = "controllers")]
+pub const REPORT_KEYS: [MessageKey; REPORTS] =
+    keys!(ReportVariant: 0 1 2 3 4 5 6 7 8 9 10 11 12 13);
 
 impl Keys {
     /// Of the messages in this version of the crate.
@@ -34,14 +44,27 @@ impl Keys {
     pub fn first_unlike(&self, axes: u8) -> Option<&'static str> {
         let requests = match axes {
             0 | 1 => ONE_AXIS_REQUESTS,
-            _ => REQUESTS,
+            _ => AXES_REQUESTS.min(REQUESTS),
         };
-        let unlike = |have: &[MessageKey], want: &[MessageKey]| {
-            (0..want.len()).find(|&n| have.get(n) != want.get(n))
-        };
-        let request = unlike(&self.requests, &REQUEST_KEYS[..requests]).map(|n| Request::NAMES[n]);
-        request.or_else(|| unlike(&self.reports, &REPORT_KEYS).map(|n| Report::NAMES[n]))
+        let request = unlike(&self.requests, &REQUEST_KEYS, 0..requests);
+        let report = || unlike(&self.reports, &REPORT_KEYS, 0..COMMON_REPORTS);
+        let request = request.map(|n| Request::NAMES[n]);
+        request.or_else(|| report().map(|n| Report::NAMES[n]))
     }
+
+    /// True if the other end knows the messages of controllers, in this form.
+    #[cfg(feature = "controllers")]
+    #[must_use]
+    pub fn has_controllers(&self) -> bool {
+        let request = unlike(&self.requests, &REQUEST_KEYS, AXES_REQUESTS..REQUESTS);
+        let report = unlike(&self.reports, &REPORT_KEYS, COMMON_REPORTS..REPORTS);
+        request.is_none() && report.is_none()
+    }
+}
+
+/// The first key of these numbers that is missing or another one.
+fn unlike(have: &[MessageKey], want: &[MessageKey], numbers: Range<usize>) -> Option<usize> {
+    numbers.into_iter().find(|&n| have.get(n) != want.get(n))
 }
 
 const _: () = assert!(

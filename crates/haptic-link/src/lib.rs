@@ -4,6 +4,8 @@
 #![cfg_attr(docsrs, feature(doc_cfg))]
 
 mod configuration;
+#[cfg(feature = "controllers")]
+mod controller;
 mod frame;
 mod hand;
 mod image;
@@ -15,11 +17,15 @@ mod request;
 mod sample;
 mod sequence;
 
-#[cfg(feature = "several-axes")]
+#[cfg(any(feature = "several-axes", feature = "controllers"))]
 pub use configuration::{AxisWorkspace, WorkspaceBox};
 pub use configuration::{
     COEFFICIENTS_PER_BLOCK, CoefficientBlock, Configuration, DigestBuilder, OperatorForm,
     OperatorShape, Simulation, SimulationKind, block_count, hand_digest,
+};
+#[cfg(feature = "controllers")]
+pub use controller::{
+    CONTROLLER_PARTS, ControllerCost, ControllerForm, ControllerLaw, ControllerPart,
 };
 pub use frame::{
     Direction, EncodeError, FRAME_MAX, FrameError, Header, LineCounters, PROTOCOL_VERSION,

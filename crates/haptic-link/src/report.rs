@@ -1,6 +1,8 @@
 //! Messages of a device to its host: what it is, how it is, what happens to it.
 
 use crate::configuration::{CoefficientBlock, Configuration};
+#[cfg(feature = "controllers")]
+use crate::controller::ControllerCost;
 use crate::limits::Field;
 use crate::sample::{Batch, Flight, Sample};
 use heapless::Vec;
@@ -42,6 +44,9 @@ pub enum Report {
     Flight(Flight),
     /// The keys of all messages that the device knows.
     Keys(Keys),
+    /// The time that a controller takes.
+    #[cfg(feature = "controllers")]
+    ControllerCost(ControllerCost),
 }
 
 impl Report {
@@ -60,6 +65,8 @@ impl Report {
         "alive",
         "flight",
         "keys",
+        #[cfg(feature = "controllers")]
+        "controller-cost",
     ];
 }
 
@@ -327,7 +334,10 @@ impl Statistics {
     }
 }
 
-pub(crate) const REPORTS: usize = 13;
+/// So many reports, the first ones, are those of every device.
+pub(crate) const COMMON_REPORTS: usize = 13;
+pub(crate) const REPORTS: usize =
+    COMMON_REPORTS + if cfg!(feature = "controllers") { 1 } else { 0 };
 
 /// Messages of one direction that a list of keys has room for.
 pub const KEYS_MAX: usize = 24;

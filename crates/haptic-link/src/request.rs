@@ -1,8 +1,10 @@
 //! Messages of a host to a device, and why they may be refused.
 
-#[cfg(feature = "several-axes")]
+#[cfg(any(feature = "several-axes", feature = "controllers"))]
 use crate::configuration::WorkspaceBox;
 use crate::configuration::{CoefficientBlock, Configuration};
+#[cfg(feature = "controllers")]
+use crate::controller::ControllerLaw;
 use crate::sample::AXES_MAX;
 use heapless::Vec;
 use postcard_schema::Schema;
@@ -10,8 +12,15 @@ use serde::{Deserialize, Serialize};
 
 /// So many requests, the first ones, are those of a device of one axis.
 pub(crate) const ONE_AXIS_REQUESTS: usize = 17;
-pub(crate) const REQUESTS: usize =
-    ONE_AXIS_REQUESTS + if cfg!(feature = "several-axes") { 1 } else { 0 };
+/// Those of several axes too.
+pub(crate) const AXES_REQUESTS: usize = 18;
+pub(crate) const REQUESTS: usize = if cfg!(feature = "controllers") {
+    20
+} else if cfg!(feature = "several-axes") {
+    AXES_REQUESTS
+} else {
+    ONE_AXIS_REQUESTS
+};
 
 /// From host to device. The number of a variant is its first byte on the wire, from 0. New ones come at the end.
 ///
@@ -97,8 +106,14 @@ pub enum Request {
     /// Answer: [`Report::Keys`](crate::Report::Keys).
     GetKeys,
     /// Stages a workspace of its own for each of several axes, for a run.
-    #[cfg(feature = "several-axes")]
+    #[cfg(any(feature = "several-axes", feature = "controllers"))]
     Workspace(WorkspaceBox),
+    /// Asks what a controller costs on a device that runs them. Answer: [`Report::ControllerCost`](crate::Report::ControllerCost).
+    #[cfg(feature = "controllers")]
+    GetControllerCost,
+    /// Stages a controller in place of the law of the configuration, for a run; the coefficients are its own.
+    #[cfg(feature = "controllers")]
+    Controller(ControllerLaw),
 }
 
 /// The time for which a configuration is in force.
@@ -132,8 +147,12 @@ impl Request {
         "read-flight",
         "stream",
         "get-keys",
-        #[cfg(feature = "several-axes")]
+        #[cfg(any(feature = "several-axes", feature = "controllers"))]
         "workspace",
+        #[cfg(feature = "controllers")]
+        "get-controller-cost",
+        #[cfg(feature = "controllers")]
+        "controller",
     ];
 
     /// The first byte of this request on the wire.
@@ -157,8 +176,12 @@ impl Request {
             Self::ReadFlight { .. } => 14,
             Self::Stream { .. } => 15,
             Self::GetKeys => 16,
-            #[cfg(feature = "several-axes")]
+            #[cfg(any(feature = "several-axes", feature = "controllers"))]
             Self::Workspace(_) => 17,
+            #[cfg(feature = "controllers")]
+            Self::GetControllerCost => 18,
+            #[cfg(feature = "controllers")]
+            Self::Controller(_) => 19,
         }
     }
 

@@ -116,8 +116,9 @@ impl<F: Real, const D: usize, E: Environment<F, D>> Controller<F, D, E> {
 
     /// The rest of a tick of the environment: its history takes in what came with the force.
     #[inline]
-    pub(crate) fn advance(&mut self, input: &SVector<F, D>) {
-        self.environment.advance_input(&mut self.history, input);
+    pub(crate) fn advance(&mut self, input: &SVector<F, D>, sample: &Sample<F, D>) {
+        let applied = sample.force.newtons();
+        (self.environment).advance_applied(&mut self.history, input, applied);
     }
 
     /// Checks that the device may be armed in its place: the arming code asks before the first tick, and

@@ -146,7 +146,7 @@ where
         let (sample, input) = controller.force(reading, commanded);
         let written = self.device.write(sample.force);
         if commanded.is_none() {
-            controller.advance(&input);
+            controller.advance(&input, &sample);
         }
         if written.is_err() {
             self.let_go(Fault::BoardFailed);
@@ -275,7 +275,8 @@ where
 {
     #[inline]
     fn drop(&mut self) {
-        self.engaged.controller.borrow_mut().advance(&self.input);
+        let controller = self.engaged.controller.borrow_mut();
+        controller.advance(&self.input, &self.sample);
         if !self.sent {
             self.engaged.let_go(Fault::BoardFailed);
         }

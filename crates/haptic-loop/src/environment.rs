@@ -48,6 +48,18 @@ pub trait Environment<F: Real, const D: usize> {
         self.advance(history, input);
     }
 
+    /// [`advance_input`](Self::advance_input) with the force that was sent, N, where it differs from what was wanted: for what
+    /// would wind up. By default it makes no difference.
+    fn advance_applied(
+        &self,
+        history: &mut Self::History,
+        input: &SVector<F, D>,
+        applied_n: &SVector<F, D>,
+    ) {
+        let _ = applied_n;
+        self.advance_input(history, input);
+    }
+
     /// A force, N, that has the size of the largest one next to this position: what a start there is judged by. It is
     /// [`force`](Self::force), unless that falls to zero at a place that a device cannot stay at, as in the middle of a ball.
     fn starting_force(&self, history: &Self::History, position_m: &SVector<F, D>) -> SVector<F, D> {

@@ -327,6 +327,8 @@ impl Conversation {
             | (Request::GetCapabilities, Report::Capabilities(_))
             | (Request::GetConfiguration, Report::Configuration { .. })
             | (Request::GetStatistics, Report::Statistics(_)) => true,
+            #[cfg(feature = "controllers")]
+            (Request::GetControllerCost, Report::ControllerCost(_)) => true,
             (Request::GetCoefficients { offset }, Report::Coefficients(block)) => {
                 block.offset == *offset
             }

@@ -15,6 +15,12 @@ pub trait Hardware<const D: usize = 1>: Device<f32, D, Error = Fault> {
     /// Name and abilities of the board.
     fn capabilities(&self) -> Capabilities;
 
+    /// The time that a controller takes; `None` where none is run. Devices of one axis only.
+    #[cfg(feature = "controllers")]
+    fn controller_cost(&self) -> Option<haptic_link::ControllerCost> {
+        None
+    }
+
     /// Makes what a configuration asks of the plant; outside the tick, so it may take its time.
     ///
     /// # Errors

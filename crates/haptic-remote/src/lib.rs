@@ -12,11 +12,14 @@ mod fits_device;
 mod hardware;
 #[cfg(feature = "std")]
 mod held_clock;
+#[cfg(feature = "controllers")]
+mod holding;
 mod impossible;
 mod limits;
 mod link_error;
 mod prepared;
 mod records;
+mod rendered;
 #[cfg(feature = "std")]
 pub mod serial;
 mod session;
@@ -32,15 +35,17 @@ pub use conversation::{Conversation, HostCounters, Incoming};
 #[cfg(feature = "std")]
 pub use fits_device::FitsDevice;
 pub use hardware::{Exchange, Exclusive, Hardware};
+#[cfg(feature = "std")]
+pub use holding::controller_law;
 pub use impossible::Impossible;
 pub use limits::{wire_guard, wire_limits};
 pub use link_error::{LinkError, check_keys};
-#[cfg(feature = "std")]
-pub use prepared::operator_shape;
 pub use prepared::{
     COEFFICIENTS_MAX, DEGREE_MAX, DeviceOperator, DeviceWall, MODES_MAX, Prepared, abilities,
     only_real, prepare,
 };
+#[cfg(feature = "std")]
+pub use prepared::{CONTROLLER_COST, operator_shape};
 pub use records::{FLIGHT_SAMPLES, QUEUE_SAMPLES, Records, Tick};
 pub use session::DeviceSession;
 #[cfg(feature = "plants")]

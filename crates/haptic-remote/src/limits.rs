@@ -14,7 +14,7 @@ const ZONE_MIN: f32 = 1e-6;
 const NOISE_MAX: f32 = 0.01;
 
 /// Furthest place, m.
-const FAR: f32 = 100.0;
+pub(super) const FAR: f32 = 100.0;
 
 /// The fields of a configuration; the first refusal is kept and told at the end: each way out in between costs 20 B
 /// of flash.

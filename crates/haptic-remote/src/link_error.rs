@@ -61,6 +61,8 @@ pub enum LinkError {
         /// The reported value.
         value: f32,
     },
+    /// The device runs no controllers.
+    NoControllers,
     /// The line is gone.
     Gone,
 }
@@ -120,6 +122,9 @@ impl fmt::Display for LinkError {
             Self::Capability { what, value } => write!(
                 f,
                 "the device reports an impossible {what} of {value}: flash its firmware again"
+            ),
+            Self::NoControllers => f.write_str(
+                "the device runs no controller by itself: flash a firmware of this version that does, or take another board",
             ),
             Self::Gone => f.write_str("the line is gone: check the plug and supply of the device"),
         }

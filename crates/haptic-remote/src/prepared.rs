@@ -10,8 +10,7 @@ use haptic_link::{
     SimulationKind,
 };
 use haptic_loop::units::{Metres, Seconds};
-use haptic_loop::{DepthMap, Environment, SafetyChain, Wall, WallShape};
-use nalgebra::SVector;
+use haptic_loop::{DepthMap, SafetyChain, Wall, WallShape};
 
 /// Most coefficients of an operator on a device: taps of a finite memory.
 pub const COEFFICIENTS_MAX: usize = 256;
@@ -41,6 +40,13 @@ pub const fn abilities(board: &str, axes: u8) -> Capabilities {
     }
 }
 
+/// The time that a controller takes in a process of a computer, a tenth of which it was ever seen to take.
+#[cfg(feature = "std")]
+pub const CONTROLLER_COST: haptic_link::ControllerCost = haptic_link::ControllerCost {
+    tick_us: 100,
+    coefficient_ns: 50,
+};
+
 /// [`Hardware::prepare`](crate::Hardware::prepare) of a board that simulates nothing.
 ///
 /// # Errors
@@ -66,6 +72,9 @@ pub struct Prepared<S> {
     pub(super) law: Law,
     pub(super) chain: SafetyChain<f32>,
     pub(super) setup: S,
+    /// In the place of the law.
+    #[cfg(feature = "controllers")]
+    pub(super) controller: Option<haptic_link::ControllerLaw>,
 }
 
 /// A law that was checked: all that its wall is made of, but the coefficients.
@@ -119,6 +128,8 @@ pub fn prepare<H: Hardware<D>, const D: usize>(
         law,
         chain,
         setup,
+        #[cfg(feature = "controllers")]
+        controller: None,
     })
 }
 
@@ -279,7 +290,7 @@ pub fn operator_shape(
 }
 
 #[inline(never)]
-fn refused(error: ListError) -> Refusal {
+pub(super) fn refused(error: ListError) -> Refusal {
     match error {
         ListError::IntegerPart(integer) => Refusal::Range {
             field: Field::IntegerPart,
@@ -307,61 +318,5 @@ fn refused(error: ListError) -> Refusal {
             most: 1.0,
         },
         _ => Refusal::Unsupported(Field::Coefficient),
-    }
-}
-
-/// The wall of a device of one axis; one of several renders nothing by itself.
-#[derive(Clone, Debug)]
-pub(crate) struct Rendered(pub(crate) DeviceWall);
-
-fn first<const D: usize>(vector: &SVector<f32, D>) -> SVector<f32, 1> {
-    SVector::from([vector[0]])
-}
-
-impl<const D: usize> Environment<f32, D> for Rendered {
-    type History = <DeviceWall as Environment<f32, 1>>::History;
-
-    fn at_rest(&self) -> Self::History {
-        self.0.at_rest()
-    }
-
-    fn rest(&self, history: &mut Self::History) {
-        self.0.rest(history);
-    }
-
-    #[inline]
-    fn force(&self, history: &Self::History, position_m: &SVector<f32, D>) -> SVector<f32, D> {
-        if D > 1 {
-            return SVector::from([0.0; D]);
-        }
-        let force = self.0.force(history, &first(position_m));
-        SVector::from([force[0]; D])
-    }
-
-    #[inline]
-    fn force_and_input(
-        &self,
-        history: &Self::History,
-        position_m: &SVector<f32, D>,
-    ) -> (SVector<f32, D>, SVector<f32, D>) {
-        if D > 1 {
-            return (SVector::from([0.0; D]), *position_m);
-        }
-        let (force, input) = self.0.force_and_input(history, &first(position_m));
-        (SVector::from([force[0]; D]), SVector::from([input[0]; D]))
-    }
-
-    #[inline]
-    fn advance_input(&self, history: &mut Self::History, input: &SVector<f32, D>) {
-        if D == 1 {
-            self.0.advance_input(history, &first(input));
-        }
-    }
-
-    #[inline]
-    fn advance(&self, history: &mut Self::History, position_m: &SVector<f32, D>) {
-        if D == 1 {
-            self.0.advance(history, &first(position_m));
-        }
     }
 }

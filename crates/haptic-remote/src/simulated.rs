@@ -201,6 +201,11 @@ impl Hardware for SimulatedPlant {
         capabilities(self.board, 1)
     }
 
+    #[cfg(feature = "std")]
+    fn controller_cost(&self) -> Option<haptic_link::ControllerCost> {
+        Some(crate::CONTROLLER_COST)
+    }
+
     fn prepare(simulation: &Simulation, tick_period_us: u32) -> Result<Setup, Refusal> {
         setup(simulation, Seconds(f64::from(tick_period_us) * 1e-6))
     }

@@ -4,8 +4,9 @@ use crate::oracle::{SAMPLE_TIME, assert_close, largest, lively, order, run};
 use core::f64::consts::PI;
 use fracdiff::full_memory::{Design, Kernel};
 use fracdiff::{
-    Bdf2Memory, Differintegrator, ExactDifference, FrequencyResponse, FullMemory, Operator, Scheme,
-    Seconds, batch::Batch, bdf2_short_filter, grunwald_weights, num_complex::Complex,
+    BDF2_TAPS, Bdf2Memory, Differintegrator, ExactDifference, FrequencyResponse, FullMemory,
+    Operator, OperatorList, Scheme, Seconds, batch::Batch, bdf2_short_filter, grunwald_weights,
+    num_complex::Complex,
 };
 
 /// Weights of (3/2 − 2w + w²/2)^μ by J. C. P. Miller's recurrence for the power of a polynomial.
@@ -154,4 +155,29 @@ fn it_is_the_full_memory_behind_the_short_filter() {
     let single = Bdf2Memory::<f32, 16, 64>::new(&design, t).expect("valid");
     assert_close(&run(&single, &x), &want, 3e-6 * largest(&want));
     assert_eq!(grunwald_weights(mu).next(), Some(1.0));
+}
+
+#[test]
+fn from_its_list_it_is_the_same_and_a_list_that_is_none_is_refused() {
+    for mu in [-1.4, -0.8, 0.6, 1.0, 1.5] {
+        let design = Design::<16, 48>::pruned(Kernel::Grunwald, order(mu), 1e-6, 2e5);
+        let made = Bdf2Memory::<f32, 16, 48>::new(&design.expect("reachable"), SAMPLE_TIME);
+        let made = made.expect("valid");
+        let list = OperatorList::from(&made);
+        let again = |values: &[f32], filter: &[f32]| {
+            Bdf2Memory::<f32, 16, 48>::from_list(list.integer, values, filter)
+        };
+        let listed = again(&list.values, &list.filter).expect("a list");
+        let mut histories = [made.at_rest(), listed.at_rest()];
+        for x in lively(2000) {
+            let [want, have] = &mut histories;
+            let outputs = [made.step(want, x as f32), listed.step(have, x as f32)];
+            assert_eq!(outputs[0].to_bits(), outputs[1].to_bits(), "{mu}");
+        }
+        let long = [1.0; BDF2_TAPS + 1];
+        for filter in [&[][..], &[f32::NAN], &long] {
+            assert!(again(&list.values, filter).is_err(), "{filter:?}");
+        }
+        assert!(again(&[1.0; 15], &list.filter).is_err());
+    }
 }

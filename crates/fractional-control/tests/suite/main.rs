@@ -17,6 +17,7 @@ mod identification;
 mod margins;
 mod notation;
 mod plants;
+mod portable;
 mod record_campaign;
 mod rules;
 mod streaming;

@@ -11,10 +11,10 @@ use super::adapter::{Adapter, Gone, Heard};
 use super::frames::{Frames, HOST, Reply, Route};
 use super::settings::{MoteusName, MoteusSettings};
 use super::trouble::{Instead, MoteusOpenError, Trouble};
-use haptic_link::{Capabilities, Refusal, Simulation};
+use haptic_link::{Capabilities, ControllerCost, Refusal, Simulation};
 use haptic_loop::{Device, Fault, Reading, SafeForce};
 use haptic_remote::serial::{BoardTrouble, Line, ServedHardware, USB_PERIOD_US, open, ports};
-use haptic_remote::{Exchange, Hardware, abilities, only_real};
+use haptic_remote::{CONTROLLER_COST, Exchange, Hardware, abilities, only_real};
 use moteus_protocol::{CanFdFrame, Mode};
 use nalgebra::SVector;
 use std::io::{Read, Write};
@@ -310,6 +310,10 @@ impl<S: Read + Write> Hardware for MoteusAxis<S> {
             // Of its filtered position it does not tell the step.
             ..abilities("moteus", 1)
         }
+    }
+
+    fn controller_cost(&self) -> Option<ControllerCost> {
+        Some(CONTROLLER_COST)
     }
 
     fn prepare(simulation: &Simulation, _: u32) -> Result<(), Refusal> {

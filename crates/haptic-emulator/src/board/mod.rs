@@ -17,7 +17,7 @@ pub use terminal::Terminal;
 
 use crate::at_line::NOBODY;
 use crate::{Damage, FaultyLine, LineFaults};
-use haptic_link::{Capabilities, FRAME_MAX, Refusal, Simulation};
+use haptic_link::{Capabilities, ControllerCost, FRAME_MAX, Refusal, Simulation};
 use haptic_loop::plant::{MassDamperConfig, Sensed};
 use haptic_loop::units::Metres;
 use haptic_loop::{Device, Fault, Reading, SafeForce};
@@ -326,6 +326,10 @@ impl<H: Hardware<D, Setup: FitsDevice>, const D: usize> Hardware<D> for Embodied
             position_resolution_m: self.body.encoder_resolution.0 as f32,
             ..self.board.device().capabilities()
         }
+    }
+
+    fn controller_cost(&self) -> Option<ControllerCost> {
+        self.board.device().controller_cost()
     }
 
     fn prepare(simulation: &Simulation, tick_period_us: u32) -> Result<Self::Setup, Refusal> {

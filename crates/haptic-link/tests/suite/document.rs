@@ -10,9 +10,9 @@ use self::reader::{Document, fields, kebab, variant};
 use crate::frames::{body, header, line_with};
 use crate::messages::{ack, batch, refusals, reports, requests};
 use haptic_link::{
-    BATCH_MAX, Direction, EventKind, FRAME_MAX, Field, GuardKind, Header, Limits, LoopMode,
-    OperatorForm, Outcome, PROTOCOL_VERSION, REPORT_KEYS, REQUEST_KEYS, Report, Request, Scope,
-    SequenceTracker, SimulationKind, State,
+    BATCH_MAX, ControllerForm, Direction, EventKind, FRAME_MAX, Field, GuardKind, Header, Limits,
+    LoopMode, OperatorForm, Outcome, PROTOCOL_VERSION, REPORT_KEYS, REQUEST_KEYS, Report, Request,
+    Scope, SequenceTracker, SimulationKind, State,
 };
 use serde_json::Value;
 use std::collections::BTreeMap;
@@ -67,6 +67,7 @@ fn check_messages(kind: &str, messages: Vec<(Value, Vec<u8>)>) {
                 format!("{} or {most} bytes", most - 32)
             }
             "Workspace" => "2 + 12·n bytes".to_owned(),
+            "Controller" => "19 + 5·n bytes".to_owned(),
             "Sample" => "10 + 14·n bytes".to_owned(),
             "Batch" => "13 + 14·n bytes".to_owned(),
             "Flight" => "14 + 14·n bytes".to_owned(),
@@ -161,12 +162,13 @@ fn every_enumeration_is_as_its_table_says() {
     check_enumeration::<SimulationKind>(&document, "SimulationKind");
     check_enumeration::<Field>(&document, "Field");
     check_enumeration::<EventKind>(&document, "EventKind");
+    check_enumeration::<ControllerForm>(&document, "ControllerForm");
     // One of its variants has content, so serde knows it by another form than its name.
     let outcome = &document.enumerations["Outcome"];
     assert_eq!(outcome[&0], "Done");
     assert_eq!(outcome[&1], "Refused");
     // Codes of faults are compared where they are defined.
-    assert_eq!(document.enumerations.len(), 10);
+    assert_eq!(document.enumerations.len(), 11);
 }
 
 #[test]

@@ -2,9 +2,10 @@
 
 use haptic_link::{
     Ack, Alive, AxisWorkspace, BATCH_MAX, Batch, BatchItem, Capabilities, CoefficientBlock,
-    Configuration, Event, EventKind, FaultReport, Field, Flight, Guard, GuardKind, Hello, Keys,
-    Limits, LoopMode, OperatorForm, OperatorShape, Outcome, Refusal, Report, Request, Sample,
-    Scope, Simulation, SimulationKind, Start, State, Statistics, Status, WorkspaceBox,
+    Configuration, ControllerCost, ControllerForm, ControllerLaw, ControllerPart, Event, EventKind,
+    FaultReport, Field, Flight, Guard, GuardKind, Hello, Keys, Limits, LoopMode, OperatorForm,
+    OperatorShape, Outcome, Refusal, Report, Request, Sample, Scope, Simulation, SimulationKind,
+    Start, State, Statistics, Status, WorkspaceBox,
 };
 
 pub(crate) fn status() -> Status {
@@ -94,6 +95,16 @@ fn range(axis: u8) -> AxisWorkspace {
     }
 }
 
+/// A part of a controller.
+fn part(number: u8) -> ControllerPart {
+    ControllerPart {
+        integer: -2 + number as i8,
+        values: 0x0201 + u16::from(number),
+        filter: 5 + number,
+        conditioned: number != 1,
+    }
+}
+
 /// A sample of so many axes.
 pub(crate) fn sample(axes: usize) -> Sample {
     Sample {
@@ -138,6 +149,15 @@ pub(crate) fn requests() -> Vec<Request> {
         Request::GetKeys,
         Request::Workspace(WorkspaceBox {
             axes: (0..3).map(range).collect(),
+        }),
+        Request::GetControllerCost,
+        Request::Controller(ControllerLaw {
+            form: ControllerForm::LeadOfTwo,
+            reference_m: 1.25,
+            ramp_ticks: 0x0403_0201,
+            low_n: -2.25,
+            high_n: 3.25,
+            parts: (0..3).map(part).collect(),
         }),
     ]
 }
@@ -265,6 +285,10 @@ pub(crate) fn reports() -> Vec<Report> {
             sample: sample(2),
         }),
         Report::Keys(Keys::current()),
+        Report::ControllerCost(ControllerCost {
+            tick_us: 0x0403_0201,
+            coefficient_ns: 0x0807_0605,
+        }),
     ]
 }
 

@@ -143,6 +143,7 @@ impl SerialLink {
             threads: threads.into(),
             hello,
             capabilities: UNKNOWN,
+            has_controllers: false,
             latency_ms: None,
             path: path.to_string(),
             baud,
@@ -168,6 +169,7 @@ impl SerialLink {
             _ => None,
         };
         self.check(keys.as_ref(), 1)?;
+        self.has_controllers = keys.as_ref().is_some_and(Keys::has_controllers);
         // Somebody may have left it running.
         if !matches!(self.hello.status.state, State::Idle | State::Fault) {
             self.ask(Request::Disarm)?;

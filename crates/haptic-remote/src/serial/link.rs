@@ -68,6 +68,8 @@ pub struct SerialLink {
     pub(super) threads: Vec<JoinHandle<()>>,
     pub(super) hello: Hello,
     pub(super) capabilities: Capabilities,
+    /// It knows the messages of controllers.
+    pub(super) has_controllers: bool,
     pub(super) latency_ms: Option<u32>,
     pub(super) path: String,
     pub(super) baud: u32,

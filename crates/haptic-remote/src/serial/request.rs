@@ -6,13 +6,20 @@ use super::link::Command;
 use super::link::SerialLink;
 use crate::LinkError;
 use haptic_link::{
-    AXES_MAX, CoefficientBlock, Configuration, DigestBuilder, Field, Refusal, Report, Request,
-    Scope, Start, State, Statistics, WorkspaceBox, block_count,
+    AXES_MAX, CoefficientBlock, Configuration, ControllerCost, ControllerLaw, DigestBuilder, Field,
+    Refusal, Report, Request, Scope, Start, State, Statistics, WorkspaceBox, block_count,
 };
 use hdrhistogram::Histogram;
 use std::sync::atomic::Ordering;
 use std::time::Duration;
 use std::vec::Vec;
+
+/// What is staged beside a configuration and its coefficients.
+enum Beside<'a> {
+    Nothing,
+    Workspace(&'a WorkspaceBox),
+    Controller(&'a ControllerLaw),
+}
 
 impl SerialLink {
     /// Asks, and waits for the answer.
@@ -48,7 +55,43 @@ impl SerialLink {
         values: &[f32],
         scope: Scope,
     ) -> Result<(), SerialError> {
-        self.set_within(configuration, values, None, scope)
+        self.set_within(configuration, values, Beside::Nothing, scope)
+    }
+
+    /// The time that a controller takes on the device.
+    ///
+    /// # Errors
+    /// As [`ask`](Self::ask); [`LinkError::NoControllers`] of one that runs none.
+    pub fn controller_cost(&self) -> Result<ControllerCost, SerialError> {
+        if !self.has_controllers {
+            return Err(LinkError::NoControllers.into());
+        }
+        match self.ask(Request::GetControllerCost) {
+            Ok(Report::ControllerCost(cost)) => Ok(cost),
+            Ok(_) => Err(LinkError::Gone.into()),
+            Err(SerialError::Link(LinkError::Refused {
+                refusal: Refusal::Unsupported(_),
+                ..
+            })) => Err(LinkError::NoControllers.into()),
+            Err(error) => Err(error),
+        }
+    }
+
+    /// As [`set_for`](Self::set_for) for a run, with a controller in place of the law of the configuration, whose operator
+    /// [holds its numbers](ControllerLaw).
+    ///
+    /// # Errors
+    /// As [`controller_cost`](Self::controller_cost) and [`set_for`](Self::set_for); a tick that is too short for it.
+    pub fn set_controller(
+        &mut self,
+        configuration: Configuration,
+        values: &[f32],
+        law: &ControllerLaw,
+    ) -> Result<(), SerialError> {
+        self.controller_cost()?;
+        self.set_within(configuration, values, Beside::Controller(law), Scope::Run)?;
+        self.plausible.force_most_n = configuration.limits.force_n;
+        Ok(())
     }
 
     /// As [`set_for`](Self::set_for) for a run, with a workspace of its own for each axis of a device of several.
@@ -61,7 +104,8 @@ impl SerialLink {
         values: &[f32],
         workspace: Option<&WorkspaceBox>,
     ) -> Result<(), SerialError> {
-        self.set_within(configuration, values, workspace, Scope::Run)?;
+        let beside = workspace.map_or(Beside::Nothing, Beside::Workspace);
+        self.set_within(configuration, values, beside, Scope::Run)?;
         // Whoever runs within a limit is to be told of no force beyond it.
         self.plausible.force_most_n = configuration.limits.force_n;
         Ok(())
@@ -71,7 +115,7 @@ impl SerialLink {
         &mut self,
         configuration: Configuration,
         values: &[f32],
-        workspace: Option<&WorkspaceBox>,
+        beside: Beside<'_>,
         scope: Scope,
     ) -> Result<(), SerialError> {
         let most = self.capabilities.coefficients_max;
@@ -92,9 +136,16 @@ impl SerialLink {
             self.ask(Request::Coefficients(CoefficientBlock::of(values, offset)))?;
         }
         let mut digest = DigestBuilder::new(&configuration).coefficients(values);
-        if let Some(workspace) = workspace {
-            self.ask(Request::Workspace(workspace.clone()))?;
-            digest = digest.workspace(workspace);
+        match beside {
+            Beside::Nothing => {}
+            Beside::Workspace(workspace) => {
+                self.ask(Request::Workspace(workspace.clone()))?;
+                digest = digest.workspace(workspace);
+            }
+            Beside::Controller(law) => {
+                self.ask(Request::Controller(law.clone()))?;
+                digest = digest.controller(law);
+            }
         }
         let digest = digest.finish();
         self.ask(Request::Commit { digest, scope })?;

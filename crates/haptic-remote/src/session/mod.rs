@@ -8,6 +8,8 @@ use crate::prepared::COEFFICIENTS_MAX;
 use crate::records::Records;
 use crate::tick_side::TickSide;
 use core::borrow::BorrowMut;
+#[cfg(feature = "controllers")]
+use haptic_link::ControllerLaw;
 #[cfg(feature = "several-axes")]
 use haptic_link::WorkspaceBox;
 use haptic_link::{
@@ -37,6 +39,9 @@ pub struct DeviceSession {
     /// A box for the run, staged beside it.
     #[cfg(feature = "several-axes")]
     workspace: Option<WorkspaceBox>,
+    /// A controller in place of its law, staged beside it.
+    #[cfg(feature = "controllers")]
+    controller: Option<ControllerLaw>,
     values: [f32; COEFFICIENTS_MAX],
     /// Bit i: block i is staged.
     blocks: u16,
@@ -81,6 +86,8 @@ impl DeviceSession {
             staged: None,
             #[cfg(feature = "several-axes")]
             workspace: None,
+            #[cfg(feature = "controllers")]
+            controller: None,
             values: [0.0; COEFFICIENTS_MAX],
             blocks: 0,
             run_of: 0,
@@ -247,8 +254,12 @@ impl DeviceSession {
             Request::Stream { every, batch } => {
                 device.with(|device| device.stream_idle(every, batch))
             }
+            #[cfg(all(feature = "controllers", not(feature = "several-axes")))]
+            Request::Workspace(_) => Err(Refusal::Unsupported(Field::WorkspaceLow)),
             #[cfg(feature = "several-axes")]
             Request::Workspace(workspace) => self.stage_workspace::<D>(workspace),
+            #[cfg(feature = "controllers")]
+            Request::Controller(law) => self.stage_controller(law, device),
             _ => Ok(()),
         }
     }
@@ -353,6 +364,11 @@ impl DeviceSession {
             Request::ReadFlight { index } => device
                 .with(|device| device.flight(index))
                 .unwrap_or_else(refused),
+            #[cfg(feature = "controllers")]
+            Request::GetControllerCost => device.with(|device| match device.controller_cost() {
+                Some(cost) => Report::ControllerCost(cost),
+                None => refused(Refusal::Unsupported(Field::Other)),
+            }),
             _ => return None,
         })
     }

@@ -6,6 +6,8 @@ use crate::prepared::{COEFFICIENTS_MAX, Prepared, digest, prepare};
 use crate::records::Records;
 use crate::tick_side::TickSide;
 use core::borrow::BorrowMut;
+#[cfg(feature = "controllers")]
+use haptic_link::ControllerLaw;
 #[cfg(feature = "several-axes")]
 use haptic_link::WorkspaceBox;
 use haptic_link::{COEFFICIENTS_PER_BLOCK, CoefficientBlock, Configuration, Field, Refusal, Scope};
@@ -25,6 +27,27 @@ impl DeviceSession {
         {
             self.workspace = None;
         }
+        #[cfg(feature = "controllers")]
+        {
+            self.controller = None;
+        }
+        Ok(())
+    }
+
+    /// Stages a controller beside the configuration.
+    #[cfg(feature = "controllers")]
+    pub(super) fn stage_controller<H: Hardware<D>, const D: usize, R: BorrowMut<Records<D>>>(
+        &mut self,
+        law: ControllerLaw,
+        device: &impl Exclusive<TickSide<H, D, R>>,
+    ) -> Result<(), Refusal> {
+        if self.staged.is_none() || self.run_of != 0 {
+            return Err(Refusal::Incomplete);
+        }
+        if device.with(|device| device.controller_cost()).is_none() {
+            return Err(Refusal::Unsupported(Field::Other));
+        }
+        self.controller = Some(law);
         Ok(())
     }
 
@@ -119,6 +142,10 @@ impl DeviceSession {
         if !for_run && self.workspace.is_some() {
             return Err(Refusal::Unsupported(Field::WorkspaceLow));
         }
+        #[cfg(feature = "controllers")]
+        if !for_run && self.controller.is_some() {
+            return Err(Refusal::Unsupported(Field::Other));
+        }
         Ok(Some(configuration))
     }
 
@@ -126,6 +153,10 @@ impl DeviceSession {
         #[cfg(feature = "several-axes")]
         if let Some(workspace) = &self.workspace {
             return crate::workspace::digest(configuration, values, workspace);
+        }
+        #[cfg(feature = "controllers")]
+        if let Some(law) = &self.controller {
+            return crate::holding::digest(configuration, values, law);
         }
         digest(configuration, values)
     }
@@ -162,6 +193,15 @@ impl DeviceSession {
             Some(workspace) => {
                 let capabilities = device.with(|device| device.hardware().capabilities());
                 prepared.within(&workspace, values, &capabilities)?
+            }
+            None => prepared,
+        };
+        #[cfg(feature = "controllers")]
+        let prepared = match self.controller.take() {
+            Some(law) => {
+                let with = device
+                    .with(|device| (device.hardware().capabilities(), device.controller_cost()));
+                prepared.holding(law, values, with)?
             }
             None => prepared,
         };

@@ -13,11 +13,11 @@ mod requests;
 mod ticking;
 
 use crate::hardware::Hardware;
-use crate::prepared::Rendered;
+#[cfg(feature = "controllers")]
+use crate::holding::Holding;
 use crate::prepared::{Law, Prepared, prepare};
-use crate::records::Records;
-use crate::records::Stream;
-use crate::records::Tick;
+use crate::records::{Records, Stream, Tick};
+use crate::rendered::Rendered;
 use core::borrow::BorrowMut;
 use haptic_link::{
     Configuration, EventKind, Refusal, Report, Simulation, State, Statistics, Status,
@@ -127,7 +127,7 @@ impl<H: Hardware<D>, const D: usize, R: BorrowMut<Records<D>>> TickSide<H, D, R>
             );
         };
         Self {
-            engaged: Controller::new(Rendered(Law::none()), chain).into_engaged(hardware),
+            engaged: Controller::new(Rendered::of(Law::none()), chain).into_engaged(hardware),
             configuration: Configuration::PASSIVE,
             digest: 0,
             state: State::Idle,
@@ -161,10 +161,20 @@ impl<H: Hardware<D>, const D: usize, R: BorrowMut<Records<D>>> TickSide<H, D, R>
             law,
             chain,
             setup,
+            #[cfg(feature = "controllers")]
+            controller,
         } = prepared;
         self.engaged
             .controller_mut()
-            .replace_within(chain, |rendered| law.put(&mut rendered.0, coefficients));
+            .replace_within(chain, |rendered| {
+                law.put(&mut rendered.wall, coefficients);
+                #[cfg(feature = "controllers")]
+                {
+                    // It was checked.
+                    let made = controller.map(|law| Holding::new(&law, coefficients));
+                    rendered.holding = made.and_then(Result::ok);
+                }
+            });
         self.configuration = configuration;
         self.digest = digest;
         self.judged = true;
@@ -194,7 +204,7 @@ impl<H: Hardware<D>, const D: usize, R: BorrowMut<Records<D>>> TickSide<H, D, R>
         self.engaged
             .controller()
             .environment()
-            .0
+            .wall
             .operator()
             .value(index)
     }
@@ -202,6 +212,12 @@ impl<H: Hardware<D>, const D: usize, R: BorrowMut<Records<D>>> TickSide<H, D, R>
     /// The board.
     pub const fn hardware(&self) -> &H {
         self.engaged.device()
+    }
+
+    /// The time that a controller takes; `None` where none is run, as on several axes.
+    #[cfg(feature = "controllers")]
+    pub fn controller_cost(&self) -> Option<haptic_link::ControllerCost> {
+        self.hardware().controller_cost().filter(|_| D == 1)
     }
 
     /// The board, to let it take what its own interrupts have found.

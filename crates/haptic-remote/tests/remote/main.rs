@@ -4,6 +4,7 @@
 
 mod axes;
 mod connections;
+mod holding;
 mod limits;
 mod line;
 mod mirror;

@@ -1,6 +1,6 @@
 //! A simulated board that remembers what force acts on its plant.
 
-use haptic_link::{Capabilities, Refusal, Simulation};
+use haptic_link::{Capabilities, ControllerCost, Refusal, Simulation};
 use haptic_loop::{Device, Fault, Reading, SafeForce};
 use haptic_remote::{Hardware, SimulatedPlant};
 
@@ -18,6 +18,8 @@ pub(crate) struct Witness {
     /// It tells what it told last while this is set.
     pub(crate) sticks: bool,
     told_m: f32,
+    /// The time that a controller takes.
+    pub(crate) controller_cost: Option<ControllerCost>,
 }
 
 impl Witness {
@@ -30,6 +32,10 @@ impl Witness {
             offset_m: 0.0,
             sticks: false,
             told_m: 0.0,
+            controller_cost: Some(ControllerCost {
+                tick_us: 200,
+                coefficient_ns: 3_500,
+            }),
         }
     }
 
@@ -72,6 +78,10 @@ impl Hardware for Witness {
 
     fn capabilities(&self) -> Capabilities {
         self.plant.capabilities()
+    }
+
+    fn controller_cost(&self) -> Option<ControllerCost> {
+        self.controller_cost
     }
 
     fn prepare(simulation: &Simulation, tick_period_us: u32) -> Result<Self::Setup, Refusal> {

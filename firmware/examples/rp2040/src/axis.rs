@@ -8,7 +8,7 @@ use embassy_rp::gpio::{Input, Level, Output, Pull};
 use embassy_rp::pac::SIO;
 use embassy_rp::peripherals::{PIN_4, PIN_6, PIN_7, PWM_SLICE2};
 use embassy_rp::pwm::{self, Pwm};
-use haptic_board::haptic_link::{Capabilities, Refusal, Simulation};
+use haptic_board::haptic_link::{Capabilities, ControllerCost, Refusal, Simulation};
 use haptic_board::haptic_loop::{Device, Fault, Reading, SafeForce};
 use haptic_board::haptic_remote::{Hardware, abilities, only_real};
 use haptic_board::nalgebra::Vector1;
@@ -16,19 +16,34 @@ use haptic_board::nalgebra::Vector1;
 /// The board's name, the chip's clock, the shortest tick, the longest memory of taps.
 #[cfg(feature = "rp2040")]
 mod chip {
+    use super::ControllerCost;
+
     pub(crate) const NAME: &str = "rp2040";
     pub(crate) const CLOCK_MHZ: u32 = 125;
     /// There is no floating-point unit: 200 s of full memory within 1e-6 take 24 000 cycles, a fifth of it.
     pub(super) const TICK_PERIOD_MIN_US: u32 = 1000;
     /// A tick of so many takes half of the shortest period: 10 000 cycles, and 240 more for each. The rest is for the line.
     pub(super) const COEFFICIENTS_MAX: u32 = (CLOCK_MHZ * TICK_PERIOD_MIN_US / 2 - 10_000) / 240;
+    /// Twice what a tick takes, the rest is for the line: 14 000 cycles, and 520 more for each coefficient. In `tests/pico` a
+    /// PI^0.9 of 39 takes 33 000, a PI^0.9D^0.9 of 83 takes 56 250, and with the second-order rule of 159 82 125.
+    pub(super) const CONTROLLER_COST: ControllerCost = ControllerCost {
+        tick_us: 2 * 14_000 / CLOCK_MHZ,
+        coefficient_ns: 2 * 520 * 1000 / CLOCK_MHZ,
+    };
 }
 #[cfg(feature = "rp2350")]
 mod chip {
+    use super::ControllerCost;
+
     pub(crate) const NAME: &str = "rp2350";
     pub(crate) const CLOCK_MHZ: u32 = 150;
     pub(super) const TICK_PERIOD_MIN_US: u32 = 250;
     pub(super) const COEFFICIENTS_MAX: u32 = 256;
+    /// Twice what a tick takes on a Cortex-M4F, of as many instructions: 2000 cycles, and 20 more for each coefficient.
+    pub(super) const CONTROLLER_COST: ControllerCost = ControllerCost {
+        tick_us: 2 * 2_000 / CLOCK_MHZ + 1,
+        coefficient_ns: 2 * 20 * 1000 / CLOCK_MHZ + 1,
+    };
 }
 pub(crate) use chip::{CLOCK_MHZ, NAME};
 
@@ -179,6 +194,10 @@ impl Hardware for Axis {
             coefficients_max: chip::COEFFICIENTS_MAX as u16,
             ..abilities(NAME, 1)
         }
+    }
+
+    fn controller_cost(&self) -> Option<ControllerCost> {
+        Some(chip::CONTROLLER_COST)
     }
 
     fn prepare(simulation: &Simulation, _: u32) -> Result<(), Refusal> {

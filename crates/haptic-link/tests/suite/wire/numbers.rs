@@ -118,3 +118,21 @@ fn hands_with_another_coupler_have_another_digest() {
         assert_ne!(of(&numbers, scheme), own, "{numbers:?} {scheme}");
     }
 }
+
+/// Whoever knows only the messages of before is told so by name of what it lacks, and is no stranger for it.
+#[test]
+fn a_device_of_before_controllers_is_known_by_its_keys() {
+    let mut keys = Keys::current();
+    assert!(keys.has_controllers());
+    keys.reports.truncate(13);
+    for (requests, axes) in [(18, 2), (17, 1)] {
+        keys.requests.truncate(requests);
+        assert_eq!(keys.first_unlike(axes), None);
+        assert!(!keys.has_controllers());
+    }
+    // Another controller under the same number.
+    let mut other = Keys::current();
+    other.requests[19].0 ^= 1;
+    assert!(!other.has_controllers());
+    assert_eq!(other.first_unlike(3), None);
+}

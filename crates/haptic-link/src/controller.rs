@@ -1,0 +1,74 @@
+//! A controller as the law of a run: what a device that can run one needs beside its numbers.
+
+use heapless::Vec;
+use postcard_schema::Schema;
+use serde::{Deserialize, Serialize};
+
+/// Parts of a controller at most.
+pub const CONTROLLER_PARTS: usize = 3;
+
+/// The meaning of the numbers of a controller.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, Schema)]
+pub enum ControllerForm {
+    /// 1/g, then k, w and the power of each part: PI^λD^μ, TID.
+    #[default]
+    Parallel,
+    /// 1/g, g, p, q, then the power of each part: CRONE, lead–lag without a whole section.
+    Lead,
+    /// The same with one whole section.
+    LeadOfOne,
+    /// The same with two.
+    LeadOfTwo,
+}
+
+/// A part of a controller, and its share of the coefficients.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, Schema)]
+pub struct ControllerPart {
+    /// Differences (> 0) or sums (< 0) around its power, −2 to 2.
+    pub integer: i8,
+    /// Coefficients of its power, as of [`OperatorForm::Modes`](crate::OperatorForm::Modes); 0 without one.
+    #[serde(with = "postcard::fixint::le")]
+    pub values: u16,
+    /// Coefficients of the filter behind it.
+    pub filter: u8,
+    /// It takes part in back-calculation.
+    pub conditioned: bool,
+}
+
+/// A controller that holds the device on its way, in place of the law of a run.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Schema)]
+pub struct ControllerLaw {
+    /// The meaning of the coefficients.
+    pub form: ControllerForm,
+    /// r, the place where the device is held, m.
+    pub reference_m: f32,
+    /// Ticks in which the reference rises from 0 to r; 0 for at once.
+    #[serde(with = "postcard::fixint::le")]
+    pub ramp_ticks: u32,
+    /// Lowest command, N.
+    pub low_n: f32,
+    /// Highest, N.
+    pub high_n: f32,
+    /// One for each power, and for a part without.
+    pub parts: Vec<ControllerPart, CONTROLLER_PARTS>,
+}
+
+/// The time that a device needs for a controller.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, Schema)]
+pub struct ControllerCost {
+    /// Shortest tick, whatever the controller, µs.
+    #[serde(with = "postcard::fixint::le")]
+    pub tick_us: u32,
+    /// The same more for each coefficient, ns.
+    #[serde(with = "postcard::fixint::le")]
+    pub coefficient_ns: u32,
+}
+
+impl ControllerCost {
+    /// Shortest tick with a controller of so many coefficients, µs, rounded up.
+    #[must_use]
+    pub const fn tick_period_min_us(&self, coefficients: u16) -> u32 {
+        let ns = self.coefficient_ns.saturating_mul(coefficients as u32);
+        self.tick_us.saturating_add(ns.div_ceil(1000))
+    }
+}
