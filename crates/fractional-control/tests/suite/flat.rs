@@ -91,6 +91,7 @@ fn an_iso_damped_loop_overshoots_alike_where_the_integer_pid_does_not() {
         assert!(stable, "{text}");
         if plant.delay_s() * omega > FLAT {
             late += 1;
+            println!("late: {text}");
             // The others are these three in another time and gain.
             if late <= 3 {
                 nobody_can(&text, &plant, sampling, &wishes);
@@ -101,12 +102,14 @@ fn an_iso_damped_loop_overshoots_alike_where_the_integer_pid_does_not() {
         let foreseen = fractional.measures.overshoot_spread;
         assert_close(&text, foreseen, own, 5e-3);
         let Ok(integer) = tune_integer(&plant, sampling, &wishes) else {
+            println!("no integer: {text}");
             continue;
         };
         let (theirs, _) = spread(&integer, &plant, t);
         if theirs >= 3.0 * own {
             better += 1;
         } else {
+            println!("nothing to gain: {text}: {own} against {theirs}");
             // Where the integer PID is all but perfect there is nothing to gain.
             assert!(
                 own < 2e-3 && theirs < 5e-3,
@@ -114,5 +117,6 @@ fn an_iso_damped_loop_overshoots_alike_where_the_integer_pid_does_not() {
             );
         }
     }
+    println!("better {better} late {late}");
     assert!(better >= 35, "{better}");
 }
