@@ -1,4 +1,4 @@
-//! A tick of PI^λD^μ with 200 s of memory at 1 kHz, beside a PID of order 1 and a plain full memory.
+//! A tick of PI^λD^μ with 200 s of memory at 1 kHz, beside a PID of order 1 and a plain full memory; a design for a fractional plant.
 //!
 //! ```sh
 //! cargo bench --bench control
@@ -7,6 +7,8 @@
 use criterion::{Criterion, criterion_group, criterion_main};
 use fracdiff::full_memory::{Design, Kernel};
 use fracdiff::{Differintegrator, FullMemory, Order, Seconds};
+use fractional_control::design::ControlDesign;
+use fractional_control::tuning::Specification;
 use fractional_control::{
     Actuator, Controller, FractionalPid, Memory, PidParameters, Rule, SetPoint,
 };
@@ -43,7 +45,23 @@ fn tick<C: Controller<f64>>(bench: &mut Criterion, name: &str, controller: &C) {
     });
 }
 
+/// Tuning, verdicts, margins and steps of both controllers, as `control design`.
+fn design(bench: &mut Criterion) {
+    let design = ControlDesign {
+        plant: "1/(0.2s^1.4+1)".parse().expect("valid"),
+        wishes: Specification::new(5.0, 1.0),
+        sample_time: Seconds(2e-3),
+        scheme: "full-bdf2".parse().expect("valid"),
+        output_low: None,
+        output_high: None,
+        step: 1.0,
+        samples: 6000,
+    };
+    bench.bench_function("design", |b| b.iter(|| black_box(&design).answer()));
+}
+
 fn benches(bench: &mut Criterion) {
+    design(bench);
     tick(bench, "pid 1 1", &pid(Rule::Grunwald, 1e-6, [1.0, 1.0]));
     for tolerance in [1e-4, 1e-6] {
         let own = pid(Rule::Grunwald, tolerance, [0.8, 0.6]);

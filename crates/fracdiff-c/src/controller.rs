@@ -50,7 +50,7 @@ impl Header {
     /// - *Other orders*: another header, whose controller follows the commands of the first before it takes over.
     ///
     /// # Errors
-    /// A name that C does not take; a number that is not finite.
+    /// A name that C does not take; a number that is not finite. Without a limit its largest number is one.
     pub fn of_controller<F: CNumber>(
         name: &str,
         list: &ControllerList<F>,
@@ -174,13 +174,13 @@ impl Law {
                 .map(|name| format!("    {kind} {name};\n"))
                 .collect::<String>()
         };
-        let limits = list.limits;
+        let limits = list.limits.map(limit::<F>);
         let numbers = (self.parameters.iter().map(|(_, number)| *number)).chain(limits);
-        let numbers: Vec<String> = numbers.map(number).collect();
+        let numbers: Vec<String> = numbers.map(literal).collect();
         let starts = (self.members.iter())
             .map(|(name, start)| format!("    self->{name} = {start};\n"))
             .chain(["low", "high"].iter().zip(limits).map(|(name, limit)| {
-                format!("    self->{name} = {};\n", number(F::from_f64(limit)))
+                format!("    self->{name} = {};\n", literal(F::from_f64(limit)))
             }))
             .chain(["    self->bias = ZERO;\n".to_owned()])
             .chain(
@@ -226,7 +226,7 @@ impl Law {
 
     /// A parameter that is kept as it is.
     fn keeps<F: CNumber>(&mut self, name: &str, value: f64) {
-        let start = number(F::from_f64(value));
+        let start = literal(F::from_f64(value));
         self.parameters.push((name.to_owned(), value));
         self.members.push((name.to_owned(), start));
     }
@@ -242,13 +242,9 @@ impl Law {
     }
 }
 
-/// A literal; infinite where there is no limit.
-fn number<F: CNumber>(value: F) -> String {
-    if value.is_finite() {
-        return literal(value);
-    }
-    let sign = if value < F::ZERO { "-" } else { "" };
-    format!("{sign}{} / {}", literal(F::ONE), literal(F::ZERO))
+/// A limit of the command: where there is none, the largest number.
+fn limit<F: CNumber>(limit: f64) -> f64 {
+    limit.clamp(-F::LARGEST, F::LARGEST)
 }
 
 /// A branch, as C sees it.
@@ -351,7 +347,7 @@ fn inverses<F: CNumber>(law: &mut Law, list: &ParallelList<F>, branches: &[Branc
         .map(|branch| format!("to->{}", branch.own.name))
         .collect();
     for branch in branches {
-        let (name, direct) = (branch.own.name, number(branch.own.direct.to_f64()));
+        let (name, direct) = (branch.own.name, literal(branch.own.direct.to_f64()));
         law.changes(&format!("const double {name} = to->{name} * {direct};"));
     }
     law.changes("double forward = 0e0;");
@@ -468,7 +464,7 @@ fn lead<F: CNumber>(list: &LeadList<F>) -> Result<Law, HeaderError> {
     law.advance = "    @_take(self, (r - y) + excess * self->inverse);\n    self->bias = @_faded(self->bias);\n".to_owned();
     law.follow = "    self->bias = self->bias + excess;\n    @_take(self, r - y);\n".to_owned();
     law.refuses("to->gain == 0e0 || !@_is_finite(to->gain)");
-    let [first, second] = list.factors.map(number);
+    let [first, second] = list.factors.map(literal);
     law.changes(&format!(
         "const double gain = to->gain * {first} * {second};"
     ));

@@ -7,7 +7,7 @@ use std::fmt;
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub enum HeaderError {
-    /// A name that C does not take, or one that ends as names of the system do.
+    /// A name that C does not take, or one that with `_t` is a type of the system.
     Name(String),
     /// A list of coefficients that no operator has.
     List {
@@ -43,7 +43,7 @@ impl fmt::Display for HeaderError {
             Self::Name(name) => write!(
                 f,
                 "name \"{name}\" is not a C identifier of 1 to 24 letters, digits and underscores that begins with a \
-                 letter and is no keyword"
+                 letter, and not a keyword or, with _t, a type of the system"
             ),
             Self::List { count, integer } => write!(
                 f,

@@ -12,6 +12,8 @@ pub trait CNumber: Real + LowerExp {
     const SUFFIX: &'static str;
     /// The type of its bits.
     const BITS: &'static str;
+    /// The largest: C writes no infinity that every compiler takes.
+    const LARGEST: f64;
 
     /// Its bits, a literal.
     fn bits(self) -> String;
@@ -21,6 +23,7 @@ impl CNumber for f32 {
     const TYPE: &'static str = "float";
     const SUFFIX: &'static str = "f";
     const BITS: &'static str = "uint32_t";
+    const LARGEST: f64 = f32::MAX as f64;
 
     fn bits(self) -> String {
         format!("0x{:x}U", self.to_bits())
@@ -31,6 +34,7 @@ impl CNumber for f64 {
     const TYPE: &'static str = "double";
     const SUFFIX: &'static str = "";
     const BITS: &'static str = "uint64_t";
+    const LARGEST: f64 = f64::MAX;
 
     fn bits(self) -> String {
         format!("0x{:x}ULL", self.to_bits())
@@ -69,15 +73,28 @@ const TAKEN: &str = "\
     register restrict return short signed sizeof static struct switch template this throw true try \
     typedef typeid typename union unsigned using virtual void volatile while word xor";
 
+/// Names that with `_t` are types of the system: of C99 and of POSIX.
+const TYPES: &str = "\
+    blkcnt blksize clock clockid cnd dev div fenv fexcept fpos fsblkcnt fsfilcnt gid id imaxdiv ino \
+    int16 int32 int64 int8 intmax intptr key ldiv lldiv locale loff max_align mbstate mode mtx nlink off pid \
+    ptrdiff pthread quad regex regmatch regoff rlim sa_family sig_atomic sigset size socklen ssize stack \
+    suseconds thrd time timer tss uid uint uint16 uint32 uint64 uint8 uintmax uintptr ulong useconds ushort va_list \
+    wchar wctrans wctype wint";
+
 /// The name, if it can stand before `_t`, `_init` and the rest.
 pub(crate) fn check_name(name: &str) -> Result<&str, HeaderError> {
     let first = name.starts_with(|c: char| c.is_ascii_alphabetic());
     let all = name.chars().all(|c| c.is_ascii_alphanumeric() || c == '_');
-    if first && all && name.len() <= LONGEST && !TAKEN.split(' ').any(|word| word == name) {
+    if first && all && name.len() <= LONGEST && !is_taken(name) {
         Ok(name)
     } else {
         Err(HeaderError::Name(name.to_owned()))
     }
+}
+
+fn is_taken(name: &str) -> bool {
+    let mut words = TAKEN.split(' ').chain(TYPES.split(' '));
+    words.any(|word| word == name)
 }
 
 #[cfg(test)]
@@ -114,6 +131,8 @@ mod tests {
             "häl",
             "float",
             "class",
+            "pid",
+            "size",
             "a234567890123456789012345",
             "a\nb",
         ] {

@@ -82,6 +82,8 @@ pub struct Trial {
     pub shape: Shape,
     /// Share of its samples with the command at a limit.
     pub limited_share: f64,
+    /// Times that verdicts and margins evaluated the response of the plant, nearly all of their cost; 0 of one that is sampled exactly.
+    pub evaluations: u64,
 }
 
 /// A step at another gain of the plant.
@@ -204,11 +206,13 @@ impl ControlDesign {
             Some(rule) => by_rule.map(|gains| rule.within(gains)),
             None => by_rule,
         };
+        let margins = margins(setup, &self.plant, &closed, own);
         Ok(Trial {
             verdict: run.verdict,
             coarse,
             stable_gains,
-            margins: margins(setup, &self.plant, &closed, own),
+            margins,
+            evaluations: closed.evaluations(),
             robustness: robustness.collect(),
             shape: run.response.shape_of_step(self.step),
             limited_share: run.limited_share,

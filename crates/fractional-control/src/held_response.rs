@@ -7,6 +7,9 @@ use crate::{FractionalPolynomial, FractionalTransferFunction, Plant, Term};
 use certified_count::{Arc, Enclosed};
 use core::f64::consts::PI;
 use num_complex::Complex;
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::{Arc as Shared, OnceLock};
+use std::vec::Vec;
 
 /// Terms on either side that are added one by one.
 const TERMS: usize = 64;
@@ -28,6 +31,10 @@ pub(crate) struct HeldResponse {
     /// τ/T.
     delay: f64,
     sample_time_s: f64,
+    /// The aliases, found when first asked for.
+    aliases: Shared<OnceLock<Vec<Piece>>>,
+    /// Times the response was asked for, of all that share the count.
+    evaluations: Shared<AtomicU64>,
 }
 
 impl HeldResponse {
@@ -55,6 +62,8 @@ impl HeldResponse {
             above: without(function, direct)?,
             one_by_one: counts.take_while(|k| *k <= ONE_BY_ONE).find(led),
             sample_time_s,
+            aliases: Shared::default(),
+            evaluations: Shared::default(),
         })
     }
 
@@ -66,7 +75,7 @@ impl HeldResponse {
     /// `G_d` on an arc that begins above 0; its rate is not finite where the arc is too wide for a bound.
     pub(crate) fn enclosed(&self, arc: &Arc) -> Enclosed {
         let (theta, turn) = (arc.middle(), 2.0 * PI);
-        let sum = self.sum(theta, 0.0) + self.sum(turn - theta, 1.0).conj();
+        let sum = self.term(theta) + self.aliases(theta);
         let rate = match arc.half_width() {
             0.0 => 0.0,
             _ => self.rate(arc.low, arc.high) + self.rate(turn - arc.high, turn - arc.low),
@@ -83,6 +92,19 @@ impl HeldResponse {
             .plus(late(later).scaled(self.direct))
     }
 
+    /// How often the response of the plant was evaluated, here and where [`counted_with`](Self::counted_with) joined.
+    pub(crate) fn evaluations(&self) -> u64 {
+        self.evaluations.load(Ordering::Relaxed)
+    }
+
+    /// The same whose evaluations count for another.
+    pub(crate) fn counted_with(self, other: &Self) -> Self {
+        Self {
+            evaluations: Shared::clone(&other.evaluations),
+            ..self
+        }
+    }
+
     /// The number of poles of the plant that grow, where it is known.
     pub(crate) fn growing_poles(&self) -> Option<usize> {
         self.function.growing_poles()
@@ -90,8 +112,22 @@ impl HeldResponse {
 
     /// (G − D)/(jω) at the angle x = ωT.
     fn term(&self, x: f64) -> Complex<f64> {
+        self.evaluations.fetch_add(1, Ordering::Relaxed);
         let omega = x / self.sample_time_s;
         (self.function.response(omega) - self.direct) / Complex::new(0.0, omega)
+    }
+
+    /// Σ of the aliases of θ, all terms but the first.
+    fn aliases(&self, theta: f64) -> Complex<f64> {
+        let of =
+            |theta: f64| self.sum(theta + 2.0 * PI, 1.0) + self.sum(2.0 * PI - theta, 1.0).conj();
+        let pieces = self
+            .aliases
+            .get_or_init(|| pieces(&of, [0.0, PI], HALVINGS));
+        let piece = pieces.iter().find(|piece| theta <= piece.high);
+        piece
+            .and_then(|piece| piece.at(theta))
+            .unwrap_or_else(|| of(theta))
     }
 
     /// Σ of (G − D)/(jω)·e^(−j(x − θ)τ/T) over x = from + 2πk, k from 0 on; `aliases` of the first are the turns of x − θ.
@@ -220,6 +256,80 @@ fn without(function: &FractionalTransferFunction, direct: f64) -> Option<Fractio
         left.add(term).ok()?;
     }
     Some(left)
+}
+
+/// Places in a piece of the sum over the aliases, and times it is halved at most.
+const PLACES: usize = 24;
+const HALVINGS: u32 = 5;
+/// What a piece may miss between its places, over its largest value.
+const MISSES: f64 = 1e-11;
+
+/// A smooth function from one angle to another as Chebyshev's polynomial through its values at the zeros of the next: the aliases of a plant are far
+/// from 0, where its powers of s branch, so 24 places give eleven digits, unless it swings at one of them.
+/// ```text
+/// p(x) = c₀/2 + Σ c_j·T_j(x),   c_j = (2/n)·Σ f(x_k)·T_j(x_k),   x_k = cos((k + ½)π/n)     (C. W. Clenshaw's recurrence)
+/// ```
+#[derive(Clone, Debug)]
+struct Piece {
+    low: f64,
+    high: f64,
+    /// None where the function is not smooth enough.
+    coefficients: Option<[Complex<f64>; PLACES]>,
+}
+
+/// Pieces of a function, halved where one is not enough.
+fn pieces(f: &impl Fn(f64) -> Complex<f64>, [low, high]: [f64; 2], halvings: u32) -> Vec<Piece> {
+    let piece = Piece::new(f, [low, high]);
+    if halvings == 0 || piece.coefficients.is_some() {
+        return std::vec![piece];
+    }
+    let middle = 0.5 * (low + high);
+    let mut both = pieces(f, [low, middle], halvings - 1);
+    both.extend(pieces(f, [middle, high], halvings - 1));
+    both
+}
+
+impl Piece {
+    fn new(f: &impl Fn(f64) -> Complex<f64>, [low, high]: [f64; 2]) -> Self {
+        let angle = |k: usize| PI * (k as f64 + 0.5) / PLACES as f64;
+        let place = |x: f64| 0.5 * (low + high + (high - low) * x);
+        let values: [Complex<f64>; PLACES] =
+            core::array::from_fn(|k| f(place(libm::cos(angle(k)))));
+        let largest = values.iter().map(|value| value.norm()).fold(0.0, f64::max);
+        let coefficients = core::array::from_fn(|j| {
+            let terms = values.iter().enumerate();
+            let sum: Complex<f64> = terms
+                .map(|(k, value)| value * libm::cos(j as f64 * angle(k)))
+                .sum();
+            sum * (2.0 / PLACES as f64)
+        });
+        let piece = Self {
+            low,
+            high,
+            coefficients: Some(coefficients),
+        };
+        // Between the places at both ends and in the middle.
+        let beside = [1.0, 0.02, -1.0].map(place);
+        let misses = |theta: &f64| piece.at(*theta).map(|value| (value - f(*theta)).norm());
+        let is_near = |theta| misses(theta).is_some_and(|misses| misses <= MISSES * largest);
+        match beside.iter().all(is_near) {
+            true => piece,
+            false => Self {
+                coefficients: None,
+                ..piece
+            },
+        }
+    }
+
+    fn at(&self, theta: f64) -> Option<Complex<f64>> {
+        let [first, others @ ..] = self.coefficients.as_ref()?;
+        let x = (2.0 * theta - self.low - self.high) / (self.high - self.low);
+        let (mut last, mut before) = (Complex::new(0.0, 0.0), Complex::new(0.0, 0.0));
+        for c in others.iter().rev() {
+            (last, before) = (last * (2.0 * x) - before + c, last);
+        }
+        Some(last * x - before + first * 0.5)
+    }
 }
 
 /// Orders of the terms from which their sum is known.

@@ -148,7 +148,7 @@ impl SampledLoop {
         let judge = Judge::new(&prompt, &grid);
         let at = |samples: f64| {
             let late = later(samples / rate)?;
-            Ok(late.of_plant().unwrap_or(late).with_peaks_of(&prompt))
+            Ok(late.of_plant().unwrap_or(late).beside(&prompt))
         };
         let count = if grid.len() > LONG { FEW_PARTS } else { PARTS };
         let equal = (0..count).map(|part| f64::from(part) / f64::from(count));

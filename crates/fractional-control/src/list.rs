@@ -4,6 +4,7 @@ use crate::lead::LeadPower;
 use crate::parallel::{Kind, Parallel};
 use crate::pid::BranchParameters;
 use crate::shaped::LeadShape;
+use crate::transfer::in_samples;
 use crate::{
     Actuator, ControlError, ControllerForm, ControllerParameters, ControllerPart, ControllerSetup,
     FractionalPid, Memory,
@@ -221,6 +222,9 @@ fn lead<F: Real>(
     sample_time: Seconds,
 ) -> Result<LawList<F>, ControlError> {
     let (operator, own) = LeadPower::<F, MODES>::new(shape.corners, &memory, sample_time)?;
+    let gain = shape.gain * shape.factor * own;
+    in_samples::<F>("gain", gain)?;
+    in_samples::<F>("inverse of the gain", 1.0 / gain)?;
     Ok(LawList::Lead(LeadList {
         gain: shape.gain,
         factors: [shape.factor, own],

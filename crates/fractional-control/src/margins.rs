@@ -284,7 +284,10 @@ impl SampledLoop {
             margins.gain_up = self.lost_above(own.gain_up, margins.gain_up);
         }
         let first = self.remembered(margins.delay_s);
-        margins.delay_s = self.remembered(Self::delay_margin(first, later).unwrap_or(first));
+        margins.delay_s = self.remembered(
+            Self::delay_margin(first, |delay_s| Ok::<_, E>(later(delay_s)?.beside(self)))
+                .unwrap_or(first),
+        );
         margins
     }
 

@@ -3,6 +3,7 @@
 use crate::controller::Stage;
 use crate::memory::TAPS;
 use crate::pid::BranchParameters;
+use crate::transfer::in_samples;
 use crate::{
     Actuator, ControlError, Controller, Memory, PidParameters, Rule, SetPoint, TidParameters,
 };
@@ -106,6 +107,8 @@ impl<F: Real, O> Branch<F, O> {
     }
 }
 
+const INVERSE: &str = "inverse of the gain over a sample";
+
 impl<F: Real, O: Differintegrator<F> + PartialEq> Parallel<F, O> {
     /// `Σ k_i·D^(μ_i)(w_i·r − y)`; parts with a gain of 0 are left out.
     fn new(
@@ -125,7 +128,8 @@ impl<F: Real, O: Differintegrator<F> + PartialEq> Parallel<F, O> {
         let others = parameters.iter().filter(|p| p.order <= 0.0);
         let others: f64 = others.map(|p| p.gain).sum();
         for (index, (slot, own)) in branches.iter_mut().zip(used).enumerate() {
-            let (gain, weight) = (F::from_f64(own.gain), F::from_f64(own.weight));
+            let gain = in_samples("gain", own.gain)?;
+            let weight = in_samples("set-point weight", own.weight)?;
             let conditioned = own.order <= 0.0 || others * own.gain >= 0.0;
             let mut direct = own.gain;
             if own.order == 0.0 {
@@ -147,15 +151,15 @@ impl<F: Real, O: Differintegrator<F> + PartialEq> Parallel<F, O> {
             feedback += direct;
             if own.order < lowest {
                 lowest = own.order;
-                integral = Some((index, F::from_f64(1.0 / direct)));
+                integral = Some((index, in_samples(INVERSE, 1.0 / direct)?));
             }
         }
         let inverse = if forward == 0.0 { 0.0 } else { 1.0 / forward };
         Ok(Self {
             proportional,
             branches,
-            inverse: F::from_f64(inverse),
-            feedback: F::from_f64(feedback),
+            inverse: in_samples(INVERSE, inverse)?,
+            feedback: in_samples("gain over a sample", feedback)?,
             integral,
             stage: actuator.stage(sample_time),
             sample_time: sample_time.0,

@@ -8,7 +8,6 @@
 use crate::SampledLoop;
 use crate::held_response::HeldResponse;
 use certified_count::{Arc, Enclosed};
-use core::cell::Cell;
 use core::f64::consts::PI;
 use std::vec::Vec;
 
@@ -90,16 +89,15 @@ impl RuleError<'_> {
     /// The gains from 1 down and up to these at which it [`holds`](Self::holds); 1 alone where it does not there.
     #[must_use]
     pub fn within(&self, [low, high]: [f64; 2]) -> [f64; 2] {
-        let Some(places) = &self.places else {
+        let Some(mut places) = self.places.clone() else {
             return [1.0; 2];
         };
-        let left = Cell::new(ARCS_MAX);
-        let between = |a: f64, b: f64| {
+        let mut left = ARCS_MAX;
+        let mut between = |a: f64, b: f64| {
             let gains = [a.min(b), a.max(b)];
-            let holds = |place| self.holds_at(place, gains, &left);
-            places.iter().all(holds)
+            self.holds_at(&mut places, gains, &mut left)
         };
-        let reached = |end: f64| {
+        let mut reached = |end: f64| {
             // What bounds one end of a step of two at most serves all of it.
             let steps = libm::ceil(libm::log2(end).abs()).max(1.0);
             let gain = |step: f64| libm::pow(end, step / steps);
@@ -132,18 +130,28 @@ impl RuleError<'_> {
         }
     }
 
-    fn holds_at(&self, place: &Place, gains: [f64; 2], left: &Cell<usize>) -> bool {
-        match place.judged(gains) {
-            Judged::Holds => true,
-            Judged::Fails => false,
-            Judged::Unclear if left.get() == 0 => false,
-            Judged::Unclear => {
-                left.set(left.get() - 1);
-                let [low, middle, high] = [place.arc.low, place.arc.middle(), place.arc.high];
-                let mut halves = [(low, middle), (middle, high)].into_iter();
-                halves.all(|(low, high)| self.holds_at(&self.place(low, high), gains, left))
+    /// True if it holds on all these arcs at these gains. Those that do not tell are halved, and stay so for the next gains.
+    fn holds_at(&self, places: &mut Vec<Place>, gains: [f64; 2], left: &mut usize) -> bool {
+        // The last is the next.
+        let mut ahead: Vec<Place> = places.drain(..).rev().collect();
+        while let Some(place) = ahead.pop() {
+            match place.judged(gains) {
+                Judged::Holds => places.push(place),
+                Judged::Unclear if *left > 0 => {
+                    *left -= 1;
+                    let [low, middle, high] = [place.arc.low, place.arc.middle(), place.arc.high];
+                    ahead.extend(
+                        [(middle, high), (low, middle)].map(|(low, high)| self.place(low, high)),
+                    );
+                }
+                Judged::Fails | Judged::Unclear => {
+                    places.push(place);
+                    places.extend(ahead.into_iter().rev());
+                    return false;
+                }
             }
         }
+        true
     }
 
     /// Arcs from the first to π, on each of which the rule holds.

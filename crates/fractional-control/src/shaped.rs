@@ -2,6 +2,7 @@
 
 use crate::controller::Stage;
 use crate::lead::LeadPower;
+use crate::transfer::in_samples;
 use crate::{
     Actuator, ControlError, Controller, FractionalTransferFunction, Memory, SampledTransferFunction,
 };
@@ -243,8 +244,8 @@ impl<F: Real, const MODES: usize> LeadController<F, MODES> {
         let (operator, own) = LeadPower::new(shape.corners, &memory, sample_time)?;
         Ok(Self {
             operator,
-            gain: F::from_f64(gain * own),
-            inverse: F::from_f64(1.0 / (gain * own)),
+            gain: in_samples("gain", gain * own)?,
+            inverse: in_samples("inverse of the gain", 1.0 / (gain * own))?,
             stage: actuator.stage(sample_time),
         })
     }
@@ -280,7 +281,7 @@ impl<F: Real, const MODES: usize> FunctionController<F, MODES> {
         Ok(Self {
             operator,
             gain: F::ONE,
-            inverse: F::from_f64(1.0 / gain),
+            inverse: in_samples("inverse of the gain", 1.0 / gain)?,
             stage: actuator.stage(sample_time),
         })
     }

@@ -140,6 +140,20 @@ pub(crate) fn size_or_0(what: &'static str, value: f64) -> Result<(), RangeError
     range(what, value, inside, SIZES_OR_0_IN_WORDS, "").map(drop)
 }
 
+/// The number in the type of the samples, where it must not be beyond its largest.
+///
+/// # Errors
+/// One that is infinite there: of `f32` one over 3.4e38.
+pub(crate) fn in_samples<F: fracdiff::Real>(
+    what: &'static str,
+    value: f64,
+) -> Result<F, RangeError> {
+    let rounded = F::from_f64(value);
+    let allowed = "a number in the type of the samples: give plant and controller in other units, or take `f64`";
+    range(what, value, rounded.is_finite(), allowed, "")?;
+    Ok(rounded)
+}
+
 /// A coefficient and the power of s it stands before, in s^order·\[…\].
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Term {

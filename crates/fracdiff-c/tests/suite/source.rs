@@ -1,8 +1,9 @@
 //! The header as a text: what compiles it, how it is laid out, and lists that give none.
 
 use super::{CASES, build, controller, header_of, is_here, laws};
-use fracdiff::OperatorList;
+use fracdiff::{OperatorList, Seconds};
 use fracdiff_c::{CNumber, Header, HeaderError};
+use fractional_control::{ControllerList, ControllerSetup, PidParameters};
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
@@ -94,4 +95,30 @@ fn a_list_that_is_none_is_refused() {
     let mut taps = build::<f32>("muir:3", 0.5).list().expect("a list");
     taps.integer = 1;
     assert!(Header::new("half", &taps, &[]).is_err());
+}
+
+#[test]
+fn a_controller_is_written_in_numbers_that_every_compiler_takes() {
+    let setup = |law: &str| {
+        let law: PidParameters = law.parse().expect("a controller");
+        ControllerSetup::new(law, Seconds(1e-3))
+    };
+    let list = ControllerList::<f32>::new(&setup("2+1/s^0.9")).expect("a list");
+    let header = Header::of_controller("oven", &list, &[]).expect("a header");
+    let header = header.to_string();
+    assert!(header.contains("self->high = 3.4028235e38f;"), "{header}");
+    assert!(
+        !header.contains("/ 0e0") && !header.contains("inf"),
+        "{header}"
+    );
+    // 1/K_i is beyond the numbers of `float`, not of `double`.
+    let small = setup("1e-40/s^0.9");
+    let error = ControllerList::<f32>::new(&small)
+        .expect_err("no number")
+        .to_string();
+    assert!(
+        error.starts_with("inverse of the gain over a sample"),
+        "{error}"
+    );
+    assert!(ControllerList::<f64>::new(&small).is_ok());
 }

@@ -198,15 +198,58 @@ const LIKELY: f64 = 3.841;
 const TRIED: usize = 12;
 const NEAR: f64 = 0.05;
 
-/// The dead times that the record does not exclude, least and most, s: 95 % by the profile of the likelihood, with the other numbers of the function
-/// as they fit best behind each.
+/// What a record tells of a dead time.
+#[derive(Clone, Copy, Debug)]
+#[non_exhaustive]
+pub struct DeadTimeEvidence<'a> {
+    /// The dead times that the record does not exclude, least and most, s: those of the first function, and of all that fit as well.
+    pub interval_s: [f64; 2],
+    /// Of those one whose dead time is outside the interval of the first function alone by more than half a sample: it has poles in place of some of
+    /// it, or the reverse.
+    pub instead: Option<&'a Found>,
+}
+
+/// What the record tells of the dead time of the first of these functions, `None` without any: 95 % by the profile of the likelihood, with the other
+/// numbers of the function as they fit best behind each dead time; of the functions that fit as well by their standard errors.
 /// ```text
 /// n·ln(SSE(L)/SSE) ≤ 3.84·(1 + ρ)/(1 − ρ)
 /// ```
 /// Neighbouring samples that are alike, ρ, count as fewer. *Source*: D. M. Bates, D. G. Watts, *Nonlinear regression analysis and its applications*,
 /// 1988, section 6.1.
 #[must_use]
-pub fn dead_time_interval_s(found: &Found, record: &InputOutput, held: bool) -> [f64; 2] {
+pub fn dead_time_evidence<'a>(
+    found: &'a [Found],
+    record: &InputOutput,
+    held: bool,
+) -> Option<DeadTimeEvidence<'a>> {
+    let (first, others) = found.split_first()?;
+    let own = profile_interval_s(first, record, held);
+    let apart = 0.5 * record.sample_time_s();
+    let best = found
+        .iter()
+        .map(|found| found.bic)
+        .fold(f64::INFINITY, f64::min);
+    let as_good = others.iter().filter(|other| other.bic <= best + AS_GOOD);
+    let is_outside = |other: &&Found| {
+        let dead_time_s = other.identified.dead_time.seconds();
+        dead_time_s < own[0] - apart || dead_time_s > own[1] + apart
+    };
+    let interval_s = as_good.clone().fold(own, |[least, most], other| {
+        let dead_time_s = other.identified.dead_time.seconds();
+        let error = other.dead_time_error().filter(|error| error.is_finite());
+        let room = libm::sqrt(LIKELY) * error.unwrap_or(0.0);
+        [
+            least.min((dead_time_s - room).max(0.0)),
+            most.max(dead_time_s + room),
+        ]
+    });
+    Some(DeadTimeEvidence {
+        interval_s,
+        instead: as_good.into_iter().find(is_outside),
+    })
+}
+
+fn profile_interval_s(found: &Found, record: &InputOutput, held: bool) -> [f64; 2] {
     let (t, own) = (record.sample_time_s(), &found.identified);
     let best = own.dead_time.seconds();
     if own.function.denominator().degree() == 0.0 && held {
@@ -263,21 +306,4 @@ pub fn dead_time_interval_s(found: &Found, record: &InputOutput, held: bool) -> 
         (best + way * step).max(0.0)
     };
     [edge(-1.0), edge(1.0)]
-}
-
-/// Of a first function behind a dead time another that the record fits as well, with poles in place of some of it, or the reverse: its dead time
-/// is outside the interval of the first by more than half a sample.
-#[must_use]
-pub fn a_pole_instead<'a>(
-    found: &'a [Found],
-    [least, most]: [f64; 2],
-    record: &InputOutput,
-) -> Option<&'a Found> {
-    let (first, others) = found.split_first()?;
-    let apart = 0.5 * record.sample_time_s();
-    others.iter().find(|other| {
-        let dead_time_s = other.identified.dead_time.seconds();
-        let is_near = other.bic <= first.bic + AS_GOOD;
-        is_near && (dead_time_s < least - apart || dead_time_s > most + apart)
-    })
 }

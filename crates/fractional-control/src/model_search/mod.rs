@@ -1,6 +1,6 @@
 //! A transfer function from a record: first guesses, fits, and which of them the record asks for.
 
-pub use self::dead_time::{a_pole_instead, dead_time_interval_s};
+pub use self::dead_time::{DeadTimeEvidence, dead_time_evidence};
 use self::dead_time::{dead_times, gain};
 use self::found::{AS_GOOD, LOOSE, less_sure};
 pub use self::found::{Found, Unexplained};
@@ -144,10 +144,7 @@ pub fn identify(
         let numbers = |found: &Found| found.identified.standard_errors.len();
         numbers(a) == numbers(b) && (a.bic - b.bic).abs() < 1e-6 * b.bic.abs()
     });
-    // Whole orders run exactly: of two that are as good they come first.
-    let best = found.first().map_or(0.0, |found| found.bic);
-    let whole = |found: &Found| found.is_whole() && found.bic <= best + AS_GOOD;
-    if let Some(place) = found.iter().position(whole) {
+    if let Some(place) = simplest_as_good(&found) {
         found[..=place].rotate_right(1);
     }
     if let Some(place) = simplest_at_rest(&found) {
@@ -160,14 +157,26 @@ pub fn identify(
     }
 }
 
-/// Of the functions against which the record does not speak very strongly the simplest, by its numbers or by whole orders, comes before the first, the
+/// Of the functions that are as good as the best the simplest: of whole orders, which run exactly, then of the fewest numbers.
+fn simplest_as_good(found: &[Found]) -> Option<usize> {
+    let best = found.first()?;
+    let all = found.iter().enumerate();
+    let as_good = all.filter(|(_, other)| other.bic <= best.bic + AS_GOOD);
+    let simplest = as_good
+        .min_by_key(|(_, other)| (!other.is_whole(), other.identified.standard_errors.len()));
+    simplest.map(|(place, _)| place)
+}
+
+/// Of the functions of no more poles against which the record does not speak very strongly the simplest, by its numbers or by whole orders, comes before the first, the
 /// best, if it has another pole at rest.
 fn simplest_at_rest(found: &[Found]) -> Option<usize> {
     let numbers = |found: &Found| (found.identified.standard_errors.len(), !found.is_whole());
     let order = |found: &Found| order_at_rest(&found.identified.function);
     let best = found.first()?;
     let all = found.iter().enumerate();
-    let near = all.filter(|(_, other)| other.bic <= best.bic + DECISIVE);
+    let degree = |found: &Found| found.identified.function.denominator().degree();
+    let near =
+        all.filter(|(_, other)| other.bic <= best.bic + DECISIVE && degree(other) <= degree(best));
     let simplest = near.min_by_key(|(_, other)| numbers(other));
     let simplest = simplest.filter(|(_, other)| (order(other) - order(best)).abs() > 0.0);
     simplest.map(|(place, _)| place)
@@ -211,13 +220,13 @@ fn put_to_rest(found: &mut Vec<Found>, record: &InputOutput, held: bool) {
 /// The coefficients of a function, and those of the functions that are left without what the record does not determine, one by one.
 fn with_fewer(guess: &Guess, record: &InputOutput, held: bool) -> Result<Vec<Found>, ControlError> {
     let mut found: Vec<Found> = Vec::new();
-    let mut next = Some((guess.function, guess.dead_time));
-    while let Some((function, dead_time)) = next.take() {
+    let mut left = vec![(guess.function, guess.dead_time)];
+    while let Some((function, dead_time)) = left.pop() {
         match identify_coefficients(&function, &record.as_record(held, dead_time)) {
             Ok(identified) => {
                 let coarser = (resolved(record) / identified.rms_residual).max(1.0);
                 let judged = judged(identified, record);
-                next = without_the_loosest(&judged, coarser);
+                left.extend(without_the_loosest(&judged, coarser));
                 found.push(judged);
             }
             Err(error) if found.is_empty() => return Err(error),
@@ -227,11 +236,9 @@ fn with_fewer(guess: &Guess, record: &InputOutput, held: bool) -> Result<Vec<Fou
     Ok(found)
 }
 
-/// The function without the number that the record determines least, if it does not determine it; standard errors count so many times.
-fn without_the_loosest(
-    found: &Found,
-    times: f64,
-) -> Option<(FractionalTransferFunction, DeadTime)> {
+/// The functions without the number that the record determines least, if it does not determine it; standard errors count so many times. A dead time may
+/// be loose because poles and zeros are there in place of some of it: then also without the loosest of these.
+fn without_the_loosest(found: &Found, times: f64) -> Vec<(FractionalTransferFunction, DeadTime)> {
     let Identified {
         function,
         dead_time,
@@ -242,14 +249,30 @@ fn without_the_loosest(
         FreeNumber::DeadTime => error / dead_time.seconds(),
         _ => *error,
     };
-    let errors = standard_errors.iter();
-    let loosest = errors.max_by(|a, b| share(a).total_cmp(&share(b)))?;
-    if share(loosest) * times <= LOOSE {
-        return None;
-    }
+    let loose = standard_errors
+        .iter()
+        .filter(|own| share(own) * times > LOOSE);
+    let mut loose: Vec<&(FreeNumber, f64)> = loose.collect();
+    loose.sort_by(|a, b| share(b).total_cmp(&share(a)));
+    let is_late = loose
+        .first()
+        .is_some_and(|first| first.0 == FreeNumber::DeadTime);
+    // The next where a function without the loosest would answer at once.
+    let without = loose.into_iter();
+    without
+        .filter_map(|(number, _)| without_number(function, *dead_time, *number))
+        .take(if is_late { 2 } else { 1 })
+        .collect()
+}
+
+fn without_number(
+    function: &FractionalTransferFunction,
+    dead_time: DeadTime,
+    number: FreeNumber,
+) -> Option<(FractionalTransferFunction, DeadTime)> {
     let mut above = function.numerator().terms().to_vec();
     let mut below = function.denominator().terms().to_vec();
-    match loosest.0 {
+    match number {
         FreeNumber::NumeratorCoefficient(n) => above.remove(n),
         FreeNumber::DenominatorCoefficient(n) => below.remove(n),
         FreeNumber::DeadTime => return Some((*function, DeadTime::NONE)),
@@ -258,7 +281,7 @@ fn without_the_loosest(
     let fewer = FractionalTransferFunction::new(&above, &below).ok()?;
     // As many zeros as poles would answer at once.
     let is_slower = fewer.numerator().degree() < fewer.denominator().degree();
-    is_slower.then_some((fewer, *dead_time))
+    is_slower.then_some((fewer, dead_time))
 }
 
 /// Functions of whole orders run exactly, so among themselves they are told apart by all that is above rounding: where a record grows, all that a

@@ -7,6 +7,7 @@ mod any_pole;
 mod boundary;
 mod controllers;
 mod defining_sums;
+mod design;
 mod fast_poles;
 mod field;
 mod fixture;

@@ -6,7 +6,7 @@
 use fracdiff::Seconds;
 use fractional_control::FractionalTransferFunction;
 use fractional_control::model_search::{
-    InputOutput, a_pole_instead, candidates, dead_time_interval_s, identify, settles_as_well,
+    InputOutput, candidates, dead_time_evidence, identify, settles_as_well,
 };
 use fractional_control::num_complex::Complex;
 use rayon::prelude::*;
@@ -331,16 +331,16 @@ fn dead_times_are_found_within_5_percent_or_half_a_sample() {
         let record = case.record(&mut random);
         let found = identify(&record, &candidates(&record, true, None), true);
         let found = found.expect("some function fits");
-        let [low, high] = dead_time_interval_s(&found[0], &record, true).map(|s| s / T);
+        let evidence = dead_time_evidence(&found, &record, true).expect("a function");
+        let [low, high] = evidence.interval_s.map(|s| s / T);
         let own = &found[0].identified;
         let have = own.dead_time.seconds() / T;
         let allowed = (0.05 * case.delay).max(0.5);
         let is_right = (have - case.delay).abs() <= allowed;
-        let instead = a_pole_instead(&found, [low * T, high * T], &record);
         println!(
             "{number} {:?}, {} samples: {} want {:.2} have {have:.2} [{low:.2}, {high:.2}] {} told {} {}",
             case.input, case.samples, if is_right { "ok" } else { "MISS" }, case.delay,
-            if low <= case.delay && case.delay <= high { "in" } else { "OUT" }, instead.is_some(), own.function,
+            if low <= case.delay && case.delay <= high { "in" } else { "OUT" }, evidence.instead.is_some(), own.function,
         );
         !is_right
     });

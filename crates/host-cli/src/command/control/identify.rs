@@ -10,8 +10,8 @@ use crate::table;
 use clap::Args;
 use fracdiff::Seconds;
 use fractional_control::model_search::{
-    Found, InputOutput, Unexplained, a_pole_instead, candidates, candidates_of,
-    dead_time_interval_s, identify, settles_as_well,
+    Found, InputOutput, Unexplained, candidates, candidates_of, dead_time_evidence, identify,
+    settles_as_well,
 };
 use fractional_control::{
     ControlError, FractionalPolynomial, FractionalTransferFunction, FreeNumber, Identified, Term,
@@ -124,12 +124,14 @@ impl Arguments {
                 "no function was found: give --model with other terms"
             )));
         };
-        let interval = known
-            .is_none()
-            .then(|| dead_time_interval_s(best, &record, held));
+        let evidence = match known {
+            None => dead_time_evidence(&found, &record, held),
+            Some(_) => None,
+        };
+        let interval = evidence.map(|evidence| evidence.interval_s);
         let mut warnings: Vec<String> = gaps.into_iter().collect();
         warnings.extend(self::warnings(&found, best, &record));
-        let instead = interval.and_then(|interval| a_pole_instead(&found, interval, &record));
+        let instead = evidence.and_then(|evidence| evidence.instead);
         warnings.extend(instead.map(|other| no_pole(other, best)));
         let (plant_file, figure) = self.write(best, &record, &mut place);
         for warning in &warnings {
