@@ -290,6 +290,11 @@ pub(crate) struct PlaceOfFile {
 impl PlaceOfFile {
     /// Looks at the place of a file that is said to be a `kind`. Nothing is made yet.
     pub(crate) fn look(file: &File, kind: &str) -> Result<Self, Failure> {
+        Self::beside(file, kind, &[])
+    }
+
+    /// The same, with files of these extensions beside it.
+    pub(crate) fn beside(file: &File, kind: &str, others: &[&str]) -> Result<Self, Failure> {
         let File { out, overwrite } = file;
         overwrite_acts(out.as_deref(), *overwrite)?;
         if let Some(path) = out {
@@ -300,8 +305,11 @@ impl PlaceOfFile {
                 )));
             }
             let pictures = picture_file::names(&path.with_extension(""));
-            let names: Vec<PathBuf> = std::iter::once(path.clone()).chain(pictures).collect();
-            look(&names, path, *overwrite)?;
+            let others = others
+                .iter()
+                .map(|extension| path.with_extension(extension));
+            let names = std::iter::once(path.clone()).chain(pictures).chain(others);
+            look(&names.collect::<Vec<PathBuf>>(), path, *overwrite)?;
         }
         Ok(Self {
             path: out.clone(),
@@ -325,6 +333,14 @@ impl PlaceOfFile {
             .take(written.map(|()| path.display().to_string()));
         let saved = picture_file::save(picture(), &path.with_extension(""), self.overwrite);
         (file, self.unwritten.take(saved))
+    }
+
+    /// Writes a text beside it; the name of the file.
+    pub(crate) fn write_beside(&mut self, extension: &str, text: &str) -> Option<String> {
+        let path = self.path.as_ref()?.with_extension(extension);
+        let written = write_text(&path, text, self.overwrite);
+        self.unwritten
+            .take(written.map(|()| path.display().to_string()))
     }
 
     /// As [`Place::close`].

@@ -17,6 +17,7 @@ mod answer;
 mod drive;
 mod estimate;
 mod fit;
+mod response;
 #[cfg(test)]
 mod tests;
 

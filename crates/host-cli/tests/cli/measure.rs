@@ -11,7 +11,7 @@ const DEVICE: &str =
 
 fn measured(place: &Place) -> Value {
     let line =
-        format!("device measure --device sim {DEVICE} --duration 3s --out device.toml --json");
+        format!("device measure --device sim {DEVICE} --duration 8s --out device.toml --json");
     place.run(&line).succeeded().json()
 }
 
@@ -32,7 +32,18 @@ fn a_device_is_measured_into_a_file_that_the_other_commands_take() {
         1e-6,
     );
     assert!(number(&found, "largest_force_n") <= 2.0, "{found}");
-    assert_eq!(place.files(), ["device.png", "device.svg", "device.toml"]);
+    let files = ["device.csv", "device.png", "device.svg", "device.toml"];
+    assert_eq!(place.files(), files);
+    assert!(number(&found, "coherent_lines") > 15.0, "{found}");
+
+    // The measured response is a plant to tune for.
+    let tuned = "control design --plant device.csv --crossover 40rad/s --json";
+    let tuned = place.run(tuned).succeeded().json();
+    let specification = tuned["specification"].as_array().expect("wishes");
+    assert!(
+        specification.iter().all(|wish| wish["met"] == true),
+        "{tuned}"
+    );
 
     // The same device by its file and by options: the same answer, and an option beside the file wins.
     let text = place.text("device.toml");

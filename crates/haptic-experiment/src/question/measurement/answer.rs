@@ -2,6 +2,7 @@
 
 use super::drive::{on_serial, on_simulated};
 use super::estimate::{Measured, estimate};
+use super::response::{ResponseLine, response, table};
 use super::{
     HELD, MEASURE_BOX, MEASURE_DEVICE, MEASURE_DURATION, MEASURE_FORCE_LIMIT, MEASURE_SAMPLE_TIME,
     MEASUREMENT, MeasurePlan, TABLES,
@@ -121,6 +122,7 @@ impl Measurement {
             written("residual_m", found.residual_rms_m)
         );
         let (reach_low_m, reach_high_m) = record.reach_m();
+        let lines = response(&record, plan);
         Ok(MeasureReport {
             device,
             board,
@@ -130,7 +132,10 @@ impl Measurement {
             largest_force_n: record.largest_force_n(),
             reach_low_m,
             reach_high_m,
+            coherent_lines: table(&lines).1,
+            lines,
             model: None,
+            frequency_response: None,
             figure: None,
             conditions,
         })
@@ -149,8 +154,14 @@ pub struct MeasureReport {
     largest_force_n: f64,
     reach_low_m: f64,
     reach_high_m: f64,
+    /// Lines of the frequency response that are told, of 20; none if the record is too short.
+    coherent_lines: usize,
+    #[serde(skip)]
+    lines: Vec<ResponseLine>,
     /// The device file, once it is written.
     pub model: Option<String>,
+    /// The table of the frequency response, once it is written.
+    pub frequency_response: Option<String>,
     /// Its picture.
     pub figure: Option<String>,
     /// Device, day and excitation, in words.
@@ -169,6 +180,18 @@ impl MeasureReport {
     #[must_use]
     pub fn curve(&self) -> &[[f64; 3]] {
         &self.found.curve
+    }
+
+    /// The frequency response as a table that a plant file takes; `None` if the record is too short for one, or no line coherent.
+    #[must_use]
+    pub fn response_table(&self) -> Option<String> {
+        (self.coherent_lines > 0).then(|| table(&self.lines).0)
+    }
+
+    /// ω, rad/s, |G|, m/N, and coherence of each line of the frequency response.
+    pub fn response(&self) -> impl Iterator<Item = [f64; 3]> {
+        let line = |line: &ResponseLine| [line.omega_rad_s, line.gain, line.coherence];
+        self.lines.iter().map(line)
     }
 
     /// The text of the device file, made by this program.

@@ -53,6 +53,17 @@ pub(crate) enum DriveError<E> {
     Device(E),
 }
 
+/// Time in which the slow group reaches its size where nothing makes it smaller, s.
+pub(super) fn grown_s() -> f64 {
+    -GROWS_S * libm::log(BEGINS)
+}
+
+/// Lines of the multi-sine, slowest first, radians a sample.
+pub(super) fn steps(plan: &MeasurePlan) -> Vec<f64> {
+    let Excitation { slow, fast, .. } = Excitation::new(*plan);
+    slow.iter().chain(&fast).map(|line| line.step).collect()
+}
+
 /// Drives a device through a measurement. `applied` tells the force that the device really applied in a tick, from the one that it was sent;
 /// `progress` hears the number of ticks.
 ///

@@ -6,6 +6,7 @@ mod random_devices;
 
 use super::drive::{Driven, Outcome, drive, on_simulated};
 use super::estimate::{Estimate, MeasureError, Measured, estimate};
+use super::response::response;
 use super::{MeasurePlan, MotionRecord};
 use crate::run::plant_file::DeviceModel;
 use crate::{Imperfections, Sensors};
@@ -14,6 +15,7 @@ use haptic_loop::plant::{MassDamper, MassDamperConfig};
 use haptic_loop::units::{Kilograms, NewtonSecondsPerMetre, Newtons, NewtonsPerMetre};
 use haptic_loop::{Device, Fault, Reading, SafeForce};
 use nalgebra::Vector1;
+use num_complex::Complex;
 use std::convert::Infallible;
 use std::path::Path;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -250,6 +252,49 @@ fn nothing_is_made_of_an_ideal_device() {
         found.encoder_resolution_m <= 0.0 && found.sensor_noise_m.value < 1e-7,
         "{found:?}"
     );
+}
+
+#[test]
+fn the_frequency_response_is_that_of_the_device_and_its_coherence_tells_friction() {
+    let plan = MeasurePlan::default();
+    let (delay, lag, mass, damping) = (1.3e-3, 0.5e-3, 0.065, 3.5);
+    let lines = |friction| {
+        let device = MassDamperConfig {
+            friction: Newtons(friction),
+            ..usual()
+        };
+        let record = Fine::new(device, 16).drive(&plan).record;
+        response(&record, &plan)
+    };
+    let free = lines(0.0);
+    assert_eq!(free.len(), 20);
+    for line in &free {
+        let s = Complex::new(0.0, line.omega_rad_s);
+        let moves = s * (mass * s + damping) * (1.0 + lag * s);
+        let want = (-delay * s).exp() / moves;
+        let have = Complex::from_polar(line.gain, line.phase_deg.to_radians());
+        let off = (have / want - 1.0).norm();
+        let allowed = match line.omega_rad_s {
+            ..10.0 => 0.1,
+            ..900.0 => 0.03,
+            _ => 0.06,
+        };
+        assert!(off < allowed && line.coherence > 0.98, "{off}: {line:?}");
+    }
+    // Without a jump by a turn.
+    assert!(
+        free.windows(2)
+            .all(|pair| (pair[1].phase_deg - pair[0].phase_deg).abs() < 40.0)
+    );
+    // Rubbing follows the whole motion, so no line tells its own.
+    let rubbing = lines(0.5);
+    let told = |lines: &[super::response::ResponseLine]| {
+        (lines.iter()).fold(1.0, |least, line| f64::min(least, line.coherence))
+    };
+    assert!(told(&rubbing) < told(&free) - 0.02, "{rubbing:?}");
+    // Of a short record no coherence is told.
+    let short = Fine::new(usual(), 1).drive(&short()).record;
+    assert!(response(&short, &plan).is_empty());
 }
 
 /// Why a motion is not used.

@@ -5,18 +5,19 @@ use crate::files::{File, PROGRAM, PlaceOfFile};
 use crate::options::{Options, keys};
 use crate::output::{Output, warn};
 use crate::parse::{WAITS, quantity};
-use crate::picture::{Panel, linear, page};
+use crate::picture::{Panel, linear, logarithmic, page};
 use clap::Args;
 use haptic_experiment::Failure;
 use haptic_experiment::document::Document;
 use haptic_experiment::parameters::MEASUREMENT;
-use haptic_experiment::question::Measurement;
+use haptic_experiment::question::{MeasureReport, Measurement};
 use haptic_figure::{FigureError, Look, Picture};
 use std::time::Duration;
 
 pub(super) const LONG_ABOUT: &str = "\
 Finds mass, damping, Coulomb friction, delay, current lag, encoder step and noise of a device, with 95 % intervals, and \
-writes a device file that analyze, design, zwidth, relax, run and control take.
+writes a device file that analyze, design, zwidth, relax, run and control take. Beside it stands the frequency response \
+at the lines of the multi-sine, FILE.csv, with its coherence; control design takes it as --plant. It needs 7s of multi-sine.
 
 The device moves by itself: half a second without force, then a slowly growing force each way until it moves, then a \
 multi-sine. The force never exceeds a fifth of --force-limit. If the device leaves --box, and on Ctrl-C, the \
@@ -44,7 +45,7 @@ pub(crate) struct Arguments {
 
 impl Arguments {
     pub(crate) fn run(self, output: Output) -> Result<(), Failure> {
-        let mut place = PlaceOfFile::look(&self.file, "device")?;
+        let mut place = PlaceOfFile::beside(&self.file, "device", &["csv"])?;
         let document = self.options.over(Document::new(MEASUREMENT))?;
         let mut asked = Measurement::open(&document).map_err(Failure::input)?;
         if let Some(wait) = self.wait {
@@ -59,15 +60,19 @@ impl Arguments {
             warn(warning);
         }
         let text = || report.device_file(PROGRAM);
-        let draw = || draw(report.curve(), &report.conditions);
+        let draw = || draw(&report);
         (report.model, report.figure) = place.write(text, draw);
+        report.frequency_response = report
+            .response_table()
+            .and_then(|table| place.write_beside("csv", &table));
         output.summary(&report)?;
         place.close(Ok(()))
     }
 }
 
-/// The motion over the model, s and m, and below it what the model does not explain.
-fn draw(curve: &[[f64; 3]], words: &str) -> Result<Picture, FigureError> {
+/// The motion over the model, below it what the model does not explain, and the frequency response.
+fn draw(report: &MeasureReport) -> Result<Picture, FigureError> {
+    let curve = report.curve();
     let over_time = |scale: f64, value: fn(&[f64; 3]) -> f64| {
         let points = curve.iter();
         points.map(move |point| (point[0], scale * value(point)))
@@ -90,5 +95,26 @@ fn draw(curve: &[[f64; 3]], words: &str) -> Result<Picture, FigureError> {
         0,
         left,
     );
-    page("A device, measured", words, 1, &[motion, left])
+    let mut panels = vec![motion, left];
+    if report.response().next().is_some() {
+        let of = |part: usize| report.response().map(move |line| (line[0], line[part]));
+        let omega = || logarithmic("ω / (rad/s)");
+        panels.push(
+            Panel::new("frequency response", omega(), logarithmic("|G| / (m/N)")).with(
+                "measured",
+                Look::Markers,
+                0,
+                of(1),
+            ),
+        );
+        panels.push(
+            Panel::new("coherence", omega(), linear("γ²").between(0.0, 1.0)).with(
+                "coherence",
+                Look::Markers,
+                0,
+                of(2),
+            ),
+        );
+    }
+    page("A device, measured", &report.conditions, 1, &panels)
 }
