@@ -4,6 +4,7 @@
 
 #[path = "support/clock.rs"]
 mod clock;
+mod listed;
 mod lists;
 mod support;
 
@@ -13,8 +14,7 @@ use cortex_m::peripheral::SYST;
 use cortex_m_rt::entry;
 use cortex_m_semihosting::hprintln;
 use haptic_link::{
-    Capabilities, Configuration, Guard, GuardKind, Limits, OperatorForm, OperatorShape, Refusal,
-    Simulation, Start,
+    Capabilities, Configuration, Guard, GuardKind, Limits, Refusal, Simulation, Start,
 };
 use haptic_loop::{Device, Fault, Reading, SafeForce};
 use haptic_remote::{Hardware, TickSide, prepare};
@@ -67,20 +67,7 @@ impl Hardware for Probe {
     type Setup = ();
 
     fn capabilities(&self) -> Capabilities {
-        Capabilities {
-            board: Capabilities::board_name("probe"),
-            axes: 1,
-            simulated: false,
-            tick_period_min_us: 100,
-            tick_period_max_us: 10_000,
-            force_max_n: 40.0,
-            force_rate_max_n_per_s: 1e6,
-            position_resolution_m: 0.0,
-            coefficients_max: 256,
-            modes_max: 48,
-            degree_max: 16,
-            flight_samples: 96,
-        }
+        listed::capabilities("probe")
     }
 
     fn prepare(_: &Simulation, _: u32) -> Result<(), Refusal> {
@@ -105,16 +92,7 @@ fn configuration(list: &lists::List, limits: Limits, depth_map: Option<[f32; 8]>
         dissipation_n_s_mu_per_m: 5.0,
         one_sided: true,
         surface_m: 1e-3,
-        operator: OperatorShape {
-            form: match list.form {
-                "taps" => OperatorForm::Taps,
-                "modes" => OperatorForm::Modes,
-                "recursion" => OperatorForm::Recursion,
-                _ => OperatorForm::Sections,
-            },
-            integer: list.integer,
-            count: list.bits.len() as u16,
-        },
+        operator: listed::shape(list),
         limits: Limits {
             force_n: 2.0,
             watchdog_ms: 1000,
@@ -146,11 +124,8 @@ const SPHERE: [f32; 8] = [200.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0];
 const STIFFENING: [f32; 8] = [200.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 2000.0];
 
 fn measure(list: &lists::List, name: &str, limits: Limits, depth_map: Option<[f32; 8]>) {
-    let mut values = [0.0; 256];
-    for (value, bits) in values.iter_mut().zip(list.bits) {
-        *value = f32::from_bits(*bits);
-    }
-    let values = &values[..list.bits.len()];
+    let (values, count) = listed::values(list);
+    let values = &values[..count];
     let mut device = TickSide::new(Probe::default()).expect("a board");
     // Behind a pointer, as on a board: places in a stack frame of this size cost instructions of their own.
     let device = core::hint::black_box(&mut device);

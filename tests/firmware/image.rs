@@ -18,6 +18,7 @@ pub(crate) enum Image {
     Behaviour,
     Controllers,
     Instructions,
+    Replay,
 }
 
 impl Image {
@@ -28,6 +29,7 @@ impl Image {
             Self::Behaviour => "behaviour",
             Self::Controllers => "controllers",
             Self::Instructions => "instructions",
+            Self::Replay => "replay",
         }
     }
 }
@@ -159,11 +161,17 @@ impl Images {
 
     /// Runs a test image to its end, where each instruction takes 64 ns, and returns what it prints.
     pub(crate) fn run(&self, image: Image) -> String {
+        self.run_with(image, &[])
+    }
+
+    /// The same, with more arguments of QEMU.
+    pub(crate) fn run_with(&self, image: Image, more: &[String]) -> String {
         let output = tempfile::NamedTempFile::new().expect("a file");
         let file = output.reopen().expect("the same file");
         let child = Command::new("qemu-system-arm")
             .args(["-M", "mps2-an386", "-icount", "shift=6,sleep=off"])
             .args(["-display", "none", "-monitor", "none", "-serial", "null"])
+            .args(more)
             .args(["-semihosting-config", "enable=on,target=native", "-kernel"])
             .arg(self.path(image))
             .stdin(Stdio::null())

@@ -10,6 +10,8 @@ mod board;
 #[path = "../../firmware/tests/cases.rs"]
 mod cases;
 mod image;
+#[path = "../../firmware/tests/listed.rs"]
+mod listed;
 #[path = "../../firmware/tests/lists.rs"]
 mod lists;
 #[path = "../../firmware/tests/loops.rs"]
@@ -17,6 +19,8 @@ mod loops;
 mod muscle;
 mod pico;
 mod relaxation;
+#[path = "../../firmware/tests/replayed.rs"]
+mod replayed;
 mod selftest;
 mod tables;
 mod template;

@@ -1,136 +1,179 @@
-//! The Pico of `tests/pico`, whose forces are those of the same device half here, bit for bit.
+//! The Pico of `tests/pico`, whose forces are those of the same device half here and on a Cortex-M4F, bit for bit.
 
 use super::board::samples;
-use fracdiff::{Operator, Order, Scheme, Seconds};
-use haptic_link::{Capabilities, Configuration, Limits, LoopMode, Refusal, Simulation, Start};
-use haptic_loop::{Device, Fault, Reading, SafeForce};
+use super::image::{Image, built};
+use super::lists::LISTS;
+use super::{listed, replayed, told};
+use fracdiff::{Order, Seconds, ShortMemory};
+use haptic_link::{Configuration, HandSide, Limits, LoopMode, Start};
+use haptic_loop::units::{Newtons, NewtonsPerSecond};
+use haptic_loop::{Device as _, Reading, SafetyChain};
 use haptic_remote::serial::{ConnectOptions, SerialLink};
-use haptic_remote::{Hardware, TickSide, operator_shape, prepare};
-use nalgebra::Vector1;
+use haptic_teleoperation::{CouplerGains, Port, PortLaw, Settings};
+use std::io::Write as _;
 use std::time::Duration;
 
-/// A board that was there already: it reads what another one has read.
-struct Replay {
-    capabilities: Capabilities,
-    positions_m: Vec<f32>,
-    next: usize,
+/// The Pico of `tests/pico/run night`.
+fn connected() -> SerialLink {
+    let line = std::env::var("PICO_LINE").expect("tests/pico/run night sets PICO_LINE");
+    let options = ConnectOptions {
+        patience: Duration::from_secs(20),
+        ..ConnectOptions::default()
+    };
+    SerialLink::connect(&line, options).expect("answers")
 }
 
-impl Device<f32, 1> for Replay {
-    type Error = Fault;
+/// Where the image `firmware/tests/replay.rs` looks for positions.
+const INPUT: u32 = 0x2100_0000;
 
-    fn read(&mut self) -> Result<Reading<f32, 1>, Fault> {
-        let tick = self.next;
-        let position = self.positions_m.get(tick).copied();
-        self.next += 1;
-        Ok(Reading {
-            tick: tick as u64,
-            time_s: 1e-3 * tick as f64,
-            position_m: Vector1::new(position.unwrap_or_default()),
-        })
-    }
-
-    fn write(&mut self, _: SafeForce<f32, 1>) -> Result<(), Fault> {
-        Ok(())
-    }
-}
-
-impl Hardware for Replay {
-    type Setup = ();
-
-    fn capabilities(&self) -> Capabilities {
-        self.capabilities
-    }
-
-    fn prepare(_: &Simulation, _: u32) -> Result<(), Refusal> {
-        Ok(())
-    }
-
-    fn install(&mut self, (): (), _: u32) {}
-
-    fn restart(&mut self) {
-        self.next = 0;
-    }
-
-    fn idle(&mut self) -> Result<Reading<f32, 1>, Fault> {
-        self.next = 0;
-        let reading = self.read();
-        self.next = 0;
-        reading
-    }
+/// The digest of the forces on these positions in QEMU.
+fn on_the_cortex_m4f(positions_m: &[f32]) -> u32 {
+    let images = built().expect("tests/pico/run night needs QEMU");
+    let count = u32::try_from(positions_m.len()).expect("fits");
+    let words = core::iter::once(count).chain(positions_m.iter().map(|x| x.to_bits()));
+    let bytes: Vec<u8> = words.flat_map(u32::to_le_bytes).collect();
+    let mut file = tempfile::NamedTempFile::new().expect("a file");
+    file.write_all(&bytes).expect("room");
+    let device = format!(
+        "loader,file={},addr={INPUT:#x},force-raw=on",
+        file.path().display()
+    );
+    let said = told(&images.run_with(Image::Replay, &["-device".to_owned(), device]));
+    let digest = said["full 200 s"].trim_start_matches("0x");
+    u32::from_str_radix(digest, 16).expect("a digest")
 }
 
 /// `tests/pico/run night` runs it, with a hand that swings behind the pins. The ROM's floats round as IEEE 754 demands but
 /// have no subnormal numbers: a difference would begin below 1.2e-38.
 #[test]
 #[ignore = "by night: `.ci/nightly` does it"]
-fn by_night_a_pico_has_the_forces_of_the_host_bit_for_bit() {
-    let line = std::env::var("PICO_LINE").expect("tests/pico/run night sets PICO_LINE");
+fn by_night_a_pico_has_the_forces_of_the_host_and_of_a_cortex_m4f_bit_for_bit() {
     let ticks = std::env::var("PICO_TICKS").expect("and PICO_TICKS");
     let ticks: u32 = ticks.parse().expect("a number");
-    let order = Order::new(0.5).expect("valid");
-    let scheme: Scheme = "full:1e-6".parse().expect("valid");
-    let operator = scheme.build(order, Seconds(1e-3), 200.0);
-    let operator: Operator<f32> = operator.expect("fits");
-    let (coefficients, values) = operator_shape(&operator).expect("short");
-    let options = ConnectOptions {
-        patience: Duration::from_secs(20),
-        ..ConnectOptions::default()
-    };
-    let mut link = SerialLink::connect(&line, options).expect("answers");
-    let capabilities = *link.capabilities();
-    let configuration = Configuration {
-        loop_mode: LoopMode::Device,
-        stiffness_n_per_m: 200.0,
-        dissipation_n_s_mu_per_m: 5.0,
-        order: 0.5,
-        operator: coefficients,
-        limits: Limits {
-            force_n: capabilities.force_max_n,
-            watchdog_ms: 1000,
-            late_ticks: 0,
-            ..Limits::DEFAULT
-        },
-        ..Configuration::PASSIVE
-    };
-    link.set(configuration, &values).expect("good");
+    let list = LISTS.iter().find(|list| list.name == "full 200 s");
+    let list = list.expect("a list");
+    let mut link = connected();
+    let (values, count) = listed::values(list);
+    link.set(replayed::configuration(list), &values[..count])
+        .expect("good");
     link.arm(Duration::from_secs(5)).expect("arms");
     let start = Start {
         ticks,
         ..Start::ENDLESS
     };
     link.start(start).expect("starts");
-    let seen = samples(&mut link);
+    let mut seen = samples(&mut link);
     assert!(seen.len() >= ticks as usize, "{} samples", seen.len());
+    seen.truncate(ticks as usize);
 
-    let replay = Replay {
-        capabilities,
-        positions_m: seen
-            .iter()
-            .map(|sample| sample.axes[0].position_m)
-            .collect(),
-        next: 0,
-    };
-    let mut host = TickSide::new(replay).expect("starts");
-    let prepared = prepare::<Replay, 1>(configuration, &values, &capabilities).expect("good");
-    host.install(prepared, &values).expect("idle");
-    host.arm(0).expect("nothing is wrong");
-    host.start(start).expect("armed");
+    let positions_m: Vec<f32> = (seen.iter().zip(0..))
+        .map(|(sample, tick)| {
+            assert_eq!(sample.tick, tick, "a sample is missing");
+            sample.axes[0].position_m
+        })
+        .collect();
     let mut moved = 0;
-    for (sample, tick) in seen.iter().zip(0..ticks) {
-        assert_eq!(sample.tick, tick, "a sample is missing");
-        let now_us = 1000 * u64::from(tick + 1);
-        host.heard(now_us, false);
-        host.tick(now_us);
-        while host.next_report().is_some() {}
-        let (force, here) = (sample.axes[0].force_n, host.newest().force_n[0]);
+    let read = |tick: u32| positions_m[tick as usize];
+    let host = replayed::forces(list, ticks, read, |tick, here| {
+        let force = seen[tick as usize].axes[0].force_n;
         assert_eq!(
             force.to_bits(),
             here.to_bits(),
             "tick {tick}: {force:e}, here {here:e}"
         );
-        moved += usize::from(force.abs() > 0.05);
+        moved += u32::from(force.abs() > 0.05);
+    });
+    assert!(moved > ticks / 2, "no force in most ticks");
+    assert_eq!(on_the_cortex_m4f(&positions_m), host, "on the Cortex-M4F");
+    println!("{ticks} ticks, {moved} of them above 50 mN: the same bits on all three");
+}
+
+/// The slave: 65 g on 3.5 N·s/m in a spring, N/m.
+#[derive(Default)]
+struct Slave {
+    position_m: f64,
+    velocity_m_per_s: f64,
+}
+
+const SPRING: f64 = 100.0;
+const COUPLER: f64 = 200.0;
+
+impl Slave {
+    fn push(&mut self, force_n: f64) {
+        for _ in 0..10 {
+            let net = force_n - 3.5 * self.velocity_m_per_s - SPRING * self.position_m;
+            self.velocity_m_per_s += 1e-4 / 0.065 * net;
+            self.position_m += 1e-4 * self.velocity_m_per_s;
+        }
     }
-    assert!(moved > seen.len() / 2, "no force in most ticks");
-    println!("{ticks} ticks, {moved} of them above 50 mN: the same bits");
+}
+
+/// `tests/pico/run night` runs it, with a hand that pulls the master, and compares what the hand feels at the pins with two springs in
+/// series. Held still that does not depend on how late this process is.
+#[test]
+#[ignore = "by night: `.ci/nightly` does it"]
+fn by_night_a_pico_is_the_master_of_a_teleoperation() {
+    let t = Seconds(1e-3);
+    let side = |side| {
+        let gains = CouplerGains {
+            stiffness_n_per_m: COUPLER,
+            dissipation_n_s_mu_per_m: 2.0,
+        };
+        let operator = ShortMemory::<f64, 2>::new(Order::new(1.0).expect("valid"), t);
+        let law = PortLaw::PositionPosition(gains, operator.expect("valid"));
+        let settings = Settings {
+            side,
+            sample_time: t,
+            silence: Seconds(Settings::SILENCE_S),
+        };
+        let chain = SafetyChain::new(Newtons(4.0), NewtonsPerSecond(1000.0), t);
+        Port::new(law, settings, chain.expect("valid")).expect("a port")
+    };
+    let (mut master, mut slave) = (side(HandSide::Master), side(HandSide::Slave));
+    let mut link = connected();
+    let configuration = Configuration {
+        loop_mode: LoopMode::Host,
+        limits: Limits {
+            watchdog_ms: 1000,
+            late_ticks: 0,
+            max_age_ticks: 1000,
+            ..Limits::DEFAULT
+        },
+        ..Configuration::PASSIVE
+    };
+    link.set(configuration, &[1.0]).expect("good");
+    link.arm(Duration::from_secs(5)).expect("arms");
+    let start = Start {
+        ticks: 4000,
+        ..Start::ENDLESS
+    };
+    link.start(start).expect("starts");
+    let mut remote = Slave::default();
+    let mut given_j = [0.0; 2];
+    for tick in 0..3900 {
+        let reading: Reading<f64, 1> = link.read().expect("a sample");
+        let displaced_m = reading.position_m[0];
+        let begun = master.begin(reading);
+        link.write(begun.force()).expect("there");
+        let said = begun.finish().message;
+        let begun = slave.begin(Reading {
+            tick,
+            time_s: 1e-3 * tick as f64,
+            position_m: [remote.position_m].into(),
+        });
+        remote.push(begun.force().newtons()[0]);
+        master.receive(&begun.finish().message);
+        slave.receive(&said);
+        if tick % 1300 == 1299 {
+            let share = COUPLER / (COUPLER + SPRING);
+            println!("{:.6} m of {displaced_m:.6} m", remote.position_m);
+            assert!(
+                (remote.position_m - share * displaced_m).abs() < 2e-5,
+                "it follows"
+            );
+        }
+        given_j = [master.given_j(), slave.given_j()];
+    }
+    link.disarm().expect("disarms");
+    println!("given {given_j:?} J");
 }

@@ -11,10 +11,10 @@ const IMAGE = process.env.PICO_IMAGE ?? join(root, 'target/firmware/thumbv6m-non
 export const COMMAND = process.env.HOST_CLI ?? join(root, 'target/debug/host-cli');
 
 /** A bench for one test, with its line in a folder that goes with the test. */
-export async function bench(test, device = {}) {
+export async function bench(test, device = {}, cached = Boolean(process.env.PICO_CACHE)) {
   for (const file of [IMAGE, COMMAND]) if (!existsSync(file)) throw new Error(`${file} is missing: README.md says how it is built`);
   const folder = mkdtempSync(join(tmpdir(), 'pico-'));
-  const made = new Bench(IMAGE, device, Boolean(process.env.PICO_CACHE));
+  const made = new Bench(IMAGE, device, cached);
   made.folder = folder;
   await made.listen(join(folder, 'line'));
   test.after(() => {

@@ -79,12 +79,17 @@ test('twenty seconds of a wall lose nothing and move as the simulated plant does
   assert.ok(furthest <= 1, `${furthest} steps`);
 });
 
+/** Factor by which the analysis lets stiffness and dissipation of a wall grow together. */
+function margin_of({ stiffness, dissipation }, delay_us) {
+  const args = ['analyze', 'stability', '--order', '0.5', '--mass', `${DEVICE.mass_kg}kg`, '--damping', `${DEVICE.damping_n_s_per_m}`,
+    '--sample-time', '1ms', '--stiffness', `${stiffness}`, '--dissipation', `${dissipation}`, '--delay', `${delay_us}us`, '--json'];
+  return JSON.parse(execFileSync(COMMAND, args)).gain_margin;
+}
+
 test('a wall 5 % below what the analysis allows rests, and one 5 % beyond bounces', async (t) => {
   const base = { stiffness: 2000, dissipation: 10, duration_s: 4 };
   const { delay_us } = await wall(t, { ...base, duration_s: 1 });
-  const analysis = ['analyze', 'stability', '--order', '0.5', '--mass', `${DEVICE.mass_kg}kg`, '--damping', `${DEVICE.damping_n_s_per_m}`,
-    '--sample-time', '1ms', '--stiffness', `${base.stiffness}`, '--dissipation', `${base.dissipation}`, '--delay', `${delay_us}us`, '--json'];
-  const { gain_margin } = JSON.parse(execFileSync(COMMAND, analysis));
+  const gain_margin = margin_of(base, delay_us);
   const swing = async (share) => {
     const [stiffness, dissipation] = [base.stiffness, base.dissipation].map((value) => value * gain_margin * share);
     const { board } = await wall(t, { ...base, stiffness, dissipation });
@@ -96,6 +101,56 @@ test('a wall 5 % below what the analysis allows rests, and one 5 % beyond bounce
   assert.ok(below.steps <= 4, `${below.steps} steps from end to end`);
   assert.ok(beyond.steps > 50, `${beyond.steps} steps from end to end`);
   assert.deepEqual([beyond.board.world.enabled, beyond.board.world.force_n], [false, 0]);
+});
+
+test('a search for the stiffest wall finds on the device what the analysis promises', async (t) => {
+  const { delay_us } = await wall(t, { stiffness: 1000, dissipation: 10, duration_s: 1 });
+  const board = await bench(t);
+  // Between two trials a hand holds the device where the wall begins; in one a weight pushes.
+  const holds = { stiffness_n_per_m: 2e4, damping_n_s_per_m: 70, position_m: 0, speed_m_per_s: 0.2 };
+  const away = { stiffness_n_per_m: 0, damping_n_s_per_m: 0 };
+  board.apply({ hand: holds });
+  const trials = [];
+  let trial;
+  board.world.onEnable = (high) => {
+    if (high) {
+      const mine = trial = { counts: [], forces: [] };
+      board.at(board.nanos + 600e6, () => mine === trial && board.world.enabled && board.apply({ hand: away, push_n: 1 }));
+    } else {
+      trials.push(trial);
+      // It takes it where it is.
+      board.world.hand_at_m = board.world.position_m;
+      board.apply({ hand: holds, push_n: 0 });
+    }
+  };
+  board.chip.onTick = () => {
+    if (!board.world.enabled) return;
+    trial.counts.push(board.world.count);
+    trial.forces.push(board.world.force_n);
+  };
+  writeFileSync(join(board.folder, 'model.toml'), `[device]
+mass_kg = ${DEVICE.mass_kg}
+damping_n_s_per_m = ${DEVICE.damping_n_s_per_m}
+delay_s = ${delay_us * 1e-6}
+encoder_resolution_m = ${STEP_M}
+`);
+  const args = ['zwidth', '--device', 'PORT', '--device-model', 'model.toml', '--orders', '0.5', '--points', '2', '--force-limit', '3N'];
+  const host = await run(board, [...args, 'duration=3s', 'watchdog=1s', '--json']);
+  assert.equal(host.code, 0, host.err);
+  const swing = (values) => Math.max(...values) - Math.min(...values);
+  const last = trials.map(({ counts, forces }) => [counts, forces].map((values) => values.slice(2600, 3000)));
+  const rests = last.filter(([counts]) => swing(counts) <= 4);
+  assert.ok(rests.length >= 4 && last.length >= rests.length + 4, `${rests.length} of ${last.length} at rest`);
+  for (const [, forces] of rests) {
+    const mean = forces.reduce((sum, force) => sum + force) / forces.length;
+    assert.ok(Math.abs(mean + 1) < 0.02, `${mean} N against a push of 1 N`);
+  }
+  // Without dissipation: with much of it the steps of the encoder end the rest, which the analysis does not know.
+  const [{ stiffness_max }] = JSON.parse(host.out).orders[0].boundary;
+  const margin = margin_of({ stiffness: stiffness_max, dissipation: 0 }, delay_us);
+  t.diagnostic(`${last.length} trials, ${rests.length} at rest; ${stiffness_max.toFixed(0)} N/m, of ${(stiffness_max * margin).toFixed(0)} by the analysis`);
+  // In the 2 s that a trial has, an oscillation next to the margin does not die away.
+  assert.ok(margin > 0.98 && margin < 1.2, `margin ${margin}`);
 });
 
 test('twenty seconds of a relaxation lose nothing and follow the full history', async (t) => {
@@ -141,7 +196,40 @@ test('a measurement finds the world: mass and damping to 5 %, delay to 0.1 sampl
   within('delay_s', delay_us() * 1e-6, 1e-4);
 });
 
-test('a hundred thousand ticks have the forces of the host, bit for bit', async (t) => {
+/** Runs a test of the workspace that is made for this. */
+async function cargo(board, name) {
+  const args = ['test', '--quiet', '--locked', '--test', 'firmware', '--', '--ignored', '--nocapture', '--exact', name];
+  const env = { ...process.env, PICO_LINE: join(board.folder, 'line'), PICO_TICKS: process.env.PICO_TICKS ?? '100000' };
+  const host = await run(board, args, undefined, ['cargo', { cwd: root, env }]);
+  assert.equal(host.code, 0, host.out + host.err);
+  return host;
+}
+
+test('as the master of a teleoperation its hand feels coupler and remote spring in series', async (t) => {
+  const board = await bench(t);
+  board.apply({ hand: { stiffness_n_per_m: 500, damping_n_s_per_m: 20, speed_m_per_s: 0.05 } });
+  const felt = [];
+  board.world.onEnable = (high) => {
+    if (!high) return;
+    [4e-3, -3e-3, 0].forEach((position_m, i) => {
+      board.at(board.nanos + i * 1300e6 + 100e6, () => board.apply({ hand: { position_m } }));
+      board.at(board.nanos + i * 1300e6 + 1280e6, () => felt.push(board.state()));
+    });
+  };
+  const host = await cargo(board, 'pico::by_night_a_pico_is_the_master_of_a_teleoperation');
+  t.diagnostic(host.out.match(/given.*/)[0]);
+  assert.equal(felt.length, 3);
+  for (const { position_m, force_n } of felt) {
+    // 200 and 100 N/m; a count and a step of the PWM are 1.8 mN, and both couplers see the positions of a tick ago.
+    const promised = -200 / 3 * position_m;
+    t.diagnostic(`${(1e3 * position_m).toFixed(3)} mm: ${force_n.toFixed(4)} N, promised ${promised.toFixed(4)} N`);
+    assert.ok(Math.abs(force_n - promised) < 0.01, `${force_n} N for ${promised} N`);
+  }
+  assert.ok(Math.abs(felt[0].position_m) > 3e-3 && Math.abs(felt[1].position_m) > 2e-3, 'it moved');
+  assert.deepEqual([board.world.enabled, board.world.force_n], [false, 0]);
+});
+
+test('a hundred thousand ticks have the forces of the host and of a Cortex-M4F in QEMU, bit for bit', async (t) => {
   const board = await bench(t);
   board.apply({ hand: { stiffness_n_per_m: 2000, damping_n_s_per_m: 5 } });
   const swing = () => {
@@ -151,11 +239,7 @@ test('a hundred thousand ticks have the forces of the host, bit for bit', async 
     board.at(board.nanos + 1e6, swing);
   };
   swing();
-  const args = ['test', '--quiet', '--locked', '--test', 'firmware', '--', '--ignored', '--nocapture', '--exact',
-    'pico::by_night_a_pico_has_the_forces_of_the_host_bit_for_bit'];
-  const env = { ...process.env, PICO_LINE: join(board.folder, 'line'), PICO_TICKS: process.env.PICO_TICKS ?? '100000' };
-  const host = await run(board, args, undefined, ['cargo', { cwd: root, env }]);
-  assert.equal(host.code, 0, host.out + host.err);
+  const host = await cargo(board, 'pico::by_night_a_pico_has_the_forces_of_the_host_and_of_a_cortex_m4f_bit_for_bit');
   t.diagnostic(host.out.match(/\d+ ticks.*/)[0]);
 });
 

@@ -12,6 +12,9 @@ use haptic_loop::Fault;
 /// ```
 /// - *Sampled often enough*: at least once a count, so counts a second below samples a second. Both channels changed
 ///   between two samples are a fault, as the count is wrong from then on.
+/// - *Wire off*: from the ring. A channel that is off stands still, and the count goes to and fro by one while the shaft turns. Where in
+///   ticks one channel changes and the other does not, changes, 4 a tick at most, less one a tick add up to 16: a fault. A hand
+///   changes both; a loop that shakes an edge needs two ticks for two changes. A board that counts in hardware sees no channels.
 /// - *Start-up*: count 0 wherever the encoder stands. It wraps at ±2³¹.
 ///
 /// ```
@@ -32,7 +35,15 @@ pub struct Quadrature {
     next: usize,
     /// Byte of a ring in which all samples are the last one; none before the first.
     still: Option<u8>,
+    /// Changes of A and B since a ring was last taken in.
+    changes: [u8; 2],
+    /// The channel that has changed alone since then, and by how much more than once a tick.
+    alone: (usize, u8),
 }
+
+/// Changes of a tick that count, and those beyond one a tick that are too many.
+const CHANGES_MOST: u8 = 4;
+const ALONE_MOST: u8 = 16;
 
 impl Quadrature {
     /// At count 0.
@@ -43,6 +54,8 @@ impl Quadrature {
             quarter: None,
             next: 0,
             still: None,
+            changes: [0; 2],
+            alone: (0, 0),
         }
     }
 
@@ -56,7 +69,13 @@ impl Quadrature {
             let pins = (samples >> (2 * index)) as u8 & 0b11;
             // Gray code, B and A, to binary: 00 01 11 10 are the quarters 0 1 2 3.
             let quarter = pins ^ pins >> 1;
-            let moved = quarter.wrapping_sub(self.quarter.unwrap_or(quarter)) & 0b11;
+            let before = self.quarter.unwrap_or(quarter);
+            let moved = quarter.wrapping_sub(before) & 0b11;
+            if moved & 1 != 0 {
+                // A between the quarters 0 and 1, and 2 and 3; else B.
+                let channel = usize::from(quarter ^ before == 0b11);
+                self.changes[channel] = self.changes[channel].saturating_add(1);
+            }
             self.quarter = Some(quarter);
             self.count = match moved {
                 0 => self.count,
@@ -76,7 +95,7 @@ impl Quadrature {
     /// before it has come round.
     ///
     /// # Errors
-    /// As [`take`](Self::take).
+    /// As [`take`](Self::take); and a wire that is off, where it is called once a tick.
     #[inline]
     pub fn take_ring(&mut self, ring: &[AtomicU8], end: usize) -> Result<(), Fault> {
         let mut followed = Ok(());
@@ -93,7 +112,26 @@ impl Quadrature {
             }
             self.next = (self.next + 1) % ring.len();
         }
-        followed
+        followed.and(self.both_channels())
+    }
+
+    /// Judges the changes of a tick.
+    fn both_channels(&mut self) -> Result<(), Fault> {
+        let [a, b] = core::mem::take(&mut self.changes);
+        let (channel, alone) = self.alone;
+        self.alone = match (a, b) {
+            (0, 0) => (channel, alone),
+            (_, 0) if channel == 0 => (0, alone + a.min(CHANGES_MOST)),
+            (0, _) if channel == 1 => (1, alone + b.min(CHANGES_MOST)),
+            // The other one is there too.
+            _ => (1 - channel, 0),
+        };
+        self.alone.1 = self.alone.1.saturating_sub(1);
+        if self.alone.1 < ALONE_MOST {
+            return Ok(());
+        }
+        self.alone.1 = 0;
+        Err(Fault::EncoderWire)
     }
 
     /// Counts since the start.

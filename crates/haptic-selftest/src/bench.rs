@@ -254,6 +254,7 @@ pub(super) const fn ends_the_test(fault: Fault) -> bool {
             | Fault::PositionStuck
             | Fault::PositionJump
             | Fault::BoardFailed
+            | Fault::EncoderWire
     )
 }
 

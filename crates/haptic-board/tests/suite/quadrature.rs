@@ -106,3 +106,61 @@ fn a_shaft_that_rests_at_first_loses_no_count_of_a_ring() {
     }
     assert_eq!(encoder.count(), 2);
 }
+
+/// The first fault of a shaft, its place in counts given for each of 128 samples a tick, with A or B off, and its tick.
+fn fault_of(off: Option<u32>, ticks: u32, count_at: impl Fn(f64) -> f64) -> Option<(u32, Fault)> {
+    let ring: [AtomicU8; 64] = std::array::from_fn(|_| AtomicU8::new(0));
+    let mut encoder = Quadrature::new();
+    for tick in 0..ticks {
+        for byte in 0..32 {
+            let sample = |index: u32| {
+                let time_ms = f64::from(tick) + f64::from(4 * byte + index) / 128.0;
+                // The pull-up of a wire that is off.
+                pins(count_at(time_ms).floor() as i64) | off.map_or(0, |channel| 1 << channel)
+            };
+            let samples = (0..4).fold(0, |byte, index| byte | sample(index) << (2 * index));
+            ring[(32 * tick + byte) as usize % 64].store(samples as u8, Ordering::Relaxed);
+        }
+        let end = (32 * (tick + 1)) as usize % 64;
+        if let Err(fault) = encoder.take_ring(&ring, end) {
+            return Some((tick, fault));
+        }
+    }
+    None
+}
+
+#[test]
+fn a_wire_that_is_off_is_a_fault_once_the_shaft_turns() {
+    for off in [0, 1] {
+        for direction in [1.0, -1.0] {
+            // 50 mm/s at counts of 16 µm: within 30 ms.
+            let steady = fault_of(Some(off), 100, |t| direction * 3.2 * t);
+            assert!(
+                matches!(steady, Some((..=30, Fault::EncoderWire))),
+                "{steady:?}"
+            );
+            // 65 g under 5 N from rest: within 8 ms, as soon as it has moved 2.5 mm.
+            let pushed = fault_of(Some(off), 100, |t| direction * 2.4 * t * t);
+            assert!(
+                matches!(pushed, Some((..=8, Fault::EncoderWire))),
+                "{pushed:?}"
+            );
+        }
+    }
+}
+
+#[test]
+fn no_motion_of_a_whole_encoder_is_taken_for_a_wire_that_is_off() {
+    let tau = std::f64::consts::TAU;
+    // Slow and fast, a tremor across one edge, and a loop that shakes that edge as fast as it can: every second tick.
+    for speed in [0.003, 0.1, 0.6, 1.7, 20.0, 100.0] {
+        assert_eq!(fault_of(None, 20_000, |t| speed * t), None, "{speed}");
+    }
+    for (amplitude, period) in [(0.4, 100.0), (30.0, 100.0), (0.4, 2.0), (0.9, 2.1)] {
+        for edge in 0..4 {
+            let shaken = |t: f64| f64::from(edge) + amplitude * (tau * t / period + 0.3).sin();
+            let fault = fault_of(None, 20_000, shaken);
+            assert_eq!(fault, None, "{amplitude} counts, {period} ms");
+        }
+    }
+}

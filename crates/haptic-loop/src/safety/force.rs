@@ -111,11 +111,14 @@ pub enum Fault {
     /// The device failed to measure or to apply: a board of another maker did not answer in time, answered what cannot be, or reports a
     /// fault of its own; a [`Device`](crate::Device) gave an error.
     BoardFailed = 12,
+    /// One channel of an encoder changes again and again, the other never: its wire is off, and the position stands still
+    /// whatever the device does.
+    EncoderWire = 13,
 }
 
 impl Fault {
     /// Every fault, in the order of the codes.
-    pub const ALL: [Self; 12] = [
+    pub const ALL: [Self; 13] = [
         Self::NonFiniteForce,
         Self::HostSilent,
         Self::TickOverrun,
@@ -128,13 +131,18 @@ impl Fault {
         Self::PositionJump,
         Self::StaleForce,
         Self::BoardFailed,
+        Self::EncoderWire,
     ];
 
     /// True if a damper can still oppose the motion: it needs its sensor and its actuator.
     pub(crate) const fn leaves_braking(self) -> bool {
         !matches!(
             self,
-            Self::CurrentMismatch | Self::PositionStuck | Self::PositionJump | Self::BoardFailed
+            Self::CurrentMismatch
+                | Self::PositionStuck
+                | Self::PositionJump
+                | Self::BoardFailed
+                | Self::EncoderWire
         )
     }
 
@@ -166,6 +174,7 @@ impl core::fmt::Display for Fault {
             Self::PositionJump => "the position jumped by more than the speed limit allows",
             Self::StaleForce => "the host sent a force for a sample too many ticks ago",
             Self::BoardFailed => "the board was silent, implausible or in a fault of its own",
+            Self::EncoderWire => "one channel of the encoder changes without the other",
         })
     }
 }

@@ -315,7 +315,9 @@ impl<F: Real> MotionLimits<F> {
                     share = depth;
                 }
             }
-            force[axis] -= share * self.braking * v;
+            if share > F::ZERO {
+                force[axis] -= share * self.braking * v;
+            }
         }
         limiters
     }

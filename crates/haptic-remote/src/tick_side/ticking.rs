@@ -19,7 +19,7 @@ impl<H: Hardware<D>, const D: usize, R: BorrowMut<Records<D>>> TickSide<H, D, R>
         let began = self.hardware().cycles();
         self.judge_time(now_us);
         if matches!(self.state, State::Armed | State::Running) {
-            let watchdog_us = 1000 * u64::from(self.configuration.limits.watchdog_ms);
+            let watchdog_us = u64::from(1000 * u32::from(self.configuration.limits.watchdog_ms));
             if now_us > self.heard_us.wrapping_add(watchdog_us) {
                 self.trip(Fault::HostSilent);
             }

@@ -40,7 +40,7 @@ chapters! {
     install: "install.md" ["host-cli.bash", "man/host-cli.1"];
     log_files: "log-files.md" ["ticks.csv"];
     #[ignore = "long: `.ci/run` does it, or --include-ignored"]
-    measure_your_device: "measure-your-device.md" ["device.toml", "device.png"];
+    measure_your_device: "measure-your-device.md" ["device.toml", "device.png", "device.csv"];
     reading_a_stability_map: "stability-map.md" ["map/region.png", "map/region.csv"];
     the_page_in_the_browser: "page.md" [];
     #[ignore = "long: `.ci/run` does it, or --include-ignored"]

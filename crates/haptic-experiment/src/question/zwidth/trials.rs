@@ -29,6 +29,8 @@ const TRIES: usize = 10;
 pub(crate) const TRIPS_IN_A_ROW: usize = 20;
 /// The force of a trial before has fallen to zero in this time: the longest of [`Limits`](haptic_link::Limits), and an idle host.
 const FALLEN_WITHIN: Duration = Duration::from_secs(5);
+/// Whoever pushes the device into the wall has moved it out again in this time.
+const OUT_WITHIN: Duration = Duration::from_secs(30);
 /// A trial without a sample for so long is held up, or its line is.
 const SILENCE: Duration = Duration::from_secs(2);
 /// Between two questions whether it has.
@@ -59,6 +61,8 @@ struct State {
     failure: Option<Failure>,
     /// What the device's limits say of the trials was told.
     told: bool,
+    /// So was that the device has to be moved out of the wall.
+    told_too_deep: bool,
     /// Runs begun.
     runs: u32,
     /// Trials judged, those of them that ended at a limit of the device, the last of them in a row, and the last such fault.
@@ -88,6 +92,7 @@ impl<'a> Trials<'a> {
             link,
             failure: None,
             told: false,
+            told_too_deep: false,
             runs: 0,
             trials: 0,
             trips: 0,
@@ -250,8 +255,17 @@ impl<'a> Trials<'a> {
             if is_unanswered(&error) {
                 return unanswered(&state.link, &path, error);
             }
-            if !passes(&error) || asked.elapsed() > FALLEN_WITHIN {
+            let too_deep = is_too_deep(&error);
+            let patience = if too_deep { OUT_WITHIN } else { FALLEN_WITHIN };
+            if !(too_deep || passes(&error)) || asked.elapsed() > patience {
                 return Err(problem(error));
+            }
+            if too_deep {
+                if !core::mem::replace(&mut state.told_too_deep, true) {
+                    let within = OUT_WITHIN.as_secs();
+                    (self.warn)(&format!("{path}: {error}, within {within} s, each time"));
+                }
+                state.link.disarm().map_err(problem)?;
             }
             std::thread::sleep(PAUSE);
         }
@@ -351,6 +365,17 @@ fn passes(error: &SerialError) -> bool {
             refusal: Refusal::ForceNotZero
                 | Refusal::UnknownFault
                 | Refusal::State(DeviceState::Fault),
+            ..
+        })
+    )
+}
+
+/// The device stands where the trial before has left it, in what is now a stiffer wall.
+fn is_too_deep(error: &SerialError) -> bool {
+    matches!(
+        error,
+        SerialError::Link(LinkError::Refused {
+            refusal: Refusal::ForceNotSmall { .. },
             ..
         })
     )
