@@ -325,8 +325,7 @@ fn after_step(integer: i8) -> String {
     after.push_str(match integer {
         ..=-2 => "    self->past = (past + self->inner) + self->outer;\n",
         -1 => "    self->past = (past + self->inner) + ZERO;\n",
-        // Never -0, as in Rust.
-        _ => "    self->past = past + ZERO;\n",
+        _ => "    self->past = past;\n",
     });
     after
 }

@@ -158,12 +158,14 @@ impl<C> WithIntegerPart<C> {
         if self.integer > 0 {
             history.base = x;
         }
-        let past = self.core.past(&history.core);
-        let [(inner, _), (outer, carry)] = &mut history.sums;
-        if self.integer < -1 {
-            add_compensated(outer, carry, *inner);
+        history.past = self.core.past(&history.core);
+        if self.integer < 0 {
+            let [(inner, _), (outer, carry)] = &mut history.sums;
+            if self.integer < -1 {
+                add_compensated(outer, carry, *inner);
+            }
+            history.past = (history.past + *inner) + *outer;
         }
-        history.past = (past + *inner) + *outer;
     }
 }
 

@@ -169,7 +169,11 @@ impl<F: Real, const N: usize> Differintegrator<F> for Recursion<F, N> {
         let y = self.output(history, x);
         let state = &mut history.state;
         let degree = self.degree.min(N);
-        for i in 0..degree {
+        // One state after the other: a vector of them would wait for the stores of the last sample that it spans.
+        for i in 0..N {
+            if i >= degree {
+                break;
+            }
             let next = if i + 1 < degree {
                 state[i + 1]
             } else {

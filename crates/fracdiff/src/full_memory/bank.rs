@@ -212,9 +212,16 @@ impl<F: Real, const TAPS: usize, const MODES: usize> Differintegrator<F> for Ban
 
     #[inline]
     fn advance(&self, history: &mut Self::History, x: F) {
-        // due[i] ← due[i+1] + k_{i+1}·x
-        for i in 0..TAPS - 1 {
-            history.due[i] = history.due[i + 1] + self.corrections[i] * x;
+        let before = history.due;
+        // A core without vectors moves faster than it multiplies. The same bits: no number here is −0, as the last is
+        // never written.
+        if cfg!(target_arch = "arm") && x == F::ZERO {
+            history.due[..TAPS - 1].copy_from_slice(&before[1..]);
+        } else {
+            // due[i] ← due[i+1] + k_{i+1}·x
+            for i in 0..TAPS - 1 {
+                history.due[i] = before[i + 1] + self.corrections[i] * x;
+            }
         }
         let (states, _) = history.states.as_chunks_mut();
         let (carries, _) = history.carries.as_chunks_mut();

@@ -76,15 +76,20 @@ impl<F: Real> Clamps<F> {
         limiters: &mut Limiters,
     ) {
         for (last, &wanted) in force.iter_mut().zip(wanted) {
-            let slewed = clamp(wanted, *last - self.step, *last + self.step);
-            if slewed != wanted {
-                limiters.insert(Limiters::RATE);
-            }
-            let limited = clamp(slewed, -self.magnitude, self.magnitude);
-            if limited != slewed {
-                limiters.insert(Limiters::MAGNITUDE);
-            }
-            *last = limited;
+            let mut bounded = |value: F, low: F, high: F, limiter: Limiters| {
+                if value < low {
+                    limiters.insert(limiter);
+                    low
+                } else if value > high {
+                    limiters.insert(limiter);
+                    high
+                } else {
+                    value
+                }
+            };
+            let (low, high) = (*last - self.step, *last + self.step);
+            let slewed = bounded(wanted, low, high, Limiters::RATE);
+            *last = bounded(slewed, -self.magnitude, self.magnitude, Limiters::MAGNITUDE);
         }
     }
 

@@ -279,7 +279,8 @@ impl<F: Real> SafetyChain<F> {
             }
         }
         let mut limiters = Limiters::NONE;
-        let mut aim = if state.is_released() {
+        let mut released = state.is_released();
+        let mut aim = if released {
             if state.fault.is_some() {
                 limiters.insert(Limiters::FAULT);
             }
@@ -295,10 +296,11 @@ impl<F: Real> SafetyChain<F> {
             state.trip(Fault::NonFiniteForce);
             limiters.insert(Limiters::FAULT);
             aim = SVector::from([F::ZERO; D]);
+            released = true;
         }
         let before = state.force;
         self.clamps.apply(&mut state.force, &aim, &mut limiters);
-        if state.is_released() {
+        if released {
             self.release
                 .hold(&mut state.released, &before, &mut state.force);
         }

@@ -20,7 +20,7 @@ impl<H: Hardware<D>, const D: usize, R: BorrowMut<Records<D>>> TickSide<H, D, R>
         self.judge_time(now_us);
         if matches!(self.state, State::Armed | State::Running) {
             let watchdog_us = u64::from(1000 * u32::from(self.configuration.limits.watchdog_ms));
-            if now_us.saturating_sub(self.heard_us) > watchdog_us {
+            if now_us > self.heard_us.wrapping_add(watchdog_us) {
                 self.trip(Fault::HostSilent);
             }
         }
@@ -111,12 +111,12 @@ impl<H: Hardware<D>, const D: usize, R: BorrowMut<Records<D>>> TickSide<H, D, R>
 
     fn judge_time(&mut self, now_us: u64) {
         let period = u64::from(self.configuration.tick_period_us);
-        let passed = now_us.saturating_sub(self.now_us);
+        let late_us = self.now_us.wrapping_add(2 * period);
         self.now_us = now_us;
         if core::mem::take(&mut self.judged) {
             return;
         }
-        if passed >= 2 * period {
+        if now_us >= late_us {
             self.late();
         } else {
             self.late_in_row = 0;
@@ -200,8 +200,14 @@ impl<H: Hardware<D>, const D: usize, R: BorrowMut<Records<D>>> TickSide<H, D, R>
             self.statistics.samples_dropped = self.statistics.samples_dropped.wrapping_add(1);
         }
         if self.state == State::Fault {
-            self.aftermath = self.aftermath.saturating_sub(1);
+            self.outlive();
         }
+    }
+
+    /// One tick more after a fault. Not inlined: it would be part of every tick.
+    #[inline(never)]
+    fn outlive(&mut self) {
+        self.aftermath = self.aftermath.saturating_sub(1);
     }
 
     pub(super) fn stream(&self) -> Stream {
