@@ -6,8 +6,6 @@
 use crate::circle::{Count, Winding};
 use num_complex::Complex;
 
-/// Halvings of a first interval, about π/64, after which it is 1e-20 rad wide.
-const DEPTH: u32 = 60;
 /// A turn is this near to a whole number of half turns.
 const WHOLE: f64 = 0.1;
 
@@ -50,6 +48,9 @@ pub struct Sample {
 ///     fn path(&self, _: (&Place, &Place), width: &f64) -> f64 {
 ///         self.0.abs() * width
 ///     }
+///     fn halvings(&self) -> u32 {
+///         60
+///     }
 /// }
 ///
 /// let zeros = |c: f64| {
@@ -75,6 +76,9 @@ pub trait Curve {
 
     /// A bound of the length of F's path between two nodes.
     fn path(&self, ends: (&Self::Node, &Self::Node), span: &Self::Span) -> f64;
+
+    /// Halvings of a way before it is given up.
+    fn halvings(&self) -> u32;
 
     /// Counts the zeros in |w| < 1 from the turn of F up to a first node, rad, and the ways from there to π, each with the node at its end. Halves
     /// a way where it has to. None if some size is at most `least`, or |F| is no more than rounding error.
@@ -141,7 +145,7 @@ impl<C: Curve> Walk<'_, C> {
             self.winding.turned += (b.1.value * a.1.value.conj()).arg();
             return;
         }
-        if depth == DEPTH {
+        if depth >= self.curve.halvings() {
             self.touched = true;
             return;
         }

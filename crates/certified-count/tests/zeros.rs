@@ -57,6 +57,10 @@ impl Curve for Factors {
     fn path(&self, _: (&Place, &Place), length: &f64) -> f64 {
         *length
     }
+
+    fn halvings(&self) -> u32 {
+        60
+    }
 }
 
 #[test]

@@ -1,7 +1,6 @@
 //! A simulated object behind a virtual coupler: the loop that a sampled device really closes over both.
 
-use crate::characteristic::Behind;
-use crate::characteristic::Characteristic;
+use crate::characteristic::{Behind, Characteristic, Walls};
 use crate::operator::multiply;
 use crate::stability::poles;
 use crate::{AnalysisError, AtAngle, Coupler, Dynamics, LoopOperator, SampledLoop};
@@ -153,7 +152,7 @@ impl<'a> CoupledLoop<'a> {
     #[must_use]
     pub fn unstable_poles(&self) -> Option<usize> {
         let circle = self.inner.characteristic.circle();
-        let gains = (self.inner.alpha, self.inner.beta);
+        let gains = Walls::one(self.inner.alpha, self.inner.beta);
         circle.count(gains, 0.0, self.inner.beside_rest).zeros
     }
 

@@ -2,6 +2,7 @@
 
 use crate::AnalysisError;
 use crate::arrangement::{Edge, Piece, distance, middle, near};
+use crate::characteristic::Walls;
 use crate::decomposition::{Decomposition, Sample};
 use crate::stability::Circle;
 use core::f64::consts::PI;
@@ -138,7 +139,8 @@ impl Outline<'_> {
             at[0] - side * along[1] / size,
             at[1] + side * along[0] / size,
         );
-        alpha >= 0.0 && beta >= 0.0 && self.circle.count((alpha, beta), 0.0, false).zeros == Some(0)
+        let wall = Walls::one(alpha, beta);
+        alpha >= 0.0 && beta >= 0.0 && self.circle.count(wall, 0.0, false).zeros == Some(0)
     }
 
     /// The distance from a point to everything but its own piece.

@@ -3,6 +3,7 @@
 mod coupled;
 mod coupling;
 mod lateness;
+mod map;
 mod margin;
 mod own_operator;
 mod passivity;
