@@ -11,9 +11,8 @@
 use criterion::{Criterion, criterion_group, criterion_main};
 use fracdiff::{Order, Scheme, Seconds};
 use haptic_analysis::{
-    LoopOperator, Nondimensional, OnePort, SampledLoop, SampledPlant, StabilityRegion,
+    LoopOperator, Nondimensional, OnePort, SampledLoop, SampledPlant, StabilityMap, StabilityRegion,
 };
-use rayon::prelude::*;
 use std::hint::black_box;
 
 const DELTA: f64 = 3.5 * 0.002 / 0.065;
@@ -89,18 +88,16 @@ fn points(criterion: &mut Criterion) {
 }
 
 fn maps(criterion: &mut Criterion) {
-    let mut group = criterion.benchmark_group("map of 500 x 500 verdicts, all cores");
+    let mut group = criterion.benchmark_group("map of 500 x 500 verdicts, one core");
     group.sample_size(10);
+    let plant = SampledPlant::new(DELTA, 0.0).expect("valid");
+    let [alphas, betas] = [0.5, 1.5].map(|most| {
+        let share = |k| k as f64 / MAP as f64;
+        (0..MAP).map(|k| most * share(k)).collect::<Vec<f64>>()
+    });
     for (name, operator) in operators() {
         group.bench_function(name, |bencher| {
-            bencher.iter(|| {
-                let stable = (0..MAP * MAP).into_par_iter().filter(|cell| {
-                    let alpha = 0.5 * (cell / MAP) as f64 / MAP as f64;
-                    let beta = 1.5 * (cell % MAP) as f64 / MAP as f64;
-                    SampledLoop::new(wall(alpha, beta), &operator, 0).is_ok_and(|l| l.is_stable())
-                });
-                stable.count()
-            });
+            bencher.iter(|| StabilityMap::new(plant, black_box(&operator), &alphas, &betas));
         });
     }
     group.finish();
