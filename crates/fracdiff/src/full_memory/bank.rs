@@ -213,9 +213,9 @@ impl<F: Real, const TAPS: usize, const MODES: usize> Differintegrator<F> for Ban
     #[inline]
     fn advance(&self, history: &mut Self::History, x: F) {
         let before = history.due;
-        // A core without vectors moves faster than it multiplies. The same bits: no number here is −0, as the last is
-        // never written.
-        if cfg!(target_arch = "arm") && x == F::ZERO {
+        // A core with an FPU and no vectors moves faster than it multiplies. The same bits: no number here is −0, as the last
+        // is never written.
+        if cfg!(all(target_arch = "arm", target_abi = "eabihf")) && x == F::ZERO {
             history.due[..TAPS - 1].copy_from_slice(&before[1..]);
         } else {
             // due[i] ← due[i+1] + k_{i+1}·x
