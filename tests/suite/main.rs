@@ -3,4 +3,5 @@
 mod agreement;
 mod dependencies;
 mod guide;
+mod performance;
 mod relaxation;

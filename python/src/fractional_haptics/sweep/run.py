@@ -120,7 +120,7 @@ def sweep(
     Notes
     -----
     A point costs about 1 µs of Python beside the function, 11 µs more if it takes ``rng``; a block on a cluster some
-    milliseconds. ``docs/performance.md`` has the figures.
+    milliseconds. ``python/benches/sweep_overhead.py`` measures them.
     """
     grid = grid if isinstance(grid, Grid) else Grid(**grid)
     work = work_of(function, grid, seed)

@@ -1,15 +1,17 @@
-/* C's side of the comparison with peers: peers_c OUT TAPS. TAPS holds 1024 doubles. See `run`. */
+/* C's side of the table: peers OUT TAPS, with 1024 doubles in TAPS. See `run`; LIQUID is defined where liquid-dsp is there. */
 #define _GNU_SOURCE
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 #include <time.h>
 
+#ifdef LIQUID
 #include <complex.h>
 #include <liquid/liquid.h>
+#endif
 #include "filt.h" /* filtSetup, filt, fracmemStep */
 
-enum { SAMPLES = 200000, BATCH = 4096, RUNS = 9 };
+enum { SAMPLES = 200000, BATCH = 4096, RUNS = 5 };
 
 static float x[SAMPLES], y[SAMPLES];
 
@@ -19,7 +21,7 @@ static double cpu_ns(void) {
     return 1e9 * (double)t.tv_sec + (double)t.tv_nsec;
 }
 
-static void put(const char *folder, const char *name, const char *file, double ns, long bytes, int no_std) {
+static void put(const char *folder, const char *name, const char *file, double ns, long bytes) {
     char path[4096];
     snprintf(path, sizeof path, "%s/%s", folder, file);
     FILE *out = fopen(path, "wb");
@@ -30,10 +32,8 @@ static void put(const char *folder, const char *name, const char *file, double n
     fclose(out);
     snprintf(path, sizeof path, "%s/results.jsonl", folder);
     out = fopen(path, "a");
-    fprintf(out, "{\"name\": \"%s\", \"file\": \"%s\", \"ns\": %f, \"bytes\": %ld, \"no_std\": %s, \"takes\": \"sample\"}\n",
-            name, file, ns, bytes, no_std ? "true" : "false");
+    fprintf(out, "{\"name\": \"%s\", \"build\": \"default\", \"ns\": %f, \"file\": \"%s\", \"bytes\": %ld}\n", name, ns, file, bytes);
     fclose(out);
-    printf("%s: %.2f ns\n", name, ns);
 }
 
 static double now, least;
@@ -44,7 +44,7 @@ static void end(int count) {
 }
 
 int main(int argc, char **argv) {
-    if (argc < 4) return 2;
+    if (argc < 3) return 2;
     static double wide[1024];
     static float taps[1024];
     FILE *in = fopen(argv[2], "rb");
@@ -53,6 +53,7 @@ int main(int argc, char **argv) {
     for (int j = 0; j < 1024; j++) taps[j] = (float)wide[j];
     for (int n = 0; n < SAMPLES; n++) x[n] = n < 1000 ? (float)(n * 1e-3) : 1.0f;
 
+#ifdef LIQUID
     least = 1e30;
     for (int run = 0; run < RUNS; run++) {
         firfilt_rrrf q = firfilt_rrrf_create(taps, 1024);
@@ -67,12 +68,8 @@ int main(int argc, char **argv) {
         }
         firfilt_rrrf_destroy(q);
     }
-    char name[256];
-    snprintf(name, sizeof name, "liquid-dsp %s firfilt_rrrf 1024, f32", argv[3]);
-    char file[256];
-    snprintf(file, sizeof file, "liquid_%s.f64", argv[3]);
-    for (char *c = file; *c; c++) if (*c == ' ' || *c == '/') *c = '_';
-    put(argv[1], name, file, least, 1024 * 4 * 3, 0);
+    put(argv[1], "liquid-dsp firfilt 1024, f32", "liquid.f64", least, 1024 * 4 * 3);
+#endif
 
     least = 1e30;
     for (int run = 0; run < RUNS; run++) {
@@ -84,6 +81,6 @@ int main(int argc, char **argv) {
             end(count);
         }
     }
-    put(argv[1], "fracmem C step, 64 taps, 32 modes, f32", "fracmem.f64", least, sizeof filt, 1);
+    put(argv[1], "fracmem C step, 64 taps, 32 modes, f32", "fracmem.f64", least, sizeof filt);
     return 0;
 }

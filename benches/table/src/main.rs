@@ -1,5 +1,8 @@
-//! Rust's side of the comparison with peers: `peers OUT LABEL` writes outputs and times into the folder OUT.
-//! See `run`, which does it all.
+//! Rust's side of `docs/performance.md`: `table OUT BUILD` appends times to OUT/results.jsonl and writes the outputs of the
+//! operators, `table OUT BUILD all-cores` the map on all cores. See `run`, which does it all.
+
+mod kernels;
+mod whole;
 
 use biquad::{Biquad as _, Coefficients, DirectForm2Transposed};
 use cpu_time::ThreadTime;
@@ -15,12 +18,12 @@ use std::error::Error;
 use std::fs::{File, OpenOptions};
 use std::hint::black_box;
 use std::io::{BufWriter, Write as _};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 const SAMPLES: usize = 200_000;
 /// Two periods of the longest block (2048) of a partitioned memory of 65 536 samples.
 const BATCH: usize = 4096;
-const RUNS: usize = 9;
+const RUNS: usize = 5;
 const MU: f64 = 0.2247;
 const T: f64 = 1e-3;
 const BAND: Band = Band {
@@ -30,10 +33,19 @@ const BAND: Band = Band {
 const SECTIONS: usize = 9;
 
 fn main() -> Result<(), Box<dyn Error>> {
-    let mut arguments = std::env::args().skip(1);
-    let folder = PathBuf::from(arguments.next().ok_or("peers OUT LABEL")?);
-    let label = arguments.next().unwrap_or_default();
-    let bench = Bench { folder, label };
+    let arguments: Vec<String> = std::env::args().skip(1).collect();
+    let [folder, build, rest @ ..] = arguments.as_slice() else {
+        return Err("table OUT BUILD [all-cores]".into());
+    };
+    let bench = Bench {
+        folder: PathBuf::from(folder),
+        build: build.clone(),
+    };
+    if !rest.is_empty() {
+        return whole::map(&bench);
+    }
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");
+    bench.line(&format!("{{\"kernels\": \"{}\"}}", kernels::digest(&root)?))?;
     let (order, t) = (Order::new(MU)?, Seconds(T));
     bench.operator::<f32, _>("FullMemory 1e-6, 200 s", &full::<f32>(1e-6)?)?;
     bench.operator::<f64, _>("FullMemory 1e-6, 200 s", &full::<f64>(1e-6)?)?;
@@ -41,15 +53,24 @@ fn main() -> Result<(), Box<dyn Error>> {
     let straight = Design::<16, 48>::pruned(Kernel::PiecewiseLinear, order, 1e-6, 2.1e5)?;
     let straight = FullMemory::<f64, 16, 48>::new(&straight, t)?;
     bench.operator::<f64, _>("FullMemory 1e-6, piecewise linear", &straight)?;
-    bench.operator("ShortMemory 1024", &ShortMemory::<f32, 1024>::new(order, t)?)?;
-    bench.operator("ShortMemory 1024", &ShortMemory::<f64, 1024>::new(order, t)?)?;
+    bench.operator(
+        "ShortMemory 1024",
+        &ShortMemory::<f32, 1024>::new(order, t)?,
+    )?;
+    bench.operator(
+        "ShortMemory 1024",
+        &ShortMemory::<f64, 1024>::new(order, t)?,
+    )?;
     for length in [1024, 65_536, SAMPLES] {
         let name = format!("PartitionedMemory {length}");
         bench.operator(&name, &PartitionedMemory::<f32>::new(order, length, t)?)?;
         bench.operator(&name, &PartitionedMemory::<f64>::new(order, length, t)?)?;
     }
     bench.operator("TustinMuir 9", &TustinMuir::<f32, 9>::new(order, t)?)?;
-    bench.operator("Oustaloup 9", &Oustaloup::<f32, SECTIONS>::new(order, BAND, t)?)?;
+    bench.operator(
+        "Oustaloup 9",
+        &Oustaloup::<f32, SECTIONS>::new(order, BAND, t)?,
+    )?;
     let x: Vec<f64> = input();
     bench.record("batch, full history", 100 * SAMPLES, || {
         Batch::full_history(Kernel::Grunwald, order, t).map(|sum| sum.run(&x))
@@ -58,10 +79,9 @@ fn main() -> Result<(), Box<dyn Error>> {
     bench.record("batch, full history, 10^6 samples", 100_000_000, || {
         Batch::full_history(Kernel::Grunwald, order, t).map(|sum| sum.run(&million))
     })?;
-    if bench.label.is_empty() {
-        peers(&bench)?;
-    }
-    Ok(())
+    whole::controllers(&bench)?;
+    whole::analyses(&bench)?;
+    peers(&bench)
 }
 
 fn full<F: Real>(tolerance: f64) -> Result<FullMemory<F, 16, 48>, Box<dyn Error>> {
@@ -73,14 +93,14 @@ fn full<F: Real>(tolerance: f64) -> Result<FullMemory<F, 16, 48>, Box<dyn Error>
 fn peers(bench: &Bench) -> Result<(), Box<dyn Error>> {
     let mut ring = GrunwaldLeibniz::<f32, 1024>::new(MU as f32, T as f32).map_err(debug)?;
     let bytes = size_of_val(&ring);
-    bench.filter("oxictl GrunwaldLeibniz 1024, f32", bytes, true, || {
+    bench.filter("oxictl GrunwaldLeibniz 1024, f32", bytes, || {
         ring.reset();
         let mut ring = ring.clone();
         move |x| ring.update(x)
     })?;
     let mut tustin = TustinFrac::<f32, 9>::new(MU as f32, T as f32).map_err(debug)?;
     let bytes = size_of_val(&tustin);
-    bench.filter("oxictl TustinFrac 9, f32", bytes, true, || {
+    bench.filter("oxictl TustinFrac 9, f32", bytes, || {
         tustin.reset();
         let mut tustin = tustin.clone();
         move |x| tustin.update(x)
@@ -95,7 +115,7 @@ fn peers(bench: &Bench) -> Result<(), Box<dyn Error>> {
         })
         .collect();
     let bytes = size_of_val(filters.as_slice());
-    bench.filter("biquad, Oustaloup 9 in 5 sections, f32", bytes, true, || {
+    bench.filter("biquad, Oustaloup 9 in 5 sections, f32", bytes, || {
         let mut filters: [_; 5] = std::array::from_fn(|i| filters[i]);
         move |x| filters.iter_mut().fold(x, |x, filter| filter.run(x))
     })?;
@@ -105,7 +125,7 @@ fn peers(bench: &Bench) -> Result<(), Box<dyn Error>> {
         .map(idsp::iir::Biquad::from)
         .collect();
     let bytes = size_of_val(filters.as_slice()) + 5 * 8;
-    bench.filter("idsp, Oustaloup 9 in 5 sections, f32", bytes, true, || {
+    bench.filter("idsp, Oustaloup 9 in 5 sections, f32", bytes, || {
         let filters: [_; 5] = std::array::from_fn(|i| filters[i].clone());
         let mut states: [idsp::iir::DirectForm2Transposed<f32>; 5] = Default::default();
         move |x| {
@@ -139,10 +159,9 @@ fn sections() -> Vec<([f64; 3], [f64; 2])> {
     let mut pairs: Vec<_> = first
         .chunks(2)
         .map(|pair| match *pair {
-            [[b0, b1, a1], [d0, d1, c1]] => (
-                [b0 * d0, b0 * d1 + b1 * d0, b1 * d1],
-                [a1 + c1, a1 * c1],
-            ),
+            [[b0, b1, a1], [d0, d1, c1]] => {
+                ([b0 * d0, b0 * d1 + b1 * d0, b1 * d1], [a1 + c1, a1 * c1])
+            }
             [[b0, b1, a1]] => ([b0, b1, 0.0], [a1, 0.0]),
             _ => ([1.0, 0.0, 0.0], [0.0, 0.0]),
         })
@@ -162,7 +181,7 @@ fn input<F: Real>() -> Vec<F> {
 
 struct Bench {
     folder: PathBuf,
-    label: String,
+    build: String,
 }
 
 impl Bench {
@@ -178,9 +197,7 @@ impl Bench {
             Some(length) if name.starts_with("Partitioned") => bytes + 4 * length * size_of::<F>(),
             _ => bytes,
         };
-        let no_std = !name.starts_with("Partitioned");
-        let name = format!("fracdiff {name}, {precision}{}", self.label);
-        self.filter(&name, bytes, no_std, || {
+        self.filter(&format!("{name}, {precision}"), bytes, || {
             let mut history = operator.at_rest();
             move |x| operator.step(&mut history, x)
         })
@@ -191,7 +208,6 @@ impl Bench {
         &self,
         name: &str,
         bytes: usize,
-        no_std: bool,
         mut fresh: impl FnMut() -> S,
     ) -> Result<(), Box<dyn Error>> {
         let x = input::<F>();
@@ -206,11 +222,15 @@ impl Bench {
                 }
                 black_box(&mut *y);
                 let ns = start.elapsed().as_nanos() as f64 / x.len() as f64;
-                least = if x.len() == BATCH { least.min(ns) } else { least };
+                least = if x.len() == BATCH {
+                    least.min(ns)
+                } else {
+                    least
+                };
             }
         }
         let y: Vec<f64> = y.into_iter().map(Real::to_f64).collect();
-        self.write(name, least, bytes, no_std, "sample", &y)
+        self.write(name, least, bytes, &y)
     }
 
     /// A whole record at once.
@@ -226,33 +246,34 @@ impl Bench {
             y = black_box(run()?);
             least = least.min(start.elapsed().as_nanos() as f64 / y.len() as f64);
         }
-        let name = format!("fracdiff {name}, f64{}", self.label);
-        self.write(&name, least, bytes, false, "record", &y)
+        self.write(&format!("{name}, f64"), least, bytes, &y)
     }
 
-    fn write(
-        &self,
-        name: &str,
-        ns: f64,
-        bytes: usize,
-        no_std: bool,
-        takes: &str,
-        y: &[f64],
-    ) -> Result<(), Box<dyn Error>> {
+    /// The output of a filter, and a line for its time.
+    fn write(&self, name: &str, ns: f64, bytes: usize, y: &[f64]) -> Result<(), Box<dyn Error>> {
         let slug = name.replace(|c: char| !c.is_ascii_alphanumeric(), "_");
         let mut file = BufWriter::new(File::create(self.folder.join(format!("{slug}.f64")))?);
         for y in y {
             file.write_all(&y.to_le_bytes())?;
         }
         file.flush()?;
+        self.line(&format!(
+            "{{\"name\": \"{name}\", \"build\": \"{}\", \"ns\": {ns}, \"file\": \"{slug}.f64\", \"bytes\": {bytes}}}",
+            self.build
+        ))
+    }
+
+    /// A time alone.
+    fn time(&self, name: &str, ns: f64) -> Result<(), Box<dyn Error>> {
+        let build = &self.build;
+        self.line(&format!(
+            "{{\"name\": \"{name}\", \"build\": \"{build}\", \"ns\": {ns}}}"
+        ))
+    }
+
+    fn line(&self, text: &str) -> Result<(), Box<dyn Error>> {
         let results = self.folder.join("results.jsonl");
         let mut lines = OpenOptions::new().create(true).append(true).open(results)?;
-        writeln!(
-            lines,
-            "{{\"name\": \"{name}\", \"file\": \"{slug}.f64\", \"ns\": {ns}, \"bytes\": {bytes}, \
-             \"no_std\": {no_std}, \"takes\": \"{takes}\"}}"
-        )?;
-        println!("{name}: {ns:.2} ns");
-        Ok(())
+        Ok(writeln!(lines, "{text}")?)
     }
 }
