@@ -18,10 +18,11 @@ use crate::run::tick::TickRecord;
 use crate::run::{Ran, Supervisor, recorder};
 use fracdiff::Real;
 use haptic_analysis::Dynamics;
-use haptic_link::{AxisWorkspace, Field, Limits, LoopMode, WorkspaceBox};
+use haptic_link::{AxisWorkspace, Field, Limits, LoopMode, Refusal, WorkspaceBox};
 use haptic_log::record::TickMessage;
 use haptic_loop::realtime::Fallback;
 use haptic_loop::{Controller, Environment, Workspace};
+use haptic_remote::LinkError;
 use haptic_remote::serial::{SerialError, SerialLink};
 use std::collections::BTreeMap;
 use std::convert::Infallible;
@@ -107,7 +108,7 @@ impl<'a, P: PreflightSubject, M> RemoteRun<'a, P, M> {
                     contact_rigid = CONTACT.set_to("rigid")
                 ),
             ),
-            true if holds => Failure::input_with_advice(
+            true if holds && is_too_long(&error) => Failure::input_with_advice(
                 error,
                 format_args!(
                     "give the {CONTROLLER} fewer numbers, as by a shorter `{}` or scheme = \"full:1e-4\", or a longer {SAMPLE_TIME}",
@@ -169,6 +170,20 @@ impl<'a, P: PreflightSubject, M> RemoteRun<'a, P, M> {
             deaf: false,
         })
     }
+}
+
+/// True if the device refused a controller for its many coefficients.
+const fn is_too_long(error: &SerialError) -> bool {
+    let SerialError::Link(LinkError::Refused { refusal, .. }) = error else {
+        return false;
+    };
+    matches!(
+        refusal,
+        Refusal::Range {
+            field: Field::TickPeriod | Field::CoefficientCount,
+            ..
+        }
+    )
 }
 
 /// Ticks until a force that rises by this share each is whole, summed as the device does.

@@ -85,7 +85,7 @@ fn a_drive_that_the_device_cannot_run_is_refused_before_a_force() {
         "
         relax --device serial:device --controller wild.toml => unstable before it touches | of its gain | --force-unstable
         relax --device serial:device --controller wild.toml device_mass=6.5g device_damping=1 => unstable before it touches
-        relax --device serial:device --controller fast.toml --sample-time 0.1ms => tick period | fewer numbers | `memory_s`
+        relax --device serial:device --controller fast.toml --sample-time 0.1ms => sample time (ms) 0.1 | fewer numbers | `memory_s`
         run push.toml --device serial:device => no device measures | [relax]
         relax --device serial:device --controller pid.toml --loop host => --loop device
         relax --device serial:device --controller function.toml => transfer function | PI
@@ -99,7 +99,7 @@ fn a_drive_that_the_device_cannot_run_is_refused_before_a_force() {
 
 #[test]
 fn a_device_without_controllers_says_so() {
-    let device = Emulated::at_terminal("device", "--kind haply");
+    let device = Emulated::at_terminal("device", "--kind haply-2diy");
     device.place.write("pid.toml", PID);
     let line = "relax --device haply:device,axis=x device_mass=65g device_damping=3.5 --controller pid.toml";
     let ended = device.place.run(line);
