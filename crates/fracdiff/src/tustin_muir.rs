@@ -169,8 +169,10 @@ impl<F: Real, const N: usize> Differintegrator<F> for Recursion<F, N> {
         let y = self.output(history, x);
         let state = &mut history.state;
         let degree = self.degree.min(N);
-        // One state after the other: a vector of them would wait for the stores of the last sample that it spans.
-        for i in 0..N {
+        // One state after the other: a vector of them would wait for the stores of the last sample that it spans. A core
+        // without vectors spares the flash of a loop that is written out.
+        let end = if cfg!(target_arch = "arm") { degree } else { N };
+        for i in 0..end {
             if i >= degree {
                 break;
             }

@@ -58,7 +58,15 @@ impl<const D: usize> Environment<f32, D> for Rendered {
 
     #[inline]
     fn force(&self, history: &Self::History, position_m: &SVector<f32, D>) -> SVector<f32, D> {
-        self.force_and_input(history, position_m).0
+        if D > 1 {
+            return SVector::from([0.0; D]);
+        }
+        #[cfg(feature = "controllers")]
+        if let (Some(holding), Some(own)) = (&self.holding, &history.holding) {
+            return SVector::from([holding.force_n(own, position_m[0]); D]);
+        }
+        let force = self.wall.force(&history.wall, &first(position_m));
+        SVector::from([force[0]; D])
     }
 
     #[inline]

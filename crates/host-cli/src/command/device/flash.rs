@@ -1,5 +1,6 @@
 //! `device flash`: program a board, over a debug probe or through the drive of its boot loader.
 
+mod board;
 mod drive;
 mod image;
 mod uf2;
@@ -7,12 +8,12 @@ mod uf2;
 use crate::command::device::port::PortArguments;
 use crate::output::{Output, joined, note, warn};
 use crate::parse::one_of;
+use board::{BOARDS, Board, Way, boards};
 use clap::Args;
 use haptic_experiment::Failure;
 use haptic_experiment::run::{firmware_digest, firmware_version};
 use image::Image;
 use serde_json::json;
-use std::ops::Range;
 use std::path::PathBuf;
 use std::process::Command;
 
@@ -21,63 +22,6 @@ Builds the firmware, programs a board, and checks that the device then runs exac
 its own flash. \
 A Raspberry Pi Pico is programmed through the drive that it shows when it is plugged in with BOOTSEL held, others over a \
 debug probe with probe-rs (https://probe.rs).";
-
-/// A board of `firmware/`.
-#[derive(Debug)]
-struct Board {
-    /// As the device calls itself.
-    name: &'static str,
-    /// Folder of its workspace, below that of the firmware.
-    folder: &'static str,
-    feature: &'static str,
-    target: &'static str,
-    program: &'static str,
-    flash: Range<u32>,
-    way: Way,
-}
-
-/// How an image gets into a board.
-#[derive(Debug)]
-enum Way {
-    /// As probe-rs calls the chip.
-    Probe(&'static str),
-    /// As the boot loader calls its board, its family of images.
-    Drive(&'static str, u32),
-}
-
-const BOARDS: &[Board] = &[
-    Board {
-        name: "nucleo-f446re",
-        folder: ".",
-        feature: "board-nucleo-f446re",
-        target: "thumbv7em-none-eabihf",
-        program: "haptic-device",
-        flash: 0x0800_0000..0x0808_0000,
-        way: Way::Probe("STM32F446RETx"),
-    },
-    Board {
-        name: "rp2040",
-        folder: "examples/rp2040",
-        feature: "rp2040",
-        target: "thumbv6m-none-eabi",
-        program: "haptic-rp2040",
-        flash: 0x1000_0000..0x1020_0000,
-        way: Way::Drive("RPI-RP2", 0xe48b_ff56),
-    },
-    Board {
-        name: "rp2350",
-        folder: "examples/rp2040",
-        feature: "rp2350",
-        target: "thumbv8m.main-none-eabihf",
-        program: "haptic-rp2040",
-        flash: 0x1000_0000..0x1040_0000,
-        way: Way::Drive("RP2350", 0xe48b_ff59),
-    },
-];
-
-fn boards() -> Vec<(&'static Board, &'static str, &'static str)> {
-    BOARDS.iter().map(|board| (board, board.name, "")).collect()
-}
 
 /// Arguments of `device flash`.
 #[derive(Debug, Args)]

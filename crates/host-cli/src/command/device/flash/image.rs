@@ -1,6 +1,7 @@
 //! An image as its file has it: what will lie in the flash, and what it says of itself.
 
-use super::{Board, Way, uf2};
+use super::board::{Board, Way};
+use super::uf2;
 use haptic_experiment::Failure;
 use haptic_link::{Capabilities, Hello, IMAGE_MARK, image_digest};
 use std::ops::Range;
