@@ -377,9 +377,9 @@ mod tests {
         assert!(largest > 1e-3, "{largest}");
     }
 
-    /// What the margins of a device promise holds when the device really is so: later, or with less to move.
+    /// What the margin of a device promises holds when the device really is so much later.
     #[test]
-    fn a_device_is_unstable_just_beyond_its_margins() {
+    fn a_device_is_unstable_just_beyond_its_delay_margin() {
         let device = Dynamics {
             hand_stiffness_n_per_m: 30.0,
             delay_s: 7e-4,
@@ -401,22 +401,6 @@ mod tests {
             ..device
         };
         assert!(stable(&later(0.999), &[]) && !stable(&later(1.001), &[]));
-        for (judged, tissue) in [(free, &[][..]), (contact, &tissue)] {
-            // All that resists the force, so many times weaker.
-            let weaker = |share: f64| {
-                let factor = 1.0 / (share * judged.gain_margin.expect("one"));
-                let device = Dynamics {
-                    mass_kg: factor * device.mass_kg,
-                    damping_n_s_per_m: factor * device.damping_n_s_per_m,
-                    hand_stiffness_n_per_m: factor * device.hand_stiffness_n_per_m,
-                    ..device
-                };
-                let tissue = tissue.iter();
-                let tissue = tissue.map(|term| Term::new(factor * term.coefficient, term.order));
-                stable(&device, &tissue.collect::<Vec<_>>())
-            };
-            assert!(weaker(0.999) && !weaker(1.001));
-        }
     }
 
     /// Eight steps of an eighth of a sample, three of them with the command of before.
