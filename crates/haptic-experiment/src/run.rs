@@ -9,6 +9,7 @@
 pub(crate) mod advice;
 mod budget;
 pub(crate) mod device;
+pub(crate) mod drive_verdict;
 pub(crate) mod ending;
 pub(crate) mod fault_recorder;
 pub(crate) mod flat;
@@ -34,6 +35,7 @@ use device::Warn;
 pub use device::{
     DeviceName, at_port, firmware_digest, firmware_version, lost_board, refused_at_port, trouble,
 };
+use drive_verdict::DriveVerdict;
 use ending::{Ending, Lateness};
 use fault_recorder::FaultSeen;
 pub use folder::{FolderRequest, OutputFolder, next_free, write_text};
@@ -98,6 +100,8 @@ pub(crate) struct Ran {
     pub fault_log: Option<PathBuf>,
     /// Findings of the pre-flight; `None` if it was skipped.
     pub preflight: Option<PreflightVerdict>,
+    /// The same of a drive.
+    pub drive: Option<DriveVerdict>,
     /// Losses of live streams, a sentence each.
     pub live_warnings: Vec<String>,
 }
@@ -175,6 +179,7 @@ impl Ran {
             folder,
             fault_log: recorded.fault_log,
             preflight: None,
+            drive: None,
             live_warnings: recorded.warnings,
         }
     }

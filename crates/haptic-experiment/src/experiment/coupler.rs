@@ -283,7 +283,7 @@ impl Trial for CouplerExperiment {
         analysis.and_then(|analysis| analysis.warning(guarded))
     }
 
-    fn subject(&self, samples: u64) -> impl PreflightSubject {
+    fn subject(&self, samples: u64) -> impl PreflightSubject<Findings = PreflightVerdict> {
         CouplerPreflight {
             coupler: self,
             samples,
@@ -415,6 +415,8 @@ struct CouplerPreflight<'a> {
 }
 
 impl PreflightSubject for CouplerPreflight<'_> {
+    type Findings = PreflightVerdict;
+
     fn verdict(&self, dynamics: Dynamics, line: usize) -> Result<PreflightVerdict, Failure> {
         self.judge(dynamics, line).map_err(analysed)
     }

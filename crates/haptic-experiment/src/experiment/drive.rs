@@ -19,17 +19,18 @@ use crate::document::parameters::range::FORCE_LIMITS;
 use crate::document::parameters::{CONTROLLER, SAMPLE_TIME};
 use crate::document::reader::Table;
 use crate::judge::modelled_tissue::Sampled;
+use crate::run::advice::single;
 use crate::run::simulate::Instrumented;
 use fracdiff::parameter::Shown;
 use fracdiff::{Real, Seconds};
 use fractional_control::{ControlError, Controller, ControllerSetup, UseController};
+use haptic_link::{ControllerLaw, OperatorShape};
 use haptic_log::record::TickMessage;
 use haptic_loop::nalgebra::SVector;
 use haptic_loop::plant::{HeldRig, Holder, IndentationRig, RigDrive};
 use haptic_loop::{DepthMap, Device, Reading, SafeForce};
 pub(crate) use judge::DriveReport;
 pub(crate) use judge::{DriveJudge, drive_columns};
-pub(crate) use preflight::DriveVerdict;
 pub(crate) use preflight::TissueLaw;
 use std::convert::Infallible;
 use std::fmt::Debug;
@@ -96,6 +97,18 @@ impl Drive {
     pub(crate) fn holder(&self, sample_time_s: f64) -> Result<ControllerHolder, Failure> {
         let limited = self.limited(sample_time_s)?;
         ControllerHolder::new(&limited).map_err(|error| self.refused(&error))
+    }
+
+    /// The controller as a device runs it, up to a depth, m, in so many samples.
+    pub(crate) fn portable(
+        &self,
+        (depth_m, ramp_ticks): (f64, u32),
+        sample_time_s: f64,
+    ) -> Result<(OperatorShape, Vec<f32>, ControllerLaw), Failure> {
+        let limited = self.limited(sample_time_s)?;
+        let depth_m = single("depth", depth_m)?;
+        haptic_remote::controller_law(&limited, (depth_m, ramp_ticks), self.force_limit_n as f32)
+            .map_err(|error| self.refused(&error))
     }
 
     fn refused(&self, error: &ControlError) -> Failure {

@@ -21,13 +21,14 @@ use crate::document::error::FileError;
 use crate::document::failure::Failure;
 use crate::document::named::Named as _;
 use crate::document::parameters as p;
-use crate::document::parameters::{CONTACT, CONTROLLER, Parameter, TISSUE};
+use crate::document::parameters::{CONTACT, CONTROLLER, DEVICE, LOOP, Parameter, TISSUE};
 use crate::document::reader::Table;
-use crate::experiment::drive::{DriveVerdict, SimulatedRig, TissueLaw};
+use crate::experiment::drive::{Drive, SimulatedRig, TissueLaw};
 use crate::judge::preflight::Preflight;
 use crate::run::advice::parameter;
+use crate::run::drive_verdict::DriveVerdict;
 use crate::run::folder::FolderRequest;
-use crate::run::preflight::note_findings;
+use crate::run::preflight::{Findings as _, PreflightSubject, note_findings};
 use crate::run::remote::{
     RemoteDevice, RemoteLaw, RemoteRun, UnchangedLimits, blank, host_limits, indentation,
     no_operator, portable, push,
@@ -35,9 +36,12 @@ use crate::run::remote::{
 use crate::run::safety::GuardedDevice;
 use crate::run::schedule::{Schedule, samples};
 use crate::run::simulate::{Simulated, Sink, simulate};
+use crate::run::tick::KeptSample;
 use crate::run::{Ran, SAMPLES, Supervisor, run_logged};
 use fracdiff::parameter::Shown;
 use fracdiff::{Operator, Real, Seconds};
+use fractional_control::Term;
+use haptic_analysis::Dynamics;
 use haptic_link::{LoopMode, Simulation};
 use haptic_loop::plant::{
     HeldRig, IndentationRig, RampHold, RigConfig, RigContact, RigDrive, RigServo, Sensed,
@@ -227,20 +231,59 @@ impl Indentation {
                 law: self.law(drive, device, samples)?,
                 schedule,
                 blank: &|time_s| blank(reference(time_s)),
-                preflight: self.preflight(samples),
+                preflight: None,
                 wanted: rendering.preflight,
                 request,
                 metadata,
             };
-            return run.run(&mut controller, supervisor);
+            return match &rendering.drive {
+                None => {
+                    let run = run.looked_at_by(self.preflight(samples));
+                    run.run(&mut controller, supervisor)
+                }
+                Some(own) => {
+                    let tissue = self.tissue_terms();
+                    let run = run.looked_at_by(Some(DriveLook { own, tissue }));
+                    run.run(&mut controller, supervisor)
+                }
+            };
         }
         let mut device = self.rig_behind_sensors()?;
-        if let Some(verdict) = self.drive_verdict(samples)? {
+        let verdict = self.drive_verdict(samples)?;
+        if let Some(verdict) = &verdict {
             verdict.require_stable(rendering.preflight.force_unstable)?;
-            note_findings(&mut metadata, "drive.preflight", &verdict);
+            note_findings(&mut metadata, DriveVerdict::KEY, verdict);
         }
         let mut world = Simulated::new(&mut controller, &mut device);
-        run_logged(&mut world, schedule, (request, metadata), supervisor)
+        let ran = run_logged(&mut world, schedule, (request, metadata), supervisor)?;
+        Ok(Ran {
+            drive: verdict,
+            ..ran
+        })
+    }
+
+    /// K and B·s^α of the tissue at the depth to be held; `None` of a chain of parts.
+    fn tissue_terms(&self) -> Option<[Term; 2]> {
+        let look = self.look(0);
+        look.model.is_none().then(|| {
+            [
+                Term::new(look.stiffness_n_per_m, 0.0),
+                Term::new(look.dissipation_n_s_mu_per_m, look.order.get()),
+            ]
+        })
+    }
+
+    /// True if a device is the indenter, and its motor holds it.
+    fn holds_device(&self) -> bool {
+        self.rendering.drive.is_some() && self.rendering.remote.is_some()
+    }
+
+    /// Force that the tissue opposes, N: on a device that a drive moves, the force that this takes.
+    fn opposed_n(&self, sample: &KeptSample) -> f64 {
+        match self.holds_device() {
+            true => sample.force_n,
+            false => sample.reaction_n(),
+        }
     }
 
     /// The tissue behind the safety chain.
@@ -310,10 +353,18 @@ impl Indentation {
         if self.rendering.drive.is_none() {
             return Ok(());
         }
-        if self.rendering.remote.is_some() {
-            return Err(Failure::bad_input(format_args!(
-                "a {CONTROLLER} of a drive holds the indenter of the simulated rig: omit it with a serial device"
-            )));
+        if let Some(remote) = &self.rendering.remote {
+            if matches!(self.load, Load::Force { .. }) {
+                return Err(Failure::bad_input(format_args!(
+                    "no device measures the force that the {CONTROLLER} of a drive holds in a creep test: take [relax], or omit {DEVICE}"
+                )));
+            }
+            if remote.loop_mode == LoopMode::Host {
+                return Err(Failure::bad_input(format_args!(
+                    "the {CONTROLLER} of a drive runs on the device: take {loop_device}",
+                    loop_device = LOOP.set_to("device")
+                )));
+            }
         }
         match self.rendering.contact {
             Contact::Compliant => Ok(()),
@@ -415,7 +466,42 @@ impl Indentation {
             ),
             RigDrive::Force(force) => push(force.0),
         };
+        // Nothing of the rig is there beside the device that the drive moves.
+        let simulation = match self.holds_device() {
+            true => push(0.0),
+            false => simulation,
+        };
         let safety = &rendering.safety;
+        let bare = RemoteLaw {
+            unchanged: UnchangedLimits {
+                speed: safety.speed_limit_m_per_s.is_none(),
+                ..UnchangedLimits::default()
+            },
+            guard: (safety.guard, safety.guarded(GuardedDevice::default())),
+            ..RemoteLaw::bare(
+                self.limits(true),
+                // The device of which the pre-flight speaks, if it knows one.
+                match rendering.preflight.dynamics {
+                    Some(known) => Simulation {
+                        mass_kg: known.mass_kg as f32,
+                        damping_n_s_per_m: known.damping_n_s_per_m as f32,
+                        ..simulation
+                    },
+                    None => simulation,
+                },
+            )
+        };
+        if let (Some(own), RigDrive::Position(profile)) = (&rendering.drive, drive) {
+            let t = rendering.sample_time_s;
+            let ramp_ticks = (profile.ramp_time().0 / t).round() as u32;
+            let way = (profile.depth().0, ramp_ticks);
+            let (shape, values, controller) = own.portable(way, t)?;
+            return Ok(RemoteLaw {
+                operator: (shape, values),
+                controller: Some(controller),
+                ..bare
+            });
+        }
         Ok(RemoteLaw {
             stiffness_n_per_m: stiffness,
             dissipation_n_s_mu_per_m: dissipation,
@@ -426,23 +512,23 @@ impl Indentation {
                 LoopMode::Device => portable(&self.operator(samples)?)?,
                 LoopMode::Host => no_operator(),
             },
-            limits: self.limits(true),
-            unchanged: UnchangedLimits {
-                speed: safety.speed_limit_m_per_s.is_none(),
-                ..UnchangedLimits::default()
-            },
-            guard: (safety.guard, safety.guarded(GuardedDevice::default())),
-            // The device of which the pre-flight speaks, if it knows one.
-            simulation: match rendering.preflight.dynamics {
-                Some(known) => Simulation {
-                    mass_kg: known.mass_kg as f32,
-                    damping_n_s_per_m: known.damping_n_s_per_m as f32,
-                    ..simulation
-                },
-                None => simulation,
-            },
             after_rise: true,
+            ..bare
         })
+    }
+}
+
+/// A drive that moves a device, to be looked at.
+struct DriveLook<'a> {
+    own: &'a Drive,
+    tissue: Option<[Term; 2]>,
+}
+
+impl PreflightSubject for DriveLook<'_> {
+    type Findings = DriveVerdict;
+
+    fn verdict(&self, dynamics: Dynamics, _: usize) -> Result<DriveVerdict, Failure> {
+        self.own.on_device(&dynamics, self.tissue)
     }
 }
 

@@ -16,7 +16,7 @@ use crate::document::reader::Table;
 use crate::judge::Reference;
 use crate::judge::preflight::Preflight;
 use crate::run::Ran;
-use crate::run::preflight::PreflightSubject;
+use crate::run::preflight::{PreflightSubject, PreflightVerdict};
 use crate::run::remote::{RemoteDevice, RemoteLaw, portable};
 use crate::run::samples::Samples;
 use fracdiff::{FrequencyResponse as _, Operator, Order, Scheme};
@@ -158,7 +158,7 @@ impl Trial for WallExperiment {
         &mut self.setup
     }
 
-    fn subject(&self, samples: u64) -> impl PreflightSubject {
+    fn subject(&self, samples: u64) -> impl PreflightSubject<Findings = PreflightVerdict> {
         self.look(samples)
     }
 

@@ -151,6 +151,8 @@ pub struct Preflight<'a> {
 }
 
 impl PreflightSubject for Preflight<'_> {
+    type Findings = PreflightVerdict;
+
     /// With what is proved for every motion, which takes longer than all the rest.
     fn verdict(&self, dynamics: Dynamics, line: usize) -> Result<PreflightVerdict, Failure> {
         self.looked_at(dynamics, line, true)

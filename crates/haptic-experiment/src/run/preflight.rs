@@ -2,6 +2,7 @@
 
 use crate::document::failure::Failure;
 use crate::document::parameters::{COUPLER_DISSIPATION, COUPLER_STIFFNESS, FORCE_UNSTABLE};
+use crate::run::drive_verdict::DriveVerdict;
 use crate::run::flat::flat;
 use haptic_analysis::Dynamics;
 use serde::Serialize;
@@ -27,8 +28,74 @@ pub(crate) fn delay_samples(round_trip_us: u64, sample_time_s: f64) -> usize {
 
 /// A loop that the analysis can look at.
 pub(crate) trait PreflightSubject {
+    /// What it finds.
+    type Findings: Findings;
+
     /// Looks at the loop with this device and `line` samples of delay beside its own.
-    fn verdict(&self, dynamics: Dynamics, line: usize) -> Result<PreflightVerdict, Failure>;
+    fn verdict(&self, dynamics: Dynamics, line: usize) -> Result<Self::Findings, Failure>;
+}
+
+/// What the pre-flight of a device finds.
+pub(crate) trait Findings: Serialize {
+    /// Its place in the log's metadata.
+    const KEY: &'static str;
+
+    /// Refuses what is unstable, unless it is forced.
+    fn require_stable(&self, force: bool) -> Result<(), Failure>;
+
+    /// A sentence before the run; `None` if there is nothing to say, or a guard that promises passivity looks after it.
+    fn warning(&self, guarded: bool) -> Option<String>;
+
+    /// For the report.
+    fn found(self) -> Found;
+}
+
+/// Findings of either kind.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Found {
+    /// Of a loop through an environment.
+    pub preflight: Option<PreflightVerdict>,
+    /// Of a drive.
+    pub drive: Option<DriveVerdict>,
+}
+
+impl Findings for PreflightVerdict {
+    const KEY: &'static str = "preflight";
+
+    fn require_stable(&self, force: bool) -> Result<(), Failure> {
+        Self::require_stable(self, force)
+    }
+
+    fn warning(&self, guarded: bool) -> Option<String> {
+        Self::warning(self, guarded)
+    }
+
+    fn found(self) -> Found {
+        Found {
+            preflight: Some(self),
+            ..Found::default()
+        }
+    }
+}
+
+impl Findings for DriveVerdict {
+    const KEY: &'static str = "drive.preflight";
+
+    fn require_stable(&self, force: bool) -> Result<(), Failure> {
+        Self::require_stable(self, force)
+    }
+
+    /// The report has it.
+    fn warning(&self, _: bool) -> Option<String> {
+        None
+    }
+
+    fn found(self) -> Found {
+        Found {
+            drive: Some(self),
+            ..Found::default()
+        }
+    }
 }
 
 /// Llewellyn's verdict on a coupler, and what the sampled device needs. Keys of reports and, with `preflight.coupler.` before

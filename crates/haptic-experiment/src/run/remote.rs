@@ -25,7 +25,8 @@ use crate::run::device::LinkedName;
 use crate::run::ending::Lateness;
 use fracdiff::Operator;
 use haptic_link::{
-    Capabilities, Configuration, Limits, LoopMode, OperatorShape, Simulation, SimulationKind,
+    Capabilities, Configuration, ControllerLaw, Limits, LoopMode, OperatorShape, Simulation,
+    SimulationKind,
 };
 use haptic_loop::plant::MassDamperConfig;
 use haptic_loop::units::Seconds;
@@ -99,6 +100,8 @@ pub(crate) struct RemoteLaw {
     pub depth_map: Option<DepthMap<f64>>,
     /// Coefficients of the operator.
     pub operator: (OperatorShape, Vec<f32>),
+    /// The controller that holds the device in place of all that, its numbers those of the operator.
+    pub controller: Option<ControllerLaw>,
     /// Limits of the safety chain, without a guard.
     pub limits: haptic_loop::Limits,
     /// Limits that stay as they are on the device.
@@ -140,6 +143,7 @@ impl RemoteLaw {
             one_sided: false,
             depth_map: None,
             operator: no_operator(),
+            controller: None,
             limits,
             unchanged: UnchangedLimits::default(),
             guard: Default::default(),

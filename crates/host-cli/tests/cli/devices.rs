@@ -1,6 +1,7 @@
 //! Commands on serial devices: an emulated one behind a pseudo-terminal.
 
 mod gone;
+mod held;
 mod lines;
 mod makers;
 mod middle;

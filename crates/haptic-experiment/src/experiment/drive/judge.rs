@@ -1,10 +1,11 @@
 //! How a drive kept its set point.
 
-use super::preflight::DriveVerdict;
 use super::{ControllerHolder, DRIVE_FORCE_LIMIT, Drive, set_point};
 use crate::document::failure::Failure;
 use crate::document::parameters::CONTROLLER;
+use crate::run::drive_verdict::DriveVerdict;
 use crate::run::tick::KeptSample;
+use fractional_control::ControllerSetup;
 use haptic_loop::plant::{Holder as _, RigDrive};
 use serde::Serialize;
 
@@ -27,8 +28,8 @@ pub(crate) struct DriveReport {
     pub drive_force_limit_n: f64,
     /// Samples in which the limit acted.
     pub saturated_samples: u64,
-    /// The verdict before the run.
-    pub preflight: DriveVerdict,
+    /// The verdict before the run; null if it was skipped.
+    pub preflight: Option<DriveVerdict>,
 }
 
 impl DriveReport {
@@ -41,7 +42,7 @@ impl DriveReport {
                 self.drive_force_limit_n, self.saturated_samples
             ));
         }
-        if !self.preflight.stable() {
+        if self.preflight.is_some_and(|verdict| !verdict.stable()) {
             warnings.push(
                 "pre-flight: the loop of the drive is unstable by the analysis; it runs anyway"
                     .to_owned(),
@@ -59,10 +60,18 @@ pub(crate) fn drive_columns(drive: RigDrive) -> [&'static str; 2] {
     }
 }
 
+/// Maker of the commands.
+enum Maker {
+    /// The rig, which does not tell them: they are made again.
+    Rig(ControllerHolder),
+    /// The device, whose forces they are, within these limits, N.
+    Device([f32; 2]),
+}
+
 /// Judges sample by sample.
 pub(crate) struct DriveJudge {
     drive: RigDrive,
-    holder: ControllerHolder,
+    maker: Maker,
     report: DriveReport,
     samples: u64,
     squares: f64,
@@ -74,11 +83,22 @@ impl DriveJudge {
         own: &Drive,
         drive: RigDrive,
         sample_time_s: f64,
-        preflight: DriveVerdict,
+        (preflight, on_device): (Option<DriveVerdict>, bool),
     ) -> Result<Self, Failure> {
+        let maker = match on_device {
+            false => Maker::Rig(own.holder(sample_time_s)?),
+            true => {
+                let ControllerSetup {
+                    output_low,
+                    output_high,
+                    ..
+                } = own.limited(sample_time_s)?;
+                Maker::Device([output_low, output_high].map(|end| end.unwrap_or(f64::NAN) as f32))
+            }
+        };
         Ok(Self {
             drive,
-            holder: own.holder(sample_time_s)?,
+            maker,
             report: DriveReport {
                 controller: own.name.clone(),
                 quantity: match drive {
@@ -101,17 +121,24 @@ impl DriveJudge {
     /// Takes a sample in: set point − measurement, and the values of its columns.
     pub(crate) fn add(&mut self, sample: &KeptSample) -> (f64, [f64; 2]) {
         let set_point = set_point(self.drive, sample.time_s);
-        let measured = match self.drive {
-            RigDrive::Position(_) => sample.indenter_position_m,
-            RigDrive::Force(_) => sample.contact_force_n,
+        let measured = match (self.drive, &self.maker) {
+            (RigDrive::Position(_), Maker::Rig(_)) => sample.indenter_position_m,
+            (RigDrive::Position(_), Maker::Device(_)) => sample.position_m,
+            (RigDrive::Force(_), _) => sample.contact_force_n,
         };
-        let force = self.holder.force(set_point, measured);
+        let (force, limited) = match &mut self.maker {
+            Maker::Rig(holder) => (holder.force(set_point, measured), holder.limited),
+            Maker::Device(ends) => {
+                let force_n = sample.force_n;
+                (force_n, ends.contains(&(force_n as f32)))
+            }
+        };
         let error = set_point - measured;
         let report = &mut self.report;
         report.tracking_error_max = report.tracking_error_max.max(error.abs());
         report.tracking_error_final = error.abs();
         report.drive_force_peak_n = report.drive_force_peak_n.max(force.abs());
-        report.saturated_samples += u64::from(self.holder.limited);
+        report.saturated_samples += u64::from(limited);
         self.samples += 1;
         self.squares += error * error;
         (error, [measured, force])

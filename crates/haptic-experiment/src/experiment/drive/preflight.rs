@@ -3,6 +3,7 @@
 //! ```text
 //! free         controller and indenter alone                     not where a force is the set point: nothing is felt there
 //! in contact   controller, both masses, the contact, the tissue that is really rendered
+//!              on a device its own mass alone, and the tissue before it as K + B·s^α, which no sample holds
 //! ```
 //! - *As it runs*: the matrices of the rig from sample to sample, the weights of the controller, the operator of the tissue, both forces
 //!   held. The limits of forces, the safety chain and the end of the contact are not in it.
@@ -11,40 +12,20 @@
 
 use super::Drive;
 use crate::document::failure::Failure;
-use crate::document::parameters::{CONTROLLER, FORCE_UNSTABLE};
 use crate::judge::preflight::softer;
 use crate::run::advice::parameter;
+use crate::run::drive_verdict::{DriveVerdict, LoopVerdict};
 use fracdiff::num_complex::Complex;
 use fracdiff::{FrequencyResponse, Seconds};
 use fractional_control::{
-    ControlError, LoadedPlant, Margins, Plant, SampledLaw, SampledLoop, SampledPlant, StateSpace,
-    TwoPort,
+    ControlError, FractionalTransferFunction, LoadedPlant, Margins, Plant, SampledLaw, SampledLoop,
+    SampledPlant, Term, TwoPort,
 };
-use haptic_analysis::LoopOperator;
+use haptic_analysis::{Dynamics, LoopOperator};
 use haptic_loop::plant::{IndentationRig, RigConfig, RigContact, RigDrive, RigMotion};
 use haptic_loop::units::Newtons;
 use nalgebra::{DMatrix, DVector, RowDVector, Vector4};
-use serde::Serialize;
 use std::sync::Arc;
-
-/// The certified verdict on one loop of a drive, and how far it is from the edge.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
-pub(crate) struct LoopVerdict {
-    /// No pole on or outside the unit circle, proved.
-    pub stable: bool,
-    /// Phase margin, rad; null if |L| is never 1, and of an unstable loop, which has no margins.
-    pub phase_margin_rad: Option<f64>,
-    /// Crossover of that, rad/s.
-    pub crossover_rad_s: Option<f64>,
-    /// The least gain above 1 at which the loop is at the edge; null if none is.
-    pub gain_margin: Option<f64>,
-    /// The least further time by which the force of the drive may act later at which it is, s: a force is held, and switches inside a sample.
-    /// Null if none is.
-    pub delay_margin_s: Option<f64>,
-    /// Of an unstable loop the gain, as a multiple of the present one, beyond which it is stable: below it if it is below 1, above it if
-    /// it is above 1. Null if there is none within a hundred times, and of a stable loop.
-    pub stable_beyond_gain: Option<f64>,
-}
 
 /// A gain further from the present one is no remedy.
 const WITHIN: f64 = 100.0;
@@ -81,51 +62,6 @@ impl LoopVerdict {
             delay_margin_s: delay_s.map(|delay| delay.value),
             stable_beyond_gain: None,
         }
-    }
-
-    /// The gain that would make an unstable loop stable, in words.
-    fn remedy(&self) -> String {
-        match self.stable_beyond_gain {
-            Some(gain) if gain < 1.0 => {
-                // Rounded down, so that what is proposed is accepted.
-                format!("with {:.2e} of its gain it is stable", 0.99 * gain)
-            }
-            Some(gain) => format!("with more than {gain:.3} times its gain it is stable"),
-            None => "no other gain makes it stable".to_owned(),
-        }
-    }
-}
-
-/// The verdict on a drive.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-pub(crate) struct DriveVerdict {
-    /// Before contact; null where a force is the set point.
-    pub free: Option<LoopVerdict>,
-    /// In contact with the tissue.
-    pub in_contact: LoopVerdict,
-    /// The spring that holds a tissue without one in this judgement, N/m; null if it is judged as it is.
-    pub holding_stiffness_n_per_m: Option<f64>,
-}
-
-impl DriveVerdict {
-    /// True if both loops are stable.
-    pub(crate) fn stable(&self) -> bool {
-        self.in_contact.stable && self.free.is_none_or(|free| free.stable)
-    }
-
-    /// Refuses what is unstable, unless it is forced.
-    pub(crate) fn require_stable(&self, force: bool) -> Result<(), Failure> {
-        if force || self.stable() {
-            return Ok(());
-        }
-        let (whether, unstable) = match &self.free {
-            Some(free) if !free.stable => ("before it touches the tissue", free),
-            _ => ("in contact with the tissue", &self.in_contact),
-        };
-        let remedy = unstable.remedy();
-        Err(Failure::bad_input(format_args!(
-            "pre-flight: the loop of the drive would be unstable {whether}; {remedy}: take another {CONTROLLER}, or {FORCE_UNSTABLE}"
-        )))
     }
 }
 
@@ -180,8 +116,11 @@ impl Drive {
     ) -> Result<DriveVerdict, Failure> {
         let free = match rig.drive {
             RigDrive::Position(_) => {
-                let later =
-                    |delay_s: f64| (self.free(rig, delay_s)).map_err(|error| self.refused(&error));
+                let indenter = Dynamics::ideal(rig.indenter_mass.0, rig.indenter_damping.0);
+                let later = |delay_s: f64| {
+                    let closed = self.alone(&indenter, &[], delay_s);
+                    closed.map_err(|error| self.refused(&error))
+                };
                 Some(LoopVerdict::of(&later(0.0)?, later))
             }
             RigDrive::Force(_) => None,
@@ -195,7 +134,7 @@ impl Drive {
         let later = |delay_s: f64| self.in_contact(rig, &tissue, delay_s);
         Ok(DriveVerdict {
             free,
-            in_contact: LoopVerdict::of(&later(0.0)?, later),
+            in_contact: Some(LoopVerdict::of(&later(0.0)?, later)),
             holding_stiffness_n_per_m: holding,
         })
     }
@@ -221,19 +160,54 @@ impl Drive {
             .map_err(|error| self.refused(&error))
     }
 
-    /// The indenter alone, the force of the drive so much later.
-    fn free(&self, rig: &RigConfig, delay_s: f64) -> Result<SampledLoop, ControlError> {
-        let (mass, damping) = (rig.indenter_mass.0, rig.indenter_damping.0);
-        let indenter = StateSpace::new(
-            DMatrix::from_row_slice(2, 2, &[0.0, 1.0, 0.0, -damping / mass]),
-            DVector::from_column_slice(&[0.0, 1.0 / mass]),
-            RowDVector::from_row_slice(&[1.0, 0.0]),
-        )?;
-        let plant = Plant::state_space(indenter, delay_s)?;
-        let memory = self.controller.setup.memory()?;
-        self.controller
-            .setup
-            .closed_with(&SampledPlant::new(&plant, memory, rig.sample_time)?)
+    /// On a device that moves the indenter itself, with a tissue of K and B·s^α in front of it that is felt all the time, if its law is
+    /// that.
+    pub(crate) fn on_device(
+        &self,
+        device: &Dynamics,
+        tissue: Option<[Term; 2]>,
+    ) -> Result<DriveVerdict, Failure> {
+        let looked_at = |tissue: &[Term]| -> Result<_, Failure> {
+            let later = |delay_s: f64| {
+                let closed = self.alone(device, tissue, delay_s);
+                closed.map_err(|error| self.refused(&error))
+            };
+            Ok(LoopVerdict::of(&later(0.0)?, later))
+        };
+        Ok(DriveVerdict {
+            free: Some(looked_at(&[])?),
+            in_contact: tissue.map(|tissue| looked_at(&tissue)).transpose()?,
+            holding_stiffness_n_per_m: None,
+        })
+    }
+
+    /// One mass, with what else it moves, the force of the drive so much later.
+    ///
+    /// ```text
+    /// x/u = e^(−s·delay) / ((τs + 1)(ms² + bs + k + …))
+    /// ```
+    fn alone(
+        &self,
+        device: &Dynamics,
+        beside: &[Term],
+        delay_s: f64,
+    ) -> Result<SampledLoop, ControlError> {
+        let own = [
+            Term::new(device.mass_kg, 2.0),
+            Term::new(device.damping_n_s_per_m, 1.0),
+            Term::new(device.hand_stiffness_n_per_m, 0.0),
+        ];
+        let lag_s = device.current_lag_s;
+        let terms = own.iter().chain(beside).flat_map(|term| {
+            let lagging = Term::new(lag_s * term.coefficient, term.order + 1.0);
+            [*term, lagging]
+        });
+        let terms: Vec<Term> = terms.filter(|term| term.coefficient != 0.0).collect();
+        let function = FractionalTransferFunction::new(&[Term::new(1.0, 0.0)], &terms)?;
+        let plant = Plant::transfer(function, device.delay_s + delay_s)?;
+        let setup = &self.controller.setup;
+        let sample_time = Seconds(setup.sample_time_s);
+        setup.closed_with(&SampledPlant::new(&plant, setup.memory()?, sample_time)?)
     }
 }
 
@@ -383,7 +357,8 @@ mod tests {
             let verdict = drive.verdict(&rig, tissue()).expect("judged");
             let tissue: Arc<dyn SampledLaw> = Arc::new(tissue());
             let contact = |delay_s: f64| drive.in_contact(&rig, &tissue, delay_s).expect("closes");
-            let free = |delay_s: f64| drive.free(&rig, delay_s).expect("closes");
+            let indenter = Dynamics::ideal(rig.indenter_mass.0, rig.indenter_damping.0);
+            let free = |delay_s: f64| drive.alone(&indenter, &[], delay_s).expect("closes");
             let mut judge = |verdict: LoopVerdict, later: &dyn Fn(f64) -> SampledLoop| {
                 let Some(delay) = verdict.delay_margin_s else {
                     return;
@@ -393,13 +368,39 @@ mod tests {
                 let by_phase = later(0.0).margins().delay_s.expect("one").value;
                 largest = largest.max((by_phase / delay - 1.0).abs());
             };
-            judge(verdict.in_contact, &contact);
+            judge(verdict.in_contact.expect("judged"), &contact);
             if let Some(verdict) = verdict.free {
                 judge(verdict, &free);
             }
         }
         // The phase at the crossover alone is not enough.
         assert!(largest > 1e-3, "{largest}");
+    }
+
+    /// What the margin of a device promises holds when the device really is so much later.
+    #[test]
+    fn a_device_is_unstable_just_beyond_its_delay_margin() {
+        let device = Dynamics {
+            hand_stiffness_n_per_m: 30.0,
+            delay_s: 7e-4,
+            current_lag_s: 1.3e-3,
+            ..Dynamics::ideal(0.2, 3.0)
+        };
+        let drive = held("900+3000/s^0.9+15s^0.9", false).0;
+        let tissue = [Term::new(200.0, 0.0), Term::new(20.0, 0.5)];
+        let verdict = drive.on_device(&device, Some(tissue)).expect("judged");
+        let contact = verdict.in_contact.expect("judged");
+        let free = verdict.free.expect("judged");
+        assert!(verdict.stable() && free != contact, "{verdict:?}");
+        let stable = |device: &Dynamics, tissue: &[Term]| {
+            let closed = drive.alone(device, tissue, 0.0).expect("closes");
+            closed.verdict().stable
+        };
+        let later = |share: f64| Dynamics {
+            delay_s: device.delay_s + share * free.delay_margin_s.expect("one"),
+            ..device
+        };
+        assert!(stable(&later(0.999), &[]) && !stable(&later(1.001), &[]));
     }
 
     /// Eight steps of an eighth of a sample, three of them with the command of before.

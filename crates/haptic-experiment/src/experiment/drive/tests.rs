@@ -1,12 +1,12 @@
 //! A controller holds the indenter: how close it keeps to its way, the tissue judged over the motion that was made, the verdict before.
 
-use super::preflight::LoopVerdict;
-use super::{Drive, DriveJudge, DriveVerdict, SimulatedRig};
+use super::{Drive, DriveJudge, SimulatedRig};
 use crate::document::failure::Failure;
 use crate::experiment::bounded_tests::{conducted, defaults};
 use crate::experiment::indentation::{Indentation, IndentationReport, Load};
 use crate::experiment::rendering::{Contact, Rendering};
 use crate::judge::modelled_tissue::ModelledTissue;
+use crate::run::drive_verdict::{DriveVerdict, LoopVerdict};
 use crate::run::simulate::Instrumented as _;
 use crate::run::tick::KeptSample;
 use fracdiff::Seconds;
@@ -104,7 +104,7 @@ fn the_indenter_is_held_on_its_way_and_the_tissue_is_that_of_the_motion_really_m
     let held = report.drive.as_ref().expect("a drive");
     let of = (held.controller.as_str(), held.quantity);
     assert_eq!(of, ("test.toml", "position"));
-    assert!(held.preflight.stable());
+    assert!(held.preflight.expect("judged").stable());
     // 1 mm in 0.5 s; what a ramp leaves fades on the hold.
     assert!(held.tracking_error_max < 1e-4, "{held:?}");
     assert!(held.tracking_error_final < 5e-6, "{held:?}");
@@ -151,15 +151,20 @@ fn the_verdict_before_the_run_is_what_the_run_shows_at_either_side_of_the_edge()
             (own.drive_verdict(2001).expect("judged")).expect("a drive")
         };
         let at_home = verdict(times(1.0));
-        let edge = at_home.in_contact.gain_margin.expect("an edge");
+        let edge = at_home
+            .in_contact
+            .expect("judged")
+            .gain_margin
+            .expect("an edge");
         // The limit would hide the growth.
         let free = |factor| Drive {
             force_limit_n: 1e6,
             ..times(factor)
         };
         let (below, above) = (free(0.97 * edge), free(1.03 * edge));
-        assert!(verdict(below.clone()).in_contact.stable, "{tissue}");
-        assert!(!verdict(above.clone()).in_contact.stable, "{tissue}");
+        let stable = |drive| verdict(drive).in_contact.expect("judged").stable;
+        assert!(stable(below.clone()), "{tissue}");
+        assert!(!stable(above.clone()), "{tissue}");
         let (quiet, loud) = (wandering(&relaxation(below)), wandering(&relaxation(above)));
         assert!(quiet < 1e-4, "{tissue}: {quiet}");
         assert!(loud > 1e-3, "{tissue}: {loud}");
@@ -184,7 +189,7 @@ fn an_unstable_drive_is_refused_before_a_file_is_made_unless_it_is_forced() {
     own.rendering.preflight.force_unstable = true;
     let report = run(&place, &own).expect("runs all the same");
     let held = report.drive.expect("a drive");
-    assert!(!held.preflight.stable(), "{held:?}");
+    assert!(!held.preflight.expect("judged").stable(), "{held:?}");
     assert!(held.saturated_samples > 100, "{held:?}");
     for part in ["limit of 10 N", "unstable"] {
         let warned = report.run.warnings.iter().any(|text| text.contains(part));
@@ -269,7 +274,7 @@ fn the_commands_that_are_judged_are_those_that_were_given_bit_for_bit() {
     };
     let verdict = DriveVerdict {
         free: None,
-        in_contact: stable,
+        in_contact: Some(stable),
         holding_stiffness_n_per_m: None,
     };
     let ramp = RampHold::new(Metres(1e-3), Seconds(0.05)).expect("a ramp");
@@ -278,7 +283,7 @@ fn the_commands_that_are_judged_are_those_that_were_given_bit_for_bit() {
         let holder = own.holder(t).expect("a controller");
         let rig = Box::new(HeldRig::new(config, holder).expect("a rig"));
         let mut rig = SimulatedRig::Held(rig);
-        let mut judge = DriveJudge::new(&own, drive, t, verdict).expect("a judge");
+        let mut judge = DriveJudge::new(&own, drive, t, (Some(verdict), false)).expect("a judge");
         let mut peak: f64 = 0.0;
         for tick in 0..500 {
             let seen = rig.observe();

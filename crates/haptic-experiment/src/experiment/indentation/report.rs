@@ -174,9 +174,9 @@ impl Indentation {
             LargestError::new(from_s, without_rig, unit),
         ];
         let mut curves = Decimated::of(record);
-        let verdict = self.drive_verdict(record.samples)?;
-        let drive = (rendering.drive.as_ref().zip(verdict))
-            .map(|(drive, verdict)| DriveJudge::new(drive, own, rendering.sample_time_s, verdict));
+        let judge = (ran.drive, self.holds_device());
+        let drive = (rendering.drive.as_ref())
+            .map(|drive| DriveJudge::new(drive, own, rendering.sample_time_s, judge));
         let mut drive = drive.transpose()?;
         let whole = record.ended.is_none();
         let column = moves.then_some(moved.column);
@@ -187,7 +187,7 @@ impl Indentation {
             let judged = theory(sample);
             let (value, closed_form) = (judged.value, judged.closed_form);
             let pairs = [
-                (sample.reaction_n(), judged.full_history_force_n),
+                (self.opposed_n(sample), judged.full_history_force_n),
                 (value, closed_form),
                 (judged.ideal, closed_form),
                 (judged.with_rig, judged.ideal),
@@ -212,7 +212,7 @@ impl Indentation {
             let (tracking_error, [_, force_n]) = driven.unwrap_or_default();
             let values = [value, closed_form, error, tracking_error, force_n];
             curves.add(sample.time_s, values);
-            let mut row = row(moves, sample, &judged, error);
+            let mut row = row(moves, (sample, self.opposed_n(sample)), &judged, error);
             row.extend(
                 driven
                     .iter()
@@ -243,7 +243,8 @@ impl Indentation {
         warnings.operator(
             memory_s,
             record.duration_s(),
-            final_over_theory,
+            // No operator of this program makes the force of a drive.
+            final_over_theory.filter(|_| !self.holds_device()),
             if moves { moved.what } else { "force" },
         );
         warnings.limited(record);
@@ -256,6 +257,19 @@ impl Indentation {
             .0
             .extend(drive.iter().flat_map(DriveReport::warnings));
         let [full_history, closed_form, discretisation, rig] = errors.map(LargestError::get);
+        if self.holds_device() && record.link.as_ref().is_some_and(|link| link.simulated) {
+            warnings.0.push(
+                "the simulated device has no tissue before it: the force is that of its own mass and damping"
+                    .to_owned(),
+            );
+        }
+        let run = RunReport::new(
+            ran,
+            rendering.device_name(),
+            rendering.sample_time_s,
+            files,
+            warnings,
+        );
         let report = IndentationReport {
             tissue: rendering.piece.material.name.clone(),
             order: rendering.piece.material.order().get(),
@@ -263,13 +277,13 @@ impl Indentation {
             modulus: piece.material.loading.modulus().name(),
             modulus_assumed: !piece.material.loading.is_known(),
             scheme: rendering.scheme.to_string(),
-            run: RunReport::new(
-                ran,
-                rendering.device_name(),
-                rendering.sample_time_s,
-                files,
-                warnings,
-            ),
+            run: RunReport {
+                final_force_n: record
+                    .last
+                    .as_ref()
+                    .map_or(0.0, |last| self.opposed_n(last)),
+                ..run
+            },
             errors: Errors {
                 full_history,
                 closed_form,
@@ -410,7 +424,7 @@ impl Indentation {
             TheorySample {
                 ideal_position_m: profile.position(sample.time_s),
                 full_history_force_n,
-                value: sample.reaction_n(),
+                value: self.opposed_n(sample),
                 closed_form: force(sample.tick, sample.time_s),
                 ideal: ideal.at(sample),
                 with_rig: full_history_force_n,
@@ -544,12 +558,17 @@ fn table(ran: &Ran, moved: Option<&str>, drive: Option<RigDrive>) -> Table {
 }
 
 /// A row of it. A sample without a relative error has an empty cell.
-fn row(moves: bool, sample: &KeptSample, judged: &TheorySample, error: f64) -> Vec<Option<f64>> {
+fn row(
+    moves: bool,
+    (sample, opposed_n): (&KeptSample, f64),
+    judged: &TheorySample,
+    error: f64,
+) -> Vec<Option<f64>> {
     let mut row = vec![
         Some(sample.time_s),
         Some(judged.ideal_position_m),
         Some(sample.position_m),
-        Some(sample.reaction_n()),
+        Some(opposed_n),
         Some(judged.full_history_force_n),
     ];
     // The force of a relaxation stands there already.

@@ -327,6 +327,8 @@ impl Postures<'_> {
 }
 
 impl PreflightSubject for Postures<'_> {
+    type Findings = PreflightVerdict;
+
     fn verdict(&self, dynamics: Dynamics, line: usize) -> Result<PreflightVerdict, Failure> {
         Ok(self.worse(dynamics, line)?.0)
     }

@@ -11,7 +11,7 @@ use crate::judge::settling::{Judge, Settling};
 use crate::judge::warnings::Warnings;
 use crate::judge::{Compared, Curves, Origin, Published, Reference};
 use crate::run::folder::FolderRequest;
-use crate::run::preflight::{PreflightRequest, PreflightSubject, note_findings};
+use crate::run::preflight::{PreflightRequest, PreflightSubject, PreflightVerdict, note_findings};
 use crate::run::record::Record;
 use crate::run::remote::{RemoteDevice, RemoteLaw, RemoteRun, blank, device_name};
 use crate::run::safety::GuardChoice;
@@ -104,7 +104,7 @@ pub(crate) trait Trial: Clone {
     fn parts(&self) -> Result<Parts<Self::Law>, Failure>;
 
     /// The loop for the analysis.
-    fn subject(&self, samples: u64) -> impl PreflightSubject;
+    fn subject(&self, samples: u64) -> impl PreflightSubject<Findings = PreflightVerdict>;
 
     /// The same law and push for a serial device.
     fn law_there(&self, remote: &RemoteDevice, samples: u64) -> Result<RemoteLaw, Failure>;

@@ -3,11 +3,11 @@
 use super::session::HostSession;
 use crate::document::failure::Failure;
 use crate::document::named::Named;
-use crate::document::parameters::CONTACT;
+use crate::document::parameters::{CONTACT, CONTROLLER, MEMORY, SAMPLE_TIME};
 use crate::run::device::{Warn, firmware_version, refused_at_port};
 use crate::run::folder::FolderRequest;
 use crate::run::preflight::{
-    MEASURED, PreflightRequest, PreflightSubject, PreflightVerdict, delay_samples, note_findings,
+    Findings, Found, MEASURED, PreflightRequest, PreflightSubject, delay_samples, note_findings,
 };
 use crate::run::record::{Record, Start};
 use crate::run::remote::{RemoteDevice, RemoteLaw, agreed};
@@ -18,12 +18,14 @@ use crate::run::tick::TickRecord;
 use crate::run::{Ran, Supervisor, recorder};
 use fracdiff::Real;
 use haptic_analysis::Dynamics;
-use haptic_link::{AxisWorkspace, Field, Limits, LoopMode, WorkspaceBox};
+use haptic_link::{AxisWorkspace, Field, Limits, LoopMode, Refusal, WorkspaceBox};
 use haptic_log::record::TickMessage;
 use haptic_loop::realtime::Fallback;
 use haptic_loop::{Controller, Environment, Workspace};
+use haptic_remote::LinkError;
 use haptic_remote::serial::{SerialError, SerialLink};
 use std::collections::BTreeMap;
+use std::convert::Infallible;
 
 /// A run to be made on a device.
 pub(crate) struct RemoteRun<'a, P, M = TickMessage> {
@@ -43,6 +45,22 @@ pub(crate) struct RemoteRun<'a, P, M = TickMessage> {
     pub request: &'a FolderRequest,
     /// Everything needed to repeat the run.
     pub metadata: BTreeMap<String, String>,
+}
+
+impl<'a, M> RemoteRun<'a, Infallible, M> {
+    /// The same with a pre-flight.
+    pub(crate) fn looked_at_by<P>(self, preflight: Option<P>) -> RemoteRun<'a, P, M> {
+        RemoteRun {
+            preflight,
+            device: self.device,
+            law: self.law,
+            schedule: self.schedule,
+            blank: self.blank,
+            wanted: self.wanted,
+            request: self.request,
+            metadata: self.metadata,
+        }
+    }
 }
 
 impl<'a, P: PreflightSubject, M> RemoteRun<'a, P, M> {
@@ -81,12 +99,20 @@ impl<'a, P: PreflightSubject, M> RemoteRun<'a, P, M> {
         let (patience, stop) = (device.patience, Some(supervisor.stop));
         let mut link = (device.name).connect_with(D, patience, supervisor.warn, stop)?;
         let path = link.path().to_owned();
+        let holds = self.law.controller.is_some();
         let problem = |error: SerialError| match error.is_refusal() {
             true if error.is_about(Field::SimulationKind) => Failure::input_with_advice(
                 error,
                 format_args!(
                     "this board simulates no compliant contact, take {contact_rigid}",
                     contact_rigid = CONTACT.set_to("rigid")
+                ),
+            ),
+            true if holds && is_too_long(&error) => Failure::input_with_advice(
+                error,
+                format_args!(
+                    "give the {CONTROLLER} fewer numbers, as by a shorter `{}` or scheme = \"full:1e-4\", or a longer {SAMPLE_TIME}",
+                    MEMORY.key
                 ),
             ),
             _ => refused_at_port(&path, error),
@@ -110,11 +136,15 @@ impl<'a, P: PreflightSubject, M> RemoteRun<'a, P, M> {
         }
         describe_limits(&configuration.limits, &mut self.metadata);
         let workspace = self.law.limits.workspace_box.map(wire_box::<D>);
-        link.set_run(configuration, &self.law.operator.1, workspace.as_ref())
-            .map_err(problem)?;
+        let values = &self.law.operator.1;
+        match &self.law.controller {
+            None => link.set_run(configuration, values, workspace.as_ref()),
+            Some(law) => link.set_controller(configuration, values, law),
+        }
+        .map_err(problem)?;
         let before = link.statistics().map_err(problem)?;
         describe(&link, device, &mut self.metadata);
-        let preflight = self.preflight(&link, supervisor.warn)?;
+        let found = self.preflight(&link, supervisor.warn)?;
 
         let folder = self.request.prepare()?;
         let recorder = recorder(self.request, &folder, self.metadata, false, supervisor)?;
@@ -135,11 +165,25 @@ impl<'a, P: PreflightSubject, M> RemoteRun<'a, P, M> {
             record,
             samples_lost: 0,
             next_tick: 0,
-            preflight,
+            found,
             over: false,
             deaf: false,
         })
     }
+}
+
+/// True if the device refused a controller for its many coefficients.
+const fn is_too_long(error: &SerialError) -> bool {
+    let SerialError::Link(LinkError::Refused { refusal, .. }) = error else {
+        return false;
+    };
+    matches!(
+        refusal,
+        Refusal::Range {
+            field: Field::TickPeriod | Field::CoefficientCount,
+            ..
+        }
+    )
 }
 
 /// Ticks until a force that rises by this share each is whole, summed as the device does.
@@ -177,26 +221,17 @@ fn raised(link: &SerialLink, schedule: Schedule) -> Option<String> {
 
 impl<P: PreflightSubject, M> RemoteRun<'_, P, M> {
     /// Looks at the loop before it is closed, and notes what it saw; `None` if it cannot be judged.
-    fn preflight(
-        &mut self,
-        link: &SerialLink,
-        warn: Warn<'_>,
-    ) -> Result<Option<PreflightVerdict>, Failure> {
-        let verdict = self.judged(link, warn)?;
-        match &verdict {
-            Some(verdict) => note_findings(&mut self.metadata, "preflight", verdict),
-            None => {
-                (self.metadata).insert("preflight".to_owned(), "skipped".to_owned());
-            }
-        }
-        Ok(verdict)
+    fn preflight(&mut self, link: &SerialLink, warn: Warn<'_>) -> Result<Found, Failure> {
+        let key = P::Findings::KEY;
+        let Some(verdict) = self.judged(link, warn)? else {
+            (self.metadata).insert(key.to_owned(), "skipped".to_owned());
+            return Ok(Found::default());
+        };
+        note_findings(&mut self.metadata, key, &verdict);
+        Ok(verdict.found())
     }
 
-    fn judged(
-        &self,
-        link: &SerialLink,
-        warn: Warn<'_>,
-    ) -> Result<Option<PreflightVerdict>, Failure> {
+    fn judged(&self, link: &SerialLink, warn: Warn<'_>) -> Result<Option<P::Findings>, Failure> {
         let Some(subject) = &self.preflight else {
             return Ok(None);
         };

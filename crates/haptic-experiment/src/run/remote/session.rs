@@ -5,7 +5,7 @@ use crate::run::ending::Ending;
 use crate::run::fault_recorder::AFTER;
 use crate::run::flat::flat;
 use crate::run::folder::OutputFolder;
-use crate::run::preflight::PreflightVerdict;
+use crate::run::preflight::Found;
 use crate::run::record::Record;
 use crate::run::recorder::Recorder;
 use crate::run::remote::summary::summarise;
@@ -43,7 +43,7 @@ pub(super) struct HostSession<'a, M, const D: usize> {
     pub(super) record: Record,
     pub(super) samples_lost: u64,
     pub(super) next_tick: u64,
-    pub(super) preflight: Option<PreflightVerdict>,
+    pub(super) found: Found,
     /// The device has said that the run is over, or its newest sample that there is no force any more.
     pub(super) over: bool,
     /// The device does not answer.
@@ -73,7 +73,8 @@ impl<M: TickRecord, const D: usize> HostSession<'_, M, D> {
         recorder.metadata(END, end.metadata());
         let recorded = close(self.recorder, &self.record, let_go)?;
         Ok(Ran {
-            preflight: self.preflight,
+            preflight: self.found.preflight,
+            drive: self.found.drive,
             ..Ran::of(self.record, recorded, self.folder)
         })
     }

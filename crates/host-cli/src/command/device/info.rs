@@ -76,6 +76,13 @@ pub(super) fn info(port: &PortArguments, output: Output) -> Result<(), Failure> 
         "firmware": firmware_version(link.hello()),
     });
     let digest = firmware_digest(can).map(|digest| json!({"firmware_digest": digest}));
+    // Of a device that runs them.
+    let controllers = link.controller_cost().ok().map(|cost| {
+        json!({
+            "controller_sample_time_min_s": f64::from(cost.tick_us) * 1e-6,
+            "controller_coefficient_s": f64::from(cost.coefficient_ns) * 1e-9,
+        })
+    });
     let does = json!({
         "simulated": can.simulated,
         "axes": can.axes,
@@ -101,7 +108,12 @@ pub(super) fn info(port: &PortArguments, output: Output) -> Result<(), Failure> 
         "round_trip_reason": round_trip_reason,
         "statistics": counted(&statistics),
     });
-    output.report(&joined([is, digest.unwrap_or_default(), does]))
+    output.report(&joined([
+        is,
+        digest.unwrap_or_default(),
+        does,
+        controllers.unwrap_or_default(),
+    ]))
 }
 
 fn counted(counters: &Statistics) -> Value {
