@@ -112,7 +112,6 @@ def measure(out, document):
     programs = [
         ["taskset", "-c", core, default, str(run), "default"],
         ["taskset", "-c", core, native, str(run), "native"],
-        [default, str(run), "default", "all-cores"],
     ]
     if (run / "peers").exists():
         programs.append(["taskset", "-c", core, str(run / "peers"), str(run), str(run / "taps.f64")])

@@ -1,5 +1,5 @@
 //! Rust's side of `docs/performance.md`: `table OUT BUILD` appends times to OUT/results.jsonl and writes the outputs of the
-//! operators, `table OUT BUILD all-cores` the map on all cores. See `run`, which does it all.
+//! operators. See `run`, which does it all.
 
 mod kernels;
 mod whole;
@@ -34,16 +34,13 @@ const SECTIONS: usize = 9;
 
 fn main() -> Result<(), Box<dyn Error>> {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
-    let [folder, build, rest @ ..] = arguments.as_slice() else {
-        return Err("table OUT BUILD [all-cores]".into());
+    let [folder, build] = arguments.as_slice() else {
+        return Err("table OUT BUILD".into());
     };
     let bench = Bench {
         folder: PathBuf::from(folder),
         build: build.clone(),
     };
-    if !rest.is_empty() {
-        return whole::map(&bench);
-    }
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");
     bench.line(&format!("{{\"kernels\": \"{}\"}}", kernels::digest(&root)?))?;
     let (order, t) = (Order::new(MU)?, Seconds(T));

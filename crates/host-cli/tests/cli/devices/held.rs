@@ -76,8 +76,8 @@ fn a_drive_holds_the_device_itself_by_the_bits_of_the_hosts_controller() {
 fn a_drive_that_the_device_cannot_run_is_refused_before_a_force() {
     let device = device("");
     let place = &device.place;
-    place.write("wild.toml", &PID.replace("= 300", "= 3e5"));
-    place.write("fast.toml", &PID.replace("= 1e-3", "= 1e-4"));
+    place.write("wild.toml", PID.replace("= 300", "= 3e5"));
+    place.write("fast.toml", PID.replace("= 1e-3", "= 1e-4"));
     place.write("push.toml", "[creep]\n[drive]\ncontroller = \"pid.toml\"\n");
     let function = "[transfer_function]\nfunction = \"1/(s+1)\"\n[loop]\nsample_time_s = 1e-3\n";
     place.write("function.toml", function);
