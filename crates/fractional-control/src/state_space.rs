@@ -159,10 +159,12 @@ impl StateSpace {
         })
     }
 
-    /// Number of eigenvalues with Re s > 0, and of those that are not known.
+    /// Number of eigenvalues with Re s > 0, and of those that are not known. One that rounding does not tell from 0 is none: a free mass has
+    /// one at 0.
     #[must_use]
     pub fn unstable_poles(&self) -> usize {
-        self.poles_from(f64::MIN_POSITIVE)
+        let rounding = 4.0 * f64::EPSILON * self.a.nrows() as f64 * self.a.norm();
+        self.poles_from(rounding.max(f64::MIN_POSITIVE))
     }
 
     /// Number of eigenvalues that do not decay, as far as rounding lets it be told.

@@ -14,7 +14,8 @@ use haptic_loop::Fault;
 ///   between two samples are a fault, as the count is wrong from then on.
 /// - *Wire off*: from the ring. A channel that is off stands still, and the count goes to and fro by one while the shaft turns. Where in
 ///   ticks one channel changes and the other does not, changes, 4 a tick at most, less one a tick add up to 16: a fault. A hand
-///   changes both; a loop that shakes an edge needs two ticks for two changes. A board that counts in hardware sees no channels.
+///   changes both; a loop that shakes an edge needs two ticks for two changes. Changes at uneven times, as of a channel that chatters on its
+///   edge, count once a tick; chatter in step with a PWM looks like a wire that is off. A board that counts in hardware sees no channels.
 /// - *Start-up*: count 0 wherever the encoder stands. It wraps at ±2³¹.
 ///
 /// ```
@@ -39,11 +40,18 @@ pub struct Quadrature {
     changes: [u8; 2],
     /// The channel that has changed alone since then, and by how much more than once a tick.
     alone: (usize, u8),
+    /// Samples so far, those at the last change, and the fewest and most between two changes of a tick.
+    samples: u32,
+    changed_at: u32,
+    dwells: (u32, u32),
 }
 
 /// Changes of a tick that count, and those beyond one a tick that are too many.
 const CHANGES_MOST: u8 = 4;
 const ALONE_MOST: u8 = 16;
+const NO_DWELL: (u32, u32) = (u32::MAX, 0);
+/// A turning shaft changes evenly; where one dwell is so many times another, a channel chatters on its edge.
+const UNEVEN: u32 = 4;
 
 impl Quadrature {
     /// At count 0.
@@ -56,6 +64,9 @@ impl Quadrature {
             still: None,
             changes: [0; 2],
             alone: (0, 0),
+            samples: 0,
+            changed_at: 0,
+            dwells: NO_DWELL,
         }
     }
 
@@ -64,8 +75,17 @@ impl Quadrature {
     /// # Errors
     /// Both channels have changed between two samples. The samples after it are counted all the same.
     pub fn take(&mut self, samples: u32, number: u32) -> Result<(), Fault> {
+        let number = number.min(16);
+        let followed = self.follow(samples, number, self.samples);
+        self.samples = self.samples.wrapping_add(number);
+        followed
+    }
+
+    /// The same behind so many samples.
+    #[inline]
+    fn follow(&mut self, samples: u32, number: u32, before_them: u32) -> Result<(), Fault> {
         let mut followed = Ok(());
-        for index in 0..number.min(16) {
+        for index in 0..number {
             let pins = (samples >> (2 * index)) as u8 & 0b11;
             // Gray code, B and A, to binary: 00 01 11 10 are the quarters 0 1 2 3.
             let quarter = pins ^ pins >> 1;
@@ -75,6 +95,11 @@ impl Quadrature {
                 // A between the quarters 0 and 1, and 2 and 3; else B.
                 let channel = usize::from(quarter ^ before == 0b11);
                 self.changes[channel] = self.changes[channel].saturating_add(1);
+                let now = before_them.wrapping_add(index);
+                let dwell = now.wrapping_sub(self.changed_at);
+                let (least, most) = self.dwells;
+                self.dwells = (least.min(dwell), most.max(dwell));
+                self.changed_at = now;
             }
             self.quarter = Some(quarter);
             self.count = match moved {
@@ -98,7 +123,7 @@ impl Quadrature {
     /// As [`take`](Self::take); and a wire that is off, where it is called once a tick.
     #[inline]
     pub fn take_ring(&mut self, ring: &[AtomicU8], end: usize) -> Result<(), Fault> {
-        let mut followed = Ok(());
+        let (mut followed, mut taken) = (Ok(()), self.samples);
         // Where the ring has just come round, the place behind its last byte is its beginning.
         let end = end.checked_rem(ring.len()).unwrap_or(0);
         while self.next != end
@@ -107,17 +132,24 @@ impl Quadrature {
             let samples = samples.load(Ordering::Relaxed);
             // Most bytes of most ticks: a shaft is slow.
             if Some(samples) != self.still {
-                followed = followed.and(self.take(samples.into(), 4));
+                followed = followed.and(self.follow(samples.into(), 4, taken));
                 self.still = Some((samples >> 6) * 0b01_01_01_01);
             }
+            taken = taken.wrapping_add(4);
             self.next = (self.next + 1) % ring.len();
         }
+        self.samples = taken;
         followed.and(self.both_channels())
     }
 
     /// Judges the changes of a tick.
     fn both_channels(&mut self) -> Result<(), Fault> {
-        let [a, b] = core::mem::take(&mut self.changes);
+        let mut changes = core::mem::take(&mut self.changes);
+        let (least, most) = core::mem::replace(&mut self.dwells, NO_DWELL);
+        if least < most / UNEVEN {
+            changes = changes.map(|count| count.min(1));
+        }
+        let [a, b] = changes;
         let (channel, alone) = self.alone;
         self.alone = match (a, b) {
             (0, 0) => (channel, alone),

@@ -335,10 +335,16 @@ impl PlaceOfFile {
         (file, self.unwritten.take(saved))
     }
 
-    /// Writes a text beside it; the name of the file.
-    pub(crate) fn write_beside(&mut self, extension: &str, text: &str) -> Option<String> {
+    /// Writes a text beside it; the name of the file. Without one, an earlier file is taken away: it would pass for part of this answer.
+    pub(crate) fn write_beside(&mut self, extension: &str, text: Option<String>) -> Option<String> {
         let path = self.path.as_ref()?.with_extension(extension);
-        let written = write_text(&path, text, self.overwrite);
+        let Some(text) = text else {
+            if self.overwrite {
+                let _ = std::fs::remove_file(path);
+            }
+            return None;
+        };
+        let written = write_text(&path, &text, self.overwrite);
         self.unwritten
             .take(written.map(|()| path.display().to_string()))
     }

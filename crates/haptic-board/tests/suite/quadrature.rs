@@ -156,6 +156,12 @@ fn no_motion_of_a_whole_encoder_is_taken_for_a_wire_that_is_off() {
     for speed in [0.003, 0.1, 0.6, 1.7, 20.0, 100.0] {
         assert_eq!(fault_of(None, 20_000, |t| speed * t), None, "{speed}");
     }
+    // Creep across an edge whose comparator chatters.
+    let noise = |t: f64| (1e4 * (127.1 * t).sin()).fract();
+    for speed in [0.01, 0.03] {
+        let fault = fault_of(None, 20_000, |t| speed * t + 0.01 * noise(t));
+        assert_eq!(fault, None, "{speed} with noise");
+    }
     for (amplitude, period) in [(0.4, 100.0), (30.0, 100.0), (0.4, 2.0), (0.9, 2.1)] {
         for edge in 0..4 {
             let shaken = |t: f64| f64::from(edge) + amplitude * (tau * t / period + 0.3).sin();

@@ -142,6 +142,9 @@ impl Measurement {
     }
 }
 
+/// Fewest lines of a response that a plant takes.
+const LINES_LEAST: usize = 3;
+
 /// The result. The keys are a contract of the command line.
 #[derive(Clone, Debug, Serialize)]
 pub struct MeasureReport {
@@ -182,10 +185,10 @@ impl MeasureReport {
         &self.found.curve
     }
 
-    /// The frequency response as a table that a plant file takes; `None` if the record is too short for one, or no line coherent.
+    /// The frequency response as a table that a plant file takes; `None` if the record is too short for one, or fewer than three lines are coherent.
     #[must_use]
     pub fn response_table(&self) -> Option<String> {
-        (self.coherent_lines > 0).then(|| table(&self.lines).0)
+        (self.coherent_lines >= LINES_LEAST).then(|| table(&self.lines).0)
     }
 
     /// ω, rad/s, |G|, m/N, and coherence of each line of the frequency response.

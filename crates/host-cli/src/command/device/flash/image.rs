@@ -104,7 +104,9 @@ impl Identity {
             (window == IMAGE_MARK && is_name).then(|| Self {
                 board: board.to_owned(),
                 firmware: [firmware[0], firmware[1], firmware[2]],
-                digest: digest(flash, begin, &rest[20..]).unwrap_or(0),
+                digest: (rest.get(20..))
+                    .and_then(|rest| digest(flash, begin, rest))
+                    .unwrap_or(0),
             })
         })
     }

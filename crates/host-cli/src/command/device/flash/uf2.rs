@@ -77,6 +77,9 @@ pub(super) fn contents(file: &[u8], flash: &Range<u32>, family: u32) -> Result<V
         };
         if word(8) == HAS_FAMILY && word(28) == family {
             put(&mut image, flash, word(12).into(), data)?;
+            if word(20) != found {
+                return Err(format!("block {found} is not in its place"));
+            }
             (found, stated) = (found + 1, word(24));
         }
     }
