@@ -66,7 +66,7 @@ pub(super) fn is_uf2(file: &[u8]) -> bool {
 
 /// The flash as the blocks for this family fill it; those for others are skipped, as the boot loader does.
 pub(super) fn contents(file: &[u8], flash: &Range<u32>, family: u32) -> Result<Vec<u8>, String> {
-    let (mut image, mut found, mut stated) = (Vec::new(), 0, 0);
+    let (mut image, mut found, mut stated, mut in_order) = (Vec::new(), 0, 0, true);
     let (blocks, rest) = file.as_chunks::<BLOCK>();
     for block in blocks {
         let word = |at: usize| u32::from_le_bytes([0, 1, 2, 3].map(|byte| block[at + byte]));
@@ -77,14 +77,15 @@ pub(super) fn contents(file: &[u8], flash: &Range<u32>, family: u32) -> Result<V
         };
         if word(8) == HAS_FAMILY && word(28) == family {
             put(&mut image, flash, word(12).into(), data)?;
-            if word(20) != found {
-                return Err(format!("block {found} is not in its place"));
-            }
+            in_order &= word(20) == found;
             (found, stated) = (found + 1, word(24));
         }
     }
     if found != stated || !rest.is_empty() {
         return Err(format!("{found} of {stated} blocks are there"));
+    }
+    if !in_order {
+        return Err("a block is missing, and another is there twice".to_owned());
     }
     whole(image)
 }
@@ -192,6 +193,9 @@ mod tests {
             "31 of 32 blocks are there"
         );
         assert!(refused(&both, 0).contains("0x0 lie outside"));
+        let mut doubled = uf2.clone();
+        doubled.copy_within(4 * BLOCK..5 * BLOCK, 5 * BLOCK);
+        assert!(refused(&doubled, 0xe48b_ff56).ends_with("there twice"));
         let mut damaged = uf2;
         damaged[BLOCK + 17] = 2;
         assert_eq!(
