@@ -68,7 +68,7 @@ const FLAWS: [(Flaw, &[Promise], bool, &str); 7] = [
         Flaw::Reversed,
         &[Promise::Direction],
         true,
-        "against its force: swap",
+        "against its force: try again",
     ),
     (Flaw::NoRecorder, &[Promise::FlightRecorder], true, ""),
     (
