@@ -1,5 +1,6 @@
 //! What an analysis costs: a region by D-decomposition, one verdict, its margins, the proof for every
-//! motion of one-sided contact, one passivity check, a map of verdicts; beside the naive way in the same run, all poles at each point of a grid.
+//! motion of one-sided contact, one passivity check; beside the naive way in the same run, all poles at each point of a grid.
+//! `table/run` times the map of verdicts.
 //!
 //! Device of the dissertation's section 4.4 (δ = 0.10769), order 0.5. The naive way needs a polynomial, so
 //! it is measured with the Muir polynomial of degree 3 (characteristic polynomial of degree 5); the
@@ -11,13 +12,12 @@
 use criterion::{Criterion, criterion_group, criterion_main};
 use fracdiff::{Order, Scheme, Seconds};
 use haptic_analysis::{
-    LoopOperator, Nondimensional, OnePort, SampledLoop, SampledPlant, StabilityMap, StabilityRegion,
+    LoopOperator, Nondimensional, OnePort, SampledLoop, SampledPlant, StabilityRegion,
 };
 use std::hint::black_box;
 
 const DELTA: f64 = 3.5 * 0.002 / 0.065;
 const POINTS: usize = 2000;
-const MAP: usize = 500;
 
 fn order() -> Order {
     Order::new(0.5).expect("valid")
@@ -87,21 +87,5 @@ fn points(criterion: &mut Criterion) {
     group.finish();
 }
 
-fn maps(criterion: &mut Criterion) {
-    let mut group = criterion.benchmark_group("map of 500 x 500 verdicts, one core");
-    group.sample_size(10);
-    let plant = SampledPlant::new(DELTA, 0.0).expect("valid");
-    let [alphas, betas] = [0.5, 1.5].map(|most| {
-        let share = |k| k as f64 / MAP as f64;
-        (0..MAP).map(|k| most * share(k)).collect::<Vec<f64>>()
-    });
-    for (name, operator) in operators() {
-        group.bench_function(name, |bencher| {
-            bencher.iter(|| StabilityMap::new(plant, black_box(&operator), &alphas, &betas));
-        });
-    }
-    group.finish();
-}
-
-criterion_group!(benches, regions, points, maps);
+criterion_group!(benches, regions, points);
 criterion_main!(benches);

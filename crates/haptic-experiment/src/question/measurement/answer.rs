@@ -2,7 +2,7 @@
 
 use super::drive::{on_serial, on_simulated};
 use super::estimate::{Measured, estimate};
-use super::response::{ResponseLine, response, table};
+use super::response::{ResponseLine, coherent, response, table};
 use super::{
     HELD, MEASURE_BOX, MEASURE_DEVICE, MEASURE_DURATION, MEASURE_FORCE_LIMIT, MEASURE_SAMPLE_TIME,
     MEASUREMENT, MeasurePlan, TABLES,
@@ -132,7 +132,7 @@ impl Measurement {
             largest_force_n: record.largest_force_n(),
             reach_low_m,
             reach_high_m,
-            coherent_lines: table(&lines).1,
+            coherent_lines: coherent(&lines).count(),
             lines,
             model: None,
             frequency_response: None,
@@ -141,9 +141,6 @@ impl Measurement {
         })
     }
 }
-
-/// Fewest lines of a response that a plant takes.
-const LINES_LEAST: usize = 3;
 
 /// The result. The keys are a contract of the command line.
 #[derive(Clone, Debug, Serialize)]
@@ -185,10 +182,10 @@ impl MeasureReport {
         &self.found.curve
     }
 
-    /// The frequency response as a table that a plant file takes; `None` if the record is too short for one, or fewer than three lines are coherent.
+    /// The frequency response as a table that a plant file takes; `None` if the record is too short for one, or too few lines are coherent.
     #[must_use]
     pub fn response_table(&self) -> Option<String> {
-        (self.coherent_lines >= LINES_LEAST).then(|| table(&self.lines).0)
+        table(&self.lines)
     }
 
     /// ω, rad/s, |G|, m/N, and coherence of each line of the frequency response.

@@ -12,12 +12,13 @@
 //! - *Symbols*: f the force applied, N; x the position, m; T the sample time, s; γ² the coherence, 1 where the motion follows the force
 //!   alone, lower under friction, play, noise or a hand.
 //! - *Blocks*: as long as the closest lines need to be told apart, overlapping by half, once the multi-sine has its full size. Fewer than
-//!   four tell nothing, which is so at 8 s from 5 ms a sample on.
+//!   four tell nothing: below 7 s of multi-sine at 1 ms a sample, and at 8 s from 7 ms on.
 //!
 //! *Cost*: a least-squares problem a block, 42 numbers from some 1500 samples.
 
 use super::drive::{grown_s, steps};
 use super::{MeasurePlan, MotionRecord};
+use fractional_control::Plant;
 use nalgebra::DMatrix;
 use num_complex::Complex;
 use serde::Serialize;
@@ -119,15 +120,23 @@ fn amplitudes(
 }
 
 /// Below this coherence a line is not told: its gain may be off by a tenth and more.
-pub(super) const COHERENT: f64 = 0.95;
+const COHERENT: f64 = 0.95;
 
-/// The coherent lines, as a table that `[measured_response]` of a plant takes, and their number.
-pub(crate) fn table(lines: &[ResponseLine]) -> (String, usize) {
+/// The coherent lines.
+pub(crate) fn coherent(lines: &[ResponseLine]) -> impl Iterator<Item = &ResponseLine> {
+    lines.iter().filter(|line| line.coherence >= COHERENT)
+}
+
+/// The coherent lines as a table that `[measured_response]` of a plant takes; `None` if they are too few for it.
+pub(crate) fn table(lines: &[ResponseLine]) -> Option<String> {
+    let point = |line: &ResponseLine| {
+        let response = Complex::from_polar(line.gain, line.phase_deg.to_radians());
+        (line.omega_rad_s, response)
+    };
+    let points: Vec<_> = coherent(lines).map(point).collect();
+    Plant::measured(&points).ok()?;
     let mut text = "omega_rad_s,gain,phase_deg,coherence\n".to_owned();
-    let told: Vec<_> = (lines.iter())
-        .filter(|line| line.coherence >= COHERENT)
-        .collect();
-    for line in &told {
+    for line in coherent(lines) {
         let ResponseLine {
             omega_rad_s,
             gain,
@@ -136,5 +145,5 @@ pub(crate) fn table(lines: &[ResponseLine]) -> (String, usize) {
         } = line;
         let _ = writeln!(text, "{omega_rad_s:e},{gain:e},{phase_deg},{coherence}");
     }
-    (text, told.len())
+    Some(text)
 }

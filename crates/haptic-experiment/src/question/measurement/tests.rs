@@ -6,7 +6,7 @@ mod random_devices;
 
 use super::drive::{Driven, Outcome, drive, on_simulated};
 use super::estimate::{Estimate, MeasureError, Measured, estimate};
-use super::response::{COHERENT, response};
+use super::response::{coherent, response};
 use super::{MeasurePlan, MotionRecord};
 use crate::run::plant_file::DeviceModel;
 use crate::{Imperfections, Sensors};
@@ -268,9 +268,8 @@ fn the_frequency_response_is_that_of_the_device_and_its_coherence_tells_friction
     };
     let free = lines(0.0);
     assert_eq!(free.len(), 20);
-    let coherent = free.iter().filter(|line| line.coherence >= COHERENT);
-    assert!(coherent.clone().count() >= 18, "{free:?}");
-    for line in coherent {
+    assert!(coherent(&free).count() >= 18, "{free:?}");
+    for line in coherent(&free) {
         let s = Complex::new(0.0, line.omega_rad_s);
         let moves = s * (mass * s + damping) * (1.0 + lag * s);
         let want = (-delay * s).exp() / moves;

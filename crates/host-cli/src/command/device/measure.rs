@@ -17,7 +17,7 @@ use std::time::Duration;
 pub(super) const LONG_ABOUT: &str = "\
 Finds mass, damping, Coulomb friction, delay, current lag, encoder step and noise of a device, with 95 % intervals, and \
 writes a device file that analyze, design, zwidth, relax, run and control take. Beside it stands the frequency response \
-at the lines of the multi-sine, FILE.csv, with its coherence; control design takes it as --plant. Below 8s of multi-sine, or above 4ms a sample, there is none.
+at the lines of the multi-sine, FILE.csv, with its coherence; control design takes it as --plant. Below 7s of multi-sine there is none.
 
 The device moves by itself: half a second without force, then a slowly growing force each way until it moves, then a \
 multi-sine. The force never exceeds a fifth of --force-limit. If the device leaves --box, and on Ctrl-C, the \
@@ -62,12 +62,13 @@ impl Arguments {
         let text = || report.device_file(PROGRAM);
         let draw = || draw(&report);
         (report.model, report.figure) = place.write(text, draw);
-        report.frequency_response = place.write_beside("csv", report.response_table());
-        if self.file.out.is_some() && report.frequency_response.is_none() {
+        let table = report.response_table();
+        if self.file.out.is_some() && table.is_none() {
             warn(
                 "no frequency response: give 8 s of multi-sine, and a larger force limit where friction hides the motion",
             );
         }
+        report.frequency_response = place.write_beside("csv", table);
         output.summary(&report)?;
         place.close(Ok(()))
     }
