@@ -198,12 +198,17 @@ const LIKELY: f64 = 3.841;
 const TRIED: usize = 12;
 const NEAR: f64 = 0.05;
 
+/// A dead time is determined whose interval ends within this share of it, or half a sample.
+const DETERMINED: f64 = 0.05;
+
 /// What a record tells of a dead time.
 #[derive(Clone, Copy, Debug)]
 #[non_exhaustive]
 pub struct DeadTimeEvidence<'a> {
     /// The dead times that the record does not exclude, least and most, s: those of the first function, and of all that fit as well.
     pub interval_s: [f64; 2],
+    /// True if both ends are within 5 % or half a sample of the dead time that was found.
+    pub is_determined: bool,
     /// Of those one whose dead time is outside the interval of the first function alone by more than half a sample: it has poles in place of some of
     /// it, or the reverse.
     pub instead: Option<&'a Found>,
@@ -243,7 +248,12 @@ pub fn dead_time_evidence<'a>(
             most.max(dead_time_s + room),
         ]
     });
+    let dead_time_s = first.identified.dead_time.seconds();
+    let near = (DETERMINED * dead_time_s).max(apart) * (1.0 + 1e-9);
     Some(DeadTimeEvidence {
+        is_determined: interval_s
+            .iter()
+            .all(|end| (end - dead_time_s).abs() <= near),
         interval_s,
         instead: as_good.into_iter().find(is_outside),
     })

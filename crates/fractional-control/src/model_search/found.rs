@@ -1,6 +1,8 @@
 //! A function that was fitted, and how good it is beside others.
 
+use super::record::InputOutput;
 use crate::{FreeNumber, Identified};
+use std::vec::Vec;
 
 /// A function that was fitted.
 #[derive(Clone, Debug, PartialEq)]
@@ -17,6 +19,21 @@ pub struct Found {
 }
 
 impl Found {
+    /// True if the record shows a response to its input: this function explains more of it than noise around a constant does, whose neighbouring
+    /// samples may be alike, beyond what so many numbers and two choices among n dead times win by chance.
+    /// ```text
+    /// n·ln(E(y − mean of y)/E(y − ŷ)) > (numbers + 2)·ln n,   E(x) = Σ(x_n − ρ·x_(n−1))²,   ρ = Σ x_n·x_(n−1)/Σ x_n² from 0 to 1
+    /// ```
+    #[must_use]
+    pub fn shows_a_response(&self, record: &InputOutput) -> bool {
+        let samples = record.output.len() as f64;
+        let mean = record.output.iter().sum::<f64>() / samples;
+        let noise: Vec<f64> = record.output.iter().map(|y| y - mean).collect();
+        let left = super::left(record, &self.identified.model);
+        let won = samples * libm::log(innovations(&noise) / innovations(&left));
+        won > (self.identified.standard_errors.len() as f64 + 2.0) * libm::log(samples)
+    }
+
     /// True if the function settles by itself.
     pub(super) fn settles(&self) -> bool {
         self.identified.function.unstable_poles() == Some(0)
@@ -24,6 +41,12 @@ impl Found {
 
     pub(super) fn is_whole(&self) -> bool {
         self.identified.function.is_whole()
+    }
+
+    /// The orders above and below.
+    pub(super) fn poles_and_zeros(&self) -> f64 {
+        let function = &self.identified.function;
+        function.numerator().degree() + function.denominator().degree()
     }
 
     /// Standard error of the dead time, s, if that is one of the numbers.
@@ -51,6 +74,17 @@ pub(super) const AS_GOOD: f64 = 2.0;
 pub(super) fn less_sure(neighbours: f64, samples: usize) -> f64 {
     let alike = neighbours.clamp(0.0, 1.0);
     libm::sqrt(((1.0 + alike) / (1.0 - alike)).min(samples as f64))
+}
+
+/// What each sample of a noise has that its neighbour does not tell: Σ(x_n − ρ·x_(n−1))².
+fn innovations(noise: &[f64]) -> f64 {
+    let alike = super::neighbours(noise).clamp(0.0, 1.0);
+    let before = core::iter::once(&0.0).chain(noise);
+    let news = noise
+        .iter()
+        .zip(before)
+        .map(|(now, before)| now - alike * before);
+    news.map(|news| news * news).sum()
 }
 
 /// A stretch of a record that a function does not explain, though what it leaves there is no noise.

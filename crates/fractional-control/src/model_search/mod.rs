@@ -157,13 +157,19 @@ pub fn identify(
     }
 }
 
-/// Of the functions that are as good as the best the simplest: of whole orders, which run exactly, then of the fewest numbers.
+/// Of the functions that are as good as the best the simplest: of whole orders, which run exactly, then of the fewest numbers, then of the fewest poles
+/// and zeros: a dead time is likelier than a zero of the right half-plane or a fast pole in its place.
 fn simplest_as_good(found: &[Found]) -> Option<usize> {
     let best = found.first()?;
     let all = found.iter().enumerate();
     let as_good = all.filter(|(_, other)| other.bic <= best.bic + AS_GOOD);
-    let simplest = as_good
-        .min_by_key(|(_, other)| (!other.is_whole(), other.identified.standard_errors.len()));
+    let simplest = as_good.min_by(|(_, a), (_, b)| {
+        let numbers = |found: &Found| (!found.is_whole(), found.identified.standard_errors.len());
+        let (poles_and_zeros, bic) = (Found::poles_and_zeros, |found: &Found| found.bic);
+        (numbers(a).cmp(&numbers(b)))
+            .then(poles_and_zeros(a).total_cmp(&poles_and_zeros(b)))
+            .then(bic(a).total_cmp(&bic(b)))
+    });
     simplest.map(|(place, _)| place)
 }
 

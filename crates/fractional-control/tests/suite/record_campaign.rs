@@ -4,11 +4,11 @@
 //! `CAMPAIGN_CASES` sets how many; 25 and 30 unless it is given.
 
 use fracdiff::Seconds;
-use fractional_control::FractionalTransferFunction;
 use fractional_control::model_search::{
     InputOutput, candidates, dead_time_evidence, identify, settles_as_well,
 };
 use fractional_control::num_complex::Complex;
+use fractional_control::{DeadTime, FractionalTransferFunction, Record, identify_coefficients};
 use rayon::prelude::*;
 use testkit::Random;
 
@@ -42,6 +42,8 @@ struct Case {
     /// Digits behind the first that the file keeps of the largest output; `None` for all.
     digits: Option<i32>,
     input: Input,
+    /// Its function, where that is asked for.
+    function: Option<FractionalTransferFunction>,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -110,6 +112,7 @@ impl Case {
             },
             digits: random.one_of(&[None, Some(3), Some(5)]),
             input: random.one_of(&[Input::Step, Input::Pulses, Input::Levels]),
+            function: None,
         };
         let lag = |case: &mut Self, time: f64| {
             case.modes.push(Mode::new(-1.0 / time, gain / time));
@@ -201,6 +204,11 @@ impl Case {
     }
 }
 
+/// Integrators.
+fn order(function: &FractionalTransferFunction) -> f64 {
+    function.denominator().lowest() - function.numerator().lowest()
+}
+
 /// The wrong function, in words. Right is also to say of a pole slower than the record that it may be at rest, and to refuse what no function of
 /// more poles than zeros explains, or to leave much of it and say so.
 fn wrong(number: u64, case: &Case, record: &InputOutput) -> Option<String> {
@@ -209,9 +217,6 @@ fn wrong(number: u64, case: &Case, record: &InputOutput) -> Option<String> {
     let is_slow = |mode: &Mode| mode.rate.re < 0.0 && mode.rate.re * length_s > -1.0;
     let is_slow = case.modes.iter().any(is_slow);
     let found = identify(record, &candidates(record, true, dead_time), true);
-    let order = |function: &FractionalTransferFunction| {
-        function.denominator().lowest() - function.numerator().lowest()
-    };
     let is_right = match &found {
         Ok(found) => {
             let own = &found[0].identified;
@@ -263,13 +268,19 @@ impl Case {
             noise: 0.01,
             digits: None,
             input: Input::Step,
+            function: None,
         };
+        let below;
         // What a loop may have: the largest of |G|, over its gain.
         let mut largest = 1.0;
         match kind % 6 {
-            0 => case.modes.push(Mode::new(-1.0 / tau, gain / tau)),
+            0 => {
+                below = format!("({tau}s+1)");
+                case.modes.push(Mode::new(-1.0 / tau, gain / tau));
+            }
             1 => {
                 let other = tau * random.between(0.1, 0.9);
+                below = format!("({}s^2+{}s+1)", tau * other, tau + other);
                 let residue = gain / (tau - other);
                 case.modes.push(Mode::new(-1.0 / tau, residue));
                 case.modes.push(Mode::new(-1.0 / other, -residue));
@@ -278,6 +289,7 @@ impl Case {
                 // k/(τ²s² + 2ζτs + 1): residues ∓jk/(2τ²·Im p)
                 let damping = random.between(0.1, 0.8);
                 let turn = (1.0 - damping * damping).sqrt() / tau;
+                below = format!("({}s^2+{}s+1)", tau * tau, 2.0 * damping * tau);
                 case.modes.push(Mode {
                     rate: Complex::new(-damping / tau, turn),
                     residue: Complex::new(0.0, -gain / (tau * tau * turn)),
@@ -286,6 +298,7 @@ impl Case {
             }
             3 => {
                 case.integrators = 1;
+                below = format!("({tau}s^2+s)");
                 case.modes.push(Mode::new(0.0, gain));
                 case.modes.push(Mode::new(-1.0 / tau, -gain));
                 largest = 3.0 * (tau + case.delay * T);
@@ -293,13 +306,18 @@ impl Case {
             4 => {
                 // k/(τs − 1), which only a loop holds, and none behind a long dead time; for eight time constants: what runs from rest
                 // through a record that is longer grows by more than a record has digits.
+                below = format!("({tau}s-1)");
                 case.modes.push(Mode::new(1.0 / tau, gain / tau));
                 case.delay *= 0.08;
                 case.samples = 160;
                 largest = 0.25;
             }
-            _ => case.direct = gain,
+            _ => {
+                below = "1".to_owned();
+                case.direct = gain;
+            }
         }
+        case.function = format!("{gain}/{below}").parse().ok();
         let loops = Input::Loop(0.5 / (gain * largest.max(0.25)));
         let random_inputs = [Input::Pulses, Input::Levels];
         let all = [
@@ -321,29 +339,91 @@ impl Case {
     }
 }
 
+/// True if a dead time, in samples, is within 5 % or half a sample of the case's.
+fn is_near(late: f64, case: &Case) -> bool {
+    (late - case.delay).abs() <= (0.05 * case.delay).max(0.5)
+}
+
+/// The dead time in samples by a fit that knows the function and begins at the truth: no other does better for long. Of a gain it is known between samples.
+fn by_the_truth(case: &Case, record: &InputOutput) -> f64 {
+    let Some(function) = case.function.filter(|_| case.direct == 0.0) else {
+        return case.delay;
+    };
+    let record = Record {
+        sample_time: Seconds(T),
+        input: &record.input,
+        output: &record.output,
+        held: true,
+        dead_time: DeadTime::From(Seconds(case.delay * T)),
+    };
+    let found = identify_coefficients(&function, &record).expect("the truth fits");
+    found.dead_time.seconds() / T
+}
+
+/// Of 300 records 285 are found, 95.0 %, of the next 300 FIXME; by a fit that knows the function 291. The interval says of FIXME that they are
+/// determined, and FIXME of these are right.
 #[test]
 #[ignore = "long: `.ci/run` does it, or --include-ignored"]
 fn dead_times_are_found_within_5_percent_or_half_a_sample() {
     let count: u64 = testkit::cases(30);
-    let missed = (0..count).into_par_iter().filter(|number| {
-        let mut random = Random(*number + 1_000_000);
-        let case = Case::late(*number, &mut random);
+    let judged = (0..count).into_par_iter().map(|number| {
+        let mut random = Random(number + 1_000_000);
+        let case = Case::late(number, &mut random);
         let record = case.record(&mut random);
         let found = identify(&record, &candidates(&record, true, None), true);
         let found = found.expect("some function fits");
         let evidence = dead_time_evidence(&found, &record, true).expect("a function");
         let [low, high] = evidence.interval_s.map(|s| s / T);
         let own = &found[0].identified;
-        let have = own.dead_time.seconds() / T;
-        let allowed = (0.05 * case.delay).max(0.5);
-        let is_right = (have - case.delay).abs() <= allowed;
-        println!(
-            "{number} {:?}, {} samples: {} want {:.2} have {have:.2} [{low:.2}, {high:.2}] {} told {} {}",
-            case.input, case.samples, if is_right { "ok" } else { "MISS" }, case.delay,
-            if low <= case.delay && case.delay <= high { "in" } else { "OUT" }, evidence.instead.is_some(), own.function,
-        );
-        !is_right
+        let late = own.dead_time.seconds() / T;
+        let is_right = is_near(late, &case);
+        if !is_right {
+            println!(
+                "{number} {:?}, {} samples: {:.2}, found {late:.2} from {low:.2} to {high:.2}, by the truth {:.2}: {}",
+                case.input, case.samples, case.delay, by_the_truth(&case, &record), own.function,
+            );
+        }
+        assert!(found[0].shows_a_response(&record), "{number}");
+        assert_eq!(order(&own.function), case.integrators as f64, "{number}: {}", own.function);
+        let of_truth = is_near(by_the_truth(&case, &record), &case);
+        [is_right, of_truth, evidence.is_determined, is_right && evidence.is_determined].map(u64::from)
     });
-    let missed = missed.count() as u64;
-    assert!(20 * missed <= count, "{missed} of {count}");
+    let all = judged.reduce(|| [0; 4], |a, b| core::array::from_fn(|n| a[n] + b[n]));
+    let [right, of_truth, determined, determined_right] = all;
+    println!(
+        "{right} of {count}, {of_truth} by the truth; {determined_right} of {determined} that are determined"
+    );
+    assert!(20 * right >= 19 * count, "{right} of {count}");
+    assert!(
+        20 * determined_right >= 19 * determined,
+        "{determined_right} of {determined}"
+    );
+}
+
+/// An output that has nothing to do with its input: white, or with neighbours that are alike.
+#[test]
+#[ignore = "long: `.ci/run` does it, or --include-ignored"]
+fn noise_shows_no_response() {
+    let count: u64 = testkit::cases(20);
+    let seen = (0..count).into_par_iter().filter(|number| {
+        let mut random = Random(*number + 2_000_000);
+        let samples = random.one_of(&[100, 200, 400]);
+        let inputs = [Input::Step, Input::Pulses, Input::Levels, Input::Rise(20)];
+        let input = random.one_of(&inputs).signal(samples, &mut random);
+        let (alike, offset) = (random.one_of(&[0.0, 0.0, 0.8]), random.one_of(&[0.0, 0.1]));
+        let mut last = 0.0;
+        let noise = (0..samples).map(|_| {
+            last = alike * last + (1..=12).map(|_| random.between(-0.5, 0.5)).sum::<f64>();
+            last + offset
+        });
+        let record = InputOutput {
+            time_s: (0..samples).map(|n| T * n as f64).collect(),
+            output: noise.collect(),
+            input,
+        };
+        let found = identify(&record, &candidates(&record, true, None), true);
+        found.is_ok_and(|found| found[0].shows_a_response(&record))
+    });
+    let seen = seen.count() as u64;
+    assert!(20 * seen <= count, "{seen} of {count}");
 }

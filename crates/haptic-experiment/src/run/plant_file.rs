@@ -21,7 +21,7 @@ use crate::run::sensors::{Imperfections, Sensors};
 use fracdiff::parameter::{Shown, range};
 use fractional_control::{ControlError, FractionalTransferFunction, Plant, StateSpace};
 use haptic_analysis::Dynamics;
-use haptic_tissue::identify::table::{TABLE_MOST, read_chosen};
+use haptic_tissue::identify::table::{TABLE_MOST, read_chosen, rows_named};
 use haptic_tissue::read_bytes;
 use nalgebra::{DMatrix, DVector, RowDVector};
 use num_complex::Complex;
@@ -165,9 +165,22 @@ pub enum PlantModel {
         /// Time constant of the actuator before it, s.
         current_lag_s: f64,
     },
-    /// `[measured_response]`: ω in rad/s and G(jω).
-    Measured(Vec<(f64, Complex<f64>)>),
+    /// `[measured_response]`.
+    Measured(MeasuredPoints),
 }
+
+/// A response as a table says it.
+#[derive(Clone, Debug, Default, PartialEq)]
+#[non_exhaustive]
+pub struct MeasuredPoints {
+    /// ω in rad/s and G(jω).
+    pub points: Vec<(f64, Complex<f64>)>,
+    /// Lines of rows that were left out: their coherence says that their gain may be off by a tenth and more.
+    pub incoherent: Vec<u64>,
+}
+
+/// Below this coherence the gain of a response may be off by a tenth and more.
+pub(crate) const COHERENT: f64 = 0.95;
 
 /// Two numbers between which a value of a device lies in 95 of 100 cases.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -266,7 +279,7 @@ impl PlantModel {
                 let states = StateSpace::new(matrix, b, c)?.behind_lag(*current_lag_s)?;
                 Plant::state_space(states, *delay_s)
             }
-            Self::Measured(points) => Plant::measured(points),
+            Self::Measured(own) => Plant::measured(&own.points),
         }
     }
 
@@ -287,7 +300,13 @@ impl PlantModel {
                 let plural = if a.len() == 1 { "" } else { "s" };
                 format!("{} state{plural}, delay {delay_s} s", a.len())
             }
-            Self::Measured(points) => format!("measured at {} frequencies", points.len()),
+            Self::Measured(own) => {
+                let words = format!("measured at {} frequencies", own.points.len());
+                match rows_named(&own.incoherent) {
+                    Some(rows) => format!("{words}; {rows} of coherence below {COHERENT} left out"),
+                    None => words,
+                }
+            }
         }
     }
 }
@@ -535,14 +554,14 @@ fn intervals(table: &Table<'_>, values: &DeviceValues) -> Result<Vec<Interval>, 
 const COLUMNS: &str = "omega_rad_s or frequency_hz; gain or gain_db, with phase_deg or phase_rad; or real and imaginary";
 
 /// ω in rad/s and G(jω), from a table with a header: `omega_rad_s` or `frequency_hz`, and `gain` or `gain_db` with `phase_deg` or
-/// `phase_rad`, or `real` and `imaginary`. Other columns are passed over.
-pub(crate) fn read_response(path: &Path) -> Result<Vec<(f64, Complex<f64>)>, String> {
+/// `phase_rad`, or `real` and `imaginary`. Rows whose `coherence` is below [`COHERENT`] are left out; other columns are passed over.
+pub(crate) fn read_response(path: &Path) -> Result<MeasuredPoints, String> {
     let shown = path.display();
     let bytes = read_bytes(path, TABLE_MOST).map_err(|error| {
         format!("cannot read the measured response `{shown}`: {error}; give the path of a CSV file")
     })?;
     // The units of frequency and phase; none of a phase where there are two parts.
-    let (mut turn, mut in_db, mut angle) = (1.0, false, None);
+    let (mut turn, mut in_db, mut angle, mut told) = (1.0, false, None, false);
     let columns = read_chosen(&bytes, |header| {
         let place = |name: &str| header.iter().position(|cell| *cell == name);
         // The first of these columns that is there, and whether it is the second.
@@ -558,27 +577,48 @@ pub(crate) fn read_response(path: &Path) -> Result<Vec<(f64, Complex<f64>)>, Str
         };
         let (frequency, in_hz) = column("the frequency", ["omega_rad_s", "frequency_hz"])?;
         turn = if in_hz { TAU } else { 1.0 };
+        let coherence = place("coherence");
+        told = coherence.is_some();
+        let coherence = coherence.unwrap_or(frequency);
         if let Some((real, imaginary)) = place("real").zip(place("imaginary")) {
-            return Ok([frequency, real, imaginary]);
+            return Ok([frequency, real, imaginary, coherence]);
         }
         let (gain, decibel) = column("the gain", ["gain", "gain_db"])?;
         let (phase, in_rad) = column("the phase", ["phase_deg", "phase_rad"])?;
         (in_db, angle) = (decibel, Some(if in_rad { 1.0 } else { PI / 180.0 }));
-        Ok([frequency, gain, phase])
+        Ok([frequency, gain, phase, coherence])
     });
-    let (_, [frequency, first, second]) = columns.map_err(|error| format!("{shown}: {error}"))?;
-    let parts = first.into_iter().zip(second);
-    let responses = parts.map(|(first, second)| match angle {
-        None => Complex::new(first, second),
-        Some(angle) => {
-            let gain = match in_db {
-                true => libm::pow(10.0, first / 20.0),
-                false => first,
-            };
-            let (sin, cos) = libm::sincos(angle * second);
-            Complex::new(gain * cos, gain * sin)
+    let (lines, [frequency, first, second, coherence]) =
+        columns.map_err(|error| format!("{shown}: {error}"))?;
+    let mut found = MeasuredPoints::default();
+    for (row, line) in lines.into_iter().enumerate() {
+        if told && coherence[row] < COHERENT {
+            found.incoherent.push(line);
+            continue;
         }
-    });
-    let frequency = frequency.into_iter().map(|frequency| turn * frequency);
-    Ok(frequency.zip(responses).collect())
+        let response = match angle {
+            None => Complex::new(first[row], second[row]),
+            Some(angle) => {
+                let gain = match in_db {
+                    true => libm::pow(10.0, first[row] / 20.0),
+                    false => first[row],
+                };
+                if gain < 0.0 {
+                    return Err(format!(
+                        "{shown}: line {line}: gain {} is below 0: half a turn of the phase says that",
+                        Shown(gain)
+                    ));
+                }
+                let (sin, cos) = libm::sincos(angle * second[row]);
+                Complex::new(gain * cos, gain * sin)
+            }
+        };
+        found.points.push((turn * frequency[row], response));
+    }
+    match rows_named(&found.incoherent) {
+        Some(rows) if found.points.is_empty() => Err(format!(
+            "{shown}: {rows} of coherence below {COHERENT}, and no other: measure for longer, or with more force"
+        )),
+        _ => Ok(found),
+    }
 }

@@ -85,7 +85,7 @@ fn a_plant_comes_back_from_its_own_step() {
     let found = place.run(line).succeeded().json();
     assert_eq!(
         keys(&found),
-        "bic candidates delay_high_s delay_low_s delay_s files fit function numbers order_reason \
+        "bic candidates delay_determined delay_high_s delay_low_s delay_s files fit function numbers order_reason \
          plant_file rms_residual sample_time_s samples unstable_poles unstable_poles_reason warnings"
     );
     assert_eq!(
@@ -185,8 +185,39 @@ fn a_german_record_gives_its_plant_and_its_dead_time_back() {
         &json["warnings"].to_string(),
         &["1 row (line 54) without an output", "straight line"],
     );
+    assert_eq!(json["delay_determined"], true);
     place.write("no.csv", "PK\u{3}\u{4}\u{14}");
     place.refuses("control identify no.csv => no.csv: this is no text | CSV");
+}
+
+#[test]
+fn noise_is_no_plant_and_a_short_rise_tells_its_dead_time_only_between_two() {
+    let place = Place::new();
+    let mut random = testkit::Random(4);
+    let mut noise = || (1..=12).map(|_| random.between(-0.5, 0.5)).sum::<f64>();
+    let rows: String = (0..100)
+        .map(|n| format!("{n},{},{}\n", n / 25 % 2, noise()))
+        .collect();
+    place.write("noise.csv", format!("time_s,input,output\n{rows}"));
+    let ended = place.run("control identify noise.csv --out plant.toml");
+    ended.refused(
+        1,
+        &["the record shows no response to its input", "--columns"],
+    );
+    assert_eq!(place.files(), ["noise.csv"]);
+    let row = |n: i32| {
+        let t = 0.1 * (f64::from(n) - 5.0);
+        format!("{n},1,{}\n", -f64::exp_m1(-t.max(0.0)) + 0.1 * noise())
+    };
+    let rows: String = (0..40).map(row).collect();
+    place.write("few.csv", format!("time_s,input,output\n{rows}"));
+    let json = place.run("control identify few.csv --model 1/(10s+1) -q --json");
+    let json = json.succeeded_with_warnings().json();
+    assert_eq!(json["delay_determined"], false);
+    says(
+        &json["warnings"].to_string(),
+        &["does not determine the dead time, from", "--delay"],
+    );
 }
 
 /// What is wrong with plants, controllers, wishes and records is tested with `fractional-control` and `haptic-experiment`.
@@ -194,6 +225,10 @@ fn a_german_record_gives_its_plant_and_its_dead_time_back() {
 fn bad_input_is_refused_with_its_place() {
     let place = Place::new();
     place.write("p.toml", "[device]\nmass_kg = 1\ndampng_n_s_per_m = 2\n");
+    place.write(
+        "below.csv",
+        "omega_rad_s,gain,phase_deg\n1,2,0\n2,-2,0\n3,1,0\n",
+    );
     place.write("uneven.csv", "time_s,input,output\n0,1,0\n1,1,1\n3,1,2\n");
     place.refuses(
         "
@@ -201,7 +236,8 @@ fn bad_input_is_refused_with_its_place() {
         control analyze --plant 1/(s+1 => character 6 | closing bracket
         control design --crossover 1rad/s --plant 1/(s+1) --phase-margin 65 => 3724° | 180° | --phase-margin | 60deg
         control identify uneven.csv => uneven.csv: line 4 | equal steps
+        control analyze --plant below.csv => below.csv: line 3: gain -2 is below 0 | phase
         ",
     );
-    assert_eq!(place.files(), ["p.toml", "uneven.csv"]);
+    assert_eq!(place.files(), ["below.csv", "p.toml", "uneven.csv"]);
 }

@@ -18,6 +18,7 @@
 
 use super::drive::{grown_s, steps};
 use super::{MeasurePlan, MotionRecord};
+use crate::run::plant_file::COHERENT;
 use fractional_control::Plant;
 use nalgebra::DMatrix;
 use num_complex::Complex;
@@ -118,9 +119,6 @@ fn amplitudes(
     let wave = |l: usize, signal| Complex::new(found[(2 * l, signal)], found[(2 * l + 1, signal)]);
     Some((0..steps.len()).map(|l| (wave(l, 0), wave(l, 1))).collect())
 }
-
-/// Below this coherence a line is not told: its gain may be off by a tenth and more.
-const COHERENT: f64 = 0.95;
 
 /// The coherent lines.
 pub(crate) fn coherent(lines: &[ResponseLine]) -> impl Iterator<Item = &ResponseLine> {

@@ -1,6 +1,6 @@
 //! Each kind of plant against the others, and what is said of bad files.
 
-use super::{PlantFile, PlantModel, read_response};
+use super::{MeasuredPoints, PlantFile, PlantModel, read_response};
 use num_complex::Complex;
 use std::path::Path;
 
@@ -56,10 +56,35 @@ fn a_response_may_have_semicolons_and_decimal_commas() {
         read_response(&file).expect("a response")
     };
     let points = read("omega_rad_s,real,imaginary\n0.5,1.25,-2\n1,1,-1\n");
-    assert_eq!(points[0], (0.5, Complex::new(1.25, -2.0)));
+    assert_eq!(points.points[0], (0.5, Complex::new(1.25, -2.0)));
     assert_eq!(
         read("omega_rad_s;real;imaginary\n0,5;1,25;-2\n1;1;-1\n"),
         points
+    );
+}
+
+#[test]
+fn a_response_keeps_its_coherent_rows_and_has_no_negative_gain() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let file = folder.path().join("r.csv");
+    let read = |rows: &str| {
+        let text = format!("omega_rad_s,gain,phase_deg,coherence\n{rows}");
+        std::fs::write(&file, text).expect("writes");
+        read_response(&file)
+    };
+    let found = read("1,2,0,0.95\n2,-9,0,0.9499\n3,1,-90,1\n").expect("two rows");
+    let frequencies: Vec<f64> = found.points.iter().map(|point| point.0).collect();
+    assert_eq!(frequencies, [1.0, 3.0]);
+    assert_eq!(
+        PlantModel::Measured(found).in_words(),
+        "measured at 2 frequencies; 1 row (line 3) of coherence below 0.95 left out"
+    );
+    let refused = read("1,2,0,1\n2,-9,0,1\n").expect_err("a negative gain");
+    assert!(refused.contains("line 3: gain -9 is below 0"), "{refused}");
+    let refused = read("1,2,0,0.5\n2,1,0,0.2\n").expect_err("no row");
+    assert!(
+        refused.contains("2 rows (lines 2, 3) of coherence"),
+        "{refused}"
     );
 }
 
@@ -72,7 +97,7 @@ fn a_function_reads_back_to_the_same() {
     assert_eq!(read(&text), Ok(file.clone()), "{text}");
     assert_eq!(file.model.in_words(), "exp(-0.5s)*1/(0.8s^2.2+0.5s^0.9+1)");
     assert_eq!(
-        PlantFile::new(PlantModel::Measured(vec![(1.0, Complex::new(1.0, 0.0))])).to_toml(),
+        PlantFile::new(PlantModel::Measured(MeasuredPoints::default())).to_toml(),
         None
     );
 }

@@ -12,4 +12,5 @@ pub use column::{Choice, Column};
 pub use numbers::Reader;
 pub use text::{
     RecordColumns, TABLE_MOST, TextTable, read_chosen, read_columns, read_record, read_table,
+    rows_named,
 };

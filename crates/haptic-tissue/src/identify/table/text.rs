@@ -18,27 +18,27 @@ pub(super) struct Passed {
 }
 
 impl Passed {
-    /// How many rows, and the lines of the first.
-    fn named(&self) -> Option<String> {
-        const NAMED: usize = 5;
-        let count = self.lines.len();
-        let named = self.lines.iter().take(NAMED).map(ToString::to_string);
-        let named: Vec<String> = named.collect();
-        let more = if count > NAMED { ", …" } else { "" };
-        let (rows, lines) = match count {
-            0 => return None,
-            1 => ("row", "line"),
-            _ => ("rows", "lines"),
-        };
-        Some(format!(
-            "{count} {rows} ({lines} {}{more})",
-            named.join(", ")
-        ))
-    }
-
     pub(super) fn note(&self, why: &str) -> Option<String> {
-        self.named().map(|rows| format!("{rows} left out, {why}"))
+        rows_named(&self.lines).map(|rows| format!("{rows} left out, {why}"))
     }
+}
+
+/// How many rows, and the lines of the first few; `None` without any.
+#[must_use]
+pub fn rows_named(lines: &[u64]) -> Option<String> {
+    const NAMED: usize = 5;
+    let count = lines.len();
+    let named: Vec<String> = lines.iter().take(NAMED).map(ToString::to_string).collect();
+    let more = if count > NAMED { ", …" } else { "" };
+    let (rows, lines) = match count {
+        0 => return None,
+        1 => ("row", "line"),
+        _ => ("rows", "lines"),
+    };
+    Some(format!(
+        "{count} {rows} ({lines} {}{more})",
+        named.join(", ")
+    ))
 }
 
 /// A table as text.
@@ -54,6 +54,8 @@ pub struct TextTable {
     blank: Option<u64>,
     /// Spaces separate the cells: an empty one is not seen.
     spaced: bool,
+    /// Lines above the header.
+    above: Vec<u64>,
 }
 
 /// Reads a table as programs write them: cells apart by tabs, semicolons, commas or spaces, numbers with a point or a decimal comma, in UTF-8,
@@ -122,6 +124,7 @@ impl TextTable {
             rows,
             blank,
             spaced,
+            above: Vec::new(),
         };
         table.cut(0);
         Ok(table)
@@ -129,8 +132,20 @@ impl TextTable {
 
     /// This row is the header, and those above it are none.
     fn cut(&mut self, place: usize) {
-        let mut rows = std::mem::take(&mut self.rows).into_iter().skip(place);
+        let delimiter = self.delimiter;
+        let first = self.header.iter().map(String::as_str).collect();
+        let mut above = vec![(self.header_line, first)];
+        let mut rows = std::mem::take(&mut self.rows).into_iter();
+        above.extend(rows.by_ref().take(place));
         let (line, header) = rows.next().unwrap_or_default();
+        // A remark may have a number among its words.
+        let is_sample = |row: &StringRecord| {
+            let mut filled = row.iter().filter(|cell| !cell.is_empty());
+            2 * filled.clone().count() > header.len()
+                && filled.all(|cell| number(cell, delimiter).is_some())
+        };
+        let samples = above.iter().filter(|(_, row)| is_sample(row));
+        self.above.extend(samples.map(|(line, _)| *line));
         // Messages show names in one line.
         let names = header
             .iter()
@@ -140,8 +155,15 @@ impl TextTable {
         self.blank = self.blank.filter(|blank| *blank > line);
     }
 
-    /// Refuses what would be read as another number: cells that have moved to another column, and commas of thousands.
+    /// Refuses what would be lost, rows of numbers above the header, and what would be read as another number: cells that have moved to another
+    /// column, and commas of thousands.
     fn check(&self) -> Result<(), IdentifyError> {
+        if let Some(rows) = rows_named(&self.above) {
+            return Err(IdentifyError::Record(format!(
+                "{rows} of numbers above the header in line {}: put them below it, or delete them",
+                self.header_line
+            )));
+        }
         let width = self.header.len();
         let other = self.rows.iter().find(|(_, row)| row.len() != width);
         if let Some((line, row)) = other.filter(|_| self.spaced) {
@@ -220,17 +242,22 @@ impl TextTable {
 /// The text of a file, without its marks.
 fn decoded(bytes: &[u8]) -> Result<Cow<'_, str>, IdentifyError> {
     let wide = |bytes: &[u8], unit: fn([u8; 2]) -> u16| {
+        if bytes.len() % 2 == 1 {
+            return Err(IdentifyError::Record(
+                "this is UTF-16 of an odd number of bytes: its end is missing, save it again"
+                    .to_owned(),
+            ));
+        }
         let units = bytes.chunks_exact(2).map(|pair| unit([pair[0], pair[1]]));
-        char::decode_utf16(units)
-            .map(|c| c.unwrap_or(char::REPLACEMENT_CHARACTER))
-            .collect::<String>()
+        let text = char::decode_utf16(units).map(|c| c.unwrap_or(char::REPLACEMENT_CHARACTER));
+        Ok(Cow::Owned(text.collect::<String>()))
     };
     let text = match bytes {
-        [0xff, 0xfe, rest @ ..] => Cow::Owned(wide(rest, u16::from_le_bytes)),
-        [0xfe, 0xff, rest @ ..] => Cow::Owned(wide(rest, u16::from_be_bytes)),
+        [0xff, 0xfe, rest @ ..] => wide(rest, u16::from_le_bytes)?,
+        [0xfe, 0xff, rest @ ..] => wide(rest, u16::from_be_bytes)?,
         // Without a mark: the first letters are of one byte.
-        [1..=u8::MAX, 0, 1..=u8::MAX, 0, ..] => Cow::Owned(wide(bytes, u16::from_le_bytes)),
-        [0, 1..=u8::MAX, 0, 1..=u8::MAX, ..] => Cow::Owned(wide(bytes, u16::from_be_bytes)),
+        [1..=u8::MAX, 0, 1..=u8::MAX, 0, ..] => wide(bytes, u16::from_le_bytes)?,
+        [0, 1..=u8::MAX, 0, 1..=u8::MAX, ..] => wide(bytes, u16::from_be_bytes)?,
         bytes => {
             let bytes = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
             match std::str::from_utf8(bytes) {
@@ -363,7 +390,7 @@ impl<const N: usize> RecordColumns<N> {
     /// How many rows lack a number, and the lines of the first; `None` if none does.
     #[must_use]
     pub fn gaps(&self) -> Option<String> {
-        self.gaps.named()
+        rows_named(&self.gaps.lines)
     }
 }
 

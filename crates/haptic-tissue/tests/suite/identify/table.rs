@@ -535,10 +535,21 @@ fn what_would_be_read_as_another_number_is_refused() {
             "t valve x\n0 1 0.5\n1   0.7\n",
             "line 3: 2 cells under a header of 3",
         ),
+        // A second part of a record, and one whose header has slipped; a gap hides no sample.
+        (
+            "0,1\n,\n0.1,\n0.2,3\ntime_s,relaxation_modulus_pa\n1,5\n2,4\n",
+            "2 rows (lines 1, 4) of numbers above the header in line 5",
+        ),
+        (
+            "Rig 3\n1;2;3\nt;;x\n;;\ntime_s;valve;level\n1;5;2\n",
+            "1 row (line 2) of numbers above the header in line 5",
+        ),
     ] {
         let refused = read_table(text.as_bytes()).expect_err(text).to_string();
         assert!(refused.contains(words), "{refused}");
     }
+    // A number of a remark is none of the samples.
+    read_table(b"Samples,2\n1000,\ntime_s,relaxation_modulus_pa\n1,5\n2,4\n").expect("remarks");
     // What shows its decimals is taken.
     read_table("t;x\n0,5;1,001\n1,0;1,002\n".as_bytes()).expect("decimal commas");
     let marked = read_columns(b"x,t\n5,1\n#N/A,2\n6,3\n", ["x"]);
@@ -593,6 +604,14 @@ fn a_record_reads_the_same_however_it_is_spelt() {
     let gaps = gaps.expect("gaps are counted");
     assert_eq!(gaps.gaps().as_deref(), Some("2 rows (lines 3, 4)"));
     assert!(gaps.columns[2][1].is_nan() && gaps.columns[2][2].is_nan());
+    let mut odd = utf16(plain, true);
+    odd.pop();
+    let refused = read_record(&odd, ["time_s", "valve", "level"]);
+    let refused = refused.expect_err("an odd length").to_string();
+    assert!(
+        refused.contains("UTF-16 of an odd number of bytes"),
+        "{refused}"
+    );
     let fortnights = plain.replace("time_s", "time [fortnights]");
     let refused = read_record(fortnights.as_bytes(), ["time", "valve", "level"]);
     let refused = refused.expect_err("no unit").to_string();

@@ -10,8 +10,8 @@ use crate::table;
 use clap::Args;
 use fracdiff::Seconds;
 use fractional_control::model_search::{
-    Found, InputOutput, Unexplained, candidates, candidates_of, dead_time_evidence, identify,
-    settles_as_well,
+    DeadTimeEvidence, Found, InputOutput, Unexplained, candidates, candidates_of,
+    dead_time_evidence, identify, settles_as_well,
 };
 use fractional_control::{
     ControlError, FractionalPolynomial, FractionalTransferFunction, FreeNumber, Identified, Term,
@@ -124,6 +124,13 @@ impl Arguments {
                 "no function was found: give --model with other terms"
             )));
         };
+        if !best.shows_a_response(&record) {
+            return Err(Failure::Run(anyhow::anyhow!(
+                "the record shows no response to its input: {} explains {} % of the output's variance, as by chance; move the input more, or check --columns",
+                rounded(&best.identified.function),
+                digits(100.0 * best.identified.fit, 2)
+            )));
+        }
         let evidence = match known {
             None => dead_time_evidence(&found, &record, held),
             Some(_) => None,
@@ -131,8 +138,7 @@ impl Arguments {
         let interval = evidence.map(|evidence| evidence.interval_s);
         let mut warnings: Vec<String> = gaps.into_iter().collect();
         warnings.extend(self::warnings(&found, best, &record));
-        let instead = evidence.and_then(|evidence| evidence.instead);
-        warnings.extend(instead.map(|other| no_pole(other, best)));
+        warnings.extend(evidence.and_then(|evidence| unsure(&evidence, best)));
         let (plant_file, figure) = self.write(best, &record, &mut place);
         for warning in &warnings {
             warn(warning);
@@ -151,6 +157,7 @@ impl Arguments {
             // Null of a dead time that was given.
             "delay_low_s": interval.map(|[low, _]| low),
             "delay_high_s": interval.map(|[_, high]| high),
+            "delay_determined": evidence.map(|evidence| evidence.is_determined),
             "samples": record.time_s.len(),
             "sample_time_s": record.sample_time_s(),
             "rms_residual": own.rms_residual,
@@ -372,14 +379,20 @@ fn warnings(found: &[Found], best: &Found, record: &InputOutput) -> Vec<String> 
     warnings
 }
 
-/// Another function with another dead time that fits as well.
-fn no_pole(other: &Found, best: &Found) -> String {
-    format!(
+/// Another function with another dead time that fits as well, or an interval that is long.
+fn unsure(evidence: &DeadTimeEvidence<'_>, best: &Found) -> Option<String> {
+    let Some(other) = evidence.instead else {
+        let [low, high] = evidence.interval_s.map(|end| written("delay_s", end));
+        return (!evidence.is_determined).then(|| {
+            format!("the record does not determine the dead time, from {low} to {high}: jump the input more often, or give --delay")
+        });
+    };
+    Some(format!(
         "the record cannot tell its dead time from a pole: {} behind {} fits as well (BIC {:+.1}): sample faster, or give --delay",
         rounded(&other.identified.function),
         written("delay_s", other.identified.dead_time.seconds()),
         other.bic - best.bic
-    )
+    ))
 }
 
 /// Why the function has as many numbers as it has.
