@@ -91,6 +91,44 @@ fn margins_of_plants_are_those_of_python_control() {
     }
 }
 
+/// The table of the guide: each printed number within one of its last digits, and ours as they stand there.
+#[test]
+fn the_guide_holds_its_margins_against_those_that_are_printed() {
+    let page = include_str!("../../../../docs/guide/src/a-fractional-pid.md");
+    let (_, table) = page.split_once("## Held against the field").expect("there");
+    let mut rows = 0;
+    for row in table.lines().filter(|line| line.starts_with("| `")) {
+        let cells: Vec<&str> = row
+            .split('|')
+            .map(|cell| cell.trim().trim_matches('`'))
+            .collect();
+        let numbers = |cell: &str| -> [String; 2] {
+            let (phase, crossover) = cell.split_once("°, ").expect(row);
+            [phase, crossover.trim_end_matches(" rad/s")].map(str::to_owned)
+        };
+        let t: f64 = cells[3].trim_end_matches(" s").parse().expect(row);
+        let memory = Memory::new(Rule::Bdf2, 1e-8, 1e6 * t).expect("valid");
+        let controller = cells[2].parse().expect(row);
+        let margin = closed(controller, &plant(cells[1]), memory, t)
+            .margins()
+            .phase;
+        let margin = margin.expect(row);
+        let have = [margin.value.to_degrees(), margin.omega_rad_s];
+        for ((have, printed), shown) in have
+            .into_iter()
+            .zip(numbers(cells[4]))
+            .zip(numbers(cells[5]))
+        {
+            let digits = |text: &str| text.split_once('.').map_or(0, |(_, behind)| behind.len());
+            assert_eq!(format!("{have:.*}", digits(&shown)), shown, "{row}");
+            let unit = 10f64.powi(-(digits(&printed) as i32));
+            assert_close(row, have, printed.parse().expect(row), unit);
+        }
+        rows += 1;
+    }
+    assert_eq!(rows, 6);
+}
+
 /// The record of the CRONE toolbox' `SID_demo2`, 0.5/(0.5s^3 + 1.5s^1.5 + 1) in steps between 0 and −1 with noise of 0.2: its coefficients come back
 /// within four standard errors. The demo prints none.
 #[test]

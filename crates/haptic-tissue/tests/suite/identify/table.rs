@@ -535,14 +535,14 @@ fn what_would_be_read_as_another_number_is_refused() {
             "t valve x\n0 1 0.5\n1   0.7\n",
             "line 3: 2 cells under a header of 3",
         ),
-        // A second part of a record, and one whose header has slipped; a gap hides no sample.
+        // A header that has slipped; a row of one number may be a remark.
         (
             "0,1\n,\n0.1,\n0.2,3\ntime_s,relaxation_modulus_pa\n1,5\n2,4\n",
             "2 rows (lines 1, 4) of numbers above the header in line 5",
         ),
         (
-            "Rig 3\n1;2;3\nt;;x\n;;\ntime_s;valve;level\n1;5;2\n",
-            "1 row (line 2) of numbers above the header in line 5",
+            "Rig 3\n1;2;3\ntime_s;valve;level\n1;5;2\n",
+            "1 row (line 2) of numbers above the header in line 3",
         ),
     ] {
         let refused = read_table(text.as_bytes()).expect_err(text).to_string();
