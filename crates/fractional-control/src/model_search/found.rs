@@ -76,7 +76,7 @@ pub(super) fn less_sure(neighbours: f64, samples: usize) -> f64 {
     libm::sqrt(((1.0 + alike) / (1.0 - alike)).min(samples as f64))
 }
 
-/// What each sample of a noise has that its neighbour does not tell: Σ(x_n − ρ·x_(n−1))².
+/// What each sample of a noise has that its neighbour does not tell: `Σ(x_n − ρ·x_(n−1))²`.
 fn innovations(noise: &[f64]) -> f64 {
     let alike = super::neighbours(noise).clamp(0.0, 1.0);
     let before = core::iter::once(&0.0).chain(noise);

@@ -69,7 +69,7 @@ pub fn read_table(bytes: &[u8]) -> Result<TextTable, IdentifyError> {
         let known = header.iter().any(|name| understand(name).is_some());
         known.then_some(()).ok_or_else(String::new)
     });
-    let (table, ()) = table.unwrap_or_else(|(table, _)| (table, ()));
+    let (table, ()) = table.unwrap_or_else(|refused| (refused.0, ()));
     table.check()?;
     if table.header.len() < 2 {
         return Err(wrong(
@@ -205,7 +205,7 @@ impl TextTable {
     fn below<C>(
         mut self,
         mut choose: impl FnMut(&[&str]) -> Result<C, String>,
-    ) -> Result<(Self, C), (Self, String)> {
+    ) -> Result<(Self, C), Box<(Self, String)>> {
         let names: Vec<&str> = self.header.iter().map(String::as_str).collect();
         let mut refused = match choose(&names) {
             Ok(choice) => return Ok((self, choice)),
@@ -235,7 +235,7 @@ impl TextTable {
         if let Some(place) = best.0 {
             self.cut(place);
         }
-        Err((self, refused))
+        Err(Box::new((self, refused)))
     }
 }
 
@@ -412,7 +412,7 @@ fn chosen<const N: usize>(
     choose: impl FnMut(&[&str]) -> Result<[usize; N], String>,
 ) -> Result<(TextTable, [usize; N]), IdentifyError> {
     let found = TextTable::new(bytes)?.below(choose);
-    let found = found.map_err(|(table, refused)| wrong(table.header_line, &refused))?;
+    let found = found.map_err(|refused| wrong(refused.0.header_line, &refused.1))?;
     found.0.check()?;
     Ok(found)
 }
