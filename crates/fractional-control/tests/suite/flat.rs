@@ -3,10 +3,8 @@
 use super::tuning::{bound, plants};
 use crate::fixture::every;
 use fracdiff::Seconds;
-use fractional_control::tuning::{
-    GAINS, Sampling, Specification, Tuned, steps, tune, tune_integer,
-};
-use fractional_control::{Memory, Plant, Rule, SampledLoop, SampledPlant};
+use fractional_control::tuning::{GAINS, Specification, steps, tune, tune_integer};
+use fractional_control::{Memory, PidParameters, Plant, Rule, SampledLoop, SampledPlant};
 use testkit::{assert_close, assert_relative};
 
 #[test]
@@ -24,7 +22,7 @@ fn a_mass_is_held_by_a_power_alone_and_its_overshoot_stays() {
         assert_close("order", order, wanted, 0.03);
         let power = own.derivative * omega.powf(order);
         assert_relative("power", power, omega * omega, 0.05);
-        let (spread, stable) = spread(&tuned, &plant, sampling.sample_time);
+        let (spread, stable) = spread(&tuned.parameters, &plant, sampling.sample_time);
         assert!(stable && spread < 0.01, "{margin_deg}: {spread}");
     }
 }
@@ -33,34 +31,47 @@ fn a_mass_is_held_by_a_power_alone_and_its_overshoot_stays() {
 const FLAT: f64 = 0.35;
 
 /// Simulated spread of the overshoot over ± 6 dB of gain, and true if all five loops are certified stable.
-fn spread(tuned: &Tuned, plant: &Plant, t: Seconds) -> (f64, bool) {
+fn spread(parameters: &PidParameters, plant: &Plant, t: Seconds) -> (f64, bool) {
     let memory = Memory::new(Rule::Bdf2, 1e-6, 2e4 * t.0).expect("valid");
-    let steps = steps(&tuned.parameters, plant, memory, t, 4000).expect("runs");
+    let steps = steps(parameters, plant, memory, t, 4000).expect("runs");
     let all = steps.iter().map(|step| step.shape().overshoot);
     let (low, high) = all.fold((f64::MAX, f64::MIN), |(l, h), o| (l.min(o), h.max(o)));
     let sampled = SampledPlant::new(plant, memory, t).expect("runs");
-    let closed = SampledLoop::new(tuned.parameters.into(), memory, &sampled).expect("a loop");
+    let closed = SampledLoop::new((*parameters).into(), memory, &sampled).expect("a loop");
     let stable = |gain: &f64| closed.with_gain(*gain).verdict().stable;
     (high - low, GAINS.iter().all(stable))
 }
 
-/// At twice the gain the dead time has taken the phase: no PI^λD^μ is three times better there than the best PID, not even one whose phase need
-/// not be flat.
-fn nobody_can(text: &str, plant: &Plant, sampling: Option<Sampling>, wishes: &Specification) {
-    let free = Specification {
-        iso_damping: false,
-        ..*wishes
-    };
-    let t = sampling.expect("sampled").sample_time;
-    let best = tune(plant, sampling, &free).expect("tuned");
-    let integer = tune_integer(plant, sampling, wishes).expect("tuned");
-    let ((own, stable), (theirs, _)) = (spread(&best, plant, t), spread(&integer, plant, t));
-    assert!(
-        stable && own > theirs / 3.0,
-        "{text}: {own} against {theirs}"
-    );
-    // The tuner says so.
-    assert!(best.measures.overshoot_spread > 0.03, "{text}");
+/// At twice the gain the dead time has taken the phase: the best of a dense search over all PI^λD^μ, `golden/late.py`, is 1.5 to 1.8 times better than
+/// the PID, not three times. The plants of the campaign are these three in another time and gain.
+#[test]
+fn behind_a_long_dead_time_no_controller_is_three_times_better() {
+    for row in include_str!("../golden/late.csv").lines().skip(1) {
+        let cells: Vec<&str> = row.split(',').collect();
+        let [tau, margin, controller, searched] = cells[..] else {
+            panic!("{row}");
+        };
+        let number = |text: &str| text.parse::<f64>().expect(row);
+        let plant = crate::fixture::plant(&format!("exp(-0.45s)/({tau}s+1)"));
+        let wishes = wishes(1.0, number(margin));
+        let integer = tune_integer(&plant, Some(every(0.02)), &wishes).expect(row);
+        let best = controller.parse().expect(row);
+        let of = |parameters| spread(&parameters, &plant, Seconds(0.02));
+        let ((own, stable), (theirs, _)) = (of(best), of(integer.parameters));
+        assert_close(row, own, number(searched), 1e-3);
+        assert!(
+            stable && 1.4 * own < theirs && theirs < 2.0 * own,
+            "{row}: {own}, {theirs}"
+        );
+    }
+}
+
+/// Both controllers hold off disturbances: an integral that is next to nothing would leave them.
+fn wishes(omega: f64, margin_deg: f64) -> Specification {
+    Specification {
+        disturbance: bound(0.1 * omega, 0.1),
+        ..Specification::new(omega, f64::to_radians(margin_deg))
+    }
 }
 
 #[test]
@@ -80,31 +91,25 @@ fn an_iso_damped_loop_overshoots_alike_where_the_integer_pid_does_not() {
         let plant: Plant = text.parse().expect("valid");
         let t = Seconds(0.02 / omega);
         let sampling = Some(every(t.0));
-        // Both hold off disturbances: an integral that is next to nothing would leave them.
-        let wishes = Specification {
-            disturbance: bound(0.1 * omega, 0.1),
-            ..Specification::new(omega, f64::to_radians(margin))
-        };
+        let wishes = wishes(omega, margin);
         let fractional = tune(&plant, sampling, &wishes);
         let fractional = fractional.unwrap_or_else(|error| panic!("{text}: {error}"));
-        let (own, stable) = spread(&fractional, &plant, t);
+        let foreseen = fractional.measures.overshoot_spread;
+        let (own, stable) = spread(&fractional.parameters, &plant, t);
         assert!(stable, "{text}");
         if plant.delay_s() * omega > FLAT {
+            // The tuner says so.
+            assert!(foreseen > 0.03, "{text}");
             late += 1;
-            // The others are these three in another time and gain.
-            if late <= 3 {
-                nobody_can(&text, &plant, sampling, &wishes);
-            }
             continue;
         }
         // The inverse transform on the grid, and the folding that it leaves out.
-        let foreseen = fractional.measures.overshoot_spread;
         assert_close(&text, foreseen, own, 5e-3);
         let Ok(integer) = tune_integer(&plant, sampling, &wishes) else {
             alone += 1;
             continue;
         };
-        let (theirs, _) = spread(&integer, &plant, t);
+        let (theirs, _) = spread(&integer.parameters, &plant, t);
         if theirs >= 3.0 * own {
             better += 1;
         } else {
