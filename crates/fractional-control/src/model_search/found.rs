@@ -1,6 +1,6 @@
 //! A function that was fitted, and how good it is beside others.
 
-use super::record::InputOutput;
+use super::record::{InputOutput, left, neighbours};
 use crate::{FreeNumber, Identified};
 use std::vec::Vec;
 
@@ -29,7 +29,7 @@ impl Found {
         let samples = record.output.len() as f64;
         let mean = record.output.iter().sum::<f64>() / samples;
         let noise: Vec<f64> = record.output.iter().map(|y| y - mean).collect();
-        let left = super::left(record, &self.identified.model);
+        let left = left(record, &self.identified.model);
         let won = samples * libm::log(innovations(&noise) / innovations(&left));
         won > (self.identified.standard_errors.len() as f64 + 2.0) * libm::log(samples)
     }
@@ -78,7 +78,7 @@ pub(super) fn less_sure(neighbours: f64, samples: usize) -> f64 {
 
 /// What each sample of a noise has that its neighbour does not tell: `Σ(x_n − ρ·x_(n−1))²`.
 fn innovations(noise: &[f64]) -> f64 {
-    let alike = super::neighbours(noise).clamp(0.0, 1.0);
+    let alike = neighbours(noise).clamp(0.0, 1.0);
     let before = core::iter::once(&0.0).chain(noise);
     let news = noise
         .iter()

@@ -5,7 +5,7 @@ use self::dead_time::{dead_times, gain};
 use self::found::{AS_GOOD, LOOSE, less_sure};
 pub use self::found::{Found, Unexplained};
 pub use self::record::{Guess, InputOutput};
-use self::record::{bic, resolved, rounding};
+use self::record::{bic, left, neighbours, resolved, rounding};
 use self::start::{Start, powers, starts, whole_orders};
 use crate::{
     ControlError, DeadTime, FractionalTransferFunction, FreeNumber, Identified, Term, WholeShape,
@@ -333,20 +333,6 @@ const ALIKE: f64 = 0.8;
 const ALIKE_ALL: f64 = 0.3;
 /// A share of the output of a block that is much.
 const MUCH: f64 = 0.05;
-
-/// Record less model.
-pub(super) fn left(record: &InputOutput, model: &[f64]) -> Vec<f64> {
-    let pairs = record.output.iter().zip(model);
-    pairs.map(|(y, model)| y - model).collect()
-}
-
-/// Correlation of neighbouring samples.
-pub(super) fn neighbours(left: &[f64]) -> f64 {
-    let shifted = left.get(1..).unwrap_or_default();
-    let product = |other: &[f64]| -> f64 { left.iter().zip(other).map(|(a, b)| a * b).sum() };
-    let alike = product(shifted) / product(left);
-    if alike.is_finite() { alike } else { 0.0 }
-}
 
 /// The block of which most is left, if that is much and no noise. A record that grows is small where it begins, so that what a function
 /// lacks there is nothing beside its end.

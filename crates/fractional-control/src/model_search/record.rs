@@ -67,6 +67,20 @@ pub(super) fn bic(record: &InputOutput, rms_residual: f64, (numbers, floor): (f6
     2.0 * samples * libm::log(rms_residual.max(floor)) + numbers * libm::log(samples)
 }
 
+/// Record less model.
+pub(super) fn left(record: &InputOutput, model: &[f64]) -> Vec<f64> {
+    let pairs = record.output.iter().zip(model);
+    pairs.map(|(y, model)| y - model).collect()
+}
+
+/// Correlation of neighbouring samples.
+pub(super) fn neighbours(left: &[f64]) -> f64 {
+    let shifted = left.get(1..).unwrap_or_default();
+    let product = |other: &[f64]| -> f64 { left.iter().zip(other).map(|(a, b)| a * b).sum() };
+    let alike = product(shifted) / product(left);
+    if alike.is_finite() { alike } else { 0.0 }
+}
+
 /// A model by a rule runs no better than this itself, nor is the record better than its rounding: what is less says nothing for one of them.
 pub(super) fn resolved(record: &InputOutput) -> f64 {
     rounding(record).max(EXACT * largest(&record.output))
