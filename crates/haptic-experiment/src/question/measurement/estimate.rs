@@ -97,6 +97,8 @@ const BESIDE: [f64; 2] = [-0.05, 0.05];
 const TELLS_APART: f64 = 1.02;
 /// Residuals below it, m, are rounding and tell nothing.
 const NOTHING_M: f64 = 1e-15;
+/// What a device with a motor slower than its mass must fit better, m: far below any sensor, far above rounding.
+const UNEXPECTED_M: f64 = 1e-9;
 
 /// Finds the device that made a record.
 ///
@@ -190,7 +192,19 @@ impl<'a> Search<'a> {
 
     /// All minima that fit as well as the best, the best first.
     fn minima(&self, starts: &[Model], exchanges: bool) -> Vec<Fitted> {
-        let rms = |fitted: &Fitted| (square(&fitted.left) / fitted.left.len() as f64).sqrt();
+        let t = self.record.sample_time_s;
+        // Of a lag beyond m/b: a motor slower than its mass is the last that one expects.
+        let is_slow = |Model {
+                           mass, damping, lag, ..
+                       }: &Model| damping * lag * t > *mass;
+        let rms = |fitted: &Fitted| {
+            let unexpected = if is_slow(&fitted.model) {
+                UNEXPECTED_M
+            } else {
+                0.0
+            };
+            (square(&fitted.left) / fitted.left.len() as f64).sqrt() + unexpected
+        };
         let mut minima: Vec<Fitted> = Vec::new();
         let mut search = |starts: &[Model]| {
             minima.extend(starts.iter().filter_map(|start| self.fit(start)));
@@ -200,11 +214,11 @@ impl<'a> Search<'a> {
         // A lag that may be none is not exchanged: there is no device so light.
         let has_lag = |best: &Fitted| {
             let told = self.told(best);
-            told.is_some_and(|told| told.current_lag_s.low > 0.0)
+            is_slow(&best.model) || told.is_some_and(|told| told.current_lag_s.low > 0.0)
         };
         search(starts)
             .filter(|best| exchanges && has_lag(best))
-            .and_then(|best| exchanged(&best.model, self.record.sample_time_s))
+            .and_then(|best| exchanged(&best.model, t))
             .and_then(|other| search(&[other]));
         // With friction the residual has an edge at a delay of whole samples.
         if let Some(best) = search(&[]).map(|best| best.model) {
@@ -614,13 +628,13 @@ impl Measured {
             if other.current_lag_s.value < found.current_lag_s.value {
                 std::mem::swap(&mut found, &mut other);
             }
-            found.warnings.push(format!(
+            found.warnings = vec![format!(
                 "mass and current lag are not told apart: {:.3} g and {:.3} ms fit as well as {:.3} g and {:.3} ms; add a known mass",
                 1e3 * found.mass_kg.value,
                 1e3 * found.current_lag_s.value,
                 1e3 * other.mass_kg.value,
                 1e3 * other.current_lag_s.value
-            ));
+            )];
         }
         let hands = (found.hand_stiffness_n_per_m.iter_mut()).zip(&other.hand_stiffness_n_per_m);
         let numbers = [
