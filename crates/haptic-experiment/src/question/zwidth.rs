@@ -2,8 +2,8 @@
 //!
 //! The device hits a wall at its start position and is pushed into it; the rule by which it comes to rest is
 //! that of [`settling`](crate::judge::settling). For each dissipation B the largest stable stiffness K is bracketed
-//! from above on a coarse scale and then bisected. Beside it stands what the analysis says. A device at a port
-//! is tried from soft walls up instead, and few times beyond its limits.
+//! from above on a coarse scale and then bisected. Beside it stands what the analysis says, of a device
+//! at a port if its file is given. That one is tried from soft walls up instead, and few times beyond its limits.
 //! Cells are independent and run on all cores; each has a seed of its own, made from the
 //! seed of the experiment and the cell's place, so the result does not depend on the number of cores.
 //! - *Friction* can hold a wall that would shake. So a device with friction is tried with and without: stable is
@@ -20,7 +20,7 @@ use crate::document::error::FileError;
 use crate::document::failure::Failure;
 use crate::document::parameters::kind::{Parameter, parameters};
 use crate::document::parameters::range::WALL_ORDERS;
-use crate::document::parameters::{DEVICE, LESS_THAN_IDEAL, SCHEME, TRIAL_DURATION};
+use crate::document::parameters::{DEVICE, DEVICE_MODEL, LESS_THAN_IDEAL, SCHEME, TRIAL_DURATION};
 use crate::document::reader::Table;
 use crate::experiment::reading::{remote, samples_fit, without};
 use crate::experiment::trial::plan;
@@ -62,8 +62,10 @@ const POINTS: RangeInclusive<usize> = 2..=1000;
 /// A Z-width experiment.
 #[derive(Clone, Debug)]
 pub(crate) struct ZWidth {
-    /// The device, with whatever makes it less than ideal.
+    /// The device, with whatever makes it less than ideal; of a serial one the mass, the damping and the hand.
     pub device: MassDamperConfig,
+    /// The device that the analysis takes: of a serial one what its file says.
+    pub analysed: Option<MassDamperConfig>,
     /// Its sensors.
     pub sensors: Sensors,
     /// A wall that pushes but never pulls, instead of the linear one that the theory assumes.
@@ -98,6 +100,7 @@ impl ZWidth {
     pub(crate) fn of(table: &Table<'_>) -> Result<Self, FileError> {
         let remote = remote(table)?;
         let mut bench = bench(table)?;
+        let analysed = (remote.is_none() || table.has(&DEVICE_MODEL)).then_some(bench.plant);
         if remote.is_some() {
             // It has its own, whatever its file says of them.
             let own = LESS_THAN_IDEAL.iter().chain([&IMPACT]);
@@ -114,6 +117,7 @@ impl ZWidth {
         samples_fit(table, sample_time_s, duration_s, &TRIAL_SAMPLES)?;
         let zwidth = Self {
             device: bench.plant,
+            analysed,
             sensors: bench.sensors,
             one_sided: table.flag(&ONE_SIDED)?,
             scheme: scheme(table)?,

@@ -11,7 +11,7 @@ use crate::question::bench::{AskedDevice, crossings, units};
 use crate::run::device::Warn;
 use crate::run::remote::{RemoteLaw, device_name, portable, push};
 use crate::run::sensors::Sensors;
-use fracdiff::{Operator, Order};
+use fracdiff::{Operator, Order, Scheme};
 use haptic_analysis::{
     AnalysisError, LoopOperator, SampledLoop, SampledPlant, StabilityRegion, StableArea,
 };
@@ -262,10 +262,9 @@ impl<'a> Search<'a> {
             samples,
             rate: t.rate_to_the(order).map_err(Failure::input)?,
             encoder_step_m,
-            // A serial device is not known, and a wall that cannot be analysed can still be tried.
-            theory: (experiment.remote.is_none())
-                .then(|| Theory::new(experiment, order).ok())
-                .flatten(),
+            // A wall that cannot be analysed can still be tried.
+            theory: (experiment.analysed.as_ref())
+                .and_then(|device| Theory::new(device, experiment.scheme, order).ok()),
             most: search_limit(config.damping.0 * t.0 / config.mass.0),
             units: units(&config, order),
             seed: experiment.sensors.seed.wrapping_add((place as u64) << 32),
@@ -414,9 +413,8 @@ struct Theory {
 }
 
 impl Theory {
-    fn new(experiment: &ZWidth, order: Order) -> Result<Self, AnalysisError> {
-        let device = &experiment.device;
-        let operator = LoopOperator::new(experiment.scheme, order, device.sample_time, HORIZON)?;
+    fn new(device: &MassDamperConfig, scheme: Scheme, order: Order) -> Result<Self, AnalysisError> {
+        let operator = LoopOperator::new(scheme, order, device.sample_time, HORIZON)?;
         let plant = dynamics(device).plant(device.sample_time.0)?;
         let region = StabilityRegion::new(plant, &operator, 0, POINTS)?;
         Ok(Self {
@@ -471,12 +469,13 @@ mod tests {
     use super::*;
     use crate::question::bench::dissertation_device;
     use crate::{Imperfections, TrialPlan};
-    use fracdiff::{Scheme, Seconds};
+    use fracdiff::Seconds;
 
     #[test]
     fn an_interrupted_search_keeps_the_points_that_were_done() {
         let experiment = ZWidth {
             device: dissertation_device(Seconds(2e-3)),
+            analysed: None,
             sensors: Imperfections::NONE.sensors,
             one_sided: false,
             scheme: Scheme::Muir { degree: 3 },

@@ -125,8 +125,29 @@ fn a_z_width_can_be_found_on_a_device() {
     }
     // A person is told what is missing beside them, and where it is to be had.
     let shown = device.place.run(&SEARCH.replace(" --quiet", ""));
-    let words = ["no analysis", "host-cli device measure"];
+    let words = ["no analysis", "--device-model", "host-cli device measure"];
     says(&shown.succeeded_with_warnings().stderr, &words);
+}
+
+#[test]
+#[ignore = "long: `.ci/run` does it, or --include-ignored"]
+fn a_z_width_on_a_device_stands_beside_the_analysis_of_its_file() {
+    let file = "[device]\nmass_kg = 0.065\ndamping_n_s_per_m = 3.5\nhand_stiffness_n_per_m = 0.0\ndelay_s = 0.0005\n\
+                current_lag_s = 0.001\nfriction_n = 0.0\nencoder_resolution_m = 1e-6\nsensor_noise_m = 0.0\n";
+    let place = Place::new();
+    place.write("device.toml", file);
+    let model = place.path("device.toml");
+    let device = Emulated::new(&format!("--speed 400 --device-model {}", model.display()));
+    device.loosen();
+    let line = "zwidth --orders 1 --points 2 --sample-time 1ms --device serial:device watchdog=1s --quiet";
+    let report = device.json(&format!("{line} --device-model {}", model.display()));
+    let points = report["orders"][0]["boundary"].as_array().expect("points");
+    // Without dissipation: the largest stiffness of such a delay, within what a trial tells.
+    let (found, analysed) = (
+        at(&points[0], "/stiffness_max"),
+        at(&points[0], "/analysis_stiffness_n_per_m"),
+    );
+    assert!((found / analysed - 1.0).abs() < 0.05, "{report}");
 }
 
 #[test]
