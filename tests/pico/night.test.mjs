@@ -241,7 +241,7 @@ test('a hundred thousand ticks have the forces of the host and of a Cortex-M4F i
   swing();
   const host = await cargo(board, 'pico::by_night_a_pico_has_the_forces_of_the_host_and_of_a_cortex_m4f_bit_for_bit');
   t.diagnostic(host.out.match(/\d+ ticks.*/)[0]);
-}
+});
 
 test('a controller on the board has the bits of the host, in no longer a tick than promised', async (t) => {
   const host = await cargo(await bench(t), 'pico::by_night_a_pico_has_the_bits_of_the_hosts_controller_within_its_promised_tick', '10000');
