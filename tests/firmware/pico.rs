@@ -215,6 +215,7 @@ fn by_night_a_pico_is_the_master_of_a_teleoperation() {
             watchdog_ms: 1000,
             late_ticks: 0,
             max_age_ticks: 1000,
+            force_n: 4.0,
             ..Limits::DEFAULT
         },
         ..Configuration::PASSIVE
