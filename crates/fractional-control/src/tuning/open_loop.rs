@@ -2,8 +2,11 @@
 
 use super::specification::{Sampling, Specification};
 use crate::{ControlError, PidParameters, Plant, Rule};
+use core::cell::RefCell;
 use core::f64::consts::PI;
 use num_complex::Complex;
+use std::collections::BTreeMap;
+use std::rc::Rc;
 use std::vec::Vec;
 
 /// Frequencies of the grid, below and above the crossover: 60 a decade near it would be 4 %.
@@ -33,8 +36,10 @@ pub(crate) struct OpenLoop {
     /// Of the plant as it would be followed from 0 on, with the sign that its controller has.
     phase_at_rest: f64,
     sign: f64,
-    /// Rows that make y(t) of Re T on the grid, one for each time.
-    steps: Vec<Vec<f64>>,
+    /// Weights of Re T on the grid that make y at each of the times.
+    steps: Vec<[f64; TIMES]>,
+    /// s to each order that was tried, on the grid.
+    powers: RefCell<BTreeMap<u64, Rc<[Complex<f64>]>>>,
 }
 
 /// One frequency: ω, ln s, G with the hold.
@@ -190,7 +195,12 @@ impl OpenLoop {
         let times =
             (0..TIMES).map(|k| libm::pow(10.0, -0.4 + 2.0 * k as f64 / TIMES as f64) / omega);
         Ok(Self {
-            steps: times.map(|t| step_row(&frequencies, t)).collect(),
+            steps: {
+                let rows: Vec<Vec<f64>> = times.map(|t| step_row(&frequencies, t)).collect();
+                let weights = |k: usize| core::array::from_fn(|time| rows[time][k]);
+                (0..points.len()).map(weights).collect()
+            },
+            powers: RefCell::default(),
             points,
             crossover: (ln_s(omega, sampling), slope_s, here, slope_plant),
             omega,
@@ -218,13 +228,31 @@ impl OpenLoop {
         phase
     }
 
+    /// L on the grid.
+    fn open(&self, gains: &PidParameters) -> Vec<Complex<f64>> {
+        let integral = self.power(-gains.integral_order);
+        let derivative = self.power(gains.derivative_order);
+        let powers = integral.iter().zip(derivative.iter()).zip(&self.points);
+        let open = powers.map(|((integral, derivative), point)| {
+            (integral * gains.integral + derivative * gains.derivative + gains.proportional)
+                * point.plant
+        });
+        open.collect()
+    }
+
+    /// s^order on the grid: the same few orders are tried again and again.
+    fn power(&self, order: f64) -> Rc<[Complex<f64>]> {
+        let mut powers = self.powers.borrow_mut();
+        let power = || self.points.iter().map(|point| (point.ln_s * order).exp());
+        let power = powers
+            .entry(order.to_bits())
+            .or_insert_with(|| power().collect());
+        Rc::clone(power)
+    }
+
     /// Reads the loop of this controller.
     pub(crate) fn measure(&self, gains: &PidParameters, wishes: &Specification) -> Measures {
-        let open = self
-            .points
-            .iter()
-            .map(|point| at(gains, point.ln_s) * point.plant);
-        let open: Vec<Complex<f64>> = open.collect();
+        let open = self.open(gains);
         let (mut s_most, mut t_most) = (0.0_f64, 0.0_f64);
         let (mut noise, mut disturbance) = (0.0_f64, 0.0_f64);
         for (point, l) in self.points.iter().zip(&open) {
@@ -267,16 +295,14 @@ impl OpenLoop {
 
     fn overshoot_spread(&self, open: &[Complex<f64>]) -> f64 {
         let overshoots = super::GAINS.map(|gain| {
-            let real: Vec<f64> = open
-                .iter()
-                .map(|l| (l * gain / (l * gain + 1.0)).re)
-                .collect();
-            let step = |row: &Vec<f64>| -> f64 { row.iter().zip(&real).map(|(w, r)| w * r).sum() };
-            let highest = self
-                .steps
-                .iter()
-                .map(step)
-                .fold(f64::NEG_INFINITY, f64::max);
+            let mut step = [0.0_f64; TIMES];
+            for (l, weights) in open.iter().zip(&self.steps) {
+                let real = (l * gain / (l * gain + 1.0)).re;
+                for (y, weight) in step.iter_mut().zip(weights) {
+                    *y += weight * real;
+                }
+            }
+            let highest = step.into_iter().fold(f64::NEG_INFINITY, f64::max);
             (highest - 1.0).max(0.0)
         });
         let (low, high) = overshoots

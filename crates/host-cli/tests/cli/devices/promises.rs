@@ -139,7 +139,8 @@ fn a_z_width_on_a_device_stands_beside_the_analysis_of_its_file() {
     let model = place.path("device.toml");
     let device = Emulated::new(&format!("--speed 400 --device-model {}", model.display()));
     device.loosen();
-    let line = "zwidth --orders 1 --points 2 --sample-time 1ms --device serial:device watchdog=1s --quiet";
+    let line =
+        "zwidth --orders 1 --points 2 --sample-time 1ms --device serial:device watchdog=1s --quiet";
     let report = device.json(&format!("{line} --device-model {}", model.display()));
     let points = report["orders"][0]["boundary"].as_array().expect("points");
     // Without dissipation: the largest stiffness of such a delay, within what a trial tells.
