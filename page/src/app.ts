@@ -17,7 +17,7 @@ export interface App {
   tell(what: string, keys?: object): Promise<void>;
 }
 
-/** One of the three views. */
+/** One of the views. */
 export interface ViewPart {
   readonly root: HTMLElement;
   /** The state has changed. */

@@ -1,6 +1,6 @@
 // The state of the page in its address: `#view?key=value&…`.
 
-export const VIEWS = ["feel", "design", "runs"] as const;
+export const VIEWS = ["feel", "design", "runs", "control"] as const;
 export type View = (typeof VIEWS)[number];
 
 export interface State {

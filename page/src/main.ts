@@ -1,8 +1,9 @@
-// Start: the shell, the three views, the socket, the keys; and the one place that changes the state.
+// Start: the shell, the views, the socket, the keys; and the one place that changes the state.
 
 import { Analysis } from "./analysis";
 import type { App, ViewPart } from "./app";
 import { Connection } from "./connection";
+import { ControlView } from "./control";
 import { DesignView } from "./design";
 import { isTextField } from "./dom";
 import { FeelView } from "./feel";
@@ -57,7 +58,7 @@ class Page implements App {
     });
     // It answers after all of this was made; the sooner it is asked, the sooner there is a tissue.
     this.connection.start();
-    this.views = { feel: new FeelView(this), design: new DesignView(this), runs: new RunsView(this) };
+    this.views = { feel: new FeelView(this), design: new DesignView(this), runs: new RunsView(this), control: new ControlView(this) };
     for (const view of VIEWS) this.shell.main.append(this.views[view].root);
     this.listen();
     this.dispatch({ do: "address", fragment: location.hash });
@@ -178,6 +179,7 @@ class Page implements App {
       "1": () => this.go("feel"),
       "2": () => this.go("design"),
       "3": () => this.go("runs"),
+      "4": () => this.go("control"),
       t: () => this.shell.nextTheme(),
       r: () => void this.arm(),
       l: () => this.record(),

@@ -15,12 +15,12 @@ export const KEYS: [string, string][] = [
   ["M", "sets a marker"],
   ["L", "records, or ends the recording"],
   ["Esc", "shows what is now, after a zoom; in a text field gives up the edit"],
-  ["1 2 3", "Feel, Design, Runs"],
+  ["1 2 3 4", "Feel, Design, Runs, Control"],
   ["T", "light, dark, as the system"],
   ["?", "this list"],
 ];
 
-const NAMES: Record<View, string> = { feel: "Feel", design: "Design", runs: "Runs" };
+const NAMES: Record<View, string> = { feel: "Feel", design: "Design", runs: "Runs", control: "Control" };
 
 /** A sample rate. */
 function rate(hertz: number): string {

@@ -35,6 +35,16 @@ export interface Design {
   operator: string;
 }
 
+/** The plant and the wishes of Control. */
+export interface Control {
+  plant: string;
+  /** rad/s. */
+  crossover: number;
+  /** Degrees. */
+  margin: number;
+  flat: boolean;
+}
+
 /** What Runs shows. */
 export interface Shown {
   open: readonly string[];
@@ -65,6 +75,7 @@ export interface State {
   readonly met: boolean;
   readonly design: Design;
   readonly runs: Shown;
+  readonly control: Control;
 }
 
 export type PageEvent =
@@ -80,7 +91,8 @@ export type PageEvent =
   | { do: "change"; change: FeelChange }
   | { do: "start"; values: ReadonlyMap<string, string> }
   | { do: "design"; part: Partial<Design> }
-  | { do: "runs"; part: Partial<Shown> };
+  | { do: "runs"; part: Partial<Shown> }
+  | { do: "control"; part: Partial<Control> };
 
 export const OPERATORS: readonly [string, string][] = [
   ["exact", "full memory"],
@@ -91,6 +103,9 @@ export const OPERATORS: readonly [string, string][] = [
 export const DESIGN_ENDS: Record<Exclude<keyof Design, "operator">, readonly [number, number]> = {
   K: [0, 1e6], B: [0, 1e5], mu: [0, 2], T: [1e-4, 1e-2], m: [1e-3, 10], b: [0, 100], delay: [0, 1e-2], lag: [0, 1e-2], noise: [0, 1e-3],
 };
+
+/** Least and most of the wishes of Control. */
+export const CONTROL_ENDS: Record<"crossover" | "margin", readonly [number, number]> = { crossover: [1e-3, 1e3], margin: [20, 85] };
 
 /** The first tissue of a first visit, and what is compared with it. */
 const FIRST = "prostate-cancerous";
@@ -109,6 +124,8 @@ export const START: State = {
   // The device of the dissertation's section 4.4, with a wall of order 0.5.
   design: { K: 3000, B: 100, mu: 0.5, T: 1e-3, m: 0.065, b: 3.5, delay: 0, lag: 0, noise: 1e-5, operator: "exact" },
   runs: { open: [], answer: "", above: "", below: "", span: null },
+  // The tank of Monje and others, 2008.
+  control: { plant: "0.55exp(-s)/(62s+1)", crossover: 0.1, margin: 65, flat: true },
 };
 
 export function reduce(state: State, event: PageEvent): State {
@@ -138,6 +155,8 @@ export function reduce(state: State, event: PageEvent): State {
       return { ...state, design: { ...state.design, ...event.part } };
     case "runs":
       return { ...state, runs: { ...state.runs, ...event.part } };
+    case "control":
+      return { ...state, control: { ...state.control, ...event.part } };
   }
 }
 
@@ -194,6 +213,7 @@ function addressed(state: State, fragment: string): State {
   const next = { ...state, view };
   if (view === "feel") return settled(values) && !same(values, feelAddress(state)) ? { ...next, asked: values, edits: null } : next;
   if (view === "runs") return { ...next, runs: runsOf(values) };
+  if (view === "control") return { ...next, control: controlOf(values, state.control) };
   return { ...next, design: designOf(values, state.design) };
 }
 
@@ -208,9 +228,10 @@ function same(one: ReadonlyMap<string, string>, other: ReadonlyMap<string, strin
 
 /** The address of a state: it opens the same page. */
 export function address(state: State): string {
-  const { view, design, runs } = state;
+  const { view, design, runs, control } = state;
   if (view === "feel") return writeFragment({ view, values: feelAddress(state) });
   if (view === "design") return writeFragment({ view, values: new Map(Object.entries(design).map(([key, value]) => [key, String(value)])) });
+  if (view === "control") return writeFragment({ view, values: new Map(Object.entries(control).map(([key, value]) => [key, String(value)])) });
   const [from, to] = (runs.span ?? ["", ""]).map(String);
   return writeFragment({ view, values: new Map(Object.entries({ open: runs.open.join(","), answer: runs.answer, above: runs.above, below: runs.below, from: from ?? "", to: to ?? "" })) });
 }
@@ -259,6 +280,14 @@ function runsOf(values: ReadonlyMap<string, string>): Shown {
   const [from, to] = [numberOf(values, "from"), numberOf(values, "to")];
   const span = from !== undefined && to !== undefined && from < to ? ([from, to] as const) : null;
   return { open: text("open").split(",").filter((name) => name !== ""), answer: text("answer"), above: text("above"), below: text("below"), span };
+}
+
+function controlOf(values: ReadonlyMap<string, string>, control: Control): Control {
+  const within = (key: "crossover" | "margin"): number => {
+    const [least, most] = CONTROL_ENDS[key];
+    return Math.min(most, Math.max(least, numberOf(values, key) ?? control[key]));
+  };
+  return { plant: values.get("plant") ?? control.plant, crossover: within("crossover"), margin: within("margin"), flat: (values.get("flat") ?? String(control.flat)) !== "false" };
 }
 
 function designOf(values: ReadonlyMap<string, string>, design: Design): Design {

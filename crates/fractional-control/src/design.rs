@@ -1,19 +1,37 @@
 //! From wishes to a controller, with the best PID of order 1 beside it.
 
-use crate::analysis::{coarse, margins};
-use crate::run;
+use crate::analysis::{LoopPoint, coarse, curve, margins};
+use crate::run::{self, LoopRun};
 use crate::tuning::{GAINS, Sampling, Specification, Tuned, steps, tune, tune_integer};
 pub use crate::tuning::{Wish, WishName};
 use crate::{
     ControlError, ControllerSetup, Margins, PidParameters, Plant, Response, SampledLoop, SetPoint,
     Shape, StabilityVerdict,
 };
+use core::f64::consts::PI;
 use fracdiff::{Scheme, Seconds};
 use std::vec;
 use std::vec::Vec;
 
 /// The gains of the plant, over the nominal one, for which a design should hold.
 pub const ROBUST_GAINS: [f64; 2] = [0.5, 2.0];
+
+/// Samples in the time 1/`ω_c` of a design that is given no sample time.
+pub const SAMPLES_A_RADIAN: f64 = 50.0;
+/// Decades of a curve below the crossover.
+const BELOW: f64 = 2.0;
+
+/// The longest sample time for a crossover that is 1, 2 or 5 times a power of ten, and at most 1/(50·`ω_c`).
+#[must_use]
+pub fn usual_sample_time(crossover_rad_s: f64) -> Seconds {
+    let time_s = 1.0 / (SAMPLES_A_RADIAN * crossover_rad_s);
+    let decade = libm::floor(libm::log10(time_s));
+    let mantissas = [5.0, 2.0, 1.0].map(|step| (step, step * libm::pow(10.0, decade)));
+    let fits = |(_, step): &(f64, f64)| *step <= time_s * (1.0 + 1e-9);
+    let (mantissa, step) = mantissas.into_iter().find(fits).unwrap_or((1.0, time_s));
+    // 2e-3 and not 0.0020000000000000005.
+    Seconds(std::format!("{mantissa}e{decade}").parse().unwrap_or(step))
+}
 
 /// The question.
 #[derive(Clone, Debug, PartialEq)]
@@ -58,6 +76,22 @@ pub struct Candidate {
     pub trial: Option<Trial>,
     /// Each wish, and what is reached.
     pub wishes: Vec<Wish>,
+}
+
+/// A controller in its loop, without the gains for which that holds: a tenth of the work, for what follows a slider.
+#[derive(Clone, Debug)]
+#[non_exhaustive]
+pub struct Glance {
+    /// As it is run.
+    pub setup: ControllerSetup,
+    /// As it was tuned.
+    pub tuned: Tuned,
+    /// The step, with the certified verdict.
+    pub run: LoopRun,
+    /// Margins and peaks of the loop that runs.
+    pub margins: Margins,
+    /// The open loop from a hundredth of the crossover to half the sample rate.
+    pub curve: Vec<LoopPoint>,
 }
 
 /// A controller in its loop.
@@ -127,23 +161,75 @@ impl ControlDesign {
     /// # Errors
     /// Wishes that contradict each other, named; no fractional controller with this crossover and margin.
     pub fn answer(&self) -> Result<ControlAnswer, ControlError> {
-        let sampling = Some(Sampling {
-            sample_time: self.sample_time,
-            rule: self.untuned().memory()?.rule(),
-        });
-        let fractional = tune(&self.plant, sampling, &self.wishes)?;
-        let integer = tune_integer(&self.plant, sampling, &self.wishes);
-        if self.plant.order_at_rest() > 0.0 && fractional.parameters.integral != 0.0 {
+        let fractional = self.tuned()?;
+        let integer = self.tuned_integer();
+        Ok(ControlAnswer {
+            fractional: self.candidate(fractional)?,
+            integer: integer.and_then(|tuned| self.candidate(tuned)),
+        })
+    }
+
+    /// The PI^λD^μ, tuned and looked at.
+    ///
+    /// # Errors
+    /// As [`answer`](Self::answer); a plant that was measured, which does not run.
+    pub fn glance(&self) -> Result<Glance, ControlError> {
+        self.looked_at(self.tuned()?)
+    }
+
+    /// The PID of order 1 that comes closest, tuned and looked at.
+    ///
+    /// # Errors
+    /// As [`glance`](Self::glance).
+    pub fn integer_glance(&self) -> Result<Glance, ControlError> {
+        self.looked_at(self.tuned_integer()?)
+    }
+
+    fn looked_at(&self, tuned: Tuned) -> Result<Glance, ControlError> {
+        let setup = self.with(&tuned);
+        let closed = setup.closed_with(&setup.sampled(&self.plant)?)?;
+        let (t, low) = (
+            self.sample_time.0,
+            self.wishes.crossover_rad_s * libm::pow(10.0, -BELOW),
+        );
+        let step = vec![self.step; self.samples];
+        Ok(Glance {
+            run: run::run(&setup, &self.plant, &step, Some(self.step))?,
+            margins: closed.margins(),
+            curve: curve(low, PI / t, |omega| Some(closed.open(omega * t))),
+            setup,
+            tuned,
+        })
+    }
+
+    fn tuned(&self) -> Result<Tuned, ControlError> {
+        let tuned = tune(&self.plant, self.sampling()?, &self.wishes)?;
+        if self.plant.order_at_rest() > 0.0 && tuned.parameters.integral != 0.0 {
             return Err(ControlError::NotFound {
                 what: "a controller without an integral",
                 why: "the plant has a factor s, at which an integral drives the command up for ever; choose a controller of another kind yourself, \
                       and judge its loop",
             });
         }
-        Ok(ControlAnswer {
-            fractional: self.candidate(fractional)?,
-            integer: integer.and_then(|tuned| self.candidate(tuned)),
-        })
+        Ok(tuned)
+    }
+
+    fn tuned_integer(&self) -> Result<Tuned, ControlError> {
+        tune_integer(&self.plant, self.sampling()?, &self.wishes)
+    }
+
+    fn sampling(&self) -> Result<Option<Sampling>, ControlError> {
+        Ok(Some(Sampling {
+            sample_time: self.sample_time,
+            rule: self.untuned().memory()?.rule(),
+        }))
+    }
+
+    fn with(&self, tuned: &Tuned) -> ControllerSetup {
+        ControllerSetup {
+            law: tuned.parameters.into(),
+            ..self.untuned()
+        }
     }
 
     /// The setup without its controller. Everything acts on the error, as the wishes ask.
@@ -158,10 +244,7 @@ impl ControlDesign {
     }
 
     fn candidate(&self, tuned: Tuned) -> Result<Candidate, ControlError> {
-        let setup = ControllerSetup {
-            law: tuned.parameters.into(),
-            ..self.untuned()
-        };
+        let setup = self.with(&tuned);
         // A measured response can be tuned for, not run.
         let runs = self.plant.band().1 == f64::INFINITY;
         let trial = runs.then(|| self.trial(&setup, &tuned)).transpose()?;

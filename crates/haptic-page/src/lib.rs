@@ -1,6 +1,7 @@
 #![doc = include_str!("../README.md")]
 #![forbid(unsafe_code)]
 
+mod control;
 mod feel;
 mod identify;
 pub mod pyramid;

@@ -3,10 +3,10 @@
 //! `CAMPAIGN_CASES` sets how many; 24 unless it is given.
 
 use fracdiff::{Scheme, Seconds};
-use fractional_control::design::ControlDesign;
+use fractional_control::design::{ControlDesign, SAMPLES_A_RADIAN, usual_sample_time};
 use fractional_control::run::samples_for;
 use fractional_control::tuning::Specification;
-use fractional_control::{ControlError, Plant};
+use fractional_control::{ControlError, Margins, Plant};
 use rayon::prelude::*;
 use testkit::Random;
 
@@ -52,6 +52,54 @@ fn drawn(number: u64) -> (String, f64, f64) {
         _ => (format!("s^{:.1}", share(1.1, 1.9)), share(0.3, 3.0)),
     };
     (format!("{gain}/({below})"), times / tau, margin)
+}
+
+#[test]
+fn a_sample_time_is_a_round_number() {
+    for (time_s, round_s) in [
+        (0.2, 0.2),
+        (0.19, 0.1),
+        (4e-4, 2e-4),
+        (1e-3, 1e-3),
+        (7.0, 5.0),
+    ] {
+        let usual = usual_sample_time(1.0 / (SAMPLES_A_RADIAN * time_s));
+        assert_eq!(usual, Seconds(round_s), "{time_s}");
+    }
+}
+
+#[test]
+fn a_glance_sees_what_the_answer_says() {
+    for plant in ["0.55exp(-s)/(62s+1)", "1/(0.2s^1.4+1)", "1/(s^2-1)"] {
+        let design = ControlDesign {
+            plant: plant.parse().expect("valid"),
+            wishes: Specification::new(if plant.starts_with('1') { 5.0 } else { 0.1 }, 1.0),
+            sample_time: Seconds(if plant.starts_with('1') { 2e-3 } else { 0.2 }),
+            scheme: "full-bdf2".parse().expect("valid"),
+            output_low: None,
+            output_high: None,
+            step: 1.0,
+            samples: 600,
+        };
+        let answer = design.answer().expect("found");
+        let pairs = [
+            (design.glance(), Ok(answer.fractional)),
+            (design.integer_glance(), answer.integer),
+        ];
+        for (glance, whole) in pairs {
+            let (Ok(glance), Ok(whole)) = (glance, whole) else {
+                continue;
+            };
+            let trial = whole.trial.expect("runs");
+            assert_eq!(glance.setup, whole.setup);
+            assert_eq!(glance.run.verdict, trial.verdict);
+            assert_eq!(glance.run.response, trial.step);
+            // The loop that runs, and the plant behind its hold: the same to the error of a rule.
+            let phase = |margins: &Margins| margins.phase.map_or(0.0, |phase| phase.value);
+            let (have, want) = (phase(&glance.margins), phase(&trial.margins));
+            assert!((have - want).abs() < 0.02, "{plant}: {have} {want}");
+        }
+    }
 }
 
 #[test]

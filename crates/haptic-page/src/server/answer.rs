@@ -4,6 +4,7 @@ use super::hub::{Hub, blocking, felt};
 use super::live::{FRAMES_PER_S, LiveView, frame};
 use super::page::{Outgoing, Page};
 use super::request::{LIVE, Request, ViewRequest};
+use crate::control::designed;
 use crate::feel::{CHANNELS, RANGES, SAMPLE_TIME, locked};
 use crate::identify::identified;
 use crate::pyramid::Span;
@@ -70,6 +71,7 @@ pub(super) async fn answer(
             let gone = Arc::clone(&page.gone);
             blocking(move || identified(&request, &gone)).await?
         }
+        Request::Control(request) => blocking(move || designed(&request)).await?,
     })
 }
 

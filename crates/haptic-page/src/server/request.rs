@@ -1,5 +1,6 @@
 //! Requests of a page: see `docs/page-protocol.md`.
 
+use crate::control::ControlRequest;
 use crate::feel::FeelChange;
 use crate::identify::IdentifyRequest;
 use crate::runs::TableRequest;
@@ -54,6 +55,8 @@ pub(super) enum Request {
     RunsStop {},
     #[serde(rename = "identify")]
     Identify(Box<IdentifyRequest>),
+    #[serde(rename = "control")]
+    Control(ControlRequest),
 }
 
 pub(super) const LIVE: &str = "live";
@@ -111,7 +114,8 @@ impl Request {
             | Self::RunsOpen { .. }
             | Self::RunsTable(_)
             | Self::RunsStart(_)
-            | Self::Identify(_) => true,
+            | Self::Identify(_)
+            | Self::Control(_) => true,
             _ => false,
         }
     }

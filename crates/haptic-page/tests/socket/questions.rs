@@ -94,6 +94,54 @@ fn a_question_is_stopped_and_keeps_what_it_found() {
 }
 
 #[test]
+fn a_controller_is_designed_and_a_plant_without_one_is_refused() {
+    let (_runs, _server, mut page) = opened();
+    // The tank of Monje and others, 2008.
+    let wishes = |plant: &str, crossover: f64| json!({"plant": plant, "crossover_rad_s": crossover, "phase_margin_rad": 1.2, "flat_phase": true});
+    let found = page.ask("control", wishes("0.55exp(-s)/(62s+1)", 0.1));
+    assert_documented("control", &found);
+    for which in ["fractional", "integer"] {
+        let one = &found[which];
+        has(one, json!({"stable": true, "verdict": "stable, proved"}));
+        let number = |key: &str| one[key].as_f64().expect("a number");
+        assert_relative("margin", number("phase_margin_rad"), 1.2, 0.01);
+        assert_relative("crossover", number("crossover_rad_s"), 0.1, 0.01);
+        let step = one["step"].as_array().expect("a step");
+        assert_close(
+            "settled",
+            step[step.len() - 1].as_f64().expect("a number"),
+            1.0,
+            0.02,
+        );
+    }
+    let slope = |which: &str| found[which]["phase_slope_rad"].as_f64().expect("a number");
+    assert!(slope("fractional").abs() < 1e-9 && slope("integer").abs() > 1e-3);
+    assert!(
+        found["file"]
+            .as_str()
+            .expect("a file")
+            .contains("integral_order")
+    );
+    for (plant, crossover, why) in [
+        (
+            "0.55exp(-s)/(62s+",
+            0.1,
+            "plant \"0.55exp(-s)/(62s+\": character 17",
+        ),
+        ("", 0.1, "plant \"\""),
+        ("0.55exp(-s)/(62s+1)", 20.0, "crossover"),
+        ("1/(s+1)", f64::MAX, "is not from"),
+        ("1/(s+1)", -1.0, "is not from"),
+    ] {
+        let refused = page.refused("control", wishes(plant, crossover));
+        assert!(
+            refused.contains(why) && !refused.contains('\n'),
+            "{refused}"
+        );
+    }
+}
+
+#[test]
 fn a_record_is_identified_and_one_that_is_none_is_refused() {
     let (_runs, _server, mut page) = opened();
     // G(t) = 1000·t^(−0.2)/Γ(0.8): a spring-pot.

@@ -15,7 +15,9 @@ use clap::Args;
 use fracdiff::parameter::Shown;
 use fracdiff::{Scheme, Seconds};
 use fractional_control::ControlError;
-use fractional_control::design::{ControlAnswer, ControlDesign};
+use fractional_control::design::{
+    ControlAnswer, ControlDesign, SAMPLES_A_RADIAN, usual_sample_time,
+};
 use fractional_control::run::samples_for;
 use fractional_control::tuning::{Bound, Specification};
 use haptic_experiment::Failure;
@@ -32,9 +34,6 @@ when the plant's gain changes), and keeps bounds on |S| and |T| as well as possi
 PID. The verdict on the sampled loop is a proof for an interval of plant gains, with a warning if that does not reach from half to double.
 
 Exit code 1 if a wish is missed by more than 1 %; the report says which, and by how much.";
-
-/// Samples in the time 1/crossover, if no sample time is given.
-const SAMPLES_A_RADIAN: f64 = 50.0;
 
 /// Angles; that of the phase margin is judged in degrees, by the tuning.
 const ANGLES: Range = Range::Within(f64::MIN, f64::MAX);
@@ -138,22 +137,10 @@ impl WishArguments {
     }
 }
 
-/// The next 1, 2 or 5 times a power of ten that is not longer.
-fn round_down(time_s: f64) -> f64 {
-    let decade = 10_f64.powf(time_s.log10().floor());
-    let steps = [5.0, 2.0, 1.0].into_iter();
-    let step = steps
-        .map(|step| step * decade)
-        .find(|step| *step <= time_s * (1.0 + 1e-9));
-    let time_s = step.unwrap_or(decade);
-    // 2e-3 and not 0.0020000000000000005.
-    format!("{time_s:.0e}").parse().unwrap_or(time_s)
-}
-
 fn sample_time_for(crossover_rad_s: f64) -> Result<f64, Failure> {
-    let time = |sample_time_s: f64| 1.0 / (SAMPLES_A_RADIAN * sample_time_s);
-    let [low, high] = parameters::SAMPLE_TIME.range().ends().map(time);
-    let sample_time_s = round_down(1.0 / (SAMPLES_A_RADIAN * crossover_rad_s));
+    let crossover = |sample_time_s: f64| 1.0 / (SAMPLES_A_RADIAN * sample_time_s);
+    let [low, high] = parameters::SAMPLE_TIME.range().ends().map(crossover);
+    let sample_time_s = usual_sample_time(crossover_rad_s).0;
     if parameters::SAMPLE_TIME.range().contains(sample_time_s) {
         return Ok(sample_time_s);
     }
@@ -302,19 +289,6 @@ fn parse_bound(text: &str) -> Result<Bound, String> {
 #[expect(clippy::float_cmp, reason = "round numbers are exact")]
 mod tests {
     use super::*;
-
-    #[test]
-    fn a_sample_time_is_a_round_number() {
-        for (time, round) in [
-            (0.2, 0.2),
-            (0.19, 0.1),
-            (4e-4, 2e-4),
-            (1e-3, 1e-3),
-            (7.0, 5.0),
-        ] {
-            assert_eq!(round_down(time), round, "{time}");
-        }
-    }
 
     #[test]
     fn gains_are_numbers_or_decibel() {

@@ -1,0 +1,133 @@
+//! A controller for a plant that was typed on the page: the tuning and the verdict of `control design`, without what no slider waits for.
+
+use fracdiff::parameter::Shown;
+use fractional_control::design::{ControlDesign, Glance, SAMPLES_A_RADIAN, usual_sample_time};
+use fractional_control::run::samples_for;
+use fractional_control::tuning::Specification;
+use fractional_control::{ControlError, Crossing, Plant};
+use haptic_experiment::Failure;
+use haptic_experiment::document::{ControllerFile, ControllerOrigin, short};
+use haptic_experiment::parameters::{CONTROLLER_SCHEME, SAMPLE_TIME};
+use haptic_quantity::digits;
+use serde::Deserialize;
+use serde_json::{Value, json};
+use std::thread;
+
+/// Points of a curve that is sent, at most.
+const POINTS: usize = 600;
+
+/// A plant, and what its loop is to be.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct ControlRequest {
+    plant: String,
+    crossover_rad_s: f64,
+    phase_margin_rad: f64,
+    flat_phase: bool,
+}
+
+pub(crate) fn designed(request: &ControlRequest) -> Result<Value, Failure> {
+    let failure = |error: ControlError| Failure::bad_input(error.to_string());
+    let text = short(&request.plant);
+    let refused = |error| Failure::bad_input(format_args!("plant \"{text}\": {error}"));
+    let plant = request.plant.parse::<Plant>().map_err(refused)?;
+    let wishes = Specification {
+        iso_damping: request.flat_phase,
+        ..Specification::new(request.crossover_rad_s, request.phase_margin_rad)
+    };
+    let crossover = |sample_time_s: f64| 1.0 / (SAMPLES_A_RADIAN * sample_time_s);
+    let [high, low] = SAMPLE_TIME.range().ends().map(crossover);
+    if !(low..=high).contains(&request.crossover_rad_s) {
+        return Err(Failure::bad_input(format_args!(
+            "crossover {} rad/s is not from {} to {} rad/s",
+            Shown(request.crossover_rad_s),
+            Shown(low),
+            Shown(high)
+        )));
+    }
+    let sample_time = usual_sample_time(request.crossover_rad_s);
+    let scheme = CONTROLLER_SCHEME.shown.parse();
+    let design = ControlDesign {
+        samples: samples_for(Some(request.crossover_rad_s), sample_time.0) as usize,
+        plant,
+        wishes,
+        sample_time,
+        scheme: scheme.map_err(Failure::input)?,
+        output_low: None,
+        output_high: None,
+        step: 1.0,
+    };
+    let (fractional, integer) = thread::scope(|scope| {
+        let integer = scope.spawn(|| design.integer_glance());
+        (design.glance(), integer.join())
+    });
+    let fractional = fractional.map_err(failure)?;
+    let integer = integer.map_err(|_| Failure::bad_input("the PID could not be computed"))?;
+    let file = ControllerFile {
+        setup: fractional.setup.clone(),
+        origin: ControllerOrigin {
+            plant: request.plant.clone(),
+            wishes: words(request),
+            ..ControllerOrigin::default()
+        },
+    };
+    Ok(json!({
+        "sample_time_s": sample_time.0,
+        "fractional": seen(&fractional),
+        "integer": integer.as_ref().ok().map(seen),
+        "integer_reason": integer.err().map(|error| error.to_string()),
+        "file": file.to_toml(),
+    }))
+}
+
+fn words(request: &ControlRequest) -> String {
+    format!(
+        "crossover {} rad/s, phase margin {}°{}",
+        digits(request.crossover_rad_s, 4),
+        digits(request.phase_margin_rad.to_degrees(), 4),
+        if request.flat_phase {
+            ", flat phase"
+        } else {
+            ""
+        }
+    )
+}
+
+fn seen(glance: &Glance) -> Value {
+    let (run, margins) = (&glance.run, &glance.margins);
+    let t = glance.setup.sample_time_s;
+    let value = |crossing: Option<Crossing>| crossing.map(|crossing| crossing.value);
+    let proof = if run.coarse.is_none() {
+        "proved"
+    } else {
+        "by the sampled model, not proved"
+    };
+    let state = match (run.verdict.stable, run.verdict.unstable_poles) {
+        (true, _) => "stable",
+        (false, Some(_)) => "unstable",
+        (false, None) => "on the boundary",
+    };
+    let step = &run.response.measured;
+    let every = step.len().div_ceil(POINTS).max(1);
+    let curve = &glance.curve;
+    json!({
+        "controller": glance.setup.law.to_string(),
+        "stable": run.verdict.stable,
+        "verdict": format!("{state}, {proof}"),
+        "phase_margin_rad": value(margins.phase),
+        "crossover_rad_s": margins.phase.map(|phase| phase.omega_rad_s),
+        "gain_margin": value(margins.gain_up),
+        "gain_margin_down": value(margins.gain_down),
+        "delay_margin_s": value(margins.delay_s),
+        "sensitivity_peak": margins.sensitivity.value,
+        "overshoot": run.shape.map(|shape| shape.overshoot),
+        "settling_time_s": run.shape.and_then(|shape| shape.settled).map(|n| n as f64 * t),
+        "phase_slope_rad": glance.tuned.phase_slope_rad,
+        "time_s": (0..step.len()).step_by(every).map(|n| n as f64 * t).collect::<Vec<_>>(),
+        "step": step.iter().step_by(every).collect::<Vec<_>>(),
+        "omega_rad_s": curve.iter().map(|point| point.omega_rad_s).collect::<Vec<_>>(),
+        "open_real": curve.iter().map(|point| point.open.re).collect::<Vec<_>>(),
+        "open_imaginary": curve.iter().map(|point| point.open.im).collect::<Vec<_>>(),
+        "phase_rad": curve.iter().map(|point| point.phase_rad).collect::<Vec<_>>(),
+    })
+}
