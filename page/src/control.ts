@@ -42,18 +42,23 @@ const LINES: Line[] = [
   { label: "PI^λD^μ", colour: "--blue", width: 2 },
   { label: "PID", colour: "--verm", dash: [7, 5], width: 2 },
 ];
+/** Part of the step that is shown. */
+const STEP_SHARE = 0.4;
+/** Lowest phase that is shown, °. */
+const PHASE_LEAST = -540;
 const DEGREES = 180 / Math.PI;
 /** Half the width of the Nyquist plot: −1 and the unit circle are well inside. */
 const NYQUIST = 2.2;
 
 export class ControlView implements ViewPart {
   readonly root: HTMLElement;
-  private readonly plant = el("input", { type: "text", "aria-label": "Plant", spellcheck: "false", autocomplete: "off" });
+  private readonly plant = el("input", { type: "text", "aria-label": "Plant, a transfer function", spellcheck: "false", autocomplete: "off" });
   private readonly flat = el("input", { type: "checkbox", id: "flat" });
   private readonly crossover: Knob;
   private readonly margin: Knob;
   private readonly verdict = el("p", { class: "verdict", role: "status" });
   private readonly figures = el("table", { class: "result" });
+  private readonly file = el("button", { type: "button", class: "primary", disabled: true }, "Save the controller");
   private readonly step: Chart;
   private readonly gain: Chart;
   private readonly phase: Chart;
@@ -82,8 +87,7 @@ export class ControlView implements ViewPart {
   }
 
   private layout(): HTMLElement {
-    const file = el("button", { type: "button", class: "primary" }, "Save the controller");
-    file.addEventListener("click", () => {
+    this.file.addEventListener("click", () => {
       if (this.designed) save(new Blob([this.designed.file], { type: "application/toml" }), "controller.toml");
     });
     const holder = el("div", { class: "plane-holder" }, this.nyquist as unknown as HTMLElement);
@@ -98,7 +102,7 @@ export class ControlView implements ViewPart {
         el("div", { class: "knobs single" }, el("label", { class: "choice" }, "Plant", this.plant), this.crossover.root, this.margin.root, el("label", { class: "check", for: "flat" }, this.flat, "flat phase: the overshoot stays when the gain of the plant changes")),
         this.verdict,
         this.figures,
-        el("div", { class: "buttons" }, file),
+        el("div", { class: "buttons" }, this.file),
       ),
       el("section", { class: "card steps" }, el("h2", {}, "Step"), legend(LINES).root, this.step.root),
       el("section", { class: "card loci" }, el("h2", {}, "Nyquist"), holder),
@@ -139,17 +143,20 @@ export class ControlView implements ViewPart {
 
   private draw(): void {
     const { designed } = this;
+    this.file.disabled = designed === null;
     const both = designed === null ? [] : [designed.fractional, designed.integer];
     const lines = (of: (one: Candidate) => number[]): number[][] => LINES.map((_, n) => (both[n] ? of(both[n]) : []));
-    const drawn = (chart: Chart, x: number[], y: number[][], within?: [number, number]): void => {
-      chart.draw(x, y.map((line) => (line.length === x.length ? line : x.map(() => null))), [x[0] ?? 0, x.at(-1) ?? 1], within);
+    const drawn = (chart: Chart, x: number[], y: number[][], share = 1, within?: [number, number]): void => {
+      chart.draw(x, y.map((line) => (line.length === x.length ? line : x.map(() => null))), [x[0] ?? 0, share * (x.at(-1) ?? 1)], within);
     };
     const { time_s: time = [], omega_rad_s: omega = [], step = [] } = both[0] ?? {};
     // An unstable PID does not press the other to the ground.
     const most = Math.max(1.2, ...step.map((y) => Math.min(y, 3)));
-    drawn(this.step, time, lines((one) => one.step), [Math.min(0, ...step.map((y) => Math.max(y, -1))), most]);
+    drawn(this.step, time, lines((one) => one.step), STEP_SHARE, [Math.min(0, ...step.map((y) => Math.max(y, -1))), most]);
     drawn(this.gain, omega, lines((one) => one.open_real.map((re, n) => 20 * Math.log10(Math.hypot(re, one.open_imaginary[n] ?? 0)))));
-    drawn(this.phase, omega, lines((one) => one.phase_rad.map((phase) => phase * DEGREES)));
+    const phases = lines((one) => one.phase_rad.map((phase) => phase * DEGREES));
+    // A dead time turns for ever.
+    drawn(this.phase, omega, phases, 1, [Math.max(PHASE_LEAST, Math.min(0, ...phases.flat())), Math.max(0, ...phases.flat())]);
     this.drawNyquist(both);
     if (designed === null) {
       this.figures.replaceChildren();
@@ -157,7 +164,7 @@ export class ControlView implements ViewPart {
     }
     const { fractional, integer } = designed;
     this.verdict.classList.toggle("bad", !fractional.stable);
-    say(this.verdict, `C(s) = ${fractional.controller}: ${fractional.verdict}.`);
+    say(this.verdict, `C(s) = ${fractional.controller.replace(/\d+\.\d+(e-?\d+)?/g, (text) => String(Number(Number(text).toPrecision(4))))}: ${fractional.verdict}.`);
     const rows: [string, (one: Candidate) => string][] = [
       ["verdict", (one) => one.verdict],
       ["crossover", (one) => quantity(one.crossover_rad_s, "rad/s")],

@@ -43,7 +43,7 @@ const moving = (page) => until(() => page.evaluate(() => document.querySelector(
 /** Opens the page, in a loop that runs and is this page's. */
 async function begin(options, fragment = "") {
   const opened = await open(browser, server.address + fragment, options);
-  if (!/^#(design|runs)/.test(fragment)) await moving(opened.page);
+  if (!/^#(design|runs|control)/.test(fragment)) await moving(opened.page);
   await until(() => opened.page.locator(".device.running").count(), "no loop");
   return opened;
 }
@@ -53,6 +53,32 @@ async function takeOver(page) {
   await page.keyboard.press("Home");
   await until(async () => (await depth(page)) < -0.5, "the probe did not come out");
 }
+
+test("a controller follows its wishes, and a plant that is none is refused", async (t) => {
+  if (!REAL) {
+    t.skip("the mock server designs none");
+    return;
+  }
+  const { page, context, errors } = await begin({}, "#control?plant=0.55exp(-s)/(62s%2B1)&crossover=0.1&margin=65");
+  const verdict = page.locator(".control .verdict");
+  await until(async () => /^C\(s\) = .*stable, proved/.test(await verdict.textContent()), "no controller");
+  const margins = page.locator(".control .result tr", { hasText: "phase margin" }).locator("td");
+  assert.deepEqual(await margins.allTextContents(), ["65.0°", "65.0°"]);
+  const margin = page.getByLabel("phase margin, with unit");
+  await margin.fill("50");
+  await margin.press("Enter");
+  await until(async () => (await margins.first().textContent()) === "50.0°", "the margin did not follow");
+  assert.match(page.url(), /margin=50/);
+  const [download] = await Promise.all([page.waitForEvent("download"), page.getByText("Save the controller").click()]);
+  assert.match(readFileSync(await download.path(), "utf8"), /\[pid\][^]*integral_order/);
+  const plant = page.getByLabel("Plant, a transfer function");
+  await plant.fill("1/(s+");
+  await plant.press("Enter");
+  await until(async () => /^plant "1\/\(s\+": character/.test(await verdict.textContent()), "not refused");
+  assert.ok(await page.getByText("Save the controller").isDisabled());
+  assert.deepEqual(errors, []);
+  await context.close();
+});
 
 test("it is small, and asks nobody but its server", async () => {
   const folder = new URL("../../crates/haptic-page/assets/", import.meta.url);
@@ -748,7 +774,7 @@ test("no serious finding of axe in any view, light and dark", async () => {
   const source = readFileSync(createRequire(import.meta.url).resolve("axe-core/axe.min.js"), "utf8");
   for (const colorScheme of ["light", "dark"]) {
     const { page, context } = await begin({ colorScheme });
-    for (const key of ["1", "2", "3"]) {
+    for (const key of ["1", "2", "3", "4"]) {
       await page.keyboard.press(key);
       await page.waitForTimeout(800);
       if (key === "3") await page.locator("button", { hasText: "New run" }).click();

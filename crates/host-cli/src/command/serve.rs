@@ -20,8 +20,8 @@ const PORT: u16 = 8765;
 const LOOK: Duration = Duration::from_millis(100);
 
 pub(crate) const LONG_ABOUT: &str = "\
-Serves a page and opens it in the browser. It has three views. Feel: a virtual tissue under mouse, finger or arrow keys, rendered at 1 kHz on a \
-simulated device. Design: which walls are stable and passive. Runs: the logs of a folder, and forms to start new runs.
+Serves a page and opens it in the browser. It has four views. Feel: a virtual tissue under mouse, finger or arrow keys, rendered at 1 kHz on a \
+simulated device. Design: which walls are stable and passive. Runs: the logs of a folder, and forms to start new runs. Control: a controller for a plant, by its wishes, with the best PID beside it.
 
 The server listens on 127.0.0.1 only, and its address contains a secret token that changes at each start. The page loads nothing from elsewhere. \
 From another computer: ssh -L 8765:127.0.0.1:8765 HOST, then open the same address.
