@@ -48,11 +48,14 @@ impl<F: Real> Bins<F> {
 
 /// acc ← acc + Σ x·h, first pair first.
 #[inline(never)]
-pub(crate) fn accumulate<F: Real>(mut acc: Bins<F>, x: &[Bins<F>], h: &[Bins<F>]) -> Bins<F> {
+pub(crate) fn accumulate<F: Real>(acc: &mut Bins<F>, x: &[Bins<F>], h: &[Bins<F>]) {
+    let mut sum = *acc;
     for (x, h) in x.iter().zip(h) {
-        acc.add_product(x, h);
+        sum.add_product(x, h);
     }
-    acc
+    acc.re = sum.re;
+    one_block_at_a_time();
+    acc.im = sum.im;
 }
 
 /// e^(−jπi/half) for i = 0, …, half − 1, of halves 8, 16, …, size/2 one after the other: those of the pass
