@@ -332,14 +332,14 @@ impl<F: Real> Level<F> {
         };
         let turn = end.len().clamp(first, last);
         if let (Some(x), Some(h)) = (end.get(first..turn), filter.get(first..turn)) {
-            *bins = accumulate(*bins, x, h);
+            accumulate(bins, x, h);
         }
         let from = turn.max(end.len());
         if let (Some(x), Some(h)) = (
             start.get(from - end.len()..last.max(from) - end.len()),
             filter.get(from..last.max(from)),
         ) {
-            *bins = accumulate(*bins, x, h);
+            accumulate(bins, x, h);
         }
         if part + 1 == 1 << product_shift {
             inverse_8(bins);
