@@ -68,7 +68,7 @@ test("a controller follows its wishes, and a plant that is none is refused", asy
   await margin.fill("50");
   await margin.press("Enter");
   await until(async () => (await margins.first().textContent()) === "50.0°", "the margin did not follow");
-  assert.match(page.url(), /margin=50/);
+  await until(() => Promise.resolve(page.url().includes("margin=50")), "the address did not follow");
   const [download] = await Promise.all([page.waitForEvent("download"), page.getByText("Save the controller").click()]);
   assert.match(readFileSync(await download.path(), "utf8"), /\[pid\][^]*integral_order/);
   const plant = page.getByLabel("Plant, a transfer function");
