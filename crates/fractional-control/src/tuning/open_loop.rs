@@ -229,7 +229,7 @@ impl OpenLoop {
     }
 
     /// L on the grid.
-    fn open(&self, gains: &PidParameters) -> Vec<Complex<f64>> {
+    pub(crate) fn open(&self, gains: &PidParameters) -> Vec<Complex<f64>> {
         let integral = self.power(-gains.integral_order);
         let derivative = self.power(gains.derivative_order);
         let powers = integral.iter().zip(derivative.iter()).zip(&self.points);
@@ -250,12 +250,11 @@ impl OpenLoop {
         Rc::clone(power)
     }
 
-    /// Reads the loop of this controller.
-    pub(crate) fn measure(&self, gains: &PidParameters, wishes: &Specification) -> Measures {
-        let open = self.open(gains);
+    /// Reads an open loop, all but [`overshoot_spread`](Self::overshoot_spread), which takes the longest.
+    pub(crate) fn measure(&self, open: &[Complex<f64>], wishes: &Specification) -> Measures {
         let (mut s_most, mut t_most) = (0.0_f64, 0.0_f64);
         let (mut noise, mut disturbance) = (0.0_f64, 0.0_f64);
-        for (point, l) in self.points.iter().zip(&open) {
+        for (point, l) in self.points.iter().zip(open) {
             let s = (*l + 1.0).inv();
             let (s, t) = (s.norm(), (s * l).norm());
             (s_most, t_most) = (s_most.max(s), t_most.max(t));
@@ -271,30 +270,32 @@ impl OpenLoop {
                 disturbance = disturbance.max(s);
             }
         }
-        let stable = self.nyquist.is_stable(&open, 1.0);
         Measures {
             sensitivity_peak: s_most,
             complementary_peak: t_most,
             noise: wishes.noise.map(|_| noise),
             disturbance: wishes.disturbance.map(|_| disturbance),
-            // The overshoot of what is unstable has no end, and is the longest to compute.
-            overshoot_spread: if stable {
-                self.overshoot_spread(&open)
-            } else {
-                f64::INFINITY
-            },
-            margin_spread_rad: self.margin_spread(&open, wishes.phase_margin_rad),
-            other_margin_rad: self.other_margin(&open),
-            stable,
-            end: self.nyquist.end(&open),
+            overshoot_spread: f64::INFINITY,
+            margin_spread_rad: self.margin_spread(open, wishes.phase_margin_rad),
+            other_margin_rad: self.other_margin(open),
+            stable: self.nyquist.is_stable(open, 1.0),
+            end: self.nyquist.end(open),
             stable_over_gains: (super::GAINS.iter())
                 .chain(&BEYOND)
-                .all(|gain| self.nyquist.is_stable(&open, *gain)),
+                .all(|gain| self.nyquist.is_stable(open, *gain)),
         }
     }
 
-    fn overshoot_spread(&self, open: &[Complex<f64>]) -> f64 {
-        let overshoots = super::GAINS.map(|gain| {
+    /// Of a stable loop; infinite as soon as it is known to be no less than `most`.
+    pub(crate) fn overshoot_spread(&self, open: &[Complex<f64>], most: f64) -> f64 {
+        let (mut low, mut high) = (f64::INFINITY, 0.0_f64);
+        // The ends first: there it is lowest and highest.
+        let gains = super::GAINS
+            .iter()
+            .rev()
+            .step_by(2)
+            .chain(super::GAINS.iter().skip(1).step_by(2));
+        for gain in gains {
             let mut step = [0.0_f64; TIMES];
             for (l, weights) in open.iter().zip(&self.steps) {
                 let real = (l * gain / (l * gain + 1.0)).re;
@@ -302,14 +303,12 @@ impl OpenLoop {
                     *y += weight * real;
                 }
             }
-            let highest = step.into_iter().fold(f64::NEG_INFINITY, f64::max);
-            (highest - 1.0).max(0.0)
-        });
-        let (low, high) = overshoots
-            .into_iter()
-            .fold((f64::INFINITY, 0.0_f64), |(low, high), o| {
-                (low.min(o), high.max(o))
-            });
+            let overshoot = (step.into_iter().fold(f64::NEG_INFINITY, f64::max) - 1.0).max(0.0);
+            (low, high) = (low.min(overshoot), high.max(overshoot));
+            if high - low >= most {
+                return f64::INFINITY;
+            }
+        }
         high - low
     }
 

@@ -109,7 +109,7 @@ pub fn tune_integer(
 ) -> Result<Tuned, ControlError> {
     let search = Search::new(plant, sampling, wishes)?;
     let slopes = (-150..=50).map(|k| 0.02 * f64::from(k));
-    let trials = slopes.filter_map(|slope| search.trial([1.0, 1.0, slope]));
+    let trials = slopes.filter_map(|slope| search.trial([1.0, 1.0, slope], f64::INFINITY));
     search.finish(trials.collect(), [false, false, true])
 }
 
@@ -187,38 +187,44 @@ impl<'a> Search<'a> {
                     let between = self.equations.between(lambda, ends, *slope);
                     let places = [Some([lambda, mu, *slope]), between];
                     let places = places.into_iter().flatten();
-                    trials.extend(places.filter_map(|place| self.trial(place)));
+                    trials.extend(places.filter_map(|place| self.trial(place, f64::INFINITY)));
                 }
             }
         }
         self.finish(trials, [true, true, !flat])
     }
 
-    fn trial(&self, [lambda, mu, slope]: [f64; 3]) -> Option<Trial> {
+    /// `None` where there is none whose cost is below `most`.
+    fn trial(&self, [lambda, mu, slope]: [f64; 3], most: f64) -> Option<Trial> {
         let place = [rounded(lambda), rounded(mu), slope];
         let within = |order: &f64| (ORDERS[0]..=ORDERS[1]).contains(order);
         if !place[..2].iter().all(within) {
             return None;
         }
         let gains = self.equations.gains(place)?;
-        let measures = self.open.measure(&gains, self.wishes);
+        let open = self.open.open(&gains);
+        let mut measures = self.open.measure(&open, self.wishes);
         let missed: f64 = self
             .bounds(&measures)
             .map(|bound| (bound.reached / bound.wanted - 1.0).max(0.0))
             .sum();
         let margin = (1.0 - measures.other_margin_rad / self.wishes.phase_margin_rad).max(0.0);
         let mut cost = 100.0 * (missed + margin) + 0.01 * measures.margin_spread_rad;
+        // An overshoot has no end where the loop is lost at some gain.
+        let lost = if measures.stable_over_gains {
+            0.0
+        } else {
+            10.0
+        };
         // Any stable one is better; the way there is that of less gain at the end.
         cost += if measures.stable {
+            measures.overshoot_spread = self.open.overshoot_spread(&open, most - cost - lost);
             measures.overshoot_spread
         } else {
             1e6 * (1.0 + measures.end)
         };
-        // An overshoot has no end where the loop is lost at some gain.
-        if !measures.stable_over_gains {
-            cost += 10.0;
-        }
-        cost.is_finite().then_some(Trial {
+        cost += lost;
+        (cost < most).then_some(Trial {
             place,
             gains,
             measures,
@@ -277,9 +283,7 @@ impl<'a> Search<'a> {
                 for (value, sign) in place.iter_mut().zip(direction) {
                     *value += step * sign;
                 }
-                if let Some(trial) = self.trial(place)
-                    && trial.cost < best.cost
-                {
+                if let Some(trial) = self.trial(place, best.cost) {
                     best = trial;
                 }
             }
