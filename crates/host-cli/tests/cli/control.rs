@@ -229,6 +229,8 @@ fn bad_input_is_refused_with_its_place() {
         "below.csv",
         "omega_rad_s,gain,phase_deg\n1,2,0\n2,-2,0\n3,1,0\n",
     );
+    let band = "omega_rad_s,gain,phase_deg\n1,2,0\n2,1,-20\n3,0.5,-40\n";
+    place.write("band.csv", band);
     place.write("uneven.csv", "time_s,input,output\n0,1,0\n1,1,1\n3,1,2\n");
     place.refuses(
         "
@@ -236,8 +238,12 @@ fn bad_input_is_refused_with_its_place() {
         control analyze --plant 1/(s+1 => character 6 | closing bracket
         control design --crossover 1rad/s --plant 1/(s+1) --phase-margin 65 => 3724° | 180° | --phase-margin | 60deg
         control identify uneven.csv => uneven.csv: line 4 | equal steps
+        control design --plant band.csv --crossover 4rad/s => crossover 4 rad/s | 1 to 3 rad/s | --crossover
         control analyze --plant below.csv => below.csv: line 3: gain -2 is below 0 | phase
         ",
     );
-    assert_eq!(place.files(), ["below.csv", "p.toml", "uneven.csv"]);
+    assert_eq!(
+        place.files(),
+        ["band.csv", "below.csv", "p.toml", "uneven.csv"]
+    );
 }

@@ -154,6 +154,15 @@ fn sample_time_for(crossover_rad_s: f64) -> Result<f64, Failure> {
 
 /// The gain of a controller is about one over that of the plant at the crossover, and may be no more than other numbers.
 fn check_gain(plant: &NamedPlant, crossover_rad_s: f64) -> Result<(), Failure> {
+    let (low, high) = plant.plant.band();
+    if plant.is_measured() && !(low < crossover_rad_s && crossover_rad_s < high) {
+        return Err(Failure::bad_input(format_args!(
+            "crossover {} rad/s is not inside the band that was measured, {} to {} rad/s: change --crossover",
+            Shown(crossover_rad_s),
+            digits(low, 4),
+            digits(high, 4)
+        )));
+    }
     let [_, most] = parameters::OUTPUT_HIGH.range().ends();
     let gain = plant.plant.response(crossover_rad_s).map(|g| g.norm());
     match gain.filter(|gain| gain.is_nan() || !(1.0 / most..=most).contains(gain)) {
