@@ -63,7 +63,7 @@ fn visit<F: Real>(visitor: &mut impl Visitor, precision: &str) -> Result<(), Box
     let (low_hz, high_hz) = (0.01, 100.0);
     show!(
         "Oustaloup 9",
-        Oustaloup::<F, 9>::new(order(), Band { low_hz, high_hz }, t)?
+        Oustaloup::<F, 16>::new(order(), 9, Band { low_hz, high_hz }, t)?
     );
     Ok(())
 }

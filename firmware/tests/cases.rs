@@ -136,7 +136,7 @@ fn constructed<F: Real>(precision: &str, tell: &mut impl FnMut(fmt::Arguments<'_
         );
         case(
             "oustaloup:9",
-            digest(&Oustaloup::<F, 9>::new(order, band, T).expect("valid")),
+            digest(&Oustaloup::<F, 16>::new(order, 9, band, T).expect("valid")),
         );
     }
 }
@@ -146,8 +146,7 @@ fn portable<F: Real>(list: &List) -> Portable<F> {
     let form = match list.form {
         "taps" => Form::Taps,
         "modes" => Form::Modes,
-        "recursion" => Form::Recursion,
-        _ => Form::Sections,
+        _ => Form::Recursion,
     };
     let mut values = [F::ZERO; 256];
     for (value, bits) in values.iter_mut().zip(list.bits) {

@@ -19,8 +19,7 @@ pub(crate) fn shape(list: &List) -> OperatorShape {
         form: match list.form {
             "taps" => OperatorForm::Taps,
             "modes" => OperatorForm::Modes,
-            "recursion" => OperatorForm::Recursion,
-            _ => OperatorForm::Sections,
+            _ => OperatorForm::Recursion,
         },
         integer: list.integer,
         count: list.bits.len() as u16,

@@ -64,7 +64,6 @@ fn lists() -> String {
             Form::Taps => "taps",
             Form::Modes => "modes",
             Form::Recursion => "recursion",
-            Form::Sections => "sections",
         };
         write!(
             text,

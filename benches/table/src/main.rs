@@ -66,7 +66,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     bench.operator("TustinMuir 9", &TustinMuir::<f32, 9>::new(order, t)?)?;
     bench.operator(
         "Oustaloup 9",
-        &Oustaloup::<f32, SECTIONS>::new(order, BAND, t)?,
+        &Oustaloup::<f32, 16>::new(order, SECTIONS, BAND, t)?,
     )?;
     let x: Vec<f64> = input();
     bench.record("batch, full history", 100 * SAMPLES, || {

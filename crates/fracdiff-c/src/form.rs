@@ -41,7 +41,6 @@ pub(crate) fn core<F: CNumber>(list: &OperatorList<F>) -> Result<Core, HeaderErr
         Form::Taps if list.integer == 0 => taps(values),
         Form::Modes => modes(list),
         Form::Recursion => recursion(values),
-        Form::Sections => sections(values),
         Form::Taps => None,
     };
     let integer = list.integer;
@@ -151,14 +150,17 @@ AS_WRITTEN    const real before = self->state[i];
 }
 ";
 
-/// What the taps leave for the next output; then the modes of four lanes, and of the other four: so small is the code.
+/// What the taps leave for the next output.
+const DUE: &str = "    for (i = 0U; i < 15U; ++i) {
+        self->due[i] = self->due[i + 1U] + @_tap[i] * u;
+    }
+";
+
+/// The modes of four lanes, then of the other four: so small is the code.
 const BEFORE: &str = "    real t0 = ZERO, t1 = ZERO, t2 = ZERO, t3 = ZERO;
     uint32_t lane;
     uint32_t i;
-    for (i = 0U; i < 15U; ++i) {
-        self->due[i] = self->due[i + 1U] + @_tap[i] * u;
-    }
-    for (lane = 0U; lane < 8U; lane += 4U) {
+TAKE_DUE    for (lane = 0U; lane < 8U; lane += 4U) {
         real s0 = ZERO, s1 = ZERO, s2 = ZERO, s3 = ZERO;
 ";
 
@@ -177,7 +179,7 @@ const AFTER: &str = "        t0 = t0 + s0;
         t2 = t2 + s2;
         t3 = t3 + s3;
     }
-    past = self->due[0] + ((t0 + t2) + (t1 + t3));
+    past = FIRST_DUE + ((t0 + t2) + (t1 + t3));
 ";
 
 /// One state a sample without input becomes zero before it gets so small that arithmetic slows down.
@@ -193,10 +195,7 @@ CLEAR        }
 
 /// Of an order without modes: taps alone.
 const TAPS_ONLY: &str = "    uint32_t i;
-    for (i = 0U; i < 15U; ++i) {
-        self->due[i] = self->due[i + 1U] + @_tap[i] * u;
-    }
-    past = self->due[0] + ZERO;
+TAKE_DUE    past = FIRST_DUE + ZERO;
 ";
 
 /// Recent taps and decaying modes: g, k₁, …, k₁₅, d₁, W₁, d₂, W₂, …, fastest mode first.
@@ -213,8 +212,13 @@ fn modes<F: CNumber>(list: &OperatorList<F>) -> Option<Core> {
         column.resize(count, F::ZERO);
         column
     };
-    let mut tables = table("@_tap", &taps[1..]);
-    let mut fields = vec![Field::Reals("due", TAPS)];
+    // A list without modes keeps its taps, whatever they are: a struct in C is not empty.
+    let tapped = count == 0 || taps[1..].iter().any(|&tap| tap != F::ZERO);
+    let (mut tables, mut fields) = (String::new(), Vec::new());
+    if tapped {
+        tables.push_str(&table("@_tap", &taps[1..]));
+        fields.push(Field::Reals("due", TAPS));
+    }
     if count > 0 {
         tables.push_str(&table("@_decay", &column(0)));
         tables.push_str(&table("@_weight", &column(1)));
@@ -228,9 +232,13 @@ fn modes<F: CNumber>(list: &OperatorList<F>) -> Option<Core> {
         tables,
         fields,
         functions: fading(plain, count),
-        step: step::<F>(plain, count),
+        step: step::<F>(tapped, plain, count),
         direct: literal(taps[0]),
-        words: format!("16 recent samples and {} decaying modes", pairs.len()),
+        words: if tapped {
+            format!("16 recent samples and {} decaying modes", pairs.len())
+        } else {
+            format!("{} decaying modes", pairs.len())
+        },
     })
 }
 
@@ -256,9 +264,17 @@ fn fading(plain: usize, count: usize) -> String {
 }
 
 /// The step for so many modes, the first of them without a carry.
-fn step<F: CNumber>(plain: usize, count: usize) -> String {
+fn step<F: CNumber>(tapped: bool, plain: usize, count: usize) -> String {
+    let with_taps = |step: &str| {
+        let (take, first) = if tapped {
+            (DUE, "self->due[0]")
+        } else {
+            ("", "ZERO")
+        };
+        step.replace("TAKE_DUE", take).replace("FIRST_DUE", first)
+    };
     if count == 0 {
-        return TAPS_ONLY.to_owned();
+        return with_taps(TAPS_ONLY);
     }
     let eight = |from: usize, to: usize, fade: &str| {
         FOUR.replace("FROM", &format!("{from}U"))
@@ -282,7 +298,8 @@ fn step<F: CNumber>(plain: usize, count: usize) -> String {
             carry_of("turn", plain)
         ),
     };
-    step.replace("MODES", &format!("{count}U"))
+    with_taps(&step)
+        .replace("MODES", &format!("{count}U"))
         .replace("CLEAR", &clear)
         .replace("TINY", &literal(F::NEGLIGIBLE))
 }
@@ -326,62 +343,5 @@ fn recursion<F: CNumber>(values: &[F]) -> Option<Core> {
             .replace("DIRECT", &direct),
         direct,
         words: format!("a recursive filter of degree {degree}"),
-    })
-}
-
-const SECTIONS: &str = "    real signal = u;
-    real rest = ZERO;
-    uint32_t i;
-    for (i = 0U; i < SECTIONS; ++i) {
-        const real slow = self->slow[i];
-        const real y = @_direct[i] * signal + @_slow[i] * slow;
-APPROACH        signal = y;
-        rest = @_direct[i] * rest + @_slow[i] * self->slow[i];
-    }
-    past = GAIN * rest;
-";
-
-/// The state follows the signal; in single precision what rounding takes goes to the carry.
-const COMPENSATED: &str =
-    "        const real addend = @_decay[i] * (signal - slow) + self->carry[i];
-        const real total = slow + addend;
-        const real virtual_addend = total - slow;
-        self->carry[i] = (slow - (total - virtual_addend)) + (addend - virtual_addend);
-        self->slow[i] = total;
-";
-const UNCOMPENSATED: &str = "        self->slow[i] = slow + @_decay[i] * (signal - slow);\n";
-
-/// First-order sections in series: gain, g, then direct, decay and slow of each.
-fn sections<F: CNumber>(values: &[F]) -> Option<Core> {
-    let (&[gain, direct], rest) = values.split_first_chunk()?;
-    let (triples, rest) = rest.as_chunks::<3>();
-    if !rest.is_empty() || triples.is_empty() {
-        return None;
-    }
-    let count = triples.len();
-    let column = |which: usize| triples.iter().map(|three| three[which]).collect::<Vec<F>>();
-    let mut fields = vec![Field::Reals("slow", count)];
-    if F::COMPENSATED {
-        fields.push(Field::Reals("carry", count));
-    }
-    Some(Core {
-        tables: table("@_direct", &column(0))
-            + &table("@_decay", &column(1))
-            + &table("@_slow", &column(2)),
-        fields,
-        functions: String::new(),
-        step: SECTIONS
-            .replace(
-                "APPROACH",
-                if F::COMPENSATED {
-                    COMPENSATED
-                } else {
-                    UNCOMPENSATED
-                },
-            )
-            .replace("SECTIONS", &format!("{count}U"))
-            .replace("GAIN", &literal(gain)),
-        direct: literal(direct),
-        words: format!("{count} first-order sections"),
     })
 }

@@ -49,7 +49,7 @@ pub use muir::{MuirPolynomial, muir_coefficients};
 /// The crate of [`Complex`](num_complex::Complex), which responses are.
 pub use num_complex;
 pub use order::{Order, ParameterError, Seconds};
-pub use oustaloup::{Band, CascadeHistory, Oustaloup, OustaloupHistory};
+pub use oustaloup::{Band, Oustaloup, OustaloupHistory};
 #[cfg(feature = "alloc")]
 pub use partitioned::{PartitionedHistory, PartitionedMemory};
 pub use portable::PortableOperator;

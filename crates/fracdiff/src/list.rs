@@ -13,8 +13,6 @@ pub enum Form {
     Modes,
     /// A recursive filter.
     Recursion,
-    /// First-order sections in series.
-    Sections,
 }
 
 /// Why a list is no operator.

@@ -2,9 +2,8 @@
 //! ```text
 //! form        values                                        made by
 //! Taps        g, k₁, …, k_{n−1}                             ShortMemory, MuirPolynomial
-//! Modes       g, k₁, …, k₁₅, d₁, W₁, d₂, W₂, …              FullMemory of 16 taps, fastest mode first
+//! Modes       g, k₁, …, k₁₅, d₁, W₁, d₂, W₂, …              FullMemory of 16 taps, Oustaloup; fastest mode first
 //! Recursion   g, b₁, a₁, b₂, a₂, …                          TustinMuir
-//! Sections    gain, g, then direct, decay, slow of each     Oustaloup
 //! ```
 //! A host designs D^μ in `f64`, rounds it once ([`Operator::list`](crate::Operator::list)) and sends the
 //! list; the device runs it with [`PortableOperator`], bit for bit like the host.
@@ -15,12 +14,11 @@ use crate::full_memory::{Bank, BankHistory, PORTABLE_TAPS};
 use crate::integer_part::{IntegerHistory, WithIntegerPart};
 pub use crate::list::{Form, ListError};
 use crate::list::{check_finite, check_integer};
-use crate::oustaloup::{Cascade, CascadeHistory};
 use crate::tustin_muir::{Recursion, RecursionHistory};
 use crate::{Differintegrator, Fir, Real};
 
 /// An operator from a list of values, of any [`Form`] within its capacity: TAPS taps, MODES modes (a
-/// multiple of 8), DEGREE degrees of a recursion or sections.
+/// multiple of 8), DEGREE degrees of a recursion.
 ///
 /// - *Same bits* as the operator that the list is of.
 /// - *Checked*: every value finite, every decay in (0, 1], counts within the capacity. That the response is D^μ cannot be seen from a list.
@@ -54,8 +52,6 @@ pub enum PortableHistory<F, const TAPS: usize, const MODES: usize, const DEGREE:
     Modes(IntegerHistory<F, BankHistory<F, PORTABLE_TAPS, MODES>>),
     /// Of [`Form::Recursion`].
     Recursion(IntegerHistory<F, RecursionHistory<F, DEGREE>>),
-    /// Of [`Form::Sections`].
-    Sections(IntegerHistory<F, CascadeHistory<F, DEGREE>>),
 }
 
 #[derive(Clone, Debug, PartialEq)]
@@ -63,7 +59,6 @@ enum Core<F, const TAPS: usize, const MODES: usize, const DEGREE: usize> {
     Taps(Fir<F, TAPS>),
     Modes(WithIntegerPart<Bank<F, PORTABLE_TAPS, MODES>>),
     Recursion(WithIntegerPart<Recursion<F, DEGREE>>),
-    Sections(WithIntegerPart<Cascade<F, DEGREE>>),
 }
 
 impl<F: Real, const TAPS: usize, const MODES: usize, const DEGREE: usize>
@@ -96,7 +91,6 @@ impl<F: Real, const TAPS: usize, const MODES: usize, const DEGREE: usize>
             Form::Taps => Fir::<F, TAPS>::check(values),
             Form::Modes => Bank::<F, PORTABLE_TAPS, MODES>::parts(values).map(|_| ()),
             Form::Recursion => Recursion::<F, DEGREE>::from_list(values).map(|_| ()),
-            Form::Sections => Cascade::<F, DEGREE>::from_list(values).map(|_| ()),
         }
     }
 
@@ -112,12 +106,11 @@ impl<F: Real, const TAPS: usize, const MODES: usize, const DEGREE: usize>
             Form::Taps => self.replace_taps(values),
             Form::Modes => self.replace_modes(values, integer),
             Form::Recursion => self.replace_recursion(values, integer),
-            Form::Sections => self.replace_sections(values, integer),
         }
         Ok(())
     }
 
-    // Each form on its own: a stack of a microcontroller has no room for the parts of all four at once.
+    // Each form on its own: a stack of a microcontroller has no room for the parts of all three at once.
 
     #[inline(never)]
     fn replace_taps(&mut self, values: &[F]) {
@@ -150,13 +143,6 @@ impl<F: Real, const TAPS: usize, const MODES: usize, const DEGREE: usize>
         }
     }
 
-    #[inline(never)]
-    fn replace_sections(&mut self, values: &[F], integer: i32) {
-        if let Ok(core) = Cascade::from_list(values) {
-            self.0 = Core::Sections(WithIntegerPart { integer, core });
-        }
-    }
-
     /// Value `index` of the list; `None` behind its end.
     #[must_use]
     pub fn value(&self, index: usize) -> Option<F> {
@@ -164,7 +150,6 @@ impl<F: Real, const TAPS: usize, const MODES: usize, const DEGREE: usize>
             Core::Taps(core) => core.coefficients().get(index).copied(),
             Core::Modes(core) => core.core.value(index),
             Core::Recursion(core) => core.core.value(index),
-            Core::Sections(core) => core.core.value(index),
         }
     }
 }
@@ -213,11 +198,10 @@ impl<F: Real, const TAPS: usize, const MODES: usize, const DEGREE: usize> Differ
             (Self::Modes(core), PortableHistory::Modes(own)) => core.rest(own),
             (Self::Modes(_), other) => rest_as_modes(other),
             (Self::Recursion(core), other) => rest_as(core, PortableHistory::Recursion, other),
-            (Self::Sections(core), other) => rest_as(core, PortableHistory::Sections, other),
         }
     }
 
-    one_of!(PortableHistory, advance_apart: Taps Modes Recursion Sections);
+    one_of!(PortableHistory, advance_apart: Taps Modes Recursion);
 }
 
 impl<F: Real, const TAPS: usize, const MODES: usize, const DEGREE: usize> Differintegrator<F>

@@ -126,18 +126,6 @@ pub(crate) fn add_compensated<F: Real>(sum: &mut F, carry: &mut F, increment: F)
     *sum = total;
 }
 
-/// One step of the low-pass state ← state + decay·(target − state). Slow states (a small decay) keep
-/// what `f32` would round away in `carry`.
-#[inline]
-pub(crate) fn approach<F: Real>(state: &mut F, carry: &mut F, decay: F, target: F) {
-    let increment = decay * (target - *state);
-    if F::COMPENSATED {
-        add_compensated(state, carry, increment);
-    } else {
-        *state += increment;
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -157,16 +145,6 @@ mod tests {
             [sum, carry].map(f32::to_bits),
             [2f32.powi(30), 1.0].map(f32::to_bits)
         );
-    }
-
-    #[test]
-    fn a_slow_low_pass_arrives() {
-        let (mut state, mut carry) = (0.0_f32, 0.0_f32);
-        for _ in 0..20_000_000 {
-            approach(&mut state, &mut carry, 1e-6, 1.0);
-        }
-        // Without the carry it stands still at 0.97.
-        assert!((state - 1.0).abs() < 1e-6, "{state}");
     }
 
     #[test]

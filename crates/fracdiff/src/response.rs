@@ -82,9 +82,3 @@ pub(crate) fn polynomial(
 pub(crate) fn geometric(theta: f64, decay: f64) -> Complex<f64> {
     (difference(theta) + delay(theta) * decay).inv()
 }
-
-/// d·w/(1 − (1 − d)·w): the low-pass v ← v + d·(x − v), read before it takes x in.
-pub(crate) fn low_pass(theta: f64, decay: f64) -> Complex<f64> {
-    let w = delay(theta);
-    w * decay / (difference(theta) + w * decay)
-}

@@ -311,9 +311,12 @@ impl Scheme {
                 degree,
                 sample_time,
             )?)),
-            Self::Oustaloup { sections, band } => Operator::Oustaloup(Box::new(
-                Oustaloup::with_sections(order, sections, band, sample_time)?,
-            )),
+            Self::Oustaloup { sections, band } => Operator::Oustaloup(Box::new(Oustaloup::new(
+                order,
+                sections,
+                band,
+                sample_time,
+            )?)),
             Self::Full { kernel, tolerance } => {
                 let design = pruned(kernel, order, tolerance, horizon)?;
                 Operator::FullMemory(Box::new(FullMemory::new(&design, sample_time)?))
@@ -444,7 +447,7 @@ impl<F: Real> From<&Operator<F>> for OperatorList<F> {
             Operator::PartitionedMemory(o) => (Form::Taps, (0, o.list())),
             Operator::MuirPolynomial(o) => (Form::Taps, (0, o.list())),
             Operator::TustinMuir(o) => (Form::Recursion, o.list()),
-            Operator::Oustaloup(o) => (Form::Sections, o.list()),
+            Operator::Oustaloup(o) => (Form::Modes, o.list()),
             Operator::FullMemory(o) => return Self::from(&**o),
             Operator::Bdf2Memory(o) => return Self::from(&**o),
         };

@@ -72,7 +72,7 @@ pub struct Question(Asked);
 #[derive(Clone, Debug)]
 enum Asked {
     /// `[zwidth]`: how stiff a wall can be rendered?
-    ZWidth(ZWidth),
+    ZWidth(Box<ZWidth>),
     /// `[design]`: what is the most that a device can render?
     Design(Box<Design>),
     /// `[design]` with the wish coupler.
@@ -98,7 +98,7 @@ impl Question {
         let (kind, table, _) = document.one_of(&QUESTIONS, &[], words)?;
         let table = with_devices(table.with_keys(&tables(kind))?)?;
         let asked = match kind {
-            "zwidth" => ZWidth::of(&table).map(Asked::ZWidth),
+            "zwidth" => ZWidth::of(&table).map(|asked| Asked::ZWidth(Box::new(asked))),
             _ => match design::reading::wish(&table)? {
                 WishName::Coupler => design::reading::coupler(&table).map(Asked::Coupler),
                 wish => {

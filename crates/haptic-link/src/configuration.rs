@@ -99,8 +99,6 @@ pub enum OperatorForm {
     Modes,
     /// g, then a pair (b, a) for each degree of a recursion.
     Recursion,
-    /// gain, g, then three (direct, decay, slow) for each first-order section.
-    Sections,
 }
 
 /// The key to the coefficients of an operator.

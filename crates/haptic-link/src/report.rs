@@ -116,7 +116,7 @@ pub struct Capabilities {
     /// Room for modes of a full memory.
     #[serde(with = "postcard::fixint::le")]
     pub modes_max: u16,
-    /// Largest degree of a recursion and number of sections.
+    /// Largest degree of a recursion.
     #[serde(with = "postcard::fixint::le")]
     pub degree_max: u16,
     /// Samples that the flight recorder keeps.

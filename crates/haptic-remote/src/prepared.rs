@@ -154,7 +154,6 @@ pub(super) fn checked(
         OperatorForm::Taps => u32::from(capabilities.coefficients_max),
         OperatorForm::Modes => 16 + 2 * u32::from(capabilities.modes_max),
         OperatorForm::Recursion => 1 + 2 * u32::from(capabilities.degree_max),
-        OperatorForm::Sections => 2 + 3 * u32::from(capabilities.degree_max),
     };
     let count = f32::from(operator.count);
     fields.within(Field::CoefficientCount, count, 1.0, most as f32);
@@ -213,7 +212,6 @@ fn built(
         OperatorForm::Taps => Form::Taps,
         OperatorForm::Modes => Form::Modes,
         OperatorForm::Recursion => Form::Recursion,
-        OperatorForm::Sections => Form::Sections,
     };
     DeviceOperator::check(form, integer, coefficients).map_err(refused)?;
     let surface = f64::from(configuration.surface_m);
@@ -273,7 +271,6 @@ pub fn operator_shape(
             Form::Taps => OperatorForm::Taps,
             Form::Modes => OperatorForm::Modes,
             Form::Recursion => OperatorForm::Recursion,
-            Form::Sections => OperatorForm::Sections,
         },
         integer: list.integer,
         count: u16::try_from(count).map_err(|_| {

@@ -281,7 +281,6 @@ impl PyOperator {
             Form::Taps => "taps",
             Form::Modes => "modes",
             Form::Recursion => "recursion",
-            Form::Sections => "sections",
         };
         Some((form, list.integer, PyArray1::from_vec(py, list.values)))
     }

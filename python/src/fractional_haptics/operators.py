@@ -202,7 +202,7 @@ def state_space(operator: Operator) -> tuple[NDArray[np.float64], NDArray[np.flo
     form, integer, values = listed
     if form == "taps" and len(values) > _STATES_MOST + 1:
         raise ValueError(f"scheme {operator.scheme} has {len(values) - 1} states, more than {_STATES_MOST}: take full")
-    core = {"taps": _taps, "modes": _modes, "recursion": _recursion, "sections": _sections}[form](values)
+    core = {"taps": _taps, "modes": _modes, "recursion": _recursion}[form](values)
     difference = (np.zeros((1, 1)), np.ones(1), -np.ones(1), 1.0)
     total = (np.ones((1, 1)), np.ones(1), np.ones(1), 1.0)
     for _ in range(abs(integer)):
@@ -272,11 +272,3 @@ def _recursion(values: NDArray[np.float64]) -> _Matrices:
     c = np.zeros(len(forward))
     c[:1] = 1.0
     return a, forward - backward * gain, c, gain
-
-
-def _sections(values: NDArray[np.float64]) -> _Matrices:
-    chain: _Matrices = (np.zeros((0, 0)), np.zeros(0), np.zeros(0), float(values[0]))
-    for direct, decay, slow in values[2:].reshape(-1, 3):
-        section = (np.array([[1 - decay]]), np.array([decay]), np.array([slow]), float(direct))
-        chain = _series(chain, section)
-    return chain

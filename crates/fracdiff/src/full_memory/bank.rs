@@ -1,6 +1,7 @@
 //! The operator that runs a [`Design`].
 
 use super::design::Design;
+use super::kernel::Mode;
 use crate::differintegrator::past_is_kept;
 use crate::fir::sum_of_8;
 use crate::integer_part::{IntegerHistory, WithIntegerPart, operator_from_its_core};
@@ -62,28 +63,18 @@ impl<F: Real, const TAPS: usize, const MODES: usize> FullMemory<F, TAPS, MODES> 
     /// # Errors
     /// [`ParameterError::SampleTime`] unless 1e-9 s ≤ T ≤ 1e6 s.
     pub fn new(design: &Design<TAPS, MODES>, sample_time: Seconds) -> Result<Self, ParameterError> {
-        const {
-            assert!(
-                MODES.is_multiple_of(LANES),
-                "the number of modes is a multiple of 8"
-            );
-        };
         let rate = sample_time.rate_to_the(design.order())?;
-        let modes = design.modes();
-        let mut bank = Bank::empty(rate, F::from_f64(rate * design.head()[0]));
+        let mode = |mode: &Mode| {
+            let weight = rate * mode.weight * libm::exp(-mode.rate);
+            (mode.decay(), weight)
+        };
+        let integer = design.integer();
+        let direct = rate * design.head()[0];
+        let mut core = Bank::of_modes(rate, direct, design.modes().iter().map(mode), integer);
         let later = design.corrections();
-        for (correction, left) in bank.corrections.iter_mut().zip(&later[1..]) {
-            *correction = F::from_f64(rate * left);
-        }
-        for (q, mode) in modes.iter().enumerate() {
-            bank.decays[q] = F::from_f64(mode.decay());
-            bank.weights[q] = F::from_f64(rate * mode.weight * libm::exp(-mode.rate));
-        }
-        bank.use_modes(modes.len(), design.integer());
-        Ok(Self(WithIntegerPart {
-            integer: design.integer(),
-            core: bank,
-        }))
+        let corrections = later[1..].iter().map(|left| F::from_f64(rate * left));
+        core.take_corrections(corrections);
+        Ok(Self(WithIntegerPart { integer, core }))
     }
 }
 
@@ -91,19 +82,38 @@ operator_from_its_core!(FullMemory<TAPS, MODES>, FullMemoryHistory);
 
 /// The core: a fractional integral of order ν, 0 ≤ ν < 1.
 #[derive(Clone, Debug, PartialEq)]
+// Aligned for vectors of any width: one that lies in two cache lines is loaded at half the speed.
+#[cfg_attr(
+    any(target_arch = "aarch64", target_arch = "x86_64"),
+    repr(C, align(64))
+)]
 pub(crate) struct Bank<F, const TAPS: usize, const MODES: usize> {
-    rate: f64,
-    direct: F,
-    /// Of lags 1 to TAPS − 1; the last is zero.
-    corrections: [F; TAPS],
     decays: [F; MODES],
     weights: [F; MODES],
+    /// Of lags 1 to TAPS − 1; the last is zero.
+    corrections: [F; TAPS],
+    /// Whether one of them is not zero.
+    tapped: bool,
+    rate: f64,
+    direct: F,
     /// Blocks of modes without compensation: the fast ones, which come first; in `f64` all.
     fast_blocks: usize,
     slow_blocks: usize,
+    /// Behind them half a block, if as much is enough for the last modes.
+    tail: Tail,
 }
 
-/// Whole blocks without a slow mode. Fast modes come first, so compensation is a property of blocks.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Tail {
+    None,
+    Fast,
+    Slow,
+}
+
+/// Without vectors, half a block takes longer than its own loop is worth.
+const HAS_TAIL: bool = !cfg!(target_arch = "arm");
+
+/// Blocks without a slow mode. Fast modes come first, so compensation is a property of blocks.
 fn fast_blocks<F: Real>(decays: &[F], integer: i32) -> usize {
     let fast = if integer > 0 { FAST_INCREMENTS } else { FAST };
     // Double precision needs no compensation anywhere.
@@ -119,25 +129,69 @@ impl<F: Real, const TAPS: usize, const MODES: usize> Bank<F, TAPS, MODES> {
         rate: 0.0,
         direct: F::ZERO,
         corrections: [F::ZERO; TAPS],
+        tapped: false,
         decays: [F::ZERO; MODES],
         weights: [F::ZERO; MODES],
         fast_blocks: 0,
         slow_blocks: 0,
+        tail: Tail::None,
     };
 
-    /// Without modes and corrections.
-    fn empty(rate: f64, direct: F) -> Self {
-        Self {
+    /// Of g, d and W of at most MODES modes, behind so many differences (> 0) or before so many sums (< 0); without corrections.
+    pub(crate) fn of_modes(
+        rate: f64,
+        direct: f64,
+        modes: impl Iterator<Item = (f64, f64)>,
+        integer: i32,
+    ) -> Self {
+        const {
+            assert!(
+                MODES.is_multiple_of(LANES),
+                "the number of modes is a multiple of 8"
+            );
+        };
+        let mut bank = Self {
             rate,
-            direct,
+            direct: F::from_f64(direct),
             ..Self::SILENT
+        };
+        let mut count = 0;
+        let places = bank.decays.iter_mut().zip(&mut bank.weights);
+        for ((decay, weight), mode) in places.zip(modes) {
+            (*decay, *weight) = (F::from_f64(mode.0), F::from_f64(mode.1));
+            count += 1;
         }
+        bank.use_modes(count, integer);
+        bank
     }
 
-    /// Takes the first `count` modes into use, behind so many differences (> 0) or before so many sums (< 0).
+    /// Takes the corrections of lags 1 to TAPS − 1.
+    fn take_corrections(&mut self, corrections: impl Iterator<Item = F>) {
+        for (own, correction) in self.corrections[..TAPS - 1].iter_mut().zip(corrections) {
+            *own = correction;
+        }
+        self.tapped = self.corrections.iter().any(|&own| own != F::ZERO);
+    }
+
+    /// Takes the first `count` modes into use.
     fn use_modes(&mut self, count: usize, integer: i32) {
-        self.fast_blocks = fast_blocks(&self.decays[..count], integer);
-        self.slow_blocks = count.div_ceil(LANES) - self.fast_blocks;
+        let fast = fast_blocks(&self.decays[..count], integer);
+        let all = count.div_ceil(LANES);
+        let has_tail = HAS_TAIL && (1..=HALF).contains(&(count % LANES));
+        let whole = all - usize::from(has_tail);
+        self.fast_blocks = fast.min(whole);
+        self.slow_blocks = whole - self.fast_blocks;
+        self.tail = match (has_tail, fast > whole) {
+            (false, _) => Tail::None,
+            (true, true) => Tail::Fast,
+            (true, false) => Tail::Slow,
+        };
+    }
+
+    /// Modes in use, those that fill up the last block included: the same on every machine.
+    fn used(&self) -> usize {
+        let tail = usize::from(self.tail != Tail::None);
+        (self.fast_blocks + self.slow_blocks + tail) * LANES
     }
 }
 
@@ -145,6 +199,11 @@ impl<F: Real, const TAPS: usize, const MODES: usize> Bank<F, TAPS, MODES> {
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(bound = "F: Real"))]
+// Aligned for vectors of any width: one that lies in two cache lines is loaded at half the speed.
+#[cfg_attr(
+    any(target_arch = "aarch64", target_arch = "x86_64"),
+    repr(C, align(64))
+)]
 pub struct BankHistory<F, const TAPS: usize, const MODES: usize> {
     /// due\[i\] is what inputs so far contribute, by taps, to the output i + 1 ticks ahead.
     #[cfg_attr(feature = "serde", serde(with = "crate::saved"))]
@@ -212,43 +271,58 @@ impl<F: Real, const TAPS: usize, const MODES: usize> Differintegrator<F> for Ban
 
     #[inline]
     fn advance(&self, history: &mut Self::History, x: F) {
-        let before = history.due;
-        // A core with an FPU and no vectors moves faster than it multiplies. The same bits: no number here is −0, as the last
-        // is never written.
-        if cfg!(all(target_arch = "arm", target_abi = "eabihf")) && x == F::ZERO {
-            history.due[..TAPS - 1].copy_from_slice(&before[1..]);
-        } else {
-            // due[i] ← due[i+1] + k_{i+1}·x
-            for i in 0..TAPS - 1 {
-                history.due[i] = before[i + 1] + self.corrections[i] * x;
+        if self.tapped {
+            let before = history.due;
+            // A core with an FPU and no vectors moves faster than it multiplies. The same bits: no number here is −0, as the last
+            // is never written.
+            if cfg!(all(target_arch = "arm", target_abi = "eabihf")) && x == F::ZERO {
+                history.due[..TAPS - 1].copy_from_slice(&before[1..]);
+            } else {
+                // due[i] ← due[i+1] + k_{i+1}·x
+                for i in 0..TAPS - 1 {
+                    history.due[i] = before[i + 1] + self.corrections[i] * x;
+                }
             }
         }
-        let (states, _) = history.states.as_chunks_mut();
-        let (carries, _) = history.carries.as_chunks_mut();
-        let (decays, _) = self.decays.as_chunks();
-        let (weights, _) = self.weights.as_chunks();
+        let (states, _) = history.states.as_chunks_mut::<LANES>();
+        let (carries, _) = history.carries.as_chunks_mut::<LANES>();
+        let (decays, _) = self.decays.as_chunks::<LANES>();
+        let (weights, _) = self.weights.as_chunks::<LANES>();
         let mut blocks = states
             .iter_mut()
             .zip(carries)
             .zip(decays.iter().zip(weights));
-        let plain = blocks.by_ref().take(self.fast_blocks);
         let mut sums = [F::ZERO; LANES];
-        for ((states, _), coefficients) in plain {
+        for ((states, _), coefficients) in blocks.by_ref().take(self.fast_blocks) {
             advance_plain(states, coefficients, x, &mut sums);
         }
         if F::COMPENSATED {
-            for (states, coefficients) in blocks.take(self.slow_blocks) {
+            for (states, coefficients) in blocks.by_ref().take(self.slow_blocks) {
                 advance_compensated(states, coefficients, x, &mut sums);
+            }
+        }
+        if HAS_TAIL
+            && self.tail != Tail::None
+            && let Some(((states, carries), (decays, weights))) = blocks.next()
+            && let (Some(states), Some(carries)) =
+                (states.first_chunk_mut(), carries.first_chunk_mut())
+            && let (Some(decays), Some(weights)) = (decays.first_chunk(), weights.first_chunk())
+            && let Some(sums) = sums.first_chunk_mut()
+        {
+            if F::COMPENSATED && self.tail == Tail::Slow {
+                advance_half((states, carries), (decays, weights), x, sums);
+            } else {
+                advance_plain(states, (decays, weights), x, sums);
             }
         }
         history.past = history.due[0] + sum_of_8(sums);
         if x == F::ZERO {
-            history.flush_one((self.fast_blocks + self.slow_blocks) * LANES);
+            history.flush_one(self.used());
         }
     }
 
     fn memory_length(&self) -> Option<usize> {
-        (self.fast_blocks + self.slow_blocks == 0).then_some(TAPS)
+        (self.used() == 0).then_some(TAPS)
     }
 }
 
@@ -273,63 +347,67 @@ const LANES: usize = 8;
 
 const HALF: usize = LANES / 2;
 
-/// A number of each mode of a block.
+/// A number of each mode of a block, or of half of it.
 type Block<F> = [F; LANES];
-
-/// d and W of a block.
-type Coefficients<'a, F> = (&'a Block<F>, &'a Block<F>);
+type Half<F> = [F; HALF];
 
 /// One step of the modes, z ← z + (x − d·z), without compensation, and Σ W·z of each lane.
 #[inline(always)]
-fn advance_plain<F: Real>(
-    states: &mut Block<F>,
-    (decays, weights): Coefficients<'_, F>,
+fn advance_plain<F: Real, const SIZE: usize>(
+    states: &mut [F; SIZE],
+    (decays, weights): (&[F; SIZE], &[F; SIZE]),
     x: F,
-    sums: &mut Block<F>,
+    sums: &mut [F; SIZE],
 ) {
     // A block is loaded, changed and stored as a whole, or it would not become vectors.
     let mut next = *states;
-    for lane in 0..LANES {
+    for lane in 0..SIZE {
         next[lane] += x - decays[lane] * next[lane];
     }
     *states = next;
-    for lane in 0..LANES {
+    for lane in 0..SIZE {
         sums[lane] += weights[lane] * next[lane];
     }
 }
 
-/// The same with compensation words. The sums do not wait for the new ones.
+/// The same with compensation words.
 #[inline(always)]
 fn advance_compensated<F: Real>(
     (states, carries): (&mut Block<F>, &mut Block<F>),
-    (decays, weights): Coefficients<'_, F>,
+    (decays, weights): (&Block<F>, &Block<F>),
     x: F,
     sums: &mut Block<F>,
 ) {
-    // Half a block at a time: more is more than the registers of a Cortex-M4F hold.
-    let (decays, weights) = (halves(decays), halves(weights));
     let ((states, _), (carries, _)) = (states.as_chunks_mut(), carries.as_chunks_mut());
-    for (half, sums) in sums.as_chunks_mut::<HALF>().0.iter_mut().enumerate() {
-        let (mut next, mut rest): ([F; HALF], [F; HALF]) = (states[half], carries[half]);
-        for lane in 0..HALF {
-            let state = next[lane];
-            let addend = (x - decays[half][lane] * state) + rest[lane];
-            next[lane] = state + addend;
-            // Dekker's sum, three operations instead of Knuth's six: exact while |addend| ≤ |state|. Where the
-            // input is larger than a slow state it is the state that is next to nothing.
-            rest[lane] = addend - (next[lane] - state);
-        }
-        (states[half], carries[half]) = (next, rest);
-        for lane in 0..HALF {
-            sums[lane] += weights[half][lane] * next[lane];
-        }
+    let ((decays, _), (weights, _)) = (decays.as_chunks(), weights.as_chunks());
+    // Half a block at a time: more is more than the registers of a Cortex-M4F hold.
+    for (half, sums) in sums.as_chunks_mut().0.iter_mut().enumerate() {
+        let words = (&mut states[half], &mut carries[half]);
+        advance_half(words, (&decays[half], &weights[half]), x, sums);
     }
 }
 
-/// Both halves of a block.
+/// The sums do not wait for the new compensation words.
 #[inline(always)]
-fn halves<F>(block: &Block<F>) -> &[[F; HALF]] {
-    block.as_chunks().0
+fn advance_half<F: Real>(
+    (states, carries): (&mut Half<F>, &mut Half<F>),
+    (decays, weights): (&Half<F>, &Half<F>),
+    x: F,
+    sums: &mut Half<F>,
+) {
+    let (mut next, mut rest) = (*states, *carries);
+    for lane in 0..HALF {
+        let state = next[lane];
+        let addend = (x - decays[lane] * state) + rest[lane];
+        next[lane] = state + addend;
+        // Dekker's sum, three operations instead of Knuth's six: exact while |addend| ≤ |state|. Where the
+        // input is larger than a slow state it is the state that is next to nothing.
+        rest[lane] = addend - (next[lane] - state);
+    }
+    (*states, *carries) = (next, rest);
+    for lane in 0..HALF {
+        sums[lane] += weights[lane] * next[lane];
+    }
 }
 
 /// Taps of a bank that is given as a list of values.
@@ -372,8 +450,7 @@ impl<F: Real, const TAPS: usize, const MODES: usize> Bank<F, TAPS, MODES> {
         let (taps, pairs) = Self::parts(values)?;
         self.rate = 1.0;
         self.direct = taps[0];
-        self.corrections[..TAPS - 1].copy_from_slice(&taps[1..]);
-        self.corrections[TAPS - 1] = F::ZERO;
+        self.take_corrections(taps[1..].iter().copied());
         // A decay of zero is no mode.
         self.decays.fill(F::ZERO);
         self.weights.fill(F::ZERO);
@@ -465,10 +542,7 @@ mod tests {
                 let words = history.states.iter().chain(&history.carries);
                 for (slow_for, &word) in slow_for.iter_mut().zip(words.chain(&history.due)) {
                     *slow_for = if is_slow(word) { *slow_for + 1 } else { 0 };
-                    assert!(
-                        *slow_for <= (bank.fast_blocks + bank.slow_blocks) * LANES,
-                        "{order:?} {n}: {history:?}"
-                    );
+                    assert!(*slow_for <= bank.used(), "{order:?} {n}: {history:?}");
                 }
             }
             assert!(history.states.contains(&F::ZERO) && history.states[..8] == [F::ZERO; 8]);

@@ -105,8 +105,6 @@ fn a_list_that_is_no_operator_is_refused() {
         (Form::Modes, [0, 16 + 98]),
         (Form::Recursion, [1, 2]),
         (Form::Recursion, [0, 35]),
-        (Form::Sections, [2, 4]),
-        (Form::Sections, [0, 53]),
     ] {
         for n in counts {
             assert!(wrong(count(form, n)), "{form:?} {n}");
@@ -130,8 +128,6 @@ fn a_list_that_is_no_operator_is_refused() {
         let refused = P::new(Form::Modes, 0, &modes);
         assert!(matches!(refused, Err(ListError::Decay { index: 16, .. })));
     }
-    let refused = P::new(Form::Sections, 0, &[1.0, 1.0, 1.0, 2.0, 1.0]);
-    assert!(matches!(refused, Err(ListError::Decay { index: 3, .. })));
 }
 
 #[test]
@@ -251,7 +247,6 @@ fn a_refused_list_leaves_the_operator_as_it_is() {
             (Form::Modes, 0, &[1.0; 15]),
             (Form::Modes, 0, &[2.0; 18]),
             (Form::Recursion, 0, &[1.0; 34]),
-            (Form::Sections, 0, &[1.0, 1.0, 1.0, 0.0, 1.0]),
         ] {
             let refused = after.replace(form, integer, values).expect_err("no list");
             let made = Portable::<f32>::new(form, integer, values).expect_err("no list");

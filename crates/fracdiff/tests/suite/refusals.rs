@@ -72,11 +72,16 @@ fn bad_parameters_are_refused_with_value_and_range() {
         );
     }
     for (low_hz, high_hz) in [(0.0, 1.0), (2.0, 1.0), (1.0, 500.0), (f64::NAN, 1.0)] {
-        let error = Oustaloup::<f64, 4>::new(order(0.5), Band { low_hz, high_hz }, SAMPLE_TIME)
+        let error = Oustaloup::<f64, 8>::new(order(0.5), 4, Band { low_hz, high_hz }, SAMPLE_TIME)
             .expect_err("refused");
         assert!(matches!(error, ParameterError::Band { .. }), "{error}");
     }
     assert!(TustinMuir::<f64, 4>::with_degree(order(0.5), 5, SAMPLE_TIME).is_err());
+    let band = Band {
+        low_hz: 0.1,
+        high_hz: 10.0,
+    };
+    assert!(Oustaloup::<f64, 8>::new(order(0.5), 9, band, SAMPLE_TIME).is_err());
     assert!(MuirPolynomial::<f64, 4>::with_degree(order(0.5), 0, SAMPLE_TIME).is_err());
 }
 

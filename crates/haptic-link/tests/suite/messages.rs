@@ -34,7 +34,7 @@ pub(crate) fn configuration() -> Configuration {
         one_sided: true,
         surface_m: -4.25,
         operator: OperatorShape {
-            form: OperatorForm::Sections,
+            form: OperatorForm::Recursion,
             integer: -2,
             count: 0x0605,
         },

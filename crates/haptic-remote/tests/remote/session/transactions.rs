@@ -109,11 +109,13 @@ fn coefficients_that_no_operator_has_are_refused_by_name() {
     // A decay of 1.5 lies outside the range that the refusal names.
     let (mut configuration, _) = spring();
     configuration.operator = OperatorShape {
-        form: OperatorForm::Sections,
+        form: OperatorForm::Modes,
         integer: 0,
-        count: 5,
+        count: 18,
     };
-    let answer = bench.set(configuration, &[1.0, 1.0, 1.0, 1.5, 1.0]);
+    let mut values = [1.0; 18];
+    values[16] = 1.5;
+    let answer = bench.set(configuration, &values);
     assert_eq!(
         answer.map(|_| ()),
         Err(Refusal::Range {

@@ -80,7 +80,6 @@ fn parameters(device: &str, configuration: &Configuration, coefficients: &[f32])
                 OperatorForm::Taps => "taps",
                 OperatorForm::Modes => "modes",
                 OperatorForm::Recursion => "recursion",
-                OperatorForm::Sections => "sections",
             },
             "integer": configuration.operator.integer,
             "coefficients": coefficients.iter().copied().map(n).collect::<Vec<_>>(),
