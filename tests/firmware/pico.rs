@@ -10,7 +10,7 @@ use haptic_link::{Configuration, HandSide, Limits, LoopMode, Start};
 use haptic_loop::units::{Newtons, NewtonsPerSecond};
 use haptic_loop::{Device as _, Reading, SafetyChain};
 use haptic_remote::controller_law;
-use haptic_remote::serial::{ConnectOptions, SerialLink};
+use haptic_remote::serial::{Beside, ConnectOptions, SerialLink};
 use haptic_teleoperation::{CouplerGains, Port, PortLaw, Settings};
 use std::io::Write as _;
 use std::time::Duration;
