@@ -94,12 +94,12 @@ impl Holding {
 }
 
 impl<S> Prepared<S> {
-    /// The same with a controller in the place of its law; `values` are its coefficients.
+    /// The same with a controller in the place of its law; `values` are its coefficients, `digest` that of all.
     #[inline(never)]
     pub(crate) fn holding(
         self,
         law: ControllerLaw,
-        values: &[f32],
+        (values, digest): (&[f32], u32),
         (capabilities, cost): (Capabilities, Option<ControllerCost>),
     ) -> Result<Self, Refusal> {
         let configuration = &self.configuration;
@@ -128,6 +128,7 @@ impl<S> Prepared<S> {
         // Nothing is kept of it: it is made anew in its place.
         Holding::new(&law, values)?;
         Ok(Self {
+            digest,
             controller: Some(law),
             ..self
         })

@@ -51,14 +51,19 @@ pub(crate) fn shape<const D: usize>(surface: &SurfaceShape) -> Result<Shape<f32,
 }
 
 impl<S> Prepared<S> {
-    /// The same with its law behind a surface.
-    pub(crate) fn behind<const D: usize>(self, surface: SurfaceShape) -> Result<Self, Refusal> {
+    /// The same with its law behind a surface, and the digest of all.
+    pub(crate) fn behind<const D: usize>(
+        self,
+        surface: SurfaceShape,
+        digest: u32,
+    ) -> Result<Self, Refusal> {
         if self.configuration.loop_mode != LoopMode::Device {
             return Err(Refusal::Unsupported(Field::Surface));
         }
         // Nothing is kept of it: it is made anew in its place.
         shape::<D>(&surface)?;
         Ok(Self {
+            digest,
             surface: Some(surface),
             ..self
         })

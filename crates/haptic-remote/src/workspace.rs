@@ -4,11 +4,12 @@ use crate::prepared::Prepared;
 use haptic_link::{Capabilities, Refusal, WorkspaceBox};
 
 impl<S> Prepared<S> {
-    /// The same within a box.
+    /// The same within a box; `digest` is that of all.
     #[cfg(feature = "std")]
     pub(crate) fn within(
         self,
         workspace: &WorkspaceBox,
+        digest: u32,
         capabilities: &Capabilities,
     ) -> Result<Self, Refusal> {
         use crate::limits::{Fields, box_ranges};
@@ -24,13 +25,19 @@ impl<S> Prepared<S> {
         let t = Seconds(f64::from(configuration.tick_period_us) * 1e-6);
         Ok(Self {
             chain: safety_chain(&limits, t)?,
+            digest,
             ..self
         })
     }
 
     /// The chain of a microcontroller has no room for a box.
     #[cfg(not(feature = "std"))]
-    pub(crate) fn within(self, _: &WorkspaceBox, _: &Capabilities) -> Result<Self, Refusal> {
+    pub(crate) fn within(
+        self,
+        _: &WorkspaceBox,
+        _: u32,
+        _: &Capabilities,
+    ) -> Result<Self, Refusal> {
         Err(Refusal::Unsupported(haptic_link::Field::WorkspaceLow))
     }
 }

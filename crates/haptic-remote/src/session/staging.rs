@@ -169,6 +169,7 @@ impl DeviceSession {
         Ok(Some(configuration))
     }
 
+    #[inline(never)]
     fn digest(&self, configuration: &Configuration, values: &[f32]) -> u32 {
         let digest = digest(configuration, values);
         #[cfg(feature = "several-axes")]
@@ -223,13 +224,13 @@ impl DeviceSession {
         let prepared = match self.workspace.take() {
             Some(workspace) => {
                 let capabilities = device.with(|device| device.hardware().capabilities());
-                prepared.within(&workspace, &capabilities)?
+                prepared.within(&workspace, digest, &capabilities)?
             }
             None => prepared,
         };
         #[cfg(feature = "several-axes")]
         let prepared = match self.surface.take() {
-            Some(surface) => prepared.behind::<D>(surface)?,
+            Some(surface) => prepared.behind::<D>(surface, digest)?,
             None => prepared,
         };
         #[cfg(feature = "controllers")]
@@ -237,12 +238,10 @@ impl DeviceSession {
             Some(law) => {
                 let with = device
                     .with(|device| (device.hardware().capabilities(), device.controller_cost()));
-                prepared.holding(law, values, with)?
+                prepared.holding(law, (values, digest), with)?
             }
             None => prepared,
         };
-        #[cfg(any(feature = "several-axes", feature = "controllers"))]
-        let prepared = Prepared { digest, ..prepared };
         self.staged = Some(set);
         self.exchange(prepared, device)
     }
