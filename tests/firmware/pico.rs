@@ -10,7 +10,7 @@ use haptic_link::{Configuration, HandSide, Limits, LoopMode, Start};
 use haptic_loop::units::{Newtons, NewtonsPerSecond};
 use haptic_loop::{Device as _, Reading, SafetyChain};
 use haptic_remote::controller_law;
-use haptic_remote::serial::{ConnectOptions, SerialLink};
+use haptic_remote::serial::{Beside, ConnectOptions, SerialLink};
 use haptic_teleoperation::{CouplerGains, Port, PortLaw, Settings};
 use std::io::Write as _;
 use std::time::Duration;
@@ -83,12 +83,16 @@ fn by_night_a_pico_has_the_bits_of_the_hosts_controller_within_its_promised_tick
         (setup, configuration, law.1, law.2)
     };
     let (_, configuration, values, long) = law("full-bdf2:1e-6");
-    let refused = link.set_controller(configuration, &values, &long);
+    let beside = |law| Beside {
+        controller: Some(law),
+        ..Beside::default()
+    };
+    let refused = link.set_run(configuration, &values, beside(&long));
     let refused = refused.expect_err("too long for it").to_string();
     assert!(refused.contains("sample time (ms) 1 is not"), "{refused}");
 
     let (setup, configuration, values, short) = law("full:1e-4");
-    link.set_controller(configuration, &values, &short)
+    link.set_run(configuration, &values, beside(&short))
         .expect("there is time for it");
     link.arm(Duration::from_secs(5)).expect("arms");
     let start = Start {

@@ -5,8 +5,10 @@ use crate::controller::ControllerLaw;
 use crate::frame::{CRC, Table, written};
 use crate::in_order::{Blank, blank, read_in_order};
 use crate::limits::{Field, Limits, LoopMode};
-#[cfg(any(feature = "several-axes", feature = "controllers"))]
+#[cfg(feature = "controllers")]
 use crate::sample::AXES_MAX;
+#[cfg(feature = "several-axes")]
+use crate::surface::SurfaceShape;
 use postcard_schema::Schema;
 use serde::{Deserialize, Serialize};
 
@@ -211,7 +213,7 @@ pub enum SimulationKind {
 }
 
 /// The range in which a device may move on an axis.
-#[cfg(any(feature = "several-axes", feature = "controllers"))]
+#[cfg(feature = "controllers")]
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, Schema)]
 pub struct AxisWorkspace {
     /// Lowest position, m, −100 to 100.
@@ -224,7 +226,7 @@ pub struct AxisWorkspace {
 
 /// A workspace of its own for each axis of a device of several, in a run. Where [`Limits`](crate::Limits) has a workspace for
 /// all axes, this one lies in it.
-#[cfg(any(feature = "several-axes", feature = "controllers"))]
+#[cfg(feature = "controllers")]
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Schema)]
 pub struct WorkspaceBox {
     /// An element an axis.
@@ -292,6 +294,18 @@ impl DigestBuilder {
         let mut bytes = [0; 33];
         // A message into a buffer that is as long as it cannot fail.
         self.0.update(written(law, &mut bytes).unwrap_or_default());
+        self
+    }
+
+    /// Adds a surface, behind the workspace of each axis: as it is on the wire.
+    #[cfg(feature = "several-axes")]
+    #[must_use]
+    pub fn surface(mut self, surface: &SurfaceShape) -> Self {
+        // As long as the longest one on the wire.
+        let mut bytes = [0; 18];
+        // A message into a buffer that is as long as it cannot fail.
+        self.0
+            .update(written(surface, &mut bytes).unwrap_or_default());
         self
     }
 

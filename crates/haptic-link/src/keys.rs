@@ -1,6 +1,8 @@
 //! One key for each message: a hash of its definition. A host compares those of the messages that it uses.
 
 use crate::report::{COMMON_REPORTS, KEYS_MAX, Keys, MessageKey, REPORTS, Report};
+#[cfg(feature = "controllers")]
+use crate::request::CONTROLLER_REQUESTS;
 use crate::request::{AXES_REQUESTS, ONE_AXIS_REQUESTS, REQUESTS, Request};
 use core::ops::Range;
 use postcard_schema::Schema;
@@ -8,17 +10,17 @@ use postcard_schema::key::Key;
 use postcard_schema::schema::{DataModelType, NamedType, NamedVariant};
 
 /// Keys of the requests in this version of the crate.
-#[cfg(not(any(feature = "several-axes", feature = "controllers")))]
+#[cfg(not(feature = "controllers"))]
 pub const REQUEST_KEYS: [MessageKey; REQUESTS] =
     keys!(RequestVariant: 0 1 2 3 4 5 6 7 8 9 10 11 12 13 14 15 16);
 /// Keys of the requests in this version of the crate.
-#[cfg(all(feature = "several-axes", not(feature = "controllers")))]
-pub const REQUEST_KEYS: [MessageKey; REQUESTS] =
-    keys!(RequestVariant: 0 1 2 3 4 5 6 7 8 9 10 11 12 13 14 15 16 17);
-/// Keys of the requests in this version of the crate.
-#[cfg(feature = "controllers")]
+#[cfg(all(feature = "controllers", not(feature = "several-axes")))]
 pub const REQUEST_KEYS: [MessageKey; REQUESTS] =
     keys!(RequestVariant: 0 1 2 3 4 5 6 7 8 9 10 11 12 13 14 15 16 17 18 19);
+/// Keys of the requests in this version of the crate.
+#[cfg(feature = "several-axes")]
+pub const REQUEST_KEYS: [MessageKey; REQUESTS] =
+    keys!(RequestVariant: 0 1 2 3 4 5 6 7 8 9 10 11 12 13 14 15 16 17 18 19 20);
 /// Keys of the reports in this version of the crate.
 #[cfg(not(feature = "controllers"))]
 pub const REPORT_KEYS: [MessageKey; REPORTS] = keys!(ReportVariant: 0 1 2 3 4 5 6 7 8 9 10 11 12);
@@ -56,9 +58,20 @@ impl Keys {
     #[cfg(feature = "controllers")]
     #[must_use]
     pub fn has_controllers(&self) -> bool {
-        let request = unlike(&self.requests, &REQUEST_KEYS, AXES_REQUESTS..REQUESTS);
+        let request = unlike(
+            &self.requests,
+            &REQUEST_KEYS,
+            AXES_REQUESTS..CONTROLLER_REQUESTS,
+        );
         let report = unlike(&self.reports, &REPORT_KEYS, COMMON_REPORTS..REPORTS);
         request.is_none() && report.is_none()
+    }
+
+    /// True if the other end knows the message of surfaces, in this form.
+    #[cfg(feature = "several-axes")]
+    #[must_use]
+    pub fn has_surfaces(&self) -> bool {
+        unlike(&self.requests, &REQUEST_KEYS, CONTROLLER_REQUESTS..REQUESTS).is_none()
     }
 }
 

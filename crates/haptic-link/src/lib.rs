@@ -16,8 +16,10 @@ mod report;
 mod request;
 mod sample;
 mod sequence;
+#[cfg(feature = "several-axes")]
+mod surface;
 
-#[cfg(any(feature = "several-axes", feature = "controllers"))]
+#[cfg(feature = "controllers")]
 pub use configuration::{AxisWorkspace, WorkspaceBox};
 pub use configuration::{
     COEFFICIENTS_PER_BLOCK, CoefficientBlock, Configuration, DigestBuilder, OperatorForm,
@@ -44,3 +46,5 @@ pub use sample::{
     AXES_MAX, BATCH_MAX, Batch, BatchItem, Flight, IMPOSSIBLE, NOT_TAKEN, Sample, UNANSWERED,
 };
 pub use sequence::{Arrival, OutOfOrder, RequestTracker, SequenceTracker};
+#[cfg(feature = "several-axes")]
+pub use surface::{SurfaceKind, SurfaceShape};

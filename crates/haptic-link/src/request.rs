@@ -1,11 +1,13 @@
 //! Messages of a host to a device, and why they may be refused.
 
-#[cfg(any(feature = "several-axes", feature = "controllers"))]
+#[cfg(feature = "controllers")]
 use crate::configuration::WorkspaceBox;
 use crate::configuration::{CoefficientBlock, Configuration};
 #[cfg(feature = "controllers")]
 use crate::controller::ControllerLaw;
 use crate::sample::AXES_MAX;
+#[cfg(feature = "several-axes")]
+use crate::surface::SurfaceShape;
 use heapless::Vec;
 use postcard_schema::Schema;
 use serde::{Deserialize, Serialize};
@@ -14,10 +16,12 @@ use serde::{Deserialize, Serialize};
 pub(crate) const ONE_AXIS_REQUESTS: usize = 17;
 /// Those of several axes too.
 pub(crate) const AXES_REQUESTS: usize = 18;
-pub(crate) const REQUESTS: usize = if cfg!(feature = "controllers") {
-    20
-} else if cfg!(feature = "several-axes") {
-    AXES_REQUESTS
+/// Those of controllers too.
+pub(crate) const CONTROLLER_REQUESTS: usize = 20;
+pub(crate) const REQUESTS: usize = if cfg!(feature = "several-axes") {
+    21
+} else if cfg!(feature = "controllers") {
+    CONTROLLER_REQUESTS
 } else {
     ONE_AXIS_REQUESTS
 };
@@ -106,7 +110,7 @@ pub enum Request {
     /// Answer: [`Report::Keys`](crate::Report::Keys).
     GetKeys,
     /// Stages a workspace of its own for each of several axes, for a run.
-    #[cfg(any(feature = "several-axes", feature = "controllers"))]
+    #[cfg(feature = "controllers")]
     Workspace(WorkspaceBox),
     /// Asks what a controller costs on a device that runs them. Answer: [`Report::ControllerCost`](crate::Report::ControllerCost).
     #[cfg(feature = "controllers")]
@@ -114,6 +118,9 @@ pub enum Request {
     /// Stages a controller in place of the law of the configuration, for a run; the coefficients are its own.
     #[cfg(feature = "controllers")]
     Controller(ControllerLaw),
+    /// Stages the surface that the law of the configuration lies behind, on a device of several axes, for a run.
+    #[cfg(feature = "several-axes")]
+    Surface(SurfaceShape),
 }
 
 /// The time for which a configuration is in force.
@@ -147,12 +154,14 @@ impl Request {
         "read-flight",
         "stream",
         "get-keys",
-        #[cfg(any(feature = "several-axes", feature = "controllers"))]
+        #[cfg(feature = "controllers")]
         "workspace",
         #[cfg(feature = "controllers")]
         "get-controller-cost",
         #[cfg(feature = "controllers")]
         "controller",
+        #[cfg(feature = "several-axes")]
+        "surface",
     ];
 
     /// The first byte of this request on the wire.
@@ -176,12 +185,14 @@ impl Request {
             Self::ReadFlight { .. } => 14,
             Self::Stream { .. } => 15,
             Self::GetKeys => 16,
-            #[cfg(any(feature = "several-axes", feature = "controllers"))]
+            #[cfg(feature = "controllers")]
             Self::Workspace(_) => 17,
             #[cfg(feature = "controllers")]
             Self::GetControllerCost => 18,
             #[cfg(feature = "controllers")]
             Self::Controller(_) => 19,
+            #[cfg(feature = "several-axes")]
+            Self::Surface(_) => 20,
         }
     }
 

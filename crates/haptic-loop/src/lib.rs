@@ -40,7 +40,7 @@ pub use safety::{
     Fault, Limiters, Limits, SafeForce, SafetyChain, SafetyState, SpeedLimit, StartRefused, Stuck,
     Workspace,
 };
-pub use surface::{Ball, Plane, Shape, Surface};
+pub use surface::{Ball, Plane, Shape, ShapeKind, ShapeNumbers, Surface};
 pub use tissue::Tissue;
 pub use wall::{Wall, WallShape};
 

@@ -50,6 +50,9 @@ impl<F: Real, const D: usize> Plane<F, D> {
         checks.done().map(|()| plane)
     }
 
+    /// The square of the length of a unit normal that was rounded, at least and at most.
+    pub const UNIT: [f64; 2] = [1.0 - 2e-6, 1.0 + 2e-6];
+
     pub(crate) fn checked(direction: [f64; D], surface: Metres, checks: &mut Checks) -> Self {
         let length = libm::sqrt(direction.iter().map(|n| n * n).sum());
         checks.positive("contact normal", length, "m");
@@ -194,6 +197,28 @@ impl<F: Real, const D: usize> Surface<F, D> for Ball<F, D> {
     }
 }
 
+/// Kind of a [`Shape`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum ShapeKind {
+    /// A plane.
+    Plane,
+    /// A solid ball.
+    Ball,
+    /// A hollow ball.
+    HollowBall,
+}
+
+/// A [`Shape`] as its numbers, of which [`Shape::of`] makes the same one, bit for bit.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ShapeNumbers<F, const D: usize> {
+    /// Its kind.
+    pub kind: ShapeKind,
+    /// The unit normal of a plane, into the environment; the centre of a ball, m.
+    pub place: [F; D],
+    /// The distance of a plane from 0 along its normal, the radius of a ball, m.
+    pub distance: F,
+}
+
 /// A surface whose kind is chosen at run time.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Shape<F, const D: usize> {
@@ -204,6 +229,51 @@ pub enum Shape<F, const D: usize> {
 }
 
 impl<F: Real, const D: usize> Shape<F, D> {
+    /// The shape of these numbers. A normal is taken as it is: to make it one again would round it again.
+    ///
+    /// # Errors
+    /// A normal that is not of length 1; numbers of [`Plane::new`] or [`Ball::solid`] outside their ranges.
+    pub fn of(numbers: &ShapeNumbers<F, D>) -> Result<Self, ParameterError> {
+        let place = numbers.place.map(Real::to_f64);
+        let distance = Metres(numbers.distance.to_f64());
+        let ball = |hollow| Ball::new(place.map(Metres), distance, hollow).map(Self::Ball);
+        match numbers.kind {
+            ShapeKind::Ball => ball(false),
+            ShapeKind::HollowBall => ball(true),
+            ShapeKind::Plane => {
+                let mut checks = Checks::default();
+                let [least, most] = Plane::<F, D>::UNIT;
+                let square: f64 = place.iter().map(|n| n * n).sum();
+                let unit = (least..=most).contains(&square);
+                checks.range("squared length of the normal", square, unit, "1", "");
+                checks.range("contact surface", distance.0, true, "finite", "m");
+                let (normal, surface) = (SVector::from(numbers.place), numbers.distance);
+                let plane = Self::Plane(Plane { normal, surface });
+                checks.done().map(|()| plane)
+            }
+        }
+    }
+
+    /// Its numbers.
+    #[must_use]
+    pub fn numbers(&self) -> ShapeNumbers<F, D> {
+        let (kind, place, distance) = match self {
+            Self::Plane(plane) => (ShapeKind::Plane, plane.normal, plane.surface),
+            Self::Ball(ball) => {
+                let kind = match ball.hollow {
+                    false => ShapeKind::Ball,
+                    true => ShapeKind::HollowBall,
+                };
+                (kind, ball.centre, ball.radius)
+            }
+        };
+        ShapeNumbers {
+            kind,
+            place: place.into(),
+            distance,
+        }
+    }
+
     /// The length of the normal at this depth, m: the share of the inner force that acts; 1 but next to the centre of a [`Ball`].
     #[must_use]
     pub fn normal_length(&self, depth: F) -> F {

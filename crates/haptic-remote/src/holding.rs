@@ -12,8 +12,8 @@ use fractional_control::{
     ControllerForm, ControllerPart, PortableController, PortableControllerHistory,
 };
 use haptic_link::{
-    CONTROLLER_PARTS, Capabilities, Configuration, ControllerCost, ControllerLaw, DigestBuilder,
-    Field, LoopMode, OperatorForm, Refusal,
+    CONTROLLER_PARTS, Capabilities, ControllerCost, ControllerLaw, Field, LoopMode, OperatorForm,
+    Refusal,
 };
 
 /// The law at work.
@@ -93,19 +93,13 @@ impl Holding {
     }
 }
 
-/// Digest of a configuration with a controller in the place of its law.
-pub(crate) fn digest(configuration: &Configuration, values: &[f32], law: &ControllerLaw) -> u32 {
-    let digest = DigestBuilder::new(configuration).coefficients(values);
-    digest.controller(law).finish()
-}
-
 impl<S> Prepared<S> {
-    /// The same with a controller in the place of its law; `values` are its coefficients.
+    /// The same with a controller in the place of its law; `values` are its coefficients, `digest` that of all.
     #[inline(never)]
     pub(crate) fn holding(
         self,
         law: ControllerLaw,
-        values: &[f32],
+        (values, digest): (&[f32], u32),
         (capabilities, cost): (Capabilities, Option<ControllerCost>),
     ) -> Result<Self, Refusal> {
         let configuration = &self.configuration;
@@ -134,7 +128,7 @@ impl<S> Prepared<S> {
         // Nothing is kept of it: it is made anew in its place.
         Holding::new(&law, values)?;
         Ok(Self {
-            digest: digest(configuration, values, &law),
+            digest,
             controller: Some(law),
             ..self
         })

@@ -27,6 +27,8 @@ mod session;
 mod simulated;
 #[cfg(all(feature = "plants", feature = "several-axes"))]
 mod simulated_axes;
+#[cfg(feature = "several-axes")]
+mod surface;
 mod tick_side;
 #[cfg(feature = "several-axes")]
 mod workspace;
@@ -52,4 +54,6 @@ pub use session::DeviceSession;
 pub use simulated::SimulatedPlant;
 #[cfg(all(feature = "plants", feature = "several-axes"))]
 pub use simulated_axes::SimulatedAxes;
+#[cfg(feature = "std")]
+pub use surface::wire_surface;
 pub use tick_side::TickSide;

@@ -63,6 +63,8 @@ pub enum LinkError {
     },
     /// The device runs no controllers.
     NoControllers,
+    /// The device renders no shape.
+    NoSurfaces,
     /// The line is gone.
     Gone,
 }
@@ -125,6 +127,9 @@ impl fmt::Display for LinkError {
             ),
             Self::NoControllers => f.write_str(
                 "the device runs no controller by itself: flash a firmware of this version that does, or take another board",
+            ),
+            Self::NoSurfaces => f.write_str(
+                "the device renders no shape by itself: flash a firmware of this version, or close the loop on the host",
             ),
             Self::Gone => f.write_str("the line is gone: check the plug and supply of the device"),
         }

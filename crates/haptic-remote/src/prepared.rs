@@ -72,6 +72,9 @@ pub struct Prepared<S> {
     pub(super) law: Law,
     pub(super) chain: SafetyChain<f32>,
     pub(super) setup: S,
+    /// In front of the law.
+    #[cfg(feature = "several-axes")]
+    pub(super) surface: Option<haptic_link::SurfaceShape>,
     /// In the place of the law.
     #[cfg(feature = "controllers")]
     pub(super) controller: Option<haptic_link::ControllerLaw>,
@@ -124,10 +127,12 @@ pub fn prepare<H: Hardware<D>, const D: usize>(
     let (law, chain) = built(&configuration, coefficients, &limits)?;
     Ok(Prepared {
         configuration,
-        digest: digest(&configuration, coefficients),
+        digest: digest(&configuration, coefficients).finish(),
         law,
         chain,
         setup,
+        #[cfg(feature = "several-axes")]
+        surface: None,
         #[cfg(feature = "controllers")]
         controller: None,
     })
@@ -174,11 +179,8 @@ pub(super) fn checked(
         configuration.stiffness_n_per_m,
         configuration.dissipation_n_s_mu_per_m,
     );
-    // A device of several axes renders nothing by itself.
-    let several = cfg!(feature = "several-axes") && capabilities.axes > 1;
-    let most = if several { 0.0 } else { f32::MAX };
-    fields.within(Field::Stiffness, stiffness, 0.0, most);
-    fields.within(Field::Dissipation, dissipation, 0.0, most);
+    fields.within(Field::Stiffness, stiffness, 0.0, f32::MAX);
+    fields.within(Field::Dissipation, dissipation, 0.0, f32::MAX);
     fields.within(Field::Surface, configuration.surface_m, -f32::MAX, f32::MAX);
     if let Some(numbers) = configuration.depth_map {
         depth_map(&numbers, configuration.one_sided, &mut fields);
@@ -232,11 +234,10 @@ fn built(
     Ok((law, chain))
 }
 
+/// The digest so far, before what is staged beside a configuration.
 #[inline(never)]
-pub(super) fn digest(configuration: &Configuration, coefficients: &[f32]) -> u32 {
-    DigestBuilder::new(configuration)
-        .coefficients(coefficients)
-        .finish()
+pub(super) fn digest(configuration: &Configuration, coefficients: &[f32]) -> DigestBuilder {
+    DigestBuilder::new(configuration).coefficients(coefficients)
 }
 
 /// The chain in single precision. Not generic, so that it is compiled here, for size, and not with the tick.

@@ -1,15 +1,20 @@
-//! The environment of a device: its wall, or the controller that holds it in a run.
+//! The environment of a device: its wall, or the controller that holds it in a run; with several axes behind a surface.
 
 #[cfg(feature = "controllers")]
 use crate::holding::{Holding, HoldingHistory};
 use crate::prepared::DeviceWall;
 use haptic_loop::Environment;
+#[cfg(feature = "several-axes")]
+use haptic_loop::{Shape, Surface as _};
 use nalgebra::SVector;
 
-/// What a device of one axis renders; one of several renders nothing by itself.
+/// What a device renders: a wall along its first axis, or along the normal of a surface.
 #[derive(Clone, Debug)]
-pub(crate) struct Rendered {
+pub(crate) struct Rendered<const D: usize> {
     pub(crate) wall: DeviceWall,
+    /// Its depth is the position that the wall sees.
+    #[cfg(feature = "several-axes")]
+    pub(crate) surface: Option<Shape<f32, D>>,
     /// In place of the wall.
     #[cfg(feature = "controllers")]
     pub(crate) holding: Option<Holding>,
@@ -23,21 +28,38 @@ pub(crate) struct RenderedHistory {
     holding: Option<HoldingHistory>,
 }
 
-impl Rendered {
+impl<const D: usize> Rendered<D> {
     pub(crate) const fn of(wall: DeviceWall) -> Self {
         Self {
             wall,
+            #[cfg(feature = "several-axes")]
+            surface: None,
             #[cfg(feature = "controllers")]
             holding: None,
         }
     }
+
+    /// The position that the law sees, m, and the direction of its force.
+    #[inline]
+    fn along(&self, position_m: &SVector<f32, D>) -> (SVector<f32, 1>, SVector<f32, D>) {
+        #[cfg(feature = "several-axes")]
+        if let Some(surface) = &self.surface {
+            let (depth, normal) = surface.touch(position_m);
+            return (SVector::from([depth]), normal);
+        }
+        (SVector::from([position_m[0]]), on_first_axis(1.0))
+    }
 }
 
-fn first<const D: usize>(vector: &SVector<f32, D>) -> SVector<f32, 1> {
-    SVector::from([vector[0]])
+/// A number of all axes together, where there is an element for each.
+#[inline]
+fn on_first_axis<const D: usize>(number: f32) -> SVector<f32, D> {
+    let mut all = [0.0; D];
+    all[0] = number;
+    SVector::from(all)
 }
 
-impl<const D: usize> Environment<f32, D> for Rendered {
+impl<const D: usize> Environment<f32, D> for Rendered<D> {
     type History = RenderedHistory;
 
     fn at_rest(&self) -> Self::History {
@@ -58,15 +80,13 @@ impl<const D: usize> Environment<f32, D> for Rendered {
 
     #[inline]
     fn force(&self, history: &Self::History, position_m: &SVector<f32, D>) -> SVector<f32, D> {
-        if D > 1 {
-            return SVector::from([0.0; D]);
-        }
         #[cfg(feature = "controllers")]
         if let (Some(holding), Some(own)) = (&self.holding, &history.holding) {
-            return SVector::from([holding.force_n(own, position_m[0]); D]);
+            return on_first_axis(holding.force_n(own, position_m[0]));
         }
-        let force = self.wall.force(&history.wall, &first(position_m));
-        SVector::from([force[0]; D])
+        let (depth, normal) = self.along(position_m);
+        let force = self.wall.force(&history.wall, &depth);
+        normal * force[0]
     }
 
     #[inline]
@@ -75,22 +95,34 @@ impl<const D: usize> Environment<f32, D> for Rendered {
         history: &Self::History,
         position_m: &SVector<f32, D>,
     ) -> (SVector<f32, D>, SVector<f32, D>) {
-        if D > 1 {
-            return (SVector::from([0.0; D]), *position_m);
-        }
         #[cfg(feature = "controllers")]
         if let (Some(holding), Some(own)) = (&self.holding, &history.holding) {
             let force_n = holding.force_n(own, position_m[0]);
-            return (SVector::from([force_n; D]), *position_m);
+            return (on_first_axis(force_n), *position_m);
         }
-        let (force, input) = (self.wall).force_and_input(&history.wall, &first(position_m));
-        (SVector::from([force[0]; D]), SVector::from([input[0]; D]))
+        let (depth, normal) = self.along(position_m);
+        let (force, input) = (self.wall).force_and_input(&history.wall, &depth);
+        (normal * force[0], on_first_axis(input[0]))
     }
 
     #[inline]
     fn advance_input(&self, history: &mut Self::History, input: &SVector<f32, D>) {
-        if D == 1 {
-            (self.wall).advance_input(&mut history.wall, &first(input));
+        (self.wall).advance_input(&mut history.wall, &SVector::from([input[0]]));
+    }
+
+    /// All of the force: where the normal fades, as in the middle of a ball, the next place has it.
+    #[cfg(feature = "several-axes")]
+    fn starting_force(
+        &self,
+        history: &Self::History,
+        position_m: &SVector<f32, D>,
+    ) -> SVector<f32, D> {
+        match &self.surface {
+            Some(surface) => {
+                let depth = SVector::from([surface.depth(position_m)]);
+                on_first_axis(self.wall.force(&history.wall, &depth)[0])
+            }
+            None => self.force(history, position_m),
         }
     }
 
@@ -110,8 +142,7 @@ impl<const D: usize> Environment<f32, D> for Rendered {
 
     #[inline]
     fn advance(&self, history: &mut Self::History, position_m: &SVector<f32, D>) {
-        if D == 1 {
-            self.wall.advance(&mut history.wall, &first(position_m));
-        }
+        let (depth, _) = self.along(position_m);
+        self.wall.advance(&mut history.wall, &depth);
     }
 }

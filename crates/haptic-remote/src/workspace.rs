@@ -1,25 +1,15 @@
 //! A workspace of its own for each axis of a device of several.
 
 use crate::prepared::Prepared;
-use haptic_link::{Capabilities, Configuration, DigestBuilder, Refusal, WorkspaceBox};
-
-/// Digest of a configuration with a box beside it.
-pub(crate) fn digest(
-    configuration: &Configuration,
-    values: &[f32],
-    workspace: &WorkspaceBox,
-) -> u32 {
-    let digest = DigestBuilder::new(configuration).coefficients(values);
-    digest.workspace(workspace).finish()
-}
+use haptic_link::{Capabilities, Refusal, WorkspaceBox};
 
 impl<S> Prepared<S> {
-    /// The same within a box; `values` are its coefficients, for the digest.
+    /// The same within a box; `digest` is that of all.
     #[cfg(feature = "std")]
     pub(crate) fn within(
         self,
         workspace: &WorkspaceBox,
-        values: &[f32],
+        digest: u32,
         capabilities: &Capabilities,
     ) -> Result<Self, Refusal> {
         use crate::limits::{Fields, box_ranges};
@@ -35,7 +25,7 @@ impl<S> Prepared<S> {
         let t = Seconds(f64::from(configuration.tick_period_us) * 1e-6);
         Ok(Self {
             chain: safety_chain(&limits, t)?,
-            digest: digest(configuration, values, workspace),
+            digest,
             ..self
         })
     }
@@ -45,7 +35,7 @@ impl<S> Prepared<S> {
     pub(crate) fn within(
         self,
         _: &WorkspaceBox,
-        _: &[f32],
+        _: u32,
         _: &Capabilities,
     ) -> Result<Self, Refusal> {
         Err(Refusal::Unsupported(haptic_link::Field::WorkspaceLow))

@@ -30,8 +30,8 @@ use crate::run::drive_verdict::DriveVerdict;
 use crate::run::folder::FolderRequest;
 use crate::run::preflight::{Findings as _, PreflightSubject, note_findings};
 use crate::run::remote::{
-    RemoteDevice, RemoteLaw, RemoteRun, UnchangedLimits, blank, host_limits, indentation,
-    no_operator, portable, push,
+    RemoteDevice, RemoteLaw, RemoteRun, UnchangedLimits, blank, indentation, no_operator, portable,
+    push,
 };
 use crate::run::safety::GuardedDevice;
 use crate::run::schedule::{Schedule, samples};
@@ -310,9 +310,7 @@ impl Indentation {
         let environment = environment.with_depth_map(map);
         let limits = match remote {
             None => self.limits_on_rig()?,
-            Some(remote) if remote.loop_mode == LoopMode::Host => host_limits(&self.limits(true)),
-            // The chain is the device's; this one runs only to be checked.
-            Some(_) => self.limits(true),
+            Some(remote) => remote.limits_here(self.limits(true)),
         };
         let t = Seconds(self.rendering.sample_time_s);
         let chain = SafetyChain::from_limits(&limits, t).map_err(parameter)?;

@@ -35,7 +35,7 @@ use crate::judge::preflight::Matter;
 use crate::judge::preflight::Preflight;
 use crate::run::advice::parameter;
 use crate::run::record::WHOLE_MOST;
-use crate::run::remote::{RemoteDevice, host_limits};
+use crate::run::remote::RemoteDevice;
 use crate::run::safety::keys::WORKSPACE_LOW;
 use crate::run::safety::safety;
 use crate::run::safety::{Safety, workspace};
@@ -217,11 +217,11 @@ impl TouchExperiment {
     /// The safety chain of the loop that runs here: force limited by its norm, the guard for the lightest axis. On a device it is that
     /// of the force alone; the rest is the device's.
     fn chain(&self) -> Result<SafetyChain<f64>, Failure> {
-        if self.remote.is_none() {
+        let Some(remote) = &self.remote else {
             let limits = self.norm_and_box();
             return safe_force_limit(limits, &self.lightest(), self.sensors, &self.safety);
-        }
-        let limits = host_limits(&self.limits_there());
+        };
+        let limits = remote.limits_here(self.limits_there());
         let chain = SafetyChain::from_limits(&limits, self.sample_time());
         self.safety.acts_on_device()?;
         chain.map_err(parameter)

@@ -26,7 +26,7 @@ use crate::run::ending::Lateness;
 use fracdiff::Operator;
 use haptic_link::{
     Capabilities, Configuration, ControllerLaw, Limits, LoopMode, OperatorShape, Simulation,
-    SimulationKind,
+    SimulationKind, SurfaceShape,
 };
 use haptic_loop::plant::MassDamperConfig;
 use haptic_loop::units::Seconds;
@@ -76,6 +76,14 @@ impl RemoteDevice {
         Duration::from_millis(u64::from(self.watchdog_ms()))
     }
 
+    /// Limits of the chain in this program: in a loop here [`host_limits`]; with the device's own loop it only checks them.
+    pub(crate) fn limits_here(&self, limits: haptic_loop::Limits) -> haptic_loop::Limits {
+        match self.loop_mode {
+            LoopMode::Host => host_limits(&limits),
+            LoopMode::Device => limits,
+        }
+    }
+
     /// How late this host may be for it.
     pub(crate) fn lateness(&self) -> Lateness {
         Lateness {
@@ -98,6 +106,8 @@ pub(crate) struct RemoteLaw {
     pub one_sided: bool,
     /// The map of the depth, of a one-sided law.
     pub depth_map: Option<DepthMap<f64>>,
+    /// The surface that it lies behind, on a device of several axes.
+    pub surface: Option<SurfaceShape>,
     /// Coefficients of the operator.
     pub operator: (OperatorShape, Vec<f32>),
     /// The controller that holds the device in place of all that, its numbers those of the operator.
@@ -142,6 +152,7 @@ impl RemoteLaw {
             order: 0.0,
             one_sided: false,
             depth_map: None,
+            surface: None,
             operator: no_operator(),
             controller: None,
             limits,
@@ -282,7 +293,7 @@ fn keep_within(configuration: &mut Configuration, set: &Configuration) -> Option
 
 /// Limits of the chain that closes a loop here: force, norm, rate, start and stop. The rest is up to the device, which
 /// knows where it is without delay.
-pub(crate) const fn host_limits(limits: &haptic_loop::Limits) -> haptic_loop::Limits {
+const fn host_limits(limits: &haptic_loop::Limits) -> haptic_loop::Limits {
     haptic_loop::Limits {
         norm: limits.norm,
         start_force: limits.start_force,

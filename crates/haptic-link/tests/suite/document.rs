@@ -12,7 +12,7 @@ use crate::messages::{ack, batch, refusals, reports, requests};
 use haptic_link::{
     BATCH_MAX, ControllerForm, Direction, EventKind, FRAME_MAX, Field, GuardKind, Header, Limits,
     LoopMode, OperatorForm, Outcome, PROTOCOL_VERSION, REPORT_KEYS, REQUEST_KEYS, Report, Request,
-    Scope, SequenceTracker, SimulationKind, State,
+    Scope, SequenceTracker, SimulationKind, State, SurfaceKind,
 };
 use serde_json::Value;
 use std::collections::BTreeMap;
@@ -49,9 +49,11 @@ fn check_messages(kind: &str, messages: Vec<(Value, Vec<u8>)>) {
             fields("", content, &mut found);
         }
         // A list of lone numbers is one field to serde, whatever their number.
-        if let Some(Value::Array(list)) = found.get("force_n") {
-            let count = list.len().into();
-            found.insert("force_n.count".to_owned(), count);
+        for name in ["force_n", "axes"] {
+            if let Some(Value::Array(list)) = found.get(name) {
+                let count = list.len().into();
+                found.insert(format!("{name}.count"), count);
+            }
         }
         // What may be missing is told by a number before it: 0 or 1 of it.
         let map = found.iter().find(|(name, _)| name.ends_with("depth_map"));
@@ -68,6 +70,7 @@ fn check_messages(kind: &str, messages: Vec<(Value, Vec<u8>)>) {
             }
             "Workspace" => "2 + 12·n bytes".to_owned(),
             "Controller" => "19 + 5·n bytes".to_owned(),
+            "Surface" => "7 + 4·n bytes".to_owned(),
             "Sample" => "10 + 14·n bytes".to_owned(),
             "Batch" => "13 + 14·n bytes".to_owned(),
             "Flight" => "14 + 14·n bytes".to_owned(),
@@ -163,12 +166,13 @@ fn every_enumeration_is_as_its_table_says() {
     check_enumeration::<Field>(&document, "Field");
     check_enumeration::<EventKind>(&document, "EventKind");
     check_enumeration::<ControllerForm>(&document, "ControllerForm");
+    check_enumeration::<SurfaceKind>(&document, "SurfaceKind");
     // One of its variants has content, so serde knows it by another form than its name.
     let outcome = &document.enumerations["Outcome"];
     assert_eq!(outcome[&0], "Done");
     assert_eq!(outcome[&1], "Refused");
     // Codes of faults are compared where they are defined.
-    assert_eq!(document.enumerations.len(), 11);
+    assert_eq!(document.enumerations.len(), 12);
 }
 
 #[test]

@@ -5,7 +5,7 @@ use haptic_link::{
     Configuration, ControllerCost, ControllerForm, ControllerLaw, ControllerPart, Event, EventKind,
     FaultReport, Field, Flight, Guard, GuardKind, Hello, Keys, Limits, LoopMode, OperatorForm,
     OperatorShape, Outcome, Refusal, Report, Request, Sample, Scope, Simulation, SimulationKind,
-    Start, State, Statistics, Status, WorkspaceBox,
+    Start, State, Statistics, Status, SurfaceKind, SurfaceShape, WorkspaceBox,
 };
 
 pub(crate) fn status() -> Status {
@@ -158,6 +158,11 @@ pub(crate) fn requests() -> Vec<Request> {
             low_n: -2.25,
             high_n: 3.25,
             parts: (0..3).map(part).collect(),
+        }),
+        Request::Surface(SurfaceShape {
+            kind: SurfaceKind::HollowBall,
+            distance_m: 1.25,
+            axes: [-0.5, 1.5, 2.5].into_iter().collect(),
         }),
     ]
 }

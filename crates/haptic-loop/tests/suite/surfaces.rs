@@ -8,8 +8,8 @@ use haptic_loop::plant::{Axes, MassMatrix};
 use haptic_loop::units::{Kilograms, Metres, NewtonSecondsPerMetre, Newtons, NewtonsPerSecond};
 use haptic_loop::{
     Ball, Contact, Controller, Device as _, EnergyBounding, Environment, Fault, Guard, Limits,
-    PassivityObserver, Plane, Reading, SafetyChain, SafetyState, Shape, SpringDamper, Surface,
-    Workspace,
+    PassivityObserver, Plane, Reading, SafetyChain, SafetyState, Shape, ShapeNumbers, SpringDamper,
+    Surface, Workspace,
 };
 use nalgebra::{Matrix2, Matrix3, Rotation3, Vector2, Vector3, vector};
 use testkit::device::{DAMPING, MASS, ideal, plant, safe, with_hand, write};
@@ -44,6 +44,38 @@ fn a_sphere_pressed_along_a_line_is_the_wall_of_one_axis() {
         assert_close("force", sphere[2], one[0], 1e-12);
     }
     assert!(one.iter().any(|force| force[0] < -1.0));
+}
+
+/// As a device is told it: what is made a unit normal again is rounded again.
+#[test]
+fn a_shape_of_its_numbers_is_the_same_to_the_last_bit() {
+    for n in 0..1000 {
+        let s = f64::from(n);
+        let (normal, at) = (
+            [s.sin(), (1.7 * s).cos(), 0.3 - (0.6 * s).sin()],
+            0.02 * s.cos(),
+        );
+        let plane = Plane::<f32, 3>::new(normal, Metres(at)).expect("valid");
+        let (centre, radius) = (normal.map(Metres), Metres(0.03 + at));
+        let solid = Ball::solid(centre, radius).expect("valid");
+        let hollow = Ball::hollow(centre, radius).expect("valid");
+        for shape in [Shape::Plane(plane), Shape::Ball(solid), Shape::Ball(hollow)] {
+            assert_eq!(Shape::of(&shape.numbers()), Ok(shape), "{n}");
+        }
+    }
+    let good = Shape::Plane(Plane::<f32, 2>::new([3.0, 4.0], Metres(0.0)).expect("valid"));
+    for place in [
+        [0.6, 0.81],
+        [0.6, f32::NAN],
+        [0.0, 0.0],
+        [f32::INFINITY, 0.8],
+    ] {
+        let bad = ShapeNumbers {
+            place,
+            ..good.numbers()
+        };
+        assert!(Shape::of(&bad).is_err(), "{place:?}");
+    }
 }
 
 #[test]

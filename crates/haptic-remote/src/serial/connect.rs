@@ -144,6 +144,7 @@ impl SerialLink {
             hello,
             capabilities: UNKNOWN,
             has_controllers: false,
+            has_surfaces: false,
             latency_ms: None,
             path: path.to_string(),
             baud,
@@ -170,6 +171,7 @@ impl SerialLink {
         };
         self.check(keys.as_ref(), 1)?;
         self.has_controllers = keys.as_ref().is_some_and(Keys::has_controllers);
+        self.has_surfaces = keys.as_ref().is_some_and(Keys::has_surfaces);
         // Somebody may have left it running.
         if !matches!(self.hello.status.state, State::Idle | State::Fault) {
             self.ask(Request::Disarm)?;

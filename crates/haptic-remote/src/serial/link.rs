@@ -70,6 +70,8 @@ pub struct SerialLink {
     pub(super) capabilities: Capabilities,
     /// It knows the messages of controllers.
     pub(super) has_controllers: bool,
+    /// It knows the message of surfaces.
+    pub(super) has_surfaces: bool,
     pub(super) latency_ms: Option<u32>,
     pub(super) path: String,
     pub(super) baud: u32,

@@ -25,6 +25,7 @@ pub use error::{BoardTrouble, SerialError, TroubleCause};
 pub use line::{Line, Pipe};
 pub use link::{Heard, LinkReport, SerialLink};
 pub use port::{PortInfo, open, ports};
+pub use request::Beside;
 pub use served::{DeviceTime, ServeError, Served, ServedHardware, USB_PERIOD_US};
 #[cfg(unix)]
 pub use socket::{set_patience, timed_out};

@@ -7,18 +7,23 @@ use super::link::SerialLink;
 use crate::LinkError;
 use haptic_link::{
     AXES_MAX, CoefficientBlock, Configuration, ControllerCost, ControllerLaw, DigestBuilder, Field,
-    Refusal, Report, Request, Scope, Start, State, Statistics, WorkspaceBox, block_count,
+    Refusal, Report, Request, Scope, Start, State, Statistics, SurfaceShape, WorkspaceBox,
+    block_count,
 };
 use hdrhistogram::Histogram;
 use std::sync::atomic::Ordering;
 use std::time::Duration;
 use std::vec::Vec;
 
-/// What is staged beside a configuration and its coefficients.
-enum Beside<'a> {
-    Nothing,
-    Workspace(&'a WorkspaceBox),
-    Controller(&'a ControllerLaw),
+/// What a run takes beside its configuration and coefficients.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Beside<'a> {
+    /// A workspace of its own for each axis of a device of several.
+    pub workspace: Option<&'a WorkspaceBox>,
+    /// A surface in front of the law, on a device of several axes.
+    pub surface: Option<&'a SurfaceShape>,
+    /// A controller in place of the law of the configuration, whose operator [holds its numbers](ControllerLaw).
+    pub controller: Option<&'a ControllerLaw>,
 }
 
 impl SerialLink {
@@ -55,7 +60,7 @@ impl SerialLink {
         values: &[f32],
         scope: Scope,
     ) -> Result<(), SerialError> {
-        self.set_within(configuration, values, Beside::Nothing, scope)
+        self.set_within(configuration, values, Beside::default(), scope)
     }
 
     /// The time that a controller takes on the device.
@@ -77,34 +82,23 @@ impl SerialLink {
         }
     }
 
-    /// As [`set_for`](Self::set_for) for a run, with a controller in place of the law of the configuration, whose operator
-    /// [holds its numbers](ControllerLaw).
+    /// As [`set_for`](Self::set_for) for a run, with what is beside it.
     ///
     /// # Errors
-    /// As [`controller_cost`](Self::controller_cost) and [`set_for`](Self::set_for); a tick that is too short for it.
-    pub fn set_controller(
-        &mut self,
-        configuration: Configuration,
-        values: &[f32],
-        law: &ControllerLaw,
-    ) -> Result<(), SerialError> {
-        self.controller_cost()?;
-        self.set_within(configuration, values, Beside::Controller(law), Scope::Run)?;
-        self.plausible.force_most_n = configuration.limits.force_n;
-        Ok(())
-    }
-
-    /// As [`set_for`](Self::set_for) for a run, with a workspace of its own for each axis of a device of several.
-    ///
-    /// # Errors
-    /// As [`set_for`](Self::set_for); a box that is no box, or outside the workspace of all axes.
+    /// As [`set_for`](Self::set_for); a box that is no box, or outside the workspace of all axes; a surface that is none;
+    /// [`LinkError::NoSurfaces`]; as [`controller_cost`](Self::controller_cost); a tick that is too short for a controller.
     pub fn set_run(
         &mut self,
         configuration: Configuration,
         values: &[f32],
-        workspace: Option<&WorkspaceBox>,
+        beside: Beside<'_>,
     ) -> Result<(), SerialError> {
-        let beside = workspace.map_or(Beside::Nothing, Beside::Workspace);
+        if beside.surface.is_some() && !self.has_surfaces {
+            return Err(LinkError::NoSurfaces.into());
+        }
+        if beside.controller.is_some() {
+            self.controller_cost()?;
+        }
         self.set_within(configuration, values, beside, Scope::Run)?;
         // Whoever runs within a limit is to be told of no force beyond it.
         self.plausible.force_most_n = configuration.limits.force_n;
@@ -136,16 +130,17 @@ impl SerialLink {
             self.ask(Request::Coefficients(CoefficientBlock::of(values, offset)))?;
         }
         let mut digest = DigestBuilder::new(&configuration).coefficients(values);
-        match beside {
-            Beside::Nothing => {}
-            Beside::Workspace(workspace) => {
-                self.ask(Request::Workspace(workspace.clone()))?;
-                digest = digest.workspace(workspace);
-            }
-            Beside::Controller(law) => {
-                self.ask(Request::Controller(law.clone()))?;
-                digest = digest.controller(law);
-            }
+        if let Some(workspace) = beside.workspace {
+            self.ask(Request::Workspace(workspace.clone()))?;
+            digest = digest.workspace(workspace);
+        }
+        if let Some(surface) = beside.surface {
+            self.ask(Request::Surface(surface.clone()))?;
+            digest = digest.surface(surface);
+        }
+        if let Some(law) = beside.controller {
+            self.ask(Request::Controller(law.clone()))?;
+            digest = digest.controller(law);
         }
         let digest = digest.finish();
         self.ask(Request::Commit { digest, scope })?;

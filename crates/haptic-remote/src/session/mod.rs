@@ -10,13 +10,13 @@ use crate::tick_side::TickSide;
 use core::borrow::BorrowMut;
 #[cfg(feature = "controllers")]
 use haptic_link::ControllerLaw;
-#[cfg(feature = "several-axes")]
-use haptic_link::WorkspaceBox;
 use haptic_link::{
     Ack, Alive, COEFFICIENTS_PER_BLOCK, Capabilities, CoefficientBlock, Configuration, Direction,
     Field, Header, Hello, Keys, Outcome, Receiver, Refusal, Report, Request, State, Statistics,
     encode,
 };
+#[cfg(feature = "several-axes")]
+use haptic_link::{SurfaceShape, WorkspaceBox};
 
 /// Takes bytes from the host, acts on them, and makes the bytes to send.
 ///
@@ -39,6 +39,9 @@ pub struct DeviceSession {
     /// A box for the run, staged beside it.
     #[cfg(feature = "several-axes")]
     workspace: Option<WorkspaceBox>,
+    /// A surface in front of its law, staged beside it.
+    #[cfg(feature = "several-axes")]
+    surface: Option<SurfaceShape>,
     /// A controller in place of its law, staged beside it.
     #[cfg(feature = "controllers")]
     controller: Option<ControllerLaw>,
@@ -86,6 +89,8 @@ impl DeviceSession {
             staged: None,
             #[cfg(feature = "several-axes")]
             workspace: None,
+            #[cfg(feature = "several-axes")]
+            surface: None,
             #[cfg(feature = "controllers")]
             controller: None,
             values: [0.0; COEFFICIENTS_MAX],
@@ -258,6 +263,12 @@ impl DeviceSession {
             Request::Workspace(_) => Err(Refusal::Unsupported(Field::WorkspaceLow)),
             #[cfg(feature = "several-axes")]
             Request::Workspace(workspace) => self.stage_workspace::<D>(workspace),
+            #[cfg(feature = "several-axes")]
+            Request::Surface(surface) => self.stage_surface::<D>(surface),
+            #[cfg(all(feature = "several-axes", not(feature = "controllers")))]
+            Request::GetControllerCost | Request::Controller(_) => {
+                Err(Refusal::Unsupported(Field::Other))
+            }
             #[cfg(feature = "controllers")]
             Request::Controller(law) => self.stage_controller(law, device),
             _ => Ok(()),

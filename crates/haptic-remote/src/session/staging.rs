@@ -8,9 +8,9 @@ use crate::tick_side::TickSide;
 use core::borrow::BorrowMut;
 #[cfg(feature = "controllers")]
 use haptic_link::ControllerLaw;
-#[cfg(feature = "several-axes")]
-use haptic_link::WorkspaceBox;
 use haptic_link::{COEFFICIENTS_PER_BLOCK, CoefficientBlock, Configuration, Field, Refusal, Scope};
+#[cfg(feature = "several-axes")]
+use haptic_link::{SurfaceShape, WorkspaceBox};
 
 impl DeviceSession {
     /// Begins to stage a configuration in the place of what was staged before.
@@ -25,7 +25,7 @@ impl DeviceSession {
         self.blocks = 0;
         #[cfg(feature = "several-axes")]
         {
-            self.workspace = None;
+            (self.workspace, self.surface) = (None, None);
         }
         #[cfg(feature = "controllers")]
         {
@@ -64,6 +64,22 @@ impl DeviceSession {
             return Err(Refusal::Unsupported(Field::WorkspaceLow));
         }
         self.workspace = Some(workspace);
+        Ok(())
+    }
+
+    /// Stages a surface beside the configuration.
+    #[cfg(feature = "several-axes")]
+    pub(super) fn stage_surface<const D: usize>(
+        &mut self,
+        surface: SurfaceShape,
+    ) -> Result<(), Refusal> {
+        if self.staged.is_none() || self.run_of != 0 {
+            return Err(Refusal::Incomplete);
+        }
+        if D == 1 {
+            return Err(Refusal::Unsupported(Field::Surface));
+        }
+        self.surface = Some(surface);
         Ok(())
     }
 
@@ -142,6 +158,10 @@ impl DeviceSession {
         if !for_run && self.workspace.is_some() {
             return Err(Refusal::Unsupported(Field::WorkspaceLow));
         }
+        #[cfg(feature = "several-axes")]
+        if !for_run && self.surface.is_some() {
+            return Err(Refusal::Unsupported(Field::Surface));
+        }
         #[cfg(feature = "controllers")]
         if !for_run && self.controller.is_some() {
             return Err(Refusal::Unsupported(Field::Other));
@@ -149,16 +169,25 @@ impl DeviceSession {
         Ok(Some(configuration))
     }
 
+    #[inline(never)]
     fn digest(&self, configuration: &Configuration, values: &[f32]) -> u32 {
+        let digest = digest(configuration, values);
         #[cfg(feature = "several-axes")]
-        if let Some(workspace) = &self.workspace {
-            return crate::workspace::digest(configuration, values, workspace);
-        }
+        let digest = match &self.workspace {
+            Some(workspace) => digest.workspace(workspace),
+            None => digest,
+        };
+        #[cfg(feature = "several-axes")]
+        let digest = match &self.surface {
+            Some(surface) => digest.surface(surface),
+            None => digest,
+        };
         #[cfg(feature = "controllers")]
-        if let Some(law) = &self.controller {
-            return crate::holding::digest(configuration, values, law);
-        }
-        digest(configuration, values)
+        let digest = match &self.controller {
+            Some(law) => digest.controller(law),
+            None => digest,
+        };
+        digest.finish()
     }
 
     /// Makes what is staged the configuration in force. On its own, so that only this needs room for what it prepares.
@@ -188,12 +217,20 @@ impl DeviceSession {
         let values = used(configuration, &self.values);
         let mut prepared = prepared(configuration, values, device)?;
         device.with(|device| device.hardware().fit(&mut prepared.setup))?;
+        // With all that is staged beside it.
+        #[cfg(any(feature = "several-axes", feature = "controllers"))]
+        let digest = self.digest(configuration, values);
         #[cfg(feature = "several-axes")]
         let prepared = match self.workspace.take() {
             Some(workspace) => {
                 let capabilities = device.with(|device| device.hardware().capabilities());
-                prepared.within(&workspace, values, &capabilities)?
+                prepared.within(&workspace, digest, &capabilities)?
             }
+            None => prepared,
+        };
+        #[cfg(feature = "several-axes")]
+        let prepared = match self.surface.take() {
+            Some(surface) => prepared.behind::<D>(surface, digest)?,
             None => prepared,
         };
         #[cfg(feature = "controllers")]
@@ -201,7 +238,7 @@ impl DeviceSession {
             Some(law) => {
                 let with = device
                     .with(|device| (device.hardware().capabilities(), device.controller_cost()));
-                prepared.holding(law, values, with)?
+                prepared.holding(law, (values, digest), with)?
             }
             None => prepared,
         };

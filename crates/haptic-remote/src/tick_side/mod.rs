@@ -55,7 +55,7 @@ enum After {
 /// ```
 #[derive(Debug)]
 pub struct TickSide<H: Hardware<D>, const D: usize = 1, R = Records<D>> {
-    engaged: Engaged<f32, D, Rendered, H>,
+    engaged: Engaged<f32, D, Rendered<D>, H>,
     configuration: Configuration,
     digest: u32,
     state: State,
@@ -161,6 +161,8 @@ impl<H: Hardware<D>, const D: usize, R: BorrowMut<Records<D>>> TickSide<H, D, R>
             law,
             chain,
             setup,
+            #[cfg(feature = "several-axes")]
+            surface,
             #[cfg(feature = "controllers")]
             controller,
         } = prepared;
@@ -168,6 +170,12 @@ impl<H: Hardware<D>, const D: usize, R: BorrowMut<Records<D>>> TickSide<H, D, R>
             .controller_mut()
             .replace_within(chain, |rendered| {
                 law.put(&mut rendered.wall, coefficients);
+                #[cfg(feature = "several-axes")]
+                {
+                    // It was checked.
+                    let made = surface.map(|surface| crate::surface::shape(&surface));
+                    rendered.surface = made.and_then(Result::ok);
+                }
                 #[cfg(feature = "controllers")]
                 {
                     // It was checked.

@@ -4,8 +4,8 @@ use crate::line::beyond;
 use crate::plane::{FORCE_N, Plane, configuration};
 use haptic_emulator::LineFaults;
 use haptic_link::{
-    AxisWorkspace, Batch, Configuration, DigestBuilder, Field, Outcome, Refusal, Report, Request,
-    Sample, Scope, State, WorkspaceBox,
+    AxisWorkspace, Batch, DigestBuilder, Field, Refusal, Report, Request, Sample, Scope, State,
+    WorkspaceBox,
 };
 use haptic_loop::Fault;
 
@@ -261,24 +261,4 @@ fn the_digest_has_to_know_of_a_box() {
     let scope = Scope::Run;
     let refused = bench.answered(Request::Commit { digest, scope });
     assert_eq!(refused, Err(Refusal::Digest));
-}
-
-#[test]
-fn a_law_of_its_own_is_refused() {
-    let mut bench = Plane::connected(LineFaults::default());
-    let stiff = Configuration {
-        stiffness_n_per_m: 100.0,
-        ..configuration()
-    };
-    let refused = bench.set_within(stiff, None, Scope::Lasting);
-    assert_eq!(beyond(&refused), Some(Field::Stiffness));
-    let Ok(Report::Capabilities(can)) = bench.answered(Request::GetCapabilities) else {
-        panic!("no capabilities");
-    };
-    assert_eq!(can.axes, 2);
-    let done = bench.answered(Request::Disarm);
-    assert!(
-        matches!(done, Ok(Report::Ack(ack)) if ack.outcome == Outcome::Done),
-        "{done:?}"
-    );
 }

@@ -13,4 +13,5 @@ mod runs;
 mod schedules;
 mod served;
 mod session;
+mod shapes;
 mod witness;

@@ -134,6 +134,82 @@ fn a_touch_on_a_board_of_one_axis_is_refused() {
     let device = Emulated::new("");
     let place = device.place();
     place.write("edge.toml", EDGE);
-    let ended = place.run(&format!("run edge.toml {ON_PLANE}"));
-    ended.refused(2, &["has one axis", "has 2", "[wall]"]);
+    for on_plane in [ON_PLANE, &ON_PLANE.replace("host", "device")] {
+        let ended = place.run(&format!("run edge.toml {on_plane}"));
+        ended.refused(2, &["has one axis", "has 2", "[wall]"]);
+    }
+}
+
+/// The device renders each shape by itself: what it made is held against the full history of the depth, and lies on the normal.
+#[test]
+#[ignore = "long: `.ci/run` does it, or --include-ignored"]
+fn a_board_of_several_axes_renders_shapes_in_its_own_loop() {
+    for axes in [2, 3] {
+        let device = Emulated::new(&format!("--axes {axes}"));
+        let place = device.place();
+        let third = |number: &str| {
+            if axes == 3 {
+                number.to_owned()
+            } else {
+                String::new()
+            }
+        };
+        let (normal, place_m) = (third(", 0"), third(", -0.002"));
+        let law = format!(
+            "axes = {axes}\nstiffness_n_per_m = 200\ndissipation_n_s_mu_per_m = 5\norder = 0.3\nhand = \"force\"\n\
+             way_points = [[0, 0.5, 0{normal}]]\nsample_time_s = 0.002\nduration_s = 1\nforce_limit_n = 3\nmass_kg = 0.2\n\
+             damping_n_s_per_m = 8\n"
+        );
+        let on = "--device serial:device watchdog=1s late_ticks=0 --overwrite --json";
+        for (kind, shape, centre) in [
+            (
+                "plane",
+                format!("normal = [3, 4{normal}]\nsurface_m = 0.001"),
+                None,
+            ),
+            (
+                "ball",
+                format!("centre_m = [0.022, 0.003{place_m}]"),
+                Some([0.022, 0.003]),
+            ),
+            (
+                "hollow-ball",
+                format!("centre_m = [0, 0.001{place_m}]\nradius_m = 0.004"),
+                Some([0.0, 0.001]),
+            ),
+        ] {
+            place.write(
+                "shape.toml",
+                format!("[touch]\nshape = \"{kind}\"\n{shape}\n{law}"),
+            );
+            let ended = place.run(&format!("run shape.toml {on} --out {kind}"));
+            let report = ended.succeeded_with_warnings().json();
+            assert_eq!(report["verdict"], "rendered");
+            assert_eq!(report["link"]["loop"], "device");
+            // The device computes in single precision.
+            assert!(number(&report, "max_relative_error") < 2e-5, "{report}");
+            let table = place.text(&format!("{kind}/touch.csv"));
+            let mut pushed = 0;
+            for row in table.lines().skip(1) {
+                let row: Vec<f64> = (row.split(','))
+                    .map(|x| x.parse().unwrap_or(f64::NAN))
+                    .collect();
+                let (x, y) = (row[1 + axes], row[2 + axes]);
+                let [force_x, force_y] = [row[1 + 2 * axes], row[2 + 2 * axes]];
+                let [n_x, n_y] = match centre {
+                    Some([c_x, c_y]) => [x - c_x, y - c_y],
+                    None => [0.6, 0.8],
+                };
+                let across = (n_x * force_y - n_y * force_x).abs();
+                assert!(across <= 1e-5 * n_x.hypot(n_y), "{row:?}");
+                pushed += u32::from(force_x < -0.05);
+            }
+            assert!(pushed > 50, "{pushed}");
+        }
+        // 10 mm inside, where the device is: a blow.
+        let deep = format!("[touch]\nradius_m = 0.03\ncentre_m = [0.02, 0{normal}]\n{law}");
+        place.write("deep.toml", deep);
+        let ended = place.run(&format!("run deep.toml {on} --out deep"));
+        says(ended.failed(3).error(), &["would start at", "above 1 N"]);
+    }
 }

@@ -9,7 +9,7 @@ use super::{
     TouchExperiment,
 };
 use crate::document::failure::Failure;
-use crate::document::parameters::{DEVICE, LOOP};
+use crate::document::parameters::DEVICE;
 use crate::experiment::reading::metadata;
 use crate::judge::Published;
 use crate::judge::preflight::Preflight;
@@ -17,7 +17,7 @@ use crate::run::advice::parameter;
 use crate::run::device::LinkedName;
 use crate::run::folder::FolderRequest;
 use crate::run::preflight::{PreflightRequest, PreflightSubject, PreflightVerdict, note_findings};
-use crate::run::remote::{RemoteDevice, RemoteLaw, RemoteRun, held};
+use crate::run::remote::{RemoteDevice, RemoteLaw, RemoteRun, held, portable};
 use crate::run::safety::GuardedDevice;
 use crate::run::schedule::Schedule;
 use crate::run::simulate::Simulated;
@@ -28,6 +28,7 @@ use haptic_link::LoopMode;
 use haptic_loop::plant::{Axes, MassMatrix, Sensed};
 use haptic_loop::units::Kilograms;
 use haptic_loop::{Contact, Controller, SpringDamper};
+use haptic_remote::wire_surface;
 use nalgebra::SVector;
 use std::collections::BTreeMap;
 
@@ -118,8 +119,8 @@ impl TouchExperiment {
 
     fn checked<const D: usize>(&self) -> Result<u64, Failure> {
         match &self.remote {
-            Some(remote) => {
-                self.check_on::<D>(remote)?;
+            Some(_) => {
+                self.check_on::<D>()?;
                 Ok(self.loop_of::<D>()?.1)
             }
             None => Ok(self.parts::<D>()?.samples),
@@ -178,13 +179,7 @@ impl TouchExperiment {
     }
 
     /// Refuses what a device at a port cannot do.
-    fn check_on<const D: usize>(&self, remote: &RemoteDevice) -> Result<(), Failure> {
-        if remote.loop_mode == LoopMode::Device {
-            return Err(Failure::bad_input(format_args!(
-                "a loop on the device cannot carry a shape, it renders walls of one axis: give {loop_host}",
-                loop_host = LOOP.set_to("host")
-            )));
-        }
+    fn check_on<const D: usize>(&self) -> Result<(), Failure> {
         if self.must_be_passive {
             return Err(Failure::bad_input(format_args!(
                 "{TOUCH_MUST_BE_PASSIVE} is for the simulated device, whose hand is known to the last joule: leave it out with {DEVICE}"
@@ -196,14 +191,14 @@ impl TouchExperiment {
         }
     }
 
-    /// Runs it there: the shape here, limits on both sides.
+    /// Runs it there; a loop here has limits on both sides.
     fn run_on<const D: usize>(
         &self,
         remote: &RemoteDevice,
         request: &FolderRequest,
         supervisor: Supervisor<'_>,
     ) -> Result<Published<TouchReport>, Failure> {
-        self.check_on::<D>(remote)?;
+        self.check_on::<D>()?;
         let (mut controller, samples) = self.loop_of::<D>()?;
         let shape = self.shape.of::<D>()?;
         let postures = self.postures::<D>(samples)?;
@@ -217,7 +212,7 @@ impl TouchExperiment {
         note_findings(&mut metadata, "preflight", &posture);
         let run = RemoteRun {
             device: remote,
-            law: self.law_there(),
+            law: self.law_there::<D>(remote, samples)?,
             schedule: Schedule {
                 samples,
                 sample_time_s: self.sample_time().0,
@@ -260,9 +255,13 @@ impl TouchExperiment {
         })
     }
 
-    /// What the device is told: limits, no law, and the plant of an emulated one. Its hand is the one of the file as far as a board has
-    /// one: a spring to 0, or a push along the first axis.
-    fn law_there(&self) -> RemoteLaw {
+    /// What the device is told: limits, shape and law of its own loop, and the plant of an emulated one. Its hand is the one of the file as
+    /// far as a board has one: a spring to 0, or a push along the first axis.
+    fn law_there<const D: usize>(
+        &self,
+        remote: &RemoteDevice,
+        samples: u64,
+    ) -> Result<RemoteLaw, Failure> {
         let push_n = match (self.grip, &self.path) {
             (Grip::Force, HandPath::WayPoints(rows)) => {
                 let last = rows.last().and_then(|(_, force)| force.first());
@@ -271,12 +270,26 @@ impl TouchExperiment {
             _ => 0.0,
         };
         let lightest = self.lightest();
-        RemoteLaw::none(
+        let none = RemoteLaw::none(
             self.limits_there(),
             (self.force_rate_limit_n_per_s, &self.safety),
             GuardedDevice::given(&lightest),
             held(&lightest, push_n),
-        )
+        );
+        if remote.loop_mode == LoopMode::Host {
+            return Ok(none);
+        }
+        let look = self.look(samples);
+        Ok(RemoteLaw {
+            stiffness_n_per_m: look.stiffness_n_per_m,
+            dissipation_n_s_mu_per_m: look.dissipation_n_s_mu_per_m,
+            order: look.order.get(),
+            one_sided: true,
+            depth_map: self.matter.depth_map(),
+            surface: Some(wire_surface(&self.shape.of::<D>()?)),
+            operator: portable(&look.operator()?)?,
+            ..none
+        })
     }
 }
 

@@ -12,14 +12,13 @@ use crate::experiment::reading::{device, device_model};
 use crate::judge::settling::{Criterion, Judge};
 use crate::run::advice::parameter;
 use crate::run::plant_file::DeviceModel;
-use crate::run::remote::{RemoteDevice, RemoteLaw, held, host_limits};
+use crate::run::remote::{RemoteDevice, RemoteLaw, held};
 use crate::run::safety::safety;
 use crate::run::safety::{GuardedDevice, Safety};
 use crate::run::schedule::Pace;
 use crate::run::sensors::Sensors;
 use fracdiff::parameter::Shown;
 use haptic_analysis::Dynamics;
-use haptic_link::LoopMode;
 use haptic_loop::plant::{MassDamper, MassDamperConfig, Sensed};
 use haptic_loop::units::Newtons;
 use haptic_loop::{Controller, Environment, Limits, SafetyChain};
@@ -125,10 +124,7 @@ impl TrialSetup {
             let limits = self.force_and_rate();
             return safe_force_limit(limits, &self.device, self.sensors, &self.safety);
         };
-        let limits = match remote.loop_mode {
-            LoopMode::Host => host_limits(&self.limits_there()),
-            LoopMode::Device => self.limits_there(),
-        };
+        let limits = remote.limits_here(self.limits_there());
         let chain = SafetyChain::from_limits(&limits, self.device.sample_time);
         let chain = chain.map_err(parameter)?;
         self.safety().acts_on_device()?;

@@ -3,7 +3,7 @@
 use super::session::HostSession;
 use crate::document::failure::Failure;
 use crate::document::named::Named;
-use crate::document::parameters::{CONTACT, CONTROLLER, MEMORY, SAMPLE_TIME};
+use crate::document::parameters::{CONTACT, CONTROLLER, LOOP, MEMORY, SAMPLE_TIME};
 use crate::run::device::{Warn, firmware_version, refused_at_port};
 use crate::run::folder::FolderRequest;
 use crate::run::preflight::{
@@ -23,7 +23,7 @@ use haptic_log::record::TickMessage;
 use haptic_loop::realtime::Fallback;
 use haptic_loop::{Controller, Environment, Workspace};
 use haptic_remote::LinkError;
-use haptic_remote::serial::{SerialError, SerialLink};
+use haptic_remote::serial::{Beside, SerialError, SerialLink};
 use std::collections::BTreeMap;
 use std::convert::Infallible;
 
@@ -115,6 +115,10 @@ impl<'a, P: PreflightSubject, M> RemoteRun<'a, P, M> {
                     MEMORY.key
                 ),
             ),
+            _ if matches!(error, SerialError::Link(LinkError::NoSurfaces)) => {
+                let loop_host = LOOP.set_to("host");
+                Failure::input_with_advice(error, format_args!("give {loop_host}"))
+            }
             _ => refused_at_port(&path, error),
         };
         let (set, _) = link.configuration().map_err(problem)?;
@@ -136,12 +140,13 @@ impl<'a, P: PreflightSubject, M> RemoteRun<'a, P, M> {
         }
         describe_limits(&configuration.limits, &mut self.metadata);
         let workspace = self.law.limits.workspace_box.map(wire_box::<D>);
-        let values = &self.law.operator.1;
-        match &self.law.controller {
-            None => link.set_run(configuration, values, workspace.as_ref()),
-            Some(law) => link.set_controller(configuration, values, law),
-        }
-        .map_err(problem)?;
+        let beside = Beside {
+            workspace: workspace.as_ref(),
+            surface: self.law.surface.as_ref(),
+            controller: self.law.controller.as_ref(),
+        };
+        let set = link.set_run(configuration, &self.law.operator.1, beside);
+        set.map_err(problem)?;
         let before = link.statistics().map_err(problem)?;
         describe(&link, device, &mut self.metadata);
         let found = self.preflight(&link, supervisor.warn)?;

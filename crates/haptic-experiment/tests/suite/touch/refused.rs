@@ -33,7 +33,6 @@ const WRONG: &str = r#"
     box_low_m = [-1, -1]\nbox_high_m = [1, 1]\nworkspace_low_m = -1\nworkspace_high_m = 1 | leave one of them out
     duration_s = 2000 | 2000001 samples of
     device = "usb:1" | is not one of sim, serial:PATH
-    device = "serial:x" | give `loop` = host
     device = "haply:x"\nloop = "host"\nbox_low_m = [-0.05, -0.05]\nbox_high_m = [0.05, 0.1] | the box is not within reach of the 2DIY
     tissue = "granite" | granite
 "#;

@@ -6,6 +6,7 @@ use crate::frames::CONNECTION;
 use haptic_link::{
     Ack, Batch, BatchItem, CoefficientBlock, Configuration, DigestBuilder, Direction, Field,
     Header, Hello, Outcome, Refusal, Report, Request, Sample, Scope, Simulation, Start, Status,
+    SurfaceKind, SurfaceShape,
 };
 
 pub(super) fn hex(bytes: &[u8]) -> String {
@@ -166,6 +167,16 @@ fn running() -> Vec<String> {
                 batch: 1,
             }),
             5,
+            host,
+        ),
+        framed(
+            "surface, sequence number 6: a ball of 20 mm about (50, −3) mm, for a device of two axes",
+            &Request::Surface(SurfaceShape {
+                kind: SurfaceKind::Ball,
+                distance_m: 0.02,
+                axes: [0.05, -0.003].into_iter().collect(),
+            }),
+            6,
             host,
         ),
         framed(

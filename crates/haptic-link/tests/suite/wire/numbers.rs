@@ -121,18 +121,25 @@ fn hands_with_another_coupler_have_another_digest() {
 
 /// Whoever knows only the messages of before is told so by name of what it lacks, and is no stranger for it.
 #[test]
-fn a_device_of_before_controllers_is_known_by_its_keys() {
+fn a_device_of_before_controllers_or_surfaces_is_known_by_its_keys() {
     let mut keys = Keys::current();
-    assert!(keys.has_controllers());
+    assert!(keys.has_controllers() && keys.has_surfaces());
     keys.reports.truncate(13);
     for (requests, axes) in [(18, 2), (17, 1)] {
         keys.requests.truncate(requests);
         assert_eq!(keys.first_unlike(axes), None);
-        assert!(!keys.has_controllers());
+        assert!(!keys.has_controllers() && !keys.has_surfaces());
     }
     // Another controller under the same number.
     let mut other = Keys::current();
     other.requests[19].0 ^= 1;
     assert!(!other.has_controllers());
     assert_eq!(other.first_unlike(3), None);
+    // Controllers, but no surfaces; surfaces of another form.
+    let mut other = Keys::current();
+    other.requests[20].0 ^= 1;
+    assert!(other.has_controllers() && !other.has_surfaces());
+    other.requests.truncate(20);
+    assert!(other.has_controllers() && !other.has_surfaces());
+    assert_eq!(other.first_unlike(2), None);
 }

@@ -369,7 +369,7 @@ fn a_line_that_loses_bytes_is_a_fault_that_says_so_and_no_torque() {
 /// An edge across the way of the hand, at the slowest rate.
 const EDGE: &str = "[touch]\nshape = \"plane\"\nnormal = [0.6, 0.8]\nstiffness_n_per_m = 40\ndissipation_n_s_mu_per_m = 5\norder = 0.3\n\
                     force_limit_n = 1\nsample_time_s = 0.01\nduration_s = 3\nmass_kg = 0.1\n";
-const BOTH: &str = "--device haply:2diy --loop host watchdog=1s late_ticks=0 max_age_ticks=200 --out run --overwrite \
+const BOTH: &str = "--device haply:2diy watchdog=1s late_ticks=0 max_age_ticks=200 --out run --overwrite \
                     --quiet --json";
 
 /// By the clock a busy machine may make a fault of it, or skip periods. How near the force is to the sum over the depth is held in
@@ -377,9 +377,17 @@ const BOTH: &str = "--device haply:2diy --loop host watchdog=1s late_ticks=0 max
 #[test]
 #[ignore = "long: `.ci/run` does it, or --include-ignored"]
 fn a_touch_on_a_2diy_pushes_along_the_normal_and_lets_go_at_the_end() {
+    for loop_mode in ["host", "device"] {
+        touches_a_2diy(loop_mode);
+    }
+}
+
+fn touches_a_2diy(loop_mode: &str) {
     let mut emulated = board("");
     emulated.place.write("edge.toml", EDGE);
-    let ended = emulated.place.run(&format!("run edge.toml {BOTH}"));
+    let ended = emulated
+        .place
+        .run(&format!("run edge.toml {BOTH} --loop {loop_mode}"));
     let Some(report) = begun(&ended) else {
         return;
     };
