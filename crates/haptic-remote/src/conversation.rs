@@ -226,9 +226,12 @@ impl Conversation {
 
     fn unanswered(&self, outstanding: &Outstanding) -> LinkError {
         let line = self.receiver.counters();
+        let mut line = line.since(&outstanding.before.unwrap_or(line));
+        // Of another program's text no frame ever ends.
+        line.corrupt += u32::from(self.receiver.has_begun());
         LinkError::NoAnswer {
             request: outstanding.request.name(),
-            line: line.since(&outstanding.before.unwrap_or(line)),
+            line,
         }
     }
 
