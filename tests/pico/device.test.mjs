@@ -68,7 +68,7 @@ test('a relaxation loses nothing, follows the full history, and its pins are wha
   const first = ticks.findIndex(({ enabled }) => enabled);
   assert.equal(ticks.filter(({ enabled }) => enabled).length, report.samples, 'enabled in the ticks of the run');
   rows.slice(0, -1).forEach((row, k) => {
-    // A byte of samples is up to 31 µs old, and the hand moves at 64 counts a second.
+    // A byte of samples is up to 25 µs old, and the hand moves at 64 counts a second.
     const counts = Number(row[position]) / board.world.device.encoder_step_m;
     assert.ok(Math.abs(counts - ticks[first + k].count) < 1.01, `tick ${k}: ${counts} counts of ${ticks[first + k].count}`);
   });
@@ -77,6 +77,21 @@ test('a relaxation loses nothing, follows the full history, and its pins are wha
     const error = ticks[first + k + 1].force_n + Number(row[force]);
     assert.ok(Math.abs(error) <= 0.51 * PWM_STEP_N, `tick ${k}: ${error} N off`);
   });
+});
+
+test('a steady speed has as many counts in each tick of 1.1 ms', async (t) => {
+  const board = await bench(t);
+  const COUNTS_A_TICK = 44;
+  board.world.onEnable = (high) => high && board.apply({ hand: { position_m: 1 } });
+  const speed_m_per_s = COUNTS_A_TICK * board.world.device.encoder_step_m / 1.1e-3;
+  board.apply({ hand: { stiffness_n_per_m: 2e4, damping_n_s_per_m: 70, speed_m_per_s } });
+  const options = ['--sample-time', '1.1ms', '--duration', '0.5s', '--ramp-time', '0.1s', 'force_limit=0.1', 'watchdog=1s'];
+  const host = await run(board, ['relax', '--device', 'PORT', ...options, '--out', 'out']);
+  assert.equal(host.code, 0, host.err);
+  const [head, ...rows] = readFileSync(join(board.folder, 'out/relax.csv'), 'utf8').trim().split('\n').map((line) => line.split(','));
+  const counts = rows.map((row) => Math.round(row[head.indexOf('position_m')] / board.world.device.encoder_step_m));
+  const steps = counts.slice(101, 400).map((count, k) => count - counts[100 + k]);
+  assert.deepEqual([...new Set(steps)], [COUNTS_A_TICK]);
 });
 
 for (const cached of [false, true]) {
@@ -143,6 +158,23 @@ for (const [name, act] of [
     assert.match(JSON.parse(info.out).fault, /heard nothing/, info.err);
   });
 }
+
+test('a start that hangs before the main loop is a reset, and the next one succeeds', async (t) => {
+  const board = await bench(t);
+  board.apply({ power: false });
+  board.apply({ power: true });
+  board.advance(5 * MS);
+  assert.equal(board.cable.connected, false, 'it still computes its digest');
+  const { mcu } = board.chip;
+  mcu.writeUint16(0x20040000, 0xe7fe); // b .
+  Object.assign(mcu.core, { PM: true, PC: 0x20040000 });
+  board.advance(500 * MS);
+  assert.deepEqual([board.resets, board.world.enabled], [0, false]);
+  board.advance(600 * MS);
+  assert.equal(board.resets, 1);
+  const info = await run(board, ['device', 'info', '--device', 'PORT', '--json']);
+  assert.equal(JSON.parse(info.out).fault ?? null, null, info.err);
+});
 
 test('a tick that does not come is a reset, and no force is left', async (t) => {
   const { low_ms, board } = await felt(t, (board) => { board.chip.mcu.core.enabledInterrupts &= ~(1 << 3); }, 0.1);

@@ -21,8 +21,8 @@ function delays(board) {
   board.chip.onTick = ({ began }) => {
     if (!board.world.enabled) return;
     board.counts.push(board.world.count);
-    const since = machine.inputShiftCount / 2 / 128e3 * 1e9 - (board.chip.nanos - began);
-    ages.push((since % 31.25e3 + 31.25e3) % 31.25e3);
+    const since = machine.inputShiftCount / 2 / 160e3 * 1e9 - (board.chip.nanos - began);
+    ages.push((since % 25e3 + 25e3) % 25e3);
   };
   board.world.onStep = () => {
     if (board.world.duty !== duty && board.world.enabled) latencies.push(board.chip.nanos - board.chip.ticks.began);

@@ -126,18 +126,23 @@ impl Quadrature {
         let (mut followed, mut taken) = (Ok(()), self.samples);
         // Where the ring has just come round, the place behind its last byte is its beginning.
         let end = end.checked_rem(ring.len()).unwrap_or(0);
-        while self.next != end
-            && let Some(samples) = ring.get(self.next)
-        {
-            let samples = samples.load(Ordering::Relaxed);
-            // Most bytes of most ticks: a shaft is slow.
-            if Some(samples) != self.still {
-                followed = followed.and(self.follow(samples.into(), 4, taken));
-                self.still = Some((samples >> 6) * 0b01_01_01_01);
+        let parts = match core::mem::replace(&mut self.next, end) {
+            next if next <= end => [next..end, 0..0],
+            next => [next..ring.len(), 0..end],
+        };
+        let mut still = self.still.map_or(u32::MAX, u32::from);
+        for part in parts {
+            for samples in ring.get(part).unwrap_or_default() {
+                let samples = u32::from(samples.load(Ordering::Relaxed));
+                // Most bytes of most ticks: a shaft is slow.
+                if samples != still {
+                    followed = followed.and(self.follow(samples, 4, taken));
+                    still = (samples >> 6) * 0b01_01_01_01;
+                }
+                taken = taken.wrapping_add(4);
             }
-            taken = taken.wrapping_add(4);
-            self.next = (self.next + 1) % ring.len();
         }
+        self.still = u8::try_from(still).ok();
         self.samples = taken;
         followed.and(self.both_channels())
     }

@@ -288,6 +288,12 @@ impl<M: Serialize + DeserializeOwned> Receiver<M> {
         self.length = 0;
     }
 
+    /// True if bytes have come since the last zero.
+    #[must_use]
+    pub const fn has_begun(&self) -> bool {
+        self.length > 0
+    }
+
     /// The counts so far.
     #[must_use]
     pub const fn counters(&self) -> LineCounters {

@@ -226,9 +226,13 @@ impl Conversation {
 
     fn unanswered(&self, outstanding: &Outstanding) -> LinkError {
         let line = self.receiver.counters();
+        let mut line = line.since(&outstanding.before.unwrap_or(line));
+        // Of another program's text no frame ever ends; that of a device does not where its power is cut.
+        let greeted = matches!(outstanding.request, Request::Hello { .. });
+        line.corrupt += u32::from(greeted && self.receiver.has_begun());
         LinkError::NoAnswer {
             request: outstanding.request.name(),
-            line: line.since(&outstanding.before.unwrap_or(line)),
+            line,
         }
     }
 

@@ -159,10 +159,8 @@ fn explain_silence(f: &mut fmt::Formatter<'_>, request: &str, line: &LineCounter
             corrupt,
             oversize,
             ..
-        } if corrupt + oversize > 0 => write!(
-            f,
-            "{} pieces of garbage came instead; is this the right port, and the right baud rate?",
-            corrupt + oversize
+        } if corrupt + oversize > 0 => f.write_str(
+            "only garbage came; is this the right port and baud rate, and is the device flashed?",
         ),
         LineCounters { received: 0, .. } if request != "hello" => {
             f.write_str("nothing came: check its plug and supply, then reset it")

@@ -105,6 +105,13 @@ fn a_shaft_that_rests_at_first_loses_no_count_of_a_ring() {
         encoder.take_ring(&ring, end).expect("slow enough");
     }
     assert_eq!(encoder.count(), 2);
+    // Both channels high, as an empty ring says nothing of.
+    let ring = [0xff, 0xff, 0xaa].map(AtomicU8::new);
+    let mut encoder = Quadrature::new();
+    for end in [0, 2, 0] {
+        encoder.take_ring(&ring, end).expect("slow enough");
+    }
+    assert_eq!(encoder.count(), 1);
 }
 
 /// The first fault of a shaft, its place in counts given for each of 128 samples a tick, with A or B off, and its tick.

@@ -33,14 +33,15 @@ pub struct PortInfo {
     pub latency_ms: Option<u32>,
 }
 
-/// All serial ports of this machine. Pseudo-terminals, as of an emulated device, are not among them.
+/// All serial ports of this machine, by their names. Pseudo-terminals, as of an emulated device, are not among them.
 #[must_use]
 pub fn ports() -> Vec<PortInfo> {
     // Without libudev the crate looks there, and panics where a container has no such place.
     if cfg!(target_os = "linux") && !Path::new("/sys/class/tty").exists() {
         return Vec::new();
     }
-    let found = serialport::available_ports().unwrap_or_default();
+    let mut found = serialport::available_ports().unwrap_or_default();
+    found.sort_by(|one, next| one.port_name.cmp(&next.port_name));
     let infos = found.into_iter().map(|port| {
         let (description, usb) = match &port.port_type {
             SerialPortType::UsbPort(usb) => {

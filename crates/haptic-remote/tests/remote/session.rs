@@ -210,7 +210,8 @@ fn a_greeting_in_vain_is_judged_by_all_of_its_turns() {
     let length = Conversation::new(50_000).ask(Request::Hello { nonce: 1 }, 0, &mut line);
     for (heard, words) in [
         (b"".as_slice(), "nothing came; is this the right port"),
-        (garbage, "pieces of garbage"),
+        (garbage, "only garbage came"),
+        (b"$GPGGA,123519,4807.038,N\r\n", "only garbage came"),
         (&line[..length], "echoes"),
     ] {
         let mut host = Conversation::new(50_000);

@@ -6,6 +6,7 @@
 //! A channel of the DMA ends after some number of transfers, so two of them take turns, each from the ring's beginning.
 //! Source: Raspberry Pi, *RP2040 Datasheet*: 2.5 (DMA), 3 (PIO).
 
+use crate::tick::until_tick_us;
 use core::sync::atomic::AtomicU8;
 use embassy_rp::gpio::Pull;
 use embassy_rp::pac::DMA;
@@ -18,11 +19,17 @@ use embassy_rp::{Peri, bind_interrupts};
 use haptic_board::Quadrature;
 use haptic_board::haptic_loop::Fault;
 
+/// Time of a byte of four samples, µs. Where a tick's period is a multiple of it, the position is as old at each tick, and a
+/// steady speed shows no ripple.
+pub(crate) const BYTE_US: u32 = 25;
 /// Samples of the encoder a second: as many counts a second can be followed.
-const SAMPLES_PER_S: u32 = 128_000;
-/// 32 ms of them. No tick comes that late: the watchdog is sooner.
+const SAMPLES_PER_S: u32 = 4_000_000 / BYTE_US;
+/// From the end of a byte to a tick that is due, µs: with the way into the tick about half a byte, so that a tick that comes some
+/// microseconds sooner or later reads the same one.
+const BEFORE_TICK_US: u32 = 8;
+/// 25 ms of them. No tick comes that late: the watchdog is sooner.
 const RING_BYTES: usize = 1024;
-/// Transfers of a channel before the other takes over, 70 minutes: whole rings.
+/// Transfers of a channel before the other takes over, 56 minutes: whole rings.
 const TRANSFERS: u32 = 1 << 27;
 
 #[repr(align(1024))]
@@ -42,11 +49,12 @@ pub(crate) struct EncoderPins {
     pub(crate) dma: (Peri<'static, DMA_CH0>, Peri<'static, DMA_CH1>),
 }
 
-/// Counts from where it stood when it was started. The position is up to 31 µs old, a byte of samples.
+/// Counts from where it stood when it was started. The position is up to 25 µs old, a byte of samples.
 pub(crate) struct Encoder {
     machine: StateMachine<'static, PIO0, 0>,
     _dma: (Peri<'static, DMA_CH0>, Peri<'static, DMA_CH1>),
     quadrature: Quadrature,
+    started: bool,
 }
 
 impl Encoder {
@@ -107,11 +115,17 @@ impl Encoder {
             machine,
             _dma: pins.dma,
             quadrature: Quadrature::new(),
+            started: false,
         }
     }
 
     /// From here on samples come, and are to be counted.
     pub(crate) fn start(&mut self) {
+        if self.started {
+            return;
+        }
+        self.started = true;
+        while until_tick_us().rem_euclid(BYTE_US as i32) as u32 != BEFORE_TICK_US {}
         self.machine.set_enable(true);
     }
 

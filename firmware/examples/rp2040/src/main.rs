@@ -38,6 +38,8 @@ static TICKER: TickerSlot<Axis, Alarm> = TickerSlot::empty();
 
 /// Time without a tick after which the chip is reset: more than two ticks of the longest period.
 const WATCHDOG: Duration = Duration::from_millis(20);
+/// The same until the main loop runs, while nothing enables the motor: much more than the digest takes.
+const START_UP: Duration = Duration::from_secs(1);
 /// The main loop looks for something to say at least so often: twice a tick of 1 ms.
 const ROUND: Duration = Duration::from_micros(500);
 
@@ -57,6 +59,8 @@ async fn main(_spawner: Spawner) {
         enable: chip.PIN_6,
         stop: chip.PIN_7,
     });
+    let mut watchdog = Fed(Watchdog::new(chip.WATCHDOG));
+    watchdog.0.start(START_UP);
     let retained = RETAINED.take();
     let place = singleton!(: Place<Axis> = Place::new());
     let device = place.and_then(|place| power_up(place, axis, IMAGE.version(), retained).ok());
@@ -70,7 +74,6 @@ async fn main(_spawner: Spawner) {
     let serve = async {
         // 11 ms, while the host looks what was plugged in.
         session.set_image_digest(IMAGE.digest());
-        let mut watchdog = Fed(Watchdog::new(chip.WATCHDOG));
         watchdog.0.start(WATCHDOG);
         let mut main_loop = MainLoop::new(device, session);
         loop {

@@ -1,6 +1,7 @@
 //! The tick: alarm 3 of the timer that counts microseconds. Alarm 0 is embassy's.
 
 use crate::TICKER;
+use crate::encoder::BYTE_US;
 use embassy_rp::interrupt;
 use embassy_rp::interrupt::{InterruptExt as _, Priority};
 #[cfg(feature = "rp2040")]
@@ -29,11 +30,16 @@ pub(crate) fn counter_us() -> u32 {
     TIMER.timerawl().read()
 }
 
+/// Time until the next tick is due, µs, or since it was, below zero.
+pub(crate) fn until_tick_us() -> i32 {
+    TIMER.alarm(ALARM).read().wrapping_sub(counter_us()) as i32
+}
+
 /// Alarm 3, once a period.
 #[derive(Debug)]
 pub(crate) struct Alarm {
-    /// When it is due, on the timer's lower word.
-    next_us: u32,
+    /// When the last tick was due, on the timer's lower word.
+    last_us: u32,
     period_us: u32,
 }
 
@@ -53,26 +59,28 @@ impl Alarm {
             OF_TICK.enable();
         }
         Self {
-            next_us: 0,
+            last_us: counter_us(),
             period_us: 1000,
         }
     }
 
     fn arm(&mut self) {
-        // A period that is over is skipped, not made up for.
-        let now_us = counter_us();
-        let left_us = self.next_us.wrapping_sub(now_us) as i32;
-        if left_us < SOON_US as i32 {
-            self.next_us = now_us.wrapping_add(SOON_US);
+        let mut next_us = self.last_us.wrapping_add(self.period_us);
+        // A period that is over is skipped, not made up for; the samples of the encoder keep their distance.
+        let late_us = (counter_us().wrapping_add(SOON_US)).wrapping_sub(next_us) as i32;
+        if late_us > 0 {
+            let late_us = (late_us as u32).next_multiple_of(BYTE_US);
+            next_us = next_us.wrapping_add(late_us);
+            self.last_us = self.last_us.wrapping_add(late_us);
         }
-        TIMER.alarm(ALARM).write_value(self.next_us);
+        TIMER.alarm(ALARM).write_value(next_us);
     }
 }
 
 impl TickTimer for Alarm {
     fn acknowledge(&mut self) {
         TIMER.intr().write(|raised| raised.set_alarm(ALARM, true));
-        self.next_us = self.next_us.wrapping_add(self.period_us);
+        self.last_us = self.last_us.wrapping_add(self.period_us);
         self.arm();
     }
 
@@ -82,7 +90,6 @@ impl TickTimer for Alarm {
 
     fn set_period_us(&mut self, period_us: u32) {
         self.period_us = period_us;
-        self.next_us = counter_us().wrapping_add(period_us);
         self.arm();
     }
 }

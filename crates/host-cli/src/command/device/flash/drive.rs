@@ -57,8 +57,13 @@ const FILE: &str = "haptic.uf2";
 /// Writes a new file through to the drive. The board starts the image as soon as it has all of it, and takes its drive away, so an error
 /// at the very end says little: the device's hello decides.
 pub(super) fn write(drive: &Path, bytes: &[u8]) -> io::Result<io::Result<()>> {
-    let mut opened = File::create_new(drive.join(FILE))?;
-    opened.write_all(bytes)?;
+    let file = drive.join(FILE);
+    let mut opened = File::create_new(&file)?;
+    if let Err(error) = opened.write_all(bytes) {
+        // Half an image must not be in the way of the next; a drive that is gone has none.
+        let _ = std::fs::remove_file(file);
+        return Err(error);
+    }
     Ok(opened.sync_all())
 }
 

@@ -38,7 +38,7 @@ impl Image {
             Ok(contents) => contents,
             Err(why) => {
                 return refused(format_args!(
-                    "`{path}` is not an image for this chip ({why}): change --image or --board"
+                    "`{path}` is not an image for this chip ({why}): build it again, or change --image or --board"
                 ));
             }
         };

@@ -5,9 +5,9 @@
 //! ```
 //! Numbers have 32 bits, the lowest byte first. Source: Microsoft, *USB Flashing Format (UF2)*.
 
-use elf::ElfBytes;
 use elf::abi::PT_LOAD;
 use elf::endian::LittleEndian;
+use elf::{ElfBytes, ParseError};
 use std::ops::Range;
 
 const MAGIC: [u32; 2] = [0x0A32_4655, 0x9E5D_5157];
@@ -22,13 +22,16 @@ const SECTOR: usize = 4096;
 
 /// The flash as an ELF file fills it, up to the end of a sector; 0 where nothing stands.
 pub(super) fn flash_image(file: &[u8], flash: &Range<u32>) -> Result<Vec<u8>, String> {
-    let elf = ElfBytes::<LittleEndian>::minimal_parse(file).map_err(|error| error.to_string())?;
+    let refused = |error| match error {
+        ParseError::SliceReadError(_) => "it is cut short".to_owned(),
+        ParseError::BadMagic(_) => "it is neither ELF nor UF2".to_owned(),
+        error => error.to_string(),
+    };
+    let elf = ElfBytes::<LittleEndian>::minimal_parse(file).map_err(refused)?;
     let mut image = Vec::new();
     let segments = elf.segments().into_iter().flatten();
     for segment in segments.filter(|segment| segment.p_type == PT_LOAD && segment.p_filesz > 0) {
-        let data = elf
-            .segment_data(&segment)
-            .map_err(|error| error.to_string())?;
+        let data = elf.segment_data(&segment).map_err(refused)?;
         put(&mut image, flash, segment.p_paddr, data)?;
     }
     whole(image)
@@ -215,11 +218,10 @@ mod tests {
         let end = refused(&elf(&[(FLASH.end - 2, b"end")]));
         assert!(end.contains("0x101ffffe"), "{end}");
         refused(&elf(&[]));
-        refused(b"UF2\n");
-        // Cut anywhere: refused or whole, never a panic.
+        assert_eq!(refused(&[b'x'; 100]), "it is neither ELF nor UF2");
         let file = elf(&[(FLASH.start, b"boot")]);
         for length in 0..file.len() {
-            refused(&file[..length]);
+            assert_eq!(refused(&file[..length]), "it is cut short", "{length}");
         }
     }
 }
