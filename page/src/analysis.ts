@@ -52,20 +52,11 @@ export type Task = { id: number; judge: Question } | { id: number; remember: Rem
 /** Its answer. */
 export type Done = { id: number; value: Judged | number } | { id: number; error: string };
 
+/** The worker starts with the first question: its module is compiled after the tissue moves. */
 export class Analysis {
-  private readonly worker = new Worker(new URL("worker.js", document.baseURI), { type: "module" });
+  private worker: Worker | null = null;
   private waiting = new Map<number, { done: (value: never) => void; failed: (error: Error) => void }>();
   private next = 1;
-
-  constructor() {
-    this.worker.onmessage = (event: MessageEvent<Done>) => {
-      const answer = event.data;
-      const waiting = this.waiting.get(answer.id);
-      this.waiting.delete(answer.id);
-      if ("error" in answer) waiting?.failed(new Error(answer.error));
-      else waiting?.done(answer.value as never);
-    };
-  }
 
   /** Judges a wall; fails with the library's sentence. */
   judge(question: Question): Promise<Judged> {
@@ -84,9 +75,23 @@ export class Analysis {
 
   private send<T>(task: (id: number) => Task): Promise<T> {
     const id = this.next++;
+    this.worker ??= this.started();
+    const { worker } = this;
     return new Promise<T>((done, failed) => {
       this.waiting.set(id, { done, failed });
-      this.worker.postMessage(task(id));
+      worker.postMessage(task(id));
     });
+  }
+
+  private started(): Worker {
+    const worker = new Worker(new URL("worker.js", document.baseURI), { type: "module" });
+    worker.onmessage = (event: MessageEvent<Done>) => {
+      const answer = event.data;
+      const waiting = this.waiting.get(answer.id);
+      this.waiting.delete(answer.id);
+      if ("error" in answer) waiting?.failed(new Error(answer.error));
+      else waiting?.done(answer.value as never);
+    };
+    return worker;
   }
 }

@@ -7,7 +7,7 @@ import { ControlView } from "./control";
 import { DesignView } from "./design";
 import { isTextField } from "./dom";
 import { FeelView } from "./feel";
-import { VIEWS, type View } from "./fragment";
+import type { View } from "./fragment";
 import type { Feel } from "./protocol";
 import { RunsView } from "./runs";
 import { Shell } from "./shell";
@@ -24,7 +24,8 @@ class Page implements App {
   readonly connection: Connection;
   state: State = START;
   private readonly shell: Shell;
-  private readonly views: Record<View, ViewPart>;
+  /** Feel, and those that were shown: none of the others holds up the first tissue. */
+  private readonly views = new Map<View, ViewPart>();
   private addressed = 0;
   /** Stops and starts that were asked for. */
   private arming = 0;
@@ -38,7 +39,7 @@ class Page implements App {
       start: () => void this.arm(),
       takeControls: () => void this.tell("controls.take", { force: true }),
       record: () => this.record(),
-      themed: () => Object.values(this.views ?? {}).forEach((view: ViewPart) => view.themed()),
+      themed: () => this.views.forEach((view) => view.themed()),
     });
     this.connection = new Connection({
       open: (hello) => {
@@ -53,13 +54,12 @@ class Page implements App {
         if (message.notice) this.notify(message.notice);
         if (message.status) this.dispatch({ do: "status", status: message.status });
         if (message.feel) this.dispatch({ do: "felt", feel: message.feel });
-        for (const view of VIEWS) this.views[view].unasked(message);
+        for (const view of this.views.values()) view.unasked(message);
       },
     });
     // It answers after all of this was made; the sooner it is asked, the sooner there is a tissue.
     this.connection.start();
-    this.views = { feel: new FeelView(this), design: new DesignView(this), runs: new RunsView(this), control: new ControlView(this) };
-    for (const view of VIEWS) this.shell.main.append(this.views[view].root);
+    this.make("feel");
     this.listen();
     this.dispatch({ do: "address", fragment: location.hash });
   }
@@ -69,12 +69,26 @@ class Page implements App {
     this.state = reduce(before, event);
     if (this.state === before) return;
     const { view, status } = this.state;
-    for (const name of VIEWS) this.views[name].root.hidden = name !== view;
+    const made = this.views.has(view) ? undefined : this.make(view);
+    for (const [name, { root }] of this.views) root.hidden = name !== view;
     this.shell.show(view);
     if (status !== null && status !== before.status) this.shell.status(status);
-    for (const name of VIEWS) this.views[name].render(this.state, before);
+    for (const part of this.views.values()) part.render(this.state, part === made ? START : before);
     this.write();
     this.send();
+  }
+
+  private make(name: View): ViewPart {
+    const makes: Record<View, () => ViewPart> = {
+      feel: () => new FeelView(this),
+      design: () => new DesignView(this),
+      runs: () => new RunsView(this),
+      control: () => new ControlView(this),
+    };
+    const part = makes[name]();
+    this.views.set(name, part);
+    this.shell.main.append(part.root);
+    return part;
   }
 
   /** Asks for what the state wants of the loop. */
@@ -145,14 +159,14 @@ class Page implements App {
       if (isTextField(event.target)) return;
       // A button is pressed when the key goes up.
       if (event.key === " ") event.preventDefault();
-      this.views[this.state.view].key(event, false);
+      this.views.get(this.state.view)?.key(event, false);
     });
     addEventListener("focusin", ({ target }) => {
       if (isTextField(target)) this.entered = target.value;
     });
     // A key that goes up elsewhere does not push on.
     addEventListener("blur", () => {
-      for (const key of ["ArrowLeft", "ArrowRight", "ArrowUp", "ArrowDown"]) this.views[this.state.view].key(new KeyboardEvent("keyup", { key }), false);
+      for (const key of ["ArrowLeft", "ArrowRight", "ArrowUp", "ArrowDown"]) this.views.get(this.state.view)?.key(new KeyboardEvent("keyup", { key }), false);
     });
   }
 
@@ -188,7 +202,7 @@ class Page implements App {
     if (act) {
       event.preventDefault();
       if (!event.repeat) act();
-    } else if (this.views[this.state.view].key(event, true)) event.preventDefault();
+    } else if (this.views.get(this.state.view)?.key(event, true)) event.preventDefault();
   }
 }
 

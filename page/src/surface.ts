@@ -20,6 +20,8 @@ export class Surface {
   private busy = false;
   private depths: number[] = [];
   private law: { order: number; stiffness: number; dissipation: number } | null = null;
+  /** The memory does not know the law yet, or has to forget. */
+  private anew = false;
 
   constructor(private readonly analysis: Analysis) {}
 
@@ -28,7 +30,7 @@ export class Surface {
     this.heard = NaN;
     this.set = 0;
     this.depths = [];
-    if (this.law) this.begin();
+    this.anew = true;
   }
 
   /** The law that is felt; what was remembered is kept if it is the same. */
@@ -36,7 +38,7 @@ export class Surface {
     const law = { order: feel.order, stiffness: feel.stiffness_n_per_m, dissipation: feel.dissipation_n_s_mu_per_m };
     if (JSON.stringify(law) === JSON.stringify(this.law)) return;
     this.law = law;
-    this.begin();
+    this.anew = true;
   }
 
   /** The surface at a time, s, with the probe at a position and a reaction. */
@@ -51,13 +53,11 @@ export class Surface {
     return force > TOUCH_N && position > 0 ? position : this.set;
   }
 
-  private begin(): void {
-    if (this.law) this.analysis.remember({ law: { ...this.law, step: STEP_S } }).catch(() => undefined);
-  }
-
   private tell(): void {
     this.busy = true;
     const depths = this.depths.splice(0);
+    if (this.anew && this.law) this.analysis.remember({ law: { ...this.law, step: STEP_S } }).catch(() => undefined);
+    this.anew = false;
     this.analysis
       .remember({ depths })
       .then((set) => {

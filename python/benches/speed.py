@@ -142,7 +142,7 @@ PROMISES = [
     # Two idle cores: 1.7 times the work of one thread.
     ("two threads, in the work of two processes", two_threads, ">=", 1.7 / 2),
     ("region, ms", a_region, "<=", 1.0),
-    ("import and first result, s", first_import, "<=", 0.3),
+    ("import and first result, s", first_import, "<=", 0.2),
 ]
 
 

@@ -14,6 +14,11 @@ from fractional_haptics import _native
 MODULES = ("analysis", "control", "experiment", "log", "operators", "plot", "tissue")
 
 
+def test_a_stream_of_single_samples_needs_no_numpy() -> None:
+    code = "import sys; from fractional_haptics.operators import Operator; Operator(0.5, 1e-3).step(1.0); print('numpy' in sys.modules)"
+    assert subprocess.run([sys.executable, "-c", code], check=True, capture_output=True, text=True).stdout.strip() == "False"
+
+
 def test_an_import_loads_nothing_that_is_not_needed() -> None:
     code = (
         "import sys, fractional_haptics.operators, fractional_haptics.analysis, fractional_haptics.log;"

@@ -82,9 +82,8 @@ impl Pyramid {
         }
     }
 
-    /// Forgets all samples; the next has tick 0.
-    pub fn clear(&mut self) {
-        self.levels.iter_mut().for_each(Level::clear);
+    /// Forgets all samples; the next has tick 0. What stands in the entries is seen no more: each is begun anew with its first sample.
+    pub const fn clear(&mut self) {
         self.made = 0;
     }
 
@@ -305,10 +304,6 @@ impl Level {
             // Numbers other than zero, so that the system has to give the memory now.
             entries: vec![NOTHING; channels * capacity],
         }
-    }
-
-    fn clear(&mut self) {
-        self.entries.fill(NOTHING);
     }
 
     fn place(&self, entry: u64) -> usize {

@@ -22,20 +22,16 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-import numpy as np
-
 from fractional_haptics import _native
 from fractional_haptics._native import Operator
 
+# NumPy takes most of the time of an import, and a stream of single samples does without.
 if TYPE_CHECKING:
     import control
+    import numpy as np
     from numpy.typing import ArrayLike, NDArray
 
 __all__ = ["Operator", "differintegrate", "frequency_response", "grunwald_weights", "state_space", "to_control"]
-
-_TAPS_OF_MODES = 16
-"""The gain and the recent weights that a full memory keeps beside its modes."""
-_STATES_MOST = 2048
 
 
 def differintegrate(
@@ -93,6 +89,8 @@ def differintegrate(
     >>> bool(abs(y[-1] - 2 * np.sqrt(t[-1] / np.pi)) < 1e-10)
     True
     """
+    import numpy as np
+
     # The mask stays, for the refusal.
     samples = x if isinstance(x, np.ma.MaskedArray) else np.asarray(x)
     if samples.ndim == 0:
@@ -196,18 +194,9 @@ def state_space(operator: Operator) -> tuple[NDArray[np.float64], NDArray[np.flo
     ValueError
         A scheme without such matrices, or too many states.
     """
-    listed = operator._list()
-    if listed is None:
-        raise ValueError(f"scheme {operator.scheme} is no list of coefficients: take full, or frequency_response")
-    form, integer, values = listed
-    if form == "taps" and len(values) > _STATES_MOST + 1:
-        raise ValueError(f"scheme {operator.scheme} has {len(values) - 1} states, more than {_STATES_MOST}: take full")
-    core = {"taps": _taps, "modes": _modes, "recursion": _recursion}[form](values)
-    difference = (np.zeros((1, 1)), np.ones(1), -np.ones(1), 1.0)
-    total = (np.ones((1, 1)), np.ones(1), np.ones(1), 1.0)
-    for _ in range(abs(integer)):
-        core = _series(difference, core) if integer > 0 else _series(core, total)
-    return core
+    from fractional_haptics import _matrices
+
+    return _matrices.of(operator)
 
 
 def to_control(operator: Operator) -> control.StateSpace:
@@ -232,43 +221,3 @@ def to_control(operator: Operator) -> control.StateSpace:
 
     a, b, c, d = state_space(operator)
     return control.StateSpace(a, b[:, None], c[None, :], [[d]], operator.sample_time, remove_useless_states=False)
-
-
-_Matrices = tuple["NDArray[np.float64]", "NDArray[np.float64]", "NDArray[np.float64]", float]
-
-
-def _series(first: _Matrices, second: _Matrices) -> _Matrices:
-    """The output of the first into the second."""
-    (a1, b1, c1, d1), (a2, b2, c2, d2) = first, second
-    a = np.block([[a1, np.zeros((len(b1), len(b2)))], [np.outer(b2, c1), a2]])
-    return a, np.concatenate([b1, b2 * d1]), np.concatenate([d2 * c1, c2]), d1 * d2
-
-
-def _beside(first: _Matrices, second: _Matrices) -> _Matrices:
-    """The sum of both."""
-    (a1, b1, c1, d1), (a2, b2, c2, d2) = first, second
-    a = np.block([[a1, np.zeros((len(b1), len(b2)))], [np.zeros((len(b2), len(b1))), a2]])
-    return a, np.concatenate([b1, b2]), np.concatenate([c1, c2]), d1 + d2
-
-
-def _taps(values: NDArray[np.float64]) -> _Matrices:
-    count = len(values) - 1
-    b = np.zeros(count)
-    b[:1] = 1.0
-    return np.eye(count, k=-1), b, values[1:], float(values[0])
-
-
-def _modes(values: NDArray[np.float64]) -> _Matrices:
-    decay, weight = values[_TAPS_OF_MODES::2], values[_TAPS_OF_MODES + 1 :: 2]
-    used = weight != 0
-    bank = (np.diag(1 - decay[used]), np.ones(np.count_nonzero(used)), weight[used], 0.0)
-    return _beside(_taps(values[:_TAPS_OF_MODES]), bank)
-
-
-def _recursion(values: NDArray[np.float64]) -> _Matrices:
-    gain, forward, backward = float(values[0]), values[1::2], values[2::2]
-    a = np.eye(len(forward), k=1)
-    a[:, 0] -= backward
-    c = np.zeros(len(forward))
-    c[:1] = 1.0
-    return a, forward - backward * gain, c, gain
