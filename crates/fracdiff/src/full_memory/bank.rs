@@ -72,8 +72,10 @@ impl<F: Real, const TAPS: usize, const MODES: usize> FullMemory<F, TAPS, MODES> 
         let direct = rate * design.head()[0];
         let mut core = Bank::of_modes(rate, direct, design.modes().iter().map(mode), integer);
         let later = design.corrections();
-        let corrections = later[1..].iter().map(|left| F::from_f64(rate * left));
-        core.take_corrections(corrections);
+        for (correction, left) in core.corrections.iter_mut().zip(&later[1..]) {
+            *correction = F::from_f64(rate * left);
+        }
+        core.look_at_corrections();
         Ok(Self(WithIntegerPart { integer, core }))
     }
 }
@@ -83,35 +85,37 @@ operator_from_its_core!(FullMemory<TAPS, MODES>, FullMemoryHistory);
 /// The core: a fractional integral of order ν, 0 ≤ ν < 1.
 #[derive(Clone, Debug, PartialEq)]
 // Aligned for vectors of any width: one that lies in two cache lines is loaded at half the speed.
-#[cfg_attr(
-    any(target_arch = "aarch64", target_arch = "x86_64"),
-    repr(C, align(64))
-)]
+#[cfg_attr(any(target_arch = "aarch64", target_arch = "x86_64"), repr(align(64)))]
 pub(crate) struct Bank<F, const TAPS: usize, const MODES: usize> {
-    decays: [F; MODES],
-    weights: [F; MODES],
-    /// Of lags 1 to TAPS − 1; the last is zero.
-    corrections: [F; TAPS],
-    /// Whether one of them is not zero.
-    tapped: bool,
     rate: f64,
     direct: F,
+    /// Of lags 1 to TAPS − 1; the last is zero.
+    corrections: [F; TAPS],
+    decays: [F; MODES],
+    weights: [F; MODES],
     /// Blocks of modes without compensation: the fast ones, which come first; in `f64` all.
     fast_blocks: usize,
     slow_blocks: usize,
-    /// Behind them half a block, if as much is enough for the last modes.
+    #[cfg(not(target_arch = "arm"))]
+    shape: Shape,
+}
+
+/// What can be left out: on a small core without vectors it costs more to look than to do it.
+#[cfg(not(target_arch = "arm"))]
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Shape {
+    /// Whether a correction is not zero.
+    tapped: bool,
     tail: Tail,
 }
 
+/// Half a block behind the others, if as much is enough for the last modes.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Tail {
     None,
     Fast,
     Slow,
 }
-
-/// Without vectors, half a block takes longer than its own loop is worth.
-const HAS_TAIL: bool = !cfg!(target_arch = "arm");
 
 /// Blocks without a slow mode. Fast modes come first, so compensation is a property of blocks.
 fn fast_blocks<F: Real>(decays: &[F], integer: i32) -> usize {
@@ -129,12 +133,15 @@ impl<F: Real, const TAPS: usize, const MODES: usize> Bank<F, TAPS, MODES> {
         rate: 0.0,
         direct: F::ZERO,
         corrections: [F::ZERO; TAPS],
-        tapped: false,
         decays: [F::ZERO; MODES],
         weights: [F::ZERO; MODES],
         fast_blocks: 0,
         slow_blocks: 0,
-        tail: Tail::None,
+        #[cfg(not(target_arch = "arm"))]
+        shape: Shape {
+            tapped: false,
+            tail: Tail::None,
+        },
     };
 
     /// Of g, d and W of at most MODES modes, behind so many differences (> 0) or before so many sums (< 0); without corrections.
@@ -165,32 +172,44 @@ impl<F: Real, const TAPS: usize, const MODES: usize> Bank<F, TAPS, MODES> {
         bank
     }
 
-    /// Takes the corrections of lags 1 to TAPS − 1.
-    fn take_corrections(&mut self, corrections: impl Iterator<Item = F>) {
-        for (own, correction) in self.corrections[..TAPS - 1].iter_mut().zip(corrections) {
-            *own = correction;
+    /// Sees whether a correction is not zero.
+    fn look_at_corrections(&mut self) {
+        #[cfg(not(target_arch = "arm"))]
+        {
+            self.shape.tapped = self.corrections.iter().any(|&own| own != F::ZERO);
         }
-        self.tapped = self.corrections.iter().any(|&own| own != F::ZERO);
     }
 
     /// Takes the first `count` modes into use.
     fn use_modes(&mut self, count: usize, integer: i32) {
         let fast = fast_blocks(&self.decays[..count], integer);
         let all = count.div_ceil(LANES);
-        let has_tail = HAS_TAIL && (1..=HALF).contains(&(count % LANES));
+        let has_tail = !cfg!(target_arch = "arm") && (1..=HALF).contains(&(count % LANES));
         let whole = all - usize::from(has_tail);
         self.fast_blocks = fast.min(whole);
         self.slow_blocks = whole - self.fast_blocks;
-        self.tail = match (has_tail, fast > whole) {
-            (false, _) => Tail::None,
-            (true, true) => Tail::Fast,
-            (true, false) => Tail::Slow,
-        };
+        #[cfg(not(target_arch = "arm"))]
+        {
+            self.shape.tail = match (has_tail, fast > whole) {
+                (false, _) => Tail::None,
+                (true, true) => Tail::Fast,
+                (true, false) => Tail::Slow,
+            };
+        }
+    }
+
+    /// Whether a correction is not zero, and the half block behind the others.
+    #[inline]
+    fn shape(&self) -> (bool, Tail) {
+        #[cfg(target_arch = "arm")]
+        return (true, Tail::None);
+        #[cfg(not(target_arch = "arm"))]
+        (self.shape.tapped, self.shape.tail)
     }
 
     /// Modes in use, those that fill up the last block included: the same on every machine.
     fn used(&self) -> usize {
-        let tail = usize::from(self.tail != Tail::None);
+        let tail = usize::from(self.shape().1 != Tail::None);
         (self.fast_blocks + self.slow_blocks + tail) * LANES
     }
 }
@@ -271,7 +290,7 @@ impl<F: Real, const TAPS: usize, const MODES: usize> Differintegrator<F> for Ban
 
     #[inline]
     fn advance(&self, history: &mut Self::History, x: F) {
-        if self.tapped {
+        if self.shape().0 {
             let before = history.due;
             // A core with an FPU and no vectors moves faster than it multiplies. The same bits: no number here is −0, as the last
             // is never written.
@@ -301,15 +320,15 @@ impl<F: Real, const TAPS: usize, const MODES: usize> Differintegrator<F> for Ban
                 advance_compensated(states, coefficients, x, &mut sums);
             }
         }
-        if HAS_TAIL
-            && self.tail != Tail::None
+        let tail = self.shape().1;
+        if tail != Tail::None
             && let Some(((states, carries), (decays, weights))) = blocks.next()
             && let (Some(states), Some(carries)) =
                 (states.first_chunk_mut(), carries.first_chunk_mut())
             && let (Some(decays), Some(weights)) = (decays.first_chunk(), weights.first_chunk())
             && let Some(sums) = sums.first_chunk_mut()
         {
-            if F::COMPENSATED && self.tail == Tail::Slow {
+            if F::COMPENSATED && tail == Tail::Slow {
                 advance_half((states, carries), (decays, weights), x, sums);
             } else {
                 advance_plain(states, (decays, weights), x, sums);
@@ -450,7 +469,9 @@ impl<F: Real, const TAPS: usize, const MODES: usize> Bank<F, TAPS, MODES> {
         let (taps, pairs) = Self::parts(values)?;
         self.rate = 1.0;
         self.direct = taps[0];
-        self.take_corrections(taps[1..].iter().copied());
+        self.corrections[..TAPS - 1].copy_from_slice(&taps[1..]);
+        self.corrections[TAPS - 1] = F::ZERO;
+        self.look_at_corrections();
         // A decay of zero is no mode.
         self.decays.fill(F::ZERO);
         self.weights.fill(F::ZERO);
