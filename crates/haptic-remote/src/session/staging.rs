@@ -41,9 +41,7 @@ impl DeviceSession {
         law: ControllerLaw,
         device: &impl Exclusive<TickSide<H, D, R>>,
     ) -> Result<(), Refusal> {
-        if self.staged.is_none() || self.run_of != 0 {
-            return Err(Refusal::Incomplete);
-        }
+        self.staging()?;
         if device.with(|device| device.controller_cost()).is_none() {
             return Err(Refusal::Unsupported(Field::Other));
         }
@@ -57,9 +55,7 @@ impl DeviceSession {
         &mut self,
         workspace: WorkspaceBox,
     ) -> Result<(), Refusal> {
-        if self.staged.is_none() || self.run_of != 0 {
-            return Err(Refusal::Incomplete);
-        }
+        self.staging()?;
         if D == 1 || workspace.axes.len() != D {
             return Err(Refusal::Unsupported(Field::WorkspaceLow));
         }
@@ -73,9 +69,7 @@ impl DeviceSession {
         &mut self,
         surface: SurfaceShape,
     ) -> Result<(), Refusal> {
-        if self.staged.is_none() || self.run_of != 0 {
-            return Err(Refusal::Incomplete);
-        }
+        self.staging()?;
         if D == 1 {
             return Err(Refusal::Unsupported(Field::Surface));
         }
@@ -83,11 +77,17 @@ impl DeviceSession {
         Ok(())
     }
 
-    pub(super) fn stage(&mut self, block: &CoefficientBlock) -> Result<(), Refusal> {
-        let start = usize::from(block.offset);
+    /// Refuses what has no configuration to stand beside.
+    fn staging(&self) -> Result<(), Refusal> {
         if self.staged.is_none() || self.run_of != 0 {
             return Err(Refusal::Incomplete);
         }
+        Ok(())
+    }
+
+    pub(super) fn stage(&mut self, block: &CoefficientBlock) -> Result<(), Refusal> {
+        let start = usize::from(block.offset);
+        self.staging()?;
         let slots = self.values.get_mut(start..start + COEFFICIENTS_PER_BLOCK);
         let aligned = start.is_multiple_of(COEFFICIENTS_PER_BLOCK);
         let Some(slots) = slots.filter(|_| aligned) else {
