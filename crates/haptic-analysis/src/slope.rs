@@ -8,7 +8,7 @@
 //! For a plant that drifts without the wall, G = w^(d+1)N/(v·Ã), v = 1 − w, the left side times |v|·|Ã|² is as good, and
 //! has no pole: near rest it falls like θ, and its slope there is the condition in the limit.
 //!
-//! - h is found by linear programmes over some hundred angles, k by bisection; then the inequality is proved between the
+//! - h is found by programmes of least distance over some hundred angles, k by bisection; then the inequality is proved between the
 //!   angles by a bound of the second derivative, and an angle at which it fails joins the others.
 //! - What rounding may have added to the left side is taken off first.
 //! - A programme that finds no good h costs proof, never truth.
@@ -23,7 +23,7 @@ use crate::extremum::Grid;
 use crate::margin::{AtAngle, Terms};
 use crate::stability::BOUNDARY;
 use core::f64::consts::PI;
-use microlp::{ComparisonOp, OptimizationDirection, Problem};
+use fracdiff::full_memory::non_negative_least_squares;
 use num_complex::Complex;
 
 /// How steep contact may be: factors on the wall (K and B together), of which 1 is the wall itself.
@@ -66,6 +66,8 @@ const NEAR_REST: f64 = 1e-9;
 const PERIODS: [u32; 2] = [24, 400];
 /// Angles of the first programme.
 const FIRST: usize = 12;
+/// What rounding leaves of an h that is none.
+const DUST: f64 = 1e-9;
 /// Programmes with more and more angles before a slope is given up.
 const EXCHANGES: usize = 60;
 /// Slopes tried between the circle criterion and the linear limit.
@@ -376,44 +378,59 @@ impl<'a, 'b> Search<'a, 'b> {
         f64::from(self.lags[self.lags.len() - 1])
     }
 
-    /// h by a linear programme that makes the least of all rows, each over its size, as large as it can be; with that least.
-    fn programme(&self, slope: f64) -> Option<(f64, Taps)> {
-        let mut problem = Problem::new(OptimizationDirection::Maximize);
-        let both = self.lags.iter().flat_map(|&i| [i, -i]);
-        let taps: Vec<_> = both
-            .map(|i| (i, problem.add_var(0.0, (0.0, 1.0))))
-            .collect();
-        let least = problem.add_var(1.0, (-1.0, 1.0));
-        let sum: Vec<_> = taps.iter().map(|&(_, tap)| (tap, 1.0)).collect();
-        problem.add_constraint(sum.as_slice(), ComparisonOp::Le, 1.0);
+    /// h by least-distance programming; `None` if it finds none that makes all active rows positive.
+    ///
+    /// ```text
+    /// min |x|²,  x ≥ 0,  B·x ≥ 1,    B·x = Re{M(W/k + E)}/size at each angle for  M = x₀ + Σ x_i(1 − w^i),   h_i = x_i/Σx
+    /// ```
+    /// Source: C. L. Lawson, R. J. Hanson, *Solving Least Squares Problems*, 1974, ch. 23, algorithm LDP.
+    fn programme(&self, slope: f64) -> Option<Taps> {
+        let lags: Vec<i32> = self.lags.iter().flat_map(|&i| [i, -i]).collect();
         let active = self.points.iter().filter(|point| point.is_active);
-        for Point { row, .. } in active {
-            // Re{w^i(W/k + E)}
-            let (value, size) = (row.value(slope), row.size(slope, self.last()));
-            let mut terms = vec![(least, 1.0)];
-            terms.extend(taps.iter().map(|&(i, tap)| {
-                let (sin, cos) = libm::sincos(f64::from(i) * row.theta);
-                (tap, (value.re * cos + value.im * sin) / size)
-            }));
-            problem.add_constraint(terms.as_slice(), ComparisonOp::Le, value.re / size);
+        let rows: Vec<Vec<f64>> = active
+            .map(|Point { row, .. }| {
+                let (value, size) = (row.value(slope), row.size(slope, self.last()));
+                let turned = lags.iter().map(|&i| {
+                    let (sin, cos) = libm::sincos(0.5 * f64::from(i) * row.theta);
+                    2.0 * sin * (value.re * sin - value.im * cos)
+                });
+                let all = core::iter::once(value.re).chain(turned);
+                all.map(|term| term / size).collect()
+            })
+            .collect();
+        let unknowns = lags.len() + 1;
+        let bounds = (0..unknowns).map(|index| {
+            let mut column = vec![0.0; unknowns + 1];
+            column[index] = 1.0;
+            column
+        });
+        let of_rows = rows.iter().map(|row| [row.as_slice(), &[1.0]].concat());
+        let columns: Vec<Vec<f64>> = of_rows.chain(bounds).collect();
+        let mut target = vec![0.0; unknowns + 1];
+        target[unknowns] = 1.0;
+        let duals = non_negative_least_squares(columns.clone(), target);
+        let mut x = vec![0.0; unknowns];
+        for (column, dual) in columns.iter().zip(&duals) {
+            for (x, term) in x.iter_mut().zip(column) {
+                *x += dual * term;
+            }
         }
-        let solution = problem.solve().ok()?.into_solution().ok()?;
-        let found = taps.iter().map(|&(i, tap)| (i, solution.var_value(tap)));
-        let mut found: Vec<_> = found.filter(|(_, h)| *h > 0.0).collect();
-        let sum: f64 = found.iter().map(|(_, h)| h).sum();
-        if sum > 1.0 {
-            found.iter_mut().for_each(|(_, h)| *h /= sum);
-        }
-        Some((solution.var_value(least), Taps(found)))
+        let sum: f64 = x.iter().sum();
+        x.iter_mut().for_each(|x| *x /= sum);
+        x.iter_mut().filter(|x| **x < DUST).for_each(|x| *x = 0.0);
+        let heights = rows
+            .iter()
+            .map(|row| row.iter().zip(&x).map(|(a, x)| a * x).sum());
+        let least = heights.fold(f64::INFINITY, f64::min);
+        let taps = lags.into_iter().zip(x.drain(1..));
+        let taps = Taps(taps.filter(|(_, h)| *h > 0.0).collect());
+        (least > 0.0).then_some(taps)
     }
 
     /// h for which the inequality holds in every row with this slope.
     fn taps_for(&mut self, slope: f64) -> Option<Taps> {
         for _ in 0..EXCHANGES {
-            let (most, taps) = self.programme(slope)?;
-            if most <= 0.0 {
-                return None;
-            }
+            let taps = self.programme(slope)?;
             let heights = self.points.iter().map(|Point { row, .. }| {
                 let value = (taps.jet(row.theta).value * row.value(slope)).re;
                 value / row.size(slope, self.last())
