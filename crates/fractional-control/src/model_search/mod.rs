@@ -379,7 +379,7 @@ pub(super) fn cancelled(
 ) -> Option<FractionalTransferFunction> {
     let above = without_rest(&coefficients(function.numerator().terms()), record)?;
     let below = without_rest(&coefficients(function.denominator().terms()), record)?;
-    FractionalTransferFunction::new(&terms(&above), &terms(&below)).ok()
+    of_coefficients(&above, &below)
 }
 
 /// True if a function that settles shows some of that within the record: the last coefficient below acts beside the one before.
@@ -400,12 +400,15 @@ pub(super) fn integrating(
     let below = coefficients(function.denominator().terms());
     let integrators = below.iter().position(|c| *c != 0.0)?;
     let faster = without_rest(&below[integrators..], record)?;
-    let unit = faster.first().map(|c| c.abs()).filter(|c| *c > 0.0)?;
-    let zeros = core::iter::repeat_n(0.0, integrators + 1);
-    let below: Vec<f64> = zeros.chain(faster.iter().map(|c| c / unit)).collect();
-    let above = coefficients(function.numerator().terms());
-    let above: Vec<f64> = above.iter().map(|c| c / unit).collect();
-    FractionalTransferFunction::new(&terms(&above), &terms(&below)).ok()
+    let below = [vec![0.0; integrators + 1], faster].concat();
+    of_coefficients(&coefficients(function.numerator().terms()), &below)
+}
+
+/// The function whose lowest coefficient below is 1 or −1: a fit leaves it so.
+fn of_coefficients(above: &[f64], below: &[f64]) -> Option<FractionalTransferFunction> {
+    let unit = below.iter().find(|c| **c != 0.0)?.abs();
+    let terms = |all: &[f64]| terms(&all.iter().map(|c| c / unit).collect::<Vec<f64>>());
+    FractionalTransferFunction::new(&terms(above), &terms(below)).ok()
 }
 
 fn length_s(record: &InputOutput) -> f64 {

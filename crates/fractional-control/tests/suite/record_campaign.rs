@@ -431,3 +431,22 @@ fn noise_shows_no_response() {
     let seen = seen.count() as u64;
     assert!(20 * seen <= count, "{seen} of {count}");
 }
+
+/// A pole at rest that is cancelled takes its scale along: gain and time constant stay where a person reads them.
+#[test]
+fn the_lowest_coefficient_below_is_1() {
+    for seed in 0..4 {
+        let mut random = Random(seed);
+        let mut case = Case::drawn(4, &mut random);
+        case.modes = vec![Mode::new(-5.0, 10.0)];
+        (case.delay, case.noise, case.samples) = (2.6, 0.01, 250);
+        (case.digits, case.input) = (None, Input::Step);
+        let record = case.record(&mut random);
+        let found = identify(&record, &candidates(&record, true, None), true);
+        for found in found.expect("some function fits") {
+            let function = found.identified.function;
+            let lowest = function.denominator().terms().last().expect("a term");
+            assert_eq!(lowest.coefficient.abs(), 1.0, "{seed}: {function}");
+        }
+    }
+}

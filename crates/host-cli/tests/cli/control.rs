@@ -153,6 +153,11 @@ fn a_trajectory_of_a_table_is_followed_sample_by_sample() {
     assert_eq!(samples.len(), 401);
     let references = [150, 200].map(|n| number(&samples[n], "reference"));
     assert_eq!(references, [0.5, 1.0]);
+    place.write("gap.csv", "time_s,reference\n0,0\n1,\n2,1\n");
+    let line = "control simulate --plant 1/(s+1) --controller pid.toml --reference gap.csv";
+    place.refuses(&format!(
+        "{line} => gap.csv: 1 row (line 3) without a reference | delete the row"
+    ));
 }
 
 /// 2e^(−0.35s)/(s + 1) as a German spreadsheet saves it, an output missing.

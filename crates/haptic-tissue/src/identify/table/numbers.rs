@@ -36,11 +36,7 @@ impl Reader {
     /// Two columns of one quantity, a wrong unit, a cell that is not a number, with line and column.
     pub fn read(&self, mut table: TextTable) -> Result<Columns, IdentifyError> {
         let mut notes = Vec::new();
-        if table
-            .header
-            .iter()
-            .all(|cell| number(cell, table.delimiter).is_some())
-        {
+        if table.header.iter().all(|cell| number(cell).is_some()) {
             self.without_header(&mut table)?;
         }
         let mut found = self.find(&table)?;
@@ -203,7 +199,7 @@ impl Reader {
         };
         let row = table.rows.first().filter(|(_, row)| {
             let mut cells = found.iter().map(|f| row.get(f.place).unwrap_or(""));
-            !found.is_empty() && cells.all(|cell| number(cell, table.delimiter).is_none())
+            !found.is_empty() && cells.all(|cell| number(cell).is_none())
         });
         let below = row.map(|(_, row)| row.clone());
         if below.is_some() {
@@ -259,7 +255,7 @@ impl Reader {
             if is_gap(cell) {
                 return Ok(None);
             }
-            let value = number(cell, table.delimiter).ok_or_else(|| IdentifyError::Line {
+            let value = number(cell).ok_or_else(|| IdentifyError::Line {
                 line,
                 column: Some(f.name.clone()),
                 reason: format!("{cell:?} is not a finite number: correct it, or omit the row"),

@@ -44,8 +44,6 @@ pub fn rows_named(lines: &[u64]) -> Option<String> {
 /// A table as text.
 #[derive(Clone, Debug, PartialEq)]
 pub struct TextTable {
-    /// Its cells' separator.
-    pub(super) delimiter: u8,
     pub(super) header_line: u64,
     pub(super) header: Vec<String>,
     /// Line and cells.
@@ -118,7 +116,6 @@ impl TextTable {
         })?;
         let blank = blank_row(&text, delimiter);
         let mut table = Self {
-            delimiter,
             header_line: 1,
             header: Vec::new(),
             rows,
@@ -132,7 +129,6 @@ impl TextTable {
 
     /// This row is the header, and those above it are none.
     fn cut(&mut self, place: usize) {
-        let delimiter = self.delimiter;
         let first = self.header.iter().map(String::as_str).collect();
         let mut above = vec![(self.header_line, first)];
         let mut rows = std::mem::take(&mut self.rows).into_iter();
@@ -141,8 +137,7 @@ impl TextTable {
         // A remark may have a number among its words.
         let is_sample = |row: &StringRecord| {
             let mut filled = row.iter().filter(|cell| !cell.is_empty());
-            2 * filled.clone().count() > header.len()
-                && filled.all(|cell| number(cell, delimiter).is_some())
+            2 * filled.clone().count() > header.len() && filled.all(|cell| number(cell).is_some())
         };
         let samples = above.iter().filter(|(_, row)| is_sample(row));
         self.above.extend(samples.map(|(line, _)| *line));
@@ -173,14 +168,11 @@ impl TextTable {
             );
             return Err(wrong(*line, &reason));
         }
-        if self.delimiter == b',' {
-            return Ok(());
-        }
         let cells = self
             .rows
             .iter()
             .flat_map(|(line, row)| row.iter().map(move |cell| (*line, cell)));
-        let numbers = cells.filter(|(_, cell)| number(cell, self.delimiter).is_some());
+        let numbers = cells.filter(|(_, cell)| number(cell).is_some());
         let (mut point, mut comma, mut decimal) = (false, None, false);
         for (line, cell) in numbers {
             point |= cell.contains('.');
@@ -217,9 +209,7 @@ impl TextTable {
             self.header.iter().filter(|cell| !cell.is_empty()).count(),
         );
         for (place, (_, row)) in self.rows.iter().take(ABOVE).enumerate() {
-            let numbers = row
-                .iter()
-                .filter(|cell| number(cell, self.delimiter).is_some());
+            let numbers = row.iter().filter(|cell| number(cell).is_some());
             if numbers.count() * 2 >= filled(row) {
                 continue;
             }
@@ -281,7 +271,7 @@ fn decoded(bytes: &[u8]) -> Result<Cow<'_, str>, IdentifyError> {
     })
 }
 
-/// What separates the cells: the first mark that half of the lines have; spaces if none does.
+/// What separates the cells: tabs or semicolons if half of the lines have them, spaces if they have numbers apart by them, else commas.
 fn delimiter(text: &str) -> Result<u8, IdentifyError> {
     let is_data = |line: &&str| !line.trim().is_empty() && !line.trim_start().starts_with('#');
     let lines = || text.lines().filter(is_data).take(4 * ABOVE);
@@ -292,13 +282,14 @@ fn delimiter(text: &str) -> Result<u8, IdentifyError> {
         ));
     }
     let half = |of: &dyn Fn(&str) -> bool| 2 * lines().filter(|line| of(line)).count() >= count;
-    let mut marks = [b'\t', b';', b','].into_iter();
+    let mut marks = [b'\t', b';'].into_iter();
     if let Some(mark) = marks.find(|mark| half(&|line| line.as_bytes().contains(mark))) {
         return Ok(mark);
     }
+    // A comma at the end of a cell separates, one inside is of decimals.
+    let is_cell = |cell: &str| !cell.ends_with(',') && number(cell).is_some();
     let numbers = |line: &str| {
-        let mut cells = line.split_whitespace();
-        line.split_whitespace().nth(1).is_some() && cells.all(|cell| number(cell, b' ').is_some())
+        line.split_whitespace().nth(1).is_some() && line.split_whitespace().all(is_cell)
     };
     Ok(if half(&numbers) { b' ' } else { b',' })
 }
@@ -449,7 +440,7 @@ impl TextTable {
                 let cell = row.get(place).unwrap_or("");
                 let value = match has_gaps && is_gap(cell) {
                     true => Some(f64::NAN),
-                    false => number(cell, self.delimiter),
+                    false => number(cell),
                 };
                 is_whole &= value.is_none_or(|value| !value.is_nan());
                 column.push(value.ok_or_else(|| IdentifyError::Line {
@@ -481,7 +472,10 @@ impl TextTable {
     fn time_factor(&mut self, place: usize) -> Result<f64, IdentifyError> {
         let name = self.header[place].clone();
         let below = self.rows.first().and_then(|(_, row)| row.get(place));
-        let below = below.filter(|cell| number(cell, self.delimiter).is_none() && !is_gap(cell));
+        // A unit begins with no digit: `10:15:00` is no number of a record, and no unit.
+        let is_unit =
+            |cell: &&str| !is_gap(cell) && !cell.starts_with(|c: char| "+-.0123456789".contains(c));
+        let below = below.filter(is_unit);
         let below = below.map(|cell| cell.trim_matches(['[', ']', '(', ')']).trim().to_owned());
         let own = split(&name).1;
         let suffix = name.rsplit_once('_');
@@ -511,14 +505,12 @@ fn blank_row(text: &str, delimiter: u8) -> Option<u64> {
     let is_empty = |line: &str| line.trim_matches(is_blank).is_empty();
     // Lines above the first row that is mostly numbers are none of the samples.
     let is_numbers = |line: &str| {
-        let cells = line.split(char::from(delimiter)).map(str::trim);
+        let cells = line.split(char::from(delimiter));
+        let cells = cells.map(|cell| cell.trim_matches([' ', '\t', '\r', '"']));
         let (numbers, cells) = cells
             .filter(|cell| !cell.is_empty())
             .fold((0, 0), |n, cell| {
-                (
-                    n.0 + usize::from(number(cell, delimiter).is_some()),
-                    n.1 + 1,
-                )
+                (n.0 + usize::from(number(cell).is_some()), n.1 + 1)
             });
         cells > 0 && 2 * numbers >= cells
     };
@@ -577,13 +569,11 @@ pub(super) fn too_many(row: &StringRecord, width: usize) -> String {
     )
 }
 
-/// A finite number; decimal commas where commas do not separate cells.
-pub(super) fn number(cell: &str, delimiter: u8) -> Option<f64> {
+/// A finite number, with a point or a decimal comma. Where commas separate cells, a cell with one was in quotes.
+pub(super) fn number(cell: &str) -> Option<f64> {
     let value = match cell.parse::<f64>() {
         Ok(value) => Some(value),
-        Err(_) if delimiter != b',' && cell.matches(',').count() == 1 => {
-            cell.replace(',', ".").parse().ok()
-        }
+        Err(_) if cell.matches(',').count() == 1 => cell.replace(',', ".").parse().ok(),
         Err(_) => None,
     };
     value.filter(|value| value.is_finite())

@@ -524,6 +524,10 @@ fn what_would_be_read_as_another_number_is_refused() {
         ),
         ("t;x\n1;999,5\n2;1.001\n", "line 2: \"999,5\" has a comma"),
         (
+            "t,x\n1,998.5\n2,\"1,001\"\n",
+            "line 3: \"1,001\" has a comma of thousands",
+        ),
+        (
             "t\tx\n1\t2,359\n2\t2,301\n",
             "line 2: \"2,359\" has a comma",
         ),
@@ -555,6 +559,17 @@ fn what_would_be_read_as_another_number_is_refused() {
     let marked = read_columns(b"x,t\n5,1\n#N/A,2\n6,3\n", ["x"]);
     let refused = marked.expect_err("a gap").to_string();
     assert!(refused.contains("line 3"), "{refused}");
+    // An empty line is a missing sample, of numbers in quotes too.
+    let missing = read_columns(b"x,t\n\"5\",\"1\"\n\n\"6\",\"3\"\n", ["x"]);
+    let refused = missing.expect_err("a gap").to_string();
+    assert!(refused.contains("line 3"), "{refused}");
+    // A time of day is no unit.
+    let clock = read_record(b"time_s,x\n10:15:00,1\n10:15:01,2\n", ["time_s", "x"]);
+    let refused = clock.expect_err("no number").to_string();
+    assert!(
+        refused.contains("line 2, column time_s: \"10:15:00\" is not a finite number"),
+        "{refused}"
+    );
 }
 
 /// One record as programs save it: the same numbers, whatever the spelling.
@@ -572,7 +587,9 @@ fn a_record_reads_the_same_however_it_is_spelt() {
         .map(|c| u8::try_from(c).expect("Latin"))
         .collect();
     let tabs = "sep=\t\r\nTime\tValve\tLevel\r\nms\t%\tV\r\n0\t1\t0,5\r\n500\t1\t1,25\r\n1000\t0\t-0,2\r\n";
-    let spellings: [(&str, Vec<u8>, &str); 9] = [
+    let quoted =
+        "time_s,valve,level\n\"0\",\"1\",\"0,5\"\n\"0,5\",\"1\",\"1,25\"\n\"1\",\"0\",\"-0,2\"\n";
+    let spellings: [(&str, Vec<u8>, &str); 11] = [
         ("plain", plain.into(), "time_s"),
         ("marked", format!("\u{feff}{plain}").into_bytes(), "time_s"),
         ("UTF-16", utf16(plain, true), "time_s"),
@@ -586,6 +603,12 @@ fn a_record_reads_the_same_however_it_is_spelt() {
             "time_s",
         ),
         ("spaces", plain.replace(',', "   ").into(), "time_s"),
+        (
+            "spaces and decimal commas",
+            plain.replace(',', " ").replace('.', ",").into(),
+            "time_s",
+        ),
+        ("decimal commas in quotes", quoted.into(), "time_s"),
     ];
     for (what, bytes, time) in spellings {
         let record = read_record(&bytes, [time, "valve", "level"]).expect(what);

@@ -237,6 +237,11 @@ impl Record {
         let names = ["time_s", "reference"];
         let remedy = "give --reference a file with both";
         let found = table::record(path, names, remedy)?;
+        if let Some(rows) = found.gaps() {
+            let what =
+                format!("{rows} without a reference: give one in every row, or delete the row");
+            return Err(table::wrong(path, what));
+        }
         let (lines, [time_s, value]) = (found.lines, found.columns);
         if let Some(row) = time_s.windows(2).position(|pair| pair[1] <= pair[0]) {
             let line = lines[row + 1];
