@@ -195,6 +195,7 @@ export class Chart {
 
   private drawMarks(plot: uPlot): void {
     const marks = this.options.marks?.() ?? [];
+    if (marks.length === 0) return;
     const { ctx, bbox } = plot;
     ctx.save();
     ctx.strokeStyle = ctx.fillStyle = style("--mute");

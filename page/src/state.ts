@@ -61,6 +61,8 @@ export interface State {
   readonly view: View;
   /** Null without a connection. */
   readonly hello: Hello | null;
+  /** Why there is none; null until one is lost. */
+  readonly lost: string | null;
   readonly status: Status | null;
   /** What runs, as the server said last. */
   readonly felt: Feel | null;
@@ -82,7 +84,7 @@ export type PageEvent =
   | { do: "address"; fragment: string }
   | { do: "go"; view: View }
   | { do: "hello"; hello: Hello }
-  | { do: "lost" }
+  | { do: "lost"; reason: string }
   | { do: "status"; status: Status }
   /** What is felt, unasked or as an answer. */
   | { do: "felt"; feel: Feel; answers?: true }
@@ -114,6 +116,7 @@ const GHOSTS = "short,a3";
 export const START: State = {
   view: "feel",
   hello: null,
+  lost: null,
   status: null,
   felt: null,
   asked: null,
@@ -137,7 +140,7 @@ export function reduce(state: State, event: PageEvent): State {
     case "hello":
       return greeted(state, event.hello);
     case "lost":
-      return { ...state, hello: null, sent: null, edits: null };
+      return { ...state, hello: null, lost: event.reason, sent: null, edits: null };
     case "status":
       return { ...state, status: event.status };
     case "felt":
@@ -198,7 +201,7 @@ function sent(state: State): State {
 
 /** The server answers: first time or after it was lost. */
 function greeted(state: State, hello: Hello): State {
-  const next: State = { ...state, hello, felt: hello.feel, met: true, sent: null, edits: null };
+  const next: State = { ...state, hello, lost: null, felt: hello.feel, met: true, sent: null, edits: null };
   if (!hello.controls) return { ...next, asked: null };
   // Whoever opens the page finds a tissue that moves; who was only cut off for a while finds what there is.
   if (state.asked !== null || (hello.feel !== null && state.met)) return next;

@@ -97,33 +97,12 @@ test("it is small, and asks nobody but its server", async () => {
   await context.close();
 });
 
-test("the first visit shows a tissue that moves, soon, and one sentence", async () => {
-  const times = [];
-  for (let round = 0; round < 3; round += 1) {
-    const context = await browser.newContext({ viewport: { width: 1440, height: 900 } });
-    const page = await context.newPage();
-    await page.addInitScript(() => {
-      globalThis.moved = new Promise((resolve) => {
-        const look = () => {
-          const at = document.querySelector(".scene")?.getAttribute("aria-valuenow");
-          globalThis.firstAt ??= at && Number(at) !== 0 ? at : undefined;
-          if (globalThis.firstAt !== undefined && at !== globalThis.firstAt) resolve(performance.now());
-          else requestAnimationFrame(look);
-        };
-        look();
-      });
-    });
-    await page.goto(server.address);
-    times.push(await page.evaluate(() => globalThis.moved));
-    if (round === 0) {
-      await until(async () => (await depth(page)) > 0.5, "the demonstration does not push");
-      assert.match(await page.locator(".feel h2").first().textContent(), /Push the tissue: drag the probe/);
-    }
-    await context.close();
-    await new Promise((resolve) => setTimeout(resolve, 500));
-  }
-  console.log(`# load to moving tissue: ${times.map((time) => `${time.toFixed(0)} ms`).join(", ")}`);
-  if (!process.env.PAGE_BUSY_MACHINE) assert.ok(times.sort((a, b) => a - b)[1] < 1000, `${times}`);
+test("the first visit shows a tissue that moves, and one sentence", async () => {
+  const { page, context, errors } = await begin();
+  await until(async () => (await depth(page)) > 0.5, "the demonstration does not push");
+  assert.match(await page.locator(".feel h2").first().textContent(), /Push the tissue: drag the probe/);
+  assert.deepEqual(errors, []);
+  await context.close();
 });
 
 test("the probe is dragged into the tissue, is pushed back, and the tissue bends", async () => {
@@ -468,24 +447,9 @@ test("Design: a region follows the slider, the point is dragged, units are read"
   const { page, context, errors } = await begin({}, "#design");
   const region = page.locator(".design path.stable");
   await until(async () => (await region.getAttribute("d"))?.length > 200, "no region");
-  await page.waitForTimeout(1500);
-  const times = await page.evaluate(async () => {
-    const slider = [...document.querySelectorAll(".design .knob")].find((knob) => knob.textContent.includes("order")).querySelector("input[type=range]");
-    const root = document.querySelector(".view.design");
-    const times = [];
-    for (let n = 0; n < 60; n += 1) {
-      const [drawn, since] = [root.dataset.drawn, performance.now()];
-      slider.value = String(150 + 7 * n);
-      slider.dispatchEvent(new Event("input", { bubbles: true }));
-      while (root.dataset.drawn === drawn) await new Promise((resolve) => setTimeout(resolve, 0));
-      times.push(performance.now() - since);
-      await new Promise((resolve) => setTimeout(resolve, 20));
-    }
-    return times.sort((a, b) => a - b);
-  });
-  const [median, p95] = [times[30], times[57]];
-  console.log(`# slider to redrawn region: median ${median.toFixed(1)} ms, p95 ${p95.toFixed(1)} ms`);
-  if (!process.env.PAGE_BUSY_MACHINE) assert.ok(median < 30 && p95 < 60, `${median} ${p95}`);
+  const before = await region.getAttribute("d");
+  await page.locator(".design .knob", { hasText: "order" }).locator("input[type=range]").press("ArrowRight");
+  await until(async () => (await region.getAttribute("d")) !== before, "the region does not follow");
 
   const box = await page.locator(".design svg.map").boundingBox();
   await page.mouse.move(box.x + box.width * 0.3, box.y + box.height * 0.7);
@@ -785,37 +749,6 @@ test("no serious finding of axe in any view, light and dark", async () => {
     }
     await context.close();
   }
-});
-
-test("from mouse to force on the screen", async () => {
-  const { page, context } = await begin();
-  await takeOver(page);
-  await page.waitForTimeout(500);
-  const times = [];
-  for (let round = 0; round < 5; round += 1) {
-    times.push(await page.evaluate(async () => {
-      const scene = document.querySelector(".scene");
-      const { left, top, width, height } = scene.getBoundingClientRect();
-      const at = (share) => ({ clientX: left + share * width, clientY: top + height / 2, pointerId: 1, button: 0, bubbles: true });
-      // Without a real pointer there is no capture.
-      [scene.setPointerCapture, scene.hasPointerCapture] = [() => undefined, () => true];
-      const force = () => parseFloat(scene.querySelector("text.force").textContent) * (/mN/.test(scene.querySelector("text.force").textContent) ? 1e-3 : 1);
-      scene.dispatchEvent(new PointerEvent("pointerdown", at(0.38)));
-      await new Promise((resolve) => setTimeout(resolve, 1500));
-      const rest = force();
-      const shown = () => force() > 1.05 * rest;
-      const since = performance.now();
-      scene.dispatchEvent(new PointerEvent("pointermove", at(0.6)));
-      while (!shown() && performance.now() - since < 2000) await new Promise((resolve) => requestAnimationFrame(resolve));
-      const time = performance.now() - since;
-      scene.dispatchEvent(new PointerEvent("pointerup", at(0.1)));
-      await new Promise((resolve) => setTimeout(resolve, 3000));
-      return time;
-    }));
-  }
-  console.log(`# mouse to force: ${times.map((time) => time.toFixed(0)).join(", ")} ms`);
-  if (!process.env.PAGE_BUSY_MACHINE) assert.ok(times.sort((a, b) => a - b)[2] < 50, `${times}`);
-  await context.close();
 });
 
 test("the server is killed: the page says so, and comes back with it", async () => {

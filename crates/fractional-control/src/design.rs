@@ -10,6 +10,8 @@ use crate::{
 };
 use core::f64::consts::PI;
 use fracdiff::{Scheme, Seconds};
+use std::panic::resume_unwind;
+use std::thread;
 use std::vec;
 use std::vec::Vec;
 
@@ -187,16 +189,26 @@ impl ControlDesign {
 
     fn looked_at(&self, tuned: Tuned) -> Result<Glance, ControlError> {
         let setup = self.with(&tuned);
-        let closed = setup.closed_with(&setup.sampled(&self.plant)?)?;
         let (t, low) = (
             self.sample_time.0,
             self.wishes.crossover_rad_s * libm::pow(10.0, -BELOW),
         );
         let step = vec![self.step; self.samples];
+        // Side by side: a slider waits for it.
+        let (read, run) = thread::scope(|scope| {
+            let run = scope.spawn(|| run::run(&setup, &self.plant, &step, Some(self.step)));
+            let read = || -> Result<_, ControlError> {
+                let closed = setup.closed_with(&setup.sampled(&self.plant)?)?;
+                let curve = curve(low, PI / t, |omega| Some(closed.open(omega * t)));
+                Ok((closed.margins(), curve))
+            };
+            (read(), run.join())
+        });
+        let (margins, curve) = read?;
         Ok(Glance {
-            run: run::run(&setup, &self.plant, &step, Some(self.step))?,
-            margins: closed.margins(),
-            curve: curve(low, PI / t, |omega| Some(closed.open(omega * t))),
+            run: run.unwrap_or_else(|panic| resume_unwind(panic))?,
+            margins,
+            curve,
             setup,
             tuned,
         })

@@ -208,14 +208,14 @@ impl ChartPage<'_> {
         all
     }
 
-    /// Each name once, in the order of the series, with all that it stands for.
+    /// Each name once, in the order of the series, with all that it stands for; not that of which nothing can be drawn.
     fn legend(&self, curves: &[Vec<Curve>]) -> Vec<LegendEntry> {
         let mut legend: Vec<LegendEntry> = Vec::new();
         let all = self.charts.iter().flat_map(|chart| &chart.series);
         for (series, curve) in all.zip(curves.iter().flatten()) {
             let form = curve.form;
             match legend.iter_mut().find(|entry| entry.name == series.name) {
-                _ if series.name.is_empty() => {}
+                _ if series.name.is_empty() || curve.pieces.is_empty() => {}
                 Some(entry) if entry.forms.contains(&form) => {}
                 Some(entry) => entry.forms.push(form),
                 None => legend.push(LegendEntry::new(series.name, form)),

@@ -58,7 +58,13 @@ pub(crate) fn designed(request: &ControlRequest) -> Result<Value, Failure> {
         step: 1.0,
     };
     let (fractional, integer) = thread::scope(|scope| {
-        let integer = scope.spawn(|| design.integer_glance());
+        let integer = scope.spawn(|| {
+            design
+                .integer_glance()
+                .as_ref()
+                .map(seen)
+                .map_err(ControlError::to_string)
+        });
         (design.glance(), integer.join())
     });
     let fractional = fractional.map_err(failure)?;
@@ -74,8 +80,8 @@ pub(crate) fn designed(request: &ControlRequest) -> Result<Value, Failure> {
     Ok(json!({
         "sample_time_s": sample_time.0,
         "fractional": seen(&fractional),
-        "integer": integer.as_ref().ok().map(seen),
-        "integer_reason": integer.err().map(|error| error.to_string()),
+        "integer": integer.as_ref().ok(),
+        "integer_reason": integer.as_ref().err(),
         "file": file.to_toml(),
     }))
 }

@@ -210,7 +210,7 @@ fn explain_refusal(f: &mut fmt::Formatter<'_>, refusal: &Refusal) -> fmt::Result
             allowed_n,
         } => write!(
             f,
-            "at this position the force would start at {wanted_n} N, above {allowed_n} N: move it out of the wall"
+            "at this position the force would start at {wanted_n} N, above {allowed_n} N: move it out of contact first"
         ),
         Refusal::FaultPersists(code) => match haptic_loop::Fault::from_code(*code) {
             Some(fault) => write!(f, "{fault}; fix that first"),

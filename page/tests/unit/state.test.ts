@@ -30,7 +30,7 @@ test("a page that only watches starts nothing", () => {
 });
 
 test("who was cut off for a while finds what there is, or starts what there was", () => {
-  const lost = after([{ do: "lost" }], running());
+  const lost = after([{ do: "lost", reason: "" }], running());
   assert.equal(outgoing(lost), null);
   const back = after([{ do: "hello", hello: hello({ feel: { ...FELT, scale: 2 } }) }], lost);
   assert.deepEqual([outgoing(back), back.felt?.scale], [null, 2]);
@@ -113,7 +113,7 @@ test("the reducer changes nothing that it was given", () => {
   };
   const events: PageEvent[] = [
     { do: "hello", hello: hello() }, { do: "sent" }, { do: "felt", feel: FELT, answers: true }, { do: "change", change: { ghosts: [] } }, { do: "sent" }, { do: "change", change: { scale: 2 } }, { do: "refused" },
-    { do: "status", status: {} as Status }, { do: "design", part: { K: 1 } }, { do: "runs", part: { open: ["a"] } }, { do: "address", fragment: "#design?K=2" }, { do: "start", values: new Map([["tissue", "x"]]) }, { do: "go", view: "runs" }, { do: "lost" },
+    { do: "status", status: {} as Status }, { do: "design", part: { K: 1 } }, { do: "runs", part: { open: ["a"] } }, { do: "address", fragment: "#design?K=2" }, { do: "start", values: new Map([["tissue", "x"]]) }, { do: "go", view: "runs" }, { do: "lost", reason: "" },
   ];
   events.reduce((state, event) => freeze(reduce(state, freeze(event))), freeze(START));
 });

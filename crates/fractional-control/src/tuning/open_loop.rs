@@ -254,35 +254,41 @@ impl OpenLoop {
     pub(crate) fn measure(&self, open: &[Complex<f64>], wishes: &Specification) -> Measures {
         let (mut s_most, mut t_most) = (0.0_f64, 0.0_f64);
         let (mut noise, mut disturbance) = (0.0_f64, 0.0_f64);
-        for (point, l) in self.points.iter().zip(open) {
+        let sizes: Vec<f64> = open.iter().map(|l| l.norm()).collect();
+        for ((point, l), size) in self.points.iter().zip(open).zip(&sizes) {
             let s = (*l + 1.0).inv();
-            let (s, t) = (s.norm(), (s * l).norm());
-            (s_most, t_most) = (s_most.max(s), t_most.max(t));
+            let t = s * l;
+            s_most = larger(s_most, s);
+            t_most = larger(t_most, t);
             if wishes.noise.is_some_and(|b| point.omega >= b.omega_rad_s) {
                 // Whatever a dead time makes of the phase before the next point.
-                let size = l.norm();
-                noise = noise.max(if size < 0.5 { size / (1.0 - size) } else { t });
+                noise = noise.max(if *size < 0.5 {
+                    size / (1.0 - size)
+                } else {
+                    t.norm()
+                });
             }
             if wishes
                 .disturbance
                 .is_some_and(|b| point.omega <= b.omega_rad_s)
             {
-                disturbance = disturbance.max(s);
+                disturbance = larger(disturbance, s);
             }
         }
+        let end = self.nyquist.end(&sizes);
         Measures {
             sensitivity_peak: s_most,
             complementary_peak: t_most,
             noise: wishes.noise.map(|_| noise),
             disturbance: wishes.disturbance.map(|_| disturbance),
             overshoot_spread: f64::INFINITY,
-            margin_spread_rad: self.margin_spread(open, wishes.phase_margin_rad),
-            other_margin_rad: self.other_margin(open),
-            stable: self.nyquist.is_stable(open, 1.0),
-            end: self.nyquist.end(open),
+            margin_spread_rad: margin_spread(open, &sizes, wishes.phase_margin_rad),
+            other_margin_rad: self.other_margin(open, &sizes),
+            stable: self.nyquist.is_stable(open, end, 1.0),
+            end,
             stable_over_gains: (super::GAINS.iter())
                 .chain(&BEYOND)
-                .all(|gain| self.nyquist.is_stable(open, *gain)),
+                .all(|gain| self.nyquist.is_stable(open, end, *gain)),
         }
     }
 
@@ -290,12 +296,8 @@ impl OpenLoop {
     pub(crate) fn overshoot_spread(&self, open: &[Complex<f64>], most: f64) -> f64 {
         let (mut low, mut high) = (f64::INFINITY, 0.0_f64);
         // The ends first: there it is lowest and highest.
-        let gains = super::GAINS
-            .iter()
-            .rev()
-            .step_by(2)
-            .chain(super::GAINS.iter().skip(1).step_by(2));
-        for gain in gains {
+        let [a, b, c, d, e] = super::GAINS;
+        for gain in [e, a, c, b, d] {
             let mut step = [0.0_f64; TIMES];
             for (l, weights) in open.iter().zip(&self.steps) {
                 let real = (l * gain / (l * gain + 1.0)).re;
@@ -312,35 +314,43 @@ impl OpenLoop {
         high - low
     }
 
-    /// The largest change of the margin where |L| is 1/k, for k from 1/2 to 2.
-    fn margin_spread(&self, open: &[Complex<f64>], margin: f64) -> f64 {
-        let mut spread = 0.0_f64;
-        for gain in [0.5, 0.7, 1.4, 2.0] {
-            // The highest frequency at which |L|·k falls through 1.
-            let falls =
-                |pair: &[Complex<f64>]| pair[0].norm() * gain >= 1.0 && pair[1].norm() * gain < 1.0;
-            let Some(at) = open.windows(2).rposition(falls) else {
-                return PI;
-            };
-            let phase = margin_between(open[at], open[at + 1], gain);
-            spread = spread.max((phase - margin).abs());
-        }
-        spread
-    }
-
     /// The least margin in size where |L| passes 1, but for the wished crossover.
-    fn other_margin(&self, open: &[Complex<f64>]) -> f64 {
-        let places = self.points.windows(2).zip(open.windows(2));
-        let margins = places.filter_map(|(points, values)| {
-            let ([below, above], [a, b]) = (points, values) else {
+    fn other_margin(&self, open: &[Complex<f64>], sizes: &[f64]) -> f64 {
+        let places = self.points.windows(2).zip(sizes.windows(2)).enumerate();
+        let margins = places.filter_map(|(at, (points, sizes))| {
+            let ([below, above], [a, b]) = (points, sizes) else {
                 return None;
             };
             let wished = (below.omega..=above.omega).contains(&self.omega);
-            let crosses = (a.norm() < 1.0) != (b.norm() < 1.0);
-            (crosses && !wished).then(|| margin_between(*a, *b, 1.0).abs())
+            let crosses = (*a < 1.0) != (*b < 1.0);
+            (crosses && !wished).then(|| margin_between(open[at], open[at + 1], 1.0).abs())
         });
         margins.fold(PI, f64::min)
     }
+}
+
+/// The larger of a size and |z|, to the bit, without the root of one that is clearly smaller.
+fn larger(size: f64, z: Complex<f64>) -> f64 {
+    if z.norm_sqr() < 0.999 * size * size {
+        size
+    } else {
+        size.max(z.norm())
+    }
+}
+
+/// The largest change of the margin where |L| is 1/k, for k from 1/2 to 2; `sizes` is |L|.
+fn margin_spread(open: &[Complex<f64>], sizes: &[f64], margin: f64) -> f64 {
+    let mut spread = 0.0_f64;
+    for gain in [0.5, 0.7, 1.4, 2.0] {
+        // The highest frequency at which |L|·k falls through 1.
+        let falls = |pair: &[f64]| pair[0] * gain >= 1.0 && pair[1] * gain < 1.0;
+        let Some(at) = sizes.windows(2).rposition(falls) else {
+            return PI;
+        };
+        let phase = margin_between(open[at], open[at + 1], gain);
+        spread = spread.max((phase - margin).abs());
+    }
+    spread
 }
 
 /// The phase margin where k·|L| is 1 between two neighbours of the grid, by a straight line of ln L, rad.
@@ -450,21 +460,21 @@ impl Nyquist {
     }
 
     /// The largest |L| at the end of the grid, and where dead time turns it fast.
-    pub(super) fn end(&self, open: &[Complex<f64>]) -> f64 {
-        let from = self.fast_from.min(open.len().saturating_sub(1));
-        let sizes = open.iter().skip(from).map(|l| l.norm());
+    pub(super) fn end(&self, sizes: &[f64]) -> f64 {
+        let from = self.fast_from.min(sizes.len().saturating_sub(1));
+        let sizes = sizes.iter().skip(from);
         // What is no number is no small one.
-        sizes.fold(0.0, |most, size| if size <= most { most } else { size })
+        sizes.fold(0.0, |most, size| if *size <= most { most } else { *size })
     }
 
-    /// True if the loop is stable at a gain k, as far as the grid tells; `open` is L on it.
-    pub(super) fn is_stable(&self, open: &[Complex<f64>], gain: f64) -> bool {
+    /// True if the loop is stable at a gain k, as far as the grid tells; `open` is L on it, `end` its [`end`](Self::end).
+    pub(super) fn is_stable(&self, open: &[Complex<f64>], end: f64, gain: f64) -> bool {
         let (Some(first), Some(second), Some(last)) = (open.first(), open.get(1), open.last())
         else {
             return false;
         };
         // Also not so of what is no number.
-        let ends_small = self.end(open) * gain <= SMALL;
+        let ends_small = end * gain <= SMALL;
         if !ends_small {
             return false;
         }

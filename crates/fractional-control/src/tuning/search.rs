@@ -6,6 +6,7 @@ use crate::{ControlError, PidParameters, Plant};
 use core::f64::consts::PI;
 use nalgebra::{Matrix3, Vector3};
 use num_complex::Complex;
+use std::collections::{BTreeMap, BTreeSet};
 use std::vec::Vec;
 
 /// A controller that was tuned, and what it reaches.
@@ -109,8 +110,8 @@ pub fn tune_integer(
 ) -> Result<Tuned, ControlError> {
     let search = Search::new(plant, sampling, wishes)?;
     let slopes = (-150..=50).map(|k| 0.02 * f64::from(k));
-    let trials = slopes.filter_map(|slope| search.trial([1.0, 1.0, slope], f64::INFINITY));
-    search.finish(trials.collect(), [false, false, true])
+    let sketches = slopes.filter_map(|slope| search.sketch([1.0, 1.0, slope]));
+    search.finish(sketches.map(|(sketch, _)| sketch), [false, false, true])
 }
 
 /// Slopes of the phase, rad per unit of ln ω, where it need not be flat.
@@ -136,9 +137,26 @@ struct Trial {
     cost: f64,
 }
 
-/// An order as it is tried: to 1e-4, finer than a loop can tell.
-fn rounded(order: f64) -> f64 {
-    libm::round(1e4 * order) / 1e4
+/// A trial whose step was not looked at yet.
+#[derive(Clone, Copy, Debug)]
+struct Sketch {
+    /// Its cost is without the step and `lost`.
+    trial: Trial,
+    /// Cost of a loop that is lost at some gain: its overshoot has no end.
+    lost: f64,
+}
+
+impl Sketch {
+    /// The cost, if the overshoot does not change; of a loop that is not stable, its cost.
+    fn least(&self) -> f64 {
+        self.trial.cost + self.lost
+    }
+}
+
+/// A place as it is tried: orders to 1e-4, finer than a loop can tell.
+fn rounded([lambda, mu, slope]: [f64; 3]) -> [f64; 3] {
+    let order = |order: f64| libm::round(1e4 * order) / 1e4;
+    [order(lambda), order(mu), slope]
 }
 
 /// −1, 0 or 1 along each axis that is free: sides and corners.
@@ -179,7 +197,7 @@ impl<'a> Search<'a> {
         let orders = || (1..=19).map(|k| 0.1 * f64::from(k));
         let flat = self.wishes.iso_damping;
         let slopes: &[f64] = if flat { &[0.0] } else { &SLOPES };
-        let mut trials: Vec<Trial> = Vec::new();
+        let mut sketches = Vec::new();
         for lambda in orders() {
             for mu in orders() {
                 for slope in slopes {
@@ -187,49 +205,68 @@ impl<'a> Search<'a> {
                     let between = self.equations.between(lambda, ends, *slope);
                     let places = [Some([lambda, mu, *slope]), between];
                     let places = places.into_iter().flatten();
-                    trials.extend(places.filter_map(|place| self.trial(place, f64::INFINITY)));
+                    let places = places.filter_map(|place| self.sketch(place));
+                    sketches.extend(places.map(|(sketch, _)| sketch));
                 }
             }
         }
-        self.finish(trials, [true, true, !flat])
+        self.finish(sketches, [true, true, !flat])
     }
 
-    /// `None` where there is none whose cost is below `most`.
-    fn trial(&self, [lambda, mu, slope]: [f64; 3], most: f64) -> Option<Trial> {
-        let place = [rounded(lambda), rounded(mu), slope];
+    /// With L on the grid; `None` where there is none.
+    fn sketch(&self, place: [f64; 3]) -> Option<(Sketch, Vec<Complex<f64>>)> {
+        let place = rounded(place);
         let within = |order: &f64| (ORDERS[0]..=ORDERS[1]).contains(order);
         if !place[..2].iter().all(within) {
             return None;
         }
         let gains = self.equations.gains(place)?;
         let open = self.open.open(&gains);
-        let mut measures = self.open.measure(&open, self.wishes);
+        let measures = self.open.measure(&open, self.wishes);
         let missed: f64 = self
             .bounds(&measures)
             .map(|bound| (bound.reached / bound.wanted - 1.0).max(0.0))
             .sum();
         let margin = (1.0 - measures.other_margin_rad / self.wishes.phase_margin_rad).max(0.0);
         let mut cost = 100.0 * (missed + margin) + 0.01 * measures.margin_spread_rad;
-        // An overshoot has no end where the loop is lost at some gain.
+        if !measures.stable {
+            // Any stable one is better; the way there is that of less gain at the end.
+            cost += 1e6 * (1.0 + measures.end);
+        }
         let lost = if measures.stable_over_gains {
             0.0
         } else {
             10.0
         };
-        // Any stable one is better; the way there is that of less gain at the end.
-        cost += if measures.stable {
-            measures.overshoot_spread = self.open.overshoot_spread(&open, most - cost - lost);
-            measures.overshoot_spread
-        } else {
-            1e6 * (1.0 + measures.end)
-        };
-        cost += lost;
-        (cost < most).then_some(Trial {
+        let trial = Trial {
             place,
             gains,
             measures,
             cost,
-        })
+        };
+        Some((Sketch { trial, lost }, open))
+    }
+
+    /// Looks at the step of a stable loop too, which takes the longest.
+    fn whole(&self, sketch: Sketch, open: &[Complex<f64>], most: f64) -> Trial {
+        let Sketch { mut trial, lost } = sketch;
+        if trial.measures.stable {
+            let spread = self.open.overshoot_spread(open, most - trial.cost - lost);
+            trial.measures.overshoot_spread = spread;
+            trial.cost += spread;
+        }
+        trial.cost += lost;
+        trial
+    }
+
+    /// `None` where there is none whose cost is below `most`.
+    fn trial(&self, place: [f64; 3], most: f64) -> Option<Trial> {
+        let (sketch, open) = self.sketch(place)?;
+        if sketch.least() >= most {
+            return None;
+        }
+        let trial = self.whole(sketch, &open, most);
+        (trial.cost < most).then_some(trial)
     }
 
     fn bounds(&self, measures: &Measures) -> impl Iterator<Item = Wish> {
@@ -238,19 +275,43 @@ impl<'a> Search<'a> {
             .bounds(peaks, [measures.noise, measures.disturbance])
     }
 
-    /// Refines the best starts that are not neighbours, then the report.
-    fn finish(&self, mut trials: Vec<Trial>, free: [bool; 3]) -> Result<Tuned, ControlError> {
-        trials.sort_by(|a, b| a.cost.total_cmp(&b.cost));
+    /// The best that are not neighbours, each the best of what is left; of equal ones the first. Only steps that can decide are looked at.
+    fn starts(&self, sketches: impl IntoIterator<Item = Sketch>) -> Vec<Trial> {
+        // No cost is negative: their bits stand in order. A sketch comes before what it may still be.
+        let key = |cost: f64, whole: bool, index: usize| (cost.to_bits(), whole, index);
+        let sketches = sketches.into_iter().enumerate();
+        let mut queue: BTreeMap<_, Sketch> = sketches
+            .map(|(index, sketch)| (key(sketch.least(), false, index), sketch))
+            .collect();
         let mut starts: Vec<Trial> = Vec::new();
-        for trial in trials {
+        while starts.len() < STARTS
+            && let Some(((_, whole, index), sketch)) = queue.pop_first()
+        {
             let near = |start: &Trial| {
-                let pairs = start.place.iter().zip(&trial.place);
+                let pairs = start.place.iter().zip(&sketch.trial.place);
                 pairs.map(|(a, b)| (a - b).abs()).fold(0.0, f64::max) < 0.25
             };
-            if starts.len() < STARTS && !starts.iter().any(near) {
-                starts.push(trial);
+            if starts.iter().any(near) {
+                continue;
             }
+            if whole {
+                starts.push(sketch.trial);
+                continue;
+            }
+            let open = self.open.open(&sketch.trial.gains);
+            let trial = self.whole(sketch, &open, f64::INFINITY);
+            queue.insert(key(trial.cost, true, index), Sketch { trial, lost: 0.0 });
         }
+        starts
+    }
+
+    /// Refines the best starts, then the report.
+    fn finish(
+        &self,
+        sketches: impl IntoIterator<Item = Sketch>,
+        free: [bool; 3],
+    ) -> Result<Tuned, ControlError> {
+        let starts = self.starts(sketches);
         let refined = starts.into_iter().map(|start| self.refine(start, free));
         let best = refined.min_by(|a, b| a.cost.total_cmp(&b.cost));
         let best = best.ok_or_else(|| self.none())?;
@@ -276,6 +337,8 @@ impl<'a> Search<'a> {
     /// Steps to all sides and corners, halved where none helps.
     fn refine(&self, mut best: Trial, free: [bool; 3]) -> Trial {
         let mut step = 0.05;
+        // What was tried was no better than the best of then, let alone of now.
+        let mut tried = BTreeSet::from([best.place.map(f64::to_bits)]);
         while step > 1e-4 {
             let before = best.cost;
             for direction in directions(free) {
@@ -283,7 +346,8 @@ impl<'a> Search<'a> {
                 for (value, sign) in place.iter_mut().zip(direction) {
                     *value += step * sign;
                 }
-                if let Some(trial) = self.trial(place, best.cost) {
+                let anew = tried.insert(rounded(place).map(f64::to_bits));
+                if anew && let Some(trial) = self.trial(place, best.cost) {
                     best = trial;
                 }
             }

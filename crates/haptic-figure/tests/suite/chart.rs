@@ -132,6 +132,24 @@ fn a_chart_says_what_is_on_its_axes_and_names_its_series() {
 }
 
 #[test]
+fn the_legend_does_not_name_what_is_not_drawn() {
+    let unknown: Points = (0..50).map(|i| (f64::from(i), f64::NAN)).collect();
+    let line: Points = (0..50).map(|i| (f64::from(i), 1.0)).collect();
+    let series = vec![
+        Series::new("hand", &unknown, Look::Dashed, 2),
+        Series::new("object", &[], Look::Dashed, 3),
+        Series::new("device", &line, Look::Line, 0),
+    ];
+    let picture = draw(1, vec![chart("", Scale::Linear, series)]).expect("draws");
+    let texts = texts(&picture);
+    let named = |wanted: &str| texts.iter().any(|(text, _)| text == wanted);
+    assert_eq!(
+        ["hand", "object", "device"].map(named),
+        [false, false, true]
+    );
+}
+
+#[test]
 fn an_area_is_filled_to_its_points_and_a_ring_within_it_is_a_hole() {
     let square = |from: f64, to: f64| [(from, from), (to, from), (to, to), (from, to)];
     let mut ring = square(0.0, 4.0).to_vec();
