@@ -111,6 +111,7 @@ struct Shape {
 }
 
 /// Half a block behind the others, if as much is enough for the last modes.
+#[cfg_attr(target_arch = "arm", expect(dead_code))]
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Tail {
     None,
