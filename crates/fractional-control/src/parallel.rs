@@ -94,7 +94,8 @@ pub(crate) struct Parallel<F, O> {
 /// The past of a [`Parallel`].
 #[derive(Clone, Debug, PartialEq)]
 struct Past<F, H> {
-    powers: [Option<H>; BRANCHES],
+    /// Of each branch, and any in the place of one that is not there: what is looked at once a tick is the law. `None` without branches.
+    powers: Option<[H; BRANCHES]>,
     /// Held over a change; fades.
     bias: F,
 }
@@ -167,25 +168,40 @@ impl<F: Real, O: Differintegrator<F> + PartialEq> Parallel<F, O> {
     }
 
     fn at_rest(&self) -> Past<F, O::History> {
-        let rest = |branch: &Option<Branch<F, O>>| Some(branch.as_ref()?.power.at_rest());
+        let any = self.branches.iter().flatten().next();
+        let rest = |any: &Branch<F, O>| {
+            let own = |own: &Option<Branch<F, O>>| own.as_ref().unwrap_or(any).power.at_rest();
+            self.branches.each_ref().map(own)
+        };
         Past {
-            powers: self.branches.each_ref().map(rest),
+            powers: any.map(rest),
             bias: F::ZERO,
         }
     }
 
     #[inline]
     fn wanted(&self, past: &Past<F, O::History>, r: F, y: F) -> F {
+        self.wanted_and_errors(past, r, y).0
+    }
+
+    /// The command before its limits, and what each branch sees.
+    #[inline]
+    fn wanted_and_errors(&self, past: &Past<F, O::History>, r: F, y: F) -> (F, [F; BRANCHES]) {
+        let mut errors = [F::ZERO; BRANCHES];
         let mut sum = past.bias;
         if let Some([gain, weight]) = self.proportional {
             sum += gain * (weight * r - y);
         }
-        for (branch, own) in self.branches.iter().zip(&past.powers) {
-            if let (Some(branch), Some(own)) = (branch, own) {
-                sum += branch.gain * branch.power.output(own, branch.error(r, y));
+        let Some(powers) = &past.powers else {
+            return (sum, errors);
+        };
+        for ((branch, own), error) in self.branches.iter().zip(powers).zip(&mut errors) {
+            if let Some(branch) = branch {
+                *error = branch.error(r, y);
+                sum += branch.gain * branch.power.output(own, *error);
             }
         }
-        sum
+        (sum, errors)
     }
 
     #[inline]
@@ -195,25 +211,37 @@ impl<F: Real, O: Differintegrator<F> + PartialEq> Parallel<F, O> {
 
     #[inline]
     fn advance(&self, past: &mut Past<F, O::History>, r: F, y: F, applied: F) {
-        let excess = applied - self.wanted(past, r, y);
-        let mut instead = r;
+        let (wanted, mut errors) = self.wanted_and_errors(past, r, y);
+        let excess = applied - wanted;
         // A branch that is foreseen: the memories need not wait for the sum.
         if excess != F::ZERO {
-            instead = conditioned(r, excess, self.inverse);
-        }
-        for (branch, own) in self.branches.iter().zip(&mut past.powers) {
-            if let (Some(branch), Some(own)) = (branch, own) {
-                let r = if branch.conditioned { instead } else { r };
-                branch.power.advance(own, branch.error(r, y));
+            let instead = conditioned(r, excess, self.inverse);
+            for (branch, error) in self.branches.iter().zip(&mut errors) {
+                if let Some(branch) = branch
+                    && branch.conditioned
+                {
+                    *error = branch.error(instead, y);
+                }
             }
         }
-        past.bias = self.stage.faded(past.bias);
+        if past.bias != F::ZERO {
+            past.bias = self.stage.faded(past.bias);
+        }
+        let Some(powers) = &mut past.powers else {
+            return;
+        };
+        for ((branch, own), error) in self.branches.iter().zip(powers).zip(errors) {
+            if let Some(branch) = branch {
+                branch.power.advance(own, error);
+            }
+        }
     }
 
     fn follow(&self, past: &mut Past<F, O::History>, r: F, y: F, applied: F) {
         let excess = applied - self.wanted(past, r, y);
-        for (index, (branch, own)) in self.branches.iter().zip(&mut past.powers).enumerate() {
-            if let (Some(branch), Some(own)) = (branch, own) {
+        let powers = past.powers.iter_mut().flatten();
+        for (index, (branch, own)) in self.branches.iter().zip(powers).enumerate() {
+            if let Some(branch) = branch {
                 let mut error = branch.error(r, y);
                 if let Some((integral, inverse)) = self.integral
                     && integral == index
@@ -240,28 +268,33 @@ impl<F: Real, O: Differintegrator<F> + PartialEq> Parallel<F, O> {
         y: F,
     ) -> Past<F, O::History> {
         let mut kept = self.at_rest();
-        for (own, slot) in self.branches.iter().zip(&mut kept.powers) {
+        for (own, slot) in self.branches.iter().zip(kept.powers.iter_mut().flatten()) {
             let Some(own) = own else { continue };
-            let theirs = other.into_iter();
-            let theirs = theirs.flat_map(|(other, past)| other.branches.iter().zip(&past.powers));
+            let theirs = other.into_iter().flat_map(|(other, past)| {
+                let powers = past.powers.iter().flatten();
+                other.branches.iter().zip(powers)
+            });
             let same = theirs.filter_map(|(branch, past)| {
                 let branch = branch.as_ref()?;
                 let same = own.power == branch.power && own.weight == branch.weight;
-                past.as_ref().filter(|_| same)
+                same.then_some(past)
             });
             let new = || match own.order > 0.0 {
                 true => own.power.settled(own.error(r, y)),
                 false => None,
             };
-            *slot = same.last().cloned().or_else(new).or(slot.take());
+            if let Some(known) = same.last().cloned().or_else(new) {
+                *slot = known;
+            }
         }
         kept
     }
 }
 
-/// The reference that would have given what was applied, to the branches that take part.
-#[cold]
-#[inline(never)]
+/// The reference that would have given what was applied, to the branches that take part. A call costs more than it on a core that waits
+/// for no memories.
+#[cfg_attr(target_arch = "arm", inline(always))]
+#[cfg_attr(not(target_arch = "arm"), cold, inline(never))]
 fn conditioned<F: Real>(r: F, excess: F, inverse: F) -> F {
     r + excess * inverse
 }

@@ -95,7 +95,8 @@ pub(crate) struct Bank<F, const TAPS: usize, const MODES: usize> {
     weights: [F; MODES],
     /// Blocks of modes without compensation: the fast ones, which come first; in `f64` all.
     fast_blocks: usize,
-    slow_blocks: usize,
+    /// Those and the slow ones, which follow.
+    whole_blocks: usize,
     #[cfg(not(target_arch = "arm"))]
     shape: Shape,
 }
@@ -110,6 +111,7 @@ struct Shape {
 }
 
 /// Half a block behind the others, if as much is enough for the last modes.
+#[cfg_attr(target_arch = "arm", expect(dead_code))]
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Tail {
     None,
@@ -136,7 +138,7 @@ impl<F: Real, const TAPS: usize, const MODES: usize> Bank<F, TAPS, MODES> {
         decays: [F::ZERO; MODES],
         weights: [F::ZERO; MODES],
         fast_blocks: 0,
-        slow_blocks: 0,
+        whole_blocks: 0,
         #[cfg(not(target_arch = "arm"))]
         shape: Shape {
             tapped: false,
@@ -187,7 +189,7 @@ impl<F: Real, const TAPS: usize, const MODES: usize> Bank<F, TAPS, MODES> {
         let has_tail = !cfg!(target_arch = "arm") && (1..=HALF).contains(&(count % LANES));
         let whole = all - usize::from(has_tail);
         self.fast_blocks = fast.min(whole);
-        self.slow_blocks = whole - self.fast_blocks;
+        self.whole_blocks = whole;
         #[cfg(not(target_arch = "arm"))]
         {
             self.shape.tail = match (has_tail, fast > whole) {
@@ -210,7 +212,7 @@ impl<F: Real, const TAPS: usize, const MODES: usize> Bank<F, TAPS, MODES> {
     /// Modes in use, those that fill up the last block included: the same on every machine.
     fn used(&self) -> usize {
         let tail = usize::from(self.shape().1 != Tail::None);
-        (self.fast_blocks + self.slow_blocks + tail) * LANES
+        (self.whole_blocks + tail) * LANES
     }
 }
 
@@ -288,7 +290,9 @@ impl<F: Real, const TAPS: usize, const MODES: usize> Differintegrator<F> for Ban
 
     past_is_kept!(direct);
 
-    #[inline]
+    // So that S goes on to the integer part in a register.
+    #[cfg_attr(target_arch = "arm", inline)]
+    #[cfg_attr(not(target_arch = "arm"), inline(always))]
     fn advance(&self, history: &mut Self::History, x: F) {
         if self.shape().0 {
             let before = history.due;
@@ -307,37 +311,44 @@ impl<F: Real, const TAPS: usize, const MODES: usize> Differintegrator<F> for Ban
         let (carries, _) = history.carries.as_chunks_mut::<LANES>();
         let (decays, _) = self.decays.as_chunks::<LANES>();
         let (weights, _) = self.weights.as_chunks::<LANES>();
-        let mut blocks = states
-            .iter_mut()
-            .zip(carries)
-            .zip(decays.iter().zip(weights));
-        let mut sums = [F::ZERO; LANES];
-        for ((states, _), coefficients) in blocks.by_ref().take(self.fast_blocks) {
-            advance_plain(states, coefficients, x, &mut sums);
+        // To −0 anything is added without a change: the first block costs no addition, and LLVM leaves the lanes in order. Where all
+        // of them stay −0 the bits are those of 0, as due[0] is never −0.
+        let mut sums = [-F::ZERO; LANES];
+        if let Some(states) = states.get_mut(..self.fast_blocks) {
+            let coefficients = decays.iter().zip(weights);
+            for (states, coefficients) in states.iter_mut().zip(coefficients) {
+                advance_plain(states, coefficients, x, &mut sums);
+            }
         }
         if F::COMPENSATED {
-            for (states, coefficients) in blocks.by_ref().take(self.slow_blocks) {
-                advance_compensated(states, coefficients, x, &mut sums);
+            for block in self.fast_blocks..self.whole_blocks.min(MODES / LANES) {
+                let words = (&mut states[block], &mut carries[block]);
+                advance_compensated(words, (&decays[block], &weights[block]), x, &mut sums);
             }
         }
         let tail = self.shape().1;
-        if tail != Tail::None
-            && let Some(((states, carries), (decays, weights))) = blocks.next()
-            && let (Some(states), Some(carries)) =
-                (states.first_chunk_mut(), carries.first_chunk_mut())
-            && let (Some(decays), Some(weights)) = (decays.first_chunk(), weights.first_chunk())
-            && let Some(sums) = sums.first_chunk_mut()
-        {
-            if F::COMPENSATED && tail == Tail::Slow {
-                advance_half((states, carries), (decays, weights), x, sums);
-            } else {
-                advance_plain(states, (decays, weights), x, sums);
+        if tail != Tail::None {
+            let block = self.whole_blocks;
+            if let (Some(states), Some(carries)) = (states.get_mut(block), carries.get_mut(block))
+                && let (Some(decays), Some(weights)) = (decays.get(block), weights.get(block))
+                && let (Some(states), Some(carries)) =
+                    (states.first_chunk_mut(), carries.first_chunk_mut())
+                && let (Some(decays), Some(weights)) = (decays.first_chunk(), weights.first_chunk())
+                && let Some(sums) = sums.first_chunk_mut()
+            {
+                if F::COMPENSATED && tail == Tail::Slow {
+                    advance_half((states, carries), (decays, weights), x, sums);
+                } else {
+                    advance_plain(states, (decays, weights), x, sums);
+                }
             }
         }
-        history.past = history.due[0] + sum_of_8(sums);
+        let past = history.due[0] + sum_of_8(sums);
         if x == F::ZERO {
             history.flush_one(self.used());
         }
+        // Behind other stores, or it would be loaded again.
+        history.past = past;
     }
 
     fn memory_length(&self) -> Option<usize> {
