@@ -70,6 +70,7 @@ const USE: &str = " *
  * @_t is a controller with the history of its loop. @_init(&c) first, then for each sample u = @_output(&c, r, y), which is
  * cheap, for reference r and measurement y, and @_advance(&c, r, y, applied) with what the actuator really did when u has
  * been sent; or both as @_step(&c, r, y). By hand: @_follow(&c, r, y, applied) in its place. @_change takes other gains.
+ * A NaN makes every later command a NaN, past the limits: check each reading first.
  * The same bits as in Rust: compile with -ffp-contract=off.
  */
 ";
