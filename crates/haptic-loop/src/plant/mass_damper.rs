@@ -73,14 +73,6 @@ impl MassDamperConfig {
 #[derive(Clone, Debug)]
 pub struct MassDamper<const D: usize> {
     config: MassDamperConfig,
-    sample: Sample,
-    axes: [Axis; D],
-    tick: u64,
-}
-
-/// A sample of any axis.
-#[derive(Clone, Debug)]
-struct Sample {
     /// Whole samples of delay.
     delay: usize,
     /// η·T under the older force, if η > 0.
@@ -88,15 +80,17 @@ struct Sample {
     /// The rest of the sample.
     after: Step,
     limit: f64,
+    axes: [Axis; D],
+    line: ForceLine<D>,
+    external: SVector<f64, D>,
+    tick: u64,
 }
 
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Default)]
 struct Axis {
     position: f64,
     velocity: f64,
     actuator: f64,
-    external: f64,
-    line: ForceLine,
 }
 
 impl<const D: usize> MassDamper<D> {
@@ -129,13 +123,13 @@ impl<const D: usize> MassDamper<D> {
         };
         Ok(Self {
             config,
-            sample: Sample {
-                delay,
-                before,
-                after: Step::new(&config, (1.0 - fraction) * sample_time)?,
-                limit,
-            },
-            axes: [Axis::at_rest(0.0); D],
+            delay,
+            before,
+            after: Step::new(&config, (1.0 - fraction) * sample_time)?,
+            limit,
+            axes: [Axis::default(); D],
+            line: ForceLine::at_rest(),
+            external: SVector::from([0.0; D]),
             tick: 0,
         })
     }
@@ -146,14 +140,15 @@ impl<const D: usize> MassDamper<D> {
     /// As [`new`](Self::new).
     pub fn with(&self, config: MassDamperConfig) -> Result<Self, ParameterError> {
         Ok(Self {
-            axes: self.axes.map(|axis| Axis::at_rest(axis.external)),
+            external: self.external,
             ..Self::new(config)?
         })
     }
 
     /// Back to rest at position 0 and tick 0, no force in the delay line. The external force stays.
     pub fn restart(&mut self) {
-        self.axes = self.axes.map(|axis| Axis::at_rest(axis.external));
+        self.axes = [Axis::default(); D];
+        self.line = ForceLine::at_rest();
         self.tick = 0;
     }
 
@@ -167,9 +162,7 @@ impl<const D: usize> MassDamper<D> {
 
     /// Sets w, N: a hand's push, gravity. Acts from now on, undelayed and unlimited.
     pub fn set_external_force(&mut self, force: SVector<f64, D>) {
-        for (axis, &force) in self.axes.iter_mut().zip(&force) {
-            axis.external = force;
-        }
+        self.external = force;
     }
 
     /// Position now, m.
@@ -198,8 +191,16 @@ impl<const D: usize> MassDamper<D> {
 
     /// Moves on by a sample under this force, N.
     pub(super) fn advance(&mut self, force: SVector<f64, D>) {
-        for (axis, &force) in self.axes.iter_mut().zip(&force) {
-            axis.advance(&self.sample, force);
+        let (low, high) = (-self.limit, self.limit);
+        self.line.push(force.map(|axis| axis.max(low).min(high)));
+        for (index, axis) in self.axes.iter_mut().enumerate() {
+            let external = self.external[index];
+            if let Some(before) = &self.before {
+                // η > 0, so d + 1 is at most the length of the line.
+                before.advance(axis, self.line.aged(self.delay + 1)[index], external);
+            }
+            self.after
+                .advance(axis, self.line.aged(self.delay)[index], external);
         }
         self.tick += 1;
     }
@@ -219,27 +220,6 @@ impl<F: Real, const D: usize> Device<F, D> for MassDamper<D> {
     fn write(&mut self, force: SafeForce<F, D>) -> Result<(), Infallible> {
         self.advance(force.newtons().map(F::to_f64));
         Ok(())
-    }
-}
-
-impl Axis {
-    const fn at_rest(external: f64) -> Self {
-        Self {
-            position: 0.0,
-            velocity: 0.0,
-            actuator: 0.0,
-            external,
-            line: ForceLine::at_rest(),
-        }
-    }
-
-    fn advance(&mut self, sample: &Sample, force: f64) {
-        self.line.push(force.max(-sample.limit).min(sample.limit));
-        if let Some(before) = &sample.before {
-            // η > 0, so d + 1 is at most the length of the line.
-            before.advance(self, self.line.aged(sample.delay + 1));
-        }
-        sample.after.advance(self, self.line.aged(sample.delay));
     }
 }
 
@@ -277,11 +257,11 @@ impl Step {
         })
     }
 
-    fn advance(&self, axis: &mut Axis, command: f64) {
-        let (position, velocity, external) = (axis.position, axis.velocity, axis.external);
-        let actuator = if self.lags { axis.actuator } else { command };
+    fn advance(&self, axis: &mut Axis, command: f64, external: f64) {
+        let start = *axis;
+        let actuator = if self.lags { start.actuator } else { command };
         let held = command + external;
-        let state = Vector4::new(position, velocity, actuator - command, held);
+        let state = Vector4::new(start.position, start.velocity, actuator - command, held);
         let free = self.transition * state;
         axis.actuator = command + free[2];
         if self.friction == 0.0 {
@@ -289,11 +269,11 @@ impl Step {
             return;
         }
         // The actuator's force is monotone within the step: its ends bound it.
-        let resting = external - self.stiffness * position;
+        let resting = external - self.stiffness * start.position;
         let net = (actuator + resting)
             .abs()
             .max((axis.actuator + resting).abs());
-        if velocity == 0.0 && net <= self.friction {
+        if start.velocity == 0.0 && net <= self.friction {
             return;
         }
         match coulomb(self.friction, free[1], self.transition[(1, 3)]) {
@@ -345,28 +325,28 @@ fn whole_and_fraction(
 }
 
 /// The last commanded forces, N; zero before the first.
-#[derive(Clone, Copy, Debug)]
-struct ForceLine {
-    forces: [f64; LENGTH],
+#[derive(Clone, Debug)]
+struct ForceLine<const D: usize> {
+    forces: [SVector<f64, D>; LENGTH],
     newest: usize,
 }
 
-impl ForceLine {
-    const fn at_rest() -> Self {
+impl<const D: usize> ForceLine<D> {
+    fn at_rest() -> Self {
         Self {
-            forces: [0.0; LENGTH],
+            forces: [SVector::from([0.0; D]); LENGTH],
             newest: 0,
         }
     }
 
-    fn push(&mut self, force: f64) {
+    fn push(&mut self, force: SVector<f64, D>) {
         self.newest = (self.newest + 1) % LENGTH;
         self.forces[self.newest] = force;
     }
 
     /// The force pushed `age` pushes before the newest, `age` ≤ [`MAX_DELAY_SAMPLES`].
-    const fn aged(&self, age: usize) -> f64 {
-        self.forces[(self.newest + LENGTH - age) % LENGTH]
+    fn aged(&self, age: usize) -> &SVector<f64, D> {
+        &self.forces[(self.newest + LENGTH - age) % LENGTH]
     }
 }
 
