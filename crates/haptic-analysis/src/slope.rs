@@ -415,7 +415,12 @@ impl<'a, 'b> Search<'a, 'b> {
                 *x += dual * term;
             }
         }
+        // Below zero only by rounding; left in the sum, those above would be more than 1 together, and no multiplier.
+        x.iter_mut().for_each(|x| *x = x.max(0.0));
         let sum: f64 = x.iter().sum();
+        if sum <= 0.0 {
+            return None;
+        }
         x.iter_mut().for_each(|x| *x /= sum);
         x.iter_mut().filter(|x| **x < DUST).for_each(|x| *x = 0.0);
         let heights = rows
