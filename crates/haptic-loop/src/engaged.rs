@@ -114,6 +114,25 @@ where
         self.close(reading, commanded)
     }
 
+    /// Ticks so often, until `see` has seen enough of it or a fault is latched; `true` if it reached the end without a fault.
+    ///
+    /// # Errors
+    /// As [`tick`](Self::tick).
+    #[inline]
+    pub fn run(
+        &mut self,
+        ticks: u64,
+        mut see: impl FnMut(&Sample<F, D>) -> bool,
+    ) -> Result<bool, V::Error> {
+        for _ in 0..ticks {
+            let sample = self.tick()?;
+            if !see(&sample) || self.controller().safety().fault().is_some() {
+                return Ok(false);
+            }
+        }
+        Ok(true)
+    }
+
     /// The first part of a tick alone, for a device whose next sample has to be waited for.
     ///
     /// # Errors

@@ -25,7 +25,8 @@ use haptic_analysis::Dynamics;
 use haptic_loop::plant::{MassDamper, MassDamperConfig};
 use haptic_loop::units::{Metres, Newtons, NewtonsPerSecond};
 use haptic_loop::{
-    Controller, Device, Environment, Limits, ParameterError, Reading, SafeForce, SafetyChain, Wall,
+    Controller, Device, Environment, Limits, ParameterError, Reading, SafeForce, SafetyChain,
+    Sample, Wall,
 };
 use nalgebra::{SVector, Vector1};
 pub use report::TrialReport;
@@ -280,13 +281,20 @@ where
     E: Environment<f64, 1>,
     V: Device<f64, 1, Error = Infallible>,
 {
-    let mut engaged = controller.engage(device);
-    (0..samples).all(|_| {
-        let Ok(sample) = engaged.tick();
-        let (reading, force) = (&sample.reading, sample.force.newtons());
-        let goes_on = judge.see(reading.time_s, reading.position_m[0], force[0]);
-        goes_on && engaged.controller().safety().fault().is_none()
-    })
+    match (controller.engage(device)).run(samples, |sample| seen(judge, sample)) {
+        Ok(whole) => whole,
+        Err(never) => match never {},
+    }
+}
+
+/// Lets the judge see a tick; `false` if it has seen enough.
+pub(crate) fn seen(judge: &mut Judge, sample: &Sample<f64, 1>) -> bool {
+    let reading = &sample.reading;
+    judge.see(
+        reading.time_s,
+        reading.position_m[0],
+        sample.force.newtons()[0],
+    )
 }
 
 /// K in N/m and B in N·s^μ/m; one-sided it pushes but never pulls.

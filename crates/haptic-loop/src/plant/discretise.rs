@@ -51,6 +51,17 @@ pub(super) fn transition<const N: usize>(
     }))
 }
 
+/// A state after the time of its transition: the product of nalgebra to the bit, in half its time, which is most of a simulation.
+pub(super) fn moved<const N: usize>(
+    transition: &SMatrix<f64, N, N>,
+    state: &SVector<f64, N>,
+) -> SVector<f64, N> {
+    SVector::from(core::array::from_fn(|row| {
+        // To −0 anything is added without a change.
+        (0..N).fold(-0.0, |sum, n| sum + transition[(row, n)] * state[n])
+    }))
+}
+
 /// exp(M) = (Σ (M/2^s)^k/k!)^(2^s).
 fn exponential<const N: usize>(matrix: &SMatrix<f64, N, N>) -> SMatrix<f64, N, N> {
     /// (1/2)^k/k! is below 1e-19 from here on.
@@ -79,6 +90,17 @@ mod tests {
         let rate = libm::sqrt(gamma).max(1.0);
         let scale = Vector3::new(1.0, rate, rate * rate);
         transition(&generator, &scale, 1.0).expect("within the range")
+    }
+
+    #[test]
+    fn a_state_moves_by_the_product_of_nalgebra_to_the_bit() {
+        let number = |n: usize| libm::sin(1.7 * n as f64) * libm::exp(n as f64 % 7.0);
+        let transition = SMatrix::<f64, 9, 9>::from_fn(|row, column| number(9 * row + column));
+        let state = SVector::<f64, 9>::from_fn(|row, _| number(100 + row));
+        assert_eq!(moved(&transition, &state), transition * state);
+        let small = transition.fixed_view::<4, 4>(2, 3).into_owned();
+        let few = state.fixed_rows::<4>(1).into_owned();
+        assert_eq!(moved(&small, &few), small * few);
     }
 
     #[test]

@@ -1,7 +1,7 @@
 //! The standard simulated device: a mass with damping, and optionally a hand, friction, delay,
 //! saturation and actuator lag.
 
-use super::discretise::transition;
+use super::discretise::{moved, transition};
 use crate::error::Checks;
 use crate::units::{Kilograms, NewtonSecondsPerMetre, Newtons, NewtonsPerMetre, Seconds};
 use crate::{Device, ParameterError, Reading, SafeForce};
@@ -206,6 +206,25 @@ impl<const D: usize> MassDamper<D> {
     }
 }
 
+impl MassDamper<1> {
+    /// Moves on under each of these forces, held for `parts` sample times; `see` sees the position, m, before it.
+    ///
+    /// For records that are replayed a thousand times: not generic, so compiled once and here.
+    pub fn replay(
+        &mut self,
+        forces: &mut dyn Iterator<Item = SafeForce<f64, 1>>,
+        parts: u32,
+        see: &mut dyn FnMut(f64),
+    ) {
+        for force in forces {
+            see(self.axes[0].position);
+            for _ in 0..parts {
+                self.advance(*force.newtons());
+            }
+        }
+    }
+}
+
 impl<F: Real, const D: usize> Device<F, D> for MassDamper<D> {
     type Error = Infallible;
 
@@ -262,7 +281,7 @@ impl Step {
         let actuator = if self.lags { start.actuator } else { command };
         let held = command + external;
         let state = Vector4::new(start.position, start.velocity, actuator - command, held);
-        let free = self.transition * state;
+        let free = moved(&self.transition, &state);
         axis.actuator = command + free[2];
         if self.friction == 0.0 {
             (axis.position, axis.velocity) = (free[0], free[1]);

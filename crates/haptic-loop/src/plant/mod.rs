@@ -21,6 +21,8 @@ mod mass_matrix;
 mod profile;
 mod rig;
 mod sensed;
+#[cfg(feature = "std")]
+mod trial;
 
 pub use axes::Axes;
 pub use held::{HeldRig, Holder};
@@ -29,3 +31,5 @@ pub use mass_matrix::MassMatrix;
 pub use profile::{ImposedMotion, RampHold};
 pub use rig::{IndentationRig, RigConfig, RigContact, RigDrive, RigMotion, RigServo, SUB_STEPS};
 pub use sensed::Sensed;
+#[cfg(feature = "std")]
+pub use trial::run_wall;

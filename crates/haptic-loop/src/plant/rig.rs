@@ -1,6 +1,6 @@
 //! The indentation rig: two facing voice-coil actuators, one renders a tissue, one indents it.
 
-use super::discretise::transition;
+use super::discretise::{moved, transition};
 use super::profile::RampHold;
 use crate::units::{Kilograms, NewtonSecondsPerMetre, Newtons, NewtonsPerMetre, Seconds};
 use crate::{Device, ParameterError, Reading, SafeForce};
@@ -302,7 +302,7 @@ impl IndentationRig {
             } else {
                 &self.apart
             };
-            self.state = transition * self.state;
+            self.state = moved(transition, &self.state);
         }
         if let (RigContact::Rigid, RigDrive::Position(profile)) =
             (self.config.contact, self.config.drive)

@@ -1,13 +1,14 @@
 //! The simulated mass-damper against closed forms.
 
-use fracdiff::{Real, Seconds};
-use haptic_loop::plant::{MassDamper, MassDamperConfig, Sensed};
-use haptic_loop::units::{Metres, Newtons};
-use haptic_loop::{Device, Reading};
+use fracdiff::{Real, Scheme, Seconds};
+use haptic_loop::plant::{MassDamper, MassDamperConfig, Sensed, run_wall};
+use haptic_loop::units::{Metres, MetresPerSecond, Newtons, NewtonsPerSecond};
+use haptic_loop::{Controller, Device, Limits, Reading, SafetyChain, SpeedLimit, Wall};
 use nalgebra::{Matrix3, Vector1, Vector2, Vector3};
 use proptest::prelude::*;
 use testkit::assert_close;
 use testkit::device::{DAMPING as B, MASS as M, ideal, plant, read, safe, with_hand, write};
+use testkit::operator::order;
 
 /// At 1 kHz, s.
 const T: f64 = 1e-3;
@@ -241,6 +242,81 @@ fn axes_are_independent_and_runs_repeat_bit_for_bit() {
         digest
     };
     assert_eq!(run(), run());
+}
+
+#[test]
+fn a_replay_writes_each_force_for_each_part() {
+    let config = MassDamperConfig {
+        friction: Newtons(0.05),
+        delay: Seconds(1.3 * T),
+        ..ideal(M, B, T)
+    };
+    let (mut replayed, mut written) = (plant(config), plant(config));
+    let forces = [1.0, -0.5, 0.0, 2.0].map(|force| safe(Vector1::new(force)));
+    let (mut have, mut want) = (Vec::new(), Vec::new());
+    replayed.replay(&mut forces.into_iter(), 3, &mut |x| have.push(x));
+    for force in forces {
+        want.push(written.position()[0]);
+        for _ in 0..3 {
+            written.write(force).expect("written");
+        }
+    }
+    assert_eq!(have, want);
+    assert_eq!(state(&replayed), state(&written));
+}
+
+#[test]
+fn a_wall_that_is_run_ticks_until_it_is_seen_enough_or_a_fault_is_latched() {
+    let wall = |largest_force: f64| {
+        let operator = "grunwald:20".parse::<Scheme>().expect("a scheme");
+        let operator = operator.build(order(0.5), Seconds(T), 1e6).expect("valid");
+        let wall = Wall::new(500.0, 2.0, operator, None).expect("valid");
+        let limits = Limits {
+            speed: Some(SpeedLimit {
+                soft: MetresPerSecond(0.2),
+                hard: MetresPerSecond(0.45),
+            }),
+            ..Limits::bare(Newtons(largest_force), NewtonsPerSecond(1e5))
+        };
+        let chain = SafetyChain::from_limits(&limits, Seconds(T)).expect("valid");
+        let mut device = plant(ideal(M, B, T));
+        device.set_external_force(Vector1::new(2.0));
+        let device = Sensed::new(device, Metres(0.0), (Metres(0.0), 1)).expect("valid");
+        (Controller::<f64, 1, _>::new(wall, chain), device)
+    };
+    let (mut controller, mut device) = wall(10.0);
+    let mut seen = Vec::new();
+    let whole = run_wall(&mut controller, &mut device, 50, &mut |sample| {
+        seen.push((sample.reading.position_m, *sample.force.newtons()));
+        true
+    });
+    let (mut controller, mut device) = wall(10.0);
+    let mut engaged = controller.engage(&mut device);
+    let want: Vec<_> = (0..50)
+        .map(|_| {
+            let Ok(sample) = engaged.tick();
+            (sample.reading.position_m, *sample.force.newtons())
+        })
+        .collect();
+    assert!(whole && seen == want);
+    drop(engaged);
+
+    let count = |most: usize, largest_force: f64| {
+        let (mut controller, mut device) = wall(largest_force);
+        let mut count = 0;
+        let whole = run_wall(&mut controller, &mut device, 200, &mut |_| {
+            count += 1;
+            count < most
+        });
+        (whole, count, controller.safety().fault())
+    };
+    assert_eq!(count(7, 10.0), (false, 7, None));
+    // 2 N push it away from a wall that holds against almost nothing.
+    let (whole, ticks, fault) = count(1000, 1e-3);
+    assert!(
+        !whole && ticks < 200 && fault.is_some(),
+        "{ticks} {fault:?}"
+    );
 }
 
 #[test]

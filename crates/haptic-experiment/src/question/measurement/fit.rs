@@ -24,7 +24,7 @@ use haptic_loop::plant::{MassDamper, MassDamperConfig};
 use haptic_loop::units::{
     Kilograms, NewtonSecondsPerMetre, Newtons, NewtonsPerMetre, NewtonsPerSecond, Seconds,
 };
-use haptic_loop::{Device, ParameterError, SafeForce, SafetyChain, SafetyState};
+use haptic_loop::{ParameterError, SafeForce, SafetyChain, SafetyState};
 use levenberg_marquardt::{LeastSquaresProblem, LevenbergMarquardt};
 use nalgebra::storage::Owned;
 use nalgebra::{DMatrix, DVector, Dyn, Vector1};
@@ -497,22 +497,20 @@ impl Replay {
         let from = self.from();
         // A current that has forgotten where it began.
         let before = from.saturating_sub(2 + 40 * lag.min(10.0) as usize);
-        let mut pieces = self.starts.iter().zip(states).peekable();
+        let forces = |ticks: Range<usize>| {
+            // Of ticks before the first and after the last its force.
+            let given = ticks.map(move |tick| tick.saturating_add_signed(-whole as isize));
+            given.filter_map(|tick| self.forces.get(tick).or(self.forces.last()).copied())
+        };
+        device.replay(&mut forces(before..from), self.parts, &mut |_| ());
         let mut positions = Vec::with_capacity(self.len());
         let mut arrivals = Vec::with_capacity(states.len());
-        for tick in before..self.forces.len() {
-            if let Some((_, [x, v])) = pieces.next_if(|(start, _)| **start == tick) {
-                arrivals.push([device.position()[0], device.velocity()[0]]);
-                device.set_state(Vector1::new(*x), Vector1::new(*v));
-            }
-            if tick >= from {
-                positions.push(device.position()[0]);
-            }
-            let given = tick.saturating_add_signed(-whole as isize);
-            let force = self.forces.get(given).or(self.forces.last())?;
-            for _ in 0..self.parts {
-                device.write(*force).unwrap_or_else(|never| match never {});
-            }
+        for (piece, [x, v]) in self.pieces().zip(states) {
+            arrivals.push([device.position()[0], device.velocity()[0]]);
+            device.set_state(Vector1::new(*x), Vector1::new(*v));
+            let ticks = from + piece.start..from + piece.end;
+            let see = &mut |position| positions.push(position);
+            device.replay(&mut forces(ticks), self.parts, see);
         }
         let is_finite = positions.iter().all(|x| x.is_finite());
         is_finite.then_some((positions, arrivals))

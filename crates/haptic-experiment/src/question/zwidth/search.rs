@@ -5,7 +5,7 @@ use super::upward::Settled;
 use super::{BoundaryPoint, OrderBoundary, ZWidth, ZWidthReport};
 use crate::document::failure::Failure;
 use crate::experiment::trial::{
-    TrialPlan, dynamics, encoder_step, force_and_rate, force_limit, thrown, try_out, wall_at_start,
+    TrialPlan, dynamics, encoder_step, force_and_rate, force_limit, seen, thrown, wall_at_start,
 };
 use crate::question::bench::{AskedDevice, crossings, units};
 use crate::run::device::Warn;
@@ -16,7 +16,7 @@ use haptic_analysis::{
     AnalysisError, LoopOperator, SampledLoop, SampledPlant, StabilityRegion, StableArea,
 };
 use haptic_link::Simulation;
-use haptic_loop::plant::{MassDamper, MassDamperConfig};
+use haptic_loop::plant::{MassDamper, MassDamperConfig, run_wall};
 use haptic_loop::units::Newtons;
 use haptic_loop::{Controller, SafetyChain};
 use rayon::prelude::*;
@@ -400,7 +400,8 @@ impl<'a> Search<'a> {
             return false;
         };
         let mut controller = Controller::<f64, 1, _>::new(wall, self.chain);
-        let whole = try_out(&mut controller, &mut device, self.samples, &mut judge);
+        let see = &mut |sample: &_| seen(&mut judge, sample);
+        let whole = run_wall(&mut controller, &mut device, self.samples, see);
         judge.settling(whole, None).stable
     }
 }
