@@ -88,6 +88,15 @@ pub trait Differintegrator<F: Real> {
         y
     }
 
+    /// [`step`](Self::step) of each of some samples, with the outputs in their place. An operator that is one of several looks once
+    /// which it is.
+    #[inline]
+    fn process(&self, history: &mut Self::History, samples: &mut [F]) {
+        for sample in samples {
+            *sample = self.step(history, *sample);
+        }
+    }
+
     /// Number of samples, the newest included, that reach the output: `None` if all of them do.
     fn memory_length(&self) -> Option<usize>;
 }
@@ -140,6 +149,11 @@ macro_rules! forward_differintegrator {
         #[inline]
         fn advance(&$self, history: &mut Self::History, x: F) {
             $inner.advance(history, x);
+        }
+
+        #[inline]
+        fn process(&$self, history: &mut Self::History, samples: &mut [F]) {
+            $inner.process(history, samples);
         }
 
         fn memory_length(&$self) -> Option<usize> {
@@ -202,6 +216,13 @@ macro_rules! one_of {
             match (self, history) {
                 $((Self::$kind(operator), $history::$kind(own)) => $advance(operator, own, x),)+
                 _ => {}
+            }
+        }
+
+        fn process(&self, history: &mut Self::History, samples: &mut [F]) {
+            match (self, history) {
+                $((Self::$kind(operator), $history::$kind(own)) => operator.process(own, samples),)+
+                _ => samples.fill(F::from_f64(f64::NAN)),
             }
         }
 
@@ -274,6 +295,14 @@ impl<F: Real, O: Differintegrator<F>> Channel<F, O> {
         let y = self.output(x);
         self.advance(x);
         y
+    }
+
+    /// [`step`](Self::step) of each of some samples, with the outputs in their place.
+    pub fn process(&mut self, samples: &mut [F]) {
+        for sample in &mut *samples {
+            *sample -= self.reference;
+        }
+        self.operator.process(&mut self.history, samples);
     }
 
     /// Forgets everything; the reference value is 0 again.

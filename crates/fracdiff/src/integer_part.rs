@@ -101,6 +101,13 @@ impl<F: Real, C: Differintegrator<F>> Differintegrator<F> for WithIntegerPart<C>
         self.after(history, x);
     }
 
+    // A core in a loop of its own keeps the registers that it needs.
+    fn process(&self, history: &mut Self::History, samples: &mut [F]) {
+        for sample in samples {
+            *sample = step_apart(self, history, *sample);
+        }
+    }
+
     #[inline]
     fn advance_many<const D: usize>(&self, mut histories: [&mut Self::History; D], x: [F; D]) {
         let inputs = core::array::from_fn(|axis| self.before(histories[axis], x[axis]));
@@ -197,3 +204,8 @@ macro_rules! operator_from_its_core {
 }
 
 pub(crate) use operator_from_its_core;
+
+#[inline(never)]
+fn step_apart<F: Real, O: Differintegrator<F>>(operator: &O, history: &mut O::History, x: F) -> F {
+    operator.step(history, x)
+}

@@ -72,21 +72,13 @@ type Recipe = (f64, f64, String, f64);
 /// What pickling keeps beside the arguments: the history as bytes, and the reference.
 type State<'py> = (Bound<'py, PyBytes>, f64);
 
-/// Samples in, outputs in their place. A function of its own: the compiler knows then that both do not overlap.
-#[inline(never)]
-fn run(axis: &mut Axis, samples: &mut [f64]) {
-    for sample in samples {
-        *sample = axis.step(*sample);
-    }
-}
-
-/// The same, until it is to stop.
+/// Samples in, outputs in their place, until it is to stop.
 fn run_unless(conduct: &Conduct, axis: &mut Axis, samples: &mut [f64]) {
     for block in samples.chunks_mut(1 << 12) {
         if conduct.stops() {
             return;
         }
-        run(axis, block);
+        axis.process(block);
     }
 }
 
@@ -196,7 +188,7 @@ impl PyOperator {
         let about = self.time_of(samples.len());
         if about <= LONG {
             let axis = &mut self.axis;
-            py.detach(|| run(axis, &mut samples));
+            py.detach(|| axis.process(&mut samples));
             return Ok(samples.into_pyarray(py));
         }
         // What is interrupted leaves the operator as it was.

@@ -342,6 +342,38 @@ proptest! {
 }
 
 #[test]
+fn a_block_has_the_bits_of_its_samples_one_by_one() {
+    fn check<F: Real, O: Differintegrator<F> + Clone>(operator: &O, name: &str) {
+        let samples: Vec<F> = lively(400).into_iter().map(F::from_f64).collect();
+        let (mut whole, mut single) = (Channel::new(operator), Channel::new(operator.clone()));
+        let reference = F::from_f64(0.3);
+        for reset in [false, true] {
+            if reset {
+                whole.reset_to(reference);
+                single.reset_to(reference);
+            }
+            let mut have = samples.clone();
+            for block in have.chunks_mut(150) {
+                whole.process(block);
+            }
+            let want: Vec<F> = samples.iter().map(|&x| single.step(x)).collect();
+            assert_eq!(have, want, "{name}, reset {reset}");
+        }
+    }
+    for mu in [-1.6, 0.2247, 1.0, 1.4] {
+        for scheme in SCHEMES {
+            check(&build::<f32>(scheme, mu), scheme);
+            check(&build::<f64>(scheme, mu), scheme);
+        }
+        check(&full::<f32>(Kernel::Grunwald, mu, 1e-6), "full memory");
+    }
+    let (full, short) = (build::<f64>("full", 0.5), build::<f64>("grunwald:10", 0.5));
+    let mut samples = [1.0; 3];
+    full.process(&mut short.at_rest(), &mut samples);
+    assert!(samples.iter().all(|y| y.is_nan()), "the history of another");
+}
+
+#[test]
 fn axes_together_have_the_bits_of_axes_alone() {
     fn check<F: Real, O: Differintegrator<F>, const D: usize>(operator: &O, name: &str) {
         let signals: [Vec<f64>; D] =
