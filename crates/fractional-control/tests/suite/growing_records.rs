@@ -22,7 +22,7 @@ fn grown(rate: f64, samples: u32, noise: f64) -> InputOutput {
 }
 
 fn found(record: &InputOutput) -> Vec<Found> {
-    identify(record, &candidates(record, true, None), true).expect("found")
+    identify(record, &candidates(record, true, None), true, &|_| ()).expect("found")
 }
 
 #[test]
@@ -72,7 +72,7 @@ fn a_function_that_lacks_a_pole_is_less_sure_and_says_where() {
     let mut guess = candidates(&record, true, None).remove(0);
     guess.function = "3.5/(2.5s-1)".parse().expect("a function");
     guess.dead_time = DeadTime::NONE;
-    let lacks = &identify(&record, &[guess], true).expect("fits")[0];
+    let lacks = &identify(&record, &[guess], true, &|_| ()).expect("fits")[0];
     assert_close("residual", lacks.identified.rms_residual, 1.12, 0.02);
     let at = lacks.unexplained.expect("much is left");
     assert!(at.to_s < 10.0 && at.share > 0.2, "{at:?}");
