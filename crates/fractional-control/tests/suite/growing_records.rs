@@ -2,6 +2,7 @@
 
 use fractional_control::DeadTime;
 use fractional_control::model_search::{Found, InputOutput, candidates, identify};
+use std::sync::atomic::{AtomicUsize, Ordering};
 use testkit::assert_close;
 
 /// The step of 2/((s − r)(s + 1)) by its closed form, and noise of such a standard deviation.
@@ -22,7 +23,14 @@ fn grown(rate: f64, samples: u32, noise: f64) -> InputOutput {
 }
 
 fn found(record: &InputOutput) -> Vec<Found> {
-    identify(record, &candidates(record, true, None), true, &|_| ()).expect("found")
+    let (guesses, done) = (candidates(record, true, None), AtomicUsize::new(0));
+    let count = |more| {
+        done.fetch_add(more, Ordering::Relaxed);
+    };
+    let found = identify(record, &guesses, true, &count).expect("found");
+    // Every guess is told of, those that others made superfluous too.
+    assert_eq!(done.into_inner(), guesses.len());
+    found
 }
 
 #[test]
