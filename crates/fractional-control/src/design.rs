@@ -137,16 +137,15 @@ pub struct GainStep {
 }
 
 impl Trial {
-    /// Largest less least overshoot over the gains.
+    /// Largest less least overshoot over the gains; `None` if the loop is not stable at one of them, where a step only grows with time.
     #[must_use]
-    pub fn overshoot_spread(&self) -> f64 {
-        let (low, high) = self
-            .robustness
-            .iter()
-            .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), row| {
-                (low.min(row.shape.overshoot), high.max(row.shape.overshoot))
-            });
-        high - low
+    pub fn overshoot_spread(&self) -> Option<f64> {
+        let rows = self.robustness.iter();
+        let (low, high) = rows.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), row| {
+            (low.min(row.shape.overshoot), high.max(row.shape.overshoot))
+        });
+        let all_stable = self.robustness.iter().all(|row| row.stable);
+        all_stable.then_some(high - low)
     }
 
     /// True if the loop is proved stable for every gain of the plant in [`ROBUST_GAINS`].

@@ -92,6 +92,16 @@ impl Memory {
         )?)
     }
 
+    /// I^ν, 0 ≤ ν < 1; also for ν = 0 the sample time is checked.
+    pub(crate) fn integral<F: Real, const MODES: usize>(
+        &self,
+        fraction: f64,
+        sample_time: Seconds,
+    ) -> Result<Integral<F, MODES>, ControlError> {
+        let design = self.design(Order::new(-fraction)?, sample_time)?;
+        Ok(FullMemory::new(&design, sample_time)?)
+    }
+
     /// The short filter that the rule puts behind (1 − w)^order, and how many of its taps are not 0; for 0 ≤ order ≤ 4.
     pub(crate) fn filter(&self, order: f64) -> ([f64; BDF2_TAPS], usize) {
         let mut taps = [0.0; BDF2_TAPS];
@@ -113,6 +123,9 @@ pub(crate) const SUMS_MAX: usize = 4;
 /// Outputs of a chain: the memory's own, and those of the sums.
 pub(crate) const LEVELS: usize = SUMS_MAX + 1;
 
+/// I^ν of the rule, 0 ≤ ν < 1.
+pub(crate) type Integral<F, const MODES: usize> = FullMemory<F, TAPS, MODES>;
+
 /// I^ν, I^(ν+1), … of one signal, 0 ≤ ν < 1: one memory, and whole sums behind it.
 /// ```text
 /// q₀ = I^ν v,   q_m[n] = q_m[n−1] + T·q_{m−1}[n],   so q_m = I^(ν+m) v
@@ -121,7 +134,7 @@ pub(crate) const LEVELS: usize = SUMS_MAX + 1;
 pub(crate) struct Chain<F, const MODES: usize> {
     /// ν.
     pub(crate) fraction: f64,
-    core: Option<FullMemory<F, TAPS, MODES>>,
+    core: Option<Integral<F, MODES>>,
     sums: usize,
     sample_time: F,
 }
@@ -134,21 +147,19 @@ pub(crate) struct ChainHistory<F, const MODES: usize> {
 }
 
 impl<F: Real, const MODES: usize> Chain<F, MODES> {
+    /// With the [`Integral`] of its fraction.
     pub(crate) fn new(
         fraction: f64,
         sums: usize,
-        memory: &Memory,
+        integral: Integral<F, MODES>,
         sample_time: Seconds,
-    ) -> Result<Self, ControlError> {
-        let order = Order::new(-fraction)?;
-        // Also where there is no fraction: the sample time is checked.
-        let core = FullMemory::new(&memory.design(order, sample_time)?, sample_time)?;
-        Ok(Self {
+    ) -> Self {
+        Self {
             fraction,
-            core: (fraction > 0.0).then_some(core),
+            core: (fraction > 0.0).then_some(integral),
             sums: sums.min(SUMS_MAX),
             sample_time: F::from_f64(sample_time.0),
-        })
+        }
     }
 
     pub(crate) fn at_rest(&self) -> ChainHistory<F, MODES> {

@@ -1,6 +1,6 @@
 //! A transfer function, sample by sample.
 
-use crate::memory::{Chain, ChainHistory, LEVELS};
+use crate::memory::{Chain, ChainHistory, Integral, LEVELS};
 use crate::{ControlError, FractionalTransferFunction, Memory};
 use fracdiff::parameter::RangeError;
 use fracdiff::{BDF2_TAPS, Differintegrator, Fir, FirHistory, FrequencyResponse, Real, Seconds};
@@ -140,6 +140,17 @@ impl<F: Real, const MODES: usize> SampledTransferFunction<F, MODES> {
         memory: Memory,
         sample_time: Seconds,
     ) -> Result<Self, ControlError> {
+        let integral = |fraction| memory.integral(fraction, sample_time);
+        Self::of_integrals(function, memory, sample_time, integral)
+    }
+
+    /// The same with memories that somebody else makes, or has.
+    pub(crate) fn of_integrals(
+        function: &FractionalTransferFunction,
+        memory: Memory,
+        sample_time: Seconds,
+        integral: impl Fn(f64) -> Result<Integral<F, MODES>, ControlError>,
+    ) -> Result<Self, ControlError> {
         let (entries, count) = entries(function)?;
         let entries = &entries[..count];
         let mut chains: [Option<Chain<F, MODES>>; PARTS_MAX] = [const { None }; PARTS_MAX];
@@ -159,7 +170,8 @@ impl<F: Real, const MODES: usize> SampledTransferFunction<F, MODES> {
             if slot.is_none() {
                 let sums = entries.iter().filter(|e| same(e)).map(|e| e.level).max();
                 let sums = sums.unwrap_or(0);
-                *slot = Some(Chain::new(entry.fraction, sums, &memory, sample_time)?);
+                let integral = integral(entry.fraction)?;
+                *slot = Some(Chain::new(entry.fraction, sums, integral, sample_time));
             }
             let (taps, used) = memory.filter(entry.order);
             // f₀·T^(ν+m)

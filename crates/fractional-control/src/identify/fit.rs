@@ -1,12 +1,15 @@
 //! Model less record, as a problem of least squares.
 
 use super::record::{Free, FreeNumber, Record, now};
-use crate::records::largest;
-use crate::{ControlError, FractionalTransferFunction, Memory, StateSpace, Term, respond};
+use crate::memory::Integral;
+use crate::records::{MODES, Running, largest, through};
+use crate::sampled::entries;
+use crate::{ControlError, FractionalTransferFunction, Memory, StateSpace, Term};
 use fracdiff::Seconds;
 use levenberg_marquardt::LeastSquaresProblem;
 use nalgebra::storage::Owned;
 use nalgebra::{DMatrix, DVector, Dyn};
+use rayon::prelude::*;
 use std::vec;
 use std::vec::Vec;
 
@@ -16,9 +19,13 @@ pub(super) struct Fit<'a> {
     free: Vec<FreeNumber>,
     parameters: DVector<f64>,
     memory: Memory,
-    record: &'a Record<'a>,
+    record: Record<'a>,
     /// Steps of a rule in each sample.
     steps: usize,
+    /// I^ν of these parameters, with ν: most of what is run next to them has the same, and they take as long to make as some hundred samples.
+    integrals: Vec<(f64, Integral<f64, MODES>)>,
+    /// The output for these parameters, if there is a function of them.
+    model: Option<Vec<f64>>,
     /// Model less record, of these parameters.
     left: DVector<f64>,
 }
@@ -50,9 +57,7 @@ const STEP_OF_ORDER: f64 = 1e-4;
 /// Orders nearer than this to a whole number are that number: no record tells them apart, and a plant of whole orders is sampled exactly.
 const WHOLE: f64 = 1e-4;
 
-pub(super) fn settled(
-    found: &FractionalTransferFunction,
-) -> Result<FractionalTransferFunction, ControlError> {
+fn settled(found: &FractionalTransferFunction) -> Result<FractionalTransferFunction, ControlError> {
     let whole = |terms: &[Term]| -> Vec<Term> {
         let settle = |term: &Term| {
             let nearest = libm::round(term.order);
@@ -128,21 +133,24 @@ impl<'a> Fit<'a> {
         guess: FractionalTransferFunction,
         (freedom, free): (Free, Vec<FreeNumber>),
         memory: Memory,
-        (record, steps): (&'a Record<'a>, usize),
+        (record, steps): (Record<'a>, usize),
     ) -> Self {
         let own = (freedom, record.late());
         let begin = free.iter().map(|number| value(&guess, own, *number));
+        let begin = DVector::from_iterator(free.len(), begin);
         let mut fit = Self {
-            parameters: DVector::from_iterator(free.len(), begin),
+            parameters: begin.clone(),
             guess,
             freedom,
             free,
             memory,
             record,
             steps,
+            integrals: Vec::new(),
+            model: None,
             left: DVector::zeros(0),
         };
-        fit.left = fit.left_by(&fit.parameters);
+        fit.set_params(&begin);
         fit
     }
 
@@ -156,13 +164,13 @@ impl<'a> Fit<'a> {
 
     /// The output of a function for the input of the record, so many samples late: exactly where its orders are whole and stay so, else by the
     /// rule.
-    pub(super) fn model(
+    fn model(
         &self,
         function: &FractionalTransferFunction,
         late: f64,
     ) -> Result<Vec<f64>, ControlError> {
         let exact = (self.freedom == Free::Coefficients)
-            .then(|| exact(function, self.record, late))
+            .then(|| exact(function, &self.record, late))
             .flatten();
         exact.map_or_else(|| self.by_rule(function, late), Ok)
     }
@@ -177,16 +185,18 @@ impl<'a> Fit<'a> {
             input,
             held,
             ..
-        } = *self.record;
+        } = self.record;
+        let seen = seen_by_a_rule(&self.record, late, self.steps);
         let step = Seconds(sample_time.0 / self.steps as f64);
-        let seen = seen_by_a_rule(self.record, late, self.steps);
-        let outputs = respond(function, self.memory, step, &seen)?;
+        let integral = |fraction| self.integral(fraction);
+        let running = Running::of_integrals(function, self.memory, step, integral)?;
+        let outputs = through(&running, seen.into_iter());
         let mut outputs: Vec<f64> = outputs.into_iter().step_by(self.steps).collect();
         let is_slower = function.numerator().degree() < function.denominator().degree();
         let (whole, h) = in_steps(late, self.steps);
         if self.steps > 1 && held && whole % self.steps == 0 && is_slower {
             // A plant does not answer a jump in its own sample; the rule has seen a part of it.
-            let first = respond(function, self.memory, step, &[0.5 * (1.0 - h) * (1.0 - h)])?;
+            let first = through(&running, core::iter::once(0.5 * (1.0 - h) * (1.0 - h)));
             let before = core::iter::once(&0.0).chain(input);
             let later = outputs.iter_mut().skip(whole / self.steps);
             for (y, (now, before)) in later.zip(input.iter().zip(before)) {
@@ -196,9 +206,45 @@ impl<'a> Fit<'a> {
         Ok(outputs)
     }
 
+    /// I^ν of the rule, from those of the own parameters where it is there.
+    fn integral(&self, fraction: f64) -> Result<Integral<f64, MODES>, ControlError> {
+        let mut known = self.integrals.iter();
+        let known = known.find(|known| (known.0 - fraction).abs() <= 0.0);
+        let step = Seconds(self.record.sample_time.0 / self.steps as f64);
+        known.map_or_else(
+            || self.memory.integral(fraction, step),
+            |known| Ok(known.1.clone()),
+        )
+    }
+
+    /// All of a function, as far as they can be made.
+    fn integrals(&self, function: &FractionalTransferFunction) -> Vec<(f64, Integral<f64, MODES>)> {
+        let (entries, count) = entries(function).unwrap_or_default();
+        let mut fractions: Vec<f64> = entries[..count].iter().map(|e| e.fraction).collect();
+        fractions.sort_by(f64::total_cmp);
+        fractions.dedup();
+        let all = fractions.into_iter();
+        all.filter_map(|fraction| Some((fraction, self.integral(fraction).ok()?)))
+            .collect()
+    }
+
     /// The function, and the dead time in samples.
     pub(super) fn found(&self) -> Result<(FractionalTransferFunction, f64), ControlError> {
-        Ok((self.with(&self.parameters)?, self.late(&self.parameters)))
+        let function = settled(&self.with(&self.parameters)?)?;
+        Ok((function, self.late(&self.parameters)))
+    }
+
+    /// The output of what was found.
+    pub(super) fn model_of_found(
+        &self,
+        function: &FractionalTransferFunction,
+        late: f64,
+    ) -> Result<Vec<f64>, ControlError> {
+        let is_own = self
+            .with(&self.parameters)
+            .is_ok_and(|own| own == *function);
+        let known = self.model.clone().filter(|_| is_own);
+        known.map_or_else(|| self.model(function, late), Ok)
     }
 
     fn with(&self, parameters: &DVector<f64>) -> Result<FractionalTransferFunction, ControlError> {
@@ -223,44 +269,51 @@ impl<'a> Fit<'a> {
         FractionalTransferFunction::new(&above, &below)
     }
 
+    /// The output for other parameters.
+    fn model_by(&self, parameters: &DVector<f64>) -> Option<Vec<f64>> {
+        let function = self.with(parameters).ok()?;
+        self.model(&function, self.late(parameters)).ok()
+    }
+
     /// Model less record.
-    fn left_by(&self, parameters: &DVector<f64>) -> DVector<f64> {
+    fn left_by(&self, model: Option<&[f64]>) -> DVector<f64> {
         let limit = NONE * largest(self.record.output);
-        let model = self
-            .with(parameters)
-            .and_then(|function| self.model(&function, self.late(parameters)));
         let output = self.record.output;
         match model {
-            Ok(model) => {
+            Some(model) => {
                 let pairs = model.iter().zip(output);
                 // An unstable model overflows.
                 let left = pairs.map(|(have, want)| (have - want).clamp(-limit, limit));
                 let left = left.map(|left| if left.is_finite() { left } else { limit });
                 DVector::from_iterator(output.len(), left)
             }
-            Err(_) => DVector::from_element(output.len(), limit),
+            None => DVector::from_element(output.len(), limit),
         }
     }
 
     fn slopes(&self) -> DMatrix<f64> {
-        let mut slopes = DMatrix::zeros(self.record.output.len(), self.free.len());
-        for (column, number) in self.free.iter().enumerate() {
+        let slope = |(column, number): (usize, &FreeNumber)| {
             let moved = |step: f64| {
                 let mut parameters = self.parameters.clone();
                 parameters[column] += step;
-                self.left_by(&parameters)
+                self.left_by(self.model_by(&parameters).as_deref())
             };
-            let slope = match number {
+            match number {
                 FreeNumber::NumeratorCoefficient(_)
                 | FreeNumber::DenominatorCoefficient(_)
                 | FreeNumber::DeadTime => (moved(STEP) - &self.left) / STEP,
                 FreeNumber::NumeratorOrder(_) | FreeNumber::DenominatorOrder(_) => {
-                    (moved(STEP_OF_ORDER) - moved(-STEP_OF_ORDER)) / (2.0 * STEP_OF_ORDER)
+                    let (up, down) = rayon::join(|| moved(STEP_OF_ORDER), || moved(-STEP_OF_ORDER));
+                    (up - down) / (2.0 * STEP_OF_ORDER)
                 }
-            };
-            slopes.set_column(column, &slope);
-        }
-        slopes
+            }
+        };
+        let columns: Vec<DVector<f64>> = match self.freedom.runs_exactly(&self.guess) {
+            // So fast that another core is not worth waking.
+            true => self.free.iter().enumerate().map(slope).collect(),
+            false => self.free.par_iter().enumerate().map(slope).collect(),
+        };
+        DMatrix::from_columns(&columns)
     }
 
     /// √ of the diagonal of σ²(JᵀJ)⁻¹; infinite where the record says nothing.
@@ -295,7 +348,11 @@ impl LeastSquaresProblem<f64, Dyn, Dyn> for Fit<'_> {
 
     fn set_params(&mut self, parameters: &DVector<f64>) {
         self.parameters.copy_from(parameters);
-        self.left = self.left_by(parameters);
+        let by_rule = !self.freedom.runs_exactly(&self.guess);
+        let function = self.with(parameters).ok().filter(|_| by_rule);
+        self.integrals = function.map_or_else(Vec::new, |function| self.integrals(&function));
+        self.model = self.model_by(parameters);
+        self.left = self.left_by(self.model.as_deref());
     }
 
     fn params(&self) -> DVector<f64> {

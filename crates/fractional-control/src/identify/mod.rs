@@ -4,7 +4,7 @@ mod fit;
 mod record;
 mod whole;
 
-use self::fit::{Fit, settled};
+use self::fit::Fit;
 use self::record::{Free, free_numbers};
 use crate::records::largest;
 use crate::{ControlError, FractionalTransferFunction, Memory, Rule};
@@ -60,7 +60,7 @@ pub fn identify(
     guess: &FractionalTransferFunction,
     record: &Record<'_>,
 ) -> Result<Identified, ControlError> {
-    searched(guess, record, Free::All)
+    searched(guess, record, Free::All).map(Searched::identified)
 }
 
 /// The same with the orders as they are: only the coefficients are free, and may change their signs.
@@ -74,7 +74,20 @@ pub fn identify_coefficients(
     guess: &FractionalTransferFunction,
     record: &Record<'_>,
 ) -> Result<Identified, ControlError> {
-    searched(guess, record, Free::Coefficients)
+    searched(guess, record, Free::Coefficients).map(Searched::identified)
+}
+
+/// The root mean square alone that either of them leaves, without standard errors, which are a search's dearest step.
+pub(crate) fn least_residual(
+    guess: &FractionalTransferFunction,
+    record: &Record<'_>,
+    orders_are_free: bool,
+) -> Result<f64, ControlError> {
+    let freedom = match orders_are_free {
+        true => Free::All,
+        false => Free::Coefficients,
+    };
+    searched(guess, record, freedom).map(|searched| searched.rms_residual())
 }
 
 /// A search ends where a step makes the sum of squares less by no more than this share, over the number of samples: a tenth of a standard
@@ -88,26 +101,25 @@ const STEPS: usize = 16;
 const ALL_STEPS: usize = 50_000;
 
 /// The better of two fits: a record of a plant is followed by many steps of a rule in a sample, one that a rule made itself by one.
-fn searched(
+fn searched<'a>(
     guess: &FractionalTransferFunction,
-    record: &Record<'_>,
+    record: &Record<'a>,
     freedom: Free,
-) -> Result<Identified, ControlError> {
+) -> Result<Searched<'a>, ControlError> {
     check(record, free_numbers(guess, freedom, record.dead_time).len())?;
     let once = searched_by(guess, record, freedom, 1);
-    let runs_exactly = freedom == Free::Coefficients && guess.is_whole();
     let steps = (ALL_STEPS / record.input.len()).min(STEPS);
-    let found = if runs_exactly || steps < 2 {
+    let found = if freedom.runs_exactly(guess) || steps < 2 {
         once
     } else {
         let begin = once.as_ref().map_or(*guess, |once| once.function);
         match (once, searched_by(&begin, record, freedom, steps)) {
-            (Ok(once), Ok(often)) if once.rms_residual <= often.rms_residual => Ok(once),
+            (Ok(once), Ok(often)) if once.rms_residual() <= often.rms_residual() => Ok(once),
             (once, Err(_)) => once,
             (_, often) => often,
         }
     }?;
-    if found.dead_time.is_free() && found.dead_time.seconds() == 0.0 {
+    if record.dead_time.is_free() && found.late == 0.0 {
         let prompt = Record {
             dead_time: DeadTime::NONE,
             ..*record
@@ -117,16 +129,49 @@ fn searched(
     Ok(found)
 }
 
-fn searched_by(
+/// What a search found.
+struct Searched<'a> {
+    problem: Fit<'a>,
+    record: Record<'a>,
+    function: FractionalTransferFunction,
+    /// Dead time, samples.
+    late: f64,
+    /// Σ of the squares that are left, and of those of y less its mean.
+    left: f64,
+    variance: f64,
+    model: Vec<f64>,
+}
+
+impl Searched<'_> {
+    fn rms_residual(&self) -> f64 {
+        libm::sqrt(self.left / self.record.output.len() as f64)
+    }
+
+    fn identified(self) -> Identified {
+        Identified {
+            rms_residual: self.rms_residual(),
+            fit: 1.0 - self.left / self.variance,
+            standard_errors: self.problem.errors(self.left),
+            dead_time: match self.record.dead_time {
+                DeadTime::From(_) => DeadTime::From(Seconds(self.late * self.record.sample_time.0)),
+                known => known,
+            },
+            function: self.function,
+            model: self.model,
+        }
+    }
+}
+
+fn searched_by<'a>(
     guess: &FractionalTransferFunction,
-    record: &Record<'_>,
+    record: &Record<'a>,
     freedom: Free,
     steps: usize,
-) -> Result<Identified, ControlError> {
+) -> Result<Searched<'a>, ControlError> {
     let free = free_numbers(guess, freedom, record.dead_time);
     let horizon = record.input.len() as f64 * record.sample_time.0;
     let memory = Memory::new(Rule::Bdf2, 1e-7, horizon)?;
-    let problem = Fit::new(*guess, (freedom, free), memory, (record, steps));
+    let problem = Fit::new(*guess, (freedom, free), memory, (*record, steps));
     let (problem, report) = LevenbergMarquardt::new()
         .with_ftol((SMALL_STEP / record.input.len() as f64).min(CONVERGED[0]))
         .with_xtol(CONVERGED[1])
@@ -141,7 +186,6 @@ fn searched_by(
     };
     let residuals = residuals.ok_or(unfit)?;
     let (function, late) = problem.found().map_err(|_| unfit)?;
-    let function = settled(&function).map_err(|_| unfit)?;
     let samples = record.output.len() as f64;
     let mean = record.output.iter().sum::<f64>() / samples;
     let variance: f64 = record.output.iter().map(|y| (y - mean) * (y - mean)).sum();
@@ -149,16 +193,14 @@ fn searched_by(
     if left.is_nan() || left >= variance {
         return Err(unfit);
     }
-    Ok(Identified {
-        rms_residual: libm::sqrt(left / samples),
-        fit: 1.0 - left / variance,
-        standard_errors: problem.errors(left),
-        model: problem.model(&function, late)?,
-        dead_time: match record.dead_time {
-            DeadTime::From(_) => DeadTime::From(Seconds(late * record.sample_time.0)),
-            known => known,
-        },
+    Ok(Searched {
+        model: problem.model_of_found(&function, late)?,
+        problem,
+        record: *record,
         function,
+        late,
+        left,
+        variance,
     })
 }
 

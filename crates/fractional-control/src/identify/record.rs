@@ -115,6 +115,13 @@ pub(super) enum Free {
     Coefficients,
 }
 
+impl Free {
+    /// True of a function that runs without a rule, and goes on to.
+    pub(super) fn runs_exactly(self, guess: &FractionalTransferFunction) -> bool {
+        self == Self::Coefficients && guess.is_whole()
+    }
+}
+
 /// All but the last coefficient of the denominator, and orders of 0; the dead time last.
 pub(super) fn free_numbers(
     guess: &FractionalTransferFunction,

@@ -12,12 +12,10 @@
 use super::found::{AS_GOOD, Found, less_sure};
 use super::record::{Guess, InputOutput, resolved, rounding};
 use super::start::part;
-use crate::identify::next_guess;
-use crate::{
-    ControlError, DeadTime, FractionalTransferFunction, Identified, Term, WholeGuess, WholeShape,
-    identify_coefficients, whole_guess,
-};
+use crate::identify::{least_residual, next_guess};
+use crate::{DeadTime, FractionalTransferFunction, Term, WholeGuess, WholeShape, whole_guess};
 use fracdiff::Seconds;
+use rayon::prelude::*;
 use std::vec;
 use std::vec::Vec;
 
@@ -62,11 +60,11 @@ fn scanned(record: &InputOutput, held: bool) -> Vec<DeadTime> {
         rests += y * y;
         let behind = DeadTime::Known(Seconds(samples as f64 * t));
         let behind = record.as_record(held, behind);
-        for (shape, profile) in SHAPES.into_iter().zip(&mut profiles) {
+        (SHAPES.par_iter().zip(&mut profiles)).for_each(|(shape, profile)| {
             let last = profile.last().copied().flatten();
-            let near = last.and_then(|last| next_guess(&behind, of(shape), &last));
+            let near = last.and_then(|last| next_guess(&behind, of(*shape), &last));
             let afresh = (samples % AFRESH == 0 || near.is_none())
-                .then(|| whole_guess(&behind, of(shape)))
+                .then(|| whole_guess(&behind, of(*shape)))
                 .flatten();
             let best = if rms(&afresh) < rms(&near) {
                 afresh
@@ -74,15 +72,19 @@ fn scanned(record: &InputOutput, held: bool) -> Vec<DeadTime> {
                 near
             };
             profile.push(best);
-            least = least.min(rms(&best) * rms(&best) * record.output.len() as f64);
+        });
+        for best in profiles.iter().filter_map(|profile| profile.last()) {
+            least = least.min(rms(best) * rms(best) * record.output.len() as f64);
         }
     }
-    let mut minima: Vec<(f64, f64)> = Vec::new();
-    for (shape, profile) in SHAPES.into_iter().zip(&profiles) {
-        for place in lowest(profile) {
-            minima.push(between(record, held, (shape, profile[place]), place as f64));
-        }
-    }
+    let places = SHAPES.iter().zip(&profiles).flat_map(|(shape, profile)| {
+        let places = lowest(profile).into_iter();
+        places.map(move |place| ((*shape, profile[place]), place as f64))
+    });
+    let places: Vec<_> = places.collect();
+    let minima = places.into_par_iter();
+    let minima = minima.map(|(guess, late)| between(record, held, guess, late));
+    let mut minima: Vec<(f64, f64)> = minima.collect();
     minima.sort_by(|a, b| a.0.total_cmp(&b.0));
     let mut found: Vec<f64> = Vec::new();
     for (_, late) in minima {
@@ -272,16 +274,10 @@ fn profile_interval_s(found: &Found, record: &InputOutput, held: bool) -> [f64; 
     };
     let samples = record.output.len() as f64;
     let less_sure = less_sure(found.neighbours, record.output.len());
-    let behind = |dead_time_s: f64| -> Result<Identified, ControlError> {
-        let record = record.as_record(held, DeadTime::Known(Seconds(dead_time_s)));
-        match is_whole {
-            true => identify_coefficients(&own.function, &record),
-            false => crate::identify(&own.function, &record),
-        }
-    };
     // √ of what the profile has risen by, over what it may.
     let risen = |dead_time_s: f64| -> f64 {
-        let left = behind(dead_time_s).map_or(f64::INFINITY, |found| found.rms_residual);
+        let behind = record.as_record(held, DeadTime::Known(Seconds(dead_time_s)));
+        let left = least_residual(&own.function, &behind, !is_whole).unwrap_or(f64::INFINITY);
         let ratio = left.max(floor) / own.rms_residual.max(floor);
         let deviance = 2.0 * samples * libm::log(ratio) / (less_sure * less_sure);
         libm::sqrt(deviance.max(0.0) / LIKELY)
@@ -315,5 +311,6 @@ fn profile_interval_s(found: &Found, record: &InputOutput, held: bool) -> [f64; 
         }
         (best + way * step).max(0.0)
     };
-    [edge(-1.0), edge(1.0)]
+    let (least, most) = rayon::join(|| edge(-1.0), || edge(1.0));
+    [least, most]
 }

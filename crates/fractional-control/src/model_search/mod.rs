@@ -12,6 +12,7 @@ use crate::{
     identify_coefficients,
 };
 use fracdiff::{Seconds, roots};
+use rayon::prelude::*;
 use std::collections::VecDeque;
 use std::vec;
 use std::vec::Vec;
@@ -90,7 +91,9 @@ const KEPT: usize = 6;
 /// A difference of the criterion that speaks very strongly, by the same table.
 const DECISIVE: f64 = 10.0;
 
-/// Fits each guess; the best first, of those that fit at all, six at most. `held` as in [`Record`](crate::Record).
+/// Fits each guess, on all cores; the best first, of those that fit at all, six at most. `held` as in [`Record`](crate::Record).
+///
+/// `done` is told of guesses that are done, as many as there are, and of fits that begin from them again.
 ///
 /// # Errors
 /// That of the first guess, if none fits.
@@ -98,10 +101,17 @@ pub fn identify(
     record: &InputOutput,
     guesses: &[Guess],
     held: bool,
+    done: &(dyn Fn(usize) + Sync),
 ) -> Result<Vec<Found>, ControlError> {
     let (mut found, mut refused) = (Vec::new(), None);
-    for guess in guesses.iter().filter(|guess| !guess.has_free_orders) {
-        match with_fewer(guess, record, held) {
+    let whole = guesses.par_iter().filter(|guess| !guess.has_free_orders);
+    let fitted = whole.map(|guess| {
+        let fitted = with_fewer(guess, record, held);
+        done(1);
+        fitted
+    });
+    for fitted in fitted.collect::<Vec<_>>() {
+        match fitted {
             Ok(fitted) => found.extend(fitted),
             Err(error) => refused = refused.or(Some(error)),
         }
@@ -114,24 +124,36 @@ pub fn identify(
     };
     let most = enough(&found).unwrap_or(usize::MAX);
     let mut starts: VecDeque<Start> = starts(record, guesses, (held, most)).into();
-    while let Some(start) = starts.pop_front() {
-        if enough(&found).is_some_and(|most| start.numbers >= most) {
+    let free = guesses.iter().filter(|guess| guess.has_free_orders);
+    done(free.count() - starts.len());
+    while let Some(numbers) = starts.front().map(|start| start.numbers) {
+        let is_enough = |found: &[Found]| enough(found).is_some_and(|most| numbers >= most);
+        // Those of as many numbers together, of which one may make the rest superfluous.
+        let alike = starts.iter().take_while(|start| start.numbers == numbers);
+        let alike: Vec<Start> = starts.drain(..alike.count()).collect();
+        if is_enough(&found) {
+            done(alike.len());
             continue;
         }
-        match crate::identify(&start.function, &record.as_record(held, start.dead_time)) {
-            Ok(identified) => {
-                starts.extend(start.doubted(&identified, resolved(record)));
-                let found_here = judged(identified, record);
-                if found_here.dead_time_is_loose() {
-                    let prompt = record.as_record(held, DeadTime::NONE);
-                    let prompt = crate::identify(&found_here.identified.function, &prompt);
-                    found.extend(prompt.map(|prompt| judged(prompt, record)));
-                }
-                found.push(found_here);
+        let fitted = alike.par_iter().map(|start| {
+            let fitted = fitted_from(start, record, held);
+            done(1);
+            fitted
+        });
+        let fitted: Vec<_> = fitted.collect();
+        for (start, fitted) in alike.iter().zip(fitted) {
+            if is_enough(&found) {
+                break;
             }
-            Err(error) => {
-                starts.extend(start.first());
-                refused = refused.or(Some(error));
+            match fitted {
+                Ok((own, prompt)) => {
+                    starts.extend(start.doubted(&own.identified, resolved(record)));
+                    found.extend(prompt.into_iter().chain([own]));
+                }
+                Err(error) => {
+                    starts.extend(start.first());
+                    refused = refused.or(Some(error));
+                }
             }
         }
     }
@@ -155,6 +177,22 @@ pub fn identify(
         Some(error) if found.is_empty() => Err(error),
         _ => Ok(found),
     }
+}
+
+/// The function from this start, and the same without a dead time that the record does not determine.
+fn fitted_from(
+    start: &Start,
+    record: &InputOutput,
+    held: bool,
+) -> Result<(Found, Option<Found>), ControlError> {
+    let own = crate::identify(&start.function, &record.as_record(held, start.dead_time))?;
+    let own = judged(own, record);
+    let prompt = own.dead_time_is_loose().then(|| {
+        let prompt = record.as_record(held, DeadTime::NONE);
+        crate::identify(&own.identified.function, &prompt).ok()
+    });
+    let prompt = prompt.flatten().map(|prompt| judged(prompt, record));
+    Ok((own, prompt))
 }
 
 /// Of the functions that are as good as the best the simplest: of whole orders, which run exactly, then of the fewest numbers, then of the fewest poles

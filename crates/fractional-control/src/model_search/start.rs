@@ -3,6 +3,7 @@
 use super::record::{Guess, InputOutput, bic, resolved, rounding};
 use crate::records::largest;
 use crate::{DeadTime, FractionalTransferFunction, Identified, Term, WholeShape, whole_guess};
+use rayon::prelude::*;
 use std::vec;
 use std::vec::Vec;
 
@@ -87,11 +88,12 @@ pub(super) fn starts(
 
 /// What fits the part best; the guesses as they are, if nothing does.
 fn of_part(part: &InputOutput, group: &[Start], held: bool) -> Vec<Start> {
-    let fitted = group.iter().filter_map(|start| {
+    let fitted = group.par_iter().filter_map(|start| {
         crate::identify(&start.function, &part.as_record(held, start.dead_time)).ok()
     });
+    let fitted: Vec<Identified> = fitted.collect();
     let least = |a: &Identified, b: &Identified| a.rms_residual.total_cmp(&b.rms_residual);
-    let Some(best) = fitted.min_by(least) else {
+    let Some(best) = fitted.into_iter().min_by(least) else {
         return group.to_vec();
     };
     let of_part = OfPart {
@@ -176,10 +178,10 @@ fn every_shape(record: &InputOutput, held: bool, dead_times: &[DeadTime]) -> Vec
         let guesses = among.iter().filter_map(|dead_time| of(shape, *dead_time));
         guesses.min_by(least)
     };
-    shapes()
-        .flat_map(|shape| [best(shape, &free), best(shape, &known)])
-        .flatten()
-        .collect()
+    let shapes: Vec<WholeShape> = shapes().collect();
+    let guesses = shapes.into_par_iter();
+    let guesses = guesses.flat_map_iter(|shape| [best(shape, &free), best(shape, &known)]);
+    guesses.flatten_iter().collect()
 }
 
 /// Every k-th sample, k as large as leaves so many; of a held input the mean of k, which is what acts.

@@ -218,7 +218,14 @@ fn a_record_with_a_dead_time_gives_its_plant_back() {
         input,
         output: response.measured,
     };
-    let behind = |dead_time| identify(&record, &candidates(&record, true, dead_time), true);
+    let behind = |dead_time| {
+        identify(
+            &record,
+            &candidates(&record, true, dead_time),
+            true,
+            &|_| (),
+        )
+    };
     for known in [Some(Seconds(0.25)), None] {
         let found = behind(known).expect("found");
         let best = found[0].identified.function;
@@ -236,7 +243,12 @@ fn a_record_with_a_dead_time_gives_its_plant_back() {
 
 /// The best function of a record.
 fn found(record: &InputOutput) -> FractionalTransferFunction {
-    let found = identify(record, &candidates(record, true, Some(Seconds(0.0))), true);
+    let found = identify(
+        record,
+        &candidates(record, true, Some(Seconds(0.0))),
+        true,
+        &|_| (),
+    );
     found.expect("found")[0].identified.function
 }
 
@@ -302,7 +314,8 @@ fn a_swing_gives_its_plant_back() {
         for (n, y) in record.output.iter_mut().enumerate() {
             *y += noise * ((n as f64 * 0.618_033_988_75 * (1.0 + n as f64 * 0.01)).fract() - 0.5);
         }
-        let found = identify(&record, &candidates(&record, true, None), true).expect("found");
+        let found =
+            identify(&record, &candidates(&record, true, None), true, &|_| ()).expect("found");
         let best = &found[0].identified;
         assert_eq!(best.function.unstable_poles(), poles, "{}", best.function);
         assert_eq!(best.function.denominator().lowest(), 0.0);

@@ -2,6 +2,7 @@
 
 use fractional_control::DeadTime;
 use fractional_control::model_search::{Found, InputOutput, candidates, identify};
+use std::sync::atomic::{AtomicUsize, Ordering};
 use testkit::assert_close;
 
 /// The step of 2/((s − r)(s + 1)) by its closed form, and noise of such a standard deviation.
@@ -22,7 +23,14 @@ fn grown(rate: f64, samples: u32, noise: f64) -> InputOutput {
 }
 
 fn found(record: &InputOutput) -> Vec<Found> {
-    identify(record, &candidates(record, true, None), true).expect("found")
+    let (guesses, done) = (candidates(record, true, None), AtomicUsize::new(0));
+    let count = |more| {
+        done.fetch_add(more, Ordering::Relaxed);
+    };
+    let found = identify(record, &guesses, true, &count).expect("found");
+    // Every guess is told of, those that others made superfluous too.
+    assert_eq!(done.into_inner(), guesses.len());
+    found
 }
 
 #[test]
@@ -72,7 +80,7 @@ fn a_function_that_lacks_a_pole_is_less_sure_and_says_where() {
     let mut guess = candidates(&record, true, None).remove(0);
     guess.function = "3.5/(2.5s-1)".parse().expect("a function");
     guess.dead_time = DeadTime::NONE;
-    let lacks = &identify(&record, &[guess], true).expect("fits")[0];
+    let lacks = &identify(&record, &[guess], true, &|_| ()).expect("fits")[0];
     assert_close("residual", lacks.identified.rms_residual, 1.12, 0.02);
     let at = lacks.unexplained.expect("much is left");
     assert!(at.to_s < 10.0 && at.share > 0.2, "{at:?}");

@@ -216,7 +216,7 @@ fn wrong(number: u64, case: &Case, record: &InputOutput) -> Option<String> {
     let length_s = T * record.output.len() as f64;
     let is_slow = |mode: &Mode| mode.rate.re < 0.0 && mode.rate.re * length_s > -1.0;
     let is_slow = case.modes.iter().any(is_slow);
-    let found = identify(record, &candidates(record, true, dead_time), true);
+    let found = identify(record, &candidates(record, true, dead_time), true, &|_| ());
     let is_right = match &found {
         Ok(found) => {
             let own = &found[0].identified;
@@ -370,7 +370,7 @@ fn dead_times_are_found_within_5_percent_or_half_a_sample() {
         let mut random = Random(number + 1_000_000);
         let case = Case::late(number, &mut random);
         let record = case.record(&mut random);
-        let found = identify(&record, &candidates(&record, true, None), true);
+        let found = identify(&record, &candidates(&record, true, None), true, &|_| ());
         let found = found.expect("some function fits");
         let evidence = dead_time_evidence(&found, &record, true).expect("a function");
         let [low, high] = evidence.interval_s.map(|s| s / T);
@@ -425,7 +425,7 @@ fn noise_shows_no_response() {
             output: noise.collect(),
             input,
         };
-        let found = identify(&record, &candidates(&record, true, None), true);
+        let found = identify(&record, &candidates(&record, true, None), true, &|_| ());
         found.is_ok_and(|found| found[0].shows_a_response(&record))
     });
     let seen = seen.count() as u64;
@@ -442,7 +442,7 @@ fn the_lowest_coefficient_below_is_1() {
         (case.delay, case.noise, case.samples) = (2.6, 0.01, 250);
         (case.digits, case.input) = (None, Input::Step);
         let record = case.record(&mut random);
-        let found = identify(&record, &candidates(&record, true, None), true);
+        let found = identify(&record, &candidates(&record, true, None), true, &|_| ());
         for found in found.expect("some function fits") {
             let function = found.identified.function;
             let lowest = function.denominator().terms().last().expect("a term");

@@ -122,7 +122,7 @@ fn what_a_record_does_not_determine_is_in_the_json() {
     }
 }
 
-/// The integer-order PID grows, and its steps swing: the picture says what it leaves out.
+/// The integer-order PID grows, and its steps swing: the picture says what it leaves out, and of what grows no number is told.
 #[test]
 fn a_design_that_is_lost_at_twice_its_gain_is_warned_of_in_words_file_and_picture() {
     let place = Place::new();
@@ -132,6 +132,14 @@ fn a_design_that_is_lost_at_twice_its_gain_is_warned_of_in_words_file_and_pictur
         &shown,
         &["Warning: the sampled loop is proved stable only from"],
     );
+    let rows = shown
+        .lines()
+        .map(|line| line.split_whitespace().collect::<Vec<_>>());
+    let unstable: Vec<_> = rows.filter(|row| row.len() > 2 && row[1] == "no").collect();
+    assert_eq!(unstable.len(), 4, "{shown}");
+    let is_told = |row: &Vec<&str>| row[2..].iter().any(|cell| *cell != "–");
+    assert!(!unstable.iter().any(is_told), "{shown}");
+    assert!(!shown.contains("overshoot spread"), "{shown}");
     says(&place.text("late/controller.toml"), &["proved stable only"]);
     let left_out = "left out: integer-order PID at gain +3 dB, which grows";
     says(&place.text("late/controller.svg"), &[left_out]);
@@ -242,6 +250,9 @@ fn bad_input_is_refused_with_its_place() {
         control analyze --plant p.toml => p.toml:3 | did you mean `damping_n_s_per_m`
         control analyze --plant 1/(s+1 => character 6 | closing bracket
         control design --crossover 1rad/s --plant 1/(s+1) --phase-margin 65 => 3724° | 180° | --phase-margin | 60deg
+        control design --crossover 1rad/s --plant (s^2+1)/(s^2+2s+3) => has a zero at --crossover 1 rad/s | move --crossover
+        control design --crossover 1rad/s --plant 1/(s^2+1) => has an undamped pole at --crossover 1 rad/s | move --crossover
+        control design --crossover 1rad/s --plant 1e-20/(s+1) => gain 7.0 | change its units
         control identify uneven.csv => uneven.csv: line 4 | equal steps
         control design --plant band.csv --crossover 4rad/s => crossover 4 rad/s | 1 to 3 rad/s | --crossover
         control analyze --plant below.csv => below.csv: line 3: gain -2 is below 0 | phase

@@ -164,18 +164,36 @@ fn check_gain(plant: &NamedPlant, crossover_rad_s: f64) -> Result<(), Failure> {
         )));
     }
     let [_, most] = parameters::OUTPUT_HIGH.range().ends();
-    let gain = plant.plant.response(crossover_rad_s).map(|g| g.norm());
-    match gain.filter(|gain| gain.is_nan() || !(1.0 / most..=most).contains(gain)) {
-        None => Ok(()),
-        Some(gain) => Err(Failure::bad_input(format_args!(
-            "the plant's gain {} at --crossover {} rad/s is not from {} to {}: change its units",
+    let gain_at = |omega: f64| plant.plant.response(omega).map(|g| g.norm());
+    let gain = gain_at(crossover_rad_s);
+    let Some(gain) = gain.filter(|gain| gain.is_nan() || !(1.0 / most..=most).contains(gain))
+    else {
+        return Ok(());
+    };
+    let omega = Shown(crossover_rad_s);
+    // What is far from its neighbours is that in any units.
+    let near = gain_at(BESIDE * crossover_rad_s).unwrap_or(gain);
+    Err(if gain < near / APART {
+        Failure::bad_input(format_args!(
+            "the plant has a zero at --crossover {omega} rad/s: no controller gives the loop a gain there; move --crossover"
+        ))
+    } else if gain > near * APART {
+        Failure::bad_input(format_args!(
+            "the plant has an undamped pole at --crossover {omega} rad/s: no controller bounds the loop's gain there; move --crossover"
+        ))
+    } else {
+        Failure::bad_input(format_args!(
+            "the plant's gain {} at --crossover {omega} rad/s is not from {} to {}: change its units",
             Shown(gain),
-            Shown(crossover_rad_s),
             Shown(1.0 / most),
             Shown(most)
-        ))),
-    }
+        ))
+    })
 }
+
+/// Next to the crossover, and how far apart gains are there only because of a zero or a pole between.
+const BESIDE: f64 = 1.1;
+const APART: f64 = 1e6;
 
 impl Arguments {
     pub(super) fn run(self, output: Output) -> Result<(), Failure> {

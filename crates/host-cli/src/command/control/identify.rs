@@ -2,6 +2,7 @@
 
 use super::draw::draw_identified;
 use super::words::refused;
+use crate::command::conduct::progress_bar;
 use crate::files::{File, PROGRAM, PlaceOfFile};
 use crate::output::{Output, note, warn};
 use crate::parse::of;
@@ -21,6 +22,7 @@ use haptic_experiment::document::{check_signals, check_times, fill_gaps};
 use haptic_experiment::run::PlantModel;
 use haptic_experiment::{Failure, parameters};
 use haptic_quantity::{digits, written};
+use indicatif::ProgressBar;
 use serde_json::{Value, json};
 use std::path::PathBuf;
 
@@ -82,6 +84,20 @@ fn signal(text: &str) -> Result<(usize, String), String> {
     split.ok_or_else(|| "is not time=COLUMN, input=COLUMN or output=COLUMN".to_owned())
 }
 
+/// Works with a progress bar of so many steps.
+fn shown<T>(
+    what: &'static str,
+    steps: usize,
+    output: Output,
+    work: impl FnOnce(&ProgressBar) -> T,
+) -> T {
+    let bar = progress_bar(steps as u64, output);
+    bar.set_message(what);
+    let done = work(&bar);
+    bar.finish_and_clear();
+    done
+}
+
 fn guess(text: &str) -> Result<FractionalTransferFunction, Failure> {
     let refused = |error: &dyn std::fmt::Display| {
         Failure::bad_input(format_args!("model \"{text}\": {error}; change --model"))
@@ -108,11 +124,15 @@ impl Arguments {
             note("note", words);
         }
         let (held, known) = (!self.smooth, self.delay.map(Seconds));
-        let guesses = match &self.model {
-            Some(text) => candidates_of(guess(text)?, &record, held, known),
+        let model = self.model.as_deref().map(guess).transpose()?;
+        let guesses = shown("first guesses", 1, output, |_| match model {
+            Some(model) => candidates_of(model, &record, held, known),
             None => candidates(&record, held, known),
-        };
-        let found = identify(&record, &guesses, held).map_err(|error| match error {
+        });
+        let found = shown("functions", guesses.len(), output, |bar| {
+            identify(&record, &guesses, held, &|done| bar.inc(done as u64))
+        });
+        let found = found.map_err(|error| match error {
             // Nobody gave a guess.
             ControlError::NotFound { .. } if self.model.is_none() => {
                 Failure::Run(anyhow::anyhow!("no function fits the record: {TRY}"))
@@ -132,7 +152,9 @@ impl Arguments {
             )));
         }
         let evidence = match known {
-            None => dead_time_evidence(&found, &record, held),
+            None => shown("dead time", 1, output, |_| {
+                dead_time_evidence(&found, &record, held)
+            }),
             Some(_) => None,
         };
         let interval = evidence.map(|evidence| evidence.interval_s);

@@ -50,10 +50,11 @@ fn trial(candidate: &Candidate, t: f64) -> Value {
     let gains = trial.stable_gains.filter(|_| proved);
     let robustness = trial.robustness.iter().map(|row| {
         let gain_db = decibel(row.gain);
-        json!({"gain_db": gain_db, "stable": row.stable, "shape": shape(&row.shape, t)})
+        let shape = row.stable.then(|| shape(&row.shape, t));
+        json!({"gain_db": gain_db, "stable": row.stable, "shape": shape})
     });
     json!({
-        // None of an unstable loop: they would mean nothing.
+        // None of an unstable loop, nor a shape: they would mean nothing.
         "margins": (proved && trial.verdict.stable).then(|| margins(&trial.margins)),
         "coarse": trial.coarse,
         // Over the nominal gain of the plant.
@@ -62,7 +63,7 @@ fn trial(candidate: &Candidate, t: f64) -> Value {
         "robust": proved && trial.is_robust(),
         "overshoot_spread": trial.overshoot_spread(),
         "robustness": robustness.collect::<Vec<_>>(),
-        "shape": shape(&trial.shape, t),
+        "shape": trial.verdict.stable.then(|| shape(&trial.shape, t)),
         "limited_share": trial.limited_share,
     })
 }
@@ -215,9 +216,9 @@ impl Report<'_> {
         };
         let mut said = vec![self.verdict(own)];
         let other = self.integer().and_then(|other| other.trial.as_ref());
-        match other {
-            Some(other) if own.is_robust() && other.is_robust() => {
-                let (fractional, integer) = (own.overshoot_spread(), other.overshoot_spread());
+        let spread = |trial: &Trial| trial.overshoot_spread().filter(|_| trial.is_robust());
+        match other.map(|other| (spread(own), spread(other))) {
+            Some((Some(fractional), Some(integer))) => {
                 said.push(format!(
                     "Over these gains its overshoot varies by {} %, that of the integer-order PID by {} %: {}.",
                     digits(100.0 * fractional, 3),
@@ -225,7 +226,7 @@ impl Report<'_> {
                     compared(fractional, integer)
                 ));
             }
-            Some(_) if own.is_robust() => {
+            Some((Some(_), None)) => {
                 said.push("The integer-order PID is not stable at all these gains.".to_owned());
             }
             Some(_) => {}
