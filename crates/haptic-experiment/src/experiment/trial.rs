@@ -281,10 +281,8 @@ where
     E: Environment<f64, 1>,
     V: Device<f64, 1, Error = Infallible>,
 {
-    match (controller.engage(device)).run(samples, |sample| seen(judge, sample)) {
-        Ok(whole) => whole,
-        Err(never) => match never {},
-    }
+    let Ok(whole) = (controller.engage(device)).run(samples, |sample| seen(judge, sample));
+    whole
 }
 
 /// Lets the judge see a tick; `false` if it has seen enough.

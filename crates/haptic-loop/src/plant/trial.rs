@@ -14,8 +14,6 @@ pub fn run_wall(
     ticks: u64,
     see: &mut dyn FnMut(&Sample<f64, 1>) -> bool,
 ) -> bool {
-    match controller.engage(device).run(ticks, see) {
-        Ok(whole) => whole,
-        Err(never) => match never {},
-    }
+    let Ok(whole) = controller.engage(device).run(ticks, see);
+    whole
 }
