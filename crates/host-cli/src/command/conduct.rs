@@ -18,7 +18,7 @@ use haptic_quantity::written;
 use indicatif::{HumanDuration, ProgressBar, ProgressDrawTarget, ProgressState, ProgressStyle};
 use std::net::SocketAddr;
 use std::path::PathBuf;
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::AtomicBool;
 use std::sync::{Arc, LazyLock, OnceLock};
 use std::time::Duration;
 
@@ -373,34 +373,32 @@ pub(crate) fn stop_on_interrupt() -> Result<&'static AtomicBool, Failure> {
     }
 }
 
+#[cfg(not(unix))]
 fn heard(stop: &Arc<AtomicBool>) -> Result<(), String> {
     let flag = Arc::clone(stop);
-    ctrlc::set_handler(move || flag.store(true, Ordering::Relaxed))
-        .map_err(|error| error.to_string())?;
-    #[cfg(unix)]
-    other_signals(stop).map_err(|error| error.to_string())?;
-    Ok(())
+    ctrlc::set_handler(move || flag.store(true, std::sync::atomic::Ordering::Relaxed))
+        .map_err(|error| error.to_string())
 }
 
-/// Those beside Ctrl-C, TERM and HUP.
-///
 /// Not among them are KILL and STOP, which nobody hears; ILL, FPE, SEGV and BUS, after which a program cannot go on; and those
 /// that do nothing to a program that does not listen.
 #[cfg(unix)]
-fn other_signals(stop: &Arc<AtomicBool>) -> std::io::Result<()> {
+fn heard(stop: &Arc<AtomicBool>) -> Result<(), String> {
     use signal_hook::consts::{
-        SIGABRT, SIGALRM, SIGPROF, SIGQUIT, SIGSYS, SIGTRAP, SIGTSTP, SIGTTIN, SIGTTOU, SIGUSR1,
-        SIGUSR2, SIGVTALRM, SIGXCPU, SIGXFSZ,
+        SIGABRT, SIGALRM, SIGHUP, SIGINT, SIGPROF, SIGQUIT, SIGSYS, SIGTERM, SIGTRAP, SIGTSTP,
+        SIGTTIN, SIGTTOU, SIGUSR1, SIGUSR2, SIGVTALRM, SIGXCPU, SIGXFSZ,
     };
     let everywhere = [
-        SIGQUIT, SIGTSTP, SIGTTIN, SIGTTOU, SIGALRM, SIGVTALRM, SIGPROF, SIGUSR1, SIGUSR2, SIGXCPU,
-        SIGABRT, SIGSYS, SIGTRAP,
+        SIGINT, SIGTERM, SIGHUP, SIGQUIT, SIGTSTP, SIGTTIN, SIGTTOU, SIGALRM, SIGVTALRM, SIGPROF,
+        SIGUSR1, SIGUSR2, SIGXCPU, SIGABRT, SIGSYS, SIGTRAP,
     ];
-    for signal in everywhere.into_iter().chain(signals_of_linux()) {
-        signal_hook::flag::register(signal, Arc::clone(stop))?;
-    }
+    let stops = everywhere.into_iter().chain(signals_of_linux());
+    let stops = stops.map(|signal| (signal, Arc::clone(stop)));
     // A file that may not grow is told by the write that fails, as a full disk is.
-    signal_hook::flag::register(SIGXFSZ, Arc::default())?;
+    let unheard = (SIGXFSZ, Arc::default());
+    for (signal, flag) in stops.chain([unheard]) {
+        signal_hook::flag::register(signal, flag).map_err(|error| error.to_string())?;
+    }
     Ok(())
 }
 
