@@ -9,12 +9,12 @@ use crate::feel::{CHANNELS, RANGES, SAMPLE_TIME, locked};
 use crate::identify::identified;
 use crate::pyramid::Span;
 use crate::runs::places;
-use axum::extract::ws::Message;
 use haptic_experiment::{Failure, ModelledTissue, Named as _, TissuePiece};
 use haptic_loop::Limiters;
 use haptic_tissue::Material;
 use serde_json::{Value, json};
 use std::sync::Arc;
+use tokio_tungstenite::tungstenite::Message;
 
 const VERSION: u32 = 1;
 const COLUMNS_MOST: u32 = 8192;

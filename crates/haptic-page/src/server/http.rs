@@ -2,19 +2,21 @@
 
 use super::hub::{BUSY, Hub};
 use super::{socket, tables};
-use axum::Router;
-use axum::extract::State;
-use axum::extract::ws::WebSocketUpgrade;
-use axum::extract::ws::rejection::WebSocketUpgradeRejection;
-use axum::http::header::{
-    CACHE_CONTROL, CONTENT_SECURITY_POLICY, CONTENT_TYPE, ETAG, HOST, HeaderName, IF_NONE_MATCH,
-    ORIGIN, REFERRER_POLICY, X_CONTENT_TYPE_OPTIONS,
+use http_body_util::combinators::UnsyncBoxBody;
+use http_body_util::{BodyExt as _, Full};
+use hyper::body::{Bytes, Incoming};
+use hyper::header::{
+    CACHE_CONTROL, CONTENT_SECURITY_POLICY, CONTENT_TYPE, ETAG, HOST, HeaderMap, HeaderName,
+    HeaderValue, IF_NONE_MATCH, ORIGIN, REFERRER_POLICY, X_CONTENT_TYPE_OPTIONS,
 };
-use axum::http::{HeaderMap, HeaderValue, Method, StatusCode, Uri};
-use axum::middleware::map_response;
-use axum::response::{IntoResponse as _, Response};
+use hyper::{Method, Request, Response, StatusCode};
+use hyper_util::rt::TokioIo;
 use std::hash::{DefaultHasher, Hash as _, Hasher as _};
+use std::io;
 use std::sync::Arc;
+use tokio_tungstenite::WebSocketStream;
+use tokio_tungstenite::tungstenite::handshake::server::create_response_with_body;
+use tokio_tungstenite::tungstenite::protocol::{Role, WebSocketConfig};
 
 /// Largest message that a page may send: a record to identify.
 const MESSAGE_BYTES: usize = 16 << 20;
@@ -72,14 +74,30 @@ fn same(given: &str, own: &str) -> bool {
     given.len() == own.len() && differ == 0
 }
 
-pub(super) fn router(door: Door, hub: Arc<Hub>) -> Router {
-    Router::new()
-        .fallback(answer)
-        .with_state((Arc::new(door), hub))
-        .layer(map_response(with_headers))
+pub(super) type Answer = Response<UnsyncBoxBody<Bytes, io::Error>>;
+
+/// An answer of this kind.
+pub(super) fn body(kind: &'static str, body: UnsyncBoxBody<Bytes, io::Error>) -> Answer {
+    let mut response = Response::new(body);
+    let kind = HeaderValue::from_static(kind);
+    response.headers_mut().insert(CONTENT_TYPE, kind);
+    response
 }
 
-async fn with_headers(mut response: Response) -> Response {
+fn whole(bytes: &'static [u8]) -> UnsyncBoxBody<Bytes, io::Error> {
+    let body = Full::new(Bytes::from_static(bytes));
+    body.map_err(|never| match never {}).boxed_unsync()
+}
+
+pub(super) fn sentence(status: StatusCode, text: &'static str) -> Answer {
+    let mut response = body("text/plain; charset=utf-8", whole(text.as_bytes()));
+    *response.status_mut() = status;
+    response
+}
+
+/// What is asked for, or why not.
+pub(super) fn answer(door: &Door, hub: &Arc<Hub>, request: Request<Incoming>) -> Answer {
+    let mut response = found(door, hub, request);
     let set = response.headers_mut();
     for (name, value) in [
         (CONTENT_SECURITY_POLICY, CONTENT_SECURITY),
@@ -95,45 +113,51 @@ async fn with_headers(mut response: Response) -> Response {
     response
 }
 
-async fn answer(
-    State((door, hub)): State<(Arc<Door>, Arc<Hub>)>,
-    method: Method,
-    uri: Uri,
-    headers: HeaderMap,
-    upgrade: Result<WebSocketUpgrade, WebSocketUpgradeRejection>,
-) -> Response {
-    let sentence = |status: StatusCode, text: &'static str| (status, text).into_response();
-    if !door.knows_host(&headers) {
+fn found(door: &Door, hub: &Arc<Hub>, request: Request<Incoming>) -> Answer {
+    let headers = request.headers();
+    if !door.knows_host(headers) {
         let text = "Use 127.0.0.1 or localhost: copy the address from the terminal.";
         return sentence(StatusCode::FORBIDDEN, text);
     }
-    if method != Method::GET && method != Method::HEAD {
+    if request.method() != Method::GET && request.method() != Method::HEAD {
         let text = "Only GET and HEAD are allowed.";
         return sentence(StatusCode::METHOD_NOT_ALLOWED, text);
     }
-    let Some(name) = door.behind(uri.path()) else {
+    let Some(name) = door.behind(request.uri().path()) else {
         let text = "The token is missing or wrong: copy the whole address from the terminal.";
         return sentence(StatusCode::NOT_FOUND, text);
     };
     if name != "ws" {
         let file =
-            asset(name, &headers).or_else(|| tables::fetched(&hub.tables, name, &hub.work, BUSY));
+            asset(name, headers).or_else(|| tables::fetched(&hub.tables, name, &hub.work, BUSY));
         return file.unwrap_or_else(|| sentence(StatusCode::NOT_FOUND, "No such file."));
     }
-    if !door.knows_origin(&headers) {
+    if !door.knows_origin(headers) {
         let text = "Refused for another web site: open the address from the terminal.";
         return sentence(StatusCode::FORBIDDEN, text);
     }
-    match upgrade {
-        Ok(upgrade) => upgrade
-            .max_message_size(MESSAGE_BYTES)
-            .max_frame_size(MESSAGE_BYTES)
-            .on_upgrade(move |stream| socket::serve(stream, hub)),
-        Err(_) => sentence(StatusCode::UPGRADE_REQUIRED, "This is a WebSocket."),
-    }
+    let Ok(response) = create_response_with_body(&request, || whole(&[])) else {
+        return sentence(StatusCode::UPGRADE_REQUIRED, "This is a WebSocket.");
+    };
+    tokio::spawn(upgraded(request, Arc::clone(hub)));
+    response
 }
 
-fn asset(name: &str, headers: &HeaderMap) -> Option<Response> {
+/// Serves the socket that a request becomes.
+async fn upgraded(request: Request<Incoming>, hub: Arc<Hub>) {
+    // An error means that it has gone before.
+    let Ok(stream) = hyper::upgrade::on(request).await else {
+        return;
+    };
+    let limits = WebSocketConfig::default()
+        .max_message_size(Some(MESSAGE_BYTES))
+        .max_frame_size(Some(MESSAGE_BYTES));
+    let stream = TokioIo::new(stream);
+    let stream = WebSocketStream::from_raw_socket(stream, Role::Server, Some(limits)).await;
+    socket::serve(stream, hub).await;
+}
+
+fn asset(name: &str, headers: &HeaderMap) -> Option<Answer> {
     let name = if name.is_empty() { INDEX } else { name };
     let place = ASSETS.binary_search_by(|(known, _)| (*known).cmp(name));
     let bytes = ASSETS[place.ok()?].1;
@@ -148,26 +172,22 @@ fn asset(name: &str, headers: &HeaderMap) -> Option<Response> {
         "txt" => "text/plain; charset=utf-8",
         _ => "application/octet-stream",
     };
+    let mut response = body(kind, whole(bytes));
     if name == INDEX {
-        return Some(([(CONTENT_TYPE, kind)], bytes).into_response());
+        return Some(response);
     }
     // Of this build: a file that changes is in another program.
     let mut hasher = DefaultHasher::new();
     bytes.hash(&mut hasher);
-    let tag = format!("\"{:016x}\"", hasher.finish());
-    let known = headers
-        .get(IF_NONE_MATCH)
-        .is_some_and(|known| *known == *tag);
-    let headers = [
-        (CONTENT_TYPE, kind),
-        (CACHE_CONTROL, "no-cache"),
-        (ETAG, &tag),
-    ];
-    Some(if known {
-        (StatusCode::NOT_MODIFIED, headers).into_response()
-    } else {
-        (headers, bytes).into_response()
-    })
+    let tag = HeaderValue::try_from(format!("\"{:016x}\"", hasher.finish())).ok()?;
+    if headers.get(IF_NONE_MATCH) == Some(&tag) {
+        *response.status_mut() = StatusCode::NOT_MODIFIED;
+        *response.body_mut() = whole(&[]);
+    }
+    let set = response.headers_mut();
+    set.insert(CACHE_CONTROL, HeaderValue::from_static("no-cache"));
+    set.insert(ETAG, tag);
+    Some(response)
 }
 
 #[cfg(test)]

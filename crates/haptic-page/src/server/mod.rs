@@ -15,15 +15,19 @@ use haptic_experiment::Failure;
 use haptic_quantity::Key;
 use http::Door;
 use hub::Hub;
+use hyper::server::conn::http1;
+use hyper::service::service_fn;
+use hyper_util::rt::TokioIo;
 use rand::TryRng as _;
 use rand::rngs::SysRng;
-use std::future::IntoFuture as _;
+use std::convert::Infallible;
 use std::net::{Ipv4Addr, SocketAddr, TcpListener};
+use std::pin::pin;
 use std::sync::Arc;
 use std::sync::mpsc::{Receiver, sync_channel};
 use std::thread::JoinHandle;
 use std::time::Duration;
-use tokio::sync::watch;
+use tokio::sync::{mpsc, watch};
 
 /// Port of the page.
 const PORT: Key = Key("port");
@@ -36,6 +40,8 @@ const LAST: Duration = Duration::from_millis(700);
 /// Sentences that wait for the terminal; later ones are for the pages alone.
 const NOTICES: usize = 64;
 const WORKERS: usize = 2;
+/// Time after which a connection is taken that could not be: of files, this process has too many.
+const AGAIN: Duration = Duration::from_millis(100);
 
 /// A server at work. Dropped, it stops: force zero first, then the sockets.
 #[derive(Debug)]
@@ -123,20 +129,18 @@ async fn serve(listener: tokio::net::TcpListener, door: Door, hub: Arc<Hub>) {
         // An error means that nobody is there to say it: stop too.
         async move { drop(ending.wait_for(Option::is_some).await) }
     };
-    let service = axum::serve(listener, http::router(door, Arc::clone(&hub)));
-    let service = service.with_graceful_shutdown(ended());
+    let service = connections(listener, door, &hub, ended);
     let force_zero_first = async {
         ended().await;
         hub.stop();
         hub.end_feel().await;
     };
-    // Errors of single connections are theirs.
     let rest = async {
         let run = async {
             ended().await;
             hub.end_run().await;
         };
-        drop(tokio::join!(service.into_future(), run));
+        tokio::join!(service, run);
     };
     // Whoever asks nothing, or something that has no end, holds nobody up.
     let bounded = async {
@@ -148,6 +152,52 @@ async fn serve(listener: tokio::net::TcpListener, door: Door, hub: Arc<Hub>) {
     tokio::join!(force_zero_first, bounded);
     // One that was started meanwhile.
     hub.end_feel().await;
+}
+
+/// Takes connections until it has `ended`, and ends when the last of them does.
+async fn connections<E>(
+    listener: tokio::net::TcpListener,
+    door: Door,
+    hub: &Arc<Hub>,
+    ended: impl Fn() -> E,
+) where
+    E: Future<Output = ()> + Send + 'static,
+{
+    let door = Arc::new(door);
+    // Each connection has a sender, and nothing is sent.
+    let (open, mut all) = mpsc::channel::<Infallible>(1);
+    let mut end = pin!(ended());
+    loop {
+        let taken = tokio::select! {
+            taken = listener.accept() => taken,
+            () = &mut end => break,
+        };
+        let Ok((stream, _)) = taken else {
+            tokio::time::sleep(AGAIN).await;
+            continue;
+        };
+        let (door, hub, open) = (Arc::clone(&door), Arc::clone(hub), open.clone());
+        let service = service_fn(move |request| {
+            let answer = http::answer(&door, &hub, request);
+            async { Ok::<_, Infallible>(answer) }
+        });
+        let connection = http1::Builder::new().serve_connection(TokioIo::new(stream), service);
+        let end = ended();
+        // Errors of single connections are theirs.
+        tokio::spawn(async move {
+            let mut connection = pin!(connection.with_upgrades());
+            tokio::select! {
+                _ = connection.as_mut() => {}
+                () = end => {
+                    connection.as_mut().graceful_shutdown();
+                    let _ = connection.await;
+                }
+            }
+            drop(open);
+        });
+    }
+    drop((listener, open));
+    all.recv().await;
 }
 
 fn listener(port: u16) -> Result<TcpListener, Failure> {

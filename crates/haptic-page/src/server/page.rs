@@ -1,12 +1,12 @@
 //! A page as the server knows it: its number, and the way to the task that writes to it.
 
 use super::live::LiveView;
-use axum::extract::ws::Message;
 use haptic_experiment::Failure;
 use serde_json::{Value, json};
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 use tokio::sync::{Notify, mpsc};
+use tokio_tungstenite::tungstenite::Message;
 
 /// Answers that wait for a page to read them.
 pub(super) const QUEUE: usize = 256;

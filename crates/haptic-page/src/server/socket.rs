@@ -5,10 +5,12 @@ use super::hub::{BUSY, Hub};
 use super::live::{FRAMES_PER_S, LiveView, Shown, next_frame, status};
 use super::page::{Outgoing, Page, QUEUE, refusal};
 use super::request::{self, Request};
-use axum::extract::ws::{CloseFrame, Message, Utf8Bytes, WebSocket};
 use futures_util::stream::{SplitSink, SplitStream};
 use futures_util::{SinkExt as _, StreamExt as _};
 use haptic_experiment::Failure;
+use hyper::body::Bytes;
+use hyper::upgrade::Upgraded;
+use hyper_util::rt::TokioIo;
 use serde_json::Value;
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
@@ -16,6 +18,10 @@ use std::time::Duration;
 use tokio::sync::broadcast::error::RecvError;
 use tokio::sync::mpsc;
 use tokio::time::{MissedTickBehavior, interval, timeout};
+use tokio_tungstenite::WebSocketStream;
+use tokio_tungstenite::tungstenite::protocol::CloseFrame;
+use tokio_tungstenite::tungstenite::protocol::frame::coding::CloseCode;
+use tokio_tungstenite::tungstenite::{Message, Utf8Bytes};
 
 /// Messages in a row that are no requests.
 const GARBAGE: u32 = 3;
@@ -29,9 +35,7 @@ const IDLE: u32 = 10;
 /// Time for a last word.
 const FAREWELL: Duration = Duration::from_secs(1);
 
-/// Codes with which a socket is closed.
-const GOING_AWAY: u16 = 1001;
-const POLICY: u16 = 1008;
+pub(super) type WebSocket = WebSocketStream<TokioIo<Upgraded>>;
 
 /// Serves a socket until it is closed. What the page controlled is stopped before all else.
 pub(super) async fn serve(stream: WebSocket, hub: Arc<Hub>) {
@@ -75,7 +79,7 @@ async fn read(
     source: &mut SplitStream<WebSocket>,
     hub: &Arc<Hub>,
     page: &Page,
-) -> Option<(u16, &'static str)> {
+) -> Option<(CloseCode, &'static str)> {
     let mut ending = hub.ending.clone();
     let mut garbage = 0;
     loop {
@@ -83,15 +87,15 @@ async fn read(
             message = timeout(SILENCE, source.next()) => message,
             reason = ending.wait_for(Option::is_some) => {
                 let reason = reason.ok().and_then(|reason| *reason);
-                return Some((GOING_AWAY, reason.unwrap_or_default()));
+                return Some((CloseCode::Away, reason.unwrap_or_default()));
             }
-            () = page.full.notified() => return Some((POLICY, "the page does not read its answers")),
+            () = page.full.notified() => return Some((CloseCode::Policy, "the page does not read its answers")),
             () = page.out.closed() => return None,
         };
         let text = match message {
-            Err(_) => return Some((POLICY, "the page was silent for 5 s")),
+            Err(_) => return Some((CloseCode::Policy, "the page was silent for 5 s")),
             Ok(None | Some(Err(_) | Ok(Message::Close(_)))) => return None,
-            Ok(Some(Ok(Message::Ping(_) | Message::Pong(_)))) => continue,
+            Ok(Some(Ok(Message::Ping(_) | Message::Pong(_) | Message::Frame(_)))) => continue,
             Ok(Some(Ok(Message::Text(text)))) => request::parse(&text),
             Ok(Some(Ok(Message::Binary(_)))) => {
                 Err((Value::Null, "requests are text, not bytes".to_owned()))
@@ -106,7 +110,10 @@ async fn read(
                 garbage = if id.is_null() { garbage + 1 } else { 0 };
                 page.say(Message::text(refusal(&id, &error).to_string()));
                 if garbage == GARBAGE {
-                    return Some((POLICY, "three messages in a row were no requests"));
+                    return Some((
+                        CloseCode::Policy,
+                        "three messages in a row were no requests",
+                    ));
                 }
             }
         }
@@ -175,7 +182,7 @@ async fn write(
                 idle = 0;
                 Message::text(status(&hub, page, &shown).to_string())
             }
-            _ = pings.tick() => Message::Ping(axum::body::Bytes::new()),
+            _ = pings.tick() => Message::Ping(Bytes::new()),
             _ = frames.tick(), if live.is_some() => {
                 let view = live.filter(|_| hub.feel().is_some());
                 match view.and_then(|view| next_frame(&hub.place.kept, view, &mut shown)) {

@@ -1,12 +1,13 @@
 //! Tables that a page may fetch, each once, at an address of its own.
 
+use super::http::{Answer, body, sentence};
 use crate::feel::locked;
 use crate::runs::Table;
-use axum::body::{Body, Bytes};
-use axum::http::header::{CONTENT_DISPOSITION, CONTENT_TYPE};
-use axum::http::{HeaderValue, StatusCode};
-use axum::response::{IntoResponse as _, Response};
 use futures_util::stream;
+use http_body_util::{BodyExt as _, StreamBody};
+use hyper::StatusCode;
+use hyper::body::{Bytes, Frame};
+use hyper::header::{CONTENT_DISPOSITION, HeaderValue};
 use std::collections::VecDeque;
 use std::io;
 use std::sync::{Arc, Mutex};
@@ -48,15 +49,15 @@ pub(super) fn fetched(
     name: &str,
     work: &Arc<Semaphore>,
     busy: &'static str,
-) -> Option<Response> {
+) -> Option<Answer> {
     let Ok(place) = Arc::clone(work).try_acquire_owned() else {
-        return Some((StatusCode::SERVICE_UNAVAILABLE, busy).into_response());
+        return Some(sentence(StatusCode::SERVICE_UNAVAILABLE, busy));
     };
     let table = tables.take(name)?;
-    let (out, pieces) = mpsc::channel::<io::Result<Bytes>>(AHEAD);
+    let (out, pieces) = mpsc::channel::<io::Result<Frame<Bytes>>>(AHEAD);
     // It ends when nobody takes its pieces.
     spawn_blocking(move || {
-        let read = table.pieces(|piece| out.blocking_send(Ok(piece.into())).is_ok());
+        let read = table.pieces(|piece| out.blocking_send(Ok(Frame::data(piece.into()))).is_ok());
         if let Err(error) = read {
             // A table that is cut off is no whole download.
             let _ = out.blocking_send(Err(io::Error::other(error.to_string())));
@@ -66,10 +67,9 @@ pub(super) fn fetched(
     let pieces = stream::unfold(pieces, async |mut pieces| {
         pieces.recv().await.map(|piece| (piece, pieces))
     });
-    let headers = [
-        (CONTENT_TYPE, "text/csv; charset=utf-8"),
-        (CONTENT_DISPOSITION, "attachment"),
-    ];
-    let headers = headers.map(|(name, value)| (name, HeaderValue::from_static(value)));
-    Some((headers, Body::from_stream(pieces)).into_response())
+    let pieces = StreamBody::new(pieces).boxed_unsync();
+    let mut response = body("text/csv; charset=utf-8", pieces);
+    let attachment = HeaderValue::from_static("attachment");
+    (response.headers_mut()).insert(CONTENT_DISPOSITION, attachment);
+    Some(response)
 }
