@@ -1,18 +1,16 @@
 //! HTTP: who may ask for what, the files of the page, which are in the program, and the headers of all answers.
 
 use super::hub::{BUSY, Hub};
+use super::response::{Answer, body, sentence, whole};
 use super::{socket, tables};
-use http_body_util::combinators::UnsyncBoxBody;
-use http_body_util::{BodyExt as _, Full};
-use hyper::body::{Bytes, Incoming};
+use hyper::body::Incoming;
 use hyper::header::{
-    CACHE_CONTROL, CONTENT_SECURITY_POLICY, CONTENT_TYPE, ETAG, HOST, HeaderMap, HeaderName,
-    HeaderValue, IF_NONE_MATCH, ORIGIN, REFERRER_POLICY, X_CONTENT_TYPE_OPTIONS,
+    CACHE_CONTROL, CONTENT_SECURITY_POLICY, ETAG, HOST, HeaderMap, HeaderName, HeaderValue,
+    IF_NONE_MATCH, ORIGIN, REFERRER_POLICY, X_CONTENT_TYPE_OPTIONS,
 };
-use hyper::{Method, Request, Response, StatusCode};
+use hyper::{Method, Request, StatusCode};
 use hyper_util::rt::TokioIo;
 use std::hash::{DefaultHasher, Hash as _, Hasher as _};
-use std::io;
 use std::sync::Arc;
 use tokio_tungstenite::WebSocketStream;
 use tokio_tungstenite::tungstenite::handshake::server::create_response_with_body;
@@ -72,27 +70,6 @@ fn same(given: &str, own: &str) -> bool {
     let differences = given.bytes().zip(own.bytes());
     let differ = differences.fold(0, |differ, (a, b)| differ | (a ^ b));
     given.len() == own.len() && differ == 0
-}
-
-pub(super) type Answer = Response<UnsyncBoxBody<Bytes, io::Error>>;
-
-/// An answer of this kind.
-pub(super) fn body(kind: &'static str, body: UnsyncBoxBody<Bytes, io::Error>) -> Answer {
-    let mut response = Response::new(body);
-    let kind = HeaderValue::from_static(kind);
-    response.headers_mut().insert(CONTENT_TYPE, kind);
-    response
-}
-
-fn whole(bytes: &'static [u8]) -> UnsyncBoxBody<Bytes, io::Error> {
-    let body = Full::new(Bytes::from_static(bytes));
-    body.map_err(|never| match never {}).boxed_unsync()
-}
-
-pub(super) fn sentence(status: StatusCode, text: &'static str) -> Answer {
-    let mut response = body("text/plain; charset=utf-8", whole(text.as_bytes()));
-    *response.status_mut() = status;
-    response
 }
 
 /// What is asked for, or why not.

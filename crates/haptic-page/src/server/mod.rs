@@ -6,6 +6,7 @@ mod hub;
 mod live;
 mod page;
 mod request;
+mod response;
 mod socket;
 mod tables;
 

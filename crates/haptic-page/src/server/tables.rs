@@ -1,6 +1,6 @@
 //! Tables that a page may fetch, each once, at an address of its own.
 
-use super::http::{Answer, body, sentence};
+use super::response::{Answer, body, sentence};
 use crate::feel::locked;
 use crate::runs::Table;
 use futures_util::stream;
