@@ -8,6 +8,7 @@ mod reader;
 use reader::Source;
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
+use std::sync::LazyLock;
 
 /// The command: words in, sentences out.
 const COMMAND: &str = "host-cli";
@@ -71,12 +72,18 @@ fn arrows() -> BTreeMap<String, BTreeSet<String>> {
     .collect()
 }
 
+/// The sources of each crate, read once for all tests.
+static SOURCES: LazyLock<Vec<(String, Vec<Source>)>> = LazyLock::new(|| {
+    let read = |(name, folder): (String, PathBuf)| (name, reader::read(&folder.join("src")));
+    crates().into_iter().map(read).collect()
+});
+
 /// What is found in the sources of each crate, which is to be nothing.
 fn assert_none(find: impl Fn(&str, &Source) -> Vec<String>) {
     let mut found = Vec::new();
-    for (name, folder) in crates() {
-        for source in reader::read(&folder.join("src")) {
-            let found_here = find(&name, &source).into_iter();
+    for (name, sources) in &*SOURCES {
+        for source in sources {
+            let found_here = find(name, source).into_iter();
             found.extend(found_here.map(|what| format!("{name} {what}")));
         }
     }

@@ -10,8 +10,10 @@ use hyper::header::{
 };
 use hyper::{Method, Request, StatusCode};
 use hyper_util::rt::TokioIo;
+use std::convert::Infallible;
 use std::hash::{DefaultHasher, Hash as _, Hasher as _};
 use std::sync::Arc;
+use tokio::sync::mpsc::Sender;
 use tokio_tungstenite::WebSocketStream;
 use tokio_tungstenite::tungstenite::handshake::server::create_response_with_body;
 use tokio_tungstenite::tungstenite::protocol::{Role, WebSocketConfig};
@@ -73,8 +75,13 @@ fn same(given: &str, own: &str) -> bool {
 }
 
 /// What is asked for, or why not.
-pub(super) fn answer(door: &Door, hub: &Arc<Hub>, request: Request<Incoming>) -> Answer {
-    let mut response = found(door, hub, request);
+pub(super) fn answer(
+    door: &Door,
+    hub: &Arc<Hub>,
+    open: &Sender<Infallible>,
+    request: Request<Incoming>,
+) -> Answer {
+    let mut response = found(door, hub, open, request);
     let set = response.headers_mut();
     for (name, value) in [
         (CONTENT_SECURITY_POLICY, CONTENT_SECURITY),
@@ -90,7 +97,12 @@ pub(super) fn answer(door: &Door, hub: &Arc<Hub>, request: Request<Incoming>) ->
     response
 }
 
-fn found(door: &Door, hub: &Arc<Hub>, request: Request<Incoming>) -> Answer {
+fn found(
+    door: &Door,
+    hub: &Arc<Hub>,
+    open: &Sender<Infallible>,
+    request: Request<Incoming>,
+) -> Answer {
     let headers = request.headers();
     if !door.knows_host(headers) {
         let text = "Use 127.0.0.1 or localhost: copy the address from the terminal.";
@@ -116,12 +128,12 @@ fn found(door: &Door, hub: &Arc<Hub>, request: Request<Incoming>) -> Answer {
     let Ok(response) = create_response_with_body(&request, || whole(&[])) else {
         return sentence(StatusCode::UPGRADE_REQUIRED, "This is a WebSocket.");
     };
-    tokio::spawn(upgraded(request, Arc::clone(hub)));
+    tokio::spawn(upgraded(request, Arc::clone(hub), open.clone()));
     response
 }
 
-/// Serves the socket that a request becomes.
-async fn upgraded(request: Request<Incoming>, hub: Arc<Hub>) {
+/// Serves the socket that a request becomes; `open` until it is closed.
+async fn upgraded(request: Request<Incoming>, hub: Arc<Hub>, open: Sender<Infallible>) {
     // An error means that it has gone before.
     let Ok(stream) = hyper::upgrade::on(request).await else {
         return;
@@ -132,6 +144,7 @@ async fn upgraded(request: Request<Incoming>, hub: Arc<Hub>) {
     let stream = TokioIo::new(stream);
     let stream = WebSocketStream::from_raw_socket(stream, Role::Server, Some(limits)).await;
     socket::serve(stream, hub).await;
+    drop(open);
 }
 
 fn asset(name: &str, headers: &HeaderMap) -> Option<Answer> {

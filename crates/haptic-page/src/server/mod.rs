@@ -155,7 +155,7 @@ async fn serve(listener: tokio::net::TcpListener, door: Door, hub: Arc<Hub>) {
     hub.end_feel().await;
 }
 
-/// Takes connections until it has `ended`, and ends when the last of them does.
+/// Takes connections until it has `ended`, and ends when the last of them and of their sockets does.
 async fn connections<E>(
     listener: tokio::net::TcpListener,
     door: Door,
@@ -165,7 +165,7 @@ async fn connections<E>(
     E: Future<Output = ()> + Send + 'static,
 {
     let door = Arc::new(door);
-    // Each connection has a sender, and nothing is sent.
+    // Each connection and each socket has a sender, and nothing is sent.
     let (open, mut all) = mpsc::channel::<Infallible>(1);
     let mut end = pin!(ended());
     loop {
@@ -179,7 +179,7 @@ async fn connections<E>(
         };
         let (door, hub, open) = (Arc::clone(&door), Arc::clone(hub), open.clone());
         let service = service_fn(move |request| {
-            let answer = http::answer(&door, &hub, request);
+            let answer = http::answer(&door, &hub, &open, request);
             async { Ok::<_, Infallible>(answer) }
         });
         let connection = http1::Builder::new().serve_connection(TokioIo::new(stream), service);
@@ -194,7 +194,6 @@ async fn connections<E>(
                     let _ = connection.await;
                 }
             }
-            drop(open);
         });
     }
     drop((listener, open));

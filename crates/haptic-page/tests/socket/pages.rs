@@ -124,9 +124,6 @@ fn what_is_worked_on_is_bounded_for_the_server_and_given_up_with_its_page() {
     let long = record(20_000);
     for _ in 0..16 {
         one.post("identify", long.clone());
-        // Both read meanwhile: a silent page is gone.
-        one.status(|_| true);
-        other.status(|_| true);
     }
     let refused = one.refused("identify", long);
     let all = "sixteen requests are being worked on";
