@@ -41,7 +41,7 @@ const LAST: Duration = Duration::from_millis(700);
 /// Sentences that wait for the terminal; later ones are for the pages alone.
 const NOTICES: usize = 64;
 const WORKERS: usize = 2;
-/// Time after which a connection is taken that could not be: of files, this process has too many.
+/// Time until the next try, if a connection cannot be taken: this process may have too many files open.
 const AGAIN: Duration = Duration::from_millis(100);
 
 /// A server at work. Dropped, it stops: force zero first, then the sockets.

@@ -380,8 +380,8 @@ fn heard(stop: &Arc<AtomicBool>) -> Result<(), String> {
         .map_err(|error| error.to_string())
 }
 
-/// Not among them are KILL and STOP, which nobody hears; ILL, FPE, SEGV and BUS, after which a program cannot go on; and those
-/// that do nothing to a program that does not listen.
+/// Listens to every signal that would end or stop a program. Left out are KILL and STOP, which nobody hears; ILL, FPE, SEGV and BUS,
+/// after which a program cannot go on; and those that do nothing to a program that does not listen.
 #[cfg(unix)]
 fn heard(stop: &Arc<AtomicBool>) -> Result<(), String> {
     use signal_hook::consts::{
