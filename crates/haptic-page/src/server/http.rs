@@ -74,14 +74,7 @@ fn same(given: &str, own: &str) -> bool {
     given.len() == own.len() && differ == 0
 }
 
-/// What is asked for, or why not.
-pub(super) fn answer(
-    door: &Door,
-    hub: &Arc<Hub>,
-    open: &Sender<Infallible>,
-    request: Request<Incoming>,
-) -> Answer {
-    let mut response = found(door, hub, open, request);
+pub(super) fn with_headers(mut response: Answer) -> Answer {
     let set = response.headers_mut();
     for (name, value) in [
         (CONTENT_SECURITY_POLICY, CONTENT_SECURITY),
@@ -97,7 +90,8 @@ pub(super) fn answer(
     response
 }
 
-fn found(
+/// What is asked for, or why not.
+pub(super) fn answer(
     door: &Door,
     hub: &Arc<Hub>,
     open: &Sender<Infallible>,

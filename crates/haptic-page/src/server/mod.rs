@@ -180,7 +180,7 @@ async fn connections<E>(
         let (door, hub, open) = (Arc::clone(&door), Arc::clone(hub), open.clone());
         let service = service_fn(move |request| {
             let answer = http::answer(&door, &hub, &open, request);
-            async { Ok::<_, Infallible>(answer) }
+            async { Ok::<_, Infallible>(http::with_headers(answer)) }
         });
         let connection = http1::Builder::new().serve_connection(TokioIo::new(stream), service);
         let end = ended();
