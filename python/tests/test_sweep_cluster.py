@@ -1,5 +1,6 @@
 """Sweeps on a Dask cluster: workers and schedulers die, numbers stay."""
 
+import contextlib
 import logging
 import os
 import re
@@ -15,7 +16,6 @@ import pytest
 from numpy.testing import assert_array_equal
 
 pytest.importorskip("xarray")
-dask = pytest.importorskip("dask")
 distributed = pytest.importorskip("distributed")
 
 from fractional_haptics.sweep import ClusterLost, Grid, SweepError, axis, samples, sweep
@@ -38,15 +38,43 @@ def slow(x, rng):
 OUTPUTS = {"y": "m"}
 
 
+@contextlib.contextmanager
+def cluster(folder, workers, as_worker='exec "$@"'):
+    """A scheduler and workers as processes of their own, and a client; `as_worker` is the shell around a worker."""
+    file = folder / "scheduler.json"
+    here = {
+        **os.environ,
+        "PYTHONPATH": str(Path(__file__).parent),  # where the functions of this file are
+        "DASK_DISTRIBUTED__SCHEDULER__ALLOWED_FAILURES": "1",
+    }
+
+    def begin(shell, program, *options):
+        command = ["sh", "-c", shell, "sh", sys.executable, "-m", f"distributed.cli.{program}", *options]
+        quiet = {"stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL}
+        command += ["--scheduler-file", file]
+        return subprocess.Popen(command, cwd=folder, env=here, start_new_session=True, **quiet)
+
+    processes = [begin('exec "$@"', "dask_scheduler", "--port", "0", "--dashboard-address", ":0")]
+    for _ in range(workers):
+        processes.append(begin(as_worker, "dask_worker", "--nthreads", "1", "--no-dashboard", "--no-nanny"))
+    try:
+        give_up = time.monotonic() + 300
+        while not file.exists():
+            assert time.monotonic() < give_up
+            time.sleep(0.05)
+        with distributed.Client(scheduler_file=str(file), timeout=300) as connected:
+            yield processes, connected
+    finally:
+        for process in processes:
+            with contextlib.suppress(ProcessLookupError):
+                os.killpg(process.pid, signal.SIGKILL)
+            process.wait()
+
+
 @pytest.fixture(scope="module")
-def client():
-    with (
-        dask.config.set({"distributed.scheduler.allowed-failures": 1}),
-        distributed.LocalCluster(
-            n_workers=2, threads_per_worker=1, dashboard_address=":0", silence_logs=logging.CRITICAL
-        ) as cluster,
-        distributed.Client(cluster) as connected,
-    ):
+def client(tmp_path_factory):
+    """Two workers; one that ends is begun again. Not by Dask's nanny, which leaves one that ends while it starts."""
+    with cluster(tmp_path_factory.mktemp("cluster"), workers=2, as_worker='while :; do "$@"; done') as (_, connected):
         yield connected
 
 
@@ -137,40 +165,10 @@ def test_what_is_no_usable_client_is_refused(client):
         sweep(drawn, GRID, client, timeout=0)
 
 
-def start_cluster(tmp_path, workers):
-    """A scheduler and workers as processes of their own, and the scheduler's address."""
-    scheduler_file = tmp_path / "scheduler.json"
-    base = [sys.executable, "-m", "distributed.cli.dask_scheduler", "--port", "0", "--dashboard-address", ":0"]
-    here = {**os.environ, "PYTHONPATH": str(Path(__file__).parent)}  # where the functions of this file are
-    quiet = {"stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL, "env": here}
-    processes = [subprocess.Popen([*base, "--scheduler-file", scheduler_file], cwd=tmp_path, **quiet)]
-    for _ in range(workers):
-        worker = [
-            sys.executable,
-            "-m",
-            "distributed.cli.dask_worker",
-            "--nthreads",
-            "1",
-            "--no-dashboard",
-            "--no-nanny",
-        ]
-        processes.append(subprocess.Popen([*worker, "--scheduler-file", scheduler_file], cwd=tmp_path, **quiet))
-    give_up = time.monotonic() + 60
-    while not scheduler_file.exists():
-        assert time.monotonic() < give_up
-        time.sleep(0.05)
-    return processes, str(scheduler_file)
-
-
 @pytest.fixture
 def own_cluster(tmp_path):
-    processes, file = start_cluster(tmp_path, workers=1)
-    with distributed.Client(scheduler_file=file, timeout=30) as connected:
-        yield processes, connected
-    for process in processes:
-        process.send_signal(signal.SIGCONT)
-        process.kill()
-        process.wait()
+    with cluster(tmp_path, workers=1) as own:
+        yield own
 
 
 @pytest.mark.parametrize("end", [signal.SIGKILL, signal.SIGSTOP])

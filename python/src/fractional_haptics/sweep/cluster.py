@@ -12,6 +12,7 @@ import functools
 import queue
 import uuid
 from collections.abc import Callable, Generator, Iterator
+from concurrent.futures import CancelledError
 from time import monotonic
 from typing import Any
 
@@ -120,11 +121,11 @@ class Cluster:
 
     def _result(self, future: Any) -> Any:
         """What a future holds; None if it was lost."""
-        if future.status in ("cancelled", "lost"):
-            self._wait_for(lambda: self._look() >= 0)
-            return None
         try:
-            return future.result(timeout=self._timeout)
+            if future.status != "lost":
+                return future.result(timeout=self._timeout)
+        except CancelledError:
+            pass
         except KilledWorker as error:
             return f"KilledWorker: {error}"
         except (TimeoutError, OSError):
@@ -134,6 +135,8 @@ class Cluster:
                 f"the workers cannot run a block: {type(error).__name__}: {error}. "
                 "The same versions of Python, fractional_haptics and of the function's module must be installed there."
             ) from error
+        self._wait_for(lambda: self._look() >= 0)
+        return None
 
     def _look(self) -> int:
         """Threads of the cluster, -1 if the scheduler does not answer.
