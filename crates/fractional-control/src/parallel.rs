@@ -232,7 +232,7 @@ impl<F: Real, O: Differintegrator<F> + PartialEq> Parallel<F, O> {
         };
         for ((branch, own), error) in self.branches.iter().zip(powers).zip(errors) {
             if let Some(branch) = branch {
-                branch.power.advance(own, error);
+                advance_apart(&branch.power, own, error);
             }
         }
     }
@@ -297,6 +297,13 @@ impl<F: Real, O: Differintegrator<F> + PartialEq> Parallel<F, O> {
 #[cfg_attr(not(target_arch = "arm"), cold, inline(never))]
 fn conditioned<F: Real>(r: F, excess: F, inverse: F) -> F {
     r + excess * inverse
+}
+
+/// A memory in a function of its own keeps the registers that it needs; on a small core the call costs more.
+#[cfg_attr(target_arch = "arm", inline)]
+#[cfg_attr(not(target_arch = "arm"), inline(never))]
+fn advance_apart<F: Real, O: Differintegrator<F>>(power: &O, own: &mut O::History, error: F) {
+    power.advance(own, error);
 }
 
 impl<F: Real, const MODES: usize> FractionalPid<F, MODES> {
