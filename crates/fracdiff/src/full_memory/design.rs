@@ -179,7 +179,7 @@ impl<const TAPS: usize, const MODES: usize> Design<TAPS, MODES> {
         let mut design = Self::without_modes(order, order.split_up().0, head, horizon);
         design.take(modes.iter().copied());
         // Fastest first: compensation is a property of the slow end.
-        design.modes[..needed].sort_unstable_by(|a, b| b.rate.total_cmp(&a.rate));
+        Mode::sort(&mut design.modes[..needed]);
         design.error_bound = design.measure(|lag| weight(lag as u64), OWN_SWING);
         Ok(design)
     }

@@ -38,8 +38,8 @@ const POINTS: usize = 8;
 
 /// A best sum of exponentials over lags from `taps` to `horizon`, for weights that only fade.
 #[derive(Clone)]
-pub(super) struct Exchange<W> {
-    weight: W,
+pub(super) struct Exchange<'a> {
+    weight: &'a dyn Fn(f64) -> f64,
     /// ln j of the ends.
     ends: (f64, f64),
     /// ln s and ln w, fastest first.
@@ -50,10 +50,10 @@ pub(super) struct Exchange<W> {
     error: f64,
 }
 
-impl<W: Fn(f64) -> f64 + Clone> Exchange<W> {
+impl<'a> Exchange<'a> {
     /// Of the fewest modes. `exponent`: of the density over ln s where modes are slow, as near as it is known.
     pub(super) fn new(
-        weight: W,
+        weight: &'a dyn Fn(f64) -> f64,
         exponent: f64,
         taps: usize,
         horizon: f64,
@@ -114,7 +114,7 @@ impl<W: Fn(f64) -> f64 + Clone> Exchange<W> {
     pub(super) fn until(
         mut self,
         tolerance: f64,
-        mut enough: impl FnMut(&[Mode], f64) -> bool,
+        enough: &mut dyn FnMut(&[Mode], f64) -> bool,
     ) -> bool {
         loop {
             if self.error <= tolerance && enough(&self.modes(), self.swing()) {

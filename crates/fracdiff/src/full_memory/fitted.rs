@@ -35,10 +35,10 @@ impl<const TAPS: usize, const MODES: usize> Design<TAPS, MODES> {
             return Ok(design);
         }
         let weight = |lag| core.weight(lag);
-        let best = Exchange::new(weight, core.exponent(), TAPS, horizon, tolerance);
+        let best = Exchange::new(&weight, core.exponent(), TAPS, horizon, tolerance);
         let mut needed = None;
         let found = best.is_some_and(|best| {
-            best.until(tolerance, |modes, swing| {
+            best.until(tolerance, &mut |modes, swing| {
                 if modes.len() > MODES {
                     needed = Some(modes.len());
                     return true;
@@ -95,7 +95,7 @@ impl<const TAPS: usize, const MODES: usize> Design<TAPS, MODES> {
     /// As [`closed_form`](Self::closed_form) and [`MemoryWeights::new`].
     pub fn of_memory(
         order: Order,
-        memory: &impl Memory,
+        memory: &dyn Memory,
         tolerance: f64,
         horizon: f64,
     ) -> Result<Self, DesignError> {
@@ -122,9 +122,9 @@ impl<const TAPS: usize, const MODES: usize> Design<TAPS, MODES> {
         let (mut needed, mut reached) = (None, f64::INFINITY);
         if exact.is_empty() {
             let weight = |lag| weights.at(lag);
-            let best = Exchange::new(weight, HALF, TAPS, horizon, tolerance);
+            let best = Exchange::new(&weight, HALF, TAPS, horizon, tolerance);
             let found = best.is_some_and(|best| {
-                best.until(tolerance, |modes, _| {
+                best.until(tolerance, &mut |modes, _| {
                     design.take_measured(modes, checked.iter().copied());
                     design.error_bound() <= tolerance && modes.len() <= MODES
                 })
@@ -162,7 +162,7 @@ impl<const TAPS: usize, const MODES: usize> Design<TAPS, MODES> {
 fn fit(
     candidates: &[Mode],
     others: &[Mode],
-    weight: impl Fn(f64) -> f64,
+    weight: &dyn Fn(f64) -> f64,
     taps: usize,
     horizon: f64,
     tolerance: f64,
@@ -207,8 +207,8 @@ const HALF: f64 = 0.5;
 const OWN_SWING_POINT: f64 = OWN_SWING / POINTS_A_SWING;
 
 /// The way from a step in ln s to modes.
-struct Search<'a, M> {
-    memory: &'a M,
+struct Search<'a> {
+    memory: &'a dyn Memory,
     weights: &'a MemoryWeights,
     taps: usize,
     tolerance: f64,
@@ -217,7 +217,7 @@ struct Search<'a, M> {
     at_taps: f64,
 }
 
-impl<M: Memory> Search<'_, M> {
+impl Search<'_> {
     /// The exact modes that are still felt behind the taps.
     fn exact(&self) -> Vec<Mode> {
         let felt = |mode: &&Mode| !self.negligible(mode.rate, mode.weight);
@@ -238,14 +238,14 @@ impl<M: Memory> Search<'_, M> {
         let mut modes = fit(
             &candidates,
             exact,
-            weight,
+            &weight,
             self.taps,
             self.horizon,
             self.tolerance,
             step,
         );
         modes.extend(exact);
-        modes.sort_unstable_by(|a, b| b.rate.total_cmp(&a.rate));
+        Mode::sort(&mut modes);
         modes
     }
 
@@ -272,7 +272,7 @@ impl<M: Memory> Search<'_, M> {
         });
         let usable = |mode: &Mode| mode.rate > 0.0 && mode.weight > 0.0 && mode.weight.is_finite();
         candidates.extend(slow.into_iter().filter(usable));
-        candidates.sort_unstable_by(|a, b| b.rate.total_cmp(&a.rate));
+        Mode::sort(&mut candidates);
         candidates
     }
 }

@@ -140,6 +140,11 @@ impl Mode {
     pub fn decay(&self) -> f64 {
         -libm::expm1(-self.rate)
     }
+
+    /// Fastest first.
+    pub(super) fn sort(modes: &mut [Self]) {
+        modes.sort_unstable_by(|a, b| b.rate.total_cmp(&a.rate));
+    }
 }
 
 /// Nodes s = e^(kh) of the trapezoid rule that matter between the taps and the horizon.

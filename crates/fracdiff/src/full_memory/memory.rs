@@ -67,7 +67,7 @@ impl MemoryWeights {
     /// # Errors
     /// A number of the memory that is not finite or negative; [`DesignError::Unreachable`] for a density that is rough everywhere
     /// or has no finite mass at slow rates. Single steps and narrow peaks do no harm.
-    pub fn new(memory: &impl Memory, horizon: f64) -> Result<Self, DesignError> {
+    pub fn new(memory: &dyn Memory, horizon: f64) -> Result<Self, DesignError> {
         check_horizon(1, horizon)?;
         let first = memory.first();
         if !(first >= 0.0 && first.is_finite()) {
@@ -80,7 +80,7 @@ impl MemoryWeights {
                 return Err(ParameterError::Mode { rate, weight }.into());
             }
         }
-        exact.sort_unstable_by(|a, b| b.rate.total_cmp(&a.rate));
+        Mode::sort(&mut exact);
         let mut panels = Panels::new(memory);
         panels.cover(libm::log(STILL / horizon))?;
         let Panels { nodes, narrow, .. } = panels;
@@ -160,16 +160,16 @@ const NODES: usize = 16;
 const NARROW: f64 = 1.5;
 
 /// Panels of ln s, from the fastest down.
-struct Panels<'a, M> {
-    memory: &'a M,
+struct Panels<'a> {
+    memory: &'a dyn Memory,
     rule: [(f64, f64); NODES],
     nodes: Vec<Mode>,
     narrow: Vec<Narrow>,
     count: usize,
 }
 
-impl<'a, M: Memory> Panels<'a, M> {
-    fn new(memory: &'a M) -> Self {
+impl<'a> Panels<'a> {
+    fn new(memory: &'a dyn Memory) -> Self {
         Self {
             memory,
             rule: legendre(),
