@@ -146,7 +146,7 @@ pub(crate) fn margins(
     closed: &SampledLoop,
     own: Margins,
 ) -> Margins {
-    closed.margins_of_plant(own, |delay_s| later(setup, plant, delay_s))
+    closed.margins_of_plant(own, &|delay_s| later(setup, plant, delay_s))
 }
 
 /// The loop whose plant has so much more dead time.
@@ -348,7 +348,7 @@ fn cause(
         let first = closed.margins().delay_s;
         let later = |delay_s| later(setup, &prompt, delay_s);
         if closed.verdict().stable
-            && let Some(delay) = SampledLoop::delay_margin(first, later).unwrap_or(first)
+            && let Some(delay) = SampledLoop::delay_margin(first, &later).unwrap_or(first)
         {
             return Ok(Cause::DeadTime(delay));
         }

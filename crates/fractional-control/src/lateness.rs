@@ -136,7 +136,7 @@ impl SampledLoop {
     /// Those of `later`.
     pub fn delay_margin<E>(
         first: Option<Crossing>,
-        later: impl Fn(f64) -> Result<Self, E>,
+        later: &dyn Fn(f64) -> Result<Self, E>,
     ) -> Result<Option<Crossing>, E> {
         let prompt = later(0.0)?;
         if !prompt.verdict().stable {
@@ -217,7 +217,7 @@ const HALVED: usize = 30;
 
 /// The delay, in samples, at which the loop is lost, within a part of a sample before one at which it is.
 fn narrowed<E>(
-    at: &impl Fn(f64) -> Result<SampledLoop, E>,
+    at: &dyn Fn(f64) -> Result<SampledLoop, E>,
     judge: Judge,
     suspect: &Suspect,
     part: f64,
@@ -244,7 +244,7 @@ fn narrowed<E>(
 
 /// φ(d)/θ(d) = 0 for the phase margin φ of the loop that is d late, at the crossover θ next to that before, within two delays.
 fn by_phase<E>(
-    at: &impl Fn(f64) -> Result<SampledLoop, E>,
+    at: &dyn Fn(f64) -> Result<SampledLoop, E>,
     near: (f64, f64),
     (low, high): (f64, f64),
 ) -> Result<Option<(f64, f64)>, E> {

@@ -276,7 +276,7 @@ impl SampledLoop {
     pub fn margins_of_plant<E>(
         &self,
         own: Margins,
-        later: impl Fn(f64) -> Result<Self, E>,
+        later: &dyn Fn(f64) -> Result<Self, E>,
     ) -> Margins {
         let mut margins = own;
         if let Some(held) = self.of_plant() {
@@ -285,7 +285,7 @@ impl SampledLoop {
         }
         let first = self.remembered(margins.delay_s);
         margins.delay_s = self.remembered(
-            Self::delay_margin(first, |delay_s| Ok::<_, E>(later(delay_s)?.beside(self)))
+            Self::delay_margin(first, &|delay_s| Ok::<_, E>(later(delay_s)?.beside(self)))
                 .unwrap_or(first),
         );
         margins

@@ -278,7 +278,7 @@ impl Shares {
             self.dissipation * self.dissipation / (8.0 * (2.0 * self.stiffness + self.dissipation))
         };
         let value = |theta: f64| self.damping(hold(theta), exact(mu, theta));
-        enough(Grid::new(1).maximum(at_zero, value))
+        enough(Grid::new(1).maximum(at_zero, &value))
     }
 
     /// For another operator, with the rounding of Re P in mind: an operator sums its coefficients, so
@@ -296,14 +296,14 @@ impl Shares {
         if self.dissipation == 0.0 {
             return match hold {
                 Hold::Tustin => Ok(WITHOUT_DISSIPATION),
-                Hold::Sampled(_) => enough(grid.maximum(0.0, |theta| 0.5 * hold.at(theta))),
+                Hold::Sampled(_) => enough(grid.maximum(0.0, &|theta| 0.5 * hold.at(theta))),
             };
         }
         // Below this θ a value that rounding spoils is left out, and the limit extrapolated.
         let (low, is_exact) = hold.low();
         let noise = |p: Complex<f64>| NOISE * self.dissipation * p.norm().max(1.0);
         // Re(1/Z) < 0 beyond rounding: no damping.
-        let negative = grid.maximum(f64::NEG_INFINITY, |theta| {
+        let negative = grid.maximum(f64::NEG_INFINITY, &|theta| {
             let p = operator.response(theta);
             -self.real_part(p) - 10.0 * noise(p)
         });
@@ -333,7 +333,7 @@ impl Shares {
             Some(last) => limit_at_rest(thetas[last + 1], value),
             None => f64::NEG_INFINITY,
         };
-        let found = grid.maximum(at_zero, value);
+        let found = grid.maximum(at_zero, &value);
         match found {
             Some(worst) if worst.value == f64::INFINITY => {
                 Ok(LeastDamping::NoneIsEnough { theta: worst.theta })

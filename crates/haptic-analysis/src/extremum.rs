@@ -65,7 +65,7 @@ impl Grid {
     /// - −∞ excludes a frequency; +∞ is a maximum like any other.
     /// - Of equal maxima π goes first, then 0, then the larger θ.
     /// - Cost: one call per grid point, and 41 for every local maximum that can still be the largest.
-    pub(crate) fn maximum(&self, at_zero: f64, f: impl Fn(f64) -> f64) -> Option<Maximum> {
+    pub(crate) fn maximum(&self, at_zero: f64, f: &dyn Fn(f64) -> f64) -> Option<Maximum> {
         let values: Vec<f64> = self.thetas.iter().map(|&theta| f(theta)).collect();
         if at_zero.is_nan() || values.iter().any(|value| value.is_nan()) {
             return None;
@@ -96,7 +96,7 @@ impl Grid {
                 continue;
             }
             let below = if i == 0 { 0.0 } else { self.thetas[i - 1] };
-            let refined = golden(&f, below, self.thetas[i + 1], peak)?;
+            let refined = golden(f, below, self.thetas[i + 1], peak)?;
             best = best.max(refined.value);
             found.push(refined);
         }
@@ -120,7 +120,7 @@ impl Grid {
 }
 
 /// Golden sections of [a, b] around a known inner value; `None` for a NaN.
-fn golden(f: impl Fn(f64) -> f64, mut a: f64, mut b: f64, known: Maximum) -> Option<Maximum> {
+fn golden(f: &dyn Fn(f64) -> f64, mut a: f64, mut b: f64, known: Maximum) -> Option<Maximum> {
     const SHRINK: f64 = 0.618_033_988_749_894_9;
     let mut best = known;
     let mut at = |theta: f64| {
@@ -174,13 +174,13 @@ mod tests {
                 2.0 / (1.0 + x * x)
             };
             let rippled = |theta: f64| smooth(theta) + 0.2 * (40.0 * theta).sin().abs();
-            let found = Grid::new(40).maximum(0.0, smooth).expect("no NaN");
+            let found = Grid::new(40).maximum(0.0, &smooth).expect("no NaN");
             assert!((found.value - 2.0).abs() < 1e-14, "{peak}: {found:?}");
             assert!(
                 (found.theta - peak).abs() < 1e-6 * peak,
                 "{peak}: {found:?}"
             );
-            let found = Grid::new(40).maximum(0.0, rippled).expect("no NaN");
+            let found = Grid::new(40).maximum(0.0, &rippled).expect("no NaN");
             assert!(found.value >= 2.0, "{peak}: {found:?}");
         }
     }
@@ -192,7 +192,7 @@ mod tests {
             let f = |theta: f64| {
                 (n as f64 * (theta - 1.0)).cos() * (1.0 - 0.01 * (theta - 1.0) * (theta - 1.0))
             };
-            let found = Grid::new(n).maximum(-1.0, f).expect("no NaN");
+            let found = Grid::new(n).maximum(-1.0, &f).expect("no NaN");
             assert!((found.value - 1.0).abs() < 1e-13, "{found:?}");
             assert!((found.theta - 1.0).abs() < 1e-6, "{found:?}");
         }
@@ -201,9 +201,9 @@ mod tests {
     #[test]
     fn of_equal_maxima_pi_goes_first_and_then_zero() {
         let grid = Grid::new(1);
-        let flat = grid.maximum(1.0, |_| 1.0).expect("no NaN");
+        let flat = grid.maximum(1.0, &|_| 1.0).expect("no NaN");
         assert_eq!(flat.theta.to_bits(), PI.to_bits());
-        let falling = grid.maximum(2.0, |theta| 2.0 - theta).expect("no NaN");
+        let falling = grid.maximum(2.0, &|theta| 2.0 - theta).expect("no NaN");
         assert_eq!(falling.theta.to_bits(), 0.0_f64.to_bits());
     }
 
@@ -217,10 +217,15 @@ mod tests {
                 -theta
             }
         };
-        let found = grid.maximum(f64::NEG_INFINITY, half).expect("no NaN");
+        let found = grid.maximum(f64::NEG_INFINITY, &half).expect("no NaN");
         assert!((found.value + 1.0).abs() < 0.02, "{found:?}");
-        assert!(grid.maximum(0.0, |theta| (theta - 4.0).sqrt()).is_none());
+        assert!(grid.maximum(0.0, &|theta| (theta - 4.0).sqrt()).is_none());
         let pole = |theta: f64| if theta > 3.0 { f64::INFINITY } else { 0.0 };
-        assert!(grid.maximum(0.0, pole).expect("no NaN").value.is_infinite());
+        assert!(
+            grid.maximum(0.0, &pole)
+                .expect("no NaN")
+                .value
+                .is_infinite()
+        );
     }
 }

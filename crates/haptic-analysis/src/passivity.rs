@@ -320,7 +320,7 @@ impl<'a, P: FrequencyResponse + ?Sized> OnePort<'a, P> {
 
     fn supremum(&self, alpha: f64, beta: f64) -> Result<Maximum, AnalysisError> {
         let at_zero = self.combine(alpha, beta, 0.0);
-        let found = (self.grid).maximum(at_zero, |theta| self.combine(alpha, beta, theta));
+        let found = (self.grid).maximum(at_zero, &|theta| self.combine(alpha, beta, theta));
         let worst = found.unwrap_or(Maximum {
             theta: 0.0,
             value: f64::NAN,

@@ -170,7 +170,7 @@ impl Teleoperation {
             why: "a response is no number",
         };
         let worst = grid
-            .maximum(f64::NEG_INFINITY, |theta| -self.ratio(theta))
+            .maximum(f64::NEG_INFINITY, &|theta| -self.ratio(theta))
             .ok_or(unresolved)?;
         let least_ratio = -worst.value;
         Ok(AbsoluteStability {

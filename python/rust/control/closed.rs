@@ -111,7 +111,7 @@ pub(crate) fn closed_loop<'py>(
         };
         let own = closed(&plant).or_refused()?;
         let later = |delay_s: f64| closed(&plant.as_ref().clone().delayed(delay_s)?);
-        let margins = own.margins_of_plant(own.margins(), later);
+        let margins = own.margins_of_plant(own.margins(), &later);
         Ok((own.verdict(), margins))
     })?;
     let pair = |crossing: Crossing| (crossing.value, crossing.omega_rad_s);

@@ -232,7 +232,7 @@ fn contradicted(own: &Loop, tried: &mut usize) -> Vec<String> {
     let tried = |delay: &Crossing| delay.value < 50.0 && !own.times.is_empty();
     if let Some(first) = margins.delay_s.filter(tried) {
         let later = |further| own.with_delay(further).closed();
-        let delay = SampledLoop::delay_margin(Some(first), later).expect("runs");
+        let delay = SampledLoop::delay_margin(Some(first), &later).expect("runs");
         let delay = delay.expect("a crossover").value;
         check("delay", &own.with_delay(0.99 * delay), true);
         check("delay", &own.with_delay(1.01 * delay), false);

@@ -132,7 +132,7 @@ impl Loop {
         let is_exact = closed.of_plant().is_none();
         if let Some(first) = seen(margins.delay_s).filter(|_| is_exact) {
             let later = |further| Ok::<_, ()>(self.with_delay(further).closed());
-            let delay = SampledLoop::delay_margin(Some(first), later).expect("runs");
+            let delay = SampledLoop::delay_margin(Some(first), &later).expect("runs");
             let delay = delay.expect("a crossover").value;
             tried.push(("delay", self.with_delay(0.99 * delay), false));
             tried.push(("delay", self.with_delay(1.01 * delay), true));

@@ -71,7 +71,7 @@ fn the_delay_margin_is_that_of_the_plant_behind_its_hold() {
         tried += 1;
         let first = now.margins().delay_s;
         let later = |more| Ok::<_, ()>(own.closed(more));
-        let found = SampledLoop::delay_margin(first, later).expect("runs");
+        let found = SampledLoop::delay_margin(first, &later).expect("runs");
         let found = found.expect("a crossover").value;
         let (below, above) = (own.growth(0.97 * found), own.growth(1.03 * found));
         assert!(

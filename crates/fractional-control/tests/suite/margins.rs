@@ -43,7 +43,7 @@ fn a_delay_margin_of_a_part_of_a_sample_is_that_of_the_hold() {
         };
         let closed = later(0.0).expect("runs");
         let first = closed.margins().delay_s.expect("a crossover");
-        let found = SampledLoop::delay_margin(Some(first), later).expect("runs");
+        let found = SampledLoop::delay_margin(Some(first), &later).expect("runs");
         let found = found.expect("a margin").value;
         let wanted = T.0 / rate;
         assert_relative("found", found, wanted, 1e-6);
@@ -70,7 +70,7 @@ fn a_narrow_peak_beside_a_zero_has_its_margins() {
         let phase = margins.phase.expect("a crossover").value;
         assert_close("phase", phase, -angle, 1e-3);
         assert_eq!((margins.crossovers, margins.gain_down), (2, None), "{gap}");
-        let delay = SampledLoop::delay_margin(margins.delay_s, later).expect("runs");
+        let delay = SampledLoop::delay_margin(margins.delay_s, &later).expect("runs");
         let delay = delay.expect("a crossover").value;
         // Of a pole this near to the circle no verdict tells on which side it is.
         if gap > 1e-7 {
@@ -102,7 +102,7 @@ fn no_delay_within_the_margin_loses_the_loop() {
             continue;
         }
         tried += 1;
-        let found = SampledLoop::delay_margin(first, later).expect("runs");
+        let found = SampledLoop::delay_margin(first, &later).expect("runs");
         let found = found.expect("a margin").value;
         let lost = lost_before(later, found);
         assert!(
@@ -134,7 +134,7 @@ fn a_loop_without_a_crossover_has_the_delay_margin_of_its_parts() {
         let now = later(0.0).expect("runs");
         assert!(now.verdict().stable, "{omega}");
         assert_eq!(now.margins().delay_s, None, "{omega}");
-        let found = SampledLoop::delay_margin(None, later).expect("runs");
+        let found = SampledLoop::delay_margin(None, &later).expect("runs");
         let found = found.expect("a margin").value;
         let lost = lost_before(later, found);
         assert!(
@@ -144,7 +144,7 @@ fn a_loop_without_a_crossover_has_the_delay_margin_of_its_parts() {
     }
     // A loop that no dead time loses.
     let later = |delay: f64| Ok::<_, ()>(closed(&format!("0.5*exp(-{delay}s)/(s+1)"), "1"));
-    assert_eq!(SampledLoop::delay_margin(None, later), Ok(None));
+    assert_eq!(SampledLoop::delay_margin(None, &later), Ok(None));
 }
 
 /// A loop that is lost next to whole samples only.
@@ -157,7 +157,7 @@ fn a_loss_at_whole_samples_is_found_however_short() {
         Ok::<_, ()>(closed(&plant, &controller))
     };
     let first = later(0.0).expect("runs").margins().delay_s;
-    let found = SampledLoop::delay_margin(first, later).expect("runs");
+    let found = SampledLoop::delay_margin(first, &later).expect("runs");
     let found = found.expect("a margin").value;
     let edge = stable(later, 0.999 * found) && !stable(later, 1.001 * found);
     assert!(found < 0.01 * T.0 && edge, "{found}");

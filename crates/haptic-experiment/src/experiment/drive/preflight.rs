@@ -53,7 +53,7 @@ impl LoopVerdict {
             };
         }
         let first = closed.remembered(delay_s);
-        let delay_s = closed.remembered(SampledLoop::delay_margin(first, later).unwrap_or(first));
+        let delay_s = closed.remembered(SampledLoop::delay_margin(first, &later).unwrap_or(first));
         Self {
             stable: true,
             phase_margin_rad: phase.map(|phase| phase.value),
