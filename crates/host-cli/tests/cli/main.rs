@@ -23,6 +23,8 @@ mod process;
 mod realtime;
 mod refusals;
 mod reproduce;
+#[cfg(feature = "serve")]
+mod serve;
 mod teleoperation;
 mod touch;
 #[cfg(target_os = "linux")]

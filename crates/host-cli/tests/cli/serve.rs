@@ -1,10 +1,9 @@
 //! `host-cli serve` as its user and its pages meet it.
-#![cfg(all(feature = "serve", unix))]
 
+use crate::process::{Place, signal};
 use serde_json::json;
 use std::io::{BufRead as _, BufReader, Read as _};
-use std::path::Path;
-use std::process::{Child, Command, Stdio};
+use std::process::{Child, Command};
 use std::time::{Duration, Instant};
 use testkit::browser::{PATIENCE, Page, parts};
 
@@ -15,15 +14,8 @@ struct Served {
 }
 
 impl Served {
-    fn start(place: &Path, line: &str) -> Self {
-        let mut child = Command::new(assert_cmd::cargo::cargo_bin!("host-cli"))
-            .args(line.split_whitespace())
-            .current_dir(place)
-            .stdin(Stdio::null())
-            .stdout(Stdio::piped())
-            .stderr(Stdio::piped())
-            .spawn()
-            .expect("starts");
+    fn start(place: &Place, line: &str) -> Self {
+        let mut child = place.start(line);
         let mut first = String::new();
         let mut stdout = BufReader::new(child.stdout.take().expect("piped"));
         stdout.read_line(&mut first).expect("an address");
@@ -34,21 +26,9 @@ impl Served {
         }
     }
 
-    /// Sends Ctrl-C, and waits: the exit code and what it said.
-    fn interrupt(self) -> (Option<i32>, String) {
-        self.signal("INT")
-    }
-
-    /// The same with another signal.
+    /// Sends a signal, and waits: the exit code and what it said.
     fn signal(mut self, name: &str) -> (Option<i32>, String) {
-        let kill = format!("kill -{name} {}", self.child.id());
-        assert!(
-            Command::new("sh")
-                .args(["-c", &kill])
-                .status()
-                .expect("runs")
-                .success()
-        );
+        signal(&self.child, name);
         let until = Instant::now() + PATIENCE;
         let status = loop {
             if let Some(status) = self.child.try_wait().expect("waits") {
@@ -75,8 +55,8 @@ const SERVE: &str = "serve --port 0 --no-browser";
 
 #[test]
 fn it_prints_its_address_and_ctrl_c_stops_the_force_tells_the_page_and_is_success() {
-    let place = tempfile::tempdir().expect("a folder");
-    let served = Served::start(place.path(), SERVE);
+    let place = Place::new();
+    let served = Served::start(&place, SERVE);
     let mut page = Page::open(&served.address);
     page.ask(
         "feel.start",
@@ -85,19 +65,14 @@ fn it_prints_its_address_and_ctrl_c_stops_the_force_tells_the_page_and_is_succes
     page.ask("feel.record", json!({"on": true}));
     page.ask("feel.hand", json!({"position_m": 5e-3, "held": true}));
     page.status(|status| status["recorded"].as_u64() > Some(200));
-    let (code, said) = served.interrupt();
+    let (code, said) = served.signal("INT");
     assert_eq!(
         (code, page.closed().as_str()),
         (Some(0), "1001: the server was stopped")
     );
     // The recording was closed: it is whole, and its force ends at zero.
     assert!(said.contains("note: recorded feel-0001"), "{said}");
-    let export = Command::new(assert_cmd::cargo::cargo_bin!("host-cli"))
-        .args(["log", "info", "results/feel-0001/feel.mcap", "--json"])
-        .current_dir(place.path())
-        .output()
-        .expect("runs");
-    let info: serde_json::Value = serde_json::from_slice(&export.stdout).expect("JSON");
+    let info = place.json("log info results/feel-0001/feel.mcap");
     assert_eq!(
         (&info["complete"], &info["missing_samples"]),
         (&json!(true), &json!(0)),
@@ -109,15 +84,12 @@ fn it_prints_its_address_and_ctrl_c_stops_the_force_tells_the_page_and_is_succes
 /// A pipe that nobody writes to, and work for hours: nothing of it is waited for.
 #[test]
 fn it_ends_whatever_is_asked_of_it() {
-    let place = tempfile::tempdir().expect("a folder");
-    let results = place.path().join("results");
-    std::fs::create_dir(&results).expect("made");
-    let pipe = |name: &str| {
-        let made = Command::new("mkfifo").arg(results.join(name)).status();
-        assert!(made.expect("runs").success());
-    };
-    pipe("tissue.toml");
-    let served = Served::start(place.path(), SERVE);
+    let place = Place::new();
+    std::fs::create_dir(place.path("results")).expect("made");
+    let pipe = place.path("results/tissue.toml");
+    let made = Command::new("mkfifo").arg(pipe).status();
+    assert!(made.expect("runs").success());
+    let served = Served::start(&place, SERVE);
     let mut page = Page::open(&served.address);
     page.post(
         "runs.start",
@@ -140,20 +112,16 @@ fn it_ends_whatever_is_asked_of_it() {
 
 #[test]
 fn a_port_that_is_taken_is_bad_usage_with_the_remedy_in_a_line() {
-    let place = tempfile::tempdir().expect("a folder");
-    let served = Served::start(place.path(), SERVE);
+    let place = Place::new();
+    let served = Served::start(&place, SERVE);
     let (host, _) = parts(&served.address);
     let port = host.rsplit_once(':').expect("a port").1;
-    let second = Command::new(assert_cmd::cargo::cargo_bin!("host-cli"))
-        .args(["serve", "--no-browser", "--port", port])
-        .output()
-        .expect("runs");
-    let said = String::from_utf8_lossy(&second.stderr);
-    assert_eq!(second.status.code(), Some(2), "{said}");
+    let second = place.run(&format!("serve --no-browser --port {port}"));
+    assert_eq!(second.code, Some(2), "{second}");
     let want = format!(
         "error: --port {port} is taken by another program: take another, or 0 for any that is free\n"
     );
-    assert_eq!(said, want);
+    assert_eq!(second.stderr, want);
 }
 
 /// Processor time, s, and resident memory, bytes, of a process.
@@ -208,8 +176,8 @@ fn watch(page: &mut Page, time: Duration) -> serde_json::Value {
 fn by_night_ten_minutes_of_a_live_view_take_no_memory_and_a_quarter_of_a_core_at_most() {
     let minutes: u64 =
         std::env::var("SERVE_MINUTES").map_or(10, |text| text.parse().expect("minutes"));
-    let place = tempfile::tempdir().expect("a folder");
-    let served = Served::start(place.path(), SERVE);
+    let place = Place::new();
+    let served = Served::start(&place, SERVE);
     let mut page = Page::open(&served.address);
     page.ask(
         "feel.start",
@@ -262,8 +230,8 @@ fn by_night_ten_minutes_of_a_live_view_take_no_memory_and_a_quarter_of_a_core_at
 fn by_night_a_tick_takes_as_long_with_a_page_as_without() {
     let seconds: u64 =
         std::env::var("SERVE_SECONDS").map_or(20, |text| text.parse().expect("seconds"));
-    let place = tempfile::tempdir().expect("a folder");
-    let served = Served::start(place.path(), &format!("{SERVE} --on-close continue"));
+    let place = Place::new();
+    let served = Served::start(&place, &format!("{SERVE} --on-close continue"));
     let time = Duration::from_secs(seconds);
     let start = |page: &mut Page| {
         page.ask("controls.take", json!({}));
