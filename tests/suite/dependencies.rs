@@ -1,5 +1,5 @@
 //! The table of dependencies in `ARCHITECTURE.md` against the manifests: each is justified, and none that is gone.
-//! All they depend on against `deny.toml`: licences and where they come from.
+//! All they depend on against `deny.toml`: licences, where they come from, and what is banned.
 
 use serde_json::Value;
 use std::collections::BTreeSet;
@@ -79,7 +79,7 @@ fn is_met(expression: &str, allowed: &[&str]) -> bool {
 }
 
 #[test]
-fn all_that_is_built_comes_from_the_registry_under_an_allowed_licence() {
+fn all_that_is_built_comes_from_the_registry_under_an_allowed_licence_and_is_not_banned() {
     let deny: toml::Table = toml::from_str(include_str!("../../deny.toml")).expect("is TOML");
     let licenses = &deny["licenses"];
     let names = |value: &toml::Value| -> Vec<String> {
@@ -95,9 +95,16 @@ fn all_that_is_built_comes_from_the_registry_under_an_allowed_licence() {
     let host = String::from_utf8(host.expect("rustc runs").stdout).expect("is text");
     let platform = format!("--filter-platform={}", host.trim());
     let metadata = metadata("Cargo.toml", &["--locked", "--all-features", &platform]);
+    let banned = deny["bans"]["deny"].as_array().expect("a list");
     let mut wrong = Vec::new();
     for package in list(&metadata["packages"]) {
         let name = text(&package["name"]);
+        if let Some(ban) = banned
+            .iter()
+            .find(|ban| ban["crate"].as_str() == Some(name))
+        {
+            wrong.push(format!("{name} {}", ban["reason"]));
+        }
         if let Some(source) = package["source"].as_str()
             && source != "registry+https://github.com/rust-lang/crates.io-index"
         {
