@@ -39,7 +39,7 @@ pub use largest::Largest;
 pub use map::StabilityMap;
 pub use margin::AtAngle;
 pub use margin::Margins;
-pub use noise::{exact_noise_gain, noise_gain};
+pub use noise::NoiseGain;
 pub use object::{CoupledLoop, CoupledObject, CouplerOperator};
 pub use operator::LoopOperator;
 pub use outline::{BoundaryPoint, Polygon};

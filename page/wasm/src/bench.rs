@@ -4,8 +4,7 @@ use crate::judgement::Judgement;
 use crate::passive::passive_walls;
 use fracdiff::{Order, Scheme, Seconds};
 use haptic_analysis::{
-    ClosedLoop, Dynamics, Environment, LoopOperator, Nondimensional, StabilityRegion,
-    exact_noise_gain, noise_gain,
+    ClosedLoop, Dynamics, Environment, LoopOperator, NoiseGain, Nondimensional, StabilityRegion,
 };
 use std::fmt::Display;
 use wasm_bindgen::prelude::*;
@@ -68,7 +67,7 @@ pub struct Bench {
     region: Vec<f64>,
     /// Passive walls, flat.
     passive: Vec<f64>,
-    noise_gain: f64,
+    noise_gain: NoiseGain,
 }
 
 /// An error of the libraries, as the page shows it.
@@ -106,8 +105,8 @@ impl Bench {
         let operator = LoopOperator::new(scheme, order, Seconds(t), HORIZON)?;
         let region = StabilityRegion::new(dynamics.plant(t)?, &operator, 0, POINTS)?;
         let noise_gain = match scheme {
-            Scheme::Exact => exact_noise_gain(order, Seconds(t))?,
-            _ => noise_gain(scheme.build::<f64>(order, Seconds(t), HORIZON)?),
+            Scheme::Exact => NoiseGain::exact(order, Seconds(t))?,
+            _ => NoiseGain::of(scheme.build::<f64>(order, Seconds(t), HORIZON)?),
         };
         let mut bench = Self {
             device: *device,
@@ -146,7 +145,8 @@ impl Bench {
         position_noise_m: f64,
     ) -> Result<Judgement, JsError> {
         let wall = self.wall(stiffness_n_per_m, dissipation_n_s_mu_per_m);
-        let noise_n = dissipation_n_s_mu_per_m * self.noise_gain * position_noise_m;
+        let gain = self.noise_gain.of_wall(stiffness_n_per_m, dissipation_n_s_mu_per_m);
+        let noise_n = position_noise_m * gain;
         Judgement::of(&self.dynamics, &wall, &self.operator, noise_n).map_err(refused)
     }
 

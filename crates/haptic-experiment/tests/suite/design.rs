@@ -312,13 +312,14 @@ fn a_wall_that_rings_for_long_is_tried_for_long() {
 
 #[test]
 fn the_noise_of_a_wall_is_its_closed_form() {
-    // B·(q/√12)·T^(−μ)·√Σc².
+    // (q/√12)·√(K² + 2·K·B·T^(−μ) + B²·T^(−2μ)·Σc²).
     let report =
         design("encoder_resolution_m = 1e-6\nsample_time_s = 1e-3\norders = [0.5, 1, 1.5]");
     for (mu, squares) in [(0.5, 4.0 / PI), (1.0, 2.0), (1.5, 32.0 / (3.0 * PI))] {
         let one = of_order(&report, mu);
-        let unit = 1e-6 / 12_f64.sqrt() * 1e-3_f64.powf(-mu) * f64::sqrt(squares);
-        let want = number(one, "dissipation") * unit;
+        let k = number(one, "stiffness");
+        let b = number(one, "dissipation") * 1e-3_f64.powf(-mu);
+        let want = 1e-6 / 12_f64.sqrt() * f64::sqrt(k * k + 2.0 * k * b + b * b * squares);
         assert_relative("noise", number(one, "force_noise_rms_n"), want, 1e-4);
     }
 }

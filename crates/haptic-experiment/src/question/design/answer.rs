@@ -186,7 +186,7 @@ impl Design {
             imperfections,
             analysis_stable,
             margin,
-            force_noise_rms_n: beta * bench.noise_unit_n,
+            force_noise_rms_n: bench.force_noise_n(alpha, beta),
             simulated: real.trial(best)?.1,
         })
     }

@@ -7,8 +7,8 @@ use crate::judge::modelled_tissue::{loop_operator, operator};
 use crate::question::bench::{crossings, units};
 use fracdiff::{Order, Scheme, Seconds};
 use haptic_analysis::{
-    AnalysisError, Dynamics, Environment, Largest, LoopOperator, OnePort, SampledLoop,
-    SampledPlant, StabilityRegion, StableArea, noise_gain,
+    AnalysisError, Dynamics, Environment, Largest, LoopOperator, NoiseGain, OnePort, SampledLoop,
+    SampledPlant, StabilityRegion, StableArea,
 };
 use haptic_tissue::Model;
 use std::f64::consts::PI;
@@ -21,12 +21,14 @@ const NOISE_HORIZON: f64 = 8192.0;
 const INSIDE: f64 = 1.0 - 1e-4;
 /// Share of the largest β that a passive wall with the most damping has.
 const MOST_DAMPING: f64 = 0.99;
-/// Golden sections: (0.618)^60 of a quarter turn.
+/// Golden sections, (0.618)^60 of a quarter turn, and halvings.
 const SECTIONS: usize = 60;
 /// Points on the boundary of a region.
 const POINTS: usize = 600;
 /// Shares of the largest β that are tried for the most damping of a stable wall.
 const SHARES: [f64; 6] = [0.99, 0.97, 0.9, 0.8, 0.6, 0.3];
+/// Times that the β of the stiffest quiet passive wall is halved.
+const NOISE_HALVINGS: usize = 30;
 /// Times that a wall is halved until it is stable.
 const HALVINGS: usize = 40;
 
@@ -40,22 +42,23 @@ pub(super) struct Bench<'a> {
     delta: f64,
     /// N/m of α = 1 and N·s^μ/m of β = 1.
     units: (f64, f64),
-    /// Noise of the force for β = 1, rms N.
-    pub(super) noise_unit_n: f64,
+    /// rms of the position's noise, m.
+    noise_m: f64,
+    noise: NoiseGain,
 }
 
 /// α, β, and of a tissue the factor by which its specimen may grow.
 type Wall = (f64, f64, Option<f64>);
 
-/// T^(−μ)·√(Σ c²) of the operator that runs, s^(−μ): rms of the output for white noise of 1.
-fn amplification(
+/// Of the operator that runs.
+fn noise_gain(
     model: Option<&Model>,
     scheme: Scheme,
     order: Order,
     sample_time: Seconds,
-) -> Result<f64, Failure> {
+) -> Result<NoiseGain, Failure> {
     let operator = operator::<f64>(model, scheme, order, sample_time, NOISE_HORIZON)?;
-    Ok(noise_gain(operator))
+    Ok(NoiseGain::of(operator))
 }
 
 impl<'a> Bench<'a> {
@@ -65,8 +68,6 @@ impl<'a> Bench<'a> {
         let dynamics = dynamics(&device.plant);
         let (model, units) = (design.model(order), units(&device.plant, order));
         let operator = loop_operator(model, design.scheme, order, t, HORIZON)?;
-        let noise_m = device.imperfections().position_noise_m();
-        let noise_n = noise_m * amplification(model, design.scheme, order, t)?;
         Ok(Self {
             design,
             order,
@@ -75,7 +76,8 @@ impl<'a> Bench<'a> {
             plant: dynamics.plant(t.0).map_err(Failure::input)?,
             delta: dynamics.damping_n_s_per_m * t.0 / dynamics.mass_kg,
             units,
-            noise_unit_n: noise_n * units.1,
+            noise_m: device.imperfections().position_noise_m(),
+            noise: noise_gain(model, design.scheme, order, t)?,
         })
     }
 
@@ -107,10 +109,31 @@ impl<'a> Bench<'a> {
         self.dynamics.port(t, &self.operator)
     }
 
-    /// The largest β whose force noise is within the limit.
-    fn quiet_beta(&self) -> f64 {
+    /// Noise of the force of a wall, rms N.
+    pub(super) fn force_noise_n(&self, alpha: f64, beta: f64) -> f64 {
+        let (stiffness, dissipation) = (alpha * self.units.0, beta * self.units.1);
+        self.noise_m * self.noise.of_wall(stiffness, dissipation)
+    }
+
+    /// The factor that takes a wall to the limit of its force noise.
+    fn largest_quiet_scale(&self, alpha: f64, beta: f64) -> f64 {
         let limit = self.design.force_noise_limit_n;
-        limit.map_or(f64::INFINITY, |limit| limit / self.noise_unit_n)
+        limit.map_or(f64::INFINITY, |limit| {
+            limit / self.force_noise_n(alpha, beta)
+        })
+    }
+
+    /// The largest α beside β at which so many times the wall is within the limit; below 0 if none is.
+    fn quiet_alpha(&self, beta: f64, times: f64) -> f64 {
+        let most = self.largest_quiet_scale(1.0, 0.0) / times;
+        if most.is_infinite() {
+            return most;
+        }
+        let is_quiet = |alpha: f64| self.largest_quiet_scale(alpha, beta) >= times;
+        match is_quiet(0.0) {
+            true => last(0.0, most, is_quiet),
+            false => -1.0,
+        }
     }
 
     /// K, B and the specimen's scale of the wished tissue at this order.
@@ -137,7 +160,7 @@ impl<'a> Bench<'a> {
             true => self.closed(alpha, beta)?.slope_limit().proved,
             false => f64::INFINITY,
         };
-        let scale = scale.map(|scale| scale.min(proved).min(self.quiet_beta() / beta));
+        let scale = scale.map(|scale| scale.min(proved).min(self.largest_quiet_scale(alpha, beta)));
         let scale = scale.filter(|scale| *scale > 0.0);
         Ok(scale.map(|scale| (alpha, beta, Some(scale * INSIDE))))
     }
@@ -188,7 +211,8 @@ impl<'a> Bench<'a> {
             effective_damping_n_s_per_m: effective
                 .transpose()?
                 .map(|effective| effective.damping_n_s_per_m),
-            force_noise_rms_n: (!device.sensors.are_ideal()).then_some(beta * self.noise_unit_n),
+            force_noise_rms_n: (!device.sensors.are_ideal())
+                .then(|| self.force_noise_n(alpha, beta)),
             largest_scale: scale,
             reason,
         })
@@ -215,7 +239,6 @@ impl<'a> Bench<'a> {
     fn passive_wall(&self) -> Result<Option<Wall>, AnalysisError> {
         let port = self.port()?;
         let required = |alpha: f64, beta: f64| port.required_delta(alpha, beta).map(|r| r.delta);
-        let quiet = self.quiet_beta();
         let wall = |alpha, beta| Some((INSIDE * alpha, INSIDE * beta, None));
         if self.delta <= 0.0 {
             return Ok(None);
@@ -230,9 +253,13 @@ impl<'a> Bench<'a> {
             if least <= 0.0 {
                 return Ok(None);
             }
-            let beta = (MOST_DAMPING * self.delta / least).min(quiet);
+            let quiet = self.largest_quiet_scale(ratio, 1.0);
+            let beta = MOST_DAMPING * quiet.min(self.delta / least);
             return Ok(match port.largest_alpha(self.delta, beta)? {
-                Largest::Below { value, .. } => wall(0.5 * (ratio * beta + value), beta),
+                Largest::Below { value, .. } => {
+                    let middle = 0.5 * (ratio * beta + value);
+                    wall(middle.min(self.quiet_alpha(beta, 1.0)), beta)
+                }
                 _ => None,
             });
         }
@@ -246,14 +273,24 @@ impl<'a> Bench<'a> {
             return Ok(None);
         }
         let alpha = self.delta / least;
-        if ratio * alpha <= quiet {
+        if self.largest_quiet_scale(alpha, ratio * alpha) >= 1.0 {
             return Ok(wall(alpha, ratio * alpha));
         }
-        // The stiffest quiet wall is as noisy as it may be.
-        Ok(match port.largest_alpha(self.delta, quiet)? {
-            Largest::Below { value, .. } => wall(value, quiet),
-            _ => None,
-        })
+        // Up to the best β the stiffest passive walls are stiffer and noisier: the stiffest quiet one is as noisy as it may be.
+        let [mut low, mut high] = [0.0, ratio * alpha];
+        let mut found = self.quiet_alpha(0.0, 1.0);
+        for _ in 0..NOISE_HALVINGS {
+            let beta = 0.5 * (low + high);
+            let Largest::Below { value, .. } = port.largest_alpha(self.delta, beta)? else {
+                return Ok(None);
+            };
+            if self.largest_quiet_scale(value, beta) >= 1.0 {
+                (low, found) = (beta, value);
+            } else {
+                high = beta;
+            }
+        }
+        Ok(wall(found, low))
     }
 
     /// The factor up to which a wall stays passive; `None` if a device without damping bears none.
@@ -273,11 +310,13 @@ impl<'a> Bench<'a> {
         };
         let factor = INSIDE / gain_margin;
         // On the boundary, before the margin is taken.
-        let quiet = self.quiet_beta() / factor;
         let edge = if matches!(self.design.wish, Wish::MostDamping { .. }) {
-            most_damping(area, quiet)
+            let quiet = self.largest_quiet_scale(0.0, 1.0) / factor;
+            most_damping(area, quiet, |beta| self.quiet_alpha(beta, factor))
         } else {
-            stiffest(area, quiet)
+            stiffest(area, |alpha, beta| {
+                self.largest_quiet_scale(alpha, beta) >= factor
+            })
         };
         // The region need not hold the whole way from no wall to its edge.
         for (alpha, beta) in edge {
@@ -330,6 +369,19 @@ impl<'a> Bench<'a> {
     }
 }
 
+/// The last place on the way from one at which something holds to one at which it does not.
+fn last(mut from: f64, mut to: f64, holds: impl Fn(f64) -> bool) -> f64 {
+    for _ in 0..SECTIONS {
+        let middle = 0.5 * (from + to);
+        if holds(middle) {
+            from = middle;
+        } else {
+            to = middle;
+        }
+    }
+    from
+}
+
 /// Minimum of a convex function of t ≥ 0: its place and its value; t = 0 if nothing else is better by 1e-9.
 fn minimum(
     function: impl Fn(f64) -> Result<f64, AnalysisError>,
@@ -362,28 +414,46 @@ fn minimum(
     }
 }
 
-/// The boundary from the largest α down, as far as β is small enough: of all walls on one ray from the origin
+/// The boundary from the largest α down, as far as its walls are quiet: of all walls on one ray from the origin
 /// the one whose g-fold lies on the boundary is the stiffest.
-fn stiffest(area: &StableArea, quiet: f64) -> Vec<(f64, f64)> {
-    let points = area.polygons.iter().flat_map(|polygon| &polygon.points);
-    let mut edge: Vec<(f64, f64)> = points.map(|p| (p.alpha, p.beta)).collect();
-    edge.push((area.alpha_max, area.beta_at_alpha_max));
-    edge.retain(|(_, beta)| *beta <= quiet);
-    if quiet < area.beta_max {
-        edge.extend(crossings(area, quiet).last().map(|alpha| (*alpha, quiet)));
+fn stiffest(area: &StableArea, is_quiet: impl Fn(f64, f64) -> bool) -> Vec<(f64, f64)> {
+    let mut edge = Vec::new();
+    for polygon in &area.polygons {
+        let following = polygon.points.iter().cycle().skip(1);
+        for (a, b) in polygon.points.iter().zip(following) {
+            edge.push((a.alpha, a.beta));
+            let at = |way: f64| {
+                (
+                    a.alpha + way * (b.alpha - a.alpha),
+                    a.beta + way * (b.beta - a.beta),
+                )
+            };
+            let holds = |way: f64| is_quiet(at(way).0, at(way).1);
+            if holds(0.0) != holds(1.0) {
+                let [quiet, loud] = if holds(0.0) { [0.0, 1.0] } else { [1.0, 0.0] };
+                edge.push(at(last(quiet, loud, holds)));
+            }
+        }
     }
+    edge.push((area.alpha_max, area.beta_at_alpha_max));
+    edge.retain(|(alpha, beta)| is_quiet(*alpha, *beta));
     edge.sort_by(|a, b| b.0.total_cmp(&a.0));
     edge
 }
 
 /// Points with almost the largest β, or the largest that is small enough, each in the middle of the widest
-/// interval of α that it leaves.
-fn most_damping(area: &StableArea, quiet: f64) -> Vec<(f64, f64)> {
+/// interval of quiet α that it leaves.
+fn most_damping(
+    area: &StableArea,
+    quiet: f64,
+    quiet_alpha: impl Fn(f64) -> f64,
+) -> Vec<(f64, f64)> {
     let middle = |beta: f64| {
-        let crossings = crossings(area, beta);
+        let (crossings, most) = (crossings(area, beta), quiet_alpha(beta));
         let intervals = crossings.chunks_exact(2);
+        let intervals = intervals.map(|ends| [ends[0], ends[1].min(most)]);
         let widest = intervals.max_by(|a, b| (a[1] - a[0]).total_cmp(&(b[1] - b[0])))?;
-        Some((0.5 * (widest[0] + widest[1]), beta))
+        (widest[0] < widest[1]).then_some((0.5 * (widest[0] + widest[1]), beta))
     };
     let shares = SHARES.into_iter().map(|share| share * area.beta_max);
     let quiet_ones = SHARES.into_iter().map(|share| share * quiet);
@@ -397,7 +467,6 @@ fn most_damping(area: &StableArea, quiet: f64) -> Vec<(f64, f64)> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use haptic_analysis::exact_noise_gain;
 
     #[test]
     fn it_is_the_closed_form_for_the_exact_operator() {
@@ -405,8 +474,8 @@ mod tests {
         for mu in [0.0, 0.3, 0.5, 1.0, 1.5, 2.0] {
             let order = Order::new(mu).expect("in range");
             let scheme = "full".parse().expect("a scheme");
-            let have = amplification(None, scheme, order, t).expect("builds");
-            let want = exact_noise_gain(order, t).expect("in range");
+            let have = noise_gain(None, scheme, order, t).expect("builds").alone();
+            let want = NoiseGain::exact(order, t).expect("in range").alone();
             assert!((have / want - 1.0).abs() < 1e-5, "{mu}: {have} {want}");
         }
     }
@@ -415,8 +484,9 @@ mod tests {
     fn a_polynomial_has_its_own_weights() {
         // A₃ at μ = 1: 1, −1, 1/3, −1/3.
         let order = Order::new(1.0).expect("in range");
-        let have =
-            amplification(None, Scheme::Muir { degree: 3 }, order, Seconds(1.0)).expect("builds");
+        let muir = Scheme::Muir { degree: 3 };
+        let have = noise_gain(None, muir, order, Seconds(1.0)).expect("builds");
+        let have = have.alone();
         assert!(
             (have - (2.0 + 2.0 / 9.0_f64).sqrt()).abs() < 1e-12,
             "{have}"
