@@ -149,17 +149,21 @@ impl<O: Differintegrator<f64>> Port<O> {
         let known = displacement.is_finite();
         let position_m = if known { displacement } else { self.last_m };
         let moved_m = position_m - self.last_m;
-        let missed = reading.tick.saturating_sub(self.next_tick);
         // The first tick of a run has any number.
-        if missed > 0 && self.next_tick > 0 {
+        let missed = match self.next_tick {
+            0 => 0,
+            next => reading.tick.saturating_sub(next),
+        };
+        if missed > 0 {
             self.safety.skip(missed);
         }
         self.next_tick = reading.tick.wrapping_add(1);
         let heard = self.quiet.is_some();
         if let Some(quiet) = &mut self.quiet {
-            // A message that has just come is of now, whatever ticks were passed over before.
+            // A message that has just come is of now, whatever ticks were passed over before; but not if they were as many
+            // as a silence has: it may have waited as long.
             *quiet = match *quiet {
-                0 => 1,
+                0 if missed < self.silence_ticks => 1,
                 ticks => ticks.saturating_add(1 + missed),
             };
             if *quiet > self.silence_ticks && !self.silent {

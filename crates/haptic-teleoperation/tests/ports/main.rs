@@ -250,6 +250,32 @@ fn silence_takes_the_force_to_zero_and_it_never_grows() {
     }
 }
 
+/// As of a process that was stopped while messages came: the newest of them may be as old as the stop was long.
+#[test]
+fn a_port_that_stood_still_for_as_long_as_a_silence_lets_go() {
+    for architecture in Architecture::ALL {
+        for (missed, is_silent) in [(49, false), (50, true), (1000, true)] {
+            let mut line = Line::new(architecture, ChannelModel::IDEAL, 3);
+            line.ports[0] = port(law(architecture, 0.5, 1), HandSide::Master, 0.05);
+            let mut last = 0.0;
+            for tick in 0..200 {
+                last = line.tick([1e-4 * tick as f64, 0.0])[0].abs();
+            }
+            // The other side goes on, its messages wait, and the hand has moved on.
+            line.tick = 200 + missed;
+            for tick in line.tick..line.tick + 120 {
+                let force = line.tick([1e-4 * tick as f64, 0.0])[0].abs();
+                assert_eq!(line.ports[0].is_silent(), is_silent, "{architecture}");
+                if is_silent {
+                    assert!(force <= last, "{architecture}: {force} after {last}");
+                }
+                last = force;
+            }
+            assert_eq!(last == 0.0, is_silent, "{architecture}");
+        }
+    }
+}
+
 #[test]
 fn no_force_before_the_other_side_is_heard() {
     for architecture in Architecture::ALL {

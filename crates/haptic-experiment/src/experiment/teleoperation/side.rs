@@ -519,7 +519,10 @@ impl Side<'_> {
                     }
                 }
                 Heard::Hello => self.line.greet(),
-                Heard::Bye => self.left = true,
+                Heard::Bye => {
+                    self.left = true;
+                    self.port.stop();
+                }
                 Heard::Met | Heard::Nothing => {}
             }
         }
