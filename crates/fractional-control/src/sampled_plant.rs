@@ -21,6 +21,14 @@ use std::vec::Vec;
 const PLANT: &str = "gain of the plant over a sample";
 pub(crate) const DELAY_MAX: f64 = 10_000.0;
 
+/// The dead time of a plant, if it is not too long.
+pub(crate) fn delay_samples(plant: &Plant, sample_time: Seconds) -> Result<f64, ControlError> {
+    let samples = plant.delay_s / sample_time.0;
+    let inside = samples <= DELAY_MAX;
+    range("dead time", samples, inside, "at most 10000", "samples")?;
+    Ok(samples)
+}
+
 /// Tolerance of the usual memory, and the samples for which it holds.
 const USUAL_TOLERANCE: f64 = 1e-9;
 const USUAL_SAMPLES: f64 = 1e6;
@@ -94,9 +102,7 @@ impl SampledPlant {
 
     fn sampled(plant: &Plant, memory: Memory, sample_time: Seconds) -> Result<Self, ControlError> {
         sample_time.rate_to_the(fracdiff::Order::new(0.0)?)?;
-        let samples = plant.delay_s / sample_time.0;
-        let inside = samples <= DELAY_MAX;
-        range("dead time", samples, inside, "at most 10000", "samples")?;
+        let samples = delay_samples(plant, sample_time)?;
         let nearest = libm::round(samples);
         let samples = if (samples - nearest).abs() < 1e-9 {
             nearest
