@@ -120,6 +120,8 @@ pub(crate) struct RemoteLaw {
     pub guard: (GuardChoice, GuardedDevice),
     /// The plant of a simulated device.
     pub simulation: Simulation,
+    /// Constant push that the force has to hold, N; 0 for none.
+    pub held_push_n: f64,
     /// The plant stands still until the device has raised its force: what it does then is compared with theory from its start.
     pub after_rise: bool,
 }
@@ -159,6 +161,7 @@ impl RemoteLaw {
             unchanged: UnchangedLimits::default(),
             guard: Default::default(),
             simulation,
+            held_push_n: 0.0,
             after_rise: false,
         }
     }
@@ -194,6 +197,7 @@ impl UnchangedLimits {
 }
 
 /// The configuration of a connected device for this law, within what is `set` on it; `warn` hears where that is the tighter.
+/// Limits with which no force could hold the push are refused.
 pub(crate) fn agreed(
     device: &RemoteDevice,
     law: &RemoteLaw,
@@ -204,7 +208,16 @@ pub(crate) fn agreed(
 ) -> Result<Configuration, Failure> {
     let can = link.capabilities();
     let mut configuration = configuration(device, law, schedule, can, &set.limits)?;
-    if let Some(text) = keep_within(&mut configuration, set) {
+    let tighter = keep_within(&mut configuration, set);
+    let most_n = configuration.limits.force_n;
+    if law.held_push_n as f32 >= most_n {
+        return Err(Failure::bad_input(format_args!(
+            "push_n = {} is not below the device's own force limit of {most_n} N: no wall could hold it; \
+             push less, or raise that limit with host-cli device set",
+            Shown(law.held_push_n)
+        )));
+    }
+    if let Some(text) = tighter {
         warn(&text);
     }
     Ok(configuration)

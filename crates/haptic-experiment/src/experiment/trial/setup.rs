@@ -142,12 +142,15 @@ impl TrialSetup {
 
     /// The push for a serial device, and no law at all: one of a loop on the host.
     pub(crate) fn law(&self) -> RemoteLaw {
-        RemoteLaw::none(
-            self.limits_there(),
-            (self.force_rate_limit_n_per_s, &self.safety()),
-            GuardedDevice::given(&self.device),
-            held(&self.device, self.plan.push_n),
-        )
+        RemoteLaw {
+            held_push_n: self.plan.push_n,
+            ..RemoteLaw::none(
+                self.limits_there(),
+                (self.force_rate_limit_n_per_s, &self.safety()),
+                GuardedDevice::given(&self.device),
+                held(&self.device, self.plan.push_n),
+            )
+        }
     }
 
     /// The same without friction, if that could be all that holds the device.

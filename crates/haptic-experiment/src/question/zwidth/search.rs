@@ -246,6 +246,7 @@ impl<'a> Search<'a> {
                 order: order.get(),
                 one_sided: experiment.one_sided,
                 operator: portable(&operator)?,
+                held_push_n: plan.push_n,
                 ..RemoteLaw::bare(force_and_rate(plan.force_limit_n, None, t), simulation)
             };
             Ok::<_, Failure>((law, trials))

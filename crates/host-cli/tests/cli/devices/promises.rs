@@ -87,6 +87,30 @@ fn a_guarded_wall_is_still(side: &str) {
     assert!(number(&report, "limited_samples") > 0.0, "{side}: {report}");
 }
 
+#[test]
+fn a_push_that_the_devices_own_limit_cannot_hold_is_refused_before_a_force() {
+    let device = emulated();
+    device.place.write("wall.toml", SHAKING);
+    json(&device, "device set force_limit=0.5N");
+    let run = "run wall.toml --out run --device serial:device --quiet";
+    let words = [
+        "push_n = 1",
+        "device's own force limit of 0.5 N",
+        "device set",
+    ];
+    for line in [run, &format!("{run} --loop host"), SEARCH] {
+        let refused = device.place.run(line);
+        refused.refused(2, &words);
+    }
+    let limits = json(&device, "device info");
+    assert_eq!(number(&limits, "faults"), 0.0);
+    // A smaller push is held.
+    let held = device.place.run(&format!(
+        "{run} push=0.4N stiffness=1kN/m duration=1s watchdog=1s"
+    ));
+    held.succeeded_with_warnings();
+}
+
 /// Two dissipations, in trials of half a second.
 const SEARCH: &str = "zwidth --orders 1 --points 2 --sample-time 2ms duration=0.5s window=0.2s --device serial:device watchdog=1s --quiet";
 
