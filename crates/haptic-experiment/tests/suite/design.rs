@@ -36,6 +36,16 @@ fn of_order(report: &Value, order: f64) -> &Value {
     found.expect("the order is on the grid")
 }
 
+/// A soft wall on a device that hardly damps: it comes to rest without friction too, but not within the usual trial.
+#[test]
+fn a_wall_that_settles_slowly_is_not_called_held_by_friction() {
+    let report = design(
+        "require = \"passive\"\norders = [1]\nmass_kg = 0.045\ndamping_n_s_per_m = 0.2\ndelay_s = 1e-3\n\
+         encoder_resolution_m = 5.5e-5\nfriction_n = 0.26\nforce_limit_n = 3.3",
+    );
+    assert_eq!(report["simulated"]["verdict"], "stable", "{report}");
+}
+
 #[test]
 fn a_stable_design_is_the_anchor_over_the_margin() {
     // theory.md, 5: δ = 0, μ = 1: largest α = 12 − 8√2 at β = 2√2 − 2. K = α·m/T², B = β·m/T.
