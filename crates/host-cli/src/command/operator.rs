@@ -95,7 +95,9 @@ impl Differintegrate {
         rate(t, mu)?;
         let path = self.file.as_deref().unwrap_or(Path::new("-"));
         let remedy = "give --column the column to take";
-        let (_, [x]) = table::read(path, [self.column.as_str()], remedy)?;
+        let bytes = table::bytes(path)?;
+        let (_, [x]) = table::read(path, &bytes, [self.column.as_str()], remedy)?;
+        table::check_steps(path, &bytes, &self.column, t.0)?;
         let y = differintegrate(self.scheme, mu, t, &x, if self.caputo { x[0] } else { 0.0 });
         let y = y.map_err(Failure::input)?;
         if let Some(n) = y.iter().position(|y| !y.is_finite()) {

@@ -77,8 +77,9 @@ fn warn_of(report: &ZWidthReport) {
     }
     if report.disagreements > 0 {
         warn(&format!(
-            "trial and analysis differ by more than 5 % at {} of {} points, marked !: the analysis \
-             knows no friction, encoder, force limit or one-sided wall, the trial only its duration_s",
+            "trial and analysis differ by more than 5 %, in K and in K and B together, at {} of {} points (analysis \
+             agrees: no): the analysis knows no friction, encoder, force limit or one-sided wall, the trial only its \
+             duration_s",
             report.disagreements,
             points.count()
         ));
@@ -131,7 +132,9 @@ fn with_curves<'a>(mut panel: Panel<'a>, report: &ZWidthReport, with_units: bool
     for (colour, order) in report.orders.iter().enumerate() {
         let (stiffness, dissipation) = if with_units { order.units } else { (1.0, 1.0) };
         let outline = order.outline.iter();
-        let outline = outline.map(|&(beta, alpha)| (beta * dissipation, alpha * stiffness));
+        // A gap for the edge along K = 0: it is the axis.
+        let gap = |alpha| if alpha == 0.0 { f64::NAN } else { alpha };
+        let outline = outline.map(|&(beta, alpha)| (beta * dissipation, gap(alpha) * stiffness));
         panel = panel.with(
             format!("analysis, μ = {}", order.order),
             Look::Line,

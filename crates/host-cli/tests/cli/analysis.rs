@@ -184,6 +184,18 @@ fn a_wall_that_buzzes_against_the_force_limit_is_not_called_stable() {
 
 #[test]
 #[ignore = "long: `.ci/run` does it, or --include-ignored"]
+fn the_largest_dissipation_has_a_wall() {
+    let place = Place::new();
+    for noise in ["", "sensor_noise=1um"] {
+        let line = "zwidth --device-model laboratory --orders 1 --points 2 --json";
+        let report = place.run(&format!("{line} {noise}")).succeeded().json();
+        let boundary = report["orders"][0]["boundary"].as_array().expect("points");
+        assert_eq!(boundary.len(), 2, "{report}");
+    }
+}
+
+#[test]
+#[ignore = "long: `.ci/run` does it, or --include-ignored"]
 fn a_wall_that_friction_alone_holds_still_is_named_so() {
     let place = Place::new();
     let line = "zwidth friction=0.05N --orders 1 --points 2 --sample-time 2ms --json";

@@ -68,6 +68,25 @@ fn any_column_can_be_taken() {
 }
 
 #[test]
+fn a_sample_time_other_than_that_of_the_table_is_refused() {
+    let place = Place::new();
+    let line = "differintegrate --order 0.5 in.csv --sample-time";
+    for (time, right, wrong, said) in [
+        ("time_s", "0.25s", "0.5s", "steps of 250 ms"),
+        ("t (ms)", "0.25ms", "0.25s", "steps of 250 µs"),
+    ] {
+        // Rounded to a digit.
+        place.write(
+            "in.csv",
+            format!("{time},x\n0,1\n0.3,2\n0.5,3\n0.8,4\n1,5\n"),
+        );
+        place.run(&format!("{line} {right}")).succeeded();
+        let refused = place.run(&format!("{line} {wrong}"));
+        refused.refused(2, &["in.csv", said, "change --sample-time"]);
+    }
+}
+
+#[test]
 fn caputo_ignores_where_the_signal_begins() {
     let x = [5.0, 5.5, 6.5, 6.0];
     let y = differintegrate("--order 0.5 --sample-time 1s --caputo", &x);

@@ -300,18 +300,21 @@ impl<'a> Search<'a> {
             let stable = settled.largest(beta, self.most, rests)?;
             return self.whole(Cell { stable, held: None });
         }
-        let as_it_is = largest(self.most, |alpha| {
-            self.settles(&self.device, alpha, beta, cell)
-        })?;
+        let rests = |device, cell| move |alpha| self.settles(device, alpha, beta, cell);
+        // If no wall comes to rest, the scale and the noise of the extent: with them one does at the largest dissipation.
+        let as_it_is = largest(self.most, rests(&self.device, cell))
+            .or_else(|| largest(self.most, rests(&self.device, 0)))?;
         let Some(smooth) = &self.smooth else {
             return self.whole(Cell {
                 stable: as_it_is,
                 held: None,
             });
         };
-        let stable = largest(as_it_is, |alpha| {
-            self.settles(smooth, alpha, beta, cell) && self.settles(&self.device, alpha, beta, cell)
-        })?;
+        let both = |cell| {
+            let (smooth, device) = (rests(smooth, cell), rests(&self.device, cell));
+            move |alpha| smooth(alpha) && device(alpha)
+        };
+        let stable = largest(as_it_is, both(cell)).or_else(|| largest(self.most, both(0)))?;
         // Two bisections end where they end: closer than a thousandth is the same.
         let held = Some(as_it_is).filter(|held| *held > 1.001 * stable);
         self.whole(Cell { stable, held })

@@ -335,7 +335,7 @@ impl Columns {
                 value.2.iter_mut().for_each(|x| *x /= size);
             } else if !(loading.bonded && from == Column::Position) {
                 return Err(IdentifyError::Record(format!(
-                    "{parameter} has no effect without a column {}: name it by {COLUMNS} {}=",
+                    "{parameter} has no effect without a column {}: name it by {COLUMNS} {}=, or omit {parameter}",
                     from.header(),
                     from.name()
                 )));

@@ -25,8 +25,8 @@ pub(super) struct PlantArguments {
         long,
         value_name = "FUNCTION|FILE",
         allow_hyphen_values = true,
-        help = "Transfer function, as in '0.55exp(-s)/(62s+1)', plant file (*.toml), or measured \
-                response (*.csv with omega_rad_s, gain and phase_deg)"
+        help = "Transfer function, as in '0.55exp(-s)/(62s+1)', plant file (*.toml), or, for \
+                control design only, measured response (*.csv with omega_rad_s, gain and phase_deg)"
     )]
     plant: Option<String>,
     /// Mass of a device instead of --plant: force in, position out
