@@ -26,9 +26,9 @@ const WEIGHTS: usize = 4096;
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct NoiseGain {
-    /// T^(−μ)·c_0, s^(−μ).
+    /// `T^(−μ)·c_0`, s^(−μ).
     first: f64,
-    /// T^(−μ)·√(Σ c_j²), s^(−μ).
+    /// T^(−μ)·√(Σ `c_j²`), s^(−μ).
     all: f64,
 }
 

@@ -262,6 +262,9 @@ fn ended(result: Result<(), Failure>) -> ExitCode {
 #[must_use]
 pub fn main() -> ExitCode {
     options::name_options(asked);
+    // A file that may not grow is told by the write that fails, as a full disk is.
+    #[cfg(unix)]
+    let _ = signal_hook::flag::register(signal_hook::consts::SIGXFSZ, std::sync::Arc::default());
     let matches = parser().try_get_matches();
     match matches.and_then(|matches| Cli::from_arg_matches(&matches)) {
         Ok(Cli {

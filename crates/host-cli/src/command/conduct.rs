@@ -381,12 +381,12 @@ fn heard(stop: &Arc<AtomicBool>) -> Result<(), String> {
 }
 
 /// Listens to every signal that would end or stop a program. Left out are KILL and STOP, which nobody hears; ILL, FPE, SEGV and BUS,
-/// after which a program cannot go on; and those that do nothing to a program that does not listen.
+/// after which a program cannot go on; PIPE and XFSZ, which a write tells; and those that do nothing to a program that does not listen.
 #[cfg(unix)]
 fn heard(stop: &Arc<AtomicBool>) -> Result<(), String> {
     use signal_hook::consts::{
         SIGABRT, SIGALRM, SIGHUP, SIGINT, SIGPROF, SIGQUIT, SIGSYS, SIGTERM, SIGTRAP, SIGTSTP,
-        SIGTTIN, SIGTTOU, SIGUSR1, SIGUSR2, SIGVTALRM, SIGXCPU, SIGXFSZ,
+        SIGTTIN, SIGTTOU, SIGUSR1, SIGUSR2, SIGVTALRM, SIGXCPU,
     };
     let everywhere = [
         SIGINT, SIGTERM, SIGHUP, SIGQUIT, SIGTSTP, SIGTTIN, SIGTTOU, SIGALRM, SIGVTALRM, SIGPROF,
@@ -394,9 +394,7 @@ fn heard(stop: &Arc<AtomicBool>) -> Result<(), String> {
     ];
     let stops = everywhere.into_iter().chain(signals_of_linux());
     let stops = stops.map(|signal| (signal, Arc::clone(stop)));
-    // A file that may not grow is told by the write that fails, as a full disk is.
-    let unheard = (SIGXFSZ, Arc::default());
-    for (signal, flag) in stops.chain([unheard]) {
+    for (signal, flag) in stops {
         signal_hook::flag::register(signal, flag).map_err(|error| error.to_string())?;
     }
     Ok(())
