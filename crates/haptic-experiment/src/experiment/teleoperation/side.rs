@@ -579,10 +579,10 @@ impl Side<'_> {
             Some((FarEnd::Interrupted, None))
         } else if stop.load(Ordering::Relaxed) {
             Some((FarEnd::Interrupted, Some(Ending::Interrupted)))
-        } else if self.left {
-            Some((FarEnd::OtherLeft, Some(Ending::OtherLeft)))
         } else if self.port.is_silent() {
             Some((FarEnd::Silent, Some(Ending::Silent)))
+        } else if self.left {
+            Some((FarEnd::OtherLeft, Some(Ending::OtherLeft)))
         } else {
             over.then_some((FarEnd::Done, None))
         }
