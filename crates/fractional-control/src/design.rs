@@ -2,7 +2,6 @@
 
 use crate::analysis::{LoopPoint, coarse, curve, margins};
 use crate::run::{self, LoopRun};
-use crate::sampled_plant::delay_samples;
 use crate::tuning::{GAINS, Sampling, Specification, Tuned, steps, tune, tune_integer};
 pub use crate::tuning::{Wish, WishName};
 use crate::{
@@ -231,7 +230,6 @@ impl ControlDesign {
     }
 
     fn sampling(&self) -> Result<Option<Sampling>, ControlError> {
-        delay_samples(&self.plant, self.sample_time)?;
         Ok(Some(Sampling {
             sample_time: self.sample_time,
             rule: self.untuned().memory()?.rule(),
