@@ -67,12 +67,6 @@ impl NoiseGain {
         Ok(Self { first, all })
     }
 
-    /// rms of the operator's output, s^(−μ).
-    #[must_use]
-    pub fn alone(&self) -> f64 {
-        self.all
-    }
-
     /// rms of the force of a wall, N for each metre of noise. K in N/m, B in N·s^μ/m.
     #[must_use]
     pub fn of_wall(&self, stiffness_n_per_m: f64, dissipation_n_s_mu_per_m: f64) -> f64 {

@@ -288,17 +288,18 @@ pub struct Polygon {
 }
 
 impl Polygon {
+    /// Each point with the one that follows it.
+    pub fn edges(&self) -> impl Iterator<Item = (&BoundaryPoint, &BoundaryPoint)> {
+        self.points.iter().zip(self.points.iter().cycle().skip(1))
+    }
+
     pub(crate) fn contains(&self, alpha: f64, beta: f64) -> bool {
         let mut inside = false;
-        let Some(mut a) = self.points.last() else {
-            return false;
-        };
-        for b in &self.points {
+        for (a, b) in self.edges() {
             if (a.beta > beta) != (b.beta > beta) {
                 let share = (beta - a.beta) / (b.beta - a.beta);
                 inside ^= alpha < a.alpha + share * (b.alpha - a.alpha);
             }
-            a = b;
         }
         inside
     }

@@ -126,12 +126,20 @@ pub(super) fn for_each_order<T: Send>(
     Ok(answers)
 }
 
+/// The last place, after so many halvings, on the way from one at which something holds to one at which it does not.
+pub(super) fn last(mut from: f64, mut to: f64, halvings: u32, holds: impl Fn(f64) -> bool) -> f64 {
+    for _ in 0..halvings {
+        let middle = 0.5 * (from + to);
+        *(if holds(middle) { &mut from } else { &mut to }) = middle;
+    }
+    from
+}
+
 /// Values of α at which the boundary has this β, the least first.
 pub(super) fn crossings(area: &StableArea, beta: f64) -> Vec<f64> {
     let mut crossings: Vec<f64> = Vec::new();
     for polygon in &area.polygons {
-        let following = polygon.points.iter().cycle().skip(1);
-        for (a, b) in polygon.points.iter().zip(following) {
+        for (a, b) in polygon.edges() {
             if (a.beta > beta) != (b.beta > beta) {
                 let way = (beta - a.beta) / (b.beta - a.beta);
                 crossings.push(a.alpha + way * (b.alpha - a.alpha));

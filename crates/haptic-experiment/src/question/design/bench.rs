@@ -4,7 +4,7 @@ use super::{Candidate, Design, Wish};
 use crate::document::failure::Failure;
 use crate::experiment::trial::dynamics;
 use crate::judge::modelled_tissue::{loop_operator, operator};
-use crate::question::bench::{crossings, units};
+use crate::question::bench::{crossings, last, units};
 use fracdiff::{Order, Scheme, Seconds};
 use haptic_analysis::{
     AnalysisError, Dynamics, Environment, Largest, LoopOperator, NoiseGain, OnePort, SampledLoop,
@@ -21,12 +21,14 @@ const NOISE_HORIZON: f64 = 8192.0;
 const INSIDE: f64 = 1.0 - 1e-4;
 /// Share of the largest β that a passive wall with the most damping has.
 const MOST_DAMPING: f64 = 0.99;
-/// Golden sections, (0.618)^60 of a quarter turn, and halvings.
+/// Golden sections: (0.618)^60 of a quarter turn.
 const SECTIONS: usize = 60;
 /// Points on the boundary of a region.
 const POINTS: usize = 600;
 /// Shares of the largest β that are tried for the most damping of a stable wall.
 const SHARES: [f64; 6] = [0.99, 0.97, 0.9, 0.8, 0.6, 0.3];
+/// Halvings of the way to the edge of the quiet walls.
+const HALVINGS_TO_EDGE: u32 = 60;
 /// Times that the β of the stiffest quiet passive wall is halved.
 const NOISE_HALVINGS: usize = 30;
 /// Times that a wall is halved until it is stable.
@@ -123,17 +125,14 @@ impl<'a> Bench<'a> {
         })
     }
 
-    /// The largest α beside β at which so many times the wall is within the limit; below 0 if none is.
+    /// The largest α beside β at which so many times the wall is within the limit; 0 if none is.
     fn quiet_alpha(&self, beta: f64, times: f64) -> f64 {
         let most = self.largest_quiet_scale(1.0, 0.0) / times;
         if most.is_infinite() {
             return most;
         }
         let is_quiet = |alpha: f64| self.largest_quiet_scale(alpha, beta) >= times;
-        match is_quiet(0.0) {
-            true => last(0.0, most, is_quiet),
-            false => -1.0,
-        }
+        last(0.0, most, HALVINGS_TO_EDGE, is_quiet)
     }
 
     /// K, B and the specimen's scale of the wished tissue at this order.
@@ -369,19 +368,6 @@ impl<'a> Bench<'a> {
     }
 }
 
-/// The last place on the way from one at which something holds to one at which it does not.
-fn last(mut from: f64, mut to: f64, holds: impl Fn(f64) -> bool) -> f64 {
-    for _ in 0..SECTIONS {
-        let middle = 0.5 * (from + to);
-        if holds(middle) {
-            from = middle;
-        } else {
-            to = middle;
-        }
-    }
-    from
-}
-
 /// Minimum of a convex function of t ≥ 0: its place and its value; t = 0 if nothing else is better by 1e-9.
 fn minimum(
     function: impl Fn(f64) -> Result<f64, AnalysisError>,
@@ -419,8 +405,7 @@ fn minimum(
 fn stiffest(area: &StableArea, is_quiet: impl Fn(f64, f64) -> bool) -> Vec<(f64, f64)> {
     let mut edge = Vec::new();
     for polygon in &area.polygons {
-        let following = polygon.points.iter().cycle().skip(1);
-        for (a, b) in polygon.points.iter().zip(following) {
+        for (a, b) in polygon.edges() {
             edge.push((a.alpha, a.beta));
             let at = |way: f64| {
                 (
@@ -431,7 +416,7 @@ fn stiffest(area: &StableArea, is_quiet: impl Fn(f64, f64) -> bool) -> Vec<(f64,
             let holds = |way: f64| is_quiet(at(way).0, at(way).1);
             if holds(0.0) != holds(1.0) {
                 let [quiet, loud] = if holds(0.0) { [0.0, 1.0] } else { [1.0, 0.0] };
-                edge.push(at(last(quiet, loud, holds)));
+                edge.push(at(last(quiet, loud, HALVINGS_TO_EDGE, holds)));
             }
         }
     }
@@ -474,8 +459,9 @@ mod tests {
         for mu in [0.0, 0.3, 0.5, 1.0, 1.5, 2.0] {
             let order = Order::new(mu).expect("in range");
             let scheme = "full".parse().expect("a scheme");
-            let have = noise_gain(None, scheme, order, t).expect("builds").alone();
-            let want = NoiseGain::exact(order, t).expect("in range").alone();
+            let have = noise_gain(None, scheme, order, t).expect("builds");
+            let want = NoiseGain::exact(order, t).expect("in range");
+            let [have, want] = [have, want].map(|gain| gain.of_wall(0.0, 1.0));
             assert!((have / want - 1.0).abs() < 1e-5, "{mu}: {have} {want}");
         }
     }
@@ -486,7 +472,7 @@ mod tests {
         let order = Order::new(1.0).expect("in range");
         let muir = Scheme::Muir { degree: 3 };
         let have = noise_gain(None, muir, order, Seconds(1.0)).expect("builds");
-        let have = have.alone();
+        let have = have.of_wall(0.0, 1.0);
         assert!(
             (have - (2.0 + 2.0 / 9.0_f64).sqrt()).abs() < 1e-12,
             "{have}"

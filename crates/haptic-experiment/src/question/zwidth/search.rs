@@ -7,7 +7,7 @@ use crate::document::failure::Failure;
 use crate::experiment::trial::{
     TrialPlan, dynamics, encoder_step, force_and_rate, force_limit, seen, thrown, wall_at_start,
 };
-use crate::question::bench::{AskedDevice, crossings, units};
+use crate::question::bench::{AskedDevice, crossings, last, units};
 use crate::run::device::Warn;
 use crate::run::remote::{RemoteLaw, device_name, portable, push};
 use crate::run::sensors::Sensors;
@@ -157,12 +157,7 @@ fn largest(most: f64, stable: impl Fn(f64) -> bool) -> Option<f64> {
         }
         found
     })?;
-    let (mut low, mut high) = (found, above);
-    for _ in 0..BISECTIONS {
-        let middle = 0.5 * (low + high);
-        *(if stable(middle) { &mut low } else { &mut high }) = middle;
-    }
-    Some(low)
+    Some(last(found, above, BISECTIONS, stable))
 }
 
 /// Result for one dissipation, as α.
@@ -436,15 +431,17 @@ impl Theory {
             if !outline.is_empty() {
                 outline.push((f64::NAN, f64::NAN));
             }
-            let points: Vec<_> = polygon.points.iter().map(|p| (p.beta, p.alpha)).collect();
-            for (a, b) in points.iter().zip(points.iter().cycle().skip(1)) {
+            for (a, b) in polygon.edges() {
                 // Straight edges in pieces, so that they can be bent: on a logarithmic axis.
                 outline.extend((0..PIECES).map(|piece| {
                     let way = f64::from(piece) / f64::from(PIECES);
-                    (a.0 + way * (b.0 - a.0), a.1 + way * (b.1 - a.1))
+                    (
+                        a.beta + way * (b.beta - a.beta),
+                        a.alpha + way * (b.alpha - a.alpha),
+                    )
                 }));
             }
-            outline.extend(points.first());
+            outline.extend(polygon.points.first().map(|p| (p.beta, p.alpha)));
         }
         outline
     }

@@ -4,6 +4,8 @@
 //! does not come to rest, and then the interval is halved. With [`CLOSER`] and [`HALVINGS`] a device that has stable walls is not taken
 //! beyond its limits [`TRIPS_IN_A_ROW`](crate::question::zwidth::trials::TRIPS_IN_A_ROW) times in a row on the way.
 
+use crate::question::bench::last;
+
 /// Doublings from the softest wall to the stiffest: 3e-4 of it.
 const DOUBLINGS: i32 = 14;
 /// Every so many of these a dissipation is tried, while no wall at all has come to rest.
@@ -78,14 +80,12 @@ impl Settled {
             }
             low = high;
         }
-        for _ in 0..CLOSER {
-            if low >= most {
-                break;
-            }
-            let middle = 0.5 * (low + high);
-            *(if rests(middle) { &mut low } else { &mut high }) = middle;
-        }
-        Some(low)
+        // Nothing is to be found between where both ends are the most.
+        Some(if low < most {
+            last(low, high, CLOSER, rests)
+        } else {
+            low
+        })
     }
 
     /// The α that came to rest with the largest β.
