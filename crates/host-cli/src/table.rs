@@ -3,7 +3,7 @@
 use haptic_experiment::Failure;
 use haptic_experiment::document::short;
 use haptic_quantity::written;
-use haptic_tissue::identify::table::{RecordColumns, TABLE_MOST, read_columns, read_record};
+use haptic_tissue::identify::table::{RecordColumns, Signal, TABLE_MOST, read_record, read_signal};
 use haptic_tissue::read_bytes;
 use std::io::{self, Read};
 use std::path::Path;
@@ -29,38 +29,61 @@ pub(crate) fn bytes(path: &Path) -> Result<Vec<u8>, Failure> {
     })
 }
 
-/// The line of each row and the columns of these names; `remedy` says how to name others.
-pub(crate) fn read<const N: usize>(
-    path: &Path,
-    bytes: &[u8],
-    names: [&str; N],
-    remedy: &str,
-) -> Result<(Vec<u64>, [Vec<f64>; N]), Failure> {
-    let found = read_columns(bytes, names);
+/// A column of this name, and the times beside it.
+pub(crate) fn signal(path: &Path, name: &str) -> Result<Signal, Failure> {
+    let found = read_signal(&bytes(path)?, name);
     found.map_err(|error| {
         let error = error.to_string();
-        wrong(path, format_args!("{}; {remedy}", short(&error)))
+        wrong(
+            path,
+            format_args!("{}; give --column the column to take", short(&error)),
+        )
     })
 }
 
-/// Refuses a sample time other than the steps of the table's time, if it has one beside this column: by half a step over all rows, as far
-/// as rounding goes, and 1 %, as far as a clock may be off.
-pub(crate) fn check_steps(
+/// The row whose step is off the most, if that is more than a millionth and more than the rounding to the last digit explains.
+///
+/// Refused: times that do not rise; even steps other than this sample time, by half a step over all rows, as far as rounding goes, and 1 %, as far as a clock may be off.
+pub(crate) fn uneven_row(
     path: &Path,
-    bytes: &[u8],
-    column: &str,
+    signal: &Signal,
     sample_time_s: f64,
-) -> Result<(), Failure> {
-    let Ok(RecordColumns { columns, .. }) = read_record(bytes, ["time_s", column]) else {
-        return Ok(());
+) -> Result<Option<usize>, Failure> {
+    let Some(time_s) = signal.time_s.as_ref().filter(|time| time.len() > 1) else {
+        return Ok(None);
     };
-    let (time_s, steps) = (&columns[0], columns[0].len() as f64 - 1.0);
-    let span_s = time_s[time_s.len() - 1] - time_s[0];
-    let off_s = (span_s - steps * sample_time_s).abs();
-    if off_s <= (0.5 + 0.01 * steps) * sample_time_s {
-        return Ok(());
+    let after = |row: usize| time_s[row] - time_s[row - 1];
+    let rows = 1..time_s.len();
+    if let Some(row) = rows.clone().find(|&row| after(row) <= 0.0) {
+        let [before, now] = [row - 1, row].map(|row| written("time_s", time_s[row]));
+        let line = signal.lines[row];
+        let what = format_args!(
+            "line {line}: {now} does not come after {before}: sort the rows by time, and keep one of each"
+        );
+        return Err(wrong(path, what));
     }
-    let [table, given] = [span_s / steps, sample_time_s].map(|time| written("sample_time_s", time));
+    let (first, last) = (time_s[0], time_s[time_s.len() - 1]);
+    let steps = rows.len() as f64;
+    let step = (last - first) / steps;
+    // Even times that were rounded to a digit have steps less than that digit away from their mean.
+    let coarsest = (0.5 * step).log10().floor() as i32;
+    let is_multiple = |time: &f64, digit: f64| (time / digit - (time / digit).round()).abs() < 1e-6;
+    let digit = (coarsest - 6..=coarsest)
+        .rev()
+        .map(|power| 10f64.powi(power))
+        .find(|&digit| time_s.iter().all(|time| is_multiple(time, digit)));
+    let allowed = (0.999 * digit.unwrap_or(0.0))
+        .max(1e-6 * step)
+        .max(4.0 * f64::EPSILON * last.abs().max(first.abs()));
+    let off = |row: &usize| (after(*row) - step).abs();
+    let worst = rows.max_by(|a, b| off(a).total_cmp(&off(b)));
+    let uneven = worst.filter(|row| off(row) > allowed);
+    if uneven.is_some()
+        || (step - sample_time_s).abs() * steps <= (0.5 + 0.01 * steps) * sample_time_s
+    {
+        return Ok(uneven);
+    }
+    let [table, given] = [step, sample_time_s].map(|time| written("sample_time_s", time));
     Err(wrong(
         path,
         format_args!(

@@ -59,7 +59,8 @@ def differintegrate(
     axis : int, default -1
         Axis of time: the last, as in NumPy and SciPy.
     reference : float or None, default 0
-        The value at which the signal stood before the record; None takes the first sample of each channel (Caputo).
+        The value at which the signal stood before the record; None takes the first sample of each channel: the
+        Caputo derivative, for an order above 0 and at most 1.
 
     Returns
     -------

@@ -3,7 +3,7 @@
 use crate::oracle::{
     SAMPLE_TIME, assert_close, convolve, grunwald_sum, largest, lively, order, run,
 };
-use fracdiff::batch::Batch;
+use fracdiff::batch::{Batch, uneven};
 use fracdiff::full_memory::Kernel;
 use fracdiff::{
     Channel, ParameterError, Seconds, ShortMemoryVec, grunwald_weights, piecewise_linear_weight,
@@ -151,4 +151,80 @@ fn channels_together_are_channels_alone() {
         assert_close(have, &want, 1e-13 * largest(&want));
     }
     assert!(batch.channels(&[]).is_empty());
+}
+
+/// Times whose steps differ by a factor of ten, from a time that is not 0.
+fn uneven_times(count: usize) -> Vec<f64> {
+    let step = |n: usize| 1e-3 * (1.0 + 9.0 * ((n * 7919) % 101) as f64 / 100.0);
+    (0..count)
+        .scan(0.3, |t, n| {
+            let now = *t;
+            *t += step(n);
+            Some(now)
+        })
+        .collect()
+}
+
+#[test]
+fn uneven_times_give_the_closed_form_of_a_ramp_and_of_a_line_that_bends() {
+    let t = uneven_times(200);
+    let bend = t[80];
+    for mu in [-2.0, -1.3, -0.5, -1e-9, 0.0, 0.2154, 0.5, 0.9, 1.0 - 1e-9] {
+        // 5 + 3·(t − t₀) − 7·(t − bend)⁺, whose derivatives are those of powers.
+        let x: Vec<f64> = t
+            .iter()
+            .map(|t| 5.0 + 3.0 * (t - t_first()) - 7.0 * (t - bend).max(0.0))
+            .collect();
+        let power = |age: f64, p: f64| if age > 0.0 { age.powf(p - mu) } else { 0.0 };
+        let ramp = |age: f64| power(age, 1.0) / libm::tgamma(2.0 - mu);
+        for reference in [0.0, 5.0] {
+            let have = uneven(order(mu), &t, &x, reference).expect("valid");
+            // At the first time itself the jump is infinite for μ > 0.
+            for (n, &t) in t.iter().enumerate().skip(1) {
+                let age = t - t_first();
+                let jump = (5.0 - reference) * power(age, 0.0) / libm::tgamma(1.0 - mu);
+                let want = 3.0 * ramp(age) - 7.0 * ramp(t - bend) + jump;
+                let scale = want.abs().max(3.0 * ramp(age)).max(1e-3);
+                assert!(
+                    (have[n] - want).abs() < 1e-11 * scale,
+                    "{mu} {n}: {} {want}",
+                    have[n]
+                );
+            }
+        }
+    }
+}
+
+fn t_first() -> f64 {
+    uneven_times(1)[0]
+}
+
+#[test]
+fn even_times_give_what_the_even_kernel_gives() {
+    let (t, count) = (Seconds(1e-2), 300);
+    let x: Vec<f64> = (0..count).map(|n| (f64::from(n) * 0.1).sin()).collect();
+    let times: Vec<f64> = (0..count).map(|n| f64::from(n) * t.0).collect();
+    for mu in [-1.5, -0.5, 0.3, 0.8] {
+        let even = Batch::full_history(Kernel::PiecewiseLinear, order(mu), t).expect("valid");
+        let want = even.run(&x);
+        let have = uneven(order(mu), &times, &x, 0.0).expect("valid");
+        let largest = want.iter().fold(0.0, |most: f64, y| most.max(y.abs()));
+        for (have, want) in have.iter().zip(&want) {
+            assert!((have - want).abs() < 1e-11 * largest, "{mu}: {have} {want}");
+        }
+    }
+}
+
+#[test]
+fn orders_from_1_on_and_times_that_do_not_rise_are_refused() {
+    let refused = |mu, times: &[f64]| uneven(order(mu), times, &[1.0, 2.0, 3.0], 0.0).unwrap_err();
+    let beyond = refused(1.0, &[0.0, 1.0, 3.0]);
+    assert_eq!(beyond.to_string(), "order of uneven times 1 is not below 1");
+    let falls = refused(0.5, &[0.0, 3.0, 1.0]);
+    assert_eq!(falls.to_string(), "step of time -2 s is not above 0 s");
+    assert!(
+        uneven(order(0.5), &[], &[], 0.0)
+            .expect("nothing")
+            .is_empty()
+    );
 }

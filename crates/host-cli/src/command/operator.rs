@@ -1,9 +1,11 @@
 //! `weights`: the impulse response of an operator; `differintegrate`: a column of a table to a fractional order.
 
-use crate::output::Output;
+use crate::output::{Output, note};
 use crate::parse::{order, parse_scheme, quantity, rate, sample_time_of, whole};
 use crate::table;
 use clap::Args;
+use fracdiff::batch::uneven;
+use fracdiff::full_memory::Kernel;
 use fracdiff::{Channel, Operator, Order, Scheme, SchemeError, Seconds, grunwald_weights};
 use haptic_experiment::{Failure, parameters};
 use serde_json::json;
@@ -71,13 +73,13 @@ pub(crate) struct Differintegrate {
     /// Order mu, -2 to 2: positive differentiates, negative integrates
     #[arg(long, value_parser = order())]
     order: Order,
-    /// Time between two rows
+    /// Time between two rows; uneven times count as they are, with `piecewise-linear`
     #[arg(long, value_name = "TIME", value_parser = quantity("_s", parameters::SAMPLE_TIME.range()))]
     sample_time: f64,
     /// Fractional operator, see `host-cli --help`; here `exact` sums the whole history
     #[arg(long, value_parser = parse_scheme, default_value = "full")]
     scheme: Scheme,
-    /// Subtract the first value: the Caputo derivative for an order between 0 and 1
+    /// Subtract the first value: the Caputo derivative, for an order above 0 and at most 1
     #[arg(long)]
     caputo: bool,
     /// Column to take
@@ -94,12 +96,49 @@ impl Differintegrate {
         let t = Seconds(self.sample_time);
         rate(t, mu)?;
         let path = self.file.as_deref().unwrap_or(Path::new("-"));
-        let remedy = "give --column the column to take";
-        let bytes = table::bytes(path)?;
-        let (_, [x]) = table::read(path, &bytes, [self.column.as_str()], remedy)?;
-        table::check_steps(path, &bytes, &self.column, t.0)?;
-        let y = differintegrate(self.scheme, mu, t, &x, if self.caputo { x[0] } else { 0.0 });
-        let y = y.map_err(Failure::input)?;
+        if self.caputo && !(mu.get() > 0.0 && mu.get() <= 1.0) {
+            return Err(Failure::bad_input(format_args!(
+                "--caputo takes an order above 0 and at most 1, not {mu}: beyond 1 the first slope is needed too; leave it out"
+            )));
+        }
+        let signal = table::signal(path, &self.column)?;
+        let off = table::uneven_row(path, &signal, t.0)?;
+        let x = signal.x;
+        let reference = if self.caputo { x[0] } else { 0.0 };
+        let y = match (off, &signal.time_s, self.scheme) {
+            (
+                Some(_),
+                Some(time_s),
+                Scheme::Full {
+                    kernel: Kernel::PiecewiseLinear,
+                    ..
+                },
+            ) => {
+                if x.len() > UNEVEN_AT_ONCE {
+                    let seconds = (x.len() as f64 / UNEVEN_AT_ONCE as f64).powi(2);
+                    note("note", format_args!("uneven times: some {seconds:.0} s"));
+                }
+                if mu.get() > 0.0 && x[0] != reference {
+                    return Err(Failure::bad_input(format_args!(
+                        "the signal jumps from 0 to {} in its first row, where its derivative is infinite: give --caputo, or begin the table at 0",
+                        x[0]
+                    )));
+                }
+                uneven(mu, time_s, &x, reference).map_err(Failure::input)?
+            }
+            (Some(row), ..) => {
+                return Err(table::wrong(
+                    path,
+                    format_args!(
+                        "the times are uneven, at line {} the most, and {} takes even ones: give --scheme piecewise-linear, for an order below 1, or resample the table",
+                        signal.lines[row], self.scheme
+                    ),
+                ));
+            }
+            (None, ..) => {
+                differintegrate(self.scheme, mu, t, &x, reference).map_err(Failure::input)?
+            }
+        };
         if let Some(n) = y.iter().position(|y| !y.is_finite()) {
             return Err(Failure::bad_input(format_args!(
                 "the result of row {} is beyond 1.8e308: scale the column down",
@@ -131,6 +170,9 @@ fn as_io(error: csv::Error) -> io::Error {
         other => io::Error::other(format!("{other:?}")),
     }
 }
+
+/// So many samples at uneven times take about a second.
+const UNEVEN_AT_ONCE: usize = 10_000;
 
 /// Memories of more samples than this are summed by FFT, all at once: from here on that is faster.
 const DIRECT_MOST: usize = 512;

@@ -87,6 +87,87 @@ fn a_sample_time_other_than_that_of_the_table_is_refused() {
 }
 
 #[test]
+fn uneven_times_are_taken_as_they_are_or_refused() {
+    let place = Place::new();
+    // t^1.5 on uneven times, in ms and unsorted further down: its half derivative is t·Γ(2.5)/Γ(2).
+    let time = |n: u32| 0.01 * f64::from(n * n);
+    let rows: Vec<String> = (0..=60)
+        .map(|n| format!("{},{}", 1e3 * time(n), time(n).powf(1.5)))
+        .collect();
+    place.write("uneven.csv", format!("time_ms,x\n{}\n", rows.join("\n")));
+    let line = "differintegrate --order 0.5 --sample-time 1s uneven.csv";
+    let y = place.run(&format!("{line} --scheme piecewise-linear"));
+    let y = y.succeeded().table("x,y")[60][1];
+    let want = 36.0 * libm::tgamma(2.5);
+    // The straight lines between the samples leave the curve by so much.
+    assert!((y / want - 1.0).abs() < 1e-3, "{y} {want}");
+    for scheme in ["full", "exact", "grunwald:9", "full-bdf2", "muir:3"] {
+        let refused = place.run(&format!("{line} --scheme {scheme}"));
+        refused.refused(2, &["uneven.csv", "uneven", "piecewise-linear", "resample"]);
+    }
+    let first_order = line.replace("0.5", "1");
+    place
+        .run(&format!("{first_order} --scheme piecewise-linear"))
+        .refused(2, &["order", "below 1"]);
+    for (name, table, words) in [
+        (
+            "hole",
+            "0,1\n1,2\n2,3\n4,4\n5,5",
+            "the times are uneven, at line 5 the most",
+        ),
+        (
+            "falls",
+            "0,1\n1,2\n0.5,3\n2,4",
+            "line 4: 500 ms does not come after 1 s",
+        ),
+        (
+            "twice",
+            "0,1\n1,2\n1,3\n2,4",
+            "line 4: 1 s does not come after 1 s",
+        ),
+        ("jitter", "0,1\n1,2\n2.00001,3\n3,4", "the times are uneven"),
+        (
+            "no number",
+            "0,1\nx,2\n2,3",
+            "line 3, column t: \"x\" is not a finite number",
+        ),
+    ] {
+        place.write("t.csv", format!("t,x\n{table}\n"));
+        let refused = place.run("differintegrate --order 0.5 --sample-time 1s t.csv");
+        let refused = refused.refused(2, &["t.csv", words]);
+        assert!(refused.stdout.is_empty(), "{name}");
+    }
+    // A jump at the first of them has no finite derivative.
+    place.write("t.csv", "t,x\n0,1\n1,2\n3,4\n");
+    let line = "differintegrate --order 0.5 --sample-time 1s --scheme piecewise-linear t.csv";
+    place
+        .run(line)
+        .refused(2, &["jumps from 0 to 1", "--caputo"]);
+    // D^0.5 of t from 0 on: 2·√(t/π).
+    let y = place
+        .run(&format!("{line} --caputo"))
+        .succeeded()
+        .table("x,y");
+    near(
+        &[y[2][1]],
+        &[2.0 * (3.0 / std::f64::consts::PI).sqrt()],
+        1e-12,
+    );
+}
+
+#[test]
+fn caputo_beyond_the_first_order_is_refused() {
+    for order in ["1.5", "2", "0", "-0.5"] {
+        let line = format!("differintegrate --caputo --sample-time 1s --order={order}");
+        let ended = Place::new().run_with(&line, b"x\n1\n2\n");
+        ended.refused(2, &["--caputo", order, "above 0 and at most 1"]);
+    }
+    let line = "differintegrate --caputo --sample-time 1s --order 1";
+    let ended = Place::new().run_with(line, b"x\n1\n2\n").succeeded();
+    assert_eq!(ended.table("x,y"), [[1.0, 0.0], [2.0, 1.0]]);
+}
+
+#[test]
 fn caputo_ignores_where_the_signal_begins() {
     let x = [5.0, 5.5, 6.5, 6.0];
     let y = differintegrate("--order 0.5 --sample-time 1s --caputo", &x);

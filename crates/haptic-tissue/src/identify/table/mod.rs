@@ -11,6 +11,6 @@ pub use assemble::{Columns, Reading, Understood};
 pub use column::{Choice, Column};
 pub use numbers::Reader;
 pub use text::{
-    RecordColumns, TABLE_MOST, TextTable, read_chosen, read_columns, read_record, read_table,
-    rows_named,
+    RecordColumns, Signal, TABLE_MOST, TextTable, read_chosen, read_record, read_signal,
+    read_table, rows_named,
 };

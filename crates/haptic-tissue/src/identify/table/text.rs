@@ -331,26 +331,46 @@ fn each_row(
     Ok(())
 }
 
-/// Columns of numbers by the names that stand above them, and the line of each row; read as by [`read_table`].
+/// A column of numbers by the name that stands above it, and the column of time beside it, in s whatever its unit, if there is one; read as by [`read_table`].
 ///
-/// A name is that of a header with its unit or without, as `Zeit` of `Zeit [ms]`.
+/// A name is that of a header with its unit or without, as `Zeit` of `Zeit [ms]`; `time_s` stands for the column of time, whatever its name.
 ///
 /// # Errors
-/// As [`read_table`], but one column is enough; no or two columns of a name; no row; a cell that is not a finite number, with its line.
-pub fn read_columns<const N: usize>(
-    bytes: &[u8],
-    names: [&str; N],
-) -> Result<(Vec<u64>, [Vec<f64>; N]), IdentifyError> {
-    let (table, places) = chosen(bytes, |header| places_of(names, header, false))?;
-    let found = table.numbers(places, false)?;
-    Ok((found.lines, found.columns))
+/// As [`read_table`], but one column is enough; no or two columns of the name, two of time; no row; a cell that is not a finite number, with its line; an empty line without a time that would show what is missing.
+pub fn read_signal(bytes: &[u8], name: &str) -> Result<Signal, IdentifyError> {
+    let mut time = None;
+    let (mut table, [place]) = chosen(bytes, |header| {
+        time = find(TIME, header, true)?;
+        places_of([name], header, false)
+    })?;
+    let mut factor = 1.0;
+    if let Some(time) = time {
+        factor = table.time_factor(time)?;
+        table.blank = None;
+    }
+    let found = table.numbers([place, time.unwrap_or(place)], false)?;
+    let [x, mut time_s] = found.columns;
+    time_s.iter_mut().for_each(|time| *time *= factor);
+    let (lines, time_s) = (found.lines, time.map(|_| time_s));
+    Ok(Signal { lines, time_s, x })
 }
 
-/// The same of a record: time, in s whatever the unit of its column, and signals. `time_s` stands for the column of time too, whatever its name. What a row lacks is NaN, but of the time; empty lines do not
+/// A signal in a table.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Signal {
+    /// Lines of the rows.
+    pub lines: Vec<u64>,
+    /// Its times, if the table has them.
+    pub time_s: Option<Vec<f64>>,
+    /// Its values.
+    pub x: Vec<f64>,
+}
+
+/// Time and signals of a record, found and read as there. What a row lacks is NaN, but of the time; empty lines do not
 /// count, as the time shows what is missing. Also the lines of rows that lack something, for a person.
 ///
 /// # Errors
-/// As [`read_columns`]; a time that is missing; a unit that is none of time.
+/// As [`read_signal`]; no column of time, or a time that is missing; a unit that is none of time.
 pub fn read_record<const N: usize>(
     bytes: &[u8],
     names: [&str; N],
@@ -385,10 +405,10 @@ impl<const N: usize> RecordColumns<N> {
     }
 }
 
-/// The same as [`read_columns`] of columns that are chosen by the header: their places in it.
+/// Columns that are chosen by the header, by their places in it, and the line of each row.
 ///
 /// # Errors
-/// As [`read_columns`]; what the choice refuses, with the line of the header.
+/// As [`read_signal`]; what the choice refuses, with the line of the header.
 pub fn read_chosen<const N: usize>(
     bytes: &[u8],
     choose: impl FnMut(&[&str]) -> Result<[usize; N], String>,
@@ -529,13 +549,18 @@ fn places_of<const N: usize>(
 ) -> Result<[usize; N], String> {
     let mut places = [0; N];
     for (place, name) in places.iter_mut().zip(names) {
-        *place = place_of(name, header, any_time && name == "time_s")?;
+        let found = find(name, header, any_time && name == TIME)?;
+        *place = found
+            .ok_or_else(|| format!("no column {name} in the header {:?}", header.join(",")))?;
     }
     Ok(places)
 }
 
+/// The name that stands for the column of time.
+const TIME: &str = "time_s";
+
 /// The one column of this name, with its unit or without; or of any time.
-fn place_of(name: &str, header: &[&str], any_time: bool) -> Result<usize, String> {
+fn find(name: &str, header: &[&str], any_time: bool) -> Result<Option<usize>, String> {
     let is_time = |cell: &str| {
         let heading = understand(cell).and_then(Result::ok);
         any_time && heading.is_some_and(|heading| heading.column == Column::Time)
@@ -546,7 +571,7 @@ fn place_of(name: &str, header: &[&str], any_time: bool) -> Result<usize, String
     for is_it in ways {
         let mut places = (0..header.len()).filter(|&place| is_it(header[place]));
         match (places.next(), places.next()) {
-            (Some(place), None) => return Ok(place),
+            (Some(place), None) => return Ok(Some(place)),
             (None, _) => {}
             (Some(_), Some(_)) => {
                 return Err(format!(
@@ -555,10 +580,7 @@ fn place_of(name: &str, header: &[&str], any_time: bool) -> Result<usize, String
             }
         }
     }
-    Err(format!(
-        "no column {name} in the header {:?}",
-        header.join(",")
-    ))
+    Ok(None)
 }
 
 /// Why a row is wider than its header.

@@ -3,7 +3,7 @@
 use haptic_loop::{Loading, LoadingKind, Modulus};
 use haptic_tissue::identify::RecordKind;
 use haptic_tissue::identify::table::{
-    Choice, Column, Reader, Reading, Understood, read_columns, read_record, read_table,
+    Choice, Column, Reader, Reading, Understood, read_record, read_signal, read_table,
 };
 use rand_pcg::Pcg64;
 use rand_pcg::rand_core::{Rng as _, SeedableRng as _};
@@ -556,11 +556,11 @@ fn what_would_be_read_as_another_number_is_refused() {
     read_table(b"Samples,2\n1000,\ntime_s,relaxation_modulus_pa\n1,5\n2,4\n").expect("remarks");
     // What shows its decimals is taken.
     read_table("t;x\n0,5;1,001\n1,0;1,002\n".as_bytes()).expect("decimal commas");
-    let marked = read_columns(b"x,t\n5,1\n#N/A,2\n6,3\n", ["x"]);
+    let marked = read_signal(b"x,t\n5,1\n#N/A,2\n6,3\n", "x");
     let refused = marked.expect_err("a gap").to_string();
     assert!(refused.contains("line 3"), "{refused}");
     // An empty line is a missing sample, of numbers in quotes too.
-    let missing = read_columns(b"x,t\n\"5\",\"1\"\n\n\"6\",\"3\"\n", ["x"]);
+    let missing = read_signal(b"x,u\n\"5\",\"1\"\n\n\"6\",\"3\"\n", "x");
     let refused = missing.expect_err("a gap").to_string();
     assert!(refused.contains("line 3"), "{refused}");
     // A time of day is no unit.
