@@ -200,14 +200,18 @@ fn go_round<W: Waiter>(
 
 /// A rate is fit if 999 of 1000 cycles begin within this share of the period, and none a period late.
 const FIT_SHARE: f64 = 0.1;
+/// Fewer cycles tell nothing about one in a thousand.
+const FIT_CYCLES: u64 = 1000;
 
 /// A rate.
 #[derive(Clone, Debug, Serialize)]
 pub(crate) struct Rate {
     /// The rate.
     pub hz: f64,
-    /// True if a loop at this rate is safe here.
-    pub fit: bool,
+    /// True if a loop at this rate is safe here; null if too few cycles ran to tell.
+    pub fit: Option<bool>,
+    /// Why it is null.
+    pub fit_reason: Option<String>,
     /// From when a cycle was due to when it began.
     pub lateness_us: Microseconds,
     /// Cycles that began a whole period late or more.
@@ -242,15 +246,28 @@ impl Rate {
     fn of(hz: f64, runner: &Timing, margin: Duration, plain: Option<&Timing>) -> Self {
         let lateness_us = Microseconds::of(runner.lateness_ns());
         let overruns = runner.overruns();
+        let cycles = runner.lateness_ns().len();
+        // A cycle that was a period late is one too many, however few ran.
+        let fit = match overruns.cycles() {
+            0 if cycles < FIT_CYCLES => None,
+            late => Some(late == 0 && lateness_us.p999 <= FIT_SHARE * 1e6 / hz),
+        };
+        let needed = || {
+            format!(
+                "{cycles} cycles ran, and a verdict needs {FIT_CYCLES}: measure for at least {} s",
+                FIT_CYCLES as f64 / hz
+            )
+        };
         Self {
             hz,
             lateness_us,
             overruns: overruns.cycles(),
             skipped_periods: overruns.skipped_periods,
-            cycles: runner.lateness_ns().len(),
+            cycles,
             worst_cycle: runner.worst().map(WorstTick::from),
             spin_margin_us: microseconds(margin),
-            fit: overruns.cycles() == 0 && lateness_us.p999 <= FIT_SHARE * 1e6 / hz,
+            fit_reason: fit.is_none().then(needed),
+            fit,
             plain: plain.map(|plain| {
                 let beside = Microseconds::of(plain.lateness_ns());
                 Plain {
@@ -358,7 +375,7 @@ impl Machine {
                 slow.join(", ")
             ));
         }
-        if rates.iter().all(|rate| rate.fit) {
+        if rates.iter().all(|rate| rate.fit != Some(false)) {
             return advice;
         }
         if self.preempt_rt == Some(false) {
@@ -455,7 +472,8 @@ mod tests {
             cycles: 1,
             worst_cycle: None,
             spin_margin_us: 0.0,
-            fit,
+            fit: Some(fit),
+            fit_reason: None,
             plain: None,
         }
     }
