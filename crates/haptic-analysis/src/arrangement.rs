@@ -194,10 +194,7 @@ fn curve_and_line(
         |sample: &Sample| line.normal[0] * sample.tangent[0] + line.normal[1] * sample.tangent[1];
     let mut found = Vec::new();
     let mut add = |sample: Sample| {
-        // A few units in the last place of θ.
-        let [dx, dy] = sample.tangent;
-        let error = 16.0 * f64::EPSILON * (1.0 + sample.theta) * libm::hypot(dx, dy);
-        if let Some(on_line) = line.meet(sample.point, error) {
+        if let Some(on_line) = line.meet(sample.point, rounding(&sample)) {
             // One point for both, whatever the curve's own rounding error.
             let on_curve = Cut {
                 at: sample.theta,
@@ -295,6 +292,12 @@ fn segments(
     }
 }
 
+/// How far a few units in the last place of θ move a point.
+fn rounding(sample: &Sample) -> f64 {
+    let [dx, dy] = sample.tangent;
+    16.0 * f64::EPSILON * (1.0 + sample.theta) * libm::hypot(dx, dy)
+}
+
 /// p(θ₁) = p(θ₂) from the middles of two short segments. `None` if there is no solution near.
 fn newton(decomposition: &Decomposition, a: [Sample; 2], b: [Sample; 2]) -> Option<(Cut, Cut)> {
     let (width_a, width_b) = (a[1].theta - a[0].theta, b[1].theta - b[0].theta);
@@ -307,7 +310,8 @@ fn newton(decomposition: &Decomposition, a: [Sample; 2], b: [Sample; 2]) -> Opti
         let (p, q) = (decomposition.sample(theta_a), decomposition.sample(theta_b));
         let gap = [q.point[0] - p.point[0], q.point[1] - p.point[1]];
         let size = 1.0 + p.point[0].abs() + p.point[1].abs();
-        if libm::hypot(gap[0], gap[1]) <= 1e-13 * size {
+        // A curve that comes from infinity is so steep that no angle gives its points to 1e-13.
+        if libm::hypot(gap[0], gap[1]) <= 1e-13 * size + rounding(&p) + rounding(&q) {
             // A curve meets itself at the same angle everywhere.
             if (theta_a - theta_b).abs() <= 1e-7 {
                 return None;

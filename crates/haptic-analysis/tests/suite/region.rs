@@ -147,6 +147,41 @@ fn membership_agrees_with_point_verdicts_everywhere() {
     assert!(skipped < points / 500, "{skipped} skipped");
 }
 #[test]
+fn a_memory_of_second_order_has_a_region_at_order_2() {
+    // There its boundary comes from infinity so steeply that an angle gives its points to some 1e-9 only.
+    let mut random = Random(2);
+    let operator = operator("full-bdf2", 2.0);
+    let mut on_a_chord = 0;
+    for (delta, gamma, delay) in [
+        (6.5e-5, 0.0, 1),
+        (0.0, 1.6e-3, 3),
+        (5e-4, 2e-5, 1),
+        (1e-3, 0.0, 0),
+        (0.02, 0.01, 2),
+        (0.1, 0.0, 3),
+    ] {
+        let region = region_of(&operator, delta, gamma, delay);
+        let area = region.bounded().expect("not empty");
+        for _ in 0..40 {
+            let alpha = random.between(0.0, 1.3 * area.alpha_max);
+            let beta = random.between(0.0, 1.3 * area.beta_max);
+            let parameters = wall(alpha, beta, delta, gamma);
+            let subject = SampledLoop::new(parameters, &operator, delay).expect("in range");
+            let verdict = subject.verdict();
+            let agrees = region.contains(alpha, beta) == verdict.stable;
+            // Chords cut corners, of few points only.
+            let is_near = verdict.distance < 1e-6 * (1.0 + alpha + beta);
+            assert!(
+                agrees || is_near,
+                "{delta} {gamma} {delay}: {alpha}, {beta}"
+            );
+            on_a_chord += usize::from(!agrees);
+        }
+    }
+    assert!(on_a_chord <= 2, "{on_a_chord} of 240");
+}
+
+#[test]
 fn the_boundary_is_where_the_characteristic_function_vanishes() {
     for (scheme, order, delta, gamma, delay) in [
         ("exact", 0.5, 0.1, 0.0, 0),
@@ -220,7 +255,7 @@ fn no_region_hangs_or_holds_a_nan() {
     let is_campaign = std::env::var_os("CAMPAIGN_CASES").is_some();
     let every = if is_campaign { 1 } else { 5 };
     let mut case = 0;
-    let schemes = "exact muir:3 grunwald:100 tustin-muir:9 oustaloup:5:0.5:200 full:1e-4 piecewise-linear:1e-4";
+    let schemes = "exact muir:3 grunwald:100 tustin-muir:9 oustaloup:5:0.5:200 full:1e-4 piecewise-linear:1e-4 full-bdf2:1e-4";
     for scheme in schemes.split(' ') {
         for order in [0.0, 1e-3, 0.5, 1.0, 1.5, 2.0] {
             let operator = operator(scheme, order);
