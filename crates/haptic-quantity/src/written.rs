@@ -28,7 +28,7 @@ pub struct WrittenUnit {
     toward: Toward,
 }
 
-/// What is needed is not rounded down, and what is allowed not up: who takes the number that is written is on the safe side.
+/// Numbers are rounded to the nearest. One that its name calls the largest or the required is rounded to the safe side, so that who takes the number that is written is within the limit.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Toward {
     Nearest,
@@ -36,40 +36,21 @@ enum Toward {
     Down,
 }
 
-/// Beginnings of keys of what is needed, and of ends of intervals.
-const NEEDED: [&str; 7] = [
+/// Beginnings of keys of what is required.
+const REQUIRED: [&str; 4] = [
     "required_",
     "llewellyn_damping",
     "corollary_",
     "sampled_damping",
-    "stable_gain_low",
-    "stable_from",
-    "high",
 ];
-/// Of what is allowed.
-const ALLOWED: [&str; 15] = [
-    "largest_",
-    "alpha_max",
-    "beta_max",
-    "stiffness",
-    "dissipation",
-    "margin",
-    "loop_margin",
-    "gain_margin",
-    "gain_up",
-    "delay_margin",
-    "phase_margin",
-    "stable_gain_high",
-    "held_by_friction",
-    "analysis_stiffness",
-    "low",
-];
+/// Of the largest that is allowed.
+const LARGEST: [&str; 3] = ["largest_", "alpha_max", "beta_max"];
 
 impl Toward {
     fn of_key(key: &str) -> Self {
         match parts_of_key(key).0 {
-            stem if NEEDED.iter().any(|needed| stem.starts_with(needed)) => Self::Up,
-            stem if ALLOWED.iter().any(|allowed| stem.starts_with(allowed)) => Self::Down,
+            stem if REQUIRED.iter().any(|required| stem.starts_with(required)) => Self::Up,
+            stem if LARGEST.iter().any(|largest| stem.starts_with(largest)) => Self::Down,
             _ => Self::Nearest,
         }
     }
@@ -204,7 +185,7 @@ mod tests {
             ("duration_s", 5000.0, "5000 s"),
             ("position_m", 3.2e-6, "3.2 µm"),
             ("latency_us", 1500.0, "1.5 ms"),
-            ("dissipation_n_s_mu_per_m", 59.999_99, "59.99 N·s^μ/m"),
+            ("dissipation_n_s_mu_per_m", 59.999_99, "60 N·s^μ/m"),
             ("area_m2", 0.001_256_6, "0.001257 m²"),
             ("size_bytes", 2.5e6, "2.5 MB"),
             ("error", 3.242_556e-7, "3.243e-7"),
@@ -218,8 +199,9 @@ mod tests {
             ("largest_stiffness_n_per_m", 9.9999e3, "9.999 kN/m"),
             ("alpha_max", -0.123_41, "-0.1235"),
             ("required_delta", 1.003_41, "1.0035"),
-            ("margin", 0.996_59, "0.9965"),
-            ("dissipation", 178.558_92, "178.5"),
+            ("margin", 0.996_59, "0.9966"),
+            ("dissipation", 178.558_92, "178.6"),
+            ("stiffness_n_per_m", 11_689.8, "11.69 kN/m"),
         ] {
             assert_eq!(written(key, value), text, "{key} {value}");
         }
