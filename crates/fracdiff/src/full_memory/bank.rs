@@ -40,7 +40,7 @@ const FAST_INCREMENTS: f64 = 1.0 / 1024.0;
 /// use fracdiff::full_memory::{Design, FullMemory, Kernel};
 /// use fracdiff::{Differintegrator, Order, Seconds};
 ///
-/// // One hour at 1 kHz, outputs within 1e-6.
+/// // One hour at 1 kHz, every weight within 1e-6.
 /// let design = Design::<16, 48>::closed_form(Kernel::Grunwald, Order::new(0.2247)?, 1e-6, 3.6e6)?;
 /// assert!(design.error_bound() <= 1e-6);
 /// let tissue = FullMemory::<f32, 16, 48>::new(&design, Seconds(1e-3))?;
