@@ -4,7 +4,7 @@ use crate::input::{SAMPLE_TIME, order};
 use fractional_haptics::fracdiff::full_memory::{Design, FullMemory, Kernel};
 use fractional_haptics::fracdiff::scheme::{FULL_MODES, FULL_TAPS};
 use fractional_haptics::fracdiff::{
-    Band, Differintegrator, Oustaloup, PartitionedMemory, Real, ShortMemory, TustinMuir,
+    Band, Differintegrator, Oustaloup, Real, ShortMemory, TustinMuir,
 };
 use std::error::Error;
 
@@ -42,12 +42,6 @@ fn visit<F: Real>(visitor: &mut impl Visitor, precision: &str) -> Result<(), Box
     show!("ShortMemory 64", ShortMemory::<F, 64>::new(order(), t)?);
     show!("ShortMemory 256", ShortMemory::<F, 256>::new(order(), t)?);
     show!("ShortMemory 1024", ShortMemory::<F, 1024>::new(order(), t)?);
-    for length in [4096, 65_536] {
-        show!(
-            format!("PartitionedMemory {length}"),
-            PartitionedMemory::new(order(), length, t)?
-        );
-    }
     for (name, tolerance, horizon_s) in [
         ("FullMemory 1e-3 200 s", 1e-3, 200.0),
         ("FullMemory 1e-6 200 s", 1e-6, 200.0),

@@ -9,8 +9,7 @@ use cpu_time::ThreadTime;
 use dsp_process::SplitProcess as _;
 use fracdiff::full_memory::{Design, FullMemory, Kernel};
 use fracdiff::{
-    Band, Differintegrator, Order, Oustaloup, PartitionedMemory, Real, Seconds, ShortMemory,
-    TustinMuir, batch::Batch,
+    Band, Differintegrator, Order, Oustaloup, Real, Seconds, ShortMemory, TustinMuir, batch::Batch,
 };
 use oxictl::pid::fractional::grunwald::GrunwaldLeibniz;
 use oxictl::pid::fractional::tustin_approx::TustinFrac;
@@ -58,11 +57,6 @@ fn main() -> Result<(), Box<dyn Error>> {
         "ShortMemory 1024",
         &ShortMemory::<f64, 1024>::new(order, t)?,
     )?;
-    for length in [1024, 65_536, SAMPLES] {
-        let name = format!("PartitionedMemory {length}");
-        bench.operator(&name, &PartitionedMemory::<f32>::new(order, length, t)?)?;
-        bench.operator(&name, &PartitionedMemory::<f64>::new(order, length, t)?)?;
-    }
     bench.operator("TustinMuir 9", &TustinMuir::<f32, 9>::new(order, t)?)?;
     bench.operator(
         "Oustaloup 9",
@@ -189,11 +183,6 @@ impl Bench {
     ) -> Result<(), Box<dyn Error>> {
         let precision = if size_of::<F>() == 4 { "f32" } else { "f64" };
         let bytes = size_of::<O>() + size_of::<O::History>();
-        // Of those on the heap: spectra of taps and samples, twice N each.
-        let bytes = match operator.memory_length() {
-            Some(length) if name.starts_with("Partitioned") => bytes + 4 * length * size_of::<F>(),
-            _ => bytes,
-        };
         self.filter(&format!("{name}, {precision}"), bytes, || {
             let mut history = operator.at_rest();
             move |x| operator.step(&mut history, x)

@@ -1,4 +1,4 @@
-//! The passes of a complex FFT, one lane block at a time, so that a tick can do a few of them and stop.
+//! The passes of a complex FFT, one lane block at a time.
 //!
 //! Forward: decimation in frequency, natural order in, bit-reversed out. Inverse: decimation in time,
 //! the other way round. Products of two spectra do not care about the order, so nothing is permuted.
@@ -6,9 +6,7 @@
 
 use crate::Real;
 use alloc::vec::Vec;
-#[cfg(feature = "std")]
-use core::f64::consts::FRAC_PI_2;
-use core::f64::consts::{FRAC_1_SQRT_2, PI};
+use core::f64::consts::{FRAC_1_SQRT_2, FRAC_PI_2};
 use core::sync::atomic::{Ordering, compiler_fence};
 
 /// Complex numbers side by side. Fixed, so that every target rounds alike.
@@ -16,7 +14,6 @@ pub(crate) const LANES: usize = 8;
 
 /// Eight neighbouring complex numbers.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub(crate) struct Bins<F> {
     pub(crate) re: [F; LANES],
     pub(crate) im: [F; LANES],
@@ -46,29 +43,11 @@ impl<F: Real> Bins<F> {
     }
 }
 
-/// acc ← acc + Σ x·h, first pair first.
-#[inline(never)]
-pub(crate) fn accumulate<F: Real>(acc: &mut Bins<F>, x: &[Bins<F>], h: &[Bins<F>]) {
-    let mut sum = *acc;
-    for (x, h) in x.iter().zip(h) {
-        sum.add_product(x, h);
-    }
-    acc.re = sum.re;
-    one_block_at_a_time();
-    acc.im = sum.im;
-}
-
-/// e^(−jπi/half) for i = 0, …, half − 1, of halves 8, 16, …, size/2 one after the other: those of the pass
+/// e^(−jπi/half) for i = 0, …, half − 1, of halves 8, 16, …, size/2 one after the other, without a sine for each: those of the pass
 /// over distances of b blocks start at block b − 1.
-pub(crate) fn factors<F: Real>(size: usize) -> Vec<Bins<F>> {
-    factors_by(size, |half, i| unit(-PI * i as f64 / half as f64))
-}
-
-/// The same, without a sine for each.
-#[cfg(feature = "std")]
 pub(crate) fn factors_from(turn: &QuarterTurn) -> Vec<Bins<f64>> {
     let size = turn.size();
-    factors_by(size, |half, i| match 2 * size * i / half {
+    let factor = |half: usize, i: usize| match 2 * size * i / half {
         k if k < size => {
             let (cos, sin) = turn.at(k);
             (cos, -sin)
@@ -77,10 +56,7 @@ pub(crate) fn factors_from(turn: &QuarterTurn) -> Vec<Bins<f64>> {
             let (cos, sin) = turn.at(k - size);
             (-sin, -cos)
         }
-    })
-}
-
-fn factors_by<F: Real>(size: usize, factor: impl Fn(usize, usize) -> (f64, f64)) -> Vec<Bins<F>> {
+    };
     let mut factors = Vec::with_capacity(size / LANES);
     let mut half = LANES;
     while half < size {
@@ -101,14 +77,12 @@ pub(crate) fn unit(phase: f64) -> (f64, f64) {
 /// e^(j(φ + ε)) = A + A·d,   A = e^(jφ),   d = e^(jε) − 1 = −2·sin²(ε/2) + j·sin ε
 /// ```
 /// A·d is small, so its rounding is lost in that of A and of the sum: to 3e-16, as the sines themselves.
-#[cfg(feature = "std")]
 pub(crate) struct QuarterTurn {
     coarse: Vec<(f64, f64)>,
     /// d, as many as a power of two.
     rests: Vec<(f64, f64)>,
 }
 
-#[cfg(feature = "std")]
 impl QuarterTurn {
     pub(crate) fn new(size: usize) -> Self {
         let coarse = size.min(1024);
@@ -274,9 +248,8 @@ fn inverse_4<F: Real>(re: [F; 4], im: [F; 4]) -> [(F, F); 4] {
     ]
 }
 
-/// All forward passes over 2^k blocks, with the [`factors`] of their size or more. Depth first, so that what is worked
+/// All forward passes over 2^k blocks, with the factors of their size or more. Depth first, so that what is worked
 /// on soon fits the cache.
-#[cfg(feature = "std")]
 pub(crate) fn forward_all<F: Real>(x: &mut [Bins<F>], all: &[Bins<F>]) {
     let half = x.len() / 2;
     let (low, high) = x.split_at_mut(half);
@@ -290,7 +263,6 @@ pub(crate) fn forward_all<F: Real>(x: &mut [Bins<F>], all: &[Bins<F>]) {
 }
 
 /// All inverse passes, not scaled: [`forward_all`] backwards, times the number of complex numbers.
-#[cfg(feature = "std")]
 pub(crate) fn inverse_all<F: Real>(x: &mut [Bins<F>], all: &[Bins<F>]) {
     let half = x.len() / 2;
     let (low, high) = x.split_at_mut(half);
@@ -303,16 +275,17 @@ pub(crate) fn inverse_all<F: Real>(x: &mut [Bins<F>], all: &[Bins<F>]) {
     inverse(low, high, &all[half - 1..2 * half - 1]);
 }
 
-#[cfg(all(test, feature = "std"))]
+#[cfg(test)]
 mod tests {
     use super::*;
+    use core::f64::consts::PI;
 
     #[test]
     fn a_forward_transform_is_the_defining_sum_in_bit_reversed_order() {
         let size = 64;
         let signal = |n: usize| ((0.3 * n as f64).sin() + 0.1, (0.7 * n as f64).cos());
         let mut bins = Bins::<f64>::collect(size, signal);
-        forward_all(&mut bins, &factors(size));
+        forward_all(&mut bins, &factors_from(&QuarterTurn::new(size)));
         for k in 0..size {
             let (mut re, mut im) = (0.0, 0.0);
             for n in 0..size {
@@ -352,7 +325,7 @@ mod tests {
         let size = 128;
         let signal = |n: usize| ((0.3 * n as f64).sin(), 1.0 / (n + 1) as f64);
         let mut bins = Bins::<f64>::collect(size, signal);
-        let factors = factors(size);
+        let factors = factors_from(&QuarterTurn::new(size));
         forward_all(&mut bins, &factors);
         inverse_all(&mut bins, &factors);
         for n in 0..size {

@@ -13,7 +13,7 @@ mod bdf2;
 mod differintegrator;
 #[cfg(feature = "std")]
 mod eigenvalues;
-#[cfg(feature = "alloc")]
+#[cfg(feature = "std")]
 mod fft;
 mod fir;
 pub mod full_memory;
@@ -24,7 +24,6 @@ mod order;
 mod oustaloup;
 pub mod parameter;
 #[cfg(feature = "alloc")]
-mod partitioned;
 pub mod portable;
 mod real;
 mod response;
@@ -51,7 +50,6 @@ pub use num_complex;
 pub use order::{Order, ParameterError, Seconds};
 pub use oustaloup::{Band, Oustaloup, OustaloupHistory};
 #[cfg(feature = "alloc")]
-pub use partitioned::{PartitionedHistory, PartitionedMemory};
 pub use portable::PortableOperator;
 pub use real::Real;
 pub use response::{ExactDifference, FrequencyResponse};

@@ -1,6 +1,6 @@
 //! Choosing an operator at run time: the names that command lines and experiment files use.
 //! ```text
-//! grunwald:N                     the N newest samples; beyond 2048 by blocks  ShortMemory, PartitionedMemory
+//! grunwald:N                     the N newest samples, N up to 2²⁰              ShortMemory
 //! muir:N                         Muir polynomial of degree N alone            MuirPolynomial
 //! tustin-muir:N                  recursive form of degree N                   TustinMuir
 //! oustaloup:N:LOW_HZ:HIGH_HZ     N first-order sections between two corners   Oustaloup
@@ -17,9 +17,8 @@ use crate::list::Form;
 use crate::order::check_length;
 use crate::{
     Band, Bdf2History, Bdf2Memory, Differintegrator, FirHistory, FrequencyResponse, FullMemory,
-    FullMemoryHistory, MuirPolynomial, Order, Oustaloup, OustaloupHistory, ParameterError,
-    PartitionedHistory, PartitionedMemory, Real, Seconds, ShortHistoryVec, ShortMemoryVec,
-    TustinMuir, TustinMuirHistory,
+    FullMemoryHistory, MuirPolynomial, Order, Oustaloup, OustaloupHistory, ParameterError, Real,
+    Seconds, ShortHistoryVec, ShortMemoryVec, TustinMuir, TustinMuirHistory,
 };
 use core::fmt;
 use core::str::FromStr;
@@ -28,9 +27,6 @@ use std::boxed::Box;
 use std::string::{String, ToString};
 use std::vec::Vec;
 
-/// Longest `grunwald:N` that is summed directly, to the bit like [`ShortMemory`](crate::ShortMemory); from the
-/// next on it is a [`PartitionedMemory`], which agrees to rounding and takes a fraction of the time.
-pub const SHORT_MOST: usize = 2048;
 /// Largest degree or number of sections a scheme accepts.
 pub const DEGREE_MAX: usize = 64;
 /// Recent samples that a full memory keeps as they are.
@@ -297,9 +293,6 @@ impl Scheme {
         horizon: f64,
     ) -> Result<Operator<F>, SchemeError> {
         Ok(match self {
-            Self::Grunwald { length } if length > SHORT_MOST => {
-                Operator::PartitionedMemory(PartitionedMemory::new(order, length, sample_time)?)
-            }
             Self::Grunwald { length } => {
                 Operator::ShortMemory(ShortMemoryVec::new(order, length, sample_time)?)
             }
@@ -367,10 +360,8 @@ impl Scheme {
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub enum Operator<F> {
-    /// `grunwald:N`, N up to [`SHORT_MOST`].
+    /// `grunwald:N`.
     ShortMemory(ShortMemoryVec<F>),
-    /// `grunwald:N`, N beyond.
-    PartitionedMemory(PartitionedMemory<F>),
     /// `muir:N`.
     MuirPolynomial(Box<MuirPolynomial<F, DEGREE_MAX>>),
     /// `tustin-muir:N`.
@@ -389,10 +380,8 @@ pub enum Operator<F> {
 #[cfg_attr(feature = "serde", serde(bound = "F: Real"))]
 #[non_exhaustive]
 pub enum OperatorHistory<F> {
-    /// Of `grunwald:N`, short.
+    /// Of `grunwald:N`.
     ShortMemory(ShortHistoryVec<F>),
-    /// Of `grunwald:N`, long.
-    PartitionedMemory(PartitionedHistory<F>),
     /// Of `muir:N`.
     MuirPolynomial(Box<FirHistory<F, DEGREE_MAX>>),
     /// Of `tustin-muir:N`.
@@ -444,7 +433,6 @@ impl<F: Real> From<&Operator<F>> for OperatorList<F> {
     fn from(operator: &Operator<F>) -> Self {
         let (form, (integer, values)) = match operator {
             Operator::ShortMemory(o) => (Form::Taps, (0, o.list())),
-            Operator::PartitionedMemory(o) => (Form::Taps, (0, o.list())),
             Operator::MuirPolynomial(o) => (Form::Taps, (0, o.list())),
             Operator::TustinMuir(o) => (Form::Recursion, o.list()),
             Operator::Oustaloup(o) => (Form::Modes, o.list()),
@@ -488,7 +476,7 @@ impl<F: Real> Differintegrator<F> for Operator<F> {
 
     one_of!(
         OperatorHistory, Differintegrator::advance:
-        ShortMemory PartitionedMemory MuirPolynomial TustinMuir Oustaloup FullMemory Bdf2Memory
+        ShortMemory MuirPolynomial TustinMuir Oustaloup FullMemory Bdf2Memory
     );
 }
 
@@ -496,7 +484,6 @@ impl<F: Real> FrequencyResponse for Operator<F> {
     fn response(&self, theta: f64) -> Complex<f64> {
         match self {
             Self::ShortMemory(o) => o.response(theta),
-            Self::PartitionedMemory(o) => o.response(theta),
             Self::MuirPolynomial(o) => o.response(theta),
             Self::TustinMuir(o) => o.response(theta),
             Self::Oustaloup(o) => o.response(theta),

@@ -125,8 +125,8 @@ pub struct ShortHistoryVec<F> {
 
 #[cfg(feature = "alloc")]
 impl<F: Real> ShortMemoryVec<F> {
-    /// Longest memory, samples: 2²⁴, more than four hours at 1 kHz.
-    pub const MOST: usize = 1 << 24;
+    /// Longest memory, samples: 2²⁰, 17 minutes at 1 kHz.
+    pub const MOST: usize = 1 << 20;
 
     /// As [`ShortMemory::new`], for `length` samples.
     ///

@@ -1,10 +1,12 @@
-//! A model by the sums of its elements: slow and certain.
+//! A model by the sums of its elements.
 
 use crate::model::SpringPot;
 use crate::sampled::{Branch, SampledModel};
-use fracdiff::{Channel, Order, ParameterError, PartitionedMemory, Seconds};
+use fracdiff::full_memory::{Design, DesignError, FullMemory, Kernel};
+use fracdiff::scheme::{FULL_MODES, FULL_TAPS};
+use fracdiff::{Channel, Order, Seconds};
 
-/// The stress of a [`SampledModel`], element by element, each by its defining sum over all of the past.
+/// The stress of a [`SampledModel`], element by element, each with all of its past, every weight within 1e-11.
 /// ```text
 /// spring-pot    σ[n] = V·T^(−α)·Σ_j c_j(α−1)·Δε[n−j]
 /// in series     ε[n] = (T^α/V)·Σ_j c_j(−α)·σ[n−j] + (T^β/G)·Σ_j c_j(−β)·σ[n−j],   solved for σ[n]: c_0 = 1
@@ -12,7 +14,7 @@ use fracdiff::{Channel, Order, ParameterError, PartitionedMemory, Seconds};
 /// The same P(w) as the one memory of the whole model, by another way: what that is compared with. Two phases, as an
 /// operator: σ\[n\] = [`gain`](Self::gain)·ε\[n\] + [`past`](Self::past).
 ///
-/// - *Cost*: some 500 to 1000 operations a tick and element, memory 12 numbers a sample; allocates in `new` only.
+/// - *Cost*: some 100 multiply-adds a tick and element, however long the past; allocates in `new` only.
 /// - *Start-up*: zero for ever before.
 #[derive(Clone, Debug)]
 pub struct FullHistory {
@@ -26,8 +28,8 @@ impl FullHistory {
     /// For records of up to so many samples.
     ///
     /// # Errors
-    /// Unless 1 ≤ samples ≤ [`ShortMemoryVec::MOST`](fracdiff::ShortMemoryVec::MOST).
-    pub fn new(model: &SampledModel, samples: usize) -> Result<Self, ParameterError> {
+    /// Beyond 1e12 samples.
+    pub fn new(model: &SampledModel, samples: usize) -> Result<Self, DesignError> {
         let t = model.sample_time();
         let branches = model.branches.iter();
         let branches: Result<_, _> = branches
@@ -88,7 +90,7 @@ enum Sums {
 }
 
 impl Sums {
-    fn of(branch: &Branch, t: Seconds, samples: usize) -> Result<Self, ParameterError> {
+    fn of(branch: &Branch, t: Seconds, samples: usize) -> Result<Self, DesignError> {
         // V·D^α ε = (V/T)·I^(1−α) Δε,    ε = (1/V)·I^α σ
         let stress = |pot: &SpringPot| Sum::new(pot.size / t.0, pot.order - 1.0, t, samples);
         let strain = |pot: &SpringPot| Sum::new(1.0 / pot.size, -pot.order, t, samples);
@@ -151,6 +153,9 @@ impl Sums {
     }
 }
 
+/// ε of every weight: the least that a design reaches in `f64`.
+const TOLERANCE: f64 = 1e-11;
+
 /// A factor times a fractional integral of order 0 to 1.
 #[derive(Clone, Debug)]
 struct Sum {
@@ -166,19 +171,21 @@ enum Past {
     None,
     /// Order 1: T·Σ, and T.
     Running(f64, f64),
-    Memory(Box<Channel<f64, PartitionedMemory<f64>>>),
+    Memory(Box<Channel<f64, FullMemory<f64, FULL_TAPS, FULL_MODES>>>),
 }
 
 impl Sum {
     /// `order` from −1 to 0.
-    fn new(factor: f64, order: f64, t: Seconds, samples: usize) -> Result<Self, ParameterError> {
+    fn new(factor: f64, order: f64, t: Seconds, samples: usize) -> Result<Self, DesignError> {
         let order = Order::new(order)?;
         let memory = if order.get() == 0.0 {
             Past::None
         } else if order.get() <= -1.0 {
             Past::Running(0.0, t.0)
         } else {
-            let memory = PartitionedMemory::new(order, samples, t)?;
+            let horizon = samples.max(100) as f64;
+            let design = Design::closed_form(Kernel::Grunwald, order, TOLERANCE, horizon)?;
+            let memory = FullMemory::new(&design, t)?;
             Past::Memory(Box::new(Channel::new(memory)))
         };
         Ok(Self {

@@ -10,7 +10,6 @@ mod memory;
 mod operators;
 mod oracle;
 mod owners;
-mod partitioned;
 mod portable;
 mod refusals;
 mod saved;

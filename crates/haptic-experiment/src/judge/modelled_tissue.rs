@@ -3,7 +3,7 @@
 //!
 //! `shape` is γ of a specimen, m: the force of a piece for a depth, N for m. With 1 it is the stress for a strain.
 
-use super::reference::{self, Reference, TOLERANCE};
+use super::reference::{self, Reference};
 use crate::document::failure::Failure;
 use crate::document::parameters::{AREA, SCHEME, THICKNESS};
 use crate::run::schedule::horizon;
@@ -158,7 +158,7 @@ impl ModelledTissue {
     ) -> anyhow::Result<Vec<f64>> {
         if let Some(model) = self.composed() {
             let sampled = SampledModel::new(model, t)?;
-            let mut sums = FullHistory::new(&sampled, depth.len().max(1))?;
+            let mut sums = FullHistory::new(&sampled, depth.len())?;
             return Ok(depth.iter().map(|&x| shape * sums.step(x)).collect());
         }
         let (k, b) = self.spring_and_damper(shape);
@@ -167,8 +167,7 @@ impl ModelledTissue {
         Ok(forces.collect())
     }
 
-    /// The same tick by tick: the sums of the elements of a run that is kept whole, else operators of a tolerance of
-    /// [`TOLERANCE`].
+    /// The same tick by tick.
     pub(crate) fn sampled(
         &self,
         shape: f64,
@@ -182,16 +181,8 @@ impl ModelledTissue {
             return Ok(Sampled::Derivative(k, b, channel));
         };
         let model = SampledModel::new(model, t).map_err(Failure::input)?;
-        if samples <= SUMMED {
-            let sums = FullHistory::new(&model, samples.max(1) as usize);
-            let sums = Box::new(sums.map_err(Failure::input)?);
-            return Ok(Sampled::Sums(shape, sums));
-        }
-        let design = model.design(TOLERANCE, horizon(samples));
-        let memory = FullMemory::new(&design.map_err(Failure::input)?, t);
-        let memory = Box::new(memory.map_err(Failure::input)?);
-        let channel = Channel::new(Operator::FullMemory(memory));
-        Ok(Sampled::Derivative(k, b, channel))
+        let sums = FullHistory::new(&model, samples as usize).map_err(Failure::input)?;
+        Ok(Sampled::Sums(shape, Box::new(sums)))
     }
 }
 
@@ -442,14 +433,11 @@ pub(crate) fn memory(
     samples: u64,
 ) -> Result<impl FnMut(f64) -> f64 + use<>, Failure> {
     let sampled = SampledModel::new(model, t).map_err(Failure::input)?;
-    let sums = FullHistory::new(&sampled, samples.max(1) as usize);
+    let sums = FullHistory::new(&sampled, samples as usize);
     let mut sums = sums.map_err(Failure::input)?;
     let (e, b) = (sampled.elastic_modulus_pa(), sampled.viscosity_pa_s_mu());
     Ok(move |x: f64| (sums.step(x) - e * x) / b)
 }
-
-/// Longest run whose elements are summed up exactly, samples: some 200 MB.
-const SUMMED: u64 = 1 << 21;
 
 impl Sampled {
     /// The factor of the newest depth.
