@@ -12,6 +12,7 @@ mod oracle;
 mod owners;
 mod partitioned;
 mod portable;
+mod properties;
 mod refusals;
 mod saved;
 mod weights;
