@@ -98,30 +98,24 @@ pub const COUNT: usize = CLAIMS.len();
 /// # Errors
 /// None: all parameters are constants.
 pub fn judge_all(done: &dyn Fn() -> bool) -> Result<Vec<Claim>, AnalysisError> {
-    judge_by(&Formulas::DISSERTATION, done)
-}
-
-fn judge_by(formulas: &Formulas, done: &dyn Fn() -> bool) -> Result<Vec<Claim>, AnalysisError> {
     let mut claims = Vec::with_capacity(COUNT);
     for (id, section, statement, kinds, judge) in CLAIMS {
-        let with = |&kind: &Kind| {
+        let mut evidence = Vec::new();
+        for kind in kinds {
+            let (holds, numbers) = judge(*kind, &Formulas::DISSERTATION)?;
             let operator = kind.name();
-            let (holds, numbers) = judge(kind, formulas)?;
-            Ok(Evidence {
+            evidence.push(Evidence {
                 operator,
                 holds,
                 numbers,
-            })
-        };
-        let evidence: Vec<Evidence> = kinds
-            .iter()
-            .map(with)
-            .collect::<Result<_, AnalysisError>>()?;
+            });
+        }
+        let verdict = verdict(&evidence);
         claims.push(Claim {
             id,
             section,
             statement,
-            verdict: verdict(&evidence),
+            verdict,
             evidence,
         });
         if !done() {

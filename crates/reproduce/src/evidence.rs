@@ -227,35 +227,34 @@ fn peaks(kind: Kind, wall: Nondimensional) -> Result<Option<Vec<f64>>, AnalysisE
     let peak = |mu: f64| {
         let operator = kind.operator(mu)?;
         let sampled = SampledLoop::new(wall, &operator, 0)?;
-        let peak = sampled
-            .is_stable()
-            .then(|| sampled.sensitivity_peak())
-            .transpose()?;
-        Ok(peak.map(|peak| 20.0 * peak.value.log10()))
+        Ok(match sampled.is_stable() {
+            true => Some(20.0 * sampled.sensitivity_peak()?.value.log10()),
+            false => None,
+        })
     };
     ORDERS.into_iter().map(peak).collect()
 }
 
 pub(crate) fn sensitivity_rises(kind: Kind, _: &Formulas) -> Found {
     let (mut tried, mut rising) = (0, 0);
-    for alpha in [0.01, 0.02, 0.05, 0.1, 0.2] {
-        for beta in [1e-4, 1e-3, 0.01, 0.05, 0.1] {
-            for (damping, hand) in [
-                (0.5, 0.0),
-                (0.5, 1.0),
-                (1.0, 0.0),
-                (1.0, 1.0),
-                (2.0, 0.0),
-                (2.0, 1.0),
-            ] {
-                let (delta, gamma) = varied(1.0, damping, hand);
+    let three = [0.5, 1.0, 2.0].into_iter();
+    let devices = three.flat_map(|b| [varied(1.0, b, 0.0), varied(1.0, b, 1.0)]);
+    for (delta, gamma) in devices {
+        for alpha in [0.01, 0.02, 0.05, 0.1, 0.2] {
+            for beta in [1e-4, 1e-3, 0.01, 0.05, 0.1] {
                 let wall = Nondimensional {
                     alpha,
                     beta,
-                    delta,
-                    gamma,
+                    ..SENSITIVITY_WALL
                 };
-                if let Some(peaks) = peaks(kind, wall)? {
+                if let Some(peaks) = peaks(
+                    kind,
+                    Nondimensional {
+                        delta,
+                        gamma,
+                        ..wall
+                    },
+                )? {
                     tried += 1;
                     rising += usize::from(rises(&peaks));
                 }
@@ -339,14 +338,23 @@ pub(crate) fn passive_boundary(
     points.collect()
 }
 
+/// Area between a boundary, as β and α from one axis to the other, and the axes.
+fn area_under(boundary: &[(f64, f64)]) -> f64 {
+    let trapezoids = boundary
+        .windows(2)
+        .map(|p| 0.5 * (p[1].0 - p[0].0) * (p[0].1 + p[1].1));
+    trapezoids.sum()
+}
+
 pub(crate) fn passivity_region(kind: Kind, _: &Formulas) -> Found {
     let areas = (0..=8)
         .map(|quarter| {
-            let boundary = passive_boundary(kind, f64::from(quarter) / 4.0, DELTA, 200)?;
-            let trapezoids = boundary
-                .windows(2)
-                .map(|p| 0.5 * (p[0].1 - p[1].1) * (p[0].0 + p[1].0));
-            Ok(trapezoids.sum())
+            Ok(area_under(&passive_boundary(
+                kind,
+                f64::from(quarter) / 4.0,
+                DELTA,
+                200,
+            )?))
         })
         .collect::<Result<Vec<f64>, AnalysisError>>()?;
     Ok((
@@ -503,21 +511,11 @@ pub(crate) fn experiments(kind: Kind, _: &Formulas) -> Found {
     let boundaries = simulated(kind, &few, &AtomicBool::new(false)).map_err(constants)?;
     let (mut largest, mut lost) = (Vec::new(), Vec::new());
     for (mu, points) in ORDERS.into_iter().zip(boundaries) {
-        let trapezoids = points
-            .windows(2)
-            .map(|p| 0.5 * (p[1].0 - p[0].0) * (p[0].1 + p[1].1));
-        lost.push(1.0 - trapezoids.sum::<f64>() / size(kind, mu, DELTA, 0.0)?.2);
-        largest.push(
-            points
-                .iter()
-                .fold(0.0, |most: f64, point| most.max(point.0)),
-        );
+        lost.push(1.0 - area_under(&points) / size(kind, mu, DELTA, 0.0)?.2);
+        largest.push(points.iter().map(|point| point.0).fold(0.0, f64::max));
     }
-    let numbers = format!(
-        "largest β {}; share of the area lost {}",
-        list(&largest),
-        list(&lost)
-    );
+    let (beta, area) = (list(&largest), list(&lost));
+    let numbers = format!("largest β {beta}; share of the area lost {area}");
     Ok((largest[4] < largest[3] && rises(&lost), numbers))
 }
 

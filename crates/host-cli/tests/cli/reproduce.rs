@@ -60,7 +60,10 @@ fn the_dissertation_is_made_again_and_judged() {
         .iter()
         .for_each(|figure| assert_figure(&place, figure));
     let claims = result["claims"].as_array().expect("claims").clone();
-    assert_eq!(ids(&claims), "C1 C2 C3 C4a C4b C5 C6 C7 C8 C9 C10 C11 C12 C13 C14 C15 C16 C17");
+    assert_eq!(
+        ids(&claims),
+        "C1 C2 C3 C4a C4b C5 C6 C7 C8 C9 C10 C11 C12 C13 C14 C15 C16 C17"
+    );
     assert_claims(&claims);
     // Self-contained.
     let html = place.text("again/report.html");
