@@ -103,7 +103,7 @@ fn remembers<F: Real>(mu: f64, x: &[f64]) -> Result<(), TestCaseError> {
     let have = run(&operator, &x);
     // A memory of 64 samples is wrong by at most its bound times the largest position, as it starts from rest.
     let short = ShortMemory::<F, 64>::new(order(mu), SAMPLE_TIME).expect("valid");
-    let cut = short.truncation_bound().expect("0 < μ < 1") * largest(&x);
+    let cut = short.truncation_bound().expect("0 < μ < 1") * rate * largest(&x);
     let forgetful = run(&short, &x);
     let rounding = 100.0 * half_unit::<F>();
     for n in 0..x.len() {
