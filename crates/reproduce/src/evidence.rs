@@ -1,7 +1,7 @@
 //! Evidence on each claim: the numbers that decide it, with an operator.
 
 use super::relaxation::{constants, relaxation_error};
-use super::walls::{REALISTIC, simulated};
+use super::trial::{REALISTIC, simulated};
 use super::{DELTA, Kind, MASS_KG, ORDERS, SAMPLE_TIME_S};
 use fracdiff::{FrequencyResponse, Order, grunwald_weight};
 use haptic_analysis::{

@@ -10,6 +10,7 @@ pub mod figure;
 pub mod figures;
 mod relaxation;
 pub mod report;
+mod trial;
 mod walls;
 
 pub use claims::Claim;
