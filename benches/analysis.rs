@@ -7,7 +7,7 @@
 //! other rows say which operator they use. The region's boundary has 2000 points; a grid of the same
 //! resolution has 2000 × 2000, and its cost is that of one point times four million.
 //!
-//! Quote with core, flags and date: `cargo bench --bench analysis`.
+//! Quote with core, flags and date: `cargo benches --bench analysis`.
 
 use criterion::{Criterion, criterion_group, criterion_main};
 use fracdiff::{Order, Scheme, Seconds};

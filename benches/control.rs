@@ -1,7 +1,7 @@
 //! A design for a fractional plant. What a tick costs: `table/run`.
 //!
 //! ```sh
-//! cargo bench --bench control
+//! cargo benches --bench control
 //! ```
 
 use criterion::{Criterion, criterion_group, criterion_main};

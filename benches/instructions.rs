@@ -1,8 +1,8 @@
 //! Instructions per tick, counted by valgrind and compared with `benches/instructions.toml`.
 //!
 //! ```text
-//! cargo bench --bench instructions                       compare, one minute
-//! cargo bench --bench instructions -- --write REASON     accept what has changed, and say why
+//! cargo benches --bench instructions                       compare, one minute
+//! cargo benches --bench instructions -- --write REASON     accept what has changed, and say why
 //! ```
 //! - *Why this way*: counts do not depend on the load of the machine. This program runs itself under
 //!   cachegrind, once for TICKS and once for twice as many; the difference is the ticks alone, to the instruction.
@@ -170,11 +170,11 @@ fn judge(complaints: &[String]) -> Outcome<ExitCode> {
     for complaint in complaints {
         writeln!(text, "  {complaint}")?;
     }
-    eprintln!("{text}declare it: cargo bench --bench instructions -- --write 'why'");
+    eprintln!("{text}declare it: cargo benches --bench instructions -- --write 'why'");
     Ok(ExitCode::FAILURE)
 }
 
-const HEADER: &str = "# Instructions per tick, written by `cargo bench --bench instructions -- --write REASON`.\n\
+const HEADER: &str = "# Instructions per tick, written by `cargo benches --bench instructions -- --write REASON`.\n\
     # A change over 3 % fails until it is declared that way: `before` is the old count, `reason` says why.\n\n";
 
 /// Prints why nothing was compared; a failure where all checks are required.

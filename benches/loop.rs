@@ -1,8 +1,8 @@
 //! Time of a whole controller tick, of a simulated plant's step, and of a relaxation.
 //!
 //! ```text
-//! cargo bench --bench loop                    all, one minute
-//! cargo bench --bench loop -- relaxation      one group
+//! cargo benches --bench loop                    all, one minute
+//! cargo benches --bench loop -- relaxation      one group
 //! ```
 //! - *Unit*: an iteration of `tick` and `plant` is 1000 ticks (criterion's timer then counts for
 //!   nothing), so its µs are ns per tick. A `relaxation` is 20 000 samples; criterion's elem/s are
@@ -21,25 +21,24 @@
 
 mod baseline;
 mod input;
+mod press;
 
 use baseline::{ModuloRing, Nothing};
 use criterion::measurement::WallTime;
 use criterion::{BatchSize, BenchmarkGroup, Criterion, Throughput};
-use fractional_haptics::fracdiff::{Differintegrator, Operator, Real, Scheme, Seconds};
+use fractional_haptics::fracdiff::{Differintegrator, Real, Seconds};
 use fractional_haptics::haptic_loop::plant::{
     IndentationRig, MassDamper, MassDamperConfig, RampHold, RigConfig, RigContact, RigDrive,
 };
 use fractional_haptics::haptic_loop::units::{
-    Kilograms, Metres, NewtonSecondsPerMetre, Newtons, NewtonsPerMetre, NewtonsPerSecond, Pascals,
-    SquareMetres,
+    Kilograms, Metres, NewtonSecondsPerMetre, Newtons, NewtonsPerMetre, NewtonsPerSecond,
 };
 use fractional_haptics::haptic_loop::{
-    Ball, Contact, Controller, Device, EnergyBounding, Environment, Guard, Limits, Modulus,
-    PassivityObserver, Reading, SafeForce, SafetyChain, SafetyState, Specimen, SpringDamper,
-    Tissue, Workspace,
+    Ball, Contact, Controller, Device, Environment, Limits, SafetyChain, SafetyState, SpringDamper,
 };
-use input::{BATCH, SAMPLE_TIME, order, ramp_and_hold};
+use input::{BATCH, SAMPLE_TIME, ramp_and_hold};
 use nalgebra::SVector;
+use press::{Scripted, contact, guards, operator, short_runs, tissue, whole};
 use std::convert::Infallible;
 use std::error::Error;
 use std::hint::black_box;
@@ -51,7 +50,7 @@ const SAMPLES: u16 = 20_000;
 type Outcome = Result<(), Box<dyn Error>>;
 
 fn main() -> Outcome {
-    let mut criterion = baseline::short_runs();
+    let mut criterion = short_runs();
     ticks::<f64>(&mut criterion, "f64")?;
     ticks::<f32>(&mut criterion, "f32")?;
     plants(&mut criterion)?;
@@ -99,31 +98,6 @@ fn tick<F: Real, const D: usize>(
         });
     });
     Ok(())
-}
-
-/// None, and both: the bounding has work, for the tissue is some three times stiffer than 2ρb/T = 80 N/m.
-fn guards() -> [(&'static str, Option<Guard>); 3] {
-    let (mass, damping) = (Kilograms(0.065), NewtonSecondsPerMetre(0.05));
-    let observer = PassivityObserver::bearable(mass, SAMPLE_TIME);
-    let bounding = EnergyBounding::of(damping);
-    [
-        ("no guard", None),
-        ("observer", Some(Guard::Observer(observer))),
-        ("energy bounding", Some(Guard::EnergyBounding(bounding))),
-    ]
-}
-
-/// Every limit that there is.
-fn whole(guard: Option<Guard>) -> Limits {
-    Limits {
-        workspace: Some(Workspace {
-            low: Metres(-0.05),
-            high: Metres(0.05),
-            soft: Metres(0.01),
-        }),
-        guard,
-        ..Limits::default()
-    }
 }
 
 /// Prints the tick of two and three axes over that of one.
@@ -250,31 +224,6 @@ fn relaxations<F: Real>(criterion: &mut Criterion, precision: &str) -> Outcome {
     Ok(())
 }
 
-fn operator<F: Real>(scheme: &str, horizon: f64) -> Result<Operator<F>, Box<dyn Error>> {
-    Ok(scheme
-        .parse::<Scheme>()?
-        .build(order(), SAMPLE_TIME, horizon)?)
-}
-
-fn tissue<F: Real, O: Differintegrator<F>>(
-    operator: O,
-) -> Result<SpringDamper<F, O>, Box<dyn Error>> {
-    let prostate = Tissue::new(Pascals(0.0), 8650.0, order())?;
-    let specimen = Specimen::slab(SquareMetres(4e-4), Metres(0.02))?;
-    Ok(SpringDamper::of_tissue(
-        &prostate,
-        (&specimen, Modulus::Young),
-        operator,
-    )?)
-}
-
-fn contact<F: Real, O: Differintegrator<F>, const D: usize>(
-    direction: [f64; D],
-    operator: O,
-) -> Result<Contact<F, SpringDamper<F, O>, D>, Box<dyn Error>> {
-    Ok(Contact::new(direction, Metres(0.0), tissue(operator)?)?)
-}
-
 /// Kelvin–Voigt tissue in the form of a ball.
 type SoftBall<F, O, const D: usize> = Contact<F, SpringDamper<F, O>, D, Ball<F, D>>;
 
@@ -300,40 +249,4 @@ fn rig(contact: RigContact) -> Result<IndentationRig, Box<dyn Error>> {
         contact,
         SAMPLE_TIME,
     ))?)
-}
-
-/// A device that goes its own way and keeps the force.
-#[derive(Clone, Copy, Debug)]
-struct Scripted<F, const D: usize> {
-    script: [F; BATCH],
-    tick: usize,
-    force: SVector<F, D>,
-}
-
-impl<F: Real, const D: usize> Scripted<F, D> {
-    fn new() -> Self {
-        Self {
-            script: ramp_and_hold(),
-            tick: 0,
-            force: SVector::from([F::ZERO; D]),
-        }
-    }
-}
-
-impl<F: Real, const D: usize> Device<F, D> for Scripted<F, D> {
-    type Error = Infallible;
-
-    fn read(&mut self) -> Result<Reading<F, D>, Infallible> {
-        Ok(Reading {
-            tick: self.tick as u64,
-            time_s: self.tick as f64 * SAMPLE_TIME.0,
-            position_m: SVector::from([self.script[self.tick]; D]),
-        })
-    }
-
-    fn write(&mut self, force: SafeForce<F, D>) -> Result<(), Infallible> {
-        self.force = *force.newtons();
-        self.tick = (self.tick + 1) % BATCH;
-        Ok(())
-    }
 }

@@ -1,19 +1,9 @@
-//! How long criterion measures, and what the operators are compared with: the Grünwald sum as one writes it first. It sums all N taps
+//! What the operators are compared with: the Grünwald sum as one writes it first. It sums all N taps
 //! between sample and force, in order, in one accumulator; the history only stores. N is a constant, so for a power of two the `%` of the
 //! ring is a mask, not a division.
 
 use crate::input::{SAMPLE_TIME, order};
-use criterion::Criterion;
 use fractional_haptics::fracdiff::{Differintegrator, Real, grunwald_weights};
-use std::time::Duration;
-
-/// Long enough for a figure on a quiet machine; the command line has the last word.
-pub(crate) fn short_runs() -> Criterion {
-    Criterion::default()
-        .warm_up_time(Duration::from_millis(500))
-        .measurement_time(Duration::from_secs(1))
-        .configure_from_args()
-}
 
 /// No operator at all, y = x: what the measurement itself costs.
 #[derive(Debug)]

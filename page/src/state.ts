@@ -98,7 +98,7 @@ export type PageEvent =
 
 export const OPERATORS: readonly [string, string][] = [
   ["exact", "full memory"],
-  ["muir:3", "A₃, dissertation"],
+  ["muir:3", "A₃, dissertation ch. 4"],
 ];
 
 /** Least and most of the numbers of Design. */

@@ -37,7 +37,7 @@ pub fn muir_coefficients(order: Order, coefficients: &mut [f64]) {
 /// y[k] = T^(−μ) · Σ_{i=0}^{n} a_i·x[k−i]
 /// ```
 /// **Not an approximation of (1 − w)^μ**: at μ = 1, n = 3 it is 1 − w + w²/3 − w³/3, and its gain at rest, (1−μ)(3−μ)/3 for n = 3, is −1/3
-/// at μ = 2 where the truth is 0. It is here so that the dissertation's results can be computed again; use
+/// at μ = 2 where the truth is 0. It is here so that the results of that chapter can be computed again; use
 /// [`TustinMuir`](crate::TustinMuir) or [`FullMemory`](crate::FullMemory) to render with.
 ///
 /// - *Units*: as [`ShortMemory`](crate::ShortMemory). *Start-up*: zero for ever before.

@@ -110,7 +110,7 @@ const GRAMMAR: [(&str, &str); 8] = [
     ),
     (
         "muir:N",
-        "the dissertation's polynomial A_N, for comparison",
+        "polynomial A_N of the dissertation's chapter 4, for comparison",
     ),
     ("exact", "the exact operator (1 - w)^mu, for analysis only"),
 ];

@@ -405,7 +405,7 @@ impl RequiredDamping {
 /// Corollary 1, nondimensional: δ > α/2 + β·2^(μ−1); with units b > KT/2 + B(T/2)^(1−μ).
 ///
 /// Equal to Theorem 1 for the exact operator (1 − w)^μ without extra delay and 0 ≤ μ ≤ 2 (in fact for every μ ≥ 0; worst at θ = π). It says
-/// nothing about another operator: the Muir polynomial of the dissertation needs up to a third more on the β term. Nor about a delay: d
+/// nothing about another operator: the Muir polynomial of the dissertation's chapter 4 needs up to a third more on the β term. Nor about a delay: d
 /// samples make the α term 2d + 1 times as large, and the β term larger where μ < 1 (where μ ≥ 1 it stays sufficient).
 ///
 /// # Errors

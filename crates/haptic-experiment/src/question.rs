@@ -12,7 +12,6 @@ use crate::document::error::FileError;
 use crate::document::failure::Failure;
 use crate::document::parameters::{ON_DEVICE, Parameter};
 use crate::experiment::reading::with_devices;
-use crate::experiment::trial::TrialPlan;
 use crate::run::device::Warn;
 use crate::run::folder::OutputFolder;
 use bench::BENCH;
@@ -108,15 +107,6 @@ impl Question {
             },
         };
         asked.map(Self)
-    }
-
-    /// The same Z-width, each wall tried and judged as in the experiment of the dissertation's figure 4.3.
-    #[must_use]
-    pub fn as_in_the_dissertation(mut self) -> Self {
-        if let Asked::ZWidth(zwidth) = &mut self.0 {
-            zwidth.plan = TrialPlan::DISSERTATION;
-        }
-        self
     }
 
     /// True if it asks the simulated device.
@@ -239,7 +229,7 @@ mod tests {
         let device = super::bench::dissertation_device(fracdiff::Seconds(1e-3));
         assert_eq!((zwidth.points, zwidth.orders.len()), (21, 5));
         assert_eq!(zwidth.device, device);
-        assert_eq!(zwidth.plan, TrialPlan::DEFAULT);
+        assert_eq!(zwidth.plan, crate::TrialPlan::DEFAULT);
         let Ok(Question(Asked::Design(design))) = read("[design]") else {
             panic!("a design");
         };

@@ -1,149 +1,94 @@
 //! The claims of the dissertation, judged by computing.
 
 use super::Kind;
-use super::evidence::{self, Formulas};
+use super::evidence::{self, Formulas, Found};
 use haptic_analysis::AnalysisError;
 use serde::Serialize;
 
 pub use super::evidence::Evidence;
 
-/// Verdict of both operators together.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
-pub enum ClaimVerdict {
-    /// With both.
-    #[serde(rename = "holds")]
-    Holds,
-    /// With the dissertation's polynomial alone.
-    #[serde(rename = "holds only with A3")]
-    OnlyWithMuir,
-    /// With the exact operator alone.
-    #[serde(rename = "holds only with the exact operator")]
-    OnlyExact,
-    /// With neither.
-    #[serde(rename = "does not hold")]
-    No,
-}
-
-impl ClaimVerdict {
-    pub(crate) fn of(muir: bool, exact: bool) -> Self {
-        match (muir, exact) {
-            (true, true) => Self::Holds,
-            (true, false) => Self::OnlyWithMuir,
-            (false, true) => Self::OnlyExact,
-            (false, false) => Self::No,
-        }
-    }
-
-    pub(crate) fn words(self) -> &'static str {
-        match self {
-            Self::Holds => "holds",
-            Self::OnlyWithMuir => "holds only with A₃",
-            Self::OnlyExact => "holds only with the exact operator",
-            Self::No => "does not hold",
-        }
-    }
-}
-
 /// A claim, judged.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct Claim {
-    /// C1 to C12, C4 in two.
+    /// C1 to C17, C4 in two.
     pub id: &'static str,
     /// Statement of the dissertation, and how it is read here.
     pub statement: &'static str,
     /// Section of the dissertation.
     pub section: &'static str,
-    /// The verdict.
-    pub verdict: ClaimVerdict,
-    /// With A₃.
-    pub muir: Evidence,
-    /// With the exact operator.
-    pub exact: Evidence,
+    /// The verdict, in words.
+    pub verdict: String,
+    /// With the operator of the chapter; then, if that is another, with (1 − w)^μ.
+    pub evidence: Vec<Evidence>,
 }
 
-type Judge = fn(Kind, &Formulas) -> Result<Evidence, AnalysisError>;
+/// The verdict of the chapter's operator, and of the one beside it.
+fn verdict(evidence: &[Evidence]) -> String {
+    let only = evidence.iter().filter(|one| one.holds);
+    match only.clone().count() {
+        0 => "does not hold".to_owned(),
+        count if count == evidence.len() => "holds".to_owned(),
+        _ => format!(
+            "holds only with {}",
+            only.map(|one| one.operator).collect::<String>()
+        ),
+    }
+}
 
-/// Identifier, statement with its reading, section, and what computes it.
-const CLAIMS: [(&str, &str, &str, Judge); 13] = [
-    (
-        "C1",
-        "The stability area in the α–β plane grows with μ on [0, 2]. Read as: it increases at each step of 0.1 in μ, device of 4.4.",
-        "4.3",
-        evidence::area_grows,
-    ),
-    (
-        "C2",
-        "The stiffest stable wall is at μ = 2. Read as: the largest α over μ in steps of 0.1 is at 2.",
-        "4.3, 4.5",
-        evidence::stiffest_at_two,
-    ),
-    (
-        "C3",
-        "The largest β falls from μ = 1.5 to μ = 2.",
-        "4.5",
-        evidence::largest_beta_falls,
-    ),
-    (
-        "C4a",
-        "For larger μ the region changes less with the sample time T. Read as: the relative change of its area in the plane of α = KT²/m and β = BT^(2−μ)/m with the varied T, from half to twice T, falls with μ over 0, 0.5, 1, 1.5, 2, with a hand of 500 N/m and without one.",
-        "4.6",
-        evidence::robust_to_time,
-    ),
-    (
-        "C4b",
-        "For larger μ the region changes less with the damping b. Read as: the relative change of its area in the α–β plane, from half to twice b, falls with μ over 0, 0.5, 1, 1.5, 2, with a hand of 500 N/m and without one.",
-        "4.6",
-        evidence::robust_to_damping,
-    ),
-    (
-        "C5",
-        "The hand's stiffness k has no significant effect on the region. Read as: from k = 0 to 1000 N/m the area changes by less than 5 % for each of the five orders.",
-        "4.6",
-        evidence::robust_to_hand,
-    ),
-    (
-        "C6",
-        "A smaller μ lowers the peak of the sensitivity. Read as: the peak rises with μ over the five orders, at α = β = 0.05.",
-        "4.7",
-        evidence::sensitivity_rises,
-    ),
-    (
-        "C7",
-        "The wall is passive if (5.1) holds, which is Colgate's condition at μ = 1. Read as: the damping of (5.1) is at least the least one by Theorem 1, over μ in steps of 0.1 and three walls, and equal to Colgate's at μ = 1.",
-        "5.1",
-        evidence::corollary_one,
-    ),
-    (
-        "C8",
-        "The passivity region is larger for 0 ≤ μ < 1 than at 1 and least as μ → 2. Read as: its area falls at each step of 0.25.",
-        "5.1",
-        evidence::passivity_region,
-    ),
-    (
-        "C9",
-        "(5.20) makes the coupled port passive for μ ≤ 1, and nothing does for μ > 1. Read as: at least Llewellyn's least damping for 25 couplers, and none exists for μ = 1.25, 1.5, 2.",
-        "5.2",
-        evidence::corollary_two,
-    ),
-    (
-        "C10",
-        "For μ ≤ 1 the B term never lowers the effective stiffness; for μ > 1 it can. Read as: the sign of Re P over all frequencies.",
-        "3.5, 6",
-        evidence::effective_stiffness,
-    ),
-    (
-        "C11",
-        "History decays exponentially, so short memory suffices. Read as: 200 s after a 1 s ramp the force from short memory is within 1 % (last 1000 samples of the exact operator; A₃ as it is).",
-        "3.2",
-        evidence::short_memory,
-    ),
-    (
-        "C12",
-        "The rendered relaxation follows the tissue for 200 s. Read as: within 1 % of the closed form from 1.1 s on (full memory 1e-6 for the exact operator).",
-        "7",
-        evidence::relaxation,
-    ),
-];
+type Judge = fn(Kind, &Formulas) -> Found;
+
+/// Operators of the chapters: first the one the author uses, then what is computed beside it.
+const EXACT: &[Kind] = &[Kind::Exact];
+const MUIR: &[Kind] = &[Kind::Muir];
+const UNSAMPLED: &[Kind] = &[Kind::Continuous, Kind::Exact];
+const CHAPTER_4: &[Kind] = &[Kind::Muir, Kind::Exact];
+const CHAPTER_7: &[Kind] = &[Kind::Oustaloup, Kind::Exact];
+
+/// Identifier, section, operators and what computes it; then the statement with its reading.
+macro_rules! claims {
+    ($($id:literal, $section:literal, $operators:ident, $judge:ident: $statement:literal;)*) => {
+        [$(($id, $section, $statement, $operators, evidence::$judge)),*]
+    };
+}
+
+const CLAIMS: [(&str, &str, &str, &[Kind], Judge); 18] = claims! {
+    "C1", "4.3", CHAPTER_4, area_grows:
+        "The stability area in the α–β plane grows with μ on [0, 2]. Read as: it increases at each step of 0.1 in μ, device of 4.4.";
+    "C2", "4.3, 4.5", CHAPTER_4, stiffest_at_two:
+        "The stiffest stable wall is at μ = 2. Read as: the largest α over μ in steps of 0.1 is at 2.";
+    "C3", "4.5", CHAPTER_4, largest_beta_falls:
+        "The largest β falls from μ = 1.5 to μ = 2.";
+    "C4a", "4.6", CHAPTER_4, robust_to_time:
+        "A longer sample time T reduces the region, and less so for larger μ. Read as: over half, once and twice T the area falls at each of the orders 0, 0.5, 1, 1.5, 2, and its relative change falls with μ, with a hand of 500 N/m and without one; both in the same plane, either that of α = KT²/m and β = BT^(2−μ)/m with the varied T or that of K and B.";
+    "C4b", "4.6", CHAPTER_4, robust_to_damping:
+        "More damping b enlarges the region, and less so for larger μ. Read as: over half, once and twice b the area in the α–β plane grows at each of the five orders, and its relative change falls with μ, with a hand of 500 N/m and without one.";
+    "C5", "4.6", CHAPTER_4, robust_to_hand:
+        "The hand's stiffness k has no significant effect on the region. Read as: from k = 0 to 1000 N/m the area changes by less than 5 % for each of the five orders.";
+    "C6", "4.7", CHAPTER_4, sensitivity_rises:
+        "A smaller μ lowers the peak of the sensitivity. The text does not give the wall. Read as: the peak rises with μ over the five orders for every wall tried that is stable at all five; α from 0.01 to 0.2, β from 0.0001 to 0.1, δ half, once and twice that of 4.4, with a hand of 500 N/m and without one.";
+    "C7", "5.1", EXACT, corollary_one:
+        "The wall is passive if (5.1) holds, which is Colgate's condition at μ = 1. Read as: the damping of (5.1) is at least the least one by Theorem 1, over μ in steps of 0.1 and three walls, and equal to Colgate's at μ = 1.";
+    "C8", "5.1", EXACT, passivity_region:
+        "The passivity region is larger for 0 ≤ μ < 1 than at 1 and least as μ → 2. Read as: its area falls at each step of 0.25.";
+    "C9", "5.2", EXACT, corollary_two:
+        "(5.20) makes the coupled port passive for μ ≤ 1, and nothing does for μ > 1. Read as: at least Llewellyn's least damping for 25 couplers, and none exists for μ = 1.25, 1.5, 2.";
+    "C10", "3.5, 6", UNSAMPLED, effective_stiffness:
+        "For μ ≤ 1 the B term never lowers the effective stiffness; for μ > 1 it can. Read as: the sign of its share over all frequencies, s^μ behind the hold (6) and (1 − w)^μ alone (3.5).";
+    "C11", "3.2", EXACT, short_memory:
+        "History decays exponentially, so short memory suffices. Read as: 200 s after a 1 s ramp the force from the last 1000 samples is within 1 %.";
+    "C12", "7", CHAPTER_7, relaxation:
+        "The rendered relaxation follows the tissue for 200 s. Read as: within 1 % of the closed form from 1.1 s on, with an operator of the kind of [54] (9 sections, 10 µHz to 100 Hz) and with full memory 1e-6.";
+    "C13", "3.3, 4.1", CHAPTER_4, classical:
+        "At μ = 1 the environment is the classical spring and damper. Read as: the operator of order 1 is 1 − w.";
+    "C14", "6", UNSAMPLED, damps:
+        "For 1 ≤ μ ≤ 2 the B term always raises the effective damping. Read as: its share behind the hold is positive below the Nyquist frequency, μ in steps of 0.1.";
+    "C15", "4.5", MUIR, experiments:
+        "The experiments, too, show the largest β fall from μ = 1.5 to 2, and theory and experiment differ the more, the larger μ. His measurements are not at hand. Read as: so it is on the simulated realistic device of figure 4.3, which is our choice, where the share of theory's area that is lost rises over the five orders.";
+    "C16", "3.5", EXACT, positive_damping:
+        "The effective damping (3.13) is positive for 0 < μ < 2. Read as: below the Nyquist frequency, μ in steps of 0.1.";
+    "C17", "1", UNSAMPLED, stores:
+        "The B term only stores energy at μ = 0 and 2, and dissipates at every order between. Read as: its damping is zero at all frequencies for those two orders alone.";
+};
 
 /// Number of claims.
 pub const COUNT: usize = CLAIMS.len();
@@ -153,21 +98,25 @@ pub const COUNT: usize = CLAIMS.len();
 /// # Errors
 /// None: all parameters are constants.
 pub fn judge_all(done: &dyn Fn() -> bool) -> Result<Vec<Claim>, AnalysisError> {
-    judge_by(&Formulas::DISSERTATION, done)
-}
-
-fn judge_by(formulas: &Formulas, done: &dyn Fn() -> bool) -> Result<Vec<Claim>, AnalysisError> {
     let mut claims = Vec::with_capacity(COUNT);
-    for (id, statement, section, judge) in CLAIMS {
-        let muir = judge(Kind::Muir, formulas)?;
-        let exact = judge(Kind::Exact, formulas)?;
+    for (id, section, statement, kinds, judge) in CLAIMS {
+        let mut evidence = Vec::new();
+        for kind in kinds {
+            let (holds, numbers) = judge(*kind, &Formulas::DISSERTATION)?;
+            let operator = kind.name();
+            evidence.push(Evidence {
+                operator,
+                holds,
+                numbers,
+            });
+        }
+        let verdict = verdict(&evidence);
         claims.push(Claim {
             id,
-            statement,
             section,
-            verdict: ClaimVerdict::of(muir.holds, exact.holds),
-            muir,
-            exact,
+            statement,
+            verdict,
+            evidence,
         });
         if !done() {
             break;
@@ -182,100 +131,135 @@ mod tests {
     use fracdiff::Order;
     use haptic_analysis::corollary_delta;
 
-    fn verdict(claims: &[Claim], id: &str) -> ClaimVerdict {
-        let claim = claims.iter().find(|claim| claim.id == id);
-        claim.expect("all are judged").verdict
-    }
-
     #[test]
-    fn verdicts_follow_from_the_two_operators() {
-        assert_eq!(ClaimVerdict::of(true, true), ClaimVerdict::Holds);
-        assert_eq!(ClaimVerdict::of(true, false), ClaimVerdict::OnlyWithMuir);
-        assert_eq!(ClaimVerdict::of(false, true), ClaimVerdict::OnlyExact);
-        assert_eq!(ClaimVerdict::of(false, false), ClaimVerdict::No);
+    fn verdicts_follow_from_the_operator_of_the_chapter_and_the_one_beside_it() {
+        let evidence = |operator, holds| Evidence {
+            operator,
+            holds,
+            numbers: String::new(),
+        };
+        for (own, beside, want) in [
+            (true, true, "holds"),
+            (true, false, "holds only with A₃"),
+            (false, true, "holds only with (1 − w)^μ"),
+            (false, false, "does not hold"),
+        ] {
+            let both = [evidence("A₃", own), evidence("(1 − w)^μ", beside)];
+            assert_eq!(verdict(&both), want);
+        }
+        assert_eq!(verdict(&[evidence("(1 − w)^μ", true)]), "holds");
+        assert_eq!(verdict(&[evidence("(1 − w)^μ", false)]), "does not hold");
     }
 
-    /// Verdicts on the claims that no finding is about.
-    const AS_THE_NUMBERS_HAVE_IT: [(&str, ClaimVerdict); 9] = [
-        ("C1", ClaimVerdict::OnlyExact),
-        ("C2", ClaimVerdict::Holds),
-        ("C3", ClaimVerdict::Holds),
-        ("C4a", ClaimVerdict::OnlyWithMuir),
-        ("C4b", ClaimVerdict::OnlyWithMuir),
-        ("C5", ClaimVerdict::No),
-        ("C6", ClaimVerdict::No),
-        ("C8", ClaimVerdict::Holds),
-        ("C10", ClaimVerdict::Holds),
+    /// Verdicts as the numbers have them, with the operators of the chapter.
+    const WANTED: [(&str, &str, &[&str]); 18] = [
+        ("C1", "holds only with (1 − w)^μ", &["A₃", "(1 − w)^μ"]),
+        ("C2", "holds", &["A₃", "(1 − w)^μ"]),
+        ("C3", "holds", &["A₃", "(1 − w)^μ"]),
+        ("C4a", "does not hold", &["A₃", "(1 − w)^μ"]),
+        ("C4b", "holds only with A₃", &["A₃", "(1 − w)^μ"]),
+        ("C5", "does not hold", &["A₃", "(1 − w)^μ"]),
+        ("C6", "does not hold", &["A₃", "(1 − w)^μ"]),
+        ("C7", "holds", &["(1 − w)^μ"]),
+        ("C8", "holds", &["(1 − w)^μ"]),
+        ("C9", "does not hold", &["(1 − w)^μ"]),
+        ("C10", "holds", &["s^μ", "(1 − w)^μ"]),
+        ("C11", "does not hold", &["(1 − w)^μ"]),
+        ("C12", "holds", &["Oustaloup's operator", "(1 − w)^μ"]),
+        ("C13", "holds only with (1 − w)^μ", &["A₃", "(1 − w)^μ"]),
+        ("C14", "holds only with s^μ", &["s^μ", "(1 − w)^μ"]),
+        ("C15", "does not hold", &["A₃"]),
+        ("C16", "holds", &["(1 − w)^μ"]),
+        ("C17", "holds only with s^μ", &["s^μ", "(1 − w)^μ"]),
     ];
 
     #[test]
-    fn the_findings_of_the_theory_come_out_and_a_broken_formula_changes_its_verdict() {
+    fn each_claim_is_judged_with_the_operator_of_its_chapter() {
+        let claims = judge_all(&|| true).expect("judges");
+        let operators = |claim: &Claim| -> Vec<&str> {
+            claim.evidence.iter().map(|one| one.operator).collect()
+        };
+        assert_eq!(claims.len(), COUNT);
+        for (claim, (id, verdict, with)) in claims.iter().zip(WANTED) {
+            let found = (claim.id, claim.verdict.as_str());
+            assert_eq!(found, (id, verdict), "{claim:?}");
+            assert_eq!(operators(claim), with, "{id}");
+            assert!(!claim.statement.contains("A₃"), "{}", claim.statement);
+        }
+        // Numbers of another program, and closed forms.
+        let says = |id: &str, which: usize, words: &[&str]| {
+            let claim = claims.iter().find(|claim| claim.id == id).expect("judged");
+            let numbers = &claim.evidence[which].numbers;
+            for word in words {
+                assert!(numbers.contains(word), "{id}: {word:?} is not in {numbers}");
+            }
+        };
+        // In α–β the region grows with T, in K–B it shrinks; the change falls throughout in one and from 0.5 on in the other.
+        says(
+            "C4a",
+            0,
+            &["it grows (0.9131, 1.2755, 2.0251 at μ = 1)", "it shrinks"],
+        );
+        says(
+            "C4a",
+            0,
+            &["3.6492, 7.5783, 5.5287, 4.5292, 3.1020 (falls from μ = 0.5 on)"],
+        );
+        says(
+            "C7",
+            0,
+            &[
+                "at least 1.000000000 times",
+                "is Colgate's",
+                "needs up to 1.341 times",
+            ],
+        );
+        // The least damping of Llewellyn at k_c = 0, μ = 1 is b_c T/8, twice that of (5.20).
+        says(
+            "C9",
+            0,
+            &[
+                "9 of 25",
+                "1.018 times",
+                "2.000 times at worst (μ = 1, k_c : b_c(T/2)^μ = 0 : 1)",
+            ],
+        );
+        says("C11", 0, &["3.287 times the truth"]);
+        // A₃(w, 1) = (1 − w)(1 + w²/3).
+        says("C13", 0, &["1.3333 at low frequency, 0.6667 at θ = π/2"]);
+        // The phase μ(π − θ)/2 − θ/2 is negative from θ = πμ/(1 + μ) on.
+        says(
+            "C14",
+            1,
+            &[
+                "θ = 1.572 at μ = 1,",
+                "θ = 1.885 at μ = 1.5,",
+                "θ = 2.095 at μ = 2",
+            ],
+        );
+    }
+
+    #[test]
+    fn a_broken_formula_changes_its_verdict() {
         let broken = Formulas {
             // Forgets the 2^(μ−1): right at μ = 1 only.
             passivity: |_, alpha, beta| Ok(0.5 * alpha + beta),
-            // Twice as careful, which is enough.
+            // Three times as careful, which is enough.
             coupling: |mu, t, k, b| 3.0 * (k + b * (0.5 * t).powf(mu)) / 8.0,
             // A tissue 5 % stiffer than the one that was rendered.
             stress_factor: 1.05,
         };
-        let (truth, claims) = std::thread::scope(|scope| {
-            let claims = scope.spawn(|| judge_by(&broken, &|| true).expect("judges"));
-            let truth = judge_all(&|| true).expect("judges");
-            (truth, claims.join().expect("ends"))
-        });
-        assert_eq!(truth.len(), COUNT);
-        // Finding 3: (5.1) holds for the exact operator alone. Finding 4: (5.20) for neither.
-        assert_eq!(verdict(&truth, "C7"), ClaimVerdict::OnlyExact);
-        assert_eq!(verdict(&truth, "C9"), ClaimVerdict::No);
-        // Finding 1: short memory fails; full memory follows the tissue, A₃ does not.
-        assert_eq!(verdict(&truth, "C11"), ClaimVerdict::No);
-        assert_eq!(verdict(&truth, "C12"), ClaimVerdict::OnlyExact);
-        // The rest, as the numbers have it: a slip in one of their formulas shows here.
-        for (id, want) in AS_THE_NUMBERS_HAVE_IT {
-            assert_eq!(verdict(&truth, id), want, "{id}");
-        }
-        let numbers = |id: &str, kind: fn(&Claim) -> &Evidence| {
-            let claim = truth.iter().find(|claim| claim.id == id);
-            kind(claim.expect("judged")).numbers.clone()
-        };
-        // Finding 3: A₃ needs 1.33 times the damping of (5.1) at μ = 1 and at 1.5, and a little more between. For the
-        // exact operator (5.1) is the least damping.
-        let muir = numbers("C7", |claim| &claim.muir);
-        let factor = muir
-            .split_whitespace()
-            .nth(5)
-            .and_then(|word| word.parse().ok());
-        let factor: f64 = factor.unwrap_or_else(|| panic!("{muir}"));
-        assert!((1.33..1.35).contains(&factor), "{muir}");
-        let exact = numbers("C7", |claim| &claim.exact);
-        assert!(exact.contains("at least 1.000000000 times"), "{exact}");
-        // The stiffest wall at 2 is held against another, not against itself.
-        let kinds: [fn(&Claim) -> &Evidence; 2] = [|claim| &claim.muir, |claim| &claim.exact];
-        for said in kinds.map(|kind| numbers("C2", kind)) {
-            let decimals = |word: &&str| {
-                word.split_once('.')
-                    .is_some_and(|(_, after)| after.len() == 4)
-            };
-            let alphas: Vec<&str> = said.split([' ', ',', ';']).filter(decimals).collect();
-            assert!(alphas.len() == 2 && alphas[0] > alphas[1], "{said}");
-        }
-        let c9 = truth.iter().find(|claim| claim.id == "C9").expect("judged");
-        assert!(
-            c9.exact.numbers.contains("2.000 times"),
-            "{}",
-            c9.exact.numbers
-        );
+        let holds = |judge: Judge, kind| judge(kind, &broken).expect("judges").0;
+        assert!(!holds(evidence::corollary_one, Kind::Exact));
+        assert!(holds(evidence::corollary_two, Kind::Exact));
+        assert!(!holds(evidence::relaxation, Kind::Oustaloup));
+    }
 
-        // Of the broken formulas.
-        assert_eq!(verdict(&claims, "C7"), ClaimVerdict::No);
-        assert_eq!(verdict(&claims, "C9"), ClaimVerdict::Holds);
-        assert_eq!(verdict(&claims, "C12"), ClaimVerdict::No);
-        // The others do not use these formulas.
-        for id in [
-            "C1", "C2", "C3", "C4a", "C4b", "C5", "C6", "C8", "C10", "C11",
-        ] {
-            assert_eq!(verdict(&claims, id), verdict(&truth, id), "{id}");
-        }
+    #[test]
+    fn the_polynomial_of_chapter_4_does_not_render_the_tissue() {
+        // 200 s after the start it ends at 13.2 of the closed form.
+        let found = evidence::relaxation(Kind::Muir, &Formulas::DISSERTATION).expect("judges");
+        assert!(!found.0 && found.1.contains("200 s: 1.22e1"), "{}", found.1);
     }
 
     #[test]
@@ -285,8 +269,7 @@ mod tests {
                 passivity,
                 ..Formulas::DISSERTATION
             };
-            let evidence = evidence::corollary_one(kind, &formulas).expect("judges");
-            evidence.holds
+            evidence::corollary_one(kind, &formulas).expect("judges").0
         };
         fn is_one(order: Order) -> bool {
             (order.get() - 1.0).abs() < 1e-9

@@ -49,7 +49,7 @@ fn coefficients() -> Result<Figure, Failure> {
     Ok(Figure {
         id: "3.3",
         title: "coefficients of effective stiffness and damping",
-        conditions: "exact operator; orders chosen here".to_owned(),
+        conditions: "(1 − w)^μ; orders chosen here".to_owned(),
         columns: 3,
         panels: vec![
             panel("magnitude", magnitude, |mu, theta| {
@@ -124,7 +124,7 @@ fn environment() -> Result<Figure, Failure> {
     Ok(Figure {
         id: "3.4",
         title: "effective stiffness and damping of the environment",
-        conditions: "K = 10 N/mm, B = 0.1 N·s^μ/mm, T = 1 ms; exact operator".to_owned(),
+        conditions: "K = 10 N/mm, B = 0.1 N·s^μ/mm, T = 1 ms; (1 − w)^μ".to_owned(),
         columns: 2,
         panels,
     })
@@ -151,8 +151,8 @@ fn sensitivity() -> Result<Figure, Failure> {
         conditions: format!("α = {alpha}, β = {beta} (our choice), δ = {DELTA:.5}, no hand"),
         columns: 2,
         panels: vec![
-            panel(Kind::Muir, "with A₃")?,
-            panel(Kind::Exact, "with the exact operator")?,
+            panel(Kind::Muir, "with A₃, as in the chapter")?,
+            panel(Kind::Exact, "with (1 − w)^μ")?,
         ],
     })
 }
@@ -181,7 +181,7 @@ fn transparency() -> Result<Figure, Failure> {
         title: "effective stiffness and damping at the hand",
         conditions:
             "m = 0.65 kg, b = 3.5 N·s/m, K = 50 N/m, B = 1 N·s^μ/m; T = 1 ms (our choice)\n\
-                     continuous s^μ, signs as in the text"
+                     continuous s^μ, signs and b as in the text; (6.1) prints the stiffness with opposite signs, the caption b in N·s/mm"
                 .to_owned(),
         columns: 2,
         panels: effective((&ORDERS, 0), "", (STIFFNESS, DAMPING), points)?.into(),

@@ -2,12 +2,11 @@
 
 use super::evidence::{passive_boundary, region, varied};
 use super::figure::{Axis, Curve, Figure, Panel, per_order, refused, share_axes};
+use super::trial::{REALISTIC, simulated};
 use super::{DELTA, Kind, ORDERS};
 use haptic_analysis::AnalysisError;
 use haptic_experiment::Failure;
-use haptic_experiment::question::{Answer, Question};
 use haptic_figure::Look;
-use std::path::Path;
 use std::sync::atomic::AtomicBool;
 
 /// The outline of a region as β, α; closed.
@@ -55,8 +54,8 @@ pub(super) fn regions() -> Result<Figure, Failure> {
         Ok::<_, Failure>(Panel::new(caption, BETA, ALPHA, curves))
     };
     let mut panels = vec![
-        panel(Kind::Muir, "with A₃, as in the dissertation")?,
-        panel(Kind::Exact, "with the exact operator")?,
+        panel(Kind::Muir, "with A₃, as in the chapter")?,
+        panel(Kind::Exact, "with (1 − w)^μ")?,
     ];
     share_axes(&mut panels);
     Ok(Figure {
@@ -116,20 +115,22 @@ pub(super) fn passivity() -> Result<Figure, Failure> {
     Ok(Figure {
         id: "5.1",
         title: "passive walls for five orders",
-        conditions: format!("δ = {DELTA:.5} (the device of section 4.4; our choice)"),
+        conditions: format!(
+            "δ = {DELTA:.5} (the device of section 4.4; our choice); Theorem 1\n\
+             with A₃ and μ > 1 the lower edge is a rule of ours: beneath it the wall is a negative spring at rest"
+        ),
         columns: 2,
         panels: vec![
-            panel(Kind::Muir, "with A₃, Theorem 1")?,
-            panel(Kind::Exact, "with the exact operator, = Corollary 1")?,
+            panel(Kind::Exact, "with (1 − w)^μ, = Corollary 1")?,
+            panel(Kind::Muir, "warning: A₃ of chapter 4 instead")?,
         ],
     })
 }
 
 pub(super) fn zwidth(stop: &AtomicBool) -> Result<Figure, Failure> {
-    let realistic = [DOCUMENT, REALISTIC].concat();
     let mut panels = vec![
-        zwidth_panel("ideal device", DOCUMENT, stop)?,
-        zwidth_panel("realistic device", &realistic, stop)?,
+        zwidth_panel("ideal device", "", stop)?,
+        zwidth_panel("realistic device", REALISTIC, stop)?,
     ];
     share_axes(&mut panels);
     let enlarged = enlarged(&panels);
@@ -147,28 +148,22 @@ pub(super) fn zwidth(stop: &AtomicBool) -> Result<Figure, Failure> {
     })
 }
 
-/// The ideal device, as a document; the realistic one's imperfections come behind it.
-const DOCUMENT: &str = "[zwidth]\nscheme = \"muir:3\"\nsample_time_s = 2e-3\none_sided = false\n";
-const REALISTIC: &str =
-    "friction_n = 0.05\ndelay_s = 1e-3\ncurrent_lag_s = 1e-3\nencoder_resolution_m = 1e-6\n";
-
 /// The border of theory and the markers of a simulated device.
-fn zwidth_panel(caption: &str, document: &str, stop: &AtomicBool) -> Result<Panel, Failure> {
-    let question = Question::parse(Path::new("reproduce"), document).map_err(Failure::input)?;
-    let question = question.as_in_the_dissertation();
-    let Answer::ZWidth(report) = question.answer(&|_| {}, stop, &|_| {})? else {
-        return Err(Failure::bad_input("not a Z-width"));
-    };
+fn zwidth_panel(caption: &str, device: &str, stop: &AtomicBool) -> Result<Panel, Failure> {
     let mut curves = per_order(&ORDERS, 0, Look::Line, |mu| {
         border(Kind::Muir, mu, DELTA, 0.0)
     })?;
-    for (colour, order) in report.orders.iter().enumerate() {
-        let points = order.boundary.iter().map(|p| (p.beta, p.alpha)).collect();
-        let name = format!("simulated, μ = {}", order.order);
+    let simulated = simulated(Kind::Muir, device, stop)?;
+    for (colour, (mu, points)) in ORDERS.into_iter().zip(simulated).enumerate() {
         curves.push(Curve {
             // One entry with the line of theory.
-            legend: format!("μ = {}", order.order),
-            ..Curve::new(name, points, Look::MarkersApart, colour)
+            legend: format!("μ = {mu}"),
+            ..Curve::new(
+                format!("simulated, μ = {mu}"),
+                points,
+                Look::MarkersApart,
+                colour,
+            )
         });
     }
     Ok(Panel::new(caption, BETA, ALPHA, curves))

@@ -11,6 +11,7 @@ mod operators;
 mod oracle;
 mod owners;
 mod portable;
+mod properties;
 mod refusals;
 mod saved;
 mod weights;

@@ -87,7 +87,7 @@ pub(crate) const COUPLER_REQUIRED: &[Parameter] = &[
 ];
 
 /// Of `[coupler]`, with defaults.
-pub(crate) const COUPLER: &[Parameter] = &joined::<19>(&[
+pub(crate) const COUPLER: &[Parameter] = &joined::<21>(&[
     &[
         p::DEVICE_MODEL,
         OBJECT_MASS,

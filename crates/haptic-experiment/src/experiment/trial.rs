@@ -6,12 +6,13 @@
 mod report;
 mod setup;
 
-use super::reading::samples_fit;
+use super::reading::{samples_fit, without};
 use crate::document::error::FileError;
 use crate::document::failure::Failure;
+use crate::document::named::Named as _;
 use crate::document::parameters::kind::{Parameter, parameters};
 use crate::document::parameters::range::{
-    DURATIONS, FORCE_LIMITS, FORCE_RATES, FORCES_ABOVE_0, IMPACTS,
+    DURATIONS, FORCE_LIMITS, FORCE_RATES, FORCES_ABOVE_0, IMPACTS, REACHES_ABOVE_0,
 };
 use crate::document::parameters::{SAMPLE_TIME, SCHEME, TRIAL_DURATION};
 use crate::document::reader::Table;
@@ -44,6 +45,11 @@ parameters! {
     PUSH = number("push_n", 1.0, "1N", FORCES_ABOVE_0, "Constant push into the wall");
     /// Window of a trial, s.
     WINDOW = number("window_s", 0.4, "0.4s", DURATIONS, "Time at the end that is judged");
+    /// Rule of a trial.
+    CRITERION = text("criterion", "settling", "Rule by which the wall counts as stable");
+    /// Threshold of the dissertation's rule, m.
+    THRESHOLD = number("threshold_m", 1e-4, "0.1mm", REACHES_ABOVE_0,
+        "Largest standard deviation of the position by the criterion dissertation");
     /// Force limit of a trial, N.
     TRIAL_FORCE_LIMIT = number("force_limit_n", 100.0, "100N", FORCE_LIMITS, "Largest force of the actuator");
     /// Rate limit of a trial, N/s.
@@ -55,7 +61,8 @@ parameters! {
 pub(crate) const TRIAL_LOOP: &[Parameter] = &[TRIAL_FORCE_LIMIT, TRIAL_FORCE_RATE_LIMIT, SCHEME];
 
 /// Of a trial.
-pub(crate) const TRIAL: &[Parameter] = &[IMPACT, PUSH, TRIAL_DURATION, WINDOW];
+pub(crate) const TRIAL: &[Parameter] =
+    &[IMPACT, PUSH, TRIAL_DURATION, WINDOW, CRITERION, THRESHOLD];
 
 /// A wall at the device's start position.
 pub(crate) type VirtualWall = Wall<f64, Operator<f64>>;
@@ -65,6 +72,8 @@ pub(crate) type VirtualWall = Wall<f64, Operator<f64>>;
 pub struct TrialPlan {
     /// The rule.
     pub(crate) criterion: Criterion,
+    /// Of the dissertation's rule: largest standard deviation of the position, m.
+    pub threshold_m: f64,
     /// Constant push into the wall, N: above 0, below the force limit.
     pub push_n: f64,
     /// Speed at which the device hits the wall, m/s: 0 to 10. 0 with the dissertation's rule and on a serial
@@ -91,19 +100,13 @@ impl TrialPlan {
     /// 0.1 m/s and 1 N for 5 s, judged over the last 0.4 s, up to 100 N.
     pub(crate) const DEFAULT: Self = Self {
         criterion: Criterion::Settling,
+        threshold_m: THRESHOLD.default_number(),
         push_n: PUSH.default_number(),
         impact_m_per_s: IMPACT.default_number(),
         duration_s: TRIAL_DURATION.default_number(),
         window_s: WINDOW.default_number(),
         force_limit_n: TRIAL_FORCE_LIMIT.default_number(),
     };
-    /// The experiment of the dissertation's figure 4.3.
-    pub(crate) const DISSERTATION: Self = Self {
-        criterion: Criterion::Dissertation,
-        impact_m_per_s: 0.0,
-        ..Self::DEFAULT
-    };
-
     /// The same from rest, for a device that cannot be thrown.
     pub(crate) const fn starting_at_rest(self) -> Self {
         Self {
@@ -185,6 +188,7 @@ impl TrialPlan {
             spring_n_per_m,
             step_n_per_m,
             encoder_step_m,
+            threshold_m: self.threshold_m,
         };
         Judge::new(
             (self.criterion, self.impact_m_per_s),
@@ -250,13 +254,27 @@ pub(crate) fn times(table: &Table<'_>) -> Result<(f64, f64), FileError> {
 
 /// Reads the plan of a trial: how a wall is tried and judged.
 pub(crate) fn plan(table: &Table<'_>, duration_s: f64) -> Result<TrialPlan, FileError> {
+    let criterion = table.choice(&CRITERION)?;
+    let impact_m_per_s = match criterion {
+        Criterion::Settling => {
+            let instead = CRITERION.set_to(Criterion::Dissertation.name());
+            without(
+                table,
+                [&THRESHOLD],
+                &format!("with the criterion settling: give {instead}"),
+            )?;
+            IMPACT.default_number()
+        }
+        Criterion::Dissertation => 0.0,
+    };
     let plan = TrialPlan {
-        impact_m_per_s: table.number(&IMPACT)?,
+        criterion,
+        threshold_m: table.number(&THRESHOLD)?,
+        impact_m_per_s: table.number_if(&IMPACT)?.unwrap_or(impact_m_per_s),
         push_n: table.number(&PUSH)?,
         duration_s,
         window_s: table.number(&WINDOW)?,
         force_limit_n: table.number(&TRIAL_FORCE_LIMIT)?,
-        ..TrialPlan::DEFAULT
     };
     if plan.push_n >= plan.force_limit_n {
         let reason = format!(

@@ -43,7 +43,7 @@ pub(crate) const WALL_REQUIRED: &[Parameter] =
     &[MASS, DAMPING, SAMPLE_TIME, ORDER, STIFFNESS, DISSIPATION];
 
 /// Of `[wall]`, with defaults.
-pub(crate) const WALL: &[Parameter] = &joined::<17>(&[
+pub(crate) const WALL: &[Parameter] = &joined::<19>(&[
     &[DEVICE_MODEL, HAND_STIFFNESS],
     LESS_THAN_IDEAL,
     TRIAL_LOOP,

@@ -19,10 +19,11 @@
 //!   device now and then, however small its deviation.
 //! - *Noise* of the sensor counts as an encoder whose steps have the same rms: q = √12·σ.
 //! - *Without a spring* (K + k = 0) the device gives way for ever, and the force alone is judged.
-//! - *[`Criterion::Dissertation`]* is the old rule: the position alone against one threshold.
+//! - *[`Criterion::Dissertation`]* is the old rule: the position alone against one threshold. Friction may hold the device.
 //!
 //! Source of the old rule: O. Tokatlı, *Fractional Order Control in Haptics*, section 4.4, figure 4.3.
 
+use crate::document::named::Named;
 use serde::Serialize;
 
 /// Share of the samples in which the force may be at its limit.
@@ -34,12 +35,24 @@ const LIMITED_SHARE: f64 = 0.01;
 pub(crate) enum Criterion {
     /// Position, force and the force limit.
     Settling,
-    /// That of the dissertation's figure 4.3: a push from rest, and a standard deviation of the position of at most 0.1 mm.
+    /// That of the dissertation's figure 4.3: a push from rest, and the standard deviation of the position against a threshold.
     Dissertation,
 }
 
-/// Threshold of figure 4.3, m.
-const DISSERTATION_THRESHOLD_M: f64 = 1e-4;
+impl Named for Criterion {
+    const CHOICES: &'static [(Self, &'static str, &'static str)] = &[
+        (
+            Self::Settling,
+            "settling",
+            "Position and force come to rest",
+        ),
+        (
+            Self::Dissertation,
+            "dissertation",
+            "The position varies by at most `threshold_m`, after a push from rest",
+        ),
+    ];
+}
 
 /// Everything about a wall that its tolerance depends on.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -52,6 +65,8 @@ pub(crate) struct Scales {
     pub(crate) step_n_per_m: f64,
     /// Encoder step, or what stands for noise, m.
     pub(crate) encoder_step_m: f64,
+    /// Standard deviation of the position that the dissertation's rule allows, m.
+    pub(crate) threshold_m: f64,
 }
 
 /// Largest variation of a wall at rest; `None` for any.
@@ -84,7 +99,7 @@ impl Tolerance {
     pub(crate) fn new(criterion: Criterion, scales: Scales) -> Self {
         match criterion {
             Criterion::Dissertation => Self {
-                position_std_m: Some(DISSERTATION_THRESHOLD_M),
+                position_std_m: Some(scales.threshold_m),
                 force_std_n: None,
                 force_range_n: None,
                 limited: None,
@@ -357,6 +372,7 @@ mod tests {
         spring_n_per_m: 1e5,
         step_n_per_m: 5e4,
         encoder_step_m: 1e-6,
+        threshold_m: 1e-4,
     };
 
     /// Judges 5 s at 1 kHz of these positions and forces, the window being the last 0.4 s.

@@ -13,7 +13,7 @@ pub use crate::experiment::teleoperation::{
     SLAVE_MASS, TELEOPERATION_DURATION, TELEOPERATION_WINDOW, WAVE_IMPEDANCE,
 };
 pub use crate::experiment::trial::{
-    IMPACT, PUSH, TRIAL_FORCE_LIMIT, TRIAL_FORCE_RATE_LIMIT, WINDOW,
+    CRITERION, IMPACT, PUSH, THRESHOLD, TRIAL_FORCE_LIMIT, TRIAL_FORCE_RATE_LIMIT, WINDOW,
 };
 pub use crate::experiment::wall::{DISSIPATION, MUST_BE_STABLE, ONE_SIDED, ORDER, STIFFNESS};
 pub use crate::experiment::{DRIVE_TABLE, KINDS};
@@ -33,6 +33,7 @@ use crate::experiment::rendering::Contact;
 use crate::experiment::teleoperation::PlaceName;
 use crate::experiment::touch::{GripName, ShapeName};
 use crate::experiment::{coupler, rendering, teleoperation, touch, wall};
+use crate::judge::settling::Criterion;
 use crate::question::design::{RequireName, WishName};
 use crate::{GuardChoice, Named, Precision};
 use crate::{experiment, question};
@@ -126,6 +127,7 @@ pub fn choices(key: &str) -> Vec<(&'static str, &'static str)> {
     match key {
         "architecture" => names::<Architecture>(),
         "contact" => names::<Contact>(),
+        "criterion" => names::<Criterion>(),
         "guard" => names::<GuardChoice>(),
         "hand" => names::<GripName>(),
         "loading" => names::<haptic_loop::LoadingKind>(),

@@ -32,6 +32,34 @@ fn a_wall_has_the_defaults_of_the_dissertation() {
 }
 
 #[test]
+fn a_wall_is_judged_by_the_dissertations_rule_where_the_file_says_so_on_any_device() {
+    use crate::judge::settling::Criterion;
+    let plan = |keys: &str| {
+        let text = WALL.replace("[wall]\n", &format!("[wall]\n{keys}"));
+        match read(&text) {
+            Ok(ExperimentFile(Experiment::Wall(wall))) => wall.setup.plan(),
+            other => panic!("{other:?}"),
+        }
+    };
+    let settling = plan("");
+    assert_eq!(settling.criterion, Criterion::Settling);
+    for device in ["", "device = \"serial:/dev/ttyACM0\"\n"] {
+        let own = plan(&format!("criterion = \"dissertation\"\n{device}"));
+        let want = crate::TrialPlan {
+            criterion: Criterion::Dissertation,
+            impact_m_per_s: 0.0,
+            ..settling
+        };
+        assert_eq!(own, want, "0.1 mm, pushed from rest");
+        let keys = format!("criterion = \"dissertation\"\nthreshold_m = 2e-4\n{device}");
+        assert_eq!(plan(&keys).threshold_m.to_bits(), 2e-4_f64.to_bits());
+    }
+    // Whoever asks for an impact gets it.
+    let thrown = plan("criterion = \"dissertation\"\nimpact_m_per_s = 0.2\n");
+    assert_eq!(thrown.impact_m_per_s.to_bits(), 0.2_f64.to_bits());
+}
+
+#[test]
 fn empty_tables_are_the_commands_defaults() {
     for text in ["[relax]", "[creep]\n"] {
         let file = read(text).expect("valid");
@@ -54,6 +82,7 @@ const WRONG: &str = r#"
     [wall]\n | [wall]\none_sided = 1\n | 2: one_sided = 1 is an integer, not true or false
     [wall]\n | [relax]\n[wall]\n | 2: a second experiment [wall]: an experiment file has one of
     [wall]\n | [wall]\npush_n = 200\n | 2: push_n = 200 is not below force_limit_n = 100
+    [wall]\n | [wall]\ncriterion = "strict"\n | 2: criterion = "strict" is not one of settling, dissertation
     [wall]\n | [wall]\nguard = "on"\n | 2: guard = "on" is not one of off, observer, energy-bounding
     damping_n_s_per_m = 3.5\n | damping_n_s_per_m = 0\nguard = "energy-bounding"\n | 1: damping of the device 0 N·s/m is not above 0
     [wall]\n | [wall]\nduration_s = 0.1\n | 1: window 0.4 s is not in [0.02, 0.1] s

@@ -7,7 +7,7 @@
 //! Cells are independent and run on all cores; each has a seed of its own, made from the
 //! seed of the experiment and the cell's place, so the result does not depend on the number of cores.
 //! - *Friction* can hold a wall that would shake. So a device with friction is tried with and without: stable is
-//!   what settles both ways, and how far friction alone holds it stands beside.
+//!   what settles both ways, and how far friction alone holds it stands beside. The dissertation's rule does not ask.
 //! - *Cost*: about 60 runs of a quarter of a millisecond a cell, twice that with friction.
 //!
 //! Source: O. Tokatlı, *Fractional Order Control in Haptics*, section 4.4, figure 4.3.
@@ -24,7 +24,7 @@ use crate::document::parameters::{DEVICE, DEVICE_MODEL, LESS_THAN_IDEAL, SCHEME,
 use crate::document::reader::Table;
 use crate::experiment::reading::{remote, samples_fit, without};
 use crate::experiment::trial::plan;
-use crate::experiment::trial::{IMPACT, PUSH, WINDOW};
+use crate::experiment::trial::{CRITERION, IMPACT, PUSH, THRESHOLD, WINDOW};
 use crate::experiment::trial::{TRIAL_SAMPLES, TrialPlan};
 use crate::experiment::wall::ONE_SIDED;
 use crate::judge::settling::Criterion;
@@ -54,6 +54,8 @@ pub(crate) const ZWIDTH: &[Parameter] = &[
     IMPACT,
     TRIAL_DURATION,
     WINDOW,
+    CRITERION,
+    THRESHOLD,
 ];
 
 /// Numbers of dissipations an order.

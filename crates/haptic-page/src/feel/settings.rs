@@ -123,7 +123,7 @@ impl Default for DeviceNumbers {
     }
 }
 
-/// The same motion felt by another operator: the last second alone, or the dissertation's A₃.
+/// The same motion felt by another operator: the last second alone, or A₃, which remembers three samples.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub(crate) enum Ghost {

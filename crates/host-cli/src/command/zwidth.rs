@@ -21,6 +21,8 @@ and that of the force at most 5 % of the push or, if larger, the force that one 
 smallest force differ by at most the push. A wall whose force is at its limit in more than 1 % of the samples is not stable, nor is one at which only \
 friction keeps the device at rest.
 
+criterion=dissertation asks for the position alone: pushed from rest, it varies by at most threshold=0.1mm.
+
 Each point also shows the largest stiffness by the analysis. Ctrl-C keeps the points found so far.";
 
 pub(crate) const EXAMPLES: &str = "Examples:\n  \

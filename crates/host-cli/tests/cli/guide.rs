@@ -42,6 +42,11 @@ chapters! {
     #[ignore = "long: `.ci/run` does it, or --include-ignored"]
     measure_your_device: "measure-your-device.md" ["device.toml", "device.png", "device.csv"];
     reading_a_stability_map: "stability-map.md" ["map/region.png", "map/region.csv"];
+    #[ignore = "long: `.ci/run` does it, or --include-ignored"]
+    the_dissertation_one_by_one: "reproduction.md" [
+        "3.5/environment.png", "4.3/region.csv", "4.4/zwidth.csv", "4.6/region.csv", "4.7/sensitivity.png", "6/transparency.png",
+        "7/relax.png",
+    ];
     the_page_in_the_browser: "page.md" [];
     #[ignore = "long: `.ci/run` does it, or --include-ignored"]
     tissues_and_signals: "tissues.md" ["half.csv", "mine/relax.png"];

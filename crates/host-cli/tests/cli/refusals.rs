@@ -26,6 +26,7 @@ fn an_option_without_effect_is_refused_with_what_would_give_it_one() {
         2,
         "
         relax seed=7 => seed=7: seed has no effect without noise | sensor_noise_m
+        zwidth threshold=1mm => threshold=1mm: threshold_m has no effect with the criterion settling | `criterion` = dissertation
         relax --overwrite => no effect | --out | leave --overwrite out
         relax device_mass=65g => 0.065 kg | no effect | --guard observer | `braking_n_s_per_m`
         relax --device serial:nowhere precision=f64 => precision=f64: precision has no effect | --loop host

@@ -7,6 +7,7 @@ use crate::document::failure::Failure;
 use crate::experiment::trial::{
     TrialPlan, dynamics, encoder_step, force_and_rate, force_limit, seen, thrown, wall_at_start,
 };
+use crate::judge::settling::Criterion;
 use crate::question::bench::{AskedDevice, crossings, last, units};
 use crate::run::device::Warn;
 use crate::run::remote::{RemoteLaw, device_name, portable, push};
@@ -246,7 +247,8 @@ impl<'a> Search<'a> {
             };
             Ok::<_, Failure>((law, trials))
         });
-        let smooth = (config.friction.0 > 0.0).then(|| thrown(smooth, &plan));
+        let asked = config.friction.0 > 0.0 && plan.criterion == Criterion::Settling;
+        let smooth = asked.then(|| thrown(smooth, &plan));
         Ok(Self {
             experiment,
             plan,
@@ -506,6 +508,43 @@ mod tests {
         assert!(
             kept.iter()
                 .all(|point| whole.orders[0].boundary.contains(point))
+        );
+    }
+
+    /// Largest stable K, N/m, at the second of two dissipations: 40 % of the largest.
+    fn largest_stable(keys: &str) -> Vec<f64> {
+        use crate::question::{Answer, Question};
+        let text = format!("[zwidth]\nsample_time_s = 2e-3\norders = [1.0]\npoints = 2\n{keys}");
+        let question = Question::parse(std::path::Path::new("z.toml"), &text).expect("valid");
+        let never = AtomicBool::new(false);
+        match question.answer(&|_| {}, &never, &|_| {}).expect("answers") {
+            Answer::ZWidth(report) => {
+                let points = report.orders[0].boundary.iter();
+                points.map(|point| point.stiffness_max).collect()
+            }
+            other => panic!("{other:?}"),
+        }
+    }
+
+    #[test]
+    fn the_dissertations_rule_looks_at_the_position_alone_and_against_its_threshold() {
+        // Friction that holds the device counts as rest by this rule, which tries no device without it.
+        let device = "friction_n = 0.05\nencoder_resolution_m = 1e-6\nduration_s = 1.0\n";
+        let usual = largest_stable(device);
+        let own = |threshold: &str| {
+            largest_stable(&format!(
+                "criterion = \"dissertation\"\n{threshold}{device}"
+            ))
+        };
+        let (strict, his, lax) = (
+            own("threshold_m = 1e-6\n"),
+            own(""),
+            own("threshold_m = 1e-3\n"),
+        );
+        assert!(usual[0] < his[0], "{usual:?} and {his:?}");
+        assert!(
+            strict[0] < his[0] && his[0] <= lax[0],
+            "{strict:?} {his:?} {lax:?}"
         );
     }
 }

@@ -1,0 +1,31 @@
+//! The experiment of section 4.4 on a simulated device.
+
+use super::Kind;
+use haptic_experiment::Failure;
+use haptic_experiment::question::{Answer, Question};
+use std::path::Path;
+use std::sync::atomic::AtomicBool;
+
+/// What makes the ideal device a realistic one, as lines of a document.
+pub(super) const REALISTIC: &str =
+    "friction_n = 0.05\ndelay_s = 1e-3\ncurrent_lag_s = 1e-3\nencoder_resolution_m = 1e-6\n";
+
+/// The largest stable walls, as β and α, that the experiment of section 4.4 finds for each order on a simulated device.
+pub(super) fn simulated(
+    kind: Kind,
+    device: &str,
+    stop: &AtomicBool,
+) -> Result<Vec<Vec<(f64, f64)>>, Failure> {
+    let document = format!(
+        "[zwidth]\ncriterion = \"dissertation\"\nsample_time_s = 2e-3\none_sided = false\n{}{device}",
+        kind.line()
+    );
+    let question = Question::parse(Path::new("reproduce"), &document).map_err(Failure::input)?;
+    let Answer::ZWidth(report) = question.answer(&|_| {}, stop, &|_| {})? else {
+        return Err(Failure::bad_input("not a Z-width"));
+    };
+    let boundaries = report.orders.iter().map(|order| &order.boundary);
+    Ok(boundaries
+        .map(|points| points.iter().map(|p| (p.beta, p.alpha)).collect())
+        .collect())
+}
