@@ -10,9 +10,6 @@
 //! - *`output`*: batches of 256 calls; p50 and p99.9 are of batches, divided by 256. A throughput.
 //! - *Tick*: each one by itself, 200 000 of them, less the median of an empty measurement. What the machine does
 //!   in between (interrupts, other jobs, a hypervisor) is in the last thousandth.
-//! - *Long memories*: `PartitionedMemory` against the direct sum in the same run, at least ten times faster in the
-//!   mean at 65 536 samples; and its worst tick at most four times the mean. Each place in the schedule of a block is
-//!   timed by the least of many rounds, so that only the work itself is seen.
 //! - *State when quoting*: processor, rustc, flags, date, load. `chrt -f 10 taskset -c 1` helps on a busy machine.
 
 mod catalogue;
@@ -21,9 +18,9 @@ mod press;
 
 use catalogue::Visitor;
 use criterion::Criterion;
-use fractional_haptics::fracdiff::{Differintegrator, PartitionedMemory, Real, ShortMemoryVec};
+use fractional_haptics::fracdiff::{Differintegrator, Real};
 use fractional_haptics::haptic_loop::{Controller, SafetyChain};
-use input::{BATCH, SAMPLE_TIME, order, ramp_and_hold};
+use input::{BATCH, SAMPLE_TIME, ramp_and_hold};
 use press::{Scripted, contact, guards, operator, short_runs, whole};
 use std::error::Error;
 use std::hint::black_box;
@@ -34,12 +31,6 @@ use std::time::Instant;
 const OUTPUT_NS: f64 = 2.0;
 /// Largest median of a tick of the loop, and largest p99.9 of a step of an operator, ns.
 const TICK_NS: f64 = 1000.0;
-/// A partitioned memory of 65 536 samples is faster than the direct sum by this factor.
-const FASTER: f64 = 10.0;
-/// Its worst tick over its mean.
-const UNEVEN: f64 = 4.0;
-/// Samples of its longest block.
-const PERIOD: usize = 2048;
 const OUTPUTS: usize = 256;
 const BATCHES: usize = 20_000;
 const TICKS: usize = 200_000;
@@ -62,8 +53,6 @@ fn main() -> Result<ExitCode, Box<dyn Error>> {
         "clock: {:.0} ns, taken off; shares are of the tick's p99.9",
         budget.clock_ns
     );
-    long_memories::<f32>("f32", &mut budget)?;
-    long_memories::<f64>("f64", &mut budget)?;
     for line in &budget.exceeded {
         eprintln!("over budget: {line}");
     }
@@ -113,56 +102,6 @@ fn loops<F: Real>(
     }
     group.finish();
     Ok(())
-}
-
-/// Mean of the direct sum over that of the partitioned one, and the latter's worst tick over its mean.
-fn long_memories<F: Real>(precision: &str, budget: &mut Budget) -> Result<(), Box<dyn Error>> {
-    const ROUNDS: usize = 200;
-    for length in [4096, 16_384, 65_536] {
-        let direct = ShortMemoryVec::<F>::new(order(), length, SAMPLE_TIME)?;
-        let direct_ns = mean(&direct, 2000);
-        let partitioned = PartitionedMemory::<F>::new(order(), length, SAMPLE_TIME)?;
-        let mean_ns = mean(&partitioned, 4 * PERIOD);
-        let input = ramp_and_hold::<F>();
-        let mut samples = input.iter().cycle();
-        let mut history = partitioned.at_rest();
-        let mut least = [f64::INFINITY; PERIOD];
-        for _ in 0..ROUNDS {
-            for least in &mut least {
-                let Some(&x) = samples.next() else { break };
-                let start = Instant::now();
-                black_box(&partitioned).advance(black_box(&mut history), x);
-                *least = least.min(start.elapsed().as_nanos() as f64 - budget.clock_ns);
-            }
-        }
-        let by_place = least.iter().sum::<f64>() / PERIOD as f64;
-        let worst = least.iter().fold(0.0, |most: f64, ns| most.max(*ns));
-        let (faster, uneven) = (direct_ns / mean_ns, worst / by_place);
-        println!(
-            "grunwald:{length} {precision}: direct {direct_ns:.0} ns, partitioned {mean_ns:.0} ns, {faster:.0} times \
-             faster; worst tick {worst:.0} ns, {uneven:.1} times the mean {by_place:.0} ns"
-        );
-        if uneven > UNEVEN || (length == 65_536 && faster < FASTER) {
-            let line =
-                format!("grunwald:{length} {precision}: {faster:.1} times, uneven {uneven:.1}");
-            budget.exceeded.push(line);
-        }
-    }
-    Ok(())
-}
-
-/// Least mean of a tick over a few thousand, in ns.
-fn mean<F: Real>(operator: &impl Differintegrator<F>, ticks: usize) -> f64 {
-    let input = ramp_and_hold::<F>();
-    let mut history = operator.at_rest();
-    let runs = (0..30).map(|_| {
-        let start = Instant::now();
-        for &x in input.iter().cycle().take(ticks) {
-            black_box(operator).advance(black_box(&mut history), x);
-        }
-        start.elapsed().as_nanos() as f64 / ticks as f64
-    });
-    runs.fold(f64::INFINITY, f64::min)
 }
 
 struct Budget {
