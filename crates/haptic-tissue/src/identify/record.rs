@@ -380,7 +380,7 @@ impl Record {
         let (one, other, of) = match kind {
             RecordKind::Creep => ("compliance", "", "1/Pa"),
             RecordKind::Oscillation => ("storage modulus", "loss modulus", "Pa"),
-            _ => ("modulus", "", "Pa"),
+            RecordKind::Relaxation | RecordKind::History => ("modulus", "", "Pa"),
         };
         positive(&x, what, unit)?;
         positive(&first, one, of)?;
