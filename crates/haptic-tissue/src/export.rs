@@ -401,6 +401,7 @@ impl PronyFit {
         }
         let body = match format {
             ExportFormat::Table => self.table(),
+            ExportFormat::Ansys | ExportFormat::Abaqus if self.branches.is_empty() => String::new(),
             ExportFormat::Ansys => self.ansys(),
             ExportFormat::Abaqus => self.abaqus(),
             ExportFormat::Febio => self.febio(),
@@ -499,8 +500,7 @@ impl PronyFit {
     fn ansys(&self) -> String {
         let mut text = String::new();
         let relative = self.relative(self.instantaneous_modulus_pa());
-        let parts = ["SHEAR", "BULK"].iter().filter(|_| !relative.is_empty());
-        for part in parts {
+        for part in ["SHEAR", "BULK"] {
             let _ = writeln!(text, "TB,PRONY,1,1,{},{part}", relative.len());
             // TBDATA takes six constants a line.
             for (line, three) in relative.chunks(3).enumerate() {
@@ -515,14 +515,9 @@ impl PronyFit {
     }
 
     fn abaqus(&self) -> String {
-        let mut text = String::new();
-        for (n, (g, tau)) in (self.relative(self.instantaneous_modulus_pa()).iter()).enumerate() {
-            let header = if n == 0 {
-                "*VISCOELASTIC, TIME=PRONY\n"
-            } else {
-                ""
-            };
-            let _ = writeln!(text, "{header}{g:.12e}, {g:.12e}, {tau:.12e}");
+        let mut text = "*VISCOELASTIC, TIME=PRONY\n".to_owned();
+        for (g, tau) in self.relative(self.instantaneous_modulus_pa()) {
+            let _ = writeln!(text, "{g:.12e}, {g:.12e}, {tau:.12e}");
         }
         text
     }

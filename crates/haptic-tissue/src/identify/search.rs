@@ -72,27 +72,19 @@ pub(super) fn search(
     let ranges = ranges(candidate, target);
     let all: Vec<usize> = (0..ranges.len()).collect();
     let few = target.thinned(FEW);
+    let to = |target: &Target, start: &[f64], effort: Effort| {
+        minimise(candidate, target, &ranges, start, &all, &[], effort)
+    };
     let mut found: Vec<Minimum> = (0..starts)
         .take_while(|_| !target.stops())
-        .map(|n| start(candidate, target, n))
-        .map(|start| minimise(candidate, &few, &ranges, &start, &all, &[], ROUGH))
+        .map(|n| to(&few, &start(candidate, target, n), ROUGH))
         .filter(|minimum| minimum.sum.is_finite())
         .collect();
     found.sort_by(|a, b| a.sum.total_cmp(&b.sum));
     found.dedup_by(|later, earlier| later.sum <= earlier.sum * (1.0 + SAME));
     found.truncate(FOLLOWED);
     let mut followed: Vec<Minimum> = (found.iter())
-        .map(|minimum| {
-            minimise(
-                candidate,
-                target,
-                &ranges,
-                &minimum.values,
-                &all,
-                &[],
-                CLOSE,
-            )
-        })
+        .map(|minimum| to(target, &minimum.values, CLOSE))
         .filter(|minimum| minimum.sum.is_finite())
         .collect();
     followed.sort_by(|a, b| a.sum.total_cmp(&b.sum));
@@ -125,45 +117,31 @@ pub(super) fn polished<'a>(
     Ok(at_ends(candidate, target, &ranges, best))
 }
 
-/// Fixes variables that have come to an end of their range, and fits the others once more.
+/// Puts variables that are near an end of their range there, and fits the others once more, if that costs next to nothing.
 fn at_ends(candidate: Candidate, target: &Target, ranges: &[(f64, f64)], best: Minimum) -> Best {
-    let mut values = best.values.clone();
-    let mut free = Vec::new();
-    for (v, &(low, high)) in ranges.iter().enumerate() {
-        let place = (values[v] - low) / (high - low);
-        if place < AT_END {
-            values[v] = low;
-        } else if place > 1.0 - AT_END {
-            values[v] = high;
-        } else {
-            free.push(v);
-        }
-    }
-    let mut chosen = (best.values, best.sum, (0..ranges.len()).collect());
-    if free.len() < ranges.len() {
-        let fixed = minimise(candidate, target, ranges, &values, &free, &[], FINE);
-        if fixed.converged && fixed.sum <= best.sum * (1.0 + COST_OF_END) {
-            chosen = (fixed.values, fixed.sum, free);
-        }
-    }
-    let (values, sum, free) = chosen;
-    let elements = Elements::from_variables(&values);
-    let sorted = elements.sorted(candidate);
-    let free = if sorted == elements {
-        free
-    } else {
-        // The pairs of the two spring-pots change places.
-        let mut swapped: Vec<usize> = free
-            .iter()
-            .map(|&v| if v < 4 { v ^ 2 } else { v })
-            .collect();
-        swapped.sort_unstable();
-        swapped
+    // From 0 at the low end of the range to 1 at the high one.
+    let place = |values: &[f64], v: usize| {
+        let (low, high) = ranges[v];
+        (values[v] - low) / (high - low)
     };
+    let free = |values: &[f64], near: f64| -> Vec<usize> {
+        let is_free = |v: &usize| (place(values, *v) - 0.5).abs() < 0.5 - near;
+        (0..values.len()).filter(is_free).collect()
+    };
+    let inside = free(&best.values, AT_END);
+    let mut ends = best.values.clone();
+    for v in (0..ends.len()).filter(|v| !inside.contains(v)) {
+        let (low, high) = ranges[v];
+        ends[v] = if place(&ends, v) < 0.5 { low } else { high };
+    }
+    let fixed = minimise(candidate, target, ranges, &ends, &inside, &[], FINE);
+    let is_good = fixed.converged && fixed.sum <= best.sum * (1.0 + COST_OF_END);
+    let Minimum { values, sum, .. } = if is_good { fixed } else { best };
+    let elements = Elements::from_variables(&values).sorted(candidate);
     Best {
-        elements: sorted,
+        elements,
         sum,
-        free,
+        free: free(&elements.variables(candidate), 0.0),
         others: Vec::new(),
     }
 }

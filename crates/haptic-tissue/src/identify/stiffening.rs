@@ -129,8 +129,8 @@ pub(super) fn stiffened(
     };
     let mut found = identified(&record.stiffened(b), &there, stop, &|_| ())?;
     let limit = valley.limit();
-    let low = valley.end(b, &limit, 0.0);
-    let high = valley.end(b, &limit, search.most);
+    let low = valley.end(b, &limit, false);
+    let high = valley.end(b, &limit, true);
     let fit = &mut found.fits[0];
     valley.widen(fit, &limit);
     let error = (low.zip(high)).map(|(low, high)| (high - low) / (2.0 * limit.student));
@@ -349,20 +349,18 @@ impl Valley<'_> {
         }
     }
 
-    /// Where ζ is Student's t between b and the end of its range; none if it stays below.
-    fn end(&mut self, b: f64, limit: &Limit, range: f64) -> Option<f64> {
-        let (side, most) = (range - b, limit.student);
-        let beyond = |own: &&Point| (own.b - b) * side > 0.0;
-        let distance = |own: &Point| (own.b - b).abs();
+    /// Where ζ is Student's t above b, or below; none if it stays below t to the end of the range.
+    fn end(&mut self, b: f64, limit: &Limit, above: bool) -> Option<f64> {
+        let most = limit.student;
         let zeta = |own: &Point| (own.b, libm::sqrt(limit.square(own)));
-        let outside = (self.points.iter().filter(beyond))
-            .filter(|own| limit.square(own) > most * most)
-            .min_by(|one, other| distance(one).total_cmp(&distance(other)));
-        let mut outer = zeta(outside?);
-        let inside = (self.points.iter().filter(beyond))
-            .filter(|own| distance(own) < (outer.0 - b).abs())
-            .max_by(|one, other| distance(one).total_cmp(&distance(other)));
-        let mut inner = inside.map_or((b, 0.0), zeta);
+        let side = |own: &&Point| if above { own.b > b } else { own.b < b };
+        let mut outwards: Vec<(f64, f64)> = self.points.iter().filter(side).map(zeta).collect();
+        if !above {
+            outwards.reverse();
+        }
+        let outside = outwards.iter().position(|point| point.1 > most)?;
+        let mut outer = outwards[outside];
+        let mut inner = outwards[..outside].last().copied().unwrap_or((b, 0.0));
         for _ in 0..ROUNDS_OF_END {
             let part = (most - inner.1) / (outer.1 - inner.1);
             let next = inner.0 + part.clamp(0.1, 0.9) * (outer.0 - inner.0);
