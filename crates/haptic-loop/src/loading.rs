@@ -88,7 +88,9 @@ impl LoadingKind {
     pub const fn modulus(self) -> Modulus {
         match self {
             Self::Shear => Modulus::Shear,
-            _ => Modulus::Young,
+            Self::Tension | Self::Compression | Self::Punch | Self::Sphere | Self::Cone => {
+                Modulus::Young
+            }
         }
     }
 
@@ -293,10 +295,9 @@ impl Specimen {
                 let plain = area / thickness;
                 // 2S² = A/(2πh²)
                 let bonded = || 1.0 + area / (2.0 * PI * thickness * thickness);
-                match self.loading.kind {
-                    LoadingKind::Shear => (Modulus::Shear, plain),
-                    _ if self.loading.bonded => (Modulus::Young, plain * bonded()),
-                    _ => (Modulus::Young, plain),
+                match (self.loading.kind.modulus(), self.loading.bonded) {
+                    (Modulus::Young, true) => (Modulus::Young, plain * bonded()),
+                    (modulus, _) => (modulus, plain),
                 }
             }
             Body::Punch(radius) => (Modulus::Shear, 4.0 * radius / (1.0 - nu)),
@@ -309,7 +310,7 @@ impl Specimen {
         match (of, modulus) {
             (Modulus::Shear, Modulus::Young) => shape / ratio,
             (Modulus::Young, Modulus::Shear) => shape * ratio,
-            _ => shape,
+            (Modulus::Shear, Modulus::Shear) | (Modulus::Young, Modulus::Young) => shape,
         }
     }
 
@@ -339,7 +340,7 @@ impl Specimen {
     pub const fn slab_sizes(&self) -> Option<(SquareMetres, Metres)> {
         match self.body {
             Body::Slab { area, thickness } => Some((SquareMetres(area), Metres(thickness))),
-            _ => None,
+            Body::Punch(_) | Body::Sphere { .. } | Body::Cone(_) => None,
         }
     }
 

@@ -192,6 +192,7 @@ fn exact(model: &Model) -> Option<(f64, Vec<MaxwellBranch>)> {
         }]
     };
     match model.form() {
+        Form::One(one) => one.is_spring().then(|| (one.size, Vec::new())),
         Form::Two(Two {
             joint,
             first,
@@ -205,11 +206,11 @@ fn exact(model: &Model) -> Option<(f64, Vec<MaxwellBranch>)> {
                     third * spring / sum,
                     one(third * third / sum, dashpot / sum),
                 )),
-                _ => None,
+                Joint::None | Joint::KelvinVoigt | Joint::Branches => None,
             }
         }
+        Form::Two(_) => None,
         Form::Branches(spring_pa, branches) => Some((*spring_pa, branches.clone())),
-        _ => None,
     }
 }
 
@@ -342,10 +343,11 @@ const FEBIO_TERMS: usize = 6;
 pub enum ExportFormat {
     /// A table in SI units: modulus and relaxation time of each branch, the spring as branch 0.
     Table,
-    /// ANSYS Mechanical APDL, `TB,PRONY,,,N,SHEAR`: relative moduli `α_i = E_i/G(0)` and `τ_i`; the elastic modulus is the
-    /// instantaneous one.
+    /// ANSYS Mechanical APDL, `TB,PRONY,,,N,SHEAR` and the same of `BULK`, for Poisson's ratio is constant: relative moduli
+    /// `α_i = E_i/G(0)` and `τ_i`; the elastic modulus is the instantaneous one. A spring has no card.
     Ansys,
-    /// Abaqus, `*VISCOELASTIC, TIME=PRONY`: `g_i = E_i/G(0)`, `k_i = 0` (no relaxation in bulk), `τ_i`, with `MODULI=INSTANTANEOUS`.
+    /// Abaqus, `*VISCOELASTIC, TIME=PRONY`: `g_i = k_i = E_i/G(0)`, for Poisson's ratio is constant, `τ_i`, with
+    /// `MODULI=INSTANTANEOUS`. A spring has no card.
     Abaqus,
     /// FEBio, material `viscoelastic`: `g0 = 1`, `g_i = E_i/E`, `t_i`, up to six; the elastic material inside has the long-term
     /// modulus E. Source: `FEViscoElasticMaterial.cpp` of FEBio.
@@ -361,7 +363,7 @@ impl ExportFormat {
     pub const fn branches(self) -> usize {
         match self {
             Self::Febio => FEBIO_TERMS,
-            _ => 12,
+            Self::Table | Self::Ansys | Self::Abaqus => 12,
         }
     }
 
@@ -399,6 +401,7 @@ impl PronyFit {
         }
         let body = match format {
             ExportFormat::Table => self.table(),
+            ExportFormat::Ansys | ExportFormat::Abaqus if self.branches.is_empty() => String::new(),
             ExportFormat::Ansys => self.ansys(),
             ExportFormat::Abaqus => self.abaqus(),
             ExportFormat::Febio => self.febio(),
@@ -413,20 +416,25 @@ impl PronyFit {
             Modulus::Shear => 2.0 * (1.0 + loading.poisson_ratio()),
         };
         let instantaneous = young * self.instantaneous_modulus_pa();
+        let spring = format!(
+            "a spring does not relax, so there is no card; Young's modulus = {instantaneous:?} Pa"
+        );
         let (before, after, convention) = match format {
+            ExportFormat::Ansys if self.branches.is_empty() => ("! ", "", spring),
+            ExportFormat::Abaqus if self.branches.is_empty() => ("** ", "", spring),
             ExportFormat::Table => ("# ", "", "branch 0 is the spring E".to_owned()),
             ExportFormat::Ansys => (
                 "! ",
                 "",
                 format!(
-                    "alpha_i = E_i/G(0) and tau_i in s; Young's modulus at 0 = {instantaneous:?} Pa"
+                    "alpha_i = E_i/G(0) of shear and bulk, tau_i in s; Young's modulus at 0 = {instantaneous:?} Pa"
                 ),
             ),
             ExportFormat::Abaqus => (
                 "** ",
                 "",
                 format!(
-                    "g_i = E_i/G_0, k_i = 0, tau_i in s; MODULI=INSTANTANEOUS, Young's modulus at 0 = {instantaneous:?} Pa"
+                    "g_i = k_i = E_i/G_0, tau_i in s; MODULI=INSTANTANEOUS, Young's modulus at 0 = {instantaneous:?} Pa"
                 ),
             ),
             ExportFormat::Febio => (
@@ -490,15 +498,18 @@ impl PronyFit {
     }
 
     fn ansys(&self) -> String {
-        let mut text = format!("TB,PRONY,1,1,{},SHEAR\n", self.branches.len());
-        // TBDATA takes six constants a line.
+        let mut text = String::new();
         let relative = self.relative(self.instantaneous_modulus_pa());
-        for (line, three) in relative.chunks(3).enumerate() {
-            let _ = write!(text, "TBDATA,{}", 1 + 6 * line);
-            for (alpha, tau) in three {
-                let _ = write!(text, ",{alpha:.12e},{tau:.12e}");
+        for part in ["SHEAR", "BULK"] {
+            let _ = writeln!(text, "TB,PRONY,1,1,{},{part}", relative.len());
+            // TBDATA takes six constants a line.
+            for (line, three) in relative.chunks(3).enumerate() {
+                let _ = write!(text, "TBDATA,{}", 1 + 6 * line);
+                for (alpha, tau) in three {
+                    let _ = write!(text, ",{alpha:.12e},{tau:.12e}");
+                }
+                text.push('\n');
             }
-            text.push('\n');
         }
         text
     }
@@ -506,7 +517,7 @@ impl PronyFit {
     fn abaqus(&self) -> String {
         let mut text = "*VISCOELASTIC, TIME=PRONY\n".to_owned();
         for (g, tau) in self.relative(self.instantaneous_modulus_pa()) {
-            let _ = writeln!(text, "{g:.12e}, 0., {tau:.12e}");
+            let _ = writeln!(text, "{g:.12e}, {g:.12e}, {tau:.12e}");
         }
         text
     }

@@ -132,7 +132,7 @@ impl Sums {
                 let past = first.past() + second.past();
                 (e * strain + beside * inner - past) / (e + beside)
             }
-            _ => strain,
+            Self::Pot(_) | Self::Series(..) => strain,
         }
     }
 

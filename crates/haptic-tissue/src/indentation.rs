@@ -60,6 +60,34 @@ fn touched(time_s: &[f64], depth_m: &[f64]) -> (Vec<f64>, Vec<f64>) {
     (times, depths)
 }
 
+/// A depth that has fallen by more than this share of its largest is a retraction, no overshoot.
+const RETRACTION: f64 = 0.1;
+/// One that has fallen by less is where it was.
+pub(crate) const NOISE: f64 = 0.01;
+
+/// How many samples there are before a retraction, and by how much of the largest depth it falls back before.
+pub(crate) fn growing(depth_m: &[f64]) -> (usize, f64) {
+    let most = depth_m.iter().copied().fold(0.0, f64::max);
+    let mut deepest = f64::NEG_INFINITY;
+    let fallen = depth_m.iter().position(|&depth| {
+        deepest = deepest.max(depth);
+        depth < deepest - RETRACTION * most
+    });
+    let kept = fallen.map_or(depth_m.len(), |fallen| {
+        // It began where the depth fell last without a rest.
+        let near = |depth: &f64| *depth >= deepest - NOISE * most;
+        let last = depth_m[..fallen].iter().rposition(near).unwrap_or(0);
+        let falls = depth_m[..=last].windows(2).rev();
+        last + 1 - falls.take_while(|pair| pair[1] < pair[0]).count()
+    });
+    let (mut deepest, mut fall) = (f64::NEG_INFINITY, 0.0_f64);
+    for &depth in &depth_m[..kept] {
+        deepest = deepest.max(depth);
+        fall = fall.max((deepest - depth) / most);
+    }
+    (kept, fall)
+}
+
 /// Weights of the nodes −1, 0, 1 and 2 at x from node 0: Lagrange's cubic.
 pub(crate) fn cubic(x: f64) -> [f64; 4] {
     [
@@ -75,7 +103,7 @@ pub(crate) fn cubic(x: f64) -> [f64; 4] {
 pub struct Ting {
     /// F/γ, Pa·m, sample by sample; fewer than there are samples if the contact grows again after it shrank.
     pub force_per_shape: Vec<f64>,
-    /// Number of the first sample at which the contact shrinks or is lost; that of samples if there is none.
+    /// Number of the first sample of the retraction, or at which the contact is lost; that of samples if there is none.
     pub shrinks_from: usize,
 }
 
@@ -91,8 +119,9 @@ const STILL: f64 = 1e-9;
 ///
 /// Depths in m, straight between times in s that rise; a depth below 0 is no contact. `map` is e of a sphere or cone, as of
 /// [`Specimen::depth_map`](haptic_loop::Specimen::depth_map); none for a flat punch or a slab, whose contact is of one size
-/// until it is lost. Where the contact grows again after it shrank, as in a second touch or a hold behind a retraction, the
-/// theory needs more: the result ends there.
+/// until it is lost. A retraction begins where a fall of the depth by 10 % of its largest begins; before, the contact is taken as
+/// if it did not shrink, since an overshoot or a hand that trembles leaves it nearly as it was. Where the contact grows again in a
+/// retraction, as in a second touch or a hold behind it, the theory needs more: the result ends there.
 ///
 /// Error against an independent quadrature below 1e-6 of the largest force.
 /// *Cost*: [`Model::stress`] of the samples and some 4000 points between them; and for each sample of a retraction 15 ns for
@@ -117,14 +146,13 @@ const STILL: f64 = 1e-9;
 pub fn ting(model: &Model, map: Option<&DepthMap<f64>>, time_s: &[f64], depth_m: &[f64]) -> Ting {
     let count = usize::min(time_s.len(), depth_m.len());
     let (time_s, depth_m) = (&time_s[..count], &depth_m[..count]);
-    let shrinks = |pair: &[f64]| pair[1] < pair[0] && pair[0] > 0.0;
-    let mut shrinks_from = match map {
-        Some(_) => (depth_m.windows(2))
-            .position(shrinks)
-            .map_or(count, |place| place + 1),
-        None => count,
-    };
-    let way = touched(&time_s[..shrinks_from], &depth_m[..shrinks_from]);
+    let mut shrinks_from = map.map_or(count, |_| growing(depth_m).0);
+    // The surface of a contact that grows is that of the deepest place so far.
+    let (way_s, mut way_m) = touched(&time_s[..shrinks_from], &depth_m[..shrinks_from]);
+    if map.is_some() {
+        (1..way_m.len()).for_each(|n| way_m[n] = way_m[n].max(way_m[n - 1]));
+    }
+    let way = (way_s, way_m);
     let fine = map.map(|map| mapped(&way.0, &way.1, map, POINTS));
     let fine = fine.as_ref().unwrap_or(&way);
     let stress = model.stress(&fine.0, &fine.1);

@@ -99,9 +99,10 @@ impl Library {
                 Err(error) => skipped.push(Skipped {
                     path,
                     why: error.to_string(),
-                    taken: match error {
-                        MaterialError::Twice(name, _) => Some(name),
-                        _ => None,
+                    taken: if let MaterialError::Twice(name, _) = error {
+                        Some(name)
+                    } else {
+                        None
                     },
                 }),
             }

@@ -237,7 +237,7 @@ impl std::error::Error for MaterialError {
     fn source(&self) -> Option<&(dyn std::error::Error + 'static)> {
         match self {
             Self::Unreadable(_, error) | Self::Folder(_, error) => Some(error),
-            _ => None,
+            Self::File { .. } | Self::Unknown(..) | Self::Name(_) | Self::Twice(..) => None,
         }
     }
 }
@@ -291,7 +291,7 @@ impl Material {
             Form::Two(two) if two.joint == Joint::KelvinVoigt && two.second.is_spring() => {
                 Some([two.second.size, two.first.size, two.first.order])
             }
-            _ => None,
+            Form::Two(_) | Form::Branches(..) => None,
         })
     }
 
@@ -612,7 +612,7 @@ fn stiffening(given: &BTreeMap<String, Spanned<Numbers>>) -> Result<f64, Wrong> 
     };
     match *value.get_ref() {
         Numbers::One(number) if (0.0..=Specimen::STIFFENING_MAX).contains(&number) => Ok(number),
-        _ => {
+        Numbers::One(_) | Numbers::Many(_) => {
             let most = Specimen::STIFFENING_MAX;
             let reason = format!("{STIFFENING} is not one number from 0 to {most}");
             Err((value.span().start, reason))

@@ -228,7 +228,9 @@ fn branches(form: &Form) -> Result<(f64, Vec<Branch>), ModelError> {
                     )
                 }
                 Joint::PoyntingThomson => (0.0, vec![Branch::Standing(e, first, second)]),
-                _ => side_by_side(&[first, second]),
+                Joint::None | Joint::KelvinVoigt | Joint::Branches => {
+                    side_by_side(&[first, second])
+                }
             }
         }
         Form::Branches(spring_pa, branches) => {
@@ -314,7 +316,7 @@ impl Branch {
             Self::Series(first, second) if first.is_dashpot() && second.is_spring() => {
                 Some((second.size, second.size / first.size))
             }
-            _ => None,
+            Self::Pot(_) | Self::Series(..) | Self::Standing(..) => None,
         }
     }
 

@@ -95,6 +95,81 @@ fn a_tissue_is_pressed_through_its_map_of_depth() {
     assert_close("steeper", sphere / beta(punch), want, 1e-9);
 }
 
+/// Ting's force and Lee and Radok's on the way out, from the depths of a touch and Q(t) = t^(1−α), the integral of a spring-pot's
+/// modulus but for a factor: their largest difference over the largest force.
+fn retracted(time_s: &[f64], depth_m: &[f64], order: f64, out_from: usize) -> f64 {
+    let integral = |t: f64| t.max(0.0).powf(1.0 - order);
+    // Σ slope·(Q(now − begin) − Q(now − end)) of the pieces of y, each up to `until`.
+    let over = |y: &dyn Fn(usize) -> f64, pieces: std::ops::Range<usize>, now: f64, until: f64| {
+        let piece = |n: usize| {
+            let slope = (y(n + 1) - y(n)) / (time_s[n + 1] - time_s[n]);
+            let [begin, end] = [time_s[n], time_s[n + 1]].map(|t| integral(now - t.min(until)));
+            slope * (begin - end)
+        };
+        pieces.map(piece).sum::<f64>()
+    };
+    let mut deepest = 0.0_f64;
+    let grown: Vec<f64> = (depth_m.iter().take(out_from))
+        .map(|depth| {
+            deepest = deepest.max(*depth);
+            deepest
+        })
+        .collect();
+    let way = |n: usize| grown.get(n).copied().unwrap_or(depth_m[n].max(0.0));
+    let map = |n: usize| depth_m[n].max(0.0).powf(1.5);
+    let grown_map = |n: usize| way(n).powf(1.5);
+    let (mut apart, mut most) = (0.0_f64, 0.0_f64);
+    for now in 1..time_s.len() {
+        let t = time_s[now];
+        let lee_radok = over(&map, 0..now, t, t).max(0.0);
+        most = most.max(lee_radok);
+        if now >= out_from {
+            // t₁: what has been taken off since is what was put on since.
+            let taken = over(&way, out_from - 1..now, t, t);
+            let (mut early, mut late) = (time_s[0], time_s[out_from - 1]);
+            let from = |begin: f64| {
+                over(&way, 0..out_from - 1, t, t) - over(&way, 0..out_from - 1, t, begin)
+            };
+            let lost = from(early) + taken < 0.0;
+            for _ in 0..40 {
+                let middle = 0.5 * (early + late);
+                match from(middle) + taken > 0.0 {
+                    true => early = middle,
+                    false => late = middle,
+                }
+            }
+            let ting = if lost {
+                0.0
+            } else {
+                over(&grown_map, 0..out_from - 1, t, early)
+            };
+            apart = apart.max((lee_radok - ting).abs());
+        }
+    }
+    apart / most
+}
+
+/// The arm overshoots where the hand begins to hold, which is no retraction: compared is the way out behind the hold.
+#[test]
+fn a_retraction_is_compared_as_a_whole() {
+    let (report, ticks) = run(&touch(
+        "shape = \"plane\"\nnormal = [1, 0]\ntissue = \"prostate-cancerous\"\nloading = \"sphere\"\n\
+         indenter_radius_m = 0.01\nmass_kg = 0.05\ndamping_n_s_per_m = 3.0\nhand_stiffness_n_per_m = 2000.0\n\
+         way_points = [[0, -0.001, 0], [0.1, -0.0001, 0], [0.6, 0.001, 0], [0.8, 0.001, 0], [1.1, -0.0005, 0]]\n\
+         duration_s = 1.2",
+    ));
+    let error = report.retraction_error.expect("a retraction");
+    let count = report.retraction_samples;
+    let times: Vec<f64> = (0..ticks.len()).map(|n| 1e-3 * n as f64).collect();
+    let depths: Vec<f64> = ticks.iter().map(|tick| tick.position_m[0]).collect();
+    let wanted = retracted(&times, &depths, report.order, ticks.len() - count);
+    // The quadrature has e straight between samples.
+    assert_close("retraction", error, wanted, 1e-3);
+    assert_close("retraction", error, 0.079, 1e-3);
+    // From 0.8 s on the tip moves out.
+    assert!((390..=402).contains(&count), "{count}");
+}
+
 /// A finger on the surface of a sphere at the origin, 1 N into it: the wall of one axis from rest.
 #[test]
 fn a_sphere_pressed_along_a_line_is_the_one_sided_wall() {

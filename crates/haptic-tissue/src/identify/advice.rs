@@ -125,7 +125,8 @@ fn loose(fit: &Fit) -> Vec<String> {
         .collect()
 }
 
-fn simpler(fit: &Fit, fits: &[Fit]) -> Option<String> {
+/// The best of those with fewer parameters, if it is as good.
+pub(super) fn simpler(fit: &Fit, fits: &[Fit]) -> Option<String> {
     let fewer = fits
         .iter()
         .filter(|other| other.parameters.len() < fit.parameters.len());

@@ -77,7 +77,9 @@ impl Identification {
         let both = fit.predicted.iter().zip(&self.measured);
         both.map(|(model, measured)| match self.kind {
             RecordKind::History => model - measured,
-            _ => relative(libm::log(model / measured)),
+            RecordKind::Relaxation | RecordKind::Creep | RecordKind::Oscillation => {
+                relative(libm::log(model / measured))
+            }
         })
         .collect()
     }

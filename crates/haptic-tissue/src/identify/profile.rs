@@ -44,7 +44,7 @@ const ORDER_KEPT: f64 = 1e-3;
 const FIRM: f64 = 30.0;
 /// First step of ψ over t that has no standard error.
 const UNKNOWN: f64 = 0.02;
-/// A variable starts so far inside its range, over the range, as it does not move at the end; an order twice as near is there.
+/// Minima that are so near, over the range of each variable, are one; an order twice as near to an end is there.
 const INSIDE: f64 = 1e-3;
 /// A modulus so near to an end of its range, over the range, has no bound.
 const OPEN: f64 = 0.05;
@@ -279,20 +279,14 @@ impl Profiles<'_> {
                 from_below: true,
             });
         }
-        let start: Vec<f64> = (values.iter().zip(&self.ranges))
-            .map(|(value, (low, high))| {
-                let inside = INSIDE * (high - low);
-                value.clamp(low + inside, high - inside)
-            })
-            .collect();
-        let free: Vec<usize> = (0..start.len()).collect();
+        let free: Vec<usize> = (0..values.len()).collect();
         let effort = Effort {
             tolerance: 1e-2 * (limit * limit / self.certainty.freedom).min(1.0),
             step: 1e-8,
             patience: 10,
         };
         let (candidate, target, ranges) = (self.candidate, self.target, &self.ranges);
-        let mut found = minimise(candidate, target, ranges, &start, &free, &pulls, effort);
+        let mut found = minimise(candidate, target, ranges, values, &free, &pulls, effort);
         if self.has_two_orders() && found.values[3] - found.values[1] > 10.0 * ORDER_KEPT {
             found.sum = f64::INFINITY;
         }

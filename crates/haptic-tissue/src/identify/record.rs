@@ -2,7 +2,7 @@
 
 use super::error::IdentifyError;
 use crate::identify::keys::{FROM, KIND, STRAIN, THICKNESS};
-use crate::indentation::begin_s;
+use crate::indentation::{NOISE, begin_s, growing};
 use fracdiff::parameter::Shown;
 use haptic_loop::{DepthMap, LoadingKind, Specimen};
 
@@ -380,7 +380,7 @@ impl Record {
         let (one, other, of) = match kind {
             RecordKind::Creep => ("compliance", "", "1/Pa"),
             RecordKind::Oscillation => ("storage modulus", "loss modulus", "Pa"),
-            _ => ("modulus", "", "Pa"),
+            RecordKind::Relaxation | RecordKind::History => ("modulus", "", "Pa"),
         };
         positive(&x, what, unit)?;
         positive(&first, one, of)?;
@@ -432,10 +432,6 @@ const GROWTH: f64 = 0.02;
 const REST: f64 = 0.01;
 /// Strain up to which a linear law is believed.
 const SMALL: f64 = 0.2;
-/// A depth that has fallen by more than this share of its largest is a retraction, no overshoot.
-const RETRACTION: f64 = 0.1;
-/// One that has fallen by less is where it was.
-const NOISE: f64 = 0.01;
 
 /// ℓ of a nominal strain δ/ℓ, m; under a cone the scale of its map.
 pub(super) fn length(specimen: &Specimen) -> f64 {
@@ -476,29 +472,6 @@ pub(super) fn within(
             ),
         }),
     }
-}
-
-/// How many samples there are before a retraction, and by how much of the largest depth it falls back before.
-fn growing(depth_m: &[f64]) -> (usize, f64) {
-    let most = depth_m.iter().copied().fold(0.0, f64::max);
-    let mut deepest = f64::NEG_INFINITY;
-    let fallen = depth_m.iter().position(|&depth| {
-        deepest = deepest.max(depth);
-        depth < deepest - RETRACTION * most
-    });
-    let kept = fallen.map_or(depth_m.len(), |fallen| {
-        // It began where the depth fell last without a rest.
-        let near = |depth: &f64| *depth >= deepest - NOISE * most;
-        let last = depth_m[..fallen].iter().rposition(near).unwrap_or(0);
-        let falls = depth_m[..=last].windows(2).rev();
-        last + 1 - falls.take_while(|pair| pair[1] < pair[0]).count()
-    });
-    let (mut deepest, mut fall) = (f64::NEG_INFINITY, 0.0_f64);
-    for &depth in &depth_m[..kept] {
-        deepest = deepest.max(depth);
-        fall = fall.max((deepest - depth) / most);
-    }
-    (kept, fall)
 }
 
 const NO_SAMPLES: &str =

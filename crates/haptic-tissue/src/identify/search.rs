@@ -1,14 +1,20 @@
 //! The best minimum of many: starts spread evenly, few samples first, the best few on all samples.
 //!
-//! Each variable stays in its range by x = low + (high − low)(1 + sin u)/2, and the solver moves u. The sine reaches both
-//! ends, where a spring-pot becomes a spring or a dashpot.
+//! ```text
+//! (JᵀJ + λD²)·step = −Jᵀr        D the largest length of each column of J so far
+//! ```
+//! Levenberg–Marquardt with bounds: a step beyond the range of a variable ends at the end of the range, and there the variable
+//! rests as long as the sum of squares would fall only beyond it. So a spring-pot becomes a spring or a dashpot in a few steps; a
+//! variable that only approaches its end, as under a sine, loses its slope there and creeps.
+//!
+//! *Source*: H. B. Nielsen, *Damping parameter in Marquardt's method*, 1999 (λ); J. J. Moré, *The Levenberg–Marquardt algorithm*,
+//! 1978 (D); C. Kanzow, N. Yamashita, M. Fukushima, *Levenberg–Marquardt methods with strong local convergence properties for solving
+//! nonlinear equations with convex constraints*, J. Comput. Appl. Math. 172, 2004 (the projection).
 
 use super::elements::{Candidate, Elements, is_order};
 use super::error::IdentifyError;
 use super::target::Target;
-use levenberg_marquardt::{LeastSquaresProblem, LevenbergMarquardt, TerminationReason};
-use nalgebra::storage::Owned;
-use nalgebra::{DMatrix, DVector, Dyn};
+use nalgebra::{DMatrix, DVector};
 
 /// Samples of the first pass.
 const FEW: usize = 160;
@@ -66,86 +72,76 @@ pub(super) fn search(
     let ranges = ranges(candidate, target);
     let all: Vec<usize> = (0..ranges.len()).collect();
     let few = target.thinned(FEW);
+    let to = |target: &Target, start: &[f64], effort: Effort| {
+        minimise(candidate, target, &ranges, start, &all, &[], effort)
+    };
     let mut found: Vec<Minimum> = (0..starts)
         .take_while(|_| !target.stops())
-        .map(|n| start(candidate, target, n))
-        .map(|start| minimise(candidate, &few, &ranges, &start, &all, &[], ROUGH))
+        .map(|n| to(&few, &start(candidate, target, n), ROUGH))
         .filter(|minimum| minimum.sum.is_finite())
         .collect();
     found.sort_by(|a, b| a.sum.total_cmp(&b.sum));
     found.dedup_by(|later, earlier| later.sum <= earlier.sum * (1.0 + SAME));
     found.truncate(FOLLOWED);
     let mut followed: Vec<Minimum> = (found.iter())
-        .map(|minimum| {
-            minimise(
-                candidate,
-                target,
-                &ranges,
-                &minimum.values,
-                &all,
-                &[],
-                CLOSE,
-            )
-        })
+        .map(|minimum| to(target, &minimum.values, CLOSE))
         .filter(|minimum| minimum.sum.is_finite())
         .collect();
     followed.sort_by(|a, b| a.sum.total_cmp(&b.sum));
-    // The lowest that converges; one that creeps along a valley without end is none.
-    let best = (followed.iter())
-        .map(|minimum| minimise(candidate, target, &ranges, &minimum.values, &all, &[], FINE))
-        .find(|minimum| minimum.converged);
-    let best = best.ok_or(IdentifyError::NotConverged {
-        model: candidate.kind().name(),
-    })?;
+    let best = polished(candidate, target, followed.iter().map(|own| &own.values))?;
     for minimum in &mut followed {
         let elements = Elements::from_variables(&minimum.values).sorted(candidate);
         minimum.values = elements.variables(candidate);
     }
     Ok(Best {
         others: followed,
-        ..at_ends(candidate, target, &ranges, best)
+        ..best
     })
 }
 
-/// Fixes variables that have come to an end of their range, and fits the others once more.
+/// The minimum next to the first of these starts that leads to one; a valley without end has none.
+pub(super) fn polished<'a>(
+    candidate: Candidate,
+    target: &Target,
+    mut starts: impl Iterator<Item = &'a Vec<f64>>,
+) -> Result<Best, IdentifyError> {
+    let ranges = ranges(candidate, target);
+    let all: Vec<usize> = (0..ranges.len()).collect();
+    let best = starts.find_map(|start| {
+        let best = minimise(candidate, target, &ranges, start, &all, &[], FINE);
+        best.converged.then_some(best)
+    });
+    let best = best.ok_or(IdentifyError::NotConverged {
+        model: candidate.kind().name(),
+    })?;
+    Ok(at_ends(candidate, target, &ranges, best))
+}
+
+/// Puts variables that are near an end of their range there, and fits the others once more, if that costs next to nothing.
 fn at_ends(candidate: Candidate, target: &Target, ranges: &[(f64, f64)], best: Minimum) -> Best {
-    let mut values = best.values.clone();
-    let mut free = Vec::new();
-    for (v, &(low, high)) in ranges.iter().enumerate() {
-        let place = (values[v] - low) / (high - low);
-        if place < AT_END {
-            values[v] = low;
-        } else if place > 1.0 - AT_END {
-            values[v] = high;
-        } else {
-            free.push(v);
-        }
-    }
-    let mut chosen = (best.values, best.sum, (0..ranges.len()).collect());
-    if free.len() < ranges.len() {
-        let fixed = minimise(candidate, target, ranges, &values, &free, &[], FINE);
-        if fixed.converged && fixed.sum <= best.sum * (1.0 + COST_OF_END) {
-            chosen = (fixed.values, fixed.sum, free);
-        }
-    }
-    let (values, sum, free) = chosen;
-    let elements = Elements::from_variables(&values);
-    let sorted = elements.sorted(candidate);
-    let free = if sorted == elements {
-        free
-    } else {
-        // The pairs of the two spring-pots change places.
-        let mut swapped: Vec<usize> = free
-            .iter()
-            .map(|&v| if v < 4 { v ^ 2 } else { v })
-            .collect();
-        swapped.sort_unstable();
-        swapped
+    // From 0 at the low end of the range to 1 at the high one.
+    let place = |values: &[f64], v: usize| {
+        let (low, high) = ranges[v];
+        (values[v] - low) / (high - low)
     };
+    let free = |values: &[f64], near: f64| -> Vec<usize> {
+        let is_free = |v: &usize| (place(values, *v) - 0.5).abs() < 0.5 - near;
+        (0..values.len()).filter(is_free).collect()
+    };
+    let inside = free(&best.values, AT_END);
+    let mut ends = best.values.clone();
+    for v in (0..ends.len()).filter(|v| !inside.contains(v)) {
+        let (low, high) = ranges[v];
+        ends[v] = if place(&ends, v) < 0.5 { low } else { high };
+    }
+    let fixed = minimise(candidate, target, ranges, &ends, &inside, &[], FINE);
+    let is_good = fixed.converged && fixed.sum <= best.sum * (1.0 + COST_OF_END);
+    let Minimum { values, sum, .. } = if is_good { fixed } else { best };
+    let elements = Elements::from_variables(&values).sorted(candidate);
     Best {
-        elements: sorted,
+        elements,
         sum,
-        free,
+        free: free(&elements.variables(candidate), 0.0),
         others: Vec::new(),
     }
 }
@@ -224,72 +220,106 @@ impl Pull {
     }
 }
 
-/// The problem at its present variables.
+/// The problem, whatever its variables are.
 struct Problem<'a> {
     candidate: Candidate,
     target: &'a Target<'a>,
     ranges: &'a [(f64, f64)],
-    /// Values of all variables.
-    values: Vec<f64>,
     /// Those that are moved.
     free: &'a [usize],
     pulls: &'a [Pull],
-    u: DVector<f64>,
+}
+
+/// The problem where its variables have these values.
+struct Point {
+    values: Vec<f64>,
+    /// Of the record, then of the pulls.
     residuals: DVector<f64>,
+    /// By the free variables.
     jacobian: DMatrix<f64>,
-    finite: bool,
 }
 
 impl Problem<'_> {
-    fn evaluate(&mut self) {
-        let mut turn = vec![0.0; self.free.len()];
-        for (k, &v) in self.free.iter().enumerate() {
-            let (low, high) = self.ranges[v];
-            let half = 0.5 * (high - low);
-            self.values[v] = low + half * (1.0 + libm::sin(self.u[k]));
-            turn[k] = half * libm::cos(self.u[k]);
-        }
-        let elements = Elements::from_variables(&self.values);
-        let (free, residuals, jacobian) = (self.free, &mut self.residuals, &mut self.jacobian);
-        self.finite = (self.target).residuals(self.candidate, &elements, |n, root, slope| {
+    /// None where a number is not finite, or the fit is to end.
+    fn at(&self, values: Vec<f64>) -> Option<Point> {
+        let (n, free) = (self.target.len(), self.free);
+        let mut residuals = DVector::zeros(n + self.pulls.len());
+        let mut jacobian = DMatrix::zeros(residuals.len(), free.len());
+        let elements = Elements::from_variables(&values);
+        let finite = (self.target).residuals(self.candidate, &elements, |n, root, slope| {
             residuals[n] = root * slope.value;
             for (k, &v) in free.iter().enumerate() {
-                jacobian[(n, k)] = root * slope.by[v] * turn[k];
+                jacobian[(n, k)] = root * slope.by[v];
             }
         });
-        for (n, pull) in (self.target.len()..).zip(self.pulls) {
-            let sum = pull.sum(&self.values);
+        for (n, pull) in (n..).zip(self.pulls) {
+            let sum = pull.sum(&values);
             let weight = pull.weight(sum);
             residuals[n] = weight * (sum - pull.aim);
             for (k, &v) in free.iter().enumerate() {
-                jacobian[(n, k)] = weight * pull.shares[v] * turn[k];
+                jacobian[(n, k)] = weight * pull.shares[v];
             }
         }
+        (finite && jacobian.iter().all(|slope| slope.is_finite())).then_some(Point {
+            values,
+            residuals,
+            jacobian,
+        })
+    }
+
+    /// The places in `free` of the variables that can move downhill, those at an end of their range inwards alone.
+    fn movable(&self, here: &Point) -> Vec<usize> {
+        let slope = here.jacobian.tr_mul(&here.residuals);
+        let steep = |k: usize| {
+            let length = here.jacobian.column(k).norm() * here.residuals.norm();
+            slope[k].abs() > FLAT * length
+        };
+        let inwards = |k: usize| {
+            let (v, (low, high)) = (self.free[k], self.ranges[self.free[k]]);
+            let (at_low, at_high) = (here.values[v] <= low, here.values[v] >= high);
+            !(at_low && slope[k] > 0.0 || at_high && slope[k] < 0.0)
+        };
+        let inside: Vec<usize> = (0..self.free.len()).filter(|&k| inwards(k)).collect();
+        match inside.iter().any(|&k| steep(k)) {
+            true => inside,
+            false => Vec::new(),
+        }
+    }
+
+    /// The values after a damped step of these variables, which ends in their ranges.
+    fn moved(
+        &self,
+        here: &Point,
+        movable: &[usize],
+        damping: f64,
+        scale: &DVector<f64>,
+    ) -> Option<Vec<f64>> {
+        let (rows, count) = (here.residuals.len(), movable.len());
+        let mut matrix = DMatrix::zeros(rows + count, count);
+        let mut right = DVector::zeros(rows + count);
+        right.rows_mut(0, rows).copy_from(&-&here.residuals);
+        for (column, &k) in movable.iter().enumerate() {
+            let own = here.jacobian.column(k);
+            matrix.view_mut((0, column), (rows, 1)).copy_from(&own);
+            matrix[(rows + column, column)] = libm::sqrt(damping) * scale[k];
+        }
+        let parts = matrix.qr();
+        parts.q_tr_mul(&mut right);
+        let step = parts.r().solve_upper_triangular(&right.rows(0, count))?;
+        let mut values = here.values.clone();
+        for (&k, step) in movable.iter().zip(step.iter()) {
+            let (v, (low, high)) = (self.free[k], self.ranges[self.free[k]]);
+            values[v] = (values[v] + step).clamp(low, high);
+        }
+        Some(values)
     }
 }
 
-impl LeastSquaresProblem<f64, Dyn, Dyn> for Problem<'_> {
-    type ResidualStorage = Owned<f64, Dyn>;
-    type JacobianStorage = Owned<f64, Dyn, Dyn>;
-    type ParameterStorage = Owned<f64, Dyn>;
-
-    fn set_params(&mut self, u: &DVector<f64>) {
-        self.u.copy_from(u);
-        self.evaluate();
-    }
-
-    fn params(&self) -> DVector<f64> {
-        self.u.clone()
-    }
-
-    fn residuals(&self) -> Option<DVector<f64>> {
-        self.finite.then(|| self.residuals.clone())
-    }
-
-    fn jacobian(&self) -> Option<DMatrix<f64>> {
-        self.finite.then(|| self.jacobian.clone())
-    }
-}
+/// Cosine of the angle between the residuals and a change of them that is none.
+const FLAT: f64 = 1e-12;
+/// λ at first, and where no step gains anything any more.
+const DAMPING: f64 = 1e-3;
+const DAMPING_MOST: f64 = 1e12;
 
 /// How far to go.
 #[derive(Clone, Copy, Debug)]
@@ -312,43 +342,71 @@ pub(super) fn minimise(
     pulls: &[Pull],
     effort: Effort,
 ) -> Minimum {
-    let (n, rows) = (target.len(), target.len() + pulls.len());
-    let u = free.iter().map(|&v| {
-        let (low, high) = ranges[v];
-        libm::asin(((start[v] - low) / (high - low) * 2.0 - 1.0).clamp(-1.0, 1.0))
-    });
-    let mut problem = Problem {
+    let problem = Problem {
         candidate,
         target,
         ranges,
-        values: start.to_vec(),
         free,
         pulls,
-        u: DVector::from_iterator(free.len(), u),
-        residuals: DVector::zeros(rows),
-        jacobian: DMatrix::zeros(rows, free.len()),
-        finite: false,
     };
-    problem.evaluate();
-    let solver = LevenbergMarquardt::new()
-        .with_ftol(effort.tolerance)
-        .with_xtol(effort.step)
-        .with_gtol(1e-12)
-        .with_patience(effort.patience);
-    let (problem, report) = solver.minimize(problem);
-    let converged = report.termination.was_successful()
-        || matches!(
-            report.termination,
-            TerminationReason::NoImprovementPossible(_)
-        );
-    let sum = if problem.finite {
-        problem.residuals.rows(0, n).norm_squared()
-    } else {
-        f64::INFINITY
+    let inside = start.iter().zip(ranges);
+    let start: Vec<f64> = inside
+        .map(|(value, &(low, high))| value.clamp(low, high))
+        .collect();
+    let Some(mut here) = problem.at(start.clone()) else {
+        return Minimum {
+            values: start,
+            sum: f64::INFINITY,
+            converged: false,
+        };
     };
+    // Above 0, where nothing depends on a variable.
+    let mut scale: DVector<f64> = DVector::from_element(free.len(), f64::EPSILON);
+    let (mut damping, mut growth, mut converged) = (DAMPING, 2.0, false);
+    for _ in 0..effort.patience * (free.len() + 1) {
+        let movable = problem.movable(&here);
+        for (scale, column) in scale.iter_mut().zip(here.jacobian.column_iter()) {
+            *scale = scale.max(column.norm());
+        }
+        converged = movable.is_empty() || damping > DAMPING_MOST;
+        let values = match converged {
+            true => None,
+            false => problem.moved(&here, &movable, damping, &scale),
+        };
+        let Some(values) = values else { break };
+        let over_free = |value: &dyn Fn(usize) -> f64| {
+            DVector::from_iterator(free.len(), free.iter().map(|&v| value(v)))
+        };
+        let step = over_free(&|v| values[v] - here.values[v]);
+        let square = here.residuals.norm_squared();
+        let expected = square - (&here.residuals + &here.jacobian * &step).norm_squared();
+        let size = over_free(&|v| here.values[v]).component_mul(&scale).norm();
+        let small = step.component_mul(&scale).norm() <= effort.step * size;
+        let there = problem.at(values);
+        let gain = (there.as_ref()).map_or(f64::NEG_INFINITY, |there| {
+            square - there.residuals.norm_squared()
+        });
+        let still = gain.abs() <= effort.tolerance * square;
+        converged = small || still && expected <= effort.tolerance * square;
+        match there {
+            Some(there) if gain > 0.0 => {
+                here = there;
+                let miss = 2.0 * gain / expected - 1.0;
+                damping *= (1.0 - miss * miss * miss).max(1.0 / 3.0);
+                growth = 2.0;
+            }
+            _ => {
+                damping *= growth;
+                growth *= 2.0;
+            }
+        }
+        if converged {
+            break;
+        }
+    }
     Minimum {
-        values: problem.values,
-        sum,
-        converged: converged && sum.is_finite(),
+        sum: here.residuals.rows(0, target.len()).norm_squared(),
+        values: here.values,
+        converged,
     }
 }

@@ -5,23 +5,25 @@
 //! ```
 //! That is the profile of the likelihood for b, and for another parameter where S is a parabola in the rest: a valley along which
 //! one depth exchanges b for the modulus is as long as it is. b is looked for from 0 to 100, and up to bε = 16 of the largest
-//! strain, on a grid of factors of 2, then by parabolas.
+//! strain, on a grid of factors of 2, then by parabolas until a step is below 1e-6 of that range, for each candidate by itself:
+//! on the grid alone a b that is nearly right is no match for one more element.
 //!
-//! *Cost*: some 25 fits of the memory.
+//! *Cost*: some 25 fits of the memory for each candidate.
 //! *Source*: Y. C. Fung, *Biomechanics*, 1981 (the law); S. S. Wilks, *The large-sample distribution of the likelihood ratio*,
 //! Annals of Mathematical Statistics 9, 1938 (the interval).
 
+use super::advice;
 use super::candidates::{Identification, Options, choose, identified};
-use super::elements::Candidate;
+use super::elements::{Candidate, Elements};
 use super::error::IdentifyError;
-use super::fit::{Estimate, Fit, fit, student};
+use super::fit::{AS_GOOD, Estimate, Fit, fit, student};
 use super::record::Record;
-use super::search::search;
+use super::search::{Best, polished, search};
 use super::target::Target;
 use crate::identify::keys::{BOOTSTRAP, FROM, KIND, STIFFENING};
-use crate::model::ModelKind;
 use fracdiff::parameter::Shown;
 use haptic_loop::Specimen;
+use rayon::prelude::*;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 /// A strain to the other side of less than this share of the largest is noise around rest.
@@ -32,55 +34,44 @@ const STEEPEST: f64 = 16.0;
 const OCTAVES: i32 = 7;
 /// Starts on the grid, at most.
 const FEW_STARTS: usize = 10;
-/// Fits for a minimum or an end, at most.
-const ROUNDS: usize = 12;
-/// Change of ζ² or ζ that ends a search.
+/// Fits for a minimum and for an end, at most.
+const ROUNDS: usize = 40;
+const ROUNDS_OF_END: usize = 12;
+/// A step over the range of b that ends a search for the minimum.
+const STEP: f64 = 1e-6;
+/// Change of ζ that ends a search for an end.
 const NEAR: f64 = 0.02;
-/// Rise of ζ² up to which a sum is near a parabola.
-const STEEP: f64 = 77.0;
 /// Width of an interval over b up to which the record tells b.
 const SETTLED: f64 = 0.5;
 /// Points between two fits of an interval.
 const BETWEEN: usize = 10;
 
-/// Fits of one candidate at several b, in order of b.
-type Valley = Vec<(f64, Fit)>;
+/// The memory at one b.
+struct Point {
+    b: f64,
+    elements: Elements,
+    sum: f64,
+    /// With the intervals of its standard errors.
+    fit: Fit,
+}
+
+/// One candidate at several b, in order of b.
+struct Valley<'a> {
+    search: &'a Search<'a>,
+    candidate: Candidate,
+    points: Vec<Point>,
+}
 
 struct Search<'a> {
     record: &'a Record,
     options: &'a Options,
     stop: &'a AtomicBool,
-    /// Numbers that are compared.
-    numbers: f64,
+    /// Largest b.
+    most: f64,
 }
 
-/// As [`identified`], with b as a last parameter of the chosen fit. A candidate that converges at some b only is left out, and told.
+/// As [`identified`], with b as a last parameter of each fit. A candidate that has no minimum at any b is left out, and told.
 pub(super) fn stiffened(
-    record: &Record,
-    options: &Options,
-    stop: &AtomicBool,
-) -> Result<Identification, IdentifyError> {
-    let mut options = options.clone();
-    let mut left_out = Vec::new();
-    loop {
-        match of_candidates(record, &options, stop) {
-            Err(error @ IdentifyError::NotConverged { model })
-                if options.chosen.is_none() && options.candidates.len() > 1 =>
-            {
-                options.candidates.retain(|kind| kind.name() != model);
-                left_out.push(error.to_string());
-            }
-            found => {
-                return found.map(|mut found| {
-                    found.warnings.append(&mut left_out);
-                    found
-                });
-            }
-        }
-    }
-}
-
-fn of_candidates(
     record: &Record,
     options: &Options,
     stop: &AtomicBool,
@@ -111,103 +102,109 @@ fn of_candidates(
             Shown(steepest)
         ));
     }
-    let most = Specimen::STIFFENING_MAX.min(STEEPEST / steepest);
-    let mut search = Search {
+    let search = Search {
         record,
         options,
         stop,
-        numbers: 0.0,
+        most: Specimen::STIFFENING_MAX.min(STEEPEST / steepest),
     };
-    let mut valleys: Vec<(ModelKind, Valley)> = Vec::new();
-    let grid = (0..=OCTAVES).map(|n| match n {
-        0 => 0.0,
-        n => most * libm::exp2(f64::from(n - OCTAVES)),
-    });
-    let mut refused = None;
-    for b in grid {
-        for (kind, fit) in options
-            .candidates
-            .iter()
-            .zip(search.at(b, &options.candidates)?)
-        {
-            match (fit, valleys.iter_mut().find(|valley| valley.0 == *kind)) {
-                (Ok(fit), Some(valley)) => valley.1.push((b, fit)),
-                (Ok(fit), None) => valleys.push((*kind, vec![(b, fit)])),
-                (Err(error), _) => refused = Some(error),
-            }
+    let (mut valleys, mut failed) = (Vec::new(), Vec::new());
+    for valley in search.valleys()? {
+        match valley {
+            Ok(valley) => valleys.push(valley),
+            Err(error) => failed.push(error),
         }
     }
-    search.numbers = (valleys.first()).map_or(0.0, |valley| valley.1[0].1.predicted.len() as f64);
-    // The chosen one may be another where b is right.
-    let mut refined: Vec<ModelKind> = Vec::new();
-    let (kind, mut valley) = loop {
-        let lowest = |valley: &Valley| valley[search.lowest(valley)].1.clone();
-        let mut fits: Vec<Fit> = valleys.iter().map(|valley| lowest(&valley.1)).collect();
-        fits.sort_by(|a, b| a.bic.total_cmp(&b.bic));
-        let place = choose(fits.iter(), options.chosen);
-        let Some(kind) = place.map(|place| fits[place].kind) else {
-            return Err(refused.unwrap_or(IdentifyError::Stopped));
-        };
-        // It, and what is simpler: on the grid alone a b that is nearly right is no match for one more element.
-        let size = kind.parameters().len();
-        let open = |own: ModelKind| {
-            !refined.contains(&own) && (own == kind || own.parameters().len() < size)
-        };
-        let Some((kind, valley)) = valleys.iter_mut().find(|valley| open(valley.0)) else {
-            let valley = valleys.into_iter().find(|valley| valley.0 == kind);
-            break valley.ok_or(IdentifyError::Stopped)?;
-        };
-        let kind = *kind;
-        search.refine(kind, valley)?;
-        refined.push(kind);
+    valleys.sort_by(|a, b| a.lowest().fit.bic.total_cmp(&b.lowest().fit.bic));
+    let place = choose(valleys.iter().map(|own| &own.lowest().fit), options.chosen);
+    let Some(place) = place else {
+        return Err(failed.pop().unwrap_or(IdentifyError::Stopped));
     };
-    let lowest = valley[search.lowest(&valley)].clone();
-    let b = lowest.0;
+    let mut valley = valleys.remove(place);
+    let (kind, b) = (valley.candidate.kind(), valley.lowest().b);
     let there = Options {
+        candidates: vec![kind],
         chosen: Some(kind),
         ..options.clone()
     };
     let mut found = identified(&record.stiffened(b), &there, stop, &|_| ())?;
-    let limit = search.limit(&lowest.1);
-    let low = search.end(kind, &mut valley, b, &limit, 0.0)?;
-    let high = search.end(kind, &mut valley, b, &limit, most)?;
+    let limit = valley.limit();
+    let low = valley.end(b, &limit, false);
+    let high = valley.end(b, &limit, true);
     let fit = &mut found.fits[0];
-    widen(fit, &valley, &limit);
+    valley.widen(fit, &limit);
     let error = (low.zip(high)).map(|(low, high)| (high - low) / (2.0 * limit.student));
     fit.parameters.push(Estimate {
+        standard_error: error,
+        low_95: low.or((b < search.most).then_some(0.0)),
+        high_95: high,
+        ..alone(b)
+    });
+    found.fits.extend(valleys.iter().map(|other| {
+        let lowest = other.lowest();
+        let mut fit = lowest.fit.clone();
+        fit.parameters.push(alone(lowest.b));
+        fit
+    }));
+    for fit in &mut found.fits {
+        fit.aic += 2.0;
+        fit.bic += libm::log(fit.predicted.len() as f64);
+    }
+    let best = &found.fits[0];
+    found
+        .warnings
+        .extend(failed.iter().map(ToString::to_string));
+    found.warnings.extend(advice::simpler(best, &found.fits));
+    let linear = valley.points.first().filter(|point| point.b <= 0.0);
+    let linear = linear.map(|point| &point.fit);
+    found.warnings.extend(said(record, best, linear));
+    match stop.load(Ordering::Relaxed) {
+        true => Err(IdentifyError::Stopped),
+        false => Ok(found),
+    }
+}
+
+/// b without an interval.
+const fn alone(b: f64) -> Estimate {
+    Estimate {
         name: STIFFENING.0,
         unit: "",
         value: b,
-        standard_error: error,
-        low_95: low.or((b < most).then_some(0.0)),
-        high_95: high,
-    });
-    // All are fitted at this b.
-    for fit in &mut found.fits {
-        fit.aic += 2.0;
-        fit.bic += libm::log(search.numbers);
+        standard_error: None,
+        low_95: None,
+        high_95: None,
     }
-    found.warnings.extend(said(record, low, b, high));
-    Ok(found)
 }
 
-/// What the interval of b says.
-fn said(record: &Record, low: Option<f64>, b: f64, high: Option<f64>) -> Option<String> {
-    let low = low.unwrap_or(0.0);
-    if high.is_some_and(|high| low > 0.0 && high - low <= SETTLED * b) {
+/// What the interval of b says, beside the best fit of tissue that does not stiffen.
+fn said(record: &Record, best: &Fit, linear: Option<&Fit>) -> Option<String> {
+    let b = best.stiffening()?;
+    let low = b.low_95.unwrap_or(0.0);
+    if (b.high_95).is_some_and(|high| low > 0.0 && high - low <= SETTLED * b.value) {
         return None;
     }
-    let what = match low {
-        0.0 => "tissue that does not stiffen is as good",
-        _ => "the record hardly tells the stiffening from the modulus",
+    let high = (b.high_95).map_or("any".to_owned(), |high| Shown(rounded(high)).to_string());
+    let interval = format!("{} to {high} at 95 %", Shown(rounded(low)));
+    let what = match linear.filter(|_| low <= 0.0) {
+        None => format!("the record hardly tells the stiffening from the modulus, b is {interval}"),
+        Some(linear) => {
+            let [linear_pa, rms_pa] = [linear.rms, best.rms].map(|rms| Shown(rounded(rms)));
+            let left = format!("rms residual {linear_pa} Pa against {rms_pa} Pa");
+            match linear.bic <= best.bic + AS_GOOD {
+                true => {
+                    format!("tissue that does not stiffen is as good ({left}), b is {interval}")
+                }
+                false => format!(
+                    "tissue that does not stiffen fits worse ({left}), yet residuals are so alike that b is only known to be {interval}"
+                ),
+            }
+        }
     };
     let remedy = match record.motions.len() {
         1 => "give records of several depths",
         _ => "give records of more and larger depths",
     };
-    let high = high.map_or("any".to_owned(), |high| Shown(rounded(high)).to_string());
-    let low = Shown(rounded(low));
-    Some(format!("{what}, b is {low} to {high} at 95 %: {remedy}"))
+    Some(format!("{what}: {remedy}"))
 }
 
 /// Three digits.
@@ -215,194 +212,215 @@ fn rounded(value: f64) -> f64 {
     format!("{value:.2e}").parse().unwrap_or(value)
 }
 
-/// ζ² of a fit.
+/// ζ² of a point.
 struct Limit {
     sum: f64,
     freedom: f64,
     /// The largest ζ: 97.5 % point of Student's t.
     student: f64,
-    numbers: f64,
 }
 
 impl Limit {
-    fn square(&self, fit: &Fit) -> f64 {
-        ((sum(fit, self.numbers) / self.sum - 1.0) * self.freedom).max(0.0)
+    fn square(&self, point: &Point) -> f64 {
+        ((point.sum / self.sum - 1.0) * self.freedom).max(0.0)
     }
-}
-
-/// S, weights in, by the criterion that it made.
-fn sum(fit: &Fit, numbers: f64) -> f64 {
-    let parameters = (fit.kind.parameters().len() + 1) as f64;
-    numbers * libm::exp((fit.bic - parameters * libm::log(numbers)) / numbers)
 }
 
 impl Search<'_> {
-    /// The memory at b, with the intervals of its standard errors.
-    fn at(
-        &self,
-        b: f64,
-        candidates: &[ModelKind],
-    ) -> Result<Vec<Result<Fit, IdentifyError>>, IdentifyError> {
+    fn target(&self, b: f64) -> Target<'_> {
         let record = self.record.stiffened(b);
-        let target = Target::new(&record, self.options.weighting, self.stop);
-        let starts = self.options.starts.clamp(1, FEW_STARTS);
-        let fits = candidates.iter().map(|&kind| {
-            let candidate = Candidate::of(kind)?;
-            let best = search(candidate, &target, starts)?;
-            Ok(fit(candidate, &target, &best).0)
+        Target::new(&record, self.options.weighting, self.stop)
+    }
+
+    /// All candidates on the grid, then each to its least sum.
+    fn valleys(&self) -> Result<Vec<Result<Valley<'_>, IdentifyError>>, IdentifyError> {
+        let grid = (0..=OCTAVES).map(|n| match n {
+            0 => 0.0,
+            n => self.most * libm::exp2(f64::from(n - OCTAVES)),
         });
-        let fits = fits.collect();
-        match self.stop.load(Ordering::Relaxed) {
-            true => Err(IdentifyError::Stopped),
-            false => Ok(fits),
+        let targets: Vec<(f64, Target<'_>)> = grid.map(|b| (b, self.target(b))).collect();
+        let candidates = self
+            .options
+            .candidates
+            .iter()
+            .map(|&kind| Candidate::of(kind));
+        let candidates: Vec<Candidate> = candidates.collect::<Result<_, _>>()?;
+        // One by itself: the result does not depend on the threads.
+        let valleys = candidates.par_iter().map(|&candidate| {
+            let mut valley = Valley {
+                search: self,
+                candidate,
+                points: Vec::new(),
+            };
+            let mut failed = IdentifyError::Stopped;
+            for (b, target) in &targets {
+                let starts = self.options.starts.clamp(1, FEW_STARTS);
+                match search(candidate, target, starts) {
+                    Ok(best) => valley.points.push(valley.point(*b, target, best)),
+                    Err(error) => failed = error,
+                }
+            }
+            valley.refine();
+            match valley.points.is_empty() {
+                true => Err(failed),
+                false => Ok(valley),
+            }
+        });
+        Ok(valleys.collect())
+    }
+}
+
+impl Valley<'_> {
+    fn point(&self, b: f64, target: &Target<'_>, best: Best) -> Point {
+        Point {
+            b,
+            elements: best.elements,
+            sum: best.sum,
+            fit: fit(self.candidate, target, &best).0,
         }
     }
 
-    /// Place of the least sum.
-    fn lowest(&self, valley: &Valley) -> usize {
-        let sums = valley.iter().map(|own| own.1.bic);
-        let least = sums.enumerate().min_by(|a, b| a.1.total_cmp(&b.1));
+    fn place(&self) -> usize {
+        let sums = self.points.iter().map(|point| point.sum).enumerate();
+        let least = sums.min_by(|a, b| a.1.total_cmp(&b.1));
         least.map_or(0, |least| least.0)
     }
 
-    fn limit(&self, best: &Fit) -> Limit {
-        let freedom = (best.independent - best.kind.parameters().len() as f64 - 1.0).max(1.0);
+    /// Where the sum is least.
+    fn lowest(&self) -> &Point {
+        &self.points[self.place()]
+    }
+
+    fn limit(&self) -> Limit {
+        let Point { fit, sum, .. } = self.lowest();
+        let freedom = (fit.independent - fit.kind.parameters().len() as f64 - 1.0).max(1.0);
         Limit {
-            sum: sum(best, self.numbers),
+            sum: *sum,
             freedom,
             student: student(freedom),
-            numbers: self.numbers,
         }
     }
 
-    /// Fits one candidate at one more b.
-    fn add(&self, kind: ModelKind, valley: &mut Valley, b: f64) -> Result<Fit, IdentifyError> {
-        let fit = self.at(b, &[kind])?.remove(0)?;
-        let place = valley.partition_point(|own| own.0 < b);
-        valley.insert(place, (b, fit.clone()));
-        Ok(fit)
+    /// One more b, from the memories on both sides of it; its place, or none if there is no minimum.
+    fn add(&mut self, b: f64) -> Option<usize> {
+        let target = self.search.target(b);
+        let place = self.points.partition_point(|point| point.b < b);
+        let sides = &self.points[place.max(1) - 1..self.points.len().min(place + 1)];
+        let both = sides.iter().filter_map(|side| {
+            let start = side.elements.variables(self.candidate);
+            polished(self.candidate, &target, [start].iter()).ok()
+        });
+        let best = both.min_by(|a, b| a.sum.total_cmp(&b.sum))?;
+        let point = self.point(b, &target, best);
+        self.points.insert(place, point);
+        Some(place)
     }
 
     /// To the least sum, by the vertex of the parabola through the lowest three neighbours.
-    fn refine(&self, kind: ModelKind, valley: &mut Valley) -> Result<(), IdentifyError> {
-        for _ in 0..ROUNDS {
-            let lowest = self.lowest(valley);
-            if valley.len() < 3 || lowest + 1 == valley.len() {
-                return Ok(());
+    fn refine(&mut self) {
+        let near = STEP * self.search.most;
+        for round in 1..=ROUNDS {
+            if self.points.len() < 3 {
+                return;
             }
-            let limit = self.limit(&valley[lowest].1);
-            let first = lowest.max(1) - 1;
-            let [a, m, z] = [0, 1, 2].map(|n| valley[first + n].0);
-            let [fa, fm, fz] = [0, 1, 2]
-                .map(|n| sum(&valley[first + n].1, self.numbers) / limit.sum * limit.freedom);
+            let lowest = self.place();
+            let first = (lowest.max(1) - 1).min(self.points.len() - 3);
+            let [a, m, z] = [0, 1, 2].map(|n| self.points[first + n].b);
+            let [fa, fm, fz] =
+                [0, 1, 2].map(|n| self.points[first + n].sum / self.points[lowest].sum);
             // Newton's form: f = fa + s·(b − a) + c·(b − a)(b − m).
             let s = (fm - fa) / (m - a);
             let c = ((fz - fm) / (z - m) - s) / (z - a);
             let vertex = (0.5 * (a + m) - 0.5 * s / c).clamp(a, z);
-            let gain = |b: f64| valley.iter().all(|own| (own.0 - b).abs() > 1e-3 * (z - a));
-            let next = if c > 0.0 && gain(vertex) {
-                vertex
-            } else if z - m > m - a {
-                0.5 * (m + z)
-            } else {
-                0.5 * (a + m)
-            };
-            let value = |b: f64| fa + s * (b - a) + c * (b - a) * (b - m);
-            let least = value(valley[lowest].0);
-            if c > 0.0 && least - value(vertex) < NEAR && fa.max(fz) - least < STEEP {
-                return Ok(());
+            let far = |b: f64| self.points.iter().all(|own| (own.b - b).abs() > near);
+            let is_there = c > 0.0 && (vertex - self.points[lowest].b).abs() <= near;
+            if is_there || z - a <= 2.0 * near {
+                return;
             }
-            self.add(kind, valley, next)?;
+            // Every third step halves the wider side, in case the vertices come from one side.
+            let next = match c > 0.0 && far(vertex) && round % 3 > 0 {
+                true => vertex,
+                false if z - m > m - a => 0.5 * (m + z),
+                false => 0.5 * (a + m),
+            };
+            if self.add(next).is_none() {
+                return;
+            }
         }
-        Ok(())
     }
 
-    /// Where ζ is Student's t between b and the end of its range; none if it stays below.
-    fn end(
-        &self,
-        kind: ModelKind,
-        valley: &mut Valley,
-        b: f64,
-        limit: &Limit,
-        range: f64,
-    ) -> Result<Option<f64>, IdentifyError> {
-        let (side, most) = (range - b, limit.student);
-        if side == 0.0 {
-            return Ok(None);
+    /// Where ζ is Student's t above b, or below; none if it stays below t to the end of the range.
+    fn end(&mut self, b: f64, limit: &Limit, above: bool) -> Option<f64> {
+        let most = limit.student;
+        let zeta = |own: &Point| (own.b, libm::sqrt(limit.square(own)));
+        let side = |own: &&Point| if above { own.b > b } else { own.b < b };
+        let mut outwards: Vec<(f64, f64)> = self.points.iter().filter(side).map(zeta).collect();
+        if !above {
+            outwards.reverse();
         }
-        let beyond = |own: &&(f64, Fit)| (own.0 - b) * side > 0.0;
-        let distance = |own: &(f64, Fit)| (own.0 - b).abs();
-        let outside = (valley.iter().filter(beyond))
-            .filter(|own| limit.square(&own.1) > most * most)
-            .min_by(|one, other| distance(one).total_cmp(&distance(other)));
-        let Some(outside) = outside else {
-            return Ok(None);
-        };
-        let mut outer = (outside.0, libm::sqrt(limit.square(&outside.1)));
-        let inside = (valley.iter().filter(beyond))
-            .filter(|own| distance(own) < (outer.0 - b).abs())
-            .max_by(|one, other| distance(one).total_cmp(&distance(other)));
-        let mut inner = inside.map_or((b, 0.0), |own| (own.0, libm::sqrt(limit.square(&own.1))));
-        for _ in 0..ROUNDS {
+        let outside = outwards.iter().position(|point| point.1 > most)?;
+        let mut outer = outwards[outside];
+        let mut inner = outwards[..outside].last().copied().unwrap_or((b, 0.0));
+        for _ in 0..ROUNDS_OF_END {
             let part = (most - inner.1) / (outer.1 - inner.1);
             let next = inner.0 + part.clamp(0.1, 0.9) * (outer.0 - inner.0);
-            let distance = libm::sqrt(limit.square(&self.add(kind, valley, next)?));
-            if distance > most {
-                outer = (next, distance);
-            } else {
-                inner = (next, distance);
+            let Some(place) = self.add(next) else { break };
+            let found = zeta(&self.points[place]);
+            match found.1 > most {
+                true => outer = found,
+                false => inner = found,
             }
-            if (distance - most).abs() < NEAR {
+            if (found.1 - most).abs() < NEAR {
                 break;
             }
         }
         let part = (most - inner.1) / (outer.1 - inner.1);
-        Ok(Some(inner.0 + part.clamp(0.0, 1.0) * (outer.0 - inner.0)))
+        Some(inner.0 + part.clamp(0.0, 1.0) * (outer.0 - inner.0))
     }
-}
 
-/// The intervals of the memory over all b that the record does not refuse.
-fn widen(fit: &mut Fit, valley: &Valley, limit: &Limit) {
-    let most = limit.student;
-    for (place, estimate) in fit.parameters.iter_mut().enumerate() {
-        let is_order = estimate.unit.is_empty();
-        let scale = |value: f64| if is_order { value } else { libm::log(value) };
-        // Value, low and high end, and ζ, at each b.
-        let points = valley.iter().map(|(_, fit)| {
-            let own = &fit.parameters[place];
-            let [low, high] = [own.low_95, own.high_95].map(|end| end.map(scale));
-            let low = low.unwrap_or(f64::NEG_INFINITY);
-            let high = high.unwrap_or(f64::INFINITY);
-            [scale(own.value), low, high, libm::sqrt(limit.square(fit))]
-        });
-        let points: Vec<[f64; 4]> = points.collect();
-        let (mut low, mut high) = (f64::INFINITY, f64::NEG_INFINITY);
-        for pair in points.windows(2) {
-            for step in 0..=BETWEEN {
-                let share = step as f64 / BETWEEN as f64;
-                let at = |n: usize| (1.0 - share) * pair[0][n] + share * pair[1][n];
-                // ζ, not its square, is nearly straight.
-                let distance = at(3);
-                if distance <= most {
-                    let part = libm::sqrt(1.0 - distance * distance / (most * most));
-                    low = low.min(at(0) + part * (at(1) - at(0)));
-                    high = high.max(at(0) + part * (at(2) - at(0)));
+    /// The intervals of the memory over all b that the record does not refuse.
+    fn widen(&self, fit: &mut Fit, limit: &Limit) {
+        let most = limit.student;
+        for (place, estimate) in fit.parameters.iter_mut().enumerate() {
+            let is_order = estimate.unit.is_empty();
+            let scale = |value: f64| if is_order { value } else { libm::log(value) };
+            // Value, low and high end, and ζ, at each b.
+            let points = self.points.iter().map(|point| {
+                let own = &point.fit.parameters[place];
+                let [low, high] = [own.low_95, own.high_95].map(|end| end.map(scale));
+                let low = low.unwrap_or(f64::NEG_INFINITY);
+                let high = high.unwrap_or(f64::INFINITY);
+                [scale(own.value), low, high, libm::sqrt(limit.square(point))]
+            });
+            let points: Vec<[f64; 4]> = points.collect();
+            let (mut low, mut high) = (f64::INFINITY, f64::NEG_INFINITY);
+            for pair in points.windows(2) {
+                for step in 0..=BETWEEN {
+                    let share = step as f64 / BETWEEN as f64;
+                    let at = |n: usize| (1.0 - share) * pair[0][n] + share * pair[1][n];
+                    // ζ, not its square, is nearly straight.
+                    let distance = at(3);
+                    if distance <= most {
+                        let part = libm::sqrt(1.0 - distance * distance / (most * most));
+                        low = low.min(at(0) + part * (at(1) - at(0)));
+                        high = high.max(at(0) + part * (at(2) - at(0)));
+                    }
                 }
             }
-        }
-        if low < high {
-            let end = |end: f64| match is_order {
-                true => Some(end.clamp(0.0, 1.0)),
-                false => Some(libm::exp(end)).filter(|end| *end > 0.0 && end.is_finite()),
-            };
-            (estimate.low_95, estimate.high_95) = (end(low), end(high));
-            let half = (high - low) / (2.0 * most);
-            let error = if is_order {
-                half
-            } else {
-                estimate.value * half
-            };
-            estimate.standard_error = Some(error).filter(|error| error.is_finite());
+            if low < high {
+                let end = |end: f64| match is_order {
+                    true => Some(end.clamp(0.0, 1.0)),
+                    false => Some(libm::exp(end)).filter(|end| *end > 0.0 && end.is_finite()),
+                };
+                (estimate.low_95, estimate.high_95) = (end(low), end(high));
+                let half = (high - low) / (2.0 * most);
+                let error = if is_order {
+                    half
+                } else {
+                    estimate.value * half
+                };
+                estimate.standard_error = Some(error).filter(|error| error.is_finite());
+            }
         }
     }
 }
@@ -410,7 +428,7 @@ fn widen(fit: &mut Fit, valley: &Valley, limit: &Limit) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::model::Model;
+    use crate::model::{Model, ModelKind};
 
     /// Two ramps and holds to two strains of tissue with b = 8, with 8 samples each and 2 % of noise.
     fn short() -> Record {
@@ -451,15 +469,11 @@ mod tests {
             (16, 16.0_f64.to_bits())
         );
         let b = fit.stiffening().expect("looked for");
-        let search = Search {
-            record: &record,
-            options: &options,
-            stop: &AtomicBool::new(false),
-            numbers: 16.0,
-        };
+        let stop = AtomicBool::new(false);
         let sum = |b: f64| {
-            let mut fits = search.at(b, &[ModelKind::SpringPot]).expect("goes on");
-            sum(&fits.remove(0).expect("converges"), 16.0)
+            let target = Target::new(&record.stiffened(b), options.weighting, &stop);
+            let candidate = Candidate::of(ModelKind::SpringPot).expect("one");
+            search(candidate, &target, 10).expect("converges").sum
         };
         let least = sum(b.value);
         for end in [b.low_95, b.high_95] {
@@ -485,8 +499,8 @@ mod tests {
         );
         let found = search.expect("converges");
         assert!(found.fits.len() > 1);
-        let b = found.fits[0].stiffening().expect("looked for").value;
         for fit in &found.fits {
+            let b = fit.stiffening().expect("looked for").value;
             let options = Options {
                 candidates: vec![fit.kind],
                 ..Options::default()

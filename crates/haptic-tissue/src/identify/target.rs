@@ -71,7 +71,9 @@ impl<'a> Target<'a> {
         let (unit, sign, rows) = match record.kind {
             RecordKind::Oscillation => (-middle, 1.0, Rows::Oscillation(relative)),
             RecordKind::Creep => (middle, -1.0, Rows::Step(Quantity::Creep, relative)),
-            _ => (middle, 1.0, Rows::Step(Quantity::Relaxation, relative)),
+            RecordKind::Relaxation | RecordKind::History => {
+                (middle, 1.0, Rows::Step(Quantity::Relaxation, relative))
+            }
         };
         Self {
             rows,
@@ -140,17 +142,13 @@ impl<'a> Target<'a> {
     pub(super) fn samples(&self) -> usize {
         match &self.rows {
             Rows::Oscillation(ln_omega) => ln_omega.len(),
-            _ => self.len(),
+            Rows::Step(..) | Rows::History(_) => self.len(),
         }
     }
 
     /// At most about so many samples of it, evenly chosen.
     pub(super) fn thinned(&self, most: usize) -> Self {
-        let parts = match &self.rows {
-            Rows::Oscillation(_) => 2,
-            _ => 1,
-        };
-        let samples = self.len() / parts;
+        let samples = self.samples();
         let step = samples.div_ceil(most).max(1);
         let chosen: Vec<usize> = (0..samples)
             .step_by(step)
@@ -216,7 +214,7 @@ impl<'a> Target<'a> {
                 let of = |values: &[f64]| history.chosen.iter().map(|&i| values[i]).collect();
                 (of(&record.x), of(&record.second))
             }
-            _ => {
+            Rows::Step(..) | Rows::Oscillation(_) => {
                 let parts = if record.second.is_empty() { 1 } else { 2 };
                 (
                     record.x.repeat(parts),

@@ -42,7 +42,7 @@ impl Spectrum {
         let step = LN_2 / LANES as f64;
         let two = match form {
             Form::Two(two) => Some(two),
-            _ => None,
+            Form::One(_) | Form::Branches(..) => None,
         };
         let pole = two.and_then(|two| Some((two, pole(two, response)?)));
         let offset = pole.map_or(0.0, |(_, pole)| pole.ln_r - 0.5 * step);
@@ -203,7 +203,9 @@ fn pole(two: &Two, response: Response) -> Option<Pole> {
             let lower = term(spring_pa, first.order - second.order);
             beside_the_cut(constant, term(g, first.order), Some(lower))
         }
-        _ => None,
+        (Joint::KelvinVoigt, Response::Relaxation)
+        | (Joint::Maxwell, Response::Creep)
+        | (Joint::None | Joint::Branches, _) => None,
     }
 }
 
@@ -223,7 +225,9 @@ fn pair(two: &Two, response: Response, pole: Pole, step: f64) -> Pair {
         // 1/M = 1/E + 1/K, K = K₁ + K₂ is −E
         (Joint::PoyntingThomson, Response::Relaxation) => -inverse(side_by_side) * (e * e),
         // 1/M = 1/(K₁ + K₂), with a spring or without
-        _ => inverse(side_by_side),
+        (Joint::KelvinVoigt, _)
+        | (Joint::Maxwell | Joint::PoyntingThomson, Response::Creep)
+        | (Joint::None | Joint::Branches, _) => inverse(side_by_side),
     };
     let share = 2.0 / (1.0 + libm::exp(2.0 * PI * pole.beyond / step));
     let weight = residue * if relaxation { share } else { -share };

@@ -129,7 +129,9 @@ impl Spectrum {
             (Form::Branches(spring_pa, branches), Response::Creep) => {
                 Self::creep_of_branches(*spring_pa, branches)
             }
-            _ => Self::over_the_cut(form, response, shortest, longest),
+            (Form::One(_) | Form::Two(_), _) => {
+                Self::over_the_cut(form, response, shortest, longest)
+            }
         }
     }
 

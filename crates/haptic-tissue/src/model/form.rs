@@ -63,7 +63,7 @@ impl Form {
                     Joint::PoyntingThomson => {
                         series(first + second, Complex64::new(two.spring_pa, 0.0))
                     }
-                    _ => first + second,
+                    Joint::None | Joint::KelvinVoigt | Joint::Branches => first + second,
                 }
             }
             Self::Branches(spring_pa, branches) => {
@@ -88,7 +88,7 @@ impl Form {
                 Joint::Maxwell => stiff(&two.second),
                 Joint::Zener => stiff(&two.second) + two.spring_pa,
                 Joint::PoyntingThomson => two.spring_pa,
-                _ => f64::INFINITY,
+                Joint::None | Joint::KelvinVoigt | Joint::Branches => f64::INFINITY,
             },
             Self::Branches(spring_pa, branches) => branches
                 .iter()
@@ -108,7 +108,7 @@ impl Form {
                     let beside = left(&two.second);
                     two.spring_pa * (beside / (two.spring_pa + beside))
                 }
-                _ => left(&two.second),
+                Joint::None | Joint::KelvinVoigt | Joint::Branches => left(&two.second),
             },
             Self::Branches(spring_pa, _) => *spring_pa,
         }

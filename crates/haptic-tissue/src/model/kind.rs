@@ -266,10 +266,9 @@ impl ModelKind {
     /// The parameter of the value at a place.
     pub(super) fn parameter(self, place: usize) -> Option<&'static Parameter> {
         let all = self.parameters();
-        match self {
-            Self::Prony if place > 0 => all.get(1 + (place - 1) % 2),
-            _ => all.get(place),
-        }
+        let (once, each) = all.split_at(all.partition_point(|own| !own.for_each_branch));
+        once.get(place)
+            .or_else(|| each.get((place - once.len()).checked_rem(each.len())?))
     }
 }
 

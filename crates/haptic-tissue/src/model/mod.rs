@@ -109,9 +109,9 @@ impl Model {
     /// # Errors
     /// Another number of values, a value outside its range, orders that do not fall, times of branches that do not rise.
     pub fn from_parameters(kind: ModelKind, values: &[f64]) -> Result<Self, ModelError> {
-        let fits = match kind {
-            ModelKind::Prony => values.len() % 2 == 1,
-            _ => values.len() == kind.parameters().len(),
+        let fits = match kind.parameters().iter().any(|own| own.for_each_branch) {
+            true => values.len() % 2 == 1,
+            false => values.len() == kind.parameters().len(),
         };
         if !fits {
             return Err(ModelError::Count(kind, values.len()));
@@ -266,7 +266,9 @@ impl Model {
             Form::Two(two) if two.joint == Joint::KelvinVoigt => each(time_s, at_zero, |t| {
                 two.first.relaxation(t) + two.second.relaxation(t)
             }),
-            form => by_modes(form, Response::Relaxation, time_s, at_zero),
+            form @ (Form::Two(_) | Form::Branches(..)) => {
+                by_modes(form, Response::Relaxation, time_s, at_zero)
+            }
         }
     }
 
@@ -294,7 +296,9 @@ impl Model {
             Form::Two(two) if two.joint == Joint::Maxwell => each(time_s, at_zero, |t| {
                 two.first.creep(t) + two.second.creep(t)
             }),
-            form => by_modes(form, Response::Creep, time_s, at_zero),
+            form @ (Form::Two(_) | Form::Branches(..)) => {
+                by_modes(form, Response::Creep, time_s, at_zero)
+            }
         }
     }
 

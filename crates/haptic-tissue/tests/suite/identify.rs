@@ -6,6 +6,7 @@ mod history;
 mod indentation;
 mod records;
 mod recovery;
+mod stiffening;
 mod table;
 
 use haptic_tissue::ModelKind;

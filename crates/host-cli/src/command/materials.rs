@@ -111,9 +111,9 @@ const HORIZON_S: f64 = 1000.0;
 #[command(
     after_help = "Example: host-cli materials export fish-muscle --prony 12 --horizon 1000s \
                   --format ansys --out muscle.inp\n\
-                  table: modulus / Pa and relaxation time / s. ansys: TB,PRONY with the instantaneous \
-                  modulus. abaqus: g_i, k_i, tau_i with MODULI=INSTANTANEOUS. febio: g_i, t_i of \
-                  viscoelastic, at most six, with the long-term modulus."
+                  table: modulus / Pa and relaxation time / s. ansys: TB,PRONY of shear and bulk with the \
+                  instantaneous modulus. abaqus: g_i = k_i and tau_i with MODULI=INSTANTANEOUS. febio: g_i, \
+                  t_i of viscoelastic, at most six, with the long-term modulus."
 )]
 pub(crate) struct Export {
     /// Name from the list, or TOML file

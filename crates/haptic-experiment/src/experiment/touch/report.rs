@@ -77,6 +77,8 @@ pub struct TouchReport {
     /// share of the largest force, up to where the contact grows again; null without such a retraction. The loop renders Lee and
     /// Radok's contact, which grows.
     pub retraction_error: Option<f64>,
+    /// The samples of the retraction that it is of.
+    pub retraction_samples: usize,
     /// Verdict.
     pub(crate) verdict: TouchVerdict,
     /// The verdict in words.
@@ -115,10 +117,10 @@ impl TouchExperiment {
         let verdict = self.verdict(record, energy);
         let mut curves = None;
         let mut compared = Compared::without_meaning("the run was cut short".to_owned());
-        let mut retraction_error = None;
+        let mut retraction = None;
         let files = if whole {
             compared = self.compare::<D>(record)?;
-            retraction_error = self.retraction(record);
+            retraction = self.retraction(record);
             let (files, drawn) = self.draw::<D>(ran)?;
             curves = Some(self.curves(drawn, Origin::of(record), verdict));
             files
@@ -150,7 +152,8 @@ impl TouchExperiment {
                     "there is no closed form while the hand moves".to_owned(),
                 ),
             },
-            retraction_error,
+            retraction_error: retraction.map(|of| of.0),
+            retraction_samples: retraction.map_or(0, |of| of.1),
             verdict,
             verdict_reason: verdict.words(),
             largest_depth_m: record.farthest_m(),
@@ -274,8 +277,8 @@ impl TouchExperiment {
         Ok(force.collect())
     }
 
-    /// The force of the first touch against Ting's contact, see [`TouchReport::retraction_error`].
-    fn retraction(&self, record: &Record) -> Option<f64> {
+    /// The force of the first touch against Ting's contact, and over how many samples, see [`TouchReport::retraction_error`].
+    fn retraction(&self, record: &Record) -> Option<(f64, usize)> {
         let Matter::Tissue(piece) = &self.matter else {
             return None;
         };
@@ -293,7 +296,8 @@ impl TouchExperiment {
         let error = (pairs.skip(theory.shrinks_from))
             .map(|(sample, force)| (sample.reaction_n() - shape * force).abs())
             .reduce(f64::max)?;
-        Some(error / record.largest_force_n()).filter(|error| error.is_finite())
+        let share = Some(error / record.largest_force_n()).filter(|error| error.is_finite())?;
+        Some((share, theory.force_per_shape.len() - theory.shrinks_from))
     }
 
     /// The commanded force against the full history of what was read.

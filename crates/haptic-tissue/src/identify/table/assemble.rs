@@ -408,10 +408,12 @@ impl Columns {
         if let Some(taken) = self.take(column) {
             return Ok(taken);
         }
-        let size = match column {
-            Column::Stress if self.has(Column::Force) => format!(", or give {AREA}"),
-            Column::Strain if self.has(Column::Position) => format!(", or give {THICKNESS}"),
-            _ => String::new(),
+        let size = if column == Column::Stress && self.has(Column::Force) {
+            format!(", or give {AREA}")
+        } else if column == Column::Strain && self.has(Column::Position) {
+            format!(", or give {THICKNESS}")
+        } else {
+            String::new()
         };
         Err(IdentifyError::Record(format!(
             "kind {} needs a column {}, found {}: change {KIND}, or give {COLUMNS} {}={size}",
@@ -527,6 +529,7 @@ fn specimen(loading: Loading, poisson_ratio: f64) -> Result<Specimen, IdentifyEr
             ParameterError::Missing { what, .. } => (*what, "give"),
             ParameterError::NoEffect { what, .. } => (*what, "omit"),
             ParameterError::Range(range) => (range.what, "change"),
+            // `ParameterError` may grow.
             _ => ("", "change"),
         };
         let keys = [AREA, THICKNESS, RADIUS, HALF_ANGLE, BONDED];
@@ -538,13 +541,16 @@ fn specimen(loading: Loading, poisson_ratio: f64) -> Result<Specimen, IdentifyEr
 
 /// The line of a sample that is wrong.
 fn of_line(error: IdentifyError, lines: &[u64]) -> IdentifyError {
-    match error {
-        IdentifyError::Sample { index, reason } if index < lines.len() => IdentifyError::Line {
-            line: lines[index],
+    let IdentifyError::Sample { index, reason } = error else {
+        return error;
+    };
+    match lines.get(index) {
+        Some(&line) => IdentifyError::Line {
+            line,
             column: None,
             reason,
         },
-        other => other,
+        None => IdentifyError::Sample { index, reason },
     }
 }
 

@@ -81,3 +81,33 @@ fn a_long_record_is_thinned_but_not_its_strain() {
         found.warnings
     );
 }
+
+/// Elastic tissue whose stress grows faster than its strain: any memory would bend the curve the other way, so the order is 0, and
+/// V = Σεσ/Σε² in closed form.
+#[test]
+fn a_convex_record_is_an_elastic_one() {
+    let (mut worst, mut all) = (0.0_f64, 0);
+    for stiffening in [1.0, 3.0, 8.0, 20.0] {
+        for samples in [30, 100, 300] {
+            for deepest in [0.02, 0.1, 0.3] {
+                let times: Vec<f64> = (0..=samples).map(|n| f64::from(n) / 30.0).collect();
+                let strain: Vec<f64> = (0..=samples)
+                    .map(|n| deepest * f64::from(n) / f64::from(samples))
+                    .collect();
+                let stress: Vec<f64> = (strain.iter())
+                    .map(|e| 1e5 * libm::expm1(stiffening * e) / stiffening)
+                    .collect();
+                let both = strain.iter().zip(&stress);
+                let (es, ee) = both.fold((0.0, 0.0), |sum, (e, s)| (sum.0 + e * s, sum.1 + e * e));
+                let record = Record::history(times, strain, stress).expect("valid");
+                let fit = &one(&record, candidate("spring-pot")).fits[0];
+                let [modulus, order] = [0, 1].map(|k| fit.parameters[k].value);
+                assert_eq!(order.to_bits(), 0.0_f64.to_bits(), "{stiffening} {samples}");
+                worst = worst.max((modulus * ee / es - 1.0).abs());
+                all += 1;
+            }
+        }
+    }
+    println!("{all} records, worst {worst:.1e}");
+    assert!(worst < 1e-5, "{worst}");
+}

@@ -240,28 +240,28 @@ fn several_depths_tell_stiffening_from_the_modulus_and_one_does_not() {
     );
 }
 
-/// A model of more elements than the record tells may find no minimum at some b: it is left out, not the whole record.
+/// Five stresses are too few for a model of five parameters: it is left out, not the whole record.
 #[test]
-fn a_candidate_that_does_not_converge_is_left_out_and_told() {
+fn a_candidate_that_cannot_be_fitted_is_left_out_and_told() {
     let shape = shapes()[4];
     let stiff = Specimen::new(*shape.loading(), 0.5, 8.0).expect("valid");
     let model = Model::from_parameters(ModelKind::SpringPot, &[3000.0, 0.2]).expect("valid");
     let (times, depths) = motion(0.15 * shape.length().expect("a slab").0);
-    let coarse = |all: Vec<f64>| -> Vec<f64> { all.into_iter().step_by(8).collect() };
+    let coarse = |all: Vec<f64>| -> Vec<f64> { all.into_iter().step_by(75).collect() };
     let way = (coarse(times), coarse(depths));
     let force = pressed(&model, &stiff, &way, 0.03, 2);
     let record = Record::pressed(way.0, way.1, force, &shape).expect("valid");
+    assert_eq!(record.samples(), 6);
     let options = Options {
         stiffening: true,
         ..Options::default()
     };
     let found = identify(&record, &options, &|_| ()).expect("the others are fitted");
-    let told = &found.warnings[0];
-    assert!(told.contains("found no minimum"), "{told}");
-    assert_eq!(found.fits.len() + 1, options.candidates.len());
-    let b = found.fits[0].stiffening().expect("looked for");
-    let (low, high) = (b.low_95.unwrap_or(0.0), b.high_95.unwrap_or(100.0));
-    assert!(low < 8.0 && high > 8.0, "{b:?}");
+    let told = found.warnings.join("\n");
+    for kind in ["fractional-zener", "fractional-poynting-thomson"] {
+        assert!(told.contains(kind), "{told}");
+    }
+    assert_eq!(found.fits.len() + 2, options.candidates.len());
 }
 
 #[test]
