@@ -15,6 +15,7 @@ use crate::document::parameters::range::{
 };
 use crate::document::parameters::{SAMPLE_TIME, SCHEME, TRIAL_DURATION};
 use crate::document::reader::Table;
+use crate::judge::preflight::WallContact;
 use crate::judge::settling::{Criterion, Judge, Scales, Settling, Tolerance};
 use crate::run::advice::parameter;
 use crate::run::safety::{GuardedDevice, Safety};
@@ -78,6 +79,9 @@ pub struct TrialPlan {
     pub force_limit_n: f64,
 }
 
+/// Speeds at which contact that never pulls is hit beside that of its plan, m/s; 0 is a push from rest.
+const HITS: [f64; 6] = [0.0, 0.05, 0.1, 0.2, 0.5, 1.0];
+
 impl Default for TrialPlan {
     fn default() -> Self {
         Self::DEFAULT
@@ -110,6 +114,14 @@ impl TrialPlan {
             impact_m_per_s: 0.0,
             ..self
         }
+    }
+
+    /// Speeds at which a wall is hit beside that of the plan, m/s: a linear one, of which each hit says the same, at none.
+    pub(crate) fn hits(&self, contact: WallContact) -> impl Iterator<Item = f64> {
+        let once = contact == WallContact::Linear || self.criterion != Criterion::Settling;
+        let hits: &[f64] = if once { &[] } else { &HITS };
+        let own = self.impact_m_per_s;
+        (hits.iter().copied()).filter(move |hit| hit.total_cmp(&own).is_ne())
     }
 
     /// Number of samples, that at time 0 included.

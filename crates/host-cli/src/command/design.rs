@@ -97,13 +97,6 @@ fn draw(report: &DesignReport) -> Result<Picture, FigureError> {
                 points(value, report.best.as_slice()),
             )
     };
-    let requirement = match report.gain_margin {
-        Some(margin) if report.require == "every-motion" => {
-            format!("proved for every motion, gain margin {margin}")
-        }
-        Some(margin) => format!("stable, gain margin {margin}"),
-        None => "passive".to_owned(),
-    };
     // Device and operator in one line.
     let subtitle = format!(
         "m = {} · b = {} · T = {} · {} · scheme {}",
@@ -124,7 +117,7 @@ fn draw(report: &DesignReport) -> Result<Picture, FigureError> {
         panel(linear(label), value),
         panel(dissipation, |c| c.dissipation),
     ];
-    let title = format!("Design: {}, {requirement}", report.wish);
+    let title = format!("Design: {}, {}", report.wish, report.requirement);
     page(&title, &subtitle, 2, &panels)
 }
 
