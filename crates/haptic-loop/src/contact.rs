@@ -206,7 +206,7 @@ fn on_first_axis<F: Real, const D: usize>(number: F) -> SVector<F, D> {
 /// use nalgebra::vector;
 ///
 /// let operator = ShortMemory::<f64, 64>::new(Order::new(1.0)?, Seconds(1e-3))?;
-/// let wall = Pushing::new(SpringDamper::new(500.0, 3.0, operator)?);
+/// let wall = Pushing::new(SpringDamper::new(500.0, 3.0, operator)?, false);
 /// let history = wall.at_rest();
 /// assert!(wall.force(&history, &vector![1e-3])[0] < -3.0); // pushed out
 /// assert_eq!(wall.force(&history, &vector![-1e-3]), vector![0.0]); // never pulled in
@@ -219,20 +219,9 @@ pub struct Pushing<E> {
 }
 
 impl<E> Pushing<E> {
-    /// The environment, clamped.
-    pub const fn new(inner: E) -> Self {
-        Self {
-            inner,
-            may_pull: false,
-        }
-    }
-
-    /// The environment as it is, for a law whose clamp is chosen at run time.
-    pub const fn unclamped(inner: E) -> Self {
-        Self {
-            inner,
-            may_pull: true,
-        }
+    /// The environment, clamped unless it may pull: a law whose clamp is chosen at run time.
+    pub const fn new(inner: E, may_pull: bool) -> Self {
+        Self { inner, may_pull }
     }
 }
 

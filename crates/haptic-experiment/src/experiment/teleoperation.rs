@@ -612,7 +612,8 @@ impl RemotePlace {
     fn law(&self, scheme: Scheme, step: Seconds, steps: u64) -> Result<VirtualWall, Failure> {
         let look = self.matter.run_by(scheme, step, steps);
         let (k, b) = (look.stiffness_n_per_m, look.dissipation_n_s_mu_per_m);
-        wall_at_start(k, b, look.operator()?, self.one_sided).map_err(Failure::input)
+        let contact = WallContact::of(self.one_sided);
+        wall_at_start(k, b, look.operator()?, contact).map_err(Failure::input)
     }
 
     /// Force for a place at a frequency, N/m; `None` where it is not linear.

@@ -307,14 +307,14 @@ pub(crate) fn seen(judge: &mut Judge, sample: &Sample<f64, 1>) -> bool {
     )
 }
 
-/// K in N/m and B in N·s^μ/m; one-sided it pushes but never pulls.
+/// K in N/m and B in N·s^μ/m; one-sided it pushes but never pulls, signed it has no clamp yet.
 pub(crate) fn wall_at_start(
     stiffness: f64,
     dissipation: f64,
     operator: Operator<f64>,
-    one_sided: bool,
+    contact: WallContact,
 ) -> Result<VirtualWall, ParameterError> {
-    let start = one_sided.then_some(Metres(0.0));
+    let start = (contact == WallContact::OneSided).then_some(Metres(0.0));
     Wall::new(stiffness, dissipation, operator, start)
 }
 

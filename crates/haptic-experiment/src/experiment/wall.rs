@@ -80,12 +80,12 @@ impl Named for WallContact {
         (
             Self::OneSided,
             "depth",
-            "The depth, zero in front of the wall: no force before contact, and no proof that hard hits settle",
+            "The depth, zero outside: silent before contact, not proved",
         ),
         (
             Self::Signed,
             "signed",
-            "The place, in front of the wall too: proved for every motion where the analysis says so, but it pushes before contact; only pushes, too",
+            "The place, outside too: pushes before contact, can be proved",
         ),
     ];
 }
@@ -134,21 +134,17 @@ pub(crate) fn wall(table: &Table<'_>) -> Result<WallExperiment, FileError> {
     let gains = (table.required(&STIFFNESS)?, table.required(&DISSIPATION)?);
     let contact = contact(table)?;
     if contact == WallContact::Signed {
-        let in_device = |remote: &RemoteDevice| remote.loop_mode == LoopMode::Device;
-        let refused = if gains.0 <= 0.0 {
-            format!(
-                "stiffness_n_per_m = 0 N/m would push anywhere in front of the wall with contact = \"signed\": give {STIFFNESS} above 0 N/m"
-            )
-        } else if setup.remote.as_ref().is_some_and(in_device) {
-            format!(
-                "no board runs contact = \"signed\" in its own loop: give {}, or omit it",
-                LOOP.set_to("host")
-            )
-        } else {
-            String::new()
-        };
-        if !refused.is_empty() {
-            return Err(table.fail_at(WALL_CONTACT.key, refused));
+        let (remote, key) = (setup.remote.as_ref(), WALL_CONTACT.key);
+        if gains.0 <= 0.0 {
+            let reason = "contact = \"signed\" without stiffness would push anywhere in front of the wall: give stiffness_n_per_m above 0 N/m";
+            return Err(table.fail_at(key, reason.to_owned()));
+        }
+        if remote.is_some_and(|remote| remote.loop_mode == LoopMode::Device) {
+            let host = LOOP.set_to("host");
+            let reason = format!(
+                "no board runs contact = \"signed\" in its own loop: give {host}, or omit it"
+            );
+            return Err(table.fail_at(key, reason));
         }
     }
     let wall = WallExperiment {
@@ -256,15 +252,12 @@ impl Trial for WallExperiment {
     }
 
     fn hits(&self) -> Vec<f64> {
-        let limit = self
-            .setup
-            .safety
-            .speed_limit_m_per_s
-            .unwrap_or(f64::INFINITY);
-        let hits = self.setup.plan.hits(self.contact);
+        let TrialSetup { plan, remote, .. } = &self.setup;
+        let most = self.setup.safety.speed_limit_m_per_s;
+        let hits = plan.hits(self.contact);
         // A serial device cannot be thrown, and beyond its speed limit a hit is a fault.
-        hits.filter(|hit| self.setup.remote.is_none() && *hit < limit)
-            .collect()
+        let may_be = |hit: &f64| remote.is_none() && most.is_none_or(|most| *hit < most);
+        hits.filter(may_be).collect()
     }
 
     fn parts(&self) -> Result<Parts<Self::Law>, Failure> {
@@ -287,12 +280,8 @@ impl Trial for WallExperiment {
             t.0,
         );
         let rest_m = self.expected_deflection(&operator)?;
-        let one_sided = self.contact == WallContact::OneSided;
-        let wall = wall_at_start(k, b, operator, one_sided).map_err(Failure::input)?;
-        let law = match self.contact {
-            WallContact::Signed => Pushing::new(wall),
-            WallContact::Linear | WallContact::OneSided => Pushing::unclamped(wall),
-        };
+        let wall = wall_at_start(k, b, operator, self.contact).map_err(Failure::input)?;
+        let law = Pushing::new(wall, self.contact == WallContact::Linear);
         Ok(Parts {
             controller: Controller::new(law, self.setup.chain()?),
             device,
@@ -306,6 +295,7 @@ impl Trial for WallExperiment {
     fn theory(&self, ran: &Ran) -> Result<Theory<'_>, Failure> {
         let kernel = Reference::of(self.scheme);
         let depth = self.contact == WallContact::OneSided;
+        let pulls = self.contact == WallContact::Linear;
         let reason = (depth.then_some("a one-sided wall is not compared"))
             .or_else(|| incomparable(kernel, self.order, &ran.record));
         if let Some(reason) = reason {
@@ -321,11 +311,7 @@ impl Trial for WallExperiment {
             off_n: Ok(Box::new(move |sample| {
                 let (x, d) = (sample.position_m, derivative.at(sample));
                 let wanted = -(self.stiffness_n_per_m * x + self.dissipation_n_s_mu_per_m * d);
-                let most = match self.contact {
-                    WallContact::Linear => f64::INFINITY,
-                    WallContact::OneSided | WallContact::Signed => 0.0,
-                };
-                let wanted = wanted.min(most);
+                let wanted = if pulls { wanted } else { wanted.min(0.0) };
                 (sample.force_n - wanted).abs()
             })),
             object_m: None,

@@ -567,7 +567,11 @@ mod tests {
             assert!((1.5..1.51).contains(&(margin * factor)), "{margin}");
             let words = verdict.line();
             assert!(words.contains("contact that may pull"), "{words}");
-            assert_eq!(proof.is_some(), words.contains("only pushes: "), "{words}");
+            assert_eq!(
+                proof.is_some(),
+                words.contains("only pushes is "),
+                "{words}"
+            );
         }
         // A free device without damping has a double pole, which the certificate does not cover.
         let free = Dynamics {

@@ -74,6 +74,9 @@ parameters! {
 /// Halvings of the steps beside the best order: of a quarter to a hundredth.
 const HALVINGS: usize = 5;
 
+/// A deviation of n independent samples is uncertain by 1/√(2n) of itself: about three times that, of the window of a design.
+const NOISE_DOUBT: f64 = 0.15;
+
 /// Unit of B.
 const DISSIPATION_UNIT: &str = "N·s^μ/m";
 
@@ -337,27 +340,20 @@ impl DesignReport {
                 ),
             )),
             (None, _) => Err(nothing_found(self.notes.last().map(String::as_str))),
-            (Some(best), Some(simulated)) => self.require_quiet(best, simulated),
+            (Some(best), Some(simulated)) => {
+                // Steps of the encoder, which the loop keeps alive, do not come as even noise does.
+                let noisy = simulated.force_std_n.zip(self.force_noise_limit_n);
+                match noisy.filter(|(noise_n, limit_n)| *noise_n > (1.0 + NOISE_DOUBT) * limit_n) {
+                    Some((noise_n, limit_n)) => Err(Failure::Run(anyhow::anyhow!(
+                        "the best candidate, order {}, makes {noise_n:.3} N of force noise when it is tried, more than the limit of {} N: \
+                         ask for less with {FORCE_NOISE_LIMIT}, or take a finer encoder",
+                        best.order,
+                        Shown(limit_n)
+                    ))),
+                    None => Ok(()),
+                }
+            }
             (Some(_), None) => Ok(()),
-        }
-    }
-}
-
-/// A deviation of so many independent samples is uncertain by 1/√(2n) of itself: three times that, of the window of a design.
-const NOISE_DOUBT: f64 = 0.15;
-
-impl DesignReport {
-    /// Refuses a wall whose force is noisier in its own trial than it may be: steps of the encoder do not come as even noise does.
-    fn require_quiet(&self, best: &Candidate, simulated: &Settling) -> Result<(), Failure> {
-        let noisy = simulated.force_std_n.zip(self.force_noise_limit_n);
-        match noisy.filter(|(noise_n, limit_n)| *noise_n > (1.0 + NOISE_DOUBT) * limit_n) {
-            Some((noise_n, limit_n)) => Err(Failure::Run(anyhow::anyhow!(
-                "the best candidate, order {}, makes {noise_n:.3} N of force noise when it is tried, more than the limit of {} N: ask for less with \
-                 {FORCE_NOISE_LIMIT}, or take a finer encoder",
-                best.order,
-                Shown(limit_n)
-            ))),
-            None => Ok(()),
         }
     }
 }

@@ -322,7 +322,7 @@ impl PreflightVerdict {
                 format!(" ({factor:.3} proved for every motion of contact that may pull{depth})")
             });
         let pushing = self.pushing_contact.map_or_else(String::new, |proof| {
-            format!(", contact that only pushes: {proof}")
+            format!(", contact that only pushes is {proof}")
         });
         format!(
             "alpha {:.4}, beta {:.4}, delta {:.4}, delay {} samples{lag}, margin {margin}{proved}{pushing}",

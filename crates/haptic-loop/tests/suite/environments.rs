@@ -68,7 +68,7 @@ fn a_contact_pushes_only_inside_and_never_pulls() {
 fn a_signed_contact_pushes_before_the_surface_and_does_not_jump_there() {
     let (k, b, v, t) = (1000.0, 20.0, 0.5, T.0);
     let way: Vec<f64> = (0..=40).map(|n| v * t * f64::from(n) - 0.015).collect();
-    let signed = run(&Pushing::new(spring(k, b, 1.0)), &way);
+    let signed = run(&Pushing::new(spring(k, b, 1.0), false), &way);
     let depth = run(
         &Contact::at(Metres(0.0), spring(k, b, 1.0)).expect("valid"),
         &way,
@@ -88,16 +88,16 @@ fn a_signed_contact_pushes_before_the_surface_and_does_not_jump_there() {
     // Never a pull, and an environment as it is is not clamped.
     let out: Vec<f64> = (0..20).map(|n| 0.01 - v * t * f64::from(n)).collect();
     assert!(
-        run(&Pushing::new(spring(k, b, 1.0)), &out)
+        run(&Pushing::new(spring(k, b, 1.0), false), &out)
             .iter()
             .all(|force| *force <= 0.0)
     );
     assert_eq!(
-        run(&Pushing::unclamped(spring(k, b, 1.0)), &out),
+        run(&Pushing::new(spring(k, b, 1.0), true), &out),
         run(&spring(k, b, 1.0), &out)
     );
     for odd in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
-        assert!(!run(&Pushing::new(spring(k, b, 1.0)), &[odd])[0].is_finite());
+        assert!(!run(&Pushing::new(spring(k, b, 1.0), false), &[odd])[0].is_finite());
     }
 }
 

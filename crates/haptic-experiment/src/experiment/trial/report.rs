@@ -230,13 +230,12 @@ pub(crate) trait Trial: Clone {
         }
         let worse = |a: Settling, b: &Settling| if b.verdict > a.verdict { *b } else { a };
         let worst = all.iter().fold(own, worse);
-        let hit = |settling: &Settling| Hit {
+        let hits = all.iter().filter(|_| all.len() > 1).map(|settling| Hit {
             impact_m_per_s: settling.impact_m_per_s,
             verdict: settling.verdict,
             peak_force_n: settling.peak_force_n,
-        };
-        all.truncate(if all.len() > 1 { all.len() } else { 0 });
-        Ok((worst, all.iter().map(hit).collect()))
+        });
+        Ok((worst, hits.collect()))
     }
 
     /// Runs it without log or files: does it settle?
@@ -286,7 +285,7 @@ pub(crate) trait Trial: Clone {
         };
         let agrees =
             (ran.preflight.filter(|_| whole)).map(|analysis| analysis.stable == settling.stable);
-        let mut warnings = warnings(Self::KIND, (&settling, !hits.is_empty()), agrees, record);
+        let mut warnings = warnings(Self::KIND, &settling, &hits, agrees, record);
         warnings.0.extend(setup.not_thrown());
         warnings.0.extend(self.warning(ran));
         let (mut curves, mut object_m) = (None, None);
@@ -377,13 +376,14 @@ pub(crate) fn six_digits(value: f64) -> f64 {
 /// Warnings about a trial of a wall or a coupler, and about the analysis beside it.
 fn warnings(
     what: &str,
-    (settling, of_hits): (&Settling, bool),
+    settling: &Settling,
+    hits: &[Hit],
     agrees: Option<bool>,
     record: &Record,
 ) -> Warnings {
     let mut warnings = Warnings::default();
     let mut verdict = settling.verdict.words().to_owned();
-    if of_hits && !settling.stable {
+    if !hits.is_empty() && !settling.stable {
         verdict += &format!(" when it is hit at {} m/s", settling.impact_m_per_s);
     }
     match settling.reason() {

@@ -72,24 +72,21 @@ fn drawn(random: &mut Random, contact: WallContact) -> WallExperiment {
     }
 }
 
-/// Each of five hits over 20 s: the verdicts.
-fn long_hits(wall: &WallExperiment) -> Vec<TrialVerdict> {
-    let hit = |impact_m_per_s| {
-        let mut long = wall.clone();
-        long.setup.plan.impact_m_per_s = impact_m_per_s;
-        long.setup.plan.duration_s = 20.0;
-        long.tried().expect("runs").verdict
-    };
-    SPEEDS.into_iter().map(hit).collect()
+/// A hit at this speed, for so long.
+fn hit(wall: &WallExperiment, impact_m_per_s: f64, duration_s: f64) -> Settling {
+    let mut long = wall.clone();
+    long.setup.plan.impact_m_per_s = impact_m_per_s;
+    long.setup.plan.duration_s = duration_s;
+    long.tried().expect("runs")
 }
 
-/// None that a trial of five seconds calls stable grows in twenty. More of them: `CAMPAIGN_CASES=2000`.
+/// None that a trial of five seconds calls stable grows in twenty. 200 of them: `CAMPAIGN_CASES=200`.
 #[test]
 #[ignore = "long: `.ci/run` does it, or --include-ignored"]
 fn no_one_sided_wall_is_called_stable_that_grows_under_hard_hits() {
     let mut random = Random(27);
     let (mut stable, mut refused, mut by_default) = (0, 0, 0);
-    for case in 0..testkit::cases(200) {
+    for case in 0..testkit::cases(20) {
         let wall = drawn(&mut random, WallContact::OneSided);
         by_default += u32::from(wall.tried().expect("runs").stable);
         if !wall.settled().expect("runs").stable {
@@ -97,36 +94,41 @@ fn no_one_sided_wall_is_called_stable_that_grows_under_hard_hits() {
             continue;
         }
         stable += 1;
-        let long = long_hits(&wall);
-        let all = long.iter().all(|verdict| *verdict == TrialVerdict::Stable);
-        assert!(all, "{case}: {long:?} {wall:?}");
+        for speed in SPEEDS {
+            let long = hit(&wall, speed, 20.0);
+            assert!(long.stable, "{case}: {long:?} {wall:?}");
+        }
     }
     println!("{stable} stable, {refused} not, {by_default} stable by a hit of 0.1 m/s alone");
     assert!(stable > refused && refused > 0, "{stable} {refused}");
 }
 
-/// None that is certified leaves or grows to a limit of the force. A few settle more slowly than 20 s.
+/// None that is certified grows: the largest force of twenty seconds is one of the first five, even where little damping lets it bounce
+/// for longer than that. 200 of them: `CAMPAIGN_CASES=200`.
 #[test]
 #[ignore = "long: `.ci/run` does it, or --include-ignored"]
 fn no_certified_signed_wall_grows_under_hard_hits() {
     let mut random = Random(28);
     let (mut certified, mut settled) = (0, 0);
-    while certified < testkit::cases(200) {
+    while certified < testkit::cases(20) {
         let wall = drawn(&mut random, WallContact::Signed);
         let proof = analysis(&wall).pushing_contact.expect("it only pushes");
         if !proof.starts_with("proved for every motion") {
             continue;
         }
         certified += 1;
-        for verdict in long_hits(&wall) {
-            let bounded = [TrialVerdict::Stable, TrialVerdict::Unstable].contains(&verdict);
-            assert!(bounded, "{verdict:?} {wall:?}");
-            settled += u32::from(verdict == TrialVerdict::Stable);
+        for speed in SPEEDS {
+            let [first, whole] = [5.0, 20.0].map(|duration_s| hit(&wall, speed, duration_s));
+            let bounded = [TrialVerdict::Stable, TrialVerdict::Unstable];
+            assert!(bounded.contains(&whole.verdict), "{whole:?} {wall:?}");
+            let grew = whole.peak_force_n > first.peak_force_n;
+            assert!(!grew, "{first:?} {whole:?} {wall:?}");
+            settled += u32::from(whole.stable);
         }
     }
     let hits = 5 * certified;
-    println!("{certified} certified, {settled} of {hits} hits settled in 20 s");
-    assert!(f64::from(settled) > 0.98 * f64::from(hits), "{settled}");
+    println!("{certified} certified, none of {hits} hits grew, {settled} settled in 20 s");
+    assert!(f64::from(settled) > 0.9 * f64::from(hits), "{settled}");
 }
 
 /// What a hand feels of an approach from 50 mm: force before contact and jump at contact, N, the speed after the first bounce as a
@@ -188,10 +190,11 @@ fn the_two_laws_of_contact_side_by_side() {
         assert!(depth.before_n <= 0.0 && signed.before_n > 0.5, "{signed:?}");
         // K·v·T of a sample, and less the damper's share, as the device slows down.
         assert!(signed.jump_n <= k * 0.5 * T.0, "{signed:?}");
-        assert!(depth.jump_n > signed.jump_n, "{depth:?} {signed:?}");
         if mu >= 1.0 {
+            assert!(depth.jump_n > 2.0 * signed.jump_n, "{depth:?} {signed:?}");
             assert!(signed.before_n <= 0.5 * b, "{signed:?}");
         }
         assert!(signed.bounce < depth.bounce, "{depth:?} {signed:?}");
+        assert!(signed.peak_n < depth.peak_n, "{depth:?} {signed:?}");
     }
 }

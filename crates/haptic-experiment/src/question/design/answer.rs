@@ -2,8 +2,7 @@
 
 use super::bench::Bench;
 use super::{
-    Candidate, DISSIPATION_UNIT, Design, DesignReport, GAIN_MARGIN, RealisticTrial, TissueVerdict,
-    Wish,
+    Candidate, DISSIPATION_UNIT, Design, DesignReport, RealisticTrial, TissueVerdict, Wish,
 };
 use crate::document::failure::Failure;
 use crate::document::lines_of;
@@ -116,13 +115,14 @@ impl Design {
     /// Merit of a candidate, as the wish measures it.
     fn merit(&self, candidate: &Candidate) -> Option<f64> {
         candidate.stiffness?;
-        let is_proved = candidate.pulling_contact_margin >= Some(1.0);
-        let is_refused = match self.contact {
-            WallContact::Linear => false,
-            WallContact::OneSided => candidate.reason.is_some(),
-            WallContact::Signed => !is_proved || candidate.stiffness <= Some(0.0),
+        let is_taken = match self.contact {
+            WallContact::Linear => true,
+            WallContact::OneSided => candidate.reason.is_none(),
+            WallContact::Signed => {
+                candidate.pulling_contact_margin >= Some(1.0) && candidate.stiffness > Some(0.0)
+            }
         };
-        if is_refused {
+        if !is_taken {
             return None;
         }
         match &self.wish {
@@ -147,8 +147,7 @@ impl Design {
             }
             let (impact, verdict) = (tried.1.impact_m_per_s, tried.1.verdict.words());
             for candidate in candidates.iter_mut().filter(|found| **found == best) {
-                let reason = format!("hit at {impact} m/s it is {verdict}: give {GAIN_MARGIN}");
-                candidate.reason = Some(reason);
+                candidate.reason = Some(format!("hit at {impact} m/s it is {verdict}"));
             }
         }
         Ok((None, None))

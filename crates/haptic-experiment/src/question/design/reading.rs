@@ -41,9 +41,9 @@ pub(crate) fn design(table: &Table<'_>, wish: WishName) -> Result<Design, FileEr
     };
     let contact = contact(table)?;
     if require == RequireName::EveryMotion && contact == WallContact::OneSided {
+        let signed = WALL_CONTACT.set_to("signed");
         let reason = format!(
-            "nothing is proved for every motion of a wall that never pulls and is fed with the depth: give {}, or omit {ONE_SIDED}",
-            WALL_CONTACT.set_to("signed")
+            "a wall that never pulls is not proved if it is fed with the depth: give {signed}, or omit {ONE_SIDED}"
         );
         return Err(table.fail_at(REQUIRE.key, reason));
     }
@@ -92,13 +92,8 @@ fn aim(table: &Table<'_>, wish: WishName) -> Result<Wish, FileError> {
 
 /// A coupler is designed for an ideal device.
 pub(crate) fn coupler(table: &Table<'_>) -> Result<CouplerDesign, FileError> {
-    for parameter in [
-        GAIN_MARGIN,
-        FORCE_NOISE_LIMIT,
-        TRIAL_FORCE_LIMIT,
-        ONE_SIDED,
-        WALL_CONTACT,
-    ] {
+    let of_walls = [GAIN_MARGIN, FORCE_NOISE_LIMIT, TRIAL_FORCE_LIMIT];
+    for parameter in of_walls.into_iter().chain([ONE_SIDED, WALL_CONTACT]) {
         foreign(table, &parameter, "a wall")?;
     }
     let device = bench(table)?;

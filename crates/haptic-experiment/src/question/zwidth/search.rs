@@ -398,8 +398,7 @@ impl<'a> Search<'a> {
         let settles = |impact_m_per_s: f64| {
             let (mut device, mut judge) = (device.clone(), judge);
             device.set_state([0.0].into(), [impact_m_per_s].into());
-            let one_sided = contact == WallContact::OneSided;
-            let wall = wall_at_start(stiffness, dissipation, self.operator.clone(), one_sided);
+            let wall = wall_at_start(stiffness, dissipation, self.operator.clone(), contact);
             let (Ok(wall), Ok(mut device)) = (wall, sensors.before(device)) else {
                 return false;
             };
