@@ -27,8 +27,11 @@ has a gain margin of 2 in the sampled loop. --require passive asks for passivity
 Unless a device file or friction, delay, current_lag, encoder_resolution or sensor_noise is given, the device is ideal; the report then also shows the best \
 wall on the laboratory device. --force-noise-limit bounds the force noise that encoder and sensor cause.
 
+The wall pulls as it pushes, as the analysis assumes. --one-sided takes the best wall that never pulls and settles after each of six hits, up to \
+1 m/s; --contact signed takes one whose proof covers it.
+
 --out writes design.toml for `host-cli run`, design.csv and a picture. The exit code is 1 if no \
-candidate is found or the best does not come to rest.";
+candidate is found, or the best does not come to rest or is noisier than it may be when it is tried.";
 
 pub(crate) const EXAMPLES: &str = "Examples:\n  host-cli design --delay 1ms --out design\n  \
                   host-cli design --wish most-damping --frequency 5Hz --require passive\n  \

@@ -2,7 +2,7 @@
 
 use super::*;
 use crate::experiment::trial::TrialPlan;
-use crate::judge::settling::TrialVerdict;
+use crate::judge::settling::{Settling, TrialVerdict};
 use crate::run::sensors::Imperfections;
 use fracdiff::Seconds;
 use haptic_loop::plant::{MassDamper, MassDamperConfig};
