@@ -33,7 +33,7 @@ export interface Judged extends Walls {
   stable: boolean;
   gainMargin: number | undefined;
   gainMarginDown: number | undefined;
-  /** Factor up to which every motion is proved. */
+  /** Factor up to which every motion of contact that may pull is proved. */
   everyMotionMargin: number | undefined;
   delayMargin: number | undefined;
   sensitivity: number | undefined;

@@ -140,7 +140,7 @@ export class DesignView implements ViewPart {
     const rows: [string, string, string][] = [
       ["gain margin", judged.gainMargin === undefined ? "none" : number(judged.gainMargin), "factor on the whole wall that takes it to the edge"],
       ["lower gain margin", judged.gainMarginDown === undefined ? "none" : number(judged.gainMarginDown), "factor below 1 that does"],
-      ["every motion", everyMotion(judged, K, B), "contact that acts on one side only or stiffens, and is nowhere steeper"],
+      ["every motion", everyMotion(judged, K, B), "contact that may pull, acts on one side or stiffens, and is nowhere steeper; a wall that never pulls is not proved"],
       ["delay margin", judged.delayMargin === undefined ? "none" : quantity(judged.delayMargin, "s"), "additional delay that does"],
       ["sensitivity", judged.sensitivity === undefined ? "–" : `${number(judged.sensitivity)} at ${quantity(judged.sensitivityHz, "Hz")}`, "largest, 1 is neutral"],
       ["passive from b =", quantity(judged.requiredDamping, "N·s/m"), "damping of the device that passivity asks for"],

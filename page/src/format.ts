@@ -52,7 +52,7 @@ export function quantity(value: number | null | undefined, unit: string): string
   return `${number(value / factor)}${NARROW}${prefix}${unit}`;
 }
 
-/** Up to which K (or B, without a spring) contact that acts on one side only or stiffens is proved stable, whatever the motion. */
+/** Up to which K (or B, without a spring) contact that may pull, acts on one side or stiffens is proved stable, whatever the motion. */
 export function everyMotion({ stable, everyMotionMargin }: Proved, K: number, B: number): string {
   if (!stable) return "unstable";
   if (everyMotionMargin === undefined) return "not proved";

@@ -46,6 +46,6 @@ export class Safety {
     // Another law may have come meanwhile.
     if (this.app.state.felt !== feel) return;
     this.map.show(judged, dissipation, stiffness, sentence(verdict));
-    say(this.hint, `Every motion of contact that acts on one side only or stiffens: ${everyMotion(judged, stiffness, dissipation)}`);
+    say(this.hint, `Contact that never pulls, as here, is not proved. Every motion of contact that may pull: ${everyMotion(judged, stiffness, dissipation)}`);
   }
 }

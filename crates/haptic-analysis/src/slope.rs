@@ -1,4 +1,4 @@
-//! Stability under every motion: walls that act on one side only, and tissue that stiffens.
+//! Stability under every motion of contact that may pull: one-sided before its memory, or stiffening.
 //!
 //! ```text
 //! f = H(w)·e(x),   e(0) = 0,  e monotone,  its slope from 0 to k;   H = K + B T^(−μ) P(w),   L(w) = H(w)·G(w)
@@ -35,8 +35,10 @@ pub struct SlopeLimit {
     pub linear: f64,
     /// No multiplier of this kind proves more: the condition on phases above, for P up to 40. At most `linear`.
     pub provable: f64,
-    /// Proved for every motion of every contact that is nowhere steeper than this: one-sided, stiffening, or both.
-    /// 0 if nothing was proved. Never above `provable`; between the two nothing is known.
+    /// Proved for every motion of every contact that may pull and is nowhere steeper than this: one-sided before the memory,
+    /// stiffening, or both. At 1 and above it is proved, too, of a wall that is fed with the place, also in front of its
+    /// surface, and whose force alone is clamped. 0 if nothing was proved. Never above `provable`; between the two nothing is
+    /// known.
     pub proved: f64,
     /// i and `h_i` > 0 of the multiplier that proves it.
     pub multiplier: Vec<(i32, f64)>,
@@ -92,8 +94,10 @@ impl SampledLoop<'_> {
     /// assert!(limit.proved > 0.99 * limit.linear);
     /// # Ok::<(), Box<dyn std::error::Error>>(())
     /// ```
-    /// - *Covered*: e before the memory, so one-sided contact whose force may pull. That tissue never pulls, the clamp
-    ///   behind the memory, takes force away and is not covered.
+    /// - *Covered*: e before the memory, so one-sided contact whose force may pull; or e behind it, as in f = max(0, H·x), the
+    ///   same loop with its parts in another order, for k = 1.
+    /// - *Not covered*: both at once, max(0, x) before the memory and the clamp behind it. The pull that this clamp takes away is what
+    ///   brakes the bounce, and with delay hard hits can grow where contact that may pull is proved.
     /// - Of a device without damping, δ = 0, nothing is proved: without the wall it drifts or swings for ever. Nor with so
     ///   little damping, δ near 1e-14, that rounding decides.
     /// - *Cost*: some 10³ responses of the operator and three linear programmes of 11 unknowns; where those prove less

@@ -189,3 +189,62 @@ fn on_first_axis<F: Real, const D: usize>(number: F) -> SVector<F, D> {
     all[0] = number;
     all
 }
+
+/// An environment on one axis whose force alone is clamped, so that it pushes and never pulls.
+///
+/// ```text
+/// f = min(0, f_inner(x))         x signed: below 0 in front of the surface
+/// ```
+/// - *One nonlinearity*: the memory is fed with x wherever it is, and a [`Contact`] feeds it with max(0, x) as well as it
+///   clamps the force. So what is proved of a loop with one static map of slope 0 to 1 is proved of what runs.
+/// - *In front of the surface* it may push already: a spring and damper from x = −(B/K)·v on, v the speed of the approach,
+///   and one of long memory from farther out. Without a spring it would push anywhere.
+///
+/// ```
+/// use fracdiff::{Order, Seconds, ShortMemory};
+/// use haptic_loop::{Environment, Pushing, SpringDamper};
+/// use nalgebra::vector;
+///
+/// let operator = ShortMemory::<f64, 64>::new(Order::new(1.0)?, Seconds(1e-3))?;
+/// let wall = Pushing::new(SpringDamper::new(500.0, 3.0, operator)?, false);
+/// let history = wall.at_rest();
+/// assert!(wall.force(&history, &vector![1e-3])[0] < -3.0); // pushed out
+/// assert_eq!(wall.force(&history, &vector![-1e-3]), vector![0.0]); // never pulled in
+/// # Ok::<(), haptic_loop::ParameterError>(())
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Pushing<E> {
+    inner: E,
+    may_pull: bool,
+}
+
+impl<E> Pushing<E> {
+    /// The environment, clamped unless it may pull: a law whose clamp is chosen at run time.
+    pub const fn new(inner: E, may_pull: bool) -> Self {
+        Self { inner, may_pull }
+    }
+}
+
+impl<F: Real, E: Environment<F, 1>> Environment<F, 1> for Pushing<E> {
+    type History = E::History;
+
+    fn at_rest(&self) -> E::History {
+        self.inner.at_rest()
+    }
+
+    #[inline]
+    fn force(&self, history: &E::History, position_m: &SVector<F, 1>) -> SVector<F, 1> {
+        let force = self.inner.force(history, position_m);
+        // What is not finite must reach the safety chain.
+        let pulls = force[0] > F::ZERO && force[0].is_finite();
+        match pulls && !self.may_pull {
+            true => SVector::from([F::ZERO]),
+            false => force,
+        }
+    }
+
+    #[inline]
+    fn advance(&self, history: &mut E::History, position_m: &SVector<F, 1>) {
+        self.inner.advance(history, position_m);
+    }
+}

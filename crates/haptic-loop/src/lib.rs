@@ -24,7 +24,7 @@ mod tissue;
 pub mod units;
 mod wall;
 
-pub use contact::Contact;
+pub use contact::{Contact, Pushing};
 pub use controller::{Controller, Sample};
 pub use coupler::{CoupledHistory, VirtualCoupler, VirtualObject, deflection_order};
 pub use device::{Device, Reading};

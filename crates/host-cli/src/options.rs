@@ -147,7 +147,7 @@ fn argument(parameter: &'static Parameter) -> Arg {
         return argument.action(ArgAction::SetTrue);
     }
     let argument = argument.allow_hyphen_values(true);
-    let names = choices(parameter.key);
+    let names = choices(parameter);
     if !names.is_empty() {
         let names = names.into_iter().map(|(name, _)| name);
         return argument
@@ -456,7 +456,7 @@ pub(crate) mod keys {
         INDENTER_RADIUS, LIBRARY, LINE_DELAY, LOADING, LOOP, MASS, MEASURE_BOX, MEASURE_DEVICE,
         MEASURE_DURATION, MEASURE_FORCE_LIMIT, MEASURE_SAMPLE_TIME, ONE_SIDED, ORDER, PUSH,
         Parameter, RAMP_TIME, RELAX_DURATION, REQUIRE, SAMPLE_TIME, SCHEME, SLAVE_DAMPING,
-        SLAVE_MASS, STIFFNESS, STRAIN, STRESS, THICKNESS, TISSUE, TRIAL_FORCE_LIMIT,
+        SLAVE_MASS, STIFFNESS, STRAIN, STRESS, THICKNESS, TISSUE, TRIAL_FORCE_LIMIT, WALL_CONTACT,
         WAVE_IMPEDANCE, WISH, WISH_FREQUENCY, WISH_TISSUE, ZWIDTH_ORDERS, ZWIDTH_POINTS,
     };
 
@@ -588,7 +588,7 @@ pub(crate) mod keys {
         Design: &[&[
             &WISH, &WISH_TISSUE, &WISH_FREQUENCY, &REQUIRE, &GAIN_MARGIN, &DESIGN_ORDERS, &SCHEME,
             &DEVICE_MODEL, &MASS, &DAMPING, &HAND_STIFFNESS, &SAMPLE_TIME, &DELAY, &TRIAL_FORCE_LIMIT,
-            &FORCE_NOISE_LIMIT,
+            &FORCE_NOISE_LIMIT, &ONE_SIDED, &WALL_CONTACT,
         ]];
         Teleoperate: &[];
         Measure: &[&[

@@ -14,7 +14,7 @@ pub struct Judgement {
     pub gain_margin: Option<f64>,
     /// Factor below 1 that does.
     pub gain_margin_down: Option<f64>,
-    /// Factor up to which contact that acts on one side only or stiffens is proved stable for every motion.
+    /// Factor up to which contact that may pull, acts on one side or stiffens is proved stable for every motion.
     pub every_motion_margin: Option<f64>,
     /// Additional delay that does, s.
     pub delay_margin_s: Option<f64>,

@@ -90,7 +90,7 @@ class SlopeLimit:
     provable: float
     """No multiplier proves more than this."""
     proved: float
-    """Proved for every motion of contact that is nowhere steeper: one-sided, stiffening, or both. 0 if nothing is."""
+    """Proved for every motion of contact that may pull and is nowhere steeper. 0 if nothing is."""
     multiplier: list[tuple[int, float]]
     """Lags and weights of the Zames-Falb multiplier that proves it."""
 
@@ -211,9 +211,10 @@ class Loop(_native.Loop):
         return Margins(**crossings)
 
     def slope_limit(self) -> SlopeLimit:
-        """How steep one-sided or stiffening contact may be for stability under every motion.
+        """How steep contact that may pull, one-sided or stiffening, may be for stability under every motion.
 
-        Contact acts before the memory; a clamp behind it that keeps tissue from pulling is not covered.
+        Contact acts before the memory; a clamp behind it that keeps tissue from pulling is not covered, and
+        hard hits can grow behind it.
 
         Returns
         -------

@@ -65,9 +65,16 @@ impl Drawn {
         let mut extents = [[f64::INFINITY, f64::NEG_INFINITY]; 2];
         for n in 0..samples {
             let x = read(&mut device).position_m[0];
-            let e = contact.at(x);
+            let e = match contact.kind {
+                Kind::Mapped => contact.at(x),
+                Kind::Signed => x,
+            };
             let resisting = self.wall.stiffness_n_per_m * e
                 + self.wall.dissipation_n_s_mu_per_m * operator.step(e);
+            let resisting = match contact.kind {
+                Kind::Mapped => resisting,
+                Kind::Signed => resisting.max(0.0),
+            };
             write(&mut device, contact.push_n - k * resisting);
             let quarter = 4 * n / samples;
             if quarter.is_multiple_of(3) {
@@ -79,8 +86,17 @@ impl Drawn {
     }
 }
 
+#[derive(Clone, Copy)]
+enum Kind {
+    /// A monotone map before the memory.
+    Mapped,
+    /// The place before the memory, and the force alone clamped.
+    Signed,
+}
+
 /// A monotone contact of slope 0 to 1 with e(0) = 0, and how the device meets it.
 struct Contact {
+    kind: Kind,
     /// Depths from which on the slope is this.
     slopes: Vec<(f64, f64)>,
     impact_m_per_s: f64,
@@ -90,6 +106,7 @@ struct Contact {
 impl Contact {
     fn one_sided(impact_m_per_s: f64, push_n: f64) -> Self {
         Self {
+            kind: Kind::Mapped,
             slopes: vec![(0.0, 1.0)],
             impact_m_per_s,
             push_n,
@@ -108,6 +125,7 @@ impl Contact {
         }
         slopes.sort_by(|a, b| a.0.total_cmp(&b.0));
         Self {
+            kind: Kind::Mapped,
             slopes,
             impact_m_per_s: 0.0,
             push_n: 0.0,
@@ -229,6 +247,31 @@ fn no_contact_below_the_proved_slope_lets_an_impact_grow() {
             drawn.device,
             drawn.wall
         );
+    }
+}
+
+/// f = max(0, H·x): the map of slope 0 to 1 stands behind the memory, and the certificate with k = 1 is of exactly this.
+#[test]
+fn no_certified_wall_whose_force_alone_is_clamped_lets_an_impact_grow() {
+    let mut random = Random(14);
+    let loops = drawn(15, testkit::cases(200));
+    for (case, (drawn, limit)) in loops.iter().enumerate() {
+        let k = 0.98 * limit.proved;
+        for impact_m_per_s in [0.05, 0.1, 0.2, 0.5, 1.0] {
+            let contact = Contact {
+                kind: Kind::Signed,
+                impact_m_per_s,
+                push_n: random.or_nothing(2.0),
+                slopes: Vec::new(),
+            };
+            let [first, last] = drawn.motion(k, &contact, 4000);
+            assert!(
+                last <= first,
+                "{case}, {impact_m_per_s} m/s: {first:e} {last:e} {limit:?} {:?} {:?}",
+                drawn.device,
+                drawn.wall
+            );
+        }
     }
 }
 

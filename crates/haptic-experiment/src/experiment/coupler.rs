@@ -462,8 +462,9 @@ impl CouplerPreflight<'_> {
         Ok(PreflightVerdict {
             stable,
             margin,
-            every_motion_margin: None,
-            every_motion_depth_m: None,
+            pulling_contact_margin: None,
+            pulling_contact_depth_m: None,
+            pushing_contact: None,
             passive: sampled.is_some_and(|needed| damping >= needed),
             required_delta: sampled.map(|needed| needed * per_delta),
             delta: damping * per_delta,

@@ -24,7 +24,7 @@ use crate::document::parameters as p;
 use crate::document::parameters::{CONTACT, CONTROLLER, DEVICE, LOOP, Parameter, TISSUE};
 use crate::document::reader::Table;
 use crate::experiment::drive::{Drive, SimulatedRig, TissueLaw};
-use crate::judge::preflight::Preflight;
+use crate::judge::preflight::{Preflight, WallContact};
 use crate::run::advice::parameter;
 use crate::run::drive_verdict::DriveVerdict;
 use crate::run::folder::FolderRequest;
@@ -33,7 +33,7 @@ use crate::run::remote::{
     RemoteDevice, RemoteLaw, RemoteRun, UnchangedLimits, blank, indentation, no_operator, portable,
     push,
 };
-use crate::run::safety::GuardedDevice;
+use crate::run::safety::{GuardChoice, GuardedDevice};
 use crate::run::schedule::{Schedule, samples};
 use crate::run::simulate::{Simulated, Sink, simulate};
 use crate::run::tick::KeptSample;
@@ -422,6 +422,8 @@ impl Indentation {
             sample_time_s: rendering.sample_time_s,
             samples,
             map: None,
+            contact: WallContact::OneSided,
+            guarded: rendering.safety.guard == GuardChoice::EnergyBounding,
         };
         // As steep as it becomes where the run ends.
         look.at_depth(piece.specimen.depth_map(), self.deepest())

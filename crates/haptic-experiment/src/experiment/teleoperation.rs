@@ -35,7 +35,7 @@ use crate::document::parameters::range::{
 };
 use crate::document::parameters::{DAMPING, FORCE_LIMIT, MASS, PIECE, SAMPLE_TIME, SCHEME};
 use crate::document::reader::Table;
-use crate::judge::preflight::Matter;
+use crate::judge::preflight::{Matter, Preflight, WallContact};
 use crate::run::SAMPLES;
 use crate::run::advice::parameter;
 use crate::run::preflight::{PreflightSubject, PreflightVerdict};
@@ -434,7 +434,11 @@ impl TeleoperationExperiment {
     fn preflight(&self) -> Result<Option<PreflightVerdict>, Failure> {
         let step = Seconds(self.sample_time().0 / SUB_STEPS as f64);
         let steps = self.samples() * SUB_STEPS as u64;
-        let loops = self.place.matter.run_by(self.scheme, step, steps);
+        // No guard stands between the slave and its place.
+        let loops = Preflight {
+            contact: WallContact::of(self.place.one_sided),
+            ..(self.place.matter).run_by(self.scheme, step, steps)
+        };
         if loops.stiffness_n_per_m <= 0.0 && loops.dissipation_n_s_mu_per_m <= 0.0 {
             return Ok(None);
         }
@@ -608,7 +612,8 @@ impl RemotePlace {
     fn law(&self, scheme: Scheme, step: Seconds, steps: u64) -> Result<VirtualWall, Failure> {
         let look = self.matter.run_by(scheme, step, steps);
         let (k, b) = (look.stiffness_n_per_m, look.dissipation_n_s_mu_per_m);
-        wall_at_start(k, b, look.operator()?, self.one_sided).map_err(Failure::input)
+        let contact = WallContact::of(self.one_sided);
+        wall_at_start(k, b, look.operator()?, contact).map_err(Failure::input)
     }
 
     /// Force for a place at a frequency, N/m; `None` where it is not linear.

@@ -31,14 +31,13 @@ use crate::document::parameters::{
     UNNAMED_PIECE,
 };
 use crate::document::reader::Table;
-use crate::judge::preflight::Matter;
-use crate::judge::preflight::Preflight;
+use crate::judge::preflight::{Matter, Preflight, WallContact};
 use crate::run::advice::parameter;
 use crate::run::record::WHOLE_MOST;
 use crate::run::remote::RemoteDevice;
 use crate::run::safety::keys::WORKSPACE_LOW;
 use crate::run::safety::safety;
-use crate::run::safety::{Safety, workspace};
+use crate::run::safety::{GuardChoice, Safety, workspace};
 use crate::run::schedule::Pace;
 use crate::run::sensors::Sensors;
 use fracdiff::parameter::Shown;
@@ -193,7 +192,11 @@ impl TouchExperiment {
 
     /// The loop of so many samples.
     fn look(&self, samples: u64) -> Preflight<'_> {
-        self.matter.run_by(self.scheme, self.sample_time(), samples)
+        Preflight {
+            contact: WallContact::OneSided,
+            guarded: self.safety.guard == GuardChoice::EnergyBounding,
+            ..(self.matter).run_by(self.scheme, self.sample_time(), samples)
+        }
     }
 
     fn lightest(&self) -> MassDamperConfig {

@@ -16,6 +16,7 @@ use crate::document::parameters::range::{
 };
 use crate::document::parameters::{SAMPLE_TIME, SCHEME, TRIAL_DURATION};
 use crate::document::reader::Table;
+use crate::judge::preflight::WallContact;
 use crate::judge::settling::{Criterion, Judge, Scales, Settling, Tolerance};
 use crate::run::advice::parameter;
 use crate::run::safety::{GuardedDevice, Safety};
@@ -87,6 +88,9 @@ pub struct TrialPlan {
     pub force_limit_n: f64,
 }
 
+/// Speeds at which contact that never pulls is hit beside that of its plan, m/s; 0 is a push from rest.
+const HITS: [f64; 6] = [0.0, 0.05, 0.1, 0.2, 0.5, 1.0];
+
 impl Default for TrialPlan {
     fn default() -> Self {
         Self::DEFAULT
@@ -113,6 +117,14 @@ impl TrialPlan {
             impact_m_per_s: 0.0,
             ..self
         }
+    }
+
+    /// Speeds at which a wall is hit beside that of the plan, m/s: a linear one, of which each hit says the same, at none.
+    pub(crate) fn hits(&self, contact: WallContact) -> impl Iterator<Item = f64> {
+        let once = contact == WallContact::Linear || self.criterion != Criterion::Settling;
+        let hits: &[f64] = if once { &[] } else { &HITS };
+        let own = self.impact_m_per_s;
+        (hits.iter().copied()).filter(move |hit| hit.total_cmp(&own).is_ne())
     }
 
     /// Number of samples, that at time 0 included.
@@ -313,14 +325,14 @@ pub(crate) fn seen(judge: &mut Judge, sample: &Sample<f64, 1>) -> bool {
     )
 }
 
-/// K in N/m and B in N·s^μ/m; one-sided it pushes but never pulls.
+/// K in N/m and B in N·s^μ/m; one-sided it pushes but never pulls, signed it has no clamp yet.
 pub(crate) fn wall_at_start(
     stiffness: f64,
     dissipation: f64,
     operator: Operator<f64>,
-    one_sided: bool,
+    contact: WallContact,
 ) -> Result<VirtualWall, ParameterError> {
-    let start = one_sided.then_some(Metres(0.0));
+    let start = (contact == WallContact::OneSided).then_some(Metres(0.0));
     Wall::new(stiffness, dissipation, operator, start)
 }
 

@@ -7,21 +7,23 @@ use super::trial::{
 };
 use crate::document::error::FileError;
 use crate::document::failure::Failure;
+use crate::document::named::Named;
 use crate::document::parameters::kind::{Parameter, joined, parameters};
 use crate::document::parameters::range::{DISSIPATIONS, STIFFNESSES, WALL_ORDERS};
 use crate::document::parameters::{
-    DAMPING, DEVICE_MODEL, HAND_STIFFNESS, LESS_THAN_IDEAL, MASS, SAMPLE_TIME,
+    DAMPING, DEVICE_MODEL, HAND_STIFFNESS, LESS_THAN_IDEAL, LOOP, MASS, SAMPLE_TIME,
 };
 use crate::document::reader::Table;
 use crate::judge::Reference;
-use crate::judge::preflight::Preflight;
+use crate::judge::preflight::{Preflight, WallContact};
 use crate::run::Ran;
 use crate::run::preflight::{PreflightSubject, PreflightVerdict};
 use crate::run::remote::{RemoteDevice, RemoteLaw, portable};
+use crate::run::safety::GuardChoice;
 use crate::run::samples::Samples;
 use fracdiff::{FrequencyResponse as _, Operator, Order, Scheme};
 use haptic_link::LoopMode;
-use haptic_loop::Controller;
+use haptic_loop::{Controller, Pushing};
 use haptic_tissue::Model;
 use serde::Serialize;
 
@@ -33,7 +35,9 @@ parameters! {
     /// Dissipation of a wall, N·s^μ/m.
     DISSIPATION = optional("dissipation_n_s_mu_per_m", DISSIPATIONS, "Dissipation B of the wall, N·s^μ/m");
     /// True if a wall only pushes.
-    ONE_SIDED = flag("one_sided", "Push but never pull; otherwise the wall is linear, as the analysis assumes");
+    ONE_SIDED = flag("one_sided", "Push but never pull; otherwise the wall is linear, as the analysis assumes, and pulls too");
+    /// Memory of a wall that only pushes.
+    WALL_CONTACT = text("contact", "depth", "What the memory of a wall that only pushes is fed with");
     /// True if an unstable wall is a failure.
     MUST_BE_STABLE = flag("must_be_stable", "Fail unless trial and analysis call the wall stable");
 }
@@ -43,11 +47,11 @@ pub(crate) const WALL_REQUIRED: &[Parameter] =
     &[MASS, DAMPING, SAMPLE_TIME, ORDER, STIFFNESS, DISSIPATION];
 
 /// Of `[wall]`, with defaults.
-pub(crate) const WALL: &[Parameter] = &joined::<19>(&[
+pub(crate) const WALL: &[Parameter] = &joined::<20>(&[
     &[DEVICE_MODEL, HAND_STIFFNESS],
     LESS_THAN_IDEAL,
     TRIAL_LOOP,
-    &[ONE_SIDED],
+    &[ONE_SIDED, WALL_CONTACT],
     TRIAL,
     &[MUST_BE_STABLE],
 ]);
@@ -67,8 +71,37 @@ pub(crate) struct WallExperiment {
     pub stiffness_n_per_m: f64,
     /// B, N·s^μ/m, at least 0.
     pub dissipation_n_s_mu_per_m: f64,
-    /// A wall that pushes but never pulls.
-    pub one_sided: bool,
+    /// It pulls, or only pushes.
+    pub contact: WallContact,
+}
+
+impl Named for WallContact {
+    const CHOICES: &'static [(Self, &'static str, &'static str)] = &[
+        (
+            Self::OneSided,
+            "depth",
+            "The depth, zero outside: silent before contact, not proved",
+        ),
+        (
+            Self::Signed,
+            "signed",
+            "The place, outside too: pushes before contact, can be proved",
+        ),
+    ];
+}
+
+/// The contact that a table asks for.
+pub(crate) fn contact(table: &Table<'_>) -> Result<WallContact, FileError> {
+    let one_sided = table.flag(&ONE_SIDED)?;
+    let contact = table.choice(&WALL_CONTACT)?;
+    if contact == WallContact::OneSided {
+        return Ok(WallContact::of(one_sided));
+    }
+    if table.has(&ONE_SIDED) && !one_sided {
+        let reason = "contact = \"signed\" never pulls, and one_sided = false does: omit one";
+        return Err(table.fail_at(WALL_CONTACT.key, reason.to_owned()));
+    }
+    Ok(contact)
 }
 
 /// The result. The mean deflection is compared with push/(K + k); the force of a one-sided wall is not compared.
@@ -78,6 +111,12 @@ pub struct WallReport {
     pub stiffness_n_per_m: f64,
     /// B, N·s^μ/m.
     pub dissipation_n_s_mu_per_m: f64,
+    /// How it meets the hand.
+    pub contact: WallContact,
+    /// Largest force with which a linear wall pulled the device in, N; null of one that never pulls.
+    pub largest_pull_n: Option<f64>,
+    /// Position at that force, m: below 0 in front of the wall.
+    pub largest_pull_position_m: Option<f64>,
     /// Of the trial.
     #[serde(flatten)]
     pub trial: TrialReport,
@@ -93,8 +132,23 @@ pub(crate) fn wall(table: &Table<'_>) -> Result<WallExperiment, FileError> {
     setup.must_be_stable = table.flag(&MUST_BE_STABLE)?;
     let scheme = scheme(table, None, order, sample_time_s, duration_s)?;
     let gains = (table.required(&STIFFNESS)?, table.required(&DISSIPATION)?);
+    let contact = contact(table)?;
+    if contact == WallContact::Signed {
+        let (remote, key) = (setup.remote.as_ref(), WALL_CONTACT.key);
+        if gains.0 <= 0.0 {
+            let reason = "contact = \"signed\" without stiffness would push anywhere in front of the wall: give stiffness_n_per_m above 0 N/m";
+            return Err(table.fail_at(key, reason.to_owned()));
+        }
+        if remote.is_some_and(|remote| remote.loop_mode == LoopMode::Device) {
+            let host = LOOP.set_to("host");
+            let reason = format!(
+                "no board runs contact = \"signed\" in its own loop: give {host}, or omit it"
+            );
+            return Err(table.fail_at(key, reason));
+        }
+    }
     let wall = WallExperiment {
-        one_sided: table.flag(&ONE_SIDED)?,
+        contact,
         ..WallExperiment::linear(setup, (order, scheme), gains)
     };
     (wall.check()).map_err(|error| table.fail(error.to_string()))?;
@@ -115,7 +169,7 @@ impl WallExperiment {
             scheme,
             stiffness_n_per_m,
             dissipation_n_s_mu_per_m,
-            one_sided: false,
+            contact: WallContact::Linear,
         }
     }
 
@@ -129,6 +183,8 @@ impl WallExperiment {
             sample_time_s: self.setup.device.sample_time.0,
             samples,
             map: None,
+            contact: self.contact,
+            guarded: self.setup.safety.guard == GuardChoice::EnergyBounding,
         }
     }
 
@@ -145,7 +201,7 @@ impl WallExperiment {
 }
 
 impl Trial for WallExperiment {
-    type Law = VirtualWall;
+    type Law = Pushing<VirtualWall>;
     type Report = WallReport;
     const KIND: &'static str = "wall";
     const NO_REST: &'static str = "no spring holds the push, so there is no place of rest";
@@ -172,7 +228,7 @@ impl Trial for WallExperiment {
             stiffness_n_per_m: self.stiffness_n_per_m,
             dissipation_n_s_mu_per_m: self.dissipation_n_s_mu_per_m,
             order: self.order.get(),
-            one_sided: self.one_sided,
+            one_sided: self.contact == WallContact::OneSided,
             operator,
             ..law
         })
@@ -188,10 +244,23 @@ impl Trial for WallExperiment {
             self.order,
             six_digits(self.stiffness_n_per_m),
             six_digits(self.dissipation_n_s_mu_per_m)
-        )
+        ) + match self.contact {
+            WallContact::Linear => "",
+            WallContact::OneSided => " · only pushes",
+            WallContact::Signed => " · only pushes, signed",
+        }
     }
 
-    fn parts(&self) -> Result<Parts<VirtualWall>, Failure> {
+    fn hits(&self) -> Vec<f64> {
+        let TrialSetup { plan, remote, .. } = &self.setup;
+        let most = self.setup.safety.speed_limit_m_per_s;
+        let hits = plan.hits(self.contact);
+        // A serial device cannot be thrown, and beyond its speed limit a hit is a fault.
+        let may_be = |hit: &f64| remote.is_none() && most.is_none_or(|most| *hit < most);
+        hits.filter(may_be).collect()
+    }
+
+    fn parts(&self) -> Result<Parts<Self::Law>, Failure> {
         let t = self.setup.device.sample_time;
         if self.order.get() < 0.0 {
             return Err(Failure::bad_input(format_args!(
@@ -211,9 +280,10 @@ impl Trial for WallExperiment {
             t.0,
         );
         let rest_m = self.expected_deflection(&operator)?;
-        let wall = wall_at_start(k, b, operator, self.one_sided).map_err(Failure::input)?;
+        let wall = wall_at_start(k, b, operator, self.contact).map_err(Failure::input)?;
+        let law = Pushing::new(wall, self.contact == WallContact::Linear);
         Ok(Parts {
-            controller: Controller::new(wall, self.setup.chain()?),
+            controller: Controller::new(law, self.setup.chain()?),
             device,
             samples,
             judge,
@@ -221,10 +291,12 @@ impl Trial for WallExperiment {
         })
     }
 
-    /// The force is −(K·x + B·D^μ x) by the full history of x.
+    /// The force is −(K·x + B·D^μ x) by the full history of x, or its push alone.
     fn theory(&self, ran: &Ran) -> Result<Theory<'_>, Failure> {
         let kernel = Reference::of(self.scheme);
-        let reason = (self.one_sided.then_some("a one-sided wall is not compared"))
+        let depth = self.contact == WallContact::OneSided;
+        let pulls = self.contact == WallContact::Linear;
+        let reason = (depth.then_some("a one-sided wall is not compared"))
             .or_else(|| incomparable(kernel, self.order, &ran.record));
         if let Some(reason) = reason {
             return Ok(Theory {
@@ -239,6 +311,7 @@ impl Trial for WallExperiment {
             off_n: Ok(Box::new(move |sample| {
                 let (x, d) = (sample.position_m, derivative.at(sample));
                 let wanted = -(self.stiffness_n_per_m * x + self.dissipation_n_s_mu_per_m * d);
+                let wanted = if pulls { wanted } else { wanted.min(0.0) };
                 (sample.force_n - wanted).abs()
             })),
             object_m: None,
@@ -246,10 +319,18 @@ impl Trial for WallExperiment {
     }
 
     fn reported(&self, judged: &Judged) -> WallReport {
+        let (pull_n, position_m) = judged.trial.settling.largest_pull;
+        let pulled = self.contact == WallContact::Linear;
         WallReport {
+            contact: self.contact,
+            largest_pull_n: pulled.then_some(pull_n),
+            largest_pull_position_m: (pulled && pull_n > 0.0).then_some(position_m),
             trial: judged.trial.clone(),
             stiffness_n_per_m: self.stiffness_n_per_m,
             dissipation_n_s_mu_per_m: self.dissipation_n_s_mu_per_m,
         }
     }
 }
+
+#[cfg(test)]
+mod tests;

@@ -6,8 +6,9 @@
 //! delay really measured ────────────────┘
 //! ```
 //! - *The loop* is the one of the stability analysis: a mass on a damper under a wall that is felt all the time.
-//!   Safety chain, friction and the end of the contact are not in it; they make a loop no less stable, but may
-//!   turn an unstable one into a limit cycle.
+//!   Safety chain and friction are not in it; they may turn an unstable loop into a limit cycle. Nor is the end of the contact: with
+//!   delay, hard hits can grow on a wall that never pulls where the linear loop is stable. So of such a wall it is said by itself
+//!   what is proved.
 //! - *Without any spring* (a tissue that only dissipates) the loop has a pole at rest, z = 1, and the device drifts, as it
 //!   should. Such a loop is judged beside that pole, see `SampledLoop::beside_rest`.
 //! - *Delay*: that of the device, whole samples or not, as simulated or as known of a real one; in a loop on the host
@@ -19,14 +20,17 @@ use crate::document::failure::Failure;
 use crate::judge::modelled_tissue::{TissuePiece, loop_operator, memory, operator};
 use crate::judge::reference::{self, Reference, ReferenceSeries};
 use crate::run::advice::analysed;
-use crate::run::preflight::{PreflightSubject, PreflightVerdict};
+use crate::run::preflight::{
+    EVERY_MOTION, NO_ENERGY, NOT_PROVED, PreflightSubject, PreflightVerdict,
+};
 use crate::run::samples::Samples;
 use crate::run::schedule::horizon;
 use fracdiff::num_complex::Complex;
-use fracdiff::{Operator, Order, Real, Scheme, Seconds};
+use fracdiff::{FrequencyResponse as _, Operator, Order, Real, Scheme, Seconds};
 use haptic_analysis::{AnalysisError, Dynamics, Environment, LoopOperator, SampledLoop};
 use haptic_loop::DepthMap;
 use haptic_tissue::Model;
+use serde::Serialize;
 
 /// What is touched: a piece of tissue, or K + B·D^μ.
 #[derive(Clone, Debug)]
@@ -71,6 +75,8 @@ impl Matter {
             sample_time_s: t.0,
             samples,
             map: None,
+            contact: WallContact::Linear,
+            guarded: false,
         }
     }
 
@@ -126,6 +132,28 @@ impl Matter {
     }
 }
 
+/// How a law meets the hand in front of its surface and on the way out.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum WallContact {
+    /// It pulls as it pushes, on both sides.
+    Linear,
+    /// Its memory is fed with the depth, 0 outside, and its force is clamped: it never pulls.
+    OneSided,
+    /// Its memory is fed with the place, outside too, and its force alone is clamped.
+    Signed,
+}
+
+impl WallContact {
+    /// Of a law that only pushes, or pulls too.
+    pub(crate) const fn of(one_sided: bool) -> Self {
+        match one_sided {
+            true => Self::OneSided,
+            false => Self::Linear,
+        }
+    }
+}
+
 /// The largest slope of a map that is looked at.
 const STEEPEST: f64 = 1e6;
 
@@ -148,6 +176,10 @@ pub struct Preflight<'a> {
     pub samples: u64,
     /// The map of depth, and its slope where K and B are looked at; `None` if the force is linear in the depth.
     pub map: Option<(DepthMap<f64>, f64)>,
+    /// How it meets the hand.
+    pub contact: WallContact,
+    /// A guard keeps it from giving energy: [`EnergyBounding`](crate::GuardChoice::EnergyBounding).
+    pub guarded: bool,
 }
 
 impl PreflightSubject for Preflight<'_> {
@@ -277,15 +309,30 @@ impl Preflight<'_> {
         };
         let contact = every_motion.then(|| sampled.slope_limit().proved);
         let proved = contact.filter(|proved| *proved > 0.0);
+        let without_energy = match self.guarded {
+            true => NO_ENERGY,
+            false => NOT_PROVED,
+        };
+        let pushing_contact = match self.contact {
+            WallContact::Linear => None,
+            WallContact::OneSided => Some(without_energy),
+            // A constant push moves the map along itself, for which H(1) > 0 is needed.
+            WallContact::Signed => {
+                let at_rest = wall.alpha + wall.beta * operator.response(0.0).re;
+                let holds = at_rest > 0.0 && proved.is_some_and(|proved| proved >= 1.0);
+                Some(if holds { EVERY_MOTION } else { without_energy })
+            }
+        };
         let required = dynamics
             .port(self.sample_time_s, operator)?
             .required_delta(wall.alpha, wall.beta)?;
         Ok(PreflightVerdict {
             stable,
             margin,
-            every_motion_margin: proved,
-            every_motion_depth_m: (proved.zip(self.map))
+            pulling_contact_margin: proved,
+            pulling_contact_depth_m: (proved.zip(self.map))
                 .map(|(proved, (map, slope))| map.depth_of_slope(proved * slope)),
+            pushing_contact,
             passive: required.passive(wall.delta),
             required_delta: (!required.negative_at_rest).then_some(required.delta),
             delta: wall.delta,
@@ -344,6 +391,8 @@ mod tests {
             sample_time_s: 1e-3,
             samples: 5000,
             map: None,
+            contact: WallContact::Linear,
+            guarded: false,
         }
     }
 
@@ -476,6 +525,62 @@ mod tests {
         // One that shakes is still told.
         let verdict = tissue(1e6).verdict(TESTBED, 0).expect("judges");
         assert!(!verdict.stable && verdict.margin.is_some(), "{verdict:?}");
+    }
+
+    /// The wall of a public report: stable with a margin of 1.5, and a hit at 0.5 m/s grows to 1 kN behind the clamp f ≥ 0.
+    #[test]
+    fn of_contact_that_never_pulls_only_what_is_proved_is_said() {
+        let device = Dynamics {
+            mass_kg: 0.065,
+            damping_n_s_per_m: 0.2,
+            hand_stiffness_n_per_m: 1000.0,
+            delay_s: 1e-3,
+            current_lag_s: 0.0,
+        };
+        let full = Preflight {
+            scheme: "full".parse().expect("a scheme"),
+            ..wall(1.0, 6000.0, 18.0)
+        };
+        let said = |contact, guarded, factor: f64, device| {
+            let wall = Preflight {
+                contact,
+                guarded,
+                stiffness_n_per_m: factor * full.stiffness_n_per_m,
+                dissipation_n_s_mu_per_m: factor * full.dissipation_n_s_mu_per_m,
+                ..full
+            };
+            PreflightSubject::verdict(&wall, device, 0).expect("judges")
+        };
+        use WallContact::{Linear, OneSided, Signed};
+        for (contact, guarded, factor, proof) in [
+            (Linear, false, 1.0, None),
+            (OneSided, false, 1.0, Some(NOT_PROVED)),
+            (OneSided, false, 0.1, Some(NOT_PROVED)),
+            (OneSided, true, 1.0, Some(NO_ENERGY)),
+            (Signed, false, 1.0, Some(EVERY_MOTION)),
+            (Signed, false, 1.6, Some(NOT_PROVED)),
+            (Signed, true, 1.6, Some(NO_ENERGY)),
+        ] {
+            let verdict = said(contact, guarded, factor, device);
+            assert_eq!(verdict.pushing_contact, proof, "{contact:?} {factor}");
+            let margin = verdict.pulling_contact_margin.expect("a margin");
+            assert!((1.5..1.51).contains(&(margin * factor)), "{margin}");
+            let words = verdict.line();
+            assert!(words.contains("contact that may pull"), "{words}");
+            assert_eq!(
+                proof.is_some(),
+                words.contains("only pushes is "),
+                "{words}"
+            );
+        }
+        // A free device without damping has a double pole, which the certificate does not cover.
+        let free = Dynamics {
+            damping_n_s_per_m: 0.0,
+            hand_stiffness_n_per_m: 0.0,
+            ..device
+        };
+        let verdict = said(Signed, false, 0.5, free);
+        assert_eq!(verdict.pushing_contact, Some(NOT_PROVED));
     }
 
     #[test]

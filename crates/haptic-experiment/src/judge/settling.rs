@@ -21,6 +21,9 @@
 //! - *Without a spring* (K + k = 0) the device gives way for ever, and the force alone is judged.
 //! - *[`Criterion::Dissertation`]* is the old rule: the position alone against one threshold. Friction may hold the device.
 //!
+//! - *A wall that never pulls* may settle after one hit and grow after another: it is hit at several speeds, and the worst of these
+//!   trials is the verdict.
+//!
 //! Source of the old rule: O. Tokatlı, *Fractional Order Control in Haptics*, section 4.4, figure 4.3.
 
 use crate::document::named::Named;
@@ -123,8 +126,8 @@ impl Tolerance {
 /// A device this far away has left, m: it will not come to rest.
 const GONE_M: f64 = 1.0;
 
-/// The outcome of a trial.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+/// The outcome of a trial, from the best to the worst.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub(crate) enum TrialVerdict {
     /// At rest.
@@ -188,6 +191,12 @@ pub struct Settling {
     pub deflection_m: Option<f64>,
     /// Position at which the push is in balance with wall and hand, m; null without a spring.
     pub expected_deflection_m: Option<f64>,
+    /// Largest magnitude of the force, N.
+    #[serde(skip)]
+    pub(crate) peak_force_n: f64,
+    /// Largest force into the wall, N, and the position there, m.
+    #[serde(skip)]
+    pub(crate) largest_pull: (f64, f64),
 }
 
 impl Settling {
@@ -280,6 +289,10 @@ pub(crate) struct Judge {
     force: Moments,
     /// Least and largest force in the window, N.
     force_ends_n: (f64, f64),
+    /// Largest magnitude of the force, N.
+    peak_force_n: f64,
+    /// Largest force into the wall, N, and the position there, m.
+    largest_pull: (f64, f64),
     gone: bool,
 }
 
@@ -301,6 +314,8 @@ impl Judge {
             position: Moments::default(),
             force: Moments::default(),
             force_ends_n: (f64::INFINITY, f64::NEG_INFINITY),
+            peak_force_n: 0.0,
+            largest_pull: (0.0, 0.0),
             gone: false,
         }
     }
@@ -309,6 +324,10 @@ impl Judge {
     pub(crate) fn see(&mut self, time_s: f64, position_m: f64, force_n: f64) -> bool {
         self.samples += 1;
         self.limited += u64::from(force_n.abs() >= AT_LIMIT * self.force_limit_n);
+        self.peak_force_n = self.peak_force_n.max(force_n.abs());
+        if force_n > self.largest_pull.0 {
+            self.largest_pull = (force_n, position_m);
+        }
         self.gone |= position_m.is_nan() || position_m.abs() > GONE_M;
         if time_s >= self.from_s {
             self.position.add(position_m);
@@ -356,6 +375,8 @@ impl Judge {
             saturated_share: (self.samples > 0).then_some(share),
             deflection_m: seen.then_some(self.position.mean),
             expected_deflection_m,
+            peak_force_n: self.peak_force_n,
+            largest_pull: self.largest_pull,
         }
     }
 }

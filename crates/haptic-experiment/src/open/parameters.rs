@@ -15,7 +15,9 @@ pub use crate::experiment::teleoperation::{
 pub use crate::experiment::trial::{
     CRITERION, IMPACT, PUSH, THRESHOLD, TRIAL_FORCE_LIMIT, TRIAL_FORCE_RATE_LIMIT, WINDOW,
 };
-pub use crate::experiment::wall::{DISSIPATION, MUST_BE_STABLE, ONE_SIDED, ORDER, STIFFNESS};
+pub use crate::experiment::wall::{
+    DISSIPATION, MUST_BE_STABLE, ONE_SIDED, ORDER, STIFFNESS, WALL_CONTACT,
+};
 pub use crate::experiment::{DRIVE_TABLE, KINDS};
 pub use crate::question::design::{
     DESIGN_ORDERS, FORCE_NOISE_LIMIT, GAIN_MARGIN, REQUIRE, WISH, WISH_FREQUENCY, WISH_TISSUE,
@@ -33,6 +35,7 @@ use crate::experiment::rendering::Contact;
 use crate::experiment::teleoperation::PlaceName;
 use crate::experiment::touch::{GripName, ShapeName};
 use crate::experiment::{coupler, rendering, teleoperation, touch, wall};
+use crate::judge::preflight::WallContact;
 use crate::judge::settling::Criterion;
 use crate::question::design::{RequireName, WishName};
 use crate::{GuardChoice, Named, Precision};
@@ -117,15 +120,16 @@ pub fn of_kind(kind: &str) -> Vec<(&'static str, &'static [Parameter])> {
     experiment::tables(kind).unwrap_or_else(|| question::tables(kind))
 }
 
-/// Names that the text of a key may be, each with a few words for people; none where any text will do.
+/// Names that the text of a parameter may be, each with a few words for people; none where any text will do.
 #[must_use]
-pub fn choices(key: &str) -> Vec<(&'static str, &'static str)> {
+pub fn choices(parameter: &Parameter) -> Vec<(&'static str, &'static str)> {
     fn names<T: Named>() -> Vec<(&'static str, &'static str)> {
         let choices = T::CHOICES.iter();
         choices.map(|(_, name, help)| (*name, *help)).collect()
     }
-    match key {
+    match parameter.key {
         "architecture" => names::<Architecture>(),
+        "contact" if *parameter == WALL_CONTACT => names::<WallContact>(),
         "contact" => names::<Contact>(),
         "criterion" => names::<Criterion>(),
         "guard" => names::<GuardChoice>(),
@@ -216,7 +220,7 @@ mod tests {
         let mut found = 0;
         for kind in KINDS.into_iter().chain(QUESTIONS) {
             for parameter in of_kind(kind).iter().flat_map(|(_, table)| *table) {
-                let choices = choices(parameter.key);
+                let choices = choices(parameter);
                 if let (Value::Text(default), false) = (parameter.value, choices.is_empty()) {
                     found += 1;
                     assert!(

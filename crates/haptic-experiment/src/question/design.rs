@@ -37,7 +37,9 @@ use crate::document::parameters::range::Range;
 use crate::document::parameters::{DEVICE_MODEL, ENCODER_RESOLUTION, SCHEME, UNNAMED_PIECE, range};
 use crate::experiment::trial::TRIAL_FORCE_LIMIT;
 use crate::experiment::trial::dynamics;
+use crate::experiment::wall::{ONE_SIDED, WALL_CONTACT};
 use crate::judge::modelled_tissue::ModelledTissue;
+use crate::judge::preflight::WallContact;
 use crate::question::bench::Device;
 use crate::question::bench::{AskedDevice, check_orders};
 use crate::run::advice::{check, parameter};
@@ -72,6 +74,9 @@ parameters! {
 /// Halvings of the steps beside the best order: of a quarter to a hundredth.
 const HALVINGS: usize = 5;
 
+/// A deviation of n independent samples is uncertain by 1/√(2n) of itself: about three times that, of the window of a design.
+const NOISE_DOUBT: f64 = 0.15;
+
 /// Unit of B.
 const DISSIPATION_UNIT: &str = "N·s^μ/m";
 
@@ -79,11 +84,11 @@ const DISSIPATION_UNIT: &str = "N·s^μ/m";
 pub(crate) const COMPARED_AT_HZ: f64 = 1.0;
 
 /// Of `[design]`, beside the device of a question.
-pub(crate) const DESIGN: &[Parameter] = &joined::<15>(&[
+pub(crate) const DESIGN: &[Parameter] = &joined::<17>(&[
     &[WISH, WISH_TISSUE],
     UNNAMED_PIECE,
     &[WISH_FREQUENCY, REQUIRE, GAIN_MARGIN, DESIGN_ORDERS],
-    &[SCHEME, FORCE_NOISE_LIMIT],
+    &[SCHEME, FORCE_NOISE_LIMIT, ONE_SIDED, WALL_CONTACT],
 ]);
 
 /// What is wanted most.
@@ -134,7 +139,7 @@ impl Named for RequireName {
         (
             Self::EveryMotion,
             "every-motion",
-            "The same, and proved for every motion of one-sided contact; not of a coupler",
+            "The same, and proved for every motion of contact that may pull, or with contact = \"signed\" of what runs; not of a coupler",
         ),
         (
             Self::Passive,
@@ -179,8 +184,10 @@ pub(crate) struct Design {
     pub finer: bool,
     /// Stable, also when it is stiffer and more dissipative by this factor; `None` for passive by Theorem 1, for the operator really used.
     pub gain_margin: Option<f64>,
-    /// Proved for every motion of one-sided contact too.
+    /// Proved for every motion of contact that may pull too.
     pub every_motion: bool,
+    /// How the wall meets the hand.
+    pub contact: WallContact,
     /// The aim.
     pub wish: Wish,
     /// Largest noise of the force that encoder and sensor noise may make, rms N; `None` for any.
@@ -333,7 +340,20 @@ impl DesignReport {
                 ),
             )),
             (None, _) => Err(nothing_found(self.notes.last().map(String::as_str))),
-            _ => Ok(()),
+            (Some(best), Some(simulated)) => {
+                // Steps of the encoder, which the loop keeps alive, do not come as even noise does.
+                let noisy = simulated.force_std_n.zip(self.force_noise_limit_n);
+                match noisy.filter(|(noise_n, limit_n)| *noise_n > (1.0 + NOISE_DOUBT) * limit_n) {
+                    Some((noise_n, limit_n)) => Err(Failure::Run(anyhow::anyhow!(
+                        "the best candidate, order {}, makes {noise_n:.3} N of force noise when it is tried, more than the limit of {} N: \
+                         ask for less with {FORCE_NOISE_LIMIT}, or take a finer encoder",
+                        best.order,
+                        Shown(limit_n)
+                    ))),
+                    None => Ok(()),
+                }
+            }
+            (Some(_), None) => Ok(()),
         }
     }
 }
@@ -349,9 +369,9 @@ pub struct Candidate {
     pub dissipation: Option<f64>,
     /// Factor by which the wall as a whole may grow until it is unstable (below 1: must shrink).
     pub margin: Option<f64>,
-    /// Factor up to which it is proved stable for every motion of contact that acts on one side only or stiffens, while that
-    /// is nowhere steeper; null if nothing is proved.
-    pub every_motion_margin: Option<f64>,
+    /// Factor up to which it is proved stable for every motion of contact that may pull, acts on one side or stiffens, while that is
+    /// nowhere steeper; null if nothing is proved.
+    pub pulling_contact_margin: Option<f64>,
     /// K·T²/m.
     pub alpha: Option<f64>,
     /// B·T^(2−μ)/m.
@@ -414,12 +434,18 @@ pub struct DesignReport {
     pub wish: &'static str,
     /// Under which requirement.
     pub require: &'static str,
+    /// The same in words, with its numbers.
+    #[serde(skip)]
+    pub requirement: String,
     /// Of the requirement.
     pub gain_margin: Option<f64>,
     /// Of the wish.
     pub frequency_hz: Option<f64>,
     /// Operator.
     pub scheme: String,
+    /// How the wall meets the hand: a one-sided one is taken only if it settles after each of six hits, a signed one only if it is
+    /// proved.
+    pub contact: WallContact,
     /// Limit on the noise of the force, rms N; null for none.
     pub force_noise_limit_n: Option<f64>,
     /// Of the `stiffness` of candidates.

@@ -8,7 +8,9 @@
 //! seed of the experiment and the cell's place, so the result does not depend on the number of cores.
 //! - *Friction* can hold a wall that would shake. So a device with friction is tried with and without: stable is
 //!   what settles both ways, and how far friction alone holds it stands beside. The dissertation's rule does not ask.
-//! - *Cost*: about 60 runs of a quarter of a millisecond a cell, twice that with friction.
+//! - *A wall that only pushes* is hit at six speeds, and has to settle after each.
+//! - *Cost*: about 60 runs of a quarter of a millisecond a cell, twice that with friction, up to six times that of one that only
+//!   pushes.
 //!
 //! Source: O. Tokatlı, *Fractional Order Control in Haptics*, section 4.4, figure 4.3.
 
@@ -27,6 +29,7 @@ use crate::experiment::trial::plan;
 use crate::experiment::trial::{CRITERION, IMPACT, PUSH, THRESHOLD, WINDOW};
 use crate::experiment::trial::{TRIAL_SAMPLES, TrialPlan};
 use crate::experiment::wall::ONE_SIDED;
+use crate::judge::preflight::WallContact;
 use crate::judge::settling::Criterion;
 use crate::question::bench::{AskedDevice, bench, check_orders, orders, scheme};
 use crate::run::remote::RemoteDevice;
@@ -70,8 +73,8 @@ pub(crate) struct ZWidth {
     pub analysed: Option<MassDamperConfig>,
     /// Its sensors.
     pub sensors: Sensors,
-    /// A wall that pushes but never pulls, instead of the linear one that the theory assumes.
-    pub one_sided: bool,
+    /// The linear wall that the theory assumes, or one that only pushes.
+    pub contact: WallContact,
     /// Operator of the wall.
     pub scheme: Scheme,
     /// Orders to try.
@@ -121,7 +124,7 @@ impl ZWidth {
             device: bench.plant,
             analysed,
             sensors: bench.sensors,
-            one_sided: table.flag(&ONE_SIDED)?,
+            contact: WallContact::of(table.flag(&ONE_SIDED)?),
             scheme: scheme(table)?,
             orders: orders(table, &ZWIDTH_ORDERS)?,
             points: usize::try_from(table.count(&ZWIDTH_POINTS)?).unwrap_or(usize::MAX),

@@ -98,6 +98,13 @@ impl Findings for DriveVerdict {
     }
 }
 
+/// Hard hits may grow on contact that pushes only, even where the same contact is proved if it may pull.
+pub(crate) const NOT_PROVED: &str = "not proved";
+/// Energy bounding holds for any environment. It proves neither that the device comes to rest nor a force.
+pub(crate) const NO_ENERGY: &str = "proved to give no energy, with the guard on";
+/// By the certificate of the loop that runs, up to the force limit.
+pub(crate) const EVERY_MOTION: &str = "proved for every motion, but for encoder and rate limit";
+
 /// Llewellyn's verdict on a coupler, and what the sampled device needs. Keys of reports and, with `preflight.coupler.` before
 /// them, of the log's metadata.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
@@ -123,12 +130,14 @@ pub struct PreflightVerdict {
     /// Factor on K and B that takes the loop to the edge: above 1 if it is stable, below 1 if not; null if no
     /// factor does.
     pub margin: Option<f64>,
-    /// The factor on K and B up to which contact that acts on one side or stiffens, nowhere steeper than this, is proved
-    /// stable for every motion, but for the clamp that keeps it from pulling; null if none is, of a coupler, of a touch and on the page's *Feel*.
-    pub every_motion_margin: Option<f64>,
+    /// The factor on K and B up to which contact that may pull, acts on one side or stiffens, and is nowhere steeper than this, is
+    /// proved stable for every motion; null if none is, of a coupler, of a touch and on the page's *Feel*.
+    pub pulling_contact_margin: Option<f64>,
     /// The depth down to which a tissue whose slope grows is proved so, m; null of one that does not stiffen.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub every_motion_depth_m: Option<f64>,
+    pub pulling_contact_depth_m: Option<f64>,
+    /// The proof of contact that pushes and never pulls, in words, or that there is none; null of a law that pulls.
+    pub pushing_contact: Option<&'static str>,
     /// By Theorem 1, for the operator really used.
     pub passive: bool,
     /// The damping δ = bT/m above which the loop is passive; null if none is.
@@ -302,16 +311,21 @@ impl PreflightVerdict {
             ),
             false => String::new(),
         };
-        let proved = self.every_motion_margin.map_or_else(String::new, |factor| {
-            let depth = self
-                .every_motion_depth_m
-                .map_or_else(String::new, |depth_m| {
-                    format!(", down to {} mm", three_digits(1e3 * depth_m))
-                });
-            format!(" ({factor:.3} proved for every motion{depth})")
+        let proved = self
+            .pulling_contact_margin
+            .map_or_else(String::new, |factor| {
+                let depth = self
+                    .pulling_contact_depth_m
+                    .map_or_else(String::new, |depth_m| {
+                        format!(", down to {} mm", three_digits(1e3 * depth_m))
+                    });
+                format!(" ({factor:.3} proved for every motion of contact that may pull{depth})")
+            });
+        let pushing = self.pushing_contact.map_or_else(String::new, |proof| {
+            format!(", contact that only pushes is {proof}")
         });
         format!(
-            "alpha {:.4}, beta {:.4}, delta {:.4}, delay {} samples{lag}, margin {margin}{proved}",
+            "alpha {:.4}, beta {:.4}, delta {:.4}, delay {} samples{lag}, margin {margin}{proved}{pushing}",
             self.alpha,
             self.beta,
             self.delta,

@@ -19,12 +19,12 @@ fn ask(text: &str) -> Answer {
 }
 
 /// The report of a design.
-fn design(text: &str) -> Value {
+pub(crate) fn design(text: &str) -> Value {
     serde_json::to_value(ask(text)).expect("JSON")
 }
 
 #[track_caller]
-fn number(object: &Value, key: &str) -> f64 {
+pub(crate) fn number(object: &Value, key: &str) -> f64 {
     let number = object[key].as_f64();
     number.unwrap_or_else(|| panic!("{key} is a number: {object}"))
 }
@@ -69,7 +69,7 @@ fn a_stable_design_is_the_anchor_over_the_margin() {
     );
     assert_relative("design", number(best, "margin"), 4.0, 2e-4);
     // Without the wall this device stands nowhere: contact on one side is not proved.
-    assert!(best["every_motion_margin"].is_null());
+    assert!(best["pulling_contact_margin"].is_null());
     assert_eq!(best["passive"], false);
 }
 
@@ -78,9 +78,27 @@ fn each_wall_says_what_is_proved_for_every_motion() {
     let report = design("delay_s = 1e-3\norders = [0, 0.5, 1]");
     for order in [0.0, 0.5, 1.0] {
         let candidate = of_order(&report, order);
-        let share = number(candidate, "every_motion_margin") / number(candidate, "margin");
+        let share = number(candidate, "pulling_contact_margin") / number(candidate, "margin");
         assert!((0.9..=1.0).contains(&share), "{candidate}");
     }
+}
+
+/// A noise limit of 0.1 N, and the force of the wall in its own trial has 0.154 N rms: encoder steps that the loop keeps alive.
+#[test]
+fn a_wall_that_is_noisier_when_it_is_tried_than_it_may_be_is_no_success() {
+    let answer = ask("encoder_resolution_m = 55e-6\nforce_noise_limit_n = 0.1");
+    let report = serde_json::to_value(&answer).expect("JSON");
+    assert!(
+        number(&report["simulated"], "force_std_n") > 0.13,
+        "{report}"
+    );
+    let refused = answer.require(&|_| ()).expect_err("refused");
+    assert_eq!(refused.exit_code(), 1);
+    let said = refused.to_string();
+    assert!(said.contains("N of force noise when it is tried"), "{said}");
+    ask("force_limit_n = 50")
+        .require(&|_| ())
+        .expect("no limit was asked for");
 }
 
 #[test]

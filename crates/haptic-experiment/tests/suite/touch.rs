@@ -23,7 +23,7 @@ fn touch(keys: &str) -> ExperimentFile {
     experiment(&format!("[touch]\n{keys}"))
 }
 
-fn request(folder: &Path, stem: &str) -> FolderRequest {
+pub(crate) fn request(folder: &Path, stem: &str) -> FolderRequest {
     FolderRequest {
         out: Some(folder.to_owned()),
         stem: stem.to_owned(),
@@ -33,7 +33,7 @@ fn request(folder: &Path, stem: &str) -> FolderRequest {
     }
 }
 
-fn supervised<T>(run: impl FnOnce(Supervisor<'_>) -> T) -> T {
+pub(crate) fn supervised<T>(run: impl FnOnce(Supervisor<'_>) -> T) -> T {
     let stop = AtomicBool::new(false);
     run(Supervisor {
         stop: &stop,

@@ -4,7 +4,9 @@
 use crate::{T, memory, spring};
 use fracdiff::{Differintegrator, ShortMemory};
 use haptic_loop::units::{Metres, Pascals, SquareMetres};
-use haptic_loop::{Contact, Environment, Modulus, Specimen, SpringDamper, Tissue, Wall, WallShape};
+use haptic_loop::{
+    Contact, Environment, Modulus, Pushing, Specimen, SpringDamper, Tissue, Wall, WallShape,
+};
 use nalgebra::{Vector1, vector};
 use proptest::prelude::*;
 use testkit::operator::order;
@@ -58,6 +60,45 @@ fn a_contact_pushes_only_inside_and_never_pulls() {
     let nothing = forces.iter().map(|force| *force == 0.0);
     assert!(nothing.eq([true, false, true, true, false]), "{forces:?}");
     assert!(forces.iter().all(|force| *force <= 0.0), "{forces:?}");
+}
+
+/// A spring and damper that comes at v: the signed law pushes from x = −(B/K)·v on, and rises by K·v·T a sample; the law that
+/// is fed with the depth makes nothing before the surface, and jumps there by B times the speed of the first sample inside.
+#[test]
+fn a_signed_contact_pushes_before_the_surface_and_does_not_jump_there() {
+    let (k, b, v, t) = (1000.0, 20.0, 0.5, T.0);
+    let way: Vec<f64> = (0..=40).map(|n| v * t * f64::from(n) - 0.015).collect();
+    let signed = run(&Pushing::new(spring(k, b, 1.0), false), &way);
+    let depth = run(
+        &Contact::at(Metres(0.0), spring(k, b, 1.0)).expect("valid"),
+        &way,
+    );
+    // The first sample sees a jump from rest at 0 to where the device comes from, which pulls.
+    for (n, &x) in way.iter().enumerate().skip(1) {
+        let want = (k * x + b * v).max(0.0);
+        assert!((signed[n] + want).abs() < 1e-9, "{x}: {} {want}", signed[n]);
+    }
+    let touched = way.iter().position(|x| *x > 0.0).expect("touches");
+    assert!(depth[..touched].iter().all(|force| *force == 0.0));
+    let jump = |forces: &[f64]| forces[touched - 1] - forces[touched];
+    assert!(jump(&signed) <= k * v * t + 1e-9, "{}", jump(&signed));
+    let first = way[touched];
+    assert!((jump(&depth) - (k * first + b * first / t)).abs() < 1e-9);
+    assert!(jump(&depth) > 9.0, "{}", jump(&depth));
+    // Never a pull, and an environment as it is is not clamped.
+    let out: Vec<f64> = (0..20).map(|n| 0.01 - v * t * f64::from(n)).collect();
+    assert!(
+        run(&Pushing::new(spring(k, b, 1.0), false), &out)
+            .iter()
+            .all(|force| *force <= 0.0)
+    );
+    assert_eq!(
+        run(&Pushing::new(spring(k, b, 1.0), true), &out),
+        run(&spring(k, b, 1.0), &out)
+    );
+    for odd in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
+        assert!(!run(&Pushing::new(spring(k, b, 1.0), false), &[odd])[0].is_finite());
+    }
 }
 
 #[test]

@@ -4,7 +4,7 @@ use super::fading::{Fading, Law};
 use super::hand::{HAND_DAMPING, HAND_STIFFNESS};
 use super::settings::{FeelSettings, Ghost, SAMPLE_TIME};
 use fracdiff::{Operator, Order, Scheme};
-use haptic_experiment::judge::{Preflight, operator};
+use haptic_experiment::judge::{Preflight, WallContact, operator};
 use haptic_experiment::{Dynamics, Failure, PreflightVerdict, parameters};
 use haptic_loop::units::Metres;
 use haptic_loop::{Contact, Specimen, SpringDamper};
@@ -86,6 +86,8 @@ impl FeelSettings {
             sample_time_s: SAMPLE_TIME.0,
             samples: HORIZON,
             map: None,
+            contact: WallContact::OneSided,
+            guarded: false,
         };
         let preflight = preflight.at_depth(self.map, deep_m);
         let free = Dynamics {

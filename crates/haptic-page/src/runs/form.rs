@@ -117,13 +117,13 @@ const SUGGESTED: &[(&str, &str, f64)] = &[
     ),
 ];
 
-fn parameter(form: &str, parameter: &Parameter, required: bool) -> Value {
+fn parameter(form: &str, given: &Parameter, required: bool) -> Value {
     let Parameter {
         key,
         value,
         shown,
         help,
-    } = parameter;
+    } = given;
     let suggested = SUGGESTED
         .iter()
         .find(|known| (known.0, known.1) == (form, *key))
@@ -144,7 +144,7 @@ fn parameter(form: &str, parameter: &Parameter, required: bool) -> Value {
         Default::Number(_, range) => Some(range.to_string()),
         _ => None,
     };
-    let choices: Vec<&str> = choices(key).iter().map(|choice| choice.0).collect();
+    let choices: Vec<&str> = choices(given).iter().map(|choice| choice.0).collect();
     json!({
         "key": key,
         "kind": kind,

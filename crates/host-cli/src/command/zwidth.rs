@@ -13,7 +13,8 @@ use serde::Serialize;
 
 pub(crate) const LONG_ABOUT: &str = "\
 Finds the Z-width: for each order and dissipation the stiffest wall at which a device comes to rest. In each trial a simulated device hits the wall at \
-0.1 m/s and is then pushed into it; a serial device is only pushed. The default device has 65 g and 3.5 N.s/m; --device-model laboratory adds friction, \
+0.1 m/s and is then pushed into it; a serial device is only pushed. With --one-sided it is hit at six \
+speeds, 0 to 1 m/s, and has to come to rest after each. The default device has 65 g and 3.5 N.s/m; --device-model laboratory adds friction, \
 delay, lag and encoder steps.
 
 At rest means: over the last 0.4 s of 5 s the standard deviation of the position is at most 2 encoder steps or 1 % of push/K, whichever is larger, \

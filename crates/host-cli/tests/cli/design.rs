@@ -58,7 +58,7 @@ fn a_design_for_every_motion_has_walls_that_are_proved_and_no_others() {
         let report = design(&place, &line);
         assert_eq!(report["require"], require);
         let candidates = report["candidates"].as_array().expect("a list").iter();
-        let keys = ["order", "stiffness", "margin", "every_motion_margin"];
+        let keys = ["order", "stiffness", "margin", "pulling_contact_margin"];
         let walls = candidates.map(|wall| keys.map(|key| wall[key].as_f64()));
         walls.collect::<Vec<_>>()
     };

@@ -4,7 +4,7 @@ use super::{Indentation, Load};
 use crate::experiment::bounded_tests::defaults;
 use crate::experiment::rendering::{Contact, Precision};
 use crate::judge::modelled_tissue::{ModelledTissue, TissuePiece};
-use crate::judge::preflight::Preflight;
+use crate::judge::preflight::{Preflight, WallContact};
 use fracdiff::{Differintegrator as _, FullMemory, Seconds};
 use haptic_analysis::Dynamics;
 use haptic_loop::units::Metres;
@@ -342,6 +342,8 @@ fn random_models_are_stable_as_the_analysis_says() {
             sample_time_s: T.0,
             samples: 10_000,
             map: None,
+            contact: WallContact::OneSided,
+            guarded: false,
         };
         let device = Dynamics {
             mass_kg: MASS,

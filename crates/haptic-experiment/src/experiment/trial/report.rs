@@ -7,7 +7,7 @@ use crate::experiment::reading::metadata;
 use crate::judge::decimated::Decimated;
 use crate::judge::reference::TOLERANCE;
 use crate::judge::report::{Errors, Files, RunReport};
-use crate::judge::settling::{Judge, Settling};
+use crate::judge::settling::{Judge, Settling, TrialVerdict};
 use crate::judge::warnings::Warnings;
 use crate::judge::{Compared, Curves, Origin, Published, Reference};
 use crate::run::folder::FolderRequest;
@@ -41,6 +41,10 @@ pub struct TrialReport {
     /// Rest of the device: if it came to rest, and where.
     #[serde(flatten)]
     pub settling: Settling,
+    /// A wall that never pulls is hit at several speeds: each of them, of which the worst is the verdict above. The log is of the
+    /// first.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub hits: Vec<Hit>,
     /// True if trial and analysis come to the same verdict; null if one of them has none.
     pub analysis_agrees: Option<bool>,
     /// The two errors: the commanded force against the full history, as a share of the largest force, not for a limited one;
@@ -49,6 +53,17 @@ pub struct TrialReport {
     pub(crate) errors: Errors,
     /// Tolerance of the reference for the full history; see the report of a relaxation.
     pub reference_tolerance: Option<f64>,
+}
+
+/// A trial of a wall at one speed.
+#[derive(Clone, Copy, Debug, Serialize)]
+pub struct Hit {
+    /// Speed at which the device hit the wall, m/s; 0 for a push from rest.
+    pub impact_m_per_s: f64,
+    /// Verdict on this one.
+    pub(crate) verdict: TrialVerdict,
+    /// Largest magnitude of its force, N.
+    pub peak_force_n: f64,
 }
 
 impl TrialReport {
@@ -114,6 +129,11 @@ pub(crate) trait Trial: Clone {
 
     /// The report of a trial.
     fn reported(&self, judged: &Judged) -> Self::Report;
+
+    /// Speeds at which it is hit beside that of its plan, m/s: a device that stands here, of a law that never pulls.
+    fn hits(&self) -> Vec<f64> {
+        Vec::new()
+    }
 
     /// A further warning about a run.
     fn warning(&self, _: &Ran) -> Option<String> {
@@ -195,9 +215,27 @@ pub(crate) trait Trial: Clone {
         run.run(&mut controller, supervisor)
     }
 
-    /// Runs it without log or files: does it settle, and without friction too?
+    /// Runs it without log or files: does it settle, at each hit, and without friction too?
     fn settled(&self) -> Result<Settling, Failure> {
-        self.named(self.tried()?)
+        Ok(self.worst(self.named(self.tried()?)?)?.0)
+    }
+
+    /// The worst of this judgement and those of all further hits, and all of them if there are any.
+    fn worst(&self, own: Settling) -> Result<(Settling, Vec<Hit>), Failure> {
+        let mut all = vec![own];
+        for impact_m_per_s in self.hits() {
+            let mut other = self.clone();
+            other.setup_mut().plan.impact_m_per_s = impact_m_per_s;
+            all.push(other.named(other.tried()?)?);
+        }
+        let worse = |a: Settling, b: &Settling| if b.verdict > a.verdict { *b } else { a };
+        let worst = all.iter().fold(own, worse);
+        let hits = all.iter().filter(|_| all.len() > 1).map(|settling| Hit {
+            impact_m_per_s: settling.impact_m_per_s,
+            verdict: settling.verdict,
+            peak_force_n: settling.peak_force_n,
+        });
+        Ok((worst, hits.collect()))
     }
 
     /// Runs it without log or files: does it settle?
@@ -240,10 +278,14 @@ pub(crate) trait Trial: Clone {
         let (order, scheme) = self.operator_choice();
         let whole = record.ended.is_none();
         settle(&mut judge, ran)?;
-        let settling = self.named(judge.settling(whole, rest_m))?;
+        let recorded = self.named(judge.settling(whole, rest_m))?;
+        let (settling, hits) = match whole {
+            true => self.worst(recorded)?,
+            false => (recorded, Vec::new()),
+        };
         let agrees =
             (ran.preflight.filter(|_| whole)).map(|analysis| analysis.stable == settling.stable);
-        let mut warnings = warnings(Self::KIND, &settling, agrees, record);
+        let mut warnings = warnings(Self::KIND, &settling, &hits, agrees, record);
         warnings.0.extend(setup.not_thrown());
         warnings.0.extend(self.warning(ran));
         let (mut curves, mut object_m) = (None, None);
@@ -277,6 +319,7 @@ pub(crate) trait Trial: Clone {
             },
             reference_tolerance: record.whole.is_none().then_some(TOLERANCE),
             settling,
+            hits,
             analysis_agrees: agrees,
         };
         Ok(Judged {
@@ -331,9 +374,18 @@ pub(crate) fn six_digits(value: f64) -> f64 {
 }
 
 /// Warnings about a trial of a wall or a coupler, and about the analysis beside it.
-fn warnings(what: &str, settling: &Settling, agrees: Option<bool>, record: &Record) -> Warnings {
+fn warnings(
+    what: &str,
+    settling: &Settling,
+    hits: &[Hit],
+    agrees: Option<bool>,
+    record: &Record,
+) -> Warnings {
     let mut warnings = Warnings::default();
-    let verdict = settling.verdict.words();
+    let mut verdict = settling.verdict.words().to_owned();
+    if !hits.is_empty() && !settling.stable {
+        verdict += &format!(" when it is hit at {} m/s", settling.impact_m_per_s);
+    }
     match settling.reason() {
         None => warnings.limited(record),
         Some(reason) if record.ended.is_none() => {
@@ -352,7 +404,7 @@ fn warnings(what: &str, settling: &Settling, agrees: Option<bool>, record: &Reco
             ("unstable", why)
         } else {
             let contact = match what {
-                "wall" => ", a wall that only pushes",
+                "wall" => ", a wall that only pushes and so does not brake the bounce",
                 _ => "",
             };
             let why = format!(

@@ -12,6 +12,7 @@ use crate::experiment::trial::{IMPACT, PUSH, TRIAL_FORCE_LIMIT, WINDOW};
 use crate::experiment::trial::{Trial as _, TrialSetup};
 use crate::experiment::wall::WallExperiment;
 use crate::experiment::wall::{DISSIPATION, ORDER, STIFFNESS};
+use crate::judge::preflight::WallContact;
 use crate::judge::settling::TrialVerdict;
 use crate::question::bench::{AskedDevice, for_each_order};
 use crate::run::plant_file::DeviceModel;
@@ -19,6 +20,9 @@ use crate::{Settling, TrialPlan};
 use fracdiff::{Order, Scheme, Seconds};
 use std::path::Path;
 use std::sync::atomic::AtomicBool;
+
+/// A wall, and how it settled.
+type Tried = (WallExperiment, Settling);
 
 /// A candidate must be better by this share to win over one of lower order.
 const BETTER: f64 = 1e-6;
@@ -40,9 +44,8 @@ impl Design {
         progress: &(dyn Fn(u64) + Sync),
     ) -> Result<DesignReport, Failure> {
         self.check()?;
-        let candidates = self.candidates(stop, progress)?;
-        let best = self.best(&candidates).cloned();
-        let trial = best.as_ref().map(|best| self.trial(best)).transpose()?;
+        let mut candidates = self.candidates(stop, progress)?;
+        let (best, trial) = self.best_that_settles(&mut candidates)?;
         let imperfections = self.device.imperfections();
         let realistic = match &best {
             Some(best) if imperfections.is_ideal() => Some(self.beside(best)?),
@@ -58,11 +61,13 @@ impl Design {
                 Some(_) if self.every_motion => "every-motion",
                 Some(_) => "stable",
             },
+            requirement: self.requirement(),
             gain_margin: self.gain_margin,
             frequency_hz: self.wish.frequency_hz(),
             scheme: self.scheme.to_string(),
             stiffness_unit: "N/m",
             dissipation_unit: DISSIPATION_UNIT,
+            contact: self.contact,
             force_noise_limit_n: self.force_noise_limit_n,
             ideal_device_assumed: imperfections.is_ideal(),
             imperfections,
@@ -110,6 +115,16 @@ impl Design {
     /// Merit of a candidate, as the wish measures it.
     fn merit(&self, candidate: &Candidate) -> Option<f64> {
         candidate.stiffness?;
+        let is_taken = match self.contact {
+            WallContact::Linear => true,
+            WallContact::OneSided => candidate.reason.is_none(),
+            WallContact::Signed => {
+                candidate.pulling_contact_margin >= Some(1.0) && candidate.stiffness > Some(0.0)
+            }
+        };
+        if !is_taken {
+            return None;
+        }
         match &self.wish {
             Wish::StiffestWall => candidate.stiffness,
             Wish::MostDamping { .. } => candidate.effective_damping_n_s_per_m,
@@ -118,6 +133,24 @@ impl Design {
                 .filter(|scale| *scale >= 1.0)
                 .map(|_| -(candidate.order - material.order().get()).abs()),
         }
+    }
+
+    /// The best candidate, tried. One-sided the next best is taken where that does not settle, since no analysis covers such a wall.
+    fn best_that_settles(
+        &self,
+        candidates: &mut [Candidate],
+    ) -> Result<(Option<Candidate>, Option<Tried>), Failure> {
+        while let Some(best) = self.best(candidates).cloned() {
+            let tried = self.trial(&best)?;
+            if tried.1.stable || self.contact != WallContact::OneSided {
+                return Ok((Some(best), Some(tried)));
+            }
+            let (impact, verdict) = (tried.1.impact_m_per_s, tried.1.verdict.words());
+            for candidate in candidates.iter_mut().filter(|found| **found == best) {
+                candidate.reason = Some(format!("hit at {impact} m/s it is {verdict}"));
+            }
+        }
+        Ok((None, None))
     }
 
     fn best<'c>(&self, candidates: &'c [Candidate]) -> Option<&'c Candidate> {
@@ -194,7 +227,7 @@ impl Design {
     }
 
     /// A push into a candidate, long enough for it to settle, and how it settled.
-    fn trial(&self, best: &Candidate) -> Result<(WallExperiment, Settling), Failure> {
+    fn trial(&self, best: &Candidate) -> Result<Tried, Failure> {
         let device = &self.device;
         let order = Order::new(best.order).map_err(Failure::input)?;
         let make = |stretch| {
@@ -206,26 +239,42 @@ impl Design {
             let gains = [best.stiffness, best.dissipation].map(Option::unwrap_or_default);
             WallExperiment {
                 model: self.model(order).cloned(),
+                contact: self.contact,
                 ..WallExperiment::linear(setup, (order, self.scheme), gains.into())
             }
         };
-        until_settled(make, WallExperiment::settled)
+        let bounces = self.contact == WallContact::OneSided;
+        until_settled(make, bounces, WallExperiment::settled)
+    }
+
+    /// What is asked of a wall, in words.
+    fn requirement(&self) -> String {
+        match self.gain_margin {
+            Some(margin) if self.every_motion => {
+                let of = match self.contact {
+                    WallContact::Signed => "",
+                    WallContact::Linear | WallContact::OneSided => " of contact that may pull",
+                };
+                format!("proved for every motion{of}, stable with a gain margin of {margin}")
+            }
+            Some(margin) => format!("stable with a gain margin of {margin}"),
+            None => "passive".to_owned(),
+        }
     }
 
     /// The experiment file of a wall that was tried.
     fn experiment_file(&self, wall: &WallExperiment) -> String {
-        let requirement = match self.gain_margin {
-            Some(margin) if self.every_motion => {
-                format!("proved for every motion, stable with a gain margin of {margin}")
-            }
-            Some(margin) => format!("stable with a gain margin of {margin}"),
-            None => "passive".to_owned(),
-        };
         let head = format!(
-            "# Written by host-cli design: {}, {requirement}.\n\
+            "# Written by host-cli design: {}, {}.\n\
              # host-cli run FILE tries the wall; it ends with 0 only if trial and analysis call it stable.\n\
-             [wall]\n",
-            self.wish.name()
+             [wall]\n{}",
+            self.wish.name(),
+            self.requirement(),
+            match self.contact {
+                WallContact::Linear => "",
+                WallContact::OneSided => "one_sided = true\n",
+                WallContact::Signed => "contact = \"signed\"\n",
+            }
         );
         let law = [
             (ORDER, wall.order.get()),
@@ -253,6 +302,7 @@ fn half_way(order: f64, candidates: &[Candidate]) -> Vec<Order> {
 /// vibration against the force limit, which no length makes settle.
 pub(super) fn until_settled<E>(
     make: impl Fn(f64) -> E,
+    bounces: bool,
     try_out: impl Fn(&E) -> Result<Settling, Failure>,
 ) -> Result<(E, Settling), Failure> {
     let mut stretch = 1.0;
@@ -261,7 +311,8 @@ pub(super) fn until_settled<E>(
     for doubling in 0..DOUBLINGS {
         // A device that left or beats against the force limit does not settle later.
         let may_settle = match settling.verdict {
-            TrialVerdict::Unstable => true,
+            // What only pushes may bounce for ever, and no analysis tells.
+            TrialVerdict::Unstable => !bounces || doubling < HELD_DOUBLINGS,
             TrialVerdict::HeldByFriction => doubling < HELD_DOUBLINGS,
             _ => false,
         };

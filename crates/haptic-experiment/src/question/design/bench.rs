@@ -200,7 +200,7 @@ impl<'a> Bench<'a> {
             stiffness: Some(stiffness),
             dissipation: Some(dissipation),
             margin,
-            every_motion_margin: (proved > 0.0).then_some(proved),
+            pulling_contact_margin: (proved > 0.0).then_some(proved),
             alpha: Some(alpha),
             beta: Some(beta),
             passive: Some(required.passive(self.delta)),

@@ -360,7 +360,7 @@ impl CouplerDesign {
             coupler_dissipation_n_s_1_minus_mu_per_m: best.dissipation.unwrap_or(0.0),
             object: self.object,
         };
-        until_settled(make, CouplerExperiment::settled)
+        until_settled(make, false, CouplerExperiment::settled)
     }
 
     /// The experiment file of a coupler that was tried.

@@ -13,6 +13,8 @@ use crate::document::parameters::{
 use crate::document::reader::Table;
 use crate::experiment::reading::linear_piece;
 use crate::experiment::trial::TRIAL_FORCE_LIMIT;
+use crate::experiment::wall::{ONE_SIDED, WALL_CONTACT, contact};
+use crate::judge::preflight::WallContact;
 use crate::question::bench::{bench, orders, scheme};
 use fracdiff::Order;
 
@@ -37,13 +39,22 @@ pub(crate) fn design(table: &Table<'_>, wish: WishName) -> Result<Design, FileEr
         }
         RequireName::Stable | RequireName::EveryMotion => Some(table.number(&GAIN_MARGIN)?),
     };
+    let contact = contact(table)?;
+    if require == RequireName::EveryMotion && contact == WallContact::OneSided {
+        let signed = WALL_CONTACT.set_to("signed");
+        let reason = format!(
+            "a wall that never pulls is not proved if it is fed with the depth: give {signed}, or omit {ONE_SIDED}"
+        );
+        return Err(table.fail_at(REQUIRE.key, reason));
+    }
     let design = Design {
+        contact,
         device: bench(table)?,
         scheme: scheme(table)?,
         orders: in_order(table)?,
         finer: !table.has(&DESIGN_ORDERS),
         gain_margin,
-        every_motion: require == RequireName::EveryMotion,
+        every_motion: require == RequireName::EveryMotion || contact == WallContact::Signed,
         wish: aim(table, wish)?,
         force_noise_limit_n: table.number_if(&FORCE_NOISE_LIMIT)?,
     };
@@ -81,7 +92,8 @@ fn aim(table: &Table<'_>, wish: WishName) -> Result<Wish, FileError> {
 
 /// A coupler is designed for an ideal device.
 pub(crate) fn coupler(table: &Table<'_>) -> Result<CouplerDesign, FileError> {
-    for parameter in [GAIN_MARGIN, FORCE_NOISE_LIMIT, TRIAL_FORCE_LIMIT] {
+    let of_walls = [GAIN_MARGIN, FORCE_NOISE_LIMIT, TRIAL_FORCE_LIMIT];
+    for parameter in of_walls.into_iter().chain([ONE_SIDED, WALL_CONTACT]) {
         foreign(table, &parameter, "a wall")?;
     }
     let device = bench(table)?;

@@ -7,6 +7,7 @@ use crate::document::failure::Failure;
 use crate::experiment::trial::{
     TrialPlan, dynamics, encoder_step, force_and_rate, force_limit, seen, thrown, wall_at_start,
 };
+use crate::judge::preflight::WallContact;
 use crate::judge::settling::Criterion;
 use crate::question::bench::{AskedDevice, crossings, last, units};
 use crate::run::device::Warn;
@@ -240,7 +241,7 @@ impl<'a> Search<'a> {
             };
             let law = RemoteLaw {
                 order: order.get(),
-                one_sided: experiment.one_sided,
+                one_sided: experiment.contact == WallContact::OneSided,
                 operator: portable(&operator)?,
                 held_push_n: plan.push_n,
                 ..RemoteLaw::bare(force_and_rate(plan.force_limit_n, None, t), simulation)
@@ -377,6 +378,7 @@ impl<'a> Search<'a> {
         let spring = stiffness + self.experiment.device.stiffness.0;
         let step = stiffness + dissipation * self.rate;
         let mut judge = self.plan.judge((spring, step), self.encoder_step_m, t);
+        let contact = self.experiment.contact;
         if let Some((law, trials)) = &self.remote {
             let law = RemoteLaw {
                 stiffness_n_per_m: stiffness,
@@ -395,15 +397,20 @@ impl<'a> Search<'a> {
             seed: self.seed.wrapping_add(cell),
             ..self.experiment.sensors
         };
-        let one_sided = self.experiment.one_sided;
-        let wall = wall_at_start(stiffness, dissipation, self.operator.clone(), one_sided);
-        let (Ok(wall), Ok(mut device)) = (wall, sensors.before(device.clone())) else {
-            return false;
+        let settles = |impact_m_per_s: f64| {
+            let (mut device, mut judge) = (device.clone(), judge);
+            device.set_state([0.0].into(), [impact_m_per_s].into());
+            let wall = wall_at_start(stiffness, dissipation, self.operator.clone(), contact);
+            let (Ok(wall), Ok(mut device)) = (wall, sensors.before(device)) else {
+                return false;
+            };
+            let mut controller = Controller::<f64, 1, _>::new(wall, self.chain);
+            let see = &mut |sample: &_| seen(&mut judge, sample);
+            let whole = run_wall(&mut controller, &mut device, self.samples, see);
+            judge.settling(whole, None).stable
         };
-        let mut controller = Controller::<f64, 1, _>::new(wall, self.chain);
-        let see = &mut |sample: &_| seen(&mut judge, sample);
-        let whole = run_wall(&mut controller, &mut device, self.samples, see);
-        judge.settling(whole, None).stable
+        let own = core::iter::once(self.plan.impact_m_per_s);
+        own.chain(self.plan.hits(contact)).all(settles)
     }
 }
 
@@ -481,7 +488,7 @@ mod tests {
             device: dissertation_device(Seconds(2e-3)),
             analysed: None,
             sensors: Imperfections::NONE.sensors,
-            one_sided: false,
+            contact: WallContact::Linear,
             scheme: Scheme::Muir { degree: 3 },
             orders: vec![Order::new(1.0).expect("in range")],
             points: 5,

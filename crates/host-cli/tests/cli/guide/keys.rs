@@ -51,14 +51,14 @@ fn range(parameter: &Parameter) -> String {
         Value::Count(_) => "whole".to_owned(),
         Value::Flag(_) => "true, false".to_owned(),
         Value::List(range) => format!("list in {}", interval(range)),
-        _ if choices(parameter.key).is_empty() => "text".to_owned(),
+        _ if choices(parameter).is_empty() => "text".to_owned(),
         _ => "choice".to_owned(),
     }
 }
 
 fn meaning(parameter: &Parameter) -> String {
     let mut text = told(parameter).0.to_owned();
-    for (name, help) in choices(parameter.key) {
+    for (name, help) in choices(parameter) {
         let _ = write!(text, "<br>*{name}*: {help}");
     }
     text
