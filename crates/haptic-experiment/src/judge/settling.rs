@@ -52,7 +52,7 @@ impl Named for Criterion {
         (
             Self::Dissertation,
             "dissertation",
-            "The position varies by at most `threshold_m`, after a push from rest",
+            "The position varies by little, after a push from rest",
         ),
     ];
 }
