@@ -24,6 +24,7 @@ pub(crate) mod safety;
 pub(crate) mod samples;
 pub(crate) mod schedule;
 pub(crate) mod sensors;
+pub mod signals;
 pub(crate) mod simulate;
 pub(crate) mod tick;
 
