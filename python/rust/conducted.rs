@@ -1,8 +1,10 @@
 //! Work of the libraries: on a thread of its own, while the one that called reports progress and listens for Ctrl-C.
 
-use pyo3::exceptions::PyRuntimeError;
+use crate::driving::{Driving, left_to_the_system};
+use pyo3::exceptions::{PyKeyboardInterrupt, PyRuntimeError};
 use pyo3::prelude::*;
 use pyo3::{PyClass, pyclass::boolean_struct};
+use std::ffi::c_int;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::mpsc::{RecvTimeoutError, channel};
@@ -20,8 +22,10 @@ pub(crate) const LONG: Duration = Duration::from_millis(20);
 #[derive(Debug, Default)]
 pub(crate) struct Conduct {
     done: AtomicU64,
-    stop: AtomicBool,
+    stop: Arc<AtomicBool>,
     kept: Arc<AtomicBool>,
+    /// Signals that would end or stop this process, as nothing in Python hears them.
+    deadly: Vec<c_int>,
 }
 
 impl Conduct {
@@ -49,6 +53,11 @@ impl Conduct {
     /// To be set once there is nothing left that an interruption could lose.
     pub(crate) fn kept(&self) -> &Arc<AtomicBool> {
         &self.kept
+    }
+
+    /// To be called before a device is driven, and kept until it has let go.
+    pub(crate) fn drives(&self) -> PyResult<Driving> {
+        Driving::new(&self.stop, &self.deadly)
     }
 
     /// The sign to stop.
@@ -80,7 +89,14 @@ pub(crate) fn conduct<T: Send + 'static>(
     interrupted: Interrupted,
     work: impl FnOnce(&Conduct) -> PyResult<T> + Send + 'static,
 ) -> PyResult<T> {
-    let shared = Arc::new(Conduct::default());
+    let deadly = match interrupted {
+        Interrupted::Awaited => left_to_the_system(py)?,
+        Interrupted::Forgotten => Vec::new(),
+    };
+    let shared = Arc::new(Conduct {
+        deadly,
+        ..Conduct::default()
+    });
     let (sender, receiver) = channel();
     let own = Arc::clone(&shared);
     thread::Builder::new().spawn(move || {
@@ -107,6 +123,8 @@ pub(crate) fn conduct<T: Send + 'static>(
     };
     loop {
         match listened() {
+            // A signal stopped it, or the end of Python.
+            Ok(Ok(_)) if shared.stops() => return Err(PyKeyboardInterrupt::new_err(())),
             Ok(result) => {
                 report(&shared)?;
                 return result;
