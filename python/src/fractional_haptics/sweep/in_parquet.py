@@ -59,10 +59,11 @@ class InParquet:
         whole = InMemory(self._blocks.grid, self._outputs)
         for number in read_journal(self._path):
             part = self._blocks.part(number)
-            whole.write(part, self._block(part))
+            whole.write(part, self.read(part))
         return whole.dataset(attributes)
 
-    def _block(self, part: Part) -> Block:
+    def read(self, part: Part) -> Block:
+        """The block as it is written."""
         table = pq.read_table(_file(self._path, part.number))
         values = {}
         for name, one in self._outputs.items():
