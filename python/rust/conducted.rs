@@ -1,10 +1,9 @@
 //! Work of the libraries: on a thread of its own, while the one that called reports progress and listens for Ctrl-C.
 
-use crate::driving::{Driving, left_to_the_system};
+use crate::driving::Driving;
 use pyo3::exceptions::{PyKeyboardInterrupt, PyRuntimeError};
 use pyo3::prelude::*;
 use pyo3::{PyClass, pyclass::boolean_struct};
-use std::ffi::c_int;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::mpsc::{RecvTimeoutError, channel};
@@ -24,8 +23,6 @@ pub(crate) struct Conduct {
     done: AtomicU64,
     stop: Arc<AtomicBool>,
     kept: Arc<AtomicBool>,
-    /// Signals that would end or stop this process, as nothing in Python hears them.
-    deadly: Vec<c_int>,
 }
 
 impl Conduct {
@@ -57,7 +54,7 @@ impl Conduct {
 
     /// To be called before a device is driven, and kept until it has let go.
     pub(crate) fn drives(&self) -> PyResult<Driving> {
-        Driving::new(&self.stop, &self.deadly)
+        Driving::new(&self.stop)
     }
 
     /// The sign to stop.
@@ -89,14 +86,7 @@ pub(crate) fn conduct<T: Send + 'static>(
     interrupted: Interrupted,
     work: impl FnOnce(&Conduct) -> PyResult<T> + Send + 'static,
 ) -> PyResult<T> {
-    let deadly = match interrupted {
-        Interrupted::Awaited => left_to_the_system(py)?,
-        Interrupted::Forgotten => Vec::new(),
-    };
-    let shared = Arc::new(Conduct {
-        deadly,
-        ..Conduct::default()
-    });
+    let shared = Arc::new(Conduct::default());
     let (sender, receiver) = channel();
     let own = Arc::clone(&shared);
     thread::Builder::new().spawn(move || {

@@ -10,7 +10,6 @@ use pyo3::prelude::*;
 use signal_hook::{SigId, flag, low_level};
 use std::collections::BTreeSet;
 use std::ffi::c_int;
-use std::process::id;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::sync::{Arc, Condvar, LazyLock, Mutex, MutexGuard, PoisonError};
 
@@ -21,32 +20,22 @@ static CAME: LazyLock<Arc<AtomicUsize>> = LazyLock::new(Arc::default);
 static DRIVEN: Mutex<Driven> = Mutex::new(Driven {
     runs: Vec::new(),
     heard: BTreeSet::new(),
-    over: false,
 });
 static LET_GO: Condvar = Condvar::new();
 
 #[derive(Debug)]
 struct Driven {
-    /// The process of each run, as a fork has the list of its parent, and what stops it.
-    runs: Vec<(u32, Arc<AtomicBool>)>,
+    /// What stops each run.
+    runs: Vec<Arc<AtomicBool>>,
     heard: BTreeSet<c_int>,
-    /// Python ends.
-    over: bool,
 }
 
-impl Driven {
-    fn lock() -> MutexGuard<'static, Self> {
-        DRIVEN.lock().unwrap_or_else(PoisonError::into_inner)
-    }
-
-    fn own(&self) -> impl Iterator<Item = &AtomicBool> {
-        let own = self.runs.iter().filter(|(process, _)| *process == id());
-        own.map(|(_, stop)| &**stop)
-    }
+fn driven() -> MutexGuard<'static, Driven> {
+    DRIVEN.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
 /// Signals to which Python has no handler, and which are not ignored.
-pub(crate) fn left_to_the_system(py: Python<'_>) -> PyResult<Vec<c_int>> {
+fn left_to_the_system(py: Python<'_>) -> PyResult<Vec<c_int>> {
     let module = py.import("signal")?;
     let default = module.getattr("SIG_DFL")?;
     let mut left = signals();
@@ -68,14 +57,12 @@ fn rest() {
     RESTS.store(true, Ordering::SeqCst);
     let came = CAME.swap(0, Ordering::SeqCst) as c_int;
     if came != 0 && (!is_known(came) || low_level::emulate_default_handler(came).is_err()) {
-        low_level::exit(exit_code(came));
+        low_level::exit(EXIT + came);
     }
 }
 
-/// Exit code of a program that a signal has ended, as shells tell it.
-const fn exit_code(signal: c_int) -> c_int {
-    128 + signal
-}
+/// Exit code of a program that a signal has ended, less its number, as shells tell it.
+const EXIT: c_int = 128;
 
 /// A run that drives a device, from before its first force until it has let go.
 #[derive(Debug)]
@@ -85,38 +72,37 @@ pub(crate) struct Driving {
 }
 
 impl Driving {
-    /// Sets `stop` at each of these signals, and when Python ends.
-    pub(crate) fn new(stop: &Arc<AtomicBool>, signals: &[c_int]) -> PyResult<Self> {
-        let mut driven = Driven::lock();
-        if driven.over {
-            return Err(PyRuntimeError::new_err("no run begins while Python ends"));
-        }
+    /// Sets `stop` at each signal that Python leaves to the system, and when Python ends.
+    pub(crate) fn new(stop: &Arc<AtomicBool>) -> PyResult<Self> {
+        let signals = Python::attach(left_to_the_system)?;
+        // Before the lock, which it takes when it is dropped.
         let mut this = Self {
             stop: Arc::clone(stop),
             listens: Vec::new(),
         };
-        if driven.own().next().is_none() {
+        let mut driven = driven();
+        if driven.runs.is_empty() {
             CAME.store(0, Ordering::SeqCst);
         }
-        for &signal in signals {
+        for &signal in &signals {
             if driven.heard.insert(signal) {
                 let rests = Arc::clone(&RESTS);
                 match is_known(signal) {
                     true => flag::register_conditional_default(signal, rests)?,
-                    false => flag::register_conditional_shutdown(signal, exit_code(signal), rests)?,
+                    false => flag::register_conditional_shutdown(signal, EXIT + signal, rests)?,
                 };
                 flag::register_usize(signal, Arc::clone(&CAME), signal as usize)?;
             }
             this.listens.push(flag::register(signal, Arc::clone(stop))?);
         }
-        if let Some(signal) = uncaught(signals) {
+        if let Some(signal) = uncaught(&signals) {
             let name = low_level::signal_name(signal).unwrap_or("a signal");
             return Err(PyRuntimeError::new_err(format!(
                 "{name} ({signal}) would leave the force on the device: this process had a handler for it and took it away; keep one, \
                  or run in another process"
             )));
         }
-        driven.runs.push((id(), Arc::clone(stop)));
+        driven.runs.push(Arc::clone(stop));
         RESTS.store(false, Ordering::SeqCst);
         Ok(this)
     }
@@ -127,9 +113,9 @@ impl Drop for Driving {
         for listens in self.listens.drain(..) {
             low_level::unregister(listens);
         }
-        let mut driven = Driven::lock();
-        (driven.runs).retain(|(_, stop)| !Arc::ptr_eq(stop, &self.stop));
-        if driven.own().next().is_none() {
+        let mut driven = driven();
+        (driven.runs).retain(|stop| !Arc::ptr_eq(stop, &self.stop));
+        if driven.runs.is_empty() {
             rest();
         }
         LET_GO.notify_all();
@@ -140,17 +126,22 @@ impl Drop for Driving {
 #[pyfunction]
 pub(crate) fn let_go(py: Python<'_>) {
     py.detach(|| {
-        let mut driven = Driven::lock();
-        driven.over = true;
-        (driven.own()).for_each(|stop| stop.store(true, Ordering::SeqCst));
-        while driven.own().next().is_some() {
+        let mut driven = driven();
+        (driven.runs.iter()).for_each(|stop| stop.store(true, Ordering::SeqCst));
+        while !driven.runs.is_empty() {
             driven = LET_GO.wait(driven).unwrap_or_else(PoisonError::into_inner);
         }
+        // Whoever would drive a device now waits for this lock until the process is gone.
+        std::mem::forget(driven);
     });
 }
 
 /// In a fork: it drives none of the devices of its parent, so that signals end it as any other process.
 #[pyfunction]
 pub(crate) fn forked() {
+    // Nobody here would give a lock back that another thread of the parent has.
+    if let Ok(mut driven) = DRIVEN.try_lock() {
+        driven.runs.clear();
+    }
     rest();
 }

@@ -218,6 +218,30 @@ def test_a_fork_and_whoever_drives_nothing_any_more_are_ended_by_a_signal_as_eve
     assert (ran.stdout, ran.returncode) == ("True True\n", -signal.SIGHUP), ran.stderr
 
 
+TAKEN_AWAY = """
+import signal, sys
+from fractional_haptics import experiment
+device, out = sys.argv[1:]
+run = lambda n: experiment.relax(device=device, sample_time_s=0.01, watchdog_s=1.0, late_ticks=0, contact="rigid",
+                                 duration_s=1.0, ramp_time_s=0.5, out=f"{out}/{n}")
+for n in range(2):
+    try:
+        run(n)
+    except Exception as error:
+        print(n, error)
+    old = signal.signal(signal.SIGTERM, lambda *_: None)
+    signal.signal(signal.SIGTERM, old)
+"""
+
+
+def test_a_run_is_refused_where_a_signal_would_no_longer_be_heard(short) -> None:
+    device = Device(short, "--kind haply-2diy")
+    command = [sys.executable, "-c", TAKEN_AWAY, f"haply:{device.line}", short / "run"]
+    ran = subprocess.run(command, capture_output=True, text=True, timeout=120, check=False)
+    device.ends()
+    assert "1 SIGTERM (15) would leave the force on the device: this process had a handler" in ran.stdout, ran
+
+
 def test_a_servo_is_told_to_stop(short) -> None:
     for number in (signal.SIGTERM, signal.SIGHUP, signal.SIGTSTP):
         folder = short / str(number)

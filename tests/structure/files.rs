@@ -46,7 +46,10 @@ fn silence_and_lateness_are_judged_by_the_one_clock_that_counts_a_sleep() {
     }
     found.retain(|(path, text)| text.contains("Instant::now") && !path.ends_with("moment.rs"));
     let named: Vec<_> = found.iter().map(|(path, _)| path).collect();
-    assert!(named.is_empty(), "take haptic_loop::realtime::Moment in {named:?}");
+    assert!(
+        named.is_empty(),
+        "take haptic_loop::realtime::Moment in {named:?}"
+    );
 }
 
 #[test]

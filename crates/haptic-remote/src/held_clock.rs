@@ -19,13 +19,8 @@ pub struct HeldClock {
 }
 
 impl HeldClock {
-    /// Starts at device time 0.
-    pub fn new(speed: f64) -> Self {
-        Self::by(Moment::now, speed)
-    }
-
-    /// The same by another clock.
-    pub fn by(now: fn() -> Moment, speed: f64) -> Self {
+    /// Starts at device time 0, by this clock.
+    pub fn new(now: fn() -> Moment, speed: f64) -> Self {
         Self {
             now,
             began: now(),

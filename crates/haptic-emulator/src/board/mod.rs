@@ -176,7 +176,7 @@ impl<H: Hardware<D>, const D: usize> Emulator<H, D> {
             to_host,
             arriving,
             leave,
-            clock: HeldClock::new(emulation.speed),
+            clock: HeldClock::new(Moment::now, emulation.speed),
             speed: emulation.speed,
             heard: Moment::now(),
             frame: Vec::new(),

@@ -46,18 +46,7 @@ impl Served {
     /// # Errors
     /// Hardware that cannot be without a configuration, which is a defect of it; no thread to be had.
     pub fn start<H: ServedHardware<D>, const D: usize>(hardware: H) -> Result<Self, ServeError> {
-        Self::by_clock(hardware, Moment::now)
-    }
-
-    /// The same by another clock than that of the machine.
-    ///
-    /// # Errors
-    /// As [`start`](Self::start).
-    pub fn by_clock<H: ServedHardware<D>, const D: usize>(
-        hardware: H,
-        now: fn() -> Moment,
-    ) -> Result<Self, ServeError> {
-        Self::serve(hardware, now, None)
+        Self::serve(hardware, Moment::now, None)
     }
 
     /// The same for emulated hardware: its time is that of its ticks, never more than a period after the last. So a
@@ -72,12 +61,16 @@ impl Served {
         Self::serve(hardware, Moment::now, Some(time))
     }
 
-    fn serve<H: ServedHardware<D>, const D: usize>(
+    /// The same by this clock, or in this time of its own.
+    ///
+    /// # Errors
+    /// As [`start`](Self::start).
+    pub fn serve<H: ServedHardware<D>, const D: usize>(
         hardware: H,
         now: fn() -> Moment,
         own_time: Option<DeviceTime>,
     ) -> Result<Self, ServeError> {
-        let clock = HeldClock::by(now, 1.0);
+        let clock = HeldClock::new(now, 1.0);
         let device = TickSide::new(Punctual::new(hardware, clock)).map_err(ServeError::Hardware)?;
         let (here, there) = Pipe::pair();
         let stop = Arc::new(AtomicBool::new(false));

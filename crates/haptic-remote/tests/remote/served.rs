@@ -131,7 +131,7 @@ fn running_by(
         done: Arc::clone(&done),
         takes,
     };
-    let served = Served::by_clock(slow, clock).expect("starts");
+    let served = Served::serve(slow, clock, None).expect("starts");
     let mut link = SerialLink::to_served(served, "slow:one").expect("answers");
     assert_eq!((link.name().as_str(), link.trouble()), ("slow:one", None));
     link.set(spring(late_ticks), &[0.0]).expect("good");

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from errno import ENOENT
 from importlib.metadata import PackageNotFoundError
 from importlib.metadata import version as installed_version
-from math import ceil, prod
+from math import ceil
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
@@ -166,6 +166,8 @@ def open_sweep(store: str | os.PathLike[str]) -> xr.Dataset:
         No such folder.
     ValueError
         No sweep there, or one in Parquet.
+    SweepError
+        Blocks that were written are lost.
     """
     manifest = read_manifest(Path(store))
     if manifest is None:
@@ -176,14 +178,13 @@ def open_sweep(store: str | os.PathLike[str]) -> xr.Dataset:
         raise ValueError(f'{os.fspath(store)} holds Parquet: read it by pandas.read_parquet("{os.fspath(store)}")')
     from .in_zarr import chunks_of, read
 
-    done, shape = len(read_journal(Path(store))), manifest["block_shape"]
-    found = read(Path(store))
+    done = len(read_journal(Path(store)))
     if done > (kept := chunks_of(Path(store), manifest["outputs"])):
         raise SweepError(
-            f"{done - kept} of {prod(map(ceil, np.divide(found['error'].shape, shape)))} blocks of {os.fspath(store)} are lost: "
-            "call the sweep again, which computes them again"
+            f"{done - kept} of {done} blocks that were written to {os.fspath(store)} are lost: call the sweep again, "
+            "which computes them anew"
         )
-    return found
+    return read(Path(store))
 
 
 @dataclass(frozen=True)
@@ -288,11 +289,11 @@ def _whole(results: Stored, blocks: Blocks, done: dict[int, Done]) -> dict[int, 
         except Exception:  # whatever a format calls what it cannot read
             return False
 
-    whole = {number: one for number, one in done.items() if number < len(blocks) and is_whole(number)}
-    if len(whole) < len(done):
+    said = [number for number in done if number < len(blocks)]
+    whole = {number: done[number] for number in said if is_whole(number)}
+    if lost := len(said) - len(whole):
         warnings.warn(
-            f"{len(done) - len(whole)} of {len(blocks)} blocks in the store were lost or damaged and are computed again",
-            stacklevel=3,
+            f"{lost} of {len(blocks)} blocks in the store were lost or damaged and are computed again", stacklevel=3
         )
     return whole
 
