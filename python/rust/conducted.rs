@@ -1,6 +1,7 @@
 //! Work of the libraries: on a thread of its own, while the one that called reports progress and listens for Ctrl-C.
 
-use pyo3::exceptions::PyRuntimeError;
+use crate::driving::Driving;
+use pyo3::exceptions::{PyKeyboardInterrupt, PyRuntimeError};
 use pyo3::prelude::*;
 use pyo3::{PyClass, pyclass::boolean_struct};
 use std::panic::{AssertUnwindSafe, catch_unwind};
@@ -20,7 +21,7 @@ pub(crate) const LONG: Duration = Duration::from_millis(20);
 #[derive(Debug, Default)]
 pub(crate) struct Conduct {
     done: AtomicU64,
-    stop: AtomicBool,
+    stop: Arc<AtomicBool>,
     kept: Arc<AtomicBool>,
 }
 
@@ -49,6 +50,11 @@ impl Conduct {
     /// To be set once there is nothing left that an interruption could lose.
     pub(crate) fn kept(&self) -> &Arc<AtomicBool> {
         &self.kept
+    }
+
+    /// To be called before a device is driven, and kept until it has let go.
+    pub(crate) fn drives(&self) -> PyResult<Driving> {
+        Driving::new(&self.stop)
     }
 
     /// The sign to stop.
@@ -107,6 +113,8 @@ pub(crate) fn conduct<T: Send + 'static>(
     };
     loop {
         match listened() {
+            // A signal stopped it, or the end of Python.
+            Ok(Ok(_)) if shared.stops() => return Err(PyKeyboardInterrupt::new_err(())),
             Ok(result) => {
                 report(&shared)?;
                 return result;

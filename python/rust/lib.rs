@@ -4,6 +4,7 @@ mod analysis;
 mod arrays;
 mod conducted;
 mod control;
+mod driving;
 mod experiment;
 mod json;
 mod log;
@@ -26,6 +27,8 @@ mod _native {
     use super::control::{
         PyControlPlant, PyPid, PyTransferFunction, closed_loop, simulate_loop, tune_controller,
     };
+    #[pymodule_export]
+    use super::driving::{forked, let_go};
     #[pymodule_export]
     use super::experiment::{answer, experiment_parameters, run_experiment};
     #[pymodule_export]

@@ -118,3 +118,83 @@ def test_code_without_source_counts():
 def test_what_cannot_be_compared_is_refused():
     with pytest.raises(ValueError, match=r"a _thread.lock cannot be compared.*open it inside the function"):
         identity(functools.partial(lambda x, lock: x, lock=threading.Lock()), None)
+
+
+REACHES = '''
+import collections, dataclasses, functools, threading
+from fractional_haptics import analysis
+
+DEVICE = analysis.Device(0.065, 3.5)
+SETTINGS = {"gain": 1.0}
+GAINS = [1.0, 2.0]
+QUEUE = collections.deque([1.0])
+
+@dataclasses.dataclass
+class Hand:
+    stiffness: float = 300.0
+
+HAND = Hand(200.0)
+
+class Law:
+    GAIN = 3.0
+    def force(self, x):
+        return self.GAIN * x
+
+class Softer(Law):
+    pass
+
+SOFT = Softer()
+
+def scaled(gain, x):
+    return gain * x
+
+TWICE = functools.partial(scaled, 2.0)
+
+@functools.lru_cache
+def looked_up(x):
+    return 5.0 * x
+
+def function(x):
+    return (DEVICE.mass_kg, SETTINGS, GAINS, QUEUE, HAND, Hand().stiffness, SOFT.force(x), TWICE(x), looked_up(x))
+'''
+
+
+@pytest.mark.parametrize(
+    ("old", "new"),
+    [
+        ("0.065", "0.1"),
+        ('"gain": 1.0', '"gain": 1.5'),
+        ("[1.0, 2.0]", "[1.0, 2.5]"),
+        ("deque([1.0])", "deque([1.5])"),
+        ("Hand(200.0)", "Hand(250.0)"),
+        ("stiffness: float = 300.0", "stiffness: float = 350.0"),
+        ("GAIN = 3.0", "GAIN = 3.5"),
+        ("self.GAIN * x", "self.GAIN * x * x"),
+        ("partial(scaled, 2.0)", "partial(scaled, 2.5)"),
+        ("return gain * x", "return gain + x"),
+        ("5.0 * x", "5.5 * x"),
+    ],
+)
+def test_whatever_the_function_reaches_in_its_module_counts(tmp_path, old, new):
+    assert old in REACHES
+    assert of(tmp_path, REACHES) == of(tmp_path, REACHES)
+    assert of(tmp_path, REACHES.replace(old, new)) != of(tmp_path, REACHES)
+
+
+def test_a_module_beside_the_script_counts_and_an_installed_one_does_not(tmp_path, monkeypatch):
+    source = "import numpy as np\nimport beside_it\nfrom beside_it import law\ndef function(x): return law(x) + beside_it.K\n"
+    seen = []
+    for name, text in [("a", "K = 1.0\ndef law(x): return x\n"), ("b", "K = 1.5\ndef law(x): return x\n")]:
+        (tmp_path / name).mkdir()
+        (tmp_path / name / "beside_it.py").write_text(text)
+        monkeypatch.setattr("sys.path", [str(tmp_path / name), *__import__("sys").path])
+        __import__("sys").modules.pop("beside_it", None)
+        seen.append(of(tmp_path, source))
+    assert seen[0] != seen[1]
+    assert not any("numpy" in key for key in seen[0])
+
+
+def test_a_global_that_cannot_be_compared_is_refused_by_its_name(tmp_path):
+    source = "import threading\nLOCK = threading.Lock()\ndef function(x):\n    with LOCK:\n        return x\n"
+    with pytest.raises(ValueError, match=r"LOCK.*_thread.lock cannot be compared"):
+        of(tmp_path, source)

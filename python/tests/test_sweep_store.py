@@ -6,6 +6,7 @@ import subprocess
 import sys
 import textwrap
 import time
+import warnings
 
 import numpy as np
 import pytest
@@ -14,7 +15,7 @@ from numpy.testing import assert_array_equal
 xr = pytest.importorskip("xarray")
 zarr = pytest.importorskip("zarr")
 
-from fractional_haptics.sweep import Grid, StoreInUse, StoreMismatch, axis, open_sweep, samples, sweep, together
+from fractional_haptics.sweep import Grid, StoreInUse, StoreMismatch, SweepError, axis, open_sweep, samples, sweep, together
 
 FORMATS = ["zarr", "parquet"]
 
@@ -299,3 +300,77 @@ def test_a_killed_or_interrupted_sweep_is_resumed_to_the_same_numbers(tmp_path, 
     else:
         table = pytest.importorskip("pandas").read_parquet(tmp_path / "s").sort_values(["x", "draw"])
         assert_array_equal(table["y"], whole["y"].values.ravel())
+
+
+def broken(x):
+    if x == 3:
+        raise ValueError("three")
+    return {"y": 2.0 * x, "none": float("nan"), "zero": 0.0}
+
+
+OF_ZARR = ["y/c/1", "none/c/1", "zero/c/1", "error/c/1"]
+OF_PARQUET = ["part-00000001.parquet"]
+FILES = [("zarr", file) for file in OF_ZARR] + [("parquet", file) for file in OF_PARQUET]
+
+
+def stored(tmp_path, store_format):
+    """A finished sweep of four blocks, the second with a point that failed; its options and results."""
+    options = {"store": tmp_path / "s", "block_points": 2, "workers": 1, "store_format": store_format}
+    return options, sweep(broken, {"x": range(8)}, **options).load()
+
+
+def mended(options, first):
+    """Only the block that is not whole is computed again, with a warning; then all are whole."""
+    seen = []
+    with pytest.warns(UserWarning, match="1 of 4 blocks .*lost or damaged.*computed again"):
+        again = sweep(broken, {"x": range(8)}, progress=seen.append, **options)
+    same(again.load(), first)
+    assert seen[0].done == 6
+    same(sweep(broken, {"x": range(8)}, **options).load(), first)
+
+
+@pytest.mark.parametrize(("store_format", "file"), FILES)
+def test_a_lost_chunk_is_not_done(tmp_path, store_format, file):
+    options, first = stored(tmp_path, store_format)
+    (tmp_path / "s" / file).unlink()
+    if store_format == "zarr" and not file.startswith("error"):
+        with pytest.raises(SweepError, match="1 of 4 blocks .* call the sweep again"):
+            open_sweep(tmp_path / "s")
+    mended(options, first)
+
+
+@pytest.mark.parametrize(("store_format", "file"), FILES)
+def test_a_flipped_bit_is_seen(tmp_path, store_format, file):
+    path = tmp_path / "s" / file
+    options, first = stored(tmp_path, store_format)
+    whole = path.read_bytes()
+    seen = 0
+    # One of them may mean nothing, as the writer's name in a table: then no number changes.
+    for place in range(0, len(whole), max(1, len(whole) // 4)):
+        flipped = bytearray(whole)
+        flipped[place] ^= 0x10
+        path.write_bytes(flipped)
+        if store_format == "zarr":
+            try:
+                same(open_sweep(tmp_path / "s").load().assign_attrs(first.attrs), first)
+            except AssertionError:
+                raise
+            except Exception:
+                seen += 1
+        with warnings.catch_warnings(record=True) as warned:
+            warnings.simplefilter("always")
+            same(sweep(broken, {"x": range(8)}, **options).load(), first)
+        seen += bool(warned)
+    assert seen > 1
+
+
+@pytest.mark.parametrize("store_format", FORMATS)
+def test_a_damaged_line_of_the_journal_is_not_done(tmp_path, store_format):
+    options, first = stored(tmp_path, store_format)
+    journal = tmp_path / "s" / "_done"
+    lines = journal.read_bytes().splitlines()
+    for damaged in (b"1 2 \xff 7", b"", b"1", b"9 2 0 77", b"-1 2 0 77"):
+        journal.write_bytes(b"\n".join([lines[0], damaged, *lines[2:], b""]))
+        seen = []
+        same(sweep(broken, {"x": range(8)}, progress=seen.append, **options).load(), first)
+        assert seen[0].done == 6, damaged

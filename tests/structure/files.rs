@@ -35,6 +35,23 @@ fn no_source_is_included_from_another_crate() {
     }
 }
 
+/// `std::time::Instant` does not count the time for which a machine slept. `haptic-log` measures with it how long a disk takes.
+#[test]
+fn silence_and_lateness_are_judged_by_the_one_clock_that_counts_a_sleep() {
+    let mut found = Vec::new();
+    for (name, folder) in crate::crates() {
+        if !["haptic-log", crate::FOR_TESTS].contains(&name.as_str()) {
+            files(&folder.join("src"), &mut found);
+        }
+    }
+    found.retain(|(path, text)| text.contains("Instant::now") && !path.ends_with("moment.rs"));
+    let named: Vec<_> = found.iter().map(|(path, _)| path).collect();
+    assert!(
+        named.is_empty(),
+        "take haptic_loop::realtime::Moment in {named:?}"
+    );
+}
+
 #[test]
 fn no_test_stands_where_none_is_run() {
     let mut looked_at = 0;

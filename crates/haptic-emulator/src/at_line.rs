@@ -2,13 +2,14 @@
 
 use crate::{FaultyLine, LineDamage, LineFaults};
 use haptic_loop::ParameterError;
+use haptic_loop::realtime::Moment;
 use haptic_remote::serial::{DeviceTime, Line};
 use std::collections::VecDeque;
 use std::fmt;
 use std::io::{self, ErrorKind, Read, Write};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 /// A read waits so long: the device moves on in steps of it at least.
 const PATIENCE: Duration = Duration::from_millis(1);
@@ -47,7 +48,7 @@ pub fn emulate(
     let [mut to_device, mut to_host] = FaultyLine::both_ways(faults, seed)?;
     // As it was before, if the line has no patience.
     let _ = line.set_patience(PATIENCE);
-    let began = Instant::now();
+    let began = Moment::now();
     let mut bytes = [0; 1024];
     let mut answer = Vec::new();
     while !stop.load(Ordering::Relaxed) && duration.is_none_or(|most| began.elapsed() < most) {

@@ -24,6 +24,7 @@ pub(crate) mod safety;
 pub(crate) mod samples;
 pub(crate) mod schedule;
 pub(crate) mod sensors;
+pub mod signals;
 pub(crate) mod simulate;
 pub(crate) mod tick;
 
@@ -42,7 +43,7 @@ pub use folder::{FolderRequest, OutputFolder, next_free, write_text};
 use haptic_log::live::{Live, LiveStreams};
 use haptic_log::record::{END, FinishedLog, StartTime, TickMessage};
 use haptic_loop::Fault;
-use haptic_loop::realtime::{Cycle, Periodic};
+use haptic_loop::realtime::{Cycle, Moment, Periodic};
 pub use plant_file::{DeviceModel, DeviceValues, PlantModel};
 use preflight::PreflightVerdict;
 use realtime::RealtimeSummary;
@@ -55,7 +56,7 @@ use schedule::{Pace, Schedule};
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::time::{Instant, SystemTime};
+use std::time::SystemTime;
 use tick::{KeptSample, TickRecord};
 pub use tick::{by_device, by_loop, unknown};
 
@@ -230,7 +231,7 @@ fn run<W: World<D>, const D: usize>(
             // A recorder that has ended is seen at the tick.
             let _ = recorder.starts_at(StartTime::at(SystemTime::now()));
         }
-        let before = Instant::now();
+        let before = Moment::now();
         let message = world.tick();
         let compute_ns = u64::try_from(before.elapsed().as_nanos())?;
         record.tick_ns.saturating_record(compute_ns.max(1));

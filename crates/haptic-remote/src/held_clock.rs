@@ -1,6 +1,7 @@
 //! Time of a device that waits for this machine: real time, held back while it is busy.
 
-use std::time::{Duration, Instant};
+use haptic_loop::realtime::Moment;
+use std::time::Duration;
 
 /// Largest lag of the device behind the clock. With more lag, its own clock waits.
 const BEHIND_MOST: Duration = Duration::from_millis(5);
@@ -8,7 +9,8 @@ const BEHIND_MOST: Duration = Duration::from_millis(5);
 /// The device's clock: real time, scaled, and held back when the machine is busy.
 #[derive(Clone, Copy, Debug)]
 pub struct HeldClock {
-    began: Instant,
+    now: fn() -> Moment,
+    began: Moment,
     speed: f64,
     /// Device time that was held back, µs.
     held_us: u64,
@@ -17,10 +19,11 @@ pub struct HeldClock {
 }
 
 impl HeldClock {
-    /// Starts at device time 0.
-    pub fn new(speed: f64) -> Self {
+    /// Starts at device time 0, by this clock.
+    pub fn new(now: fn() -> Moment, speed: f64) -> Self {
         Self {
-            began: Instant::now(),
+            now,
+            began: now(),
             speed,
             held_us: 0,
             ticked_us: 0,
@@ -29,12 +32,12 @@ impl HeldClock {
 
     /// For how long it has gone, real time.
     pub fn elapsed(&self) -> Duration {
-        self.began.elapsed()
+        (self.now)().saturating_duration_since(self.began)
     }
 
     /// Device time, µs.
     pub fn now_us(&self) -> u64 {
-        let scaled = self.began.elapsed().as_secs_f64() * 1e6 * self.speed;
+        let scaled = self.elapsed().as_secs_f64() * 1e6 * self.speed;
         (scaled as u64).saturating_sub(self.held_us)
     }
 

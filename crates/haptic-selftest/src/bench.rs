@@ -6,10 +6,11 @@ use haptic_experiment::Failure;
 use haptic_experiment::run::{self, at_port};
 use haptic_link::{Configuration, Limits, LoopMode, Refusal, Scope, Start, State};
 use haptic_loop::Fault;
+use haptic_loop::realtime::Moment;
 use haptic_remote::LinkError;
 use haptic_remote::serial::{SerialError, SerialLink, TroubleCause};
 use std::sync::atomic::Ordering;
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 /// Ticks in which the limit of the rate lets the force rise from zero to its limit.
 const RISE_TICKS: f32 = 10.0;
@@ -118,7 +119,7 @@ impl<'a> Bench<'a> {
     pub(super) fn reconnect(&mut self) -> Result<Result<Duration, Failure>, Broken> {
         const PATIENCE: Duration = Duration::from_secs(10);
         self.link = None;
-        let began = Instant::now();
+        let began = Moment::now();
         loop {
             self.goes_on()?;
             match (self.attendant.connect)() {

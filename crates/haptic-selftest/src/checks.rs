@@ -4,8 +4,9 @@ use super::bench::{Bench, Broken, LONG_WATCHDOG_MS, refusal};
 use super::promise::{Check, Notice, Promise, SelfTest};
 use haptic_link::{Refusal, State};
 use haptic_loop::Fault;
+use haptic_loop::realtime::Moment;
 use haptic_remote::LinkError;
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 const AT_REST: &str = "no force and no start before it is armed";
 /// Time to look at a device that nobody has armed.
@@ -156,7 +157,7 @@ fn wait(
     bench: &mut Bench<'_>,
     done: impl Fn(&mut Bench<'_>) -> Result<bool, Broken>,
 ) -> Result<bool, Broken> {
-    let began = Instant::now();
+    let began = Moment::now();
     while began.elapsed() < SelfTest::PATIENCE {
         bench.goes_on()?;
         if done(bench)? {

@@ -3,10 +3,11 @@
 use super::bench::{Bench, Broken, refusal};
 use haptic_experiment::parameters::FORCE_LIMIT;
 use haptic_link::{EventKind, FaultReport, Limits, Request};
+use haptic_loop::realtime::Moment;
 use haptic_loop::{Fault, Limiters};
 use haptic_remote::serial::Heard;
 use haptic_remote::{LinkError, Tick};
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 /// Largest force that is asked for, in limits.
 pub(super) const ASKED: f32 = 3.0;
@@ -54,7 +55,7 @@ pub(super) fn alternating(limits: &Limits, tick: u32, sent: usize, share: f32) -
 impl Bench<'_> {
     pub(super) fn listen(&mut self, time: Duration) -> Result<Followed, Broken> {
         self.link()?.stream(1, 1)?;
-        let began = Instant::now();
+        let began = Moment::now();
         let followed = self.follow(
             Followed::default(),
             |_, _| None,
@@ -110,13 +111,13 @@ impl Bench<'_> {
         say: impl Fn(&Tick, usize) -> Option<f32>,
         until: impl Fn(&Followed) -> bool,
     ) -> Result<Followed, Broken> {
-        let mut last = Instant::now();
-        let (mut rest, mut asked) = (Rest::Awaited, Instant::now());
+        let mut last = Moment::now();
+        let (mut rest, mut asked) = (Rest::Awaited, Moment::now());
         loop {
             self.goes_on()?;
             match self.link_mut()?.hear(LOOK) {
                 Some(heard) => {
-                    last = Instant::now();
+                    last = Moment::now();
                     let mut newest = followed.take(heard)?;
                     while let Some(heard) = self.link_mut()?.try_hear() {
                         newest = followed.take(heard)?.or(newest);
@@ -145,7 +146,7 @@ impl Bench<'_> {
                     return Ok(followed);
                 }
                 if asked.elapsed() >= LOOK {
-                    (rest, asked) = (self.rest(rest)?, Instant::now());
+                    (rest, asked) = (self.rest(rest)?, Moment::now());
                 }
             } else if until(&followed) {
                 return Ok(followed);

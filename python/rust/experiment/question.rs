@@ -26,6 +26,8 @@ pub(crate) fn answer<'py>(
         true => Interrupted::Forgotten,
     };
     let report = conduct(py, progress, interrupted, move |conduct| {
+        let drives = (!question.is_simulated()).then(|| conduct.drives());
+        let _drives = drives.transpose()?;
         let answer = question.answer(&|steps| conduct.add(steps), conduct.stop(), &|_| ());
         let answer = answer.map_err(|failure| failed(&failure))?;
         serde_json::to_string(&answer).or_refused()

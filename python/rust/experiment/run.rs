@@ -97,6 +97,8 @@ pub(crate) fn run_experiment<'py>(
     let finished = conduct(py, progress, Interrupted::Awaited, move |conduct| {
         let experiment = prepared(&document, force_unstable)?;
         document.keep_in(&mut request.provenance).or_refused()?;
+        let drives = (!experiment.is_simulated()).then(|| conduct.drives());
+        let _drives = drives.transpose()?;
         run(&experiment, &request, conduct).map_err(|failure| failed(&failure))
     })?;
     let columns = PyDict::new(py);

@@ -4,10 +4,15 @@ All take the keys of experiment files, with their defaults and ranges; keys carr
 
 Every one releases the interpreter, reports progress, and stops on Ctrl-C: the force ramps to zero, the log is closed, then
 ``KeyboardInterrupt`` is raised.
+
+A run on a device also lets go before any other signal ends or stops the process, and when Python ends while it goes on in
+another thread: the force ramps to zero, the log is closed, then the signal does what it always does. A signal for which the
+program has a handler of its own is left to that. Nothing can be done about ``SIGKILL``, ``SIGSTOP``, a crash or ``os._exit``.
 """
 
 from __future__ import annotations
 
+import atexit
 import inspect
 import os
 import tempfile
@@ -29,6 +34,10 @@ if TYPE_CHECKING:
 __all__ = ["Run", "coupler", "creep", "design", "relax", "touch", "wall", "zwidth"]
 
 Progress = Callable[[int], object]
+
+atexit.register(_native.let_go)
+if hasattr(os, "register_at_fork"):
+    os.register_at_fork(after_in_child=_native.forked)
 
 
 def _told(progress: Any) -> Progress | None:

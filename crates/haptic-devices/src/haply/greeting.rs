@@ -4,9 +4,10 @@ use super::hardware::Haply2Diy;
 use super::kinematics::Posture;
 use super::model::{HaplyName, Home, Model};
 use super::protocol::{ANSWER_BYTES, Trouble, configuration, judged, resynchronise, torques};
+use haptic_loop::realtime::Moment;
 use haptic_remote::serial::{Line, SerialError};
 use std::io::ErrorKind;
-use std::time::{Duration, Instant};
+use std::time::Duration;
 use thiserror::Error;
 
 /// Bits per second; a USB port of the board's own has no speed.
@@ -167,7 +168,7 @@ fn quiet(line: &mut impl Line) -> Result<(), HaplyOpenError> {
 
 /// Waits for the whole answer to a first frame, and not more.
 fn first_answer(line: &mut impl Line) -> Result<[u8; ANSWER_BYTES], HaplyOpenError> {
-    let began = Instant::now();
+    let began = Moment::now();
     let mut bytes = [0; 64];
     let mut filled = 0;
     while filled < ANSWER_BYTES {

@@ -19,6 +19,7 @@ use crate::at_line::NOBODY;
 use crate::{Damage, FaultyLine, LineFaults};
 use haptic_link::{Capabilities, ControllerCost, FRAME_MAX, Refusal, Simulation};
 use haptic_loop::plant::{MassDamperConfig, Sensed};
+use haptic_loop::realtime::Moment;
 use haptic_loop::units::Metres;
 use haptic_loop::{Device, Fault, Reading, SafeForce};
 use haptic_remote::serial::{HeldClock, Line};
@@ -27,7 +28,7 @@ use std::cell::RefCell;
 use std::io::ErrorKind;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{Receiver, RecvTimeoutError, SyncSender, TrySendError, sync_channel};
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 /// Pieces of bytes that wait between the threads at most.
 const WAITING_MOST: usize = 4096;
@@ -149,7 +150,7 @@ struct Emulator<H: Hardware<D>, const D: usize> {
     clock: HeldClock,
     speed: f64,
     /// Real time at which the watchdog was fed.
-    heard: Instant,
+    heard: Moment,
     /// Bytes of the host since the end of a frame.
     frame: Vec<u8>,
     /// Room for a frame to the host.
@@ -175,9 +176,9 @@ impl<H: Hardware<D>, const D: usize> Emulator<H, D> {
             to_host,
             arriving,
             leave,
-            clock: HeldClock::new(emulation.speed),
+            clock: HeldClock::new(Moment::now, emulation.speed),
             speed: emulation.speed,
-            heard: Instant::now(),
+            heard: Moment::now(),
             frame: Vec::new(),
             line: [0; FRAME_MAX],
             ticks: 0,
@@ -228,7 +229,7 @@ impl<H: Hardware<D>, const D: usize> Emulator<H, D> {
                 }
             }
             if self.session.fed() != fed {
-                self.heard = Instant::now();
+                self.heard = Moment::now();
             }
         }
     }

@@ -7,6 +7,7 @@ use crate::run::ending::LetGo;
 use haptic_devices::ForeignName;
 use haptic_link::{Capabilities, Hello, LoopMode};
 use haptic_loop::Fault;
+use haptic_loop::realtime::Moment;
 use haptic_remote::LinkError;
 use haptic_remote::serial::{
     BoardTrouble, ConnectOptions, PortInfo, SerialError, SerialLink, TroubleCause, ports,
@@ -14,7 +15,7 @@ use haptic_remote::serial::{
 use std::fmt;
 use std::str::FromStr;
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 /// Hears what a user should know before a run is over, a sentence each.
 pub(crate) type Warn<'a> = &'a (dyn Fn(&str) + Sync);
@@ -177,7 +178,7 @@ fn open(
 ) -> Result<SerialLink, Failure> {
     /// Between two attempts.
     const PAUSE: Duration = Duration::from_millis(250);
-    let began = Instant::now();
+    let began = Moment::now();
     loop {
         let error = match name.open_with(axes) {
             Ok(link) => return Ok(link),

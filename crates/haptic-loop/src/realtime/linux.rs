@@ -1,5 +1,6 @@
 //! Linux: clock, sleep, priority, affinity and locked memory.
 
+use super::moment::since_start;
 use super::system::{Refusal, Waiter};
 use rustix::io::Errno;
 use rustix::mm::{MlockAllFlags, mlockall, munlockall};
@@ -8,7 +9,7 @@ use rustix::thread::{
     CapabilitySet, ClockId, CpuSet, capabilities, clock_nanosleep_absolute, current_timer_slack,
     sched_getaffinity, sched_setaffinity, set_current_timer_slack,
 };
-use rustix::time::{Timespec, clock_gettime};
+use rustix::time::Timespec;
 use std::num::NonZeroU64;
 use std::os::unix::thread::JoinHandleExt as _;
 use std::thread::JoinHandle;
@@ -20,15 +21,13 @@ use thread_priority::{
     thread_schedule_policy_param,
 };
 
-/// The monotonic clock and sleep of this system.
+/// The clock that counts the time for which the machine slept, and its sleep.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct SystemWaiter(());
 
 impl Waiter for SystemWaiter {
     fn now(&mut self) -> Duration {
-        let now = clock_gettime(ClockId::Monotonic);
-        // The clock starts at 0 when the machine does.
-        Duration::new(now.tv_sec.unsigned_abs(), now.tv_nsec as u32)
+        since_start()
     }
 
     fn sleep_until(&mut self, time: Duration) {
@@ -37,7 +36,7 @@ impl Waiter for SystemWaiter {
             tv_nsec: i64::from(time.subsec_nanos()),
         };
         // A signal wakes it early.
-        while clock_nanosleep_absolute(ClockId::Monotonic, &request) == Err(Errno::INTR) {}
+        while clock_nanosleep_absolute(ClockId::Boottime, &request) == Err(Errno::INTR) {}
     }
 }
 

@@ -11,9 +11,9 @@
 //!   before took too long.
 //! - *Cost*: `wait` neither allocates nor locks; on Linux it makes one system call, and some clock reads.
 //!
-//! Linux: `clock_nanosleep` by the monotonic clock, `SCHED_FIFO`, `mlockall`, affinity. What the system refuses is said by
-//! [`RaisedThread::fallback`], and the loop runs without it. Elsewhere a thread sleeps as the standard library
-//! does, at normal priority.
+//! Linux: `clock_nanosleep` by the clock that counts the machine's sleep ([`Moment`]), `SCHED_FIFO`, `mlockall`, affinity. What the
+//! system refuses is said by [`RaisedThread::fallback`], and the loop runs without it. Elsewhere a thread sleeps as the standard
+//! library does, at normal priority.
 
 #[cfg(target_os = "linux")]
 #[path = "linux.rs"]
@@ -21,12 +21,14 @@ mod here;
 #[cfg(not(target_os = "linux"))]
 #[path = "elsewhere.rs"]
 mod here;
+mod moment;
 mod periodic;
 mod system;
 mod thread;
 mod timing;
 
 pub use here::{SystemWaiter, allowed_cores, raise_thread};
+pub use moment::Moment;
 pub use periodic::{Cycle, Periodic, PeriodicConfig, SpinMargin};
 pub use system::{Refusal, StdWaiter, Waiter};
 pub use thread::{Fallback, PRIORITIES, RaisedThread, ThreadConfig};

@@ -1,7 +1,8 @@
 //! What a loop asks of a system: a clock that waits; and how a system refuses.
 
+use super::moment::Moment;
 use core::fmt;
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 /// A clock and the ways to wait for it. Tests pass one whose time they make themselves.
 pub trait Waiter {
@@ -21,11 +22,11 @@ pub trait Waiter {
 
 /// `std::thread::sleep` for what is left: the plain way, to compare with.
 #[derive(Clone, Copy, Debug)]
-pub struct StdWaiter(Instant);
+pub struct StdWaiter(Moment);
 
 impl Default for StdWaiter {
     fn default() -> Self {
-        Self(Instant::now())
+        Self(Moment::now())
     }
 }
 

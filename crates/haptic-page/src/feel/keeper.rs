@@ -7,6 +7,7 @@ use super::ticking::{FromLoop, Ticked};
 use crate::Announce;
 use crate::pyramid::Pyramid;
 use haptic_experiment::{Failure, RealtimeOptions};
+use haptic_loop::realtime::Moment;
 use haptic_loop::{Environment, Fault};
 use hdrhistogram::Histogram;
 use nalgebra::Vector1;
@@ -17,7 +18,7 @@ use std::collections::BTreeMap;
 use std::path::PathBuf;
 use std::sync::mpsc::{Receiver, Sender};
 use std::sync::{Arc, Mutex, PoisonError};
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 pub(crate) const CHANNELS: [&str; 7] = [
     "position_m",
@@ -159,7 +160,7 @@ pub(super) struct Work {
     before: Option<(f64, f64)>,
     took_ns: Histogram<u64>,
     late_ns: Histogram<u64>,
-    counted: Instant,
+    counted: Moment,
 }
 
 impl Keeper {
@@ -336,12 +337,12 @@ impl Work {
             before: None,
             took_ns: histogram()?,
             late_ns: histogram()?,
-            counted: Instant::now(),
+            counted: Moment::now(),
         })
     }
 
     fn count(&mut self) {
-        self.counted = Instant::now();
+        self.counted = Moment::now();
         let us = |histogram: &Histogram<u64>, quantile| {
             histogram.value_at_quantile(quantile) as f64 * 1e-3
         };

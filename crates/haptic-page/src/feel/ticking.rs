@@ -4,11 +4,11 @@
 use super::fading::Law;
 use super::hand::HeldDevice;
 use super::law::{FadingFelt, Felt};
-use haptic_loop::realtime::{Periodic, PeriodicConfig, SpinMargin, ThreadConfig};
+use haptic_loop::realtime::{Moment, Periodic, PeriodicConfig, SpinMargin, ThreadConfig};
 use haptic_loop::{Controller, Engaged, Sample};
 use rtrb::{Consumer, Producer};
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 /// Positions that the loop itself remembers, ticks: the time that a law may take to be made ready.
 pub(super) const RECENT: usize = 1 << 14;
@@ -216,7 +216,7 @@ impl Looping<'_> {
 
     fn tick(&mut self, engaged: &mut Working<'_>, late_ns: u64, skipped: u64) {
         let hand_m = engaged.device().hand_m();
-        let before = Instant::now();
+        let before = Moment::now();
         let Ok(sample) = engaged.tick();
         let took_ns = before.elapsed().as_nanos() as u64;
         let (tick, position_m) = (sample.reading.tick, sample.reading.position_m[0]);

@@ -8,12 +8,13 @@ use crate::pyramid::Pyramid;
 use haptic_experiment::Failure;
 use haptic_log::live::{Live, LiveStreams};
 use haptic_log::record::{EventMessage, TickMessage};
+use haptic_loop::realtime::Moment;
 use serde_json::{Value, json};
 use std::collections::BTreeMap;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex};
 use std::thread::JoinHandle;
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 /// How far a piece of work is, in its steps; heard from any thread.
 pub(super) type Progress<'a> = &'a (dyn Fn(u64) + Sync);
@@ -168,11 +169,11 @@ impl Going {
             }
             announce.say(&json!({"run": run}));
         };
-        let said = Mutex::new(None::<Instant>);
+        let said = Mutex::new(None::<Moment>);
         let progress = |done: u64| {
             let mut said = locked(&said);
             if said.is_none_or(|then| then.elapsed() >= PROGRESS) {
-                *said = Some(Instant::now());
+                *said = Some(Moment::now());
                 say("running", json!({"samples_done": done}));
             }
         };

@@ -12,6 +12,7 @@ use crate::impossible::Plausible;
 use crate::{Conversation, Incoming, LinkError, check_keys};
 use core::fmt::Display;
 use haptic_link::{Capabilities, FRAME_MAX, Hello, Keys, Report, Request, Sample, State, Status};
+use haptic_loop::realtime::Moment;
 use hdrhistogram::Histogram;
 use std::boxed::Box;
 use std::collections::VecDeque;
@@ -23,7 +24,7 @@ use std::sync::atomic::{AtomicBool, AtomicU32, AtomicU64, Ordering};
 use std::sync::mpsc::sync_channel;
 use std::sync::{Arc, Mutex};
 use std::thread::JoinHandle;
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 /// Samples and notices that wait for whoever runs the experiment at most: a minute at 1 kHz.
 const HEARD_MOST: usize = 1 << 16;
@@ -68,7 +69,7 @@ impl SerialLink {
     /// A port that is not there, is in use or may not be opened; no answer, garbage, an echo, another protocol
     /// version.
     pub fn connect(path: &str, options: ConnectOptions<'_>) -> Result<Self, SerialError> {
-        let began = Instant::now();
+        let began = Moment::now();
         let mut pause = Duration::from_millis(50);
         loop {
             let error = match Self::connect_once(path, options.baud) {
@@ -201,7 +202,7 @@ impl SerialLink {
     pub fn wait_for_rest(&self) -> bool {
         /// Longer than a force takes to fall.
         const PATIENCE: Duration = Duration::from_secs(2);
-        let began = Instant::now();
+        let began = Moment::now();
         let resting = || matches!(self.status().state, State::Idle | State::Fault);
         // The last status is from before the request.
         loop {
@@ -216,9 +217,9 @@ impl SerialLink {
 /// Sleeps for so long; false if `stop` was set meanwhile, which is seen within 50 ms.
 fn sleep(time: Duration, stop: Option<&AtomicBool>) -> bool {
     let stopped = || stop.is_some_and(|stop| stop.load(Ordering::Relaxed));
-    let until = Instant::now() + time;
+    let until = Moment::now() + time;
     while !stopped() {
-        let left = until.saturating_duration_since(Instant::now());
+        let left = until.saturating_duration_since(Moment::now());
         if left.is_zero() {
             return true;
         }
@@ -257,7 +258,7 @@ fn shared(conversation: Conversation, status: Status) -> Result<Shared, SerialEr
     let histogram = Histogram::new_with_bounds(1, 10_000_000, 2);
     Ok(Shared {
         conversation: Mutex::new(conversation),
-        began: Instant::now(),
+        began: Moment::now(),
         over: AtomicBool::new(false),
         samples_dropped: AtomicU64::new(0),
         forces_dropped: AtomicU64::new(0),
@@ -296,7 +297,7 @@ pub(super) fn greet(
     conversation: &mut Conversation,
     bauds: &[u32],
 ) -> Result<(Hello, u32), SerialError> {
-    let began = Instant::now();
+    let began = Moment::now();
     let nonce = RandomState::new().build_hasher().finish() as u32;
     for &baud in bauds.iter().cycle() {
         if began.elapsed() >= GREETING {
@@ -318,8 +319,8 @@ fn take_turn(
     conversation: &mut Conversation,
     nonce: u32,
 ) -> Result<Option<Hello>, LinkError> {
-    let began = Instant::now();
-    let now_us = |began: Instant| began.elapsed().as_micros() as u64;
+    let began = Moment::now();
+    let now_us = |began: Moment| began.elapsed().as_micros() as u64;
     let mut line = [0; FRAME_MAX];
     // A zero ends what somebody else has begun, or what was sent at another speed.
     let length = conversation.ask(Request::Hello { nonce }, now_us(began), &mut line[1..]);

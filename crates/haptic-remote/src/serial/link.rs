@@ -9,7 +9,7 @@ use haptic_link::{
     AXES_MAX, Capabilities, Event, FRAME_MAX, FaultReport, Hello, Report, Request, Sample, Status,
 };
 use haptic_loop::Fault;
-use haptic_loop::realtime::{self, raise_thread};
+use haptic_loop::realtime::{self, Moment, raise_thread};
 use hdrhistogram::Histogram;
 use std::boxed::Box;
 use std::collections::VecDeque;
@@ -19,7 +19,7 @@ use std::sync::atomic::{AtomicBool, AtomicU32, AtomicU64, Ordering};
 use std::sync::mpsc::{Receiver, RecvTimeoutError, SyncSender, TrySendError};
 use std::sync::{Arc, Mutex, MutexGuard};
 use std::thread::JoinHandle;
-use std::time::{Duration, Instant};
+use std::time::Duration;
 use std::vec::Vec;
 
 /// Counters of a link.
@@ -278,7 +278,7 @@ pub(super) enum Command {
 #[derive(Debug)]
 pub(super) struct Shared {
     pub(super) conversation: Mutex<Conversation>,
-    pub(super) began: Instant,
+    pub(super) began: Moment,
     pub(super) over: AtomicBool,
     pub(super) samples_dropped: AtomicU64,
     pub(super) forces_dropped: AtomicU64,
@@ -441,13 +441,13 @@ impl Ends {
 /// Writes it all, and says whether the line took it: a slow line is waited for, one that takes nothing for a second
 /// is gone.
 pub(super) fn write(port: &mut dyn Line, mut bytes: &[u8]) -> bool {
-    let mut moved = Instant::now();
+    let mut moved = Moment::now();
     while !bytes.is_empty() {
         match port.write(bytes) {
             Ok(0) => return false,
             Ok(count) => {
                 bytes = &bytes[count..];
-                moved = Instant::now();
+                moved = Moment::now();
             }
             Err(error) => {
                 let busy = matches!(

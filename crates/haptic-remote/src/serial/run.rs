@@ -9,11 +9,12 @@ use haptic_link::{
     AXES_MAX, BatchItem, Event, EventKind, FaultReport, IMPOSSIBLE, Limits, Refusal, Request,
     Sample, State,
 };
+use haptic_loop::realtime::Moment;
 use haptic_loop::{Device, Limiters, Reading, SafeForce};
 use nalgebra::SVector;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{RecvTimeoutError, TryRecvError, TrySendError};
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 /// A run that gives no sample for so long is stuck.
 const SAMPLE_TIMEOUT: Duration = Duration::from_millis(2000);
@@ -64,7 +65,7 @@ impl SerialLink {
 
     fn answers_after(&self, waited: Duration, request: &Request, patience: Duration) -> LinkError {
         let waited_ms = waited.as_millis() as u64;
-        let began = Instant::now();
+        let began = Moment::now();
         loop {
             return match self.ask(request.clone()) {
                 Err(SerialError::Link(LinkError::NoAnswer { .. }))
@@ -220,7 +221,7 @@ impl SerialLink {
     ) -> Result<Reading<F, D>, SerialError> {
         let mut left = SAMPLE_TIMEOUT;
         loop {
-            let began = Instant::now();
+            let began = Moment::now();
             match self.hear(left.min(PAUSE)) {
                 Some(Heard::Sample(sample)) => {
                     if let Some((tick, position_m)) = self.noted_sample::<D>(sample) {

@@ -7,12 +7,13 @@ use crate::{DeviceSession, Exchange, Hardware, TickSide};
 use core::cell::RefCell;
 use core::hint::spin_loop;
 use haptic_link::{Capabilities, ControllerCost, FRAME_MAX, Refusal, Simulation, State};
+use haptic_loop::realtime::Moment;
 use haptic_loop::{Device, Fault, Reading, SafeForce};
 use std::io::{Read as _, Write as _};
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::{Arc, Mutex};
 use std::thread::JoinHandle;
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 /// Shortest tick at which a USB port of full speed, which moves bytes each millisecond, can follow, µs.
 pub const USB_PERIOD_US: u32 = 500;
@@ -45,7 +46,7 @@ impl Served {
     /// # Errors
     /// Hardware that cannot be without a configuration, which is a defect of it; no thread to be had.
     pub fn start<H: ServedHardware<D>, const D: usize>(hardware: H) -> Result<Self, ServeError> {
-        Self::serve(hardware, None)
+        Self::serve(hardware, Moment::now, None)
     }
 
     /// The same for emulated hardware: its time is that of its ticks, never more than a period after the last. So a
@@ -57,14 +58,20 @@ impl Served {
         hardware: H,
         time: DeviceTime,
     ) -> Result<Self, ServeError> {
-        Self::serve(hardware, Some(time))
+        Self::serve(hardware, Moment::now, Some(time))
     }
 
-    fn serve<H: ServedHardware<D>, const D: usize>(
+    /// The same by this clock, or in this time of its own.
+    ///
+    /// # Errors
+    /// As [`start`](Self::start).
+    pub fn serve<H: ServedHardware<D>, const D: usize>(
         hardware: H,
+        now: fn() -> Moment,
         own_time: Option<DeviceTime>,
     ) -> Result<Self, ServeError> {
-        let device = TickSide::new(Punctual::new(hardware)).map_err(ServeError::Hardware)?;
+        let clock = HeldClock::new(now, 1.0);
+        let device = TickSide::new(Punctual::new(hardware, clock)).map_err(ServeError::Hardware)?;
         let (here, there) = Pipe::pair();
         let stop = Arc::new(AtomicBool::new(false));
         let trouble = Arc::new(Mutex::new(None));
@@ -73,7 +80,7 @@ impl Served {
             session: DeviceSession::within_this_process(),
             line: there,
             frame: [0; FRAME_MAX],
-            clock: HeldClock::new(1.0),
+            clock,
             own_time,
             faults: 0,
             trouble: Arc::clone(&trouble),
@@ -154,7 +161,7 @@ impl<H: ServedHardware<D>, const D: usize> Serving<H, D> {
             self.round();
         }
         self.device.borrow_mut().disarm();
-        let ended = Instant::now();
+        let ended = Moment::now();
         while !self.is_at_rest() && ended.elapsed() < FALL {
             self.round();
         }
@@ -221,7 +228,6 @@ impl<H: ServedHardware<D>, const D: usize> Serving<H, D> {
     }
 
     fn tick_by_the_clock(&mut self, due_us: u64, period_us: u64) {
-        let began = Instant::now();
         let now_us = self.clock.now_us();
         // Whole periods that had passed before it have no tick.
         let skipped = now_us.saturating_sub(due_us) / period_us;
@@ -231,8 +237,7 @@ impl<H: ServedHardware<D>, const D: usize> Serving<H, D> {
         if now_us.saturating_sub(self.clock.ticked_us) > 1000 * watchdog_ms {
             device.stood_still();
         }
-        let latest = began + Duration::from_millis(watchdog_ms);
-        device.hardware_mut().at_latest(latest);
+        (device.hardware_mut()).at_latest(now_us + 1000 * watchdog_ms);
         device.tick(now_us);
         self.clock.ticked_us = due_us + skipped * period_us;
         // The timer of a board would have fired again.
@@ -273,21 +278,23 @@ impl<H: ServedHardware<D>, const D: usize> Serving<H, D> {
 #[derive(Debug)]
 pub(super) struct Punctual<H> {
     pub(super) hardware: H,
+    clock: HeldClock,
     /// None for hardware in its own time, which nothing holds up.
-    latest: Option<Instant>,
+    latest_us: Option<u64>,
 }
 
 impl<H> Punctual<H> {
-    pub(super) const fn new(hardware: H) -> Self {
+    const fn new(hardware: H, clock: HeldClock) -> Self {
         Self {
             hardware,
-            latest: None,
+            clock,
+            latest_us: None,
         }
     }
 
     /// Later than this the force of the next tick does not go out.
-    pub(super) const fn at_latest(&mut self, latest: Instant) {
-        self.latest = Some(latest);
+    const fn at_latest(&mut self, latest_us: u64) {
+        self.latest_us = Some(latest_us);
     }
 }
 
@@ -300,7 +307,11 @@ impl<H: Hardware<D>, const D: usize> Device<f32, D> for Punctual<H> {
 
     fn write(&mut self, force: SafeForce<f32, D>) -> Result<(), Fault> {
         let pushes = force.newtons().iter().any(|&axis| axis != 0.0);
-        if pushes && self.latest.is_some_and(|latest| Instant::now() > latest) {
+        if pushes
+            && self
+                .latest_us
+                .is_some_and(|latest| self.clock.now_us() > latest)
+        {
             return Err(Fault::HostSilent);
         }
         self.hardware.write(force)

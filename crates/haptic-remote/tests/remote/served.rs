@@ -3,6 +3,7 @@
 use haptic_link::{
     Capabilities, Configuration, FaultReport, Limits, Refusal, Sample, Simulation, Start, State,
 };
+use haptic_loop::realtime::Moment;
 use haptic_loop::{Device, Fault, Limiters, Reading, SafeForce};
 use haptic_remote::serial::{BoardTrouble, Heard, SerialLink, Served, ServedHardware};
 use haptic_remote::{Hardware, LinkError, SimulatedPlant, TickSide};
@@ -116,12 +117,21 @@ fn running(takes: Duration, late_ticks: u16) -> (SerialLink, Arc<Done>) {
 }
 
 fn running_as(start: Start, takes: Duration, late_ticks: u16) -> (SerialLink, Arc<Done>) {
+    running_by(Moment::now, start, takes, late_ticks)
+}
+
+fn running_by(
+    clock: fn() -> Moment,
+    start: Start,
+    takes: Duration,
+    late_ticks: u16,
+) -> (SerialLink, Arc<Done>) {
     let done = Arc::new(Done::default());
     let slow = Slow {
         done: Arc::clone(&done),
         takes,
     };
-    let served = Served::start(slow).expect("starts");
+    let served = Served::serve(slow, clock, None).expect("starts");
     let mut link = SerialLink::to_served(served, "slow:one").expect("answers");
     assert_eq!((link.name().as_str(), link.trouble()), ("slow:one", None));
     link.set(spring(late_ticks), &[0.0]).expect("good");
@@ -181,6 +191,28 @@ fn a_stop_is_heard_where_no_sample_comes() {
         }
     };
     assert_eq!(error, LinkError::Stopped.into());
+}
+
+/// For so long the machine of [`clock`] has slept, s.
+static SLEPT_S: AtomicU32 = AtomicU32::new(0);
+
+fn clock() -> Moment {
+    Moment::now() + Duration::from_secs(u64::from(SLEPT_S.load(Ordering::Relaxed)))
+}
+
+#[test]
+fn a_force_of_before_the_machine_slept_is_taken_away_when_it_wakes() {
+    let (mut link, done) = running_by(clock, Start::ENDLESS, Duration::ZERO, 0);
+    samples(&mut link, 20);
+    let forces = || done.forces_n.lock().expect("nobody panicked").clone();
+    assert!(forces().last().is_some_and(|force| *force < -0.9));
+    SLEPT_S.store(5, Ordering::Relaxed);
+    assert_eq!(fault(&mut link).0, Fault::HostSilent);
+    // No force goes out any more: the hardware is told to let go instead.
+    let before = forces().len();
+    samples(&mut link, 20);
+    assert!(forces()[before..].iter().all(|force| *force == 0.0));
+    assert!(done.let_go.load(Ordering::Relaxed) > 0);
 }
 
 #[test]

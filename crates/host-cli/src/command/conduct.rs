@@ -8,6 +8,8 @@ use clap::Args;
 use haptic_experiment::document::Document;
 use haptic_experiment::judge::{Curves, Published, RunReport};
 use haptic_experiment::parameters::Range;
+#[cfg(unix)]
+use haptic_experiment::run::signals::signals;
 use haptic_experiment::run::{FolderRequest, OutputFolder, write_text};
 use haptic_experiment::{ExperimentFile, Failure, Pace, RealtimeOptions, Report, Supervisor};
 use haptic_figure::{FigureError, Picture};
@@ -380,37 +382,11 @@ fn heard(stop: &Arc<AtomicBool>) -> Result<(), String> {
         .map_err(|error| error.to_string())
 }
 
-/// Listens to every signal that would end or stop a program. Left out are KILL and STOP, which nobody hears; ILL, FPE, SEGV and BUS,
-/// after which a program cannot go on; PIPE and XFSZ, which a write tells; and those that do nothing to a program that does not listen.
 #[cfg(unix)]
 fn heard(stop: &Arc<AtomicBool>) -> Result<(), String> {
-    use signal_hook::consts::{
-        SIGABRT, SIGALRM, SIGHUP, SIGINT, SIGPROF, SIGQUIT, SIGSYS, SIGTERM, SIGTRAP, SIGTSTP,
-        SIGTTIN, SIGTTOU, SIGUSR1, SIGUSR2, SIGVTALRM, SIGXCPU,
-    };
-    let everywhere = [
-        SIGINT, SIGTERM, SIGHUP, SIGQUIT, SIGTSTP, SIGTTIN, SIGTTOU, SIGALRM, SIGVTALRM, SIGPROF,
-        SIGUSR1, SIGUSR2, SIGXCPU, SIGABRT, SIGSYS, SIGTRAP,
-    ];
-    let stops = everywhere.into_iter().chain(signals_of_linux());
-    let stops = stops.map(|signal| (signal, Arc::clone(stop)));
-    for (signal, flag) in stops {
-        signal_hook::flag::register(signal, flag).map_err(|error| error.to_string())?;
-    }
-    Ok(())
-}
-
-/// Those that end a program on Linux alone, the real-time ones among them.
-#[cfg(unix)]
-fn signals_of_linux() -> Vec<std::ffi::c_int> {
-    #[cfg(target_os = "linux")]
-    {
-        let named = [libc::SIGIO, libc::SIGPWR, libc::SIGSTKFLT];
-        let realtime = libc::SIGRTMIN()..=libc::SIGRTMAX();
-        named.into_iter().chain(realtime).collect()
-    }
-    #[cfg(not(target_os = "linux"))]
-    Vec::new()
+    let register = |signal| signal_hook::flag::register(signal, Arc::clone(stop)).map(drop);
+    let registered = signals().into_iter().try_for_each(register);
+    registered.map_err(|error| error.to_string())
 }
 
 #[cfg(test)]

@@ -2,13 +2,13 @@
 
 ======================  ==============================================================================================
 ``_sweep.json``         manifest: grid, function, seed, versions, outputs, shape of a block; written once, by renaming
-``_done``               journal: a line for each block that is written, ``number points failed``; only ever appended to
+``_done``               journal: a line for each block that is written, ``number points failed checksum``; only appended to
 ``_lock``               locked while a sweep writes; the system takes the lock away when a process dies
 ======================  ==============================================================================================
 
 Names begin with _, so that readers of Zarr and Parquet pass over them. A block counts as done when its line in the
 journal ends; its results are written before. A kill at any moment leaves at most results without a line, which are
-written again.
+written again; and so is a block whose results are not those of its checksum any more.
 """
 
 from __future__ import annotations
@@ -19,12 +19,20 @@ import os
 import socket
 from collections.abc import Iterator, Mapping
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 from .errors import StoreInUse, StoreMismatch
 
 MANIFEST, JOURNAL, LOCK = "_sweep.json", "_done", "_lock"
-_FORM = 1
+_FORM = 2
+
+
+class Done(NamedTuple):
+    """What the journal says of a block."""
+
+    points: int
+    failed: int
+    checksum: int
 
 
 class Folder:
@@ -91,15 +99,15 @@ class Folder:
         temporary.write_text(text + "\n", encoding="utf-8")
         temporary.replace(self.path / MANIFEST)
 
-    def done(self) -> dict[int, tuple[int, int]]:
-        """Points and failed points of each block that is written."""
+    def done(self) -> dict[int, Done]:
+        """What the journal says of each block that is written."""
         return read_journal(self.path)
 
-    def mark(self, number: int, points: int, failed: int) -> None:
+    def mark(self, number: int, done: Done) -> None:
         """Says that a block is written."""
         if self._journal is None:
             self._journal = self._open_journal()
-        os.write(self._journal, f"{number} {points} {failed}\n".encode())
+        os.write(self._journal, " ".join(map(str, (number, *done))).encode() + b"\n")
 
     def close(self) -> None:
         """Gives the lock back."""
@@ -157,17 +165,15 @@ def read_manifest(path: Path) -> dict[str, Any] | None:
     return manifest
 
 
-def read_journal(path: Path) -> dict[int, tuple[int, int]]:
-    """Points and failed points of each block that a folder's journal says is written."""
+def read_journal(path: Path) -> dict[int, Done]:
+    """Each block that a folder's journal says is written. What no line of it says is not done: a cut or damaged one."""
     try:
         lines = (path / JOURNAL).read_bytes().split(b"\n")[:-1]  # what follows the last end of a line was cut off
     except FileNotFoundError:
         return {}
-    found = {}
-    for line in lines:
-        number, points, failed = (int(word) for word in line.split())
-        found[number] = (points, failed)
-    return found
+    words = [line.split() for line in lines]
+    whole = ([int(word) for word in line] for line in words if len(line) == 4 and all(map(bytes.isdigit, line)))
+    return {number: Done(points, failed, checksum) for number, points, failed, checksum in whole}
 
 
 def differences(then: Any, now: Any, name: str = "") -> Iterator[str]:

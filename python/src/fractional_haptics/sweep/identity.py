@@ -1,9 +1,10 @@
 """Identity of a function: enough of it to see that a store was made by another one.
 
 What is looked at: its name and its source without comments, layout and docstrings (its compiled code where there is no
-source); defaults, arguments bound by `functools.partial`, values of an enclosing function; and, of its own module,
-the functions and constants it names, and theirs. What is not seen: functions of other modules (their version is the
-business of `version`), and files.
+source); defaults, arguments bound by `functools.partial`, values of an enclosing function; and every global that it
+names, as deep as it goes: functions, classes with their attributes and bases, objects of any kind by what they would be
+pickled with, modules of the user's own by their source. What cannot be told is refused. What is not seen: what is
+installed, as are Python, NumPy and this package (their version is the business of `version`), and files.
 """
 
 from __future__ import annotations
@@ -11,9 +12,12 @@ from __future__ import annotations
 import ast
 import functools
 import inspect
+import sys
+import sysconfig
 import textwrap
 from collections.abc import Callable, Mapping
 from hashlib import sha256
+from pathlib import Path
 from types import CodeType, FunctionType, ModuleType
 from typing import Any
 
@@ -40,6 +44,7 @@ def identity(function: Callable[..., Any], version: str | None) -> dict[str, str
 
 
 def _add(facts: dict[str, str], name: str, value: Any, seen: dict[int, Any]) -> None:
+    value = _bare(value)
     if id(value) in seen:
         return
     seen[id(value)] = value  # kept, so that no other object gets its id
@@ -58,9 +63,16 @@ def _add(facts: dict[str, str], name: str, value: Any, seen: dict[int, Any]) -> 
         facts[name] = _digest(facts, value, seen)
 
 
+def _bare(value: Any) -> Any:
+    """What `functools.cache` and the like keep results of."""
+    return value if isinstance(value, FunctionType | type) or not callable(value) else inspect.unwrap(value)
+
+
 def _add_function(facts: dict[str, str], name: str, function: FunctionType, seen: dict[int, Any]) -> None:
     label = f"{function.__module__}.{function.__qualname__}"
     facts[name] = label
+    if _is_installed(function.__module__):
+        return
     facts[f"code of {label}"] = _code(function)
     values = inspect.getclosurevars(function)
     for key, default in _defaults(function).items():
@@ -68,10 +80,24 @@ def _add_function(facts: dict[str, str], name: str, function: FunctionType, seen
     for key, value in sorted(values.nonlocals.items()):
         facts[f"{key} of {label}"] = _digest(facts, value, seen)
     for key, value in sorted({**values.globals, **_nested_globals(function)}.items()):
-        if isinstance(value, FunctionType) and value.__module__ == function.__module__:
-            _add(facts, f"{key} in {function.__module__}", value, seen)
-        elif isinstance(value, bool | int | float | complex | str | bytes | tuple | frozenset | np.ndarray):
-            facts[f"{key} in {function.__module__}"] = _digest(facts, value, seen)
+        about = f"{key} in {function.__module__}"
+        if isinstance(value, FunctionType):
+            _add(facts, about, value, seen)
+        elif not isinstance(value, ModuleType) or not _is_installed(value.__name__):
+            try:
+                facts[about] = _digest(facts, value, seen)
+            except ValueError as error:
+                raise ValueError(f"{about}: {error}") from None
+
+
+def _is_installed(module: str | None) -> bool:
+    """True for what comes with Python, with this package or from an index."""
+    root = (module or "").partition(".")[0]
+    file = getattr(sys.modules.get(root), "__file__", None) or ""
+    folders = (sysconfig.get_path(name) for name in ("purelib", "platlib"))
+    return root in {*sys.stdlib_module_names, "fractional_haptics"} or any(
+        Path(folder) in Path(file).parents for folder in folders
+    )
 
 
 def _defaults(function: FunctionType) -> dict[str, Any]:
@@ -92,7 +118,7 @@ def _nested_globals(function: FunctionType) -> dict[str, Any]:
 
 def _code(function: FunctionType) -> str:
     try:
-        tree: ast.AST = ast.parse(textwrap.dedent(inspect.getsource(function)))
+        tree: ast.AST = ast.parse(textwrap.dedent(inspect.getsource(function.__code__)))
     except (OSError, TypeError, SyntaxError):
         return _hash(_compiled(function.__code__))
     if function.__name__ == "<lambda>":  # its source is the whole statement around it
@@ -118,6 +144,7 @@ def _compiled(code: CodeType) -> str:
 
 def _digest(facts: dict[str, str], value: Any, seen: dict[int, Any]) -> str:
     """A short text that changes with the value."""
+    value = _bare(value)
     if isinstance(value, bool | int | float | complex | str | type(None)):
         text = repr(value)
         return text if len(text) <= 80 else _hash(text)
@@ -136,24 +163,46 @@ def _digest(facts: dict[str, str], value: Any, seen: dict[int, Any]) -> str:
     if isinstance(value, FunctionType | functools.partial) or inspect.ismethod(value):
         _add(facts, f"function {getattr(value, '__qualname__', 'partial')}", value, seen)
         return getattr(value, "__qualname__", "partial")
-    if isinstance(value, ModuleType | type) or inspect.isbuiltin(value):
-        return f"{getattr(value, '__module__', '')}.{value.__name__}"
+    if isinstance(value, ModuleType):
+        return _hash(Path(value.__file__ or "").read_bytes()) if getattr(value, "__file__", None) else value.__name__
+    if isinstance(value, type):
+        return _class(facts, value, seen)
+    if inspect.isbuiltin(value):
+        return f"{value.__module__}.{value.__name__}"
     return _object(facts, value, seen)
+
+
+def _class(facts: dict[str, str], value: type, seen: dict[int, Any]) -> str:
+    """Its name; its own methods and attributes, and those of its bases, become facts."""
+    label = f"{value.__module__}.{value.__qualname__}"
+    if id(value) in seen or _is_installed(value.__module__):
+        return label
+    seen[id(value)] = value
+    for key, one in sorted(vars(value).items()):
+        one = getattr(one, "__func__", getattr(one, "fget", one))
+        if isinstance(one, FunctionType) or not key.startswith(("__", "_abc_")):
+            facts[f"{key} of {label}"] = _digest(facts, one, seen)
+    facts[f"bases of {label}"] = " ".join(_class(facts, base, seen) for base in value.__bases__)
+    return label
 
 
 def _object(facts: dict[str, str], value: Any, seen: dict[int, Any]) -> str:
     """Digest of any other object: its class and what it would be pickled with, which holds no addresses."""
-    kind = f"{type(value).__module__}.{type(value).__qualname__}"
+    kind = _class(facts, type(value), seen)
     if id(value) in seen:
         return kind
     seen[id(value)] = value  # kept, so that no other object gets its id
     try:
-        state = value.__reduce_ex__(4)[1:3]
+        reduced = value.__reduce_ex__(4)
     except Exception:
         raise ValueError(
             f"a {kind} cannot be compared with the one that a store was made with: open it inside the function"
         ) from None
-    return _hash(kind, repr([_digest(facts, one, seen) for one in state]))
+    if isinstance(reduced, str):  # one of its module, which has no state
+        return f"{kind} {reduced}"
+    # Behind arguments and state: what a list or mapping of another kind holds.
+    state = [one if place < 3 else list(one or ()) for place, one in enumerate(reduced[:5])]
+    return _hash(kind, repr([_digest(facts, one, seen) for one in state[1:]]))
 
 
 def _hash(*pieces: str | bytes) -> str:

@@ -57,12 +57,13 @@ class InParquet:
     def dataset(self, attributes: Mapping[str, Any]) -> xr.Dataset:
         """Everything that is written so far."""
         whole = InMemory(self._blocks.grid, self._outputs)
-        for number in read_journal(self._path):
+        for number in filter(range(len(self._blocks)).__contains__, read_journal(self._path)):
             part = self._blocks.part(number)
-            whole.write(part, self._block(part))
+            whole.write(part, self.read(part))
         return whole.dataset(attributes)
 
-    def _block(self, part: Part) -> Block:
+    def read(self, part: Part) -> Block:
+        """The block as it is written."""
         table = pq.read_table(_file(self._path, part.number))
         values = {}
         for name, one in self._outputs.items():

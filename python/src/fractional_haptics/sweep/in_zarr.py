@@ -7,18 +7,22 @@ them at any time, also while the sweep runs, and reads no more than is looked at
 from __future__ import annotations
 
 import warnings
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import xarray as xr
 import zarr
+from zarr.codecs import ZstdCodec
 
 from .blocks import Blocks, Part
 from .outputs import Outputs
 from .results import ERROR_ABOUT, attributes_of, coordinates_of, error_texts, variables_of
 from .work import Block
+
+CHECKED = ZstdCodec(level=0, checksum=True)
+"""Whoever reads a chunk is told of a flipped bit."""
 
 
 class InZarr:
@@ -38,7 +42,10 @@ class InZarr:
         if fresh:
             _make(path, blocks, outputs)
         group = zarr.open_group(path, mode="r+")
-        self._arrays = {name: _array(group, name) for name in (*outputs, "error")}
+        # A chunk of results is a file whatever it holds, so that one that is lost can be told.
+        with zarr.config.set({"array.write_empty_chunks": True}):
+            self._arrays = {name: _array(group, name) for name in outputs}
+        self._errors = _array(group, "error")
         self._fresh = fresh
 
     def write(self, part: Part, block: Block) -> None:
@@ -47,11 +54,27 @@ class InZarr:
             self._arrays[name][part.region] = values
         # A block that failed in an earlier run leaves texts, which go. An array of empty texts takes no file.
         if block.errors or not self._fresh:
-            self._arrays["error"][part.region] = error_texts(part, block)
+            self._errors[part.region] = error_texts(part, block)
+
+    def read(self, part: Part) -> Block:
+        """The block as it is written. A chunk that is gone would be read as NaN."""
+        for name, array in self._arrays.items():
+            starts = part.start + (0,) * (array.ndim - len(part.start))
+            places = [str(start // width) for start, width in zip(starts, array.chunks, strict=True)]
+            self._path.joinpath(name, "c", *places).stat()
+        texts = np.asarray(self._errors[part.region]).reshape(-1)
+        values = {name: np.asarray(array[part.region]) for name, array in self._arrays.items()}
+        return Block(part.number, values, {row: str(text) for row, text in enumerate(texts) if text}, 0.0)
 
     def dataset(self, attributes: Mapping[str, Any]) -> xr.Dataset:
         """Everything that is written so far, read when it is looked at."""
         return read(self._path).assign_attrs(attributes)
+
+
+def chunks_of(path: Path, names: Iterable[str]) -> int:
+    """Blocks of which every array has its chunk."""
+    group = zarr.open_group(path, mode="r")
+    return min(_array(group, name).nchunks_initialized for name in names)
 
 
 def read(path: Path) -> xr.Dataset:
@@ -82,6 +105,7 @@ def _make(path: Path, blocks: Blocks, outputs: Outputs) -> None:
             shape=grid.shape + one.shape,
             chunks=blocks.shape + one.shape,
             dtype=one.dtype,
+            compressors=CHECKED,
             fill_value=np.dtype(one.dtype).type(one.missing),
             dimension_names=dimensions,
             attributes=dict(attributes),
@@ -92,6 +116,7 @@ def _make(path: Path, blocks: Blocks, outputs: Outputs) -> None:
         shape=grid.shape,
         chunks=blocks.shape,
         dtype="str",
+        compressors=CHECKED,
         fill_value="",
         dimension_names=list(grid.dimensions),
         attributes={"long_name": ERROR_ABOUT},

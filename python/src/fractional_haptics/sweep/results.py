@@ -26,6 +26,13 @@ class Results(Protocol):
         """Everything that is kept so far; NaN where nothing is."""
 
 
+class Stored(Results, Protocol):
+    """One that keeps them from run to run."""
+
+    def read(self, part: Part) -> Block:
+        """A block as it is kept."""
+
+
 class InMemory:
     """Arrays of the whole grid.
 

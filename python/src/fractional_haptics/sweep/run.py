@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import warnings
 from collections.abc import Callable, Mapping
 from contextlib import closing
 from dataclasses import dataclass
@@ -18,12 +19,12 @@ import xarray as xr
 
 from .blocks import LARGEST_BLOCK, Blocks, shape_of
 from .errors import SweepError
-from .folder import Folder, read_manifest
+from .folder import Done, Folder, read_journal, read_manifest
 from .grid import Grid
 from .identity import identity
 from .outputs import Output, Outputs, as_outputs, outputs_from
 from .progress import Meter, Report
-from .results import InMemory, Results
+from .results import InMemory, Results, Stored
 from .threads import Threads
 from .work import Probe, Work, work_of
 
@@ -129,9 +130,9 @@ def sweep(
     pool = _Pool(client, workers, timeout)
     if store is None:
         kept, shape = _plan(work, grid, declared, cut, pool)
-        results: Results = InMemory(grid, kept)
-        _compute(work, Blocks(grid, shape), kept, results, None, pool, {}, progress)
-        return results.dataset(_attributes(work))
+        in_memory = InMemory(grid, kept)
+        _compute(work, Blocks(grid, shape), kept, in_memory, None, pool, {}, progress)
+        return in_memory.dataset(_attributes(work))
     if store_format not in (None, "zarr", "parquet"):
         raise ValueError(f'store_format is "zarr" or "parquet", not {store_format!r}')
     with closing(Folder(store)) as folder:
@@ -144,8 +145,9 @@ def sweep(
         blocks = Blocks(grid, tuple(manifest["block_shape"]))
         done = folder.done()
         results = _results(folder.path, manifest["store_format"], blocks, kept, fresh=not done)
+        done = _whole(results, blocks, done)
         if retry_failed:
-            done = {number: counts for number, counts in done.items() if counts[1] == 0}
+            done = {number: one for number, one in done.items() if one.failed == 0}
         _compute(work, blocks, kept, results, folder, pool, done, progress)
         return results.dataset(_attributes(work))
 
@@ -164,6 +166,8 @@ def open_sweep(store: str | os.PathLike[str]) -> xr.Dataset:
         No such folder.
     ValueError
         No sweep there, or one in Parquet.
+    SweepError
+        Blocks that were written are lost.
     """
     manifest = read_manifest(Path(store))
     if manifest is None:
@@ -172,8 +176,14 @@ def open_sweep(store: str | os.PathLike[str]) -> xr.Dataset:
         raise ValueError(f"{os.fspath(store)} holds no sweep: give the folder that a sweep was given as store")
     if manifest["store_format"] != "zarr":
         raise ValueError(f'{os.fspath(store)} holds Parquet: read it by pandas.read_parquet("{os.fspath(store)}")')
-    from .in_zarr import read
+    from .in_zarr import chunks_of, read
 
+    done = len(read_journal(Path(store)))
+    if done > (kept := chunks_of(Path(store), manifest["outputs"])):
+        raise SweepError(
+            f"{done - kept} of {done} blocks that were written to {os.fspath(store)} are lost: call the sweep again, "
+            "which computes them anew"
+        )
     return read(Path(store))
 
 
@@ -252,12 +262,12 @@ def _compute(
     results: Results,
     folder: Folder | None,
     pool: _Pool,
-    done: Mapping[int, tuple[int, int]],
+    done: Mapping[int, Done],
     progress: Report | bool | None,
 ) -> None:
     """Computes and writes all blocks that are not done."""
-    points = sum(points for points, _ in done.values())
-    failed = sum(failed for _, failed in done.values())
+    points = sum(one.points for one in done.values())
+    failed = sum(one.failed for one in done.values())
     meter = Meter(blocks.grid.size, points, failed, progress)
     with closing(meter):
         if len(done) == len(blocks):
@@ -266,8 +276,26 @@ def _compute(
             for part, block in finished:
                 results.write(part, block)
                 if folder is not None and block.complete:
-                    folder.mark(part.number, part.size, len(block.errors))
+                    folder.mark(part.number, Done(part.size, len(block.errors), block.checksum()))
                 meter.add(part.size, len(block.errors))
+
+
+def _whole(results: Stored, blocks: Blocks, done: dict[int, Done]) -> dict[int, Done]:
+    """The blocks of the journal that are read as they were written; says how many are not."""
+
+    def is_whole(number: int) -> bool:
+        try:
+            return results.read(blocks.part(number)).checksum() == done[number].checksum
+        except Exception:  # whatever a format calls what it cannot read
+            return False
+
+    said = [number for number in done if number < len(blocks)]
+    whole = {number: done[number] for number in said if is_whole(number)}
+    if lost := len(said) - len(whole):
+        warnings.warn(
+            f"{lost} of {len(blocks)} blocks in the store were lost or damaged and are computed again", stacklevel=3
+        )
+    return whole
 
 
 def _agreed(
@@ -312,7 +340,7 @@ def _outputs_json(outputs: Outputs) -> dict[str, Any]:
     return {name: one.to_json() for name, one in outputs.items()}
 
 
-def _results(path: Path, store_format: str, blocks: Blocks, outputs: Outputs, *, fresh: bool) -> Results:
+def _results(path: Path, store_format: str, blocks: Blocks, outputs: Outputs, *, fresh: bool) -> Stored:
     if store_format == "parquet":
         from .in_parquet import InParquet
 

@@ -16,6 +16,7 @@ from operator import mul
 from threading import Event
 from time import perf_counter
 from typing import Any
+from zlib import crc32
 
 import numpy as np
 
@@ -49,6 +50,13 @@ class Block:
     seconds: float
     complete: bool = True
     """False if the workers died and not the points failed: it is not done, and is tried again in the next run."""
+
+    def checksum(self) -> int:
+        """CRC-32 of all results and texts."""
+        crc = crc32(repr(sorted(self.errors.items())).encode())
+        for name in sorted(self.values):
+            crc = crc32(self.values[name].tobytes(), crc)
+        return crc
 
 
 @dataclass

@@ -3,11 +3,12 @@
 use crate::document::failure::Failure;
 use crate::document::parameters::{CONNECT, LISTEN};
 use haptic_link::{FRAME_MAX, HandSide};
+use haptic_loop::realtime::Moment;
 use haptic_teleoperation::{Heard, Introduction, Peer};
 use std::io::ErrorKind;
 use std::net::{SocketAddr, UdpSocket};
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::time::{Duration, Instant, SystemTime};
+use std::time::{Duration, SystemTime};
 
 /// Which end this process is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -44,7 +45,7 @@ pub(super) struct Line {
     pub(super) buffer: [u8; FRAME_MAX],
     pub(super) strangers: u64,
     /// The last answer to a stranger.
-    refused: Option<Instant>,
+    refused: Option<Moment>,
 }
 
 /// An address that cannot be used.
@@ -94,8 +95,8 @@ impl Line {
         patience: Duration,
         stop: &AtomicBool,
     ) -> Result<bool, Failure> {
-        let began = Instant::now();
-        let mut greeted: Option<Instant> = None;
+        let began = Moment::now();
+        let mut greeted: Option<Moment> = None;
         while !self.state.is_connected() {
             if stop.load(Ordering::Relaxed) {
                 return Ok(false);
@@ -105,7 +106,7 @@ impl Line {
             }
             if greeted.is_none_or(|last| last.elapsed() >= GREET) {
                 self.greet();
-                greeted = Some(Instant::now());
+                greeted = Some(Moment::now());
             }
             while let Some(heard) = self.next()? {
                 if heard == Heard::Hello {
@@ -178,7 +179,7 @@ impl Line {
         if let Ok(Some(length)) = self.state.busy(datagram, &mut answer) {
             // What cannot be sent is lost: the other asks again.
             let _ = self.socket.send_to(&answer[..length], from);
-            self.refused = Some(Instant::now());
+            self.refused = Some(Moment::now());
         }
     }
 

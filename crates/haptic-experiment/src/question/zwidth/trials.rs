@@ -14,11 +14,12 @@ use haptic_link::{
     Configuration, EventKind, FaultReport, LoopMode, Refusal, Scope, Start, State as DeviceState,
 };
 use haptic_loop::Fault;
+use haptic_loop::realtime::Moment;
 use haptic_remote::LinkError;
 use haptic_remote::serial::{Heard, SerialError, SerialLink};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Mutex, MutexGuard, PoisonError};
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 #[cfg(test)]
 mod tests;
@@ -238,7 +239,7 @@ impl<'a> Trials<'a> {
         state.told = true;
         let path = state.link.path().to_owned();
         let problem = |error| refused_at_port(&path, error);
-        let asked = Instant::now();
+        let asked = Moment::now();
         loop {
             // After some faults nobody but a person arms again: arming would clear it.
             if state.runs > 0

@@ -18,13 +18,13 @@ use haptic_link::{
 };
 use haptic_log::record::flaw::LATE_FORCE;
 use haptic_log::record::{END, StartTime, TickMessage};
-use haptic_loop::realtime::RaisedThread;
+use haptic_loop::realtime::{Moment, RaisedThread};
 use haptic_loop::{Controller, Device, Environment, Reading, SafeForce, StartRefused};
 use haptic_remote::LinkError;
 use haptic_remote::serial::{Heard, SerialError, SerialLink};
 use nalgebra::SVector;
 use std::sync::atomic::Ordering;
-use std::time::{Duration, Instant, SystemTime};
+use std::time::{Duration, SystemTime};
 
 /// Longest silence after a fault in which the rest is still waited for.
 const AFTER_FAULT: Duration = Duration::from_millis(200);
@@ -181,7 +181,7 @@ impl<M: TickRecord, const D: usize> HostSession<'_, M, D> {
             if engaged.device().next_tick == 0 {
                 engaged.controller().may_start(&reading).map_err(blow)?;
             }
-            let began = Instant::now();
+            let began = Moment::now();
             let done = engaged.tick_reading(reading)?;
             let took = began.elapsed().as_nanos() as u64;
             let session = engaged.device_mut();
@@ -553,8 +553,8 @@ impl<M: TickRecord, const D: usize> HostSession<'_, M, D> {
 
     /// Takes what the device says of a run until that is over, or it is silent.
     fn hear_out(&mut self) -> Last {
-        let until = Instant::now() + self.watchdog + FALLEN;
-        while Instant::now() < until {
+        let until = Moment::now() + self.watchdog + FALLEN;
+        while Moment::now() < until {
             match self.link.hear(AFTER_FAULT) {
                 Some(Heard::Sample(sample)) => {
                     self.take_sample(&sample);

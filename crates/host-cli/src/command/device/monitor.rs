@@ -11,12 +11,13 @@ use haptic_experiment::run::{Recorder, Stopped, by_device, trouble, unknown};
 use haptic_experiment::{Failure, parameters};
 use haptic_link::{BATCH_MAX, FaultReport, Sample};
 use haptic_log::record::{RecordError, StartTime};
+use haptic_loop::realtime::Moment;
 use haptic_remote::serial::{Heard, SerialLink};
 use indicatif::ProgressBar;
 use serde::Serialize;
 use std::collections::BTreeMap;
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::time::{Duration, Instant, SystemTime};
+use std::time::{Duration, SystemTime};
 
 pub(super) const LONG_ABOUT: &str = "\
 Shows position, force and state of a device without affecting it, and logs every sample \
@@ -103,7 +104,7 @@ impl Arguments {
             every: self.every,
             until: self
                 .duration
-                .map(|time| Instant::now() + Duration::from_secs_f64(time)),
+                .map(|time| Moment::now() + Duration::from_secs_f64(time)),
             stop,
             bar: status_line(output),
             watched: Watched {
@@ -113,7 +114,7 @@ impl Arguments {
         };
         let mut pause = FIRST_PAUSE;
         loop {
-            let began = Instant::now();
+            let began = Moment::now();
             let name = match watch.watched.reconnected {
                 0 => folder.file("mcap"),
                 before => folder.further_file(&(before + 1).to_string(), "mcap"),
@@ -196,7 +197,7 @@ const SILENCE: Duration = Duration::from_secs(2);
 
 struct Watch<'a> {
     every: u16,
-    until: Option<Instant>,
+    until: Option<Moment>,
     stop: &'a AtomicBool,
     bar: ProgressBar,
     watched: Watched,
@@ -204,13 +205,13 @@ struct Watch<'a> {
 
 impl Watch<'_> {
     fn is_over(&self) -> bool {
-        self.stop.load(Ordering::Relaxed) || self.until.is_some_and(|until| Instant::now() >= until)
+        self.stop.load(Ordering::Relaxed) || self.until.is_some_and(|until| Moment::now() >= until)
     }
 
     fn rest(&self, pause: Duration) {
-        let until = Instant::now() + pause;
-        while !self.is_over() && Instant::now() < until {
-            std::thread::sleep(FIRST_PAUSE.min(until.saturating_duration_since(Instant::now())));
+        let until = Moment::now() + pause;
+        while !self.is_over() && Moment::now() < until {
+            std::thread::sleep(FIRST_PAUSE.min(until.saturating_duration_since(Moment::now())));
         }
     }
 

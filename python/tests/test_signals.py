@@ -1,0 +1,263 @@
+"""No signal and no end of Python leaves a torque on a device: an emulated 2DIY, whose board has no watchdog, and a servo.
+
+``host-cli`` emulates them: the built one in ``target/debug``, or ``HOST_CLI``.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import re
+import signal
+import socket
+import subprocess
+import sys
+import threading
+import time
+from collections.abc import Iterator, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+
+import pytest
+
+HOST_CLI = Path(os.environ.get("HOST_CLI", Path(__file__).parents[2] / "target/debug/host-cli"))
+
+pytestmark = pytest.mark.skipif(
+    not HOST_CLI.exists() and "REQUIRE_ALL_CHECKS" not in os.environ, reason="no host-cli that emulates a device"
+)
+
+# What `host-cli` hears; those of Linux alone come last.
+NAMES = "INT TERM HUP QUIT TSTP TTIN TTOU ALRM VTALRM PROF USR1 USR2 XCPU ABRT SYS TRAP IO PWR STKFLT RTMIN RTMAX"
+SIGNALS = [getattr(signal, f"SIG{name}") for name in NAMES.split() if hasattr(signal, f"SIG{name}")]
+
+CHILD = """
+import sys, threading
+from fractional_haptics import experiment
+place, device, period_s, out = sys.argv[1:]
+def run():
+    experiment.relax(device=device, sample_time_s=float(period_s), watchdog_s=1.0, late_ticks=0, max_age_ticks=1000,
+                     contact="rigid", duration_s=300.0, out=out)
+if place == "main":
+    run()
+threading.Thread(target=run, daemon=True).start()
+sys.stdin.read() if place == "beside" else sys.stdin.readline()
+"""
+
+
+class Device:
+    """An emulated device behind a line that keeps what a host sends."""
+
+    def __init__(self, folder: Path, options: str) -> None:
+        self.folder = folder
+        self.sent = b""
+        device, self.line = folder / "device", folder / "line"
+        command = [HOST_CLI, "device", "emulate", *options.split(), "--socket", device]
+        self.emulator = subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True)
+        while not device.exists():
+            assert self.emulator.poll() is None
+            time.sleep(0.01)
+        self.listener = socket.socket(socket.AF_UNIX)
+        self.listener.bind(str(self.line))
+        self.listener.listen()
+        threading.Thread(target=self._pass_on, args=(device,), daemon=True).start()
+
+    def _pass_on(self, device: Path) -> None:
+        host, _ = self.listener.accept()
+        with host, socket.socket(socket.AF_UNIX) as board:
+            board.connect(str(device))
+
+            def answers() -> None:
+                with contextlib.suppress(OSError):
+                    while bytes_ := board.recv(4096):
+                        host.sendall(bytes_)
+
+            threading.Thread(target=answers, daemon=True).start()
+            # Neither end has to wait until the other has read its last words.
+            with contextlib.suppress(OSError):
+                while bytes_ := host.recv(4096):
+                    self.sent += bytes_
+                    board.sendall(bytes_)
+
+    def pushes(self) -> bool:
+        """True if the last command on the line to a 2DIY sets torques, and not zero."""
+        last = self.sent[-10:]
+        return last[:2] == bytes([2, 5]) and any(last[2:])
+
+    def ends(self) -> str:
+        self.listener.close()
+        self.emulator.send_signal(signal.SIGINT)
+        return self.emulator.communicate(timeout=20)[1]
+
+
+@pytest.fixture
+def short(tmp_path_factory) -> Iterator[Path]:
+    # The name of a socket has at most 107 bytes.
+    yield tmp_path_factory.mktemp("s")
+
+
+def started(place: str, name: str, period_s: float, folder: Path, before: Sequence[str] = ()) -> subprocess.Popen[str]:
+    command = [*before, sys.executable, "-c", CHILD, place, name, str(period_s), folder / "run"]
+    return subprocess.Popen(command, stdin=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+
+
+def ended(run: subprocess.Popen[str], number: int | None) -> str:
+    """Sends a signal, or lets the main thread end; by which signal the process is ended or stopped, or its exit code."""
+    if number is None:
+        assert run.stdin is not None
+        run.stdin.write("\n")
+        run.stdin.flush()
+    else:
+        run.send_signal(number)
+    while True:
+        done, status = os.waitpid(run.pid, os.WNOHANG | os.WUNTRACED)
+        if done != 0:
+            break
+        time.sleep(0.01)
+    if os.WIFSTOPPED(status):
+        return "stopped"
+    return f"signal {os.WTERMSIG(status)}" if os.WIFSIGNALED(status) else f"exit {os.WEXITSTATUS(status)}"
+
+
+def end_of(number: int | None) -> set[str]:
+    """What a signal does to any program; one that has no name in POSIX is told by the exit code."""
+    if number is None:
+        return {"exit 0"}
+    if number in (signal.SIGTSTP, signal.SIGTTIN, signal.SIGTTOU):
+        return {"stopped"}
+    return {f"signal {number}"} | ({f"exit {128 + number}"} if number in SIGNALS[16:] else set())
+
+
+def after(folder: Path, place: str, number: int | None) -> str:
+    """What is wrong at a 2DIY after a signal while there is a torque; nothing where its torque is zero."""
+    folder.mkdir()
+    device = Device(folder, "--kind haply-2diy")
+    run = started(place, f"haply:{device.line}", 0.01, folder)
+    try:
+        began = time.monotonic()
+        while not device.pushes():
+            if run.poll() is not None or time.monotonic() - began > 60:
+                return f"no torque to take away: {run.communicate()[1]}"
+            time.sleep(0.005)
+        how = ended(run, number)
+        time.sleep(0.1)
+        if device.pushes():
+            return "the torque stays"
+        return "" if how in end_of(number) else f"ended otherwise: {how}"
+    finally:
+        run.kill()
+        run.communicate()
+        device.ends()
+
+
+def at_all(folder: Path, place: str, numbers: list[int | None]) -> dict[int | None, str]:
+    def one(number: int | None) -> str:
+        # A machine that is too busy for the board's first answers, or for four in a row, says so instead.
+        tries = (after(folder / f"{place}-{number}-{n}", place, number) for n in range(5))
+        return next((wrong for wrong in tries if not wrong.startswith("no torque")), "never a torque")
+
+    with ThreadPoolExecutor(3) as pool:
+        said = dict(zip(numbers, pool.map(one, numbers), strict=True))
+    return {number: wrong for number, wrong in said.items() if wrong}
+
+
+def test_every_signal_takes_the_torque_away_before_python_ends_or_stops(short) -> None:
+    assert at_all(short, "main", list(SIGNALS)) == {}
+
+
+def test_a_run_in_another_thread_lets_go_at_each_of_them_and_when_the_main_thread_ends(short) -> None:
+    numbers = [signal.SIGINT, signal.SIGTERM, signal.SIGHUP, signal.SIGQUIT, signal.SIGALRM, signal.SIGTSTP]
+    assert at_all(short, "beside", numbers) == {}
+    assert at_all(short, "ends", [None]) == {}
+
+
+def test_only_a_signal_that_nobody_hears_leaves_the_torque_on_a_board_without_a_watchdog(short) -> None:
+    assert at_all(short, "main", [signal.SIGKILL]) == {signal.SIGKILL: "the torque stays"}
+
+
+def test_a_hangup_that_is_ignored_stays_ignored_as_after_nohup(short) -> None:
+    device = Device(short, "--kind haply-2diy")
+    run = started("main", f"haply:{device.line}", 0.01, short, ["sh", "-c", """trap '' HUP; exec "$@\"""", "sh"])
+    while not device.pushes():
+        assert run.poll() is None, run.communicate()[1]
+        time.sleep(0.005)
+    run.send_signal(signal.SIGHUP)
+    time.sleep(0.3)
+    assert run.poll() is None
+    assert ended(run, signal.SIGTERM) == "signal 15"
+    run.communicate()
+    device.ends()
+
+
+FORKS = """
+import os, signal, sys, threading, time, warnings
+from fractional_haptics import experiment
+device, out, log = sys.argv[1:]
+run = threading.Thread(target=lambda: experiment.relax(device=device, sample_time_s=0.01, watchdog_s=1.0, late_ticks=0,
+                                                       contact="rigid", duration_s=3.0, ramp_time_s=0.5, out=out))
+run.start()
+while not os.path.exists(log):
+    time.sleep(0.01)
+warnings.simplefilter("ignore")
+child = os.fork()
+if child == 0:
+    time.sleep(60)
+    sys.exit()
+os.kill(child, signal.SIGTERM)
+print(os.waitpid(child, 0)[1] == signal.SIGTERM, run.is_alive(), flush=True)
+run.join()
+os.kill(os.getpid(), signal.SIGHUP)
+"""
+
+
+def test_a_fork_and_whoever_drives_nothing_any_more_are_ended_by_a_signal_as_ever(short) -> None:
+    device = Device(short, "--kind haply-2diy")
+    log = short / "run/relax.mcap.part"
+    command = [sys.executable, "-c", FORKS, f"haply:{device.line}", short / "run", log]
+    ran = subprocess.run(command, capture_output=True, text=True, timeout=120, check=False)
+    device.ends()
+    assert (ran.stdout, ran.returncode) == ("True True\n", -signal.SIGHUP), ran.stderr
+
+
+TAKEN_AWAY = """
+import signal, sys
+from fractional_haptics import experiment
+device, out = sys.argv[1:]
+run = lambda n: experiment.relax(device=device, sample_time_s=0.01, watchdog_s=1.0, late_ticks=0, contact="rigid",
+                                 duration_s=1.0, ramp_time_s=0.5, out=f"{out}/{n}")
+for n in range(2):
+    try:
+        run(n)
+    except Exception as error:
+        print(n, error)
+    old = signal.signal(signal.SIGTERM, lambda *_: None)
+    signal.signal(signal.SIGTERM, old)
+"""
+
+
+def test_a_run_is_refused_where_a_signal_would_no_longer_be_heard(short) -> None:
+    device = Device(short, "--kind haply-2diy")
+    command = [sys.executable, "-c", TAKEN_AWAY, f"haply:{device.line}", short / "run"]
+    ran = subprocess.run(command, capture_output=True, text=True, timeout=120, check=False)
+    device.ends()
+    assert "1 SIGTERM (15) would leave the force on the device: this process had a handler" in ran.stdout, ran
+
+
+def test_a_servo_is_told_to_stop(short) -> None:
+    for number in (signal.SIGTERM, signal.SIGHUP, signal.SIGTSTP):
+        folder = short / str(number)
+        folder.mkdir()
+        device = Device(folder, "--kind moteus turn=2mm:0.5s")
+        run = started("main", f"moteus:{device.line},radius=20mm,watchdog=1s,lost=1000", 0.002, folder)
+        while not (folder / "run/relax.mcap.part").exists():
+            assert run.poll() is None, run.communicate()[1]
+            time.sleep(0.01)
+        time.sleep(2.5)
+        ended(run, number)
+        run.kill()
+        run.communicate()
+        said = device.ends()
+        # Not mode 11, that of its own watchdog.
+        words = re.search(r"mode (\d+).* torque ([-\d.]+).* largest ([-\d.]+)", said)
+        assert words is not None, said
+        assert (words[1], float(words[2])) == ("0", 0.0), said
+        assert float(words[3]) > 0.0, said
