@@ -26,6 +26,7 @@
 mod error;
 mod export;
 pub mod flaw;
+mod index;
 mod message;
 mod new_file;
 mod reader;
@@ -39,15 +40,16 @@ mod writer;
 
 pub use error::RecordError;
 pub use export::{ExportSummary, export_csv, export_csv_to};
+pub use index::index;
 #[cfg(feature = "foxglove")]
 pub(crate) use message::LogMessage;
-pub use message::{EventMessage, MessageError, MetadataRecord};
+pub use message::{EventMessage, MessageError, MetadataRecord, Value};
 pub use new_file::{Leftover, NewFile, NewFileError, leftover_at};
 pub use reader::{Condition, Damage, Entry, LogReader};
 pub use recover::{RecoverySummary, recover};
-pub use roll::{CONTINUES, LogFiles, NEXT, ROLL_LEAST, RollingLog, nth_file};
+pub use roll::{CONTINUES, LogFiles, NEXT, ROLL_LEAST, RUN, RollingLog, nth_file};
 pub use start_time::{CLOCK, StartTime};
 pub use summary::{BUDGET, END, EndKind, Gap, LogSummary, RECOVERED, RunEnd, inspect};
 pub use sync::{SYNC_INTERVAL, SyncTimes};
-pub use tick::{AXES, Column, PerAxis, TickMessage, Value, column_name};
+pub use tick::{AXES, Column, PerAxis, TickMessage, column_name};
 pub use writer::{FinishedLog, LogWriter};

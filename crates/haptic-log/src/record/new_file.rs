@@ -4,6 +4,7 @@
 use std::fs::{self, File, OpenOptions, TryLockError};
 use std::io::{self, Write as _};
 use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicU64, Ordering};
 
 /// A file that could not be created or named.
 #[derive(Debug, thiserror::Error)]
@@ -50,15 +51,20 @@ impl NewFileError {
 pub enum Leftover {
     /// `NAME.part` holds data: it stays, and one that is already there is refused.
     Keep,
-    /// `NAME.host-cli-tmp` can be made again: it is removed, and an old one overwritten.
+    /// `NAME.PROCESS-NUMBER.host-cli-tmp` can be made again: it is removed.
     Discard,
 }
 
 impl Leftover {
-    fn suffix(self) -> &'static str {
+    /// What the name of an unfinished file ends with: of those that can be made again no two writers share one.
+    fn suffix(self) -> String {
+        static MADE: AtomicU64 = AtomicU64::new(0);
         match self {
-            Self::Keep => ".part",
-            Self::Discard => ".host-cli-tmp",
+            Self::Keep => ".part".to_owned(),
+            Self::Discard => {
+                let number = MADE.fetch_add(1, Ordering::Relaxed);
+                format!(".{}-{number}.host-cli-tmp", std::process::id())
+            }
         }
     }
 }
@@ -103,19 +109,26 @@ impl NewFile {
         leftover: Leftover,
         overwrite: bool,
     ) -> Result<(Self, File), NewFileError> {
-        let part = part_of(target, leftover);
         // A dangling link counts as taken too, so the link itself is asked.
         if !overwrite && target.symlink_metadata().is_ok() {
             return Err(NewFileError::Exists(target.to_owned()));
         }
+        // Appended to, so that what somebody else cuts from it shows in its length. A name that is taken, a link too, is left alone.
         let mut options = OpenOptions::new();
-        options.write(true);
-        match leftover {
-            // Appended to, so that what somebody else cuts from it shows in its length.
-            Leftover::Keep => options.append(true).create_new(true),
-            Leftover::Discard => options.create(true).truncate(true),
+        options.append(true).create_new(true);
+        let (part, opened) = loop {
+            let mut part = target.as_os_str().to_owned();
+            part.push(leftover.suffix());
+            let part = PathBuf::from(part);
+            match options.open(&part) {
+                // Left by a process of the same number: the next name will do.
+                Err(error)
+                    if error.kind() == io::ErrorKind::AlreadyExists
+                        && leftover == Leftover::Discard => {}
+                opened => break (part, opened),
+            }
         };
-        let file = options.open(&part).map_err(|source| match source.kind() {
+        let file = opened.map_err(|source| match source.kind() {
             io::ErrorKind::AlreadyExists => leftover_at(&part),
             // The name that the user knows.
             _ => NewFileError::io(target, source),
@@ -230,18 +243,16 @@ pub(crate) fn refuse_being_written(file: &Path) -> Result<(), NewFileError> {
     }
 }
 
-/// Refuses to write to `target`, under either of its names, what is read from `source`.
+/// Refuses to write to `target` what is read from `source`.
 pub(crate) fn refuse_own_source(source: &Path, target: &Path) -> Result<(), NewFileError> {
     let Ok(source) = fs::canonicalize(source) else {
         // It cannot be read either, which is found out soon enough.
         return Ok(());
     };
-    for name in [target, &part_of(target, Leftover::Discard)] {
-        if fs::canonicalize(name).is_ok_and(|name| is_same(&source, &name)) {
-            return Err(NewFileError::OwnSource(target.to_owned()));
-        }
+    match fs::canonicalize(target) {
+        Ok(name) if is_same(&source, &name) => Err(NewFileError::OwnSource(target.to_owned())),
+        _ => Ok(()),
     }
-    Ok(())
 }
 
 /// True if two canonical paths are one file, also by another hard link.
@@ -255,12 +266,6 @@ fn is_same(a: &Path, b: &Path) -> bool {
         }
     }
     a == b
-}
-
-fn part_of(target: &Path, leftover: Leftover) -> PathBuf {
-    let mut name = target.as_os_str().to_owned();
-    name.push(leftover.suffix());
-    PathBuf::from(name)
 }
 
 /// Renames, and fails if `to` exists: a hard link refuses a taken name in one step; without links (FAT) a look first
@@ -324,6 +329,42 @@ mod tests {
         assert!(matches!(error, NewFileError::Leftover(_)), "{error}");
         // Nobody writes a file that is not there.
         refuse_being_written(&target).expect("nobody writes it");
+    }
+
+    #[test]
+    fn two_writers_of_one_name_have_a_file_each() {
+        let folder = tempfile::tempdir().expect("folder");
+        let target = folder.path().join("a.csv");
+        let create = || NewFile::create(&target, Leftover::Discard, true).expect("creates");
+        let ((one, mut first), (other, mut second)) = (create(), create());
+        assert_ne!(one.part(), other.part());
+        first.write_all(b"first").expect("writes");
+        second.write_all(b"other").expect("writes");
+        one.publish().expect("publishes");
+        assert_eq!(fs::read(&target).expect("reads"), b"first");
+        other.publish().expect("publishes");
+        assert_eq!(fs::read(&target).expect("reads"), b"other");
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn a_link_under_the_unfinished_name_is_not_followed() {
+        let folder = tempfile::tempdir().expect("folder");
+        let [target, theirs] = ["a.csv", "theirs"].map(|name| folder.path().join(name));
+        fs::write(&theirs, "theirs").expect("writes");
+        let (before, _file) = NewFile::create(&target, Leftover::Discard, false).expect("creates");
+        let name = before.part().to_string_lossy().into_owned();
+        let name = name.trim_end_matches(".host-cli-tmp");
+        let (start, number) = name.rsplit_once('-').expect("PROCESS-NUMBER");
+        let number: u64 = number.parse().expect("a number");
+        for next in number + 1..number + 500 {
+            let link = format!("{start}-{next}.host-cli-tmp");
+            std::os::unix::fs::symlink(&theirs, link).expect("links");
+        }
+        let new_file = NewFile::filled(&target, b"ours", false).expect("creates");
+        assert_eq!(fs::read(&theirs).expect("reads"), b"theirs");
+        new_file.publish().expect("publishes");
+        assert_eq!(fs::read(&target).expect("reads"), b"ours");
     }
 
     #[test]

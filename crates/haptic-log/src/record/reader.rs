@@ -11,9 +11,11 @@ use std::path::{Path, PathBuf};
 use mcap::McapError;
 use mcap::records::{Channel, Record, op};
 use mcap::sans_io::{LinearReadEvent, LinearReader, LinearReaderOptions};
+use ruzstd::decoding::FrameDecoder;
 
-use super::message::LogMessage;
+use super::message::{Layout, LogMessage};
 use super::new_file::open_file;
+use super::tick::Slot;
 use super::writer::{EVENT_CHANNEL, LIBRARY_NAME, TICK_CHANNEL, nanoseconds};
 use super::{EventMessage, MessageError, MetadataRecord, RecordError, StartTime, TickMessage};
 
@@ -74,6 +76,18 @@ pub enum Damage {
         /// The file.
         file: PathBuf,
     },
+    /// A file that the log goes on in is of another run.
+    #[error("`{}`, in which the log goes on, is of another run", .file.display())]
+    OtherRun {
+        /// The file.
+        file: PathBuf,
+    },
+    /// A log that names a file of its own as the next.
+    #[error("the log names `{}`, which is one of its files already, as the next", .file.display())]
+    Circle {
+        /// The file.
+        file: PathBuf,
+    },
     /// Everything could be read, but the checksum of the whole says that some byte has changed.
     #[error("some byte has changed: {cause}")]
     Checksum {
@@ -89,8 +103,16 @@ pub struct Condition {
     pub complete: bool,
     /// Damage: parts that could not be read.
     pub damage: Vec<Damage>,
-    /// Messages on topics that are not ours; they are passed over.
-    pub foreign_messages: u64,
+    /// Topics that are not ours, and the number of their messages; they are passed over.
+    pub foreign_topics: BTreeMap<String, u64>,
+}
+
+impl Condition {
+    /// Messages on topics that are not ours.
+    #[must_use]
+    pub fn foreign_messages(&self) -> u64 {
+        self.foreign_topics.values().sum()
+    }
 }
 
 /// Iterates over the [entries](Entry) of a log; afterwards [`condition`](Self::condition) tells
@@ -122,8 +144,10 @@ pub struct LogReader<R> {
     path: PathBuf,
     walk: LinearReader,
     bytes_read: u64,
-    /// Kind of message by channel number.
-    channels: BTreeMap<u16, Kind>,
+    /// Definitions of messages by the number of their schema.
+    schemas: BTreeMap<u16, String>,
+    /// Messages by the number of their channel; the topic of foreign ones.
+    channels: BTreeMap<u16, Result<Kind, String>>,
     /// Entries to give out next; messages with log time and device time, ns.
     ready: VecDeque<(Option<(u64, u64)>, Entry)>,
     condition: Condition,
@@ -135,21 +159,51 @@ pub struct LogReader<R> {
     done: bool,
 }
 
-/// The message types of our topics.
-#[derive(Clone, Copy, Debug)]
+/// The messages of our topics.
+#[derive(Clone, Debug)]
 enum Kind {
-    Tick,
-    Event,
+    /// In one of these layouts.
+    Tick(Vec<Layout<Slot>>),
+    Event(Layout<usize>),
 }
 
+/// Topic of the ticks of two and three axes, while they had one of their own.
+const VECTOR_TICKS: &str = "/haptics/vector_tick";
+
 impl Kind {
-    /// What comes on a channel; `None` for a foreign one.
-    fn of(channel: &Channel) -> Option<Self> {
+    /// Messages on a channel of this schema, or of a schema that is lost: then of today's; `None` for a foreign one.
+    fn of(channel: &Channel, schema: Option<&str>) -> Option<Self> {
         let topic = (channel.message_encoding == "cdr").then_some(channel.topic.as_str())?;
         match topic {
-            TickMessage::TOPIC => Some(Self::Tick),
-            EventMessage::TOPIC => Some(Self::Event),
+            TickMessage::TOPIC | VECTOR_TICKS => {
+                let layouts = match schema {
+                    Some(schema) => vec![TickMessage::layout(schema)?],
+                    None => TickMessage::layouts(),
+                };
+                Some(Self::Tick(layouts))
+            }
+            EventMessage::TOPIC => Some(Self::event(schema)),
             _ => None,
+        }
+    }
+
+    fn event(schema: Option<&str>) -> Self {
+        let today = EventMessage::default().schema().1;
+        Self::Event(Layout::of(schema.unwrap_or(&today), EventMessage::slot))
+    }
+
+    fn decode(&self, bytes: &[u8]) -> Result<Entry, MessageError> {
+        match self {
+            Self::Tick(layouts) => {
+                let ticks = layouts
+                    .iter()
+                    .map(|layout| TickMessage::decode(layout, bytes));
+                let ticks = ticks
+                    .reduce(Result::or)
+                    .unwrap_or(Err(MessageError::Fields));
+                ticks.map(Entry::Tick)
+            }
+            Self::Event(layout) => EventMessage::decode(layout, bytes).map(Entry::Event),
         }
     }
 }
@@ -203,6 +257,7 @@ impl<R: Read> LogReader<R> {
             path: path.to_owned(),
             walk: LinearReader::new_with_options(options),
             bytes_read: 0,
+            schemas: BTreeMap::new(),
             channels: BTreeMap::new(),
             ready: VecDeque::new(),
             condition: Condition::default(),
@@ -222,6 +277,12 @@ impl<R: Read> LogReader<R> {
     pub fn started(&self) -> Option<StartTime> {
         let (log_time_ns, device_time_ns) = self.newest?;
         StartTime::of_log(log_time_ns, device_time_ns)
+    }
+
+    /// Reads no further.
+    pub(super) fn stop(&mut self) {
+        self.ready.clear();
+        self.done = true;
     }
 
     pub(crate) fn bytes_read(&self) -> u64 {
@@ -277,47 +338,19 @@ impl<R: Read> LogReader<R> {
 
     /// Unpacks one chunk, all of it or nothing, into `ready`.
     fn chunk(&mut self, data: &[u8]) -> Result<(), String> {
-        // A chunk on its own is a file without magic: the same reader unpacks it, and checks its sum first.
-        let data = unpadded(data);
-        let mut bytes = Vec::with_capacity(9 + data.len());
-        bytes.push(op::CHUNK);
-        bytes.extend_from_slice(&(data.len() as u64).to_le_bytes());
-        bytes.extend_from_slice(data);
-        let mut rest = bytes.as_slice();
-        let mut unpack = LinearReader::new_with_options(
-            LinearReaderOptions::default()
-                .with_skip_start_magic(true)
-                .with_skip_end_magic(true)
-                .with_prevalidate_chunk_crcs(true)
-                .with_record_length_limit(RECORD_LIMIT),
-        );
         let before = self.ready.len();
-        while let Some(event) = unpack.next_event() {
-            let taken = match event {
-                Ok(LinearReadEvent::ReadRequest(need)) => {
-                    let space = unpack.insert(need.min(rest.len()));
-                    space.copy_from_slice(&rest[..space.len()]);
-                    let read = space.len();
-                    rest = &rest[read..];
-                    unpack.notify_read(read);
-                    Ok(())
-                }
-                Ok(LinearReadEvent::Record { data, opcode }) => self.record(opcode, data),
-                Err(error) => Err(error.to_string()),
-            };
-            if let Err(cause) = taken {
-                self.ready.truncate(before);
-                return Err(cause);
-            }
+        let taken = unpack(data, |opcode, data| self.record(opcode, data));
+        if taken.is_err() {
+            self.ready.truncate(before);
         }
-        Ok(())
+        taken
     }
 
     fn record(&mut self, opcode: u8, data: &[u8]) -> Result<(), String> {
         // Indexes and statistics repeat what the data say; only these matter.
         if !matches!(
             opcode,
-            op::HEADER | op::CHANNEL | op::MESSAGE | op::METADATA
+            op::HEADER | op::SCHEMA | op::CHANNEL | op::MESSAGE | op::METADATA
         ) {
             return Ok(());
         }
@@ -328,25 +361,31 @@ impl<R: Read> LogReader<R> {
         match record {
             Record::Header(header) if header.library.starts_with(LIBRARY_NAME) => {
                 // Our own channels are known even if the chunk that declares them is lost.
-                self.channels.insert(TICK_CHANNEL, Kind::Tick);
-                self.channels.insert(EVENT_CHANNEL, Kind::Event);
+                let ticks = Kind::Tick(TickMessage::layouts());
+                self.channels.insert(TICK_CHANNEL, Ok(ticks));
+                self.channels.insert(EVENT_CHANNEL, Ok(Kind::event(None)));
+            }
+            Record::Schema { header, data } if header.encoding == "ros2msg" => {
+                let text = String::from_utf8_lossy(&data).into_owned();
+                self.schemas.insert(header.id, text);
             }
             Record::Channel(channel) => {
-                match Kind::of(&channel) {
-                    Some(kind) => self.channels.insert(channel.id, kind),
-                    None => self.channels.remove(&channel.id),
-                };
+                let schema = self.schemas.get(&channel.schema_id);
+                let kind = Kind::of(&channel, schema.map(String::as_str));
+                self.channels.insert(channel.id, kind.ok_or(channel.topic));
             }
             Record::Message { header, data } => {
-                let entry = match self.channels.get(&header.channel_id) {
-                    Some(Kind::Tick) => TickMessage::decode(&data).map(Entry::Tick),
-                    Some(Kind::Event) => EventMessage::decode(&data).map(Entry::Event),
-                    None => {
-                        self.condition.foreign_messages += 1;
+                let kind = match self.channels.get(&header.channel_id) {
+                    Some(Ok(kind)) => kind,
+                    foreign => {
+                        let unnamed = || format!("channel {}", header.channel_id);
+                        let topic = foreign.and_then(|topic| topic.clone().err());
+                        let topics = &mut self.condition.foreign_topics;
+                        *topics.entry(topic.unwrap_or_else(unnamed)).or_default() += 1;
                         return Ok(());
                     }
                 };
-                let entry = entry.map_err(|error| error.to_string())?;
+                let entry = kind.decode(&data).map_err(|error| error.to_string())?;
                 if let Entry::Tick(tick) = &entry
                     && *self.axes.get_or_insert(tick.axes()) != tick.axes()
                 {
@@ -450,25 +489,94 @@ fn texts_fit(opcode: u8, data: &[u8]) -> bool {
             .and_then(|()| rest.text())
             .and_then(|()| rest.map()),
         op::METADATA => rest.text().and_then(|()| rest.map()),
+        // Its number; name, encoding and definition.
+        op::SCHEMA => (rest.take(2))
+            .and_then(|_| rest.text())
+            .and_then(|()| rest.text())
+            .and_then(|()| rest.text()),
         _ => Some(()),
     };
     fit.is_some()
 }
 
-/// A chunk without what stands behind its records, which the parser of an uncompressed one takes for part of the last
-/// record.
-fn unpadded(chunk: &[u8]) -> &[u8] {
+/// Hands over the records of a chunk, once its checksum is right.
+pub(super) fn unpack(
+    chunk: &[u8],
+    mut take: impl FnMut(u8, &[u8]) -> Result<(), String>,
+) -> Result<(), String> {
+    let cut = "it ends within its own header";
+    let (head, compression, records) = chunk_parts(chunk).ok_or(cut)?;
+    // What the parser of the chunk does not know is unpacked here.
+    let unpacked;
+    let (compression, records) = match compression {
+        b"" | b"lz4" => (compression, records),
+        b"zstd" => {
+            unpacked = unzstd(head, records)?;
+            (&[][..], unpacked.as_slice())
+        }
+        _ => {
+            return Err(format!(
+                "it is compressed with `{}`, and lz4, zstd and no compression can be read: write the file anew with one of them",
+                compression.escape_ascii()
+            ));
+        }
+    };
+    // A chunk on its own is a file without magic: the same reader takes it apart. What stands behind its records is left out, as
+    // that reader takes it for part of the last one.
+    let body = [
+        head,
+        &(compression.len() as u32).to_le_bytes(),
+        compression,
+        &(records.len() as u64).to_le_bytes(),
+        records,
+    ]
+    .concat();
+    let bytes = [&[op::CHUNK][..], &(body.len() as u64).to_le_bytes(), &body].concat();
+    let mut rest = bytes.as_slice();
+    let mut reader = LinearReader::new_with_options(
+        LinearReaderOptions::default()
+            .with_skip_start_magic(true)
+            .with_skip_end_magic(true)
+            .with_prevalidate_chunk_crcs(true)
+            .with_record_length_limit(RECORD_LIMIT),
+    );
+    while let Some(event) = reader.next_event() {
+        match event {
+            Ok(LinearReadEvent::ReadRequest(need)) => {
+                let space = reader.insert(need.min(rest.len()));
+                space.copy_from_slice(&rest[..space.len()]);
+                let read = space.len();
+                rest = &rest[read..];
+                reader.notify_read(read);
+            }
+            Ok(LinearReadEvent::Record { data, opcode }) => take(opcode, data)?,
+            Err(error) => return Err(error.to_string()),
+        }
+    }
+    Ok(())
+}
+
+/// Times, size and sum of a chunk, the name of its compression, and its records.
+pub(super) fn chunk_parts(chunk: &[u8]) -> Option<(&[u8], &[u8], &[u8])> {
     let mut rest = Rest(chunk);
-    // Times, size and sum first; then the compression, and the records behind their number of bytes.
-    let behind = (rest.take(28))
-        .and_then(|_| rest.text())
-        .and_then(|()| rest.0.split_first_chunk())
-        .and_then(|(length, records)| {
-            let length = usize::try_from(u64::from_le_bytes(*length)).ok()?;
-            records.get(length..)
-        });
-    let padding = behind.map_or(0, <[u8]>::len);
-    &chunk[..chunk.len() - padding]
+    let (head, compression) = (rest.take(28)?, rest.counted()?);
+    let (length, records) = rest.0.split_first_chunk()?;
+    let length = usize::try_from(u64::from_le_bytes(*length)).ok()?;
+    Some((head, compression, records.get(..length)?))
+}
+
+/// The records of a chunk with this head, which are not longer than a record may be.
+fn unzstd(head: &[u8], packed: &[u8]) -> Result<Vec<u8>, String> {
+    let length = head.last_chunk::<12>().and_then(|end| end.first_chunk());
+    let length = length.map_or(0, |length| u64::from_le_bytes(*length));
+    if length > RECORD_LIMIT as u64 {
+        return Err(format!("its {length} bytes are more than {RECORD_LIMIT}"));
+    }
+    let mut records = vec![0; length as usize];
+    let unpacked = FrameDecoder::new().decode_all(packed, &mut records);
+    let unpacked = unpacked.map_err(|error| format!("zstd: {error}"))?;
+    records.truncate(unpacked);
+    Ok(records)
 }
 
 /// Rest of a record.

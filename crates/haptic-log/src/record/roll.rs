@@ -3,19 +3,23 @@
 //! ```text
 //! NAME.mcap ─next▶ NAME-0002.mcap ─next▶ NAME-0003.mcap
 //! ```
-//! Every file has the metadata of the run and its own index; one that is followed by another names it
-//! ([`NEXT`]), one that follows another names the first ([`CONTINUES`]). [`LogFiles`] reads all of them as one.
+//! Every file has the metadata of the run and its own index, and begins with the number of the run ([`RUN`]); one
+//! that is followed by another names it ([`NEXT`]), one that follows another names the first ([`CONTINUES`]).
+//! [`LogFiles`] reads all of them as one, and no file of another run.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::fs::File;
+use std::hash::{BuildHasher as _, RandomState};
 use std::io::{BufReader, BufWriter};
 use std::path::{Path, PathBuf};
 
 use super::{
     CLOCK, Condition, Damage, Entry, EventMessage, FinishedLog, Leftover, LogReader, LogWriter,
-    RecordError, SYNC_INTERVAL, StartTime, TickMessage,
+    MetadataRecord, RecordError, SYNC_INTERVAL, StartTime, TickMessage,
 };
 
+/// Name of the metadata record that begins every file of a run: a number drawn for it.
+pub const RUN: &str = "run";
 /// Name of the metadata record that names the next file of a log.
 pub const NEXT: &str = "next";
 /// Name of the metadata record that names the first file of a log, in each that follows it.
@@ -51,8 +55,8 @@ pub struct RollingLog {
     overwrite: bool,
     /// A file of so many bytes is full; `None` for one file however long.
     full_bytes: Option<u64>,
-    /// Metadata at the start of every file.
-    metadata: BTreeMap<String, String>,
+    /// Number of the run, and metadata: at the start of every file.
+    beginning: [MetadataRecord; 2],
     started: Option<StartTime>,
     done: Vec<FinishedLog>,
 }
@@ -67,12 +71,22 @@ impl RollingLog {
         metadata: BTreeMap<String, String>,
         overwrite: bool,
     ) -> Result<Self, RecordError> {
+        // The standard library draws the keys of its hash tables anew.
+        let id = format!("{:016x}", RandomState::new().hash_one(first));
+        let beginning = [
+            (RUN, [("id".to_owned(), id)].into()),
+            ("experiment", metadata),
+        ];
+        let beginning = beginning.map(|(name, values)| MetadataRecord {
+            name: name.to_owned(),
+            values,
+        });
         Ok(Self {
-            log: begin(first, &metadata, overwrite)?,
+            log: begin(first, &beginning, overwrite)?,
             first: first.to_owned(),
             overwrite,
             full_bytes: None,
-            metadata,
+            beginning,
             started: None,
             done: Vec::new(),
         })
@@ -127,7 +141,8 @@ impl RollingLog {
     fn roll(&mut self) -> Result<(), RecordError> {
         let next = nth_file(&self.first, self.done.len() + 2);
         // The next file is there before the last one names it.
-        let mut log = begin(&next, &self.metadata, self.overwrite)?;
+        self.remove_stale();
+        let mut log = begin(&next, &self.beginning, self.overwrite)?;
         log.metadata(CONTINUES, file_name(&self.first))?;
         if let Some(start) = self.started {
             log.starts_at(start)?;
@@ -138,20 +153,24 @@ impl RollingLog {
         Ok(())
     }
 
-    /// Ends the last file. With overwriting, files of an earlier and longer log are removed.
-    ///
-    /// # Errors
-    /// As [`LogWriter::finish`].
-    pub fn finish(self) -> Result<FinishedLog, RecordError> {
-        let mut files = self.done;
-        files.push(self.log.finish()?);
-        if self.overwrite {
-            let further = (files.len() + 1..=FILES_MOST).map(|n| nth_file(&self.first, n));
-            // They would pass for files of this log.
+    /// Removes the further files of an earlier log before the first file takes its place: they would pass for files of this one.
+    fn remove_stale(&self) {
+        if self.overwrite && self.done.is_empty() {
+            let further = (2..=FILES_MOST).map(|n| nth_file(&self.first, n));
             for stale in further.take_while(|file| file.exists()) {
                 let _ = std::fs::remove_file(stale);
             }
         }
+    }
+
+    /// Ends the last file. With overwriting, the further files of an earlier log are removed.
+    ///
+    /// # Errors
+    /// As [`LogWriter::finish`].
+    pub fn finish(self) -> Result<FinishedLog, RecordError> {
+        self.remove_stale();
+        let mut files = self.done;
+        files.push(self.log.finish()?);
         let mut whole = files[0].clone();
         for file in &files[1..] {
             whole.paths.push(file.path.clone());
@@ -167,12 +186,13 @@ impl RollingLog {
 
 fn begin(
     path: &Path,
-    metadata: &BTreeMap<String, String>,
+    beginning: &[MetadataRecord],
     overwrite: bool,
 ) -> Result<LogWriter<BufWriter<File>>, RecordError> {
     let interval = Some(SYNC_INTERVAL);
     let mut log = LogWriter::create_synced(path, Leftover::Keep, overwrite, interval)?;
-    match log.metadata("experiment", metadata.clone()) {
+    let mut records = beginning.iter();
+    match records.try_for_each(|record| log.metadata(&record.name, record.values.clone())) {
         Ok(()) => Ok(log),
         Err(error) => Err(log.take_back(error)),
     }
@@ -198,7 +218,12 @@ pub struct LogFiles {
     path: PathBuf,
     /// The file that the one being read names.
     next: Option<PathBuf>,
-    read: usize,
+    /// Files read, with the one being read.
+    read: BTreeSet<PathBuf>,
+    /// Number of the run, of a log that has one.
+    run: Option<String>,
+    /// False until the file being read has told that it is of the run.
+    belongs: bool,
     /// Of the files before.
     before: Condition,
 }
@@ -213,7 +238,9 @@ impl LogFiles {
             reader: LogReader::open(path)?,
             path: path.to_owned(),
             next: None,
-            read: 1,
+            read: [path.to_owned()].into(),
+            run: None,
+            belongs: true,
             before: Condition {
                 complete: true,
                 ..Condition::default()
@@ -227,12 +254,14 @@ impl LogFiles {
         let Condition {
             complete,
             damage,
-            foreign_messages,
+            foreign_topics,
         } = self.reader.condition();
         let mut all = self.before.clone();
         all.complete &= complete;
         all.damage.extend_from_slice(damage);
-        all.foreign_messages += foreign_messages;
+        for (topic, messages) in foreign_topics {
+            *all.foreign_topics.entry(topic.clone()).or_default() += messages;
+        }
         all
     }
 
@@ -242,9 +271,26 @@ impl LogFiles {
         self.reader.started()
     }
 
+    /// The file being read.
+    pub(super) fn path(&self) -> &Path {
+        &self.path
+    }
+
+    /// Bytes read of it.
+    pub(super) fn bytes_read(&self) -> u64 {
+        self.reader.bytes_read()
+    }
+
+    /// Ends the reading with something missing.
+    fn end(&mut self, damage: Damage) {
+        self.before.complete = false;
+        self.before.damage.push(damage);
+        self.next = None;
+    }
+
     /// Goes on with the next file; whether there is one.
     fn advance(&mut self) -> Result<bool, RecordError> {
-        let Some(next) = self.next.take().filter(|_| self.read < FILES_MOST) else {
+        let Some(next) = self.next.take() else {
             return Ok(false);
         };
         let mut part = next.clone().into_os_string();
@@ -252,16 +298,20 @@ impl LogFiles {
         let part = PathBuf::from(part);
         let there = [next.clone(), part].into_iter().find(|file| file.exists());
         let Some(file) = there else {
-            self.before.complete = false;
-            self.before.damage.push(Damage::Missing { file: next });
+            self.end(Damage::Missing { file: next });
             return Ok(false);
         };
+        if self.read.len() >= FILES_MOST || !self.read.insert(file.clone()) {
+            self.end(Damage::Circle { file });
+            return Ok(false);
+        }
         self.before = self.condition();
         // All files of a log have the axes of the first.
         let axes = self.reader.axes;
         self.reader = LogReader::open(&file)?;
         self.reader.axes = axes;
-        self.read += 1;
+        self.belongs = self.run.is_none();
+        self.path = file;
         Ok(true)
     }
 }
@@ -273,6 +323,16 @@ impl Iterator for LogFiles {
         loop {
             let entry = self.reader.next();
             match entry {
+                Some(Ok(Entry::Metadata(record))) if record.name == RUN => {
+                    let id = record.values.get("id");
+                    self.belongs |= id == self.run.as_ref();
+                    self.run = self.run.take().or_else(|| id.cloned());
+                }
+                Some(Ok(_)) if !self.belongs => {
+                    let file = self.path.clone();
+                    self.reader.stop();
+                    self.end(Damage::OtherRun { file });
+                }
                 Some(Ok(Entry::Metadata(record))) if record.name == NEXT => {
                     let name = record.values.get("file").map(Path::new);
                     // A name and no path: a log leads nowhere else.
@@ -281,7 +341,7 @@ impl Iterator for LogFiles {
                 }
                 // The first file has said it.
                 Some(Ok(Entry::Metadata(record)))
-                    if self.read > 1
+                    if self.read.len() > 1
                         && ["experiment", CLOCK, CONTINUES].contains(&record.name.as_str()) => {}
                 Some(entry) => return Some(entry),
                 None => match self.advance() {

@@ -207,6 +207,8 @@ pub struct LogSummary {
     pub damage: Vec<String>,
     /// Messages on other topics.
     pub foreign_messages: u64,
+    /// Those topics, and the number of messages on each.
+    pub foreign_topics: BTreeMap<String, u64>,
     /// The metadata records in file order.
     pub metadata: Vec<MetadataRecord>,
     /// The events in file order.
@@ -240,7 +242,8 @@ pub fn inspect(path: &Path) -> Result<LogSummary, RecordError> {
     let condition = reader.condition();
     summary.complete = condition.complete;
     summary.damage = condition.damage.iter().map(Damage::to_string).collect();
-    summary.foreign_messages = condition.foreign_messages;
+    summary.foreign_messages = condition.foreign_messages();
+    summary.foreign_topics = condition.foreign_topics;
     summary.missing_since_recovery = summary
         .metadata
         .iter()

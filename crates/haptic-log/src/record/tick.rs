@@ -2,8 +2,7 @@
 //! and the columns of every other program. A field with an element an axis is `position_m` of one axis,
 //! `position_x_m`, `position_y_m` and `position_z_m` of several.
 
-use super::message::{Cdr, LogMessage, MessageError, begin, put};
-use serde::Serialize;
+use super::message::{Item, Layout, LogMessage, MessageError, Value, begin, put};
 use std::fmt;
 use std::ops::Deref;
 
@@ -127,103 +126,70 @@ enum Read {
     Bits(fn(&TickMessage) -> u8),
 }
 
-/// The fields in the order of a message: name with its unit, what it is, how it is read. The bits are those of
-/// [`TickMessage::limiters`] and of [`flaw`](super::flaw).
-const FIELDS: [(&str, &str, Read); 12] = {
-    use Read::{Axes, Bits, Count, Number};
-    [
-        (
-            "tick",
-            "number of the tick, from the start of the run",
-            Count(|t| t.tick),
-        ),
-        ("time_s", "device time, s", Number(|t| t.time_s)),
-        (
-            "reference_m",
-            "commanded place of hand or indenter, m",
-            Axes(|t| t.reference_m),
-        ),
-        (
-            "indenter_position_m",
-            "its true place, m",
-            Axes(|t| t.indenter_position_m),
-        ),
-        (
-            "position_m",
-            "place of the device as the loop read it, m",
-            Axes(|t| t.position_m),
-        ),
-        (
-            "environment_force_n",
-            "wanted by the environment, N",
-            Axes(|t| t.environment_force_n),
-        ),
-        (
-            "commanded_force_n",
-            "after the safety chain, N",
-            Axes(|t| t.commanded_force_n),
-        ),
-        (
-            "applied_force_n",
-            "made by the device in this tick, N",
-            Axes(|t| t.applied_force_n),
-        ),
-        (
-            "contact_force_n",
-            "of the contact, or really made, N",
-            Axes(|t| t.contact_force_n),
-        ),
-        (
-            "limiters",
-            "bits: 1 magnitude, 2 rate, 4 fault, 8 stopping, 16 start-up, 32 workspace, 64 velocity, 128 passivity guard",
-            Bits(|t| t.limiters),
-        ),
-        (
-            "flaws",
-            "bits: 1 the board did not answer, so the position is old, 2 it may not have taken the force of the tick before, \
-             4 an older force of the host acted, 8 what the device told cannot be",
-            Bits(|t| t.flaws),
-        ),
-        (
-            "observed_energy_j",
-            "seen by the passivity guard, J; NaN if there is none",
-            Number(|t| t.observed_energy_j),
-        ),
-    ]
-};
-
-/// A number in a column.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-#[serde(untagged)]
-pub enum Value {
-    /// A count.
-    Count(u64),
-    /// A number with a unit.
-    Number(f64),
-    /// A set of bits.
-    Bits(u8),
+/// How it is written.
+#[derive(Clone, Copy, Debug)]
+enum Write {
+    Count(fn(&mut TickMessage) -> &mut u64),
+    Number(fn(&mut TickMessage) -> &mut f64),
+    Axes(fn(&mut TickMessage) -> &mut PerAxis),
+    Bits(fn(&mut TickMessage) -> &mut u8),
 }
 
-impl Value {
-    /// As a number; counts above 2⁵³ are rounded.
-    #[must_use]
-    pub fn to_f64(self) -> f64 {
-        match self {
-            Self::Count(count) => count as f64,
-            Self::Number(number) => number,
-            Self::Bits(bits) => bits.into(),
-        }
-    }
+/// A field of a message.
+#[derive(Debug)]
+struct Field {
+    /// Its name with its unit.
+    name: &'static str,
+    what: &'static str,
+    read: Read,
+    write: Write,
+}
 
-    /// As a count; a number without its fraction.
-    #[must_use]
-    pub const fn to_u64(self) -> u64 {
-        match self {
-            Self::Count(count) => count,
-            Self::Number(number) => number as u64,
-            Self::Bits(bits) => bits as u64,
+macro_rules! field {
+    ($kind:ident $name:ident, $what:literal) => {
+        Field {
+            name: stringify!($name),
+            what: $what,
+            read: Read::$kind(|tick| tick.$name),
+            write: Write::$kind(|tick| &mut tick.$name),
         }
-    }
+    };
+}
+
+/// The fields in the order of a message. The bits are those of [`TickMessage::limiters`] and of [`flaw`](super::flaw).
+static FIELDS: [Field; 12] = [
+    field!(Count tick, "number of the tick, from the start of the run"),
+    field!(Number time_s, "device time, s"),
+    field!(Axes reference_m, "commanded place of hand or indenter, m"),
+    field!(Axes indenter_position_m, "its true place, m"),
+    field!(Axes position_m, "place of the device as the loop read it, m"),
+    field!(Axes environment_force_n, "wanted by the environment, N"),
+    field!(Axes commanded_force_n, "after the safety chain, N"),
+    field!(Axes applied_force_n, "made by the device in this tick, N"),
+    field!(Axes contact_force_n, "of the contact, or really made, N"),
+    field!(
+        Bits limiters,
+        "bits: 1 magnitude, 2 rate, 4 fault, 8 stopping, 16 start-up, 32 workspace, 64 velocity, 128 passivity guard"
+    ),
+    field!(
+        Bits flaws,
+        "bits: 1 the board did not answer, so the position is old, 2 it may not have taken the force of the tick before, \
+         4 an older force of the host acted, 8 what the device told cannot be"
+    ),
+    field!(Number observed_energy_j, "seen by the passivity guard, J; NaN if there is none"),
+];
+
+/// What a log must have to be one of ticks.
+const REQUIRED: [&str; 3] = ["tick", "time_s", "position_m"];
+
+/// Names that fields had in earlier logs: the force was called so before the one that acts was logged beside it.
+const FORMER: [(&str, &str); 1] = [("force_n", "commanded_force_n")];
+
+/// A field, and its axis; of a sequence the first.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Slot {
+    field: &'static Field,
+    axis: usize,
 }
 
 /// A column of a table of ticks: one number of each.
@@ -299,15 +265,16 @@ impl TickMessage {
     /// Columns of a table of ticks with so many axes, 1 to 3, in order.
     #[must_use]
     pub fn columns(axes: usize) -> Vec<Column> {
-        let of = |(field, what, read): &(&str, &'static str, Read)| {
-            let (what, read) = (*what, *read);
+        let of = |&Field {
+                      name, what, read, ..
+                  }: &Field| {
             let axes = if matches!(read, Read::Axes(_)) {
                 axes
             } else {
                 1
             };
             let column = |axis| Column {
-                name: column_name(field, axis, axes),
+                name: column_name(name, axis, axes),
                 what,
                 axis,
                 read,
@@ -319,31 +286,57 @@ impl TickMessage {
         FIELDS.iter().flat_map(of).collect()
     }
 
-    /// A tick of so many axes out of all of these bytes.
-    fn of(mut fields: Cdr<'_>, axes: usize) -> Option<Self> {
-        let fields = &mut fields;
-        let per_axis = |fields: &mut Cdr<'_>| {
-            let mut numbers = [0.0; 3];
-            for number in &mut numbers[..axes] {
-                *number = fields.number()?;
+    /// The layouts of today, one a number of axes: of a log whose schema is lost.
+    pub(super) fn layouts() -> Vec<Layout<Slot>> {
+        let schemas = (1..=AXES.len()).map(|axes| Self::at_rest(axes).schema().1);
+        schemas
+            .map(|schema| Layout::of(&schema, Self::slot))
+            .collect()
+    }
+
+    /// The layout of a log's schema; `None` if it is not one of ticks.
+    pub(super) fn layout(schema: &str) -> Option<Layout<Slot>> {
+        let layout = Layout::of(schema, Self::slot);
+        let has = |name: &&str| layout.has(|slot| slot.field.name == *name);
+        REQUIRED.iter().all(has).then_some(layout)
+    }
+
+    /// A tick of which nothing is known, on no axis.
+    fn unknown() -> Self {
+        let unknown = PerAxis {
+            values: [f64::NAN; 3],
+            count: 0,
+        };
+        Self {
+            time_s: f64::NAN,
+            reference_m: unknown,
+            indenter_position_m: unknown,
+            position_m: unknown,
+            environment_force_n: unknown,
+            commanded_force_n: unknown,
+            applied_force_n: unknown,
+            contact_force_n: unknown,
+            observed_energy_j: f64::NAN,
+            ..Self::default()
+        }
+    }
+}
+
+impl Write {
+    /// Takes in a number on an axis.
+    fn put(self, tick: &mut TickMessage, axis: usize, number: Value) {
+        match self {
+            Self::Count(field) => *field(tick) = number.to_u64(),
+            Self::Number(field) => *field(tick) = number.to_f64(),
+            Self::Bits(field) => *field(tick) = number.to_u64() as u8,
+            Self::Axes(field) => {
+                let numbers = field(tick);
+                if let Some(value) = numbers.values.get_mut(axis) {
+                    *value = number.to_f64();
+                }
+                numbers.count = numbers.count.max(axis.saturating_add(1).min(4) as u8);
             }
-            Some(PerAxis::new(&numbers[..axes]))
-        };
-        let tick = Self {
-            tick: u64::from_le_bytes(fields.take()?),
-            time_s: fields.number()?,
-            reference_m: per_axis(fields)?,
-            indenter_position_m: per_axis(fields)?,
-            position_m: per_axis(fields)?,
-            environment_force_n: per_axis(fields)?,
-            commanded_force_n: per_axis(fields)?,
-            applied_force_n: per_axis(fields)?,
-            contact_force_n: per_axis(fields)?,
-            limiters: u8::from_le_bytes(fields.take()?),
-            flaws: u8::from_le_bytes(fields.take()?),
-            observed_energy_j: fields.number()?,
-        };
-        fields.is_at_end().then_some(tick)
+        }
     }
 }
 
@@ -379,8 +372,8 @@ impl LogMessage for TickMessage {
 
     fn encode_into(&self, buffer: &mut Vec<u8>) -> Result<(), MessageError> {
         begin(buffer);
-        for (_, _, read) in FIELDS {
-            match read {
+        for field in &FIELDS {
+            match field.read {
                 Read::Count(field) => put(buffer, field(self).to_le_bytes()),
                 Read::Bits(field) => put(buffer, [field(self)]),
                 Read::Number(field) => put(buffer, field(self).to_le_bytes()),
@@ -396,11 +389,42 @@ impl LogMessage for TickMessage {
         Ok(())
     }
 
-    /// Of the number of axes whose fields fill the bytes.
-    fn decode(bytes: &[u8]) -> Result<Self, MessageError> {
-        let fields = Cdr::of(bytes)?;
-        let mut ticks = (1..=AXES.len()).filter_map(|axes| Self::of(fields, axes));
-        ticks.next().ok_or(MessageError::Fields)
+    type Slot = Slot;
+
+    fn slot(name: &str) -> Option<Slot> {
+        let former = FORMER.iter().find(|(former, _)| *former == name);
+        let name = former.map_or(name, |(_, today)| today);
+        let slots = FIELDS
+            .iter()
+            .flat_map(|field| (0..AXES.len()).map(move |axis| Slot { field, axis }));
+        let mut slots = slots.filter(|Slot { field, axis }| match field.write {
+            _ if field.name == name => *axis == 0,
+            Write::Axes(_) => column_name(field.name, *axis, AXES.len()) == name,
+            Write::Count(_) | Write::Number(_) | Write::Bits(_) => false,
+        });
+        slots.next()
+    }
+
+    /// Numbers that are not in the schema are not numbers, and bits are 0.
+    fn decode(layout: &Layout<Slot>, bytes: &[u8]) -> Result<Self, MessageError> {
+        let mut tick = Self::unknown();
+        layout.read(bytes, |slot, index, item| {
+            if let Item::Number(number) = item {
+                slot.field.write.put(&mut tick, slot.axis + index, number);
+            }
+        })?;
+        let axes = tick.position_m.count;
+        for field in &FIELDS {
+            if let Write::Axes(field) = field.write {
+                let numbers = field(&mut tick);
+                if !(1..=3).contains(&axes) || ![0, axes].contains(&numbers.count) {
+                    return Err(MessageError::Axes);
+                }
+                numbers.count = axes;
+                numbers.values[usize::from(axes)..].fill(0.0);
+            }
+        }
+        Ok(tick)
     }
 }
 
@@ -441,13 +465,20 @@ mod tests {
             expected.extend((-6.0_f64).to_le_bytes());
             assert_eq!(bytes, expected);
             assert_eq!(bytes.len(), length);
-            assert_eq!(TickMessage::decode(&bytes).expect("decodes"), tick);
-            // Cut anywhere but where one of fewer axes would end.
-            for length in (0..bytes.len()).filter(|length| ![92, 148].contains(length)) {
-                assert!(TickMessage::decode(&bytes[..length]).is_err(), "{length}");
+            let layout = TickMessage::layout(&tick.schema().1).expect("is one of ticks");
+            assert_eq!(TickMessage::decode(&layout, &bytes).expect("decodes"), tick);
+            for length in 0..bytes.len() {
+                assert!(
+                    TickMessage::decode(&layout, &bytes[..length]).is_err(),
+                    "{length}"
+                );
             }
+            // Of a log without its schema, the length tells the axes.
+            let fits = |layout: &Layout<_>| TickMessage::decode(layout, &bytes).ok();
+            let found: Vec<_> = TickMessage::layouts().iter().filter_map(fits).collect();
+            assert_eq!(found, [tick]);
             bytes[1] = 0;
-            let error = TickMessage::decode(&bytes).expect_err("another byte order");
+            let error = TickMessage::decode(&layout, &bytes).expect_err("another byte order");
             assert!(matches!(error, MessageError::Encapsulation));
         }
     }

@@ -2,9 +2,9 @@
 //!
 //! A chunk is collected in memory and written in one piece, so the file always ends behind a whole
 //! chunk unless the disk fills up in the middle of one. Memory is one chunk plus, for each 100 ms,
-//! an entry of the index that [`finish`](LogWriter::finish) writes: 10 MB per hour of device time. A log of
-//! more than 65 536 chunks (1.8 h) gets no index and no summary, so that memory does not grow with it: readers
-//! read it from front to back. The chunks keep their checksums; the sum over the whole file is left out.
+//! an entry of the index that [`finish`](LogWriter::finish) writes: 10 MB per hour of device time. Beyond 65 536
+//! chunks (1.8 h) the index is made from the finished file instead, so that memory does not grow with it. The chunks keep
+//! their checksums; the sum over the whole file is left out.
 
 use std::collections::BTreeMap;
 use std::fs::File;
@@ -18,6 +18,7 @@ use mcap::records::{MessageHeader, Metadata};
 use mcap::{Compression, McapResult, WriteOptions};
 
 use super::error::io_error;
+use super::index::append_index;
 use super::message::LogMessage;
 use super::sync::{SyncTimes, Syncer};
 use super::{
@@ -29,7 +30,7 @@ use super::{
 pub(super) const FLUSH_INTERVAL_NS: u64 = 100_000_000;
 /// A chunk of this many bytes is closed early, whatever the time.
 const CHUNK_BYTES: u64 = 1 << 20;
-/// Chunks of a file that has an index: 1.8 hours.
+/// Chunks whose index is kept in memory: 1.8 hours.
 const INDEXED_CHUNKS: u32 = 1 << 16;
 
 /// Name of the writer. Readers of this crate trust the channel numbers below if a log has this name.
@@ -85,6 +86,8 @@ pub struct LogWriter<W: Write + Seek> {
     control: Control,
     /// Chunks since the library was started on the file.
     chunks: u32,
+    /// False once it was started anew, which has no index of what came before.
+    has_index: bool,
     /// Name of the unfinished file, for messages.
     path: PathBuf,
     /// The file to publish; `None` when the sink is not ours.
@@ -126,6 +129,7 @@ impl<W: Write + Seek> LogWriter<W> {
             mcap: Some(started),
             control,
             chunks: 0,
+            has_index: true,
             path: path.to_owned(),
             new_file: None,
             syncer: None,
@@ -215,7 +219,7 @@ impl<W: Write + Seek> LogWriter<W> {
         self.control.bytes()
     }
 
-    /// Writes the index and gives the sink back.
+    /// Writes the index, of a log of up to 1.8 hours, and gives the sink back.
     ///
     /// # Errors
     /// If the sink fails.
@@ -282,6 +286,7 @@ impl<W: Write + Seek> LogWriter<W> {
         });
         self.mcap = Some(added.map_err(|error| self.error(io_error(error)))?);
         self.chunks = 0;
+        self.has_index = false;
         Ok(())
     }
 
@@ -392,10 +397,17 @@ impl LogWriter<BufWriter<File>> {
             source,
         };
         let control = self.control.clone();
+        let has_index = self.has_index;
         let sink = self.close()?;
         let file = sink
             .into_inner()
             .map_err(|error| fail(error.into_error()))?;
+        if let Some(new_file) = new_file
+            .as_ref()
+            .filter(|file| !has_index && file.part().exists())
+        {
+            append_index(new_file.part()).map_err(fail)?;
+        }
         file.sync_data().map_err(fail)?;
         let syncs = syncer.map_or(Ok(SyncTimes::default()), Syncer::stop);
         let syncs = syncs.map_err(fail)?;
