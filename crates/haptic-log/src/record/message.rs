@@ -120,8 +120,8 @@ struct Field<S> {
 /// Type of an element; a number with its size in bytes.
 #[derive(Clone, Copy, Debug)]
 enum Kind {
-    Unsigned(usize),
-    Signed(usize),
+    /// None of ours has a sign.
+    Integer(usize),
     Float(usize),
     Text,
 }
@@ -135,7 +135,10 @@ pub(super) enum Item<'a> {
 impl<S: Copy> Layout<S> {
     /// Of a definition in the words of ROS 2, `TYPE NAME  # comment` a line.
     pub(super) fn of(definition: &str, slot: impl Fn(&str) -> Option<S>) -> Self {
-        let (mut fields, is_whole) = (Vec::new(), true);
+        let mut layout = Self {
+            fields: Vec::new(),
+            is_whole: true,
+        };
         // The definitions of other types stand behind a line of it.
         for line in definition
             .lines()
@@ -143,28 +146,22 @@ impl<S: Copy> Layout<S> {
         {
             let code = line.split('#').next().unwrap_or_default();
             let mut words = code.split_whitespace();
-            let (Some(kind), Some(name)) = (words.next(), words.next()) else {
-                continue;
-            };
-            // A constant is no part of a message.
-            if code.contains('=') && !kind.contains('=') {
-                continue;
+            let (kind, name) = (words.next().unwrap_or_default(), words.next());
+            match (name, element(kind)) {
+                // A constant is no part of a message.
+                (Some(_), _) if code.contains('=') && !kind.contains('=') => {}
+                (Some(name), Some((kind, count))) => {
+                    let slot = slot(name);
+                    layout.fields.push(Field { kind, count, slot });
+                }
+                (Some(_), None) => {
+                    layout.is_whole = false;
+                    break;
+                }
+                (None, _) => {}
             }
-            let Some((kind, count)) = element(kind) else {
-                return Self {
-                    fields,
-                    is_whole: false,
-                };
-            };
-            let slot = slot(name);
-            fields.push(Field { kind, count, slot });
         }
-        Self { fields, is_whole }
-    }
-
-    /// True if the slot of a field is among them.
-    pub(super) fn has(&self, is_it: impl Fn(S) -> bool) -> bool {
-        self.fields.iter().filter_map(|field| field.slot).any(is_it)
+        layout
     }
 
     /// Hands over the elements that have a place, with the number of each in its field.
@@ -173,23 +170,21 @@ impl<S: Copy> Layout<S> {
         message: &[u8],
         mut take: impl FnMut(S, usize, Item<'_>),
     ) -> Result<(), MessageError> {
-        let mut bytes = Cdr::of(message)?;
+        let fields = message.strip_prefix(&ENCAPSULATION);
+        let fields = fields.ok_or(MessageError::Encapsulation)?;
+        let mut bytes = Cdr { fields, at: 0 };
         for field in &self.fields {
-            let count = match field.count {
-                Some(count) => count,
-                None => bytes.count().ok_or(MessageError::Fields)?,
-            };
-            for index in 0..count {
+            let count = field.count.or_else(|| bytes.count());
+            for index in 0..count.ok_or(MessageError::Fields)? {
                 let item = bytes.item(field.kind).ok_or(MessageError::Fields)?;
                 if let Some(slot) = field.slot {
                     take(slot, index, item);
                 }
             }
         }
-        match self.is_whole && !bytes.is_at_end() {
-            true => Err(MessageError::Fields),
-            false => Ok(()),
-        }
+        let is_at_end = bytes.at == fields.len();
+        let fits = is_at_end || !self.is_whole;
+        fits.then_some(()).ok_or(MessageError::Fields)
     }
 }
 
@@ -199,21 +194,19 @@ fn element(kind: &str) -> Option<(Kind, Option<usize>)> {
         None => (kind, Some(1)),
         Some((name, count)) => (name, count.parse().ok()),
     };
-    let kind = match name.split("<=").next()? {
-        "bool" | "byte" | "char" | "uint8" => Kind::Unsigned(1),
-        "uint16" => Kind::Unsigned(2),
-        "uint32" => Kind::Unsigned(4),
-        "uint64" => Kind::Unsigned(8),
-        "int8" => Kind::Signed(1),
-        "int16" => Kind::Signed(2),
-        "int32" => Kind::Signed(4),
-        "int64" => Kind::Signed(8),
-        "float32" => Kind::Float(4),
-        "float64" => Kind::Float(8),
+    // A text may have a bound: `string<=8`.
+    let name = name.split("<=").next()?;
+    let family = name.trim_end_matches(|c: char| c.is_ascii_digit());
+    let size = name[family.len()..]
+        .parse()
+        .map_or(1, |bits: usize| bits / 8);
+    let kind = match family {
+        "bool" | "byte" | "char" | "int" | "uint" => Kind::Integer(size),
+        "float" => Kind::Float(size),
         "string" => Kind::Text,
         _ => return None,
     };
-    Some((kind, count))
+    [1, 2, 4, 8].contains(&size).then_some((kind, count))
 }
 
 pub(super) fn begin(buffer: &mut Vec<u8>) {
@@ -235,23 +228,12 @@ struct Cdr<'a> {
 }
 
 impl<'a> Cdr<'a> {
-    fn of(message: &'a [u8]) -> Result<Self, MessageError> {
-        let fields = message.strip_prefix(&ENCAPSULATION);
-        let fields = fields.ok_or(MessageError::Encapsulation)?;
-        Ok(Self { fields, at: 0 })
-    }
-
-    /// The bytes of a number, which stands at a multiple of their count.
-    fn take(&mut self, size: usize) -> Option<&'a [u8]> {
+    /// A number of so many bytes, which stands at a multiple of them.
+    fn number(&mut self, size: usize) -> Option<u64> {
         let start = self.at.next_multiple_of(size);
         self.at = start + size;
-        self.fields.get(start..self.at)
-    }
-
-    /// An unsigned number of so many bytes.
-    fn number(&mut self, size: usize) -> Option<u64> {
         let mut bytes = [0; 8];
-        bytes[..size].copy_from_slice(self.take(size)?);
+        bytes[..size].copy_from_slice(self.fields.get(start..self.at)?);
         Some(u64::from_le_bytes(bytes))
     }
 
@@ -262,13 +244,7 @@ impl<'a> Cdr<'a> {
 
     fn item(&mut self, kind: Kind) -> Option<Item<'a>> {
         Some(Item::Number(match kind {
-            Kind::Unsigned(1) => Value::Bits(self.number(1)? as u8),
-            Kind::Unsigned(size) => Value::Count(self.number(size)?),
-            Kind::Signed(size) => {
-                let unused = 64 - 8 * size;
-                let number = (self.number(size)? << unused).cast_signed() >> unused;
-                Value::Number(number as f64)
-            }
+            Kind::Integer(size) => Value::Count(self.number(size)?),
             Kind::Float(4) => Value::Number(f32::from_bits(self.number(4)? as u32).into()),
             Kind::Float(size) => Value::Number(f64::from_bits(self.number(size)?)),
             // Its length with the zero at its end, its bytes, and that.
@@ -279,10 +255,6 @@ impl<'a> Cdr<'a> {
                 return Some(Item::Text(bytes.strip_suffix(&[0])?));
             }
         }))
-    }
-
-    const fn is_at_end(&self) -> bool {
-        self.at == self.fields.len()
     }
 }
 
@@ -325,20 +297,14 @@ string text     # the sentence
     }
 
     fn decode(layout: &Layout<usize>, bytes: &[u8]) -> Result<Self, MessageError> {
-        let mut event = Self {
-            time_s: f64::NAN,
-            ..Self::default()
-        };
-        let mut texts = [Vec::new(), Vec::new()];
+        let (mut time_s, mut texts) = (f64::NAN, [const { Vec::new() }; 3]);
         layout.read(bytes, |slot, _, item| match item {
-            Item::Number(number) if slot == 0 => event.time_s = number.to_f64(),
-            Item::Text(text) if slot > 0 => texts[slot - 1] = text.to_vec(),
-            Item::Number(_) | Item::Text(_) => {}
+            Item::Number(number) => time_s = number.to_f64(),
+            Item::Text(text) => texts[slot] = text.to_vec(),
         })?;
-        let [kind, text] =
-            texts.map(|text| String::from_utf8(text).map_err(|_| MessageError::Fields));
-        (event.kind, event.text) = (kind?, text?);
-        Ok(event)
+        let [_, kind, text] = texts.map(String::from_utf8);
+        let (kind, text) = kind.ok().zip(text.ok()).ok_or(MessageError::Fields)?;
+        Ok(Self { time_s, kind, text })
     }
 }
 

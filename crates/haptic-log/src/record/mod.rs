@@ -18,7 +18,8 @@
 //! and the ROS 2 bag tools plot them without a plug-in. Log time and publish time are the wall-clock start
 //! of the run ([`StartTime`], metadata `clock`) plus the *device's* time, in ns since 1970; the device's time
 //! alone is in the message, and the sequence number is the tick. Every 100 ms of device time a chunk is
-//! closed and handed to the operating system: a process that dies loses at most that much.
+//! closed and handed to the operating system: a process that dies loses at most that much, and beyond 1.8 h at most
+//! a 32 768th of the time so far.
 //!
 //! Every [`SYNC_INTERVAL`] a thread of its own brings what was handed over to the disk: a power failure
 //! costs that much, one chunk, and as long as the disk takes. No topics but these survive [`recover()`].
@@ -26,7 +27,6 @@
 mod error;
 mod export;
 pub mod flaw;
-mod index;
 mod message;
 mod new_file;
 mod reader;
@@ -40,7 +40,6 @@ mod writer;
 
 pub use error::RecordError;
 pub use export::{ExportSummary, export_csv, export_csv_to};
-pub use index::index;
 #[cfg(feature = "foxglove")]
 pub(crate) use message::LogMessage;
 pub use message::{EventMessage, MessageError, MetadataRecord, Value};

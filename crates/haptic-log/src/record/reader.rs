@@ -2,6 +2,7 @@
 //! chunk whose checksum is right: so a damaged chunk costs its own 100 ms. A wrong length or the end of a cut file
 //! ends the reading; what came before is kept. Memory is one chunk; no length is believed before its bytes are there.
 
+use std::borrow::Cow;
 use std::collections::{BTreeMap, VecDeque};
 use std::fmt;
 use std::fs::File;
@@ -9,7 +10,7 @@ use std::io::{BufReader, Chain, Cursor, Read};
 use std::path::{Path, PathBuf};
 
 use mcap::McapError;
-use mcap::records::{Channel, Record, op};
+use mcap::records::{Record, op};
 use mcap::sans_io::{LinearReadEvent, LinearReader, LinearReaderOptions};
 use ruzstd::decoding::FrameDecoder;
 
@@ -171,25 +172,24 @@ enum Kind {
 const VECTOR_TICKS: &str = "/haptics/vector_tick";
 
 impl Kind {
-    /// Messages on a channel of this schema, or of a schema that is lost: then of today's; `None` for a foreign one.
-    fn of(channel: &Channel, schema: Option<&str>) -> Option<Self> {
-        let topic = (channel.message_encoding == "cdr").then_some(channel.topic.as_str())?;
+    /// Messages of this schema on a topic, or of a schema that is lost: then of today's; `None` for a foreign one.
+    fn of(topic: &str, schema: Option<&str>) -> Option<Self> {
         match topic {
             TickMessage::TOPIC | VECTOR_TICKS => {
-                let layouts = match schema {
-                    Some(schema) => vec![TickMessage::layout(schema)?],
-                    None => TickMessage::layouts(),
-                };
-                Some(Self::Tick(layouts))
+                let today = [1, 2, 3].map(|axes| TickMessage::at_rest(axes).schema().1);
+                let schemas = schema.map_or(today.to_vec(), |schema| vec![schema.to_owned()]);
+                let layouts = schemas
+                    .iter()
+                    .map(|schema| Layout::of(schema, TickMessage::slot));
+                Some(Self::Tick(layouts.collect()))
             }
-            EventMessage::TOPIC => Some(Self::event(schema)),
+            EventMessage::TOPIC => {
+                let today = EventMessage::default().schema().1;
+                let schema = schema.unwrap_or(&today);
+                Some(Self::Event(Layout::of(schema, EventMessage::slot)))
+            }
             _ => None,
         }
-    }
-
-    fn event(schema: Option<&str>) -> Self {
-        let today = EventMessage::default().schema().1;
-        Self::Event(Layout::of(schema.unwrap_or(&today), EventMessage::slot))
     }
 
     fn decode(&self, bytes: &[u8]) -> Result<Entry, MessageError> {
@@ -338,12 +338,37 @@ impl<R: Read> LogReader<R> {
 
     /// Unpacks one chunk, all of it or nothing, into `ready`.
     fn chunk(&mut self, data: &[u8]) -> Result<(), String> {
+        // A chunk on its own is a file without magic: the same reader unpacks it, and checks its sum first.
+        let data = parsable(data)?;
+        let bytes = [&[op::CHUNK][..], &(data.len() as u64).to_le_bytes(), &data].concat();
+        let mut rest = bytes.as_slice();
+        let mut unpack = LinearReader::new_with_options(
+            LinearReaderOptions::default()
+                .with_skip_start_magic(true)
+                .with_skip_end_magic(true)
+                .with_prevalidate_chunk_crcs(true)
+                .with_record_length_limit(RECORD_LIMIT),
+        );
         let before = self.ready.len();
-        let taken = unpack(data, |opcode, data| self.record(opcode, data));
-        if taken.is_err() {
-            self.ready.truncate(before);
+        while let Some(event) = unpack.next_event() {
+            let taken = match event {
+                Ok(LinearReadEvent::ReadRequest(need)) => {
+                    let space = unpack.insert(need.min(rest.len()));
+                    space.copy_from_slice(&rest[..space.len()]);
+                    let read = space.len();
+                    rest = &rest[read..];
+                    unpack.notify_read(read);
+                    Ok(())
+                }
+                Ok(LinearReadEvent::Record { data, opcode }) => self.record(opcode, data),
+                Err(error) => Err(error.to_string()),
+            };
+            if let Err(cause) = taken {
+                self.ready.truncate(before);
+                return Err(cause);
+            }
         }
-        taken
+        Ok(())
     }
 
     fn record(&mut self, opcode: u8, data: &[u8]) -> Result<(), String> {
@@ -361,9 +386,13 @@ impl<R: Read> LogReader<R> {
         match record {
             Record::Header(header) if header.library.starts_with(LIBRARY_NAME) => {
                 // Our own channels are known even if the chunk that declares them is lost.
-                let ticks = Kind::Tick(TickMessage::layouts());
-                self.channels.insert(TICK_CHANNEL, Ok(ticks));
-                self.channels.insert(EVENT_CHANNEL, Ok(Kind::event(None)));
+                for (id, topic) in [
+                    (TICK_CHANNEL, TickMessage::TOPIC),
+                    (EVENT_CHANNEL, EventMessage::TOPIC),
+                ] {
+                    let kind = Kind::of(topic, None).ok_or(topic.to_owned());
+                    self.channels.insert(id, kind);
+                }
             }
             Record::Schema { header, data } if header.encoding == "ros2msg" => {
                 let text = String::from_utf8_lossy(&data).into_owned();
@@ -371,8 +400,10 @@ impl<R: Read> LogReader<R> {
             }
             Record::Channel(channel) => {
                 let schema = self.schemas.get(&channel.schema_id);
-                let kind = Kind::of(&channel, schema.map(String::as_str));
-                self.channels.insert(channel.id, kind.ok_or(channel.topic));
+                let is_cdr = channel.message_encoding == "cdr";
+                let kind = Kind::of(&channel.topic, schema.map(String::as_str));
+                let kind = kind.filter(|_| is_cdr).ok_or(channel.topic);
+                self.channels.insert(channel.id, kind);
             }
             Record::Message { header, data } => {
                 let kind = match self.channels.get(&header.channel_id) {
@@ -499,84 +530,35 @@ fn texts_fit(opcode: u8, data: &[u8]) -> bool {
     fit.is_some()
 }
 
-/// Hands over the records of a chunk, once its checksum is right.
-pub(super) fn unpack(
-    chunk: &[u8],
-    mut take: impl FnMut(u8, &[u8]) -> Result<(), String>,
-) -> Result<(), String> {
-    let cut = "it ends within its own header";
-    let (head, compression, records) = chunk_parts(chunk).ok_or(cut)?;
-    // What the parser of the chunk does not know is unpacked here.
-    let unpacked;
-    let (compression, records) = match compression {
-        b"" | b"lz4" => (compression, records),
-        b"zstd" => {
-            unpacked = unzstd(head, records)?;
-            (&[][..], unpacked.as_slice())
-        }
-        _ => {
-            return Err(format!(
-                "it is compressed with `{}`, and lz4, zstd and no compression can be read: write the file anew with one of them",
-                compression.escape_ascii()
-            ));
-        }
-    };
-    // A chunk on its own is a file without magic: the same reader takes it apart. What stands behind its records is left out, as
-    // that reader takes it for part of the last one.
-    let body = [
-        head,
-        &(compression.len() as u32).to_le_bytes(),
-        compression,
-        &(records.len() as u64).to_le_bytes(),
-        records,
-    ]
-    .concat();
-    let bytes = [&[op::CHUNK][..], &(body.len() as u64).to_le_bytes(), &body].concat();
-    let mut rest = bytes.as_slice();
-    let mut reader = LinearReader::new_with_options(
-        LinearReaderOptions::default()
-            .with_skip_start_magic(true)
-            .with_skip_end_magic(true)
-            .with_prevalidate_chunk_crcs(true)
-            .with_record_length_limit(RECORD_LIMIT),
-    );
-    while let Some(event) = reader.next_event() {
-        match event {
-            Ok(LinearReadEvent::ReadRequest(need)) => {
-                let space = reader.insert(need.min(rest.len()));
-                space.copy_from_slice(&rest[..space.len()]);
-                let read = space.len();
-                rest = &rest[read..];
-                reader.notify_read(read);
-            }
-            Ok(LinearReadEvent::Record { data, opcode }) => take(opcode, data)?,
-            Err(error) => return Err(error.to_string()),
-        }
-    }
-    Ok(())
-}
-
-/// Times, size and sum of a chunk, the name of its compression, and its records.
-pub(super) fn chunk_parts(chunk: &[u8]) -> Option<(&[u8], &[u8], &[u8])> {
+/// A chunk as the parser knows it: one with zstd is unpacked, and what stands behind the records of others is left out,
+/// which the parser takes for part of the last one.
+fn parsable(chunk: &[u8]) -> Result<Cow<'_, [u8]>, String> {
     let mut rest = Rest(chunk);
-    let (head, compression) = (rest.take(28)?, rest.counted()?);
-    let (length, records) = rest.0.split_first_chunk()?;
-    let length = usize::try_from(u64::from_le_bytes(*length)).ok()?;
-    Some((head, compression, records.get(..length)?))
-}
-
-/// The records of a chunk with this head, which are not longer than a record may be.
-fn unzstd(head: &[u8], packed: &[u8]) -> Result<Vec<u8>, String> {
-    let length = head.last_chunk::<12>().and_then(|end| end.first_chunk());
-    let length = length.map_or(0, |length| u64::from_le_bytes(*length));
-    if length > RECORD_LIMIT as u64 {
-        return Err(format!("its {length} bytes are more than {RECORD_LIMIT}"));
+    // Times, size and sum first; then the compression, and the records behind their number of bytes.
+    let parts =
+        (rest.take(28)).and_then(|head| Some((head, rest.counted()?, rest.0.split_first_chunk()?)));
+    let Some((head, compression, (length, behind))) = parts else {
+        return Ok(chunk.into());
+    };
+    let length = u64::from_le_bytes(*length) as usize;
+    let Some(records) = behind.get(..length) else {
+        return Ok(chunk.into());
+    };
+    if compression != b"zstd" {
+        return Ok(chunk[..chunk.len() - (behind.len() - length)].into());
     }
-    let mut records = vec![0; length as usize];
-    let unpacked = FrameDecoder::new().decode_all(packed, &mut records);
-    let unpacked = unpacked.map_err(|error| format!("zstd: {error}"))?;
-    records.truncate(unpacked);
-    Ok(records)
+    let size = head[16..]
+        .first_chunk()
+        .map_or(0, |size| u64::from_le_bytes(*size));
+    if size > RECORD_LIMIT as u64 {
+        return Err(format!("its {size} bytes are more than {RECORD_LIMIT}"));
+    }
+    let mut plain = [head, &[0; 4], &size.to_le_bytes()].concat();
+    let start = plain.len();
+    plain.resize(start + size as usize, 0);
+    let unpacked = FrameDecoder::new().decode_all(records, &mut plain[start..]);
+    unpacked.map_err(|error| format!("zstd: {error}"))?;
+    Ok(plain.into())
 }
 
 /// Rest of a record.

@@ -117,32 +117,23 @@ pub struct TickMessage {
     pub observed_energy_j: f64,
 }
 
-/// How a field is read.
+/// How a field is reached.
 #[derive(Clone, Copy, Debug)]
-enum Read {
-    Count(fn(&TickMessage) -> u64),
-    Number(fn(&TickMessage) -> f64),
-    Axes(fn(&TickMessage) -> PerAxis),
-    Bits(fn(&TickMessage) -> u8),
-}
-
-/// How it is written.
-#[derive(Clone, Copy, Debug)]
-enum Write {
+enum Reach {
     Count(fn(&mut TickMessage) -> &mut u64),
     Number(fn(&mut TickMessage) -> &mut f64),
     Axes(fn(&mut TickMessage) -> &mut PerAxis),
     Bits(fn(&mut TickMessage) -> &mut u8),
+    /// No field, but made of some.
+    Derived(fn(&TickMessage) -> f64),
 }
 
 /// A field of a message.
-#[derive(Debug)]
 struct Field {
     /// Its name with its unit.
     name: &'static str,
     what: &'static str,
-    read: Read,
-    write: Write,
+    reach: Reach,
 }
 
 macro_rules! field {
@@ -150,8 +141,7 @@ macro_rules! field {
         Field {
             name: stringify!($name),
             what: $what,
-            read: Read::$kind(|tick| tick.$name),
-            write: Write::$kind(|tick| &mut tick.$name),
+            reach: Reach::$kind(|tick| &mut tick.$name),
         }
     };
 }
@@ -179,18 +169,9 @@ static FIELDS: [Field; 12] = [
     field!(Number observed_energy_j, "seen by the passivity guard, J; NaN if there is none"),
 ];
 
-/// What a log must have to be one of ticks.
-const REQUIRED: [&str; 3] = ["tick", "time_s", "position_m"];
-
-/// Names that fields had in earlier logs: the force was called so before the one that acts was logged beside it.
-const FORMER: [(&str, &str); 1] = [("force_n", "commanded_force_n")];
-
-/// A field, and its axis; of a sequence the first.
+/// Where a column goes: a field, and its axis.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Slot {
-    field: &'static Field,
-    axis: usize,
-}
+pub(crate) struct Slot(Reach, usize);
 
 /// A column of a table of ticks: one number of each.
 #[derive(Clone, Debug)]
@@ -199,7 +180,7 @@ pub struct Column {
     pub name: String,
     what: &'static str,
     axis: usize,
-    read: Read,
+    reach: Reach,
 }
 
 impl Column {
@@ -210,20 +191,22 @@ impl Column {
             name: name.to_owned(),
             what: "",
             axis: 0,
-            read: Read::Number(read),
+            reach: Reach::Derived(read),
         }
     }
 
     /// The number of a tick; not a number on an axis that it has not.
     #[must_use]
     pub fn value(&self, tick: &TickMessage) -> Value {
-        match self.read {
-            Read::Count(field) => Value::Count(field(tick)),
-            Read::Bits(field) => Value::Bits(field(tick)),
-            Read::Number(field) => Value::Number(field(tick)),
-            Read::Axes(field) => {
-                let numbers = field(tick);
-                Value::Number(numbers.get(self.axis).copied().unwrap_or(f64::NAN))
+        let tick = &mut tick.clone();
+        match self.reach {
+            Reach::Count(field) => Value::Count(*field(tick)),
+            Reach::Bits(field) => Value::Bits(*field(tick)),
+            Reach::Number(field) => Value::Number(*field(tick)),
+            Reach::Derived(number) => Value::Number(number(tick)),
+            Reach::Axes(field) => {
+                let number = field(tick).get(self.axis).copied();
+                Value::Number(number.unwrap_or(f64::NAN))
             }
         }
     }
@@ -242,15 +225,18 @@ impl TickMessage {
     /// A tick of so many axes, 1 to 3, with zeros, and no guard that observes energy.
     #[must_use]
     pub fn at_rest(axes: usize) -> Self {
-        let zeros = PerAxis::new(&[0.0; 3][..axes.clamp(1, 3)]);
+        Self::filled(PerAxis::new(&[0.0; 3][..axes.clamp(1, 3)]))
+    }
+
+    fn filled(numbers: PerAxis) -> Self {
         Self {
-            reference_m: zeros,
-            indenter_position_m: zeros,
-            position_m: zeros,
-            environment_force_n: zeros,
-            commanded_force_n: zeros,
-            applied_force_n: zeros,
-            contact_force_n: zeros,
+            reference_m: numbers,
+            indenter_position_m: numbers,
+            position_m: numbers,
+            environment_force_n: numbers,
+            commanded_force_n: numbers,
+            applied_force_n: numbers,
+            contact_force_n: numbers,
             observed_energy_j: f64::NAN,
             ..Self::default()
         }
@@ -265,78 +251,20 @@ impl TickMessage {
     /// Columns of a table of ticks with so many axes, 1 to 3, in order.
     #[must_use]
     pub fn columns(axes: usize) -> Vec<Column> {
-        let of = |&Field {
-                      name, what, read, ..
-                  }: &Field| {
-            let axes = if matches!(read, Read::Axes(_)) {
-                axes
-            } else {
-                1
+        let of = |field: &Field| {
+            let axes = match field.reach {
+                Reach::Axes(_) => axes.clamp(1, AXES.len()),
+                Reach::Count(_) | Reach::Number(_) | Reach::Bits(_) | Reach::Derived(_) => 1,
             };
             let column = |axis| Column {
-                name: column_name(name, axis, axes),
-                what,
+                name: column_name(field.name, axis, axes),
+                what: field.what,
                 axis,
-                read,
+                reach: field.reach,
             };
-            (0..axes.clamp(1, AXES.len()))
-                .map(column)
-                .collect::<Vec<_>>()
+            (0..axes).map(column).collect::<Vec<_>>()
         };
         FIELDS.iter().flat_map(of).collect()
-    }
-
-    /// The layouts of today, one a number of axes: of a log whose schema is lost.
-    pub(super) fn layouts() -> Vec<Layout<Slot>> {
-        let schemas = (1..=AXES.len()).map(|axes| Self::at_rest(axes).schema().1);
-        schemas
-            .map(|schema| Layout::of(&schema, Self::slot))
-            .collect()
-    }
-
-    /// The layout of a log's schema; `None` if it is not one of ticks.
-    pub(super) fn layout(schema: &str) -> Option<Layout<Slot>> {
-        let layout = Layout::of(schema, Self::slot);
-        let has = |name: &&str| layout.has(|slot| slot.field.name == *name);
-        REQUIRED.iter().all(has).then_some(layout)
-    }
-
-    /// A tick of which nothing is known, on no axis.
-    fn unknown() -> Self {
-        let unknown = PerAxis {
-            values: [f64::NAN; 3],
-            count: 0,
-        };
-        Self {
-            time_s: f64::NAN,
-            reference_m: unknown,
-            indenter_position_m: unknown,
-            position_m: unknown,
-            environment_force_n: unknown,
-            commanded_force_n: unknown,
-            applied_force_n: unknown,
-            contact_force_n: unknown,
-            observed_energy_j: f64::NAN,
-            ..Self::default()
-        }
-    }
-}
-
-impl Write {
-    /// Takes in a number on an axis.
-    fn put(self, tick: &mut TickMessage, axis: usize, number: Value) {
-        match self {
-            Self::Count(field) => *field(tick) = number.to_u64(),
-            Self::Number(field) => *field(tick) = number.to_f64(),
-            Self::Bits(field) => *field(tick) = number.to_u64() as u8,
-            Self::Axes(field) => {
-                let numbers = field(tick);
-                if let Some(value) = numbers.values.get_mut(axis) {
-                    *value = number.to_f64();
-                }
-                numbers.count = numbers.count.max(axis.saturating_add(1).min(4) as u8);
-            }
-        }
     }
 }
 
@@ -353,13 +281,13 @@ impl LogMessage for TickMessage {
         };
         let mut text = "# One control tick of a haptic experiment.\n".to_owned();
         for Column {
-            name, what, read, ..
+            name, what, reach, ..
         } in Self::columns(axes)
         {
-            let kind = match read {
-                Read::Count(_) => "uint64",
-                Read::Number(_) | Read::Axes(_) => "float64",
-                Read::Bits(_) => "uint8",
+            let kind = match reach {
+                Reach::Count(_) => "uint64",
+                Reach::Number(_) | Reach::Axes(_) | Reach::Derived(_) => "float64",
+                Reach::Bits(_) => "uint8",
             };
             text += &format!("{kind} {name}  # {what}\n");
         }
@@ -372,18 +300,20 @@ impl LogMessage for TickMessage {
 
     fn encode_into(&self, buffer: &mut Vec<u8>) -> Result<(), MessageError> {
         begin(buffer);
+        let tick = &mut self.clone();
         for field in &FIELDS {
-            match field.read {
-                Read::Count(field) => put(buffer, field(self).to_le_bytes()),
-                Read::Bits(field) => put(buffer, [field(self)]),
-                Read::Number(field) => put(buffer, field(self).to_le_bytes()),
-                Read::Axes(field) => {
-                    let numbers = field(self);
+            match field.reach {
+                Reach::Count(field) => put(buffer, field(tick).to_le_bytes()),
+                Reach::Bits(field) => put(buffer, [*field(tick)]),
+                Reach::Number(field) => put(buffer, field(tick).to_le_bytes()),
+                Reach::Axes(field) => {
+                    let numbers = field(tick);
                     if numbers.len() != self.axes() {
                         return Err(MessageError::Axes);
                     }
                     numbers.iter().for_each(|x| put(buffer, x.to_le_bytes()));
                 }
+                Reach::Derived(_) => {}
             }
         }
         Ok(())
@@ -392,30 +322,44 @@ impl LogMessage for TickMessage {
     type Slot = Slot;
 
     fn slot(name: &str) -> Option<Slot> {
-        let former = FORMER.iter().find(|(former, _)| *former == name);
-        let name = former.map_or(name, |(_, today)| today);
-        let slots = FIELDS
-            .iter()
-            .flat_map(|field| (0..AXES.len()).map(move |axis| Slot { field, axis }));
-        let mut slots = slots.filter(|Slot { field, axis }| match field.write {
-            _ if field.name == name => *axis == 0,
-            Write::Axes(_) => column_name(field.name, *axis, AXES.len()) == name,
-            Write::Count(_) | Write::Number(_) | Write::Bits(_) => false,
-        });
-        slots.next()
+        // Its name until the force that acts was logged beside it.
+        let name = if name == "force_n" {
+            "commanded_force_n"
+        } else {
+            name
+        };
+        let columns = [1, AXES.len()].map(Self::columns);
+        let column = columns.iter().flatten().find(|column| column.name == name);
+        column.map(|column| Slot(column.reach, column.axis))
     }
 
     /// Numbers that are not in the schema are not numbers, and bits are 0.
     fn decode(layout: &Layout<Slot>, bytes: &[u8]) -> Result<Self, MessageError> {
-        let mut tick = Self::unknown();
-        layout.read(bytes, |slot, index, item| {
-            if let Item::Number(number) = item {
-                slot.field.write.put(&mut tick, slot.axis + index, number);
+        let mut tick = Self::filled(PerAxis {
+            values: [f64::NAN; 3],
+            count: 0,
+        });
+        layout.read(bytes, |Slot(reach, axis), index, item| {
+            match (reach, item) {
+                (Reach::Count(field), Item::Number(number)) => *field(&mut tick) = number.to_u64(),
+                (Reach::Number(field), Item::Number(number)) => *field(&mut tick) = number.to_f64(),
+                (Reach::Bits(field), Item::Number(number)) => {
+                    *field(&mut tick) = number.to_u64() as u8;
+                }
+                (Reach::Axes(field), Item::Number(number)) => {
+                    let numbers = field(&mut tick);
+                    let axis = axis + index;
+                    if let Some(value) = numbers.values.get_mut(axis) {
+                        *value = number.to_f64();
+                    }
+                    numbers.count = numbers.count.max((axis + 1).min(4) as u8);
+                }
+                (Reach::Derived(_), _) | (_, Item::Text(_)) => {}
             }
         })?;
         let axes = tick.position_m.count;
         for field in &FIELDS {
-            if let Write::Axes(field) = field.write {
+            if let Reach::Axes(field) = field.reach {
                 let numbers = field(&mut tick);
                 if !(1..=3).contains(&axes) || ![0, axes].contains(&numbers.count) {
                     return Err(MessageError::Axes);
@@ -465,7 +409,7 @@ mod tests {
             expected.extend((-6.0_f64).to_le_bytes());
             assert_eq!(bytes, expected);
             assert_eq!(bytes.len(), length);
-            let layout = TickMessage::layout(&tick.schema().1).expect("is one of ticks");
+            let layout = Layout::of(&tick.schema().1, TickMessage::slot);
             assert_eq!(TickMessage::decode(&layout, &bytes).expect("decodes"), tick);
             for length in 0..bytes.len() {
                 assert!(
@@ -475,7 +419,9 @@ mod tests {
             }
             // Of a log without its schema, the length tells the axes.
             let fits = |layout: &Layout<_>| TickMessage::decode(layout, &bytes).ok();
-            let found: Vec<_> = TickMessage::layouts().iter().filter_map(fits).collect();
+            let schemas = [1, 2, 3].map(|axes| TickMessage::at_rest(axes).schema().1);
+            let layouts = schemas.map(|schema| Layout::of(&schema, TickMessage::slot));
+            let found: Vec<_> = layouts.iter().filter_map(fits).collect();
             assert_eq!(found, [tick]);
             bytes[1] = 0;
             let error = TickMessage::decode(&layout, &bytes).expect_err("another byte order");

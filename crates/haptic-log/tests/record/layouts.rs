@@ -385,8 +385,5 @@ fn a_compression_that_is_not_read_is_named() {
     let mut reader = LogReader::new(bytes.as_slice(), Path::new("xz")).expect("opens");
     reader.by_ref().for_each(drop);
     let damage = reader.condition().damage[0].to_string();
-    assert!(
-        damage.contains("`xz7`") && damage.contains("lz4, zstd"),
-        "{damage}"
-    );
+    assert!(damage.contains("format `xz7`"), "{damage}");
 }

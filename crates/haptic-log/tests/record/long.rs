@@ -3,7 +3,7 @@
 use super::{noon, parameters, tick, ticks_of};
 use haptic_log::record::{
     Damage, Entry, LogFiles, LogReader, LogWriter, NEXT, ROLL_LEAST, RollingLog, TickMessage,
-    index, inspect, recover,
+    inspect, recover,
 };
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -36,8 +36,10 @@ fn a_very_long_log_has_an_index_of_all_of_it() {
         .expect("is there");
     let stats = found.stats.as_ref().expect("are there");
     assert_eq!((stats.message_count, stats.metadata_count), (ticks, 2));
-    // The event channel stands in a chunk of its own, and so it does where the library was started anew.
-    assert!((ticks..ticks + 4).contains(&(found.chunk_indexes.len() as u64)));
+    // 65 536 chunks of 100 ms, 32 768 of 200 ms, and the rest of 400 ms; the event channel stands in one of its own.
+    let expected = 65_536 + 32_768 + (ticks - 2 * 65_536) / 4;
+    let chunks = found.chunk_indexes.len() as u64;
+    assert!(chunks.abs_diff(expected) < 8, "{chunks}, not {expected}");
     // Any tick is found by its time, and every one by the chunk that the index names.
     let mut sequences = Vec::new();
     for chunk in &found.chunk_indexes {
@@ -46,14 +48,9 @@ fn a_very_long_log_has_an_index_of_all_of_it() {
     }
     assert!(sequences.into_iter().eq(0..ticks as u32));
     assert_eq!(found.metadata_indexes.len(), 2);
-    assert!(!index(&path).expect("looks"), "it has one");
-    // A log of an earlier version has none, and gets the same.
-    fs::write(&path, without_index(&bytes)).expect("writes");
-    assert!(index(&path).expect("makes one"));
-    assert!(fs::read(&path).expect("reads") == bytes);
 
     // A byte that changed is still found by its chunk.
-    let place = within_chunk(&bytes, 100_000);
+    let place = within_chunk(&bytes, 80_000);
     let mut damaged = bytes;
     damaged[place] ^= 0x40;
     fs::write(&path, damaged).expect("writes");
@@ -63,71 +60,6 @@ fn a_very_long_log_has_an_index_of_all_of_it() {
         "{}",
         summary.samples
     );
-}
-
-/// The same file, finished without an index.
-fn without_index(bytes: &[u8]) -> Vec<u8> {
-    let footer = bytes.len() - 37;
-    let start = u64::from_le_bytes(
-        bytes[footer + 9..footer + 17]
-            .try_into()
-            .expect("eight bytes"),
-    );
-    let footer = [2, 20, 0, 0, 0, 0, 0, 0, 0].iter().chain(&[0; 20]);
-    let end = footer.chain(mcap::MAGIC);
-    bytes[..start as usize].iter().chain(end).copied().collect()
-}
-
-/// The MCAP library's own index is the measure, and that of the public Python package.
-#[test]
-fn an_index_made_afterwards_is_the_one_of_the_library() {
-    let folder = tempfile::tempdir().expect("folder");
-    let ours = folder.path().join("ours.mcap");
-    let mut writer = LogWriter::create(&ours).expect("creates");
-    writer.starts_at(noon()).expect("dates");
-    super::fill(&mut writer, 2_000).expect("fills");
-    writer.finish().expect("finishes");
-    let theirs = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/record/layouts/zstd.mcap");
-    for source in [&ours, &theirs] {
-        let bytes = fs::read(source).expect("reads");
-        let path = folder.path().join("bare.mcap");
-        fs::write(&path, without_index(&bytes)).expect("writes");
-        assert!(index(&path).expect("makes one"));
-        let indexed = fs::read(&path).expect("reads");
-        let read = |bytes: &[u8]| {
-            mcap::Summary::read(bytes)
-                .expect("is MCAP")
-                .expect("is there")
-        };
-        let (expected, found) = (read(&bytes), read(&indexed));
-        assert_eq!(found.stats, expected.stats);
-        assert_eq!(found.chunk_indexes, expected.chunk_indexes);
-        assert_eq!(found.metadata_indexes, expected.metadata_indexes);
-        assert_eq!(
-            (found.schemas, found.channels),
-            (expected.schemas, expected.channels)
-        );
-        let summary = inspect(&path).expect("inspects");
-        assert!(summary.complete, "{:?}", summary.damage);
-
-        // A log that is cut or damaged is refused, and left as it is.
-        let bare = without_index(&bytes);
-        let mut damaged = bare.clone();
-        damaged[bytes.len() / 3] ^= 0xff;
-        for bytes in [&bare[..bare.len() - 1], &bare[..20]] {
-            fs::write(&path, bytes).expect("writes");
-            let error = index(&path).expect_err("refuses").to_string();
-            assert!(error.contains("log recover"), "{error}");
-            assert_eq!(fs::read(&path).expect("reads"), bytes);
-        }
-        fs::write(&path, &damaged).expect("writes");
-        let _ = index(&path);
-        assert_eq!(
-            fs::read_dir(folder.path()).expect("lists").count(),
-            2,
-            "nothing is left behind"
-        );
-    }
 }
 
 /// A byte of the records in a chunk: MCAP is magic, then records of an opcode, a length and so many bytes.
