@@ -165,9 +165,8 @@ pub(crate) fn recorder(
     metadata.extend(own);
     let (log, live) = (folder.file("mcap"), supervisor.live_streams());
     let started = Recorder::start(&log, metadata, waits, folder.overwrite(), live);
-    let mut recorder = started.inspect_err(|_| folder.discard())?;
-    recorder.roll_at(folder.roll_bytes());
-    Ok(recorder)
+    let recorder = started.inspect_err(|_| folder.discard())?;
+    Ok(recorder.rolled_at(folder.roll_bytes()))
 }
 
 impl Ran {

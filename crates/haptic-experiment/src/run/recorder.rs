@@ -97,12 +97,14 @@ impl Recorder {
         })
     }
 
-    /// From now on a file of the log that has so many bytes is followed by another; `None` changes nothing.
-    pub(crate) fn roll_at(&mut self, full_bytes: Option<u64>) {
+    /// The same, in whose log a file of so many bytes is followed by another; `None` changes nothing.
+    #[must_use]
+    pub fn rolled_at(mut self, full_bytes: Option<u64>) -> Self {
         if let Some(full_bytes) = full_bytes {
             // A writer that has ended is seen at the first sample.
             let _ = self.push_waiting(Entry::RollAt(full_bytes));
         }
+        self
     }
 
     /// Dates what follows: to be called when the first tick is due. Without it the log has device times only.

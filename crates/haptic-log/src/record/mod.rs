@@ -43,7 +43,7 @@ pub use export::{ExportSummary, export_csv, export_csv_to};
 #[cfg(feature = "foxglove")]
 pub(crate) use message::LogMessage;
 pub use message::{EventMessage, MessageError, MetadataRecord, Value};
-pub use new_file::{Leftover, NewFile, NewFileError, leftover_at};
+pub use new_file::{Leftover, NewFile, NewFileError, leftover_at, part_of};
 pub use reader::{Condition, Damage, Entry, LogReader};
 pub use recover::{RecoverySummary, recover};
 pub use roll::{CONTINUES, LogFiles, NEXT, ROLL_LEAST, RUN, RollingLog, nth_file};

@@ -117,9 +117,7 @@ impl NewFile {
         let mut options = OpenOptions::new();
         options.append(true).create_new(true);
         let (part, opened) = loop {
-            let mut part = target.as_os_str().to_owned();
-            part.push(leftover.suffix());
-            let part = PathBuf::from(part);
+            let part = with_suffix(target, &leftover.suffix());
             match options.open(&part) {
                 // Left by a process of the same number: the next name will do.
                 Err(error)
@@ -266,6 +264,18 @@ fn is_same(a: &Path, b: &Path) -> bool {
         }
     }
     a == b
+}
+
+/// `NAME.part` of a log NAME: the file that it is while it is written.
+#[must_use]
+pub fn part_of(log: &Path) -> PathBuf {
+    with_suffix(log, &Leftover::Keep.suffix())
+}
+
+fn with_suffix(target: &Path, suffix: &str) -> PathBuf {
+    let mut name = target.as_os_str().to_owned();
+    name.push(suffix);
+    PathBuf::from(name)
 }
 
 /// Renames, and fails if `to` exists: a hard link refuses a taken name in one step; without links (FAT) a look first

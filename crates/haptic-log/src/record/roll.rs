@@ -15,7 +15,7 @@ use std::path::{Path, PathBuf};
 
 use super::{
     CLOCK, Condition, Damage, Entry, EventMessage, FinishedLog, Leftover, LogReader, LogWriter,
-    MetadataRecord, RecordError, SYNC_INTERVAL, StartTime, TickMessage,
+    MetadataRecord, RecordError, SYNC_INTERVAL, StartTime, TickMessage, part_of,
 };
 
 /// Name of the metadata record that begins every file of a run: a number drawn for it.
@@ -293,10 +293,8 @@ impl LogFiles {
         let Some(next) = self.next.take() else {
             return Ok(false);
         };
-        let mut part = next.clone().into_os_string();
-        part.push(".part");
-        let part = PathBuf::from(part);
-        let there = [next.clone(), part].into_iter().find(|file| file.exists());
+        let there = [next.clone(), part_of(&next)];
+        let there = there.into_iter().find(|file| file.exists());
         let Some(file) = there else {
             self.end(Damage::Missing { file: next });
             return Ok(false);

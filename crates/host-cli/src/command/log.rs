@@ -6,7 +6,7 @@ use clap::{Args, Subcommand};
 use haptic_experiment::Failure;
 use haptic_figure::{FigureError, MotionFigure, MotionRow, Picture, PlaneFigure};
 use haptic_log::record::{
-    EndKind, Entry, LogFiles, LogSummary, PerAxis, RECOVERED, RecordError, TickMessage, export_csv,
+    Entry, LogFiles, LogSummary, PerAxis, RECOVERED, RecordError, TickMessage, export_csv,
     export_csv_to, inspect, recover,
 };
 use serde_json::json;
@@ -34,6 +34,9 @@ pub(crate) enum Command {
                       The damaged log is left as it is."
     )]
     Recover(Copied),
+    /// Copy a log of an earlier version, which has no index beyond 1.8 h, into one with an index
+    #[command(after_help = "Example: host-cli log index day.mcap day-indexed.mcap")]
+    Index(Copied),
     /// Turn a log into CSV, one row per tick
     #[command(after_help = "Example: host-cli log export results/relax-0001/relax.mcap ticks.csv")]
     Export(Copied),
@@ -58,7 +61,7 @@ pub(crate) enum Command {
 pub(crate) struct Copied {
     /// The log
     log: PathBuf,
-    /// New file, `-` for a CSV on standard output [default: NAME.recovered.mcap or NAME.ticks.csv]
+    /// New file, `-` for a CSV on standard output [default: NAME.recovered.mcap, NAME.indexed.mcap or NAME.ticks.csv]
     target: Option<PathBuf>,
     /// Folder for it, if it is not named [default: that of the log]
     #[arg(long, value_name = "DIR", conflicts_with = "target")]
@@ -76,12 +79,8 @@ impl Command {
                 output.report(&summary)
             }
             Self::Check { log } => check(&log, output),
-            Self::Recover(own) => {
-                let target = place(own.target, own.out.as_deref(), &own.log, "recovered.mcap")?;
-                let summary = recover(&own.log, &target, own.overwrite)?;
-                output.summary(&summary)?;
-                require_complete(summary.complete, &own.log, &target.display().to_string())
-            }
+            Self::Recover(own) => saved(own, "recovered.mcap", output),
+            Self::Index(own) => saved(own, "indexed.mcap", output),
             Self::Export(own) => {
                 if own.target.as_deref() == Some(Path::new("-")) {
                     return export_to_output(&own.log, own.overwrite, output);
@@ -104,6 +103,14 @@ impl Command {
             } => plot(&log, out.as_deref(), overwrite, output),
         }
     }
+}
+
+/// All that can be read, in one new log.
+fn saved(own: Copied, ending: &str, output: Output) -> Result<(), Failure> {
+    let target = place(own.target, own.out.as_deref(), &own.log, ending)?;
+    let summary = recover(&own.log, &target, own.overwrite)?;
+    output.summary(&summary)?;
+    require_complete(summary.complete, &own.log, &target.display().to_string())
 }
 
 /// The rows on standard output.
@@ -170,7 +177,7 @@ fn require_complete(complete: bool, log: &Path, made: &str) -> Result<(), Failur
 
 fn check(log: &Path, output: Output) -> Result<(), Failure> {
     let summary = inspect(log)?;
-    let reasons = reasons(&summary);
+    let reasons = summary.reasons();
     output.summary(&summary)?;
     match reasons.is_empty() {
         true => Ok(()),
@@ -185,11 +192,11 @@ fn check(log: &Path, output: Output) -> Result<(), Failure> {
 
 fn plot(log: &Path, out: Option<&Path>, overwrite: bool, output: Output) -> Result<(), Failure> {
     let mut reader = LogFiles::open(log)?;
-    let mut ticks = Vec::new();
+    let mut shown = Shown::default();
     let mut conditions = Vec::new();
     for entry in &mut reader {
         match entry? {
-            Entry::Tick(tick) => ticks.push(tick),
+            Entry::Tick(tick) => shown.add(tick),
             Entry::Metadata(record) if record.name == "experiment" => {
                 let named = ["device", "scheme"].into_iter();
                 conditions = named
@@ -206,17 +213,84 @@ fn plot(log: &Path, out: Option<&Path>, overwrite: bool, output: Output) -> Resu
     let stem = place(None, out, log, "log")?;
     let title = log.file_name().unwrap_or_default().to_string_lossy();
     let figure = picture_file::save(
-        draw(&title, &conditions.join("  ·  "), &ticks),
+        draw(&title, &conditions.join("  ·  "), &shown.buckets.concat()),
         &stem,
         overwrite,
     )?;
     output.summary(&json!({
-        "samples": ticks.len(),
+        "samples": shown.samples,
         "complete": complete,
         "figure": figure,
     }))?;
     require_complete(complete, log, &figure)
 }
+
+/// Ticks that show a log of any length: of each bucket those where a drawn number is least or largest.
+#[derive(Debug, Default)]
+struct Shown {
+    samples: u64,
+    /// Of equally many samples, a power of two.
+    buckets: Vec<Vec<TickMessage>>,
+    doublings: u32,
+}
+
+/// Buckets of a picture: more than it has pixels.
+const BUCKETS: usize = 1 << 11;
+/// A bucket of fewer ticks is kept as it is; the extremes of five vectors with three axes are fewer.
+const BUCKET_FULL: usize = 32;
+
+impl Shown {
+    fn add(&mut self, tick: TickMessage) {
+        if self.samples & ((1 << self.doublings) - 1) == 0 {
+            if self.buckets.len() == BUCKETS {
+                self.buckets = self
+                    .buckets
+                    .chunks(2)
+                    .map(|pair| extremes(pair.concat()))
+                    .collect();
+                self.doublings += 1;
+            }
+            self.buckets.push(Vec::new());
+        }
+        self.samples += 1;
+        if let Some(bucket) = self.buckets.last_mut() {
+            bucket.push(tick);
+            if bucket.len() == BUCKET_FULL {
+                *bucket = extremes(std::mem::take(bucket));
+            }
+        }
+    }
+}
+
+/// Of more ticks than a bucket holds, the first and those with the extremes of what is drawn.
+fn extremes(mut ticks: Vec<TickMessage>) -> Vec<TickMessage> {
+    if ticks.len() < BUCKET_FULL {
+        return ticks;
+    }
+    let mut keeps = vec![false; ticks.len()];
+    keeps[0] = true;
+    for numbers in DRAWN {
+        for axis in 0..ticks[0].axes() {
+            let number = |n: &usize| numbers(&ticks[*n]).get(axis).copied().unwrap_or(f64::NAN);
+            let known = || (0..ticks.len()).filter(|n| !number(n).is_nan());
+            let by = |a: &usize, b: &usize| number(a).total_cmp(&number(b));
+            let ends = [known().min_by(by), known().max_by(by)];
+            ends.into_iter().flatten().for_each(|n| keeps[n] = true);
+        }
+    }
+    let mut keeps = keeps.into_iter();
+    ticks.retain(|_| keeps.next().unwrap_or(true));
+    ticks
+}
+
+/// What is drawn of a tick.
+const DRAWN: [fn(&TickMessage) -> PerAxis; 5] = [
+    |tick| tick.reference_m,
+    |tick| tick.indenter_position_m,
+    |tick| tick.position_m,
+    |tick| tick.commanded_force_n,
+    |tick| tick.contact_force_n,
+];
 
 /// Positions above, forces below; of several axes the path, places and forces.
 fn draw(title: &str, subtitle: &str, ticks: &[TickMessage]) -> Result<Picture, FigureError> {
@@ -270,73 +344,6 @@ fn draw(title: &str, subtitle: &str, ticks: &[TickMessage]) -> Result<Picture, F
         force_n: &forces.collect::<Vec<_>>(),
     }
     .draw()
-}
-
-/// Why a log is not whole, a few words each; none if it is.
-fn reasons(summary: &LogSummary) -> Vec<String> {
-    let mut reasons = summary.damage.clone();
-    let between: u64 = summary.gaps.iter().map(|gap| gap.missing).sum();
-    for (missing, place) in [
-        (summary.missing_at_start, "before the first one".to_owned()),
-        (between, format!("in {} gaps", summary.gaps.len())),
-        (summary.missing_at_end, "after the last one".to_owned()),
-    ] {
-        if missing > 0 {
-            reasons.push(format!("{missing} ticks missing {place}"));
-        }
-    }
-    let flaws = &summary.flaws;
-    if flaws.impossible > 0 {
-        reasons.push(format!(
-            "of {} ticks the device told what cannot be",
-            flaws.impossible
-        ));
-    }
-    if flaws.is_stale(summary.samples) {
-        reasons.push(stale(summary));
-    }
-    if summary.out_of_order > 0 {
-        reasons.push(format!("{} ticks out of order", summary.out_of_order));
-    }
-    if !summary.complete && summary.damage.is_empty() {
-        reasons.push("it was not finished".to_owned());
-    }
-    if let Some(end) = &summary.end {
-        // A file of a rolled log, and what was saved of a damaged one, do not show all that the run counted.
-        let counted = end.dropped_samples > summary.missing_samples && summary.continues.is_none();
-        if counted {
-            reasons.push(format!(
-                "the run counted {} samples and events missing, the log shows {}",
-                end.dropped_samples, summary.missing_samples
-            ));
-        }
-        if end.ended == EndKind::Link && end.made_samples < end.planned_samples {
-            reasons.push("the link was lost, and what the device still made with it".to_owned());
-        }
-    }
-    reasons
-}
-
-fn stale(summary: &LogSummary) -> String {
-    let flaws = &summary.flaws;
-    let parts = [
-        (flaws.unanswered, "the board did not answer"),
-        (
-            flaws.forces_not_taken,
-            "it may not have taken the force before",
-        ),
-        (flaws.late_forces, "an older force of the host acted"),
-    ];
-    let parts = parts.into_iter().filter(|(count, _)| *count > 0);
-    let parts: Vec<String> = parts
-        .map(|(count, words)| format!("in {count} {words}"))
-        .collect();
-    format!(
-        "{} of {} ticks are stale: {}",
-        flaws.stale,
-        summary.samples,
-        parts.join(", ")
-    )
 }
 
 /// What helps a log that is not whole: nothing, where its file is undamaged.
