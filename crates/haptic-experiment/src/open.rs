@@ -511,10 +511,9 @@ impl Document {
         Ok(())
     }
 
-    /// Where the files that a log's document names are no longer as the log has them, a sentence each: its run is repeated with
-    /// what the log has.
+    /// That files which a log's document names are not as the log has them, if so: its run is repeated with what the log has.
     #[must_use]
-    pub fn changed_since_log(&self) -> Vec<String> {
+    pub fn changed_since_log(&self) -> Option<String> {
         let read = |document: &Self| -> Result<BTreeMap<String, String>, FileError> {
             let mut said = ExperimentFile::open(document)?.metadata();
             document.keep_in(&mut said)?;
@@ -522,18 +521,18 @@ impl Document {
         };
         let mut today = self.clone();
         today.logged.clear();
-        let (Ok(then), false) = (read(self), self.logged.is_empty()) else {
-            return Vec::new();
+        let then = read(self).ok().filter(|_| !self.logged.is_empty())?;
+        let what = match read(&today) {
+            Err(error) => format!("cannot be read any more ({error})"),
+            Ok(today) => {
+                let changed = |(_, entry): &(&str, &str)| then.get(*entry) != today.get(*entry);
+                let (key, _) = FILES_IN_LOG.into_iter().find(changed)?;
+                format!("have changed since the log was made, as that of {key}")
+            }
         };
-        let kept = "the run uses what the log has";
-        match read(&today) {
-            Err(error) => vec![format!("the files of the log's run cannot be read any more, {kept}: {error}")],
-            Ok(today) => FILES_IN_LOG
-                .into_iter()
-                .filter(|(_, entry)| then.get(*entry) != today.get(*entry))
-                .map(|(key, _)| format!("the file of {key} has changed since the log was made, {kept}: give {key} for today's"))
-                .collect(),
-        }
+        Some(format!(
+            "files of this run {what}: the run takes them from the log; give their keys to take today's"
+        ))
     }
 }
 

@@ -175,13 +175,12 @@ fn device_at(path: &Path, logged: Option<&str>) -> Result<DeviceModel, FileError
 /// The text of the device file for the log of a run, if one is named that is not ours.
 pub(crate) fn device_text(table: &Table<'_>) -> Result<Option<String>, FileError> {
     let logged = table.logged(&p::DEVICE_MODEL, DEVICE_IN_LOG);
-    match table.file(&p::DEVICE_MODEL)? {
-        Some(path) if path != Path::new(p::LABORATORY) => {
-            let text = logged.map_or_else(|| text_of(&path, "device"), |text| Ok(text.to_owned()));
-            text.map(Some)
-        }
-        Some(_) | None => Ok(None),
-    }
+    let text =
+        |path: PathBuf| logged.map_or_else(|| text_of(&path, "device"), |text| Ok(text.to_owned()));
+    let path = table.file(&p::DEVICE_MODEL)?;
+    path.filter(|path| path != Path::new(p::LABORATORY))
+        .map(text)
+        .transpose()
 }
 
 /// The device file, if one is named.

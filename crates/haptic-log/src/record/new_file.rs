@@ -2,9 +2,9 @@
 //! [`NewFile::publish`] gives the file its own. Nothing half-written looks complete, whatever kills the process.
 
 use std::fs::{self, File, OpenOptions, TryLockError};
+use std::hash::{BuildHasher as _, RandomState};
 use std::io::{self, Write as _};
 use std::path::{Path, PathBuf};
-use std::sync::atomic::{AtomicU64, Ordering};
 
 /// A file that could not be created or named.
 #[derive(Debug, thiserror::Error)]
@@ -51,22 +51,23 @@ impl NewFileError {
 pub enum Leftover {
     /// `NAME.part` holds data: it stays, and one that is already there is refused.
     Keep,
-    /// `NAME.PROCESS-NUMBER.host-cli-tmp` can be made again: it is removed.
+    /// `NAME.DRAWN.host-cli-tmp`, with a number that is drawn, can be made again: it is removed.
     Discard,
 }
 
 impl Leftover {
-    /// What the name of an unfinished file ends with: of those that can be made again no two writers share one.
+    /// What the name of an unfinished file ends with: of those that can be made again nobody knows another's.
     fn suffix(self) -> String {
-        static MADE: AtomicU64 = AtomicU64::new(0);
         match self {
             Self::Keep => ".part".to_owned(),
-            Self::Discard => {
-                let number = MADE.fetch_add(1, Ordering::Relaxed);
-                format!(".{}-{number}.host-cli-tmp", std::process::id())
-            }
+            Self::Discard => format!(".{}.host-cli-tmp", drawn_number()),
         }
     }
+}
+
+/// A number of 16 digits that nobody else has: the standard library draws the keys of its hash tables anew.
+pub(super) fn drawn_number() -> String {
+    format!("{:016x}", RandomState::new().hash_one(0))
 }
 
 /// A file under construction, for logs, tables and pictures alike: it gets its name once it is whole.
@@ -113,19 +114,9 @@ impl NewFile {
         if !overwrite && target.symlink_metadata().is_ok() {
             return Err(NewFileError::Exists(target.to_owned()));
         }
-        // Appended to, so that what somebody else cuts from it shows in its length. A name that is taken, a link too, is left alone.
-        let mut options = OpenOptions::new();
-        options.append(true).create_new(true);
-        let (part, opened) = loop {
-            let part = with_suffix(target, &leftover.suffix());
-            match options.open(&part) {
-                // Left by a process of the same number: the next name will do.
-                Err(error)
-                    if error.kind() == io::ErrorKind::AlreadyExists
-                        && leftover == Leftover::Discard => {}
-                opened => break (part, opened),
-            }
-        };
+        let part = with_suffix(target, &leftover.suffix());
+        // Appended to, so that what somebody else cuts from it shows in its length. A link under that name is not followed.
+        let opened = OpenOptions::new().append(true).create_new(true).open(&part);
         let file = opened.map_err(|source| match source.kind() {
             io::ErrorKind::AlreadyExists => leftover_at(&part),
             // The name that the user knows.
@@ -358,23 +349,19 @@ mod tests {
 
     #[cfg(unix)]
     #[test]
-    fn a_link_under_the_unfinished_name_is_not_followed() {
+    fn a_link_under_an_unfinished_name_is_not_followed() {
         let folder = tempfile::tempdir().expect("folder");
-        let [target, theirs] = ["a.csv", "theirs"].map(|name| folder.path().join(name));
-        fs::write(&theirs, "theirs").expect("writes");
-        let (before, _file) = NewFile::create(&target, Leftover::Discard, false).expect("creates");
-        let name = before.part().to_string_lossy().into_owned();
-        let name = name.trim_end_matches(".host-cli-tmp");
-        let (start, number) = name.rsplit_once('-').expect("PROCESS-NUMBER");
-        let number: u64 = number.parse().expect("a number");
-        for next in number + 1..number + 500 {
-            let link = format!("{start}-{next}.host-cli-tmp");
-            std::os::unix::fs::symlink(&theirs, link).expect("links");
+        let name = |name: &str| folder.path().join(name);
+        fs::write(name("theirs"), "theirs").expect("writes");
+        for link in ["a.csv.host-cli-tmp", "a.csv.part"] {
+            std::os::unix::fs::symlink(name("theirs"), name(link)).expect("links");
         }
-        let new_file = NewFile::filled(&target, b"ours", false).expect("creates");
-        assert_eq!(fs::read(&theirs).expect("reads"), b"theirs");
+        let kept = NewFile::create(&name("a.csv"), Leftover::Keep, true).map(drop);
+        assert!(kept.is_err(), "{kept:?}");
+        let new_file = NewFile::filled(&name("a.csv"), b"ours", false).expect("creates");
         new_file.publish().expect("publishes");
-        assert_eq!(fs::read(&target).expect("reads"), b"ours");
+        assert_eq!(fs::read(name("a.csv")).expect("reads"), b"ours");
+        assert_eq!(fs::read(name("theirs")).expect("reads"), b"theirs");
     }
 
     #[test]

@@ -71,23 +71,13 @@ pub enum Damage {
         /// Cause of the damage.
         cause: String,
     },
-    /// A file that the log goes on in is not there.
-    #[error("the log goes on in `{}`, which is not there", .file.display())]
-    Missing {
+    /// The file that the log goes on in is not there, or not one of its own.
+    #[error("the log goes on in `{}`, which {why}", .file.display())]
+    Next {
         /// The file.
         file: PathBuf,
-    },
-    /// A file that the log goes on in is of another run.
-    #[error("`{}`, in which the log goes on, is of another run", .file.display())]
-    OtherRun {
-        /// The file.
-        file: PathBuf,
-    },
-    /// A log that names a file of its own as the next.
-    #[error("the log names `{}`, which is one of its files already, as the next", .file.display())]
-    Circle {
-        /// The file.
-        file: PathBuf,
+        /// Why it is not read.
+        why: &'static str,
     },
     /// Everything could be read, but the checksum of the whole says that some byte has changed.
     #[error("some byte has changed: {cause}")]

@@ -3,27 +3,27 @@
 //! ```text
 //! NAME.mcap ─next▶ NAME-0002.mcap ─next▶ NAME-0003.mcap
 //! ```
-//! Every file has the metadata of the run and its own index, and begins with the number of the run ([`RUN`]); one
-//! that is followed by another names it ([`NEXT`]), one that follows another names the first ([`CONTINUES`]).
-//! [`LogFiles`] reads all of them as one, and no file of another run.
+//! Every file has the metadata of the run, with a number drawn for it, and its own index; one that is followed by
+//! another names it ([`NEXT`]), one that follows another names the first ([`CONTINUES`]). [`LogFiles`] reads all of
+//! them as one, and no file of another run.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs::File;
-use std::hash::{BuildHasher as _, RandomState};
 use std::io::{BufReader, BufWriter};
 use std::path::{Path, PathBuf};
 
+use super::new_file::drawn_number;
 use super::{
     CLOCK, Condition, Damage, Entry, EventMessage, FinishedLog, Leftover, LogReader, LogWriter,
-    MetadataRecord, RecordError, SYNC_INTERVAL, StartTime, TickMessage, part_of,
+    RecordError, SYNC_INTERVAL, StartTime, TickMessage, part_of,
 };
 
-/// Name of the metadata record that begins every file of a run: a number drawn for it.
-pub const RUN: &str = "run";
 /// Name of the metadata record that names the next file of a log.
 pub const NEXT: &str = "next";
 /// Name of the metadata record that names the first file of a log, in each that follows it.
 pub const CONTINUES: &str = "continues";
+/// Key of the number of a run in its metadata.
+const RUN: &str = "run";
 /// Smallest file that a log is cut into, bytes.
 pub const ROLL_LEAST: u64 = 1_000_000;
 /// No log has more files.
@@ -55,38 +55,29 @@ pub struct RollingLog {
     overwrite: bool,
     /// A file of so many bytes is full; `None` for one file however long.
     full_bytes: Option<u64>,
-    /// Number of the run, and metadata: at the start of every file.
-    beginning: [MetadataRecord; 2],
+    /// Metadata at the start of every file, the number of the run with them.
+    metadata: BTreeMap<String, String>,
     started: Option<StartTime>,
     done: Vec<FinishedLog>,
 }
 
 impl RollingLog {
-    /// Starts the first file, with metadata `experiment`.
+    /// Starts the first file, with metadata `experiment`, among them the number of the run: `run`.
     ///
     /// # Errors
     /// If the file exists, unless `overwrite`, or cannot be made.
     pub fn create(
         first: &Path,
-        metadata: BTreeMap<String, String>,
+        mut metadata: BTreeMap<String, String>,
         overwrite: bool,
     ) -> Result<Self, RecordError> {
-        // The standard library draws the keys of its hash tables anew.
-        let id = format!("{:016x}", RandomState::new().hash_one(first));
-        let beginning = [
-            (RUN, [("id".to_owned(), id)].into()),
-            ("experiment", metadata),
-        ];
-        let beginning = beginning.map(|(name, values)| MetadataRecord {
-            name: name.to_owned(),
-            values,
-        });
+        metadata.insert(RUN.to_owned(), drawn_number());
         Ok(Self {
-            log: begin(first, &beginning, overwrite)?,
+            log: begin(first, &metadata, overwrite)?,
             first: first.to_owned(),
             overwrite,
             full_bytes: None,
-            beginning,
+            metadata,
             started: None,
             done: Vec::new(),
         })
@@ -142,7 +133,7 @@ impl RollingLog {
         let next = nth_file(&self.first, self.done.len() + 2);
         // The next file is there before the last one names it.
         self.remove_stale();
-        let mut log = begin(&next, &self.beginning, self.overwrite)?;
+        let mut log = begin(&next, &self.metadata, self.overwrite)?;
         log.metadata(CONTINUES, file_name(&self.first))?;
         if let Some(start) = self.started {
             log.starts_at(start)?;
@@ -176,9 +167,6 @@ impl RollingLog {
             whole.paths.push(file.path.clone());
             whole.samples += file.samples;
             whole.bytes += file.bytes;
-            whole.syncs.count += file.syncs.count;
-            whole.syncs.total += file.syncs.total;
-            whole.syncs.longest = whole.syncs.longest.max(file.syncs.longest);
         }
         Ok(whole)
     }
@@ -186,13 +174,12 @@ impl RollingLog {
 
 fn begin(
     path: &Path,
-    beginning: &[MetadataRecord],
+    metadata: &BTreeMap<String, String>,
     overwrite: bool,
 ) -> Result<LogWriter<BufWriter<File>>, RecordError> {
     let interval = Some(SYNC_INTERVAL);
     let mut log = LogWriter::create_synced(path, Leftover::Keep, overwrite, interval)?;
-    let mut records = beginning.iter();
-    match records.try_for_each(|record| log.metadata(&record.name, record.values.clone())) {
+    match log.metadata("experiment", metadata.clone()) {
         Ok(()) => Ok(log),
         Err(error) => Err(log.take_back(error)),
     }
@@ -282,9 +269,9 @@ impl LogFiles {
     }
 
     /// Ends the reading with something missing.
-    fn end(&mut self, damage: Damage) {
+    fn end(&mut self, file: PathBuf, why: &'static str) {
         self.before.complete = false;
-        self.before.damage.push(damage);
+        self.before.damage.push(Damage::Next { file, why });
         self.next = None;
     }
 
@@ -296,11 +283,11 @@ impl LogFiles {
         let there = [next.clone(), part_of(&next)];
         let there = there.into_iter().find(|file| file.exists());
         let Some(file) = there else {
-            self.end(Damage::Missing { file: next });
+            self.end(next, "is not there");
             return Ok(false);
         };
         if self.read.len() >= FILES_MOST || !self.read.insert(file.clone()) {
-            self.end(Damage::Circle { file });
+            self.end(file, "is one of its files already");
             return Ok(false);
         }
         self.before = self.condition();
@@ -320,16 +307,18 @@ impl Iterator for LogFiles {
     fn next(&mut self) -> Option<Self::Item> {
         loop {
             let entry = self.reader.next();
+            if let Some(Ok(Entry::Metadata(record))) = &entry
+                && record.name == "experiment"
+            {
+                let run = record.values.get(RUN);
+                self.belongs |= run == self.run.as_ref();
+                self.run = self.run.take().or_else(|| run.cloned());
+            }
             match entry {
-                Some(Ok(Entry::Metadata(record))) if record.name == RUN => {
-                    let id = record.values.get("id");
-                    self.belongs |= id == self.run.as_ref();
-                    self.run = self.run.take().or_else(|| id.cloned());
-                }
                 Some(Ok(_)) if !self.belongs => {
                     let file = self.path.clone();
                     self.reader.stop();
-                    self.end(Damage::OtherRun { file });
+                    self.end(file, "is of another run");
                 }
                 Some(Ok(Entry::Metadata(record))) if record.name == NEXT => {
                     let name = record.values.get("file").map(Path::new);

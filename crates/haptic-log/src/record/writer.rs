@@ -18,7 +18,7 @@ use mcap::{Compression, McapResult, WriteOptions};
 
 use super::error::io_error;
 use super::message::LogMessage;
-use super::sync::{SyncTimes, Syncer};
+use super::sync::Syncer;
 use super::{
     CLOCK, EventMessage, Leftover, MessageError, NewFile, NewFileError, RecordError, StartTime,
     TickMessage,
@@ -51,8 +51,6 @@ pub struct FinishedLog {
     pub samples: u64,
     /// Its size.
     pub bytes: u64,
-    /// Number and durations of the syncs to the disk while the log grew.
-    pub syncs: SyncTimes,
 }
 
 /// A log being written. Made by [`create`](LogWriter::create); call
@@ -375,8 +373,7 @@ impl LogWriter<BufWriter<File>> {
             .into_inner()
             .map_err(|error| fail(error.into_error()))?;
         file.sync_data().map_err(fail)?;
-        let syncs = syncer.map_or(Ok(SyncTimes::default()), Syncer::stop);
-        let syncs = syncs.map_err(fail)?;
+        syncer.map_or(Ok(0), Syncer::stop).map_err(fail)?;
         let bytes = file.metadata().map_err(fail)?.len();
         let path = match new_file {
             Some(new_file) => {
@@ -404,7 +401,6 @@ impl LogWriter<BufWriter<File>> {
             path,
             samples,
             bytes,
-            syncs,
         })
     }
 }

@@ -89,8 +89,7 @@ fn assert_stands_alone(path: &Path) {
     let index = mcap::Summary::read(&bytes).expect("is MCAP");
     assert!(!index.expect("is there").chunk_indexes.is_empty());
     let own = entries_of(path);
-    let described =
-        |entry: &&Entry| matches!(entry, Entry::Metadata(record) if record.values == parameters());
+    let described = |entry: &&Entry| matches!(entry, Entry::Metadata(record) if parameters().iter().all(|(key, value)| record.values.get(key) == Some(value)));
     assert_eq!(own.iter().filter(described).count(), 1);
 }
 
@@ -218,7 +217,7 @@ fn files_of_another_run_are_not_read_as_one_with_these() {
         .count();
     assert!(ticks < 40_000, "{ticks}");
     let condition = files.condition();
-    let other = |damage: &Damage| matches!(damage, Damage::OtherRun { file } if file.ends_with("run-0002.mcap"));
+    let other = |damage: &Damage| matches!(damage, Damage::Next { file, .. } if file.ends_with("run-0002.mcap"));
     assert!(
         !condition.complete && condition.damage.iter().any(other),
         "{condition:?}"

@@ -4,6 +4,7 @@ use crate::output::Output;
 use crate::picture_file;
 use clap::{Args, Subcommand};
 use haptic_experiment::Failure;
+use haptic_experiment::judge::Decimated;
 use haptic_figure::{FigureError, MotionFigure, MotionRow, Picture, PlaneFigure};
 use haptic_log::record::{
     Entry, LogFiles, LogSummary, PerAxis, RECOVERED, RecordError, TickMessage, export_csv,
@@ -192,11 +193,14 @@ fn check(log: &Path, output: Output) -> Result<(), Failure> {
 
 fn plot(log: &Path, out: Option<&Path>, overwrite: bool, output: Output) -> Result<(), Failure> {
     let mut reader = LogFiles::open(log)?;
-    let mut shown = Shown::default();
+    let (mut shown, mut axes) = (Decimated::new(DENSE), 1);
     let mut conditions = Vec::new();
     for entry in &mut reader {
         match entry? {
-            Entry::Tick(tick) => shown.add(tick),
+            Entry::Tick(tick) => {
+                axes = tick.axes();
+                shown.add(tick.time_s, drawn(&tick));
+            }
             Entry::Metadata(record) if record.name == "experiment" => {
                 let named = ["device", "scheme"].into_iter();
                 conditions = named
@@ -212,136 +216,98 @@ fn plot(log: &Path, out: Option<&Path>, overwrite: bool, output: Output) -> Resu
     }
     let stem = place(None, out, log, "log")?;
     let title = log.file_name().unwrap_or_default().to_string_lossy();
+    let (samples, time_s, curves) = shown.curves();
     let figure = picture_file::save(
-        draw(&title, &conditions.join("  ·  "), &shown.buckets.concat()),
+        draw(&title, &conditions.join("  ·  "), axes, &time_s, &curves),
         &stem,
         overwrite,
     )?;
     output.summary(&json!({
-        "samples": shown.samples,
+        "samples": samples,
         "complete": complete,
         "figure": figure,
     }))?;
     require_complete(complete, log, &figure)
 }
 
-/// Ticks that show a log of any length: of each bucket those where a drawn number is least or largest.
-#[derive(Debug, Default)]
-struct Shown {
-    samples: u64,
-    /// Of equally many samples, a power of two.
-    buckets: Vec<Vec<TickMessage>>,
-    doublings: u32,
-}
-
-/// Buckets of a picture: more than it has pixels.
-const BUCKETS: usize = 1 << 11;
-/// A bucket of fewer ticks is kept as it is; the extremes of five vectors with three axes are fewer.
-const BUCKET_FULL: usize = 32;
-
-impl Shown {
-    fn add(&mut self, tick: TickMessage) {
-        if self.samples & ((1 << self.doublings) - 1) == 0 {
-            if self.buckets.len() == BUCKETS {
-                self.buckets = self
-                    .buckets
-                    .chunks(2)
-                    .map(|pair| extremes(pair.concat()))
-                    .collect();
-                self.doublings += 1;
-            }
-            self.buckets.push(Vec::new());
-        }
-        self.samples += 1;
-        if let Some(bucket) = self.buckets.last_mut() {
-            bucket.push(tick);
-            if bucket.len() == BUCKET_FULL {
-                *bucket = extremes(std::mem::take(bucket));
-            }
-        }
-    }
-}
-
-/// Of more ticks than a bucket holds, the first and those with the extremes of what is drawn.
-fn extremes(mut ticks: Vec<TickMessage>) -> Vec<TickMessage> {
-    if ticks.len() < BUCKET_FULL {
-        return ticks;
-    }
-    let mut keeps = vec![false; ticks.len()];
-    keeps[0] = true;
-    for numbers in DRAWN {
-        for axis in 0..ticks[0].axes() {
-            let number = |n: &usize| numbers(&ticks[*n]).get(axis).copied().unwrap_or(f64::NAN);
-            let known = || (0..ticks.len()).filter(|n| !number(n).is_nan());
-            let by = |a: &usize, b: &usize| number(a).total_cmp(&number(b));
-            let ends = [known().min_by(by), known().max_by(by)];
-            ends.into_iter().flatten().for_each(|n| keeps[n] = true);
-        }
-    }
-    let mut keeps = keeps.into_iter();
-    ticks.retain(|_| keeps.next().unwrap_or(true));
-    ticks
-}
+/// Samples of which each is drawn; of more the extremes.
+const DENSE: u64 = 100_000;
 
 /// What is drawn of a tick.
-const DRAWN: [fn(&TickMessage) -> PerAxis; 5] = [
-    |tick| tick.reference_m,
-    |tick| tick.indenter_position_m,
-    |tick| tick.position_m,
-    |tick| tick.commanded_force_n,
-    |tick| tick.contact_force_n,
-];
+fn drawn(tick: &TickMessage) -> [f64; 9] {
+    let on = |numbers: PerAxis, axis: usize| numbers.get(axis).copied().unwrap_or(f64::NAN);
+    let [x, y, z] = [0, 1, 2].map(|axis| on(tick.commanded_force_n, axis));
+    let [reference, position] = [tick.reference_m, tick.position_m];
+    let [reference_y, position_y] = [on(reference, 1), on(position, 1)];
+    let indenter = on(tick.indenter_position_m, 0);
+    let contact = on(tick.contact_force_n, 0);
+    [
+        on(reference, 0),
+        indenter,
+        on(position, 0),
+        reference_y,
+        position_y,
+        x,
+        y,
+        z,
+        contact,
+    ]
+}
 
 /// Positions above, forces below; of several axes the path, places and forces.
-fn draw(title: &str, subtitle: &str, ticks: &[TickMessage]) -> Result<Picture, FigureError> {
-    let axes = ticks.first().map_or(1, TickMessage::axes);
-    let time_s: Vec<f64> = ticks.iter().map(|tick| tick.time_s).collect();
-    let of = |axis: usize, field: fn(&TickMessage) -> PerAxis| -> Vec<f64> {
-        let numbers = ticks.iter().map(field);
-        let numbers = numbers.map(|numbers| numbers.get(axis).copied());
-        numbers.map(|number| number.unwrap_or(f64::NAN)).collect()
-    };
+fn draw(
+    title: &str,
+    subtitle: &str,
+    axes: usize,
+    time_s: &[f64],
+    curves: &[Vec<f64>; 9],
+) -> Result<Picture, FigureError> {
+    let [
+        reference,
+        indenter,
+        position,
+        reference_y,
+        position_y,
+        x,
+        y,
+        z,
+        contact,
+    ] = curves;
     if axes == 1 {
         return MotionFigure {
             title,
             subtitle,
-            time_s: &time_s,
+            time_s,
             rows: &[
                 MotionRow {
                     caption: "position",
                     label: "position / mm",
                     scale: 1e3,
                     lines: &[
-                        ("reference", &of(0, |tick| tick.reference_m)),
-                        ("indenter", &of(0, |tick| tick.indenter_position_m)),
-                        ("position", &of(0, |tick| tick.position_m)),
+                        ("reference", reference),
+                        ("indenter", indenter),
+                        ("position", position),
                     ],
                 },
                 MotionRow {
                     caption: "force",
                     label: "force / N",
                     scale: 1.0,
-                    lines: &[
-                        ("force", &of(0, |tick| tick.commanded_force_n)),
-                        ("contact force", &of(0, |tick| tick.contact_force_n)),
-                    ],
+                    lines: &[("force", x), ("contact force", contact)],
                 },
             ],
         }
         .draw();
     }
-    let [x, y] = [0, 1].map(|axis| of(axis, |tick| tick.position_m));
-    let [hand_x, hand_y] = [0, 1].map(|axis| of(axis, |tick| tick.reference_m));
-    let forces = (0..axes).map(|axis| of(axis, |tick| tick.commanded_force_n));
     PlaneFigure {
         title,
         subtitle,
         outline_m: &[],
-        time_s: &time_s,
-        reference_m: [&hand_x, &hand_y],
-        position_m: [&x, &y],
+        time_s,
+        reference_m: [reference, reference_y],
+        position_m: [position, position_y],
         depth_m: None,
-        force_n: &forces.collect::<Vec<_>>(),
+        force_n: &[x, y, z].map(Clone::clone)[..axes],
     }
     .draw()
 }

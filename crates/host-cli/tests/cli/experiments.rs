@@ -172,7 +172,7 @@ fn a_log_runs_again_with_the_files_that_it_has() {
     let tissue = |viscosity: u32| {
         format!(
             "name = \"gel\"\ndescription = \"a gel\"\n[parameters]\nelastic_modulus_pa = 0.0\nviscosity_pa_s_alpha = {viscosity}.0\n\
-             order = 0.2247\n[source]\ncitation = \"none\"\nconditions = \"made\"\n"
+             order = 0.2247\n[source]\ncitation = \"none\"\nconditions = \"made\"\nchecked = \"never\"\n"
         )
     };
     place.write("gel.toml", tissue(8650));
@@ -187,7 +187,7 @@ fn a_log_runs_again_with_the_files_that_it_has() {
     let again = run("run first/relax.mcap --out again");
     says(
         &again.stderr,
-        &["file of tissue", "changed since the log was made"],
+        &["that of tissue", "changed since the log was made"],
     );
     assert_eq!(of("again"), of("first"));
     let given = run("run first/relax.mcap tissue=gel.toml --out given");

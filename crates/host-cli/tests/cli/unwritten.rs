@@ -113,7 +113,7 @@ fn a_table_without_space_is_told_behind_the_report() {
         let line = match stem {
             "relax" => "relax --duration 2s --ramp-time 1s".to_owned(),
             // Its log is the larger one, so that has several files.
-            "wall" => format!("run {experiments}/{file}.toml duration=20s --roll 1MB"),
+            "wall" => format!("run {experiments}/{file}.toml duration=60s --roll 1MB"),
             _ => format!("run {experiments}/{file}.toml"),
         };
         let line = format!("exec \"$0\" {line} --out {stem} --overwrite --json");
