@@ -522,16 +522,12 @@ impl Document {
         let mut today = self.clone();
         today.logged.clear();
         let then = read(self).ok().filter(|_| !self.logged.is_empty())?;
-        let what = match read(&today) {
-            Err(error) => format!("cannot be read any more ({error})"),
-            Ok(today) => {
-                let changed = |(_, entry): &(&str, &str)| then.get(*entry) != today.get(*entry);
-                let (key, _) = FILES_IN_LOG.into_iter().find(changed)?;
-                format!("have changed since the log was made, as that of {key}")
-            }
-        };
+        // Of files that cannot be read any more there is nothing.
+        let today = read(&today).unwrap_or_default();
+        let changed = |(_, entry): &(&str, &str)| then.get(*entry) != today.get(*entry);
+        let (key, _) = FILES_IN_LOG.into_iter().find(changed)?;
         Some(format!(
-            "files of this run {what}: the run takes them from the log; give their keys to take today's"
+            "the file of {key} is not what it was when the log was made: the run takes it from the log; give {key} for today's"
         ))
     }
 }

@@ -107,7 +107,7 @@ fn copy(source: &Path, target: &Path, overwrite: bool) -> Result<RecoverySummary
     refuse_own_source(source, target)?;
     refuse_being_written(source)?;
     let mut reader = LogFiles::open(source)?;
-    let mut writer = LogWriter::create_with(target, Leftover::Discard, overwrite)?;
+    let mut writer = LogWriter::create_with(target, Leftover::Discard, overwrite, None)?;
     let mut file = source.to_owned();
     let mut count = TickCount::default();
     let mut events = 0;

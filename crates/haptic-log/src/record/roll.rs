@@ -178,7 +178,7 @@ fn begin(
     overwrite: bool,
 ) -> Result<LogWriter<BufWriter<File>>, RecordError> {
     let interval = Some(SYNC_INTERVAL);
-    let mut log = LogWriter::create_synced(path, Leftover::Keep, overwrite, interval)?;
+    let mut log = LogWriter::create_with(path, Leftover::Keep, overwrite, interval)?;
     match log.metadata("experiment", metadata.clone()) {
         Ok(()) => Ok(log),
         Err(error) => Err(log.take_back(error)),

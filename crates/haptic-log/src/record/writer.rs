@@ -295,24 +295,15 @@ impl LogWriter<BufWriter<File>> {
     /// # Errors
     /// If `path` or `path.part` exists, or the folder does not take the file.
     pub fn create(path: &Path) -> Result<Self, RecordError> {
-        Self::create_with(path, Leftover::Keep, false)
+        Self::create_with(path, Leftover::Keep, false, None)
     }
 
     /// As [`create`](Self::create), with a choice of what happens to an unfinished file, and whether
-    /// the finished one may replace another.
+    /// the finished one may replace another; brought to the disk at an interval, if one is given.
     ///
     /// # Errors
     /// As there.
     pub fn create_with(
-        path: &Path,
-        leftover: Leftover,
-        overwrite: bool,
-    ) -> Result<Self, RecordError> {
-        Self::create_synced(path, leftover, overwrite, None)
-    }
-
-    /// As [`create_with`](Self::create_with); brought to the disk at an interval, if one is given.
-    pub(crate) fn create_synced(
         path: &Path,
         leftover: Leftover,
         overwrite: bool,

@@ -120,8 +120,9 @@ impl Arguments {
             };
             let metadata = metadata(&watch.watched.device, &link);
             // The streams show the first session; later ones are in their logs.
-            let recorder = Recorder::start(&name, metadata, false, folder.overwrite(), live.take());
-            let recorder = recorder.map(|recorder| recorder.rolled_at(folder.roll_bytes()));
+            let (overwrite, roll_bytes) = (folder.overwrite(), folder.roll_bytes());
+            let recorder =
+                Recorder::start(&name, metadata, false, overwrite, roll_bytes, live.take());
             let mut log = match (recorder, watch.watched.reconnected) {
                 (Err(error), 0) => return Err(error.into()),
                 (recorder, _) => SessionLog::new(recorder, &watch.bar),
