@@ -61,6 +61,10 @@ fn a_run_rolls_its_log_on_request() {
     }
     let refused = place.run(SHORT).failed(2);
     assert!(refused.error().contains("relax-0002.mcap"), "{refused}");
+    // What a run that died has left is seen at the start, not when the next one gets there.
+    place.write("run/relax-0003.mcap.part", "cut");
+    let again = place.run(&format!("{SHORT} --overwrite"));
+    again.refused(2, &["relax-0003.mcap.part", "log recover"]);
 }
 
 #[test]
