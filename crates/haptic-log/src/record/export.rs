@@ -94,7 +94,7 @@ fn write_rows(
     if columns.is_empty() {
         if !condition.foreign_topics.is_empty() {
             return Err(RecordError::NoTicks {
-                path: reader.path().to_owned(),
+                path: reader.path.clone(),
                 topics: condition.foreign_topics.into_keys().collect(),
             });
         }

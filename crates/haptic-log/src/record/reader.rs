@@ -98,14 +98,6 @@ pub struct Condition {
     pub foreign_topics: BTreeMap<String, u64>,
 }
 
-impl Condition {
-    /// Messages on topics that are not ours.
-    #[must_use]
-    pub fn foreign_messages(&self) -> u64 {
-        self.foreign_topics.values().sum()
-    }
-}
-
 /// Iterates over the [entries](Entry) of a log; afterwards [`condition`](Self::condition) tells
 /// what is missing. An `Err` comes from the disk, never from damage, and is the last item.
 ///

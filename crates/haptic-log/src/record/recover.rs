@@ -48,10 +48,10 @@ fn missing(count: &TickCount, condition: &Condition) -> Vec<String> {
             sentences.push(format!("{missing} ticks {place} one saved are missing"));
         }
     }
-    if condition.foreign_messages() > 0 {
+    let foreign: u64 = condition.foreign_topics.values().sum();
+    if foreign > 0 {
         sentences.push(format!(
-            "{} messages on topics that host-cli does not write were not copied",
-            condition.foreign_messages()
+            "{foreign} messages on topics that host-cli does not write were not copied"
         ));
     }
     match count.last {
@@ -113,8 +113,8 @@ fn copy(source: &Path, target: &Path, overwrite: bool) -> Result<RecoverySummary
     let mut events = 0;
     let mut unreadable = None;
     while let Some(entry) = reader.next() {
-        if file != reader.path() {
-            reader.path().clone_into(&mut file);
+        if file != reader.path {
+            reader.path.clone_into(&mut file);
             refuse_own_source(&file, target)?;
             refuse_being_written(&file)?;
         }
@@ -140,7 +140,7 @@ fn copy(source: &Path, target: &Path, overwrite: bool) -> Result<RecoverySummary
     }
     let mut condition = reader.condition();
     if let Some(cause) = unreadable {
-        let at_byte = reader.bytes_read();
+        let at_byte = reader.reader.bytes_read();
         condition.damage.push(Damage::Structure { at_byte, cause });
     }
     let gaps: Vec<String> = (count.gaps.iter())

@@ -201,8 +201,9 @@ pub fn nth_file(first: &Path, number: usize) -> PathBuf {
 /// Iterates over the [entries](Entry) of a log and of the files that follow it.
 #[derive(Debug)]
 pub struct LogFiles {
-    reader: LogReader<BufReader<File>>,
-    path: PathBuf,
+    pub(super) reader: LogReader<BufReader<File>>,
+    /// The file being read.
+    pub(super) path: PathBuf,
     /// The file that the one being read names.
     next: Option<PathBuf>,
     /// Files read, with the one being read.
@@ -256,16 +257,6 @@ impl LogFiles {
     #[must_use]
     pub fn started(&self) -> Option<StartTime> {
         self.reader.started()
-    }
-
-    /// The file being read.
-    pub(super) fn path(&self) -> &Path {
-        &self.path
-    }
-
-    /// Bytes read of it.
-    pub(super) fn bytes_read(&self) -> u64 {
-        self.reader.bytes_read()
     }
 
     /// Ends the reading with something missing.

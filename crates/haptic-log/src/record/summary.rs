@@ -314,7 +314,7 @@ pub fn inspect(path: &Path) -> Result<LogSummary, RecordError> {
     let condition = reader.condition();
     summary.complete = condition.complete;
     summary.damage = condition.damage.iter().map(Damage::to_string).collect();
-    summary.foreign_messages = condition.foreign_messages();
+    summary.foreign_messages = condition.foreign_topics.values().sum();
     summary.foreign_topics = condition.foreign_topics;
     summary.missing_since_recovery = summary
         .metadata
