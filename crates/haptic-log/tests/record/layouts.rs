@@ -7,6 +7,8 @@ use haptic_log::record::{
 };
 use mcap::records::MessageHeader;
 use mcap::{Compression, WriteOptions};
+use rand_pcg::Pcg64;
+use rand_pcg::rand_core::{Rng as _, SeedableRng as _};
 use std::collections::BTreeMap;
 use std::fs;
 use std::io::Cursor;
@@ -267,13 +269,14 @@ impl Layout {
     }
 }
 
-/// Wrote the frozen logs, whose definitions are those of the versions of that day. To be run again only for a new one.
+/// `FREEZE_LAYOUTS` writes those that are missing; a frozen one stays as it is.
 #[test]
-#[ignore = "writes the logs that the others read: FREEZE_LAYOUTS"]
-fn the_logs_are_frozen() {
-    let missing = LAYOUTS.iter().filter(|layout| !layout.path().exists());
-    for layout in missing.filter(|_| std::env::var_os("FREEZE_LAYOUTS").is_some()) {
-        fs::write(layout.path(), layout.log()).expect("writes");
+fn every_layout_has_its_frozen_log() {
+    for layout in &LAYOUTS {
+        if std::env::var_os("FREEZE_LAYOUTS").is_some() && !layout.path().exists() {
+            fs::write(layout.path(), layout.log()).expect("writes");
+        }
+        assert!(layout.path().exists(), "{}", layout.name);
     }
 }
 
@@ -386,4 +389,34 @@ fn a_compression_that_is_not_read_is_named() {
     reader.by_ref().for_each(drop);
     let damage = reader.condition().damage[0].to_string();
     assert!(damage.contains("format `xz7`"), "{damage}");
+}
+
+/// `CAMPAIGN_CASES`: changes to each log, 40 by default.
+#[test]
+#[ignore = "long: `.ci/run` does it, or --include-ignored"]
+fn changed_logs_of_every_layout_never_panic_and_never_lie() {
+    let cases = std::env::var("CAMPAIGN_CASES").map_or(40, |n| n.parse().expect("a number"));
+    let mut random = Pcg64::seed_from_u64(7);
+    let packed = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/record/layouts/zstd.mcap");
+    let paths = LAYOUTS.iter().map(|layout| (Some(layout), layout.path()));
+    let mut lost = 0;
+    for (layout, path) in paths.chain([(None, packed)]) {
+        let whole = fs::read(&path).expect("reads");
+        for _ in 0..cases {
+            let mut bytes = whole.clone();
+            for _ in 0..1 + random.next_u64() % 4 {
+                let place = 8 + (random.next_u64() % (bytes.len() as u64 - 8)) as usize;
+                bytes[place] = random.next_u64() as u8;
+            }
+            let mut reader = LogReader::new(bytes.as_slice(), &path).expect("opens");
+            for entry in &mut reader {
+                if let (Entry::Tick(tick), Some(layout)) = (entry.expect("is memory"), layout) {
+                    let expected = layout.tick(tick.tick);
+                    assert_eq!(shown(&[tick]), shown(&[expected]), "{}", layout.name);
+                }
+            }
+            lost += u32::from(!reader.condition().complete);
+        }
+    }
+    assert!(lost > cases, "most changes are seen: {lost}");
 }
