@@ -12,7 +12,7 @@ mod record_check;
 pub use controller_file::{ControllerFile, ControllerOrigin};
 pub use error::{Excerpt, FileError};
 use error::{Source, text_of};
-use haptic_log::record::{Entry, LogReader};
+use haptic_log::record::inspect;
 pub use input::short;
 use parameters::{Parameter, Value as Kind};
 use reader::{Part, Table, in_order};
@@ -44,6 +44,8 @@ pub struct Document {
     path: PathBuf,
     text: String,
     given: Vec<Given>,
+    /// What the log of a run says of it, with the texts of the files that the document names.
+    pub(crate) logged: BTreeMap<String, String>,
     /// What is given, as TOML, and for each of its lines how it was said.
     over: (String, Vec<String>),
 }
@@ -58,8 +60,10 @@ struct Given {
 
 /// Where a log has the document of its run.
 pub(crate) const IN_LOG: (&str, &str) = ("experiment", "document");
-/// Entries of a log among which it stands.
-const MOST_BEFORE_TICKS: usize = 16;
+/// Files that a document names, as a log of its run has them.
+pub(crate) const TISSUE_IN_LOG: &str = "tissue_file";
+pub(crate) const CONTROLLER_IN_LOG: &str = "drive.file";
+pub(crate) const DEVICE_IN_LOG: &str = "device_model.file";
 
 impl Document {
     /// A document without a file: a table of this name, with what will be given.
@@ -82,10 +86,10 @@ impl Document {
         }
     }
 
-    /// A file, or the document of the run of which this is the log, `.mcap`.
+    /// A file, or the document of the run of which this is the log, `.mcap`: with the files that it names as they were then.
     ///
     /// # Errors
-    /// If it cannot be read, or a log has none.
+    /// If it cannot be read, or a log is not whole or has none.
     pub fn read(path: &Path) -> Result<Self, FileError> {
         let name = path.to_string_lossy().to_lowercase();
         if ![".mcap", ".mcap.part"]
@@ -94,24 +98,29 @@ impl Document {
         {
             return Ok(Self::of_text(path, &text_of(path, "experiment")?));
         }
-        let (name, key) = IN_LOG;
-        let log = LogReader::open(path).map_err(|error| FileError::said("", error.to_string()))?;
-        // It stands before the ticks.
-        let entries = log.map_while(Result::ok);
-        let text = entries
-            .take(MOST_BEFORE_TICKS)
-            .find_map(|entry| match entry {
-                Entry::Metadata(record) if record.name == name => record.values.get(key).cloned(),
-                _ => None,
-            });
-        let text = text.ok_or_else(|| {
-            let log = path.display();
-            let reason = format!(
+        let refuse = |reason: String| FileError::said("", reason);
+        let log = path.display();
+        let summary = inspect(path).map_err(|error| refuse(error.to_string()))?;
+        let reasons = summary.reasons().join("; ");
+        if !reasons.is_empty() {
+            return Err(refuse(format!(
+                "{log} is not whole, so it is not run again: {reasons}; give the file that it was run from"
+            )));
+        }
+        let mut records = summary.metadata.into_iter();
+        let said = records.find(|record| record.name == IN_LOG.0);
+        let logged = said.map(|record| record.values).unwrap_or_default();
+        match logged.get(IN_LOG.1) {
+            Some(text) => Ok(Self {
+                text: text.clone(),
+                path: path.to_owned(),
+                logged,
+                ..Self::default()
+            }),
+            None => Err(refuse(format!(
                 "{log} does not hold the document of a run: give the file that it was run from"
-            );
-            FileError::said("", reason)
-        })?;
-        Ok(Self::of_text(path, &text))
+            ))),
+        }
     }
 
     /// Gives a value, which wins over the file; `said` is how, as in `--strain 3%`.
@@ -180,8 +189,11 @@ impl Document {
             path: Path::new(""),
             text: &self.over.0,
             said: &self.over.1,
+            logged: None,
         };
         let mut parsed = Parsed::of(&self.path, &self.text)?;
+        let sources = parsed.layers.iter_mut().map(|layer| &mut layer.source);
+        sources.for_each(|source| source.logged = Some(&self.logged));
         parsed.layers.insert(0, Layer::of(given)?);
         Ok(parsed)
     }
@@ -264,6 +276,7 @@ impl<'a> Parsed<'a> {
             path,
             text,
             said: &[],
+            logged: None,
         })?;
         Ok(Self {
             layers: vec![layer],

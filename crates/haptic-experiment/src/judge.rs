@@ -11,6 +11,7 @@ pub(crate) mod warnings;
 
 use crate::run::folder::OutputFolder;
 use crate::run::record::Record;
+pub use decimated::Decimated;
 pub use modelled_tissue::operator;
 pub use preflight::{Preflight, WallContact};
 pub(crate) use reference::Reference;

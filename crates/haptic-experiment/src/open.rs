@@ -19,13 +19,15 @@ mod tests;
 
 use crate::document::error::FileError;
 use crate::document::failure::Failure;
-use crate::document::parameters::{CONTROLLER, DEVICE, FORCE_UNSTABLE};
+use crate::document::parameters::{CONTROLLER, DEVICE, FORCE_UNSTABLE, TISSUE};
 use crate::document::parameters::{Parameter, Value};
 use crate::document::reader::Table;
-use crate::document::{Document, IN_LOG, choice, line};
+use crate::document::{
+    CONTROLLER_IN_LOG, DEVICE_IN_LOG, Document, IN_LOG, TISSUE_IN_LOG, choice, line,
+};
 use crate::experiment::coupler::{self, CouplerExperiment, CouplerReport};
 use crate::experiment::indentation::{self, Indentation, IndentationReport};
-use crate::experiment::reading::with_devices;
+use crate::experiment::reading::{device_text, with_devices};
 use crate::experiment::teleoperation::{
     self, End, FarReport, MUST_BE_PASSIVE, TeleoperationExperiment, TeleoperationReport,
     TeleoperationVerdict, Terms,
@@ -501,11 +503,41 @@ impl Document {
                     keep(parameter.key, value);
                 }
             }
+            if let Some(text) = device_text(&table)? {
+                keep(DEVICE_IN_LOG, text);
+            }
         }
         keep(IN_LOG.1, self.to_toml()?);
         Ok(())
     }
+
+    /// That files which a log's document names are not as the log has them, if so: its run is repeated with what the log has.
+    #[must_use]
+    pub fn changed_since_log(&self) -> Option<String> {
+        let read = |document: &Self| -> Result<BTreeMap<String, String>, FileError> {
+            let mut said = ExperimentFile::open(document)?.metadata();
+            document.keep_in(&mut said)?;
+            Ok(said)
+        };
+        let mut today = self.clone();
+        today.logged.clear();
+        let then = read(self).ok().filter(|_| !self.logged.is_empty())?;
+        // Of files that cannot be read any more there is nothing.
+        let today = read(&today).unwrap_or_default();
+        let changed = |(_, entry): &(&str, &str)| then.get(*entry) != today.get(*entry);
+        let (key, _) = FILES_IN_LOG.into_iter().find(changed)?;
+        Some(format!(
+            "the file of {key} is not what it was when the log was made: the run takes it from the log; give {key} for today's"
+        ))
+    }
 }
+
+/// Files that a document names: the key, and where a log has the text.
+const FILES_IN_LOG: [(&str, &str); 3] = [
+    (TISSUE.key, TISSUE_IN_LOG),
+    (CONTROLLER.key, CONTROLLER_IN_LOG),
+    (DEVICE_MODEL.key, DEVICE_IN_LOG),
+];
 
 /// The parameters of a table of a document.
 fn known(table: &str) -> impl Iterator<Item = &'static Parameter> {

@@ -165,10 +165,10 @@ pub(crate) fn recorder(
     let mut metadata = request.provenance.clone();
     metadata.extend(own);
     let (log, live) = (folder.file("mcap"), supervisor.live_streams());
-    let started = Recorder::start(&log, metadata, waits, folder.overwrite(), live);
-    let mut recorder = started.inspect_err(|_| folder.discard())?;
-    recorder.roll_at(folder.roll_bytes());
-    Ok(recorder)
+    let (overwrite, roll_bytes) = (folder.overwrite(), folder.roll_bytes());
+    Recorder::start(&log, metadata, waits, overwrite, roll_bytes, live)
+        .inspect_err(|_| folder.discard())
+        .map_err(Failure::from)
 }
 
 impl Ran {

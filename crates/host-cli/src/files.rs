@@ -3,12 +3,14 @@
 //! A place is looked at before the work and written after it: no hour of work ends at a name that is taken. What cannot be
 //! written all the same is told behind the result, as data that was lost.
 
+use crate::parse::quantity;
 use crate::picture_file;
 use clap::Args;
 use haptic_experiment::Failure;
+use haptic_experiment::parameters::Range;
 use haptic_experiment::run::{FolderRequest, OutputFolder, write_text};
 use haptic_figure::{FigureError, Picture};
-use haptic_log::record::{Leftover, NewFile, NewFileError};
+use haptic_log::record::{Leftover, NewFile, NewFileError, ROLL_LEAST};
 use serde::Serialize;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -45,13 +47,22 @@ pub(crate) struct RunFiles {
     /// Replace the files of an earlier run
     #[arg(long, help_heading = "Run")]
     pub(crate) overwrite: bool,
+    /// Start another log file at this size, as in 1GB
+    #[arg(long, value_name = "SIZE", value_parser = quantity("_bytes", ROLLS), hide_short_help = true, help_heading = "Run")]
+    roll: Option<f64>,
 }
+
+/// Sizes at which another log file begins, bytes; no disk has more.
+const ROLLS: Range = Range::Within(ROLL_LEAST as f64, 1e15);
 
 impl RunFiles {
     /// A folder for files of this stem, whose logs say what made them.
     pub(crate) fn folder(&self, stem: &str) -> Result<FolderRequest, Failure> {
         overwrite_acts(self.out.as_deref(), self.overwrite)?;
-        Ok(folder(self.out.clone(), stem, self.overwrite))
+        Ok(FolderRequest {
+            roll_bytes: self.roll.map(|size| size as u64),
+            ..folder(self.out.clone(), stem, self.overwrite)
+        })
     }
 }
 

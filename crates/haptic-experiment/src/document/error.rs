@@ -1,6 +1,7 @@
 //! A document that is wrong, and the place where it is.
 
 use haptic_tissue::read_text;
+use std::collections::BTreeMap;
 use std::fmt;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
@@ -88,6 +89,8 @@ pub(crate) struct Source<'a> {
     pub(crate) text: &'a str,
     /// How each line was said; empty for a file.
     pub(crate) said: &'a [String],
+    /// What a log says of the run of this document.
+    pub(crate) logged: Option<&'a BTreeMap<String, String>>,
 }
 
 impl Source<'_> {

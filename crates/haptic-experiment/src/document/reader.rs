@@ -234,6 +234,14 @@ impl<'a> Table<'a> {
         Ok((!name.is_empty()).then(file))
     }
 
+    /// The text of the file that a key of a log's document names, as the log has it; none where the key is given over it.
+    pub(crate) fn logged(&self, parameter: &Parameter, entry: &str) -> Option<&'a str> {
+        let mut parts = self.parts.iter();
+        let part = parts.find(|part| part.find(parameter.key).is_some());
+        let source = part.or(self.parts.last())?.source;
+        source.logged?.get(entry).map(String::as_str)
+    }
+
     /// True if the key is there.
     pub(crate) fn has(&self, parameter: &Parameter) -> bool {
         self.find(parameter.key).is_some()

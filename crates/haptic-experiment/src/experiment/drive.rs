@@ -11,6 +11,7 @@ mod preflight;
 #[cfg(test)]
 mod tests;
 
+use crate::document::CONTROLLER_IN_LOG;
 use crate::document::controller_file::ControllerFile;
 use crate::document::error::FileError;
 use crate::document::failure::Failure;
@@ -51,7 +52,10 @@ pub(crate) fn drive(table: &Table<'_>) -> Result<Drive, FileError> {
     Ok(Drive {
         name: path.display().to_string(),
         force_limit_n: table.number(&DRIVE_FORCE_LIMIT)?,
-        controller: ControllerFile::read(&path)?,
+        controller: match table.logged(&CONTROLLER, CONTROLLER_IN_LOG) {
+            Some(text) => ControllerFile::parse(&path, text)?,
+            None => ControllerFile::read(&path)?,
+        },
     })
 }
 

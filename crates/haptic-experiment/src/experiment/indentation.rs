@@ -23,6 +23,7 @@ use crate::document::named::Named as _;
 use crate::document::parameters as p;
 use crate::document::parameters::{CONTACT, CONTROLLER, DEVICE, LOOP, Parameter, TISSUE};
 use crate::document::reader::Table;
+use crate::document::{CONTROLLER_IN_LOG, TISSUE_IN_LOG};
 use crate::experiment::drive::{Drive, SimulatedRig, TissueLaw};
 use crate::judge::preflight::{Preflight, WallContact};
 use crate::run::advice::parameter;
@@ -199,9 +200,9 @@ impl Indentation {
             ("rendered_order", material.order().to_string()),
         ];
         metadata.extend(ran.map(|(key, value)| (key.to_owned(), value)));
-        metadata.insert("tissue_file".to_owned(), material.to_toml());
+        metadata.insert(TISSUE_IN_LOG.to_owned(), material.to_toml());
         if let Some(own) = &rendering.drive {
-            metadata.insert("drive.file".to_owned(), own.controller.to_toml());
+            metadata.insert(CONTROLLER_IN_LOG.to_owned(), own.controller.to_toml());
         }
         metadata
     }

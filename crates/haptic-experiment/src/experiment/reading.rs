@@ -1,9 +1,10 @@
 //! Keys of every table: the device and its file, its sensors, the operator, the tissue, and how many samples there are.
 
-use crate::document::error::FileError;
+use crate::document::error::{FileError, text_of};
 use crate::document::parameters as p;
 use crate::document::parameters::{DEVICE, Parameter, SENSOR_NOISE};
 use crate::document::reader::Table;
+use crate::document::{DEVICE_IN_LOG, TISSUE_IN_LOG};
 use crate::judge::modelled_tissue::{ModelledTissue, TissuePiece, operator};
 use crate::run::device::DeviceName;
 use crate::run::plant_file::DeviceModel;
@@ -18,10 +19,10 @@ use haptic_loop::plant::MassDamperConfig;
 use haptic_loop::units::{Kilograms, NewtonSecondsPerMetre, Newtons, NewtonsPerMetre};
 use haptic_loop::{Loading, LoadingKind, ParameterError};
 use haptic_quantity::label;
-use haptic_tissue::{Library, Model};
+use haptic_tissue::{Library, Material, Model};
 use std::collections::BTreeMap;
 use std::ops::RangeInclusive;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 /// The device at a port; `None` for the simulated one.
 pub(crate) fn remote(table: &Table<'_>) -> Result<Option<RemoteDevice>, FileError> {
@@ -154,18 +155,38 @@ pub(crate) fn scheme(
 
 /// The table with the values of its device files below the keys of the layers that name them.
 pub(crate) fn with_devices(table: Table<'_>) -> Result<Table<'_>, FileError> {
+    let logged = table.logged(&p::DEVICE_MODEL, DEVICE_IN_LOG);
     table.with_named(&p::DEVICE_MODEL, |path| {
-        let values = DeviceModel::find(path)?.values.named();
+        let values = device_at(path, logged)?.values.named();
         Ok(values
             .map(|(parameter, value)| (parameter.key, value))
             .into())
     })
 }
 
+/// The device of a file, as a log has it or as it is today.
+fn device_at(path: &Path, logged: Option<&str>) -> Result<DeviceModel, FileError> {
+    logged.map_or_else(
+        || DeviceModel::find(path),
+        |text| DeviceModel::parse(path, text),
+    )
+}
+
+/// The text of the device file for the log of a run, if one is named that is not ours.
+pub(crate) fn device_text(table: &Table<'_>) -> Result<Option<String>, FileError> {
+    let logged = table.logged(&p::DEVICE_MODEL, DEVICE_IN_LOG);
+    let text =
+        |path: PathBuf| logged.map_or_else(|| text_of(&path, "device"), |text| Ok(text.to_owned()));
+    let path = table.file(&p::DEVICE_MODEL)?;
+    path.filter(|path| path != Path::new(p::LABORATORY))
+        .map(text)
+        .transpose()
+}
+
 /// The device file, if one is named.
 pub(crate) fn device_model(table: &Table<'_>) -> Result<Option<DeviceModel>, FileError> {
     let read = |path: PathBuf| {
-        DeviceModel::find(&path)
+        device_at(&path, table.logged(&p::DEVICE_MODEL, DEVICE_IN_LOG))
             .map_err(|error| table.fail_at(p::DEVICE_MODEL.key, error.to_string()))
     };
     table.file(&p::DEVICE_MODEL)?.map(read).transpose()
@@ -196,7 +217,11 @@ pub(crate) fn piece(table: &Table<'_>) -> Result<TissuePiece, FileError> {
         .map_err(|error| table.fail_at("library", error.to_string()))?;
     let tissue = table.file(&p::TISSUE)?.unwrap_or_default();
     let wrong = |error: String| table.fail_at("tissue", error);
-    let material = library.find(&tissue.to_string_lossy());
+    let logged = table.logged(&p::TISSUE, TISSUE_IN_LOG);
+    let material = match logged.filter(|_| !table.is_given(&p::LIBRARY)) {
+        Some(text) => Material::parse(&tissue, text),
+        None => library.find(&tissue.to_string_lossy()),
+    };
     let material = ModelledTissue::new(material.map_err(|error| wrong(error.to_string()))?);
     let material = material.map_err(|error| wrong(error.to_string()))?;
     pressed(material, loading(table)?).map_err(|(parameter, reason)| match parameter {

@@ -24,6 +24,7 @@ use super::reading::{linear_piece, metadata};
 use super::trial::{
     TRIAL_FORCE_RATE_LIMIT, VirtualWall, force_and_rate, safe_force_limit, wall_at_start,
 };
+use crate::document::TISSUE_IN_LOG;
 use crate::document::error::FileError;
 use crate::document::failure::Failure;
 use crate::document::named::Named;
@@ -473,7 +474,7 @@ impl TeleoperationExperiment {
         ];
         metadata.extend(ran.map(|(key, value)| (key.to_owned(), value)));
         let file = self.place.matter.file();
-        metadata.extend(file.map(|file| ("tissue_file".to_owned(), file)));
+        metadata.extend(file.map(|file| (TISSUE_IN_LOG.to_owned(), file)));
         metadata
     }
 }

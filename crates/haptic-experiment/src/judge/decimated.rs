@@ -15,7 +15,7 @@ const SHARE: u64 = 2000;
 
 /// M curves over one time.
 #[derive(Clone, Debug)]
-pub(crate) struct Decimated<const M: usize> {
+pub struct Decimated<const M: usize> {
     dense: u64,
     count: u64,
     /// The group that is being filled, and with which sample it ends.
@@ -46,7 +46,8 @@ impl<const M: usize> Decimated<M> {
     }
 
     /// Empty; the first `dense` samples are all kept.
-    fn new(dense: u64) -> Self {
+    #[must_use]
+    pub fn new(dense: u64) -> Self {
         Self {
             dense: dense.max(SHARE),
             count: 0,
@@ -58,7 +59,7 @@ impl<const M: usize> Decimated<M> {
     }
 
     /// Adds a sample.
-    pub(crate) fn add(&mut self, time_s: f64, values: [f64; M]) {
+    pub fn add(&mut self, time_s: f64, values: [f64; M]) {
         let point = Point {
             sample: self.count,
             time_s,
@@ -76,21 +77,28 @@ impl<const M: usize> Decimated<M> {
         self.group_add(point);
     }
 
+    /// The samples so far, and what is kept of them: times and curves.
+    #[must_use]
+    pub fn curves(mut self) -> (u64, Vec<f64>, [Vec<f64>; M]) {
+        self.close();
+        (self.count, self.time_s, self.curves)
+    }
+
     /// The curves under these names; one without a name is left out.
     pub(crate) fn named(
-        mut self,
+        self,
         names: [&'static str; M],
         origin: Origin,
         title: String,
         subtitle: String,
     ) -> Curves {
-        self.close();
-        let columns = names.into_iter().zip(self.curves);
+        let (_, time_s, curves) = self.curves();
+        let columns = names.into_iter().zip(curves);
         Curves {
             title,
             subtitle,
             origin: origin.word(),
-            time_s: self.time_s,
+            time_s,
             columns: columns.filter(|(name, _)| !name.is_empty()).collect(),
             outline_m: Vec::new(),
         }

@@ -134,7 +134,7 @@ impl FaultRecorder {
         let Some(fault) = &self.fault else {
             return Ok(());
         };
-        let mut log = LogWriter::create_with(path, Leftover::Keep, overwrite)?;
+        let mut log = LogWriter::create_with(path, Leftover::Keep, overwrite, None)?;
         log.metadata("experiment", run.experiment)?;
         if let Some(start) = run.started {
             log.starts_at(start)?;

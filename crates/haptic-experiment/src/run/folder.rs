@@ -2,7 +2,7 @@
 
 use crate::document::failure::Failure;
 use crate::document::parameters::{OUT, OVERWRITE};
-use haptic_log::record::{Leftover, NewFile, leftover_at, nth_file};
+use haptic_log::record::{Leftover, NewFile, leftover_at, nth_file, part_of};
 use serde::Serialize;
 use std::collections::BTreeMap;
 use std::fs::{self, File};
@@ -141,14 +141,15 @@ impl OutputFolder {
 
     /// Refuses files of this name unless they may be replaced, and a log that was cut off always.
     fn check_room(&self) -> Result<(), Failure> {
-        // The log of a fault, and the second file of a log in several.
+        // The log of a fault, and the further files of a log in several: each has one before it.
         let log = self.file("mcap");
-        let others = [fault_log_of(&log), nth_file(&log, 2)];
+        let mut others = vec![fault_log_of(&log)];
+        let further = (2..).map(|number| nth_file(&log, number));
+        others.extend(further.take_while(|file| file.exists() || part_of(file).exists()));
         for file in others.iter().chain([&log]) {
-            let mut cut = file.clone().into_os_string();
-            cut.push(".part");
-            if Path::new(&cut).exists() {
-                return Err(leftover_at(Path::new(&cut)).into());
+            let cut = part_of(file);
+            if cut.exists() {
+                return Err(leftover_at(&cut).into());
             }
         }
         let taken = EXTENSIONS.map(|extension| self.file(extension));
@@ -190,7 +191,8 @@ impl OutputFolder {
     }
 
     /// See [`FolderRequest::roll_bytes`].
-    pub(crate) const fn roll_bytes(&self) -> Option<u64> {
+    #[must_use]
+    pub const fn roll_bytes(&self) -> Option<u64> {
         self.roll_bytes
     }
 

@@ -47,7 +47,6 @@ pub struct Recorder {
 )]
 enum Entry {
     Started(StartTime),
-    RollAt(u64),
     Tick(TickMessage, Option<TickParts>),
     Event(EventMessage),
     Metadata(String, BTreeMap<String, String>),
@@ -70,7 +69,8 @@ pub struct Stopped;
 
 impl Recorder {
     /// Starts the log with its metadata. With `waits` a full queue waits, else it drops and counts;
-    /// with `overwrite` the finished log may replace another. Samples and events go to `live` too.
+    /// with `overwrite` the finished log may replace another. A file of `roll_bytes` is followed by another.
+    /// Samples and events go to `live` too.
     ///
     /// # Errors
     /// If the file exists or cannot be made.
@@ -79,9 +79,11 @@ impl Recorder {
         metadata: BTreeMap<String, String>,
         waits: bool,
         overwrite: bool,
+        roll_bytes: Option<u64>,
         live: Vec<Box<dyn Live>>,
     ) -> Result<Self, RecordError> {
-        let log = RollingLog::create(path, metadata.clone(), overwrite)?;
+        let mut log = RollingLog::create(path, metadata.clone(), overwrite)?;
+        roll_bytes.into_iter().for_each(|full| log.roll_at(full));
         let (queue, entries) = RingBuffer::new(QUEUE);
         let writer = std::thread::spawn(move || write(log, live, entries));
         Ok(Self {
@@ -95,14 +97,6 @@ impl Recorder {
             experiment: metadata,
             started: None,
         })
-    }
-
-    /// From now on a file of the log that has so many bytes is followed by another; `None` changes nothing.
-    pub(crate) fn roll_at(&mut self, full_bytes: Option<u64>) {
-        if let Some(full_bytes) = full_bytes {
-            // A writer that has ended is seen at the first sample.
-            let _ = self.push_waiting(Entry::RollAt(full_bytes));
-        }
     }
 
     /// Dates what follows: to be called when the first tick is due. Without it the log has device times only.
@@ -260,7 +254,6 @@ fn write(
             continue;
         };
         match entry {
-            Entry::RollAt(full_bytes) => log.roll_at(full_bytes),
             Entry::Started(start) => log.starts_at(start)?,
             Entry::Metadata(name, values) => log.metadata(&name, values)?,
             Entry::Tick(tick, parts) => {
@@ -333,7 +326,7 @@ mod tests {
         };
         let log = folder.join("log.mcap");
         let live: Vec<Box<dyn Live>> = vec![Box::new(gate)];
-        let recorder = Recorder::start(&log, BTreeMap::new(), waits, false, live);
+        let recorder = Recorder::start(&log, BTreeMap::new(), waits, false, None, live);
         (recorder.expect("starts"), arrival, open)
     }
 

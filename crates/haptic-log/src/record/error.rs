@@ -60,6 +60,14 @@ pub enum RecordError {
         /// Start of the file instead.
         found: String,
     },
+    /// There are messages in it, but none that could go into a table of ticks.
+    #[error("`{}` has no ticks to export: its topics are {}; give a log that host-cli has written, with `/haptics/tick`", .path.display(), .topics.join(", "))]
+    NoTicks {
+        /// The file.
+        path: PathBuf,
+        /// Topics of its messages.
+        topics: Vec<String>,
+    },
     /// A message carries a time no log can hold.
     #[error(
         "device time {time_s} s is not in [0, 1.8e10] s; the log keeps it as unsigned nanoseconds"

@@ -18,7 +18,7 @@ pub struct ExportSummary {
 /// Writes the ticks of the log `source` to the new CSV file `target`.
 ///
 /// Numbers are written with as many digits as it takes to read the same `f64` again. A log without
-/// ticks gives a file with the header alone.
+/// messages gives a file with the header alone.
 ///
 /// ```
 /// # use haptic_log::record::{LogWriter, TickMessage};
@@ -38,7 +38,8 @@ pub struct ExportSummary {
 /// ```
 ///
 /// # Errors
-/// If the log cannot be read, or the target exists without `overwrite`, cannot be written, or is the log.
+/// If the log cannot be read or has other messages than ours alone, or the target exists without `overwrite`, cannot be written,
+/// or is the log.
 pub fn export_csv(
     source: &Path,
     target: &Path,
@@ -89,12 +90,18 @@ fn write_rows(
         csv.serialize(row).map_err(fail)?;
         rows += 1;
     }
+    let condition = reader.condition();
     if columns.is_empty() {
+        if !condition.foreign_topics.is_empty() {
+            return Err(RecordError::NoTicks {
+                path: reader.path.clone(),
+                topics: condition.foreign_topics.into_keys().collect(),
+            });
+        }
         let columns = TickMessage::columns(1).into_iter();
         csv.write_record(columns.map(|column| column.name))
             .map_err(fail)?;
     }
     csv.flush().map_err(|error| fail(error.into()))?;
-    let condition = reader.condition();
     Ok(ExportSummary { rows, condition })
 }

@@ -27,6 +27,40 @@ pub struct MetadataRecord {
     pub values: BTreeMap<String, String>,
 }
 
+/// A number in a column.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[serde(untagged)]
+pub enum Value {
+    /// A count.
+    Count(u64),
+    /// A number with a unit.
+    Number(f64),
+    /// A set of bits.
+    Bits(u8),
+}
+
+impl Value {
+    /// As a number; counts above 2⁵³ are rounded.
+    #[must_use]
+    pub fn to_f64(self) -> f64 {
+        match self {
+            Self::Count(count) => count as f64,
+            Self::Number(number) => number,
+            Self::Bits(bits) => bits.into(),
+        }
+    }
+
+    /// As a count; a number without its fraction.
+    #[must_use]
+    pub const fn to_u64(self) -> u64 {
+        match self {
+            Self::Count(count) => count,
+            Self::Number(number) => number as u64,
+            Self::Bits(bits) => bits as u64,
+        }
+    }
+}
+
 /// A message that is not what its schema promises.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
@@ -56,8 +90,123 @@ pub(crate) trait LogMessage: Sized {
     /// Puts the CDR bytes of this message into `buffer`, which is cleared first.
     fn encode_into(&self, buffer: &mut Vec<u8>) -> Result<(), MessageError>;
 
-    /// Reads a message from its CDR bytes.
-    fn decode(bytes: &[u8]) -> Result<Self, MessageError>;
+    /// Where a field of a schema goes.
+    type Slot: Copy;
+
+    /// The place of a field by its name; `None` for one that is not ours.
+    fn slot(name: &str) -> Option<Self::Slot>;
+
+    /// Reads a message from its CDR bytes, as the schema of its log says.
+    fn decode(layout: &Layout<Self::Slot>, bytes: &[u8]) -> Result<Self, MessageError>;
+}
+
+/// The fields of a message in the order of its log's schema, and where each of them goes.
+#[derive(Clone, Debug)]
+pub(crate) struct Layout<S> {
+    fields: Vec<Field<S>>,
+    /// False if fields follow whose type is defined elsewhere, so that nobody knows their length.
+    is_whole: bool,
+}
+
+#[derive(Clone, Debug)]
+struct Field<S> {
+    kind: Kind,
+    /// Elements; `None` for a sequence, which begins with their number.
+    count: Option<usize>,
+    /// `None` for a field that is passed over.
+    slot: Option<S>,
+}
+
+/// Type of an element; a number with its size in bytes.
+#[derive(Clone, Copy, Debug)]
+enum Kind {
+    /// None of ours has a sign.
+    Integer(usize),
+    Float(usize),
+    Text,
+}
+
+/// An element of a field.
+pub(super) enum Item<'a> {
+    Number(Value),
+    Text(&'a [u8]),
+}
+
+impl<S: Copy> Layout<S> {
+    /// Of a definition in the words of ROS 2, `TYPE NAME  # comment` a line.
+    pub(super) fn of(definition: &str, slot: impl Fn(&str) -> Option<S>) -> Self {
+        let mut layout = Self {
+            fields: Vec::new(),
+            is_whole: true,
+        };
+        // The definitions of other types stand behind a line of it.
+        for line in definition
+            .lines()
+            .take_while(|line| !line.starts_with("==="))
+        {
+            let code = line.split('#').next().unwrap_or_default();
+            let mut words = code.split_whitespace();
+            let (kind, name) = (words.next().unwrap_or_default(), words.next());
+            match (name, element(kind)) {
+                // A constant is no part of a message.
+                (Some(_), _) if code.contains('=') && !kind.contains('=') => {}
+                (Some(name), Some((kind, count))) => {
+                    let slot = slot(name);
+                    layout.fields.push(Field { kind, count, slot });
+                }
+                (Some(_), None) => {
+                    layout.is_whole = false;
+                    break;
+                }
+                (None, _) => {}
+            }
+        }
+        layout
+    }
+
+    /// Hands over the elements that have a place, with the number of each in its field.
+    pub(super) fn read(
+        &self,
+        message: &[u8],
+        mut take: impl FnMut(S, usize, Item<'_>),
+    ) -> Result<(), MessageError> {
+        let fields = message.strip_prefix(&ENCAPSULATION);
+        let fields = fields.ok_or(MessageError::Encapsulation)?;
+        let mut bytes = Cdr { fields, at: 0 };
+        for field in &self.fields {
+            let count = field.count.or_else(|| bytes.count());
+            for index in 0..count.ok_or(MessageError::Fields)? {
+                let item = bytes.item(field.kind).ok_or(MessageError::Fields)?;
+                if let Some(slot) = field.slot {
+                    take(slot, index, item);
+                }
+            }
+        }
+        let is_at_end = bytes.at == fields.len();
+        let fits = is_at_end || !self.is_whole;
+        fits.then_some(()).ok_or(MessageError::Fields)
+    }
+}
+
+/// The elements of a type, `float64[3]`, and their number; `None` of one that is defined elsewhere.
+fn element(kind: &str) -> Option<(Kind, Option<usize>)> {
+    let (name, count) = match kind.strip_suffix(']').and_then(|kind| kind.split_once('[')) {
+        None => (kind, Some(1)),
+        Some((name, count)) => (name, count.parse().ok()),
+    };
+    // A text may have a bound: `string<=8`.
+    let name = name.split("<=").next()?;
+    let family = name.trim_end_matches(|c: char| c.is_ascii_digit());
+    let size = name[family.len()..]
+        .parse()
+        .map_or(1, |bits: usize| bits / 8);
+    let kind = match family {
+        "bool" | "byte" | "char" | "int" | "uint" => Kind::Integer(size),
+        "float" => Kind::Float(size),
+        "string" => Kind::Text,
+        _ => return None,
+    };
+    [1, 2, 4, 8].contains(&size).then_some((kind, count))
 }
 
 pub(super) fn begin(buffer: &mut Vec<u8>) {
@@ -73,49 +222,39 @@ pub(super) fn put<const N: usize>(buffer: &mut Vec<u8>, bytes: [u8; N]) {
 }
 
 /// Reads fields behind the header.
-#[derive(Clone, Copy)]
-pub(super) struct Cdr<'a> {
+struct Cdr<'a> {
     fields: &'a [u8],
     at: usize,
 }
 
 impl<'a> Cdr<'a> {
-    pub(super) fn of(message: &'a [u8]) -> Result<Self, MessageError> {
-        let fields = message.strip_prefix(&ENCAPSULATION);
-        let fields = fields.ok_or(MessageError::Encapsulation)?;
-        Ok(Self { fields, at: 0 })
+    /// A number of so many bytes, which stands at a multiple of them.
+    fn number(&mut self, size: usize) -> Option<u64> {
+        let start = self.at.next_multiple_of(size);
+        self.at = start + size;
+        let mut bytes = [0; 8];
+        bytes[..size].copy_from_slice(self.fields.get(start..self.at)?);
+        Some(u64::from_le_bytes(bytes))
     }
 
-    pub(super) fn take<const N: usize>(&mut self) -> Option<[u8; N]> {
-        let start = self.at.next_multiple_of(N);
-        self.at = start + N;
-        self.fields.get(start..self.at)?.try_into().ok()
+    /// The number of elements of a sequence, or of the bytes of a text.
+    fn count(&mut self) -> Option<usize> {
+        usize::try_from(self.number(4)?).ok()
     }
 
-    pub(super) fn number(&mut self) -> Option<f64> {
-        self.take().map(f64::from_le_bytes)
-    }
-
-    /// A text: its length with the zero at its end, its bytes, and that.
-    fn text(&mut self) -> Option<String> {
-        let length = u32::from_le_bytes(self.take()?) as usize;
-        let bytes = self.fields[self.at..].get(..length)?;
-        self.at += length;
-        String::from_utf8(bytes.strip_suffix(&[0])?.to_vec()).ok()
-    }
-
-    pub(super) const fn is_at_end(&self) -> bool {
-        self.at == self.fields.len()
-    }
-}
-
-impl EventMessage {
-    fn of(mut fields: Cdr<'_>) -> Option<Self> {
-        Some(Self {
-            time_s: fields.number()?,
-            kind: fields.text()?,
-            text: fields.text()?,
-        })
+    fn item(&mut self, kind: Kind) -> Option<Item<'a>> {
+        Some(Item::Number(match kind {
+            Kind::Integer(size) => Value::Count(self.number(size)?),
+            Kind::Float(4) => Value::Number(f32::from_bits(self.number(4)? as u32).into()),
+            Kind::Float(size) => Value::Number(f64::from_bits(self.number(size)?)),
+            // Its length with the zero at its end, its bytes, and that.
+            Kind::Text => {
+                let length = self.count()?;
+                let bytes = self.fields.get(self.at..)?.get(..length)?;
+                self.at += length;
+                return Some(Item::Text(bytes.strip_suffix(&[0])?));
+            }
+        }))
     }
 }
 
@@ -148,8 +287,24 @@ string text     # the sentence
         Ok(())
     }
 
-    fn decode(bytes: &[u8]) -> Result<Self, MessageError> {
-        Self::of(Cdr::of(bytes)?).ok_or(MessageError::Fields)
+    type Slot = usize;
+
+    /// In the order of the schema above.
+    fn slot(name: &str) -> Option<usize> {
+        ["time_s", "kind", "text"]
+            .iter()
+            .position(|field| *field == name)
+    }
+
+    fn decode(layout: &Layout<usize>, bytes: &[u8]) -> Result<Self, MessageError> {
+        let (mut time_s, mut texts) = (f64::NAN, [const { Vec::new() }; 3]);
+        layout.read(bytes, |slot, _, item| match item {
+            Item::Number(number) => time_s = number.to_f64(),
+            Item::Text(text) => texts[slot] = text.to_vec(),
+        })?;
+        let [_, kind, text] = texts.map(String::from_utf8);
+        let (kind, text) = kind.ok().zip(text.ok()).ok_or(MessageError::Fields)?;
+        Ok(Self { time_s, kind, text })
     }
 }
 
@@ -171,11 +326,18 @@ mod tests {
         // Each text with its length, and padded to that of the next.
         expected.extend(b"\x06\0\0\0phase\0\0\0\x09\0\0\0\xce\xbc = 0,2\0");
         assert_eq!(bytes, expected);
-        assert_eq!(EventMessage::decode(&bytes).expect("decodes"), event);
+        let layout = Layout::of(&event.schema().1, EventMessage::slot);
+        assert_eq!(
+            EventMessage::decode(&layout, &bytes).expect("decodes"),
+            event
+        );
         for length in 0..bytes.len() {
-            assert!(EventMessage::decode(&bytes[..length]).is_err(), "{length}");
+            assert!(
+                EventMessage::decode(&layout, &bytes[..length]).is_err(),
+                "{length}"
+            );
         }
         bytes[12..16].copy_from_slice(&[0xff; 4]);
-        assert!(EventMessage::decode(&bytes).is_err());
+        assert!(EventMessage::decode(&layout, &bytes).is_err());
     }
 }

@@ -18,7 +18,8 @@
 //! and the ROS 2 bag tools plot them without a plug-in. Log time and publish time are the wall-clock start
 //! of the run ([`StartTime`], metadata `clock`) plus the *device's* time, in ns since 1970; the device's time
 //! alone is in the message, and the sequence number is the tick. Every 100 ms of device time a chunk is
-//! closed and handed to the operating system: a process that dies loses at most that much.
+//! closed and handed to the operating system: a process that dies loses at most that much, and beyond 1.8 h at most
+//! a 32 768th of the time so far.
 //!
 //! Every [`SYNC_INTERVAL`] a thread of its own brings what was handed over to the disk: a power failure
 //! costs that much, one chunk, and as long as the disk takes. No topics but these survive [`recover()`].
@@ -41,13 +42,13 @@ pub use error::RecordError;
 pub use export::{ExportSummary, export_csv, export_csv_to};
 #[cfg(feature = "foxglove")]
 pub(crate) use message::LogMessage;
-pub use message::{EventMessage, MessageError, MetadataRecord};
-pub use new_file::{Leftover, NewFile, NewFileError, leftover_at};
+pub use message::{EventMessage, MessageError, MetadataRecord, Value};
+pub use new_file::{Leftover, NewFile, NewFileError, leftover_at, part_of};
 pub use reader::{Condition, Damage, Entry, LogReader};
 pub use recover::{RecoverySummary, recover};
 pub use roll::{CONTINUES, LogFiles, NEXT, ROLL_LEAST, RollingLog, nth_file};
 pub use start_time::{CLOCK, StartTime};
 pub use summary::{BUDGET, END, EndKind, Gap, LogSummary, RECOVERED, RunEnd, inspect};
-pub use sync::{SYNC_INTERVAL, SyncTimes};
-pub use tick::{AXES, Column, PerAxis, TickMessage, Value, column_name};
+pub use sync::SYNC_INTERVAL;
+pub use tick::{AXES, Column, PerAxis, TickMessage, column_name};
 pub use writer::{FinishedLog, LogWriter};

@@ -2,6 +2,7 @@
 //! [`NewFile::publish`] gives the file its own. Nothing half-written looks complete, whatever kills the process.
 
 use std::fs::{self, File, OpenOptions, TryLockError};
+use std::hash::{BuildHasher as _, RandomState};
 use std::io::{self, Write as _};
 use std::path::{Path, PathBuf};
 
@@ -50,17 +51,23 @@ impl NewFileError {
 pub enum Leftover {
     /// `NAME.part` holds data: it stays, and one that is already there is refused.
     Keep,
-    /// `NAME.host-cli-tmp` can be made again: it is removed, and an old one overwritten.
+    /// `NAME.DRAWN.host-cli-tmp`, with a number that is drawn, can be made again: it is removed.
     Discard,
 }
 
 impl Leftover {
-    fn suffix(self) -> &'static str {
+    /// What the name of an unfinished file ends with: of those that can be made again nobody knows another's.
+    fn suffix(self) -> String {
         match self {
-            Self::Keep => ".part",
-            Self::Discard => ".host-cli-tmp",
+            Self::Keep => ".part".to_owned(),
+            Self::Discard => format!(".{}.host-cli-tmp", drawn_number()),
         }
     }
+}
+
+/// A number of 16 digits that nobody else has: the standard library draws the keys of its hash tables anew.
+pub(super) fn drawn_number() -> String {
+    format!("{:016x}", RandomState::new().hash_one(0))
 }
 
 /// A file under construction, for logs, tables and pictures alike: it gets its name once it is whole.
@@ -103,19 +110,14 @@ impl NewFile {
         leftover: Leftover,
         overwrite: bool,
     ) -> Result<(Self, File), NewFileError> {
-        let part = part_of(target, leftover);
         // A dangling link counts as taken too, so the link itself is asked.
         if !overwrite && target.symlink_metadata().is_ok() {
             return Err(NewFileError::Exists(target.to_owned()));
         }
-        let mut options = OpenOptions::new();
-        options.write(true);
-        match leftover {
-            // Appended to, so that what somebody else cuts from it shows in its length.
-            Leftover::Keep => options.append(true).create_new(true),
-            Leftover::Discard => options.create(true).truncate(true),
-        };
-        let file = options.open(&part).map_err(|source| match source.kind() {
+        let part = with_suffix(target, &leftover.suffix());
+        // Appended to, so that what somebody else cuts from it shows in its length. A link under that name is not followed.
+        let opened = OpenOptions::new().append(true).create_new(true).open(&part);
+        let file = opened.map_err(|source| match source.kind() {
             io::ErrorKind::AlreadyExists => leftover_at(&part),
             // The name that the user knows.
             _ => NewFileError::io(target, source),
@@ -230,18 +232,16 @@ pub(crate) fn refuse_being_written(file: &Path) -> Result<(), NewFileError> {
     }
 }
 
-/// Refuses to write to `target`, under either of its names, what is read from `source`.
+/// Refuses to write to `target` what is read from `source`.
 pub(crate) fn refuse_own_source(source: &Path, target: &Path) -> Result<(), NewFileError> {
     let Ok(source) = fs::canonicalize(source) else {
         // It cannot be read either, which is found out soon enough.
         return Ok(());
     };
-    for name in [target, &part_of(target, Leftover::Discard)] {
-        if fs::canonicalize(name).is_ok_and(|name| is_same(&source, &name)) {
-            return Err(NewFileError::OwnSource(target.to_owned()));
-        }
+    match fs::canonicalize(target) {
+        Ok(name) if is_same(&source, &name) => Err(NewFileError::OwnSource(target.to_owned())),
+        _ => Ok(()),
     }
-    Ok(())
 }
 
 /// True if two canonical paths are one file, also by another hard link.
@@ -257,9 +257,15 @@ fn is_same(a: &Path, b: &Path) -> bool {
     a == b
 }
 
-fn part_of(target: &Path, leftover: Leftover) -> PathBuf {
+/// `NAME.part` of a log NAME: the file that it is while it is written.
+#[must_use]
+pub fn part_of(log: &Path) -> PathBuf {
+    with_suffix(log, &Leftover::Keep.suffix())
+}
+
+fn with_suffix(target: &Path, suffix: &str) -> PathBuf {
     let mut name = target.as_os_str().to_owned();
-    name.push(leftover.suffix());
+    name.push(suffix);
     PathBuf::from(name)
 }
 
@@ -324,6 +330,38 @@ mod tests {
         assert!(matches!(error, NewFileError::Leftover(_)), "{error}");
         // Nobody writes a file that is not there.
         refuse_being_written(&target).expect("nobody writes it");
+    }
+
+    #[test]
+    fn two_writers_of_one_name_have_a_file_each() {
+        let folder = tempfile::tempdir().expect("folder");
+        let target = folder.path().join("a.csv");
+        let create = || NewFile::create(&target, Leftover::Discard, true).expect("creates");
+        let ((one, mut first), (other, mut second)) = (create(), create());
+        assert_ne!(one.part(), other.part());
+        first.write_all(b"first").expect("writes");
+        second.write_all(b"other").expect("writes");
+        one.publish().expect("publishes");
+        assert_eq!(fs::read(&target).expect("reads"), b"first");
+        other.publish().expect("publishes");
+        assert_eq!(fs::read(&target).expect("reads"), b"other");
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn a_link_under_an_unfinished_name_is_not_followed() {
+        let folder = tempfile::tempdir().expect("folder");
+        let name = |name: &str| folder.path().join(name);
+        fs::write(name("theirs"), "theirs").expect("writes");
+        for link in ["a.csv.host-cli-tmp", "a.csv.part"] {
+            std::os::unix::fs::symlink(name("theirs"), name(link)).expect("links");
+        }
+        let kept = NewFile::create(&name("a.csv"), Leftover::Keep, true).map(drop);
+        assert!(kept.is_err(), "{kept:?}");
+        let new_file = NewFile::filled(&name("a.csv"), b"ours", false).expect("creates");
+        new_file.publish().expect("publishes");
+        assert_eq!(fs::read(name("a.csv")).expect("reads"), b"ours");
+        assert_eq!(fs::read(name("theirs")).expect("reads"), b"theirs");
     }
 
     #[test]

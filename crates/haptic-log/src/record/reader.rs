@@ -2,6 +2,7 @@
 //! chunk whose checksum is right: so a damaged chunk costs its own 100 ms. A wrong length or the end of a cut file
 //! ends the reading; what came before is kept. Memory is one chunk; no length is believed before its bytes are there.
 
+use std::borrow::Cow;
 use std::collections::{BTreeMap, VecDeque};
 use std::fmt;
 use std::fs::File;
@@ -9,11 +10,13 @@ use std::io::{BufReader, Chain, Cursor, Read};
 use std::path::{Path, PathBuf};
 
 use mcap::McapError;
-use mcap::records::{Channel, Record, op};
+use mcap::records::{Record, op};
 use mcap::sans_io::{LinearReadEvent, LinearReader, LinearReaderOptions};
+use ruzstd::decoding::FrameDecoder;
 
-use super::message::LogMessage;
+use super::message::{Layout, LogMessage};
 use super::new_file::open_file;
+use super::tick::Slot;
 use super::writer::{EVENT_CHANNEL, LIBRARY_NAME, TICK_CHANNEL, nanoseconds};
 use super::{EventMessage, MessageError, MetadataRecord, RecordError, StartTime, TickMessage};
 
@@ -68,11 +71,13 @@ pub enum Damage {
         /// Cause of the damage.
         cause: String,
     },
-    /// A file that the log goes on in is not there.
-    #[error("the log goes on in `{}`, which is not there", .file.display())]
-    Missing {
+    /// The file that the log goes on in is not there, or not one of its own.
+    #[error("the log goes on in `{}`, which {why}", .file.display())]
+    Next {
         /// The file.
         file: PathBuf,
+        /// Why it is not read.
+        why: &'static str,
     },
     /// Everything could be read, but the checksum of the whole says that some byte has changed.
     #[error("some byte has changed: {cause}")]
@@ -89,8 +94,8 @@ pub struct Condition {
     pub complete: bool,
     /// Damage: parts that could not be read.
     pub damage: Vec<Damage>,
-    /// Messages on topics that are not ours; they are passed over.
-    pub foreign_messages: u64,
+    /// Topics that are not ours, and the number of their messages; they are passed over.
+    pub foreign_topics: BTreeMap<String, u64>,
 }
 
 /// Iterates over the [entries](Entry) of a log; afterwards [`condition`](Self::condition) tells
@@ -122,8 +127,10 @@ pub struct LogReader<R> {
     path: PathBuf,
     walk: LinearReader,
     bytes_read: u64,
-    /// Kind of message by channel number.
-    channels: BTreeMap<u16, Kind>,
+    /// Definitions of messages by the number of their schema.
+    schemas: BTreeMap<u16, String>,
+    /// Messages by the number of their channel; the topic of foreign ones.
+    channels: BTreeMap<u16, Result<Kind, String>>,
     /// Entries to give out next; messages with log time and device time, ns.
     ready: VecDeque<(Option<(u64, u64)>, Entry)>,
     condition: Condition,
@@ -135,21 +142,50 @@ pub struct LogReader<R> {
     done: bool,
 }
 
-/// The message types of our topics.
-#[derive(Clone, Copy, Debug)]
+/// The messages of our topics.
+#[derive(Clone, Debug)]
 enum Kind {
-    Tick,
-    Event,
+    /// In one of these layouts.
+    Tick(Vec<Layout<Slot>>),
+    Event(Layout<usize>),
 }
 
+/// Topic of the ticks of two and three axes, while they had one of their own.
+const VECTOR_TICKS: &str = "/haptics/vector_tick";
+
 impl Kind {
-    /// What comes on a channel; `None` for a foreign one.
-    fn of(channel: &Channel) -> Option<Self> {
-        let topic = (channel.message_encoding == "cdr").then_some(channel.topic.as_str())?;
+    /// Messages of this schema on a topic, or of a schema that is lost: then of today's; `None` for a foreign one.
+    fn of(topic: &str, schema: Option<&str>) -> Option<Self> {
         match topic {
-            TickMessage::TOPIC => Some(Self::Tick),
-            EventMessage::TOPIC => Some(Self::Event),
+            TickMessage::TOPIC | VECTOR_TICKS => {
+                let today = [1, 2, 3].map(|axes| TickMessage::at_rest(axes).schema().1);
+                let schemas = schema.map_or(today.to_vec(), |schema| vec![schema.to_owned()]);
+                let layouts = schemas
+                    .iter()
+                    .map(|schema| Layout::of(schema, TickMessage::slot));
+                Some(Self::Tick(layouts.collect()))
+            }
+            EventMessage::TOPIC => {
+                let today = EventMessage::default().schema().1;
+                let schema = schema.unwrap_or(&today);
+                Some(Self::Event(Layout::of(schema, EventMessage::slot)))
+            }
             _ => None,
+        }
+    }
+
+    fn decode(&self, bytes: &[u8]) -> Result<Entry, MessageError> {
+        match self {
+            Self::Tick(layouts) => {
+                let ticks = layouts
+                    .iter()
+                    .map(|layout| TickMessage::decode(layout, bytes));
+                let ticks = ticks
+                    .reduce(Result::or)
+                    .unwrap_or(Err(MessageError::Fields));
+                ticks.map(Entry::Tick)
+            }
+            Self::Event(layout) => EventMessage::decode(layout, bytes).map(Entry::Event),
         }
     }
 }
@@ -203,6 +239,7 @@ impl<R: Read> LogReader<R> {
             path: path.to_owned(),
             walk: LinearReader::new_with_options(options),
             bytes_read: 0,
+            schemas: BTreeMap::new(),
             channels: BTreeMap::new(),
             ready: VecDeque::new(),
             condition: Condition::default(),
@@ -222,6 +259,12 @@ impl<R: Read> LogReader<R> {
     pub fn started(&self) -> Option<StartTime> {
         let (log_time_ns, device_time_ns) = self.newest?;
         StartTime::of_log(log_time_ns, device_time_ns)
+    }
+
+    /// Reads no further.
+    pub(super) fn stop(&mut self) {
+        self.ready.clear();
+        self.done = true;
     }
 
     pub(crate) fn bytes_read(&self) -> u64 {
@@ -278,11 +321,8 @@ impl<R: Read> LogReader<R> {
     /// Unpacks one chunk, all of it or nothing, into `ready`.
     fn chunk(&mut self, data: &[u8]) -> Result<(), String> {
         // A chunk on its own is a file without magic: the same reader unpacks it, and checks its sum first.
-        let data = unpadded(data);
-        let mut bytes = Vec::with_capacity(9 + data.len());
-        bytes.push(op::CHUNK);
-        bytes.extend_from_slice(&(data.len() as u64).to_le_bytes());
-        bytes.extend_from_slice(data);
+        let data = parsable(data)?;
+        let bytes = [&[op::CHUNK][..], &(data.len() as u64).to_le_bytes(), &data].concat();
         let mut rest = bytes.as_slice();
         let mut unpack = LinearReader::new_with_options(
             LinearReaderOptions::default()
@@ -317,7 +357,7 @@ impl<R: Read> LogReader<R> {
         // Indexes and statistics repeat what the data say; only these matter.
         if !matches!(
             opcode,
-            op::HEADER | op::CHANNEL | op::MESSAGE | op::METADATA
+            op::HEADER | op::SCHEMA | op::CHANNEL | op::MESSAGE | op::METADATA
         ) {
             return Ok(());
         }
@@ -328,25 +368,37 @@ impl<R: Read> LogReader<R> {
         match record {
             Record::Header(header) if header.library.starts_with(LIBRARY_NAME) => {
                 // Our own channels are known even if the chunk that declares them is lost.
-                self.channels.insert(TICK_CHANNEL, Kind::Tick);
-                self.channels.insert(EVENT_CHANNEL, Kind::Event);
+                for (id, topic) in [
+                    (TICK_CHANNEL, TickMessage::TOPIC),
+                    (EVENT_CHANNEL, EventMessage::TOPIC),
+                ] {
+                    let kind = Kind::of(topic, None).ok_or(topic.to_owned());
+                    self.channels.insert(id, kind);
+                }
+            }
+            Record::Schema { header, data } if header.encoding == "ros2msg" => {
+                let text = String::from_utf8_lossy(&data).into_owned();
+                self.schemas.insert(header.id, text);
             }
             Record::Channel(channel) => {
-                match Kind::of(&channel) {
-                    Some(kind) => self.channels.insert(channel.id, kind),
-                    None => self.channels.remove(&channel.id),
-                };
+                let schema = self.schemas.get(&channel.schema_id);
+                let is_cdr = channel.message_encoding == "cdr";
+                let kind = Kind::of(&channel.topic, schema.map(String::as_str));
+                let kind = kind.filter(|_| is_cdr).ok_or(channel.topic);
+                self.channels.insert(channel.id, kind);
             }
             Record::Message { header, data } => {
-                let entry = match self.channels.get(&header.channel_id) {
-                    Some(Kind::Tick) => TickMessage::decode(&data).map(Entry::Tick),
-                    Some(Kind::Event) => EventMessage::decode(&data).map(Entry::Event),
-                    None => {
-                        self.condition.foreign_messages += 1;
+                let kind = match self.channels.get(&header.channel_id) {
+                    Some(Ok(kind)) => kind,
+                    foreign => {
+                        let unnamed = || format!("channel {}", header.channel_id);
+                        let topic = foreign.and_then(|topic| topic.clone().err());
+                        let topics = &mut self.condition.foreign_topics;
+                        *topics.entry(topic.unwrap_or_else(unnamed)).or_default() += 1;
                         return Ok(());
                     }
                 };
-                let entry = entry.map_err(|error| error.to_string())?;
+                let entry = kind.decode(&data).map_err(|error| error.to_string())?;
                 if let Entry::Tick(tick) = &entry
                     && *self.axes.get_or_insert(tick.axes()) != tick.axes()
                 {
@@ -450,25 +502,45 @@ fn texts_fit(opcode: u8, data: &[u8]) -> bool {
             .and_then(|()| rest.text())
             .and_then(|()| rest.map()),
         op::METADATA => rest.text().and_then(|()| rest.map()),
+        // Its number; name, encoding and definition.
+        op::SCHEMA => (rest.take(2))
+            .and_then(|_| rest.text())
+            .and_then(|()| rest.text())
+            .and_then(|()| rest.text()),
         _ => Some(()),
     };
     fit.is_some()
 }
 
-/// A chunk without what stands behind its records, which the parser of an uncompressed one takes for part of the last
-/// record.
-fn unpadded(chunk: &[u8]) -> &[u8] {
+/// A chunk as the parser knows it: one with zstd is unpacked, and what stands behind the records of others is left out,
+/// which the parser takes for part of the last one.
+fn parsable(chunk: &[u8]) -> Result<Cow<'_, [u8]>, String> {
     let mut rest = Rest(chunk);
     // Times, size and sum first; then the compression, and the records behind their number of bytes.
-    let behind = (rest.take(28))
-        .and_then(|_| rest.text())
-        .and_then(|()| rest.0.split_first_chunk())
-        .and_then(|(length, records)| {
-            let length = usize::try_from(u64::from_le_bytes(*length)).ok()?;
-            records.get(length..)
-        });
-    let padding = behind.map_or(0, <[u8]>::len);
-    &chunk[..chunk.len() - padding]
+    let parts =
+        (rest.take(28)).and_then(|head| Some((head, rest.counted()?, rest.0.split_first_chunk()?)));
+    let Some((head, compression, (length, behind))) = parts else {
+        return Ok(chunk.into());
+    };
+    let length = u64::from_le_bytes(*length) as usize;
+    let Some(records) = behind.get(..length) else {
+        return Ok(chunk.into());
+    };
+    if compression != b"zstd" {
+        return Ok(chunk[..chunk.len() - (behind.len() - length)].into());
+    }
+    let size = head[16..]
+        .first_chunk()
+        .map_or(0, |size| u64::from_le_bytes(*size));
+    if size > RECORD_LIMIT as u64 {
+        return Err(format!("its {size} bytes are more than {RECORD_LIMIT}"));
+    }
+    let mut plain = [head, &[0; 4], &size.to_le_bytes()].concat();
+    let start = plain.len();
+    plain.resize(start + size as usize, 0);
+    let unpacked = FrameDecoder::new().decode_all(records, &mut plain[start..]);
+    unpacked.map_err(|error| format!("zstd: {error}"))?;
+    Ok(plain.into())
 }
 
 /// Rest of a record.

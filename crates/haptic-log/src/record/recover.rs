@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use super::new_file::{refuse_being_written, refuse_own_source};
 use super::summary::{Gap, RECOVERED, TickCount};
-use super::{Condition, Damage, Entry, Leftover, LogReader, LogWriter, RecordError};
+use super::{Condition, Damage, Entry, Leftover, LogFiles, LogWriter, RecordError};
 
 /// Result of a recovery: the saved data and the lost data.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -48,10 +48,10 @@ fn missing(count: &TickCount, condition: &Condition) -> Vec<String> {
             sentences.push(format!("{missing} ticks {place} one saved are missing"));
         }
     }
-    if condition.foreign_messages > 0 {
+    let foreign: u64 = condition.foreign_topics.values().sum();
+    if foreign > 0 {
         sentences.push(format!(
-            "{} messages on topics that host-cli does not write were not copied",
-            condition.foreign_messages
+            "{foreign} messages on topics that host-cli does not write were not copied"
         ));
     }
     match count.last {
@@ -66,8 +66,8 @@ fn missing(count: &TickCount, condition: &Condition) -> Vec<String> {
     sentences
 }
 
-/// Copies everything readable in `source` into the new, finished log `target`, which gets one
-/// more metadata record, [`RECOVERED`]. The source is left as it is. With `overwrite` the target may exist.
+/// Copies everything readable in `source`, and in the files that it goes on in, into the new, finished log `target`, which
+/// gets one more metadata record, [`RECOVERED`]. The source is left as it is. With `overwrite` the target may exist.
 ///
 /// ```
 /// # use haptic_log::record::{LogWriter, TickMessage};
@@ -93,8 +93,6 @@ pub fn recover(
     target: &Path,
     overwrite: bool,
 ) -> Result<RecoverySummary, RecordError> {
-    refuse_own_source(source, target)?;
-    refuse_being_written(source)?;
     copy(source, target, overwrite).map_err(|error| match error {
         // There is nothing in the unfinished copy that the source does not have.
         RecordError::Write { source, .. } => RecordError::Copy {
@@ -106,12 +104,20 @@ pub fn recover(
 }
 
 fn copy(source: &Path, target: &Path, overwrite: bool) -> Result<RecoverySummary, RecordError> {
-    let mut reader = LogReader::open(source)?;
-    let mut writer = LogWriter::create_with(target, Leftover::Discard, overwrite)?;
+    refuse_own_source(source, target)?;
+    refuse_being_written(source)?;
+    let mut reader = LogFiles::open(source)?;
+    let mut writer = LogWriter::create_with(target, Leftover::Discard, overwrite, None)?;
+    let mut file = source.to_owned();
     let mut count = TickCount::default();
     let mut events = 0;
     let mut unreadable = None;
     while let Some(entry) = reader.next() {
+        if file != reader.path {
+            reader.path.clone_into(&mut file);
+            refuse_own_source(&file, target)?;
+            refuse_being_written(&file)?;
+        }
         if let Some(start) = reader.started() {
             writer.dated(start);
         }
@@ -132,9 +138,9 @@ fn copy(source: &Path, target: &Path, overwrite: bool) -> Result<RecoverySummary
             }
         }
     }
-    let mut condition = reader.condition().clone();
+    let mut condition = reader.condition();
     if let Some(cause) = unreadable {
-        let at_byte = reader.bytes_read();
+        let at_byte = reader.reader.bytes_read();
         condition.damage.push(Damage::Structure { at_byte, cause });
     }
     let gaps: Vec<String> = (count.gaps.iter())

@@ -3,23 +3,27 @@
 //! ```text
 //! NAME.mcap ─next▶ NAME-0002.mcap ─next▶ NAME-0003.mcap
 //! ```
-//! Every file has the metadata of the run and its own index; one that is followed by another names it
-//! ([`NEXT`]), one that follows another names the first ([`CONTINUES`]). [`LogFiles`] reads all of them as one.
+//! Every file has the metadata of the run, with a number drawn for it, and its own index; one that is followed by
+//! another names it ([`NEXT`]), one that follows another names the first ([`CONTINUES`]). [`LogFiles`] reads all of
+//! them as one, and no file of another run.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::fs::File;
 use std::io::{BufReader, BufWriter};
 use std::path::{Path, PathBuf};
 
+use super::new_file::drawn_number;
 use super::{
     CLOCK, Condition, Damage, Entry, EventMessage, FinishedLog, Leftover, LogReader, LogWriter,
-    RecordError, SYNC_INTERVAL, StartTime, TickMessage,
+    RecordError, SYNC_INTERVAL, StartTime, TickMessage, part_of,
 };
 
 /// Name of the metadata record that names the next file of a log.
 pub const NEXT: &str = "next";
 /// Name of the metadata record that names the first file of a log, in each that follows it.
 pub const CONTINUES: &str = "continues";
+/// Key of the number of a run in its metadata.
+const RUN: &str = "run";
 /// Smallest file that a log is cut into, bytes.
 pub const ROLL_LEAST: u64 = 1_000_000;
 /// No log has more files.
@@ -51,22 +55,23 @@ pub struct RollingLog {
     overwrite: bool,
     /// A file of so many bytes is full; `None` for one file however long.
     full_bytes: Option<u64>,
-    /// Metadata at the start of every file.
+    /// Metadata at the start of every file, the number of the run with them.
     metadata: BTreeMap<String, String>,
     started: Option<StartTime>,
     done: Vec<FinishedLog>,
 }
 
 impl RollingLog {
-    /// Starts the first file, with metadata `experiment`.
+    /// Starts the first file, with metadata `experiment`, among them the number of the run: `run`.
     ///
     /// # Errors
     /// If the file exists, unless `overwrite`, or cannot be made.
     pub fn create(
         first: &Path,
-        metadata: BTreeMap<String, String>,
+        mut metadata: BTreeMap<String, String>,
         overwrite: bool,
     ) -> Result<Self, RecordError> {
+        metadata.insert(RUN.to_owned(), drawn_number());
         Ok(Self {
             log: begin(first, &metadata, overwrite)?,
             first: first.to_owned(),
@@ -127,6 +132,7 @@ impl RollingLog {
     fn roll(&mut self) -> Result<(), RecordError> {
         let next = nth_file(&self.first, self.done.len() + 2);
         // The next file is there before the last one names it.
+        self.remove_stale();
         let mut log = begin(&next, &self.metadata, self.overwrite)?;
         log.metadata(CONTINUES, file_name(&self.first))?;
         if let Some(start) = self.started {
@@ -138,28 +144,29 @@ impl RollingLog {
         Ok(())
     }
 
-    /// Ends the last file. With overwriting, files of an earlier and longer log are removed.
-    ///
-    /// # Errors
-    /// As [`LogWriter::finish`].
-    pub fn finish(self) -> Result<FinishedLog, RecordError> {
-        let mut files = self.done;
-        files.push(self.log.finish()?);
-        if self.overwrite {
-            let further = (files.len() + 1..=FILES_MOST).map(|n| nth_file(&self.first, n));
-            // They would pass for files of this log.
+    /// Removes the further files of an earlier log before the first file takes its place: they would pass for files of this one.
+    fn remove_stale(&self) {
+        if self.overwrite && self.done.is_empty() {
+            let further = (2..=FILES_MOST).map(|n| nth_file(&self.first, n));
             for stale in further.take_while(|file| file.exists()) {
                 let _ = std::fs::remove_file(stale);
             }
         }
+    }
+
+    /// Ends the last file. With overwriting, the further files of an earlier log are removed.
+    ///
+    /// # Errors
+    /// As [`LogWriter::finish`].
+    pub fn finish(self) -> Result<FinishedLog, RecordError> {
+        self.remove_stale();
+        let mut files = self.done;
+        files.push(self.log.finish()?);
         let mut whole = files[0].clone();
         for file in &files[1..] {
             whole.paths.push(file.path.clone());
             whole.samples += file.samples;
             whole.bytes += file.bytes;
-            whole.syncs.count += file.syncs.count;
-            whole.syncs.total += file.syncs.total;
-            whole.syncs.longest = whole.syncs.longest.max(file.syncs.longest);
         }
         Ok(whole)
     }
@@ -171,7 +178,7 @@ fn begin(
     overwrite: bool,
 ) -> Result<LogWriter<BufWriter<File>>, RecordError> {
     let interval = Some(SYNC_INTERVAL);
-    let mut log = LogWriter::create_synced(path, Leftover::Keep, overwrite, interval)?;
+    let mut log = LogWriter::create_with(path, Leftover::Keep, overwrite, interval)?;
     match log.metadata("experiment", metadata.clone()) {
         Ok(()) => Ok(log),
         Err(error) => Err(log.take_back(error)),
@@ -194,11 +201,17 @@ pub fn nth_file(first: &Path, number: usize) -> PathBuf {
 /// Iterates over the [entries](Entry) of a log and of the files that follow it.
 #[derive(Debug)]
 pub struct LogFiles {
-    reader: LogReader<BufReader<File>>,
-    path: PathBuf,
+    pub(super) reader: LogReader<BufReader<File>>,
+    /// The file being read.
+    pub(super) path: PathBuf,
     /// The file that the one being read names.
     next: Option<PathBuf>,
-    read: usize,
+    /// Files read, with the one being read.
+    read: BTreeSet<PathBuf>,
+    /// Number of the run, of a log that has one.
+    run: Option<String>,
+    /// False until the file being read has told that it is of the run.
+    belongs: bool,
     /// Of the files before.
     before: Condition,
 }
@@ -213,7 +226,9 @@ impl LogFiles {
             reader: LogReader::open(path)?,
             path: path.to_owned(),
             next: None,
-            read: 1,
+            read: [path.to_owned()].into(),
+            run: None,
+            belongs: true,
             before: Condition {
                 complete: true,
                 ..Condition::default()
@@ -227,12 +242,14 @@ impl LogFiles {
         let Condition {
             complete,
             damage,
-            foreign_messages,
+            foreign_topics,
         } = self.reader.condition();
         let mut all = self.before.clone();
         all.complete &= complete;
         all.damage.extend_from_slice(damage);
-        all.foreign_messages += foreign_messages;
+        for (topic, messages) in foreign_topics {
+            *all.foreign_topics.entry(topic.clone()).or_default() += messages;
+        }
         all
     }
 
@@ -242,26 +259,35 @@ impl LogFiles {
         self.reader.started()
     }
 
+    /// Ends the reading with something missing.
+    fn end(&mut self, file: PathBuf, why: &'static str) {
+        self.before.complete = false;
+        self.before.damage.push(Damage::Next { file, why });
+        self.next = None;
+    }
+
     /// Goes on with the next file; whether there is one.
     fn advance(&mut self) -> Result<bool, RecordError> {
-        let Some(next) = self.next.take().filter(|_| self.read < FILES_MOST) else {
+        let Some(next) = self.next.take() else {
             return Ok(false);
         };
-        let mut part = next.clone().into_os_string();
-        part.push(".part");
-        let part = PathBuf::from(part);
-        let there = [next.clone(), part].into_iter().find(|file| file.exists());
+        let there = [next.clone(), part_of(&next)];
+        let there = there.into_iter().find(|file| file.exists());
         let Some(file) = there else {
-            self.before.complete = false;
-            self.before.damage.push(Damage::Missing { file: next });
+            self.end(next, "is not there");
             return Ok(false);
         };
+        if self.read.len() >= FILES_MOST || !self.read.insert(file.clone()) {
+            self.end(file, "is one of its files already");
+            return Ok(false);
+        }
         self.before = self.condition();
         // All files of a log have the axes of the first.
         let axes = self.reader.axes;
         self.reader = LogReader::open(&file)?;
         self.reader.axes = axes;
-        self.read += 1;
+        self.belongs = self.run.is_none();
+        self.path = file;
         Ok(true)
     }
 }
@@ -272,7 +298,19 @@ impl Iterator for LogFiles {
     fn next(&mut self) -> Option<Self::Item> {
         loop {
             let entry = self.reader.next();
+            if let Some(Ok(Entry::Metadata(record))) = &entry
+                && record.name == "experiment"
+            {
+                let run = record.values.get(RUN);
+                self.belongs |= run == self.run.as_ref();
+                self.run = self.run.take().or_else(|| run.cloned());
+            }
             match entry {
+                Some(Ok(_)) if !self.belongs => {
+                    let file = self.path.clone();
+                    self.reader.stop();
+                    self.end(file, "is of another run");
+                }
                 Some(Ok(Entry::Metadata(record))) if record.name == NEXT => {
                     let name = record.values.get("file").map(Path::new);
                     // A name and no path: a log leads nowhere else.
@@ -281,7 +319,7 @@ impl Iterator for LogFiles {
                 }
                 // The first file has said it.
                 Some(Ok(Entry::Metadata(record)))
-                    if self.read > 1
+                    if self.read.len() > 1
                         && ["experiment", CLOCK, CONTINUES].contains(&record.name.as_str()) => {}
                 Some(entry) => return Some(entry),
                 None => match self.advance() {

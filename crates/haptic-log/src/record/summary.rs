@@ -207,10 +207,84 @@ pub struct LogSummary {
     pub damage: Vec<String>,
     /// Messages on other topics.
     pub foreign_messages: u64,
+    /// Those topics, and the number of messages on each.
+    pub foreign_topics: BTreeMap<String, u64>,
     /// The metadata records in file order.
     pub metadata: Vec<MetadataRecord>,
     /// The events in file order.
     pub events: Vec<EventMessage>,
+}
+
+impl LogSummary {
+    /// Why the log is not whole, a few words each; none if it is.
+    #[must_use]
+    pub fn reasons(&self) -> Vec<String> {
+        let mut reasons = self.damage.clone();
+        let between: u64 = self.gaps.iter().map(|gap| gap.missing).sum();
+        for (missing, place) in [
+            (self.missing_at_start, "before the first one".to_owned()),
+            (between, format!("in {} gaps", self.gaps.len())),
+            (self.missing_at_end, "after the last one".to_owned()),
+        ] {
+            if missing > 0 {
+                reasons.push(format!("{missing} ticks missing {place}"));
+            }
+        }
+        let flaws = &self.flaws;
+        if flaws.impossible > 0 {
+            reasons.push(format!(
+                "of {} ticks the device told what cannot be",
+                flaws.impossible
+            ));
+        }
+        if flaws.is_stale(self.samples) {
+            reasons.push(stale(self));
+        }
+        if self.out_of_order > 0 {
+            reasons.push(format!("{} ticks out of order", self.out_of_order));
+        }
+        if !self.complete && self.damage.is_empty() {
+            reasons.push("it was not finished".to_owned());
+        }
+        if let Some(end) = &self.end {
+            // A file of a rolled log, and what was saved of a damaged one, do not show all that the run counted.
+            let counted = end.dropped_samples > self.missing_samples && self.continues.is_none();
+            if counted {
+                reasons.push(format!(
+                    "the run counted {} samples and events missing, the log shows {}",
+                    end.dropped_samples, self.missing_samples
+                ));
+            }
+            if end.ended == EndKind::Link && end.made_samples < end.planned_samples {
+                reasons
+                    .push("the link was lost, and what the device still made with it".to_owned());
+            }
+        }
+        reasons
+    }
+}
+
+/// In how many ticks, and why.
+fn stale(summary: &LogSummary) -> String {
+    let flaws = &summary.flaws;
+    let parts = [
+        (flaws.unanswered, "the board did not answer"),
+        (
+            flaws.forces_not_taken,
+            "it may not have taken the force before",
+        ),
+        (flaws.late_forces, "an older force of the host acted"),
+    ];
+    let parts = parts.into_iter().filter(|(count, _)| *count > 0);
+    let parts: Vec<String> = parts
+        .map(|(count, words)| format!("in {count} {words}"))
+        .collect();
+    format!(
+        "{} of {} ticks are stale: {}",
+        flaws.stale,
+        summary.samples,
+        parts.join(", ")
+    )
 }
 
 /// Reads a log to its end and says what is in it.
@@ -240,7 +314,8 @@ pub fn inspect(path: &Path) -> Result<LogSummary, RecordError> {
     let condition = reader.condition();
     summary.complete = condition.complete;
     summary.damage = condition.damage.iter().map(Damage::to_string).collect();
-    summary.foreign_messages = condition.foreign_messages;
+    summary.foreign_messages = condition.foreign_topics.values().sum();
+    summary.foreign_topics = condition.foreign_topics;
     summary.missing_since_recovery = summary
         .metadata
         .iter()

@@ -2,8 +2,7 @@
 //! and the columns of every other program. A field with an element an axis is `position_m` of one axis,
 //! `position_x_m`, `position_y_m` and `position_z_m` of several.
 
-use super::message::{Cdr, LogMessage, MessageError, begin, put};
-use serde::Serialize;
+use super::message::{Item, Layout, LogMessage, MessageError, Value, begin, put};
 use std::fmt;
 use std::ops::Deref;
 
@@ -118,113 +117,61 @@ pub struct TickMessage {
     pub observed_energy_j: f64,
 }
 
-/// How a field is read.
+/// How a field is reached.
 #[derive(Clone, Copy, Debug)]
-enum Read {
-    Count(fn(&TickMessage) -> u64),
-    Number(fn(&TickMessage) -> f64),
-    Axes(fn(&TickMessage) -> PerAxis),
-    Bits(fn(&TickMessage) -> u8),
+enum Reach {
+    Count(fn(&mut TickMessage) -> &mut u64),
+    Number(fn(&mut TickMessage) -> &mut f64),
+    Axes(fn(&mut TickMessage) -> &mut PerAxis),
+    Bits(fn(&mut TickMessage) -> &mut u8),
+    /// No field, but made of some.
+    Derived(fn(&TickMessage) -> f64),
 }
 
-/// The fields in the order of a message: name with its unit, what it is, how it is read. The bits are those of
-/// [`TickMessage::limiters`] and of [`flaw`](super::flaw).
-const FIELDS: [(&str, &str, Read); 12] = {
-    use Read::{Axes, Bits, Count, Number};
-    [
-        (
-            "tick",
-            "number of the tick, from the start of the run",
-            Count(|t| t.tick),
-        ),
-        ("time_s", "device time, s", Number(|t| t.time_s)),
-        (
-            "reference_m",
-            "commanded place of hand or indenter, m",
-            Axes(|t| t.reference_m),
-        ),
-        (
-            "indenter_position_m",
-            "its true place, m",
-            Axes(|t| t.indenter_position_m),
-        ),
-        (
-            "position_m",
-            "place of the device as the loop read it, m",
-            Axes(|t| t.position_m),
-        ),
-        (
-            "environment_force_n",
-            "wanted by the environment, N",
-            Axes(|t| t.environment_force_n),
-        ),
-        (
-            "commanded_force_n",
-            "after the safety chain, N",
-            Axes(|t| t.commanded_force_n),
-        ),
-        (
-            "applied_force_n",
-            "made by the device in this tick, N",
-            Axes(|t| t.applied_force_n),
-        ),
-        (
-            "contact_force_n",
-            "of the contact, or really made, N",
-            Axes(|t| t.contact_force_n),
-        ),
-        (
-            "limiters",
-            "bits: 1 magnitude, 2 rate, 4 fault, 8 stopping, 16 start-up, 32 workspace, 64 velocity, 128 passivity guard",
-            Bits(|t| t.limiters),
-        ),
-        (
-            "flaws",
-            "bits: 1 the board did not answer, so the position is old, 2 it may not have taken the force of the tick before, \
-             4 an older force of the host acted, 8 what the device told cannot be",
-            Bits(|t| t.flaws),
-        ),
-        (
-            "observed_energy_j",
-            "seen by the passivity guard, J; NaN if there is none",
-            Number(|t| t.observed_energy_j),
-        ),
-    ]
-};
-
-/// A number in a column.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-#[serde(untagged)]
-pub enum Value {
-    /// A count.
-    Count(u64),
-    /// A number with a unit.
-    Number(f64),
-    /// A set of bits.
-    Bits(u8),
+/// A field of a message.
+struct Field {
+    /// Its name with its unit.
+    name: &'static str,
+    what: &'static str,
+    reach: Reach,
 }
 
-impl Value {
-    /// As a number; counts above 2⁵³ are rounded.
-    #[must_use]
-    pub fn to_f64(self) -> f64 {
-        match self {
-            Self::Count(count) => count as f64,
-            Self::Number(number) => number,
-            Self::Bits(bits) => bits.into(),
+macro_rules! field {
+    ($kind:ident $name:ident, $what:literal) => {
+        Field {
+            name: stringify!($name),
+            what: $what,
+            reach: Reach::$kind(|tick| &mut tick.$name),
         }
-    }
-
-    /// As a count; a number without its fraction.
-    #[must_use]
-    pub const fn to_u64(self) -> u64 {
-        match self {
-            Self::Count(count) => count,
-            Self::Number(number) => number as u64,
-            Self::Bits(bits) => bits as u64,
-        }
-    }
+    };
 }
+
+/// The fields in the order of a message. The bits are those of [`TickMessage::limiters`] and of [`flaw`](super::flaw).
+static FIELDS: [Field; 12] = [
+    field!(Count tick, "number of the tick, from the start of the run"),
+    field!(Number time_s, "device time, s"),
+    field!(Axes reference_m, "commanded place of hand or indenter, m"),
+    field!(Axes indenter_position_m, "its true place, m"),
+    field!(Axes position_m, "place of the device as the loop read it, m"),
+    field!(Axes environment_force_n, "wanted by the environment, N"),
+    field!(Axes commanded_force_n, "after the safety chain, N"),
+    field!(Axes applied_force_n, "made by the device in this tick, N"),
+    field!(Axes contact_force_n, "of the contact, or really made, N"),
+    field!(
+        Bits limiters,
+        "bits: 1 magnitude, 2 rate, 4 fault, 8 stopping, 16 start-up, 32 workspace, 64 velocity, 128 passivity guard"
+    ),
+    field!(
+        Bits flaws,
+        "bits: 1 the board did not answer, so the position is old, 2 it may not have taken the force of the tick before, \
+         4 an older force of the host acted, 8 what the device told cannot be"
+    ),
+    field!(Number observed_energy_j, "seen by the passivity guard, J; NaN if there is none"),
+];
+
+/// Where a column goes: a field, and its axis.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Slot(Reach, usize);
 
 /// A column of a table of ticks: one number of each.
 #[derive(Clone, Debug)]
@@ -233,7 +180,7 @@ pub struct Column {
     pub name: String,
     what: &'static str,
     axis: usize,
-    read: Read,
+    reach: Reach,
 }
 
 impl Column {
@@ -244,20 +191,22 @@ impl Column {
             name: name.to_owned(),
             what: "",
             axis: 0,
-            read: Read::Number(read),
+            reach: Reach::Derived(read),
         }
     }
 
     /// The number of a tick; not a number on an axis that it has not.
     #[must_use]
     pub fn value(&self, tick: &TickMessage) -> Value {
-        match self.read {
-            Read::Count(field) => Value::Count(field(tick)),
-            Read::Bits(field) => Value::Bits(field(tick)),
-            Read::Number(field) => Value::Number(field(tick)),
-            Read::Axes(field) => {
-                let numbers = field(tick);
-                Value::Number(numbers.get(self.axis).copied().unwrap_or(f64::NAN))
+        let tick = &mut tick.clone();
+        match self.reach {
+            Reach::Count(field) => Value::Count(*field(tick)),
+            Reach::Bits(field) => Value::Bits(*field(tick)),
+            Reach::Number(field) => Value::Number(*field(tick)),
+            Reach::Derived(number) => Value::Number(number(tick)),
+            Reach::Axes(field) => {
+                let number = field(tick).get(self.axis).copied();
+                Value::Number(number.unwrap_or(f64::NAN))
             }
         }
     }
@@ -276,15 +225,18 @@ impl TickMessage {
     /// A tick of so many axes, 1 to 3, with zeros, and no guard that observes energy.
     #[must_use]
     pub fn at_rest(axes: usize) -> Self {
-        let zeros = PerAxis::new(&[0.0; 3][..axes.clamp(1, 3)]);
+        Self::filled(PerAxis::new(&[0.0; 3][..axes.clamp(1, 3)]))
+    }
+
+    fn filled(numbers: PerAxis) -> Self {
         Self {
-            reference_m: zeros,
-            indenter_position_m: zeros,
-            position_m: zeros,
-            environment_force_n: zeros,
-            commanded_force_n: zeros,
-            applied_force_n: zeros,
-            contact_force_n: zeros,
+            reference_m: numbers,
+            indenter_position_m: numbers,
+            position_m: numbers,
+            environment_force_n: numbers,
+            commanded_force_n: numbers,
+            applied_force_n: numbers,
+            contact_force_n: numbers,
             observed_energy_j: f64::NAN,
             ..Self::default()
         }
@@ -299,51 +251,20 @@ impl TickMessage {
     /// Columns of a table of ticks with so many axes, 1 to 3, in order.
     #[must_use]
     pub fn columns(axes: usize) -> Vec<Column> {
-        let of = |(field, what, read): &(&str, &'static str, Read)| {
-            let (what, read) = (*what, *read);
-            let axes = if matches!(read, Read::Axes(_)) {
-                axes
-            } else {
-                1
+        let of = |field: &Field| {
+            let axes = match field.reach {
+                Reach::Axes(_) => axes.clamp(1, AXES.len()),
+                Reach::Count(_) | Reach::Number(_) | Reach::Bits(_) | Reach::Derived(_) => 1,
             };
             let column = |axis| Column {
-                name: column_name(field, axis, axes),
-                what,
+                name: column_name(field.name, axis, axes),
+                what: field.what,
                 axis,
-                read,
+                reach: field.reach,
             };
-            (0..axes.clamp(1, AXES.len()))
-                .map(column)
-                .collect::<Vec<_>>()
+            (0..axes).map(column).collect::<Vec<_>>()
         };
         FIELDS.iter().flat_map(of).collect()
-    }
-
-    /// A tick of so many axes out of all of these bytes.
-    fn of(mut fields: Cdr<'_>, axes: usize) -> Option<Self> {
-        let fields = &mut fields;
-        let per_axis = |fields: &mut Cdr<'_>| {
-            let mut numbers = [0.0; 3];
-            for number in &mut numbers[..axes] {
-                *number = fields.number()?;
-            }
-            Some(PerAxis::new(&numbers[..axes]))
-        };
-        let tick = Self {
-            tick: u64::from_le_bytes(fields.take()?),
-            time_s: fields.number()?,
-            reference_m: per_axis(fields)?,
-            indenter_position_m: per_axis(fields)?,
-            position_m: per_axis(fields)?,
-            environment_force_n: per_axis(fields)?,
-            commanded_force_n: per_axis(fields)?,
-            applied_force_n: per_axis(fields)?,
-            contact_force_n: per_axis(fields)?,
-            limiters: u8::from_le_bytes(fields.take()?),
-            flaws: u8::from_le_bytes(fields.take()?),
-            observed_energy_j: fields.number()?,
-        };
-        fields.is_at_end().then_some(tick)
     }
 }
 
@@ -360,13 +281,13 @@ impl LogMessage for TickMessage {
         };
         let mut text = "# One control tick of a haptic experiment.\n".to_owned();
         for Column {
-            name, what, read, ..
+            name, what, reach, ..
         } in Self::columns(axes)
         {
-            let kind = match read {
-                Read::Count(_) => "uint64",
-                Read::Number(_) | Read::Axes(_) => "float64",
-                Read::Bits(_) => "uint8",
+            let kind = match reach {
+                Reach::Count(_) => "uint64",
+                Reach::Number(_) | Reach::Axes(_) | Reach::Derived(_) => "float64",
+                Reach::Bits(_) => "uint8",
             };
             text += &format!("{kind} {name}  # {what}\n");
         }
@@ -379,28 +300,75 @@ impl LogMessage for TickMessage {
 
     fn encode_into(&self, buffer: &mut Vec<u8>) -> Result<(), MessageError> {
         begin(buffer);
-        for (_, _, read) in FIELDS {
-            match read {
-                Read::Count(field) => put(buffer, field(self).to_le_bytes()),
-                Read::Bits(field) => put(buffer, [field(self)]),
-                Read::Number(field) => put(buffer, field(self).to_le_bytes()),
-                Read::Axes(field) => {
-                    let numbers = field(self);
+        let tick = &mut self.clone();
+        for field in &FIELDS {
+            match field.reach {
+                Reach::Count(field) => put(buffer, field(tick).to_le_bytes()),
+                Reach::Bits(field) => put(buffer, [*field(tick)]),
+                Reach::Number(field) => put(buffer, field(tick).to_le_bytes()),
+                Reach::Axes(field) => {
+                    let numbers = field(tick);
                     if numbers.len() != self.axes() {
                         return Err(MessageError::Axes);
                     }
                     numbers.iter().for_each(|x| put(buffer, x.to_le_bytes()));
                 }
+                Reach::Derived(_) => {}
             }
         }
         Ok(())
     }
 
-    /// Of the number of axes whose fields fill the bytes.
-    fn decode(bytes: &[u8]) -> Result<Self, MessageError> {
-        let fields = Cdr::of(bytes)?;
-        let mut ticks = (1..=AXES.len()).filter_map(|axes| Self::of(fields, axes));
-        ticks.next().ok_or(MessageError::Fields)
+    type Slot = Slot;
+
+    fn slot(name: &str) -> Option<Slot> {
+        // Its name until the force that acts was logged beside it.
+        let name = if name == "force_n" {
+            "commanded_force_n"
+        } else {
+            name
+        };
+        let columns = [1, AXES.len()].map(Self::columns);
+        let column = columns.iter().flatten().find(|column| column.name == name);
+        column.map(|column| Slot(column.reach, column.axis))
+    }
+
+    /// Numbers that are not in the schema are not numbers, and bits are 0.
+    fn decode(layout: &Layout<Slot>, bytes: &[u8]) -> Result<Self, MessageError> {
+        let mut tick = Self::filled(PerAxis {
+            values: [f64::NAN; 3],
+            count: 0,
+        });
+        layout.read(bytes, |Slot(reach, axis), index, item| {
+            match (reach, item) {
+                (Reach::Count(field), Item::Number(number)) => *field(&mut tick) = number.to_u64(),
+                (Reach::Number(field), Item::Number(number)) => *field(&mut tick) = number.to_f64(),
+                (Reach::Bits(field), Item::Number(number)) => {
+                    *field(&mut tick) = number.to_u64() as u8;
+                }
+                (Reach::Axes(field), Item::Number(number)) => {
+                    let numbers = field(&mut tick);
+                    let axis = axis + index;
+                    if let Some(value) = numbers.values.get_mut(axis) {
+                        *value = number.to_f64();
+                    }
+                    numbers.count = numbers.count.max((axis + 1).min(4) as u8);
+                }
+                (Reach::Derived(_), _) | (_, Item::Text(_)) => {}
+            }
+        })?;
+        let axes = tick.position_m.count;
+        for field in &FIELDS {
+            if let Reach::Axes(field) = field.reach {
+                let numbers = field(&mut tick);
+                if !(1..=3).contains(&axes) || ![0, axes].contains(&numbers.count) {
+                    return Err(MessageError::Axes);
+                }
+                numbers.count = axes;
+                numbers.values[usize::from(axes)..].fill(0.0);
+            }
+        }
+        Ok(tick)
     }
 }
 
@@ -441,13 +409,22 @@ mod tests {
             expected.extend((-6.0_f64).to_le_bytes());
             assert_eq!(bytes, expected);
             assert_eq!(bytes.len(), length);
-            assert_eq!(TickMessage::decode(&bytes).expect("decodes"), tick);
-            // Cut anywhere but where one of fewer axes would end.
-            for length in (0..bytes.len()).filter(|length| ![92, 148].contains(length)) {
-                assert!(TickMessage::decode(&bytes[..length]).is_err(), "{length}");
+            let layout = Layout::of(&tick.schema().1, TickMessage::slot);
+            assert_eq!(TickMessage::decode(&layout, &bytes).expect("decodes"), tick);
+            for length in 0..bytes.len() {
+                assert!(
+                    TickMessage::decode(&layout, &bytes[..length]).is_err(),
+                    "{length}"
+                );
             }
+            // Of a log without its schema, the length tells the axes.
+            let fits = |layout: &Layout<_>| TickMessage::decode(layout, &bytes).ok();
+            let schemas = [1, 2, 3].map(|axes| TickMessage::at_rest(axes).schema().1);
+            let layouts = schemas.map(|schema| Layout::of(&schema, TickMessage::slot));
+            let found: Vec<_> = layouts.iter().filter_map(fits).collect();
+            assert_eq!(found, [tick]);
             bytes[1] = 0;
-            let error = TickMessage::decode(&bytes).expect_err("another byte order");
+            let error = TickMessage::decode(&layout, &bytes).expect_err("another byte order");
             assert!(matches!(error, MessageError::Encapsulation));
         }
     }

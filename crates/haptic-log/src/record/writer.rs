@@ -1,17 +1,16 @@
 //! Writes a log as the run goes.
 //!
 //! A chunk is collected in memory and written in one piece, so the file always ends behind a whole
-//! chunk unless the disk fills up in the middle of one. Memory is one chunk plus, for each 100 ms,
-//! an entry of the index that [`finish`](LogWriter::finish) writes: 10 MB per hour of device time. A log of
-//! more than 65 536 chunks (1.8 h) gets no index and no summary, so that memory does not grow with it: readers
-//! read it from front to back. The chunks keep their checksums; the sum over the whole file is left out.
+//! chunk unless the disk fills up in the middle of one. Memory is one chunk plus, for each chunk,
+//! an entry of the index that [`finish`](LogWriter::finish) writes: 10 MB per hour of device time at first. Beyond 65 536
+//! chunks (1.8 h) their time doubles with every 32 768, so that a log twice as long takes 10 MB more.
 
 use std::collections::BTreeMap;
 use std::fs::File;
 use std::io::{self, BufWriter, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::Duration;
 
 use mcap::records::{MessageHeader, Metadata};
@@ -19,18 +18,18 @@ use mcap::{Compression, McapResult, WriteOptions};
 
 use super::error::io_error;
 use super::message::LogMessage;
-use super::sync::{SyncTimes, Syncer};
+use super::sync::Syncer;
 use super::{
     CLOCK, EventMessage, Leftover, MessageError, NewFile, NewFileError, RecordError, StartTime,
     TickMessage,
 };
 
-/// A chunk is closed and flushed when this much device time has begun anew, ns.
-pub(super) const FLUSH_INTERVAL_NS: u64 = 100_000_000;
+/// A chunk is closed and flushed when this much device time has begun anew, ns: at first.
+const FLUSH_INTERVAL_NS: u64 = 100_000_000;
 /// A chunk of this many bytes is closed early, whatever the time.
 const CHUNK_BYTES: u64 = 1 << 20;
-/// Chunks of a file that has an index: 1.8 hours.
-const INDEXED_CHUNKS: u32 = 1 << 16;
+/// The time of a chunk doubles with so many chunks, but for the first time: at 1.8 hours.
+const DOUBLED_AFTER: u64 = 1 << 15;
 
 /// Name of the writer. Readers of this crate trust the channel numbers below if a log has this name.
 const LIBRARY: &str = concat!("host-cli ", env!("CARGO_PKG_VERSION"));
@@ -52,8 +51,6 @@ pub struct FinishedLog {
     pub samples: u64,
     /// Its size.
     pub bytes: u64,
-    /// Number and durations of the syncs to the disk while the log grew.
-    pub syncs: SyncTimes,
 }
 
 /// A log being written. Made by [`create`](LogWriter::create); call
@@ -82,9 +79,9 @@ pub struct FinishedLog {
 pub struct LogWriter<W: Write + Seek> {
     /// `None` only after `close`.
     mcap: Option<mcap::Writer<Sink<W>>>,
-    control: Control,
-    /// Chunks since the library was started on the file.
-    chunks: u32,
+    /// Bytes that the sink took.
+    bytes: Arc<AtomicU64>,
+    chunks: u64,
     /// Name of the unfinished file, for messages.
     path: PathBuf,
     /// The file to publish; `None` when the sink is not ours.
@@ -110,9 +107,12 @@ impl<W: Write + Seek> LogWriter<W> {
     /// # Errors
     /// If the sink does not take the header.
     pub fn with_sink(sink: W, path: &Path) -> Result<Self, RecordError> {
-        let control = Control::default();
-        let sink = Sink::new(sink, control.clone());
-        let started = options(true).create(sink).and_then(|mut mcap| {
+        let bytes = Arc::default();
+        let sink = Sink {
+            inner: sink,
+            bytes: Arc::clone(&bytes),
+        };
+        let started = options().create(sink).and_then(|mut mcap| {
             add_channel(&mut mcap, EVENT_CHANNEL, &EventMessage::default())?;
             mcap.flush()?;
             Ok(mcap)
@@ -124,7 +124,7 @@ impl<W: Write + Seek> LogWriter<W> {
         })?;
         Ok(Self {
             mcap: Some(started),
-            control,
+            bytes,
             chunks: 0,
             path: path.to_owned(),
             new_file: None,
@@ -212,7 +212,7 @@ impl<W: Write + Seek> LogWriter<W> {
 
     /// Bytes handed to the sink so far.
     pub fn bytes(&self) -> u64 {
-        self.control.bytes()
+        self.bytes.load(Ordering::Relaxed)
     }
 
     /// Writes the index and gives the sink back.
@@ -233,7 +233,8 @@ impl<W: Write + Seek> LogWriter<W> {
         message: &M,
     ) -> Result<(), RecordError> {
         let time_ns = nanoseconds(message.time_s())?;
-        let interval = time_ns / FLUSH_INTERVAL_NS;
+        let doublings = (self.chunks / DOUBLED_AFTER).saturating_sub(1);
+        let interval = time_ns / (FLUSH_INTERVAL_NS << doublings.min(32));
         if self.interval.is_some_and(|open| open != interval) {
             self.flush()?;
         }
@@ -257,31 +258,6 @@ impl<W: Write + Seek> LogWriter<W> {
         self.attempt(mcap::Writer::flush)?;
         self.samples_safe = self.samples;
         self.chunks += 1;
-        if self.chunks >= INDEXED_CHUNKS {
-            self.forget_index()?;
-        }
-        Ok(())
-    }
-
-    /// Goes on in the same file with the library started anew, which has no index in memory.
-    fn forget_index(&mut self) -> Result<(), RecordError> {
-        let Some(mcap) = self.mcap.take() else {
-            return Err(self.closed());
-        };
-        let sink = mcap.into_inner();
-        // The file has its start already.
-        self.control.set_deaf(true);
-        let continued = options(false).create(sink);
-        self.control.set_deaf(false);
-        let added = continued.and_then(|mut mcap| {
-            add_channel(&mut mcap, EVENT_CHANNEL, &EventMessage::default())?;
-            if let Some(axes) = self.axes {
-                add_channel(&mut mcap, TICK_CHANNEL, &TickMessage::at_rest(axes))?;
-            }
-            Ok(mcap)
-        });
-        self.mcap = Some(added.map_err(|error| self.error(io_error(error)))?);
-        self.chunks = 0;
         Ok(())
     }
 
@@ -319,24 +295,15 @@ impl LogWriter<BufWriter<File>> {
     /// # Errors
     /// If `path` or `path.part` exists, or the folder does not take the file.
     pub fn create(path: &Path) -> Result<Self, RecordError> {
-        Self::create_with(path, Leftover::Keep, false)
+        Self::create_with(path, Leftover::Keep, false, None)
     }
 
     /// As [`create`](Self::create), with a choice of what happens to an unfinished file, and whether
-    /// the finished one may replace another.
+    /// the finished one may replace another; brought to the disk at an interval, if one is given.
     ///
     /// # Errors
     /// As there.
     pub fn create_with(
-        path: &Path,
-        leftover: Leftover,
-        overwrite: bool,
-    ) -> Result<Self, RecordError> {
-        Self::create_synced(path, leftover, overwrite, None)
-    }
-
-    /// As [`create_with`](Self::create_with); brought to the disk at an interval, if one is given.
-    pub(crate) fn create_synced(
         path: &Path,
         leftover: Leftover,
         overwrite: bool,
@@ -391,21 +358,20 @@ impl LogWriter<BufWriter<File>> {
             samples_safe: samples,
             source,
         };
-        let control = self.control.clone();
+        let written = Arc::clone(&self.bytes);
         let sink = self.close()?;
         let file = sink
             .into_inner()
             .map_err(|error| fail(error.into_error()))?;
         file.sync_data().map_err(fail)?;
-        let syncs = syncer.map_or(Ok(SyncTimes::default()), Syncer::stop);
-        let syncs = syncs.map_err(fail)?;
+        syncer.map_or(Ok(0), Syncer::stop).map_err(fail)?;
         let bytes = file.metadata().map_err(fail)?.len();
         let path = match new_file {
             Some(new_file) => {
                 // Seen here and not earlier, as nobody else writes to it: what was appended after that is in it, or in no folder.
                 let what = match new_file.part().exists() {
                     false => Some("removed"),
-                    true if bytes < control.bytes() => Some("emptied or cut"),
+                    true if bytes < written.load(Ordering::Relaxed) => Some("emptied or cut"),
                     true => None,
                 };
                 if let Some(what) = what {
@@ -426,7 +392,6 @@ impl LogWriter<BufWriter<File>> {
             path,
             samples,
             bytes,
-            syncs,
         })
     }
 }
@@ -462,8 +427,8 @@ fn unbegun(path: &Path, error: RecordError) -> RecordError {
     }
 }
 
-/// Options of the MCAP writer. Without an index, it omits the summary and the checksum of the whole file.
-fn options(indexed: bool) -> WriteOptions {
+/// Options of the MCAP writer.
+fn options() -> WriteOptions {
     WriteOptions::new()
         .profile("ros2")
         .library(LIBRARY)
@@ -471,11 +436,6 @@ fn options(indexed: bool) -> WriteOptions {
         .chunk_size(Some(CHUNK_BYTES))
         // Chunks are buffered and written whole, rather than patched afterwards.
         .disable_seeking(true)
-        .emit_summary_records(indexed)
-        .emit_summary_offsets(indexed)
-        .repeat_channels(indexed)
-        .repeat_schemas(indexed)
-        .calculate_data_section_crc(indexed)
 }
 
 fn add_channel<M: LogMessage, W: Write + Seek>(
@@ -497,44 +457,16 @@ pub(super) fn nanoseconds(time_s: f64) -> Result<u64, RecordError> {
     Ok((time_s * 1e9).round() as u64)
 }
 
-/// A sink that can be made deaf, and counts what it takes.
+/// A sink that counts what it takes.
 struct Sink<W> {
     inner: W,
-    control: Control,
-}
-
-/// Reaches a sink that a writer owns.
-#[derive(Clone, Debug, Default)]
-struct Control {
-    deaf: Arc<AtomicBool>,
     bytes: Arc<AtomicU64>,
-}
-
-impl Control {
-    /// Drops the bytes written from now on if `deaf`, or takes them again.
-    fn set_deaf(&self, deaf: bool) {
-        self.deaf.store(deaf, Ordering::Relaxed);
-    }
-
-    /// Bytes taken.
-    fn bytes(&self) -> u64 {
-        self.bytes.load(Ordering::Relaxed)
-    }
-}
-
-impl<W> Sink<W> {
-    const fn new(inner: W, control: Control) -> Self {
-        Self { inner, control }
-    }
 }
 
 impl<W: Write> Write for Sink<W> {
     fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
-        if self.control.deaf.load(Ordering::Relaxed) {
-            return Ok(bytes.len());
-        }
         let taken = self.inner.write(bytes)?;
-        (self.control.bytes).fetch_add(taken as u64, Ordering::Relaxed);
+        self.bytes.fetch_add(taken as u64, Ordering::Relaxed);
         Ok(taken)
     }
 

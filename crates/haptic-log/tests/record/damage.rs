@@ -323,13 +323,10 @@ fn a_recovered_log_replaces_another_only_when_asked_and_never_its_source() {
     assert_eq!(fs::read(&old).expect("reads"), b"old");
     assert_eq!(recover(&log, &old, true).expect("asked").samples, 10);
 
-    // By its own name, by another one, and by that of the unfinished copy.
+    // By its own name, and by another one.
     let link = folder.path().join("link.mcap");
     fs::hard_link(&log, &link).expect("links");
-    let copy = folder.path().join("copy.mcap");
-    let unfinished = folder.path().join("copy.mcap.host-cli-tmp");
-    fs::copy(&log, &unfinished).expect("copies");
-    for (source, target) in [(&log, &log), (&log, &link), (&unfinished, &copy)] {
+    for (source, target) in [(&log, &log), (&log, &link)] {
         let errors = [
             recover(source, target, true)
                 .map(drop)
@@ -382,5 +379,42 @@ fn a_log_that_somebody_removes_or_empties_is_not_called_whole() {
     assert!(said(|part| fs::remove_file(part).expect("removes")).contains("was removed"));
     assert!(
         said(|part| drop(fs::File::create(part).expect("empties"))).contains("was emptied or cut")
+    );
+}
+
+#[test]
+fn a_sound_log_of_others_is_not_an_empty_table() {
+    let folder = tempfile::tempdir().expect("folder");
+    let [path, table] = ["theirs.mcap", "table.csv"].map(|name| folder.path().join(name));
+    let mut log = mcap::Writer::new(Cursor::new(Vec::new())).expect("starts");
+    for (id, topic) in [(7, "/camera/image"), (9, "/joint_states")] {
+        log.add_channel_with_id(id, 0, topic, "json", &Default::default())
+            .expect("adds");
+        let header = mcap::records::MessageHeader {
+            channel_id: id,
+            sequence: 0,
+            log_time: 0,
+            publish_time: 0,
+        };
+        log.write_to_known_channel(&header, b"{}").expect("writes");
+    }
+    log.finish().expect("finishes");
+    fs::write(&path, log.into_inner().into_inner()).expect("writes");
+    let error = export_csv(&path, &table, false).expect_err("has no ticks");
+    assert!(matches!(error, RecordError::NoTicks { .. }), "{error:?}");
+    let text = error.to_string();
+    assert!(text.contains("/camera/image, /joint_states"), "{text}");
+    assert_eq!(
+        fs::read_dir(folder.path()).expect("lists").count(),
+        1,
+        "no table"
+    );
+    let summary = inspect(&path).expect("inspects");
+    assert!(summary.complete && summary.foreign_messages == 2);
+    assert!(
+        summary
+            .foreign_topics
+            .keys()
+            .eq(["/camera/image", "/joint_states"])
     );
 }

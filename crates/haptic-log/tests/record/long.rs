@@ -2,15 +2,16 @@
 
 use super::{noon, parameters, tick, ticks_of};
 use haptic_log::record::{
-    Entry, LogFiles, LogReader, LogWriter, ROLL_LEAST, RollingLog, TickMessage, inspect,
+    Damage, Entry, LogFiles, LogReader, LogWriter, NEXT, ROLL_LEAST, RollingLog, TickMessage,
+    inspect, recover,
 };
 use std::fs;
 use std::path::{Path, PathBuf};
 
 #[test]
 #[ignore = "long: `.ci/run` does it, or --include-ignored"]
-fn a_very_long_log_has_no_index_and_is_whole_all_the_same() {
-    // A tick in each 100 ms is a chunk each; 65 536 of them have an index.
+fn a_very_long_log_has_an_index_of_all_of_it() {
+    // A tick in each 100 ms is a chunk each; the library keeps the index of 65 536 of them.
     let ticks = 150_000;
     let chunked = |number: u64| TickMessage {
         time_s: 0.1 * number as f64,
@@ -29,15 +30,27 @@ fn a_very_long_log_has_no_index_and_is_whole_all_the_same() {
     let summary = inspect(&path).expect("inspects");
     assert!(summary.complete && summary.gaps.is_empty(), "{summary:?}");
     assert_eq!((summary.samples, summary.out_of_order), (ticks, 0));
-    // The MCAP library finds no summary to trust, and every message.
     let bytes = fs::read(&path).expect("reads");
-    let index = mcap::Summary::read(&bytes).expect("is MCAP");
-    assert!(index.is_none_or(|index| index.chunk_indexes.is_empty() && index.stats.is_none()));
-    let messages = mcap::MessageStream::new(&bytes).expect("is MCAP");
-    let messages = messages.map(|message| message.expect("is whole"));
-    assert!(messages.map(|message| message.sequence).eq(0..ticks as u32));
+    let found = mcap::Summary::read(&bytes)
+        .expect("is MCAP")
+        .expect("is there");
+    let stats = found.stats.as_ref().expect("are there");
+    assert_eq!((stats.message_count, stats.metadata_count), (ticks, 2));
+    // 65 536 chunks of 100 ms, 32 768 of 200 ms, and the rest of 400 ms; the event channel stands in one of its own.
+    let expected = 65_536 + 32_768 + (ticks - 2 * 65_536) / 4;
+    let chunks = found.chunk_indexes.len() as u64;
+    assert!(chunks.abs_diff(expected) < 8, "{chunks}, not {expected}");
+    // Any tick is found by its time, and every one by the chunk that the index names.
+    let mut sequences = Vec::new();
+    for chunk in &found.chunk_indexes {
+        let messages = found.stream_chunk(&bytes, chunk).expect("is a chunk");
+        sequences.extend(messages.map(|message| message.expect("is whole").sequence));
+    }
+    assert!(sequences.into_iter().eq(0..ticks as u32));
+    assert_eq!(found.metadata_indexes.len(), 2);
+
     // A byte that changed is still found by its chunk.
-    let place = within_chunk(&bytes, 100_000);
+    let place = within_chunk(&bytes, 80_000);
     let mut damaged = bytes;
     damaged[place] ^= 0x40;
     fs::write(&path, damaged).expect("writes");
@@ -64,17 +77,19 @@ fn within_chunk(bytes: &[u8], number: usize) -> usize {
     }
 }
 
+/// Of this file alone.
+fn entries_of(path: &Path) -> Vec<Entry> {
+    let entries = LogReader::open(path).expect("opens");
+    entries.collect::<Result<_, _>>().expect("reads")
+}
+
 /// The file has an index, metadata and date by itself.
 fn assert_stands_alone(path: &Path) {
     let bytes = fs::read(path).expect("reads");
     let index = mcap::Summary::read(&bytes).expect("is MCAP");
     assert!(!index.expect("is there").chunk_indexes.is_empty());
-    let own: Vec<Entry> = LogReader::open(path)
-        .expect("opens")
-        .collect::<Result<_, _>>()
-        .expect("reads");
-    let described =
-        |entry: &&Entry| matches!(entry, Entry::Metadata(record) if record.values == parameters());
+    let own = entries_of(path);
+    let described = |entry: &&Entry| matches!(entry, Entry::Metadata(record) if parameters().iter().all(|(key, value)| record.values.get(key) == Some(value)));
     assert_eq!(own.iter().filter(described).count(), 1);
 }
 
@@ -133,6 +148,22 @@ fn a_log_in_several_files_reads_as_one() {
     assert_eq!(named.collect::<Vec<_>>(), ["experiment", "clock"]);
 
     assert_missed(files, ticks, name);
+    // Saved, all of it is one log.
+    let saved = folder.path().join("saved.mcap");
+    let summary = recover(&name(1), &saved, false).expect("saves");
+    assert!(
+        summary.complete && summary.missing.is_empty(),
+        "{summary:?}"
+    );
+    assert_eq!(summary.samples, ticks);
+    assert_eq!(ticks_of(&entries_of(&saved)), all(&name(1)));
+    // Nothing is written over one of its files.
+    assert!(recover(&name(1), &name(2), true).is_err());
+    fs::rename(name(2), folder.path().join("aside")).expect("moves");
+    let summary = recover(&name(1), &saved, true).expect("saves");
+    assert!(!summary.complete && summary.missing[0].contains("run-0002.mcap"));
+    fs::rename(folder.path().join("aside"), name(2)).expect("moves back");
+    fs::remove_file(saved).expect("removes");
     // The file that was being written when the process died is `.part`.
     let part = folder.path().join(format!("run-{files:04}.mcap.part"));
     let bytes = fs::read(name(files)).expect("reads");
@@ -147,4 +178,73 @@ fn a_log_in_several_files_reads_as_one() {
     assert_eq!(finished.paths, [name(1)]);
     assert_eq!(inspect(&name(1)).expect("inspects").samples, 10);
     assert_eq!(fs::read_dir(folder.path()).expect("lists").count(), 1);
+}
+
+/// A log of so many ticks in files of 1 MB; `dies` at its last tick.
+fn rolled(first: &Path, ticks: u64, overwrite: bool, dies: bool) {
+    let mut log = RollingLog::create(first, parameters(), overwrite).expect("creates");
+    log.roll_at(ROLL_LEAST);
+    (0..ticks).for_each(|n| log.tick(&tick(n)).expect("writes"));
+    match dies {
+        true => drop(log),
+        false => drop(log.finish().expect("finishes")),
+    }
+}
+
+#[test]
+fn a_run_that_dies_over_an_older_one_is_not_continued_by_it() {
+    let folder = tempfile::tempdir().expect("folder");
+    let name = |name: &str| folder.path().join(name);
+    rolled(&name("run.mcap"), 60_000, false, false);
+    rolled(&name("run.mcap"), 20_000, true, true);
+    let summary = inspect(&name("run.mcap")).expect("inspects");
+    assert!(!summary.complete, "it was cut");
+    assert_eq!((summary.samples, summary.out_of_order), (20_000, 0));
+    assert!(!name("run-0003.mcap").exists(), "of the old run");
+}
+
+#[test]
+fn files_of_another_run_are_not_read_as_one_with_these() {
+    let folder = tempfile::tempdir().expect("folder");
+    let name = |name: &str| folder.path().join(name);
+    rolled(&name("run.mcap"), 40_000, false, false);
+    rolled(&name("other.mcap"), 40_000, false, false);
+    fs::copy(name("other-0002.mcap"), name("run-0002.mcap")).expect("copies");
+    let mut files = LogFiles::open(&name("run.mcap")).expect("opens");
+    let ticks = files
+        .by_ref()
+        .filter(|entry| matches!(entry, Ok(Entry::Tick(_))))
+        .count();
+    assert!(ticks < 40_000, "{ticks}");
+    let condition = files.condition();
+    let other = |damage: &Damage| matches!(damage, Damage::Next { file, .. } if file.ends_with("run-0002.mcap"));
+    assert!(
+        !condition.complete && condition.damage.iter().any(other),
+        "{condition:?}"
+    );
+    let kept = recover(&name("run.mcap"), &name("saved.mcap"), false).expect("saves");
+    assert_eq!((kept.samples, kept.complete), (ticks as u64, false));
+}
+
+#[test]
+fn a_log_that_names_itself_as_the_next_ends() {
+    let folder = tempfile::tempdir().expect("folder");
+    let names = ["a.mcap", "b.mcap"].map(|name| folder.path().join(name));
+    for next in [["a.mcap", "b.mcap"], ["b.mcap", "a.mcap"]] {
+        for (path, next) in names.iter().zip(next) {
+            let _ = fs::remove_file(path);
+            let mut log = LogWriter::create(path).expect("creates");
+            log.tick(&tick(0)).expect("writes");
+            let next = [("file".to_owned(), next.to_owned())].into();
+            log.metadata(NEXT, next).expect("writes");
+            log.finish().expect("finishes");
+        }
+        let summary = inspect(&names[0]).expect("inspects");
+        assert!(summary.samples <= 2 && !summary.complete);
+        assert!(
+            summary.damage[0].contains("one of its files already"),
+            "{:?}",
+            summary.damage
+        );
+    }
 }

@@ -1,6 +1,7 @@
 //! The run log: what is written is read back, whatever happens to the file in between.
 
 mod damage;
+mod layouts;
 mod long;
 
 use haptic_log::record::{

@@ -49,7 +49,8 @@ impl Recording {
         };
         metadata.extend(provenance.clone());
         let folder = request.prepare()?;
-        let recorder = Recorder::start(&folder.file("mcap"), metadata, false, false, Vec::new())
+        let log = folder.file("mcap");
+        let recorder = Recorder::start(&log, metadata, false, false, None, Vec::new())
             .inspect_err(|_| folder.discard())?;
         Ok(Self {
             recorder,

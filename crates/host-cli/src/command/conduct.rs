@@ -7,14 +7,12 @@ use crate::picture::of_report;
 use clap::Args;
 use haptic_experiment::document::Document;
 use haptic_experiment::judge::{Curves, Published, RunReport};
-use haptic_experiment::parameters::Range;
 #[cfg(unix)]
 use haptic_experiment::run::signals::signals;
 use haptic_experiment::run::{FolderRequest, OutputFolder, write_text};
 use haptic_experiment::{ExperimentFile, Failure, Pace, RealtimeOptions, Report, Supervisor};
 use haptic_figure::{FigureError, Picture};
 use haptic_log::live::{Live, LiveStreams};
-use haptic_log::record::ROLL_LEAST;
 use haptic_loop::realtime::{PRIORITIES, allowed_cores};
 use haptic_quantity::written;
 use indicatif::{HumanDuration, ProgressBar, ProgressDrawTarget, ProgressState, ProgressStyle};
@@ -23,9 +21,6 @@ use std::path::PathBuf;
 use std::sync::atomic::AtomicBool;
 use std::sync::{Arc, LazyLock, OnceLock};
 use std::time::Duration;
-
-/// Sizes at which another log file begins, bytes; no disk has more.
-const ROLLS: Range = Range::Within(ROLL_LEAST as f64, 1e15);
 
 /// How a run is conducted and kept.
 #[derive(Debug, Args)]
@@ -45,9 +40,6 @@ pub(crate) struct RunArguments {
     live: LiveArguments,
     #[command(flatten)]
     files: RunFiles,
-    /// Start another log file at this size, as in 1GB
-    #[arg(long, value_name = "SIZE", value_parser = quantity("_bytes", ROLLS), hide_short_help = true, help_heading = "Run")]
-    roll: Option<f64>,
     /// Write the experiment to a file instead of running it
     #[arg(long, value_name = "FILE.toml", conflicts_with_all = ["out", "roll"], hide_short_help = true, help_heading = "Run")]
     write: Option<PathBuf>,
@@ -62,12 +54,8 @@ impl RunArguments {
             let text = document.to_toml().map_err(Failure::input)?;
             return write_text(file, &text, self.files.overwrite);
         }
-        let request = &mut FolderRequest {
-            roll_bytes: self.roll.map(|size| size as u64),
-            ..self
-                .files
-                .folder(document.kind().map_err(Failure::input)?)?
-        };
+        let kind = document.kind().map_err(Failure::input)?;
+        let request = &mut self.files.folder(kind)?;
         let kept = document.keep_in(&mut request.provenance);
         kept.map_err(Failure::input)?;
         let live = &self.live.open(pace != Pace::Virtual, output)?;

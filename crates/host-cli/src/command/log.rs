@@ -4,9 +4,10 @@ use crate::output::Output;
 use crate::picture_file;
 use clap::{Args, Subcommand};
 use haptic_experiment::Failure;
+use haptic_experiment::judge::Decimated;
 use haptic_figure::{FigureError, MotionFigure, MotionRow, Picture, PlaneFigure};
 use haptic_log::record::{
-    EndKind, Entry, LogFiles, LogSummary, PerAxis, RECOVERED, RecordError, TickMessage, export_csv,
+    Entry, LogFiles, LogSummary, PerAxis, RECOVERED, RecordError, TickMessage, export_csv,
     export_csv_to, inspect, recover,
 };
 use serde_json::json;
@@ -34,6 +35,9 @@ pub(crate) enum Command {
                       The damaged log is left as it is."
     )]
     Recover(Copied),
+    /// Copy a log of an earlier version, which has no index beyond 1.8 h, into one with an index
+    #[command(after_help = "Example: host-cli log index day.mcap day-indexed.mcap")]
+    Index(Copied),
     /// Turn a log into CSV, one row per tick
     #[command(after_help = "Example: host-cli log export results/relax-0001/relax.mcap ticks.csv")]
     Export(Copied),
@@ -58,7 +62,7 @@ pub(crate) enum Command {
 pub(crate) struct Copied {
     /// The log
     log: PathBuf,
-    /// New file, `-` for a CSV on standard output [default: NAME.recovered.mcap or NAME.ticks.csv]
+    /// New file, `-` for a CSV on standard output [default: NAME.recovered.mcap, NAME.indexed.mcap or NAME.ticks.csv]
     target: Option<PathBuf>,
     /// Folder for it, if it is not named [default: that of the log]
     #[arg(long, value_name = "DIR", conflicts_with = "target")]
@@ -76,12 +80,8 @@ impl Command {
                 output.report(&summary)
             }
             Self::Check { log } => check(&log, output),
-            Self::Recover(own) => {
-                let target = place(own.target, own.out.as_deref(), &own.log, "recovered.mcap")?;
-                let summary = recover(&own.log, &target, own.overwrite)?;
-                output.summary(&summary)?;
-                require_complete(summary.complete, &own.log, &target.display().to_string())
-            }
+            Self::Recover(own) => saved(own, "recovered.mcap", output),
+            Self::Index(own) => saved(own, "indexed.mcap", output),
             Self::Export(own) => {
                 if own.target.as_deref() == Some(Path::new("-")) {
                     return export_to_output(&own.log, own.overwrite, output);
@@ -104,6 +104,14 @@ impl Command {
             } => plot(&log, out.as_deref(), overwrite, output),
         }
     }
+}
+
+/// All that can be read, in one new log.
+fn saved(own: Copied, ending: &str, output: Output) -> Result<(), Failure> {
+    let target = place(own.target, own.out.as_deref(), &own.log, ending)?;
+    let summary = recover(&own.log, &target, own.overwrite)?;
+    output.summary(&summary)?;
+    require_complete(summary.complete, &own.log, &target.display().to_string())
 }
 
 /// The rows on standard output.
@@ -170,7 +178,7 @@ fn require_complete(complete: bool, log: &Path, made: &str) -> Result<(), Failur
 
 fn check(log: &Path, output: Output) -> Result<(), Failure> {
     let summary = inspect(log)?;
-    let reasons = reasons(&summary);
+    let reasons = summary.reasons();
     output.summary(&summary)?;
     match reasons.is_empty() {
         true => Ok(()),
@@ -185,11 +193,14 @@ fn check(log: &Path, output: Output) -> Result<(), Failure> {
 
 fn plot(log: &Path, out: Option<&Path>, overwrite: bool, output: Output) -> Result<(), Failure> {
     let mut reader = LogFiles::open(log)?;
-    let mut ticks = Vec::new();
+    let (mut shown, mut axes) = (Decimated::new(DENSE), 1);
     let mut conditions = Vec::new();
     for entry in &mut reader {
         match entry? {
-            Entry::Tick(tick) => ticks.push(tick),
+            Entry::Tick(tick) => {
+                axes = tick.axes();
+                shown.add(tick.time_s, drawn(&tick));
+            }
             Entry::Metadata(record) if record.name == "experiment" => {
                 let named = ["device", "scheme"].into_iter();
                 conditions = named
@@ -205,138 +216,100 @@ fn plot(log: &Path, out: Option<&Path>, overwrite: bool, output: Output) -> Resu
     }
     let stem = place(None, out, log, "log")?;
     let title = log.file_name().unwrap_or_default().to_string_lossy();
+    let (samples, time_s, curves) = shown.curves();
     let figure = picture_file::save(
-        draw(&title, &conditions.join("  ·  "), &ticks),
+        draw(&title, &conditions.join("  ·  "), axes, &time_s, &curves),
         &stem,
         overwrite,
     )?;
     output.summary(&json!({
-        "samples": ticks.len(),
+        "samples": samples,
         "complete": complete,
         "figure": figure,
     }))?;
     require_complete(complete, log, &figure)
 }
 
+/// Samples of which each is drawn; of more the extremes.
+const DENSE: u64 = 100_000;
+
+/// What is drawn of a tick.
+fn drawn(tick: &TickMessage) -> [f64; 9] {
+    let on = |numbers: PerAxis, axis: usize| numbers.get(axis).copied().unwrap_or(f64::NAN);
+    let [x, y, z] = [0, 1, 2].map(|axis| on(tick.commanded_force_n, axis));
+    let [reference, position] = [tick.reference_m, tick.position_m];
+    let [reference_y, position_y] = [on(reference, 1), on(position, 1)];
+    let indenter = on(tick.indenter_position_m, 0);
+    let contact = on(tick.contact_force_n, 0);
+    [
+        on(reference, 0),
+        indenter,
+        on(position, 0),
+        reference_y,
+        position_y,
+        x,
+        y,
+        z,
+        contact,
+    ]
+}
+
 /// Positions above, forces below; of several axes the path, places and forces.
-fn draw(title: &str, subtitle: &str, ticks: &[TickMessage]) -> Result<Picture, FigureError> {
-    let axes = ticks.first().map_or(1, TickMessage::axes);
-    let time_s: Vec<f64> = ticks.iter().map(|tick| tick.time_s).collect();
-    let of = |axis: usize, field: fn(&TickMessage) -> PerAxis| -> Vec<f64> {
-        let numbers = ticks.iter().map(field);
-        let numbers = numbers.map(|numbers| numbers.get(axis).copied());
-        numbers.map(|number| number.unwrap_or(f64::NAN)).collect()
-    };
+fn draw(
+    title: &str,
+    subtitle: &str,
+    axes: usize,
+    time_s: &[f64],
+    curves: &[Vec<f64>; 9],
+) -> Result<Picture, FigureError> {
+    let [
+        reference,
+        indenter,
+        position,
+        reference_y,
+        position_y,
+        x,
+        y,
+        z,
+        contact,
+    ] = curves;
     if axes == 1 {
         return MotionFigure {
             title,
             subtitle,
-            time_s: &time_s,
+            time_s,
             rows: &[
                 MotionRow {
                     caption: "position",
                     label: "position / mm",
                     scale: 1e3,
                     lines: &[
-                        ("reference", &of(0, |tick| tick.reference_m)),
-                        ("indenter", &of(0, |tick| tick.indenter_position_m)),
-                        ("position", &of(0, |tick| tick.position_m)),
+                        ("reference", reference),
+                        ("indenter", indenter),
+                        ("position", position),
                     ],
                 },
                 MotionRow {
                     caption: "force",
                     label: "force / N",
                     scale: 1.0,
-                    lines: &[
-                        ("force", &of(0, |tick| tick.commanded_force_n)),
-                        ("contact force", &of(0, |tick| tick.contact_force_n)),
-                    ],
+                    lines: &[("force", x), ("contact force", contact)],
                 },
             ],
         }
         .draw();
     }
-    let [x, y] = [0, 1].map(|axis| of(axis, |tick| tick.position_m));
-    let [hand_x, hand_y] = [0, 1].map(|axis| of(axis, |tick| tick.reference_m));
-    let forces = (0..axes).map(|axis| of(axis, |tick| tick.commanded_force_n));
     PlaneFigure {
         title,
         subtitle,
         outline_m: &[],
-        time_s: &time_s,
-        reference_m: [&hand_x, &hand_y],
-        position_m: [&x, &y],
+        time_s,
+        reference_m: [reference, reference_y],
+        position_m: [position, position_y],
         depth_m: None,
-        force_n: &forces.collect::<Vec<_>>(),
+        force_n: &[x, y, z].map(Clone::clone)[..axes],
     }
     .draw()
-}
-
-/// Why a log is not whole, a few words each; none if it is.
-fn reasons(summary: &LogSummary) -> Vec<String> {
-    let mut reasons = summary.damage.clone();
-    let between: u64 = summary.gaps.iter().map(|gap| gap.missing).sum();
-    for (missing, place) in [
-        (summary.missing_at_start, "before the first one".to_owned()),
-        (between, format!("in {} gaps", summary.gaps.len())),
-        (summary.missing_at_end, "after the last one".to_owned()),
-    ] {
-        if missing > 0 {
-            reasons.push(format!("{missing} ticks missing {place}"));
-        }
-    }
-    let flaws = &summary.flaws;
-    if flaws.impossible > 0 {
-        reasons.push(format!(
-            "of {} ticks the device told what cannot be",
-            flaws.impossible
-        ));
-    }
-    if flaws.is_stale(summary.samples) {
-        reasons.push(stale(summary));
-    }
-    if summary.out_of_order > 0 {
-        reasons.push(format!("{} ticks out of order", summary.out_of_order));
-    }
-    if !summary.complete && summary.damage.is_empty() {
-        reasons.push("it was not finished".to_owned());
-    }
-    if let Some(end) = &summary.end {
-        // A file of a rolled log, and what was saved of a damaged one, do not show all that the run counted.
-        let counted = end.dropped_samples > summary.missing_samples && summary.continues.is_none();
-        if counted {
-            reasons.push(format!(
-                "the run counted {} samples and events missing, the log shows {}",
-                end.dropped_samples, summary.missing_samples
-            ));
-        }
-        if end.ended == EndKind::Link && end.made_samples < end.planned_samples {
-            reasons.push("the link was lost, and what the device still made with it".to_owned());
-        }
-    }
-    reasons
-}
-
-fn stale(summary: &LogSummary) -> String {
-    let flaws = &summary.flaws;
-    let parts = [
-        (flaws.unanswered, "the board did not answer"),
-        (
-            flaws.forces_not_taken,
-            "it may not have taken the force before",
-        ),
-        (flaws.late_forces, "an older force of the host acted"),
-    ];
-    let parts = parts.into_iter().filter(|(count, _)| *count > 0);
-    let parts: Vec<String> = parts
-        .map(|(count, words)| format!("in {count} {words}"))
-        .collect();
-    format!(
-        "{} of {} ticks are stale: {}",
-        flaws.stale,
-        summary.samples,
-        parts.join(", ")
-    )
 }
 
 /// What helps a log that is not whole: nothing, where its file is undamaged.

@@ -2,7 +2,7 @@
 
 use crate::command::conduct::RunArguments;
 use crate::options::{Options, keys};
-use crate::output::Output;
+use crate::output::{Output, warn};
 use clap::Args;
 use haptic_experiment::Failure;
 use haptic_experiment::document::Document;
@@ -78,7 +78,12 @@ pub(crate) struct Arguments {
 impl Arguments {
     pub(crate) fn run(self, output: Output) -> Result<(), Failure> {
         let file = Document::read(&self.file).map_err(Failure::input)?;
-        self.run.run(&self.options.over(file)?, output)
+        let document = self.options.over(file)?;
+        document
+            .changed_since_log()
+            .iter()
+            .for_each(|changed| warn(changed));
+        self.run.run(&document, output)
     }
 }
 

@@ -62,6 +62,10 @@ pub(crate) struct Arguments {
 impl Arguments {
     pub(crate) fn run(self, output: Output) -> Result<(), Failure> {
         let document = self.document()?;
+        document
+            .changed_since_log()
+            .iter()
+            .for_each(|changed| warn(changed));
         let mut experiment = ExperimentFile::open(&document).map_err(Failure::input)?;
         if self.force_unstable {
             experiment = experiment.though_unstable()?;

@@ -289,6 +289,10 @@ fn help_and_version_are_success_on_standard_output() {
         assert!(help.stdout.contains("Example"), "{help}");
     }
     assert!(place.run("--help").stdout.contains("Exit codes"));
+    for line in ["device monitor --help", "teleoperate --help"] {
+        let help = place.run(line).succeeded();
+        assert!(help.stdout.contains("--roll"), "{help}");
+    }
     // A screen each.
     for (line, most) in [("relax -h", 30), ("relax --help", 60), ("help relax", 60)] {
         let help = place.run(line).succeeded().stdout;

@@ -167,6 +167,61 @@ fn an_experiment_is_written_down_and_run_again_from_its_log() {
 }
 
 #[test]
+fn a_log_runs_again_with_the_files_that_it_has() {
+    let place = Place::new();
+    let tissue = |viscosity: u32| {
+        format!(
+            "name = \"gel\"\ndescription = \"a gel\"\n[parameters]\nelastic_modulus_pa = 0.0\nviscosity_pa_s_alpha = {viscosity}.0\n\
+             order = 0.2247\n[source]\ncitation = \"none\"\nconditions = \"made\"\nchecked = true\n"
+        )
+    };
+    place.write("gel.toml", tissue(8650));
+    let run = |line: &str| place.run(line).succeeded_with_warnings();
+    run("relax --duration 2s --ramp-time 0.5s --tissue gel.toml --out first");
+    let of = |run: &str| place.read(&format!("{run}/relax.csv"));
+    let same = run("run first/relax.mcap --out same");
+    assert!(!same.stderr.contains("what it was"), "{same}");
+    assert_eq!(of("same"), of("first"));
+    // The tissue is another today, or gone: the run is that of the log, and says so.
+    place.write("gel.toml", tissue(2000));
+    let again = run("run first/relax.mcap --out again");
+    says(&again.stderr, &["file of tissue is not what it was"]);
+    assert_eq!(of("again"), of("first"));
+    let given = run("run first/relax.mcap tissue=gel.toml --out given");
+    assert!(!given.stderr.contains("what it was"), "{given}");
+    assert_ne!(of("given"), of("first"));
+    std::fs::remove_file(place.path("gel.toml")).expect("removes");
+    let gone = run("run again/relax.mcap --out gone");
+    says(&gone.stderr, &["file of tissue is not what it was"]);
+    assert_eq!(of("gone"), of("first"));
+}
+
+#[test]
+fn a_log_that_is_not_whole_is_not_run_again() {
+    let place = Place::new();
+    place.run(SHORT).succeeded();
+    let bytes = place.read("run/relax.mcap");
+    // A digit of the document, which stands outside of the chunks.
+    let text = b"duration_s = 3.0";
+    let at = bytes
+        .windows(text.len())
+        .position(|window| window == text)
+        .expect("its document");
+    let mut changed = bytes.clone();
+    changed[at + 13] = b'4';
+    place.write("changed.mcap", &changed);
+    place.write("cut.mcap.part", &bytes[..bytes.len() / 2]);
+    for (log, reason) in [
+        ("changed.mcap", "some byte has changed"),
+        ("cut.mcap.part", "ends unfinished"),
+    ] {
+        place
+            .run(&format!("run {log} --out again"))
+            .refused(2, &[log, "is not whole", reason]);
+    }
+}
+
+#[test]
 fn without_json_a_person_reads_a_summary() {
     let ended = Place::new().run(SHORT).succeeded();
     says(

@@ -221,7 +221,7 @@ fn a_full_disk_was_survived(place: &Place, ended: Ended) {
 
 /// Runs a line of the shell where no file may be longer than so many blocks of 512 bytes; nothing where the shell cannot
 /// limit it. Messages are no files.
-fn with_short_files(place: &Place, blocks: u32, line: &str) -> Option<Ended> {
+pub(crate) fn with_short_files(place: &Place, blocks: u32, line: &str) -> Option<Ended> {
     let ended = place.shell(&format!("ulimit -f {blocks} && {line}"));
     if ended.stderr.contains("ulimit") {
         skip("the shell cannot limit the file size");

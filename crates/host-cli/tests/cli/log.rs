@@ -4,7 +4,8 @@ mod checked;
 mod damaged;
 
 use crate::experiments::SHORT;
-use crate::process::{Place, number, row, table};
+use crate::process::{Place, number, row, says, table};
+use haptic_log::record::{LogWriter, TickMessage};
 use serde_json::Value;
 
 /// Header of `log export`.
@@ -60,6 +61,10 @@ fn a_run_rolls_its_log_on_request() {
     }
     let refused = place.run(SHORT).failed(2);
     assert!(refused.error().contains("relax-0002.mcap"), "{refused}");
+    // What a run that died has left is seen at the start, not when the next one gets there.
+    place.write("run/relax-0003.mcap.part", "cut");
+    let again = place.run(&format!("{SHORT} --overwrite"));
+    again.refused(2, &["relax-0003.mcap.part", "log recover"]);
 }
 
 #[test]
@@ -156,4 +161,56 @@ fn a_target_that_cannot_be_written_is_refused_by_its_name() {
     assert!(!ended.error().contains("host-cli-tmp"), "{ended}");
     assert_eq!(ended.error().matches("os error").count(), 1, "{ended}");
     assert_eq!(place.files(), before);
+}
+
+#[test]
+fn a_rolled_log_is_recovered_as_one() {
+    let place = Place::new();
+    place
+        .run("relax --duration 30s --out run --roll 1MB")
+        .succeeded();
+    let saved = place.json("log recover run/relax.mcap saved.mcap");
+    assert_eq!(
+        (number(&saved, "samples"), &saved["complete"]),
+        (30_001.0, &Value::from(true))
+    );
+    let copy = place.json("log index run/relax.mcap --out .");
+    assert_eq!(copy["log"], "./relax.indexed.mcap");
+    std::fs::remove_file(place.path("run/relax-0002.mcap")).expect("removes");
+    let saved = place
+        .run("log recover run/relax.mcap saved.mcap --overwrite")
+        .failed(4);
+    says(&saved.stdout, &["run/relax-0002.mcap", "not there"]);
+}
+
+#[test]
+fn a_long_log_is_drawn_with_its_extremes() {
+    let place = Place::new();
+    let path = place.path("long.mcap");
+    let mut log = LogWriter::create(&path).expect("creates");
+    // 300 s at 1 kHz, and one tick in which everything is far out.
+    for tick in 0..300_000 {
+        let far = if tick == 123_457 { 10.0 } else { 1.0 };
+        let position_m = (1e-3 * far * (1e-4 * tick as f64).sin()).into();
+        let commanded_force_n = (-far).into();
+        let time_s = 1e-3 * tick as f64;
+        let tick = TickMessage {
+            tick,
+            time_s,
+            position_m,
+            commanded_force_n,
+            ..TickMessage::default()
+        };
+        log.tick(&tick).expect("writes");
+    }
+    log.finish().expect("finishes");
+    let plotted = place.json("log plot long.mcap");
+    assert_eq!(number(&plotted, "samples"), 300_000.0);
+    // The axis reaches the one force.
+    let picture = place.text("long.log.svg");
+    assert!(
+        picture.contains("−10") || picture.contains("-10"),
+        "the largest force is not drawn"
+    );
+    assert!(picture.len() < 3_000_000, "{}", picture.len());
 }

@@ -8,6 +8,7 @@ use super::{
     TOUCH_BOX_HIGH, TOUCH_BOX_LOW, TOUCH_CIRCLE_START, TOUCH_MUST_BE_PASSIVE, TOUCH_WAY,
     TouchExperiment,
 };
+use crate::document::TISSUE_IN_LOG;
 use crate::document::failure::Failure;
 use crate::document::parameters::DEVICE;
 use crate::experiment::reading::metadata;
@@ -173,7 +174,7 @@ impl TouchExperiment {
         metadata.extend(
             self.matter
                 .file()
-                .map(|file| ("tissue_file".to_owned(), file)),
+                .map(|file| (TISSUE_IN_LOG.to_owned(), file)),
         );
         metadata
     }

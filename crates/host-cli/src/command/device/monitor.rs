@@ -121,7 +121,9 @@ impl Arguments {
             };
             let metadata = metadata(&watch.watched.device, &link);
             // The streams show the first session; later ones are in their logs.
-            let recorder = Recorder::start(&name, metadata, false, folder.overwrite(), live.take());
+            let (overwrite, roll_bytes) = (folder.overwrite(), folder.roll_bytes());
+            let recorder =
+                Recorder::start(&name, metadata, false, overwrite, roll_bytes, live.take());
             let mut log = match (recorder, watch.watched.reconnected) {
                 (Err(error), 0) => return Err(error.into()),
                 (recorder, _) => SessionLog::new(recorder, &watch.bar),
@@ -379,7 +381,10 @@ impl SessionLog {
             match recorder.finish() {
                 Ok(recorded) => {
                     recorded.warnings.iter().for_each(|warning| warn(warning));
-                    watched.logs.push(recorded.log.path.display().to_string());
+                    let paths = recorded.log.paths.iter();
+                    watched
+                        .logs
+                        .extend(paths.map(|path| path.display().to_string()));
                 }
                 Err(error) => self.unwritten = Some(error.into()),
             }

@@ -6,7 +6,7 @@ use clap::Args;
 use haptic_experiment::document::Document;
 use haptic_experiment::parameters::Range;
 use haptic_experiment::{ExperimentFile, Failure};
-use haptic_log::record::{Entry, LogReader, TickMessage};
+use haptic_log::record::{Entry, LogFiles, TickMessage};
 use haptic_loop::Loading;
 use haptic_tissue::identify::SAMPLES_MOST;
 use haptic_tissue::identify::table::{
@@ -81,7 +81,7 @@ impl TableArguments {
         }
         let (from, to) = (self.from, self.to);
         let mut read = LogColumns::default();
-        let mut log = LogReader::open(path)?;
+        let mut log = LogFiles::open(path)?;
         for entry in &mut log {
             let Entry::Tick(tick) = entry? else { continue };
             let early = from.is_some_and(|from| tick.time_s < from);

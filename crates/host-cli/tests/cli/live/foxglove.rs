@@ -113,7 +113,7 @@ fn open() -> (Foxglove, SocketAddr) {
 fn recorded_and_viewed(log: &Path) -> (Recorder, Viewer) {
     let (foxglove, address) = open();
     let live: Vec<Box<dyn haptic_log::live::Live>> = vec![Box::new(foxglove)];
-    let recorder = Recorder::start(log, BTreeMap::new(), true, false, live).expect("starts");
+    let recorder = Recorder::start(log, BTreeMap::new(), true, false, None, live).expect("starts");
     let mut viewer = Viewer::connect(address);
     viewer.subscribe();
     (recorder, viewer)
