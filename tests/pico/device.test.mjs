@@ -233,6 +233,40 @@ test('an encoder wire that is off is a fault when a hand moves the device, and n
   await until(board, () => host.code !== undefined, 5);
   assert.equal(host.code, 1);
   assert.match(host.err, /one channel of the encoder changes without the other/);
+  // Mended, but the counts of meanwhile are gone.
+  board.apply({ wires: { encoder_a: true }, hand: { position_m: 0 } });
+  board.advance(200 * MS);
+  const refused = await run(board, ['relax', '--device', 'PORT', '--duration', '2s', 'watchdog=1s', '--out', 'again']);
+  assert.equal(refused.code, 3, refused.err);
+  assert.match(refused.err, /one channel .* with that the device lost its zero/);
+});
+
+test('a board that lost counts refuses to be armed until it is restarted at its zero', async (t) => {
+  const relax = ['relax', '--device', 'PORT', '--duration', '0.2s', '--ramp-time', '0.1s', 'watchdog=1s', '--out', 'out', '--overwrite'];
+  const { board, host } = await felt(t, (board) => {
+    // 3 m/s are 190 000 counts a second, of 160 000 samples.
+    board.apply({ hand: { stiffness_n_per_m: 2e4, damping_n_s_per_m: 70, speed_m_per_s: 3, position_m: -0.03 } });
+  }, 0.2);
+  await until(board, () => host.code !== undefined, 5);
+  assert.equal(host.code, 1, host.err);
+  assert.match(host.err, /the position jumped/);
+  let most_n = 0;
+  board.world.onStep = () => { most_n = Math.max(most_n, Math.abs(board.world.force_n)); };
+  for (const place_m of [-0.03, -0.0323]) {
+    board.apply({ hand: { position_m: place_m } });
+    board.advance(100 * MS);
+    const refused = await run(board, relax);
+    assert.equal(refused.code, 3, refused.err);
+    assert.match(refused.err, /with that the device lost its zero: put it at its zero, then switch it off and on/);
+  }
+  assert.equal(most_n, 0);
+  board.apply({ hand: { position_m: 0 } });
+  board.advance(100 * MS);
+  board.apply({ power: false });
+  board.apply({ power: true });
+  board.advance(50 * MS);
+  const again = await run(board, relax);
+  assert.equal(again.code, 0, again.err);
 });
 
 test('the control port takes JSON lines', async (t) => {

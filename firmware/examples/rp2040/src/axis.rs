@@ -82,7 +82,7 @@ pub(crate) struct Pins {
 /// One axis. The amplifier is enabled by the first force of a run and disabled whenever none may act.
 ///
 /// - *Sign*: a positive current pushes towards positive positions; swap A and B, or the motor, if not.
-/// - *Zero*: the position is zero where the device was switched on.
+/// - *Zero*: the position is zero where the device was switched on; an encoder that lost counts has lost it until the next time.
 /// - *Cut*: an open emergency stop, and an encoder that was not followed, disable the amplifier at once, until the next
 ///   run begins.
 pub(crate) struct Axis {
@@ -225,6 +225,7 @@ impl Hardware for Axis {
     }
 
     fn persisting_fault(&self) -> Option<Fault> {
-        self.stop.is_high().then_some(Fault::EmergencyStop)
+        let stopped = self.stop.is_high().then_some(Fault::EmergencyStop);
+        self.encoder.lost().or(stopped)
     }
 }
