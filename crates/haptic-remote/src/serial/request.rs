@@ -179,6 +179,17 @@ impl SerialLink {
         }
     }
 
+    /// Time since the device started, by its own clock: a board that was programmed has started since.
+    ///
+    /// # Errors
+    /// As [`ask`](Self::ask).
+    pub fn up_time(&self) -> Result<Duration, SerialError> {
+        match self.ask(Request::KeepAlive { token: 0 })? {
+            Report::Alive(alive) => Ok(Duration::from_micros(alive.time_us)),
+            _ => Err(LinkError::Gone.into()),
+        }
+    }
+
     /// Sends keep-alives for this time, and returns how long their answers took, µs.
     #[must_use]
     pub fn measure_round_trip(&self, duration: Duration) -> Histogram<u64> {
