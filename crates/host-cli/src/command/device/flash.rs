@@ -19,8 +19,8 @@ use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};
 
 pub(super) const LONG_ABOUT: &str = "\
-Builds the firmware, programs a board, and checks that the device then runs exactly that image: it answers with the digest of \
-its own flash. \
+Builds the firmware, programs a board, and checks that the device then runs exactly that image: it has just started, and answers with \
+the digest of its own flash. \
 A Raspberry Pi Pico is programmed through the drive that it shows when it is plugged in with BOOTSEL held, others over a \
 debug probe with probe-rs (https://probe.rs).";
 
