@@ -190,13 +190,11 @@ impl SerialLink {
 
     /// Time and status of the device now.
     fn alive(&self) -> Result<Alive, SerialError> {
-        match self.ask(Request::KeepAlive { token: 0 })? {
-            Report::Alive(alive) => {
-                *lock(&self.shared.status) = alive.status;
-                Ok(alive)
-            }
-            _ => Err(LinkError::Gone.into()),
-        }
+        let Report::Alive(alive) = self.ask(Request::KeepAlive { token: 0 })? else {
+            return Err(LinkError::Gone.into());
+        };
+        *lock(&self.shared.status) = alive.status;
+        Ok(alive)
     }
 
     /// Sends keep-alives for this time, and returns how long their answers took, µs.
