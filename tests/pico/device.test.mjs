@@ -205,6 +205,9 @@ test('a tick that does not come is a reset, and no force is left', async (t) => 
   assert.equal(board.resets, 1);
   const info = await run(board, ['device', 'info', '--device', 'PORT', '--json']);
   assert.match(JSON.parse(info.out).fault, /watchdog/, 'a reset while armed is latched');
+  const refused = await run(board, ['relax', '--device', 'PORT', '--duration', '2s', 'watchdog=1s', '--out', 'again']);
+  assert.equal(refused.code, 3, refused.err);
+  assert.match(refused.err, /watchdog, and with that the device lost its zero/);
 });
 
 test('without power there is no force, and none when it is back', async (t) => {
