@@ -309,7 +309,9 @@ fn a_fault_between_arm_and_start_ends_the_run_by_its_name() {
     for pause_ms in [200, 0] {
         link.arm(WATCHDOG).expect("arms");
         done.breaks.store(true, Ordering::Relaxed);
-        while done.breaks.load(Ordering::Relaxed) {}
+        while done.breaks.load(Ordering::Relaxed) {
+            std::thread::yield_now();
+        }
         std::thread::sleep(Duration::from_millis(pause_ms));
         let LinkError::Faulted(report) = refused(&mut link) else {
             panic!("not by its name");
