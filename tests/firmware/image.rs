@@ -62,7 +62,8 @@ pub(crate) fn built() -> Option<&'static Images> {
 
 fn build() -> Result<Images, String> {
     needs()?;
-    Ok(compiled("mps2", &["--bins", "--tests"]))
+    let all = ["build", "--release", "--locked", "--bins", "--tests"];
+    Ok(compiled("mps2", &all))
 }
 
 /// Whether an image can be built and run.
@@ -99,11 +100,7 @@ pub(crate) fn real_board() -> Option<Images> {
         skip(&missing);
         return None;
     }
-    let board = ["--no-default-features", "--features", "board-nucleo-f446re"];
-    Some(compiled(
-        "nucleo-f446re",
-        &[&["--bins"], &board[..]].concat(),
-    ))
+    Some(compiled("nucleo-f446re", &["image-nucleo-f446re"]))
 }
 
 /// The images of a board, in a folder of their own: those of another board have the same names, and come from the same crates.
@@ -115,7 +112,6 @@ fn compiled(board: &str, what: &[&str]) -> Images {
     let folder = target.join("images").join(board);
     std::fs::create_dir_all(&folder).expect("a folder");
     let output = Command::new(env!("CARGO"))
-        .args(["build", "--release", "--locked"])
         .args(what)
         .args(["--message-format", "json-render-diagnostics"])
         .current_dir(firmware())

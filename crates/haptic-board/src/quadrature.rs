@@ -11,7 +11,7 @@ use haptic_loop::Fault;
 /// B  ___/‾‾‾\___/‾‾‾      four counts a line; the other way they go down
 /// ```
 /// - *Sampled often enough*: at least once a count, so counts a second below samples a second. Both channels changed
-///   between two samples are a fault, as the count is wrong from then on.
+///   between two samples are a fault, as the count is wrong from then on: [`lost`](Self::lost).
 /// - *Wire off*: from the ring. A channel that is off stands still, and the count goes to and fro by one while the shaft turns. Where in
 ///   ticks one channel changes and the other does not, changes, 4 a tick at most, less one a tick add up to 16: a fault. A hand
 ///   changes both; a loop that shakes an edge needs two ticks for two changes. Changes at uneven times, as of a channel that chatters on its
@@ -44,6 +44,7 @@ pub struct Quadrature {
     samples: u32,
     changed_at: u32,
     dwells: (u32, u32),
+    lost: Option<Fault>,
 }
 
 /// Changes of a tick that count, and those beyond one a tick that are too many.
@@ -67,6 +68,7 @@ impl Quadrature {
             samples: 0,
             changed_at: 0,
             dwells: NO_DWELL,
+            lost: None,
         }
     }
 
@@ -107,7 +109,7 @@ impl Quadrature {
                 1 => self.count.wrapping_add(1),
                 3 => self.count.wrapping_sub(1),
                 _ => {
-                    followed = Err(Fault::PositionJump);
+                    followed = Err(self.lose(Fault::PositionJump));
                     self.count
                 }
             };
@@ -168,7 +170,21 @@ impl Quadrature {
             return Ok(());
         }
         self.alone.1 = 0;
-        Err(Fault::EncoderWire)
+        Err(self.lose(Fault::EncoderWire))
+    }
+
+    /// Counts were missed, here or on the way here: remembers the first fault that did it, and returns this one.
+    #[cold]
+    pub fn lose(&mut self, fault: Fault) -> Fault {
+        self.lost.get_or_insert(fault);
+        fault
+    }
+
+    /// The fault since which the count is wrong, and zero is no longer where it was. It stays until a new start, and belongs into
+    /// [`persisting_fault`](haptic_remote::Hardware::persisting_fault): no other answer keeps a wall in its place.
+    #[must_use]
+    pub const fn lost(&self) -> Option<Fault> {
+        self.lost
     }
 
     /// Counts since the start.

@@ -337,6 +337,7 @@ impl Conversation {
                 block.offset == *offset
             }
             (Request::ReadFlight { index }, Report::Flight(flight)) => flight.index == *index,
+            (Request::KeepAlive { token }, Report::Alive(alive)) => alive.token == *token,
             (request, Report::Ack(ack)) => {
                 ack.request == request.number()
                     && outstanding

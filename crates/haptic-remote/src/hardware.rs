@@ -54,7 +54,8 @@ pub trait Hardware<const D: usize = 1>: Device<f32, D, Error = Fault> {
     /// Fault of the board.
     fn idle(&mut self) -> Result<Reading<f32, D>, Fault>;
 
-    /// Fault whose condition still holds, such as an open emergency stop; `None` if there is no such fault.
+    /// Fault whose condition still holds, such as an open emergency stop, or an encoder that has lost counts and with them its zero;
+    /// `None` if there is no such fault. Nobody can arm the device before.
     fn persisting_fault(&self) -> Option<Fault> {
         None
     }

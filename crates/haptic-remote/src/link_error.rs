@@ -3,6 +3,7 @@
 use crate::Impossible;
 use core::fmt;
 use haptic_link::{FaultReport, Keys, LineCounters, Refusal};
+use haptic_loop::Fault;
 
 /// An error that ends the conversation.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -95,7 +96,7 @@ impl fmt::Display for LinkError {
                 f,
                 "the device has firmware {major}.{minor}.{patch}, with another \"{message}\": flash this version"
             ),
-            Self::Faulted(report) => match haptic_loop::Fault::from_code(report.status.fault) {
+            Self::Faulted(report) => match Fault::from_code(report.status.fault) {
                 Some(fault) => write!(f, "the device latched a fault at tick {}: {fault}", report.tick),
                 None => write!(
                     f,
@@ -212,7 +213,11 @@ fn explain_refusal(f: &mut fmt::Formatter<'_>, refusal: &Refusal) -> fmt::Result
             f,
             "at this position the force would start at {wanted_n} N, above {allowed_n} N: move it out of contact first"
         ),
-        Refusal::FaultPersists(code) => match haptic_loop::Fault::from_code(*code) {
+        Refusal::FaultPersists(code) => match Fault::from_code(*code) {
+            Some(fault @ (Fault::PositionJump | Fault::EncoderWire | Fault::Reset)) => write!(
+                f,
+                "{fault}, and with that the device lost its zero: put it at its zero, then switch it off and on"
+            ),
             Some(fault) => write!(f, "{fault}; fix that first"),
             None => write!(f, "the cause of fault {code} is still there"),
         },

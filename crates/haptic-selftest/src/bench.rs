@@ -259,11 +259,13 @@ pub(super) const fn ends_the_test(fault: Fault) -> bool {
     )
 }
 
-/// The refusal of a request; any other error is passed on.
+/// The refusal of a request, also by a fault that has latched before it; any other error is passed on.
 pub(super) fn refusal(asked: Result<(), SerialError>) -> Result<Option<LinkError>, SerialError> {
     match asked {
         Ok(()) => Ok(None),
-        Err(SerialError::Link(refused @ LinkError::Refused { .. })) => Ok(Some(refused)),
+        Err(SerialError::Link(refused @ (LinkError::Refused { .. } | LinkError::Faulted(_)))) => {
+            Ok(Some(refused))
+        }
         Err(error) => Err(error),
     }
 }

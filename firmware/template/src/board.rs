@@ -103,8 +103,10 @@ impl Hardware for Board {
         self.read()
     }
 
-    // TODO: with an emergency stop, so that nobody arms while it is open:
+    // TODO: with an emergency stop, so that nobody arms while it is open; and with an encoder that can lose counts, as nobody may arm
+    // again before its zero is known, which is after the next start:
     // fn persisting_fault(&self) -> Option<Fault> {
-    //     self.stop.is_high().then_some(Fault::EmergencyStop)
+    //     let stopped = self.stop.is_high().then_some(Fault::EmergencyStop);
+    //     self.encoder.lost().or(stopped)
     // }
 }

@@ -335,10 +335,21 @@ fn a_reset_while_armed_is_a_fault_and_one_in_idle_is_none() {
         (State::Fault, Fault::Reset.code())
     );
     again.tick();
+    // Its zero is where it stood: nobody presses into a wall there before somebody has put it back.
+    again.ask(Request::Hello { nonce: 2 });
+    let lost = Incoming::Refused {
+        request: "arm",
+        refusal: Refusal::FaultPersists(Fault::Reset.code()),
+    };
+    assert_eq!(again.ask(Request::Arm { faults: 1 }), lost);
+    again.tick();
     let known = memory.take();
     let idle = Retained {
         boot: 3,
         was_armed: false,
     };
     assert_eq!(known, idle, "a fault without a force is no armed device");
+    let mut restarted = World::new(memory);
+    restarted.ask(Request::Hello { nonce: 3 });
+    restarted.done(Request::Arm { faults: 0 });
 }

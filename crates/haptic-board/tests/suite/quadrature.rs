@@ -47,6 +47,8 @@ fn two_counts_between_samples_are_a_fault_once() {
     assert_eq!(encoder.count(), 2, "what was seen");
     assert_eq!(encoder.take(pins(5), 1), Ok(()));
     assert_eq!(encoder.count(), 3);
+    // What is counted from here on is right, but from the wrong place.
+    assert_eq!(encoder.lost(), Some(Fault::PositionJump));
 }
 
 #[test]
@@ -130,8 +132,10 @@ fn fault_of(off: Option<u32>, ticks: u32, count_at: impl Fn(f64) -> f64) -> Opti
         }
         let end = (32 * (tick + 1)) as usize % 64;
         if let Err(fault) = encoder.take_ring(&ring, end) {
+            assert_eq!(encoder.lost(), Some(fault));
             return Some((tick, fault));
         }
+        assert_eq!(encoder.lost(), None);
     }
     None
 }

@@ -356,6 +356,8 @@ pub fn workspace((low, high): (f64, f64), brakes: bool) -> Workspace {
 #[must_use]
 pub fn speed(hard: f64, brakes: bool) -> SpeedLimit {
     let soft = if brakes { hard / 1.5 } else { 0.999 * hard };
+    // A device has no zone narrower than 1e-6 m/s, in single precision.
+    let soft = soft.min(hard - 2e-6).max(0.0);
     SpeedLimit {
         soft: MetresPerSecond(soft),
         hard: MetresPerSecond(hard),
@@ -436,6 +438,33 @@ mod tests {
                 error.contains(option) && error.contains(guard.name()),
                 "{error}"
             );
+        }
+    }
+
+    #[test]
+    fn every_speed_limit_of_a_device_is_taken_with_the_zone_that_nobody_set() {
+        use haptic_link::{Configuration, Simulation};
+        use haptic_remote::{Hardware as _, SimulatedPlant, prepare, wire_limits};
+        let abilities = SimulatedPlant::new("plain", || 0).capabilities();
+        // 1e-6 to 100 m/s.
+        for step in -600..=200 {
+            let hard = 10_f64.powf(f64::from(step) / 100.0);
+            for braking in [None, Some(1.0)] {
+                let safety = Safety {
+                    speed_limit_m_per_s: Some(hard),
+                    braking_n_s_per_m: braking,
+                    device_mass_kg: Some(1.0),
+                    ..Safety::default()
+                };
+                let limits = safety.on(Limits::default(), true);
+                let configuration = Configuration {
+                    limits: wire_limits(&limits, Seconds(1e-3)),
+                    simulation: Simulation::TESTBED,
+                    ..Configuration::PASSIVE
+                };
+                let refused = prepare::<SimulatedPlant, 1>(configuration, &[0.0], &abilities).err();
+                assert_eq!(refused, None, "{hard} m/s, braking {braking:?}");
+            }
         }
     }
 

@@ -266,6 +266,7 @@ fn shared(conversation: Conversation, status: Status) -> Result<Shared, SerialEr
         status: Mutex::new(status),
         alives: AtomicU64::new(0),
         armed_after: AtomicU32::new(u32::MAX),
+        armed_anew: AtomicBool::new(false),
         energy_bits: AtomicU32::new(0),
         period_us: AtomicU32::new(1000),
     })

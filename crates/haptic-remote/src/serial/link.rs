@@ -288,6 +288,8 @@ pub(super) struct Shared {
     pub(super) alives: AtomicU64,
     /// Faults of the device when it was armed last; more than there can be before.
     pub(super) armed_after: AtomicU32,
+    /// Armed since, and not started: a fault now has ended what was about to run.
+    pub(super) armed_anew: AtomicBool,
     /// Energy that the guard observed, J, as bits of an `f32`.
     pub(super) energy_bits: AtomicU32,
     pub(super) period_us: AtomicU32,

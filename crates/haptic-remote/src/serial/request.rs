@@ -6,9 +6,9 @@ use super::link::Command;
 use super::link::SerialLink;
 use crate::LinkError;
 use haptic_link::{
-    AXES_MAX, CoefficientBlock, Configuration, ControllerCost, ControllerLaw, DigestBuilder, Field,
-    Refusal, Report, Request, Scope, Start, State, Statistics, SurfaceShape, WorkspaceBox,
-    block_count,
+    AXES_MAX, Alive, CoefficientBlock, Configuration, ControllerCost, ControllerLaw, DigestBuilder,
+    FaultReport, Field, Refusal, Report, Request, Scope, Start, State, Statistics, SurfaceShape,
+    WorkspaceBox, block_count,
 };
 use hdrhistogram::Histogram;
 use std::sync::atomic::Ordering;
@@ -179,6 +179,24 @@ impl SerialLink {
         }
     }
 
+    /// Time since the device started, by its own clock: a board that was programmed has started since.
+    ///
+    /// # Errors
+    /// As [`ask`](Self::ask).
+    pub fn up_time(&self) -> Result<Duration, SerialError> {
+        let alive = self.alive()?;
+        Ok(Duration::from_micros(alive.time_us))
+    }
+
+    /// Time and status of the device now.
+    fn alive(&self) -> Result<Alive, SerialError> {
+        let Report::Alive(alive) = self.ask(Request::KeepAlive { token: 0 })? else {
+            return Err(LinkError::Gone.into());
+        };
+        *lock(&self.shared.status) = alive.status;
+        Ok(alive)
+    }
+
     /// Sends keep-alives for this time, and returns how long their answers took, µs.
     #[must_use]
     pub fn measure_round_trip(&self, duration: Duration) -> Histogram<u64> {
@@ -200,6 +218,7 @@ impl SerialLink {
         self.ask(Request::Arm { faults })?;
         let armed_after = u32::from(faults);
         (self.shared.armed_after).store(armed_after, Ordering::Relaxed);
+        self.shared.armed_anew.store(true, Ordering::Relaxed);
         Ok(())
     }
 
@@ -208,7 +227,7 @@ impl SerialLink {
     /// ends the run.
     ///
     /// # Errors
-    /// As [`ask`](Self::ask).
+    /// As [`ask`](Self::ask); [`LinkError::Faulted`] where a fault has latched since it was armed.
     pub fn start(&mut self, start: Start) -> Result<(), SerialError> {
         self.forget_until_now();
         self.fault_tick = None;
@@ -221,11 +240,24 @@ impl SerialLink {
         let was_armed = armed_after == u32::from(self.status().faults);
         let retries = || self.shared.conversation().counters().retries;
         let before = retries();
+        let armed_anew = self.shared.armed_anew.swap(false, Ordering::Relaxed);
         match self.ask(Request::Start(start)) {
             Err(SerialError::Link(LinkError::Refused {
                 refusal: Refusal::State(State::Fault),
                 ..
-            })) if was_armed && retries() != before => {}
+            })) if was_armed || armed_anew => {
+                if !was_armed || retries() == before {
+                    let Alive {
+                        status, time_us, ..
+                    } = self.alive()?;
+                    return Err(LinkError::Faulted(FaultReport {
+                        status,
+                        tick: 0,
+                        time_us,
+                    })
+                    .into());
+                }
+            }
             answer => drop(answer?),
         }
         self.running = Some(self.alives());

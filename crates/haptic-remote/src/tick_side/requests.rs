@@ -34,7 +34,9 @@ impl<H: Hardware<D>, const D: usize, R: BorrowMut<Records<D>>> TickSide<H, D, R>
         if !self.safety().is_at_rest() {
             return Err(Refusal::ForceNotZero);
         }
-        if let Some(fault) = self.hardware().persisting_fault() {
+        // A board that was reset took the place where it stood for its zero.
+        let reset = self.fault.filter(|&fault| fault == Fault::Reset);
+        if let Some(fault) = reset.or_else(|| self.hardware().persisting_fault()) {
             return Err(Refusal::FaultPersists(fault.code()));
         }
         self.engaged.controller_mut().reset();

@@ -5,7 +5,7 @@ use haptic_link::{
 };
 use haptic_loop::realtime::Moment;
 use haptic_loop::{Device, Fault, Limiters, Reading, SafeForce};
-use haptic_remote::serial::{BoardTrouble, Heard, SerialLink, Served, ServedHardware};
+use haptic_remote::serial::{BoardTrouble, Heard, SerialError, SerialLink, Served, ServedHardware};
 use haptic_remote::{Hardware, LinkError, SimulatedPlant, TickSide};
 use nalgebra::SVector;
 use std::sync::atomic::{AtomicBool, AtomicU32, Ordering};
@@ -321,4 +321,49 @@ fn skipped_periods_have_their_numbers_and_their_part_of_a_run() {
         assert_eq!(device.newest().tick, tick);
         assert_eq!(device.status().state == State::Running, runs, "tick {tick}");
     }
+}
+
+#[test]
+fn a_fault_between_arm_and_start_ends_the_run_by_its_name() {
+    let done = Arc::new(Done::default());
+    let slow = Slow {
+        done: Arc::clone(&done),
+        takes: Duration::ZERO,
+    };
+    let served = Served::start(slow).expect("starts");
+    let mut link = SerialLink::to_served(served, "slow:one").expect("answers");
+    link.set(spring(0), &[0.0]).expect("good");
+    let refused = |link: &mut SerialLink| match link.start(Start::ENDLESS) {
+        Err(SerialError::Link(error)) => error,
+        other => panic!("{other:?}"),
+    };
+    // The host has heard of it before it starts, or not yet.
+    for pause_ms in [200, 0] {
+        link.arm(WATCHDOG).expect("arms");
+        done.breaks.store(true, Ordering::Relaxed);
+        while done.breaks.load(Ordering::Relaxed) {
+            std::thread::yield_now();
+        }
+        std::thread::sleep(Duration::from_millis(pause_ms));
+        let LinkError::Faulted(report) = refused(&mut link) else {
+            panic!("not by its name");
+        };
+        assert_eq!(report.status.fault, Fault::BoardFailed.code());
+        assert_eq!(link.status(), report.status);
+    }
+    // Armed anew it runs; a start without that is refused, as no run has ended by that.
+    link.arm(WATCHDOG).expect("arms");
+    link.start(Start::ENDLESS).expect("starts");
+    samples(&mut link, 20);
+    done.breaks.store(true, Ordering::Relaxed);
+    fault(&mut link);
+    let error = refused(&mut link);
+    let refusal = Refusal::State(State::Fault);
+    assert_eq!(
+        error,
+        LinkError::Refused {
+            request: "start",
+            refusal
+        }
+    );
 }

@@ -139,9 +139,14 @@ impl Encoder {
         let end = (written(0) + written(1)) as usize;
         self.quadrature.take_ring(&RING.0, end)?;
         match self.machine.rx().stalled() {
-            true => Err(Fault::PositionJump),
+            true => Err(self.quadrature.lose(Fault::PositionJump)),
             false => Ok(self.quadrature.count()),
         }
+    }
+
+    /// The fault since which the count is wrong.
+    pub(crate) fn lost(&self) -> Option<Fault> {
+        self.quadrature.lost()
     }
 }
 

@@ -11,15 +11,16 @@ use crate::parse::one_of;
 use board::{BOARDS, Board, Way, boards};
 use clap::Args;
 use haptic_experiment::Failure;
-use haptic_experiment::run::{firmware_digest, firmware_version};
+use haptic_experiment::run::{at_port, firmware_digest, firmware_version};
 use image::Image;
 use serde_json::json;
 use std::path::PathBuf;
-use std::process::Command;
+use std::process::{Command, Stdio};
+use std::time::{Duration, Instant};
 
 pub(super) const LONG_ABOUT: &str = "\
-Builds the firmware, programs a board, and checks that the device then runs exactly that image: it answers with the digest of \
-its own flash. \
+Builds the firmware, programs a board, and checks that the device then runs exactly that image: it has just started, and answers with \
+the digest of its own flash. \
 A Raspberry Pi Pico is programmed through the drive that it shows when it is plugged in with BOOTSEL held, others over a \
 debug probe with probe-rs (https://probe.rs).";
 
@@ -53,12 +54,13 @@ impl Arguments {
             Some(image) => image,
             None => Image::read(self.board, &self.build(output)?)?,
         };
+        let began = Instant::now();
         let doubt = programmer.program(&image)?;
         if !output.quiet {
             note("written", image.file.display());
         }
         // A board that was just reset needs a moment; its port may go and come back.
-        let patience = self.port.patience().max(std::time::Duration::from_secs(10));
+        let patience = self.port.patience().max(Duration::from_secs(10));
         let link = self.port.device.connect(None, patience, &warn, None);
         let link = match (link, doubt) {
             (Ok(link), doubt) => {
@@ -68,6 +70,16 @@ impl Arguments {
             (Err(error), doubt) => return Err(doubt.unwrap_or(error)),
         };
         image.compare(link.hello(), link.capabilities())?;
+        let up_time = link.up_time();
+        let up_time = up_time.map_err(|error| at_port(link.path(), &error))?;
+        if up_time > began.elapsed() {
+            return Err(Failure::Device(anyhow::anyhow!(
+                "{} has been running for {:.0} s, so it is another board, or did not start the new image: unplug all others, then plug \
+                 it in again",
+                link.name(),
+                up_time.as_secs_f64()
+            )));
+        }
         let written = json!({
             "board": link.capabilities().board(),
             "image": image.file.display().to_string(),
@@ -90,20 +102,24 @@ impl Arguments {
         }
         let mut cargo = Command::new("cargo");
         cargo
-            .args(["build", "--release", "--no-default-features", "--features"])
-            .arg(self.board.feature)
-            .args(["--target", self.board.target, "--bin", self.board.program])
+            .arg(format!("image-{}", self.board.name))
+            .args(["--message-format", "json-render-diagnostics"])
             .current_dir(&folder);
         if output.quiet {
             cargo.arg("--quiet");
         }
-        run(
-            cargo,
-            "cargo",
-            &format!("install Rust, then rustup target add {}", self.board.target),
-        )?;
-        let built = ["target", self.board.target, "release", self.board.program];
-        Ok(folder.join(built.iter().collect::<PathBuf>()))
+        let advice = "install Rust, and with rustup the target that it names";
+        let told = run(cargo, "cargo", advice)?;
+        // Only cargo knows where it puts an image: a target folder can be set in five places.
+        let built = String::from_utf8_lossy(&told).lines().find_map(|line| {
+            let message: serde_json::Value = serde_json::from_str(line).ok()?;
+            message["executable"].as_str().map(PathBuf::from)
+        });
+        built.ok_or_else(|| {
+            Failure::Device(anyhow::anyhow!(
+                "cargo built no image: give one with --image"
+            ))
+        })
     }
 }
 
@@ -138,14 +154,17 @@ impl Programmer {
                 let mut probe = Command::new("probe-rs");
                 probe
                     .args(["download", "--chip", chip, "--verify"])
-                    .arg(&image.file);
+                    .arg(&image.file)
+                    .stdout(std::io::stderr());
                 run(
                     probe,
                     "probe-rs",
                     "plug in the debug port; `probe-rs list` shows the probes",
                 )?;
                 let mut reset = Command::new("probe-rs");
-                reset.args(["reset", "--chip", chip]);
+                reset
+                    .args(["reset", "--chip", chip])
+                    .stdout(std::io::stderr());
                 run(reset, "probe-rs", "unplug the board and plug it in again")?;
                 Ok(None)
             }
@@ -160,18 +179,14 @@ impl Programmer {
     }
 }
 
-fn run(mut command: Command, name: &str, advice: &str) -> Result<(), Failure> {
-    let status = command
-        .stdout(std::io::stderr())
-        .status()
-        .map_err(|error| {
-            Failure::Device(anyhow::anyhow!("cannot run {name}: {error}: {advice}"))
-        })?;
-    if status.success() {
-        Ok(())
+/// Runs a program to its end, its errors as they come, and gives what it printed.
+fn run(mut command: Command, name: &str, advice: &str) -> Result<Vec<u8>, Failure> {
+    let failed = |why| Failure::Device(anyhow::anyhow!("{why}: {advice}"));
+    let ended = command.stderr(Stdio::inherit()).output();
+    let ended = ended.map_err(|error| failed(format!("cannot run {name}: {error}")))?;
+    if ended.status.success() {
+        Ok(ended.stdout)
     } else {
-        Err(Failure::Device(anyhow::anyhow!(
-            "{name} ended with {status}: {advice}"
-        )))
+        Err(failed(format!("{name} ended with {}", ended.status)))
     }
 }

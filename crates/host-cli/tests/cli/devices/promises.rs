@@ -1,7 +1,9 @@
 //! The safety chain of a device on a serial line.
 
+use super::middle::Middle;
 use super::{Emulated, at};
 use crate::process::{Ended, Place, number, says, signal};
+use haptic_link::{Alive, Capabilities, Hello, Report};
 use serde_json::Value;
 use std::io::{BufRead as _, BufReader, Read as _};
 use testkit::assert_close;
@@ -297,13 +299,79 @@ fn elf(address: u32, data: &[u8]) -> Vec<u8> {
     file
 }
 
+/// What an image says of its board.
+fn identity(board: &str) -> Vec<u8> {
+    format!("haptic-device image\0{board:\0<16}\0\x01\0\0").into_bytes()
+}
+
+/// A program in the way of the real one.
+fn stands_in(place: &Place, name: &str, script: &str) {
+    place.write(name, format!("#!/bin/sh\n{script}\n"));
+    let mode = std::os::unix::fs::PermissionsExt::from_mode(0o755);
+    std::fs::set_permissions(place.path(name), mode).expect("can be set");
+}
+
+#[test]
+fn what_is_flashed_is_what_cargo_has_built_and_only_a_fresh_start_proves_it() {
+    let device = Emulated::new("");
+    let place = device.place();
+    let mut since_us = 3_600_000_000;
+    let _line = Middle::changing(&device, move |report| {
+        Some(match report {
+            Report::Capabilities(abilities) => Report::Capabilities(Capabilities {
+                board: Capabilities::board_name("nucleo-f446re"),
+                ..abilities
+            }),
+            Report::Hello(hello) => Report::Hello(Hello {
+                firmware: [0, 1, 0],
+                ..hello
+            }),
+            // It has run for an hour, then for a microsecond.
+            Report::Alive(alive) => Report::Alive(Alive {
+                time_us: std::mem::replace(&mut since_us, 1),
+                ..alive
+            }),
+            other => other,
+        })
+    });
+    // The image of yesterday lies where it would be without CARGO_TARGET_DIR or build.target-dir.
+    let yesterday = "firmware/target/thumbv7em-none-eabihf/release";
+    std::fs::create_dir_all(place.path(yesterday)).expect("a folder");
+    place.write("firmware/Cargo.toml", "");
+    place.write(&format!("{yesterday}/haptic-device"), "yesterday's");
+    let image = place.path("elsewhere");
+    place.write("elsewhere", elf(0x0800_0000, &identity("nucleo-f446re")));
+    let told = format!(
+        r#"{{"executable":null}}\n{{"executable":"{}"}}"#,
+        image.display()
+    );
+    let script = format!("[ $1 = image-nucleo-f446re ] && echo '{told}'");
+    stands_in(place, "cargo", &script.replace("\\n", "\n"));
+    stands_in(
+        place,
+        "probe-rs",
+        &format!("echo \"$@\" >> {}", place.path("programmed").display()),
+    );
+    let flash = || {
+        let mut command = place.command("device flash --device serial:line --json --quiet");
+        let output = command.env("PATH", place.path("")).output().expect("runs");
+        Ended::new("device flash".to_owned(), &output)
+    };
+    let words = ["has been running for 3600 s", "plug it in again"];
+    flash().refused(3, &words);
+    let done = flash().json();
+    assert_eq!(done["image"], image.display().to_string());
+    let programmed = place.text("programmed");
+    assert!(
+        programmed.contains(&format!("--verify {}", image.display())),
+        "{programmed}"
+    );
+}
+
 #[test]
 fn an_image_of_another_board_is_not_programmed() {
     let place = Place::new();
-    place.write("probe-rs", "#!/bin/sh\nexit 0\n");
-    let probe = place.path("probe-rs");
-    let mode = std::os::unix::fs::PermissionsExt::from_mode(0o755);
-    std::fs::set_permissions(&probe, mode).expect("can be set");
+    stands_in(&place, "probe-rs", "exit 0");
     let flash = |image: &str, device: &str| {
         let mut command = place.command("device flash");
         command.args([image, "--device", device]);
@@ -313,10 +381,7 @@ fn an_image_of_another_board_is_not_programmed() {
             String::from_utf8_lossy(&output.stderr).into_owned(),
         )
     };
-    let image = |address: u32, board: &str| {
-        let identity = format!("haptic-device image\0{board:\0<16}\0\x01\0\0");
-        elf(address, identity.as_bytes())
-    };
+    let image = |address: u32, board: &str| elf(address, &identity(board));
     place.write("mps2", image(0x0800_0000, "mps2-an386"));
     place.write("pico", image(0x1000_0000, "rp2040"));
     place.write("empty", elf(0x0800_0000, b"nothing"));

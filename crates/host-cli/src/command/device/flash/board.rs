@@ -5,13 +5,10 @@ use std::ops::Range;
 /// A board of `firmware/`.
 #[derive(Debug)]
 pub(super) struct Board {
-    /// As the device calls itself.
+    /// As the device calls itself; `cargo image-NAME` builds its image.
     pub(super) name: &'static str,
     /// Folder of its workspace, below that of the firmware.
     pub(super) folder: &'static str,
-    pub(super) feature: &'static str,
-    pub(super) target: &'static str,
-    pub(super) program: &'static str,
     pub(super) flash: Range<u32>,
     pub(super) way: Way,
 }
@@ -29,27 +26,18 @@ pub(super) const BOARDS: &[Board] = &[
     Board {
         name: "nucleo-f446re",
         folder: ".",
-        feature: "board-nucleo-f446re",
-        target: "thumbv7em-none-eabihf",
-        program: "haptic-device",
         flash: 0x0800_0000..0x0808_0000,
         way: Way::Probe("STM32F446RETx"),
     },
     Board {
         name: "rp2040",
         folder: "examples/rp2040",
-        feature: "rp2040",
-        target: "thumbv6m-none-eabi",
-        program: "haptic-rp2040",
         flash: 0x1000_0000..0x1020_0000,
         way: Way::Drive("RPI-RP2", 0xe48b_ff56),
     },
     Board {
         name: "rp2350",
         folder: "examples/rp2040",
-        feature: "rp2350",
-        target: "thumbv8m.main-none-eabihf",
-        program: "haptic-rp2040",
         flash: 0x1000_0000..0x1040_0000,
         way: Way::Drive("RP2350", 0xe48b_ff59),
     },

@@ -72,6 +72,9 @@ pub(super) fn refused(drive: &Path, error: &io::Error) -> Failure {
     let what = match error.kind() {
         io::ErrorKind::StorageFull => format!("is full: {REMEDY}"),
         io::ErrorKind::AlreadyExists => format!("has a file {FILE} already: delete it"),
+        io::ErrorKind::ReadOnlyFilesystem | io::ErrorKind::PermissionDenied => {
+            format!("cannot be written to ({error}): mount it writable for this user")
+        }
         _ => format!("was lost while it was written ({error}): {REMEDY}"),
     };
     Failure::Device(anyhow::anyhow!("the drive at `{}` {what}", drive.display()))
@@ -114,6 +117,17 @@ mod tests {
         let full = io::Error::from(io::ErrorKind::StorageFull);
         let words = refused(Path::new("RPI-RP2"), &full).to_string();
         assert!(words.contains("`RPI-RP2` is full: plug"), "{words}");
+        for kind in [
+            io::ErrorKind::ReadOnlyFilesystem,
+            io::ErrorKind::PermissionDenied,
+        ] {
+            let words = refused(Path::new("RPI-RP2"), &kind.into()).to_string();
+            assert!(words.contains("cannot be written to"), "{words}");
+            assert!(
+                words.ends_with("mount it writable for this user"),
+                "{words}"
+            );
+        }
         let gone = write(Path::new("/nonexistent"), &[0; 512]).expect_err("gone");
         let words = refused(Path::new("RPI-RP2"), &gone).to_string();
         assert!(words.contains("was lost while it was written"), "{words}");
