@@ -73,13 +73,9 @@ pub(crate) struct Stage<F> {
 }
 
 impl<F: Real> Stage<F> {
-    /// Of a controller that nobody changes while it runs: there is no bias to fade.
-    pub(crate) const fn between(low: F, high: F) -> Self {
-        Self {
-            low,
-            high,
-            keep: F::ZERO,
-        }
+    /// Between two limits, with the share of a bias that is left after a sample.
+    pub(crate) const fn between([low, high]: [F; 2], keep: F) -> Self {
+        Self { low, high, keep }
     }
 
     /// A NaN stays one.
@@ -111,16 +107,34 @@ impl<F: Real> Stage<F> {
 /// u[n] = limit(g_r·r[n] − g_y·y[n] + S[n])      output: before the command leaves
 /// S[n+1] from r[n], y[n] and what was applied   advance: after it has left
 /// ```
-/// - *Anti-windup*: exact. Where what was applied differs from what was wanted, [`advance`](Self::advance) takes that reference
-///   into the history which would have given it (R. Hanus, M. Kinnaert, J.-L. Henrotte, *Conditioning technique, a general
-///   anti-windup and bumpless transfer method*, Automatica 23, 1987). Pass what the actuator really did, if it says so.
-/// - *Not finite*: in r or y, no command is finite until reset: the safety chain behind has to look.
+/// - *Anti-windup*: without a gain to choose. Where what was applied differs from what was wanted, [`advance`](Self::advance) takes
+///   that reference into the history which would have given it (R. Hanus, M. Kinnaert, J.-L. Henrotte, *Conditioning technique, a
+///   general anti-windup and bumpless transfer method*, Automatica 23, 1987). Pass what the actuator really did, if it says so.
+/// - *Where that would not hold*, the clock of an integral stands while its error would push the command further beyond its limit:
+///   the path from the reference to the command has to be one that runs backwards without growing, so its parts have one sign and
+///   orders at most 2 apart; and a tenth of the gain over a sample has to be on it, as else the noise of a derivative that
+///   saturates single samples goes into the integral.
+/// - *Start*: [`at_rest`](Self::at_rest) if reference and measurement begin at zero, otherwise [`settled`](Self::settled).
+/// - *Not finite*: in r or y, no command is finite until reset: the safety chain behind has to look, or a [`Station`] in front.
 pub trait Controller<F: Real> {
     /// The past of one loop.
     type History: Clone + Debug;
 
     /// The history of a loop that always was at zero.
     fn at_rest(&self) -> Self::History;
+
+    /// The history of a loop in which reference, measurement and command have stood for ever: a start beside a running plant. Take
+    /// the reference for the measurement and 0 for the command if you do not know better.
+    /// ```text
+    /// proportional   its own          derivative   settled at c·r − y: 0          integral   what is left of the command
+    /// ```
+    /// - *Integral of an order below 1*: it fades, so nothing stands in it. It starts at rest and its share is a bias, which
+    ///   fades with the time of the [`Actuator`] while the integral takes over.
+    /// - *Without an integral* nothing holds a command: it is ignored, and the first output is the parts' own. Compare, if you want to
+    ///   know the bump. A function of the error starts at its gain at rest times that error.
+    ///
+    /// `None` for a function that does not rest at such an error, as with a pole at s = 0.
+    fn settled(&self, reference: F, measured: F, command: F) -> Option<Self::History>;
 
     /// The command before its limits, for reference r and measured y.
     fn wanted(&self, history: &Self::History, reference: F, measured: F) -> F;

@@ -83,6 +83,12 @@ where
         self.gain * self.operator.direct_gain()
     }
 
+    fn settled(&self, r: F, y: F, _: F) -> Option<Self::History> {
+        let operator = self.operator.settled(r - y)?;
+        let bias = F::ZERO;
+        Some(OnErrorHistory { operator, bias })
+    }
+
     fn take_over(&self, other: &Self, history: &Self::History, r: F, y: F) -> Self::History {
         let wanted = other.wanted(history, r, y);
         let mut next = self.at_rest();

@@ -1,6 +1,7 @@
 //! Saturation: a limited step recovers as well as an unlimited one.
 
-use fracdiff::Seconds;
+use crate::fixture::Draw;
+use fracdiff::{Real, Seconds};
 use fractional_control::{
     Actuator, Controller, FractionalPid, Memory, PidParameters, Plant, Rule, SampledPlant,
     SetPoint, simulate,
@@ -31,6 +32,9 @@ impl Controller<f64> for WindsUp {
     }
     fn feedback_gain(&self) -> f64 {
         self.0.feedback_gain()
+    }
+    fn settled(&self, r: f64, y: f64, command: f64) -> Option<Self::History> {
+        self.0.settled(r, y, command)
     }
     fn take_over(&self, other: &Self, history: &Self::History, r: f64, y: f64) -> Self::History {
         self.0.take_over(&other.0, history, r, y)
@@ -123,5 +127,68 @@ fn a_derivative_of_the_other_sign_recovers_from_limits_too() {
                 );
             }
         }
+    }
+}
+
+/// A loop around 1/(s + 1) whose measurement carries even noise of this size; the mean of the output over the last half.
+fn noisy_mean<F: Real>(gains: PidParameters, set_point: SetPoint, reference: f64, noise: f64) -> f64 {
+    let (t, memory) = (Seconds(1e-3), Memory::new(Rule::Bdf2, 1e-6, 60.0).expect("valid"));
+    let actuator = Actuator::new(-1.0, 1.0).expect("valid");
+    let pid = FractionalPid::<F, 64>::new(gains, set_point, actuator, memory, t).expect("valid");
+    let (mut history, mut y, mut sum, mut draw) = (pid.at_rest(), 0.0_f64, 0.0, Draw(1));
+    let fall = (-t.0).exp();
+    for n in 0..40_000 {
+        let read = F::from_f64(y + draw.normal(noise));
+        let u = pid.output(&history, F::from_f64(reference), read);
+        pid.advance(&mut history, F::from_f64(reference), read, u);
+        y = fall * y + (1.0 - fall) * u.to_f64();
+        sum += if n < 20_000 { 0.0 } else { y };
+    }
+    sum / 20_000.0
+}
+
+/// The derivative saturates single samples; whoever took a conditioned reference into the integral for each of them lost it.
+#[test]
+fn noise_that_saturates_single_samples_leaves_the_integral_alone() {
+    let gains = PidParameters {
+        proportional: 2.0,
+        integral: 3.0,
+        derivative: 0.05,
+        ..PidParameters::NONE
+    };
+    for proportional in [0.0, 0.5, 1.0] {
+        let weights = SetPoint {
+            proportional,
+            ..SetPoint::DEFAULT
+        };
+        for mean in [
+            noisy_mean::<f64>(gains, weights, 0.5, 0.005),
+            noisy_mean::<f32>(gains, weights, 0.5, 0.005),
+        ] {
+            println!("b = {proportional}: {mean:.4}");
+            assert!((mean - 0.5).abs() < 0.025, "b = {proportional}: {mean}");
+        }
+    }
+}
+
+/// (1 − w)^λ·R has a zero in the circle there, or at w = 0: nothing may be inverted.
+#[test]
+fn gains_of_opposite_signs_neither_latch_nor_blow_up() {
+    for (text, reference, t) in [
+        ("-0.2+1/s", 0.9, 0.01),
+        ("-1+10/s^0.5", 0.5, 0.01),
+        ("-1+10/s^0.5", 5.0, 0.01),
+    ] {
+        let gains: PidParameters = text.parse().expect("a controller");
+        let (t, memory) = (Seconds(t), Memory::new(Rule::Bdf2, 1e-6, 60.0).expect("valid"));
+        let plant: Plant = "1/(s+1)".parse().expect("valid");
+        let plant = SampledPlant::new(&plant, memory, t).expect("valid");
+        let actuator = Actuator::new(-1.0, 1.0).expect("valid");
+        let pid = FractionalPid::<f64, 64>::new(gains, SetPoint::DEFAULT, actuator, memory, t);
+        let run = simulate(&pid.expect("valid"), &plant, |_| reference, 6000);
+        // A limit of 1 lets the output come to 1 at most.
+        let (last, rest) = (run.measured[5999], reference.min(1.0));
+        println!("{text}: {last}");
+        assert!((last - rest).abs() < 0.02, "{text}: {last}, not {rest}");
     }
 }
