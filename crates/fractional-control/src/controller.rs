@@ -173,7 +173,11 @@ pub enum Mode<F> {
     Manual(F),
 }
 
-/// A controller with the history of its one loop: automatic or manual, parameters changed without a bump.
+/// A controller with the history of its one loop: automatic or manual, parameters changed without a bump, bad readings held off.
+///
+/// - *Start* beside a running plant: [`settle`](Self::settle) first.
+/// - *A reference or measurement that is not a finite number*: the last command is held for this sample, the history does not see it,
+///   and [`missed`](Self::missed) counts it. The tenth in a row, [`MISSED_MOST`], and all that follow give 0.
 /// ```
 /// use fracdiff::Seconds;
 /// use fractional_control::{
@@ -197,7 +201,13 @@ pub struct Station<F: Real, C: Controller<F>> {
     controller: C,
     history: C::History,
     mode: Mode<F>,
+    /// The last command that was applied, and readings since then that were no numbers.
+    applied: F,
+    missed: u32,
 }
+
+/// After so many readings in a row that are not numbers the command is 0.
+pub const MISSED_MOST: u32 = 10;
 
 impl<F: Real, C: Controller<F>> Station<F, C> {
     /// At rest, automatic.
@@ -207,21 +217,45 @@ impl<F: Real, C: Controller<F>> Station<F, C> {
             controller,
             history,
             mode: Mode::Automatic,
+            applied: F::ZERO,
+            missed: 0,
         }
+    }
+
+    /// Starts as if reference, measurement and command had stood for ever; see [`Controller::settled`]. The bump that is left: by how
+    /// much the next command differs from this one. `None`, and nothing happens, where the controller cannot rest so.
+    pub fn settle(&mut self, reference: F, measured: F, command: F) -> Option<F> {
+        self.history = (self.controller).settled(reference, measured, command)?;
+        (self.applied, self.missed) = (command, 0);
+        Some(self.controller.output(&self.history, reference, measured) - command)
+    }
+
+    /// Readings in a row, up to now, that were not numbers.
+    pub const fn missed(&self) -> u32 {
+        self.missed
     }
 
     /// The command now; leaves the history alone.
     #[inline]
     pub fn output(&self, reference: F, measured: F) -> F {
         match self.mode {
-            Mode::Automatic => self.controller.output(&self.history, reference, measured),
             Mode::Manual(command) => command,
+            Mode::Automatic if (reference - measured).is_finite() => {
+                self.controller.output(&self.history, reference, measured)
+            }
+            Mode::Automatic if self.missed + 1 < MISSED_MOST => self.applied,
+            Mode::Automatic => F::ZERO,
         }
     }
 
     /// Takes the sample in, with what was applied.
     #[inline]
     pub fn advance(&mut self, reference: F, measured: F, applied: F) {
+        if !(reference - measured).is_finite() {
+            self.missed = (self.missed + 1).min(MISSED_MOST);
+            return;
+        }
+        (self.applied, self.missed) = (applied, 0);
         let history = &mut self.history;
         match self.mode {
             Mode::Automatic => (self.controller).advance(history, reference, measured, applied),
@@ -251,6 +285,7 @@ impl<F: Real, C: Controller<F>> Station<F, C> {
     /// Forgets everything.
     pub fn reset(&mut self) {
         self.history = self.controller.at_rest();
+        (self.applied, self.missed) = (F::ZERO, 0);
     }
 
     /// The controller.

@@ -63,7 +63,7 @@ mod verdict;
 #[cfg(feature = "std")]
 mod wide;
 
-pub use controller::{Actuator, Controller, Mode, Station};
+pub use controller::{Actuator, Controller, MISSED_MOST, Mode, Station};
 pub use error::ControlError;
 pub use memory::{Memory, Rule};
 pub use notation::factor_after_division;

@@ -131,8 +131,16 @@ fn a_derivative_of_the_other_sign_recovers_from_limits_too() {
 }
 
 /// A loop around 1/(s + 1) whose measurement carries even noise of this size; the mean of the output over the last half.
-fn noisy_mean<F: Real>(gains: PidParameters, set_point: SetPoint, reference: f64, noise: f64) -> f64 {
-    let (t, memory) = (Seconds(1e-3), Memory::new(Rule::Bdf2, 1e-6, 60.0).expect("valid"));
+fn noisy_mean<F: Real>(
+    gains: PidParameters,
+    set_point: SetPoint,
+    reference: f64,
+    noise: f64,
+) -> f64 {
+    let (t, memory) = (
+        Seconds(1e-3),
+        Memory::new(Rule::Bdf2, 1e-6, 60.0).expect("valid"),
+    );
     let actuator = Actuator::new(-1.0, 1.0).expect("valid");
     let pid = FractionalPid::<F, 64>::new(gains, set_point, actuator, memory, t).expect("valid");
     let (mut history, mut y, mut sum, mut draw) = (pid.at_rest(), 0.0_f64, 0.0, Draw(1));
@@ -180,7 +188,10 @@ fn gains_of_opposite_signs_neither_latch_nor_blow_up() {
         ("-1+10/s^0.5", 5.0, 0.01),
     ] {
         let gains: PidParameters = text.parse().expect("a controller");
-        let (t, memory) = (Seconds(t), Memory::new(Rule::Bdf2, 1e-6, 60.0).expect("valid"));
+        let (t, memory) = (
+            Seconds(t),
+            Memory::new(Rule::Bdf2, 1e-6, 60.0).expect("valid"),
+        );
         let plant: Plant = "1/(s+1)".parse().expect("valid");
         let plant = SampledPlant::new(&plant, memory, t).expect("valid");
         let actuator = Actuator::new(-1.0, 1.0).expect("valid");
