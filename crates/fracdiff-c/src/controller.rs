@@ -3,10 +3,14 @@
 //! `@` stands for the name, `real` for the number type, as in the code of an operator.
 
 use crate::error::HeaderError;
+use crate::form::{LANES, TAPS, has_taps};
 use crate::header::{Header, Operator};
 use crate::number::{CNumber, literal};
 use fracdiff::OperatorList;
-use fractional_control::{BranchList, ControllerList, LawList, LeadList, ParallelList};
+use fractional_control::{
+    BranchList, ControllerList, LawList, LeadList, MISSED_MOST, ORDERS_APART, ParallelList,
+    SHARE_LEAST,
+};
 
 /// A controller in C, in the parts that differ from law to law.
 #[derive(Default)]
@@ -25,6 +29,8 @@ struct Law {
     functions: String,
     /// Terms of the command.
     terms: Vec<String>,
+    /// A start beside a running plant, and what the integral makes of a command.
+    settle: String,
     /// What the history takes in, by the controller and by hand.
     advance: String,
     follow: String,
@@ -39,6 +45,7 @@ impl Header {
     /// ```text
     /// NAME_t                                                 the controller and the history of its loop
     /// void NAME_init(NAME_t *self)                           at rest, with the parameters of the list
+    /// real NAME_settle(NAME_t *self, real r, real y, real u) as if all three had stood for ever; the bump that is left
     /// real NAME_output(const NAME_t *self, real r, real y)   the command, within its limits
     /// void NAME_advance(NAME_t *self, real r, real y, real applied)   history, by what was really applied
     /// void NAME_follow(NAME_t *self, real r, real y, real applied)    the same while somebody else commands
@@ -47,6 +54,8 @@ impl Header {
     /// ```
     /// - *Same bits* as in Rust, if C computes as written. `change` computes in `double`, as Rust does, and nothing else.
     /// - *Manual and automatic*: `follow` takes the place of `advance` as long as the command comes from elsewhere.
+    /// - *Readings*: while r − y is not a finite number the last command that was applied is held, `advance` and `follow` take nothing
+    ///   in, and the member `missed` counts them; the tenth in a row and all that follow give 0.
     /// - *Other orders*: another header, whose controller follows the commands of the first before it takes over.
     ///
     /// # Errors
@@ -70,7 +79,8 @@ const USE: &str = " *
  * @_t is a controller with the history of its loop. @_init(&c) first, then for each sample u = @_output(&c, r, y), which is
  * cheap, for reference r and measurement y, and @_advance(&c, r, y, applied) with what the actuator really did when u has
  * been sent; or both as @_step(&c, r, y). By hand: @_follow(&c, r, y, applied) in its place. @_change takes other gains.
- * A NaN makes every later command a NaN, past the limits: check each reading first.
+ * Beside a plant that runs already: @_settle(&c, y, y, 0) after @_init, with the first reading y and the command that is sent.
+ * A reading that is no number: the last command is held and c.missed counts; the tenth in a row and all that follow give 0.
  * The same bits as in Rust: compile with -ffp-contract=off.
  */
 ";
@@ -95,6 +105,8 @@ typedef struct {
 MEMBERS    real low;
     real high;
     real bias;
+    real applied;
+    uint32_t missed;
 HISTORIES} @_t;
 
 /* A loop that was at rest for ever. */
@@ -109,11 +121,47 @@ AS_WRITTEN    real u = self->bias;
 TERMS    return u;
 }
 
+/* A command within the limits. */
+static inline real @_limited(const @_t *self, real u)
+{
+    return (u < self->low) ? self->low : ((u > self->high) ? self->high : u);
+}
+
+/* Finite, and so are both. */
+static inline int @_is_number(real r, real y)
+{
+    const real error = r - y;
+    return (error - error) == ZERO;
+}
+
 /* The command for reference r and measurement y now; changes nothing. */
 static inline real @_output(const @_t *self, real r, real y)
 {
-    const real u = @_wanted(self, r, y);
-    return (u < self->low) ? self->low : ((u > self->high) ? self->high : u);
+    if (!@_is_number(r, y)) {
+        return (self->missed < MISSED) ? self->applied : ZERO;
+    }
+    return @_limited(self, @_wanted(self, r, y));
+}
+
+/* Starts as if reference, measurement and command had stood for ever. The bump that is left: the next command less this one,
+ * where nothing keeps it. */
+static inline real @_settle(@_t *self, real r, real y, real u)
+{
+AS_WRITTENSETTLE    self->applied = u;
+    self->missed = 0U;
+    return @_output(self, r, y) - u;
+}
+
+/* Counts what is no number, or keeps what was applied. */
+static inline int @_takes(@_t *self, real r, real y, real applied)
+{
+    if (!@_is_number(r, y)) {
+        self->missed += (self->missed < MISSED) ? 1U : 0U;
+        return 0;
+    }
+    self->applied = applied;
+    self->missed = 0U;
+    return 1;
 }
 
 /* A bump that was held fades. */
@@ -126,13 +174,18 @@ AS_WRITTEN    const real left = bias * KEEP;
 /* Takes the sample into the history, with what was applied: no wind-up at a limit. */
 static inline void @_advance(@_t *self, real r, real y, real applied)
 {
-AS_WRITTEN    const real excess = applied - @_wanted(self, r, y);
+AS_WRITTEN    if (!@_takes(self, r, y, applied)) {
+        return;
+    }
 ADVANCE}
 
 /* The same while somebody else commands: the next output goes on from there. */
 static inline void @_follow(@_t *self, real r, real y, real applied)
 {
 AS_WRITTEN    const real excess = applied - @_wanted(self, r, y);
+    if (!@_takes(self, r, y, applied)) {
+        return;
+    }
 FOLLOW}
 
 /* Output and advance, where the command is applied as it is. */
@@ -183,7 +236,10 @@ impl Law {
             .chain(["low", "high"].iter().zip(limits).map(|(name, limit)| {
                 format!("    self->{name} = {};\n", literal(F::from_f64(limit)))
             }))
-            .chain(["    self->bias = ZERO;\n".to_owned()])
+            .chain([
+                "    self->bias = ZERO;\n    self->applied = ZERO;\n    self->missed = 0U;\n"
+                    .to_owned(),
+            ])
             .chain(
                 (self.histories.iter()).map(|name| format!("    @_{name}_init(&self->{name});\n")),
             );
@@ -207,6 +263,8 @@ impl Law {
             .replace("STARTS", &starts.collect::<String>())
             .replace("FUNCTIONS", &self.functions)
             .replace("TERMS", &terms)
+            .replace("SETTLE", &self.settle)
+            .replace("MISSED", &format!("{}U", MISSED_MOST - 1))
             .replace("KEEP", &literal(list.keep))
             .replace("TINY", &literal(F::NEGLIGIBLE))
             .replace("ADVANCE", &self.advance)
@@ -253,8 +311,6 @@ struct Branch<'a, F> {
     own: &'a BranchList<F>,
     /// Its set-point weight is a member: that of all but integrals.
     is_weighted: bool,
-    /// Back-calculation may leave it out: a derivative against the others.
-    is_optional: bool,
 }
 
 impl<F: CNumber> Branch<'_, F> {
@@ -266,12 +322,26 @@ impl<F: CNumber> Branch<'_, F> {
         }
     }
 
-    /// What it sees when the reference is the one that would have given what was applied.
-    fn error_instead(&self) -> String {
-        match self.is_optional {
-            true => self.error("((self->conditioned > ZERO) ? instead : r)"),
-            false => self.error("instead"),
-        }
+    /// Its history is that of an input which has always been what it sees now; of a derivative.
+    fn settled(&self, power: &OperatorList<F>) -> String {
+        let name = self.own.name;
+        let (init, place) = (
+            format!("@_{name}_past_init(&self->{name}_past)"),
+            inside(power),
+        );
+        format!(
+            "{init};\n    self->{name}_past{place}.base = {};",
+            self.error("r")
+        )
+    }
+}
+
+/// The full memory in the struct of a power.
+fn inside<F>(power: &OperatorList<F>) -> &'static str {
+    if power.filter.is_empty() {
+        ""
+    } else {
+        ".memory"
     }
 }
 
@@ -285,7 +355,6 @@ fn parallel<F: CNumber>(list: &ParallelList<F>) -> Result<Law, HeaderError> {
         .map(|own| Branch {
             own,
             is_weighted: own.order >= 0.0,
-            is_optional: own.order > 0.0 && list.branches.len() > 1,
         })
         .collect();
     for branch in &branches {
@@ -307,8 +376,17 @@ fn parallel<F: CNumber>(list: &ParallelList<F>) -> Result<Law, HeaderError> {
             "u + self->{name} * @_{history}_output(&self->{history}, {error})"
         ));
         let advance = format!("    @_{history}_advance(&self->{history}");
-        law.advance
-            .push_str(&format!("{advance}, {});\n", branch.error_instead()));
+        let instead = branch.error("instead");
+        law.advance.push_str(&if branch.is_weighted {
+            law.settle.push_str(&format!("    {}\n", branch.settled(power)));
+            format!("{advance}, {instead});\n")
+        } else {
+            let init = format!("    @_{history}_init(&self->{history});\n");
+            law.settle.push_str(&init);
+            // Its clock stands while it pushes on.
+            let on = format!("excess * (self->{name} * ({instead}))");
+            format!("    if ((self->inverse != ZERO) || !({on} < ZERO)) {{\n    {advance}, {instead});\n    }}\n")
+        });
         let by_hand = match list.integral {
             // The error with whose integral the command is what was applied.
             Some((integral, _)) if integral == index => {
@@ -318,10 +396,13 @@ fn parallel<F: CNumber>(list: &ParallelList<F>) -> Result<Law, HeaderError> {
         };
         law.follow.push_str(&format!("{advance}, {by_hand});\n"));
     }
-    law.advance.insert_str(
-        0,
-        "    const real instead = (excess != ZERO) ? (r + excess * self->inverse) : r;\n",
-    );
+    if !law.advance.is_empty() {
+        law.advance.insert_str(0, INSTEAD);
+    }
+    law.settle.push_str("    self->bias = ZERO;\n");
+    if let Some((index, _)) = list.integral {
+        law.settle.push_str(&standing(&list.branches[index]));
+    }
     law.advance
         .push_str("    self->bias = @_faded(self->bias);\n");
     law.follow.push_str(match has_integral {
@@ -330,6 +411,31 @@ fn parallel<F: CNumber>(list: &ParallelList<F>) -> Result<Law, HeaderError> {
     });
     inverses(&mut law, list, &branches);
     Ok(law)
+}
+
+/// The reference that would have given what was applied, where the path from it may be inverted.
+const INSTEAD: &str = "    const real excess = applied - @_wanted(self, r, y);
+    const real moved = r + excess * self->inverse;
+    const real instead = ((excess != ZERO) && (self->inverse != ZERO)) ? moved : r;
+";
+
+/// What is left of the command stands in the last sum of an integral, or is a bias.
+fn standing<F: CNumber>(branch: &BranchList<F>) -> String {
+    const LEFT: &str = "@_limited(self, u) - @_wanted(self, r, y)";
+    let (name, power) = (branch.name, branch.power.as_ref());
+    let Some(power) = power.filter(|power| power.integer < 0) else {
+        return format!("    self->bias = {LEFT};\n");
+    };
+    let sum = if power.integer < -1 { "outer" } else { "inner" };
+    let place = format!("self->{name}_past{}", inside(power));
+    let mut lines = format!(
+        "    {place}.{sum} = ({LEFT}) / self->{name};\n    {place}.past = {place}.{sum};\n"
+    );
+    for _ in 1..power.filter.len() {
+        let filter = format!("@_{name}_past_filter_advance(&self->{name}_past.filter");
+        lines.push_str(&format!("    {filter}, {place}.{sum});\n"));
+    }
+    lines
 }
 
 /// The numbers that follow from the gains, and how they follow from others: in `double`, as in Rust.
@@ -344,40 +450,28 @@ fn inverses<F: CNumber>(law: &mut Law, list: &ParallelList<F>, branches: &[Branc
         };
         law.refuses(&format!("{gain}!@_is_finite(to->{name})"));
     }
-    let others: Vec<String> = (branches.iter().filter(|branch| branch.own.order <= 0.0))
-        .map(|branch| format!("to->{}", branch.own.name))
-        .collect();
     for branch in branches {
         let (name, direct) = (branch.own.name, literal(branch.own.direct.to_f64()));
         law.changes(&format!("const double {name} = to->{name} * {direct};"));
     }
-    law.changes("double forward = 0e0;");
-    for branch in branches {
-        let name = branch.own.name;
-        let share = match branch.is_weighted {
-            true => format!("forward += to->{name}_weight * {name};"),
-            false => format!("forward += {name};"),
-        };
-        if !branch.is_optional {
-            law.changes(&share);
-            continue;
+    let orders = || branches.iter().map(|branch| branch.own.order).chain([0.0]);
+    let apart = orders().fold(0.0, f64::max) - orders().fold(0.0, f64::min);
+    if apart <= ORDERS_APART {
+        law.changes("double above = 0e0;");
+        law.changes("double below = 0e0;");
+        law.changes("double feedback = 0e0;");
+        for branch in branches {
+            let name = branch.own.name;
+            let share = match branch.is_weighted {
+                true => format!("to->{name}_weight * {name}"),
+                false => name.to_owned(),
+            };
+            law.changes(&format!("above += ({share} > 0e0) ? {share} : 0e0;"));
+            law.changes(&format!("below += ({share} > 0e0) ? 0e0 : {share};"));
+            law.changes(&format!("feedback += {name};"));
         }
-        let start = if branch.own.conditioned {
-            F::ONE
-        } else {
-            F::ZERO
-        };
-        law.members.push(("conditioned".to_owned(), literal(start)));
-        let one = literal(F::ONE);
-        law.changes(&format!(
-            "self->conditioned = (({}) * to->{name} >= 0e0) ? {one} : ZERO;",
-            others.join(" + ")
-        ));
-        law.changes(&format!(
-            "if (self->conditioned > ZERO) {{\n        {share}\n    }}"
-        ));
+        law.changes(&INVERSE.replace("SHARE", &literal(SHARE_LEAST)));
     }
-    law.changes("self->inverse = (real)((forward == 0e0) ? 0e0 : (1e0 / forward));");
     if let Some((index, inverse)) = list.integral {
         law.members
             .push(("integral_inverse".to_owned(), literal(inverse)));
@@ -393,28 +487,27 @@ fn inverses<F: CNumber>(law: &mut Law, list: &ParallelList<F>, branches: &[Branc
             continue;
         }
         let weight = format!("{name}_weight");
-        // Another weight: as if the input always had been what it is now.
-        let settle = match &branch.own.power {
-            None => String::new(),
-            Some(power) => {
-                let place = if power.filter.is_empty() {
-                    ""
-                } else {
-                    "memory."
-                };
-                format!(
-                    "if (self->{weight} != (real)to->{weight}) {{\n        \
-                     @_{name}_past_init(&self->{name}_past);\n        \
-                     self->{name}_past.{place}base = (real)to->{weight} * r - y;\n    }}"
-                )
-            }
+        let Some(power) = &branch.own.power else {
+            law.changes(&format!("self->{weight} = (real)to->{weight};"));
+            continue;
         };
-        if !settle.is_empty() {
-            law.changes(&settle);
-        }
-        law.changes(&format!("self->{weight} = (real)to->{weight};"));
+        // Another weight: as if the input always had been what it is now.
+        let settled = branch.settled(power).replace('\n', "\n    ");
+        law.changes(&format!(
+            "if (self->{weight} != (real)to->{weight}) {{\n        \
+             self->{weight} = (real)to->{weight};\n        {settled}\n    }}"
+        ));
     }
 }
+
+/// As in Rust: parts of one sign, with a share of the gain that a derivative's noise does not drown.
+const INVERSE: &str = "const double forward = above + below;
+    const double size = (forward < 0e0) ? -forward : forward;
+    const double least = SHARE * ((feedback < 0e0) ? -feedback : feedback);
+    self->inverse = ZERO;
+    if (((above == 0e0) || (below == 0e0)) && (size > least)) {
+        self->inverse = (real)(1e0 / forward);
+    }";
 
 fn lead<F: CNumber>(list: &LeadList<F>) -> Result<Law, HeaderError> {
     let mut law = Law {
@@ -430,6 +523,9 @@ fn lead<F: CNumber>(list: &LeadList<F>) -> Result<Law, HeaderError> {
         .push(("inverse".to_owned(), literal(F::from_f64(1.0 / gain))));
     let (zero, pole) = (literal(list.zero), literal(list.pole));
     let (mut output, mut advance) = (String::new(), String::new());
+    let one = literal(F::ONE);
+    let rests = format!("s * ({one} - {zero})");
+    let mut settle = "    real s = r - y;\n".to_owned();
     for section in 0..list.sections {
         let (before, own) = (format!("before_{section}"), format!("own_{section}"));
         output.push_str(&format!(
@@ -438,6 +534,9 @@ fn lead<F: CNumber>(list: &LeadList<F>) -> Result<Law, HeaderError> {
         advance.push_str(&format!(
             "    next = (s - {zero} * self->{before}) + {pole} * self->{own};\n    \
              self->{before} = s;\n    self->{own} = next;\n    s = next;\n"
+        ));
+        settle.push_str(&format!(
+            "    self->{before} = s;\n    self->{own} = {rests} / ({one} - {pole});\n    s = self->{own};\n"
         ));
         law.members
             .extend([before, own].map(|name| (name, "ZERO".to_owned())));
@@ -448,21 +547,30 @@ fn lead<F: CNumber>(list: &LeadList<F>) -> Result<Law, HeaderError> {
         advance.push_str(&format!(
             "    next = s - {zero} * self->last;\n    self->last = s;\n    s = next;\n"
         ));
+        settle.push_str(&format!("    self->last = s;\n    s = {rests};\n"));
         for (index, memory) in memories.iter().enumerate() {
             let name = format!("memory_{index}");
             law.power(&name, memory)?;
+            law.functions.push_str(&settling(&name, memory));
+            settle.push_str(&format!(
+                "    @_{name}_settle(&self->{name}, s);\n    s = @_{name}_output(&self->{name}, s);\n"
+            ));
             output.push_str(&format!("    s = @_{name}_output(&self->{name}, s);\n"));
             advance.push_str(&format!(
                 "    next = @_{name}_output(&self->{name}, s);\n    @_{name}_advance(&self->{name}, s);\n    s = next;\n"
             ));
         }
     }
-    law.functions = SHAPED
-        .replace("OUTPUT", &output)
-        .replace("ADVANCED", &advance);
+    let shaped = SHAPED.replace("OUTPUT", &output);
+    law.functions
+        .push_str(&shaped.replace("ADVANCED", &advance));
+    law.settle = settle + "    self->bias = ZERO;\n    (void)s;\n";
     // The bias comes last here.
     law.terms = vec!["self->gain * @_shaped(self, r - y) + u".to_owned()];
-    law.advance = "    @_take(self, (r - y) + excess * self->inverse);\n    self->bias = @_faded(self->bias);\n".to_owned();
+    law.advance = "    const real excess = applied - @_wanted(self, r, y);\n    \
+                   @_take(self, (r - y) + excess * self->inverse);\n    \
+                   self->bias = @_faded(self->bias);\n"
+        .to_owned();
     law.follow = "    self->bias = self->bias + excess;\n    @_take(self, r - y);\n".to_owned();
     law.refuses("to->gain == 0e0 || !@_is_finite(to->gain)");
     let [first, second] = list.factors.map(literal);
@@ -473,6 +581,45 @@ fn lead<F: CNumber>(list: &LeadList<F>) -> Result<Law, HeaderError> {
     law.changes("self->inverse = (real)(1e0 / gain);");
     Ok(law)
 }
+
+/// The start of a memory of a lead, in which an input has stood for ever.
+fn settling<F: CNumber>(name: &str, memory: &OperatorList<F>) -> String {
+    let modes = (memory.values.len() - TAPS)
+        .div_ceil(2)
+        .next_multiple_of(LANES);
+    let mut lines = String::new();
+    if has_taps(memory) {
+        lines.push_str(
+            "    for (i = TAPSU; i > 0U; --i) {
+        self->due[i - 1U] = self->due[i] + NAME_tap[i - 1U] * x;
+    }
+",
+        );
+    }
+    if modes > 0 {
+        lines.push_str(
+            "    for (i = 0U; i < MODESU; ++i) {
+        self->state[i] = (NAME_decay[i] > ZERO) ? (x / NAME_decay[i]) : ZERO;
+    }
+",
+        );
+    }
+    SETTLING
+        .replace("LINES", &lines)
+        .replace("TAPS", &(TAPS - 1).to_string())
+        .replace("MODES", &modes.to_string())
+        .replace("NAME", &format!("@_{name}"))
+}
+
+const SETTLING: &str = "
+/* An input that has stood for ever. */
+static inline void NAME_settle(NAME_t *self, real x)
+{
+AS_WRITTEN    uint32_t i;
+    NAME_init(self);
+LINES    NAME_advance(self, x);
+}
+";
 
 /// The power of a lead, and its history.
 const SHAPED: &str = "

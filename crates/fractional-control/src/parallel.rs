@@ -14,9 +14,9 @@ use fracdiff::{
 use num_complex::Complex;
 
 /// The least share of the gain over a sample that the reference has where back-calculation goes by it.
-pub(crate) const SHARE_LEAST: f64 = 0.1;
+pub const SHARE_LEAST: f64 = 0.1;
 /// The largest difference of two orders where it does.
-pub(crate) const ORDERS_APART: f64 = 2.0;
+pub const ORDERS_APART: f64 = 2.0;
 
 /// Powers side by side at most.
 pub(crate) const BRANCHES: usize = 3;
