@@ -450,10 +450,6 @@ fn inverses<F: CNumber>(law: &mut Law, list: &ParallelList<F>, branches: &[Branc
         };
         law.refuses(&format!("{gain}!@_is_finite(to->{name})"));
     }
-    for branch in branches {
-        let (name, direct) = (branch.own.name, literal(branch.own.direct.to_f64()));
-        law.changes(&format!("const double {name} = to->{name} * {direct};"));
-    }
     let orders = || branches.iter().map(|branch| branch.own.order).chain([0.0]);
     let apart = orders().fold(0.0, f64::max) - orders().fold(0.0, f64::min);
     if apart <= ORDERS_APART {
@@ -461,7 +457,8 @@ fn inverses<F: CNumber>(law: &mut Law, list: &ParallelList<F>, branches: &[Branc
         law.changes("double below = 0e0;");
         law.changes("double feedback = 0e0;");
         for branch in branches {
-            let name = branch.own.name;
+            let (name, direct) = (branch.own.name, literal(branch.own.direct.to_f64()));
+            law.changes(&format!("const double {name} = to->{name} * {direct};"));
             let share = match branch.is_weighted {
                 true => format!("to->{name}_weight * {name}"),
                 false => name.to_owned(),
@@ -475,9 +472,11 @@ fn inverses<F: CNumber>(law: &mut Law, list: &ParallelList<F>, branches: &[Branc
     if let Some((index, inverse)) = list.integral {
         law.members
             .push(("integral_inverse".to_owned(), literal(inverse)));
+        let own = branches[index].own;
+        let direct = literal(own.direct.to_f64());
         law.changes(&format!(
-            "self->integral_inverse = (real)(1e0 / {});",
-            branches[index].own.name
+            "self->integral_inverse = (real)(1e0 / (to->{} * {direct}));",
+            own.name
         ));
     }
     for branch in branches {
