@@ -19,9 +19,32 @@ use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
 
 pub(super) const LONG_ABOUT: &str = "\
-Runs a loop from rest as on hardware: sampled, held, with dead time, limits and exact anti-windup. The reference is a step or a CSV \
+Runs a loop from rest as on hardware: sampled, held, with dead time, limits and anti-windup. The reference is a step or a CSV \
 column. A fractional controller is compared with the integer-order PID of the same crossover and phase margin. Without a controller it \
-runs the plant alone.";
+runs the plant alone. An output that does not end at its reference, or is no number, is said and ends with exit code 1.";
+
+/// An output that is not where it was asked to be.
+fn away(run: &LoopRun) -> Failure {
+    let last = |values: &[f64]| {
+        values
+            .last()
+            .map_or_else(String::new, |value| digits(*value, 4))
+    };
+    let response = &run.response;
+    let (output, asked) = (last(&response.measured), last(&response.reference));
+    let share = run.limited_share;
+    let why = if share > 0.5 {
+        let share = digits(100.0 * share, 2);
+        format!(
+            "the command was at a limit for {share} % of the run: widen --output-limits, or ask for less"
+        )
+    } else {
+        "see host-cli control analyze, or give a longer --duration".to_owned()
+    };
+    Failure::Run(anyhow::anyhow!(
+        "the output ends at {output}, not at its reference {asked}: {why}"
+    ))
+}
 
 /// The integer-order PID with the same crossover and phase margin, and its run; said if there is none.
 fn baseline(
@@ -115,9 +138,9 @@ impl Arguments {
         let plant = self.plant.resolve()?;
         check_step(self.step.unwrap_or(1.0))?;
         let mut place = self.files.look("response", &[])?;
-        let report = match self.controller.resolve()? {
+        let (report, ended) = match self.controller.resolve()? {
             Some(file) => self.closed(&plant, &file, &mut place)?,
-            None => self.open(&plant, &mut place)?,
+            None => (self.open(&plant, &mut place)?, Ok(())),
         };
         match report["stable"].as_bool() {
             Some(true) => {}
@@ -127,7 +150,7 @@ impl Arguments {
             }
         }
         output.summary(&report)?;
-        place.close(Ok(()))
+        place.close(ended)
     }
 
     fn closed(
@@ -135,7 +158,7 @@ impl Arguments {
         plant: &NamedPlant,
         file: &ControllerSetup,
         place: &mut Place,
-    ) -> Result<Value, Failure> {
+    ) -> Result<(Value, Result<(), Failure>), Failure> {
         let crossover = || {
             let sampled = file.sampled(&plant.plant).ok()?;
             let margins = file.closed_with(&sampled).ok()?.margins();
@@ -152,7 +175,7 @@ impl Arguments {
             draw_run(&own.response, beside, plant, Some(file), t)
         });
         let shape = |run: &LoopRun| run.shape.as_ref().map(|own| shape(own, t));
-        Ok(json!({
+        let report = json!({
             "plant": plant.words,
             "controller": file.law.to_string(),
             "sample_time_s": t,
@@ -161,6 +184,7 @@ impl Arguments {
             "stable": own.coarse.is_none().then_some(own.verdict.stable),
             "shape": shape(&own),
             "limited_share": own.limited_share,
+            "at_reference": own.at_reference,
             "integer": integer.as_ref().map(|(file, run)| json!({
                 "controller": file.law.to_string(),
                 "shape": shape(run),
@@ -168,7 +192,12 @@ impl Arguments {
             })),
             "step": rows,
             "files": files,
-        }))
+        });
+        let ended = match own.at_reference {
+            Some(false) => Err(away(&own)),
+            Some(true) | None => Ok(()),
+        };
+        Ok((report, ended))
     }
 
     fn open(&self, plant: &NamedPlant, place: &mut Place) -> Result<Value, Failure> {
@@ -194,6 +223,7 @@ impl Arguments {
             "stable": true,
             "shape": null,
             "limited_share": 0.0,
+            "at_reference": null,
             "integer": null,
             "step": rows,
             "files": files,
