@@ -3,7 +3,6 @@
 //! `@` stands for the name, `real` for the number type, as in the code of an operator.
 
 use crate::error::HeaderError;
-use crate::form::{LANES, TAPS, has_taps};
 use crate::header::{Header, Operator};
 use crate::number::{CNumber, literal};
 use fracdiff::OperatorList;
@@ -45,7 +44,7 @@ impl Header {
     /// ```text
     /// NAME_t                                                 the controller and the history of its loop
     /// void NAME_init(NAME_t *self)                           at rest, with the parameters of the list
-    /// real NAME_settle(NAME_t *self, real r, real y, real u) as if all three had stood for ever; the bump that is left
+    /// real NAME_settle(NAME_t *self, real r, real y, real u) as if all three had stood for ever, of a lead r = y; the bump that is left
     /// real NAME_output(const NAME_t *self, real r, real y)   the command, within its limits
     /// void NAME_advance(NAME_t *self, real r, real y, real applied)   history, by what was really applied
     /// void NAME_follow(NAME_t *self, real r, real y, real applied)    the same while somebody else commands
@@ -400,8 +399,9 @@ fn parallel<F: CNumber>(list: &ParallelList<F>) -> Result<Law, HeaderError> {
         law.advance.insert_str(0, INSTEAD);
     }
     law.settle.push_str("    self->bias = ZERO;\n");
-    if let Some((index, _)) = list.integral {
-        law.settle.push_str(&standing(&list.branches[index]));
+    if has_integral {
+        law.settle
+            .push_str("    self->bias = @_limited(self, u) - @_wanted(self, r, y);\n");
     }
     law.advance
         .push_str("    self->bias = @_faded(self->bias);\n");
@@ -418,25 +418,6 @@ const INSTEAD: &str = "    const real excess = applied - @_wanted(self, r, y);
     const real moved = r + excess * self->inverse;
     const real instead = ((excess != ZERO) && (self->inverse != ZERO)) ? moved : r;
 ";
-
-/// What is left of the command stands in the last sum of an integral, or is a bias.
-fn standing<F: CNumber>(branch: &BranchList<F>) -> String {
-    const LEFT: &str = "@_limited(self, u) - @_wanted(self, r, y)";
-    let (name, power) = (branch.name, branch.power.as_ref());
-    let Some(power) = power.filter(|power| power.integer < 0) else {
-        return format!("    self->bias = {LEFT};\n");
-    };
-    let sum = if power.integer < -1 { "outer" } else { "inner" };
-    let place = format!("self->{name}_past{}", inside(power));
-    let mut lines = format!(
-        "    {place}.{sum} = ({LEFT}) / self->{name};\n    {place}.past = {place}.{sum};\n"
-    );
-    for _ in 1..power.filter.len() {
-        let filter = format!("@_{name}_past_filter_advance(&self->{name}_past.filter");
-        lines.push_str(&format!("    {filter}, {place}.{sum});\n"));
-    }
-    lines
-}
 
 /// The numbers that follow from the gains, and how they follow from others: in `double`, as in Rust.
 fn inverses<F: CNumber>(law: &mut Law, list: &ParallelList<F>, branches: &[Branch<'_, F>]) {
@@ -522,9 +503,6 @@ fn lead<F: CNumber>(list: &LeadList<F>) -> Result<Law, HeaderError> {
         .push(("inverse".to_owned(), literal(F::from_f64(1.0 / gain))));
     let (zero, pole) = (literal(list.zero), literal(list.pole));
     let (mut output, mut advance) = (String::new(), String::new());
-    let one = literal(F::ONE);
-    let rests = format!("s * ({one} - {zero})");
-    let mut settle = "    real s = r - y;\n".to_owned();
     for section in 0..list.sections {
         let (before, own) = (format!("before_{section}"), format!("own_{section}"));
         output.push_str(&format!(
@@ -534,9 +512,8 @@ fn lead<F: CNumber>(list: &LeadList<F>) -> Result<Law, HeaderError> {
             "    next = (s - {zero} * self->{before}) + {pole} * self->{own};\n    \
              self->{before} = s;\n    self->{own} = next;\n    s = next;\n"
         ));
-        settle.push_str(&format!(
-            "    self->{before} = s;\n    self->{own} = {rests} / ({one} - {pole});\n    s = self->{own};\n"
-        ));
+        let rest = format!("    self->{before} = ZERO;\n    self->{own} = ZERO;\n");
+        law.settle.push_str(&rest);
         law.members
             .extend([before, own].map(|name| (name, "ZERO".to_owned())));
     }
@@ -546,24 +523,22 @@ fn lead<F: CNumber>(list: &LeadList<F>) -> Result<Law, HeaderError> {
         advance.push_str(&format!(
             "    next = s - {zero} * self->last;\n    self->last = s;\n    s = next;\n"
         ));
-        settle.push_str(&format!("    self->last = s;\n    s = {rests};\n"));
+        law.settle.push_str("    self->last = ZERO;\n");
         for (index, memory) in memories.iter().enumerate() {
             let name = format!("memory_{index}");
             law.power(&name, memory)?;
-            law.functions.push_str(&settling(&name, memory));
-            settle.push_str(&format!(
-                "    @_{name}_settle(&self->{name}, s);\n    s = @_{name}_output(&self->{name}, s);\n"
-            ));
+            let rest = format!("    @_{name}_init(&self->{name});\n");
+            law.settle.push_str(&rest);
             output.push_str(&format!("    s = @_{name}_output(&self->{name}, s);\n"));
             advance.push_str(&format!(
                 "    next = @_{name}_output(&self->{name}, s);\n    @_{name}_advance(&self->{name}, s);\n    s = next;\n"
             ));
         }
     }
-    let shaped = SHAPED.replace("OUTPUT", &output);
-    law.functions
-        .push_str(&shaped.replace("ADVANCED", &advance));
-    law.settle = settle + "    self->bias = ZERO;\n    (void)s;\n";
+    law.functions = SHAPED
+        .replace("OUTPUT", &output)
+        .replace("ADVANCED", &advance);
+    law.settle.push_str("    self->bias = ZERO;\n");
     // The bias comes last here.
     law.terms = vec!["self->gain * @_shaped(self, r - y) + u".to_owned()];
     law.advance = "    const real excess = applied - @_wanted(self, r, y);\n    \
@@ -580,45 +555,6 @@ fn lead<F: CNumber>(list: &LeadList<F>) -> Result<Law, HeaderError> {
     law.changes("self->inverse = (real)(1e0 / gain);");
     Ok(law)
 }
-
-/// The start of a memory of a lead, in which an input has stood for ever.
-fn settling<F: CNumber>(name: &str, memory: &OperatorList<F>) -> String {
-    let modes = (memory.values.len() - TAPS)
-        .div_ceil(2)
-        .next_multiple_of(LANES);
-    let mut lines = String::new();
-    if has_taps(memory) {
-        lines.push_str(
-            "    for (i = TAPSU; i > 0U; --i) {
-        self->due[i - 1U] = self->due[i] + NAME_tap[i - 1U] * x;
-    }
-",
-        );
-    }
-    if modes > 0 {
-        lines.push_str(
-            "    for (i = 0U; i < MODESU; ++i) {
-        self->state[i] = (NAME_decay[i] > ZERO) ? (x / NAME_decay[i]) : ZERO;
-    }
-",
-        );
-    }
-    SETTLING
-        .replace("LINES", &lines)
-        .replace("TAPS", &(TAPS - 1).to_string())
-        .replace("MODES", &modes.to_string())
-        .replace("NAME", &format!("@_{name}"))
-}
-
-const SETTLING: &str = "
-/* An input that has stood for ever. */
-static inline void NAME_settle(NAME_t *self, real x)
-{
-AS_WRITTEN    uint32_t i;
-    NAME_init(self);
-LINES    NAME_advance(self, x);
-}
-";
 
 /// The power of a lead, and its history.
 const SHAPED: &str = "

@@ -122,14 +122,8 @@ fn taps<F: CNumber>(values: &[F]) -> Option<Core> {
 }
 
 /// Taps of the form, and modes that are added side by side.
-pub(crate) const TAPS: usize = 16;
-pub(crate) const LANES: usize = 8;
-
-/// False of modes alone. A list without modes keeps its taps, whatever they are: a struct in C is not empty.
-pub(crate) fn has_taps<F: CNumber>(list: &OperatorList<F>) -> bool {
-    let (taps, modes) = list.values.split_at(TAPS.min(list.values.len()));
-    modes.is_empty() || taps.iter().skip(1).any(|&tap| tap != F::ZERO)
-}
+const TAPS: usize = 16;
+const LANES: usize = 8;
 
 /// One mode, which needs no second word: what it leaves is added to the sum of its lane.
 const PLAIN: &str = "
@@ -218,7 +212,8 @@ fn modes<F: CNumber>(list: &OperatorList<F>) -> Option<Core> {
         column.resize(count, F::ZERO);
         column
     };
-    let tapped = has_taps(list);
+    // A list without modes keeps its taps, whatever they are: a struct in C is not empty.
+    let tapped = count == 0 || taps[1..].iter().any(|&tap| tap != F::ZERO);
     let (mut tables, mut fields) = (String::new(), Vec::new());
     if tapped {
         tables.push_str(&table("@_tap", &taps[1..]));

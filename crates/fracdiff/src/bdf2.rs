@@ -91,20 +91,6 @@ impl<F: Real, const TAPS: usize, const MODES: usize> Bdf2Memory<F, TAPS, MODES> 
         (&self.memory, self.filter.coefficients())
     }
 
-    fn started(
-        &self,
-        memory: FullMemoryHistory<F, TAPS, MODES>,
-        filter: FirHistory<F, BDF2_TAPS>,
-    ) -> Bdf2History<F, TAPS, MODES> {
-        let mut history = Bdf2History {
-            memory,
-            filter,
-            past: F::ZERO,
-        };
-        history.past = self.both(&history);
-        history
-    }
-
     /// S\[n\] of the two in series.
     #[inline]
     fn both(&self, history: &Bdf2History<F, TAPS, MODES>) -> F {
@@ -141,12 +127,13 @@ impl<F: Real, const TAPS: usize, const MODES: usize> Differintegrator<F>
     fn settled(&self, x: F) -> Option<Self::History> {
         let memory = self.memory.settled(x)?;
         let filter = self.filter.settled(self.memory.output(&memory, x))?;
-        Some(self.started(memory, filter))
-    }
-
-    fn standing(&self, y: F) -> Option<Self::History> {
-        // The filter's gain at rest is 1.
-        Some(self.started(self.memory.standing(y)?, self.filter.settled(y)?))
+        let mut history = Bdf2History {
+            memory,
+            filter,
+            past: F::ZERO,
+        };
+        history.past = self.both(&history);
+        Some(history)
     }
 
     past_is_kept!(direct);

@@ -49,12 +49,6 @@ pub trait Differintegrator<F: Real> {
         (x == F::ZERO).then(|| self.at_rest())
     }
 
-    /// The history of a signal that was 0 for as long as the output stood at `y`: a running sum (μ ≤ −1) keeps it for ever. `None`
-    /// where nothing keeps an output, as in an integral of an order above −1, which fades.
-    fn standing(&self, y: F) -> Option<Self::History> {
-        (y == F::ZERO).then(|| self.at_rest())
-    }
-
     /// g, the factor of the newest sample, in s^(−μ).
     fn direct_gain(&self) -> F;
 
@@ -135,10 +129,6 @@ macro_rules! forward_differintegrator {
 
         fn settled(&$self, x: F) -> Option<Self::History> {
             $inner.settled(x)
-        }
-
-        fn standing(&$self, y: F) -> Option<Self::History> {
-            $inner.standing(y)
         }
 
         #[inline]

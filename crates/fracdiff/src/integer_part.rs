@@ -79,17 +79,6 @@ impl<F: Real, C: Differintegrator<F>> Differintegrator<F> for WithIntegerPart<C>
         Some(IntegerHistory { core, past, ..rest })
     }
 
-    fn standing(&self, y: F) -> Option<Self::History> {
-        let mut history = self.at_rest();
-        if self.integer >= 0 {
-            return (y == F::ZERO).then_some(history);
-        }
-        // The last sum keeps it.
-        let last = usize::from(self.integer < -1);
-        (history.sums[last].0, history.past) = (y, y);
-        Some(history)
-    }
-
     #[inline]
     fn direct_gain(&self) -> F {
         self.core.direct_gain()

@@ -54,11 +54,17 @@ impl Actuator {
         [self.low, self.high]
     }
 
-    pub(crate) fn stage<F: Real>(&self, sample_time: Seconds) -> Stage<F> {
+    /// An integral of order 1 and more holds a bias for ever: to it that is a sum that it has. `lowest` is the order of the lowest part.
+    pub(crate) fn stage<F: Real>(&self, sample_time: Seconds, lowest: f64) -> Stage<F> {
+        let fade_s = if lowest <= -1.0 {
+            f64::INFINITY
+        } else {
+            self.fade_s
+        };
         Stage {
             low: F::from_f64(self.low),
             high: F::from_f64(self.high),
-            keep: F::from_f64(libm::exp(-sample_time.0 / self.fade_s)),
+            keep: F::from_f64(libm::exp(-sample_time.0 / fade_s)),
         }
     }
 }
@@ -128,8 +134,8 @@ pub trait Controller<F: Real> {
     /// ```text
     /// proportional   its own          derivative   settled at c·r − y: 0          integral   what is left of the command
     /// ```
-    /// - *Integral of an order below 1*: it fades, so nothing stands in it. It starts at rest and its share is a bias, which
-    ///   fades with the time of the [`Actuator`] while the integral takes over.
+    /// - *The integral's share* is a bias: one of order 1 and more holds it for ever. One below 1 fades, so its bias fades too, with
+    ///   the time of the [`Actuator`], while the integral takes over.
     /// - *Without an integral* nothing holds a command: it is ignored, and the first output is the parts' own. Compare, if you want to
     ///   know the bump. A function of the error starts at its gain at rest times that error.
     ///
@@ -153,8 +159,8 @@ pub trait Controller<F: Real> {
 
     /// The history with which this controller goes on where another one of its kind stood: its next output is that of the other.
     /// Histories are of signals, not of products with gains, so what has the same order keeps its past; another integral starts
-    /// at rest, another derivative as if its input always had been what it is now. A difference in the command is held and fades with the
-    /// time of the [`Actuator`].
+    /// at rest, another derivative as if its input always had been what it is now. A difference in the command is held; it fades with the
+    /// time of the [`Actuator`], or stays where an integral of order 1 and more takes it for its own.
     fn take_over(
         &self,
         other: &Self,

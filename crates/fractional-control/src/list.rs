@@ -124,11 +124,15 @@ impl<F: Real> ControllerList<F> {
                 });
             }
         };
+        let lowest = match &law {
+            LawList::Parallel(law) => law.branches.iter().map(|own| own.order).fold(0.0, f64::min),
+            LawList::Lead(_) => 0.0,
+        };
         let actuator = setup.actuator()?;
         Ok(Self {
             law,
             limits: actuator.limits(),
-            keep: actuator.stage(t).keep,
+            keep: actuator.stage(t, lowest).keep,
         })
     }
 }

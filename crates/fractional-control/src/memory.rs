@@ -172,12 +172,11 @@ impl<F: Real, const MODES: usize> Chain<F, MODES> {
     /// The history in which the output of this level stands and all others are 0; `None` of a memory's own output, which fades.
     pub(crate) fn standing(&self, level: usize, output: F) -> Option<ChainHistory<F, MODES>> {
         let mut history = self.at_rest();
-        match level.checked_sub(1) {
-            Some(sum) => history.sums.get_mut(sum)?.0 = output,
+        if level == 0 {
             // A gain remembers nothing.
-            None if self.core.is_none() => {}
-            None => return None,
+            return self.core.is_none().then_some(history);
         }
+        history.sums.get_mut(level - 1)?.0 = output;
         Some(history)
     }
 

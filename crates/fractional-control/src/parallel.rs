@@ -165,7 +165,7 @@ impl<F: Real, O: Differintegrator<F> + PartialEq> Parallel<F, O> {
             inverse: in_samples(INVERSE, if inverts { 1.0 / forward } else { 0.0 })?,
             feedback: in_samples("gain over a sample", feedback)?,
             integral,
-            stage: actuator.stage(sample_time),
+            stage: actuator.stage(sample_time, lowest),
             sample_time: sample_time.0,
         })
     }
@@ -271,16 +271,8 @@ impl<F: Real, O: Differintegrator<F> + PartialEq> Parallel<F, O> {
 
     fn settled(&self, r: F, y: F, command: F) -> Past<F, O::History> {
         let mut past = self.keep(None, r, y);
-        let missing = self.stage.limit(command) - self.wanted(&past, r, y);
-        let Some((index, _)) = self.integral else {
-            return past;
-        };
-        let powers = past.powers.iter_mut().flatten();
-        if let Some((Some(branch), own)) = self.branches.iter().zip(powers).nth(index) {
-            match branch.power.standing(missing / branch.gain) {
-                Some(standing) => *own = standing,
-                None => past.bias = missing,
-            }
+        if self.integral.is_some() {
+            past.bias = self.stage.limit(command) - self.wanted(&past, r, y);
         }
         past
     }

@@ -1,8 +1,8 @@
 //! A controller as a list of numbers: designed where there is room, run where there is not.
 //! ```text
 //! form       numbers
-//! Parallel   1/g_r or 0, e^(−T/fade), then k, w and the power of each   PI^λD^μ, TID
-//! Lead       1/g, g, p, q, then the power of each part                   CRONE, lead–lag
+//! Parallel   1/g_r or 0, what a sample leaves of a bias, then k, w and the power of each: PI^λD^μ, TID
+//! Lead       1/g, g, p, q, then the power of each part: CRONE, lead–lag
 //! power      the values of Form::Modes, then the coefficients of a filter
 //! ```
 //! A part of order 0 has no power. The filter is that of [`Rule::Bdf2`](crate::Rule::Bdf2), behind all powers of a list or none.
@@ -243,7 +243,6 @@ impl<F: Real, O: Differintegrator<F>> Parallel<F, O> {
             stage,
             sample_time: 1.0,
         };
-        let mut lowest = 1;
         for (index, (slot, part)) in law.branches.iter_mut().zip(parts).enumerate() {
             let (gain, weight) = (numbers.next(), numbers.next());
             let (power, filter) = (numbers.take(part.values), numbers.take(part.filter));
@@ -256,8 +255,8 @@ impl<F: Real, O: Differintegrator<F>> Parallel<F, O> {
             let direct = gain * power.direct_gain();
             law.feedback += direct;
             // Of a fractional integral it is 0, of a derivative at least 1.
-            if part.integer < lowest {
-                (lowest, law.integral) = (part.integer, Some((index, F::ONE / direct)));
+            if part.integer <= 0 {
+                law.integral = Some((index, F::ONE / direct));
             }
             *slot = Some(Branch {
                 gain,

@@ -47,7 +47,7 @@ pub struct SampledTransferFunction<F, const MODES: usize = 64> {
     parts: [Option<Part<F>>; ORDERS_MAX],
     /// Whole sums that the deepest level has.
     sums: usize,
-    /// The part of order 0.
+    /// The part of order 0, if it has an a₀.
     constant: Option<usize>,
     /// 1/Σ `a_i·g_i`.
     inverse: F,
@@ -201,7 +201,7 @@ impl<F: Real, const MODES: usize> SampledTransferFunction<F, MODES> {
             chains,
             parts,
             sums,
-            constant: entries.iter().position(|e| e.order.abs() < 1e-9),
+            constant: (entries.iter()).position(|e| e.order.abs() < 1e-9 && e.below != 0.0),
             inverse: F::from_f64(1.0 / below),
             direct: F::from_f64(above / below),
         })
@@ -250,16 +250,13 @@ impl<F: Real, const MODES: usize> Differintegrator<F> for SampledTransferFunctio
     /// ξ = u/a₀ stands, and all its powers are 0. Without a₀ there is a pole at rest.
     fn settled(&self, u: F) -> Option<Self::History> {
         let mut history = self.at_rest();
-        let own = self
-            .constant
-            .and_then(|index| self.parts.get(index)?.as_ref());
-        let own = own.filter(|part| part.below != F::ZERO);
-        let (Some(part), true) = (own, u != F::ZERO) else {
-            return (u == F::ZERO).then_some(history);
-        };
-        let chain = self.chains.get(part.chain)?.as_ref()?;
-        *history.chains.get_mut(part.chain)? = Some(chain.standing(part.level, u / part.below)?);
-        self.refresh(&mut history);
+        if u != F::ZERO {
+            let part = self.parts.get(self.constant?)?.as_ref()?;
+            let chain = self.chains.get(part.chain)?.as_ref()?;
+            let standing = chain.standing(part.level, u / part.below)?;
+            *history.chains.get_mut(part.chain)? = Some(standing);
+            self.refresh(&mut history);
+        }
         Some(history)
     }
 

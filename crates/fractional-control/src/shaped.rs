@@ -252,7 +252,7 @@ impl<F: Real, const MODES: usize> LeadController<F, MODES> {
             operator,
             gain: in_samples("gain", gain * own)?,
             inverse: in_samples("inverse of the gain", 1.0 / (gain * own))?,
-            stage: actuator.stage(sample_time),
+            stage: actuator.stage(sample_time, 0.0),
         })
     }
 }
@@ -288,7 +288,7 @@ impl<F: Real, const MODES: usize> FunctionController<F, MODES> {
             operator,
             gain: F::ONE,
             inverse: in_samples("inverse of the gain", 1.0 / gain)?,
-            stage: actuator.stage(sample_time),
+            stage: actuator.stage(sample_time, 0.0),
         })
     }
 }

@@ -35,7 +35,7 @@ uint64_t run(uint32_t samples)
             }
         }
         if (n % 20000U == 15000U) {
-            y += op_settle(&op, r, y, (REAL)0.4) / (REAL)1024;
+            y += op_settle(&op, y, y, (REAL)0.4) / (REAL)1024;
         }
         read = fails ? zero / zero : y;
         u = (manner == 3U) ? (REAL)0.25 : op_output(&op, r, read);

@@ -238,7 +238,7 @@ fn commands<F: Real, C: Controller<F> + Clone>(controllers: [C; 2]) -> String {
             station.set_controller(next.clone(), r, y);
         }
         if n % 20_000 == 15_000 {
-            y += station.settle(r, y, number(0.4)).expect("settles") / number(1024.0);
+            y += station.settle(y, y, number(0.4)).expect("settles") / number(1024.0);
         }
         let manner = (n / 3000) % 4;
         station.set_mode(match manner {

@@ -97,7 +97,7 @@ fn a_loop_that_does_not_end_at_its_reference_says_so_and_ends_with_1() {
         ended.error(),
         &[
             "ends at 1, not at its reference 5",
-            "at a limit for",
+            "at a limit",
             "--output-limits",
         ],
     );

@@ -24,25 +24,20 @@ column. A fractional controller is compared with the integer-order PID of the sa
 runs the plant alone. An output that does not end at its reference, or is no number, is said and ends with exit code 1.";
 
 /// An output that is not where it was asked to be.
-fn away(run: &LoopRun) -> Failure {
-    let last = |values: &[f64]| {
-        values
-            .last()
-            .map_or_else(String::new, |value| digits(*value, 4))
+fn away(report: &Value) -> Failure {
+    let last = report["step"].as_array().and_then(|rows| rows.last());
+    let shown = |value: &Value| {
+        value
+            .as_f64()
+            .map_or_else(|| "NaN".to_owned(), |own| digits(own, 4))
     };
-    let response = &run.response;
-    let (output, asked) = (last(&response.measured), last(&response.reference));
-    let share = run.limited_share;
-    let why = if share > 0.5 {
-        let share = digits(100.0 * share, 2);
-        format!(
-            "the command was at a limit for {share} % of the run: widen --output-limits, or ask for less"
-        )
-    } else {
-        "see host-cli control analyze, or give a longer --duration".to_owned()
-    };
+    let of_last = |key| last.map_or_else(String::new, |row| shown(&row[key]));
     Failure::Run(anyhow::anyhow!(
-        "the output ends at {output}, not at its reference {asked}: {why}"
+        "the output ends at {}, not at its reference {}, with the command at a limit in a share of {} of the samples: widen \
+         --output-limits, give a longer --duration, or see host-cli control analyze",
+        of_last("output"),
+        of_last("reference"),
+        shown(&report["limited_share"])
     ))
 }
 
@@ -138,9 +133,9 @@ impl Arguments {
         let plant = self.plant.resolve()?;
         check_step(self.step.unwrap_or(1.0))?;
         let mut place = self.files.look("response", &[])?;
-        let (report, ended) = match self.controller.resolve()? {
+        let report = match self.controller.resolve()? {
             Some(file) => self.closed(&plant, &file, &mut place)?,
-            None => (self.open(&plant, &mut place)?, Ok(())),
+            None => self.open(&plant, &mut place)?,
         };
         match report["stable"].as_bool() {
             Some(true) => {}
@@ -150,7 +145,10 @@ impl Arguments {
             }
         }
         output.summary(&report)?;
-        place.close(ended)
+        place.close(match report["at_reference"].as_bool() {
+            Some(false) => Err(away(&report)),
+            Some(true) | None => Ok(()),
+        })
     }
 
     fn closed(
@@ -158,7 +156,7 @@ impl Arguments {
         plant: &NamedPlant,
         file: &ControllerSetup,
         place: &mut Place,
-    ) -> Result<(Value, Result<(), Failure>), Failure> {
+    ) -> Result<Value, Failure> {
         let crossover = || {
             let sampled = file.sampled(&plant.plant).ok()?;
             let margins = file.closed_with(&sampled).ok()?.margins();
@@ -175,7 +173,7 @@ impl Arguments {
             draw_run(&own.response, beside, plant, Some(file), t)
         });
         let shape = |run: &LoopRun| run.shape.as_ref().map(|own| shape(own, t));
-        let report = json!({
+        Ok(json!({
             "plant": plant.words,
             "controller": file.law.to_string(),
             "sample_time_s": t,
@@ -192,12 +190,7 @@ impl Arguments {
             })),
             "step": rows,
             "files": files,
-        });
-        let ended = match own.at_reference {
-            Some(false) => Err(away(&own)),
-            Some(true) | None => Ok(()),
-        };
-        Ok((report, ended))
+        }))
     }
 
     fn open(&self, plant: &NamedPlant, place: &mut Place) -> Result<Value, Failure> {
