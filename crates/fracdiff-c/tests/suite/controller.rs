@@ -277,11 +277,19 @@ fn drawn(index: u32) -> Case {
     let gains = PidParameters {
         proportional: draw(-2.0, 4.0),
         integral: draw(0.5, 6.0),
-        integral_order: if index % 3 == 0 { 1.0 } else { draw(0.4, 1.6) },
+        integral_order: if index.is_multiple_of(3) {
+            1.0
+        } else {
+            draw(0.4, 1.6)
+        },
         derivative: draw(-0.05, 0.1),
-        derivative_order: if index % 4 == 0 { 1.0 } else { draw(0.3, 1.2) },
+        derivative_order: if index.is_multiple_of(4) {
+            1.0
+        } else {
+            draw(0.3, 1.2)
+        },
     };
-    let scheme = if index % 2 == 0 {
+    let scheme = if index.is_multiple_of(2) {
         "full:1e-4"
     } else {
         "full-bdf2:1e-4"
