@@ -183,3 +183,43 @@ def test_a_delay_margin_is_where_the_verdict_changes_inside_a_sample() -> None:
 def test_what_is_wrong_is_refused_with_a_reason(call, text: str) -> None:
     with pytest.raises(ValueError, match=text):
         call()
+
+
+def test_a_controller_starts_beside_a_plant_that_runs() -> None:
+    gains = {"proportional": 2.0, "integral": 1.0, "derivative": 0.5, "low": -10.0, "high": 10.0}
+    pid = Pid(0.01, **gains)
+    assert pid.settle(20.0) == 0.0
+    assert {pid.step(20.0, 20.0) for _ in range(1000)} == {0.0}
+    # From rest the derivative sees the measurement jump by 20.
+    pid.reset()
+    assert [pid.step(20.0, 20.0) for _ in range(2)] != [0.0, 0.0]
+    # A command that stood goes on.
+    assert abs(pid.settle(18.0, reference=20.0, command=4.5)) < 1e-12
+    assert abs(pid.output(20.0, 18.0) - 4.5) < 1e-12
+    # Nothing keeps it without an integral: the bump is told.
+    assert Pid(0.01, proportional=2.0).settle(18.0, reference=20.0, command=1.0) == 3.0
+    with pytest.raises(ValueError, match="measured NaN is not finite"):
+        pid.settle(math.nan)
+
+
+def test_a_reading_that_is_no_number_holds_the_command() -> None:
+    pid = Pid(0.01, proportional=2.0, integral=1.0)
+    command = pid.step(1.0, 0.25)
+    assert pid.missed == 0
+    assert [pid.step(1.0, math.nan) for _ in range(9)] == [command] * 9
+    assert pid.missed == 9
+    assert pid.step(1.0, math.inf) == 0.0
+    assert math.isfinite(pid.step(1.0, 0.25))
+    assert pid.missed == 0
+
+
+def test_noise_of_the_derivative_leaves_the_integral_alone() -> None:
+    pid = Pid(
+        1e-3, proportional=2.0, integral=3.0, derivative=0.05, low=-1.0, high=1.0, proportional_weight=0.0
+    )
+    noise = np.random.default_rng(1).normal(0.0, 0.005, 20000)
+    y, fall, seen = 0.0, math.exp(-1e-3), []
+    for error in noise:
+        y = fall * y + (1.0 - fall) * pid.step(0.5, y + error)
+        seen.append(y)
+    assert abs(np.mean(seen[10000:]) - 0.5) < 0.025

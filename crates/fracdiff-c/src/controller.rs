@@ -6,7 +6,10 @@ use crate::error::HeaderError;
 use crate::header::{Header, Operator};
 use crate::number::{CNumber, literal};
 use fracdiff::OperatorList;
-use fractional_control::{BranchList, ControllerList, LawList, LeadList, ParallelList};
+use fractional_control::{
+    BranchList, ControllerList, LawList, LeadList, MISSED_MOST, ORDERS_APART, ParallelList,
+    SHARE_LEAST,
+};
 
 /// A controller in C, in the parts that differ from law to law.
 #[derive(Default)]
@@ -25,6 +28,8 @@ struct Law {
     functions: String,
     /// Terms of the command.
     terms: Vec<String>,
+    /// A start beside a running plant, and what the integral makes of a command.
+    settle: String,
     /// What the history takes in, by the controller and by hand.
     advance: String,
     follow: String,
@@ -39,6 +44,7 @@ impl Header {
     /// ```text
     /// NAME_t                                                 the controller and the history of its loop
     /// void NAME_init(NAME_t *self)                           at rest, with the parameters of the list
+    /// real NAME_settle(NAME_t *self, real r, real y, real u) as if all three had stood for ever, of a lead r = y; the bump that is left
     /// real NAME_output(const NAME_t *self, real r, real y)   the command, within its limits
     /// void NAME_advance(NAME_t *self, real r, real y, real applied)   history, by what was really applied
     /// void NAME_follow(NAME_t *self, real r, real y, real applied)    the same while somebody else commands
@@ -47,6 +53,8 @@ impl Header {
     /// ```
     /// - *Same bits* as in Rust, if C computes as written. `change` computes in `double`, as Rust does, and nothing else.
     /// - *Manual and automatic*: `follow` takes the place of `advance` as long as the command comes from elsewhere.
+    /// - *Readings*: while r − y is not a finite number the last command that was applied is held, `advance` and `follow` take nothing
+    ///   in, and the member `missed` counts them; the tenth in a row and all that follow give 0.
     /// - *Other orders*: another header, whose controller follows the commands of the first before it takes over.
     ///
     /// # Errors
@@ -70,7 +78,8 @@ const USE: &str = " *
  * @_t is a controller with the history of its loop. @_init(&c) first, then for each sample u = @_output(&c, r, y), which is
  * cheap, for reference r and measurement y, and @_advance(&c, r, y, applied) with what the actuator really did when u has
  * been sent; or both as @_step(&c, r, y). By hand: @_follow(&c, r, y, applied) in its place. @_change takes other gains.
- * A NaN makes every later command a NaN, past the limits: check each reading first.
+ * Beside a plant that runs already: @_settle(&c, y, y, 0) after @_init, with the first reading y and the command that is sent.
+ * A reading that is no number: the last command is held and c.missed counts; the tenth in a row and all that follow give 0.
  * The same bits as in Rust: compile with -ffp-contract=off.
  */
 ";
@@ -95,6 +104,8 @@ typedef struct {
 MEMBERS    real low;
     real high;
     real bias;
+    real applied;
+    uint32_t missed;
 HISTORIES} @_t;
 
 /* A loop that was at rest for ever. */
@@ -109,11 +120,47 @@ AS_WRITTEN    real u = self->bias;
 TERMS    return u;
 }
 
+/* A command within the limits. */
+static inline real @_limited(const @_t *self, real u)
+{
+    return (u < self->low) ? self->low : ((u > self->high) ? self->high : u);
+}
+
+/* Finite, and so are both. */
+static inline int @_is_number(real r, real y)
+{
+    const real error = r - y;
+    return (error - error) == ZERO;
+}
+
 /* The command for reference r and measurement y now; changes nothing. */
 static inline real @_output(const @_t *self, real r, real y)
 {
-    const real u = @_wanted(self, r, y);
-    return (u < self->low) ? self->low : ((u > self->high) ? self->high : u);
+    if (!@_is_number(r, y)) {
+        return (self->missed < MISSED) ? self->applied : ZERO;
+    }
+    return @_limited(self, @_wanted(self, r, y));
+}
+
+/* Starts as if reference, measurement and command had stood for ever. The bump that is left: the next command less this one,
+ * where nothing keeps it. */
+static inline real @_settle(@_t *self, real r, real y, real u)
+{
+AS_WRITTENSETTLE    self->applied = u;
+    self->missed = 0U;
+    return @_output(self, r, y) - u;
+}
+
+/* Counts what is no number, or keeps what was applied. */
+static inline int @_takes(@_t *self, real r, real y, real applied)
+{
+    if (!@_is_number(r, y)) {
+        self->missed += (self->missed < MISSED) ? 1U : 0U;
+        return 0;
+    }
+    self->applied = applied;
+    self->missed = 0U;
+    return 1;
 }
 
 /* A bump that was held fades. */
@@ -126,13 +173,18 @@ AS_WRITTEN    const real left = bias * KEEP;
 /* Takes the sample into the history, with what was applied: no wind-up at a limit. */
 static inline void @_advance(@_t *self, real r, real y, real applied)
 {
-AS_WRITTEN    const real excess = applied - @_wanted(self, r, y);
+AS_WRITTEN    if (!@_takes(self, r, y, applied)) {
+        return;
+    }
 ADVANCE}
 
 /* The same while somebody else commands: the next output goes on from there. */
 static inline void @_follow(@_t *self, real r, real y, real applied)
 {
 AS_WRITTEN    const real excess = applied - @_wanted(self, r, y);
+    if (!@_takes(self, r, y, applied)) {
+        return;
+    }
 FOLLOW}
 
 /* Output and advance, where the command is applied as it is. */
@@ -183,7 +235,10 @@ impl Law {
             .chain(["low", "high"].iter().zip(limits).map(|(name, limit)| {
                 format!("    self->{name} = {};\n", literal(F::from_f64(limit)))
             }))
-            .chain(["    self->bias = ZERO;\n".to_owned()])
+            .chain([
+                "    self->bias = ZERO;\n    self->applied = ZERO;\n    self->missed = 0U;\n"
+                    .to_owned(),
+            ])
             .chain(
                 (self.histories.iter()).map(|name| format!("    @_{name}_init(&self->{name});\n")),
             );
@@ -207,6 +262,8 @@ impl Law {
             .replace("STARTS", &starts.collect::<String>())
             .replace("FUNCTIONS", &self.functions)
             .replace("TERMS", &terms)
+            .replace("SETTLE", &self.settle)
+            .replace("MISSED", &format!("{}U", MISSED_MOST - 1))
             .replace("KEEP", &literal(list.keep))
             .replace("TINY", &literal(F::NEGLIGIBLE))
             .replace("ADVANCE", &self.advance)
@@ -253,8 +310,6 @@ struct Branch<'a, F> {
     own: &'a BranchList<F>,
     /// Its set-point weight is a member: that of all but integrals.
     is_weighted: bool,
-    /// Back-calculation may leave it out: a derivative against the others.
-    is_optional: bool,
 }
 
 impl<F: CNumber> Branch<'_, F> {
@@ -266,12 +321,26 @@ impl<F: CNumber> Branch<'_, F> {
         }
     }
 
-    /// What it sees when the reference is the one that would have given what was applied.
-    fn error_instead(&self) -> String {
-        match self.is_optional {
-            true => self.error("((self->conditioned > ZERO) ? instead : r)"),
-            false => self.error("instead"),
-        }
+    /// Its history is that of an input which has always been what it sees now; of a derivative.
+    fn settled(&self, power: &OperatorList<F>) -> String {
+        let name = self.own.name;
+        let (init, place) = (
+            format!("@_{name}_past_init(&self->{name}_past)"),
+            inside(power),
+        );
+        format!(
+            "{init};\n    self->{name}_past{place}.base = {};",
+            self.error("r")
+        )
+    }
+}
+
+/// The full memory in the struct of a power.
+fn inside<F>(power: &OperatorList<F>) -> &'static str {
+    if power.filter.is_empty() {
+        ""
+    } else {
+        ".memory"
     }
 }
 
@@ -285,7 +354,6 @@ fn parallel<F: CNumber>(list: &ParallelList<F>) -> Result<Law, HeaderError> {
         .map(|own| Branch {
             own,
             is_weighted: own.order >= 0.0,
-            is_optional: own.order > 0.0 && list.branches.len() > 1,
         })
         .collect();
     for branch in &branches {
@@ -307,8 +375,17 @@ fn parallel<F: CNumber>(list: &ParallelList<F>) -> Result<Law, HeaderError> {
             "u + self->{name} * @_{history}_output(&self->{history}, {error})"
         ));
         let advance = format!("    @_{history}_advance(&self->{history}");
-        law.advance
-            .push_str(&format!("{advance}, {});\n", branch.error_instead()));
+        let instead = branch.error("instead");
+        law.advance.push_str(&if branch.is_weighted {
+            law.settle.push_str(&format!("    {}\n", branch.settled(power)));
+            format!("{advance}, {instead});\n")
+        } else {
+            let init = format!("    @_{history}_init(&self->{history});\n");
+            law.settle.push_str(&init);
+            // Its clock stands while it pushes on.
+            let on = format!("excess * (self->{name} * ({instead}))");
+            format!("    if ((self->inverse != ZERO) || !({on} < ZERO)) {{\n    {advance}, {instead});\n    }}\n")
+        });
         let by_hand = match list.integral {
             // The error with whose integral the command is what was applied.
             Some((integral, _)) if integral == index => {
@@ -318,10 +395,14 @@ fn parallel<F: CNumber>(list: &ParallelList<F>) -> Result<Law, HeaderError> {
         };
         law.follow.push_str(&format!("{advance}, {by_hand});\n"));
     }
-    law.advance.insert_str(
-        0,
-        "    const real instead = (excess != ZERO) ? (r + excess * self->inverse) : r;\n",
-    );
+    if !law.advance.is_empty() {
+        law.advance.insert_str(0, INSTEAD);
+    }
+    law.settle.push_str("    self->bias = ZERO;\n");
+    if has_integral {
+        law.settle
+            .push_str("    self->bias = @_limited(self, u) - @_wanted(self, r, y);\n");
+    }
     law.advance
         .push_str("    self->bias = @_faded(self->bias);\n");
     law.follow.push_str(match has_integral {
@@ -331,6 +412,12 @@ fn parallel<F: CNumber>(list: &ParallelList<F>) -> Result<Law, HeaderError> {
     inverses(&mut law, list, &branches);
     Ok(law)
 }
+
+/// The reference that would have given what was applied, where the path from it may be inverted.
+const INSTEAD: &str = "    const real excess = applied - @_wanted(self, r, y);
+    const real moved = r + excess * self->inverse;
+    const real instead = ((excess != ZERO) && (self->inverse != ZERO)) ? moved : r;
+";
 
 /// The numbers that follow from the gains, and how they follow from others: in `double`, as in Rust.
 fn inverses<F: CNumber>(law: &mut Law, list: &ParallelList<F>, branches: &[Branch<'_, F>]) {
@@ -344,46 +431,33 @@ fn inverses<F: CNumber>(law: &mut Law, list: &ParallelList<F>, branches: &[Branc
         };
         law.refuses(&format!("{gain}!@_is_finite(to->{name})"));
     }
-    let others: Vec<String> = (branches.iter().filter(|branch| branch.own.order <= 0.0))
-        .map(|branch| format!("to->{}", branch.own.name))
-        .collect();
-    for branch in branches {
-        let (name, direct) = (branch.own.name, literal(branch.own.direct.to_f64()));
-        law.changes(&format!("const double {name} = to->{name} * {direct};"));
-    }
-    law.changes("double forward = 0e0;");
-    for branch in branches {
-        let name = branch.own.name;
-        let share = match branch.is_weighted {
-            true => format!("forward += to->{name}_weight * {name};"),
-            false => format!("forward += {name};"),
-        };
-        if !branch.is_optional {
-            law.changes(&share);
-            continue;
+    let orders = || branches.iter().map(|branch| branch.own.order).chain([0.0]);
+    let apart = orders().fold(0.0, f64::max) - orders().fold(0.0, f64::min);
+    if apart <= ORDERS_APART {
+        law.changes("double above = 0e0;");
+        law.changes("double below = 0e0;");
+        law.changes("double feedback = 0e0;");
+        for branch in branches {
+            let (name, direct) = (branch.own.name, literal(branch.own.direct.to_f64()));
+            law.changes(&format!("const double {name} = to->{name} * {direct};"));
+            let share = match branch.is_weighted {
+                true => format!("to->{name}_weight * {name}"),
+                false => name.to_owned(),
+            };
+            law.changes(&format!("above += ({share} > 0e0) ? {share} : 0e0;"));
+            law.changes(&format!("below += ({share} > 0e0) ? 0e0 : {share};"));
+            law.changes(&format!("feedback += {name};"));
         }
-        let start = if branch.own.conditioned {
-            F::ONE
-        } else {
-            F::ZERO
-        };
-        law.members.push(("conditioned".to_owned(), literal(start)));
-        let one = literal(F::ONE);
-        law.changes(&format!(
-            "self->conditioned = (({}) * to->{name} >= 0e0) ? {one} : ZERO;",
-            others.join(" + ")
-        ));
-        law.changes(&format!(
-            "if (self->conditioned > ZERO) {{\n        {share}\n    }}"
-        ));
+        law.changes(&INVERSE.replace("SHARE", &literal(SHARE_LEAST)));
     }
-    law.changes("self->inverse = (real)((forward == 0e0) ? 0e0 : (1e0 / forward));");
     if let Some((index, inverse)) = list.integral {
         law.members
             .push(("integral_inverse".to_owned(), literal(inverse)));
+        let own = branches[index].own;
+        let direct = literal(own.direct.to_f64());
         law.changes(&format!(
-            "self->integral_inverse = (real)(1e0 / {});",
-            branches[index].own.name
+            "self->integral_inverse = (real)(1e0 / (to->{} * {direct}));",
+            own.name
         ));
     }
     for branch in branches {
@@ -393,28 +467,27 @@ fn inverses<F: CNumber>(law: &mut Law, list: &ParallelList<F>, branches: &[Branc
             continue;
         }
         let weight = format!("{name}_weight");
-        // Another weight: as if the input always had been what it is now.
-        let settle = match &branch.own.power {
-            None => String::new(),
-            Some(power) => {
-                let place = if power.filter.is_empty() {
-                    ""
-                } else {
-                    "memory."
-                };
-                format!(
-                    "if (self->{weight} != (real)to->{weight}) {{\n        \
-                     @_{name}_past_init(&self->{name}_past);\n        \
-                     self->{name}_past.{place}base = (real)to->{weight} * r - y;\n    }}"
-                )
-            }
+        let Some(power) = &branch.own.power else {
+            law.changes(&format!("self->{weight} = (real)to->{weight};"));
+            continue;
         };
-        if !settle.is_empty() {
-            law.changes(&settle);
-        }
-        law.changes(&format!("self->{weight} = (real)to->{weight};"));
+        // Another weight: as if the input always had been what it is now.
+        let settled = branch.settled(power).replace('\n', "\n    ");
+        law.changes(&format!(
+            "if (self->{weight} != (real)to->{weight}) {{\n        \
+             self->{weight} = (real)to->{weight};\n        {settled}\n    }}"
+        ));
     }
 }
+
+/// As in Rust: parts of one sign, with a share of the gain that a derivative's noise does not drown.
+const INVERSE: &str = "const double forward = above + below;
+    const double size = (forward < 0e0) ? -forward : forward;
+    const double least = SHARE * ((feedback < 0e0) ? -feedback : feedback);
+    self->inverse = ZERO;
+    if (((above == 0e0) || (below == 0e0)) && (size > least)) {
+        self->inverse = (real)(1e0 / forward);
+    }";
 
 fn lead<F: CNumber>(list: &LeadList<F>) -> Result<Law, HeaderError> {
     let mut law = Law {
@@ -439,6 +512,8 @@ fn lead<F: CNumber>(list: &LeadList<F>) -> Result<Law, HeaderError> {
             "    next = (s - {zero} * self->{before}) + {pole} * self->{own};\n    \
              self->{before} = s;\n    self->{own} = next;\n    s = next;\n"
         ));
+        let rest = format!("    self->{before} = ZERO;\n    self->{own} = ZERO;\n");
+        law.settle.push_str(&rest);
         law.members
             .extend([before, own].map(|name| (name, "ZERO".to_owned())));
     }
@@ -448,9 +523,12 @@ fn lead<F: CNumber>(list: &LeadList<F>) -> Result<Law, HeaderError> {
         advance.push_str(&format!(
             "    next = s - {zero} * self->last;\n    self->last = s;\n    s = next;\n"
         ));
+        law.settle.push_str("    self->last = ZERO;\n");
         for (index, memory) in memories.iter().enumerate() {
             let name = format!("memory_{index}");
             law.power(&name, memory)?;
+            let rest = format!("    @_{name}_init(&self->{name});\n");
+            law.settle.push_str(&rest);
             output.push_str(&format!("    s = @_{name}_output(&self->{name}, s);\n"));
             advance.push_str(&format!(
                 "    next = @_{name}_output(&self->{name}, s);\n    @_{name}_advance(&self->{name}, s);\n    s = next;\n"
@@ -460,9 +538,13 @@ fn lead<F: CNumber>(list: &LeadList<F>) -> Result<Law, HeaderError> {
     law.functions = SHAPED
         .replace("OUTPUT", &output)
         .replace("ADVANCED", &advance);
+    law.settle.push_str("    self->bias = ZERO;\n");
     // The bias comes last here.
     law.terms = vec!["self->gain * @_shaped(self, r - y) + u".to_owned()];
-    law.advance = "    @_take(self, (r - y) + excess * self->inverse);\n    self->bias = @_faded(self->bias);\n".to_owned();
+    law.advance = "    const real excess = applied - @_wanted(self, r, y);\n    \
+                   @_take(self, (r - y) + excess * self->inverse);\n    \
+                   self->bias = @_faded(self->bias);\n"
+        .to_owned();
     law.follow = "    self->bias = self->bias + excess;\n    @_take(self, r - y);\n".to_owned();
     law.refuses("to->gain == 0e0 || !@_is_finite(to->gain)");
     let [first, second] = list.factors.map(literal);

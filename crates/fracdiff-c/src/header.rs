@@ -17,7 +17,7 @@ use std::fmt;
 /// ```
 /// - *Same bits* as the operator in Rust, if C computes as written: no fast math, no contraction.
 /// - *Not finite*: as in Rust no output is finite until `NAME_init`, or for as many samples as there are taps.
-/// - *Cost*: as in Rust; no heap, no libm, no other file than `stdint.h`.
+/// - *Cost*: as in Rust; no heap, no libm, no other files than `float.h` and `stdint.h`.
 ///
 /// ```
 /// use fracdiff::{Operator, Order, Scheme, Seconds};
@@ -196,7 +196,10 @@ fn opening(name: &str) -> String {
     format!(
         "#ifndef {guard}_H\n#define {guard}_H\n\n\
          #ifdef __FAST_MATH__\n#error \"{name} computes as written: compile without -ffast-math and -Ofast\"\n#endif\n\n\
-         #include <stdint.h>\n\n#ifdef __cplusplus\nextern \"C\" {{\n#endif\n"
+         #include <float.h>\n#include <stdint.h>\n\n\
+         #if FLT_EVAL_METHOD != 0\n\
+         #error \"{name} computes as written: compile without the x87's wider numbers, as by -msse2 -mfpmath=sse\"\n\
+         #endif\n\n#ifdef __cplusplus\nextern \"C\" {{\n#endif\n"
     )
 }
 

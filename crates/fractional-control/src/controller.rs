@@ -54,11 +54,17 @@ impl Actuator {
         [self.low, self.high]
     }
 
-    pub(crate) fn stage<F: Real>(&self, sample_time: Seconds) -> Stage<F> {
+    /// An integral of order 1 and more holds a bias for ever: to it that is a sum that it has. `lowest` is the order of the lowest part.
+    pub(crate) fn stage<F: Real>(&self, sample_time: Seconds, lowest: f64) -> Stage<F> {
+        let fade_s = if lowest <= -1.0 {
+            f64::INFINITY
+        } else {
+            self.fade_s
+        };
         Stage {
             low: F::from_f64(self.low),
             high: F::from_f64(self.high),
-            keep: F::from_f64(libm::exp(-sample_time.0 / self.fade_s)),
+            keep: F::from_f64(libm::exp(-sample_time.0 / fade_s)),
         }
     }
 }
@@ -73,13 +79,9 @@ pub(crate) struct Stage<F> {
 }
 
 impl<F: Real> Stage<F> {
-    /// Of a controller that nobody changes while it runs: there is no bias to fade.
-    pub(crate) const fn between(low: F, high: F) -> Self {
-        Self {
-            low,
-            high,
-            keep: F::ZERO,
-        }
+    /// Between two limits, with the share of a bias that is left after a sample.
+    pub(crate) const fn between([low, high]: [F; 2], keep: F) -> Self {
+        Self { low, high, keep }
     }
 
     /// A NaN stays one.
@@ -111,16 +113,34 @@ impl<F: Real> Stage<F> {
 /// u[n] = limit(g_r·r[n] − g_y·y[n] + S[n])      output: before the command leaves
 /// S[n+1] from r[n], y[n] and what was applied   advance: after it has left
 /// ```
-/// - *Anti-windup*: exact. Where what was applied differs from what was wanted, [`advance`](Self::advance) takes that reference
-///   into the history which would have given it (R. Hanus, M. Kinnaert, J.-L. Henrotte, *Conditioning technique, a general
-///   anti-windup and bumpless transfer method*, Automatica 23, 1987). Pass what the actuator really did, if it says so.
-/// - *Not finite*: in r or y, no command is finite until reset: the safety chain behind has to look.
+/// - *Anti-windup*: without a gain to choose. Where what was applied differs from what was wanted, [`advance`](Self::advance) takes
+///   that reference into the history which would have given it (R. Hanus, M. Kinnaert, J.-L. Henrotte, *Conditioning technique, a
+///   general anti-windup and bumpless transfer method*, Automatica 23, 1987). Pass what the actuator really did, if it says so.
+/// - *Where that would not hold*, the clock of an integral stands while its error would push the command further beyond its limit:
+///   the path from the reference to the command has to be one that runs backwards without growing, so its parts have one sign and
+///   orders at most 2 apart; and a tenth of the gain over a sample has to be on it, as else the noise of a derivative that
+///   saturates single samples goes into the integral.
+/// - *Start*: [`at_rest`](Self::at_rest) if reference and measurement begin at zero, otherwise [`settled`](Self::settled).
+/// - *Not finite*: in r or y, no command is finite until reset: the safety chain behind has to look, or a [`Station`] in front.
 pub trait Controller<F: Real> {
     /// The past of one loop.
     type History: Clone + Debug;
 
     /// The history of a loop that always was at zero.
     fn at_rest(&self) -> Self::History;
+
+    /// The history of a loop in which reference, measurement and command have stood for ever: a start beside a running plant. Take
+    /// the reference for the measurement and 0 for the command if you do not know better.
+    /// ```text
+    /// proportional   its own          derivative   settled at c·r − y: 0          integral   what is left of the command
+    /// ```
+    /// - *The integral's share* is a bias: one of order 1 and more holds it for ever. One below 1 fades, so its bias fades too, with
+    ///   the time of the [`Actuator`], while the integral takes over.
+    /// - *Without an integral* nothing holds a command: it is ignored, and the first output is the parts' own. Compare, if you want to
+    ///   know the bump. A function of the error starts at its gain at rest times that error.
+    ///
+    /// `None` for a function that does not rest at such an error, as with a pole at s = 0.
+    fn settled(&self, reference: F, measured: F, command: F) -> Option<Self::History>;
 
     /// The command before its limits, for reference r and measured y.
     fn wanted(&self, history: &Self::History, reference: F, measured: F) -> F;
@@ -139,8 +159,8 @@ pub trait Controller<F: Real> {
 
     /// The history with which this controller goes on where another one of its kind stood: its next output is that of the other.
     /// Histories are of signals, not of products with gains, so what has the same order keeps its past; another integral starts
-    /// at rest, another derivative as if its input always had been what it is now. A difference in the command is held and fades with the
-    /// time of the [`Actuator`].
+    /// at rest, another derivative as if its input always had been what it is now. A difference in the command is held; it fades with the
+    /// time of the [`Actuator`], or stays where an integral of order 1 and more takes it for its own.
     fn take_over(
         &self,
         other: &Self,
@@ -159,7 +179,11 @@ pub enum Mode<F> {
     Manual(F),
 }
 
-/// A controller with the history of its one loop: automatic or manual, parameters changed without a bump.
+/// A controller with the history of its one loop: automatic or manual, parameters changed without a bump, bad readings held off.
+///
+/// - *Start* beside a running plant: [`settle`](Self::settle) first.
+/// - *A reference or measurement that is not a finite number*: the last command is held for this sample, the history does not see it,
+///   and [`missed`](Self::missed) counts it. The tenth in a row, [`MISSED_MOST`], and all that follow give 0.
 /// ```
 /// use fracdiff::Seconds;
 /// use fractional_control::{
@@ -183,7 +207,13 @@ pub struct Station<F: Real, C: Controller<F>> {
     controller: C,
     history: C::History,
     mode: Mode<F>,
+    /// The last command that was applied, and readings since then that were no numbers.
+    applied: F,
+    missed: u32,
 }
+
+/// After so many readings in a row that are not numbers the command is 0.
+pub const MISSED_MOST: u32 = 10;
 
 impl<F: Real, C: Controller<F>> Station<F, C> {
     /// At rest, automatic.
@@ -193,21 +223,45 @@ impl<F: Real, C: Controller<F>> Station<F, C> {
             controller,
             history,
             mode: Mode::Automatic,
+            applied: F::ZERO,
+            missed: 0,
         }
+    }
+
+    /// Starts as if reference, measurement and command had stood for ever; see [`Controller::settled`]. The bump that is left: by how
+    /// much the next command differs from this one. `None`, and nothing happens, where the controller cannot rest so.
+    pub fn settle(&mut self, reference: F, measured: F, command: F) -> Option<F> {
+        self.history = (self.controller).settled(reference, measured, command)?;
+        (self.applied, self.missed) = (command, 0);
+        Some(self.controller.output(&self.history, reference, measured) - command)
+    }
+
+    /// Readings in a row, up to now, that were not numbers.
+    pub const fn missed(&self) -> u32 {
+        self.missed
     }
 
     /// The command now; leaves the history alone.
     #[inline]
     pub fn output(&self, reference: F, measured: F) -> F {
         match self.mode {
-            Mode::Automatic => self.controller.output(&self.history, reference, measured),
             Mode::Manual(command) => command,
+            Mode::Automatic if (reference - measured).is_finite() => {
+                self.controller.output(&self.history, reference, measured)
+            }
+            Mode::Automatic if self.missed + 1 < MISSED_MOST => self.applied,
+            Mode::Automatic => F::ZERO,
         }
     }
 
     /// Takes the sample in, with what was applied.
     #[inline]
     pub fn advance(&mut self, reference: F, measured: F, applied: F) {
+        if !(reference - measured).is_finite() {
+            self.missed = (self.missed + 1).min(MISSED_MOST);
+            return;
+        }
+        (self.applied, self.missed) = (applied, 0);
         let history = &mut self.history;
         match self.mode {
             Mode::Automatic => (self.controller).advance(history, reference, measured, applied),
@@ -237,6 +291,7 @@ impl<F: Real, C: Controller<F>> Station<F, C> {
     /// Forgets everything.
     pub fn reset(&mut self) {
         self.history = self.controller.at_rest();
+        (self.applied, self.missed) = (F::ZERO, 0);
     }
 
     /// The controller.

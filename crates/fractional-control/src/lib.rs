@@ -63,11 +63,11 @@ mod verdict;
 #[cfg(feature = "std")]
 mod wide;
 
-pub use controller::{Actuator, Controller, Mode, Station};
+pub use controller::{Actuator, Controller, MISSED_MOST, Mode, Station};
 pub use error::ControlError;
 pub use memory::{Memory, Rule};
 pub use notation::factor_after_division;
-pub use parallel::{FractionalPid, ParallelHistory};
+pub use parallel::{FractionalPid, ORDERS_APART, ParallelHistory, SHARE_LEAST};
 pub use pid::{PidParameters, SetPoint, TidParameters};
 pub use portable::{
     CONTROLLER_PARTS, ControllerForm, ControllerPart, PortableController, PortableControllerHistory,

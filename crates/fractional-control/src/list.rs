@@ -54,7 +54,7 @@ pub enum LawList<F> {
 pub struct ParallelList<F> {
     /// Those with a gain.
     pub branches: Vec<BranchList<F>>,
-    /// What an excess of the command is multiplied with for back-calculation.
+    /// What an excess of the command is multiplied with for back-calculation; 0 where integrals stand instead.
     pub inverse: F,
     /// The branch that follows a command by hand, and what the excess is multiplied with for its error.
     pub integral: Option<(usize, F)>,
@@ -74,8 +74,6 @@ pub struct BranchList<F> {
     pub order: f64,
     /// The factor of the newest sample in the power.
     pub direct: F,
-    /// True if it takes part in back-calculation.
-    pub conditioned: bool,
     /// The power; `None` for order 0.
     pub power: Option<OperatorList<F>>,
 }
@@ -126,11 +124,15 @@ impl<F: Real> ControllerList<F> {
                 });
             }
         };
+        let lowest = match &law {
+            LawList::Parallel(law) => law.branches.iter().map(|own| own.order).fold(0.0, f64::min),
+            LawList::Lead(_) => 0.0,
+        };
         let actuator = setup.actuator()?;
         Ok(Self {
             law,
             limits: actuator.limits(),
-            keep: actuator.stage(t).keep,
+            keep: actuator.stage(t, lowest).keep,
         })
     }
 }
@@ -139,22 +141,21 @@ impl<F: Real> ControllerList<F> {
     /// As one list, for a [`PortableController`](crate::PortableController): its form, its parts, and their numbers.
     #[must_use]
     pub fn portable(&self) -> (ControllerForm, Vec<ControllerPart>, Vec<F>) {
-        let part = |power: Option<&OperatorList<F>>, conditioned| ControllerPart {
+        let part = |power: Option<&OperatorList<F>>| ControllerPart {
             integer: power.map_or(0, |power| power.integer),
             values: power.map_or(0, |power| power.values.len()),
             filter: power.map_or(0, |power| power.filter.len()),
-            conditioned,
         };
         let numbers = |power: &OperatorList<F>| [&power.values[..], &power.filter].concat();
         match &self.law {
             LawList::Parallel(law) => {
-                let mut values = [law.inverse].to_vec();
+                let mut values = [law.inverse, self.keep].to_vec();
                 for own in &law.branches {
                     values.extend([own.gain, own.weight].map(F::from_f64));
                     values.extend(own.power.iter().flat_map(numbers));
                 }
                 let branches = law.branches.iter();
-                let parts = branches.map(|own| part(own.power.as_ref(), own.conditioned));
+                let parts = branches.map(|own| part(own.power.as_ref()));
                 (ControllerForm::Parallel, parts.collect(), values)
             }
             LawList::Lead(law) => {
@@ -164,7 +165,7 @@ impl<F: Real> ControllerList<F> {
                 values.extend([law.zero, law.pole]);
                 let memories = law.memories.iter().flatten();
                 values.extend(memories.clone().flat_map(numbers));
-                let parts = memories.map(|power| part(Some(power), false)).collect();
+                let parts = memories.map(|power| part(Some(power))).collect();
                 // At most 2, as the order is.
                 let sections = law.sections as u8;
                 (ControllerForm::Lead { sections }, parts, values)
@@ -205,7 +206,6 @@ where
             weight: own.weight,
             order: own.order,
             direct: power.map_or(F::ONE, Differintegrator::direct_gain),
-            conditioned: branch.as_ref().is_none_or(|branch| branch.conditioned),
             power: power.map(OperatorList::from),
         }
     });

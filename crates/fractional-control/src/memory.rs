@@ -169,6 +169,17 @@ impl<F: Real, const MODES: usize> Chain<F, MODES> {
         }
     }
 
+    /// The history in which the output of this level stands and all others are 0; `None` of a memory's own output, which fades.
+    pub(crate) fn standing(&self, level: usize, output: F) -> Option<ChainHistory<F, MODES>> {
+        let mut history = self.at_rest();
+        if level == 0 {
+            // A gain remembers nothing.
+            return self.core.is_none().then_some(history);
+        }
+        history.sums.get_mut(level - 1)?.0 = output;
+        Some(history)
+    }
+
     /// Takes v in; the outputs of all levels.
     #[inline]
     pub(crate) fn advance(&self, history: &mut ChainHistory<F, MODES>, v: F) -> [F; LEVELS] {

@@ -13,6 +13,11 @@ use fracdiff::{
 };
 use num_complex::Complex;
 
+/// The least share of the gain over a sample that the reference has where back-calculation goes by it.
+pub const SHARE_LEAST: f64 = 0.1;
+/// The largest difference of two orders where it does.
+pub const ORDERS_APART: f64 = 2.0;
+
 /// Powers side by side at most.
 pub(crate) const BRANCHES: usize = 3;
 
@@ -24,8 +29,8 @@ pub(crate) struct Branch<F, O> {
     /// μ, by which a branch takes over from another.
     pub(crate) order: f64,
     pub(crate) power: O,
-    /// True if it takes part in back-calculation.
-    pub(crate) conditioned: bool,
+    /// True of an integral, whose clock may stand.
+    pub(crate) integrates: bool,
 }
 
 /// PI^λD^μ: `u = K_p(b·r − y) + K_i I^λ(r − y) + K_d D^μ(c·r − y)`, limited.
@@ -82,7 +87,7 @@ pub(crate) struct Parallel<F, O> {
     /// Gain and weight of the part without a power, which is added first.
     pub(crate) proportional: Option<[F; 2]>,
     pub(crate) branches: [Option<Branch<F, O>>; BRANCHES],
-    /// `1/g_r` of the parts that take part in back-calculation, or 0 where no reference reaches the command at once.
+    /// `1/g_r` where back-calculation may run the path from the reference backwards, or 0.
     pub(crate) inverse: F,
     pub(crate) feedback: F,
     /// The branch of the lowest order, if that is below 0, and 1/(gain·g) of it.
@@ -119,19 +124,15 @@ impl<F: Real, O: Differintegrator<F> + PartialEq> Parallel<F, O> {
         make: impl Fn(Order) -> Result<O, ControlError>,
     ) -> Result<Self, ControlError> {
         let mut branches: [Option<Branch<F, O>>; BRANCHES] = [const { None }; BRANCHES];
-        let (mut forward, mut feedback) = (0.0, 0.0);
+        let (mut above, mut below, mut feedback) = (0.0, 0.0, 0.0);
         let (mut integral, mut proportional) = (None, None);
-        let mut lowest = 0.0;
+        let (mut lowest, mut highest) = (0.0, 0.0);
         // Also where no branch has a power.
         sample_time.rate_to_the(Order::new(0.0)?)?;
         let used = parameters.iter().filter(|p| p.gain != 0.0);
-        // A derivative against the others would make the inverse grow, by which back-calculation goes.
-        let others = parameters.iter().filter(|p| p.order <= 0.0);
-        let others: f64 = others.map(|p| p.gain).sum();
         for (index, (slot, own)) in branches.iter_mut().zip(used).enumerate() {
             let gain = in_samples("gain", own.gain)?;
             let weight = in_samples("set-point weight", own.weight)?;
-            let conditioned = own.order <= 0.0 || others * own.gain >= 0.0;
             let mut direct = own.gain;
             if own.order == 0.0 {
                 proportional = Some([gain, weight]);
@@ -143,26 +144,28 @@ impl<F: Real, O: Differintegrator<F> + PartialEq> Parallel<F, O> {
                     weight,
                     order: own.order,
                     power,
-                    conditioned,
+                    integrates: own.order < 0.0,
                 });
             }
-            if conditioned {
-                forward += own.weight * direct;
-            }
+            let share = own.weight * direct;
+            *(if share > 0.0 { &mut above } else { &mut below }) += share;
             feedback += direct;
+            highest = libm::fmax(highest, own.order);
             if own.order < lowest {
                 lowest = own.order;
                 integral = Some((index, in_samples(INVERSE, 1.0 / direct)?));
             }
         }
-        let inverse = if forward == 0.0 { 0.0 } else { 1.0 / forward };
+        let forward = above + below;
+        let bounded = (above == 0.0 || below == 0.0) && highest - lowest <= ORDERS_APART;
+        let inverts = bounded && forward.abs() > SHARE_LEAST * feedback.abs();
         Ok(Self {
             proportional,
             branches,
-            inverse: in_samples(INVERSE, inverse)?,
+            inverse: in_samples(INVERSE, if inverts { 1.0 / forward } else { 0.0 })?,
             feedback: in_samples("gain over a sample", feedback)?,
             integral,
-            stage: actuator.stage(sample_time),
+            stage: actuator.stage(sample_time, lowest),
             sample_time: sample_time.0,
         })
     }
@@ -213,14 +216,17 @@ impl<F: Real, O: Differintegrator<F> + PartialEq> Parallel<F, O> {
     fn advance(&self, past: &mut Past<F, O::History>, r: F, y: F, applied: F) {
         let (wanted, mut errors) = self.wanted_and_errors(past, r, y);
         let excess = applied - wanted;
+        let mut held_back = F::ZERO;
         // A branch that is foreseen: the memories need not wait for the sum.
         if excess != F::ZERO {
-            let instead = conditioned(r, excess, self.inverse);
-            for (branch, error) in self.branches.iter().zip(&mut errors) {
-                if let Some(branch) = branch
-                    && branch.conditioned
-                {
-                    *error = branch.error(instead, y);
+            if self.inverse == F::ZERO {
+                held_back = excess;
+            } else {
+                let instead = conditioned(r, excess, self.inverse);
+                for (branch, error) in self.branches.iter().zip(&mut errors) {
+                    if let Some(branch) = branch {
+                        *error = branch.error(instead, y);
+                    }
                 }
             }
         }
@@ -232,6 +238,10 @@ impl<F: Real, O: Differintegrator<F> + PartialEq> Parallel<F, O> {
         };
         for ((branch, own), error) in self.branches.iter().zip(powers).zip(errors) {
             if let Some(branch) = branch {
+                // The clock of an integral stands while it pushes on.
+                if branch.integrates && held_back * (branch.gain * error) < F::ZERO {
+                    continue;
+                }
                 advance_apart(&branch.power, own, error);
             }
         }
@@ -257,6 +267,14 @@ impl<F: Real, O: Differintegrator<F> + PartialEq> Parallel<F, O> {
         } else {
             past.bias = self.stage.faded(past.bias);
         }
+    }
+
+    fn settled(&self, r: F, y: F, command: F) -> Past<F, O::History> {
+        let mut past = self.keep(None, r, y);
+        if self.integral.is_some() {
+            past.bias = self.stage.limit(command) - self.wanted(&past, r, y);
+        }
+        past
     }
 
     /// The histories of another one, where a branch of the same power has one. Another derivative starts from what it sees
@@ -410,6 +428,13 @@ impl<F: Real, const MODES: usize> Controller<F> for FractionalPid<F, MODES> {
             (Kind::Second(own), KindHistory::Second(past)) => own.follow(past, r, y, applied),
             _ => {}
         }
+    }
+
+    fn settled(&self, r: F, y: F, command: F) -> Option<Self::History> {
+        Some(ParallelHistory(match &self.0 {
+            Kind::First(own) => KindHistory::First(own.settled(r, y, command)),
+            Kind::Second(own) => KindHistory::Second(own.settled(r, y, command)),
+        }))
     }
 
     fn take_over(&self, other: &Self, history: &Self::History, r: F, y: F) -> Self::History {

@@ -1,8 +1,8 @@
 //! A controller as a list of numbers: designed where there is room, run where there is not.
 //! ```text
 //! form       numbers
-//! Parallel   1/g_r, then k, w and the power of each part                PI^λD^μ, TID
-//! Lead       1/g, g, p, q, then the power of each part                   CRONE, lead–lag
+//! Parallel   1/g_r or 0, what a sample leaves of a bias, then k, w and the power of each: PI^λD^μ, TID
+//! Lead       1/g, g, p, q, then the power of each part: CRONE, lead–lag
 //! power      the values of Form::Modes, then the coefficients of a filter
 //! ```
 //! A part of order 0 has no power. The filter is that of [`Rule::Bdf2`](crate::Rule::Bdf2), behind all powers of a list or none.
@@ -41,8 +41,6 @@ pub struct ControllerPart {
     pub values: usize,
     /// Coefficients of its filter.
     pub filter: usize,
-    /// True if it takes part in back-calculation.
-    pub conditioned: bool,
 }
 
 /// A controller from a list of numbers, of MODES modes a power at most, a multiple of 8.
@@ -50,7 +48,7 @@ pub struct ControllerPart {
 /// - *Same bits* as the [`FractionalPid`] or [`LeadController`] that the list is of.
 /// - *Checked*: every number finite, every decay in (0, 1], p and q in [0, 1], counts as the form has them. That a good controller
 ///   comes of it cannot be seen from a list.
-/// - *Start-up, anti-windup, not finite, cost*: as [`Controller`]; neither following nor changes without a bump.
+/// - *Start, anti-windup, not finite, cost*: as [`Controller`]; neither following nor changes without a bump.
 /// ```
 /// use fracdiff::Seconds;
 /// use fractional_control::{ControllerList, ControllerSetup, PidParameters, PortableController};
@@ -94,24 +92,25 @@ impl<F: Real, const MODES: usize> PortableController<F, MODES> {
         form: ControllerForm,
         parts: &[ControllerPart],
         values: &[F],
-        [low, high]: [F; 2],
+        limits: [F; 2],
     ) -> Result<Self, ListError> {
-        let stage = Stage::between(low, high);
         let mut numbers = Numbers::of(form, parts, values)?;
         Ok(Self(match form {
             ControllerForm::Parallel => {
+                let inverse = numbers.next();
+                let law = (inverse, Stage::between(limits, numbers.next()));
                 Law::Parallel(FractionalPid(if parts.iter().any(|part| part.filter > 0) {
                     Kind::Second(Parallel::of_list(
                         parts,
                         &mut numbers,
-                        stage,
+                        law,
                         |part, power, filter| Bdf2Memory::from_list(part.integer, power, filter),
                     )?)
                 } else {
                     Kind::First(Parallel::of_list(
                         parts,
                         &mut numbers,
-                        stage,
+                        law,
                         |part, power, _| FullMemory::from_list(part.integer, power),
                     )?)
                 }))
@@ -122,7 +121,7 @@ impl<F: Real, const MODES: usize> PortableController<F, MODES> {
                     operator: LeadPower::of_list(sections, parts, &mut numbers)?,
                     gain,
                     inverse,
-                    stage,
+                    stage: Stage::between(limits, F::ZERO),
                 })
             }
         }))
@@ -135,6 +134,19 @@ impl<F: Real, const MODES: usize> PortableController<F, MODES> {
             Law::Parallel(law) => Past::Parallel(law.at_rest()),
             Law::Lead(law) => Past::Lead(law.at_rest()),
         })
+    }
+
+    /// As [`Controller::settled`].
+    pub fn settled(
+        &self,
+        reference: F,
+        measured: F,
+        command: F,
+    ) -> Option<PortableControllerHistory<F, MODES>> {
+        Some(PortableControllerHistory(match &self.0 {
+            Law::Parallel(law) => Past::Parallel(law.settled(reference, measured, command)?),
+            Law::Lead(law) => Past::Lead(law.settled(reference, measured, command)?),
+        }))
     }
 
     /// The command, within its limits; NaN with the history of a controller of another form.
@@ -184,7 +196,7 @@ impl<'a, F: Real> Numbers<'a, F> {
     ) -> Result<Self, ListError> {
         // In front of all parts, and of each.
         let (fits, first, each) = match form {
-            ControllerForm::Parallel => ((1..=BRANCHES).contains(&parts.len()), 1, 2),
+            ControllerForm::Parallel => ((1..=BRANCHES).contains(&parts.len()), 2, 2),
             ControllerForm::Lead { sections } => {
                 let fits = sections <= SECTIONS_MAX && parts.len() <= 2;
                 (fits, 4, 0)
@@ -219,19 +231,19 @@ impl<F: Real, O: Differintegrator<F>> Parallel<F, O> {
     fn of_list(
         parts: &[ControllerPart],
         numbers: &mut Numbers<'_, F>,
-        stage: Stage<F>,
+        (inverse, stage): (F, Stage<F>),
         make: impl Fn(&ControllerPart, &[F], &[F]) -> Result<O, ListError>,
     ) -> Result<Self, ListError> {
         let mut law = Self {
             proportional: None,
             branches: [const { None }; BRANCHES],
-            inverse: numbers.next(),
+            inverse,
             feedback: F::ZERO,
             integral: None,
             stage,
             sample_time: 1.0,
         };
-        for (slot, part) in law.branches.iter_mut().zip(parts) {
+        for (index, (slot, part)) in law.branches.iter_mut().zip(parts).enumerate() {
             let (gain, weight) = (numbers.next(), numbers.next());
             let (power, filter) = (numbers.take(part.values), numbers.take(part.filter));
             if power.is_empty() && filter.is_empty() {
@@ -240,13 +252,18 @@ impl<F: Real, O: Differintegrator<F>> Parallel<F, O> {
                 continue;
             }
             let power = make(part, power, filter)?;
-            law.feedback += gain * power.direct_gain();
+            let direct = gain * power.direct_gain();
+            law.feedback += direct;
+            // Of a fractional integral it is 0, of a derivative at least 1.
+            if part.integer <= 0 {
+                law.integral = Some((index, F::ONE / direct));
+            }
             *slot = Some(Branch {
                 gain,
                 weight,
                 order: f64::from(part.integer),
                 power,
-                conditioned: part.conditioned,
+                integrates: part.integer <= 0,
             });
         }
         Ok(law)

@@ -3,8 +3,8 @@
 use crate::analysis::coarse;
 use crate::tuning::{Sampling, Specification, tune_integer};
 use crate::{
-    ControlError, ControllerParameters, ControllerSetup, Plant, Response, SampledPlant, SetPoint,
-    Shape, StabilityVerdict,
+    ControlError, ControllerParameters, ControllerSetup, Plant, Response, SampledLoop,
+    SampledPlant, SetPoint, Shape, StabilityVerdict,
 };
 use fracdiff::Seconds;
 
@@ -14,6 +14,9 @@ pub const SAMPLES_MOST: f64 = 2e6;
 const LENGTH: f64 = 60.0;
 /// Samples of a run that is not told, within these.
 const SAMPLES: [f64; 2] = [200.0, 2e5];
+
+/// The share of the reference by which the output may end away from it.
+const AWAY: f64 = 0.05;
 
 /// A loop that was run.
 #[derive(Clone, Debug, PartialEq)]
@@ -29,6 +32,34 @@ pub struct LoopRun {
     pub coarse: Option<f64>,
     /// Share of the samples with the command at a limit.
     pub limited_share: f64,
+    /// False if output or command is no number any more, or if the output is not at the reference in the last tenth of the run, in which
+    /// that stands: off by more than 5 % and what the loop leaves of a disturbance as slow as the run, |S|. `None` if it still moves.
+    pub at_reference: Option<bool>,
+}
+
+fn at_reference(closed: &SampledLoop, run: &Response) -> Option<bool> {
+    if !run
+        .measured
+        .iter()
+        .chain(&run.command)
+        .all(|value| value.is_finite())
+    {
+        return Some(false);
+    }
+    let (samples, last) = (run.reference.len(), *run.reference.last()?);
+    let tail = samples - samples.div_ceil(10);
+    let off = |values: &[f64]| {
+        values[tail..]
+            .iter()
+            .map(|own| (own - last).abs())
+            .fold(0.0, f64::max)
+    };
+    if off(&run.reference) > 0.0 {
+        return None;
+    }
+    let size = run.reference.iter().map(|r| r.abs()).fold(0.0, f64::max);
+    let left = 1.0 / (1.0 + closed.open(1.0 / samples as f64)).norm();
+    Some(off(&run.measured) <= (AWAY + left) * size)
 }
 
 /// Runs a loop from rest with this reference. `step` is the height of it, if it is a step.
@@ -54,6 +85,7 @@ pub fn run(
         shape: step.map(|height| response.shape_of_step(height)),
         verdict: closed.verdict(),
         coarse: coarse(&plant, &closed),
+        at_reference: at_reference(&closed, &response),
         limited_share: limited as f64 / response.command.len().max(1) as f64,
         response,
     })

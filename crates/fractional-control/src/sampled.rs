@@ -47,6 +47,8 @@ pub struct SampledTransferFunction<F, const MODES: usize = 64> {
     parts: [Option<Part<F>>; ORDERS_MAX],
     /// Whole sums that the deepest level has.
     sums: usize,
+    /// The part of order 0, if it has an a₀.
+    constant: Option<usize>,
     /// 1/Σ `a_i·g_i`.
     inverse: F,
     /// G.
@@ -199,6 +201,7 @@ impl<F: Real, const MODES: usize> SampledTransferFunction<F, MODES> {
             chains,
             parts,
             sums,
+            constant: (entries.iter()).position(|e| e.order.abs() < 1e-9 && e.below != 0.0),
             inverse: F::from_f64(1.0 / below),
             direct: F::from_f64(above / below),
         })
@@ -242,6 +245,19 @@ impl<F: Real, const MODES: usize> Differintegrator<F> for SampledTransferFunctio
             fed_back: F::ZERO,
             past: F::ZERO,
         }
+    }
+
+    /// ξ = u/a₀ stands, and all its powers are 0. Without a₀ there is a pole at rest.
+    fn settled(&self, u: F) -> Option<Self::History> {
+        let mut history = self.at_rest();
+        if u != F::ZERO {
+            let part = self.parts.get(self.constant?)?.as_ref()?;
+            let chain = self.chains.get(part.chain)?.as_ref()?;
+            let standing = chain.standing(part.level, u / part.below)?;
+            *history.chains.get_mut(part.chain)? = Some(standing);
+            self.refresh(&mut history);
+        }
+        Some(history)
     }
 
     #[inline]

@@ -83,6 +83,12 @@ where
         self.gain * self.operator.direct_gain()
     }
 
+    fn settled(&self, r: F, y: F, _: F) -> Option<Self::History> {
+        let operator = self.operator.settled(r - y)?;
+        let bias = F::ZERO;
+        Some(OnErrorHistory { operator, bias })
+    }
+
     fn take_over(&self, other: &Self, history: &Self::History, r: F, y: F) -> Self::History {
         let wanted = other.wanted(history, r, y);
         let mut next = self.at_rest();
@@ -246,7 +252,7 @@ impl<F: Real, const MODES: usize> LeadController<F, MODES> {
             operator,
             gain: in_samples("gain", gain * own)?,
             inverse: in_samples("inverse of the gain", 1.0 / (gain * own))?,
-            stage: actuator.stage(sample_time),
+            stage: actuator.stage(sample_time, 0.0),
         })
     }
 }
@@ -282,7 +288,7 @@ impl<F: Real, const MODES: usize> FunctionController<F, MODES> {
             operator,
             gain: F::ONE,
             inverse: in_samples("inverse of the gain", 1.0 / gain)?,
-            stage: actuator.stage(sample_time),
+            stage: actuator.stage(sample_time, 0.0),
         })
     }
 }

@@ -10,7 +10,7 @@ pub const CONTROLLER_PARTS: usize = 3;
 /// The meaning of the numbers of a controller.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, Schema)]
 pub enum ControllerForm {
-    /// 1/g, then k, w and the power of each part: PI^λD^μ, TID.
+    /// 1/g or 0, what a sample leaves of a bias, then k, w and the power of each part: PI^λD^μ, TID.
     #[default]
     Parallel,
     /// 1/g, g, p, q, then the power of each part: CRONE, lead–lag without a whole section.
@@ -31,8 +31,6 @@ pub struct ControllerPart {
     pub values: u16,
     /// Coefficients of the filter behind it.
     pub filter: u8,
-    /// It takes part in back-calculation.
-    pub conditioned: bool,
 }
 
 /// A controller that holds the device on its way, in place of the law of a run.

@@ -120,6 +120,11 @@ impl<F: Real, const D: usize, E: Environment<F, D>> Controller<F, D, E> {
         (self.environment).advance_applied(&mut self.history, input, applied);
     }
 
+    /// Starts at this reading, after a [`reset`](Self::reset): see [`Environment::settle`].
+    pub fn settle(&mut self, reading: &Reading<F, D>) {
+        (self.environment).settle(&mut self.history, &reading.position_m);
+    }
+
     /// Checks that the device may be armed in its place: the arming code asks before the first tick, and
     /// again before it clears a fault. Changes nothing.
     ///

@@ -27,6 +27,12 @@ pub trait Environment<F: Real, const D: usize> {
         *history = self.at_rest();
     }
 
+    /// Makes a history at rest that of a device which always stood here, held by no force: for a law to which the way from zero
+    /// would be a motion. By default the history stays at rest, so that a tissue is entered from outside.
+    fn settle(&self, history: &mut Self::History, position_m: &SVector<F, D>) {
+        let _ = (history, position_m);
+    }
+
     /// The force on the device at this position, N.
     fn force(&self, history: &Self::History, position_m: &SVector<F, D>) -> SVector<F, D>;
 

@@ -4,7 +4,7 @@
 //! r[n] = r·(n/N) for n < N, then r        N ticks of the ramp, r m
 //! f[n] = C(r[n], x[n])                    within the limits of the law, N; what was really sent goes into the history
 //! ```
-//! *Start-up*: history at rest, n = 0. *Cost* of a tick: that of the [`PortableController`].
+//! *Start-up*: as if the device had stood where it is for ever, held there by no force; n = 0. *Cost* of a tick: that of the [`PortableController`].
 
 use crate::limits::{FAR, Fields};
 use crate::prepared::{MODES_MAX, Prepared, refused};
@@ -42,7 +42,6 @@ impl Holding {
                 integer: own.integer,
                 values: usize::from(own.values),
                 filter: usize::from(own.filter),
-                conditioned: own.conditioned,
             };
         }
         let form = match law.form {
@@ -66,6 +65,16 @@ impl Holding {
         HoldingHistory {
             past: self.controller.at_rest(),
             tick: 0,
+        }
+    }
+
+    /// See [`Environment::settle`](haptic_loop::Environment::settle).
+    #[inline(never)]
+    pub(crate) fn settle(&self, history: &mut HoldingHistory, position_m: f32) {
+        let settled = (self.controller).settled(position_m, position_m, 0.0);
+        // No error, so every form rests.
+        if let Some(settled) = settled {
+            history.past = settled;
         }
     }
 
@@ -160,7 +169,6 @@ pub fn controller_law(
         // Of some hundred at most.
         values: part.values as u16,
         filter: part.filter as u8,
-        conditioned: part.conditioned,
     });
     let [low_n, high_n] = list.limits.map(|limit| limit as f32);
     let law = ControllerLaw {

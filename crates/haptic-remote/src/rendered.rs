@@ -78,6 +78,13 @@ impl<const D: usize> Environment<f32, D> for Rendered<D> {
         }
     }
 
+    #[cfg(feature = "controllers")]
+    fn settle(&self, history: &mut Self::History, position_m: &SVector<f32, D>) {
+        if let (Some(holding), Some(own)) = (&self.holding, &mut history.holding) {
+            holding.settle(own, position_m[0]);
+        }
+    }
+
     #[inline]
     fn force(&self, history: &Self::History, position_m: &SVector<f32, D>) -> SVector<f32, D> {
         #[cfg(feature = "controllers")]

@@ -140,7 +140,7 @@ pub(crate) fn simulate_loop<'py>(
     let py = controller.py();
     let own = controller.try_borrow()?;
     let reference = vector("reference", reference)?;
-    let (controller, memory, sample_time) = (own.controller.clone(), own.memory, own.sample_time);
+    let (controller, memory, sample_time) = (own.running.controller().clone(), own.memory, own.sample_time);
     let plant = Arc::clone(&plant.get().plant);
     let run = heard(py, Duration::MAX, move |_| {
         let plant = SampledPlant::new(&plant, memory, sample_time).or_refused()?;

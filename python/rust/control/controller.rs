@@ -5,16 +5,18 @@ use super::transfer::responses;
 use crate::conducted::heard;
 use crate::refused::OrRefused as _;
 use fracdiff::Seconds;
-use fractional_control::{
-    Actuator, Controller as _, FractionalPid, Memory, ParallelHistory, PidParameters, SetPoint,
-};
+use fracdiff::parameter::range;
+use fractional_control::{Actuator, FractionalPid, Memory, PidParameters, SetPoint, Station};
 use pyo3::prelude::*;
 use std::time::Duration;
+
+/// The controller and the history of its loop.
+type Running = Station<f64, FractionalPid<f64, MODES>>;
 
 /// Modes of each memory: enough for 1e-9 over a day at 1 kHz.
 pub(super) const MODES: usize = 64;
 
-/// PI^lambda D^mu: ``u = Kp (b r - y) + Ki I^lambda (r - y) + Kd D^mu (c r - y)``, limited, with exact anti-windup.
+/// PI^lambda D^mu: ``u = Kp (b r - y) + Ki I^lambda (r - y) + Kd D^mu (c r - y)``, limited, with anti-windup.
 ///
 /// Parameters
 /// ----------
@@ -42,7 +44,10 @@ pub(super) const MODES: usize = 64;
 ///
 /// Notes
 /// -----
-/// `output` before the command leaves, `advance` after it has left; `step` is both.
+/// `output` before the command leaves, `advance` after it has left; `step` is both. Beside a plant that runs already, `settle` first.
+///
+/// A reference or measurement that is not a finite number holds the last command for its sample; `missed` counts them, and from the
+/// tenth in a row on the command is 0.
 ///
 /// References
 /// ----------
@@ -55,14 +60,21 @@ pub(super) const MODES: usize = 64;
 /// >>> pid = Pid(1e-3, proportional=2.0, integral=1.0, integral_order=0.8, low=-3.0, high=3.0)
 /// >>> pid.step(5.0, 0.0)
 /// 3.0
+///
+/// A heater that stands at 20 °C and shall stay there:
+///
+/// >>> pid = Pid(0.1, proportional=2.0, integral=0.1, derivative=0.5)
+/// >>> pid.settle(20.0)
+/// 0.0
+/// >>> pid.step(20.0, 20.0)
+/// 0.0
 #[pyclass(name = "Pid", module = "fractional_haptics.control")]
 #[derive(Debug)]
 pub(crate) struct PyPid {
-    pub(super) controller: FractionalPid<f64, MODES>,
+    pub(super) running: Running,
     pub(super) parameters: PidParameters,
     pub(super) memory: Memory,
     pub(super) sample_time: Seconds,
-    history: ParallelHistory<f64, MODES>,
 }
 
 #[pymethods]
@@ -105,8 +117,7 @@ impl PyPid {
             FractionalPid::new(parameters, set_point, actuator, memory, sample_time).or_refused()
         })?;
         Ok(Self {
-            history: controller.at_rest(),
-            controller,
+            running: Station::new(controller),
             parameters,
             memory,
             sample_time,
@@ -116,27 +127,56 @@ impl PyPid {
     /// The command for reference r and measured y; the history stays as it is.
     #[pyo3(signature = (reference, measured, /))]
     fn output(&self, reference: f64, measured: f64) -> f64 {
-        self.controller.output(&self.history, reference, measured)
+        self.running.output(reference, measured)
     }
 
     /// Takes the sample into the history, with the command that was applied.
     #[pyo3(signature = (reference, measured, applied, /))]
     fn advance(&mut self, reference: f64, measured: f64, applied: f64) {
-        self.controller
-            .advance(&mut self.history, reference, measured, applied);
+        self.running.advance(reference, measured, applied);
     }
 
     /// The command, which is then taken as applied.
     #[pyo3(signature = (reference, measured, /))]
     fn step(&mut self, reference: f64, measured: f64) -> f64 {
-        let command = self.output(reference, measured);
-        self.advance(reference, measured, command);
-        command
+        self.running.step(reference, measured)
+    }
+
+    /// Starts as if measurement, reference and command had stood for ever: beside a plant that runs already.
+    ///
+    /// Parameters
+    /// ----------
+    /// measured : float
+    ///     The measurement.
+    /// reference : float, default measured
+    ///     The reference.
+    /// command : float, default 0
+    ///     The command that stands, by hand or from another controller. An integral keeps it; one of an order below 1 fades, so there
+    ///     it is a bias that fades with 1 s.
+    ///
+    /// Returns
+    /// -------
+    /// float
+    ///     The bump that is left: by how much the next command differs from this one, as without an integral.
+    #[pyo3(signature = (measured, /, *, reference = None, command = 0.0))]
+    fn settle(&mut self, measured: f64, reference: Option<f64>, command: f64) -> PyResult<f64> {
+        let reference = reference.unwrap_or(measured);
+        for (what, value) in [("measured", measured), ("reference", reference), ("command", command)] {
+            range(what, value, true, "finite", "").or_refused()?;
+        }
+        // A PID rests everywhere.
+        Ok((self.running).settle(reference, measured, command).unwrap_or_default())
+    }
+
+    /// Samples in a row, up to now, whose reference or measurement was no number.
+    #[getter]
+    fn missed(&self) -> u32 {
+        self.running.missed()
     }
 
     /// Forgets the past.
     fn reset(&mut self) {
-        self.history = self.controller.at_rest();
+        self.running.reset();
     }
 
     /// C(j omega) in continuous time, for frequencies in rad/s of any shape.

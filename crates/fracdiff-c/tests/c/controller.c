@@ -1,5 +1,5 @@
 /* Runs the controller of a header in a loop of 100000 samples and leaves a hash of the bits of all commands: at its limits,
- * with an actuator that does half, by hand, and with other parameters. */
+ * with an actuator that does half, by hand, with other parameters, started beside a plant that runs, and with a sensor that fails. */
 #include <stdint.h>
 
 static op_t op;
@@ -12,10 +12,13 @@ uint64_t run(uint32_t samples)
     uint32_t state = 1U;
     uint32_t n;
     REAL y = 0;
+    volatile REAL zero = 0;
     op_init(&op);
     for (n = 0U; n < samples; ++n) {
         const REAL r = ((n / 5000U) % 2U == 0U) ? (REAL)1 : -(REAL)0.5;
         const uint32_t manner = (n / 3000U) % 4U;
+        const int fails = (n % 1000U < 15U) && ((n / 1000U) % 7U == 3U);
+        REAL read;
         REAL u;
         REAL applied;
         unsigned char bytes[sizeof u];
@@ -31,13 +34,16 @@ uint64_t run(uint32_t samples)
                 return 0U;
             }
         }
-        u = op_output(&op, r, y);
+        if (n % 20000U == 15000U) {
+            y += op_settle(&op, y, y, (REAL)0.4) / (REAL)1024;
+        }
+        read = fails ? zero / zero : y;
+        u = (manner == 3U) ? (REAL)0.25 : op_output(&op, r, read);
         applied = (manner == 2U) ? (REAL)0.5 * u : u;
         if (manner == 3U) {
-            applied = (REAL)0.25;
-            op_follow(&op, r, y, applied);
+            op_follow(&op, r, read, applied);
         } else {
-            op_advance(&op, r, y, applied);
+            op_advance(&op, r, read, applied);
         }
         state = state * 1664525U + 1013904223U;
         y += (applied - y) / (REAL)128 + ((REAL)(int32_t)(state >> 16) - (REAL)32768) / (REAL)16777216;

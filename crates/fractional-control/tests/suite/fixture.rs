@@ -73,6 +73,11 @@ impl Draw {
         low + (high - low) * ((self.0 >> 11) as f64 / (1u64 << 53) as f64)
     }
 
+    /// Normal, by the sum of twelve.
+    pub(crate) fn normal(&mut self, deviation: f64) -> f64 {
+        deviation * (0..12).map(|_| self.from(-0.5, 0.5)).sum::<f64>()
+    }
+
     /// Even in the logarithm.
     pub(crate) fn scale(&mut self, low: f64, high: f64) -> f64 {
         self.from(low.ln(), high.ln()).exp()

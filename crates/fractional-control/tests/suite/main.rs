@@ -21,6 +21,7 @@ mod plants;
 mod portable;
 mod record_campaign;
 mod rules;
+mod settled;
 mod streaming;
 mod tuning;
 mod unstable;

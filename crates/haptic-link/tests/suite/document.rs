@@ -69,7 +69,7 @@ fn check_messages(kind: &str, messages: Vec<(Value, Vec<u8>)>) {
                 format!("{} or {most} bytes", most - 32)
             }
             "Workspace" => "2 + 12·n bytes".to_owned(),
-            "Controller" => "19 + 5·n bytes".to_owned(),
+            "Controller" => "19 + 4·n bytes".to_owned(),
             "Surface" => "7 + 4·n bytes".to_owned(),
             "Sample" => "10 + 14·n bytes".to_owned(),
             "Batch" => "13 + 14·n bytes".to_owned(),

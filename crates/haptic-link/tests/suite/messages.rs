@@ -101,7 +101,6 @@ fn part(number: u8) -> ControllerPart {
         integer: -2 + number as i8,
         values: 0x0201 + u16::from(number),
         filter: 5 + number,
-        conditioned: number != 1,
     }
 }
 

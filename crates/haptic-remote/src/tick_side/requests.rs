@@ -94,7 +94,7 @@ impl<H: Hardware<D>, const D: usize, R: BorrowMut<Records<D>>> TickSide<H, D, R>
         Ok(())
     }
 
-    /// Checks that the force of a device loop would be small here; that of a host loop is zero at first.
+    /// Settles a device loop where the device is, and checks that its force would be small here; that of a host loop is zero at first.
     #[inline(never)]
     fn may_start(&mut self) -> Result<(), Refusal> {
         if self.configuration.loop_mode == LoopMode::Host {
@@ -107,8 +107,9 @@ impl<H: Hardware<D>, const D: usize, R: BorrowMut<Records<D>>> TickSide<H, D, R>
                 return Err(Refusal::State(State::Fault));
             }
         };
-        self.engaged
-            .controller()
+        let controller = self.engaged.controller_mut();
+        controller.settle(&reading);
+        controller
             .may_start(&reading)
             .map_err(|refused| Refusal::ForceNotSmall {
                 wanted_n: refused.wanted_n as f32,

@@ -5,7 +5,7 @@ use crate::plane::Plane;
 use fracdiff::Seconds;
 use fractional_control::{
     Controller, ControllerParameters, ControllerSetup, CroneParameters, FractionalPid,
-    LeadController, LeadLagParameters, PidParameters, TidParameters,
+    LeadController, LeadLagParameters, PidParameters, SetPoint, TidParameters,
 };
 use haptic_emulator::LineFaults;
 use haptic_link::{
@@ -174,6 +174,57 @@ fn so_have_those_of_every_controller() {
     });
 }
 
+/// A handle that is elsewhere when the run starts has not come from zero in one sample.
+#[test]
+fn a_run_starts_where_the_device_is() {
+    const PLACE_M: f32 = 2e-3;
+    for text in ["300+900/s+0.5s", "300+900/s^0.9+6s^0.9"] {
+        let gains: PidParameters = text.parse().expect("a controller");
+        let own = ControllerSetup {
+            set_point: SetPoint {
+                proportional: 0.8,
+                ..SetPoint::DEFAULT
+            },
+            ..setup(gains, "full-bdf2:1e-6")
+        };
+        let mut bench = with_cost(Some(haptic_remote::CONTROLLER_COST));
+        bench.hello();
+        bench.hold(&held(&own), Scope::Run).expect("runs");
+        bench.arm();
+        bench.device.borrow_mut().hardware_mut().offset_m = PLACE_M;
+        bench.done(Request::Start(haptic_link::Start { ticks: 50, ..START }));
+        bench.run_ms(400);
+        let (actuator, memory) = actuator_and_memory(&own);
+        let host = FractionalPid::<f32>::new(gains, own.set_point, actuator, memory, T);
+        let host = host.expect("valid");
+        let (mut history, mut ticks) = (host.settled(PLACE_M, PLACE_M, 0.0).expect("settles"), 0);
+        for sample in bench.samples().filter(|sample| sample.tick < 50) {
+            let axis = &sample.axes[0];
+            let r = REFERENCE_M * (sample.tick as f32 / RAMP_TICKS as f32);
+            let (want, have) = (
+                host.output(&history, r, axis.position_m),
+                axis.environment_force_n,
+            );
+            assert_eq!(
+                have.to_bits(),
+                want.to_bits(),
+                "{text} {ticks}: {have} {want}"
+            );
+            host.advance(&mut history, r, axis.position_m, axis.force_n);
+            ticks += 1;
+            if sample.tick == 0 {
+                // What the gain makes of the way to the reference, and no more; a derivative that came from zero is at the limit.
+                assert!(
+                    (have + 0.8 * 300.0 * PLACE_M).abs() < 0.01,
+                    "{text}: {have}"
+                );
+                assert_eq!(host.output(&host.at_rest(), r, axis.position_m), -0.9);
+            }
+        }
+        assert_eq!(ticks, 50, "{:?}", bench.told_fault());
+    }
+}
+
 /// A refusal, after which what was set is in force, and nothing moves.
 fn refused(
     bench: &mut Bench,
@@ -198,8 +249,8 @@ fn what_is_no_controller_of_this_device_is_refused_before_a_force() {
         (Field::Coefficient, |(_, values, _)| {
             values[0] = f32::INFINITY;
         }),
-        // The first decay of the integral's modes, behind 1/g, P and the I's own taps.
-        (Field::Coefficient, |(_, values, _)| values[21] = 1.5),
+        // The first decay of the integral's modes, behind 1/g, q, P and the I's own taps.
+        (Field::Coefficient, |(_, values, _)| values[22] = 1.5),
         (Field::CoefficientCount, |(_, _, law)| {
             law.parts[1].values += 1;
         }),

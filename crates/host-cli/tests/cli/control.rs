@@ -75,6 +75,48 @@ fn a_wish_that_is_not_met_ends_with_1_and_says_by_how_much() {
     );
 }
 
+/// Parts of opposite signs latched at their limit, and blew up, with "stable yes" and exit code 0.
+#[test]
+fn a_loop_that_does_not_end_at_its_reference_says_so_and_ends_with_1() {
+    let place = Place::new();
+    let on =
+        |rest: &str| format!("control simulate --plant 1/(s+1) --sample-time 10ms {rest} --json");
+    let run = place.run(&on(
+        "--controller=-0.2+1/s --output-limits=-1:1 --step 0.9 --duration 60s",
+    ));
+    let run = run.succeeded_with_warnings().json();
+    assert_eq!(run["at_reference"], true);
+    let error = number(&run["shape"], "final_error");
+    assert!(error < 1e-3, "{error}");
+    // More than its limit can hold; the report is there all the same.
+    let ended = place.run(&on(
+        "--controller=-1+10/s^0.5 --output-limits=-1:1 --step 5 --duration 20s",
+    ));
+    let ended = ended.failed(1);
+    says(
+        ended.error(),
+        &[
+            "ends at 1, not at its reference 5",
+            "at a limit",
+            "--output-limits",
+        ],
+    );
+    assert_eq!(ended.json()["at_reference"], false);
+    // One that grows beyond all numbers.
+    let line = "control simulate --plant 1/(s-1) --sample-time 10ms --controller 0.5+0.1/s --duration 1200s";
+    says(
+        place.run(line).failed(1).error(),
+        &["not at its reference 1", "control analyze"],
+    );
+    // No integral: it ends where its gain lets it, which is said by the shape.
+    place.run(&on("--controller 20 --duration 5s")).succeeded();
+    place.run(&on("--controller 1 --duration 20s")).succeeded();
+    // Too short to get there.
+    place
+        .run(&on("--controller 1+1/s --duration 0.5s"))
+        .succeeded();
+}
+
 #[test]
 #[ignore = "long: `.ci/run` does it, or --include-ignored"]
 fn a_plant_comes_back_from_its_own_step() {

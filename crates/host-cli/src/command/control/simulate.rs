@@ -19,9 +19,27 @@ use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
 
 pub(super) const LONG_ABOUT: &str = "\
-Runs a loop from rest as on hardware: sampled, held, with dead time, limits and exact anti-windup. The reference is a step or a CSV \
+Runs a loop from rest as on hardware: sampled, held, with dead time, limits and anti-windup. The reference is a step or a CSV \
 column. A fractional controller is compared with the integer-order PID of the same crossover and phase margin. Without a controller it \
-runs the plant alone.";
+runs the plant alone. An output that does not end at its reference, or is no number, is said and ends with exit code 1.";
+
+/// An output that is not where it was asked to be.
+fn away(report: &Value) -> Failure {
+    let last = report["step"].as_array().and_then(|rows| rows.last());
+    let shown = |value: &Value| {
+        value
+            .as_f64()
+            .map_or_else(|| "NaN".to_owned(), |own| digits(own, 4))
+    };
+    let of_last = |key| last.map_or_else(String::new, |row| shown(&row[key]));
+    Failure::Run(anyhow::anyhow!(
+        "the output ends at {}, not at its reference {}, with the command at a limit in a share of {} of the samples: widen \
+         --output-limits, give a longer --duration, or see host-cli control analyze",
+        of_last("output"),
+        of_last("reference"),
+        shown(&report["limited_share"])
+    ))
+}
 
 /// The integer-order PID with the same crossover and phase margin, and its run; said if there is none.
 fn baseline(
@@ -127,7 +145,10 @@ impl Arguments {
             }
         }
         output.summary(&report)?;
-        place.close(Ok(()))
+        place.close(match report["at_reference"].as_bool() {
+            Some(false) => Err(away(&report)),
+            Some(true) | None => Ok(()),
+        })
     }
 
     fn closed(
@@ -161,6 +182,7 @@ impl Arguments {
             "stable": own.coarse.is_none().then_some(own.verdict.stable),
             "shape": shape(&own),
             "limited_share": own.limited_share,
+            "at_reference": own.at_reference,
             "integer": integer.as_ref().map(|(file, run)| json!({
                 "controller": file.law.to_string(),
                 "shape": shape(run),
@@ -194,6 +216,7 @@ impl Arguments {
             "stable": true,
             "shape": null,
             "limited_share": 0.0,
+            "at_reference": null,
             "integer": null,
             "step": rows,
             "files": files,
