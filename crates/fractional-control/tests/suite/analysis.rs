@@ -349,11 +349,11 @@ fn a_design_that_is_lost_at_twice_the_gain_is_not_robust() {
             .fractional
             .trial
             .expect("runs");
-        assert!(trial.verdict.stable);
+        assert!(trial.analysis.verdict.stable);
         let [low, high] = trial.stable_gains.expect("stable");
         assert_eq!(trial.is_robust(), robust, "{crossover}: {low} to {high}");
         // The end is the gain margin of the sampled loop.
-        let up = trial.margins.gain_up.expect("a dead time").value;
+        let up = trial.analysis.margins.gain_up.expect("a dead time").value;
         assert!(high <= up && high > 0.99 * up.min(100.0), "{high} {up}");
     }
 }
