@@ -217,6 +217,7 @@ fn a_record_with_a_dead_time_gives_its_plant_back() {
         time_s: (0..400).map(|n| f64::from(n) * t).collect(),
         input,
         output: response.measured,
+        ..InputOutput::default()
     };
     let behind = |dead_time| {
         identify(
@@ -259,6 +260,7 @@ fn growing(output: impl Fn(f64) -> f64) -> InputOutput {
         input: vec![1.0; time_s.len()],
         output: time_s.iter().map(|t| output(*t)).collect(),
         time_s,
+        ..InputOutput::default()
     }
 }
 

@@ -21,6 +21,7 @@ mod plants;
 mod portable;
 mod record_campaign;
 mod rules;
+mod starts;
 mod streaming;
 mod tuning;
 mod unstable;
