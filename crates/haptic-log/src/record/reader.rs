@@ -68,7 +68,7 @@ pub enum Damage {
         /// Cause of the damage.
         cause: String,
     },
-    /// A file that the log goes on in is not there.
+    /// A file that the log goes on in is not there, or is one of those before it.
     #[error("the log goes on in `{}`, which is not there", .file.display())]
     Missing {
         /// The file.

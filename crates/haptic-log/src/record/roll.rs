@@ -7,6 +7,7 @@
 //! ([`NEXT`]), one that follows another names the first ([`CONTINUES`]). [`LogFiles`] reads all of them as one.
 
 use std::collections::BTreeMap;
+use std::collections::HashSet;
 use std::fs::File;
 use std::io::{BufReader, BufWriter};
 use std::path::{Path, PathBuf};
@@ -198,7 +199,8 @@ pub struct LogFiles {
     path: PathBuf,
     /// The file that the one being read names.
     next: Option<PathBuf>,
-    read: usize,
+    /// Files that were read.
+    read: HashSet<PathBuf>,
     /// Of the files before.
     before: Condition,
 }
@@ -213,7 +215,7 @@ impl LogFiles {
             reader: LogReader::open(path)?,
             path: path.to_owned(),
             next: None,
-            read: 1,
+            read: HashSet::from([path.to_owned()]),
             before: Condition {
                 complete: true,
                 ..Condition::default()
@@ -244,13 +246,16 @@ impl LogFiles {
 
     /// Goes on with the next file; whether there is one.
     fn advance(&mut self) -> Result<bool, RecordError> {
-        let Some(next) = self.next.take().filter(|_| self.read < FILES_MOST) else {
+        let Some(next) = self.next.take().filter(|_| self.read.len() < FILES_MOST) else {
             return Ok(false);
         };
         let mut part = next.clone().into_os_string();
         part.push(".part");
         let part = PathBuf::from(part);
-        let there = [next.clone(), part].into_iter().find(|file| file.exists());
+        // A log that names a file again would be read for ever.
+        let is_new = self.read.insert(next.clone());
+        let mut files = [next.clone(), part].into_iter();
+        let there = files.find(|file| is_new && file.exists());
         let Some(file) = there else {
             self.before.complete = false;
             self.before.damage.push(Damage::Missing { file: next });
@@ -261,7 +266,6 @@ impl LogFiles {
         let axes = self.reader.axes;
         self.reader = LogReader::open(&file)?;
         self.reader.axes = axes;
-        self.read += 1;
         Ok(true)
     }
 }
@@ -281,7 +285,7 @@ impl Iterator for LogFiles {
                 }
                 // The first file has said it.
                 Some(Ok(Entry::Metadata(record)))
-                    if self.read > 1
+                    if self.read.len() > 1
                         && ["experiment", CLOCK, CONTINUES].contains(&record.name.as_str()) => {}
                 Some(entry) => return Some(entry),
                 None => match self.advance() {
