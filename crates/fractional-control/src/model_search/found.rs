@@ -24,46 +24,53 @@ pub struct Found {
 
 impl Found {
     /// True if the record shows a response to its input: this function explains more of it than the same function does without that input, around
-    /// a constant and with noise whose neighbouring samples may be alike, beyond what so many numbers and two choices among n dead times win by
-    /// chance. An input that hardly changes has a course that a free motion can have too; then it is compared with the constant alone.
+    /// a constant and a drift and with noise whose neighbouring samples may be alike, beyond what so many numbers and two choices among n dead times
+    /// win by chance. An input that hardly changes has a course that a free motion can have too; then it is compared with the constant alone.
     /// ```text
     /// n·ln(E(y − X·b)/E(y − ŷ)) > (numbers + 2)·ln n,   E(x) = Σ(x_n − ρ·x_(n−1))², n ≥ 1,   ρ = Σ x_n·x_(n−1)/Σ x_n² from 0 to 1
-    /// X:   1; of an input that changes also s, Δs, Δ²s, … of the step response s, which hold every free motion
+    /// X:   1; of an input that changes also t, and s, Δs, Δ²s, … of the step response s, which hold every free motion
     /// ```
     #[must_use]
     pub fn shows_a_response(&self, record: &InputOutput) -> bool {
-        let (own, samples) = (&self.identified, record.output.len());
-        let changes = record.input.windows(2).filter(|pair| pair[0] != pair[1]);
-        let ones = vec![1.0; samples];
+        let (own, ones) = (&self.identified, vec![1.0; record.output.len()]);
+        let samples = ones.len() as f64;
         let alone = Record {
             input: &ones,
             start: Start::Rest,
             ..record.as_record(true, DeadTime::NONE)
         };
-        let step = run_alone(&own.function, &alone).filter(|_| changes.count() >= CHANGES);
-        let modes = libm::ceil(own.function.denominator().degree()) as usize;
-        let motions = iter::successors(step, |last| Some(news(last, 1.0))).take(modes);
-        let motions: Vec<Vec<f64>> = iter::once(ones.clone()).chain(motions).collect();
-        let mean = record.output.iter().sum::<f64>() / samples as f64;
+        let changes = record.input.windows(2).filter(|pair| pair[0] != pair[1]);
+        let mut motions = vec![ones.clone()];
+        if changes.count() >= CHANGES {
+            motions.push((0..ones.len()).map(|n| n as f64).collect());
+            let step = run_alone(&own.function, &alone);
+            let modes = libm::ceil(own.function.denominator().degree()) as usize;
+            motions.extend(iter::successors(step, |last| Some(news(last, 1.0))).take(modes));
+        }
+        let mean = record.output.iter().sum::<f64>() / samples;
         let around: Vec<f64> = record.output.iter().map(|y| y - mean).collect();
         let left = left(record, &own.model);
-        let alike = [&left, &around].map(|noise| neighbours(noise).clamp(0.0, 1.0));
-        let without = alike.map(|alike| {
+        let power = |noise: &[f64], alike: f64| -> f64 {
+            news(noise, alike).iter().skip(1).map(|x| x * x).sum()
+        };
+        let without = |alike: f64| {
             let columns = motions
                 .iter()
                 .map(|motion| DVector::from_vec(news(motion, alike)));
             let columns = DMatrix::from_columns(&columns.collect::<Vec<_>>()).remove_row(0);
-            let noise = DVector::from_vec(news(&record.output, alike)).remove_row(0);
-            let found = solved(columns.clone(), noise.clone());
-            let found = found.map_or(f64::INFINITY, |found| {
-                (&columns * found - &noise).norm_squared()
+            let noise = DVector::from_vec(news(&around, alike)).remove_row(0);
+            // Each of the first so many: columns that are nearly one say nothing of those before them.
+            let fits = (1..=motions.len()).filter_map(|count| {
+                let columns = columns.columns(0, count).into_owned();
+                let found = solved(columns.clone(), noise.clone())?;
+                Some((columns * found - &noise).norm_squared())
             });
-            let constant = news(&around, alike)[1..].iter().map(|x| x * x).sum::<f64>();
-            found.min(constant)
-        });
-        let with: f64 = news(&left, alike[0])[1..].iter().map(|x| x * x).sum();
-        let won = samples as f64 * libm::log(without[0].min(without[1]) / with);
-        won > (own.standard_errors.len() as f64 + 2.0) * libm::log(samples as f64)
+            fits.fold(power(&around, alike), f64::min)
+        };
+        let [alike, drifting] = [&left, &around].map(|noise| neighbours(noise).clamp(0.0, 1.0));
+        let won = without(alike).min(without(drifting)) / power(&left, alike);
+        let numbers = own.standard_errors.len() + record.start.numbers() + 2;
+        samples * libm::log(won) > numbers as f64 * libm::log(samples)
     }
 
     /// True if the function settles by itself.
