@@ -39,7 +39,10 @@ impl Found {
             start: Start::Rest,
             ..record.as_record(true, DeadTime::NONE)
         };
-        let changes = record.input.windows(2).filter(|pair| pair[0] != pair[1]);
+        let changes = record
+            .input
+            .windows(2)
+            .filter(|pair| (pair[1] - pair[0]).abs() > 0.0);
         let mut motions = vec![ones.clone()];
         if changes.count() >= CHANGES {
             motions.push((0..ones.len()).map(|n| n as f64).collect());

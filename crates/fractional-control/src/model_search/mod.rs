@@ -103,7 +103,7 @@ pub fn find_start(record: &mut InputOutput, held: bool, dead_time: Option<Second
     let part = part(record, held, OF_START).unwrap_or_else(|| record.clone());
     let first = |signal: &[f64]| signal.first().copied().unwrap_or(0.0);
     let [input, output] = [&part.input, &part.output].map(|signal| first(signal));
-    let moves = part.input.iter().any(|u| *u != input);
+    let moves = part.input.iter().any(|u| (u - input).abs() > 0.0);
     let length_s = length_s(&part);
     let fitted = |start: Start| -> Option<(f64, Identified)> {
         let from = |own: f64, is_open: bool| if is_open { own } else { 0.0 };
