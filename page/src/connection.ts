@@ -141,3 +141,12 @@ export function latest<T>(send: (value: T) => Promise<unknown>, failed: (error: 
     else run(value);
   };
 }
+
+/** Numbers what is asked: each call makes all before it old. What it returns tells whether its own answer is still to be shown. */
+export function newest(): () => () => boolean {
+  let last = 0;
+  return () => {
+    const own = ++last;
+    return () => own === last;
+  };
+}

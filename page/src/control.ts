@@ -19,7 +19,7 @@ interface Candidate {
   gain_margin: number | null;
   gain_margin_down: number | null;
   delay_margin_s: number | null;
-  sensitivity_peak: number;
+  sensitivity_peak: number | null;
   overshoot: number | null;
   settling_time_s: number | null;
   time_s: number[];
@@ -35,6 +35,8 @@ interface Designed {
   fractional: Candidate;
   integer: Candidate | null;
   integer_reason: string | null;
+  /** What `control design` says of it: readings, warnings, the gains for which it is proved. */
+  notes: string[];
   file: string;
 }
 
@@ -57,6 +59,7 @@ export class ControlView implements ViewPart {
   private readonly crossover: Knob;
   private readonly margin: Knob;
   private readonly verdict = el("p", { class: "verdict", role: "status" });
+  private readonly notes = el("div");
   private readonly figures = el("table", { class: "result" });
   private readonly file = el("button", { type: "button", class: "primary", disabled: true }, "Save the controller");
   private readonly step: Chart;
@@ -101,6 +104,7 @@ export class ControlView implements ViewPart {
         el("h2", {}, "Plant and wishes"),
         el("div", { class: "knobs single" }, el("label", { class: "choice" }, "Plant", this.plant), this.crossover.root, this.margin.root, el("label", { class: "check", for: "flat" }, this.flat, "flat phase: the overshoot stays when the gain of the plant changes")),
         this.verdict,
+        this.notes,
         this.figures,
         el("div", { class: "buttons" }, this.file),
       ),
@@ -158,6 +162,7 @@ export class ControlView implements ViewPart {
     // A dead time turns for ever.
     drawn(this.phase, omega, phases, 1, [Math.max(PHASE_LEAST, Math.min(0, ...phases.flat())), Math.max(0, ...phases.flat())]);
     this.drawNyquist(both);
+    this.notes.replaceChildren(...(designed?.notes ?? []).map((text) => el("p", { class: text.startsWith("Warning") ? "hint trouble" : "hint" }, text)));
     if (designed === null) {
       this.figures.replaceChildren();
       return;
@@ -165,14 +170,16 @@ export class ControlView implements ViewPart {
     const { fractional, integer } = designed;
     this.verdict.classList.toggle("bad", !fractional.stable);
     say(this.verdict, `C(s) = ${fractional.controller.replace(/\d+\.\d+(e-?\d+)?/g, (text) => String(Number(Number(text).toPrecision(4))))}: ${fractional.verdict}.`);
+    // Nothing is said of a loop that is not proved stable: "none" would be the best of margins.
+    const margin = (of: (one: Candidate) => string) => (one: Candidate): string => (one.sensitivity_peak === null ? "–" : of(one));
     const rows: [string, (one: Candidate) => string][] = [
       ["verdict", (one) => one.verdict],
       ["crossover", (one) => quantity(one.crossover_rad_s, "rad/s")],
-      ["phase margin", (one) => (one.phase_margin_rad === null ? "none" : `${number(one.phase_margin_rad * DEGREES)}°`)],
-      ["gain margin", (one) => (one.gain_margin === null ? "none" : number(one.gain_margin))],
-      ["lower gain margin", (one) => (one.gain_margin_down === null ? "none" : number(one.gain_margin_down))],
-      ["delay margin", (one) => (one.delay_margin_s === null ? "none" : quantity(one.delay_margin_s, "s"))],
-      ["largest |S|", (one) => number(one.sensitivity_peak)],
+      ["phase margin", margin((one) => (one.phase_margin_rad === null ? "none" : `${number(one.phase_margin_rad * DEGREES)}°`))],
+      ["gain margin", margin((one) => (one.gain_margin === null ? "none" : number(one.gain_margin)))],
+      ["lower gain margin", margin((one) => (one.gain_margin_down === null ? "none" : number(one.gain_margin_down)))],
+      ["delay margin", margin((one) => (one.delay_margin_s === null ? "none" : quantity(one.delay_margin_s, "s")))],
+      ["largest |S|", margin((one) => number(one.sensitivity_peak ?? NaN))],
       ["overshoot", (one) => (one.overshoot === null ? "–" : `${number(100 * one.overshoot)}\u202f%`)],
       ["settled within 2 % at", (one) => (one.settling_time_s === null ? "–" : quantity(one.settling_time_s, "s"))],
     ];

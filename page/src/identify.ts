@@ -3,6 +3,7 @@
 import type { App } from "./app";
 import { Chart, legend, type Line } from "./chart";
 import { decimate } from "./columns";
+import { newest } from "./connection";
 import { el, say } from "./dom";
 import { Fields } from "./forms";
 import { number } from "./format";
@@ -58,6 +59,7 @@ export class IdentifyPanel {
   private readonly fields: Fields;
   private chart: Chart | null = null;
   private text: { name: string; text: string } | null = null;
+  private readonly newest = newest();
 
   constructor(private readonly app: App) {
     this.fields = new Fields(app);
@@ -86,10 +88,14 @@ export class IdentifyPanel {
   /** Reads a file and asks what it is. */
   async read(file: File): Promise<void> {
     if (file.size > SIZE_MOST) {
+      this.newest();
       this.refuse(`${file.name} is larger than 15 MB: cut it into pieces.`);
       return;
     }
-    this.text = { name: file.name, text: await file.text() };
+    const isNewest = this.newest();
+    const text = await file.text();
+    if (!isNewest()) return;
+    this.text = { name: file.name, text };
     await this.ask();
   }
 
@@ -108,12 +114,16 @@ export class IdentifyPanel {
 
   private async ask(): Promise<void> {
     if (!this.text) return;
+    const isNewest = this.newest();
     this.state.classList.remove("trouble");
     say(this.state, `${this.text.name} is looked at …`);
     try {
-      this.show(await this.app.connection.ask<Identified>("identify", { ...this.text, ...(await this.fields.values()) }));
+      const keys = { ...this.text, ...(await this.fields.values()) };
+      if (!isNewest()) return;
+      const found = await this.app.connection.ask<Identified>("identify", keys);
+      if (isNewest()) this.show(found);
     } catch (error) {
-      this.refuse(error instanceof Error ? error.message : String(error));
+      if (isNewest()) this.refuse(error instanceof Error ? error.message : String(error));
     }
   }
 

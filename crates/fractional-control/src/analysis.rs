@@ -109,12 +109,33 @@ impl LoopPoint {
 /// # Errors
 /// A plant that does not run, parameters outside their range.
 pub fn analyse(setup: &ControllerSetup, plant: &Plant) -> Result<LoopAnalysis, ControlError> {
+    analyse_at(setup, plant, 1.0)
+}
+
+/// The same with the plant's gain times this.
+///
+/// # Errors
+/// As [`analyse`].
+pub fn analyse_at(
+    setup: &ControllerSetup,
+    plant: &Plant,
+    gain: f64,
+) -> Result<LoopAnalysis, ControlError> {
     let sampled = setup.sampled(plant)?;
-    let closed = setup.closed_with(&sampled)?;
-    let (mut verdict, margins) = (
-        closed.verdict(),
-        margins(setup, plant, &closed, closed.margins()),
-    );
+    let closed = setup.closed_with(&sampled)?.with_gain(gain);
+    let own = closed.margins();
+    analysed(setup, plant, (&sampled, &closed), own)
+}
+
+/// The same of a loop that is closed already; `own` are its margins.
+pub(crate) fn analysed(
+    setup: &ControllerSetup,
+    plant: &Plant,
+    (sampled, closed): (&SampledPlant, &SampledLoop),
+    own: Margins,
+) -> Result<LoopAnalysis, ControlError> {
+    let later = |delay_s: f64| later(setup, plant, delay_s).map(|own| own.with_gain(closed.gain()));
+    let (mut verdict, margins) = (closed.verdict(), closed.margins_of_plant(own, &later));
     let drifts = plant.order_at_rest() > 0.0 && adds_up(&setup.law);
     if drifts && verdict.stable {
         // The product hides it: the command grows for ever, though no output does.
@@ -123,30 +144,22 @@ pub fn analyse(setup: &ControllerSetup, plant: &Plant) -> Result<LoopAnalysis, C
     let place = margins.phase.unwrap_or(margins.sensitivity).omega_rad_s;
     let t = setup.sample_time_s;
     let low = (place / BELOW).min(0.01 * PI / t);
-    let curve = curve(low, PI / t, |omega| Some(closed.open(omega * t)));
+    // Of the plant, as the margins are, and not of the rule that stands for it.
+    let held = closed.of_plant();
+    let open = held.as_ref().unwrap_or(closed);
+    let curve = curve(low, PI / t, |omega| Some(open.open(omega * t)));
     let cause = match curve.len() {
         // Of what is no number nothing can be told.
-        POINTS => cause(setup, plant, &closed, &verdict)?,
+        POINTS => cause(setup, plant, closed, &verdict)?,
         _ => Cause::TooLarge,
     };
     Ok(LoopAnalysis {
         verdict,
         margins,
         cause,
-        coarse: coarse(&sampled, &closed),
+        coarse: coarse(sampled, closed),
         curve,
     })
-}
-
-/// Margins and peaks of the plant behind its hold, whether it is sampled exactly or a rule stands for it.
-/// `own` are those of the loop itself.
-pub(crate) fn margins(
-    setup: &ControllerSetup,
-    plant: &Plant,
-    closed: &SampledLoop,
-    own: Margins,
-) -> Margins {
-    closed.margins_of_plant(own, &|delay_s| later(setup, plant, delay_s))
 }
 
 /// The loop whose plant has so much more dead time.

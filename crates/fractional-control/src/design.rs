@@ -1,17 +1,14 @@
 //! From wishes to a controller, with the best PID of order 1 beside it.
 
-use crate::analysis::{LoopPoint, coarse, curve, margins};
-use crate::run::{self, LoopRun};
+use crate::analysis::{LoopAnalysis, analysed, coarse};
+use crate::run;
 use crate::tuning::{GAINS, Sampling, Specification, Tuned, steps, tune, tune_integer};
 pub use crate::tuning::{Wish, WishName};
 use crate::{
     ControlError, ControllerSetup, Margins, PidParameters, Plant, Response, SampledLoop, SetPoint,
-    Shape, StabilityVerdict,
+    Shape,
 };
-use core::f64::consts::PI;
 use fracdiff::{Scheme, Seconds};
-use std::panic::resume_unwind;
-use std::thread;
 use std::vec;
 use std::vec::Vec;
 
@@ -20,8 +17,6 @@ pub const ROBUST_GAINS: [f64; 2] = [0.5, 2.0];
 
 /// Samples in the time 1/`ω_c` of a design that is given no sample time.
 pub const SAMPLES_A_RADIAN: f64 = 50.0;
-/// Decades of a curve below the crossover.
-const BELOW: f64 = 2.0;
 
 /// The longest sample time for a crossover that is 1, 2 or 5 times a power of ten, and at most 1/(50·`ω_c`).
 #[must_use]
@@ -80,32 +75,13 @@ pub struct Candidate {
     pub wishes: Vec<Wish>,
 }
 
-/// A controller in its loop, without the gains for which that holds: a tenth of the work, for what follows a slider.
-#[derive(Clone, Debug)]
-#[non_exhaustive]
-pub struct Glance {
-    /// As it is run.
-    pub setup: ControllerSetup,
-    /// As it was tuned.
-    pub tuned: Tuned,
-    /// The step, with the certified verdict.
-    pub run: LoopRun,
-    /// Margins and peaks of the loop that runs.
-    pub margins: Margins,
-    /// The open loop from a hundredth of the crossover to half the sample rate.
-    pub curve: Vec<LoopPoint>,
-}
-
 /// A controller in its loop.
 #[derive(Clone, Debug)]
 #[non_exhaustive]
 pub struct Trial {
-    /// The certified verdict.
-    pub verdict: StabilityVerdict,
-    /// Margins and peaks.
-    pub margins: Margins,
-    /// As [`LoopAnalysis::coarse`](crate::analysis::LoopAnalysis::coarse), up to double the gain: where it is, the
-    /// verdicts are of the rule that stands for the plant, not of the plant.
+    /// Verdict, margins and curve, at the nominal gain.
+    pub analysis: LoopAnalysis,
+    /// As [`LoopAnalysis::coarse`], up to double the gain: where it is, the verdicts are of the rule that stands for the plant, not of the plant.
     pub coarse: Option<f64>,
     /// The gains of the plant, over the nominal one, between which the loop is proved stable; `None` if it is not stable. Where `coarse` is not
     /// `None` they are of the rule.
@@ -137,6 +113,13 @@ pub struct GainStep {
 }
 
 impl Trial {
+    /// The margins; `None` of a loop that is not proved stable, where they mean nothing.
+    #[must_use]
+    pub fn margins(&self) -> Option<&Margins> {
+        let is_proved = self.analysis.verdict.stable && self.coarse.is_none();
+        is_proved.then_some(&self.analysis.margins)
+    }
+
     /// Largest less least overshoot over the gains; `None` if the loop is not stable at one of them, where a step only grows with time.
     #[must_use]
     pub fn overshoot_spread(&self) -> Option<f64> {
@@ -162,54 +145,13 @@ impl ControlDesign {
     /// # Errors
     /// Wishes that contradict each other, named; no fractional controller with this crossover and margin.
     pub fn answer(&self) -> Result<ControlAnswer, ControlError> {
-        let fractional = self.tuned()?;
-        let integer = self.tuned_integer();
-        Ok(ControlAnswer {
-            fractional: self.candidate(fractional)?,
-            integer: integer.and_then(|tuned| self.candidate(tuned)),
-        })
-    }
-
-    /// The PI^λD^μ, tuned and looked at.
-    ///
-    /// # Errors
-    /// As [`answer`](Self::answer); a plant that was measured, which does not run.
-    pub fn glance(&self) -> Result<Glance, ControlError> {
-        self.looked_at(self.tuned()?)
-    }
-
-    /// The PID of order 1 that comes closest, tuned and looked at.
-    ///
-    /// # Errors
-    /// As [`glance`](Self::glance).
-    pub fn integer_glance(&self) -> Result<Glance, ControlError> {
-        self.looked_at(self.tuned_integer()?)
-    }
-
-    fn looked_at(&self, tuned: Tuned) -> Result<Glance, ControlError> {
-        let setup = self.with(&tuned);
-        let (t, low) = (
-            self.sample_time.0,
-            self.wishes.crossover_rad_s * libm::pow(10.0, -BELOW),
-        );
-        let step = vec![self.step; self.samples];
+        let tried = |tuned: Result<Tuned, ControlError>| self.candidate(tuned?);
         // Side by side: a slider waits for it.
-        let (read, run) = thread::scope(|scope| {
-            let run = scope.spawn(|| run::run(&setup, &self.plant, &step, Some(self.step)));
-            let read = || -> Result<_, ControlError> {
-                let closed = setup.closed_with(&setup.sampled(&self.plant)?)?;
-                let curve = curve(low, PI / t, |omega| Some(closed.open(omega * t)));
-                Ok((closed.margins(), curve))
-            };
-            (read(), run.join())
-        });
-        let (margins, curve) = read?;
-        Ok(Glance {
-            run: run.unwrap_or_else(|panic| resume_unwind(panic))?,
-            margins,
-            curve,
-            setup,
-            tuned,
+        let (fractional, integer) =
+            rayon::join(|| tried(self.tuned()), || tried(self.tuned_integer()));
+        Ok(ControlAnswer {
+            fractional: fractional?,
+            integer,
         })
     }
 
@@ -259,7 +201,7 @@ impl ControlDesign {
         // A measured response can be tuned for, not run.
         let runs = self.plant.band().1 == f64::INFINITY;
         let trial = runs.then(|| self.trial(&setup, &tuned)).transpose()?;
-        let wishes = self.wishes(&tuned, trial.as_ref().map(|trial| &trial.margins));
+        let wishes = self.wishes(&tuned, trial.as_ref().map(|trial| &trial.analysis.margins));
         Ok(Candidate {
             setup,
             tuned,
@@ -300,12 +242,10 @@ impl ControlDesign {
             Some(rule) => by_rule.map(|gains| rule.within(gains)),
             None => by_rule,
         };
-        let margins = margins(setup, &self.plant, &closed, own);
         Ok(Trial {
-            verdict: run.verdict,
+            analysis: analysed(setup, &self.plant, (&plant, &closed), own)?,
             coarse,
             stable_gains,
-            margins,
             evaluations: closed.evaluations(),
             robustness: robustness.collect(),
             shape: run.response.shape_of_step(self.step),

@@ -83,7 +83,7 @@ pub use {
     curves::ControllerParameters,
     enclosure::SampledLaw,
     identify::{
-        DeadTime, FreeNumber, Identified, Record, WholeGuess, WholeShape, identify,
+        DeadTime, FreeNumber, Identified, Record, Start, WholeGuess, WholeShape, identify,
         identify_coefficients, whole_guess,
     },
     list::{BranchList, ControllerList, LawList, LeadList, ParallelList},

@@ -63,6 +63,20 @@ impl Memory {
         self.rule
     }
 
+    /// Rule and tolerance, as a [`ControllerSetup`](crate::ControllerSetup) has them.
+    #[cfg(feature = "std")]
+    #[must_use]
+    pub fn scheme(&self) -> fracdiff::Scheme {
+        let tolerance = self.tolerance;
+        match self.rule {
+            Rule::Bdf2 => fracdiff::Scheme::FullBdf2 { tolerance },
+            Rule::Grunwald => fracdiff::Scheme::Full {
+                kernel: Kernel::Grunwald,
+                tolerance,
+            },
+        }
+    }
+
     /// The horizon, s.
     #[must_use]
     pub fn horizon_s(&self) -> f64 {

@@ -1,5 +1,6 @@
 //! Force as it should have been, the largest error beside it, and what a run leaves for whoever draws it.
 
+pub mod control;
 pub(crate) mod decimated;
 pub(crate) mod modelled_tissue;
 pub(crate) mod preflight;

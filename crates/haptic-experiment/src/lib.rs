@@ -20,6 +20,7 @@ pub use experiment::touch::TouchReport;
 pub use experiment::trial::{TrialPlan, TrialReport};
 pub use experiment::wall::WallReport;
 pub use haptic_analysis::Dynamics;
+pub use judge::control;
 pub use judge::modelled_tissue::{ModelledTissue, TissuePiece};
 pub use judge::preflight::Matter;
 pub use judge::rows::{Line, Row, Table, lines};

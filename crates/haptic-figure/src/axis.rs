@@ -69,8 +69,8 @@ impl Axis {
     pub(crate) fn between(label: &str, scale: Scale, low: f64, high: f64) -> Option<Self> {
         let ends = scale.can_show(low) && scale.can_show(high);
         let span = scale.forward(high) - scale.forward(low);
-        let narrowest = NARROWEST * scale.forward(low).abs().max(scale.forward(high).abs());
-        (ends && span > narrowest).then(|| Self::new(label, scale, (low, high)))
+        let largest = scale.forward(low).abs().max(scale.forward(high).abs());
+        (ends && span > narrowest(largest)).then(|| Self::new(label, scale, (low, high)))
     }
 
     /// An axis that begins and ends with the values, or with 0 if that is near.
@@ -101,7 +101,7 @@ impl Axis {
     pub(crate) fn time(scale: Scale, low: f64, high: f64) -> Self {
         let (low, high) = match scale {
             Scale::Linear => match high - low {
-                span if span > NARROWEST * high.abs() => (low - 0.02 * span, high),
+                span if span > narrowest(high.abs()) => (low - 0.02 * span, high),
                 _ => (
                     low - 0.5 * low.abs().max(1.0),
                     high + 0.5 * high.abs().max(1.0),
@@ -151,6 +151,11 @@ impl Axis {
     }
 }
 
+/// The span that an axis is wider than, around values of this size: below the smallest that any quantity has, ticks have no decade in `f64`.
+fn narrowest(largest: f64) -> f64 {
+    (NARROWEST * largest).max(1.0 / LARGEST)
+}
+
 /// The least and the largest value; infinite if there is none.
 pub(crate) fn extremes(values: impl Iterator<Item = f64>) -> (f64, f64) {
     values.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), value| {
@@ -174,8 +179,8 @@ fn linear_range(low: f64, high: f64) -> (f64, f64) {
     let zero_is_near = |near: f64, far: f64| near >= 0.0 && near < 0.5 * far;
     let largest = low.abs().max(high.abs());
     let span = match high - low {
-        _ if largest == 0.0 => 1.0,
-        span if span > NARROWEST * largest => span,
+        _ if largest < 1.0 / LARGEST => 1.0,
+        span if span > narrowest(largest) => span,
         _ => largest,
     };
     let low_edge = if zero_is_near(low, high) {

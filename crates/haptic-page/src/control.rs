@@ -1,17 +1,17 @@
-//! A controller for a plant that was typed on the page: the tuning and the verdict of `control design`, without what no slider waits for.
+//! A controller for a plant that was typed on the page: the answer of `control design`.
 
 use fracdiff::parameter::Shown;
-use fractional_control::design::{ControlDesign, Glance, SAMPLES_A_RADIAN, usual_sample_time};
+use fractional_control::design::{Candidate, ControlDesign, SAMPLES_A_RADIAN, usual_sample_time};
 use fractional_control::run::samples_for;
 use fractional_control::tuning::Specification;
-use fractional_control::{ControlError, Crossing, Plant};
+use fractional_control::{ControlError, Crossing, Margins, Plant};
 use haptic_experiment::Failure;
+use haptic_experiment::control::{DesignWords, in_degrees, in_short, loose_factor};
 use haptic_experiment::document::{ControllerFile, ControllerOrigin, short};
 use haptic_experiment::parameters::{CONTROLLER_SCHEME, SAMPLE_TIME};
 use haptic_quantity::digits;
 use serde::Deserialize;
 use serde_json::{Value, json};
-use std::thread;
 
 /// Points of a curve that is sent, at most.
 const POINTS: usize = 600;
@@ -27,7 +27,7 @@ pub(crate) struct ControlRequest {
 }
 
 pub(crate) fn designed(request: &ControlRequest) -> Result<Value, Failure> {
-    let failure = |error: ControlError| Failure::bad_input(error.to_string());
+    let failure = |error: ControlError| Failure::bad_input(in_degrees(&error));
     let text = short(&request.plant);
     let refused = |error| Failure::bad_input(format_args!("plant \"{text}\": {error}"));
     let plant = request.plant.parse::<Plant>().map_err(refused)?;
@@ -57,36 +57,30 @@ pub(crate) fn designed(request: &ControlRequest) -> Result<Value, Failure> {
         output_high: None,
         step: 1.0,
     };
-    let (fractional, integer) = thread::scope(|scope| {
-        let integer = scope.spawn(|| {
-            design
-                .integer_glance()
-                .as_ref()
-                .map(seen)
-                .map_err(ControlError::to_string)
-        });
-        (design.glance(), integer.join())
-    });
-    let fractional = fractional.map_err(failure)?;
-    let integer = integer.map_err(|_| Failure::bad_input("the PID could not be computed"))?;
+    let answer = design.answer().map_err(failure)?;
+    let (fractional, integer) = (&answer.fractional, answer.integer.as_ref());
+    let words = DesignWords(&answer);
     let file = ControllerFile {
         setup: fractional.setup.clone(),
         origin: ControllerOrigin {
             plant: request.plant.clone(),
-            wishes: words(request),
+            wishes: wishes_of(request),
+            note: words.note(),
             ..ControllerOrigin::default()
         },
     };
+    let reading = loose_factor("plant", &request.plant).map(|said| format!("Warning: {said}."));
     Ok(json!({
         "sample_time_s": sample_time.0,
-        "fractional": seen(&fractional),
-        "integer": integer.as_ref().ok(),
-        "integer_reason": integer.as_ref().err(),
+        "fractional": seen(fractional),
+        "integer": integer.ok().map(seen),
+        "integer_reason": integer.err().map(in_degrees),
+        "notes": reading.into_iter().chain(words.sentences()).collect::<Vec<_>>(),
         "file": file.to_toml(),
     }))
 }
 
-fn words(request: &ControlRequest) -> String {
+fn wishes_of(request: &ControlRequest) -> String {
     format!(
         "crossover {} rad/s, phase margin {}°{}",
         digits(request.crossover_rad_s, 4),
@@ -99,36 +93,33 @@ fn words(request: &ControlRequest) -> String {
     )
 }
 
-fn seen(glance: &Glance) -> Value {
-    let (run, margins) = (&glance.run, &glance.margins);
-    let t = glance.setup.sample_time_s;
-    let value = |crossing: Option<Crossing>| crossing.map(|crossing| crossing.value);
-    let proof = if run.coarse.is_none() {
-        "proved"
-    } else {
-        "by the sampled model, not proved"
+fn seen(candidate: &Candidate) -> Value {
+    // A plant in notation runs.
+    let Some(trial) = &candidate.trial else {
+        return Value::Null;
     };
-    let state = match (run.verdict.stable, run.verdict.unstable_poles) {
-        (true, _) => "stable",
-        (false, Some(_)) => "unstable",
-        (false, None) => "on the boundary",
+    let t = candidate.setup.sample_time_s;
+    let value = |crossing: fn(&Margins) -> Option<Crossing>| {
+        trial.margins().and_then(crossing).map(|own| own.value)
     };
-    let step = &run.response.measured;
+    let phase = trial.margins().and_then(|margins| margins.phase);
+    let shape = trial.analysis.verdict.stable.then_some(&trial.shape);
+    let step = &trial.step.measured;
     let every = step.len().div_ceil(POINTS).max(1);
-    let curve = &glance.curve;
+    let curve = &trial.analysis.curve;
     json!({
-        "controller": glance.setup.law.to_string(),
-        "stable": run.verdict.stable,
-        "verdict": format!("{state}, {proof}"),
-        "phase_margin_rad": value(margins.phase),
-        "crossover_rad_s": margins.phase.map(|phase| phase.omega_rad_s),
-        "gain_margin": value(margins.gain_up),
-        "gain_margin_down": value(margins.gain_down),
-        "delay_margin_s": value(margins.delay_s),
-        "sensitivity_peak": margins.sensitivity.value,
-        "overshoot": run.shape.map(|shape| shape.overshoot),
-        "settling_time_s": run.shape.and_then(|shape| shape.settled).map(|n| n as f64 * t),
-        "phase_slope_rad": glance.tuned.phase_slope_rad,
+        "controller": candidate.setup.law.to_string(),
+        "stable": trial.analysis.verdict.stable,
+        "verdict": in_short(&trial.analysis),
+        "phase_margin_rad": value(|margins| margins.phase),
+        "crossover_rad_s": phase.map(|phase| phase.omega_rad_s),
+        "gain_margin": value(|margins| margins.gain_up),
+        "gain_margin_down": value(|margins| margins.gain_down),
+        "delay_margin_s": value(|margins| margins.delay_s),
+        "sensitivity_peak": value(|margins| Some(margins.sensitivity)),
+        "overshoot": shape.map(|shape| shape.overshoot),
+        "settling_time_s": shape.and_then(|shape| shape.settled).map(|n| n as f64 * t),
+        "phase_slope_rad": candidate.tuned.phase_slope_rad,
         "time_s": (0..step.len()).step_by(every).map(|n| n as f64 * t).collect::<Vec<_>>(),
         "step": step.iter().step_by(every).collect::<Vec<_>>(),
         "omega_rad_s": curve.iter().map(|point| point.omega_rad_s).collect::<Vec<_>>(),

@@ -7,10 +7,11 @@ use crate::arrays::vector;
 use crate::conducted::heard;
 use crate::refused::OrRefused as _;
 use fracdiff::Seconds;
+use fractional_control::analysis::{LoopAnalysis, analyse_at};
 use fractional_control::tuning::{
     Bound as GainBound, Sampling, Specification, Tuned, tune, tune_integer,
 };
-use fractional_control::{ControlError, Crossing, Plant, SampledLoop, SampledPlant, simulate};
+use fractional_control::{ControllerSetup, Crossing, SampledPlant, simulate};
 use numpy::{IntoPyArray as _, PyArray1};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
@@ -97,22 +98,17 @@ pub(crate) fn closed_loop<'py>(
     gain: f64,
 ) -> PyResult<Bound<'py, PyDict>> {
     let py = controller.py();
-    let controller = controller.try_borrow()?;
-    let (parameters, memory, sample_time) = (
-        controller.parameters,
-        controller.memory,
-        controller.sample_time,
-    );
+    let own = controller.try_borrow()?;
+    let setup = ControllerSetup {
+        scheme: own.memory.scheme(),
+        memory_s: Some(own.memory.horizon_s()),
+        ..ControllerSetup::new(own.parameters, own.sample_time)
+    };
     let plant = Arc::clone(&plant.get().plant);
-    let (verdict, margins) = heard(py, Duration::MAX, move |_| {
-        let closed = |plant: &Plant| -> Result<SampledLoop, ControlError> {
-            let plant = SampledPlant::new(plant, memory, sample_time)?;
-            Ok(SampledLoop::new(parameters.into(), memory, &plant)?.with_gain(gain))
-        };
-        let own = closed(&plant).or_refused()?;
-        let later = |delay_s: f64| closed(&plant.as_ref().clone().delayed(delay_s)?);
-        let margins = own.margins_of_plant(own.margins(), &later);
-        Ok((own.verdict(), margins))
+    let LoopAnalysis {
+        verdict, margins, ..
+    } = heard(py, Duration::MAX, move |_| {
+        analyse_at(&setup, &plant, gain).or_refused()
     })?;
     let pair = |crossing: Crossing| (crossing.value, crossing.omega_rad_s);
     let report = PyDict::new(py);
@@ -140,10 +136,10 @@ pub(crate) fn simulate_loop<'py>(
     let py = controller.py();
     let own = controller.try_borrow()?;
     let reference = vector("reference", reference)?;
-    let (controller, memory, sample_time) = (own.running.controller().clone(), own.memory, own.sample_time);
+    let (controller, sample_time) = (own.running.controller().clone(), own.sample_time);
     let plant = Arc::clone(&plant.get().plant);
     let run = heard(py, Duration::MAX, move |_| {
-        let plant = SampledPlant::new(&plant, memory, sample_time).or_refused()?;
+        let plant = SampledPlant::with_usual_memory(&plant, sample_time).or_refused()?;
         let samples = reference.len();
         Ok(simulate(&controller, &plant, |n| reference[n], samples))
     })?;

@@ -1,10 +1,13 @@
 //! Model less record, as a problem of least squares.
 
-use super::record::{Free, FreeNumber, Record, now};
+use super::UNFIT;
+use super::record::{DeadTime, Free, FreeNumber, Record, Start, now};
+use crate::curves::transfer_fraction;
 use crate::memory::Integral;
 use crate::records::{MODES, Running, largest, through};
 use crate::sampled::entries;
 use crate::{ControlError, FractionalTransferFunction, Memory, StateSpace, Term};
+use certified_count::count;
 use fracdiff::Seconds;
 use levenberg_marquardt::LeastSquaresProblem;
 use nalgebra::storage::Owned;
@@ -12,6 +15,16 @@ use nalgebra::{DMatrix, DVector, Dyn};
 use rayon::prelude::*;
 use std::vec;
 use std::vec::Vec;
+
+/// The output of a function over a record, and where the plant began.
+#[derive(Clone, Debug)]
+pub(super) struct Ran {
+    pub(super) output: Vec<f64>,
+    /// c.
+    pub(super) offset: f64,
+    /// `u_p`.
+    pub(super) input_before: f64,
+}
 
 pub(super) struct Fit<'a> {
     guess: FractionalTransferFunction,
@@ -24,8 +37,8 @@ pub(super) struct Fit<'a> {
     steps: usize,
     /// I^ν of these parameters, with ν: most of what is run next to them has the same, and they take as long to make as some hundred samples.
     integrals: Vec<(f64, Integral<f64, MODES>)>,
-    /// The output for these parameters, if there is a function of them.
-    model: Option<Vec<f64>>,
+    /// The run with these parameters, if there is a function of them.
+    pub(super) run: Option<Ran>,
     /// Model less record, of these parameters.
     left: DVector<f64>,
 }
@@ -104,25 +117,26 @@ fn seen_by_a_rule(record: &Record<'_>, late: f64, steps: usize) -> Vec<f64> {
     (0..count).map(seen).collect()
 }
 
-/// The output of a function of whole orders; what it passes on at once is held too.
+/// The output of a function of whole orders; what it passes on at once is held too. `None` of a function without states.
 fn exact(
     function: &FractionalTransferFunction,
     record: &Record<'_>,
     late: f64,
-) -> Option<Vec<f64>> {
+) -> Option<Result<Vec<f64>, ControlError>> {
     let (states, direct) = StateSpace::of_function(function)?;
     let (input, part) = record.acting(late);
-    let mut outputs = match function.denominator().degree() > 0.0 {
+    let outputs = match function.denominator().degree() > 0.0 {
         true => states.respond(record.sample_time.0, (&input, part), record.held),
         false => Ok(vec![0.0; input.len()]),
-    }
-    .ok()?;
-    if direct != 0.0 {
-        let acting = now(&input, part, record.held);
-        let pairs = outputs.iter_mut().zip(acting);
-        pairs.for_each(|(y, u)| *y += direct * u);
-    }
-    Some(outputs)
+    };
+    Some(outputs.map(|mut outputs| {
+        if direct != 0.0 {
+            let acting = now(&input, part, record.held);
+            let pairs = outputs.iter_mut().zip(acting);
+            pairs.for_each(|(y, u)| *y += direct * u);
+        }
+        outputs
+    }))
 }
 
 /// A residual where there is no model, in units of the largest output.
@@ -147,7 +161,7 @@ impl<'a> Fit<'a> {
             record,
             steps,
             integrals: Vec::new(),
-            model: None,
+            run: None,
             left: DVector::zeros(0),
         };
         fit.set_params(&begin);
@@ -162,22 +176,68 @@ impl<'a> Fit<'a> {
         }
     }
 
-    /// The output of a function for the input of the record, so many samples late: exactly where its orders are whole and stay so, else by the
-    /// rule.
-    fn model(
+    /// The run of a function over the record, so many samples late, from the start that comes nearest.
+    /// ```text
+    /// y − G·u = c − u_p·(G·1),   by least squares
+    /// ```
+    fn ran(&self, function: &FractionalTransferFunction, late: f64) -> Result<Ran, ControlError> {
+        let mut output = self.responded(function, &self.record, late)?;
+        let ones = vec![1.0; output.len()];
+        let step = match self.record.start {
+            Start::Rest => vec![],
+            Start::Offset => vec![0.0; ones.len()],
+            Start::Settled => {
+                let input = &ones[..];
+                self.responded(
+                    function,
+                    &Record {
+                        input,
+                        ..self.record
+                    },
+                    late,
+                )?
+            }
+        };
+        let left = self.record.output.iter().zip(&output).zip(&step);
+        let left: Vec<(f64, f64)> = left.map(|((y, own), step)| (y - own, *step)).collect();
+        let count = left.len().max(1) as f64;
+        let mean = |sum: f64| sum / count;
+        let middle = mean(left.iter().map(|(left, _)| left).sum());
+        let middle_step = mean(left.iter().map(|(_, step)| step).sum());
+        let (mut both, mut square) = (0.0, 0.0);
+        for (left, step) in &left {
+            both += (left - middle) * (step - middle_step);
+            square += (step - middle_step) * (step - middle_step);
+        }
+        let slope = if square > 0.0 { both / square } else { 0.0 };
+        let offset = middle - slope * middle_step;
+        let pairs = output.iter_mut().zip(&step);
+        pairs.for_each(|(y, step)| *y += offset + slope * step);
+        Ok(Ran {
+            output,
+            offset,
+            input_before: 0.0 - slope,
+        })
+    }
+
+    /// The output of a function from rest: exactly where its orders are whole and stay so, else by the rule. What overflows is refused, and no rule
+    /// stands in for it, which would damp poles that grow fast.
+    fn responded(
         &self,
         function: &FractionalTransferFunction,
+        record: &Record<'_>,
         late: f64,
     ) -> Result<Vec<f64>, ControlError> {
         let exact = (self.freedom == Free::Coefficients)
-            .then(|| exact(function, &self.record, late))
+            .then(|| exact(function, record, late))
             .flatten();
-        exact.map_or_else(|| self.by_rule(function, late), Ok)
+        exact.unwrap_or_else(|| self.by_rule(function, record, late))
     }
 
     fn by_rule(
         &self,
         function: &FractionalTransferFunction,
+        record: &Record<'_>,
         late: f64,
     ) -> Result<Vec<f64>, ControlError> {
         let Record {
@@ -185,8 +245,8 @@ impl<'a> Fit<'a> {
             input,
             held,
             ..
-        } = self.record;
-        let seen = seen_by_a_rule(&self.record, late, self.steps);
+        } = *record;
+        let seen = seen_by_a_rule(record, late, self.steps);
         let step = Seconds(sample_time.0 / self.steps as f64);
         let integral = |fraction| self.integral(fraction);
         let running = Running::of_integrals(function, self.memory, step, integral)?;
@@ -234,17 +294,33 @@ impl<'a> Fit<'a> {
         Ok((function, self.late(&self.parameters)))
     }
 
-    /// The output of what was found.
-    pub(super) fn model_of_found(
+    /// The run of what was found: of whole orders exactly, though a rule found them. A rule that has other growing poles than its function says
+    /// nothing of it.
+    pub(super) fn run_of_found(
         &self,
         function: &FractionalTransferFunction,
         late: f64,
-    ) -> Result<Vec<f64>, ControlError> {
-        let is_own = self
-            .with(&self.parameters)
-            .is_ok_and(|own| own == *function);
-        let known = self.model.clone().filter(|_| is_own);
-        known.map_or_else(|| self.model(function, late), Ok)
+    ) -> Result<Ran, ControlError> {
+        let growing = function.unstable_poles().filter(|poles| *poles > 0);
+        if let Some(poles) = growing.filter(|_| !function.is_whole()) {
+            let step = Seconds(self.record.sample_time.0 / self.steps as f64);
+            let below = transfer_fraction(function, self.memory, step)?.below;
+            let below = below.without_differences();
+            if count(|arc| below.at(arc)).zeros != Some(poles) {
+                return Err(UNFIT);
+            }
+        }
+        let freedom = match function.is_whole() {
+            true => Free::Coefficients,
+            false => self.freedom,
+        };
+        let late_s = late * self.record.sample_time.0;
+        let record = Record {
+            dead_time: DeadTime::Known(Seconds(late_s)),
+            ..self.record
+        };
+        let steps = (record, self.steps);
+        (Self::new(*function, (freedom, vec![]), self.memory, steps).run).ok_or(UNFIT)
     }
 
     fn with(&self, parameters: &DVector<f64>) -> Result<FractionalTransferFunction, ControlError> {
@@ -269,19 +345,19 @@ impl<'a> Fit<'a> {
         FractionalTransferFunction::new(&above, &below)
     }
 
-    /// The output for other parameters.
-    fn model_by(&self, parameters: &DVector<f64>) -> Option<Vec<f64>> {
+    /// The run with other parameters.
+    fn run_by(&self, parameters: &DVector<f64>) -> Option<Ran> {
         let function = self.with(parameters).ok()?;
-        self.model(&function, self.late(parameters)).ok()
+        self.ran(&function, self.late(parameters)).ok()
     }
 
     /// Model less record.
-    fn left_by(&self, model: Option<&[f64]>) -> DVector<f64> {
+    fn left_by(&self, model: Option<&Ran>) -> DVector<f64> {
         let limit = NONE * largest(self.record.output);
         let output = self.record.output;
         match model {
             Some(model) => {
-                let pairs = model.iter().zip(output);
+                let pairs = model.output.iter().zip(output);
                 // An unstable model overflows.
                 let left = pairs.map(|(have, want)| (have - want).clamp(-limit, limit));
                 let left = left.map(|left| if left.is_finite() { left } else { limit });
@@ -296,7 +372,7 @@ impl<'a> Fit<'a> {
             let moved = |step: f64| {
                 let mut parameters = self.parameters.clone();
                 parameters[column] += step;
-                self.left_by(self.model_by(&parameters).as_deref())
+                self.left_by(self.run_by(&parameters).as_ref())
             };
             match number {
                 FreeNumber::NumeratorCoefficient(_)
@@ -351,8 +427,8 @@ impl LeastSquaresProblem<f64, Dyn, Dyn> for Fit<'_> {
         let by_rule = !self.freedom.runs_exactly(&self.guess);
         let function = self.with(parameters).ok().filter(|_| by_rule);
         self.integrals = function.map_or_else(Vec::new, |function| self.integrals(&function));
-        self.model = self.model_by(parameters);
-        self.left = self.left_by(self.model.as_deref());
+        self.run = self.run_by(parameters);
+        self.left = self.left_by(self.run.as_ref());
     }
 
     fn params(&self) -> DVector<f64> {

@@ -4,17 +4,17 @@ mod fit;
 mod record;
 mod whole;
 
-use self::fit::Fit;
+use self::fit::{Fit, Ran};
 use self::record::{Free, free_numbers};
 use crate::records::largest;
 use crate::{ControlError, FractionalTransferFunction, Memory, Rule};
 use fracdiff::Seconds;
 use fracdiff::parameter::{positive, range};
-use levenberg_marquardt::{LeastSquaresProblem, LevenbergMarquardt};
-pub use record::{DeadTime, FreeNumber, Record};
+use levenberg_marquardt::LevenbergMarquardt;
+pub use record::{DeadTime, FreeNumber, Record, Start};
 use std::vec::Vec;
-pub(crate) use whole::next_guess;
 pub use whole::{WholeGuess, WholeShape, whole_guess};
+pub(crate) use whole::{next_guess, solved};
 
 /// A function that was found, and how well it fits.
 #[derive(Clone, Debug, PartialEq)]
@@ -28,8 +28,12 @@ pub struct Identified {
     pub rms_residual: f64,
     /// 1 less the share of the variance of y that is left.
     pub fit: f64,
-    /// Its output for the input of the record.
+    /// Its output for the input of the record, run exactly where its orders are whole.
     pub model: Vec<f64>,
+    /// c of a [`Start`] that is not known, in the unit of y.
+    pub offset: f64,
+    /// `u_p` of one that had settled, in the unit of u.
+    pub input_before: f64,
     /// Standard errors of the free numbers, in the order of [`FreeNumber`]s.
     pub standard_errors: Vec<(FreeNumber, f64)>,
 }
@@ -43,12 +47,12 @@ pub struct Identified {
 /// - *Cost*: some ten to a hundred runs over the record. *Accuracy*: of second order in T, so sample at a twentieth of the fastest time constant.
 /// ```
 /// use fracdiff::Seconds;
-/// use fractional_control::{DeadTime, FractionalTransferFunction, Memory, Record, Rule, identify, step_response};
+/// use fractional_control::{DeadTime, FractionalTransferFunction, Memory, Record, Rule, Start, identify, step_response};
 ///
 /// let truth: FractionalTransferFunction = "2/(0.8s^1.3+1)".parse()?;
 /// let t = Seconds(0.05);
 /// let y = step_response(&truth, Memory::new(Rule::Bdf2, 1e-8, 10.0)?, t, 200)?;
-/// let record = Record { sample_time: t, input: &[1.0; 200], output: &y, held: true, dead_time: DeadTime::NONE };
+/// let record = Record { sample_time: t, input: &[1.0; 200], output: &y, held: true, dead_time: DeadTime::NONE, start: Start::Rest };
 /// let found = identify(&"1/(s+1)".parse()?, &record)?;
 /// assert!((found.function.denominator().degree() - 1.3).abs() < 1e-4);
 /// # Ok::<(), fractional_control::ControlError>(())
@@ -139,7 +143,7 @@ struct Searched<'a> {
     /// Σ of the squares that are left, and of those of y less its mean.
     left: f64,
     variance: f64,
-    model: Vec<f64>,
+    run: Ran,
 }
 
 impl Searched<'_> {
@@ -157,7 +161,9 @@ impl Searched<'_> {
                 known => known,
             },
             function: self.function,
-            model: self.model,
+            model: self.run.output,
+            offset: self.run.offset,
+            input_before: self.run.input_before,
         }
     }
 }
@@ -169,32 +175,28 @@ fn searched_by<'a>(
     steps: usize,
 ) -> Result<Searched<'a>, ControlError> {
     let free = free_numbers(guess, freedom, record.dead_time);
-    let horizon = record.input.len() as f64 * record.sample_time.0;
-    let memory = Memory::new(Rule::Bdf2, 1e-7, horizon)?;
+    let memory = memory_of(record)?;
     let problem = Fit::new(*guess, (freedom, free), memory, (*record, steps));
     let (problem, report) = LevenbergMarquardt::new()
         .with_ftol((SMALL_STEP / record.input.len() as f64).min(CONVERGED[0]))
         .with_xtol(CONVERGED[1])
         .with_patience(30)
         .minimize(problem);
-    let residuals = problem
-        .residuals()
-        .filter(|_| !report.termination.was_usage_issue());
-    let unfit = ControlError::NotFound {
-        what: "a function that fits the record",
-        why: "begin from another guess, nearer in gain and time constant, or with other terms",
-    };
-    let residuals = residuals.ok_or(unfit)?;
-    let (function, late) = problem.found().map_err(|_| unfit)?;
-    let samples = record.output.len() as f64;
-    let mean = record.output.iter().sum::<f64>() / samples;
-    let variance: f64 = record.output.iter().map(|y| (y - mean) * (y - mean)).sum();
-    let left = residuals.norm_squared();
+    if report.termination.was_usage_issue() {
+        return Err(UNFIT);
+    }
+    let (function, late) = problem.found().map_err(|_| UNFIT)?;
+    let run = problem.run_of_found(&function, late)?;
+    let output = record.output;
+    let mean = output.iter().sum::<f64>() / output.len() as f64;
+    let variance: f64 = output.iter().map(|y| (y - mean) * (y - mean)).sum();
+    let pairs = output.iter().zip(&run.output);
+    let left: f64 = pairs.map(|(y, own)| (y - own) * (y - own)).sum();
     if left.is_nan() || left >= variance {
-        return Err(unfit);
+        return Err(UNFIT);
     }
     Ok(Searched {
-        model: problem.model_of_found(&function, late)?,
+        run,
         problem,
         record: *record,
         function,
@@ -202,6 +204,28 @@ fn searched_by<'a>(
         left,
         variance,
     })
+}
+
+const UNFIT: ControlError = ControlError::NotFound {
+    what: "a function that fits the record",
+    why: "begin from another guess, nearer in gain and time constant, or with other terms",
+};
+
+/// The output of a function over a record, as a fit runs it.
+pub(crate) fn run_alone(
+    function: &FractionalTransferFunction,
+    record: &Record<'_>,
+) -> Option<Vec<f64>> {
+    let memory = memory_of(record).ok()?;
+    let whole = (Free::Coefficients, Vec::new());
+    let run = Fit::new(*function, whole, memory, (*record, 1)).run?;
+    Some(run.output)
+}
+
+/// The memory of a rule over a record.
+fn memory_of(record: &Record<'_>) -> Result<Memory, ControlError> {
+    let horizon = record.input.len() as f64 * record.sample_time.0;
+    Memory::new(Rule::Bdf2, 1e-7, horizon)
 }
 
 fn check(record: &Record<'_>, free: usize) -> Result<(), ControlError> {

@@ -33,7 +33,28 @@ impl DeadTime {
     }
 }
 
-/// A record: input and output at the same instants, T apart, from rest.
+/// What is known of a plant when its record begins: y = c + G·(u − `u_p`), and c and `u_p` are linear once G is given.
+///
+/// *Source*: of their projection, G. H. Golub, V. Pereyra, *Separable nonlinear least squares*, Inverse Problems 19, 2003.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Start {
+    /// At rest, input and output counted from there.
+    #[default]
+    Rest,
+    /// At rest without an input, at an output c that is to be found.
+    Offset,
+    /// Settled at an input `u_p` that is to be found, as is c.
+    Settled,
+}
+
+impl Start {
+    /// How many numbers are found with those of the function.
+    pub(crate) const fn numbers(self) -> usize {
+        self as usize
+    }
+}
+
+/// A record: input and output at the same instants, T apart.
 #[derive(Clone, Copy, Debug)]
 pub struct Record<'a> {
     /// T.
@@ -46,6 +67,8 @@ pub struct Record<'a> {
     pub held: bool,
     /// The input acts so much later; shorter than the record.
     pub dead_time: DeadTime,
+    /// Where the plant is when it begins.
+    pub start: Start,
 }
 
 /// A dead time so near to whole samples, in samples, is that many.

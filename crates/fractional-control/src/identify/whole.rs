@@ -308,7 +308,7 @@ fn filtered(
 }
 
 /// Least squares, the columns brought to one length.
-fn solved(mut matrix: DMatrix<f64>, mut wanted: DVector<f64>) -> Option<DVector<f64>> {
+pub(crate) fn solved(mut matrix: DMatrix<f64>, mut wanted: DVector<f64>) -> Option<DVector<f64>> {
     let count = matrix.ncols();
     let mut lengths = Vec::with_capacity(count);
     for mut column in matrix.column_iter_mut() {

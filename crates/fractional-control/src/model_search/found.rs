@@ -1,7 +1,11 @@
 //! A function that was fitted, and how good it is beside others.
 
 use super::record::{InputOutput, left, neighbours};
-use crate::{FreeNumber, Identified};
+use crate::identify::{run_alone, solved};
+use crate::{DeadTime, FreeNumber, Identified, Record, Start};
+use core::iter;
+use nalgebra::{DMatrix, DVector};
+use std::vec;
 use std::vec::Vec;
 
 /// A function that was fitted.
@@ -19,19 +23,57 @@ pub struct Found {
 }
 
 impl Found {
-    /// True if the record shows a response to its input: this function explains more of it than noise around a constant does, whose neighbouring
-    /// samples may be alike, beyond what so many numbers and two choices among n dead times win by chance.
+    /// True if the record shows a response to its input: this function explains more of it than the same function does without that input, around
+    /// a constant and a drift and with noise whose neighbouring samples may be alike, beyond what so many numbers and two choices among n dead times
+    /// win by chance. An input that hardly changes has a course that a free motion can have too; then it is compared with the constant alone.
     /// ```text
-    /// n·ln(E(y − mean of y)/E(y − ŷ)) > (numbers + 2)·ln n,   E(x) = Σ(x_n − ρ·x_(n−1))²,   ρ = Σ x_n·x_(n−1)/Σ x_n² from 0 to 1
+    /// n·ln(E(y − X·b)/E(y − ŷ)) > (numbers + 2)·ln n,   E(x) = Σ(x_n − ρ·x_(n−1))², n ≥ 1,   ρ = Σ x_n·x_(n−1)/Σ x_n² from 0 to 1
+    /// X:   1; of an input that changes also t, and s, Δs, Δ²s, … of the step response s, which hold every free motion
     /// ```
     #[must_use]
     pub fn shows_a_response(&self, record: &InputOutput) -> bool {
-        let samples = record.output.len() as f64;
+        let (own, ones) = (&self.identified, vec![1.0; record.output.len()]);
+        let samples = ones.len() as f64;
+        let alone = Record {
+            input: &ones,
+            start: Start::Rest,
+            ..record.as_record(true, DeadTime::NONE)
+        };
+        let changes = record
+            .input
+            .windows(2)
+            .filter(|pair| (pair[1] - pair[0]).abs() > 0.0);
+        let mut motions = vec![ones.clone()];
+        if changes.count() >= CHANGES {
+            motions.push((0..ones.len()).map(|n| n as f64).collect());
+            let step = run_alone(&own.function, &alone);
+            let modes = libm::ceil(own.function.denominator().degree()) as usize;
+            motions.extend(iter::successors(step, |last| Some(news(last, 1.0))).take(modes));
+        }
         let mean = record.output.iter().sum::<f64>() / samples;
-        let noise: Vec<f64> = record.output.iter().map(|y| y - mean).collect();
-        let left = left(record, &self.identified.model);
-        let won = samples * libm::log(innovations(&noise) / innovations(&left));
-        won > (self.identified.standard_errors.len() as f64 + 2.0) * libm::log(samples)
+        let around: Vec<f64> = record.output.iter().map(|y| y - mean).collect();
+        let left = left(record, &own.model);
+        let power = |noise: &[f64], alike: f64| -> f64 {
+            news(noise, alike).iter().skip(1).map(|x| x * x).sum()
+        };
+        let without = |alike: f64| {
+            let columns = motions
+                .iter()
+                .map(|motion| DVector::from_vec(news(motion, alike)));
+            let columns = DMatrix::from_columns(&columns.collect::<Vec<_>>()).remove_row(0);
+            let noise = DVector::from_vec(news(&around, alike)).remove_row(0);
+            // Each of the first so many: columns that are nearly one say nothing of those before them.
+            let fits = (1..=motions.len()).filter_map(|count| {
+                let columns = columns.columns(0, count).into_owned();
+                let found = solved(columns.clone(), noise.clone())?;
+                Some((columns * found - &noise).norm_squared())
+            });
+            fits.fold(power(&around, alike), f64::min)
+        };
+        let [alike, drifting] = [&left, &around].map(|noise| neighbours(noise).clamp(0.0, 1.0));
+        let won = without(alike).min(without(drifting)) / power(&left, alike);
+        let numbers = own.standard_errors.len() + record.start.numbers() + 2;
+        samples * libm::log(won) > numbers as f64 * libm::log(samples)
     }
 
     /// True if the function settles by itself.
@@ -76,15 +118,14 @@ pub(super) fn less_sure(neighbours: f64, samples: usize) -> f64 {
     libm::sqrt(((1.0 + alike) / (1.0 - alike)).min(samples as f64))
 }
 
-/// What each sample of a noise has that its neighbour does not tell: `Σ(x_n − ρ·x_(n−1))²`.
-fn innovations(noise: &[f64]) -> f64 {
-    let alike = neighbours(noise).clamp(0.0, 1.0);
-    let before = core::iter::once(&0.0).chain(noise);
-    let news = noise
-        .iter()
-        .zip(before)
-        .map(|(now, before)| now - alike * before);
-    news.map(|news| news * news).sum()
+/// Changes of an input from which on no free motion follows its course.
+const CHANGES: usize = 5;
+
+/// What each sample of a signal has that its neighbour does not tell: `x_n − ρ·x_(n−1)`, from 0.
+fn news(signal: &[f64], alike: f64) -> Vec<f64> {
+    let before = iter::once(&0.0).chain(signal);
+    let pairs = signal.iter().zip(before);
+    pairs.map(|(now, before)| now - alike * before).collect()
 }
 
 /// A stretch of a record that a function does not explain, though what it leaves there is no noise.

@@ -6,12 +6,13 @@ use self::found::{AS_GOOD, LOOSE, less_sure};
 pub use self::found::{Found, Unexplained};
 pub use self::record::{Guess, InputOutput};
 use self::record::{bic, left, neighbours, resolved, rounding};
-use self::start::{Start, powers, starts, whole_orders};
+use self::start::{Begin, part, powers, starts, whole_orders};
 use crate::{
-    ControlError, DeadTime, FractionalTransferFunction, FreeNumber, Identified, Term, WholeShape,
-    identify_coefficients,
+    ControlError, DeadTime, FractionalTransferFunction, FreeNumber, Identified, Start, Term,
+    WholeShape, identify_coefficients,
 };
 use fracdiff::{Seconds, roots};
+use num_complex::Complex;
 use rayon::prelude::*;
 use std::collections::VecDeque;
 use std::vec;
@@ -46,6 +47,7 @@ const SWING: WholeShape = WholeShape {
 /// [`Record`](crate::Record).
 #[must_use]
 pub fn candidates(record: &InputOutput, held: bool, dead_time: Option<Seconds>) -> Vec<Guess> {
+    let record = &record.for_guesses();
     let dead_times = dead_times(record, held, dead_time);
     let mut whole = whole_orders(record, held, &dead_times);
     whole.sort_by(|a, b| a.bic.total_cmp(&b.bic));
@@ -76,7 +78,7 @@ pub fn candidates_of(
     held: bool,
     dead_time: Option<Seconds>,
 ) -> Vec<Guess> {
-    let dead_times = dead_times(record, held, dead_time).into_iter();
+    let dead_times = dead_times(&record.for_guesses(), held, dead_time).into_iter();
     dead_times
         .map(|dead_time| Guess {
             function,
@@ -84,6 +86,67 @@ pub fn candidates_of(
             dead_time,
         })
         .collect()
+}
+
+/// Samples of a record at most that tell where its plant began, and functions that are fitted for it.
+const OF_START: usize = 500;
+const FITTED_FOR_START: usize = 3;
+/// An output that begins further from 0 than so many times what is left does not begin at rest there.
+const BEGINS_ELSEWHERE: f64 = 4.0;
+
+/// Time constants over the length of the record that a lag is tried with.
+const LAGS: [f64; 3] = [0.3, 0.1, 0.03];
+
+/// Finds where the plant was when the record begins, by functions of whole orders: at rest unless another [`Start`] has a criterion that is better by
+/// 10, and the output begins elsewhere than at 0. An input that never moves cannot tell the one before it.
+pub fn find_start(record: &mut InputOutput, held: bool, dead_time: Option<Seconds>) {
+    let part = part(record, held, OF_START).unwrap_or_else(|| record.clone());
+    let first = |signal: &[f64]| signal.first().copied().unwrap_or(0.0);
+    let [input, output] = [&part.input, &part.output].map(|signal| first(signal));
+    let moves = part.input.iter().any(|u| (u - input).abs() > 0.0);
+    let length_s = length_s(&part);
+    let fitted = |start: Start| -> Option<(f64, Identified)> {
+        let from = |own: f64, is_open: bool| if is_open { own } else { 0.0 };
+        let own = InputOutput {
+            start,
+            offset: from(output, start != Start::Rest),
+            input_before: from(input, start == Start::Settled),
+            ..part.clone()
+        };
+        let from = own.for_guesses();
+        let dead_times = dead_times(&from, held, dead_time);
+        let mut guesses = whole_orders(&from, held, &dead_times);
+        guesses.sort_by(|a, b| a.bic.total_cmp(&b.bic));
+        let guesses = guesses.iter().take(FITTED_FOR_START).map(|own| own.guess);
+        let guesses = guesses.map(|guess| (guess.function, guess.dead_time));
+        // A jump into the record, that no guess knows of, misleads those; a lag finds its way by itself.
+        let lags = LAGS.iter().flat_map(|share| {
+            let below = [Term::new(share * length_s, 1.0), Term::new(1.0, 0.0)];
+            let both = [1.0, -1.0].map(|gain| [Term::new(gain, 0.0)]);
+            both.map(|gain| FractionalTransferFunction::new(&gain, &below).ok())
+        });
+        let late = dead_times.first().copied().unwrap_or(DeadTime::NONE);
+        let lags = lags.flatten().map(|lag| (lag, late));
+        let fits = guesses.chain(lags).filter_map(|(function, dead_time)| {
+            identify_coefficients(&function, &own.as_record(held, dead_time)).ok()
+        });
+        let begins_there = |fit: &Identified| {
+            start == Start::Rest || output.abs() > BEGINS_ELSEWHERE * fit.rms_residual
+        };
+        let found = fits.filter(begins_there);
+        let found = found.map(|fit| (judged(fit.clone(), &own).bic, fit));
+        found.min_by(|a, b| a.0.total_cmp(&b.0))
+    };
+    let mut best = f64::INFINITY;
+    for start in [Start::Rest, Start::Offset, Start::Settled] {
+        let is_open = output != 0.0 && (moves || start != Start::Settled);
+        let fit = (is_open || start == Start::Rest).then(|| fitted(start));
+        if let Some((bic, fit)) = fit.flatten().filter(|(bic, _)| *bic < best - DECISIVE) {
+            best = bic;
+            (record.start, record.offset, record.input_before) =
+                (start, fit.offset, fit.input_before);
+        }
+    }
 }
 
 /// Functions that are kept at most: the best.
@@ -123,14 +186,14 @@ pub fn identify(
         found.iter().filter(exact).map(numbers).min()
     };
     let most = enough(&found).unwrap_or(usize::MAX);
-    let mut starts: VecDeque<Start> = starts(record, guesses, (held, most)).into();
+    let mut starts: VecDeque<Begin> = starts(record, guesses, (held, most)).into();
     let free = guesses.iter().filter(|guess| guess.has_free_orders);
     done(free.count() - starts.len());
     while let Some(numbers) = starts.front().map(|start| start.numbers) {
         let is_enough = |found: &[Found]| enough(found).is_some_and(|most| numbers >= most);
         // Those of as many numbers together, of which one may make the rest superfluous.
         let alike = starts.iter().take_while(|start| start.numbers == numbers);
-        let alike: Vec<Start> = starts.drain(..alike.count()).collect();
+        let alike: Vec<Begin> = starts.drain(..alike.count()).collect();
         if is_enough(&found) {
             done(alike.len());
             continue;
@@ -181,7 +244,7 @@ pub fn identify(
 
 /// The function from this start, and the same without a dead time that the record does not determine.
 fn fitted_from(
-    start: &Start,
+    start: &Begin,
     record: &InputOutput,
     held: bool,
 ) -> Result<(Found, Option<Found>), ControlError> {
@@ -226,20 +289,30 @@ fn simplest_at_rest(found: &[Found]) -> Option<usize> {
     simplest.map(|(place, _)| place)
 }
 
-/// Puts functions in which a zero cancels a pole at rest in place of those that leave as little without both.
+/// Puts functions in which a zero cancels a pole in place of those that leave as little without both: where both are at rest, or are one
+/// within their errors and the record does not speak very strongly for them.
 fn cancel(found: &mut [Found], record: &InputOutput, held: bool) {
     let floor = rounding(record);
     let mut place = 0;
     while let Some(own) = found.get(place) {
-        let function = Some(own.identified.function).filter(|_| own.is_whole());
-        let fewer = function.and_then(|own| cancelled(&own, record));
         let behind = record.as_record(held, own.identified.dead_time);
-        let fewer = fewer
-            .and_then(|fewer| identify_coefficients(&fewer, &behind).ok())
-            .filter(|fewer| fewer.rms_residual <= AS_MUCH * own.identified.rms_residual.max(floor));
-        match fewer {
+        let fitted = |fewer: FractionalTransferFunction| {
+            let fewer = identify_coefficients(&fewer, &behind).ok()?;
+            Some(judged(fewer, record))
+        };
+        let left = AS_MUCH * own.identified.rms_residual.max(floor);
+        let at_rest = || {
+            let fewer = fitted(cancelled(&own.identified.function, record)?)?;
+            Some(fewer).filter(|fewer| fewer.identified.rms_residual <= left)
+        };
+        let as_one = || {
+            let fewer = fitted(without_pair(own)?)?;
+            Some(fewer).filter(|fewer| fewer.bic <= own.bic + DECISIVE)
+        };
+        let whole = own.is_whole().then(|| at_rest().or_else(as_one));
+        match whole.flatten() {
             // Looked at again: there may be two of them.
-            Some(fewer) => found[place] = judged(fewer, record),
+            Some(fewer) => found[place] = fewer,
             None => place += 1,
         }
     }
@@ -410,14 +483,46 @@ pub(super) fn order_at_rest(function: &FractionalTransferFunction) -> f64 {
     function.denominator().lowest() - function.numerator().lowest()
 }
 
-/// A function of whole orders without a pole and a zero that are both at rest: within the record the one cancels the other.
+/// A function of whole orders without a pole and a zero, or a pair of each, that are at rest: within the record the one cancels the other.
 pub(super) fn cancelled(
     function: &FractionalTransferFunction,
     record: &InputOutput,
 ) -> Option<FractionalTransferFunction> {
-    let above = without_rest(&coefficients(function.numerator().terms()), record)?;
-    let below = without_rest(&coefficients(function.denominator().terms()), record)?;
-    of_coefficients(&above, &below)
+    let above = coefficients(function.numerator().terms());
+    let mut below = coefficients(function.denominator().terms());
+    let zero = at_rest(&above, record)?;
+    let poles = if zero.im == 0.0 { 1 } else { 2 };
+    for _ in 0..poles {
+        let pole = at_rest(&below, record).filter(|pole| pole.im == 0.0)?;
+        below = without(&below, pole);
+    }
+    of_coefficients(&without(&above, zero), &below)
+}
+
+/// A relative error of a coefficient above which it says nothing of a root.
+const CLOSE: f64 = 0.02;
+
+/// The function without the pole and the zero that are nearest to each other, if they are one within twice their errors.
+fn without_pair(found: &Found) -> Option<FractionalTransferFunction> {
+    let own = &found.identified;
+    let (above, below) = (own.function.numerator(), own.function.denominator());
+    let [above, below] = [above, below].map(|side| coefficients(side.terms()));
+    let errors = own.standard_errors.iter();
+    let errors = errors.filter(|(number, _)| *number != FreeNumber::DeadTime);
+    let error = errors.fold(0.0, |most: f64, (_, error)| most.max(*error));
+    let poles: Vec<_> = roots(&below)
+        .into_iter()
+        .filter(|p| p.norm() > 0.0)
+        .collect();
+    let zeros = roots(&above);
+    let pairs = zeros
+        .iter()
+        .flat_map(|zero| poles.iter().map(move |pole| (*zero, *pole)));
+    let apart = |(zero, pole): &(Complex<f64>, Complex<f64>)| (zero / pole - 1.0).norm();
+    let (zero, pole) = pairs.min_by(|a, b| apart(a).total_cmp(&apart(b)))?;
+    let alike = apart(&(zero, pole)) <= 2.0 * error.min(CLOSE);
+    let alike = alike && (zero.im == 0.0) == (pole.im == 0.0);
+    alike.then(|| of_coefficients(&without(&above, zero), &without(&below, pole)))?
 }
 
 /// True if a function that settles shows some of that within the record: the last coefficient below acts beside the one before.
@@ -470,16 +575,27 @@ fn terms(coefficients: &[f64]) -> Vec<Term> {
 
 /// The polynomial without its slowest root, if that is real and at rest.
 fn without_rest(coefficients: &[f64], record: &InputOutput) -> Option<Vec<f64>> {
-    let root = roots(coefficients).into_iter().next()?;
-    if root.im != 0.0 || root.re.abs() * length_s(record) > AT_REST {
-        return None;
+    let root = at_rest(coefficients, record).filter(|root| root.im == 0.0)?;
+    Some(without(coefficients, root))
+}
+
+/// The slowest root of a polynomial, if it is at rest.
+fn at_rest(coefficients: &[f64], record: &InputOutput) -> Option<Complex<f64>> {
+    let root = roots(coefficients).into_iter().next();
+    root.filter(|root| root.norm() * length_s(record) <= AT_REST)
+}
+
+/// A polynomial without a root, and without the conjugate one.
+fn without(coefficients: &[f64], root: Complex<f64>) -> Vec<f64> {
+    let mut left: Vec<Complex<f64>> = coefficients.iter().map(|c| (*c).into()).collect();
+    let times = if root.im == 0.0 { 1 } else { 2 };
+    for root in [root, root.conj()].into_iter().take(times) {
+        // Horner's rule from above; what is left of the lowest is the remainder.
+        for k in (0..left.len().saturating_sub(1)).rev() {
+            let above = left[k + 1];
+            left[k] += root * above;
+        }
+        left.remove(0);
     }
-    // Horner's rule from above.
-    let mut left = Vec::new();
-    for c in coefficients.iter().skip(1).rev() {
-        let before = left.last().map_or(0.0, |last| last * root.re);
-        left.push(c + before);
-    }
-    left.reverse();
-    Some(left)
+    left.iter().map(|c| c.re).collect()
 }

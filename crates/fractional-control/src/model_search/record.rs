@@ -1,7 +1,7 @@
 //! A record that a transfer function is to explain, and what a model of it is measured by.
 
 use crate::records::largest;
-use crate::{DeadTime, FractionalTransferFunction, Record};
+use crate::{DeadTime, FractionalTransferFunction, Record, Start};
 use fracdiff::Seconds;
 use std::vec::Vec;
 
@@ -10,7 +10,7 @@ const EXACT: f64 = 1e-5;
 /// Roundings of a sample, with those of the record.
 const ROUNDINGS: f64 = 16.0;
 
-/// A record of input and output that begins at rest, in equal steps of time.
+/// A record of input and output, in equal steps of time.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct InputOutput {
     /// Time, s.
@@ -19,6 +19,12 @@ pub struct InputOutput {
     pub input: Vec<f64>,
     /// y.
     pub output: Vec<f64>,
+    /// Where the plant is when it begins.
+    pub start: Start,
+    /// About c of that start.
+    pub offset: f64,
+    /// About `u_p` of it.
+    pub input_before: f64,
 }
 
 /// A function to begin from.
@@ -49,6 +55,7 @@ impl InputOutput {
             output: &self.output,
             held,
             dead_time,
+            start: self.start,
         }
     }
 
@@ -59,11 +66,23 @@ impl InputOutput {
             signal.iter_mut().for_each(|value| *value -= first);
         }
     }
+
+    /// What first guesses are made of: counted from about where it begins.
+    pub(super) fn for_guesses(&self) -> Self {
+        let counted = |signal: &[f64], from: f64| signal.iter().map(|value| value - from).collect();
+        Self {
+            time_s: self.time_s.clone(),
+            input: counted(&self.input, self.input_before),
+            output: counted(&self.output, self.offset),
+            ..Self::default()
+        }
+    }
 }
 
 /// The Bayesian information criterion of so many free numbers; what is left below the floor is nothing.
 pub(super) fn bic(record: &InputOutput, rms_residual: f64, (numbers, floor): (f64, f64)) -> f64 {
     let samples = record.output.len() as f64;
+    let numbers = numbers + record.start.numbers() as f64;
     2.0 * samples * libm::log(rms_residual.max(floor)) + numbers * libm::log(samples)
 }
 

@@ -18,7 +18,7 @@ const MORE: f64 = 2.0;
 
 /// A function to begin from, and the guesses behind it, if it is a fit of the part.
 #[derive(Clone, Debug)]
-pub(super) struct Start {
+pub(super) struct Begin {
     pub(super) function: FractionalTransferFunction,
     pub(super) dead_time: DeadTime,
     /// Its free numbers.
@@ -32,7 +32,7 @@ struct OfPart {
     rms_residual: f64,
 }
 
-impl Start {
+impl Begin {
     fn new((function, dead_time): (FractionalTransferFunction, DeadTime)) -> Self {
         let (above, below) = (function.numerator().terms(), function.denominator().terms());
         let orders = above.iter().chain(below).filter(|term| term.order > 0.0);
@@ -72,10 +72,10 @@ pub(super) fn starts(
     record: &InputOutput,
     guesses: &[Guess],
     (held, most): (bool, usize),
-) -> Vec<Start> {
+) -> Vec<Begin> {
     let orders = guesses.iter().filter(|guess| guess.has_free_orders);
-    let orders = orders.map(|guess| Start::new((guess.function, guess.dead_time)));
-    let mut starts: Vec<Start> = orders.filter(|start| start.numbers < most).collect();
+    let orders = orders.map(|guess| Begin::new((guess.function, guess.dead_time)));
+    let mut starts: Vec<Begin> = orders.filter(|start| start.numbers < most).collect();
     starts.sort_by_key(|start| start.numbers);
     let Some(part) = part(record, held, PART) else {
         return starts;
@@ -87,7 +87,7 @@ pub(super) fn starts(
 }
 
 /// What fits the part best; the guesses as they are, if nothing does.
-fn of_part(part: &InputOutput, group: &[Start], held: bool) -> Vec<Start> {
+fn of_part(part: &InputOutput, group: &[Begin], held: bool) -> Vec<Begin> {
     let fitted = group.par_iter().filter_map(|start| {
         crate::identify(&start.function, &part.as_record(held, start.dead_time)).ok()
     });
@@ -102,9 +102,9 @@ fn of_part(part: &InputOutput, group: &[Start], held: bool) -> Vec<Start> {
             .collect(),
         rms_residual: best.rms_residual,
     };
-    vec![Start {
+    vec![Begin {
         of_part: Some(of_part),
-        ..Start::new((best.function, best.dead_time))
+        ..Begin::new((best.function, best.dead_time))
     }]
 }
 
@@ -199,6 +199,7 @@ pub(super) fn part(record: &InputOutput, held: bool, samples: usize) -> Option<I
         time_s: every(&record.time_s),
         input: record.input.chunks_exact(k).map(mean).collect(),
         output: every(&record.output),
+        ..*record
     })
 }
 

@@ -217,6 +217,7 @@ fn a_record_with_a_dead_time_gives_its_plant_back() {
         time_s: (0..400).map(|n| f64::from(n) * t).collect(),
         input,
         output: response.measured,
+        ..InputOutput::default()
     };
     let behind = |dead_time| {
         identify(
@@ -259,6 +260,7 @@ fn growing(output: impl Fn(f64) -> f64) -> InputOutput {
         input: vec![1.0; time_s.len()],
         output: time_s.iter().map(|t| output(*t)).collect(),
         time_s,
+        ..InputOutput::default()
     }
 }
 
@@ -349,11 +351,11 @@ fn a_design_that_is_lost_at_twice_the_gain_is_not_robust() {
             .fractional
             .trial
             .expect("runs");
-        assert!(trial.verdict.stable);
+        assert!(trial.analysis.verdict.stable);
         let [low, high] = trial.stable_gains.expect("stable");
         assert_eq!(trial.is_robust(), robust, "{crossover}: {low} to {high}");
         // The end is the gain margin of the sampled loop.
-        let up = trial.margins.gain_up.expect("a dead time").value;
+        let up = trial.analysis.margins.gain_up.expect("a dead time").value;
         assert!(high <= up && high > 0.99 * up.min(100.0), "{high} {up}");
     }
 }

@@ -3,7 +3,8 @@
 use crate::fixture::{closed, plant};
 use fracdiff::Seconds;
 use fractional_control::{
-    DeadTime, FractionalTransferFunction, Memory, Record, Rule, identify_coefficients, respond,
+    DeadTime, FractionalTransferFunction, Memory, Record, Rule, Start, identify_coefficients,
+    respond,
 };
 use testkit::{assert_close, assert_relative};
 
@@ -159,6 +160,7 @@ fn the_example_of_the_crone_toolbox_gives_its_coefficients_back() {
         output: &output,
         held: true,
         dead_time: DeadTime::NONE,
+        start: Start::Rest,
     };
     let found = identify_coefficients(&function("1/(s^3+s^1.5+1)"), &record).expect("found");
     assert_close("noise", found.rms_residual, 0.2, 0.02);

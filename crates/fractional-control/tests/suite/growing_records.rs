@@ -19,6 +19,7 @@ fn grown(rate: f64, samples: u32, noise: f64) -> InputOutput {
         input: vec![1.0; time_s.len()],
         output: output.collect(),
         time_s,
+        ..InputOutput::default()
     }
 }
 

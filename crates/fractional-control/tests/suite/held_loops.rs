@@ -5,7 +5,7 @@ use crate::fixture::p;
 use fracdiff::Seconds;
 use fractional_control::{
     DeadTime, FractionalTransferFunction, Memory, Plant, Record, Rule, SampledLoop, SampledPlant,
-    identify,
+    Start, identify,
 };
 
 const SAMPLES: usize = 2000;
@@ -112,6 +112,7 @@ fn a_record_of_a_plant_gives_its_function() {
             output: &output,
             held: true,
             dead_time: DeadTime::NONE,
+            start: Start::Rest,
         };
         let guess: FractionalTransferFunction = guess.parse().expect("valid");
         let truth: FractionalTransferFunction = truth.parse().expect("valid");

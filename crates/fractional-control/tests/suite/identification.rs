@@ -3,8 +3,8 @@
 use crate::fixture::{Draw, near, states};
 use fracdiff::Seconds;
 use fractional_control::{
-    DeadTime, FractionalTransferFunction, Memory, Plant, Record, Rule, SampledPlant, WholeShape,
-    identify, identify_coefficients, respond, step_response, whole_guess,
+    DeadTime, FractionalTransferFunction, Memory, Plant, Record, Rule, SampledPlant, Start,
+    WholeShape, identify, identify_coefficients, respond, step_response, whole_guess,
 };
 use testkit::{assert_close, assert_relative};
 
@@ -30,6 +30,7 @@ fn record<'a>(t: f64, input: &'a [f64], output: &'a [f64]) -> Record<'a> {
         output,
         held: true,
         dead_time: DeadTime::NONE,
+        start: Start::Rest,
     }
 }
 

@@ -22,6 +22,7 @@ mod portable;
 mod record_campaign;
 mod rules;
 mod settled;
+mod starts;
 mod streaming;
 mod tuning;
 mod unstable;

@@ -8,7 +8,9 @@ use fractional_control::model_search::{
     InputOutput, candidates, dead_time_evidence, identify, settles_as_well,
 };
 use fractional_control::num_complex::Complex;
-use fractional_control::{DeadTime, FractionalTransferFunction, Record, identify_coefficients};
+use fractional_control::{
+    DeadTime, FractionalTransferFunction, Record, Start, identify_coefficients,
+};
 use rayon::prelude::*;
 use testkit::Random;
 
@@ -200,6 +202,7 @@ impl Case {
             time_s: (0..self.samples).map(|n| T * n as f64).collect(),
             input,
             output,
+            ..InputOutput::default()
         }
     }
 }
@@ -355,6 +358,7 @@ fn by_the_truth(case: &Case, record: &InputOutput) -> f64 {
         output: &record.output,
         held: true,
         dead_time: DeadTime::From(Seconds(case.delay * T)),
+        start: Start::Rest,
     };
     let found = identify_coefficients(&function, &record).expect("the truth fits");
     found.dead_time.seconds() / T
@@ -424,6 +428,7 @@ fn noise_shows_no_response() {
             time_s: (0..samples).map(|n| T * n as f64).collect(),
             output: noise.collect(),
             input,
+            ..InputOutput::default()
         };
         let found = identify(&record, &candidates(&record, true, None), true, &|_| ());
         found.is_ok_and(|found| found[0].shows_a_response(&record))

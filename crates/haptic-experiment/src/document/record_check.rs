@@ -156,6 +156,7 @@ mod tests {
             input: vec![1.0; time_s.len()],
             output: vec![1.0; time_s.len()],
             time_s,
+            ..InputOutput::default()
         };
         let lines: Vec<u64> = (2..402).collect();
         assert_eq!(check_times(&record, &lines), Ok(()));
@@ -177,6 +178,7 @@ mod tests {
                 time_s: vec![0.0; 6],
                 input: signal(input),
                 output: signal(output),
+                ..InputOutput::default()
             };
             fill_gaps(&mut record, &lines, ["valve", "level"]).map(|()| record.output)
         };

@@ -46,6 +46,25 @@ fn noise(index: u32) -> f64 {
     f64::from(index.wrapping_mul(2_654_435_761) >> 8) / f64::from(1_u32 << 24)
 }
 
+/// The smallest numbers that there are, alone, beside zero and beside each other, are drawn as zeros.
+#[test]
+fn the_smallest_numbers_are_drawn() {
+    let least = 5e-324;
+    for points in [
+        vec![(0.0, 0.0), (1.0, least)],
+        vec![(0.0, least), (least, -least)],
+        vec![(least, 0.0), (2.0 * least, 1e-310)],
+        vec![(0.0, 1e-31), (1.0, 2e-31)],
+    ] {
+        for scale in [Scale::Linear, Scale::Log] {
+            let series = vec![Series::new("least", &points, Look::Line, 0)];
+            if let Ok(picture) = draw(1, vec![chart("least", scale, series)]) {
+                assert_sound(&picture, "least");
+            }
+        }
+    }
+}
+
 /// Path data of all paths with this attribute.
 fn paths<'a>(picture: &'a Picture, attribute: &str) -> Vec<&'a str> {
     let elements = picture.svg().split("<path d=\"").skip(1);

@@ -18,11 +18,14 @@ use http::Door;
 use hub::Hub;
 use hyper::server::conn::http1;
 use hyper::service::service_fn;
-use hyper_util::rt::TokioIo;
+use hyper_util::rt::{TokioIo, TokioTimer};
 use rand::TryRng as _;
 use rand::rngs::SysRng;
 use std::convert::Infallible;
+use std::fs::OpenOptions;
+use std::io::Write as _;
 use std::net::{Ipv4Addr, SocketAddr, TcpListener};
+use std::path::{Path, PathBuf};
 use std::pin::pin;
 use std::sync::Arc;
 use std::sync::mpsc::{Receiver, sync_channel};
@@ -44,10 +47,15 @@ const WORKERS: usize = 2;
 /// Time until the next try, if a connection cannot be taken: this process may have too many files open.
 const AGAIN: Duration = Duration::from_millis(100);
 
+/// Time in which the head of a request arrives, from the one before on: what is half open or idle is closed.
+const HEADERS: Duration = Duration::from_secs(5);
+
 /// A server at work. Dropped, it stops: force zero first, then the sockets.
 #[derive(Debug)]
 pub struct PageServer {
     address: String,
+    /// The file that a browser opens, if one did.
+    opener: Option<PathBuf>,
     notices: Receiver<String>,
     ending: watch::Sender<Option<&'static str>>,
     thread: Option<JoinHandle<()>>,
@@ -85,6 +93,7 @@ impl PageServer {
         });
         Ok(Self {
             address,
+            opener: None,
             notices,
             ending,
             thread: Some(thread),
@@ -95,6 +104,29 @@ impl PageServer {
     #[must_use]
     pub fn address(&self) -> &str {
         &self.address
+    }
+
+    /// A file that leads a browser to the address, for its owner alone: the arguments of a browser, which an address would be among, are seen by
+    /// everybody on this machine. It goes with the server.
+    ///
+    /// # Errors
+    /// A file that cannot be written.
+    pub fn opener(&mut self) -> std::io::Result<&Path> {
+        let name = format!("haptic-page-{}.html", std::process::id());
+        let path = std::env::temp_dir().join(name);
+        let mut options = OpenOptions::new();
+        options.write(true).create_new(true);
+        #[cfg(unix)]
+        std::os::unix::fs::OpenOptionsExt::mode(&mut options, 0o600);
+        let mut file = options.open(&path)?;
+        let path = self.opener.insert(path);
+        let address = &self.address;
+        let leads = format!("<meta http-equiv=\"refresh\" content=\"0; url={address}\">");
+        write!(
+            file,
+            "<!doctype html>{leads}<a href=\"{address}\">The page</a>"
+        )?;
+        Ok(path)
     }
 
     /// The next sentence for people, if there is one within this time.
@@ -111,6 +143,10 @@ impl PageServer {
 
     fn end(&mut self) {
         self.ending.send_replace(Some(STOPPED));
+        if let Some(opener) = self.opener.take() {
+            // It leads nowhere any more.
+            let _ = std::fs::remove_file(opener);
+        }
         if let Some(thread) = self.thread.take() {
             // A panic in it is a defect that its own message has told.
             let _ = thread.join();
@@ -182,7 +218,10 @@ async fn connections<E>(
             let answer = http::answer(&door, &hub, &open, request);
             async { Ok::<_, Infallible>(http::with_headers(answer)) }
         });
-        let connection = http1::Builder::new().serve_connection(TokioIo::new(stream), service);
+        let connection = http1::Builder::new()
+            .timer(TokioTimer::new())
+            .header_read_timeout(HEADERS)
+            .serve_connection(TokioIo::new(stream), service);
         let end = ended();
         // Errors of single connections are theirs.
         tokio::spawn(async move {

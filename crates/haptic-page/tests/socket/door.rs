@@ -2,6 +2,9 @@
 
 use crate::{options, server};
 use haptic_page::OnClose;
+use std::io::{Read as _, Write as _};
+use std::net::TcpStream;
+use std::time::Duration;
 use testkit::browser::{Page, get, parts};
 
 #[test]
@@ -91,4 +94,43 @@ fn sockets_of_other_origins_and_a_port_that_is_taken_are_refused() {
         said.contains("is taken by another program: take another, or 0"),
         "{said}"
     );
+}
+
+#[test]
+fn a_half_open_request_and_an_idle_connection_are_closed() {
+    let runs = tempfile::tempdir().expect("a folder");
+    let server = server(runs.path(), OnClose::Stop);
+    let (host, path) = parts(server.address());
+    let whole = format!("GET {path} HTTP/1.1\r\nHost: {host}\r\n\r\n");
+    for sent in ["", "GET /", &whole[..whole.len() - 2], &whole] {
+        let mut stream = TcpStream::connect(host).expect("connected");
+        let most = Some(Duration::from_secs(20));
+        stream.set_read_timeout(most).expect("a time limit");
+        stream.write_all(sent.as_bytes()).expect("sent");
+        // It ends, after an answer where there is one; a time limit would be an error.
+        let ended = stream.read_to_end(&mut Vec::new());
+        assert!(ended.is_ok(), "{sent:?}: {ended:?}");
+    }
+}
+
+#[test]
+fn a_browser_is_led_to_the_address_by_a_file_of_its_owner() {
+    let runs = tempfile::tempdir().expect("a folder");
+    let mut server = server(runs.path(), OnClose::Stop);
+    let address = server.address().to_owned();
+    let path = server.opener().expect("a file").to_owned();
+    let text = std::fs::read_to_string(&path).expect("it is there");
+    assert!(text.contains(&format!("url={address}\"")), "{text}");
+    assert!(!path.to_string_lossy().contains(parts(&address).1));
+    #[cfg(unix)]
+    {
+        use std::os::unix::fs::PermissionsExt as _;
+        let mode = std::fs::metadata(&path)
+            .expect("it is there")
+            .permissions()
+            .mode();
+        assert_eq!(mode & 0o777, 0o600);
+    }
+    server.stop();
+    assert!(!path.exists());
 }

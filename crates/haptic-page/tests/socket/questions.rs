@@ -1,10 +1,13 @@
 //! Questions from forms: a Z-width, a design; and records that somebody measured.
 
 use crate::{assert_documented, ended, has, opened, ran, refuses};
+use fractional_control::analysis::analyse;
+use fractional_control::{Crossing, Plant};
+use haptic_experiment::document::ControllerFile;
 use haptic_page::OnClose;
 use serde_json::{Value, json};
 use testkit::browser::Page;
-use testkit::{assert_close, assert_relative};
+use testkit::{Random, assert_close, assert_relative};
 
 #[test]
 #[ignore = "long: `.ci/run` does it, or --include-ignored"]
@@ -122,6 +125,21 @@ fn a_controller_is_designed_and_a_plant_without_one_is_refused() {
             .expect("a file")
             .contains("integral_order")
     );
+    // What the command says: how the plant was read, and that the loop does not settle.
+    for (plant, margin, said) in [
+        (
+            "1/(s+1)(2s+1)",
+            1.2,
+            "what follows \"1/(s+1)\" multiplies; put brackets around \"(2s+1)\"",
+        ),
+        ("1/(s^0.5+1)", 2.094, "It does not settle in the time shown"),
+    ] {
+        let wishes = json!({"plant": plant, "crossover_rad_s": 3.0, "phase_margin_rad": margin, "flat_phase": true});
+        let notes = page.ask("control", wishes)["notes"].take();
+        let notes = notes.as_array().expect("sentences").iter();
+        let mut notes = notes.map(|note| note.as_str().expect("a sentence"));
+        assert!(notes.any(|note| note.contains(said)), "{plant}");
+    }
     for (plant, crossover, why) in [
         (
             "0.55exp(-s)/(62s+",
@@ -139,6 +157,61 @@ fn a_controller_is_designed_and_a_plant_without_one_is_refused() {
             "{refused}"
         );
     }
+}
+
+/// Plants of fractional orders, one in three late: plant, crossover in rad/s.
+fn fractional(number: u64) -> (String, f64) {
+    let mut random = Random(number + 29_000_000);
+    let tau = random.log_between(0.1, 10.0);
+    let (order, low) = (random.between(0.6, 1.9), random.between(0.1, 0.5));
+    let below = match number % 3 {
+        0 => format!("{tau}s^{order}+1"),
+        1 => format!("{tau}s^{order}+{}s^{low}+1", random.between(0.1, 1.0)),
+        _ => format!("s^{order}"),
+    };
+    let late = if number % 2 == 0 { "exp(-0.02s)" } else { "1" };
+    (format!("{late}/({below})"), random.between(1.0, 4.0))
+}
+
+#[test]
+fn the_margins_of_a_fractional_plant_are_those_of_the_library() {
+    let (runs, _server, mut page) = opened();
+    let path = runs.path().join("controller.toml");
+    // Written and read as the answer is: the reader of the test may miss the last bit.
+    let read = |value: Value| -> Value { value.to_string().parse().expect("JSON") };
+    let mut judged = 0;
+    for number in 0..testkit::cases(12) {
+        let (text, omega) = fractional(number);
+        let wishes = json!({"plant": text, "crossover_rad_s": omega, "phase_margin_rad": 1.0, "flat_phase": false});
+        let found = page.ask("control", wishes);
+        let file = found["file"].as_str().expect("a file");
+        std::fs::write(&path, file).expect("written");
+        let file = ControllerFile::read(&path).expect("a controller");
+        let plant: Plant = text.parse().expect("a plant");
+        let known = analyse(&file.setup, &plant).expect("runs");
+        let (own, margins) = (&found["fractional"], known.margins);
+        // Of a loop that is not proved stable up to double its gain nothing is said.
+        let means = !own["sensitivity_peak"].is_null();
+        assert!(
+            known.verdict.stable && known.coarse.is_none() || !means,
+            "{text}"
+        );
+        let value = |crossing: Option<Crossing>| crossing.filter(|_| means).map(|own| own.value);
+        for (key, known) in [
+            ("phase_margin_rad", value(margins.phase)),
+            ("gain_margin", value(margins.gain_up)),
+            ("gain_margin_down", value(margins.gain_down)),
+            ("delay_margin_s", value(margins.delay_s)),
+            ("sensitivity_peak", value(Some(margins.sensitivity))),
+        ] {
+            assert_eq!(own[key], read(json!(known)), "{key} of {text}");
+        }
+        let real = known.curve.iter().map(|point| point.open.re);
+        let real = read(json!(real.collect::<Vec<_>>()));
+        assert_eq!(own["open_real"], real, "{text}");
+        judged += u32::from(means);
+    }
+    assert!(judged > 5, "{judged}");
 }
 
 #[test]

@@ -65,7 +65,7 @@ impl Arguments {
             mass_kg: file.values.mass_kg,
             damping_n_s_per_m: file.values.damping_n_s_per_m,
         });
-        let server = PageServer::start(ServerOptions {
+        let mut server = PageServer::start(ServerOptions {
             port: self.port,
             runs: self.runs,
             on_close: self.on_close,
@@ -80,7 +80,7 @@ impl Arguments {
             writeln!(out, "{address}\nCtrl-C ends it.")
         })?;
         if !self.no_browser
-            && let Err(error) = open::that_detached(address)
+            && let Err(error) = server.opener().and_then(open::that_detached)
         {
             warn(&format!(
                 "no browser was opened ({error}): copy the address into one"

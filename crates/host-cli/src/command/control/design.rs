@@ -214,7 +214,7 @@ impl Arguments {
                 plant: plant.words.clone(),
                 wishes: self.wishes.words(),
                 program: PROGRAM.to_owned(),
-                note: report.note(),
+                note: report.words().note(),
             },
         };
         let controller = place.text("toml", &file.to_toml());

@@ -1,13 +1,13 @@
 //! Pictures of loops: runs, records, frequency responses, designs.
 
 use super::loops::NamedPlant;
-use super::words::in_short;
 use crate::command::analyze::resolved::decibel;
 use crate::picture::{Panel, Points, linear, logarithmic, page};
 use fractional_control::analysis::{LoopAnalysis, LoopPoint};
 use fractional_control::design::{Candidate, ControlAnswer, Trial};
 use fractional_control::model_search::InputOutput;
 use fractional_control::{ControllerSetup, Crossing, Response};
+use haptic_experiment::control::in_short;
 use haptic_figure::{AxisSpec, FigureError, Look, Picture};
 use haptic_quantity::{digits, written};
 
@@ -314,7 +314,7 @@ impl Curves {
             gains: gains.collect(),
             output: seen(&trial.step.measured),
             command: seen(&trial.step.command),
-            is_stable: trial.verdict.stable,
+            is_stable: trial.analysis.verdict.stable,
         }
     }
 
@@ -367,7 +367,7 @@ impl Curves {
 fn length(trials: &[&Trial]) -> usize {
     let settled = trials.iter().flat_map(|trial| {
         let stable = trial.robustness.iter().filter(|row| row.stable);
-        let run = trial.verdict.stable.then_some(trial.shape);
+        let run = trial.analysis.verdict.stable.then_some(trial.shape);
         let shapes = stable.map(|row| row.shape).chain(run);
         shapes.map(|shape| shape.settled)
     });

@@ -12,10 +12,11 @@ use clap::Args;
 use fracdiff::Seconds;
 use fractional_control::model_search::{
     DeadTimeEvidence, Found, InputOutput, Unexplained, candidates, candidates_of,
-    dead_time_evidence, identify, settles_as_well,
+    dead_time_evidence, find_start, identify, settles_as_well,
 };
 use fractional_control::{
-    ControlError, FractionalPolynomial, FractionalTransferFunction, FreeNumber, Identified, Term,
+    ControlError, FractionalPolynomial, FractionalTransferFunction, FreeNumber, Identified, Start,
+    Term,
 };
 use haptic_experiment::document::short;
 use haptic_experiment::document::{check_signals, check_times, fill_gaps};
@@ -114,7 +115,7 @@ fn guess(text: &str) -> Result<FractionalTransferFunction, Failure> {
 impl Arguments {
     pub(crate) fn run(self, output: Output) -> Result<(), Failure> {
         let mut place = PlaceOfFile::look(&self.file, "plant")?;
-        let (record, gaps) = self.read()?;
+        let (mut record, gaps) = self.read()?;
         if record.time_s.len() > LONG && !output.quiet {
             let words = format!(
                 "{} samples take about {}; every tenth may tell as much of a slow plant",
@@ -125,9 +126,12 @@ impl Arguments {
         }
         let (held, known) = (!self.smooth, self.delay.map(Seconds));
         let model = self.model.as_deref().map(guess).transpose()?;
-        let guesses = shown("first guesses", 1, output, |_| match model {
-            Some(model) => candidates_of(model, &record, held, known),
-            None => candidates(&record, held, known),
+        let guesses = shown("first guesses", 1, output, |_| {
+            find_start(&mut record, held, known);
+            match model {
+                Some(model) => candidates_of(model, &record, held, known),
+                None => candidates(&record, held, known),
+            }
         });
         let found = shown("functions", guesses.len(), output, |bar| {
             identify(&record, &guesses, held, &|done| bar.inc(done as u64))
@@ -180,6 +184,9 @@ impl Arguments {
             "delay_low_s": interval.map(|[low, _]| low),
             "delay_high_s": interval.map(|[_, high]| high),
             "delay_determined": evidence.map(|evidence| evidence.is_determined),
+            // Null of a record that begins at rest.
+            "offset": (record.start != Start::Rest).then_some(own.offset),
+            "input_before": (record.start == Start::Settled).then_some(own.input_before),
             "samples": record.time_s.len(),
             "sample_time_s": record.sample_time_s(),
             "rms_residual": own.rms_residual,
@@ -228,6 +235,7 @@ impl Arguments {
             time_s,
             input: from,
             output: to,
+            ..InputOutput::default()
         };
         let wrong =
             |error: String| table::wrong(&self.data, format_args!("{error}; see --columns"));
@@ -256,13 +264,27 @@ impl Arguments {
             delay_s: own.dead_time.seconds(),
         };
         let rms = digits(own.rms_residual, 4);
-        let note = format!("identified from {name}, {samples} samples, rms {rms}");
+        let begins = begins(record.start, own);
+        let note = format!("identified from {name}, {samples} samples, rms {rms}{begins}");
         let picture = || {
             let source = format!("{} · {samples} samples", short_name(&name));
             draw_identified(record, &own.model, &rounded(&own.function), &source)
         };
         let text = || model.to_toml(PROGRAM, &note).unwrap_or_default();
         place.write(text, picture)
+    }
+}
+
+/// Where the plant was when the record began, behind its other figures.
+fn begins(start: Start, own: &Identified) -> String {
+    let offset = digits(own.offset, 5);
+    match start {
+        Start::Rest => String::new(),
+        Start::Offset => format!(", output counted from {offset}"),
+        Start::Settled => {
+            let before = digits(own.input_before, 5);
+            format!(", output counted from {offset}, input from {before}")
+        }
     }
 }
 

@@ -1,6 +1,6 @@
 //! Plant and controller, as the commands of `control` ask for them.
 
-use super::words::{in_degrees, refused};
+use super::words::refused;
 use crate::output::warn;
 use crate::parse::{in_range, of, parse_scheme, quantity};
 use clap::Args;
@@ -9,8 +9,9 @@ use fracdiff::{Scheme, Seconds};
 use fractional_control::run::SAMPLES_MOST;
 use fractional_control::{
     ControllerParameters, ControllerSetup, FractionalTransferFunction, PidParameters, Plant,
-    SetPoint, factor_after_division,
+    SetPoint,
 };
+use haptic_experiment::control::{in_degrees, loose_factor};
 use haptic_experiment::document::{ControllerFile, short};
 use haptic_experiment::run::{DeviceValues, PlantModel};
 use haptic_experiment::{Failure, parameters};
@@ -108,22 +109,10 @@ fn named(text: &str) -> Result<PlantModel, Failure> {
         let (text, error) = (short(text), in_degrees(&error));
         Failure::bad_input(format_args!("plant \"{text}\": {error}; change --plant"))
     })?;
-    say_loose_factor("plant", text);
+    loose_factor("plant", text)
+        .iter()
+        .for_each(|said| warn(said));
     Ok(model)
-}
-
-/// Says how a factor was understood that follows a division.
-fn say_loose_factor(what: &str, text: &str) {
-    let Some(place) = factor_after_division(text) else {
-        return;
-    };
-    let (before, factor) = text.split_at(place);
-    warn(&format!(
-        "{what} \"{}\": what follows \"{}\" multiplies; put brackets around \"{}\" if it divides",
-        short(text),
-        short(before.trim_end()),
-        short(factor)
-    ));
 }
 
 /// A controller.
@@ -223,7 +212,9 @@ fn law(text: &str) -> Result<ControllerParameters, Failure> {
         return Ok(pid.into());
     }
     let function = text.parse::<FractionalTransferFunction>();
-    say_loose_factor("controller", text);
+    loose_factor("controller", text)
+        .iter()
+        .for_each(|said| warn(said));
     function.map(Into::into).map_err(|error| {
         let (text, error) = (short(text), in_degrees(&error));
         Failure::bad_input(format_args!(

@@ -1,0 +1,245 @@
+//! Records that do not begin at rest at zero, and outputs that no input moves.
+//!
+//! `CAMPAIGN_CASES` sets how many; 20 to 30 unless it is given.
+
+use fracdiff::Seconds;
+use fractional_control::model_search::{Found, InputOutput, candidates, find_start, identify};
+use fractional_control::{Plant, SampledPlant, Start};
+use rayon::prelude::*;
+use testkit::{Random, assert_close, assert_relative};
+
+/// Noise of this standard deviation.
+fn noise(random: &mut Random, deviation: f64) -> f64 {
+    deviation * (0..12).map(|_| random.between(-0.5, 0.5)).sum::<f64>()
+}
+
+/// Levels that change every now and then.
+fn levels(random: &mut Random, samples: usize) -> Vec<f64> {
+    let mut level = 0.0;
+    let level = (0..samples).map(|_| {
+        if random.chance(0.05) {
+            level = random.between(-1.0, 1.0);
+        }
+        level
+    });
+    level.collect()
+}
+
+/// c + K/(τs + 1)·e^(−Ls)·(u − u_p) by its recursion, L a whole number of samples; before the record u was `before`.
+fn lag(input: &[f64], (gain, rate, late): (f64, f64, usize), before: f64) -> Vec<f64> {
+    let mut y = 0.0;
+    let outputs = (0..input.len()).map(|n| {
+        let now = y;
+        let acting = n.checked_sub(late).map_or(before, |n| input[n]);
+        y += (1.0 - rate) * (gain * (acting - before) - y);
+        now
+    });
+    outputs.collect()
+}
+
+fn record(t: f64, input: Vec<f64>, output: Vec<f64>) -> InputOutput {
+    InputOutput {
+        time_s: (0..input.len()).map(|n| t * n as f64).collect(),
+        input,
+        output,
+        ..InputOutput::default()
+    }
+}
+
+fn found(record: &InputOutput) -> Vec<Found> {
+    let guesses = candidates(record, true, None);
+    identify(record, &guesses, true, &|_| {}).expect("found")
+}
+
+/// What is printed, run by other code, is what the fit is of.
+fn assert_printed_is_fitted(found: &[Found], record: &InputOutput) {
+    for own in found.iter().map(|found| &found.identified) {
+        let (above, below) = (own.function.numerator(), own.function.denominator());
+        let plant = Plant::transfer(own.function, own.dead_time.seconds()).expect("a plant");
+        let t = Seconds(record.sample_time_s());
+        let mut terms = above.terms().iter().chain(below.terms());
+        if terms.any(|term| term.order.fract() != 0.0) || above.degree() >= below.degree() {
+            continue;
+        }
+        let sampled = SampledPlant::with_usual_memory(&plant, t).expect("it runs");
+        let mut state = sampled.at_rest();
+        let shown = record.input.iter().zip(&own.model);
+        let most = record
+            .output
+            .iter()
+            .fold(0.0, |most: f64, y| most.max(y.abs()));
+        for (n, (u, shown)) in shown.enumerate() {
+            let u = u - own.input_before;
+            let exact = own.offset + sampled.step(&mut state, u);
+            let left = (exact - shown).abs();
+            assert!(
+                left < 1e-6 * most,
+                "{}, sample {n}: {exact} {shown}",
+                own.function
+            );
+        }
+    }
+}
+
+/// A heater that is switched on in the first row: a lag of 155 s behind 24 s, from room temperature, as 61 samples of a teaching log have it.
+#[test]
+fn a_heater_from_room_temperature_is_a_lag_that_comes_to_rest() {
+    for seed in 0..5 {
+        let mut random = Random(seed + 61);
+        let (t, tau, late) = (10.0, 155.0, 24.0);
+        let output = (0..61).map(|n| {
+            let since = (t * f64::from(n) - late).max(0.0);
+            let rises = 0.641 * 50.0 * (1.0 - (-since / tau).exp());
+            21.6 + rises + noise(&mut random, 0.2)
+        });
+        let mut record = record(t, vec![50.0; 61], output.collect());
+        find_start(&mut record, true, None);
+        assert_eq!(record.start, Start::Offset);
+        let found = found(&record);
+        assert_printed_is_fitted(&found, &record);
+        let best = &found[0].identified;
+        let what = best.function.to_string();
+        assert_eq!(best.function.unstable_poles(), Some(0), "{what}");
+        assert!(best.fit > 0.999, "{what}: {}", best.fit);
+        let gain = best.function.numerator().terms().last().expect("a gain");
+        assert_close(&what, gain.order, best.function.denominator().lowest(), 0.0);
+        assert_relative(&what, gain.coefficient, 0.641, 0.02);
+        assert_close(&what, best.offset, 21.6, 0.3);
+    }
+}
+
+#[test]
+fn a_plant_that_had_settled_gives_the_input_before_its_record() {
+    for seed in 0..4 {
+        let mut random = Random(seed + 900);
+        let before = random.between(2.0, 5.0);
+        let input = levels(&mut random, 400)
+            .into_iter()
+            .map(|u| before + 1.5 + u);
+        let input: Vec<f64> = input.collect();
+        let output = lag(&input, (2.0, (-0.05_f64).exp(), 3), before);
+        let output = output.iter().map(|y| 40.0 + y + noise(&mut random, 0.01));
+        let mut record = record(0.1, input, output.collect());
+        find_start(&mut record, true, None);
+        assert_eq!(record.start, Start::Settled);
+        let found = found(&record);
+        assert_printed_is_fitted(&found, &record);
+        let best = &found[0].identified;
+        let what = best.function.to_string();
+        assert_close(&what, best.input_before, before, 0.02);
+        assert_close(&what, best.offset, 40.0, 0.05);
+        let below = best.function.denominator().terms();
+        assert_relative(&what, below[0].coefficient, 2.0, 0.02);
+    }
+}
+
+/// One that begins at rest at zero stays so, whatever its orders.
+#[test]
+fn a_record_that_begins_at_rest_has_no_offset() {
+    let half = |t: f64| 1.0 - t.exp() * libm::erfc(t.sqrt());
+    let output = |deviation: f64| {
+        let mut random = Random(5);
+        let output = (0..200).map(|n| half(0.05 * f64::from(n)) + noise(&mut random, deviation));
+        output.collect()
+    };
+    for deviation in [0.0, 0.01] {
+        let mut record = record(0.05, vec![1.0; 200], output(deviation));
+        find_start(&mut record, true, None);
+        assert_eq!(record.start, Start::Rest);
+    }
+}
+
+/// A made record of 0.555·exp(−1.91 s)/(1.18 s + 1): a pole and a zero, both at 0.849, are in no plant.
+#[test]
+fn a_pole_and_a_zero_that_are_one_within_their_errors_are_none() {
+    let mut columns = [vec![], vec![], vec![]];
+    for line in include_str!("unstable-pole.csv").lines().skip(1) {
+        let cells = line.split(',').map(|cell| cell.parse().expect("a number"));
+        columns
+            .iter_mut()
+            .zip(cells)
+            .for_each(|(column, cell): (_, f64)| column.push(cell));
+    }
+    let [time_s, input, output] = columns;
+    let record = InputOutput {
+        time_s,
+        input,
+        output,
+        ..InputOutput::default()
+    };
+    let found = found(&record);
+    let best = &found[0].identified;
+    let what = best.function.to_string();
+    let (above, below) = (best.function.numerator(), best.function.denominator());
+    assert_eq!((above.terms().len(), below.terms().len()), (1, 2), "{what}");
+    assert_close(&what, above.terms()[0].coefficient, 0.555, 0.001);
+    assert_close(&what, below.terms()[0].coefficient, 1.18, 0.005);
+    assert_close(&what, below.degree(), 1.0, 0.0);
+    assert_close(&what, best.dead_time.seconds(), 1.91, 0.005);
+    assert!(best.rms_residual < 0.00475, "{}", best.rms_residual);
+}
+
+/// Random walks and drifts beside an input that moves are told; lags behind a dead time are found, and none of them grows.
+#[test]
+#[ignore = "long: `.ci/run` does it, or --include-ignored"]
+fn an_output_that_no_input_moves_is_told() {
+    let count: u64 = testkit::cases(20);
+    let accepted = (0..count).into_par_iter().filter(|number| {
+        let mut random = Random(number + 77_000);
+        let input = levels(&mut random, 300);
+        let (slope, mut walk) = (random.between(-1.0, 1.0), 0.0);
+        let output = (0..300).map(|n| {
+            walk += noise(&mut random, 0.1);
+            match number % 3 {
+                0 => walk,
+                1 => slope * 0.05 * f64::from(n) + noise(&mut random, 0.1),
+                _ => slope * 0.05 * f64::from(n) + walk,
+            }
+        });
+        let output: Vec<f64> = output.collect();
+        let mut record = record(0.1, input, output);
+        find_start(&mut record, true, None);
+        let guesses = candidates(&record, true, None);
+        let found = identify(&record, &guesses, true, &|_| {});
+        let Some(best) = found.ok().and_then(|found| found.into_iter().next()) else {
+            return false;
+        };
+        let told = best.shows_a_response(&record);
+        if told {
+            println!("{number}: {}", best.identified.function);
+        }
+        told
+    });
+    let accepted = accepted.count() as u64;
+    assert!(
+        accepted * 30 <= count,
+        "{accepted} of {count} are taken for an answer"
+    );
+}
+
+#[test]
+#[ignore = "long: `.ci/run` does it, or --include-ignored"]
+fn a_lag_behind_a_dead_time_is_found_and_does_not_grow() {
+    let count: u64 = testkit::cases(20);
+    let wrong = (0..count).into_par_iter().filter_map(|number| {
+        let mut random = Random(number + 88_000);
+        let input = levels(&mut random, 400);
+        let (gain, late) = (
+            random.log_between(0.2, 5.0),
+            (random.share() * 40.0) as usize,
+        );
+        let tau = random.log_between(5.0, 60.0);
+        let output = lag(&input, (gain, (-1.0 / tau).exp(), late), 0.0);
+        let most = output.iter().fold(0.0, |most: f64, y| most.max(y.abs()));
+        let output = output.iter().map(|y| y + noise(&mut random, 0.01 * most));
+        let record = record(1.0, input, output.collect());
+        let found = found(&record);
+        assert_printed_is_fitted(&found, &record);
+        let best = &found[0];
+        let grows = best.identified.function.unstable_poles() != Some(0);
+        let fault = grows || !best.shows_a_response(&record);
+        fault.then(|| format!("{number}: {} of {tau} {late}", best.identified.function))
+    });
+    let wrong: Vec<String> = wrong.collect();
+    assert!(wrong.is_empty(), "{wrong:?}");
+}

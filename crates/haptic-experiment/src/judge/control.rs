@@ -1,0 +1,273 @@
+//! A designed controller in sentences, for the command and the page.
+
+use crate::document::short;
+use crate::parameters::{DELAY, SAMPLE_TIME};
+use fractional_control::analysis::{Cause, LoopAnalysis};
+use fractional_control::design::{ControlAnswer, ROBUST_GAINS, Trial, WishName};
+use fractional_control::{ControlError, factor_after_division};
+use haptic_quantity::{Key, digits, written};
+use std::f64::consts::LN_10;
+
+/// What the tuning is asked for.
+const CROSSOVER: Key = Key("crossover_rad_s");
+const PHASE_MARGIN: Key = Key("phase_margin_rad");
+
+/// The text of an error with angles in degrees, and what to change.
+#[must_use]
+pub fn in_degrees(error: &ControlError) -> String {
+    let range = match *error {
+        ControlError::Range(range) => range,
+        ControlError::Contradiction {
+            first,
+            first_value,
+            second,
+            second_value,
+            remedy,
+        } => {
+            let [a, b] = [(first, first_value), (second, second_value)]
+                .map(|(key, value)| format!("{} {}", Key(key), with_unit(key, value)));
+            return format!("{a} contradicts {b}: {remedy}");
+        }
+        error => return error.to_string(),
+    };
+    match (range.what, range.unit) {
+        ("phase margin", _) => format!(
+            "phase margin {} is not above 0 and below 180°: give {PHASE_MARGIN}, as in 60deg",
+            with_unit(PHASE_MARGIN.0, range.value)
+        ),
+        ("crossover", _) => format!("{range}: give {CROSSOVER}"),
+        ("delay", _) => format!("{range}: give a smaller {DELAY}"),
+        ("dead time", "samples") => {
+            format!("{range}: lengthen {SAMPLE_TIME}, or shorten the dead time")
+        }
+        ("samples of the record", _) => {
+            format!("{range}: record for longer, or give --model with fewer terms")
+        }
+        _ => range.to_string(),
+    }
+}
+
+/// The value of a wish with its unit, an angle in degrees.
+fn with_unit(key: &str, value: f64) -> String {
+    match key == PHASE_MARGIN.0 {
+        true => format!("{}°", digits(value.to_degrees(), 4)),
+        false => written(key, value),
+    }
+}
+
+/// The verdict in a few words.
+#[must_use]
+pub const fn in_short(analysis: &LoopAnalysis) -> &'static str {
+    match (analysis.cause, analysis.verdict.stable, analysis.coarse) {
+        (Cause::Boundary | Cause::Cancelled, ..) => "on the boundary",
+        (Cause::TooLarge | Cause::NearWhole(_), ..) => "not decided",
+        (_, true, None) => "stable, proved",
+        (_, true, Some(_)) => "stable by the sampled model, not proved",
+        (_, false, None) => "unstable, proved",
+        (_, false, Some(_)) => "unstable by the sampled model, not proved",
+    }
+}
+
+/// The sentence that says how a factor behind a division was understood, where there is one.
+#[must_use]
+pub fn loose_factor(what: &str, text: &str) -> Option<String> {
+    let (before, factor) = text.split_at(factor_after_division(text)?);
+    Some(format!(
+        "{what} \"{}\": what follows \"{}\" multiplies; put brackets around \"{}\" if it divides",
+        short(text),
+        short(before.trim_end()),
+        short(factor)
+    ))
+}
+
+/// Key and words of a wish, and its value in the unit of the key.
+#[must_use]
+pub fn row_of_wish(name: WishName) -> (&'static str, &'static str, fn(f64) -> f64) {
+    let same: fn(f64) -> f64 = |value| value;
+    match name {
+        WishName::Crossover => ("crossover_rad_s", "crossover / rad/s", same),
+        WishName::PhaseMargin => ("phase_margin_deg", "phase margin / °", f64::to_degrees),
+        WishName::IsoDamping => (
+            "phase_slope_deg_per_decade",
+            "slope of the phase / °/decade",
+            |slope| (slope * LN_10).to_degrees(),
+        ),
+        WishName::SensitivityPeak => ("sensitivity_peak", "largest |S|", same),
+        WishName::ComplementaryPeak => ("complementary_peak", "largest |T|", same),
+        WishName::Noise => ("noise", "|T| above the noise's frequency", same),
+        _ => ("disturbance", "|S| below the disturbance's frequency", same),
+    }
+}
+
+/// What a design found, in sentences.
+#[derive(Clone, Copy, Debug)]
+pub struct DesignWords<'a>(pub &'a ControlAnswer);
+
+impl DesignWords<'_> {
+    /// Wishes that are not met, and a loop that is not robust, for the controller file.
+    #[must_use]
+    pub fn note(&self) -> String {
+        let unmet = Some(self.unmet()).filter(|unmet| !unmet.is_empty());
+        let parts = unmet.map(|unmet| format!("not met: {unmet}"));
+        let parts: Vec<String> = parts.into_iter().chain(self.fragile()).collect();
+        parts.join("; ")
+    }
+
+    /// The wishes that are not met, and by how much; empty if all are.
+    #[must_use]
+    pub fn unmet(&self) -> String {
+        let missed = self
+            .0
+            .fractional
+            .wishes
+            .iter()
+            .filter(|wish| !wish.is_met());
+        let words = missed.map(|wish| {
+            let (_, words, in_unit) = row_of_wish(wish.name);
+            let [wanted, reached] = [wish.wanted, wish.reached].map(in_unit);
+            let by = match wanted {
+                0.0 => String::new(),
+                _ => format!(" ({:+.0} %)", 100.0 * (reached / wanted - 1.0)),
+            };
+            let [reached, wanted] = [reached, wanted].map(|value| digits(value, 4));
+            format!("{words} {reached} instead of {wanted}{by}")
+        });
+        words.collect::<Vec<_>>().join(", ")
+    }
+
+    /// The gains of the plant for which the loop is proved stable, if they do not reach from half to double.
+    fn fragile(&self) -> Option<String> {
+        let own = self
+            .0
+            .fractional
+            .trial
+            .as_ref()
+            .filter(|own| !own.is_robust())?;
+        let [low, high] = own.stable_gains?;
+        let verdict = match own.coarse {
+            None => "proved stable",
+            Some(_) => "stable by the sampled model, not proved,",
+        };
+        Some(format!(
+            "the sampled loop is {verdict} only from {} to {} times the plant's gain",
+            digits(low, 3),
+            digits(high, 3)
+        ))
+    }
+
+    /// The verdict, for which gains it is proved, and the remedy.
+    fn verdict(&self, own: &Trial) -> String {
+        let all = "for half to double the plant's gain";
+        if !own.analysis.verdict.stable {
+            return "The sampled loop is not stable.".to_owned();
+        }
+        let sturdier = match own.stable_gains {
+            Some([low, _]) if low > ROBUST_GAINS[0] => {
+                "Raise the crossover: a smaller gain does not hold this plant"
+            }
+            _ => "Lower the crossover, raise the phase margin or shorten the sample time",
+        };
+        // Why the verdict of a loop is not that of its plant.
+        let too_fast = own.coarse.map(|times| {
+            let times = digits(times, 4);
+            format!("too fast to prove it for the plant: shorten the sample time {times} times")
+        });
+        match (self.fragile(), too_fast) {
+            (None, Some(too_fast)) => {
+                format!("Warning: the sampled model is stable {all}, {too_fast}.")
+            }
+            (Some(fragile), Some(too_fast)) => {
+                format!("Warning: {fragile}, {too_fast}. {sturdier}.")
+            }
+            (None, None) => format!("The sampled loop is proved stable {all}."),
+            (Some(fragile), None) => format!("Warning: {fragile}. {sturdier}."),
+        }
+    }
+
+    /// The verdict and what to know beside it.
+    #[must_use]
+    pub fn sentences(&self) -> Vec<String> {
+        let Some(own) = &self.0.fractional.trial else {
+            let count = "Stable at the measured frequencies, if the plant is stable; not proved.";
+            let more = "For a proof and steps identify a function, with control identify.";
+            return vec![format!("{count} {more}")];
+        };
+        let mut said = vec![self.verdict(own)];
+        let other = self.0.integer.as_ref().ok();
+        let other = other.and_then(|other| other.trial.as_ref());
+        let spread = |trial: &Trial| trial.overshoot_spread().filter(|_| trial.is_robust());
+        match other.map(|other| (spread(own), spread(other))) {
+            Some((Some(fractional), Some(integer))) => {
+                said.push(format!(
+                    "Over these gains its overshoot varies by {} %, that of the integer-order PID by {} %: {}.",
+                    digits(100.0 * fractional, 3),
+                    digits(100.0 * integer, 3),
+                    compared(fractional, integer)
+                ));
+            }
+            Some((Some(_), None)) => {
+                said.push("The integer-order PID is not stable at all these gains.".to_owned());
+            }
+            Some(_) => {}
+            None => said.push(format!(
+                "No integer-order PID has this crossover and margin: {}.",
+                (self.0.integer.as_ref().err()).map_or("none was found".to_owned(), in_degrees)
+            )),
+        }
+        let order = self.0.fractional.tuned.parameters.integral_order;
+        if own.analysis.verdict.stable && own.shape.settled.is_none() && order < 1.0 {
+            let crossover = self
+                .0
+                .fractional
+                .wishes
+                .first()
+                .map_or(1.0, |wish| wish.wanted);
+            said.push(format!(
+                "It does not settle in the time shown: its integral fades as t^-{}. In control design, give {}.",
+                digits(order, 4),
+                Key("disturbance").set_to(format_args!("{}rad/s:0.05", digits(0.05 * crossover, 4)))
+            ));
+        }
+        if self.unmet().is_empty() {
+            said.push("Every wish is met within 1 %.".to_owned());
+        }
+        said
+    }
+}
+
+fn compared(fractional: f64, integer: f64) -> String {
+    let least = 1e-3;
+    if fractional < least && integer < least {
+        "no difference".to_owned()
+    } else if fractional <= integer {
+        format!("{:.1} times less", integer / fractional.max(1e-6))
+    } else {
+        "the fractional PID is not better".to_owned()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use fractional_control::Plant;
+    use fractional_control::tuning::{Specification, tune};
+
+    #[test]
+    fn wishes_are_said_in_degrees() {
+        let plant: Plant = "1/(s+1)".parse().expect("valid");
+        let of = |wishes: Specification| in_degrees(&tune(&plant, None, &wishes).unwrap_err());
+        let wide = Specification::new(1.0, 200_f64.to_radians());
+        assert_eq!(
+            of(wide),
+            "phase margin 200° is not above 0 and below 180°: give `phase_margin_rad`, as in 60deg"
+        );
+        let peak = Specification {
+            sensitivity_peak: Some(0.9),
+            ..Specification::new(1.0, 60_f64.to_radians())
+        };
+        assert_eq!(
+            of(peak),
+            "`sensitivity_peak` 0.9 contradicts `phase_margin_rad` 60°: allow at least 1/(2 sin(margin/2))"
+        );
+    }
+}
