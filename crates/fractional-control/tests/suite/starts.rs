@@ -25,7 +25,7 @@ fn levels(random: &mut Random, samples: usize) -> Vec<f64> {
     level.collect()
 }
 
-/// c + K/(τs + 1)·e^(−Ls)·(u − u_p) by its recursion, L a whole number of samples; before the record u was `before`.
+/// c + K/(τs + 1)·e^(−Ls)·(u − `u_p`) by its recursion, L a whole number of samples; before the record u was `before`.
 fn lag(input: &[f64], (gain, rate, late): (f64, f64, usize), before: f64) -> Vec<f64> {
     let mut y = 0.0;
     let outputs = (0..input.len()).map(|n| {
