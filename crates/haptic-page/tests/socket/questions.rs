@@ -169,7 +169,11 @@ fn fractional(number: u64) -> (String, f64) {
         1 => format!("{tau}s^{order}+{}s^{low}+1", random.between(0.1, 1.0)),
         _ => format!("s^{order}"),
     };
-    let late = if number.is_multiple_of(2) { "exp(-0.02s)" } else { "1" };
+    let late = if number.is_multiple_of(2) {
+        "exp(-0.02s)"
+    } else {
+        "1"
+    };
     (format!("{late}/({below})"), random.between(1.0, 4.0))
 }
 
