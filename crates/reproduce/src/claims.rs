@@ -3,7 +3,7 @@
 use super::Kind;
 use super::evidence::{self, Formulas, Found};
 use haptic_analysis::AnalysisError;
-use serde::Serialize;
+use serde::{Serialize, Serializer};
 
 pub use super::evidence::Evidence;
 
@@ -18,9 +18,24 @@ pub struct Claim {
     pub section: &'static str,
     /// The verdict, in words.
     pub verdict: String,
-    /// With the operator of the chapter; then, if that is another, with (1 − w)^μ.
+    /// With the operator of the chapter; then, if that is another, with (1 − w)^μ. In JSON each by its name, null for the others.
+    #[serde(flatten, serialize_with = "by_operator")]
     pub evidence: Vec<Evidence>,
 }
+
+fn by_operator<S: Serializer>(evidence: &[Evidence], serializer: S) -> Result<S::Ok, S::Error> {
+    serializer.collect_map(KEYS.map(|(key, kind)| {
+        let found = evidence.iter().find(|one| one.operator == kind.name());
+        (key, found)
+    }))
+}
+
+const KEYS: [(&str, Kind); 4] = [
+    ("muir", Kind::Muir),
+    ("exact", Kind::Exact),
+    ("continuous", Kind::Continuous),
+    ("oustaloup", Kind::Oustaloup),
+];
 
 /// The verdict of the chapter's operator, and of the one beside it.
 fn verdict(evidence: &[Evidence]) -> String {

@@ -118,7 +118,7 @@ impl Differintegrate {
                     let seconds = (x.len() as f64 / UNEVEN_AT_ONCE as f64).powi(2);
                     note("note", format_args!("uneven times: some {seconds:.0} s"));
                 }
-                if mu.get() > 0.0 && x[0] != reference {
+                if mu.get() > 0.0 && (x[0] - reference).abs() > 0.0 {
                     return Err(Failure::bad_input(format_args!(
                         "the signal jumps from 0 to {} in its first row, where its derivative is infinite: give --caputo, or begin the table at 0",
                         x[0]
