@@ -262,49 +262,24 @@ impl SampledLoop {
     }
 }
 
-/// Largest gain up to which a rule is asked to stand for its plant.
-const ASKED: f64 = 100.0;
-/// A rule is asked up to this share below the gain at which it loses the loop.
-const SHORT: f64 = 0.01;
-
 impl SampledLoop {
     /// Margins and peaks of the loop around the plant behind its hold. `own` are the [`margins`](Self::margins) of this loop, `later` is the loop
     /// whose plant has so much more dead time, s; where it is refused, the delay margin is that of whole samples.
     ///
-    /// The gain at which the loop is lost is that of the rule where the rule stands for its plant, else that of the response of the plant. A delay
-    /// is one that the memory [holds](Self::remembered). Cost: that of [`delay_margin`](Self::delay_margin), some dozen verdicts.
+    /// A delay is one that the memory [holds](Self::remembered). Cost: that of [`delay_margin`](Self::delay_margin), some dozen verdicts.
     pub fn margins_of_plant<E>(
         &self,
         own: Margins,
         later: &dyn Fn(f64) -> Result<Self, E>,
     ) -> Margins {
-        let mut margins = own;
-        if let Some(held) = self.of_plant() {
-            margins = held.margins();
-            margins.gain_up = self.lost_above(own.gain_up, margins.gain_up);
-        }
+        let held = self.of_plant();
+        let mut margins = held.map_or(own, |held| held.margins());
         let first = self.remembered(margins.delay_s);
         margins.delay_s = self.remembered(
             Self::delay_margin(first, &|delay_s| Ok::<_, E>(later(delay_s)?.beside(self)))
                 .unwrap_or(first),
         );
         margins
-    }
-
-    /// The least gain above 1 at which the loop is lost.
-    fn lost_above(
-        &self,
-        of_rule: Option<Crossing>,
-        of_plant: Option<Crossing>,
-    ) -> Option<Crossing> {
-        let most = of_rule.map_or(ASKED, |gain| gain.value * (1.0 - SHORT));
-        let rule = self.rule_error();
-        let holds = rule.is_none_or(|rule| rule.within([1.0, most])[1] >= most);
-        if holds {
-            of_rule.or(of_plant)
-        } else {
-            of_plant
-        }
     }
 }
 
