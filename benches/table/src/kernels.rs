@@ -14,7 +14,6 @@ const KERNELS: &[&str] = &[
     "crates/fracdiff/src/full_memory",
     "crates/fracdiff/src/integer_part.rs",
     "crates/fracdiff/src/oustaloup.rs",
-    "crates/fracdiff/src/partitioned",
     "crates/fracdiff/src/short_memory.rs",
     "crates/fracdiff/src/tustin_muir.rs",
     "crates/fractional-control/src/parallel.rs",

@@ -44,7 +44,7 @@ const REQUIRED: [&str; 4] = [
     "sampled_damping",
 ];
 /// Of the largest that is allowed.
-const LARGEST: [&str; 3] = ["largest_", "alpha_max", "beta_max"];
+const LARGEST: [&str; 4] = ["largest_", "alpha_max", "beta_max", "stiffness_max"];
 
 impl Toward {
     fn of_key(key: &str) -> Self {

@@ -1,7 +1,6 @@
 //! Model less record, as a problem of least squares.
 
-use super::UNFIT;
-use super::record::{DeadTime, Free, FreeNumber, Record, Start, now};
+use super::record::{DeadTime, Free, FreeNumber, Record, Start, UNFIT, now};
 use crate::curves::transfer_fraction;
 use crate::memory::Integral;
 use crate::records::{MODES, Running, largest, through};

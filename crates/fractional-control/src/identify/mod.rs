@@ -5,7 +5,7 @@ mod record;
 mod whole;
 
 use self::fit::{Fit, Ran};
-use self::record::{Free, free_numbers};
+use self::record::{Free, UNFIT, free_numbers};
 use crate::records::largest;
 use crate::{ControlError, FractionalTransferFunction, Memory, Rule};
 use fracdiff::Seconds;
@@ -205,11 +205,6 @@ fn searched_by<'a>(
         variance,
     })
 }
-
-const UNFIT: ControlError = ControlError::NotFound {
-    what: "a function that fits the record",
-    why: "begin from another guess, nearer in gain and time constant, or with other terms",
-};
 
 /// The output of a function over a record, as a fit runs it.
 pub(crate) fn run_alone(

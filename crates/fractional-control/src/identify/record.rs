@@ -1,9 +1,15 @@
 //! A record, and the numbers of a function that are free when it is fitted to one.
 
-use crate::FractionalTransferFunction;
+use crate::{ControlError, FractionalTransferFunction};
 use fracdiff::Seconds;
 use std::borrow::Cow;
 use std::vec::Vec;
+
+/// No function of these terms comes near the record.
+pub(super) const UNFIT: ControlError = ControlError::NotFound {
+    what: "a function that fits the record",
+    why: "begin from another guess, nearer in gain and time constant, or with other terms",
+};
 
 /// The time by which an input acts later.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -41,7 +41,7 @@ pub fn in_degrees(error: &ControlError) -> String {
             format!("{range}: lengthen {SAMPLE_TIME}, or shorten the dead time")
         }
         ("samples of the record", _) => {
-            format!("{range}: record for longer, or give --model with fewer terms")
+            format!("{range}: record for longer, or ask for a function of fewer terms")
         }
         _ => range.to_string(),
     }

@@ -12,11 +12,12 @@ use board::{BOARDS, Board, Way, boards};
 use clap::Args;
 use haptic_experiment::Failure;
 use haptic_experiment::run::{at_port, firmware_digest, firmware_version};
+use haptic_loop::realtime::Moment;
 use image::Image;
 use serde_json::json;
 use std::path::PathBuf;
 use std::process::{Command, Stdio};
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 pub(super) const LONG_ABOUT: &str = "\
 Builds the firmware, programs a board, and checks that the device then runs exactly that image: it has just started, and answers with \
@@ -54,7 +55,7 @@ impl Arguments {
             Some(image) => image,
             None => Image::read(self.board, &self.build(output)?)?,
         };
-        let began = Instant::now();
+        let began = Moment::now();
         let doubt = programmer.program(&image)?;
         if !output.quiet {
             note("written", image.file.display());
