@@ -23,7 +23,6 @@ mod muir;
 mod order;
 mod oustaloup;
 pub mod parameter;
-#[cfg(feature = "alloc")]
 pub mod portable;
 mod real;
 mod response;
@@ -49,7 +48,6 @@ pub use muir::{MuirPolynomial, muir_coefficients};
 pub use num_complex;
 pub use order::{Order, ParameterError, Seconds};
 pub use oustaloup::{Band, Oustaloup, OustaloupHistory};
-#[cfg(feature = "alloc")]
 pub use portable::PortableOperator;
 pub use real::Real;
 pub use response::{ExactDifference, FrequencyResponse};
