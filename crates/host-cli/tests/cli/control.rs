@@ -127,8 +127,8 @@ fn a_plant_comes_back_from_its_own_step() {
     let found = place.run(line).succeeded().json();
     assert_eq!(
         keys(&found),
-        "bic candidates delay_determined delay_high_s delay_low_s delay_s files fit function numbers order_reason \
-         plant_file rms_residual sample_time_s samples unstable_poles unstable_poles_reason warnings"
+        "bic candidates delay_determined delay_high_s delay_low_s delay_s files fit function input_before numbers \
+         offset order_reason plant_file rms_residual sample_time_s samples unstable_poles unstable_poles_reason warnings"
     );
     assert_eq!(
         place.listing(),
