@@ -96,7 +96,9 @@ def short(tmp_path_factory) -> Iterator[Path]:
 
 
 def started(place: str, name: str, period_s: float, folder: Path, before: Sequence[str] = ()) -> subprocess.Popen[str]:
-    command = [*before, sys.executable, "-c", CHILD, place, name, str(period_s), folder / "run"]
+    # A shell has what it runs in the background ignore SIGINT and SIGQUIT, and nohup SIGHUP.
+    usual = ["env", "--default-signal"]
+    command = [*usual, *before, sys.executable, "-c", CHILD, place, name, str(period_s), folder / "run"]
     return subprocess.Popen(command, stdin=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
 
 
@@ -108,10 +110,13 @@ def ended(run: subprocess.Popen[str], number: int | None) -> str:
         run.stdin.flush()
     else:
         run.send_signal(number)
+    began = time.monotonic()
     while True:
         done, status = os.waitpid(run.pid, os.WNOHANG | os.WUNTRACED)
         if done != 0:
             break
+        if time.monotonic() - began > 60:
+            return "not ended"
         time.sleep(0.01)
     if os.WIFSTOPPED(status):
         return "stopped"

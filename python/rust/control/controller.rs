@@ -161,11 +161,17 @@ impl PyPid {
     #[pyo3(signature = (measured, /, *, reference = None, command = 0.0))]
     fn settle(&mut self, measured: f64, reference: Option<f64>, command: f64) -> PyResult<f64> {
         let reference = reference.unwrap_or(measured);
-        for (what, value) in [("measured", measured), ("reference", reference), ("command", command)] {
+        for (what, value) in [
+            ("measured", measured),
+            ("reference", reference),
+            ("command", command),
+        ] {
             range(what, value, true, "finite", "").or_refused()?;
         }
         // A PID rests everywhere.
-        Ok((self.running).settle(reference, measured, command).unwrap_or_default())
+        Ok((self.running)
+            .settle(reference, measured, command)
+            .unwrap_or_default())
     }
 
     /// Samples in a row, up to now, whose reference or measurement was no number.
