@@ -232,6 +232,10 @@ impl<F: Real, E: Environment<F, 1>> Environment<F, 1> for Pushing<E> {
         self.inner.at_rest()
     }
 
+    fn settle(&self, history: &mut E::History, position_m: &SVector<F, 1>) {
+        self.inner.settle(history, position_m);
+    }
+
     #[inline]
     fn force(&self, history: &E::History, position_m: &SVector<F, 1>) -> SVector<F, 1> {
         let force = self.inner.force(history, position_m);

@@ -155,6 +155,15 @@ impl<F: Real, O: Differintegrator<F>, const D: usize> Environment<F, D> for Spri
         array::from_fn(|_| self.operator.at_rest())
     }
 
+    /// Where the operator cannot rest, as an integral of a constant, the history stays.
+    fn settle(&self, history: &mut Self::History, position_m: &SVector<F, D>) {
+        for (history, &x) in history.iter_mut().zip(position_m.iter()) {
+            if let Some(settled) = self.operator.settled(x) {
+                *history = settled;
+            }
+        }
+    }
+
     #[inline]
     fn force(&self, history: &Self::History, position_m: &SVector<F, D>) -> SVector<F, D> {
         SVector::from(array::from_fn(|axis| {

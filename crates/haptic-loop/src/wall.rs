@@ -134,6 +134,14 @@ impl<F: Real, O: Differintegrator<F>> Environment<F, 1> for Wall<F, O> {
         self.operator().rest(&mut history[0]);
     }
 
+    /// A linear wall is felt wherever the device is; a one-sided one is entered from outside.
+    fn settle(&self, history: &mut Self::History, position_m: &SVector<F, 1>) {
+        match self {
+            Self::Linear(wall) => wall.settle(history, position_m),
+            Self::OneSided(_) => {}
+        }
+    }
+
     #[inline]
     fn force(&self, history: &Self::History, position_m: &SVector<F, 1>) -> SVector<F, 1> {
         match self {

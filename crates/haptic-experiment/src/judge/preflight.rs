@@ -320,7 +320,9 @@ impl Preflight<'_> {
             WallContact::Signed => {
                 let at_rest = wall.alpha + wall.beta * operator.response(0.0).re;
                 let holds = at_rest > 0.0 && proved.is_some_and(|proved| proved >= 1.0);
-                Some(if holds { EVERY_MOTION } else { without_energy })
+                // A guard takes force away by what was before: no static map, of which alone this is proved.
+                let proved = holds && !self.guarded;
+                Some(if proved { EVERY_MOTION } else { without_energy })
             }
         };
         let required = dynamics

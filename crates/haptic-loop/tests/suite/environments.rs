@@ -229,3 +229,20 @@ fn a_wall_that_is_reshaped_in_its_place_is_the_new_one_and_its_history_at_rest()
     let none = Wall::of(WallShape::NONE, memory(0.5));
     assert_eq!(none.force(&none.at_rest(), &vector![1.0]), vector![0.0]);
 }
+
+#[test]
+fn a_wall_that_sees_the_place_in_front_of_it_starts_where_the_device_stands() {
+    // Of order 1.5 the way from zero would push a device that stands still 50 mm in front of the wall.
+    for mu in [0.5, 1.0, 1.5, 1.9] {
+        let operator = ShortMemory::<f64, 64>::new(order(mu), T);
+        let wall = SpringDamper::new(1000.0, 1.0, operator.expect("valid")).expect("valid");
+        let wall = Pushing::new(wall, false);
+        let at = vector![-0.05];
+        let mut history = wall.at_rest();
+        wall.settle(&mut history, &at);
+        for tick in 0..200 {
+            assert_eq!(wall.force(&history, &at), vector![0.0], "{mu} {tick}");
+            wall.advance(&mut history, &at);
+        }
+    }
+}

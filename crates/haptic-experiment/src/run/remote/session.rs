@@ -179,6 +179,8 @@ impl<M: TickRecord, const D: usize> HostSession<'_, M, D> {
             // Waiting for the sample is no part of the tick.
             let reading = engaged.read()?;
             if engaged.device().next_tick == 0 {
+                // The way from zero to where the device stands is no motion of it.
+                engaged.controller_mut().settle(&reading);
                 engaged.controller().may_start(&reading).map_err(blow)?;
             }
             let began = Moment::now();
