@@ -49,7 +49,7 @@ impl<H: Hardware> Default for Place<H> {
 }
 
 /// Makes the device, and its half of the conversation: idle, without a force, and in the fault [`Fault::Reset`] if a reset
-/// has come while it was armed. `firmware` is the version: major, minor, patch.
+/// has come while it was armed or in a fault. `firmware` is the version: major, minor, patch.
 ///
 /// # Errors
 /// As [`TickSide::passive`]: a board that cannot be without a configuration.
@@ -137,7 +137,7 @@ impl<H: Hardware, T: TickTimer> Ticker<H, T> {
             }
             self.retained.set_armed(matches!(
                 device.status().state,
-                State::Armed | State::Running | State::Stopping
+                State::Armed | State::Running | State::Stopping | State::Fault
             ));
             device.configuration().0.tick_period_us
         });

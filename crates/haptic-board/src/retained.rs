@@ -2,7 +2,7 @@
 
 use core::sync::atomic::{AtomicU32, Ordering};
 
-/// In [`RetainedMemory::live`] while the device was armed.
+/// In [`RetainedMemory::live`] while the device was not idle.
 const ARMED: u32 = 0x5AFE_F0CE;
 
 /// Memory that a reset leaves alone, if the board puts it where no start-up code clears it: a section such as
@@ -52,7 +52,8 @@ pub struct Retained {
     /// Another number after each reset; after power-up whatever the memory came up with. With the times of the hellos
     /// and what the hosts contribute, it makes the numbers of connections: a chip need not have a source of chance.
     pub boot: u32,
-    /// The device was armed, running or with a force when it was reset. After power-up by chance true
+    /// The device was armed, running, with a force or in a fault when it was reset: its zero may be lost, and a second reset finds
+    /// it again. After power-up by chance true
     /// once in 4·10⁹ times.
     pub was_armed: bool,
 }
