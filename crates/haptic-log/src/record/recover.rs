@@ -58,7 +58,7 @@ fn missing(count: &TickCount, condition: &Condition) -> Vec<String> {
         // What is missing after the last tick is counted above.
         Some(_) if condition.complete || count.end.is_some() => {}
         Some((tick, last_s)) => sentences.push(format!(
-            "whatever came after tick {tick} at {last_s} s is lost"
+            "whatever came after tick {tick} at {last_s} s is not in it"
         )),
         None if condition.complete => {}
         None => sentences.push("no sample could be saved".to_owned()),

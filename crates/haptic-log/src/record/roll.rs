@@ -207,7 +207,7 @@ pub struct LogFiles {
     /// The file that the one being read names.
     next: Option<PathBuf>,
     /// Files read, with the one being read.
-    read: BTreeSet<PathBuf>,
+    pub(super) read: BTreeSet<PathBuf>,
     /// Number of the run, of a log that has one.
     run: Option<String>,
     /// False until the file being read has told that it is of the run.

@@ -174,6 +174,15 @@ fn a_rolled_log_is_recovered_as_one() {
         (number(&saved, "samples"), &saved["complete"]),
         (30_001.0, &Value::from(true))
     );
+    // A file that the log goes on in is the log too.
+    let before = std::fs::read(place.path("run/relax-0002.mcap")).expect("reads");
+    let over = "log export run/relax.mcap run/relax-0002.mcap --overwrite";
+    place.run(over).refused(
+        2,
+        &["relax-0002.mcap", "written over the log it is made from"],
+    );
+    let after = std::fs::read(place.path("run/relax-0002.mcap")).expect("reads");
+    assert!(before == after);
     let copy = place.json("log index run/relax.mcap --out .");
     assert_eq!(copy["log"], "./relax.indexed.mcap");
     std::fs::remove_file(place.path("run/relax-0002.mcap")).expect("removes");
