@@ -231,6 +231,9 @@ impl<F: Real, C: Controller<F>> Station<F, C> {
     /// Starts as if reference, measurement and command had stood for ever; see [`Controller::settled`]. The bump that is left: by how
     /// much the next command differs from this one. `None`, and nothing happens, where the controller cannot rest so.
     pub fn settle(&mut self, reference: F, measured: F, command: F) -> Option<F> {
+        if !(reference - measured + command).is_finite() {
+            return None;
+        }
         self.history = (self.controller).settled(reference, measured, command)?;
         (self.applied, self.missed) = (command, 0);
         Some(self.controller.output(&self.history, reference, measured) - command)
@@ -282,8 +285,12 @@ impl<F: Real, C: Controller<F>> Station<F, C> {
         self.mode = mode;
     }
 
-    /// Another controller from now on; at this reference and measurement its command is that of the present one.
+    /// Another controller from now on; at this reference and measurement its command is that of the present one. While the reading is
+    /// not a number the present one stays.
     pub fn set_controller(&mut self, controller: C, reference: F, measured: F) {
+        if !(reference - measured).is_finite() {
+            return;
+        }
         self.history = controller.take_over(&self.controller, &self.history, reference, measured);
         self.controller = controller;
     }
