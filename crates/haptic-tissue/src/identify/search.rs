@@ -9,7 +9,7 @@
 //!
 //! *Source*: H. B. Nielsen, *Damping parameter in Marquardt's method*, 1999 (λ); J. J. Moré, *The Levenberg–Marquardt algorithm*,
 //! 1978 (D); C. Kanzow, N. Yamashita, M. Fukushima, *Levenberg–Marquardt methods with strong local convergence properties for solving
-//! nonlinear equations with convex constraints*, J. Comput. Appl. Math. 172, 2004 (the projection).
+//! nonlinear equations with convex constraints*, Journal of Computational and Applied Mathematics 172, 2004 (the projection).
 
 use super::elements::{Candidate, Elements, is_order};
 use super::error::IdentifyError;
