@@ -3,14 +3,16 @@
 #![forbid(unsafe_code)]
 
 use fractional_haptics_fuzz as _;
-use haptic_tissue::identify::table::{read_columns, read_record};
+use haptic_tissue::identify::table::{read_record, read_signal};
 use libfuzzer_sys::fuzz_target;
 
 fuzz_target!(|bytes: &[u8]| {
-    match read_columns(bytes, ["x"]) {
-        Ok((lines, [numbers])) => {
-            assert!(!numbers.is_empty() && lines.len() == numbers.len());
-            assert!(numbers.iter().all(|value| value.is_finite()));
+    match read_signal(bytes, "x") {
+        Ok(signal) => {
+            let times = signal.time_s.unwrap_or_else(|| signal.x.clone());
+            assert!(!times.is_empty() && signal.lines.len() == times.len());
+            let all = signal.x.iter().chain(&times);
+            assert!(all.copied().all(f64::is_finite) && signal.x.len() == times.len());
         }
         Err(error) => {
             assert!(!error.to_string().is_empty());

@@ -11,8 +11,8 @@ use haptic_board::haptic_link::{
 use haptic_board::haptic_loop::Fault;
 use haptic_board::haptic_remote::{Conversation, Exclusive as _, Incoming};
 use haptic_board::{
-    Image, Line, MainLoop, Place, Queue, Retained, RetainedMemory, Shared, TickTimer, Ticker,
-    Watchdog, power_up,
+    Image, Line, MainLoop, Place, Queue, RetainedMemory, Shared, TickTimer, Ticker, Watchdog,
+    power_up,
 };
 use std::cell::{Cell, RefCell};
 use std::collections::VecDeque;
