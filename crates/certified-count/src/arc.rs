@@ -118,7 +118,6 @@ const WHOLE: f64 = 1e-3;
 
 /// What is known of an arc.
 enum Known {
-    /// Proved.
     Clear,
     /// Not proved: half of it may be.
     Unclear,

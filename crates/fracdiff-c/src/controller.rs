@@ -26,7 +26,6 @@ struct Law {
     histories: Vec<String>,
     /// Functions that the others call.
     functions: String,
-    /// Terms of the command.
     terms: Vec<String>,
     /// A start beside a running plant, and what the integral makes of a command.
     settle: String,
@@ -289,7 +288,6 @@ impl Law {
         self.members.push((name.to_owned(), start));
     }
 
-    /// Refuses new parameters.
     fn refuses(&mut self, condition: &str) {
         self.refused.push_str(&format!("{condition} || "));
     }

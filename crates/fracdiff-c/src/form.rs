@@ -10,9 +10,7 @@ use fracdiff::portable::Form;
 
 /// A member of the struct: zero at rest.
 pub(crate) enum Field {
-    /// A number.
     Real(&'static str),
-    /// So many numbers.
     Reals(&'static str, usize),
     /// A place in an array.
     Index(&'static str),
@@ -20,7 +18,6 @@ pub(crate) enum Field {
 
 /// The core of an operator in C.
 pub(crate) struct Core {
-    /// Constants.
     pub(crate) tables: String,
     /// Its part of the history.
     pub(crate) fields: Vec<Field>,
@@ -28,7 +25,6 @@ pub(crate) struct Core {
     pub(crate) functions: String,
     /// From `u` to `past`, without an input in between.
     pub(crate) step: String,
-    /// g, a literal.
     pub(crate) direct: String,
     /// What the numbers mean, for the comment.
     pub(crate) words: String,

@@ -131,9 +131,7 @@ impl Header {
 
 /// An operator in C, `@` for its name.
 pub(crate) struct Operator {
-    /// What its numbers mean.
     words: String,
-    /// Tables, struct and functions.
     pub(crate) code: String,
 }
 
@@ -190,7 +188,6 @@ const CLOSING: &str = "
 #endif
 ";
 
-/// Guard, includes, C++.
 fn opening(name: &str) -> String {
     let guard = name.to_ascii_uppercase();
     format!(
@@ -241,7 +238,6 @@ static inline real @_step(@_t *self, real x)
 }
 ";
 
-/// All of the history.
 fn fields(core: Core, integer: i8) -> Vec<Field> {
     let mut fields = core.fields;
     let own: &[&str] = match integer {
@@ -333,7 +329,6 @@ fn after_step(integer: i8) -> String {
     after
 }
 
-/// Initialisation, output, advance, step.
 fn functions(core: &Core, integer: i8) -> String {
     let increment = match integer {
         2 => "(x - self->base) - self->slope",
@@ -373,7 +368,6 @@ static inline real @_step(@_t *self, real x)
     )
 }
 
-/// One level further in.
 fn indented(text: &str) -> String {
     text.lines()
         .map(|line| {
@@ -442,7 +436,6 @@ AS_WRITTEN    const real half_x = HALF * x;
 }
 ";
 
-/// Its growth, likewise.
 const GROWTH: &str = "
 /* (exp(x) - 1)/x of a number of at least 0: a series, further out at x/16, x/256, ... */
 static inline real @_growth(real x)
@@ -473,7 +466,6 @@ AS_WRITTEN    real y = x;
 }
 ";
 
-/// The map itself.
 const MAP: &str = "
 /* What the law sees of a depth of at least 0. */
 static inline real @_depth_map(real x)
@@ -533,7 +525,6 @@ fn depth_map<F: CNumber>(numbers: &[f64; 8]) -> Result<String, HeaderError> {
 }
 
 impl Law {
-    /// Its functions.
     fn functions<F: CNumber>(&self) -> Result<String, HeaderError> {
         let number = |value: f64| {
             let rounded = F::from_f64(value);

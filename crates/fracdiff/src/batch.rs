@@ -155,7 +155,6 @@ impl Batch {
         reached(x, self.reference_of(x), self.weights(x.len()).len()).collect()
     }
 
-    /// x₀
     fn reference_of(&self, x: &[f64]) -> f64 {
         match self.reference {
             Reference::Value(value) => value,
@@ -265,7 +264,6 @@ const BLOCK: usize = 8;
 /// is real convolution modulo X^2S + 1 by complex transforms of S numbers (R. E. Crandall and B. Fagin, *Discrete weighted transforms and
 /// large-integer arithmetic*, Math. Comp. 62, 1994); a block and the weights together are no longer than 2S, so nothing wraps.
 struct Convolution {
-    /// Samples of a block.
     block: usize,
     /// e^(jπi/2S)
     twist: QuarterTurn,

@@ -12,7 +12,6 @@ use core::sync::atomic::{Ordering, compiler_fence};
 /// Complex numbers side by side. Fixed, so that every target rounds alike.
 pub(crate) const LANES: usize = 8;
 
-/// Eight neighbouring complex numbers.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct Bins<F> {
     pub(crate) re: [F; LANES],
@@ -110,7 +109,6 @@ impl QuarterTurn {
         self.coarse.len() * self.rests.len()
     }
 
-    /// Element k.
     #[inline]
     pub(crate) fn at(&self, k: usize) -> (f64, f64) {
         let (re, im) = self.coarse[k >> self.rests.len().trailing_zeros()];

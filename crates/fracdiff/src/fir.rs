@@ -433,7 +433,6 @@ impl<F: Real> Ring<F> {
         }
     }
 
-    /// Number of samples.
     #[inline]
     pub(crate) fn length(&self) -> usize {
         self.twice.len() / 2

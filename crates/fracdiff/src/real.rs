@@ -6,7 +6,6 @@ use core::ops::{Add, AddAssign, Div, Mul, Neg, Sub, SubAssign};
 mod sealed {
     #[cfg(not(feature = "serde"))]
     pub trait Sealed {}
-    /// Numbers are data.
     #[cfg(feature = "serde")]
     pub trait Sealed: serde::Serialize + serde::de::DeserializeOwned {}
     impl Sealed for f32 {}

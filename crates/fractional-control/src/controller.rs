@@ -48,7 +48,6 @@ impl Actuator {
         })
     }
 
-    /// Lowest and highest command.
     #[cfg(feature = "std")]
     pub(crate) const fn limits(&self) -> [f64; 2] {
         [self.low, self.high]
@@ -84,7 +83,6 @@ impl<F: Real> Stage<F> {
         Self { low, high, keep }
     }
 
-    /// A NaN stays one.
     #[inline]
     pub(crate) fn limit(&self, u: F) -> F {
         if u < self.low {

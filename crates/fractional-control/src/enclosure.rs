@@ -20,7 +20,6 @@ pub(crate) enum Factor {
     Delay(usize),
     /// `Σ k_j w^j + Σ W_q/(1 − r_q w)`: taps, and `W_q` with `1 − r_q`.
     Memory(Vec<f64>, Vec<(f64, f64)>),
-    /// Z of a law.
     Law(SharedLaw),
 }
 

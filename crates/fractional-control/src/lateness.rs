@@ -50,7 +50,6 @@ impl Judge {
 /// What is known of the delays with one part of a sample, in samples.
 #[derive(Clone, Debug)]
 struct Part {
-    /// The part.
     more: f64,
     /// True if the loop is stable with the part alone.
     stable: bool,

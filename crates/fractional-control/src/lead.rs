@@ -53,7 +53,6 @@ pub(crate) struct LeadParts<const MODES: usize> {
     pub(crate) gain: f64,
     /// Whole sections (1 − pw)/(1 − qw).
     pub(crate) sections: usize,
-    /// p and q.
     pub(crate) zero: f64,
     pub(crate) pole: f64,
     /// Of order φ − 1 with p, and of −φ with q.

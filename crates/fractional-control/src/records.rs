@@ -77,7 +77,6 @@ fn run(
 /// A function that runs offline.
 pub(crate) type Running = SampledTransferFunction<f64, MODES>;
 
-/// From rest.
 pub(crate) fn through(running: &Running, input: impl Iterator<Item = f64>) -> Vec<f64> {
     let mut history = running.at_rest();
     input.map(|u| running.step(&mut history, u)).collect()

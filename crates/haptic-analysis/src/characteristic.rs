@@ -226,7 +226,6 @@ impl Node {
 }
 
 impl Walls {
-    /// One wall.
     pub(crate) const fn one(alpha: f64, beta: f64) -> Self {
         Self {
             middle: [alpha, beta],

@@ -6,7 +6,6 @@ use fracdiff::parameter::range;
 use nalgebra::{Complex, DMatrix, DVector, RowDVector};
 
 pub(crate) const STATES_MAX: usize = 8;
-/// Fastest motion, per sample.
 const FASTEST: f64 = 1e6;
 /// Largest accepted difference between the polynomials and the matrices, of the sum of the numerator.
 const AGREEMENT: f64 = 1e-9;
@@ -288,7 +287,6 @@ impl Motion {
         }
     }
 
-    /// exp(A·t)·x.
     pub(crate) fn carry(&self, x: &DVector<f64>) -> DVector<f64> {
         x + &self.state * x
     }

@@ -46,7 +46,6 @@ impl ForcePath {
     };
     /// Longest delay, samples.
     pub const DELAY_MAX: f64 = 10_000.0;
-    /// Longest lag, samples.
     const LAG_MAX: f64 = 1e6;
 
     /// From delay and lag, both in samples.

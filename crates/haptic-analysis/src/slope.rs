@@ -52,7 +52,6 @@ const LATE_LAGS: i32 = 12;
 const MANY: [i32; 18] = [
     1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 12, 14, 17, 20, 24, 28, 34, 40,
 ];
-/// Latest i.
 const LAG_MAX: f64 = 400.0;
 /// Of what is provable: enough.
 const ENOUGH: f64 = 0.99;
@@ -195,7 +194,6 @@ fn late_lags(theta: f64) -> Vec<i32> {
     lags
 }
 
-/// i and h.
 #[derive(Clone, Debug, Default)]
 struct Taps(Vec<(i32, f64)>);
 
@@ -275,7 +273,6 @@ impl Row {
 /// One angle with its derivatives.
 struct Point {
     terms: Terms,
-    /// P, Y, s, u.
     parts: [Jet; 4],
     row: Row,
     /// Among the rows of the programme.
@@ -377,7 +374,6 @@ impl<'a, 'b> Search<'a, 'b> {
         }
     }
 
-    /// The largest i.
     fn last(&self) -> f64 {
         f64::from(self.lags[self.lags.len() - 1])
     }

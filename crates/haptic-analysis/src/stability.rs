@@ -351,7 +351,6 @@ impl Circle<'_> {
 const HALVINGS: u32 = 60;
 const HALVINGS_OF_MANY: u32 = 6;
 
-/// F of some walls.
 struct Weighed<'a, 'b> {
     circle: &'a Circle<'b>,
     walls: Walls,

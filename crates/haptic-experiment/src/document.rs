@@ -229,7 +229,6 @@ pub(crate) fn lines_of(numbers: impl IntoIterator<Item = (Parameter, f64)>) -> S
         .collect()
 }
 
-/// Kinds in words.
 pub(crate) fn choice(kinds: &[&str]) -> String {
     let names: Vec<String> = kinds.iter().map(|kind| format!("[{kind}]")).collect();
     format!("an experiment file has one of {}", names.join(", "))
@@ -270,7 +269,6 @@ pub(crate) struct Parsed<'a> {
 }
 
 impl<'a> Parsed<'a> {
-    /// A file alone.
     pub(crate) fn of(path: &'a Path, text: &'a str) -> Result<Self, FileError> {
         let layer = Layer::of(Source {
             path,

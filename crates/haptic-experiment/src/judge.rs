@@ -131,7 +131,6 @@ impl LargestError {
         self.passed += 1;
     }
 
-    /// Takes in a sample.
     pub(crate) fn add(&mut self, time_s: f64, have: f64, want: f64) {
         self.end_s = time_s;
         if want.is_finite() {
@@ -195,7 +194,6 @@ impl LargestError {
 /// Origin of a quantity: the device decides. No instrument measured it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Origin {
-    /// A simulated device.
     Simulated,
     /// A device's own record of what it commanded and read.
     Rendered,
@@ -215,7 +213,6 @@ impl Origin {
         }
     }
 
-    /// The word for it.
     pub(crate) const fn word(self) -> &'static str {
         match self {
             Self::Simulated => "simulated",

@@ -88,14 +88,10 @@ impl std::fmt::Debug for Supervisor<'_> {
     }
 }
 
-/// Results of a run.
 #[derive(Debug)]
 pub(crate) struct Ran {
-    /// The samples.
     pub record: Record,
-    /// The log.
     pub log: FinishedLog,
-    /// Folder of the log.
     pub folder: OutputFolder,
     /// The log of a fault, if one latched.
     pub fault_log: Option<PathBuf>,
@@ -115,10 +111,8 @@ pub(crate) trait World<const D: usize = 1> {
     /// There is a folder for what the run leaves.
     fn begins(&mut self, _: &OutputFolder) {}
 
-    /// The next tick.
     fn tick(&mut self) -> Self::Message;
 
-    /// The last tick counts.
     fn counted(&mut self) {}
 
     /// Why the world does not go on by itself.
@@ -172,7 +166,6 @@ pub(crate) fn recorder(
 }
 
 impl Ran {
-    /// Without a pre-flight.
     pub(crate) fn of(record: Record, recorded: Recorded, folder: OutputFolder) -> Self {
         Self {
             record,

@@ -44,7 +44,6 @@ pub(crate) struct Axis {
     /// With the unit; empty where a neighbour or the page says it.
     pub(crate) label: String,
     pub(crate) scale: Scale,
-    /// The ends.
     pub(crate) low: f64,
     pub(crate) high: f64,
     /// Length on the paper, px; infinite until [`Axis::fit`] knows it.

@@ -18,7 +18,6 @@ pub(crate) struct Drawing {
 }
 
 impl Drawing {
-    /// Paper of this size.
     pub(crate) fn new(width: f64, height: f64) -> Self {
         Self {
             width: hundredths(width),
@@ -37,18 +36,22 @@ impl Drawing {
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) enum Item {
     /// Things whose places count from `by`.
-    Moved { by: Place, items: Vec<Item> },
+    Moved {
+        by: Place,
+        items: Vec<Item>,
+    },
     /// Straight lines in one stroke.
     Ruled(Ruled),
     /// Things of which only what is within a box is seen. Corners of lines are round here, and a ring within another is a hole.
     Boxed {
-        /// Unique on the page.
         name: char,
         edges: Rectangle,
         items: Vec<Item>,
     },
-    /// Curves of one stroke.
-    Curves { pieces: Vec<Points>, stroke: Stroke },
+    Curves {
+        pieces: Vec<Points>,
+        stroke: Stroke,
+    },
     /// The insides of closed rings.
     Area {
         rings: Vec<Points>,
@@ -57,7 +60,6 @@ pub(crate) enum Item {
     },
     /// Markers of one shape with a rim.
     Markers(Markers),
-    /// A line of text.
     Text(Text),
 }
 
@@ -109,13 +111,11 @@ pub(crate) struct Markers {
 pub(crate) struct Ruled {
     pub(crate) colour: &'static str,
     pub(crate) width: f64,
-    /// Beneath the lines.
     pub(crate) border: Option<Rectangle>,
     pub(crate) lines: Vec<(Place, Place)>,
 }
 
 impl Ruled {
-    /// No lines yet.
     pub(crate) fn new(colour: &'static str, width: f64) -> Self {
         Self {
             colour,
@@ -159,16 +159,13 @@ pub(crate) enum Anchor {
     End,
 }
 
-/// A line of text.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Text {
     /// `^μ` and `^{…}` in it are superscripts.
     pub(crate) content: String,
-    /// On the baseline.
     pub(crate) place: Place,
     pub(crate) size: u32,
     pub(crate) anchor: Anchor,
-    /// From below upwards.
     pub(crate) upright: bool,
     pub(crate) colour: &'static str,
 }
@@ -205,7 +202,6 @@ fn rounded_all(places: &[Place]) -> Points {
     places.iter().copied().map(rounded).collect()
 }
 
-/// Outline of a marker.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Shape {
     Circle,
@@ -221,14 +217,12 @@ pub(crate) enum Shape {
 /// A marker, to be drawn around its middle.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) enum Outline {
-    /// By its radius, px.
     Circle(f64),
     /// Whole tenths of a pixel, so that steps from corner to corner end where they began.
     Corners(Vec<(f64, f64)>),
 }
 
 impl Shape {
-    /// Number of the cross.
     pub(crate) const CROSS_INDEX: usize = 6;
 
     /// The shape of the markers of a series. One more than colours, as with dashes.

@@ -70,7 +70,6 @@ pub(crate) struct Page {
 }
 
 impl Page {
-    /// Draws the page.
     pub(crate) fn draw(mut self) -> Result<Picture, FigureError> {
         let legend = self.legend_lines();
         let header = match legend.len() {

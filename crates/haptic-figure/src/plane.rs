@@ -16,7 +16,6 @@ const HEIGHT_PX: f64 = 262.0;
 const PATH_POINTS: usize = 5000;
 /// Width of a line as a share of the height of its panel.
 const LINE: f64 = 2.0 / HEIGHT_PX;
-/// Room around a path.
 const MARGIN: f64 = 1.08;
 
 /// Motion of two or three axes for a first look. The slices belong together sample by sample; what is not finite is left out.

@@ -4,12 +4,10 @@
 
 use std::ops::RangeInclusive;
 
-/// Width of every page.
 pub(crate) const PAGE_WIDTH: f64 = 880.0;
 /// Space around the page's content.
 pub(crate) const PAGE_EDGE: f64 = 14.0;
 
-/// Font sizes.
 pub(crate) const TITLE_SIZE: u32 = 20;
 /// A title that is longer than this allows is cut.
 pub(crate) const SMALLEST_TITLE_SIZE: u32 = 15;
@@ -157,7 +155,6 @@ pub(crate) const SMALL: Sizes = Sizes {
 
 /// Theory lies beneath, broad and light, so that a curve on top of it is seen to agree all along.
 pub(crate) const THEORY: Stroke = Stroke::solid(ORANGE, 6.0);
-/// The run.
 pub(crate) const RUN: Stroke = Stroke::solid(BLUE, 1.8);
 /// The difference of the two.
 pub(crate) const DIFFERENCE: Stroke = Stroke::solid(VERMILION, 1.8);

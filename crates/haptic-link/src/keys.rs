@@ -90,7 +90,6 @@ const _: () = assert!(
 
 /// A request as a type of its own, for its schema.
 struct RequestVariant<const N: usize>;
-/// A report likewise.
 struct ReportVariant<const N: usize>;
 
 impl<const N: usize> Schema for RequestVariant<N> {

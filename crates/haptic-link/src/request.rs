@@ -16,7 +16,6 @@ use serde::{Deserialize, Serialize};
 pub(crate) const ONE_AXIS_REQUESTS: usize = 17;
 /// Those of several axes too.
 pub(crate) const AXES_REQUESTS: usize = 18;
-/// Those of controllers too.
 pub(crate) const CONTROLLER_REQUESTS: usize = 20;
 pub(crate) const REQUESTS: usize = if cfg!(feature = "several-axes") {
     21

@@ -15,7 +15,6 @@ use std::error::Error;
 struct Stiffening<F, O> {
     /// K, N/m.
     stiffness: F,
-    /// C, N/m³.
     hardening: F,
     /// B, N·s^μ/m.
     dissipation: F,

@@ -119,7 +119,6 @@ pub struct VirtualCoupler<F, O> {
     dissipation: F,
     /// 1/(1 + T·Y·(`k_c/T + b_c·g`)).
     share: F,
-    /// Y, m/(N·s).
     mobility: F,
     /// T·Y, m/N.
     give: F,

@@ -25,7 +25,6 @@ pub(crate) struct Announce {
 }
 
 impl Announce {
-    /// To the pages.
     pub(crate) fn say(&self, value: &Value) {
         // Nobody there is no error.
         let _ = self.pages.send(value.to_string().into());

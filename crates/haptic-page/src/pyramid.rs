@@ -58,7 +58,6 @@ impl PyramidSize {
 pub struct Pyramid {
     size: PyramidSize,
     levels: Vec<Level>,
-    /// Samples so far.
     made: u64,
 }
 
@@ -195,7 +194,6 @@ pub struct Columns {
 }
 
 impl Columns {
-    /// No column.
     const fn none(channels: usize) -> Self {
         Self {
             first_tick: 0,
@@ -282,12 +280,10 @@ fn widen((least, largest): (f32, f32), (low, high): (f32, f32)) -> (f32, f32) {
     (least.min(low), largest.max(high))
 }
 
-/// Nothing seen yet.
 const NOTHING: (f32, f32) = (f32::NAN, f32::NAN);
 
 #[derive(Clone, Debug)]
 struct Level {
-    /// Samples of an entry.
     ticks: u64,
     channels: usize,
     capacity: u64,

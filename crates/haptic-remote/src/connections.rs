@@ -14,8 +14,9 @@ use haptic_link::{Header, RequestTracker};
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Arrived {
     /// To be acted on; the first of its connection, or a later one.
-    New { first: bool },
-    /// Repeated or late.
+    New {
+        first: bool,
+    },
     Old,
     /// Of a connection that the device does not know.
     Stranger,

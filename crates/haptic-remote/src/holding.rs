@@ -16,7 +16,6 @@ use haptic_link::{
     Refusal,
 };
 
-/// The law at work.
 #[derive(Clone, Debug)]
 pub(crate) struct Holding {
     controller: PortableController<f32, MODES_MAX>,

@@ -104,7 +104,6 @@ impl Plausible {
         (self.period_us, self.before) = (period_us, None);
     }
 
-    /// Takes in a sample.
     pub(crate) fn look(&mut self, sample: &Sample) -> Result<(), Impossible> {
         /// A norm in single precision is rounded.
         const ROUNDED: f64 = 1.0 + 1e-5;

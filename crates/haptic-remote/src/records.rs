@@ -110,7 +110,6 @@ const QUEUE_NOTICES: usize = 8;
 pub(super) struct Stream {
     /// Sends every n-th tick; 0 for no ticks.
     pub(super) every: u16,
-    /// Samples in a frame.
     pub(super) batch: u8,
 }
 

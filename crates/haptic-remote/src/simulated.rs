@@ -40,9 +40,7 @@ pub struct Setup {
     reason = "there is no heap, and one of them is in use"
 )]
 pub(crate) enum Plant {
-    /// Nothing moves.
     Still,
-    /// A mass-damper.
     MassDamper(MassDamper<1>),
     /// An indentation that is imposed exactly.
     Imposed(ImposedMotion),

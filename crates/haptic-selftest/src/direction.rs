@@ -17,7 +17,6 @@ use haptic_loop::Limiters;
 use haptic_remote::Tick;
 use std::time::Duration;
 
-/// The run is over.
 const OVER: u8 = Limiters::STOPPING.bits() | Limiters::FAULT.bits();
 /// Counts, and their size where the sensor has none, m.
 const LEAST_COUNTS: f64 = 16.0;

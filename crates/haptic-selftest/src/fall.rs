@@ -7,7 +7,6 @@ use haptic_remote::Tick;
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Bounds {
     pub(super) limits: Limits,
-    /// T, s.
     pub(super) period_s: f64,
 }
 

@@ -10,8 +10,9 @@ pub(crate) enum Law<O: Differintegrator<f64>> {
     /// A coupler that tells its force: the slave of position–force.
     Reflecting(Coupled<O>),
     /// The master of position–force: the force of the slave's coupler, turned round.
-    Reflected { force_n: f64 },
-    /// Waves.
+    Reflected {
+        force_n: f64,
+    },
     Wave(WavePort),
     /// A coupler with an account.
     Observed(Observed<O>),
@@ -270,7 +271,6 @@ impl WavePort {
         self.account.receive(energy_j);
     }
 
-    /// w of this tick.
     fn incoming(&self) -> f64 {
         let wanted = (self.received - self.taken) * self.share / self.sample_time;
         // T·w²/2 ≤ available

@@ -329,7 +329,6 @@ impl Settings {
     /// Most samples of playout.
     pub const PLAYOUT_MOST: u32 = 10_000;
 
-    /// Samples of silence.
     pub(crate) fn silence_ticks(&self) -> Result<u64, ParameterError> {
         let t = positive("sample time", self.sample_time.0, "s")?;
         let ticks = libm::ceil(self.silence.0 / t - 1e-9);
@@ -370,7 +369,6 @@ fn playout(samples: u32) -> Result<u32, ParameterError> {
     Ok(samples)
 }
 
-/// The law at rest.
 pub(crate) fn law<O: Differintegrator<f64>>(
     law: PortLaw<O>,
     settings: &Settings,

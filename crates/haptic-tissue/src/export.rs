@@ -12,14 +12,12 @@ use haptic_quantity::Key;
 use std::fmt::{self, Write as _};
 use std::ops::RangeInclusive;
 
-/// Arguments that sentences name.
 const BRANCHES: Key = Key("branches");
 const HORIZON: Key = Key("horizon_s");
 const SHORTEST: Key = Key("shortest_s");
 
 /// Times of the fit for each decade; the error is looked for at four times as many.
 const TIMES_A_DECADE: f64 = 20.0;
-/// Decades at most.
 const DECADES_MOST: f64 = 30.0;
 
 /// A Prony series over a band of times.
@@ -214,7 +212,6 @@ fn exact(model: &Model) -> Option<(f64, Vec<MaxwellBranch>)> {
     }
 }
 
-/// G over the band.
 struct Band {
     shortest_s: f64,
     horizon_s: f64,

@@ -191,7 +191,6 @@ pub fn ting(model: &Model, map: Option<&DepthMap<f64>>, time_s: &[f64], depth_m:
 struct Retraction<'a> {
     /// Depths of the way in, straight between these times.
     way: &'a (Vec<f64>, Vec<f64>),
-    /// The same of e.
     fine: &'a (Vec<f64>, Vec<f64>),
     /// ln of the time of the first node.
     first_node: f64,

@@ -80,7 +80,6 @@ impl MeasuredLoading {
     }
 }
 
-/// As it is written.
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 struct WrittenLoading {

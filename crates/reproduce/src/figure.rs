@@ -7,7 +7,6 @@ use haptic_figure::{AxisSpec, Chart, ChartPage, FigureError, Look, Picture, Scal
 
 #[derive(Clone, Debug)]
 pub(crate) struct Curve {
-    /// For the data.
     pub(crate) name: String,
     /// For the legend; empty for none.
     pub(crate) legend: String,

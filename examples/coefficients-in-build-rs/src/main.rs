@@ -49,7 +49,6 @@ fn main() -> ! {
     }
 }
 
-/// Nothing to tell anybody.
 fn stop() -> ! {
     loop {
         cortex_m::asm::nop();

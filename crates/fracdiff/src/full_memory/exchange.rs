@@ -100,7 +100,6 @@ impl<'a> Exchange<'a> {
         swings.fold(f64::INFINITY, libm::fmin)
     }
 
-    /// Fastest first.
     fn modes(&self) -> Vec<Mode> {
         let logs = self.rates.iter().zip(&self.weights);
         logs.map(|(rate, weight)| Mode {

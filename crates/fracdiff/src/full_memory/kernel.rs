@@ -141,7 +141,6 @@ impl Mode {
         -libm::expm1(-self.rate)
     }
 
-    /// Fastest first.
     pub(super) fn sort(modes: &mut [Self]) {
         modes.sort_unstable_by(|a, b| b.rate.total_cmp(&a.rate));
     }

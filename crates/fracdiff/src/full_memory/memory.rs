@@ -148,13 +148,11 @@ const GONE: f64 = 745.0;
 const PANEL: f64 = 1e-12;
 /// A panel is halved this often at most.
 const HALVINGS: u32 = 40;
-/// Panels, together.
 const MOST: usize = 4000;
 /// The slowest rate, so that its digits are all there.
 const SLOWEST_LN: f64 = -690.0;
 /// What is slower than the last panel counts no more than this.
 const REST: f64 = 1e-14;
-/// Nodes of a panel.
 const NODES: usize = 16;
 /// A panel this much narrower than a grid of modes wants nodes of its own.
 const NARROW: f64 = 1.5;

@@ -350,7 +350,6 @@ impl<'a> Fit<'a> {
         self.ran(&function, self.late(parameters)).ok()
     }
 
-    /// Model less record.
     fn left_by(&self, model: Option<&Ran>) -> DVector<f64> {
         let limit = NONE * largest(self.record.output);
         let output = self.record.output;

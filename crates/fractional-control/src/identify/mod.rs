@@ -133,12 +133,10 @@ fn searched<'a>(
     Ok(found)
 }
 
-/// What a search found.
 struct Searched<'a> {
     problem: Fit<'a>,
     record: Record<'a>,
     function: FractionalTransferFunction,
-    /// Dead time, samples.
     late: f64,
     /// Σ of the squares that are left, and of those of y less its mean.
     left: f64,

@@ -140,7 +140,6 @@ pub enum FreeNumber {
 pub(super) enum Free {
     /// Coefficients, of which signs stay, and orders that are not 0.
     All,
-    /// Coefficients and their signs.
     Coefficients,
 }
 

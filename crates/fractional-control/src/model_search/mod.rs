@@ -558,7 +558,6 @@ fn length_s(record: &InputOutput) -> f64 {
     record.sample_time_s() * record.time_s.len() as f64
 }
 
-/// Of s⁰ first.
 fn coefficients(terms: &[Term]) -> Vec<f64> {
     let degree = terms.first().map_or(0.0, |term| term.order);
     let mut all = vec![0.0; degree as usize + 1];

@@ -86,13 +86,11 @@ pub(super) fn bic(record: &InputOutput, rms_residual: f64, (numbers, floor): (f6
     2.0 * samples * libm::log(rms_residual.max(floor)) + numbers * libm::log(samples)
 }
 
-/// Record less model.
 pub(super) fn left(record: &InputOutput, model: &[f64]) -> Vec<f64> {
     let pairs = record.output.iter().zip(model);
     pairs.map(|(y, model)| y - model).collect()
 }
 
-/// Correlation of neighbouring samples.
 pub(super) fn neighbours(left: &[f64]) -> f64 {
     let shifted = left.get(1..).unwrap_or_default();
     let product = |other: &[f64]| -> f64 { left.iter().zip(other).map(|(a, b)| a * b).sum() };

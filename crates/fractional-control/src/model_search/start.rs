@@ -21,7 +21,6 @@ const MORE: f64 = 2.0;
 pub(super) struct Begin {
     pub(super) function: FractionalTransferFunction,
     pub(super) dead_time: DeadTime,
-    /// Its free numbers.
     pub(super) numbers: usize,
     of_part: Option<OfPart>,
 }

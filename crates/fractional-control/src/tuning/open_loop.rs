@@ -228,7 +228,6 @@ impl OpenLoop {
         phase
     }
 
-    /// L on the grid.
     pub(crate) fn open(&self, gains: &PidParameters) -> Vec<Complex<f64>> {
         let integral = self.power(-gains.integral_order);
         let derivative = self.power(gains.derivative_order);

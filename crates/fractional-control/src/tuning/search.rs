@@ -431,7 +431,6 @@ pub(super) struct Equations {
     phase_slope: f64,
     /// `C(s_c)` that crossover and margin ask for.
     target: Complex<f64>,
-    /// Of the plant.
     sign: f64,
     /// `K_p` may have any sign.
     any_sign: bool,

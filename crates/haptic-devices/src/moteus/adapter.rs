@@ -35,9 +35,7 @@ enum Checksums {
 pub(super) enum Heard {
     /// A frame from the bus.
     Frame(CanFdFrame),
-    /// It took a frame.
     Taken,
-    /// It complains.
     Refused,
     /// Nothing that an adapter says, or damaged.
     Garbage,

@@ -34,7 +34,6 @@ pub struct EmulatedServo {
     fault: i8,
     registers: Registers,
     now_us: u64,
-    /// When the watchdog ends.
     deadline_us: Option<u64>,
     /// Commands since the last stop.
     commands: u32,

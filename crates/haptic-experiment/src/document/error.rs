@@ -17,7 +17,6 @@ pub struct FileError {
 enum Place {
     /// Line of a file, from 1, for what concerns a table or the file as a whole.
     Line(PathBuf, usize),
-    /// A character in it.
     Character(Excerpt),
     /// An option or assignment, in the words of whoever gave it; empty for nowhere in particular.
     Said(String),
@@ -94,7 +93,6 @@ pub(crate) struct Source<'a> {
 }
 
 impl Source<'_> {
-    /// Lines before an offset.
     fn line(self, offset: usize) -> usize {
         let before = &self.text.as_bytes()[..offset.min(self.text.len())];
         before.iter().filter(|byte| **byte == b'\n').count()

@@ -19,11 +19,9 @@ use std::path::Path;
 
 /// Runs although the analysis says no.
 pub(crate) const FORCE_UNSTABLE: Key = Key("force_unstable");
-/// Folder of a run.
 pub(crate) const OUT: Key = Key("out");
 /// Leave to write over a file or into a folder that is there.
 pub(crate) const OVERWRITE: Key = Key("overwrite");
-/// By the clock.
 pub(crate) const REALTIME: Key = Key("realtime");
 /// Time to wait for a device or another side.
 pub(crate) const PATIENCE: Key = Key("patience");
@@ -33,7 +31,6 @@ pub(crate) const SKIPPED_SHARE: Key = Key("skipped_most");
 pub(crate) const LISTEN: Key = Key("listen");
 /// Address of its other side.
 pub(crate) const CONNECT: Key = Key("connect");
-/// Core of the loop.
 pub(crate) const PIN: Key = Key("pin");
 /// Rate of a loop, Hz.
 pub(crate) const RATE: Key = Key("rate_hz");

@@ -61,7 +61,6 @@ use serde::Serialize;
 
 parameters! {
     crate;
-    /// Order of a coupler.
     COUPLER_ORDER = optional("order", COUPLER_ORDERS,
         "Order of the coupler: 1 a spring beside a damper, below 1 the spring creeps; above 1 it would generate energy");
     /// Mass of the object, kg.
@@ -101,7 +100,6 @@ pub(crate) const COUPLER: &[Parameter] = &joined::<21>(&[
     &[COUPLER_MUST_BE_STABLE],
 ]);
 
-/// A coupler experiment.
 #[derive(Clone, Debug)]
 pub(crate) struct CouplerExperiment {
     /// Device, trial, safety and pace.
@@ -114,7 +112,6 @@ pub(crate) struct CouplerExperiment {
     pub coupler_stiffness_n_s_per_m: f64,
     /// `b_c`, N·s^(1−μ)/m, at least 0.
     pub coupler_dissipation_n_s_1_minus_mu_per_m: f64,
-    /// The object behind it.
     pub object: CoupledObject,
 }
 

@@ -177,7 +177,6 @@ impl UseController for Maker {
 }
 
 impl ControllerHolder {
-    /// The controller at rest.
     fn new(setup: &ControllerSetup) -> Result<Self, ControlError> {
         let mut maker = Maker::default();
         setup.with_controller(&mut maker)?;
@@ -205,9 +204,7 @@ impl Holder for ControllerHolder {
 /// The rig of a relaxation or creep test.
 #[derive(Debug)]
 pub(crate) enum SimulatedRig {
-    /// Servo or constant push.
     Plain(Box<IndentationRig>),
-    /// A controller.
     Held(Box<HeldRig<ControllerHolder>>),
     /// A push on the tissue alone.
     Ideal(Box<Massless>),

@@ -60,20 +60,17 @@ type VirtualTissue<F> = OneSided<F, SpringDamper<F, Operator<F>>, 1>;
 pub struct Indentation {
     /// The tissue, and how it is rendered.
     pub(crate) rendering: Rendering,
-    /// What the indenter does.
     pub(crate) load: Load,
     /// Until when, s.
     pub duration_s: f64,
 }
 
-/// What an indenter does.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Load {
     /// It holds a depth: a relaxation.
     Depth {
         /// δ₀, m, above 0.
         depth_m: f64,
-        /// T₀, s.
         ramp_time_s: f64,
     },
     /// It pushes from t = 0 on: creep.
@@ -322,7 +319,6 @@ impl Indentation {
         Ok(Controller::new(environment, chain))
     }
 
-    /// The simulated rig.
     fn rig_behind_sensors(&self) -> Result<Sensed<SimulatedRig>, Failure> {
         let config = self.rig()?;
         let rig = match &self.rendering.drive {

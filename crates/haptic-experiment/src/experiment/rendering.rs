@@ -27,7 +27,6 @@ use serde::Serialize;
 parameters! {
     /// Depth of a relaxation, m.
     DEPTH = optional("depth_m", REACHES_ABOVE_0, "Depth to hold, instead of a strain");
-    /// Strain of a relaxation.
     STRAIN = number("strain", 0.05, "5%", STRAINS, "Strain to hold");
     /// Ramp of a relaxation, s.
     RAMP_TIME = number("ramp_time_s", 1.0, "1s", DURATIONS, "Time to reach it");
@@ -45,7 +44,6 @@ parameters! {
         "Contact between indenter and tissue; with a controller or a device it is compliant");
     /// Mass of each of the two actuators of the rig, kg.
     RIG_MASS = number("rig_mass_kg", 0.065, "65g", MASSES, "Mass of each of the rig's two actuators");
-    /// Damping of each, N·s/m.
     RIG_DAMPING = number("rig_damping_n_s_per_m", 3.5, "3.5", DAMPINGS, "Viscous damping of each");
     /// Number type of the loop.
     PRECISION = text("precision", "f64", "Number type of the loop");
@@ -114,11 +112,9 @@ impl Named for Precision {
 #[derive(Clone, Debug)]
 pub(crate) struct Rendering {
     pub(crate) piece: TissuePiece,
-    /// The operator.
     pub scheme: Scheme,
     /// Number type of the loop.
     pub(crate) precision: Precision,
-    /// T, s.
     pub sample_time_s: f64,
     pub(crate) contact: Contact,
     /// Mass of each of the two actuators, kg.
@@ -128,7 +124,6 @@ pub(crate) struct Rendering {
     /// The controller that holds the indenter; `None` for the rig's own servo or a constant push.
     pub(crate) drive: Option<Drive>,
     pub(crate) sensors: Sensors,
-    /// Largest force, N.
     pub(crate) force_limit_n: f64,
     /// Largest rate of force, N/s.
     pub(crate) force_rate_limit_n_per_s: f64,
@@ -137,7 +132,6 @@ pub(crate) struct Rendering {
     pub(crate) pace: Pace,
     /// The serial device; `None` for the simulated rig.
     pub(crate) remote: Option<RemoteDevice>,
-    /// Request for the pre-flight.
     pub(crate) preflight: PreflightRequest,
 }
 

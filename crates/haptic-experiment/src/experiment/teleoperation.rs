@@ -70,23 +70,16 @@ parameters! {
     /// `b_c` of a coupler, N·s^μ/m.
     HAND_COUPLER_DISSIPATION = number("coupler_dissipation_n_s_mu_per_m", 10.0, "10", DISSIPATIONS,
         "Damper of that coupler, N·s^μ/m: at order 1 N·s/m");
-    /// Order of a coupler.
     HAND_COUPLER_ORDER = number("order", 0.5, "0.5", COUPLER_ORDERS, "Order mu of that coupler");
-    /// b of waves, N·s/m.
     WAVE_IMPEDANCE = number("wave_impedance_n_s_per_m", 3.0, "3", DAMPINGS_ABOVE_0,
         "b of waves: the damping of the line that both hands feel; at most that of the devices");
-    /// Playout of waves, s.
     PLAYOUT = optional("playout_s", LINE_TIMES,
         "Time over which waves or energy arriving in a bunch are played out [default: a sample plus the jitter]");
     /// Delay of the line, s.
     LINE_DELAY = number("line_delay_s", 0.02, "20ms", LINE_TIMES, "Delay of the line, each way; a message takes one sample more");
-    /// Jitter of the line.
     LINE_JITTER = number("line_jitter", 0.0, "0", SHARES, "Share of that delay by which messages arrive earlier or later");
-    /// Loss of the line.
     LINE_LOSS = number("line_loss", 0.0, "0", SHARES, "Chance that a message is lost");
-    /// Duplication of the line.
     LINE_DUPLICATION = number("line_duplication", 0.0, "0", SHARES, "Chance that a message comes twice");
-    /// Seed of the line.
     LINE_SEED = count("seed", 1, "1", "Line seed: the same seed gives the same run, bit for bit");
     /// Silence of the other side, s.
     SILENCE = number("silence_s", Settings::SILENCE_S, "0.2s", SAFETY_TIMES,
@@ -107,9 +100,7 @@ parameters! {
     LOW = number("low_hz", 0.5, "0.5", FREQUENCIES_HZ, "Lowest frequency of these sines");
     /// Highest frequency of the hand, Hz.
     HIGH = number("high_hz", 20.0, "20", FREQUENCIES_HZ, "Highest frequency of these sines");
-    /// Number of frequencies.
     FREQUENCIES = count("frequencies", 8, "8", "Number of these sines, 1 to 100, evenly on a log scale, each with whole periods in the window");
-    /// The remote place.
     PLACE = text("place", "tissue", "What the slave touches");
     /// K of a remote wall, N/m.
     PLACE_STIFFNESS = number("wall_stiffness_n_per_m", 200.0, "200", STIFFNESSES, "K of a wall");
@@ -176,14 +167,12 @@ pub(crate) struct HandModel {
 }
 
 impl HandModel {
-    /// No hand at all.
     const NONE: Self = Self {
         stiffness_n_per_m: 0.0,
         damping_n_s_per_m: 0.0,
     };
 }
 
-/// Motion of the hand.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct HandMotion {
     /// Displacement that is reached in 1 s and held, m.
@@ -234,7 +223,6 @@ impl HandMotion {
     }
 }
 
-/// A teleoperation.
 #[derive(Clone, Debug)]
 pub(crate) struct TeleoperationExperiment {
     /// The device in the hand; its sample time is that of both ports.
@@ -261,7 +249,6 @@ pub(crate) struct TeleoperationExperiment {
     pub(super) silence_s: f64,
     /// The operators of coupler and tissue.
     pub(super) scheme: Scheme,
-    /// Length, s.
     pub(super) duration_s: f64,
     /// Window at the end over which impedances are taken, s.
     pub(super) window_s: f64,
@@ -273,7 +260,6 @@ pub(crate) struct TeleoperationExperiment {
     pub must_be_passive: bool,
     /// Further settings of both safety chains.
     pub(super) safety: Safety,
-    /// Pace of time.
     pub pace: Pace,
     /// Run a remote place that the analysis calls unstable for the slave.
     pub force_unstable: bool,
@@ -579,7 +565,6 @@ fn playout(table: &Table<'_>, t: Seconds) -> Result<Option<u32>, FileError> {
     Ok(Some(samples as u32))
 }
 
-/// Kinds of remote places.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum PlaceName {
     /// A tissue of the library.
@@ -622,7 +607,6 @@ impl RemotePlace {
         (!self.one_sided).then(|| self.matter.stiffness(omega_rad_s))
     }
 
-    /// In a few words.
     pub(crate) fn words(&self) -> String {
         let words = self.matter.words();
         match (&self.matter, self.one_sided) {

@@ -56,7 +56,6 @@ parameters! {
     /// The shape that is touched.
     TOUCH_SHAPE = text("shape", "ball",
         "Shape to touch");
-    /// Normal of a plane.
     TOUCH_NORMAL = list("normal", NUMBERS,
         "Plane: direction into it, one number per axis, of any length [default: along the first axis]");
     /// Place of a plane, m.
@@ -65,10 +64,8 @@ parameters! {
     TOUCH_CENTRE = list("centre_m", PLACES, "Ball: its centre, one number per axis [default: zeros]");
     /// Radius of a ball, m.
     TOUCH_RADIUS = number("radius_m", 0.02, "20mm", RADII, "Ball: its radius");
-    /// Tissue of the shape.
     TOUCH_TISSUE = text("tissue", "",
         "Tissue of the shape: a name from `host-cli materials list`, or a TOML file [default: K, B and order]");
-    /// K, N/m.
     TOUCH_STIFFNESS = number("stiffness_n_per_m", 300.0, "300", STIFFNESSES, "K of the shape, without a tissue");
     /// B, N·s^μ/m.
     TOUCH_DISSIPATION = number("dissipation_n_s_mu_per_m", 5.0, "5", DISSIPATIONS, "B of the shape, N·s^μ/m");
@@ -78,11 +75,9 @@ parameters! {
     TOUCH_MASS = list("mass_kg", MASSES, "Mass of the device, above 0: one number, or one per axis [default: 0.065]");
     /// Damping of device and hand, N·s/m.
     TOUCH_DAMPING = number("damping_n_s_per_m", 3.5, "3.5", DAMPINGS, "Damping of device and hand on each axis");
-    /// The hand.
     TOUCH_HAND = text("hand", "spring", "What the hand is");
     /// Stiffness of the hand, N/m.
     TOUCH_HAND_STIFFNESS = number("hand_stiffness_n_per_m", 300.0, "300", STIFFNESSES_ABOVE_0, "Stiffness of that spring");
-    /// Path of the hand.
     TOUCH_WAY = list("way_points", WAY,
         "Path of the hand instead of a circle: rows of time in s and position in m (or force in N), one number per axis, \
          straight in between");
@@ -128,7 +123,6 @@ pub(crate) const TOUCH: &[Parameter] = &joined::<40>(&[
     &[TOUCH_BOX_LOW, TOUCH_BOX_HIGH, TOUCH_MUST_BE_PASSIVE],
 ]);
 
-/// A touch.
 #[derive(Clone, Debug)]
 pub(crate) struct TouchExperiment {
     /// Number of axes: 2 or 3.

@@ -46,7 +46,6 @@ parameters! {
     PUSH = number("push_n", 1.0, "1N", FORCES_ABOVE_0, "Constant push into the wall");
     /// Window of a trial, s.
     WINDOW = number("window_s", 0.4, "0.4s", DURATIONS, "Time at the end that is judged");
-    /// Rule of a trial.
     CRITERION = text("criterion", "settling", "Rule by which the wall counts as stable");
     /// Threshold of the dissertation's rule, m.
     THRESHOLD = number("threshold_m", 1e-4, "0.1mm", REACHES_ABOVE_0,
@@ -61,7 +60,6 @@ parameters! {
 /// Of the safety chain and the operator in a trial.
 pub(crate) const TRIAL_LOOP: &[Parameter] = &[TRIAL_FORCE_LIMIT, TRIAL_FORCE_RATE_LIMIT, SCHEME];
 
-/// Of a trial.
 pub(crate) const TRIAL: &[Parameter] =
     &[IMPACT, PUSH, TRIAL_DURATION, WINDOW, CRITERION, THRESHOLD];
 
@@ -71,7 +69,6 @@ pub(crate) type VirtualWall = Wall<f64, Operator<f64>>;
 /// Plan of a trial: how a wall is tried, and by which rule it is judged.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TrialPlan {
-    /// The rule.
     pub(crate) criterion: Criterion,
     /// Of the dissertation's rule: largest standard deviation of the position, m.
     pub threshold_m: f64,

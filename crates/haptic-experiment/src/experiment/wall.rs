@@ -28,7 +28,6 @@ use haptic_tissue::Model;
 use serde::Serialize;
 
 parameters! {
-    /// Order of a wall.
     ORDER = optional("order", WALL_ORDERS, "Order of the dissipation: 0 a spring, 1 a damper");
     /// Stiffness of a wall, N/m.
     STIFFNESS = optional("stiffness_n_per_m", STIFFNESSES, "Stiffness K of the wall");
@@ -56,7 +55,6 @@ pub(crate) const WALL: &[Parameter] = &joined::<20>(&[
     &[MUST_BE_STABLE],
 ]);
 
-/// A wall experiment.
 #[derive(Clone, Debug)]
 pub(crate) struct WallExperiment {
     /// Device, trial, safety and pace.
@@ -65,7 +63,6 @@ pub(crate) struct WallExperiment {
     pub order: Order,
     /// The model whose memory the operator is, for slow motion of the order μ; `None` for D^μ.
     pub model: Option<Model>,
-    /// The operator.
     pub scheme: Scheme,
     /// K, N/m, at least 0.
     pub stiffness_n_per_m: f64,

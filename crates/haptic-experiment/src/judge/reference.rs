@@ -17,7 +17,6 @@ pub(crate) const TOLERANCE: f64 = 1e-9;
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 
 pub(crate) enum Reference {
-    /// Of a full memory.
     Kernel(Kernel),
     /// Of `full-bdf2`.
     Bdf2,
@@ -60,7 +59,6 @@ impl Reference {
 pub(crate) struct ReferenceSeries<'a>(Source<'a>);
 
 enum Source<'a> {
-    /// Made already.
     Whole(std::vec::IntoIter<f64>),
     /// Made as it is asked for.
     Streamed {

@@ -16,11 +16,9 @@ use serde::{Serialize, Serializer};
 /// Percentiles of the time that a tick took, ns, the simulated rig included.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 pub(crate) struct TickTimes {
-    /// Median.
     pub p50: u64,
     /// 99 of 100 ticks took no longer.
     pub p99: u64,
-    /// The longest.
     pub max: u64,
 }
 
@@ -81,7 +79,6 @@ pub struct RunReport {
 
 /// Files of a run beside its log, unless it was cut short.
 pub(crate) struct Files {
-    /// The table.
     pub csv: Option<String>,
     /// Why there is no table.
     pub unwritten: Option<String>,
@@ -181,7 +178,6 @@ impl RunReport {
 }
 
 impl TickTimes {
-    /// Of a record.
     pub(crate) fn of(record: &Record) -> Option<Self> {
         (!record.tick_ns.is_empty()).then(|| Self {
             p50: record.tick_ns.value_at_quantile(0.5),

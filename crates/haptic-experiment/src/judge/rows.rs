@@ -59,7 +59,6 @@ const NUMBERS_MOST: usize = 8;
 const BESIDE: [&str; 5] = ["_reason", "_from_s", "_to_s", "_samples", "_unit"];
 /// Ends of keys of the frequency at which a value stands: `gain_up_rad_s` beside `gain_up`.
 const FREQUENCIES: [&str; 2] = ["_rad_s", "_hz"];
-/// Files come last.
 const FILES: [&str; 11] = [
     "log",
     "logs",

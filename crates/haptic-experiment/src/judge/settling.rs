@@ -60,7 +60,6 @@ impl Named for Criterion {
 /// Everything about a wall that its tolerance depends on.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Scales {
-    /// Constant push, N.
     pub(crate) push_n: f64,
     /// Wall and hand together, N/m.
     pub(crate) spring_n_per_m: f64,
@@ -130,24 +129,20 @@ const GONE_M: f64 = 1.0;
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub(crate) enum TrialVerdict {
-    /// At rest.
     Stable,
     /// At rest, but only because friction holds the device: without friction it is not.
     HeldByFriction,
-    /// Position or force varies.
     Unstable,
     /// The force was at its limit too often: the limit was tried, not the wall.
     Saturated,
     /// No force was made at the end: nothing was tried.
     Untouched,
-    /// The device has left.
     Gone,
     /// A fault or an interruption ended the trial.
     Unfinished,
 }
 
 impl TrialVerdict {
-    /// In words.
     pub(crate) const fn words(self) -> &'static str {
         match self {
             Self::Stable => "stable",
@@ -166,9 +161,7 @@ impl TrialVerdict {
 pub struct Settling {
     /// True if it is at rest, and not by friction alone.
     pub stable: bool,
-    /// Verdict on the trial.
     pub(crate) verdict: TrialVerdict,
-    /// By which rule.
     pub(crate) criterion: Criterion,
     /// Speed at which the device hit the wall, m/s; 0 for a push from rest.
     pub impact_m_per_s: f64,

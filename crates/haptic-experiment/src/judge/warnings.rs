@@ -54,7 +54,6 @@ fn remedy(limiter: Limiters, on_device: bool) -> String {
     }
 }
 
-/// Sentences for the user.
 #[derive(Debug, Default)]
 pub(crate) struct Warnings(pub Vec<String>);
 
@@ -115,7 +114,6 @@ impl Warnings {
         self.0.extend_from_slice(&ran.live_warnings);
     }
 
-    /// The loop was late.
     fn late(&mut self, record: &Record) {
         let (missed, samples) = (record.missed_deadlines, record.samples);
         if missed == 0 {

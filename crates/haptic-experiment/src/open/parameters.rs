@@ -75,7 +75,6 @@ const TABLES: Tables = &[
     ("device measure", question::measurement::MEASURE),
 ];
 
-/// Of controller files.
 const CONTROLLER_TABLES: Tables = &[
     ("[pid]", PID),
     ("[tid]", TID),
@@ -86,7 +85,6 @@ const CONTROLLER_TABLES: Tables = &[
     ("[source], optional", CONTROLLER_SOURCE),
 ];
 
-/// Of plant files.
 const PLANT_TABLES: Tables = &[
     ("[transfer_function]", TRANSFER_PLANT),
     ("[device]", DEVICE_PLANT),

@@ -8,7 +8,6 @@ use crate::document::parameters::range::{
 };
 
 parameters! {
-    /// Operator of an analysis.
     ANALYSED_SCHEME = text("scheme", "exact", SCHEME.help);
     /// Order of a coupler that is analysed.
     COUPLING_ORDER = optional("order", WALL_ORDERS, "Order of the coupler: 1 a spring beside a damper, below 1 the spring creeps");
@@ -20,13 +19,9 @@ parameters! {
     DELTA = optional("delta", DELTAS, "Without units: damping of the device b T/m [default: 0]");
     /// γ.
     GAMMA = optional("gamma", WALL_NUMBERS, "Without units: stiffness of the hand k T^2/m [default: 0]");
-    /// Delay, samples.
     DELAY_SAMPLES = optional("delay_samples", SAMPLES, "The delay in samples, whole or not");
-    /// Lowest frequency, rad/s.
     OMEGA_MIN = optional("omega_min_rad_s", ANGULAR_FREQUENCIES, "Lowest frequency [default: a thousandth of the highest]");
-    /// Highest frequency, rad/s.
     OMEGA_MAX = optional("omega_max_rad_s", ANGULAR_FREQUENCIES, "Highest frequency [default: pi/T]");
-    /// Number of frequencies.
     POINTS = count("points", 200, "200", "Number of frequencies");
     /// Number of frequencies of a sensitivity.
     SENSITIVITY_POINTS = count("points", 400, "400", "Number of frequencies");
@@ -36,7 +31,6 @@ parameters! {
     FELT_HIGH = number("high_hz", 5.0, "5Hz", FREQUENCIES_HZ, "Highest frequency at which the tissue should feel right");
     /// Number of frequencies of a remote tissue.
     FELT_POINTS = count("points", 20, "20", "Number of frequencies");
-    /// Playout of waves, samples.
     PLAYOUT_SAMPLES = count("playout", 2, "2", "Samples over which waves are played out");
     /// Search for the best coupler.
     BEST = flag("best", "Find the best coupler of each order, or the best wave impedance");

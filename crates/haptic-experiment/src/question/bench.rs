@@ -18,7 +18,6 @@ use rayon::prelude::*;
 use serde::Serialize;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-/// Of a simulated device.
 pub(crate) const SIMULATED: &[Parameter] = &joined::<10>(&[
     &[DEVICE_MODEL, MASS, DAMPING, HAND_STIFFNESS],
     LESS_THAN_IDEAL,
@@ -28,14 +27,11 @@ pub(crate) const SIMULATED: &[Parameter] = &joined::<10>(&[
 pub(crate) const BENCH: &[Parameter] =
     &joined::<12>(&[&[SAMPLE_TIME, TRIAL_FORCE_LIMIT], SIMULATED]);
 
-/// A device.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Device {
     /// Mass, damping, hand and sample time; delay, current lag and friction.
     pub plant: MassDamperConfig,
-    /// Its encoder.
     pub sensors: Sensors,
-    /// Largest force, N.
     pub force_limit_n: f64,
 }
 
@@ -46,7 +42,6 @@ pub struct AskedDevice {
     pub mass_kg: f64,
     /// b.
     pub damping_n_s_per_m: f64,
-    /// k, of the hand.
     pub hand_stiffness_n_per_m: f64,
     /// T.
     pub sample_time_s: f64,

@@ -52,9 +52,7 @@ use haptic_tissue::Model;
 use serde::Serialize;
 
 parameters! {
-    /// Aim of a design.
     WISH = text("wish", "stiffest-wall", "What to optimise");
-    /// Tissue of a design.
     WISH_TISSUE = text("tissue", "", "Tissue for that wish: a name from `host-cli materials list`, or a TOML file");
     /// Frequency of a design, Hz.
     WISH_FREQUENCY = optional("frequency_hz", range::FREQUENCIES_HZ,
@@ -64,7 +62,6 @@ parameters! {
     /// Gain margin of a design.
     GAIN_MARGIN = number("gain_margin", 2.0, "2", Range::AboveUpTo(1.0, 1e3),
         "Factor by which a stable wall could grow before it is unstable");
-    /// Orders of a design.
     DESIGN_ORDERS = list_of("orders", "0,0.25,0.5,0.75,1,1.25,1.5,1.75,2", range::WALL_ORDERS, "Orders to try, 0 to 2; if not given, finer ones around the best wall too");
     /// Limit on the noise of the force, N.
     FORCE_NOISE_LIMIT = optional("force_noise_limit_n", range::FORCES_ABOVE_0,
@@ -77,7 +74,6 @@ const HALVINGS: usize = 5;
 /// A deviation of n independent samples is uncertain by 1/√(2n) of itself: about three times that, of the window of a design.
 const NOISE_DOUBT: f64 = 0.15;
 
-/// Unit of B.
 const DISSIPATION_UNIT: &str = "N·s^μ/m";
 
 /// Frequency at which the orders of a tissue or coupler are compared where none is given, Hz.
@@ -91,7 +87,6 @@ pub(crate) const DESIGN: &[Parameter] = &joined::<17>(&[
     &[SCHEME, FORCE_NOISE_LIMIT, ONE_SIDED, WALL_CONTACT],
 ]);
 
-/// What is wanted most.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum WishName {
     StiffestWall,
@@ -149,11 +144,9 @@ impl Named for RequireName {
     ];
 }
 
-/// Aim of a design.
 #[derive(Clone, Debug, PartialEq)]
 #[expect(clippy::large_enum_variant, reason = "there is one of them in a run")]
 pub(crate) enum Wish {
-    /// The largest K.
     StiffestWall,
     /// The largest effective damping of the wall at a frequency.
     MostDamping {
@@ -162,7 +155,6 @@ pub(crate) enum Wish {
     },
     /// A specimen of a tissue.
     Tissue {
-        /// The tissue.
         material: ModelledTissue,
         /// γ of the piece of it.
         shape_m: f64,
@@ -174,11 +166,8 @@ pub(crate) enum Wish {
 /// A question of a designer.
 #[derive(Clone, Debug)]
 pub(crate) struct Design {
-    /// On which device.
     pub device: Device,
-    /// With which operator.
     pub scheme: Scheme,
-    /// Orders to try.
     pub orders: Vec<Order>,
     /// Then finer ones around the best.
     pub finer: bool,
@@ -188,7 +177,6 @@ pub(crate) struct Design {
     pub every_motion: bool,
     /// How the wall meets the hand.
     pub contact: WallContact,
-    /// The aim.
     pub wish: Wish,
     /// Largest noise of the force that encoder and sensor noise may make, rms N; `None` for any.
     pub force_noise_limit_n: Option<f64>,
@@ -394,7 +382,6 @@ pub struct Candidate {
 /// The best candidate on a realistic device. Keys of the report.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub(crate) struct RealisticTrial {
-    /// Imperfections of the device.
     #[serde(flatten)]
     pub imperfections: Imperfections,
     /// True if the analysis, which knows delay and current lag, calls it stable.
@@ -403,16 +390,13 @@ pub(crate) struct RealisticTrial {
     pub margin: Option<f64>,
     /// Noise of the force that the encoder makes, rms N.
     pub force_noise_rms_n: f64,
-    /// Result of the trial.
     pub simulated: Settling,
 }
 
 /// Verdict on a tissue that is to be rendered as it is.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub(crate) struct TissueVerdict {
-    /// Its name.
     pub name: String,
-    /// Its order.
     pub order: f64,
     /// True if the specimen meets the requirement.
     pub fits: bool,
@@ -456,7 +440,6 @@ pub struct DesignReport {
     pub candidates: Vec<Candidate>,
     /// The one that meets the wish best; null if none does.
     pub best: Option<Candidate>,
-    /// For a tissue.
     pub(crate) tissue: Option<TissueVerdict>,
     /// The best one tried on the simulated device.
     pub simulated: Option<Settling>,

@@ -29,14 +29,10 @@ pub struct RtCheck {
     pub compare: bool,
 }
 
-/// Results of a check.
 #[derive(Clone, Debug, Serialize)]
 pub(crate) struct RtReport {
-    /// Facts of the machine.
     pub machine: Machine,
-    /// For each rate, s.
     pub duration_s: f64,
-    /// Busy threads beside it.
     pub busy: usize,
     /// The priority that was granted; null for a normal thread.
     pub priority: Option<u8>,
@@ -46,7 +42,6 @@ pub(crate) struct RtReport {
     pub memory_locked: bool,
     /// Time in which the host of a virtual machine ran others instead, all processors together, ms.
     pub stolen_ms: Option<u64>,
-    /// One for each rate.
     pub rates: Vec<Rate>,
     /// Changes to make, a sentence each; empty if nothing is left to change.
     pub advice: Vec<String>,
@@ -203,14 +198,11 @@ const FIT_SHARE: f64 = 0.1;
 /// Fewer cycles tell nothing about one in a thousand.
 const FIT_CYCLES: u64 = 1000;
 
-/// A rate.
 #[derive(Clone, Debug, Serialize)]
 pub(crate) struct Rate {
-    /// The rate.
     pub hz: f64,
     /// True if a loop at this rate is safe here; null if too few cycles ran to tell.
     pub fit: Option<bool>,
-    /// Why it is null.
     pub fit_reason: Option<String>,
     /// From when a cycle was due to when it began.
     pub lateness_us: Microseconds,
@@ -218,7 +210,6 @@ pub(crate) struct Rate {
     pub overruns: u64,
     /// Periods that were skipped for it.
     pub skipped_periods: u64,
-    /// Cycles that ran.
     pub cycles: u64,
     /// The cycle that ended latest.
     pub worst_cycle: Option<WorstTick>,
@@ -228,7 +219,6 @@ pub(crate) struct Rate {
     pub plain: Option<Plain>,
 }
 
-/// The plain loop beside.
 #[derive(Clone, Copy, Debug, Serialize)]
 pub(crate) struct Plain {
     /// From when a cycle was due to when it began.
@@ -290,7 +280,6 @@ const STOLEN_NOTABLE_MS: u64 = 10;
 /// Facts of the machine. Those that a system does not tell are null or empty.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub(crate) struct Machine {
-    /// Release of the kernel.
     pub kernel: Option<String>,
     /// True if the kernel is `PREEMPT_RT`.
     pub preempt_rt: Option<bool>,
@@ -298,7 +287,6 @@ pub(crate) struct Machine {
     pub cores: usize,
     /// True if the processor says that it is virtual.
     pub virtual_machine: bool,
-    /// Frequency governors in use.
     pub governors: Vec<String>,
     /// Time that real-time threads may run in each 1 s, µs; −1 for always.
     pub rt_runtime_us: Option<i64>,

@@ -48,7 +48,6 @@ parameters! {
     MEASURE_DEVICE = text("device", "serial:auto", DEVICE.help);
 }
 
-/// Of a measurement.
 pub(crate) const MEASURE: &[Parameter] = &[
     MEASURE_SAMPLE_TIME,
     MEASURE_FORCE_LIMIT,
@@ -60,14 +59,12 @@ pub(crate) const MEASURE: &[Parameter] = &[
 /// The question that lets a device move.
 pub const MEASUREMENT: &str = "measure";
 
-/// Its tables.
 pub(crate) const TABLES: [(&str, &[Parameter]); 3] = [
     (MEASUREMENT, MEASURE),
     ("simulated", SIMULATED),
     ("device", &[MEASURE_DEVICE, WATCHDOG, MAX_AGE_TICKS]),
 ];
 
-/// Settings of a measurement.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct MeasurePlan {
     /// T.
@@ -147,7 +144,6 @@ impl MeasurePlan {
         }
     }
 
-    /// Ticks of a time.
     fn ticks(&self, time_s: f64) -> u64 {
         (time_s / self.sample_time_s).round() as u64
     }
@@ -188,12 +184,10 @@ impl MotionRecord {
         }
     }
 
-    /// Ticks.
     pub(crate) fn len(&self) -> usize {
         self.position_m.len().min(self.force_n.len())
     }
 
-    /// Samples that were lost.
     pub(crate) fn lost(&self) -> usize {
         self.position_m.iter().filter(|x| !x.is_finite()).count()
     }
@@ -209,7 +203,6 @@ impl MotionRecord {
         self.force_n.push(force_n);
     }
 
-    /// Largest force, N.
     pub(crate) fn largest_force_n(&self) -> f64 {
         self.force_n
             .iter()

@@ -41,9 +41,7 @@ use serde::{Serialize, Serializer};
 use std::ops::RangeInclusive;
 
 parameters! {
-    /// Orders of a Z-width.
     ZWIDTH_ORDERS = list_of("orders", "0,0.5,1,1.5,2", WALL_ORDERS, "Orders of the dissipation, 0 to 2");
-    /// Dissipations of a Z-width.
     ZWIDTH_POINTS = count("points", 21, "21", "Dissipations for each order, from 0 to the largest stable one");
 }
 
@@ -64,20 +62,16 @@ pub(crate) const ZWIDTH: &[Parameter] = &[
 /// Numbers of dissipations an order.
 const POINTS: RangeInclusive<usize> = 2..=1000;
 
-/// A Z-width experiment.
 #[derive(Clone, Debug)]
 pub(crate) struct ZWidth {
     /// The device, with whatever makes it less than ideal; of a serial one the mass, the damping and the hand.
     pub device: MassDamperConfig,
     /// The device that the analysis takes: of a serial one what its file says.
     pub analysed: Option<MassDamperConfig>,
-    /// Its sensors.
     pub sensors: Sensors,
     /// The linear wall that the theory assumes, or one that only pushes.
     pub contact: WallContact,
-    /// Operator of the wall.
     pub scheme: Scheme,
-    /// Orders to try.
     pub orders: Vec<Order>,
     /// Dissipations to try for each order, from 0 to the largest stable one.
     pub points: usize,
@@ -191,9 +185,7 @@ fn in_words<S: Serializer>(failure: &Option<Failure>, to: S) -> Result<S::Ok, S:
 pub struct OrderBoundary {
     /// μ.
     pub order: f64,
-    /// Unit of the dissipation.
     pub dissipation_unit: &'static str,
-    /// Unit of the stiffness.
     pub stiffness_max_unit: &'static str,
     /// The largest stable stiffness for each dissipation; dissipations without one are left out.
     pub boundary: Vec<BoundaryPoint>,
@@ -233,15 +225,12 @@ struct BoundaryRow {
     order: f64,
     /// B.
     dissipation_n_s_mu_per_m: f64,
-    /// Largest stable K.
     stiffness_max_n_per_m: f64,
     /// K·T²/m.
     alpha: f64,
     /// B·T^(2−μ)/m.
     beta: f64,
-    /// By the analysis.
     analysis_stiffness_n_per_m: Option<f64>,
-    /// By friction alone.
     held_by_friction_up_to_n_per_m: Option<f64>,
 }
 

@@ -31,7 +31,6 @@ pub(crate) struct Budget {
 }
 
 impl Budget {
-    /// Without a tick.
     pub(crate) fn new() -> Result<Self, hdrhistogram::CreationError> {
         // 1 ns to 10 s, two digits.
         let histogram = || Histogram::new_with_bounds(1, 10_000_000_000, 2);

@@ -176,7 +176,6 @@ fn open(
     patience: Duration,
     stop: Option<&AtomicBool>,
 ) -> Result<SerialLink, Failure> {
-    /// Between two attempts.
     const PAUSE: Duration = Duration::from_millis(250);
     let began = Moment::now();
     loop {

@@ -10,7 +10,6 @@ use haptic_remote::{Impossible, LinkError};
 /// Why a run ended before its time.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Ending {
-    /// Somebody asked for it.
     Interrupted,
     /// The safety chain latched a fault.
     Fault(Fault),
@@ -40,7 +39,6 @@ pub(crate) enum LetGo {
     InOneSample,
     /// It was zero in the next sample that there is, after others that are missing.
     AfterGap {
-        /// That sample's time, s.
         zero_s: f64,
         /// The board has perhaps no watchdog of its own, as this program serves it.
         served: bool,
@@ -75,12 +73,10 @@ pub(crate) struct Fall {
     zero_after_gap_s: Option<f64>,
     /// Tick of the last with one, of those that count too; `None` if one without came after it.
     last_acting: Option<u64>,
-    /// There was a sample.
     seen: bool,
 }
 
 impl Fall {
-    /// A sample that counts.
     pub(crate) fn before(&mut self, tick: u64, force_n: f64) {
         self.seen = true;
         self.last_acting = (force_n != 0.0).then_some(tick);
@@ -91,7 +87,6 @@ impl Fall {
         self.last_acting.is_none()
     }
 
-    /// A sample after those.
     pub(crate) fn after(&mut self, tick: u64, time_s: f64, force_n: f64) {
         self.seen = true;
         if force_n != 0.0 {
@@ -145,7 +140,6 @@ impl LetGo {
         }
     }
 
-    /// In words.
     pub(crate) fn words(self) -> String {
         let at = |time_s| written("time_s", time_s);
         match self {
@@ -268,7 +262,6 @@ impl Lateness {
         }
     }
 
-    /// The watchdog time, s.
     pub(crate) fn watchdog_s(self) -> f64 {
         f64::from(self.watchdog_ms) / 1e3
     }

@@ -25,22 +25,17 @@ pub(crate) const FAULT: &str = "fault";
 pub(crate) struct FaultSeen {
     /// Its code, as on the wire.
     pub code: u8,
-    /// In words.
     pub text: String,
     /// The tick in which it latched.
     pub tick: u64,
-    /// That tick's time, s.
     pub time_s: f64,
 }
 
 /// The run that a fault ended, for the log of the fault.
 #[derive(Clone, Debug)]
 pub(crate) struct RunOfFault<'a> {
-    /// Its log.
     pub log: &'a Path,
-    /// Its metadata.
     pub experiment: BTreeMap<String, String>,
-    /// When it began.
     pub started: Option<StartTime>,
 }
 

@@ -259,7 +259,6 @@ struct OpenTable {
 }
 
 impl Table {
-    /// Adds a row.
     pub(crate) fn row(&mut self, row: impl Serialize) {
         self.write(|writer| writer.serialize(row));
     }
@@ -312,7 +311,6 @@ pub fn write_text(path: &Path, text: &str, overwrite: bool) -> Result<(), Failur
     Ok(())
 }
 
-/// NAME-fault.mcap for NAME.mcap.
 pub(crate) fn fault_log_of(log: &Path) -> PathBuf {
     let stem = log.file_stem().unwrap_or_default().to_string_lossy();
     log.with_file_name(format!("{stem}-fault.mcap"))

@@ -120,13 +120,11 @@ impl PlantFile {
 /// A plant that can be read, and where it comes from.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct PlantFile {
-    /// The plant.
     pub model: PlantModel,
     /// Of a device that was measured: between which numbers its values lie.
     pub(crate) intervals: Vec<Interval>,
     /// The program that made the file.
     pub program: String,
-    /// Anything else.
     pub note: String,
 }
 
@@ -185,11 +183,8 @@ pub(crate) const COHERENT: f64 = 0.95;
 /// Two numbers between which a value of a device lies in 95 of 100 cases.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Interval {
-    /// Key of the value.
     pub key: &'static str,
-    /// Low end.
     pub low: f64,
-    /// High end.
     pub high: f64,
 }
 
@@ -312,7 +307,6 @@ impl PlantModel {
 }
 
 impl DeviceValues {
-    /// As matrices.
     pub(crate) fn plant(&self) -> Result<Plant, ControlError> {
         let (m, b, k) = (
             self.mass_kg,
@@ -356,7 +350,6 @@ pub struct DeviceModel {
     pub note: String,
 }
 
-/// Where a value stands.
 type Field = fn(&mut DeviceValues) -> &mut f64;
 
 impl DeviceValues {
@@ -372,7 +365,6 @@ impl DeviceValues {
         (&p::SENSOR_NOISE, |own| &mut own.sensor_noise_m),
     ];
 
-    /// Parameters with the values.
     pub(crate) fn named(mut self) -> [(&'static Parameter, f64); 8] {
         Self::FIELDS.map(|(parameter, value)| (parameter, *value(&mut self)))
     }

@@ -28,7 +28,6 @@ pub(crate) fn delay_samples(round_trip_us: u64, sample_time_s: f64) -> usize {
 
 /// A loop that the analysis can look at.
 pub(crate) trait PreflightSubject {
-    /// What it finds.
     type Findings: Findings;
 
     /// Looks at the loop with this device and `line` samples of delay beside its own.
@@ -46,16 +45,13 @@ pub(crate) trait Findings: Serialize {
     /// A sentence before the run; `None` if there is nothing to say, or a guard that promises passivity looks after it.
     fn warning(&self, guarded: bool) -> Option<String>;
 
-    /// For the report.
     fn found(self) -> Found;
 }
 
-/// Findings of either kind.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Found {
     /// Of a loop through an environment.
     pub preflight: Option<PreflightVerdict>,
-    /// Of a drive.
     pub drive: Option<DriveVerdict>,
 }
 
@@ -85,7 +81,6 @@ impl Findings for DriveVerdict {
         Self::require_stable(self, force)
     }
 
-    /// The report has it.
     fn warning(&self, _: bool) -> Option<String> {
         None
     }

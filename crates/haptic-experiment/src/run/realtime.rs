@@ -46,16 +46,13 @@ impl RealtimeOptions {
     }
 }
 
-/// Percentiles, µs.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub(crate) struct Microseconds {
-    /// Median.
     pub p50: f64,
     /// 99 of 100 took no longer.
     pub p99: f64,
     /// 999 of 1000 took no longer.
     pub p999: f64,
-    /// The longest.
     pub max: f64,
 }
 
@@ -103,7 +100,6 @@ pub(crate) struct RealtimeSummary {
     pub late_by_wake_up: u64,
     /// Ticks that were because the tick before took too long.
     pub late_by_compute: u64,
-    /// Periods without a tick.
     pub skipped_periods: u64,
     /// The tick that ended latest after it was due.
     pub worst_cycle: Option<WorstTick>,

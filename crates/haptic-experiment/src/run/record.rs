@@ -27,7 +27,6 @@ pub(crate) const fn keeps_all(samples: u64) -> bool {
 /// force.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct Start {
-    /// Number of the tick.
     pub tick: u64,
     sample_time_s: f64,
 }
@@ -70,7 +69,6 @@ pub(crate) struct Record {
     pub whole: Option<Vec<KeptSample>>,
     /// Number of samples that count.
     pub samples: u64,
-    /// The last of them.
     pub last: Option<KeptSample>,
     /// Time that each tick took, ns, the simulated rig included.
     pub tick_ns: Histogram<u64>,

@@ -55,7 +55,6 @@ enum Entry {
 /// Results of [`Recorder::finish`].
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Recorded {
-    /// The log.
     pub log: FinishedLog,
     /// The log of a fault, if one latched.
     pub fault_log: Option<PathBuf>,

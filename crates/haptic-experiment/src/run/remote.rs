@@ -38,7 +38,6 @@ use std::time::Duration;
 /// A device and how the loop with it is closed.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct RemoteDevice {
-    /// Its name.
     pub name: LinkedName,
     /// Place where the loop is closed.
     pub loop_mode: LoopMode,
@@ -96,7 +95,6 @@ impl RemoteDevice {
 /// Law that the device renders, and the plant that it simulates if it is simulated.
 #[derive(Clone, Debug)]
 pub(crate) struct RemoteLaw {
-    /// K, N/m.
     pub stiffness_n_per_m: f64,
     /// B, N·s^μ/m.
     pub dissipation_n_s_mu_per_m: f64,
@@ -108,7 +106,6 @@ pub(crate) struct RemoteLaw {
     pub depth_map: Option<DepthMap<f64>>,
     /// The surface that it lies behind, on a device of several axes.
     pub surface: Option<SurfaceShape>,
-    /// Coefficients of the operator.
     pub operator: (OperatorShape, Vec<f32>),
     /// The controller that holds the device in place of all that, its numbers those of the operator.
     pub controller: Option<ControllerLaw>,
@@ -170,11 +167,9 @@ impl RemoteLaw {
 /// Limits that an experiment does not speak of: they stay as they are on the device.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(crate) struct UnchangedLimits {
-    /// Force rate limit.
     pub rate: bool,
     /// Speed limit, soft and hard.
     pub speed: bool,
-    /// Rise time.
     pub rise: bool,
 }
 

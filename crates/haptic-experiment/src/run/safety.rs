@@ -2,7 +2,6 @@
 
 mod guard;
 
-/// Keys, for every table.
 pub(crate) mod keys {
     use crate::document::parameters::kind::parameters;
     use crate::document::parameters::range::{
@@ -14,30 +13,22 @@ pub(crate) mod keys {
     parameters! {
         /// Of the safety chain, for every experiment.
         all SAFETY;
-        /// Passivity guard.
         GUARD = text("guard", "off", "Keep the loop from feeding the device energy");
         /// Low end of the workspace, m.
         WORKSPACE_LOW = optional("workspace_low_m", PLACES, "Lowest position; below it a fault ends the run");
         /// High end of the workspace, m.
         WORKSPACE_HIGH = optional("workspace_high_m", PLACES, "Highest position; above it a fault ends the run");
-        /// Speed limit, m/s.
         SPEED_LIMIT = optional("speed_limit_m_per_s", SPEEDS, "Largest speed; above it a fault ends the run");
-        /// Rise time, s.
         RISE_TIME = optional("rise_time_s", SAFETY_TIMES, "Ramp the force up over this time at the start");
-        /// Braking, N·s/m.
         BRAKING = optional("braking_n_s_per_m", DAMPINGS_ABOVE_0,
             "Damping that brakes near workspace and speed limits, and after a fault or stop");
-        /// Stop time, s.
         STOP_TIME = optional("stop_time_s", Range::Within(Limits::STOP_TIME_S[0], Limits::STOP_TIME_S[1]),
             "Time to zero force after a fault, a stop or the end, 1ms to 1s [default: 0.1s]");
-        /// Brake force, N.
         BRAKE_FORCE = optional("brake_force_n", Range::Within(0.0, Limits::BRAKE_FORCE_MAX_N),
             "Largest braking force during that time, 0N to 10N [default: 2N]");
-        /// Stuck sensor, N.
         STUCK_FORCE = optional("stuck_force_n", FORCES,
             "Fault if the force rises by this much while the position is frozen; 0 = off [default: 3N on a \
              serial device, else never]");
-        /// Stuck sensor, s.
         STUCK_TIME = optional("stuck_time_s", Range::Within(1e-3, 10.0),
             "Time for which the position must be frozen [default: 0.1s]");
         /// Jump of a sensor, m.
@@ -84,11 +75,9 @@ use std::fmt;
 /// Settings that an experiment asks for; by default none.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct Safety {
-    /// Passivity guard.
     pub guard: GuardChoice,
     /// Lowest and highest position, m.
     pub workspace_m: Option<(f64, f64)>,
-    /// Largest speed, m/s.
     pub speed_limit_m_per_s: Option<f64>,
     /// Time in which the force rises after the start, s.
     pub rise_time_s: Option<f64>,

@@ -9,7 +9,6 @@ use std::path::PathBuf;
 /// Place of the samples of a run.
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum Samples<'a> {
-    /// In memory.
     Whole(&'a [KeptSample]),
     /// In the files of the log, from this tick on, up to this one as it is counted from there.
     Logged(&'a [PathBuf], Start, u64),
@@ -25,7 +24,6 @@ impl<'a> Samples<'a> {
         }
     }
 
-    /// One after the other.
     pub(crate) fn for_each(
         self,
         mut take: impl FnMut(&KeptSample) -> Result<(), Failure>,

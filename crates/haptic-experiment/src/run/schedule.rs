@@ -32,9 +32,7 @@ impl std::fmt::Display for Pace {
 pub(crate) struct Schedule {
     /// Ticks, the one at time 0 included.
     pub samples: u64,
-    /// T, s.
     pub sample_time_s: f64,
-    /// Pace of time.
     pub pace: Pace,
 }
 

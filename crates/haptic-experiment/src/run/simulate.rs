@@ -63,7 +63,6 @@ impl<'a, F: Real, E: Environment<F, D>, V, const D: usize> Simulated<'a, F, E, V
 where
     V: Device<F, D, Error = Infallible>,
 {
-    /// At its first tick.
     pub(crate) fn new(controller: &'a mut Controller<F, D, E>, device: &'a mut Sensed<V>) -> Self {
         let engaged = controller.engage(device);
         Self { engaged }

@@ -7,12 +7,9 @@ use haptic_log::record::{PerAxis, TickMessage};
 use haptic_loop::Sample;
 use nalgebra::SVector;
 
-/// A sample that counts.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct KeptSample {
-    /// Its number.
     pub tick: u64,
-    /// Its time, s.
     pub time_s: f64,
     /// Position of the renderer as the loop read it, m.
     pub position_m: f64,
@@ -25,7 +22,6 @@ pub(crate) struct KeptSample {
     pub indenter_position_m: f64,
     /// Force between indenter and renderer, N.
     pub contact_force_n: f64,
-    /// Limiters that acted, bits.
     pub limiters: u8,
 }
 
@@ -65,7 +61,6 @@ pub(crate) const fn judged_force_n(tick: &TickMessage) -> PerAxis {
     }
 }
 
-/// An element an axis.
 pub(crate) fn per_axis<F: Real, const D: usize>(vector: &SVector<F, D>) -> PerAxis {
     PerAxis::new(vector.map(F::to_f64).as_slice())
 }
@@ -126,13 +121,11 @@ pub fn by_loop<F: Real, const D: usize>(
 
 /// What is told of a tick: as the log has it, and as a run is judged by.
 pub(crate) trait TickRecord: Copy {
-    /// For the log.
     fn logged(&self) -> &TickMessage;
 
     /// Where the loop fills in what it did.
     fn logged_mut(&mut self) -> &mut TickMessage;
 
-    /// For the report.
     fn kept(&self) -> KeptSample;
 }
 

@@ -39,7 +39,6 @@ pub struct Foxglove {
     buffer: Vec<u8>,
     /// True if a viewer was too slow.
     overflowed: Arc<AtomicBool>,
-    /// Sets it.
     watch: Dispatch,
 }
 

@@ -78,13 +78,11 @@ pub enum MessageError {
 
 /// A message type of the log: where it goes and how a reader understands it.
 pub(crate) trait LogMessage: Sized {
-    /// MCAP topic.
     const TOPIC: &'static str;
 
     /// ROS 2 type name and message definition.
     fn schema(&self) -> (String, String);
 
-    /// Device time, s.
     fn time_s(&self) -> f64;
 
     /// Puts the CDR bytes of this message into `buffer`, which is cleared first.

@@ -191,7 +191,6 @@ impl Kind {
 }
 
 enum Step {
-    /// Bytes are needed.
     Need(usize),
     /// A record was taken in.
     Taken,
@@ -261,7 +260,6 @@ impl<R: Read> LogReader<R> {
         StartTime::of_log(log_time_ns, device_time_ns)
     }
 
-    /// Reads no further.
     pub(super) fn stop(&mut self) {
         self.ready.clear();
         self.done = true;
@@ -543,7 +541,6 @@ fn parsable(chunk: &[u8]) -> Result<Cow<'_, [u8]>, String> {
     Ok(plain.into())
 }
 
-/// Rest of a record.
 struct Rest<'a>(&'a [u8]);
 
 impl<'a> Rest<'a> {
@@ -553,7 +550,6 @@ impl<'a> Rest<'a> {
         Some(taken)
     }
 
-    /// Bytes behind their number.
     fn counted(&mut self) -> Option<&'a [u8]> {
         let (length, rest) = self.0.split_first_chunk()?;
         self.0 = rest;

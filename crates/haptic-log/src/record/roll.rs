@@ -202,7 +202,6 @@ pub fn nth_file(first: &Path, number: usize) -> PathBuf {
 #[derive(Debug)]
 pub struct LogFiles {
     pub(super) reader: LogReader<BufReader<File>>,
-    /// The file being read.
     pub(super) path: PathBuf,
     /// The file that the one being read names.
     next: Option<PathBuf>,
@@ -212,7 +211,6 @@ pub struct LogFiles {
     run: Option<String>,
     /// False until the file being read has told that it is of the run.
     belongs: bool,
-    /// Of the files before.
     before: Condition,
 }
 

@@ -31,7 +31,6 @@ pub enum EndKind {
     Link,
 }
 
-/// The kinds by name.
 const ENDS: [(&str, EndKind); 4] = [
     ("finished", EndKind::Finished),
     ("interrupted", EndKind::Interrupted),

@@ -19,7 +19,6 @@ pub(super) struct Syncer {
 }
 
 impl Syncer {
-    /// Starts.
     pub(super) fn start(file: &File, interval: Duration) -> io::Result<Self> {
         let file = file.try_clone()?;
         let (stop, stopped) = channel::<()>();

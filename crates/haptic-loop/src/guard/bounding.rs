@@ -214,7 +214,6 @@ impl<F: Real> Bounding<F> {
         state: &mut GuardState<F, D>,
         actuator: &SVector<F, D>,
     ) {
-        /// Samples.
         const OWED_MOST: f64 = 1000.0;
         for _ in 0..D {
             state.owed += self.noise;

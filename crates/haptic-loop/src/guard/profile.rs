@@ -42,7 +42,6 @@ impl<F: Real, const D: usize> Sent<F, D> {
         Self::plain(&SVector::from([F::ZERO; D]))
     }
 
-    /// Without a lag.
     pub(super) fn plain(force: &SVector<F, D>) -> Self {
         Self {
             force: *force,
@@ -273,7 +272,6 @@ impl<F: Real, const D: usize> GuardState<F, D> {
         }
     }
 
-    /// E, J.
     #[inline]
     pub(crate) fn energy(&self) -> F {
         self.energy + self.rest

@@ -73,7 +73,6 @@ impl MassDamperConfig {
 #[derive(Clone, Debug)]
 pub struct MassDamper<const D: usize> {
     config: MassDamperConfig,
-    /// Whole samples of delay.
     delay: usize,
     /// η·T under the older force, if η > 0.
     before: Option<Step>,

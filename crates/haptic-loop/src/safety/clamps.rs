@@ -184,7 +184,6 @@ pub(super) struct Release<F> {
 pub(super) struct Released<F> {
     /// The force at which the envelope begins, N.
     from: F,
-    /// n − k.
     left: F,
 }
 

@@ -38,7 +38,6 @@ struct Jump<F> {
 struct Standstill<F> {
     /// N.
     force: F,
-    /// Samples.
     ticks: F,
 }
 

@@ -11,7 +11,6 @@ pub(super) struct Channels {
 }
 
 impl Channels {
-    /// Of so many axes.
     pub(super) fn of(axes: usize) -> Self {
         let axes = axes.clamp(1, AXES.len());
         let mut columns = TickMessage::columns(axes);
@@ -27,7 +26,6 @@ impl Channels {
         self.axes
     }
 
-    /// How many there are.
     pub(super) const fn count(&self) -> usize {
         self.columns.len()
     }

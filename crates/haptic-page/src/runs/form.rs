@@ -98,7 +98,6 @@ pub(super) fn place(
     Ok((request, name))
 }
 
-/// Experiments and questions.
 pub(super) fn kinds() -> impl Iterator<Item = &'static str> {
     KINDS.into_iter().chain(QUESTIONS)
 }
@@ -180,7 +179,6 @@ fn record_parameter(own: &Parameter) -> Value {
     field
 }
 
-/// All of them.
 pub(super) fn forms() -> Value {
     let form = |kind: &str| {
         let tables = parameters::of_kind(kind).into_iter().map(|(title, table)| {

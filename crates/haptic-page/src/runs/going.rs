@@ -22,7 +22,6 @@ pub(super) type Progress<'a> = &'a (dyn Fn(u64) + Sync);
 /// Who looks after a piece of work.
 #[derive(Clone, Copy)]
 pub(super) struct Attendant<'a> {
-    /// Set to end it.
     pub(super) stop: &'a AtomicBool,
     pub(super) progress: Progress<'a>,
     /// Hears a sentence for people.
@@ -40,7 +39,6 @@ pub(super) struct Drawn {
     pub(super) metadata: BTreeMap<String, String>,
 }
 
-/// Results.
 pub(super) struct Finished {
     pub(super) report: Value,
     pub(super) curves: Value,

@@ -52,7 +52,6 @@ pub(super) struct Listing {
 }
 
 impl Listing {
-    /// The logs, newest first.
     pub(super) fn list(
         &mut self,
         folder: &Path,
@@ -246,7 +245,6 @@ impl Listed {
     }
 }
 
-/// Of an answer's file.
 pub(super) const ANSWER: &str = "answer.json";
 /// The same behind its name.
 const SUFFIX: &str = ".answer.json";

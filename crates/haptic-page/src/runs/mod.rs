@@ -42,7 +42,6 @@ pub(crate) struct Runs {
     realtime: RealtimeOptions,
     announce: Announce,
     listing: Mutex<Listing>,
-    /// Newest last.
     open: Mutex<VecDeque<Arc<Opened>>>,
     going: Mutex<Option<Arc<Going>>>,
     /// Of those that were run here; newest last.
@@ -53,12 +52,10 @@ pub(crate) struct Runs {
 #[derive(Debug)]
 struct Told {
     name: String,
-    /// Theory and run.
     curves: Value,
     verdict: Option<String>,
 }
 
-/// Columns of a log.
 pub(crate) struct ShownRun {
     pub(crate) channels: Vec<String>,
     pub(crate) columns: Columns,
@@ -88,7 +85,6 @@ impl Runs {
         locked(&self.going).clone().filter(|going| !going.is_over())
     }
 
-    /// The runs, newest first.
     pub(crate) fn list(&self) -> Result<Value, Failure> {
         let going = self.going();
         let name = going.as_ref().map(|going| going.name());

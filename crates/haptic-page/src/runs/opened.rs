@@ -20,7 +20,6 @@ const COARSER: u32 = 8;
 /// Ticks that may be missing in one place; more is a log that nobody should draw.
 const GAP_MOST: u64 = 100_000_000;
 
-/// An opened log.
 #[derive(Debug)]
 pub(super) struct Opened {
     pub(super) name: String,
@@ -68,7 +67,6 @@ pub(super) fn push(
 }
 
 impl Opened {
-    /// Reads a log.
     pub(super) fn read(name: &str, path: &Path, seen: Seen) -> Result<Self, Failure> {
         let summary = inspect(path)?;
         let (Some(first_s), Some(last_s)) = (summary.first_s, summary.last_s) else {
@@ -148,7 +146,6 @@ fn no_sample(name: &str) -> Failure {
     Failure::bad_input(format_args!("the log {name} holds no sample"))
 }
 
-/// Bytes of a piece.
 const PIECE: usize = 1 << 16;
 
 /// What a table is to hold.

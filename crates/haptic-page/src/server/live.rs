@@ -7,7 +7,6 @@ use haptic_loop::Limiters;
 use serde_json::{Value, json};
 
 const MAGIC: u32 = 0x3150_4846;
-/// Bytes before the numbers.
 const HEADER_BYTES: usize = 40;
 
 pub(super) const FRAMES_PER_S: u32 = 60;

@@ -33,7 +33,6 @@ use std::thread::JoinHandle;
 use std::time::Duration;
 use tokio::sync::{mpsc, watch};
 
-/// Port of the page.
 const PORT: Key = Key("port");
 
 /// Reason with which sockets are closed when the server ends.

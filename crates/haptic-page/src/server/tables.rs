@@ -17,7 +17,6 @@ use tokio::task::spawn_blocking;
 /// Tables that wait to be fetched; the oldest goes first.
 const WAITING: usize = 64;
 const AHEAD: usize = 4;
-/// Of the addresses.
 const FOLDER: &str = "table/";
 
 #[derive(Debug, Default)]

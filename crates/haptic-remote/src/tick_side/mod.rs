@@ -24,7 +24,6 @@ use haptic_link::{
 };
 use haptic_loop::{Controller, Engaged, Fault, SafetyChain, SafetyState};
 
-/// State after a stop.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum After {
     Armed(EventKind),

@@ -192,7 +192,6 @@ impl<H: Hardware<D>, const D: usize, R: BorrowMut<Records<D>>> TickSide<H, D, R>
         flaws
     }
 
-    /// Flight recorder and stream.
     fn keep(&mut self, sample: Tick<D>) {
         self.newest = sample;
         self.records.borrow_mut().flight.take(sample);
@@ -219,7 +218,6 @@ impl<H: Hardware<D>, const D: usize, R: BorrowMut<Records<D>>> TickSide<H, D, R>
         }
     }
 
-    /// Ends runs and stops.
     fn settle(&mut self) {
         if self.state == State::Running
             && let Some(left) = &mut self.ticks_left

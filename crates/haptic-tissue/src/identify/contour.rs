@@ -18,7 +18,6 @@ const POINTS: usize = 28;
 /// Those above the real axis.
 const HALF: usize = POINTS / 2;
 
-/// A function of time.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Quantity {
     /// G(t).

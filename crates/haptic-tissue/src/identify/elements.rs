@@ -9,7 +9,6 @@ use num_complex::Complex64;
 
 /// The most elements of a candidate.
 pub(super) const ELEMENTS: usize = 3;
-/// The most variables.
 pub(super) const VARIABLES: usize = 5;
 
 /// One of [`CANDIDATES`].

@@ -95,7 +95,6 @@ pub(super) struct Certainty {
     pub(super) freedom: f64,
     /// 97.5 % point of Student's t.
     pub(super) student: f64,
-    /// S over the freedom.
     pub(super) variance: f64,
 }
 

@@ -110,7 +110,6 @@ impl History {
         row
     }
 
-    /// Some of its outputs.
     pub(super) fn thinned(&self, chosen: &[usize]) -> Self {
         let rows = chosen
             .iter()

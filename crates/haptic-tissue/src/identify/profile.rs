@@ -147,7 +147,6 @@ struct Profiles<'a> {
     certainty: &'a Certainty,
     /// The best, and the first others within the limit.
     minima: Vec<Minimum>,
-    /// Points within the limit.
     seen: Vec<Minimum>,
 }
 

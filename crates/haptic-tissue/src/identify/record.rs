@@ -47,7 +47,6 @@ impl RecordKind {
 /// A motion of a history.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Motion {
-    /// Its samples.
     pub(super) samples: usize,
     /// From its strain to what the memory sees; none if it is the strain.
     pub(super) map: Option<DepthMap<f64>>,
@@ -63,7 +62,6 @@ pub struct Record {
     pub(super) x: Vec<f64>,
     /// Modulus, compliance, storage modulus, or strain.
     pub(super) first: Vec<f64>,
-    /// Loss modulus, or stress.
     pub(super) second: Vec<f64>,
     /// The motions of a history.
     pub(super) motions: Vec<Motion>,

@@ -44,7 +44,6 @@ const AT_END: f64 = 2e-4;
 /// A fixed end may cost so much of the sum.
 const COST_OF_END: f64 = 1e-5;
 
-/// The best minimum.
 #[derive(Clone, Debug)]
 pub(super) struct Best {
     pub(super) elements: Elements,
@@ -188,7 +187,6 @@ pub(super) fn ranges(candidate: Candidate, target: &Target) -> Vec<(f64, f64)> {
 /// The end of a minimisation.
 #[derive(Clone, Debug)]
 pub(super) struct Minimum {
-    /// Values of the variables.
     pub(super) values: Vec<f64>,
     /// Sum of the squared residuals, weights in.
     pub(super) sum: f64,
@@ -202,7 +200,6 @@ pub(super) struct Pull {
     pub(super) shares: Vec<f64>,
     pub(super) aim: f64,
     pub(super) weight: f64,
-    /// Nothing is pulled down.
     pub(super) from_below: bool,
 }
 
@@ -225,7 +222,6 @@ struct Problem<'a> {
     candidate: Candidate,
     target: &'a Target<'a>,
     ranges: &'a [(f64, f64)],
-    /// Those that are moved.
     free: &'a [usize],
     pulls: &'a [Pull],
 }
@@ -235,7 +231,6 @@ struct Point {
     values: Vec<f64>,
     /// Of the record, then of the pulls.
     residuals: DVector<f64>,
-    /// By the free variables.
     jacobian: DMatrix<f64>,
 }
 
@@ -321,14 +316,12 @@ const FLAT: f64 = 1e-12;
 const DAMPING: f64 = 1e-3;
 const DAMPING_MOST: f64 = 1e12;
 
-/// How far to go.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Effort {
     /// Relative change of the sum at which to stop.
     pub(super) tolerance: f64,
     /// Relative change of the variables at which to stop.
     pub(super) step: f64,
-    /// Evaluations per variable.
     pub(super) patience: usize,
 }
 

@@ -66,7 +66,6 @@ struct Search<'a> {
     record: &'a Record,
     options: &'a Options,
     stop: &'a AtomicBool,
-    /// Largest b.
     most: f64,
 }
 
@@ -164,7 +163,6 @@ pub(super) fn stiffened(
     }
 }
 
-/// b without an interval.
 const fn alone(b: f64) -> Estimate {
     Estimate {
         name: STIFFENING.0,
@@ -207,7 +205,6 @@ fn said(record: &Record, best: &Fit, linear: Option<&Fit>) -> Option<String> {
     Some(format!("{what}: {remedy}"))
 }
 
-/// Three digits.
 fn rounded(value: f64) -> f64 {
     format!("{value:.2e}").parse().unwrap_or(value)
 }

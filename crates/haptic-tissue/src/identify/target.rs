@@ -48,9 +48,7 @@ pub(super) struct Target<'a> {
 
 #[derive(Clone, Debug)]
 enum Rows {
-    /// At logarithms of times.
     Step(Quantity, Vec<f64>),
-    /// At logarithms of frequencies.
     Oscillation(Vec<f64>),
     History(History),
 }
@@ -133,7 +131,6 @@ impl<'a> Target<'a> {
         self.stop.load(Ordering::Relaxed)
     }
 
-    /// Number of residuals.
     pub(super) fn len(&self) -> usize {
         self.roots.len()
     }
@@ -258,7 +255,6 @@ impl<'a> Target<'a> {
     }
 }
 
-/// G' and G''.
 fn oscillation(candidate: Candidate, elements: &Elements, ln_omega: f64) -> (Slope, Slope) {
     use core::f64::consts::FRAC_PI_2;
     let e = elements.at(candidate, ln_omega, FRAC_PI_2);

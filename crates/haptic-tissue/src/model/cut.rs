@@ -255,7 +255,6 @@ struct Pole {
 }
 
 impl Pole {
-    /// Angle in half turns.
     fn half_turns(self) -> f64 {
         1.0 + self.beyond / PI
     }

@@ -14,7 +14,6 @@ pub(super) enum Response {
     Creep,
 }
 
-/// Two conjugate modes: Re(weight·k(rate)).
 #[derive(Clone, Copy)]
 pub(super) struct Pair {
     pub(super) weight: Complex64,
@@ -24,9 +23,7 @@ pub(super) struct Pair {
 /// A modulus or a compliance over a span of times.
 pub(super) struct Spectrum {
     pub(super) response: Response,
-    /// C or A.
     pub(super) constant: f64,
-    /// D or B.
     pub(super) slope: f64,
     /// Σ w·e^(−rt) or Σ w·(1 − e^(−rt)).
     pub(super) modes: Modes,
@@ -38,7 +35,6 @@ const SLOW: f64 = 1.0 / 4096.0;
 
 /// Rates and weights of the modes.
 pub(super) enum Modes {
-    /// Any rates.
     Any {
         /// 1/s.
         rates: Vec<f64>,
@@ -49,7 +45,6 @@ pub(super) enum Modes {
     Ladder(Ladder),
 }
 
-/// Modes whose rates double.
 pub(super) struct Ladder {
     /// Rising, 1/s.
     pub(super) rates: Vec<f64>,

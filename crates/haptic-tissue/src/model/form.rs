@@ -96,7 +96,6 @@ impl Form {
         }
     }
 
-    /// G(∞), Pa.
     pub(super) fn equilibrium_pa(&self) -> f64 {
         let left = |one: &SpringPot| if one.is_spring() { one.size } else { 0.0 };
         match self {

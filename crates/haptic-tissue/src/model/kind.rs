@@ -112,11 +112,8 @@ pub(crate) const TWO_ELEMENTS: [Parameter; 3] = [
 /// How the elements of a model are joined; the orders of two elements are α > β.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Joint {
-    /// One element.
     None,
-    /// Side by side.
     KelvinVoigt,
-    /// In series.
     Maxwell,
     /// In series, and a spring beside both.
     Zener,

@@ -17,9 +17,7 @@ parameters! {
     /// `b_c` of a coupler, N·s^(1−μ)/m.
     COUPLER_DISSIPATION = optional("coupler_dissipation_n_s_1_minus_mu_per_m", DISSIPATIONS,
         "Spring of the coupler, N·s^(1−μ)/m: at order 1 N/m");
-    /// Name of a tissue.
     TISSUE = text("tissue", "prostate-cancerous", "Tissue: a name from `host-cli materials list`, or a TOML file");
-    /// Folder of tissues.
     LIBRARY = text("library", "", "Folder with more tissue files");
     /// Area of the specimen, m².
     AREA = number("area_m2", 4e-4, "4cm2", SPECIMENS, "Area of the specimen");
@@ -37,19 +35,15 @@ parameters! {
     STIFFENING = flag("stiffening", "Find how much the tissue stiffens too, by a motion or by motions to several depths");
     /// True if the specimen is bonded.
     BONDED = flag("bonded", "The slab cannot slide on its plates, or the layer under a sphere not on its base");
-    /// Scheme of the operator.
     SCHEME = text("scheme", "full", "Fractional operator: full, grunwald:1000, tustin-muir:3, …");
     /// Sample time of any loop, s.
     SAMPLE_TIME = number("sample_time_s", 1e-3, "1ms", SAMPLE_TIMES, "Sample time of the loop");
-    /// Contact of the rig.
     CONTACT = text("contact", "compliant", "Contact between indenter and tissue");
     /// Force limit of a rendered tissue, N.
     FORCE_LIMIT = number("force_limit_n", 10.0, "10N", FORCE_LIMITS, "Largest force the loop may command");
-    /// Controller of the indenter.
     CONTROLLER = text("controller", "", "Controller file of the indenter, which is then a mass");
     /// Rate limit of a rendered tissue, N/s.
     FORCE_RATE_LIMIT = number("force_rate_limit_n_per_s", 1000.0, "1000N/s", FORCE_RATES, "Largest rate of change of the force");
-    /// Number of axes.
     TOUCH_AXES = count("axes", 2, "2", "Number of axes, 2 or 3");
     /// Length of a trial, s.
     TRIAL_DURATION = number("duration_s", 5.0, "5s", DURATIONS, "Length of a run");
@@ -97,7 +91,6 @@ impl Named for LoadingKind {
 pub(crate) const LABORATORY: &str = "laboratory";
 
 parameters! {
-    /// The device.
     DEVICE = text("device", "sim", "Device: `sim`, `serial:PATH[@BAUD]`, `serial:auto`, `haply:PATH` or `moteus:PATH`");
     /// Place where the loop is closed.
     LOOP = text("loop", "device", "Where the loop of a serial device runs");
@@ -111,7 +104,6 @@ parameters! {
     MAX_AGE_TICKS = count("max_age_ticks", Wire::DEFAULT.max_age_ticks as u64, "10",
         "Host loop: largest age of a force in ticks from its sample, 1 to 1000; an older one makes a serial device \
          let go [default: 10]");
-    /// Device file.
     DEVICE_MODEL = text("device_model", "",
         "Device file, of device measure; on a rig for its guard only");
 }
@@ -125,7 +117,6 @@ parameters! {
         "Encoder resolution per count; 0 = ideal");
     /// Noise of a simulated sensor, m.
     SENSOR_NOISE = number("sensor_noise_m", 0.0, "0", SENSOR_STEPS, "Standard deviation of the sensor noise; 0 = none");
-    /// Seed of the noise.
     SEED = count("seed", 1, "1", "Noise seed: the same seed gives the same run, bit for bit");
     /// Mass of a simulated device, kg.
     MASS = number("mass_kg", 0.065, "65g", MASSES, "Mass of the device");

@@ -29,7 +29,6 @@ parameters! {
         "c: share of the reference in the derivative; 0 differentiates the measurement alone");
     /// `K_t` of a TID.
     TILT_GAIN = optional("tilt_gain_per_s_1_over_n", NUMBERS, "K_t of the tilt s^(−1/n)");
-    /// n of a TID.
     TILT_DIVISOR = number("tilt_divisor", 3.0, "3", Range::Within(1.0, 1e3), "n of the tilt");
     /// `K_i` of a TID.
     TID_INTEGRAL_GAIN = number("integral_gain_per_s", 0.0, "0", NUMBERS, "K_i");
@@ -45,7 +44,6 @@ parameters! {
     CRONE_HIGH = optional("high_rad_s", ANGULAR_FREQUENCIES, "Upper corner, rad/s");
     /// λ of a lead–lag.
     LEAD_LAMBDA = optional("lambda_s", DURATIONS, "λ: the zero is at 1/λ");
-    /// x of a lead–lag.
     LEAD_X = optional("x", RATIOS, "x: below 1 a lead, above 1 a lag");
     /// A transfer function in notation.
     FUNCTION = text("function", "", "Transfer function, as in 1/(0.8s^2.2+0.5s^0.9+1)");
@@ -53,7 +51,6 @@ parameters! {
     CONTROLLER_SAMPLE_TIME = optional("sample_time_s", SAMPLE_TIMES, "Sample time");
     /// Rule and tolerance of a controller.
     CONTROLLER_SCHEME = text("scheme", "full-bdf2", "Rule of the powers of s: full[:TOLERANCE] or full-bdf2[:TOLERANCE]");
-    /// Horizon of a controller.
     MEMORY = optional("memory_s", MEMORIES, "Memory within the tolerance [default: 200000 samples]");
     /// Lower limit of the command.
     OUTPUT_LOW = optional("output_low", NUMBERS, "Lowest command [default: no limit]");
@@ -65,7 +62,6 @@ parameters! {
     SOURCE_PLANT = text("plant", "", "Plant that the controller is for");
     /// Wishes that a controller was made for.
     SOURCE_WISHES = text("wishes", "", "Wishes that it meets");
-    /// Maker of a file.
     SOURCE_PROGRAM = text("program", "", "Program that made the file");
     /// Anything worth knowing of a file.
     SOURCE_NOTE = text("note", "", "Anything worth knowing");

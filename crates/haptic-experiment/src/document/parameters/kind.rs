@@ -156,19 +156,20 @@ pub(crate) const fn joined<const N: usize>(lists: &[&[Parameter]]) -> [Parameter
     all
 }
 
-/// Parameters as constants: documentation, name, kind, and what it is made of. Behind `crate;` those that nobody outside names.
+/// Parameters as constants: name, kind, and what it is made of; each is documented by its key, and its help says the rest.
+/// Behind `crate;` stand those that nobody outside names.
 macro_rules! parameters {
-    (crate; $($(#[$meta:meta])* $name:ident = $kind:ident($($part:expr),* $(,)?);)*) => {
+    (crate; $($(#[$meta:meta])* $name:ident = $kind:ident($key:expr $(, $part:expr)* $(,)?);)*) => {
         $($(#[$meta])* pub(crate) const $name: $crate::document::parameters::Parameter =
-            $crate::document::parameters::Parameter::$kind($($part),*);)*
+            $crate::document::parameters::Parameter::$kind($key $(, $part)*);)*
     };
     ($(#[$meta:meta])* all $all:ident; $($(#[$doc:meta])* $name:ident = $kind:ident $parts:tt;)*) => {
         $crate::document::parameters::kind::parameters! { $($(#[$doc])* $name = $kind $parts;)* }
         $(#[$meta])* pub(crate) const $all: &[$crate::document::parameters::Parameter] = &[$($name),*];
     };
-    ($($(#[$meta:meta])* $name:ident = $kind:ident($($part:expr),* $(,)?);)*) => {
-        $($(#[$meta])* pub const $name: $crate::document::parameters::Parameter =
-            $crate::document::parameters::Parameter::$kind($($part),*);)*
+    ($($(#[$meta:meta])* $name:ident = $kind:ident($key:expr $(, $part:expr)* $(,)?);)*) => {
+        $(#[doc = concat!("The parameter ", stringify!($key), ".")] #[doc = ""] $(#[$meta])* pub const $name: $crate::document::parameters::Parameter =
+            $crate::document::parameters::Parameter::$kind($key $(, $part)*);)*
     };
 }
 pub(crate) use parameters;

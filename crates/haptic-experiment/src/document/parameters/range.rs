@@ -19,7 +19,6 @@ pub enum Range {
 }
 
 impl Range {
-    /// No number at all.
     pub(super) const EMPTY: Self = Self::Within(f64::NAN, f64::NAN);
 
     /// True if a number is in it. A number that is not finite never is.
@@ -155,9 +154,7 @@ pub(crate) const RATIOS: Range = above_0(1e6);
 pub(crate) const DELAY_SAMPLES: Range = up_to(ForcePath::DELAY_MAX);
 /// Times of a line to a device, s.
 pub(crate) const LINE_TIMES: Range = up_to(ChannelModel::DELAY_MOST_S);
-/// Chances and shares.
 pub(crate) const SHARES: Range = up_to(1.0);
-/// Orders of a wall.
 pub(crate) const WALL_ORDERS: Range = up_to(2.0);
 /// Orders of a coupler that gives no energy by itself.
 pub(crate) const COUPLER_ORDERS: Range = up_to(1.0);

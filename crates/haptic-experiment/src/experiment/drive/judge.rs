@@ -12,7 +12,6 @@ use serde::Serialize;
 /// The work of a drive.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub(crate) struct DriveReport {
-    /// The controller.
     pub controller: String,
     /// `position` in a relaxation, `force` in a creep test: what the controller holds, and the unit of the errors, m or N.
     pub quantity: &'static str,
@@ -24,7 +23,6 @@ pub(crate) struct DriveReport {
     pub tracking_error_final: f64,
     /// Largest force on the indenter, N.
     pub drive_force_peak_n: f64,
-    /// Its limit, N.
     pub drive_force_limit_n: f64,
     /// Samples in which the limit acted.
     pub saturated_samples: u64,
@@ -60,7 +58,6 @@ pub(crate) fn drive_columns(drive: RigDrive) -> [&'static str; 2] {
     }
 }
 
-/// Maker of the commands.
 enum Maker {
     /// The rig, which does not tell them: they are made again.
     Rig(ControllerHolder),
@@ -68,7 +65,6 @@ enum Maker {
     Device([f32; 2]),
 }
 
-/// Judges sample by sample.
 pub(crate) struct DriveJudge {
     drive: RigDrive,
     maker: Maker,
@@ -78,7 +74,6 @@ pub(crate) struct DriveJudge {
 }
 
 impl DriveJudge {
-    /// Of no sample yet.
     pub(crate) fn new(
         own: &Drive,
         drive: RigDrive,

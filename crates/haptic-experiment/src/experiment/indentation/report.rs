@@ -432,7 +432,6 @@ impl Indentation {
         }))
     }
 
-    /// Each sample of creep.
     fn crept(&self, ran: &Ran, force_n: f64) -> Result<Theory<'_>, Failure> {
         let length_m = self.moved().length_m;
         let samples = Samples::of(&ran.record, &ran.log.paths);

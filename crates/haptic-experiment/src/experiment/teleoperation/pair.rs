@@ -132,7 +132,6 @@ pub(crate) struct SideTick {
     pub wanted_n: f64,
     /// Force that was sent to it, N.
     pub force_n: f64,
-    /// Limiters that acted.
     pub limiters: Limiters,
     /// Force on it from outside, N: of the hand on the master, of the remote place on the slave.
     pub outside_n: f64,
@@ -141,11 +140,8 @@ pub(crate) struct SideTick {
 /// A tick of both sides.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct PairTick {
-    /// Its number.
     pub tick: u64,
-    /// Its time, s.
     pub time_s: f64,
-    /// Master and slave.
     pub sides: [SideTick; 2],
     /// Energy that the line has given to both devices so far, J: `Σ f[n]·(x[n] − x[n−1])`.
     pub given_j: f64,
@@ -181,7 +177,6 @@ impl Side {
     }
 }
 
-/// Both sides.
 pub(super) struct Pair {
     sides: [Side; 2],
     /// From master to slave, and back.
@@ -191,7 +186,6 @@ pub(super) struct Pair {
 }
 
 impl TeleoperationExperiment {
-    /// Both sides at rest.
     pub(super) fn pair(&self) -> Result<Pair, Failure> {
         self.check_times()?;
         let t = self.sample_time();
@@ -239,7 +233,6 @@ impl Pair {
         seen
     }
 
-    /// Master and slave.
     pub(super) fn ports(&self) -> [&Port<Operator<f64>>; 2] {
         [&self.sides[0].port, &self.sides[1].port]
     }

@@ -19,7 +19,6 @@ use haptic_loop::Limiters;
 use serde::Serialize;
 use std::f64::consts::TAU;
 
-/// How a teleoperation went.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub(crate) enum TeleoperationVerdict {
@@ -39,7 +38,6 @@ pub(crate) enum TeleoperationVerdict {
 }
 
 impl TeleoperationVerdict {
-    /// In words.
     pub(crate) const fn words(self) -> &'static str {
         match self {
             Self::Passive => "the line gave no energy, held forces no more than damping took",
@@ -86,11 +84,8 @@ pub struct FeltAt {
 pub(crate) struct LineCounts {
     /// Sent.
     pub sent: u64,
-    /// Lost in the line.
     pub lost: u64,
-    /// Doubled by the line.
     pub doubled: u64,
-    /// Come out of it.
     pub delivered: u64,
     /// Not acted on, because a later one was there before.
     pub stale: u64,
@@ -108,7 +103,6 @@ pub struct TeleoperationReport {
     /// Of the run; its force is that on the master.
     #[serde(flatten)]
     pub run: RunReport,
-    /// Verdict.
     pub(crate) verdict: TeleoperationVerdict,
     /// The verdict in words.
     pub verdict_reason: &'static str,
@@ -125,9 +119,7 @@ pub struct TeleoperationReport {
     pub master_peak_n: f64,
     /// Largest force on the slave, N.
     pub slave_peak_n: f64,
-    /// Master to slave.
     pub(crate) forth: LineCounts,
-    /// Slave to master.
     pub(crate) back: LineCounts,
     /// True if Llewellyn's conditions hold at every frequency: stable with any passive hand and place. Null for time-domain
     /// passivity, which is no linear law and has no such conditions.
@@ -142,7 +134,6 @@ pub struct TeleoperationReport {
     pub off_formula_most_db: Option<f64>,
 }
 
-/// Columns of the table.
 const COLUMNS: [&str; 9] = [
     "time_s",
     "hand_m",
@@ -378,7 +369,6 @@ pub(super) const SATURATED_SHARE: f64 = 0.01;
 /// Energy of rounding errors, as a share of what went back and forth.
 const ROUNDING: f64 = 1e-12;
 
-/// Sums over a run.
 #[derive(Clone, Debug)]
 pub(super) struct Judge {
     /// Master, hand, slave, place: places and forces from outside.
@@ -498,7 +488,6 @@ impl Judge {
     }
 }
 
-/// Messages of both ways.
 fn line_counts(pair: &Pair) -> [LineCounts; 2] {
     let [master, slave] = pair.ports();
     let [forth, back] = pair.ways();
@@ -527,13 +516,11 @@ struct Spectrum<const M: usize> {
 }
 
 impl<const M: usize> Spectrum<M> {
-    /// Empty.
     fn new(omegas: Vec<f64>) -> Self {
         let sums = vec![[Complex::new(0.0, 0.0); M]; omegas.len()];
         Self { omegas, sums }
     }
 
-    /// Adds a sample.
     fn add(&mut self, time_s: f64, values: [f64; M]) {
         for (omega, sums) in self.omegas.iter().zip(&mut self.sums) {
             let turned = Complex::from_polar(1.0, -omega * time_s);
@@ -543,7 +530,6 @@ impl<const M: usize> Spectrum<M> {
         }
     }
 
-    /// Frequency, rad/s, and sums.
     fn iter(&self) -> impl Iterator<Item = (f64, &[Complex<f64>; M])> {
         self.omegas.iter().copied().zip(&self.sums)
     }

@@ -33,11 +33,9 @@ use std::net::SocketAddr;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, SystemTime};
 
-/// Why a side ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub(crate) enum FarEnd {
-    /// Its time was over.
     Done,
     /// Its time was over, but the clock had skipped more ticks than a result may miss.
     Late,
@@ -45,7 +43,6 @@ pub(crate) enum FarEnd {
     OtherLeft,
     /// The other side was silent for too long.
     Silent,
-    /// Somebody asked for it.
     Interrupted,
     /// The safety chain latched a fault.
     Fault,
@@ -93,7 +90,6 @@ pub struct FarReport {
     pub architecture: String,
     /// Address of the other side.
     pub peer: String,
-    /// Why it ended.
     pub(crate) ended: FarEnd,
     /// Ticks of its device.
     pub ticks: u64,
@@ -406,7 +402,6 @@ struct Kept {
 }
 
 impl Kept {
-    /// Takes a tick in.
     fn take(&mut self, message: &TickMessage) {
         let logged = self.recorder.tick(message);
         if self.record.ended.is_some() {
@@ -431,7 +426,6 @@ impl Kept {
     }
 }
 
-/// A side at work.
 struct Side<'a> {
     port: Port<Operator<f64>>,
     body: Body,

@@ -24,7 +24,6 @@ use haptic_tissue::ting;
 use serde::Serialize;
 use std::f64::consts::TAU;
 
-/// How a touch went.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub(crate) enum TouchVerdict {
@@ -41,7 +40,6 @@ pub(crate) enum TouchVerdict {
 }
 
 impl TouchVerdict {
-    /// In words.
     pub(crate) const fn words(self) -> &'static str {
         match self {
             Self::Passive => "the hand was given no energy",
@@ -79,7 +77,6 @@ pub struct TouchReport {
     pub retraction_error: Option<f64>,
     /// The samples of the retraction that it is of.
     pub retraction_samples: usize,
-    /// Verdict.
     pub(crate) verdict: TouchVerdict,
     /// The verdict in words.
     pub verdict_reason: &'static str,
@@ -433,7 +430,6 @@ fn drawn(tick: &TickMessage, depth_m: f64) -> [f64; CURVES] {
 pub(crate) struct PostureVerdict {
     /// Least 1/(nᵀ M⁻¹ n), kg.
     pub effective_mass_least_kg: f64,
-    /// Largest, kg.
     pub effective_mass_most_kg: f64,
     /// The one of them that the pre-flight is of: unstable before stable, then of the smaller margin, kg.
     pub judged_mass_kg: f64,

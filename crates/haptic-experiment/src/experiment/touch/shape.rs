@@ -17,12 +17,9 @@ pub(super) enum Grip {
     Force,
 }
 
-/// The same by name.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum GripName {
-    /// A spring.
     Spring,
-    /// A force.
     Force,
 }
 
@@ -96,7 +93,6 @@ impl HandPath {
         }
     }
 
-    /// In a few words.
     pub(super) fn words(&self) -> String {
         match self {
             Self::WayPoints(rows) => format!("{} way points", rows.len()),
@@ -109,12 +105,9 @@ impl HandPath {
     }
 }
 
-/// Kinds of shapes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum ShapeName {
-    /// A plane.
     Plane,
-    /// A ball.
     Ball,
     /// A room in the form of a ball.
     HollowBall,
@@ -132,21 +125,17 @@ impl Named for ShapeName {
     ];
 }
 
-/// A shape.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) enum TouchShape {
-    /// A plane.
     Plane {
         /// Direction into it, a number an axis, of any length above 0.
         normal: Vec<f64>,
         /// Its distance from 0 along that, m.
         surface_m: f64,
     },
-    /// A ball.
     Ball {
         /// Its centre, a number an axis, m.
         centre_m: Vec<f64>,
-        /// Its radius, m.
         radius_m: f64,
         /// The matter is around it, not inside.
         hollow: bool,
@@ -180,7 +169,6 @@ impl TouchShape {
         }
     }
 
-    /// In a few words.
     pub(super) fn words(&self) -> String {
         match self {
             Self::Plane { normal, .. } if normal.len() == 2 => "straight edge".to_owned(),

@@ -60,7 +60,6 @@ pub struct TrialReport {
 pub struct Hit {
     /// Speed at which the device hit the wall, m/s; 0 for a push from rest.
     pub impact_m_per_s: f64,
-    /// Verdict on this one.
     pub(crate) verdict: TrialVerdict,
     /// Largest magnitude of its force, N.
     pub peak_force_n: f64,
@@ -96,14 +95,11 @@ pub(crate) struct Judged {
 pub(crate) trait Trial: Clone {
     /// The law that the device feels.
     type Law: Environment<f64, 1>;
-    /// Its report.
     type Report;
-    /// The word for it.
     const KIND: &'static str;
     /// Reason for a push that no place of rest belongs to.
     const NO_REST: &'static str;
 
-    /// All but the law.
     fn setup(&self) -> &TrialSetup;
 
     /// The same, to change it.
@@ -423,7 +419,6 @@ fn warnings(
 /// A run that reached its end, beside theory.
 struct Comparison {
     files: Files,
-    /// Position, object, force.
     curves: Decimated<3>,
     /// See [`Errors::max_relative_error`].
     error: Compared,
@@ -491,7 +486,6 @@ impl Seen {
         }
     }
 
-    /// Of a whole run.
     pub(crate) fn over(self, record: &Record) -> Compared {
         let Some(from_s) = self.from_s else {
             let reason = "the safety chain limited the force in each sample";

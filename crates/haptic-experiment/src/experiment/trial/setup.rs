@@ -28,9 +28,7 @@ use haptic_loop::{Controller, Environment, Limits, SafetyChain};
 pub(crate) struct TrialSetup {
     /// The device, the hand that holds it, and what makes it less than ideal: simulated here, or known of a serial one.
     pub device: MassDamperConfig,
-    /// Its sensors.
     pub sensors: Sensors,
-    /// Plan of the trial.
     pub plan: TrialPlan,
     /// A trial that does not end well is a failure: one that is not stable by itself and by the analysis, or a coupler that
     /// Llewellyn refuses.
@@ -39,7 +37,6 @@ pub(crate) struct TrialSetup {
     pub force_rate_limit_n_per_s: Option<f64>,
     /// Further settings of the safety chain.
     pub safety: Safety,
-    /// Pace of time.
     pub pace: Pace,
     /// The serial device; `None` for the simulated one.
     pub remote: Option<RemoteDevice>,

@@ -40,7 +40,6 @@ use std::sync::atomic::AtomicBool;
 /// Share of the largest coupler that is taken: the criterion is met with equality otherwise, and the operator of a longer run is
 /// another one within its tolerance.
 const INSIDE: f64 = 1.0 - 1e-4;
-/// Ratios tried.
 const RATIOS: u32 = 200;
 /// Gain margin of the sampled loop.
 const LOOP_MARGIN: f64 = 2.0;
@@ -64,7 +63,6 @@ pub(crate) struct CouplerCandidate {
     pub loop_margin: Option<f64>,
     /// Damping with which the sampled device is passive with every hand and object, N·s/m; null if none is enough.
     pub sampled_damping_n_s_per_m: Option<f64>,
-    /// Why there is none.
     pub reason: Option<String>,
 }
 
@@ -78,7 +76,6 @@ pub(crate) enum CouplerCriterion {
 }
 
 impl CouplerCriterion {
-    /// Its name.
     pub(crate) const fn name(self) -> &'static str {
         match self {
             Self::Llewellyn => "llewellyn",
@@ -94,11 +91,8 @@ pub(crate) struct CouplerDesign {
     pub device: MassDamperConfig,
     /// The object that is to be behind the coupler.
     pub object: CoupledObject,
-    /// The operator.
     pub scheme: Scheme,
-    /// Orders to try.
     pub orders: Vec<Order>,
-    /// The criterion.
     pub(crate) criterion: CouplerCriterion,
     /// Frequency at which couplers are compared, Hz.
     pub frequency_hz: f64,
@@ -179,7 +173,6 @@ impl CouplerDesign {
         })
     }
 
-    /// By the criterion.
     fn needed(&self, coupler: &Coupler<'_>) -> Result<LeastDamping, AnalysisError> {
         match self.criterion {
             CouplerCriterion::Llewellyn => coupler.least_damping(),

@@ -18,7 +18,6 @@ use crate::judge::preflight::WallContact;
 use crate::question::bench::{bench, orders, scheme};
 use fracdiff::Order;
 
-/// What is wanted most.
 pub(crate) fn wish(table: &Table<'_>) -> Result<WishName, FileError> {
     let wish = table.choice(&WISH)?;
     if wish != WishName::Tissue {
@@ -29,7 +28,6 @@ pub(crate) fn wish(table: &Table<'_>) -> Result<WishName, FileError> {
     Ok(wish)
 }
 
-/// The best wall.
 pub(crate) fn design(table: &Table<'_>, wish: WishName) -> Result<Design, FileError> {
     let require = table.choice(&REQUIRE)?;
     let gain_margin = match require {

@@ -27,13 +27,10 @@ use std::time::{Duration, SystemTime};
 /// A measurement of a device, all of its parameters checked.
 #[derive(Clone, Debug)]
 pub struct Measurement {
-    /// How it moves.
     plan: MeasurePlan,
     /// The device at a port; `None` for the simulated one.
     remote: Option<RemoteDevice>,
-    /// The simulated one.
     device: MassDamperConfig,
-    /// Its sensors.
     sensors: Sensors,
 }
 

@@ -25,7 +25,6 @@ use std::sync::atomic::{AtomicBool, Ordering};
 pub(crate) enum Outcome {
     /// The multi-sine came to its end.
     Complete,
-    /// Stopped from outside.
     Interrupted,
     /// The safety chain latched a fault.
     Fault(Fault),
@@ -40,7 +39,6 @@ pub(crate) enum Outcome {
 pub(crate) struct Driven {
     /// The motion up to there.
     pub record: MotionRecord,
-    /// Its end.
     pub outcome: Outcome,
 }
 
@@ -197,7 +195,6 @@ const SLOW_HZ: [f64; 2] = [1.5, 20.0];
 const FAST_FROM_HZ: f64 = 28.0;
 /// Highest line, Hz, and as cycles a sample; the lower of the two.
 const FAST_TO: (f64, f64) = (400.0, 0.22);
-/// Lines of each group.
 const LINES: [usize; 2] = [8, 12];
 /// Shares of the largest force that the groups have, as rms.
 const RMS: [f64; 2] = [0.3, 0.3];
@@ -225,22 +222,18 @@ const STILL: (f64, f64) = (0.005, 0.5);
 /// The part of the measurement that is going on.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Phase {
-    /// No force.
     Rest,
     /// A force that grows, in this direction, until the device moves.
     Ramp(f64),
     /// A force that falls from this one, and a pause.
     Fall(f64),
-    /// Multi-sine and spring.
     Driven,
-    /// No force any more.
     Over,
 }
 
 /// One line of the multi-sine.
 #[derive(Clone, Copy, Debug)]
 struct Line {
-    /// Radians a tick.
     step: f64,
     amplitude_n: f64,
     phase: f64,
@@ -254,13 +247,11 @@ struct Excitation {
     fast: Vec<Line>,
 }
 
-/// Where a measurement is.
 #[derive(Clone, Debug)]
 struct Course {
     phase: Phase,
     /// Ticks since the phase began.
     since: u64,
-    /// All ticks.
     tick: u64,
     start_m: Option<f64>,
     /// Position at which the phase began, m.
@@ -457,7 +448,6 @@ impl Environment<f64, 1> for Excitation {
 /// A motion of a serial device, and what the device calls itself.
 #[derive(Clone, Debug)]
 pub(crate) struct SerialMotion {
-    /// The motion.
     pub record: MotionRecord,
     /// Name of the board, and its firmware; whether it simulates its plant.
     pub board: String,

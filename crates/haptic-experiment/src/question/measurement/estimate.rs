@@ -22,23 +22,16 @@ use serde::Serialize;
 /// A record that tells too little.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub(crate) enum MeasureError {
-    /// Fewer samples than numbers.
     #[error(
         "the record has {samples} samples of the multi-sine, which is below {least}: give a longer {}",
         MEASURE_DURATION
     )]
-    Short {
-        /// Samples.
-        samples: usize,
-        /// Fewest.
-        least: usize,
-    },
+    Short { samples: usize, least: usize },
     /// A force that is no number.
     #[error("the force of tick {tick} is {force_n} N, which is not finite: record it again")]
     NotFinite {
         /// Tick.
         tick: usize,
-        /// Force.
         force_n: f64,
     },
     /// Too many samples that never came.
@@ -46,20 +39,13 @@ pub(crate) enum MeasureError {
         "{lost} of {samples} samples were lost, more than 1 in 20: free the machine or the line, or give a longer {}",
         MEASURE_SAMPLE_TIME
     )]
-    Lost {
-        /// Lost samples.
-        lost: usize,
-        /// All samples.
-        samples: usize,
-    },
-    /// Nothing moves.
+    Lost { lost: usize, samples: usize },
     #[error(
         "the device moves too little to tell what it is: give a larger {} or a larger {}",
         MEASURE_FORCE_LIMIT,
         MEASURE_BOX
     )]
     Still,
-    /// No model fits.
     #[error(
         "no mass with damping, friction, delay and lag moves like this device: see that nothing touches it and that its position is right, and give a larger {}",
         MEASURE_FORCE_LIMIT
@@ -556,11 +542,8 @@ const LOST_NOTABLE: usize = 1000;
 /// A number and the interval in which it lies in 95 of 100 cases, if the model is right.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub(crate) struct Estimate {
-    /// The most likely value.
     pub value: f64,
-    /// Low end.
     pub low: f64,
-    /// High end.
     pub high: f64,
 }
 
@@ -604,9 +587,7 @@ pub(crate) struct Measured {
     pub delay_lag_correlation: f64,
     /// Sample time of the record.
     pub sample_time_s: f64,
-    /// Samples that were fitted.
     pub samples: usize,
-    /// Samples that were lost.
     pub lost_samples: usize,
     /// Facts that a user should know.
     pub warnings: Vec<String>,

@@ -103,7 +103,6 @@ pub(super) struct Fitted {
     pub(super) left: Vec<f64>,
     /// Slopes of the residuals over the numbers, a row for each number, without what the states at the starts can make.
     slopes: Vec<Vec<f64>>,
-    /// Ticks of each piece.
     pieces: Vec<Range<usize>>,
     pub(super) numbers: &'static [Number],
 }
@@ -141,7 +140,6 @@ impl<'a> Fit<'a> {
         fit
     }
 
-    /// Searches from here.
     pub(super) fn search(self) -> Option<Fitted> {
         let (mut fit, _) = LevenbergMarquardt::new()
             .with_ftol(1e-8)
@@ -401,7 +399,6 @@ pub(super) struct Model {
     pub(super) delay: f64,
     /// A negative one stands for the motion that is as far from that without lag, on its other side.
     pub(super) lag: f64,
-    /// Of the hand.
     pub(super) stiffness: f64,
 }
 
@@ -458,12 +455,10 @@ impl Replay {
         })
     }
 
-    /// First modelled tick.
     pub(super) fn from(&self) -> usize {
         self.starts.first().copied().unwrap_or(self.forces.len())
     }
 
-    /// Modelled ticks.
     fn len(&self) -> usize {
         self.forces.len() - self.from()
     }
@@ -523,7 +518,6 @@ pub(super) const SIDES: f64 = 2.0;
 /// Correlation of successive residuals that white ones do not have.
 pub(super) const GOES_ON: f64 = 0.05;
 
-/// Correlation of successive residuals.
 pub(super) fn goes_on(left: &[f64]) -> f64 {
     left.windows(2).map(|pair| pair[0] * pair[1]).sum::<f64>() / square(left).max(f64::MIN_POSITIVE)
 }

@@ -25,7 +25,6 @@ use num_complex::Complex;
 use serde::Serialize;
 use std::fmt::Write as _;
 
-/// Fewest blocks.
 const BLOCKS: usize = 4;
 
 /// A line of the response.
@@ -120,7 +119,6 @@ fn amplitudes(
     Some((0..steps.len()).map(|l| (wave(l, 0), wave(l, 1))).collect())
 }
 
-/// The coherent lines.
 pub(crate) fn coherent(lines: &[ResponseLine]) -> impl Iterator<Item = &ResponseLine> {
     lines.iter().filter(|line| line.coherence >= COHERENT)
 }

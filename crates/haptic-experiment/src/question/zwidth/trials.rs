@@ -64,7 +64,6 @@ struct State {
     told: bool,
     /// So was that the device has to be moved out of the wall.
     told_too_deep: bool,
-    /// Runs begun.
     runs: u32,
     /// Trials judged, those of them that ended at a limit of the device, the last of them in a row, and the last such fault.
     trials: usize,
@@ -74,7 +73,6 @@ struct State {
 }
 
 impl<'a> Trials<'a> {
-    /// Connects.
     pub(super) fn new(
         remote: &RemoteDevice,
         warn: Warn<'a>,

@@ -29,9 +29,7 @@ use std::convert::Infallible;
 
 /// A run to be made on a device.
 pub(crate) struct RemoteRun<'a, P, M = TickMessage> {
-    /// The device.
     pub device: &'a RemoteDevice,
-    /// Law that it renders.
     pub law: RemoteLaw,
     /// Number of ticks, and the time of each.
     pub schedule: Schedule,
@@ -39,9 +37,7 @@ pub(crate) struct RemoteRun<'a, P, M = TickMessage> {
     pub blank: &'a dyn Fn(f64) -> M,
     /// The same loop for the analysis; `None` if it is not closed through the device's motion.
     pub preflight: Option<P>,
-    /// Request for the pre-flight.
     pub wanted: PreflightRequest,
-    /// Folder of the files.
     pub request: &'a FolderRequest,
     /// Everything needed to repeat the run.
     pub metadata: BTreeMap<String, String>,

@@ -79,7 +79,6 @@ impl<M: TickRecord, const D: usize> HostSession<'_, M, D> {
         })
     }
 
-    /// Arms and starts.
     fn start(&mut self, ticks: u32) -> Result<(), SerialError> {
         self.link.arm(self.watchdog)?;
         let asked = SystemTime::now();
@@ -285,7 +284,6 @@ impl<M: TickRecord, const D: usize> HostSession<'_, M, D> {
         self.recorder.fill_fault_recorder(kept);
     }
 
-    /// Samples in a frame.
     fn batch(&self) -> u8 {
         // Above 1 kHz samples go in batches, or the line would be too slow.
         if self.schedule.sample_time_s < 0.9e-3 && self.loop_mode == LoopMode::Device {
@@ -482,9 +480,7 @@ const FALLEN: Duration = Duration::from_secs(2);
 enum Last {
     /// That the run is over, and its force zero.
     Over,
-    /// Its fault.
     Fault(FaultReport),
-    /// Nothing.
     Nothing,
 }
 

@@ -9,9 +9,7 @@ use hdrhistogram::Histogram;
 /// Counts of the link of a run.
 #[derive(Clone, Debug, Default, serde::Serialize)]
 pub(crate) struct LinkSummary {
-    /// Board.
     pub board: String,
-    /// Firmware version.
     pub firmware: String,
     /// The device simulates its plant: no actuator, no sensor.
     pub simulated: bool,
@@ -45,9 +43,7 @@ pub(crate) struct LinkSummary {
     pub overruns: u32,
     /// Longest tick of the device, processor cycles; null if it cannot count them.
     pub tick_cycles_max: Option<u32>,
-    /// Why it is null.
     pub tick_cycles_max_reason: Option<&'static str>,
-    /// Frames, seen from here.
     pub from_device: FrameCounts,
     /// Frames, seen from the device.
     pub to_device: FrameCounts,
@@ -57,7 +53,6 @@ pub(crate) struct LinkSummary {
     pub retries: u32,
     /// From a keep-alive to its answer; null if none came.
     pub round_trip_us: Option<RoundTrip>,
-    /// Why it is null.
     pub round_trip_reason: Option<&'static str>,
 }
 
@@ -104,18 +99,13 @@ pub fn cycles(counted: u32) -> (Option<u32>, Option<&'static str>) {
     }
 }
 
-/// Frames of one direction.
 #[derive(Clone, Copy, Debug, Default, serde::Serialize)]
 pub(crate) struct FrameCounts {
     /// Sent.
     pub sent: u32,
-    /// Received whole.
     pub received: u32,
-    /// Damaged.
     pub corrupt: u32,
-    /// Did not come.
     pub lost: u32,
-    /// Came twice.
     pub duplicate: u32,
     /// Came after a later one.
     pub late: u32,

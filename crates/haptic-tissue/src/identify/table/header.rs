@@ -6,7 +6,6 @@ use crate::MeasuredLoading;
 use crate::identify::keys::UNITS;
 use haptic_loop::{LoadingKind, Modulus};
 
-/// A known header.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Heading {
     pub(super) column: Column,

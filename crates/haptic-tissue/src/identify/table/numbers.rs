@@ -20,7 +20,6 @@ pub struct Reader {
     pub to: Option<f64>,
 }
 
-/// A column to read.
 struct Found {
     column: Column,
     place: usize,

@@ -46,13 +46,11 @@ pub fn rows_named(lines: &[u64]) -> Option<String> {
 pub struct TextTable {
     pub(super) header_line: u64,
     pub(super) header: Vec<String>,
-    /// Line and cells.
     pub(super) rows: Vec<(u64, StringRecord)>,
     /// The first empty line between rows of numbers.
     blank: Option<u64>,
     /// Spaces separate the cells: an empty one is not seen.
     spaced: bool,
-    /// Lines above the header.
     above: Vec<u64>,
 }
 

@@ -21,12 +21,10 @@ impl Dimension {
         found.map_or(&[], |known| known.1)
     }
 
-    /// The SI unit.
     pub(super) fn si(self) -> &'static str {
         self.units().first().map_or("", |unit| unit.0)
     }
 
-    /// All units, for messages.
     pub(super) fn names(self) -> String {
         let units = self.units().iter().map(|unit| unit.0);
         units
@@ -61,7 +59,6 @@ impl Dimension {
     }
 }
 
-/// Units of one quantity.
 type Units = &'static [(&'static str, f64)];
 
 const UNITS: &[(Dimension, Units)] = &[
