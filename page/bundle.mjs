@@ -9,7 +9,7 @@ mkdirSync(folder, { recursive: true });
 for (const name of readdirSync(folder)) rmSync(join(folder, name), { recursive: true });
 
 await build({
-  entryPoints: { page: "src/main.ts", worker: "src/worker.ts" },
+  entryPoints: { page: "src/main.ts" },
   outdir: folder,
   bundle: true,
   minify: true,
@@ -18,12 +18,9 @@ await build({
   legalComments: "none",
   charset: "utf8",
   logLevel: "warning",
-  // The module is fetched by its own name.
-  define: { "import.meta.url": "self.location.href" },
 });
 await build({ entryPoints: ["src/page.css"], outdir: folder, bundle: true, minify: true, legalComments: "none", logLevel: "warning", loader: { ".woff2": "file" }, assetNames: "[name]" });
 for (const name of ["index.html", "icon.svg"]) copyFileSync(join("src", name), join(folder, name));
-copyFileSync("generated/analysis.wasm", join(folder, "analysis.wasm"));
 // Both ask to be named.
 copyFileSync("node_modules/uplot/LICENSE", join(folder, "uplot-license.txt"));
 copyFileSync("node_modules/@fontsource-variable/inter/LICENSE", join(folder, "inter-license.txt"));

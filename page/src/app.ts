@@ -1,13 +1,11 @@
 // What the views share.
 
-import type { Analysis } from "./analysis";
 import type { Connection } from "./connection";
 import type { Unasked } from "./protocol";
 import type { PageEvent, State } from "./state";
 
 export interface App {
   readonly connection: Connection;
-  readonly analysis: Analysis;
   readonly state: State;
   /** All that changes the state. */
   dispatch(event: PageEvent): void;

@@ -65,6 +65,16 @@ export class Connection {
     return this.numbered<T>(this.next++, what, keys);
   }
 
+  /** A part of the page that asks for itself; its newest question counts, here and on the server. */
+  panel(panel: "design" | "safety" | "control" | "identify"): Panel {
+    return new Panel((question) => this.ask("ask", { panel, question }));
+  }
+
+  /** A value with its unit in SI; the end of the key says which units it may have. */
+  async quantity(key: string, text: string): Promise<number> {
+    return (await this.ask<{ value: number }>("quantity", { key, text })).value;
+  }
+
   /** The one frame of a span of the loop, or of a run. */
   async frame(keys: object): Promise<Frame> {
     const id = this.next++;
@@ -142,11 +152,31 @@ export function latest<T>(send: (value: T) => Promise<unknown>, failed: (error: 
   };
 }
 
-/** Numbers what is asked: each call makes all before it old. What it returns tells whether its own answer is still to be shown. */
-export function newest(): () => () => boolean {
-  let last = 0;
-  return () => {
-    const own = ++last;
-    return () => own === last;
-  };
+/**
+ * What a panel asks of the server. This is the one place where answers and refusals are dropped that are older than the
+ * newest question of their panel; a slider that is dragged goes through `latest` besides, so that it is seen to move.
+ */
+export class Panel {
+  private newest = 0;
+
+  constructor(private readonly send: (question: object) => Promise<unknown>) {}
+
+  /** The answer; null if something newer was asked meanwhile. A question may take its time to be made, as from a file. */
+  async ask<T>(question: object | Promise<object>): Promise<T | null> {
+    const number = ++this.newest;
+    try {
+      const asked = await question;
+      if (number !== this.newest) return null;
+      const answer = await this.send(asked);
+      return number === this.newest ? (answer as T) : null;
+    } catch (error) {
+      if (number !== this.newest) return null;
+      throw error;
+    }
+  }
+
+  /** Nothing that was asked is waited for any more. */
+  forget(): void {
+    this.newest += 1;
+  }
 }

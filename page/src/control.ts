@@ -2,7 +2,7 @@
 
 import type { App, ViewPart } from "./app";
 import { Chart, legend, type Line } from "./chart";
-import { latest } from "./connection";
+import { latest, type Panel } from "./connection";
 import { el, onSize, say, set, svg } from "./dom";
 import { number, plain, quantity } from "./format";
 import { Knob } from "./knob";
@@ -66,11 +66,12 @@ export class ControlView implements ViewPart {
   private readonly gain: Chart;
   private readonly phase: Chart;
   private readonly nyquist = svg("svg", { class: "nyquist", role: "img", "aria-label": "Nyquist plot of the open loop" });
+  private readonly panel: Panel;
   private readonly ask: (control: Control) => void;
   private designed: Designed | null = null;
 
   constructor(private readonly app: App) {
-    const parse = (key: string, text: string): Promise<number> => app.analysis.parse(key, text);
+    const parse = (key: string, text: string): Promise<number> => app.connection.quantity(key, text);
     const { control } = app.state;
     const [low, high] = CONTROL_ENDS.crossover;
     this.crossover = new Knob({ label: "crossover", unit: "rad/s", ending: "_rad_s", log: true, least: low, most: high, value: control.crossover, help: "about 1.3 over the rise time", parse, changed: (crossover) => this.change({ crossover }) });
@@ -80,6 +81,7 @@ export class ControlView implements ViewPart {
     const bode = { lines: LINES, logX: true, group: "bode", xTexts: (ticks: number[]): string[] => ticks.map((tick) => number(tick, 2)) };
     this.gain = new Chart({ ...bode, name: "Gain of the open loop over frequency" });
     this.phase = new Chart({ ...bode, name: "Phase of the open loop over frequency" });
+    this.panel = app.connection.panel("control");
     this.ask = latest(
       (wishes) => this.design(wishes),
       (error) => this.refused(error),
@@ -131,7 +133,9 @@ export class ControlView implements ViewPart {
 
   private async design({ plant, crossover, margin, flat }: Control): Promise<void> {
     const wishes = { plant, crossover_rad_s: crossover, phase_margin_rad: margin / DEGREES, flat_phase: flat };
-    this.designed = await this.app.connection.ask<Designed>("control", wishes);
+    const designed = await this.panel.ask<Designed>({ control: wishes });
+    if (designed === null) return;
+    this.designed = designed;
     this.draw();
     // For those who time it.
     this.root.dataset["drawn"] = String(Number(this.root.dataset["drawn"] ?? 0) + 1);

@@ -1,14 +1,14 @@
 // Design: is it safe, and what is the best I can have?
 
-import type { Judged, Question } from "./analysis";
 import type { App, ViewPart } from "./app";
 import { Chart, legend, type Line } from "./chart";
-import { latest } from "./connection";
+import { latest, type Panel } from "./connection";
 import { wallFile } from "./design-file";
 import { el, say } from "./dom";
 import { everyMotion, number, plain, quantity } from "./format";
 import { Knob, type KnobOptions } from "./knob";
-import { RegionMap } from "./map";
+import { POINTS, RegionMap } from "./map";
+import type { Judged } from "./protocol";
 import { save } from "./save";
 import { DESIGN_ENDS, OPERATORS, type Design, type State } from "./state";
 
@@ -29,7 +29,9 @@ const SETTINGS: Setting[] = [
   { key: "noise", label: "position noise", unit: "m", ending: "_m", log: true, help: "rms; encoder steps q make q/√12" },
 ];
 
-const FREQUENCIES = 120;
+/** Points of the map while a slider is dragged, and how long it is left alone before it is drawn with all. */
+const DRAGGED_POINTS = 200;
+const REST_MS = 150;
 const CURVES: Line[] = [
   { label: "wall alone", colour: "--mute", dash: [7, 5] },
   { label: "as felt", colour: "--blue", width: 2 },
@@ -44,10 +46,12 @@ export class DesignView implements ViewPart {
   private readonly figures = el("dl", { class: "figures" });
   private readonly stiffness: Chart;
   private readonly damping: Chart;
-  private readonly ask: (design: Design) => void;
+  private readonly panel: Panel;
+  private readonly ask: (design: Design, points: number) => void;
+  private resting = 0;
 
   constructor(private readonly app: App) {
-    const parse = (key: string, text: string): Promise<number> => app.analysis.parse(key, text);
+    const parse = (key: string, text: string): Promise<number> => app.connection.quantity(key, text);
     for (const setting of SETTINGS) {
       const changed = (value: number): void => this.change({ [setting.key]: value });
       const [least, most] = DESIGN_ENDS[setting.key];
@@ -62,10 +66,12 @@ export class DesignView implements ViewPart {
     const common = { lines: CURVES, logX: true, group: "design", xTexts: hertz };
     this.stiffness = new Chart({ ...common, name: "Effective stiffness over frequency" });
     this.damping = new Chart({ ...common, name: "Effective damping over frequency" });
-    this.ask = latest(
-      (design) => this.judge(design),
+    this.panel = app.connection.panel("design");
+    const ask = latest(
+      ({ design, points }: { design: Design; points: number }) => this.judge(design, points),
       (error) => this.refused(error),
     );
+    this.ask = (design, points) => ask({ design, points });
     this.operator.addEventListener("change", () => this.change({ operator: this.operator.value }));
     this.root = this.layout();
   }
@@ -101,32 +107,29 @@ export class DesignView implements ViewPart {
     if (state.view !== "design" || (design === before.design && before.view === "design")) return;
     for (const [key, knob] of this.knobs) knob.show(design[key]);
     this.operator.value = design.operator;
-    this.ask(design);
+    this.ask(design, DRAGGED_POINTS);
+    clearTimeout(this.resting);
+    this.resting = window.setTimeout(() => this.ask(design, POINTS), REST_MS);
   }
 
-  private question(design: Design, omega: number[]): Question {
-    return {
-      scheme: design.operator, order: design.mu, stiffness: design.K, dissipation: design.B,
-      mass: design.m, damping: design.b, handStiffness: 0, delay: design.delay, lag: design.lag,
-      sampleTime: design.T, noise: design.noise, omega,
+  private async judge(design: Design, points: number): Promise<void> {
+    const { K, B, noise } = design;
+    const device = {
+      scheme: design.operator, order: design.mu, sample_time_s: design.T, mass_kg: design.m, damping_n_s_per_m: design.b,
+      hand_stiffness_n_per_m: 0, delay_s: design.delay, current_lag_s: design.lag,
     };
-  }
-
-  private async judge(design: Design): Promise<void> {
-    // From 0.1 Hz up to the frequency that two samples make.
-    const [low, high] = [0.1, 0.5 / design.T];
-    const hertz = Array.from({ length: FREQUENCIES }, (_, n) => low * (high / low) ** (n / (FREQUENCIES - 1)));
-    const omega = hertz.map((f) => Math.min(2 * Math.PI * f, Math.PI / design.T));
-    const judged = await this.app.analysis.judge(this.question(design, omega));
-    if (this.app.state.view !== "design") return;
-    this.map.show(judged, design.B, design.K, judged.sentence);
+    const wall = { ...device, stiffness_n_per_m: K, dissipation_n_s_mu_per_m: B, position_noise_m: noise, points };
+    const judged = await this.panel.ask<Judged>({ wall });
+    if (judged === null || this.app.state.view !== "design") return;
+    const said = sentence(judged);
+    this.map.show(judged, JSON.stringify(device), B, K, said);
     this.verdict.classList.toggle("bad", !judged.stable);
-    say(this.verdict, judged.sentence);
+    say(this.verdict, said);
     this.say(judged, design);
-    const curve = (part: number): number[] => hertz.map((_, n) => judged.effective[4 * n + part] ?? NaN);
-    const range: [number, number] = [low, high];
-    this.stiffness.draw(hertz, [curve(0), curve(2)], range, around(curve(0)));
-    this.damping.draw(hertz, [curve(1), curve(3)], range, around(curve(1)));
+    const { frequency_hz: hertz, stiffness_n_per_m: stiffness, damping_n_s_per_m: damping } = judged;
+    const range: [number, number] = [hertz[0] ?? 0, hertz.at(-1) ?? 1];
+    this.stiffness.draw(hertz, [stiffness, judged.felt_stiffness_n_per_m], range, around(stiffness));
+    this.damping.draw(hertz, [damping, judged.felt_damping_n_s_per_m], range, around(damping));
     // For those who time it.
     this.root.dataset["drawn"] = String(Number(this.root.dataset["drawn"] ?? 0) + 1);
   }
@@ -138,13 +141,13 @@ export class DesignView implements ViewPart {
 
   private say(judged: Judged, { K, B }: Design): void {
     const rows: [string, string, string][] = [
-      ["gain margin", judged.gainMargin === undefined ? "none" : number(judged.gainMargin), "factor on the whole wall that takes it to the edge"],
-      ["lower gain margin", judged.gainMarginDown === undefined ? "none" : number(judged.gainMarginDown), "factor below 1 that does"],
+      ["gain margin", judged.gain_margin === null ? "none" : number(judged.gain_margin), "factor on the whole wall that takes it to the edge"],
+      ["lower gain margin", judged.gain_margin_down === null ? "none" : number(judged.gain_margin_down), "factor below 1 that does"],
       ["every motion", everyMotion(judged, K, B), "contact that may pull, acts on one side or stiffens, and is nowhere steeper; a wall that never pulls is not proved"],
-      ["delay margin", judged.delayMargin === undefined ? "none" : quantity(judged.delayMargin, "s"), "additional delay that does"],
-      ["sensitivity", judged.sensitivity === undefined ? "–" : `${number(judged.sensitivity)} at ${quantity(judged.sensitivityHz, "Hz")}`, "largest, 1 is neutral"],
-      ["passive from b =", quantity(judged.requiredDamping, "N·s/m"), "damping of the device that passivity asks for"],
-      ["force noise", quantity(judged.forceNoise, "N"), "rms"],
+      ["delay margin", judged.delay_margin_s === null ? "none" : quantity(judged.delay_margin_s, "s"), "additional delay that does"],
+      ["sensitivity", judged.sensitivity_peak === null ? "–" : `${number(judged.sensitivity_peak)} at ${quantity(judged.sensitivity_peak_hz, "Hz")}`, "largest, 1 is neutral"],
+      ["passive from b =", quantity(judged.required_damping_n_s_per_m, "N·s/m"), "damping of the device that passivity asks for"],
+      ["force noise", quantity(judged.force_noise_n, "N"), "rms"],
     ];
     this.figures.replaceChildren(...rows.flatMap(([name, value, help]) => [el("dt", { title: help }, name), el("dd", {}, value)]));
   }
@@ -170,6 +173,12 @@ export class DesignView implements ViewPart {
   key(): boolean {
     return false;
   }
+}
+
+/** The verdict in a sentence. */
+function sentence({ stable, gain_margin: margin, passive, negative_at_rest: pulls, required_damping_n_s_per_m: least }: Judged): string {
+  const loop = !stable ? "unstable" : margin === null ? "stable at any gain" : `stable, gain margin ${number(margin)}`;
+  return `${loop} · ${passive ? "passive" : pulls ? "not passive: it pulls at rest" : `not passive: that takes a damping of ${quantity(least, "N·s/m")}`}`;
 }
 
 /** A span that shows the wall: what is felt beyond, as the mass at high frequencies, leaves the picture. */

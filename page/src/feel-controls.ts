@@ -22,7 +22,7 @@ export class FeelControls {
   private readonly stiffness: Knob;
 
   constructor(private readonly app: App) {
-    const parse = (key: string, text: string): Promise<number> => app.analysis.parse(key, text);
+    const parse = (key: string, text: string): Promise<number> => app.connection.quantity(key, text);
     this.order = new Knob({
       label: "order μ", unit: "", ending: "", least: 0, most: 1, value: 0.5, parse,
       help: "0 is a spring, 1 a damper; between them it relaxes and remembers",

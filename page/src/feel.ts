@@ -25,7 +25,7 @@ export class FeelView implements ViewPart {
   private lastStep = 0;
 
   constructor(private readonly app: App) {
-    this.surface = new Surface(app.analysis);
+    this.surface = new Surface(app.connection);
     this.sendHand = latest((hand) => app.connection.ask("feel.hand", hand), () => undefined);
     this.demonstration = new Demonstration((position, held) => this.sendHand({ position_m: position, held }));
     this.scene = new Scene({

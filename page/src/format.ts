@@ -1,8 +1,8 @@
 // Numbers for people: three significant digits, a unit always. Exports have all digits.
 
-import type { Judged } from "./analysis";
+import type { Judged } from "./protocol";
 
-type Proved = Pick<Judged, "stable" | "everyMotionMargin">;
+type Proved = Pick<Judged, "stable" | "every_motion_margin">;
 
 const MINUS = "−";
 const NARROW = "\u202f";
@@ -53,11 +53,11 @@ export function quantity(value: number | null | undefined, unit: string): string
 }
 
 /** Up to which K (or B, without a spring) contact that may pull, acts on one side or stiffens is proved stable, whatever the motion. */
-export function everyMotion({ stable, everyMotionMargin }: Proved, K: number, B: number): string {
+export function everyMotion({ stable, every_motion_margin: margin }: Proved, K: number, B: number): string {
   if (!stable) return "unstable";
-  if (everyMotionMargin === undefined) return "not proved";
-  const limit = K > 0 ? `K = ${quantity(everyMotionMargin * K, "N/m")}` : `B = ${quantity(everyMotionMargin * B, "N·s^μ/m")}`;
-  return everyMotionMargin < 1 ? `not proved, only up to ${limit}` : `proved up to ${limit}`;
+  if (margin === null) return "not proved";
+  const limit = K > 0 ? `K = ${quantity(margin * K, "N/m")}` : `B = ${quantity(margin * B, "N·s^μ/m")}`;
+  return margin < 1 ? `not proved, only up to ${limit}` : `proved up to ${limit}`;
 }
 
 /** A number without digits that say nothing, as on an axis. */

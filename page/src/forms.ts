@@ -67,7 +67,7 @@ export class Fields {
 
   private async number(parameter: Parameter, text: string, input: HTMLElement): Promise<number> {
     try {
-      return await this.app.analysis.parse(parameter.key, text);
+      return await this.app.connection.quantity(parameter.key, text);
     } catch (error) {
       input.focus();
       throw new Error(`${readable(parameter.key)}: ${error instanceof Error ? error.message : String(error)}`);

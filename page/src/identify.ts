@@ -3,7 +3,7 @@
 import type { App } from "./app";
 import { Chart, legend, type Line } from "./chart";
 import { decimate } from "./columns";
-import { newest } from "./connection";
+import type { Panel } from "./connection";
 import { el, say } from "./dom";
 import { Fields } from "./forms";
 import { number } from "./format";
@@ -58,14 +58,15 @@ export class IdentifyPanel {
   private readonly rows = el("div", { class: "fields" });
   private readonly fields: Fields;
   private chart: Chart | null = null;
-  private text: { name: string; text: string } | null = null;
-  private readonly newest = newest();
+  private readonly panel: Panel;
+  private record: { name: string; text: Promise<string> } | null = null;
 
-  constructor(private readonly app: App) {
+  constructor(app: App) {
     this.fields = new Fields(app);
+    this.panel = app.connection.panel("identify");
     this.file.addEventListener("change", () => {
       const file = this.file.files?.[0];
-      if (file) void this.read(file);
+      if (file) this.read(file);
     });
     this.rows.addEventListener("change", () => {
       this.fit();
@@ -86,17 +87,15 @@ export class IdentifyPanel {
   }
 
   /** Reads a file and asks what it is. */
-  async read(file: File): Promise<void> {
+  read(file: File): void {
     if (file.size > SIZE_MOST) {
-      this.newest();
+      this.panel.forget();
+      this.record = null;
       this.refuse(`${file.name} is larger than 15 MB: cut it into pieces.`);
       return;
     }
-    const isNewest = this.newest();
-    const text = await file.text();
-    if (!isNewest()) return;
-    this.text = { name: file.name, text };
-    await this.ask();
+    this.record = { name: file.name, text: file.text() };
+    void this.ask();
   }
 
   themed(): void {
@@ -113,24 +112,24 @@ export class IdentifyPanel {
   }
 
   private async ask(): Promise<void> {
-    if (!this.text) return;
-    const isNewest = this.newest();
+    const { record } = this;
+    if (!record) return;
+    const { name } = record;
     this.state.classList.remove("trouble");
-    say(this.state, `${this.text.name} is looked at …`);
+    say(this.state, `${name} is looked at …`);
+    const question = async (): Promise<object> => ({ record: { name, text: await record.text, ...(await this.fields.values()) } });
     try {
-      const keys = { ...this.text, ...(await this.fields.values()) };
-      if (!isNewest()) return;
-      const found = await this.app.connection.ask<Identified>("identify", keys);
-      if (isNewest()) this.show(found);
+      const found = await this.panel.ask<Identified>(question());
+      if (found !== null) this.show(name, found);
     } catch (error) {
-      if (isNewest()) this.refuse(error instanceof Error ? error.message : String(error));
+      this.refuse(error instanceof Error ? error.message : String(error));
     }
   }
 
-  private show(found: Identified): void {
+  private show(name: string, found: Identified): void {
     const { modulus } = found.loading;
     const measured = [found.kind, `${found.samples} samples`, ...(modulus === null ? [] : [MODULI[modulus] ?? modulus])];
-    say(this.state, `${this.text?.name ?? ""}: ${measured.join(", ")}.${found.best ? ` Best: ${found.best}.` : " No model fits."}`);
+    say(this.state, `${name}: ${measured.join(", ")}.${found.best ? ` Best: ${found.best}.` : " No model fits."}`);
     const models = found.models.map((model) => {
       const cells = model.parameters.map(({ name, unit, value, standard_error: error }) =>
         el("div", {}, `${name.replace(/_pa(_s_\w+)?$/, "").replace(/_/g, " ")} ${number(value, 4)}${typeof error === "number" ? ` ± ${number(error, 2)}` : ""} ${unit}`),

@@ -1,6 +1,5 @@
 // Start: the socket, then the screen; and the one place that changes the state.
 
-import { Analysis } from "./analysis";
 import type { App } from "./app";
 import { Connection } from "./connection";
 import type { Feel } from "./protocol";
@@ -11,7 +10,6 @@ import { address, outgoing, reduce, START, type PageEvent, type State } from "./
 const ADDRESS_MS = 200;
 
 class Page implements App {
-  readonly analysis = new Analysis();
   readonly connection: Connection;
   state: State = START;
   private screen: Screen | null = null;

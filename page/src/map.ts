@@ -1,8 +1,8 @@
 // The map of walls: which are stable, which passive, and where this one is.
 
-import type { Walls } from "./analysis";
 import { onSize, say, set, svg } from "./dom";
 import { niceStep, number, plain } from "./format";
+import type { Walls } from "./protocol";
 
 export interface MapOptions {
   name: string;
@@ -13,6 +13,8 @@ export interface MapOptions {
 }
 
 const KEY_STEP = 0.01;
+/** Points on the boundary of a map that stands still: a chord is nearer to the boundary than a pixel. */
+export const POINTS = 500;
 
 export class RegionMap {
   readonly root = svg("svg", { class: "map" });
@@ -32,6 +34,7 @@ export class RegionMap {
   private most: [number, number] = [1, 1];
   private at: [number, number] = [0, 0];
   private walls: Walls | null = null;
+  private device = "";
   private said = "";
 
   constructor(private readonly options: MapOptions) {
@@ -46,9 +49,10 @@ export class RegionMap {
     if (options.moved) this.listen(options.moved);
   }
 
-  /** Shows a wall at B, K among all of its device, and what is said of it. */
-  show(walls: Walls, dissipation: number, stiffness: number, said: string): void {
-    const anew = this.walls?.region !== walls.region;
+  /** Shows a wall at B, K among all of its device, and what is said of it. The axes stay while the device does. */
+  show(walls: Walls, device: string, dissipation: number, stiffness: number, said: string): void {
+    const anew = this.device !== device;
+    this.device = device;
     this.walls = walls;
     this.said = said;
     this.at = [dissipation, stiffness];
@@ -68,15 +72,14 @@ export class RegionMap {
     set(this.root, { viewBox: `0 0 ${this.width} ${this.height}` });
     this.drawAxes();
     const { stable, passive } = this.names;
-    set(this.stable, { d: this.path(this.walls.region) });
-    const { passive: edge } = this.walls;
-    set(this.passive, { d: edge.length > 0 ? `${this.path(edge).replace(/Z$/, "")}L${this.pixel(0, 0)}Z` : "" });
+    const { region, passive_walls: edge } = this.walls;
+    set(this.stable, { d: region.map((polygon) => this.path(polygon)).join("") });
+    set(this.passive, { d: edge.length > 0 ? this.path([...edge, [0, 0]]) : "" });
     const [bMost, kMost] = this.most;
-    const middle = centre(this.walls.region);
-    set(stable, this.place(...middle));
-    stable.style.display = this.walls.region.length > 0 ? "" : "none";
-    const passiveWide = edge.length > 0 ? (edge.at(-2) ?? 0) : 0;
-    const passiveHigh = edge[1] ?? 0;
+    set(stable, this.place(...centre(region[0] ?? [])));
+    stable.style.display = region.length > 0 ? "" : "none";
+    const [passiveWide] = edge.at(-1) ?? [0];
+    const [, passiveHigh] = edge[0] ?? [0, 0];
     const [passiveX, passiveY] = [passiveWide * 0.22, passiveHigh * 0.3];
     set(passive, this.place(passiveX, passiveY));
     const room = (passiveWide / bMost) * this.width > 150 && (passiveHigh / kMost) * this.height > 44;
@@ -149,20 +152,8 @@ export class RegionMap {
     return { x, y };
   }
 
-  private path(flat: Float64Array): string {
-    let path = "";
-    let open = false;
-    for (let index = 0; index + 1 < flat.length; index += 2) {
-      const [b, k] = [flat[index] ?? NaN, flat[index + 1] ?? NaN];
-      if (Number.isNaN(b)) {
-        path += "Z";
-        open = false;
-        continue;
-      }
-      path += `${open ? "L" : "M"}${this.pixel(b, k)}`;
-      open = true;
-    }
-    return open ? `${path}Z` : path;
+  private path(points: [number, number][]): string {
+    return `M${points.map(([b, k]) => this.pixel(b, k)).join("L")}Z`;
   }
 
   private listen(moved: (dissipation: number, stiffness: number) => void): void {
@@ -201,16 +192,13 @@ export class RegionMap {
 /** Largest B and K that are shown: all of the region, the point if it is not far outside. */
 function reach(walls: Walls, at: [number, number]): [number, number] {
   const most: [number, number] = [0, 0];
-  for (const flat of [walls.region, walls.passive]) {
-    flat.forEach((value, index) => {
-      if (value > most[index % 2 as 0 | 1]) most[index % 2 as 0 | 1] = value;
-    });
+  for (const point of [...walls.region.flat(), ...walls.passive_walls]) {
+    for (const axis of [0, 1] as const) most[axis] = Math.max(most[axis], point[axis]);
   }
-  return [0, 1].map((axis) => {
-    const region = most[axis as 0 | 1];
-    const own = at[axis as 0 | 1];
-    if (region === 0) return Math.max(1, 2 * own);
-    return own > region && own < 3 * region ? own * 1.1 : region * 1.05;
+  return most.map((region, axis) => {
+    const point = at[axis] ?? 0;
+    if (region === 0) return Math.max(1, 2 * point);
+    return point > region && point < 3 * region ? point * 1.1 : region * 1.05;
   }) as [number, number];
 }
 
@@ -219,13 +207,8 @@ function ticks(most: number, count: number): number[] {
   return Array.from({ length: Math.floor(most / step) + 1 }, (_, n) => Number((n * step).toPrecision(12)));
 }
 
-/** Somewhere in the middle of the first polygon. */
-function centre(flat: Float64Array): [number, number] {
-  let [b, k, count] = [0, 0, 0];
-  for (let index = 0; index + 1 < flat.length && !Number.isNaN(flat[index]); index += 2) {
-    b += flat[index] ?? 0;
-    k += flat[index + 1] ?? 0;
-    count += 1;
-  }
-  return count > 0 ? [(0.9 * b) / count, k / count] : [0, 0];
+/** Somewhere in the middle of a polygon. */
+function centre(polygon: [number, number][]): [number, number] {
+  const mean = (axis: 0 | 1): number => polygon.reduce((sum, point) => sum + point[axis], 0) / Math.max(1, polygon.length);
+  return [0.9 * mean(0), mean(1)];
 }

@@ -58,6 +58,34 @@ export interface Verdict {
   line: string;
 }
 
+/** Stable and passive walls of a device: polygons, and an edge, of B and K. */
+export interface Walls {
+  region: [number, number][][];
+  passive_walls: [number, number][];
+}
+
+/** A wall on a device, judged; null where there is none of a number. */
+export interface Judged extends Walls {
+  stable: boolean;
+  gain_margin: number | null;
+  gain_margin_down: number | null;
+  /** Factor up to which every motion of contact that may pull is proved. */
+  every_motion_margin: number | null;
+  delay_margin_s: number | null;
+  sensitivity_peak: number | null;
+  sensitivity_peak_hz: number | null;
+  passive: boolean;
+  /** It pulls at rest, which no damping makes passive. */
+  negative_at_rest: boolean;
+  required_damping_n_s_per_m: number;
+  force_noise_n: number;
+  frequency_hz: number[];
+  stiffness_n_per_m: number[];
+  damping_n_s_per_m: number[];
+  felt_stiffness_n_per_m: number[];
+  felt_damping_n_s_per_m: number[];
+}
+
 export interface Hello {
   program: string;
   controls: boolean;

@@ -1,11 +1,11 @@
 // Is it safe? The server's verdict on what runs, and where that stands among the walls of its device.
 
 import type { App } from "./app";
-import { latest } from "./connection";
+import { latest, type Panel } from "./connection";
 import { el, say } from "./dom";
 import { everyMotion, number } from "./format";
-import { RegionMap } from "./map";
-import type { Feel, Verdict } from "./protocol";
+import { POINTS, RegionMap } from "./map";
+import type { Feel, Judged, Verdict } from "./protocol";
 
 /** The server's verdict in a few words. */
 export function sentence({ stable, margin, passive }: Verdict): string {
@@ -17,10 +17,12 @@ export class Safety {
   private readonly said = el("span");
   private readonly map = new RegionMap({ name: "Stable and passive walls on this device", axes: false });
   private readonly hint = el("p", { class: "hint" });
+  private readonly panel: Panel;
   /** Shows what is felt. */
   readonly show: (feel: Feel) => void;
 
   constructor(private readonly app: App) {
+    this.panel = app.connection.panel("safety");
     this.root = el("section", { class: "card" }, el("h2", {}, "Is it safe? ", this.said), this.map.root as unknown as HTMLElement, this.hint);
     const draw = latest((feel: Feel) => this.draw(feel), (error) => app.notify(error.message));
     this.show = (feel) => {
@@ -38,14 +40,16 @@ export class Safety {
   private async draw(feel: Feel): Promise<void> {
     const { verdict, scale } = feel;
     const [stiffness, dissipation] = [feel.stiffness_n_per_m * scale, feel.dissipation_n_s_mu_per_m * scale];
-    const judged = await this.app.analysis.judge({
-      scheme: "exact", order: feel.order, sampleTime: this.app.state.hello?.sample_time_s ?? 1e-3,
-      mass: verdict.mass_kg, damping: verdict.damping_n_s_per_m, handStiffness: verdict.hand_stiffness_n_per_m,
-      delay: verdict.delay_s, lag: verdict.current_lag_s, stiffness, dissipation, noise: 0, omega: [],
-    });
+    const device = {
+      scheme: "exact", order: feel.order, sample_time_s: this.app.state.hello?.sample_time_s ?? 1e-3,
+      mass_kg: verdict.mass_kg, damping_n_s_per_m: verdict.damping_n_s_per_m, hand_stiffness_n_per_m: verdict.hand_stiffness_n_per_m,
+      delay_s: verdict.delay_s, current_lag_s: verdict.current_lag_s,
+    };
+    const wall = { ...device, stiffness_n_per_m: stiffness, dissipation_n_s_mu_per_m: dissipation, position_noise_m: 0, points: POINTS };
+    const judged = await this.panel.ask<Judged>({ wall });
     // Another law may have come meanwhile.
-    if (this.app.state.felt !== feel) return;
-    this.map.show(judged, dissipation, stiffness, sentence(verdict));
+    if (judged === null || this.app.state.felt !== feel) return;
+    this.map.show(judged, JSON.stringify(device), dissipation, stiffness, sentence(verdict));
     say(this.hint, `Contact that never pulls, as here, is not proved. Every motion of contact that may pull: ${everyMotion(judged, stiffness, dissipation)}`);
   }
 }

@@ -1,6 +1,6 @@
 // Where the tissue's surface stands: at the probe while it touches, else where the tissue has come back to.
 
-import type { Analysis } from "./analysis";
+import type { Connection } from "./connection";
 import type { Feel } from "./protocol";
 
 /** A force below this is none, N. */
@@ -9,21 +9,23 @@ const TOUCH_N = 1e-4;
 const STEP_S = 0.02;
 /** A gap that is longer is not filled, s. */
 const GAP_S = 60;
+/** Depths that the server hears at a time. */
+const DEPTHS = 3000;
 
 /**
- * The remembered set of the tissue. Its memory runs in the worker: the operator of the loop itself, at the pace of the
- * picture, hearing the depths that the picture shows.
+ * The remembered set of the tissue. The server keeps its memory, which hears the depths that the picture shows, at the
+ * pace of the picture.
  */
 export class Surface {
   private heard = NaN;
   private set = 0;
   private busy = false;
   private depths: number[] = [];
-  private law: { order: number; stiffness: number; dissipation: number } | null = null;
+  private law: { order: number; stiffness_n_per_m: number; dissipation_n_s_mu_per_m: number } | null = null;
   /** The memory does not know the law yet, or has to forget. */
   private anew = false;
 
-  constructor(private readonly analysis: Analysis) {}
+  constructor(private readonly connection: Connection) {}
 
   /** The tissue is untouched. */
   reset(): void {
@@ -35,7 +37,8 @@ export class Surface {
 
   /** The law that is felt; what was remembered is kept if it is the same. */
   follows(feel: Feel): void {
-    const law = { order: feel.order, stiffness: feel.stiffness_n_per_m, dissipation: feel.dissipation_n_s_mu_per_m };
+    const { order, stiffness_n_per_m, dissipation_n_s_mu_per_m } = feel;
+    const law = { order, stiffness_n_per_m, dissipation_n_s_mu_per_m };
     if (JSON.stringify(law) === JSON.stringify(this.law)) return;
     this.law = law;
     this.anew = true;
@@ -54,16 +57,20 @@ export class Surface {
   }
 
   private tell(): void {
+    const depths_m = this.depths.splice(0, DEPTHS);
+    if (this.law === null) return;
     this.busy = true;
-    const depths = this.depths.splice(0);
-    if (this.anew && this.law) this.analysis.remember({ law: { ...this.law, step: STEP_S } }).catch(() => undefined);
+    const law = this.anew ? { law: { ...this.law, step_s: STEP_S } } : {};
     this.anew = false;
-    this.analysis
-      .remember({ depths })
-      .then((set) => {
-        this.set = set;
+    this.connection
+      .ask<{ surface_m: number }>("surface", { ...law, depths_m })
+      .then(({ surface_m }) => {
+        this.set = surface_m;
       })
-      .catch(() => undefined)
+      // A server that does not know the tissue hears of it with the next depths.
+      .catch(() => {
+        this.anew = true;
+      })
       .finally(() => {
         this.busy = false;
       });

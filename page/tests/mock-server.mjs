@@ -8,8 +8,8 @@ import { fileURLToPath } from "node:url";
 import { WebSocketServer } from "ws";
 
 const ASSETS = join(dirname(fileURLToPath(import.meta.url)), "../../crates/haptic-page/assets");
-const TYPES = { ".html": "text/html; charset=utf-8", ".js": "text/javascript", ".css": "text/css", ".wasm": "application/wasm", ".svg": "image/svg+xml", ".json": "application/json", ".txt": "text/plain" };
-const CSP = "default-src 'self'; script-src 'self' 'wasm-unsafe-eval'; style-src 'self' 'unsafe-inline'; img-src 'self' data: blob:; connect-src 'self'; base-uri 'none'; form-action 'none'; frame-ancestors 'none'";
+const TYPES = { ".html": "text/html; charset=utf-8", ".js": "text/javascript", ".css": "text/css", ".svg": "image/svg+xml", ".json": "application/json", ".txt": "text/plain" };
+const CSP = "default-src 'self'; script-src 'self'; style-src 'self' 'unsafe-inline'; img-src 'self' data: blob:; connect-src 'self'; base-uri 'none'; form-action 'none'; frame-ancestors 'none'";
 const CHANNELS = ["position_m", "hand_m", "force_n", "ghost_short_n", "ghost_a3_n", "energy_j", "limiter"];
 const T = 1e-3;
 /** Time of a change of the law, ms: as of the real server on a busy machine. */
@@ -340,11 +340,21 @@ export function startMock({ port = 0, token = randomBytes(16).toString("hex") } 
         controls(page);
         if (running) finish("stopped");
         return {};
-      case "identify": {
-        const rows = message.text.trim().split("\n").map((row) => row.split(",").map(Number));
+      case "quantity":
+        return { value: quantity(message.key, message.text) };
+      case "surface":
+        // A tissue that comes back in three seconds.
+        if (message.law) page.surface = 0;
+        for (const depth of message.depths_m) page.surface = Math.max(depth, page.surface * Math.exp(-0.02 / 3));
+        return { surface_m: page.surface };
+      case "ask": {
+        const { wall, record } = message.question;
+        if (wall) return judgedWall(wall);
+        if (!record) throw new Error("the mock designs no controller");
+        const rows = record.text.trim().split("\n").map((row) => row.split(",").map(Number));
         if (rows.length < 5) throw new Error("the CSV has no table: give a header and two columns of numbers");
-        const { loading = null, indenter_radius_m: radius, half_angle_rad: angle } = message;
-        if (message.text.includes("force_n") && !(loading === "sphere" && radius === 0.004 && angle === undefined)) throw new Error("the columns make no record: give loading and indenter_radius_m");
+        const { loading = null, indenter_radius_m: radius, half_angle_rad: angle } = record;
+        if (record.text.includes("force_n") && !(loading === "sphere" && radius === 0.004 && angle === undefined)) throw new Error("the columns make no record: give loading and indenter_radius_m");
         if (rows.slice(1).some((row) => row.length < 2 || row.some(Number.isNaN))) throw new Error("line 2 of the CSV is not two numbers: give time_s,force_n");
         const time = rows.slice(1).map(([t]) => t);
         const data = rows.slice(1).map(([, value]) => value);
@@ -419,6 +429,31 @@ export function startMock({ port = 0, token = randomBytes(16).toString("hex") } 
 function judged(feel) {
   const margin = 7.25 / feel.scale;
   return { ...feel, verdict: { stable: true, margin, passive: true, delay_s: 2e-4, current_lag_s: 0, mass_kg: feel.mass_kg, damping_n_s_per_m: feel.damping_n_s_per_m, hand_stiffness_n_per_m: 0, line: "stable and passive, as the mock says" } };
+}
+
+const UNITS = { "": 1, kg: 1, g: 1e-3, m: 1, mm: 1e-3, s: 1, ms: 1e-3, "N/m": 1, "kN/m": 1e3, "N·s/m": 1, "rad/s": 1, rad: 1, deg: Math.PI / 180 };
+
+function quantity(key, text) {
+  const [, number, unit] = /^\s*([-+\d.e]+)\s*(\S*)\s*$/.exec(text) ?? [];
+  if (number === undefined || Number.isNaN(Number(number))) throw new Error(`"${text}" is not a number`);
+  if (!(unit in UNITS)) throw new Error(`"${text}" is not ${key.endsWith("_kg") ? "a mass" : "a value"}`);
+  return Number(number) * UNITS[unit];
+}
+
+/** A wall among those of a quarter of an ellipse, smaller for a larger order. */
+function judgedWall({ order, stiffness_n_per_m: K, dissipation_n_s_mu_per_m: B, position_noise_m: noise, mass_kg: mass, sample_time_s: sample, points }) {
+  const most = [(2 * mass) / sample ** (2 - order) / (1 + order), mass / sample ** 2 / (1 + order)];
+  const edge = (share) => Array.from({ length: points }, (_, n) => (n * Math.PI) / 2 / (points - 1)).map((at) => [share * most[0] * Math.cos(at), share * most[1] * Math.sin(at)]);
+  const margin = 1 / Math.hypot(B / most[0], K / most[1]);
+  const stable = margin > 1;
+  const frequency_hz = Array.from({ length: 120 }, (_, n) => 0.1 * 5000 ** (n / 119));
+  const flat = (value) => frequency_hz.map(() => value);
+  return {
+    region: [[[0, 0], ...edge(1)]], passive_walls: edge(0.2).reverse(), stable, gain_margin: stable ? margin : null, gain_margin_down: null,
+    every_motion_margin: stable ? 0.7 * margin : null, delay_margin_s: stable ? 1e-3 : null, sensitivity_peak: stable ? 1.2 : null, sensitivity_peak_hz: stable ? 30 : null,
+    passive: margin > 5, negative_at_rest: false, required_damping_n_s_per_m: 3.5 / margin, force_noise_n: K * noise,
+    frequency_hz, stiffness_n_per_m: flat(K), damping_n_s_per_m: flat(B), felt_stiffness_n_per_m: flat(0.9 * K), felt_damping_n_s_per_m: flat(0.9 * B),
+  };
 }
 
 function feelOf({ environment, device, ghosts }) {

@@ -23,7 +23,6 @@ fn no_source_is_included_from_another_crate() {
     for (_, folder) in crate::crates() {
         files(&folder.join("src"), &mut found);
     }
-    files(&crate::root().join("page/wasm/src"), &mut found);
     assert!(found.len() > 100, "{}", found.len());
     for (file, text) in found {
         let mut paths = text.lines().filter(|line| line.starts_with("#[path"));

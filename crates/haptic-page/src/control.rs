@@ -1,5 +1,6 @@
 //! A controller for a plant that was typed on the page: the answer of `control design`.
 
+use crate::Number;
 use fracdiff::parameter::Shown;
 use fractional_control::design::{Candidate, ControlDesign, SAMPLES_A_RADIAN, usual_sample_time};
 use fractional_control::run::samples_for;
@@ -21,8 +22,8 @@ const POINTS: usize = 600;
 #[serde(deny_unknown_fields)]
 pub(crate) struct ControlRequest {
     plant: String,
-    crossover_rad_s: f64,
-    phase_margin_rad: f64,
+    crossover_rad_s: Number,
+    phase_margin_rad: Number,
     flat_phase: bool,
 }
 
@@ -33,22 +34,22 @@ pub(crate) fn designed(request: &ControlRequest) -> Result<Value, Failure> {
     let plant = request.plant.parse::<Plant>().map_err(refused)?;
     let wishes = Specification {
         iso_damping: request.flat_phase,
-        ..Specification::new(request.crossover_rad_s, request.phase_margin_rad)
+        ..Specification::new(request.crossover_rad_s.0, request.phase_margin_rad.0)
     };
     let crossover = |sample_time_s: f64| 1.0 / (SAMPLES_A_RADIAN * sample_time_s);
     let [high, low] = SAMPLE_TIME.range().ends().map(crossover);
-    if !(low..=high).contains(&request.crossover_rad_s) {
+    if !(low..=high).contains(&request.crossover_rad_s.0) {
         return Err(Failure::bad_input(format_args!(
             "crossover {} rad/s is not from {} to {} rad/s",
-            Shown(request.crossover_rad_s),
+            Shown(request.crossover_rad_s.0),
             Shown(low),
             Shown(high)
         )));
     }
-    let sample_time = usual_sample_time(request.crossover_rad_s);
+    let sample_time = usual_sample_time(request.crossover_rad_s.0);
     let scheme = CONTROLLER_SCHEME.shown.parse();
     let design = ControlDesign {
-        samples: samples_for(Some(request.crossover_rad_s), sample_time.0) as usize,
+        samples: samples_for(Some(request.crossover_rad_s.0), sample_time.0) as usize,
         plant,
         wishes,
         sample_time,
@@ -83,8 +84,8 @@ pub(crate) fn designed(request: &ControlRequest) -> Result<Value, Failure> {
 fn wishes_of(request: &ControlRequest) -> String {
     format!(
         "crossover {} rad/s, phase margin {}°{}",
-        digits(request.crossover_rad_s, 4),
-        digits(request.phase_margin_rad.to_degrees(), 4),
+        digits(request.crossover_rad_s.0, 4),
+        digits(request.phase_margin_rad.0.to_degrees(), 4),
         if request.flat_phase {
             ", flat phase"
         } else {

@@ -7,15 +7,29 @@ mod identify;
 pub mod pyramid;
 mod runs;
 mod server;
+mod surface;
+mod wall;
 
 pub use feel::DeviceNumbers;
 pub use server::{PageServer, ServerOptions};
 
 use haptic_experiment::Named;
+use serde::Deserialize;
 use serde_json::{Value, json};
 use std::sync::Arc;
 use std::sync::mpsc::SyncSender;
 use tokio::sync::broadcast::Sender;
+
+/// A number of a page. JSON has no NaN, and a browser writes null: the check of the number then names it.
+#[derive(Clone, Copy, Debug, Deserialize)]
+#[serde(from = "Option<f64>")]
+pub(crate) struct Number(pub(crate) f64);
+
+impl From<Option<f64>> for Number {
+    fn from(number: Option<f64>) -> Self {
+        Self(number.unwrap_or(f64::NAN))
+    }
+}
 
 /// Says something to all pages; to none if there is none. May be called in any thread, and never waits.
 #[derive(Clone, Debug)]

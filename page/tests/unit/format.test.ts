@@ -25,11 +25,11 @@ test("a unit always, with a prefix where it has one", () => {
 });
 
 test("what is proved for every motion is said with K, without a spring with B", () => {
-  const said = (margin: number | undefined, K: number, stable = true): string => everyMotion({ stable, everyMotionMargin: margin }, K, 20).replace(/\u202f/g, " ");
+  const said = (margin: number | null, K: number, stable = true): string => everyMotion({ stable, every_motion_margin: margin }, K, 20).replace(/\u202f/g, " ");
   assert.equal(said(2, 1500), "proved up to K = 3.00 kN/m");
   assert.equal(said(2, 0), "proved up to B = 40.0 N·s^μ/m");
   assert.equal(said(0.5, 1500), "not proved, only up to K = 750 N/m");
-  assert.equal(said(undefined, 1500), "not proved");
+  assert.equal(said(null, 1500), "not proved");
   assert.equal(said(0.5, 1500, false), "unstable");
 });
 

@@ -4,13 +4,13 @@ use super::hub::{Hub, blocking, felt};
 use super::live::{FRAMES_PER_S, LiveView, frame};
 use super::page::{Outgoing, Page};
 use super::request::{LIVE, Request, ViewRequest};
-use crate::control::designed;
 use crate::feel::{CHANNELS, RANGES, SAMPLE_TIME, locked};
-use crate::identify::identified;
 use crate::pyramid::Span;
 use crate::runs::places;
+use crate::surface::pushed;
 use haptic_experiment::{Failure, ModelledTissue, Named as _, TissuePiece};
 use haptic_loop::Limiters;
+use haptic_quantity::parse_for_key;
 use haptic_tissue::Material;
 use serde_json::{Value, json};
 use std::sync::Arc;
@@ -67,11 +67,13 @@ pub(super) async fn answer(
         Request::RunsForms {} => hub.runs.forms(),
         Request::RunsStart(run) => blocking(move || hub.start_run(&run)).await?,
         Request::RunsStop {} => json!(hub.runs.stop()),
-        Request::Identify(request) => {
-            let gone = Arc::clone(&page.gone);
-            blocking(move || identified(&request, &gone)).await?
+        Request::Ask { panel, question } => page.panels.ask(panel, question).await?,
+        Request::Quantity { key, text } => {
+            json!({"value": parse_for_key(&key, &text).map_err(Failure::bad_input)?})
         }
-        Request::Control(request) => blocking(move || designed(&request)).await?,
+        Request::Surface(told) => {
+            json!({"surface_m": pushed(&mut locked(&page.panels.surface), told)?})
+        }
     })
 }
 

@@ -5,6 +5,7 @@ mod http;
 mod hub;
 mod live;
 mod page;
+mod panels;
 mod request;
 mod response;
 mod socket;

@@ -1,10 +1,10 @@
 //! A page as the server knows it: its number, and the way to the task that writes to it.
 
 use super::live::LiveView;
+use super::panels::Panels;
 use haptic_experiment::Failure;
 use serde_json::{Value, json};
 use std::sync::Arc;
-use std::sync::atomic::AtomicBool;
 use tokio::sync::{Notify, mpsc};
 use tokio_tungstenite::tungstenite::Message;
 
@@ -24,8 +24,7 @@ pub(super) struct Page {
     pub(super) out: mpsc::Sender<Outgoing>,
     /// Told when the page does not read.
     pub(super) full: Arc<Notify>,
-    /// Set when it is gone: nobody waits for what it asked.
-    pub(super) gone: Arc<AtomicBool>,
+    pub(super) panels: Arc<Panels>,
 }
 
 impl Page {

@@ -1,9 +1,9 @@
 //! Requests of a page: see `docs/page-protocol.md`.
 
-use crate::control::ControlRequest;
+use super::panels::{Panel, Question};
 use crate::feel::FeelChange;
-use crate::identify::IdentifyRequest;
 use crate::runs::TableRequest;
+use crate::surface::SurfaceRequest;
 use serde::Deserialize;
 use serde_json::{Map, Value};
 
@@ -53,10 +53,12 @@ pub(super) enum Request {
     RunsStart(RunStart),
     #[serde(rename = "runs.stop")]
     RunsStop {},
-    #[serde(rename = "identify")]
-    Identify(Box<IdentifyRequest>),
-    #[serde(rename = "control")]
-    Control(ControlRequest),
+    #[serde(rename = "ask")]
+    Ask { panel: Panel, question: Question },
+    #[serde(rename = "quantity")]
+    Quantity { key: String, text: String },
+    #[serde(rename = "surface")]
+    Surface(SurfaceRequest),
 }
 
 pub(super) const LIVE: &str = "live";
@@ -103,21 +105,21 @@ impl Request {
 
     /// True if its answer may take long, so that the next requests do not wait for it.
     pub(super) fn takes_long(&self) -> bool {
-        match self {
-            Self::View(view) => view.source != LIVE,
-            Self::FeelStart(_)
-            | Self::FeelSet(_)
-            | Self::FeelRecord { .. }
-            | Self::FeelEnd {}
-            | Self::Arm {}
-            | Self::RunsList {}
-            | Self::RunsOpen { .. }
-            | Self::RunsTable(_)
-            | Self::RunsStart(_)
-            | Self::Identify(_)
-            | Self::Control(_) => true,
-            _ => false,
-        }
+        let reads_a_log = matches!(self, Self::View(view) if view.source != LIVE);
+        reads_a_log
+            || matches!(
+                self,
+                Self::FeelStart(_)
+                    | Self::FeelSet(_)
+                    | Self::FeelRecord { .. }
+                    | Self::FeelEnd {}
+                    | Self::Arm {}
+                    | Self::RunsList {}
+                    | Self::RunsOpen { .. }
+                    | Self::RunsTable(_)
+                    | Self::RunsStart(_)
+                    | Self::Ask { .. }
+            )
     }
 }
 

@@ -13,7 +13,6 @@ use hyper::upgrade::Upgraded;
 use hyper_util::rt::TokioIo;
 use serde_json::Value;
 use std::sync::Arc;
-use std::sync::atomic::Ordering;
 use std::time::Duration;
 use tokio::sync::broadcast::error::RecvError;
 use tokio::sync::mpsc;
@@ -46,11 +45,11 @@ pub(super) async fn serve(stream: WebSocket, hub: Arc<Hub>) {
         number,
         out,
         full: Arc::default(),
-        gone: Arc::default(),
+        panels: Arc::default(),
     };
     let writer = tokio::spawn(write(sink, queue, Arc::clone(&hub), number));
     let reason = read(&mut source, &hub, &page).await;
-    page.gone.store(true, Ordering::Relaxed);
+    page.panels.give_up();
     // Not after the writer: a page that does not read would hold it.
     let leaving = tokio::spawn({
         let hub = Arc::clone(&hub);

@@ -5,6 +5,7 @@
 mod door;
 mod feel;
 mod pages;
+mod panels;
 mod questions;
 mod runs;
 
@@ -55,6 +56,21 @@ fn two(address: &str) -> (Page, Page) {
 
 fn prostate() -> Value {
     json!({"environment": {"tissue": "prostate-cancerous"}})
+}
+
+/// What a panel of the page asks.
+fn question(panel: &str, kind: &str, question: Value) -> Value {
+    json!({"panel": panel, "question": {kind: question}})
+}
+
+/// A record of so many rows, a spring-pot's relaxation: many take minutes to identify, none is refused.
+fn record(rows: u32) -> Value {
+    let mut text = "time_s,relaxation_modulus_pa\n".to_owned();
+    for n in 1..=rows {
+        let t = 1e-3 * f64::from(n);
+        text += &format!("{t},{}\n", 1000.0 * t.powf(-0.2));
+    }
+    question("identify", "record", json!({"name": "x.csv", "text": text}))
 }
 
 /// True for a number below this one; before the loop runs there is none.

@@ -1,6 +1,6 @@
 //! Several pages, pages that go, pages that talk garbage.
 
-use crate::{below, has, opened, prostate, server, two_with_force};
+use crate::{below, has, opened, prostate, record, server, two_with_force};
 use haptic_page::OnClose;
 use serde_json::json;
 use std::time::Instant;
@@ -106,36 +106,29 @@ fn a_page_that_does_not_read_is_closed_and_can_stop_until_then() {
     });
 }
 
-/// A record of so many rows: a spring-pot's relaxation.
-fn record(rows: u32) -> serde_json::Value {
-    let mut text = "time_s,relaxation_modulus_pa\n".to_owned();
-    for n in 1..=rows {
-        let t = 1e-3 * f64::from(n);
-        text += &format!("{t},{}\n", 1000.0 * t.powf(-0.2));
-    }
-    json!({"name": "long.csv", "text": text})
-}
-
 #[test]
 fn what_is_worked_on_is_bounded_for_the_server_and_given_up_with_its_page() {
-    let (_runs, server, mut one) = opened();
-    let mut other = Page::open(server.address());
+    let (_runs, server, first) = opened();
     // Minutes of work.
-    let long = record(20_000);
-    for _ in 0..16 {
-        one.post("identify", long.clone());
+    let long = record(20_000)["question"].take();
+    let more = (0..3).map(|_| Page::open(server.address()));
+    let mut pages: Vec<Page> = std::iter::once(first).chain(more).collect();
+    for page in &mut pages {
+        for panel in ["design", "safety", "control", "identify"] {
+            page.post("ask", json!({"panel": panel, "question": long}));
+        }
+        // Answered, so those before it are being worked on.
+        page.ask("stop", json!({}));
     }
-    let refused = one.refused("identify", long);
+    let mut other = Page::open(server.address());
     let all = "sixteen requests are being worked on";
-    assert!(refused.contains(all), "{refused}");
-    let short = json!({"text": ""});
-    other.refuses("identify", short.clone(), all);
+    other.refuses("ask", record(0), all);
     // Stop is heard all the same.
     other.ask("stop", json!({}));
     // Nobody waits for the work of a page that has gone.
-    drop(one);
+    drop(pages);
     let until = Instant::now() + PATIENCE;
-    while other.refused("identify", short.clone()).contains(all) {
+    while other.refused("ask", record(0)).contains(all) {
         assert!(Instant::now() < until, "it is worked on for nobody");
     }
     drop(server);

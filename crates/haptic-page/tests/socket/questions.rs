@@ -1,6 +1,6 @@
 //! Questions from forms: a Z-width, a design; and records that somebody measured.
 
-use crate::{assert_documented, ended, has, opened, ran, refuses};
+use crate::{assert_documented, ended, has, opened, question, ran, refuses};
 use fractional_control::analysis::analyse;
 use fractional_control::{Crossing, Plant};
 use haptic_experiment::document::ControllerFile;
@@ -96,12 +96,20 @@ fn a_question_is_stopped_and_keeps_what_it_found() {
     );
 }
 
+fn asked(wishes: Value) -> Value {
+    question("control", "control", wishes)
+}
+
 #[test]
 fn a_controller_is_designed_and_a_plant_without_one_is_refused() {
     let (_runs, _server, mut page) = opened();
     // The tank of Monje and others, 2008.
-    let wishes = |plant: &str, crossover: f64| json!({"plant": plant, "crossover_rad_s": crossover, "phase_margin_rad": 1.2, "flat_phase": true});
-    let found = page.ask("control", wishes("0.55exp(-s)/(62s+1)", 0.1));
+    let wishes = |plant: &str, crossover: f64| {
+        asked(
+            json!({"plant": plant, "crossover_rad_s": crossover, "phase_margin_rad": 1.2, "flat_phase": true}),
+        )
+    };
+    let found = page.ask("ask", wishes("0.55exp(-s)/(62s+1)", 0.1));
     assert_documented("control", &found);
     for which in ["fractional", "integer"] {
         let one = &found[which];
@@ -135,7 +143,7 @@ fn a_controller_is_designed_and_a_plant_without_one_is_refused() {
         ("1/(s^0.5+1)", 2.094, "It does not settle in the time shown"),
     ] {
         let wishes = json!({"plant": plant, "crossover_rad_s": 3.0, "phase_margin_rad": margin, "flat_phase": true});
-        let notes = page.ask("control", wishes)["notes"].take();
+        let notes = page.ask("ask", asked(wishes))["notes"].take();
         let notes = notes.as_array().expect("sentences").iter();
         let mut notes = notes.map(|note| note.as_str().expect("a sentence"));
         assert!(notes.any(|note| note.contains(said)), "{plant}");
@@ -151,7 +159,7 @@ fn a_controller_is_designed_and_a_plant_without_one_is_refused() {
         ("1/(s+1)", f64::MAX, "is not from"),
         ("1/(s+1)", -1.0, "is not from"),
     ] {
-        let refused = page.refused("control", wishes(plant, crossover));
+        let refused = page.refused("ask", wishes(plant, crossover));
         assert!(
             refused.contains(why) && !refused.contains('\n'),
             "{refused}"
@@ -187,7 +195,7 @@ fn the_margins_of_a_fractional_plant_are_those_of_the_library() {
     for number in 0..testkit::cases(12) {
         let (text, omega) = fractional(number);
         let wishes = json!({"plant": text, "crossover_rad_s": omega, "phase_margin_rad": 1.0, "flat_phase": false});
-        let found = page.ask("control", wishes);
+        let found = page.ask("ask", asked(wishes));
         let file = found["file"].as_str().expect("a file");
         std::fs::write(&path, file).expect("written");
         let file = ControllerFile::read(&path).expect("a controller");
@@ -228,13 +236,16 @@ fn a_record_is_identified_and_one_that_is_none_is_refused() {
         text += &format!("{t},{}\n", 1000.0 * t.powf(-0.2) / 1.164_229_713_725_303);
     }
     let record = json!({"name": "gel.csv", "text": text, "model": "spring-pot"});
-    let found = page.ask("identify", record);
-    assert_documented("identify", &found);
+    let found = page.ask("ask", question("identify", "record", record));
+    assert_documented("record", &found);
     has(&found, json!({"kind": "relaxation", "best": "spring-pot"}));
     let order = &found["models"][0]["parameters"][1]["value"];
     assert_close("order", order.as_f64().expect("a number"), 0.2, 1e-6);
     for none in ["", "a,b\n1,2\n", "\u{0}\u{1}\u{2}", "time_s\n1\n2\n"] {
-        let refused = page.refused("identify", json!({"name": "x.csv", "text": none}));
+        let refused = page.refused(
+            "ask",
+            question("identify", "record", json!({"name": "x.csv", "text": none})),
+        );
         let is_line = refused.starts_with("x.csv") && !refused.contains('\n');
         assert!(is_line, "{refused}");
     }

@@ -1,0 +1,95 @@
+//! The questions of a page's panels: of each panel the newest counts.
+//!
+//! One is worked on at a time, beside the reactor. A newer one gives up the one before it: one that waits is refused at
+//! once, and one that is worked on is told to end. So a slider that is dragged never queues.
+
+use super::hub::blocking;
+use crate::control::{ControlRequest, designed};
+use crate::feel::locked;
+use crate::identify::{IdentifyRequest, identified};
+use crate::surface::Surface;
+use crate::wall::{WallQuestion, judged};
+use haptic_experiment::Failure;
+use serde::Deserialize;
+use serde_json::Value;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, Mutex};
+use tokio::sync::Notify;
+
+/// A part of the page that asks for itself.
+#[derive(Clone, Copy, Debug, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub(super) enum Panel {
+    Design,
+    Safety,
+    Control,
+    Identify,
+}
+
+#[derive(Debug, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub(super) enum Question {
+    Wall(WallQuestion),
+    Control(ControlRequest),
+    Record(Box<IdentifyRequest>),
+}
+
+impl Question {
+    fn answer(&self, given_up: &AtomicBool) -> Result<Value, Failure> {
+        match self {
+            Self::Wall(wall) => judged(wall),
+            Self::Control(plant) => designed(plant),
+            Self::Record(record) => identified(record, given_up),
+        }
+    }
+}
+
+/// A question in its panel.
+#[derive(Debug, Default)]
+struct Turn {
+    given_up: AtomicBool,
+    told: Notify,
+}
+
+impl Turn {
+    fn give_up(&self) {
+        self.given_up.store(true, Ordering::Relaxed);
+        self.told.notify_one();
+    }
+}
+
+#[derive(Debug, Default)]
+struct Queue {
+    newest: Mutex<Arc<Turn>>,
+    work: tokio::sync::Mutex<()>,
+}
+
+/// The panels of a page, and the tissue that it draws.
+#[derive(Debug, Default)]
+pub(super) struct Panels {
+    queues: [Queue; 4],
+    pub(super) surface: Mutex<Option<Surface>>,
+}
+
+impl Panels {
+    pub(super) async fn ask(&self, panel: Panel, question: Question) -> Result<Value, Failure> {
+        let queue = &self.queues[panel as usize];
+        let turn = Arc::<Turn>::default();
+        std::mem::replace(&mut *locked(&queue.newest), Arc::clone(&turn)).give_up();
+        let _work = tokio::select! {
+            biased;
+            () = turn.told.notified() => {
+                return Err(Failure::bad_input("a newer question of this panel came first"));
+            }
+            work = queue.work.lock() => work,
+        };
+        blocking(move || question.answer(&turn.given_up)).await
+    }
+
+    /// The page is gone: nobody waits for what it asked.
+    pub(super) fn give_up(&self) {
+        for queue in &self.queues {
+            locked(&queue.newest).give_up();
+        }
+    }
+}

@@ -1,0 +1,258 @@
+//! Questions of the page's panels: what is answered, what is refused, and that the newest wins.
+
+use crate::{assert_documented, has, opened, question, record};
+use serde_json::{Value, json};
+use testkit::browser::Page;
+use testkit::{Random, assert_close, assert_relative};
+
+/// A wall of the dissertation's device, with these keys instead of its own.
+fn wall(other: &Value) -> Value {
+    let mut wall = json!({
+        "scheme": "exact", "order": 0.5, "stiffness_n_per_m": 3000, "dissipation_n_s_mu_per_m": 100,
+        "mass_kg": 0.065, "damping_n_s_per_m": 3.5, "hand_stiffness_n_per_m": 0, "delay_s": 0,
+        "current_lag_s": 0, "sample_time_s": 0.001, "position_noise_m": 1e-5, "points": 500,
+    });
+    for (key, value) in other.as_object().expect("an object") {
+        wall[key] = value.clone();
+    }
+    question("design", "wall", wall)
+}
+
+fn numbers(value: &Value) -> Vec<f64> {
+    let numbers = value.as_array().expect("a list").iter();
+    numbers.map(|x| x.as_f64().expect("a number")).collect()
+}
+
+/// True within a polygon of B, K, by the even number of crossings outside.
+fn is_inside(polygon: &Value, at: [f64; 2]) -> bool {
+    let corners: Vec<_> = polygon
+        .as_array()
+        .expect("corners")
+        .iter()
+        .map(numbers)
+        .collect();
+    let before = corners.iter().cycle().skip(corners.len() - 1);
+    let crossed = corners.iter().zip(before).filter(|(a, b)| {
+        (a[1] > at[1]) != (b[1] > at[1])
+            && at[0] < a[0] + (b[0] - a[0]) * (at[1] - a[1]) / (b[1] - a[1])
+    });
+    crossed.count() % 2 == 1
+}
+
+#[test]
+fn a_wall_is_judged_and_stands_where_the_map_says() {
+    let (_runs, _server, mut page) = opened();
+    let found = page.ask("ask", wall(&json!({})));
+    assert_documented("wall", &found);
+    has(&found, json!({"stable": true, "passive": false}));
+    let margin = found["gain_margin"].as_f64().expect("a margin");
+    let [outline] = &found["region"].as_array().expect("polygons")[..] else {
+        panic!("one polygon");
+    };
+    for (factor, stable) in [(0.999, true), (1.001, false)] {
+        let [b, k] = [100.0, 3000.0].map(|gain| factor * margin * gain);
+        assert_eq!(is_inside(outline, [b, k]), stable, "{factor}");
+        let scaled = json!({"stiffness_n_per_m": k, "dissipation_n_s_mu_per_m": b});
+        has(&page.ask("ask", wall(&scaled)), json!({"stable": stable}));
+    }
+    // Fewer points, the same edge.
+    let coarse = page.ask("ask", wall(&json!({"points": 200})));
+    let corners = |found: &Value| found["region"][0].as_array().expect("corners").len();
+    assert!(corners(&coarse) < corners(&found));
+    assert_eq!(coarse["gain_margin"], found["gain_margin"]);
+    // Just inside the edge of the passive walls one is passive, just outside none.
+    let edge = numbers(&found["passive_walls"][7]);
+    for (factor, passive) in [(0.999, true), (1.001, false)] {
+        let [b, k] = [factor * edge[0], factor * edge[1]];
+        let scaled = json!({"stiffness_n_per_m": k, "dissipation_n_s_mu_per_m": b});
+        has(&page.ask("ask", wall(&scaled)), json!({"passive": passive}));
+    }
+}
+
+#[test]
+fn a_spring_makes_the_noise_and_the_curves_of_a_spring() {
+    let (_runs, _server, mut page) = opened();
+    let found = page.ask("ask", wall(&json!({"dissipation_n_s_mu_per_m": 0})));
+    let noise = found["force_noise_n"].as_f64().expect("a number");
+    assert_relative("noise", noise, 3000.0 * 1e-5, 1e-12);
+    let hertz = numbers(&found["frequency_hz"]);
+    assert_close("lowest", hertz[0], 0.1, 1e-12);
+    assert_relative("highest", hertz[hertz.len() - 1], 500.0, 1e-12);
+    let curve = |key: &str| numbers(&found[key]);
+    assert!(curve("stiffness_n_per_m").iter().all(|k| *k == 3000.0));
+    assert!(curve("damping_n_s_per_m").iter().all(|b| *b == 0.0));
+    // K − mω², and the half sample of the hold takes KT/2 of the damping away.
+    let felt = (
+        curve("felt_stiffness_n_per_m"),
+        curve("felt_damping_n_s_per_m"),
+    );
+    let omega = 2.0 * std::f64::consts::PI * hertz[40];
+    let slow = 3000.0 - 0.065 * omega * omega;
+    assert_relative("felt", felt.0[40], slow, 1e-3);
+    assert_relative("felt", felt.1[40], 3.5 - 1.5, 1e-3);
+}
+
+#[test]
+fn bad_input_gets_a_line_that_names_it_and_the_page_goes_on() {
+    let (_runs, _server, mut page) = opened();
+    for (given, words) in [
+        (json!({"stiffness_n_per_m": null}), "stiffness NaN"),
+        (json!({"mass_kg": 0}), "mass 0"),
+        (json!({"order": 3}), "order 3"),
+        (json!({"order": "x"}), "expected f64"),
+        (json!({"sample_time_s": -1}), "sample time -1"),
+        (json!({"scheme": "fly"}), "fly"),
+        (
+            json!({"points": 100_000}),
+            "`points` = 100000 is not in [16, 500]",
+        ),
+        (json!({"points": 15}), "[16, 500]"),
+        (json!({"points": -1}), "-1"),
+        (json!({"delay_s": 1}), "delay"),
+        (json!({"colour": 1}), "unknown field `colour`"),
+    ] {
+        let refused = page.refused("ask", wall(&given));
+        assert!(refused.contains(words), "{given}: {refused}");
+        assert!(!refused.contains('\n'), "{refused}");
+    }
+    for (asked, words) in [
+        (json!({"panel": "design"}), "missing field `question`"),
+        (
+            question("design", "dance", json!({})),
+            "unknown variant `dance`",
+        ),
+        (
+            question("attic", "wall", json!({})),
+            "unknown variant `attic`",
+        ),
+        (
+            question("design", "wall", json!({})),
+            "missing field `scheme`",
+        ),
+        (question("design", "wall", json!(7)), "WallQuestion"),
+    ] {
+        page.refuses("ask", asked, words);
+    }
+    page.send(r#"{"do": "ask", "panel": "design"}"#);
+    let answer = page.answer(&json!(null));
+    let said = answer["error"].as_str().expect("a sentence");
+    assert!(said.contains("`id`"), "{said}");
+    // Numbers of any size: an answer or a line, and never a panic.
+    let mut random = Random(56);
+    for _ in 0..testkit::cases(200) {
+        let mut given = json!({"scheme": random.one_of(&["exact", "full", "muir:3"])});
+        for key in [
+            "order",
+            "stiffness_n_per_m",
+            "dissipation_n_s_mu_per_m",
+            "mass_kg",
+            "damping_n_s_per_m",
+            "hand_stiffness_n_per_m",
+            "delay_s",
+            "current_lag_s",
+            "sample_time_s",
+            "position_noise_m",
+        ] {
+            if random.chance(0.5) {
+                given[key] = json!(random.log_between(1e-12, 1e12));
+            }
+        }
+        let number = page.post("ask", wall(&given));
+        let answer = page.answer(&json!(number));
+        if answer["ok"] == false {
+            let said = answer["error"].as_str().expect("a sentence");
+            let is_line = !said.contains('\n') && !said.contains("terminal");
+            assert!(is_line, "{given}: {said}");
+        }
+    }
+}
+
+#[test]
+fn the_newest_question_of_a_panel_wins_and_those_before_it_are_given_up() {
+    let (_runs, _server, mut page) = opened();
+    // Minutes of work, one after the other.
+    let long = record(20_000);
+    let asked: Vec<u64> = (0..40).map(|_| page.post("ask", long.clone())).collect();
+    // Another panel does not wait for it.
+    page.ask("ask", wall(&json!({})));
+    let newest = page.post("ask", record(0));
+    let answer = page.answer(&json!(newest));
+    assert!(
+        answer["error"]
+            .as_str()
+            .expect("a sentence")
+            .starts_with("x.csv")
+    );
+    let given_up = |page: &mut Page, id: u64| page.answer(&json!(id))["error"].take();
+    for id in asked {
+        let said = given_up(&mut page, id);
+        let words = [
+            "a newer question of this panel came first",
+            "x.csv: interrupted",
+        ];
+        assert!(words.map(Value::from).contains(&said), "{said}");
+    }
+}
+
+#[test]
+fn a_tissue_remembers_where_its_law_pushes_with_nothing() {
+    let (_runs, _server, mut page) = opened();
+    page.refuses("surface", json!({"depths_m": []}), "no `law` yet");
+    let (order, stiffness, dissipation, step) = (0.3, 20.0, 80.0, 0.02);
+    let law = json!({"order": order, "stiffness_n_per_m": stiffness, "dissipation_n_s_mu_per_m": dissipation, "step_s": step});
+    let depth = |n: i32| {
+        if n < 150 {
+            4e-3 * f64::from(n) / 150.0
+        } else {
+            0.0
+        }
+    };
+    let depths: Vec<f64> = (0..200).map(depth).collect();
+    let first = page.ask("surface", json!({"law": law, "depths_m": depths[..120]}));
+    assert_documented("surface", &first);
+    let set = page.ask("surface", json!({"depths_m": depths[120..]}))["surface_m"].take();
+    let set = set.as_f64().expect("a number");
+    // The defining sum, with the depth that follows.
+    let (mut weight, mut sum) = (1.0, set);
+    for (k, depth) in (1..).zip(depths.iter().rev()) {
+        weight *= 1.0 - (order + 1.0) / f64::from(k);
+        sum += weight * depth;
+    }
+    let force = stiffness * set + dissipation * f64::powf(step, -order) * sum;
+    assert!(set > 1e-5, "{set}");
+    assert_close("force", force, 0.0, 1e-3 * stiffness * set);
+    // Untouched again.
+    let anew = page.ask("surface", json!({"law": law, "depths_m": [0]}));
+    has(&anew, json!({"surface_m": 0.0}));
+    for (told, words) in [
+        (json!({"depths_m": vec![0.0; 3001]}), "at most 3000"),
+        (json!({"depths_m": [null]}), "null"),
+        (
+            json!({"law": {"order": 9, "stiffness_n_per_m": 0, "dissipation_n_s_mu_per_m": 1, "step_s": 0.02}, "depths_m": []}),
+            "order 9",
+        ),
+    ] {
+        page.refuses("surface", told, words);
+    }
+}
+
+#[test]
+fn quantities_are_read_as_on_the_command_line() {
+    let (_runs, _server, mut page) = opened();
+    for (key, text, value) in [
+        ("mass_kg", "45 g", 0.045),
+        ("", "3.5", 3.5),
+        ("_s", "2 ms", 2e-3),
+    ] {
+        let read = page.ask("quantity", json!({"key": key, "text": text}));
+        assert_documented("quantity", &read);
+        assert_close(
+            text,
+            read["value"].as_f64().expect("a number"),
+            value,
+            1e-15,
+        );
+    }
+    let parsecs = json!({"key": "mass_kg", "text": "45 parsecs"});
+    page.refuses("quantity", parsecs, "is not a mass");
+}
