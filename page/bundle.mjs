@@ -29,3 +29,6 @@ const files = Object.fromEntries(
   readdirSync(folder).sort().map((name) => [name, createHash("sha256").update(readFileSync(join(folder, name))).digest("hex")]),
 );
 writeFileSync(join(folder, "manifest.json"), `${JSON.stringify({ sources, files }, null, 2)}\n`);
+// The table of the server, which has them in the program.
+const rows = Object.keys(files).map((name) => `    ("${name}", include_bytes!("${name}")),\n`);
+writeFileSync(join(folder, "files.in"), `&[\n${rows.join("")}]\n`);

@@ -126,10 +126,10 @@ export class DesignView implements ViewPart {
     this.verdict.classList.toggle("bad", !judged.stable);
     say(this.verdict, said);
     this.say(judged, design);
-    const { frequency_hz: hertz, stiffness_n_per_m: stiffness, damping_n_s_per_m: damping } = judged;
+    const [hertz, stiffness, damping, feltStiffness, feltDamping] = ([0, 1, 2, 3, 4] as const).map((column) => judged.curves.map((row) => row[column])) as [number[], number[], number[], number[], number[]];
     const range: [number, number] = [hertz[0] ?? 0, hertz.at(-1) ?? 1];
-    this.stiffness.draw(hertz, [stiffness, judged.felt_stiffness_n_per_m], range, around(stiffness));
-    this.damping.draw(hertz, [damping, judged.felt_damping_n_s_per_m], range, around(damping));
+    this.stiffness.draw(hertz, [stiffness, feltStiffness], range, around(stiffness));
+    this.damping.draw(hertz, [damping, feltDamping], range, around(damping));
     // For those who time it.
     this.root.dataset["drawn"] = String(Number(this.root.dataset["drawn"] ?? 0) + 1);
   }

@@ -79,11 +79,8 @@ export interface Judged extends Walls {
   negative_at_rest: boolean;
   required_damping_n_s_per_m: number;
   force_noise_n: number;
-  frequency_hz: number[];
-  stiffness_n_per_m: number[];
-  damping_n_s_per_m: number[];
-  felt_stiffness_n_per_m: number[];
-  felt_damping_n_s_per_m: number[];
+  /** Frequency, effective stiffness and damping of the wall alone, and both as felt through the device. */
+  curves: [number, number, number, number, number][];
 }
 
 export interface Hello {

@@ -446,13 +446,11 @@ function judgedWall({ order, stiffness_n_per_m: K, dissipation_n_s_mu_per_m: B, 
   const edge = (share) => Array.from({ length: points }, (_, n) => (n * Math.PI) / 2 / (points - 1)).map((at) => [share * most[0] * Math.cos(at), share * most[1] * Math.sin(at)]);
   const margin = 1 / Math.hypot(B / most[0], K / most[1]);
   const stable = margin > 1;
-  const frequency_hz = Array.from({ length: 120 }, (_, n) => 0.1 * 5000 ** (n / 119));
-  const flat = (value) => frequency_hz.map(() => value);
   return {
     region: [[[0, 0], ...edge(1)]], passive_walls: edge(0.2).reverse(), stable, gain_margin: stable ? margin : null, gain_margin_down: null,
     every_motion_margin: stable ? 0.7 * margin : null, delay_margin_s: stable ? 1e-3 : null, sensitivity_peak: stable ? 1.2 : null, sensitivity_peak_hz: stable ? 30 : null,
     passive: margin > 5, negative_at_rest: false, required_damping_n_s_per_m: 3.5 / margin, force_noise_n: K * noise,
-    frequency_hz, stiffness_n_per_m: flat(K), damping_n_s_per_m: flat(B), felt_stiffness_n_per_m: flat(0.9 * K), felt_damping_n_s_per_m: flat(0.9 * B),
+    curves: Array.from({ length: 120 }, (_, n) => [0.1 * 5000 ** (n / 119), K, B, 0.9 * K, 0.9 * B]),
   };
 }
 

@@ -101,7 +101,7 @@ fn seen(candidate: &Candidate) -> Value {
     };
     let t = candidate.setup.sample_time_s;
     let value = |crossing: fn(&Margins) -> Option<Crossing>| {
-        trial.margins().and_then(crossing).map(|own| own.value)
+        trial.margins().and_then(crossing).map(|at| at.value)
     };
     let phase = trial.margins().and_then(|margins| margins.phase);
     let shape = trial.analysis.verdict.stable.then_some(&trial.shape);

@@ -2,13 +2,13 @@
 
 use haptic_experiment::Failure;
 use haptic_loop::{Loading, LoadingKind};
-use haptic_tissue::ModelKind;
 use haptic_tissue::identify::table::{Reader, Reading, Understood, read_table};
 use haptic_tissue::identify::{
     CANDIDATES, Fit, Identification, Options, RecordKind, identify_unless,
 };
 use serde::Deserialize;
 use serde_json::{Value, json};
+use std::fmt::Display;
 use std::sync::atomic::AtomicBool;
 
 /// Points of a curve that is sent, at most.
@@ -36,27 +36,18 @@ pub(crate) struct IdentifyRequest {
 }
 
 pub(crate) fn identified(request: &IdentifyRequest, stop: &AtomicBool) -> Result<Value, Failure> {
-    let place = if request.name.is_empty() {
-        "the record"
-    } else {
-        &request.name
+    let name = match request.name.as_str() {
+        "" => "the record",
+        name => name,
     };
-    let refused =
-        |error: &dyn std::fmt::Display| Failure::bad_input(format_args!("{place}: {error}"));
-    let kinds = LoadingKind::ALL.map(|one| one.0);
-    let loading = named(
-        "loading",
-        request.loading.as_deref(),
-        &kinds,
-        LoadingKind::name,
-    )?;
+    let refused = |error: &dyn Display| Failure::bad_input(format_args!("{name}: {error}"));
+    let kinds = RecordKind::ALL.map(|kind| (kind, kind.name()));
+    let kind = named("kind", request.kind.as_ref(), &kinds)?;
+    let loading = named("loading", request.loading.as_ref(), &LoadingKind::ALL)?;
+    let models = CANDIDATES.map(|kind| (kind, kind.name()));
+    let chosen = named("model", request.model.as_ref(), &models)?;
     let reading = Reading {
-        kind: named(
-            "kind",
-            request.kind.as_deref(),
-            &RecordKind::ALL,
-            RecordKind::name,
-        )?,
+        kind,
         strain: request.strain,
         stress_pa: request.stress_pa,
         loading: Loading {
@@ -70,40 +61,32 @@ pub(crate) fn identified(request: &IdentifyRequest, stop: &AtomicBool) -> Result
         loading_is_told: loading.is_some(),
         poisson_ratio: request.poisson_ratio,
     };
-    let table = read_table(request.text.as_bytes()).map_err(|error| refused(&error))?;
-    let reader = Reader {
-        columns: Vec::new(),
-        units: Vec::new(),
-        from: None,
-        to: None,
-    };
-    let columns = reader.read(table).map_err(|error| refused(&error))?;
-    let understood = columns.record(&reading).map_err(|error| refused(&error))?;
-    let model = request.model.as_deref();
-    let chosen = named("model", model, &CANDIDATES, ModelKind::name)?;
+    let table = read_table(request.text.as_bytes());
+    let understood = table
+        .and_then(|table| Reader::default().read(table)?.record(&reading))
+        .map_err(|error| refused(&error))?;
     let options = Options {
         candidates: chosen.map_or_else(|| CANDIDATES.to_vec(), |kind| vec![kind]),
         chosen,
         stiffening: request.stiffening,
         ..Options::default()
     };
-    let found = identify_unless(&understood.record, &options, stop, &|_| {})
-        .map_err(|error| refused(&error))?;
+    let found = identify_unless(&understood.record, &options, stop, &|_| {});
+    let found = found.map_err(|error| refused(&error))?;
     Ok(answer(&found, &understood))
 }
 
 fn named<T: Copy>(
     key: &str,
-    wanted: Option<&str>,
-    known: &[T],
-    name: fn(T) -> &'static str,
+    wanted: Option<&String>,
+    known: &[(T, &str)],
 ) -> Result<Option<T>, Failure> {
     let Some(wanted) = wanted else {
         return Ok(None);
     };
-    let found = known.iter().copied().find(|own| name(*own) == wanted);
-    found.map(Some).ok_or_else(|| {
-        let names: Vec<&str> = known.iter().map(|own| name(*own)).collect();
+    let found = known.iter().find(|one| one.1 == wanted);
+    found.map(|one| Some(one.0)).ok_or_else(|| {
+        let names: Vec<&str> = known.iter().map(|one| one.1).collect();
         let names = names.join(", ");
         Failure::bad_input(format_args!("`{key}` {wanted:?} is none of {names}"))
     })

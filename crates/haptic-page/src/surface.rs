@@ -29,7 +29,6 @@ struct SurfaceLaw {
     order: Number,
     stiffness_n_per_m: Number,
     dissipation_n_s_mu_per_m: Number,
-    /// Time between two depths.
     step_s: Number,
 }
 

@@ -3,12 +3,12 @@
 use crate::Number;
 use fracdiff::{Order, Scheme, Seconds};
 use haptic_analysis::{
-    AnalysisError, ClosedLoop, Dynamics, Environment, Largest, LoopOperator, NoiseGain,
-    StabilityRegion,
+    AnalysisError, BoundaryPoint, ClosedLoop, Dynamics, Environment, Largest, LoopOperator,
+    NoiseGain, StabilityRegion,
 };
-use haptic_experiment::Failure;
 use serde::Deserialize;
 use serde_json::{Value, json};
+use std::error::Error;
 use std::f64::consts::PI;
 use std::ops::RangeInclusive;
 
@@ -38,152 +38,142 @@ pub(crate) struct WallQuestion {
     delay_s: Number,
     current_lag_s: Number,
     sample_time_s: Number,
-    /// rms of white noise.
+    /// White noise, rms: an encoder with steps q has q/√12.
     position_noise_m: Number,
     points: usize,
 }
 
-/// B, K.
+/// B in N·s^μ/m and K in N/m.
 type Point = [f32; 2];
 
-pub(crate) fn judged(wall: &WallQuestion) -> Result<Value, Failure> {
-    if !POINTS.contains(&wall.points) {
-        let (least, most) = (POINTS.start(), POINTS.end());
-        return Err(Failure::bad_input(format_args!(
-            "`points` = {} is not in [{least}, {most}]: {most} are finer than pixels",
-            wall.points
-        )));
-    }
-    wall.judged().map_err(Failure::bad_input)
-}
-
 impl WallQuestion {
-    fn judged(&self) -> Result<Value, Box<dyn std::error::Error>> {
-        let (order, t) = (Order::new(self.order.0)?, self.sample_time_s.0);
+    /// All that the panels show of it.
+    ///
+    /// # Errors
+    /// A number outside its range, in the words of the library.
+    pub(crate) fn answer(&self) -> Result<Value, Box<dyn Error>> {
+        if !POINTS.contains(&self.points) {
+            let (least, most, points) = (POINTS.start(), POINTS.end(), self.points);
+            let allowed = format!("[{least}, {most}]: {most} are finer than pixels");
+            return Err(format!("`points` = {points} is not in {allowed}").into());
+        }
+        let (order, t) = (Order::new(self.order.0)?, Seconds(self.sample_time_s.0));
         let (k, b) = (self.stiffness_n_per_m.0, self.dissipation_n_s_mu_per_m.0);
         let scheme: Scheme = self.scheme.parse()?;
-        let operator = LoopOperator::new(scheme, order, Seconds(t), HORIZON)?;
-        let dynamics = Dynamics {
-            mass_kg: self.mass_kg.0,
-            damping_n_s_per_m: self.damping_n_s_per_m.0,
-            hand_stiffness_n_per_m: self.hand_stiffness_n_per_m.0,
-            delay_s: self.delay_s.0,
-            current_lag_s: self.current_lag_s.0,
+        let rendered = Rendered {
+            dynamics: Dynamics {
+                mass_kg: self.mass_kg.0,
+                damping_n_s_per_m: self.damping_n_s_per_m.0,
+                hand_stiffness_n_per_m: self.hand_stiffness_n_per_m.0,
+                delay_s: self.delay_s.0,
+                current_lag_s: self.current_lag_s.0,
+            },
+            wall: Environment {
+                stiffness_n_per_m: k,
+                dissipation_n_s_mu_per_m: b,
+                order,
+                sample_time_s: t.0,
+            },
+            operator: LoopOperator::new(scheme, order, t, HORIZON)?,
         };
-        let wall = Environment {
-            stiffness_n_per_m: k,
-            dissipation_n_s_mu_per_m: b,
-            order,
-            sample_time_s: t,
-        };
+        let Rendered {
+            dynamics,
+            wall,
+            operator,
+        } = &rendered;
         // Without any spring the device drifts, which is no instability.
-        let closed = dynamics.closed(&wall, &operator)?.beside_rest();
+        let closed = dynamics.closed(wall, operator)?.beside_rest();
         let margins = closed.is_stable().then(|| closed.margins()).transpose()?;
         let proved = closed.slope_limit().proved;
-        let port = dynamics.port(t, &operator)?;
-        let required = port.required_damping(Seconds(t), k, b)?;
+        let required = dynamics.port(t.0, operator)?.required_damping(t, k, b)?;
         let noise = if scheme == Scheme::Exact {
-            NoiseGain::exact(order, Seconds(t))?
+            NoiseGain::exact(order, t)?
         } else {
-            NoiseGain::of(scheme.build::<f64>(order, Seconds(t), HORIZON)?)
+            NoiseGain::of(scheme.build::<f64>(order, t, HORIZON)?)
         };
-        let curves = curves(&dynamics, &wall, &operator)?;
-        let curve = |part: usize| curves.iter().map(|at| at[part]).collect::<Vec<_>>();
         Ok(json!({
-            "region": region(&dynamics, &wall, &operator, self.points)?,
-            "passive_walls": passive_walls(&dynamics, t, &operator)?,
+            "region": rendered.region(self.points)?,
+            "passive_walls": rendered.passive_walls()?,
             "stable": margins.is_some(),
             "gain_margin": margins.and_then(|m| m.gain_up).map(|gain| gain.value),
             "gain_margin_down": margins.and_then(|m| m.gain_down).map(|gain| gain.value),
             "every_motion_margin": (proved > 0.0).then_some(proved),
-            "delay_margin_s": margins.and_then(|m| m.delay).map(|delay| delay.value * t),
+            "delay_margin_s": margins.and_then(|m| m.delay).map(|delay| delay.value * t.0),
             "sensitivity_peak": margins.map(|m| m.sensitivity.value),
-            "sensitivity_peak_hz": margins.map(|m| m.sensitivity.theta / (2.0 * PI * t)),
+            "sensitivity_peak_hz": margins.map(|m| m.sensitivity.theta / (2.0 * PI * t.0)),
             "passive": required.passive(dynamics.damping_n_s_per_m),
             "negative_at_rest": required.negative_at_rest,
             "required_damping_n_s_per_m": required.damping_n_s_per_m,
             "force_noise_n": self.position_noise_m.0 * noise.of_wall(k, b),
-            "frequency_hz": curve(0),
-            "stiffness_n_per_m": curve(1),
-            "damping_n_s_per_m": curve(2),
-            "felt_stiffness_n_per_m": curve(3),
-            "felt_damping_n_s_per_m": curve(4),
+            "curves": rendered.curves()?,
         }))
     }
 }
 
-/// Polygons of the stable walls.
-fn region(
-    dynamics: &Dynamics,
-    wall: &Environment,
-    operator: &LoopOperator,
-    points: usize,
-) -> Result<Vec<Vec<Point>>, AnalysisError> {
-    let region = StabilityRegion::new(dynamics.plant(wall.sample_time_s)?, operator, 0, points)?;
-    // α of 1 N/m and β of 1 N·s^μ/m.
-    let one = dynamics.nondimensional(&Environment {
-        stiffness_n_per_m: 1.0,
-        dissipation_n_s_mu_per_m: 1.0,
-        ..*wall
-    })?;
-    let polygons = region.bounded().map_or(&[][..], |area| &area.polygons);
-    let outline = polygons.iter().map(|polygon| {
-        let points = polygon.points.iter();
-        let point = points.map(|at| [at.beta / one.beta, at.alpha / one.alpha].map(|x| x as f32));
-        point.collect()
-    });
-    Ok(outline.collect())
+/// A wall, and all that renders it.
+struct Rendered {
+    dynamics: Dynamics,
+    wall: Environment,
+    operator: LoopOperator,
 }
 
-/// The edge of the passive walls from B = 0 to K = 0; empty if none is passive. The set is convex, so chords lie inside.
-fn passive_walls(
-    dynamics: &Dynamics,
-    sample_time_s: f64,
-    operator: &LoopOperator,
-) -> Result<Vec<Point>, AnalysisError> {
-    let (t, damping) = (Seconds(sample_time_s), dynamics.damping_n_s_per_m);
-    let port = dynamics.port(sample_time_s, operator)?;
-    let Largest::Below { value: most, .. } = port.largest_dissipation(t, damping, 0.0)? else {
-        return Ok(Vec::new());
-    };
-    let mut edge = Vec::new();
-    for step in 0..STEPS {
-        let dissipation = most * step as f64 / STEPS as f64;
-        if let Largest::Below { value, .. } = port.largest_stiffness(t, damping, dissipation)? {
-            edge.push([dissipation as f32, value as f32]);
-        }
+impl Rendered {
+    /// Polygons of the stable walls.
+    fn region(&self, points: usize) -> Result<Vec<Vec<Point>>, AnalysisError> {
+        let plant = self.dynamics.plant(self.wall.sample_time_s)?;
+        let region = StabilityRegion::new(plant, &self.operator, 0, points)?;
+        // α of 1 N/m and β of 1 N·s^μ/m.
+        let one = self.dynamics.nondimensional(&Environment {
+            stiffness_n_per_m: 1.0,
+            dissipation_n_s_mu_per_m: 1.0,
+            ..self.wall
+        })?;
+        let point =
+            |at: &BoundaryPoint| [at.beta / one.beta, at.alpha / one.alpha].map(|x| x as f32);
+        let polygons = region.bounded().map_or(&[][..], |area| &area.polygons);
+        let outlines = polygons
+            .iter()
+            .map(|outline| outline.points.iter().map(point));
+        Ok(outlines.map(Iterator::collect).collect())
     }
-    edge.push([most as f32, 0.0]);
-    Ok(edge)
-}
 
-/// Frequency, effective stiffness and damping of the wall alone, and both as felt through the device.
-fn curves(
-    dynamics: &Dynamics,
-    wall: &Environment,
-    operator: &LoopOperator,
-) -> Result<Vec<[f64; 5]>, AnalysisError> {
-    let t = wall.sample_time_s;
-    let through_device = ClosedLoop {
-        mass_kg: dynamics.mass_kg,
-        damping_n_s_per_m: dynamics.damping_n_s_per_m,
-        environment: *wall,
-        path: dynamics.path(t)?,
-    };
-    let ratio = 0.5 / t / LOWEST_HZ;
-    (0..FREQUENCIES)
-        .map(|n| {
+    /// The edge of the passive walls from B = 0 to K = 0; empty if none is passive. The set is convex, so chords lie inside.
+    fn passive_walls(&self) -> Result<Vec<Point>, AnalysisError> {
+        let t = Seconds(self.wall.sample_time_s);
+        let (damping, mut edge) = (self.dynamics.damping_n_s_per_m, Vec::new());
+        let port = self.dynamics.port(t.0, &self.operator)?;
+        if let Largest::Below { value: most, .. } = port.largest_dissipation(t, damping, 0.0)? {
+            for step in 0..STEPS {
+                let dissipation = most * step as f64 / STEPS as f64;
+                let largest = port.largest_stiffness(t, damping, dissipation)?;
+                if let Largest::Below { value, .. } = largest {
+                    edge.push([dissipation as f32, value as f32]);
+                }
+            }
+            edge.push([most as f32, 0.0]);
+        }
+        Ok(edge)
+    }
+
+    /// Frequency, effective stiffness and damping of the wall alone, and both as felt through the device.
+    fn curves(&self) -> Result<Vec<[f64; 5]>, AnalysisError> {
+        let t = self.wall.sample_time_s;
+        let through_device = ClosedLoop {
+            mass_kg: self.dynamics.mass_kg,
+            damping_n_s_per_m: self.dynamics.damping_n_s_per_m,
+            environment: self.wall,
+            path: self.dynamics.path(t)?,
+        };
+        let ratio = 0.5 / t / LOWEST_HZ;
+        let points = (0..FREQUENCIES).map(|n| {
             let hertz = LOWEST_HZ * ratio.powf(n as f64 / (FREQUENCIES - 1) as f64);
             let omega = (2.0 * PI * hertz).min(PI / t);
-            let alone = wall.effective(operator, omega)?;
-            let felt = through_device.sampled(operator, omega)?;
-            Ok([
-                hertz,
-                alone.stiffness_n_per_m,
-                alone.damping_n_s_per_m,
-                felt.stiffness_n_per_m,
-                felt.damping_n_s_per_m,
-            ])
-        })
-        .collect()
+            let felt = through_device.sampled(&self.operator, omega)?;
+            let alone = self.wall.effective(&self.operator, omega)?;
+            let [alone, felt] =
+                [alone, felt].map(|at| (at.stiffness_n_per_m, at.damping_n_s_per_m));
+            Ok([hertz, alone.0, alone.1, felt.0, felt.1])
+        });
+        points.collect()
+    }
 }

@@ -27,7 +27,7 @@ const OPENER_POLICY: HeaderName = HeaderName::from_static("cross-origin-opener-p
 const RESOURCE_POLICY: HeaderName = HeaderName::from_static("cross-origin-resource-policy");
 
 /// Name and content of each file, sorted by name.
-const ASSETS: &[(&str, &[u8])] = include!(concat!(env!("OUT_DIR"), "/assets.rs"));
+const ASSETS: &[(&str, &[u8])] = include!("../../assets/files.in");
 const INDEX: &str = "index.html";
 
 #[derive(Clone, Debug)]
@@ -50,13 +50,13 @@ impl Door {
     }
 
     fn knows_host(&self, headers: &HeaderMap) -> bool {
-        let is = |host: &str| (self.hosts.iter()).any(|own| own.eq_ignore_ascii_case(host));
+        let is = |host: &str| (self.hosts.iter()).any(|known| known.eq_ignore_ascii_case(host));
         only(headers, HOST).is_some_and(is)
     }
 
     fn knows_origin(&self, headers: &HeaderMap) -> bool {
         let host = only(headers, ORIGIN).and_then(|origin| origin.strip_prefix("http://"));
-        host.is_some_and(|host| self.hosts.iter().any(|own| own == host))
+        host.is_some_and(|host| self.hosts.iter().any(|known| known == host))
     }
 
     /// What comes behind the token; `None` without it.
@@ -67,10 +67,10 @@ impl Door {
 }
 
 /// Compares in a time that does not depend on where they differ.
-fn same(given: &str, own: &str) -> bool {
-    let differences = given.bytes().zip(own.bytes());
+fn same(given: &str, token: &str) -> bool {
+    let differences = given.bytes().zip(token.bytes());
     let differ = differences.fold(0, |differ, (a, b)| differ | (a ^ b));
-    given.len() == own.len() && differ == 0
+    given.len() == token.len() && differ == 0
 }
 
 pub(super) fn with_headers(mut response: Answer) -> Answer {
@@ -142,13 +142,12 @@ async fn upgraded(request: Request<Incoming>, hub: Arc<Hub>, open: Sender<Infall
 
 fn asset(name: &str, headers: &HeaderMap) -> Option<Answer> {
     let name = if name.is_empty() { INDEX } else { name };
-    let place = ASSETS.binary_search_by(|(known, _)| (*known).cmp(name));
-    let bytes = ASSETS[place.ok()?].1;
+    let found = ASSETS.binary_search_by(|(known, _)| (*known).cmp(name));
+    let bytes = ASSETS[found.ok()?].1;
     let kind = match name.rsplit_once('.').map_or("", |(_, end)| end) {
         "html" => "text/html; charset=utf-8",
         "css" => "text/css; charset=utf-8",
         "js" => "text/javascript; charset=utf-8",
-        "json" => "application/json",
         "svg" => "image/svg+xml",
         "woff2" => "font/woff2",
         "txt" => "text/plain; charset=utf-8",

@@ -8,7 +8,7 @@ use crate::control::{ControlRequest, designed};
 use crate::feel::locked;
 use crate::identify::{IdentifyRequest, identified};
 use crate::surface::Surface;
-use crate::wall::{WallQuestion, judged};
+use crate::wall::WallQuestion;
 use haptic_experiment::Failure;
 use serde::Deserialize;
 use serde_json::Value;
@@ -37,7 +37,7 @@ pub(super) enum Question {
 impl Question {
     fn answer(&self, given_up: &AtomicBool) -> Result<Value, Failure> {
         match self {
-            Self::Wall(wall) => judged(wall),
+            Self::Wall(wall) => wall.answer().map_err(Failure::bad_input),
             Self::Control(plant) => designed(plant),
             Self::Record(record) => identified(record, given_up),
         }

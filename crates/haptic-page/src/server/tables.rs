@@ -37,19 +37,19 @@ impl Tables {
     fn take(&self, name: &str) -> Option<Table> {
         let number = name.strip_prefix(FOLDER)?.strip_suffix(".csv")?;
         let (_, waiting) = &mut *locked(&self.0);
-        let place = (waiting.iter()).position(|(known, _)| known.to_string() == number)?;
-        waiting.remove(place).map(|(_, table)| table)
+        let index = (waiting.iter()).position(|(known, _)| known.to_string() == number)?;
+        waiting.remove(index).map(|(_, table)| table)
     }
 }
 
-/// The table of this name, as it is read by work that has a place; `busy` if none is free, `None` if there is no such table.
+/// The table of this name, read by work that has a permit; `busy` if none is free, `None` if there is no such table.
 pub(super) fn fetched(
     tables: &Tables,
     name: &str,
     work: &Arc<Semaphore>,
     busy: &'static str,
 ) -> Option<Answer> {
-    let Ok(place) = Arc::clone(work).try_acquire_owned() else {
+    let Ok(permit) = Arc::clone(work).try_acquire_owned() else {
         return Some(sentence(StatusCode::SERVICE_UNAVAILABLE, busy));
     };
     let table = tables.take(name)?;
@@ -61,7 +61,7 @@ pub(super) fn fetched(
             // A table that is cut off is no whole download.
             let _ = out.blocking_send(Err(io::Error::other(error.to_string())));
         }
-        drop(place);
+        drop(permit);
     });
     let pieces = stream::unfold(pieces, async |mut pieces| {
         pieces.recv().await.map(|piece| (piece, pieces))

@@ -75,21 +75,16 @@ fn a_spring_makes_the_noise_and_the_curves_of_a_spring() {
     let found = page.ask("ask", wall(&json!({"dissipation_n_s_mu_per_m": 0})));
     let noise = found["force_noise_n"].as_f64().expect("a number");
     assert_relative("noise", noise, 3000.0 * 1e-5, 1e-12);
-    let hertz = numbers(&found["frequency_hz"]);
-    assert_close("lowest", hertz[0], 0.1, 1e-12);
-    assert_relative("highest", hertz[hertz.len() - 1], 500.0, 1e-12);
-    let curve = |key: &str| numbers(&found[key]);
-    assert!(curve("stiffness_n_per_m").iter().all(|k| *k == 3000.0));
-    assert!(curve("damping_n_s_per_m").iter().all(|b| *b == 0.0));
+    let curves = found["curves"].as_array().expect("rows");
+    let curves: Vec<Vec<f64>> = curves.iter().map(numbers).collect();
+    assert_close("lowest", curves[0][0], 0.1, 1e-12);
+    assert_relative("highest", curves[curves.len() - 1][0], 500.0, 1e-12);
+    assert!(curves.iter().all(|row| row[1..3] == [3000.0, 0.0]));
     // K − mω², and the half sample of the hold takes KT/2 of the damping away.
-    let felt = (
-        curve("felt_stiffness_n_per_m"),
-        curve("felt_damping_n_s_per_m"),
-    );
-    let omega = 2.0 * std::f64::consts::PI * hertz[40];
-    let slow = 3000.0 - 0.065 * omega * omega;
-    assert_relative("felt", felt.0[40], slow, 1e-3);
-    assert_relative("felt", felt.1[40], 3.5 - 1.5, 1e-3);
+    let row = &curves[40];
+    let omega = 2.0 * std::f64::consts::PI * row[0];
+    assert_relative("felt", row[3], 3000.0 - 0.065 * omega * omega, 1e-3);
+    assert_relative("felt", row[4], 3.5 - 1.5, 1e-3);
 }
 
 #[test]

@@ -102,7 +102,8 @@ fn it_ends_whatever_is_asked_of_it() {
     }
     // Their bodies are large: the page reads what is sent meanwhile.
     for _ in 0..4 {
-        page.post("identify", json!({"name": "long.csv", "text": text}));
+        let record = json!({"record": {"name": "long.csv", "text": text}});
+        page.post("ask", json!({"panel": "identify", "question": record}));
         page.status(|_| true);
     }
     // Ctrl-C is that of another test.
