@@ -29,6 +29,7 @@ const files = Object.fromEntries(
   readdirSync(folder).sort().map((name) => [name, createHash("sha256").update(readFileSync(join(folder, name))).digest("hex")]),
 );
 writeFileSync(join(folder, "manifest.json"), `${JSON.stringify({ sources, files }, null, 2)}\n`);
-// The table of the server, which has them in the program.
-const rows = Object.keys(files).map((name) => `    ("${name}", include_bytes!("${name}")),\n`);
+// The server's table of them; it has them in the program.
+const KINDS = { css: "text/css; charset=utf-8", html: "text/html; charset=utf-8", js: "text/javascript; charset=utf-8", svg: "image/svg+xml", txt: "text/plain; charset=utf-8", woff2: "font/woff2" };
+const rows = Object.entries(files).map(([name, digest]) => `    File { name: "${name}", kind: "${KINDS[name.split(".").at(-1)]}", tag: "\\"${digest.slice(0, 16)}\\"", bytes: include_bytes!("${name}") },\n`);
 writeFileSync(join(folder, "files.in"), `&[\n${rows.join("")}]\n`);

@@ -13,13 +13,10 @@ export interface Tissue {
   name: string;
   title: string;
   model: string;
-  citation: string;
-  checked: boolean;
   order: number;
   order_free: boolean;
   stiffness_n_per_m: number;
   dissipation_n_s_mu_per_m: number;
-  parameters: { name: string; unit: string; value: number; help: string }[];
 }
 
 export type Environment =
@@ -84,7 +81,6 @@ export interface Judged extends Walls {
 }
 
 export interface Hello {
-  program: string;
   controls: boolean;
   watching: number;
   sample_time_s: number;

@@ -19,8 +19,8 @@ const TISSUES = [
   ["prostate-cancerous", "prostate, cancerous", 0.2247, 173],
   ["prostate-healthy", "prostate, healthy", 0.2154, 72.2],
 ].map(([name, title, order, dissipation]) => ({
-  name, title, model: "spring-pot", citation: "a dissertation", checked: false, order, order_free: true,
-  stiffness_n_per_m: 0, dissipation_n_s_mu_per_m: dissipation, parameters: [],
+  name, title, model: "spring-pot", order, order_free: true,
+  stiffness_n_per_m: 0, dissipation_n_s_mu_per_m: dissipation,
 }));
 
 /** t^(−μ)/Γ(1 − μ) as decaying modes; a short memory has none that last longer than a second. */
@@ -230,10 +230,10 @@ export function startMock({ port = 0, token = randomBytes(16).toString("hex") } 
     switch (message.do) {
       case "hello":
         return {
-          version: 1, program: "mock 0.1.0", controls: holder === page, watching: pages.size - 1, on_close: "stop", sample_time_s: T, channels: CHANNELS,
+          version: 1, controls: holder === page, watching: pages.size - 1, sample_time_s: T, channels: CHANNELS,
           limiters: ["magnitude", "rate", "fault", "stopping", "start-up", "workspace", "velocity", "guard"], tissues: TISSUES,
           ranges: { order: range(0, 1, 0.2247, 0.01), stiffness_n_per_m: range(0, 2000, 0), dissipation_n_s_mu_per_m: range(0, 2000, 173), scale: range(0.1, 10, 1), mass_kg: range(0.01, 1, 0.065), damping_n_s_per_m: range(0, 20, 3.5), hand_m: range(-0.02, 0.02, 0) },
-          feel: loop ? judged(loop.feel) : null, view_columns_most: 8192, frames_per_s: 60, runs_folder: "results",
+          feel: loop ? judged(loop.feel) : null, view_columns_most: 8192, runs_folder: "results",
         };
       case "controls.take":
         if (holder !== null && holder !== page && !message.force) throw new Error("another page holds the controls");

@@ -17,7 +17,7 @@ use serde_json::{Value, json};
 /// Points of a curve that is sent, at most.
 const POINTS: usize = 600;
 
-/// A plant, and what its loop is to be.
+/// A plant, and what is wanted of its loop.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct ControlRequest {

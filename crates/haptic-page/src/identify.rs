@@ -104,8 +104,6 @@ fn answer(found: &Identification, understood: &Understood) -> Value {
                 "unit": estimate.unit,
                 "value": estimate.value,
                 "standard_error": estimate.standard_error,
-                "low_95": estimate.low_95,
-                "high_95": estimate.high_95,
             })
         });
         json!({

@@ -40,14 +40,14 @@ pub(crate) struct Announce {
 
 impl Announce {
     pub(crate) fn say(&self, value: &Value) {
-        // Nobody there is no error.
+        // No listener is not an error.
         let _ = self.pages.send(value.to_string().into());
     }
 
     /// A sentence for people, at a page or at the terminal.
     pub(crate) fn notice(&self, text: String) {
         self.say(&json!({"notice": text}));
-        // A terminal that nobody reads is no error either.
+        // Nor is a terminal that nobody reads.
         let _ = self.terminal.try_send(text);
     }
 }

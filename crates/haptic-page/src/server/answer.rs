@@ -1,14 +1,14 @@
 //! Answers to requests.
 
 use super::hub::{Hub, blocking, felt};
-use super::live::{FRAMES_PER_S, LiveView, frame};
+use super::live::{LiveView, frame};
 use super::page::{Outgoing, Page};
 use super::request::{LIVE, Request, ViewRequest};
 use crate::feel::{CHANNELS, RANGES, SAMPLE_TIME, locked};
 use crate::pyramid::Span;
 use crate::runs::places;
 use crate::surface::pushed;
-use haptic_experiment::{Failure, ModelledTissue, Named as _, TissuePiece};
+use haptic_experiment::{Failure, ModelledTissue, TissuePiece};
 use haptic_loop::Limiters;
 use haptic_quantity::parse_for_key;
 use haptic_tissue::Material;
@@ -88,10 +88,8 @@ fn hello(version: u32, hub: &Hub, page: &Page) -> Result<Value, Failure> {
     let tissues: Vec<Value> = tissues.collect::<Result<_, Failure>>()?;
     Ok(json!({
         "version": VERSION,
-        "program": options.provenance.get("program"),
         "controls": hub.has_controls(page.number),
         "watching": hub.watching(),
-        "on_close": options.on_close.name(),
         "sample_time_s": SAMPLE_TIME.0,
         "channels": CHANNELS,
         "limiters": Limiters::NAMES,
@@ -99,7 +97,6 @@ fn hello(version: u32, hub: &Hub, page: &Page) -> Result<Value, Failure> {
         "ranges": RANGES.with_device(options.device),
         "feel": hub.feel().map(|feel| felt(&feel)["feel"].take()),
         "view_columns_most": COLUMNS_MOST,
-        "frames_per_s": FRAMES_PER_S,
         "runs_folder": options.runs.display().to_string(),
     }))
 }
@@ -109,26 +106,14 @@ fn tissue(material: &Material) -> Result<Value, Failure> {
     let piece = TissuePiece::usual(tissue).map_err(Failure::input)?;
     let (stiffness, dissipation) = piece.spring_and_damper();
     let tissue = &piece.material;
-    let parameters = material.model.parameters().into_iter();
-    let parameters = parameters.map(|(parameter, value)| {
-        json!({
-            "name": parameter.name,
-            "unit": parameter.unit,
-            "value": value,
-            "help": parameter.help,
-        })
-    });
     Ok(json!({
         "name": material.name,
         "title": material.description,
         "model": material.model.kind().name(),
-        "citation": material.source.citation,
-        "checked": material.source.checked,
         "order": tissue.order().get(),
         "order_free": tissue.composed().is_none(),
         "stiffness_n_per_m": stiffness,
         "dissipation_n_s_mu_per_m": dissipation,
-        "parameters": parameters.collect::<Vec<_>>(),
     }))
 }
 

@@ -1,4 +1,4 @@
-//! HTTP: who may ask for what, the files of the page, which are in the program, and the headers of all answers.
+//! HTTP: who may ask for what, the page's files (compiled into the program), and the headers of every answer.
 
 use super::hub::{BUSY, Hub};
 use super::response::{Answer, body, sentence, whole};
@@ -11,7 +11,6 @@ use hyper::header::{
 use hyper::{Method, Request, StatusCode};
 use hyper_util::rt::TokioIo;
 use std::convert::Infallible;
-use std::hash::{DefaultHasher, Hash as _, Hasher as _};
 use std::sync::Arc;
 use tokio::sync::mpsc::Sender;
 use tokio_tungstenite::WebSocketStream;
@@ -26,8 +25,18 @@ const CONTENT_SECURITY: &str = "default-src 'self'; script-src 'self'; style-src
 const OPENER_POLICY: HeaderName = HeaderName::from_static("cross-origin-opener-policy");
 const RESOURCE_POLICY: HeaderName = HeaderName::from_static("cross-origin-resource-policy");
 
-/// Name and content of each file, sorted by name.
-const ASSETS: &[(&str, &[u8])] = include!("../../assets/files.in");
+/// A file of the page.
+struct File {
+    name: &'static str,
+    /// MIME type, with the character set if it is a text.
+    kind: &'static str,
+    /// Tells it from the file of this name in another build.
+    tag: &'static str,
+    bytes: &'static [u8],
+}
+
+/// Written by `page/build`, as the files are.
+const FILES: &[File] = include!("../../assets/files.in");
 const INDEX: &str = "index.html";
 
 #[derive(Clone, Debug)]
@@ -142,32 +151,21 @@ async fn upgraded(request: Request<Incoming>, hub: Arc<Hub>, open: Sender<Infall
 
 fn asset(name: &str, headers: &HeaderMap) -> Option<Answer> {
     let name = if name.is_empty() { INDEX } else { name };
-    let found = ASSETS.binary_search_by(|(known, _)| (*known).cmp(name));
-    let bytes = ASSETS[found.ok()?].1;
-    let kind = match name.rsplit_once('.').map_or("", |(_, end)| end) {
-        "html" => "text/html; charset=utf-8",
-        "css" => "text/css; charset=utf-8",
-        "js" => "text/javascript; charset=utf-8",
-        "svg" => "image/svg+xml",
-        "woff2" => "font/woff2",
-        "txt" => "text/plain; charset=utf-8",
-        _ => "application/octet-stream",
-    };
-    let mut response = body(kind, whole(bytes));
+    let file = FILES.iter().find(|file| file.name == name)?;
+    let mut response = body(file.kind, whole(file.bytes));
     if name == INDEX {
         return Some(response);
     }
-    // Of this build: a file that changes is in another program.
-    let mut hasher = DefaultHasher::new();
-    bytes.hash(&mut hasher);
-    let tag = HeaderValue::try_from(format!("\"{:016x}\"", hasher.finish())).ok()?;
-    if headers.get(IF_NONE_MATCH) == Some(&tag) {
+    if headers
+        .get(IF_NONE_MATCH)
+        .is_some_and(|known| known == file.tag)
+    {
         *response.status_mut() = StatusCode::NOT_MODIFIED;
         *response.body_mut() = whole(&[]);
     }
     let set = response.headers_mut();
     set.insert(CACHE_CONTROL, HeaderValue::from_static("no-cache"));
-    set.insert(ETAG, tag);
+    set.insert(ETAG, HeaderValue::from_static(file.tag));
     Some(response)
 }
 
@@ -239,12 +237,11 @@ mod tests {
 
     #[test]
     fn the_page_is_in_the_program_and_no_other_host_is_named_in_its_first_file() {
-        let index = ASSETS.iter().find(|(name, _)| *name == INDEX);
-        let text = std::str::from_utf8(index.expect("built in").1).expect("is UTF-8");
+        let index = FILES.iter().find(|file| file.name == INDEX);
+        let text = std::str::from_utf8(index.expect("built in").bytes).expect("is UTF-8");
         assert!(text.starts_with("<!doctype html>"));
         for elsewhere in ["http://", "https://", "src=\"/", "href=\"/"] {
             assert!(!text.contains(elsewhere), "{elsewhere}");
         }
-        assert!(ASSETS.is_sorted_by_key(|(name, _)| *name));
     }
 }

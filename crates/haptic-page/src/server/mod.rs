@@ -36,21 +36,21 @@ use tokio::sync::{mpsc, watch};
 
 const PORT: Key = Key("port");
 
-/// Reason with which sockets are closed when the server ends.
+/// The reason that a socket is given when the server ends.
 const STOPPED: &str = "the server was stopped";
-/// Time for what goes on when the server ends: the force is zero after 0.1 s, and a log is closed soon after. What takes longer
-/// moves nothing, and is given up.
+/// Time granted to what still runs when the server ends: the force is zero after 0.1 s, and a log is closed soon after. Whatever
+/// takes longer moves nothing and is abandoned.
 const LAST: Duration = Duration::from_millis(700);
 /// Sentences that wait for the terminal; later ones are for the pages alone.
 const NOTICES: usize = 64;
 const WORKERS: usize = 2;
-/// Time until the next try, if a connection cannot be taken: this process may have too many files open.
+/// Pause after a connection could not be accepted, as when this process has too many files open.
 const AGAIN: Duration = Duration::from_millis(100);
 
-/// Time in which the head of a request arrives, from the one before on: what is half open or idle is closed.
+/// The head of a request has to arrive within this time of the previous request: half-open and idle connections are closed.
 const HEADERS: Duration = Duration::from_secs(5);
 
-/// A server at work. Dropped, it stops: force zero first, then the sockets.
+/// A running server. Dropping it stops it: first the force goes to zero, then the sockets close.
 #[derive(Debug)]
 pub struct PageServer {
     address: String,
@@ -62,7 +62,7 @@ pub struct PageServer {
 }
 
 impl PageServer {
-    /// Starts it.
+    /// Starts the server in a thread of its own.
     ///
     /// # Errors
     /// A port that is taken; a system that gives no random numbers or threads.
@@ -106,8 +106,8 @@ impl PageServer {
         &self.address
     }
 
-    /// A file that leads a browser to the address, for its owner alone: the arguments of a browser, which an address would be among, are seen by
-    /// everybody on this machine. It goes with the server.
+    /// A file, readable by its owner alone, that leads a browser to the address. As an argument of the browser the address could be read by
+    /// everybody on this machine. The server removes the file when it ends.
     ///
     /// # Errors
     /// A file that cannot be written.
@@ -129,7 +129,7 @@ impl PageServer {
         Ok(path)
     }
 
-    /// The next sentence for people, if there is one within this time.
+    /// The next message for people, if one comes within this time.
     #[must_use]
     pub fn notice(&self, within: Duration) -> Option<String> {
         self.notices.recv_timeout(within).ok()

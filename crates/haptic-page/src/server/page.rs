@@ -22,7 +22,7 @@ pub(super) enum Outgoing {
 pub(super) struct Page {
     pub(super) number: u64,
     pub(super) out: mpsc::Sender<Outgoing>,
-    /// Told when the page does not read.
+    /// Notified when the page does not read its answers.
     pub(super) full: Arc<Notify>,
     pub(super) panels: Arc<Panels>,
 }

@@ -127,10 +127,10 @@ impl Request {
 pub(super) fn parse(text: &str) -> Result<(Value, Request), (Value, String)> {
     let none = |error: String| (Value::Null, error);
     let value: Value = serde_json::from_str(text)
-        .map_err(|error| none(format!("the message is no JSON: {error}")))?;
+        .map_err(|error| none(format!("the message is not JSON: {error}")))?;
     let Value::Object(mut object) = value else {
         return Err(none(
-            "the message is no JSON object: send {\"id\": 1, \"do\": …}".to_owned(),
+            "the message is not JSON object: send {\"id\": 1, \"do\": …}".to_owned(),
         ));
     };
     let id = object.remove("id").filter(Value::is_number);
