@@ -104,9 +104,12 @@ export class DesignView implements ViewPart {
 
   render(state: State, before: State): void {
     const { design } = state;
-    if (state.view !== "design" || (design === before.design && before.view === "design")) return;
+    const shown = before.view === "design" && before.hello !== null;
+    if (state.view !== "design" || (design === before.design && shown)) return;
     for (const [key, knob] of this.knobs) knob.show(design[key]);
     this.operator.value = design.operator;
+    // It is asked for as soon as there is a server, or again.
+    if (state.hello === null) return;
     this.ask(design, DRAGGED_POINTS);
     clearTimeout(this.resting);
     this.resting = window.setTimeout(() => this.ask(design, POINTS), REST_MS);

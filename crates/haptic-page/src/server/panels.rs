@@ -4,35 +4,16 @@
 //! once, and one that is worked on is told to end. So a slider that is dragged never queues.
 
 use super::hub::blocking;
-use crate::control::{ControlRequest, designed};
+use super::request::{Panel, Question};
+use crate::control::designed;
 use crate::feel::locked;
-use crate::identify::{IdentifyRequest, identified};
+use crate::identify::identified;
 use crate::surface::Surface;
-use crate::wall::WallQuestion;
 use haptic_experiment::Failure;
-use serde::Deserialize;
 use serde_json::Value;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex};
 use tokio::sync::Notify;
-
-/// A part of the page that asks for itself.
-#[derive(Clone, Copy, Debug, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub(super) enum Panel {
-    Design,
-    Safety,
-    Control,
-    Identify,
-}
-
-#[derive(Debug, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub(super) enum Question {
-    Wall(WallQuestion),
-    Control(ControlRequest),
-    Record(Box<IdentifyRequest>),
-}
 
 impl Question {
     fn answer(&self, given_up: &AtomicBool) -> Result<Value, Failure> {

@@ -1,9 +1,11 @@
 //! Requests of a page: see `docs/page-protocol.md`.
 
-use super::panels::{Panel, Question};
+use crate::control::ControlRequest;
 use crate::feel::FeelChange;
+use crate::identify::IdentifyRequest;
 use crate::runs::TableRequest;
 use crate::surface::SurfaceRequest;
+use crate::wall::WallQuestion;
 use serde::Deserialize;
 use serde_json::{Map, Value};
 
@@ -59,6 +61,24 @@ pub(super) enum Request {
     Quantity { key: String, text: String },
     #[serde(rename = "surface")]
     Surface(SurfaceRequest),
+}
+
+/// A part of the page that asks for itself.
+#[derive(Clone, Copy, Debug, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub(super) enum Panel {
+    Design,
+    Safety,
+    Control,
+    Identify,
+}
+
+#[derive(Debug, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub(super) enum Question {
+    Wall(WallQuestion),
+    Control(ControlRequest),
+    Record(Box<IdentifyRequest>),
 }
 
 pub(super) const LIVE: &str = "live";
