@@ -9,8 +9,8 @@ const MOVES = Number(process.env.MOVES ?? 120);
 
 /** Longest time from a slider to its map, ms, on two idle cores. */
 const MAP_MS = 40;
-/** The same when the browser computed the map by WebAssembly, in times of `YARDSTICK` (see `follow`), medians of EARLIER_PLACEHOLDER. */
-const EARLIER = 1;
+/** The same when the browser computed the map by WebAssembly, in times of a million square roots: the median of four runs on a busy machine, 2026-11-26 (6.3 to 8.9). */
+const EARLIER = 6.5;
 
 const median = (times) => times.toSorted((a, b) => a - b)[Math.floor(times.length / 2)];
 const said = (times) => {
