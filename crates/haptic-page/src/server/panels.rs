@@ -49,6 +49,7 @@ struct Queue {
 #[derive(Debug, Default)]
 pub(super) struct Panels {
     queues: [Queue; 4],
+    gone: AtomicBool,
     pub(super) surface: Mutex<Option<Surface>>,
 }
 
@@ -57,6 +58,10 @@ impl Panels {
         let queue = &self.queues[panel as usize];
         let turn = Arc::<Turn>::default();
         std::mem::replace(&mut *locked(&queue.newest), Arc::clone(&turn)).give_up();
+        // Asked after `give_up` has seen the one before it: nobody waits for this one either.
+        if self.gone.load(Ordering::Relaxed) {
+            turn.give_up();
+        }
         let _work = tokio::select! {
             biased;
             () = turn.told.notified() => {
@@ -69,6 +74,7 @@ impl Panels {
 
     /// The page is gone: nobody waits for what it asked.
     pub(super) fn give_up(&self) {
+        self.gone.store(true, Ordering::Relaxed);
         for queue in &self.queues {
             locked(&queue.newest).give_up();
         }
