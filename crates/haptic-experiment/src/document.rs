@@ -253,7 +253,7 @@ impl<'a> Layer<'a> {
                 }
                 _ => lines.join("; "),
             };
-            source.fail(span.start, reason)
+            source.fail(span.start, reason).of_file(String::new())
         })?;
         Ok(Self {
             source,
@@ -329,7 +329,7 @@ impl<'a> Parsed<'a> {
                             }
                             _ => format!("unknown key `{shown}` outside of any table: {choice}"),
                         };
-                        return Err(source.fail(offset, reason));
+                        return Err(source.fail(offset, reason).of_file(String::new()));
                     }
                 };
                 let part = Part::new(*source, offset, entries);

@@ -270,7 +270,7 @@ impl ExperimentFile {
             }
             _ => return Ok(()),
         };
-        Err(Failure::Run(anyhow::anyhow!(
+        Err(Failure::run(format_args!(
             "{key}: {what}: {remedy}, or take {key} out of the file to run it all the same"
         )))
     }

@@ -142,7 +142,7 @@ pub(crate) fn run_logged<W: World<D>, const D: usize>(
     let waits = schedule.pace == Pace::Virtual;
     let mut recorder = recorder(request, &folder, metadata, waits, supervisor)?;
     world.begins(&folder);
-    let record = run(world, schedule, &mut recorder, supervisor).map_err(Failure::Run)?;
+    let record = run(world, schedule, &mut recorder, supervisor)?;
     let recorded = close(recorder, &record, world.is_at_rest())?;
     Ok(Ran::of(record, recorded, folder))
 }
@@ -195,7 +195,7 @@ pub(super) fn close(
         } else {
             "the run was ended"
         };
-        Failure::DataLost(anyhow::anyhow!("{error}; {force}"))
+        Failure::data_lost(format_args!("{error}; {force}"))
     })
 }
 
@@ -212,10 +212,11 @@ fn run<W: World<D>, const D: usize>(
     schedule: Schedule,
     recorder: &mut Recorder,
     supervisor: Supervisor<'_>,
-) -> anyhow::Result<Record> {
+) -> Result<Record, Failure> {
     let mut record = Record::with_room_for(schedule.samples)?;
     // Its thread is raised until the end of this function: what others run has been started.
-    let mut periodic = schedule.clock()?.map(Periodic::new).transpose()?;
+    let clock = schedule.clock().map_err(Failure::run)?;
+    let mut periodic = clock.map(Periodic::new).transpose().map_err(Failure::run)?;
     let mut tick = 0;
     // A run that was ended goes on until the force is zero, past its last sample if need be.
     while tick < schedule.samples || record.ended.is_some() {
@@ -226,9 +227,9 @@ fn run<W: World<D>, const D: usize>(
         }
         let before = Moment::now();
         let message = world.tick();
-        let compute_ns = u64::try_from(before.elapsed().as_nanos())?;
+        let compute_ns = before.elapsed().as_nanos() as u64;
         record.tick_ns.saturating_record(compute_ns.max(1));
-        let logged = log_tick(recorder, message.logged(), cycle, compute_ns)?;
+        let logged = log_tick(recorder, message.logged(), cycle, compute_ns);
         tick += 1;
         if record.ended.is_some() {
             record.push_after(&message);
@@ -296,15 +297,15 @@ fn log_tick(
     tick: &TickMessage,
     cycle: Option<Cycle>,
     compute_ns: u64,
-) -> anyhow::Result<Result<(), Stopped>> {
+) -> Result<(), Stopped> {
     let Some(cycle) = cycle else {
-        return Ok(recorder.tick(tick));
+        return recorder.tick(tick);
     };
     let parts = TickParts {
-        lateness_ns: u64::try_from(cycle.lateness.as_nanos())?,
+        lateness_ns: cycle.lateness.as_nanos() as u64,
         compute_ns,
     };
-    Ok(recorder.timed_tick(tick, parts))
+    recorder.timed_tick(tick, parts)
 }
 
 /// Writes what the clock says of the run into record and log.

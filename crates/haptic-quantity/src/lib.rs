@@ -4,7 +4,7 @@
 mod key;
 mod written;
 
-pub use key::{Key, name_keys};
+pub use key::{Key, renamed};
 pub use written::{WrittenUnit, digits, label, written, written_between};
 
 use std::f64::consts::PI;

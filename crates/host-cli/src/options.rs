@@ -16,7 +16,7 @@ use haptic_experiment::parameters::{
     choices, is_path, of_kind,
 };
 use haptic_experiment::run::DeviceModel;
-use haptic_quantity::{is_meant, kind_of_key, name_keys, parse_for_key, without_unit};
+use haptic_quantity::{is_meant, kind_of_key, parse_for_key, without_unit};
 use std::collections::{BTreeMap, BTreeSet};
 use std::marker::PhantomData;
 use std::ops::RangeInclusive;
@@ -71,25 +71,23 @@ const OTHERWISE: [(&str, &str); 4] = [
     ("output_low", "output-limits"),
 ];
 
-/// From here on sentences name a key by the option that this command has for it, `--sample-time`; a key without one
-/// by itself, `` `seed` ``, as `KEY=VALUE` and files have it.
-///
-/// `command` is asked when the first sentence names a key, so that a start without one builds no second parser.
-pub(crate) fn name_options(command: fn() -> Command) {
-    let options = LazyLock::new(move || -> BTreeSet<String> {
-        let command = command();
-        let options = command
-            .get_arguments()
-            .filter_map(|argument| argument.get_long().map(str::to_owned));
-        // What a page in a browser is told is of keys; the port is the server's own.
-        let of_page = |option: &String| command.get_name() == "serve" && option != "port";
-        options.filter(|option| !of_page(option)).collect()
-    });
-    name_keys(move |key| {
+/// The options of a command, by which its sentences name keys: `--sample-time`. A key without one is named by itself, `` `seed` ``, as
+/// `KEY=VALUE` and files have it.
+#[derive(Debug)]
+pub(crate) struct Names(LazyLock<BTreeSet<String>>);
+
+impl Names {
+    /// `command` is asked when the first sentence names a key, so that a start without one builds no second parser.
+    pub(crate) const fn of(command: fn() -> BTreeSet<String>) -> Self {
+        Self(LazyLock::new(command))
+    }
+
+    /// The option of a key, with its hyphens.
+    pub(crate) fn of_key(&self, key: &str) -> Option<String> {
         let otherwise = OTHERWISE.iter().find(|(known, _)| *known == key);
         let option = otherwise.map_or_else(|| option_of(key), |(_, option)| (*option).to_owned());
-        options.contains(&option).then(|| format!("--{option}"))
-    });
+        self.0.contains(&option).then(|| format!("--{option}"))
+    }
 }
 
 /// A text as the value of a parameter, in SI units.
@@ -245,11 +243,10 @@ impl<N: Named> Options<N> {
 
     /// The document with them.
     pub(crate) fn over(self, mut document: Document) -> Result<Document, Failure> {
-        let kind = document.kind().map_err(Failure::input)?;
+        let kind = document.kind()?;
         for (parameter, text, said) in self.options {
             let value = value_of(parameter, &text).map_err(|error| refused(&said, error))?;
-            let set = document.set(table_of(kind, parameter), parameter.key, value, &said);
-            set.map_err(Failure::input)?;
+            document.set(table_of(kind, parameter), parameter.key, value, &said)?;
         }
         for text in &self.values {
             let said = &short(text);
@@ -270,8 +267,7 @@ impl<N: Named> Options<N> {
                 // Its reader knows what there is instead.
                 None => (kind, without_heading(kind, written), Value::from(value)),
             };
-            let set = document.set(table, key, value, said);
-            set.map_err(Failure::input)?;
+            document.set(table, key, value, said)?;
         }
         Ok(document)
     }
@@ -369,8 +365,8 @@ impl Given {
     /// The device file, if one was named.
     pub(crate) fn device(&self) -> Result<Option<DeviceModel>, Failure> {
         let name = Some(self.text(&DEVICE_MODEL)).filter(|name| !name.is_empty());
-        let read = |name: &str| DeviceModel::find(Path::new(name)).map_err(Failure::input);
-        name.map(read).transpose()
+        let file = name.map(|name| DeviceModel::find(Path::new(name)));
+        Ok(file.transpose()?)
     }
 }
 
@@ -440,8 +436,11 @@ impl DeviceModelArguments {
     }
 
     pub(crate) fn read(&self) -> Result<Option<DeviceModel>, Failure> {
-        let read = |name: &PathBuf| DeviceModel::find(name).map_err(Failure::input);
-        self.device_model.as_ref().map(read).transpose()
+        let file = self
+            .device_model
+            .as_ref()
+            .map(|name| DeviceModel::find(name));
+        Ok(file.transpose()?)
     }
 }
 

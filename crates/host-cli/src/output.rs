@@ -1,20 +1,23 @@
 //! Printing: results on standard output, everything else on standard error.
 
+use crate::options::Names;
 use annotate_snippets::{AnnotationKind, Group, Level, Renderer, Snippet};
-use haptic_experiment::document::FileError;
-use haptic_experiment::{Failure, Line, Table, lines};
+use haptic_experiment::{Cause, Failure, Line, Table, lines};
+use haptic_quantity::renamed;
 use serde::Serialize;
 use serde_json::Value;
 use std::borrow::Cow;
 use std::io::{self, BufWriter, Write};
 
 /// The amount and form of what is printed.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug)]
 pub(crate) struct Output {
     /// The report as one JSON object on standard output, and nothing else there.
     pub(crate) json: bool,
     /// Neither progress nor summary.
     pub(crate) quiet: bool,
+    /// The names of keys in sentences of the libraries.
+    pub(crate) names: &'static Names,
 }
 
 impl Output {
@@ -38,6 +41,11 @@ impl Output {
             true => Ok(()),
             false => self.report(report),
         }
+    }
+
+    /// Says a sentence of a library on standard error.
+    pub(crate) fn warn(self, sentence: &str) {
+        warn(&renamed(sentence, |key| self.names.of_key(key)));
     }
 
     /// Prints JSON, or the text that `text` writes.
@@ -239,13 +247,12 @@ fn bounded(message: String) -> String {
 }
 
 /// Says why a command did not succeed, and shows the line of a file that is the reason.
-pub(crate) fn refused(failure: &Failure) {
-    note("error", failure);
-    let Failure::Input(error) = failure else {
-        return;
-    };
-    let excerpt = error.downcast_ref().and_then(FileError::excerpt);
-    if let Some(excerpt) = excerpt.filter(|excerpt| is_readable(&excerpt.text)) {
+pub(crate) fn refused(failure: &Failure, names: &Names) {
+    note("error", failure.cause().named(|key| names.of_key(key)));
+    if let Cause::Document(error) = failure.cause()
+        && let Some(excerpt) = error.excerpt()
+        && is_readable(&excerpt.text)
+    {
         let line = Snippet::source(&excerpt.text)
             .line_start(excerpt.line)
             .annotation(AnnotationKind::Primary.span(excerpt.at.clone()));

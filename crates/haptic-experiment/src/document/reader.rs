@@ -167,7 +167,8 @@ impl<'a> Table<'a> {
                         None => format!("known are {}", keys().collect::<Vec<_>>().join(", ")),
                     };
                     let reason = format!("unknown key `{name}` in [{}]: {advice}", self.name);
-                    return Err(part.source.fail(key.span().start, reason));
+                    let unknown = part.source.fail(key.span().start, reason);
+                    return Err(unknown.of_file(String::new()));
                 }
             }
         }
@@ -393,10 +394,8 @@ impl<'a> Table<'a> {
     }
 
     fn missing(&self, parameter: &Parameter) -> FileError {
-        self.fail(format!(
-            "missing key `{}` in [{}]: give {parameter}",
-            parameter.key, self.name
-        ))
+        let missing = format!("missing key `{}` in [{}]", parameter.key, self.name);
+        self.fail(missing).of_file(format!(": give {parameter}"))
     }
 
     /// One of the values that the command line knows for it.

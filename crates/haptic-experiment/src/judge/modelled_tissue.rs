@@ -155,10 +155,10 @@ impl ModelledTissue {
         reference: Reference,
         t: Seconds,
         depth: &[f64],
-    ) -> anyhow::Result<Vec<f64>> {
+    ) -> Result<Vec<f64>, Failure> {
         if let Some(model) = self.composed() {
-            let sampled = SampledModel::new(model, t)?;
-            let mut sums = FullHistory::new(&sampled, depth.len())?;
+            let sampled = SampledModel::new(model, t).map_err(Failure::run)?;
+            let mut sums = FullHistory::new(&sampled, depth.len()).map_err(Failure::run)?;
             return Ok(depth.iter().map(|&x| shape * sums.step(x)).collect());
         }
         let (k, b) = self.spring_and_damper(shape);

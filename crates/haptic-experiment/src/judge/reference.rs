@@ -46,12 +46,12 @@ impl Reference {
         order: Order,
         sample_time: Seconds,
         x: &[f64],
-    ) -> anyhow::Result<Vec<f64>> {
+    ) -> Result<Vec<f64>, Failure> {
         let sum = match self {
-            Self::Kernel(kernel) => Batch::full_history(kernel, order, sample_time)?,
-            Self::Bdf2 => Batch::full_bdf2(order, sample_time)?,
+            Self::Kernel(kernel) => Batch::full_history(kernel, order, sample_time),
+            Self::Bdf2 => Batch::full_bdf2(order, sample_time),
         };
-        Ok(sum.run(x))
+        Ok(sum.map_err(Failure::run)?.run(x))
     }
 }
 

@@ -283,7 +283,7 @@ impl Wish {
 /// The best candidate, which is not stable when it is tried.
 fn not_at_rest(order: f64, settling: &Settling, remedy: &str) -> Failure {
     let (verdict, why) = (settling.verdict.words(), settling.reason());
-    Failure::Run(anyhow::anyhow!(
+    Failure::run(format_args!(
         "the best candidate, order {order}, is {verdict} when it is tried: {}; {remedy}",
         why.unwrap_or_default()
     ))
@@ -291,7 +291,7 @@ fn not_at_rest(order: f64, settling: &Settling, remedy: &str) -> Failure {
 
 /// A design without a candidate.
 fn nothing_found(why: Option<&str>) -> Failure {
-    Failure::Run(anyhow::anyhow!(
+    Failure::run(format_args!(
         "no candidate fulfils the wish: {}; ask for less, or take other {DESIGN_ORDERS} or another device",
         why.unwrap_or("nothing does it")
     ))
@@ -332,7 +332,7 @@ impl DesignReport {
                 // Steps of the encoder, which the loop keeps alive, do not come as even noise does.
                 let noisy = simulated.force_std_n.zip(self.force_noise_limit_n);
                 match noisy.filter(|(noise_n, limit_n)| *noise_n > (1.0 + NOISE_DOUBT) * limit_n) {
-                    Some((noise_n, limit_n)) => Err(Failure::Run(anyhow::anyhow!(
+                    Some((noise_n, limit_n)) => Err(Failure::run(format_args!(
                         "the best candidate, order {}, makes {noise_n:.3} N of force noise when it is tried, more than the limit of {} N: \
                          ask for less with {FORCE_NOISE_LIMIT}, or take a finer encoder",
                         best.order,

@@ -184,10 +184,10 @@ fn open(
             Err(error) => error,
         };
         if !error.may_pass() || began.elapsed() + PAUSE > patience {
-            let told = anyhow::anyhow!("{name}: {error}");
+            let told = format!("{name}: {error}");
             return Err(match error.is_of_the_request() {
-                true => Failure::Input(told),
-                false => Failure::Device(told),
+                true => Failure::bad_input(told),
+                false => Failure::device(told),
             });
         }
         std::thread::sleep(PAUSE);
@@ -203,7 +203,7 @@ fn is_set(stop: Option<&AtomicBool>) -> bool {
 
 /// Somebody stopped the waiting for a device.
 fn interrupted(name: &dyn fmt::Display, error: &dyn fmt::Display) -> Failure {
-    Failure::Run(anyhow::anyhow!(
+    Failure::run(format_args!(
         "interrupted: {name} was waited for in vain ({error})"
     ))
 }
@@ -248,7 +248,7 @@ impl SerialName {
         let mut found: Vec<SerialLink> = ports.iter().filter_map(connected).collect();
         match (found.pop(), found.as_slice()) {
             (Some(link), []) => Ok(link),
-            (None, _) => Err(Failure::Device(anyhow::anyhow!(
+            (None, _) => Err(Failure::device(format_args!(
                 "no device answers at any of the {} serial ports: plug it in and flash it, or give its path",
                 ports.len()
             ))),
@@ -296,16 +296,15 @@ impl Named for LoopMode {
 #[must_use]
 pub fn at_port(path: &str, error: &SerialError) -> Failure {
     let text = error.to_string();
-    let error_at = if text.contains(path) {
-        anyhow::anyhow!("{text}")
-    } else {
-        anyhow::anyhow!("{path}: {text}")
+    let error_at = match text.contains(path) {
+        true => text,
+        false => format!("{path}: {text}"),
     };
     match error {
         SerialError::Link(LinkError::Faulted(_) | LinkError::Impossible(_)) => {
-            Failure::Run(error_at)
+            Failure::run(error_at)
         }
-        _ => Failure::Device(error_at),
+        _ => Failure::device(error_at),
     }
 }
 
@@ -322,7 +321,7 @@ pub fn refused_at_port(path: &str, error: SerialError) -> Failure {
 /// refused after it: exit code 3.
 pub(crate) fn at_link(link: &SerialLink, failure: Failure) -> Failure {
     match lost_board(link) {
-        Some(words) => Failure::Device(anyhow::anyhow!("{}: {words}", link.path())),
+        Some(words) => Failure::device(format_args!("{}: {words}", link.path())),
         None => failure,
     }
 }
@@ -399,25 +398,26 @@ mod tests {
         let report = crate::run::ending::reported(haptic_loop::Fault::BoardFailed);
         let failure = |error: LinkError| at_port("/dev/x", &error.into());
         let faulted = failure(LinkError::Faulted(report));
-        assert_eq!(faulted.exit_code(), 1);
+        assert!(matches!(faulted, Failure::Run(_)));
         assert!(faulted.to_string().starts_with("/dev/x: "), "{faulted}");
-        assert_eq!(failure(LinkError::Gone).exit_code(), 3);
+        assert!(matches!(failure(LinkError::Gone), Failure::Device(_)));
     }
 
     #[test]
     fn a_device_that_stands_in_the_wall_is_no_bad_input() {
         use haptic_link::Refusal;
-        let code = |refusal| {
+        let failure = |refusal| {
             let request = "start";
             let error = LinkError::Refused { request, refusal };
-            refused_at_port("/dev/x", error.into()).exit_code()
+            refused_at_port("/dev/x", error.into())
         };
         let too_deep = Refusal::ForceNotSmall {
             wanted_n: 5.0,
             allowed_n: 1.0,
         };
-        assert_eq!(code(too_deep), 3);
-        assert_eq!(code(Refusal::FaultPersists(4)), 3);
-        assert_eq!(code(Refusal::Incomplete), 2);
+        let persists = Refusal::FaultPersists(4);
+        assert!(matches!(failure(too_deep), Failure::Device(_)));
+        assert!(matches!(failure(persists), Failure::Device(_)));
+        assert!(matches!(failure(Refusal::Incomplete), Failure::Input(_)));
     }
 }

@@ -289,8 +289,10 @@ impl Table {
 impl OpenTable {
     fn lost(&self, error: csv::Error) -> Failure {
         let path = self.new_file.target().display();
-        let message = format!("writing `{path}` failed; {}", self.kept);
-        Failure::DataLost(anyhow::Error::new(error).context(message))
+        Failure::data_lost(format_args!(
+            "writing `{path}` failed; {}: {error}",
+            self.kept
+        ))
     }
 }
 

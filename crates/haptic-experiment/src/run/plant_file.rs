@@ -234,7 +234,7 @@ impl PlantModel {
             let points = read_response(path).map_err(Failure::bad_input)?;
             return Ok(Self::Measured(points));
         }
-        let file = PlantFile::read(path).map_err(Failure::input)?;
+        let file = PlantFile::read(path)?;
         Ok(file.model)
     }
 

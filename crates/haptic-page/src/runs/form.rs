@@ -37,7 +37,7 @@ pub(super) fn document(kind: &str, parameters: &Map<String, Value>) -> Result<Do
             ))
         })?;
         // The field is in the message.
-        document.set(kind, key, value, "").map_err(Failure::input)?;
+        document.set(kind, key, value, "")?;
     }
     Ok(document)
 }

@@ -77,7 +77,7 @@ pub(crate) struct Arguments {
 
 impl Arguments {
     pub(crate) fn run(self, output: Output) -> Result<(), Failure> {
-        let file = Document::read(&self.file).map_err(Failure::input)?;
+        let file = Document::read(&self.file)?;
         let document = self.options.over(file)?;
         document
             .changed_since_log()

@@ -101,7 +101,7 @@ impl Parameter {
     }
 
     /// It and the value that it is to have, in a sentence.
-    pub(crate) fn set_to<V: fmt::Display>(&self, value: V) -> impl fmt::Display {
+    pub(crate) fn set_to<V: fmt::Display>(&self, value: V) -> String {
         Key(self.key).set_to(value)
     }
 

@@ -209,14 +209,13 @@ impl Design {
     fn beside(&self, best: &Candidate) -> Result<RealisticTrial, Failure> {
         let mut real = self.clone();
         let laboratory = DeviceModel::find(Path::new(p::LABORATORY));
-        let imperfections = laboratory.map_err(Failure::input)?.imperfections();
+        let imperfections = laboratory?.imperfections();
         real.device.plant = imperfections.on(self.device.plant);
         real.device.sensors = imperfections.sensors;
         let bench = Bench::new(&real, Order::new(best.order).map_err(Failure::input)?)?;
         let (alpha, beta) = (best.alpha.unwrap_or(0.0), best.beta.unwrap_or(0.0));
-        let (analysis_stable, margin) = bench
-            .stable_and_margin(alpha, beta)
-            .map_err(|error| Failure::Run(error.into()))?;
+        let (analysis_stable, margin) =
+            bench.stable_and_margin(alpha, beta).map_err(Failure::run)?;
         Ok(RealisticTrial {
             imperfections,
             analysis_stable,

@@ -140,7 +140,7 @@ impl<'a> Trials<'a> {
                     state.in_a_row += 1;
                     state.last = Some(fault);
                     break (state.in_a_row >= TRIPS_IN_A_ROW).then(|| {
-                        Failure::Run(anyhow::anyhow!(
+                        Failure::run(format_args!(
                             "{}: {TRIPS_IN_A_ROW} trials in a row ended at a limit of the device ({fault}), so no more are made: {}",
                             state.link.path(),
                             self.remedy(fault)
@@ -184,10 +184,9 @@ impl<'a> Trials<'a> {
                         format!("give the trials a longer {TRIAL_DURATION}, or hold the device")
                     }
                 };
-                Err(Failure::Run(anyhow::anyhow!(
+                Err(Failure::run(format_args!(
                     "{}: no wall came to rest in {} trials; {why}",
-                    self.remote.name,
-                    state.trials
+                    self.remote.name, state.trials
                 )))
             }
             failure => Ok(failure),
@@ -319,7 +318,7 @@ fn followed(
                 if motion.len() as u64 == samples {
                     return Ok(Trial::Whole(motion));
                 }
-                return Ok(Trial::Unjudged(Failure::DataLost(anyhow::anyhow!(
+                return Ok(Trial::Unjudged(Failure::data_lost(format_args!(
                     "{path}: samples of a trial are missing {TRIES} times in a row ({} of {samples} came): use a better line",
                     motion.len()
                 ))));
@@ -347,7 +346,7 @@ fn unanswered(link: &SerialLink, path: &str, error: SerialError) -> Result<Trial
 }
 
 fn held_up(path: &str, error: &SerialError) -> Trial {
-    Trial::Unjudged(Failure::Device(anyhow::anyhow!(
+    Trial::Unjudged(Failure::device(format_args!(
         "{path}: {error}; so it was in {TRIES} trials in a row, and none can be judged"
     )))
 }
@@ -399,12 +398,10 @@ const fn ends_search(fault: Fault) -> bool {
 fn faulted(link: &SerialLink, report: FaultReport) -> Result<Trial, Failure> {
     match Fault::from_code(report.status.fault).filter(|_| link.lost_board().is_none()) {
         Some(fault) if is_answer(fault) => Ok(Trial::Tripped(fault)),
-        Some(fault) if !ends_search(fault) => {
-            Ok(Trial::Unjudged(Failure::Device(anyhow::anyhow!(
-                "{}: {fault}, in {TRIES} trials in a row, so none can be judged: leave this machine to itself, or allow a longer watchdog time",
-                link.path()
-            ))))
-        }
+        Some(fault) if !ends_search(fault) => Ok(Trial::Unjudged(Failure::device(format_args!(
+            "{}: {fault}, in {TRIES} trials in a row, so none can be judged: leave this machine to itself, or allow a longer watchdog time",
+            link.path()
+        )))),
         _ => Err(ended_by(link, &LinkError::Faulted(report).to_string())),
     }
 }
@@ -412,7 +409,7 @@ fn faulted(link: &SerialLink, report: FaultReport) -> Result<Trial, Failure> {
 /// The end of a search by a fault in these words, and what its board says of it: the device is to be mended first.
 fn ended_by(link: &SerialLink, words: &str) -> Failure {
     let board = trouble(link).map_or_else(String::new, |trouble| format!(": {trouble}"));
-    Failure::Device(anyhow::anyhow!(
+    Failure::device(format_args!(
         "{}: {words}, so no more trials are made{board}",
         link.path()
     ))

@@ -33,7 +33,7 @@ fn away(report: &Value) -> Failure {
             .map_or_else(|| "NaN".to_owned(), |own| digits(own, 4))
     };
     let of_last = |key| last.map_or_else(String::new, |row| shown(&row[key]));
-    Failure::Run(anyhow::anyhow!(
+    Failure::run(format_args!(
         "the output ends at {}, not at its reference {}, with the command at a limit in a share of {} of the samples: widen \
          --output-limits, give a longer --duration, or see host-cli control analyze",
         of_last("output"),
