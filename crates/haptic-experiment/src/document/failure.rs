@@ -6,6 +6,7 @@ use haptic_log::record::{NewFileError, RecordError};
 use haptic_quantity::renamed;
 use std::fmt;
 use std::io;
+use std::path::Path;
 use thiserror::Error;
 
 /// A command that did not succeed: what kind of failure it is, and its [`Cause`]. If several apply, a device goes before a run, and
@@ -41,9 +42,12 @@ pub enum Cause {
     /// A new file cannot be made.
     #[error(transparent)]
     File(NewFileError),
-    /// The operating system refused what the words say.
+    /// What cannot be made, by the name that somebody gave it, and what to do about it, as a sentence.
     #[error("{0}: {1}")]
-    System(String, #[source] io::Error),
+    Name(String, String),
+    /// The operating system refused this, which may have a name that somebody gave; advice, from its colon on, is a sentence.
+    #[error("{0}{1}: {2}")]
+    System(String, String, #[source] io::Error),
 }
 
 impl Failure {
@@ -80,11 +84,25 @@ impl Failure {
     /// Output that could not be written: data lost on a full disk, else bad input, as a place that is not
     /// writable. `what` says which.
     pub fn writing(error: io::Error, what: impl fmt::Display) -> Self {
+        Self::writing_with_advice(error, what, String::new())
+    }
+
+    pub(crate) fn writing_with_advice(
+        error: io::Error,
+        what: impl fmt::Display,
+        advice: String,
+    ) -> Self {
         let kind = match is_full(&error) {
             true => Self::DataLost,
             false => Self::Input,
         };
-        kind(Cause::System(what.to_string(), error))
+        kind(Cause::System(what.to_string(), advice, error))
+    }
+
+    /// A file is there already.
+    pub(crate) fn exists(path: &Path, advice: String) -> Self {
+        let exists = format!("`{}` already exists", path.display());
+        Self::Input(Cause::Name(exists, advice))
     }
 
     /// The same, and these words behind its own.
@@ -119,8 +137,11 @@ impl Cause {
         match self {
             Self::Words(words) => renamed(words, names),
             Self::Document(error) => error.named(names),
+            Self::Name(what, advice) => format!("{what}: {}", renamed(advice, names)),
+            Self::System(what, advice, error) => {
+                format!("{what}{}: {error}", renamed(advice, names))
+            }
             Self::Log(_) | Self::File(_) => self.to_string(),
-            Self::System(what, error) => format!("{}: {error}", renamed(what, names)),
         }
     }
 }
@@ -161,10 +182,10 @@ impl From<NewFileError> for Failure {
             NewFileError::Io { source, .. } if is_full(source) => {
                 Self::DataLost(Cause::File(error))
             }
-            NewFileError::Exists(path) => Self::bad_input(format_args!(
-                "`{}` already exists: choose another name, move it away, or say {OVERWRITE}",
-                path.display()
-            )),
+            NewFileError::Exists(path) => {
+                let advice = format!("choose another name, move it away, or say {OVERWRITE}");
+                Self::exists(path, advice)
+            }
             _ => Self::Input(Cause::File(error)),
         }
     }

@@ -154,10 +154,10 @@ impl OutputFolder {
         }
         let taken = EXTENSIONS.map(|extension| self.file(extension));
         match taken.into_iter().chain(others).find(|file| file.exists()) {
-            Some(taken) if !self.overwrite => Err(Failure::bad_input(format_args!(
-                "`{}` already exists: choose another folder with {OUT}, or give {OVERWRITE}",
-                taken.display()
-            ))),
+            Some(taken) if !self.overwrite => {
+                let advice = format!("choose another folder with {OUT}, or give {OVERWRITE}");
+                Err(Failure::exists(&taken, advice))
+            }
             _ => Ok(()),
         }
     }
@@ -297,11 +297,9 @@ impl OpenTable {
 }
 
 fn cannot_make(path: &Path, error: std::io::Error) -> Failure {
-    let what = format!(
-        "cannot make the folder `{}`: choose a writable place with {OUT}",
-        path.display()
-    );
-    Failure::writing(error, what)
+    let what = format!("cannot make the folder `{}`", path.display());
+    let advice = format!(": choose a writable place with {OUT}");
+    Failure::writing_with_advice(error, what, advice)
 }
 
 /// Writes a text file; it appears when it is whole.
