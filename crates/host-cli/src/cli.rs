@@ -234,21 +234,21 @@ fn not_an_option(error: &clap::Error) -> Option<String> {
 fn not_understood(error: &clap::Error, names: &Names) -> ExitCode {
     // Help and version go to standard output and are success, all else is bad usage.
     if error.use_stderr() {
-        match error.kind() {
-            ErrorKind::DisplayHelpOnMissingArgumentOrSubcommand => {
-                let _ = error.print();
-            }
-            _ => note(
+        if error.kind() == ErrorKind::DisplayHelpOnMissingArgumentOrSubcommand {
+            let _ = error.print();
+        } else {
+            let instead = not_an_option(error);
+            note(
                 "error",
-                not_an_option(error).unwrap_or_else(|| one_line(&error.to_string())),
-            ),
+                instead.unwrap_or_else(|| one_line(&error.to_string())),
+            );
         }
         return ExitCode::from(2);
     }
     let is_long = !std::env::args_os().any(|word| word == "-h");
-    let printed = match error.kind() {
-        ErrorKind::DisplayHelp if is_long => print_long_help(),
-        _ => error.print(),
+    let printed = match is_long && error.kind() == ErrorKind::DisplayHelp {
+        true => print_long_help(),
+        false => error.print(),
     };
     match printed {
         Err(lost) if lost.kind() != std::io::ErrorKind::BrokenPipe => {

@@ -151,12 +151,13 @@ impl Unwritten {
     fn take<T>(&mut self, written: Result<T, Failure>) -> Option<T> {
         match written {
             Ok(written) => Some(written),
+            // The place was good before the work: nobody's input is at fault.
+            Err(Failure::Input(cause)) => {
+                self.0.get_or_insert(Failure::DataLost(cause));
+                None
+            }
             Err(failure) => {
-                self.0.get_or_insert(match failure {
-                    // The place was good before the work: nobody's input is at fault.
-                    Failure::Input(error) => Failure::DataLost(error),
-                    failure => failure,
-                });
+                self.0.get_or_insert(failure);
                 None
             }
         }

@@ -51,10 +51,8 @@ pub(crate) fn instead_of(option: &str, command: &str) -> Option<String> {
     let tables = kinds.into_iter().flat_map(of_kind);
     let mut parameters = tables.flat_map(|(_, table)| table);
     let known = parameters.find(|parameter| option_of(parameter.key) == wanted)?;
-    let value = match known.value {
-        Kind::Flag(_) => "true",
-        _ => "VALUE",
-    };
+    let is_flag = matches!(known.value, Kind::Flag(_));
+    let value = if is_flag { "true" } else { "VALUE" };
     Some(format!("{}={value}", without_unit(known.key)))
 }
 
@@ -125,7 +123,7 @@ fn value_of(parameter: &Parameter, text: &str) -> Result<Value, String> {
             let numbers = inside.split(',').map(|text| number(text).map(Value::from));
             numbers.collect::<Result<_, _>>().map(Value::Array)
         }
-        _ => Ok(Value::from(text)),
+        Kind::Text(_) => Ok(Value::from(text)),
     }
 }
 
@@ -157,8 +155,8 @@ fn argument(parameter: &'static Parameter) -> Arg {
         Kind::Number(..) => kind_of_key(parameter.key),
         Kind::Count(_) => "COUNT",
         Kind::List(_) => "LIST",
-        _ if is_path(parameter.key, "x.toml") => "FILE.toml",
-        _ => "NAME",
+        Kind::Text(_) if is_path(parameter.key, "x.toml") => "FILE.toml",
+        Kind::Text(_) | Kind::Flag(_) => "NAME",
     })
 }
 
@@ -186,17 +184,14 @@ impl<N: Named> FromArgMatches for Options<N> {
         let mut options = Vec::new();
         for parameter in N::OPTIONS.concat() {
             let name = option_of(parameter.key);
-            let (text, said) = match parameter.value {
-                Kind::Flag(_) if matches.get_flag(parameter.key) => {
-                    ("true".to_owned(), format!("--{name}"))
+            if let Kind::Flag(_) = parameter.value {
+                if matches.get_flag(parameter.key) {
+                    options.push((parameter, "true".to_owned(), format!("--{name}")));
                 }
-                Kind::Flag(_) => continue,
-                _ => match matches.get_one::<String>(parameter.key) {
-                    Some(text) => (text.clone(), format!("--{name} {}", short(text))),
-                    None => continue,
-                },
-            };
-            options.push((parameter, text, said));
+            } else if let Some(text) = matches.get_one::<String>(parameter.key) {
+                let said = format!("--{name} {}", short(text));
+                options.push((parameter, text.clone(), said));
+            }
         }
         let values = matches.get_many::<String>(VALUES).unwrap_or_default();
         Ok(Self {
@@ -320,14 +315,9 @@ impl Given {
         parameter: &Parameter,
         range: RangeInclusive<i64>,
     ) -> Result<u32, Failure> {
-        let default = match parameter.value {
-            Kind::Count(default) => i64::try_from(default).unwrap_or(i64::MAX),
-            _ => 0,
-        };
-        let count = self
-            .0
-            .get(parameter.key)
-            .map_or(Some(default), Value::as_integer);
+        let default = || i64::try_from(parameter.default_count()).ok();
+        let given = self.0.get(parameter.key);
+        let count = given.map_or_else(default, Value::as_integer);
         let within = count.filter(|count| range.contains(count));
         within
             .and_then(|count| u32::try_from(count).ok())

@@ -234,7 +234,7 @@ fn numbers(setup: &mut ControllerSetup) -> (&'static str, Vec<(Parameter, &mut f
                 (p::LEAD_X, &mut own.x),
             ],
         ),
-        _ => ("transfer_function", Vec::new()),
+        ControllerParameters::Function(_) | _ => ("transfer_function", Vec::new()),
     }
 }
 
@@ -271,10 +271,10 @@ fn in_loop(setup: ControllerSetup, table: &Table<'_>) -> Result<ControllerSetup,
 /// The table of the controller, its name first.
 fn law_lines(setup: &ControllerSetup) -> String {
     let mut setup = setup.clone();
-    let function = match &setup.law {
-        law @ ControllerParameters::Function(_) => format!("{} = \"{law}\"\n", p::FUNCTION.key),
-        _ => String::new(),
-    };
+    let mut function = String::new();
+    if let law @ ControllerParameters::Function(_) = &setup.law {
+        function = format!("{} = \"{law}\"\n", p::FUNCTION.key);
+    }
     let (name, numbers) = numbers(&mut setup);
     let numbers = numbers.into_iter().map(|(key, number)| (key, *number));
     format!("[{name}]\n{function}{}", lines_of(numbers))

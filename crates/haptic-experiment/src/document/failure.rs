@@ -35,10 +35,10 @@ pub enum Cause {
     Words(String),
     /// A document is wrong; it knows the place.
     #[error(transparent)]
-    Document(FileError),
+    Document(Box<FileError>),
     /// A log cannot be read or written.
     #[error(transparent)]
-    Log(RecordError),
+    Log(Box<RecordError>),
     /// A new file cannot be made.
     #[error(transparent)]
     File(NewFileError),
@@ -92,10 +92,8 @@ impl Failure {
         what: impl fmt::Display,
         advice: String,
     ) -> Self {
-        let kind = match is_full(&error) {
-            true => Self::DataLost,
-            false => Self::Input,
-        };
+        let full = is_full(&error);
+        let kind = if full { Self::DataLost } else { Self::Input };
         kind(Cause::System(what.to_string(), advice, error))
     }
 
@@ -148,22 +146,22 @@ impl Cause {
 
 impl From<FileError> for Failure {
     fn from(error: FileError) -> Self {
-        Self::Input(Cause::Document(error))
+        Self::Input(Cause::Document(Box::new(error)))
     }
 }
 
 impl From<RecordError> for Failure {
     fn from(error: RecordError) -> Self {
-        use RecordError::{Copy, Csv, File, Lost, Message, Time, Write};
+        use RecordError::{Copy, Csv, File, Lost, Message, NoTicks, NotMcap, Read, Time, Write};
         if let File(error) = error {
             return error.into();
         }
         let kind = match error {
             Write { .. } | Lost { .. } | Copy { .. } | Csv { .. } => Self::DataLost,
             Message(_) | Time { .. } => Self::Run,
-            _ => Self::Input,
+            File(_) | Read { .. } | NotMcap { .. } | NoTicks { .. } | _ => Self::Input,
         };
-        kind(Cause::Log(error))
+        kind(Cause::Log(Box::new(error)))
     }
 }
 
@@ -178,15 +176,12 @@ fn is_full(error: &io::Error) -> bool {
 
 impl From<NewFileError> for Failure {
     fn from(error: NewFileError) -> Self {
-        match &error {
-            NewFileError::Io { source, .. } if is_full(source) => {
-                Self::DataLost(Cause::File(error))
-            }
-            NewFileError::Exists(path) => {
-                let advice = format!("choose another name, move it away, or say {OVERWRITE}");
-                Self::exists(path, advice)
-            }
-            _ => Self::Input(Cause::File(error)),
+        if let NewFileError::Exists(path) = &error {
+            let advice = format!("choose another name, move it away, or say {OVERWRITE}");
+            return Self::exists(path, advice);
         }
+        let full = matches!(&error, NewFileError::Io { source, .. } if is_full(source));
+        let kind = if full { Self::DataLost } else { Self::Input };
+        kind(Cause::File(error))
     }
 }

@@ -15,20 +15,20 @@ const PHASE_MARGIN: Key = Key("phase_margin_rad");
 /// The text of an error with angles in degrees, and what to change.
 #[must_use]
 pub fn in_degrees(error: &ControlError) -> String {
-    let range = match *error {
-        ControlError::Range(range) => range,
-        ControlError::Contradiction {
-            first,
-            first_value,
-            second,
-            second_value,
-            remedy,
-        } => {
-            let [a, b] = [(first, first_value), (second, second_value)]
-                .map(|(key, value)| format!("{} {}", Key(key), with_unit(key, value)));
-            return format!("{a} contradicts {b}: {remedy}");
-        }
-        error => return error.to_string(),
+    if let ControlError::Contradiction {
+        first,
+        first_value,
+        second,
+        second_value,
+        remedy,
+    } = *error
+    {
+        let [a, b] = [(first, first_value), (second, second_value)]
+            .map(|(key, value)| format!("{} {}", Key(key), with_unit(key, value)));
+        return format!("{a} contradicts {b}: {remedy}");
+    }
+    let ControlError::Range(range) = *error else {
+        return error.to_string();
     };
     match (range.what, range.unit) {
         ("phase margin", _) => format!(
@@ -95,7 +95,7 @@ pub fn row_of_wish(name: WishName) -> (&'static str, &'static str, fn(f64) -> f6
         WishName::SensitivityPeak => ("sensitivity_peak", "largest |S|", same),
         WishName::ComplementaryPeak => ("complementary_peak", "largest |T|", same),
         WishName::Noise => ("noise", "|T| above the noise's frequency", same),
-        _ => ("disturbance", "|S| below the disturbance's frequency", same),
+        WishName::Disturbance | _ => ("disturbance", "|S| below the disturbance's frequency", same),
     }
 }
 

@@ -392,18 +392,18 @@ fn design(
     horizon: f64,
 ) -> Result<Design<FULL_TAPS, FULL_MODES>, Failure> {
     let sampled = SampledModel::new(model, sample_time).map_err(Failure::input)?;
-    let tolerance = match scheme {
-        Scheme::Full {
-            kernel: Kernel::Grunwald,
-            tolerance,
-        } => tolerance,
-        Scheme::Exact => return Err(Failure::input(SchemeError::AnalysisOnly)),
-        other => {
-            return Err(Failure::bad_input(format_args!(
-                "scheme {other} makes one spring-pot, not a model with more elements: take {scheme_full}",
-                scheme_full = SCHEME.set_to("full")
-            )));
-        }
+    if scheme == Scheme::Exact {
+        return Err(Failure::input(SchemeError::AnalysisOnly));
+    }
+    let Scheme::Full {
+        kernel: Kernel::Grunwald,
+        tolerance,
+    } = scheme
+    else {
+        return Err(Failure::bad_input(format_args!(
+            "scheme {scheme} makes one spring-pot, not a model with more elements: take {scheme_full}",
+            scheme_full = SCHEME.set_to("full")
+        )));
     };
     sampled
         .design(tolerance, horizon.max(HORIZON_MIN))

@@ -223,10 +223,7 @@ impl Preflight<'_> {
             Some(model) => Ok((x.iter().copied())
                 .map(memory(model, t, x.len() as u64)?)
                 .collect()),
-            None => {
-                let felt = Reference::of(self.scheme).full_history(self.order, t, x);
-                felt
-            }
+            None => Reference::of(self.scheme).full_history(self.order, t, x),
         }
     }
 

@@ -25,11 +25,13 @@ pub(crate) enum Reference {
 impl Reference {
     /// Those of the scheme itself where it has the full history, else Grünwald's.
     pub(crate) fn of(scheme: Scheme) -> Self {
-        match scheme {
-            Scheme::Full { kernel, .. } => Self::Kernel(kernel),
-            Scheme::FullBdf2 { .. } => Self::Bdf2,
-            _ => Self::Kernel(Kernel::Grunwald),
+        if let Scheme::FullBdf2 { .. } = scheme {
+            return Self::Bdf2;
         }
+        Self::Kernel(match scheme {
+            Scheme::Full { kernel, .. } => kernel,
+            _ => Kernel::Grunwald,
+        })
     }
 
     /// The scheme with these weights, of this tolerance.

@@ -74,12 +74,12 @@ pub(super) fn bench(table: &Table<'_>) -> Result<Device, FileError> {
 }
 
 pub(super) fn scheme(table: &Table<'_>) -> Result<Scheme, FileError> {
-    let parsed = table.text(&SCHEME)?.parse();
-    let parsed = parsed.and_then(|scheme| match scheme {
-        Scheme::Exact => Err(SchemeError::AnalysisOnly),
-        scheme => Ok(scheme),
-    });
-    parsed.map_err(|error| table.fail_at(SCHEME.key, error.to_string()))
+    let refused = |error: SchemeError| table.fail_at(SCHEME.key, error.to_string());
+    let scheme = table.text(&SCHEME)?.parse().map_err(refused)?;
+    if scheme == Scheme::Exact {
+        return Err(refused(SchemeError::AnalysisOnly));
+    }
+    Ok(scheme)
 }
 
 pub(super) fn orders(table: &Table<'_>, parameter: &Parameter) -> Result<Vec<Order>, FileError> {

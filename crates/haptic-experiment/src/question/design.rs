@@ -198,9 +198,8 @@ impl Design {
     pub(crate) fn orders_to_try(&self) -> Vec<Order> {
         let mut orders = self.orders.clone();
         if let Wish::Tissue { material, .. } = &self.wish {
-            let own = material.order();
-            orders.retain(|order| *order != own);
-            orders.insert(0, own);
+            orders.retain(|order| *order != material.order());
+            orders.insert(0, material.order());
         }
         orders
     }
@@ -217,10 +216,10 @@ impl Design {
 
     /// The model whose memory is the operator of this order; `None` for D^μ.
     fn model(&self, order: Order) -> Option<&Model> {
-        match &self.wish {
-            Wish::Tissue { material, .. } if material.order() == order => material.composed(),
-            _ => None,
-        }
+        let Wish::Tissue { material, .. } = &self.wish else {
+            return None;
+        };
+        material.composed().filter(|_| material.order() == order)
     }
 
     fn check(&self) -> Result<(), Failure> {
@@ -256,7 +255,7 @@ impl Design {
                 Shown(f),
                 Shown(highest)
             ))),
-            _ => Ok(()),
+            Some(_) | None => Ok(()),
         }
     }
 }

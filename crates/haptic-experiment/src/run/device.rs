@@ -300,12 +300,10 @@ pub fn at_port(path: &str, error: &SerialError) -> Failure {
         true => text,
         false => format!("{path}: {text}"),
     };
-    match error {
-        SerialError::Link(LinkError::Faulted(_) | LinkError::Impossible(_)) => {
-            Failure::run(error_at)
-        }
-        _ => Failure::device(error_at),
+    if let SerialError::Link(LinkError::Faulted(_) | LinkError::Impossible(_)) = error {
+        return Failure::run(error_at);
     }
+    Failure::device(error_at)
 }
 
 /// What a device refused is bad input, unless it is only because of where it stands or of a fault that persists; else as [`at_port`].

@@ -186,7 +186,8 @@ impl Ending {
             Self::DeviceFault(report) => Some(report.status.fault),
             // It is a fault of the device, though it says of none.
             Self::Impossible(_) => Some(Fault::BoardFailed.code()),
-            _ => None,
+            Self::Interrupted | Self::Silent | Self::LinkLost(_) => None,
+            Self::OtherLeft | Self::LogStopped => None,
         }
     }
 
@@ -269,18 +270,20 @@ impl Lateness {
     /// What to do about a fault that comes of it, behind the words of the fault; `None` for another one.
     pub(crate) fn advice(self, fault: Fault) -> Option<String> {
         let longer = self.longer();
-        let (is_most, most, more) = match fault {
-            Fault::HostSilent => (
+        let (is_most, most, more) = if fault == Fault::HostSilent {
+            (
                 longer.watchdog_ms == self.watchdog_ms,
                 format!("{} ms is the longest watchdog time", self.watchdog_ms),
-                WATCHDOG.set_to(Shown(longer.watchdog_s())).to_string(),
-            ),
-            Fault::StaleForce => (
+                WATCHDOG.set_to(Shown(longer.watchdog_s())),
+            )
+        } else if fault == Fault::StaleForce {
+            (
                 longer.max_age_ticks == self.max_age_ticks,
                 format!("a force may be {} ticks old at most", self.max_age_ticks),
-                MAX_AGE_TICKS.set_to(longer.max_age_ticks).to_string(),
-            ),
-            _ => return None,
+                MAX_AGE_TICKS.set_to(longer.max_age_ticks),
+            )
+        } else {
+            return None;
         };
         Some(match is_most {
             true => format!("; {most}: look for what kept this machine or the line busy"),

@@ -54,7 +54,6 @@ fn described(parameter: &Parameter) -> String {
         Value::Flag(default) => format!(" = {default}"),
         Value::Text(default) => format!(" = \"{default}\""),
         Value::List(range) => format!(", a list of numbers {range}"),
-        _ => String::new(),
     };
     format!("{key}{default}: {help}")
 }

@@ -33,10 +33,10 @@ impl Range {
     /// The same with 0, where that switches something off.
     #[must_use]
     pub const fn or_0(self) -> Self {
-        match self {
-            Self::AboveUpTo(0.0, high) => Self::Within(0.0, high),
-            other => other,
+        if let Self::AboveUpTo(0.0, high) = self {
+            return up_to(high);
         }
+        self
     }
 
     /// Both ends.

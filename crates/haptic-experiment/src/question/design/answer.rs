@@ -309,13 +309,11 @@ pub(super) fn until_settled<E>(
     let mut settling = try_out(&experiment)?;
     for doubling in 0..DOUBLINGS {
         // A device that left or beats against the force limit does not settle later.
-        let may_settle = match settling.verdict {
-            // What only pushes may bounce for ever, and no analysis tells.
-            TrialVerdict::Unstable => !bounces || doubling < HELD_DOUBLINGS,
-            TrialVerdict::HeldByFriction => doubling < HELD_DOUBLINGS,
-            _ => false,
-        };
-        if !may_settle {
+        let rings = settling.verdict == TrialVerdict::Unstable;
+        let is_held = settling.verdict == TrialVerdict::HeldByFriction;
+        // What only pushes may bounce for ever, and no analysis tells.
+        let is_tried_for_long = doubling >= HELD_DOUBLINGS && (is_held || bounces);
+        if !(rings || is_held) || is_tried_for_long {
             break;
         }
         stretch *= 2.0;

@@ -96,7 +96,9 @@ pub(crate) fn drive<V: Device<f64, 1>>(
             match phase {
                 Phase::Rest => record.rest = record.len() + 1,
                 Phase::Driven => {}
-                _ => record.driven_from = record.len() + 1,
+                Phase::Ramp(_) | Phase::Fall(_) | Phase::Over => {
+                    record.driven_from = record.len() + 1;
+                }
             }
             record.push(missing, reading.position_m[0], force);
             progress(record.len() as u64);
@@ -119,13 +121,14 @@ pub(crate) fn drive<V: Device<f64, 1>>(
 /// Reason to end, if there is one.
 fn ended(course: &Course, fault: Option<Fault>, stop: &AtomicBool) -> Option<Outcome> {
     if let Some(fault) = fault {
-        return Some(match fault {
-            Fault::PositionStuck => Outcome::Blocked,
-            // There is no force yet that could have moved it.
-            Fault::Workspace | Fault::Velocity if course.phase == Phase::Rest => {
-                Outcome::MovesByItself
-            }
-            fault => Outcome::Fault(fault),
+        // At rest there is no force yet that could have moved it.
+        let moves = matches!(fault, Fault::Workspace | Fault::Velocity);
+        return Some(if moves && course.phase == Phase::Rest {
+            Outcome::MovesByItself
+        } else if fault == Fault::PositionStuck {
+            Outcome::Blocked
+        } else {
+            Outcome::Fault(fault)
         });
     }
     if course.finding.is_some() {
