@@ -226,7 +226,7 @@ mod tests {
         let Ok(Question(Asked::ZWidth(zwidth))) = read("[zwidth]") else {
             panic!("a Z-width");
         };
-        let device = super::bench::dissertation_device(fracdiff::Seconds(1e-3));
+        let device = super::bench::tests::dissertation_device(fracdiff::Seconds(1e-3));
         assert_eq!((zwidth.points, zwidth.orders.len()), (21, 5));
         assert_eq!(zwidth.device, device);
         assert_eq!(zwidth.plan, crate::TrialPlan::DEFAULT);

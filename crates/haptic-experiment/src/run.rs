@@ -41,9 +41,9 @@ use ending::{Ending, Lateness};
 use fault_recorder::FaultSeen;
 pub use folder::{FolderRequest, OutputFolder, next_free, write_text};
 use haptic_log::live::{Live, LiveStreams};
-use haptic_log::record::{END, FinishedLog, StartTime, TickMessage};
+use haptic_log::record::{END, FinishedLog, StartTime};
 use haptic_loop::Fault;
-use haptic_loop::realtime::{Cycle, Moment, Periodic};
+use haptic_loop::realtime::{Moment, Periodic};
 pub use plant_file::{DeviceModel, DeviceValues, PlantModel};
 use preflight::PreflightVerdict;
 use realtime::RealtimeSummary;
@@ -229,7 +229,11 @@ fn run<W: World<D>, const D: usize>(
         let message = world.tick();
         let compute_ns = before.elapsed().as_nanos() as u64;
         record.tick_ns.saturating_record(compute_ns.max(1));
-        let logged = log_tick(recorder, message.logged(), cycle, compute_ns);
+        let parts = cycle.map(|cycle| TickParts {
+            lateness_ns: cycle.lateness.as_nanos() as u64,
+            compute_ns,
+        });
+        let logged = recorder.ticked(message.logged(), parts);
         tick += 1;
         if record.ended.is_some() {
             record.push_after(&message);
@@ -289,23 +293,6 @@ pub(crate) fn tell_end(
     }
     // A recorder that has ended is seen when it is closed.
     let _ = recorder.event(event_s, ended.kind(), ended.reason(lateness));
-}
-
-/// Hands a tick to the recorder; with a clock, with where its time went.
-fn log_tick(
-    recorder: &mut Recorder,
-    tick: &TickMessage,
-    cycle: Option<Cycle>,
-    compute_ns: u64,
-) -> Result<(), Stopped> {
-    let Some(cycle) = cycle else {
-        return recorder.tick(tick);
-    };
-    let parts = TickParts {
-        lateness_ns: cycle.lateness.as_nanos() as u64,
-        compute_ns,
-    };
-    recorder.timed_tick(tick, parts)
 }
 
 /// Writes what the clock says of the run into record and log.

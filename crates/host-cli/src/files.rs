@@ -256,31 +256,14 @@ impl Place {
         self.unwritten.take(written)
     }
 
-    /// Writes a table and a picture, if there is a folder; names what was written.
+    /// Writes a table and a picture, if there is a folder; names what was written. `names` are those of columns whose rows have none.
     pub(crate) fn table_and_picture<R: Serialize>(
-        &mut self,
-        rows: impl Iterator<Item = R>,
-        picture: impl FnOnce() -> Result<Picture, FigureError>,
-    ) -> Vec<String> {
-        self.both(|folder| folder.write_table(&[], rows), picture)
-    }
-
-    /// The same, of rows that are not named themselves.
-    pub(crate) fn named_table_and_picture<R: Serialize>(
         &mut self,
         names: &[&str],
         rows: impl Iterator<Item = R>,
         picture: impl FnOnce() -> Result<Picture, FigureError>,
     ) -> Vec<String> {
-        self.both(|folder| folder.write_table(names, rows), picture)
-    }
-
-    fn both(
-        &mut self,
-        table: impl FnOnce(&OutputFolder) -> Result<String, Failure>,
-        picture: impl FnOnce() -> Result<Picture, FigureError>,
-    ) -> Vec<String> {
-        let table = self.write(table);
+        let table = self.write(|folder| folder.write_table(names, rows));
         let picture = self.write(|folder| save_picture(folder, picture()));
         table.into_iter().chain(picture).collect()
     }

@@ -72,7 +72,7 @@ pub(crate) struct Scales {
 }
 
 /// Largest variation of a wall at rest; `None` for any.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct Tolerance {
     position_std_m: Option<f64>,
     force_std_n: Option<f64>,
@@ -102,9 +102,7 @@ impl Tolerance {
         match criterion {
             Criterion::Dissertation => Self {
                 position_std_m: Some(scales.threshold_m),
-                force_std_n: None,
-                force_range_n: None,
-                limited: None,
+                ..Self::default()
             },
             Criterion::Settling => {
                 let step = scales.encoder_step_m;

@@ -145,11 +145,15 @@ pub(super) fn crossings(area: &StableArea, beta: f64) -> Vec<f64> {
     crossings
 }
 
-/// The device of the dissertation's section 4.4, which is sampled at 2 ms there: 65 g, 3.5 N·s/m, ideal.
 #[cfg(test)]
-pub(crate) fn dissertation_device(sample_time: fracdiff::Seconds) -> MassDamperConfig {
-    use haptic_loop::units::{Kilograms, NewtonSecondsPerMetre};
-    let mass = Kilograms(MASS.default_number());
-    let damping = NewtonSecondsPerMetre(DAMPING.default_number());
-    MassDamperConfig::ideal(mass, damping, sample_time)
+pub(crate) mod tests {
+    use super::*;
+
+    /// The device of the dissertation's section 4.4, which is sampled at 2 ms there: 65 g, 3.5 N·s/m, ideal.
+    pub(crate) fn dissertation_device(sample_time: fracdiff::Seconds) -> MassDamperConfig {
+        use haptic_loop::units::{Kilograms, NewtonSecondsPerMetre};
+        let mass = Kilograms(MASS.default_number());
+        let damping = NewtonSecondsPerMetre(DAMPING.default_number());
+        MassDamperConfig::ideal(mass, damping, sample_time)
+    }
 }

@@ -79,18 +79,6 @@ pub(crate) struct MeasurePlan {
     pub hand: bool,
 }
 
-impl Default for MeasurePlan {
-    fn default() -> Self {
-        Self {
-            sample_time_s: MEASURE_SAMPLE_TIME.default_number(),
-            force_limit_n: MEASURE_FORCE_LIMIT.default_number(),
-            box_m: MEASURE_BOX.default_number(),
-            duration_s: MEASURE_DURATION.default_number(),
-            hand: false,
-        }
-    }
-}
-
 impl MeasurePlan {
     /// Share of the force limit that is used at most.
     pub(crate) const SHARE: f64 = 0.2;
@@ -155,7 +143,7 @@ impl MeasurePlan {
 }
 
 /// Force applied and position read, tick by tick.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub(crate) struct MotionRecord {
     /// T.
     pub sample_time_s: f64,
@@ -178,9 +166,7 @@ impl MotionRecord {
             sample_time_s,
             position_m: Vec::with_capacity(ticks),
             force_n: Vec::with_capacity(ticks),
-            rest: 0,
-            driven_from: 0,
-            breakaway_n: None,
+            ..Self::default()
         }
     }
 

@@ -115,16 +115,12 @@ impl Recorder {
         self.ticked(tick, None)
     }
 
-    /// Hands over a sample of a loop by the clock, and where the time of its tick went: the log tells it once a second.
-    pub(crate) fn timed_tick(
+    /// The same, with where the time of the tick went.
+    pub(crate) fn ticked(
         &mut self,
         tick: &TickMessage,
-        parts: TickParts,
+        parts: Option<TickParts>,
     ) -> Result<(), Stopped> {
-        self.ticked(tick, Some(parts))
-    }
-
-    fn ticked(&mut self, tick: &TickMessage, parts: Option<TickParts>) -> Result<(), Stopped> {
         self.flight.tick(tick);
         self.send(Entry::Tick(*tick, parts))
     }

@@ -38,10 +38,10 @@ pub(crate) struct Schedule {
 
 impl Schedule {
     /// Options for the threads of a run.
-    pub(crate) const fn thread_options(&self) -> RealtimeOptions {
+    pub(crate) fn thread_options(&self) -> RealtimeOptions {
         match self.pace {
             Pace::Realtime(options) => options,
-            Pace::Virtual => RealtimeOptions::NORMAL,
+            Pace::Virtual => RealtimeOptions::default(),
         }
     }
 

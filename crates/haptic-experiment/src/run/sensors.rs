@@ -89,12 +89,6 @@ impl Imperfections {
         }
     }
 
-    /// Standard deviation of what the sensors add to the position, m: steps of q have q/√12.
-    pub(crate) fn position_noise_m(&self) -> f64 {
-        let steps = self.sensors.encoder_resolution_m / 12.0_f64.sqrt();
-        steps.hypot(self.sensors.noise_m)
-    }
-
     /// In words, as in `0.05 N friction, 1 ms delay, 1 ms current lag, 1 µm encoder`.
     #[must_use]
     pub fn words(&self) -> String {

@@ -7,7 +7,7 @@ mod refused;
 use haptic_experiment::document::Document;
 use haptic_experiment::run::FolderRequest;
 use haptic_experiment::{ExperimentFile, Report, Supervisor, TouchReport};
-use haptic_log::record::{Entry, LogReader, TickMessage, RecordError};
+use haptic_log::record::{Entry, LogReader, RecordError, TickMessage};
 use std::path::Path;
 use std::sync::atomic::AtomicBool;
 use testkit::assert_close;

@@ -50,7 +50,7 @@ pub(crate) fn run(asked: WithFiles<keys::ZWidth>, output: Output) -> Result<(), 
         return Err(Failure::bad_input("not a Z-width"));
     };
     let files = match report.rows().next().is_some() {
-        true => place.table_and_picture(report.rows(), || draw(&report)),
+        true => place.table_and_picture(&[], report.rows(), || draw(&report)),
         false => Vec::new(),
     };
     warn_of(&report);

@@ -221,7 +221,7 @@ impl TeleoperationExperiment {
             samples: self.samples(),
             sample_time_s: t,
             pace: match self.pace {
-                Pace::Virtual => Pace::Realtime(RealtimeOptions::NORMAL),
+                Pace::Virtual => Pace::Realtime(RealtimeOptions::default()),
                 pace @ Pace::Realtime(_) => pace,
             },
         };

@@ -78,7 +78,7 @@ impl<'a> Bench<'a> {
             plant: dynamics.plant(t.0).map_err(Failure::input)?,
             delta: dynamics.damping_n_s_per_m * t.0 / dynamics.mass_kg,
             units,
-            noise_m: device.imperfections().position_noise_m(),
+            noise_m: device.sensors.deviation_m(),
             noise: noise_gain(model, design.scheme, order, t)?,
         })
     }

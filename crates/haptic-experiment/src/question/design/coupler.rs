@@ -382,7 +382,7 @@ impl CouplerDesign {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::question::bench::dissertation_device;
+    use crate::question::bench::tests::dissertation_device;
     use fracdiff::Seconds;
     use haptic_loop::units::{Kilograms, NewtonSecondsPerMetre};
 

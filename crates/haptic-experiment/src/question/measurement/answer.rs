@@ -96,8 +96,8 @@ impl Measurement {
         let plan = &self.plan;
         let (record, device, board) = match &self.remote {
             Some(remote) => {
-                let moved = on_serial(plan, remote, warn, progress, stop)?;
-                (moved.record, remote.name.to_string(), Some(moved.board))
+                let (record, board) = on_serial(plan, remote, warn, progress, stop)?;
+                (record, remote.name.to_string(), Some(board))
             }
             None => {
                 let record = on_simulated(plan, (self.device, self.sensors), progress, stop)?;

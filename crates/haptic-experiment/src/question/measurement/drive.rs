@@ -221,8 +221,9 @@ const PAUSE_S: f64 = 0.25;
 const STILL: (f64, f64) = (0.005, 0.5);
 
 /// The part of the measurement that is going on.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Default)]
 enum Phase {
+    #[default]
     Rest,
     /// A force that grows, in this direction, until the device moves.
     Ramp(f64),
@@ -248,12 +249,11 @@ struct Excitation {
     fast: Vec<Line>,
 }
 
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 struct Course {
     phase: Phase,
     /// Ticks since the phase began.
     since: u64,
-    tick: u64,
     start_m: Option<f64>,
     /// Position at which the phase began, m.
     from_m: f64,
@@ -405,17 +405,8 @@ impl Environment<f64, 1> for Excitation {
 
     fn at_rest(&self) -> Course {
         Course {
-            phase: Phase::Rest,
-            since: 0,
-            tick: 0,
-            start_m: None,
-            from_m: 0.0,
-            moved_at_n: [None; 2],
             slow: BEGINS,
-            last_m: 0.0,
-            velocity_m_per_s: 0.0,
-            seen: (0.0, 0.0),
-            finding: None,
+            ..Course::default()
         }
     }
 
@@ -440,18 +431,9 @@ impl Environment<f64, 1> for Excitation {
             Self::enter(course, Phase::Rest, position_m);
         }
         course.since += 1;
-        course.tick += 1;
         self.follow(course, position_m);
         course.last_m = position_m;
     }
-}
-
-/// A motion of a serial device, and what the device calls itself.
-#[derive(Clone, Debug)]
-pub(crate) struct SerialMotion {
-    pub record: MotionRecord,
-    /// Name of the board, and its firmware; whether it simulates its plant.
-    pub board: String,
 }
 
 /// Measures a serial device. Its own limits hold too, where they are tighter.
@@ -463,7 +445,7 @@ pub(crate) fn on_serial(
     warn: Warn<'_>,
     progress: &dyn Fn(u64),
     stop: &AtomicBool,
-) -> Result<SerialMotion, Failure> {
+) -> Result<(MotionRecord, String), Failure> {
     plan.check()?;
     let remote = RemoteDevice {
         loop_mode: LoopMode::Host,
@@ -477,10 +459,8 @@ pub(crate) fn on_serial(
     let can = link.capabilities();
     let simulated = if can.simulated { " (simulated)" } else { "" };
     let firmware = firmware_version(link.hello());
-    Ok(SerialMotion {
-        record: driven.record,
-        board: format!("{} {firmware}{simulated}", can.board()),
-    })
+    let board = format!("{} {firmware}{simulated}", can.board());
+    Ok((driven.record, board))
 }
 
 /// The excitation, from limits to rest.
@@ -510,7 +490,7 @@ fn driven(
     let schedule = Schedule {
         samples: plan.ticks_at_most(),
         sample_time_s: plan.sample_time_s,
-        pace: Pace::Realtime(RealtimeOptions::NORMAL),
+        pace: Pace::Realtime(RealtimeOptions::default()),
     };
     let configuration = agreed(remote, &law, schedule, link, &set, &|text| warn(text))?;
     link.set_for(configuration, &law.operator.1, Scope::Run)

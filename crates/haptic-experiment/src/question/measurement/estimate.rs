@@ -149,8 +149,8 @@ struct Search<'a> {
 
 impl<'a> Search<'a> {
     fn new(record: &'a MotionRecord, hand: bool) -> Option<Self> {
-        let speed = velocity(record);
-        let zero = first_known(&record.position_m)?;
+        let speed = smoothed(record).v;
+        let zero = record.position_m.iter().find(|x| x.is_finite())?;
         let replay = Replay::new(record, starts(record, &speed)).ok()?;
         let at = |n: usize| record.position_m[n] - zero;
         Some(Self {
@@ -256,10 +256,6 @@ fn check(record: &MotionRecord) -> Result<(), MeasureError> {
     }
 }
 
-fn first_known(positions: &[f64]) -> Option<f64> {
-    positions.iter().copied().find(|x| x.is_finite())
-}
-
 /// Starts of the pieces, each where the device is fastest near its turn: a state at rest would say nothing of its velocity.
 fn starts(record: &MotionRecord, speed: &[f64]) -> Vec<usize> {
     let piece = ((PIECE.0 / record.sample_time_s) as usize).max(PIECE.1);
@@ -359,11 +355,6 @@ struct Smoothed {
     v: Vec<f64>,
     a: Vec<f64>,
     u: Vec<f64>,
-}
-
-/// Velocity of a record, m/s: smoothed; not a number beside missing samples.
-fn velocity(record: &MotionRecord) -> Vec<f64> {
-    smoothed(record).v
 }
 
 fn smoothed(record: &MotionRecord) -> Smoothed {

@@ -478,7 +478,7 @@ impl Theory {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::question::bench::dissertation_device;
+    use crate::question::bench::tests::dissertation_device;
     use crate::{Imperfections, TrialPlan};
     use fracdiff::Seconds;
 

@@ -218,7 +218,7 @@ impl<'a> Trials<'a> {
         let schedule = Schedule {
             samples,
             sample_time_s,
-            pace: Pace::Realtime(RealtimeOptions::NORMAL),
+            pace: Pace::Realtime(RealtimeOptions::default()),
         };
         // A search does not end where the device's limits do.
         let configuration = agreed(
