@@ -204,11 +204,11 @@ impl Origin {
 pub struct Curves {
     /// Which experiment, simulated or rendered.
     pub title: String,
-    /// Law, device, operator, verdict.
+    /// The law, the device, the operator and the verdict, for a second line above the picture.
     pub subtitle: String,
     /// Origin of the force: `simulated`, or `rendered`, a device's own record of what it commanded and read.
     pub origin: &'static str,
-    /// Time, s.
+    /// The times of all columns, s; not equally spaced where a long run was thinned.
     pub time_s: Vec<f64>,
     /// Values at these times, each with its name.
     pub columns: Vec<(&'static str, Vec<f64>)>,

@@ -162,7 +162,7 @@ pub enum Answer {
 }
 
 impl Answer {
-    /// In a few words.
+    /// The best that was found, in a few words for a title.
     #[must_use]
     pub fn verdict(&self) -> String {
         let (order, simulated) = match self {

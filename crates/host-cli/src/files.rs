@@ -142,7 +142,6 @@ pub(crate) fn save_picture(
     picture_file::save(picture, &folder.stem(), folder.overwrite())
 }
 
-/// What was not written.
 #[derive(Debug, Default)]
 struct Unwritten(Option<Failure>);
 

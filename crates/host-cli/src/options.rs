@@ -236,7 +236,6 @@ impl<N: Named> Options<N> {
         Ok(given)
     }
 
-    /// The document with them.
     pub(crate) fn over(self, mut document: Document) -> Result<Document, Failure> {
         let kind = document.kind()?;
         for (parameter, text, said) in self.options {
@@ -455,7 +454,6 @@ pub(crate) mod keys {
         const OPTIONS: &'static [&'static [&'static Parameter]];
     }
 
-    /// Commands and their options.
     macro_rules! named {
         ($($command:ident: $groups:expr;)*) => {$(
             #[derive(Clone, Debug)]
@@ -474,9 +472,7 @@ pub(crate) mod keys {
 
     /// Mass of a device that is analysed.
     pub(crate) const ANALYSED_MASS: Parameter = MASS.without_default();
-    /// Its damping.
     pub(crate) const ANALYSED_DAMPING: Parameter = DAMPING.without_default();
-    /// The hand on it.
     pub(crate) const ANALYSED_HAND: Parameter = HAND_STIFFNESS.without_default();
     /// Sample time of what is analysed.
     pub(crate) const ANALYSED_SAMPLE_TIME: Parameter = SAMPLE_TIME.without_default();
@@ -499,10 +495,8 @@ pub(crate) mod keys {
         &ANALYSED_DELAY,
         &ANALYSED_LAG,
     ];
-    /// The same without units.
     const WITHOUT_UNITS: &[&Parameter] =
         &[&a::ALPHA, &a::BETA, &a::DELTA, &a::GAMMA, &a::DELAY_SAMPLES];
-    /// A wall and frequencies.
     const ENVIRONMENT: &[&Parameter] = &[
         &ORDER,
         &a::ANALYSED_SCHEME,
@@ -522,7 +516,6 @@ pub(crate) mod keys {
         &ANALYSED_LAG,
         &a::DELAY_SAMPLES,
     ];
-    /// A virtual coupler.
     const COUPLING: &[&Parameter] = &[
         &ORDER,
         &a::ANALYSED_SCHEME,

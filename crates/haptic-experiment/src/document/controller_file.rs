@@ -47,7 +47,7 @@ mod tests;
 pub struct ControllerFile {
     /// The controller and how it runs.
     pub setup: ControllerSetup,
-    /// Where it comes from.
+    /// Empty in a file that a person wrote.
     pub origin: ControllerOrigin,
 }
 
@@ -60,7 +60,7 @@ pub struct ControllerOrigin {
     pub wishes: String,
     /// The program that made it.
     pub program: String,
-    /// Anything else.
+    /// A sentence for whoever reads the file; it changes nothing.
     pub note: String,
 }
 

@@ -28,7 +28,7 @@ enum Place {
 /// A place in a file.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Excerpt {
-    /// The file.
+    /// As it was named, so that a message shows what the user typed.
     pub path: PathBuf,
     /// Line, from 1.
     pub line: usize,

@@ -58,7 +58,7 @@ impl<const M: usize> Decimated<M> {
         }
     }
 
-    /// Adds a sample.
+    /// Takes in the next sample; times only ever grow.
     pub fn add(&mut self, time_s: f64, values: [f64; M]) {
         let point = Point {
             sample: self.count,

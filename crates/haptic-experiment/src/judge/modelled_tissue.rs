@@ -201,9 +201,9 @@ impl Deref for ModelledTissue {
 /// ```
 #[derive(Clone, Debug)]
 pub struct TissuePiece {
-    /// The tissue.
+    /// Boxed, because a tissue is large and a [`super::preflight::Matter`] is moved about.
     pub material: Box<ModelledTissue>,
-    /// The piece.
+    /// Size and loading of the piece: they turn stress over strain into force over depth.
     pub specimen: Specimen,
 }
 
@@ -420,7 +420,6 @@ fn design(
 /// A piece of tissue tick by tick with all of its past: f\[n\] = gain·x\[n\] + past.
 #[derive(Debug)]
 pub(crate) enum Sampled {
-    /// K, B, and D^μ.
     Derivative(f64, f64, Channel<f64, Operator<f64>>),
     /// The shape, and the sums of the elements.
     Sums(f64, Box<FullHistory>),

@@ -38,12 +38,9 @@ pub(crate) struct Device {
 /// The device of a question, as its answer repeats it: who took a wrong unit sees it here.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct AskedDevice {
-    /// m.
     pub mass_kg: f64,
-    /// b.
     pub damping_n_s_per_m: f64,
     pub hand_stiffness_n_per_m: f64,
-    /// T.
     pub sample_time_s: f64,
 }
 

@@ -150,7 +150,6 @@ pub(crate) enum Wish {
     StiffestWall,
     /// The largest effective damping of the wall at a frequency.
     MostDamping {
-        /// Hz.
         frequency_hz: f64,
     },
     /// A specimen of a tissue.
@@ -348,18 +347,18 @@ impl DesignReport {
 /// The best wall of one order.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct Candidate {
-    /// μ.
+    /// The order μ that was tried.
     pub order: f64,
     /// K, N/m; null if there is no wall.
     pub stiffness: Option<f64>,
-    /// B, N·s^μ/m.
+    /// B of the wall, N·s^μ/m; null if there is no wall.
     pub dissipation: Option<f64>,
     /// Factor by which the wall as a whole may grow until it is unstable (below 1: must shrink).
     pub margin: Option<f64>,
     /// Factor up to which it is proved stable for every motion of contact that may pull, acts on one side or stiffens, while that is
     /// nowhere steeper; null if nothing is proved.
     pub pulling_contact_margin: Option<f64>,
-    /// K·T²/m.
+    /// K·T²/m, by which walls of any device compare.
     pub alpha: Option<f64>,
     /// B·T^(2−μ)/m.
     pub beta: Option<f64>,
@@ -413,18 +412,18 @@ pub struct DesignReport {
     pub imperfections: Imperfections,
     /// Nothing of a real device was given: friction, delay, current lag and encoder steps are none.
     pub ideal_device_assumed: bool,
-    /// The wish.
+    /// The wish by its name in the document, as `stiffest-wall`.
     pub wish: &'static str,
-    /// Under which requirement.
+    /// The requirement by its name in the document, as `every-motion`.
     pub require: &'static str,
     /// The same in words, with its numbers.
     #[serde(skip)]
     pub requirement: String,
-    /// Of the requirement.
+    /// The factor by which the wall may grow; null where only passivity was asked for.
     pub gain_margin: Option<f64>,
-    /// Of the wish.
+    /// The frequency at which orders were compared, Hz; null if the wish has none.
     pub frequency_hz: Option<f64>,
-    /// Operator.
+    /// The operator that was analysed, as documents write it.
     pub scheme: String,
     /// How the wall meets the hand: a one-sided one is taken only if it settles after each of six hits, a signed one only if it is
     /// proved.
@@ -435,7 +434,7 @@ pub struct DesignReport {
     pub stiffness_unit: &'static str,
     /// Of their `dissipation`.
     pub dissipation_unit: &'static str,
-    /// One for each order.
+    /// One for each order that was tried, with a reason where there is no wall.
     pub candidates: Vec<Candidate>,
     /// The one that meets the wish best; null if none does.
     pub best: Option<Candidate>,

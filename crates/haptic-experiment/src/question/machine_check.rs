@@ -14,14 +14,14 @@ use std::path::Path;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
-/// Settings of a check.
+/// A check of this machine: the loop's own runner at several rates.
 #[derive(Clone, Debug, PartialEq)]
 pub struct RtCheck {
-    /// For each rate.
+    /// How long each rate is measured; a verdict needs 1000 cycles.
     pub duration: Duration,
-    /// Rates, Hz.
+    /// The rates to try, Hz, one after the other.
     pub rates_hz: Vec<f64>,
-    /// Options for the thread.
+    /// The priority and the core that the measured thread asks for.
     pub thread: RealtimeOptions,
     /// Busy threads beside it, at normal priority.
     pub busy: usize,

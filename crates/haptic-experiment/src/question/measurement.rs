@@ -67,7 +67,6 @@ pub(crate) const TABLES: [(&str, &[Parameter]); 3] = [
 
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct MeasurePlan {
-    /// T.
     pub sample_time_s: f64,
     /// Largest force that the device may make, N. The measurement stays within [`SHARE`](Self::SHARE) of it.
     pub force_limit_n: f64,
@@ -145,7 +144,6 @@ impl MeasurePlan {
 /// Force applied and position read, tick by tick.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(crate) struct MotionRecord {
-    /// T.
     pub sample_time_s: f64,
     /// Position at the start of each tick, m; not a number where the sample was lost.
     pub position_m: Vec<f64>,

@@ -145,7 +145,7 @@ pub enum PlantModel {
     Function {
         /// G(s) without the dead time.
         function: Box<FractionalTransferFunction>,
-        /// Dead time, s.
+        /// Dead time behind the function, s.
         delay_s: f64,
     },
     /// `[device]`: m·ẍ + b·ẋ + k·x = f.
@@ -154,11 +154,11 @@ pub enum PlantModel {
     StateSpace {
         /// A, a list of rows.
         a: Vec<Vec<f64>>,
-        /// B.
+        /// B of ẋ = Ax + Bu, one number a state.
         b: Vec<f64>,
-        /// C.
+        /// C of y = Cx, one number a state.
         c: Vec<f64>,
-        /// Dead time, s.
+        /// Dead time behind the states, s.
         delay_s: f64,
         /// Time constant of the actuator before it, s.
         current_lag_s: f64,
@@ -191,17 +191,17 @@ pub(crate) struct Interval {
 /// A device with a hand: force in, position out. Friction, encoder and noise are no part of the linear plant.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct DeviceValues {
-    /// m.
+    /// The mass that moves, with whatever is fixed to it.
     pub mass_kg: f64,
-    /// b.
+    /// Viscous damping of the device alone, without a hand.
     pub damping_n_s_per_m: f64,
-    /// k of the hand.
+    /// Stiffness k of the hand that holds it; 0 for a device that is let go.
     pub hand_stiffness_n_per_m: f64,
     /// Delay beside the hold, s.
     pub delay_s: f64,
     /// Time constant of the actuator's current, s.
     pub current_lag_s: f64,
-    /// Coulomb friction, N.
+    /// Coulomb friction, N, which only a simulation has: the analysis is linear.
     pub friction_n: f64,
     /// Encoder resolution, m per count; 0 for none.
     pub encoder_resolution_m: f64,
@@ -340,7 +340,7 @@ impl DeviceValues {
 /// The device of a plant file with `[device]`, to be simulated, analysed or guarded.
 #[derive(Clone, Debug, PartialEq)]
 pub struct DeviceModel {
-    /// Its values.
+    /// The values of the file's `[device]`.
     pub values: DeviceValues,
     /// Between which numbers they lie, where that is known.
     pub(crate) intervals: Vec<Interval>,

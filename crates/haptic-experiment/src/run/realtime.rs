@@ -55,7 +55,6 @@ impl Microseconds {
     }
 }
 
-/// To the ns.
 pub(crate) fn microseconds(time: Duration) -> f64 {
     time.as_nanos() as f64 / 1e3
 }
@@ -75,7 +74,6 @@ pub(crate) struct RealtimeSummary {
     pub lateness_us: Microseconds,
     /// From there to its end, with all that the loop does beside.
     pub compute_us: Microseconds,
-    /// Both.
     pub tick_us: Microseconds,
     /// Ticks that were a period late or more because the machine woke the loop late.
     pub late_by_wake_up: u64,

@@ -9,7 +9,7 @@ use haptic_loop::realtime::PeriodicConfig;
 use std::ops::RangeInclusive;
 use std::time::Duration;
 
-/// Pace of time.
+/// The pace of a run: as fast as it can be computed, or by the clock.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Pace {
     /// As fast as the machine goes.

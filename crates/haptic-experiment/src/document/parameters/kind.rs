@@ -9,9 +9,9 @@ use std::fmt;
 pub enum Value {
     /// A number in a range; the default is in SI units, `None` if the parameter may be left out and is off then.
     Number(Option<f64>, Range),
-    /// A whole number.
+    /// A whole number of at least 0; its range is judged where it is used.
     Count(u64),
-    /// Yes or no.
+    /// Off unless it is given, as is any option without a value.
     Flag(bool),
     /// A text, or one of several names.
     Text(&'static str),
@@ -24,11 +24,11 @@ pub enum Value {
 pub struct Parameter {
     /// Its name in experiment files, with the unit.
     pub key: &'static str,
-    /// Kind and default.
+    /// The kind of value and its default, from which options and the reference are made.
     pub value: Value,
     /// The default as a person writes it; empty if there is none.
     pub shown: &'static str,
-    /// One line for people.
+    /// One line for people, the same in `--help`, the reference and the page.
     pub help: &'static str,
 }
 

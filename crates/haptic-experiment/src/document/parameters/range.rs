@@ -39,7 +39,7 @@ impl Range {
         self
     }
 
-    /// Both ends.
+    /// Both ends, for messages: a bound that is excluded is among them.
     #[must_use]
     pub const fn ends(self) -> [f64; 2] {
         match self {
@@ -160,7 +160,6 @@ pub(crate) const WALL_ORDERS: Range = up_to(2.0);
 pub(crate) const COUPLER_ORDERS: Range = up_to(1.0);
 /// α, β and γ of the analysis.
 pub(crate) const WALL_NUMBERS: Range = up_to(Nondimensional::WALL_MAX);
-/// δ of the analysis.
 pub(crate) const DELTAS: Range = up_to(SampledPlant::DELTA_MAX);
 
 #[cfg(test)]

@@ -159,7 +159,7 @@ pub struct MeasureReport {
     pub model: Option<String>,
     /// The table of the frequency response, once it is written.
     pub frequency_response: Option<String>,
-    /// Its picture.
+    /// The file of the picture, if one was written.
     pub figure: Option<String>,
     /// Device, day and excitation, in words.
     #[serde(skip)]

@@ -29,11 +29,7 @@ pub(crate) enum MeasureError {
     Short { samples: usize, least: usize },
     /// A force that is no number.
     #[error("the force of tick {tick} is {force_n} N, which is not finite: record it again")]
-    NotFinite {
-        /// Tick.
-        tick: usize,
-        force_n: f64,
-    },
+    NotFinite { tick: usize, force_n: f64 },
     /// Too many samples that never came.
     #[error(
         "{lost} of {samples} samples were lost, more than 1 in 20: free the machine or the line, or give a longer {}",
@@ -548,9 +544,7 @@ impl Estimate {
 /// A device, as a record tells it.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub(crate) struct Measured {
-    /// m.
     pub mass_kg: Estimate,
-    /// b.
     pub damping_n_s_per_m: Estimate,
     /// `F_c`, while it slides.
     pub friction_n: Estimate,
@@ -558,7 +552,6 @@ pub(crate) struct Measured {
     pub hand_stiffness_n_per_m: Option<Estimate>,
     /// D: from a measurement to the force that answers it, beside the hold.
     pub delay_s: Estimate,
-    /// τ.
     pub current_lag_s: Estimate,
     /// q; 0 if no steps were seen.
     pub encoder_resolution_m: f64,

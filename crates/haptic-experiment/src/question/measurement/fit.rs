@@ -394,7 +394,6 @@ pub(super) struct Model {
     pub(super) mass: f64,
     pub(super) damping: f64,
     pub(super) friction: f64,
-    /// Constant force, N.
     pub(super) bias: f64,
     pub(super) delay: f64,
     /// A negative one stands for the motion that is as far from that without lag, on its other side.

@@ -30,13 +30,11 @@ const BLOCKS: usize = 4;
 /// A line of the response.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub(crate) struct ResponseLine {
-    /// ω, rad/s.
     pub omega_rad_s: f64,
     /// |G|, m/N.
     pub gain: f64,
     /// arg G, °, unwrapped from the slowest line on.
     pub phase_deg: f64,
-    /// γ².
     pub coherence: f64,
 }
 

@@ -171,7 +171,6 @@ struct Cell {
 
 /// How far the search of one order goes.
 struct Extent {
-    /// The largest β.
     dissipation: f64,
     /// Of a real device: walls that came to rest.
     settled: Option<Settled>,
@@ -189,7 +188,6 @@ struct Search<'a> {
     smooth: Option<MassDamper<1>>,
     chain: SafetyChain<f64>,
     samples: u64,
-    /// T^(−μ).
     rate: f64,
     encoder_step_m: f64,
     theory: Option<Theory>,
