@@ -291,7 +291,8 @@ impl<'a> Parsed<'a> {
         &'a self,
         kinds: &[&'k str],
         beside: &[&'k str],
-        (what, choice): (&str, &str),
+        what: &str,
+        choice: &str,
     ) -> Result<(&'k str, Table<'a>, BTreeMap<&'k str, Table<'a>>), FileError> {
         let (mut found, mut others) = (None, BTreeMap::new());
         for (name, table) in self.tables(&[kinds, beside].concat(), choice)? {

@@ -93,8 +93,8 @@ impl Question {
     /// If it is wrong: in one line, with its place.
     pub fn open(document: &Document) -> Result<Self, FileError> {
         let document = document.parse()?;
-        let words = ("question", "a question has one of [zwidth], [design]");
-        let (kind, table, _) = document.one_of(&QUESTIONS, &[], words)?;
+        let words = "a question has one of [zwidth], [design]";
+        let (kind, table, _) = document.one_of(&QUESTIONS, &[], "question", words)?;
         let table = with_devices(table.with_keys(&tables(kind))?)?;
         let asked = match kind {
             "zwidth" => ZWidth::of(&table).map(|asked| Asked::ZWidth(Box::new(asked))),

@@ -151,13 +151,13 @@ pub(crate) fn run_logged<W: World<D>, const D: usize>(
 pub(crate) fn recorder(
     request: &FolderRequest,
     folder: &OutputFolder,
-    own: BTreeMap<String, String>,
+    of_run: BTreeMap<String, String>,
     waits: bool,
     supervisor: Supervisor<'_>,
 ) -> Result<Recorder, Failure> {
     // What a run did goes before what its document asked for.
     let mut metadata = request.provenance.clone();
-    metadata.extend(own);
+    metadata.extend(of_run);
     let (log, live) = (folder.file("mcap"), supervisor.live_streams());
     let (overwrite, roll_bytes) = (folder.overwrite(), folder.roll_bytes());
     Recorder::start(&log, metadata, waits, overwrite, roll_bytes, live)

@@ -169,8 +169,8 @@ mod tests {
         for peak in peaks {
             let value = 1e3 + peak as f64;
             let found = kept.curves[0].iter().position(|&have| have == value);
-            let place = found.unwrap_or_else(|| panic!("{peak} is lost"));
-            assert_eq!(kept.time_s[place], 1e-3 * peak as f64);
+            let index = found.unwrap_or_else(|| panic!("{peak} is lost"));
+            assert_eq!(kept.time_s[index], 1e-3 * peak as f64);
         }
         assert!(kept.time_s.len() < 70_000, "{}", kept.time_s.len());
         assert!(kept.time_s.is_sorted());

@@ -500,7 +500,7 @@ fn driven(model: &Model, input: impl Fn(f64) -> f64, corners: &[f64], time_s: &[
     let inputs: Vec<f64> = times.iter().map(|&time| input(time)).collect();
     let stress = model.stress(&times, &inputs);
     let at = |time: &f64| match times.binary_search_by(|known| known.total_cmp(time)) {
-        Ok(place) if *time > 0.0 => stress[place],
+        Ok(index) if *time > 0.0 => stress[index],
         _ => 0.0,
     };
     time_s.iter().map(at).collect()

@@ -289,7 +289,8 @@ pub(crate) struct Judge {
 
 impl Judge {
     pub(crate) fn new(
-        (criterion, impact_m_per_s): (Criterion, f64),
+        criterion: Criterion,
+        impact_m_per_s: f64,
         tolerance: Tolerance,
         from_s: f64,
         force_limit_n: f64,
@@ -394,7 +395,7 @@ mod tests {
         motion: impl Fn(u32) -> (f64, f64),
     ) -> Settling {
         let tolerance = Tolerance::new(criterion, scales);
-        let mut judge = Judge::new((criterion, 0.1), tolerance, 4.6, 3.3);
+        let mut judge = Judge::new(criterion, 0.1, tolerance, 4.6, 3.3);
         for n in 0..5001 {
             let (position, force) = motion(n);
             judge.see(1e-3 * f64::from(n), position, force);
@@ -509,7 +510,7 @@ mod tests {
     #[test]
     fn what_leaves_or_never_ends_is_not_stable() {
         let tolerance = Tolerance::new(Criterion::Settling, STIFF);
-        let mut judge = Judge::new((Criterion::Settling, 0.1), tolerance, 4.6, 3.3);
+        let mut judge = Judge::new(Criterion::Settling, 0.1, tolerance, 4.6, 3.3);
         assert!(judge.see(0.0, 0.0, 0.0));
         assert_eq!(judge.settling(true, None).verdict, TrialVerdict::Unfinished);
         assert!(!judge.see(1.0, f64::NAN, 0.0));

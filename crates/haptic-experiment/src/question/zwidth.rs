@@ -102,12 +102,12 @@ impl ZWidth {
         let analysed = (remote.is_none() || table.has(&DEVICE_MODEL)).then_some(bench.plant);
         if remote.is_some() {
             // It has its own, whatever its file says of them.
-            let own = LESS_THAN_IDEAL.iter().chain([&IMPACT]);
+            let its_keys = LESS_THAN_IDEAL.iter().chain([&IMPACT]);
             let why = format!(
                 "on a real device, which has its own and cannot be thrown: give {}",
                 DEVICE.set_to("sim")
             );
-            without(table, own, &why)?;
+            without(table, its_keys, &why)?;
             bench.plant = Imperfections::NONE.on(bench.plant);
             bench.sensors = Imperfections::NONE.sensors;
         }

@@ -113,7 +113,7 @@ impl DeviceName {
     ) -> Result<SerialLink, Failure> {
         match (&self.0, axes) {
             (Some(name), Some(axes)) => name.connect_with(axes, patience, warn, stop),
-            (Some(name), None) => name.open(1, warn, (patience, stop)),
+            (Some(name), None) => name.open(1, warn, patience, stop),
             (None, _) => Err(Failure::bad_input(format_args!(
                 "device \"sim\" has no port: give {}, as of an emulated device",
                 DEVICE.set_to("serial:PATH")
@@ -131,7 +131,7 @@ impl LinkedName {
         warn: Warn<'_>,
         stop: Option<&AtomicBool>,
     ) -> Result<SerialLink, Failure> {
-        let link = self.open(axes, warn, (patience, stop))?;
+        let link = self.open(axes, warn, patience, stop)?;
         let has = usize::from(link.capabilities().axes);
         match (has, axes) {
             _ if has == axes => Ok(link),
@@ -153,7 +153,8 @@ impl LinkedName {
         &self,
         axes: usize,
         warn: Warn<'_>,
-        (patience, stop): (Duration, Option<&AtomicBool>),
+        patience: Duration,
+        stop: Option<&AtomicBool>,
     ) -> Result<SerialLink, Failure> {
         match self {
             Self::Serial(name) => {

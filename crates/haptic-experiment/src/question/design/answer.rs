@@ -100,14 +100,14 @@ impl Design {
             })
         };
         let mut candidates = judged(&self.orders_to_try())?;
-        let own = usize::from(matches!(self.wish, Wish::Tissue { .. }));
+        let fixed = usize::from(matches!(self.wish, Wish::Tissue { .. }));
         for _ in 0..self.halvings() {
             let Some(best) = self.best(&candidates) else {
                 break;
             };
             let finer = half_way(best.order, &candidates);
             candidates.extend(judged(&finer)?);
-            candidates[own..].sort_by(|a, b| a.order.total_cmp(&b.order));
+            candidates[fixed..].sort_by(|a, b| a.order.total_cmp(&b.order));
         }
         Ok(candidates)
     }
@@ -169,12 +169,12 @@ impl Design {
         let Wish::Tissue { material, .. } = &self.wish else {
             return None;
         };
-        let own = candidates.first()?;
+        let first = candidates.first()?;
         Some(TissueVerdict {
             name: material.name.clone(),
-            order: own.order,
-            fits: own.largest_scale.is_some_and(|scale| scale >= 1.0),
-            largest_scale: own.largest_scale,
+            order: first.order,
+            fits: first.largest_scale.is_some_and(|scale| scale >= 1.0),
+            largest_scale: first.largest_scale,
         })
     }
 
@@ -325,7 +325,7 @@ pub(super) fn until_settled<E>(
 
 /// A push and how long it is looked at, so many times as long as usual.
 pub(super) fn plan(sample_time: Seconds, force_limit_n: f64, stretch: f64) -> TrialPlan {
-    let larger = |(seconds, samples): (f64, f64)| seconds.max(samples * sample_time.0);
+    let larger = |least: (f64, f64)| least.0.max(least.1 * sample_time.0);
     TrialPlan {
         push_n: PUSH_N.min(0.25 * force_limit_n),
         duration_s: stretch * larger(DURATION),

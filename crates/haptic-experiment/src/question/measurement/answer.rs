@@ -42,7 +42,7 @@ impl Measurement {
     pub fn open(document: &Document) -> Result<Self, FileError> {
         let document = document.parse()?;
         let (_, table, _) =
-            document.one_of(&[MEASUREMENT], &[], ("measurement", "give [measure]"))?;
+            document.one_of(&[MEASUREMENT], &[], "measurement", "give [measure]")?;
         let table = with_devices(table.with_keys(&TABLES)?)?;
         let remote = remote_by(&table, &MEASURE_DEVICE)?;
         if remote.is_some() {
@@ -100,7 +100,7 @@ impl Measurement {
                 (record, remote.name.to_string(), Some(board))
             }
             None => {
-                let record = on_simulated(plan, (self.device, self.sensors), progress, stop)?;
+                let record = on_simulated(plan, self.device, self.sensors, progress, stop)?;
                 (record, "sim".to_owned(), None)
             }
         };

@@ -170,7 +170,8 @@ impl Outcome {
 /// Measures a simulated device in virtual time.
 pub(crate) fn on_simulated(
     plan: &MeasurePlan,
-    (device, sensors): (MassDamperConfig, Sensors),
+    device: MassDamperConfig,
+    sensors: Sensors,
     progress: &dyn Fn(u64),
     stop: &AtomicBool,
 ) -> Result<MotionRecord, Failure> {
@@ -274,8 +275,8 @@ impl Excitation {
     fn new(plan: MeasurePlan) -> Self {
         let highest = f64::min(FAST_TO.0, FAST_TO.1 / plan.sample_time_s);
         let group = |[low, high]: [f64; 2], lines: usize, rms: f64, slope: f64| -> Vec<Line> {
-            let place = |n: usize| n as f64 / (lines - 1) as f64;
-            let frequency = |n: usize| low * libm::pow(high / low, place(n));
+            let share = |n: usize| n as f64 / (lines - 1) as f64;
+            let frequency = |n: usize| low * libm::pow(high / low, share(n));
             let weight = |n: usize| libm::pow(frequency(n) / high, slope);
             let squares: f64 = (0..lines).map(|n| 0.5 * weight(n) * weight(n)).sum();
             let unit = rms * plan.force_n() / squares.sqrt();

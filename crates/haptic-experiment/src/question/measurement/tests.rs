@@ -109,9 +109,15 @@ fn measured(
     device: MassDamperConfig,
     imperfections: &Imperfections,
 ) -> MotionRecord {
-    let device = (imperfections.on(device), imperfections.sensors);
     let never = AtomicBool::new(false);
-    on_simulated(plan, device, &|_| {}, &never).expect("measures")
+    on_simulated(
+        plan,
+        imperfections.on(device),
+        imperfections.sensors,
+        &|_| {},
+        &never,
+    )
+    .expect("measures")
 }
 
 impl Default for MeasurePlan {

@@ -53,7 +53,7 @@ impl ZWidth {
             .orders
             .iter()
             .enumerate()
-            .map(|(place, &order)| Search::new(self, order, place, trials.as_ref(), stop))
+            .map(|(index, &order)| Search::new(self, order, index, trials.as_ref(), stop))
             .collect::<Result<_, _>>()?;
         let orders: Vec<OrderBoundary> = searches
             .par_iter()
@@ -207,7 +207,7 @@ impl<'a> Search<'a> {
     fn new(
         experiment: &'a ZWidth,
         order: Order,
-        place: usize,
+        index: usize,
         trials: Option<&'a Trials<'a>>,
         stop: &'a AtomicBool,
     ) -> Result<Self, Failure> {
@@ -264,7 +264,7 @@ impl<'a> Search<'a> {
                 .and_then(|device| Theory::new(device, experiment.scheme, order).ok()),
             most: search_limit(config.damping.0 * t.0 / config.mass.0),
             units: units(&config, order),
-            seed: experiment.sensors.seed.wrapping_add((place as u64) << 32),
+            seed: experiment.sensors.seed.wrapping_add((index as u64) << 32),
             remote: remote.transpose()?,
             stop,
             runs: AtomicU64::new(0),
@@ -407,8 +407,8 @@ impl<'a> Search<'a> {
             let whole = run_wall(&mut controller, &mut device, self.samples, see);
             judge.settling(whole, None).stable
         };
-        let own = core::iter::once(self.plan.impact_m_per_s);
-        own.chain(self.plan.hits(contact)).all(settles)
+        let first = core::iter::once(self.plan.impact_m_per_s);
+        first.chain(self.plan.hits(contact)).all(settles)
     }
 }
 
@@ -534,15 +534,15 @@ mod tests {
         // Friction that holds the device counts as rest by this rule, which tries no device without it.
         let device = "friction_n = 0.05\nencoder_resolution_m = 1e-6\nduration_s = 1.0\n";
         let usual = largest_stable(device);
-        let own = |threshold: &str| {
+        let keys_with = |threshold: &str| {
             largest_stable(&format!(
                 "criterion = \"dissertation\"\n{threshold}{device}"
             ))
         };
         let (strict, his, lax) = (
-            own("threshold_m = 1e-6\n"),
-            own(""),
-            own("threshold_m = 1e-3\n"),
+            keys_with("threshold_m = 1e-6\n"),
+            keys_with(""),
+            keys_with("threshold_m = 1e-3\n"),
         );
         assert!(usual[0] < his[0], "{usual:?} and {his:?}");
         assert!(

@@ -63,9 +63,9 @@ fn a_board_that_failed_ends_it_with_its_own_words() {
         panic!("nothing more can be tried");
     };
     let said = failure.to_string();
-    let own = link.trouble().expect("it says why").words;
+    let words = link.trouble().expect("it says why").words;
     assert!(
-        said.contains(&own) && said.contains("no more trials"),
+        said.contains(&words) && said.contains("no more trials"),
         "{said}"
     );
     assert!(matches!(failure, Failure::Device(_)), "{said}");
