@@ -36,12 +36,9 @@ pub enum Cause {
     /// A document is wrong; it knows the place.
     #[error(transparent)]
     Document(Box<FileError>),
-    /// A log cannot be read or written.
+    /// A log or another file cannot be read or written.
     #[error(transparent)]
-    Log(Box<RecordError>),
-    /// A new file cannot be made.
-    #[error(transparent)]
-    File(NewFileError),
+    File(Box<RecordError>),
     /// What cannot be made, by the name that somebody gave it, and what to do about it, as a sentence.
     #[error("{0}: {1}")]
     Name(String, String),
@@ -139,7 +136,7 @@ impl Cause {
             Self::System(what, advice, error) => {
                 format!("{what}{}: {error}", renamed(advice, names))
             }
-            Self::Log(_) | Self::File(_) => self.to_string(),
+            Self::File(_) => self.to_string(),
         }
     }
 }
@@ -161,7 +158,7 @@ impl From<RecordError> for Failure {
             Message(_) | Time { .. } => Self::Run,
             File(_) | Read { .. } | NotMcap { .. } | NoTicks { .. } | _ => Self::Input,
         };
-        kind(Cause::Log(Box::new(error)))
+        kind(Cause::File(Box::new(error)))
     }
 }
 
@@ -182,6 +179,6 @@ impl From<NewFileError> for Failure {
         }
         let full = matches!(&error, NewFileError::Io { source, .. } if is_full(source));
         let kind = if full { Self::DataLost } else { Self::Input };
-        kind(Cause::File(error))
+        kind(Cause::File(Box::new(error.into())))
     }
 }

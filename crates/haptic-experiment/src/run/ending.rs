@@ -226,21 +226,6 @@ impl Ending {
     }
 }
 
-/// What a device tells of a fault in its tick 7, of 1 ms.
-#[cfg(test)]
-pub(crate) fn reported(fault: Fault) -> FaultReport {
-    let status = haptic_link::Status {
-        state: haptic_link::State::Fault,
-        fault: fault.code(),
-        faults: 1,
-    };
-    FaultReport {
-        status,
-        tick: 7,
-        time_us: 7000,
-    }
-}
-
 /// So many times as much is proposed.
 const LONGER: u16 = 5;
 
@@ -295,8 +280,21 @@ impl Lateness {
 }
 
 #[cfg(test)]
-mod tests {
+pub(crate) mod tests {
     use super::*;
+
+    pub(crate) fn reported(fault: Fault) -> FaultReport {
+        let status = haptic_link::Status {
+            state: haptic_link::State::Fault,
+            fault: fault.code(),
+            faults: 1,
+        };
+        FaultReport {
+            status,
+            tick: 7,
+            time_us: 7000,
+        }
+    }
 
     #[test]
     fn what_became_of_a_force_is_seen_in_the_log_or_nobody_knows() {

@@ -558,7 +558,7 @@ fn too_busy(error: &SerialError, lateness: Lateness) -> Option<Failure> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::run::ending::reported;
+    use crate::run::ending::tests::reported;
 
     #[test]
     fn who_leaves_the_box_before_there_is_a_force_moves_by_itself() {

@@ -292,12 +292,15 @@ fn measured(record: &MotionRecord, fitted: &Fitted, spread: &Spread, free: usize
     };
     let about = |value: f64, side: f64| Estimate {
         value,
-        low: (value - side).max(0.0),
+        low: value - side,
         high: value + side,
     };
-    let around = |number, value: f64, unit: f64| about(value, side(number) * unit);
+    let around = |number, value: f64, unit: f64| {
+        let about = about(value, side(number) * unit);
+        let low = about.low.max(0.0);
+        Estimate { low, ..about }
+    };
     let factor = libm::exp(side(Number::Mass));
-    let bias = side(Number::Bias);
     let residual_rms_m = (square(&fitted.left) / free.max(1) as f64).sqrt();
     // Steps far below all else do not count, as those of single precision on the wire.
     let step_m = encoder_step(&record.position_m)
@@ -322,11 +325,7 @@ fn measured(record: &MotionRecord, fitted: &Fitted, spread: &Spread, free: usize
         current_lag_s: around(Number::Lag, model.lag.max(0.0) * t, t),
         encoder_resolution_m: step_m,
         sensor_noise_m: noise_m(&fitted.left, free, step_m),
-        bias_n: Estimate {
-            value: model.bias,
-            low: model.bias - bias,
-            high: model.bias + bias,
-        },
+        bias_n: about(model.bias, side(Number::Bias)),
         breakaway_n: record.breakaway_n.map(|(up, down)| 0.5 * (up - down)),
         residual_rms_m,
         expected_residual_rms_m: (step_m / 12_f64.sqrt()).hypot(at_rest_m),

@@ -196,16 +196,16 @@ impl<'a> Trials<'a> {
     /// What can be done about a limit that ended a trial.
     fn remedy(&self, fault: Fault) -> String {
         let set = &self.set.limits;
-        match fault {
-            Fault::Workspace => format!(
+        if fault == Fault::Workspace {
+            return format!(
                 "set more room than {} m to {} m on the device (`host-cli device set`), hold it in the middle, or push less",
                 set.workspace_low_m, set.workspace_high_m
-            ),
-            _ => format!(
-                "set more than {} m/s on the device (`host-cli device set`), or push less",
-                set.speed_hard_m_per_s
-            ),
+            );
         }
+        format!(
+            "set more than {} m/s on the device (`host-cli device set`), or push less",
+            set.speed_hard_m_per_s
+        )
     }
 
     fn try_once(
@@ -253,9 +253,11 @@ impl<'a> Trials<'a> {
             if is_unanswered(&error) {
                 return unanswered(&state.link, &path, error);
             }
-            let too_deep = is_too_deep(&error);
+            let refusal = refusal(&error);
+            // In the wall, where a person has to pull it out.
+            let too_deep = matches!(refusal, Some(Refusal::ForceNotSmall { .. }));
             let patience = if too_deep { OUT_WITHIN } else { FALLEN_WITHIN };
-            if !(too_deep || passes(&error)) || asked.elapsed() > patience {
+            if !(too_deep || passes(refusal)) || asked.elapsed() > patience {
                 return Err(problem(error));
             }
             if too_deep {
@@ -327,10 +329,11 @@ fn followed(
             Some(Heard::Fault(report)) => return faulted(link, report),
             Some(Heard::Over(error)) => return Err(refused_at_port(path, error.into())),
             None => {
-                return match link.silent(patience) {
-                    error @ LinkError::HeldUp { .. } => Ok(held_up(path, &error.into())),
-                    error => Err(refused_at_port(path, error.into())),
-                };
+                let error = link.silent(patience);
+                if let LinkError::HeldUp { .. } = error {
+                    return Ok(held_up(path, &error.into()));
+                }
+                return Err(refused_at_port(path, error.into()));
             }
         }
     }
@@ -339,10 +342,10 @@ fn followed(
 /// Lets go of a device that did not answer. This machine, an emulator on it or a bad line may have been held up: if it answers now, nothing
 /// is known of the law.
 fn unanswered(link: &SerialLink, path: &str, error: SerialError) -> Result<Trial, Failure> {
-    match link.silent(SILENCE) {
-        LinkError::HeldUp { .. } => Ok(held_up(path, &error)),
-        _ => Err(refused_at_port(path, error)),
+    if let LinkError::HeldUp { .. } = link.silent(SILENCE) {
+        return Ok(held_up(path, &error));
     }
+    Err(refused_at_port(path, error))
 }
 
 fn held_up(path: &str, error: &SerialError) -> Trial {
@@ -356,27 +359,19 @@ const fn is_unanswered(error: &SerialError) -> bool {
 }
 
 /// Refused for now: the force of the trial before still falls, or a fault latched that is not known here yet.
-fn passes(error: &SerialError) -> bool {
+fn passes(refusal: Option<Refusal>) -> bool {
     matches!(
-        error,
-        SerialError::Link(LinkError::Refused {
-            refusal: Refusal::ForceNotZero
-                | Refusal::UnknownFault
-                | Refusal::State(DeviceState::Fault),
-            ..
-        })
+        refusal,
+        Some(Refusal::ForceNotZero | Refusal::UnknownFault | Refusal::State(DeviceState::Fault))
     )
 }
 
-/// The device stands where the trial before has left it, in what is now a stiffer wall.
-fn is_too_deep(error: &SerialError) -> bool {
-    matches!(
-        error,
-        SerialError::Link(LinkError::Refused {
-            refusal: Refusal::ForceNotSmall { .. },
-            ..
-        })
-    )
+/// What the device refused, if it refused something.
+fn refusal(error: &SerialError) -> Option<Refusal> {
+    let SerialError::Link(LinkError::Refused { refusal, .. }) = error else {
+        return None;
+    };
+    Some(*refusal)
 }
 
 /// Faults that say the wall is no stable one.

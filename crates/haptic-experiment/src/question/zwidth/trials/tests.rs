@@ -1,7 +1,7 @@
 //! Trials on a device that is silent, that fails, and that has had enough.
 
 use super::*;
-use crate::run::ending::reported;
+use crate::run::ending::tests::reported;
 use haptic_devices::moteus::{MoteusAxis, MoteusSettings};
 use haptic_emulator::NearLine;
 use haptic_emulator::moteus::{EmulatedAdapter, EmulatedServo, Shaft};
