@@ -100,7 +100,7 @@ impl Question {
             "zwidth" => ZWidth::of(&table).map(|asked| Asked::ZWidth(Box::new(asked))),
             _ => match design::reading::wish(&table)? {
                 WishName::Coupler => design::reading::coupler(&table).map(Asked::Coupler),
-                wish => {
+                wish @ (WishName::StiffestWall | WishName::MostDamping | WishName::Tissue) => {
                     let design = design::reading::design(&table, wish)?;
                     Ok(Asked::Design(Box::new(design)))
                 }
@@ -136,7 +136,10 @@ impl Question {
         warn: Warn<'_>,
     ) -> Result<Answer, Failure> {
         match &self.0 {
-            Asked::ZWidth(zwidth) => zwidth.run(progress, stop, warn).map(Answer::ZWidth),
+            Asked::ZWidth(zwidth) => {
+                let found = zwidth.run(progress, stop, warn)?;
+                Ok(Answer::ZWidth(Box::new(found)))
+            }
             Asked::Design(design) => {
                 let found = design.answer(stop, progress)?;
                 Ok(Answer::Design(Box::new(found)))
@@ -154,7 +157,7 @@ impl Question {
 #[serde(untagged)]
 pub enum Answer {
     /// The stiffest walls of a device.
-    ZWidth(ZWidthReport),
+    ZWidth(Box<ZWidthReport>),
     /// The best wall of each order.
     Design(Box<DesignReport>),
     /// The stiffest coupler of each order.

@@ -125,13 +125,10 @@ pub(crate) fn provenance() -> BTreeMap<String, String> {
     let arguments: Vec<String> = std::env::args_os()
         .map(|argument| argument.to_string_lossy().into_owned())
         .collect();
-    let provenance = [
-        ("program", PROGRAM.to_owned()),
-        ("command_line", arguments.join(" ")),
-    ];
-    provenance
-        .map(|(key, value)| (key.to_owned(), value))
-        .into()
+    BTreeMap::from([
+        ("program".to_owned(), PROGRAM.to_owned()),
+        ("command_line".to_owned(), arguments.join(" ")),
+    ])
 }
 
 /// Saves a picture as SVG and PNG under the folder's own stem, and names the one to look at.
@@ -150,13 +147,14 @@ impl Unwritten {
     fn take<T>(&mut self, written: Result<T, Failure>) -> Option<T> {
         match written {
             Ok(written) => Some(written),
-            // The place was good before the work: nobody's input is at fault.
-            Err(Failure::Input(cause)) => {
-                self.0.get_or_insert(Failure::DataLost(cause));
-                None
-            }
             Err(failure) => {
-                self.0.get_or_insert(failure);
+                // The place was good before the work: nobody's input is at fault.
+                self.0
+                    .get_or_insert(if let Failure::Input(cause) = failure {
+                        Failure::DataLost(cause)
+                    } else {
+                        failure
+                    });
                 None
             }
         }

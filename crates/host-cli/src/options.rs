@@ -497,6 +497,7 @@ pub(crate) mod keys {
     ];
     const WITHOUT_UNITS: &[&Parameter] =
         &[&a::ALPHA, &a::BETA, &a::DELTA, &a::GAMMA, &a::DELAY_SAMPLES];
+
     const ENVIRONMENT: &[&Parameter] = &[
         &ORDER,
         &a::ANALYSED_SCHEME,
@@ -506,49 +507,6 @@ pub(crate) mod keys {
         &a::OMEGA_MIN,
         &a::OMEGA_MAX,
         &a::POINTS,
-    ];
-    /// The device that it is on.
-    const TRANSPARENCY: &[&Parameter] = &[
-        &DEVICE_MODEL,
-        &ANALYSED_MASS,
-        &ANALYSED_DAMPING,
-        &ANALYSED_DELAY,
-        &ANALYSED_LAG,
-        &a::DELAY_SAMPLES,
-    ];
-    const COUPLING: &[&Parameter] = &[
-        &ORDER,
-        &a::ANALYSED_SCHEME,
-        &COUPLER_STIFFNESS,
-        &COUPLER_DISSIPATION,
-        &ANALYSED_SAMPLE_TIME,
-        &ANALYSED_DAMPING,
-    ];
-    /// Two hands over a line.
-    const HANDS: &[&Parameter] = &[
-        &ARCHITECTURE,
-        &LINE_DELAY,
-        &HAND_COUPLER_STIFFNESS,
-        &HAND_COUPLER_DISSIPATION,
-        &HAND_COUPLER_ORDER,
-        &WAVE_IMPEDANCE,
-        &a::PLAYOUT_SAMPLES,
-        &a::BEST,
-        &TISSUE,
-        &a::FELT_LOW,
-        &a::FELT_HIGH,
-        &a::FELT_POINTS,
-    ];
-    /// Their devices, and the tissue.
-    const HANDS_ON: &[&Parameter] = &[
-        &MASS,
-        &DAMPING,
-        &SLAVE_MASS,
-        &SLAVE_DAMPING,
-        &SAMPLE_TIME,
-        &LIBRARY,
-        &AREA,
-        &THICKNESS,
     ];
 
     named! {
@@ -581,8 +539,22 @@ pub(crate) mod keys {
         Wall: &[ON_WALL, WITHOUT_UNITS];
         Sensitivity: &[ON_WALL, &[&a::SENSITIVITY_POINTS], WITHOUT_UNITS];
         Environment: &[ENVIRONMENT];
-        Transparency: &[ENVIRONMENT, TRANSPARENCY];
-        Coupling: &[COUPLING];
-        Hands: &[HANDS, HANDS_ON];
+        Transparency: &[ENVIRONMENT, &[
+            &DEVICE_MODEL, &ANALYSED_MASS, &ANALYSED_DAMPING, &ANALYSED_DELAY, &ANALYSED_LAG,
+            &a::DELAY_SAMPLES,
+        ]];
+        Coupling: &[&[
+            &ORDER, &a::ANALYSED_SCHEME, &COUPLER_STIFFNESS, &COUPLER_DISSIPATION,
+            &ANALYSED_SAMPLE_TIME, &ANALYSED_DAMPING,
+        ]];
+        // Two hands over a line; then their devices, and the tissue.
+        Hands: &[&[
+            &ARCHITECTURE, &LINE_DELAY, &HAND_COUPLER_STIFFNESS, &HAND_COUPLER_DISSIPATION,
+            &HAND_COUPLER_ORDER, &WAVE_IMPEDANCE, &a::PLAYOUT_SAMPLES, &a::BEST, &TISSUE,
+            &a::FELT_LOW, &a::FELT_HIGH, &a::FELT_POINTS,
+        ], &[
+            &MASS, &DAMPING, &SLAVE_MASS, &SLAVE_DAMPING, &SAMPLE_TIME, &LIBRARY, &AREA,
+            &THICKNESS,
+        ]];
     }
 }

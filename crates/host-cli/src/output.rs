@@ -23,7 +23,7 @@ pub(crate) struct Output {
 impl Output {
     /// Prints a report: as JSON, or its lines.
     pub(crate) fn report<T: Serialize>(self, report: &T) -> Result<(), Failure> {
-        self.text(report, |out| print_lines(out, &lines(report)))
+        self.report_as(report, report)
     }
 
     /// Prints JSON of a report, or the lines of `shown`, which has less.
@@ -32,7 +32,21 @@ impl Output {
         report: &T,
         shown: &S,
     ) -> Result<(), Failure> {
-        self.text(report, |out| print_lines(out, &lines(shown)))
+        let mut lines = lines(shown);
+        lines.iter_mut().for_each(|line| self.rename(line));
+        self.text(report, |out| print_lines(out, &lines))
+    }
+
+    /// Names keys in the sentences of a report by the options of the command; JSON is for programs and has the keys.
+    fn rename(self, line: &mut Line) {
+        let rename = |text: &mut String| *text = renamed(text, |key| self.names.of_key(key));
+        match line {
+            Line::Row(row) => {
+                rename(&mut row.value);
+                rename(&mut row.reason);
+            }
+            Line::Table(table) => table.rows.iter_mut().flatten().for_each(rename),
+        }
     }
 
     /// Prints the report of what left something behind: nothing for a quiet person.

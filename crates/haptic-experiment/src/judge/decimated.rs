@@ -113,7 +113,7 @@ impl<const M: usize> Decimated<M> {
         self.group[1] = point;
         for (curve, value) in point.values.into_iter().enumerate() {
             let (low, high) = (2 + 2 * curve, 3 + 2 * curve);
-            // A value that is no number gives way to any that is.
+            // NaN gives way to any number.
             if value < self.group[low].values[curve] || self.group[low].values[curve].is_nan() {
                 self.group[low] = point;
             }

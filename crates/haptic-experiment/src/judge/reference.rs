@@ -26,12 +26,12 @@ impl Reference {
     /// Those of the scheme itself where it has the full history, else Grünwald's.
     pub(crate) fn of(scheme: Scheme) -> Self {
         if let Scheme::FullBdf2 { .. } = scheme {
-            return Self::Bdf2;
+            Self::Bdf2
+        } else if let Scheme::Full { kernel, .. } = scheme {
+            Self::Kernel(kernel)
+        } else {
+            Self::Kernel(Kernel::Grunwald)
         }
-        Self::Kernel(match scheme {
-            Scheme::Full { kernel, .. } => kernel,
-            _ => Kernel::Grunwald,
-        })
     }
 
     /// The scheme with these weights, of this tolerance.

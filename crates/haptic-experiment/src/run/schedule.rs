@@ -50,7 +50,7 @@ impl Schedule {
         let Pace::Realtime(options) = self.pace else {
             return Ok(None);
         };
-        // A number that is no duration becomes 0, and 0 is refused.
+        // NaN, and what no `Duration` holds, become 0, which is refused.
         let period = Duration::try_from_secs_f64(self.sample_time_s).unwrap_or_default();
         let config = PeriodicConfig {
             thread: options.thread(),

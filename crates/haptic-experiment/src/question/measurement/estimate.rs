@@ -27,7 +27,7 @@ pub(crate) enum MeasureError {
         MEASURE_DURATION
     )]
     Short { samples: usize, least: usize },
-    /// A force that is no number.
+    /// The force of a tick is NaN or infinite, so the record is not one of a loop.
     #[error("the force of tick {tick} is {force_n} N, which is not finite: record it again")]
     NotFinite { tick: usize, force_n: f64 },
     /// Too many samples that never came.

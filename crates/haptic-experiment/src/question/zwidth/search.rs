@@ -520,13 +520,12 @@ mod tests {
         let text = format!("[zwidth]\nsample_time_s = 2e-3\norders = [1.0]\npoints = 2\n{keys}");
         let question = Question::parse(std::path::Path::new("z.toml"), &text).expect("valid");
         let never = AtomicBool::new(false);
-        match question.answer(&|_| {}, &never, &|_| {}).expect("answers") {
-            Answer::ZWidth(report) => {
-                let points = report.orders[0].boundary.iter();
-                points.map(|point| point.stiffness_max).collect()
-            }
-            other => panic!("{other:?}"),
-        }
+        let answer = question.answer(&|_| {}, &never, &|_| {}).expect("answers");
+        let Answer::ZWidth(report) = answer else {
+            panic!("{answer:?}");
+        };
+        let points = report.orders[0].boundary.iter();
+        points.map(|point| point.stiffness_max).collect()
     }
 
     #[test]

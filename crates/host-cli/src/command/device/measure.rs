@@ -54,7 +54,7 @@ impl Arguments {
         let stop = stop_on_interrupt()?;
         let bar = progress_bar(asked.steps(), output);
         let measured = asked.run(&|ticks| bar.set_position(ticks), stop, &|text| {
-            output.warn(text)
+            output.warn(text);
         });
         bar.finish_and_clear();
         let mut report = measured?;

@@ -118,8 +118,7 @@ fn judge(report: &SelfTestReport) -> Result<(), Failure> {
         )));
     }
     if report.interrupted {
-        let words = format!("interrupted: the device was disarmed");
-        return Err(Failure::run(words));
+        return Err(Failure::run("interrupted: the device was disarmed"));
     }
     let named = |which: fn(&Check) -> bool, why: &str, remedy: &str| {
         let checks = report.checks.iter().filter(|check| which(check));
