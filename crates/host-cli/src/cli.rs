@@ -3,7 +3,8 @@
 use crate::command;
 use crate::command::device::{changes, emulate};
 use crate::command::run::Experiment;
-use crate::options::{self, Names, WithFiles, keys};
+use crate::names::Names;
+use crate::options::{self, WithFiles, keys};
 use crate::output::{Output, note, refused};
 use clap::error::{ContextKind, ErrorKind};
 use clap::{CommandFactory as _, FromArgMatches as _, Parser, Subcommand};

@@ -4,6 +4,7 @@
 
 use self::keys::Named;
 use crate::files::Files;
+use crate::names::option_of;
 use clap::builder::PossibleValuesParser;
 use clap::{Arg, ArgAction, ArgMatches, Args, Command, Error, FromArgMatches};
 use fracdiff::parameter::Shown;
@@ -17,11 +18,10 @@ use haptic_experiment::parameters::{
 };
 use haptic_experiment::run::DeviceModel;
 use haptic_quantity::{is_meant, kind_of_key, parse_for_key, without_unit};
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeMap;
 use std::marker::PhantomData;
 use std::ops::RangeInclusive;
 use std::path::{Path, PathBuf};
-use std::sync::LazyLock;
 use toml::Value;
 
 /// Options and values of a command, as they were typed.
@@ -54,38 +54,6 @@ pub(crate) fn instead_of(option: &str, command: &str) -> Option<String> {
     let is_flag = matches!(known.value, Kind::Flag(_));
     let value = if is_flag { "true" } else { "VALUE" };
     Some(format!("{}={value}", without_unit(known.key)))
-}
-
-/// The name of the option of a key.
-pub(crate) fn option_of(key: &str) -> String {
-    without_unit(key).replace('_', "-")
-}
-
-/// Names of keys whose option is called otherwise.
-const OTHERWISE: [(&str, &str); 4] = [
-    ("branches", "prony"),
-    ("iso_damping", "not-flat"),
-    ("output_high", "output-limits"),
-    ("output_low", "output-limits"),
-];
-
-/// The options of a command, by which its sentences name keys: `--sample-time`. A key without one is named by itself, `` `seed` ``, as
-/// `KEY=VALUE` and files have it.
-#[derive(Debug)]
-pub(crate) struct Names(LazyLock<BTreeSet<String>>);
-
-impl Names {
-    /// `command` is asked when the first sentence names a key, so that a start without one builds no second parser.
-    pub(crate) const fn of(command: fn() -> BTreeSet<String>) -> Self {
-        Self(LazyLock::new(command))
-    }
-
-    /// The option of a key, with its hyphens.
-    pub(crate) fn of_key(&self, key: &str) -> Option<String> {
-        let otherwise = OTHERWISE.iter().find(|(known, _)| *known == key);
-        let option = otherwise.map_or_else(|| option_of(key), |(_, option)| (*option).to_owned());
-        self.0.contains(&option).then(|| format!("--{option}"))
-    }
 }
 
 /// A text as the value of a parameter, in SI units.
@@ -323,7 +291,8 @@ impl Given {
             .ok_or_else(|| {
                 let (least, most) = range.into_inner();
                 Failure::bad_input(format_args!(
-                    "{parameter} = {} is not a whole number from {least} to {most}: change it",
+                    "--{} = {} is not a whole number from {least} to {most}: change it",
+                    option_of(parameter.key),
                     count.unwrap_or_default()
                 ))
             })

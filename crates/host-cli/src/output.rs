@@ -1,6 +1,6 @@
 //! Printing: results on standard output, everything else on standard error.
 
-use crate::options::Names;
+use crate::names::Names;
 use annotate_snippets::{AnnotationKind, Group, Level, Renderer, Snippet};
 use haptic_experiment::{Cause, Failure, Line, Table, lines};
 use haptic_quantity::renamed;
@@ -37,9 +37,13 @@ impl Output {
         self.text(report, |out| print_lines(out, &lines))
     }
 
-    /// Names keys in the sentences of a report by the options of the command; JSON is for programs and has the keys.
+    /// A sentence of a library, with its keys named by the options of the command.
+    fn renamed(self, sentence: &str) -> String {
+        renamed(sentence, |key| self.names.of_key(key))
+    }
+
     fn rename(self, line: &mut Line) {
-        let rename = |text: &mut String| *text = renamed(text, |key| self.names.of_key(key));
+        let rename = |text: &mut String| *text = self.renamed(text);
         match line {
             Line::Row(row) => {
                 rename(&mut row.value);
@@ -59,7 +63,7 @@ impl Output {
 
     /// Says a sentence of a library on standard error.
     pub(crate) fn warn(self, sentence: &str) {
-        warn(&renamed(sentence, |key| self.names.of_key(key)));
+        warn(&self.renamed(sentence));
     }
 
     /// Prints JSON, or the text that `text` writes.
@@ -71,9 +75,9 @@ impl Output {
         let mut out = Visible(BufWriter::new(io::stdout().lock()));
         let printed = if self.json {
             // JSON escapes them itself, but for those behind the ASCII ones, which stand in strings alone.
-            serde_json::to_writer(&mut out, value)
+            serde_json::to_string(value)
                 .map_err(io::Error::from)
-                .and_then(|()| writeln!(out))
+                .and_then(|json| writeln!(out, "{}", self.renamed(&json)))
         } else {
             text(&mut out)
         };

@@ -2,7 +2,6 @@
 
 use crate::document::failure::Failure;
 use crate::document::parameters::{CONTROLLER, FORCE_UNSTABLE};
-use crate::run::preflight::{Findings, Found};
 use serde::Serialize;
 
 /// The certified verdict on one loop of a drive, and how far it is from the edge.
@@ -63,12 +62,9 @@ impl DriveVerdict {
     pub(crate) fn stable(&self) -> bool {
         self.loops().all(|(looked_at, _)| looked_at.stable)
     }
-}
 
-impl Findings for DriveVerdict {
-    const KEY: &'static str = "drive.preflight";
-
-    fn require_stable(&self, force: bool) -> Result<(), Failure> {
+    /// Refuses what is unstable, unless it is forced.
+    pub(crate) fn require_stable(&self, force: bool) -> Result<(), Failure> {
         let unstable = self.loops().find(|(looked_at, _)| !looked_at.stable);
         let Some((unstable, whether)) = unstable.filter(|_| !force) else {
             return Ok(());
@@ -77,16 +73,5 @@ impl Findings for DriveVerdict {
         Err(Failure::bad_input(format_args!(
             "pre-flight: the loop of the drive would be unstable {whether}; {remedy}: take another {CONTROLLER}, or {FORCE_UNSTABLE}"
         )))
-    }
-
-    fn warning(&self, _: bool) -> Option<String> {
-        None
-    }
-
-    fn found(self) -> Found {
-        Found {
-            drive: Some(self),
-            ..Found::default()
-        }
     }
 }

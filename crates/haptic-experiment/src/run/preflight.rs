@@ -74,6 +74,25 @@ impl Findings for PreflightVerdict {
     }
 }
 
+impl Findings for DriveVerdict {
+    const KEY: &'static str = "drive.preflight";
+
+    fn require_stable(&self, force: bool) -> Result<(), Failure> {
+        Self::require_stable(self, force)
+    }
+
+    fn warning(&self, _: bool) -> Option<String> {
+        None
+    }
+
+    fn found(self) -> Found {
+        Found {
+            drive: Some(self),
+            ..Found::default()
+        }
+    }
+}
+
 /// Hard hits may grow on contact that pushes only, even where the same contact is proved if it may pull.
 pub(crate) const NOT_PROVED: &str = "not proved";
 /// Energy bounding holds for any environment. It proves neither that the device comes to rest nor a force.
