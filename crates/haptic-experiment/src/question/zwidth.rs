@@ -25,9 +25,9 @@ use crate::document::parameters::range::WALL_ORDERS;
 use crate::document::parameters::{DEVICE, DEVICE_MODEL, LESS_THAN_IDEAL, SCHEME, TRIAL_DURATION};
 use crate::document::reader::Table;
 use crate::experiment::reading::{remote, samples_fit, without};
-use crate::experiment::trial::plan;
-use crate::experiment::trial::{CRITERION, IMPACT, PUSH, THRESHOLD, WINDOW};
-use crate::experiment::trial::{TRIAL_SAMPLES, TrialPlan};
+use crate::experiment::trial::{
+    CRITERION, IMPACT, PUSH, THRESHOLD, TRIAL_SAMPLES, TrialPlan, WINDOW, plan,
+};
 use crate::experiment::wall::ONE_SIDED;
 use crate::judge::preflight::WallContact;
 use crate::judge::settling::Criterion;

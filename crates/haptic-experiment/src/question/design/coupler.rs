@@ -19,10 +19,10 @@ use super::answer::{keys, plan, until_settled};
 use super::{DESIGN_ORDERS, WISH_FREQUENCY, not_at_rest, nothing_found};
 use crate::document::failure::Failure;
 use crate::document::parameters::{COUPLER_DISSIPATION, COUPLER_STIFFNESS};
-use crate::experiment::coupler::CouplerExperiment;
-use crate::experiment::coupler::{COUPLER_ORDER, OBJECT_DAMPING, OBJECT_MASS, OBJECT_STIFFNESS};
-use crate::experiment::trial::dynamics;
-use crate::experiment::trial::{Trial as _, TrialSetup};
+use crate::experiment::coupler::{
+    COUPLER_ORDER, CouplerExperiment, OBJECT_DAMPING, OBJECT_MASS, OBJECT_STIFFNESS,
+};
+use crate::experiment::trial::{Trial as _, TrialSetup, dynamics};
 use crate::judge::preflight::softer;
 use crate::question::bench::{AskedDevice, for_each_order};
 use crate::run::advice::check;
