@@ -129,3 +129,22 @@ fn no_line_of_the_changelog_stands_twice() {
     let twice: Vec<&str> = changes.filter(|line| !seen.insert(*line)).collect();
     assert!(twice.is_empty(), "{twice:#?}");
 }
+
+/// A decision sends its reader to code that is there; one whose folders are gone gets a line "Now in …".
+#[test]
+fn the_folders_that_decisions_name_are_there() {
+    let root = crate::root();
+    let entries = std::fs::read_dir(root.join("docs/decisions")).expect("a folder");
+    let mut named = 0;
+    for entry in entries {
+        let path = entry.expect("an entry").path();
+        let text = std::fs::read_to_string(&path).expect("a text");
+        for word in text.split('`').filter(|word| !word.contains(['\n', ' '])) {
+            if word.starts_with("crates/") {
+                named += 1;
+                assert!(root.join(word).exists(), "{}: {word}", path.display());
+            }
+        }
+    }
+    assert!(named > 1, "{named}");
+}

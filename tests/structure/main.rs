@@ -197,20 +197,16 @@ fn words_of(name: &str, source: &Source) -> Vec<String> {
             PATHS.iter().any(starts)
         };
         let paths = file.paths.iter().filter(is).map(String::as_str);
-        let flags = file.texts.iter().filter(|text| names_a_flag(text));
+        let is_flag = |word: &str| {
+            let flag = word.trim_start_matches(['`', '"', '(']).strip_prefix("--");
+            flag.is_some_and(|flag| flag.starts_with(|letter: char| letter.is_ascii_lowercase()))
+        };
+        let texts = file.texts.iter();
+        let flags = texts.filter(|text| text.split([' ', '\n']).any(is_flag));
         let words = macros.chain(paths).chain(flags.map(String::as_str));
         found.extend(words.map(|what| format!("{}: {what}", file.name)));
     }
     found
-}
-
-/// Whether a text has a `--word` in it.
-fn names_a_flag(text: &str) -> bool {
-    text.match_indices("--").any(|(at, _)| {
-        let before = text[..at].chars().next_back();
-        let after = text[at + 2..].chars().next();
-        before != Some('-') && after.is_some_and(|letter| letter.is_ascii_lowercase())
-    })
 }
 
 /// Whether a text has a key with its unit in it, `` `sample_time_s` ``.
@@ -365,17 +361,4 @@ fn a_circle_is_found_through_re_exports_and_macros_and_only_where_there_is_one()
     let uses = ("p/mod.rs", "mod c; pub struct P; fn p() { c::f(); }");
     let child = ("p/c.rs", "use crate::p; pub fn f() -> p::P { p::P }");
     assert_eq!(circle(&[root, uses, child]), ["p", "p::c"]);
-}
-
-#[test]
-fn a_flag_in_a_text_is_told_from_a_dash() {
-    for (text, names) in [
-        ("give --out", true),
-        ("--sample-time", true),
-        ("a -- b", false),
-        ("---- test", false),
-        ("1--2", false),
-    ] {
-        assert_eq!(names_a_flag(text), names, "{text}");
-    }
 }

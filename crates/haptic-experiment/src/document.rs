@@ -253,7 +253,7 @@ impl<'a> Layer<'a> {
                 }
                 _ => lines.join("; "),
             };
-            source.fail(span.start, reason)
+            source.fail(span.start, reason).of_file(String::new())
         })?;
         Ok(Self {
             source,
@@ -291,7 +291,8 @@ impl<'a> Parsed<'a> {
         &'a self,
         kinds: &[&'k str],
         beside: &[&'k str],
-        (what, choice): (&str, &str),
+        what: &str,
+        choice: &str,
     ) -> Result<(&'k str, Table<'a>, BTreeMap<&'k str, Table<'a>>), FileError> {
         let (mut found, mut others) = (None, BTreeMap::new());
         for (name, table) in self.tables(&[kinds, beside].concat(), choice)? {
@@ -329,7 +330,7 @@ impl<'a> Parsed<'a> {
                             }
                             _ => format!("unknown key `{shown}` outside of any table: {choice}"),
                         };
-                        return Err(source.fail(offset, reason));
+                        return Err(source.fail(offset, reason).of_file(String::new()));
                     }
                 };
                 let part = Part::new(*source, offset, entries);

@@ -37,7 +37,7 @@ pub(crate) fn relative_error(have: f64, want: f64) -> f64 {
 }
 
 /// The largest relative error of a stretch of samples, or why there is none.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub(crate) struct Compared {
     /// The error; `None` where it has no meaning.
     pub largest: Option<f64>,
@@ -58,13 +58,10 @@ fn plain(time_s: f64) -> f64 {
 
 impl Compared {
     /// No error, for this reason.
-    pub(crate) const fn without_meaning(reason: String) -> Self {
+    pub(crate) fn without_meaning(reason: String) -> Self {
         Self {
-            largest: None,
-            from_s: None,
-            to_s: None,
-            samples: 0,
             reason: Some(reason),
+            ..Self::default()
         }
     }
 
@@ -87,7 +84,7 @@ impl Compared {
 ///
 /// Samples where nothing was wanted and nothing came have no relative error and are passed over. If nothing was
 /// wanted but something came, or nothing was wanted at all, the error has no meaning.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub(crate) struct LargestError {
     from_s: f64,
     wanted: &'static str,
@@ -106,22 +103,12 @@ pub(crate) struct LargestError {
 impl LargestError {
     /// Of no sample yet; those before `from_s` do not count. `wanted` and `unit`, with a space before it, are words
     /// for the wanted values, as in `the closed form` and ` N`.
-    pub(crate) const fn new(from_s: f64, wanted: &'static str, unit: &'static str) -> Self {
+    pub(crate) fn new(from_s: f64, wanted: &'static str, unit: &'static str) -> Self {
         Self {
             from_s,
             wanted,
             unit,
-            peak: 0.0,
-            end_s: 0.0,
-            found: Compared {
-                largest: None,
-                from_s: None,
-                to_s: None,
-                samples: 0,
-                reason: None,
-            },
-            passed: 0,
-            spoilt: None,
+            ..Self::default()
         }
     }
 
@@ -180,15 +167,6 @@ impl LargestError {
             )),
         }
     }
-
-    /// Takes in a whole run.
-    #[cfg(test)]
-    fn of(mut self, time_s: &[f64], have: &[f64], want: &[f64]) -> Compared {
-        for (&time_s, (&have, &want)) in time_s.iter().zip(have.iter().zip(want)) {
-            self.add(time_s, have, want);
-        }
-        self.get()
-    }
 }
 
 /// Origin of a quantity: the device decides. No instrument measured it.
@@ -226,11 +204,11 @@ impl Origin {
 pub struct Curves {
     /// Which experiment, simulated or rendered.
     pub title: String,
-    /// Law, device, operator, verdict.
+    /// The law, the device, the operator and the verdict, for a second line above the picture.
     pub subtitle: String,
     /// Origin of the force: `simulated`, or `rendered`, a device's own record of what it commanded and read.
     pub origin: &'static str,
-    /// Time, s.
+    /// The times of all columns, s; not equally spaced where a long run was thinned.
     pub time_s: Vec<f64>,
     /// Values at these times, each with its name.
     pub columns: Vec<(&'static str, Vec<f64>)>,
@@ -281,6 +259,15 @@ impl<R> Published<R> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    impl LargestError {
+        fn of(mut self, time_s: &[f64], have: &[f64], want: &[f64]) -> Compared {
+            for (&time_s, (&have, &want)) in time_s.iter().zip(have.iter().zip(want)) {
+                self.add(time_s, have, want);
+            }
+            self.get()
+        }
+    }
 
     const TIME: [f64; 4] = [0.0, 1.0, 2.0, 3.0];
 

@@ -9,7 +9,7 @@ mod open;
 pub mod question;
 pub mod run;
 
-pub use document::failure::Failure;
+pub use document::failure::{Cause, Failure};
 pub use document::named::Named;
 pub use experiment::coupler::CouplerReport;
 pub use experiment::indentation::{Indentation, IndentationReport};

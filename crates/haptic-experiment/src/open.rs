@@ -107,7 +107,7 @@ impl ExperimentFile {
         let document = document.parse()?;
         let words = choice(&KINDS);
         let (kind, table, mut beside) =
-            document.one_of(&KINDS, &[DRIVE_TABLE], ("experiment", &words))?;
+            document.one_of(&KINDS, &[DRIVE_TABLE], "experiment", &words)?;
         let drive = beside.remove(DRIVE_TABLE);
         let table = table.with_keys(&of_kind(kind))?;
         let table = match takes_device(kind) {
@@ -270,7 +270,7 @@ impl ExperimentFile {
             }
             _ => return Ok(()),
         };
-        Err(Failure::Run(anyhow::anyhow!(
+        Err(Failure::run(format_args!(
             "{key}: {what}: {remedy}, or take {key} out of the file to run it all the same"
         )))
     }

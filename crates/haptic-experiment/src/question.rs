@@ -93,14 +93,14 @@ impl Question {
     /// If it is wrong: in one line, with its place.
     pub fn open(document: &Document) -> Result<Self, FileError> {
         let document = document.parse()?;
-        let words = ("question", "a question has one of [zwidth], [design]");
-        let (kind, table, _) = document.one_of(&QUESTIONS, &[], words)?;
+        let words = "a question has one of [zwidth], [design]";
+        let (kind, table, _) = document.one_of(&QUESTIONS, &[], "question", words)?;
         let table = with_devices(table.with_keys(&tables(kind))?)?;
         let asked = match kind {
             "zwidth" => ZWidth::of(&table).map(|asked| Asked::ZWidth(Box::new(asked))),
             _ => match design::reading::wish(&table)? {
                 WishName::Coupler => design::reading::coupler(&table).map(Asked::Coupler),
-                wish => {
+                wish @ (WishName::StiffestWall | WishName::MostDamping | WishName::Tissue) => {
                     let design = design::reading::design(&table, wish)?;
                     Ok(Asked::Design(Box::new(design)))
                 }
@@ -136,7 +136,10 @@ impl Question {
         warn: Warn<'_>,
     ) -> Result<Answer, Failure> {
         match &self.0 {
-            Asked::ZWidth(zwidth) => zwidth.run(progress, stop, warn).map(Answer::ZWidth),
+            Asked::ZWidth(zwidth) => {
+                let found = zwidth.run(progress, stop, warn)?;
+                Ok(Answer::ZWidth(Box::new(found)))
+            }
             Asked::Design(design) => {
                 let found = design.answer(stop, progress)?;
                 Ok(Answer::Design(Box::new(found)))
@@ -154,7 +157,7 @@ impl Question {
 #[serde(untagged)]
 pub enum Answer {
     /// The stiffest walls of a device.
-    ZWidth(ZWidthReport),
+    ZWidth(Box<ZWidthReport>),
     /// The best wall of each order.
     Design(Box<DesignReport>),
     /// The stiffest coupler of each order.
@@ -162,7 +165,7 @@ pub enum Answer {
 }
 
 impl Answer {
-    /// In a few words.
+    /// The best that was found, in a few words for a title.
     #[must_use]
     pub fn verdict(&self) -> String {
         let (order, simulated) = match self {
@@ -226,7 +229,7 @@ mod tests {
         let Ok(Question(Asked::ZWidth(zwidth))) = read("[zwidth]") else {
             panic!("a Z-width");
         };
-        let device = super::bench::dissertation_device(fracdiff::Seconds(1e-3));
+        let device = super::bench::tests::dissertation_device(fracdiff::Seconds(1e-3));
         assert_eq!((zwidth.points, zwidth.orders.len()), (21, 5));
         assert_eq!(zwidth.device, device);
         assert_eq!(zwidth.plan, crate::TrialPlan::DEFAULT);

@@ -41,9 +41,9 @@ use ending::{Ending, Lateness};
 use fault_recorder::FaultSeen;
 pub use folder::{FolderRequest, OutputFolder, next_free, write_text};
 use haptic_log::live::{Live, LiveStreams};
-use haptic_log::record::{END, FinishedLog, StartTime, TickMessage};
+use haptic_log::record::{END, FinishedLog, StartTime};
 use haptic_loop::Fault;
-use haptic_loop::realtime::{Cycle, Moment, Periodic};
+use haptic_loop::realtime::{Moment, Periodic};
 pub use plant_file::{DeviceModel, DeviceValues, PlantModel};
 use preflight::PreflightVerdict;
 use realtime::RealtimeSummary;
@@ -142,7 +142,7 @@ pub(crate) fn run_logged<W: World<D>, const D: usize>(
     let waits = schedule.pace == Pace::Virtual;
     let mut recorder = recorder(request, &folder, metadata, waits, supervisor)?;
     world.begins(&folder);
-    let record = run(world, schedule, &mut recorder, supervisor).map_err(Failure::Run)?;
+    let record = run(world, schedule, &mut recorder, supervisor)?;
     let recorded = close(recorder, &record, world.is_at_rest())?;
     Ok(Ran::of(record, recorded, folder))
 }
@@ -151,13 +151,13 @@ pub(crate) fn run_logged<W: World<D>, const D: usize>(
 pub(crate) fn recorder(
     request: &FolderRequest,
     folder: &OutputFolder,
-    own: BTreeMap<String, String>,
+    of_run: BTreeMap<String, String>,
     waits: bool,
     supervisor: Supervisor<'_>,
 ) -> Result<Recorder, Failure> {
     // What a run did goes before what its document asked for.
     let mut metadata = request.provenance.clone();
-    metadata.extend(own);
+    metadata.extend(of_run);
     let (log, live) = (folder.file("mcap"), supervisor.live_streams());
     let (overwrite, roll_bytes) = (folder.overwrite(), folder.roll_bytes());
     Recorder::start(&log, metadata, waits, overwrite, roll_bytes, live)
@@ -195,7 +195,7 @@ pub(super) fn close(
         } else {
             "the run was ended"
         };
-        Failure::DataLost(anyhow::anyhow!("{error}; {force}"))
+        Failure::data_lost(format_args!("{error}; {force}"))
     })
 }
 
@@ -212,10 +212,11 @@ fn run<W: World<D>, const D: usize>(
     schedule: Schedule,
     recorder: &mut Recorder,
     supervisor: Supervisor<'_>,
-) -> anyhow::Result<Record> {
+) -> Result<Record, Failure> {
     let mut record = Record::with_room_for(schedule.samples)?;
     // Its thread is raised until the end of this function: what others run has been started.
-    let mut periodic = schedule.clock()?.map(Periodic::new).transpose()?;
+    let clock = schedule.clock().map_err(Failure::run)?;
+    let mut periodic = clock.map(Periodic::new).transpose().map_err(Failure::run)?;
     let mut tick = 0;
     // A run that was ended goes on until the force is zero, past its last sample if need be.
     while tick < schedule.samples || record.ended.is_some() {
@@ -226,9 +227,13 @@ fn run<W: World<D>, const D: usize>(
         }
         let before = Moment::now();
         let message = world.tick();
-        let compute_ns = u64::try_from(before.elapsed().as_nanos())?;
+        let compute_ns = before.elapsed().as_nanos() as u64;
         record.tick_ns.saturating_record(compute_ns.max(1));
-        let logged = log_tick(recorder, message.logged(), cycle, compute_ns)?;
+        let parts = cycle.map(|cycle| TickParts {
+            lateness_ns: cycle.lateness.as_nanos() as u64,
+            compute_ns,
+        });
+        let logged = recorder.ticked(message.logged(), parts);
         tick += 1;
         if record.ended.is_some() {
             record.push_after(&message);
@@ -288,23 +293,6 @@ pub(crate) fn tell_end(
     }
     // A recorder that has ended is seen when it is closed.
     let _ = recorder.event(event_s, ended.kind(), ended.reason(lateness));
-}
-
-/// Hands a tick to the recorder; with a clock, with where its time went.
-fn log_tick(
-    recorder: &mut Recorder,
-    tick: &TickMessage,
-    cycle: Option<Cycle>,
-    compute_ns: u64,
-) -> anyhow::Result<Result<(), Stopped>> {
-    let Some(cycle) = cycle else {
-        return Ok(recorder.tick(tick));
-    };
-    let parts = TickParts {
-        lateness_ns: u64::try_from(cycle.lateness.as_nanos())?,
-        compute_ns,
-    };
-    Ok(recorder.timed_tick(tick, parts))
 }
 
 /// Writes what the clock says of the run into record and log.

@@ -1,62 +1,60 @@
 //! Keys in sentences.
 
 use std::fmt;
-use std::sync::OnceLock;
 
-type Names = Box<dyn Fn(&str) -> Option<String> + Send + Sync>;
-
-static NAMES: OnceLock<Names> = OnceLock::new();
-
-/// A key of a document or an argument of a function, as a sentence names it: `` `sample_time_s` ``, or as
-/// the running program calls it, see [`name_keys`].
+/// A key of a document or an argument of a function, as a sentence names it: `` `sample_time_s` ``. A program that calls it
+/// otherwise has it [`renamed`].
 ///
 /// ```
-/// use haptic_quantity::Key;
+/// use haptic_quantity::{Key, renamed};
 ///
-/// assert_eq!(format!("give {}", Key("strain")), "give `strain`");
-/// assert_eq!(format!("give {}", Key("loop").set_to("host")), "give `loop` = host");
+/// let sentence = format!("give {}, or omit {}", Key("loop").set_to("host"), Key("strain"));
+/// assert_eq!(sentence, "give `loop` = host, or omit `strain`");
+/// let options = |key: &str| (key == "loop").then(|| "--loop".to_owned());
+/// assert_eq!(renamed(&sentence, options), "give --loop host, or omit `strain`");
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Key(pub &'static str);
 
-/// Tells how this program calls its keys, as `--sample-time`; `None` for a key that it calls by its name. Once in
-/// a process, at its start: what is told later is not heard.
-pub fn name_keys(names: impl Fn(&str) -> Option<String> + Send + Sync + 'static) {
-    // The first one counts.
-    let _ = NAMES.set(Box::new(names));
-}
-
 impl Key {
     /// A key and the value that it is to have.
     #[must_use]
-    pub fn set_to<V: fmt::Display>(self, value: V) -> impl fmt::Display {
-        KeyAndValue { key: self, value }
-    }
-
-    fn name(self) -> Option<String> {
-        NAMES.get().and_then(|names| names(self.0))
+    pub fn set_to<V: fmt::Display>(self, value: V) -> String {
+        format!("{self}{SET_TO}{value}")
     }
 }
 
 impl fmt::Display for Key {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self.name() {
-            Some(name) => f.write_str(&name),
-            None => write!(f, "`{}`", self.0),
-        }
+        write!(f, "`{}`", self.0)
     }
 }
 
-struct KeyAndValue<V> {
-    key: Key,
-    value: V,
-}
+/// What stands between a key and the value that it is to have.
+const SET_TO: &str = " = ";
 
-impl<V: fmt::Display> fmt::Display for KeyAndValue<V> {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self.key.name() {
-            Some(name) => write!(f, "{name} {}", self.value),
-            None => write!(f, "`{}` = {}", self.key.0, self.value),
+/// A sentence with its keys as `names` calls them: `--sample-time` for `` `sample_time_s` ``, and `--loop host` for
+/// `` `loop` = host``. A key that it does not know, or anything else between backticks, stays as it is.
+pub fn renamed(sentence: &str, names: impl Fn(&str) -> Option<String>) -> String {
+    let mut rest = sentence;
+    let mut said = String::with_capacity(sentence.len());
+    while let Some((before, behind)) = rest.split_once('`') {
+        said += before;
+        rest = behind;
+        let Some((key, behind)) = behind.split_once('`') else {
+            said.push('`');
+            break;
+        };
+        match names(key) {
+            Some(name) => {
+                said += &name;
+                let value = behind.strip_prefix(SET_TO);
+                said += value.map_or("", |_| " ");
+                rest = value.unwrap_or(behind);
+            }
+            // Its second backtick may be the first of a key, where somebody gave a text with one.
+            None => said.push('`'),
         }
     }
+    said + rest
 }

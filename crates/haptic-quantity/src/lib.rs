@@ -4,15 +4,13 @@
 mod key;
 mod written;
 
-pub use key::{Key, name_keys};
+pub use key::{Key, renamed};
 pub use written::{WrittenUnit, digits, label, written, written_between};
 
 use std::f64::consts::PI;
 use std::fmt;
 
-/// A turn, rad.
 const TURN: f64 = 2.0 * PI;
-/// A degree, rad.
 const DEGREE: f64 = PI / 180.0;
 
 /// A unit and how many SI units it is.

@@ -149,16 +149,13 @@ fn rounded(value: f64, most: usize, toward: Toward) -> String {
     let mut rounded = nearest(value);
     // A unit of the last digit; what is this near to a number of so many digits is that number.
     let last = 10_f64.powf(value.abs().log10().floor() - decimals as f64);
-    let off = match toward {
-        Toward::Nearest => 0.0,
-        Toward::Up => value - rounded,
-        Toward::Down => rounded - value,
+    let (off, step) = match toward {
+        Toward::Nearest => (0.0, 0.0),
+        Toward::Up => (value - rounded, last),
+        Toward::Down => (rounded - value, -last),
     };
     if off > 1e-9 * last {
-        rounded = nearest(match toward {
-            Toward::Down => rounded - last,
-            _ => rounded + last,
-        });
+        rounded = nearest(rounded + step);
     }
     match rounded.abs() {
         // −0 is 0.

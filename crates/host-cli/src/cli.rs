@@ -3,12 +3,14 @@
 use crate::command;
 use crate::command::device::{changes, emulate};
 use crate::command::run::Experiment;
+use crate::names::Names;
 use crate::options::{self, WithFiles, keys};
 use crate::output::{Output, note, refused};
 use clap::error::{ContextKind, ErrorKind};
 use clap::{CommandFactory as _, FromArgMatches as _, Parser, Subcommand};
 use haptic_experiment::Failure;
 use std::any::TypeId;
+use std::collections::BTreeSet;
 use std::path::PathBuf;
 use std::process::ExitCode;
 
@@ -190,6 +192,16 @@ fn asked() -> clap::Command {
     command
 }
 
+fn options_of_asked() -> BTreeSet<String> {
+    let command = asked();
+    let options = command.get_arguments().filter_map(clap::Arg::get_long);
+    // A person names the columns of a record.
+    options
+        .filter(|option| !["input", "output"].contains(option))
+        .map(str::to_owned)
+        .collect()
+}
+
 /// Prints all that a command says of itself, an option a line, as `-h` does.
 fn print_long_help() -> std::io::Result<()> {
     let command = asked();
@@ -220,48 +232,53 @@ fn not_an_option(error: &clap::Error) -> Option<String> {
 }
 
 /// Says why the words were not understood, or the help that they ask for.
-fn not_understood(error: &clap::Error) -> ExitCode {
+fn not_understood(error: &clap::Error, names: &Names) -> ExitCode {
     // Help and version go to standard output and are success, all else is bad usage.
     if error.use_stderr() {
-        match error.kind() {
-            ErrorKind::DisplayHelpOnMissingArgumentOrSubcommand => {
-                let _ = error.print();
-            }
-            _ => note(
+        if error.kind() == ErrorKind::DisplayHelpOnMissingArgumentOrSubcommand {
+            let _ = error.print();
+        } else {
+            let instead = not_an_option(error);
+            note(
                 "error",
-                not_an_option(error).unwrap_or_else(|| one_line(&error.to_string())),
-            ),
+                instead.unwrap_or_else(|| one_line(&error.to_string())),
+            );
         }
         return ExitCode::from(2);
     }
     let is_long = !std::env::args_os().any(|word| word == "-h");
-    let printed = match error.kind() {
-        ErrorKind::DisplayHelp if is_long => print_long_help(),
-        _ => error.print(),
+    let printed = match is_long && error.kind() == ErrorKind::DisplayHelp {
+        true => print_long_help(),
+        false => error.print(),
     };
     match printed {
         Err(lost) if lost.kind() != std::io::ErrorKind::BrokenPipe => {
-            ended(Err(Failure::writing(lost, "cannot write standard output")))
+            let lost = Failure::writing(lost, "cannot write standard output");
+            ended(Err(lost), names)
         }
         _ => ExitCode::SUCCESS,
     }
 }
 
-/// The exit code of a command, whose failure is said.
-fn ended(result: Result<(), Failure>) -> ExitCode {
+/// The exit code of a command, whose failure is said: scripts rely on it, see [`LONG_ABOUT`].
+fn ended(result: Result<(), Failure>, names: &Names) -> ExitCode {
     let Err(failure) = result else {
         return ExitCode::SUCCESS;
     };
-    if !matches!(failure, Failure::BrokenPipe) {
-        refused(&failure);
-    }
-    ExitCode::from(failure.exit_code())
+    refused(&failure, names);
+    ExitCode::from(match failure {
+        Failure::Run(_) => 1,
+        Failure::Input(_) => 2,
+        Failure::Device(_) => 3,
+        Failure::DataLost(_) => 4,
+    })
 }
 
 /// The program.
 #[must_use]
 pub fn main() -> ExitCode {
-    options::name_options(asked);
+    // Threads that end after this function may still say something.
+    let names: &'static Names = Box::leak(Box::new(Names::of(options_of_asked)));
     // A file that may not grow is told by the write that fails, as a full disk is.
     #[cfg(unix)]
     let _ = signal_hook::flag::register(signal_hook::consts::SIGXFSZ, std::sync::Arc::default());
@@ -271,8 +288,11 @@ pub fn main() -> ExitCode {
             json,
             quiet,
             command,
-        }) => ended(command.run(Output { json, quiet })),
-        Err(error) => not_understood(&error),
+        }) => {
+            let output = Output { json, quiet, names };
+            ended(command.run(output), names)
+        }
+        Err(error) => not_understood(&error, names),
     }
 }
 

@@ -125,13 +125,10 @@ pub(crate) fn provenance() -> BTreeMap<String, String> {
     let arguments: Vec<String> = std::env::args_os()
         .map(|argument| argument.to_string_lossy().into_owned())
         .collect();
-    let provenance = [
-        ("program", PROGRAM.to_owned()),
-        ("command_line", arguments.join(" ")),
-    ];
-    provenance
-        .map(|(key, value)| (key.to_owned(), value))
-        .into()
+    BTreeMap::from([
+        ("program".to_owned(), PROGRAM.to_owned()),
+        ("command_line".to_owned(), arguments.join(" ")),
+    ])
 }
 
 /// Saves a picture as SVG and PNG under the folder's own stem, and names the one to look at.
@@ -142,7 +139,6 @@ pub(crate) fn save_picture(
     picture_file::save(picture, &folder.stem(), folder.overwrite())
 }
 
-/// What was not written.
 #[derive(Debug, Default)]
 struct Unwritten(Option<Failure>);
 
@@ -152,11 +148,13 @@ impl Unwritten {
         match written {
             Ok(written) => Some(written),
             Err(failure) => {
-                self.0.get_or_insert(match failure {
-                    // The place was good before the work: nobody's input is at fault.
-                    Failure::Input(error) => Failure::DataLost(error),
-                    failure => failure,
-                });
+                // The place was good before the work: nobody's input is at fault.
+                self.0
+                    .get_or_insert(if let Failure::Input(cause) = failure {
+                        Failure::DataLost(cause)
+                    } else {
+                        failure
+                    });
                 None
             }
         }
@@ -255,31 +253,14 @@ impl Place {
         self.unwritten.take(written)
     }
 
-    /// Writes a table and a picture, if there is a folder; names what was written.
+    /// Writes a table and a picture, if there is a folder; names what was written. `names` are those of columns whose rows have none.
     pub(crate) fn table_and_picture<R: Serialize>(
-        &mut self,
-        rows: impl Iterator<Item = R>,
-        picture: impl FnOnce() -> Result<Picture, FigureError>,
-    ) -> Vec<String> {
-        self.both(|folder| folder.write_table(&[], rows), picture)
-    }
-
-    /// The same, of rows that are not named themselves.
-    pub(crate) fn named_table_and_picture<R: Serialize>(
         &mut self,
         names: &[&str],
         rows: impl Iterator<Item = R>,
         picture: impl FnOnce() -> Result<Picture, FigureError>,
     ) -> Vec<String> {
-        self.both(|folder| folder.write_table(names, rows), picture)
-    }
-
-    fn both(
-        &mut self,
-        table: impl FnOnce(&OutputFolder) -> Result<String, Failure>,
-        picture: impl FnOnce() -> Result<Picture, FigureError>,
-    ) -> Vec<String> {
-        let table = self.write(table);
+        let table = self.write(|folder| folder.write_table(names, rows));
         let picture = self.write(|folder| save_picture(folder, picture()));
         table.into_iter().chain(picture).collect()
     }

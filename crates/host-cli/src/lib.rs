@@ -4,6 +4,7 @@
 mod cli;
 mod command;
 mod files;
+mod names;
 mod options;
 mod output;
 mod parse;

@@ -4,6 +4,7 @@
 
 use self::keys::Named;
 use crate::files::Files;
+use crate::names::option_of;
 use clap::builder::PossibleValuesParser;
 use clap::{Arg, ArgAction, ArgMatches, Args, Command, Error, FromArgMatches};
 use fracdiff::parameter::Shown;
@@ -16,12 +17,11 @@ use haptic_experiment::parameters::{
     choices, is_path, of_kind,
 };
 use haptic_experiment::run::DeviceModel;
-use haptic_quantity::{is_meant, kind_of_key, name_keys, parse_for_key, without_unit};
-use std::collections::{BTreeMap, BTreeSet};
+use haptic_quantity::{is_meant, kind_of_key, parse_for_key, without_unit};
+use std::collections::BTreeMap;
 use std::marker::PhantomData;
 use std::ops::RangeInclusive;
 use std::path::{Path, PathBuf};
-use std::sync::LazyLock;
 use toml::Value;
 
 /// Options and values of a command, as they were typed.
@@ -51,45 +51,9 @@ pub(crate) fn instead_of(option: &str, command: &str) -> Option<String> {
     let tables = kinds.into_iter().flat_map(of_kind);
     let mut parameters = tables.flat_map(|(_, table)| table);
     let known = parameters.find(|parameter| option_of(parameter.key) == wanted)?;
-    let value = match known.value {
-        Kind::Flag(_) => "true",
-        _ => "VALUE",
-    };
+    let is_flag = matches!(known.value, Kind::Flag(_));
+    let value = if is_flag { "true" } else { "VALUE" };
     Some(format!("{}={value}", without_unit(known.key)))
-}
-
-/// The name of the option of a key.
-pub(crate) fn option_of(key: &str) -> String {
-    without_unit(key).replace('_', "-")
-}
-
-/// Names of keys whose option is called otherwise.
-const OTHERWISE: [(&str, &str); 4] = [
-    ("branches", "prony"),
-    ("iso_damping", "not-flat"),
-    ("output_high", "output-limits"),
-    ("output_low", "output-limits"),
-];
-
-/// From here on sentences name a key by the option that this command has for it, `--sample-time`; a key without one
-/// by itself, `` `seed` ``, as `KEY=VALUE` and files have it.
-///
-/// `command` is asked when the first sentence names a key, so that a start without one builds no second parser.
-pub(crate) fn name_options(command: fn() -> Command) {
-    let options = LazyLock::new(move || -> BTreeSet<String> {
-        let command = command();
-        let options = command
-            .get_arguments()
-            .filter_map(|argument| argument.get_long().map(str::to_owned));
-        // What a page in a browser is told is of keys; the port is the server's own.
-        let of_page = |option: &String| command.get_name() == "serve" && option != "port";
-        options.filter(|option| !of_page(option)).collect()
-    });
-    name_keys(move |key| {
-        let otherwise = OTHERWISE.iter().find(|(known, _)| *known == key);
-        let option = otherwise.map_or_else(|| option_of(key), |(_, option)| (*option).to_owned());
-        options.contains(&option).then(|| format!("--{option}"))
-    });
 }
 
 /// A text as the value of a parameter, in SI units.
@@ -127,7 +91,7 @@ fn value_of(parameter: &Parameter, text: &str) -> Result<Value, String> {
             let numbers = inside.split(',').map(|text| number(text).map(Value::from));
             numbers.collect::<Result<_, _>>().map(Value::Array)
         }
-        _ => Ok(Value::from(text)),
+        Kind::Text(_) => Ok(Value::from(text)),
     }
 }
 
@@ -159,8 +123,8 @@ fn argument(parameter: &'static Parameter) -> Arg {
         Kind::Number(..) => kind_of_key(parameter.key),
         Kind::Count(_) => "COUNT",
         Kind::List(_) => "LIST",
-        _ if is_path(parameter.key, "x.toml") => "FILE.toml",
-        _ => "NAME",
+        Kind::Text(_) if is_path(parameter.key, "x.toml") => "FILE.toml",
+        Kind::Text(_) | Kind::Flag(_) => "NAME",
     })
 }
 
@@ -188,17 +152,14 @@ impl<N: Named> FromArgMatches for Options<N> {
         let mut options = Vec::new();
         for parameter in N::OPTIONS.concat() {
             let name = option_of(parameter.key);
-            let (text, said) = match parameter.value {
-                Kind::Flag(_) if matches.get_flag(parameter.key) => {
-                    ("true".to_owned(), format!("--{name}"))
+            if let Kind::Flag(_) = parameter.value {
+                if matches.get_flag(parameter.key) {
+                    options.push((parameter, "true".to_owned(), format!("--{name}")));
                 }
-                Kind::Flag(_) => continue,
-                _ => match matches.get_one::<String>(parameter.key) {
-                    Some(text) => (text.clone(), format!("--{name} {}", short(text))),
-                    None => continue,
-                },
-            };
-            options.push((parameter, text, said));
+            } else if let Some(text) = matches.get_one::<String>(parameter.key) {
+                let said = format!("--{name} {}", short(text));
+                options.push((parameter, text.clone(), said));
+            }
         }
         let values = matches.get_many::<String>(VALUES).unwrap_or_default();
         Ok(Self {
@@ -243,13 +204,11 @@ impl<N: Named> Options<N> {
         Ok(given)
     }
 
-    /// The document with them.
     pub(crate) fn over(self, mut document: Document) -> Result<Document, Failure> {
-        let kind = document.kind().map_err(Failure::input)?;
+        let kind = document.kind()?;
         for (parameter, text, said) in self.options {
             let value = value_of(parameter, &text).map_err(|error| refused(&said, error))?;
-            let set = document.set(table_of(kind, parameter), parameter.key, value, &said);
-            set.map_err(Failure::input)?;
+            document.set(table_of(kind, parameter), parameter.key, value, &said)?;
         }
         for text in &self.values {
             let said = &short(text);
@@ -270,8 +229,7 @@ impl<N: Named> Options<N> {
                 // Its reader knows what there is instead.
                 None => (kind, without_heading(kind, written), Value::from(value)),
             };
-            let set = document.set(table, key, value, said);
-            set.map_err(Failure::input)?;
+            document.set(table, key, value, said)?;
         }
         Ok(document)
     }
@@ -324,21 +282,17 @@ impl Given {
         parameter: &Parameter,
         range: RangeInclusive<i64>,
     ) -> Result<u32, Failure> {
-        let default = match parameter.value {
-            Kind::Count(default) => i64::try_from(default).unwrap_or(i64::MAX),
-            _ => 0,
-        };
-        let count = self
-            .0
-            .get(parameter.key)
-            .map_or(Some(default), Value::as_integer);
+        let default = || i64::try_from(parameter.default_count()).ok();
+        let given = self.0.get(parameter.key);
+        let count = given.map_or_else(default, Value::as_integer);
         let within = count.filter(|count| range.contains(count));
         within
             .and_then(|count| u32::try_from(count).ok())
             .ok_or_else(|| {
                 let (least, most) = range.into_inner();
                 Failure::bad_input(format_args!(
-                    "{parameter} = {} is not a whole number from {least} to {most}: change it",
+                    "--{} = {} is not a whole number from {least} to {most}: change it",
+                    option_of(parameter.key),
                     count.unwrap_or_default()
                 ))
             })
@@ -369,8 +323,8 @@ impl Given {
     /// The device file, if one was named.
     pub(crate) fn device(&self) -> Result<Option<DeviceModel>, Failure> {
         let name = Some(self.text(&DEVICE_MODEL)).filter(|name| !name.is_empty());
-        let read = |name: &str| DeviceModel::find(Path::new(name)).map_err(Failure::input);
-        name.map(read).transpose()
+        let file = name.map(|name| DeviceModel::find(Path::new(name)));
+        Ok(file.transpose()?)
     }
 }
 
@@ -440,8 +394,11 @@ impl DeviceModelArguments {
     }
 
     pub(crate) fn read(&self) -> Result<Option<DeviceModel>, Failure> {
-        let read = |name: &PathBuf| DeviceModel::find(name).map_err(Failure::input);
-        self.device_model.as_ref().map(read).transpose()
+        let file = self
+            .device_model
+            .as_ref()
+            .map(|name| DeviceModel::find(name));
+        Ok(file.transpose()?)
     }
 }
 
@@ -466,7 +423,6 @@ pub(crate) mod keys {
         const OPTIONS: &'static [&'static [&'static Parameter]];
     }
 
-    /// Commands and their options.
     macro_rules! named {
         ($($command:ident: $groups:expr;)*) => {$(
             #[derive(Clone, Debug)]
@@ -485,9 +441,7 @@ pub(crate) mod keys {
 
     /// Mass of a device that is analysed.
     pub(crate) const ANALYSED_MASS: Parameter = MASS.without_default();
-    /// Its damping.
     pub(crate) const ANALYSED_DAMPING: Parameter = DAMPING.without_default();
-    /// The hand on it.
     pub(crate) const ANALYSED_HAND: Parameter = HAND_STIFFNESS.without_default();
     /// Sample time of what is analysed.
     pub(crate) const ANALYSED_SAMPLE_TIME: Parameter = SAMPLE_TIME.without_default();
@@ -510,10 +464,9 @@ pub(crate) mod keys {
         &ANALYSED_DELAY,
         &ANALYSED_LAG,
     ];
-    /// The same without units.
     const WITHOUT_UNITS: &[&Parameter] =
         &[&a::ALPHA, &a::BETA, &a::DELTA, &a::GAMMA, &a::DELAY_SAMPLES];
-    /// A wall and frequencies.
+
     const ENVIRONMENT: &[&Parameter] = &[
         &ORDER,
         &a::ANALYSED_SCHEME,
@@ -523,50 +476,6 @@ pub(crate) mod keys {
         &a::OMEGA_MIN,
         &a::OMEGA_MAX,
         &a::POINTS,
-    ];
-    /// The device that it is on.
-    const TRANSPARENCY: &[&Parameter] = &[
-        &DEVICE_MODEL,
-        &ANALYSED_MASS,
-        &ANALYSED_DAMPING,
-        &ANALYSED_DELAY,
-        &ANALYSED_LAG,
-        &a::DELAY_SAMPLES,
-    ];
-    /// A virtual coupler.
-    const COUPLING: &[&Parameter] = &[
-        &ORDER,
-        &a::ANALYSED_SCHEME,
-        &COUPLER_STIFFNESS,
-        &COUPLER_DISSIPATION,
-        &ANALYSED_SAMPLE_TIME,
-        &ANALYSED_DAMPING,
-    ];
-    /// Two hands over a line.
-    const HANDS: &[&Parameter] = &[
-        &ARCHITECTURE,
-        &LINE_DELAY,
-        &HAND_COUPLER_STIFFNESS,
-        &HAND_COUPLER_DISSIPATION,
-        &HAND_COUPLER_ORDER,
-        &WAVE_IMPEDANCE,
-        &a::PLAYOUT_SAMPLES,
-        &a::BEST,
-        &TISSUE,
-        &a::FELT_LOW,
-        &a::FELT_HIGH,
-        &a::FELT_POINTS,
-    ];
-    /// Their devices, and the tissue.
-    const HANDS_ON: &[&Parameter] = &[
-        &MASS,
-        &DAMPING,
-        &SLAVE_MASS,
-        &SLAVE_DAMPING,
-        &SAMPLE_TIME,
-        &LIBRARY,
-        &AREA,
-        &THICKNESS,
     ];
 
     named! {
@@ -599,8 +508,22 @@ pub(crate) mod keys {
         Wall: &[ON_WALL, WITHOUT_UNITS];
         Sensitivity: &[ON_WALL, &[&a::SENSITIVITY_POINTS], WITHOUT_UNITS];
         Environment: &[ENVIRONMENT];
-        Transparency: &[ENVIRONMENT, TRANSPARENCY];
-        Coupling: &[COUPLING];
-        Hands: &[HANDS, HANDS_ON];
+        Transparency: &[ENVIRONMENT, &[
+            &DEVICE_MODEL, &ANALYSED_MASS, &ANALYSED_DAMPING, &ANALYSED_DELAY, &ANALYSED_LAG,
+            &a::DELAY_SAMPLES,
+        ]];
+        Coupling: &[&[
+            &ORDER, &a::ANALYSED_SCHEME, &COUPLER_STIFFNESS, &COUPLER_DISSIPATION,
+            &ANALYSED_SAMPLE_TIME, &ANALYSED_DAMPING,
+        ]];
+        // Two hands over a line; then their devices, and the tissue.
+        Hands: &[&[
+            &ARCHITECTURE, &LINE_DELAY, &HAND_COUPLER_STIFFNESS, &HAND_COUPLER_DISSIPATION,
+            &HAND_COUPLER_ORDER, &WAVE_IMPEDANCE, &a::PLAYOUT_SAMPLES, &a::BEST, &TISSUE,
+            &a::FELT_LOW, &a::FELT_HIGH, &a::FELT_POINTS,
+        ], &[
+            &MASS, &DAMPING, &SLAVE_MASS, &SLAVE_DAMPING, &SAMPLE_TIME, &LIBRARY, &AREA,
+            &THICKNESS,
+        ]];
     }
 }

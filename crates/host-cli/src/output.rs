@@ -1,26 +1,29 @@
 //! Printing: results on standard output, everything else on standard error.
 
+use crate::names::Names;
 use annotate_snippets::{AnnotationKind, Group, Level, Renderer, Snippet};
-use haptic_experiment::document::FileError;
-use haptic_experiment::{Failure, Line, Table, lines};
+use haptic_experiment::{Cause, Failure, Line, Table, lines};
+use haptic_quantity::renamed;
 use serde::Serialize;
 use serde_json::Value;
 use std::borrow::Cow;
 use std::io::{self, BufWriter, Write};
 
 /// The amount and form of what is printed.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug)]
 pub(crate) struct Output {
     /// The report as one JSON object on standard output, and nothing else there.
     pub(crate) json: bool,
     /// Neither progress nor summary.
     pub(crate) quiet: bool,
+    /// The names of keys in sentences of the libraries.
+    pub(crate) names: &'static Names,
 }
 
 impl Output {
     /// Prints a report: as JSON, or its lines.
     pub(crate) fn report<T: Serialize>(self, report: &T) -> Result<(), Failure> {
-        self.text(report, |out| print_lines(out, &lines(report)))
+        self.report_as(report, report)
     }
 
     /// Prints JSON of a report, or the lines of `shown`, which has less.
@@ -29,7 +32,25 @@ impl Output {
         report: &T,
         shown: &S,
     ) -> Result<(), Failure> {
-        self.text(report, |out| print_lines(out, &lines(shown)))
+        let mut lines = lines(shown);
+        lines.iter_mut().for_each(|line| self.rename(line));
+        self.text(report, |out| print_lines(out, &lines))
+    }
+
+    /// A sentence of a library, with its keys named by the options of the command.
+    fn renamed(self, sentence: &str) -> String {
+        renamed(sentence, |key| self.names.of_key(key))
+    }
+
+    fn rename(self, line: &mut Line) {
+        let rename = |text: &mut String| *text = self.renamed(text);
+        match line {
+            Line::Row(row) => {
+                rename(&mut row.value);
+                rename(&mut row.reason);
+            }
+            Line::Table(table) => table.rows.iter_mut().flatten().for_each(rename),
+        }
     }
 
     /// Prints the report of what left something behind: nothing for a quiet person.
@@ -38,6 +59,11 @@ impl Output {
             true => Ok(()),
             false => self.report(report),
         }
+    }
+
+    /// Says a sentence of a library on standard error.
+    pub(crate) fn warn(self, sentence: &str) {
+        warn(&self.renamed(sentence));
     }
 
     /// Prints JSON, or the text that `text` writes.
@@ -49,9 +75,9 @@ impl Output {
         let mut out = Visible(BufWriter::new(io::stdout().lock()));
         let printed = if self.json {
             // JSON escapes them itself, but for those behind the ASCII ones, which stand in strings alone.
-            serde_json::to_writer(&mut out, value)
+            serde_json::to_string(value)
                 .map_err(io::Error::from)
-                .and_then(|()| writeln!(out))
+                .and_then(|json| writeln!(out, "{}", self.renamed(&json)))
         } else {
             text(&mut out)
         };
@@ -239,13 +265,12 @@ fn bounded(message: String) -> String {
 }
 
 /// Says why a command did not succeed, and shows the line of a file that is the reason.
-pub(crate) fn refused(failure: &Failure) {
-    note("error", failure);
-    let Failure::Input(error) = failure else {
-        return;
-    };
-    let excerpt = error.downcast_ref().and_then(FileError::excerpt);
-    if let Some(excerpt) = excerpt.filter(|excerpt| is_readable(&excerpt.text)) {
+pub(crate) fn refused(failure: &Failure, names: &Names) {
+    note("error", failure.cause().named(|key| names.of_key(key)));
+    if let Cause::Document(error) = failure.cause()
+        && let Some(excerpt) = error.excerpt()
+        && is_readable(&excerpt.text)
+    {
         let line = Snippet::source(&excerpt.text)
             .line_start(excerpt.line)
             .annotation(AnnotationKind::Primary.span(excerpt.at.clone()));

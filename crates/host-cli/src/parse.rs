@@ -50,9 +50,9 @@ where
 {
     type Value = T;
 
-    fn parse_ref(&self, all: &Command, own: Option<&Arg>, value: &OsStr) -> Result<T, Error> {
-        self.0.parse_ref(all, own, value)?.map_err(|refused| {
-            let option = own.and_then(Arg::get_long).unwrap_or_default();
+    fn parse_ref(&self, all: &Command, argument: Option<&Arg>, value: &OsStr) -> Result<T, Error> {
+        self.0.parse_ref(all, argument, value)?.map_err(|refused| {
+            let option = argument.and_then(Arg::get_long).unwrap_or_default();
             let name = option.replace('-', " ");
             let refused = format!("{name} {refused}: change --{option}\n");
             Error::raw(ErrorKind::ValueValidation, refused)

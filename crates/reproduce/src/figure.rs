@@ -175,7 +175,7 @@ impl Figure {
 
 /// A refusal of the analysis, which constants should not meet.
 pub(super) fn refused(error: AnalysisError) -> Failure {
-    Failure::Run(error.into())
+    Failure::run(error)
 }
 
 /// `count` values from `low` to `high` in equal steps of their logarithm.

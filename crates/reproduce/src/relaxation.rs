@@ -26,8 +26,7 @@ struct Relaxed {
 /// None: all parameters are constants.
 fn relax(kind: Kind) -> Result<Relaxed, Failure> {
     let document = format!("[relax]\ntissue = \"prostate-cancerous\"\n{}", kind.line());
-    let opened = ExperimentFile::parse(Path::new("reproduce"), &document);
-    let opened = opened.map_err(Failure::input)?;
+    let opened = ExperimentFile::parse(Path::new("reproduce"), &document)?;
     let Some(experiment) = opened.indentation() else {
         return Err(Failure::bad_input("not a relaxation"));
     };

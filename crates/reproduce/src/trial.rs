@@ -20,7 +20,7 @@ pub(super) fn simulated(
         "[zwidth]\ncriterion = \"dissertation\"\nsample_time_s = 2e-3\none_sided = false\n{}{device}",
         kind.line()
     );
-    let question = Question::parse(Path::new("reproduce"), &document).map_err(Failure::input)?;
+    let question = Question::parse(Path::new("reproduce"), &document)?;
     let Answer::ZWidth(report) = question.answer(&|_| {}, stop, &|_| {})? else {
         return Err(Failure::bad_input("not a Z-width"));
     };

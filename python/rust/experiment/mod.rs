@@ -17,8 +17,10 @@ use pyo3::types::{PyBool, PyDict};
 /// Bad input is a `ValueError`; a run, device or disk that failed a `RuntimeError`.
 fn failed(failure: &Failure) -> PyErr {
     match failure {
-        Failure::Input(error) => unread(error.as_ref()),
-        _ => PyRuntimeError::new_err(failure.to_string()),
+        Failure::Input(cause) => unread(cause),
+        Failure::Run(_) | Failure::Device(_) | Failure::DataLost(_) => {
+            PyRuntimeError::new_err(failure.to_string())
+        }
     }
 }
 

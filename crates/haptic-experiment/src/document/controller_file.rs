@@ -47,7 +47,7 @@ mod tests;
 pub struct ControllerFile {
     /// The controller and how it runs.
     pub setup: ControllerSetup,
-    /// Where it comes from.
+    /// Empty in a file that a person wrote.
     pub origin: ControllerOrigin,
 }
 
@@ -60,7 +60,7 @@ pub struct ControllerOrigin {
     pub wishes: String,
     /// The program that made it.
     pub program: String,
-    /// Anything else.
+    /// A sentence for whoever reads the file; it changes nothing.
     pub note: String,
 }
 
@@ -95,9 +95,9 @@ impl ControllerFile {
     /// Reads and checks the text of a file; `path` is for messages.
     pub(crate) fn parse(path: &Path, text: &str) -> Result<Self, FileError> {
         let document = Parsed::of(path, text)?;
-        let words = ("controller", CHOICE);
         let laws = LAWS.map(|(name, _)| name);
-        let (name, law, mut beside) = document.one_of(&laws, &["loop", "source"], words)?;
+        let (name, law, mut beside) =
+            document.one_of(&laws, &["loop", "source"], "controller", CHOICE)?;
         let known = LAWS.iter().find(|(law, _)| *law == name);
         let law = law.with_keys(known.map(std::slice::from_ref).unwrap_or_default())?;
         let running = beside.remove("loop").ok_or_else(|| {
@@ -194,47 +194,47 @@ fn blank(name: &str, table: &Table<'_>) -> Result<ControllerParameters, FileErro
 fn numbers(setup: &mut ControllerSetup) -> (&'static str, Vec<(Parameter, &mut f64)>) {
     let weights = &mut setup.set_point;
     match &mut setup.law {
-        ControllerParameters::Pid(own) => (
+        ControllerParameters::Pid(law) => (
             "pid",
             vec![
-                (p::PROPORTIONAL_GAIN, &mut own.proportional),
-                (p::INTEGRAL_GAIN, &mut own.integral),
-                (p::INTEGRAL_ORDER, &mut own.integral_order),
-                (p::DERIVATIVE_GAIN, &mut own.derivative),
-                (p::DERIVATIVE_ORDER, &mut own.derivative_order),
+                (p::PROPORTIONAL_GAIN, &mut law.proportional),
+                (p::INTEGRAL_GAIN, &mut law.integral),
+                (p::INTEGRAL_ORDER, &mut law.integral_order),
+                (p::DERIVATIVE_GAIN, &mut law.derivative),
+                (p::DERIVATIVE_ORDER, &mut law.derivative_order),
                 (p::SET_POINT_WEIGHT, &mut weights.proportional),
                 (p::DERIVATIVE_SET_POINT_WEIGHT, &mut weights.derivative),
             ],
         ),
-        ControllerParameters::Tid(own) => (
+        ControllerParameters::Tid(law) => (
             "tid",
             vec![
-                (p::TILT_GAIN, &mut own.tilt),
-                (p::TILT_DIVISOR, &mut own.tilt_divisor),
-                (p::TID_INTEGRAL_GAIN, &mut own.integral),
-                (p::TID_DERIVATIVE_GAIN, &mut own.derivative),
+                (p::TILT_GAIN, &mut law.tilt),
+                (p::TILT_DIVISOR, &mut law.tilt_divisor),
+                (p::TID_INTEGRAL_GAIN, &mut law.integral),
+                (p::TID_DERIVATIVE_GAIN, &mut law.derivative),
                 (p::DERIVATIVE_SET_POINT_WEIGHT, &mut weights.derivative),
             ],
         ),
-        ControllerParameters::Crone(own) => (
+        ControllerParameters::Crone(law) => (
             "crone",
             vec![
-                (p::SHAPED_GAIN, &mut own.gain),
-                (p::SHAPED_ORDER, &mut own.order),
-                (p::CRONE_LOW, &mut own.low_rad_s),
-                (p::CRONE_HIGH, &mut own.high_rad_s),
+                (p::SHAPED_GAIN, &mut law.gain),
+                (p::SHAPED_ORDER, &mut law.order),
+                (p::CRONE_LOW, &mut law.low_rad_s),
+                (p::CRONE_HIGH, &mut law.high_rad_s),
             ],
         ),
-        ControllerParameters::LeadLag(own) => (
+        ControllerParameters::LeadLag(law) => (
             "lead_lag",
             vec![
-                (p::SHAPED_GAIN, &mut own.gain),
-                (p::SHAPED_ORDER, &mut own.order),
-                (p::LEAD_LAMBDA, &mut own.lambda_s),
-                (p::LEAD_X, &mut own.x),
+                (p::SHAPED_GAIN, &mut law.gain),
+                (p::SHAPED_ORDER, &mut law.order),
+                (p::LEAD_LAMBDA, &mut law.lambda_s),
+                (p::LEAD_X, &mut law.x),
             ],
         ),
-        _ => ("transfer_function", Vec::new()),
+        ControllerParameters::Function(_) | _ => ("transfer_function", Vec::new()),
     }
 }
 
@@ -271,10 +271,10 @@ fn in_loop(setup: ControllerSetup, table: &Table<'_>) -> Result<ControllerSetup,
 /// The table of the controller, its name first.
 fn law_lines(setup: &ControllerSetup) -> String {
     let mut setup = setup.clone();
-    let function = match &setup.law {
-        law @ ControllerParameters::Function(_) => format!("{} = \"{law}\"\n", p::FUNCTION.key),
-        _ => String::new(),
-    };
+    let mut function = String::new();
+    if let law @ ControllerParameters::Function(_) = &setup.law {
+        function = format!("{} = \"{law}\"\n", p::FUNCTION.key);
+    }
     let (name, numbers) = numbers(&mut setup);
     let numbers = numbers.into_iter().map(|(key, number)| (key, *number));
     format!("[{name}]\n{function}{}", lines_of(numbers))

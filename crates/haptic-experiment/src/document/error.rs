@@ -1,5 +1,6 @@
 //! A document that is wrong, and the place where it is.
 
+use haptic_quantity::renamed;
 use haptic_tissue::read_text;
 use std::collections::BTreeMap;
 use std::fmt;
@@ -10,6 +11,8 @@ use std::path::{Path, PathBuf};
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct FileError {
     place: Place,
+    /// Words of the file, before the reason: keys in them are those of the file, whatever a program calls them.
+    of_file: String,
     reason: String,
 }
 
@@ -25,7 +28,7 @@ enum Place {
 /// A place in a file.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Excerpt {
-    /// The file.
+    /// As it was named, so that a message shows what the user typed.
     pub path: PathBuf,
     /// Line, from 1.
     pub line: usize,
@@ -60,21 +63,36 @@ impl FileError {
     pub(crate) fn said(said: &str, reason: String) -> Self {
         Self {
             place: Place::Said(said.to_owned()),
+            of_file: String::new(),
             reason,
+        }
+    }
+
+    /// The same, with its reason as words of the file, and this behind them.
+    pub(crate) fn of_file(self, reason: String) -> Self {
+        Self {
+            of_file: self.reason,
+            reason,
+            ..self
+        }
+    }
+
+    /// Its line, with keys of the reason as `names` calls them, see [`renamed`].
+    pub(crate) fn named(&self, names: impl Fn(&str) -> Option<String>) -> String {
+        let reason = format!("{}{}", self.of_file, renamed(&self.reason, names));
+        match &self.place {
+            Place::Line(path, line) | Place::Character(Excerpt { path, line, .. }) => {
+                format!("{}:{line}: {reason}", path.display())
+            }
+            Place::Said(said) if said.is_empty() => reason,
+            Place::Said(said) => format!("{said}: {reason}"),
         }
     }
 }
 
 impl fmt::Display for FileError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let reason = &self.reason;
-        match &self.place {
-            Place::Line(path, line) | Place::Character(Excerpt { path, line, .. }) => {
-                write!(f, "{}:{line}: {reason}", path.display())
-            }
-            Place::Said(said) if said.is_empty() => f.write_str(reason),
-            Place::Said(said) => write!(f, "{said}: {reason}"),
-        }
+        f.write_str(&self.named(|_| None))
     }
 }
 
@@ -139,6 +157,7 @@ impl Source<'_> {
                 true => Place::Said(self.said_at(offset).to_owned()),
                 false => in_file(),
             },
+            of_file: String::new(),
             // One line, whatever somebody wrote.
             reason: reason.replace('\n', "\\n"),
         }

@@ -1,37 +1,66 @@
-//! Failure of a command: an error, and an exit code that scripts can rely on.
+//! Failure of a command: an error, by whom to be mended.
 
+use crate::document::error::FileError;
 use crate::document::parameters::OVERWRITE;
 use haptic_log::record::{NewFileError, RecordError};
+use haptic_quantity::renamed;
 use std::fmt;
+use std::io;
+use std::path::Path;
+use thiserror::Error;
 
-/// A command that did not succeed: what went wrong, in one line, by whom to be mended.
-///
-/// Exit codes: 0 done (also when the reader of our output went away) · 1 the run failed, was
-/// interrupted, or a latched fault ended it · 2 bad usage or bad input · 3 device or link not
-/// usable, or lost · 4 data was lost, what could be kept was kept. 3 goes before 1, and 1 before 4.
-#[derive(Debug)]
+/// A command that did not succeed: what kind of failure it is, and its [`Cause`]. If several apply, a device goes before a run, and
+/// a run before data that was lost.
+#[derive(Debug, Error)]
 pub enum Failure {
-    /// Exit code 1.
-    Run(anyhow::Error),
-    /// Exit code 2.
-    Input(anyhow::Error),
-    /// Exit code 3.
-    Device(anyhow::Error),
-    /// Exit code 4.
-    DataLost(anyhow::Error),
-    /// Exit code 0: nobody reads our output any more.
-    BrokenPipe,
+    /// The run failed, was interrupted, or a latched fault ended it.
+    #[error("{0}")]
+    Run(Cause),
+    /// What was given cannot be used.
+    #[error("{0}")]
+    Input(Cause),
+    /// The device or the link to it cannot be used, or was lost.
+    #[error("{0}")]
+    Device(Cause),
+    /// Data was lost; what could be kept was kept.
+    #[error("{0}")]
+    DataLost(Cause),
+}
+
+/// The cause of a [`Failure`]. Prints as one line.
+#[derive(Debug, Error)]
+pub enum Cause {
+    /// A sentence, which names keys as [`haptic_quantity::Key`] does.
+    #[error("{0}")]
+    Words(String),
+    /// A document is wrong; it knows the place.
+    #[error(transparent)]
+    Document(Box<FileError>),
+    /// A log or another file cannot be read or written.
+    #[error(transparent)]
+    File(Box<RecordError>),
+    /// What cannot be made, by the name that somebody gave it, and what to do about it, as a sentence.
+    #[error("{0}: {1}")]
+    Name(String, String),
+    /// The operating system refused this, which may have a name that somebody gave; advice, from its colon on, is a sentence.
+    #[error("{0}{1}: {2}")]
+    System(String, String, #[source] io::Error),
 }
 
 impl Failure {
+    /// A run that failed, in these words.
+    pub fn run(words: impl fmt::Display) -> Self {
+        Self::Run(Cause::Words(words.to_string()))
+    }
+
     /// Bad input, in the error's own words.
-    pub fn input(error: impl Into<anyhow::Error>) -> Self {
-        Self::Input(error.into())
+    pub fn input(error: impl std::error::Error) -> Self {
+        Self::bad_input(error)
     }
 
     /// Bad input, in these words.
-    pub fn bad_input(message: impl fmt::Display) -> Self {
-        Self::Input(anyhow::anyhow!("{message}"))
+    pub fn bad_input(words: impl fmt::Display) -> Self {
+        Self::Input(Cause::Words(words.to_string()))
     }
 
     /// Bad input, in the error's own words, and what to do about it.
@@ -39,87 +68,103 @@ impl Failure {
         Self::bad_input(format_args!("{error}: {advice}"))
     }
 
+    /// A device that cannot be used, in these words.
+    pub fn device(words: impl fmt::Display) -> Self {
+        Self::Device(Cause::Words(words.to_string()))
+    }
+
+    /// Data that was lost, in these words.
+    pub fn data_lost(words: impl fmt::Display) -> Self {
+        Self::DataLost(Cause::Words(words.to_string()))
+    }
+
     /// Output that could not be written: data lost on a full disk, else bad input, as a place that is not
     /// writable. `what` says which.
-    pub fn writing(error: std::io::Error, what: impl fmt::Display) -> Self {
+    pub fn writing(error: io::Error, what: impl fmt::Display) -> Self {
+        Self::writing_with_advice(error, what, String::new())
+    }
+
+    pub(crate) fn writing_with_advice(
+        error: io::Error,
+        what: impl fmt::Display,
+        advice: String,
+    ) -> Self {
         let full = is_full(&error);
-        let error = anyhow::Error::new(error).context(what.to_string());
-        if full {
-            Self::DataLost(error)
-        } else {
-            Self::Input(error)
-        }
+        let kind = if full { Self::DataLost } else { Self::Input };
+        kind(Cause::System(what.to_string(), advice, error))
+    }
+
+    /// A file is there already.
+    pub(crate) fn exists(path: &Path, advice: String) -> Self {
+        let exists = format!("`{}` already exists", path.display());
+        Self::Input(Cause::Name(exists, advice))
     }
 
     /// The same, and these words behind its own.
     #[must_use]
     pub fn and(self, words: &str) -> Self {
-        let more = anyhow::anyhow!("{self}: {words}");
+        let more = Cause::Words(format!("{self}: {words}"));
         match self {
             Self::Run(_) => Self::Run(more),
             Self::Input(_) => Self::Input(more),
             Self::Device(_) => Self::Device(more),
             Self::DataLost(_) => Self::DataLost(more),
-            Self::BrokenPipe => Self::BrokenPipe,
         }
     }
 
     /// A run that somebody stopped.
     pub(crate) fn interrupted() -> Self {
-        Self::Run(anyhow::anyhow!("interrupted"))
+        Self::run("interrupted")
     }
 
-    /// The exit code.
+    /// The cause, whatever kind of failure it is.
     #[must_use]
-    pub fn exit_code(&self) -> u8 {
-        match self {
-            Self::BrokenPipe => 0,
-            Self::Run(_) => 1,
-            Self::Input(_) => 2,
-            Self::Device(_) => 3,
-            Self::DataLost(_) => 4,
-        }
+    pub const fn cause(&self) -> &Cause {
+        let (Self::Run(cause) | Self::Input(cause) | Self::Device(cause) | Self::DataLost(cause)) =
+            self;
+        cause
     }
 }
 
-impl fmt::Display for Failure {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+impl Cause {
+    /// Its line, with keys as `names` calls them, see [`renamed`].
+    pub fn named(&self, names: impl Fn(&str) -> Option<String>) -> String {
         match self {
-            Self::Run(error) | Self::Input(error) | Self::Device(error) | Self::DataLost(error) => {
-                // The whole chain in one line; many an error already says its cause.
-                let mut text = error.to_string();
-                for cause in error.chain().skip(1).map(ToString::to_string) {
-                    if !text.contains(&cause) {
-                        text = format!("{text}: {cause}");
-                    }
-                }
-                f.write_str(&text)
+            Self::Words(words) => renamed(words, names),
+            Self::Document(error) => error.named(names),
+            Self::Name(what, advice) => format!("{what}: {}", renamed(advice, names)),
+            Self::System(what, advice, error) => {
+                format!("{what}{}: {error}", renamed(advice, names))
             }
-            Self::BrokenPipe => f.write_str("nobody reads the output"),
+            Self::File(_) => self.to_string(),
         }
     }
 }
 
-// The text has the whole chain, so there is no source beside it.
-impl std::error::Error for Failure {}
+impl From<FileError> for Failure {
+    fn from(error: FileError) -> Self {
+        Self::Input(Cause::Document(Box::new(error)))
+    }
+}
 
 impl From<RecordError> for Failure {
     fn from(error: RecordError) -> Self {
-        match error {
-            RecordError::Write { .. }
-            | RecordError::Lost { .. }
-            | RecordError::Copy { .. }
-            | RecordError::Csv { .. } => Self::DataLost(error.into()),
-            RecordError::File(error) => error.into(),
-            RecordError::Message(_) | RecordError::Time { .. } => Self::Run(error.into()),
-            _ => Self::Input(error.into()),
+        use RecordError::{Copy, Csv, File, Lost, Message, NoTicks, NotMcap, Read, Time, Write};
+        if let File(error) = error {
+            return error.into();
         }
+        let kind = match error {
+            Write { .. } | Lost { .. } | Copy { .. } | Csv { .. } => Self::DataLost,
+            Message(_) | Time { .. } => Self::Run,
+            File(_) | Read { .. } | NotMcap { .. } | NoTicks { .. } | _ => Self::Input,
+        };
+        kind(Cause::File(Box::new(error)))
     }
 }
 
 /// True if the disk, or the share of it that one may use, is full.
-fn is_full(error: &std::io::Error) -> bool {
-    use std::io::ErrorKind::{FileTooLarge, QuotaExceeded, StorageFull, WriteZero};
+fn is_full(error: &io::Error) -> bool {
+    use io::ErrorKind::{FileTooLarge, QuotaExceeded, StorageFull, WriteZero};
     matches!(
         error.kind(),
         StorageFull | QuotaExceeded | FileTooLarge | WriteZero
@@ -128,13 +173,12 @@ fn is_full(error: &std::io::Error) -> bool {
 
 impl From<NewFileError> for Failure {
     fn from(error: NewFileError) -> Self {
-        match &error {
-            NewFileError::Io { source, .. } if is_full(source) => Self::DataLost(error.into()),
-            NewFileError::Exists(path) => Self::bad_input(format_args!(
-                "`{}` already exists: choose another name, move it away, or say {OVERWRITE}",
-                path.display()
-            )),
-            _ => Self::Input(error.into()),
+        if let NewFileError::Exists(path) = &error {
+            let advice = format!("choose another name, move it away, or say {OVERWRITE}");
+            return Self::exists(path, advice);
         }
+        let full = matches!(&error, NewFileError::Io { source, .. } if is_full(source));
+        let kind = if full { Self::DataLost } else { Self::Input };
+        kind(Cause::File(Box::new(error.into())))
     }
 }

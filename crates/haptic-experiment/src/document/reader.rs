@@ -85,7 +85,7 @@ impl<'a> Found<'a> {
             DeValue::Integer(integer) => format!(" = {}", short(integer.as_str())),
             DeValue::Float(float) => format!(" = {}", short(float.as_str())),
             DeValue::Boolean(flag) => format!(" = {flag}"),
-            _ => String::new(),
+            DeValue::Datetime(_) | DeValue::Array(_) | DeValue::Table(_) => String::new(),
         };
         self.fail(format!("{key}{shown} is {article} {kind}, not {wanted}"))
     }
@@ -98,13 +98,13 @@ impl<'a> Found<'a> {
         default: Option<f64>,
     ) -> Result<f64, FileError> {
         let key = parameter.key;
-        let text = match self.value {
-            DeValue::Float(float) => float.as_str(),
-            DeValue::Integer(integer) if integer.radix() == 10 => integer.as_str(),
-            DeValue::Integer(_) => {
+        let text = match (self.value.as_float(), self.value.as_integer()) {
+            (Some(float), _) => float.as_str(),
+            (None, Some(integer)) if integer.radix() == 10 => integer.as_str(),
+            (None, Some(_)) => {
                 return Err(self.fail(format!("{key} is not written as a decimal number")));
             }
-            _ => return Err(self.wrong_kind(key, "a number")),
+            (None, None) => return Err(self.wrong_kind(key, "a number")),
         };
         // TOML's numbers are all numbers of Rust, inf and nan included.
         let number: f64 = text.parse().unwrap_or(f64::NAN);
@@ -125,9 +125,10 @@ impl<'a> Found<'a> {
 
     /// A number of a list; of a list in the place of a number it is only finite.
     fn element(self, parameter: &Parameter) -> Result<f64, FileError> {
-        let range = match parameter.value {
-            Value::List(range) => range,
-            _ => Range::Within(f64::MIN, f64::MAX),
+        let range = if let Value::List(range) = parameter.value {
+            range
+        } else {
+            Range::Within(f64::MIN, f64::MAX)
         };
         self.number(parameter, range, None)
     }
@@ -142,10 +143,8 @@ impl<'a> Found<'a> {
     }
 
     fn items(self, key: &str, wanted: &str) -> Result<&'a DeArray<'a>, FileError> {
-        match self.value {
-            DeValue::Array(items) => Ok(items),
-            _ => Err(self.wrong_kind(key, wanted)),
-        }
+        let items = self.value.as_array();
+        items.ok_or_else(|| self.wrong_kind(key, wanted))
     }
 }
 
@@ -167,7 +166,8 @@ impl<'a> Table<'a> {
                         None => format!("known are {}", keys().collect::<Vec<_>>().join(", ")),
                     };
                     let reason = format!("unknown key `{name}` in [{}]: {advice}", self.name);
-                    return Err(part.source.fail(key.span().start, reason));
+                    let unknown = part.source.fail(key.span().start, reason);
+                    return Err(unknown.of_file(String::new()));
                 }
             }
         }
@@ -197,7 +197,7 @@ impl<'a> Table<'a> {
         let layer = |key: &str| self.parts.iter().position(|part| part.find(key).is_some());
         let is_given = self.text(other).is_ok_and(|text| !text.is_empty());
         let names = layer(other.key).filter(|_| is_given);
-        names.is_some_and(|names| layer(parameter.key).is_none_or(|own| own > names))
+        names.is_some_and(|names| layer(parameter.key).is_none_or(|layer| layer > names))
     }
 
     /// An error that concerns the table as a whole.
@@ -219,12 +219,8 @@ impl<'a> Table<'a> {
     /// The path that a key gives, from the folder of its file; none where it gives a name or nothing.
     pub(crate) fn path(&self, parameter: &Parameter) -> Option<PathBuf> {
         let found = self.find(parameter.key)?;
-        match found.value {
-            DeValue::String(text) if is_path(parameter.key, text) => {
-                Some(beside(found.source, text))
-            }
-            _ => None,
-        }
+        let text = found.value.as_str()?;
+        is_path(parameter.key, text).then(|| beside(found.source, text))
     }
 
     /// The file that a key names: a path from the folder of its file, or a name as it is; none where the text is empty.
@@ -301,14 +297,10 @@ impl<'a> Table<'a> {
     /// A whole number of at least 0.
     pub(crate) fn count(&self, parameter: &Parameter) -> Result<u64, FileError> {
         let key = parameter.key;
-        let default = match parameter.value {
-            Value::Count(default) => default,
-            _ => 0,
-        };
         let Some(found) = self.find(key) else {
-            return Ok(default);
+            return Ok(parameter.default_count());
         };
-        let DeValue::Integer(integer) = found.value else {
+        let Some(integer) = found.value.as_integer() else {
             return Err(found.wrong_kind(key, "a whole number"));
         };
         u64::from_str_radix(integer.as_str(), integer.radix()).map_err(|_| {
@@ -326,10 +318,8 @@ impl<'a> Table<'a> {
         let Some(found) = self.find(key) else {
             return Ok(parameter.value == Value::Flag(true));
         };
-        match found.value {
-            DeValue::Boolean(flag) => Ok(*flag),
-            _ => Err(found.wrong_kind(key, "true or false")),
-        }
+        let flag = found.value.as_bool();
+        flag.ok_or_else(|| found.wrong_kind(key, "true or false"))
     }
 
     pub(crate) fn text(&self, parameter: &Parameter) -> Result<&'a str, FileError> {
@@ -337,10 +327,8 @@ impl<'a> Table<'a> {
         let Some(found) = self.find(key) else {
             return Ok(parameter.shown);
         };
-        match found.value {
-            DeValue::String(text) => Ok(text),
-            _ => Err(found.wrong_kind(key, "a string")),
-        }
+        let text = found.value.as_str();
+        text.ok_or_else(|| found.wrong_kind(key, "a string"))
     }
 
     /// A text that must be there.
@@ -371,10 +359,12 @@ impl<'a> Table<'a> {
 
     /// A list of numbers, or one of them alone, if the key is there.
     pub(crate) fn numbers_if(&self, parameter: &Parameter) -> Result<Option<Vec<f64>>, FileError> {
-        let numbers = self.find(parameter.key).map(|found| match found.value {
-            DeValue::Array(_) => found.numbers(parameter),
-            _ => Ok(vec![found.element(parameter)?]),
-        });
+        let numbers = self
+            .find(parameter.key)
+            .map(|found| match found.value.as_array() {
+                Some(_) => found.numbers(parameter),
+                None => Ok(vec![found.element(parameter)?]),
+            });
         numbers.transpose()
     }
 
@@ -393,10 +383,8 @@ impl<'a> Table<'a> {
     }
 
     fn missing(&self, parameter: &Parameter) -> FileError {
-        self.fail(format!(
-            "missing key `{}` in [{}]: give {parameter}",
-            parameter.key, self.name
-        ))
+        let missing = format!("missing key `{}` in [{}]", parameter.key, self.name);
+        self.fail(missing).of_file(format!(": give {parameter}"))
     }
 
     /// One of the values that the command line knows for it.

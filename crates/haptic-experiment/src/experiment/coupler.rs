@@ -368,7 +368,7 @@ impl Trial for CouplerExperiment {
                     .map(|sample| object.deflection(self, sample.position_m, -sample.force_n))
                     .collect();
                 let values = reference.full_history(order, t, &deflection);
-                let mut values = values.map_err(Failure::Run)?.into_iter();
+                let mut values = values?.into_iter();
                 Box::new(move |_| values.next().unwrap_or(f64::NAN))
             }
             None => {

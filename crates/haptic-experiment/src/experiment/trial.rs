@@ -200,7 +200,8 @@ impl TrialPlan {
             threshold_m: self.threshold_m,
         };
         Judge::new(
-            (self.criterion, self.impact_m_per_s),
+            self.criterion,
+            self.impact_m_per_s,
             Tolerance::new(self.criterion, scales),
             // The window holds whole samples; times are multiples of T, rounded.
             self.duration_s - self.window_s + 0.5 * sample_time_s,

@@ -15,20 +15,20 @@ const PHASE_MARGIN: Key = Key("phase_margin_rad");
 /// The text of an error with angles in degrees, and what to change.
 #[must_use]
 pub fn in_degrees(error: &ControlError) -> String {
-    let range = match *error {
-        ControlError::Range(range) => range,
-        ControlError::Contradiction {
-            first,
-            first_value,
-            second,
-            second_value,
-            remedy,
-        } => {
-            let [a, b] = [(first, first_value), (second, second_value)]
-                .map(|(key, value)| format!("{} {}", Key(key), with_unit(key, value)));
-            return format!("{a} contradicts {b}: {remedy}");
-        }
-        error => return error.to_string(),
+    if let ControlError::Contradiction {
+        first,
+        first_value,
+        second,
+        second_value,
+        remedy,
+    } = *error
+    {
+        let [a, b] = [(first, first_value), (second, second_value)]
+            .map(|(key, value)| format!("{} {}", Key(key), with_unit(key, value)));
+        return format!("{a} contradicts {b}: {remedy}");
+    }
+    let ControlError::Range(range) = *error else {
+        return error.to_string();
     };
     match (range.what, range.unit) {
         ("phase margin", _) => format!(
@@ -95,7 +95,7 @@ pub fn row_of_wish(name: WishName) -> (&'static str, &'static str, fn(f64) -> f6
         WishName::SensitivityPeak => ("sensitivity_peak", "largest |S|", same),
         WishName::ComplementaryPeak => ("complementary_peak", "largest |T|", same),
         WishName::Noise => ("noise", "|T| above the noise's frequency", same),
-        _ => ("disturbance", "|S| below the disturbance's frequency", same),
+        WishName::Disturbance | _ => ("disturbance", "|S| below the disturbance's frequency", same),
     }
 }
 
@@ -137,14 +137,14 @@ impl DesignWords<'_> {
 
     /// The gains of the plant for which the loop is proved stable, if they do not reach from half to double.
     fn fragile(&self) -> Option<String> {
-        let own = self
+        let trial = self
             .0
             .fractional
             .trial
             .as_ref()
-            .filter(|own| !own.is_robust())?;
-        let [low, high] = own.stable_gains?;
-        let verdict = match own.coarse {
+            .filter(|trial| !trial.is_robust())?;
+        let [low, high] = trial.stable_gains?;
+        let verdict = match trial.coarse {
             None => "proved stable",
             Some(_) => "stable by the sampled model, not proved,",
         };
@@ -156,19 +156,19 @@ impl DesignWords<'_> {
     }
 
     /// The verdict, for which gains it is proved, and the remedy.
-    fn verdict(&self, own: &Trial) -> String {
+    fn verdict(&self, trial: &Trial) -> String {
         let all = "for half to double the plant's gain";
-        if !own.analysis.verdict.stable {
+        if !trial.analysis.verdict.stable {
             return "The sampled loop is not stable.".to_owned();
         }
-        let sturdier = match own.stable_gains {
+        let sturdier = match trial.stable_gains {
             Some([low, _]) if low > ROBUST_GAINS[0] => {
                 "Raise the crossover: a smaller gain does not hold this plant"
             }
             _ => "Lower the crossover, raise the phase margin or shorten the sample time",
         };
         // Why the verdict of a loop is not that of its plant.
-        let too_fast = own.coarse.map(|times| {
+        let too_fast = trial.coarse.map(|times| {
             let times = digits(times, 4);
             format!("too fast to prove it for the plant: shorten the sample time {times} times")
         });
@@ -187,16 +187,16 @@ impl DesignWords<'_> {
     /// The verdict and what to know beside it.
     #[must_use]
     pub fn sentences(&self) -> Vec<String> {
-        let Some(own) = &self.0.fractional.trial else {
+        let Some(trial) = &self.0.fractional.trial else {
             let count = "Stable at the measured frequencies, if the plant is stable; not proved.";
             let more = "For a proof and steps identify a function, with control identify.";
             return vec![format!("{count} {more}")];
         };
-        let mut said = vec![self.verdict(own)];
+        let mut said = vec![self.verdict(trial)];
         let other = self.0.integer.as_ref().ok();
         let other = other.and_then(|other| other.trial.as_ref());
         let spread = |trial: &Trial| trial.overshoot_spread().filter(|_| trial.is_robust());
-        match other.map(|other| (spread(own), spread(other))) {
+        match other.map(|other| (spread(trial), spread(other))) {
             Some((Some(fractional), Some(integer))) => {
                 said.push(format!(
                     "Over these gains its overshoot varies by {} %, that of the integer-order PID by {} %: {}.",
@@ -215,7 +215,7 @@ impl DesignWords<'_> {
             )),
         }
         let order = self.0.fractional.tuned.parameters.integral_order;
-        if own.analysis.verdict.stable && own.shape.settled.is_none() && order < 1.0 {
+        if trial.analysis.verdict.stable && trial.shape.settled.is_none() && order < 1.0 {
             let crossover = self
                 .0
                 .fractional

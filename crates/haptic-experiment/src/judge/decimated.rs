@@ -58,7 +58,7 @@ impl<const M: usize> Decimated<M> {
         }
     }
 
-    /// Adds a sample.
+    /// Takes in the next sample; times only ever grow.
     pub fn add(&mut self, time_s: f64, values: [f64; M]) {
         let point = Point {
             sample: self.count,
@@ -113,7 +113,7 @@ impl<const M: usize> Decimated<M> {
         self.group[1] = point;
         for (curve, value) in point.values.into_iter().enumerate() {
             let (low, high) = (2 + 2 * curve, 3 + 2 * curve);
-            // A value that is no number gives way to any that is.
+            // NaN gives way to any number.
             if value < self.group[low].values[curve] || self.group[low].values[curve].is_nan() {
                 self.group[low] = point;
             }
@@ -169,8 +169,8 @@ mod tests {
         for peak in peaks {
             let value = 1e3 + peak as f64;
             let found = kept.curves[0].iter().position(|&have| have == value);
-            let place = found.unwrap_or_else(|| panic!("{peak} is lost"));
-            assert_eq!(kept.time_s[place], 1e-3 * peak as f64);
+            let index = found.unwrap_or_else(|| panic!("{peak} is lost"));
+            assert_eq!(kept.time_s[index], 1e-3 * peak as f64);
         }
         assert!(kept.time_s.len() < 70_000, "{}", kept.time_s.len());
         assert!(kept.time_s.is_sorted());

@@ -155,10 +155,10 @@ impl ModelledTissue {
         reference: Reference,
         t: Seconds,
         depth: &[f64],
-    ) -> anyhow::Result<Vec<f64>> {
+    ) -> Result<Vec<f64>, Failure> {
         if let Some(model) = self.composed() {
-            let sampled = SampledModel::new(model, t)?;
-            let mut sums = FullHistory::new(&sampled, depth.len())?;
+            let sampled = SampledModel::new(model, t).map_err(Failure::run)?;
+            let mut sums = FullHistory::new(&sampled, depth.len()).map_err(Failure::run)?;
             return Ok(depth.iter().map(|&x| shape * sums.step(x)).collect());
         }
         let (k, b) = self.spring_and_damper(shape);
@@ -201,9 +201,9 @@ impl Deref for ModelledTissue {
 /// ```
 #[derive(Clone, Debug)]
 pub struct TissuePiece {
-    /// The tissue.
+    /// Boxed, because a tissue is large and a [`super::preflight::Matter`] is moved about.
     pub material: Box<ModelledTissue>,
-    /// The piece.
+    /// Size and loading of the piece: they turn stress over strain into force over depth.
     pub specimen: Specimen,
 }
 
@@ -392,18 +392,18 @@ fn design(
     horizon: f64,
 ) -> Result<Design<FULL_TAPS, FULL_MODES>, Failure> {
     let sampled = SampledModel::new(model, sample_time).map_err(Failure::input)?;
-    let tolerance = match scheme {
-        Scheme::Full {
-            kernel: Kernel::Grunwald,
-            tolerance,
-        } => tolerance,
-        Scheme::Exact => return Err(Failure::input(SchemeError::AnalysisOnly)),
-        other => {
-            return Err(Failure::bad_input(format_args!(
-                "scheme {other} makes one spring-pot, not a model with more elements: take {scheme_full}",
-                scheme_full = SCHEME.set_to("full")
-            )));
-        }
+    if scheme == Scheme::Exact {
+        return Err(Failure::input(SchemeError::AnalysisOnly));
+    }
+    let Scheme::Full {
+        kernel: Kernel::Grunwald,
+        tolerance,
+    } = scheme
+    else {
+        return Err(Failure::bad_input(format_args!(
+            "scheme {scheme} makes one spring-pot, not a model with more elements: take {scheme_full}",
+            scheme_full = SCHEME.set_to("full")
+        )));
     };
     sampled
         .design(tolerance, horizon.max(HORIZON_MIN))
@@ -420,7 +420,6 @@ fn design(
 /// A piece of tissue tick by tick with all of its past: f\[n\] = gain·x\[n\] + past.
 #[derive(Debug)]
 pub(crate) enum Sampled {
-    /// K, B, and D^μ.
     Derivative(f64, f64, Channel<f64, Operator<f64>>),
     /// The shape, and the sums of the elements.
     Sums(f64, Box<FullHistory>),
@@ -501,7 +500,7 @@ fn driven(model: &Model, input: impl Fn(f64) -> f64, corners: &[f64], time_s: &[
     let inputs: Vec<f64> = times.iter().map(|&time| input(time)).collect();
     let stress = model.stress(&times, &inputs);
     let at = |time: &f64| match times.binary_search_by(|known| known.total_cmp(time)) {
-        Ok(place) if *time > 0.0 => stress[place],
+        Ok(index) if *time > 0.0 => stress[index],
         _ => 0.0,
     };
     time_s.iter().map(at).collect()

@@ -35,9 +35,9 @@ use serde::Serialize;
 /// What is touched: a piece of tissue, or K + B·D^μ.
 #[derive(Clone, Debug)]
 pub enum Matter {
-    /// A piece of tissue.
+    /// A piece of tissue, whose loading may make the force nonlinear in the depth.
     Tissue(TissuePiece),
-    /// K + B·D^μ.
+    /// A wall K + B·D^μ, linear in the depth.
     Wall {
         /// K, N/m, at least 0.
         stiffness_n_per_m: f64,
@@ -110,7 +110,7 @@ impl Matter {
         }
     }
 
-    /// In a few words.
+    /// Its name or its numbers, in a few words for a title.
     #[must_use]
     pub fn words(&self) -> String {
         match self {
@@ -160,19 +160,19 @@ const STEEPEST: f64 = 1e6;
 /// A loop that is to be looked at.
 #[derive(Clone, Copy, Debug)]
 pub struct Preflight<'a> {
-    /// K, N/m.
+    /// K of the wall, or of the tissue at the depth that is judged, N/m.
     pub stiffness_n_per_m: f64,
-    /// B, N·s^μ/m.
+    /// B of the same, N·s^μ/m, which goes with K by the slope of a depth map.
     pub dissipation_n_s_mu_per_m: f64,
-    /// μ.
+    /// The order μ of the operator, 0 to 2.
     pub order: Order,
     /// The model whose memory the operator is; `None` for D^μ.
     pub model: Option<&'a Model>,
-    /// The operator.
+    /// The operator that really runs: the verdict is not that of the exact D^μ.
     pub scheme: Scheme,
-    /// T, s.
+    /// T of the loop, s; the whole judgement is of the sampled loop.
     pub sample_time_s: f64,
-    /// Samples of the run.
+    /// Samples of the run, on which the memory of the operator depends.
     pub samples: u64,
     /// The map of depth, and its slope where K and B are looked at; `None` if the force is linear in the depth.
     pub map: Option<(DepthMap<f64>, f64)>,
@@ -223,10 +223,7 @@ impl Preflight<'_> {
             Some(model) => Ok((x.iter().copied())
                 .map(memory(model, t, x.len() as u64)?)
                 .collect()),
-            None => {
-                let felt = Reference::of(self.scheme).full_history(self.order, t, x);
-                felt.map_err(Failure::Run)
-            }
+            None => Reference::of(self.scheme).full_history(self.order, t, x),
         }
     }
 
@@ -422,7 +419,7 @@ mod tests {
         assert!(!verdict.stable);
         assert!(margin <= 0.5 * edge && margin > 0.499 * edge, "{margin}");
         let refused = verdict.require_stable(false).expect_err("refused");
-        assert_eq!(refused.exit_code(), 2);
+        assert!(matches!(refused, Failure::Input(_)));
         let text = refused.to_string();
         let words = "alpha 1.2000 | beta 2.0000 | delta 0.0000 | delay 0 samples | margin 0.538 | softer K | less B";
         for part in words.split(" | ").chain(["`force_unstable`"]) {

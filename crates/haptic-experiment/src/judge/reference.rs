@@ -25,10 +25,12 @@ pub(crate) enum Reference {
 impl Reference {
     /// Those of the scheme itself where it has the full history, else Grünwald's.
     pub(crate) fn of(scheme: Scheme) -> Self {
-        match scheme {
-            Scheme::Full { kernel, .. } => Self::Kernel(kernel),
-            Scheme::FullBdf2 { .. } => Self::Bdf2,
-            _ => Self::Kernel(Kernel::Grunwald),
+        if let Scheme::FullBdf2 { .. } = scheme {
+            Self::Bdf2
+        } else if let Scheme::Full { kernel, .. } = scheme {
+            Self::Kernel(kernel)
+        } else {
+            Self::Kernel(Kernel::Grunwald)
         }
     }
 
@@ -46,12 +48,12 @@ impl Reference {
         order: Order,
         sample_time: Seconds,
         x: &[f64],
-    ) -> anyhow::Result<Vec<f64>> {
+    ) -> Result<Vec<f64>, Failure> {
         let sum = match self {
-            Self::Kernel(kernel) => Batch::full_history(kernel, order, sample_time)?,
-            Self::Bdf2 => Batch::full_bdf2(order, sample_time)?,
+            Self::Kernel(kernel) => Batch::full_history(kernel, order, sample_time),
+            Self::Bdf2 => Batch::full_bdf2(order, sample_time),
         };
-        Ok(sum.run(x))
+        Ok(sum.map_err(Failure::run)?.run(x))
     }
 }
 

@@ -173,7 +173,7 @@ impl RunReport {
     #[must_use]
     pub fn lost_table(&self) -> Option<Failure> {
         let lost = self.unwritten.as_ref()?;
-        Some(Failure::DataLost(anyhow::anyhow!("{lost}")))
+        Some(Failure::data_lost(format_args!("{lost}")))
     }
 }
 

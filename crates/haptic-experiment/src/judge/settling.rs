@@ -72,7 +72,7 @@ pub(crate) struct Scales {
 }
 
 /// Largest variation of a wall at rest; `None` for any.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct Tolerance {
     position_std_m: Option<f64>,
     force_std_n: Option<f64>,
@@ -102,9 +102,7 @@ impl Tolerance {
         match criterion {
             Criterion::Dissertation => Self {
                 position_std_m: Some(scales.threshold_m),
-                force_std_n: None,
-                force_range_n: None,
-                limited: None,
+                ..Self::default()
             },
             Criterion::Settling => {
                 let step = scales.encoder_step_m;
@@ -291,7 +289,8 @@ pub(crate) struct Judge {
 
 impl Judge {
     pub(crate) fn new(
-        (criterion, impact_m_per_s): (Criterion, f64),
+        criterion: Criterion,
+        impact_m_per_s: f64,
         tolerance: Tolerance,
         from_s: f64,
         force_limit_n: f64,
@@ -396,7 +395,7 @@ mod tests {
         motion: impl Fn(u32) -> (f64, f64),
     ) -> Settling {
         let tolerance = Tolerance::new(criterion, scales);
-        let mut judge = Judge::new((criterion, 0.1), tolerance, 4.6, 3.3);
+        let mut judge = Judge::new(criterion, 0.1, tolerance, 4.6, 3.3);
         for n in 0..5001 {
             let (position, force) = motion(n);
             judge.see(1e-3 * f64::from(n), position, force);
@@ -511,7 +510,7 @@ mod tests {
     #[test]
     fn what_leaves_or_never_ends_is_not_stable() {
         let tolerance = Tolerance::new(Criterion::Settling, STIFF);
-        let mut judge = Judge::new((Criterion::Settling, 0.1), tolerance, 4.6, 3.3);
+        let mut judge = Judge::new(Criterion::Settling, 0.1, tolerance, 4.6, 3.3);
         assert!(judge.see(0.0, 0.0, 0.0));
         assert_eq!(judge.settling(true, None).verdict, TrialVerdict::Unfinished);
         assert!(!judge.see(1.0, f64::NAN, 0.0));

@@ -11,13 +11,9 @@ parameters! {
     ANALYSED_SCHEME = text("scheme", "exact", SCHEME.help);
     /// Order of a coupler that is analysed.
     COUPLING_ORDER = optional("order", WALL_ORDERS, "Order of the coupler: 1 a spring beside a damper, below 1 the spring creeps");
-    /// α.
     ALPHA = optional("alpha", WALL_NUMBERS, "Without units: stiffness K T^2/m");
-    /// β.
     BETA = optional("beta", WALL_NUMBERS, "Without units: dissipation B T^(2-mu)/m");
-    /// δ.
     DELTA = optional("delta", DELTAS, "Without units: damping of the device b T/m [default: 0]");
-    /// γ.
     GAMMA = optional("gamma", WALL_NUMBERS, "Without units: stiffness of the hand k T^2/m [default: 0]");
     DELAY_SAMPLES = optional("delay_samples", SAMPLES, "The delay in samples, whole or not");
     OMEGA_MIN = optional("omega_min_rad_s", ANGULAR_FREQUENCIES, "Lowest frequency [default: a thousandth of the highest]");

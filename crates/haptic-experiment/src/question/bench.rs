@@ -38,12 +38,9 @@ pub(crate) struct Device {
 /// The device of a question, as its answer repeats it: who took a wrong unit sees it here.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct AskedDevice {
-    /// m.
     pub mass_kg: f64,
-    /// b.
     pub damping_n_s_per_m: f64,
     pub hand_stiffness_n_per_m: f64,
-    /// T.
     pub sample_time_s: f64,
 }
 
@@ -74,12 +71,12 @@ pub(super) fn bench(table: &Table<'_>) -> Result<Device, FileError> {
 }
 
 pub(super) fn scheme(table: &Table<'_>) -> Result<Scheme, FileError> {
-    let parsed = table.text(&SCHEME)?.parse();
-    let parsed = parsed.and_then(|scheme| match scheme {
-        Scheme::Exact => Err(SchemeError::AnalysisOnly),
-        scheme => Ok(scheme),
-    });
-    parsed.map_err(|error| table.fail_at(SCHEME.key, error.to_string()))
+    let refused = |error: SchemeError| table.fail_at(SCHEME.key, error.to_string());
+    let scheme = table.text(&SCHEME)?.parse().map_err(refused)?;
+    if scheme == Scheme::Exact {
+        return Err(refused(SchemeError::AnalysisOnly));
+    }
+    Ok(scheme)
 }
 
 pub(super) fn orders(table: &Table<'_>, parameter: &Parameter) -> Result<Vec<Order>, FileError> {
@@ -145,11 +142,15 @@ pub(super) fn crossings(area: &StableArea, beta: f64) -> Vec<f64> {
     crossings
 }
 
-/// The device of the dissertation's section 4.4, which is sampled at 2 ms there: 65 g, 3.5 N·s/m, ideal.
 #[cfg(test)]
-pub(crate) fn dissertation_device(sample_time: fracdiff::Seconds) -> MassDamperConfig {
-    use haptic_loop::units::{Kilograms, NewtonSecondsPerMetre};
-    let mass = Kilograms(MASS.default_number());
-    let damping = NewtonSecondsPerMetre(DAMPING.default_number());
-    MassDamperConfig::ideal(mass, damping, sample_time)
+pub(crate) mod tests {
+    use super::*;
+
+    /// The device of the dissertation's section 4.4, which is sampled at 2 ms there: 65 g, 3.5 N·s/m, ideal.
+    pub(crate) fn dissertation_device(sample_time: fracdiff::Seconds) -> MassDamperConfig {
+        use haptic_loop::units::{Kilograms, NewtonSecondsPerMetre};
+        let mass = Kilograms(MASS.default_number());
+        let damping = NewtonSecondsPerMetre(DAMPING.default_number());
+        MassDamperConfig::ideal(mass, damping, sample_time)
+    }
 }

@@ -35,13 +35,11 @@ use crate::document::named::Named;
 use crate::document::parameters::kind::{Parameter, joined, parameters};
 use crate::document::parameters::range::Range;
 use crate::document::parameters::{DEVICE_MODEL, ENCODER_RESOLUTION, SCHEME, UNNAMED_PIECE, range};
-use crate::experiment::trial::TRIAL_FORCE_LIMIT;
-use crate::experiment::trial::dynamics;
+use crate::experiment::trial::{TRIAL_FORCE_LIMIT, dynamics};
 use crate::experiment::wall::{ONE_SIDED, WALL_CONTACT};
 use crate::judge::modelled_tissue::ModelledTissue;
 use crate::judge::preflight::WallContact;
-use crate::question::bench::Device;
-use crate::question::bench::{AskedDevice, check_orders};
+use crate::question::bench::{AskedDevice, Device, check_orders};
 use crate::run::advice::{check, parameter};
 use crate::run::device::Warn;
 use crate::{Imperfections, Settling, judge::settling::TrialVerdict};
@@ -150,7 +148,6 @@ pub(crate) enum Wish {
     StiffestWall,
     /// The largest effective damping of the wall at a frequency.
     MostDamping {
-        /// Hz.
         frequency_hz: f64,
     },
     /// A specimen of a tissue.
@@ -198,9 +195,8 @@ impl Design {
     pub(crate) fn orders_to_try(&self) -> Vec<Order> {
         let mut orders = self.orders.clone();
         if let Wish::Tissue { material, .. } = &self.wish {
-            let own = material.order();
-            orders.retain(|order| *order != own);
-            orders.insert(0, own);
+            orders.retain(|order| *order != material.order());
+            orders.insert(0, material.order());
         }
         orders
     }
@@ -217,10 +213,10 @@ impl Design {
 
     /// The model whose memory is the operator of this order; `None` for D^μ.
     fn model(&self, order: Order) -> Option<&Model> {
-        match &self.wish {
-            Wish::Tissue { material, .. } if material.order() == order => material.composed(),
-            _ => None,
-        }
+        let Wish::Tissue { material, .. } = &self.wish else {
+            return None;
+        };
+        material.composed().filter(|_| material.order() == order)
     }
 
     fn check(&self) -> Result<(), Failure> {
@@ -256,7 +252,7 @@ impl Design {
                 Shown(f),
                 Shown(highest)
             ))),
-            _ => Ok(()),
+            Some(_) | None => Ok(()),
         }
     }
 }
@@ -283,7 +279,7 @@ impl Wish {
 /// The best candidate, which is not stable when it is tried.
 fn not_at_rest(order: f64, settling: &Settling, remedy: &str) -> Failure {
     let (verdict, why) = (settling.verdict.words(), settling.reason());
-    Failure::Run(anyhow::anyhow!(
+    Failure::run(format_args!(
         "the best candidate, order {order}, is {verdict} when it is tried: {}; {remedy}",
         why.unwrap_or_default()
     ))
@@ -291,7 +287,7 @@ fn not_at_rest(order: f64, settling: &Settling, remedy: &str) -> Failure {
 
 /// A design without a candidate.
 fn nothing_found(why: Option<&str>) -> Failure {
-    Failure::Run(anyhow::anyhow!(
+    Failure::run(format_args!(
         "no candidate fulfils the wish: {}; ask for less, or take other {DESIGN_ORDERS} or another device",
         why.unwrap_or("nothing does it")
     ))
@@ -332,7 +328,7 @@ impl DesignReport {
                 // Steps of the encoder, which the loop keeps alive, do not come as even noise does.
                 let noisy = simulated.force_std_n.zip(self.force_noise_limit_n);
                 match noisy.filter(|(noise_n, limit_n)| *noise_n > (1.0 + NOISE_DOUBT) * limit_n) {
-                    Some((noise_n, limit_n)) => Err(Failure::Run(anyhow::anyhow!(
+                    Some((noise_n, limit_n)) => Err(Failure::run(format_args!(
                         "the best candidate, order {}, makes {noise_n:.3} N of force noise when it is tried, more than the limit of {} N: \
                          ask for less with {FORCE_NOISE_LIMIT}, or take a finer encoder",
                         best.order,
@@ -349,18 +345,18 @@ impl DesignReport {
 /// The best wall of one order.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct Candidate {
-    /// μ.
+    /// The order μ that was tried.
     pub order: f64,
     /// K, N/m; null if there is no wall.
     pub stiffness: Option<f64>,
-    /// B, N·s^μ/m.
+    /// B of the wall, N·s^μ/m; null if there is no wall.
     pub dissipation: Option<f64>,
     /// Factor by which the wall as a whole may grow until it is unstable (below 1: must shrink).
     pub margin: Option<f64>,
     /// Factor up to which it is proved stable for every motion of contact that may pull, acts on one side or stiffens, while that is
     /// nowhere steeper; null if nothing is proved.
     pub pulling_contact_margin: Option<f64>,
-    /// K·T²/m.
+    /// K·T²/m, by which walls of any device compare.
     pub alpha: Option<f64>,
     /// B·T^(2−μ)/m.
     pub beta: Option<f64>,
@@ -414,18 +410,18 @@ pub struct DesignReport {
     pub imperfections: Imperfections,
     /// Nothing of a real device was given: friction, delay, current lag and encoder steps are none.
     pub ideal_device_assumed: bool,
-    /// The wish.
+    /// The wish by its name in the document, as `stiffest-wall`.
     pub wish: &'static str,
-    /// Under which requirement.
+    /// The requirement by its name in the document, as `every-motion`.
     pub require: &'static str,
     /// The same in words, with its numbers.
     #[serde(skip)]
     pub requirement: String,
-    /// Of the requirement.
+    /// The factor by which the wall may grow; null where only passivity was asked for.
     pub gain_margin: Option<f64>,
-    /// Of the wish.
+    /// The frequency at which orders were compared, Hz; null if the wish has none.
     pub frequency_hz: Option<f64>,
-    /// Operator.
+    /// The operator that was analysed, as documents write it.
     pub scheme: String,
     /// How the wall meets the hand: a one-sided one is taken only if it settles after each of six hits, a signed one only if it is
     /// proved.
@@ -436,7 +432,7 @@ pub struct DesignReport {
     pub stiffness_unit: &'static str,
     /// Of their `dissipation`.
     pub dissipation_unit: &'static str,
-    /// One for each order.
+    /// One for each order that was tried, with a reason where there is no wall.
     pub candidates: Vec<Candidate>,
     /// The one that meets the wish best; null if none does.
     pub best: Option<Candidate>,

@@ -14,14 +14,14 @@ use std::path::Path;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
-/// Settings of a check.
+/// A check of this machine: the loop's own runner at several rates.
 #[derive(Clone, Debug, PartialEq)]
 pub struct RtCheck {
-    /// For each rate.
+    /// How long each rate is measured; a verdict needs 1000 cycles.
     pub duration: Duration,
-    /// Rates, Hz.
+    /// The rates to try, Hz, one after the other.
     pub rates_hz: Vec<f64>,
-    /// Options for the thread.
+    /// The priority and the core that the measured thread asks for.
     pub thread: RealtimeOptions,
     /// Busy threads beside it, at normal priority.
     pub busy: usize,
@@ -34,12 +34,8 @@ pub(crate) struct RtReport {
     pub machine: Machine,
     pub duration_s: f64,
     pub busy: usize,
-    /// The priority that was granted; null for a normal thread.
-    pub priority: Option<u8>,
-    /// The core that it was pinned to.
-    pub pin: Option<usize>,
-    /// True if the memory was locked.
-    pub memory_locked: bool,
+    #[serde(flatten)]
+    pub granted: Granted,
     /// Time in which the host of a virtual machine ran others instead, all processors together, ms.
     pub stolen_ms: Option<u64>,
     pub rates: Vec<Rate>,
@@ -88,9 +84,7 @@ impl RtCheck {
         Ok(RtReport {
             advice: machine.advice(granted.fallback, &rates, stolen_ms.unwrap_or(0)),
             rates,
-            priority: granted.priority,
-            pin: granted.pin,
-            memory_locked: granted.memory_locked,
+            granted,
             busy: self.busy,
             duration_s: self.duration.as_secs_f64(),
             machine,
@@ -156,10 +150,13 @@ impl RtCheck {
 }
 
 /// Options that the system granted.
-#[derive(Clone, Copy, Debug, Default)]
-struct Granted {
+#[derive(Clone, Copy, Debug, Default, Serialize)]
+pub(crate) struct Granted {
+    #[serde(skip)]
     fallback: Option<Fallback>,
+    /// Null for a normal thread.
     priority: Option<u8>,
+    /// The core that it was pinned to.
     pin: Option<usize>,
     memory_locked: bool,
 }

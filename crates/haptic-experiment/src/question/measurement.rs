@@ -67,7 +67,6 @@ pub(crate) const TABLES: [(&str, &[Parameter]); 3] = [
 
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct MeasurePlan {
-    /// T.
     pub sample_time_s: f64,
     /// Largest force that the device may make, N. The measurement stays within [`SHARE`](Self::SHARE) of it.
     pub force_limit_n: f64,
@@ -77,18 +76,6 @@ pub(crate) struct MeasurePlan {
     pub duration_s: f64,
     /// True if a hand holds the device: its stiffness is looked for too.
     pub hand: bool,
-}
-
-impl Default for MeasurePlan {
-    fn default() -> Self {
-        Self {
-            sample_time_s: MEASURE_SAMPLE_TIME.default_number(),
-            force_limit_n: MEASURE_FORCE_LIMIT.default_number(),
-            box_m: MEASURE_BOX.default_number(),
-            duration_s: MEASURE_DURATION.default_number(),
-            hand: false,
-        }
-    }
 }
 
 impl MeasurePlan {
@@ -155,9 +142,8 @@ impl MeasurePlan {
 }
 
 /// Force applied and position read, tick by tick.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub(crate) struct MotionRecord {
-    /// T.
     pub sample_time_s: f64,
     /// Position at the start of each tick, m; not a number where the sample was lost.
     pub position_m: Vec<f64>,
@@ -178,9 +164,7 @@ impl MotionRecord {
             sample_time_s,
             position_m: Vec::with_capacity(ticks),
             force_n: Vec::with_capacity(ticks),
-            rest: 0,
-            driven_from: 0,
-            breakaway_n: None,
+            ..Self::default()
         }
     }
 

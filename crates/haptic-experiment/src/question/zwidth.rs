@@ -25,9 +25,9 @@ use crate::document::parameters::range::WALL_ORDERS;
 use crate::document::parameters::{DEVICE, DEVICE_MODEL, LESS_THAN_IDEAL, SCHEME, TRIAL_DURATION};
 use crate::document::reader::Table;
 use crate::experiment::reading::{remote, samples_fit, without};
-use crate::experiment::trial::plan;
-use crate::experiment::trial::{CRITERION, IMPACT, PUSH, THRESHOLD, WINDOW};
-use crate::experiment::trial::{TRIAL_SAMPLES, TrialPlan};
+use crate::experiment::trial::{
+    CRITERION, IMPACT, PUSH, THRESHOLD, TRIAL_SAMPLES, TrialPlan, WINDOW, plan,
+};
 use crate::experiment::wall::ONE_SIDED;
 use crate::judge::preflight::WallContact;
 use crate::judge::settling::Criterion;
@@ -102,12 +102,12 @@ impl ZWidth {
         let analysed = (remote.is_none() || table.has(&DEVICE_MODEL)).then_some(bench.plant);
         if remote.is_some() {
             // It has its own, whatever its file says of them.
-            let own = LESS_THAN_IDEAL.iter().chain([&IMPACT]);
+            let its_keys = LESS_THAN_IDEAL.iter().chain([&IMPACT]);
             let why = format!(
                 "on a real device, which has its own and cannot be thrown: give {}",
                 DEVICE.set_to("sim")
             );
-            without(table, own, &why)?;
+            without(table, its_keys, &why)?;
             bench.plant = Imperfections::NONE.on(bench.plant);
             bench.sensors = Imperfections::NONE.sensors;
         }
@@ -148,26 +148,26 @@ impl ZWidth {
 /// The result. The keys are a contract of the command line.
 #[derive(Debug, Serialize)]
 pub struct ZWidthReport {
-    /// Device.
+    /// The device by its name, `sim` for the simulated one.
     pub device: String,
     /// Its mass, damping, hand and sample time.
     #[serde(flatten)]
     pub asked: AskedDevice,
     /// δ = bT/m of the device.
     pub delta: f64,
-    /// Operator.
+    /// The operator of the walls, as documents write it.
     pub scheme: String,
     /// By which rule walls were judged.
     pub(crate) criterion: Criterion,
     /// Speed at which the device hit them, m/s.
     pub impact_m_per_s: f64,
-    /// Constant push, N.
+    /// The force that pushes into the wall all the time, N.
     pub push_n: f64,
     /// Largest α that was looked at: a point this high is a bound of the search, not of the device.
     pub alpha_searched: f64,
-    /// One entry an order.
+    /// One entry an order, in the order of the question.
     pub orders: Vec<OrderBoundary>,
-    /// Runs made.
+    /// Trials that were made in all, for whoever wonders where the time went.
     pub runs: u64,
     /// Points where trial and analysis disagree by more than 5 % of the wall.
     pub disagreements: usize,
@@ -183,7 +183,6 @@ fn in_words<S: Serializer>(failure: &Option<Failure>, to: S) -> Result<S::Ok, S:
 /// The boundary of one order.
 #[derive(Clone, Debug, Serialize)]
 pub struct OrderBoundary {
-    /// μ.
     pub order: f64,
     pub dissipation_unit: &'static str,
     pub stiffness_max_unit: &'static str,
@@ -200,11 +199,11 @@ pub struct OrderBoundary {
 /// One point of a boundary.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct BoundaryPoint {
-    /// B, N·s^μ/m.
+    /// B of the wall, in the unit of its order.
     pub dissipation: f64,
-    /// Largest stable K, N/m.
+    /// The largest K at which the device came to rest, N/m.
     pub stiffness_max: f64,
-    /// K·T²/m.
+    /// K·T²/m, by which walls of any device compare.
     pub alpha: f64,
     /// B·T^(2−μ)/m.
     pub beta: f64,
@@ -221,12 +220,9 @@ pub struct BoundaryPoint {
 /// A row of the table of all points.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 struct BoundaryRow {
-    /// μ.
     order: f64,
-    /// B.
     dissipation_n_s_mu_per_m: f64,
     stiffness_max_n_per_m: f64,
-    /// K·T²/m.
     alpha: f64,
     /// B·T^(2−μ)/m.
     beta: f64,

@@ -59,24 +59,25 @@ fn change(what: &str) -> Option<String> {
 
 /// A parameter that the loop refuses, with the keys to change.
 pub(crate) fn parameter(error: ParameterError) -> Failure {
-    let advice = match &error {
-        ParameterError::Range(range) => change(range.what),
-        _ => None,
-    };
-    match advice {
-        Some(advice) => Failure::input_with_advice(error, advice),
-        None => Failure::input(error),
+    if let ParameterError::Range(range) = &error
+        && let Some(advice) = change(range.what)
+    {
+        return Failure::input_with_advice(error, advice);
     }
+    Failure::input(error)
 }
 
 /// The same of an analysis.
 pub fn analysed(error: AnalysisError) -> Failure {
-    let advice = match &error {
-        AnalysisError::Range(range) => change(range.what),
-        _ => None,
-    };
-    let usual = "take a device, a wall and a sample time that are more usual";
-    Failure::input_with_advice(error, advice.as_deref().unwrap_or(usual))
+    if let AnalysisError::Range(range) = &error
+        && let Some(advice) = change(range.what)
+    {
+        return Failure::input_with_advice(error, advice);
+    }
+    Failure::input_with_advice(
+        error,
+        "take a device, a wall and a sample time that are more usual",
+    )
 }
 
 /// Refuses a number outside the range of its parameter.

@@ -113,7 +113,7 @@ impl DeviceName {
     ) -> Result<SerialLink, Failure> {
         match (&self.0, axes) {
             (Some(name), Some(axes)) => name.connect_with(axes, patience, warn, stop),
-            (Some(name), None) => name.open(1, warn, (patience, stop)),
+            (Some(name), None) => name.open(1, warn, patience, stop),
             (None, _) => Err(Failure::bad_input(format_args!(
                 "device \"sim\" has no port: give {}, as of an emulated device",
                 DEVICE.set_to("serial:PATH")
@@ -131,7 +131,7 @@ impl LinkedName {
         warn: Warn<'_>,
         stop: Option<&AtomicBool>,
     ) -> Result<SerialLink, Failure> {
-        let link = self.open(axes, warn, (patience, stop))?;
+        let link = self.open(axes, warn, patience, stop)?;
         let has = usize::from(link.capabilities().axes);
         match (has, axes) {
             _ if has == axes => Ok(link),
@@ -153,7 +153,8 @@ impl LinkedName {
         &self,
         axes: usize,
         warn: Warn<'_>,
-        (patience, stop): (Duration, Option<&AtomicBool>),
+        patience: Duration,
+        stop: Option<&AtomicBool>,
     ) -> Result<SerialLink, Failure> {
         match self {
             Self::Serial(name) => {
@@ -184,10 +185,10 @@ fn open(
             Err(error) => error,
         };
         if !error.may_pass() || began.elapsed() + PAUSE > patience {
-            let told = anyhow::anyhow!("{name}: {error}");
+            let told = format!("{name}: {error}");
             return Err(match error.is_of_the_request() {
-                true => Failure::Input(told),
-                false => Failure::Device(told),
+                true => Failure::bad_input(told),
+                false => Failure::device(told),
             });
         }
         std::thread::sleep(PAUSE);
@@ -203,7 +204,7 @@ fn is_set(stop: Option<&AtomicBool>) -> bool {
 
 /// Somebody stopped the waiting for a device.
 fn interrupted(name: &dyn fmt::Display, error: &dyn fmt::Display) -> Failure {
-    Failure::Run(anyhow::anyhow!(
+    Failure::run(format_args!(
         "interrupted: {name} was waited for in vain ({error})"
     ))
 }
@@ -248,7 +249,7 @@ impl SerialName {
         let mut found: Vec<SerialLink> = ports.iter().filter_map(connected).collect();
         match (found.pop(), found.as_slice()) {
             (Some(link), []) => Ok(link),
-            (None, _) => Err(Failure::Device(anyhow::anyhow!(
+            (None, _) => Err(Failure::device(format_args!(
                 "no device answers at any of the {} serial ports: plug it in and flash it, or give its path",
                 ports.len()
             ))),
@@ -296,17 +297,14 @@ impl Named for LoopMode {
 #[must_use]
 pub fn at_port(path: &str, error: &SerialError) -> Failure {
     let text = error.to_string();
-    let error_at = if text.contains(path) {
-        anyhow::anyhow!("{text}")
-    } else {
-        anyhow::anyhow!("{path}: {text}")
+    let error_at = match text.contains(path) {
+        true => text,
+        false => format!("{path}: {text}"),
     };
-    match error {
-        SerialError::Link(LinkError::Faulted(_) | LinkError::Impossible(_)) => {
-            Failure::Run(error_at)
-        }
-        _ => Failure::Device(error_at),
+    if let SerialError::Link(LinkError::Faulted(_) | LinkError::Impossible(_)) = error {
+        return Failure::run(error_at);
     }
+    Failure::device(error_at)
 }
 
 /// What a device refused is bad input, unless it is only because of where it stands or of a fault that persists; else as [`at_port`].
@@ -322,7 +320,7 @@ pub fn refused_at_port(path: &str, error: SerialError) -> Failure {
 /// refused after it: exit code 3.
 pub(crate) fn at_link(link: &SerialLink, failure: Failure) -> Failure {
     match lost_board(link) {
-        Some(words) => Failure::Device(anyhow::anyhow!("{}: {words}", link.path())),
+        Some(words) => Failure::device(format_args!("{}: {words}", link.path())),
         None => failure,
     }
 }
@@ -396,28 +394,29 @@ mod tests {
 
     #[test]
     fn a_fault_ends_a_run_and_a_silent_port_is_not_usable() {
-        let report = crate::run::ending::reported(haptic_loop::Fault::BoardFailed);
+        let report = crate::run::ending::tests::reported(haptic_loop::Fault::BoardFailed);
         let failure = |error: LinkError| at_port("/dev/x", &error.into());
         let faulted = failure(LinkError::Faulted(report));
-        assert_eq!(faulted.exit_code(), 1);
+        assert!(matches!(faulted, Failure::Run(_)));
         assert!(faulted.to_string().starts_with("/dev/x: "), "{faulted}");
-        assert_eq!(failure(LinkError::Gone).exit_code(), 3);
+        assert!(matches!(failure(LinkError::Gone), Failure::Device(_)));
     }
 
     #[test]
     fn a_device_that_stands_in_the_wall_is_no_bad_input() {
         use haptic_link::Refusal;
-        let code = |refusal| {
+        let failure = |refusal| {
             let request = "start";
             let error = LinkError::Refused { request, refusal };
-            refused_at_port("/dev/x", error.into()).exit_code()
+            refused_at_port("/dev/x", error.into())
         };
         let too_deep = Refusal::ForceNotSmall {
             wanted_n: 5.0,
             allowed_n: 1.0,
         };
-        assert_eq!(code(too_deep), 3);
-        assert_eq!(code(Refusal::FaultPersists(4)), 3);
-        assert_eq!(code(Refusal::Incomplete), 2);
+        let persists = Refusal::FaultPersists(4);
+        assert!(matches!(failure(too_deep), Failure::Device(_)));
+        assert!(matches!(failure(persists), Failure::Device(_)));
+        assert!(matches!(failure(Refusal::Incomplete), Failure::Input(_)));
     }
 }

@@ -50,9 +50,11 @@ pub(crate) struct DriveVerdict {
 impl DriveVerdict {
     /// Both, with where each holds.
     fn loops(&self) -> impl Iterator<Item = (LoopVerdict, &'static str)> {
-        let free = self.free.map(|own| (own, "before it touches the tissue"));
+        let free = self
+            .free
+            .map(|verdict| (verdict, "before it touches the tissue"));
         let contact = self.in_contact;
-        let contact = contact.map(|own| (own, "in contact with the tissue"));
+        let contact = contact.map(|verdict| (verdict, "in contact with the tissue"));
         free.into_iter().chain(contact)
     }
 

@@ -186,7 +186,8 @@ impl Ending {
             Self::DeviceFault(report) => Some(report.status.fault),
             // It is a fault of the device, though it says of none.
             Self::Impossible(_) => Some(Fault::BoardFailed.code()),
-            _ => None,
+            Self::Interrupted | Self::Silent | Self::LinkLost(_) => None,
+            Self::OtherLeft | Self::LogStopped => None,
         }
     }
 
@@ -225,21 +226,6 @@ impl Ending {
     }
 }
 
-/// What a device tells of a fault in its tick 7, of 1 ms.
-#[cfg(test)]
-pub(crate) fn reported(fault: Fault) -> FaultReport {
-    let status = haptic_link::Status {
-        state: haptic_link::State::Fault,
-        fault: fault.code(),
-        faults: 1,
-    };
-    FaultReport {
-        status,
-        tick: 7,
-        time_us: 7000,
-    }
-}
-
 /// So many times as much is proposed.
 const LONGER: u16 = 5;
 
@@ -269,18 +255,20 @@ impl Lateness {
     /// What to do about a fault that comes of it, behind the words of the fault; `None` for another one.
     pub(crate) fn advice(self, fault: Fault) -> Option<String> {
         let longer = self.longer();
-        let (is_most, most, more) = match fault {
-            Fault::HostSilent => (
+        let (is_most, most, more) = if fault == Fault::HostSilent {
+            (
                 longer.watchdog_ms == self.watchdog_ms,
                 format!("{} ms is the longest watchdog time", self.watchdog_ms),
-                WATCHDOG.set_to(Shown(longer.watchdog_s())).to_string(),
-            ),
-            Fault::StaleForce => (
+                WATCHDOG.set_to(Shown(longer.watchdog_s())),
+            )
+        } else if fault == Fault::StaleForce {
+            (
                 longer.max_age_ticks == self.max_age_ticks,
                 format!("a force may be {} ticks old at most", self.max_age_ticks),
-                MAX_AGE_TICKS.set_to(longer.max_age_ticks).to_string(),
-            ),
-            _ => return None,
+                MAX_AGE_TICKS.set_to(longer.max_age_ticks),
+            )
+        } else {
+            return None;
         };
         Some(match is_most {
             true => format!("; {most}: look for what kept this machine or the line busy"),
@@ -292,8 +280,21 @@ impl Lateness {
 }
 
 #[cfg(test)]
-mod tests {
+pub(crate) mod tests {
     use super::*;
+
+    pub(crate) fn reported(fault: Fault) -> FaultReport {
+        let status = haptic_link::Status {
+            state: haptic_link::State::Fault,
+            fault: fault.code(),
+            faults: 1,
+        };
+        FaultReport {
+            status,
+            tick: 7,
+            time_us: 7000,
+        }
+    }
 
     #[test]
     fn what_became_of_a_force_is_seen_in_the_log_or_nobody_knows() {

@@ -286,13 +286,13 @@ mod tests {
             .expect("opens")
             .collect::<Result<_, _>>()
             .expect("reads");
-        let place = |wanted: fn(&Entry) -> bool| entries.iter().position(wanted).expect("there");
+        let index = |wanted: fn(&Entry) -> bool| entries.iter().position(wanted).expect("there");
         // The event lies between the ticks 40 and 41.
-        let event = place(|entry| matches!(entry, Entry::Event(_)));
+        let event = index(|entry| matches!(entry, Entry::Event(_)));
         assert_eq!(entries[event - 1], Entry::Tick(tick(40)));
         assert_eq!(entries[event + 1], Entry::Tick(tick(41)));
         let Entry::Metadata(record) = &entries
-            [place(|entry| matches!(entry, Entry::Metadata(record) if record.name == FAULT))]
+            [index(|entry| matches!(entry, Entry::Metadata(record) if record.name == FAULT))]
         else {
             panic!("{entries:?}");
         };

@@ -52,9 +52,7 @@ pub struct FolderRequest {
 #[derive(Debug)]
 pub struct OutputFolder {
     path: PathBuf,
-    stem: String,
-    overwrite: bool,
-    roll_bytes: Option<u64>,
+    request: FolderRequest,
     /// Folders that did not exist before, outermost first.
     made: Vec<PathBuf>,
 }
@@ -78,9 +76,7 @@ impl FolderRequest {
     pub fn prepare(&self) -> Result<OutputFolder, Failure> {
         let mut folder = OutputFolder {
             path: PathBuf::new(),
-            stem: self.stem.clone(),
-            overwrite: self.overwrite,
-            roll_bytes: self.roll_bytes,
+            request: self.clone(),
             made: Vec::new(),
         };
         let result = match &self.out {
@@ -122,7 +118,7 @@ impl OutputFolder {
     /// Makes the first `results/STEM-NNNN` that does not exist.
     fn make_next_free(&mut self) -> Result<(), Failure> {
         self.make(Path::new(RESULTS))?;
-        for path in numbered(Path::new(RESULTS), &self.stem) {
+        for path in numbered(Path::new(RESULTS), &self.request.stem) {
             self.path = path;
             match fs::create_dir(&self.path) {
                 Ok(()) => {
@@ -135,7 +131,7 @@ impl OutputFolder {
         }
         Err(Failure::bad_input(format_args!(
             "`{RESULTS}` holds {0}-0001 to {0}-9999: move some away, or give {OUT}",
-            self.stem
+            self.request.stem
         )))
     }
 
@@ -154,10 +150,10 @@ impl OutputFolder {
         }
         let taken = EXTENSIONS.map(|extension| self.file(extension));
         match taken.into_iter().chain(others).find(|file| file.exists()) {
-            Some(taken) if !self.overwrite => Err(Failure::bad_input(format_args!(
-                "`{}` already exists: choose another folder with {OUT}, or give {OVERWRITE}",
-                taken.display()
-            ))),
+            Some(taken) if !self.request.overwrite => {
+                let advice = format!("choose another folder with {OUT}, or give {OVERWRITE}");
+                Err(Failure::exists(&taken, advice))
+            }
             _ => Ok(()),
         }
     }
@@ -181,32 +177,32 @@ impl OutputFolder {
     /// Path of the files of a picture, without their extensions.
     #[must_use]
     pub fn stem(&self) -> PathBuf {
-        self.path.join(&self.stem)
+        self.path.join(&self.request.stem)
     }
 
     /// True if files of an earlier run may be replaced.
     #[must_use]
     pub const fn overwrite(&self) -> bool {
-        self.overwrite
+        self.request.overwrite
     }
 
     /// See [`FolderRequest::roll_bytes`].
     #[must_use]
     pub const fn roll_bytes(&self) -> Option<u64> {
-        self.roll_bytes
+        self.request.roll_bytes
     }
 
     /// The file with this extension.
     #[must_use]
     pub fn file(&self, extension: &str) -> PathBuf {
-        self.path.join(format!("{}.{extension}", self.stem))
+        self.path.join(format!("{}.{extension}", self.request.stem))
     }
 
     /// A further file of the experiment: STEM-SUFFIX.EXTENSION.
     #[must_use]
     pub fn further_file(&self, suffix: &str, extension: &str) -> PathBuf {
         self.path
-            .join(format!("{}-{suffix}.{extension}", self.stem))
+            .join(format!("{}-{suffix}.{extension}", self.request.stem))
     }
 
     /// Begins a table beside a log: rows, lists or tuples, under these names.
@@ -216,7 +212,11 @@ impl OutputFolder {
 
     /// `kept` says what there is if it cannot be written.
     fn table(&self, extension: &str, names: &[&str], kept: &'static str) -> Table {
-        let made = NewFile::create(&self.file(extension), Leftover::Discard, self.overwrite);
+        let made = NewFile::create(
+            &self.file(extension),
+            Leftover::Discard,
+            self.request.overwrite,
+        );
         let open = made.map(|(new_file, file)| OpenTable {
             new_file,
             writer: csv::Writer::from_writer(BufWriter::with_capacity(1 << 16, file)),
@@ -289,17 +289,17 @@ impl Table {
 impl OpenTable {
     fn lost(&self, error: csv::Error) -> Failure {
         let path = self.new_file.target().display();
-        let message = format!("writing `{path}` failed; {}", self.kept);
-        Failure::DataLost(anyhow::Error::new(error).context(message))
+        Failure::data_lost(format_args!(
+            "writing `{path}` failed; {}: {error}",
+            self.kept
+        ))
     }
 }
 
 fn cannot_make(path: &Path, error: std::io::Error) -> Failure {
-    let what = format!(
-        "cannot make the folder `{}`: choose a writable place with {OUT}",
-        path.display()
-    );
-    Failure::writing(error, what)
+    let what = format!("cannot make the folder `{}`", path.display());
+    let advice = format!(": choose a writable place with {OUT}");
+    Failure::writing_with_advice(error, what, advice)
 }
 
 /// Writes a text file; it appears when it is whole.

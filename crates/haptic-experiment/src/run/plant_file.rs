@@ -65,7 +65,7 @@ impl PlantFile {
         let document = Parsed::of(path, text)?;
         let kinds = MODELS.map(|(name, _)| name);
         let (name, table, mut beside) =
-            document.one_of(&kinds, &["source", INTERVALS], ("plant", CHOICE))?;
+            document.one_of(&kinds, &["source", INTERVALS], "plant", CHOICE)?;
         let known = MODELS.iter().find(|(model, _)| *model == name);
         let table = table.with_keys(known.map(std::slice::from_ref).unwrap_or_default())?;
         let mut file = Self::new(model(name, &table)?);
@@ -145,7 +145,7 @@ pub enum PlantModel {
     Function {
         /// G(s) without the dead time.
         function: Box<FractionalTransferFunction>,
-        /// Dead time, s.
+        /// Dead time behind the function, s.
         delay_s: f64,
     },
     /// `[device]`: m·ẍ + b·ẋ + k·x = f.
@@ -154,11 +154,11 @@ pub enum PlantModel {
     StateSpace {
         /// A, a list of rows.
         a: Vec<Vec<f64>>,
-        /// B.
+        /// B of ẋ = Ax + Bu, one number a state.
         b: Vec<f64>,
-        /// C.
+        /// C of y = Cx, one number a state.
         c: Vec<f64>,
-        /// Dead time, s.
+        /// Dead time behind the states, s.
         delay_s: f64,
         /// Time constant of the actuator before it, s.
         current_lag_s: f64,
@@ -191,17 +191,17 @@ pub(crate) struct Interval {
 /// A device with a hand: force in, position out. Friction, encoder and noise are no part of the linear plant.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct DeviceValues {
-    /// m.
+    /// The mass that moves, with whatever is fixed to it.
     pub mass_kg: f64,
-    /// b.
+    /// Viscous damping of the device alone, without a hand.
     pub damping_n_s_per_m: f64,
-    /// k of the hand.
+    /// Stiffness k of the hand that holds it; 0 for a device that is let go.
     pub hand_stiffness_n_per_m: f64,
     /// Delay beside the hold, s.
     pub delay_s: f64,
     /// Time constant of the actuator's current, s.
     pub current_lag_s: f64,
-    /// Coulomb friction, N.
+    /// Coulomb friction, N, which only a simulation has: the analysis is linear.
     pub friction_n: f64,
     /// Encoder resolution, m per count; 0 for none.
     pub encoder_resolution_m: f64,
@@ -230,11 +230,11 @@ impl PlantModel {
     /// If it cannot be read or is wrong: in one line, with file and line.
     pub fn read(path: &Path) -> Result<Self, Failure> {
         let extension = path.extension();
-        if extension.is_some_and(|own| own.eq_ignore_ascii_case("csv")) {
+        if extension.is_some_and(|ending| ending.eq_ignore_ascii_case("csv")) {
             let points = read_response(path).map_err(Failure::bad_input)?;
             return Ok(Self::Measured(points));
         }
-        let file = PlantFile::read(path).map_err(Failure::input)?;
+        let file = PlantFile::read(path)?;
         Ok(file.model)
     }
 
@@ -256,7 +256,7 @@ impl PlantModel {
     pub fn plant(&self) -> Result<Plant, ControlError> {
         match self {
             Self::Function { function, delay_s } => Plant::transfer(**function, *delay_s),
-            Self::Device(own) => own.plant(),
+            Self::Device(values) => values.plant(),
             Self::StateSpace {
                 a,
                 b,
@@ -274,7 +274,7 @@ impl PlantModel {
                 let states = StateSpace::new(matrix, b, c)?.behind_lag(*current_lag_s)?;
                 Plant::state_space(states, *delay_s)
             }
-            Self::Measured(own) => Plant::measured(&own.points),
+            Self::Measured(measured) => Plant::measured(&measured.points),
         }
     }
 
@@ -290,14 +290,14 @@ impl PlantModel {
                 }
             }
             Self::Function { function, .. } => function.to_string(),
-            Self::Device(own) => own.in_words(),
+            Self::Device(values) => values.in_words(),
             Self::StateSpace { a, delay_s, .. } => {
                 let plural = if a.len() == 1 { "" } else { "s" };
                 format!("{} state{plural}, delay {delay_s} s", a.len())
             }
-            Self::Measured(own) => {
-                let words = format!("measured at {} frequencies", own.points.len());
-                match rows_named(&own.incoherent) {
+            Self::Measured(measured) => {
+                let words = format!("measured at {} frequencies", measured.points.len());
+                match rows_named(&measured.incoherent) {
                     Some(rows) => format!("{words}; {rows} of coherence below {COHERENT} left out"),
                     None => words,
                 }
@@ -340,7 +340,7 @@ impl DeviceValues {
 /// The device of a plant file with `[device]`, to be simulated, analysed or guarded.
 #[derive(Clone, Debug, PartialEq)]
 pub struct DeviceModel {
-    /// Its values.
+    /// The values of the file's `[device]`.
     pub values: DeviceValues,
     /// Between which numbers they lie, where that is known.
     pub(crate) intervals: Vec<Interval>,
@@ -355,14 +355,18 @@ type Field = fn(&mut DeviceValues) -> &mut f64;
 impl DeviceValues {
     /// Parameters and the values that they set.
     const FIELDS: [(&'static Parameter, Field); 8] = [
-        (&p::MASS, |own| &mut own.mass_kg),
-        (&p::DAMPING, |own| &mut own.damping_n_s_per_m),
-        (&p::HAND_STIFFNESS, |own| &mut own.hand_stiffness_n_per_m),
-        (&p::DELAY, |own| &mut own.delay_s),
-        (&p::CURRENT_LAG, |own| &mut own.current_lag_s),
-        (&p::FRICTION, |own| &mut own.friction_n),
-        (&p::ENCODER_RESOLUTION, |own| &mut own.encoder_resolution_m),
-        (&p::SENSOR_NOISE, |own| &mut own.sensor_noise_m),
+        (&p::MASS, |values| &mut values.mass_kg),
+        (&p::DAMPING, |values| &mut values.damping_n_s_per_m),
+        (&p::HAND_STIFFNESS, |values| {
+            &mut values.hand_stiffness_n_per_m
+        }),
+        (&p::DELAY, |values| &mut values.delay_s),
+        (&p::CURRENT_LAG, |values| &mut values.current_lag_s),
+        (&p::FRICTION, |values| &mut values.friction_n),
+        (&p::ENCODER_RESOLUTION, |values| {
+            &mut values.encoder_resolution_m
+        }),
+        (&p::SENSOR_NOISE, |values| &mut values.sensor_noise_m),
     ];
 
     pub(crate) fn named(mut self) -> [(&'static Parameter, f64); 8] {
@@ -555,12 +559,12 @@ pub(crate) fn read_response(path: &Path) -> Result<MeasuredPoints, String> {
     // The units of frequency and phase; none of a phase where there are two parts.
     let (mut turn, mut in_db, mut angle, mut told) = (1.0, false, None, false);
     let columns = read_chosen(&bytes, |header| {
-        let place = |name: &str| header.iter().position(|cell| *cell == name);
+        let position = |name: &str| header.iter().position(|cell| *cell == name);
         // The first of these columns that is there, and whether it is the second.
         let column = |what: &str, [one, other]: [&str; 2]| {
-            let found = place(one).map(|place| (place, false));
+            let found = position(one).map(|index| (index, false));
             found
-                .or_else(|| Some((place(other)?, true)))
+                .or_else(|| Some((position(other)?, true)))
                 .ok_or_else(|| {
                     let header = header.join(",");
                     let header = short(&header);
@@ -569,10 +573,10 @@ pub(crate) fn read_response(path: &Path) -> Result<MeasuredPoints, String> {
         };
         let (frequency, in_hz) = column("the frequency", ["omega_rad_s", "frequency_hz"])?;
         turn = if in_hz { TAU } else { 1.0 };
-        let coherence = place("coherence");
+        let coherence = position("coherence");
         told = coherence.is_some();
         let coherence = coherence.unwrap_or(frequency);
-        if let Some((real, imaginary)) = place("real").zip(place("imaginary")) {
+        if let Some((real, imaginary)) = position("real").zip(position("imaginary")) {
             return Ok([frequency, real, imaginary, coherence]);
         }
         let (gain, decibel) = column("the gain", ["gain", "gain_db"])?;

@@ -141,11 +141,11 @@ pub struct PreflightVerdict {
     pub delta: f64,
     /// Delay, samples, of line and device together.
     pub delay_samples: f64,
-    /// The same, s.
+    /// The same delay in seconds, that of the line included.
     pub delay_s: f64,
     /// Time constant of the motor current, s.
     pub current_lag_s: f64,
-    /// α = KT²/m.
+    /// α = KT²/m, by which loops of any device compare.
     pub alpha: f64,
     /// β = BT^(2−μ)/m.
     pub beta: f64,

@@ -1,9 +1,7 @@
 //! A run by the clock: what is asked for its thread, and what it reports.
 
 use crate::run::flat::flat;
-use haptic_loop::realtime::{
-    Overruns, Percentiles, RaisedThread, ThreadConfig, Timing, WorstCycle,
-};
+use haptic_loop::realtime::{Percentiles, RaisedThread, ThreadConfig, Timing, WorstCycle};
 use hdrhistogram::Histogram;
 use serde::Serialize;
 use std::collections::BTreeMap;
@@ -11,7 +9,7 @@ use std::fmt::Write as _;
 use std::time::Duration;
 
 /// Options for the thread of the loop.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct RealtimeOptions {
     /// `SCHED_FIFO` at this priority; `None` for a normal thread.
     pub priority: Option<u8>,
@@ -19,21 +17,9 @@ pub struct RealtimeOptions {
     pub pin: Option<usize>,
 }
 
-impl Default for RealtimeOptions {
-    fn default() -> Self {
-        Self::NORMAL
-    }
-}
-
 impl RealtimeOptions {
     /// Priority where none is given: above the interrupts' threads of a real-time kernel, 50.
     pub const DEFAULT_PRIORITY: u8 = 80;
-
-    /// A thread like any other.
-    pub(crate) const NORMAL: Self = Self {
-        priority: None,
-        pin: None,
-    };
 
     /// For the thread that ticks; memory is locked with a priority only.
     #[must_use]
@@ -59,22 +45,16 @@ pub(crate) struct Microseconds {
 impl Microseconds {
     /// Of a histogram of ns.
     pub(crate) fn of(histogram: &Histogram<u64>) -> Self {
-        let Percentiles {
-            p50,
-            p99,
-            p999,
-            max,
-        } = Percentiles::of(histogram);
+        let found = Percentiles::of(histogram);
         Self {
-            p50: microseconds(p50),
-            p99: microseconds(p99),
-            p999: microseconds(p999),
-            max: microseconds(max),
+            p50: microseconds(found.p50),
+            p99: microseconds(found.p99),
+            p999: microseconds(found.p999),
+            max: microseconds(found.max),
         }
     }
 }
 
-/// To the ns.
 pub(crate) fn microseconds(time: Duration) -> f64 {
     time.as_nanos() as f64 / 1e3
 }
@@ -94,7 +74,6 @@ pub(crate) struct RealtimeSummary {
     pub lateness_us: Microseconds,
     /// From there to its end, with all that the loop does beside.
     pub compute_us: Microseconds,
-    /// Both.
     pub tick_us: Microseconds,
     /// Ticks that were a period late or more because the machine woke the loop late.
     pub late_by_wake_up: u64,
@@ -129,11 +108,7 @@ impl From<WorstCycle> for WorstTick {
 impl RealtimeSummary {
     /// Of what a loop measured in a thread.
     pub(crate) fn of(timing: &Timing, thread: &RaisedThread, spin_margin: Duration) -> Self {
-        let Overruns {
-            by_wake_up,
-            by_compute,
-            skipped_periods,
-        } = timing.overruns();
+        let overruns = timing.overruns();
         Self {
             priority: thread.priority(),
             pin: thread.core(),
@@ -142,9 +117,9 @@ impl RealtimeSummary {
             lateness_us: Microseconds::of(timing.lateness_ns()),
             compute_us: Microseconds::of(timing.compute_ns()),
             tick_us: Microseconds::of(timing.tick_ns()),
-            late_by_wake_up: by_wake_up,
-            late_by_compute: by_compute,
-            skipped_periods,
+            late_by_wake_up: overruns.by_wake_up,
+            late_by_compute: overruns.by_compute,
+            skipped_periods: overruns.skipped_periods,
             worst_cycle: timing.worst().map(WorstTick::from),
         }
     }

@@ -11,6 +11,7 @@ use super::ending::{Ending, Fall, LetGo};
 use super::realtime::RealtimeSummary;
 use super::remote::LinkSummary;
 use super::tick::{KeptSample, TickRecord};
+use crate::document::failure::Failure;
 use haptic_log::record::{EndKind, RunEnd};
 use haptic_loop::realtime::RaisedThread;
 use hdrhistogram::Histogram;
@@ -110,9 +111,9 @@ struct After {
 
 impl Record {
     /// Empty, with room for so many samples, if they are to be kept.
-    pub(crate) fn with_room_for(samples: u64) -> anyhow::Result<Self> {
+    pub(crate) fn with_room_for(samples: u64) -> Result<Self, Failure> {
         let whole = match keeps_all(samples) {
-            true => Some(Vec::with_capacity(usize::try_from(samples)?)),
+            true => Some(Vec::with_capacity(samples as usize)),
             false => None,
         };
         Ok(Self {
@@ -121,7 +122,7 @@ impl Record {
             samples: 0,
             last: None,
             // 1 ns to 10 s, three digits.
-            tick_ns: Histogram::new_with_bounds(1, 10_000_000_000, 3)?,
+            tick_ns: Histogram::new_with_bounds(1, 10_000_000_000, 3).map_err(Failure::run)?,
             missed_deadlines: 0,
             realtime: None,
             not_realtime: None,

@@ -115,16 +115,12 @@ impl Recorder {
         self.ticked(tick, None)
     }
 
-    /// Hands over a sample of a loop by the clock, and where the time of its tick went: the log tells it once a second.
-    pub(crate) fn timed_tick(
+    /// The same, with where the time of the tick went.
+    pub(crate) fn ticked(
         &mut self,
         tick: &TickMessage,
-        parts: TickParts,
+        parts: Option<TickParts>,
     ) -> Result<(), Stopped> {
-        self.ticked(tick, Some(parts))
-    }
-
-    fn ticked(&mut self, tick: &TickMessage, parts: Option<TickParts>) -> Result<(), Stopped> {
         self.flight.tick(tick);
         self.send(Entry::Tick(*tick, parts))
     }
@@ -331,8 +327,8 @@ mod tests {
 
     #[test]
     fn a_full_ring_drops_and_counts_in_real_time_and_never_waits() {
-        let place = tempfile::tempdir().expect("a folder");
-        let (mut recorder, arrival, open) = gated(place.path(), false);
+        let folder = tempfile::tempdir().expect("a folder");
+        let (mut recorder, arrival, open) = gated(folder.path(), false);
         recorder.tick(&sample(0)).expect("records");
         arrival.recv().expect("arrives");
         // The writer takes nothing now: the ring holds its size, the rest is dropped.
@@ -347,8 +343,8 @@ mod tests {
 
     #[test]
     fn a_full_ring_waits_in_virtual_time_and_keeps_everything() {
-        let place = tempfile::tempdir().expect("a folder");
-        let (mut recorder, arrival, open) = gated(place.path(), true);
+        let folder = tempfile::tempdir().expect("a folder");
+        let (mut recorder, arrival, open) = gated(folder.path(), true);
         let opener = std::thread::spawn(move || {
             arrival.recv().expect("arrives");
             // Long enough for the ring to fill.

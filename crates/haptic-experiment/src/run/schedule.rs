@@ -9,7 +9,7 @@ use haptic_loop::realtime::PeriodicConfig;
 use std::ops::RangeInclusive;
 use std::time::Duration;
 
-/// Pace of time.
+/// The pace of a run: as fast as it can be computed, or by the clock.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Pace {
     /// As fast as the machine goes.
@@ -38,10 +38,10 @@ pub(crate) struct Schedule {
 
 impl Schedule {
     /// Options for the threads of a run.
-    pub(crate) const fn thread_options(&self) -> RealtimeOptions {
+    pub(crate) fn thread_options(&self) -> RealtimeOptions {
         match self.pace {
             Pace::Realtime(options) => options,
-            Pace::Virtual => RealtimeOptions::NORMAL,
+            Pace::Virtual => RealtimeOptions::default(),
         }
     }
 
@@ -50,7 +50,7 @@ impl Schedule {
         let Pace::Realtime(options) = self.pace else {
             return Ok(None);
         };
-        // A number that is no duration becomes 0, and 0 is refused.
+        // NaN, and what no `Duration` holds, become 0, which is refused.
         let period = Duration::try_from_secs_f64(self.sample_time_s).unwrap_or_default();
         let config = PeriodicConfig {
             thread: options.thread(),

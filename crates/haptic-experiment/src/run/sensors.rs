@@ -14,7 +14,7 @@ pub struct Sensors {
     /// Standard deviation of the noise, m; 0 for none.
     #[serde(rename = "sensor_noise_m")]
     pub noise_m: f64,
-    /// Seed of the noise.
+    /// The seed of the noise: the same one makes the same noise, bit for bit.
     pub seed: u64,
 }
 
@@ -48,19 +48,19 @@ impl Sensors {
 /// Friction, delay, current lag and sensors of a simulated device.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Imperfections {
-    /// Coulomb friction, N.
+    /// Coulomb friction of the device, N; 0 for none.
     pub friction_n: f64,
     /// From a measurement to the force that answers it, beside the hold, s.
     pub delay_s: f64,
     /// Time constant of the motor current, s.
     pub current_lag_s: f64,
-    /// Encoder and noise.
+    /// Encoder steps and sensor noise: what the loop reads is not where the device is.
     #[serde(flatten)]
     pub sensors: Sensors,
 }
 
 impl Imperfections {
-    /// A device without any.
+    /// An ideal device, with none of them.
     pub const NONE: Self = Self {
         friction_n: 0.0,
         delay_s: 0.0,
@@ -87,12 +87,6 @@ impl Imperfections {
             lag: Seconds(self.current_lag_s),
             ..ideal
         }
-    }
-
-    /// Standard deviation of what the sensors add to the position, m: steps of q have q/√12.
-    pub(crate) fn position_noise_m(&self) -> f64 {
-        let steps = self.sensors.encoder_resolution_m / 12.0_f64.sqrt();
-        steps.hypot(self.sensors.noise_m)
     }
 
     /// In words, as in `0.05 N friction, 1 ms delay, 1 ms current lag, 1 µm encoder`.

@@ -7,7 +7,7 @@ mod refused;
 use haptic_experiment::document::Document;
 use haptic_experiment::run::FolderRequest;
 use haptic_experiment::{ExperimentFile, Report, Supervisor, TouchReport};
-use haptic_log::record::{Entry, LogReader, TickMessage};
+use haptic_log::record::{Entry, LogReader, RecordError, TickMessage};
 use std::path::Path;
 use std::sync::atomic::AtomicBool;
 use testkit::assert_close;
@@ -60,12 +60,17 @@ fn run(touch: &ExperimentFile) -> (TouchReport, Vec<TickMessage>) {
         panic!("a touch");
     };
     let entries = LogReader::open(Path::new(&report.run.log)).expect("opens");
-    let ticks = entries.filter_map(|entry| match entry.expect("reads") {
-        Entry::Tick(tick) => Some(tick),
-        _ => None,
+    (report, ticks(entries))
+}
+
+fn ticks(log: impl Iterator<Item = Result<Entry, RecordError>>) -> Vec<TickMessage> {
+    let ticks = log.filter_map(|entry| {
+        let Entry::Tick(tick) = entry.expect("reads") else {
+            return None;
+        };
+        Some(tick)
     });
-    let ticks = ticks.collect();
-    (report, ticks)
+    ticks.collect()
 }
 
 /// Pressed with a spherical tip, pulled back: steeper the deeper, and as the full history of e(δ).
@@ -181,13 +186,7 @@ fn a_sphere_pressed_along_a_line_is_the_one_sided_wall() {
     let folder = tempfile::tempdir().expect("a folder");
     let published = supervised(|supervisor| wall.run(&request(folder.path(), "wall"), supervisor));
     let log = published.expect("runs").report.run().log.clone();
-    let one: Vec<_> = LogReader::open(Path::new(&log))
-        .expect("opens")
-        .filter_map(|entry| match entry.expect("reads") {
-            Entry::Tick(tick) => Some(tick),
-            _ => None,
-        })
-        .collect();
+    let one = ticks(LogReader::open(Path::new(&log)).expect("opens"));
     for (axes, keys) in [
         (3, "centre_m = [0, 0, 0.25]\nway_points = [[0, 0, 0, 1]]"),
         (2, "centre_m = [0, 0.25]\nway_points = [[0, 0, 1]]"),

@@ -21,16 +21,14 @@ pub(super) fn work(
     provenance: &BTreeMap<String, String>,
 ) -> Result<Work, Failure> {
     let document = document(kind, parameters)?;
-    let experiment = ExperimentFile::open(&document).map_err(Failure::input)?;
+    let experiment = ExperimentFile::open(&document)?;
     simulated(experiment.is_simulated())?;
     let experiment = experiment.in_pace(realtime.map_or(Pace::Virtual, Pace::Realtime));
     let samples = experiment.samples()?;
     // A run refuses it too, but then the page has been told that it began.
     experiment.check_start()?;
     let (mut request, name) = place(runs, kind, provenance)?;
-    document
-        .keep_in(&mut request.provenance)
-        .map_err(Failure::input)?;
+    document.keep_in(&mut request.provenance)?;
     let mut metadata = request.provenance.clone();
     metadata.extend(experiment.metadata());
     Ok(Work {

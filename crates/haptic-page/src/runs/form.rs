@@ -37,7 +37,7 @@ pub(super) fn document(kind: &str, parameters: &Map<String, Value>) -> Result<Do
             ))
         })?;
         // The field is in the message.
-        document.set(kind, key, value, "").map_err(Failure::input)?;
+        document.set(kind, key, value, "")?;
     }
     Ok(document)
 }
@@ -133,7 +133,6 @@ fn parameter(form: &str, given: &Parameter, required: bool) -> Value {
         Default::Flag(default) => ("flag", json!(default)),
         Default::Text(default) => ("text", json!(default)),
         Default::List(_) => ("list", json!(shown)),
-        _ => ("text", Value::Null),
     };
     let (least, most) = match value {
         Default::Number(_, range) => range.ends().map(Some).into(),

@@ -23,7 +23,7 @@ pub(super) fn work(
     provenance: &BTreeMap<String, String>,
 ) -> Result<Work, Failure> {
     let document = document(kind, parameters)?;
-    let question = Question::open(&document).map_err(Failure::input)?;
+    let question = Question::open(&document)?;
     simulated(question.is_simulated())?;
     let (request, name) = place(runs, kind, provenance)?;
     let (kind, program) = (kind.to_owned(), provenance.get("program").cloned());

@@ -51,13 +51,13 @@ impl RunArguments {
         let (experiment, pace) = self.experiment(document)?;
         let samples = experiment.samples()?;
         if let Some(file) = &self.write {
-            let text = document.to_toml().map_err(Failure::input)?;
+            let text = document.to_toml()?;
             return write_text(file, &text, self.files.overwrite);
         }
-        let kind = document.kind().map_err(Failure::input)?;
+        let kind = document.kind()?;
         let request = &mut self.files.folder(kind)?;
         let kept = document.keep_in(&mut request.provenance);
-        kept.map_err(Failure::input)?;
+        kept?;
         let live = &self.live.open(pace != Pace::Virtual, output)?;
         let conducted = Conducted {
             samples,
@@ -71,7 +71,7 @@ impl RunArguments {
 
     /// The experiment as it is to be conducted, and its pace.
     fn experiment(&self, document: &Document) -> Result<(ExperimentFile, Pace), Failure> {
-        let mut experiment = ExperimentFile::open(document).map_err(Failure::input)?;
+        let mut experiment = ExperimentFile::open(document)?;
         let real = !experiment.is_simulated();
         if let Some(wait) = self.wait {
             if !real {
@@ -129,7 +129,7 @@ impl Conducted<'_> {
             stop,
             progress: &progress,
             live: Some(self.live),
-            warn: &warn,
+            warn: &|text| self.output.warn(text),
         };
         let result = experiment.run(self.request, supervisor);
         bar.finish_and_clear();
@@ -141,7 +141,7 @@ impl Conducted<'_> {
         let (picture, unsaved) = drawn(curves, &folder, |curves| of_report(&report, curves));
         report.run_mut().figure = picture;
         for warning in &report.run().warnings {
-            warn(warning);
+            self.output.warn(warning);
         }
         self.output.summary(&report)?;
         both_saved(report.run().lost_table(), unsaved)?;
@@ -172,7 +172,7 @@ pub(crate) fn both_saved(table: Option<Failure>, picture: Option<Failure>) -> Re
 }
 
 pub(crate) fn lacks(dropped: u64, log: &str) -> Failure {
-    Failure::DataLost(anyhow::anyhow!(
+    Failure::data_lost(format_args!(
         "{dropped} samples are missing from the log {log}"
     ))
 }
@@ -189,7 +189,7 @@ fn ended_well(run: &RunReport) -> Result<(), Failure> {
     } = run;
     let dropped = *dropped_samples;
     if let (Some(reason), Some(let_go)) = (ended_early, let_go) {
-        let error = anyhow::anyhow!(
+        let error = format!(
             "{reason}: the run ended at {}, {}; the log is {log}{}",
             written("duration_s", *duration_s),
             let_go,
@@ -199,9 +199,9 @@ fn ended_well(run: &RunReport) -> Result<(), Failure> {
             }
         );
         return Err(if *device_lost {
-            Failure::Device(error)
+            Failure::device(error)
         } else {
-            Failure::Run(error)
+            Failure::run(error)
         });
     }
     if dropped > 0 {
@@ -357,7 +357,7 @@ pub(crate) fn stop_on_interrupt() -> Result<&'static AtomicBool, Failure> {
     static INSTALLED: OnceLock<Result<(), String>> = OnceLock::new();
     match INSTALLED.get_or_init(|| heard(&STOP)) {
         Ok(()) => Ok(&STOP),
-        Err(error) => Err(Failure::Run(anyhow::anyhow!(
+        Err(error) => Err(Failure::run(format_args!(
             "cannot watch for Ctrl-C, so a run could not be stopped safely: {error}"
         ))),
     }

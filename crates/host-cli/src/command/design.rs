@@ -3,7 +3,7 @@
 use crate::command::conduct::progress_bar;
 use crate::files::save_picture;
 use crate::options::{WithFiles, keys};
-use crate::output::{Output, warn};
+use crate::output::Output;
 use crate::picture::{Panel, linear, page};
 use haptic_experiment::Failure;
 use haptic_experiment::document::Document;
@@ -40,9 +40,10 @@ pub(crate) const EXAMPLES: &str = "Examples:\n  host-cli design --delay 1ms --ou
 pub(crate) fn run(asked: WithFiles<keys::Design>, output: Output) -> Result<(), Failure> {
     let mut place = asked.files.look("design", &["toml"])?;
     let document = asked.options.over(Document::new("design"))?;
-    let question = Question::open(&document).map_err(Failure::input)?;
+    let question = Question::open(&document)?;
+    let warn = &|text: &str| output.warn(text);
     let bar = progress_bar(question.steps(), output);
-    let answer = question.answer(&|orders| bar.inc(orders), &AtomicBool::new(false), &warn);
+    let answer = question.answer(&|orders| bar.inc(orders), &AtomicBool::new(false), warn);
     bar.finish_and_clear();
     let answer = answer?;
     let experiment = answer.experiment_text();
@@ -63,7 +64,7 @@ pub(crate) fn run(asked: WithFiles<keys::Design>, output: Output) -> Result<(), 
         experiment,
         files,
     })?;
-    place.close(answer.require(&warn))
+    place.close(answer.require(warn))
 }
 
 /// The result, and where it was written.

@@ -6,7 +6,7 @@ mod record;
 use self::record::TableArguments;
 use crate::command::conduct::progress_bar;
 use crate::files::{File, PROGRAM, PlaceOfFile};
-use crate::output::{Output, joined, warn};
+use crate::output::{Output, joined};
 use crate::parse::{choice, of, one_of, whole};
 use clap::Args;
 use haptic_experiment::{Failure, parameters};
@@ -228,7 +228,7 @@ impl Arguments {
             None => (None, None),
         };
         for warning in &found.warnings {
-            warn(warning);
+            output.warn(warning);
         }
         let fit = &found.fits[0];
         let notes = &understood.notes;

@@ -124,9 +124,9 @@ fn export_to_output(log: &Path, overwrite: bool, output: Output) -> Result<(), F
     let out = io::BufWriter::new(io::stdout().lock());
     match export_csv_to(log, out, Path::new("standard output")) {
         Ok(done) => require_complete(done.condition.complete, log, "-"),
-        Err(RecordError::Csv { source, .. }) if is_broken_pipe(&source) => Err(Failure::BrokenPipe),
+        Err(RecordError::Csv { source, .. }) if is_broken_pipe(&source) => Ok(()),
         // Unlike a file, what was written stays.
-        Err(RecordError::Csv { source, .. }) => Err(Failure::DataLost(anyhow::anyhow!(
+        Err(RecordError::Csv { source, .. }) => Err(Failure::data_lost(format_args!(
             "writing standard output failed: {source}; the log is untouched: make space and try again"
         ))),
         Err(error) => Err(error.into()),
@@ -169,7 +169,7 @@ fn place(
 fn require_complete(complete: bool, log: &Path, made: &str) -> Result<(), Failure> {
     match complete {
         true => Ok(()),
-        false => Err(Failure::DataLost(anyhow::anyhow!(
+        false => Err(Failure::data_lost(format_args!(
             "`{}` is not whole; `{made}` has what could be read",
             log.display()
         ))),
@@ -182,7 +182,7 @@ fn check(log: &Path, output: Output) -> Result<(), Failure> {
     output.summary(&summary)?;
     match reasons.is_empty() {
         true => Ok(()),
-        false => Err(Failure::DataLost(anyhow::anyhow!(
+        false => Err(Failure::data_lost(format_args!(
             "`{}` is not whole: {}; {}",
             log.display(),
             reasons.join("; "),

@@ -147,7 +147,7 @@ impl Export {
         let fit = PronyFit::new(&material.model, branches, shortest_s, horizon_s)
             .map_err(Failure::bad_input)?;
         if let Some(sentence) = material.beyond((shortest_s, horizon_s)) {
-            warn(&sentence);
+            output.warn(&sentence);
         }
         if material.stiffening > 0.0 {
             let b = material.stiffening;

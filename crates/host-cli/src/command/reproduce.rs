@@ -57,7 +57,7 @@ impl Arguments {
         };
         let claims = match stopped() {
             true => Vec::new(),
-            false => judge_all(&go_on).map_err(|error| Failure::Run(error.into()))?,
+            false => judge_all(&go_on).map_err(Failure::run)?,
         };
         bar.finish_and_clear();
         place.text("md", &markdown(&claims, &shown));
@@ -73,7 +73,7 @@ impl Arguments {
             "ended_early": ended_early,
         }))?;
         place.close(match ended_early {
-            Some(reason) => Err(Failure::Run(anyhow::anyhow!(
+            Some(reason) => Err(Failure::run(format_args!(
                 "{reason}: {drawn} of {} figures and {judged} of {COUNT} claims are done and kept",
                 FIGURES.len()
             ))),

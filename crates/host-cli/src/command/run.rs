@@ -54,7 +54,6 @@ fn described(parameter: &Parameter) -> String {
         Value::Flag(default) => format!(" = {default}"),
         Value::Text(default) => format!(" = \"{default}\""),
         Value::List(range) => format!(", a list of numbers {range}"),
-        _ => String::new(),
     };
     format!("{key}{default}: {help}")
 }
@@ -77,7 +76,7 @@ pub(crate) struct Arguments {
 
 impl Arguments {
     pub(crate) fn run(self, output: Output) -> Result<(), Failure> {
-        let file = Document::read(&self.file).map_err(Failure::input)?;
+        let file = Document::read(&self.file)?;
         let document = self.options.over(file)?;
         document
             .changed_since_log()

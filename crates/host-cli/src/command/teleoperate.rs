@@ -66,7 +66,7 @@ impl Arguments {
             .changed_since_log()
             .iter()
             .for_each(|changed| warn(changed));
-        let mut experiment = ExperimentFile::open(&document).map_err(Failure::input)?;
+        let mut experiment = ExperimentFile::open(&document)?;
         if self.force_unstable {
             experiment = experiment.though_unstable()?;
         }
@@ -89,14 +89,12 @@ impl Arguments {
             }
         };
         let mut request = self.files.folder(&end.side().to_string())?;
-        document
-            .keep_in(&mut request.provenance)
-            .map_err(Failure::input)?;
+        document.keep_in(&mut request.provenance)?;
         let supervisor = Supervisor {
             stop,
             progress: &|_| {},
             live: None,
-            warn: &warn,
+            warn: &|text| output.warn(text),
         };
         let run = experiment.run_side(end, terms, &opened, (&request, supervisor))?;
         let report = shown(run, output)?;
@@ -111,7 +109,7 @@ impl Arguments {
             Some(first) if first.to_string_lossy().contains('=') && !first.exists() => {
                 options.and(&first.to_string_lossy()).over(defaults)
             }
-            Some(path) => options.over(Document::read(path).map_err(Failure::input)?),
+            Some(path) => options.over(Document::read(path)?),
         }
     }
 
@@ -145,7 +143,7 @@ fn shown(run: Published<FarReport>, output: Output) -> Result<FarReport, Failure
     report.figure = picture;
     output.summary(&report)?;
     let unwritten = report.unwritten.as_ref();
-    let table = unwritten.map(|lost| Failure::DataLost(anyhow::anyhow!("{lost}")));
+    let table = unwritten.map(|lost| Failure::data_lost(format_args!("{lost}")));
     both_saved(table, unsaved)?;
     match report.dropped_samples {
         0 => Ok(report),

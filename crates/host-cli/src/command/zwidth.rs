@@ -41,16 +41,16 @@ struct Shown<'a> {
 pub(crate) fn run(asked: WithFiles<keys::ZWidth>, output: Output) -> Result<(), Failure> {
     let mut place = asked.files.look("zwidth", &[])?;
     let document = asked.options.over(Document::new("zwidth"))?;
-    let question = Question::open(&document).map_err(Failure::input)?;
+    let question = Question::open(&document)?;
     let bar = progress_bar(question.steps(), output);
     let stop = stop_on_interrupt()?;
-    let answer = question.answer(&|cells| bar.inc(cells), stop, &warn);
+    let answer = question.answer(&|cells| bar.inc(cells), stop, &|text| output.warn(text));
     bar.finish_and_clear();
     let Answer::ZWidth(report) = answer? else {
         return Err(Failure::bad_input("not a Z-width"));
     };
     let files = match report.rows().next().is_some() {
-        true => place.table_and_picture(report.rows(), || draw(&report)),
+        true => place.table_and_picture(&[], report.rows(), || draw(&report)),
         false => Vec::new(),
     };
     warn_of(&report);

@@ -16,15 +16,11 @@ parameters! {
     PROPORTIONAL_GAIN = number("proportional_gain", 0.0, "0", NUMBERS, "K_p, output over input");
     /// `K_i`.
     INTEGRAL_GAIN = number("integral_gain_per_s_lambda", 0.0, "0", NUMBERS, "K_i, output over input and s^λ");
-    /// λ.
     INTEGRAL_ORDER = number("integral_order", 1.0, "1", ORDERS, "λ of the integral");
     /// `K_d`.
     DERIVATIVE_GAIN = number("derivative_gain_s_mu", 0.0, "0", NUMBERS, "K_d, output·s^μ over input");
-    /// μ.
     DERIVATIVE_ORDER = number("derivative_order", 1.0, "1", ORDERS, "μ of the derivative");
-    /// b.
     SET_POINT_WEIGHT = number("set_point_weight", 1.0, "1", NUMBERS, "b: share of the reference in the proportional part");
-    /// c.
     DERIVATIVE_SET_POINT_WEIGHT = number("derivative_set_point_weight", 0.0, "0", NUMBERS,
         "c: share of the reference in the derivative; 0 differentiates the measurement alone");
     /// `K_t` of a TID.
@@ -42,7 +38,6 @@ parameters! {
     CRONE_LOW = optional("low_rad_s", ANGULAR_FREQUENCIES, "Lower corner, rad/s");
     /// `ω_h` of CRONE.
     CRONE_HIGH = optional("high_rad_s", ANGULAR_FREQUENCIES, "Upper corner, rad/s");
-    /// λ of a lead–lag.
     LEAD_LAMBDA = optional("lambda_s", DURATIONS, "λ: the zero is at 1/λ");
     LEAD_X = optional("x", RATIOS, "x: below 1 a lead, above 1 a lag");
     /// A transfer function in notation.
@@ -65,11 +60,8 @@ parameters! {
     SOURCE_PROGRAM = text("program", "", "Program that made the file");
     /// Anything worth knowing of a file.
     SOURCE_NOTE = text("note", "", "Anything worth knowing");
-    /// A.
     STATE_A = list("a", NUMBERS, "A of ẋ = Ax + Bu, a list of rows");
-    /// B.
     STATE_B = list("b", NUMBERS, "B of ẋ = Ax + Bu");
-    /// C.
     STATE_C = list("c", NUMBERS, "C of y = Cx");
     /// Table of a measured response.
     RESPONSE_FILE = text("file", "", "CSV with omega_rad_s and gain, phase_deg or real, imaginary");

@@ -6,13 +6,12 @@ use std::fmt;
 
 /// The kind of value that a parameter takes, and its default.
 #[derive(Clone, Copy, Debug, PartialEq)]
-#[non_exhaustive]
 pub enum Value {
     /// A number in a range; the default is in SI units, `None` if the parameter may be left out and is off then.
     Number(Option<f64>, Range),
-    /// A whole number.
+    /// A whole number of at least 0; its range is judged where it is used.
     Count(u64),
-    /// Yes or no.
+    /// Off unless it is given, as is any option without a value.
     Flag(bool),
     /// A text, or one of several names.
     Text(&'static str),
@@ -25,11 +24,11 @@ pub enum Value {
 pub struct Parameter {
     /// Its name in experiment files, with the unit.
     pub key: &'static str,
-    /// Kind and default.
+    /// The kind of value and its default, from which options and the reference are made.
     pub value: Value,
     /// The default as a person writes it; empty if there is none.
     pub shown: &'static str,
-    /// One line for people.
+    /// One line for people, the same in `--help`, the reference and the page.
     pub help: &'static str,
 }
 
@@ -90,7 +89,7 @@ impl Parameter {
         let value = match self.value {
             Value::Number(_, range) => Value::Number(None, range),
             Value::Text(_) => Value::Text(""),
-            other => other,
+            Value::Count(_) | Value::Flag(_) | Value::List(_) => self.value,
         };
         Self::new(self.key, value, "", self.help)
     }
@@ -101,17 +100,26 @@ impl Parameter {
     }
 
     /// It and the value that it is to have, in a sentence.
-    pub(crate) fn set_to<V: fmt::Display>(&self, value: V) -> impl fmt::Display {
+    pub(crate) fn set_to<V: fmt::Display>(&self, value: V) -> String {
         Key(self.key).set_to(value)
     }
 
     /// The default of a number; NaN if it has none.
     #[must_use]
     pub const fn default_number(&self) -> f64 {
-        match self.value {
-            Value::Number(Some(default), _) => default,
-            _ => f64::NAN,
+        if let Value::Number(Some(default), _) = self.value {
+            return default;
         }
+        f64::NAN
+    }
+
+    /// The default of a count; 0 of anything else.
+    #[must_use]
+    pub const fn default_count(&self) -> u64 {
+        if let Value::Count(default) = self.value {
+            return default;
+        }
+        0
     }
 
     /// The default of a list of numbers; empty if it has none.
@@ -123,10 +131,10 @@ impl Parameter {
     /// The range of a number, or of those of a list; empty for anything else.
     #[must_use]
     pub const fn range(&self) -> Range {
-        match self.value {
-            Value::Number(_, range) | Value::List(range) => range,
-            _ => Range::EMPTY,
+        if let Value::Number(_, range) | Value::List(range) = self.value {
+            return range;
         }
+        Range::EMPTY
     }
 }
 

@@ -33,13 +33,13 @@ impl Range {
     /// The same with 0, where that switches something off.
     #[must_use]
     pub const fn or_0(self) -> Self {
-        match self {
-            Self::AboveUpTo(0.0, high) => Self::Within(0.0, high),
-            other => other,
+        if let Self::AboveUpTo(0.0, high) = self {
+            return up_to(high);
         }
+        self
     }
 
-    /// Both ends.
+    /// Both ends, for messages: a bound that is excluded is among them.
     #[must_use]
     pub const fn ends(self) -> [f64; 2] {
         match self {
@@ -160,7 +160,6 @@ pub(crate) const WALL_ORDERS: Range = up_to(2.0);
 pub(crate) const COUPLER_ORDERS: Range = up_to(1.0);
 /// α, β and γ of the analysis.
 pub(crate) const WALL_NUMBERS: Range = up_to(Nondimensional::WALL_MAX);
-/// δ of the analysis.
 pub(crate) const DELTAS: Range = up_to(SampledPlant::DELTA_MAX);
 
 #[cfg(test)]

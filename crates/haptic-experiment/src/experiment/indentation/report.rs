@@ -409,7 +409,7 @@ impl Indentation {
             |x| {
                 let time = (0..x.len()).map(|n| n as f64 * t);
                 let imposed: Vec<f64> = time.map(|time| profile.position(time)).collect();
-                self.full_history_force(&imposed).map_err(Failure::Run)
+                self.full_history_force(&imposed)
             },
             || {
                 let mut force = self.full_history_step()?;
@@ -489,7 +489,7 @@ impl Indentation {
     /// ```text
     /// F = max(0, γ·(E₀·e(x) + η·D^α e(x)))        x ≥ 0
     /// ```
-    fn full_history_force(&self, position_m: &[f64]) -> anyhow::Result<Vec<f64>> {
+    fn full_history_force(&self, position_m: &[f64]) -> Result<Vec<f64>, Failure> {
         // The virtual tissue begins at 0 and only pushes.
         let Rendering { piece, .. } = &self.rendering;
         let effective = piece.effective();
@@ -520,7 +520,7 @@ impl Indentation {
     fn full_history(&self, samples: Samples<'_>) -> Result<ReferenceSeries<'static>, Failure> {
         ReferenceSeries::new(
             samples,
-            |x| self.full_history_force(x).map_err(Failure::Run),
+            |x| self.full_history_force(x),
             || {
                 let mut force = self.full_history_step()?;
                 Ok(Box::new(move |_, x| force(x)))

@@ -54,7 +54,7 @@ pub(super) fn unusable(end: End, error: &std::io::Error) -> Failure {
         End::Listen(address) => (address, &format!("{LISTEN}")),
         End::Connect(address) => (address, &format!("{CONNECT}")),
     };
-    Failure::Device(anyhow::anyhow!(
+    Failure::device(format_args!(
         "cannot use {address}: {error}: give another address with {advice}, as 127.0.0.1:4810"
     ))
 }
@@ -135,7 +135,7 @@ impl Line {
                 "the wrong peer at {address}: {strange} datagrams in {seconds} s were no message of a teleoperation"
             ),
         };
-        Failure::Device(anyhow::anyhow!("{text}"))
+        Failure::device(format_args!("{text}"))
     }
 
     /// What the next datagram said; `None` if there is none.
@@ -159,7 +159,7 @@ impl Line {
                 // The other side is to see it too.
                 self.peer = Some(from);
                 (0..FAREWELLS).for_each(|_| self.greet());
-                return Err(Failure::Device(anyhow::anyhow!(
+                return Err(Failure::device(format_args!(
                     "{error} ({from}); no force was made"
                 )));
             }

@@ -189,7 +189,7 @@ impl FarReport {
             FarEnd::Interrupted => self.after("interrupted"),
             FarEnd::Fault => self.after("a fault"),
         };
-        Err(Failure::Run(anyhow::anyhow!("{ended}; the force is zero")))
+        Err(Failure::run(format_args!("{ended}; the force is zero")))
     }
 
     fn after(&self, words: &str) -> String {
@@ -221,7 +221,7 @@ impl TeleoperationExperiment {
             samples: self.samples(),
             sample_time_s: t,
             pace: match self.pace {
-                Pace::Virtual => Pace::Realtime(RealtimeOptions::NORMAL),
+                Pace::Virtual => Pace::Realtime(RealtimeOptions::default()),
                 pace @ Pace::Realtime(_) => pace,
             },
         };
@@ -239,7 +239,7 @@ impl TeleoperationExperiment {
         let mut recorder = recorder(request, &folder, metadata, false, supervisor)?;
         // A recorder that has ended is seen at the tick.
         let _ = recorder.starts_at(StartTime::at(SystemTime::now()));
-        let record = Record::with_room_for(schedule.samples).map_err(Failure::Run)?;
+        let record = Record::with_room_for(schedule.samples)?;
         let mut side = Side {
             port,
             body,
@@ -293,7 +293,7 @@ impl TeleoperationExperiment {
         if line.meet(end, terms.patience, supervisor.stop)? {
             return Ok(line);
         }
-        Err(Failure::Run(anyhow::anyhow!(
+        Err(Failure::run(format_args!(
             "interrupted before the other side was there; no force was made"
         )))
     }
@@ -534,7 +534,7 @@ impl Side<'_> {
         self.kept
             .take(&by_loop(observed, &done.sample, Some(taken_j)));
         let Line { state, buffer, .. } = &mut self.line;
-        let length = (state.sample(message, buffer)).map_err(|error| Failure::Run(error.into()))?;
+        let length = state.sample(message, buffer).map_err(Failure::run)?;
         self.line.send(length);
         self.sent += 1;
         Ok(force)

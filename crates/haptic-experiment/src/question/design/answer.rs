@@ -8,10 +8,8 @@ use crate::document::failure::Failure;
 use crate::document::lines_of;
 use crate::document::parameters as p;
 use crate::document::parameters::Parameter;
-use crate::experiment::trial::{IMPACT, PUSH, TRIAL_FORCE_LIMIT, WINDOW};
-use crate::experiment::trial::{Trial as _, TrialSetup};
-use crate::experiment::wall::WallExperiment;
-use crate::experiment::wall::{DISSIPATION, ORDER, STIFFNESS};
+use crate::experiment::trial::{IMPACT, PUSH, TRIAL_FORCE_LIMIT, Trial as _, TrialSetup, WINDOW};
+use crate::experiment::wall::{DISSIPATION, ORDER, STIFFNESS, WallExperiment};
 use crate::judge::preflight::WallContact;
 use crate::judge::settling::TrialVerdict;
 use crate::question::bench::{AskedDevice, for_each_order};
@@ -100,14 +98,14 @@ impl Design {
             })
         };
         let mut candidates = judged(&self.orders_to_try())?;
-        let own = usize::from(matches!(self.wish, Wish::Tissue { .. }));
+        let fixed = usize::from(matches!(self.wish, Wish::Tissue { .. }));
         for _ in 0..self.halvings() {
             let Some(best) = self.best(&candidates) else {
                 break;
             };
             let finer = half_way(best.order, &candidates);
             candidates.extend(judged(&finer)?);
-            candidates[own..].sort_by(|a, b| a.order.total_cmp(&b.order));
+            candidates[fixed..].sort_by(|a, b| a.order.total_cmp(&b.order));
         }
         Ok(candidates)
     }
@@ -169,12 +167,12 @@ impl Design {
         let Wish::Tissue { material, .. } = &self.wish else {
             return None;
         };
-        let own = candidates.first()?;
+        let first = candidates.first()?;
         Some(TissueVerdict {
             name: material.name.clone(),
-            order: own.order,
-            fits: own.largest_scale.is_some_and(|scale| scale >= 1.0),
-            largest_scale: own.largest_scale,
+            order: first.order,
+            fits: first.largest_scale.is_some_and(|scale| scale >= 1.0),
+            largest_scale: first.largest_scale,
         })
     }
 
@@ -209,14 +207,13 @@ impl Design {
     fn beside(&self, best: &Candidate) -> Result<RealisticTrial, Failure> {
         let mut real = self.clone();
         let laboratory = DeviceModel::find(Path::new(p::LABORATORY));
-        let imperfections = laboratory.map_err(Failure::input)?.imperfections();
+        let imperfections = laboratory?.imperfections();
         real.device.plant = imperfections.on(self.device.plant);
         real.device.sensors = imperfections.sensors;
         let bench = Bench::new(&real, Order::new(best.order).map_err(Failure::input)?)?;
         let (alpha, beta) = (best.alpha.unwrap_or(0.0), best.beta.unwrap_or(0.0));
-        let (analysis_stable, margin) = bench
-            .stable_and_margin(alpha, beta)
-            .map_err(|error| Failure::Run(error.into()))?;
+        let (analysis_stable, margin) =
+            bench.stable_and_margin(alpha, beta).map_err(Failure::run)?;
         Ok(RealisticTrial {
             imperfections,
             analysis_stable,
@@ -310,13 +307,11 @@ pub(super) fn until_settled<E>(
     let mut settling = try_out(&experiment)?;
     for doubling in 0..DOUBLINGS {
         // A device that left or beats against the force limit does not settle later.
-        let may_settle = match settling.verdict {
-            // What only pushes may bounce for ever, and no analysis tells.
-            TrialVerdict::Unstable => !bounces || doubling < HELD_DOUBLINGS,
-            TrialVerdict::HeldByFriction => doubling < HELD_DOUBLINGS,
-            _ => false,
-        };
-        if !may_settle {
+        let rings = settling.verdict == TrialVerdict::Unstable;
+        let is_held = settling.verdict == TrialVerdict::HeldByFriction;
+        // What only pushes may bounce for ever, and no analysis tells.
+        let is_tried_for_long = doubling >= HELD_DOUBLINGS && (is_held || bounces);
+        if !(rings || is_held) || is_tried_for_long {
             break;
         }
         stretch *= 2.0;
@@ -328,7 +323,7 @@ pub(super) fn until_settled<E>(
 
 /// A push and how long it is looked at, so many times as long as usual.
 pub(super) fn plan(sample_time: Seconds, force_limit_n: f64, stretch: f64) -> TrialPlan {
-    let larger = |(seconds, samples): (f64, f64)| seconds.max(samples * sample_time.0);
+    let larger = |least: (f64, f64)| least.0.max(least.1 * sample_time.0);
     TrialPlan {
         push_n: PUSH_N.min(0.25 * force_limit_n),
         duration_s: stretch * larger(DURATION),

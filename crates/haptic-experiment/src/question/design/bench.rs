@@ -78,7 +78,7 @@ impl<'a> Bench<'a> {
             plant: dynamics.plant(t.0).map_err(Failure::input)?,
             delta: dynamics.damping_n_s_per_m * t.0 / dynamics.mass_kg,
             units,
-            noise_m: device.imperfections().position_noise_m(),
+            noise_m: device.sensors.deviation_m(),
             noise: noise_gain(model, design.scheme, order, t)?,
         })
     }
@@ -254,13 +254,11 @@ impl<'a> Bench<'a> {
             }
             let quiet = self.largest_quiet_scale(ratio, 1.0);
             let beta = MOST_DAMPING * quiet.min(self.delta / least);
-            return Ok(match port.largest_alpha(self.delta, beta)? {
-                Largest::Below { value, .. } => {
-                    let middle = 0.5 * (ratio * beta + value);
-                    wall(middle.min(self.quiet_alpha(beta, 1.0)), beta)
-                }
-                _ => None,
-            });
+            let Largest::Below { value, .. } = port.largest_alpha(self.delta, beta)? else {
+                return Ok(None);
+            };
+            let middle = 0.5 * (ratio * beta + value);
+            return Ok(wall(middle.min(self.quiet_alpha(beta, 1.0)), beta));
         }
         let (mut ratio, mut least) = minimum(|t| required(1.0, t))?;
         if let Some(most) = port.largest_ratio().map(|most| INSIDE * most)

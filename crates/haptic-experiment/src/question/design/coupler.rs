@@ -19,10 +19,10 @@ use super::answer::{keys, plan, until_settled};
 use super::{DESIGN_ORDERS, WISH_FREQUENCY, not_at_rest, nothing_found};
 use crate::document::failure::Failure;
 use crate::document::parameters::{COUPLER_DISSIPATION, COUPLER_STIFFNESS};
-use crate::experiment::coupler::CouplerExperiment;
-use crate::experiment::coupler::{COUPLER_ORDER, OBJECT_DAMPING, OBJECT_MASS, OBJECT_STIFFNESS};
-use crate::experiment::trial::dynamics;
-use crate::experiment::trial::{Trial as _, TrialSetup};
+use crate::experiment::coupler::{
+    COUPLER_ORDER, CouplerExperiment, OBJECT_DAMPING, OBJECT_MASS, OBJECT_STIFFNESS,
+};
+use crate::experiment::trial::{Trial as _, TrialSetup, dynamics};
 use crate::judge::preflight::softer;
 use crate::question::bench::{AskedDevice, for_each_order};
 use crate::run::advice::check;
@@ -47,7 +47,6 @@ const LOOP_MARGIN: f64 = 2.0;
 /// The stiffest coupler of an order.
 #[derive(Clone, Debug, Default, Serialize)]
 pub(crate) struct CouplerCandidate {
-    /// μ.
     pub order: f64,
     /// `k_c`, N·s/m; null if no coupler of this order is passive.
     pub stiffness: Option<f64>,
@@ -248,7 +247,7 @@ fn cheapest(
     Ok(best)
 }
 
-/// The stiffest couplers.
+/// The stiffest coupler of each order, and the best of them tried. The keys are a contract of the command line.
 #[derive(Clone, Debug, Serialize)]
 pub struct CouplerAnswer {
     /// Mass, damping, hand and sample time of the device.
@@ -256,11 +255,11 @@ pub struct CouplerAnswer {
     pub(crate) asked: AskedDevice,
     /// `coupler`.
     pub wish: &'static str,
-    /// The criterion.
+    /// The criterion by its name, `llewellyn` or `passive`.
     pub require: &'static str,
     /// Frequency at which stiffness is compared, Hz.
     pub frequency_hz: f64,
-    /// Operator.
+    /// The operator that was analysed, as documents write it.
     pub scheme: String,
     /// Of the `stiffness` of candidates, the damper.
     pub stiffness_unit: &'static str,
@@ -382,7 +381,7 @@ impl CouplerDesign {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::question::bench::dissertation_device;
+    use crate::question::bench::tests::dissertation_device;
     use fracdiff::Seconds;
     use haptic_loop::units::{Kilograms, NewtonSecondsPerMetre};
 

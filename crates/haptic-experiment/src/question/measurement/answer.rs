@@ -42,7 +42,7 @@ impl Measurement {
     pub fn open(document: &Document) -> Result<Self, FileError> {
         let document = document.parse()?;
         let (_, table, _) =
-            document.one_of(&[MEASUREMENT], &[], ("measurement", "give [measure]"))?;
+            document.one_of(&[MEASUREMENT], &[], "measurement", "give [measure]")?;
         let table = with_devices(table.with_keys(&TABLES)?)?;
         let remote = remote_by(&table, &MEASURE_DEVICE)?;
         if remote.is_some() {
@@ -96,11 +96,11 @@ impl Measurement {
         let plan = &self.plan;
         let (record, device, board) = match &self.remote {
             Some(remote) => {
-                let moved = on_serial(plan, remote, warn, progress, stop)?;
-                (moved.record, remote.name.to_string(), Some(moved.board))
+                let (record, board) = on_serial(plan, remote, warn, progress, stop)?;
+                (record, remote.name.to_string(), Some(board))
             }
             None => {
-                let record = on_simulated(plan, (self.device, self.sensors), progress, stop)?;
+                let record = on_simulated(plan, self.device, self.sensors, progress, stop)?;
                 (record, "sim".to_owned(), None)
             }
         };
@@ -159,7 +159,7 @@ pub struct MeasureReport {
     pub model: Option<String>,
     /// The table of the frequency response, once it is written.
     pub frequency_response: Option<String>,
-    /// Its picture.
+    /// The file of the picture, if one was written.
     pub figure: Option<String>,
     /// Device, day and excitation, in words.
     #[serde(skip)]

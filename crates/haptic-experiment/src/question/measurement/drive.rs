@@ -96,7 +96,9 @@ pub(crate) fn drive<V: Device<f64, 1>>(
             match phase {
                 Phase::Rest => record.rest = record.len() + 1,
                 Phase::Driven => {}
-                _ => record.driven_from = record.len() + 1,
+                Phase::Ramp(_) | Phase::Fall(_) | Phase::Over => {
+                    record.driven_from = record.len() + 1;
+                }
             }
             record.push(missing, reading.position_m[0], force);
             progress(record.len() as u64);
@@ -119,13 +121,14 @@ pub(crate) fn drive<V: Device<f64, 1>>(
 /// Reason to end, if there is one.
 fn ended(course: &Course, fault: Option<Fault>, stop: &AtomicBool) -> Option<Outcome> {
     if let Some(fault) = fault {
-        return Some(match fault {
-            Fault::PositionStuck => Outcome::Blocked,
-            // There is no force yet that could have moved it.
-            Fault::Workspace | Fault::Velocity if course.phase == Phase::Rest => {
-                Outcome::MovesByItself
-            }
-            fault => Outcome::Fault(fault),
+        // At rest there is no force yet that could have moved it.
+        let moves = matches!(fault, Fault::Workspace | Fault::Velocity);
+        return Some(if moves && course.phase == Phase::Rest {
+            Outcome::MovesByItself
+        } else if fault == Fault::PositionStuck {
+            Outcome::Blocked
+        } else {
+            Outcome::Fault(fault)
         });
     }
     if course.finding.is_some() {
@@ -142,24 +145,22 @@ impl Outcome {
     pub(crate) fn require_complete(self, plan: &MeasurePlan) -> Result<(), Failure> {
         let force = plan.force_n();
         let box_mm = 1e3 * plan.box_m;
-        Err(Failure::Run(match self {
+        Err(Failure::run(match self {
             Self::Complete => return Ok(()),
-            Self::Interrupted => {
-                anyhow::anyhow!("interrupted: the force is zero, nothing was written")
-            }
-            Self::Fault(Fault::Workspace) => anyhow::anyhow!(
+            Self::Interrupted => "interrupted: the force is zero, nothing was written".to_owned(),
+            Self::Fault(Fault::Workspace) => format!(
                 "the device left the box of {box_mm} mm, and the force is zero: enlarge {MEASURE_BOX}, or give a smaller {MEASURE_FORCE_LIMIT}"
             ),
-            Self::Fault(fault @ (Fault::Velocity | Fault::PositionJump)) => anyhow::anyhow!(
+            Self::Fault(fault @ (Fault::Velocity | Fault::PositionJump)) => format!(
                 "the device is too fast, and the force is zero ({fault}): give a smaller {MEASURE_FORCE_LIMIT}, or see to its sensor"
             ),
             Self::Fault(fault) => {
-                anyhow::anyhow!("the measurement ended in a fault, and the force is zero: {fault}")
+                format!("the measurement ended in a fault, and the force is zero: {fault}")
             }
-            Self::Blocked => anyhow::anyhow!(
+            Self::Blocked => format!(
                 "the device does not move under {force} N, and the force is zero: free it, or raise {MEASURE_FORCE_LIMIT}"
             ),
-            Self::MovesByItself => anyhow::anyhow!(
+            Self::MovesByItself => format!(
                 "the device moves by itself, without any force: level it, let go of it, or give {HELD} if a hand holds it"
             ),
         }))
@@ -169,7 +170,8 @@ impl Outcome {
 /// Measures a simulated device in virtual time.
 pub(crate) fn on_simulated(
     plan: &MeasurePlan,
-    (device, sensors): (MassDamperConfig, Sensors),
+    device: MassDamperConfig,
+    sensors: Sensors,
     progress: &dyn Fn(u64),
     stop: &AtomicBool,
 ) -> Result<MotionRecord, Failure> {
@@ -220,8 +222,9 @@ const PAUSE_S: f64 = 0.25;
 const STILL: (f64, f64) = (0.005, 0.5);
 
 /// The part of the measurement that is going on.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Default)]
 enum Phase {
+    #[default]
     Rest,
     /// A force that grows, in this direction, until the device moves.
     Ramp(f64),
@@ -247,12 +250,11 @@ struct Excitation {
     fast: Vec<Line>,
 }
 
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 struct Course {
     phase: Phase,
     /// Ticks since the phase began.
     since: u64,
-    tick: u64,
     start_m: Option<f64>,
     /// Position at which the phase began, m.
     from_m: f64,
@@ -273,8 +275,8 @@ impl Excitation {
     fn new(plan: MeasurePlan) -> Self {
         let highest = f64::min(FAST_TO.0, FAST_TO.1 / plan.sample_time_s);
         let group = |[low, high]: [f64; 2], lines: usize, rms: f64, slope: f64| -> Vec<Line> {
-            let place = |n: usize| n as f64 / (lines - 1) as f64;
-            let frequency = |n: usize| low * libm::pow(high / low, place(n));
+            let share = |n: usize| n as f64 / (lines - 1) as f64;
+            let frequency = |n: usize| low * libm::pow(high / low, share(n));
             let weight = |n: usize| libm::pow(frequency(n) / high, slope);
             let squares: f64 = (0..lines).map(|n| 0.5 * weight(n) * weight(n)).sum();
             let unit = rms * plan.force_n() / squares.sqrt();
@@ -404,17 +406,8 @@ impl Environment<f64, 1> for Excitation {
 
     fn at_rest(&self) -> Course {
         Course {
-            phase: Phase::Rest,
-            since: 0,
-            tick: 0,
-            start_m: None,
-            from_m: 0.0,
-            moved_at_n: [None; 2],
             slow: BEGINS,
-            last_m: 0.0,
-            velocity_m_per_s: 0.0,
-            seen: (0.0, 0.0),
-            finding: None,
+            ..Course::default()
         }
     }
 
@@ -439,18 +432,9 @@ impl Environment<f64, 1> for Excitation {
             Self::enter(course, Phase::Rest, position_m);
         }
         course.since += 1;
-        course.tick += 1;
         self.follow(course, position_m);
         course.last_m = position_m;
     }
-}
-
-/// A motion of a serial device, and what the device calls itself.
-#[derive(Clone, Debug)]
-pub(crate) struct SerialMotion {
-    pub record: MotionRecord,
-    /// Name of the board, and its firmware; whether it simulates its plant.
-    pub board: String,
 }
 
 /// Measures a serial device. Its own limits hold too, where they are tighter.
@@ -462,7 +446,7 @@ pub(crate) fn on_serial(
     warn: Warn<'_>,
     progress: &dyn Fn(u64),
     stop: &AtomicBool,
-) -> Result<SerialMotion, Failure> {
+) -> Result<(MotionRecord, String), Failure> {
     plan.check()?;
     let remote = RemoteDevice {
         loop_mode: LoopMode::Host,
@@ -476,10 +460,8 @@ pub(crate) fn on_serial(
     let can = link.capabilities();
     let simulated = if can.simulated { " (simulated)" } else { "" };
     let firmware = firmware_version(link.hello());
-    Ok(SerialMotion {
-        record: driven.record,
-        board: format!("{} {firmware}{simulated}", can.board()),
-    })
+    let board = format!("{} {firmware}{simulated}", can.board());
+    Ok((driven.record, board))
 }
 
 /// The excitation, from limits to rest.
@@ -509,7 +491,7 @@ fn driven(
     let schedule = Schedule {
         samples: plan.ticks_at_most(),
         sample_time_s: plan.sample_time_s,
-        pace: Pace::Realtime(RealtimeOptions::NORMAL),
+        pace: Pace::Realtime(RealtimeOptions::default()),
     };
     let configuration = agreed(remote, &law, schedule, link, &set, &|text| warn(text))?;
     link.set_for(configuration, &law.operator.1, Scope::Run)
@@ -570,13 +552,13 @@ fn too_busy(error: &SerialError, lateness: Lateness) -> Option<Failure> {
         return None;
     };
     let advice = lateness.advice(Fault::from_code(report.status.fault)?)?;
-    Some(Failure::Run(anyhow::anyhow!("{error}{advice}")))
+    Some(Failure::run(format_args!("{error}{advice}")))
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::run::ending::reported;
+    use crate::run::ending::tests::reported;
 
     #[test]
     fn who_leaves_the_box_before_there_is_a_force_moves_by_itself() {
@@ -626,7 +608,7 @@ mod tests {
         };
         let error = LinkError::Faulted(reported(Fault::HostSilent)).into();
         let failure = too_busy(&error, lateness).expect("the machine was busy");
-        assert_eq!(failure.exit_code(), 1);
+        assert!(matches!(failure, Failure::Run(_)));
         assert!(failure.to_string().ends_with("`watchdog_s` = 0.1"));
     }
 }

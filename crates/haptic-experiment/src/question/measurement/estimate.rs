@@ -27,13 +27,9 @@ pub(crate) enum MeasureError {
         MEASURE_DURATION
     )]
     Short { samples: usize, least: usize },
-    /// A force that is no number.
+    /// The force of a tick is NaN or infinite, so the record is not one of a loop.
     #[error("the force of tick {tick} is {force_n} N, which is not finite: record it again")]
-    NotFinite {
-        /// Tick.
-        tick: usize,
-        force_n: f64,
-    },
+    NotFinite { tick: usize, force_n: f64 },
     /// Too many samples that never came.
     #[error(
         "{lost} of {samples} samples were lost, more than 1 in 20: free the machine or the line, or give a longer {}",
@@ -149,8 +145,8 @@ struct Search<'a> {
 
 impl<'a> Search<'a> {
     fn new(record: &'a MotionRecord, hand: bool) -> Option<Self> {
-        let speed = velocity(record);
-        let zero = first_known(&record.position_m)?;
+        let speed = smoothed(record).v;
+        let zero = record.position_m.iter().find(|x| x.is_finite())?;
         let replay = Replay::new(record, starts(record, &speed)).ok()?;
         let at = |n: usize| record.position_m[n] - zero;
         Some(Self {
@@ -256,10 +252,6 @@ fn check(record: &MotionRecord) -> Result<(), MeasureError> {
     }
 }
 
-fn first_known(positions: &[f64]) -> Option<f64> {
-    positions.iter().copied().find(|x| x.is_finite())
-}
-
 /// Starts of the pieces, each where the device is fastest near its turn: a state at rest would say nothing of its velocity.
 fn starts(record: &MotionRecord, speed: &[f64]) -> Vec<usize> {
     let piece = ((PIECE.0 / record.sample_time_s) as usize).max(PIECE.1);
@@ -300,12 +292,15 @@ fn measured(record: &MotionRecord, fitted: &Fitted, spread: &Spread, free: usize
     };
     let about = |value: f64, side: f64| Estimate {
         value,
-        low: (value - side).max(0.0),
+        low: value - side,
         high: value + side,
     };
-    let around = |number, value: f64, unit: f64| about(value, side(number) * unit);
+    let around = |number, value: f64, unit: f64| {
+        let about = about(value, side(number) * unit);
+        let low = about.low.max(0.0);
+        Estimate { low, ..about }
+    };
     let factor = libm::exp(side(Number::Mass));
-    let bias = side(Number::Bias);
     let residual_rms_m = (square(&fitted.left) / free.max(1) as f64).sqrt();
     // Steps far below all else do not count, as those of single precision on the wire.
     let step_m = encoder_step(&record.position_m)
@@ -330,11 +325,7 @@ fn measured(record: &MotionRecord, fitted: &Fitted, spread: &Spread, free: usize
         current_lag_s: around(Number::Lag, model.lag.max(0.0) * t, t),
         encoder_resolution_m: step_m,
         sensor_noise_m: noise_m(&fitted.left, free, step_m),
-        bias_n: Estimate {
-            value: model.bias,
-            low: model.bias - bias,
-            high: model.bias + bias,
-        },
+        bias_n: about(model.bias, side(Number::Bias)),
         breakaway_n: record.breakaway_n.map(|(up, down)| 0.5 * (up - down)),
         residual_rms_m,
         expected_residual_rms_m: (step_m / 12_f64.sqrt()).hypot(at_rest_m),
@@ -359,11 +350,6 @@ struct Smoothed {
     v: Vec<f64>,
     a: Vec<f64>,
     u: Vec<f64>,
-}
-
-/// Velocity of a record, m/s: smoothed; not a number beside missing samples.
-fn velocity(record: &MotionRecord) -> Vec<f64> {
-    smoothed(record).v
 }
 
 fn smoothed(record: &MotionRecord) -> Smoothed {
@@ -557,9 +543,7 @@ impl Estimate {
 /// A device, as a record tells it.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub(crate) struct Measured {
-    /// m.
     pub mass_kg: Estimate,
-    /// b.
     pub damping_n_s_per_m: Estimate,
     /// `F_c`, while it slides.
     pub friction_n: Estimate,
@@ -567,7 +551,6 @@ pub(crate) struct Measured {
     pub hand_stiffness_n_per_m: Option<Estimate>,
     /// D: from a measurement to the force that answers it, beside the hold.
     pub delay_s: Estimate,
-    /// τ.
     pub current_lag_s: Estimate,
     /// q; 0 if no steps were seen.
     pub encoder_resolution_m: f64,

@@ -336,7 +336,7 @@ pub(super) fn square(left: &[f64]) -> f64 {
 
 /// The model at these coordinates.
 fn model(numbers: &[Number], theta: &DVector<f64>) -> Model {
-    let mut model = Model::BARE;
+    let mut model = Model::default();
     for (number, &x) in numbers.iter().zip(theta.iter()) {
         match number {
             Number::Mass => model.mass = libm::exp(x.clamp(-16.0, 9.0)),
@@ -389,12 +389,11 @@ const EARLY_MAX: f64 = 4.0;
 const NO_LAG: f64 = 1e-4;
 
 /// Numbers of the model, in SI units; the delay and the lag in samples.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(super) struct Model {
     pub(super) mass: f64,
     pub(super) damping: f64,
     pub(super) friction: f64,
-    /// Constant force, N.
     pub(super) bias: f64,
     pub(super) delay: f64,
     /// A negative one stands for the motion that is as far from that without lag, on its other side.
@@ -403,17 +402,6 @@ pub(super) struct Model {
 }
 
 impl Model {
-    /// A mass of 1 kg, and nothing else.
-    const BARE: Self = Self {
-        mass: 1.0,
-        damping: 0.0,
-        friction: 0.0,
-        bias: 0.0,
-        delay: 0.0,
-        lag: 0.0,
-        stiffness: 0.0,
-    };
-
     /// The same with another lag, and as late in all.
     pub(super) const fn with_lag(self, lag: f64) -> Self {
         Self {
@@ -628,7 +616,7 @@ mod tests {
         let theta = without(&slopes, &y, None);
         let left = |n: usize| slopes[0][n] * theta[0] + slopes[1][n] * theta[1] - y[n];
         let fitted = Fitted {
-            model: Model::BARE,
+            model: Model::default(),
             left: (0..y.len()).map(left).collect(),
             pieces: (0..PIECES).map(|n| n * PIECE..(n + 1) * PIECE).collect(),
             numbers: &NUMBERS[..2],

@@ -30,13 +30,11 @@ const BLOCKS: usize = 4;
 /// A line of the response.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub(crate) struct ResponseLine {
-    /// ω, rad/s.
     pub omega_rad_s: f64,
     /// |G|, m/N.
     pub gain: f64,
     /// arg G, °, unwrapped from the slowest line on.
     pub phase_deg: f64,
-    /// γ².
     pub coherence: f64,
 }
 
@@ -55,12 +53,12 @@ pub(crate) fn response(record: &MotionRecord, plan: &MeasurePlan) -> Vec<Respons
         return Vec::new();
     }
     let (mut before, count) = (0.0, blocks.len() as f64);
-    let line = |(l, step): (usize, &f64)| {
+    let mut line = |l: usize, step: f64| {
         let pairs = || blocks.iter().map(move |lines| lines[l]);
         let cross: Complex<f64> = pairs().map(|(f, x)| x * f.conj()).sum();
         let forces: f64 = pairs().map(|(f, _)| f.norm_sqr()).sum();
         let motions: f64 = pairs().map(|(_, x)| x.norm_sqr()).sum();
-        let z = Complex::cis(*step);
+        let z = Complex::cis(step);
         let hold = 0.5 * (z + 1.0) / ((z - 1.0) * (z - 1.0));
         let held = cross / forces / hold * -(step * step).recip();
         let turns = ((before - held.arg()) / std::f64::consts::TAU).round();
@@ -72,7 +70,9 @@ pub(crate) fn response(record: &MotionRecord, plan: &MeasurePlan) -> Vec<Respons
             coherence: 1.0 - count / (count - 1.0) * (1.0 - cross.norm_sqr() / (forces * motions)),
         }
     };
-    let lines: Vec<ResponseLine> = steps.iter().enumerate().map(line).collect();
+    let lines: Vec<ResponseLine> = (steps.iter().enumerate())
+        .map(|(l, step)| line(l, *step))
+        .collect();
     let is_number = |line: &ResponseLine| line.phase_deg.is_finite() && line.coherence.is_finite();
     if lines.iter().all(is_number) {
         lines
@@ -94,8 +94,8 @@ fn amplitudes(
     let waves = 2 * steps.len();
     // The root of the weight of a row.
     let weight = |row: usize| {
-        let place = (rows[row] - from) as f64 + 0.5;
-        libm::sin(std::f64::consts::PI * place / length)
+        let along = (rows[row] - from) as f64 + 0.5;
+        libm::sin(std::f64::consts::PI * along / length)
     };
     let basis = DMatrix::from_fn(rows.len(), waves + 2, |row, column| {
         let tick = rows[row] as f64;

@@ -7,7 +7,10 @@ mod random_devices;
 use super::drive::{Driven, Outcome, drive, on_simulated};
 use super::estimate::{Estimate, MeasureError, Measured, estimate};
 use super::response::{coherent, response};
-use super::{MeasurePlan, MotionRecord};
+use super::{
+    MEASURE_BOX, MEASURE_DURATION, MEASURE_FORCE_LIMIT, MEASURE_SAMPLE_TIME, MeasurePlan,
+    MotionRecord,
+};
 use crate::run::plant_file::DeviceModel;
 use crate::{Imperfections, Sensors};
 use fracdiff::Seconds;
@@ -106,9 +109,27 @@ fn measured(
     device: MassDamperConfig,
     imperfections: &Imperfections,
 ) -> MotionRecord {
-    let device = (imperfections.on(device), imperfections.sensors);
     let never = AtomicBool::new(false);
-    on_simulated(plan, device, &|_| {}, &never).expect("measures")
+    on_simulated(
+        plan,
+        imperfections.on(device),
+        imperfections.sensors,
+        &|_| {},
+        &never,
+    )
+    .expect("measures")
+}
+
+impl Default for MeasurePlan {
+    fn default() -> Self {
+        Self {
+            sample_time_s: MEASURE_SAMPLE_TIME.default_number(),
+            force_limit_n: MEASURE_FORCE_LIMIT.default_number(),
+            box_m: MEASURE_BOX.default_number(),
+            duration_s: MEASURE_DURATION.default_number(),
+            hand: false,
+        }
+    }
 }
 
 fn short() -> MeasurePlan {

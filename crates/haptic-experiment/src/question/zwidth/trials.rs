@@ -140,7 +140,7 @@ impl<'a> Trials<'a> {
                     state.in_a_row += 1;
                     state.last = Some(fault);
                     break (state.in_a_row >= TRIPS_IN_A_ROW).then(|| {
-                        Failure::Run(anyhow::anyhow!(
+                        Failure::run(format_args!(
                             "{}: {TRIPS_IN_A_ROW} trials in a row ended at a limit of the device ({fault}), so no more are made: {}",
                             state.link.path(),
                             self.remedy(fault)
@@ -184,10 +184,9 @@ impl<'a> Trials<'a> {
                         format!("give the trials a longer {TRIAL_DURATION}, or hold the device")
                     }
                 };
-                Err(Failure::Run(anyhow::anyhow!(
+                Err(Failure::run(format_args!(
                     "{}: no wall came to rest in {} trials; {why}",
-                    self.remote.name,
-                    state.trials
+                    self.remote.name, state.trials
                 )))
             }
             failure => Ok(failure),
@@ -197,16 +196,16 @@ impl<'a> Trials<'a> {
     /// What can be done about a limit that ended a trial.
     fn remedy(&self, fault: Fault) -> String {
         let set = &self.set.limits;
-        match fault {
-            Fault::Workspace => format!(
+        if fault == Fault::Workspace {
+            return format!(
                 "set more room than {} m to {} m on the device (`host-cli device set`), hold it in the middle, or push less",
                 set.workspace_low_m, set.workspace_high_m
-            ),
-            _ => format!(
-                "set more than {} m/s on the device (`host-cli device set`), or push less",
-                set.speed_hard_m_per_s
-            ),
+            );
         }
+        format!(
+            "set more than {} m/s on the device (`host-cli device set`), or push less",
+            set.speed_hard_m_per_s
+        )
     }
 
     fn try_once(
@@ -219,7 +218,7 @@ impl<'a> Trials<'a> {
         let schedule = Schedule {
             samples,
             sample_time_s,
-            pace: Pace::Realtime(RealtimeOptions::NORMAL),
+            pace: Pace::Realtime(RealtimeOptions::default()),
         };
         // A search does not end where the device's limits do.
         let configuration = agreed(
@@ -254,9 +253,11 @@ impl<'a> Trials<'a> {
             if is_unanswered(&error) {
                 return unanswered(&state.link, &path, error);
             }
-            let too_deep = is_too_deep(&error);
+            let refusal = refusal(&error);
+            // In the wall, where a person has to pull it out.
+            let too_deep = matches!(refusal, Some(Refusal::ForceNotSmall { .. }));
             let patience = if too_deep { OUT_WITHIN } else { FALLEN_WITHIN };
-            if !(too_deep || passes(&error)) || asked.elapsed() > patience {
+            if !(too_deep || passes(refusal)) || asked.elapsed() > patience {
                 return Err(problem(error));
             }
             if too_deep {
@@ -319,7 +320,7 @@ fn followed(
                 if motion.len() as u64 == samples {
                     return Ok(Trial::Whole(motion));
                 }
-                return Ok(Trial::Unjudged(Failure::DataLost(anyhow::anyhow!(
+                return Ok(Trial::Unjudged(Failure::data_lost(format_args!(
                     "{path}: samples of a trial are missing {TRIES} times in a row ({} of {samples} came): use a better line",
                     motion.len()
                 ))));
@@ -328,10 +329,11 @@ fn followed(
             Some(Heard::Fault(report)) => return faulted(link, report),
             Some(Heard::Over(error)) => return Err(refused_at_port(path, error.into())),
             None => {
-                return match link.silent(patience) {
-                    error @ LinkError::HeldUp { .. } => Ok(held_up(path, &error.into())),
-                    error => Err(refused_at_port(path, error.into())),
-                };
+                let error = link.silent(patience);
+                if let LinkError::HeldUp { .. } = error {
+                    return Ok(held_up(path, &error.into()));
+                }
+                return Err(refused_at_port(path, error.into()));
             }
         }
     }
@@ -340,14 +342,14 @@ fn followed(
 /// Lets go of a device that did not answer. This machine, an emulator on it or a bad line may have been held up: if it answers now, nothing
 /// is known of the law.
 fn unanswered(link: &SerialLink, path: &str, error: SerialError) -> Result<Trial, Failure> {
-    match link.silent(SILENCE) {
-        LinkError::HeldUp { .. } => Ok(held_up(path, &error)),
-        _ => Err(refused_at_port(path, error)),
+    if let LinkError::HeldUp { .. } = link.silent(SILENCE) {
+        return Ok(held_up(path, &error));
     }
+    Err(refused_at_port(path, error))
 }
 
 fn held_up(path: &str, error: &SerialError) -> Trial {
-    Trial::Unjudged(Failure::Device(anyhow::anyhow!(
+    Trial::Unjudged(Failure::device(format_args!(
         "{path}: {error}; so it was in {TRIES} trials in a row, and none can be judged"
     )))
 }
@@ -357,27 +359,19 @@ const fn is_unanswered(error: &SerialError) -> bool {
 }
 
 /// Refused for now: the force of the trial before still falls, or a fault latched that is not known here yet.
-fn passes(error: &SerialError) -> bool {
+fn passes(refusal: Option<Refusal>) -> bool {
     matches!(
-        error,
-        SerialError::Link(LinkError::Refused {
-            refusal: Refusal::ForceNotZero
-                | Refusal::UnknownFault
-                | Refusal::State(DeviceState::Fault),
-            ..
-        })
+        refusal,
+        Some(Refusal::ForceNotZero | Refusal::UnknownFault | Refusal::State(DeviceState::Fault))
     )
 }
 
-/// The device stands where the trial before has left it, in what is now a stiffer wall.
-fn is_too_deep(error: &SerialError) -> bool {
-    matches!(
-        error,
-        SerialError::Link(LinkError::Refused {
-            refusal: Refusal::ForceNotSmall { .. },
-            ..
-        })
-    )
+/// What the device refused, if it refused something.
+fn refusal(error: &SerialError) -> Option<Refusal> {
+    let SerialError::Link(LinkError::Refused { refusal, .. }) = error else {
+        return None;
+    };
+    Some(*refusal)
 }
 
 /// Faults that say the wall is no stable one.
@@ -399,12 +393,10 @@ const fn ends_search(fault: Fault) -> bool {
 fn faulted(link: &SerialLink, report: FaultReport) -> Result<Trial, Failure> {
     match Fault::from_code(report.status.fault).filter(|_| link.lost_board().is_none()) {
         Some(fault) if is_answer(fault) => Ok(Trial::Tripped(fault)),
-        Some(fault) if !ends_search(fault) => {
-            Ok(Trial::Unjudged(Failure::Device(anyhow::anyhow!(
-                "{}: {fault}, in {TRIES} trials in a row, so none can be judged: leave this machine to itself, or allow a longer watchdog time",
-                link.path()
-            ))))
-        }
+        Some(fault) if !ends_search(fault) => Ok(Trial::Unjudged(Failure::device(format_args!(
+            "{}: {fault}, in {TRIES} trials in a row, so none can be judged: leave this machine to itself, or allow a longer watchdog time",
+            link.path()
+        )))),
         _ => Err(ended_by(link, &LinkError::Faulted(report).to_string())),
     }
 }
@@ -412,7 +404,7 @@ fn faulted(link: &SerialLink, report: FaultReport) -> Result<Trial, Failure> {
 /// The end of a search by a fault in these words, and what its board says of it: the device is to be mended first.
 fn ended_by(link: &SerialLink, words: &str) -> Failure {
     let board = trouble(link).map_or_else(String::new, |trouble| format!(": {trouble}"));
-    Failure::Device(anyhow::anyhow!(
+    Failure::device(format_args!(
         "{}: {words}, so no more trials are made{board}",
         link.path()
     ))

@@ -149,7 +149,7 @@ impl<'a, P: PreflightSubject, M> RemoteRun<'a, P, M> {
 
         let folder = self.request.prepare()?;
         let recorder = recorder(self.request, &folder, self.metadata, false, supervisor)?;
-        let mut record = Record::with_room_for(self.schedule.samples).map_err(Failure::Run)?;
+        let mut record = Record::with_room_for(self.schedule.samples)?;
         record.start = Start::at(start_ticks, t);
         record.lateness = Some(device.lateness());
         record.served = link.is_served();

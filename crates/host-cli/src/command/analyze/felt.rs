@@ -132,7 +132,7 @@ fn report(
         )
     });
     let picture = || draw(points, wall, title);
-    let files = place.named_table_and_picture(&COLUMNS, rows, picture);
+    let files = place.table_and_picture(&COLUMNS, rows, picture);
     let points = points.iter().map(|(sampled, continuous)| {
         let mut point = json!({
             "omega_rad_s": sampled.omega_rad_s,

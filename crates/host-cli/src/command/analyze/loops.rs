@@ -128,7 +128,7 @@ pub(super) fn region(asked: WithFiles<keys::Wall>, output: Output) -> Result<(),
         .flat_map(|(part, points)| points.iter().map(move |p| (part, p.alpha, p.beta, p.theta)));
     let files = match area {
         Some(_) => {
-            place.named_table_and_picture(&["part", "alpha", "beta", "theta_rad"], rows, || {
+            place.table_and_picture(&["part", "alpha", "beta", "theta_rad"], rows, || {
                 // Closed outlines.
                 let outlines = parts.iter().map(|points| {
                     let closed = points.iter().chain(points.first());
@@ -207,7 +207,7 @@ pub(super) fn sensitivity(
         .collect();
     let picture = || draw_sensitivity(&curve, &resolved);
     let names = ["theta", "magnitude_db"];
-    let files = place.named_table_and_picture(&names, curve.iter(), picture);
+    let files = place.table_and_picture(&names, curve.iter(), picture);
     let points = curve.iter();
     let points = points.map(|(theta, gain)| json!({"theta": theta, "magnitude_db": gain}));
     let found = json!({

@@ -80,7 +80,7 @@ pub(super) fn answer(asked: WithFiles<keys::Hands>, output: Output) -> Result<()
         candidates: &candidates,
         hands: &hands,
     };
-    let files = place.table_and_picture(points.iter(), || shown.draw());
+    let files = place.table_and_picture(&[], points.iter(), || shown.draw());
     let candidate = |found: &Candidate| {
         let (coupler, impedance) = parts(found.0);
         json!({

@@ -75,7 +75,7 @@ impl Arguments {
             .iter()
             .map(|point| (open(point), closed(point)));
         let picture = || draw_loop(&analysis, plant, file);
-        let files = place.named_table_and_picture(&COLUMNS, rows, picture);
+        let files = place.table_and_picture(&COLUMNS, rows, picture);
         let (own, proved) = (&analysis.verdict, analysis.coarse.is_none());
         output.report(&json!({
             "plant": plant.words,
@@ -112,7 +112,7 @@ impl Arguments {
             plant.plant.response(omega)
         });
         let (rows, picture) = (points.iter().map(open), || draw_plant(&points, plant));
-        let files = place.named_table_and_picture(&COLUMNS[..3], rows, picture);
+        let files = place.table_and_picture(&COLUMNS[..3], rows, picture);
         output.report(&json!({
             "plant": plant.words,
             "stable": stable,

@@ -139,17 +139,17 @@ impl Arguments {
         let found = found.map_err(|error| match error {
             // Nobody gave a guess.
             ControlError::NotFound { .. } if self.model.is_none() => {
-                Failure::Run(anyhow::anyhow!("no function fits the record: {TRY}"))
+                Failure::run(format_args!("no function fits the record: {TRY}"))
             }
             error => refused(error),
         })?;
         let [best, ..] = &found[..] else {
-            return Err(Failure::Run(anyhow::anyhow!(
+            return Err(Failure::run(format_args!(
                 "no function was found: give --model with other terms"
             )));
         };
         if !best.shows_a_response(&record) {
-            return Err(Failure::Run(anyhow::anyhow!(
+            return Err(Failure::run(format_args!(
                 "the record shows no response to its input: {} explains {} % of the output's variance, as by chance; move the input more, or check --columns",
                 rounded(&best.identified.function),
                 digits(100.0 * best.identified.fit, 2)

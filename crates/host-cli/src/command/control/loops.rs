@@ -141,7 +141,7 @@ impl ControllerOption {
         let path = Path::new(text);
         let is_file = path.extension().is_some_and(|own| own == "toml") || path.is_file();
         let mut file = if is_file {
-            ControllerFile::read(path).map_err(Failure::input)?.setup
+            ControllerFile::read(path)?.setup
         } else {
             let law = law(text)?;
             let sample_time_s = sample_time_s.ok_or_else(|| {

@@ -33,7 +33,7 @@ fn away(report: &Value) -> Failure {
             .map_or_else(|| "NaN".to_owned(), |own| digits(own, 4))
     };
     let of_last = |key| last.map_or_else(String::new, |row| shown(&row[key]));
-    Failure::Run(anyhow::anyhow!(
+    Failure::run(format_args!(
         "the output ends at {}, not at its reference {}, with the command at a limit in a share of {} of the samples: widen \
          --output-limits, give a longer --duration, or see host-cli control analyze",
         of_last("output"),
@@ -170,7 +170,7 @@ impl Arguments {
         let integer = baseline(file, plant, &reference, step)?;
         let beside = integer.as_ref().map(|(_, run)| &run.response);
         let rows = rows(&own.response, t);
-        let files = place.table_and_picture(rows.iter(), || {
+        let files = place.table_and_picture(&[], rows.iter(), || {
             draw_run(&own.response, beside, plant, Some(file), t)
         });
         let shape = |run: &LoopRun| run.shape.as_ref().map(|own| shape(own, t));
@@ -207,8 +207,9 @@ impl Arguments {
         let reference = self.signal(t, || samples_for(None, t))?;
         let response = run_plant(&plant.plant, Seconds(t), &reference).map_err(refused)?;
         let rows = rows(&response, t);
-        let files =
-            place.table_and_picture(rows.iter(), || draw_run(&response, None, plant, None, t));
+        let files = place.table_and_picture(&[], rows.iter(), || {
+            draw_run(&response, None, plant, None, t)
+        });
         Ok(json!({
             "plant": plant.words,
             "controller": null,

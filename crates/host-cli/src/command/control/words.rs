@@ -9,7 +9,7 @@ use serde_json::{Value, json};
 pub(crate) fn refused(error: ControlError) -> Failure {
     let text = in_degrees(&error);
     match error {
-        ControlError::NotFound { .. } => Failure::Run(anyhow::anyhow!("{text}")),
+        ControlError::NotFound { .. } => Failure::run(format_args!("{text}")),
         _ => Failure::bad_input(text),
     }
 }

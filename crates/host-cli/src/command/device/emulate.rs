@@ -310,8 +310,8 @@ fn failed(error: EmulatorError) -> Failure {
         EmulatorError::Path { kind, .. } => {
             Failure::bad_input(format_args!("{error} with --{kind}"))
         }
-        EmulatorError::Terminal(_) => Failure::Device(error.into()),
-        EmulatorError::Device(_) => Failure::Run(error.into()),
+        EmulatorError::Terminal(_) => Failure::device(error),
+        EmulatorError::Device(_) => Failure::run(error),
         _ => Failure::input(error),
     }
 }

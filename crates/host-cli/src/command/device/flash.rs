@@ -74,7 +74,7 @@ impl Arguments {
         let up_time = link.up_time();
         let up_time = up_time.map_err(|error| at_port(link.path(), &error))?;
         if up_time > began.elapsed() {
-            return Err(Failure::Device(anyhow::anyhow!(
+            return Err(Failure::device(format_args!(
                 "{} has been running for {:.0} s, so it is another board, or did not start the new image: unplug all others, then plug \
                  it in again",
                 link.name(),
@@ -117,9 +117,7 @@ impl Arguments {
             message["executable"].as_str().map(PathBuf::from)
         });
         built.ok_or_else(|| {
-            Failure::Device(anyhow::anyhow!(
-                "cargo built no image: give one with --image"
-            ))
+            Failure::device(format_args!("cargo built no image: give one with --image"))
         })
     }
 }
@@ -137,7 +135,7 @@ impl Programmer {
         match &board.way {
             Way::Probe(chip) => match Command::new("probe-rs").arg("--version").output() {
                 Ok(_) => Ok(Self::Probe(chip)),
-                Err(error) => Err(Failure::Device(anyhow::anyhow!(
+                Err(error) => Err(Failure::device(format_args!(
                     "probe-rs is not installed ({error}): run `cargo install probe-rs-tools --locked`"
                 ))),
             },
@@ -182,7 +180,7 @@ impl Programmer {
 
 /// Runs a program to its end, its errors as they come, and gives what it printed.
 fn run(mut command: Command, name: &str, advice: &str) -> Result<Vec<u8>, Failure> {
-    let failed = |why| Failure::Device(anyhow::anyhow!("{why}: {advice}"));
+    let failed = |why| Failure::device(format_args!("{why}: {advice}"));
     let ended = command.stderr(Stdio::inherit()).output();
     let ended = ended.map_err(|error| failed(format!("cannot run {name}: {error}")))?;
     if ended.status.success() {

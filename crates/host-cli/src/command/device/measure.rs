@@ -47,17 +47,19 @@ impl Arguments {
     pub(crate) fn run(self, output: Output) -> Result<(), Failure> {
         let mut place = PlaceOfFile::beside(&self.file, "device", &["csv"])?;
         let document = self.options.over(Document::new(MEASUREMENT))?;
-        let mut asked = Measurement::open(&document).map_err(Failure::input)?;
+        let mut asked = Measurement::open(&document)?;
         if let Some(wait) = self.wait {
             asked = asked.with_patience(Duration::from_secs_f64(wait));
         }
         let stop = stop_on_interrupt()?;
         let bar = progress_bar(asked.steps(), output);
-        let measured = asked.run(&|ticks| bar.set_position(ticks), stop, &warn);
+        let measured = asked.run(&|ticks| bar.set_position(ticks), stop, &|text| {
+            output.warn(text);
+        });
         bar.finish_and_clear();
         let mut report = measured?;
         for warning in report.warnings() {
-            warn(warning);
+            output.warn(warning);
         }
         let text = || report.device_file(PROGRAM);
         let draw = || draw(&report);

@@ -74,12 +74,12 @@ impl Watched {
         };
         let and = if lost.is_empty() { "" } else { ", and " };
         match &self.gone {
-            Some(gone) => Err(Failure::Device(anyhow::anyhow!(
+            Some(gone) => Err(Failure::device(format_args!(
                 "{}: {gone}; it did not come back{and}{lost}",
                 self.device
             ))),
             None if lost.is_empty() => Ok(()),
-            None => Err(Failure::DataLost(anyhow::anyhow!("{lost}"))),
+            None => Err(Failure::data_lost(format_args!("{lost}"))),
         }
     }
 }

@@ -109,24 +109,23 @@ fn say(notice: Notice, output: Output) {
 fn judge(report: &SelfTestReport) -> Result<(), Failure> {
     let device = &report.device;
     if let Some(error) = &report.link_lost {
-        let words = anyhow::anyhow!("{device}: {error}; the self-test ended");
-        return Err(Failure::Device(words));
+        let words = format!("{device}: {error}; the self-test ended");
+        return Err(Failure::device(words));
     }
     if let Some(fault) = &report.ended_by_fault {
-        return Err(Failure::Device(anyhow::anyhow!(
+        return Err(Failure::device(format_args!(
             "{device}: {fault}; the self-test ended: fix the cause, then test again"
         )));
     }
     if report.interrupted {
-        let words = anyhow::anyhow!("interrupted: the device was disarmed");
-        return Err(Failure::Run(words));
+        return Err(Failure::run("interrupted: the device was disarmed"));
     }
     let named = |which: fn(&Check) -> bool, why: &str, remedy: &str| {
         let checks = report.checks.iter().filter(|check| which(check));
         let names: Vec<String> = checks.map(|check| check.check.to_string()).collect();
         let (count, of) = (names.len(), report.checks.len());
         let names = names.join(", ");
-        (count > 0).then(|| anyhow::anyhow!("{count} of {of} promises {why}: {names}; {remedy}"))
+        (count > 0).then(|| format!("{count} of {of} promises {why}: {names}; {remedy}"))
     };
     let (broken, fix) = ("were broken", "do not use this device until that is fixed");
     let broken = named(|check| check.ok == Some(false), broken, fix);
@@ -141,8 +140,8 @@ fn judge(report: &SelfTestReport) -> Result<(), Failure> {
     );
     let late = named(|check| check.host_late, late, close);
     match (broken, limited.or(late)) {
-        (Some(broken), _) => Err(Failure::Run(broken)),
-        (None, Some(unknown)) => Err(Failure::Device(unknown)),
+        (Some(broken), _) => Err(Failure::run(broken)),
+        (None, Some(unknown)) => Err(Failure::device(unknown)),
         (None, None) => Ok(()),
     }
 }

@@ -32,7 +32,6 @@ fn default(parameter: &Parameter, required: bool) -> String {
         Value::List(_) if !parameter.shown.is_empty() => parameter.shown.to_owned(),
         Value::Text("") | Value::Number(None, _) | Value::List(_) => "none".to_owned(),
         Value::Text(default) => format!("`\"{default}\"`"),
-        other => panic!("{other:?}"),
     }
 }
 

@@ -107,7 +107,7 @@ impl Report<'_> {
     pub(super) fn judge(&self) -> Result<(), Failure> {
         let trial = self.own().trial.as_ref();
         if trial.is_some_and(|trial| !trial.analysis.verdict.stable) {
-            return Err(Failure::Run(anyhow::anyhow!(
+            return Err(Failure::run(format_args!(
                 "the loop is not stable: lower --crossover or shorten --sample-time"
             )));
         }
@@ -119,7 +119,7 @@ impl Report<'_> {
             true => "move --crossover, change --phase-margin, or give --not-flat",
             false => "move --crossover, or change --phase-margin",
         };
-        Err(Failure::Run(anyhow::anyhow!(
+        Err(Failure::run(format_args!(
             "not met: {unmet}; this is the best found: allow more, {remedies}"
         )))
     }

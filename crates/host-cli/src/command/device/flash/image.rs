@@ -113,15 +113,14 @@ impl Identity {
 
     fn compare(&self, device: &Self) -> Result<(), Failure> {
         if (&self.board, self.firmware) != (&device.board, device.firmware) {
-            return Err(Failure::Device(anyhow::anyhow!(
+            return Err(Failure::device(format_args!(
                 "{device} answers, but the image is for {self}: give --device serial:PATH, or replug it"
             )));
         }
         if self.digest != device.digest {
-            return Err(Failure::Device(anyhow::anyhow!(
+            return Err(Failure::device(format_args!(
                 "{device} answers, but runs another image: its digest is {:08x}, that of the file {:08x}; flash it again",
-                device.digest,
-                self.digest
+                device.digest, self.digest
             )));
         }
         Ok(())
