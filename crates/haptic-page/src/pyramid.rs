@@ -59,6 +59,7 @@ pub struct Pyramid {
     size: PyramidSize,
     levels: Vec<Level>,
     made: u64,
+    begun: u64,
 }
 
 impl Pyramid {
@@ -78,12 +79,20 @@ impl Pyramid {
             size,
             levels: (0..=coarser).map(level).collect(),
             made: 0,
+            begun: 0,
         }
     }
 
     /// Forgets all samples; the next has tick 0. What stands in the entries is seen no more: each is begun anew with its first sample.
     pub const fn clear(&mut self) {
         self.made = 0;
+        self.begun += 1;
+    }
+
+    /// How often all was forgotten: ticks of the same number are those of the same samples only if this is equal too.
+    #[must_use]
+    pub const fn begun(&self) -> u64 {
+        self.begun
     }
 
     /// Takes a sample in. Channels that are missing are NaN, those too many are left out.
@@ -150,7 +159,7 @@ impl Pyramid {
         match level {
             Some(level) => {
                 let width = wanted.div_ceil(level.ticks) * level.ticks;
-                level.columns(start..end, width, self.made)
+                level.columns(start.max(span.since.min(end))..end, width, self.made)
             }
             None => Columns::none(self.size.channels),
         }
@@ -163,6 +172,8 @@ pub struct Span {
     start: u64,
     end: u64,
     columns: u64,
+    /// No column that ends before this tick.
+    since: u64,
 }
 
 impl Span {
@@ -173,6 +184,16 @@ impl Span {
             start,
             end: end.max(start),
             columns: u64::from(columns.max(1)),
+            since: 0,
+        }
+    }
+
+    /// Of the same columns only those from that of this tick on.
+    #[must_use]
+    pub const fn since(self, tick: u64) -> Self {
+        Self {
+            since: tick,
+            ..self
         }
     }
 
