@@ -4,7 +4,7 @@
 mod control;
 mod feel;
 mod identify;
-pub mod pyramid;
+mod pyramid;
 mod runs;
 mod server;
 

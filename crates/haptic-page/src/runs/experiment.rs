@@ -15,7 +15,8 @@ use std::path::Path;
 
 /// A form, to be run in the next free folder of the runs.
 pub(super) fn work(
-    (kind, parameters): (&str, &Map<String, Value>),
+    kind: &str,
+    parameters: &Map<String, Value>,
     realtime: Option<RealtimeOptions>,
     runs: &Path,
     provenance: &BTreeMap<String, String>,
@@ -118,7 +119,7 @@ mod tests {
 
     fn job(kind: &str, form: &Map<String, Value>) -> Result<u64, Failure> {
         let provenance = BTreeMap::new();
-        work((kind, form), None, Path::new("nowhere"), &provenance).map(|work| work.steps)
+        work(kind, form, None, Path::new("nowhere"), &provenance).map(|work| work.steps)
     }
 
     #[test]

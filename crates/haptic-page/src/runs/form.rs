@@ -135,14 +135,12 @@ fn parameter(form: &str, given: &Parameter, required: bool) -> Value {
         Default::List(_) => ("list", json!(shown)),
         _ => ("text", Value::Null),
     };
-    let (least, most) = match value {
-        Default::Number(_, range) => range.ends().map(Some).into(),
-        _ => (None, None),
+    let range = if let Default::Number(_, range) = value {
+        Some(range)
+    } else {
+        None
     };
-    let range = match value {
-        Default::Number(_, range) => Some(range.to_string()),
-        _ => None,
-    };
+    let [least, most] = range.map_or([None; 2], |range| range.ends().map(Some));
     let choices: Vec<&str> = choices(given).iter().map(|choice| choice.0).collect();
     json!({
         "key": key,
@@ -151,7 +149,7 @@ fn parameter(form: &str, given: &Parameter, required: bool) -> Value {
         "shown": shown,
         "least": least,
         "most": most,
-        "range": range,
+        "range": range.map(ToString::to_string),
         "required": required,
         "choices": choices,
         "help": help,

@@ -210,15 +210,14 @@ impl Listed {
     fn beginning(&mut self, path: &Path) -> Result<(), Failure> {
         let mut log = LogFiles::open(path)?;
         while let Some(entry) = log.next() {
-            match entry? {
-                Entry::Metadata(record) if record.name == "experiment" => {
-                    self.about(Some(&record.values));
-                }
-                Entry::Tick(_) => {
-                    self.started_utc = log.started().map(StartTime::rfc3339);
-                    break;
-                }
-                _ => {}
+            let entry = entry?;
+            if let Entry::Metadata(record) = &entry
+                && record.name == "experiment"
+            {
+                self.about(Some(&record.values));
+            } else if let Entry::Tick(_) = entry {
+                self.started_utc = log.started().map(StartTime::rfc3339);
+                break;
             }
         }
         Ok(())

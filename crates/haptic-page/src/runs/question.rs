@@ -18,7 +18,8 @@ use std::sync::atomic::{AtomicU64, Ordering};
 
 /// A form, to be answered in the next free folder of the runs.
 pub(super) fn work(
-    (kind, parameters): (&str, &Map<String, Value>),
+    kind: &str,
+    parameters: &Map<String, Value>,
     runs: &Path,
     provenance: &BTreeMap<String, String>,
 ) -> Result<Work, Failure> {
@@ -34,7 +35,7 @@ pub(super) fn work(
         drawn: None,
         run: Box::new(move |attendant| {
             let folder = request.prepare()?;
-            let result = written(&question, (&kind, program.as_deref()), attendant, &folder);
+            let result = written(&question, &kind, program, attendant, &folder);
             result.inspect_err(|_| folder.discard())
         }),
     })
@@ -43,7 +44,8 @@ pub(super) fn work(
 /// Answers a question, and writes the answer.
 fn written(
     question: &Question,
-    (kind, program): (&str, Option<&str>),
+    kind: &str,
+    program: Option<String>,
     attendant: Attendant<'_>,
     folder: &OutputFolder,
 ) -> Result<Finished, Failure> {
@@ -114,7 +116,7 @@ mod tests {
             ("design", json!({"wish": "peace"}), "stiffest-wall"),
         ] {
             let given = given.as_object().expect("an object").clone();
-            let asked = work((kind, &given), Path::new("nowhere"), &BTreeMap::new());
+            let asked = work(kind, &given, Path::new("nowhere"), &BTreeMap::new());
             let error = asked.map(|work| work.steps).expect_err(want).to_string();
             assert!(error.contains(want) && !error.contains("form"), "{error}");
         }

@@ -132,20 +132,20 @@ impl Live {
         let span = Span::new(start, start + view.last, view.columns);
         let increment = self.seen.filter(of_this_loop).and_then(|seen| {
             let columns = pyramid.columns(span.since(seen.end));
-            (columns.width() == seen.width).then_some(columns)
+            (columns.width == seen.width).then_some(columns)
         });
         let is_whole = increment.is_none();
         let columns = increment.unwrap_or_else(|| pyramid.columns(span));
         // One whole picture at a time: others go on from it.
-        let goes_on = |frame: &SentFrame| of_this_loop(frame) && frame.width == columns.width();
+        let goes_on = |frame: &SentFrame| of_this_loop(frame) && frame.width == columns.width;
         if is_whole && self.on_the_way.iter().any(goes_on) {
             return None;
         }
         drop(pyramid);
         let picture = if is_whole {
-            columns.first_tick()
+            columns.first_tick
         } else {
-            start / columns.width() * columns.width()
+            start / columns.width * columns.width
         };
         let until = until.unwrap_or(start);
         self.missed += start.saturating_sub(until);
@@ -157,7 +157,7 @@ impl Live {
             bytes: bytes.len(),
             begun,
             end: made,
-            width: columns.width(),
+            width: columns.width,
         };
         self.newest = Some(frame);
         self.on_the_way.push_back(frame);
@@ -180,7 +180,7 @@ impl Live {
 
 /// The frame that answers the request of this number, once.
 pub(super) fn frame(request: u32, columns: &Columns, sample_time_s: f64) -> Vec<u8> {
-    framed(request, 0, columns.first_tick(), columns, sample_time_s)
+    framed(request, 0, columns.first_tick, columns, sample_time_s)
 }
 
 /// The frame with this number of a request, whose picture begins at the tick `picture`.
@@ -191,14 +191,14 @@ fn framed(
     columns: &Columns,
     sample_time_s: f64,
 ) -> Vec<u8> {
-    let numbers = columns.numbers();
+    let numbers = &columns.numbers;
     let mut bytes = Vec::with_capacity(HEADER_BYTES + 4 * numbers.len());
     // A view has thousands of columns at most, and few channels.
-    let (channels, count) = (columns.channels() as u32, columns.count() as u32);
+    let (channels, count) = (columns.channels as u32, columns.count as u32);
     for word in [MAGIC, request, channels, count] {
         bytes.extend_from_slice(&word.to_le_bytes());
     }
-    let (first, width) = (columns.first_tick() as f64, columns.width() as f64);
+    let (first, width) = (columns.first_tick as f64, columns.width as f64);
     for value in [first, width, sample_time_s, picture as f64] {
         bytes.extend_from_slice(&value.to_le_bytes());
     }
@@ -408,7 +408,7 @@ mod tests {
                 let start = pyramid.made().saturating_sub(last);
                 let whole = pyramid.columns(Span::new(start, start + last, columns));
                 drop(pyramid);
-                let whole = picture(whole.first_tick(), whole.width(), whole.count(), whole.numbers());
+                let whole = picture(whole.first_tick, whole.width, whole.count, &whole.numbers);
                 line.extend(live.next_frame(&kept).map(|frame| (frame, whole)));
                 for (frame, whole) in line.drain(..arrive.min(line.len())) {
                     let tick = |at: usize| f64::from_le_bytes(frame[at..at + 8].try_into().expect("8")) as u64;
