@@ -16,10 +16,10 @@ use pyo3::types::{PyBool, PyDict};
 
 /// Bad input is a `ValueError`; a run, device or disk that failed a `RuntimeError`.
 fn failed(failure: &Failure) -> PyErr {
-    match failure {
-        Failure::Input(error) => unread(error.as_ref()),
-        _ => PyRuntimeError::new_err(failure.to_string()),
+    if let Failure::Input(error) = failure {
+        return unread(error.as_ref());
     }
+    PyRuntimeError::new_err(failure.to_string())
 }
 
 /// The document of a kind with these parameters.
