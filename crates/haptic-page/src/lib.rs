@@ -3,6 +3,7 @@
 
 mod control;
 mod feel;
+mod folder;
 mod identify;
 mod pyramid;
 mod runs;

@@ -127,24 +127,18 @@ impl Going {
         announce: Announce,
         keep: impl FnOnce(&str, Value, Option<String>) + Send + 'static,
     ) -> Arc<Self> {
-        let Work {
-            kind,
-            name,
-            steps,
-            drawn,
-            run,
-        } = work;
+        let (drawn, run) = (work.drawn, work.run);
         let going = Arc::new(Self {
-            name,
-            kind,
-            steps,
-            watched: drawn.map(|drawn| Watched::of(drawn, steps)),
+            name: work.name,
+            kind: work.kind,
+            steps: work.steps,
+            watched: drawn.map(|drawn| Watched::of(drawn, work.steps)),
             stop: AtomicBool::new(false),
             over: AtomicBool::new(false),
             thread: Mutex::default(),
         });
-        let own = Arc::clone(&going);
-        let thread = std::thread::spawn(move || own.run(run, &announce, keep));
+        let running = Arc::clone(&going);
+        let thread = std::thread::spawn(move || running.run(run, &announce, keep));
         *locked(&going.thread) = Some(thread);
         going
     }
@@ -208,24 +202,18 @@ impl Going {
         finished: Finished,
         keep: impl FnOnce(&str, Value, Option<String>),
     ) -> (&'static str, Value) {
-        let Finished {
-            report,
-            curves,
-            verdict,
-            ended_early,
-        } = finished;
-        keep(&self.name, curves, verdict.clone());
-        let state = match &ended_early {
+        keep(&self.name, finished.curves, finished.verdict.clone());
+        let state = match &finished.ended_early {
             None => "done",
             Some(_) if self.is_stopped() => "stopped",
             Some(_) => "failed",
         };
         let more = json!({
             // A question has steps, not samples.
-            "samples_done": report.get("samples").cloned().unwrap_or(self.steps.into()),
-            "verdict": verdict,
-            "error": ended_early,
-            "report": report,
+            "samples_done": finished.report.get("samples").cloned().unwrap_or(self.steps.into()),
+            "verdict": finished.verdict,
+            "error": finished.ended_early,
+            "report": finished.report,
         });
         (state, more)
     }

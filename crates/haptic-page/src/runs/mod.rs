@@ -92,7 +92,8 @@ impl Runs {
         let mut runs = locked(&self.listing).list(&self.folder, name)?;
         for told in locked(&self.told).iter() {
             if let Some(listed) = runs.iter_mut().find(|listed| listed.name == told.name) {
-                listed.judged(told.verdict.as_deref());
+                // The run itself knows more than its log.
+                listed.verdict = told.verdict.clone().or(listed.verdict.take());
             }
         }
         Ok(json!({"runs": runs}))

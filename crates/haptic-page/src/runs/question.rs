@@ -5,9 +5,10 @@
 //!                     design-0001/  design.toml          the experiment that tries the proposal
 //! ```
 
-use super::form::{document, place, simulated};
+use super::form::{document, simulated};
 use super::going::{Attendant, Finished, Work};
 use super::list::ANSWER;
+use crate::folder::next_folder;
 use haptic_experiment::Failure;
 use haptic_experiment::question::Question;
 use haptic_experiment::run::{OutputFolder, write_text};
@@ -26,7 +27,7 @@ pub(super) fn work(
     let document = document(kind, parameters)?;
     let question = Question::open(&document).map_err(Failure::input)?;
     simulated(question.is_simulated())?;
-    let (request, name) = place(runs, kind, provenance)?;
+    let (request, name) = next_folder(runs, kind, provenance)?;
     let (kind, program) = (kind.to_owned(), provenance.get("program").cloned());
     Ok(Work {
         kind: kind.clone(),

@@ -29,7 +29,7 @@ const AT_ONCE: usize = 16;
 /// Said when there is no place for another.
 pub(super) const BUSY: &str = "sixteen requests are being worked on: wait for an answer";
 
-/// Options of the server.
+/// What a server is started with, and keeps until it ends.
 #[derive(Clone, Debug)]
 pub struct ServerOptions {
     /// The port; 0 for any that is free.
@@ -202,8 +202,13 @@ impl Hub {
     /// Starts a loop; one that was there is stopped.
     pub(super) async fn start_feel(&self, start: FeelChange) -> Result<Value, Failure> {
         let stops = self.stops.load(Ordering::Relaxed);
-        let device = (self.options.device, self.options.imperfections);
-        let settings = FeelSettings::new(&self.options.library, device, start)?;
+        let options = &self.options;
+        let settings = FeelSettings::new(
+            &options.library,
+            options.device,
+            options.imperfections,
+            start,
+        )?;
         let _making = self.making.lock().await;
         // What was there goes on if the new one is refused.
         let old = self.feel();
