@@ -190,9 +190,8 @@ impl Page {
     /// Says that a frame has come.
     pub fn acknowledge(&mut self, frame: &Frame) {
         let numbers = [frame.request, frame.number].map(u32::to_le_bytes);
-        let sent = self.socket.send(Message::binary(numbers.concat()));
         // The server may have closed it meanwhile, as `read` then says.
-        drop(sent);
+        let _ = self.socket.send(Message::binary(numbers.concat()));
     }
 
     /// Sends a text.

@@ -176,8 +176,7 @@ impl<H: Hardware<D>, const D: usize> Emulator<H, D> {
         arriving: Receiver<Vec<u8>>,
         leave: SyncSender<Vec<u8>>,
     ) -> Result<Self, EmulatorError> {
-        let lines = FaultyLine::both_ways(emulation.faults, emulation.seed);
-        let [from_host, to_host] = lines?;
+        let [from_host, to_host] = FaultyLine::both_ways(emulation.faults, emulation.seed)?;
         let device = TickSide::new(board).map_err(EmulatorError::Device)?;
         Ok(Self {
             device: RefCell::new(device),

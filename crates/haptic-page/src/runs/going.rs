@@ -70,8 +70,8 @@ pub(super) struct Going {
     name: String,
     kind: String,
     steps: u64,
-    /// `None` for a question.
-    watched: Option<Watched>,
+    /// Its samples so far; `None` for a question.
+    pub(super) watched: Option<Watched>,
     stop: AtomicBool,
     over: AtomicBool,
     thread: Mutex<Option<JoinHandle<()>>>,
@@ -188,7 +188,10 @@ impl Going {
             Err(error) if self.is_stopped() => {
                 say("stopped", json!({"error": error.to_string()}));
             }
-            Err(error) => self.failed(&error, announce, say),
+            Err(error) => {
+                announce.notice(format!("{}: {error}", self.name));
+                say("failed", json!({"error": error.to_string()}));
+            }
         }
     }
 
@@ -218,18 +221,8 @@ impl Going {
         (state, more)
     }
 
-    fn failed(&self, error: &Failure, announce: &Announce, say: impl Fn(&str, Value)) {
-        announce.notice(format!("{}: {error}", self.name));
-        say("failed", json!({"error": error.to_string()}));
-    }
-
     pub(super) fn name(&self) -> &str {
         &self.name
-    }
-
-    /// Its samples so far; `None` of a question.
-    pub(super) const fn watched(&self) -> Option<&Watched> {
-        self.watched.as_ref()
     }
 
     /// What `runs.open` answers while it goes: its samples are those that are planned.
@@ -240,7 +233,7 @@ impl Going {
         json!({
             "name": self.name,
             "channels": drawn.channels.names(),
-            "axes": drawn.channels.axes(),
+            "axes": drawn.channels.axes,
             "samples": self.steps,
             "sample_time_s": drawn.sample_time_s,
             "first_s": 0.0,

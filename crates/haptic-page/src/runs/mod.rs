@@ -154,7 +154,9 @@ impl Runs {
                 sample_time_s,
             })
         };
-        if let Some(Watched { drawn, pyramid }) = going.as_ref().and_then(|going| going.watched()) {
+        if let Some(Watched { drawn, pyramid }) =
+            going.as_ref().and_then(|going| going.watched.as_ref())
+        {
             return shown(&drawn.channels, &locked(pyramid), drawn.sample_time_s);
         }
         let opened = self.opened(name)?;
@@ -222,7 +224,7 @@ impl Runs {
         if haptic_experiment::parameters::QUESTIONS.contains(&kind) {
             if realtime {
                 return Err(Failure::bad_input(format_args!(
-                    "{kind} is a question, which no clock holds up: leave `realtime` away"
+                    "{kind} is a question, which no clock holds up: omit `realtime`"
                 )));
             }
             return question::work(kind, parameters, folder, provenance);

@@ -111,7 +111,7 @@ impl Opened {
         json!({
             "name": self.name,
             "channels": self.channels.names(),
-            "axes": self.channels.axes(),
+            "axes": self.channels.axes,
             "samples": summary.samples,
             "sample_time_s": self.sample_time_s,
             "first_s": summary.first_s,

@@ -55,8 +55,7 @@ fn written(
         let before = done.fetch_add(steps, Ordering::Relaxed);
         (attendant.progress)(before + steps);
     };
-    let stop = attendant.stop;
-    let answer = question.answer(&progress, stop, attendant.warn)?;
+    let answer = question.answer(&progress, attendant.stop, attendant.warn)?;
     answer.write_table(folder)?;
     let (report, verdict) = (json!(answer), answer.verdict());
     let ended_early = report["ended_early"].as_str().map(str::to_owned);

@@ -63,15 +63,12 @@ pub(super) struct Acknowledged(Arc<AtomicU64>);
 impl Acknowledged {
     /// Takes the bytes of an acknowledgement; false if they are none.
     pub(super) fn take(&self, bytes: &[u8]) -> bool {
-        let Some((request, number)) = bytes.split_first_chunk() else {
-            return false;
-        };
-        let Ok(number) = number.try_into() else {
-            return false;
-        };
-        let [request, number] = [*request, number].map(u32::from_le_bytes).map(u64::from);
-        self.0.store(request << 32 | number, Ordering::Relaxed);
-        true
+        // The request comes first, so it is in the lower half.
+        let numbers = bytes
+            .try_into()
+            .map(|bytes| u64::from_le_bytes(bytes).rotate_left(32));
+        let store = |numbers| self.0.store(numbers, Ordering::Relaxed);
+        numbers.map(store).is_ok()
     }
 }
 
@@ -223,19 +220,15 @@ pub(super) fn status(hub: &Hub, page: u64, live: &mut Live) -> Value {
         let limiters = (0..8).filter(|bit| state.limiter & (1 << bit) != 0);
         let limiters: Vec<&str> = limiters.map(|bit| Limiters::NAMES[bit]).collect();
         status = json!(state);
-        for (key, value) in [
-            ("running", json!(true)),
-            ("sample_time_s", json!(SAMPLE_TIME.0)),
-            ("lost", json!(lost)),
-            ("limiters", json!(limiters)),
-            ("fault", json!(state.fault.map(|fault| fault.to_string()))),
-            ("armed", json!(!state.stopping && state.fault.is_none())),
-            ("paused", json!(feel.is_paused())),
-            ("samples_made", json!(made)),
-            ("samples_kept", json!(kept.saturating_sub(lost))),
-        ] {
-            status[key] = value;
-        }
+        status["running"] = true.into();
+        status["sample_time_s"] = SAMPLE_TIME.0.into();
+        status["lost"] = lost.into();
+        status["limiters"] = json!(limiters);
+        status["fault"] = json!(state.fault.map(|fault| fault.to_string()));
+        status["armed"] = (!state.stopping && state.fault.is_none()).into();
+        status["paused"] = feel.is_paused().into();
+        status["samples_made"] = made.into();
+        status["samples_kept"] = kept.saturating_sub(lost).into();
     }
     status["watching"] = json!(hub.watching());
     status["controls"] = json!(hub.has_controls(page));
