@@ -1,6 +1,6 @@
 // The socket: requests with numbers, frames that carry them, and coming back after it was lost.
 
-import { readFrame, type Frame } from "./frame";
+import { completed, readFrame, type Frame } from "./frame";
 import { VERSION, type Hello, type Unasked } from "./protocol";
 
 export interface Listener {
@@ -24,6 +24,8 @@ export class Connection {
   private frames = new Map<number, Framed>();
   private following = 0;
   private next = 1;
+  /** When the server was heard last, ms on the clock of the page. */
+  heard = 0;
   /** True between an answered `hello` and the loss of the socket. */
   ready = false;
 
@@ -46,6 +48,7 @@ export class Connection {
       );
     };
     socket.onmessage = (event: MessageEvent<string | ArrayBuffer>) => {
+      this.heard = performance.now();
       if (typeof event.data === "string") this.text(event.data);
       else this.binary(event.data);
     };
@@ -87,12 +90,22 @@ export class Connection {
     }
   }
 
-  /** Takes the frames of the loop as it goes on, until another follows. */
-  async follow(keys: object, done: (frame: Frame) => void): Promise<void> {
+  /** Takes the pictures of the loop as it goes on, until another follows. The server sends what was not acknowledged. */
+  async follow(keys: object, done: (picture: Frame) => void): Promise<void> {
     const id = this.next++;
     this.frames.delete(this.following);
     this.following = id;
-    this.frames.set(id, { done, failed: () => undefined });
+    let picture: Frame | null = null;
+    const take = (frame: Frame): void => {
+      picture = completed(picture, frame);
+      if (picture === null) {
+        this.follow(keys, done).catch((error: Error) => this.listener.unasked({ notice: error.message }));
+        return;
+      }
+      this.socket?.send(Uint32Array.of(frame.request, frame.number));
+      done(picture);
+    };
+    this.frames.set(id, { done: take, failed: () => undefined });
     await this.numbered(id, "view", { source: "live", ...keys });
   }
 

@@ -6,9 +6,11 @@ import { times, values, type Points } from "./columns";
 import { el, say } from "./dom";
 import { plain, steady, tickTexts } from "./format";
 import { newestValue, type Frame } from "./frame";
-import type { Mark } from "./protocol";
+import type { Mark, Status } from "./protocol";
 
 const SPAN_S = 30;
+/** A picture that is older is said to be late, s. */
+const LATE_S = 0.3;
 const FORCES: Line[] = [
   { label: "full memory", colour: "--blue", width: 2 },
   { label: "last second only", colour: "--verm", dash: [7, 5], width: 2 },
@@ -31,6 +33,7 @@ export class FeelCharts {
   readonly force: HTMLElement;
   readonly motion: HTMLElement;
   private readonly said = { force: el("span"), motion: el("span") };
+  private readonly late = el("span", { class: "late" });
   private readonly back = el("button", { type: "button", class: "small", hidden: true }, "show now");
   private readonly legend = legend(FORCES);
   private readonly forces: Chart;
@@ -52,7 +55,7 @@ export class FeelCharts {
     };
     this.forces = new Chart({ ...common, name: "Force over time", lines: DRAWN, yLeast: 0, ySpan: 0.05, cursor: (x, at) => this.sayForce(x, at) });
     this.motions = new Chart({ ...common, name: "Indentation over time", lines: PROBE, yLeast: 0, ySpan: 0.5, cursor: (x, at) => this.sayMotion(x, at) });
-    this.force = el("section", { class: "card" }, el("h2", {}, "Force ", this.said.force, this.back), this.legend.root, this.forces.root);
+    this.force = el("section", { class: "card" }, el("h2", {}, "Force ", this.said.force, this.late, this.back), this.legend.root, this.forces.root);
     this.motion = el("section", { class: "card" }, el("h2", {}, "Indentation ", this.said.motion), this.motions.root);
     this.back.addEventListener("click", () => this.zoomTo(null));
   }
@@ -125,6 +128,8 @@ export class FeelCharts {
 
   /** Draws what is new; the newest numbers of the loop, zoomed or not. */
   step(): Newest | null {
+    const { ready, heard } = this.app.connection;
+    say(this.late, ready ? lateness(this.app.state.status, performance.now() - heard) : "");
     if (Math.abs(this.forces.columns - this.columns) > 4) this.look();
     const { live } = this;
     if (!this.dirty || live === null) return null;
@@ -179,6 +184,13 @@ export class FeelCharts {
     const [position] = at;
     say(this.said.motion, `${steady(position, 2, "mm")} at ${steady(x, 3, "s")}`);
   }
+}
+
+/** A sentence if the picture is late: as the server says, or as long as nothing was heard of it, ms. Without a loop it is silent. */
+export function lateness(status: Status | null, silentMs: number): string {
+  if (status === null || !status.running) return "";
+  const late = Math.max(status.picture_late_s, silentMs / 1000);
+  return late > LATE_S ? `The picture is ${late.toFixed(1)} s late: the connection or the server is slow.` : "";
 }
 
 function end(frame: Frame): number {

@@ -1,7 +1,7 @@
 // Binary frames of the socket: docs/page-protocol.md.
 
-const MAGIC = 0x31504846;
-const HEADER = 40;
+const MAGIC = 0x32504846;
+const HEADER = 52;
 
 /** Columns of minima and maxima, as the server sends them. */
 export interface Frame {
@@ -11,6 +11,10 @@ export interface Frame {
   firstTick: number;
   ticksPerColumn: number;
   sampleTimeS: number;
+  /** The first tick of the picture of which these columns are the end, or all. */
+  pictureTick: number;
+  /** Of a live view: what the page acknowledges; 0 of a frame that comes alone. */
+  number: number;
   least: Float32Array[];
   most: Float32Array[];
 }
@@ -19,7 +23,7 @@ export interface Frame {
 export function readFrame(bytes: ArrayBuffer): Frame {
   if (bytes.byteLength < HEADER) throw new Error(`a frame of ${bytes.byteLength} bytes is shorter than its header`);
   const view = new DataView(bytes);
-  if (view.getUint32(0, true) !== MAGIC) throw new Error("a binary message that is no frame of version 1");
+  if (view.getUint32(0, true) !== MAGIC) throw new Error("a binary message that is no frame of version 2");
   const channels = view.getUint32(8, true);
   const columns = view.getUint32(12, true);
   const length = HEADER + 8 * channels * columns;
@@ -36,8 +40,33 @@ export function readFrame(bytes: ArrayBuffer): Frame {
     firstTick: view.getFloat64(16, true),
     ticksPerColumn,
     sampleTimeS,
+    pictureTick: view.getFloat64(40, true),
+    number: view.getUint32(48, true),
     least: Array.from({ length: channels }, (_, channel) => part(2 * channel)),
     most: Array.from({ length: channels }, (_, channel) => part(2 * channel + 1)),
+  };
+}
+
+/** The picture that a frame completes; null if it is not of the picture before, which then has to be asked for anew. */
+export function completed(before: Frame | null, frame: Frame): Frame | null {
+  const { firstTick, pictureTick, ticksPerColumn } = frame;
+  if (firstTick <= pictureTick) return frame;
+  if (before === null || before.request !== frame.request || before.ticksPerColumn !== ticksPerColumn) return null;
+  const column = (tick: number): number => (tick - before.firstTick) / ticksPerColumn;
+  const [from, to] = [Math.max(0, column(pictureTick)), column(firstTick)];
+  if (to < from || to > before.columns) return null;
+  const joined = (old: Float32Array, now: Float32Array | undefined): Float32Array => {
+    const all = new Float32Array(to - from + frame.columns);
+    all.set(old.subarray(from, to));
+    all.set(now ?? [], to - from);
+    return all;
+  };
+  return {
+    ...frame,
+    columns: to - from + frame.columns,
+    firstTick: firstTick - (to - from) * ticksPerColumn,
+    least: before.least.map((old, channel) => joined(old, frame.least[channel])),
+    most: before.most.map((old, channel) => joined(old, frame.most[channel])),
   };
 }
 

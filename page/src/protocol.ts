@@ -116,6 +116,8 @@ export interface Status {
   samples_kept?: number;
   samples_sent: number;
   samples_missed: number;
+  /** Time by which the live view is known to be behind. */
+  picture_late_s: number;
 }
 
 export interface Mark {

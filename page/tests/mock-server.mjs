@@ -92,12 +92,13 @@ class Loop {
 }
 
 function frame(source, samples, first, width, count) {
-  const bytes = new ArrayBuffer(40 + 8 * samples.length * count);
+  const bytes = new ArrayBuffer(52 + 8 * samples.length * count);
   const view = new DataView(bytes);
-  [0x31504846, source, samples.length, count].forEach((value, n) => view.setUint32(4 * n, value, true));
+  [0x32504846, source, samples.length, count].forEach((value, n) => view.setUint32(4 * n, value, true));
   view.setFloat64(16, first, true);
   view.setFloat64(24, width, true);
   view.setFloat64(32, T, true);
+  view.setFloat64(40, first, true);
   samples.forEach((values, channel) => {
     for (let column = 0; column < count; column += 1) {
       let [low, high] = [NaN, NaN];
@@ -107,8 +108,8 @@ function frame(source, samples, first, width, count) {
         if (!(low <= value)) low = value;
         if (!(high >= value)) high = value;
       }
-      view.setFloat32(40 + 4 * (2 * channel * count + column), low, true);
-      view.setFloat32(40 + 4 * ((2 * channel + 1) * count + column), high, true);
+      view.setFloat32(52 + 4 * (2 * channel * count + column), low, true);
+      view.setFloat32(52 + 4 * ((2 * channel + 1) * count + column), high, true);
     }
   });
   return bytes;
@@ -192,9 +193,11 @@ export function startMock({ port = 0, token = randomBytes(16).toString("hex") } 
       }
     });
     socket.on("message", (data, binary) => {
+      // Its frames are whole pictures, so what is acknowledged does not matter.
+      if (binary) return;
       let message = null;
       try {
-        message = binary ? null : JSON.parse(data.toString());
+        message = JSON.parse(data.toString());
       } catch {
         // No JSON.
       }
@@ -397,7 +400,7 @@ export function startMock({ port = 0, token = randomBytes(16).toString("hex") } 
           status: {
             tick: loop?.tick ?? 0, time_s: (loop?.tick ?? 0) * T, tick_p50_us: 0.18, tick_p999_us: 0.9, tick_max_us: 2, late: 0, skipped: 0, lost: 0, limiter: 0, limiters: [], fault: null,
             energy_j: loop?.energy ?? 0, position_m: loop?.position ?? 0, force_n: 0, armed: loop !== null && !loop.stopped, stopped: loop?.stopped ?? false, paused: loop?.paused ?? false, running: loop !== null,
-            recording, recorded: 0, watching: pages.size - 1, controls: holder === page, samples_made: loop?.tick ?? 0, samples_kept: loop?.tick ?? 0, samples_sent: 0, samples_missed: 0,
+            recording, recorded: 0, watching: pages.size - 1, controls: holder === page, samples_made: loop?.tick ?? 0, samples_kept: loop?.tick ?? 0, samples_sent: 0, samples_missed: 0, picture_late_s: 0,
           },
         }),
       );

@@ -98,6 +98,25 @@ pub(crate) fn any_shape<'py>(
     Ok((copied(&array)?, array.shape().to_vec()))
 }
 
+/// Frequencies in rad/s up to half the sample rate, of any shape; 0 is one of them if `from_zero`.
+pub(crate) fn frequencies(
+    omega: &Bound<'_, PyAny>,
+    sample_time: f64,
+    from_zero: bool,
+) -> PyResult<(Vec<f64>, Vec<usize>)> {
+    let (omega, shape) = any_shape("omega", omega)?;
+    // A frequency of π/T that was rounded up is half the sample rate all the same.
+    let nyquist = std::f64::consts::PI / sample_time * (1.0 + 4.0 * f64::EPSILON);
+    let fits = |w: f64| w <= nyquist && (w > 0.0 || from_zero && w == 0.0);
+    let Some(index) = omega.iter().position(|&w| !fits(w)) else {
+        return Ok((omega, shape));
+    };
+    let (asked, least) = (omega[index], if from_zero { "[0" } else { "(0" });
+    Err(refused(format_args!(
+        "omega[{index}] = {asked} rad/s is not in {least}, {nyquist}] rad/s, that is up to half the sample rate"
+    )))
+}
+
 /// A whole number of Python, as large as it likes; beyond 128 bits the largest there is.
 pub(crate) struct Whole(i128);
 

@@ -1,8 +1,11 @@
 //! Work of the libraries: on a thread of its own, while the one that called reports progress and listens for Ctrl-C.
 
+use crate::arrays::any_shape;
 use crate::driving::Driving;
+use numpy::{Element, IntoPyArray as _, PyArrayDyn, PyArrayMethods as _};
 use pyo3::exceptions::{PyKeyboardInterrupt, PyRuntimeError};
 use pyo3::prelude::*;
+use pyo3::types::PyTuple;
 use pyo3::{PyClass, pyclass::boolean_struct};
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
@@ -26,12 +29,10 @@ pub(crate) struct Conduct {
 }
 
 impl Conduct {
-    /// So many more are done.
     pub(crate) fn add(&self, count: u64) {
         self.done.fetch_add(count, Ordering::Relaxed);
     }
 
-    /// So many are done.
     pub(crate) fn set(&self, count: u64) {
         self.done.store(count, Ordering::Relaxed);
     }
@@ -57,7 +58,6 @@ impl Conduct {
         Driving::new(&self.stop)
     }
 
-    /// The sign to stop.
     pub(crate) fn stop(&self) -> &AtomicBool {
         &self.stop
     }
@@ -160,6 +160,21 @@ where
     heard(own.py(), Duration::MAX, move |conduct| {
         work(kept.get(), conduct)
     })
+}
+
+/// A function of each number of an array, in the array's shape.
+pub(crate) fn each<'py, T: Element + 'static>(
+    name: &str,
+    x: &Bound<'py, PyAny>,
+    function: impl FnOnce(&[f64], &Conduct) -> Vec<T> + Send + 'static,
+) -> PyResult<Bound<'py, PyAny>> {
+    let py = x.py();
+    let (x, shape) = any_shape(name, x)?;
+    let about = Duration::from_micros(5 * x.len() as u64);
+    let values = heard(py, about, move |conduct| Ok(function(&x, conduct)))?;
+    let values: Bound<'_, PyArrayDyn<T>> = values.into_pyarray(py).reshape(shape)?;
+    // An array without dimensions becomes a number, as NumPy's own functions do.
+    values.get_item(PyTuple::empty(py))
 }
 
 /// Python hears signals in its main thread alone.

@@ -3,17 +3,16 @@
 use pyo3::PyClass;
 use pyo3::prelude::*;
 
-/// Made of the same.
-pub(crate) fn equal<C: PyClass>(own: &Bound<'_, C>, other: &Bound<'_, PyAny>) -> PyResult<bool> {
-    let own = own.as_any();
-    if !other.get_type().is(own.get_type()) {
+/// True for two of one type that are made of the same.
+pub(crate) fn equal<C: PyClass>(one: &Bound<'_, C>, other: &Bound<'_, PyAny>) -> PyResult<bool> {
+    if !other.get_type().is(one.as_any().get_type()) {
         return Ok(false);
     }
-    let made = own.call_method0("__reduce__")?;
+    let made = one.as_any().call_method0("__reduce__")?;
     made.eq(other.call_method0("__reduce__")?)
 }
 
 /// The hash of what makes it.
-pub(crate) fn hash<C: PyClass>(own: &Bound<'_, C>) -> PyResult<isize> {
-    own.as_any().call_method0("__reduce__")?.hash()
+pub(crate) fn hash<C: PyClass>(one: &Bound<'_, C>) -> PyResult<isize> {
+    one.as_any().call_method0("__reduce__")?.hash()
 }

@@ -1,7 +1,7 @@
 //! A line that loses, damages, repeats, delays and holds back what is sent over it: by chance, but the
 //! same for the same seed.
 
-use fracdiff::parameter::RangeError;
+use fracdiff::parameter::range;
 use haptic_loop::ParameterError;
 use rand_distr::{Distribution as _, StandardUniform};
 use rand_pcg::Pcg32;
@@ -29,13 +29,13 @@ pub struct LineFaults {
 /// Counts of the frames and faults of a line.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct LineDamage {
-    /// Frames sent.
+    /// Frames that were put on the line, whatever became of them.
     pub sent: u64,
-    /// Frames lost.
+    /// Frames that never arrive.
     pub dropped: u64,
-    /// Frames damaged.
+    /// Frames that arrive with some bits flipped.
     pub corrupted: u64,
-    /// Frames that came twice.
+    /// Frames that arrive twice in a row.
     pub duplicated: u64,
     /// Frames held back until after the next one.
     pub reordered: u64,
@@ -56,12 +56,6 @@ pub struct FaultyLine {
 }
 
 impl LineFaults {
-    /// True if the line only carries frames and has no fault.
-    #[must_use]
-    pub fn is_ideal(&self) -> bool {
-        *self == Self::default()
-    }
-
     /// Checks the ranges.
     ///
     /// # Errors
@@ -75,17 +69,14 @@ impl LineFaults {
             ("chance of a stall", self.stall),
         ];
         for (what, value) in chances {
-            if !(0.0..=1.0).contains(&value) {
-                return Err(RangeError::new(what, value, "in [0, 1]", "").into());
-            }
+            range(what, value, (0.0..=1.0).contains(&value), "in [0, 1]", "")?;
         }
         for (what, value) in [
             ("delay of a frame", self.delay_s),
             ("length of a stall", self.stall_s),
         ] {
-            if !(value >= 0.0 && value.is_finite()) {
-                return Err(RangeError::new(what, value, "at least 0", "s").into());
-            }
+            let fits = value >= 0.0 && value.is_finite();
+            range(what, value, fits, "at least 0", "s")?;
         }
         Ok(())
     }
@@ -117,6 +108,10 @@ impl FaultyLine {
         ])
     }
 
+    pub(crate) fn is_ideal(&self) -> bool {
+        self.faults == LineFaults::default()
+    }
+
     /// Sets the faults of the line from now on. Frames on the way are not touched.
     ///
     /// # Errors
@@ -127,7 +122,7 @@ impl FaultyLine {
         Ok(())
     }
 
-    /// Sends a frame.
+    /// Puts a frame on the line at this time; faults are drawn now, arrival is in [`receive`](Self::receive).
     pub fn send(&mut self, frame: &[u8], now_us: u64) {
         self.damage.sent += 1;
         let mut frame = frame.to_vec();
@@ -148,8 +143,7 @@ impl FaultyLine {
             self.held_back = Some(frame);
             return;
         }
-        let twice = self.happens(self.faults.duplicate);
-        if twice {
+        if self.happens(self.faults.duplicate) {
             self.damage.duplicated += 1;
             self.arrive(frame.clone(), now_us);
         }
@@ -161,17 +155,10 @@ impl FaultyLine {
 
     /// The next frame that has arrived by this time.
     pub fn receive(&mut self, now_us: u64) -> Option<Vec<u8>> {
-        let (arrival, _) = self.on_the_way.front()?;
-        if *arrival > now_us {
-            return None;
-        }
-        self.on_the_way.pop_front().map(|(_, frame)| frame)
-    }
-
-    /// When the next frame arrives, µs.
-    #[must_use]
-    pub fn next_arrival_us(&self) -> Option<u64> {
-        self.on_the_way.front().map(|(arrival, _)| *arrival)
+        let arrived = self.on_the_way.front()?.0 <= now_us;
+        arrived
+            .then(|| self.on_the_way.pop_front())?
+            .map(|(_, frame)| frame)
     }
 
     /// Counts of the frames and faults of the line so far.
@@ -199,8 +186,8 @@ impl FaultyLine {
     fn flip_bits(&mut self, frame: &mut [u8]) {
         let drawn: u32 = StandardUniform.sample(&mut self.random);
         for _ in 0..=drawn % 8 {
-            let place: u32 = StandardUniform.sample(&mut self.random);
-            let bit = place as usize % (8 * frame.len().max(1));
+            let drawn: u32 = StandardUniform.sample(&mut self.random);
+            let bit = drawn as usize % (8 * frame.len().max(1));
             if let Some(byte) = frame.get_mut(bit / 8) {
                 *byte ^= 1 << (bit % 8);
             }

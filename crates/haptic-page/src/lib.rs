@@ -3,8 +3,9 @@
 
 mod control;
 mod feel;
+mod folder;
 mod identify;
-pub mod pyramid;
+mod pyramid;
 mod runs;
 mod server;
 mod surface;

@@ -12,27 +12,24 @@
 use std::ops::Range;
 
 /// Samples of an entry, from one level to the next.
-pub const FACTOR: u64 = 4;
+pub(crate) const FACTOR: u64 = 4;
 /// Entries of a level that a column is made of, at most.
-pub const ENTRIES_MOST: u64 = 16;
+pub(crate) const ENTRIES_MOST: u64 = 16;
 
-/// Lengths of a pyramid.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct PyramidSize {
-    /// Channels of a sample.
-    pub channels: usize,
+pub(crate) struct PyramidSize {
+    pub(crate) channels: usize,
     /// Samples that level 0 remembers, at least 1.
-    pub samples: usize,
+    pub(crate) samples: usize,
     /// Entries that each coarser level remembers, at least 1.
-    pub entries: usize,
+    pub(crate) entries: usize,
     /// Levels above level 0, at most 12.
-    pub coarser: u32,
+    pub(crate) coarser: u32,
 }
 
 impl PyramidSize {
     /// 8.7 minutes of samples and 9.3 hours of entries at 1 kHz; 6.3 MB a channel.
-    #[must_use]
-    pub const fn usual(channels: usize) -> Self {
+    pub(crate) const fn usual(channels: usize) -> Self {
         Self {
             channels,
             samples: 1 << 19,
@@ -43,28 +40,16 @@ impl PyramidSize {
 }
 
 /// The levels. Samples have ticks 0, 1, 2, …
-/// ```
-/// use haptic_page::pyramid::{Pyramid, PyramidSize, Span};
-///
-/// let mut pyramid = Pyramid::new(PyramidSize::usual(1));
-/// for tick in 0..10_000 {
-///     pyramid.push(&[if tick == 7123 { 5.0 } else { 0.0 }]);
-/// }
-/// let columns = pyramid.columns(Span::new(0, 10_000, 10));
-/// let peak = (7123 / columns.width()) as usize;
-/// assert_eq!((columns.count(), columns.largest(0)[peak]), (10, 5.0));
-/// ```
 #[derive(Clone, Debug)]
-pub struct Pyramid {
-    size: PyramidSize,
+pub(crate) struct Pyramid {
     levels: Vec<Level>,
     made: u64,
+    begun: u64,
 }
 
 impl Pyramid {
     /// An empty one. Its memory is touched here, so that it does not grow later.
-    #[must_use]
-    pub fn new(size: PyramidSize) -> Self {
+    pub(crate) fn new(size: PyramidSize) -> Self {
         let coarser = size.coarser.min(12);
         let level = |number: u32| {
             let entries = if number == 0 {
@@ -75,19 +60,25 @@ impl Pyramid {
             Level::new(size.channels, entries.max(1), FACTOR.pow(number))
         };
         Self {
-            size,
             levels: (0..=coarser).map(level).collect(),
             made: 0,
+            begun: 0,
         }
     }
 
     /// Forgets all samples; the next has tick 0. What stands in the entries is seen no more: each is begun anew with its first sample.
-    pub const fn clear(&mut self) {
+    pub(crate) const fn clear(&mut self) {
         self.made = 0;
+        self.begun += 1;
+    }
+
+    /// How often all was forgotten: ticks of the same number are those of the same samples only if this is equal too.
+    pub(crate) const fn begun(&self) -> u64 {
+        self.begun
     }
 
     /// Takes a sample in. Channels that are missing are NaN, those too many are left out.
-    pub fn push(&mut self, sample: &[f32]) {
+    pub(crate) fn push(&mut self, sample: &[f32]) {
         for level in &mut self.levels {
             level.push(self.made, sample);
         }
@@ -95,34 +86,16 @@ impl Pyramid {
     }
 
     /// Samples so far, forgotten ones too.
-    #[must_use]
-    pub const fn made(&self) -> u64 {
+    pub(crate) const fn made(&self) -> u64 {
         self.made
     }
 
-    /// Channels of a sample.
-    #[must_use]
-    pub const fn channels(&self) -> usize {
-        self.size.channels
-    }
-
-    /// First tick that level 0 still has.
-    #[must_use]
-    pub fn first_sample(&self) -> u64 {
-        self.levels[0].first_tick(self.made)
-    }
-
-    /// First tick that any level still has.
-    #[must_use]
-    pub fn first_tick(&self) -> u64 {
-        let firsts = self.levels.iter().map(|level| level.first_tick(self.made));
-        firsts.min().unwrap_or(self.made)
-    }
-
     /// Samples of a channel from a tick on, as far as level 0 has them, put into `out`; the tick of the first of them.
-    pub fn samples_from(&self, tick: u64, channel: usize, out: &mut Vec<f32>) -> u64 {
+    pub(crate) fn samples_from(&self, tick: u64, channel: usize, out: &mut Vec<f32>) -> u64 {
         out.clear();
-        let first = tick.max(self.first_sample()).min(self.made);
+        let first = tick
+            .max(self.levels[0].first_tick(self.made))
+            .min(self.made);
         out.extend((first..self.made).map(|tick| self.levels[0].entry(tick, channel).0));
         first
     }
@@ -131,8 +104,7 @@ impl Pyramid {
     ///
     /// Of the levels that reach back as far as the span does, the coarsest is taken that gives at least [`ENTRIES_MOST`]`/`[`FACTOR`]
     /// entries a column, so a width is rounded up by a quarter at most; where none reaches so far, the one that reaches furthest.
-    #[must_use]
-    pub fn columns(&self, span: Span) -> Columns {
+    pub(crate) fn columns(&self, span: Span) -> Columns {
         let end = span.end.min(self.made);
         let start = span.start.min(end);
         let wanted = span.width();
@@ -150,29 +122,39 @@ impl Pyramid {
         match level {
             Some(level) => {
                 let width = wanted.div_ceil(level.ticks) * level.ticks;
-                level.columns(start..end, width, self.made)
+                level.columns(start.max(span.since.min(end))..end, width, self.made)
             }
-            None => Columns::none(self.size.channels),
+            None => Columns::empty(0, 1, 0, self.levels[0].channels),
         }
     }
 }
 
 /// A span of ticks, and the number of columns wished for it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Span {
+pub(crate) struct Span {
     start: u64,
     end: u64,
     columns: u64,
+    /// No column that ends before this tick.
+    since: u64,
 }
 
 impl Span {
     /// From `start` on, before `end`, in so many columns or a few less; none counts as one.
-    #[must_use]
-    pub fn new(start: u64, end: u64, columns: u32) -> Self {
+    pub(crate) fn new(start: u64, end: u64, columns: u32) -> Self {
         Self {
             start,
             end: end.max(start),
             columns: u64::from(columns.max(1)),
+            since: 0,
+        }
+    }
+
+    /// Of the same columns only those from that of this tick on.
+    pub(crate) const fn since(self, tick: u64) -> Self {
+        Self {
+            since: tick,
+            ..self
         }
     }
 
@@ -184,26 +166,18 @@ impl Span {
 
 /// Least and largest of each channel, column by column.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Columns {
-    first_tick: u64,
-    width: u64,
-    count: usize,
-    channels: usize,
+pub(crate) struct Columns {
+    /// Of the first column, a multiple of the width.
+    pub(crate) first_tick: u64,
+    /// Ticks of a column.
+    pub(crate) width: u64,
+    pub(crate) count: usize,
+    pub(crate) channels: usize,
     /// Of each channel first all least, then all largest.
-    numbers: Vec<f32>,
+    pub(crate) numbers: Vec<f32>,
 }
 
 impl Columns {
-    const fn none(channels: usize) -> Self {
-        Self {
-            first_tick: 0,
-            width: 1,
-            count: 0,
-            channels,
-            numbers: Vec::new(),
-        }
-    }
-
     /// So many columns without a number.
     fn empty(first_tick: u64, width: u64, count: usize, channels: usize) -> Self {
         Self {
@@ -215,51 +189,18 @@ impl Columns {
         }
     }
 
-    /// The first tick of the first column, a multiple of [`width`](Self::width).
-    #[must_use]
-    pub const fn first_tick(&self) -> u64 {
-        self.first_tick
-    }
-
-    /// Ticks of a column.
-    #[must_use]
-    pub const fn width(&self) -> u64 {
-        self.width
-    }
-
-    /// Columns.
-    #[must_use]
-    pub const fn count(&self) -> usize {
-        self.count
-    }
-
-    /// Channels.
-    #[must_use]
-    pub const fn channels(&self) -> usize {
-        self.channels
-    }
-
     /// The least of a channel in each column; NaN where there is none.
-    #[must_use]
-    pub fn least(&self, channel: usize) -> &[f32] {
+    pub(crate) fn least(&self, channel: usize) -> &[f32] {
         &self.numbers[2 * channel * self.count..][..self.count]
     }
 
     /// The largest.
-    #[must_use]
-    pub fn largest(&self, channel: usize) -> &[f32] {
+    pub(crate) fn largest(&self, channel: usize) -> &[f32] {
         &self.numbers[(2 * channel + 1) * self.count..][..self.count]
     }
 
-    /// Of each channel first all least, then all largest.
-    #[must_use]
-    pub fn numbers(&self) -> &[f32] {
-        &self.numbers
-    }
-
     /// These channels alone, in this order; one that there is not is left out.
-    #[must_use]
-    pub fn chosen(&self, channels: &[usize]) -> Self {
+    pub(crate) fn chosen(&self, channels: &[usize]) -> Self {
         let known = channels.iter().filter(|&&channel| channel < self.channels);
         let numbers = known.clone().flat_map(|&channel| {
             let both = self.least(channel).iter().chain(self.largest(channel));
@@ -335,7 +276,7 @@ impl Level {
     fn columns(&self, span: Range<u64>, width: u64, made: u64) -> Columns {
         let start = span.start.max(self.first_tick(made));
         if start >= span.end {
-            return Columns::none(self.channels);
+            return Columns::empty(0, 1, 0, self.channels);
         }
         let (first, last) = (start / width, (span.end - 1) / width);
         let count = (last - first + 1) as usize;

@@ -201,10 +201,9 @@ impl<'a> Bench<'a> {
         match self.ends(status.fault).filter(|_| latched) {
             None => Ok(()),
             Some(fault) => {
-                let words = link
-                    .trouble()
-                    .map_or_else(String::new, |trouble| format!(": {}", trouble.words));
-                let code = fault.code();
+                let trouble = link.trouble();
+                let words = trouble.map(|trouble| format!(": {}", trouble.words));
+                let (code, words) = (fault.code(), words.unwrap_or_default());
                 Err(Broken::Fault(format!("fault {code}, {fault}{words}")))
             }
         }
@@ -225,21 +224,19 @@ impl<'a> Bench<'a> {
         let Err(error) = self.arm() else {
             return Ok(());
         };
-        let SerialError::Link(LinkError::Refused { refusal, .. }) = &error else {
-            return Err(error.into());
-        };
-        match refusal {
-            Refusal::FaultPersists(code) if self.ends(*code).is_some() => {
+        if let SerialError::Link(LinkError::Refused { refusal, .. }) = &error {
+            if let Refusal::FaultPersists(code) = refusal
+                && self.ends(*code).is_some()
+            {
                 return Err(Broken::Fault(error.to_string()));
             }
-            // Which one is on its way here.
-            Refusal::UnknownFault => {
+            if *refusal == Refusal::UnknownFault {
+                // The news of which one it is are on their way here.
                 for _ in 0..50 {
                     self.is_well()?;
                     std::thread::sleep(Duration::from_millis(20));
                 }
             }
-            _ => {}
         }
         Err(error.into())
     }

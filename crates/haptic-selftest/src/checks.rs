@@ -20,10 +20,8 @@ pub(super) fn arm(bench: &mut Bench<'_>) -> Result<Check, Broken> {
     if started.is_none() {
         bench.calm()?;
     }
-    let seen = format!(
-        "{samples} samples, at most {most_n} N; {}",
-        refused(&started)
-    );
+    let refused = refused(&started);
+    let seen = format!("{samples} samples, at most {most_n} N; {refused}");
     let certain = most_n > 0.0 || most_n.is_nan() || started.is_none();
     let ok = samples > 0 && !certain;
     let row = Check::judged(Promise::Arm, AT_REST, seen, ok).certain(certain);
@@ -36,7 +34,7 @@ pub(super) fn refused(started: &Option<LinkError>) -> String {
 }
 
 /// After the link was closed, with the fault of the watchdog still latched.
-const CONNECTED_ANEW: &str = "no force, settings as before the test, a fault as it was, no start before it is armed; armed, all is well";
+const CONNECTED_ANEW: &str = "no force, settings as before the test, any fault is kept; it will not start until armed, and then works";
 
 pub(super) fn reconnect(bench: &mut Bench<'_>) -> Result<Check, Broken> {
     bench.trying(Promise::Reconnect)?;
@@ -45,12 +43,8 @@ pub(super) fn reconnect(bench: &mut Bench<'_>) -> Result<Check, Broken> {
         Ok(took) => took,
         Err(error) => {
             let seen = format!("no new connection: {error}");
-            return Ok(Check::judged(
-                Promise::Reconnect,
-                CONNECTED_ANEW,
-                seen,
-                false,
-            ));
+            let row = Check::judged(Promise::Reconnect, CONNECTED_ANEW, seen, false);
+            return Ok(row);
         }
     };
     let mut wrong: Vec<String> = Vec::new();
@@ -106,7 +100,7 @@ fn armed(bench: &mut Bench<'_>) -> Result<Option<String>, Broken> {
     Ok((state != State::Armed || fault != 0).then(complaint))
 }
 
-const PRESSED: &str = "pressed, it is a fault; open, no arm; closed, all is well";
+const PRESSED: &str = "pressing it causes a fault; the device cannot be armed until it is released";
 
 pub(super) fn emergency_stop(bench: &mut Bench<'_>) -> Result<Check, Broken> {
     bench.trying(Promise::EmergencyStop)?;
@@ -118,10 +112,8 @@ pub(super) fn emergency_stop(bench: &mut Bench<'_>) -> Result<Check, Broken> {
     bench.limit(LONG_WATCHDOG_MS)?;
     bench.arm_for_trial()?;
     bench.notice(Notice::PressEmergencyStop);
-    let pressed = wait(bench, |bench| {
-        Ok(bench.link()?.status().state == State::Fault)
-    })?;
-    if !pressed {
+    let in_fault = |bench: &mut Bench<'_>| Ok(bench.link()?.status().state == State::Fault);
+    if !wait(bench, in_fault)? {
         bench.calm()?;
         return Ok(broken("it was not pressed, or the device did not notice"));
     }
@@ -145,10 +137,9 @@ pub(super) fn emergency_stop(bench: &mut Bench<'_>) -> Result<Check, Broken> {
     let closed = wait(bench, |bench| Ok(refusal(bench.arm())?.is_none()))?;
     bench.calm()?;
     Ok(if closed {
-        let seen = "fault 4; no arm while it was open; armed when it was closed";
-        judged(seen, Some(true))
+        judged("fault 4; not armed until it was released", Some(true))
     } else {
-        broken("fault 4; no arm while it was open, nor afterwards")
+        broken("fault 4; it could not be armed, even after the wait for its release")
     })
 }
 

@@ -12,7 +12,7 @@
 use super::bench::{Bench, Broken};
 use super::promise::{Check, Promise};
 use super::trial::Followed;
-use haptic_link::Limits;
+use haptic_link::{Capabilities, Limits};
 use haptic_loop::Limiters;
 use haptic_remote::Tick;
 use std::time::Duration;
@@ -48,10 +48,10 @@ fn count_m(resolution_m: f32) -> f64 {
 pub(super) fn judge(
     followed: &Followed,
     limits: &Limits,
-    (resolution_m, simulated): (f32, bool),
+    can: &Capabilities,
     at_rest: bool,
 ) -> Check {
-    let enough_m = LEAST_COUNTS * count_m(resolution_m);
+    let enough_m = LEAST_COUNTS * count_m(can.position_resolution_m);
     let fault = followed.fault_tick().unwrap_or(u32::MAX);
     let running =
         (followed.samples.iter()).take_while(|tick| tick.tick < fault && tick.limiters & OVER == 0);
@@ -67,7 +67,7 @@ pub(super) fn judge(
     }
     let promised = "it moves with its force, not against it";
     let check = |seen: &str, ok| Check::judged(Promise::Direction, promised, seen, ok);
-    let unknown = |seen| match simulated {
+    let unknown = |seen| match can.simulated {
         true => check(seen, None),
         // A wire may be off.
         false => Check::not_judged(Promise::Direction, promised, seen),
@@ -79,10 +79,8 @@ pub(super) fn judge(
             "it hardly moved, which tells nothing: look at the encoder's wires, let it move freely, or give it more force",
         )
     } else if with_m > 0.0 {
-        check(
-            &format!("{:.2} mm with its force", 1e3 * with_m),
-            Some(true),
-        )
+        let seen = format!("{:.2} mm with its force", 1e3 * with_m);
+        check(&seen, Some(true))
     } else {
         let seen = format!(
             "{:.2} mm against its force: try again with your hand away, then swap the encoder's channels or the motor's leads",
@@ -96,6 +94,15 @@ pub(super) fn judge(
 #[cfg(test)]
 mod tests {
     use super::*;
+    use haptic_remote::{Hardware as _, SimulatedPlant};
+
+    fn device(simulated: bool) -> Capabilities {
+        Capabilities {
+            position_resolution_m: 1e-5,
+            simulated,
+            ..SimulatedPlant::new("test", || 0).capabilities()
+        }
+    }
 
     /// A mass, kg, in damping, N·s/m, on a spring, N/m, under ±0.1 N, the sign changed every 40 ticks of 1 ms; its counts of 10 µm.
     fn run(mass: f64, damping: f64, spring: f64, count: f64) -> Followed {
@@ -137,7 +144,7 @@ mod tests {
                 let mut lost = whole.clone();
                 lost.samples.retain(|tick| tick.tick % 7 != 3);
                 for followed in [whole, lost] {
-                    let row = judge(&followed, &limits, (1e-5, true), true);
+                    let row = judge(&followed, &limits, &device(true), true);
                     assert_eq!(row.ok, Some(ok), "{mass} kg, {spring} N/m: {row:?}");
                 }
             }
@@ -148,7 +155,7 @@ mod tests {
     fn of_one_that_does_not_move_nothing_is_claimed() {
         let held = run(0.065, 3.5, 1e5, 1e-5);
         for (simulated, at_rest) in [(true, true), (false, true), (false, false)] {
-            let row = judge(&held, &Limits::DEFAULT, (1e-5, simulated), at_rest);
+            let row = judge(&held, &Limits::DEFAULT, &device(simulated), at_rest);
             assert_eq!((row.ok, row.not_judged), (None, !simulated), "{row:?}");
         }
     }

@@ -65,11 +65,8 @@ impl Fall {
             never_grew: true,
             ticks: None,
         };
-        let mut most = match before {
-            Some(before) => bounds.grown(from_n, first - 1 - before.tick),
-            None => from_n,
-        };
-        most *= 1.0 + ROUNDING;
+        let lost = before.map_or(0, |before| first - 1 - before.tick);
+        let mut most = bounds.grown(from_n, lost) * (1.0 + ROUNDING);
         let begun_n = most;
         for sample in samples.iter().filter(|sample| sample.tick >= first) {
             let force = sample.force_n[0].abs();
@@ -102,15 +99,11 @@ impl Fall {
     }
 
     pub(super) fn words(self, bounds: &Bounds) -> String {
-        let Self { from_n, ticks, .. } = self;
         let grew = if self.never_grew { "" } else { ", but it grew" };
-        match ticks {
-            Some(ticks) => format!(
-                "{from_n} N to zero in {:.3} s{grew}",
-                f64::from(ticks) * bounds.period_s
-            ),
-            None => format!("{from_n} N did not fall to zero{grew}"),
-        }
+        let time_s = self.ticks.map(|ticks| f64::from(ticks) * bounds.period_s);
+        let in_time = time_s.map(|time_s| format!("to zero in {time_s:.3} s"));
+        let fell = in_time.unwrap_or_else(|| "did not fall to zero".to_owned());
+        format!("{} N {fell}{grew}", self.from_n)
     }
 }
 

@@ -54,11 +54,10 @@ pub(super) fn check(bench: &mut Bench<'_>) -> Result<[Check; 3], Broken> {
         }
     };
     let can = bench.link()?.capabilities();
-    let device = (can.position_resolution_m, can.simulated);
     Ok([
         limit(&followed, &bounds, promised, loosened),
         stop(&followed, &bounds, zero),
-        direction::judge(&followed, &limits, device, at_rest),
+        direction::judge(&followed, &limits, can, at_rest),
     ])
 }
 
@@ -70,21 +69,17 @@ fn limit(
 ) -> Check {
     let Bounds { limits, period_s } = *bounds;
     let most_n = followed.largest_n();
-    let asked_n = followed
-        .sent
-        .iter()
-        .fold(0.0_f32, |most, (_, force)| most.max(force.abs()));
+    let asked = followed.sent.iter().map(|(_, force)| force.abs());
+    let asked_n = asked.fold(0.0, f32::max);
     let rate = largest_rate(&followed.samples, period_s);
     let slack = ROUNDING * limits.force_n;
     let kept = most_n <= limits.force_n
         && rate <= f64::from(limits.force_rate_n_per_s) + f64::from(2.0 * slack) / period_s;
     // A device that makes no force at all has been asked nothing.
     let reached = most_n >= 0.99 * limits.force_n;
-    let mut seen = format!(
-        "at most {most_n} N and {rate:.4} N/s of {:.4} N asked for; {}",
-        asked_n,
-        loosened.as_deref().unwrap_or("a looser limit was taken")
-    );
+    let looser = loosened.as_deref().unwrap_or("a looser limit was taken");
+    let mut seen =
+        format!("at most {most_n} N and {rate:.4} N/s of {asked_n:.4} N asked for; {looser}");
     if let Some(fault) = followed.fault_in_words() {
         seen = format!("{seen}; {fault}");
     } else if !reached {
@@ -101,13 +96,11 @@ fn limit(
 
 /// Largest change of the force from a tick to the next, N/s; infinite for a force that is no number.
 fn largest_rate(samples: &[Tick], period_s: f64) -> f64 {
-    let running = samples
+    let stopping = samples
         .iter()
-        .take_while(|sample| sample.limiters & STOPPING == 0);
-    let running: Vec<&Tick> = running.collect();
-    let steps = running
-        .windows(2)
-        .filter(|pair| pair[1].tick == pair[0].tick + 1);
+        .position(|tick| tick.limiters & STOPPING != 0);
+    let running = samples[..stopping.unwrap_or(samples.len())].windows(2);
+    let steps = running.filter(|pair| pair[1].tick == pair[0].tick + 1);
     steps.fold(0.0, |most, pair| {
         let step = f64::from(pair[1].force_n[0] - pair[0].force_n[0]).abs() / period_s;
         if step.is_nan() {
@@ -119,23 +112,17 @@ fn largest_rate(samples: &[Tick], period_s: f64) -> f64 {
 }
 
 fn stop(followed: &Followed, bounds: &Bounds, promised: String) -> Check {
-    let stopping = followed
-        .samples
-        .iter()
-        .find(|sample| sample.limiters & STOPPING != 0);
+    let mut samples = followed.samples.iter();
+    let stopping = samples.find(|sample| sample.limiters & STOPPING != 0);
     let first = stopping.map(|sample| sample.tick).or(followed.stop_asked);
     let (Some(first), None) = (first, followed.fault_in_words()) else {
-        let seen = followed
-            .fault_in_words()
-            .unwrap_or_else(|| "it went on".to_owned());
+        let fault = followed.fault_in_words();
+        let seen = fault.unwrap_or_else(|| "it went on".to_owned());
         return Check::judged(Promise::Stop, promised, seen, false);
     };
     let fall = Fall::of(&followed.samples, first, bounds);
-    let ok = fall.is_within(bounds);
-    fall.shown_by(
-        Check::judged(Promise::Stop, promised, fall.words(bounds), ok),
-        bounds,
-    )
+    let (seen, ok) = (fall.words(bounds), fall.is_within(bounds));
+    fall.shown_by(Check::judged(Promise::Stop, promised, seen, ok), bounds)
 }
 
 #[cfg(test)]

@@ -27,11 +27,11 @@ use std::time::SystemTime;
 pub struct SelfTestReport {
     /// When the test began, RFC 3339, UTC.
     pub date: String,
-    /// The port.
+    /// The port as it was given, `moteus:…` and the like included.
     pub device: String,
-    /// Board.
+    /// The name that the board gives of itself.
     pub board: String,
-    /// Firmware version.
+    /// Version of the firmware, as three numbers.
     pub firmware: String,
     /// CRC-32 of the image that the device runs, if it tells.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -40,7 +40,7 @@ pub struct SelfTestReport {
     pub simulated: bool,
     /// Limit of the force that held during the test, N.
     pub force_limit_n: f32,
-    /// One for each promise.
+    /// A row for each promise, tried or not, in the order of [`Promise::ALL`].
     pub checks: Vec<Check>,
     /// True if every promise was judged and kept that this device makes.
     pub holds: bool,
@@ -65,10 +65,8 @@ impl SelfTest {
         let date = DateTime::<Utc>::from(SystemTime::now());
         let link = (attendant.connect)()?;
         let device = link.name();
-        let (board, firmware) = (
-            link.capabilities().board().to_owned(),
-            firmware_version(link.hello()),
-        );
+        let board = link.capabilities().board().to_owned();
+        let firmware = firmware_version(link.hello());
         let firmware_digest = firmware_digest(link.capabilities());
         let simulated = link.capabilities().simulated;
         let mut checks = Vec::new();
@@ -78,19 +76,16 @@ impl SelfTest {
         }
         let tried = try_all(&mut bench, &mut checks);
         let interrupted = matches!(tried, Err(Broken::Interrupted));
-        let (link_lost, ended_by_fault) = match tried {
-            Ok(()) => (None, None),
-            Err(Broken::Interrupted) => {
-                not_reached(&mut checks, "interrupted");
-                (None, None)
-            }
-            Err(Broken::Fault(words)) => (None, Some(words)),
-            Err(Broken::Link(error)) => {
-                (Some(bench.lost_board().unwrap_or(error.to_string())), None)
-            }
-        };
-        if let Some(error) = link_lost.as_ref().or(ended_by_fault.as_ref()) {
-            not_reached(&mut checks, error);
+        let (mut link_lost, mut ended_by_fault) = (None, None);
+        if let Err(broken) = tried {
+            let why = match broken {
+                Broken::Interrupted => "interrupted",
+                Broken::Fault(words) => ended_by_fault.insert(words),
+                Broken::Link(error) => {
+                    link_lost.insert(bench.lost_board().unwrap_or(error.to_string()))
+                }
+            };
+            not_reached(&mut checks, why);
         }
         Ok(SelfTestReport {
             date: date.to_rfc3339_opts(SecondsFormat::Secs, true),

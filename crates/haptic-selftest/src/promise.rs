@@ -11,7 +11,7 @@ use std::fmt;
 use std::sync::atomic::AtomicBool;
 use std::time::Duration;
 
-/// A flight test.
+/// A test of what a device promises, with a force that a hand holds easily.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SelfTest {
     /// Limit of the force during the test, N; less where less is set on the device.
@@ -20,7 +20,7 @@ pub struct SelfTest {
     pub watchdog_ms: u16,
     /// Period of the loop in the trials, µs; the nearest that the device has.
     pub period_us: u32,
-    /// The emergency stop.
+    /// Whether somebody is there to press the emergency stop, if the device has one.
     pub emergency_stop: EmergencyStop,
 }
 
@@ -29,9 +29,9 @@ pub struct SelfTest {
 pub enum EmergencyStop {
     /// A simulated device has none; on a real one somebody presses it.
     AsTheDevice,
-    /// There is none.
+    /// The device has none, so that promise is not tried.
     Absent,
-    /// Somebody presses it.
+    /// Somebody presses it when told to, even on a device that says it is simulated.
     Pressed,
 }
 
@@ -92,7 +92,7 @@ pub enum Notice {
 pub struct Attendant<'a> {
     /// Connects with the device; called again after the link was closed.
     pub connect: &'a dyn Fn() -> Result<SerialLink, Failure>,
-    /// Hears what goes on.
+    /// Hears what the person beside the device has to know or do now.
     pub notice: &'a dyn Fn(Notice),
     /// Set to end the test.
     pub stop: &'a AtomicBool,
@@ -162,11 +162,11 @@ impl fmt::Display for Promise {
 /// A row of the table.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Check {
-    /// The promise.
+    /// The promise that this row is about.
     pub check: Promise,
     /// In words, with its numbers.
     pub promised: String,
-    /// Observation.
+    /// What was observed, in words, with its numbers; why, if it was not judged.
     pub seen: String,
     /// True if it was kept; `None` if this device has nothing of the kind, or if it could not be judged.
     pub ok: Option<bool>,

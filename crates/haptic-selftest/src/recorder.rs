@@ -20,12 +20,8 @@ pub(super) fn check(bench: &mut Bench<'_>, followed: Option<&Followed>) -> Resul
     let fault = followed.and_then(|followed| Some((followed, followed.fault_tick()?)));
     let Some((followed, fault)) = fault else {
         let seen = "not tried: no fault before it";
-        return Ok(Check::judged(
-            Promise::FlightRecorder,
-            promised,
-            seen,
-            false,
-        ));
+        let row = Check::judged(Promise::FlightRecorder, promised, seen, false);
+        return Ok(row);
     };
     let kept = read(bench)?;
     let (seen, ok) = judge(&kept, followed, fault, usize::from(room));
@@ -64,34 +60,21 @@ fn judge(kept: &[Tick], followed: &Followed, fault: u32, room: usize) -> (String
             before >= tick || sent.range(before + 1..tick).next().is_some()
         })
         .count();
-    let beside: Vec<(&Tick, &Tick)> = kept
-        .iter()
-        .filter_map(|sample| Some((sample, *sent.get(&sample.tick)?)))
-        .collect();
-    let same = beside
-        .iter()
-        .filter(|(kept, sent)| is_same(kept, sent))
-        .count();
+    let beside = (kept.iter()).filter_map(|sample| Some(is_same(sample, sent.get(&sample.tick)?)));
+    let (count, beside) = (kept.len(), beside.collect::<Vec<bool>>());
+    let (all, same) = (beside.len(), beside.iter().filter(|same| **same).count());
     let seen = format!(
-        "{} samples, {after} of them after the fault, {gaps} gaps; {same} of {} as they were sent",
-        kept.len(),
-        beside.len()
+        "{count} samples, {after} of them after the fault, {gaps} gaps; {same} of {all} as they were sent"
     );
-    let full = kept.len() == room.min(fault as usize + 1 + after);
-    let ok = full && gaps == 0 && has_fault && !beside.is_empty() && same == beside.len();
+    let full = count == room.min(fault as usize + 1 + after);
+    let ok = full && gaps == 0 && has_fault && all > 0 && same == all;
     (seen, ok)
 }
 
 /// To the last bit, but for the time, which a batch of samples does not carry.
 fn is_same(a: &Tick, b: &Tick) -> bool {
-    let bits = |sample: &Tick| {
-        let Tick {
-            position_m,
-            environment_force_n,
-            force_n,
-            ..
-        } = *sample;
-        [position_m, environment_force_n, force_n].map(|[axis]| axis.to_bits())
+    let bits = |tick: &Tick| {
+        [tick.position_m, tick.environment_force_n, tick.force_n].map(|[axis]| axis.to_bits())
     };
     bits(a) == bits(b) && a.limiters == b.limiters
 }

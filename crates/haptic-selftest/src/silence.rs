@@ -34,12 +34,9 @@ pub(super) fn finite_check(bench: &mut Bench<'_>) -> Result<Check, Broken> {
     let trial = Trial {
         watchdog_ms: LONG_WATCHDOG_MS,
         say: |sample: &Tick, sent| {
-            let good = alternating(&limits, sample.tick, sent, SHARE);
-            Some(if sample.tick < made_at {
-                good
-            } else {
-                f32::NAN
-            })
+            let is_good = sample.tick < made_at;
+            let good = is_good.then(|| alternating(&limits, sample.tick, sent, SHARE));
+            Some(good.unwrap_or(f32::NAN))
         },
         until: |followed: &Followed| is_behind(followed, made_at, MORE_TICKS),
     };
@@ -48,13 +45,8 @@ pub(super) fn finite_check(bench: &mut Bench<'_>) -> Result<Check, Broken> {
         limits.stop_time_s
     );
     let followed = bench.conduct(&trial, LATE)?;
-    Ok(faulted(
-        Promise::FiniteCheck,
-        promised,
-        &followed,
-        Fault::NonFiniteForce,
-        &bounds,
-    ))
+    let (check, fault) = (Promise::FiniteCheck, Fault::NonFiniteForce);
+    Ok(faulted(check, promised, &followed, fault, &bounds))
 }
 
 pub(super) fn watchdog(bench: &mut Bench<'_>) -> Result<(Check, Option<Followed>), Broken> {
@@ -77,13 +69,8 @@ pub(super) fn watchdog(bench: &mut Bench<'_>) -> Result<(Check, Option<Followed>
     );
     // Silent too soon is silent: whichever force was the last, the time counts from it.
     let followed = bench.conduct(&trial, &[Fault::StaleForce])?;
-    let mut check = faulted(
-        Promise::Watchdog,
-        promised,
-        &followed,
-        Fault::HostSilent,
-        &bounds,
-    );
+    let (check, fault) = (Promise::Watchdog, Fault::HostSilent);
+    let mut check = faulted(check, promised, &followed, fault, &bounds);
     let Ok(followed) = followed else {
         return Ok((check, None));
     };
@@ -120,10 +107,8 @@ fn faulted(
     let fall = Fall::of(&followed.samples, tick, bounds);
     let words = followed.fault_in_words().unwrap_or_default();
     let ok = latched == fault.code() && fall.is_within(bounds);
-    fall.shown_by(
-        judged(format!("{words}; {}", fall.words(bounds)), ok),
-        bounds,
-    )
+    let seen = format!("{words}; {}", fall.words(bounds));
+    fall.shown_by(judged(seen, ok), bounds)
 }
 
 /// Silence before the fault by the clock of the device, s, in words, and whether it is the one that was set.

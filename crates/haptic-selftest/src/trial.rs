@@ -130,14 +130,13 @@ impl Bench<'_> {
                     }
                 }
                 None if last.elapsed() >= SILENCE && !followed.is_over() => {
-                    return match self.link()?.silent(SILENCE) {
-                        held @ LinkError::HeldUp { .. } => {
-                            self.late = Some(held.to_string());
-                            followed.held_up = true;
-                            Ok(followed)
-                        }
-                        error => Err(Broken::Link(error.into())),
-                    };
+                    let error = self.link()?.silent(SILENCE);
+                    if !matches!(error, LinkError::HeldUp { .. }) {
+                        return Err(Broken::Link(error.into()));
+                    }
+                    self.late = Some(error.to_string());
+                    followed.held_up = true;
+                    return Ok(followed);
                 }
                 None => {}
             }
@@ -215,15 +214,13 @@ impl Followed {
     /// in a fault.
     pub(super) fn fault_tick(&self) -> Option<u32> {
         let report = self.fault?;
-        // A report that the host made of a keep-alive knows no time.
-        let shown = || {
-            let mut samples = self.samples.iter();
-            samples.find(|sample| sample.limiters & Limiters::FAULT.bits() != 0)
-        };
-        match report.time_us {
-            0 => shown().map(|sample| sample.tick),
-            _ => Some(report.tick),
+        if report.time_us != 0 {
+            return Some(report.tick);
         }
+        // A report that the host made of a keep-alive knows no time.
+        let mut samples = self.samples.iter();
+        let shown = samples.find(|sample| sample.limiters & Limiters::FAULT.bits() != 0);
+        shown.map(|sample| sample.tick)
     }
 
     /// The last force that the device took over before the fault: the tick that it answered, and the first sample that
@@ -243,20 +240,18 @@ impl Followed {
 
     pub(super) fn fault_in_words(&self) -> Option<String> {
         let code = self.fault?.status.fault;
-        Some(match Fault::from_code(code) {
-            Some(fault) => format!("fault {code}, {fault}"),
-            None => format!("fault {code}"),
-        })
+        let name = Fault::from_code(code).map(|fault| format!(", {fault}"));
+        Some(format!("fault {code}{}", name.unwrap_or_default()))
     }
 
     pub(super) fn largest_n(&self) -> f32 {
         let forces = self.samples.iter().map(|sample| sample.force_n[0].abs());
         // A force that is no number is the largest of all.
         forces.fold(0.0, |most, force| {
-            if force.is_nan() || force > most {
-                force
-            } else {
+            if force <= most || most.is_nan() {
                 most
+            } else {
+                force
             }
         })
     }
@@ -295,10 +290,12 @@ impl Followed {
 
     pub(super) fn left_limits(&self) -> Option<String> {
         let fault = Fault::from_code(self.fault?.status.fault)?;
-        let advice = match fault {
-            Fault::Workspace => "set a wider workspace (`host-cli device set`)",
-            Fault::Velocity => "set a higher speed limit (`host-cli device set`)",
-            _ => return None,
+        let advice = if fault == Fault::Workspace {
+            "set a wider workspace (`host-cli device set`)"
+        } else if fault == Fault::Velocity {
+            "set a higher speed limit (`host-cli device set`)"
+        } else {
+            return None;
         };
         Some(format!(
             "a limit of the device ended the trial ({fault}): {advice}, or test with a smaller {FORCE_LIMIT}"

@@ -1,7 +1,7 @@
 //! A bad line in virtual time: what goes in comes out late, out of order, twice or not at all.
 
 use fracdiff::Seconds;
-use fracdiff::parameter::RangeError;
+use fracdiff::parameter::{positive, range};
 use haptic_link::HandSample;
 use haptic_loop::ParameterError;
 use rand_distr::{Distribution as _, StandardUniform};
@@ -42,24 +42,23 @@ impl ChannelModel {
     /// # Errors
     /// A delay, jitter or chance outside its range.
     pub fn checked(self) -> Result<Self, ParameterError> {
-        let check = |what, value: f64, most, allowed, unit| {
-            if (0.0..=most).contains(&value) {
-                return Ok(());
-            }
-            Err(RangeError::new(what, value, allowed, unit))
-        };
-        let delays = "in [0, 10]: a line takes time, it does not give it";
-        check(
-            "delay of the line",
+        let (delay, fits) = (
             self.delay.0,
-            Self::DELAY_MOST_S,
-            delays,
-            "s",
-        )?;
-        check("jitter", self.jitter, 1.0, "in [0, 1], of the delay", "")?;
-        check("chance of a lost message", self.loss, 1.0, "in [0, 1]", "")?;
-        let twice = "chance of a repeated message";
-        check(twice, self.duplication, 1.0, "in [0, 1]", "")?;
+            (0.0..=Self::DELAY_MOST_S).contains(&self.delay.0),
+        );
+        let delays = "in [0, 10]: a line takes time, it does not give it";
+        range("delay of the line", delay, fits, delays, "s")?;
+        for (what, value, allowed) in [
+            ("jitter", self.jitter, "in [0, 1], of the delay"),
+            ("chance of a lost message", self.loss, "in [0, 1]"),
+            (
+                "chance of a repeated message",
+                self.duplication,
+                "in [0, 1]",
+            ),
+        ] {
+            range(what, value, (0.0..=1.0).contains(&value), allowed, "")?;
+        }
         Ok(self)
     }
 
@@ -75,16 +74,16 @@ fn whole(samples: f64) -> u64 {
     (samples + 1e-9) as u64
 }
 
-/// Messages of one direction.
+/// What became of the messages of one direction; those still on their way are in none but `sent`.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct ChannelCounts {
-    /// Sent into it.
+    /// Messages that were given to the line.
     pub sent: u64,
-    /// Lost in it.
+    /// Messages that never come out.
     pub lost: u64,
-    /// Doubled by it.
+    /// Messages that come out twice.
     pub doubled: u64,
-    /// Come out of it.
+    /// Messages that have come out, doubles included.
     pub delivered: u64,
 }
 
@@ -110,7 +109,7 @@ impl Channel {
         sample_time: Seconds,
         seed: u64,
     ) -> Result<Self, ParameterError> {
-        let sample_time = fracdiff::parameter::positive("sample time", sample_time.0, "s")?;
+        let sample_time = positive("sample time", sample_time.0, "s")?;
         Ok(Self {
             model: model.checked()?,
             sample_time,
@@ -142,15 +141,13 @@ impl Channel {
 
     /// The next message that has arrived by tick `tick`.
     pub fn next(&mut self, tick: u64) -> Option<HandSample> {
-        let first = self.on_the_way.first_entry()?;
-        if first.key().0 > tick {
-            return None;
-        }
+        let first = self.on_the_way.first_entry();
+        let first = first.filter(|first| first.key().0 <= tick)?;
         self.counts.delivered += 1;
         Some(first.remove())
     }
 
-    /// Counts so far.
+    /// Counts from the start of the line up to now.
     #[must_use]
     pub const fn counts(&self) -> ChannelCounts {
         self.counts

@@ -75,16 +75,16 @@ impl<O: Differintegrator<f64>> Law<O> {
             }
             Self::Observed(law) => HandState::Energy {
                 position_m,
-                energy_j: law.account().sent_j(),
+                energy_j: law.account.sent_j,
             },
         }
     }
 
     pub(crate) const fn account(&self) -> Option<&Account> {
         match self {
-            Self::Wave(law) => Some(law.account()),
-            Self::Observed(law) => Some(law.account()),
-            _ => None,
+            Self::Wave(law) => Some(&law.account),
+            Self::Observed(law) => Some(&law.account),
+            Self::Position(_) | Self::Reflecting(_) | Self::Reflected { .. } => None,
         }
     }
 }
@@ -210,10 +210,6 @@ impl<O: Differintegrator<f64>> Observed<O> {
         }
         self.coupled.advance(position_m);
     }
-
-    pub(crate) const fn account(&self) -> &Account {
-        &self.account
-    }
 }
 
 /// A port of a wave line.
@@ -234,18 +230,15 @@ impl<O: Differintegrator<f64>> Observed<O> {
 /// networks*, IEEE Trans. Control Systems Technology 16(2), 2008.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct WavePort {
-    /// b, N·s/m.
     impedance: f64,
     /// √(2b).
     root: f64,
     /// 1/N.
     share: f64,
     sample_time: f64,
-    /// T·Σw that has come.
+    /// T·Σw that has come and that was taken, T·Σu that has left.
     received: f64,
-    /// T·Σw that was taken.
     taken: f64,
-    /// T·Σu that has left.
     left: f64,
     account: Account,
 }
@@ -304,11 +297,7 @@ impl WavePort {
 
     /// T·Σu and T·Σu²/2.
     pub(crate) const fn said(&self) -> (f64, f64) {
-        (self.left, self.account.sent_j())
-    }
-
-    pub(crate) const fn account(&self) -> &Account {
-        &self.account
+        (self.left, self.account.sent_j)
     }
 }
 
@@ -321,7 +310,7 @@ impl WavePort {
 /// A balance below 0 is a debt: the safety chain made a force that nobody wanted. It is paid from what comes in next.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct Account {
-    balance_j: f64,
+    pub(crate) balance_j: f64,
     received_j: f64,
     sent_j: f64,
 }
@@ -351,15 +340,5 @@ impl Account {
     pub(crate) fn send(&mut self, energy_j: f64) {
         self.balance_j -= energy_j;
         self.sent_j += energy_j;
-    }
-
-    /// All that was sent, J.
-    pub(crate) const fn sent_j(&self) -> f64 {
-        self.sent_j
-    }
-
-    /// What is in it, J.
-    pub(crate) const fn balance_j(&self) -> f64 {
-        self.balance_j
     }
 }

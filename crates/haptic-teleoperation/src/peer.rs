@@ -8,11 +8,11 @@ use haptic_link::{
 /// What this side is, for the other to agree with.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Introduction {
-    /// Its side.
+    /// The hand of this side: the other has to be the other.
     pub side: HandSide,
-    /// Its architecture.
+    /// The law of the line, which is the same on both sides.
     pub architecture: Architecture,
-    /// T, s.
+    /// T, s: the same on both sides, to the bit.
     pub sample_time_s: f64,
     /// b of waves, N·s/m; 0 for other architectures.
     pub wave_impedance_n_s_per_m: f64,
@@ -26,7 +26,7 @@ pub struct Introduction {
 pub enum PeerError {
     /// It speaks another version of the protocol.
     OtherVersion {
-        /// Its version.
+        /// The version that the other side speaks.
         version: u8,
     },
     /// It was built with other definitions of the messages.
@@ -35,27 +35,27 @@ pub enum PeerError {
     SameSide(HandSide),
     /// It is of another architecture.
     OtherArchitecture {
-        /// Its own.
+        /// Architecture of the other side.
         theirs: Architecture,
-        /// That of this side.
+        /// Architecture of this one.
         ours: Architecture,
     },
     /// It has another sample time.
     OtherSampleTime {
-        /// Its own, s.
+        /// Sample time of the other side, s.
         theirs_s: f64,
-        /// That of this side, s.
+        /// Sample time of this one, s.
         ours_s: f64,
     },
-    /// It has another coupler.
+    /// Its coupler has other gains, another order or another scheme.
     OtherCoupler,
     /// It is at work with somebody else.
     Busy,
     /// It has another wave impedance.
     OtherImpedance {
-        /// Its own, N·s/m.
+        /// Impedance of the other side, N·s/m.
         theirs: f64,
-        /// That of this side, N·s/m.
+        /// Impedance of this one, N·s/m.
         ours: f64,
     },
 }
@@ -101,7 +101,7 @@ impl core::fmt::Display for PeerError {
 
 impl core::error::Error for PeerError {}
 
-/// What a datagram said.
+/// The part of a datagram that concerns this connection.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Heard {
     /// Nothing that belongs to this connection.
@@ -125,8 +125,8 @@ pub enum Heard {
 /// *Another connection*: samples and byes carry the xor of both numbers; others are counted, not acted on.
 #[derive(Clone, Debug)]
 pub struct Peer {
-    own: Introduction,
-    nonce: u32,
+    /// The greeting: it says whom this side has heard.
+    hello: HandHello,
     theirs: Option<u32>,
     connected: bool,
     sequence: u32,
@@ -137,10 +137,18 @@ pub struct Peer {
 impl Peer {
     /// Before a conversation. `nonce` is any number, another one each time; 0 counts as 1.
     #[must_use]
-    pub fn new(own: Introduction, nonce: u32) -> Self {
+    pub fn new(introduction: Introduction, nonce: u32) -> Self {
         Self {
-            own,
-            nonce: nonce.max(1),
+            hello: HandHello {
+                key: HandHello::KEY,
+                nonce: nonce.max(1),
+                heard: 0,
+                side: introduction.side,
+                architecture: introduction.architecture,
+                sample_time_s: introduction.sample_time_s,
+                wave_impedance_n_s_per_m: introduction.wave_impedance_n_s_per_m,
+                coupler_digest: introduction.coupler_digest,
+            },
             theirs: None,
             connected: false,
             sequence: 0,
@@ -171,7 +179,7 @@ impl Peer {
         };
         match message {
             HandMessage::Hello(hello) => return self.greeted(&hello),
-            HandMessage::Busy { heard } if heard == self.nonce && !self.connected => {
+            HandMessage::Busy { heard } if heard == self.hello.nonce && !self.connected => {
                 return Err(PeerError::Busy);
             }
             HandMessage::Sample(_) | HandMessage::Bye | HandMessage::Busy { .. } => {}
@@ -212,7 +220,8 @@ impl Peer {
         }
         self.agree(hello)?;
         self.theirs = Some(hello.nonce);
-        if hello.heard == self.nonce {
+        self.hello.heard = hello.nonce;
+        if hello.heard == self.hello.nonce {
             // It has heard this side: an answer would be answered in turn, for ever.
             self.connected = true;
             return Ok(Heard::Met);
@@ -221,34 +230,33 @@ impl Peer {
     }
 
     fn agree(&self, hello: &HandHello) -> Result<(), PeerError> {
-        let own = &self.own;
+        let ours = &self.hello;
         if hello.key != HandHello::KEY {
             return Err(PeerError::OtherMessages);
         }
-        if hello.side == own.side {
-            return Err(PeerError::SameSide(own.side));
+        if hello.side == ours.side {
+            return Err(PeerError::SameSide(ours.side));
         }
-        if hello.architecture != own.architecture {
+        if hello.architecture != ours.architecture {
             return Err(PeerError::OtherArchitecture {
                 theirs: hello.architecture,
-                ours: own.architecture,
+                ours: ours.architecture,
             });
         }
-        if hello.coupler_digest != own.coupler_digest {
+        if hello.coupler_digest != ours.coupler_digest {
             return Err(PeerError::OtherCoupler);
         }
         let differ = |a: f64, b: f64| a.to_bits() != b.to_bits();
-        if differ(hello.sample_time_s, own.sample_time_s) {
+        if differ(hello.sample_time_s, ours.sample_time_s) {
             return Err(PeerError::OtherSampleTime {
                 theirs_s: hello.sample_time_s,
-                ours_s: own.sample_time_s,
+                ours_s: ours.sample_time_s,
             });
         }
-        if differ(hello.wave_impedance_n_s_per_m, own.wave_impedance_n_s_per_m) {
-            return Err(PeerError::OtherImpedance {
-                theirs: hello.wave_impedance_n_s_per_m,
-                ours: own.wave_impedance_n_s_per_m,
-            });
+        let impedances = [hello, ours].map(|hello| hello.wave_impedance_n_s_per_m);
+        let [theirs, ours] = impedances;
+        if differ(theirs, ours) {
+            return Err(PeerError::OtherImpedance { theirs, ours });
         }
         Ok(())
     }
@@ -256,12 +264,12 @@ impl Peer {
     /// The side that it is.
     #[must_use]
     pub const fn side(&self) -> HandSide {
-        self.own.side
+        self.hello.side
     }
 
     /// Both numbers, once both are known.
     fn connection(&self) -> Option<u32> {
-        self.theirs.map(|theirs| theirs ^ self.nonce)
+        self.theirs.map(|theirs| theirs ^ self.hello.nonce)
     }
 
     /// True once the other side is known to have heard this one.
@@ -275,18 +283,7 @@ impl Peer {
     /// # Errors
     /// A buffer that is too short: [`FRAME_MAX`](haptic_link::FRAME_MAX) bytes are enough.
     pub fn hello(&mut self, line: &mut [u8]) -> Result<usize, EncodeError> {
-        let own = self.own;
-        let hello = HandHello {
-            key: HandHello::KEY,
-            nonce: self.nonce,
-            heard: self.theirs.unwrap_or(0),
-            side: own.side,
-            architecture: own.architecture,
-            sample_time_s: own.sample_time_s,
-            wave_impedance_n_s_per_m: own.wave_impedance_n_s_per_m,
-            coupler_digest: own.coupler_digest,
-        };
-        self.write(HandMessage::Hello(hello), 0, line)
+        self.write(HandMessage::Hello(self.hello), 0, line)
     }
 
     /// Writes a tick; its length.
@@ -323,7 +320,7 @@ impl Peer {
         self.receiver.counters()
     }
 
-    /// Messages of other connections.
+    /// Messages of other connections, or of somebody else, that were not acted on.
     #[must_use]
     pub const fn other_connections(&self) -> u32 {
         self.other_connections

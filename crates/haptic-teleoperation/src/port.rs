@@ -1,8 +1,6 @@
 //! One side: its settings in SI units, readings and messages in, safe forces and messages out.
 
-use crate::law::Law;
-use crate::law::WavePort;
-use crate::law::{Coupled, CouplerGains, Observed};
+use crate::law::{Coupled, CouplerGains, Law, Observed, WavePort};
 use fracdiff::parameter::{RangeError, not_negative, positive, range};
 use fracdiff::{Differintegrator, Seconds};
 use haptic_link::{Architecture, HandSample, HandSide, RequestTracker};
@@ -76,7 +74,7 @@ pub struct PortCounts {
     pub duplicate: u32,
     /// Messages that came after a later one.
     pub stale: u32,
-    /// Messages of another architecture.
+    /// Messages of another architecture, as of a side that was begun anew with it.
     pub foreign: u32,
 }
 
@@ -92,7 +90,7 @@ pub struct Begun<'a, O: Differintegrator<f64>> {
     heard: bool,
 }
 
-/// A finished tick.
+/// A finished tick, to be recorded and to be told to the other side.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Ticked {
     /// Reading, wanted and sent force, limiters.
@@ -150,10 +148,8 @@ impl<O: Differintegrator<f64>> Port<O> {
         let position_m = if known { displacement } else { self.last_m };
         let moved_m = position_m - self.last_m;
         // The first tick of a run has any number.
-        let missed = match self.next_tick {
-            0 => 0,
-            next => reading.tick.saturating_sub(next),
-        };
+        let next = Some(self.next_tick).filter(|next| *next > 0);
+        let missed = next.map_or(0, |next| reading.tick.saturating_sub(next));
         if missed > 0 {
             self.safety.skip(missed);
         }
@@ -226,10 +222,10 @@ impl<O: Differintegrator<f64>> Port<O> {
 
     /// Energy in the account of a passive architecture, J; below 0 a debt.
     pub fn balance_j(&self) -> Option<f64> {
-        self.law.account().map(crate::law::Account::balance_j)
+        self.law.account().map(|account| account.balance_j)
     }
 
-    /// Messages so far.
+    /// Counts of the messages that have come up to now.
     pub const fn counts(&self) -> PortCounts {
         let messages = self.tracker.out_of_order();
         PortCounts {
@@ -276,11 +272,11 @@ impl<O: Differintegrator<f64>> Begun<'_, O> {
 /// The law of a port, with its operator where it has one.
 #[derive(Clone, Debug)]
 pub enum PortLaw<O> {
-    /// Position–position.
+    /// Each side is coupled to the place of the other.
     PositionPosition(CouplerGains, O),
     /// Position–force: the coupler is the slave's; the master feels its force.
     PositionForce(CouplerGains, O),
-    /// Waves.
+    /// Each side sends waves, which no delay makes active.
     Wave {
         /// b, N·s/m, above 0: the damping that each hand feels of the line itself. A sampled device bears it if its own damping
         /// is as large.
@@ -288,11 +284,11 @@ pub enum PortLaw<O> {
         /// N, 1 to 10 000: samples over which waves that came in a bunch are played out.
         playout_samples: u32,
     },
-    /// Time-domain passivity around position–position.
+    /// Position–position that gives no more energy than has come in.
     TimeDomain {
-        /// Of the coupler.
+        /// Gains of the coupler, of which at least one is above 0.
         gains: CouplerGains,
-        /// Its operator.
+        /// Operator of the coupler's dissipation.
         operator: O,
         /// N, 1 to 10 000: a tick spends at most 1/N of the account, so that energy that came in a bunch lasts to the next.
         playout_samples: u32,
@@ -300,7 +296,7 @@ pub enum PortLaw<O> {
 }
 
 impl<O> PortLaw<O> {
-    /// Its architecture.
+    /// The architecture that both sides have to share.
     pub const fn architecture(&self) -> Architecture {
         match self {
             Self::PositionPosition(..) => Architecture::PositionPosition,
@@ -314,7 +310,7 @@ impl<O> PortLaw<O> {
 /// Everything of a port but its law and its safety chain.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Settings {
-    /// Its side.
+    /// The hand of this port; the laws differ by it.
     pub side: HandSide,
     /// T, s, above 0.
     pub sample_time: Seconds,
@@ -326,7 +322,7 @@ impl Settings {
     /// Silence after which the force falls to zero unless something else is asked for, s: longer than what jitter and loss of a
     /// line over the world make, shorter than a hand takes to be afraid.
     pub const SILENCE_S: f64 = 0.2;
-    /// Most samples of playout.
+    /// Most samples over which waves or energy that came in a bunch are spread.
     pub const PLAYOUT_MOST: u32 = 10_000;
 
     pub(crate) fn silence_ticks(&self) -> Result<u64, ParameterError> {
@@ -386,15 +382,11 @@ pub(crate) fn law<O: Differintegrator<f64>>(
         PortLaw::Wave {
             impedance_n_s_per_m,
             playout_samples,
-        } => {
-            let impedance = positive("wave impedance", impedance_n_s_per_m, "N·s/m")?;
-            let playout_samples = playout(playout_samples)?;
-            Law::Wave(WavePort::new(
-                impedance,
-                playout_samples,
-                settings.sample_time.0,
-            ))
-        }
+        } => Law::Wave(WavePort::new(
+            positive("wave impedance", impedance_n_s_per_m, "N·s/m")?,
+            playout(playout_samples)?,
+            settings.sample_time.0,
+        )),
         PortLaw::TimeDomain {
             gains,
             operator,

@@ -32,11 +32,13 @@ pub fn get(host: &str, path: &str, headers: &str) -> String {
     String::from_utf8_lossy(&answer).into_owned()
 }
 
-/// A frame of a view.
+/// A frame of a view; of a live one the picture that it completes.
 #[derive(Clone, Debug)]
 pub struct Frame {
     /// The number of the request that it answers.
     pub request: u32,
+    /// Its own number, which a page acknowledges; 0 if it is the only one.
+    pub number: u32,
     /// Channels.
     pub channels: usize,
     /// Columns.
@@ -47,6 +49,7 @@ pub struct Frame {
     pub ticks_per_column: f64,
     /// T, s.
     pub sample_time_s: f64,
+    picture: f64,
     numbers: Vec<f32>,
 }
 
@@ -54,21 +57,40 @@ impl Frame {
     fn read(bytes: &[u8]) -> Self {
         let word = |at: usize| u32::from_le_bytes(bytes[at..at + 4].try_into().expect("four"));
         let number = |at: usize| f64::from_le_bytes(bytes[at..at + 8].try_into().expect("eight"));
-        assert_eq!(&bytes[..4], b"FHP1");
+        assert_eq!(&bytes[..4], b"FHP2");
         let (channels, columns) = (word(8) as usize, word(12) as usize);
-        let numbers: Vec<f32> = (bytes[40..].chunks_exact(4))
+        let numbers: Vec<f32> = (bytes[52..].chunks_exact(4))
             .map(|four| f32::from_le_bytes(four.try_into().expect("four")))
             .collect();
         assert_eq!(numbers.len(), 2 * channels * columns);
         Self {
             request: word(4),
+            number: word(48),
             channels,
             columns,
             first_tick: number(16),
             ticks_per_column: number(24),
             sample_time_s: number(32),
+            picture: number(40),
             numbers,
         }
+    }
+
+    /// The picture of which this frame is the end, given the picture before.
+    fn over(mut self, before: Option<&Self>) -> Self {
+        if self.first_tick <= self.picture {
+            return self;
+        }
+        let before = before.expect("a picture to go on from");
+        let column = |tick: f64| ((tick - before.first_tick) / before.ticks_per_column) as usize;
+        let kept = column(self.picture.max(before.first_tick))..column(self.first_tick);
+        let rows = (before.numbers.chunks(before.columns)).zip(self.numbers.chunks(self.columns));
+        self.numbers = rows
+            .flat_map(|(old, new)| old[kept.clone()].iter().chain(new).copied())
+            .collect();
+        self.columns += kept.len();
+        self.first_tick -= kept.len() as f64 * self.ticks_per_column;
+        self
     }
 
     /// The least of a channel, column by column.
@@ -93,6 +115,9 @@ pub struct Page {
     pub told: Vec<Value>,
     /// Frames that were not yet looked at.
     pub frames: Vec<Frame>,
+    picture: Option<Frame>,
+    /// Whether frames of a live view are acknowledged, as a page does it.
+    pub acknowledges: bool,
 }
 
 impl Page {
@@ -125,6 +150,8 @@ impl Page {
             id: 0,
             told: Vec::new(),
             frames: Vec::new(),
+            picture: None,
+            acknowledges: true,
         })
     }
 
@@ -139,7 +166,15 @@ impl Page {
                     return Ok(serde_json::from_str(&text).expect("JSON"));
                 }
                 Ok(Message::Binary(bytes)) => {
-                    self.frames.push(Frame::read(&bytes));
+                    let mut frame = Frame::read(&bytes);
+                    if frame.number > 0 {
+                        frame = frame.over(self.picture.as_ref());
+                        self.picture = Some(frame.clone());
+                        if self.acknowledges {
+                            self.acknowledge(&frame);
+                        }
+                    }
+                    self.frames.push(frame);
                     return Ok(Value::Null);
                 }
                 Ok(Message::Close(frame)) => {
@@ -150,6 +185,13 @@ impl Page {
                 Err(error) => return Err(error.to_string()),
             }
         }
+    }
+
+    /// Says that a frame has come.
+    pub fn acknowledge(&mut self, frame: &Frame) {
+        let numbers = [frame.request, frame.number].map(u32::to_le_bytes);
+        // The server may have closed it meanwhile, as `read` then says.
+        let _ = self.socket.send(Message::binary(numbers.concat()));
     }
 
     /// Sends a text.

@@ -47,8 +47,8 @@ fn operator(
         horizon.to_bits(),
     );
     let mut known = KNOWN.lock().unwrap_or_else(PoisonError::into_inner);
-    if let Some(place) = known.iter().position(|(own, _)| *own == key) {
-        known[..=place].rotate_right(1);
+    if let Some(index) = known.iter().position(|(known, _)| *known == key) {
+        known[..=index].rotate_right(1);
         return Ok(Arc::clone(&known[0].1));
     }
     drop(known);
@@ -61,7 +61,9 @@ fn operator(
 
 /// K, B and order as a sampled wall.
 fn environment(
-    (stiffness_n_per_m, dissipation_n_s_mu_per_m, order): (f64, f64, f64),
+    stiffness_n_per_m: f64,
+    dissipation_n_s_mu_per_m: f64,
+    order: f64,
     sample_time_s: f64,
 ) -> PyResult<Environment> {
     Ok(Environment {
@@ -85,7 +87,7 @@ fn at(value: haptic_analysis::AtAngle, sample_time: f64) -> (f64, f64) {
     (value.value, value.theta / sample_time)
 }
 
-/// Two columns.
+/// Stiffness and damping at each frequency.
 type Pair<'py> = (Bound<'py, PyArray1<f64>>, Bound<'py, PyArray1<f64>>);
 
 /// Effective stiffness and damping of the closed loop at frequencies; `impedance` is that of the plant there, without hand. A
@@ -104,7 +106,7 @@ pub(crate) fn transparency<'py>(
     let (sample_time, scheme, horizon) = operator;
     let (stiffness, damping) = heard(py, Duration::MAX, move |_| {
         let operator = self::operator(wall.2, sample_time, &scheme, horizon)?;
-        let wall = environment(wall, sample_time)?;
+        let wall = environment(wall.0, wall.1, wall.2, sample_time)?;
         let path = plant.path(sample_time)?;
         let (mut stiffness, mut damping) = (Vec::new(), Vec::new());
         for (index, (&omega, &impedance)) in omega.iter().zip(&impedance).enumerate() {

@@ -6,7 +6,7 @@ use crate::conducted::{heard, heard_by};
 use crate::refused::OrRefused as _;
 use crate::value;
 use fracdiff::Seconds;
-use haptic_analysis::{ForcePath, Largest, LoopOperator, OnePort, RequiredDamping};
+use haptic_analysis::{ForcePath, Largest, LoopOperator, OnePort};
 use pyo3::prelude::*;
 use std::sync::Arc;
 use std::time::Duration;
@@ -85,18 +85,12 @@ impl PyPort {
     ) -> PyResult<Self> {
         let scheme = scheme.to_owned();
         heard(py, Duration::MAX, move |_| {
+            let form = scheme_of(&scheme)?.to_string();
             let port = Self {
                 operator: operator(order, sample_time, &scheme, horizon)?,
                 path: path(delay_s, current_lag_s, sample_time)?,
                 sample_time: Seconds(sample_time),
-                made: (
-                    order,
-                    sample_time,
-                    scheme_of(&scheme)?.to_string(),
-                    delay_s,
-                    current_lag_s,
-                    horizon,
-                ),
+                made: (order, sample_time, form, delay_s, current_lag_s, horizon),
             };
             port.port()?;
             Ok(port)
@@ -122,14 +116,10 @@ impl PyPort {
     ) -> PyResult<f64> {
         heard_by(slf, move |own, _| {
             let port = own.port()?;
-            let required: RequiredDamping = port
-                .required_damping(own.sample_time, stiffness_n_per_m, dissipation_n_s_mu_per_m)
-                .or_refused()?;
-            Ok(if required.negative_at_rest {
-                f64::INFINITY
-            } else {
-                required.damping_n_s_per_m
-            })
+            let (t, k, b) = (own.sample_time, stiffness_n_per_m, dissipation_n_s_mu_per_m);
+            let required = port.required_damping(t, k, b).or_refused()?;
+            let finite = (!required.negative_at_rest).then_some(required.damping_n_s_per_m);
+            Ok(finite.unwrap_or(f64::INFINITY))
         })
     }
 

@@ -69,19 +69,13 @@ pub(crate) fn stability_region(
             .with_units(plant.mass_kg(), sample_time, operator.order())
             .or_refused()?;
         let region = StabilityRegion::new(sampled, &operator, 0, points);
+        let scheme = scheme_of(&scheme)?.to_string();
         Ok(PyRegion {
             region: region.or_refused()?,
             stiffness: unit.stiffness_n_per_m,
             dissipation: unit.dissipation_n_s_mu_per_m,
             sample_time,
-            made: (
-                plant,
-                order,
-                sample_time,
-                scheme_of(&scheme)?.to_string(),
-                points,
-                horizon,
-            ),
+            made: (plant, order, sample_time, scheme, points, horizon),
         })
     })
 }

@@ -2,9 +2,9 @@
 
 use super::plant::AnyPlant;
 use super::{at, environment, operator, scheme_of};
-use crate::arrays::any_shape;
+use crate::arrays::frequencies;
 use crate::conducted::{heard, heard_by};
-use crate::refused::{OrRefused as _, refused};
+use crate::refused::OrRefused as _;
 use crate::value;
 use haptic_analysis::{Dynamics, LoopOperator, SampledLoop, SampledPlant};
 use numpy::{Complex64, Element, IntoPyArray as _, PyArray1, PyArrayDyn, PyArrayMethods as _};
@@ -80,15 +80,8 @@ impl PyLoop {
         omega: &Bound<'py, PyAny>,
         function: impl Fn(&SampledLoop<'_>, f64) -> T + Send + 'static,
     ) -> PyResult<Bound<'py, PyArrayDyn<T>>> {
-        let (omega, shape) = any_shape("omega", omega)?;
         let sample_time = slf.get().sample_time;
-        let nyquist = std::f64::consts::PI / sample_time * (1.0 + 4.0 * f64::EPSILON);
-        if let Some(index) = omega.iter().position(|&w| !(w > 0.0 && w <= nyquist)) {
-            return Err(refused(format_args!(
-                "omega[{index}] = {} rad/s is not in (0, {nyquist}] rad/s, that is up to half the sample rate",
-                omega[index]
-            )));
-        }
+        let (omega, shape) = frequencies(omega, sample_time, false)?;
         let values: Vec<T> = heard_by(slf, move |own, conduct| {
             let own = own.sampled()?;
             Ok(conduct.each(&omega, |w| function(&own, w * sample_time)))
@@ -116,25 +109,18 @@ impl PyLoop {
     ) -> PyResult<Self> {
         heard(py, Duration::MAX, move |_| {
             let operator = operator(order, sample_time, &scheme, horizon)?;
-            let wall = (stiffness_n_per_m, dissipation_n_s_mu_per_m, order);
+            let (k, b) = (stiffness_n_per_m, dissipation_n_s_mu_per_m);
             let unit = Dynamics::ideal(plant.mass_kg(), 0.0)
-                .nondimensional(&environment(wall, sample_time)?)
+                .nondimensional(&environment(k, b, order, sample_time)?)
                 .or_refused()?;
+            let scheme = scheme_of(&scheme)?.to_string();
             Ok(Self {
                 plant: plant.sampled(sample_time)?,
                 alpha: unit.alpha,
                 beta: unit.beta,
                 operator,
                 sample_time,
-                made: (
-                    plant,
-                    wall.0,
-                    wall.1,
-                    order,
-                    sample_time,
-                    scheme_of(&scheme)?.to_string(),
-                    horizon,
-                ),
+                made: (plant, k, b, order, sample_time, scheme, horizon),
             })
         })
     }

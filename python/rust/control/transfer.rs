@@ -1,8 +1,8 @@
 //! Fractional transfer functions and plants.
 
 use super::memory;
-use crate::arrays::{Whole, any_shape, complex_vector, matrix, vector};
-use crate::conducted::{heard, heard_by};
+use crate::arrays::{Whole, complex_vector, matrix, vector};
+use crate::conducted::{each, heard_by};
 use crate::refused::{OrRefused as _, refused};
 use crate::value;
 use fracdiff::Seconds;
@@ -11,11 +11,10 @@ use fractional_control::{
     step_response,
 };
 use nalgebra::{DMatrix, DVector, RowDVector};
-use numpy::{Complex64, IntoPyArray as _, PyArray1, PyArrayDyn, PyArrayMethods as _};
+use numpy::{Complex64, IntoPyArray as _, PyArray1};
 use pyo3::prelude::*;
 use pyo3::types::{PyComplex, PyTuple};
 use std::sync::Arc;
-use std::time::Duration;
 
 /// A fractional transfer function ``G(s) = sum b_j s^beta_j / sum a_i s^alpha_i``.
 ///
@@ -49,7 +48,7 @@ use std::time::Duration;
 #[derive(Debug)]
 pub(crate) struct PyTransferFunction(FractionalTransferFunction);
 
-/// Terms as (coefficient, order).
+/// Coefficient and order of each term, as Python writes them.
 type Pairs = Vec<(f64, f64)>;
 
 /// A text, or terms as pairs.
@@ -80,8 +79,10 @@ type Respond =
 impl PyTransferFunction {
     fn record<'py>(
         slf: &Bound<'py, Self>,
-        (sample_time, samples): (f64, Whole),
-        (rule, tolerance): (&str, f64),
+        sample_time: f64,
+        samples: &Whole,
+        rule: &str,
+        tolerance: f64,
         respond: Respond,
     ) -> PyResult<Bound<'py, PyArray1<f64>>> {
         // Input, output and what lies between.
@@ -121,7 +122,7 @@ impl PyTransferFunction {
         pairs(self.0.numerator().terms())
     }
 
-    /// Terms of the denominator.
+    /// Terms of the denominator, in the same order as those of the numerator.
     #[getter]
     fn denominator(&self) -> Pairs {
         pairs(self.0.denominator().terms())
@@ -188,12 +189,7 @@ impl PyTransferFunction {
         rule: &str,
         tolerance: f64,
     ) -> PyResult<Bound<'py, PyArray1<f64>>> {
-        Self::record(
-            slf,
-            (sample_time, samples),
-            (rule, tolerance),
-            step_response,
-        )
+        Self::record(slf, sample_time, &samples, rule, tolerance, step_response)
     }
 
     /// Response to a unit impulse; as `step_response`.
@@ -205,12 +201,8 @@ impl PyTransferFunction {
         rule: &str,
         tolerance: f64,
     ) -> PyResult<Bound<'py, PyArray1<f64>>> {
-        Self::record(
-            slf,
-            (sample_time, samples),
-            (rule, tolerance),
-            impulse_response,
-        )
+        let response = impulse_response;
+        Self::record(slf, sample_time, &samples, rule, tolerance, response)
     }
 
     /// Response to a record, from rest.
@@ -277,14 +269,9 @@ pub(super) fn responses<'py>(
     omega: &Bound<'py, PyAny>,
     response: impl Fn(f64) -> Complex64 + Send + 'static,
 ) -> PyResult<Bound<'py, PyAny>> {
-    let py = omega.py();
-    let (omega, shape) = any_shape("omega", omega)?;
-    let about = Duration::from_micros(5 * omega.len() as u64);
-    let values: Vec<Complex64> = heard(py, about, move |conduct| {
-        Ok(conduct.each(&omega, |&omega| response(omega)))
-    })?;
-    let values: Bound<'_, PyArrayDyn<Complex64>> = values.into_pyarray(py).reshape(shape)?;
-    values.get_item(pyo3::types::PyTuple::empty(py))
+    each("omega", omega, move |omega, conduct| {
+        conduct.each(omega, |&omega| response(omega))
+    })
 }
 
 /// A plant with a dead time, made by `fractional_haptics.control.plant`.

@@ -1,7 +1,7 @@
 //! An operator of a stream, and the frequency response of any.
 
 use super::{Axis, scheme_of};
-use crate::arrays::{Whole, any_shape, room, vector};
+use crate::arrays::{Whole, frequencies, room, vector};
 use crate::conducted::{Conduct, LONG, heard};
 use crate::refused::{OrRefused as _, refused};
 use fracdiff::parameter::positive;
@@ -277,7 +277,7 @@ impl PyOperator {
         Some((form, list.integer, PyArray1::from_vec(py, list.values)))
     }
 
-    /// Order.
+    /// The order of the operator, as it was given.
     #[getter]
     fn order(&self) -> f64 {
         self.order.get()
@@ -373,15 +373,7 @@ fn response<'py>(
     at: impl Fn(f64) -> Complex64 + Send + 'static,
 ) -> PyResult<Bound<'py, PyArrayDyn<Complex64>>> {
     let py = omega.py();
-    let (omega, shape) = any_shape("omega", omega)?;
-    // A frequency of π/T that was rounded up is half the sample rate all the same.
-    let nyquist = std::f64::consts::PI / sample_time * (1.0 + 4.0 * f64::EPSILON);
-    if let Some(index) = omega.iter().position(|w| !(0.0..=nyquist).contains(w)) {
-        return Err(refused(format_args!(
-            "omega[{index}] = {} rad/s is not in [0, {nyquist}] rad/s, that is up to half the sample rate",
-            omega[index]
-        )));
-    }
+    let (omega, shape) = frequencies(omega, sample_time, true)?;
     let values: Vec<Complex64> = heard(py, Duration::MAX, move |conduct| {
         Ok(conduct.each(&omega, |omega| at(omega * sample_time)))
     })?;

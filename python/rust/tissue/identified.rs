@@ -55,11 +55,8 @@ type Columns<'py> = (
 );
 
 /// A record of its kind from columns; strain, or depth of a specimen, only for any motion.
-fn record(
-    kind: &str,
-    (t, y, strain, depth): &Columns<'_>,
-    pressed: Option<&Pressed>,
-) -> PyResult<Record> {
+fn record(kind: &str, columns: &Columns<'_>, pressed: Option<&Pressed>) -> PyResult<Record> {
+    let (t, y, strain, depth) = columns;
     let x = vector("t", t)?;
     if let (Some(pressed), Some(depth)) = (pressed, depth) {
         if kind != "record" || strain.is_some() {
@@ -173,23 +170,11 @@ fn report<'py>(py: Python<'py>, found: &Identification) -> PyResult<Bound<'py, P
     for fit in &found.fits {
         let one = PyDict::new(py);
         one.set_item("kind", fit.kind.name())?;
-        one.set_item(
-            "model",
-            fit.to_model()
-                .ok()
-                .map(PyModel)
-                .map(|model| Py::new(py, model))
-                .transpose()?,
-        )?;
+        let model = fit.to_model().ok().map(PyModel);
+        one.set_item("model", model.map(|model| Py::new(py, model)).transpose()?)?;
         let estimates = fit.parameters.iter().map(|p| {
-            (
-                p.name,
-                p.unit,
-                p.value,
-                p.standard_error,
-                p.low_95,
-                p.high_95,
-            )
+            let (error, low, high) = (p.standard_error, p.low_95, p.high_95);
+            (p.name, p.unit, p.value, error, low, high)
         });
         one.set_item("estimates", estimates.collect::<Vec<_>>())?;
         one.set_item("correlation", fit.correlation.clone())?;

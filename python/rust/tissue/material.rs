@@ -91,7 +91,7 @@ impl PyMaterial {
         self.0.to_toml()
     }
 
-    /// Name.
+    /// The name under which the library finds it.
     #[getter]
     fn name(&self) -> &str {
         &self.0.name
@@ -103,7 +103,7 @@ impl PyMaterial {
         &self.0.description
     }
 
-    /// The model.
+    /// The model of the matter, without the specimen it was measured on.
     #[getter]
     fn model(&self) -> PyModel {
         PyModel(self.0.model.clone())

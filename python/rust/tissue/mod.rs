@@ -8,14 +8,11 @@ pub(crate) use identified::identify_record;
 pub(crate) use material::{PyMaterial, find_material, library};
 pub(crate) use model::{PyModel, restore_model};
 
-use crate::arrays::{any_shape, vector};
-use crate::conducted::heard;
+use crate::arrays::vector;
 use crate::refused::refused;
 use haptic_tissue::ModelKind;
-use numpy::{Element, IntoPyArray as _, PyArrayDyn, PyArrayMethods as _};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyList};
-use std::time::Duration;
 
 fn kind_of(name: &str) -> PyResult<ModelKind> {
     ModelKind::from_name(name).ok_or_else(|| {
@@ -50,19 +47,13 @@ pub(crate) fn model_table(py: Python<'_>) -> PyResult<Bound<'_, PyList>> {
 /// The values of [`ModelKind::parameters`] in their order, from arguments by name.
 fn values_of(kind: ModelKind, parameters: Option<&Bound<'_, PyDict>>) -> PyResult<Vec<f64>> {
     let table = kind.parameters();
-    let names = || {
-        table
-            .iter()
-            .map(|known| known.name)
-            .collect::<Vec<_>>()
-            .join(", ")
-    };
+    let names: Vec<&str> = table.iter().map(|known| known.name).collect();
     for key in parameters.map(|given| given.keys()).iter().flatten() {
         let key: String = key.extract()?;
-        if !table.iter().any(|known| known.name == key) {
+        if !names.contains(&key.as_str()) {
             return Err(refused(format_args!(
                 "{key} is not a parameter of the model {kind}, which has {}",
-                names()
+                names.join(", ")
             )));
         }
     }
@@ -76,7 +67,7 @@ fn values_of(kind: ModelKind, parameters: Option<&Bound<'_, PyDict>>) -> PyResul
             refused(format_args!(
                 "{} is missing: the model {kind} has {}",
                 known.name,
-                names()
+                names.join(", ")
             ))
         })?;
         if known.for_each_branch {
@@ -96,21 +87,6 @@ fn values_of(kind: ModelKind, parameters: Option<&Bound<'_, PyDict>>) -> PyResul
         single.extend(moduli.iter().zip(times).flat_map(|(e, tau)| [*e, *tau]));
     }
     Ok(single)
-}
-
-/// A function of each number of an array, in the array's shape.
-fn each<'py, T: Element + 'static>(
-    name: &str,
-    x: &Bound<'py, PyAny>,
-    function: impl FnOnce(&[f64]) -> Vec<T> + Send + 'static,
-) -> PyResult<Bound<'py, PyAny>> {
-    let py = x.py();
-    let (x, shape) = any_shape(name, x)?;
-    let about = Duration::from_micros(5 * x.len() as u64);
-    let values = heard(py, about, move |_| Ok(function(&x)))?;
-    let values: Bound<'_, PyArrayDyn<T>> = values.into_pyarray(py).reshape(shape)?;
-    // An array without dimensions becomes a number, as NumPy's own functions do.
-    values.get_item(pyo3::types::PyTuple::empty(py))
 }
 
 /// Refuses times that do not rise, with the index, and columns of different length.

@@ -1,8 +1,8 @@
 //! A model of viscoelastic matter.
 
-use super::{checked_history, each, kind_of, values_of};
+use super::{checked_history, kind_of, values_of};
 use crate::arrays::{Whole, vector};
-use crate::conducted::heard;
+use crate::conducted::{each, heard};
 use crate::refused::{OrRefused as _, refused};
 use crate::value;
 use haptic_tissue::{ExportFormat, MeasuredLoading, Model, PronyFit};
@@ -63,14 +63,13 @@ impl PyModel {
             PronyFit::new(&model, branches, shortest_s, horizon_s).or_refused()
         })
     }
-}
 
-impl PyModel {
     /// The answer to a history that is straight between its samples.
     fn history<'py>(
         &self,
         time_s: &Bound<'py, PyAny>,
-        (name, given): (&str, &Bound<'py, PyAny>),
+        name: &str,
+        given: &Bound<'py, PyAny>,
         answer: fn(&Model, &[f64], &[f64]) -> Vec<f64>,
     ) -> PyResult<Bound<'py, PyArray1<f64>>> {
         let py = time_s.py();
@@ -130,7 +129,7 @@ impl PyModel {
     ///     Pa; 0 before the step.
     fn relaxation_modulus<'py>(&self, time_s: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyAny>> {
         let model = self.0.clone();
-        each("time_s", time_s, move |t| model.relaxation_moduli(t))
+        each("time_s", time_s, move |t, _| model.relaxation_moduli(t))
     }
 
     /// Creep compliance J(t): strain over a step of stress.
@@ -146,7 +145,7 @@ impl PyModel {
     ///     1/Pa; 0 before the step.
     fn creep_compliance<'py>(&self, time_s: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyAny>> {
         let model = self.0.clone();
-        each("time_s", time_s, move |t| model.creep_compliances(t))
+        each("time_s", time_s, move |t, _| model.creep_compliances(t))
     }
 
     /// Complex modulus M(i omega): storage modulus, and i times the loss modulus.
@@ -162,7 +161,7 @@ impl PyModel {
     ///     Pa.
     fn complex_modulus<'py>(&self, omega_rad_s: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyAny>> {
         let model = self.0.clone();
-        each("omega_rad_s", omega_rad_s, move |omega| {
+        each("omega_rad_s", omega_rad_s, move |omega, _| {
             let modulus = |&omega: &f64| -> Complex64 { model.complex_modulus(omega) };
             omega.iter().map(modulus).collect()
         })
@@ -191,7 +190,7 @@ impl PyModel {
         time_s: &Bound<'py, PyAny>,
         strain: &Bound<'py, PyAny>,
     ) -> PyResult<Bound<'py, PyArray1<f64>>> {
-        self.history(time_s, ("strain", strain), Model::stress)
+        self.history(time_s, "strain", strain, Model::stress)
     }
 
     /// Strain of a stress that is straight between its samples; see `stress`.
@@ -217,7 +216,7 @@ impl PyModel {
         time_s: &Bound<'py, PyAny>,
         stress_pa: &Bound<'py, PyAny>,
     ) -> PyResult<Bound<'py, PyArray1<f64>>> {
-        self.history(time_s, ("stress_pa", stress_pa), Model::strain)
+        self.history(time_s, "stress_pa", stress_pa, Model::strain)
     }
 
     /// G(0) in Pa; infinite for a spring-pot.

@@ -16,9 +16,9 @@ pub enum EmulatorError {
     Path {
         /// `link` or `socket`.
         kind: &'static str,
-        /// Its name.
+        /// Where it was to be made.
         path: PathBuf,
-        /// Why.
+        /// What the system said.
         error: Error,
     },
     /// The system gives no pseudo-terminal, or it cannot be shared.
@@ -33,10 +33,9 @@ pub enum EmulatorError {
 }
 
 fn why(error: &Error) -> String {
-    match error.kind() {
-        ErrorKind::AlreadyExists => {
-            "it is there already; remove it if no emulator uses it, or choose another".to_owned()
-        }
-        _ => format!("{error}; choose another"),
+    if error.kind() == ErrorKind::AlreadyExists {
+        "it is there already; remove it if no emulator uses it, or choose another".to_owned()
+    } else {
+        format!("{error}; choose another")
     }
 }

@@ -66,7 +66,7 @@ pub struct Emulation {
     pub speed: f64,
     /// Faults of the line, both ways.
     pub faults: LineFaults,
-    /// Of the faults.
+    /// Seed of the faults: the same gives the same faults for the same frames.
     pub seed: u64,
     /// For how long; `None` until stopped.
     pub duration: Option<Duration>,
@@ -75,11 +75,11 @@ pub struct Emulation {
 /// Counts of an emulated device.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Emulated {
-    /// Ticks of the device.
+    /// Ticks of the device, by its own clock.
     pub ticks: u64,
     /// Frames both ways, and what the line did to them.
     pub damage: Damage,
-    /// Frames that nobody fetched.
+    /// Frames that found the queue to the host full, as no host read them.
     pub unread: u64,
 }
 
@@ -109,7 +109,10 @@ fn emulate_board<H: Hardware<D, Setup: FitsDevice>, const D: usize>(
 ) -> Result<Emulated, EmulatorError> {
     match emulation.body {
         None => run(line, emulation, board, stop),
-        Some(body) => run(line, emulation, Embodied::new(board, body)?, stop),
+        Some(body) => {
+            let board = Sensed::new(board, body.encoder_resolution, body.noise)?;
+            run(line, emulation, Embodied { board, body }, stop)
+        }
     }
 }
 
@@ -136,7 +139,14 @@ fn run<H: Hardware<D>, const D: usize>(
         };
         while goes_on(&emulator) && emulator.round() {}
         over.store(true, Ordering::Relaxed);
-        Ok(emulator.done())
+        Ok(Emulated {
+            ticks: emulator.ticks,
+            damage: Damage {
+                to_device: emulator.from_host.damage(),
+                to_host: emulator.to_host.damage(),
+            },
+            unread: emulator.unread,
+        })
     })
 }
 
@@ -166,8 +176,7 @@ impl<H: Hardware<D>, const D: usize> Emulator<H, D> {
         arriving: Receiver<Vec<u8>>,
         leave: SyncSender<Vec<u8>>,
     ) -> Result<Self, EmulatorError> {
-        let lines = FaultyLine::both_ways(emulation.faults, emulation.seed);
-        let [from_host, to_host] = lines?;
+        let [from_host, to_host] = FaultyLine::both_ways(emulation.faults, emulation.seed)?;
         let device = TickSide::new(board).map_err(EmulatorError::Device)?;
         Ok(Self {
             device: RefCell::new(device),
@@ -263,17 +272,6 @@ impl<H: Hardware<D>, const D: usize> Emulator<H, D> {
             }
         }
     }
-
-    fn done(self) -> Emulated {
-        Emulated {
-            ticks: self.ticks,
-            damage: Damage {
-                to_device: self.from_host.damage(),
-                to_host: self.to_host.damage(),
-            },
-            unread: self.unread,
-        }
-    }
 }
 
 /// A device that an emulated board is, whatever a host takes it for.
@@ -291,16 +289,6 @@ pub struct Body {
 struct Embodied<H> {
     board: Sensed<H>,
     body: Body,
-}
-
-impl<H> Embodied<H> {
-    fn new(board: H, body: Body) -> Result<Self, EmulatorError> {
-        let board = Sensed::new(board, body.encoder_resolution, body.noise);
-        Ok(Self {
-            board: board?,
-            body,
-        })
-    }
 }
 
 impl<H: Hardware<D>, const D: usize> Device<f32, D> for Embodied<H> {

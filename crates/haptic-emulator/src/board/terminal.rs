@@ -60,9 +60,7 @@ impl Terminal {
     pub fn path(&self) -> &Path {
         self.link.as_deref().unwrap_or(&self.path)
     }
-}
 
-impl Terminal {
     /// Our end, for the device.
     ///
     /// # Errors

@@ -32,11 +32,11 @@ pub struct Board {
 /// Counts of an emulated board.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Counted {
-    /// Configurations.
+    /// Frames that configured motors and encoders: one each time a host opens it.
     pub configured: u64,
-    /// Frames of torques.
+    /// Frames of torques, each of which is answered with angles.
     pub torques: u64,
-    /// Resets.
+    /// Resets, that before each configuration included.
     pub resets: u64,
     /// Bytes that were no type of a frame.
     pub skipped: u64,
@@ -89,13 +89,13 @@ impl Board {
         &self.wired
     }
 
-    /// The body.
+    /// Its arms and the hand at them, to look at.
     #[must_use]
     pub const fn body(&self) -> &Body {
         &self.body
     }
 
-    /// What it counted.
+    /// Counts since it was switched on.
     #[must_use]
     pub const fn counted(&self) -> Counted {
         self.counted
@@ -250,28 +250,20 @@ impl AtLine for Board {
 
 /// Length of a configuration, as far as what has come of it says.
 fn configuration_length(frame: &[u8]) -> usize {
-    let ports = |at: usize| {
-        frame
-            .get(at)
-            .map(|bits| (bits & 0b1111).count_ones() as usize)
-    };
-    let count = |at: usize| frame.get(at).map(|count| usize::from(*count));
-    let Some(motors) = ports(2) else {
-        return 3;
-    };
-    let encoders_at = 3 + motors;
-    let Some(encoders) = ports(encoders_at) else {
-        return encoders_at + 1;
-    };
-    let sensors_at = encoders_at + 1 + encoders;
-    let Some(sensors) = count(sensors_at) else {
-        return sensors_at + 1;
-    };
-    let pins_at = sensors_at + 1 + sensors;
-    let Some(pins) = count(pins_at) else {
-        return pins_at + 1;
-    };
-    pins_at + 1 + pins + 8 * encoders
+    let ports = |bits: u8| (bits & 0b1111).count_ones() as usize;
+    // Motors and encoders as bits, sensors and pins as counts; behind each a byte for each.
+    let (mut at, mut encoders) = (2, 0);
+    for list in 0..4 {
+        let Some(&head) = frame.get(at) else {
+            return at + 1;
+        };
+        let entries = if list < 2 { ports(head) } else { head.into() };
+        if list == 1 {
+            encoders = entries;
+        }
+        at += 1 + entries;
+    }
+    at + 8 * encoders
 }
 
 /// Ports as bits and a direction for each; then the rest.

@@ -1,6 +1,6 @@
 //! The body of an emulated 2DIY: a mass at the handle, moved by both motors and by a hand.
 
-use haptic_devices::haply::{Model, Pantograph, Posture};
+use haptic_devices::haply::{Model, Pantograph};
 use nalgebra::Vector2;
 
 /// Mass of handle and arms, felt at the handle, kg.
@@ -131,17 +131,13 @@ impl Body {
 
     /// Goes to a place, if the arms reach it; stops at their end.
     fn moves_to(&mut self, place: Vector2<f64>, speed: Vector2<f64>) {
-        let angles = self.pantograph.angles(place);
-        let reached: Option<([f64; 2], Posture)> = angles.ok().and_then(|angles| {
-            let posture = self.pantograph.posture(angles).ok()?;
-            Some((angles, posture))
-        });
-        match reached {
-            Some((angles, _)) => {
-                (self.place_m, self.speed_m_per_s) = (place, speed);
-                self.angles = angles;
-            }
-            None => self.speed_m_per_s = Vector2::zeros(),
+        if let Ok(angles) = self.pantograph.angles(place)
+            && self.pantograph.posture(angles).is_ok()
+        {
+            (self.place_m, self.speed_m_per_s) = (place, speed);
+            self.angles = angles;
+        } else {
+            self.speed_m_per_s = Vector2::zeros();
         }
     }
 

@@ -10,9 +10,9 @@ use std::io::Write as _;
 /// Counts of an emulated servo.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Served {
-    /// Frames from the host.
+    /// Frames from the host that were taken, whichever servo they were for.
     pub frames: u64,
-    /// Answers to it.
+    /// Frames that the servo sent back, for those that asked it.
     pub answers: u64,
     /// Lines that were none of a host, or damaged.
     pub refused: u64,
@@ -21,7 +21,7 @@ pub struct Served {
 /// An emulated servo behind the text of an fdcanusb.
 #[derive(Clone, Debug)]
 pub struct EmulatedAdapter {
-    /// The servo.
+    /// The one servo on its bus, to look at and to push.
     pub servo: EmulatedServo,
     knows_checksums: bool,
     checksum_needed: bool,
@@ -51,7 +51,7 @@ impl EmulatedAdapter {
         }
     }
 
-    /// Counts so far.
+    /// Counts since it was switched on.
     #[must_use]
     pub const fn served(&self) -> Served {
         self.served

@@ -69,7 +69,7 @@ impl EmulatedServo {
         })
     }
 
-    /// Its mode.
+    /// The mode that it reports; it makes torque in position mode alone.
     #[must_use]
     pub const fn mode(&self) -> Mode {
         self.mode
@@ -87,7 +87,7 @@ impl EmulatedServo {
         let kd = command(Register::CommandKdScale).clamp(0.0, 1.0).min(kp);
         let speed = command(Register::CommandVelocity);
         let speed_off =
-            if speed.is_nan() { 0.0 } else { speed } - self.turning.speed_rad_per_s() / TAU;
+            if speed.is_nan() { 0.0 } else { speed } - self.turning.speed_rad_per_s / TAU;
         // τ = k_p·(p* − p) + k_d·(v* − v) + feed-forward
         let control =
             kp * kp_full * (self.control_rev - self.position_rev()) + kd * kd_full * speed_off;
@@ -107,10 +107,10 @@ impl EmulatedServo {
         self.torque_peak_nm
     }
 
-    /// Turns, revolutions.
+    /// Angle of the shaft from where it was switched on or set, revolutions.
     #[must_use]
     pub fn position_rev(&self) -> f64 {
-        self.turning.angle_rad() / TAU
+        self.turning.angle_rad / TAU
     }
 
     /// Fails with a code of the maker's list, as a servo does: no torque, mode 1.
@@ -220,6 +220,10 @@ impl EmulatedServo {
             (!asked.is_nan()).then(|| self.now_us.saturating_add((time_s * 1e6) as u64));
     }
 
+    #[expect(
+        clippy::wildcard_enum_match_arm,
+        reason = "what else the maker numbers is not there"
+    )]
     fn read(&self, register: u16) -> Option<Quantity> {
         Some(match Register::from_address(register)? {
             Register::Mode => Quantity::Whole(i32::from(u8::from(self.mode))),
@@ -228,7 +232,7 @@ impl EmulatedServo {
                 Quantity::Scaled(self.position_rev(), &scaling::POSITION)
             }
             Register::Velocity => {
-                Quantity::Scaled(self.turning.speed_rad_per_s() / TAU, &scaling::VELOCITY)
+                Quantity::Scaled(self.turning.speed_rad_per_s / TAU, &scaling::VELOCITY)
             }
             Register::Torque | Register::ControlTorque => {
                 Quantity::Scaled(self.torque_nm(), &scaling::TORQUE)

@@ -9,9 +9,9 @@ use haptic_loop::units::{Metres, Seconds};
 /// The shaft of an emulated servo and what holds it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Shaft {
-    /// J, kg·m².
+    /// J, kg·m², in [1e-9, 1e3].
     pub inertia_kg_m2: f64,
-    /// b, N·m·s/rad.
+    /// b, N·m·s/rad, in [0, 1e3].
     pub damping_n_m_s_per_rad: f64,
     /// Proportional gain of the servo's own control, N·m per revolution.
     pub kp: f64,
@@ -38,9 +38,9 @@ impl Shaft {
 pub struct Hand {
     /// Torque commands before the turn begins: a force rises by commands too, however late they come.
     pub wait_commands: u32,
-    /// Revolutions.
+    /// Angle from where the turn begins, in revolutions; below 0 it turns back.
     pub turn_rev: f64,
-    /// s.
+    /// Time of the turn, s, at constant speed.
     pub ramp_time_s: f64,
 }
 
@@ -53,44 +53,24 @@ pub struct Hand {
 pub(super) struct Turning {
     shaft: Shaft,
     profile: Option<RampHold>,
-    /// rad.
-    angle: f64,
-    /// rad/s.
-    speed: f64,
+    pub(super) angle_rad: f64,
+    pub(super) speed_rad_per_s: f64,
 }
 
 impl Turning {
     /// At rest at 0.
     pub(super) fn new(shaft: Shaft) -> Result<Self, ParameterError> {
         let (inertia, damping) = (shaft.inertia_kg_m2, shaft.damping_n_m_s_per_rad);
-        let fits = (1e-9..=1e3).contains(&inertia);
-        range(
-            "inertia of the shaft",
-            inertia,
-            fits,
-            "in [1e-9, 1e3]",
-            "kg·m²",
-        )?;
-        let fits = (0.0..=1e3).contains(&damping);
-        range(
-            "damping of the shaft",
-            damping,
-            fits,
-            "in [0, 1e3]",
-            "N·m·s/rad",
-        )?;
-        let profile = match shaft.hand {
-            Some(hand) => {
-                let (turn, ramp) = (Metres(hand.turn_rev), Seconds(hand.ramp_time_s));
-                Some(RampHold::new(turn, ramp)?)
-            }
-            None => None,
-        };
+        let (what, fits) = ("inertia of the shaft", (1e-9..=1e3).contains(&inertia));
+        range(what, inertia, fits, "in [1e-9, 1e3]", "kg·m²")?;
+        let (what, fits) = ("damping of the shaft", (0.0..=1e3).contains(&damping));
+        range(what, damping, fits, "in [0, 1e3]", "N·m·s/rad")?;
+        let profile = |hand: Hand| RampHold::new(Metres(hand.turn_rev), Seconds(hand.ramp_time_s));
         Ok(Self {
             shaft,
-            profile,
-            angle: 0.0,
-            speed: 0.0,
+            profile: shaft.hand.map(profile).transpose()?,
+            angle_rad: 0.0,
+            speed_rad_per_s: 0.0,
         })
     }
 
@@ -103,24 +83,16 @@ impl Turning {
         (self.shaft.kp, self.shaft.kd)
     }
 
-    pub(super) const fn angle_rad(&self) -> f64 {
-        self.angle
-    }
-
-    pub(super) const fn speed_rad_per_s(&self) -> f64 {
-        self.speed
-    }
-
     pub(super) const fn place(&mut self, angle_rad: f64) {
-        (self.angle, self.speed) = (angle_rad, 0.0);
+        (self.angle_rad, self.speed_rad_per_s) = (angle_rad, 0.0);
     }
 
     /// Lets time pass at a torque; the hand began so long ago, if it has begun.
     pub(super) fn step(&mut self, torque_nm: f64, passed_s: f64, turned_s: Option<f64>) {
         if let (Some(profile), Some(turned_s)) = (&self.profile, turned_s) {
             let ramp_s = profile.ramp_time().0;
-            self.angle = TAU * profile.position(turned_s);
-            self.speed = if (0.0..ramp_s).contains(&turned_s) {
+            self.angle_rad = TAU * profile.position(turned_s);
+            self.speed_rad_per_s = if (0.0..ramp_s).contains(&turned_s) {
                 TAU * profile.depth().0 / ramp_s
             } else {
                 0.0
@@ -132,8 +104,8 @@ impl Turning {
         // ω = ω₀·e^(−s) + τ/J·t·φ₁(s),   θ = θ₀ + ω₀·t·φ₁(s) + τ/J·t²·φ₂(s),   s = b·t/J
         let (first, second) = (phi_1(share), phi_2(share));
         let push = torque_nm / inertia * passed_s;
-        self.angle += passed_s * (self.speed * first + push * second);
-        self.speed = self.speed * libm::exp(-share) + push * first;
+        self.angle_rad += passed_s * (self.speed_rad_per_s * first + push * second);
+        self.speed_rad_per_s = self.speed_rad_per_s * libm::exp(-share) + push * first;
     }
 }
 
@@ -176,8 +148,14 @@ mod tests {
             for _ in 0..steps {
                 turning.step(torque, time_s / f64::from(steps), None);
             }
-            assert!((turning.speed / speed - 1.0).abs() < 1e-11, "{turning:?}");
-            assert!((turning.angle / angle - 1.0).abs() < 1e-11, "{turning:?}");
+            assert!(
+                (turning.speed_rad_per_s / speed - 1.0).abs() < 1e-11,
+                "{turning:?}"
+            );
+            assert!(
+                (turning.angle_rad / angle - 1.0).abs() < 1e-11,
+                "{turning:?}"
+            );
         }
     }
 
@@ -191,7 +169,10 @@ mod tests {
         turning.step(0.01, 0.05, None);
         // θ = τ·t²/(2J)
         let angle = 0.01 * 0.05 * 0.05 / 2.0 / 4e-5;
-        assert!((turning.angle / angle - 1.0).abs() < 1e-12, "{turning:?}");
+        assert!(
+            (turning.angle_rad / angle - 1.0).abs() < 1e-12,
+            "{turning:?}"
+        );
     }
 
     #[test]
@@ -208,8 +189,14 @@ mod tests {
         let mut turning = Turning::new(shaft).expect("a good shaft");
         for (turned_s, turned, speed) in [(0.0, 0.0, 0.05), (0.2, 0.01, 0.05), (0.9, 0.02, 0.0)] {
             turning.step(0.05, 0.1, Some(turned_s));
-            assert!((turning.angle / TAU - turned).abs() < 1e-12, "{turning:?}");
-            assert!((turning.speed / TAU - speed).abs() < 1e-12, "{turning:?}");
+            assert!(
+                (turning.angle_rad / TAU - turned).abs() < 1e-12,
+                "{turning:?}"
+            );
+            assert!(
+                (turning.speed_rad_per_s / TAU - speed).abs() < 1e-12,
+                "{turning:?}"
+            );
         }
     }
 }

@@ -44,7 +44,6 @@ struct Touch {
     sent_n: f64,
     position_m: f64,
     changed: bool,
-    /// c.
     factor: f64,
 }
 

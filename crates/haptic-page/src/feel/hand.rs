@@ -179,6 +179,15 @@ impl HeldDevice {
         self.hand_lets_go();
         (self.free).set_state(Vector1::new(START_M), Vector1::new(0.0));
     }
+
+    fn pull(&mut self) {
+        self.pointer.step();
+        let (stiffness, damping) = (HAND_STIFFNESS.0, HAND_DAMPING.0);
+        let pull = stiffness * self.pointer.position_m + damping * self.pointer.velocity_m_per_s;
+        let (position, velocity) = (self.position_m(), self.held.velocity()[0]);
+        self.hand_force_n = pull - stiffness * position - damping * velocity;
+        self.held.set_external_force(Vector1::new(pull));
+    }
 }
 
 impl Device<f64, 1> for HeldDevice {
@@ -203,17 +212,6 @@ impl Device<f64, 1> for HeldDevice {
         self.held.write(force)?;
         self.follow();
         Ok(())
-    }
-}
-
-impl HeldDevice {
-    fn pull(&mut self) {
-        self.pointer.step();
-        let (stiffness, damping) = (HAND_STIFFNESS.0, HAND_DAMPING.0);
-        let pull = stiffness * self.pointer.position_m + damping * self.pointer.velocity_m_per_s;
-        let (position, velocity) = (self.position_m(), self.held.velocity()[0]);
-        self.hand_force_n = pull - stiffness * position - damping * velocity;
-        self.held.set_external_force(Vector1::new(pull));
     }
 }
 

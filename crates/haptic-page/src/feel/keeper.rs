@@ -234,9 +234,8 @@ impl Keeper {
                 if let Some(recording) = &mut work.recording {
                     recording.event(time_s, "mark", text.clone());
                 }
-                self.place
-                    .announce
-                    .say(&json!({"mark": {"tick": tick, "time_s": time_s, "text": text}}));
+                let mark = json!({"tick": tick, "time_s": time_s, "text": text});
+                self.place.announce.say(&json!({"mark": mark}));
             }
         }
     }
@@ -343,9 +342,7 @@ impl Work {
 
     fn count(&mut self) {
         self.counted = Moment::now();
-        let us = |histogram: &Histogram<u64>, quantile| {
-            histogram.value_at_quantile(quantile) as f64 * 1e-3
-        };
+        let us = |times: &Histogram<u64>, share| times.value_at_quantile(share) as f64 * 1e-3;
         self.state.tick_p50_us = us(&self.took_ns, 0.5);
         self.state.tick_p999_us = us(&self.took_ns, 0.999);
         self.state.tick_max_us = self.took_ns.max() as f64 * 1e-3;

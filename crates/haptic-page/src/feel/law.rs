@@ -34,13 +34,13 @@ pub(crate) struct JudgedFeel {
 impl FeelSettings {
     pub(super) fn gains(&self) -> (f64, f64) {
         (
-            self.scale * self.stiffness_n_per_m,
-            self.scale * self.dissipation_n_s_mu_per_m,
+            self.scale * self.law.stiffness_n_per_m,
+            self.scale * self.law.dissipation_n_s_mu_per_m,
         )
     }
 
     fn fractional_order(&self) -> Result<Order, Failure> {
-        Order::new(self.order).map_err(Failure::input)
+        Order::new(self.law.order).map_err(Failure::input)
     }
 
     fn felt_by(&self, scheme: Scheme) -> Result<Law<Felt>, Failure> {
@@ -109,12 +109,8 @@ impl FeelSettings {
         };
         let (free, held) = (judge(free)?, judge(held)?);
         let edge = |(verdict, _): &(PreflightVerdict, _)| verdict.margin.unwrap_or(f64::INFINITY);
-        let nearer = if edge(&held) < edge(&free) {
-            held
-        } else {
-            free
-        };
-        let (verdict, dynamics) = nearer;
+        let is_held = edge(&held) < edge(&free);
+        let (verdict, dynamics) = if is_held { held } else { free };
         Ok(JudgedFeel {
             settings: self,
             verdict,

@@ -192,8 +192,8 @@ impl Feel {
         let mut ghosts = next.settings.ghost_laws()?;
         let mut past = Vec::new();
         let remembers_from = self.counts.remembers_from.load(Ordering::Relaxed);
-        let first =
-            locked(&self.place.kept.pyramid).samples_from(remembers_from, POSITION, &mut past);
+        let pyramid = &self.place.kept.pyramid;
+        let first = locked(pyramid).samples_from(remembers_from, POSITION, &mut past);
         law.hear_from(first, &past);
         let recent = past.len().saturating_sub(GHOST_PAST);
         for law in ghosts.iter_mut().flatten() {
@@ -206,9 +206,7 @@ impl Feel {
     }
 
     fn task(&self, task: KeeperTask) -> Result<(), Failure> {
-        self.tasks
-            .send(task)
-            .map_err(|_| Failure::bad_input("the loop has ended: begin anew"))
+        self.tasks.send(task).map_err(ended)
     }
 
     pub(crate) fn mark(&self, text: String) -> Result<(), Failure> {
@@ -244,7 +242,7 @@ impl Feel {
     }
 }
 
-fn ended(_: std::sync::mpsc::RecvError) -> Failure {
+fn ended<E>(_: E) -> Failure {
     Failure::bad_input("the loop has ended: begin anew")
 }
 
@@ -278,7 +276,7 @@ impl FeelSettings {
             ("pace", "realtime"),
         ];
         let numbers = [
-            ("order", self.order),
+            ("order", self.law.order),
             ("stiffness_n_per_m", stiffness),
             ("dissipation_n_s_mu_per_m", dissipation),
             ("scale", self.scale),

@@ -1,8 +1,9 @@
 //! The log of what is felt.
 
 use super::ticking::Ticked;
+use crate::folder::next_folder;
 use haptic_experiment::Failure;
-use haptic_experiment::run::{FolderRequest, Recorder, by_loop, next_free};
+use haptic_experiment::run::{Recorder, by_loop};
 use haptic_log::record::{END, EndKind, RunEnd, StartTime, TickMessage};
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -31,22 +32,7 @@ impl Recording {
         mut metadata: BTreeMap<String, String>,
         provenance: &BTreeMap<String, String>,
     ) -> Result<Self, Failure> {
-        let out = next_free(runs, "feel").ok_or_else(|| {
-            Failure::bad_input(format_args!(
-                "`{}` holds feel-0001 to feel-9999: move some away",
-                runs.display()
-            ))
-        })?;
-        let folder = out.file_name().unwrap_or_default().to_string_lossy();
-        // As the list of runs has it.
-        let name = format!("{folder}/feel");
-        let request = FolderRequest {
-            out: Some(out),
-            stem: "feel".to_owned(),
-            overwrite: false,
-            roll_bytes: None,
-            provenance: BTreeMap::new(),
-        };
+        let (request, name) = next_folder(runs, "feel", provenance)?;
         metadata.extend(provenance.clone());
         let folder = request.prepare()?;
         let log = folder.file("mcap");

@@ -86,6 +86,7 @@ pub(crate) enum FeltThing {
     Wall(WallNumbers),
 }
 
+/// The numbers of a law, K + B·D^μ.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub(crate) struct WallNumbers {
@@ -104,13 +105,13 @@ impl Default for WallNumbers {
     }
 }
 
-/// The simulated device.
+/// Mass and damping of the simulated device; its other numbers are those of the server's device file.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct DeviceNumbers {
-    /// m, kg.
+    /// m, kg, in [0.005, 2].
     pub mass_kg: f64,
-    /// b, N·s/m.
+    /// b, N·s/m, in [0, 50]: what it needs to be stable depends on the law.
     pub damping_n_s_per_m: f64,
 }
 
@@ -155,12 +156,11 @@ pub(crate) struct FeelSettings {
     pub(super) environment: FeltThing,
     /// A few words for people.
     title: String,
-    pub(super) order: f64,
     /// True if the order can be changed: of one spring-pot beside a spring, not of a model with more elements.
     order_free: bool,
-    /// K and B before the factor.
-    pub(super) stiffness_n_per_m: f64,
-    pub(super) dissipation_n_s_mu_per_m: f64,
+    /// Order, and K and B before the factor.
+    #[serde(flatten)]
+    pub(super) law: WallNumbers,
     pub(super) scale: f64,
     #[serde(flatten)]
     pub(super) device: DeviceNumbers,
@@ -180,29 +180,30 @@ impl FeelSettings {
     /// What `feel.start` asks for, on a device with these imperfections; the device is `usual` if none is named.
     pub(crate) fn new(
         library: &Library,
-        (usual, imperfections): (DeviceNumbers, Imperfections),
+        usual: DeviceNumbers,
+        imperfections: Imperfections,
         mut start: FeelChange,
     ) -> Result<Self, Failure> {
         let device = start.device.take().unwrap_or(usual);
         RANGES.mass_kg.check("mass_kg", device.mass_kg)?;
-        RANGES
-            .damping_n_s_per_m
-            .check("damping_n_s_per_m", device.damping_n_s_per_m)?;
+        let (range, damping) = (RANGES.damping_n_s_per_m, device.damping_n_s_per_m);
+        range.check("damping_n_s_per_m", damping)?;
         let environment = start.environment.take().ok_or_else(|| {
             Failure::bad_input("`environment` is missing: name a tissue or a wall")
         })?;
         let ghosts = start.ghosts.take().unwrap_or_else(|| Ghost::ALL.to_vec());
-        Self::of(library, environment, (device, imperfections), ghosts)?.changed(library, &start)
+        Self::of(library, environment, device, imperfections, ghosts)?.changed(library, &start)
     }
 
     fn of(
         library: &Library,
         environment: FeltThing,
-        (device, imperfections): (DeviceNumbers, Imperfections),
+        device: DeviceNumbers,
+        imperfections: Imperfections,
         ghosts: Vec<Ghost>,
     ) -> Result<Self, Failure> {
         let mut map = None;
-        let (title, order, (stiffness, dissipation), model) = match &environment {
+        let (title, law, model) = match &environment {
             FeltThing::Tissue(name) => {
                 let material = library_material(library, name)?;
                 let title = material.description.clone();
@@ -210,21 +211,21 @@ impl FeelSettings {
                 let piece = TissuePiece::usual(tissue).map_err(Failure::input)?;
                 let model = piece.material.composed().cloned();
                 map = piece.specimen.depth_map();
-                let order = piece.material.order().get();
-                (title, order, piece.spring_and_damper(), model)
+                let (stiffness_n_per_m, dissipation_n_s_mu_per_m) = piece.spring_and_damper();
+                let law = WallNumbers {
+                    order: piece.material.order().get(),
+                    stiffness_n_per_m,
+                    dissipation_n_s_mu_per_m,
+                };
+                (title, law, model)
             }
-            FeltThing::Wall(wall) => {
-                let gains = (wall.stiffness_n_per_m, wall.dissipation_n_s_mu_per_m);
-                ("a wall".to_owned(), wall.order, gains, None)
-            }
+            FeltThing::Wall(wall) => ("a wall".to_owned(), *wall, None),
         };
         Self {
             environment,
             title,
-            order,
             order_free: model.is_none(),
-            stiffness_n_per_m: stiffness,
-            dissipation_n_s_mu_per_m: dissipation,
+            law,
             scale: RANGES.scale.default,
             device,
             ghosts,
@@ -238,13 +239,12 @@ impl FeelSettings {
     /// Itself, if its numbers are in their ranges; without the ghosts that a model with more elements has not.
     fn checked(mut self) -> Result<Self, Failure> {
         if self.model.is_none() {
-            RANGES.order.check("order", self.order)?;
-            RANGES
-                .stiffness_n_per_m
-                .check("stiffness_n_per_m", self.stiffness_n_per_m)?;
-            RANGES
-                .dissipation_n_s_mu_per_m
-                .check("dissipation_n_s_mu_per_m", self.dissipation_n_s_mu_per_m)?;
+            let (ranges, law) = (RANGES, self.law);
+            let (k, b) = (law.stiffness_n_per_m, law.dissipation_n_s_mu_per_m);
+            ranges.order.check("order", law.order)?;
+            ranges.stiffness_n_per_m.check("stiffness_n_per_m", k)?;
+            let range = ranges.dissipation_n_s_mu_per_m;
+            range.check("dissipation_n_s_mu_per_m", b)?;
         } else {
             self.ghosts.clear();
         }
@@ -265,25 +265,29 @@ impl FeelSettings {
         let ghosts = change.ghosts.clone().unwrap_or_else(|| self.ghosts.clone());
         let mut next = match &change.environment {
             Some(environment) => {
-                let device = (self.device, self.imperfections);
-                Self::of(library, environment.clone(), device, ghosts)?
+                let environment = environment.clone();
+                Self::of(
+                    library,
+                    environment,
+                    self.device,
+                    self.imperfections,
+                    ghosts,
+                )?
             }
             None => Self {
                 ghosts,
                 ..self.clone()
             },
         };
-        for (name, number, own) in [
-            ("order", change.order, &mut next.order),
-            (
-                "stiffness_n_per_m",
-                change.stiffness_n_per_m,
-                &mut next.stiffness_n_per_m,
-            ),
+        let law = &mut next.law;
+        let (k, b) = (change.stiffness_n_per_m, change.dissipation_n_s_mu_per_m);
+        for (name, number, changed) in [
+            ("order", change.order, &mut law.order),
+            ("stiffness_n_per_m", k, &mut law.stiffness_n_per_m),
             (
                 "dissipation_n_s_mu_per_m",
-                change.dissipation_n_s_mu_per_m,
-                &mut next.dissipation_n_s_mu_per_m,
+                b,
+                &mut law.dissipation_n_s_mu_per_m,
             ),
         ] {
             let Some(number) = number else { continue };
@@ -293,16 +297,12 @@ impl FeelSettings {
                     model.kind().name()
                 )));
             }
-            *own = number;
+            *changed = number;
         }
         next.scale = change.scale.unwrap_or(next.scale);
         // A wall is its three numbers.
         if let FeltThing::Wall(wall) = &mut next.environment {
-            *wall = WallNumbers {
-                order: next.order,
-                stiffness_n_per_m: next.stiffness_n_per_m,
-                dissipation_n_s_mu_per_m: next.dissipation_n_s_mu_per_m,
-            };
+            *wall = next.law;
         }
         next.checked()
     }
@@ -333,8 +333,8 @@ mod tests {
     }
 
     fn started(start: FeelChange) -> Result<FeelSettings, Failure> {
-        let device = (DeviceNumbers::default(), Imperfections::NONE);
-        FeelSettings::new(&library(), device, start)
+        let device = DeviceNumbers::default();
+        FeelSettings::new(&library(), device, Imperfections::NONE, start)
     }
 
     fn library() -> Library {
@@ -352,13 +352,11 @@ mod tests {
     fn a_tissue_brings_its_numbers_a_change_keeps_the_others_and_a_start_may_be_both() {
         let library = library();
         let felt = started(tissue("prostate-cancerous")).expect("known");
-        assert_eq!((felt.order, felt.stiffness_n_per_m), (0.2247, 0.0));
-        assert!((felt.dissipation_n_s_mu_per_m - 173.0).abs() < 1e-9);
+        assert_eq!((felt.law.order, felt.law.stiffness_n_per_m), (0.2247, 0.0));
+        assert!((felt.law.dissipation_n_s_mu_per_m - 173.0).abs() < 1e-9);
         let next = felt.changed(&library, &order(0.4)).expect("in range");
-        let want = FeelSettings {
-            order: 0.4,
-            ..felt.clone()
-        };
+        let mut want = felt.clone();
+        want.law.order = 0.4;
         assert_eq!(next, want);
         let at_once = FeelChange {
             order: Some(0.4),
@@ -367,7 +365,7 @@ mod tests {
         assert_eq!(started(at_once).expect("in range"), want);
         let healthy = next.changed(&library, &tissue("prostate-healthy"));
         let healthy = healthy.expect("known");
-        assert_eq!((healthy.order, healthy.scale), (0.2154, 1.0));
+        assert_eq!((healthy.law.order, healthy.scale), (0.2154, 1.0));
     }
 
     #[test]

@@ -21,7 +21,7 @@ fn felt(wall: WallNumbers, pointer: &Pointer, rise_time: Option<Seconds>) -> Vec
         ..FeelChange::default()
     };
     let numbers = DeviceNumbers::default();
-    let settings = FeelSettings::new(&library, (numbers, Imperfections::NONE), start);
+    let settings = FeelSettings::new(&library, numbers, Imperfections::NONE, start);
     let settings = settings.expect("in range");
     let mass = Kilograms(numbers.mass_kg);
     let own = limits(mass, 0);

@@ -146,10 +146,9 @@ impl Looping<'_> {
         // Asked before the ring is: what was pushed until then is popped.
         let abandoned = self.ends.orders.is_abandoned();
         self.hand_back();
-        while self.spent.is_none() {
-            let Ok(order) = self.ends.orders.pop() else {
-                break;
-            };
+        while self.spent.is_none()
+            && let Ok(order) = self.ends.orders.pop()
+        {
             match order {
                 LoopOrder::Hand(position_m, held) => {
                     let held = held && !self.stopping;
@@ -189,9 +188,8 @@ impl Looping<'_> {
             environment.replace(history, &mut ready);
             controller.clear();
             engaged.device_mut().put_back();
-            self.counts
-                .remembers_from
-                .store(self.next, Ordering::Relaxed);
+            let counts = self.counts;
+            counts.remembers_from.store(self.next, Ordering::Relaxed);
             self.stopping = false;
             self.fresh = true;
             // A change that was made for what went before would remember it.

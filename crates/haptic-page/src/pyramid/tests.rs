@@ -28,6 +28,13 @@ fn filled(samples: &[[f32; 2]]) -> Pyramid {
     pyramid
 }
 
+/// The first tick that any level still has.
+fn first_tick(pyramid: &Pyramid) -> u64 {
+    let firsts = pyramid.levels.iter();
+    let firsts = firsts.map(|level| level.first_tick(pyramid.made));
+    firsts.min().expect("levels")
+}
+
 fn number() -> impl Strategy<Value = f32> {
     prop_oneof![8 => -1e3_f32..1e3, 1 => Just(f32::NAN), 1 => Just(0.0)]
 }
@@ -45,24 +52,24 @@ proptest! {
         let span = Span::new(start, start + length, columns);
         let have = pyramid.columns(span);
         let made = samples.len() as u64;
-        prop_assert!(have.first_tick().is_multiple_of(have.width()));
+        prop_assert!(have.first_tick.is_multiple_of(have.width));
         // The span as far as it is remembered lies within the columns.
-        let (first, end) = (start.max(pyramid.first_tick()).min(made), (start + length).min(made));
+        let (first, end) = (start.max(first_tick(&pyramid)).min(made), (start + length).min(made));
         if first < end {
-            prop_assert!(have.first_tick() <= first);
-            prop_assert!(have.first_tick() + have.count() as u64 * have.width() >= end);
+            prop_assert!(have.first_tick <= first);
+            prop_assert!(have.first_tick + have.count as u64 * have.width >= end);
         }
         for channel in 0..2 {
-            for column in 0..have.count() {
-                let begin = have.first_tick() + column as u64 * have.width();
+            for column in 0..have.count {
+                let begin = have.first_tick + column as u64 * have.width;
                 // What came before what the level remembers may be forgotten in the first column alone.
-                if begin < pyramid.first_tick() {
+                if begin < first_tick(&pyramid) {
                     continue;
                 }
-                let mut want = brute_force(&samples, channel, begin..begin + have.width());
+                let mut want = brute_force(&samples, channel, begin..begin + have.width);
                 if column == 0 && begin < first {
                     // Of the first column a finer level may have forgotten the beginning.
-                    want = brute_force(&samples, channel, first..begin + have.width());
+                    want = brute_force(&samples, channel, first..begin + have.width);
                     prop_assert!(want.0.is_nan() || have.least(channel)[0] <= want.0);
                     prop_assert!(want.1.is_nan() || have.largest(channel)[0] >= want.1);
                     continue;
@@ -82,9 +89,9 @@ proptest! {
         let pyramid = filled(&vec![[1.0, 2.0]; made as usize]);
         let have = pyramid.columns(Span::new(made - length, made, columns));
         let wanted = length.div_ceil(u64::from(columns));
-        prop_assert!(have.width() >= wanted && 4 * have.width() <= 5 * wanted.max(1) + 4);
+        prop_assert!(have.width >= wanted && 4 * have.width <= 5 * wanted.max(1) + 4);
         // At most one more, where the first begins before the span.
-        prop_assert!(have.count() <= columns as usize + 1);
+        prop_assert!(have.count <= columns as usize + 1);
     }
 }
 
@@ -95,7 +102,7 @@ fn a_single_peak_is_seen_from_every_distance() {
     let pyramid = filled(&samples);
     for (start, columns) in [(560, 40), (500, 7), (300, 10), (0, 3), (0, 1)] {
         let have = pyramid.columns(Span::new(start, 600, columns));
-        let column = ((577 - have.first_tick()) / have.width()) as usize;
+        let column = ((577 - have.first_tick) / have.width) as usize;
         let peak = (have.largest(0)[column], have.least(1)[column]);
         assert_eq!(peak, (9.0, -9.0));
         let peaks = have.largest(0).iter().filter(|&&peak| peak > 0.0);
@@ -107,10 +114,10 @@ fn a_single_peak_is_seen_from_every_distance() {
 fn what_is_forgotten_in_full_is_drawn_from_a_coarser_level() {
     let samples: Vec<_> = (0..1000).map(|n| [n as f32, -(n as f32)]).collect();
     let pyramid = filled(&samples);
-    assert_eq!(pyramid.first_sample(), 1000 - 64);
+    assert_eq!(pyramid.levels[0].first_tick(1000), 1000 - 64);
     // Level 2, entries of 16, reaches back 32 of them: not to 100; level 3 does, all of it.
     let have = pyramid.columns(Span::new(100, 200, 100));
-    assert_eq!((have.width(), have.first_tick()), (64, 64));
+    assert_eq!((have.width, have.first_tick), (64, 64));
     assert_eq!((have.least(0)[0], have.largest(0)[0]), (64.0, 127.0));
 }
 
@@ -119,11 +126,11 @@ fn memory_does_not_grow_and_nothing_is_left_after_clear() {
     let mut pyramid = filled(&[[1.0, 2.0]; 5000]);
     assert_eq!(pyramid.made(), 5000);
     pyramid.clear();
-    assert_eq!((pyramid.made(), pyramid.first_tick()), (0, 0));
-    assert_eq!(pyramid.columns(Span::new(0, 100, 10)).count(), 0);
+    assert_eq!((pyramid.made(), first_tick(&pyramid)), (0, 0));
+    assert_eq!(pyramid.columns(Span::new(0, 100, 10)).count, 0);
     pyramid.push(&[3.0]);
     let have = pyramid.columns(Span::new(0, 100, 10));
-    assert_eq!((have.count(), have.least(0)[0]), (1, 3.0));
+    assert_eq!((have.count, have.least(0)[0]), (1, 3.0));
     assert!(have.least(1)[0].is_nan(), "a channel that is missing");
 }
 

@@ -6,7 +6,7 @@ use haptic_log::record::{AXES, Column, TickMessage};
 /// The channels of a log by its number of axes, 1 to 3.
 #[derive(Clone, Debug)]
 pub(super) struct Channels {
-    axes: usize,
+    pub(super) axes: usize,
     columns: Vec<Column>,
 }
 
@@ -20,10 +20,6 @@ impl Channels {
             columns.push(Column::derived("commanded_force_norm_n", norm));
         }
         Self { axes, columns }
-    }
-
-    pub(super) const fn axes(&self) -> usize {
-        self.axes
     }
 
     pub(super) const fn count(&self) -> usize {

@@ -1,8 +1,9 @@
 //! An experiment from a form: it becomes a document, so the same reader checks it.
 
 use super::channels::Channels;
-use super::form::{document, place, simulated};
+use super::form::{document, simulated};
 use super::going::{Drawn, Finished, Work};
+use crate::folder::next_folder;
 use haptic_experiment::judge::Curves;
 use haptic_experiment::run::FolderRequest;
 use haptic_experiment::{
@@ -15,7 +16,8 @@ use std::path::Path;
 
 /// A form, to be run in the next free folder of the runs.
 pub(super) fn work(
-    (kind, parameters): (&str, &Map<String, Value>),
+    kind: &str,
+    parameters: &Map<String, Value>,
     realtime: Option<RealtimeOptions>,
     runs: &Path,
     provenance: &BTreeMap<String, String>,
@@ -27,7 +29,7 @@ pub(super) fn work(
     let samples = experiment.samples()?;
     // A run refuses it too, but then the page has been told that it began.
     experiment.check_start()?;
-    let (mut request, name) = place(runs, kind, provenance)?;
+    let (mut request, name) = next_folder(runs, kind, provenance)?;
     document.keep_in(&mut request.provenance)?;
     let mut metadata = request.provenance.clone();
     metadata.extend(experiment.metadata());
@@ -90,13 +92,10 @@ fn named(curves: &Curves, title: &str) -> Value {
 }
 
 fn theory(report: &IndentationReport, curves: &Curves) -> Value {
-    let (quantity, label) = match report.final_strain {
-        Some(_) => ("strain", "strain"),
-        None => ("force", "force / N"),
-    };
+    let is_strain = report.final_strain.is_some();
     let mut named = named(curves, &curves.title);
-    named["quantity"] = quantity.into();
-    named["label"] = label.into();
+    named["quantity"] = (if is_strain { "strain" } else { "force" }).into();
+    named["label"] = (if is_strain { "strain" } else { "force / N" }).into();
     named
 }
 
@@ -116,7 +115,7 @@ mod tests {
 
     fn job(kind: &str, form: &Map<String, Value>) -> Result<u64, Failure> {
         let provenance = BTreeMap::new();
-        work((kind, form), None, Path::new("nowhere"), &provenance).map(|work| work.steps)
+        work(kind, form, None, Path::new("nowhere"), &provenance).map(|work| work.steps)
     }
 
     #[test]

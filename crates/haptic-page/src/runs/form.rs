@@ -1,17 +1,15 @@
-//! Forms of the experiments, from the tables of their parameters; the document that one stands for, and the place of what comes of it.
+//! Forms of the experiments, from the tables of their parameters; the document that one stands for, and what may be run from a page.
 
 use haptic_experiment::Failure;
 use haptic_experiment::document::Document;
 use haptic_experiment::parameters::{
     self, KINDS, Parameter, QUESTIONS, Value as Default, choices, is_path,
 };
-use haptic_experiment::run::{FolderRequest, next_free};
 use haptic_loop::LoadingKind;
 use haptic_quantity::label;
 use serde_json::{Map, Value, json};
-use std::collections::BTreeMap;
 use std::fs;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 /// The document that a form stands for.
 pub(super) fn document(kind: &str, parameters: &Map<String, Value>) -> Result<Document, Failure> {
@@ -74,30 +72,6 @@ pub(super) fn simulated(is_simulated: bool) -> Result<(), Failure> {
     }
 }
 
-/// The next free folder of the runs for this kind, and the name of what will be in it.
-pub(super) fn place(
-    runs: &Path,
-    kind: &str,
-    provenance: &BTreeMap<String, String>,
-) -> Result<(FolderRequest, String), Failure> {
-    let out: PathBuf = next_free(runs, kind).ok_or_else(|| {
-        Failure::bad_input(format_args!(
-            "`{}` holds {kind}-0001 to {kind}-9999: move some away",
-            runs.display()
-        ))
-    })?;
-    let folder = out.file_name().unwrap_or_default().to_string_lossy();
-    let name = format!("{folder}/{kind}");
-    let request = FolderRequest {
-        out: Some(out),
-        stem: kind.to_owned(),
-        overwrite: false,
-        roll_bytes: None,
-        provenance: provenance.clone(),
-    };
-    Ok((request, name))
-}
-
 pub(super) fn kinds() -> impl Iterator<Item = &'static str> {
     KINDS.into_iter().chain(QUESTIONS)
 }
@@ -134,14 +108,12 @@ fn parameter(form: &str, given: &Parameter, required: bool) -> Value {
         Default::Text(default) => ("text", json!(default)),
         Default::List(_) => ("list", json!(shown)),
     };
-    let (least, most) = match value {
-        Default::Number(_, range) => range.ends().map(Some).into(),
-        _ => (None, None),
+    let range = if let Default::Number(_, range) = value {
+        Some(range)
+    } else {
+        None
     };
-    let range = match value {
-        Default::Number(_, range) => Some(range.to_string()),
-        _ => None,
-    };
+    let [least, most] = range.map_or([None; 2], |range| range.ends().map(Some));
     let choices: Vec<&str> = choices(given).iter().map(|choice| choice.0).collect();
     json!({
         "key": key,
@@ -150,7 +122,7 @@ fn parameter(form: &str, given: &Parameter, required: bool) -> Value {
         "shown": shown,
         "least": least,
         "most": most,
-        "range": range,
+        "range": range.map(ToString::to_string),
         "required": required,
         "choices": choices,
         "help": help,
@@ -158,22 +130,19 @@ fn parameter(form: &str, given: &Parameter, required: bool) -> Value {
 }
 
 /// Of a record that is to be identified, with the loadings that it is for.
-fn record_parameter(own: &Parameter) -> Value {
-    let size = label(own.key);
+fn record_parameter(given: &Parameter) -> Value {
+    let size = label(given.key);
     let is_size = |kind: LoadingKind| kind.sizes().contains(&size.as_str());
-    let is_held = [parameters::STRAIN.key, parameters::STRESS.key].contains(&own.key);
+    let is_held = [parameters::STRAIN.key, parameters::STRESS.key].contains(&given.key);
     let kinds = LoadingKind::ALL.map(|one| one.0);
     let is_of_some = kinds.into_iter().any(is_size);
     let takes = |kind: &LoadingKind| match is_of_some {
         true => is_size(*kind),
         false => kind.is_slab() || !is_held,
     };
-    let loadings: Vec<&str> = kinds
-        .iter()
-        .filter(|kind| takes(kind))
-        .map(|kind| kind.name())
-        .collect();
-    let mut field = parameter("identify", own, false);
+    let loadings = kinds.iter().filter(|kind| takes(kind));
+    let loadings: Vec<&str> = loadings.map(|kind| kind.name()).collect();
+    let mut field = parameter("identify", given, false);
     field["loadings"] = json!(loadings);
     field
 }

@@ -70,8 +70,8 @@ pub(super) struct Going {
     name: String,
     kind: String,
     steps: u64,
-    /// `None` for a question.
-    watched: Option<Watched>,
+    /// Its samples so far; `None` for a question.
+    pub(super) watched: Option<Watched>,
     stop: AtomicBool,
     over: AtomicBool,
     thread: Mutex<Option<JoinHandle<()>>>,
@@ -127,24 +127,18 @@ impl Going {
         announce: Announce,
         keep: impl FnOnce(&str, Value, Option<String>) + Send + 'static,
     ) -> Arc<Self> {
-        let Work {
-            kind,
-            name,
-            steps,
-            drawn,
-            run,
-        } = work;
+        let (drawn, run) = (work.drawn, work.run);
         let going = Arc::new(Self {
-            name,
-            kind,
-            steps,
-            watched: drawn.map(|drawn| Watched::of(drawn, steps)),
+            name: work.name,
+            kind: work.kind,
+            steps: work.steps,
+            watched: drawn.map(|drawn| Watched::of(drawn, work.steps)),
             stop: AtomicBool::new(false),
             over: AtomicBool::new(false),
             thread: Mutex::default(),
         });
-        let own = Arc::clone(&going);
-        let thread = std::thread::spawn(move || own.run(run, &announce, keep));
+        let running = Arc::clone(&going);
+        let thread = std::thread::spawn(move || running.run(run, &announce, keep));
         *locked(&going.thread) = Some(thread);
         going
     }
@@ -194,7 +188,10 @@ impl Going {
             Err(error) if self.is_stopped() => {
                 say("stopped", json!({"error": error.to_string()}));
             }
-            Err(error) => self.failed(&error, announce, say),
+            Err(error) => {
+                announce.notice(format!("{}: {error}", self.name));
+                say("failed", json!({"error": error.to_string()}));
+            }
         }
     }
 
@@ -208,40 +205,24 @@ impl Going {
         finished: Finished,
         keep: impl FnOnce(&str, Value, Option<String>),
     ) -> (&'static str, Value) {
-        let Finished {
-            report,
-            curves,
-            verdict,
-            ended_early,
-        } = finished;
-        keep(&self.name, curves, verdict.clone());
-        let state = match &ended_early {
+        keep(&self.name, finished.curves, finished.verdict.clone());
+        let state = match &finished.ended_early {
             None => "done",
             Some(_) if self.is_stopped() => "stopped",
             Some(_) => "failed",
         };
         let more = json!({
             // A question has steps, not samples.
-            "samples_done": report.get("samples").cloned().unwrap_or(self.steps.into()),
-            "verdict": verdict,
-            "error": ended_early,
-            "report": report,
+            "samples_done": finished.report.get("samples").cloned().unwrap_or(self.steps.into()),
+            "verdict": finished.verdict,
+            "error": finished.ended_early,
+            "report": finished.report,
         });
         (state, more)
     }
 
-    fn failed(&self, error: &Failure, announce: &Announce, say: impl Fn(&str, Value)) {
-        announce.notice(format!("{}: {error}", self.name));
-        say("failed", json!({"error": error.to_string()}));
-    }
-
     pub(super) fn name(&self) -> &str {
         &self.name
-    }
-
-    /// Its samples so far; `None` of a question.
-    pub(super) const fn watched(&self) -> Option<&Watched> {
-        self.watched.as_ref()
     }
 
     /// What `runs.open` answers while it goes: its samples are those that are planned.
@@ -252,7 +233,7 @@ impl Going {
         json!({
             "name": self.name,
             "channels": drawn.channels.names(),
-            "axes": drawn.channels.axes(),
+            "axes": drawn.channels.axes,
             "samples": self.steps,
             "sample_time_s": drawn.sample_time_s,
             "first_s": 0.0,

@@ -33,7 +33,7 @@ impl Seen {
 }
 
 /// A line of the list.
-#[derive(Clone, Debug, Serialize)]
+#[derive(Clone, Debug, Default, Serialize)]
 pub(super) struct Listed {
     pub(super) name: String,
     kind: Option<String>,
@@ -41,7 +41,7 @@ pub(super) struct Listed {
     duration_s: Option<f64>,
     samples: Option<u64>,
     size_bytes: u64,
-    verdict: Option<String>,
+    pub(super) verdict: Option<String>,
     running: bool,
 }
 
@@ -146,18 +146,12 @@ fn goes_on_with(stem: &str, folder: &Path) -> bool {
 fn listed(name: &str, path: &Path, seen: Seen) -> Listed {
     let mut listed = Listed {
         name: name.to_owned(),
-        kind: None,
-        started_utc: None,
-        duration_s: None,
-        samples: None,
         size_bytes: seen.bytes,
-        verdict: None,
-        running: false,
+        ..Listed::default()
     };
-    let whole = seen.bytes <= WHOLE_BYTES;
     let said = if is_answer(path) {
         listed.answer(path)
-    } else if whole {
+    } else if seen.bytes <= WHOLE_BYTES {
         listed.whole(path)
     } else {
         listed.beginning(path)
@@ -169,13 +163,6 @@ fn listed(name: &str, path: &Path, seen: Seen) -> Listed {
 }
 
 impl Listed {
-    /// The verdict of the run itself, which knows more than its log.
-    pub(super) fn judged(&mut self, verdict: Option<&str>) {
-        if let Some(verdict) = verdict {
-            self.verdict = Some(verdict.to_owned());
-        }
-    }
-
     fn answer(&mut self, path: &Path) -> Result<(), Failure> {
         let answer = read_answer(path)?;
         let text = |key: &str| answer[key].as_str().map(str::to_owned);
@@ -187,15 +174,11 @@ impl Listed {
     fn whole(&mut self, path: &Path) -> Result<(), Failure> {
         let summary = inspect(path)?;
         self.samples = Some(summary.samples);
-        self.duration_s = summary
-            .first_s
-            .zip(summary.last_s)
-            .map(|(first, last)| last - first);
+        let ends = summary.first_s.zip(summary.last_s);
+        self.duration_s = ends.map(|(first, last)| last - first);
         self.started_utc = summary.started_utc;
-        let experiment = summary
-            .metadata
-            .iter()
-            .find(|record| record.name == "experiment");
+        let mut records = summary.metadata.iter();
+        let experiment = records.find(|record| record.name == "experiment");
         self.about(experiment.map(|record| &record.values));
         if !summary.complete {
             self.verdict = Some("cut off or damaged".to_owned());
@@ -210,15 +193,14 @@ impl Listed {
     fn beginning(&mut self, path: &Path) -> Result<(), Failure> {
         let mut log = LogFiles::open(path)?;
         while let Some(entry) = log.next() {
-            match entry? {
-                Entry::Metadata(record) if record.name == "experiment" => {
-                    self.about(Some(&record.values));
-                }
-                Entry::Tick(_) => {
-                    self.started_utc = log.started().map(StartTime::rfc3339);
-                    break;
-                }
-                _ => {}
+            let entry = entry?;
+            if let Entry::Metadata(record) = &entry
+                && record.name == "experiment"
+            {
+                self.about(Some(&record.values));
+            } else if let Entry::Tick(_) = entry {
+                self.started_utc = log.started().map(StartTime::rfc3339);
+                break;
             }
         }
         Ok(())
@@ -230,17 +212,15 @@ impl Listed {
         let planned = || values.get("duration_s").and_then(|text| text.parse().ok());
         self.duration_s = self.duration_s.or_else(planned);
         // Of a teleoperation the analysis knows the slave in its place, not the line.
-        let of = match self.kind.as_deref() {
-            Some("teleoperation") => "the slave in its place is ",
-            _ => "",
+        let is_teleoperation = self.kind.as_deref() == Some("teleoperation");
+        let of = if is_teleoperation {
+            "the slave in its place is "
+        } else {
+            ""
         };
         self.verdict = values.get("preflight.stable").map(|stable| {
-            let stable = if stable == "true" {
-                "stable"
-            } else {
-                "unstable"
-            };
-            format!("{of}{stable} by the analysis")
+            let un = if stable == "true" { "" } else { "un" };
+            format!("{of}{un}stable by the analysis")
         });
     }
 }

@@ -19,8 +19,9 @@ pub(crate) use opened::{Table, TableRequest};
 
 use crate::Announce;
 use crate::feel::locked;
-use crate::pyramid::{Columns, Span};
-use going::{Going, Work};
+use crate::pyramid::{Columns, Pyramid, Span};
+use channels::Channels;
+use going::{Going, Watched, Work};
 use haptic_experiment::{Failure, RealtimeOptions};
 use list::{Listing, is_answer, read_answer};
 use opened::Opened;
@@ -91,7 +92,8 @@ impl Runs {
         let mut runs = locked(&self.listing).list(&self.folder, name)?;
         for told in locked(&self.told).iter() {
             if let Some(listed) = runs.iter_mut().find(|listed| listed.name == told.name) {
-                listed.judged(told.verdict.as_deref());
+                // The run itself knows more than its log.
+                listed.verdict = told.verdict.clone().or(listed.verdict.take());
             }
         }
         Ok(json!({"runs": runs}))
@@ -144,23 +146,21 @@ impl Runs {
         span: impl Fn(u64, f64) -> Result<Span, Failure>,
     ) -> Result<ShownRun, Failure> {
         let going = self.going().filter(|going| going.name() == name);
-        if let Some(watched) = going.as_ref().and_then(|going| going.watched()) {
-            let pyramid = locked(&watched.pyramid);
-            let sample_time_s = watched.drawn.sample_time_s;
+        let shown = |channels: &Channels, pyramid: &Pyramid, sample_time_s| {
             let span = span(pyramid.made().max(1), sample_time_s)?;
-            return Ok(ShownRun {
-                channels: watched.drawn.channels.names(),
+            Ok(ShownRun {
+                channels: channels.names(),
                 columns: pyramid.columns(span),
                 sample_time_s,
-            });
+            })
+        };
+        if let Some(Watched { drawn, pyramid }) =
+            going.as_ref().and_then(|going| going.watched.as_ref())
+        {
+            return shown(&drawn.channels, &locked(pyramid), drawn.sample_time_s);
         }
         let opened = self.opened(name)?;
-        let span = span(opened.pyramid.made().max(1), opened.sample_time_s)?;
-        Ok(ShownRun {
-            channels: opened.channels.names(),
-            columns: opened.pyramid.columns(span),
-            sample_time_s: opened.sample_time_s,
-        })
+        shown(&opened.channels, &opened.pyramid, opened.sample_time_s)
     }
 
     /// The samples of a log as a table.
@@ -224,13 +224,13 @@ impl Runs {
         if haptic_experiment::parameters::QUESTIONS.contains(&kind) {
             if realtime {
                 return Err(Failure::bad_input(format_args!(
-                    "{kind} is a question, which no clock holds up: leave `realtime` away"
+                    "{kind} is a question, which no clock holds up: omit `realtime`"
                 )));
             }
-            return question::work((kind, parameters), folder, provenance);
+            return question::work(kind, parameters, folder, provenance);
         }
         let realtime = realtime.then_some(self.realtime);
-        experiment::work((kind, parameters), realtime, folder, provenance)
+        experiment::work(kind, parameters, realtime, folder, provenance)
     }
 
     /// Ends the run that goes on, force ramped to zero.

@@ -87,10 +87,8 @@ impl Opened {
             push(pyramid, channels, &tick)?;
         }
         let (channels, pyramid) = read.ok_or_else(|| no_sample(name))?;
-        let said = summary
-            .metadata
-            .iter()
-            .find(|record| record.name == "experiment");
+        let mut records = summary.metadata.iter();
+        let said = records.find(|record| record.name == "experiment");
         let said = said.and_then(|record| record.values.get("sample_time_s")?.parse::<f64>().ok());
         let said = said.filter(|time| time.is_finite() && *time > 0.0);
         let (first, last) = ticks;
@@ -107,37 +105,24 @@ impl Opened {
 
     /// What `runs.open` answers.
     pub(super) fn answer(&self) -> Value {
-        let LogSummary {
-            samples,
-            first_s,
-            last_s,
-            started_utc,
-            missing_samples,
-            complete,
-            damage,
-            metadata,
-            events,
-            end,
-            ..
-        } = &self.summary;
-        let metadata = metadata
-            .iter()
-            .map(|record| (record.name.clone(), json!(record.values)));
+        let summary = &self.summary;
+        let metadata = summary.metadata.iter();
+        let metadata = metadata.map(|record| (record.name.clone(), json!(record.values)));
         json!({
             "name": self.name,
             "channels": self.channels.names(),
-            "axes": self.channels.axes(),
-            "samples": samples,
+            "axes": self.channels.axes,
+            "samples": summary.samples,
             "sample_time_s": self.sample_time_s,
-            "first_s": first_s,
-            "last_s": last_s,
-            "started_utc": started_utc,
-            "missing_samples": missing_samples,
-            "complete": complete,
-            "damage": damage,
+            "first_s": summary.first_s,
+            "last_s": summary.last_s,
+            "started_utc": summary.started_utc,
+            "missing_samples": summary.missing_samples,
+            "complete": summary.complete,
+            "damage": summary.damage,
             "metadata": metadata.collect::<serde_json::Map<_, _>>(),
-            "events": events,
-            "end": end,
+            "events": summary.events,
+            "end": summary.end,
         })
     }
 }
@@ -177,10 +162,8 @@ impl Table {
         channels: Channels,
         request: &TableRequest,
     ) -> Result<Self, Failure> {
-        let [from_s, to_s] = [
-            request.from_s.unwrap_or(f64::NEG_INFINITY),
-            request.to_s.unwrap_or(f64::INFINITY),
-        ];
+        let from_s = request.from_s.unwrap_or(f64::NEG_INFINITY);
+        let to_s = request.to_s.unwrap_or(f64::INFINITY);
         // Not a number is before nothing.
         if from_s.partial_cmp(&to_s).is_none_or(Ordering::is_gt) {
             return Err(Failure::bad_input("`from_s` has to be before `to_s`"));

@@ -5,9 +5,10 @@
 //!                     design-0001/  design.toml          the experiment that tries the proposal
 //! ```
 
-use super::form::{document, place, simulated};
+use super::form::{document, simulated};
 use super::going::{Attendant, Finished, Work};
 use super::list::ANSWER;
+use crate::folder::next_folder;
 use haptic_experiment::Failure;
 use haptic_experiment::question::Question;
 use haptic_experiment::run::{OutputFolder, write_text};
@@ -18,14 +19,15 @@ use std::sync::atomic::{AtomicU64, Ordering};
 
 /// A form, to be answered in the next free folder of the runs.
 pub(super) fn work(
-    (kind, parameters): (&str, &Map<String, Value>),
+    kind: &str,
+    parameters: &Map<String, Value>,
     runs: &Path,
     provenance: &BTreeMap<String, String>,
 ) -> Result<Work, Failure> {
     let document = document(kind, parameters)?;
     let question = Question::open(&document)?;
     simulated(question.is_simulated())?;
-    let (request, name) = place(runs, kind, provenance)?;
+    let (request, name) = next_folder(runs, kind, provenance)?;
     let (kind, program) = (kind.to_owned(), provenance.get("program").cloned());
     Ok(Work {
         kind: kind.clone(),
@@ -34,7 +36,7 @@ pub(super) fn work(
         drawn: None,
         run: Box::new(move |attendant| {
             let folder = request.prepare()?;
-            let result = written(&question, (&kind, program.as_deref()), attendant, &folder);
+            let result = written(&question, &kind, program, attendant, &folder);
             result.inspect_err(|_| folder.discard())
         }),
     })
@@ -43,7 +45,8 @@ pub(super) fn work(
 /// Answers a question, and writes the answer.
 fn written(
     question: &Question,
-    (kind, program): (&str, Option<&str>),
+    kind: &str,
+    program: Option<String>,
     attendant: Attendant<'_>,
     folder: &OutputFolder,
 ) -> Result<Finished, Failure> {
@@ -52,8 +55,7 @@ fn written(
         let before = done.fetch_add(steps, Ordering::Relaxed);
         (attendant.progress)(before + steps);
     };
-    let stop = attendant.stop;
-    let answer = question.answer(&progress, stop, attendant.warn)?;
+    let answer = question.answer(&progress, attendant.stop, attendant.warn)?;
     answer.write_table(folder)?;
     let (report, verdict) = (json!(answer), answer.verdict());
     let ended_early = report["ended_early"].as_str().map(str::to_owned);
@@ -114,7 +116,7 @@ mod tests {
             ("design", json!({"wish": "peace"}), "stiffest-wall"),
         ] {
             let given = given.as_object().expect("an object").clone();
-            let asked = work((kind, &given), Path::new("nowhere"), &BTreeMap::new());
+            let asked = work(kind, &given, Path::new("nowhere"), &BTreeMap::new());
             let error = asked.map(|work| work.steps).expect_err(want).to_string();
             assert!(error.contains(want) && !error.contains("form"), "{error}");
         }

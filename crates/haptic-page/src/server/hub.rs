@@ -3,8 +3,8 @@
 use super::request::RunStart;
 use super::tables::Tables;
 use crate::feel::{
-    DeviceNumbers, Feel, FeelChange, FeelPlace, FeelSettings, HAND_DAMPING, HAND_STIFFNESS,
-    JudgedFeel, Kept, SAMPLE_TIME, locked, pyramid_size,
+    DeviceNumbers, Feel, FeelChange, FeelPlace, FeelSettings, HAND_DAMPING, HAND_STIFFNESS, Kept,
+    SAMPLE_TIME, locked, pyramid_size,
 };
 use crate::pyramid::Pyramid;
 use crate::runs::Runs;
@@ -29,7 +29,7 @@ const AT_ONCE: usize = 16;
 /// Said when there is no place for another.
 pub(super) const BUSY: &str = "sixteen requests are being worked on: wait for an answer";
 
-/// Options of the server.
+/// What a server is started with, and keeps until it ends.
 #[derive(Clone, Debug)]
 pub struct ServerOptions {
     /// The port; 0 for any that is free.
@@ -202,8 +202,13 @@ impl Hub {
     /// Starts a loop; one that was there is stopped.
     pub(super) async fn start_feel(&self, start: FeelChange) -> Result<Value, Failure> {
         let stops = self.stops.load(Ordering::Relaxed);
-        let device = (self.options.device, self.options.imperfections);
-        let settings = FeelSettings::new(&self.options.library, device, start)?;
+        let options = &self.options;
+        let settings = FeelSettings::new(
+            &options.library,
+            options.device,
+            options.imperfections,
+            start,
+        )?;
         let _making = self.making.lock().await;
         // What was there goes on if the new one is refused.
         let old = self.feel();
@@ -292,29 +297,17 @@ pub(super) async fn blocking<T: Send + 'static>(
 
 /// What is felt and its verdict: the same in answers and to all pages.
 pub(super) fn felt(feel: &Feel) -> Value {
-    let JudgedFeel {
-        settings,
-        verdict,
-        dynamics,
-    } = feel.felt();
-    let (mut feel, mut judged, limits) = (json!(settings), json!(verdict), Limits::default());
-    for (key, number) in [
-        ("hand_stiffness_n_per_m", HAND_STIFFNESS.0),
-        ("hand_damping_n_s_per_m", HAND_DAMPING.0),
-        ("force_limit_n", limits.force.0),
-        ("force_rate_limit_n_per_s", limits.rate.0),
-        ("memory_s", pyramid_size().samples as f64 * SAMPLE_TIME.0),
-    ] {
-        feel[key] = json!(number);
-    }
-    judged["line"] = json!(verdict.line());
-    for (key, number) in [
-        ("mass_kg", dynamics.mass_kg),
-        ("damping_n_s_per_m", dynamics.damping_n_s_per_m),
-        ("hand_stiffness_n_per_m", dynamics.hand_stiffness_n_per_m),
-    ] {
-        judged[key] = json!(number);
-    }
-    feel["verdict"] = judged;
+    let (felt, limits) = (feel.felt(), Limits::default());
+    let (mut feel, mut verdict) = (json!(felt.settings), json!(felt.verdict));
+    feel["hand_stiffness_n_per_m"] = HAND_STIFFNESS.0.into();
+    feel["hand_damping_n_s_per_m"] = HAND_DAMPING.0.into();
+    feel["force_limit_n"] = limits.force.0.into();
+    feel["force_rate_limit_n_per_s"] = limits.rate.0.into();
+    feel["memory_s"] = (pyramid_size().samples as f64 * SAMPLE_TIME.0).into();
+    verdict["line"] = felt.verdict.line().into();
+    verdict["mass_kg"] = felt.dynamics.mass_kg.into();
+    verdict["damping_n_s_per_m"] = felt.dynamics.damping_n_s_per_m.into();
+    verdict["hand_stiffness_n_per_m"] = felt.dynamics.hand_stiffness_n_per_m.into();
+    feel["verdict"] = verdict;
     json!({"feel": feel})
 }

@@ -2,7 +2,7 @@
 
 use super::answer::answer;
 use super::hub::{BUSY, Hub};
-use super::live::{FRAMES_PER_S, LiveView, Shown, next_frame, status};
+use super::live::{Acknowledged, FRAMES_PER_S, Live, status};
 use super::page::{Outgoing, Page, QUEUE, refusal};
 use super::request::{self, Request};
 use futures_util::stream::{SplitSink, SplitStream};
@@ -47,8 +47,10 @@ pub(super) async fn serve(stream: WebSocket, hub: Arc<Hub>) {
         full: Arc::default(),
         panels: Arc::default(),
     };
-    let writer = tokio::spawn(write(sink, queue, Arc::clone(&hub), number));
-    let reason = read(&mut source, &hub, &page).await;
+    let acknowledged = Acknowledged::default();
+    let live = Live::new(acknowledged.clone());
+    let writer = tokio::spawn(write(sink, queue, live, Arc::clone(&hub), number));
+    let reason = read(&mut source, &acknowledged, &hub, &page).await;
     page.panels.give_up();
     // Not after the writer: a page that does not read would hold it.
     let leaving = tokio::spawn({
@@ -76,6 +78,7 @@ pub(super) async fn serve(stream: WebSocket, hub: Arc<Hub>) {
 /// Reads until the end; code and reason, if it is the server that ends it.
 async fn read(
     source: &mut SplitStream<WebSocket>,
+    acknowledged: &Acknowledged,
     hub: &Arc<Hub>,
     page: &Page,
 ) -> Option<(CloseCode, &'static str)> {
@@ -96,9 +99,12 @@ async fn read(
             Ok(None | Some(Err(_) | Ok(Message::Close(_)))) => return None,
             Ok(Some(Ok(Message::Ping(_) | Message::Pong(_) | Message::Frame(_)))) => continue,
             Ok(Some(Ok(Message::Text(text)))) => request::parse(&text),
-            Ok(Some(Ok(Message::Binary(_)))) => {
-                Err((Value::Null, "requests are text, not bytes".to_owned()))
-            }
+            Ok(Some(Ok(Message::Binary(bytes)))) if acknowledged.take(&bytes) => continue,
+            Ok(Some(Ok(Message::Binary(_)))) => Err((
+                Value::Null,
+                "requests are text; only the eight bytes that acknowledge a frame are none"
+                    .to_owned(),
+            )),
         };
         match text {
             Ok((id, request)) => {
@@ -144,6 +150,7 @@ async fn obey(id: Value, request: Request, hub: &Arc<Hub>, page: &Page) {
 async fn write(
     mut sink: SplitSink<WebSocket, Message>,
     mut queue: mpsc::Receiver<Outgoing>,
+    mut live: Live,
     hub: Arc<Hub>,
     page: u64,
 ) {
@@ -154,8 +161,6 @@ async fn write(
             interval.set_missed_tick_behavior(MissedTickBehavior::Delay);
             interval
         });
-    let mut live: Option<LiveView> = None;
-    let mut shown = Shown::default();
     let mut idle = 0;
     loop {
         let message = tokio::select! {
@@ -164,7 +169,7 @@ async fn write(
                 None => break,
                 Some(Outgoing::Message(message)) => message,
                 Some(Outgoing::Live(view)) => {
-                    (live, shown) = (view, Shown::default());
+                    live.show(view);
                     continue;
                 }
             },
@@ -179,12 +184,12 @@ async fn write(
                     continue;
                 }
                 idle = 0;
-                Message::text(status(&hub, page, &shown).to_string())
+                Message::text(status(&hub, page, &mut live).to_string())
             }
             _ = pings.tick() => Message::Ping(Bytes::new()),
-            _ = frames.tick(), if live.is_some() => {
-                let view = live.filter(|_| hub.feel().is_some());
-                match view.and_then(|view| next_frame(&hub.place.kept, view, &mut shown)) {
+            _ = frames.tick(), if live.is_on() => {
+                let feel = hub.feel();
+                match feel.and_then(|_| live.next_frame(&hub.place.kept)) {
                     Some(frame) => Message::binary(frame),
                     None => continue,
                 }

@@ -134,3 +134,25 @@ fn what_is_worked_on_is_bounded_for_the_server_and_given_up_with_its_page() {
     drop(server);
     assert_eq!(other.closed(), "1001: the server was stopped");
 }
+
+#[test]
+fn a_page_that_falls_behind_is_told_and_goes_on_where_it_was() {
+    let (_runs, server, mut page) = opened();
+    page.acknowledges = false;
+    page.ask("feel.start", prostate());
+    let view = json!({"source": "live", "last_s": 1, "columns": 1000});
+    page.ask("view", view.clone());
+    // Frames stop, and nothing is said of samples that were left out: they still come.
+    let waits = page.status(|status| status["picture_late_s"].as_f64() > Some(0.5));
+    let still = page.status(|status| status["picture_late_s"].as_f64() > Some(0.8));
+    assert_eq!(still["samples_sent"], waits["samples_sent"]);
+    let newest = page.frames.pop().expect("a frame");
+    page.acknowledges = true;
+    page.acknowledge(&newest);
+    page.frame(|frame| frame.columns > 900);
+    page.status(|status| status["picture_late_s"].as_f64() < Some(0.5));
+    // A page that comes anew has nothing to go on from: its first picture is whole.
+    let mut again = Page::open(server.address());
+    again.ask("view", view);
+    assert!(again.frame(|_| true).columns > 900);
+}

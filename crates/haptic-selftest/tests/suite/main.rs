@@ -149,7 +149,7 @@ fn an_emergency_stop_is_pressed_and_released_by_somebody() {
     let report = tested(&|| board.connect(), test, &|notice| match notice {
         Notice::PressEmergencyStop => board.open_stop(true),
         Notice::ReleaseEmergencyStop => board.open_stop(false),
-        _ => {}
+        Notice::MayMove(_) | Notice::Trying(_) => {}
     });
     assert!(report.holds, "{report:#?}");
     let row = report.checks.last().expect("a row");
