@@ -16,7 +16,7 @@ pub use decimated::Decimated;
 pub use modelled_tissue::operator;
 pub use preflight::{Preflight, WallContact};
 pub(crate) use reference::Reference;
-pub use report::RunReport;
+pub use report::{Report, RunReport};
 
 /// In per cent, without the digits that binary fractions add.
 pub(crate) fn percent(fraction: f64) -> f64 {
@@ -234,8 +234,45 @@ pub struct Curves {
     pub time_s: Vec<f64>,
     /// Values at these times, each with its name.
     pub columns: Vec<(&'static str, Vec<f64>)>,
-    /// Outline of what is touched in the plane of the first two axes, m; empty if it is not there.
-    pub outline_m: Vec<(f64, f64)>,
+    /// Chosen by the experiment, as only that knows what its curves mean.
+    pub drawing: Drawing,
+}
+
+/// The picture that curves make, and what it shows beside them. A kind of experiment chooses one of these, or brings one more.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Drawing {
+    /// A quantity beside its closed form.
+    Theory {
+        /// Name of the tissue.
+        tissue: String,
+        /// α of the tissue.
+        order: f64,
+        /// Name of the device.
+        device: String,
+        /// Operator.
+        scheme: String,
+        /// What is compared: `force`, `strain` or `depth`.
+        quantity: &'static str,
+        /// The same with its unit, for an axis.
+        label: &'static str,
+    },
+    /// A device that comes to rest.
+    Trial {
+        /// Where it should, m; `None` if nothing holds the push.
+        expected_deflection_m: Option<f64>,
+    },
+    /// Both sides of a teleoperation, and stiffnesses over the frequency in Hz, N/m: `touched` by the slave, by the `formula`, `felt`.
+    Pair {
+        /// Curves by their names.
+        stiffnesses: Vec<(&'static str, Vec<(f64, f64)>)>,
+    },
+    /// One side of a teleoperation.
+    Side,
+    /// A path in the plane of the first two axes.
+    Plane {
+        /// Outline of what is touched, m; empty if it does not end.
+        outline_m: Vec<(f64, f64)>,
+    },
 }
 
 impl Curves {
@@ -265,15 +302,6 @@ impl<R> Published<R> {
             report,
             curves,
             folder,
-        }
-    }
-
-    /// With the report of any kind.
-    pub(crate) fn map<T>(self, report: impl FnOnce(R) -> T) -> Published<T> {
-        Published {
-            report: report(self.report),
-            curves: self.curves,
-            folder: self.folder,
         }
     }
 }

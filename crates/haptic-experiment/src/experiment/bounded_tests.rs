@@ -1,10 +1,12 @@
 //! A run that is kept in memory and the same run read again from its log are judged alike.
 
 use crate::document::failure::Failure;
+use crate::experiment::coupler::CouplerExperiment;
 use crate::experiment::indentation::Indentation;
 use crate::experiment::trial::Trial as _;
+use crate::experiment::wall::WallExperiment;
 use crate::judge::modelled_tissue::ModelledTissue;
-use crate::open::{Experiment, ExperimentFile};
+use crate::open::ExperimentFile;
 use crate::run::folder::FolderRequest;
 use crate::run::{Ran, Supervisor};
 use serde_json::Value;
@@ -49,25 +51,23 @@ pub(crate) fn defaults(material: ModelledTissue) -> Indentation {
 fn twice(text: &str) -> [(Value, Vec<Vec<f64>>); 2] {
     let place = tempfile::tempdir().expect("a folder");
     let experiment = ExperimentFile::parse(Path::new("lab.toml"), text).expect("is right");
+    let (wall, coupler) = (
+        experiment.of::<WallExperiment>(),
+        experiment.of::<CouplerExperiment>(),
+    );
     let report = |ran: &Ran| -> Result<Value, Failure> {
-        let value = match &experiment.0 {
-            Experiment::Relax(own) | Experiment::Creep(own) => {
-                serde_json::to_value(own.report(ran)?.0)
-            }
-            Experiment::Wall(own) => serde_json::to_value(own.reported(&own.judged(ran)?)),
-            Experiment::Coupler(own) => serde_json::to_value(own.reported(&own.judged(ran)?)),
-            Experiment::Teleoperation(_) | Experiment::Touch(_) => {
-                unreachable!("it is judged while it runs")
-            }
+        let (report, _) = match (experiment.indentation(), wall, coupler) {
+            (Some(pressed), ..) => pressed.report(ran)?,
+            (_, Some(wall), _) => wall.report(ran)?,
+            (.., coupler) => coupler.expect("what is judged after it ran").report(ran)?,
         };
-        Ok(value.expect("is JSON"))
+        Ok(serde_json::to_value(report).expect("is JSON"))
     };
-    let ran = conducted(place.path(), |request, supervisor| match &experiment.0 {
-        Experiment::Relax(own) | Experiment::Creep(own) => own.record(request, supervisor),
-        Experiment::Wall(own) => own.recorded(request, supervisor),
-        Experiment::Coupler(own) => own.recorded(request, supervisor),
-        Experiment::Teleoperation(_) | Experiment::Touch(_) => {
-            unreachable!("it is judged while it runs")
+    let ran = conducted(place.path(), |request, supervisor| {
+        match (experiment.indentation(), wall, coupler) {
+            (Some(pressed), ..) => pressed.record(request, supervisor),
+            (_, Some(wall), _) => wall.recorded(request, supervisor),
+            (.., coupler) => (coupler.expect("one of them")).recorded(request, supervisor),
         }
     });
     let mut ran = ran.expect("runs");

@@ -24,10 +24,11 @@
 //!
 //! Source: O. Tokatlı, *Fractional Order Control in Haptics*, chapter V.
 
+use super::kind::Experiment as _;
 use super::reading::{remote, scheme};
 use super::trial::{
-    Judged, OfSample, Parts, TRIAL, TRIAL_LOOP, Theory, Trial, TrialReport, TrialSetup,
-    encoder_step, incomparable, limited, setup, six_digits, times,
+    OfSample, Parts, TRIAL, TRIAL_LOOP, Theory, Trial, TrialSetup, encoder_step, incomparable,
+    limited, setup, six_digits, times,
 };
 use crate::document::error::FileError;
 use crate::document::failure::Failure;
@@ -36,18 +37,18 @@ use crate::document::parameters::kind::{Parameter, joined, parameters};
 use crate::document::parameters::range::{COUPLER_ORDERS, DAMPINGS, OBJECT_MASSES, STIFFNESSES};
 use crate::document::parameters::{COUPLER_DISSIPATION, COUPLER_STIFFNESS};
 use crate::document::reader::Table;
+use crate::judge::Reference;
 use crate::judge::preflight::softer;
 use crate::judge::reference::{ReferenceSeries, operator};
-use crate::judge::{Published, Reference};
+use crate::judge::settling::Settling;
+use crate::run::Ran;
 use crate::run::advice::analysed;
-use crate::run::folder::FolderRequest;
 use crate::run::preflight::{CouplerVerdict, PreflightSubject, PreflightVerdict};
 use crate::run::remote::{RemoteDevice, RemoteLaw};
 use crate::run::safety::GuardChoice;
 use crate::run::samples::Samples;
 use crate::run::schedule::horizon;
 use crate::run::tick::KeptSample;
-use crate::run::{Ran, Supervisor};
 use fracdiff::{Operator, Order, Scheme, Seconds};
 use haptic_analysis::{
     AnalysisError, CoupledLoop, CoupledObject, Coupler, CouplerOperator, Dynamics, LeastDamping,
@@ -57,7 +58,7 @@ use haptic_link::LoopMode;
 use haptic_loop::units::{Kilograms, NewtonSecondsPerMetre, NewtonsPerMetre};
 use haptic_loop::{Controller, Environment, VirtualCoupler, VirtualObject, deflection_order};
 use nalgebra::Vector1;
-use serde::Serialize;
+use serde_json::{Value, json};
 
 parameters! {
     crate;
@@ -115,35 +116,6 @@ pub(crate) struct CouplerExperiment {
     pub object: CoupledObject,
 }
 
-/// The result. The mean deflection is compared with the springs in series, not for a coupler that creeps.
-#[derive(Clone, Debug, Serialize)]
-pub struct CouplerReport {
-    /// `k_c`, N·s/m.
-    pub coupler_stiffness_n_s_per_m: f64,
-    /// `b_c`, N·s^(1−μ)/m.
-    pub coupler_dissipation_n_s_1_minus_mu_per_m: f64,
-    /// `m_o`, kg.
-    pub object_mass_kg: f64,
-    /// `b_o`, N·s/m.
-    pub object_damping_n_s_per_m: f64,
-    /// `k_o`, N/m.
-    pub object_stiffness_n_per_m: f64,
-    /// Place of the object at the end, m; null for a run that was cut short.
-    pub object_position_m: Option<f64>,
-    /// Of the trial.
-    #[serde(flatten)]
-    pub trial: TrialReport,
-}
-
-impl CouplerReport {
-    /// Stable by the trial and by the analysis, and passed by Llewellyn.
-    pub(crate) fn stable_by_all(&self) -> bool {
-        let trial = &self.trial;
-        let llewellyn = trial.run.preflight.and_then(|verdict| verdict.coupler);
-        trial.stable_by_both() && llewellyn.is_some_and(|coupler| coupler.llewellyn)
-    }
-}
-
 /// `[coupler]`: device, coupler, object and trial.
 pub(crate) fn coupler(table: &Table<'_>) -> Result<CouplerExperiment, FileError> {
     let remote = remote(table)?;
@@ -175,16 +147,6 @@ pub(crate) fn coupler(table: &Table<'_>) -> Result<CouplerExperiment, FileError>
 type Law = VirtualCoupler<f64, Operator<f64>>;
 
 impl CouplerExperiment {
-    /// Runs the experiment; log and CSV go into the folder.
-    pub(crate) fn run(
-        &self,
-        request: &FolderRequest,
-        supervisor: Supervisor<'_>,
-    ) -> Result<Published<CouplerReport>, Failure> {
-        self.check_loop()?;
-        self.published(request, supervisor)
-    }
-
     /// What the analysis says of it on the simulated device.
     #[cfg(test)]
     pub(crate) fn look(&self) -> Result<PreflightVerdict, Failure> {
@@ -193,7 +155,13 @@ impl CouplerExperiment {
 
     /// Refuses a loop on a device, which cannot carry it.
     pub(crate) fn check_loop(&self) -> Result<(), Failure> {
-        match self.setup.remote.as_ref().map(|remote| remote.loop_mode) {
+        match self
+            .setup
+            .conduct
+            .remote
+            .as_ref()
+            .map(|remote| remote.loop_mode)
+        {
             Some(LoopMode::Device) => Err(Failure::bad_input(format_args!(
                 "a loop on the device cannot carry a coupler, its firmware renders walls: give {loop_host}",
                 loop_host = p::LOOP.set_to("host")
@@ -259,10 +227,12 @@ impl CouplerExperiment {
 
 impl Trial for CouplerExperiment {
     type Law = Law;
-    type Report = CouplerReport;
     const KIND: &'static str = "coupler";
     const NO_REST: &'static str =
         "the coupler creeps or nothing holds the object, so there is no place of rest";
+    const MUST_BE_STABLE: Parameter = COUPLER_MUST_BE_STABLE;
+    const REFUSED: &'static str =
+        ", analysis and Llewellyn's criterion do not all accept the coupler";
 
     fn setup(&self) -> &TrialSetup {
         &self.setup
@@ -274,7 +244,9 @@ impl Trial for CouplerExperiment {
 
     /// The analysis has its say here on the simulated device alone: a serial one heard it before it was armed.
     fn warning(&self, ran: &Ran) -> Option<String> {
-        let analysis = ran.preflight.filter(|_| self.setup.remote.is_none());
+        let analysis = ran
+            .preflight
+            .filter(|_| self.setup.conduct.remote.is_none());
         // Energy bounding promises passivity for the damping of the device.
         let guarded = self.setup.safety.guard == GuardChoice::EnergyBounding;
         analysis.and_then(|analysis| analysis.warning(guarded))
@@ -345,7 +317,7 @@ impl Trial for CouplerExperiment {
         let samples = Samples::of(record, &ran.log.paths);
         let mut object = ReferenceSeries::stepped(samples, self.replayed(planned)?)?;
         let object_m: Option<OfSample<'_>> = Some(Box::new(move |sample| object.at(sample)));
-        let serial = self.setup.remote.is_some();
+        let serial = self.setup.conduct.remote.is_some();
         let reason = limited(record)
             .or_else(|| {
                 (record.dropped > 0).then_some("samples are missing, so the object is not known")
@@ -392,16 +364,19 @@ impl Trial for CouplerExperiment {
         })
     }
 
-    fn reported(&self, judged: &Judged) -> CouplerReport {
-        CouplerReport {
-            trial: judged.trial.clone(),
-            coupler_stiffness_n_s_per_m: self.coupler_stiffness_n_s_per_m,
-            coupler_dissipation_n_s_1_minus_mu_per_m: self.coupler_dissipation_n_s_1_minus_mu_per_m,
-            object_mass_kg: self.object.mass_kg,
-            object_damping_n_s_per_m: self.object.damping_n_s_per_m,
-            object_stiffness_n_per_m: self.object.stiffness_n_per_m,
-            object_position_m: judged.object_m,
-        }
+    fn law_in_rows(&self, _: &Settling, object_m: Option<f64>) -> Value {
+        json!({
+            "coupler_stiffness_n_s_per_m": self.coupler_stiffness_n_s_per_m,
+            "coupler_dissipation_n_s_1_minus_mu_per_m": self.coupler_dissipation_n_s_1_minus_mu_per_m,
+            "object_mass_kg": self.object.mass_kg,
+            "object_damping_n_s_per_m": self.object.damping_n_s_per_m,
+            "object_stiffness_n_per_m": self.object.stiffness_n_per_m,
+            "object_position_m": object_m,
+        })
+    }
+
+    fn is_accepted(&self, analysis: &PreflightVerdict) -> bool {
+        analysis.coupler.is_some_and(|coupler| coupler.llewellyn)
     }
 }
 

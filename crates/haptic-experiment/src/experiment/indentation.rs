@@ -12,6 +12,7 @@ mod report;
 #[cfg(test)]
 mod tests;
 
+use super::kind::{Conduct, Experiment};
 use super::reading::metadata;
 use super::rendering::{
     CREEP_CONTACT, CREEP_DURATION, Contact, DEPTH, FORCE, Precision, RAMP_TIME, RELAX_DURATION,
@@ -26,10 +27,11 @@ use crate::document::reader::Table;
 use crate::document::{CONTROLLER_IN_LOG, TISSUE_IN_LOG};
 use crate::experiment::drive::{Drive, SimulatedRig, TissueLaw};
 use crate::judge::preflight::{Preflight, WallContact};
+use crate::judge::{Published, Report};
 use crate::run::advice::parameter;
 use crate::run::drive_verdict::DriveVerdict;
 use crate::run::folder::FolderRequest;
-use crate::run::preflight::{Findings as _, PreflightSubject, note_findings};
+use crate::run::preflight::{Findings as _, PreflightRequest, PreflightSubject, note_findings};
 use crate::run::remote::{
     RemoteDevice, RemoteLaw, RemoteRun, UnchangedLimits, blank, indentation, no_operator, portable,
     push,
@@ -49,7 +51,6 @@ use haptic_loop::plant::{
 };
 use haptic_loop::units::{Kilograms, Metres, NewtonSecondsPerMetre, Newtons, NewtonsPerSecond};
 use haptic_loop::{Contact as OneSided, Controller, Limits, SafetyChain, Specimen, SpringDamper};
-pub use report::IndentationReport;
 use std::collections::BTreeMap;
 
 /// A one-sided virtual tissue that begins at 0.
@@ -80,6 +81,82 @@ pub(crate) enum Load {
     },
 }
 
+impl Experiment for Indentation {
+    fn check(&self) -> Result<u64, Failure> {
+        let samples = samples(self.duration_s, self.rendering.sample_time_s, &SAMPLES)?;
+        match self.load {
+            Load::Depth { ramp_time_s, .. }
+                if !(ramp_time_s > 0.0 && ramp_time_s < self.duration_s) =>
+            {
+                Err(Failure::bad_input(format_args!(
+                    "ramp time {} s is not above 0 s and below the duration of {} s: give {RAMP_TIME}",
+                    Shown(ramp_time_s),
+                    Shown(self.duration_s)
+                )))
+            }
+            _ => Ok(samples),
+        }
+    }
+
+    fn sample_time_s(&self) -> f64 {
+        self.rendering.sample_time_s
+    }
+
+    fn axes(&self) -> usize {
+        1
+    }
+
+    fn metadata(&self) -> BTreeMap<String, String> {
+        let rendering = &self.rendering;
+        let kind = match self.load {
+            Load::Depth { .. } => "relax",
+            Load::Force { .. } => "creep",
+        };
+        let mut metadata = metadata(
+            kind,
+            &rendering.conduct,
+            rendering.scheme,
+            &rendering.safety,
+        );
+        let material = &rendering.piece.material;
+        let (stiffness, dissipation) = material.spring_and_damper(1.0);
+        let ran = [
+            ("precision", rendering.precision_run().name().to_owned()),
+            ("rendered_modulus_pa", stiffness.to_string()),
+            ("rendered_viscosity_pa_s_mu", dissipation.to_string()),
+            ("rendered_order", material.order().to_string()),
+        ];
+        metadata.extend(ran.map(|(key, value)| (key.to_owned(), value)));
+        metadata.insert(TISSUE_IN_LOG.to_owned(), material.to_toml());
+        if let Some(own) = &rendering.drive {
+            metadata.insert(CONTROLLER_IN_LOG.to_owned(), own.controller.to_toml());
+        }
+        metadata
+    }
+
+    fn conduct(&self) -> &Conduct {
+        &self.rendering.conduct
+    }
+
+    fn conduct_mut(&mut self) -> &mut Conduct {
+        &mut self.rendering.conduct
+    }
+
+    fn run(
+        &self,
+        request: &FolderRequest,
+        supervisor: Supervisor<'_>,
+    ) -> Result<Published<Report>, Failure> {
+        let ran = self.record(request, supervisor)?;
+        Ok(Published::new(self.report(&ran)?, ran.folder))
+    }
+
+    /// The controller of a drive is looked at wherever it runs.
+    fn may_be_refused(&self) -> bool {
+        self.rendering.drive.is_some()
+    }
+}
+
 impl Indentation {
     /// Runs the loop and writes the log.
     pub(crate) fn record(
@@ -102,23 +179,6 @@ impl Indentation {
         match self.rendering.precision {
             Precision::F64 => self.simulate_as::<f64>(sink),
             Precision::F32 => self.simulate_as::<f32>(sink),
-        }
-    }
-
-    /// The number of samples, if all parameters are good.
-    pub(crate) fn check(&self) -> Result<u64, Failure> {
-        let samples = samples(self.duration_s, self.rendering.sample_time_s, &SAMPLES)?;
-        match self.load {
-            Load::Depth { ramp_time_s, .. }
-                if !(ramp_time_s > 0.0 && ramp_time_s < self.duration_s) =>
-            {
-                Err(Failure::bad_input(format_args!(
-                    "ramp time {} s is not above 0 s and below the duration of {} s: give {RAMP_TIME}",
-                    Shown(ramp_time_s),
-                    Shown(self.duration_s)
-                )))
-            }
-            _ => Ok(samples),
         }
     }
 
@@ -175,35 +235,6 @@ impl Indentation {
         Ok(simulate(&mut controller, &mut rig, samples, sink))
     }
 
-    /// What the log of a run says of it, over its document.
-    pub(crate) fn metadata(&self) -> BTreeMap<String, String> {
-        let rendering = &self.rendering;
-        let kind = match self.load {
-            Load::Depth { .. } => "relax",
-            Load::Force { .. } => "creep",
-        };
-        let mut metadata = metadata(
-            kind,
-            (rendering.pace, rendering.scheme),
-            rendering.remote.as_ref(),
-            &rendering.safety,
-        );
-        let material = &rendering.piece.material;
-        let (stiffness, dissipation) = material.spring_and_damper(1.0);
-        let ran = [
-            ("precision", rendering.precision_run().name().to_owned()),
-            ("rendered_modulus_pa", stiffness.to_string()),
-            ("rendered_viscosity_pa_s_mu", dissipation.to_string()),
-            ("rendered_order", material.order().to_string()),
-        ];
-        metadata.extend(ran.map(|(key, value)| (key.to_owned(), value)));
-        metadata.insert(TISSUE_IN_LOG.to_owned(), material.to_toml());
-        if let Some(own) = &rendering.drive {
-            metadata.insert(CONTROLLER_IN_LOG.to_owned(), own.controller.to_toml());
-        }
-        metadata
-    }
-
     /// Nothing is made in the folder before every parameter is known to be good.
     fn record_as<F: Real>(
         &self,
@@ -216,10 +247,10 @@ impl Indentation {
         let schedule = Schedule {
             samples,
             sample_time_s: rendering.sample_time_s,
-            pace: rendering.pace,
+            pace: rendering.conduct.pace,
         };
         self.drive_acts()?;
-        if let Some(device) = &rendering.remote {
+        if let Some(device) = &rendering.conduct.remote {
             let reference = move |time_s: f64| match drive {
                 RigDrive::Position(profile) => profile.position(time_s),
                 RigDrive::Force(_) => f64::NAN,
@@ -230,7 +261,10 @@ impl Indentation {
                 schedule,
                 blank: &|time_s| blank(reference(time_s)),
                 preflight: None,
-                wanted: rendering.preflight,
+                wanted: PreflightRequest {
+                    force_unstable: rendering.conduct.force_unstable,
+                    dynamics: rendering.dynamics,
+                },
                 request,
                 metadata,
             };
@@ -249,7 +283,7 @@ impl Indentation {
         let mut device = self.rig_behind_sensors()?;
         let verdict = self.drive_verdict(samples)?;
         if let Some(verdict) = &verdict {
-            verdict.require_stable(rendering.preflight.force_unstable)?;
+            verdict.require_stable(rendering.conduct.force_unstable)?;
             note_findings(&mut metadata, DriveVerdict::KEY, verdict);
         }
         let mut world = Simulated::new(&mut controller, &mut device);
@@ -273,7 +307,7 @@ impl Indentation {
 
     /// True if a device is the indenter, and its motor holds it.
     fn holds_device(&self) -> bool {
-        self.rendering.drive.is_some() && self.rendering.remote.is_some()
+        self.rendering.drive.is_some() && self.rendering.conduct.remote.is_some()
     }
 
     /// Force that the tissue opposes, N: on a device that a drive moves, the force that this takes.
@@ -292,7 +326,7 @@ impl Indentation {
         let Rendering {
             piece,
             safety,
-            remote,
+            conduct,
             ..
         } = &self.rendering;
         let operator: Operator<F> = self.operator(samples)?;
@@ -306,13 +340,13 @@ impl Indentation {
         let map = map.map(|map| map.rounded()).transpose().map_err(too_much)?;
         let environment = OneSided::at(Metres(0.0), tissue).map_err(Failure::input)?;
         let environment = environment.with_depth_map(map);
-        let limits = match remote {
+        let limits = match &conduct.remote {
             None => self.limits_on_rig()?,
             Some(remote) => remote.limits_here(self.limits(true)),
         };
         let t = Seconds(self.rendering.sample_time_s);
         let chain = SafetyChain::from_limits(&limits, t).map_err(parameter)?;
-        match remote {
+        match &conduct.remote {
             None => safety.acts()?,
             Some(_) => safety.acts_on_device()?,
         }
@@ -340,7 +374,9 @@ impl Indentation {
     /// True for a push on the tissue alone.
     fn is_ideal(&self) -> bool {
         let pushes = matches!(self.load, Load::Force { .. });
-        pushes && self.rendering.contact == Contact::Ideal && self.rendering.remote.is_none()
+        pushes
+            && self.rendering.contact == Contact::Ideal
+            && self.rendering.conduct.remote.is_none()
     }
 
     /// Refuses a drive where nothing could be held by one.
@@ -348,7 +384,7 @@ impl Indentation {
         if self.rendering.drive.is_none() {
             return Ok(());
         }
-        if let Some(remote) = &self.rendering.remote {
+        if let Some(remote) = &self.rendering.conduct.remote {
             if matches!(self.load, Load::Force { .. }) {
                 return Err(Failure::bad_input(format_args!(
                     "no device measures the force that the {CONTROLLER} of a drive holds in a creep test: take [relax], or omit {DEVICE}"
@@ -402,7 +438,7 @@ impl Indentation {
         let rigid = self.rendering.contact != Contact::Compliant;
         let imposed = matches!(self.load, Load::Depth { .. }) && rigid;
         // Nothing is imposed on a device: a hand presses it.
-        (!imposed || self.rendering.remote.is_some()).then(|| self.look(samples))
+        (!imposed || self.rendering.conduct.remote.is_some()).then(|| self.look(samples))
     }
 
     /// The tissue as a wall.
@@ -430,7 +466,7 @@ impl Indentation {
     fn deepest(&self) -> f64 {
         let rendering = &self.rendering;
         match self.load {
-            _ if rendering.remote.is_some() => rendering
+            _ if rendering.conduct.remote.is_some() => rendering
                 .piece
                 .crept(rendering.force_limit_n, &[self.duration_s])[0],
             Load::Depth { depth_m, .. } => depth_m,
@@ -478,7 +514,7 @@ impl Indentation {
             ..RemoteLaw::bare(
                 self.limits(true),
                 // The device of which the pre-flight speaks, if it knows one.
-                match rendering.preflight.dynamics {
+                match rendering.dynamics {
                     Some(known) => Simulation {
                         mass_kg: known.mass_kg as f32,
                         damping_n_s_per_m: known.damping_n_s_per_m as f32,

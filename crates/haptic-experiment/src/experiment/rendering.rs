@@ -1,5 +1,6 @@
 //! A tissue, the operator that renders it, and the rig it is rendered on: what relaxation and creep share, and their keys.
 
+use super::kind::Conduct;
 use super::reading::{device_model, piece, remote, samples_fit, scheme, sensors, without};
 use crate::document::error::FileError;
 use crate::document::named::Named;
@@ -13,11 +14,9 @@ use crate::experiment::drive::{self, Drive};
 use crate::judge::Reference;
 use crate::judge::modelled_tissue::TissuePiece;
 use crate::run::SAMPLES;
-use crate::run::preflight::PreflightRequest;
-use crate::run::remote::{RemoteDevice, device_name};
+use crate::run::remote::device_name;
 use crate::run::safety::Safety;
 use crate::run::safety::safety;
-use crate::run::schedule::Pace;
 use crate::run::sensors::Sensors;
 use fracdiff::{Scheme, Seconds};
 use haptic_analysis::Dynamics;
@@ -129,10 +128,9 @@ pub(crate) struct Rendering {
     pub(crate) force_rate_limit_n_per_s: f64,
     /// Further settings of the safety chain.
     pub(crate) safety: Safety,
-    pub(crate) pace: Pace,
-    /// The serial device; `None` for the simulated rig.
-    pub(crate) remote: Option<RemoteDevice>,
-    pub(crate) preflight: PreflightRequest,
+    pub(crate) conduct: Conduct,
+    /// What is known of the dynamics of a device at a port.
+    pub(crate) dynamics: Option<Dynamics>,
 }
 
 impl Rendering {
@@ -148,7 +146,7 @@ impl Rendering {
 
     /// The number type that the force was computed in: that of the device, if the loop was closed there.
     pub(super) fn precision_run(&self) -> Precision {
-        match &self.remote {
+        match &self.conduct.remote {
             Some(remote) if remote.loop_mode == LoopMode::Device => Precision::F32,
             _ => self.precision,
         }
@@ -156,12 +154,12 @@ impl Rendering {
 
     /// The device, as on the command line.
     pub(super) fn device_name(&self) -> String {
-        device_name(self.remote.as_ref())
+        device_name(self.conduct.remote.as_ref())
     }
 }
 
-/// The safety chain and the pre-flight of a device, whose mass, damping, delay and lag its own keys say, and its device file.
-fn guarded(table: &Table<'_>, real: bool) -> Result<(Safety, PreflightRequest), FileError> {
+/// The safety chain, and the mass, damping, delay and lag of a device at a port as far as its own keys and its device file say them.
+fn guarded(table: &Table<'_>, real: bool) -> Result<(Safety, Option<Dynamics>), FileError> {
     let mut safety = safety(table)?;
     let model = device_model(table)?;
     if let Some(model) = &model {
@@ -176,11 +174,7 @@ fn guarded(table: &Table<'_>, real: bool) -> Result<(Safety, PreflightRequest), 
             model.dynamics()
         })
     });
-    let preflight = PreflightRequest {
-        dynamics,
-        ..PreflightRequest::default()
-    };
-    Ok((safety, preflight))
+    Ok((safety, dynamics))
 }
 
 /// The rendering of `[relax]` or `[creep]`, with the table of a controller that holds the indenter.
@@ -204,14 +198,14 @@ pub(super) fn rendering(
         );
         without(table, [&PRECISION], idle)?;
     }
-    let (safety, preflight) = guarded(table, remote.is_some())?;
+    let (safety, dynamics) = guarded(table, remote.is_some())?;
     let sample_time_s = table.number(&p::SAMPLE_TIME)?;
     samples_fit(table, sample_time_s, duration_s, &SAMPLES)?;
     let piece = piece(table)?;
     let (model, order) = (piece.material.composed(), piece.material.order());
     let scheme = scheme(table, model, order, sample_time_s, duration_s)?;
     Ok(Rendering {
-        preflight,
+        dynamics,
         piece,
         scheme,
         precision,
@@ -229,7 +223,6 @@ pub(super) fn rendering(
         force_limit_n: table.number(&p::FORCE_LIMIT)?,
         force_rate_limit_n_per_s: table.number(&p::FORCE_RATE_LIMIT)?,
         safety,
-        pace: Pace::Virtual,
-        remote,
+        conduct: Conduct::on(remote),
     })
 }

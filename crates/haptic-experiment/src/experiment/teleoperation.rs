@@ -20,11 +20,11 @@ mod side;
 #[cfg(test)]
 mod tests;
 
-use super::reading::{linear_piece, metadata};
+use super::kind::{Conduct, Experiment as _};
+use super::reading::linear_piece;
 use super::trial::{
     TRIAL_FORCE_RATE_LIMIT, VirtualWall, force_and_rate, safe_force_limit, wall_at_start,
 };
-use crate::document::TISSUE_IN_LOG;
 use crate::document::error::FileError;
 use crate::document::failure::Failure;
 use crate::document::named::Named;
@@ -42,7 +42,7 @@ use crate::run::advice::parameter;
 use crate::run::preflight::{PreflightSubject, PreflightVerdict};
 use crate::run::safety::Safety;
 use crate::run::safety::safety;
-use crate::run::schedule::{self, Pace};
+use crate::run::schedule;
 use crate::run::sensors::Imperfections;
 use fracdiff::num_complex::Complex;
 use fracdiff::parameter::Shown;
@@ -54,10 +54,7 @@ use haptic_loop::plant::{MassDamperConfig, SUB_STEPS};
 use haptic_loop::units::{Kilograms, NewtonSecondsPerMetre};
 use haptic_teleoperation::{ChannelModel, CouplerGains, Port, PortLaw, Settings};
 pub use line::End;
-pub(crate) use report::TeleoperationVerdict;
-pub use report::{FeltAt, TeleoperationReport};
 pub use side::{FarReport, Terms};
-use std::collections::BTreeMap;
 use std::f64::consts::{PI, TAU};
 
 parameters! {
@@ -260,21 +257,14 @@ pub(crate) struct TeleoperationExperiment {
     pub must_be_passive: bool,
     /// Further settings of both safety chains.
     pub(super) safety: Safety,
-    pub pace: Pace,
-    /// Run a remote place that the analysis calls unstable for the slave.
-    pub force_unstable: bool,
+    /// Both devices are simulated; the remote place may be one that the analysis calls unstable for the slave.
+    pub(super) conduct: Conduct,
 }
 
 impl TeleoperationExperiment {
     /// T.
     pub(crate) const fn sample_time(&self) -> Seconds {
         self.master.sample_time
-    }
-
-    /// The number of samples, if all parameters are good.
-    pub(crate) fn check(&self) -> Result<u64, Failure> {
-        self.check_waves()?;
-        self.pair().map(|_| self.samples())
     }
 
     /// Waves that both devices bear: each feels b as a damper that is told a sample late, and pays for that with its own damping.
@@ -438,30 +428,12 @@ impl TeleoperationExperiment {
         let verdict = self.preflight()?;
         if let Some(verdict) = &verdict {
             verdict
-                .require_stable(self.force_unstable)
+                .require_stable(self.conduct.force_unstable)
                 .map_err(|refusal| {
                     Failure::bad_input(format_args!("the slave in its remote place: {refusal}"))
                 })?;
         }
         Ok(verdict)
-    }
-
-    /// Of the log of a run, or of a side of one.
-    pub(crate) fn metadata(&self, pace: Pace) -> BTreeMap<String, String> {
-        let choice = (pace, self.scheme);
-        let mut metadata = metadata("teleoperation", choice, None, &self.safety);
-        let frequencies: Vec<String> =
-            (self.motion.frequencies_hz.iter().map(f64::to_string)).collect();
-        let ran = [
-            (SLAVE_MASS.key, self.slave.mass.0.to_string()),
-            (SLAVE_DAMPING.key, self.slave.damping.0.to_string()),
-            ("frequencies_hz", frequencies.join(" ")),
-            ("playout_samples", self.playout().to_string()),
-        ];
-        metadata.extend(ran.map(|(key, value)| (key.to_owned(), value)));
-        let file = self.place.matter.file();
-        metadata.extend(file.map(|file| (TISSUE_IN_LOG.to_owned(), file)));
-        metadata
     }
 }
 
@@ -509,8 +481,7 @@ pub(crate) fn teleoperation(table: &Table<'_>) -> Result<TeleoperationExperiment
         force_rate_limit_n_per_s: table.number_if(&TRIAL_FORCE_RATE_LIMIT)?,
         must_be_passive: table.flag(&MUST_BE_PASSIVE)?,
         safety: safety(table)?,
-        pace: Pace::Virtual,
-        force_unstable: false,
+        conduct: Conduct::on(None),
     };
     (experiment.check()).map_err(|error| table.fail(error.to_string()))?;
     Ok(experiment)

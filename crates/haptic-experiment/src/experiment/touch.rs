@@ -15,6 +15,7 @@ mod report;
 mod running;
 mod shape;
 
+use super::kind::{Conduct, Experiment as _};
 use super::reading::{piece, remote, samples_fit, scheme, sensors};
 use super::trial::{
     TRIAL_FORCE_RATE_LIMIT, dynamics, force_and_rate, limits_there, safe_force_limit,
@@ -34,11 +35,9 @@ use crate::document::reader::Table;
 use crate::judge::preflight::{Matter, Preflight, WallContact};
 use crate::run::advice::parameter;
 use crate::run::record::WHOLE_MOST;
-use crate::run::remote::RemoteDevice;
 use crate::run::safety::keys::WORKSPACE_LOW;
 use crate::run::safety::safety;
 use crate::run::safety::{GuardChoice, Safety, workspace};
-use crate::run::schedule::Pace;
 use crate::run::sensors::Sensors;
 use fracdiff::parameter::Shown;
 use fracdiff::{Order, Scheme, Seconds};
@@ -46,8 +45,6 @@ use haptic_analysis::Dynamics;
 use haptic_loop::plant::MassDamperConfig;
 use haptic_loop::units::{Kilograms, NewtonSecondsPerMetre, Newtons, NewtonsPerMetre};
 use haptic_loop::{Limits, SafetyChain};
-pub use report::TouchReport;
-pub(crate) use report::TouchVerdict;
 use shape::{Grip, HandPath, TouchShape};
 pub(crate) use shape::{GripName, ShapeName};
 
@@ -152,11 +149,8 @@ pub(crate) struct TouchExperiment {
     pub must_be_passive: bool,
     /// Further settings of the safety chain.
     safety: Safety,
-    pub(crate) pace: Pace,
-    /// The device at a port, in whose hand the shape is then felt; `None` for the simulated one.
-    pub(crate) remote: Option<RemoteDevice>,
-    /// Run on a device what the analysis refuses.
-    pub(crate) force_unstable: bool,
+    /// Of a device at a port, in whose hand the shape is then felt, or the simulated one.
+    conduct: Conduct,
 }
 
 impl TouchExperiment {
@@ -214,7 +208,7 @@ impl TouchExperiment {
     /// The safety chain of the loop that runs here: force limited by its norm, the guard for the lightest axis. On a device it is that
     /// of the force alone; the rest is the device's.
     fn chain(&self) -> Result<SafetyChain<f64>, Failure> {
-        let Some(remote) = &self.remote else {
+        let Some(remote) = &self.conduct.remote else {
             let limits = self.norm_and_box();
             return safe_force_limit(limits, &self.lightest(), self.sensors, &self.safety);
         };
@@ -284,9 +278,7 @@ pub(crate) fn touch(table: &Table<'_>) -> Result<TouchExperiment, FileError> {
         workspace_m: workspace_of(table, axes, &safety)?,
         must_be_passive: table.flag(&TOUCH_MUST_BE_PASSIVE)?,
         safety,
-        pace: Pace::Virtual,
-        remote: remote(table)?,
-        force_unstable: false,
+        conduct: Conduct::on(remote(table)?),
     };
     (touch.check()).map_err(|error| table.fail(error.to_string()))?;
     Ok(touch)

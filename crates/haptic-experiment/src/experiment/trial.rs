@@ -31,8 +31,7 @@ use haptic_loop::{
     Sample, Wall,
 };
 use nalgebra::{SVector, Vector1};
-pub use report::TrialReport;
-pub(crate) use report::{Judged, OfSample, Seen, Theory, Trial, incomparable, limited, six_digits};
+pub(crate) use report::{OfSample, Seen, Theory, Trial, incomparable, limited, six_digits};
 pub(crate) use setup::{Parts, TrialSetup, setup};
 use std::convert::Infallible;
 use std::fmt::Debug;

@@ -7,7 +7,7 @@
 //! Groups that grow with n are equally wide on a logarithmic axis of time, and narrower than a pixel
 //! on both a logarithmic and a linear one.
 
-use super::{Curves, Origin};
+use super::{Curves, Drawing, Origin};
 use crate::run::record::{Record, WHOLE_MOST, keeps_all};
 
 /// Groups are this share of the samples before them.
@@ -91,6 +91,7 @@ impl<const M: usize> Decimated<M> {
         origin: Origin,
         title: String,
         subtitle: String,
+        drawing: Drawing,
     ) -> Curves {
         let (_, time_s, curves) = self.curves();
         let columns = names.into_iter().zip(curves);
@@ -100,7 +101,7 @@ impl<const M: usize> Decimated<M> {
             origin: origin.word(),
             time_s,
             columns: columns.filter(|(name, _)| !name.is_empty()).collect(),
-            outline_m: Vec::new(),
+            drawing,
         }
     }
 

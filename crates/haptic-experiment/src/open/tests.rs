@@ -1,8 +1,9 @@
 //! Good files, and what is said of bad ones.
 
-use super::{Experiment, ExperimentFile};
+use super::ExperimentFile;
 use crate::document::Document;
-use crate::experiment::trial::Trial as _;
+use crate::experiment::coupler::CouplerExperiment;
+use crate::experiment::wall::WallExperiment;
 use std::path::Path;
 
 const WALL: &str = "[wall]\nmass_kg = 0.065\ndamping_n_s_per_m = 3.5\nsample_time_s = 2e-3\n\
@@ -14,9 +15,8 @@ fn read(text: &str) -> Result<ExperimentFile, String> {
 
 #[test]
 fn a_wall_has_the_defaults_of_the_dissertation() {
-    let Ok(ExperimentFile(Experiment::Wall(wall))) = read(WALL) else {
-        panic!("{:?}", read(WALL));
-    };
+    let file = read(WALL).expect("good");
+    let wall: &WallExperiment = file.of().expect("a wall");
     let have = [
         wall.stiffness_n_per_m,
         wall.setup.plan.push_n,
@@ -28,7 +28,7 @@ fn a_wall_has_the_defaults_of_the_dissertation() {
             .zip([3000.0, 1.0, 5.0, 0.4])
             .all(|(a, b)| a.to_bits() == f64::to_bits(b))
     );
-    assert_eq!(wall.check().expect("valid"), 2501);
+    assert_eq!(file.samples().expect("valid"), 2501);
 }
 
 #[test]
@@ -36,10 +36,9 @@ fn a_wall_is_judged_by_the_dissertations_rule_where_the_file_says_so_on_any_devi
     use crate::judge::settling::Criterion;
     let plan = |keys: &str| {
         let text = WALL.replace("[wall]\n", &format!("[wall]\n{keys}"));
-        match read(&text) {
-            Ok(ExperimentFile(Experiment::Wall(wall))) => wall.setup.plan(),
-            other => panic!("{other:?}"),
-        }
+        let file = read(&text).expect("good");
+        let wall: &WallExperiment = file.of().expect("a wall");
+        wall.setup.plan()
     };
     let settling = plan("");
     assert_eq!(settling.criterion, Criterion::Settling);
@@ -139,14 +138,13 @@ const COUPLER: &str = "[coupler]\nmass_kg = 0.065\ndamping_n_s_per_m = 3.5\nsamp
 
 #[test]
 fn a_coupler_has_an_object_by_default_and_no_loop_on_a_device() {
-    let Ok(ExperimentFile(Experiment::Coupler(coupler))) = read(COUPLER) else {
-        panic!("{:?}", read(COUPLER));
-    };
+    let file = read(COUPLER).expect("good");
+    let coupler: &CouplerExperiment = file.of().expect("a coupler");
     assert_eq!(
         coupler.object,
         crate::question::design::coupler::CouplerDesign::OBJECT
     );
-    assert_eq!(coupler.check().expect("valid"), 5001);
+    assert_eq!(file.samples().expect("valid"), 5001);
     // What is given over the file may still ask for a loop on the host.
     let serial = format!("{COUPLER}device = \"serial:x\"\n");
     let said = read(&serial).expect_err("no loop there");
@@ -180,9 +178,8 @@ fn the_pre_flight_of_a_wall_knows_delay_and_lag_of_a_device_file() {
              stiffness_n_per_m = 300\ndissipation_n_s_mu_per_m = 1\n"
         );
         let parsed = ExperimentFile::parse(&place.path().join("wall.toml"), &text);
-        let Ok(ExperimentFile(Experiment::Wall(wall))) = parsed else {
-            panic!("{device}: {parsed:?}")
-        };
+        let file = parsed.expect("good");
+        let wall: &WallExperiment = file.of().expect("a wall");
         let known = wall.setup.dynamics();
         assert_eq!(
             (known.delay_s, known.current_lag_s),
@@ -197,11 +194,11 @@ fn what_a_file_says_of_the_loop_holds_for_a_device_that_is_given() {
     let says = "watchdog_s = 0.3\nmax_age_ticks = 40\nlate_ticks = 7\nloop = \"host\"\n";
     let mut document = Document::of_text(Path::new("lab/wall.toml"), &format!("{WALL}{says}"));
     let file = ExperimentFile::open(&document).expect("good");
-    assert_eq!(file.remote(), None);
+    assert_eq!(file.0.conduct().remote, None);
     let set = document.set("wall", "device", "serial:here", "--device serial:here");
     set.expect("new");
     let file = ExperimentFile::open(&document).expect("good");
-    let remote = file.remote().expect("serial");
+    let remote = file.0.conduct().remote.as_ref().expect("serial");
     assert_eq!(remote.watchdog_ms(), 300);
     assert_eq!((remote.max_age_ticks, remote.late_ticks), (40, 7));
     assert_eq!(remote.loop_mode, haptic_link::LoopMode::Host);
@@ -210,10 +207,9 @@ fn what_a_file_says_of_the_loop_holds_for_a_device_that_is_given() {
 
 /// The mass of the device of a wall.
 fn mass_kg(document: &Document) -> f64 {
-    match ExperimentFile::open(document) {
-        Ok(ExperimentFile(Experiment::Wall(wall))) => wall.setup.device.mass.0,
-        other => panic!("{other:?}"),
-    }
+    let file = ExperimentFile::open(document).expect("good");
+    let wall: &WallExperiment = file.of().expect("a wall");
+    wall.setup.device.mass.0
 }
 
 #[test]
@@ -321,9 +317,8 @@ fn a_device_file_over_a_file_is_written_as_it_runs() {
         .set("wall", "guard", "energy-bounding", "guard=energy-bounding")
         .expect("new");
     // The file that nobody asks for any more need not be there.
-    let Ok(ExperimentFile(Experiment::Wall(wall))) = ExperimentFile::open(&document) else {
-        panic!("{:?}", ExperimentFile::open(&document));
-    };
+    let file = ExperimentFile::open(&document).expect("good");
+    let wall: &WallExperiment = file.of().expect("a wall");
     let known = wall.setup.dynamics();
     assert_eq!(
         (known.mass_kg, known.damping_n_s_per_m, known.delay_s),
@@ -341,10 +336,7 @@ fn a_device_file_over_a_file_is_written_as_it_runs() {
     }
     let again = Document::of_text(Path::new("elsewhere/wall.toml"), &written);
     let again = ExperimentFile::open(&again).expect("good");
-    assert_eq!(
-        format!("{again:?}"),
-        format!("{:?}", ExperimentFile(Experiment::Wall(wall)))
-    );
+    assert_eq!(format!("{again:?}"), format!("{file:?}"));
 }
 
 #[test]
@@ -357,9 +349,8 @@ fn a_device_file_is_no_sensor_of_the_rig() {
             "[relax]\ndevice = \"{device}\"\nguard = \"observer\"\ndevice_model = \"device.toml\"\n"
         );
         let read = ExperimentFile::parse(&place.path().join("relax.toml"), &text);
-        let Ok(ExperimentFile(Experiment::Relax(relax))) = read else {
-            panic!("{device}: {read:?}");
-        };
+        let file = read.expect("good");
+        let relax = file.indentation().expect("a relaxation");
         assert!(relax.rendering.sensors.are_ideal(), "{device}");
         assert_eq!(
             relax.rendering.safety.device_mass_kg,

@@ -3,7 +3,7 @@
 use crate::files::{RunFiles, save_picture};
 use crate::output::{Output, warn};
 use crate::parse::{WAITS, quantity, whole};
-use crate::picture::of_report;
+use crate::picture::of_run;
 use clap::Args;
 use haptic_experiment::document::Document;
 use haptic_experiment::judge::{Curves, Published, RunReport};
@@ -11,7 +11,6 @@ use haptic_experiment::judge::{Curves, Published, RunReport};
 use haptic_experiment::run::signals::signals;
 use haptic_experiment::run::{FolderRequest, OutputFolder, write_text};
 use haptic_experiment::{ExperimentFile, Failure, Pace, RealtimeOptions, Report, Supervisor};
-use haptic_figure::{FigureError, Picture};
 use haptic_log::live::{Live, LiveStreams};
 use haptic_loop::realtime::{PRIORITIES, allowed_cores};
 use haptic_quantity::written;
@@ -66,7 +65,7 @@ impl RunArguments {
             live,
         };
         let report = conducted.run(&experiment)?;
-        experiment.require(&report)
+        report.require()
     }
 
     /// The experiment as it is to be conducted, and its pace.
@@ -138,7 +137,7 @@ impl Conducted<'_> {
             curves,
             folder,
         } = result?;
-        let (picture, unsaved) = drawn(curves, &folder, |curves| of_report(&report, curves));
+        let (picture, unsaved) = drawn(curves, &folder);
         report.run_mut().figure = picture;
         for warning in &report.run().warnings {
             warn(warning);
@@ -154,9 +153,8 @@ impl Conducted<'_> {
 pub(crate) fn drawn(
     curves: Option<Curves>,
     folder: &OutputFolder,
-    draw: impl FnOnce(&Curves) -> Result<Picture, FigureError>,
 ) -> (Option<String>, Option<Failure>) {
-    let picture = curves.map(|curves| save_picture(folder, draw(&curves)));
+    let picture = curves.map(|curves| save_picture(folder, of_run(&curves)));
     match picture.transpose() {
         Ok(picture) => (picture, None),
         Err(failure) => (None, Some(failure)),

@@ -3,8 +3,10 @@
 use super::{Drive, DriveJudge, SimulatedRig};
 use crate::document::failure::Failure;
 use crate::experiment::bounded_tests::{conducted, defaults};
-use crate::experiment::indentation::{Indentation, IndentationReport, Load};
+use crate::experiment::indentation::{Indentation, Load};
+use crate::experiment::kind::Experiment as _;
 use crate::experiment::rendering::{Contact, Rendering};
+use crate::judge::Report;
 use crate::judge::modelled_tissue::ModelledTissue;
 use crate::run::drive_verdict::{DriveVerdict, LoopVerdict};
 use crate::run::simulate::Instrumented as _;
@@ -76,7 +78,7 @@ fn cancerous(drive: Drive, duration_s: f64) -> Indentation {
 }
 
 /// Runs in a folder of its own.
-fn run(folder: &Path, relaxation: &Indentation) -> Result<IndentationReport, Failure> {
+fn run(folder: &Path, relaxation: &Indentation) -> Result<Report, Failure> {
     let published = conducted(folder, |request, supervisor| {
         relaxation.run(request, supervisor)
     })?;
@@ -101,21 +103,23 @@ fn wandering(relaxation: &Indentation) -> f64 {
 fn the_indenter_is_held_on_its_way_and_the_tissue_is_that_of_the_motion_really_made() {
     let folder = tempfile::tempdir().expect("a folder");
     let report = run(&folder.path().join("held"), &cancerous(drive(STIFF), 5.0)).expect("runs");
-    let held = report.drive.as_ref().expect("a drive");
-    let of = (held.controller.as_str(), held.quantity);
-    assert_eq!(of, ("test.toml", "position"));
-    assert!(held.preflight.expect("judged").stable());
+    let held = &report.results["drive"];
+    let of = (&held["controller"], &held["quantity"]);
+    assert_eq!(of, (&"test.toml".into(), &"position".into()));
+    assert_eq!(held["preflight"]["in_contact"]["stable"], true);
+    let number = |key: &str| held[key].as_f64().expect(key);
     // 1 mm in 0.5 s; what a ramp leaves fades on the hold.
-    assert!(held.tracking_error_max < 1e-4, "{held:?}");
-    assert!(held.tracking_error_final < 5e-6, "{held:?}");
-    assert!(held.tracking_error_rms < held.tracking_error_max);
-    assert_eq!(held.saturated_samples, 0);
+    assert!(number("tracking_error_max") < 1e-4, "{held:?}");
+    assert!(number("tracking_error_final") < 5e-6, "{held:?}");
+    assert!(number("tracking_error_rms") < number("tracking_error_max"));
+    assert_eq!(held["saturated_samples"], 0);
     // At rest the drive carries the tissue: mean force of the tissue is that of its motor.
-    assert!(held.drive_force_peak_n > report.run.peak_force_n);
-    assert!(held.drive_force_peak_n < 2.0 * report.run.peak_force_n + 0.05);
+    let peak = number("drive_force_peak_n");
+    assert!(peak > report.run.peak_force_n);
+    assert!(peak < 2.0 * report.run.peak_force_n + 0.05);
     // The force is that of the full history of the position really recorded.
-    let error = report.errors.full_history.largest.expect("compared");
-    assert!(error < 1e-5, "{error}");
+    let error = report.results["max_relative_error"].as_f64();
+    assert!(error.expect("compared") < 1e-5, "{error:?}");
     let log = std::fs::read(&report.run.log).expect("a log");
     for key in [
         "drive.file",
@@ -186,11 +190,12 @@ fn an_unstable_drive_is_refused_before_a_file_is_made_unless_it_is_forced() {
         assert!(refused.contains(words), "{refused}");
     }
     assert!(!place.exists());
-    own.rendering.preflight.force_unstable = true;
+    own.rendering.conduct.force_unstable = true;
     let report = run(&place, &own).expect("runs all the same");
-    let held = report.drive.expect("a drive");
-    assert!(!held.preflight.expect("judged").stable(), "{held:?}");
-    assert!(held.saturated_samples > 100, "{held:?}");
+    let held = &report.results["drive"];
+    assert_eq!(held["preflight"]["in_contact"]["stable"], false, "{held:?}");
+    let saturated = held["saturated_samples"].as_u64();
+    assert!(saturated > Some(100), "{held:?}");
     for part in ["limit of 10 N", "unstable"] {
         let warned = report.run.warnings.iter().any(|text| text.contains(part));
         assert!(warned, "{part}: {:?}", report.run.warnings);

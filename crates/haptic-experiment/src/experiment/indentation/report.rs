@@ -1,25 +1,25 @@
 //! From the run of an indentation and its theory to files, a report and curves.
 
 use super::{Indentation, Load};
-use crate::Supervisor;
 use crate::document::failure::Failure;
 use crate::document::parameters::{CONTACT, FORCE_LIMIT};
 use crate::experiment::drive::{DriveJudge, DriveReport, Massless, drive_columns};
-use crate::experiment::rendering::{Contact, DEPTH, FORCE, Precision, Rendering, STRESS};
+use crate::experiment::kind::Experiment as _;
+use crate::experiment::rendering::{DEPTH, FORCE, Rendering, STRESS};
 use crate::judge::decimated::Decimated;
 use crate::judge::modelled_tissue::Sampled;
 use crate::judge::reference::{ReferenceSeries, TOLERANCE};
-use crate::judge::report::{Errors, Files, RunReport};
+use crate::judge::report::{Files, Report, RunReport, closed_form_error, full_history_error, rows};
 use crate::judge::warnings::Warnings;
-use crate::judge::{Curves, LargestError, Origin, Published, percent, relative_error};
+use crate::judge::{Curves, Drawing, LargestError, Origin, percent, relative_error};
 use crate::run::Ran;
-use crate::run::folder::{FolderRequest, Table};
+use crate::run::folder::Table;
 use crate::run::samples::Samples;
 use crate::run::tick::KeptSample;
 use fracdiff::Seconds;
 use haptic_loop::plant::RigDrive;
 use haptic_quantity::{digits, written};
-use serde::Serialize;
+use serde_json::json;
 
 /// The comparison with the full history begins here, s after contact.
 const FROM_S: f64 = 0.01;
@@ -30,57 +30,6 @@ const CREEP_FROM_S: f64 = 1.0;
 
 /// The tissue is seen on a rig where the depth stays within this share of the closed form.
 const SEEN_WITHIN: f64 = 0.05;
-
-/// The result of a relaxation or creep test.
-#[derive(Clone, Debug, Serialize)]
-pub struct IndentationReport {
-    /// Name of the tissue.
-    pub tissue: String,
-    /// α of the tissue.
-    pub order: f64,
-    /// How the piece is pressed.
-    pub loading: &'static str,
-    /// The modulus that the tissue's numbers are of.
-    pub modulus: &'static str,
-    /// True if the tissue's file does not say which.
-    pub modulus_assumed: bool,
-    /// Operator.
-    pub scheme: String,
-    /// Number type of the loop.
-    pub precision: Precision,
-    /// Contact between indenter and renderer.
-    pub(crate) contact: Contact,
-    /// Memory of the operator, s; null for everything.
-    pub memory_s: Option<f64>,
-    /// Of the run.
-    #[serde(flatten)]
-    pub run: RunReport,
-    /// The two errors, each with the samples that it is of.
-    #[serde(flatten)]
-    pub(crate) errors: Errors,
-    /// Relative tolerance of the weights that stand for the full history in a run of more than 10⁶ samples; null
-    /// for exact sums.
-    pub reference_tolerance: Option<f64>,
-    /// Part of `closed_form_error` that is left with an ideal indenter and the full history, over the same samples:
-    /// the sampling.
-    pub discretisation_error: Option<f64>,
-    /// From when on the depth of a creep test on a rig with masses stays within 5 % of the closed form, s; null if it never
-    /// does, and without such a rig.
-    pub tissue_seen_from_s: Option<f64>,
-    /// Part of `closed_form_error` that comes from contact, servo, masses and sensors of the rig.
-    pub rig_error: Option<f64>,
-    /// Final value over its closed form: force in a relaxation, strain in a creep test.
-    pub final_over_theory: Option<f64>,
-    /// Final strain, in a creep test.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub final_strain: Option<f64>,
-    /// Final depth, in a creep test of another piece than a slab, m.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub final_depth_m: Option<f64>,
-    /// Work of the controller that held the indenter.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub(crate) drive: Option<DriveReport>,
-}
 
 /// A sample beside what theory says of it.
 #[derive(Clone, Copy, Debug)]
@@ -133,26 +82,19 @@ struct Moved {
     /// In the name of a column.
     column: &'static str,
     unit: &'static str,
+    /// On an axis.
+    label: &'static str,
     without_rig: &'static str,
+    /// The key of its last value.
+    end: &'static str,
 }
 
 /// Says of each sample what theory says.
 type Theory<'a> = Box<dyn FnMut(&KeptSample) -> TheorySample + 'a>;
 
 impl Indentation {
-    /// Runs the experiment; log and CSV go into the folder.
-    pub(crate) fn run(
-        &self,
-        request: &FolderRequest,
-        supervisor: Supervisor<'_>,
-    ) -> Result<Published<IndentationReport>, Failure> {
-        let ran = self.record(request, supervisor)?;
-        let reported = self.report(&ran)?;
-        Ok(Published::new(reported, ran.folder))
-    }
-
     /// Judges a run; the table of one that reached its end goes beside its log. A run that was cut short leaves its log alone.
-    pub(crate) fn report(&self, ran: &Ran) -> Result<(IndentationReport, Option<Curves>), Failure> {
+    pub(crate) fn report(&self, ran: &Ran) -> Result<(Report, Option<Curves>), Failure> {
         let (rendering, record, own) = (&self.rendering, &ran.record, self.drive()?);
         let moves = matches!(self.load, Load::Force { .. });
         let moved = self.moved();
@@ -263,51 +205,57 @@ impl Indentation {
                     .to_owned(),
             );
         }
-        let run = RunReport::new(
+        let mut run = RunReport::new(
             ran,
             rendering.device_name(),
             rendering.sample_time_s,
             files,
             warnings,
         );
-        let report = IndentationReport {
-            tissue: rendering.piece.material.name.clone(),
-            order: rendering.piece.material.order().get(),
-            loading: piece.specimen.loading().kind.name(),
-            modulus: piece.material.loading.modulus().name(),
-            modulus_assumed: !piece.material.loading.is_known(),
-            scheme: rendering.scheme.to_string(),
-            run: RunReport {
-                final_force_n: record
-                    .last
-                    .as_ref()
-                    .map_or(0.0, |last| self.opposed_n(last)),
-                ..run
-            },
-            errors: Errors {
-                full_history,
-                closed_form,
-            },
-            discretisation_error: discretisation.largest,
-            rig_error: rig.largest,
-            reference_tolerance: record.whole.is_none().then_some(TOLERANCE),
-            memory_s,
-            tissue_seen_from_s: seen.and_then(|seen| seen.0),
-            final_over_theory,
-            final_strain: last
-                .filter(|_| moves && moved.unit.is_empty())
-                .map(|last| last.value),
-            final_depth_m: last
-                .filter(|_| moves && !moved.unit.is_empty())
-                .map(|last| last.value),
-            precision: rendering.precision_run(),
-            contact: rendering.contact,
-            drive,
+        run.final_force_n = (record.last.as_ref()).map_or(0.0, |last| self.opposed_n(last));
+        let material = &piece.material;
+        let law = json!({
+            "tissue": material.name,
+            // α of the tissue.
+            "order": material.order().get(),
+            "loading": piece.specimen.loading().kind.name(),
+            // The modulus that the tissue's numbers are of, and whether its file leaves that open.
+            "modulus": material.loading.modulus().name(),
+            "modulus_assumed": !material.loading.is_known(),
+            "scheme": rendering.scheme.to_string(),
+            "precision": rendering.precision_run(),
+            "contact": rendering.contact,
+            // Null for everything.
+            "memory_s": memory_s,
+        });
+        let results = json!({
+            // Of the weights that stand for the full history in a run of more than 10⁶ samples; null for exact sums.
+            "reference_tolerance": record.whole.is_none().then_some(TOLERANCE),
+            // Part of `closed_form_error` that an ideal indenter and the full history leave over the same samples: the sampling.
+            "discretisation_error": discretisation.largest,
+            // From when on a rig with masses stays within 5 % of the closed form of a creep test; null if never, and without such a rig.
+            "tissue_seen_from_s": seen.and_then(|seen| seen.0),
+            // Part of `closed_form_error` that contact, servo, masses and sensors of the rig add.
+            "rig_error": rig.largest,
+            "final_over_theory": final_over_theory,
+        });
+        // A creep test says where it ended.
+        let end = (last.filter(|_| moves)).map(|last| json!({ moved.end: last.value }));
+        let held = drive.as_ref().map(|drive| json!({ "drive": drive }));
+        let errors = [
+            full_history_error(&full_history),
+            closed_form_error(&closed_form),
+        ];
+        let beside = [end, held].into_iter().flatten();
+        let off = closed_form.largest;
+        let report = Report {
+            law: rows([law]),
+            run,
+            results: rows(errors.into_iter().chain([results]).chain(beside)),
+            verdict: off.map(|error| format!("{:.2} % from the closed form", 1e2 * error)),
+            unmet: None,
         };
-        let held = report
-            .drive
-            .as_ref()
-            .map(|_| ["tracking_error", "drive_force_n"]);
+        let held = drive.map(|_| ["tracking_error", "drive_force_n"]);
         let [tracking_error, force_n] = held.unwrap_or_default();
         let names = [
             "values",
@@ -338,10 +286,22 @@ impl Indentation {
                 ("Creep", format!("{push} from t = 0"))
             }
         };
-        let (tissue, origin) = (&rendering.piece.material.description, Origin::of(record));
-        let title = format!("{what} of {tissue}, {}", origin.word());
-        let remark = format!("{}, {remark}", report.loading);
-        let curves = whole.then(|| curves.named(names, origin, title, remark));
+        let origin = Origin::of(record);
+        let title = format!("{what} of {}, {}", material.description, origin.word());
+        let remark = format!("{}, {remark}", piece.specimen.loading().kind.name());
+        let (quantity, label) = match moves {
+            true => (moved.what, moved.label),
+            false => ("force", "force / N"),
+        };
+        let drawing = Drawing::Theory {
+            tissue: material.name.clone(),
+            order: material.order().get(),
+            device: rendering.device_name(),
+            scheme: rendering.scheme.to_string(),
+            quantity,
+            label,
+        };
+        let curves = whole.then(|| curves.named(names, origin, title, remark, drawing));
         Ok((report, curves))
     }
 
@@ -376,14 +336,18 @@ impl Indentation {
                 what: "strain",
                 column: "strain",
                 unit: "",
+                label: "strain",
                 without_rig: "the strain without a rig",
+                end: "final_strain",
             },
             None => Moved {
                 length_m: 1.0,
                 what: "depth",
                 column: "depth_m",
                 unit: " m",
+                label: "depth / m",
                 without_rig: "the depth without a rig",
+                end: "final_depth_m",
             },
         }
     }

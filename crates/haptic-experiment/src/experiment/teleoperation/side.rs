@@ -8,9 +8,10 @@ use super::report::{SATURATED_SHARE, TeleoperationVerdict};
 use super::{HandMotion, MUST_BE_PASSIVE, TeleoperationExperiment};
 use crate::document::failure::Failure;
 use crate::document::parameters::{PATIENCE, SAMPLE_TIME, SKIPPED_SHARE};
+use crate::experiment::kind::Experiment as _;
 use crate::judge::decimated::Decimated;
 use crate::judge::report::Files;
-use crate::judge::{Origin, Published};
+use crate::judge::{Drawing, Origin, Published};
 use crate::run::ending::Ending;
 use crate::run::folder::{FolderRequest, OutputFolder, Table};
 use crate::run::realtime::RealtimeOptions;
@@ -205,7 +206,8 @@ impl TeleoperationExperiment {
         end: End,
         terms: Terms,
         opened: &dyn Fn(SocketAddr),
-        (request, supervisor): (&FolderRequest, Supervisor<'_>),
+        request: &FolderRequest,
+        supervisor: Supervisor<'_>,
     ) -> Result<Published<FarReport>, Failure> {
         let terms = terms.checked()?;
         let hand_side = end.side();
@@ -220,7 +222,7 @@ impl TeleoperationExperiment {
         let schedule = Schedule {
             samples: self.samples(),
             sample_time_s: t,
-            pace: match self.pace {
+            pace: match self.conduct.pace {
                 Pace::Virtual => Pace::Realtime(RealtimeOptions::NORMAL),
                 pace @ Pace::Realtime(_) => pace,
             },
@@ -233,7 +235,8 @@ impl TeleoperationExperiment {
         let line = self.met(end, terms, opened, supervisor);
         let line = line.inspect_err(|_| folder.discard())?;
         let peer = line.peer.map_or_else(String::new, |peer| peer.to_string());
-        let mut metadata = self.metadata(schedule.pace);
+        let mut metadata = self.metadata();
+        metadata.insert("pace".to_owned(), schedule.pace.to_string());
         metadata.insert("side".to_owned(), hand_side.to_string());
         metadata.insert("peer".to_owned(), peer.clone());
         let mut recorder = recorder(request, &folder, metadata, false, supervisor)?;
@@ -377,7 +380,7 @@ impl TeleoperationExperiment {
             let title = format!("A teleoperation, the {}", report.side);
             let subtitle = format!("{} · with {}", report.architecture, report.peer);
             let names = ["reference_m", "position_m", "force_n", "outside_n"];
-            curves.named(names, Origin::Simulated, title, subtitle)
+            curves.named(names, Origin::Simulated, title, subtitle, Drawing::Side)
         });
         Ok(Published::new((report, curves), ran.folder))
     }

@@ -2,7 +2,7 @@
 //! shape is felt in a real hand, or in that of an emulated board.
 
 use super::device::{HandEnergy, HeldAxes, TouchTick, depth};
-use super::report::{PostureVerdict, TouchReport};
+use super::report::PostureVerdict;
 use super::shape::{Grip, HandPath, TouchShape, Touched, per_axis};
 use super::{
     TOUCH_BOX_HIGH, TOUCH_BOX_LOW, TOUCH_CIRCLE_START, TOUCH_MUST_BE_PASSIVE, TOUCH_WAY,
@@ -11,9 +11,10 @@ use super::{
 use crate::document::TISSUE_IN_LOG;
 use crate::document::failure::Failure;
 use crate::document::parameters::DEVICE;
+use crate::experiment::kind::{Conduct, Experiment};
 use crate::experiment::reading::metadata;
-use crate::judge::Published;
 use crate::judge::preflight::Preflight;
+use crate::judge::{Published, Report};
 use crate::run::advice::parameter;
 use crate::run::device::LinkedName;
 use crate::run::folder::FolderRequest;
@@ -43,36 +44,73 @@ struct Parts<const D: usize> {
 /// Deeper than this at the start is a blow, m: more than rounding.
 const START_MOST_M: f64 = 1e-9;
 
-impl TouchExperiment {
-    /// Runs the experiment; log and CSV go into the folder.
-    pub(crate) fn run(
-        &self,
-        request: &FolderRequest,
-        supervisor: Supervisor<'_>,
-    ) -> Result<Published<TouchReport>, Failure> {
-        match self.axes {
-            3 => self.run_in::<3>(request, supervisor),
-            _ => self.run_in::<2>(request, supervisor),
-        }
-    }
-
-    /// The number of samples, if all parameters are good.
-    pub(crate) fn check(&self) -> Result<u64, Failure> {
+impl Experiment for TouchExperiment {
+    fn check(&self) -> Result<u64, Failure> {
         match self.axes {
             3 => self.checked::<3>(),
             _ => self.checked::<2>(),
         }
     }
 
-    /// Checks that the simulated device begins outside the shape; on a device only the device knows.
-    pub(crate) fn check_start(&self) -> Result<(), Failure> {
+    fn sample_time_s(&self) -> f64 {
+        self.sample_time().0
+    }
+
+    fn axes(&self) -> usize {
+        self.axes
+    }
+
+    /// What the document of a touch leaves to the kind, beside it in the log: where the shape is.
+    fn metadata(&self) -> BTreeMap<String, String> {
+        let (key, numbers) = match &self.shape {
+            TouchShape::Plane { normal, .. } => ("normal", normal),
+            TouchShape::Ball { centre_m, .. } => ("centre_m", centre_m),
+        };
+        let numbers: Vec<String> = numbers.iter().map(f64::to_string).collect();
+        let mut metadata = metadata("touch", &self.conduct, self.scheme, &self.safety);
+        if self.conduct.remote.is_some() {
+            // What the document says of a simulated hand is not used.
+            metadata.insert("hand".to_owned(), "real".to_owned());
+        }
+        metadata.insert(key.to_owned(), numbers.join(" "));
+        metadata.extend(
+            self.matter
+                .file()
+                .map(|file| (TISSUE_IN_LOG.to_owned(), file)),
+        );
+        metadata
+    }
+
+    fn conduct(&self) -> &Conduct {
+        &self.conduct
+    }
+
+    fn conduct_mut(&mut self) -> &mut Conduct {
+        &mut self.conduct
+    }
+
+    fn run(
+        &self,
+        request: &FolderRequest,
+        supervisor: Supervisor<'_>,
+    ) -> Result<Published<Report>, Failure> {
         match self.axes {
-            _ if self.remote.is_some() => Ok(()),
+            3 => self.run_in::<3>(request, supervisor),
+            _ => self.run_in::<2>(request, supervisor),
+        }
+    }
+
+    /// On a device only the device knows where it begins.
+    fn check_start(&self) -> Result<(), Failure> {
+        match self.axes {
+            _ if self.conduct.remote.is_some() => Ok(()),
             3 => self.outside(&self.parts::<3>()?),
             _ => self.outside(&self.parts::<2>()?),
         }
     }
+}
 
+impl TouchExperiment {
     fn outside<const D: usize>(&self, parts: &Parts<D>) -> Result<(), Failure> {
         let shape = self.shape.of::<D>()?;
         let begins = depth(&shape, parts.device.device().place().as_slice());
@@ -89,8 +127,8 @@ impl TouchExperiment {
         &self,
         request: &FolderRequest,
         supervisor: Supervisor<'_>,
-    ) -> Result<Published<TouchReport>, Failure> {
-        if let Some(remote) = &self.remote {
+    ) -> Result<Published<Report>, Failure> {
+        if let Some(remote) = &self.conduct.remote {
             return self.run_on::<D>(remote, request, supervisor);
         }
         let mut parts = self.parts::<D>()?;
@@ -103,7 +141,7 @@ impl TouchExperiment {
         let schedule = Schedule {
             samples: parts.samples,
             sample_time_s: self.sample_time().0,
-            pace: self.pace,
+            pace: self.conduct.pace,
         };
         let mut world = Simulated::new(&mut parts.controller, &mut parts.device);
         let ran = run_logged(&mut world, schedule, (request, metadata), supervisor)?;
@@ -119,7 +157,7 @@ impl TouchExperiment {
     }
 
     fn checked<const D: usize>(&self) -> Result<u64, Failure> {
-        match &self.remote {
+        match &self.conduct.remote {
             Some(_) => {
                 self.check_on::<D>()?;
                 Ok(self.loop_of::<D>()?.1)
@@ -153,32 +191,6 @@ impl TouchExperiment {
         })
     }
 
-    /// What the document of a touch leaves to the kind, beside it in the log: where the shape is.
-    pub(crate) fn metadata(&self) -> BTreeMap<String, String> {
-        let (key, numbers) = match &self.shape {
-            TouchShape::Plane { normal, .. } => ("normal", normal),
-            TouchShape::Ball { centre_m, .. } => ("centre_m", centre_m),
-        };
-        let numbers: Vec<String> = numbers.iter().map(f64::to_string).collect();
-        let mut metadata = metadata(
-            "touch",
-            (self.pace, self.scheme),
-            self.remote.as_ref(),
-            &self.safety,
-        );
-        if self.remote.is_some() {
-            // What the document says of a simulated hand is not used.
-            metadata.insert("hand".to_owned(), "real".to_owned());
-        }
-        metadata.insert(key.to_owned(), numbers.join(" "));
-        metadata.extend(
-            self.matter
-                .file()
-                .map(|file| (TISSUE_IN_LOG.to_owned(), file)),
-        );
-        metadata
-    }
-
     /// Refuses what a device at a port cannot do.
     fn check_on<const D: usize>(&self) -> Result<(), Failure> {
         if self.must_be_passive {
@@ -198,7 +210,7 @@ impl TouchExperiment {
         remote: &RemoteDevice,
         request: &FolderRequest,
         supervisor: Supervisor<'_>,
-    ) -> Result<Published<TouchReport>, Failure> {
+    ) -> Result<Published<Report>, Failure> {
         self.check_on::<D>()?;
         let (mut controller, samples) = self.loop_of::<D>()?;
         let shape = self.shape.of::<D>()?;
@@ -217,12 +229,12 @@ impl TouchExperiment {
             schedule: Schedule {
                 samples,
                 sample_time_s: self.sample_time().0,
-                pace: self.pace,
+                pace: self.conduct.pace,
             },
             blank: &|_| TouchTick::unknown(shape),
             preflight: Some(postures),
             wanted: PreflightRequest {
-                force_unstable: self.force_unstable,
+                force_unstable: self.conduct.force_unstable,
                 dynamics: Some(dynamics),
             },
             request,
@@ -236,7 +248,7 @@ impl TouchExperiment {
     /// How deep the hand leads the device at most, m: as far as the largest force does, and by a spring no farther than its path.
     fn deepest<const D: usize>(&self) -> Result<f64, Failure> {
         let crept = |force_n| self.matter.crept(force_n, self.duration_s);
-        if self.remote.is_some() {
+        if self.conduct.remote.is_some() {
             return Ok(crept(self.force_limit_n));
         }
         let at = |tick: u64| {
@@ -367,7 +379,7 @@ impl TouchExperiment {
 
     /// The plane of a 2DIY.
     fn plane(&self) -> Option<Plane> {
-        match &self.remote.as_ref()?.name {
+        match &self.conduct.remote.as_ref()?.name {
             LinkedName::Foreign(name) => name.plane(),
             LinkedName::Serial(_) => None,
         }

@@ -3,13 +3,17 @@
 use super::setup::{Parts, TrialSetup};
 use crate::document::failure::Failure;
 use crate::document::named::Named as _;
+use crate::document::parameters::Parameter;
+use crate::experiment::kind::{Conduct, Experiment};
 use crate::experiment::reading::metadata;
 use crate::judge::decimated::Decimated;
 use crate::judge::reference::TOLERANCE;
-use crate::judge::report::{Errors, Files, RunReport};
+use crate::judge::report::{
+    Files, Report, RunReport, closed_form_error, full_history_error, rows, unmet,
+};
 use crate::judge::settling::{Judge, Settling, TrialVerdict};
 use crate::judge::warnings::Warnings;
-use crate::judge::{Compared, Curves, Origin, Published, Reference};
+use crate::judge::{Compared, Curves, Drawing, Origin, Published, Reference};
 use crate::run::folder::FolderRequest;
 use crate::run::preflight::{PreflightRequest, PreflightSubject, PreflightVerdict, note_findings};
 use crate::run::record::Record;
@@ -24,52 +28,15 @@ use fracdiff::full_memory::Kernel;
 use fracdiff::{Order, Scheme};
 use haptic_loop::Environment;
 use serde::Serialize;
+use serde_json::{Value, json};
 use std::collections::BTreeMap;
-
-/// The result of a trial. The keys are those of the other experiments where they have a meaning.
-#[derive(Clone, Debug, Serialize)]
-pub struct TrialReport {
-    /// No tissue: null.
-    pub tissue: Option<String>,
-    /// μ.
-    pub order: f64,
-    /// Operator.
-    pub scheme: String,
-    /// Of the run.
-    #[serde(flatten)]
-    pub run: RunReport,
-    /// Rest of the device: if it came to rest, and where.
-    #[serde(flatten)]
-    pub settling: Settling,
-    /// A wall that never pulls is hit at several speeds: each of them, of which the worst is the verdict above. The log is of the
-    /// first.
-    #[serde(skip_serializing_if = "Vec::is_empty")]
-    pub hits: Vec<Hit>,
-    /// True if trial and analysis come to the same verdict; null if one of them has none.
-    pub analysis_agrees: Option<bool>,
-    /// The two errors: the commanded force against the full history, as a share of the largest force, not for a limited one;
-    /// the mean deflection against the place of rest, not without such a place and not for an unstable trial.
-    #[serde(flatten)]
-    pub(crate) errors: Errors,
-    /// Tolerance of the reference for the full history; see the report of a relaxation.
-    pub reference_tolerance: Option<f64>,
-}
 
 /// A trial of a wall at one speed.
 #[derive(Clone, Copy, Debug, Serialize)]
-pub struct Hit {
-    /// Speed at which the device hit the wall, m/s; 0 for a push from rest.
-    pub impact_m_per_s: f64,
-    pub(crate) verdict: TrialVerdict,
-    /// Largest magnitude of its force, N.
-    pub peak_force_n: f64,
-}
-
-impl TrialReport {
-    /// Stable by the trial and by the analysis.
-    pub(crate) fn stable_by_both(&self) -> bool {
-        self.settling.stable && self.analysis_agrees == Some(true)
-    }
+pub(crate) struct Hit {
+    impact_m_per_s: f64,
+    verdict: TrialVerdict,
+    peak_force_n: f64,
 }
 
 /// A number for each sample, asked for in their order.
@@ -83,22 +50,16 @@ pub(crate) struct Theory<'a> {
     pub(crate) object_m: Option<OfSample<'a>>,
 }
 
-/// A trial that was judged.
-pub(crate) struct Judged {
-    pub(crate) trial: TrialReport,
-    /// Place of the object at the end, m.
-    pub(crate) object_m: Option<f64>,
-    pub(crate) curves: Option<Curves>,
-}
-
 /// An experiment on a pushed device.
-pub(crate) trait Trial: Clone {
+pub(crate) trait Trial: Experiment + Clone {
     /// The law that the device feels.
     type Law: Environment<f64, 1>;
-    type Report;
     const KIND: &'static str;
     /// Reason for a push that no place of rest belongs to.
     const NO_REST: &'static str;
+    const MUST_BE_STABLE: Parameter;
+    /// Said behind the verdict of a trial that this key refuses.
+    const REFUSED: &'static str;
 
     fn setup(&self) -> &TrialSetup;
 
@@ -123,8 +84,13 @@ pub(crate) trait Trial: Clone {
     /// What theory says of a run that reached its end.
     fn theory(&self, ran: &Ran) -> Result<Theory<'_>, Failure>;
 
-    /// The report of a trial.
-    fn reported(&self, judged: &Judged) -> Self::Report;
+    /// The law as its report has it, with the place at the end of an object behind it, m.
+    fn law_in_rows(&self, settling: &Settling, object_m: Option<f64>) -> Value;
+
+    /// True unless the pre-flight says something of the law that `must_be_stable` refuses beside an unstable loop.
+    fn is_accepted(&self, _: &PreflightVerdict) -> bool {
+        true
+    }
 
     /// Speeds at which it is hit beside that of its plan, m/s: a device that stands here, of a law that never pulls.
     fn hits(&self) -> Vec<f64> {
@@ -134,34 +100,6 @@ pub(crate) trait Trial: Clone {
     /// A further warning about a run.
     fn warning(&self, _: &Ran) -> Option<String> {
         None
-    }
-
-    /// The number of samples, if all parameters are good.
-    fn check(&self) -> Result<u64, Failure> {
-        self.parts().map(|parts| parts.samples)
-    }
-
-    /// Runs the loop, writes the log and judges the run; log and CSV go into the folder.
-    fn published(
-        &self,
-        request: &FolderRequest,
-        supervisor: Supervisor<'_>,
-    ) -> Result<Published<Self::Report>, Failure> {
-        let ran = self.recorded(request, supervisor)?;
-        let judged = self.judged(&ran)?;
-        let reported = self.reported(&judged);
-        Ok(Published::new((reported, judged.curves), ran.folder))
-    }
-
-    /// What the log of a run says of it, over its document.
-    fn metadata(&self) -> BTreeMap<String, String> {
-        let setup = self.setup();
-        let choice = (setup.pace, self.operator_choice().1);
-        let mut metadata = metadata(Self::KIND, choice, setup.remote.as_ref(), &setup.safety());
-        // A serial device is not thrown.
-        let impact = setup.plan().impact_m_per_s.to_string();
-        metadata.insert("impact_m_per_s".to_owned(), impact);
-        metadata
     }
 
     /// Runs the loop and writes the log.
@@ -182,9 +120,9 @@ pub(crate) trait Trial: Clone {
         let schedule = Schedule {
             samples,
             sample_time_s: setup.device.sample_time.0,
-            pace: setup.pace,
+            pace: setup.conduct.pace,
         };
-        let Some(remote) = &setup.remote else {
+        let Some(remote) = &setup.conduct.remote else {
             // Nothing can break, so it is only noted.
             let verdict = preflight.verdict(dynamics, 0)?;
             note_findings(&mut metadata, "preflight", &verdict);
@@ -202,7 +140,7 @@ pub(crate) trait Trial: Clone {
             blank: &|_| blank(0.0),
             preflight: Some(preflight),
             wanted: PreflightRequest {
-                force_unstable: setup.force_unstable,
+                force_unstable: setup.conduct.force_unstable,
                 dynamics: Some(dynamics),
             },
             request,
@@ -261,7 +199,7 @@ pub(crate) trait Trial: Clone {
     }
 
     /// Judges a run, and writes the table of one that reached its end.
-    fn judged(&self, ran: &Ran) -> Result<Judged, Failure> {
+    fn report(&self, ran: &Ran) -> Result<(Report, Option<Curves>), Failure> {
         let (setup, record) = (self.setup(), &ran.record);
         let mut seen = self.clone();
         if let Some(link) = &record.link {
@@ -297,32 +235,47 @@ pub(crate) trait Trial: Clone {
             let law = self.law_in_words();
             let subtitle = format!("{law} · {}", words(setup, scheme, &settling));
             let names = ["position_m", object, "force_n"];
-            curves = Some((compared.curves).named(names, origin, title, subtitle));
+            let drawing = Drawing::Trial {
+                expected_deflection_m: settling.expected_deflection_m,
+            };
+            curves = Some((compared.curves).named(names, origin, title, subtitle, drawing));
         } else {
             files = Files::of_run(ran, None);
             operator_error = Compared::without_meaning("the run was cut short".to_owned());
         }
-        let device = device_name(setup.remote.as_ref());
+        let device = device_name(setup.conduct.remote.as_ref());
         let t = setup.device.sample_time.0;
-        let trial = TrialReport {
-            tissue: None,
-            order: order.get(),
-            scheme: scheme.to_string(),
+        let operator = json!({
+            // No tissue.
+            "tissue": null,
+            "order": order.get(),
+            "scheme": scheme.to_string(),
+        });
+        // A wall that never pulls is hit at several speeds, of which the worst is the verdict; the log is of the first.
+        let hits = (!hits.is_empty()).then(|| json!({ "hits": hits }));
+        let deflection = self.deflection_error(record, settling);
+        let results = [json!(settling)].into_iter().chain(hits).chain([
+            json!({ "analysis_agrees": agrees }),
+            full_history_error(&operator_error),
+            closed_form_error(&deflection),
+            json!({ "reference_tolerance": record.whole.is_none().then_some(TOLERANCE) }),
+        ]);
+        let verdict = settling.verdict.words().to_owned();
+        let is_accepted = settling.stable
+            && agrees == Some(true)
+            && (ran.preflight.as_ref()).is_some_and(|analysis| self.is_accepted(analysis));
+        let unmet = (setup.must_be_stable && !is_accepted).then(|| {
+            let why = format!("trial ({verdict}){}", Self::REFUSED);
+            unmet(&Self::MUST_BE_STABLE, &why, "design a weaker one")
+        });
+        let report = Report {
+            law: rows([self.law_in_rows(&settling, object_m), operator]),
             run: RunReport::new(ran, device, t, files, warnings),
-            errors: Errors {
-                full_history: operator_error,
-                closed_form: self.deflection_error(record, settling),
-            },
-            reference_tolerance: record.whole.is_none().then_some(TOLERANCE),
-            settling,
-            hits,
-            analysis_agrees: agrees,
+            results: rows(results),
+            verdict: Some(verdict),
+            unmet,
         };
-        Ok(Judged {
-            trial,
-            object_m,
-            curves,
-        })
+        Ok((report, curves))
     }
 
     /// Mean deflection over the window at the end against the place of rest.
@@ -338,6 +291,46 @@ pub(crate) trait Trial: Clone {
             (Some(_), None) => Compared::without_meaning(Self::NO_REST.to_owned()),
             _ => Compared::without_meaning(format!("the {} did not come to rest", Self::KIND)),
         }
+    }
+}
+
+impl<T: Trial> Experiment for T {
+    fn check(&self) -> Result<u64, Failure> {
+        self.parts().map(|parts| parts.samples)
+    }
+
+    fn sample_time_s(&self) -> f64 {
+        self.setup().device.sample_time.0
+    }
+
+    fn axes(&self) -> usize {
+        1
+    }
+
+    fn metadata(&self) -> BTreeMap<String, String> {
+        let (setup, scheme) = (self.setup(), self.operator_choice().1);
+        let mut metadata = metadata(Self::KIND, &setup.conduct, scheme, &setup.safety());
+        // A serial device is not thrown.
+        let impact = setup.plan().impact_m_per_s.to_string();
+        metadata.insert("impact_m_per_s".to_owned(), impact);
+        metadata
+    }
+
+    fn conduct(&self) -> &Conduct {
+        &self.setup().conduct
+    }
+
+    fn conduct_mut(&mut self) -> &mut Conduct {
+        &mut self.setup_mut().conduct
+    }
+
+    fn run(
+        &self,
+        request: &FolderRequest,
+        supervisor: Supervisor<'_>,
+    ) -> Result<Published<Report>, Failure> {
+        let ran = self.recorded(request, supervisor)?;
+        Ok(Published::new(self.report(&ran)?, ran.folder))
     }
 }
 
@@ -357,7 +350,7 @@ fn words(setup: &TrialSetup, scheme: Scheme, settling: &Settling) -> String {
     };
     format!(
         "device {} · scheme {scheme} · push {} N · {}{guard}",
-        device_name(setup.remote.as_ref()),
+        device_name(setup.conduct.remote.as_ref()),
         setup.plan.push_n,
         settling.verdict.words()
     )
@@ -420,7 +413,7 @@ fn warnings(
 struct Comparison {
     files: Files,
     curves: Decimated<3>,
-    /// See [`Errors::max_relative_error`].
+    /// Of the force against the full history.
     error: Compared,
     object_m: Option<f64>,
 }

@@ -8,6 +8,7 @@ use crate::document::error::FileError;
 use crate::document::failure::Failure;
 use crate::document::parameters as p;
 use crate::document::reader::Table;
+use crate::experiment::kind::Conduct;
 use crate::experiment::reading::{device, device_model};
 use crate::judge::settling::{Criterion, Judge};
 use crate::run::advice::parameter;
@@ -15,7 +16,6 @@ use crate::run::plant_file::DeviceModel;
 use crate::run::remote::{RemoteDevice, RemoteLaw, held};
 use crate::run::safety::safety;
 use crate::run::safety::{GuardedDevice, Safety};
-use crate::run::schedule::Pace;
 use crate::run::sensors::Sensors;
 use fracdiff::parameter::Shown;
 use haptic_analysis::Dynamics;
@@ -37,15 +37,11 @@ pub(crate) struct TrialSetup {
     pub force_rate_limit_n_per_s: Option<f64>,
     /// Further settings of the safety chain.
     pub safety: Safety,
-    pub pace: Pace,
-    /// The serial device; `None` for the simulated one.
-    pub remote: Option<RemoteDevice>,
+    pub conduct: Conduct,
     /// The speed of the impact was asked for: of a serial device, which cannot be thrown, it is warned then.
     pub impact_was_given: bool,
     /// What its device file says for the guard of a serial device.
     pub known: GuardedDevice,
-    /// Run on a serial device what the analysis refuses.
-    pub force_unstable: bool,
 }
 
 /// A loop made of good parameters: the law behind the safety chain, and the device behind its sensors.
@@ -68,11 +64,9 @@ impl TrialSetup {
             must_be_stable: false,
             force_rate_limit_n_per_s: None,
             safety: Safety::default(),
-            pace: Pace::Virtual,
-            remote: None,
+            conduct: Conduct::on(None),
             impact_was_given: false,
             known: GuardedDevice::default(),
-            force_unstable: false,
         }
     }
 
@@ -83,7 +77,7 @@ impl TrialSetup {
 
     /// Settings of the safety chain: on a serial device with what its file says.
     pub(super) fn safety(&self) -> Safety {
-        match self.remote {
+        match self.conduct.remote {
             Some(_) => self.safety.with_device(&self.known, true),
             None => self.safety,
         }
@@ -91,7 +85,7 @@ impl TrialSetup {
 
     /// As it is really tried: a serial device cannot be thrown.
     pub(crate) fn plan(&self) -> TrialPlan {
-        match self.remote {
+        match self.conduct.remote {
             Some(_) => self.plan.starting_at_rest(),
             None => self.plan,
         }
@@ -100,7 +94,7 @@ impl TrialSetup {
     /// What to say of an impact that was asked for and that there was none of.
     pub(super) fn not_thrown(&self) -> Option<String> {
         let impact_m_per_s = self.plan.impact_m_per_s;
-        let asked = self.impact_was_given && self.remote.is_some() && impact_m_per_s > 0.0;
+        let asked = self.impact_was_given && self.conduct.remote.is_some() && impact_m_per_s > 0.0;
         asked.then(|| {
             format!(
                 "impact_m_per_s = {} had no effect: a serial device cannot be thrown, it was pushed from rest; omit it",
@@ -117,7 +111,7 @@ impl TrialSetup {
     /// The safety chain of the loop that runs here. With a serial device in a host loop it does force and rate alone, and with
     /// the device's own loop it runs only to be checked.
     pub(crate) fn chain(&self) -> Result<SafetyChain<f64>, Failure> {
-        let Some(remote) = &self.remote else {
+        let Some(remote) = &self.conduct.remote else {
             let limits = self.force_and_rate();
             return safe_force_limit(limits, &self.device, self.sensors, &self.safety);
         };
@@ -152,7 +146,7 @@ impl TrialSetup {
 
     /// The same without friction, if that could be all that holds the device.
     pub(super) fn smooth(&self) -> Option<Self> {
-        let simulated = self.remote.is_none() && self.device.friction.0 > 0.0;
+        let simulated = self.conduct.remote.is_none() && self.device.friction.0 > 0.0;
         (simulated && self.plan.criterion == Criterion::Settling).then(|| {
             let mut smooth = self.clone();
             smooth.device.friction = Newtons(0.0);
@@ -194,7 +188,7 @@ pub(crate) fn setup(
     Ok(TrialSetup {
         force_rate_limit_n_per_s: table.number_if(&TRIAL_FORCE_RATE_LIMIT)?,
         safety: safety(table)?,
-        remote,
+        conduct: Conduct::on(remote),
         impact_was_given: table.number_if(&IMPACT)?.is_some(),
         known: written(table, &device, sensors).or(of_file),
         ..TrialSetup::new(device, sensors, plan)

@@ -1,0 +1,87 @@
+//! What the program asks of an experiment, whatever its kind.
+
+use crate::document::error::FileError;
+use crate::document::failure::Failure;
+use crate::document::parameters::Parameter;
+use crate::document::reader::Table;
+use crate::judge::{Published, Report};
+use crate::run::Supervisor;
+use crate::run::folder::FolderRequest;
+use crate::run::remote::RemoteDevice;
+use crate::run::schedule::Pace;
+use std::any::Any;
+use std::collections::BTreeMap;
+use std::fmt::Debug;
+
+/// A table of keys: its heading, and its parameters.
+pub(crate) type Keys = (&'static str, &'static [Parameter]);
+
+/// Makes an experiment of its own table and that of the drive beside it.
+type Read = fn(&Table<'_>, Option<&Table<'_>>) -> Result<Box<dyn Experiment>, FileError>;
+
+/// A kind of experiment.
+pub(crate) struct Kind {
+    /// The name of its table in a document.
+    pub name: &'static str,
+    pub keys: &'static [Keys],
+    /// Its simulated device is the one of its device file.
+    pub takes_device: bool,
+    /// A table of a drive may stand beside its own.
+    pub is_driven: bool,
+    pub read: Read,
+}
+
+/// How an experiment is run, which is not what it is.
+#[derive(Clone, Debug)]
+pub(crate) struct Conduct {
+    pub pace: Pace,
+    /// The device at a port; `None` for the simulated one.
+    pub remote: Option<RemoteDevice>,
+    /// Run what the pre-flight calls unstable.
+    pub force_unstable: bool,
+}
+
+impl Conduct {
+    /// In virtual time, on this device.
+    pub(crate) const fn on(remote: Option<RemoteDevice>) -> Self {
+        Self {
+            pace: Pace::Virtual,
+            remote,
+            force_unstable: false,
+        }
+    }
+}
+
+/// An experiment of any kind.
+pub(crate) trait Experiment: Any + Debug + Send + Sync {
+    /// The number of samples, if all parameters are good.
+    fn check(&self) -> Result<u64, Failure>;
+
+    fn sample_time_s(&self) -> f64;
+
+    fn axes(&self) -> usize;
+
+    /// What the log of its run says of it, over what its document says.
+    fn metadata(&self) -> BTreeMap<String, String>;
+
+    fn conduct(&self) -> &Conduct;
+
+    fn conduct_mut(&mut self) -> &mut Conduct;
+
+    /// Runs it; log and table go into the folder.
+    fn run(
+        &self,
+        request: &FolderRequest,
+        supervisor: Supervisor<'_>,
+    ) -> Result<Published<Report>, Failure>;
+
+    /// Refuses a simulated hand that begins inside the shape that it touches.
+    fn check_start(&self) -> Result<(), Failure> {
+        Ok(())
+    }
+
+    /// True if the pre-flight may refuse it on the simulated device too.
+    fn may_be_refused(&self) -> bool {
+        false
+    }
+}
