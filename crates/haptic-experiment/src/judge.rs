@@ -37,7 +37,7 @@ pub(crate) fn relative_error(have: f64, want: f64) -> f64 {
 }
 
 /// The largest relative error of a stretch of samples, or why there is none.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub(crate) struct Compared {
     /// The error; `None` where it has no meaning.
     pub largest: Option<f64>,
@@ -58,20 +58,17 @@ fn plain(time_s: f64) -> f64 {
 
 impl Compared {
     /// No error, for this reason.
-    pub(crate) const fn without_meaning(reason: String) -> Self {
+    pub(crate) fn without_meaning(reason: impl Into<String>) -> Self {
         Self {
-            largest: None,
-            from_s: None,
-            to_s: None,
-            samples: 0,
-            reason: Some(reason),
+            reason: Some(reason.into()),
+            ..Self::default()
         }
     }
 
     /// One error of so many samples, from the first to the last of these times, s.
     pub(crate) fn of_window(error: f64, [from_s, to_s]: [f64; 2], samples: u64) -> Self {
         if !error.is_finite() {
-            return Self::without_meaning("a value is not finite".to_owned());
+            return Self::without_meaning("a value is not finite");
         }
         Self {
             largest: Some(error),
@@ -87,7 +84,7 @@ impl Compared {
 ///
 /// Samples where nothing was wanted and nothing came have no relative error and are passed over. If nothing was
 /// wanted but something came, or nothing was wanted at all, the error has no meaning.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub(crate) struct LargestError {
     from_s: f64,
     wanted: &'static str,
@@ -106,22 +103,12 @@ pub(crate) struct LargestError {
 impl LargestError {
     /// Of no sample yet; those before `from_s` do not count. `wanted` and `unit`, with a space before it, are words
     /// for the wanted values, as in `the closed form` and ` N`.
-    pub(crate) const fn new(from_s: f64, wanted: &'static str, unit: &'static str) -> Self {
+    pub(crate) fn new(from_s: f64, wanted: &'static str, unit: &'static str) -> Self {
         Self {
             from_s,
             wanted,
             unit,
-            peak: 0.0,
-            end_s: 0.0,
-            found: Compared {
-                largest: None,
-                from_s: None,
-                to_s: None,
-                samples: 0,
-                reason: None,
-            },
-            passed: 0,
-            spoilt: None,
+            ..Self::default()
         }
     }
 
@@ -180,44 +167,14 @@ impl LargestError {
             )),
         }
     }
-
-    /// Takes in a whole run.
-    #[cfg(test)]
-    fn of(mut self, time_s: &[f64], have: &[f64], want: &[f64]) -> Compared {
-        for (&time_s, (&have, &want)) in time_s.iter().zip(have.iter().zip(want)) {
-            self.add(time_s, have, want);
-        }
-        self.get()
-    }
 }
 
-/// Origin of a quantity: the device decides. No instrument measured it.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Origin {
-    Simulated,
-    /// A device's own record of what it commanded and read.
-    Rendered,
-}
-
-impl Origin {
-    /// Of the force of a run: without a link, or with a device that simulates its plant, nothing but a simulation.
-    pub(crate) fn of(record: &Record) -> Self {
-        Self::of_device(record.link.as_ref().map(|link| link.simulated))
-    }
-
-    /// Of a device that says whether it simulates its plant; `None` without a link, which is a simulation too.
-    const fn of_device(simulates: Option<bool>) -> Self {
-        match simulates {
-            None | Some(true) => Self::Simulated,
-            Some(false) => Self::Rendered,
-        }
-    }
-
-    pub(crate) const fn word(self) -> &'static str {
-        match self {
-            Self::Simulated => "simulated",
-            Self::Rendered => "rendered",
-        }
+/// Origin of the force of a run: `simulated` without a link, or by a device that simulates its plant; `rendered` by a device's own record of
+/// what it commanded and read. No instrument measured it.
+pub(crate) fn origin(record: &Record) -> &'static str {
+    match record.link.as_ref().is_none_or(|link| link.simulated) {
+        true => "simulated",
+        false => "rendered",
     }
 }
 
@@ -296,16 +253,6 @@ pub struct Published<R> {
     pub folder: OutputFolder,
 }
 
-impl<R> Published<R> {
-    pub(crate) fn new((report, curves): (R, Option<Curves>), folder: OutputFolder) -> Self {
-        Self {
-            report,
-            curves,
-            folder,
-        }
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -313,7 +260,11 @@ mod tests {
     const TIME: [f64; 4] = [0.0, 1.0, 2.0, 3.0];
 
     fn compared(have: [f64; 4], want: [f64; 4], from_s: f64) -> Compared {
-        LargestError::new(from_s, "the closed form", " N").of(&TIME, &have, &want)
+        let mut largest = LargestError::new(from_s, "the closed form", " N");
+        for (time_s, (have, want)) in TIME.into_iter().zip(have.into_iter().zip(want)) {
+            largest.add(time_s, have, want);
+        }
+        largest.get()
     }
 
     fn reason(compared: Compared) -> String {
@@ -366,17 +317,6 @@ mod tests {
             assert!(reason(compared([0.0, odd, 1.0, 1.0], [1.0; 4], 0.0)).starts_with("at 1 s"));
             assert!(reason(compared([0.0; 4], [0.0, odd, 1.0, 1.0], 1.0)).contains("no meaning"));
             assert!(reason(compared([0.0, odd, 0.0, 0.0], [0.0; 4], 0.0)).starts_with("at 1 s"));
-        }
-    }
-
-    #[test]
-    fn the_device_decides_between_simulated_and_rendered() {
-        for (simulates, word) in [
-            (None, "simulated"),
-            (Some(true), "simulated"),
-            (Some(false), "rendered"),
-        ] {
-            assert_eq!(Origin::of_device(simulates).word(), word);
         }
     }
 }

@@ -27,7 +27,7 @@ use crate::document::{
 };
 use crate::experiment;
 use crate::experiment::indentation::Indentation;
-use crate::experiment::kind::Experiment;
+use crate::experiment::kind::{Experiment, Watched};
 use crate::experiment::reading::{device_text, with_devices};
 use crate::experiment::teleoperation::{End, FarReport, TeleoperationExperiment, Terms};
 use crate::judge::modelled_tissue::TissuePiece;
@@ -131,7 +131,7 @@ impl ExperimentFile {
     /// The piece of tissue that an indenter presses.
     #[must_use]
     pub fn piece(&self) -> Option<&TissuePiece> {
-        self.indentation().map(|pressed| &pressed.rendering.piece)
+        self.indentation().map(|pressed| &pressed.piece)
     }
 
     /// What the log of its run says of it, over what its document says.
@@ -149,7 +149,10 @@ impl ExperimentFile {
         request: &FolderRequest,
         supervisor: Supervisor<'_>,
     ) -> Result<Published<Report>, Failure> {
-        self.0.run(request, supervisor)
+        self.0.run(Watched {
+            request,
+            supervisor,
+        })
     }
 
     /// True if it runs on the simulated device.

@@ -3,6 +3,7 @@
 use crate::document::failure::Failure;
 use crate::experiment::coupler::CouplerExperiment;
 use crate::experiment::indentation::Indentation;
+use crate::experiment::kind::Watched;
 use crate::experiment::trial::Trial as _;
 use crate::experiment::wall::WallExperiment;
 use crate::judge::modelled_tissue::ModelledTissue;
@@ -19,10 +20,7 @@ use std::sync::atomic::AtomicBool;
 const TOLERANCE: f64 = 3e-9;
 
 /// Conducts a run whose files are `run.*` in this folder.
-pub(super) fn conducted<T>(
-    place: &Path,
-    run: impl FnOnce(&FolderRequest, Supervisor<'_>) -> T,
-) -> T {
+pub(super) fn conducted<T>(place: &Path, run: impl FnOnce(Watched<'_>) -> T) -> T {
     let request = FolderRequest {
         out: Some(place.to_owned()),
         stem: "run".to_owned(),
@@ -36,14 +34,18 @@ pub(super) fn conducted<T>(
         live: None,
         warn: &|_| {},
     };
-    run(&request, supervisor)
+    let request = &request;
+    run(Watched {
+        request,
+        supervisor,
+    })
 }
 
 /// A relaxation of this tissue with the defaults of the parameters.
 pub(crate) fn defaults(material: ModelledTissue) -> Indentation {
     let file = ExperimentFile::parse(Path::new("lab.toml"), "[relax]").expect("defaults");
     let mut relaxation = file.indentation().expect("one").clone();
-    relaxation.rendering.piece.material = Box::new(material);
+    relaxation.piece.material = Box::new(material);
     relaxation
 }
 
@@ -63,11 +65,11 @@ fn twice(text: &str) -> [(Value, Vec<Vec<f64>>); 2] {
         };
         Ok(serde_json::to_value(report).expect("is JSON"))
     };
-    let ran = conducted(place.path(), |request, supervisor| {
+    let ran = conducted(place.path(), |watched| {
         match (experiment.indentation(), wall, coupler) {
-            (Some(pressed), ..) => pressed.record(request, supervisor),
-            (_, Some(wall), _) => wall.recorded(request, supervisor),
-            (.., coupler) => (coupler.expect("one of them")).recorded(request, supervisor),
+            (Some(pressed), ..) => pressed.record(watched),
+            (_, Some(wall), _) => wall.recorded(watched),
+            (.., coupler) => (coupler.expect("one of them")).recorded(watched),
         }
     });
     let mut ran = ran.expect("runs");

@@ -8,7 +8,7 @@ use crate::judge::{Published, Report};
 use crate::run::Supervisor;
 use crate::run::folder::FolderRequest;
 use crate::run::remote::RemoteDevice;
-use crate::run::schedule::Pace;
+use crate::run::schedule::{Pace, Schedule};
 use std::any::Any;
 use std::collections::BTreeMap;
 use std::fmt::Debug;
@@ -52,6 +52,13 @@ impl Conduct {
     }
 }
 
+/// Where a run leaves its files, and who watches it.
+#[derive(Clone, Copy)]
+pub(crate) struct Watched<'a> {
+    pub request: &'a FolderRequest,
+    pub supervisor: Supervisor<'a>,
+}
+
 /// An experiment of any kind.
 pub(crate) trait Experiment: Any + Debug + Send + Sync {
     /// The number of samples, if all parameters are good.
@@ -69,11 +76,16 @@ pub(crate) trait Experiment: Any + Debug + Send + Sync {
     fn conduct_mut(&mut self) -> &mut Conduct;
 
     /// Runs it; log and table go into the folder.
-    fn run(
-        &self,
-        request: &FolderRequest,
-        supervisor: Supervisor<'_>,
-    ) -> Result<Published<Report>, Failure>;
+    fn run(&self, watched: Watched<'_>) -> Result<Published<Report>, Failure>;
+
+    /// Ticks of its loop for a run of so many samples.
+    fn schedule(&self, samples: u64) -> Schedule {
+        Schedule {
+            samples,
+            sample_time_s: self.sample_time_s(),
+            pace: self.conduct().pace,
+        }
+    }
 
     /// Refuses a simulated hand that begins inside the shape that it touches.
     fn check_start(&self) -> Result<(), Failure> {

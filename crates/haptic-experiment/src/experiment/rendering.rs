@@ -10,17 +10,15 @@ use crate::document::parameters::range::{
     DAMPINGS, DURATIONS, FORCES_ABOVE_0, MASSES, REACHES_ABOVE_0, STRAINS, STRESSES,
 };
 use crate::document::reader::Table;
-use crate::experiment::drive::{self, Drive};
-use crate::judge::Reference;
+use crate::experiment::drive;
+use crate::experiment::indentation::Indentation;
 use crate::judge::modelled_tissue::TissuePiece;
 use crate::run::SAMPLES;
-use crate::run::remote::device_name;
 use crate::run::safety::Safety;
 use crate::run::safety::safety;
-use crate::run::sensors::Sensors;
-use fracdiff::{Scheme, Seconds};
 use haptic_analysis::Dynamics;
 use haptic_link::LoopMode;
+use haptic_loop::plant::RigDrive;
 use serde::Serialize;
 
 parameters! {
@@ -107,57 +105,6 @@ impl Named for Precision {
     ];
 }
 
-/// A specimen of tissue, the operator that renders it, and the rig it is rendered on.
-#[derive(Clone, Debug)]
-pub(crate) struct Rendering {
-    pub(crate) piece: TissuePiece,
-    pub scheme: Scheme,
-    /// Number type of the loop.
-    pub(crate) precision: Precision,
-    pub sample_time_s: f64,
-    pub(crate) contact: Contact,
-    /// Mass of each of the two actuators, kg.
-    pub(crate) mass_kg: f64,
-    /// Viscous damping of each, N·s/m.
-    pub(crate) damping_n_s_per_m: f64,
-    /// The controller that holds the indenter; `None` for the rig's own servo or a constant push.
-    pub(crate) drive: Option<Drive>,
-    pub(crate) sensors: Sensors,
-    pub(crate) force_limit_n: f64,
-    /// Largest rate of force, N/s.
-    pub(crate) force_rate_limit_n_per_s: f64,
-    /// Further settings of the safety chain.
-    pub(crate) safety: Safety,
-    pub(crate) conduct: Conduct,
-    /// What is known of the dynamics of a device at a port.
-    pub(crate) dynamics: Option<Dynamics>,
-}
-
-impl Rendering {
-    /// Memory of the operator, s; `None` for all of the past.
-    pub(super) fn memory_s(&self) -> Option<f64> {
-        self.scheme.memory_s(Seconds(self.sample_time_s))
-    }
-
-    /// The kernel whose full history the force is compared with: the scheme's own, or Grünwald's.
-    pub(super) fn reference_kernel(&self) -> Reference {
-        Reference::of(self.scheme)
-    }
-
-    /// The number type that the force was computed in: that of the device, if the loop was closed there.
-    pub(super) fn precision_run(&self) -> Precision {
-        match &self.conduct.remote {
-            Some(remote) if remote.loop_mode == LoopMode::Device => Precision::F32,
-            _ => self.precision,
-        }
-    }
-
-    /// The device, as on the command line.
-    pub(super) fn device_name(&self) -> String {
-        device_name(self.conduct.remote.as_ref())
-    }
-}
-
 /// The safety chain, and the mass, damping, delay and lag of a device at a port as far as its own keys and its device file say them.
 fn guarded(table: &Table<'_>, real: bool) -> Result<(Safety, Option<Dynamics>), FileError> {
     let mut safety = safety(table)?;
@@ -177,12 +124,14 @@ fn guarded(table: &Table<'_>, real: bool) -> Result<(Safety, Option<Dynamics>), 
     Ok((safety, dynamics))
 }
 
-/// The rendering of `[relax]` or `[creep]`, with the table of a controller that holds the indenter.
+/// What `[relax]` and `[creep]` share, with the table of a controller that holds the indenter; `load` reads what they do not.
 pub(super) fn rendering(
     table: &Table<'_>,
     held: Option<&Table<'_>>,
-    (contact, duration_s): (&Parameter, f64),
-) -> Result<Rendering, FileError> {
+    contact: &Parameter,
+    duration_s: f64,
+    load: impl FnOnce(&TissuePiece) -> Result<RigDrive, FileError>,
+) -> Result<Indentation, FileError> {
     let remote = remote(table)?;
     let sensors = sensors(table)?;
     if remote.is_some() && !sensors.are_ideal() {
@@ -204,7 +153,9 @@ pub(super) fn rendering(
     let piece = piece(table)?;
     let (model, order) = (piece.material.composed(), piece.material.order());
     let scheme = scheme(table, model, order, sample_time_s, duration_s)?;
-    Ok(Rendering {
+    Ok(Indentation {
+        load: load(&piece)?,
+        duration_s,
         dynamics,
         piece,
         scheme,
@@ -214,7 +165,7 @@ pub(super) fn rendering(
             Contact::Ideal if !table.has(contact) && (remote.is_some() || held.is_some()) => {
                 Contact::Compliant
             }
-            contact => contact,
+            given @ (Contact::Compliant | Contact::Rigid | Contact::Ideal) => given,
         },
         mass_kg: table.number(&RIG_MASS)?,
         damping_n_s_per_m: table.number(&RIG_DAMPING)?,

@@ -351,12 +351,8 @@ fn a_device_file_is_no_sensor_of_the_rig() {
         let read = ExperimentFile::parse(&place.path().join("relax.toml"), &text);
         let file = read.expect("good");
         let relax = file.indentation().expect("a relaxation");
-        assert!(relax.rendering.sensors.are_ideal(), "{device}");
-        assert_eq!(
-            relax.rendering.safety.device_mass_kg,
-            Some(0.08),
-            "{device}"
-        );
+        assert!(relax.sensors.are_ideal(), "{device}");
+        assert_eq!(relax.safety.device_mass_kg, Some(0.08), "{device}");
     }
 }
 

@@ -10,7 +10,7 @@ use haptic_loop::plant::{Holder as _, RigDrive};
 use serde::Serialize;
 
 /// The work of a drive.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub(crate) struct DriveReport {
     pub controller: String,
     /// `position` in a relaxation, `force` in a creep test: what the controller holds, and the unit of the errors, m or N.
@@ -75,19 +75,20 @@ pub(crate) struct DriveJudge {
 
 impl DriveJudge {
     pub(crate) fn new(
-        own: &Drive,
+        held: &Drive,
         drive: RigDrive,
         sample_time_s: f64,
-        (preflight, on_device): (Option<DriveVerdict>, bool),
+        preflight: Option<DriveVerdict>,
+        on_device: bool,
     ) -> Result<Self, Failure> {
         let maker = match on_device {
-            false => Maker::Rig(own.holder(sample_time_s)?),
+            false => Maker::Rig(held.holder(sample_time_s)?),
             true => {
                 let ControllerSetup {
                     output_low,
                     output_high,
                     ..
-                } = own.limited(sample_time_s)?;
+                } = held.limited(sample_time_s)?;
                 Maker::Device([output_low, output_high].map(|end| end.unwrap_or(f64::NAN) as f32))
             }
         };
@@ -95,18 +96,14 @@ impl DriveJudge {
             drive,
             maker,
             report: DriveReport {
-                controller: own.name.clone(),
+                controller: held.name.clone(),
                 quantity: match drive {
                     RigDrive::Position(_) => "position",
                     RigDrive::Force(_) => "force",
                 },
-                tracking_error_max: 0.0,
-                tracking_error_rms: 0.0,
-                tracking_error_final: 0.0,
-                drive_force_peak_n: 0.0,
-                drive_force_limit_n: own.force_limit_n,
-                saturated_samples: 0,
+                drive_force_limit_n: held.force_limit_n,
                 preflight,
+                ..DriveReport::default()
             },
             samples: 0,
             squares: 0.0,

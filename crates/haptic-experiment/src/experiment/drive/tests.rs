@@ -3,9 +3,9 @@
 use super::{Drive, DriveJudge, SimulatedRig};
 use crate::document::failure::Failure;
 use crate::experiment::bounded_tests::{conducted, defaults};
-use crate::experiment::indentation::{Indentation, Load};
+use crate::experiment::indentation::Indentation;
 use crate::experiment::kind::Experiment as _;
-use crate::experiment::rendering::{Contact, Rendering};
+use crate::experiment::rendering::Contact;
 use crate::judge::Report;
 use crate::judge::modelled_tissue::ModelledTissue;
 use crate::run::drive_verdict::{DriveVerdict, LoopVerdict};
@@ -52,36 +52,27 @@ fn drive(gains: PidParameters) -> Drive {
     }
 }
 
-fn rendering(tissue: &str, drive: Drive) -> Rendering {
+/// 1 mm of this tissue, held by this drive.
+fn held(tissue: &str, drive: Drive, ramp_time_s: f64, duration_s: f64) -> Indentation {
     let library = haptic_tissue::Library::load(None).expect("the built-in one");
     let tissue = ModelledTissue::new(library.find(tissue).expect("known")).expect("a model");
-    Rendering {
-        drive: Some(drive),
-        ..defaults(tissue).rendering
-    }
-}
-
-fn relaxation(rendering: Rendering, ramp_time_s: f64, duration_s: f64) -> Indentation {
+    let ramp = RampHold::new(Metres(1e-3), Seconds(ramp_time_s)).expect("a ramp");
     Indentation {
-        rendering,
-        load: Load::Depth {
-            depth_m: 1e-3,
-            ramp_time_s,
-        },
+        drive: Some(drive),
+        load: RigDrive::Position(ramp),
         duration_s,
+        ..defaults(tissue)
     }
 }
 
 /// 5 % of the cancerous prostate in 0.5 s.
 fn cancerous(drive: Drive, duration_s: f64) -> Indentation {
-    relaxation(rendering("prostate-cancerous", drive), 0.5, duration_s)
+    held("prostate-cancerous", drive, 0.5, duration_s)
 }
 
 /// Runs in a folder of its own.
 fn run(folder: &Path, relaxation: &Indentation) -> Result<Report, Failure> {
-    let published = conducted(folder, |request, supervisor| {
-        relaxation.run(request, supervisor)
-    })?;
+    let published = conducted(folder, |watched| relaxation.run(watched))?;
     Ok(published.report)
 }
 
@@ -149,7 +140,7 @@ fn the_verdict_before_the_run_is_what_the_run_shows_at_either_side_of_the_edge()
         })
     };
     for tissue in ["prostate-cancerous", "fish-muscle"] {
-        let relaxation = |drive| relaxation(rendering(tissue, drive), 0.1, 2.0);
+        let relaxation = |drive| held(tissue, drive, 0.1, 2.0);
         let verdict = |drive| {
             let own = relaxation(drive);
             (own.drive_verdict(2001).expect("judged")).expect("a drive")
@@ -190,7 +181,7 @@ fn an_unstable_drive_is_refused_before_a_file_is_made_unless_it_is_forced() {
         assert!(refused.contains(words), "{refused}");
     }
     assert!(!place.exists());
-    own.rendering.conduct.force_unstable = true;
+    own.conduct.force_unstable = true;
     let report = run(&place, &own).expect("runs all the same");
     let held = &report.results["drive"];
     assert_eq!(held["preflight"]["in_contact"]["stable"], false, "{held:?}");
@@ -211,9 +202,8 @@ fn a_push_is_held_too_its_force_measured_between_the_actuators() {
         ..PidParameters::NONE
     };
     let creep = Indentation {
-        rendering: rendering("prostate-healthy", drive(gains)),
-        load: Load::Force { force_n: 0.04 },
-        duration_s: 3.0,
+        load: RigDrive::Force(Newtons(0.04)),
+        ..held("prostate-healthy", drive(gains), 1.0, 3.0)
     };
     let verdict = (creep.drive_verdict(3001).expect("judged")).expect("a drive");
     assert!(verdict.free.is_none() && verdict.stable(), "{verdict:?}");
@@ -234,34 +224,34 @@ fn a_push_is_held_too_its_force_measured_between_the_actuators() {
 #[test]
 fn a_drive_that_cannot_act_is_refused_with_the_remedy() {
     let gains = STIFF;
-    let refused = |change: fn(&mut Rendering), words: &str| {
+    let refused = |change: fn(&mut Indentation), words: &str| {
         let mut own = cancerous(drive(gains), 2.0);
-        change(&mut own.rendering);
+        change(&mut own);
         let sink = &mut |_: &TickMessage| ControlFlow::Continue(());
         let said = own.simulate(sink).expect_err("refused").to_string();
         assert!(said.contains(words), "{said}");
     };
     refused(
-        |rendering| rendering.contact = Contact::Rigid,
+        |held| held.contact = Contact::Rigid,
         "`contact` = compliant",
     );
-    let weak = |rendering: &mut Rendering| {
-        rendering.drive.as_mut().expect("a drive").force_limit_n = 0.0;
+    let weak = |held: &mut Indentation| {
+        held.drive.as_mut().expect("a drive").force_limit_n = 0.0;
     };
     refused(weak, "`drive_force_limit_n`");
-    let mad = |rendering: &mut Rendering| {
+    let mad = |held: &mut Indentation| {
         let law = PidParameters {
             integral_order: 3.0,
             integral: 1.0,
             ..PidParameters::NONE
         };
-        let drive = rendering.drive.as_mut().expect("a drive");
+        let drive = held.drive.as_mut().expect("a drive");
         drive.controller.setup.law = law.into();
     };
     refused(mad, "test.toml");
     refused(mad, "order of the integral");
     let slow = "made for a sample time of 0.001 s";
-    refused(|rendering| rendering.sample_time_s = 2e-3, slow);
+    refused(|held| held.sample_time_s = 2e-3, slow);
 }
 
 #[test]
@@ -288,7 +278,7 @@ fn the_commands_that_are_judged_are_those_that_were_given_bit_for_bit() {
         let holder = own.holder(t).expect("a controller");
         let rig = Box::new(HeldRig::new(config, holder).expect("a rig"));
         let mut rig = SimulatedRig::Held(rig);
-        let mut judge = DriveJudge::new(&own, drive, t, (Some(verdict), false)).expect("a judge");
+        let mut judge = DriveJudge::new(&own, drive, t, Some(verdict), false).expect("a judge");
         let mut peak: f64 = 0.0;
         for tick in 0..500 {
             let seen = rig.observe();

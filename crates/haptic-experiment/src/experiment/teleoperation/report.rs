@@ -7,22 +7,21 @@ use super::{
 use crate::document::TISSUE_IN_LOG;
 use crate::document::failure::Failure;
 use crate::document::parameters::SAMPLE_TIME;
-use crate::experiment::kind::{Conduct, Experiment};
+use crate::experiment::kind::{Conduct, Experiment, Watched};
 use crate::experiment::reading::metadata;
 use crate::judge::decimated::Decimated;
 use crate::judge::report::{Files, Report, RunReport, rows, unmet};
 use crate::judge::warnings::Warnings;
-use crate::judge::{Curves, Drawing, Origin, Published, percent};
+use crate::judge::{Curves, Drawing, Published, percent};
 use crate::run::ending::Ending;
-use crate::run::folder::{FolderRequest, OutputFolder, Table};
+use crate::run::folder::{OutputFolder, Table};
 use crate::run::preflight::note_findings;
-use crate::run::schedule::Schedule;
-use crate::run::{Ran, Supervisor, World, run_logged};
+use crate::run::{Ran, World, run_logged};
 use fracdiff::num_complex::Complex;
 use haptic_log::record::TickMessage;
 use haptic_loop::Limiters;
 use serde::Serialize;
-use serde_json::json;
+use serde_json::{Value, json};
 use std::collections::BTreeMap;
 use std::f64::consts::TAU;
 
@@ -84,20 +83,6 @@ pub(super) struct FeltAt {
     pub off_formula_db: Option<f64>,
     /// The run against the tissue, dB: 0 would be transparent.
     pub off_tissue_db: Option<f64>,
-}
-
-/// Messages of one way of the line.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
-pub(crate) struct LineCounts {
-    /// Sent.
-    pub sent: u64,
-    pub lost: u64,
-    pub doubled: u64,
-    pub delivered: u64,
-    /// Not acted on, because a later one was there before.
-    pub stale: u64,
-    /// Not acted on, because the same one was there before.
-    pub duplicate: u64,
 }
 
 const COLUMNS: [&str; 9] = [
@@ -225,18 +210,10 @@ impl Experiment for TeleoperationExperiment {
         &mut self.conduct
     }
 
-    fn run(
-        &self,
-        request: &FolderRequest,
-        supervisor: Supervisor<'_>,
-    ) -> Result<Published<Report>, Failure> {
+    fn run(&self, watched: Watched<'_>) -> Result<Published<Report>, Failure> {
         self.check_waves()?;
         let pair = self.pair()?;
-        let schedule = Schedule {
-            samples: self.samples(),
-            sample_time_s: self.sample_time().0,
-            pace: self.conduct.pace,
-        };
+        let schedule = self.schedule(self.samples());
         let preflight = self.require_stable()?;
         let mut metadata = self.metadata();
         if let Some(verdict) = &preflight {
@@ -250,7 +227,12 @@ impl Experiment for TeleoperationExperiment {
             table: None,
             newest: None,
         };
-        let ran = run_logged(&mut hands, schedule, (request, metadata), supervisor)?;
+        let ran = run_logged(
+            &mut hands,
+            schedule,
+            (watched.request, metadata),
+            watched.supervisor,
+        )?;
         let ran = Ran { preflight, ..ran };
         let Hands {
             pair,
@@ -266,9 +248,13 @@ impl Experiment for TeleoperationExperiment {
             false => Vec::new(),
         };
         let verdict = judged.verdict(&pair, whole);
-        let drawn = whole.then(|| self.drawn(verdict, &felt, curves));
+        let curves = whole.then(|| self.drawn(verdict, &felt, curves));
         let report = self.report(&ran, &pair, &judged, verdict, &felt, files)?;
-        Ok(Published::new((report, drawn), ran.folder))
+        Ok(Published {
+            report,
+            curves,
+            folder: ran.folder,
+        })
     }
 
     /// The slave in its remote place is looked at.
@@ -389,7 +375,7 @@ impl TeleoperationExperiment {
         ];
         let title = "A teleoperation, simulated".to_owned();
         let drawing = Drawing::Pair { stiffnesses };
-        curves.named(DRAWN, Origin::Simulated, title, subtitle, drawing)
+        curves.named(DRAWN, "simulated", title, subtitle, drawing)
     }
 }
 
@@ -408,7 +394,7 @@ pub(super) const SATURATED_SHARE: f64 = 0.01;
 /// Energy of rounding errors, as a share of what went back and forth.
 const ROUNDING: f64 = 1e-12;
 
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub(super) struct Judge {
     /// Master, hand, slave, place: places and forces from outside.
     spectrum: Spectrum<4>,
@@ -431,14 +417,7 @@ impl Judge {
             spectrum: Spectrum::new(omegas.collect()),
             // Whole samples; times are multiples of T, rounded.
             from_s: experiment.duration_s - experiment.window_s + 0.5 * t,
-            samples: 0,
-            saturated: 0,
-            last_m: [0.0; 2],
-            exchanged_j: 0.0,
-            given_most_j: 0.0,
-            given_j: 0.0,
-            beyond_damping_most_j: 0.0,
-            peaks_n: [0.0; 2],
+            ..Self::default()
         }
     }
 
@@ -527,19 +506,20 @@ impl Judge {
     }
 }
 
-fn line_counts(pair: &Pair) -> [LineCounts; 2] {
+/// Messages of each way of the line, from the master and back; those that came late or twice were not acted on.
+fn line_counts(pair: &Pair) -> [Value; 2] {
     let [master, slave] = pair.ports();
     let [forth, back] = pair.ways();
     [(forth, slave), (back, master)].map(|(way, port)| {
         let (way, port) = (way.counts(), port.counts());
-        LineCounts {
-            sent: way.sent,
-            lost: way.lost,
-            doubled: way.doubled,
-            delivered: way.delivered,
-            stale: u64::from(port.stale),
-            duplicate: u64::from(port.duplicate),
-        }
+        json!({
+            "sent": way.sent,
+            "lost": way.lost,
+            "doubled": way.doubled,
+            "delivered": way.delivered,
+            "stale": port.stale,
+            "duplicate": port.duplicate,
+        })
     })
 }
 
@@ -548,7 +528,7 @@ fn line_counts(pair: &Pair) -> [LineCounts; 2] {
 /// ```text
 /// X_i = Σ x[n]·e^(−jω_i t_n)        whole periods of each frequency, so that none leaks into another
 /// ```
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 struct Spectrum<const M: usize> {
     omegas: Vec<f64>,
     sums: Vec<[Complex<f64>; M]>,

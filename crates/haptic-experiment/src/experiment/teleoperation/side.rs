@@ -11,7 +11,7 @@ use crate::document::parameters::{PATIENCE, SAMPLE_TIME, SKIPPED_SHARE};
 use crate::experiment::kind::Experiment as _;
 use crate::judge::decimated::Decimated;
 use crate::judge::report::Files;
-use crate::judge::{Drawing, Origin, Published};
+use crate::judge::{Drawing, Published};
 use crate::run::ending::Ending;
 use crate::run::folder::{FolderRequest, OutputFolder, Table};
 use crate::run::realtime::RealtimeOptions;
@@ -380,9 +380,13 @@ impl TeleoperationExperiment {
             let title = format!("A teleoperation, the {}", report.side);
             let subtitle = format!("{} · with {}", report.architecture, report.peer);
             let names = ["reference_m", "position_m", "force_n", "outside_n"];
-            curves.named(names, Origin::Simulated, title, subtitle, Drawing::Side)
+            curves.named(names, "simulated", title, subtitle, Drawing::Side)
         });
-        Ok(Published::new((report, curves), ran.folder))
+        Ok(Published {
+            report,
+            curves,
+            folder: ran.folder,
+        })
     }
 }
 

@@ -321,9 +321,7 @@ fn a_line_that_never_carried_anything_is_silent_and_not_passive() {
 /// Runs it with log and report.
 fn reported(far: &TeleoperationExperiment) -> Report {
     let place = tempfile::tempdir().expect("a folder");
-    let run = conducted(place.path(), |request, supervisor| {
-        far.run(request, supervisor)
-    });
+    let run = conducted(place.path(), |watched| far.run(watched));
     run.expect("runs").report
 }
 

@@ -13,7 +13,7 @@ use crate::judge::report::{
     Files, Report, RunReport, closed_form_error, full_history_error, rows, unmet,
 };
 use crate::judge::warnings::Warnings;
-use crate::judge::{Compared, Curves, Drawing, Origin, Reference};
+use crate::judge::{Compared, Curves, Drawing, Published, Reference, origin};
 use crate::run::Ran;
 use crate::run::record::Record;
 use crate::run::remote::device_name;
@@ -68,31 +68,31 @@ const OUTLINE: u32 = 180;
 impl TouchExperiment {
     pub(super) fn publish<const D: usize>(
         &self,
-        ran: &Ran,
+        ran: Ran,
         energy: Option<HandEnergy>,
         posture: PostureVerdict,
-    ) -> Result<(Report, Option<Curves>), Failure> {
+    ) -> Result<Published<Report>, Failure> {
         let record = &ran.record;
         let whole = record.ended.is_none();
         let verdict = self.verdict(record, energy);
         let mut curves = None;
-        let mut compared = Compared::without_meaning("the run was cut short".to_owned());
+        let mut compared = Compared::without_meaning("the run was cut short");
         let mut retraction = None;
         let files = if whole {
             compared = self.compare::<D>(record)?;
             retraction = self.retraction(record);
-            let (files, drawn) = self.draw::<D>(ran)?;
-            curves = Some(self.curves(drawn, Origin::of(record), verdict));
+            let (files, drawn) = self.draw::<D>(&ran)?;
+            curves = Some(self.curves(drawn, origin(record), verdict));
             files
         } else {
-            Files::of_run(ran, None)
+            Files::of_run(&ran, None)
         };
         let mut run = RunReport::new(
-            ran,
+            &ran,
             device_name(self.conduct.remote.as_ref()),
             self.sample_time().0,
             files,
-            self.warnings(ran, verdict, energy),
+            self.warnings(&ran, verdict, energy),
         );
         if let Matter::Tissue(piece) = &self.matter {
             let times_s = (self.sample_time().0, record.duration_s());
@@ -107,7 +107,7 @@ impl TouchExperiment {
             "scheme": self.scheme.to_string(),
         });
         let no_closed_form =
-            Compared::without_meaning("there is no closed form while the hand moves".to_owned());
+            Compared::without_meaning("there is no closed form while the hand moves");
         let results = json!({
             // Of a sphere or cone that is pulled back: the largest difference of the force from T. C. T. Ting's contact, which shrinks, as a
             // share of the largest force, up to where the contact grows again. The loop renders Lee and Radok's contact, which grows.
@@ -134,7 +134,11 @@ impl TouchExperiment {
             verdict: Some(verdict.words().to_owned()),
             unmet: broken.then(|| unmet(&TOUCH_MUST_BE_PASSIVE, verdict.words(), remedy)),
         };
-        Ok((report, curves))
+        Ok(Published {
+            report,
+            curves,
+            folder: ran.folder,
+        })
     }
 
     fn verdict(&self, record: &Record, energy: Option<HandEnergy>) -> TouchVerdict {
@@ -294,7 +298,7 @@ impl TouchExperiment {
             reason => reason,
         };
         if let Some(reason) = reason {
-            return Ok(Compared::without_meaning(reason.to_owned()));
+            return Ok(Compared::without_meaning(reason));
         }
         let depths: Vec<f64> = samples.iter().map(|sample| sample.position_m).collect();
         let wanted = self.full_history::<D>(&depths)?;
@@ -339,7 +343,12 @@ impl TouchExperiment {
         Ok((Files::of_run(ran, Some(table)), curves))
     }
 
-    fn curves(&self, curves: Decimated<CURVES>, origin: Origin, verdict: TouchVerdict) -> Curves {
+    fn curves(
+        &self,
+        curves: Decimated<CURVES>,
+        origin: &'static str,
+        verdict: TouchVerdict,
+    ) -> Curves {
         let hand = match &self.conduct.remote {
             Some(_) => format!("device {}", device_name(self.conduct.remote.as_ref())),
             None => self.path.words(),
@@ -362,7 +371,7 @@ impl TouchExperiment {
             "force_y_n",
             third,
         ];
-        let title = format!("A touch, {}", origin.word());
+        let title = format!("A touch, {origin}");
         let outline_m = self.outline();
         curves.named(names, origin, title, subtitle, Drawing::Plane { outline_m })
     }

@@ -11,19 +11,17 @@ use super::{
 use crate::document::TISSUE_IN_LOG;
 use crate::document::failure::Failure;
 use crate::document::parameters::DEVICE;
-use crate::experiment::kind::{Conduct, Experiment};
+use crate::experiment::kind::{Conduct, Experiment, Watched};
 use crate::experiment::reading::metadata;
 use crate::judge::preflight::Preflight;
 use crate::judge::{Published, Report};
 use crate::run::advice::parameter;
 use crate::run::device::LinkedName;
-use crate::run::folder::FolderRequest;
 use crate::run::preflight::{PreflightRequest, PreflightSubject, PreflightVerdict, note_findings};
 use crate::run::remote::{RemoteDevice, RemoteLaw, RemoteRun, held, portable};
 use crate::run::safety::GuardedDevice;
-use crate::run::schedule::Schedule;
 use crate::run::simulate::Simulated;
-use crate::run::{Ran, Supervisor, run_logged};
+use crate::run::{Ran, run_logged};
 use haptic_analysis::Dynamics;
 use haptic_devices::haply::Plane;
 use haptic_link::LoopMode;
@@ -89,14 +87,10 @@ impl Experiment for TouchExperiment {
         &mut self.conduct
     }
 
-    fn run(
-        &self,
-        request: &FolderRequest,
-        supervisor: Supervisor<'_>,
-    ) -> Result<Published<Report>, Failure> {
+    fn run(&self, watched: Watched<'_>) -> Result<Published<Report>, Failure> {
         match self.axes {
-            3 => self.run_in::<3>(request, supervisor),
-            _ => self.run_in::<2>(request, supervisor),
+            3 => self.run_in::<3>(watched),
+            _ => self.run_in::<2>(watched),
         }
     }
 
@@ -123,13 +117,9 @@ impl TouchExperiment {
         )))
     }
 
-    fn run_in<const D: usize>(
-        &self,
-        request: &FolderRequest,
-        supervisor: Supervisor<'_>,
-    ) -> Result<Published<Report>, Failure> {
+    fn run_in<const D: usize>(&self, watched: Watched<'_>) -> Result<Published<Report>, Failure> {
         if let Some(remote) = &self.conduct.remote {
-            return self.run_on::<D>(remote, request, supervisor);
+            return self.run_on::<D>(remote, watched);
         }
         let mut parts = self.parts::<D>()?;
         self.outside(&parts)?;
@@ -138,11 +128,11 @@ impl TouchExperiment {
         let mut metadata = self.metadata();
         note_findings(&mut metadata, "preflight", &verdict);
         note_findings(&mut metadata, "preflight", &posture);
-        let schedule = Schedule {
-            samples: parts.samples,
-            sample_time_s: self.sample_time().0,
-            pace: self.conduct.pace,
-        };
+        let schedule = self.schedule(parts.samples);
+        let Watched {
+            request,
+            supervisor,
+        } = watched;
         let mut world = Simulated::new(&mut parts.controller, &mut parts.device);
         let ran = run_logged(&mut world, schedule, (request, metadata), supervisor)?;
         drop(world);
@@ -152,8 +142,7 @@ impl TouchExperiment {
             ..ran
         };
         let energy: HandEnergy = parts.device.device().energy();
-        let reported = self.publish::<D>(&ran, Some(energy), posture)?;
-        Ok(Published::new(reported, ran.folder))
+        self.publish::<D>(ran, Some(energy), posture)
     }
 
     fn checked<const D: usize>(&self) -> Result<u64, Failure> {
@@ -208,8 +197,7 @@ impl TouchExperiment {
     fn run_on<const D: usize>(
         &self,
         remote: &RemoteDevice,
-        request: &FolderRequest,
-        supervisor: Supervisor<'_>,
+        watched: Watched<'_>,
     ) -> Result<Published<Report>, Failure> {
         self.check_on::<D>()?;
         let (mut controller, samples) = self.loop_of::<D>()?;
@@ -226,23 +214,18 @@ impl TouchExperiment {
         let run = RemoteRun {
             device: remote,
             law: self.law_there::<D>(remote, samples)?,
-            schedule: Schedule {
-                samples,
-                sample_time_s: self.sample_time().0,
-                pace: self.conduct.pace,
-            },
+            schedule: self.schedule(samples),
             blank: &|_| TouchTick::unknown(shape),
             preflight: Some(postures),
             wanted: PreflightRequest {
                 force_unstable: self.conduct.force_unstable,
                 dynamics: Some(dynamics),
             },
-            request,
+            request: watched.request,
             metadata,
         };
-        let ran = run.run(&mut controller, supervisor)?;
-        let reported = self.publish::<D>(&ran, None, posture)?;
-        Ok(Published::new(reported, ran.folder))
+        let ran = run.run(&mut controller, watched.supervisor)?;
+        self.publish::<D>(ran, None, posture)
     }
 
     /// How deep the hand leads the device at most, m: as far as the largest force does, and by a spring no farther than its path.

@@ -4,7 +4,7 @@ use super::setup::{Parts, TrialSetup};
 use crate::document::failure::Failure;
 use crate::document::named::Named as _;
 use crate::document::parameters::Parameter;
-use crate::experiment::kind::{Conduct, Experiment};
+use crate::experiment::kind::{Conduct, Experiment, Watched};
 use crate::experiment::reading::metadata;
 use crate::judge::decimated::Decimated;
 use crate::judge::reference::TOLERANCE;
@@ -13,17 +13,15 @@ use crate::judge::report::{
 };
 use crate::judge::settling::{Judge, Settling, TrialVerdict};
 use crate::judge::warnings::Warnings;
-use crate::judge::{Compared, Curves, Drawing, Origin, Published, Reference};
-use crate::run::folder::FolderRequest;
+use crate::judge::{Compared, Curves, Drawing, Published, Reference, origin};
 use crate::run::preflight::{PreflightRequest, PreflightSubject, PreflightVerdict, note_findings};
 use crate::run::record::Record;
 use crate::run::remote::{RemoteDevice, RemoteLaw, RemoteRun, blank, device_name};
 use crate::run::safety::GuardChoice;
 use crate::run::samples::Samples;
-use crate::run::schedule::Schedule;
 use crate::run::simulate::Simulated;
 use crate::run::tick::KeptSample;
-use crate::run::{Ran, Supervisor, run_logged};
+use crate::run::{Ran, run_logged};
 use fracdiff::full_memory::Kernel;
 use fracdiff::{Order, Scheme};
 use haptic_loop::Environment;
@@ -103,11 +101,7 @@ pub(crate) trait Trial: Experiment + Clone {
     }
 
     /// Runs the loop and writes the log.
-    fn recorded(
-        &self,
-        request: &FolderRequest,
-        supervisor: Supervisor<'_>,
-    ) -> Result<Ran, Failure> {
+    fn recorded(&self, watched: Watched<'_>) -> Result<Ran, Failure> {
         let Parts {
             mut controller,
             mut device,
@@ -117,11 +111,11 @@ pub(crate) trait Trial: Experiment + Clone {
         let (setup, preflight) = (self.setup(), self.subject(samples));
         let mut metadata = self.metadata();
         let dynamics = setup.dynamics();
-        let schedule = Schedule {
-            samples,
-            sample_time_s: setup.device.sample_time.0,
-            pace: setup.conduct.pace,
-        };
+        let schedule = self.schedule(samples);
+        let Watched {
+            request,
+            supervisor,
+        } = watched;
         let Some(remote) = &setup.conduct.remote else {
             // Nothing can break, so it is only noted.
             let verdict = preflight.verdict(dynamics, 0)?;
@@ -230,8 +224,8 @@ pub(crate) trait Trial: Experiment + Clone {
             (files, operator_error) = (compared.files, compared.error);
             object_m = compared.object_m;
             let object = object_m.map_or("", |_| "object_position_m");
-            let origin = Origin::of(record);
-            let title = format!("A trial of a {}, {}", Self::KIND, origin.word());
+            let origin = origin(record);
+            let title = format!("A trial of a {}, {origin}", Self::KIND);
             let law = self.law_in_words();
             let subtitle = format!("{law} · {}", words(setup, scheme, &settling));
             let names = ["position_m", object, "force_n"];
@@ -241,7 +235,7 @@ pub(crate) trait Trial: Experiment + Clone {
             curves = Some((compared.curves).named(names, origin, title, subtitle, drawing));
         } else {
             files = Files::of_run(ran, None);
-            operator_error = Compared::without_meaning("the run was cut short".to_owned());
+            operator_error = Compared::without_meaning("the run was cut short");
         }
         let device = device_name(setup.conduct.remote.as_ref());
         let t = setup.device.sample_time.0;
@@ -288,7 +282,7 @@ pub(crate) trait Trial: Experiment + Clone {
             (Some(have), Some(want)) if settling.stable => {
                 Compared::of_window((have / want - 1.0).abs(), window_s, judged)
             }
-            (Some(_), None) => Compared::without_meaning(Self::NO_REST.to_owned()),
+            (Some(_), None) => Compared::without_meaning(Self::NO_REST),
             _ => Compared::without_meaning(format!("the {} did not come to rest", Self::KIND)),
         }
     }
@@ -324,13 +318,15 @@ impl<T: Trial> Experiment for T {
         &mut self.setup_mut().conduct
     }
 
-    fn run(
-        &self,
-        request: &FolderRequest,
-        supervisor: Supervisor<'_>,
-    ) -> Result<Published<Report>, Failure> {
-        let ran = self.recorded(request, supervisor)?;
-        Ok(Published::new(self.report(&ran)?, ran.folder))
+    fn run(&self, watched: Watched<'_>) -> Result<Published<Report>, Failure> {
+        let ran = self.recorded(watched)?;
+        let (report, curves) = self.report(&ran)?;
+        let folder = ran.folder;
+        Ok(Published {
+            report,
+            curves,
+            folder,
+        })
     }
 }
 
@@ -452,7 +448,7 @@ impl Comparison {
             curves,
             error: match off_n {
                 Ok(_) => seen.over(record),
-                Err(reason) => Compared::without_meaning(reason.to_owned()),
+                Err(reason) => Compared::without_meaning(reason),
             },
             object_m: last,
         })
@@ -482,7 +478,7 @@ impl Seen {
     pub(crate) fn over(self, record: &Record) -> Compared {
         let Some(from_s) = self.from_s else {
             let reason = "the safety chain limited the force in each sample";
-            return Compared::without_meaning(reason.to_owned());
+            return Compared::without_meaning(reason);
         };
         let error = self.off_n / record.largest_force_n();
         Compared::of_window(error, [from_s, self.to_s], self.samples)
