@@ -16,7 +16,7 @@ pub use decimated::Decimated;
 pub use modelled_tissue::operator;
 pub use preflight::{Preflight, WallContact};
 pub(crate) use reference::Reference;
-pub use report::{Report, RunReport};
+pub use report::{Report, Rows, RunReport, rows};
 
 /// In per cent, without the digits that binary fractions add.
 pub(crate) fn percent(fraction: f64) -> f64 {

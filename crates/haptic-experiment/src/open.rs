@@ -187,23 +187,13 @@ impl ExperimentFile {
         request: &FolderRequest,
         supervisor: Supervisor<'_>,
     ) -> Result<Published<FarReport>, Failure> {
-        (self.teleoperation()?).run_side(end, terms, opened, request, supervisor)
-    }
-
-    /// Refuses a side that did not reach its end, skipped too many ticks, or does not keep what its document asks for.
-    ///
-    /// # Errors
-    /// Exit code 1.
-    pub fn require_side(&self, report: &FarReport, terms: Terms) -> Result<(), Failure> {
-        report.require(self.teleoperation()?, terms)
-    }
-
-    fn teleoperation(&self) -> Result<&TeleoperationExperiment, Failure> {
-        self.of().ok_or_else(|| {
+        let teleoperation: Option<&TeleoperationExperiment> = self.of();
+        let teleoperation = teleoperation.ok_or_else(|| {
             Failure::bad_input(
                 "the file is of another experiment: give one with a table [teleoperation]",
             )
-        })
+        })?;
+        teleoperation.run_side(end, terms, opened, request, supervisor)
     }
 
     /// The same, for a program that waits so long for a device at a port.

@@ -25,10 +25,10 @@
 //! Source: O. Tokatlı, *Fractional Order Control in Haptics*, chapter V.
 
 use super::kind::Experiment as _;
-use super::reading::{remote, scheme};
+use super::reading::scheme;
 use super::trial::{
     OfSample, Parts, TRIAL, TRIAL_LOOP, Theory, Trial, TrialSetup, encoder_step, incomparable,
-    limited, setup, six_digits, times,
+    limited, setup, six_digits,
 };
 use crate::document::error::FileError;
 use crate::document::failure::Failure;
@@ -118,18 +118,16 @@ pub(crate) struct CouplerExperiment {
 
 /// `[coupler]`: device, coupler, object and trial.
 pub(crate) fn coupler(table: &Table<'_>) -> Result<CouplerExperiment, FileError> {
-    let remote = remote(table)?;
-    let (sample_time_s, duration_s) = times(table)?;
+    let setup = setup(table, &COUPLER_MUST_BE_STABLE)?;
     let order = table.required(&COUPLER_ORDER)?;
     let wrong = |reason: String| table.fail_at("order", reason);
     let order = Order::new(order).map_err(|error| wrong(error.to_string()))?;
     let run = deflection_order(order).map_err(|error| wrong(error.to_string()))?;
-    let mut setup = setup(table, remote, (sample_time_s, duration_s))?;
-    setup.must_be_stable = table.flag(&COUPLER_MUST_BE_STABLE)?;
+    let (t, duration_s) = (setup.device.sample_time.0, setup.plan.duration_s);
     let coupler = CouplerExperiment {
         setup,
         order,
-        scheme: scheme(table, None, run, sample_time_s, duration_s)?,
+        scheme: scheme(table, None, run, t, duration_s)?,
         coupler_stiffness_n_s_per_m: table.required(&p::COUPLER_STIFFNESS)?,
         coupler_dissipation_n_s_1_minus_mu_per_m: table.required(&p::COUPLER_DISSIPATION)?,
         object: CoupledObject {
@@ -294,7 +292,8 @@ impl Trial for CouplerExperiment {
             false => 0.0,
         };
         let judge = plan.judge(
-            (spring, law.step_stiffness_n_per_m()),
+            spring,
+            law.step_stiffness_n_per_m(),
             encoder_step(self.setup.sensors),
             self.setup.device.sample_time.0,
         );

@@ -486,10 +486,7 @@ impl Indentation {
             )
         };
         if let (Some(own), RigDrive::Position(profile)) = (&self.drive, self.load) {
-            let t = self.sample_time_s;
-            let ramp_ticks = (profile.ramp_time().0 / t).round() as u32;
-            let way = (profile.depth().0, ramp_ticks);
-            let (shape, values, controller) = own.portable(way, t)?;
+            let (shape, values, controller) = own.portable(profile, self.sample_time_s)?;
             return Ok(RemoteLaw {
                 operator: (shape, values),
                 controller: Some(controller),

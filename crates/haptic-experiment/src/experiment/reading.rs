@@ -273,11 +273,14 @@ fn loading(table: &Table<'_>) -> Result<Loading, FileError> {
 
 /// The key of a size that a loading refuses, and what to do with it.
 fn of_loading(error: &ParameterError) -> Option<(&'static Parameter, &'static str)> {
-    let (what, remedy) = match error {
-        ParameterError::Missing { what, .. } => (*what, "give"),
-        ParameterError::NoEffect { what, .. } => (*what, "omit"),
-        ParameterError::Range(range) => (range.what, "change"),
-        _ => return None,
+    let (what, remedy) = if let ParameterError::Missing { what, .. } = error {
+        (*what, "give")
+    } else if let ParameterError::NoEffect { what, .. } = error {
+        (*what, "omit")
+    } else if let ParameterError::Range(range) = error {
+        (range.what, "change")
+    } else {
+        return None;
     };
     let mut keys = p::PIECE.iter();
     let key = keys.find(|parameter| label(parameter.key) == what)?;

@@ -154,20 +154,13 @@ impl Named for Architecture {
     ];
 }
 
-/// The hand that holds the master.
-#[derive(Clone, Copy, Debug, PartialEq)]
+/// The hand that holds the master; by default there is none.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct HandModel {
     /// `k_h`, N/m, above 0.
     pub stiffness_n_per_m: f64,
     /// `b_h`, N·s/m, at least 0.
     pub damping_n_s_per_m: f64,
-}
-
-impl HandModel {
-    const NONE: Self = Self {
-        stiffness_n_per_m: 0.0,
-        damping_n_s_per_m: 0.0,
-    };
 }
 
 #[derive(Clone, Debug, PartialEq)]
@@ -286,16 +279,10 @@ impl TeleoperationExperiment {
         Ok(())
     }
 
-    /// A duration of a number of samples.
-    fn check_duration(&self) -> Result<(), Failure> {
-        schedule::samples(self.duration_s, self.sample_time().0, &SAMPLES)?;
-        Ok(())
-    }
-
     /// Times and frequencies that fit each other.
     fn check_times(&self) -> Result<(), Failure> {
-        self.check_duration()?;
         let t = self.sample_time().0;
+        schedule::samples(self.duration_s, t, &SAMPLES)?;
         let most = self.duration_s - HandMotion::RISE_S;
         let whole = (self.window_s / t - (self.window_s / t).round()).abs() < 1e-6;
         if !(self.window_s >= t && self.window_s <= most && whole) {
@@ -406,9 +393,9 @@ impl TeleoperationExperiment {
         })
     }
 
-    /// The loop of the slave and its remote place as they are simulated, several steps a sample, without coupler, hand and
-    /// line. `None` for a place without spring and damper, which is no loop.
-    fn preflight(&self) -> Result<Option<PreflightVerdict>, Failure> {
+    /// The verdict on the loop of the slave and its remote place as they are simulated, several steps a sample, without coupler, hand and
+    /// line; what is unstable is refused unless it is forced. `None` for a place without spring and damper, which is no loop.
+    fn require_stable(&self) -> Result<Option<PreflightVerdict>, Failure> {
         let step = Seconds(self.sample_time().0 / SUB_STEPS as f64);
         let steps = self.samples() * SUB_STEPS as u64;
         // No guard stands between the slave and its place.
@@ -420,20 +407,12 @@ impl TeleoperationExperiment {
             return Ok(None);
         }
         let slave = Dynamics::ideal(self.slave.mass.0, self.slave.damping.0);
-        PreflightSubject::verdict(&loops, slave, 0).map(Some)
-    }
-
-    /// The same; refuses what is unstable, unless `force_unstable` is set.
-    fn require_stable(&self) -> Result<Option<PreflightVerdict>, Failure> {
-        let verdict = self.preflight()?;
-        if let Some(verdict) = &verdict {
-            verdict
-                .require_stable(self.conduct.force_unstable)
-                .map_err(|refusal| {
-                    Failure::bad_input(format_args!("the slave in its remote place: {refusal}"))
-                })?;
-        }
-        Ok(verdict)
+        let verdict = PreflightSubject::verdict(&loops, slave, 0)?;
+        let required = verdict.require_stable(self.conduct.force_unstable);
+        required.map_err(|refusal| {
+            Failure::bad_input(format_args!("the slave in its remote place: {refusal}"))
+        })?;
+        Ok(Some(verdict))
     }
 }
 

@@ -6,7 +6,7 @@
 mod report;
 mod setup;
 
-use super::reading::{samples_fit, without};
+use super::reading::without;
 use crate::document::error::FileError;
 use crate::document::failure::Failure;
 use crate::document::named::Named as _;
@@ -14,7 +14,7 @@ use crate::document::parameters::kind::{Parameter, parameters};
 use crate::document::parameters::range::{
     DURATIONS, FORCE_LIMITS, FORCE_RATES, FORCES_ABOVE_0, IMPACTS, REACHES_ABOVE_0,
 };
-use crate::document::parameters::{SAMPLE_TIME, SCHEME, TRIAL_DURATION};
+use crate::document::parameters::{SCHEME, TRIAL_DURATION};
 use crate::document::reader::Table;
 use crate::judge::preflight::WallContact;
 use crate::judge::settling::{Criterion, Judge, Scales, Settling, Tolerance};
@@ -168,7 +168,7 @@ impl TrialPlan {
         stiffness_n_per_m: f64,
     ) -> Result<Settling, Failure> {
         let samples = self.samples(sample_time)?;
-        let mut judge = self.judge((stiffness_n_per_m, stiffness_n_per_m), 0.0, sample_time.0);
+        let mut judge = self.judge(stiffness_n_per_m, stiffness_n_per_m, 0.0, sample_time.0);
         let chain = force_limit(self.force_limit_n, sample_time)?;
         let mut plant = OwnPlant {
             step: plant,
@@ -187,7 +187,8 @@ impl TrialPlan {
     /// The judge of a wall of K N/m with the hand, and of K + B·T^(−μ) N/m for a step, behind these sensors.
     pub(crate) fn judge(
         &self,
-        (spring_n_per_m, step_n_per_m): (f64, f64),
+        spring_n_per_m: f64,
+        step_n_per_m: f64,
         encoder_step_m: f64,
         sample_time_s: f64,
     ) -> Judge {
@@ -250,14 +251,6 @@ impl<F: FnMut(f64) -> f64> Device<f64, 1> for OwnPlant<F> {
         };
         Ok(())
     }
-}
-
-/// Sample time and duration, s, of a run that is not too long.
-pub(crate) fn times(table: &Table<'_>) -> Result<(f64, f64), FileError> {
-    let sample_time_s = table.required(&SAMPLE_TIME)?;
-    let duration_s = table.number(&TRIAL_DURATION)?;
-    samples_fit(table, sample_time_s, duration_s, &TRIAL_SAMPLES)?;
-    Ok((sample_time_s, duration_s))
 }
 
 /// Reads the plan of a trial: how a wall is tried and judged.

@@ -1,10 +1,10 @@
 //! A wall that a device hits and is pushed into.
 
 use super::kind::Experiment as _;
-use super::reading::{remote, scheme};
+use super::reading::scheme;
 use super::trial::{
     Parts, TRIAL, TRIAL_LOOP, Theory, Trial, TrialSetup, VirtualWall, encoder_step, incomparable,
-    setup, six_digits, times, wall_at_start,
+    setup, six_digits, wall_at_start,
 };
 use crate::document::error::FileError;
 use crate::document::failure::Failure;
@@ -105,18 +105,17 @@ pub(crate) fn contact(table: &Table<'_>) -> Result<WallContact, FileError> {
 
 /// `[wall]`: device, wall and trial.
 pub(crate) fn wall(table: &Table<'_>) -> Result<WallExperiment, FileError> {
-    let remote = remote(table)?;
-    let (sample_time_s, duration_s) = times(table)?;
+    let setup = setup(table, &MUST_BE_STABLE)?;
     let order = table.required(&ORDER)?;
     let order = Order::new(order).map_err(|error| table.fail_at("order", error.to_string()))?;
-    let mut setup = setup(table, remote, (sample_time_s, duration_s))?;
-    setup.must_be_stable = table.flag(&MUST_BE_STABLE)?;
-    let scheme = scheme(table, None, order, sample_time_s, duration_s)?;
-    let gains = (table.required(&STIFFNESS)?, table.required(&DISSIPATION)?);
+    let (t, duration_s) = (setup.device.sample_time.0, setup.plan.duration_s);
+    let scheme = scheme(table, None, order, t, duration_s)?;
+    let stiffness = table.required(&STIFFNESS)?;
+    let dissipation = table.required(&DISSIPATION)?;
     let contact = contact(table)?;
     if contact == WallContact::Signed {
         let (remote, key) = (setup.conduct.remote.as_ref(), WALL_CONTACT.key);
-        if gains.0 <= 0.0 {
+        if stiffness <= 0.0 {
             let reason = "contact = \"signed\" without stiffness would push anywhere in front of the wall: give stiffness_n_per_m above 0 N/m";
             return Err(table.fail_at(key, reason.to_owned()));
         }
@@ -130,7 +129,7 @@ pub(crate) fn wall(table: &Table<'_>) -> Result<WallExperiment, FileError> {
     }
     let wall = WallExperiment {
         contact,
-        ..WallExperiment::linear(setup, (order, scheme), gains)
+        ..WallExperiment::linear(setup, order, scheme, stiffness, dissipation)
     };
     (wall.check()).map_err(|error| table.fail(error.to_string()))?;
     Ok(wall)
@@ -140,8 +139,10 @@ impl WallExperiment {
     /// A linear wall of K in N/m and B in N·s^μ/m, and nothing else.
     pub(crate) const fn linear(
         setup: TrialSetup,
-        (order, scheme): (Order, Scheme),
-        (stiffness_n_per_m, dissipation_n_s_mu_per_m): (f64, f64),
+        order: Order,
+        scheme: Scheme,
+        stiffness_n_per_m: f64,
+        dissipation_n_s_mu_per_m: f64,
     ) -> Self {
         Self {
             setup,
@@ -257,7 +258,8 @@ impl Trial for WallExperiment {
         let rate = t.rate_to_the(self.order).map_err(Failure::input)?;
         let (k, b) = (self.stiffness_n_per_m, self.dissipation_n_s_mu_per_m);
         let judge = plan.judge(
-            (k + self.setup.device.stiffness.0, k + b * rate),
+            k + self.setup.device.stiffness.0,
+            k + b * rate,
             encoder_step(self.setup.sensors),
             t.0,
         );

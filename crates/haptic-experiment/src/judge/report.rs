@@ -15,15 +15,17 @@ use serde::Serialize;
 use serde_json::{Map, Value, json};
 
 /// Keys of a report with their values, in order.
-pub(crate) type Rows = Map<String, Value>;
+pub type Rows = Map<String, Value>;
 
 /// The rows of these objects, one behind the other.
-pub(crate) fn rows(parts: impl IntoIterator<Item = Value>) -> Rows {
-    let objects = parts.into_iter().filter_map(|part| match part {
-        Value::Object(object) => Some(object),
-        _ => None,
-    });
-    objects.flatten().collect()
+pub fn rows(parts: impl IntoIterator<Item = Value>) -> Rows {
+    let mut rows = Rows::new();
+    for part in parts {
+        if let Value::Object(object) = part {
+            rows.extend(object);
+        }
+    }
+    rows
 }
 
 /// The report of an experiment of any kind: JSON and people read it in this order. Its keys are a contract of the command line; those of the
@@ -33,37 +35,21 @@ pub struct Report {
     /// What was rendered.
     #[serde(flatten)]
     pub(crate) law: Rows,
+    /// The same of every kind.
     #[serde(flatten)]
-    pub(crate) run: RunReport,
+    pub run: RunReport,
     /// What came of it, by the measure of the kind.
     #[serde(flatten)]
     pub(crate) results: Rows,
-    /// In words; `None` if an error has no meaning.
+    /// In words; `None` of a relaxation or creep test whose error has no meaning.
     #[serde(skip)]
-    pub(crate) verdict: Option<String>,
+    pub verdict: Option<String>,
     /// Why the run is not what its document demands; `None` if it is, or demands nothing.
     #[serde(skip)]
     pub(crate) unmet: Option<String>,
 }
 
 impl Report {
-    /// Of the run.
-    #[must_use]
-    pub const fn run(&self) -> &RunReport {
-        &self.run
-    }
-
-    /// The same, to name a picture in it.
-    pub const fn run_mut(&mut self) -> &mut RunReport {
-        &mut self.run
-    }
-
-    /// The verdict in words; none of a relaxation or creep test whose error has no meaning.
-    #[must_use]
-    pub fn verdict(&self) -> Option<&str> {
-        self.verdict.as_deref()
-    }
-
     /// Refuses a run that does not keep what its document demands by `must_be_stable` or `must_be_passive`.
     ///
     /// # Errors

@@ -108,7 +108,7 @@ impl Lines {
                     row.extend(inner.as_object().cloned().into_iter().flatten());
                     Value::Object(row)
                 });
-                self.table(level, key, &named.collect::<Vec<_>>(), places);
+                self.table(level, key, &named.collect::<Vec<_>>(), places[0]);
             }
             Value::Object(inner) if !is_short(inner) => {
                 self.row(level, key, label(key), String::new(), reason);
@@ -119,19 +119,22 @@ impl Lines {
                 self.row(level, key, label(key), "none".to_owned(), reason);
             }
             Value::Array(items) if items.iter().all(Value::is_object) => {
-                self.table(level, key, items, places);
+                self.table(level, key, items, places[0]);
             }
             Value::Array(items) if items.iter().any(|item| item.is_string() || item.is_array()) => {
-                for (index, item) in items.iter().enumerate() {
-                    let label = if index == 0 {
-                        label(key)
-                    } else {
-                        String::new()
-                    };
-                    self.row(level, key, label, text(key, item, None), String::new());
+                // The label stands before the first.
+                let mut label = label(key);
+                for item in items {
+                    let (label, shown) = (std::mem::take(&mut label), text(key, item, None));
+                    self.row(level, key, label, shown, String::new());
                 }
             }
-            _ => {
+            Value::Null
+            | Value::Bool(_)
+            | Value::Number(_)
+            | Value::String(_)
+            | Value::Array(_)
+            | Value::Object(_) => {
                 let shown = text(key, value, unit(places, key));
                 // A text has no unit of ours.
                 let label = match value.is_string() && says_unit(key) {
@@ -153,24 +156,13 @@ impl Lines {
         }));
     }
 
-    fn table(
-        &mut self,
-        level: usize,
-        key: &str,
-        items: &[Value],
-        [object, _]: [&Map<String, Value>; 2],
-    ) {
+    fn table(&mut self, level: usize, key: &str, items: &[Value], object: &Map<String, Value>) {
         let inner: Vec<&Map<String, Value>> = items.iter().filter_map(Value::as_object).collect();
         if inner.iter().any(|object| object.values().any(is_deep)) {
             // Things with lists of their own: one after another.
             for (index, inner) in inner.into_iter().enumerate() {
-                self.row(
-                    level,
-                    key,
-                    label(key),
-                    (index + 1).to_string(),
-                    String::new(),
-                );
+                let number = (index + 1).to_string();
+                self.row(level, key, label(key), number, String::new());
                 self.object(inner, object, level + 1);
             }
             return;
@@ -188,12 +180,7 @@ impl Lines {
         // What would be a table in a cell is in JSON alone.
         let is_shown =
             |value: &Value| !value.is_null() && !value.as_object().is_some_and(is_of_objects);
-        keys.retain(|key| {
-            objects
-                .iter()
-                .filter_map(|object| object.get(*key))
-                .any(is_shown)
-        });
+        keys.retain(|key| (objects.iter().filter_map(|object| object.get(*key))).any(is_shown));
         let shown = match is_curve(&objects) {
             true => evenly(objects.len()),
             false => (0..objects.len()).collect(),
@@ -209,13 +196,8 @@ impl Lines {
             key: key.to_owned(),
             label: label(key),
             columns: columns.iter().map(Column::heading).collect(),
-            rows: (shown.into_iter())
-                .map(|index| {
-                    columns
-                        .iter()
-                        .map(|column| column.cell(objects[index]))
-                        .collect()
-                })
+            rows: (shown.into_iter().map(|index| objects[index]))
+                .map(|object| columns.iter().map(|column| column.cell(object)).collect())
                 .collect(),
             length: objects.len(),
         }));
@@ -238,7 +220,7 @@ fn is_deep(value: &Value) -> bool {
         Value::Object(inner) => inner
             .values()
             .any(|value| value.is_object() || value.is_string()),
-        _ => false,
+        Value::Null | Value::Bool(_) | Value::Number(_) | Value::String(_) => false,
     }
 }
 
@@ -246,12 +228,10 @@ fn is_deep(value: &Value) -> bool {
 fn flat(object: &Map<String, Value>) -> Map<String, Value> {
     let mut flat = Map::new();
     for (key, value) in object {
-        let inner = match value {
-            Value::Object(inner) if !is_of_objects(inner) => inner,
-            _ => {
-                flat.insert(key.clone(), value.clone());
-                continue;
-            }
+        let inner = value.as_object().filter(|inner| !is_of_objects(inner));
+        let Some(inner) = inner else {
+            flat.insert(key.clone(), value.clone());
+            continue;
         };
         let stem = without_unit(key);
         for (name, value) in inner {
@@ -338,18 +318,12 @@ fn text(key: &str, value: &Value, own: Option<&str>) -> String {
         }
         (Value::Object(inner), _) => {
             // "p50" of `tick_ns` is in ns.
-            let of = |name: &str| {
-                if says_unit(name) {
-                    name.to_owned()
-                } else {
-                    key.to_owned()
-                }
-            };
+            let of = |name| if says_unit(name) { name } else { key };
             let items = inner.iter().filter(|(_, value)| !value.is_null());
             // A column's unit is that of its own numbers.
             let own = |name: &str| own.filter(|_| !says_unit(name));
             let items = items.map(|(name, value)| {
-                format!("{} {}", label(name), text(&of(name), value, own(name)))
+                format!("{} {}", label(name), text(of(name), value, own(name)))
             });
             items.collect::<Vec<_>>().join(", ")
         }

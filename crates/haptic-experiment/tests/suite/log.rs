@@ -28,9 +28,11 @@ fn logged(document: &Document) -> BTreeMap<String, String> {
     let experiment = ExperimentFile::open(document).expect("good");
     experiment.run(&request, supervisor).expect("runs");
     let mut log = LogReader::open(&folder.path().join("run/run.mcap")).expect("opens");
-    let found = log.find_map(|entry| match entry.expect("reads") {
-        Entry::Metadata(record) if record.name == "experiment" => Some(record.values),
-        _ => None,
+    let found = log.find_map(|entry| {
+        let Entry::Metadata(record) = entry.expect("reads") else {
+            return None;
+        };
+        (record.name == "experiment").then_some(record.values)
     });
     found.expect("what ran")
 }

@@ -58,13 +58,19 @@ fn run(touch: &ExperimentFile) -> (Report, Vec<TickMessage>) {
     let published =
         supervised(|supervisor| touch.run(&request(folder.path(), "touch"), supervisor));
     let report = published.expect("runs").report;
-    let entries = LogReader::open(Path::new(&report.run().log)).expect("opens");
-    let ticks = entries.filter_map(|entry| match entry.expect("reads") {
-        Entry::Tick(tick) => Some(tick),
-        _ => None,
-    });
-    let ticks = ticks.collect();
+    let ticks = ticks(&report.run.log);
     (report, ticks)
+}
+
+fn ticks(log: &str) -> Vec<TickMessage> {
+    let entries = LogReader::open(Path::new(log)).expect("opens");
+    let ticks = entries.filter_map(|entry| {
+        let Entry::Tick(tick) = entry.expect("reads") else {
+            return None;
+        };
+        Some(tick)
+    });
+    ticks.collect()
 }
 
 /// Pressed with a spherical tip, pulled back: steeper the deeper, and as the full history of e(δ).
@@ -88,8 +94,8 @@ fn a_tissue_is_pressed_through_its_map_of_depth() {
     assert!((0.01..0.5).contains(&apart), "{apart}");
     // Judged where it is steepest: 3 mm deep, e' = 1.5·√(3/10).
     let punch = "loading = \"punch\"\nindenter_radius_m = 0.01";
-    let beta = |loading: &str| run(&keys(loading)).0.run().preflight.expect("one").beta;
-    let sphere = report.run().preflight.expect("one").beta;
+    let beta = |loading: &str| run(&keys(loading)).0.run.preflight.expect("one").beta;
+    let sphere = report.run.preflight.expect("one").beta;
     let want = 8.0 / 3.0 / 4.0 * 1.5 * f64::sqrt(0.3);
     assert_close("steeper", sphere / beta(punch), want, 1e-9);
 }
@@ -184,14 +190,7 @@ fn a_sphere_pressed_along_a_line_is_the_one_sided_wall() {
     ));
     let folder = tempfile::tempdir().expect("a folder");
     let published = supervised(|supervisor| wall.run(&request(folder.path(), "wall"), supervisor));
-    let log = published.expect("runs").report.run().log.clone();
-    let one: Vec<_> = LogReader::open(Path::new(&log))
-        .expect("opens")
-        .filter_map(|entry| match entry.expect("reads") {
-            Entry::Tick(tick) => Some(tick),
-            _ => None,
-        })
-        .collect();
+    let one = ticks(&published.expect("runs").report.run.log);
     for (axes, keys) in [
         (3, "centre_m = [0, 0, 0.25]\nway_points = [[0, 0, 0, 1]]"),
         (2, "centre_m = [0, 0.25]\nway_points = [[0, 0, 1]]"),
@@ -291,8 +290,8 @@ fn a_finger_round_a_disc_is_held_against_the_full_history() {
     let disc = ExperimentFile::open(&disc).expect("good");
     let (report, ticks) = run(&disc);
     assert_eq!(verdict(&report), "passive");
-    assert_eq!(report.run().samples, 5001);
-    assert_eq!(report.run().limited_samples, 0);
+    assert_eq!(report.run.samples, 5001);
+    assert_eq!(report.run.limited_samples, 0);
     // The tolerance of the full memory is 1e-6 of its output.
     let shown = json(&report);
     let error = shown["max_relative_error"].as_f64().expect("compared");
@@ -315,7 +314,7 @@ fn a_finger_round_a_disc_is_held_against_the_full_history() {
     // Every normal comes up: from the one axis to the other.
     assert_eq!(shown["effective_mass_least_kg"], 0.065);
     assert_eq!(shown["effective_mass_most_kg"], 0.12);
-    let verdict = report.run().preflight.expect("one");
+    let verdict = report.run.preflight.expect("one");
     assert!(verdict.stable && verdict.passive);
     // α = KT²/m of the mass that was judged: here the margin is smaller for the one or the other.
     assert_close(

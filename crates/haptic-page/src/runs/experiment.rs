@@ -62,8 +62,8 @@ fn run(
     Ok(Finished {
         report: json!(report),
         curves: drawn.map_or(Value::Null, shown),
-        verdict: report.verdict().map(str::to_owned),
-        ended_early: report.run().ended_early.clone(),
+        verdict: report.verdict.clone(),
+        ended_early: report.run.ended_early.clone(),
     })
 }
 

@@ -138,13 +138,13 @@ impl Conducted<'_> {
             folder,
         } = result?;
         let (picture, unsaved) = drawn(curves, &folder);
-        report.run_mut().figure = picture;
-        for warning in &report.run().warnings {
+        report.run.figure = picture;
+        for warning in &report.run.warnings {
             warn(warning);
         }
         self.output.summary(&report)?;
-        both_saved(report.run().lost_table(), unsaved)?;
-        ended_well(report.run())?;
+        both_saved(report.run.lost_table(), unsaved)?;
+        ended_well(&report.run)?;
         Ok(report)
     }
 }
@@ -176,36 +176,26 @@ pub(crate) fn lacks(dropped: u64, log: &str) -> Failure {
 }
 
 fn ended_well(run: &RunReport) -> Result<(), Failure> {
-    let RunReport {
-        ended_early,
-        let_go,
-        device_lost,
-        duration_s,
-        dropped_samples,
-        log,
-        ..
-    } = run;
-    let dropped = *dropped_samples;
-    if let (Some(reason), Some(let_go)) = (ended_early, let_go) {
+    let dropped = run.dropped_samples;
+    if let (Some(reason), Some(let_go)) = (&run.ended_early, &run.let_go) {
+        let lacks = match dropped {
+            0 => String::new(),
+            lost => format!(", and lacks {lost} samples"),
+        };
         let error = anyhow::anyhow!(
-            "{reason}: the run ended at {}, {}; the log is {log}{}",
-            written("duration_s", *duration_s),
-            let_go,
-            match dropped {
-                0 => String::new(),
-                lost => format!(", and lacks {lost} samples"),
-            }
+            "{reason}: the run ended at {}, {let_go}; the log is {}{lacks}",
+            written("duration_s", run.duration_s),
+            run.log
         );
-        return Err(if *device_lost {
-            Failure::Device(error)
-        } else {
-            Failure::Run(error)
+        return Err(match run.device_lost {
+            true => Failure::Device(error),
+            false => Failure::Run(error),
         });
     }
-    if dropped > 0 {
-        return Err(lacks(dropped, log));
+    match dropped {
+        0 => Ok(()),
+        dropped => Err(lacks(dropped, &run.log)),
     }
-    Ok(())
 }
 
 /// A bar on a terminal; nothing elsewhere or for a quiet person.

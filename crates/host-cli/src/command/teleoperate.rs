@@ -99,7 +99,7 @@ impl Arguments {
         };
         let run = experiment.run_side(end, terms, &opened, &request, supervisor)?;
         let report = shown(run, output)?;
-        experiment.require_side(&report, terms)
+        report.require()
     }
 
     fn document(&self) -> Result<Document, Failure> {

@@ -53,7 +53,11 @@ impl TeleoperationExperiment {
                 let steps = self.samples() * SUB_STEPS as u64;
                 let law = self.place.law(self.scheme, step, steps)?;
                 let history = Environment::<f64, 1>::at_rest(&law);
-                (&self.slave, World::Place { law, history }, HandModel::NONE)
+                (
+                    &self.slave,
+                    World::Place { law, history },
+                    HandModel::default(),
+                )
             }
         };
         let config = MassDamperConfig {

@@ -211,7 +211,6 @@ impl Experiment for TeleoperationExperiment {
     }
 
     fn run(&self, watched: Watched<'_>) -> Result<Published<Report>, Failure> {
-        self.check_waves()?;
         let pair = self.pair()?;
         let schedule = self.schedule(self.samples());
         let preflight = self.require_stable()?;

@@ -39,7 +39,8 @@ impl<const D: usize> HeldAxes<D> {
     /// At rest where the hand begins, or at 0 under a force. The axes have the spring of the hand in them.
     pub(super) fn new(
         mut axes: Axes<D>,
-        (path, grip): (HandPath, Grip),
+        path: HandPath,
+        grip: Grip,
         shape: Shape<f64, D>,
         sample_time_s: f64,
     ) -> Self {

@@ -326,10 +326,12 @@ impl TouchExperiment {
         let last = ran.record.last.map_or(0, |last| last.tick);
         for log in &ran.log.paths {
             for entry in LogReader::open(log)? {
-                let tick = match entry? {
-                    Entry::Tick(tick) if tick.tick <= last => tick,
-                    _ => continue,
+                let Entry::Tick(tick) = entry? else {
+                    continue;
                 };
+                if tick.tick > last {
+                    continue;
+                }
                 let depth_m = depth(&shape, &tick.position_m);
                 let mut row = vec![tick.time_s];
                 for vector in [tick.reference_m, tick.position_m, judged_force_n(&tick)] {

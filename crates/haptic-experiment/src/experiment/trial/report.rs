@@ -340,9 +340,10 @@ fn settle(judge: &mut Judge, ran: &Ran) -> Result<(), Failure> {
 
 /// Device, operator, push, verdict and guard for the line below a picture.
 fn words(setup: &TrialSetup, scheme: Scheme, settling: &Settling) -> String {
-    let guard = match setup.safety.guard {
-        GuardChoice::Off => String::new(),
-        guard => format!(" · guard {}", guard.name()),
+    let guard = setup.safety.guard;
+    let guard = match guard == GuardChoice::Off {
+        true => String::new(),
+        false => format!(" · guard {}", guard.name()),
     };
     format!(
         "device {} · scheme {scheme} · push {} N · {}{guard}",

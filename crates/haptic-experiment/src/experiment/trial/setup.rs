@@ -1,19 +1,19 @@
 //! All of an experiment on a pushed device but the law that it feels: what a wall and a coupler share.
 
 use super::{
-    IMPACT, TRIAL_FORCE_RATE_LIMIT, TrialPlan, dynamics, force_and_rate, limits_there, plan,
-    safe_force_limit, thrown,
+    IMPACT, TRIAL_FORCE_RATE_LIMIT, TRIAL_SAMPLES, TrialPlan, dynamics, force_and_rate,
+    limits_there, plan, safe_force_limit, thrown,
 };
 use crate::document::error::FileError;
 use crate::document::failure::Failure;
 use crate::document::parameters as p;
 use crate::document::reader::Table;
 use crate::experiment::kind::Conduct;
-use crate::experiment::reading::{device, device_model};
+use crate::experiment::reading::{device, device_model, remote, samples_fit};
 use crate::judge::settling::{Criterion, Judge};
 use crate::run::advice::parameter;
 use crate::run::plant_file::DeviceModel;
-use crate::run::remote::{RemoteDevice, RemoteLaw, held};
+use crate::run::remote::{RemoteLaw, held};
 use crate::run::safety::safety;
 use crate::run::safety::{GuardedDevice, Safety};
 use crate::run::sensors::Sensors;
@@ -172,12 +172,15 @@ fn written(table: &Table<'_>, device: &MassDamperConfig, sensors: Sensors) -> Gu
     }
 }
 
-/// Device, trial, safety and pace, but `must_be_stable`, which each table has by itself.
+/// Device, trial and safety, and whether an unstable trial is a failure.
 pub(crate) fn setup(
     table: &Table<'_>,
-    remote: Option<RemoteDevice>,
-    (sample_time_s, duration_s): (f64, f64),
+    must_be_stable: &p::Parameter,
 ) -> Result<TrialSetup, FileError> {
+    let remote = remote(table)?;
+    let sample_time_s = table.required(&p::SAMPLE_TIME)?;
+    let duration_s = table.number(&p::TRIAL_DURATION)?;
+    samples_fit(table, sample_time_s, duration_s, &TRIAL_SAMPLES)?;
     let model = device_model(table)?;
     for key in [&p::MASS, &p::DAMPING] {
         table.required(key)?;
@@ -186,6 +189,7 @@ pub(crate) fn setup(
     let plan = plan(table, duration_s)?;
     let of_file = model.as_ref().map(DeviceModel::guarded).unwrap_or_default();
     Ok(TrialSetup {
+        must_be_stable: table.flag(must_be_stable)?,
         force_rate_limit_n_per_s: table.number_if(&TRIAL_FORCE_RATE_LIMIT)?,
         safety: safety(table)?,
         conduct: Conduct::on(remote),

@@ -20,7 +20,7 @@ fn the_force_stays_within_the_limit_of_its_norm() {
     assert!(most <= 0.5 && most > 0.499, "{most}");
     assert_eq!(verdict(&report), "saturated");
     // What was not limited is compared.
-    let (run, shown) = (report.run(), json(&report));
+    let (run, shown) = (&report.run, json(&report));
     assert!(run.limited_samples > 100, "{}", run.limited_samples);
     assert_eq!(
         shown["max_relative_error_samples"],
@@ -45,8 +45,8 @@ fn a_wall_that_shakes_gives_the_hand_energy_and_a_guard_takes_it_back() {
     assert_eq!(verdict(&report), "gave-energy");
     let most_j = number(&json(&report), "given_most_j");
     assert!(most_j > 1e-6, "{most_j}");
-    assert!(!report.run().preflight.expect("one").stable);
-    let said = report.run().warnings.join("; ");
+    assert!(!report.run.preflight.expect("one").stable);
+    let said = report.run.warnings.join("; ");
     assert!(
         said.contains("pre-flight") && said.contains("the hand was given"),
         "{said}"
@@ -69,7 +69,7 @@ fn a_shape_that_grows_stiff_while_it_is_pressed_is_told_as_that() {
     };
     let (report, _) = run(&risen(0.01));
     assert_eq!(verdict(&report), "gave-energy");
-    let said = report.run().warnings.join("; ");
+    let said = report.run.warnings.join("; ");
     assert!(
         said.contains("take a shorter `rise_time_s`") && !said.contains("softer K"),
         "{said}"
@@ -85,9 +85,9 @@ fn leaving_the_box_is_a_fault_that_ends_the_run() {
          box_low_m = [-0.01, -0.01, -0.01]\nbox_high_m = [0.1, 0.02, 0.1]\nduration_s = 2",
     ));
     assert_eq!(verdict(&report), "unfinished");
-    let reason = report.run().ended_early.clone().expect("a fault");
+    let reason = report.run.ended_early.clone().expect("a fault");
     assert!(reason.contains("workspace"), "{reason}");
-    assert!(report.run().fault_log.is_some());
+    assert!(report.run.fault_log.is_some());
     let last = ticks.last().expect("ticks").position_m;
     assert!((0.02..0.03).contains(&last[1]), "{last:?}");
 }
@@ -107,7 +107,7 @@ fn what_is_told_of_a_run_that_a_fault_ended_is_what_its_log_shows() {
         ("braking_n_s_per_m = 8\nbrake_force_n = 8", true),
     ] {
         let (report, ticks) = run(&pressed(safety));
-        let run = report.run();
+        let run = &report.run;
         let acting = ticks
             .iter()
             .rfind(|tick| tick.commanded_force_n.norm() > 0.0);
