@@ -15,9 +15,18 @@ pub(crate) mod wall;
 
 use crate::document::parameters::ON_DEVICE;
 use crate::run::safety::keys::SAFETY;
-use kind::{Keys, Kind};
+use kind::{Beside, Keys, Kind};
 pub use teleoperation::{End, FarReport, Terms};
 
+const RELAXATION: Keys = ("relaxation", rendering::RELAX);
+const CREEP: Keys = ("creep", rendering::CREEP);
+const RENDERING: Keys = ("rendering", rendering::RENDERING);
+const WALL_REQUIRED: Keys = ("required", wall::WALL_REQUIRED);
+const WALL: Keys = ("wall", wall::WALL);
+const COUPLER_REQUIRED: Keys = ("required", coupler::COUPLER_REQUIRED);
+const COUPLER: Keys = ("coupler", coupler::COUPLER);
+const TELEOPERATION: Keys = ("teleoperation", teleoperation::TELEOPERATION);
+const TOUCH: Keys = ("touch", touch::TOUCH);
 const DEVICE: Keys = ("device", ON_DEVICE);
 const CHAIN: Keys = ("safety", SAFETY);
 
@@ -25,65 +34,39 @@ const CHAIN: Keys = ("safety", SAFETY);
 const ALL: &[Kind] = &[
     Kind {
         name: "relax",
-        keys: &[
-            ("relaxation", rendering::RELAX),
-            ("rendering", rendering::RENDERING),
-            DEVICE,
-            CHAIN,
-        ],
-        takes_device: false,
-        is_driven: true,
+        keys: &[RELAXATION, RENDERING, DEVICE, CHAIN],
+        beside: Beside::Drive,
         read: |table, drive| Ok(Box::new(indentation::relax(table, drive)?)),
     },
     Kind {
         name: "creep",
-        keys: &[
-            ("creep", rendering::CREEP),
-            ("rendering", rendering::RENDERING),
-            DEVICE,
-            CHAIN,
-        ],
-        takes_device: false,
-        is_driven: true,
+        keys: &[CREEP, RENDERING, DEVICE, CHAIN],
+        beside: Beside::Drive,
         read: |table, drive| Ok(Box::new(indentation::creep(table, drive)?)),
     },
     Kind {
         name: "wall",
-        keys: &[
-            ("required", wall::WALL_REQUIRED),
-            ("wall", wall::WALL),
-            DEVICE,
-            CHAIN,
-        ],
-        takes_device: true,
-        is_driven: false,
+        keys: &[WALL_REQUIRED, WALL, DEVICE, CHAIN],
+        beside: Beside::DeviceFile,
         read: |table, _| Ok(Box::new(wall::wall(table)?)),
     },
     Kind {
         name: "coupler",
-        keys: &[
-            ("required", coupler::COUPLER_REQUIRED),
-            ("coupler", coupler::COUPLER),
-            DEVICE,
-            CHAIN,
-        ],
-        takes_device: true,
-        is_driven: false,
+        keys: &[COUPLER_REQUIRED, COUPLER, DEVICE, CHAIN],
+        beside: Beside::DeviceFile,
         read: |table, _| Ok(Box::new(coupler::coupler(table)?)),
     },
     Kind {
         name: "teleoperation",
-        // On simulated devices alone.
-        keys: &[("teleoperation", teleoperation::TELEOPERATION), CHAIN],
-        takes_device: false,
-        is_driven: false,
+        // Both devices are simulated.
+        keys: &[TELEOPERATION, CHAIN],
+        beside: Beside::Nothing,
         read: |table, _| Ok(Box::new(teleoperation::teleoperation(table)?)),
     },
     Kind {
         name: "touch",
-        keys: &[("touch", touch::TOUCH), DEVICE, CHAIN],
-        takes_device: false,
-        is_driven: false,
+        keys: &[TOUCH, DEVICE, CHAIN],
+        beside: Beside::Nothing,
         read: |table, _| Ok(Box::new(touch::touch(table)?)),
     },
 ];

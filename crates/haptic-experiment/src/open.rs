@@ -27,7 +27,7 @@ use crate::document::{
 };
 use crate::experiment;
 use crate::experiment::indentation::Indentation;
-use crate::experiment::kind::{Experiment, Watched};
+use crate::experiment::kind::{Beside, Experiment, Watched};
 use crate::experiment::reading::{device_text, with_devices};
 use crate::experiment::teleoperation::{End, FarReport, TeleoperationExperiment, Terms};
 use crate::judge::modelled_tissue::TissuePiece;
@@ -84,11 +84,11 @@ impl ExperimentFile {
         let drive = beside.remove(DRIVE_TABLE);
         let kind = experiment::kind(name).ok_or_else(|| table.fail(format!("no kind {name}")))?;
         let table = table.with_keys(kind.keys)?;
-        let table = match kind.takes_device {
+        let table = match takes_device(name) {
             true => with_devices(table)?,
             false => table,
         };
-        if let Some(drive) = drive.as_ref().filter(|_| !kind.is_driven) {
+        if let Some(drive) = drive.as_ref().filter(|_| kind.beside != Beside::Drive) {
             let reason = format!(
                 "[{DRIVE_TABLE}] holds the indenter of [relax] or [creep], which [{name}] does not have: omit it"
             );

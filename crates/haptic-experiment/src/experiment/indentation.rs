@@ -29,7 +29,6 @@ use crate::experiment::drive::{Drive, SimulatedRig, TissueLaw};
 use crate::judge::modelled_tissue::TissuePiece;
 use crate::judge::preflight::{Preflight, WallContact};
 use crate::judge::{Published, Report};
-use crate::run::advice::parameter;
 use crate::run::drive_verdict::DriveVerdict;
 use crate::run::preflight::{Findings as _, PreflightRequest, PreflightSubject, note_findings};
 use crate::run::remote::{
@@ -51,7 +50,7 @@ use haptic_loop::plant::{
     HeldRig, IndentationRig, RampHold, RigConfig, RigContact, RigDrive, RigServo, Sensed,
 };
 use haptic_loop::units::{Kilograms, Metres, NewtonSecondsPerMetre, Newtons, NewtonsPerSecond};
-use haptic_loop::{Contact as OneSided, Controller, Limits, SafetyChain, SpringDamper};
+use haptic_loop::{Contact as OneSided, Controller, Limits, SpringDamper};
 use std::collections::BTreeMap;
 
 /// A one-sided virtual tissue that begins at 0.
@@ -315,12 +314,7 @@ impl Indentation {
             None => self.limits_on_rig()?,
             Some(remote) => remote.limits_here(self.limits(true)),
         };
-        let t = Seconds(self.sample_time_s);
-        let chain = SafetyChain::from_limits(&limits, t).map_err(parameter)?;
-        match &conduct.remote {
-            None => safety.acts()?,
-            Some(_) => safety.acts_on_device()?,
-        }
+        let chain = conduct.chain(&limits, Seconds(self.sample_time_s), safety)?;
         Ok(Controller::new(environment, chain))
     }
 

@@ -6,9 +6,13 @@ use crate::document::parameters::Parameter;
 use crate::document::reader::Table;
 use crate::judge::{Published, Report};
 use crate::run::Supervisor;
+use crate::run::advice::parameter;
 use crate::run::folder::FolderRequest;
 use crate::run::remote::RemoteDevice;
+use crate::run::safety::Safety;
 use crate::run::schedule::{Pace, Schedule};
+use fracdiff::{Real, Seconds};
+use haptic_loop::{Limits, SafetyChain};
 use std::any::Any;
 use std::collections::BTreeMap;
 use std::fmt::Debug;
@@ -24,11 +28,18 @@ pub(crate) struct Kind {
     /// The name of its table in a document.
     pub name: &'static str,
     pub keys: &'static [Keys],
-    /// Its simulated device is the one of its device file.
-    pub takes_device: bool,
-    /// A table of a drive may stand beside its own.
-    pub is_driven: bool,
+    pub beside: Beside,
     pub read: Read,
+}
+
+/// What else than its own table a kind reads.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Beside {
+    Nothing,
+    /// A table of the drive that holds its indenter.
+    Drive,
+    /// The device file that its simulated device is of.
+    DeviceFile,
 }
 
 /// How an experiment is run, which is not what it is.
@@ -49,6 +60,21 @@ impl Conduct {
             remote,
             force_unstable: false,
         }
+    }
+
+    /// A chain of these limits, if all that was asked for acts where it runs.
+    pub(crate) fn chain<F: Real>(
+        &self,
+        limits: &Limits,
+        t: Seconds,
+        safety: &Safety,
+    ) -> Result<SafetyChain<F>, Failure> {
+        let chain = SafetyChain::from_limits(limits, t).map_err(parameter)?;
+        match self.remote {
+            None => safety.acts()?,
+            Some(_) => safety.acts_on_device()?,
+        }
+        Ok(chain)
     }
 }
 

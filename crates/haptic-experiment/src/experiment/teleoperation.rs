@@ -23,7 +23,7 @@ mod tests;
 use super::kind::{Conduct, Experiment as _};
 use super::reading::linear_piece;
 use super::trial::{
-    TRIAL_FORCE_RATE_LIMIT, VirtualWall, force_and_rate, safe_force_limit, wall_at_start,
+    TRIAL_FORCE_RATE_LIMIT, VirtualWall, force_and_rate, safe_chain, wall_at_start,
 };
 use crate::document::error::FileError;
 use crate::document::failure::Failure;
@@ -359,7 +359,13 @@ impl TeleoperationExperiment {
         };
         let (force, rate) = (self.force_limit_n, self.force_rate_limit_n_per_s);
         let limits = force_and_rate(force, rate, self.sample_time());
-        safe_force_limit(limits, device, Imperfections::NONE.sensors, &self.safety)
+        safe_chain(
+            limits,
+            device,
+            Imperfections::NONE.sensors,
+            &self.safety,
+            &self.conduct,
+        )
     }
 
     /// The same for the analysis; `None` for time-domain passivity, which is no linear law.

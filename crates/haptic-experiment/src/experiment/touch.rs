@@ -17,9 +17,7 @@ mod shape;
 
 use super::kind::{Conduct, Experiment as _};
 use super::reading::{piece, remote, samples_fit, scheme, sensors};
-use super::trial::{
-    TRIAL_FORCE_RATE_LIMIT, dynamics, force_and_rate, limits_there, safe_force_limit,
-};
+use super::trial::{TRIAL_FORCE_RATE_LIMIT, dynamics, force_and_rate, safe_chain};
 use crate::document::error::FileError;
 use crate::document::failure::Failure;
 use crate::document::parameters::kind::{Parameter, joined, parameters};
@@ -33,7 +31,6 @@ use crate::document::parameters::{
 };
 use crate::document::reader::Table;
 use crate::judge::preflight::{Matter, Preflight, WallContact};
-use crate::run::advice::parameter;
 use crate::run::record::WHOLE_MOST;
 use crate::run::safety::keys::WORKSPACE_LOW;
 use crate::run::safety::safety;
@@ -208,14 +205,8 @@ impl TouchExperiment {
     /// The safety chain of the loop that runs here: force limited by its norm, the guard for the lightest axis. On a device it is that
     /// of the force alone; the rest is the device's.
     fn chain(&self) -> Result<SafetyChain<f64>, Failure> {
-        let Some(remote) = &self.conduct.remote else {
-            let limits = self.norm_and_box();
-            return safe_force_limit(limits, &self.lightest(), self.sensors, &self.safety);
-        };
-        let limits = remote.limits_here(self.limits_there());
-        let chain = SafetyChain::from_limits(&limits, self.sample_time());
-        self.safety.acts_on_device()?;
-        chain.map_err(parameter)
+        let (limits, device) = (self.norm_and_box(), self.lightest());
+        safe_chain(limits, &device, self.sensors, &self.safety, &self.conduct)
     }
 
     fn norm_and_box(&self) -> Limits {
@@ -233,11 +224,6 @@ impl TouchExperiment {
             workspace_box,
             ..force_and_rate(force, rate, self.sample_time())
         }
-    }
-
-    /// Limits of the chain of a device, without its guard.
-    fn limits_there(&self) -> Limits {
-        limits_there(self.norm_and_box(), &self.lightest(), &self.safety)
     }
 }
 

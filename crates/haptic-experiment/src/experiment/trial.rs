@@ -6,6 +6,7 @@
 mod report;
 mod setup;
 
+use super::kind::Conduct;
 use super::reading::without;
 use crate::document::error::FileError;
 use crate::document::failure::Failure;
@@ -19,6 +20,7 @@ use crate::document::reader::Table;
 use crate::judge::preflight::WallContact;
 use crate::judge::settling::{Criterion, Judge, Scales, Settling, Tolerance};
 use crate::run::advice::parameter;
+use crate::run::remote::{RemoteLaw, held};
 use crate::run::safety::{GuardedDevice, Safety};
 use crate::run::sensors::Sensors;
 use fracdiff::parameter::Shown;
@@ -354,29 +356,51 @@ pub(crate) fn force_limit(limit_n: f64, t: Seconds) -> Result<SafetyChain<f64>, 
     SafetyChain::from_limits(&force_and_rate(limit_n, None, t), t).map_err(parameter)
 }
 
-/// A chain with these limits of force and rate and what else is asked for; guard and braking are made for the device.
-pub(crate) fn safe_force_limit(
+/// The chain of the loop that runs here: these limits and what else is asked for, guard and braking made for the device. Beside a device at a
+/// port it does force and rate alone, and with the device's own loop it runs only to be checked.
+pub(crate) fn safe_chain(
     limits: Limits,
     device: &MassDamperConfig,
     sensors: Sensors,
     safety: &Safety,
+    conduct: &Conduct,
 ) -> Result<SafetyChain<f64>, Failure> {
     let t = device.sample_time;
-    let known = safety.guarded(GuardedDevice::simulated(device, sensors));
-    let limits = Limits {
-        guard: safety.guard.of(&known, t)?,
-        ..safety.braked(safety.on(limits, false), device.mass.0, delay_ticks(device))
+    let limits = match &conduct.remote {
+        None => {
+            let known = safety.guarded(GuardedDevice::simulated(device, sensors));
+            Limits {
+                guard: safety.guard.of(&known, t)?,
+                ..safety.braked(safety.on(limits, false), device.mass.0, delay_ticks(device))
+            }
+        }
+        Some(remote) => remote.limits_here(limits_there(limits, device, safety)),
     };
-    let chain = SafetyChain::from_limits(&limits, t).map_err(parameter)?;
-    safety.acts()?;
-    Ok(chain)
+    conduct.chain(&limits, t, safety)
 }
 
 /// The limits of a chain of a serial device, without its guard.
-pub(crate) fn limits_there(limits: Limits, device: &MassDamperConfig, safety: &Safety) -> Limits {
+fn limits_there(limits: Limits, device: &MassDamperConfig, safety: &Safety) -> Limits {
     let limits = safety.on(limits, true);
     let delay = limits.device_delay_samples.max(delay_ticks(device));
     safety.braked(limits, device.mass.0, delay)
+}
+
+/// What a device at a port is told beside its law: limits, and the plant of an emulated one with a push, N. `rate` is the force rate limit that
+/// was asked for.
+pub(crate) fn no_law_there(
+    limits: Limits,
+    rate: Option<f64>,
+    safety: &Safety,
+    device: &MassDamperConfig,
+    push_n: f64,
+) -> RemoteLaw {
+    RemoteLaw::none(
+        limits_there(limits, device, safety),
+        (rate, safety),
+        GuardedDevice::given(device),
+        held(device, push_n),
+    )
 }
 
 /// Ticks from a measurement to the effect of its force, for braking: the lag of the actuator counts as delay.

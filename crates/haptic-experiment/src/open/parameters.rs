@@ -30,7 +30,7 @@ pub use crate::question::zwidth::{ZWIDTH_ORDERS, ZWIDTH_POINTS};
 pub use crate::question::{QUESTIONS, analysis};
 pub use crate::run::safety::keys::*;
 
-use crate::experiment::kind::Keys;
+use crate::experiment::kind::{Beside, Keys};
 use crate::experiment::rendering::Contact;
 use crate::experiment::teleoperation::PlaceName;
 use crate::experiment::touch::{GripName, ShapeName};
@@ -92,9 +92,10 @@ pub const RECORD: &[Parameter] = &[
 
 /// True of a kind whose simulated device is that of its device file.
 pub(crate) fn takes_device(name: &str) -> bool {
-    experiment::kind(name).map_or(QUESTIONS.contains(&name) || name == MEASUREMENT, |kind| {
-        kind.takes_device
-    })
+    match experiment::kind(name) {
+        Some(kind) => kind.beside == Beside::DeviceFile,
+        None => QUESTIONS.contains(&name) || name == MEASUREMENT,
+    }
 }
 
 /// Tables of experiment files, and of questions to a device, by kind: heading and parameters.

@@ -397,17 +397,8 @@ impl Indentation {
         let length_m = self.quantity().moved.map_or(1.0, |moved| moved.length_m);
         let samples = Samples::of(&ran.record, &ran.log.paths);
         let mut history = self.full_history(samples)?;
-        let mut ideal = ReferenceSeries::new(
-            samples,
-            |x| {
-                let mut alone = self.massless(push, self.check()?)?;
-                Ok(x.iter().map(|_| alone.next()).collect())
-            },
-            || {
-                let mut alone = self.massless(push, self.check()?)?;
-                Ok(Box::new(move |_, _| alone.next()))
-            },
-        )?;
+        let mut alone = self.massless(push, self.check()?)?;
+        let mut ideal = ReferenceSeries::stepped(samples, move |_| alone.next())?;
         let mut depth = (self.piece).creep(push.0, Seconds(self.sample_time_s));
         Ok(Box::new(move |sample| {
             let closed_form = depth(sample.tick, sample.time_s);

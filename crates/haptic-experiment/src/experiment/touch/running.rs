@@ -13,13 +13,13 @@ use crate::document::failure::Failure;
 use crate::document::parameters::DEVICE;
 use crate::experiment::kind::{Conduct, Experiment, Watched};
 use crate::experiment::reading::metadata;
+use crate::experiment::trial::no_law_there;
 use crate::judge::preflight::Preflight;
 use crate::judge::{Published, Report};
 use crate::run::advice::parameter;
 use crate::run::device::LinkedName;
 use crate::run::preflight::{PreflightRequest, PreflightSubject, PreflightVerdict, note_findings};
-use crate::run::remote::{RemoteDevice, RemoteLaw, RemoteRun, held, portable};
-use crate::run::safety::GuardedDevice;
+use crate::run::remote::{RemoteDevice, RemoteLaw, RemoteRun, portable};
 use crate::run::simulate::Simulated;
 use crate::run::{Ran, run_logged};
 use haptic_analysis::Dynamics;
@@ -265,13 +265,8 @@ impl TouchExperiment {
             }
             _ => 0.0,
         };
-        let lightest = self.lightest();
-        let none = RemoteLaw::none(
-            self.limits_there(),
-            (self.force_rate_limit_n_per_s, &self.safety),
-            GuardedDevice::given(&lightest),
-            held(&lightest, push_n),
-        );
+        let (limits, rate) = (self.norm_and_box(), self.force_rate_limit_n_per_s);
+        let none = no_law_there(limits, rate, &self.safety, &self.lightest(), push_n);
         if remote.loop_mode == LoopMode::Host {
             return Ok(none);
         }

@@ -2,7 +2,7 @@
 
 use super::{
     IMPACT, TRIAL_FORCE_RATE_LIMIT, TRIAL_SAMPLES, TrialPlan, dynamics, force_and_rate,
-    limits_there, plan, safe_force_limit, thrown,
+    no_law_there, plan, safe_chain, thrown,
 };
 use crate::document::error::FileError;
 use crate::document::failure::Failure;
@@ -11,9 +11,8 @@ use crate::document::reader::Table;
 use crate::experiment::kind::Conduct;
 use crate::experiment::reading::{device, device_model, remote, samples_fit};
 use crate::judge::settling::{Criterion, Judge};
-use crate::run::advice::parameter;
 use crate::run::plant_file::DeviceModel;
-use crate::run::remote::{RemoteLaw, held};
+use crate::run::remote::RemoteLaw;
 use crate::run::safety::safety;
 use crate::run::safety::{GuardedDevice, Safety};
 use crate::run::sensors::Sensors;
@@ -108,18 +107,10 @@ impl TrialSetup {
         self.sensors.before(thrown(self.device, &self.plan())?)
     }
 
-    /// The safety chain of the loop that runs here. With a serial device in a host loop it does force and rate alone, and with
-    /// the device's own loop it runs only to be checked.
+    /// The safety chain of the loop that runs here.
     pub(crate) fn chain(&self) -> Result<SafetyChain<f64>, Failure> {
-        let Some(remote) = &self.conduct.remote else {
-            let limits = self.force_and_rate();
-            return safe_force_limit(limits, &self.device, self.sensors, &self.safety);
-        };
-        let limits = remote.limits_here(self.limits_there());
-        let chain = SafetyChain::from_limits(&limits, self.device.sample_time);
-        let chain = chain.map_err(parameter)?;
-        self.safety().acts_on_device()?;
-        Ok(chain)
+        let (limits, safety) = (self.force_and_rate(), self.safety());
+        safe_chain(limits, &self.device, self.sensors, &safety, &self.conduct)
     }
 
     fn force_and_rate(&self) -> Limits {
@@ -127,19 +118,17 @@ impl TrialSetup {
         force_and_rate(force, rate, self.device.sample_time)
     }
 
-    fn limits_there(&self) -> Limits {
-        limits_there(self.force_and_rate(), &self.device, &self.safety())
-    }
-
     /// The push for a serial device, and no law at all: one of a loop on the host.
     pub(crate) fn law(&self) -> RemoteLaw {
+        let push_n = self.plan.push_n;
         RemoteLaw {
-            held_push_n: self.plan.push_n,
-            ..RemoteLaw::none(
-                self.limits_there(),
-                (self.force_rate_limit_n_per_s, &self.safety()),
-                GuardedDevice::given(&self.device),
-                held(&self.device, self.plan.push_n),
+            held_push_n: push_n,
+            ..no_law_there(
+                self.force_and_rate(),
+                self.force_rate_limit_n_per_s,
+                &self.safety(),
+                &self.device,
+                push_n,
             )
         }
     }
