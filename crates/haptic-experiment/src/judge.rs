@@ -183,11 +183,11 @@ pub(crate) fn origin(record: &Record) -> &'static str {
 pub struct Curves {
     /// Which experiment, simulated or rendered.
     pub title: String,
-    /// Law, device, operator, verdict.
+    /// The law, the device and the operator that ran, and the verdict: what tells this picture from another.
     pub subtitle: String,
     /// Origin of the force: `simulated`, or `rendered`, a device's own record of what it commanded and read.
     pub origin: &'static str,
-    /// Time, s.
+    /// Times from the start of the run, s; unevenly spaced where a long curve is thinned.
     pub time_s: Vec<f64>,
     /// Values at these times, each with its name.
     pub columns: Vec<(&'static str, Vec<f64>)>,
@@ -200,13 +200,13 @@ pub struct Curves {
 pub enum Drawing {
     /// A quantity beside its closed form.
     Theory {
-        /// Name of the tissue.
+        /// The name by which the library finds the tissue.
         tissue: String,
-        /// α of the tissue.
+        /// α of the tissue, which says how its stress relaxes over time.
         order: f64,
-        /// Name of the device.
+        /// The device as on the command line; `sim` for the simulated one.
         device: String,
-        /// Operator.
+        /// The operator that rendered the memory of the tissue.
         scheme: String,
         /// What is compared: `force`, `strain` or `depth`.
         quantity: &'static str,
@@ -220,7 +220,7 @@ pub enum Drawing {
     },
     /// Both sides of a teleoperation, and stiffnesses over the frequency in Hz, N/m: `touched` by the slave, by the `formula`, `felt`.
     Pair {
-        /// Curves by their names.
+        /// Each curve has its name, as the three above.
         stiffnesses: Vec<(&'static str, Vec<(f64, f64)>)>,
     },
     /// One side of a teleoperation.

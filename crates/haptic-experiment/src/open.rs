@@ -116,13 +116,13 @@ impl ExperimentFile {
         self.0.check_start()
     }
 
-    /// T, s.
+    /// Time from one tick of its loop to the next, s.
     #[must_use]
     pub fn sample_time_s(&self) -> f64 {
         self.0.sample_time_s()
     }
 
-    /// Number of axes.
+    /// The number of axes along which its device moves.
     #[must_use]
     pub fn axes(&self) -> usize {
         self.0.axes()

@@ -14,7 +14,7 @@ use std::io::{self, BufWriter, Write};
 pub(crate) struct Output {
     /// The report as one JSON object on standard output, and nothing else there.
     pub(crate) json: bool,
-    /// Neither progress nor summary.
+    /// Neither progress nor summary is printed; warnings and errors are.
     pub(crate) quiet: bool,
 }
 

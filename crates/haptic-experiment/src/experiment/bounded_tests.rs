@@ -20,9 +20,9 @@ use std::sync::atomic::AtomicBool;
 const TOLERANCE: f64 = 3e-9;
 
 /// Conducts a run whose files are `run.*` in this folder.
-pub(super) fn conducted<T>(place: &Path, run: impl FnOnce(Watched<'_>) -> T) -> T {
+pub(super) fn conducted<T>(folder: &Path, run: impl FnOnce(Watched<'_>) -> T) -> T {
     let request = FolderRequest {
-        out: Some(place.to_owned()),
+        out: Some(folder.to_owned()),
         stem: "run".to_owned(),
         overwrite: true,
         roll_bytes: None,
@@ -51,7 +51,7 @@ pub(crate) fn defaults(material: ModelledTissue) -> Indentation {
 
 /// Runs what `text` describes, and reports twice: from memory, then from the log. With each the CSV.
 fn twice(text: &str) -> [(Value, Vec<Vec<f64>>); 2] {
-    let place = tempfile::tempdir().expect("a folder");
+    let folder = tempfile::tempdir().expect("a folder");
     let experiment = ExperimentFile::parse(Path::new("lab.toml"), text).expect("is right");
     let (wall, coupler) = (
         experiment.of::<WallExperiment>(),
@@ -65,7 +65,7 @@ fn twice(text: &str) -> [(Value, Vec<Vec<f64>>); 2] {
         };
         Ok(serde_json::to_value(report).expect("is JSON"))
     };
-    let ran = conducted(place.path(), |watched| {
+    let ran = conducted(folder.path(), |watched| {
         match (experiment.indentation(), wall, coupler) {
             (Some(pressed), ..) => pressed.record(watched),
             (_, Some(wall), _) => wall.recorded(watched),
@@ -74,7 +74,7 @@ fn twice(text: &str) -> [(Value, Vec<Vec<f64>>); 2] {
     });
     let mut ran = ran.expect("runs");
     let table = || {
-        let mut rows = csv::Reader::from_path(place.path().join("run.csv")).expect("is there");
+        let mut rows = csv::Reader::from_path(folder.path().join("run.csv")).expect("is there");
         // A cell without a number is an error without meaning.
         let number = |cell: Option<f64>| cell.unwrap_or(f64::NAN);
         let rows = rows.deserialize::<Vec<Option<f64>>>();

@@ -395,24 +395,24 @@ impl PreflightSubject for CouplerPreflight<'_> {
 
 impl CouplerPreflight<'_> {
     fn judge(&self, dynamics: Dynamics, line: usize) -> Result<PreflightVerdict, AnalysisError> {
-        let own = self.coupler;
-        let t = own.setup.device.sample_time.0;
+        let law = self.coupler;
+        let t = law.setup.device.sample_time.0;
         let dynamics = Dynamics {
             delay_s: dynamics.delay_s + line as f64 * t,
             ..dynamics
         };
         let path = dynamics.path(t)?;
-        let order = Order::new(1.0 - own.order.get())?;
-        let operator = LoopOperator::new(own.scheme, order, Seconds(t), horizon(self.samples))?;
+        let order = Order::new(1.0 - law.order.get())?;
+        let operator = LoopOperator::new(law.scheme, order, Seconds(t), horizon(self.samples))?;
         let exact = Coupler::exact(
-            own.order,
+            law.order,
             t,
-            own.coupler_stiffness_n_s_per_m,
-            own.coupler_dissipation_n_s_1_minus_mu_per_m,
+            law.coupler_stiffness_n_s_per_m,
+            law.coupler_dissipation_n_s_1_minus_mu_per_m,
         )?;
         let runs = CouplerOperator(&operator);
         let coupler = exact.with_operator(&runs, operator.memory());
-        let coupled = CoupledLoop::new(&dynamics, &exact, &own.object, &operator)?;
+        let coupled = CoupledLoop::new(&dynamics, &exact, &law.object, &operator)?;
         let stable = coupled.is_stable();
         let margin = if stable {
             coupled.gain_margin()?.map(|edge| edge.value)
@@ -465,7 +465,7 @@ impl CouplerPreflight<'_> {
 #[derive(Clone, Copy, Debug, Default)]
 struct Object {
     velocity: f64,
-    place: f64,
+    position: f64,
     net: f64,
 }
 
@@ -480,19 +480,19 @@ impl Object {
         );
         let Self {
             velocity,
-            place,
+            position,
             net,
         } = *self;
         let half = 0.5 * t;
-        let ahead = place + half * velocity;
+        let ahead = position + half * velocity;
         let next = if m > 0.0 {
             (velocity + half / m * (net + force - k * ahead)) / (1.0 + half / m * (b + half * k))
         } else {
             (force - k * ahead) / (b + half * k)
         };
         self.velocity = next;
-        self.place = ahead + half * next;
-        self.net = force - b * next - k * self.place;
-        x - (self.place + half * next)
+        self.position = ahead + half * next;
+        self.net = force - b * next - k * self.position;
+        x - (self.position + half * next)
     }
 }

@@ -217,7 +217,6 @@ pub(crate) enum SimulatedRig {
 /// It holds a tissue of its own, with all of the past; the force that is written is not needed.
 #[derive(Debug)]
 pub(crate) struct Massless {
-    /// From e(δ) to force.
     tissue: Sampled,
     map: Option<DepthMap<f64>>,
     force_n: f64,

@@ -110,8 +110,8 @@ impl Experiment for Indentation {
         ];
         metadata.extend(ran.map(|(key, value)| (key.to_owned(), value)));
         metadata.insert(TISSUE_IN_LOG.to_owned(), material.to_toml());
-        if let Some(own) = &self.drive {
-            metadata.insert(CONTROLLER_IN_LOG.to_owned(), own.controller.to_toml());
+        if let Some(drive) = &self.drive {
+            metadata.insert(CONTROLLER_IN_LOG.to_owned(), drive.controller.to_toml());
         }
         metadata
     }
@@ -172,14 +172,14 @@ impl Indentation {
 
     /// The verdict on the controller that holds the indenter over so many samples; `None` without one.
     pub(super) fn drive_verdict(&self, samples: u64) -> Result<Option<DriveVerdict>, Failure> {
-        let Some(own) = &self.drive else {
+        let Some(drive) = &self.drive else {
             return Ok(None);
         };
         let look = self.look(samples);
         let (stiffness, dissipation) = (look.stiffness_n_per_m, look.dissipation_n_s_mu_per_m);
         let operator = look.loop_operator()?;
         let tissue = TissueLaw::new(stiffness, dissipation, operator, look.sample_time_s);
-        own.verdict(&self.rig(), tissue).map(Some)
+        drive.verdict(&self.rig(), tissue).map(Some)
     }
 
     fn rig(&self) -> RigConfig {
@@ -243,9 +243,9 @@ impl Indentation {
                     let run = run.looked_at_by(self.preflight(samples));
                     run.run(&mut controller, supervisor)
                 }
-                Some(own) => {
+                Some(drive) => {
                     let tissue = self.tissue_terms();
-                    let run = run.looked_at_by(Some(DriveLook { own, tissue }));
+                    let run = run.looked_at_by(Some(DriveLook { drive, tissue }));
                     run.run(&mut controller, supervisor)
                 }
             };
@@ -330,9 +330,9 @@ impl Indentation {
                     SimulatedRig::Plain(Box::new(rig))
                 }
             },
-            Some(own) => {
+            Some(drive) => {
                 self.drive_acts()?;
-                let holder = own.holder(self.sample_time_s)?;
+                let holder = drive.holder(self.sample_time_s)?;
                 let rig = HeldRig::new(config, holder).map_err(Failure::input)?;
                 SimulatedRig::Held(Box::new(rig))
             }
@@ -479,8 +479,8 @@ impl Indentation {
                 },
             )
         };
-        if let (Some(own), RigDrive::Position(profile)) = (&self.drive, self.load) {
-            let (shape, values, controller) = own.portable(profile, self.sample_time_s)?;
+        if let (Some(drive), RigDrive::Position(profile)) = (&self.drive, self.load) {
+            let (shape, values, controller) = drive.portable(profile, self.sample_time_s)?;
             return Ok(RemoteLaw {
                 operator: (shape, values),
                 controller: Some(controller),
@@ -505,7 +505,7 @@ impl Indentation {
 
 /// A drive that moves a device, to be looked at.
 struct DriveLook<'a> {
-    own: &'a Drive,
+    drive: &'a Drive,
     tissue: Option<[Term; 2]>,
 }
 
@@ -513,7 +513,7 @@ impl PreflightSubject for DriveLook<'_> {
     type Findings = DriveVerdict;
 
     fn verdict(&self, dynamics: Dynamics, _: usize) -> Result<DriveVerdict, Failure> {
-        self.own.on_device(&dynamics, self.tissue)
+        self.drive.on_device(&dynamics, self.tissue)
     }
 }
 

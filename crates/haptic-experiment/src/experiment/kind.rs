@@ -23,7 +23,7 @@ pub(crate) type Keys = (&'static str, &'static [Parameter]);
 /// Makes an experiment of its own table and that of the drive beside it.
 type Read = fn(&Table<'_>, Option<&Table<'_>>) -> Result<Box<dyn Experiment>, FileError>;
 
-/// A kind of experiment.
+/// What the program knows of a kind before it has read a document of one.
 pub(crate) struct Kind {
     /// The name of its table in a document.
     pub name: &'static str,

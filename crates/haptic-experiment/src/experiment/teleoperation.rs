@@ -208,8 +208,8 @@ impl HandMotion {
             sines += amplitude * phase.sin();
             speeds += TAU * frequency * amplitude * phase.cos();
         }
-        let place = self.press_m + sines;
-        (risen * place, rising * place + risen * speeds)
+        let position = self.press_m + sines;
+        (risen * position, rising * position + risen * speeds)
     }
 }
 
@@ -255,7 +255,6 @@ pub(crate) struct TeleoperationExperiment {
 }
 
 impl TeleoperationExperiment {
-    /// T.
     pub(crate) const fn sample_time(&self) -> Seconds {
         self.master.sample_time
     }
@@ -525,7 +524,6 @@ fn playout(table: &Table<'_>, t: Seconds) -> Result<Option<u32>, FileError> {
 pub(crate) enum PlaceName {
     /// A tissue of the library.
     Tissue,
-    /// K + B·D^μ.
     Wall,
 }
 

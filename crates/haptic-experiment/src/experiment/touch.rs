@@ -61,9 +61,7 @@ parameters! {
     TOUCH_TISSUE = text("tissue", "",
         "Tissue of the shape: a name from `host-cli materials list`, or a TOML file [default: K, B and order]");
     TOUCH_STIFFNESS = number("stiffness_n_per_m", 300.0, "300", STIFFNESSES, "K of the shape, without a tissue");
-    /// B, N·s^μ/m.
     TOUCH_DISSIPATION = number("dissipation_n_s_mu_per_m", 5.0, "5", DISSIPATIONS, "B of the shape, N·s^μ/m");
-    /// μ.
     TOUCH_ORDER = number("order", 0.5, "0.5", WALL_ORDERS, "Order of the dissipation: 0 a spring, 1 a damper");
     /// Mass of the device, kg.
     TOUCH_MASS = list("mass_kg", MASSES, "Mass of the device, above 0: one number, or one per axis [default: 0.065]");
@@ -151,7 +149,6 @@ pub(crate) struct TouchExperiment {
 }
 
 impl TouchExperiment {
-    /// T.
     pub(crate) const fn sample_time(&self) -> Seconds {
         self.device.sample_time
     }
@@ -401,8 +398,8 @@ fn path(table: &Table<'_>, axes: usize, shape: &TouchShape) -> Result<HandPath, 
     }
     let (mut way, mut before) = (Vec::new(), f64::NEG_INFINITY);
     for (n, row) in (1..).zip(rows) {
-        let (time_s, place) = match row.split_first() {
-            Some((time_s, place)) if place.len() == axes => (*time_s, place.to_vec()),
+        let (time_s, point) = match row.split_first() {
+            Some((time_s, point)) if point.len() == axes => (*time_s, point.to_vec()),
             _ => {
                 let numbers = row.len().saturating_sub(1);
                 return wrong(format!(
@@ -417,7 +414,7 @@ fn path(table: &Table<'_>, axes: usize, shape: &TouchShape) -> Result<HandPath, 
             ));
         }
         before = time_s;
-        way.push((time_s, place));
+        way.push((time_s, point));
     }
     Ok(HandPath::WayPoints(way))
 }

@@ -78,11 +78,11 @@ pub struct TrialPlan {
     /// Speed at which the device hits the wall, m/s: 0 to 10. 0 with the dissertation's rule and on a serial
     /// device, which cannot be thrown.
     pub impact_m_per_s: f64,
-    /// Duration, s.
+    /// How long the wall has to show that it settles, s.
     pub duration_s: f64,
     /// Window at the end that is judged, s.
     pub window_s: f64,
-    /// Largest force, N.
+    /// Largest force of the actuator, N: a force that stays there is no longer the wall's.
     pub force_limit_n: f64,
 }
 
@@ -121,8 +121,8 @@ impl TrialPlan {
     pub(crate) fn hits(&self, contact: WallContact) -> impl Iterator<Item = f64> {
         let once = contact == WallContact::Linear || self.criterion != Criterion::Settling;
         let hits: &[f64] = if once { &[] } else { &HITS };
-        let own = self.impact_m_per_s;
-        (hits.iter().copied()).filter(move |hit| hit.total_cmp(&own).is_ne())
+        let planned = self.impact_m_per_s;
+        (hits.iter().copied()).filter(move |hit| hit.total_cmp(&planned).is_ne())
     }
 
     /// Number of samples, that at time 0 included.

@@ -32,7 +32,7 @@ pub fn rows(parts: impl IntoIterator<Item = Value>) -> Rows {
 /// kinds are the same where they have the same meaning.
 #[derive(Clone, Debug, Serialize)]
 pub struct Report {
-    /// What was rendered.
+    /// The law that was rendered, and by which operator.
     #[serde(flatten)]
     pub(crate) law: Rows,
     /// The same of every kind.
@@ -80,11 +80,11 @@ pub(crate) struct TickTimes {
 /// Report of a run, the same in every experiment. The keys are a contract of the command line.
 #[derive(Clone, Debug, Serialize)]
 pub struct RunReport {
-    /// Device.
+    /// The device as on the command line; `sim` for the simulated one.
     pub device: String,
-    /// T, s.
+    /// Time from one tick of the loop to the next, s.
     pub sample_time_s: f64,
-    /// Ticks in the log.
+    /// Ticks that the log has: fewer than planned if the run ended early.
     pub samples: u64,
     /// Time of the last sample that counts, s: of the log, or of when the run was cut short.
     pub duration_s: f64,

@@ -18,14 +18,14 @@ pub enum Line {
     Table(Table),
 }
 
-/// A value.
+/// A value with its name, or the heading of the rows below it.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct Row {
     /// How deep it stands; 0 in the report itself.
     pub level: usize,
-    /// Key in JSON.
+    /// The key that JSON has for it, by which a program finds the row.
     pub key: String,
-    /// The key in words.
+    /// The key in words, without the unit that the value has.
     pub label: String,
     /// The value in words; empty for a heading.
     pub value: String,
@@ -36,15 +36,15 @@ pub struct Row {
 /// A list of things with the same keys.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Table {
-    /// How deep it stands.
+    /// How deep it stands, as that of a row.
     pub level: usize,
-    /// Key in JSON.
+    /// The key that JSON has for it, by which a program finds the row.
     pub key: String,
-    /// The key in words.
+    /// The key in words, without the unit that the value has.
     pub label: String,
     /// Headings: the key in words, with its unit.
     pub columns: Vec<String>,
-    /// Cells, row by row.
+    /// A cell for each column, in words; a missing value is a dash.
     pub rows: Vec<Vec<String>>,
     /// Length of the list, which may be longer than its rows.
     pub length: usize,
@@ -294,8 +294,8 @@ impl<'a> Column<'a> {
 }
 
 /// A value in words; `own` is a unit that the key does not say.
-fn text(key: &str, value: &Value, own: Option<&str>) -> String {
-    match (value, own) {
+fn text(key: &str, value: &Value, said: Option<&str>) -> String {
+    match (value, said) {
         (Value::Null, _) => "–".to_owned(),
         (Value::Bool(true), _) => "yes".to_owned(),
         (Value::Bool(false), _) => "no".to_owned(),
@@ -309,7 +309,7 @@ fn text(key: &str, value: &Value, own: Option<&str>) -> String {
         }
         (Value::Array(items), _) if items.len() > NUMBERS_MOST => format!("{} values", items.len()),
         (Value::Array(items), _) => {
-            let items = items.iter().map(|item| text(key, item, own));
+            let items = items.iter().map(|item| text(key, item, said));
             items.collect::<Vec<_>>().join(", ")
         }
         (Value::Object(inner), None) if interval(inner).is_some() => {
@@ -321,9 +321,9 @@ fn text(key: &str, value: &Value, own: Option<&str>) -> String {
             let of = |name| if says_unit(name) { name } else { key };
             let items = inner.iter().filter(|(_, value)| !value.is_null());
             // A column's unit is that of its own numbers.
-            let own = |name: &str| own.filter(|_| !says_unit(name));
+            let said = |name: &str| said.filter(|_| !says_unit(name));
             let items = items.map(|(name, value)| {
-                format!("{} {}", label(name), text(of(name), value, own(name)))
+                format!("{} {}", label(name), text(of(name), value, said(name)))
             });
             items.collect::<Vec<_>>().join(", ")
         }
@@ -440,9 +440,7 @@ fn reason(object: &Map<String, Value>, key: &str) -> String {
 /// The unit that a report says beside a key, in the object or in the one around it.
 fn unit<'a>(places: [&'a Map<String, Value>; 2], key: &str) -> Option<&'a str> {
     let name = format!("{key}_unit");
-    places
-        .into_iter()
-        .find_map(|place| place.get(&name)?.as_str())
+    places.into_iter().find_map(|map| map.get(&name)?.as_str())
 }
 
 /// Places of a list that are shown: all of a short one, the first and the last and evenly between of a long one.

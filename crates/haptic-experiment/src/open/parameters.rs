@@ -137,8 +137,8 @@ mod tests {
     fn there_is_one_default_sample_time() {
         let kinds = KINDS.into_iter().chain(QUESTIONS).chain([MEASUREMENT]);
         let all = kinds.flat_map(of_kind).flat_map(|(_, table)| table.iter());
-        let own = all.filter(|parameter| parameter.key == "sample_time_s");
-        let defaults: Vec<f64> = own.map(Parameter::default_number).collect();
+        let sample_times = all.filter(|parameter| parameter.key == "sample_time_s");
+        let defaults: Vec<f64> = sample_times.map(Parameter::default_number).collect();
         assert!(
             defaults.len() > 6 && defaults.iter().all(|&t| t.to_bits() == 1e-3_f64.to_bits()),
             "{defaults:?}"

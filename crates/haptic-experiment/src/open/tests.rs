@@ -43,13 +43,13 @@ fn a_wall_is_judged_by_the_dissertations_rule_where_the_file_says_so_on_any_devi
     let settling = plan("");
     assert_eq!(settling.criterion, Criterion::Settling);
     for device in ["", "device = \"serial:/dev/ttyACM0\"\n"] {
-        let own = plan(&format!("criterion = \"dissertation\"\n{device}"));
+        let by_file = plan(&format!("criterion = \"dissertation\"\n{device}"));
         let want = crate::TrialPlan {
             criterion: Criterion::Dissertation,
             impact_m_per_s: 0.0,
             ..settling
         };
-        assert_eq!(own, want, "0.1 mm, pushed from rest");
+        assert_eq!(by_file, want, "0.1 mm, pushed from rest");
         let keys = format!("criterion = \"dissertation\"\nthreshold_m = 2e-4\n{device}");
         assert_eq!(plan(&keys).threshold_m.to_bits(), 2e-4_f64.to_bits());
     }
@@ -169,15 +169,15 @@ fn a_coupler_has_an_object_by_default_and_no_loop_on_a_device() {
 
 #[test]
 fn the_pre_flight_of_a_wall_knows_delay_and_lag_of_a_device_file() {
-    let place = tempfile::tempdir().expect("a folder");
+    let folder = tempfile::tempdir().expect("a folder");
     let file = "[device]\nmass_kg = 0.08\ndamping_n_s_per_m = 3\ndelay_s = 0.0013\ncurrent_lag_s = 0.0005\n";
-    std::fs::write(place.path().join("device.toml"), file).expect("writes");
+    std::fs::write(folder.path().join("device.toml"), file).expect("writes");
     for device in ["sim", "serial:none"] {
         let text = format!(
             "[wall]\ndevice = \"{device}\"\ndevice_model = \"device.toml\"\nsample_time_s = 0.001\norder = 1\n\
              stiffness_n_per_m = 300\ndissipation_n_s_mu_per_m = 1\n"
         );
-        let parsed = ExperimentFile::parse(&place.path().join("wall.toml"), &text);
+        let parsed = ExperimentFile::parse(&folder.path().join("wall.toml"), &text);
         let file = parsed.expect("good");
         let wall: &WallExperiment = file.of().expect("a wall");
         let known = wall.setup.dynamics();
@@ -214,10 +214,10 @@ fn mass_kg(document: &Document) -> f64 {
 
 #[test]
 fn a_device_file_lies_below_the_keys_of_the_layer_that_names_it() {
-    let place = tempfile::tempdir().expect("a folder");
+    let folder = tempfile::tempdir().expect("a folder");
     let file = "[device]\nmass_kg = 0.08\ndamping_n_s_per_m = 3\n";
-    std::fs::write(place.path().join("device.toml"), file).expect("writes");
-    let wall = place.path().join("wall.toml");
+    std::fs::write(folder.path().join("device.toml"), file).expect("writes");
+    let wall = folder.path().join("wall.toml");
     let alone = Document::of_text(&wall, WALL);
     assert_eq!(mass_kg(&alone).to_bits(), f64::to_bits(0.065));
     let named = format!("{WALL}device_model = \"device.toml\"\n");
@@ -225,7 +225,7 @@ fn a_device_file_lies_below_the_keys_of_the_layer_that_names_it() {
         mass_kg(&Document::of_text(&wall, &named)).to_bits(),
         f64::to_bits(0.065)
     );
-    let path = place.path().join("device.toml");
+    let path = folder.path().join("device.toml");
     let mut over = alone;
     let set = over.set(
         "wall",
@@ -270,10 +270,10 @@ fn what_is_given_is_refused_by_its_words_and_not_twice() {
 
 #[test]
 fn a_written_document_is_the_same_experiment_from_anywhere() {
-    let place = tempfile::tempdir().expect("a folder");
-    let wall = place.path().join("wall.toml");
+    let folder = tempfile::tempdir().expect("a folder");
+    let wall = folder.path().join("wall.toml");
     let file = "[device]\nmass_kg = 0.08\ndamping_n_s_per_m = 3\nfriction_n = 0.1\n";
-    std::fs::write(place.path().join("device.toml"), file).expect("writes");
+    std::fs::write(folder.path().join("device.toml"), file).expect("writes");
     let text = WALL.replace("mass_kg = 0.065\n", "");
     let mut document = Document::of_text(&wall, &format!("{text}device_model = \"device.toml\"\n"));
     let set = document.set("wall", "scheme", "grunwald:100", "--scheme grunwald:100");
@@ -301,12 +301,12 @@ fn a_written_document_is_the_same_experiment_from_anywhere() {
 
 #[test]
 fn a_device_file_over_a_file_is_written_as_it_runs() {
-    let place = tempfile::tempdir().expect("a folder");
-    let device = place.path().join("device.toml");
+    let folder = tempfile::tempdir().expect("a folder");
+    let device = folder.path().join("device.toml");
     let file = "[device]\nmass_kg = 0.08\ndamping_n_s_per_m = 3\ndelay_s = 0.001\n";
     std::fs::write(&device, file).expect("writes");
     let text = format!("{WALL}device_model = \"gone.toml\"\n");
-    let mut document = Document::of_text(&place.path().join("wall.toml"), &text);
+    let mut document = Document::of_text(&folder.path().join("wall.toml"), &text);
     let path = device.to_string_lossy();
     let set = document.set("wall", "device_model", path.as_ref(), "--device-model");
     set.expect("new");
@@ -341,14 +341,14 @@ fn a_device_file_over_a_file_is_written_as_it_runs() {
 
 #[test]
 fn a_device_file_is_no_sensor_of_the_rig() {
-    let place = tempfile::tempdir().expect("a folder");
+    let folder = tempfile::tempdir().expect("a folder");
     let file = "[device]\nmass_kg = 0.08\ndamping_n_s_per_m = 3\nencoder_resolution_m = 1e-5\n";
-    std::fs::write(place.path().join("device.toml"), file).expect("writes");
+    std::fs::write(folder.path().join("device.toml"), file).expect("writes");
     for device in ["sim", "serial:x"] {
         let text = format!(
             "[relax]\ndevice = \"{device}\"\nguard = \"observer\"\ndevice_model = \"device.toml\"\n"
         );
-        let read = ExperimentFile::parse(&place.path().join("relax.toml"), &text);
+        let read = ExperimentFile::parse(&folder.path().join("relax.toml"), &text);
         let file = read.expect("good");
         let relax = file.indentation().expect("a relaxation");
         assert!(relax.sensors.are_ideal(), "{device}");

@@ -284,7 +284,7 @@ fn open_foxglove(_: SocketAddr, _: Output) -> Result<Box<dyn Live>, Failure> {
     ))
 }
 
-/// Options of a thread.
+/// How the thread of a loop is raised above the others of the machine.
 #[derive(Clone, Copy, Debug, Args)]
 pub(crate) struct ThreadArguments {
     /// Real-time priority of the loop, 1 to 99, or `off` [default: 80 where permitted]
@@ -295,7 +295,7 @@ pub(crate) struct ThreadArguments {
     pin: Option<usize>,
 }
 
-/// A priority, or none.
+/// `off` is an answer too: it takes the default away.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Priority {
     Off,

@@ -66,7 +66,7 @@ enum Maker {
 }
 
 pub(crate) struct DriveJudge {
-    drive: RigDrive,
+    load: RigDrive,
     maker: Maker,
     report: DriveReport,
     samples: u64,
@@ -75,33 +75,33 @@ pub(crate) struct DriveJudge {
 
 impl DriveJudge {
     pub(crate) fn new(
-        held: &Drive,
-        drive: RigDrive,
+        drive: &Drive,
+        load: RigDrive,
         sample_time_s: f64,
         preflight: Option<DriveVerdict>,
         on_device: bool,
     ) -> Result<Self, Failure> {
         let maker = match on_device {
-            false => Maker::Rig(held.holder(sample_time_s)?),
+            false => Maker::Rig(drive.holder(sample_time_s)?),
             true => {
                 let ControllerSetup {
                     output_low,
                     output_high,
                     ..
-                } = held.limited(sample_time_s)?;
+                } = drive.limited(sample_time_s)?;
                 Maker::Device([output_low, output_high].map(|end| end.unwrap_or(f64::NAN) as f32))
             }
         };
         Ok(Self {
-            drive,
+            load,
             maker,
             report: DriveReport {
-                controller: held.name.clone(),
-                quantity: match drive {
+                controller: drive.name.clone(),
+                quantity: match load {
                     RigDrive::Position(_) => "position",
                     RigDrive::Force(_) => "force",
                 },
-                drive_force_limit_n: held.force_limit_n,
+                drive_force_limit_n: drive.force_limit_n,
                 preflight,
                 ..DriveReport::default()
             },
@@ -112,8 +112,8 @@ impl DriveJudge {
 
     /// Takes a sample in: set point − measurement, and the values of its columns.
     pub(crate) fn add(&mut self, sample: &KeptSample) -> (f64, [f64; 2]) {
-        let set_point = set_point(self.drive, sample.time_s);
-        let measured = match (self.drive, &self.maker) {
+        let set_point = set_point(self.load, sample.time_s);
+        let measured = match (self.load, &self.maker) {
             (RigDrive::Position(_), Maker::Rig(_)) => sample.indenter_position_m,
             (RigDrive::Position(_), Maker::Device(_)) => sample.position_m,
             (RigDrive::Force(_), _) => sample.contact_force_n,

@@ -69,7 +69,7 @@ impl LoopVerdict {
 #[derive(Debug)]
 pub(crate) struct TissueLaw {
     stiffness: f64,
-    /// B·T^(−μ).
+    /// As the force of a step feels it: B·T^(−μ), N/m.
     dissipation: f64,
     operator: LoopOperator,
 }
@@ -192,13 +192,13 @@ impl Drive {
         beside: &[Term],
         delay_s: f64,
     ) -> Result<SampledLoop, ControlError> {
-        let own = [
+        let moved = [
             Term::new(device.mass_kg, 2.0),
             Term::new(device.damping_n_s_per_m, 1.0),
             Term::new(device.hand_stiffness_n_per_m, 0.0),
         ];
         let lag_s = device.current_lag_s;
-        let terms = own.iter().chain(beside).flat_map(|term| {
+        let terms = moved.iter().chain(beside).flat_map(|term| {
             let lagging = Term::new(lag_s * term.coefficient, term.order + 1.0);
             [*term, lagging]
         });
@@ -292,8 +292,8 @@ fn port(rig: &RigConfig, whole: &RigMotion, commands: &[Vector4<f64>]) -> TwoPor
     TwoPort {
         transition: DMatrix::from_fn(states, states, |row, column| {
             match (units.get(row), units.get(column)) {
-                (Some(own), Some(unit)) => whole.transition[(row, column)] * unit / own,
-                (Some(own), None) => commands[1][row] / own,
+                (Some(to), Some(from)) => whole.transition[(row, column)] * from / to,
+                (Some(to), None) => commands[1][row] / to,
                 _ => 0.0,
             }
         }),

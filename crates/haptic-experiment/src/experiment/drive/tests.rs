@@ -142,8 +142,8 @@ fn the_verdict_before_the_run_is_what_the_run_shows_at_either_side_of_the_edge()
     for tissue in ["prostate-cancerous", "fish-muscle"] {
         let relaxation = |drive| held(tissue, drive, 0.1, 2.0);
         let verdict = |drive| {
-            let own = relaxation(drive);
-            (own.drive_verdict(2001).expect("judged")).expect("a drive")
+            let held = relaxation(drive);
+            (held.drive_verdict(2001).expect("judged")).expect("a drive")
         };
         let at_home = verdict(times(1.0));
         let edge = at_home
@@ -174,15 +174,15 @@ fn an_unstable_drive_is_refused_before_a_file_is_made_unless_it_is_forced() {
         derivative: 500.0,
         ..PidParameters::NONE
     };
-    let mut own = cancerous(drive(gains), 2.0);
-    let place = folder.path().join("unstable");
-    let refused = run(&place, &own).expect_err("unstable").to_string();
+    let mut held = cancerous(drive(gains), 2.0);
+    let kept_in = folder.path().join("unstable");
+    let refused = run(&kept_in, &held).expect_err("unstable").to_string();
     for words in ["unstable before it touches", "`controller`"] {
         assert!(refused.contains(words), "{refused}");
     }
-    assert!(!place.exists());
-    own.conduct.force_unstable = true;
-    let report = run(&place, &own).expect("runs all the same");
+    assert!(!kept_in.exists());
+    held.conduct.force_unstable = true;
+    let report = run(&kept_in, &held).expect("runs all the same");
     let held = &report.results["drive"];
     assert_eq!(held["preflight"]["in_contact"]["stable"], false, "{held:?}");
     let saturated = held["saturated_samples"].as_u64();
@@ -225,10 +225,10 @@ fn a_push_is_held_too_its_force_measured_between_the_actuators() {
 fn a_drive_that_cannot_act_is_refused_with_the_remedy() {
     let gains = STIFF;
     let refused = |change: fn(&mut Indentation), words: &str| {
-        let mut own = cancerous(drive(gains), 2.0);
-        change(&mut own);
+        let mut held = cancerous(drive(gains), 2.0);
+        change(&mut held);
         let sink = &mut |_: &TickMessage| ControlFlow::Continue(());
-        let said = own.simulate(sink).expect_err("refused").to_string();
+        let said = held.simulate(sink).expect_err("refused").to_string();
         assert!(said.contains(words), "{said}");
     };
     refused(
@@ -258,7 +258,7 @@ fn a_drive_that_cannot_act_is_refused_with_the_remedy() {
 fn the_commands_that_are_judged_are_those_that_were_given_bit_for_bit() {
     let t = 1e-3;
     let gains: PidParameters = "900+9000/s^0.9+25s^0.9".parse().expect("a controller");
-    let own = Drive {
+    let held = Drive {
         name: "own".to_owned(),
         controller: ControllerSetup::new(gains, Seconds(t)).into(),
         force_limit_n: 0.2,
@@ -275,10 +275,10 @@ fn the_commands_that_are_judged_are_those_that_were_given_bit_for_bit() {
     let ramp = RampHold::new(Metres(1e-3), Seconds(0.05)).expect("a ramp");
     for drive in [RigDrive::Position(ramp), RigDrive::Force(Newtons(0.1))] {
         let config = RigConfig::new(drive, RigContact::COMPLIANT, Seconds(t));
-        let holder = own.holder(t).expect("a controller");
+        let holder = held.holder(t).expect("a controller");
         let rig = Box::new(HeldRig::new(config, holder).expect("a rig"));
         let mut rig = SimulatedRig::Held(rig);
-        let mut judge = DriveJudge::new(&own, drive, t, Some(verdict), false).expect("a judge");
+        let mut judge = DriveJudge::new(&held, drive, t, Some(verdict), false).expect("a judge");
         let mut peak: f64 = 0.0;
         for tick in 0..500 {
             let seen = rig.observe();

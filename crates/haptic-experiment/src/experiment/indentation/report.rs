@@ -69,7 +69,7 @@ struct Quantity {
     name: &'static str,
     /// With its unit, on an axis.
     label: &'static str,
-    /// Behind a number.
+    /// What stands behind a number, with the space before it.
     unit: &'static str,
     without_rig: &'static str,
     /// The closed form is compared from this time on, s.

@@ -91,8 +91,8 @@ impl Body {
     pub(super) fn outside_n(&self, time_s: f64) -> f64 {
         match &self.world {
             World::Hand { model, motion } => {
-                let (place, speed) = motion.at(time_s);
-                model.stiffness_n_per_m * (place - self.plant.position()[0])
+                let (hand_m, speed) = motion.at(time_s);
+                model.stiffness_n_per_m * (hand_m - self.plant.position()[0])
                     + model.damping_n_s_per_m * (speed - self.plant.velocity()[0])
             }
             World::Place { law, history } => law.force(history, &self.plant.position())[0],
@@ -108,8 +108,8 @@ impl Body {
             let outside = match &mut self.world {
                 // Spring and damper of the hand are part of the plant.
                 World::Hand { model, motion } => {
-                    let (place, speed) = motion.at(time_s + (sub as f64 + 0.5) * step);
-                    model.stiffness_n_per_m * place + model.damping_n_s_per_m * speed
+                    let (hand_m, speed) = motion.at(time_s + (sub as f64 + 0.5) * step);
+                    model.stiffness_n_per_m * hand_m + model.damping_n_s_per_m * speed
                 }
                 World::Place { law, history } => {
                     let force = law.force(history, &from)[0];

@@ -58,30 +58,25 @@ impl TeleoperationVerdict {
     }
 }
 
-/// What the hand felt at a frequency, as force for a place.
+/// What the hand felt at a frequency, as force for a place: a phase of 0° is a spring, 90° a damper, 180° a mass.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub(super) struct FeltAt {
-    /// Frequency, Hz.
     pub frequency_hz: f64,
-    /// Of the master in the hand, from the run, N/m.
+    /// Of the master in the hand, from the run.
     pub felt_n_per_m: f64,
-    /// Its phase, °: 0 a spring, 90 a damper, 180 a mass.
     pub felt_degrees: f64,
-    /// Of the remote place, from the run, N/m.
+    /// Of the remote place, from the run.
     pub touched_n_per_m: f64,
-    /// Its phase, °.
     pub touched_degrees: f64,
-    /// Of the remote place in closed form, N/m; null where it is not linear.
+    /// Of the remote place in closed form; null where it is not linear.
     pub tissue_n_per_m: Option<f64>,
-    /// Its phase, °.
     pub tissue_degrees: Option<f64>,
-    /// What the formula says is felt of it, N/m; null where there is none, as of time-domain passivity.
+    /// What the formula says is felt of it; null where there is none, as of time-domain passivity.
     pub formula_n_per_m: Option<f64>,
-    /// Its phase, °.
     pub formula_degrees: Option<f64>,
-    /// The run against the formula, dB.
+    /// The run against the formula.
     pub off_formula_db: Option<f64>,
-    /// The run against the tissue, dB: 0 would be transparent.
+    /// The run against the tissue: 0 would be transparent.
     pub off_tissue_db: Option<f64>,
 }
 

@@ -59,8 +59,7 @@ impl<const D: usize> HeldAxes<D> {
         }
     }
 
-    /// Where it is, m.
-    pub(super) fn place(&self) -> SVector<f64, D> {
+    pub(super) fn position_m(&self) -> SVector<f64, D> {
         self.axes.position()
     }
 
@@ -126,8 +125,8 @@ pub(super) struct TouchTick<const D: usize> {
 
 /// Depth into a shape, at least 0, m.
 pub(super) fn depth<const D: usize>(shape: &Shape<f64, D>, position_m: &[f64]) -> f64 {
-    let place = SVector::from_fn(|axis, _| position_m.get(axis).copied().unwrap_or(f64::NAN));
-    shape.depth(&place).max(0.0)
+    let position = SVector::from_fn(|axis, _| position_m.get(axis).copied().unwrap_or(f64::NAN));
+    shape.depth(&position).max(0.0)
 }
 
 impl<const D: usize> TouchTick<D> {

@@ -400,12 +400,12 @@ impl TouchExperiment {
 /// The values of a tick that are drawn.
 fn drawn(tick: &TickMessage, depth_m: f64) -> [f64; CURVES] {
     let axis = |vector: &[f64], axis: usize| vector.get(axis).copied().unwrap_or(0.0);
-    let (hand, place, force) = (&tick.reference_m, &tick.position_m, &judged_force_n(tick));
+    let (hand, position, force) = (&tick.reference_m, &tick.position_m, &judged_force_n(tick));
     [
         axis(hand, 0),
         axis(hand, 1),
-        axis(place, 0),
-        axis(place, 1),
+        axis(position, 0),
+        axis(position, 1),
         depth_m,
         axis(force, 0),
         axis(force, 1),

@@ -107,7 +107,7 @@ impl Experiment for TouchExperiment {
 impl TouchExperiment {
     fn outside<const D: usize>(&self, parts: &Parts<D>) -> Result<(), Failure> {
         let shape = self.shape.of::<D>()?;
-        let begins = depth(&shape, parts.device.device().place().as_slice());
+        let begins = depth(&shape, parts.device.device().position_m().as_slice());
         if begins <= START_MOST_M {
             return Ok(());
         }
@@ -244,7 +244,7 @@ impl TouchExperiment {
         Ok(match self.grip {
             Grip::Spring(stiffness) => {
                 let shape = self.shape.of::<D>()?;
-                let path_m = most(&|place| depth(&shape, &place));
+                let path_m = most(&|point| depth(&shape, &point));
                 crept(stiffness * path_m).min(path_m)
             }
             Grip::Force => crept(most(&|force| SVector::from(force).norm())),
@@ -288,8 +288,7 @@ impl TouchExperiment {
 #[derive(Clone, Debug)]
 struct Postures<'a> {
     loops: Preflight<'a>,
-    /// kg.
-    masses: [f64; 2],
+    masses_kg: [f64; 2],
 }
 
 impl Postures<'_> {
@@ -299,7 +298,7 @@ impl Postures<'_> {
         dynamics: Dynamics,
         line: usize,
     ) -> Result<(PreflightVerdict, PostureVerdict), Failure> {
-        let [least, most] = self.masses;
+        let [least, most] = self.masses_kg;
         let judge = |mass_kg: f64| -> Result<_, Failure> {
             let dynamics = Dynamics {
                 mass_kg,
@@ -385,7 +384,7 @@ impl TouchExperiment {
                 None => look,
                 map => look.at_depth(map, self.deepest::<D>()?),
             },
-            masses: self.effective_masses::<D>()?,
+            masses_kg: self.effective_masses::<D>()?,
         })
     }
 }

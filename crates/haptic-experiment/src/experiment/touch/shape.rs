@@ -79,14 +79,14 @@ impl HandPath {
                 centre.get(axis).copied().unwrap_or(0.0) + radius * round
             }
             Self::WayPoints(rows) => {
-                let place = |row: &(f64, Vec<f64>)| row.1.get(axis).copied().unwrap_or(0.0);
+                let coordinate = |row: &(f64, Vec<f64>)| row.1.get(axis).copied().unwrap_or(0.0);
                 let next = rows.partition_point(|row| row.0 <= time_s);
                 match (next.checked_sub(1).map(|n| &rows[n]), rows.get(next)) {
                     (Some(from), Some(to)) => {
                         let share = (time_s - from.0) / (to.0 - from.0);
-                        place(from) + share * (place(to) - place(from))
+                        coordinate(from) + share * (coordinate(to) - coordinate(from))
                     }
-                    (Some(row), None) | (None, Some(row)) => place(row),
+                    (Some(row), None) | (None, Some(row)) => coordinate(row),
                     (None, None) => 0.0,
                 }
             }

@@ -64,7 +64,6 @@ pub(crate) trait Trial: Experiment + Clone {
     /// The same, to change it.
     fn setup_mut(&mut self) -> &mut TrialSetup;
 
-    /// μ, and the operator.
     fn operator_choice(&self) -> (Order, Scheme);
 
     /// The law in words, for the line below a picture.
@@ -149,15 +148,15 @@ pub(crate) trait Trial: Experiment + Clone {
     }
 
     /// The worst of this judgement and those of all further hits, and all of them if there are any.
-    fn worst(&self, own: Settling) -> Result<(Settling, Vec<Hit>), Failure> {
-        let mut all = vec![own];
+    fn worst(&self, recorded: Settling) -> Result<(Settling, Vec<Hit>), Failure> {
+        let mut all = vec![recorded];
         for impact_m_per_s in self.hits() {
             let mut other = self.clone();
             other.setup_mut().plan.impact_m_per_s = impact_m_per_s;
             all.push(other.named(other.tried()?)?);
         }
         let worse = |a: Settling, b: &Settling| if b.verdict > a.verdict { *b } else { a };
-        let worst = all.iter().fold(own, worse);
+        let worst = all.iter().fold(recorded, worse);
         let hits = all.iter().filter(|_| all.len() > 1).map(|settling| Hit {
             impact_m_per_s: settling.impact_m_per_s,
             verdict: settling.verdict,
