@@ -195,24 +195,28 @@ pub struct Curves {
     pub drawing: Drawing,
 }
 
+/// Conditions of a run that has a closed form.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Theory {
+    /// The name by which the library finds the tissue.
+    pub tissue: String,
+    /// α of the tissue, which says how its stress relaxes over time.
+    pub order: f64,
+    /// The device as on the command line; `sim` for the simulated one.
+    pub device: String,
+    /// The operator that rendered the memory of the tissue.
+    pub scheme: String,
+    /// What is compared: `force`, `strain` or `depth`.
+    pub quantity: &'static str,
+    /// The same with its unit, for an axis.
+    pub label: &'static str,
+}
+
 /// The picture that curves make, and what it shows beside them. A kind of experiment chooses one of these, or brings one more.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Drawing {
     /// A quantity beside its closed form.
-    Theory {
-        /// The name by which the library finds the tissue.
-        tissue: String,
-        /// α of the tissue, which says how its stress relaxes over time.
-        order: f64,
-        /// The device as on the command line; `sim` for the simulated one.
-        device: String,
-        /// The operator that rendered the memory of the tissue.
-        scheme: String,
-        /// What is compared: `force`, `strain` or `depth`.
-        quantity: &'static str,
-        /// The same with its unit, for an axis.
-        label: &'static str,
-    },
+    Theory(Theory),
     /// A device that comes to rest.
     Trial {
         /// Where it should, m; `None` if nothing holds the push.

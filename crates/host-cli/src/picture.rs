@@ -1,6 +1,6 @@
 //! Pictures: a page of charts that own their curves, and what experiments leave.
 
-use haptic_experiment::judge::{Curves, Drawing};
+use haptic_experiment::judge::{Curves, Drawing, Theory};
 use haptic_figure::{
     AxisSpec, Chart, ChartPage, Conditions, FigureError, HeldPanels, Look, Picture, PlaneFigure,
     Scale, Series, TheoryFigure,
@@ -96,23 +96,7 @@ pub(crate) fn page(
 /// If there is nothing to draw.
 pub(crate) fn of_run(curves: &Curves) -> Result<Picture, FigureError> {
     match &curves.drawing {
-        Drawing::Theory {
-            tissue,
-            order,
-            device,
-            scheme,
-            quantity,
-            label,
-        } => {
-            let conditions = Conditions {
-                tissue,
-                order: *order,
-                device,
-                scheme,
-                remark: &curves.subtitle,
-            };
-            of_theory(conditions, quantity, label, curves)
-        }
+        Drawing::Theory(theory) => of_theory(theory, curves),
         Drawing::Trial {
             expected_deflection_m,
         } => of_trial(*expected_deflection_m, curves),
@@ -123,14 +107,9 @@ pub(crate) fn of_run(curves: &Curves) -> Result<Picture, FigureError> {
 }
 
 /// A run beside its closed form.
-fn of_theory(
-    conditions: Conditions<'_>,
-    quantity: &'static str,
-    label: &'static str,
-    curves: &Curves,
-) -> Result<Picture, FigureError> {
+fn of_theory(theory: &Theory, curves: &Curves) -> Result<Picture, FigureError> {
     // A controller tracks a place where the force is the result, and a force where that is the load.
-    let (error_label, factor) = match quantity {
+    let (error_label, factor) = match theory.quantity {
         "force" => ("tracking error / µm", 1e6),
         _ => ("tracking error / mN", 1e3),
     };
@@ -138,9 +117,15 @@ fn of_theory(
     let tracking_error: Vec<f64> = errors.map(|error| factor * error).collect();
     TheoryFigure {
         title: &curves.title,
-        conditions,
-        quantity,
-        label,
+        conditions: Conditions {
+            tissue: &theory.tissue,
+            order: theory.order,
+            device: &theory.device,
+            scheme: &theory.scheme,
+            remark: &curves.subtitle,
+        },
+        quantity: theory.quantity,
+        label: theory.label,
         origin: curves.origin,
         time_s: &curves.time_s,
         values: curves.column("values"),

@@ -473,20 +473,12 @@ impl Object {
     /// The deflection after this sample.
     fn deflection(&mut self, law: &CouplerExperiment, x: f64, force: f64) -> f64 {
         let (t, object) = (law.setup.device.sample_time.0, law.object);
-        let (m, b, k) = (
-            object.mass_kg,
-            object.damping_n_s_per_m,
-            object.stiffness_n_per_m,
-        );
-        let Self {
-            velocity,
-            position,
-            net,
-        } = *self;
-        let half = 0.5 * t;
-        let ahead = position + half * velocity;
+        let (m, b) = (object.mass_kg, object.damping_n_s_per_m);
+        let (k, half) = (object.stiffness_n_per_m, 0.5 * t);
+        let ahead = self.position + half * self.velocity;
         let next = if m > 0.0 {
-            (velocity + half / m * (net + force - k * ahead)) / (1.0 + half / m * (b + half * k))
+            (self.velocity + half / m * (self.net + force - k * ahead))
+                / (1.0 + half / m * (b + half * k))
         } else {
             (force - k * ahead) / (b + half * k)
         };

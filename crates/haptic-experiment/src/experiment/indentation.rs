@@ -211,10 +211,7 @@ impl Indentation {
 
     /// Nothing is made in the folder before every parameter is known to be good.
     fn record_as<F: Real>(&self, watched: Watched<'_>) -> Result<Ran, Failure> {
-        let Watched {
-            request,
-            supervisor,
-        } = watched;
+        let (request, supervisor) = (watched.request, watched.supervisor);
         let samples = self.check()?;
         let mut metadata = self.metadata();
         let mut controller = self.controller::<F>(samples)?;

@@ -42,7 +42,7 @@ use haptic_analysis::Dynamics;
 use haptic_loop::plant::MassDamperConfig;
 use haptic_loop::units::{Kilograms, NewtonSecondsPerMetre, Newtons, NewtonsPerMetre};
 use haptic_loop::{Limits, SafetyChain};
-use shape::{Grip, HandPath, TouchShape};
+use shape::{Circle, Grip, HandPath, TouchBall, TouchShape};
 pub(crate) use shape::{GripName, ShapeName};
 
 parameters! {
@@ -331,11 +331,11 @@ fn shape(table: &Table<'_>, axes: usize) -> Result<TouchShape, FileError> {
                 surface_m: table.number(&TOUCH_SURFACE)?,
             }
         }
-        ShapeName::Ball | ShapeName::HollowBall => TouchShape::Ball {
+        ShapeName::Ball | ShapeName::HollowBall => TouchShape::Ball(TouchBall {
             centre_m: per_axis(table, &TOUCH_CENTRE, axes)?.unwrap_or_else(|| vec![0.0; axes]),
             radius_m: table.number(&TOUCH_RADIUS)?,
             hollow: name == ShapeName::HollowBall,
-        },
+        }),
     })
 }
 
@@ -422,17 +422,15 @@ fn path(table: &Table<'_>, axes: usize, shape: &TouchShape) -> Result<HandPath, 
 fn circle(table: &Table<'_>, axes: usize, shape: &TouchShape) -> Result<HandPath, FileError> {
     let radius = table.number(&TOUCH_CIRCLE_RADIUS)?;
     let (centre, start) = match shape {
-        TouchShape::Ball {
-            centre_m, radius_m, ..
-        } => (centre_m.clone(), *radius_m),
+        TouchShape::Ball(ball) => (ball.centre_m.clone(), ball.radius_m),
         TouchShape::Plane { .. } => (vec![0.0; axes], radius),
     };
-    Ok(HandPath::Circle {
+    Ok(HandPath::Circle(Circle {
         centre: per_axis(table, &TOUCH_CIRCLE_CENTRE, axes)?.unwrap_or(centre),
         start_radius: table.number_if(&TOUCH_CIRCLE_START)?.unwrap_or(start),
         radius,
         period_s: table.number(&TOUCH_CIRCLE_PERIOD)?,
-    })
+    }))
 }
 
 /// The corners of the workspace, if there is one.

@@ -70,12 +70,10 @@ fn run(
 /// What the page draws of a run.
 fn shown(curves: &Curves) -> Value {
     match &curves.drawing {
-        Drawing::Theory {
-            quantity, label, ..
-        } => {
+        Drawing::Theory(theory) => {
             let mut named = named(curves, &curves.title);
-            named["quantity"] = json!(quantity);
-            named["label"] = json!(label);
+            named["quantity"] = json!(theory.quantity);
+            named["label"] = json!(theory.label);
             named
         }
         Drawing::Trial {

@@ -58,14 +58,7 @@ impl RunArguments {
         let kept = document.keep_in(&mut request.provenance);
         kept.map_err(Failure::input)?;
         let live = &self.live.open(pace != Pace::Virtual, output)?;
-        let conducted = Conducted {
-            samples,
-            output,
-            request,
-            live,
-        };
-        let report = conducted.run(&experiment)?;
-        report.require()
+        conduct(&experiment, samples, output, request, live)?.require()
     }
 
     /// The experiment as it is to be conducted, and its pace.
@@ -104,49 +97,45 @@ impl RunArguments {
     }
 }
 
-/// How an experiment is conducted.
-struct Conducted<'a> {
+/// Runs an experiment with a progress bar, stoppable by Ctrl-C, draws and reports. The report is given back.
+fn conduct(
+    experiment: &ExperimentFile,
     samples: u64,
     output: Output,
-    request: &'a FolderRequest,
-    live: &'a LiveStreams,
-}
-
-impl Conducted<'_> {
-    /// Runs an experiment with a progress bar, stoppable by Ctrl-C, draws and reports. The report is given back.
-    fn run(&self, experiment: &ExperimentFile) -> Result<Report, Failure> {
-        let stop = stop_on_interrupt()?;
-        let bar = progress_bar(self.samples, self.output);
-        let progress = |done| {
-            bar.set_position(done);
-            if done >= self.samples {
-                // A long run is read again from its log.
-                bar.set_message("judging");
-            }
-        };
-        let supervisor = Supervisor {
-            stop,
-            progress: &progress,
-            live: Some(self.live),
-            warn: &warn,
-        };
-        let result = experiment.run(self.request, supervisor);
-        bar.finish_and_clear();
-        let Published {
-            mut report,
-            curves,
-            folder,
-        } = result?;
-        let (picture, unsaved) = drawn(curves, &folder);
-        report.run.figure = picture;
-        for warning in &report.run.warnings {
-            warn(warning);
+    request: &FolderRequest,
+    live: &LiveStreams,
+) -> Result<Report, Failure> {
+    let stop = stop_on_interrupt()?;
+    let bar = progress_bar(samples, output);
+    let progress = |done| {
+        bar.set_position(done);
+        if done >= samples {
+            // A long run is read again from its log.
+            bar.set_message("judging");
         }
-        self.output.summary(&report)?;
-        both_saved(report.run.lost_table(), unsaved)?;
-        ended_well(&report.run)?;
-        Ok(report)
+    };
+    let supervisor = Supervisor {
+        stop,
+        progress: &progress,
+        live: Some(live),
+        warn: &warn,
+    };
+    let result = experiment.run(request, supervisor);
+    bar.finish_and_clear();
+    let Published {
+        mut report,
+        curves,
+        folder,
+    } = result?;
+    let (picture, unsaved) = drawn(curves, &folder);
+    report.run.figure = picture;
+    for warning in &report.run.warnings {
+        warn(warning);
     }
+    output.summary(&report)?;
+    both_saved(report.run.lost_table(), unsaved)?;
+    ended_well(&report.run)?;
+    Ok(report)
 }
 
 /// Draws the curves of a run, if there are any: the picture, and why there is none, which is said after the report.

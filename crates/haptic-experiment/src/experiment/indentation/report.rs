@@ -6,6 +6,7 @@ use crate::document::parameters::{CONTACT, FORCE_LIMIT};
 use crate::experiment::drive::{DriveJudge, DriveReport, Massless, drive_columns};
 use crate::experiment::kind::Experiment as _;
 use crate::experiment::rendering::{DEPTH, FORCE, STRESS};
+use crate::judge;
 use crate::judge::decimated::Decimated;
 use crate::judge::modelled_tissue::Sampled;
 use crate::judge::reference::{ReferenceSeries, TOLERANCE};
@@ -296,14 +297,14 @@ impl Indentation {
         };
         let origin = origin(record);
         let title = format!("{test} of {}, {origin}", material.description);
-        let drawing = Drawing::Theory {
+        let drawing = Drawing::Theory(judge::Theory {
             tissue: material.name.clone(),
             order: material.order().get(),
             device: report.run.device.clone(),
             scheme: self.scheme.to_string(),
             quantity: quantity.name,
             label: quantity.label,
-        };
+        });
         let curves = whole.then(|| curves.named(names, origin, title, remark, drawing));
         Ok((report, curves))
     }

@@ -228,22 +228,16 @@ impl Experiment for TeleoperationExperiment {
             watched.supervisor,
         )?;
         let ran = Ran { preflight, ..ran };
-        let Hands {
-            pair,
-            judged,
-            curves,
-            table,
-            ..
-        } = hands;
+        let (pair, judged) = (&hands.pair, &hands.judged);
         let whole = ran.record.ended.is_none();
-        let files = Files::of_run(&ran, table.filter(|_| whole));
+        let files = Files::of_run(&ran, hands.table.filter(|_| whole));
         let felt = match whole {
             true => judged.felt(self)?,
             false => Vec::new(),
         };
-        let verdict = judged.verdict(&pair, whole);
-        let curves = whole.then(|| self.drawn(verdict, &felt, curves));
-        let report = self.report(&ran, &pair, &judged, verdict, &felt, files)?;
+        let verdict = judged.verdict(pair, whole);
+        let curves = whole.then(|| self.drawn(verdict, &felt, hands.curves));
+        let report = self.report(&ran, pair, judged, verdict, &felt, files)?;
         Ok(Published {
             report,
             curves,

@@ -380,17 +380,15 @@ impl TouchExperiment {
 
     /// Outline of a ball in the plane of the first two axes, through its centre.
     fn outline(&self) -> Vec<(f64, f64)> {
-        let TouchShape::Ball {
-            centre_m, radius_m, ..
-        } = &self.shape
-        else {
+        let TouchShape::Ball(ball) = &self.shape else {
             return Vec::new();
         };
         let point = |n: u32| {
             let angle = TAU * f64::from(n) / f64::from(OUTLINE);
+            let [x, y] = [ball.centre_m[0], ball.centre_m[1]];
             (
-                centre_m[0] + radius_m * angle.cos(),
-                centre_m[1] + radius_m * angle.sin(),
+                x + ball.radius_m * angle.cos(),
+                y + ball.radius_m * angle.sin(),
             )
         };
         (0..=OUTLINE).map(point).collect()

@@ -62,7 +62,7 @@ impl Experiment for TouchExperiment {
     fn metadata(&self) -> BTreeMap<String, String> {
         let (key, numbers) = match &self.shape {
             TouchShape::Plane { normal, .. } => ("normal", normal),
-            TouchShape::Ball { centre_m, .. } => ("centre_m", centre_m),
+            TouchShape::Ball(ball) => ("centre_m", &ball.centre_m),
         };
         let numbers: Vec<String> = numbers.iter().map(f64::to_string).collect();
         let mut metadata = metadata("touch", &self.conduct, self.scheme, &self.safety);
@@ -129,12 +129,13 @@ impl TouchExperiment {
         note_findings(&mut metadata, "preflight", &verdict);
         note_findings(&mut metadata, "preflight", &posture);
         let schedule = self.schedule(parts.samples);
-        let Watched {
-            request,
-            supervisor,
-        } = watched;
         let mut world = Simulated::new(&mut parts.controller, &mut parts.device);
-        let ran = run_logged(&mut world, schedule, (request, metadata), supervisor)?;
+        let ran = run_logged(
+            &mut world,
+            schedule,
+            (watched.request, metadata),
+            watched.supervisor,
+        )?;
         drop(world);
         let ran = Ran {
             // Nothing can break, so it is only noted.

@@ -11,7 +11,7 @@ use crate::judge::reference::TOLERANCE;
 use crate::judge::report::{
     Files, Report, RunReport, closed_form_error, full_history_error, rows, unmet,
 };
-use crate::judge::settling::{Judge, Settling, TrialVerdict};
+use crate::judge::settling::{Settling, TrialVerdict};
 use crate::judge::warnings::Warnings;
 use crate::judge::{Compared, Curves, Drawing, Published, Reference, origin};
 use crate::run::preflight::{PreflightRequest, PreflightSubject, PreflightVerdict, note_findings};
@@ -101,25 +101,18 @@ pub(crate) trait Trial: Experiment + Clone {
 
     /// Runs the loop and writes the log.
     fn recorded(&self, watched: Watched<'_>) -> Result<Ran, Failure> {
-        let Parts {
-            mut controller,
-            mut device,
-            samples,
-            ..
-        } = self.parts()?;
-        let (setup, preflight) = (self.setup(), self.subject(samples));
+        let mut parts = self.parts()?;
+        let (setup, samples) = (self.setup(), parts.samples);
+        let preflight = self.subject(samples);
         let mut metadata = self.metadata();
         let dynamics = setup.dynamics();
         let schedule = self.schedule(samples);
-        let Watched {
-            request,
-            supervisor,
-        } = watched;
+        let (request, supervisor) = (watched.request, watched.supervisor);
         let Some(remote) = &setup.conduct.remote else {
             // Nothing can break, so it is only noted.
             let verdict = preflight.verdict(dynamics, 0)?;
             note_findings(&mut metadata, "preflight", &verdict);
-            let mut world = Simulated::new(&mut controller, &mut device);
+            let mut world = Simulated::new(&mut parts.controller, &mut parts.device);
             let ran = run_logged(&mut world, schedule, (request, metadata), supervisor)?;
             return Ok(Ran {
                 preflight: Some(verdict),
@@ -139,7 +132,7 @@ pub(crate) trait Trial: Experiment + Clone {
             request,
             metadata,
         };
-        run.run(&mut controller, supervisor)
+        run.run(&mut parts.controller, supervisor)
     }
 
     /// Runs it without log or files: does it settle, at each hit, and without friction too?
@@ -167,15 +160,10 @@ pub(crate) trait Trial: Experiment + Clone {
 
     /// Runs it without log or files: does it settle?
     fn tried(&self) -> Result<Settling, Failure> {
-        let Parts {
-            mut controller,
-            mut device,
-            samples,
-            mut judge,
-            rest_m,
-        } = self.parts()?;
-        let whole = super::try_out(&mut controller, &mut device, samples, &mut judge);
-        Ok(judge.settling(whole, rest_m))
+        let mut parts = self.parts()?;
+        let (device, judge) = (&mut parts.device, &mut parts.judge);
+        let whole = super::try_out(&mut parts.controller, device, parts.samples, judge);
+        Ok(parts.judge.settling(whole, parts.rest_m))
     }
 
     /// The same judgement, unless friction alone holds the device: then it is called that.
@@ -204,7 +192,10 @@ pub(crate) trait Trial: Experiment + Clone {
         } = seen.parts()?;
         let (order, scheme) = self.operator_choice();
         let whole = record.ended.is_none();
-        settle(&mut judge, ran)?;
+        Samples::of(record, &ran.log.paths).for_each(|sample| {
+            judge.see(sample.time_s, sample.position_m, sample.force_n);
+            Ok(())
+        })?;
         let recorded = self.named(judge.settling(whole, rest_m))?;
         let (settling, hits) = match whole {
             true => self.worst(recorded)?,
@@ -327,14 +318,6 @@ impl<T: Trial> Experiment for T {
             folder,
         })
     }
-}
-
-/// Lets the judge see a recorded run.
-fn settle(judge: &mut Judge, ran: &Ran) -> Result<(), Failure> {
-    Samples::of(&ran.record, &ran.log.paths).for_each(|sample| {
-        judge.see(sample.time_s, sample.position_m, sample.force_n);
-        Ok(())
-    })
 }
 
 /// Device, operator, push, verdict and guard for the line below a picture.
