@@ -84,10 +84,7 @@ impl ExperimentFile {
         let drive = beside.remove(DRIVE_TABLE);
         let kind = experiment::kind(name).ok_or_else(|| table.fail(format!("no kind {name}")))?;
         let table = table.with_keys(kind.keys)?;
-        let table = match takes_device(name) {
-            true => with_devices(table)?,
-            false => table,
-        };
+        let table = above_device(name, table)?;
         if let Some(drive) = drive.as_ref().filter(|_| kind.beside != Beside::Drive) {
             let reason = format!(
                 "[{DRIVE_TABLE}] holds the indenter of [relax] or [creep], which [{name}] does not have: omit it"
@@ -275,10 +272,7 @@ impl Document {
         keep("experiment", kind.to_owned());
         let parsed = self.parse()?;
         for (name, table) in parsed.tables(&[kind, DRIVE_TABLE], "")? {
-            let table = match takes_device(name) {
-                true => with_devices(table)?,
-                false => table,
-            };
+            let table = above_device(name, table)?;
             for parameter in known(name) {
                 if let Some(value) = in_words(&table, parameter)? {
                     keep(parameter.key, value);
@@ -319,6 +313,15 @@ const FILES_IN_LOG: [(&str, &str); 3] = [
     (CONTROLLER.key, CONTROLLER_IN_LOG),
     (DEVICE_MODEL.key, DEVICE_IN_LOG),
 ];
+
+/// The table above the values of its device file, if its kind takes one.
+fn above_device<'a>(name: &str, table: Table<'a>) -> Result<Table<'a>, FileError> {
+    if takes_device(name) {
+        with_devices(table)
+    } else {
+        Ok(table)
+    }
+}
 
 /// The parameters of a table of a document.
 fn known(table: &str) -> impl Iterator<Item = &'static Parameter> {

@@ -27,7 +27,7 @@
 use super::kind::Experiment as _;
 use super::reading::scheme;
 use super::trial::{
-    OfSample, Parts, TRIAL, TRIAL_LOOP, Theory, Trial, TrialSetup, encoder_step, incomparable,
+    OfSample, OffN, Parts, TRIAL, TRIAL_LOOP, Trial, TrialSetup, encoder_step, incomparable,
     limited, setup, six_digits,
 };
 use crate::document::error::FileError;
@@ -48,7 +48,6 @@ use crate::run::remote::{RemoteDevice, RemoteLaw};
 use crate::run::safety::GuardChoice;
 use crate::run::samples::Samples;
 use crate::run::schedule::horizon;
-use crate::run::tick::KeptSample;
 use fracdiff::{Operator, Order, Scheme, Seconds};
 use haptic_analysis::{
     AnalysisError, CoupledLoop, CoupledObject, Coupler, CouplerOperator, Dynamics, LeastDamping,
@@ -287,10 +286,8 @@ impl Trial for CouplerExperiment {
         let law = self.law(samples)?;
         let holding = self.holding_stiffness();
         // A coupler that creeps has no place of rest, whatever the hand: the force alone is judged.
-        let spring = match holding > 0.0 {
-            true => holding + self.setup.device.stiffness.0,
-            false => 0.0,
-        };
+        let hand = setup.device.stiffness.0;
+        let spring = if holding > 0.0 { holding + hand } else { 0.0 };
         let judge = plan.judge(
             spring,
             law.step_stiffness_n_per_m(),
@@ -306,16 +303,19 @@ impl Trial for CouplerExperiment {
         })
     }
 
+    fn object_m(&self, ran: &Ran) -> Result<Option<OfSample<'_>>, Failure> {
+        let planned = self.setup.plan().samples(self.setup.device.sample_time)?;
+        let samples = Samples::of(&ran.record, &ran.log.paths);
+        let mut object = ReferenceSeries::stepped(samples, self.replayed(planned)?)?;
+        Ok(Some(Box::new(move |sample| object.at(sample))))
+    }
+
     /// The force by the full history of the deflection, which follows from the forces.
-    fn theory(&self, ran: &Ran) -> Result<Theory<'_>, Failure> {
+    fn off_n(&self, ran: &Ran) -> Result<OffN<'_>, Failure> {
         let record = &ran.record;
         let reference = Reference::of(self.scheme);
         let order = Order::new(1.0 - self.order.get()).map_err(Failure::input)?;
         let t = self.setup.device.sample_time;
-        let planned = self.setup.plan().samples(t)?;
-        let samples = Samples::of(record, &ran.log.paths);
-        let mut object = ReferenceSeries::stepped(samples, self.replayed(planned)?)?;
-        let object_m: Option<OfSample<'_>> = Some(Box::new(move |sample| object.at(sample)));
         let serial = self.setup.conduct.remote.is_some();
         let reason = limited(record)
             .or_else(|| {
@@ -326,10 +326,7 @@ impl Trial for CouplerExperiment {
             })
             .or_else(|| incomparable(reference, order, record));
         if let Some(reason) = reason {
-            return Ok(Theory {
-                off_n: Err(reason),
-                object_m,
-            });
+            return Ok(Err(reason));
         }
         // D^(1−μ) of each deflection.
         let mut derivative: Box<dyn FnMut(f64) -> f64> = match &record.whole {
@@ -343,12 +340,13 @@ impl Trial for CouplerExperiment {
                 Box::new(move |_| values.next().unwrap_or(f64::NAN))
             }
             None => {
+                let planned = self.setup.plan().samples(t)?;
                 let mut channel = operator(reference, order, t, planned)?;
                 Box::new(move |y| channel.step(y))
             }
         };
         let (mut object, mut last) = (Object::default(), 0.0);
-        let off_n = move |sample: &KeptSample| {
+        Ok(Ok(Box::new(move |sample| {
             let reaction_force_n = sample.reaction_n();
             let y = object.deflection(self, sample.position_m, reaction_force_n);
             // F = k_c·(y[n] − y[n−1])/T + b_c·D^(1−μ) y
@@ -356,11 +354,7 @@ impl Trial for CouplerExperiment {
                 + self.coupler_dissipation_n_s_1_minus_mu_per_m * derivative(y);
             last = y;
             (reaction_force_n - wanted).abs()
-        };
-        Ok(Theory {
-            off_n: Ok(Box::new(off_n)),
-            object_m,
-        })
+        })))
     }
 
     fn law_in_rows(&self, _: &Settling, object_m: Option<f64>) -> Value {

@@ -237,8 +237,7 @@ impl Indentation {
             };
             return match &self.drive {
                 None => {
-                    let run = run.looked_at_by(self.preflight(samples));
-                    run.run(&mut controller, supervisor)
+                    (run.looked_at_by(self.preflight(samples))).run(&mut controller, supervisor)
                 }
                 Some(drive) => {
                     let tissue = self.tissue_terms();

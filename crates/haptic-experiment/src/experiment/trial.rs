@@ -33,7 +33,7 @@ use haptic_loop::{
     Sample, Wall,
 };
 use nalgebra::{SVector, Vector1};
-pub(crate) use report::{OfSample, Seen, Theory, Trial, incomparable, limited, six_digits};
+pub(crate) use report::{OfSample, OffN, Seen, Trial, incomparable, limited, six_digits};
 pub(crate) use setup::{Parts, TrialSetup, setup};
 use std::convert::Infallible;
 use std::fmt::Debug;

@@ -3,7 +3,7 @@
 use super::kind::Experiment as _;
 use super::reading::scheme;
 use super::trial::{
-    Parts, TRIAL, TRIAL_LOOP, Theory, Trial, TrialSetup, VirtualWall, encoder_step, incomparable,
+    OffN, Parts, TRIAL, TRIAL_LOOP, Trial, TrialSetup, VirtualWall, encoder_step, incomparable,
     setup, six_digits, wall_at_start,
 };
 use crate::document::error::FileError;
@@ -276,30 +276,24 @@ impl Trial for WallExperiment {
     }
 
     /// The force is −(K·x + B·D^μ x) by the full history of x, or its push alone.
-    fn theory(&self, ran: &Ran) -> Result<Theory<'_>, Failure> {
+    fn off_n(&self, ran: &Ran) -> Result<OffN<'_>, Failure> {
         let kernel = Reference::of(self.scheme);
         let depth = self.contact == WallContact::OneSided;
         let pulls = self.contact == WallContact::Linear;
         let reason = (depth.then_some("a one-sided wall is not compared"))
             .or_else(|| incomparable(kernel, self.order, &ran.record));
         if let Some(reason) = reason {
-            return Ok(Theory {
-                off_n: Err(reason),
-                object_m: None,
-            });
+            return Ok(Err(reason));
         }
         let planned = self.setup.plan().samples(self.setup.device.sample_time)?;
         let samples = Samples::of(&ran.record, &ran.log.paths);
         let mut derivative = self.look(planned).felt_of(samples)?;
-        Ok(Theory {
-            off_n: Ok(Box::new(move |sample| {
-                let (x, d) = (sample.position_m, derivative.at(sample));
-                let wanted = -(self.stiffness_n_per_m * x + self.dissipation_n_s_mu_per_m * d);
-                let wanted = if pulls { wanted } else { wanted.min(0.0) };
-                (sample.force_n - wanted).abs()
-            })),
-            object_m: None,
-        })
+        Ok(Ok(Box::new(move |sample| {
+            let (x, d) = (sample.position_m, derivative.at(sample));
+            let wanted = -(self.stiffness_n_per_m * x + self.dissipation_n_s_mu_per_m * d);
+            let wanted = if pulls { wanted } else { wanted.min(0.0) };
+            (sample.force_n - wanted).abs()
+        })))
     }
 
     fn law_in_rows(&self, settling: &Settling, _: Option<f64>) -> Value {

@@ -238,14 +238,12 @@ fn parse_address(text: &str) -> Result<SocketAddr, String> {
 
 impl LiveArguments {
     pub(crate) fn open(self, realtime: bool, output: Output) -> Result<LiveStreams, Failure> {
-        let mut streams: Vec<Box<dyn Live>> = Vec::new();
-        if let Some(address) = self.foxglove {
-            streams.push(open_foxglove(address, output)?);
-        }
-        if !streams.is_empty() && !realtime {
+        let foxglove = self.foxglove.map(|address| open_foxglove(address, output));
+        let foxglove = foxglove.transpose()?;
+        if foxglove.is_some() && !realtime {
             warn("the live stream is as fast as the run is computed: give --realtime to watch");
         }
-        Ok(LiveStreams::new(streams))
+        Ok(LiveStreams::new(foxglove.into_iter().collect()))
     }
 }
 

@@ -5,7 +5,6 @@ use crate::document::failure::Failure;
 use crate::document::parameters::CONTROLLER;
 use crate::run::drive_verdict::DriveVerdict;
 use crate::run::tick::KeptSample;
-use fractional_control::ControllerSetup;
 use haptic_loop::plant::{Holder as _, RigDrive};
 use serde::Serialize;
 
@@ -84,12 +83,9 @@ impl DriveJudge {
         let maker = match on_device {
             false => Maker::Rig(drive.holder(sample_time_s)?),
             true => {
-                let ControllerSetup {
-                    output_low,
-                    output_high,
-                    ..
-                } = drive.limited(sample_time_s)?;
-                Maker::Device([output_low, output_high].map(|end| end.unwrap_or(f64::NAN) as f32))
+                let setup = drive.limited(sample_time_s)?;
+                let ends = [setup.output_low, setup.output_high];
+                Maker::Device(ends.map(|end| end.unwrap_or(f64::NAN) as f32))
             }
         };
         Ok(Self {

@@ -18,7 +18,7 @@ use crate::run::drive_verdict::{DriveVerdict, LoopVerdict};
 use fracdiff::num_complex::Complex;
 use fracdiff::{FrequencyResponse, Seconds};
 use fractional_control::{
-    ControlError, FractionalTransferFunction, LoadedPlant, Margins, Plant, SampledLaw, SampledLoop,
+    ControlError, FractionalTransferFunction, LoadedPlant, Plant, SampledLaw, SampledLoop,
     SampledPlant, Term, TwoPort,
 };
 use haptic_analysis::{Dynamics, LoopOperator};
@@ -35,30 +35,24 @@ const BEYOND: f64 = 0.01;
 impl LoopVerdict {
     /// Of a loop, and of the same whose command acts so many seconds later.
     fn of(closed: &SampledLoop, later: impl Fn(f64) -> Result<SampledLoop, Failure>) -> Self {
-        let Margins {
-            phase,
-            gain_up,
-            delay_s,
-            ..
-        } = closed.margins();
+        let margins = closed.margins();
         if !closed.verdict().stable {
             let stable_at = |gain: f64| closed.with_gain(gain).verdict().stable;
             let down = softer(|gain| Ok(stable_at(gain))).ok().flatten();
-            let up = gain_up
-                .filter(|up| up.value < WITHIN && stable_at(up.value * (1.0 + BEYOND)))
-                .map(|up| up.value);
+            let up = (margins.gain_up.map(|up| up.value))
+                .filter(|up| *up < WITHIN && stable_at(up * (1.0 + BEYOND)));
             return Self {
                 stable_beyond_gain: down.or(up),
                 ..Self::default()
             };
         }
-        let first = closed.remembered(delay_s);
+        let first = closed.remembered(margins.delay_s);
         let delay_s = closed.remembered(SampledLoop::delay_margin(first, &later).unwrap_or(first));
         Self {
             stable: true,
-            phase_margin_rad: phase.map(|phase| phase.value),
-            crossover_rad_s: phase.map(|phase| phase.omega_rad_s),
-            gain_margin: gain_up.map(|gain| gain.value),
+            phase_margin_rad: margins.phase.map(|phase| phase.value),
+            crossover_rad_s: margins.phase.map(|phase| phase.omega_rad_s),
+            gain_margin: margins.gain_up.map(|gain| gain.value),
             delay_margin_s: delay_s.map(|delay| delay.value),
             stable_beyond_gain: None,
         }

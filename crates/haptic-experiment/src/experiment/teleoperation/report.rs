@@ -231,9 +231,10 @@ impl Experiment for TeleoperationExperiment {
         let (pair, judged) = (&hands.pair, &hands.judged);
         let whole = ran.record.ended.is_none();
         let files = Files::of_run(&ran, hands.table.filter(|_| whole));
-        let felt = match whole {
-            true => judged.felt(self)?,
-            false => Vec::new(),
+        let felt = if whole {
+            judged.felt(self)?
+        } else {
+            Vec::new()
         };
         let verdict = judged.verdict(pair, whole);
         let curves = whole.then(|| self.drawn(verdict, &felt, hands.curves));

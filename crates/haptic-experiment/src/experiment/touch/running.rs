@@ -311,16 +311,11 @@ impl Postures<'_> {
         let (light, heavy) = (judge(least)?, judge(most)?);
         // Without an edge any margin is there; unstable without one none is.
         let rank = |verdict: &PreflightVerdict| {
-            let margin = match verdict.stable {
-                true => verdict.margin.unwrap_or(f64::INFINITY),
-                false => verdict.margin.unwrap_or(0.0),
-            };
-            (verdict.stable, margin)
+            let none = if verdict.stable { f64::INFINITY } else { 0.0 };
+            (verdict.stable, verdict.margin.unwrap_or(none))
         };
-        let (verdict, judged_mass_kg) = match rank(&heavy.0) < rank(&light.0) {
-            true => heavy,
-            false => light,
-        };
+        let heavy_is_worse = rank(&heavy.0) < rank(&light.0);
+        let (verdict, judged_mass_kg) = if heavy_is_worse { heavy } else { light };
         let posture = PostureVerdict {
             effective_mass_least_kg: least,
             effective_mass_most_kg: most,

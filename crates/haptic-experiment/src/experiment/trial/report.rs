@@ -40,13 +40,8 @@ pub(crate) struct Hit {
 /// A number for each sample, asked for in their order.
 pub(crate) type OfSample<'a> = Box<dyn FnMut(&KeptSample) -> f64 + 'a>;
 
-/// What theory says of the samples of a run.
-pub(crate) struct Theory<'a> {
-    /// How far the force is off, N, or why that has no meaning.
-    pub(crate) off_n: Result<OfSample<'a>, &'static str>,
-    /// Place of an object behind the law, m.
-    pub(crate) object_m: Option<OfSample<'a>>,
-}
+/// How far the force of each sample is off, N, or why that has no meaning.
+pub(crate) type OffN<'a> = Result<OfSample<'a>, &'static str>;
 
 /// An experiment on a pushed device.
 pub(crate) trait Trial: Experiment + Clone {
@@ -78,8 +73,13 @@ pub(crate) trait Trial: Experiment + Clone {
     /// The same law and push for a serial device.
     fn law_there(&self, remote: &RemoteDevice, samples: u64) -> Result<RemoteLaw, Failure>;
 
-    /// What theory says of a run that reached its end.
-    fn theory(&self, ran: &Ran) -> Result<Theory<'_>, Failure>;
+    /// The force of a run that reached its end against the full history.
+    fn off_n(&self, ran: &Ran) -> Result<OffN<'_>, Failure>;
+
+    /// Place of an object behind the law, m.
+    fn object_m(&self, _: &Ran) -> Result<Option<OfSample<'_>>, Failure> {
+        Ok(None)
+    }
 
     /// The law as its report has it, with the place at the end of an object behind it, m.
     fn law_in_rows(&self, settling: &Settling, object_m: Option<f64>) -> Value;
@@ -209,8 +209,7 @@ pub(crate) trait Trial: Experiment + Clone {
         let (mut curves, mut object_m) = (None, None);
         let (files, operator_error);
         if whole {
-            let theory = self.theory(ran)?;
-            let compared = Comparison::of(ran, theory)?;
+            let compared = Comparison::of(ran, self.off_n(ran)?, self.object_m(ran)?)?;
             (files, operator_error) = (compared.files, compared.error);
             object_m = compared.object_m;
             let object = object_m.map_or("", |_| "object_position_m");
@@ -399,11 +398,11 @@ struct Comparison {
 
 impl Comparison {
     /// Writes the table, keeps the curves, and the largest error of a force.
-    fn of(ran: &Ran, theory: Theory<'_>) -> Result<Self, Failure> {
-        let Theory {
-            mut off_n,
-            object_m: mut object,
-        } = theory;
+    fn of(
+        ran: &Ran,
+        mut off_n: OffN<'_>,
+        mut object: Option<OfSample<'_>>,
+    ) -> Result<Self, Failure> {
         let record = &ran.record;
         let names: &[&str] = match object {
             Some(_) => &[
