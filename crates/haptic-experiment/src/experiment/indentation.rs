@@ -18,6 +18,7 @@ use super::rendering::{
     CREEP_CONTACT, CREEP_DURATION, Contact, DEPTH, FORCE, Precision, RAMP_TIME, RELAX_DURATION,
     STRAIN, STRESS, rendering,
 };
+use super::trial::safe_chain;
 use crate::document::error::FileError;
 use crate::document::failure::Failure;
 use crate::document::named::Named as _;
@@ -47,7 +48,8 @@ use fractional_control::Term;
 use haptic_analysis::Dynamics;
 use haptic_link::{LoopMode, Simulation};
 use haptic_loop::plant::{
-    HeldRig, IndentationRig, RampHold, RigConfig, RigContact, RigDrive, RigServo, Sensed,
+    HeldRig, IndentationRig, MassDamperConfig, RampHold, RigConfig, RigContact, RigDrive, RigServo,
+    Sensed,
 };
 use haptic_loop::units::{Kilograms, Metres, NewtonSecondsPerMetre, Newtons, NewtonsPerSecond};
 use haptic_loop::{Contact as OneSided, Controller, Limits, SpringDamper};
@@ -306,11 +308,21 @@ impl Indentation {
         let map = map.map(|map| map.rounded()).transpose().map_err(too_much)?;
         let environment = OneSided::at(Metres(0.0), tissue).map_err(Failure::input)?;
         let environment = environment.with_depth_map(map);
-        let limits = match &conduct.remote {
-            None => self.limits_on_rig()?,
-            Some(remote) => remote.limits_here(self.limits(true)),
+        let t = Seconds(self.sample_time_s);
+        let chain = match &conduct.remote {
+            None => {
+                let (mass, damping) = (Kilograms(self.mass_kg), self.damping_n_s_per_m);
+                let renderer = MassDamperConfig::ideal(mass, NewtonSecondsPerMetre(damping), t);
+                safe_chain(
+                    self.force_and_rate(),
+                    &renderer,
+                    self.sensors,
+                    safety,
+                    conduct,
+                )?
+            }
+            Some(remote) => conduct.chain(&remote.limits_here(self.limits_there()), t, safety)?,
         };
-        let chain = conduct.chain(&limits, Seconds(self.sample_time_s), safety)?;
         Ok(Controller::new(environment, chain))
     }
 
@@ -369,27 +381,14 @@ impl Indentation {
         }
     }
 
-    /// Limits of the safety chain, without a guard.
-    fn limits(&self, starts_small: bool) -> Limits {
-        let (force, rate) = (self.force_limit_n, self.force_rate_limit_n_per_s);
-        let limits = Limits::bare(Newtons(force), NewtonsPerSecond(rate));
-        self.safety.on(limits, starts_small)
+    fn force_and_rate(&self) -> Limits {
+        let rate = NewtonsPerSecond(self.force_rate_limit_n_per_s);
+        Limits::bare(Newtons(self.force_limit_n), rate)
     }
 
-    /// The same on the simulated rig, with a guard made for its renderer.
-    fn limits_on_rig(&self) -> Result<Limits, Failure> {
-        let (rig, safety) = (self.rig(), &self.safety);
-        let known = safety.guarded(GuardedDevice {
-            mass_kg: Some(rig.renderer_mass.0),
-            damping_n_s_per_m: Some(rig.renderer_damping.0),
-            delay_s: Some((0.0, 0.0)),
-            lag_s: Some(0.0),
-            noise_m: Some(self.sensors.deviation_m()),
-        });
-        Ok(Limits {
-            guard: safety.guard.of(&known, rig.sample_time)?,
-            ..safety.braked(self.limits(false), rig.renderer_mass.0, 0)
-        })
+    /// Limits of the chain of a device, without its guard.
+    fn limits_there(&self) -> Limits {
+        self.safety.on(self.force_and_rate(), true)
     }
 
     /// The loop for the analysis: the tissue as a wall that is felt all the time. An indentation that is imposed
@@ -463,7 +462,7 @@ impl Indentation {
             },
             guard: (safety.guard, safety.guarded(GuardedDevice::default())),
             ..RemoteLaw::bare(
-                self.limits(true),
+                self.limits_there(),
                 // The device of which the pre-flight speaks, if it knows one.
                 match self.dynamics {
                     Some(known) => Simulation {

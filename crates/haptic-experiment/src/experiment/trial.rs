@@ -24,7 +24,7 @@ use crate::run::remote::{RemoteLaw, held};
 use crate::run::safety::{GuardedDevice, Safety};
 use crate::run::sensors::Sensors;
 use fracdiff::parameter::Shown;
-use fracdiff::{Operator, Seconds};
+use fracdiff::{Operator, Real, Seconds};
 use haptic_analysis::Dynamics;
 use haptic_loop::plant::{MassDamper, MassDamperConfig};
 use haptic_loop::units::{Metres, Newtons, NewtonsPerSecond};
@@ -358,13 +358,13 @@ pub(crate) fn force_limit(limit_n: f64, t: Seconds) -> Result<SafetyChain<f64>, 
 
 /// The chain of the loop that runs here: these limits and what else is asked for, guard and braking made for the device. Beside a device at a
 /// port it does force and rate alone, and with the device's own loop it runs only to be checked.
-pub(crate) fn safe_chain(
+pub(crate) fn safe_chain<F: Real>(
     limits: Limits,
     device: &MassDamperConfig,
     sensors: Sensors,
     safety: &Safety,
     conduct: &Conduct,
-) -> Result<SafetyChain<f64>, Failure> {
+) -> Result<SafetyChain<F>, Failure> {
     let t = device.sample_time;
     let limits = match &conduct.remote {
         None => {
