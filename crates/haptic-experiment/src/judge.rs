@@ -10,6 +10,7 @@ pub(crate) mod rows;
 pub(crate) mod settling;
 pub(crate) mod warnings;
 
+use crate::run::Ran;
 use crate::run::folder::OutputFolder;
 use crate::run::record::Record;
 pub use decimated::Decimated;
@@ -255,6 +256,16 @@ pub struct Published<R> {
     pub curves: Option<Curves>,
     /// The folder of the log.
     pub folder: OutputFolder,
+}
+
+impl<R> Published<R> {
+    pub(crate) fn new(report: R, curves: Option<Curves>, ran: Ran) -> Self {
+        Self {
+            report,
+            curves,
+            folder: ran.folder,
+        }
+    }
 }
 
 #[cfg(test)]

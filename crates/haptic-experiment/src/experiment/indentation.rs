@@ -129,12 +129,7 @@ impl Experiment for Indentation {
     fn run(&self, watched: Watched<'_>) -> Result<Published<Report>, Failure> {
         let ran = self.record(watched)?;
         let (report, curves) = self.report(&ran)?;
-        let folder = ran.folder;
-        Ok(Published {
-            report,
-            curves,
-            folder,
-        })
+        Ok(Published::new(report, curves, ran))
     }
 
     /// The controller of a drive is looked at wherever it runs.

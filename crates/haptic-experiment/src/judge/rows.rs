@@ -115,8 +115,8 @@ struct Lines(Vec<Line>);
 
 impl Lines {
     fn object(&mut self, object: &Object, around: &Object, level: usize) {
-        let (files, results): (Vec<_>, Vec<_>) =
-            object.iter().partition(|(key, value)| is_file(key, value));
+        let all = object.iter();
+        let (files, results) = all.partition::<Vec<_>, _>(|(key, value)| is_file(key, value));
         for (key, value) in results.into_iter().chain(files) {
             if !stands_beside(object, key) && !is_repeated(object, key, value) {
                 self.entry(key, value, [object, around], level);

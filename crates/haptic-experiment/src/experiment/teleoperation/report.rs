@@ -239,11 +239,7 @@ impl Experiment for TeleoperationExperiment {
         let verdict = judged.verdict(pair, whole);
         let curves = whole.then(|| self.drawn(verdict, &felt, hands.curves));
         let report = self.report(&ran, pair, judged, verdict, &felt, files)?;
-        Ok(Published {
-            report,
-            curves,
-            folder: ran.folder,
-        })
+        Ok(Published::new(report, curves, ran))
     }
 
     /// The slave in its remote place is looked at.

@@ -354,11 +354,7 @@ impl TeleoperationExperiment {
             let names = ["reference_m", "position_m", "force_n", "outside_n"];
             curves.named(names, "simulated", title, subtitle, Drawing::Side)
         });
-        Ok(Published {
-            report,
-            curves,
-            folder: ran.folder,
-        })
+        Ok(Published::new(report, curves, ran))
     }
 }
 

@@ -134,11 +134,7 @@ impl TouchExperiment {
             verdict: Some(verdict.words().to_owned()),
             unmet: broken.then(|| unmet(&TOUCH_MUST_BE_PASSIVE, verdict.words(), remedy)),
         };
-        Ok(Published {
-            report,
-            curves,
-            folder: ran.folder,
-        })
+        Ok(Published::new(report, curves, ran))
     }
 
     fn verdict(&self, record: &Record, energy: Option<HandEnergy>) -> TouchVerdict {

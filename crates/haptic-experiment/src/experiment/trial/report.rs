@@ -310,12 +310,7 @@ impl<T: Trial> Experiment for T {
     fn run(&self, watched: Watched<'_>) -> Result<Published<Report>, Failure> {
         let ran = self.recorded(watched)?;
         let (report, curves) = self.report(&ran)?;
-        let folder = ran.folder;
-        Ok(Published {
-            report,
-            curves,
-            folder,
-        })
+        Ok(Published::new(report, curves, ran))
     }
 }
 
