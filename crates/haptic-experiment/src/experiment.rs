@@ -102,7 +102,7 @@ pub const KINDS: [&str; ALL.len()] = {
 pub const DRIVE_TABLE: &str = "drive";
 
 /// The kind of this name.
-pub(crate) fn kind(name: &str) -> Option<&'static Kind> {
+pub(crate) fn find(name: &str) -> Option<&'static Kind> {
     ALL.iter().find(|kind| kind.name == name)
 }
 
@@ -110,6 +110,6 @@ pub(crate) fn kind(name: &str) -> Option<&'static Kind> {
 pub(crate) fn tables(name: &str) -> Option<&'static [Keys]> {
     match name {
         DRIVE_TABLE => Some(&[(DRIVE_TABLE, drive::DRIVE)]),
-        _ => kind(name).map(|kind| kind.keys),
+        _ => find(name).map(|kind| kind.keys),
     }
 }

@@ -82,7 +82,7 @@ impl ExperimentFile {
         let (name, table, mut beside) =
             document.one_of(&KINDS, &[DRIVE_TABLE], ("experiment", &words))?;
         let drive = beside.remove(DRIVE_TABLE);
-        let kind = experiment::kind(name).ok_or_else(|| table.fail(format!("no kind {name}")))?;
+        let kind = experiment::find(name).ok_or_else(|| table.fail(format!("no kind {name}")))?;
         let table = table.with_keys(kind.keys)?;
         let table = above_device(name, table)?;
         if let Some(drive) = drive.as_ref().filter(|_| kind.beside != Beside::Drive) {

@@ -13,10 +13,12 @@ mod report;
 mod tests;
 
 use super::kind::{Conduct, Experiment, Watched};
-use super::reading::metadata;
+use super::reading::{
+    device_model, metadata, piece, remote, samples_fit, scheme, sensors, without,
+};
 use super::rendering::{
-    CREEP_CONTACT, CREEP_DURATION, Contact, DEPTH, FORCE, Precision, RAMP_TIME, RELAX_DURATION,
-    STRAIN, STRESS, rendering,
+    CREEP_CONTACT, CREEP_DURATION, Contact, DEPTH, FORCE, PRECISION, Precision, RAMP_TIME,
+    RELAX_DURATION, RIG_DAMPING, RIG_MASS, STRAIN, STRESS,
 };
 use super::trial::safe_chain;
 use crate::document::error::FileError;
@@ -26,7 +28,7 @@ use crate::document::parameters as p;
 use crate::document::parameters::{CONTACT, CONTROLLER, DEVICE, LOOP, Parameter, TISSUE};
 use crate::document::reader::Table;
 use crate::document::{CONTROLLER_IN_LOG, TISSUE_IN_LOG};
-use crate::experiment::drive::{Drive, SimulatedRig, TissueLaw};
+use crate::experiment::drive::{self, Drive, SimulatedRig, TissueLaw};
 use crate::judge::modelled_tissue::TissuePiece;
 use crate::judge::preflight::{Preflight, WallContact};
 use crate::judge::{Published, Report};
@@ -36,7 +38,7 @@ use crate::run::remote::{
     RemoteDevice, RemoteLaw, RemoteRun, UnchangedLimits, blank, indentation, no_operator, portable,
     push,
 };
-use crate::run::safety::{GuardChoice, GuardedDevice, Safety};
+use crate::run::safety::{GuardChoice, GuardedDevice, Safety, safety};
 use crate::run::schedule::samples;
 use crate::run::sensors::Sensors;
 use crate::run::simulate::{Simulated, Sink, simulate};
@@ -505,6 +507,79 @@ impl PreflightSubject for DriveLook<'_> {
     fn verdict(&self, dynamics: Dynamics, _: usize) -> Result<DriveVerdict, Failure> {
         self.drive.on_device(&dynamics, self.tissue)
     }
+}
+
+/// The safety chain, and the mass, damping, delay and lag of a device at a port as far as its own keys and its device file say them.
+fn guarded(table: &Table<'_>, real: bool) -> Result<(Safety, Option<Dynamics>), FileError> {
+    let mut safety = safety(table)?;
+    let model = device_model(table)?;
+    if let Some(model) = &model {
+        let on_rig = safety.on_rig(&model.guarded(), real);
+        safety = on_rig.map_err(|error| table.fail_at(p::DEVICE_MODEL.key, error.to_string()))?;
+    }
+    let known = safety.device_mass_kg.zip(safety.device_damping_n_s_per_m);
+    let dynamics = known.map(|(mass_kg, damping_n_s_per_m)| Dynamics {
+        mass_kg,
+        damping_n_s_per_m,
+        ..model.map_or(Dynamics::ideal(mass_kg, damping_n_s_per_m), |model| {
+            model.dynamics()
+        })
+    });
+    Ok((safety, dynamics))
+}
+
+/// What `[relax]` and `[creep]` share, with the table of a controller that holds the indenter; `load` reads what they do not.
+fn rendering(
+    table: &Table<'_>,
+    held: Option<&Table<'_>>,
+    contact: &Parameter,
+    duration_s: f64,
+    load: impl FnOnce(&TissuePiece) -> Result<RigDrive, FileError>,
+) -> Result<Indentation, FileError> {
+    let remote = remote(table)?;
+    let sensors = sensors(table)?;
+    if remote.is_some() && !sensors.are_ideal() {
+        let reason = "encoder_resolution_m and sensor_noise_m are of the simulated rig: omit them with a serial device, which has its own";
+        return Err(table.fail_at(p::ENCODER_RESOLUTION.key, reason.to_owned()));
+    }
+    let precision = table.choice(&PRECISION)?;
+    let there = (remote.as_ref()).is_some_and(|remote| remote.loop_mode == LoopMode::Device);
+    if there && precision == Precision::F64 {
+        let idle = &format!(
+            "in a loop on the device, which computes in f32: give {loop_host}",
+            loop_host = p::LOOP.set_to("host")
+        );
+        without(table, [&PRECISION], idle)?;
+    }
+    let (safety, dynamics) = guarded(table, remote.is_some())?;
+    let sample_time_s = table.number(&p::SAMPLE_TIME)?;
+    samples_fit(table, sample_time_s, duration_s, &SAMPLES)?;
+    let piece = piece(table)?;
+    let (model, order) = (piece.material.composed(), piece.material.order());
+    let scheme = scheme(table, model, order, sample_time_s, duration_s)?;
+    Ok(Indentation {
+        load: load(&piece)?,
+        duration_s,
+        dynamics,
+        piece,
+        scheme,
+        precision,
+        sample_time_s,
+        contact: match table.choice(contact)? {
+            Contact::Ideal if !table.has(contact) && (remote.is_some() || held.is_some()) => {
+                Contact::Compliant
+            }
+            given @ (Contact::Compliant | Contact::Rigid | Contact::Ideal) => given,
+        },
+        mass_kg: table.number(&RIG_MASS)?,
+        damping_n_s_per_m: table.number(&RIG_DAMPING)?,
+        drive: held.map(drive::drive).transpose()?,
+        sensors,
+        force_limit_n: table.number(&p::FORCE_LIMIT)?,
+        force_rate_limit_n_per_s: table.number(&p::FORCE_RATE_LIMIT)?,
+        safety,
+        conduct: Conduct::on(remote),
+    })
 }
 
 /// `[relax]`, with the table of a controller that holds the indenter.

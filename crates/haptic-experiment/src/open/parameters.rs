@@ -92,7 +92,7 @@ pub const RECORD: &[Parameter] = &[
 
 /// True of a kind whose simulated device is that of its device file.
 pub(crate) fn takes_device(name: &str) -> bool {
-    match experiment::kind(name) {
+    match experiment::find(name) {
         Some(kind) => kind.beside == Beside::DeviceFile,
         None => QUESTIONS.contains(&name) || name == MEASUREMENT,
     }
