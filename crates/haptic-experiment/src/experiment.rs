@@ -5,6 +5,7 @@ mod bounded_tests;
 pub(crate) mod coupler;
 pub(crate) mod drive;
 pub(crate) mod indentation;
+pub(crate) mod kind;
 pub(crate) mod reading;
 pub(crate) mod rendering;
 pub(crate) mod teleoperation;
@@ -12,48 +13,103 @@ pub(crate) mod touch;
 pub(crate) mod trial;
 pub(crate) mod wall;
 
-use crate::document::parameters::{ON_DEVICE, Parameter};
+use crate::document::parameters::ON_DEVICE;
 use crate::run::safety::keys::SAFETY;
-pub use teleoperation::{End, FarReport, FeltAt, Terms};
+use kind::{Beside, Keys, Kind};
+pub use teleoperation::{End, FarReport, Terms};
+
+const RELAXATION: Keys = ("relaxation", rendering::RELAX);
+const CREEP: Keys = ("creep", rendering::CREEP);
+const RENDERING: Keys = ("rendering", rendering::RENDERING);
+const WALL_REQUIRED: Keys = ("required", wall::WALL_REQUIRED);
+const WALL: Keys = ("wall", wall::WALL);
+const COUPLER_REQUIRED: Keys = ("required", coupler::COUPLER_REQUIRED);
+const COUPLER: Keys = ("coupler", coupler::COUPLER);
+const TELEOPERATION: Keys = ("teleoperation", teleoperation::TELEOPERATION);
+const TOUCH: Keys = ("touch", touch::TOUCH);
+const DEVICE: Keys = ("device", ON_DEVICE);
+const CHAIN: Keys = ("safety", SAFETY);
+
+/// All that there is to say of each kind. A new one has a row here, its keys in [`HEADINGS`], and a file of its own.
+const ALL: &[Kind] = &[
+    Kind {
+        name: "relax",
+        keys: &[RELAXATION, RENDERING, DEVICE, CHAIN],
+        beside: Beside::Drive,
+        read: |table, drive| Ok(Box::new(indentation::relax(table, drive)?)),
+    },
+    Kind {
+        name: "creep",
+        keys: &[CREEP, RENDERING, DEVICE, CHAIN],
+        beside: Beside::Drive,
+        read: |table, drive| Ok(Box::new(indentation::creep(table, drive)?)),
+    },
+    Kind {
+        name: "wall",
+        keys: &[WALL_REQUIRED, WALL, DEVICE, CHAIN],
+        beside: Beside::DeviceFile,
+        read: |table, _| Ok(Box::new(wall::wall(table)?)),
+    },
+    Kind {
+        name: "coupler",
+        keys: &[COUPLER_REQUIRED, COUPLER, DEVICE, CHAIN],
+        beside: Beside::DeviceFile,
+        read: |table, _| Ok(Box::new(coupler::coupler(table)?)),
+    },
+    Kind {
+        name: "teleoperation",
+        // Both devices are simulated.
+        keys: &[TELEOPERATION, CHAIN],
+        beside: Beside::Nothing,
+        read: |table, _| Ok(Box::new(teleoperation::teleoperation(table)?)),
+    },
+    Kind {
+        name: "touch",
+        keys: &[TOUCH, DEVICE, CHAIN],
+        beside: Beside::Nothing,
+        read: |table, _| Ok(Box::new(touch::touch(table)?)),
+    },
+];
+
+/// The keys of the kinds, as help and guide show them: those that two kinds share stand once.
+pub(crate) const HEADINGS: &[Keys] = &[
+    ("[relax]", rendering::RELAX),
+    ("[creep]", rendering::CREEP),
+    ("[relax] and [creep]", rendering::RENDERING),
+    ("[drive], beside [relax] or [creep]", drive::DRIVE),
+    ("[wall], required", wall::WALL_REQUIRED),
+    ("[wall]", wall::WALL),
+    ("[coupler], required", coupler::COUPLER_REQUIRED),
+    ("[coupler]", coupler::COUPLER),
+    ("[teleoperation]", teleoperation::TELEOPERATION),
+    ("[touch]", touch::TOUCH),
+    ("Every table but [teleoperation], the device", ON_DEVICE),
+    ("Every table, the safety chain", SAFETY),
+];
 
 /// Kinds of experiments, the names of their tables in files.
-pub const KINDS: [&str; 6] = [
-    "relax",
-    "creep",
-    "wall",
-    "coupler",
-    "teleoperation",
-    "touch",
-];
+pub const KINDS: [&str; ALL.len()] = {
+    let mut names = [""; ALL.len()];
+    let mut n = 0;
+    while n < ALL.len() {
+        names[n] = ALL[n].name;
+        n += 1;
+    }
+    names
+};
 
 /// The table beside an experiment that a controller drives.
 pub const DRIVE_TABLE: &str = "drive";
 
+/// The kind of this name.
+pub(crate) fn find(name: &str) -> Option<&'static Kind> {
+    ALL.iter().find(|kind| kind.name == name)
+}
+
 /// Tables of a kind, or of the drive beside one: heading and parameters; `None` if it is not one.
-pub(crate) fn tables(kind: &str) -> Option<Vec<(&'static str, &'static [Parameter])>> {
-    let own: &[(&str, &[Parameter])] = match kind {
-        "relax" => &[
-            ("relaxation", rendering::RELAX),
-            ("rendering", rendering::RENDERING),
-        ],
-        "creep" => &[
-            ("creep", rendering::CREEP),
-            ("rendering", rendering::RENDERING),
-        ],
-        "wall" => &[("required", wall::WALL_REQUIRED), ("wall", wall::WALL)],
-        "coupler" => &[
-            ("required", coupler::COUPLER_REQUIRED),
-            ("coupler", coupler::COUPLER),
-        ],
-        "teleoperation" => &[("teleoperation", teleoperation::TELEOPERATION)],
-        "touch" => &[("touch", touch::TOUCH)],
-        DRIVE_TABLE => return Some(vec![(DRIVE_TABLE, drive::DRIVE)]),
-        _ => return None,
-    };
-    let common = match kind {
-        // On simulated devices alone.
-        "teleoperation" => vec![("safety", SAFETY)],
-        _ => vec![("device", ON_DEVICE), ("safety", SAFETY)],
-    };
-    Some(own.iter().copied().chain(common).collect())
+pub(crate) fn tables(name: &str) -> Option<&'static [Keys]> {
+    match name {
+        DRIVE_TABLE => Some(&[(DRIVE_TABLE, drive::DRIVE)]),
+        _ => find(name).map(|kind| kind.keys),
+    }
 }

@@ -10,13 +10,14 @@ pub(crate) mod rows;
 pub(crate) mod settling;
 pub(crate) mod warnings;
 
+use crate::run::Ran;
 use crate::run::folder::OutputFolder;
 use crate::run::record::Record;
 pub use decimated::Decimated;
 pub use modelled_tissue::operator;
 pub use preflight::{Preflight, WallContact};
 pub(crate) use reference::Reference;
-pub use report::RunReport;
+pub use report::{Report, Rows, RunReport, rows};
 
 /// In per cent, without the digits that binary fractions add.
 pub(crate) fn percent(fraction: f64) -> f64 {
@@ -68,7 +69,7 @@ impl Compared {
     /// One error of so many samples, from the first to the last of these times, s.
     pub(crate) fn of_window(error: f64, [from_s, to_s]: [f64; 2], samples: u64) -> Self {
         if !error.is_finite() {
-            return Self::without_meaning("a value is not finite".to_owned());
+            return Self::without_meaning("a value is not finite");
         }
         Self {
             largest: Some(error),
@@ -169,33 +170,12 @@ impl LargestError {
     }
 }
 
-/// Origin of a quantity: the device decides. No instrument measured it.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Origin {
-    Simulated,
-    /// A device's own record of what it commanded and read.
-    Rendered,
-}
-
-impl Origin {
-    /// Of the force of a run: without a link, or with a device that simulates its plant, nothing but a simulation.
-    pub(crate) fn of(record: &Record) -> Self {
-        Self::of_device(record.link.as_ref().map(|link| link.simulated))
-    }
-
-    /// Of a device that says whether it simulates its plant; `None` without a link, which is a simulation too.
-    const fn of_device(simulates: Option<bool>) -> Self {
-        match simulates {
-            None | Some(true) => Self::Simulated,
-            Some(false) => Self::Rendered,
-        }
-    }
-
-    pub(crate) const fn word(self) -> &'static str {
-        match self {
-            Self::Simulated => "simulated",
-            Self::Rendered => "rendered",
-        }
+/// Origin of the force of a run: `simulated` without a link, or by a device that simulates its plant; `rendered` by a device's own record of
+/// what it commanded and read. No instrument measured it.
+pub(crate) fn origin(record: &Record) -> &'static str {
+    match record.link.as_ref().is_none_or(|link| link.simulated) {
+        true => "simulated",
+        false => "rendered",
     }
 }
 
@@ -204,16 +184,57 @@ impl Origin {
 pub struct Curves {
     /// Which experiment, simulated or rendered.
     pub title: String,
-    /// The law, the device, the operator and the verdict, for a second line above the picture.
+    /// The law, the device and the operator that ran, and the verdict: what tells this picture from another.
     pub subtitle: String,
     /// Origin of the force: `simulated`, or `rendered`, a device's own record of what it commanded and read.
     pub origin: &'static str,
-    /// The times of all columns, s; not equally spaced where a long run was thinned.
+    /// Times from the start of the run, s; unevenly spaced where a long curve is thinned.
     pub time_s: Vec<f64>,
     /// Values at these times, each with its name.
     pub columns: Vec<(&'static str, Vec<f64>)>,
-    /// Outline of what is touched in the plane of the first two axes, m; empty if it is not there.
-    pub outline_m: Vec<(f64, f64)>,
+    /// Chosen by the experiment, as only that knows what its curves mean.
+    pub drawing: Drawing,
+}
+
+/// Conditions of a run that has a closed form.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Theory {
+    /// The name by which the library finds the tissue.
+    pub tissue: String,
+    /// α of the tissue, which says how its stress relaxes over time.
+    pub order: f64,
+    /// The device as on the command line; `sim` for the simulated one.
+    pub device: String,
+    /// The operator that rendered the memory of the tissue.
+    pub scheme: String,
+    /// What is compared: `force`, `strain` or `depth`.
+    pub quantity: &'static str,
+    /// The same with its unit, for an axis.
+    pub label: &'static str,
+}
+
+/// The picture that curves make, and what it shows beside them. A kind of experiment chooses one of these, or brings one more.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Drawing {
+    /// A quantity beside its closed form.
+    Theory(Theory),
+    /// A device that comes to rest.
+    Trial {
+        /// Where it should, m; `None` if nothing holds the push.
+        expected_deflection_m: Option<f64>,
+    },
+    /// Both sides of a teleoperation, and stiffnesses over the frequency in Hz, N/m: `touched` by the slave, by the `formula`, `felt`.
+    Pair {
+        /// Each curve has its name, as the three above.
+        stiffnesses: Vec<(&'static str, Vec<(f64, f64)>)>,
+    },
+    /// One side of a teleoperation.
+    Side,
+    /// A path in the plane of the first two axes.
+    Plane {
+        /// Outline of what is touched, m; empty if it does not end.
+        outline_m: Vec<(f64, f64)>,
+    },
 }
 
 impl Curves {
@@ -238,20 +259,11 @@ pub struct Published<R> {
 }
 
 impl<R> Published<R> {
-    pub(crate) fn new((report, curves): (R, Option<Curves>), folder: OutputFolder) -> Self {
+    pub(crate) fn new(report: R, curves: Option<Curves>, ran: Ran) -> Self {
         Self {
             report,
             curves,
-            folder,
-        }
-    }
-
-    /// With the report of any kind.
-    pub(crate) fn map<T>(self, report: impl FnOnce(R) -> T) -> Published<T> {
-        Published {
-            report: report(self.report),
-            curves: self.curves,
-            folder: self.folder,
+            folder: ran.folder,
         }
     }
 }
@@ -272,7 +284,11 @@ mod tests {
     const TIME: [f64; 4] = [0.0, 1.0, 2.0, 3.0];
 
     fn compared(have: [f64; 4], want: [f64; 4], from_s: f64) -> Compared {
-        LargestError::new(from_s, "the closed form", " N").of(&TIME, &have, &want)
+        let mut largest = LargestError::new(from_s, "the closed form", " N");
+        for (time_s, (have, want)) in TIME.into_iter().zip(have.into_iter().zip(want)) {
+            largest.add(time_s, have, want);
+        }
+        largest.get()
     }
 
     fn reason(compared: Compared) -> String {
@@ -325,17 +341,6 @@ mod tests {
             assert!(reason(compared([0.0, odd, 1.0, 1.0], [1.0; 4], 0.0)).starts_with("at 1 s"));
             assert!(reason(compared([0.0; 4], [0.0, odd, 1.0, 1.0], 1.0)).contains("no meaning"));
             assert!(reason(compared([0.0, odd, 0.0, 0.0], [0.0; 4], 0.0)).starts_with("at 1 s"));
-        }
-    }
-
-    #[test]
-    fn the_device_decides_between_simulated_and_rendered() {
-        for (simulates, word) in [
-            (None, "simulated"),
-            (Some(true), "simulated"),
-            (Some(false), "rendered"),
-        ] {
-            assert_eq!(Origin::of_device(simulates).word(), word);
         }
     }
 }

@@ -25,27 +25,20 @@ use crate::document::reader::Table;
 use crate::document::{
     CONTROLLER_IN_LOG, DEVICE_IN_LOG, Document, IN_LOG, TISSUE_IN_LOG, choice, line,
 };
-use crate::experiment::coupler::{self, CouplerExperiment, CouplerReport};
-use crate::experiment::indentation::{self, Indentation, IndentationReport};
+use crate::experiment;
+use crate::experiment::indentation::Indentation;
+use crate::experiment::kind::{Beside, Experiment, Watched};
 use crate::experiment::reading::{device_text, with_devices};
-use crate::experiment::teleoperation::{
-    self, End, FarReport, MUST_BE_PASSIVE, TeleoperationExperiment, TeleoperationReport,
-    TeleoperationVerdict, Terms,
-};
-use crate::experiment::touch::{self, TouchExperiment, TouchReport, TouchVerdict};
-use crate::experiment::trial::{Trial as _, TrialSetup};
-use crate::experiment::wall::{self, MUST_BE_STABLE, WallExperiment, WallReport};
-use crate::judge::Published;
+use crate::experiment::teleoperation::{End, FarReport, TeleoperationExperiment, Terms};
 use crate::judge::modelled_tissue::TissuePiece;
-use crate::judge::report::RunReport;
+use crate::judge::{Published, Report};
 use crate::run::Supervisor;
 use crate::run::folder::FolderRequest;
-use crate::run::remote::RemoteDevice;
 use crate::run::schedule::Pace;
 use parameters::{
     DEVICE_MODEL, DEVICE_PLANT, DRIVE_TABLE, KINDS, MEASUREMENT, QUESTIONS, of_kind, takes_device,
 };
-use serde::Serialize;
+use std::any::Any;
 use std::collections::BTreeMap;
 use std::net::SocketAddr;
 use std::path::Path;
@@ -67,28 +60,8 @@ use std::time::Duration;
 /// );
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
-#[derive(Clone, Debug)]
-pub struct ExperimentFile(pub(crate) Experiment);
-
-/// An experiment of any kind.
-#[derive(Clone, Debug)]
-pub(crate) enum Experiment {
-    /// `[relax]`.
-    Relax(Indentation),
-    /// `[creep]`.
-    Creep(Indentation),
-    /// `[wall]`.
-    Wall(WallExperiment),
-    /// `[coupler]`.
-    Coupler(CouplerExperiment),
-    /// `[teleoperation]`.
-    Teleoperation(Box<TeleoperationExperiment>),
-    /// `[touch]`.
-    Touch(Box<TouchExperiment>),
-}
-
-/// The kinds that may have a drive.
-const DRIVEN: [&str; 2] = ["relax", "creep"];
+#[derive(Debug)]
+pub struct ExperimentFile(pub(crate) Box<dyn Experiment>);
 
 impl ExperimentFile {
     /// Reads and checks the text of a file; `path` is for messages and for the paths in it.
@@ -106,36 +79,22 @@ impl ExperimentFile {
     pub fn open(document: &Document) -> Result<Self, FileError> {
         let document = document.parse()?;
         let words = choice(&KINDS);
-        let (kind, table, mut beside) =
+        let (name, table, mut beside) =
             document.one_of(&KINDS, &[DRIVE_TABLE], "experiment", &words)?;
         let drive = beside.remove(DRIVE_TABLE);
-        let table = table.with_keys(&of_kind(kind))?;
-        let table = match takes_device(kind) {
-            true => with_devices(table)?,
-            false => table,
-        };
-        if let Some(drive) = drive.as_ref().filter(|_| !DRIVEN.contains(&kind)) {
+        let kind = experiment::find(name).ok_or_else(|| table.fail(format!("no kind {name}")))?;
+        let table = table.with_keys(kind.keys)?;
+        let table = above_device(name, table)?;
+        if let Some(drive) = drive.as_ref().filter(|_| kind.beside != Beside::Drive) {
             let reason = format!(
-                "[{DRIVE_TABLE}] holds the indenter of [relax] or [creep], which [{kind}] does not have: omit it"
+                "[{DRIVE_TABLE}] holds the indenter of [relax] or [creep], which [{name}] does not have: omit it"
             );
             return Err(drive.fail(reason));
         }
         let drive = drive
             .map(|drive| drive.with_keys(&of_kind(DRIVE_TABLE)))
             .transpose()?;
-        let drive = drive.as_ref();
-        let experiment = match kind {
-            "relax" => indentation::relax(&table, drive).map(Experiment::Relax),
-            "creep" => indentation::creep(&table, drive).map(Experiment::Creep),
-            "coupler" => coupler::coupler(&table).map(Experiment::Coupler),
-            "teleoperation" => {
-                let read = teleoperation::teleoperation(&table)?;
-                Ok(Experiment::Teleoperation(Box::new(read)))
-            }
-            "touch" => Ok(Experiment::Touch(Box::new(touch::touch(&table)?))),
-            _ => wall::wall(&table).map(Experiment::Wall),
-        };
-        experiment.map(Self)
+        (kind.read)(&table, drive.as_ref()).map(Self)
     }
 
     /// The number of samples.
@@ -143,13 +102,7 @@ impl ExperimentFile {
     /// # Errors
     /// A parameter outside its range, which reading has ruled out.
     pub fn samples(&self) -> Result<u64, Failure> {
-        match &self.0 {
-            Experiment::Relax(experiment) | Experiment::Creep(experiment) => experiment.check(),
-            Experiment::Wall(experiment) => experiment.check(),
-            Experiment::Coupler(experiment) => experiment.check(),
-            Experiment::Teleoperation(experiment) => experiment.check(),
-            Experiment::Touch(experiment) => experiment.check(),
-        }
+        self.0.check()
     }
 
     /// Checks that a simulated hand begins outside the shape that it touches.
@@ -157,52 +110,31 @@ impl ExperimentFile {
     /// # Errors
     /// A start inside, which would be a blow.
     pub fn check_start(&self) -> Result<(), Failure> {
-        match &self.0 {
-            Experiment::Touch(own) => own.check_start(),
-            _ => Ok(()),
-        }
+        self.0.check_start()
     }
 
-    /// T, s.
+    /// Time from one tick of its loop to the next, s.
     #[must_use]
     pub fn sample_time_s(&self) -> f64 {
-        match &self.0 {
-            Experiment::Relax(own) | Experiment::Creep(own) => own.rendering.sample_time_s,
-            Experiment::Wall(own) => own.setup.device.sample_time.0,
-            Experiment::Coupler(own) => own.setup.device.sample_time.0,
-            Experiment::Teleoperation(own) => own.sample_time().0,
-            Experiment::Touch(own) => own.sample_time().0,
-        }
+        self.0.sample_time_s()
     }
 
-    /// Number of axes.
+    /// The number of axes along which its device moves.
     #[must_use]
     pub fn axes(&self) -> usize {
-        match &self.0 {
-            Experiment::Touch(own) => own.axes,
-            _ => 1,
-        }
+        self.0.axes()
     }
 
     /// The piece of tissue that an indenter presses.
     #[must_use]
-    pub const fn piece(&self) -> Option<&TissuePiece> {
-        match &self.0 {
-            Experiment::Relax(own) | Experiment::Creep(own) => Some(&own.rendering.piece),
-            _ => None,
-        }
+    pub fn piece(&self) -> Option<&TissuePiece> {
+        self.indentation().map(|pressed| &pressed.piece)
     }
 
     /// What the log of its run says of it, over what its document says.
     #[must_use]
     pub fn metadata(&self) -> BTreeMap<String, String> {
-        match &self.0 {
-            Experiment::Relax(own) | Experiment::Creep(own) => own.metadata(),
-            Experiment::Wall(own) => own.metadata(),
-            Experiment::Coupler(own) => own.metadata(),
-            Experiment::Teleoperation(own) => own.metadata(own.pace),
-            Experiment::Touch(own) => own.metadata(),
-        }
+        self.0.metadata()
     }
 
     /// Runs the experiment; log and CSV go into the folder.
@@ -214,91 +146,28 @@ impl ExperimentFile {
         request: &FolderRequest,
         supervisor: Supervisor<'_>,
     ) -> Result<Published<Report>, Failure> {
-        Ok(match &self.0 {
-            Experiment::Relax(own) | Experiment::Creep(own) => own
-                .run(request, supervisor)?
-                .map(|report| Report::Indentation(Box::new(report))),
-            Experiment::Wall(own) => own.published(request, supervisor)?.map(Report::Wall),
-            Experiment::Coupler(own) => own.run(request, supervisor)?.map(Report::Coupler),
-            Experiment::Teleoperation(own) => {
-                own.run(request, supervisor)?.map(Report::Teleoperation)
-            }
-            Experiment::Touch(own) => own.run(request, supervisor)?.map(Report::Touch),
+        self.0.run(Watched {
+            request,
+            supervisor,
         })
-    }
-
-    /// Refuses a run that does not keep what its document asks for by `must_be_stable` or `must_be_passive`.
-    ///
-    /// # Errors
-    /// Exit code 1.
-    pub fn require(&self, report: &Report) -> Result<(), Failure> {
-        let stable = (MUST_BE_STABLE.key, "design a weaker one");
-        let ((key, remedy), what) = match (&self.0, report) {
-            (Experiment::Wall(own), Report::Wall(wall))
-                if own.setup.must_be_stable && !wall.trial.stable_by_both() =>
-            {
-                let words = wall.trial.settling.verdict.words();
-                let what = format!("trial ({words}) and analysis do not both call the wall stable");
-                (stable, what)
-            }
-            (Experiment::Coupler(own), Report::Coupler(coupler))
-                if own.setup.must_be_stable && !coupler.stable_by_all() =>
-            {
-                let words = coupler.trial.settling.verdict.words();
-                let what = format!(
-                    "trial ({words}), analysis and Llewellyn's criterion do not all accept the coupler"
-                );
-                (stable, what)
-            }
-            (Experiment::Teleoperation(own), Report::Teleoperation(far))
-                if own.must_be_passive && far.verdict != TeleoperationVerdict::Passive =>
-            {
-                let remedy = "take a passive architecture, a softer coupler or a smaller motion";
-                (
-                    (MUST_BE_PASSIVE.key, remedy),
-                    far.verdict.words().to_owned(),
-                )
-            }
-            (Experiment::Touch(own), Report::Touch(touch))
-                if own.must_be_passive && touch.verdict != TouchVerdict::Passive =>
-            {
-                let remedy = "take a softer shape, a shorter sample time or a guard";
-                (
-                    (MUST_BE_PASSIVE.key, remedy),
-                    touch.verdict.words().to_owned(),
-                )
-            }
-            _ => return Ok(()),
-        };
-        Err(Failure::run(format_args!(
-            "{key}: {what}: {remedy}, or take {key} out of the file to run it all the same"
-        )))
     }
 
     /// True if it runs on the simulated device.
     #[must_use]
     pub fn is_simulated(&self) -> bool {
-        self.remote().is_none()
+        self.0.conduct().remote.is_none()
+    }
+
+    /// The experiment, if it is of this type.
+    pub(crate) fn of<T: Experiment>(&self) -> Option<&T> {
+        let experiment: &dyn Any = &*self.0;
+        experiment.downcast_ref()
     }
 
     /// The relaxation or creep test that it is.
     #[must_use]
-    pub const fn indentation(&self) -> Option<&Indentation> {
-        match &self.0 {
-            Experiment::Relax(own) | Experiment::Creep(own) => Some(own),
-            _ => None,
-        }
-    }
-
-    /// The serial device of the file; `None` for the simulated one.
-    pub(crate) fn remote(&self) -> Option<&RemoteDevice> {
-        match &self.0 {
-            Experiment::Relax(own) | Experiment::Creep(own) => own.rendering.remote.as_ref(),
-            Experiment::Wall(wall) => wall.setup.remote.as_ref(),
-            Experiment::Coupler(coupler) => coupler.setup.remote.as_ref(),
-            Experiment::Touch(touch) => touch.remote.as_ref(),
-            Experiment::Teleoperation(_) => None,
-        }
+    pub fn indentation(&self) -> Option<&Indentation> {
+        self.of()
     }
 
     /// Runs a side of a teleoperation for `duration_s` of its device, once the other is there; log and table go into the folder. `opened` hears
@@ -312,51 +181,22 @@ impl ExperimentFile {
         end: End,
         terms: Terms,
         opened: &dyn Fn(SocketAddr),
-        conduct: (&FolderRequest, Supervisor<'_>),
+        request: &FolderRequest,
+        supervisor: Supervisor<'_>,
     ) -> Result<Published<FarReport>, Failure> {
-        self.teleoperation()?.run_side(end, terms, opened, conduct)
-    }
-
-    /// Refuses a side that did not reach its end, skipped too many ticks, or does not keep what its document asks for.
-    ///
-    /// # Errors
-    /// Exit code 1.
-    pub fn require_side(&self, report: &FarReport, terms: Terms) -> Result<(), Failure> {
-        report.require(self.teleoperation()?, terms)
-    }
-
-    fn teleoperation(&self) -> Result<&TeleoperationExperiment, Failure> {
-        match &self.0 {
-            Experiment::Teleoperation(own) => Ok(own),
-            _ => Err(Failure::bad_input(
+        let teleoperation: Option<&TeleoperationExperiment> = self.of();
+        let teleoperation = teleoperation.ok_or_else(|| {
+            Failure::bad_input(
                 "the file is of another experiment: give one with a table [teleoperation]",
-            )),
-        }
-    }
-
-    /// Pace, whether it is run though it is unstable, and the serial device.
-    fn conducted(&mut self) -> (&mut Pace, &mut bool, Option<&mut RemoteDevice>) {
-        fn of(setup: &mut TrialSetup) -> (&mut Pace, &mut bool, Option<&mut RemoteDevice>) {
-            let remote = setup.remote.as_mut();
-            (&mut setup.pace, &mut setup.force_unstable, remote)
-        }
-        match &mut self.0 {
-            Experiment::Relax(own) | Experiment::Creep(own) => {
-                let own = &mut own.rendering;
-                let force_unstable = &mut own.preflight.force_unstable;
-                (&mut own.pace, force_unstable, own.remote.as_mut())
-            }
-            Experiment::Wall(wall) => of(&mut wall.setup),
-            Experiment::Coupler(coupler) => of(&mut coupler.setup),
-            Experiment::Touch(own) => (&mut own.pace, &mut own.force_unstable, own.remote.as_mut()),
-            Experiment::Teleoperation(own) => (&mut own.pace, &mut own.force_unstable, None),
-        }
+            )
+        })?;
+        teleoperation.run_side(end, terms, opened, request, supervisor)
     }
 
     /// The same, for a program that waits so long for a device at a port.
     #[must_use]
     pub fn with_patience(mut self, patience: Duration) -> Self {
-        if let (.., Some(remote)) = self.conducted() {
+        if let Some(remote) = &mut self.0.conduct_mut().remote {
             remote.patience = patience;
         }
         self
@@ -367,84 +207,22 @@ impl ExperimentFile {
     /// # Errors
     /// An experiment that no pre-flight refuses.
     pub fn though_unstable(mut self) -> Result<Self, Failure> {
-        let is_looked_at = match &self.0 {
-            Experiment::Relax(own) | Experiment::Creep(own) => own.rendering.drive.is_some(),
-            Experiment::Teleoperation(_) => true,
-            _ => false,
-        };
-        if self.remote().is_none() && !is_looked_at {
+        if self.is_simulated() && !self.0.may_be_refused() {
             return Err(Failure::bad_input(format_args!(
                 "{FORCE_UNSTABLE} is for serial devices, drives and teleoperations: give {} or {} too",
                 DEVICE.set_to("serial:PATH"),
                 CONTROLLER.set_to("FILE.toml")
             )));
         }
-        *self.conducted().1 = true;
+        self.0.conduct_mut().force_unstable = true;
         Ok(self)
     }
 
     /// The same, in another pace.
     #[must_use]
     pub fn in_pace(mut self, pace: Pace) -> Self {
-        *self.conducted().0 = pace;
+        self.0.conduct_mut().pace = pace;
         self
-    }
-}
-
-/// The report of an experiment: as JSON and as rows that of its kind.
-#[derive(Clone, Debug, Serialize)]
-#[serde(untagged)]
-pub enum Report {
-    /// Of a relaxation or creep test.
-    Indentation(Box<IndentationReport>),
-    /// Of a wall.
-    Wall(WallReport),
-    /// Of a coupler.
-    Coupler(CouplerReport),
-    /// Of a teleoperation.
-    Teleoperation(TeleoperationReport),
-    /// Of a touch.
-    Touch(TouchReport),
-}
-
-impl Report {
-    /// Of the run.
-    #[must_use]
-    pub const fn run(&self) -> &RunReport {
-        match self {
-            Self::Indentation(own) => &own.run,
-            Self::Wall(own) => &own.trial.run,
-            Self::Coupler(own) => &own.trial.run,
-            Self::Teleoperation(own) => &own.run,
-            Self::Touch(own) => &own.run,
-        }
-    }
-
-    /// The same, to name a picture in it.
-    pub const fn run_mut(&mut self) -> &mut RunReport {
-        match self {
-            Self::Indentation(own) => &mut own.run,
-            Self::Wall(own) => &mut own.trial.run,
-            Self::Coupler(own) => &mut own.trial.run,
-            Self::Teleoperation(own) => &mut own.run,
-            Self::Touch(own) => &mut own.run,
-        }
-    }
-
-    /// The verdict in words; none of a relaxation or creep test whose error has no meaning.
-    #[must_use]
-    pub fn verdict(&self) -> Option<String> {
-        let words = match self {
-            Self::Indentation(own) => {
-                let error = own.errors.closed_form.largest?;
-                return Some(format!("{:.2} % from the closed form", 1e2 * error));
-            }
-            Self::Wall(own) => own.trial.settling.verdict.words(),
-            Self::Coupler(own) => own.trial.settling.verdict.words(),
-            Self::Teleoperation(own) => own.verdict.words(),
-            Self::Touch(own) => own.verdict.words(),
-        };
-        Some(words.to_owned())
     }
 }
 
@@ -494,10 +272,7 @@ impl Document {
         keep("experiment", kind.to_owned());
         let parsed = self.parse()?;
         for (name, table) in parsed.tables(&[kind, DRIVE_TABLE], "")? {
-            let table = match takes_device(name) {
-                true => with_devices(table)?,
-                false => table,
-            };
+            let table = above_device(name, table)?;
             for parameter in known(name) {
                 if let Some(value) = in_words(&table, parameter)? {
                     keep(parameter.key, value);
@@ -538,6 +313,15 @@ const FILES_IN_LOG: [(&str, &str); 3] = [
     (CONTROLLER.key, CONTROLLER_IN_LOG),
     (DEVICE_MODEL.key, DEVICE_IN_LOG),
 ];
+
+/// The table above the values of its device file, if its kind takes one.
+fn above_device<'a>(name: &str, table: Table<'a>) -> Result<Table<'a>, FileError> {
+    if takes_device(name) {
+        with_devices(table)
+    } else {
+        Ok(table)
+    }
+}
 
 /// The parameters of a table of a document.
 fn known(table: &str) -> impl Iterator<Item = &'static Parameter> {

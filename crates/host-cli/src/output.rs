@@ -2,7 +2,8 @@
 
 use crate::names::Names;
 use annotate_snippets::{AnnotationKind, Group, Level, Renderer, Snippet};
-use haptic_experiment::{Cause, Failure, Line, Table, lines};
+use haptic_experiment::judge::rows;
+use haptic_experiment::{Cause, Failure, Line, Row, Table, lines};
 use haptic_quantity::renamed;
 use serde::Serialize;
 use serde_json::Value;
@@ -14,7 +15,7 @@ use std::io::{self, BufWriter, Write};
 pub(crate) struct Output {
     /// The report as one JSON object on standard output, and nothing else there.
     pub(crate) json: bool,
-    /// Neither progress nor summary.
+    /// Neither progress nor summary is printed; warnings and errors are.
     pub(crate) quiet: bool,
     /// The names of keys in sentences of the libraries.
     pub(crate) names: &'static Names,
@@ -92,11 +93,7 @@ impl Output {
 
 /// A report of these objects, one behind the other.
 pub(crate) fn joined(parts: impl IntoIterator<Item = Value>) -> Value {
-    let objects = parts.into_iter().filter_map(|part| match part {
-        Value::Object(object) => Some(object),
-        _ => None,
-    });
-    Value::Object(objects.flatten().collect())
+    Value::Object(rows(parts))
 }
 
 /// Widest table that is one.
@@ -104,9 +101,10 @@ const WIDEST: usize = 140;
 
 /// Prints lines of a report: labels in a column, tables under theirs.
 fn print_lines(out: &mut dyn Write, lines: &[Line]) -> io::Result<()> {
+    let indented = |row: &Row| 2 * row.level + row.label.chars().count();
     let long = |line: &Line| match line {
-        Line::Row(row) if !row.value.is_empty() => 2 * row.level + row.label.chars().count(),
-        _ => 0,
+        Line::Row(row) if !row.value.is_empty() => indented(row),
+        Line::Row(_) | Line::Table(_) => 0,
     };
     let width = lines.iter().map(long).max().unwrap_or(0);
     for line in lines {
@@ -115,8 +113,7 @@ fn print_lines(out: &mut dyn Write, lines: &[Line]) -> io::Result<()> {
             Line::Row(row) if row.key == "warnings" => (),
             Line::Row(row) => {
                 let indent = "  ".repeat(row.level);
-                let space =
-                    " ".repeat(width.saturating_sub(2 * row.level + row.label.chars().count()));
+                let space = " ".repeat(width.saturating_sub(indented(row)));
                 let of = match row.reason.as_str() {
                     "" => String::new(),
                     reason => format!("  ({})", in_line(reason)),
@@ -149,13 +146,9 @@ fn print_table(out: &mut dyn Write, table: &Table) -> io::Result<()> {
         cells.map(|cell| cell.chars().count()).max().unwrap_or(0)
     };
     let is_number = |cell: &str| cell.starts_with(|c: char| c.is_ascii_digit() || "-–".contains(c));
+    let of_numbers = |column: usize| table.rows.iter().all(|row| is_number(&row[column]));
     let columns: Vec<(usize, bool)> = (0..table.columns.len())
-        .map(|column| {
-            (
-                width(column),
-                table.rows.iter().all(|row| is_number(&row[column])),
-            )
-        })
+        .map(|column| (width(column), of_numbers(column)))
         .collect();
     // Wider than any terminal: a row after another.
     if columns.iter().map(|(width, _)| width + 2).sum::<usize>() > WIDEST {
@@ -185,18 +178,13 @@ fn print_block(
     columns: &[String],
     row: &[String],
 ) -> io::Result<()> {
-    let (first, rest) = (
-        row.first().map_or("", String::as_str),
-        columns.iter().skip(1),
-    );
-    let heading = columns.first().map_or("", String::as_str);
-    writeln!(out, "{indent}  {heading} {}", in_line(first))?;
-    let width = columns
-        .iter()
-        .map(|column| column.chars().count())
-        .max()
-        .unwrap_or(0);
-    for (column, cell) in rest.zip(row.iter().skip(1)) {
+    let mut cells = columns.iter().zip(row);
+    if let Some((heading, first)) = cells.next() {
+        writeln!(out, "{indent}  {heading} {}", in_line(first))?;
+    }
+    let width = columns.iter().map(|column| column.chars().count()).max();
+    let width = width.unwrap_or(0);
+    for (column, cell) in cells {
         let space = " ".repeat(width - column.chars().count());
         writeln!(out, "{indent}    {column}{space}  {}", in_line(cell))?;
     }
@@ -231,7 +219,7 @@ fn visible(text: &str) -> Cow<'_, str> {
     let mut shown = String::with_capacity(text.len() + 8);
     for c in text.chars() {
         match is_hidden(c) {
-            true => shown.push_str(&format!("\\u{:04x}", u32::from(c))),
+            true => shown += &format!("\\u{:04x}", u32::from(c)),
             false => shown.push(c),
         }
     }
@@ -256,11 +244,8 @@ fn bounded(message: String) -> String {
     if length <= 2000 {
         return message;
     }
-    let (begin, end) = (
-        message.chars().take(begin),
-        message.chars().skip(length - end),
-    );
-    let kept: String = begin.chain(" … ".chars()).chain(end).collect();
+    let begin = message.chars().take(begin).chain(" … ".chars());
+    let kept: String = begin.chain(message.chars().skip(length - end)).collect();
     format!("{kept} ({length} characters)")
 }
 

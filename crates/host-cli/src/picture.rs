@@ -1,9 +1,6 @@
 //! Pictures: a page of charts that own their curves, and what experiments leave.
 
-use haptic_experiment::TeleoperationReport;
-use haptic_experiment::experiment::{FarReport, FeltAt};
-use haptic_experiment::judge::Curves;
-use haptic_experiment::{IndentationReport, Report, TrialReport};
+use haptic_experiment::judge::{Curves, Drawing, Theory};
 use haptic_figure::{
     AxisSpec, Chart, ChartPage, Conditions, FigureError, HeldPanels, Look, Picture, PlaneFigure,
     Scale, Series, TheoryFigure,
@@ -97,38 +94,38 @@ pub(crate) fn page(
 ///
 /// # Errors
 /// If there is nothing to draw.
-pub(crate) fn of_report(report: &Report, curves: &Curves) -> Result<Picture, FigureError> {
-    match report {
-        Report::Indentation(report) => of_theory(report, curves),
-        Report::Wall(report) => of_trial(&report.trial, curves),
-        Report::Coupler(report) => of_trial(&report.trial, curves),
-        Report::Teleoperation(report) => of_teleoperation(report, curves),
-        Report::Touch(_) => of_touch(curves),
+pub(crate) fn of_run(curves: &Curves) -> Result<Picture, FigureError> {
+    match &curves.drawing {
+        Drawing::Theory(theory) => of_theory(theory, curves),
+        Drawing::Trial {
+            expected_deflection_m,
+        } => of_trial(*expected_deflection_m, curves),
+        Drawing::Pair { stiffnesses } => of_pair(stiffnesses, curves),
+        Drawing::Side => of_side(curves),
+        Drawing::Plane { outline_m } => of_path(outline_m, curves),
     }
 }
 
 /// A run beside its closed form.
-fn of_theory(report: &IndentationReport, curves: &Curves) -> Result<Picture, FigureError> {
-    let of_force = ("tracking error / mN", 1e3);
-    let (quantity, label, (error_label, factor)) = match (report.final_strain, report.final_depth_m)
-    {
-        (Some(_), _) => ("strain", "strain", of_force),
-        (None, Some(_)) => ("depth", "depth / m", of_force),
-        (None, None) => ("force", "force / N", ("tracking error / µm", 1e6)),
+fn of_theory(theory: &Theory, curves: &Curves) -> Result<Picture, FigureError> {
+    // A controller tracks a place where the force is the result, and a force where that is the load.
+    let (error_label, factor) = match theory.quantity {
+        "force" => ("tracking error / µm", 1e6),
+        _ => ("tracking error / mN", 1e3),
     };
     let errors = curves.column("tracking_error").iter();
     let tracking_error: Vec<f64> = errors.map(|error| factor * error).collect();
     TheoryFigure {
         title: &curves.title,
         conditions: Conditions {
-            tissue: &report.tissue,
-            order: report.order,
-            device: &report.run.device,
-            scheme: &report.scheme,
+            tissue: &theory.tissue,
+            order: theory.order,
+            device: &theory.device,
+            scheme: &theory.scheme,
             remark: &curves.subtitle,
         },
-        quantity,
-        label,
+        quantity: theory.quantity,
+        label: theory.label,
         origin: curves.origin,
         time_s: &curves.time_s,
         values: curves.column("values"),
@@ -155,7 +152,7 @@ fn column(curves: &Curves, name: &str, scale: f64) -> Points {
 }
 
 /// One side of a teleoperation: places and forces.
-pub(crate) fn of_side(_: &FarReport, curves: &Curves) -> Result<Picture, FigureError> {
+fn of_side(curves: &Curves) -> Result<Picture, FigureError> {
     let column = |name, scale| column(curves, name, scale);
     // There is no hand on the side of the slave.
     let hand = column("reference_m", 1e3).into_iter();
@@ -174,7 +171,7 @@ pub(crate) fn of_side(_: &FarReport, curves: &Curves) -> Result<Picture, FigureE
 }
 
 /// A teleoperation: places and forces of both sides, the energy that the line took, and what was felt.
-fn of_teleoperation(report: &TeleoperationReport, curves: &Curves) -> Result<Picture, FigureError> {
+fn of_pair(stiffnesses: &[(&str, Points)], curves: &Curves) -> Result<Picture, FigureError> {
     let column = |name, scale| column(curves, name, scale);
     let places = over_time("place", "place / mm")
         .with("hand", Look::Dashed, 2, column("hand_m", 1e3))
@@ -185,44 +182,30 @@ fn of_teleoperation(report: &TeleoperationReport, curves: &Curves) -> Result<Pic
         .with("slave", Look::Line, 1, column("far_force_n", 1.0));
     let energy = over_time("energy taken by the line", "energy / mJ");
     let energy = energy.with("line", Look::Line, 3, column("taken_j", 1e3));
-    let felt = |value: fn(&FeltAt) -> Option<f64>| {
-        let felt = report.felt.iter();
-        felt.filter_map(move |felt| Some((felt.frequency_hz, value(felt)?)))
+    let points = |name: &str| {
+        let mut curves = stiffnesses.iter();
+        let found = curves.find(|curve| curve.0 == name);
+        found.map_or_else(Vec::new, |curve| curve.1.clone())
     };
     let frequency = logarithmic("frequency / Hz");
     let stiffness = logarithmic("stiffness |F/x| / N·m⁻¹");
     let caption = "felt by the master, touched by the slave";
     let stiffnesses = Panel::new(caption, frequency, stiffness)
-        .with(
-            "slave",
-            Look::Line,
-            1,
-            felt(|felt| Some(felt.touched_n_per_m)),
-        )
-        .with(
-            "formula",
-            Look::Dashed,
-            4,
-            felt(|felt| felt.formula_n_per_m),
-        )
-        .with(
-            "master",
-            Look::Markers,
-            0,
-            felt(|felt| Some(felt.felt_n_per_m)),
-        );
+        .with("slave", Look::Line, 1, points("touched"))
+        .with("formula", Look::Dashed, 4, points("formula"))
+        .with("master", Look::Markers, 0, points("felt"));
     let panels = [places, forces, energy, stiffnesses];
     page(&curves.title, &curves.subtitle, 2, &panels)
 }
 
 /// A touch: the paths over the shape, the depth, and the force of each axis.
-fn of_touch(curves: &Curves) -> Result<Picture, FigureError> {
+fn of_path(outline_m: &[(f64, f64)], curves: &Curves) -> Result<Picture, FigureError> {
     let forces = ["force_x_n", "force_y_n", "force_z_n"].map(|name| curves.column(name).to_vec());
     let axes = forces.iter().filter(|force| !force.is_empty()).count();
     PlaneFigure {
         title: &curves.title,
         subtitle: &curves.subtitle,
-        outline_m: &curves.outline_m,
+        outline_m,
         time_s: &curves.time_s,
         reference_m: ["hand_x_m", "hand_y_m"].map(|name| curves.column(name)),
         position_m: ["x_m", "y_m"].map(|name| curves.column(name)),
@@ -233,7 +216,7 @@ fn of_touch(curves: &Curves) -> Result<Picture, FigureError> {
 }
 
 /// The trial of a wall or a coupler: device and object over the device's place of rest, and the force below.
-fn of_trial(report: &TrialReport, trial: &Curves) -> Result<Picture, FigureError> {
+fn of_trial(rest_m: Option<f64>, trial: &Curves) -> Result<Picture, FigureError> {
     let position = column(trial, "position_m", 1e3);
     let object = column(trial, "object_position_m", 1e3);
     let force = column(trial, "force_n", 1.0);
@@ -243,7 +226,7 @@ fn of_trial(report: &TrialReport, trial: &Curves) -> Result<Picture, FigureError
         false => (format!("device, {run}"), "coupler"),
     };
     let ends = [trial.time_s.first(), trial.time_s.last()];
-    let rest = (report.settling.expected_deflection_m).map(|x| ends.map(|t| Some((*t?, 1e3 * x))));
+    let rest = rest_m.map(|x| ends.map(|t| Some((*t?, 1e3 * x))));
     let rest = rest.into_iter().flatten().flatten();
     let shown_s = lively_s(&[&position, &object, &force]);
     let (time, until) = match (shown_s, ends[1]) {

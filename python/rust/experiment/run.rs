@@ -143,10 +143,10 @@ fn run(
         warn: &warn,
     };
     let report = experiment.run(request, supervisor)?.report;
-    if let Some(lost) = report.run().lost_table() {
+    if let Some(lost) = report.run.lost_table() {
         return Err(lost);
     }
-    let table = report.run().csv.as_ref();
+    let table = report.run.csv.as_ref();
     let columns = table.map(|path| columns(Path::new(&path))).transpose()?;
     Ok(Finished {
         report: serde_json::to_value(&report).map_err(Failure::input)?,

@@ -1,10 +1,13 @@
 //! A run that is kept in memory and the same run read again from its log are judged alike.
 
 use crate::document::failure::Failure;
+use crate::experiment::coupler::CouplerExperiment;
 use crate::experiment::indentation::Indentation;
+use crate::experiment::kind::Watched;
 use crate::experiment::trial::Trial as _;
+use crate::experiment::wall::WallExperiment;
 use crate::judge::modelled_tissue::ModelledTissue;
-use crate::open::{Experiment, ExperimentFile};
+use crate::open::ExperimentFile;
 use crate::run::folder::FolderRequest;
 use crate::run::{Ran, Supervisor};
 use serde_json::Value;
@@ -17,12 +20,9 @@ use std::sync::atomic::AtomicBool;
 const TOLERANCE: f64 = 3e-9;
 
 /// Conducts a run whose files are `run.*` in this folder.
-pub(super) fn conducted<T>(
-    place: &Path,
-    run: impl FnOnce(&FolderRequest, Supervisor<'_>) -> T,
-) -> T {
+pub(super) fn conducted<T>(folder: &Path, run: impl FnOnce(Watched<'_>) -> T) -> T {
     let request = FolderRequest {
-        out: Some(place.to_owned()),
+        out: Some(folder.to_owned()),
         stem: "run".to_owned(),
         overwrite: true,
         roll_bytes: None,
@@ -34,45 +34,47 @@ pub(super) fn conducted<T>(
         live: None,
         warn: &|_| {},
     };
-    run(&request, supervisor)
+    let request = &request;
+    run(Watched {
+        request,
+        supervisor,
+    })
 }
 
 /// A relaxation of this tissue with the defaults of the parameters.
 pub(crate) fn defaults(material: ModelledTissue) -> Indentation {
     let file = ExperimentFile::parse(Path::new("lab.toml"), "[relax]").expect("defaults");
     let mut relaxation = file.indentation().expect("one").clone();
-    relaxation.rendering.piece.material = Box::new(material);
+    relaxation.piece.material = Box::new(material);
     relaxation
 }
 
 /// Runs what `text` describes, and reports twice: from memory, then from the log. With each the CSV.
 fn twice(text: &str) -> [(Value, Vec<Vec<f64>>); 2] {
-    let place = tempfile::tempdir().expect("a folder");
+    let folder = tempfile::tempdir().expect("a folder");
     let experiment = ExperimentFile::parse(Path::new("lab.toml"), text).expect("is right");
+    let (wall, coupler) = (
+        experiment.of::<WallExperiment>(),
+        experiment.of::<CouplerExperiment>(),
+    );
     let report = |ran: &Ran| -> Result<Value, Failure> {
-        let value = match &experiment.0 {
-            Experiment::Relax(own) | Experiment::Creep(own) => {
-                serde_json::to_value(own.report(ran)?.0)
-            }
-            Experiment::Wall(own) => serde_json::to_value(own.reported(&own.judged(ran)?)),
-            Experiment::Coupler(own) => serde_json::to_value(own.reported(&own.judged(ran)?)),
-            Experiment::Teleoperation(_) | Experiment::Touch(_) => {
-                unreachable!("it is judged while it runs")
-            }
+        let (report, _) = match (experiment.indentation(), wall, coupler) {
+            (Some(pressed), ..) => pressed.report(ran)?,
+            (_, Some(wall), _) => wall.report(ran)?,
+            (.., coupler) => coupler.expect("what is judged after it ran").report(ran)?,
         };
-        Ok(value.expect("is JSON"))
+        Ok(serde_json::to_value(report).expect("is JSON"))
     };
-    let ran = conducted(place.path(), |request, supervisor| match &experiment.0 {
-        Experiment::Relax(own) | Experiment::Creep(own) => own.record(request, supervisor),
-        Experiment::Wall(own) => own.recorded(request, supervisor),
-        Experiment::Coupler(own) => own.recorded(request, supervisor),
-        Experiment::Teleoperation(_) | Experiment::Touch(_) => {
-            unreachable!("it is judged while it runs")
+    let ran = conducted(folder.path(), |watched| {
+        match (experiment.indentation(), wall, coupler) {
+            (Some(pressed), ..) => pressed.record(watched),
+            (_, Some(wall), _) => wall.recorded(watched),
+            (.., coupler) => (coupler.expect("one of them")).recorded(watched),
         }
     });
     let mut ran = ran.expect("runs");
     let table = || {
-        let mut rows = csv::Reader::from_path(place.path().join("run.csv")).expect("is there");
+        let mut rows = csv::Reader::from_path(folder.path().join("run.csv")).expect("is there");
         // A cell without a number is an error without meaning.
         let number = |cell: Option<f64>| cell.unwrap_or(f64::NAN);
         let rows = rows.deserialize::<Vec<Option<f64>>>();

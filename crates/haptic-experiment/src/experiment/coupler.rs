@@ -24,10 +24,11 @@
 //!
 //! Source: O. Tokatlı, *Fractional Order Control in Haptics*, chapter V.
 
-use super::reading::{remote, scheme};
+use super::kind::Experiment as _;
+use super::reading::scheme;
 use super::trial::{
-    Judged, OfSample, Parts, TRIAL, TRIAL_LOOP, Theory, Trial, TrialReport, TrialSetup,
-    encoder_step, incomparable, limited, setup, six_digits, times,
+    OfSample, OffN, Parts, TRIAL, TRIAL_LOOP, Trial, TrialSetup, encoder_step, incomparable,
+    limited, setup, six_digits,
 };
 use crate::document::error::FileError;
 use crate::document::failure::Failure;
@@ -36,18 +37,17 @@ use crate::document::parameters::kind::{Parameter, joined, parameters};
 use crate::document::parameters::range::{COUPLER_ORDERS, DAMPINGS, OBJECT_MASSES, STIFFNESSES};
 use crate::document::parameters::{COUPLER_DISSIPATION, COUPLER_STIFFNESS};
 use crate::document::reader::Table;
+use crate::judge::Reference;
 use crate::judge::preflight::softer;
 use crate::judge::reference::{ReferenceSeries, operator};
-use crate::judge::{Published, Reference};
+use crate::judge::settling::Settling;
+use crate::run::Ran;
 use crate::run::advice::analysed;
-use crate::run::folder::FolderRequest;
 use crate::run::preflight::{CouplerVerdict, PreflightSubject, PreflightVerdict};
 use crate::run::remote::{RemoteDevice, RemoteLaw};
 use crate::run::safety::GuardChoice;
 use crate::run::samples::Samples;
 use crate::run::schedule::horizon;
-use crate::run::tick::KeptSample;
-use crate::run::{Ran, Supervisor};
 use fracdiff::{Operator, Order, Scheme, Seconds};
 use haptic_analysis::{
     AnalysisError, CoupledLoop, CoupledObject, Coupler, CouplerOperator, Dynamics, LeastDamping,
@@ -57,7 +57,7 @@ use haptic_link::LoopMode;
 use haptic_loop::units::{Kilograms, NewtonSecondsPerMetre, NewtonsPerMetre};
 use haptic_loop::{Controller, Environment, VirtualCoupler, VirtualObject, deflection_order};
 use nalgebra::Vector1;
-use serde::Serialize;
+use serde_json::{Value, json};
 
 parameters! {
     crate;
@@ -115,49 +115,18 @@ pub(crate) struct CouplerExperiment {
     pub object: CoupledObject,
 }
 
-/// The result. The mean deflection is compared with the springs in series, not for a coupler that creeps.
-#[derive(Clone, Debug, Serialize)]
-pub struct CouplerReport {
-    /// `k_c`, N·s/m.
-    pub coupler_stiffness_n_s_per_m: f64,
-    /// `b_c`, N·s^(1−μ)/m.
-    pub coupler_dissipation_n_s_1_minus_mu_per_m: f64,
-    /// `m_o`, kg.
-    pub object_mass_kg: f64,
-    /// `b_o`, N·s/m.
-    pub object_damping_n_s_per_m: f64,
-    /// `k_o`, N/m.
-    pub object_stiffness_n_per_m: f64,
-    /// Place of the object at the end, m; null for a run that was cut short.
-    pub object_position_m: Option<f64>,
-    /// Of the trial.
-    #[serde(flatten)]
-    pub trial: TrialReport,
-}
-
-impl CouplerReport {
-    /// Stable by the trial and by the analysis, and passed by Llewellyn.
-    pub(crate) fn stable_by_all(&self) -> bool {
-        let trial = &self.trial;
-        let llewellyn = trial.run.preflight.and_then(|verdict| verdict.coupler);
-        trial.stable_by_both() && llewellyn.is_some_and(|coupler| coupler.llewellyn)
-    }
-}
-
 /// `[coupler]`: device, coupler, object and trial.
 pub(crate) fn coupler(table: &Table<'_>) -> Result<CouplerExperiment, FileError> {
-    let remote = remote(table)?;
-    let (sample_time_s, duration_s) = times(table)?;
+    let setup = setup(table, &COUPLER_MUST_BE_STABLE)?;
     let order = table.required(&COUPLER_ORDER)?;
     let wrong = |reason: String| table.fail_at("order", reason);
     let order = Order::new(order).map_err(|error| wrong(error.to_string()))?;
     let run = deflection_order(order).map_err(|error| wrong(error.to_string()))?;
-    let mut setup = setup(table, remote, (sample_time_s, duration_s))?;
-    setup.must_be_stable = table.flag(&COUPLER_MUST_BE_STABLE)?;
+    let (t, duration_s) = (setup.device.sample_time.0, setup.plan.duration_s);
     let coupler = CouplerExperiment {
         setup,
         order,
-        scheme: scheme(table, None, run, sample_time_s, duration_s)?,
+        scheme: scheme(table, None, run, t, duration_s)?,
         coupler_stiffness_n_s_per_m: table.required(&p::COUPLER_STIFFNESS)?,
         coupler_dissipation_n_s_1_minus_mu_per_m: table.required(&p::COUPLER_DISSIPATION)?,
         object: CoupledObject {
@@ -175,16 +144,6 @@ pub(crate) fn coupler(table: &Table<'_>) -> Result<CouplerExperiment, FileError>
 type Law = VirtualCoupler<f64, Operator<f64>>;
 
 impl CouplerExperiment {
-    /// Runs the experiment; log and CSV go into the folder.
-    pub(crate) fn run(
-        &self,
-        request: &FolderRequest,
-        supervisor: Supervisor<'_>,
-    ) -> Result<Published<CouplerReport>, Failure> {
-        self.check_loop()?;
-        self.published(request, supervisor)
-    }
-
     /// What the analysis says of it on the simulated device.
     #[cfg(test)]
     pub(crate) fn look(&self) -> Result<PreflightVerdict, Failure> {
@@ -193,7 +152,13 @@ impl CouplerExperiment {
 
     /// Refuses a loop on a device, which cannot carry it.
     pub(crate) fn check_loop(&self) -> Result<(), Failure> {
-        match self.setup.remote.as_ref().map(|remote| remote.loop_mode) {
+        match self
+            .setup
+            .conduct
+            .remote
+            .as_ref()
+            .map(|remote| remote.loop_mode)
+        {
             Some(LoopMode::Device) => Err(Failure::bad_input(format_args!(
                 "a loop on the device cannot carry a coupler, its firmware renders walls: give {loop_host}",
                 loop_host = p::LOOP.set_to("host")
@@ -259,10 +224,12 @@ impl CouplerExperiment {
 
 impl Trial for CouplerExperiment {
     type Law = Law;
-    type Report = CouplerReport;
     const KIND: &'static str = "coupler";
     const NO_REST: &'static str =
         "the coupler creeps or nothing holds the object, so there is no place of rest";
+    const MUST_BE_STABLE: Parameter = COUPLER_MUST_BE_STABLE;
+    const REFUSED: &'static str =
+        ", analysis and Llewellyn's criterion do not all accept the coupler";
 
     fn setup(&self) -> &TrialSetup {
         &self.setup
@@ -274,7 +241,9 @@ impl Trial for CouplerExperiment {
 
     /// The analysis has its say here on the simulated device alone: a serial one heard it before it was armed.
     fn warning(&self, ran: &Ran) -> Option<String> {
-        let analysis = ran.preflight.filter(|_| self.setup.remote.is_none());
+        let analysis = ran
+            .preflight
+            .filter(|_| self.setup.conduct.remote.is_none());
         // Energy bounding promises passivity for the damping of the device.
         let guarded = self.setup.safety.guard == GuardChoice::EnergyBounding;
         analysis.and_then(|analysis| analysis.warning(guarded))
@@ -317,12 +286,11 @@ impl Trial for CouplerExperiment {
         let law = self.law(samples)?;
         let holding = self.holding_stiffness();
         // A coupler that creeps has no place of rest, whatever the hand: the force alone is judged.
-        let spring = match holding > 0.0 {
-            true => holding + self.setup.device.stiffness.0,
-            false => 0.0,
-        };
+        let hand = setup.device.stiffness.0;
+        let spring = if holding > 0.0 { holding + hand } else { 0.0 };
         let judge = plan.judge(
-            (spring, law.step_stiffness_n_per_m()),
+            spring,
+            law.step_stiffness_n_per_m(),
             encoder_step(self.setup.sensors),
             self.setup.device.sample_time.0,
         );
@@ -335,17 +303,20 @@ impl Trial for CouplerExperiment {
         })
     }
 
+    fn object_m(&self, ran: &Ran) -> Result<Option<OfSample<'_>>, Failure> {
+        let planned = self.setup.plan().samples(self.setup.device.sample_time)?;
+        let samples = Samples::of(&ran.record, &ran.log.paths);
+        let mut object = ReferenceSeries::stepped(samples, self.replayed(planned)?)?;
+        Ok(Some(Box::new(move |sample| object.at(sample))))
+    }
+
     /// The force by the full history of the deflection, which follows from the forces.
-    fn theory(&self, ran: &Ran) -> Result<Theory<'_>, Failure> {
+    fn off_n(&self, ran: &Ran) -> Result<OffN<'_>, Failure> {
         let record = &ran.record;
         let reference = Reference::of(self.scheme);
         let order = Order::new(1.0 - self.order.get()).map_err(Failure::input)?;
         let t = self.setup.device.sample_time;
-        let planned = self.setup.plan().samples(t)?;
-        let samples = Samples::of(record, &ran.log.paths);
-        let mut object = ReferenceSeries::stepped(samples, self.replayed(planned)?)?;
-        let object_m: Option<OfSample<'_>> = Some(Box::new(move |sample| object.at(sample)));
-        let serial = self.setup.remote.is_some();
+        let serial = self.setup.conduct.remote.is_some();
         let reason = limited(record)
             .or_else(|| {
                 (record.dropped > 0).then_some("samples are missing, so the object is not known")
@@ -355,10 +326,7 @@ impl Trial for CouplerExperiment {
             })
             .or_else(|| incomparable(reference, order, record));
         if let Some(reason) = reason {
-            return Ok(Theory {
-                off_n: Err(reason),
-                object_m,
-            });
+            return Ok(Err(reason));
         }
         // D^(1−μ) of each deflection.
         let mut derivative: Box<dyn FnMut(f64) -> f64> = match &record.whole {
@@ -372,12 +340,13 @@ impl Trial for CouplerExperiment {
                 Box::new(move |_| values.next().unwrap_or(f64::NAN))
             }
             None => {
+                let planned = self.setup.plan().samples(t)?;
                 let mut channel = operator(reference, order, t, planned)?;
                 Box::new(move |y| channel.step(y))
             }
         };
         let (mut object, mut last) = (Object::default(), 0.0);
-        let off_n = move |sample: &KeptSample| {
+        Ok(Ok(Box::new(move |sample| {
             let reaction_force_n = sample.reaction_n();
             let y = object.deflection(self, sample.position_m, reaction_force_n);
             // F = k_c·(y[n] − y[n−1])/T + b_c·D^(1−μ) y
@@ -385,23 +354,22 @@ impl Trial for CouplerExperiment {
                 + self.coupler_dissipation_n_s_1_minus_mu_per_m * derivative(y);
             last = y;
             (reaction_force_n - wanted).abs()
-        };
-        Ok(Theory {
-            off_n: Ok(Box::new(off_n)),
-            object_m,
+        })))
+    }
+
+    fn law_in_rows(&self, _: &Settling, object_m: Option<f64>) -> Value {
+        json!({
+            "coupler_stiffness_n_s_per_m": self.coupler_stiffness_n_s_per_m,
+            "coupler_dissipation_n_s_1_minus_mu_per_m": self.coupler_dissipation_n_s_1_minus_mu_per_m,
+            "object_mass_kg": self.object.mass_kg,
+            "object_damping_n_s_per_m": self.object.damping_n_s_per_m,
+            "object_stiffness_n_per_m": self.object.stiffness_n_per_m,
+            "object_position_m": object_m,
         })
     }
 
-    fn reported(&self, judged: &Judged) -> CouplerReport {
-        CouplerReport {
-            trial: judged.trial.clone(),
-            coupler_stiffness_n_s_per_m: self.coupler_stiffness_n_s_per_m,
-            coupler_dissipation_n_s_1_minus_mu_per_m: self.coupler_dissipation_n_s_1_minus_mu_per_m,
-            object_mass_kg: self.object.mass_kg,
-            object_damping_n_s_per_m: self.object.damping_n_s_per_m,
-            object_stiffness_n_per_m: self.object.stiffness_n_per_m,
-            object_position_m: judged.object_m,
-        }
+    fn is_accepted(&self, analysis: &PreflightVerdict) -> bool {
+        analysis.coupler.is_some_and(|coupler| coupler.llewellyn)
     }
 }
 
@@ -421,24 +389,24 @@ impl PreflightSubject for CouplerPreflight<'_> {
 
 impl CouplerPreflight<'_> {
     fn judge(&self, dynamics: Dynamics, line: usize) -> Result<PreflightVerdict, AnalysisError> {
-        let own = self.coupler;
-        let t = own.setup.device.sample_time.0;
+        let law = self.coupler;
+        let t = law.setup.device.sample_time.0;
         let dynamics = Dynamics {
             delay_s: dynamics.delay_s + line as f64 * t,
             ..dynamics
         };
         let path = dynamics.path(t)?;
-        let order = Order::new(1.0 - own.order.get())?;
-        let operator = LoopOperator::new(own.scheme, order, Seconds(t), horizon(self.samples))?;
+        let order = Order::new(1.0 - law.order.get())?;
+        let operator = LoopOperator::new(law.scheme, order, Seconds(t), horizon(self.samples))?;
         let exact = Coupler::exact(
-            own.order,
+            law.order,
             t,
-            own.coupler_stiffness_n_s_per_m,
-            own.coupler_dissipation_n_s_1_minus_mu_per_m,
+            law.coupler_stiffness_n_s_per_m,
+            law.coupler_dissipation_n_s_1_minus_mu_per_m,
         )?;
         let runs = CouplerOperator(&operator);
         let coupler = exact.with_operator(&runs, operator.memory());
-        let coupled = CoupledLoop::new(&dynamics, &exact, &own.object, &operator)?;
+        let coupled = CoupledLoop::new(&dynamics, &exact, &law.object, &operator)?;
         let stable = coupled.is_stable();
         let margin = if stable {
             coupled.gain_margin()?.map(|edge| edge.value)
@@ -491,7 +459,7 @@ impl CouplerPreflight<'_> {
 #[derive(Clone, Copy, Debug, Default)]
 struct Object {
     velocity: f64,
-    place: f64,
+    position: f64,
     net: f64,
 }
 
@@ -499,26 +467,18 @@ impl Object {
     /// The deflection after this sample.
     fn deflection(&mut self, law: &CouplerExperiment, x: f64, force: f64) -> f64 {
         let (t, object) = (law.setup.device.sample_time.0, law.object);
-        let (m, b, k) = (
-            object.mass_kg,
-            object.damping_n_s_per_m,
-            object.stiffness_n_per_m,
-        );
-        let Self {
-            velocity,
-            place,
-            net,
-        } = *self;
-        let half = 0.5 * t;
-        let ahead = place + half * velocity;
+        let (m, b) = (object.mass_kg, object.damping_n_s_per_m);
+        let (k, half) = (object.stiffness_n_per_m, 0.5 * t);
+        let ahead = self.position + half * self.velocity;
         let next = if m > 0.0 {
-            (velocity + half / m * (net + force - k * ahead)) / (1.0 + half / m * (b + half * k))
+            (self.velocity + half / m * (self.net + force - k * ahead))
+                / (1.0 + half / m * (b + half * k))
         } else {
             (force - k * ahead) / (b + half * k)
         };
         self.velocity = next;
-        self.place = ahead + half * next;
-        self.net = force - b * next - k * self.place;
-        x - (self.place + half * next)
+        self.position = ahead + half * next;
+        self.net = force - b * next - k * self.position;
+        x - (self.position + half * next)
     }
 }

@@ -28,7 +28,7 @@ use fractional_control::{ControlError, Controller, ControllerSetup, UseControlle
 use haptic_link::{ControllerLaw, OperatorShape};
 use haptic_log::record::TickMessage;
 use haptic_loop::nalgebra::SVector;
-use haptic_loop::plant::{HeldRig, Holder, IndentationRig, RigDrive};
+use haptic_loop::plant::{HeldRig, Holder, IndentationRig, RampHold, RigDrive};
 use haptic_loop::{DepthMap, Device, Reading, SafeForce};
 pub(crate) use judge::DriveReport;
 pub(crate) use judge::{DriveJudge, drive_columns};
@@ -81,19 +81,17 @@ impl Drive {
                 DRIVE_FORCE_LIMIT.range()
             )));
         }
-        let own = self.controller.setup.sample_time_s;
-        if (own / sample_time_s - 1.0).abs() > 1e-9 {
+        let made_for_s = self.controller.setup.sample_time_s;
+        if (made_for_s / sample_time_s - 1.0).abs() > 1e-9 {
             return Err(Failure::bad_input(format_args!(
-                "drive {}: made for a sample time of {own} s, not {sample_time_s} s: change {SAMPLE_TIME} or {CONTROLLER}",
+                "drive {}: made for a sample time of {made_for_s} s, not {sample_time_s} s: change {SAMPLE_TIME} or {CONTROLLER}",
                 self.name
             )));
         }
-        let within = |own: Option<f64>, end: f64| own.map_or(end, |own| own.clamp(-limit, limit));
-        let limited = ControllerSetup {
-            output_low: Some(within(self.controller.setup.output_low, -limit)),
-            output_high: Some(within(self.controller.setup.output_high, limit)),
-            ..self.controller.setup.clone()
-        };
+        let mut limited = self.controller.setup.clone();
+        let within = |end: Option<f64>, most: f64| end.map_or(most, |end| end.clamp(-limit, limit));
+        limited.output_low = Some(within(limited.output_low, -limit));
+        limited.output_high = Some(within(limited.output_high, limit));
         Ok(limited)
     }
 
@@ -103,14 +101,15 @@ impl Drive {
         ControllerHolder::new(&limited).map_err(|error| self.refused(&error))
     }
 
-    /// The controller as a device runs it, up to a depth, m, in so many samples.
+    /// The controller as a device runs it on this way, at this sample time.
     pub(crate) fn portable(
         &self,
-        (depth_m, ramp_ticks): (f64, u32),
+        way: RampHold,
         sample_time_s: f64,
     ) -> Result<(OperatorShape, Vec<f32>, ControllerLaw), Failure> {
         let limited = self.limited(sample_time_s)?;
-        let depth_m = single("depth", depth_m)?;
+        let depth_m = single("depth", way.depth().0)?;
+        let ramp_ticks = (way.ramp_time().0 / sample_time_s).round() as u32;
         haptic_remote::controller_law(&limited, (depth_m, ramp_ticks), self.force_limit_n as f32)
             .map_err(|error| self.refused(&error))
     }
@@ -218,7 +217,6 @@ pub(crate) enum SimulatedRig {
 /// It holds a tissue of its own, with all of the past; the force that is written is not needed.
 #[derive(Debug)]
 pub(crate) struct Massless {
-    /// From e(δ) to force.
     tissue: Sampled,
     map: Option<DepthMap<f64>>,
     force_n: f64,

@@ -12,11 +12,15 @@ mod report;
 #[cfg(test)]
 mod tests;
 
-use super::reading::metadata;
-use super::rendering::{
-    CREEP_CONTACT, CREEP_DURATION, Contact, DEPTH, FORCE, Precision, RAMP_TIME, RELAX_DURATION,
-    Rendering, STRAIN, STRESS, rendering,
+use super::kind::{Conduct, Experiment, Watched};
+use super::reading::{
+    device_model, metadata, piece, remote, samples_fit, scheme, sensors, without,
 };
+use super::rendering::{
+    CREEP_CONTACT, CREEP_DURATION, Contact, DEPTH, FORCE, PRECISION, Precision, RAMP_TIME,
+    RELAX_DURATION, RIG_DAMPING, RIG_MASS, STRAIN, STRESS,
+};
+use super::trial::safe_chain;
 use crate::document::error::FileError;
 use crate::document::failure::Failure;
 use crate::document::named::Named as _;
@@ -24,72 +28,132 @@ use crate::document::parameters as p;
 use crate::document::parameters::{CONTACT, CONTROLLER, DEVICE, LOOP, Parameter, TISSUE};
 use crate::document::reader::Table;
 use crate::document::{CONTROLLER_IN_LOG, TISSUE_IN_LOG};
-use crate::experiment::drive::{Drive, SimulatedRig, TissueLaw};
+use crate::experiment::drive::{self, Drive, SimulatedRig, TissueLaw};
+use crate::judge::modelled_tissue::TissuePiece;
 use crate::judge::preflight::{Preflight, WallContact};
-use crate::run::advice::parameter;
+use crate::judge::{Published, Report};
 use crate::run::drive_verdict::DriveVerdict;
-use crate::run::folder::FolderRequest;
-use crate::run::preflight::{Findings as _, PreflightSubject, note_findings};
+use crate::run::preflight::{Findings as _, PreflightRequest, PreflightSubject, note_findings};
 use crate::run::remote::{
     RemoteDevice, RemoteLaw, RemoteRun, UnchangedLimits, blank, indentation, no_operator, portable,
     push,
 };
-use crate::run::safety::{GuardChoice, GuardedDevice};
-use crate::run::schedule::{Schedule, samples};
+use crate::run::safety::{GuardChoice, GuardedDevice, Safety, safety};
+use crate::run::schedule::samples;
+use crate::run::sensors::Sensors;
 use crate::run::simulate::{Simulated, Sink, simulate};
 use crate::run::tick::KeptSample;
-use crate::run::{Ran, SAMPLES, Supervisor, run_logged};
+use crate::run::{Ran, SAMPLES, run_logged};
 use fracdiff::parameter::Shown;
-use fracdiff::{Operator, Real, Seconds};
+use fracdiff::{Operator, Real, Scheme, Seconds};
 use fractional_control::Term;
 use haptic_analysis::Dynamics;
 use haptic_link::{LoopMode, Simulation};
 use haptic_loop::plant::{
-    HeldRig, IndentationRig, RampHold, RigConfig, RigContact, RigDrive, RigServo, Sensed,
+    HeldRig, IndentationRig, MassDamperConfig, RampHold, RigConfig, RigContact, RigDrive, RigServo,
+    Sensed,
 };
 use haptic_loop::units::{Kilograms, Metres, NewtonSecondsPerMetre, Newtons, NewtonsPerSecond};
-use haptic_loop::{Contact as OneSided, Controller, Limits, SafetyChain, Specimen, SpringDamper};
-pub use report::IndentationReport;
+use haptic_loop::{Contact as OneSided, Controller, Limits, SpringDamper};
 use std::collections::BTreeMap;
 
 /// A one-sided virtual tissue that begins at 0.
 type VirtualTissue<F> = OneSided<F, SpringDamper<F, Operator<F>>, 1>;
 
-/// A tissue under an indenter.
+/// A piece of tissue under an indenter, the operator that renders it, and the rig it is rendered on.
 #[derive(Clone, Debug)]
 pub struct Indentation {
-    /// The tissue, and how it is rendered.
-    pub(crate) rendering: Rendering,
-    pub(crate) load: Load,
-    /// Until when, s.
-    pub duration_s: f64,
+    /// Its way is a relaxation, its push from t = 0 on is creep.
+    pub(crate) load: RigDrive,
+    pub(crate) duration_s: f64,
+    pub(crate) piece: TissuePiece,
+    pub(crate) scheme: Scheme,
+    pub(crate) precision: Precision,
+    pub(crate) sample_time_s: f64,
+    pub(crate) contact: Contact,
+    /// Mass of each of the two actuators, kg.
+    pub(crate) mass_kg: f64,
+    pub(crate) damping_n_s_per_m: f64,
+    /// The controller that holds the indenter; `None` for the rig's own servo or a constant push.
+    pub(crate) drive: Option<Drive>,
+    pub(crate) sensors: Sensors,
+    pub(crate) force_limit_n: f64,
+    pub(crate) force_rate_limit_n_per_s: f64,
+    pub(crate) safety: Safety,
+    pub(crate) conduct: Conduct,
+    /// What is known of the dynamics of a device at a port.
+    pub(crate) dynamics: Option<Dynamics>,
 }
 
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) enum Load {
-    /// It holds a depth: a relaxation.
-    Depth {
-        /// δ₀, m, above 0.
-        depth_m: f64,
-        ramp_time_s: f64,
-    },
-    /// It pushes from t = 0 on: creep.
-    Force {
-        /// F₀, N, above 0.
-        force_n: f64,
-    },
+impl Experiment for Indentation {
+    fn check(&self) -> Result<u64, Failure> {
+        samples(self.duration_s, self.sample_time_s, &SAMPLES)
+    }
+
+    fn sample_time_s(&self) -> f64 {
+        self.sample_time_s
+    }
+
+    fn axes(&self) -> usize {
+        1
+    }
+
+    fn metadata(&self) -> BTreeMap<String, String> {
+        let kind = match self.load {
+            RigDrive::Position(_) => "relax",
+            RigDrive::Force(_) => "creep",
+        };
+        let mut metadata = metadata(kind, &self.conduct, self.scheme, &self.safety);
+        let material = &self.piece.material;
+        let (stiffness, dissipation) = material.spring_and_damper(1.0);
+        let ran = [
+            ("precision", self.precision_run().name().to_owned()),
+            ("rendered_modulus_pa", stiffness.to_string()),
+            ("rendered_viscosity_pa_s_mu", dissipation.to_string()),
+            ("rendered_order", material.order().to_string()),
+        ];
+        metadata.extend(ran.map(|(key, value)| (key.to_owned(), value)));
+        metadata.insert(TISSUE_IN_LOG.to_owned(), material.to_toml());
+        if let Some(drive) = &self.drive {
+            metadata.insert(CONTROLLER_IN_LOG.to_owned(), drive.controller.to_toml());
+        }
+        metadata
+    }
+
+    fn conduct(&self) -> &Conduct {
+        &self.conduct
+    }
+
+    fn conduct_mut(&mut self) -> &mut Conduct {
+        &mut self.conduct
+    }
+
+    fn run(&self, watched: Watched<'_>) -> Result<Published<Report>, Failure> {
+        let ran = self.record(watched)?;
+        let (report, curves) = self.report(&ran)?;
+        Ok(Published::new(report, curves, ran))
+    }
+
+    /// The controller of a drive is looked at wherever it runs.
+    fn may_be_refused(&self) -> bool {
+        self.drive.is_some()
+    }
 }
 
 impl Indentation {
+    /// The number type that the force was computed in: that of the device, if the loop was closed there.
+    fn precision_run(&self) -> Precision {
+        match &self.conduct.remote {
+            Some(remote) if remote.loop_mode == LoopMode::Device => Precision::F32,
+            Some(_) | None => self.precision,
+        }
+    }
+
     /// Runs the loop and writes the log.
-    pub(crate) fn record(
-        &self,
-        request: &FolderRequest,
-        supervisor: Supervisor<'_>,
-    ) -> Result<Ran, Failure> {
-        match self.rendering.precision {
-            Precision::F64 => self.record_as::<f64>(request, supervisor),
-            Precision::F32 => self.record_as::<f32>(request, supervisor),
+    pub(crate) fn record(&self, watched: Watched<'_>) -> Result<Ran, Failure> {
+        match self.precision {
+            Precision::F64 => self.record_as::<f64>(watched),
+            Precision::F32 => self.record_as::<f32>(watched),
         }
     }
 
@@ -99,157 +163,92 @@ impl Indentation {
     /// # Errors
     /// Bad parameters.
     pub fn simulate(&self, sink: Sink<'_>) -> Result<bool, Failure> {
-        match self.rendering.precision {
+        match self.precision {
             Precision::F64 => self.simulate_as::<f64>(sink),
             Precision::F32 => self.simulate_as::<f32>(sink),
         }
     }
 
-    /// The number of samples, if all parameters are good.
-    pub(crate) fn check(&self) -> Result<u64, Failure> {
-        let samples = samples(self.duration_s, self.rendering.sample_time_s, &SAMPLES)?;
-        match self.load {
-            Load::Depth { ramp_time_s, .. }
-                if !(ramp_time_s > 0.0 && ramp_time_s < self.duration_s) =>
-            {
-                Err(Failure::bad_input(format_args!(
-                    "ramp time {} s is not above 0 s and below the duration of {} s: give {RAMP_TIME}",
-                    Shown(ramp_time_s),
-                    Shown(self.duration_s)
-                )))
-            }
-            _ => Ok(samples),
-        }
-    }
-
     /// The verdict on the controller that holds the indenter over so many samples; `None` without one.
     pub(super) fn drive_verdict(&self, samples: u64) -> Result<Option<DriveVerdict>, Failure> {
-        let rendering = &self.rendering;
-        let Some(own) = &rendering.drive else {
+        let Some(drive) = &self.drive else {
             return Ok(None);
         };
         let look = self.look(samples);
         let (stiffness, dissipation) = (look.stiffness_n_per_m, look.dissipation_n_s_mu_per_m);
         let operator = look.loop_operator()?;
         let tissue = TissueLaw::new(stiffness, dissipation, operator, look.sample_time_s);
-        own.verdict(&self.rig()?, tissue).map(Some)
+        drive.verdict(&self.rig(), tissue).map(Some)
     }
 
-    /// The way of the indenter, or its push.
-    fn drive(&self) -> Result<RigDrive, Failure> {
-        match self.load {
-            Load::Depth {
-                depth_m,
-                ramp_time_s,
-            } => RampHold::new(Metres(depth_m), Seconds(ramp_time_s))
-                .map(RigDrive::Position)
-                .map_err(Failure::input),
-            Load::Force { force_n } => Ok(RigDrive::Force(Newtons(force_n))),
-        }
-    }
-
-    fn rig(&self) -> Result<RigConfig, Failure> {
-        let contact = match self.rendering.contact {
+    fn rig(&self) -> RigConfig {
+        let contact = match self.contact {
             Contact::Compliant => RigContact::COMPLIANT,
             Contact::Rigid | Contact::Ideal => RigContact::Rigid,
         };
-        let t = Seconds(self.rendering.sample_time_s);
+        let t = Seconds(self.sample_time_s);
         let (mass, damping) = (
-            Kilograms(self.rendering.mass_kg),
-            NewtonSecondsPerMetre(self.rendering.damping_n_s_per_m),
+            Kilograms(self.mass_kg),
+            NewtonSecondsPerMetre(self.damping_n_s_per_m),
         );
-        Ok(RigConfig {
+        RigConfig {
             renderer_mass: mass,
             renderer_damping: damping,
             indenter_mass: mass,
             indenter_damping: damping,
             servo: RigServo::of(mass, damping),
-            ..RigConfig::new(self.drive()?, contact, t)
-        })
+            ..RigConfig::new(self.load, contact, t)
+        }
     }
 
     fn simulate_as<F: Real>(&self, sink: Sink<'_>) -> Result<bool, Failure> {
         let samples = self.check()?;
         let mut controller = self.controller::<F>(samples)?;
-        let mut rig = self.rig_behind_sensors()?;
+        let mut rig = self.rig_behind_sensors(samples)?;
         Ok(simulate(&mut controller, &mut rig, samples, sink))
     }
 
-    /// What the log of a run says of it, over its document.
-    pub(crate) fn metadata(&self) -> BTreeMap<String, String> {
-        let rendering = &self.rendering;
-        let kind = match self.load {
-            Load::Depth { .. } => "relax",
-            Load::Force { .. } => "creep",
-        };
-        let mut metadata = metadata(
-            kind,
-            (rendering.pace, rendering.scheme),
-            rendering.remote.as_ref(),
-            &rendering.safety,
-        );
-        let material = &rendering.piece.material;
-        let (stiffness, dissipation) = material.spring_and_damper(1.0);
-        let ran = [
-            ("precision", rendering.precision_run().name().to_owned()),
-            ("rendered_modulus_pa", stiffness.to_string()),
-            ("rendered_viscosity_pa_s_mu", dissipation.to_string()),
-            ("rendered_order", material.order().to_string()),
-        ];
-        metadata.extend(ran.map(|(key, value)| (key.to_owned(), value)));
-        metadata.insert(TISSUE_IN_LOG.to_owned(), material.to_toml());
-        if let Some(own) = &rendering.drive {
-            metadata.insert(CONTROLLER_IN_LOG.to_owned(), own.controller.to_toml());
-        }
-        metadata
-    }
-
     /// Nothing is made in the folder before every parameter is known to be good.
-    fn record_as<F: Real>(
-        &self,
-        request: &FolderRequest,
-        supervisor: Supervisor<'_>,
-    ) -> Result<Ran, Failure> {
-        let (rendering, samples, drive) = (&self.rendering, self.check()?, self.drive()?);
+    fn record_as<F: Real>(&self, watched: Watched<'_>) -> Result<Ran, Failure> {
+        let (request, supervisor) = (watched.request, watched.supervisor);
+        let samples = self.check()?;
         let mut metadata = self.metadata();
         let mut controller = self.controller::<F>(samples)?;
-        let schedule = Schedule {
-            samples,
-            sample_time_s: rendering.sample_time_s,
-            pace: rendering.pace,
-        };
+        let schedule = self.schedule(samples);
         self.drive_acts()?;
-        if let Some(device) = &rendering.remote {
-            let reference = move |time_s: f64| match drive {
+        if let Some(device) = &self.conduct.remote {
+            let reference = |time_s: f64| match self.load {
                 RigDrive::Position(profile) => profile.position(time_s),
                 RigDrive::Force(_) => f64::NAN,
             };
             let run = RemoteRun {
                 device,
-                law: self.law(drive, device, samples)?,
+                law: self.law(device, samples)?,
                 schedule,
                 blank: &|time_s| blank(reference(time_s)),
                 preflight: None,
-                wanted: rendering.preflight,
+                wanted: PreflightRequest {
+                    force_unstable: self.conduct.force_unstable,
+                    dynamics: self.dynamics,
+                },
                 request,
                 metadata,
             };
-            return match &rendering.drive {
+            return match &self.drive {
                 None => {
-                    let run = run.looked_at_by(self.preflight(samples));
-                    run.run(&mut controller, supervisor)
+                    (run.looked_at_by(self.preflight(samples))).run(&mut controller, supervisor)
                 }
-                Some(own) => {
+                Some(drive) => {
                     let tissue = self.tissue_terms();
-                    let run = run.looked_at_by(Some(DriveLook { own, tissue }));
+                    let run = run.looked_at_by(Some(DriveLook { drive, tissue }));
                     run.run(&mut controller, supervisor)
                 }
             };
         }
-        let mut device = self.rig_behind_sensors()?;
+        let mut device = self.rig_behind_sensors(samples)?;
         let verdict = self.drive_verdict(samples)?;
         if let Some(verdict) = &verdict {
-            verdict.require_stable(rendering.preflight.force_unstable)?;
+            verdict.require_stable(self.conduct.force_unstable)?;
             note_findings(&mut metadata, DriveVerdict::KEY, verdict);
         }
         let mut world = Simulated::new(&mut controller, &mut device);
@@ -273,7 +272,7 @@ impl Indentation {
 
     /// True if a device is the indenter, and its motor holds it.
     fn holds_device(&self) -> bool {
-        self.rendering.drive.is_some() && self.rendering.remote.is_some()
+        self.drive.is_some() && self.conduct.remote.is_some()
     }
 
     /// Force that the tissue opposes, N: on a device that a drive moves, the force that this takes.
@@ -289,12 +288,12 @@ impl Indentation {
         &self,
         samples: u64,
     ) -> Result<Controller<F, 1, VirtualTissue<F>>, Failure> {
-        let Rendering {
+        let Self {
             piece,
             safety,
-            remote,
+            conduct,
             ..
-        } = &self.rendering;
+        } = self;
         let operator: Operator<F> = self.operator(samples)?;
         let (stiffness, dissipation) = piece.spring_and_damper();
         let too_much = |error| {
@@ -306,50 +305,59 @@ impl Indentation {
         let map = map.map(|map| map.rounded()).transpose().map_err(too_much)?;
         let environment = OneSided::at(Metres(0.0), tissue).map_err(Failure::input)?;
         let environment = environment.with_depth_map(map);
-        let limits = match remote {
-            None => self.limits_on_rig()?,
-            Some(remote) => remote.limits_here(self.limits(true)),
+        let t = Seconds(self.sample_time_s);
+        let chain = match &conduct.remote {
+            None => {
+                let (mass, damping) = (Kilograms(self.mass_kg), self.damping_n_s_per_m);
+                let renderer = MassDamperConfig::ideal(mass, NewtonSecondsPerMetre(damping), t);
+                safe_chain(
+                    self.force_and_rate(),
+                    &renderer,
+                    self.sensors,
+                    safety,
+                    conduct,
+                )?
+            }
+            Some(remote) => conduct.chain(&remote.limits_here(self.limits_there()), t, safety)?,
         };
-        let t = Seconds(self.rendering.sample_time_s);
-        let chain = SafetyChain::from_limits(&limits, t).map_err(parameter)?;
-        match remote {
-            None => safety.acts()?,
-            Some(_) => safety.acts_on_device()?,
-        }
         Ok(Controller::new(environment, chain))
     }
 
-    fn rig_behind_sensors(&self) -> Result<Sensed<SimulatedRig>, Failure> {
-        let config = self.rig()?;
-        let rig = match &self.rendering.drive {
-            None if self.is_ideal() => SimulatedRig::Ideal(Box::new(self.massless()?)),
-            None => {
-                let rig = IndentationRig::new(config).map_err(Failure::input)?;
-                SimulatedRig::Plain(Box::new(rig))
-            }
-            Some(own) => {
+    fn rig_behind_sensors(&self, samples: u64) -> Result<Sensed<SimulatedRig>, Failure> {
+        let config = self.rig();
+        let rig = match &self.drive {
+            None => match self.load {
+                RigDrive::Force(push) if self.is_ideal() => {
+                    SimulatedRig::Ideal(Box::new(self.massless(push, samples)?))
+                }
+                RigDrive::Position(_) | RigDrive::Force(_) => {
+                    let rig = IndentationRig::new(config).map_err(Failure::input)?;
+                    SimulatedRig::Plain(Box::new(rig))
+                }
+            },
+            Some(drive) => {
                 self.drive_acts()?;
-                let holder = own.holder(self.rendering.sample_time_s)?;
+                let holder = drive.holder(self.sample_time_s)?;
                 let rig = HeldRig::new(config, holder).map_err(Failure::input)?;
                 SimulatedRig::Held(Box::new(rig))
             }
         };
-        self.rendering.sensors.before(rig)
+        self.sensors.before(rig)
     }
 
     /// True for a push on the tissue alone.
     fn is_ideal(&self) -> bool {
-        let pushes = matches!(self.load, Load::Force { .. });
-        pushes && self.rendering.contact == Contact::Ideal && self.rendering.remote.is_none()
+        let pushes = matches!(self.load, RigDrive::Force(_));
+        pushes && self.contact == Contact::Ideal && self.conduct.remote.is_none()
     }
 
     /// Refuses a drive where nothing could be held by one.
     fn drive_acts(&self) -> Result<(), Failure> {
-        if self.rendering.drive.is_none() {
+        if self.drive.is_none() {
             return Ok(());
         }
-        if let Some(remote) = &self.rendering.remote {
-            if matches!(self.load, Load::Force { .. }) {
+        if let Some(remote) = &self.conduct.remote {
+            if matches!(self.load, RigDrive::Force(_)) {
                 return Err(Failure::bad_input(format_args!(
                     "no device measures the force that the {CONTROLLER} of a drive holds in a creep test: take [relax], or omit {DEVICE}"
                 )));
@@ -361,7 +369,7 @@ impl Indentation {
                 )));
             }
         }
-        match self.rendering.contact {
+        match self.contact {
             Contact::Compliant => Ok(()),
             Contact::Rigid | Contact::Ideal => Err(Failure::bad_input(format_args!(
                 "the {CONTROLLER} of a drive moves a mass, and this contact has none: take {contact_compliant}",
@@ -370,57 +378,40 @@ impl Indentation {
         }
     }
 
-    /// Limits of the safety chain, without a guard.
-    fn limits(&self, starts_small: bool) -> Limits {
-        let (force, rate) = (
-            self.rendering.force_limit_n,
-            self.rendering.force_rate_limit_n_per_s,
-        );
-        let limits = Limits::bare(Newtons(force), NewtonsPerSecond(rate));
-        self.rendering.safety.on(limits, starts_small)
+    fn force_and_rate(&self) -> Limits {
+        let rate = NewtonsPerSecond(self.force_rate_limit_n_per_s);
+        Limits::bare(Newtons(self.force_limit_n), rate)
     }
 
-    /// The same on the simulated rig, with a guard made for its renderer.
-    fn limits_on_rig(&self) -> Result<Limits, Failure> {
-        let (rig, safety) = (self.rig()?, &self.rendering.safety);
-        let known = safety.guarded(GuardedDevice {
-            mass_kg: Some(rig.renderer_mass.0),
-            damping_n_s_per_m: Some(rig.renderer_damping.0),
-            delay_s: Some((0.0, 0.0)),
-            lag_s: Some(0.0),
-            noise_m: Some(self.rendering.sensors.deviation_m()),
-        });
-        Ok(Limits {
-            guard: safety.guard.of(&known, rig.sample_time)?,
-            ..safety.braked(self.limits(false), rig.renderer_mass.0, 0)
-        })
+    /// Limits of the chain of a device, without its guard.
+    fn limits_there(&self) -> Limits {
+        self.safety.on(self.force_and_rate(), true)
     }
 
     /// The loop for the analysis: the tissue as a wall that is felt all the time. An indentation that is imposed
     /// closes no loop.
     fn preflight(&self, samples: u64) -> Option<Preflight<'_>> {
-        let rigid = self.rendering.contact != Contact::Compliant;
-        let imposed = matches!(self.load, Load::Depth { .. }) && rigid;
+        let rigid = self.contact != Contact::Compliant;
+        let imposed = matches!(self.load, RigDrive::Position(_)) && rigid;
         // Nothing is imposed on a device: a hand presses it.
-        (!imposed || self.rendering.remote.is_some()).then(|| self.look(samples))
+        (!imposed || self.conduct.remote.is_some()).then(|| self.look(samples))
     }
 
     /// The tissue as a wall.
     fn look(&self, samples: u64) -> Preflight<'_> {
-        let rendering = &self.rendering;
-        let piece = &rendering.piece;
+        let piece = &self.piece;
         let (stiffness_n_per_m, dissipation_n_s_mu_per_m) = piece.spring_and_damper();
         let look = Preflight {
             stiffness_n_per_m,
             dissipation_n_s_mu_per_m,
             order: piece.material.order(),
             model: piece.material.composed(),
-            scheme: rendering.scheme,
-            sample_time_s: rendering.sample_time_s,
+            scheme: self.scheme,
+            sample_time_s: self.sample_time_s,
             samples,
             map: None,
             contact: WallContact::OneSided,
-            guarded: rendering.safety.guard == GuardChoice::EnergyBounding,
+            guarded: self.safety.guard == GuardChoice::EnergyBounding,
         };
         // As steep as it becomes where the run ends.
         look.at_depth(piece.specimen.depth_map(), self.deepest())
@@ -428,36 +419,28 @@ impl Indentation {
 
     /// The depth at the end of the run, m, that of the tissue alone; on a device, which a hand presses, that of the largest force.
     fn deepest(&self) -> f64 {
-        let rendering = &self.rendering;
+        let crept = |force_n| self.piece.crept(force_n, &[self.duration_s])[0];
+        if self.conduct.remote.is_some() {
+            return crept(self.force_limit_n);
+        }
         match self.load {
-            _ if rendering.remote.is_some() => rendering
-                .piece
-                .crept(rendering.force_limit_n, &[self.duration_s])[0],
-            Load::Depth { depth_m, .. } => depth_m,
-            Load::Force { force_n } => self.rendering.piece.crept(force_n, &[self.duration_s])[0],
+            RigDrive::Position(profile) => profile.depth().0,
+            RigDrive::Force(push) => crept(push.0),
         }
     }
 
     /// The operator, for so many samples.
     fn operator<F: Real>(&self, samples: u64) -> Result<Operator<F>, Failure> {
-        let Rendering { piece, scheme, .. } = &self.rendering;
-        piece
-            .material
-            .operator(*scheme, Seconds(self.rendering.sample_time_s), samples)
+        let t = Seconds(self.sample_time_s);
+        self.piece.material.operator(self.scheme, t, samples)
     }
 
     /// The same tissue and drive for a device.
-    fn law(
-        &self,
-        drive: RigDrive,
-        device: &RemoteDevice,
-        samples: u64,
-    ) -> Result<RemoteLaw, Failure> {
-        let rendering = &self.rendering;
-        let (stiffness, dissipation) = rendering.piece.spring_and_damper();
-        let simulation = match drive {
+    fn law(&self, device: &RemoteDevice, samples: u64) -> Result<RemoteLaw, Failure> {
+        let (stiffness, dissipation) = self.piece.spring_and_damper();
+        let simulation = match self.load {
             RigDrive::Position(profile) => indentation(
-                rendering.contact == Contact::Compliant,
+                self.contact == Contact::Compliant,
                 profile.depth().0,
                 profile.ramp_time().0,
             ),
@@ -468,7 +451,7 @@ impl Indentation {
             true => push(0.0),
             false => simulation,
         };
-        let safety = &rendering.safety;
+        let safety = &self.safety;
         let bare = RemoteLaw {
             unchanged: UnchangedLimits {
                 speed: safety.speed_limit_m_per_s.is_none(),
@@ -476,9 +459,9 @@ impl Indentation {
             },
             guard: (safety.guard, safety.guarded(GuardedDevice::default())),
             ..RemoteLaw::bare(
-                self.limits(true),
+                self.limits_there(),
                 // The device of which the pre-flight speaks, if it knows one.
-                match rendering.preflight.dynamics {
+                match self.dynamics {
                     Some(known) => Simulation {
                         mass_kg: known.mass_kg as f32,
                         damping_n_s_per_m: known.damping_n_s_per_m as f32,
@@ -488,11 +471,8 @@ impl Indentation {
                 },
             )
         };
-        if let (Some(own), RigDrive::Position(profile)) = (&rendering.drive, drive) {
-            let t = rendering.sample_time_s;
-            let ramp_ticks = (profile.ramp_time().0 / t).round() as u32;
-            let way = (profile.depth().0, ramp_ticks);
-            let (shape, values, controller) = own.portable(way, t)?;
+        if let (Some(drive), RigDrive::Position(profile)) = (&self.drive, self.load) {
+            let (shape, values, controller) = drive.portable(profile, self.sample_time_s)?;
             return Ok(RemoteLaw {
                 operator: (shape, values),
                 controller: Some(controller),
@@ -502,9 +482,9 @@ impl Indentation {
         Ok(RemoteLaw {
             stiffness_n_per_m: stiffness,
             dissipation_n_s_mu_per_m: dissipation,
-            order: rendering.piece.material.order().get(),
+            order: self.piece.material.order().get(),
             one_sided: true,
-            depth_map: rendering.piece.specimen.depth_map(),
+            depth_map: self.piece.specimen.depth_map(),
             operator: match device.loop_mode {
                 LoopMode::Device => portable(&self.operator(samples)?)?,
                 LoopMode::Host => no_operator(),
@@ -517,7 +497,7 @@ impl Indentation {
 
 /// A drive that moves a device, to be looked at.
 struct DriveLook<'a> {
-    own: &'a Drive,
+    drive: &'a Drive,
     tissue: Option<[Term; 2]>,
 }
 
@@ -525,8 +505,81 @@ impl PreflightSubject for DriveLook<'_> {
     type Findings = DriveVerdict;
 
     fn verdict(&self, dynamics: Dynamics, _: usize) -> Result<DriveVerdict, Failure> {
-        self.own.on_device(&dynamics, self.tissue)
+        self.drive.on_device(&dynamics, self.tissue)
     }
+}
+
+/// The safety chain, and the mass, damping, delay and lag of a device at a port as far as its own keys and its device file say them.
+fn guarded(table: &Table<'_>, real: bool) -> Result<(Safety, Option<Dynamics>), FileError> {
+    let mut safety = safety(table)?;
+    let model = device_model(table)?;
+    if let Some(model) = &model {
+        let on_rig = safety.on_rig(&model.guarded(), real);
+        safety = on_rig.map_err(|error| table.fail_at(p::DEVICE_MODEL.key, error.to_string()))?;
+    }
+    let known = safety.device_mass_kg.zip(safety.device_damping_n_s_per_m);
+    let dynamics = known.map(|(mass_kg, damping_n_s_per_m)| Dynamics {
+        mass_kg,
+        damping_n_s_per_m,
+        ..model.map_or(Dynamics::ideal(mass_kg, damping_n_s_per_m), |model| {
+            model.dynamics()
+        })
+    });
+    Ok((safety, dynamics))
+}
+
+/// What `[relax]` and `[creep]` share, with the table of a controller that holds the indenter; `load` reads what they do not.
+fn rendering(
+    table: &Table<'_>,
+    held: Option<&Table<'_>>,
+    contact: &Parameter,
+    duration_s: f64,
+    load: impl FnOnce(&TissuePiece) -> Result<RigDrive, FileError>,
+) -> Result<Indentation, FileError> {
+    let remote = remote(table)?;
+    let sensors = sensors(table)?;
+    if remote.is_some() && !sensors.are_ideal() {
+        let reason = "encoder_resolution_m and sensor_noise_m are of the simulated rig: omit them with a serial device, which has its own";
+        return Err(table.fail_at(p::ENCODER_RESOLUTION.key, reason.to_owned()));
+    }
+    let precision = table.choice(&PRECISION)?;
+    let there = (remote.as_ref()).is_some_and(|remote| remote.loop_mode == LoopMode::Device);
+    if there && precision == Precision::F64 {
+        let idle = &format!(
+            "in a loop on the device, which computes in f32: give {loop_host}",
+            loop_host = p::LOOP.set_to("host")
+        );
+        without(table, [&PRECISION], idle)?;
+    }
+    let (safety, dynamics) = guarded(table, remote.is_some())?;
+    let sample_time_s = table.number(&p::SAMPLE_TIME)?;
+    samples_fit(table, sample_time_s, duration_s, &SAMPLES)?;
+    let piece = piece(table)?;
+    let (model, order) = (piece.material.composed(), piece.material.order());
+    let scheme = scheme(table, model, order, sample_time_s, duration_s)?;
+    Ok(Indentation {
+        load: load(&piece)?,
+        duration_s,
+        dynamics,
+        piece,
+        scheme,
+        precision,
+        sample_time_s,
+        contact: match table.choice(contact)? {
+            Contact::Ideal if !table.has(contact) && (remote.is_some() || held.is_some()) => {
+                Contact::Compliant
+            }
+            given @ (Contact::Compliant | Contact::Rigid | Contact::Ideal) => given,
+        },
+        mass_kg: table.number(&RIG_MASS)?,
+        damping_n_s_per_m: table.number(&RIG_DAMPING)?,
+        drive: held.map(drive::drive).transpose()?,
+        sensors,
+        force_limit_n: table.number(&p::FORCE_LIMIT)?,
+        force_rate_limit_n_per_s: table.number(&p::FORCE_RATE_LIMIT)?,
+        safety,
+        conduct: Conduct::on(remote),
+    })
 }
 
 /// `[relax]`, with the table of a controller that holds the indenter.
@@ -542,25 +595,22 @@ pub(crate) fn relax(
         );
         return Err(table.fail_at("ramp_time_s", reason));
     }
-    let rendering = rendering(table, drive, (&CONTACT, duration_s))?;
-    let size = |piece: &Specimen| piece.slab_sizes().map(|(_, thickness)| thickness.0);
-    let depth_m = either(table, &rendering, (&STRAIN, size), &DEPTH)?;
-    let thickness_m = rendering.piece.specimen.loading().thickness_m;
-    if let Some(thickness_m) = thickness_m.filter(|thickness_m| depth_m > *thickness_m) {
-        let reason = format!(
-            "depth_m = {depth_m} is beyond thickness_m = {thickness_m}: change one of them",
-            depth_m = Shown(depth_m),
-            thickness_m = Shown(thickness_m)
-        );
-        return Err(table.fail_at(DEPTH.key, reason));
-    }
-    Ok(Indentation {
-        load: Load::Depth {
-            depth_m,
-            ramp_time_s,
-        },
-        duration_s,
-        rendering,
+    rendering(table, drive, &CONTACT, duration_s, |piece| {
+        let thickness_m = piece.specimen.slab_sizes().map(|sizes| sizes.1.0);
+        let depth_m = either(table, piece, &STRAIN, thickness_m, &DEPTH)?;
+        let thickness_m = piece.specimen.loading().thickness_m;
+        if let Some(thickness_m) = thickness_m.filter(|thickness_m| depth_m > *thickness_m) {
+            let reason = format!(
+                "depth_m = {depth_m} is beyond thickness_m = {thickness_m}: change one of them",
+                depth_m = Shown(depth_m),
+                thickness_m = Shown(thickness_m)
+            );
+            return Err(table.fail_at(DEPTH.key, reason));
+        }
+        let ramp = RampHold::new(Metres(depth_m), Seconds(ramp_time_s));
+        Ok(RigDrive::Position(
+            ramp.map_err(|error| table.fail(error.to_string()))?,
+        ))
     })
 }
 
@@ -570,25 +620,21 @@ pub(crate) fn creep(
     drive: Option<&Table<'_>>,
 ) -> Result<Indentation, FileError> {
     let duration_s = table.number(&CREEP_DURATION)?;
-    let rendering = rendering(table, drive, (&CREEP_CONTACT, duration_s))?;
-    let size = |piece: &Specimen| piece.slab_sizes().map(|(area, _)| area.0);
-    Ok(Indentation {
-        load: Load::Force {
-            force_n: either(table, &rendering, (&STRESS, size), &FORCE)?,
-        },
-        duration_s,
-        rendering,
+    rendering(table, drive, &CREEP_CONTACT, duration_s, |piece| {
+        let area_m2 = piece.specimen.slab_sizes().map(|sizes| sizes.0.0);
+        let push_n = either(table, piece, &STRESS, area_m2, &FORCE)?;
+        Ok(RigDrive::Force(Newtons(push_n)))
     })
 }
 
 /// A strain or stress times a size of the slab, or the depth or force itself, which any other piece needs.
 fn either(
     table: &Table<'_>,
-    rendering: &Rendering,
-    (share, size): (&Parameter, impl Fn(&Specimen) -> Option<f64>),
+    piece: &TissuePiece,
+    share: &Parameter,
+    size: Option<f64>,
     whole: &Parameter,
 ) -> Result<f64, FileError> {
-    let specimen = &rendering.piece.specimen;
     let given = table.number_if(whole)?;
     if given.is_some() && table.has(share) {
         let reason = format!(
@@ -600,10 +646,10 @@ fn either(
     if let Some(given) = given {
         return Ok(given);
     }
-    match size(specimen) {
+    match size {
         Some(size) => Ok(table.number(share)? * size),
         None => {
-            let kind = specimen.loading().kind.name();
+            let kind = piece.specimen.loading().kind.name();
             let reason = format!("a {kind} has no {}: give {whole}", share.key);
             Err(table.fail_at(p::LOADING.key, reason))
         }

@@ -1,5 +1,6 @@
 //! Keys of every table: the device and its file, its sensors, the operator, the tissue, and how many samples there are.
 
+use super::kind::Conduct;
 use crate::document::error::{FileError, text_of};
 use crate::document::parameters as p;
 use crate::document::parameters::{DEVICE, Parameter, SENSOR_NOISE};
@@ -10,7 +11,6 @@ use crate::run::device::DeviceName;
 use crate::run::plant_file::DeviceModel;
 use crate::run::remote::{RemoteDevice, device_name};
 use crate::run::safety::Safety;
-use crate::run::schedule::Pace;
 use crate::run::sensors::Sensors;
 use fracdiff::parameter::Shown;
 use fracdiff::{Order, Scheme, Seconds};
@@ -273,11 +273,14 @@ fn loading(table: &Table<'_>) -> Result<Loading, FileError> {
 
 /// The key of a size that a loading refuses, and what to do with it.
 fn of_loading(error: &ParameterError) -> Option<(&'static Parameter, &'static str)> {
-    let (what, remedy) = match error {
-        ParameterError::Missing { what, .. } => (*what, "give"),
-        ParameterError::NoEffect { what, .. } => (*what, "omit"),
-        ParameterError::Range(range) => (range.what, "change"),
-        _ => return None,
+    let (what, remedy) = if let ParameterError::Missing { what, .. } = error {
+        (*what, "give")
+    } else if let ParameterError::NoEffect { what, .. } = error {
+        (*what, "omit")
+    } else if let ParameterError::Range(range) = error {
+        (range.what, "change")
+    } else {
+        return None;
     };
     let mut keys = p::PIECE.iter();
     let key = keys.find(|parameter| label(parameter.key) == what)?;
@@ -296,18 +299,18 @@ pub(crate) fn linear_piece(table: &Table<'_>) -> Result<TissuePiece, FileError> 
 /// What the log of a run of this kind says of it beside its document, or over it, where that leaves to the program what really runs.
 pub(crate) fn metadata(
     kind: &str,
-    (pace, scheme): (Pace, Scheme),
-    remote: Option<&RemoteDevice>,
+    conduct: &Conduct,
+    scheme: Scheme,
     safety: &Safety,
 ) -> BTreeMap<String, String> {
-    let own = [
+    let words = [
         ("experiment", kind.to_owned()),
-        ("pace", pace.to_string()),
+        ("pace", conduct.pace.to_string()),
         ("scheme", scheme.to_string()),
-        ("device", device_name(remote)),
+        ("device", device_name(conduct.remote.as_ref())),
     ];
     let numbers = safety.numbers();
     let numbers = numbers.map(|(key, value)| (key, value.to_string()));
-    let all = own.into_iter().chain(numbers);
+    let all = words.into_iter().chain(numbers);
     all.map(|(key, value)| (key.to_owned(), value)).collect()
 }

@@ -20,11 +20,11 @@ mod side;
 #[cfg(test)]
 mod tests;
 
-use super::reading::{linear_piece, metadata};
+use super::kind::{Conduct, Experiment as _};
+use super::reading::linear_piece;
 use super::trial::{
-    TRIAL_FORCE_RATE_LIMIT, VirtualWall, force_and_rate, safe_force_limit, wall_at_start,
+    TRIAL_FORCE_RATE_LIMIT, VirtualWall, force_and_rate, safe_chain, wall_at_start,
 };
-use crate::document::TISSUE_IN_LOG;
 use crate::document::error::FileError;
 use crate::document::failure::Failure;
 use crate::document::named::Named;
@@ -42,7 +42,7 @@ use crate::run::advice::parameter;
 use crate::run::preflight::{PreflightSubject, PreflightVerdict};
 use crate::run::safety::Safety;
 use crate::run::safety::safety;
-use crate::run::schedule::{self, Pace};
+use crate::run::schedule;
 use crate::run::sensors::Imperfections;
 use fracdiff::num_complex::Complex;
 use fracdiff::parameter::Shown;
@@ -54,10 +54,7 @@ use haptic_loop::plant::{MassDamperConfig, SUB_STEPS};
 use haptic_loop::units::{Kilograms, NewtonSecondsPerMetre};
 use haptic_teleoperation::{ChannelModel, CouplerGains, Port, PortLaw, Settings};
 pub use line::End;
-pub(crate) use report::TeleoperationVerdict;
-pub use report::{FeltAt, TeleoperationReport};
 pub use side::{FarReport, Terms};
-use std::collections::BTreeMap;
 use std::f64::consts::{PI, TAU};
 
 parameters! {
@@ -157,20 +154,13 @@ impl Named for Architecture {
     ];
 }
 
-/// The hand that holds the master.
-#[derive(Clone, Copy, Debug, PartialEq)]
+/// The hand that holds the master; by default there is none.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct HandModel {
     /// `k_h`, N/m, above 0.
     pub stiffness_n_per_m: f64,
     /// `b_h`, N·s/m, at least 0.
     pub damping_n_s_per_m: f64,
-}
-
-impl HandModel {
-    const NONE: Self = Self {
-        stiffness_n_per_m: 0.0,
-        damping_n_s_per_m: 0.0,
-    };
 }
 
 #[derive(Clone, Debug, PartialEq)]
@@ -218,8 +208,8 @@ impl HandMotion {
             sines += amplitude * phase.sin();
             speeds += TAU * frequency * amplitude * phase.cos();
         }
-        let place = self.press_m + sines;
-        (risen * place, rising * place + risen * speeds)
+        let position = self.press_m + sines;
+        (risen * position, rising * position + risen * speeds)
     }
 }
 
@@ -260,21 +250,13 @@ pub(crate) struct TeleoperationExperiment {
     pub must_be_passive: bool,
     /// Further settings of both safety chains.
     pub(super) safety: Safety,
-    pub pace: Pace,
-    /// Run a remote place that the analysis calls unstable for the slave.
-    pub force_unstable: bool,
+    /// Both devices are simulated; the remote place may be one that the analysis calls unstable for the slave.
+    pub(super) conduct: Conduct,
 }
 
 impl TeleoperationExperiment {
-    /// T.
     pub(crate) const fn sample_time(&self) -> Seconds {
         self.master.sample_time
-    }
-
-    /// The number of samples, if all parameters are good.
-    pub(crate) fn check(&self) -> Result<u64, Failure> {
-        self.check_waves()?;
-        self.pair().map(|_| self.samples())
     }
 
     /// Waves that both devices bear: each feels b as a damper that is told a sample late, and pays for that with its own damping.
@@ -296,16 +278,10 @@ impl TeleoperationExperiment {
         Ok(())
     }
 
-    /// A duration of a number of samples.
-    fn check_duration(&self) -> Result<(), Failure> {
-        schedule::samples(self.duration_s, self.sample_time().0, &SAMPLES)?;
-        Ok(())
-    }
-
     /// Times and frequencies that fit each other.
     fn check_times(&self) -> Result<(), Failure> {
-        self.check_duration()?;
         let t = self.sample_time().0;
+        schedule::samples(self.duration_s, t, &SAMPLES)?;
         let most = self.duration_s - HandMotion::RISE_S;
         let whole = (self.window_s / t - (self.window_s / t).round()).abs() < 1e-6;
         if !(self.window_s >= t && self.window_s <= most && whole) {
@@ -382,7 +358,13 @@ impl TeleoperationExperiment {
         };
         let (force, rate) = (self.force_limit_n, self.force_rate_limit_n_per_s);
         let limits = force_and_rate(force, rate, self.sample_time());
-        safe_force_limit(limits, device, Imperfections::NONE.sensors, &self.safety)
+        safe_chain(
+            limits,
+            device,
+            Imperfections::NONE.sensors,
+            &self.safety,
+            &self.conduct,
+        )
     }
 
     /// The same for the analysis; `None` for time-domain passivity, which is no linear law.
@@ -416,9 +398,9 @@ impl TeleoperationExperiment {
         })
     }
 
-    /// The loop of the slave and its remote place as they are simulated, several steps a sample, without coupler, hand and
-    /// line. `None` for a place without spring and damper, which is no loop.
-    fn preflight(&self) -> Result<Option<PreflightVerdict>, Failure> {
+    /// The verdict on the loop of the slave and its remote place as they are simulated, several steps a sample, without coupler, hand and
+    /// line; what is unstable is refused unless it is forced. `None` for a place without spring and damper, which is no loop.
+    fn require_stable(&self) -> Result<Option<PreflightVerdict>, Failure> {
         let step = Seconds(self.sample_time().0 / SUB_STEPS as f64);
         let steps = self.samples() * SUB_STEPS as u64;
         // No guard stands between the slave and its place.
@@ -430,38 +412,12 @@ impl TeleoperationExperiment {
             return Ok(None);
         }
         let slave = Dynamics::ideal(self.slave.mass.0, self.slave.damping.0);
-        PreflightSubject::verdict(&loops, slave, 0).map(Some)
-    }
-
-    /// The same; refuses what is unstable, unless `force_unstable` is set.
-    fn require_stable(&self) -> Result<Option<PreflightVerdict>, Failure> {
-        let verdict = self.preflight()?;
-        if let Some(verdict) = &verdict {
-            verdict
-                .require_stable(self.force_unstable)
-                .map_err(|refusal| {
-                    Failure::bad_input(format_args!("the slave in its remote place: {refusal}"))
-                })?;
-        }
-        Ok(verdict)
-    }
-
-    /// Of the log of a run, or of a side of one.
-    pub(crate) fn metadata(&self, pace: Pace) -> BTreeMap<String, String> {
-        let choice = (pace, self.scheme);
-        let mut metadata = metadata("teleoperation", choice, None, &self.safety);
-        let frequencies: Vec<String> =
-            (self.motion.frequencies_hz.iter().map(f64::to_string)).collect();
-        let ran = [
-            (SLAVE_MASS.key, self.slave.mass.0.to_string()),
-            (SLAVE_DAMPING.key, self.slave.damping.0.to_string()),
-            ("frequencies_hz", frequencies.join(" ")),
-            ("playout_samples", self.playout().to_string()),
-        ];
-        metadata.extend(ran.map(|(key, value)| (key.to_owned(), value)));
-        let file = self.place.matter.file();
-        metadata.extend(file.map(|file| (TISSUE_IN_LOG.to_owned(), file)));
-        metadata
+        let verdict = PreflightSubject::verdict(&loops, slave, 0)?;
+        let required = verdict.require_stable(self.conduct.force_unstable);
+        required.map_err(|refusal| {
+            Failure::bad_input(format_args!("the slave in its remote place: {refusal}"))
+        })?;
+        Ok(Some(verdict))
     }
 }
 
@@ -509,8 +465,7 @@ pub(crate) fn teleoperation(table: &Table<'_>) -> Result<TeleoperationExperiment
         force_rate_limit_n_per_s: table.number_if(&TRIAL_FORCE_RATE_LIMIT)?,
         must_be_passive: table.flag(&MUST_BE_PASSIVE)?,
         safety: safety(table)?,
-        pace: Pace::Virtual,
-        force_unstable: false,
+        conduct: Conduct::on(None),
     };
     (experiment.check()).map_err(|error| table.fail(error.to_string()))?;
     Ok(experiment)
@@ -569,7 +524,6 @@ fn playout(table: &Table<'_>, t: Seconds) -> Result<Option<u32>, FileError> {
 pub(crate) enum PlaceName {
     /// A tissue of the library.
     Tissue,
-    /// K + B·D^μ.
     Wall,
 }
 

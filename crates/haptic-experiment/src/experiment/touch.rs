@@ -15,10 +15,9 @@ mod report;
 mod running;
 mod shape;
 
+use super::kind::{Conduct, Experiment as _};
 use super::reading::{piece, remote, samples_fit, scheme, sensors};
-use super::trial::{
-    TRIAL_FORCE_RATE_LIMIT, dynamics, force_and_rate, limits_there, safe_force_limit,
-};
+use super::trial::{TRIAL_FORCE_RATE_LIMIT, dynamics, force_and_rate, safe_chain};
 use crate::document::error::FileError;
 use crate::document::failure::Failure;
 use crate::document::parameters::kind::{Parameter, joined, parameters};
@@ -32,13 +31,10 @@ use crate::document::parameters::{
 };
 use crate::document::reader::Table;
 use crate::judge::preflight::{Matter, Preflight, WallContact};
-use crate::run::advice::parameter;
 use crate::run::record::WHOLE_MOST;
-use crate::run::remote::RemoteDevice;
 use crate::run::safety::keys::WORKSPACE_LOW;
 use crate::run::safety::safety;
 use crate::run::safety::{GuardChoice, Safety, workspace};
-use crate::run::schedule::Pace;
 use crate::run::sensors::Sensors;
 use fracdiff::parameter::Shown;
 use fracdiff::{Order, Scheme, Seconds};
@@ -46,9 +42,7 @@ use haptic_analysis::Dynamics;
 use haptic_loop::plant::MassDamperConfig;
 use haptic_loop::units::{Kilograms, NewtonSecondsPerMetre, Newtons, NewtonsPerMetre};
 use haptic_loop::{Limits, SafetyChain};
-pub use report::TouchReport;
-pub(crate) use report::TouchVerdict;
-use shape::{Grip, HandPath, TouchShape};
+use shape::{Circle, Grip, HandPath, TouchBall, TouchShape};
 pub(crate) use shape::{GripName, ShapeName};
 
 parameters! {
@@ -67,9 +61,7 @@ parameters! {
     TOUCH_TISSUE = text("tissue", "",
         "Tissue of the shape: a name from `host-cli materials list`, or a TOML file [default: K, B and order]");
     TOUCH_STIFFNESS = number("stiffness_n_per_m", 300.0, "300", STIFFNESSES, "K of the shape, without a tissue");
-    /// B, N·s^μ/m.
     TOUCH_DISSIPATION = number("dissipation_n_s_mu_per_m", 5.0, "5", DISSIPATIONS, "B of the shape, N·s^μ/m");
-    /// μ.
     TOUCH_ORDER = number("order", 0.5, "0.5", WALL_ORDERS, "Order of the dissipation: 0 a spring, 1 a damper");
     /// Mass of the device, kg.
     TOUCH_MASS = list("mass_kg", MASSES, "Mass of the device, above 0: one number, or one per axis [default: 0.065]");
@@ -152,15 +144,11 @@ pub(crate) struct TouchExperiment {
     pub must_be_passive: bool,
     /// Further settings of the safety chain.
     safety: Safety,
-    pub(crate) pace: Pace,
-    /// The device at a port, in whose hand the shape is then felt; `None` for the simulated one.
-    pub(crate) remote: Option<RemoteDevice>,
-    /// Run on a device what the analysis refuses.
-    pub(crate) force_unstable: bool,
+    /// Of a device at a port, in whose hand the shape is then felt, or the simulated one.
+    conduct: Conduct,
 }
 
 impl TouchExperiment {
-    /// T.
     pub(crate) const fn sample_time(&self) -> Seconds {
         self.device.sample_time
     }
@@ -214,14 +202,8 @@ impl TouchExperiment {
     /// The safety chain of the loop that runs here: force limited by its norm, the guard for the lightest axis. On a device it is that
     /// of the force alone; the rest is the device's.
     fn chain(&self) -> Result<SafetyChain<f64>, Failure> {
-        let Some(remote) = &self.remote else {
-            let limits = self.norm_and_box();
-            return safe_force_limit(limits, &self.lightest(), self.sensors, &self.safety);
-        };
-        let limits = remote.limits_here(self.limits_there());
-        let chain = SafetyChain::from_limits(&limits, self.sample_time());
-        self.safety.acts_on_device()?;
-        chain.map_err(parameter)
+        let (limits, device) = (self.norm_and_box(), self.lightest());
+        safe_chain(limits, &device, self.sensors, &self.safety, &self.conduct)
     }
 
     fn norm_and_box(&self) -> Limits {
@@ -239,11 +221,6 @@ impl TouchExperiment {
             workspace_box,
             ..force_and_rate(force, rate, self.sample_time())
         }
-    }
-
-    /// Limits of the chain of a device, without its guard.
-    fn limits_there(&self) -> Limits {
-        limits_there(self.norm_and_box(), &self.lightest(), &self.safety)
     }
 }
 
@@ -284,9 +261,7 @@ pub(crate) fn touch(table: &Table<'_>) -> Result<TouchExperiment, FileError> {
         workspace_m: workspace_of(table, axes, &safety)?,
         must_be_passive: table.flag(&TOUCH_MUST_BE_PASSIVE)?,
         safety,
-        pace: Pace::Virtual,
-        remote: remote(table)?,
-        force_unstable: false,
+        conduct: Conduct::on(remote(table)?),
     };
     (touch.check()).map_err(|error| table.fail(error.to_string()))?;
     Ok(touch)
@@ -356,11 +331,11 @@ fn shape(table: &Table<'_>, axes: usize) -> Result<TouchShape, FileError> {
                 surface_m: table.number(&TOUCH_SURFACE)?,
             }
         }
-        ShapeName::Ball | ShapeName::HollowBall => TouchShape::Ball {
+        ShapeName::Ball | ShapeName::HollowBall => TouchShape::Ball(TouchBall {
             centre_m: per_axis(table, &TOUCH_CENTRE, axes)?.unwrap_or_else(|| vec![0.0; axes]),
             radius_m: table.number(&TOUCH_RADIUS)?,
             hollow: name == ShapeName::HollowBall,
-        },
+        }),
     })
 }
 
@@ -423,8 +398,8 @@ fn path(table: &Table<'_>, axes: usize, shape: &TouchShape) -> Result<HandPath, 
     }
     let (mut way, mut before) = (Vec::new(), f64::NEG_INFINITY);
     for (n, row) in (1..).zip(rows) {
-        let (time_s, place) = match row.split_first() {
-            Some((time_s, place)) if place.len() == axes => (*time_s, place.to_vec()),
+        let (time_s, point) = match row.split_first() {
+            Some((time_s, point)) if point.len() == axes => (*time_s, point.to_vec()),
             _ => {
                 let numbers = row.len().saturating_sub(1);
                 return wrong(format!(
@@ -439,7 +414,7 @@ fn path(table: &Table<'_>, axes: usize, shape: &TouchShape) -> Result<HandPath, 
             ));
         }
         before = time_s;
-        way.push((time_s, place));
+        way.push((time_s, point));
     }
     Ok(HandPath::WayPoints(way))
 }
@@ -447,17 +422,15 @@ fn path(table: &Table<'_>, axes: usize, shape: &TouchShape) -> Result<HandPath, 
 fn circle(table: &Table<'_>, axes: usize, shape: &TouchShape) -> Result<HandPath, FileError> {
     let radius = table.number(&TOUCH_CIRCLE_RADIUS)?;
     let (centre, start) = match shape {
-        TouchShape::Ball {
-            centre_m, radius_m, ..
-        } => (centre_m.clone(), *radius_m),
+        TouchShape::Ball(ball) => (ball.centre_m.clone(), ball.radius_m),
         TouchShape::Plane { .. } => (vec![0.0; axes], radius),
     };
-    Ok(HandPath::Circle {
+    Ok(HandPath::Circle(Circle {
         centre: per_axis(table, &TOUCH_CIRCLE_CENTRE, axes)?.unwrap_or(centre),
         start_radius: table.number_if(&TOUCH_CIRCLE_START)?.unwrap_or(start),
         radius,
         period_s: table.number(&TOUCH_CIRCLE_PERIOD)?,
-    })
+    }))
 }
 
 /// The corners of the workspace, if there is one.

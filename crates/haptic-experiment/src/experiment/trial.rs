@@ -6,7 +6,8 @@
 mod report;
 mod setup;
 
-use super::reading::{samples_fit, without};
+use super::kind::Conduct;
+use super::reading::without;
 use crate::document::error::FileError;
 use crate::document::failure::Failure;
 use crate::document::named::Named as _;
@@ -14,15 +15,16 @@ use crate::document::parameters::kind::{Parameter, parameters};
 use crate::document::parameters::range::{
     DURATIONS, FORCE_LIMITS, FORCE_RATES, FORCES_ABOVE_0, IMPACTS, REACHES_ABOVE_0,
 };
-use crate::document::parameters::{SAMPLE_TIME, SCHEME, TRIAL_DURATION};
+use crate::document::parameters::{SCHEME, TRIAL_DURATION};
 use crate::document::reader::Table;
 use crate::judge::preflight::WallContact;
 use crate::judge::settling::{Criterion, Judge, Scales, Settling, Tolerance};
 use crate::run::advice::parameter;
+use crate::run::remote::{RemoteLaw, held};
 use crate::run::safety::{GuardedDevice, Safety};
 use crate::run::sensors::Sensors;
 use fracdiff::parameter::Shown;
-use fracdiff::{Operator, Seconds};
+use fracdiff::{Operator, Real, Seconds};
 use haptic_analysis::Dynamics;
 use haptic_loop::plant::{MassDamper, MassDamperConfig};
 use haptic_loop::units::{Metres, Newtons, NewtonsPerSecond};
@@ -31,8 +33,7 @@ use haptic_loop::{
     Sample, Wall,
 };
 use nalgebra::{SVector, Vector1};
-pub use report::TrialReport;
-pub(crate) use report::{Judged, OfSample, Seen, Theory, Trial, incomparable, limited, six_digits};
+pub(crate) use report::{OfSample, OffN, Seen, Trial, incomparable, limited, six_digits};
 pub(crate) use setup::{Parts, TrialSetup, setup};
 use std::convert::Infallible;
 use std::fmt::Debug;
@@ -77,11 +78,11 @@ pub struct TrialPlan {
     /// Speed at which the device hits the wall, m/s: 0 to 10. 0 with the dissertation's rule and on a serial
     /// device, which cannot be thrown.
     pub impact_m_per_s: f64,
-    /// Duration, s.
+    /// How long the wall has to show that it settles, s.
     pub duration_s: f64,
     /// Window at the end that is judged, s.
     pub window_s: f64,
-    /// Largest force, N.
+    /// Largest force of the actuator, N: a force that stays there is no longer the wall's.
     pub force_limit_n: f64,
 }
 
@@ -120,8 +121,8 @@ impl TrialPlan {
     pub(crate) fn hits(&self, contact: WallContact) -> impl Iterator<Item = f64> {
         let once = contact == WallContact::Linear || self.criterion != Criterion::Settling;
         let hits: &[f64] = if once { &[] } else { &HITS };
-        let own = self.impact_m_per_s;
-        (hits.iter().copied()).filter(move |hit| hit.total_cmp(&own).is_ne())
+        let planned = self.impact_m_per_s;
+        (hits.iter().copied()).filter(move |hit| hit.total_cmp(&planned).is_ne())
     }
 
     /// Number of samples, that at time 0 included.
@@ -169,7 +170,7 @@ impl TrialPlan {
         stiffness_n_per_m: f64,
     ) -> Result<Settling, Failure> {
         let samples = self.samples(sample_time)?;
-        let mut judge = self.judge((stiffness_n_per_m, stiffness_n_per_m), 0.0, sample_time.0);
+        let mut judge = self.judge(stiffness_n_per_m, stiffness_n_per_m, 0.0, sample_time.0);
         let chain = force_limit(self.force_limit_n, sample_time)?;
         let mut plant = OwnPlant {
             step: plant,
@@ -188,7 +189,8 @@ impl TrialPlan {
     /// The judge of a wall of K N/m with the hand, and of K + B·T^(−μ) N/m for a step, behind these sensors.
     pub(crate) fn judge(
         &self,
-        (spring_n_per_m, step_n_per_m): (f64, f64),
+        spring_n_per_m: f64,
+        step_n_per_m: f64,
         encoder_step_m: f64,
         sample_time_s: f64,
     ) -> Judge {
@@ -252,14 +254,6 @@ impl<F: FnMut(f64) -> f64> Device<f64, 1> for OwnPlant<F> {
         };
         Ok(())
     }
-}
-
-/// Sample time and duration, s, of a run that is not too long.
-pub(crate) fn times(table: &Table<'_>) -> Result<(f64, f64), FileError> {
-    let sample_time_s = table.required(&SAMPLE_TIME)?;
-    let duration_s = table.number(&TRIAL_DURATION)?;
-    samples_fit(table, sample_time_s, duration_s, &TRIAL_SAMPLES)?;
-    Ok((sample_time_s, duration_s))
 }
 
 /// Reads the plan of a trial: how a wall is tried and judged.
@@ -363,29 +357,51 @@ pub(crate) fn force_limit(limit_n: f64, t: Seconds) -> Result<SafetyChain<f64>, 
     SafetyChain::from_limits(&force_and_rate(limit_n, None, t), t).map_err(parameter)
 }
 
-/// A chain with these limits of force and rate and what else is asked for; guard and braking are made for the device.
-pub(crate) fn safe_force_limit(
+/// The chain of the loop that runs here: these limits and what else is asked for, guard and braking made for the device. Beside a device at a
+/// port it does force and rate alone, and with the device's own loop it runs only to be checked.
+pub(crate) fn safe_chain<F: Real>(
     limits: Limits,
     device: &MassDamperConfig,
     sensors: Sensors,
     safety: &Safety,
-) -> Result<SafetyChain<f64>, Failure> {
+    conduct: &Conduct,
+) -> Result<SafetyChain<F>, Failure> {
     let t = device.sample_time;
-    let known = safety.guarded(GuardedDevice::simulated(device, sensors));
-    let limits = Limits {
-        guard: safety.guard.of(&known, t)?,
-        ..safety.braked(safety.on(limits, false), device.mass.0, delay_ticks(device))
+    let limits = match &conduct.remote {
+        None => {
+            let known = safety.guarded(GuardedDevice::simulated(device, sensors));
+            Limits {
+                guard: safety.guard.of(&known, t)?,
+                ..safety.braked(safety.on(limits, false), device.mass.0, delay_ticks(device))
+            }
+        }
+        Some(remote) => remote.limits_here(limits_there(limits, device, safety)),
     };
-    let chain = SafetyChain::from_limits(&limits, t).map_err(parameter)?;
-    safety.acts()?;
-    Ok(chain)
+    conduct.chain(&limits, t, safety)
 }
 
 /// The limits of a chain of a serial device, without its guard.
-pub(crate) fn limits_there(limits: Limits, device: &MassDamperConfig, safety: &Safety) -> Limits {
+fn limits_there(limits: Limits, device: &MassDamperConfig, safety: &Safety) -> Limits {
     let limits = safety.on(limits, true);
     let delay = limits.device_delay_samples.max(delay_ticks(device));
     safety.braked(limits, device.mass.0, delay)
+}
+
+/// What a device at a port is told beside its law: limits, and the plant of an emulated one with a push, N. `rate` is the force rate limit that
+/// was asked for.
+pub(crate) fn no_law_there(
+    limits: Limits,
+    rate: Option<f64>,
+    safety: &Safety,
+    device: &MassDamperConfig,
+    push_n: f64,
+) -> RemoteLaw {
+    RemoteLaw::none(
+        limits_there(limits, device, safety),
+        (rate, safety),
+        GuardedDevice::given(device),
+        held(device, push_n),
+    )
 }
 
 /// Ticks from a measurement to the effect of its force, for braking: the lag of the actuator counts as delay.

@@ -1,9 +1,10 @@
 //! A wall that a device hits and is pushed into.
 
-use super::reading::{remote, scheme};
+use super::kind::Experiment as _;
+use super::reading::scheme;
 use super::trial::{
-    Judged, Parts, TRIAL, TRIAL_LOOP, Theory, Trial, TrialReport, TrialSetup, VirtualWall,
-    encoder_step, incomparable, setup, six_digits, times, wall_at_start,
+    OffN, Parts, TRIAL, TRIAL_LOOP, Trial, TrialSetup, VirtualWall, encoder_step, incomparable,
+    setup, six_digits, wall_at_start,
 };
 use crate::document::error::FileError;
 use crate::document::failure::Failure;
@@ -16,6 +17,7 @@ use crate::document::parameters::{
 use crate::document::reader::Table;
 use crate::judge::Reference;
 use crate::judge::preflight::{Preflight, WallContact};
+use crate::judge::settling::Settling;
 use crate::run::Ran;
 use crate::run::preflight::{PreflightSubject, PreflightVerdict};
 use crate::run::remote::{RemoteDevice, RemoteLaw, portable};
@@ -25,7 +27,7 @@ use fracdiff::{FrequencyResponse as _, Operator, Order, Scheme};
 use haptic_link::LoopMode;
 use haptic_loop::{Controller, Pushing};
 use haptic_tissue::Model;
-use serde::Serialize;
+use serde_json::{Value, json};
 
 parameters! {
     ORDER = optional("order", WALL_ORDERS, "Order of the dissipation: 0 a spring, 1 a damper");
@@ -101,38 +103,19 @@ pub(crate) fn contact(table: &Table<'_>) -> Result<WallContact, FileError> {
     Ok(contact)
 }
 
-/// The result. The mean deflection is compared with push/(K + k); the force of a one-sided wall is not compared.
-#[derive(Clone, Debug, Serialize)]
-pub struct WallReport {
-    /// K, N/m.
-    pub stiffness_n_per_m: f64,
-    /// B, N·s^μ/m.
-    pub dissipation_n_s_mu_per_m: f64,
-    /// How it meets the hand.
-    pub contact: WallContact,
-    /// Largest force with which a linear wall pulled the device in, N; null of one that never pulls.
-    pub largest_pull_n: Option<f64>,
-    /// Position at that force, m: below 0 in front of the wall.
-    pub largest_pull_position_m: Option<f64>,
-    /// Of the trial.
-    #[serde(flatten)]
-    pub trial: TrialReport,
-}
-
 /// `[wall]`: device, wall and trial.
 pub(crate) fn wall(table: &Table<'_>) -> Result<WallExperiment, FileError> {
-    let remote = remote(table)?;
-    let (sample_time_s, duration_s) = times(table)?;
+    let setup = setup(table, &MUST_BE_STABLE)?;
     let order = table.required(&ORDER)?;
     let order = Order::new(order).map_err(|error| table.fail_at("order", error.to_string()))?;
-    let mut setup = setup(table, remote, (sample_time_s, duration_s))?;
-    setup.must_be_stable = table.flag(&MUST_BE_STABLE)?;
-    let scheme = scheme(table, None, order, sample_time_s, duration_s)?;
-    let gains = (table.required(&STIFFNESS)?, table.required(&DISSIPATION)?);
+    let (t, duration_s) = (setup.device.sample_time.0, setup.plan.duration_s);
+    let scheme = scheme(table, None, order, t, duration_s)?;
+    let stiffness = table.required(&STIFFNESS)?;
+    let dissipation = table.required(&DISSIPATION)?;
     let contact = contact(table)?;
     if contact == WallContact::Signed {
-        let (remote, key) = (setup.remote.as_ref(), WALL_CONTACT.key);
-        if gains.0 <= 0.0 {
+        let (remote, key) = (setup.conduct.remote.as_ref(), WALL_CONTACT.key);
+        if stiffness <= 0.0 {
             let reason = "contact = \"signed\" without stiffness would push anywhere in front of the wall: give stiffness_n_per_m above 0 N/m";
             return Err(table.fail_at(key, reason.to_owned()));
         }
@@ -146,7 +129,7 @@ pub(crate) fn wall(table: &Table<'_>) -> Result<WallExperiment, FileError> {
     }
     let wall = WallExperiment {
         contact,
-        ..WallExperiment::linear(setup, (order, scheme), gains)
+        ..WallExperiment::linear(setup, order, scheme, stiffness, dissipation)
     };
     (wall.check()).map_err(|error| table.fail(error.to_string()))?;
     Ok(wall)
@@ -156,8 +139,10 @@ impl WallExperiment {
     /// A linear wall of K in N/m and B in N·s^μ/m, and nothing else.
     pub(crate) const fn linear(
         setup: TrialSetup,
-        (order, scheme): (Order, Scheme),
-        (stiffness_n_per_m, dissipation_n_s_mu_per_m): (f64, f64),
+        order: Order,
+        scheme: Scheme,
+        stiffness_n_per_m: f64,
+        dissipation_n_s_mu_per_m: f64,
     ) -> Self {
         Self {
             setup,
@@ -199,9 +184,10 @@ impl WallExperiment {
 
 impl Trial for WallExperiment {
     type Law = Pushing<VirtualWall>;
-    type Report = WallReport;
     const KIND: &'static str = "wall";
     const NO_REST: &'static str = "no spring holds the push, so there is no place of rest";
+    const MUST_BE_STABLE: Parameter = MUST_BE_STABLE;
+    const REFUSED: &'static str = " and analysis do not both call the wall stable";
 
     fn setup(&self) -> &TrialSetup {
         &self.setup
@@ -249,11 +235,11 @@ impl Trial for WallExperiment {
     }
 
     fn hits(&self) -> Vec<f64> {
-        let TrialSetup { plan, remote, .. } = &self.setup;
+        let TrialSetup { plan, conduct, .. } = &self.setup;
         let most = self.setup.safety.speed_limit_m_per_s;
         let hits = plan.hits(self.contact);
         // A serial device cannot be thrown, and beyond its speed limit a hit is a fault.
-        let may_be = |hit: &f64| remote.is_none() && most.is_none_or(|most| *hit < most);
+        let may_be = |hit: &f64| conduct.remote.is_none() && most.is_none_or(|most| *hit < most);
         hits.filter(may_be).collect()
     }
 
@@ -272,7 +258,8 @@ impl Trial for WallExperiment {
         let rate = t.rate_to_the(self.order).map_err(Failure::input)?;
         let (k, b) = (self.stiffness_n_per_m, self.dissipation_n_s_mu_per_m);
         let judge = plan.judge(
-            (k + self.setup.device.stiffness.0, k + b * rate),
+            k + self.setup.device.stiffness.0,
+            k + b * rate,
             encoder_step(self.setup.sensors),
             t.0,
         );
@@ -289,43 +276,37 @@ impl Trial for WallExperiment {
     }
 
     /// The force is −(K·x + B·D^μ x) by the full history of x, or its push alone.
-    fn theory(&self, ran: &Ran) -> Result<Theory<'_>, Failure> {
+    fn off_n(&self, ran: &Ran) -> Result<OffN<'_>, Failure> {
         let kernel = Reference::of(self.scheme);
         let depth = self.contact == WallContact::OneSided;
         let pulls = self.contact == WallContact::Linear;
         let reason = (depth.then_some("a one-sided wall is not compared"))
             .or_else(|| incomparable(kernel, self.order, &ran.record));
         if let Some(reason) = reason {
-            return Ok(Theory {
-                off_n: Err(reason),
-                object_m: None,
-            });
+            return Ok(Err(reason));
         }
         let planned = self.setup.plan().samples(self.setup.device.sample_time)?;
         let samples = Samples::of(&ran.record, &ran.log.paths);
         let mut derivative = self.look(planned).felt_of(samples)?;
-        Ok(Theory {
-            off_n: Ok(Box::new(move |sample| {
-                let (x, d) = (sample.position_m, derivative.at(sample));
-                let wanted = -(self.stiffness_n_per_m * x + self.dissipation_n_s_mu_per_m * d);
-                let wanted = if pulls { wanted } else { wanted.min(0.0) };
-                (sample.force_n - wanted).abs()
-            })),
-            object_m: None,
-        })
+        Ok(Ok(Box::new(move |sample| {
+            let (x, d) = (sample.position_m, derivative.at(sample));
+            let wanted = -(self.stiffness_n_per_m * x + self.dissipation_n_s_mu_per_m * d);
+            let wanted = if pulls { wanted } else { wanted.min(0.0) };
+            (sample.force_n - wanted).abs()
+        })))
     }
 
-    fn reported(&self, judged: &Judged) -> WallReport {
-        let (pull_n, position_m) = judged.trial.settling.largest_pull;
-        let pulled = self.contact == WallContact::Linear;
-        WallReport {
-            contact: self.contact,
-            largest_pull_n: pulled.then_some(pull_n),
-            largest_pull_position_m: (pulled && pull_n > 0.0).then_some(position_m),
-            trial: judged.trial.clone(),
-            stiffness_n_per_m: self.stiffness_n_per_m,
-            dissipation_n_s_mu_per_m: self.dissipation_n_s_mu_per_m,
-        }
+    fn law_in_rows(&self, settling: &Settling, _: Option<f64>) -> Value {
+        let (pull_n, position_m) = settling.largest_pull;
+        let pulls = self.contact == WallContact::Linear;
+        json!({
+            "stiffness_n_per_m": self.stiffness_n_per_m,
+            "dissipation_n_s_mu_per_m": self.dissipation_n_s_mu_per_m,
+            "contact": self.contact,
+            // Largest force with which a linear wall pulled the device in, and where: below 0 in front of the wall.
+            "largest_pull_n": pulls.then_some(pull_n),
+            "largest_pull_position_m": (pulls && pull_n > 0.0).then_some(position_m),
+        })
     }
 }
 

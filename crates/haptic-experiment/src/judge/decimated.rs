@@ -7,7 +7,7 @@
 //! Groups that grow with n are equally wide on a logarithmic axis of time, and narrower than a pixel
 //! on both a logarithmic and a linear one.
 
-use super::{Curves, Origin};
+use super::{Curves, Drawing};
 use crate::run::record::{Record, WHOLE_MOST, keeps_all};
 
 /// Groups are this share of the samples before them.
@@ -88,19 +88,20 @@ impl<const M: usize> Decimated<M> {
     pub(crate) fn named(
         self,
         names: [&'static str; M],
-        origin: Origin,
+        origin: &'static str,
         title: String,
         subtitle: String,
+        drawing: Drawing,
     ) -> Curves {
         let (_, time_s, curves) = self.curves();
         let columns = names.into_iter().zip(curves);
         Curves {
             title,
             subtitle,
-            origin: origin.word(),
+            origin,
             time_s,
             columns: columns.filter(|(name, _)| !name.is_empty()).collect(),
-            outline_m: Vec::new(),
+            drawing,
         }
     }
 

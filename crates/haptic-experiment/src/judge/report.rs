@@ -1,6 +1,7 @@
-//! Report of an experiment: one JSON object, or a summary for a person.
+//! The report of an experiment: one JSON object, or a summary for a person. Every kind has the same skeleton, and fills it with rows.
 
 use crate::document::failure::Failure;
+use crate::document::parameters::Parameter;
 use crate::judge::Compared;
 use crate::judge::warnings::Warnings;
 use crate::run::Ran;
@@ -10,8 +11,62 @@ use crate::run::realtime::RealtimeSummary;
 use crate::run::record::Record;
 use crate::run::remote::LinkSummary;
 use crate::run::tick::KeptSample;
-use serde::ser::SerializeMap as _;
-use serde::{Serialize, Serializer};
+use serde::Serialize;
+use serde_json::{Map, Value, json};
+
+/// Keys of a report with their values, in order.
+pub type Rows = Map<String, Value>;
+
+/// The rows of these objects, one behind the other.
+pub fn rows(parts: impl IntoIterator<Item = Value>) -> Rows {
+    let mut rows = Rows::new();
+    for part in parts {
+        if let Value::Object(object) = part {
+            rows.extend(object);
+        }
+    }
+    rows
+}
+
+/// The report of an experiment of any kind: JSON and people read it in this order. Its keys are a contract of the command line; those of the
+/// kinds are the same where they have the same meaning.
+#[derive(Clone, Debug, Serialize)]
+pub struct Report {
+    /// The law that was rendered, and by which operator.
+    #[serde(flatten)]
+    pub(crate) law: Rows,
+    /// The same of every kind.
+    #[serde(flatten)]
+    pub run: RunReport,
+    /// What came of it, by the measure of the kind.
+    #[serde(flatten)]
+    pub(crate) results: Rows,
+    /// In words; `None` of a relaxation or creep test whose error has no meaning.
+    #[serde(skip)]
+    pub verdict: Option<String>,
+    /// Why the run is not what its document demands; `None` if it is, or demands nothing.
+    #[serde(skip)]
+    pub(crate) unmet: Option<String>,
+}
+
+impl Report {
+    /// Refuses a run that does not keep what its document demands by `must_be_stable` or `must_be_passive`.
+    ///
+    /// # Errors
+    /// Exit code 1.
+    pub fn require(&self) -> Result<(), Failure> {
+        match &self.unmet {
+            Some(unmet) => Err(Failure::Run(anyhow::anyhow!("{unmet}"))),
+            None => Ok(()),
+        }
+    }
+}
+
+/// A demand of a document that a run does not meet: by which key, why, and what to do.
+pub(crate) fn unmet(demand: &Parameter, why: &str, remedy: &str) -> String {
+    let key = demand.key;
+    format!("{key}: {why}: {remedy}, or take {key} out of the file to run it all the same")
+}
 
 /// Percentiles of the time that a tick took, ns, the simulated rig included.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
@@ -25,11 +80,11 @@ pub(crate) struct TickTimes {
 /// Report of a run, the same in every experiment. The keys are a contract of the command line.
 #[derive(Clone, Debug, Serialize)]
 pub struct RunReport {
-    /// Device.
+    /// The device as on the command line; `sim` for the simulated one.
     pub device: String,
-    /// T, s.
+    /// Time from one tick of the loop to the next, s.
     pub sample_time_s: f64,
-    /// Ticks in the log.
+    /// Ticks that the log has: fewer than planned if the run ended early.
     pub samples: u64,
     /// Time of the last sample that counts, s: of the log, or of when the run was cut short.
     pub duration_s: f64,
@@ -100,33 +155,28 @@ impl Files {
     }
 }
 
-/// Two relative errors, dimensionless, and the samples that each is the largest of. In JSON each is a number and, with ends to its
-/// name, `_from_s`, `_to_s`, `_samples` and `_reason`; an error without meaning is null, its times too, and its reason says why.
-#[derive(Clone, Debug, PartialEq)]
-pub(crate) struct Errors {
-    /// `max_relative_error`: commanded force against the full history of the position really recorded: the memory and the precision
-    /// of the operator. In a relaxation or creep test of each sample from 10 ms on; of a wall as a share of the largest force.
-    pub full_history: Compared,
-    /// `closed_form_error`: force in a relaxation, from 0.1 s after the ramp on; strain in a creep test, from 1 s on; mean
-    /// deflection of a wall over the window at the end.
-    pub closed_form: Compared,
+/// A relative error, dimensionless, and the samples that it is the largest of: a number and, with ends to its name, `_from_s`, `_to_s`,
+/// `_samples` and `_reason`. An error without meaning is null, its times too, and its reason says why.
+fn compared(name: &str, error: &Compared) -> Value {
+    json!({
+        name: error.largest,
+        format!("{name}_from_s"): error.from_s,
+        format!("{name}_to_s"): error.to_s,
+        format!("{name}_samples"): error.samples,
+        format!("{name}_reason"): error.reason,
+    })
 }
 
-impl Serialize for Errors {
-    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        let mut map = serializer.serialize_map(None)?;
-        for (name, compared) in [
-            ("max_relative_error", &self.full_history),
-            ("closed_form_error", &self.closed_form),
-        ] {
-            map.serialize_entry(name, &compared.largest)?;
-            map.serialize_entry(&format!("{name}_from_s"), &compared.from_s)?;
-            map.serialize_entry(&format!("{name}_to_s"), &compared.to_s)?;
-            map.serialize_entry(&format!("{name}_samples"), &compared.samples)?;
-            map.serialize_entry(&format!("{name}_reason"), &compared.reason)?;
-        }
-        map.end()
-    }
+/// Commanded force against the full history of the position really recorded: the memory and the precision of the operator. In a relaxation
+/// or creep test of each sample from 10 ms on; else as a share of the largest force.
+pub(crate) fn full_history_error(error: &Compared) -> Value {
+    compared("max_relative_error", error)
+}
+
+/// Force in a relaxation, from 0.1 s after the ramp on; strain in a creep test, from 1 s on; mean deflection of a wall over the window at
+/// the end.
+pub(crate) fn closed_form_error(error: &Compared) -> Value {
+    compared("closed_form_error", error)
 }
 
 impl RunReport {

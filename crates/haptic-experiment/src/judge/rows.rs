@@ -8,6 +8,9 @@ use haptic_quantity::{WrittenUnit, label, without_unit, written, written_between
 use serde::Serialize;
 use serde_json::{Map, Value};
 
+/// An object of JSON, its keys in the order of the report.
+type Object = Map<String, Value>;
+
 /// A line of a report.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[serde(untagged)]
@@ -18,14 +21,14 @@ pub enum Line {
     Table(Table),
 }
 
-/// A value.
+/// A value with its name, or the heading of the rows below it.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct Row {
     /// How deep it stands; 0 in the report itself.
     pub level: usize,
-    /// Key in JSON.
+    /// The key that JSON has for it, by which a program finds the row.
     pub key: String,
-    /// The key in words.
+    /// The key in words, without the unit that the value has.
     pub label: String,
     /// The value in words; empty for a heading.
     pub value: String,
@@ -36,15 +39,15 @@ pub struct Row {
 /// A list of things with the same keys.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Table {
-    /// How deep it stands.
+    /// How deep it stands, as that of a row.
     pub level: usize,
-    /// Key in JSON.
+    /// The key that JSON has for it, by which a program finds the row.
     pub key: String,
-    /// The key in words.
+    /// The key in words, without the unit that the value has.
     pub label: String,
     /// Headings: the key in words, with its unit.
     pub columns: Vec<String>,
-    /// Cells, row by row.
+    /// A cell for each column, in words; a missing value is a dash.
     pub rows: Vec<Vec<String>>,
     /// Length of the list, which may be longer than its rows.
     pub length: usize,
@@ -55,10 +58,33 @@ const ROWS_MOST: usize = 24;
 const ROWS_OF_MANY: usize = 12;
 /// Numbers that stand in a line at most.
 const NUMBERS_MOST: usize = 8;
-/// Ends of keys of what stands beside a value.
-const BESIDE: [&str; 5] = ["_reason", "_from_s", "_to_s", "_samples", "_unit"];
-/// Ends of keys of the frequency at which a value stands: `gain_up_rad_s` beside `gain_up`.
-const FREQUENCIES: [&str; 2] = ["_rad_s", "_hz"];
+
+/// What a key says of another, which has the same name without this end.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Says {
+    /// Why the value is missing, or what to think of it.
+    Reason,
+    /// The time of the first and of the last sample that it is of, and their number.
+    From,
+    To,
+    Samples,
+    /// Its unit, where the key cannot have it because it changes.
+    Unit,
+    /// The frequency at which it stands: `gain_up_rad_s` beside `gain_up`.
+    Frequency,
+}
+
+/// The ends of such keys. Nothing else here reads a meaning from a name, but for its unit.
+const ENDS: [(&str, Says); 7] = [
+    ("_reason", Says::Reason),
+    ("_from_s", Says::From),
+    ("_to_s", Says::To),
+    ("_samples", Says::Samples),
+    ("_unit", Says::Unit),
+    ("_rad_s", Says::Frequency),
+    ("_hz", Says::Frequency),
+];
+
 const FILES: [&str; 11] = [
     "log",
     "logs",
@@ -88,9 +114,9 @@ pub fn lines(report: &impl Serialize) -> Vec<Line> {
 struct Lines(Vec<Line>);
 
 impl Lines {
-    fn object(&mut self, object: &Map<String, Value>, around: &Map<String, Value>, level: usize) {
-        let (files, results): (Vec<_>, Vec<_>) =
-            object.iter().partition(|(key, value)| is_file(key, value));
+    fn object(&mut self, object: &Object, around: &Object, level: usize) {
+        let all = object.iter();
+        let (files, results) = all.partition::<Vec<_>, _>(|(key, value)| is_file(key, value));
         for (key, value) in results.into_iter().chain(files) {
             if !stands_beside(object, key) && !is_repeated(object, key, value) {
                 self.entry(key, value, [object, around], level);
@@ -98,7 +124,7 @@ impl Lines {
         }
     }
 
-    fn entry(&mut self, key: &str, value: &Value, places: [&Map<String, Value>; 2], level: usize) {
+    fn entry(&mut self, key: &str, value: &Value, places: [&Object; 2], level: usize) {
         let reason = reason(places[0], key);
         match value {
             Value::Null if reason.is_empty() => (),
@@ -108,7 +134,7 @@ impl Lines {
                     row.extend(inner.as_object().cloned().into_iter().flatten());
                     Value::Object(row)
                 });
-                self.table(level, key, &named.collect::<Vec<_>>(), places);
+                self.table(level, key, &named.collect::<Vec<_>>(), places[0]);
             }
             Value::Object(inner) if !is_short(inner) => {
                 self.row(level, key, label(key), String::new(), reason);
@@ -119,19 +145,22 @@ impl Lines {
                 self.row(level, key, label(key), "none".to_owned(), reason);
             }
             Value::Array(items) if items.iter().all(Value::is_object) => {
-                self.table(level, key, items, places);
+                self.table(level, key, items, places[0]);
             }
             Value::Array(items) if items.iter().any(|item| item.is_string() || item.is_array()) => {
-                for (index, item) in items.iter().enumerate() {
-                    let label = if index == 0 {
-                        label(key)
-                    } else {
-                        String::new()
-                    };
-                    self.row(level, key, label, text(key, item, None), String::new());
+                // The label stands before the first.
+                let mut label = label(key);
+                for item in items {
+                    let (label, shown) = (std::mem::take(&mut label), text(key, item, None));
+                    self.row(level, key, label, shown, String::new());
                 }
             }
-            _ => {
+            Value::Null
+            | Value::Bool(_)
+            | Value::Number(_)
+            | Value::String(_)
+            | Value::Array(_)
+            | Value::Object(_) => {
                 let shown = text(key, value, unit(places, key));
                 // A text has no unit of ours.
                 let label = match value.is_string() && says_unit(key) {
@@ -153,30 +182,19 @@ impl Lines {
         }));
     }
 
-    fn table(
-        &mut self,
-        level: usize,
-        key: &str,
-        items: &[Value],
-        [object, _]: [&Map<String, Value>; 2],
-    ) {
-        let inner: Vec<&Map<String, Value>> = items.iter().filter_map(Value::as_object).collect();
+    fn table(&mut self, level: usize, key: &str, items: &[Value], object: &Object) {
+        let inner: Vec<&Object> = items.iter().filter_map(Value::as_object).collect();
         if inner.iter().any(|object| object.values().any(is_deep)) {
             // Things with lists of their own: one after another.
             for (index, inner) in inner.into_iter().enumerate() {
-                self.row(
-                    level,
-                    key,
-                    label(key),
-                    (index + 1).to_string(),
-                    String::new(),
-                );
+                let number = (index + 1).to_string();
+                self.row(level, key, label(key), number, String::new());
                 self.object(inner, object, level + 1);
             }
             return;
         }
-        let flat: Vec<Map<String, Value>> = inner.into_iter().map(flat).collect();
-        let objects: Vec<&Map<String, Value>> = flat.iter().collect();
+        let flat: Vec<Object> = inner.into_iter().map(flat).collect();
+        let objects: Vec<&Object> = flat.iter().collect();
         let mut keys: Vec<&String> = Vec::new();
         for object in &objects {
             for key in object.keys() {
@@ -188,12 +206,7 @@ impl Lines {
         // What would be a table in a cell is in JSON alone.
         let is_shown =
             |value: &Value| !value.is_null() && !value.as_object().is_some_and(is_of_objects);
-        keys.retain(|key| {
-            objects
-                .iter()
-                .filter_map(|object| object.get(*key))
-                .any(is_shown)
-        });
+        keys.retain(|key| (objects.iter().filter_map(|object| object.get(*key))).any(is_shown));
         let shown = match is_curve(&objects) {
             true => evenly(objects.len()),
             false => (0..objects.len()).collect(),
@@ -209,13 +222,8 @@ impl Lines {
             key: key.to_owned(),
             label: label(key),
             columns: columns.iter().map(Column::heading).collect(),
-            rows: (shown.into_iter())
-                .map(|index| {
-                    columns
-                        .iter()
-                        .map(|column| column.cell(objects[index]))
-                        .collect()
-                })
+            rows: (shown.into_iter().map(|index| objects[index]))
+                .map(|object| columns.iter().map(|column| column.cell(object)).collect())
                 .collect(),
             length: objects.len(),
         }));
@@ -223,7 +231,7 @@ impl Lines {
 }
 
 /// True of a sampled curve, numbers alone and not all whole: only such a list is thinned, of things every one is shown.
-fn is_curve(objects: &[&Map<String, Value>]) -> bool {
+fn is_curve(objects: &[&Object]) -> bool {
     let is_number = |value: &Value| value.is_number() || value.is_null();
     let all = || objects.iter().flat_map(|object| object.values());
     all().all(is_number) && all().any(Value::is_f64)
@@ -238,20 +246,18 @@ fn is_deep(value: &Value) -> bool {
         Value::Object(inner) => inner
             .values()
             .any(|value| value.is_object() || value.is_string()),
-        _ => false,
+        Value::Null | Value::Bool(_) | Value::Number(_) | Value::String(_) => false,
     }
 }
 
 /// An object with the numbers of its inner ones beside its own: `p50` of `lateness_us` is `lateness_p50_us`.
-fn flat(object: &Map<String, Value>) -> Map<String, Value> {
+fn flat(object: &Object) -> Object {
     let mut flat = Map::new();
     for (key, value) in object {
-        let inner = match value {
-            Value::Object(inner) if !is_of_objects(inner) => inner,
-            _ => {
-                flat.insert(key.clone(), value.clone());
-                continue;
-            }
+        let inner = value.as_object().filter(|inner| !is_of_objects(inner));
+        let Some(inner) = inner else {
+            flat.insert(key.clone(), value.clone());
+            continue;
         };
         let stem = without_unit(key);
         for (name, value) in inner {
@@ -274,12 +280,7 @@ struct Column<'a> {
 }
 
 impl<'a> Column<'a> {
-    fn new(
-        key: &'a str,
-        objects: &[&'a Map<String, Value>],
-        around: &'a Map<String, Value>,
-        is_plain: bool,
-    ) -> Self {
+    fn new(key: &'a str, objects: &[&'a Object], around: &'a Object, is_plain: bool) -> Self {
         let first = objects.first().copied().unwrap_or(around);
         let sizes = objects
             .iter()
@@ -302,7 +303,7 @@ impl<'a> Column<'a> {
         }
     }
 
-    fn cell(&self, object: &Map<String, Value>) -> String {
+    fn cell(&self, object: &Object) -> String {
         match object.get(self.key) {
             None | Some(Value::Null) => "–".to_owned(),
             Some(Value::Number(number)) if !is_count(self.key, number) => {
@@ -314,8 +315,8 @@ impl<'a> Column<'a> {
 }
 
 /// A value in words; `own` is a unit that the key does not say.
-fn text(key: &str, value: &Value, own: Option<&str>) -> String {
-    match (value, own) {
+fn text(key: &str, value: &Value, said: Option<&str>) -> String {
+    match (value, said) {
         (Value::Null, _) => "–".to_owned(),
         (Value::Bool(true), _) => "yes".to_owned(),
         (Value::Bool(false), _) => "no".to_owned(),
@@ -329,7 +330,7 @@ fn text(key: &str, value: &Value, own: Option<&str>) -> String {
         }
         (Value::Array(items), _) if items.len() > NUMBERS_MOST => format!("{} values", items.len()),
         (Value::Array(items), _) => {
-            let items = items.iter().map(|item| text(key, item, own));
+            let items = items.iter().map(|item| text(key, item, said));
             items.collect::<Vec<_>>().join(", ")
         }
         (Value::Object(inner), None) if interval(inner).is_some() => {
@@ -338,18 +339,12 @@ fn text(key: &str, value: &Value, own: Option<&str>) -> String {
         }
         (Value::Object(inner), _) => {
             // "p50" of `tick_ns` is in ns.
-            let of = |name: &str| {
-                if says_unit(name) {
-                    name.to_owned()
-                } else {
-                    key.to_owned()
-                }
-            };
+            let of = |name| if says_unit(name) { name } else { key };
             let items = inner.iter().filter(|(_, value)| !value.is_null());
             // A column's unit is that of its own numbers.
-            let own = |name: &str| own.filter(|_| !says_unit(name));
+            let said = |name: &str| said.filter(|_| !says_unit(name));
             let items = items.map(|(name, value)| {
-                format!("{} {}", label(name), text(&of(name), value, own(name)))
+                format!("{} {}", label(name), text(of(name), value, said(name)))
             });
             items.collect::<Vec<_>>().join(", ")
         }
@@ -357,7 +352,7 @@ fn text(key: &str, value: &Value, own: Option<&str>) -> String {
 }
 
 /// A value and its interval, if this is one.
-fn interval(object: &Map<String, Value>) -> Option<[f64; 3]> {
+fn interval(object: &Object) -> Option<[f64; 3]> {
     let number = |key: &str| object.get(key)?.as_f64();
     Some([number("value")?, number("low")?, number("high")?])
 }
@@ -378,7 +373,7 @@ fn is_file(key: &str, value: &Value) -> bool {
 }
 
 /// True of a few numbers that stand in one line.
-fn is_short(object: &Map<String, Value>) -> bool {
+fn is_short(object: &Object) -> bool {
     object.len() <= 3
         && object
             .values()
@@ -386,7 +381,7 @@ fn is_short(object: &Map<String, Value>) -> bool {
 }
 
 /// True of several things with the same keys, each by its name: a table.
-fn is_of_alike(object: &Map<String, Value>) -> bool {
+fn is_of_alike(object: &Object) -> bool {
     let mut keys = object.values().map(|value| {
         let keys = value
             .as_object()
@@ -397,78 +392,76 @@ fn is_of_alike(object: &Map<String, Value>) -> bool {
     object.len() > 1 && first.is_some_and(|first| keys.all(|keys| keys.as_ref() == Some(&first)))
 }
 
-fn is_of_objects(object: &Map<String, Value>) -> bool {
+fn is_of_objects(object: &Object) -> bool {
     !object.is_empty() && object.values().all(Value::is_object)
 }
 
-/// What a key stands beside, if its end says so and the object has that.
-fn stands_beside(object: &Map<String, Value>, key: &str) -> bool {
-    let stem = BESIDE.iter().find_map(|end| key.strip_suffix(end));
-    let is_beside = stem.is_some_and(|stem| match key.strip_prefix(stem) {
-        Some("_unit") => true,
-        Some("_samples") => object.contains_key(&format!("{stem}_from_s")),
-        _ => has_stem(object, stem),
-    });
-    let mut values = FREQUENCIES.iter().filter_map(|end| key.strip_suffix(end));
-    is_beside || values.any(|stem| object.contains_key(stem))
+/// True of a key that says something of another one of the object, with or without its unit, so that it has no row of its own.
+fn stands_beside(object: &Object, key: &str) -> bool {
+    let has = |stem: &str| (object.keys()).any(|key| key == stem || without_unit(key) == stem);
+    let is_of = |stem: &str, says| match says {
+        Says::Reason | Says::From | Says::To => has(stem),
+        Says::Samples => beside(object, stem, Says::From).next().is_some(),
+        // It may be the unit of a column in a table below.
+        Says::Unit => true,
+        Says::Frequency => object.contains_key(stem),
+    };
+    let mut ends = ENDS.iter();
+    ends.any(|(end, says)| (key.strip_suffix(end)).is_some_and(|stem| is_of(stem, *says)))
 }
 
-/// True if a key is this, or this and a unit.
-fn has_stem(object: &Map<String, Value>, stem: &str) -> bool {
-    object
-        .keys()
-        .any(|key| key == stem || without_unit(key) == stem)
+/// True of the unit of a column.
+fn is_unit(object: &Object, key: &str) -> bool {
+    let stem = key.strip_suffix("_unit");
+    stem.is_some_and(|stem| (object.keys()).any(|key| key == stem || without_unit(key) == stem))
 }
 
-fn is_unit(object: &Map<String, Value>, key: &str) -> bool {
-    key.strip_suffix("_unit")
-        .is_some_and(|stem| has_stem(object, stem))
-}
-
-/// True of a list of one thing that stands alone as well: `logs` beside `log`.
-fn is_repeated(object: &Map<String, Value>, key: &str, value: &Value) -> bool {
-    let single = key.strip_suffix('s').and_then(|key| object.get(key));
-    single.is_some_and(|single| {
-        value
-            .as_array()
-            .is_some_and(|list| list[..] == [single.clone()])
+/// The keys that say this of a key, and their values; null is a value too.
+fn beside<'o>(
+    object: &'o Object,
+    key: &str,
+    says: Says,
+) -> impl Iterator<Item = (String, &'o Value)> {
+    let ends = ENDS.iter().filter(move |end| end.1 == says);
+    ends.filter_map(move |(end, _)| {
+        let name = format!("{key}{end}");
+        object.get(&name).map(|value| (name, value))
     })
 }
 
+/// True of a list of one thing that stands alone as well: `logs` beside `log`.
+fn is_repeated(object: &Object, key: &str, value: &Value) -> bool {
+    let single = key.strip_suffix('s').and_then(|key| object.get(key));
+    let mut pair = single.zip(value.as_array()).into_iter();
+    pair.any(|(single, list)| list.len() == 1 && list[0] == *single)
+}
+
 /// What stands beside a key: why there is none, or what it is of.
-fn reason(object: &Map<String, Value>, key: &str) -> String {
-    let stem = without_unit(key);
-    let beside = |end: &str| {
-        let found = [key, stem]
-            .into_iter()
-            .find_map(|stem| object.get(&format!("{stem}{end}")));
-        found.filter(|value| !value.is_null())
+fn reason(object: &Object, key: &str) -> String {
+    let said = |says| {
+        let mut found = [key, without_unit(key)].into_iter();
+        let (_, value) = found.find_map(|stem| beside(object, stem, says).next())?;
+        Some(value).filter(|value| !value.is_null())
     };
-    if let Some(Value::String(reason)) = beside("_reason") {
+    if let Some(Value::String(reason)) = said(Says::Reason) {
         return reason.clone();
     }
-    let mut of = Vec::new();
-    for name in FREQUENCIES.map(|end| format!("{key}{end}")) {
-        let frequency = object.get(&name).filter(|at| !at.is_null());
-        of.extend(frequency.map(|at| format!("at {}", text(&name, at, None))));
-    }
-    if let (Some(from), Some(to)) = (beside("_from_s"), beside("_to_s")) {
-        of.push(format!(
-            "from {} to {}",
-            text("from_s", from, None),
-            text("to_s", to, None)
-        ));
-        of.extend(beside("_samples").map(|samples| format!("{samples} samples")));
+    let frequencies = beside(object, key, Says::Frequency).filter(|(_, at)| !at.is_null());
+    let mut of: Vec<String> = frequencies
+        .map(|(name, at)| format!("at {}", text(&name, at, None)))
+        .collect();
+    if let (Some(from), Some(to)) = (said(Says::From), said(Says::To)) {
+        let [from, to] = [("from_s", from), ("to_s", to)].map(|(key, at)| text(key, at, None));
+        of.push(format!("from {from} to {to}"));
+        of.extend(said(Says::Samples).map(|samples| format!("{samples} samples")));
     }
     of.join(", ")
 }
 
 /// The unit that a report says beside a key, in the object or in the one around it.
-fn unit<'a>(places: [&'a Map<String, Value>; 2], key: &str) -> Option<&'a str> {
-    let name = format!("{key}_unit");
-    places
-        .into_iter()
-        .find_map(|place| place.get(&name)?.as_str())
+fn unit<'o>(objects: [&'o Object; 2], key: &str) -> Option<&'o str> {
+    let mut units = objects.into_iter();
+    units.find_map(|object| beside(object, key, Says::Unit).next()?.1.as_str())
 }
 
 /// Places of a list that are shown: all of a short one, the first and the last and evenly between of a long one.

@@ -30,11 +30,10 @@ pub use crate::question::zwidth::{ZWIDTH_ORDERS, ZWIDTH_POINTS};
 pub use crate::question::{QUESTIONS, analysis};
 pub use crate::run::safety::keys::*;
 
-use crate::experiment::drive::DRIVE;
+use crate::experiment::kind::{Beside, Keys};
 use crate::experiment::rendering::Contact;
 use crate::experiment::teleoperation::PlaceName;
 use crate::experiment::touch::{GripName, ShapeName};
-use crate::experiment::{coupler, rendering, teleoperation, touch, wall};
 use crate::judge::preflight::WallContact;
 use crate::judge::settling::Criterion;
 use crate::question::design::{RequireName, WishName};
@@ -42,40 +41,24 @@ use crate::{GuardChoice, Named, Precision};
 use crate::{experiment, question};
 use haptic_link::Architecture;
 
-/// Headings and keys, as help and guide show them.
-type Tables = &'static [(&'static str, &'static [Parameter])];
-
 /// Tables that a file of this sort may have, `controller`, `plant`, or `experiment`, with those of questions: heading and keys.
 #[must_use]
-pub fn tables(file: &str) -> Tables {
+pub fn tables(file: &str) -> Vec<Keys> {
     match file {
-        "controller" => CONTROLLER_TABLES,
-        "plant" => PLANT_TABLES,
-        _ => TABLES,
+        "controller" => CONTROLLER_TABLES.to_vec(),
+        "plant" => PLANT_TABLES.to_vec(),
+        _ => [experiment::HEADINGS, QUESTION_TABLES].concat(),
     }
 }
 
-/// Of experiment files and of questions.
-const TABLES: Tables = &[
-    ("[relax]", rendering::RELAX),
-    ("[creep]", rendering::CREEP),
-    ("[relax] and [creep]", rendering::RENDERING),
-    ("[drive], beside [relax] or [creep]", DRIVE),
-    ("[wall], required", wall::WALL_REQUIRED),
-    ("[wall]", wall::WALL),
-    ("[coupler], required", coupler::COUPLER_REQUIRED),
-    ("[coupler]", coupler::COUPLER),
-    ("[teleoperation]", teleoperation::TELEOPERATION),
-    ("[touch]", touch::TOUCH),
-    ("Every table but [teleoperation], the device", ON_DEVICE),
-    ("Every table, the safety chain", SAFETY),
+const QUESTION_TABLES: &[Keys] = &[
     ("zwidth", question::zwidth::ZWIDTH),
     ("design", question::design::DESIGN),
     ("zwidth and design, the device", question::bench::BENCH),
     ("device measure", question::measurement::MEASURE),
 ];
 
-const CONTROLLER_TABLES: Tables = &[
+const CONTROLLER_TABLES: &[Keys] = &[
     ("[pid]", PID),
     ("[tid]", TID),
     ("[crone]", CRONE),
@@ -85,7 +68,7 @@ const CONTROLLER_TABLES: Tables = &[
     ("[source], optional", CONTROLLER_SOURCE),
 ];
 
-const PLANT_TABLES: Tables = &[
+const PLANT_TABLES: &[Keys] = &[
     ("[transfer_function]", TRANSFER_PLANT),
     ("[device]", DEVICE_PLANT),
     ("[state_space]", STATE_PLANT),
@@ -108,14 +91,17 @@ pub const RECORD: &[Parameter] = &[
 ];
 
 /// True of a kind whose simulated device is that of its device file.
-pub(crate) fn takes_device(kind: &str) -> bool {
-    ["wall", "coupler", "zwidth", "design", MEASUREMENT].contains(&kind)
+pub(crate) fn takes_device(name: &str) -> bool {
+    match experiment::find(name) {
+        Some(kind) => kind.beside == Beside::DeviceFile,
+        None => QUESTIONS.contains(&name) || name == MEASUREMENT,
+    }
 }
 
 /// Tables of experiment files, and of questions to a device, by kind: heading and parameters.
 #[must_use]
-pub fn of_kind(kind: &str) -> Vec<(&'static str, &'static [Parameter])> {
-    experiment::tables(kind).unwrap_or_else(|| question::tables(kind))
+pub fn of_kind(kind: &str) -> Vec<Keys> {
+    experiment::tables(kind).map_or_else(|| question::tables(kind), <[Keys]>::to_vec)
 }
 
 /// Names that the text of a parameter may be, each with a few words for people; none where any text will do.
@@ -151,8 +137,8 @@ mod tests {
     fn there_is_one_default_sample_time() {
         let kinds = KINDS.into_iter().chain(QUESTIONS).chain([MEASUREMENT]);
         let all = kinds.flat_map(of_kind).flat_map(|(_, table)| table.iter());
-        let own = all.filter(|parameter| parameter.key == "sample_time_s");
-        let defaults: Vec<f64> = own.map(Parameter::default_number).collect();
+        let sample_times = all.filter(|parameter| parameter.key == "sample_time_s");
+        let defaults: Vec<f64> = sample_times.map(Parameter::default_number).collect();
         assert!(
             defaults.len() > 6 && defaults.iter().all(|&t| t.to_bits() == 1e-3_f64.to_bits()),
             "{defaults:?}"
@@ -191,10 +177,11 @@ mod tests {
 
     #[test]
     fn a_default_is_shown_as_the_number_it_is() {
+        use crate::experiment::drive::DRIVE;
+        use crate::experiment::rendering::{CREEP, RELAX, RENDERING};
+        use crate::experiment::wall::{WALL, WALL_REQUIRED};
         use haptic_quantity::parse_for_key;
         use question::measurement::MEASURE;
-        use rendering::{CREEP, RELAX, RENDERING};
-        use wall::{WALL, WALL_REQUIRED};
         let mut numbers = 0;
         for parameter in [RELAX, CREEP, RENDERING, DRIVE, MEASURE, WALL_REQUIRED, WALL].concat() {
             let (Value::Number(Some(default), _), false) =

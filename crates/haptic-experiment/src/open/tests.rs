@@ -1,8 +1,9 @@
 //! Good files, and what is said of bad ones.
 
-use super::{Experiment, ExperimentFile};
+use super::ExperimentFile;
 use crate::document::Document;
-use crate::experiment::trial::Trial as _;
+use crate::experiment::coupler::CouplerExperiment;
+use crate::experiment::wall::WallExperiment;
 use std::path::Path;
 
 const WALL: &str = "[wall]\nmass_kg = 0.065\ndamping_n_s_per_m = 3.5\nsample_time_s = 2e-3\n\
@@ -14,9 +15,8 @@ fn read(text: &str) -> Result<ExperimentFile, String> {
 
 #[test]
 fn a_wall_has_the_defaults_of_the_dissertation() {
-    let Ok(ExperimentFile(Experiment::Wall(wall))) = read(WALL) else {
-        panic!("{:?}", read(WALL));
-    };
+    let file = read(WALL).expect("good");
+    let wall: &WallExperiment = file.of().expect("a wall");
     let have = [
         wall.stiffness_n_per_m,
         wall.setup.plan.push_n,
@@ -28,7 +28,7 @@ fn a_wall_has_the_defaults_of_the_dissertation() {
             .zip([3000.0, 1.0, 5.0, 0.4])
             .all(|(a, b)| a.to_bits() == f64::to_bits(b))
     );
-    assert_eq!(wall.check().expect("valid"), 2501);
+    assert_eq!(file.samples().expect("valid"), 2501);
 }
 
 #[test]
@@ -36,21 +36,20 @@ fn a_wall_is_judged_by_the_dissertations_rule_where_the_file_says_so_on_any_devi
     use crate::judge::settling::Criterion;
     let plan = |keys: &str| {
         let text = WALL.replace("[wall]\n", &format!("[wall]\n{keys}"));
-        match read(&text) {
-            Ok(ExperimentFile(Experiment::Wall(wall))) => wall.setup.plan(),
-            other => panic!("{other:?}"),
-        }
+        let file = read(&text).expect("good");
+        let wall: &WallExperiment = file.of().expect("a wall");
+        wall.setup.plan()
     };
     let settling = plan("");
     assert_eq!(settling.criterion, Criterion::Settling);
     for device in ["", "device = \"serial:/dev/ttyACM0\"\n"] {
-        let own = plan(&format!("criterion = \"dissertation\"\n{device}"));
+        let by_file = plan(&format!("criterion = \"dissertation\"\n{device}"));
         let want = crate::TrialPlan {
             criterion: Criterion::Dissertation,
             impact_m_per_s: 0.0,
             ..settling
         };
-        assert_eq!(own, want, "0.1 mm, pushed from rest");
+        assert_eq!(by_file, want, "0.1 mm, pushed from rest");
         let keys = format!("criterion = \"dissertation\"\nthreshold_m = 2e-4\n{device}");
         assert_eq!(plan(&keys).threshold_m.to_bits(), 2e-4_f64.to_bits());
     }
@@ -139,14 +138,13 @@ const COUPLER: &str = "[coupler]\nmass_kg = 0.065\ndamping_n_s_per_m = 3.5\nsamp
 
 #[test]
 fn a_coupler_has_an_object_by_default_and_no_loop_on_a_device() {
-    let Ok(ExperimentFile(Experiment::Coupler(coupler))) = read(COUPLER) else {
-        panic!("{:?}", read(COUPLER));
-    };
+    let file = read(COUPLER).expect("good");
+    let coupler: &CouplerExperiment = file.of().expect("a coupler");
     assert_eq!(
         coupler.object,
         crate::question::design::coupler::CouplerDesign::OBJECT
     );
-    assert_eq!(coupler.check().expect("valid"), 5001);
+    assert_eq!(file.samples().expect("valid"), 5001);
     // What is given over the file may still ask for a loop on the host.
     let serial = format!("{COUPLER}device = \"serial:x\"\n");
     let said = read(&serial).expect_err("no loop there");
@@ -171,18 +169,17 @@ fn a_coupler_has_an_object_by_default_and_no_loop_on_a_device() {
 
 #[test]
 fn the_pre_flight_of_a_wall_knows_delay_and_lag_of_a_device_file() {
-    let place = tempfile::tempdir().expect("a folder");
+    let folder = tempfile::tempdir().expect("a folder");
     let file = "[device]\nmass_kg = 0.08\ndamping_n_s_per_m = 3\ndelay_s = 0.0013\ncurrent_lag_s = 0.0005\n";
-    std::fs::write(place.path().join("device.toml"), file).expect("writes");
+    std::fs::write(folder.path().join("device.toml"), file).expect("writes");
     for device in ["sim", "serial:none"] {
         let text = format!(
             "[wall]\ndevice = \"{device}\"\ndevice_model = \"device.toml\"\nsample_time_s = 0.001\norder = 1\n\
              stiffness_n_per_m = 300\ndissipation_n_s_mu_per_m = 1\n"
         );
-        let parsed = ExperimentFile::parse(&place.path().join("wall.toml"), &text);
-        let Ok(ExperimentFile(Experiment::Wall(wall))) = parsed else {
-            panic!("{device}: {parsed:?}")
-        };
+        let parsed = ExperimentFile::parse(&folder.path().join("wall.toml"), &text);
+        let file = parsed.expect("good");
+        let wall: &WallExperiment = file.of().expect("a wall");
         let known = wall.setup.dynamics();
         assert_eq!(
             (known.delay_s, known.current_lag_s),
@@ -197,11 +194,11 @@ fn what_a_file_says_of_the_loop_holds_for_a_device_that_is_given() {
     let says = "watchdog_s = 0.3\nmax_age_ticks = 40\nlate_ticks = 7\nloop = \"host\"\n";
     let mut document = Document::of_text(Path::new("lab/wall.toml"), &format!("{WALL}{says}"));
     let file = ExperimentFile::open(&document).expect("good");
-    assert_eq!(file.remote(), None);
+    assert_eq!(file.0.conduct().remote, None);
     let set = document.set("wall", "device", "serial:here", "--device serial:here");
     set.expect("new");
     let file = ExperimentFile::open(&document).expect("good");
-    let remote = file.remote().expect("serial");
+    let remote = file.0.conduct().remote.as_ref().expect("serial");
     assert_eq!(remote.watchdog_ms(), 300);
     assert_eq!((remote.max_age_ticks, remote.late_ticks), (40, 7));
     assert_eq!(remote.loop_mode, haptic_link::LoopMode::Host);
@@ -210,18 +207,17 @@ fn what_a_file_says_of_the_loop_holds_for_a_device_that_is_given() {
 
 /// The mass of the device of a wall.
 fn mass_kg(document: &Document) -> f64 {
-    match ExperimentFile::open(document) {
-        Ok(ExperimentFile(Experiment::Wall(wall))) => wall.setup.device.mass.0,
-        other => panic!("{other:?}"),
-    }
+    let file = ExperimentFile::open(document).expect("good");
+    let wall: &WallExperiment = file.of().expect("a wall");
+    wall.setup.device.mass.0
 }
 
 #[test]
 fn a_device_file_lies_below_the_keys_of_the_layer_that_names_it() {
-    let place = tempfile::tempdir().expect("a folder");
+    let folder = tempfile::tempdir().expect("a folder");
     let file = "[device]\nmass_kg = 0.08\ndamping_n_s_per_m = 3\n";
-    std::fs::write(place.path().join("device.toml"), file).expect("writes");
-    let wall = place.path().join("wall.toml");
+    std::fs::write(folder.path().join("device.toml"), file).expect("writes");
+    let wall = folder.path().join("wall.toml");
     let alone = Document::of_text(&wall, WALL);
     assert_eq!(mass_kg(&alone).to_bits(), f64::to_bits(0.065));
     let named = format!("{WALL}device_model = \"device.toml\"\n");
@@ -229,7 +225,7 @@ fn a_device_file_lies_below_the_keys_of_the_layer_that_names_it() {
         mass_kg(&Document::of_text(&wall, &named)).to_bits(),
         f64::to_bits(0.065)
     );
-    let path = place.path().join("device.toml");
+    let path = folder.path().join("device.toml");
     let mut over = alone;
     let set = over.set(
         "wall",
@@ -274,10 +270,10 @@ fn what_is_given_is_refused_by_its_words_and_not_twice() {
 
 #[test]
 fn a_written_document_is_the_same_experiment_from_anywhere() {
-    let place = tempfile::tempdir().expect("a folder");
-    let wall = place.path().join("wall.toml");
+    let folder = tempfile::tempdir().expect("a folder");
+    let wall = folder.path().join("wall.toml");
     let file = "[device]\nmass_kg = 0.08\ndamping_n_s_per_m = 3\nfriction_n = 0.1\n";
-    std::fs::write(place.path().join("device.toml"), file).expect("writes");
+    std::fs::write(folder.path().join("device.toml"), file).expect("writes");
     let text = WALL.replace("mass_kg = 0.065\n", "");
     let mut document = Document::of_text(&wall, &format!("{text}device_model = \"device.toml\"\n"));
     let set = document.set("wall", "scheme", "grunwald:100", "--scheme grunwald:100");
@@ -305,12 +301,12 @@ fn a_written_document_is_the_same_experiment_from_anywhere() {
 
 #[test]
 fn a_device_file_over_a_file_is_written_as_it_runs() {
-    let place = tempfile::tempdir().expect("a folder");
-    let device = place.path().join("device.toml");
+    let folder = tempfile::tempdir().expect("a folder");
+    let device = folder.path().join("device.toml");
     let file = "[device]\nmass_kg = 0.08\ndamping_n_s_per_m = 3\ndelay_s = 0.001\n";
     std::fs::write(&device, file).expect("writes");
     let text = format!("{WALL}device_model = \"gone.toml\"\n");
-    let mut document = Document::of_text(&place.path().join("wall.toml"), &text);
+    let mut document = Document::of_text(&folder.path().join("wall.toml"), &text);
     let path = device.to_string_lossy();
     let set = document.set("wall", "device_model", path.as_ref(), "--device-model");
     set.expect("new");
@@ -321,9 +317,8 @@ fn a_device_file_over_a_file_is_written_as_it_runs() {
         .set("wall", "guard", "energy-bounding", "guard=energy-bounding")
         .expect("new");
     // The file that nobody asks for any more need not be there.
-    let Ok(ExperimentFile(Experiment::Wall(wall))) = ExperimentFile::open(&document) else {
-        panic!("{:?}", ExperimentFile::open(&document));
-    };
+    let file = ExperimentFile::open(&document).expect("good");
+    let wall: &WallExperiment = file.of().expect("a wall");
     let known = wall.setup.dynamics();
     assert_eq!(
         (known.mass_kg, known.damping_n_s_per_m, known.delay_s),
@@ -341,31 +336,23 @@ fn a_device_file_over_a_file_is_written_as_it_runs() {
     }
     let again = Document::of_text(Path::new("elsewhere/wall.toml"), &written);
     let again = ExperimentFile::open(&again).expect("good");
-    assert_eq!(
-        format!("{again:?}"),
-        format!("{:?}", ExperimentFile(Experiment::Wall(wall)))
-    );
+    assert_eq!(format!("{again:?}"), format!("{file:?}"));
 }
 
 #[test]
 fn a_device_file_is_no_sensor_of_the_rig() {
-    let place = tempfile::tempdir().expect("a folder");
+    let folder = tempfile::tempdir().expect("a folder");
     let file = "[device]\nmass_kg = 0.08\ndamping_n_s_per_m = 3\nencoder_resolution_m = 1e-5\n";
-    std::fs::write(place.path().join("device.toml"), file).expect("writes");
+    std::fs::write(folder.path().join("device.toml"), file).expect("writes");
     for device in ["sim", "serial:x"] {
         let text = format!(
             "[relax]\ndevice = \"{device}\"\nguard = \"observer\"\ndevice_model = \"device.toml\"\n"
         );
-        let read = ExperimentFile::parse(&place.path().join("relax.toml"), &text);
-        let Ok(ExperimentFile(Experiment::Relax(relax))) = read else {
-            panic!("{device}: {read:?}");
-        };
-        assert!(relax.rendering.sensors.are_ideal(), "{device}");
-        assert_eq!(
-            relax.rendering.safety.device_mass_kg,
-            Some(0.08),
-            "{device}"
-        );
+        let read = ExperimentFile::parse(&folder.path().join("relax.toml"), &text);
+        let file = read.expect("good");
+        let relax = file.indentation().expect("a relaxation");
+        assert!(relax.sensors.are_ideal(), "{device}");
+        assert_eq!(relax.safety.device_mass_kg, Some(0.08), "{device}");
     }
 }
 

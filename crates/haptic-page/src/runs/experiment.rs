@@ -4,12 +4,9 @@ use super::channels::Channels;
 use super::form::{document, simulated};
 use super::going::{Drawn, Finished, Work};
 use crate::folder::next_folder;
-use haptic_experiment::judge::Curves;
+use haptic_experiment::judge::{Curves, Drawing};
 use haptic_experiment::run::FolderRequest;
-use haptic_experiment::{
-    ExperimentFile, Failure, IndentationReport, Pace, RealtimeOptions, Report, Supervisor,
-    TrialReport,
-};
+use haptic_experiment::{ExperimentFile, Failure, Pace, RealtimeOptions, Supervisor};
 use serde_json::{Map, Value, json};
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -64,21 +61,31 @@ fn run(
     let drawn = published.curves.as_ref();
     Ok(Finished {
         report: json!(report),
-        curves: drawn.map_or(Value::Null, |drawn| shown(report, drawn)),
-        verdict: report.verdict(),
-        ended_early: report.run().ended_early.clone(),
+        curves: drawn.map_or(Value::Null, shown),
+        verdict: report.verdict.clone(),
+        ended_early: report.run.ended_early.clone(),
     })
 }
 
 /// What the page draws of a run.
-fn shown(report: &Report, curves: &Curves) -> Value {
-    match report {
-        Report::Indentation(report) => theory(report, curves),
-        Report::Wall(report) => of_trial(&report.trial, curves),
-        Report::Coupler(report) => of_trial(&report.trial, curves),
-        Report::Teleoperation(_) => named(curves, &curves.subtitle),
+fn shown(curves: &Curves) -> Value {
+    match &curves.drawing {
+        Drawing::Theory(theory) => {
+            let mut named = named(curves, &curves.title);
+            named["quantity"] = json!(theory.quantity);
+            named["label"] = json!(theory.label);
+            named
+        }
+        Drawing::Trial {
+            expected_deflection_m,
+        } => {
+            let mut named = named(curves, &curves.subtitle);
+            named["expected_deflection_m"] = json!(expected_deflection_m);
+            named
+        }
+        Drawing::Pair { .. } | Drawing::Side => named(curves, &curves.subtitle),
         // The log has all of it, in every axis.
-        Report::Touch(_) => Value::Null,
+        Drawing::Plane { .. } => Value::Null,
     }
 }
 
@@ -88,20 +95,6 @@ fn named(curves: &Curves, title: &str) -> Value {
     for (name, values) in &curves.columns {
         named[name] = json!(values);
     }
-    named
-}
-
-fn theory(report: &IndentationReport, curves: &Curves) -> Value {
-    let is_strain = report.final_strain.is_some();
-    let mut named = named(curves, &curves.title);
-    named["quantity"] = (if is_strain { "strain" } else { "force" }).into();
-    named["label"] = (if is_strain { "strain" } else { "force / N" }).into();
-    named
-}
-
-fn of_trial(report: &TrialReport, curves: &Curves) -> Value {
-    let mut named = named(curves, &curves.subtitle);
-    named["expected_deflection_m"] = json!(report.settling.expected_deflection_m);
     named
 }
 

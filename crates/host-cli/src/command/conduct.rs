@@ -3,7 +3,7 @@
 use crate::files::{RunFiles, save_picture};
 use crate::output::{Output, warn};
 use crate::parse::{WAITS, quantity, whole};
-use crate::picture::of_report;
+use crate::picture::of_run;
 use clap::Args;
 use haptic_experiment::document::Document;
 use haptic_experiment::judge::{Curves, Published, RunReport};
@@ -11,7 +11,6 @@ use haptic_experiment::judge::{Curves, Published, RunReport};
 use haptic_experiment::run::signals::signals;
 use haptic_experiment::run::{FolderRequest, OutputFolder, write_text};
 use haptic_experiment::{ExperimentFile, Failure, Pace, RealtimeOptions, Report, Supervisor};
-use haptic_figure::{FigureError, Picture};
 use haptic_log::live::{Live, LiveStreams};
 use haptic_loop::realtime::{PRIORITIES, allowed_cores};
 use haptic_quantity::written;
@@ -59,14 +58,7 @@ impl RunArguments {
         let kept = document.keep_in(&mut request.provenance);
         kept?;
         let live = &self.live.open(pace != Pace::Virtual, output)?;
-        let conducted = Conducted {
-            samples,
-            output,
-            request,
-            live,
-        };
-        let report = conducted.run(&experiment)?;
-        experiment.require(&report)
+        conduct(&experiment, samples, output, request, live)?.require()
     }
 
     /// The experiment as it is to be conducted, and its pace.
@@ -105,58 +97,53 @@ impl RunArguments {
     }
 }
 
-/// How an experiment is conducted.
-struct Conducted<'a> {
+/// Runs an experiment with a progress bar, stoppable by Ctrl-C, draws and reports. The report is given back.
+fn conduct(
+    experiment: &ExperimentFile,
     samples: u64,
     output: Output,
-    request: &'a FolderRequest,
-    live: &'a LiveStreams,
-}
-
-impl Conducted<'_> {
-    /// Runs an experiment with a progress bar, stoppable by Ctrl-C, draws and reports. The report is given back.
-    fn run(&self, experiment: &ExperimentFile) -> Result<Report, Failure> {
-        let stop = stop_on_interrupt()?;
-        let bar = progress_bar(self.samples, self.output);
-        let progress = |done| {
-            bar.set_position(done);
-            if done >= self.samples {
-                // A long run is read again from its log.
-                bar.set_message("judging");
-            }
-        };
-        let supervisor = Supervisor {
-            stop,
-            progress: &progress,
-            live: Some(self.live),
-            warn: &|text| self.output.warn(text),
-        };
-        let result = experiment.run(self.request, supervisor);
-        bar.finish_and_clear();
-        let Published {
-            mut report,
-            curves,
-            folder,
-        } = result?;
-        let (picture, unsaved) = drawn(curves, &folder, |curves| of_report(&report, curves));
-        report.run_mut().figure = picture;
-        for warning in &report.run().warnings {
-            self.output.warn(warning);
+    request: &FolderRequest,
+    live: &LiveStreams,
+) -> Result<Report, Failure> {
+    let stop = stop_on_interrupt()?;
+    let bar = progress_bar(samples, output);
+    let progress = |done| {
+        bar.set_position(done);
+        if done >= samples {
+            // A long run is read again from its log.
+            bar.set_message("judging");
         }
-        self.output.summary(&report)?;
-        both_saved(report.run().lost_table(), unsaved)?;
-        ended_well(report.run())?;
-        Ok(report)
+    };
+    let supervisor = Supervisor {
+        stop,
+        progress: &progress,
+        live: Some(live),
+        warn: &warn,
+    };
+    let result = experiment.run(request, supervisor);
+    bar.finish_and_clear();
+    let Published {
+        mut report,
+        curves,
+        folder,
+    } = result?;
+    let (picture, unsaved) = drawn(curves, &folder);
+    report.run.figure = picture;
+    for warning in &report.run.warnings {
+        warn(warning);
     }
+    output.summary(&report)?;
+    both_saved(report.run.lost_table(), unsaved)?;
+    ended_well(&report.run)?;
+    Ok(report)
 }
 
 /// Draws the curves of a run, if there are any: the picture, and why there is none, which is said after the report.
 pub(crate) fn drawn(
     curves: Option<Curves>,
     folder: &OutputFolder,
-    draw: impl FnOnce(&Curves) -> Result<Picture, FigureError>,
 ) -> (Option<String>, Option<Failure>) {
-    let picture = curves.map(|curves| save_picture(folder, draw(&curves)));
+    let picture = curves.map(|curves| save_picture(folder, of_run(&curves)));
     match picture.transpose() {
         Ok(picture) => (picture, None),
         Err(failure) => (None, Some(failure)),
@@ -178,36 +165,26 @@ pub(crate) fn lacks(dropped: u64, log: &str) -> Failure {
 }
 
 fn ended_well(run: &RunReport) -> Result<(), Failure> {
-    let RunReport {
-        ended_early,
-        let_go,
-        device_lost,
-        duration_s,
-        dropped_samples,
-        log,
-        ..
-    } = run;
-    let dropped = *dropped_samples;
-    if let (Some(reason), Some(let_go)) = (ended_early, let_go) {
+    let dropped = run.dropped_samples;
+    if let (Some(reason), Some(let_go)) = (&run.ended_early, &run.let_go) {
+        let lacks = match dropped {
+            0 => String::new(),
+            lost => format!(", and lacks {lost} samples"),
+        };
         let error = format!(
-            "{reason}: the run ended at {}, {}; the log is {log}{}",
-            written("duration_s", *duration_s),
-            let_go,
-            match dropped {
-                0 => String::new(),
-                lost => format!(", and lacks {lost} samples"),
-            }
+            "{reason}: the run ended at {}, {let_go}; the log is {}{lacks}",
+            written("duration_s", run.duration_s),
+            run.log
         );
-        return Err(if *device_lost {
-            Failure::device(error)
-        } else {
-            Failure::run(error)
+        return Err(match run.device_lost {
+            true => Failure::device(error),
+            false => Failure::run(error),
         });
     }
-    if dropped > 0 {
-        return Err(lacks(dropped, log));
+    match dropped {
+        0 => Ok(()),
+        dropped => Err(lacks(dropped, &run.log)),
     }
-    Ok(())
 }
 
 /// A bar on a terminal; nothing elsewhere or for a quiet person.
@@ -261,14 +238,12 @@ fn parse_address(text: &str) -> Result<SocketAddr, String> {
 
 impl LiveArguments {
     pub(crate) fn open(self, realtime: bool, output: Output) -> Result<LiveStreams, Failure> {
-        let mut streams: Vec<Box<dyn Live>> = Vec::new();
-        if let Some(address) = self.foxglove {
-            streams.push(open_foxglove(address, output)?);
-        }
-        if !streams.is_empty() && !realtime {
+        let foxglove = self.foxglove.map(|address| open_foxglove(address, output));
+        let foxglove = foxglove.transpose()?;
+        if foxglove.is_some() && !realtime {
             warn("the live stream is as fast as the run is computed: give --realtime to watch");
         }
-        Ok(LiveStreams::new(streams))
+        Ok(LiveStreams::new(foxglove.into_iter().collect()))
     }
 }
 
@@ -296,7 +271,7 @@ fn open_foxglove(_: SocketAddr, _: Output) -> Result<Box<dyn Live>, Failure> {
     ))
 }
 
-/// Options of a thread.
+/// How the thread of a loop is raised above the others of the machine.
 #[derive(Clone, Copy, Debug, Args)]
 pub(crate) struct ThreadArguments {
     /// Real-time priority of the loop, 1 to 99, or `off` [default: 80 where permitted]
@@ -307,7 +282,7 @@ pub(crate) struct ThreadArguments {
     pin: Option<usize>,
 }
 
-/// A priority, or none.
+/// `off` is an answer too: it takes the default away.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Priority {
     Off,

@@ -35,7 +35,7 @@ pub(crate) fn long_about() -> String {
     let mut text = LONG_ABOUT.to_owned();
     for (heading, parameters) in tables("experiment") {
         let _ = write!(text, "\n\n{heading}:");
-        for parameter in *parameters {
+        for parameter in parameters {
             let _ = write!(text, "\n  {}", described(parameter));
         }
     }

@@ -5,7 +5,6 @@ use crate::files::RunFiles;
 use crate::options::{Options, keys};
 use crate::output::{Output, note, warn};
 use crate::parse::{WAITS, quantity};
-use crate::picture::of_side;
 use clap::Args;
 use haptic_experiment::document::Document;
 use haptic_experiment::experiment::{End, FarReport, Terms};
@@ -96,9 +95,9 @@ impl Arguments {
             live: None,
             warn: &|text| output.warn(text),
         };
-        let run = experiment.run_side(end, terms, &opened, (&request, supervisor))?;
+        let run = experiment.run_side(end, terms, &opened, &request, supervisor)?;
         let report = shown(run, output)?;
-        experiment.require_side(&report, terms)
+        report.require()
     }
 
     fn document(&self) -> Result<Document, Failure> {
@@ -139,7 +138,7 @@ fn shown(run: Published<FarReport>, output: Output) -> Result<FarReport, Failure
         curves,
         folder,
     } = run;
-    let (picture, unsaved) = drawn(curves, &folder, |curves| of_side(&report, curves));
+    let (picture, unsaved) = drawn(curves, &folder);
     report.figure = picture;
     output.summary(&report)?;
     let unwritten = report.unwritten.as_ref();

@@ -5,12 +5,11 @@ use crate::document::failure::Failure;
 use crate::document::parameters::CONTROLLER;
 use crate::run::drive_verdict::DriveVerdict;
 use crate::run::tick::KeptSample;
-use fractional_control::ControllerSetup;
 use haptic_loop::plant::{Holder as _, RigDrive};
 use serde::Serialize;
 
 /// The work of a drive.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub(crate) struct DriveReport {
     pub controller: String,
     /// `position` in a relaxation, `force` in a creep test: what the controller holds, and the unit of the errors, m or N.
@@ -66,7 +65,7 @@ enum Maker {
 }
 
 pub(crate) struct DriveJudge {
-    drive: RigDrive,
+    load: RigDrive,
     maker: Maker,
     report: DriveReport,
     samples: u64,
@@ -75,38 +74,32 @@ pub(crate) struct DriveJudge {
 
 impl DriveJudge {
     pub(crate) fn new(
-        own: &Drive,
-        drive: RigDrive,
+        drive: &Drive,
+        load: RigDrive,
         sample_time_s: f64,
-        (preflight, on_device): (Option<DriveVerdict>, bool),
+        preflight: Option<DriveVerdict>,
+        on_device: bool,
     ) -> Result<Self, Failure> {
         let maker = match on_device {
-            false => Maker::Rig(own.holder(sample_time_s)?),
+            false => Maker::Rig(drive.holder(sample_time_s)?),
             true => {
-                let ControllerSetup {
-                    output_low,
-                    output_high,
-                    ..
-                } = own.limited(sample_time_s)?;
-                Maker::Device([output_low, output_high].map(|end| end.unwrap_or(f64::NAN) as f32))
+                let setup = drive.limited(sample_time_s)?;
+                let ends = [setup.output_low, setup.output_high];
+                Maker::Device(ends.map(|end| end.unwrap_or(f64::NAN) as f32))
             }
         };
         Ok(Self {
-            drive,
+            load,
             maker,
             report: DriveReport {
-                controller: own.name.clone(),
-                quantity: match drive {
+                controller: drive.name.clone(),
+                quantity: match load {
                     RigDrive::Position(_) => "position",
                     RigDrive::Force(_) => "force",
                 },
-                tracking_error_max: 0.0,
-                tracking_error_rms: 0.0,
-                tracking_error_final: 0.0,
-                drive_force_peak_n: 0.0,
-                drive_force_limit_n: own.force_limit_n,
-                saturated_samples: 0,
+                drive_force_limit_n: drive.force_limit_n,
                 preflight,
+                ..DriveReport::default()
             },
             samples: 0,
             squares: 0.0,
@@ -115,8 +108,8 @@ impl DriveJudge {
 
     /// Takes a sample in: set point − measurement, and the values of its columns.
     pub(crate) fn add(&mut self, sample: &KeptSample) -> (f64, [f64; 2]) {
-        let set_point = set_point(self.drive, sample.time_s);
-        let measured = match (self.drive, &self.maker) {
+        let set_point = set_point(self.load, sample.time_s);
+        let measured = match (self.load, &self.maker) {
             (RigDrive::Position(_), Maker::Rig(_)) => sample.indenter_position_m,
             (RigDrive::Position(_), Maker::Device(_)) => sample.position_m,
             (RigDrive::Force(_), _) => sample.contact_force_n,

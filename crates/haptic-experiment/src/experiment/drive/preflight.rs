@@ -18,7 +18,7 @@ use crate::run::drive_verdict::{DriveVerdict, LoopVerdict};
 use fracdiff::num_complex::Complex;
 use fracdiff::{FrequencyResponse, Seconds};
 use fractional_control::{
-    ControlError, FractionalTransferFunction, LoadedPlant, Margins, Plant, SampledLaw, SampledLoop,
+    ControlError, FractionalTransferFunction, LoadedPlant, Plant, SampledLaw, SampledLoop,
     SampledPlant, Term, TwoPort,
 };
 use haptic_analysis::{Dynamics, LoopOperator};
@@ -35,30 +35,24 @@ const BEYOND: f64 = 0.01;
 impl LoopVerdict {
     /// Of a loop, and of the same whose command acts so many seconds later.
     fn of(closed: &SampledLoop, later: impl Fn(f64) -> Result<SampledLoop, Failure>) -> Self {
-        let Margins {
-            phase,
-            gain_up,
-            delay_s,
-            ..
-        } = closed.margins();
+        let margins = closed.margins();
         if !closed.verdict().stable {
             let stable_at = |gain: f64| closed.with_gain(gain).verdict().stable;
             let down = softer(|gain| Ok(stable_at(gain))).ok().flatten();
-            let up = gain_up
-                .filter(|up| up.value < WITHIN && stable_at(up.value * (1.0 + BEYOND)))
-                .map(|up| up.value);
+            let up = (margins.gain_up.map(|up| up.value))
+                .filter(|up| *up < WITHIN && stable_at(up * (1.0 + BEYOND)));
             return Self {
                 stable_beyond_gain: down.or(up),
                 ..Self::default()
             };
         }
-        let first = closed.remembered(delay_s);
+        let first = closed.remembered(margins.delay_s);
         let delay_s = closed.remembered(SampledLoop::delay_margin(first, &later).unwrap_or(first));
         Self {
             stable: true,
-            phase_margin_rad: phase.map(|phase| phase.value),
-            crossover_rad_s: phase.map(|phase| phase.omega_rad_s),
-            gain_margin: gain_up.map(|gain| gain.value),
+            phase_margin_rad: margins.phase.map(|phase| phase.value),
+            crossover_rad_s: margins.phase.map(|phase| phase.omega_rad_s),
+            gain_margin: margins.gain_up.map(|gain| gain.value),
             delay_margin_s: delay_s.map(|delay| delay.value),
             stable_beyond_gain: None,
         }
@@ -69,7 +63,7 @@ impl LoopVerdict {
 #[derive(Debug)]
 pub(crate) struct TissueLaw {
     stiffness: f64,
-    /// B·T^(−μ).
+    /// As the force of a step feels it: B·T^(−μ), N/m.
     dissipation: f64,
     operator: LoopOperator,
 }
@@ -192,13 +186,13 @@ impl Drive {
         beside: &[Term],
         delay_s: f64,
     ) -> Result<SampledLoop, ControlError> {
-        let own = [
+        let moved = [
             Term::new(device.mass_kg, 2.0),
             Term::new(device.damping_n_s_per_m, 1.0),
             Term::new(device.hand_stiffness_n_per_m, 0.0),
         ];
         let lag_s = device.current_lag_s;
-        let terms = own.iter().chain(beside).flat_map(|term| {
+        let terms = moved.iter().chain(beside).flat_map(|term| {
             let lagging = Term::new(lag_s * term.coefficient, term.order + 1.0);
             [*term, lagging]
         });
@@ -292,8 +286,8 @@ fn port(rig: &RigConfig, whole: &RigMotion, commands: &[Vector4<f64>]) -> TwoPor
     TwoPort {
         transition: DMatrix::from_fn(states, states, |row, column| {
             match (units.get(row), units.get(column)) {
-                (Some(own), Some(unit)) => whole.transition[(row, column)] * unit / own,
-                (Some(own), None) => commands[1][row] / own,
+                (Some(to), Some(from)) => whole.transition[(row, column)] * from / to,
+                (Some(to), None) => commands[1][row] / to,
                 _ => 0.0,
             }
         }),

@@ -3,8 +3,10 @@
 use super::{Drive, DriveJudge, SimulatedRig};
 use crate::document::failure::Failure;
 use crate::experiment::bounded_tests::{conducted, defaults};
-use crate::experiment::indentation::{Indentation, IndentationReport, Load};
-use crate::experiment::rendering::{Contact, Rendering};
+use crate::experiment::indentation::Indentation;
+use crate::experiment::kind::Experiment as _;
+use crate::experiment::rendering::Contact;
+use crate::judge::Report;
 use crate::judge::modelled_tissue::ModelledTissue;
 use crate::run::drive_verdict::{DriveVerdict, LoopVerdict};
 use crate::run::simulate::Instrumented as _;
@@ -50,36 +52,27 @@ fn drive(gains: PidParameters) -> Drive {
     }
 }
 
-fn rendering(tissue: &str, drive: Drive) -> Rendering {
+/// 1 mm of this tissue, held by this drive.
+fn held(tissue: &str, drive: Drive, ramp_time_s: f64, duration_s: f64) -> Indentation {
     let library = haptic_tissue::Library::load(None).expect("the built-in one");
     let tissue = ModelledTissue::new(library.find(tissue).expect("known")).expect("a model");
-    Rendering {
-        drive: Some(drive),
-        ..defaults(tissue).rendering
-    }
-}
-
-fn relaxation(rendering: Rendering, ramp_time_s: f64, duration_s: f64) -> Indentation {
+    let ramp = RampHold::new(Metres(1e-3), Seconds(ramp_time_s)).expect("a ramp");
     Indentation {
-        rendering,
-        load: Load::Depth {
-            depth_m: 1e-3,
-            ramp_time_s,
-        },
+        drive: Some(drive),
+        load: RigDrive::Position(ramp),
         duration_s,
+        ..defaults(tissue)
     }
 }
 
 /// 5 % of the cancerous prostate in 0.5 s.
 fn cancerous(drive: Drive, duration_s: f64) -> Indentation {
-    relaxation(rendering("prostate-cancerous", drive), 0.5, duration_s)
+    held("prostate-cancerous", drive, 0.5, duration_s)
 }
 
 /// Runs in a folder of its own.
-fn run(folder: &Path, relaxation: &Indentation) -> Result<IndentationReport, Failure> {
-    let published = conducted(folder, |request, supervisor| {
-        relaxation.run(request, supervisor)
-    })?;
+fn run(folder: &Path, relaxation: &Indentation) -> Result<Report, Failure> {
+    let published = conducted(folder, |watched| relaxation.run(watched))?;
     Ok(published.report)
 }
 
@@ -101,21 +94,23 @@ fn wandering(relaxation: &Indentation) -> f64 {
 fn the_indenter_is_held_on_its_way_and_the_tissue_is_that_of_the_motion_really_made() {
     let folder = tempfile::tempdir().expect("a folder");
     let report = run(&folder.path().join("held"), &cancerous(drive(STIFF), 5.0)).expect("runs");
-    let held = report.drive.as_ref().expect("a drive");
-    let of = (held.controller.as_str(), held.quantity);
-    assert_eq!(of, ("test.toml", "position"));
-    assert!(held.preflight.expect("judged").stable());
+    let held = &report.results["drive"];
+    let of = (&held["controller"], &held["quantity"]);
+    assert_eq!(of, (&"test.toml".into(), &"position".into()));
+    assert_eq!(held["preflight"]["in_contact"]["stable"], true);
+    let number = |key: &str| held[key].as_f64().expect(key);
     // 1 mm in 0.5 s; what a ramp leaves fades on the hold.
-    assert!(held.tracking_error_max < 1e-4, "{held:?}");
-    assert!(held.tracking_error_final < 5e-6, "{held:?}");
-    assert!(held.tracking_error_rms < held.tracking_error_max);
-    assert_eq!(held.saturated_samples, 0);
+    assert!(number("tracking_error_max") < 1e-4, "{held:?}");
+    assert!(number("tracking_error_final") < 5e-6, "{held:?}");
+    assert!(number("tracking_error_rms") < number("tracking_error_max"));
+    assert_eq!(held["saturated_samples"], 0);
     // At rest the drive carries the tissue: mean force of the tissue is that of its motor.
-    assert!(held.drive_force_peak_n > report.run.peak_force_n);
-    assert!(held.drive_force_peak_n < 2.0 * report.run.peak_force_n + 0.05);
+    let peak = number("drive_force_peak_n");
+    assert!(peak > report.run.peak_force_n);
+    assert!(peak < 2.0 * report.run.peak_force_n + 0.05);
     // The force is that of the full history of the position really recorded.
-    let error = report.errors.full_history.largest.expect("compared");
-    assert!(error < 1e-5, "{error}");
+    let error = report.results["max_relative_error"].as_f64();
+    assert!(error.expect("compared") < 1e-5, "{error:?}");
     let log = std::fs::read(&report.run.log).expect("a log");
     for key in [
         "drive.file",
@@ -145,10 +140,10 @@ fn the_verdict_before_the_run_is_what_the_run_shows_at_either_side_of_the_edge()
         })
     };
     for tissue in ["prostate-cancerous", "fish-muscle"] {
-        let relaxation = |drive| relaxation(rendering(tissue, drive), 0.1, 2.0);
+        let relaxation = |drive| held(tissue, drive, 0.1, 2.0);
         let verdict = |drive| {
-            let own = relaxation(drive);
-            (own.drive_verdict(2001).expect("judged")).expect("a drive")
+            let held = relaxation(drive);
+            (held.drive_verdict(2001).expect("judged")).expect("a drive")
         };
         let at_home = verdict(times(1.0));
         let edge = at_home
@@ -179,18 +174,19 @@ fn an_unstable_drive_is_refused_before_a_file_is_made_unless_it_is_forced() {
         derivative: 500.0,
         ..PidParameters::NONE
     };
-    let mut own = cancerous(drive(gains), 2.0);
-    let place = folder.path().join("unstable");
-    let refused = run(&place, &own).expect_err("unstable").to_string();
+    let mut held = cancerous(drive(gains), 2.0);
+    let kept_in = folder.path().join("unstable");
+    let refused = run(&kept_in, &held).expect_err("unstable").to_string();
     for words in ["unstable before it touches", "`controller`"] {
         assert!(refused.contains(words), "{refused}");
     }
-    assert!(!place.exists());
-    own.rendering.preflight.force_unstable = true;
-    let report = run(&place, &own).expect("runs all the same");
-    let held = report.drive.expect("a drive");
-    assert!(!held.preflight.expect("judged").stable(), "{held:?}");
-    assert!(held.saturated_samples > 100, "{held:?}");
+    assert!(!kept_in.exists());
+    held.conduct.force_unstable = true;
+    let report = run(&kept_in, &held).expect("runs all the same");
+    let held = &report.results["drive"];
+    assert_eq!(held["preflight"]["in_contact"]["stable"], false, "{held:?}");
+    let saturated = held["saturated_samples"].as_u64();
+    assert!(saturated > Some(100), "{held:?}");
     for part in ["limit of 10 N", "unstable"] {
         let warned = report.run.warnings.iter().any(|text| text.contains(part));
         assert!(warned, "{part}: {:?}", report.run.warnings);
@@ -206,9 +202,8 @@ fn a_push_is_held_too_its_force_measured_between_the_actuators() {
         ..PidParameters::NONE
     };
     let creep = Indentation {
-        rendering: rendering("prostate-healthy", drive(gains)),
-        load: Load::Force { force_n: 0.04 },
-        duration_s: 3.0,
+        load: RigDrive::Force(Newtons(0.04)),
+        ..held("prostate-healthy", drive(gains), 1.0, 3.0)
     };
     let verdict = (creep.drive_verdict(3001).expect("judged")).expect("a drive");
     assert!(verdict.free.is_none() && verdict.stable(), "{verdict:?}");
@@ -229,41 +224,41 @@ fn a_push_is_held_too_its_force_measured_between_the_actuators() {
 #[test]
 fn a_drive_that_cannot_act_is_refused_with_the_remedy() {
     let gains = STIFF;
-    let refused = |change: fn(&mut Rendering), words: &str| {
-        let mut own = cancerous(drive(gains), 2.0);
-        change(&mut own.rendering);
+    let refused = |change: fn(&mut Indentation), words: &str| {
+        let mut held = cancerous(drive(gains), 2.0);
+        change(&mut held);
         let sink = &mut |_: &TickMessage| ControlFlow::Continue(());
-        let said = own.simulate(sink).expect_err("refused").to_string();
+        let said = held.simulate(sink).expect_err("refused").to_string();
         assert!(said.contains(words), "{said}");
     };
     refused(
-        |rendering| rendering.contact = Contact::Rigid,
+        |held| held.contact = Contact::Rigid,
         "`contact` = compliant",
     );
-    let weak = |rendering: &mut Rendering| {
-        rendering.drive.as_mut().expect("a drive").force_limit_n = 0.0;
+    let weak = |held: &mut Indentation| {
+        held.drive.as_mut().expect("a drive").force_limit_n = 0.0;
     };
     refused(weak, "`drive_force_limit_n`");
-    let mad = |rendering: &mut Rendering| {
+    let mad = |held: &mut Indentation| {
         let law = PidParameters {
             integral_order: 3.0,
             integral: 1.0,
             ..PidParameters::NONE
         };
-        let drive = rendering.drive.as_mut().expect("a drive");
+        let drive = held.drive.as_mut().expect("a drive");
         drive.controller.setup.law = law.into();
     };
     refused(mad, "test.toml");
     refused(mad, "order of the integral");
     let slow = "made for a sample time of 0.001 s";
-    refused(|rendering| rendering.sample_time_s = 2e-3, slow);
+    refused(|held| held.sample_time_s = 2e-3, slow);
 }
 
 #[test]
 fn the_commands_that_are_judged_are_those_that_were_given_bit_for_bit() {
     let t = 1e-3;
     let gains: PidParameters = "900+9000/s^0.9+25s^0.9".parse().expect("a controller");
-    let own = Drive {
+    let held = Drive {
         name: "own".to_owned(),
         controller: ControllerSetup::new(gains, Seconds(t)).into(),
         force_limit_n: 0.2,
@@ -280,10 +275,10 @@ fn the_commands_that_are_judged_are_those_that_were_given_bit_for_bit() {
     let ramp = RampHold::new(Metres(1e-3), Seconds(0.05)).expect("a ramp");
     for drive in [RigDrive::Position(ramp), RigDrive::Force(Newtons(0.1))] {
         let config = RigConfig::new(drive, RigContact::COMPLIANT, Seconds(t));
-        let holder = own.holder(t).expect("a controller");
+        let holder = held.holder(t).expect("a controller");
         let rig = Box::new(HeldRig::new(config, holder).expect("a rig"));
         let mut rig = SimulatedRig::Held(rig);
-        let mut judge = DriveJudge::new(&own, drive, t, (Some(verdict), false)).expect("a judge");
+        let mut judge = DriveJudge::new(&held, drive, t, Some(verdict), false).expect("a judge");
         let mut peak: f64 = 0.0;
         for tick in 0..500 {
             let seen = rig.observe();

@@ -1,25 +1,28 @@
 //! From the run of an indentation and its theory to files, a report and curves.
 
-use super::{Indentation, Load};
-use crate::Supervisor;
+use super::Indentation;
 use crate::document::failure::Failure;
 use crate::document::parameters::{CONTACT, FORCE_LIMIT};
 use crate::experiment::drive::{DriveJudge, DriveReport, Massless, drive_columns};
-use crate::experiment::rendering::{Contact, DEPTH, FORCE, Precision, Rendering, STRESS};
+use crate::experiment::kind::Experiment as _;
+use crate::experiment::rendering::{DEPTH, FORCE, STRESS};
+use crate::judge;
 use crate::judge::decimated::Decimated;
 use crate::judge::modelled_tissue::Sampled;
 use crate::judge::reference::{ReferenceSeries, TOLERANCE};
-use crate::judge::report::{Errors, Files, RunReport};
+use crate::judge::report::{Files, Report, RunReport, closed_form_error, full_history_error, rows};
 use crate::judge::warnings::Warnings;
-use crate::judge::{Curves, LargestError, Origin, Published, percent, relative_error};
+use crate::judge::{Curves, Drawing, LargestError, Reference, origin, percent, relative_error};
 use crate::run::Ran;
-use crate::run::folder::{FolderRequest, Table};
+use crate::run::folder::Table;
+use crate::run::remote::device_name;
 use crate::run::samples::Samples;
 use crate::run::tick::KeptSample;
 use fracdiff::Seconds;
-use haptic_loop::plant::RigDrive;
+use haptic_loop::plant::{RampHold, RigDrive};
+use haptic_loop::units::Newtons;
 use haptic_quantity::{digits, written};
-use serde::Serialize;
+use serde_json::json;
 
 /// The comparison with the full history begins here, s after contact.
 const FROM_S: f64 = 0.01;
@@ -30,57 +33,6 @@ const CREEP_FROM_S: f64 = 1.0;
 
 /// The tissue is seen on a rig where the depth stays within this share of the closed form.
 const SEEN_WITHIN: f64 = 0.05;
-
-/// The result of a relaxation or creep test.
-#[derive(Clone, Debug, Serialize)]
-pub struct IndentationReport {
-    /// Name of the tissue.
-    pub tissue: String,
-    /// α of the tissue.
-    pub order: f64,
-    /// How the piece is pressed.
-    pub loading: &'static str,
-    /// The modulus that the tissue's numbers are of.
-    pub modulus: &'static str,
-    /// True if the tissue's file does not say which.
-    pub modulus_assumed: bool,
-    /// Operator.
-    pub scheme: String,
-    /// Number type of the loop.
-    pub precision: Precision,
-    /// Contact between indenter and renderer.
-    pub(crate) contact: Contact,
-    /// Memory of the operator, s; null for everything.
-    pub memory_s: Option<f64>,
-    /// Of the run.
-    #[serde(flatten)]
-    pub run: RunReport,
-    /// The two errors, each with the samples that it is of.
-    #[serde(flatten)]
-    pub(crate) errors: Errors,
-    /// Relative tolerance of the weights that stand for the full history in a run of more than 10⁶ samples; null
-    /// for exact sums.
-    pub reference_tolerance: Option<f64>,
-    /// Part of `closed_form_error` that is left with an ideal indenter and the full history, over the same samples:
-    /// the sampling.
-    pub discretisation_error: Option<f64>,
-    /// From when on the depth of a creep test on a rig with masses stays within 5 % of the closed form, s; null if it never
-    /// does, and without such a rig.
-    pub tissue_seen_from_s: Option<f64>,
-    /// Part of `closed_form_error` that comes from contact, servo, masses and sensors of the rig.
-    pub rig_error: Option<f64>,
-    /// Final value over its closed form: force in a relaxation, strain in a creep test.
-    pub final_over_theory: Option<f64>,
-    /// Final strain, in a creep test.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub final_strain: Option<f64>,
-    /// Final depth, in a creep test of another piece than a slab, m.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub final_depth_m: Option<f64>,
-    /// Work of the controller that held the indenter.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub(crate) drive: Option<DriveReport>,
-}
 
 /// A sample beside what theory says of it.
 #[derive(Clone, Copy, Debug)]
@@ -99,88 +51,77 @@ struct TheorySample {
     with_rig: f64,
 }
 
-/// From when on the tissue is seen on a rig, s; `None` if never.
-#[derive(Clone, Copy, Debug)]
-struct Seen(Option<f64>);
-
-impl Seen {
-    fn of(unseen_until_s: Option<f64>, duration_s: f64, sample_time_s: f64) -> Self {
-        let from_s = unseen_until_s.map_or(0.0, |until_s| until_s + sample_time_s);
-        Self(Some(from_s).filter(|from_s| *from_s <= duration_s))
-    }
-
-    fn warning(self, duration_s: f64) -> Option<String> {
-        let ideal = CONTACT.set_to("ideal");
-        match self.0 {
-            Some(from_s) if from_s <= 0.5 * duration_s => None,
-            Some(from_s) => Some(format!(
-                "before {} s the rig is seen, not the tissue: take {ideal}, or a longer run",
-                digits(from_s, 3)
-            )),
-            None => Some(format!(
-                "the rig is seen in the whole run, not the tissue: take {ideal}, or a longer run"
-            )),
-        }
-    }
+/// The warning that up to this time, s, the rig is seen and not the tissue; `None` up to the whole run.
+fn rig_is_seen(until_s: Option<f64>, duration_s: f64) -> Option<String> {
+    let when = match until_s {
+        Some(until_s) if until_s <= 0.5 * duration_s => return None,
+        Some(until_s) => format!("before {} s the rig is seen", digits(until_s, 3)),
+        None => "the rig is seen in the whole run".to_owned(),
+    };
+    let ideal = CONTACT.set_to("ideal");
+    Some(format!(
+        "{when}, not the tissue: take {ideal}, or a longer run"
+    ))
 }
 
-/// What moves in a creep test, and how it is told.
+/// What is compared with its closed form, and how it is told.
+#[derive(Clone, Copy, Debug)]
+struct Quantity {
+    name: &'static str,
+    /// With its unit, on an axis.
+    label: &'static str,
+    /// What stands behind a number, with the space before it.
+    unit: &'static str,
+    without_rig: &'static str,
+    /// The closed form is compared from this time on, s.
+    from_s: f64,
+    moved: Option<Moved>,
+}
+
+/// What moves in a creep test, and is told beside its force.
 #[derive(Clone, Copy, Debug)]
 struct Moved {
     /// What a depth is divided by, m.
     length_m: f64,
-    what: &'static str,
     /// In the name of a column.
     column: &'static str,
-    unit: &'static str,
-    without_rig: &'static str,
+    /// The key of its last value.
+    end: &'static str,
 }
 
 /// Says of each sample what theory says.
 type Theory<'a> = Box<dyn FnMut(&KeptSample) -> TheorySample + 'a>;
 
 impl Indentation {
-    /// Runs the experiment; log and CSV go into the folder.
-    pub(crate) fn run(
-        &self,
-        request: &FolderRequest,
-        supervisor: Supervisor<'_>,
-    ) -> Result<Published<IndentationReport>, Failure> {
-        let ran = self.record(request, supervisor)?;
-        let reported = self.report(&ran)?;
-        Ok(Published::new(reported, ran.folder))
-    }
-
     /// Judges a run; the table of one that reached its end goes beside its log. A run that was cut short leaves its log alone.
-    pub(crate) fn report(&self, ran: &Ran) -> Result<(IndentationReport, Option<Curves>), Failure> {
-        let (rendering, record, own) = (&self.rendering, &ran.record, self.drive()?);
-        let moves = matches!(self.load, Load::Force { .. });
-        let moved = self.moved();
-        let (from_s, unit, without_rig) = match self.load {
-            Load::Depth { ramp_time_s, .. } => {
-                let from_s = ramp_time_s + AFTER_RAMP_S;
-                (from_s, " N", "the force with an ideal rig")
-            }
-            Load::Force { .. } => (CREEP_FROM_S, moved.unit, moved.without_rig),
-        };
+    pub(crate) fn report(&self, ran: &Ran) -> Result<(Report, Option<Curves>), Failure> {
+        let record = &ran.record;
+        let quantity = self.quantity();
+        let (unit, from_s) = (quantity.unit, quantity.from_s);
         let mut theory = match self.load {
-            Load::Depth { .. } => self.relaxed(ran)?,
-            Load::Force { force_n } => self.crept(ran, force_n)?,
+            RigDrive::Position(profile) => self.relaxed(profile, ran)?,
+            RigDrive::Force(push) => self.crept(push, ran)?,
         };
         let mut errors = [
             LargestError::new(FROM_S, "the force by the full history", " N"),
             LargestError::new(from_s, "the closed form", unit),
             LargestError::new(from_s, "the closed form", unit),
-            LargestError::new(from_s, without_rig, unit),
+            LargestError::new(from_s, quantity.without_rig, unit),
         ];
         let mut curves = Decimated::of(record);
-        let judge = (ran.drive, self.holds_device());
-        let drive = (rendering.drive.as_ref())
-            .map(|drive| DriveJudge::new(drive, own, rendering.sample_time_s, judge));
-        let mut drive = drive.transpose()?;
+        let mut drive = match &self.drive {
+            Some(drive) => {
+                let (t, on_device) = (self.sample_time_s, self.holds_device());
+                let judge = DriveJudge::new(drive, self.load, t, ran.drive, on_device)?;
+                Some(judge)
+            }
+            None => None,
+        };
         let whole = record.ended.is_none();
-        let column = moves.then_some(moved.column);
-        let mut csv = whole.then(|| table(ran, column, drive.is_some().then_some(own)));
+        let mut csv = whole.then(|| {
+            let driven = drive.as_ref().map(|_| drive_columns(self.load));
+            table(ran, quantity.moved, driven)
+        });
         let (mut last, mut unseen_until_s, mut deepest_m) = (None, None, 0.0);
         let mut ends_limited = false;
         Samples::of(record, &ran.log.paths).for_each(|sample| {
@@ -201,7 +142,7 @@ impl Indentation {
             last = Some(judged);
             ends_limited = !sample.is_comparable();
             deepest_m = f64::max(deepest_m, sample.position_m);
-            if moves && (value / closed_form - 1.0).abs() > SEEN_WITHIN {
+            if quantity.moved.is_some() && (value / closed_form - 1.0).abs() > SEEN_WITHIN {
                 unseen_until_s = Some(sample.time_s);
             }
             let driven = drive.as_mut().map(|drive| drive.add(sample));
@@ -212,14 +153,22 @@ impl Indentation {
             let (tracking_error, [_, force_n]) = driven.unwrap_or_default();
             let values = [value, closed_form, error, tracking_error, force_n];
             curves.add(sample.time_s, values);
-            let mut row = row(moves, (sample, self.opposed_n(sample)), &judged, error);
-            row.extend(
-                driven
-                    .iter()
-                    .flat_map(|(_, columns)| columns)
-                    .copied()
-                    .map(Some),
-            );
+            let mut row = vec![
+                sample.time_s,
+                judged.ideal_position_m,
+                sample.position_m,
+                self.opposed_n(sample),
+                judged.full_history_force_n,
+            ];
+            // The force of a relaxation stands there already.
+            row.extend(quantity.moved.map(|_| value));
+            let mut row: Vec<Option<f64>> = row.into_iter().map(Some).collect();
+            // A sample without a relative error has an empty cell.
+            row.extend([
+                Some(closed_form),
+                Some(error).filter(|error| error.is_finite()),
+            ]);
+            row.extend(driven.iter().flat_map(|driven| driven.1.map(Some)));
             csv.row(row);
             Ok(())
         })?;
@@ -230,22 +179,27 @@ impl Indentation {
             .filter(|ratio: &f64| ratio.is_finite() && !unrendered);
         let drive = drive.map(DriveJudge::finish);
         let mut warnings = Warnings::default();
-        let memory_s = rendering.memory_s();
-        let seen = Seen::of(unseen_until_s, record.duration_s(), rendering.sample_time_s);
-        let seen = Some(seen).filter(|_| moves && !self.is_ideal());
-        warnings
-            .0
-            .extend(seen.and_then(|seen| seen.warning(record.duration_s())));
-        let piece = &rendering.piece;
-        warnings
-            .0
-            .extend(piece.leaves((self.shortest_s(), record.duration_s()), deepest_m));
+        let piece = &self.piece;
+        let memory_s = self.scheme.memory_s(Seconds(self.sample_time_s));
+        let duration_s = record.duration_s();
+        let seen_from_s = unseen_until_s.map_or(0.0, |until_s| until_s + self.sample_time_s);
+        let seen_from_s = Some(seen_from_s).filter(|from_s| *from_s <= duration_s);
+        let has_masses = quantity.moved.is_some() && !self.is_ideal();
+        if has_masses {
+            warnings.0.extend(rig_is_seen(seen_from_s, duration_s));
+        }
+        // The load asks for times from the ramp on, or from a sample after a step.
+        let shortest_s = match self.load {
+            RigDrive::Position(profile) => profile.ramp_time().0,
+            RigDrive::Force(_) => self.sample_time_s,
+        };
+        (warnings.0).extend(piece.leaves((shortest_s, duration_s), deepest_m));
         warnings.operator(
             memory_s,
-            record.duration_s(),
+            duration_s,
             // No operator of this program makes the force of a drive.
             final_over_theory.filter(|_| !self.holds_device()),
-            if moves { moved.what } else { "force" },
+            quantity.name,
         );
         warnings.limited(record);
         if unrendered {
@@ -253,9 +207,7 @@ impl Indentation {
                 "the depth is that of the tissue under the whole push, which the loop did not render up to the end: change {STRESS}, {FORCE} or {FORCE_LIMIT}"
             ));
         }
-        warnings
-            .0
-            .extend(drive.iter().flat_map(DriveReport::warnings));
+        (warnings.0).extend(drive.iter().flat_map(DriveReport::warnings));
         let [full_history, closed_form, discretisation, rig] = errors.map(LargestError::get);
         if self.holds_device() && record.link.as_ref().is_some_and(|link| link.simulated) {
             warnings.0.push(
@@ -263,51 +215,57 @@ impl Indentation {
                     .to_owned(),
             );
         }
-        let run = RunReport::new(
+        let mut run = RunReport::new(
             ran,
-            rendering.device_name(),
-            rendering.sample_time_s,
+            device_name(self.conduct.remote.as_ref()),
+            self.sample_time_s,
             files,
             warnings,
         );
-        let report = IndentationReport {
-            tissue: rendering.piece.material.name.clone(),
-            order: rendering.piece.material.order().get(),
-            loading: piece.specimen.loading().kind.name(),
-            modulus: piece.material.loading.modulus().name(),
-            modulus_assumed: !piece.material.loading.is_known(),
-            scheme: rendering.scheme.to_string(),
-            run: RunReport {
-                final_force_n: record
-                    .last
-                    .as_ref()
-                    .map_or(0.0, |last| self.opposed_n(last)),
-                ..run
-            },
-            errors: Errors {
-                full_history,
-                closed_form,
-            },
-            discretisation_error: discretisation.largest,
-            rig_error: rig.largest,
-            reference_tolerance: record.whole.is_none().then_some(TOLERANCE),
-            memory_s,
-            tissue_seen_from_s: seen.and_then(|seen| seen.0),
-            final_over_theory,
-            final_strain: last
-                .filter(|_| moves && moved.unit.is_empty())
-                .map(|last| last.value),
-            final_depth_m: last
-                .filter(|_| moves && !moved.unit.is_empty())
-                .map(|last| last.value),
-            precision: rendering.precision_run(),
-            contact: rendering.contact,
-            drive,
+        run.final_force_n = (record.last.as_ref()).map_or(0.0, |last| self.opposed_n(last));
+        let material = &piece.material;
+        let law = json!({
+            "tissue": material.name,
+            // α of the tissue.
+            "order": material.order().get(),
+            "loading": piece.specimen.loading().kind.name(),
+            // The modulus that the tissue's numbers are of, and whether its file leaves that open.
+            "modulus": material.loading.modulus().name(),
+            "modulus_assumed": !material.loading.is_known(),
+            "scheme": self.scheme.to_string(),
+            "precision": self.precision_run(),
+            "contact": self.contact,
+            // Null for everything.
+            "memory_s": memory_s,
+        });
+        let results = json!({
+            // Of the weights that stand for the full history in a run of more than 10⁶ samples; null for exact sums.
+            "reference_tolerance": record.whole.is_none().then_some(TOLERANCE),
+            // Part of `closed_form_error` that an ideal indenter and the full history leave over the same samples: the sampling.
+            "discretisation_error": discretisation.largest,
+            // From when on a rig with masses stays within 5 % of the closed form of a creep test; null if never, and without such a rig.
+            "tissue_seen_from_s": seen_from_s.filter(|_| has_masses),
+            // Part of `closed_form_error` that contact, servo, masses and sensors of the rig add.
+            "rig_error": rig.largest,
+            "final_over_theory": final_over_theory,
+        });
+        // A creep test says where it ended.
+        let end = (last.zip(quantity.moved)).map(|(last, moved)| json!({ moved.end: last.value }));
+        let held = drive.as_ref().map(|drive| json!({ "drive": drive }));
+        let errors = [
+            full_history_error(&full_history),
+            closed_form_error(&closed_form),
+        ];
+        let beside = [end, held].into_iter().flatten();
+        let off = closed_form.largest;
+        let report = Report {
+            law: rows([law]),
+            run,
+            results: rows(errors.into_iter().chain([results]).chain(beside)),
+            verdict: off.map(|error| format!("{:.2} % from the closed form", 1e2 * error)),
+            unmet: None,
         };
-        let held = report
-            .drive
-            .as_ref()
-            .map(|_| ["tracking_error", "drive_force_n"]);
+        let held = drive.map(|_| ["tracking_error", "drive_force_n"]);
         let [tracking_error, force_n] = held.unwrap_or_default();
         let names = [
             "values",
@@ -316,32 +274,38 @@ impl Indentation {
             tracking_error,
             force_n,
         ];
-        let slab = rendering.piece.specimen.slab_sizes();
-        let (what, remark) = match self.load {
-            Load::Depth {
-                depth_m,
-                ramp_time_s,
-            } => {
-                let until = self.duration_s;
+        let loading = piece.specimen.loading().kind.name();
+        let slab = piece.specimen.slab_sizes();
+        let (test, remark) = match self.load {
+            RigDrive::Position(profile) => {
+                let (depth_m, ramp_s) = (profile.depth().0, profile.ramp_time().0);
                 let depth = match slab {
                     Some((_, thickness)) => format!("{} % strain", percent(depth_m / thickness.0)),
                     None => written(DEPTH.key, depth_m),
                 };
-                let remark = format!("{depth} in {ramp_time_s} s, held until {until} s");
+                let until = self.duration_s;
+                let remark = format!("{loading}, {depth} in {ramp_s} s, held until {until} s");
                 ("Stress relaxation", remark)
             }
-            Load::Force { force_n } => {
+            RigDrive::Force(push) => {
                 let push = match slab {
-                    Some((area, _)) => format!("{} Pa", digits(force_n / area.0, 4)),
-                    None => written(FORCE.key, force_n),
+                    Some((area, _)) => format!("{} Pa", digits(push.0 / area.0, 4)),
+                    None => written(FORCE.key, push.0),
                 };
-                ("Creep", format!("{push} from t = 0"))
+                ("Creep", format!("{loading}, {push} from t = 0"))
             }
         };
-        let (tissue, origin) = (&rendering.piece.material.description, Origin::of(record));
-        let title = format!("{what} of {tissue}, {}", origin.word());
-        let remark = format!("{}, {remark}", report.loading);
-        let curves = whole.then(|| curves.named(names, origin, title, remark));
+        let origin = origin(record);
+        let title = format!("{test} of {}, {origin}", material.description);
+        let drawing = Drawing::Theory(judge::Theory {
+            tissue: material.name.clone(),
+            order: material.order().get(),
+            device: report.run.device.clone(),
+            scheme: self.scheme.to_string(),
+            quantity: quantity.name,
+            label: quantity.label,
+        });
+        let curves = whole.then(|| curves.named(names, origin, title, remark, drawing));
         Ok((report, curves))
     }
 
@@ -349,61 +313,58 @@ impl Indentation {
     #[must_use]
     pub fn closed_form(&self, time_s: f64) -> f64 {
         match self.load {
-            Load::Depth {
-                depth_m,
-                ramp_time_s,
-            } => self
-                .rendering
-                .piece
-                .relaxed(depth_m, ramp_time_s, &[time_s])[0],
-            Load::Force { .. } => 0.0,
+            RigDrive::Position(profile) => {
+                let (depth_m, ramp_time_s) = (profile.depth().0, profile.ramp_time().0);
+                self.piece.relaxed(depth_m, ramp_time_s, &[time_s])[0]
+            }
+            RigDrive::Force(_) => 0.0,
         }
     }
 
-    /// The shortest time that the load asks of the tissue, s: the ramp, or a sample after a step.
-    fn shortest_s(&self) -> f64 {
-        match self.load {
-            Load::Depth { ramp_time_s, .. } => ramp_time_s,
-            Load::Force { .. } => self.rendering.sample_time_s,
-        }
-    }
-
-    /// What moves in a creep test: the strain of a slab, else the depth.
-    fn moved(&self) -> Moved {
-        match self.rendering.piece.specimen.slab_sizes() {
-            Some((_, thickness)) => Moved {
-                length_m: thickness.0,
-                what: "strain",
-                column: "strain",
+    /// The force of a relaxation; the strain of a slab that creeps, the depth of another piece.
+    fn quantity(&self) -> Quantity {
+        let slab = self.piece.specimen.slab_sizes();
+        match (self.load, slab) {
+            (RigDrive::Position(profile), _) => Quantity {
+                name: "force",
+                label: "force / N",
+                unit: " N",
+                without_rig: "the force with an ideal rig",
+                from_s: profile.ramp_time().0 + AFTER_RAMP_S,
+                moved: None,
+            },
+            (RigDrive::Force(_), Some((_, thickness))) => Quantity {
+                name: "strain",
+                label: "strain",
                 unit: "",
                 without_rig: "the strain without a rig",
+                from_s: CREEP_FROM_S,
+                moved: Some(Moved {
+                    length_m: thickness.0,
+                    column: "strain",
+                    end: "final_strain",
+                }),
             },
-            None => Moved {
-                length_m: 1.0,
-                what: "depth",
-                column: "depth_m",
+            (RigDrive::Force(_), None) => Quantity {
+                name: "depth",
+                label: "depth / m",
                 unit: " m",
                 without_rig: "the depth without a rig",
+                from_s: CREEP_FROM_S,
+                moved: Some(Moved {
+                    length_m: 1.0,
+                    column: "depth_m",
+                    end: "final_depth_m",
+                }),
             },
         }
     }
 
     /// Each sample of a relaxation.
-    fn relaxed(&self, ran: &Ran) -> Result<Theory<'_>, Failure> {
-        let (
-            RigDrive::Position(profile),
-            Load::Depth {
-                depth_m,
-                ramp_time_s,
-            },
-        ) = (self.drive()?, self.load)
-        else {
-            return Err(Failure::bad_input("a push is not a relaxation"));
-        };
-        let rendering = &self.rendering;
+    fn relaxed(&self, profile: RampHold, ran: &Ran) -> Result<Theory<'_>, Failure> {
         let samples = Samples::of(&ran.record, &ran.log.paths);
         let mut history = self.full_history(samples)?;
-        let t = rendering.sample_time_s;
+        let t = self.sample_time_s;
         let mut ideal = ReferenceSeries::new(
             samples,
             |x| {
@@ -418,7 +379,8 @@ impl Indentation {
                 }))
             },
         )?;
-        let mut force = (rendering.piece).relaxation(depth_m, ramp_time_s, Seconds(t));
+        let (depth_m, ramp_time_s) = (profile.depth().0, profile.ramp_time().0);
+        let mut force = self.piece.relaxation(depth_m, ramp_time_s, Seconds(t));
         Ok(Box::new(move |sample| {
             let full_history_force_n = history.at(sample);
             TheorySample {
@@ -432,23 +394,13 @@ impl Indentation {
         }))
     }
 
-    fn crept(&self, ran: &Ran, force_n: f64) -> Result<Theory<'_>, Failure> {
-        let length_m = self.moved().length_m;
+    fn crept(&self, push: Newtons, ran: &Ran) -> Result<Theory<'_>, Failure> {
+        let length_m = self.quantity().moved.map_or(1.0, |moved| moved.length_m);
         let samples = Samples::of(&ran.record, &ran.log.paths);
         let mut history = self.full_history(samples)?;
-        let mut ideal = ReferenceSeries::new(
-            samples,
-            |x| {
-                let mut alone = self.massless()?;
-                Ok(x.iter().map(|_| alone.next()).collect())
-            },
-            || {
-                let mut alone = self.massless()?;
-                Ok(Box::new(move |_, _| alone.next()))
-            },
-        )?;
-        let mut depth =
-            (self.rendering.piece).creep(force_n, Seconds(self.rendering.sample_time_s));
+        let mut alone = self.massless(push, self.check()?)?;
+        let mut ideal = ReferenceSeries::stepped(samples, move |_| alone.next())?;
+        let mut depth = (self.piece).creep(push.0, Seconds(self.sample_time_s));
         Ok(Box::new(move |sample| {
             let closed_form = depth(sample.tick, sample.time_s);
             let value = sample.position_m / length_m;
@@ -463,24 +415,21 @@ impl Indentation {
         }))
     }
 
-    /// The tissue alone under the push.
-    pub(super) fn massless(&self) -> Result<Massless, Failure> {
-        let Load::Force { force_n } = self.load else {
-            return Err(Failure::bad_input("a relaxation has no push"));
-        };
+    /// The tissue alone under a push, for so many samples.
+    pub(super) fn massless(&self, push: Newtons, samples: u64) -> Result<Massless, Failure> {
         Ok(Massless::new(
-            self.sampled(self.check()?)?,
-            self.rendering.piece.specimen.depth_map(),
-            force_n,
-            Seconds(self.rendering.sample_time_s),
+            self.sampled(samples)?,
+            self.piece.specimen.depth_map(),
+            push.0,
+            Seconds(self.sample_time_s),
         ))
     }
 
     /// The piece tick by tick with all of its past, from e(δ) to force.
     fn sampled(&self, samples: u64) -> Result<Sampled, Failure> {
-        let Rendering { piece, .. } = &self.rendering;
-        let t = Seconds(self.rendering.sample_time_s);
-        let reference = self.rendering.reference_kernel();
+        let piece = &self.piece;
+        let t = Seconds(self.sample_time_s);
+        let reference = Reference::of(self.scheme);
         (piece.material).sampled(piece.shape_m(), reference, t, samples)
     }
 
@@ -491,12 +440,12 @@ impl Indentation {
     /// ```
     fn full_history_force(&self, position_m: &[f64]) -> Result<Vec<f64>, Failure> {
         // The virtual tissue begins at 0 and only pushes.
-        let Rendering { piece, .. } = &self.rendering;
+        let piece = &self.piece;
         let effective = piece.effective();
         let depth = position_m.iter().map(|x| effective(x.max(0.0)));
         let depth: Vec<f64> = depth.collect();
-        let (shape, t) = (piece.shape_m(), Seconds(self.rendering.sample_time_s));
-        let reference = self.rendering.reference_kernel();
+        let (shape, t) = (piece.shape_m(), Seconds(self.sample_time_s));
+        let reference = Reference::of(self.scheme);
         let forces = (piece.material).full_history(shape, reference, t, &depth)?;
         Ok(depth
             .iter()
@@ -508,7 +457,7 @@ impl Indentation {
     /// The same tick by tick, for a run too long to keep: from each position the force.
     fn full_history_step(&self) -> Result<impl FnMut(f64) -> f64 + use<>, Failure> {
         let mut tissue = self.sampled(self.check()?)?;
-        let effective = self.rendering.piece.effective();
+        let effective = self.piece.effective();
         Ok(move |x: f64| {
             let depth = effective(x.max(0.0));
             let force = tissue.force(depth);
@@ -535,16 +484,20 @@ fn pushes(depth: f64, force: f64) -> f64 {
 }
 
 /// Begins the CSV, under names that say where the force comes from.
-fn table(ran: &Ran, moved: Option<&str>, drive: Option<RigDrive>) -> Table {
-    let word = Origin::of(&ran.record).word();
-    let own_force = format!("{word}_force_n");
-    let moved = moved.map(|moved| [format!("{word}_{moved}"), format!("closed_form_{moved}")]);
-    let drive = drive.map(drive_columns);
+fn table(ran: &Ran, moved: Option<Moved>, driven: Option<[&'static str; 2]>) -> Table {
+    let origin = origin(&ran.record);
+    let force = format!("{origin}_force_n");
+    let moved = moved.map(|Moved { column, .. }| {
+        [
+            format!("{origin}_{column}"),
+            format!("closed_form_{column}"),
+        ]
+    });
     let mut names = vec![
         "time_s",
         "ideal_position_m",
         "position_m",
-        &own_force,
+        &force,
         "full_history_force_n",
     ];
     match &moved {
@@ -552,29 +505,6 @@ fn table(ran: &Ran, moved: Option<&str>, drive: Option<RigDrive>) -> Table {
         None => names.push("closed_form_force_n"),
     }
     names.push("closed_form_error");
-    names.extend(drive.iter().flatten());
+    names.extend(driven.iter().flatten());
     ran.folder.named_table_beside_log("csv", &names)
-}
-
-/// A row of it. A sample without a relative error has an empty cell.
-fn row(
-    moves: bool,
-    (sample, opposed_n): (&KeptSample, f64),
-    judged: &TheorySample,
-    error: f64,
-) -> Vec<Option<f64>> {
-    let mut row = vec![
-        Some(sample.time_s),
-        Some(judged.ideal_position_m),
-        Some(sample.position_m),
-        Some(opposed_n),
-        Some(judged.full_history_force_n),
-    ];
-    // The force of a relaxation stands there already.
-    if moves {
-        row.push(Some(judged.value));
-    }
-    row.push(Some(judged.closed_form));
-    row.push(Some(error).filter(|error| error.is_finite()));
-    row
 }

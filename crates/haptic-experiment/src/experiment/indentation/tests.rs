@@ -1,13 +1,14 @@
 //! Every model is rendered: relaxation and creep on the simulated rig against their closed forms.
 
-use super::{Indentation, Load};
+use super::Indentation;
 use crate::experiment::bounded_tests::defaults;
 use crate::experiment::rendering::{Contact, Precision};
 use crate::judge::modelled_tissue::{ModelledTissue, TissuePiece};
 use crate::judge::preflight::{Preflight, WallContact};
 use fracdiff::{Differintegrator as _, FullMemory, Seconds};
 use haptic_analysis::Dynamics;
-use haptic_loop::units::Metres;
+use haptic_loop::plant::{RampHold, RigDrive};
+use haptic_loop::units::{Metres, Newtons};
 use haptic_loop::{Loading, LoadingKind};
 use haptic_tissue::{
     Material, MeasuredLoading, Model, ModelKind, SampledModel, Source, ValidRange,
@@ -24,11 +25,11 @@ fn tissue(model: Model) -> ModelledTissue {
 
 fn relaxation(model: Model, precision: Precision) -> Indentation {
     let mut relaxation = defaults(tissue(model));
-    relaxation.rendering.contact = Contact::Rigid;
-    relaxation.rendering.precision = precision;
+    relaxation.contact = Contact::Rigid;
+    relaxation.precision = precision;
     // Far from the limits of the safety chain.
-    relaxation.rendering.force_limit_n = 1e5;
-    relaxation.rendering.force_rate_limit_n_per_s = 1e9;
+    relaxation.force_limit_n = 1e5;
+    relaxation.force_rate_limit_n_per_s = 1e9;
     relaxation
 }
 
@@ -36,7 +37,7 @@ fn relaxation(model: Model, precision: Precision) -> Indentation {
 /// backward difference costs, which is half a sample late at most.
 fn hold_errors(relaxation: &Indentation) -> [f64; 2] {
     let (mut worst, mut compared, mut peak) = ([0.0; 2], 0, 0.0);
-    let half = 0.5 * relaxation.rendering.sample_time_s;
+    let half = 0.5 * relaxation.sample_time_s;
     let reached = relaxation.simulate(&mut |sample| {
         let force = -sample.commanded_force_n[0];
         peak = f64::max(peak, force);
@@ -123,13 +124,11 @@ fn pressed() -> Vec<(Loading, f64)> {
 fn a_piece_pressed_through_a_map_relaxes_and_creeps_as_lee_and_radok_say() {
     for (loading, stiffening) in pressed() {
         let mut relaxation = relaxation(muscle(), Precision::F64);
-        relaxation.rendering.piece = piece(loading, stiffening);
-        relaxation.load = Load::Depth {
-            depth_m: 1e-3,
-            ramp_time_s: 1.0,
-        };
+        relaxation.piece = piece(loading, stiffening);
+        let ramp = RampHold::new(Metres(1e-3), Seconds(1.0)).expect("a ramp");
+        relaxation.load = RigDrive::Position(ramp);
         relaxation.duration_s = 10.0;
-        let piece = relaxation.rendering.piece.clone();
+        let piece = relaxation.piece.clone();
         let (mut closed, mut worst) = (piece.relaxation(1e-3, 1.0, Seconds(1e-3)), 0.0);
         let reached = relaxation.simulate(&mut |sample| {
             let want = closed(sample.tick, sample.time_s);
@@ -142,11 +141,11 @@ fn a_piece_pressed_through_a_map_relaxes_and_creeps_as_lee_and_radok_say() {
         assert!(reached.expect("valid") && worst > 0.0);
         assert!(worst < 1e-4, "{loading:?} {stiffening}: {worst:e}");
         let mut creep = Indentation {
-            load: Load::Force { force_n: 1.0 },
+            load: RigDrive::Force(Newtons(1.0)),
             duration_s: 5.0,
             ..relaxation
         };
-        creep.rendering.contact = Contact::Ideal;
+        creep.contact = Contact::Ideal;
         let mut closed = piece.creep(1.0, Seconds(1e-3));
         let mut worst = 0.0;
         let reached = creep.simulate(&mut |sample| {
@@ -227,19 +226,18 @@ fn creep_of_each_model_is_its_closed_form() {
         .into_iter()
         .filter(|(name, _)| !beside(name));
     for (name, model) in soft.chain(stiff) {
-        let mut rendering = defaults(tissue(model)).rendering;
-        rendering.force_limit_n = 1e5;
-        rendering.force_rate_limit_n_per_s = 1e9;
         let creep = Indentation {
-            rendering,
-            load: Load::Force { force_n: 0.04 },
+            force_limit_n: 1e5,
+            force_rate_limit_n_per_s: 1e9,
+            load: RigDrive::Force(Newtons(0.04)),
             duration_s: 20.0,
+            ..defaults(tissue(model))
         };
         let mut worst = 0.0;
         let mut sink = |sample: &haptic_log::record::TickMessage| {
             if sample.time_s >= 5.0 && sample.tick.is_multiple_of(100) {
-                let strain = (creep.rendering.piece.specimen).strain(Metres(sample.position_m[0]));
-                let model = &creep.rendering.piece.material.model;
+                let strain = (creep.piece.specimen).strain(Metres(sample.position_m[0]));
+                let model = &creep.piece.material.model;
                 let want = 100.0 * model.creep_compliances(&[sample.time_s])[0];
                 worst = f64::max(worst, (strain / want - 1.0).abs());
             }
@@ -256,7 +254,7 @@ fn only_full_memories_render_models_of_more_elements() {
     let muscle = || relaxation(muscle(), Precision::F64);
     let refused = |scheme: &str| {
         let mut muscle = muscle();
-        muscle.rendering.scheme = scheme.parse().expect("a scheme");
+        muscle.scheme = scheme.parse().expect("a scheme");
         let error = muscle.simulate(&mut |_| ControlFlow::Continue(()));
         error.expect_err("not of this model").to_string()
     };

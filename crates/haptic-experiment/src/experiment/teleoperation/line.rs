@@ -60,7 +60,7 @@ pub(super) fn unusable(end: End, error: &std::io::Error) -> Failure {
 }
 
 impl Line {
-    pub(super) fn open(end: End, own: Introduction) -> Result<Self, Failure> {
+    pub(super) fn open(end: End, introduction: Introduction) -> Result<Self, Failure> {
         let socket = match end {
             End::Listen(address) => UdpSocket::bind(address),
             // Any port of the same family.
@@ -81,7 +81,7 @@ impl Line {
                 End::Connect(address) => Some(address),
                 End::Listen(_) => None,
             },
-            state: Peer::new(own, nonce),
+            state: Peer::new(introduction, nonce),
             buffer: [0; FRAME_MAX],
             strangers: 0,
             refused: None,

@@ -53,7 +53,11 @@ impl TeleoperationExperiment {
                 let steps = self.samples() * SUB_STEPS as u64;
                 let law = self.place.law(self.scheme, step, steps)?;
                 let history = Environment::<f64, 1>::at_rest(&law);
-                (&self.slave, World::Place { law, history }, HandModel::NONE)
+                (
+                    &self.slave,
+                    World::Place { law, history },
+                    HandModel::default(),
+                )
             }
         };
         let config = MassDamperConfig {
@@ -87,8 +91,8 @@ impl Body {
     pub(super) fn outside_n(&self, time_s: f64) -> f64 {
         match &self.world {
             World::Hand { model, motion } => {
-                let (place, speed) = motion.at(time_s);
-                model.stiffness_n_per_m * (place - self.plant.position()[0])
+                let (hand_m, speed) = motion.at(time_s);
+                model.stiffness_n_per_m * (hand_m - self.plant.position()[0])
                     + model.damping_n_s_per_m * (speed - self.plant.velocity()[0])
             }
             World::Place { law, history } => law.force(history, &self.plant.position())[0],
@@ -104,8 +108,8 @@ impl Body {
             let outside = match &mut self.world {
                 // Spring and damper of the hand are part of the plant.
                 World::Hand { model, motion } => {
-                    let (place, speed) = motion.at(time_s + (sub as f64 + 0.5) * step);
-                    model.stiffness_n_per_m * place + model.damping_n_s_per_m * speed
+                    let (hand_m, speed) = motion.at(time_s + (sub as f64 + 0.5) * step);
+                    model.stiffness_n_per_m * hand_m + model.damping_n_s_per_m * speed
                 }
                 World::Place { law, history } => {
                     let force = law.force(history, &from)[0];

@@ -1,22 +1,28 @@
 //! Runs a teleoperation with log, table and report, and judges it while it runs: energy, forces, and what was felt.
 
 use super::pair::{Pair, PairTick};
-use super::{ARCHITECTURE, HandMotion, TeleoperationExperiment};
+use super::{
+    ARCHITECTURE, HandMotion, MUST_BE_PASSIVE, SLAVE_DAMPING, SLAVE_MASS, TeleoperationExperiment,
+};
+use crate::document::TISSUE_IN_LOG;
 use crate::document::failure::Failure;
 use crate::document::parameters::SAMPLE_TIME;
+use crate::experiment::kind::{Conduct, Experiment, Watched};
+use crate::experiment::reading::metadata;
 use crate::judge::decimated::Decimated;
-use crate::judge::report::{Files, RunReport};
+use crate::judge::report::{Files, Report, RunReport, rows, unmet};
 use crate::judge::warnings::Warnings;
-use crate::judge::{Curves, Origin, Published, percent};
+use crate::judge::{Curves, Drawing, Published, percent};
 use crate::run::ending::Ending;
-use crate::run::folder::{FolderRequest, OutputFolder, Table};
+use crate::run::folder::{OutputFolder, Table};
 use crate::run::preflight::note_findings;
-use crate::run::schedule::Schedule;
-use crate::run::{Ran, Supervisor, World, run_logged};
+use crate::run::{Ran, World, run_logged};
 use fracdiff::num_complex::Complex;
 use haptic_log::record::TickMessage;
 use haptic_loop::Limiters;
 use serde::Serialize;
+use serde_json::{Value, json};
+use std::collections::BTreeMap;
 use std::f64::consts::TAU;
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
@@ -52,86 +58,26 @@ impl TeleoperationVerdict {
     }
 }
 
-/// What the hand felt at a frequency, as force for a place.
+/// What the hand felt at a frequency, as force for a place: a phase of 0° is a spring, 90° a damper, 180° a mass.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-pub struct FeltAt {
-    /// Frequency, Hz.
+pub(super) struct FeltAt {
     pub frequency_hz: f64,
-    /// Of the master in the hand, from the run, N/m.
+    /// Of the master in the hand, from the run.
     pub felt_n_per_m: f64,
-    /// Its phase, °: 0 a spring, 90 a damper, 180 a mass.
     pub felt_degrees: f64,
-    /// Of the remote place, from the run, N/m.
+    /// Of the remote place, from the run.
     pub touched_n_per_m: f64,
-    /// Its phase, °.
     pub touched_degrees: f64,
-    /// Of the remote place in closed form, N/m; null where it is not linear.
+    /// Of the remote place in closed form; null where it is not linear.
     pub tissue_n_per_m: Option<f64>,
-    /// Its phase, °.
     pub tissue_degrees: Option<f64>,
-    /// What the formula says is felt of it, N/m; null where there is none, as of time-domain passivity.
+    /// What the formula says is felt of it; null where there is none, as of time-domain passivity.
     pub formula_n_per_m: Option<f64>,
-    /// Its phase, °.
     pub formula_degrees: Option<f64>,
-    /// The run against the formula, dB.
+    /// The run against the formula.
     pub off_formula_db: Option<f64>,
-    /// The run against the tissue, dB: 0 would be transparent.
+    /// The run against the tissue: 0 would be transparent.
     pub off_tissue_db: Option<f64>,
-}
-
-/// Messages of one way of the line.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
-pub(crate) struct LineCounts {
-    /// Sent.
-    pub sent: u64,
-    pub lost: u64,
-    pub doubled: u64,
-    pub delivered: u64,
-    /// Not acted on, because a later one was there before.
-    pub stale: u64,
-    /// Not acted on, because the same one was there before.
-    pub duplicate: u64,
-}
-
-/// The result. The keys are those of a wall where they have a meaning.
-#[derive(Clone, Debug, Serialize)]
-pub struct TeleoperationReport {
-    /// The remote place.
-    pub place: String,
-    /// Name of the architecture.
-    pub architecture: String,
-    /// Of the run; its force is that on the master.
-    #[serde(flatten)]
-    pub run: RunReport,
-    pub(crate) verdict: TeleoperationVerdict,
-    /// The verdict in words.
-    pub verdict_reason: &'static str,
-    /// Delay of the line, s.
-    pub line_delay_s: f64,
-    /// Most that the line had given at any time, J; at most rounding if it is passive.
-    pub given_most_j: f64,
-    /// Taken by the line in the end, J.
-    pub taken_j: f64,
-    /// Most that held forces had given beyond what the damping of both devices had taken, J: above 0 the devices bear the
-    /// hold no more.
-    pub beyond_damping_most_j: f64,
-    /// Largest force on the master, N.
-    pub master_peak_n: f64,
-    /// Largest force on the slave, N.
-    pub slave_peak_n: f64,
-    pub(crate) forth: LineCounts,
-    pub(crate) back: LineCounts,
-    /// True if Llewellyn's conditions hold at every frequency: stable with any passive hand and place. Null for time-domain
-    /// passivity, which is no linear law and has no such conditions.
-    pub absolutely_stable: Option<bool>,
-    /// Least ratio of Llewellyn's conditions, at least 1 for that.
-    pub least_ratio: Option<f64>,
-    /// The frequency of it, Hz.
-    pub worst_hz: Option<f64>,
-    /// What was felt, frequency by frequency; empty for a run that was cut short.
-    pub felt: Vec<FeltAt>,
-    /// Largest `off_formula_db`; null without formula.
-    pub off_formula_most_db: Option<f64>,
 }
 
 const COLUMNS: [&str; 9] = [
@@ -221,22 +167,49 @@ impl World for Hands {
     }
 }
 
-impl TeleoperationExperiment {
-    /// Runs the experiment; log, table and report go into the folder.
-    pub(crate) fn run(
-        &self,
-        request: &FolderRequest,
-        supervisor: Supervisor<'_>,
-    ) -> Result<Published<TeleoperationReport>, Failure> {
+impl Experiment for TeleoperationExperiment {
+    fn check(&self) -> Result<u64, Failure> {
         self.check_waves()?;
+        self.pair().map(|_| self.samples())
+    }
+
+    fn sample_time_s(&self) -> f64 {
+        self.sample_time().0
+    }
+
+    fn axes(&self) -> usize {
+        1
+    }
+
+    fn metadata(&self) -> BTreeMap<String, String> {
+        let mut metadata = metadata("teleoperation", &self.conduct, self.scheme, &self.safety);
+        let frequencies: Vec<String> =
+            (self.motion.frequencies_hz.iter().map(f64::to_string)).collect();
+        let ran = [
+            (SLAVE_MASS.key, self.slave.mass.0.to_string()),
+            (SLAVE_DAMPING.key, self.slave.damping.0.to_string()),
+            ("frequencies_hz", frequencies.join(" ")),
+            ("playout_samples", self.playout().to_string()),
+        ];
+        metadata.extend(ran.map(|(key, value)| (key.to_owned(), value)));
+        let file = self.place.matter.file();
+        metadata.extend(file.map(|file| (TISSUE_IN_LOG.to_owned(), file)));
+        metadata
+    }
+
+    fn conduct(&self) -> &Conduct {
+        &self.conduct
+    }
+
+    fn conduct_mut(&mut self) -> &mut Conduct {
+        &mut self.conduct
+    }
+
+    fn run(&self, watched: Watched<'_>) -> Result<Published<Report>, Failure> {
         let pair = self.pair()?;
-        let schedule = Schedule {
-            samples: self.samples(),
-            sample_time_s: self.sample_time().0,
-            pace: self.pace,
-        };
+        let schedule = self.schedule(self.samples());
         let preflight = self.require_stable()?;
-        let mut metadata = self.metadata(self.pace);
+        let mut metadata = self.metadata();
         if let Some(verdict) = &preflight {
             note_findings(&mut metadata, "preflight", verdict);
         }
@@ -248,59 +221,81 @@ impl TeleoperationExperiment {
             table: None,
             newest: None,
         };
-        let ran = run_logged(&mut hands, schedule, (request, metadata), supervisor)?;
+        let ran = run_logged(
+            &mut hands,
+            schedule,
+            (watched.request, metadata),
+            watched.supervisor,
+        )?;
         let ran = Ran { preflight, ..ran };
-        let Hands {
-            pair,
-            judged,
-            curves,
-            table,
-            ..
-        } = hands;
+        let (pair, judged) = (&hands.pair, &hands.judged);
         let whole = ran.record.ended.is_none();
-        let files = Files::of_run(&ran, table.filter(|_| whole));
-        let report = self.report(&ran, (&pair, &judged), files)?;
-        let drawn = whole.then(|| self.drawn(&report, curves));
-        Ok(Published::new((report, drawn), ran.folder))
+        let files = Files::of_run(&ran, hands.table.filter(|_| whole));
+        let felt = if whole {
+            judged.felt(self)?
+        } else {
+            Vec::new()
+        };
+        let verdict = judged.verdict(pair, whole);
+        let curves = whole.then(|| self.drawn(verdict, &felt, hands.curves));
+        let report = self.report(&ran, pair, judged, verdict, &felt, files)?;
+        Ok(Published::new(report, curves, ran))
     }
 
+    /// The slave in its remote place is looked at.
+    fn may_be_refused(&self) -> bool {
+        true
+    }
+}
+
+impl TeleoperationExperiment {
     fn report(
         &self,
         ran: &Ran,
-        (pair, judged): (&Pair, &Judge),
+        pair: &Pair,
+        judged: &Judge,
+        verdict: TeleoperationVerdict,
+        felt: &[FeltAt],
         files: Files,
-    ) -> Result<TeleoperationReport, Failure> {
-        let whole = ran.record.ended.is_none();
-        let verdict = judged.verdict(pair, whole);
-        let felt = match whole {
-            true => judged.felt(self)?,
-            false => Vec::new(),
-        };
+    ) -> Result<Report, Failure> {
         let stability = (self.hands())
             .map(|hands| hands.absolute_stability().map_err(Failure::input))
             .transpose()?;
         let warnings = self.warnings(ran, verdict, judged);
         let [forth, back] = line_counts(pair);
         let most = felt.iter().filter_map(|felt| felt.off_formula_db);
-        Ok(TeleoperationReport {
-            place: self.place.words(),
-            architecture: self.architecture.name().to_owned(),
+        let law = json!({
+            "place": self.place.words(),
+            "architecture": self.architecture.name(),
+        });
+        let results = json!({
+            "verdict": verdict,
+            "verdict_reason": verdict.words(),
+            "line_delay_s": self.channel.delay.0,
+            // Most that the line had given at any time: at most rounding if it is passive.
+            "given_most_j": judged.given_most_j,
+            "taken_j": 0.0 - judged.given_j,
+            // Above 0 the devices bear the hold no more.
+            "beyond_damping_most_j": judged.beyond_damping_most_j,
+            "master_peak_n": judged.peaks_n[0],
+            "slave_peak_n": judged.peaks_n[1],
+            "forth": forth,
+            "back": back,
+            // Stable with any passive hand and place, by Llewellyn's conditions; null for time-domain passivity, which is no linear law.
+            "absolutely_stable": stability.map(|found| found.stable),
+            "least_ratio": stability.map(|found| found.least_ratio),
+            "worst_hz": stability.map(|found| found.worst_rad_s / TAU),
+            "felt": felt,
+            "off_formula_most_db": most.map(f64::abs).reduce(f64::max),
+        });
+        let broken = self.must_be_passive && verdict != TeleoperationVerdict::Passive;
+        let remedy = "take a passive architecture, a softer coupler or a smaller motion";
+        Ok(Report {
+            law: rows([law]),
             run: RunReport::new(ran, "sim".to_owned(), self.sample_time().0, files, warnings),
-            verdict,
-            verdict_reason: verdict.words(),
-            line_delay_s: self.channel.delay.0,
-            given_most_j: judged.given_most_j,
-            taken_j: 0.0 - judged.given_j,
-            beyond_damping_most_j: judged.beyond_damping_most_j,
-            master_peak_n: judged.peaks_n[0],
-            slave_peak_n: judged.peaks_n[1],
-            forth,
-            back,
-            absolutely_stable: stability.map(|found| found.stable),
-            least_ratio: stability.map(|found| found.least_ratio),
-            worst_hz: stability.map(|found| found.worst_rad_s / TAU),
-            off_formula_most_db: most.map(f64::abs).reduce(f64::max),
-            felt,
+            results: rows([results]),
+            verdict: Some(verdict.words().to_owned()),
+            unmet: broken.then(|| unmet(&MUST_BE_PASSIVE, verdict.words(), remedy)),
         })
     }
 
@@ -339,18 +334,33 @@ impl TeleoperationExperiment {
         )
     }
 
-    fn drawn(&self, report: &TeleoperationReport, curves: Decimated<6>) -> Curves {
+    fn drawn(
+        &self,
+        verdict: TeleoperationVerdict,
+        felt: &[FeltAt],
+        curves: Decimated<6>,
+    ) -> Curves {
         let subtitle = format!(
             "{} · delay {} ms, jitter {} %, loss {} % · {}\n{}",
-            report.architecture,
+            self.architecture.name(),
             percent(10.0 * self.channel.delay.0),
             percent(self.channel.jitter),
             percent(self.channel.loss),
-            report.place,
-            report.verdict.words()
+            self.place.words(),
+            verdict.words()
         );
+        let over_frequency = |value: fn(&FeltAt) -> Option<f64>| {
+            let points = felt.iter().map(|at| Some((at.frequency_hz, value(at)?)));
+            points.flatten().collect()
+        };
+        let stiffnesses = vec![
+            ("touched", over_frequency(|at| Some(at.touched_n_per_m))),
+            ("formula", over_frequency(|at| at.formula_n_per_m)),
+            ("felt", over_frequency(|at| Some(at.felt_n_per_m))),
+        ];
         let title = "A teleoperation, simulated".to_owned();
-        curves.named(DRAWN, Origin::Simulated, title, subtitle)
+        let drawing = Drawing::Pair { stiffnesses };
+        curves.named(DRAWN, "simulated", title, subtitle, drawing)
     }
 }
 
@@ -369,7 +379,7 @@ pub(super) const SATURATED_SHARE: f64 = 0.01;
 /// Energy of rounding errors, as a share of what went back and forth.
 const ROUNDING: f64 = 1e-12;
 
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub(super) struct Judge {
     /// Master, hand, slave, place: places and forces from outside.
     spectrum: Spectrum<4>,
@@ -392,14 +402,7 @@ impl Judge {
             spectrum: Spectrum::new(omegas.collect()),
             // Whole samples; times are multiples of T, rounded.
             from_s: experiment.duration_s - experiment.window_s + 0.5 * t,
-            samples: 0,
-            saturated: 0,
-            last_m: [0.0; 2],
-            exchanged_j: 0.0,
-            given_most_j: 0.0,
-            given_j: 0.0,
-            beyond_damping_most_j: 0.0,
-            peaks_n: [0.0; 2],
+            ..Self::default()
         }
     }
 
@@ -488,19 +491,20 @@ impl Judge {
     }
 }
 
-fn line_counts(pair: &Pair) -> [LineCounts; 2] {
+/// Messages of each way of the line, from the master and back; those that came late or twice were not acted on.
+fn line_counts(pair: &Pair) -> [Value; 2] {
     let [master, slave] = pair.ports();
     let [forth, back] = pair.ways();
     [(forth, slave), (back, master)].map(|(way, port)| {
         let (way, port) = (way.counts(), port.counts());
-        LineCounts {
-            sent: way.sent,
-            lost: way.lost,
-            doubled: way.doubled,
-            delivered: way.delivered,
-            stale: u64::from(port.stale),
-            duplicate: u64::from(port.duplicate),
-        }
+        json!({
+            "sent": way.sent,
+            "lost": way.lost,
+            "doubled": way.doubled,
+            "delivered": way.delivered,
+            "stale": port.stale,
+            "duplicate": port.duplicate,
+        })
     })
 }
 
@@ -509,7 +513,7 @@ fn line_counts(pair: &Pair) -> [LineCounts; 2] {
 /// ```text
 /// X_i = Σ x[n]·e^(−jω_i t_n)        whole periods of each frequency, so that none leaks into another
 /// ```
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 struct Spectrum<const M: usize> {
     omegas: Vec<f64>,
     sums: Vec<[Complex<f64>; M]>,

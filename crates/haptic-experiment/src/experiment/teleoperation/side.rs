@@ -8,9 +8,10 @@ use super::report::{SATURATED_SHARE, TeleoperationVerdict};
 use super::{HandMotion, MUST_BE_PASSIVE, TeleoperationExperiment};
 use crate::document::failure::Failure;
 use crate::document::parameters::{PATIENCE, SAMPLE_TIME, SKIPPED_SHARE};
+use crate::experiment::kind::Experiment as _;
 use crate::judge::decimated::Decimated;
-use crate::judge::report::Files;
-use crate::judge::{Origin, Published};
+use crate::judge::report::{Files, Rows, rows};
+use crate::judge::{Drawing, Published};
 use crate::run::ending::Ending;
 use crate::run::folder::{FolderRequest, OutputFolder, Table};
 use crate::run::realtime::RealtimeOptions;
@@ -29,6 +30,7 @@ use haptic_loop::{Limiters, SafeForce};
 use haptic_quantity::{digits, written};
 use haptic_teleoperation::{Heard, Introduction, Port};
 use serde::Serialize;
+use serde_json::json;
 use std::net::SocketAddr;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, SystemTime};
@@ -82,118 +84,37 @@ impl Terms {
 }
 
 /// The report of a side.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, Serialize)]
 pub struct FarReport {
-    /// master or slave.
-    pub side: String,
-    /// Name of the architecture.
-    pub architecture: String,
-    /// Address of the other side.
-    pub peer: String,
-    pub(crate) ended: FarEnd,
-    /// Ticks of its device.
-    pub ticks: u64,
-    /// Time of its device at the end, s.
-    pub duration_s: f64,
-    /// Ticks that the clock had to skip.
-    pub skipped: u64,
-    /// Messages sent.
-    pub sent: u64,
-    /// Messages that were acted on.
-    pub acted_on: u64,
-    /// Numbers that were passed over: lost, or late.
-    pub missing: u32,
-    /// Messages after a later one: refused.
-    pub stale: u32,
-    /// Messages that came twice: refused.
-    pub duplicate: u32,
-    /// Datagrams that were damaged or no messages.
-    pub corrupt: u32,
-    /// Datagrams from elsewhere or of another connection.
-    pub foreign: u64,
-    /// Ticks whose force was at its limit.
-    pub ticks_at_limit: u64,
-    /// Largest force, N.
-    pub peak_force_n: f64,
-    /// Force at the end, N: 0.
-    pub final_force_n: f64,
-    /// Energy that the line gave to this device, J; below 0 it took some.
-    pub given_j: f64,
-    /// Device time from the last message to a force of zero, s; null unless the other side fell silent.
-    pub silent_to_zero_s: Option<f64>,
-    /// Most of that: silence, stop time and two samples, s.
-    pub silent_to_zero_most_s: f64,
+    /// What happened to its device and its messages.
+    #[serde(flatten)]
+    seen: Rows,
     /// The log, or the first of its files.
     pub log: String,
-    /// All files of the log, in order.
-    pub logs: Vec<String>,
-    /// The samples, unless the run was cut short.
-    pub csv: Option<String>,
-    /// The picture, unless the run was cut short.
+    logs: Vec<String>,
+    csv: Option<String>,
+    /// Named by whoever saves a picture, unless the run was cut short.
     pub figure: Option<String>,
-    /// The log of the fault; null without one.
-    pub fault_log: Option<String>,
+    fault_log: Option<String>,
     /// Samples and events that did not reach the log.
     pub dropped_samples: u64,
     /// Why there is no table of a run that reached its end.
     #[serde(skip)]
     pub unwritten: Option<String>,
+    #[serde(skip)]
+    refused: Option<String>,
 }
 
 impl FarReport {
-    /// True if a force was at its limit in more of the ticks than a passive run may have.
-    fn is_saturated(&self) -> bool {
-        self.ticks_at_limit as f64 > SATURATED_SHARE * self.ticks as f64
-    }
-
-    /// What speaks against a passive run of an experiment that must be one, as far as one side sees it: its force was at the limit, or the
-    /// other side left longer before the end than it may be silent. Energy of the line is that of both sides together: the sum of their
-    /// `given_j`.
-    fn against_passive(
-        &self,
-        experiment: &TeleoperationExperiment,
-    ) -> Option<TeleoperationVerdict> {
-        let left_s = experiment.duration_s - self.duration_s;
-        let left = self.ended == FarEnd::OtherLeft && left_s > experiment.silence_s;
-        match (experiment.must_be_passive, self.is_saturated()) {
-            (true, true) => Some(TeleoperationVerdict::Saturated),
-            (true, false) if left => Some(TeleoperationVerdict::Unfinished),
-            _ => None,
+    /// Refuses a side that did not reach its end, skipped too many ticks, or does not keep what its document demands.
+    ///
+    /// # Errors
+    /// Exit code 1.
+    pub fn require(&self) -> Result<(), Failure> {
+        match &self.refused {
+            Some(why) => Err(Failure::run(format_args!("{why}; the force is zero"))),
+            None => Ok(()),
         }
-    }
-
-    /// Refuses a side that did not reach its end, skipped too many ticks, or does not keep what its document asks for.
-    pub(crate) fn require(
-        &self,
-        experiment: &TeleoperationExperiment,
-        terms: Terms,
-    ) -> Result<(), Failure> {
-        let ended = match self.ended {
-            FarEnd::Done | FarEnd::OtherLeft => match self.against_passive(experiment) {
-                None => return Ok(()),
-                Some(verdict) => format!(
-                    "{key}: {} after {}; take {key} out of the file to allow it",
-                    verdict.words(),
-                    written("duration_s", self.duration_s),
-                    key = MUST_BE_PASSIVE.key
-                ),
-            },
-            FarEnd::Late => format!(
-                "{} of {} ticks were skipped, more than {} %: this is no result; free this machine, take a longer {SAMPLE_TIME}, or allow it \
-                 with {SKIPPED_SHARE}",
-                self.skipped,
-                self.ticks,
-                digits(100.0 * terms.skipped_most, 4)
-            ),
-            FarEnd::Silent => self.after("the other side fell silent"),
-            FarEnd::Interrupted => self.after("interrupted"),
-            FarEnd::Fault => self.after("a fault"),
-        };
-        Err(Failure::run(format_args!("{ended}; the force is zero")))
-    }
-
-    fn after(&self, words: &str) -> String {
-        format!("{words} after {}", written("duration_s", self.duration_s))
     }
 }
 
@@ -205,12 +126,11 @@ impl TeleoperationExperiment {
         end: End,
         terms: Terms,
         opened: &dyn Fn(SocketAddr),
-        (request, supervisor): (&FolderRequest, Supervisor<'_>),
+        request: &FolderRequest,
+        supervisor: Supervisor<'_>,
     ) -> Result<Published<FarReport>, Failure> {
         let terms = terms.checked()?;
         let hand_side = end.side();
-        self.check_duration()?;
-        self.check_waves()?;
         if hand_side == HandSide::Slave {
             self.require_stable()?;
         }
@@ -220,7 +140,7 @@ impl TeleoperationExperiment {
         let schedule = Schedule {
             samples: self.samples(),
             sample_time_s: t,
-            pace: match self.pace {
+            pace: match self.conduct.pace {
                 Pace::Virtual => Pace::Realtime(RealtimeOptions::default()),
                 pace @ Pace::Realtime(_) => pace,
             },
@@ -233,7 +153,8 @@ impl TeleoperationExperiment {
         let line = self.met(end, terms, opened, supervisor);
         let line = line.inspect_err(|_| folder.discard())?;
         let peer = line.peer.map_or_else(String::new, |peer| peer.to_string());
-        let mut metadata = self.metadata(schedule.pace);
+        let mut metadata = self.metadata();
+        metadata.insert("pace".to_owned(), schedule.pace.to_string());
         metadata.insert("side".to_owned(), hand_side.to_string());
         metadata.insert("peer".to_owned(), peer.clone());
         let mut recorder = recorder(request, &folder, metadata, false, supervisor)?;
@@ -272,11 +193,13 @@ impl TeleoperationExperiment {
                 side.skipped, side.tick
             ));
         }
-        let report = self.reported(side, (ended, silent_to_zero_s), (peer, folder))?;
-        if report.report.is_saturated() {
+        if side.is_saturated() {
             (supervisor.warn)(&self.saturated());
         }
-        Ok(report)
+        let refused = self.refused(&side, ended, terms);
+        let mut published = self.reported(side, ended, silent_to_zero_s, &peer, folder)?;
+        published.report.refused = refused;
+        Ok(published)
     }
 
     /// The line to the other side, once that is there.
@@ -304,26 +227,69 @@ impl TeleoperationExperiment {
             self.coupler.dissipation_n_s_mu_per_m,
             self.order.get(),
         ];
-        let (wave_impedance_n_s_per_m, coupler_digest) = match self.architecture {
-            Architecture::Wave => (self.wave_impedance_n_s_per_m, 0),
-            _ => (0.0, hand_digest(&gains, &self.scheme.to_string())),
-        };
+        let waves = self.architecture == Architecture::Wave;
         Introduction {
             side,
             architecture: self.architecture,
             sample_time_s: self.sample_time().0,
-            wave_impedance_n_s_per_m,
-            coupler_digest,
+            wave_impedance_n_s_per_m: if waves {
+                self.wave_impedance_n_s_per_m
+            } else {
+                0.0
+            },
+            coupler_digest: match waves {
+                true => 0,
+                false => hand_digest(&gains, &self.scheme.to_string()),
+            },
         }
+    }
+
+    /// Why a side is no result. Of a run that must be passive one side sees its own force at the limit, or that the other left longer before
+    /// the end than it may be silent; the energy of the line is that of both together, the sum of their `given_j`.
+    fn refused(&self, side: &Side<'_>, ended: FarEnd, terms: Terms) -> Option<String> {
+        let duration_s = side.duration_s();
+        let after = format!("after {}", written("duration_s", duration_s));
+        Some(match ended {
+            FarEnd::Done | FarEnd::OtherLeft => {
+                let left = ended == FarEnd::OtherLeft;
+                let verdict = if !self.must_be_passive {
+                    return None;
+                } else if side.is_saturated() {
+                    TeleoperationVerdict::Saturated
+                } else if left && self.duration_s - duration_s > self.silence_s {
+                    TeleoperationVerdict::Unfinished
+                } else {
+                    return None;
+                };
+                format!(
+                    "{key}: {} {after}; take {key} out of the file to allow it",
+                    verdict.words(),
+                    key = MUST_BE_PASSIVE.key
+                )
+            }
+            FarEnd::Late => format!(
+                "{} of {} ticks were skipped, more than {} %: this is no result; free this machine, take a longer {SAMPLE_TIME}, or allow it \
+                 with {SKIPPED_SHARE}",
+                side.skipped,
+                side.tick,
+                digits(100.0 * terms.skipped_most, 4)
+            ),
+            FarEnd::Silent => format!("the other side fell silent {after}"),
+            FarEnd::Interrupted => format!("interrupted {after}"),
+            FarEnd::Fault => format!("a fault {after}"),
+        })
     }
 
     /// Closes the log and reports. Unless the run was cut short there are a table and curves.
     fn reported(
         &self,
         side: Side<'_>,
-        (ended, silent_to_zero_s): (FarEnd, Option<f64>),
-        (peer, folder): (String, OutputFolder),
+        ended: FarEnd,
+        silent_to_zero_s: Option<f64>,
+        peer: &str,
+        folder: OutputFolder,
     ) -> Result<Published<FarReport>, Failure> {
+        let duration_s = side.duration_s();
         let Kept {
             mut recorder,
             mut record,
@@ -344,27 +310,35 @@ impl TeleoperationExperiment {
         let (counts, line) = (side.port.counts(), side.line.state.counters());
         let stop_time_s = self.safety.stop_time_s;
         let stop_time_s = stop_time_s.unwrap_or(haptic_loop::Limits::default().stop_time.0);
+        let (name, architecture) = (side.line.state.side(), self.architecture.name());
+        let seen = json!({
+            "side": name.to_string(),
+            "architecture": architecture,
+            "peer": peer,
+            "ended": ended,
+            "ticks": side.tick,
+            "duration_s": duration_s,
+            "skipped": side.skipped,
+            "sent": side.sent,
+            "acted_on": side.acted_on,
+            // Numbers that were passed over, because they were lost or late; the next two came and were refused.
+            "missing": counts.missing,
+            "stale": counts.stale,
+            "duplicate": counts.duplicate,
+            "corrupt": line.corrupt.saturating_add(line.oversize),
+            // From elsewhere, or of another connection.
+            "foreign": side.line.strangers + u64::from(side.line.state.other_connections()),
+            "ticks_at_limit": side.at_limit,
+            "peak_force_n": peak_force_n,
+            "final_force_n": side.port.force_n(),
+            // By the line; below 0 it took some.
+            "given_j": side.port.given_j(),
+            // Device time from the last message to a force of zero, and the most of it: silence, stop time and two samples.
+            "silent_to_zero_s": silent_to_zero_s,
+            "silent_to_zero_most_s": self.silence_s + stop_time_s + 2.0 * t,
+        });
         let report = FarReport {
-            side: side.line.state.side().to_string(),
-            architecture: self.architecture.name().to_owned(),
-            peer,
-            ended,
-            ticks: side.tick,
-            duration_s: side.tick as f64 * t,
-            skipped: side.skipped,
-            sent: side.sent,
-            acted_on: side.acted_on,
-            missing: counts.missing,
-            stale: counts.stale,
-            duplicate: counts.duplicate,
-            corrupt: line.corrupt.saturating_add(line.oversize),
-            foreign: side.line.strangers + u64::from(side.line.state.other_connections()),
-            ticks_at_limit: side.at_limit,
-            peak_force_n,
-            final_force_n: side.port.force_n(),
-            given_j: side.port.given_j(),
-            silent_to_zero_s,
-            silent_to_zero_most_s: self.silence_s + stop_time_s + 2.0 * t,
+            seen: rows([seen]),
             log: logs.first().cloned().unwrap_or_default(),
             logs,
             csv: files.csv,
@@ -372,14 +346,15 @@ impl TeleoperationExperiment {
             fault_log: ran.fault_log.as_ref().map(shown),
             dropped_samples: ran.record.dropped,
             unwritten: files.unwritten,
+            refused: None,
         };
         let curves = whole.then(|| {
-            let title = format!("A teleoperation, the {}", report.side);
-            let subtitle = format!("{} · with {}", report.architecture, report.peer);
+            let title = format!("A teleoperation, the {name}");
+            let subtitle = format!("{architecture} · with {peer}");
             let names = ["reference_m", "position_m", "force_n", "outside_n"];
-            curves.named(names, Origin::Simulated, title, subtitle)
+            curves.named(names, "simulated", title, subtitle, Drawing::Side)
         });
-        Ok(Published::new((report, curves), ran.folder))
+        Ok(Published::new(report, curves, ran))
     }
 }
 
@@ -447,6 +422,15 @@ struct Side<'a> {
 }
 
 impl Side<'_> {
+    fn duration_s(&self) -> f64 {
+        self.tick as f64 * self.sample_time_s
+    }
+
+    /// True if a force was at its limit in more of the ticks than a passive run may have.
+    fn is_saturated(&self) -> bool {
+        self.at_limit as f64 > SATURATED_SHARE * self.tick as f64
+    }
+
     /// All ticks, until the force is zero again: why it ended, and the time from the last message to zero, if that was silence.
     fn all<W: haptic_loop::realtime::Waiter>(
         &mut self,
@@ -497,8 +481,7 @@ impl Side<'_> {
 
     /// The device moves on under a force.
     fn advance(&mut self, force: SafeForce<f64, 1>) {
-        self.body
-            .advance(self.tick as f64 * self.sample_time_s, force);
+        self.body.advance(self.duration_s(), force);
         self.tick += 1;
     }
 

@@ -2,16 +2,14 @@
 
 use super::pair::PairTick;
 use super::report::{FeltAt, Judge};
-use super::{
-    HandModel, HandMotion, RemotePlace, TeleoperationExperiment, TeleoperationReport,
-    TeleoperationVerdict,
-};
+use super::{HandModel, HandMotion, RemotePlace, TeleoperationExperiment};
 use crate::ExperimentFile;
 use crate::experiment::bounded_tests::conducted;
+use crate::experiment::kind::{Conduct, Experiment as _};
+use crate::judge::Report;
 use crate::judge::modelled_tissue::{ModelledTissue, TissuePiece};
 use crate::judge::preflight::Matter;
 use crate::run::safety::Safety;
-use crate::run::schedule::Pace;
 use fracdiff::{Order, Seconds};
 use haptic_link::Architecture;
 use haptic_loop::Specimen;
@@ -90,8 +88,7 @@ fn experiment(architecture: Architecture, place: RemotePlace) -> TeleoperationEx
         force_rate_limit_n_per_s: None,
         must_be_passive: false,
         safety: Safety::default(),
-        pace: Pace::Virtual,
-        force_unstable: false,
+        conduct: Conduct::on(None),
     }
 }
 
@@ -271,10 +268,12 @@ fn what_held_forces_give_beyond_the_damping_is_not_passive() {
     undamped.force_limit_n = 100.0;
     (undamped.duration_s, undamped.window_s) = (3.0, 2.0);
     let report = reported(&undamped);
-    assert!(report.given_most_j <= 1e-12, "{report:?}");
-    assert!(report.beyond_damping_most_j > 1e-8, "{report:?}");
-    assert_eq!(report.verdict, TeleoperationVerdict::HeldForcesGaveEnergy);
-    assert!(report.absolutely_stable.is_none());
+    let results = &report.results;
+    let number = |key: &str| results[key].as_f64().expect("a number");
+    assert!(number("given_most_j") <= 1e-12, "{report:?}");
+    assert!(number("beyond_damping_most_j") > 1e-8, "{report:?}");
+    assert_eq!(results["verdict"], "held-forces-gave-energy");
+    assert!(results["absolutely_stable"].is_null());
 }
 
 #[test]
@@ -313,16 +312,16 @@ fn a_line_that_never_carried_anything_is_silent_and_not_passive() {
     (far.duration_s, far.window_s) = (5.0, 4.0);
     far.channel.loss = 1.0;
     let report = reported(&far);
-    assert_eq!(report.verdict, TeleoperationVerdict::Silent);
-    assert_eq!(report.back.delivered + report.forth.delivered, 0);
+    let results = &report.results;
+    assert_eq!(results["verdict"], "silent");
+    assert_eq!(results["back"]["delivered"], 0);
+    assert_eq!(results["forth"]["delivered"], 0);
 }
 
 /// Runs it with log and report.
-fn reported(far: &TeleoperationExperiment) -> TeleoperationReport {
+fn reported(far: &TeleoperationExperiment) -> Report {
     let place = tempfile::tempdir().expect("a folder");
-    let run = conducted(place.path(), |request, supervisor| {
-        far.run(request, supervisor)
-    });
+    let run = conducted(place.path(), |watched| far.run(watched));
     run.expect("runs").report
 }
 

@@ -39,7 +39,8 @@ impl<const D: usize> HeldAxes<D> {
     /// At rest where the hand begins, or at 0 under a force. The axes have the spring of the hand in them.
     pub(super) fn new(
         mut axes: Axes<D>,
-        (path, grip): (HandPath, Grip),
+        path: HandPath,
+        grip: Grip,
         shape: Shape<f64, D>,
         sample_time_s: f64,
     ) -> Self {
@@ -58,8 +59,7 @@ impl<const D: usize> HeldAxes<D> {
         }
     }
 
-    /// Where it is, m.
-    pub(super) fn place(&self) -> SVector<f64, D> {
+    pub(super) fn position_m(&self) -> SVector<f64, D> {
         self.axes.position()
     }
 
@@ -125,8 +125,8 @@ pub(super) struct TouchTick<const D: usize> {
 
 /// Depth into a shape, at least 0, m.
 pub(super) fn depth<const D: usize>(shape: &Shape<f64, D>, position_m: &[f64]) -> f64 {
-    let place = SVector::from_fn(|axis, _| position_m.get(axis).copied().unwrap_or(f64::NAN));
-    shape.depth(&place).max(0.0)
+    let position = SVector::from_fn(|axis, _| position_m.get(axis).copied().unwrap_or(f64::NAN));
+    shape.depth(&position).max(0.0)
 }
 
 impl<const D: usize> TouchTick<D> {

@@ -1,17 +1,19 @@
 //! Judges a touch: each force against the full history of the depth, and the energy of the hand.
 
-use super::TouchExperiment;
 use super::device::{HandEnergy, depth};
 use super::shape::TouchShape;
+use super::{TOUCH_MUST_BE_PASSIVE, TouchExperiment};
 use crate::document::failure::Failure;
 use crate::document::parameters::SAMPLE_TIME;
 use crate::experiment::trial::{Seen, incomparable};
 use crate::judge::decimated::Decimated;
 use crate::judge::modelled_tissue::effective;
 use crate::judge::preflight::Matter;
-use crate::judge::report::{Errors, Files, RunReport};
+use crate::judge::report::{
+    Files, Report, RunReport, closed_form_error, full_history_error, rows, unmet,
+};
 use crate::judge::warnings::Warnings;
-use crate::judge::{Compared, Curves, Origin, Reference};
+use crate::judge::{Compared, Curves, Drawing, Published, Reference, origin};
 use crate::run::Ran;
 use crate::run::record::Record;
 use crate::run::remote::device_name;
@@ -22,6 +24,7 @@ use haptic_log::record::{Entry, LogReader, TickMessage, column_name};
 use haptic_loop::{Limiters, LoadingKind};
 use haptic_tissue::ting;
 use serde::Serialize;
+use serde_json::json;
 use std::f64::consts::TAU;
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
@@ -51,46 +54,6 @@ impl TouchVerdict {
     }
 }
 
-/// The result. The keys are those of a wall where they have a meaning.
-#[derive(Clone, Debug, Serialize)]
-pub struct TouchReport {
-    /// Number of axes.
-    pub axes: usize,
-    /// The shape, in words.
-    pub shape: String,
-    /// The matter, in words.
-    pub matter: String,
-    /// μ.
-    pub order: f64,
-    /// Operator.
-    pub scheme: String,
-    /// Of the run; forces are the norms of the vectors.
-    #[serde(flatten)]
-    pub run: RunReport,
-    /// The force against the full history of the depth, as a share of the largest force; null for a limited one. There is no
-    /// closed form of a scripted hand.
-    #[serde(flatten)]
-    pub(crate) errors: Errors,
-    /// Of a sphere or cone that is pulled back: the largest difference of the force from T. C. T. Ting's contact, which shrinks, as a
-    /// share of the largest force, up to where the contact grows again; null without such a retraction. The loop renders Lee and
-    /// Radok's contact, which grows.
-    pub retraction_error: Option<f64>,
-    /// The samples of the retraction that it is of.
-    pub retraction_samples: usize,
-    pub(crate) verdict: TouchVerdict,
-    /// The verdict in words.
-    pub verdict_reason: &'static str,
-    /// Deepest place as the loop read it, m.
-    pub largest_depth_m: f64,
-    /// Energy that the hand was given in all, J; negative if it gave more; null on a device, whose hand nobody measures.
-    pub given_j: Option<f64>,
-    /// The most of it at any time, J; at most rounding if all is passive; null on a device.
-    pub given_most_j: Option<f64>,
-    /// Masses along the normal, and the one that the pre-flight is of.
-    #[serde(flatten)]
-    pub(crate) posture: PostureVerdict,
-}
-
 /// Curves of a touch: hand and device in the plane, depth, and the force of each axis.
 const CURVES: usize = 8;
 /// A share of the energy that went through the hand that is rounding.
@@ -105,66 +68,79 @@ const OUTLINE: u32 = 180;
 impl TouchExperiment {
     pub(super) fn publish<const D: usize>(
         &self,
-        ran: &Ran,
+        ran: Ran,
         energy: Option<HandEnergy>,
         posture: PostureVerdict,
-    ) -> Result<(TouchReport, Option<Curves>), Failure> {
+    ) -> Result<Published<Report>, Failure> {
         let record = &ran.record;
         let whole = record.ended.is_none();
         let verdict = self.verdict(record, energy);
         let mut curves = None;
-        let mut compared = Compared::without_meaning("the run was cut short".to_owned());
+        let mut compared = Compared::without_meaning("the run was cut short");
         let mut retraction = None;
         let files = if whole {
             compared = self.compare::<D>(record)?;
             retraction = self.retraction(record);
-            let (files, drawn) = self.draw::<D>(ran)?;
-            curves = Some(self.curves(drawn, Origin::of(record), verdict));
+            let (files, drawn) = self.draw::<D>(&ran)?;
+            curves = Some(self.curves(drawn, origin(record), verdict));
             files
         } else {
-            Files::of_run(ran, None)
+            Files::of_run(&ran, None)
         };
         let mut run = RunReport::new(
-            ran,
-            device_name(self.remote.as_ref()),
+            &ran,
+            device_name(self.conduct.remote.as_ref()),
             self.sample_time().0,
             files,
-            self.warnings(ran, verdict, energy),
+            self.warnings(&ran, verdict, energy),
         );
         if let Matter::Tissue(piece) = &self.matter {
             let times_s = (self.sample_time().0, record.duration_s());
             run.warnings
                 .extend(piece.leaves(times_s, record.farthest_m()));
         }
-        let report = TouchReport {
-            axes: D,
-            shape: self.shape.words(),
-            matter: self.matter.words(),
-            order: self.look(0).order.get(),
-            scheme: self.scheme.to_string(),
+        let law = json!({
+            "axes": D,
+            "shape": self.shape.words(),
+            "matter": self.matter.words(),
+            "order": self.look(0).order.get(),
+            "scheme": self.scheme.to_string(),
+        });
+        let no_closed_form =
+            Compared::without_meaning("there is no closed form while the hand moves");
+        let results = json!({
+            // Of a sphere or cone that is pulled back: the largest difference of the force from T. C. T. Ting's contact, which shrinks, as a
+            // share of the largest force, up to where the contact grows again. The loop renders Lee and Radok's contact, which grows.
+            "retraction_error": retraction.map(|of| of.0),
+            "retraction_samples": retraction.map_or(0, |of| of.1),
+            "verdict": verdict,
+            "verdict_reason": verdict.words(),
+            "largest_depth_m": record.farthest_m(),
+            // Energy that the hand was given in all, negative if it gave more, and the most at any time; null where nobody measures the hand.
+            "given_j": energy.map(|energy| energy.given_j),
+            "given_most_j": energy.map(|energy| energy.most_j),
+        });
+        let broken = self.must_be_passive && verdict != TouchVerdict::Passive;
+        let remedy = "take a softer shape, a shorter sample time or a guard";
+        let report = Report {
+            law: rows([law]),
             run,
-            errors: Errors {
-                full_history: compared,
-                closed_form: Compared::without_meaning(
-                    "there is no closed form while the hand moves".to_owned(),
-                ),
-            },
-            retraction_error: retraction.map(|of| of.0),
-            retraction_samples: retraction.map_or(0, |of| of.1),
-            verdict,
-            verdict_reason: verdict.words(),
-            largest_depth_m: record.farthest_m(),
-            given_j: energy.map(|energy| energy.given_j),
-            given_most_j: energy.map(|energy| energy.most_j),
-            posture,
+            results: rows([
+                full_history_error(&compared),
+                closed_form_error(&no_closed_form),
+                results,
+                json!(posture),
+            ]),
+            verdict: Some(verdict.words().to_owned()),
+            unmet: broken.then(|| unmet(&TOUCH_MUST_BE_PASSIVE, verdict.words(), remedy)),
         };
-        Ok((report, curves))
+        Ok(Published::new(report, curves, ran))
     }
 
     fn verdict(&self, record: &Record, energy: Option<HandEnergy>) -> TouchVerdict {
         let share = |count: usize| count as f64 / record.samples.max(1) as f64;
         // A guard is a limiter too, and there to act, as is the start ramp of a device; the limit of the force is not.
-        let limited = match (self.safety.guard, &self.remote) {
+        let limited = match (self.safety.guard, &self.conduct.remote) {
             (GuardChoice::Off, None) => share(record.limited as usize),
             _ => share(self.at_limit(record)),
         };
@@ -196,7 +172,7 @@ impl TouchExperiment {
         let guarded = self.safety.guard == GuardChoice::EnergyBounding;
         let analysis = ran.preflight.as_ref();
         // On a device it was told before the run.
-        let analysis = analysis.filter(|_| self.remote.is_none());
+        let analysis = analysis.filter(|_| self.conduct.remote.is_none());
         (warnings.0).extend(analysis.and_then(|verdict| verdict.warning(guarded)));
         // The start ramp of a device is not the shape's.
         match self.ramp_samples(&ran.record) {
@@ -252,7 +228,10 @@ impl TouchExperiment {
     fn ramp_samples(&self, record: &Record) -> u64 {
         let samples = record.whole.iter().flatten();
         let ramped = samples.filter(|sample| sample.limiters == Limiters::STARTUP.bits());
-        self.remote.as_ref().map_or(0, |_| ramped.count() as u64)
+        self.conduct
+            .remote
+            .as_ref()
+            .map_or(0, |_| ramped.count() as u64)
     }
 
     /// The force that the full history of the depth asks for, at least 0, N: next to the centre of a ball as much of it as the normal is
@@ -274,7 +253,7 @@ impl TouchExperiment {
         Ok(force.collect())
     }
 
-    /// The force of the first touch against Ting's contact, and over how many samples, see [`TouchReport::retraction_error`].
+    /// The force of the first touch against Ting's contact, and over how many samples, see `retraction_error`.
     fn retraction(&self, record: &Record) -> Option<(f64, usize)> {
         let Matter::Tissue(piece) = &self.matter else {
             return None;
@@ -315,7 +294,7 @@ impl TouchExperiment {
             reason => reason,
         };
         if let Some(reason) = reason {
-            return Ok(Compared::without_meaning(reason.to_owned()));
+            return Ok(Compared::without_meaning(reason));
         }
         let depths: Vec<f64> = samples.iter().map(|sample| sample.position_m).collect();
         let wanted = self.full_history::<D>(&depths)?;
@@ -343,10 +322,12 @@ impl TouchExperiment {
         let last = ran.record.last.map_or(0, |last| last.tick);
         for log in &ran.log.paths {
             for entry in LogReader::open(log)? {
-                let tick = match entry? {
-                    Entry::Tick(tick) if tick.tick <= last => tick,
-                    _ => continue,
+                let Entry::Tick(tick) = entry? else {
+                    continue;
                 };
+                if tick.tick > last {
+                    continue;
+                }
                 let depth_m = depth(&shape, &tick.position_m);
                 let mut row = vec![tick.time_s];
                 for vector in [tick.reference_m, tick.position_m, judged_force_n(&tick)] {
@@ -360,9 +341,14 @@ impl TouchExperiment {
         Ok((Files::of_run(ran, Some(table)), curves))
     }
 
-    fn curves(&self, curves: Decimated<CURVES>, origin: Origin, verdict: TouchVerdict) -> Curves {
-        let hand = match &self.remote {
-            Some(_) => format!("device {}", device_name(self.remote.as_ref())),
+    fn curves(
+        &self,
+        curves: Decimated<CURVES>,
+        origin: &'static str,
+        verdict: TouchVerdict,
+    ) -> Curves {
+        let hand = match &self.conduct.remote {
+            Some(_) => format!("device {}", device_name(self.conduct.remote.as_ref())),
             None => self.path.words(),
         };
         let subtitle = format!(
@@ -383,26 +369,22 @@ impl TouchExperiment {
             "force_y_n",
             third,
         ];
-        let title = format!("A touch, {}", origin.word());
-        Curves {
-            outline_m: self.outline(),
-            ..curves.named(names, origin, title, subtitle)
-        }
+        let title = format!("A touch, {origin}");
+        let outline_m = self.outline();
+        curves.named(names, origin, title, subtitle, Drawing::Plane { outline_m })
     }
 
     /// Outline of a ball in the plane of the first two axes, through its centre.
     fn outline(&self) -> Vec<(f64, f64)> {
-        let TouchShape::Ball {
-            centre_m, radius_m, ..
-        } = &self.shape
-        else {
+        let TouchShape::Ball(ball) = &self.shape else {
             return Vec::new();
         };
         let point = |n: u32| {
             let angle = TAU * f64::from(n) / f64::from(OUTLINE);
+            let [x, y] = [ball.centre_m[0], ball.centre_m[1]];
             (
-                centre_m[0] + radius_m * angle.cos(),
-                centre_m[1] + radius_m * angle.sin(),
+                x + ball.radius_m * angle.cos(),
+                y + ball.radius_m * angle.sin(),
             )
         };
         (0..=OUTLINE).map(point).collect()
@@ -412,12 +394,12 @@ impl TouchExperiment {
 /// The values of a tick that are drawn.
 fn drawn(tick: &TickMessage, depth_m: f64) -> [f64; CURVES] {
     let axis = |vector: &[f64], axis: usize| vector.get(axis).copied().unwrap_or(0.0);
-    let (hand, place, force) = (&tick.reference_m, &tick.position_m, &judged_force_n(tick));
+    let (hand, position, force) = (&tick.reference_m, &tick.position_m, &judged_force_n(tick));
     [
         axis(hand, 0),
         axis(hand, 1),
-        axis(place, 0),
-        axis(place, 1),
+        axis(position, 0),
+        axis(position, 1),
         depth_m,
         axis(force, 0),
         axis(force, 1),

@@ -2,7 +2,7 @@
 //! shape is felt in a real hand, or in that of an emulated board.
 
 use super::device::{HandEnergy, HeldAxes, TouchTick, depth};
-use super::report::{PostureVerdict, TouchReport};
+use super::report::PostureVerdict;
 use super::shape::{Grip, HandPath, TouchShape, Touched, per_axis};
 use super::{
     TOUCH_BOX_HIGH, TOUCH_BOX_LOW, TOUCH_CIRCLE_START, TOUCH_MUST_BE_PASSIVE, TOUCH_WAY,
@@ -11,18 +11,17 @@ use super::{
 use crate::document::TISSUE_IN_LOG;
 use crate::document::failure::Failure;
 use crate::document::parameters::DEVICE;
+use crate::experiment::kind::{Conduct, Experiment, Watched};
 use crate::experiment::reading::metadata;
-use crate::judge::Published;
+use crate::experiment::trial::no_law_there;
 use crate::judge::preflight::Preflight;
+use crate::judge::{Published, Report};
 use crate::run::advice::parameter;
 use crate::run::device::LinkedName;
-use crate::run::folder::FolderRequest;
 use crate::run::preflight::{PreflightRequest, PreflightSubject, PreflightVerdict, note_findings};
-use crate::run::remote::{RemoteDevice, RemoteLaw, RemoteRun, held, portable};
-use crate::run::safety::GuardedDevice;
-use crate::run::schedule::Schedule;
+use crate::run::remote::{RemoteDevice, RemoteLaw, RemoteRun, portable};
 use crate::run::simulate::Simulated;
-use crate::run::{Ran, Supervisor, run_logged};
+use crate::run::{Ran, run_logged};
 use haptic_analysis::Dynamics;
 use haptic_devices::haply::Plane;
 use haptic_link::LoopMode;
@@ -43,39 +42,72 @@ struct Parts<const D: usize> {
 /// Deeper than this at the start is a blow, m: more than rounding.
 const START_MOST_M: f64 = 1e-9;
 
-impl TouchExperiment {
-    /// Runs the experiment; log and CSV go into the folder.
-    pub(crate) fn run(
-        &self,
-        request: &FolderRequest,
-        supervisor: Supervisor<'_>,
-    ) -> Result<Published<TouchReport>, Failure> {
-        match self.axes {
-            3 => self.run_in::<3>(request, supervisor),
-            _ => self.run_in::<2>(request, supervisor),
-        }
-    }
-
-    /// The number of samples, if all parameters are good.
-    pub(crate) fn check(&self) -> Result<u64, Failure> {
+impl Experiment for TouchExperiment {
+    fn check(&self) -> Result<u64, Failure> {
         match self.axes {
             3 => self.checked::<3>(),
             _ => self.checked::<2>(),
         }
     }
 
-    /// Checks that the simulated device begins outside the shape; on a device only the device knows.
-    pub(crate) fn check_start(&self) -> Result<(), Failure> {
+    fn sample_time_s(&self) -> f64 {
+        self.sample_time().0
+    }
+
+    fn axes(&self) -> usize {
+        self.axes
+    }
+
+    /// What the document of a touch leaves to the kind, beside it in the log: where the shape is.
+    fn metadata(&self) -> BTreeMap<String, String> {
+        let (key, numbers) = match &self.shape {
+            TouchShape::Plane { normal, .. } => ("normal", normal),
+            TouchShape::Ball(ball) => ("centre_m", &ball.centre_m),
+        };
+        let numbers: Vec<String> = numbers.iter().map(f64::to_string).collect();
+        let mut metadata = metadata("touch", &self.conduct, self.scheme, &self.safety);
+        if self.conduct.remote.is_some() {
+            // What the document says of a simulated hand is not used.
+            metadata.insert("hand".to_owned(), "real".to_owned());
+        }
+        metadata.insert(key.to_owned(), numbers.join(" "));
+        metadata.extend(
+            self.matter
+                .file()
+                .map(|file| (TISSUE_IN_LOG.to_owned(), file)),
+        );
+        metadata
+    }
+
+    fn conduct(&self) -> &Conduct {
+        &self.conduct
+    }
+
+    fn conduct_mut(&mut self) -> &mut Conduct {
+        &mut self.conduct
+    }
+
+    fn run(&self, watched: Watched<'_>) -> Result<Published<Report>, Failure> {
         match self.axes {
-            _ if self.remote.is_some() => Ok(()),
+            3 => self.run_in::<3>(watched),
+            _ => self.run_in::<2>(watched),
+        }
+    }
+
+    /// On a device only the device knows where it begins.
+    fn check_start(&self) -> Result<(), Failure> {
+        match self.axes {
+            _ if self.conduct.remote.is_some() => Ok(()),
             3 => self.outside(&self.parts::<3>()?),
             _ => self.outside(&self.parts::<2>()?),
         }
     }
+}
 
+impl TouchExperiment {
     fn outside<const D: usize>(&self, parts: &Parts<D>) -> Result<(), Failure> {
         let shape = self.shape.of::<D>()?;
-        let begins = depth(&shape, parts.device.device().place().as_slice());
+        let begins = depth(&shape, parts.device.device().position_m().as_slice());
         if begins <= START_MOST_M {
             return Ok(());
         }
@@ -85,13 +117,9 @@ impl TouchExperiment {
         )))
     }
 
-    fn run_in<const D: usize>(
-        &self,
-        request: &FolderRequest,
-        supervisor: Supervisor<'_>,
-    ) -> Result<Published<TouchReport>, Failure> {
-        if let Some(remote) = &self.remote {
-            return self.run_on::<D>(remote, request, supervisor);
+    fn run_in<const D: usize>(&self, watched: Watched<'_>) -> Result<Published<Report>, Failure> {
+        if let Some(remote) = &self.conduct.remote {
+            return self.run_on::<D>(remote, watched);
         }
         let mut parts = self.parts::<D>()?;
         self.outside(&parts)?;
@@ -100,13 +128,14 @@ impl TouchExperiment {
         let mut metadata = self.metadata();
         note_findings(&mut metadata, "preflight", &verdict);
         note_findings(&mut metadata, "preflight", &posture);
-        let schedule = Schedule {
-            samples: parts.samples,
-            sample_time_s: self.sample_time().0,
-            pace: self.pace,
-        };
+        let schedule = self.schedule(parts.samples);
         let mut world = Simulated::new(&mut parts.controller, &mut parts.device);
-        let ran = run_logged(&mut world, schedule, (request, metadata), supervisor)?;
+        let ran = run_logged(
+            &mut world,
+            schedule,
+            (watched.request, metadata),
+            watched.supervisor,
+        )?;
         drop(world);
         let ran = Ran {
             // Nothing can break, so it is only noted.
@@ -114,12 +143,11 @@ impl TouchExperiment {
             ..ran
         };
         let energy: HandEnergy = parts.device.device().energy();
-        let reported = self.publish::<D>(&ran, Some(energy), posture)?;
-        Ok(Published::new(reported, ran.folder))
+        self.publish::<D>(ran, Some(energy), posture)
     }
 
     fn checked<const D: usize>(&self) -> Result<u64, Failure> {
-        match &self.remote {
+        match &self.conduct.remote {
             Some(_) => {
                 self.check_on::<D>()?;
                 Ok(self.loop_of::<D>()?.1)
@@ -145,38 +173,12 @@ impl TouchExperiment {
         let shape = self.shape.of::<D>()?;
         let axes = per_axis::<D>(&self.mass_kg).map(|mass| self.axis(mass));
         let axes = Axes::new(axes).map_err(parameter)?;
-        let device = HeldAxes::new(axes, (self.path.clone(), self.grip), shape, t.0);
+        let device = HeldAxes::new(axes, self.path.clone(), self.grip, shape, t.0);
         Ok(Parts {
             controller,
             device: self.sensors.before(device)?,
             samples,
         })
-    }
-
-    /// What the document of a touch leaves to the kind, beside it in the log: where the shape is.
-    pub(crate) fn metadata(&self) -> BTreeMap<String, String> {
-        let (key, numbers) = match &self.shape {
-            TouchShape::Plane { normal, .. } => ("normal", normal),
-            TouchShape::Ball { centre_m, .. } => ("centre_m", centre_m),
-        };
-        let numbers: Vec<String> = numbers.iter().map(f64::to_string).collect();
-        let mut metadata = metadata(
-            "touch",
-            (self.pace, self.scheme),
-            self.remote.as_ref(),
-            &self.safety,
-        );
-        if self.remote.is_some() {
-            // What the document says of a simulated hand is not used.
-            metadata.insert("hand".to_owned(), "real".to_owned());
-        }
-        metadata.insert(key.to_owned(), numbers.join(" "));
-        metadata.extend(
-            self.matter
-                .file()
-                .map(|file| (TISSUE_IN_LOG.to_owned(), file)),
-        );
-        metadata
     }
 
     /// Refuses what a device at a port cannot do.
@@ -196,9 +198,8 @@ impl TouchExperiment {
     fn run_on<const D: usize>(
         &self,
         remote: &RemoteDevice,
-        request: &FolderRequest,
-        supervisor: Supervisor<'_>,
-    ) -> Result<Published<TouchReport>, Failure> {
+        watched: Watched<'_>,
+    ) -> Result<Published<Report>, Failure> {
         self.check_on::<D>()?;
         let (mut controller, samples) = self.loop_of::<D>()?;
         let shape = self.shape.of::<D>()?;
@@ -214,29 +215,24 @@ impl TouchExperiment {
         let run = RemoteRun {
             device: remote,
             law: self.law_there::<D>(remote, samples)?,
-            schedule: Schedule {
-                samples,
-                sample_time_s: self.sample_time().0,
-                pace: self.pace,
-            },
+            schedule: self.schedule(samples),
             blank: &|_| TouchTick::unknown(shape),
             preflight: Some(postures),
             wanted: PreflightRequest {
-                force_unstable: self.force_unstable,
+                force_unstable: self.conduct.force_unstable,
                 dynamics: Some(dynamics),
             },
-            request,
+            request: watched.request,
             metadata,
         };
-        let ran = run.run(&mut controller, supervisor)?;
-        let reported = self.publish::<D>(&ran, None, posture)?;
-        Ok(Published::new(reported, ran.folder))
+        let ran = run.run(&mut controller, watched.supervisor)?;
+        self.publish::<D>(ran, None, posture)
     }
 
     /// How deep the hand leads the device at most, m: as far as the largest force does, and by a spring no farther than its path.
     fn deepest<const D: usize>(&self) -> Result<f64, Failure> {
         let crept = |force_n| self.matter.crept(force_n, self.duration_s);
-        if self.remote.is_some() {
+        if self.conduct.remote.is_some() {
             return Ok(crept(self.force_limit_n));
         }
         let at = |tick: u64| {
@@ -249,7 +245,7 @@ impl TouchExperiment {
         Ok(match self.grip {
             Grip::Spring(stiffness) => {
                 let shape = self.shape.of::<D>()?;
-                let path_m = most(&|place| depth(&shape, &place));
+                let path_m = most(&|point| depth(&shape, &point));
                 crept(stiffness * path_m).min(path_m)
             }
             Grip::Force => crept(most(&|force| SVector::from(force).norm())),
@@ -270,13 +266,8 @@ impl TouchExperiment {
             }
             _ => 0.0,
         };
-        let lightest = self.lightest();
-        let none = RemoteLaw::none(
-            self.limits_there(),
-            (self.force_rate_limit_n_per_s, &self.safety),
-            GuardedDevice::given(&lightest),
-            held(&lightest, push_n),
-        );
+        let (limits, rate) = (self.norm_and_box(), self.force_rate_limit_n_per_s);
+        let none = no_law_there(limits, rate, &self.safety, &self.lightest(), push_n);
         if remote.loop_mode == LoopMode::Host {
             return Ok(none);
         }
@@ -298,8 +289,7 @@ impl TouchExperiment {
 #[derive(Clone, Debug)]
 struct Postures<'a> {
     loops: Preflight<'a>,
-    /// kg.
-    masses: [f64; 2],
+    masses_kg: [f64; 2],
 }
 
 impl Postures<'_> {
@@ -309,7 +299,7 @@ impl Postures<'_> {
         dynamics: Dynamics,
         line: usize,
     ) -> Result<(PreflightVerdict, PostureVerdict), Failure> {
-        let [least, most] = self.masses;
+        let [least, most] = self.masses_kg;
         let judge = |mass_kg: f64| -> Result<_, Failure> {
             let dynamics = Dynamics {
                 mass_kg,
@@ -321,16 +311,11 @@ impl Postures<'_> {
         let (light, heavy) = (judge(least)?, judge(most)?);
         // Without an edge any margin is there; unstable without one none is.
         let rank = |verdict: &PreflightVerdict| {
-            let margin = match verdict.stable {
-                true => verdict.margin.unwrap_or(f64::INFINITY),
-                false => verdict.margin.unwrap_or(0.0),
-            };
-            (verdict.stable, margin)
+            let none = if verdict.stable { f64::INFINITY } else { 0.0 };
+            (verdict.stable, verdict.margin.unwrap_or(none))
         };
-        let (verdict, judged_mass_kg) = match rank(&heavy.0) < rank(&light.0) {
-            true => heavy,
-            false => light,
-        };
+        let heavy_is_worse = rank(&heavy.0) < rank(&light.0);
+        let (verdict, judged_mass_kg) = if heavy_is_worse { heavy } else { light };
         let posture = PostureVerdict {
             effective_mass_least_kg: least,
             effective_mass_most_kg: most,
@@ -367,7 +352,7 @@ impl TouchExperiment {
 
     /// The plane of a 2DIY.
     fn plane(&self) -> Option<Plane> {
-        match &self.remote.as_ref()?.name {
+        match &self.conduct.remote.as_ref()?.name {
             LinkedName::Foreign(name) => name.plane(),
             LinkedName::Serial(_) => None,
         }
@@ -395,7 +380,7 @@ impl TouchExperiment {
                 None => look,
                 map => look.at_depth(map, self.deepest::<D>()?),
             },
-            masses: self.effective_masses::<D>()?,
+            masses_kg: self.effective_masses::<D>()?,
         })
     }
 }

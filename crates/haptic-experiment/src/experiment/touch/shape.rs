@@ -41,16 +41,17 @@ pub(super) enum HandPath {
     WayPoints(Vec<(f64, Vec<f64>)>),
     /// A circle in the plane of the first two axes, m, beginning along the first. From `start_radius` the hand spirals to
     /// `radius` in 1 s.
-    Circle {
-        /// Centre, a number an axis.
-        centre: Vec<f64>,
-        /// Radius at the start, above 0.
-        start_radius: f64,
-        /// Radius, above 0.
-        radius: f64,
-        /// Time of a turn, s, above 0.
-        period_s: f64,
-    },
+    Circle(Circle),
+}
+
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Circle {
+    /// A number an axis.
+    pub centre: Vec<f64>,
+    pub start_radius: f64,
+    pub radius: f64,
+    /// Time of a turn, s, above 0.
+    pub period_s: f64,
 }
 
 impl HandPath {
@@ -60,33 +61,29 @@ impl HandPath {
     /// Coordinate of an axis at a time, s.
     pub(super) fn at(&self, time_s: f64, axis: usize) -> f64 {
         match self {
-            Self::Circle {
-                centre,
-                start_radius,
-                radius,
-                period_s,
-            } => {
+            Self::Circle(circle) => {
                 // (1 − cos)/2 of the way in.
                 let share = (time_s / Self::APPROACH_S).clamp(0.0, 1.0);
                 let risen = 0.5 * (1.0 - (PI * share).cos());
-                let radius = start_radius + risen * (radius - start_radius);
-                let angle = TAU * time_s / period_s;
+                let start = circle.start_radius;
+                let radius = start + risen * (circle.radius - start);
+                let angle = TAU * time_s / circle.period_s;
                 let round = match axis {
                     0 => angle.cos(),
                     1 => angle.sin(),
                     _ => 0.0,
                 };
-                centre.get(axis).copied().unwrap_or(0.0) + radius * round
+                circle.centre.get(axis).copied().unwrap_or(0.0) + radius * round
             }
             Self::WayPoints(rows) => {
-                let place = |row: &(f64, Vec<f64>)| row.1.get(axis).copied().unwrap_or(0.0);
+                let coordinate = |row: &(f64, Vec<f64>)| row.1.get(axis).copied().unwrap_or(0.0);
                 let next = rows.partition_point(|row| row.0 <= time_s);
                 match (next.checked_sub(1).map(|n| &rows[n]), rows.get(next)) {
                     (Some(from), Some(to)) => {
                         let share = (time_s - from.0) / (to.0 - from.0);
-                        place(from) + share * (place(to) - place(from))
+                        coordinate(from) + share * (coordinate(to) - coordinate(from))
                     }
-                    (Some(row), None) | (None, Some(row)) => place(row),
+                    (Some(row), None) | (None, Some(row)) => coordinate(row),
                     (None, None) => 0.0,
                 }
             }
@@ -96,10 +93,9 @@ impl HandPath {
     pub(super) fn words(&self) -> String {
         match self {
             Self::WayPoints(rows) => format!("{} way points", rows.len()),
-            Self::Circle {
-                radius, period_s, ..
-            } => {
-                format!("a circle of {} mm in {period_s} s", 1e3 * radius)
+            Self::Circle(circle) => {
+                let (radius_mm, period_s) = (1e3 * circle.radius, circle.period_s);
+                format!("a circle of {radius_mm} mm in {period_s} s")
             }
         }
     }
@@ -133,13 +129,16 @@ pub(super) enum TouchShape {
         /// Its distance from 0 along that, m.
         surface_m: f64,
     },
-    Ball {
-        /// Its centre, a number an axis, m.
-        centre_m: Vec<f64>,
-        radius_m: f64,
-        /// The matter is around it, not inside.
-        hollow: bool,
-    },
+    Ball(TouchBall),
+}
+
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct TouchBall {
+    /// A number an axis.
+    pub centre_m: Vec<f64>,
+    pub radius_m: f64,
+    /// The matter is around it, not inside.
+    pub hollow: bool,
 }
 
 impl TouchShape {
@@ -154,15 +153,11 @@ impl TouchShape {
                 })?;
                 Ok(Shape::Plane(plane))
             }
-            Self::Ball {
-                centre_m,
-                radius_m,
-                hollow,
-            } => {
-                let (centre, radius) = (per_axis(centre_m).map(Metres), Metres(*radius_m));
-                let ball = match hollow {
-                    false => Ball::solid(centre, radius),
-                    true => Ball::hollow(centre, radius),
+            Self::Ball(ball) => {
+                let (centre, radius) = (per_axis(&ball.centre_m), Metres(ball.radius_m));
+                let ball = match ball.hollow {
+                    false => Ball::solid(centre.map(Metres), radius),
+                    true => Ball::hollow(centre.map(Metres), radius),
                 };
                 Ok(Shape::Ball(ball.map_err(Failure::input)?))
             }
@@ -173,18 +168,11 @@ impl TouchShape {
         match self {
             Self::Plane { normal, .. } if normal.len() == 2 => "straight edge".to_owned(),
             Self::Plane { .. } => "plane".to_owned(),
-            Self::Ball {
-                centre_m,
-                radius_m,
-                hollow,
-            } => {
-                let round = if centre_m.len() == 2 {
-                    "disc"
-                } else {
-                    "sphere"
-                };
-                let room = if *hollow { "room, a " } else { "" };
-                format!("{room}{round} of {} mm", 1e3 * radius_m)
+            Self::Ball(ball) => {
+                let is_flat = ball.centre_m.len() == 2;
+                let round = if is_flat { "disc" } else { "sphere" };
+                let room = if ball.hollow { "room, a " } else { "" };
+                format!("{room}{round} of {} mm", 1e3 * ball.radius_m)
             }
         }
     }
@@ -226,12 +214,12 @@ mod tests {
 
     #[test]
     fn a_circle_begins_along_the_first_axis_and_comes_back() {
-        let path = HandPath::Circle {
+        let path = HandPath::Circle(Circle {
             centre: vec![0.1, 0.2, 0.3],
             start_radius: 0.06,
             radius: 0.05,
             period_s: 2.0,
-        };
+        });
         for (time_s, want) in [
             (0.0, [0.16, 0.2, 0.3]),
             (0.5, [0.1, 0.255, 0.3]),

@@ -3,109 +3,62 @@
 use super::setup::{Parts, TrialSetup};
 use crate::document::failure::Failure;
 use crate::document::named::Named as _;
+use crate::document::parameters::Parameter;
+use crate::experiment::kind::{Conduct, Experiment, Watched};
 use crate::experiment::reading::metadata;
 use crate::judge::decimated::Decimated;
 use crate::judge::reference::TOLERANCE;
-use crate::judge::report::{Errors, Files, RunReport};
-use crate::judge::settling::{Judge, Settling, TrialVerdict};
+use crate::judge::report::{
+    Files, Report, RunReport, closed_form_error, full_history_error, rows, unmet,
+};
+use crate::judge::settling::{Settling, TrialVerdict};
 use crate::judge::warnings::Warnings;
-use crate::judge::{Compared, Curves, Origin, Published, Reference};
-use crate::run::folder::FolderRequest;
+use crate::judge::{Compared, Curves, Drawing, Published, Reference, origin};
 use crate::run::preflight::{PreflightRequest, PreflightSubject, PreflightVerdict, note_findings};
 use crate::run::record::Record;
 use crate::run::remote::{RemoteDevice, RemoteLaw, RemoteRun, blank, device_name};
 use crate::run::safety::GuardChoice;
 use crate::run::samples::Samples;
-use crate::run::schedule::Schedule;
 use crate::run::simulate::Simulated;
 use crate::run::tick::KeptSample;
-use crate::run::{Ran, Supervisor, run_logged};
+use crate::run::{Ran, run_logged};
 use fracdiff::full_memory::Kernel;
 use fracdiff::{Order, Scheme};
 use haptic_loop::Environment;
 use serde::Serialize;
+use serde_json::{Value, json};
 use std::collections::BTreeMap;
-
-/// The result of a trial. The keys are those of the other experiments where they have a meaning.
-#[derive(Clone, Debug, Serialize)]
-pub struct TrialReport {
-    /// No tissue: null.
-    pub tissue: Option<String>,
-    /// μ.
-    pub order: f64,
-    /// Operator.
-    pub scheme: String,
-    /// Of the run.
-    #[serde(flatten)]
-    pub run: RunReport,
-    /// Rest of the device: if it came to rest, and where.
-    #[serde(flatten)]
-    pub settling: Settling,
-    /// A wall that never pulls is hit at several speeds: each of them, of which the worst is the verdict above. The log is of the
-    /// first.
-    #[serde(skip_serializing_if = "Vec::is_empty")]
-    pub hits: Vec<Hit>,
-    /// True if trial and analysis come to the same verdict; null if one of them has none.
-    pub analysis_agrees: Option<bool>,
-    /// The two errors: the commanded force against the full history, as a share of the largest force, not for a limited one;
-    /// the mean deflection against the place of rest, not without such a place and not for an unstable trial.
-    #[serde(flatten)]
-    pub(crate) errors: Errors,
-    /// Tolerance of the reference for the full history; see the report of a relaxation.
-    pub reference_tolerance: Option<f64>,
-}
 
 /// A trial of a wall at one speed.
 #[derive(Clone, Copy, Debug, Serialize)]
-pub struct Hit {
-    /// Speed at which the device hit the wall, m/s; 0 for a push from rest.
-    pub impact_m_per_s: f64,
-    pub(crate) verdict: TrialVerdict,
-    /// Largest magnitude of its force, N.
-    pub peak_force_n: f64,
-}
-
-impl TrialReport {
-    /// Stable by the trial and by the analysis.
-    pub(crate) fn stable_by_both(&self) -> bool {
-        self.settling.stable && self.analysis_agrees == Some(true)
-    }
+pub(crate) struct Hit {
+    impact_m_per_s: f64,
+    verdict: TrialVerdict,
+    peak_force_n: f64,
 }
 
 /// A number for each sample, asked for in their order.
 pub(crate) type OfSample<'a> = Box<dyn FnMut(&KeptSample) -> f64 + 'a>;
 
-/// What theory says of the samples of a run.
-pub(crate) struct Theory<'a> {
-    /// How far the force is off, N, or why that has no meaning.
-    pub(crate) off_n: Result<OfSample<'a>, &'static str>,
-    /// Place of an object behind the law, m.
-    pub(crate) object_m: Option<OfSample<'a>>,
-}
-
-/// A trial that was judged.
-pub(crate) struct Judged {
-    pub(crate) trial: TrialReport,
-    /// Place of the object at the end, m.
-    pub(crate) object_m: Option<f64>,
-    pub(crate) curves: Option<Curves>,
-}
+/// How far the force of each sample is off, N, or why that has no meaning.
+pub(crate) type OffN<'a> = Result<OfSample<'a>, &'static str>;
 
 /// An experiment on a pushed device.
-pub(crate) trait Trial: Clone {
+pub(crate) trait Trial: Experiment + Clone {
     /// The law that the device feels.
     type Law: Environment<f64, 1>;
-    type Report;
     const KIND: &'static str;
     /// Reason for a push that no place of rest belongs to.
     const NO_REST: &'static str;
+    const MUST_BE_STABLE: Parameter;
+    /// Said behind the verdict of a trial that this key refuses.
+    const REFUSED: &'static str;
 
     fn setup(&self) -> &TrialSetup;
 
     /// The same, to change it.
     fn setup_mut(&mut self) -> &mut TrialSetup;
 
-    /// μ, and the operator.
     fn operator_choice(&self) -> (Order, Scheme);
 
     /// The law in words, for the line below a picture.
@@ -120,11 +73,21 @@ pub(crate) trait Trial: Clone {
     /// The same law and push for a serial device.
     fn law_there(&self, remote: &RemoteDevice, samples: u64) -> Result<RemoteLaw, Failure>;
 
-    /// What theory says of a run that reached its end.
-    fn theory(&self, ran: &Ran) -> Result<Theory<'_>, Failure>;
+    /// The force of a run that reached its end against the full history.
+    fn off_n(&self, ran: &Ran) -> Result<OffN<'_>, Failure>;
 
-    /// The report of a trial.
-    fn reported(&self, judged: &Judged) -> Self::Report;
+    /// Place of an object behind the law, m.
+    fn object_m(&self, _: &Ran) -> Result<Option<OfSample<'_>>, Failure> {
+        Ok(None)
+    }
+
+    /// The law as its report has it, with the place at the end of an object behind it, m.
+    fn law_in_rows(&self, settling: &Settling, object_m: Option<f64>) -> Value;
+
+    /// True unless the pre-flight says something of the law that `must_be_stable` refuses beside an unstable loop.
+    fn is_accepted(&self, _: &PreflightVerdict) -> bool {
+        true
+    }
 
     /// Speeds at which it is hit beside that of its plan, m/s: a device that stands here, of a law that never pulls.
     fn hits(&self) -> Vec<f64> {
@@ -136,59 +99,20 @@ pub(crate) trait Trial: Clone {
         None
     }
 
-    /// The number of samples, if all parameters are good.
-    fn check(&self) -> Result<u64, Failure> {
-        self.parts().map(|parts| parts.samples)
-    }
-
-    /// Runs the loop, writes the log and judges the run; log and CSV go into the folder.
-    fn published(
-        &self,
-        request: &FolderRequest,
-        supervisor: Supervisor<'_>,
-    ) -> Result<Published<Self::Report>, Failure> {
-        let ran = self.recorded(request, supervisor)?;
-        let judged = self.judged(&ran)?;
-        let reported = self.reported(&judged);
-        Ok(Published::new((reported, judged.curves), ran.folder))
-    }
-
-    /// What the log of a run says of it, over its document.
-    fn metadata(&self) -> BTreeMap<String, String> {
-        let setup = self.setup();
-        let choice = (setup.pace, self.operator_choice().1);
-        let mut metadata = metadata(Self::KIND, choice, setup.remote.as_ref(), &setup.safety());
-        // A serial device is not thrown.
-        let impact = setup.plan().impact_m_per_s.to_string();
-        metadata.insert("impact_m_per_s".to_owned(), impact);
-        metadata
-    }
-
     /// Runs the loop and writes the log.
-    fn recorded(
-        &self,
-        request: &FolderRequest,
-        supervisor: Supervisor<'_>,
-    ) -> Result<Ran, Failure> {
-        let Parts {
-            mut controller,
-            mut device,
-            samples,
-            ..
-        } = self.parts()?;
-        let (setup, preflight) = (self.setup(), self.subject(samples));
+    fn recorded(&self, watched: Watched<'_>) -> Result<Ran, Failure> {
+        let mut parts = self.parts()?;
+        let (setup, samples) = (self.setup(), parts.samples);
+        let preflight = self.subject(samples);
         let mut metadata = self.metadata();
         let dynamics = setup.dynamics();
-        let schedule = Schedule {
-            samples,
-            sample_time_s: setup.device.sample_time.0,
-            pace: setup.pace,
-        };
-        let Some(remote) = &setup.remote else {
+        let schedule = self.schedule(samples);
+        let (request, supervisor) = (watched.request, watched.supervisor);
+        let Some(remote) = &setup.conduct.remote else {
             // Nothing can break, so it is only noted.
             let verdict = preflight.verdict(dynamics, 0)?;
             note_findings(&mut metadata, "preflight", &verdict);
-            let mut world = Simulated::new(&mut controller, &mut device);
+            let mut world = Simulated::new(&mut parts.controller, &mut parts.device);
             let ran = run_logged(&mut world, schedule, (request, metadata), supervisor)?;
             return Ok(Ran {
                 preflight: Some(verdict),
@@ -202,13 +126,13 @@ pub(crate) trait Trial: Clone {
             blank: &|_| blank(0.0),
             preflight: Some(preflight),
             wanted: PreflightRequest {
-                force_unstable: setup.force_unstable,
+                force_unstable: setup.conduct.force_unstable,
                 dynamics: Some(dynamics),
             },
             request,
             metadata,
         };
-        run.run(&mut controller, supervisor)
+        run.run(&mut parts.controller, supervisor)
     }
 
     /// Runs it without log or files: does it settle, at each hit, and without friction too?
@@ -217,15 +141,15 @@ pub(crate) trait Trial: Clone {
     }
 
     /// The worst of this judgement and those of all further hits, and all of them if there are any.
-    fn worst(&self, own: Settling) -> Result<(Settling, Vec<Hit>), Failure> {
-        let mut all = vec![own];
+    fn worst(&self, recorded: Settling) -> Result<(Settling, Vec<Hit>), Failure> {
+        let mut all = vec![recorded];
         for impact_m_per_s in self.hits() {
             let mut other = self.clone();
             other.setup_mut().plan.impact_m_per_s = impact_m_per_s;
             all.push(other.named(other.tried()?)?);
         }
         let worse = |a: Settling, b: &Settling| if b.verdict > a.verdict { *b } else { a };
-        let worst = all.iter().fold(own, worse);
+        let worst = all.iter().fold(recorded, worse);
         let hits = all.iter().filter(|_| all.len() > 1).map(|settling| Hit {
             impact_m_per_s: settling.impact_m_per_s,
             verdict: settling.verdict,
@@ -236,15 +160,10 @@ pub(crate) trait Trial: Clone {
 
     /// Runs it without log or files: does it settle?
     fn tried(&self) -> Result<Settling, Failure> {
-        let Parts {
-            mut controller,
-            mut device,
-            samples,
-            mut judge,
-            rest_m,
-        } = self.parts()?;
-        let whole = super::try_out(&mut controller, &mut device, samples, &mut judge);
-        Ok(judge.settling(whole, rest_m))
+        let mut parts = self.parts()?;
+        let (device, judge) = (&mut parts.device, &mut parts.judge);
+        let whole = super::try_out(&mut parts.controller, device, parts.samples, judge);
+        Ok(parts.judge.settling(whole, parts.rest_m))
     }
 
     /// The same judgement, unless friction alone holds the device: then it is called that.
@@ -261,7 +180,7 @@ pub(crate) trait Trial: Clone {
     }
 
     /// Judges a run, and writes the table of one that reached its end.
-    fn judged(&self, ran: &Ran) -> Result<Judged, Failure> {
+    fn report(&self, ran: &Ran) -> Result<(Report, Option<Curves>), Failure> {
         let (setup, record) = (self.setup(), &ran.record);
         let mut seen = self.clone();
         if let Some(link) = &record.link {
@@ -273,7 +192,10 @@ pub(crate) trait Trial: Clone {
         } = seen.parts()?;
         let (order, scheme) = self.operator_choice();
         let whole = record.ended.is_none();
-        settle(&mut judge, ran)?;
+        Samples::of(record, &ran.log.paths).for_each(|sample| {
+            judge.see(sample.time_s, sample.position_m, sample.force_n);
+            Ok(())
+        })?;
         let recorded = self.named(judge.settling(whole, rest_m))?;
         let (settling, hits) = match whole {
             true => self.worst(recorded)?,
@@ -287,42 +209,56 @@ pub(crate) trait Trial: Clone {
         let (mut curves, mut object_m) = (None, None);
         let (files, operator_error);
         if whole {
-            let theory = self.theory(ran)?;
-            let compared = Comparison::of(ran, theory)?;
+            let compared = Comparison::of(ran, self.off_n(ran)?, self.object_m(ran)?)?;
             (files, operator_error) = (compared.files, compared.error);
             object_m = compared.object_m;
             let object = object_m.map_or("", |_| "object_position_m");
-            let origin = Origin::of(record);
-            let title = format!("A trial of a {}, {}", Self::KIND, origin.word());
+            let origin = origin(record);
+            let title = format!("A trial of a {}, {origin}", Self::KIND);
             let law = self.law_in_words();
             let subtitle = format!("{law} · {}", words(setup, scheme, &settling));
             let names = ["position_m", object, "force_n"];
-            curves = Some((compared.curves).named(names, origin, title, subtitle));
+            let drawing = Drawing::Trial {
+                expected_deflection_m: settling.expected_deflection_m,
+            };
+            curves = Some((compared.curves).named(names, origin, title, subtitle, drawing));
         } else {
             files = Files::of_run(ran, None);
-            operator_error = Compared::without_meaning("the run was cut short".to_owned());
+            operator_error = Compared::without_meaning("the run was cut short");
         }
-        let device = device_name(setup.remote.as_ref());
+        let device = device_name(setup.conduct.remote.as_ref());
         let t = setup.device.sample_time.0;
-        let trial = TrialReport {
-            tissue: None,
-            order: order.get(),
-            scheme: scheme.to_string(),
+        let operator = json!({
+            // No tissue.
+            "tissue": null,
+            "order": order.get(),
+            "scheme": scheme.to_string(),
+        });
+        // A wall that never pulls is hit at several speeds, of which the worst is the verdict; the log is of the first.
+        let hits = (!hits.is_empty()).then(|| json!({ "hits": hits }));
+        let deflection = self.deflection_error(record, settling);
+        let results = [json!(settling)].into_iter().chain(hits).chain([
+            json!({ "analysis_agrees": agrees }),
+            full_history_error(&operator_error),
+            closed_form_error(&deflection),
+            json!({ "reference_tolerance": record.whole.is_none().then_some(TOLERANCE) }),
+        ]);
+        let verdict = settling.verdict.words().to_owned();
+        let is_accepted = settling.stable
+            && agrees == Some(true)
+            && (ran.preflight.as_ref()).is_some_and(|analysis| self.is_accepted(analysis));
+        let unmet = (setup.must_be_stable && !is_accepted).then(|| {
+            let why = format!("trial ({verdict}){}", Self::REFUSED);
+            unmet(&Self::MUST_BE_STABLE, &why, "design a weaker one")
+        });
+        let report = Report {
+            law: rows([self.law_in_rows(&settling, object_m), operator]),
             run: RunReport::new(ran, device, t, files, warnings),
-            errors: Errors {
-                full_history: operator_error,
-                closed_form: self.deflection_error(record, settling),
-            },
-            reference_tolerance: record.whole.is_none().then_some(TOLERANCE),
-            settling,
-            hits,
-            analysis_agrees: agrees,
+            results: rows(results),
+            verdict: Some(verdict),
+            unmet,
         };
-        Ok(Judged {
-            trial,
-            object_m,
-            curves,
-        })
+        Ok((report, curves))
     }
 
     /// Mean deflection over the window at the end against the place of rest.
@@ -335,29 +271,59 @@ pub(crate) trait Trial: Clone {
             (Some(have), Some(want)) if settling.stable => {
                 Compared::of_window((have / want - 1.0).abs(), window_s, judged)
             }
-            (Some(_), None) => Compared::without_meaning(Self::NO_REST.to_owned()),
+            (Some(_), None) => Compared::without_meaning(Self::NO_REST),
             _ => Compared::without_meaning(format!("the {} did not come to rest", Self::KIND)),
         }
     }
 }
 
-/// Lets the judge see a recorded run.
-fn settle(judge: &mut Judge, ran: &Ran) -> Result<(), Failure> {
-    Samples::of(&ran.record, &ran.log.paths).for_each(|sample| {
-        judge.see(sample.time_s, sample.position_m, sample.force_n);
-        Ok(())
-    })
+impl<T: Trial> Experiment for T {
+    fn check(&self) -> Result<u64, Failure> {
+        self.parts().map(|parts| parts.samples)
+    }
+
+    fn sample_time_s(&self) -> f64 {
+        self.setup().device.sample_time.0
+    }
+
+    fn axes(&self) -> usize {
+        1
+    }
+
+    fn metadata(&self) -> BTreeMap<String, String> {
+        let (setup, scheme) = (self.setup(), self.operator_choice().1);
+        let mut metadata = metadata(Self::KIND, &setup.conduct, scheme, &setup.safety());
+        // A serial device is not thrown.
+        let impact = setup.plan().impact_m_per_s.to_string();
+        metadata.insert("impact_m_per_s".to_owned(), impact);
+        metadata
+    }
+
+    fn conduct(&self) -> &Conduct {
+        &self.setup().conduct
+    }
+
+    fn conduct_mut(&mut self) -> &mut Conduct {
+        &mut self.setup_mut().conduct
+    }
+
+    fn run(&self, watched: Watched<'_>) -> Result<Published<Report>, Failure> {
+        let ran = self.recorded(watched)?;
+        let (report, curves) = self.report(&ran)?;
+        Ok(Published::new(report, curves, ran))
+    }
 }
 
 /// Device, operator, push, verdict and guard for the line below a picture.
 fn words(setup: &TrialSetup, scheme: Scheme, settling: &Settling) -> String {
-    let guard = match setup.safety.guard {
-        GuardChoice::Off => String::new(),
-        guard => format!(" · guard {}", guard.name()),
+    let guard = setup.safety.guard;
+    let guard = match guard == GuardChoice::Off {
+        true => String::new(),
+        false => format!(" · guard {}", guard.name()),
     };
     format!(
         "device {} · scheme {scheme} · push {} N · {}{guard}",
-        device_name(setup.remote.as_ref()),
+        device_name(setup.conduct.remote.as_ref()),
         setup.plan.push_n,
         settling.verdict.words()
     )
@@ -420,18 +386,18 @@ fn warnings(
 struct Comparison {
     files: Files,
     curves: Decimated<3>,
-    /// See [`Errors::max_relative_error`].
+    /// Of the force against the full history.
     error: Compared,
     object_m: Option<f64>,
 }
 
 impl Comparison {
     /// Writes the table, keeps the curves, and the largest error of a force.
-    fn of(ran: &Ran, theory: Theory<'_>) -> Result<Self, Failure> {
-        let Theory {
-            mut off_n,
-            object_m: mut object,
-        } = theory;
+    fn of(
+        ran: &Ran,
+        mut off_n: OffN<'_>,
+        mut object: Option<OfSample<'_>>,
+    ) -> Result<Self, Failure> {
         let record = &ran.record;
         let names: &[&str] = match object {
             Some(_) => &[
@@ -459,7 +425,7 @@ impl Comparison {
             curves,
             error: match off_n {
                 Ok(_) => seen.over(record),
-                Err(reason) => Compared::without_meaning(reason.to_owned()),
+                Err(reason) => Compared::without_meaning(reason),
             },
             object_m: last,
         })
@@ -489,7 +455,7 @@ impl Seen {
     pub(crate) fn over(self, record: &Record) -> Compared {
         let Some(from_s) = self.from_s else {
             let reason = "the safety chain limited the force in each sample";
-            return Compared::without_meaning(reason.to_owned());
+            return Compared::without_meaning(reason);
         };
         let error = self.off_n / record.largest_force_n();
         Compared::of_window(error, [from_s, self.to_s], self.samples)

@@ -1,21 +1,20 @@
 //! All of an experiment on a pushed device but the law that it feels: what a wall and a coupler share.
 
 use super::{
-    IMPACT, TRIAL_FORCE_RATE_LIMIT, TrialPlan, dynamics, force_and_rate, limits_there, plan,
-    safe_force_limit, thrown,
+    IMPACT, TRIAL_FORCE_RATE_LIMIT, TRIAL_SAMPLES, TrialPlan, dynamics, force_and_rate,
+    no_law_there, plan, safe_chain, thrown,
 };
 use crate::document::error::FileError;
 use crate::document::failure::Failure;
 use crate::document::parameters as p;
 use crate::document::reader::Table;
-use crate::experiment::reading::{device, device_model};
+use crate::experiment::kind::Conduct;
+use crate::experiment::reading::{device, device_model, remote, samples_fit};
 use crate::judge::settling::{Criterion, Judge};
-use crate::run::advice::parameter;
 use crate::run::plant_file::DeviceModel;
-use crate::run::remote::{RemoteDevice, RemoteLaw, held};
+use crate::run::remote::RemoteLaw;
 use crate::run::safety::safety;
 use crate::run::safety::{GuardedDevice, Safety};
-use crate::run::schedule::Pace;
 use crate::run::sensors::Sensors;
 use fracdiff::parameter::Shown;
 use haptic_analysis::Dynamics;
@@ -37,15 +36,11 @@ pub(crate) struct TrialSetup {
     pub force_rate_limit_n_per_s: Option<f64>,
     /// Further settings of the safety chain.
     pub safety: Safety,
-    pub pace: Pace,
-    /// The serial device; `None` for the simulated one.
-    pub remote: Option<RemoteDevice>,
+    pub conduct: Conduct,
     /// The speed of the impact was asked for: of a serial device, which cannot be thrown, it is warned then.
     pub impact_was_given: bool,
     /// What its device file says for the guard of a serial device.
     pub known: GuardedDevice,
-    /// Run on a serial device what the analysis refuses.
-    pub force_unstable: bool,
 }
 
 /// A loop made of good parameters: the law behind the safety chain, and the device behind its sensors.
@@ -68,11 +63,9 @@ impl TrialSetup {
             must_be_stable: false,
             force_rate_limit_n_per_s: None,
             safety: Safety::default(),
-            pace: Pace::Virtual,
-            remote: None,
+            conduct: Conduct::on(None),
             impact_was_given: false,
             known: GuardedDevice::default(),
-            force_unstable: false,
         }
     }
 
@@ -83,7 +76,7 @@ impl TrialSetup {
 
     /// Settings of the safety chain: on a serial device with what its file says.
     pub(super) fn safety(&self) -> Safety {
-        match self.remote {
+        match self.conduct.remote {
             Some(_) => self.safety.with_device(&self.known, true),
             None => self.safety,
         }
@@ -91,7 +84,7 @@ impl TrialSetup {
 
     /// As it is really tried: a serial device cannot be thrown.
     pub(crate) fn plan(&self) -> TrialPlan {
-        match self.remote {
+        match self.conduct.remote {
             Some(_) => self.plan.starting_at_rest(),
             None => self.plan,
         }
@@ -100,7 +93,7 @@ impl TrialSetup {
     /// What to say of an impact that was asked for and that there was none of.
     pub(super) fn not_thrown(&self) -> Option<String> {
         let impact_m_per_s = self.plan.impact_m_per_s;
-        let asked = self.impact_was_given && self.remote.is_some() && impact_m_per_s > 0.0;
+        let asked = self.impact_was_given && self.conduct.remote.is_some() && impact_m_per_s > 0.0;
         asked.then(|| {
             format!(
                 "impact_m_per_s = {} had no effect: a serial device cannot be thrown, it was pushed from rest; omit it",
@@ -114,18 +107,10 @@ impl TrialSetup {
         self.sensors.before(thrown(self.device, &self.plan())?)
     }
 
-    /// The safety chain of the loop that runs here. With a serial device in a host loop it does force and rate alone, and with
-    /// the device's own loop it runs only to be checked.
+    /// The safety chain of the loop that runs here.
     pub(crate) fn chain(&self) -> Result<SafetyChain<f64>, Failure> {
-        let Some(remote) = &self.remote else {
-            let limits = self.force_and_rate();
-            return safe_force_limit(limits, &self.device, self.sensors, &self.safety);
-        };
-        let limits = remote.limits_here(self.limits_there());
-        let chain = SafetyChain::from_limits(&limits, self.device.sample_time);
-        let chain = chain.map_err(parameter)?;
-        self.safety().acts_on_device()?;
-        Ok(chain)
+        let (limits, safety) = (self.force_and_rate(), self.safety());
+        safe_chain(limits, &self.device, self.sensors, &safety, &self.conduct)
     }
 
     fn force_and_rate(&self) -> Limits {
@@ -133,26 +118,24 @@ impl TrialSetup {
         force_and_rate(force, rate, self.device.sample_time)
     }
 
-    fn limits_there(&self) -> Limits {
-        limits_there(self.force_and_rate(), &self.device, &self.safety())
-    }
-
     /// The push for a serial device, and no law at all: one of a loop on the host.
     pub(crate) fn law(&self) -> RemoteLaw {
+        let push_n = self.plan.push_n;
         RemoteLaw {
-            held_push_n: self.plan.push_n,
-            ..RemoteLaw::none(
-                self.limits_there(),
-                (self.force_rate_limit_n_per_s, &self.safety()),
-                GuardedDevice::given(&self.device),
-                held(&self.device, self.plan.push_n),
+            held_push_n: push_n,
+            ..no_law_there(
+                self.force_and_rate(),
+                self.force_rate_limit_n_per_s,
+                &self.safety(),
+                &self.device,
+                push_n,
             )
         }
     }
 
     /// The same without friction, if that could be all that holds the device.
     pub(super) fn smooth(&self) -> Option<Self> {
-        let simulated = self.remote.is_none() && self.device.friction.0 > 0.0;
+        let simulated = self.conduct.remote.is_none() && self.device.friction.0 > 0.0;
         (simulated && self.plan.criterion == Criterion::Settling).then(|| {
             let mut smooth = self.clone();
             smooth.device.friction = Newtons(0.0);
@@ -178,12 +161,15 @@ fn written(table: &Table<'_>, device: &MassDamperConfig, sensors: Sensors) -> Gu
     }
 }
 
-/// Device, trial, safety and pace, but `must_be_stable`, which each table has by itself.
+/// Device, trial and safety, and whether an unstable trial is a failure.
 pub(crate) fn setup(
     table: &Table<'_>,
-    remote: Option<RemoteDevice>,
-    (sample_time_s, duration_s): (f64, f64),
+    must_be_stable: &p::Parameter,
 ) -> Result<TrialSetup, FileError> {
+    let remote = remote(table)?;
+    let sample_time_s = table.required(&p::SAMPLE_TIME)?;
+    let duration_s = table.number(&p::TRIAL_DURATION)?;
+    samples_fit(table, sample_time_s, duration_s, &TRIAL_SAMPLES)?;
     let model = device_model(table)?;
     for key in [&p::MASS, &p::DAMPING] {
         table.required(key)?;
@@ -192,9 +178,10 @@ pub(crate) fn setup(
     let plan = plan(table, duration_s)?;
     let of_file = model.as_ref().map(DeviceModel::guarded).unwrap_or_default();
     Ok(TrialSetup {
+        must_be_stable: table.flag(must_be_stable)?,
         force_rate_limit_n_per_s: table.number_if(&TRIAL_FORCE_RATE_LIMIT)?,
         safety: safety(table)?,
-        remote,
+        conduct: Conduct::on(remote),
         impact_was_given: table.number_if(&IMPACT)?.is_some(),
         known: written(table, &device, sensors).or(of_file),
         ..TrialSetup::new(device, sensors, plan)

@@ -26,7 +26,7 @@ fn experiment(
     let scheme = "full:1e-6".parse().expect("a scheme");
     WallExperiment {
         contact,
-        ..WallExperiment::linear(setup, (order, scheme), (k, b))
+        ..WallExperiment::linear(setup, order, scheme, k, b)
     }
 }
 

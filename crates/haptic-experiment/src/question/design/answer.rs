@@ -233,11 +233,11 @@ impl Design {
                 must_be_stable: true,
                 ..TrialSetup::new(device.plant, device.sensors, plan)
             };
-            let gains = [best.stiffness, best.dissipation].map(Option::unwrap_or_default);
+            let [k, b] = [best.stiffness, best.dissipation].map(Option::unwrap_or_default);
             WallExperiment {
                 model: self.model(order).cloned(),
                 contact: self.contact,
-                ..WallExperiment::linear(setup, (order, self.scheme), gains.into())
+                ..WallExperiment::linear(setup, order, self.scheme, k, b)
             }
         };
         let bounces = self.contact == WallContact::OneSided;

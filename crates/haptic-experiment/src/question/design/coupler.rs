@@ -505,9 +505,8 @@ mod tests {
                 .expect("valid");
             let text = answer.experiment_text.expect("a best one");
             let file = crate::ExperimentFile::parse(std::path::Path::new("design.toml"), &text);
-            let crate::open::Experiment::Coupler(coupler) = file.expect("is right").0 else {
-                panic!("not a coupler: {text}");
-            };
+            let file = file.expect("is right");
+            let coupler: &CouplerExperiment = file.of().expect("a coupler");
             let settling = coupler.settled().expect("valid");
             assert_eq!(Some(settling), answer.simulated, "{text}");
             assert!(settling.stable, "{settling:?}");

@@ -375,7 +375,7 @@ impl<'a> Search<'a> {
         let t = self.experiment.device.sample_time.0;
         let spring = stiffness + self.experiment.device.stiffness.0;
         let step = stiffness + dissipation * self.rate;
-        let mut judge = self.plan.judge((spring, step), self.encoder_step_m, t);
+        let mut judge = self.plan.judge(spring, step, self.encoder_step_m, t);
         let contact = self.experiment.contact;
         if let Some((law, trials)) = &self.remote {
             let law = RemoteLaw {

@@ -84,8 +84,8 @@ fn limits() -> impl Iterator<Item = Key> {
     Limits::TABLE.iter().filter_map(|limit| {
         let key = limit.field.key();
         let mut known = parameters::tables("experiment")
-            .iter()
-            .flat_map(|(_, table)| *table);
+            .into_iter()
+            .flat_map(|(_, table)| table);
         let parameter = known.find(|parameter| parameter.key == key)?;
         let range = match limit.least_for(0.0) <= 0.0 {
             true => parameter.range().or_0(),

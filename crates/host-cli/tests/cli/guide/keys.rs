@@ -125,12 +125,12 @@ fn made() -> String {
     let shared: Vec<String> = shared.into_values().map(|(_, row)| row).collect();
     let mut text = String::from("\n## Experiment files\n");
     let listed: Vec<&str> = shared.iter().map(String::as_str).collect();
-    tables(&mut text, parameters::tables("experiment"), &shared);
+    tables(&mut text, &parameters::tables("experiment"), &shared);
     table(&mut text, "Shared keys", &listed);
     text.push_str("\n## Controller files\n\nOne of the first five, and `[loop]`.\n");
-    tables(&mut text, parameters::tables("controller"), &shared);
+    tables(&mut text, &parameters::tables("controller"), &shared);
     text.push_str("\n## Plant files\n\nOne of the first four. In `[device]` mass and damping are required; `[intervals]` beside it has the same\nkeys, each `[low, high]`.\n");
-    tables(&mut text, parameters::tables("plant"), &shared);
+    tables(&mut text, &parameters::tables("plant"), &shared);
     text
 }
 

@@ -1,0 +1,125 @@
+//! What the program asks of an experiment, whatever its kind.
+
+use crate::document::error::FileError;
+use crate::document::failure::Failure;
+use crate::document::parameters::Parameter;
+use crate::document::reader::Table;
+use crate::judge::{Published, Report};
+use crate::run::Supervisor;
+use crate::run::advice::parameter;
+use crate::run::folder::FolderRequest;
+use crate::run::remote::RemoteDevice;
+use crate::run::safety::Safety;
+use crate::run::schedule::{Pace, Schedule};
+use fracdiff::{Real, Seconds};
+use haptic_loop::{Limits, SafetyChain};
+use std::any::Any;
+use std::collections::BTreeMap;
+use std::fmt::Debug;
+
+/// A table of keys: its heading, and its parameters.
+pub(crate) type Keys = (&'static str, &'static [Parameter]);
+
+/// Makes an experiment of its own table and that of the drive beside it.
+type Read = fn(&Table<'_>, Option<&Table<'_>>) -> Result<Box<dyn Experiment>, FileError>;
+
+/// What the program knows of a kind before it has read a document of one.
+pub(crate) struct Kind {
+    /// The name of its table in a document.
+    pub name: &'static str,
+    pub keys: &'static [Keys],
+    pub beside: Beside,
+    pub read: Read,
+}
+
+/// What else than its own table a kind reads.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Beside {
+    Nothing,
+    /// A table of the drive that holds its indenter.
+    Drive,
+    /// The device file that its simulated device is of.
+    DeviceFile,
+}
+
+/// How an experiment is run, which is not what it is.
+#[derive(Clone, Debug)]
+pub(crate) struct Conduct {
+    pub pace: Pace,
+    /// The device at a port; `None` for the simulated one.
+    pub remote: Option<RemoteDevice>,
+    /// Run what the pre-flight calls unstable.
+    pub force_unstable: bool,
+}
+
+impl Conduct {
+    /// In virtual time, on this device.
+    pub(crate) const fn on(remote: Option<RemoteDevice>) -> Self {
+        Self {
+            pace: Pace::Virtual,
+            remote,
+            force_unstable: false,
+        }
+    }
+
+    /// A chain of these limits, if all that was asked for acts where it runs.
+    pub(crate) fn chain<F: Real>(
+        &self,
+        limits: &Limits,
+        t: Seconds,
+        safety: &Safety,
+    ) -> Result<SafetyChain<F>, Failure> {
+        let chain = SafetyChain::from_limits(limits, t).map_err(parameter)?;
+        match self.remote {
+            None => safety.acts()?,
+            Some(_) => safety.acts_on_device()?,
+        }
+        Ok(chain)
+    }
+}
+
+/// Where a run leaves its files, and who watches it.
+#[derive(Clone, Copy)]
+pub(crate) struct Watched<'a> {
+    pub request: &'a FolderRequest,
+    pub supervisor: Supervisor<'a>,
+}
+
+/// An experiment of any kind.
+pub(crate) trait Experiment: Any + Debug + Send + Sync {
+    /// The number of samples, if all parameters are good.
+    fn check(&self) -> Result<u64, Failure>;
+
+    fn sample_time_s(&self) -> f64;
+
+    fn axes(&self) -> usize;
+
+    /// What the log of its run says of it, over what its document says.
+    fn metadata(&self) -> BTreeMap<String, String>;
+
+    fn conduct(&self) -> &Conduct;
+
+    fn conduct_mut(&mut self) -> &mut Conduct;
+
+    /// Runs it; log and table go into the folder.
+    fn run(&self, watched: Watched<'_>) -> Result<Published<Report>, Failure>;
+
+    /// Ticks of its loop for a run of so many samples.
+    fn schedule(&self, samples: u64) -> Schedule {
+        Schedule {
+            samples,
+            sample_time_s: self.sample_time_s(),
+            pace: self.conduct().pace,
+        }
+    }
+
+    /// Refuses a simulated hand that begins inside the shape that it touches.
+    fn check_start(&self) -> Result<(), Failure> {
+        Ok(())
+    }
+
+    /// True if the pre-flight may refuse it on the simulated device too.
+    fn may_be_refused(&self) -> bool {
+        false
+    }
+}
