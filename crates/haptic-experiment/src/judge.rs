@@ -59,9 +59,9 @@ fn plain(time_s: f64) -> f64 {
 
 impl Compared {
     /// No error, for this reason.
-    pub(crate) fn without_meaning(reason: String) -> Self {
+    pub(crate) fn without_meaning(reason: impl Into<String>) -> Self {
         Self {
-            reason: Some(reason),
+            reason: Some(reason.into()),
             ..Self::default()
         }
     }

@@ -56,7 +56,7 @@ impl Report {
     /// Exit code 1.
     pub fn require(&self) -> Result<(), Failure> {
         match &self.unmet {
-            Some(unmet) => Err(Failure::Run(anyhow::anyhow!("{unmet}"))),
+            Some(unmet) => Err(Failure::run(unmet)),
             None => Ok(()),
         }
     }
