@@ -62,6 +62,20 @@ pub(crate) fn table<F: CNumber>(name: &str, values: &[F]) -> String {
     text
 }
 
+/// A template of C with text in the place of some of its words. Whole words alone are replaced, all in one pass: what is put in is not read
+/// again, so neither the order of the words nor a word inside another one matters.
+pub(crate) fn filled<S: AsRef<str>>(template: &str, words: &[(&str, S)]) -> String {
+    let is_letter = |c: char| c.is_ascii_alphanumeric() || c == '_';
+    let mut text = String::new();
+    for piece in template.split_inclusive(|c| !is_letter(c)) {
+        let (word, behind) = piece.split_at(piece.find(|c| !is_letter(c)).unwrap_or(piece.len()));
+        let known = words.iter().find(|(name, _)| *name == word);
+        text.push_str(known.map_or(word, |(_, put)| put.as_ref()));
+        text.push_str(behind);
+    }
+    text
+}
+
 /// Longest name: with what is put behind it, C99 still tells all names apart.
 const LONGEST: usize = 24;
 
@@ -116,6 +130,16 @@ mod tests {
             let value = f64::from_bits(bits);
             assert_eq!(literal(value).parse::<f64>().map(f64::to_bits), Ok(bits));
         }
+    }
+
+    #[test]
+    fn words_are_put_in_once_and_whole() {
+        let words = [("TO", "FROM"), ("FROM", "0U"), ("real", "float")];
+        let text = "unreal FROM_TO = (real)TO;\nreal *FROM";
+        assert_eq!(
+            filled(text, &words),
+            "unreal FROM_TO = (float)FROM;\nfloat *0U"
+        );
     }
 
     #[test]

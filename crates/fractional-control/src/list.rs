@@ -40,7 +40,6 @@ pub struct ControllerList<F> {
 
 /// The law of a [`ControllerList`].
 #[derive(Clone, Debug, PartialEq)]
-#[non_exhaustive]
 pub enum LawList<F> {
     /// PI^λD^μ and TID.
     Parallel(ParallelList<F>),
