@@ -135,7 +135,13 @@ impl LoadedPlant {
     /// More than 10 000 samples.
     pub fn later(self, samples: usize) -> Result<Self, ControlError> {
         let (late, most) = (samples as f64, DELAY_MAX);
-        range("dead time", late, late <= most, "at most 10000", "samples")?;
+        range(
+            "dead time",
+            late,
+            late <= most,
+            "at most 10000 {}",
+            "samples",
+        )?;
         let above = self.curve.above.with(&Factor::Delay(samples));
         let curve = Fraction {
             above,

@@ -284,7 +284,7 @@ impl Plant {
 /// A dead time in its range: 10 000 of the longest samples.
 fn dead_time(seconds: f64) -> Result<f64, RangeError> {
     let inside = (0.0..=1e10).contains(&seconds);
-    range("dead time", seconds, inside, "from 0 to 1e10", "s")
+    range("dead time", seconds, inside, "from 0 to 1e10 {}", "s")
 }
 
 impl Measured {

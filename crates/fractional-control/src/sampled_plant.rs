@@ -25,7 +25,7 @@ pub(crate) const DELAY_MAX: f64 = 10_000.0;
 pub(crate) fn delay_samples(plant: &Plant, sample_time: Seconds) -> Result<f64, ControlError> {
     let samples = plant.delay_s / sample_time.0;
     let inside = samples <= DELAY_MAX;
-    range("dead time", samples, inside, "at most 10000", "samples")?;
+    range("dead time", samples, inside, "at most 10000 {}", "samples")?;
     Ok(samples)
 }
 

@@ -82,7 +82,7 @@ impl StateSpace {
         if not_negative("lag", lag_s, "s")? == 0.0 {
             return Ok(self);
         }
-        range("lag", lag_s, lag_s >= 1e-15, "0, or at least 1e-15", "s")?;
+        range("lag", lag_s, lag_s >= 1e-15, "0, or at least 1e-15 {}", "s")?;
         self.fed_by(-1.0 / lag_s, 1.0 / lag_s)
     }
 

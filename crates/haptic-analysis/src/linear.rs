@@ -53,7 +53,7 @@ pub(crate) fn scaled(
     balance(&mut matrix, &mut input, &mut output);
     let fastest = matrix.iter().fold(0.0, |most: f64, x| most.max(x.abs()));
     let kept = fastest <= FASTEST.max(rate);
-    let allowed = "at most 1e6";
+    let allowed = "at most 1e6 {}";
     range(
         "fastest motion of the plant",
         fastest,

@@ -127,7 +127,7 @@ impl<'a, P: FrequencyResponse + ?Sized> OnePort<'a, P> {
         let alpha = not_negative("alpha", alpha, "")?;
         let beta = not_negative("beta", beta, "")?;
         let kept = theta > 0.0 && theta <= PI;
-        let allowed = "above 0 and at most π";
+        let allowed = "above 0 and at most π {}";
         range("digital frequency", theta, kept, allowed, "rad/sample")?;
         finite("least delta", self.combine(alpha, beta, theta), "")
     }

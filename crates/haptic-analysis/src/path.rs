@@ -54,9 +54,15 @@ impl ForcePath {
     /// Either outside its range.
     pub fn new(delay_samples: f64, lag_samples: f64) -> Result<Self, AnalysisError> {
         let inside = (0.0..=Self::DELAY_MAX).contains(&delay_samples);
-        range("delay", delay_samples, inside, "from 0 to 10000", "samples")?;
+        range(
+            "delay",
+            delay_samples,
+            inside,
+            "from 0 to 10000 {}",
+            "samples",
+        )?;
         let inside = (0.0..=Self::LAG_MAX).contains(&lag_samples);
-        let allowed = "from 0 to 1e6";
+        let allowed = "from 0 to 1e6 {}";
         range("current lag", lag_samples, inside, allowed, "samples")?;
         let nearest = libm::rint(delay_samples);
         let delay = if (delay_samples - nearest).abs() < 1e-9 {

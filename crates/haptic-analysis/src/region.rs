@@ -97,7 +97,7 @@ impl StabilityRegion {
         let plant = plant.later(delay)?;
         let samples = plant.path().delay_samples();
         let short = samples <= Self::DELAY_MAX as f64;
-        let allowed = "from 0 to 64";
+        let allowed = "from 0 to 64 {}";
         range("delay of a region", samples, short, allowed, "samples")?;
         let order = operator.order().get();
         let kept = order <= 0.0 || order >= Self::ORDER_MIN;

@@ -189,7 +189,13 @@ impl LoopOperator {
         check(order, taps)?;
         for &(rate, weight) in modes {
             range("weight of a mode", weight, true, "finite", "")?;
-            range("rate of a mode", rate, rate > 0.0, "above 0", "per sample")?;
+            range(
+                "rate of a mode",
+                rate,
+                rate > 0.0,
+                "above 0 {}",
+                "per sample",
+            )?;
         }
         let (differences, _) = order.split_up();
         let core = Curve::Modes(Modes {

@@ -84,7 +84,7 @@ impl LineFaults {
             ("length of a stall", self.stall_s),
         ] {
             if !(value >= 0.0 && value.is_finite()) {
-                return Err(RangeError::new(what, value, "at least 0", "s").into());
+                return Err(RangeError::new(what, value, "at least 0 {}", "s").into());
             }
         }
         Ok(())

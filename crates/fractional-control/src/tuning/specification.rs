@@ -181,7 +181,13 @@ impl Specification {
         let omega = positive("crossover", self.crossover_rad_s, "rad/s")?;
         let margin = self.phase_margin_rad;
         let inside = margin > 0.0 && margin < PI;
-        range("phase margin", margin, inside, "above 0 and below π", "rad")?;
+        range(
+            "phase margin",
+            margin,
+            inside,
+            "above 0 and below π {}",
+            "rad",
+        )?;
         let (low, high) = plant.band();
         let inside = omega > low && omega < high;
         let allowed = "inside the band that was measured";

@@ -68,7 +68,7 @@ impl Turning {
             "inertia of the shaft",
             inertia,
             fits,
-            "in [1e-9, 1e3]",
+            "in [1e-9, 1e3] {}",
             "kg·m²",
         )?;
         let fits = (0.0..=1e3).contains(&damping);
@@ -76,7 +76,7 @@ impl Turning {
             "damping of the shaft",
             damping,
             fits,
-            "in [0, 1e3]",
+            "in [0, 1e3] {}",
             "N·m·s/rad",
         )?;
         let profile = match shaft.hand {
