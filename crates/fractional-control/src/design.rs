@@ -94,8 +94,6 @@ pub struct Trial {
     pub shape: Shape,
     /// Share of its samples with the command at a limit.
     pub limited_share: f64,
-    /// Times that verdicts and margins evaluated the response of the plant, nearly all of their cost; 0 of one that is sampled exactly.
-    pub evaluations: u64,
 }
 
 /// A step at another gain of the plant.
@@ -246,7 +244,6 @@ impl ControlDesign {
             analysis: analysed(setup, &self.plant, (&plant, &closed), own)?,
             coarse,
             stable_gains,
-            evaluations: closed.evaluations(),
             robustness: robustness.collect(),
             shape: run.response.shape_of_step(self.step),
             limited_share: run.limited_share,

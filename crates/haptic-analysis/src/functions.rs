@@ -1,7 +1,7 @@
 //! The functions that operators are made of: powers, polynomials, decaying modes, cascades.
 
 use crate::curve::{Bounds, Jet, product};
-use certified_count::{Arc, Enclosed, Place, count};
+use certified_count::Place;
 use num_complex::Complex;
 
 #[derive(Clone, Debug, PartialEq)]
@@ -82,17 +82,6 @@ impl Polynomial {
             rate,
             bend,
         }
-    }
-
-    /// No zero in |w| ≤ 1, as a proof.
-    pub(crate) fn is_stable(&self) -> bool {
-        let size = self.coefficients.iter().map(|c| c.abs()).sum();
-        let enclosed = |arc: &Arc| Enclosed {
-            value: horner(&self.coefficients, arc.w).0,
-            size,
-            rate: self.rate,
-        };
-        count(enclosed).zeros == Some(0)
     }
 
     pub(crate) fn is_one(&self) -> bool {

@@ -15,8 +15,7 @@ use num_complex::Complex;
 /// full-bdf2                 that of full, times Σ_{j<28} f_j w^j
 /// oustaloup                 P = (1 − w)^n g·Π (v + z_i(2 − v))/(v + p_i(2 − v)),   v = 1 − w
 /// ```
-/// One's own: [`from_polynomials`](Self::from_polynomials), [`from_modes`](Self::from_modes), and from any
-/// [`FrequencyResponse`] whose memory fades, [`from_response`](Self::from_response).
+/// One's own full memory, of any kernel: [`from_design`](Self::from_design).
 ///
 /// All are analytic in |w| < 1 and bounded on the circle, which the argument principle needs; so
 /// integrals (μ < 0, a pole at w = 1) are refused.
