@@ -139,10 +139,7 @@ impl From<ParameterError> for SchemeError {
 
 impl From<DesignError> for SchemeError {
     fn from(error: DesignError) -> Self {
-        match error {
-            DesignError::Parameter(error) => Self::Parameter(error),
-            error => Self::Design(error),
-        }
+        Self::Design(error)
     }
 }
 
@@ -415,7 +412,7 @@ impl<F: Real> OperatorList<F> {
     pub fn plain_modes(&self) -> usize {
         match self.form {
             Form::Modes => crate::full_memory::plain_modes(&self.values, self.integer.into()),
-            _ => 0,
+            Form::Taps | Form::Recursion => 0,
         }
     }
 }

@@ -222,7 +222,7 @@ pub(crate) fn adds_up(law: &ControllerParameters) -> bool {
         ControllerParameters::Function(own) => {
             own.denominator().lowest() > own.numerator().lowest()
         }
-        _ => false,
+        ControllerParameters::Crone(_) | ControllerParameters::LeadLag(_) => false,
     }
 }
 
@@ -239,7 +239,9 @@ fn near_whole(setup: &ControllerSetup, plant: &Plant) -> Option<f64> {
             orders.extend([own.integral_order, own.derivative_order]);
         }
         ControllerParameters::Function(function) => orders.extend(of(function)),
-        _ => {}
+        ControllerParameters::Tid(_)
+        | ControllerParameters::Crone(_)
+        | ControllerParameters::LeadLag(_) => {}
     }
     orders.into_iter().find(|order| {
         let off = (order - order.round()).abs();

@@ -139,10 +139,9 @@ impl Fraction {
     pub(crate) fn remembers(&self) -> bool {
         let products = self.above.0.iter().chain(&self.below.0);
         let mut factors = products.flat_map(|product| &product.factors);
-        factors.any(|factor| match factor {
-            Factor::Memory(_, modes) => modes.iter().any(|(weight, _)| *weight != 0.0),
-            _ => false,
-        })
+        let is_there = |(weight, _): &(f64, f64)| *weight != 0.0;
+        factors
+            .any(|factor| matches!(factor, Factor::Memory(_, modes) if modes.iter().any(is_there)))
     }
 }
 
@@ -175,11 +174,13 @@ fn power(sum: &Sum) -> Option<i32> {
     let of_product = |product: &Product| {
         let first = of_numbers(&[product.scale])?;
         product.factors.iter().try_fold(first, |sum, factor| {
-            Some(match factor {
-                Factor::InW(c) | Factor::InV(c) => sum + of_numbers(c)?,
-                // About 1.
-                _ => sum,
-            })
+            // All others are about 1.
+            match factor {
+                Factor::InW(c) | Factor::InV(c) => Some(sum + of_numbers(c)?),
+                Factor::Difference(_) | Factor::Delay(_) | Factor::Memory(..) | Factor::Law(_) => {
+                    Some(sum)
+                }
+            }
         })
     };
     sum.0.iter().filter_map(of_product).max()

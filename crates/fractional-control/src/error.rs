@@ -16,7 +16,7 @@ pub enum ControlError {
     Operator(#[from] fracdiff::ParameterError),
     /// A full memory that cannot be had.
     #[error(transparent)]
-    Design(DesignError),
+    Design(#[from] DesignError),
     /// The numerator grows faster than the denominator.
     #[error(
         "order {numerator} of the numerator is above {denominator}, that of the denominator: add a faster pole"
@@ -102,15 +102,6 @@ pub enum ControlError {
         /// The reason, and the remedy.
         why: &'static str,
     },
-}
-
-impl From<DesignError> for ControlError {
-    fn from(error: DesignError) -> Self {
-        match error {
-            DesignError::Parameter(error) => Self::Operator(error),
-            error => Self::Design(error),
-        }
-    }
 }
 
 fn unstable_plant(poles: &usize, f: &mut fmt::Formatter<'_>) -> fmt::Result {

@@ -75,19 +75,19 @@ impl ControllerSetup {
     /// The parameters of a PI^λD^μ, if it is one.
     #[must_use]
     pub fn pid(&self) -> Option<PidParameters> {
-        match self.law {
-            ControllerParameters::Pid(pid) => Some(pid),
-            _ => None,
-        }
+        let ControllerParameters::Pid(pid) = self.law else {
+            return None;
+        };
+        Some(pid)
     }
 
     /// The transfer function, if it is given as one.
     #[must_use]
     pub fn function(&self) -> Option<FractionalTransferFunction> {
-        match self.law {
-            ControllerParameters::Function(function) => Some(function),
-            _ => None,
-        }
+        let ControllerParameters::Function(function) = self.law else {
+            return None;
+        };
+        Some(function)
     }
 
     /// T.
@@ -199,13 +199,18 @@ impl ControllerSetup {
 /// Rule and tolerance of a scheme that a controller may have.
 #[must_use]
 pub fn rule_of_scheme(scheme: Scheme) -> Option<(Rule, f64)> {
+    let grunwald = Kernel::Grunwald;
     match scheme {
-        Scheme::Full {
-            kernel: Kernel::Grunwald,
-            tolerance,
-        } => Some((Rule::Grunwald, tolerance)),
+        Scheme::Full { kernel, tolerance } => {
+            (kernel == grunwald).then_some((Rule::Grunwald, tolerance))
+        }
         Scheme::FullBdf2 { tolerance } => Some((Rule::Bdf2, tolerance)),
-        _ => None,
+        Scheme::Grunwald { .. }
+        | Scheme::Muir { .. }
+        | Scheme::TustinMuir { .. }
+        | Scheme::Oustaloup { .. }
+        | Scheme::Exact
+        | _ => None,
     }
 }
 

@@ -184,11 +184,9 @@ impl<'a, P: FrequencyResponse + ?Sized> OnePort<'a, P> {
                 port.tangent([(port.u, 1.0.into()), (port.v, port.p)], alpha, beta)
             },
         )?;
-        Ok(match found {
-            // A wall this soft has a negative spring at rest.
-            Largest::Below { value, .. } if value < beta * self.deficit => Largest::Empty,
-            found => found,
-        })
+        // A wall this soft has a negative spring at rest.
+        let is_soft = matches!(found, Largest::Below { value, .. } if value < beta * self.deficit);
+        Ok(if is_soft { Largest::Empty } else { found })
     }
 
     /// The largest β/α that leaves no negative spring at rest: −1/P(1); `None` if any does.

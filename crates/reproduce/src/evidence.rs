@@ -332,7 +332,7 @@ pub(crate) fn passive_boundary(
         let alpha = most * (1.0 - step as f64 / steps as f64).min(1.0 - 1e-9);
         Ok(match port.largest_beta(delta, alpha)? {
             Largest::Below { value, .. } => (value.max(0.0), alpha),
-            _ => (0.0, alpha),
+            Largest::Any | Largest::Empty => (0.0, alpha),
         })
     });
     points.collect()

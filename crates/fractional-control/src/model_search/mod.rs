@@ -362,9 +362,9 @@ fn without_the_loosest(found: &Found, times: f64) -> Vec<(FractionalTransferFunc
         standard_errors,
         ..
     } = &found.identified;
-    let share = |(number, error): &(FreeNumber, f64)| match number {
-        FreeNumber::DeadTime => error / dead_time.seconds(),
-        _ => *error,
+    let share = |(number, error): &(FreeNumber, f64)| match *number == FreeNumber::DeadTime {
+        true => error / dead_time.seconds(),
+        false => *error,
     };
     let loose = standard_errors
         .iter()
@@ -393,7 +393,7 @@ fn without_number(
         FreeNumber::NumeratorCoefficient(n) => above.remove(n),
         FreeNumber::DenominatorCoefficient(n) => below.remove(n),
         FreeNumber::DeadTime => return Some((*function, DeadTime::NONE)),
-        _ => return None,
+        FreeNumber::NumeratorOrder(_) | FreeNumber::DenominatorOrder(_) => return None,
     };
     let fewer = FractionalTransferFunction::new(&above, &below).ok()?;
     // As many zeros as poles would answer at once.

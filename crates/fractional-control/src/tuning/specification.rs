@@ -91,7 +91,10 @@ impl Wish {
                 (self.reached / self.wanted - 1.0).abs() <= MET
             }
             WishName::IsoDamping => self.reached.abs() <= MET,
-            _ => self.reached <= self.wanted * (1.0 + MET),
+            WishName::SensitivityPeak
+            | WishName::ComplementaryPeak
+            | WishName::Noise
+            | WishName::Disturbance => self.reached <= self.wanted * (1.0 + MET),
         }
     }
 }
