@@ -124,14 +124,15 @@ pub fn analyse_at(
     let sampled = setup.sampled(plant)?;
     let closed = setup.closed_with(&sampled)?.with_gain(gain);
     let own = closed.margins();
-    analysed(setup, plant, (&sampled, &closed), own)
+    analysed(setup, plant, &sampled, &closed, own)
 }
 
 /// The same of a loop that is closed already; `own` are its margins.
 pub(crate) fn analysed(
     setup: &ControllerSetup,
     plant: &Plant,
-    (sampled, closed): (&SampledPlant, &SampledLoop),
+    sampled: &SampledPlant,
+    closed: &SampledLoop,
     own: Margins,
 ) -> Result<LoopAnalysis, ControlError> {
     let later = |delay_s: f64| later(setup, plant, delay_s).map(|own| own.with_gain(closed.gain()));
@@ -255,7 +256,8 @@ fn near_whole(setup: &ControllerSetup, plant: &Plant) -> Option<f64> {
 /// the loop is not stable before n/2 gains are passed. No verdict is asked for in the first half of these, as a long dead time has
 /// thousands of them (half: two near each other may be told as one).
 fn other_gain<'a>(
-    (closed, sign): (&SampledLoop, f64),
+    closed: &SampledLoop,
+    sign: f64,
     poles: usize,
     gains: impl Iterator<Item = &'a Crossing>,
 ) -> Option<(usize, OtherGain)> {
@@ -301,8 +303,8 @@ fn with_the_other_sign(closed: &SampledLoop) -> Option<f64> {
     let (poles, gains) = (verdict.unstable_poles?, turned.gain_crossings());
     let below = gains.iter().rev().filter(|gain| gain.value < 1.0);
     let above = gains.iter().filter(|gain| gain.value > 1.0);
-    let turned = (closed, -1.0);
-    let found = other_gain(turned, poles, below).or_else(|| other_gain(turned, poles, above));
+    let found = other_gain(closed, -1.0, poles, below);
+    let found = found.or_else(|| other_gain(closed, -1.0, poles, above));
     let (_, OtherGain { edge, end }) = found?;
     // Between both ends, or twice as far.
     Some(match end {
@@ -335,9 +337,9 @@ fn cause(
     };
     let gains = closed.gain_crossings();
     let below = gains.iter().rev().filter(|gain| gain.value < 1.0);
-    let lower = other_gain((closed, 1.0), poles, below);
+    let lower = other_gain(closed, 1.0, poles, below);
     let above = gains.iter().filter(|gain| gain.value > 1.0);
-    let higher = other_gain((closed, 1.0), poles, above);
+    let higher = other_gain(closed, 1.0, poles, above);
     let ways = [
         lower.map(|(passed, gain)| (passed, Cause::GainTooHigh(gain))),
         higher.map(|(passed, gain)| (passed, Cause::GainTooLow(gain))),

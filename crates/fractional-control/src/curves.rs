@@ -1,11 +1,11 @@
 //! Controllers and transfer functions as functions on the circle, of the weights that really run.
 
 use crate::enclosure::{Factor, Fraction, Product, Sum};
+use crate::lead::LeadShape;
 use crate::memory::{Rule, TAPS};
 use crate::pid::BranchParameters;
 use crate::records::MODES;
 use crate::sampled::entries;
-use crate::shaped::LeadShape;
 use crate::{ControlError, FractionalTransferFunction, Memory, SetPoint};
 use crate::{CroneParameters, LeadLagParameters, PidParameters, TidParameters};
 use core::fmt;
@@ -152,7 +152,7 @@ fn parallel(
 
 /// `k((1 − pw)/(1 − qw))^ν` as [`lead`](crate::lead) runs it.
 fn lead(shape: LeadShape, memory: Memory, sample_time: Seconds) -> Result<Fraction, ControlError> {
-    let parts = crate::lead::parts::<MODES>(shape.corners, &memory, sample_time)?;
+    let parts = crate::lead::parts::<MODES>(&shape, &memory, sample_time)?;
     let mut above = Product {
         scale: shape.gain * shape.factor * parts.gain,
         factors: Vec::new(),

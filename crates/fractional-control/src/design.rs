@@ -241,7 +241,7 @@ impl ControlDesign {
             None => by_rule,
         };
         Ok(Trial {
-            analysis: analysed(setup, &self.plant, (&plant, &closed), own)?,
+            analysis: analysed(setup, &self.plant, &plant, &closed, own)?,
             coarse,
             stable_gains,
             robustness: robustness.collect(),

@@ -1,9 +1,8 @@
 //! A controller as numbers, from which another language runs it with the same bits.
 
-use crate::lead::LeadPower;
+use crate::lead::{LeadPower, LeadShape};
 use crate::parallel::{Kind, Parallel};
 use crate::pid::BranchParameters;
-use crate::shaped::LeadShape;
 use crate::transfer::in_samples;
 use crate::{
     Actuator, ControlError, ControllerForm, ControllerParameters, ControllerPart, ControllerSetup,
@@ -220,7 +219,7 @@ fn lead<F: Real>(
     memory: Memory,
     sample_time: Seconds,
 ) -> Result<LawList<F>, ControlError> {
-    let (operator, own) = LeadPower::<F, MODES>::new(shape.corners, &memory, sample_time)?;
+    let (operator, own) = LeadPower::<F, MODES>::new(&shape, &memory, sample_time)?;
     let gain = shape.gain * shape.factor * own;
     in_samples::<F>("gain", gain)?;
     in_samples::<F>("inverse of the gain", 1.0 / gain)?;

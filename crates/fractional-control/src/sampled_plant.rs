@@ -115,13 +115,13 @@ impl SampledPlant {
         let function = match &plant.model {
             Model::Transfer(function) => function,
             Model::StateSpace(states) => {
-                return Self::in_states((states, 0.0), (delay, h), 0.0, sample_time);
+                return Self::in_states(states, 0.0, delay, h, 0.0, sample_time);
             }
             Model::Measured(_) => return Err(ControlError::Measured),
         };
         if let Some((states, direct)) = StateSpace::of_function(function) {
             let integrators = function.denominator().lowest();
-            return Self::in_states((&states, direct), (delay, h), integrators, sample_time);
+            return Self::in_states(&states, direct, delay, h, integrators, sample_time);
         }
         let running = SampledTransferFunction::new(function, memory, sample_time)?;
         let path = [0.5 * (1.0 - h) * (1.0 - h), 0.5 + h - h * h, 0.5 * h * h];
@@ -144,20 +144,22 @@ impl SampledPlant {
     }
 
     fn in_states(
-        (states, direct): (&StateSpace, f64),
-        (delay, h): (usize, f64),
+        states: &StateSpace,
+        direct: f64,
+        delay: usize,
+        h: f64,
         integrators: f64,
         sample_time: Seconds,
     ) -> Result<Self, ControlError> {
         let (sampled, in_v) = states.held(sample_time.0, h)?;
-        let direct = (direct, usize::from(h > 0.0 || delay == 0));
-        let curve = states_fraction(in_v, integrators, direct).bearable(PLANT)?;
+        let later = usize::from(h > 0.0 || delay == 0);
+        let curve = states_fraction(in_v, integrators, direct, later).bearable(PLANT)?;
         Ok(Self {
             kind: Kind::States(sampled),
             delay,
             part: h,
             path: [0.0; 3],
-            direct,
+            direct: (direct, later),
             curve: Fraction {
                 above: curve.above.with(&Factor::Delay(delay)),
                 ..curve
@@ -291,7 +293,7 @@ impl SampledPlant {
 
 /// w·(num₀ + w·num₁)/det in powers of v, and what is passed on at once. A factor s^n of the plant's denominator is v^n of det, which rounding
 /// does not know.
-fn states_fraction(in_v: StatesInV, integrators: f64, (direct, later): (f64, usize)) -> Fraction {
+fn states_fraction(in_v: StatesInV, integrators: f64, direct: f64, later: usize) -> Fraction {
     let [newest, last] = in_v.above;
     let mut denominator = in_v.below;
     let integrators = denominator.iter_mut().take(integrators as usize);

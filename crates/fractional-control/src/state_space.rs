@@ -105,7 +105,8 @@ impl StateSpace {
     pub(crate) fn run(
         &self,
         sample_time: f64,
-        (input, fraction): (&[f64], f64),
+        input: &[f64],
+        fraction: f64,
         held: bool,
         seen: &mut dyn FnMut(usize, &[f64]),
     ) -> Result<(), ControlError> {
@@ -133,11 +134,12 @@ impl StateSpace {
     pub(crate) fn respond(
         &self,
         sample_time: f64,
-        (input, fraction): (&[f64], f64),
+        input: &[f64],
+        fraction: f64,
         held: bool,
     ) -> Result<Vec<f64>, ControlError> {
         let mut outputs = Vec::with_capacity(input.len());
-        self.run(sample_time, (input, fraction), held, &mut |_, x| {
+        self.run(sample_time, input, fraction, held, &mut |_, x| {
             outputs.push(self.c.iter().zip(x).map(|(c, x)| c * x).sum());
         })?;
         Ok(outputs)

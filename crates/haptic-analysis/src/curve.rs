@@ -148,8 +148,10 @@ pub(crate) fn size_in_v(coefficients: &[f64], size_v: f64) -> f64 {
 /// Bounds of a polynomial in v between two places.
 pub(crate) fn bounds_in_v(
     coefficients: &[f64],
-    (a, b): (&Place, &Place),
-    jets: (&Jet, &Jet),
+    a: &Place,
+    b: &Place,
+    jet_a: &Jet,
+    jet_b: &Jet,
 ) -> Bounds {
     // |A′| ≤ Σ k|a_k||v|^(k−1), |A″| ≤ that + Σ k(k − 1)|a_k||v|^(k−2), and |v| grows with θ.
     let (mut rate, mut curl) = (0.0, 0.0);
@@ -160,7 +162,7 @@ pub(crate) fn bounds_in_v(
             curl += (k * (k - 1)) as f64 * most(k - 2);
         }
     }
-    Bounds::from_ends(jets.0, jets.1, b.theta - a.theta, rate, rate + curl)
+    Bounds::from_ends(jet_a, jet_b, b.theta - a.theta, rate, rate + curl)
 }
 
 /// A real function of θ with its derivative.

@@ -165,9 +165,10 @@ impl Power {
         let order = self.0;
         let (size_a, size_b) = (a.1.value.norm(), b.1.value.norm());
         let at_least = if order < 1.0 { a } else { b };
-        let rate = product(order, power_below(order, 1.0, at_least));
+        let rate = product(order, power_below(order, 1.0, at_least.0, at_least.1));
         let curved = if order < 2.0 { a } else { b };
-        let bend = rate + product(order * (order - 1.0).abs(), power_below(order, 2.0, curved));
+        let below = power_below(order, 2.0, curved.0, curved.1);
+        let bend = rate + product(order * (order - 1.0).abs(), below);
         let width = b.0.theta - a.0.theta;
         let cos = 0.5 * b.0.size_u;
         let straight = if cos > 0.0 {
@@ -185,7 +186,7 @@ impl Power {
 }
 
 /// |v|^(μ − k) from |v|^μ.
-fn power_below(order: f64, k: f64, (place, jet): (&Place, &Jet)) -> f64 {
+fn power_below(order: f64, k: f64, place: &Place, jet: &Jet) -> f64 {
     if place.size_v > 0.0 {
         jet.value.norm() / libm::pow(place.size_v, k)
     } else if order < k {

@@ -132,7 +132,7 @@ impl SampledLoop<'_> {
         let (low, high) = ((beyond.delay - step).max(0.0), beyond.delay);
         // Poles outside the circle; of more than the longest delay there is no verdict.
         let outside = |delay: f64| self.later_by(delay).ok().map(|late| late.count().zeros);
-        if let Some(found) = self.by_phase(beyond.zero, (low, high + step)) {
+        if let Some(found) = self.by_phase(beyond.zero, low, high + step) {
             let before = outside(found.value * (1.0 - BESIDE));
             let after = outside(found.value * (1.0 + BESIDE));
             let known = before.is_some() && after.is_some();
@@ -154,7 +154,7 @@ impl SampledLoop<'_> {
     }
 
     /// The delay near one, within two, at which the phase of a crossover is that of −1, by steps of what is left of it.
-    fn by_phase(&self, near: AtAngle, (low, high): (f64, f64)) -> Option<AtAngle> {
+    fn by_phase(&self, near: AtAngle, low: f64, high: f64) -> Option<AtAngle> {
         let (mut delay, mut theta) = (near.value.clamp(low, high), near.theta);
         for _ in 0..STEPS {
             let left = self.back_at(delay, theta)?;

@@ -156,7 +156,7 @@ impl LoopOperator {
         let (a, b) = (Place::new(low), Place::new(high));
         let (node_a, node_b) = (self.node(&a), self.node(&b));
         let [above, below] = self.bounds((&a, &node_a), (&b, &node_b));
-        let bound = self.quotient_travel((&node_a, &node_b), [above, below], high - low);
+        let bound = self.quotient_travel(&node_a, &node_b, [above, below], high - low);
         // Bounds over a long interval are crude, or there are none.
         let size =
             |node: &OperatorNode| node.numerator.value.norm() / node.denominator.value.norm();
@@ -173,7 +173,8 @@ impl LoopOperator {
     /// ```
     fn quotient_travel(
         &self,
-        (a, b): (&OperatorNode, &OperatorNode),
+        a: &OperatorNode,
+        b: &OperatorNode,
         [above, below]: [Bounds; 2],
         width: f64,
     ) -> f64 {

@@ -246,7 +246,7 @@ fn edges(decomposition: &Decomposition) -> Result<Vec<Edge>, AnalysisError> {
         decomposition.reach / decomposition.direct_gain,
     );
     for (p, c, theta, stable_side) in lines {
-        if let Some(ends) = cut_to_box((p, c), (alpha_end, beta_end)) {
+        if let Some(ends) = cut_to_box(p, c, alpha_end, beta_end) {
             edges.push(Edge::Straight(Straight {
                 ends,
                 normal: [1.0, p],
@@ -271,7 +271,7 @@ fn edges(decomposition: &Decomposition) -> Result<Vec<Edge>, AnalysisError> {
 }
 
 /// The ends of the line α = c − pβ with 0 ≤ β ≤ its end and 0 ≤ α ≤ its end, if it has a length there.
-fn cut_to_box((p, c): (f64, f64), (alpha_end, beta_end): (f64, f64)) -> Option<[[f64; 2]; 2]> {
+fn cut_to_box(p: f64, c: f64, alpha_end: f64, beta_end: f64) -> Option<[[f64; 2]; 2]> {
     let (mut low, mut high) = (0.0_f64, beta_end);
     if p == 0.0 {
         if !(0.0..=alpha_end).contains(&c) {

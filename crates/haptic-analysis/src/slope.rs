@@ -566,13 +566,13 @@ impl<'a, 'b> Search<'a, 'b> {
         let (mut plant, feedback) = Terms::bounds(self.subject, &a.terms, &b.terms);
         let (mut size, mut turn) = (Bounds::ONE, Bounds::ONE);
         if self.drifts {
-            let places = (&a.terms.node.place, &b.terms.node.place);
-            let jets = [places.0, places.1].map(|place| jet_in_v(self.denominator(), place));
+            let (low, high) = (&a.terms.node.place, &b.terms.node.place);
+            let [jet_a, jet_b] = [low, high].map(|place| jet_in_v(self.denominator(), place));
             let [_, below] = self
                 .subject
                 .characteristic
                 .operator_bounds(&a.terms.node, &b.terms.node);
-            plant = bounds_in_v(self.denominator(), places, (&jets[0], &jets[1])).times(below);
+            plant = bounds_in_v(self.denominator(), low, high, &jet_a, &jet_b).times(below);
             let width = b.theta() - a.theta();
             let of = |k: usize, rate: f64, bend: f64| {
                 Bounds::from_ends(&a.parts[k], &b.parts[k], width, rate, bend)

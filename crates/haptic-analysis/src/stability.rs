@@ -335,11 +335,8 @@ impl Circle<'_> {
             .map_or(whole, |(end, span, turned)| (end, span, *turned));
         let spans = core::iter::once(span).chain(&self.spans[1..]);
         let scale = self.characteristic.plant.numerator_sum();
-        let count = curve.count(
-            (begin, turned),
-            spans.zip(&self.nodes[1..]),
-            tolerance * scale,
-        );
+        let ways = spans.zip(&self.nodes[1..]);
+        let count = curve.count(begin, turned, ways, tolerance * scale);
         Count {
             closest: count.closest / scale,
             ..count
@@ -409,7 +406,7 @@ impl Curve for Weighed<'_, '_> {
         }
     }
 
-    fn path(&self, (a, b): (&Node, &Node), span: &Span) -> f64 {
+    fn path(&self, a: &Node, b: &Node, span: &Span) -> f64 {
         span.path(a, b, &self.walls)
     }
 }

@@ -80,7 +80,7 @@ impl InputOutput {
 }
 
 /// The Bayesian information criterion of so many free numbers; what is left below the floor is nothing.
-pub(super) fn bic(record: &InputOutput, rms_residual: f64, (numbers, floor): (f64, f64)) -> f64 {
+pub(super) fn bic(record: &InputOutput, rms_residual: f64, numbers: f64, floor: f64) -> f64 {
     let samples = record.output.len() as f64;
     let numbers = numbers + record.start.numbers() as f64;
     2.0 * samples * libm::log(rms_residual.max(floor)) + numbers * libm::log(samples)
