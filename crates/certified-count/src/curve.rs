@@ -12,9 +12,9 @@ const WHOLE: f64 = 0.1;
 /// F at a node.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Sample {
-    /// θ.
+    /// The angle θ, rad, of the node.
     pub theta: f64,
-    /// F.
+    /// F there, off by no more than `noise`.
     pub value: Complex<f64>,
     /// |F| relative to what it is judged by.
     pub size: f64,

@@ -18,7 +18,7 @@ pub enum HeaderError {
          of an operator"
     )]
     List {
-        /// Number of values.
+        /// So many values are in the list.
         count: usize,
         /// Differences (> 0) or sums (< 0) around them.
         integer: i8,

@@ -6,7 +6,7 @@ use std::fmt::{LowerExp, Write as _};
 
 /// A number type of C.
 pub trait CNumber: Real + LowerExp {
-    /// Its name.
+    /// The word by which C declares a number of this type.
     const TYPE: &'static str;
     /// The end of its literals.
     const SUFFIX: &'static str;
@@ -15,7 +15,7 @@ pub trait CNumber: Real + LowerExp {
     /// The largest: C writes no infinity that every compiler takes.
     const LARGEST: f64;
 
-    /// Its bits, a literal.
+    /// Its bits as an unsigned literal of [`BITS`](Self::BITS).
     fn bits(self) -> String;
 }
 

@@ -65,7 +65,6 @@ pub(crate) fn factors_from(turn: &QuarterTurn) -> Vec<Bins<f64>> {
     factors
 }
 
-/// e^(jφ).
 pub(crate) fn unit(phase: f64) -> (f64, f64) {
     (libm::cos(phase), libm::sin(phase))
 }
@@ -104,7 +103,6 @@ impl QuarterTurn {
         }
     }
 
-    /// S.
     pub(crate) fn size(&self) -> usize {
         self.coarse.len() * self.rests.len()
     }

@@ -11,7 +11,7 @@ use core::fmt::{self, Write as _};
 /// A quantity outside its documented range. Prints as one line: name, rejected value, allowed range, unit.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RangeError {
-    /// Name of the quantity.
+    /// Name of the quantity, with which the message begins.
     pub what: &'static str,
     /// The rejected value, in `unit`.
     pub value: f64,
@@ -22,7 +22,7 @@ pub struct RangeError {
 }
 
 impl RangeError {
-    /// From all four.
+    /// For a value that the caller has found to be outside its range.
     #[must_use]
     pub const fn new(
         what: &'static str,

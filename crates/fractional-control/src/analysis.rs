@@ -22,7 +22,7 @@ const BESIDE: f64 = 0.01;
 #[derive(Clone, Debug)]
 #[non_exhaustive]
 pub struct LoopAnalysis {
-    /// The certified verdict.
+    /// The verdict, as a proof; where `coarse` is not `None` it is of the rule alone.
     pub verdict: StabilityVerdict,
     /// Margins and peaks: of a stable loop, the way to the boundary; of another they mean nothing.
     pub margins: Margins,
@@ -82,9 +82,9 @@ pub struct OtherGain {
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct LoopPoint {
-    /// ω, rad/s.
+    /// ω, rad/s; from point to point in equal steps of its logarithm.
     pub omega_rad_s: f64,
-    /// L.
+    /// L = C·G, the open loop that is really run.
     pub open: Complex<f64>,
     /// Phase of L without jumps, rad.
     pub phase_rad: f64,
@@ -272,18 +272,11 @@ fn other_gain<'a>(
             continue;
         }
         let end = gains.peek().map(|next| next.value);
-        let beside = if edge.value < 1.0 {
-            edge.value * (1.0 - BESIDE)
-        } else {
-            edge.value * (1.0 + BESIDE)
-        };
+        let falls = edge.value < 1.0;
+        let beside = edge.value * if falls { 1.0 - BESIDE } else { 1.0 + BESIDE };
+        let nearer = if falls { f64::max } else { f64::min };
         // Not beyond the middle between the two, in case they are near each other.
-        let middle = end.map_or(beside, |end| (edge.value * end).sqrt());
-        let tried = if edge.value < 1.0 {
-            beside.max(middle)
-        } else {
-            beside.min(middle)
-        };
+        let tried = end.map_or(beside, |end| nearer(beside, (edge.value * end).sqrt()));
         let verdict = closed.with_gain(sign * tried).verdict();
         if verdict.stable {
             return Some((passed - 1, OtherGain { edge: *edge, end }));

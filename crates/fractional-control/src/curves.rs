@@ -1,6 +1,6 @@
 //! Controllers and transfer functions as functions on the circle, of the weights that really run.
 
-use crate::enclosure::{Factor, Fraction, Product, Sum};
+use crate::enclosure::{Factor, Fraction, Product};
 use crate::lead::LeadShape;
 use crate::memory::{Rule, TAPS};
 use crate::pid::BranchParameters;
@@ -134,33 +134,22 @@ fn parallel(
             factors.push(Factor::InW(fracdiff::bdf2_short_filter(order).to_vec()));
         }
         let scale = branch.gain * sample_time.rate_to_the(order)?;
-        parts.push((order.split_up().0, Product { scale, factors }));
+        parts.push((order.split_up().0, Product::new(scale, factors)));
     }
     let sums = parts.iter().map(|(n, _)| -n).max().unwrap_or(0).max(0);
     let above = parts.into_iter().map(|(n, mut product)| {
         product.factors.push(Factor::Difference(n + sums));
         product
     });
-    Ok(Fraction {
-        above: Sum(above.collect()),
-        below: Sum(vec![Product {
-            scale: 1.0,
-            factors: vec![Factor::Difference(sums)],
-        }]),
-    })
+    let below = Product::new(1.0, vec![Factor::Difference(sums)]);
+    Ok(Fraction::new(above.collect(), vec![below]))
 }
 
 /// `k((1 − pw)/(1 − qw))^ν` as [`lead`](crate::lead) runs it.
 fn lead(shape: LeadShape, memory: Memory, sample_time: Seconds) -> Result<Fraction, ControlError> {
     let parts = crate::lead::parts::<MODES>(&shape, &memory, sample_time)?;
-    let mut above = Product {
-        scale: shape.gain * shape.factor * parts.gain,
-        factors: Vec::new(),
-    };
-    let mut below = Product {
-        scale: 1.0,
-        factors: Vec::new(),
-    };
+    let mut above = Product::new(shape.gain * shape.factor * parts.gain, Vec::new());
+    let mut below = Product::new(1.0, Vec::new());
     for _ in 0..parts.sections {
         above.factors.push(Factor::InW(vec![1.0, -parts.zero]));
         below.factors.push(Factor::InW(vec![1.0, -parts.pole]));
@@ -170,10 +159,7 @@ fn lead(shape: LeadShape, memory: Memory, sample_time: Seconds) -> Result<Fracti
         let memories = memories.iter().flatten().map(memory_factor);
         above.factors.extend(memories);
     }
-    Ok(Fraction {
-        above: Sum(vec![above]),
-        below: Sum(vec![below]),
-    })
+    Ok(Fraction::new(vec![above], vec![below]))
 }
 
 /// Numerator and denominator of a [`SampledTransferFunction`](crate::SampledTransferFunction), both times (1 − w) to the number of its
@@ -198,15 +184,9 @@ pub(crate) fn transfer_fraction(
         let scale = libm::pow(sample_time.0, entry.fraction + entry.level as f64);
         for (side, coefficient) in [(&mut above, entry.above), (&mut below, entry.below)] {
             if coefficient != 0.0 {
-                side.push(Product {
-                    scale: scale * coefficient,
-                    factors: factors.clone(),
-                });
+                side.push(Product::new(scale * coefficient, factors.clone()));
             }
         }
     }
-    Ok(Fraction {
-        above: Sum(above),
-        below: Sum(below),
-    })
+    Ok(Fraction::new(above, below))
 }

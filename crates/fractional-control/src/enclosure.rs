@@ -78,11 +78,16 @@ impl Factor {
     }
 }
 
-/// scale·Π factors.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Product {
     pub(crate) scale: f64,
     pub(crate) factors: Vec<Factor>,
+}
+
+impl Product {
+    pub(crate) const fn new(scale: f64, factors: Vec<Factor>) -> Self {
+        Self { scale, factors }
+    }
 }
 
 /// Σ of products.
@@ -135,6 +140,12 @@ pub(crate) struct Fraction {
 }
 
 impl Fraction {
+    /// Of sums of products.
+    pub(crate) fn new(above: Vec<Product>, below: Vec<Product>) -> Self {
+        let (above, below) = (Sum(above), Sum(below));
+        Self { above, below }
+    }
+
     /// True if a memory of a fractional order takes part: one of a whole order has no modes that weigh.
     pub(crate) fn remembers(&self) -> bool {
         let products = self.above.0.iter().chain(&self.below.0);

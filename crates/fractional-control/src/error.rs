@@ -30,7 +30,7 @@ pub enum ControlError {
     /// A term whose coefficient is zero: written so, or because two terms cancel.
     #[error("the coefficient of s^{order} is 0, or cancels: leave the term out")]
     ZeroCoefficient {
-        /// Its order.
+        /// The order of the term.
         order: f64,
     },
     /// Numerator and denominator both have this power of s as a factor.
@@ -48,7 +48,7 @@ pub enum ControlError {
     /// More terms than there is room for.
     #[error("{count} terms are more than the largest number, {most}: take fewer orders")]
     TooManyTerms {
-        /// Terms needed.
+        /// So many terms were asked for.
         count: usize,
         /// Room.
         most: usize,
@@ -83,15 +83,15 @@ pub enum ControlError {
     /// Two wishes that no controller can meet together.
     #[error("`{first}` {first_value} contradicts `{second}` {second_value}: {remedy}")]
     Contradiction {
-        /// The first.
+        /// The key of one of the wishes.
         first: &'static str,
-        /// Its value.
+        /// The value that was asked for.
         first_value: f64,
-        /// The second.
+        /// The key of the wish that contradicts it.
         second: &'static str,
-        /// Its value.
+        /// The value that was asked for there.
         second_value: f64,
-        /// The remedy.
+        /// The change that makes them agree.
         remedy: &'static str,
     },
     /// A search that ended without an answer.

@@ -27,7 +27,6 @@ pub(crate) struct HeldResponse {
     /// Terms whose rates are bounded one by one; `None` where that would be too many.
     one_by_one: Option<usize>,
     direct: f64,
-    /// τ/T.
     delay: f64,
     sample_time_s: f64,
     /// The aliases, found when first asked for.

@@ -169,10 +169,7 @@ impl SampledLoop {
             };
             if judge.lost(&at(next.delay)?).is_some() {
                 let (samples, theta) = narrowed(&at, judge, &next, 1.0 / f64::from(count))?;
-                return Ok(Some(Crossing {
-                    omega_rad_s: theta * rate,
-                    value: samples / rate,
-                }));
+                return Ok(Some(Crossing::new(theta * rate, samples / rate)));
             }
             after = next.delay;
         }

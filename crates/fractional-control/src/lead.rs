@@ -49,11 +49,8 @@ fn corner(what: &'static str, omega: f64, sample_time: Seconds) -> Result<f64, C
 /// `k·f·((1 + s/ω_z)/(1 + s/ω_p))^ν`: both CRONE and lead–lag have this shape.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct LeadShape {
-    /// k.
     pub(crate) gain: f64,
-    /// f.
     pub(crate) factor: f64,
-    /// ν.
     pub(crate) order: f64,
     pub(crate) zero_rad_s: f64,
     pub(crate) pole_rad_s: f64,

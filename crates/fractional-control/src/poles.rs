@@ -103,7 +103,6 @@ impl OnAxis<'_> {
         sizes.fold(f64::NEG_INFINITY, f64::max)
     }
 
-    /// A(je^x)/e^scale.
     pub(crate) fn at(&self, x: f64, scale: f64) -> Complex<f64> {
         let terms = self.0.terms().iter();
         let terms = terms.map(|term| {

@@ -45,7 +45,6 @@ const USUAL_SAMPLES: f64 = 1e6;
 pub struct SampledPlant {
     kind: Kind,
     delay: usize,
-    /// h.
     part: f64,
     path: [f64; 3],
     /// Of a plant in states: what it passes on at once, and by how many samples more than d.
@@ -178,7 +177,7 @@ impl SampledPlant {
         matches!(self.kind, Kind::States(_))
     }
 
-    /// T.
+    /// T, for which the plant was sampled.
     #[must_use]
     pub fn sample_time(&self) -> Seconds {
         self.sample_time
@@ -298,19 +297,14 @@ fn states_fraction(in_v: StatesInV, integrators: f64, direct: f64, later: usize)
     let mut denominator = in_v.below;
     let integrators = denominator.iter_mut().take(integrators as usize);
     integrators.for_each(|coefficient| *coefficient = 0.0);
-    let term = |scale, numerator, delay| Product {
-        scale,
-        factors: vec![Factor::InV(numerator), Factor::Delay(delay)],
+    let term = |scale, numerator, delay| {
+        Product::new(scale, vec![Factor::InV(numerator), Factor::Delay(delay)])
     };
     let mut above = vec![term(1.0, newest, 1), term(1.0, last, 2)];
     if direct != 0.0 {
         above.push(term(direct, denominator.clone(), later));
     }
-    let below = Sum(vec![term(1.0, denominator, 0)]);
-    Fraction {
-        above: Sum(above),
-        below,
-    }
+    Fraction::new(above, vec![term(1.0, denominator, 0)])
 }
 
 /// A pole that decays by less than this share of its turn has a peak that a grid may miss, where a zero is next to it.

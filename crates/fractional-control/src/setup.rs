@@ -38,17 +38,17 @@ const SCHEME: Scheme = Scheme::FullBdf2 {
 /// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct ControllerSetup {
-    /// The controller.
+    /// The law and its gains, as they are in continuous time.
     pub law: ControllerParameters,
     /// Set-point weights of a PID; c of a TID. Others act on the error.
     pub set_point: SetPoint,
     /// Lowest command, in the unit of the plant's input.
     pub output_low: Option<f64>,
-    /// Highest command.
+    /// Highest command, in the unit of the plant's input; `None` without a limit.
     pub output_high: Option<f64>,
     /// Time constant in which the bump of a change fades, s.
     pub fade_time_s: f64,
-    /// T, s.
+    /// T, s, with which the powers are sampled.
     pub sample_time_s: f64,
     /// Rule and tolerance of the powers: `full` or `full-bdf2`.
     pub scheme: Scheme,
@@ -90,7 +90,7 @@ impl ControllerSetup {
         Some(function)
     }
 
-    /// T.
+    /// T, as the operators take it.
     #[must_use]
     pub const fn sample_time(&self) -> Seconds {
         Seconds(self.sample_time_s)

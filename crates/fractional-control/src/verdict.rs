@@ -199,7 +199,6 @@ impl SampledLoop {
         }
     }
 
-    /// k.
     pub(crate) fn gain(&self) -> f64 {
         self.gain
     }
@@ -209,7 +208,7 @@ impl SampledLoop {
         below.plus(above.scaled(self.gain))
     }
 
-    /// The certified verdict.
+    /// The verdict, as a proof: no zero of F on or inside the circle, or how many.
     #[must_use]
     pub fn verdict(&self) -> StabilityVerdict {
         let Count {

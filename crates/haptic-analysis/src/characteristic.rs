@@ -53,6 +53,15 @@ pub(crate) struct Walls {
 }
 
 impl<'a> Characteristic<'a> {
+    /// Of a wall.
+    pub(crate) const fn new(plant: SampledPlant, operator: &'a LoopOperator) -> Self {
+        Self {
+            plant,
+            operator,
+            behind: None,
+        }
+    }
+
     pub(crate) fn node(&self, theta: f64) -> Node {
         let place = Place::new(theta);
         let turn = place.w * Complex::new(0.0, 1.0); // dv/dθ = jw
@@ -62,10 +71,10 @@ impl<'a> Characteristic<'a> {
         let delays = w_to(&place, first);
         let (shape, slope) = powers_in_v(self.plant.numerator_in_v(), place.v);
         let value = delays * shape;
-        let gain = Jet {
+        let gain = Jet::new(
             value,
-            rate: value * Complex::new(0.0, -(first as f64)) + delays * turn * slope,
-        };
+            value * Complex::new(0.0, -(first as f64)) + delays * turn * slope,
+        );
         let operator = self.operator.node(&place);
         let size = size_in_v(own, place.size_v);
         let (terms, rough) = self.terms(&place, plant, size, gain, &operator);
@@ -326,11 +335,7 @@ mod tests {
         ] {
             let path = ForcePath::new(delay, lag).expect("in range");
             let plant = SampledPlant::behind(0.2, 0.5, path).expect("in range");
-            let characteristic = Characteristic {
-                plant,
-                operator: &operator,
-                behind: None,
-            };
+            let characteristic = Characteristic::new(plant, &operator);
             for interval in [[0.0, 0.01], [0.1, 0.5], [1.0, 1.2], [2.5, PI]] {
                 let name = format!("d + h = {delay}, τ = {lag}");
                 assert_bounded(&characteristic, interval, &name);

@@ -21,16 +21,17 @@ pub(crate) struct Jet {
 }
 
 impl Jet {
-    pub(crate) const ONE: Self = Self {
-        value: Complex::new(1.0, 0.0),
-        rate: Complex::new(0.0, 0.0),
-    };
+    pub(crate) const fn new(value: Complex<f64>, rate: Complex<f64>) -> Self {
+        Self { value, rate }
+    }
+
+    pub(crate) const ONE: Self = Self::new(Complex::new(1.0, 0.0), Complex::new(0.0, 0.0));
 
     pub(crate) fn times(self, other: Self) -> Self {
-        Self {
-            value: self.value * other.value,
-            rate: self.rate * other.value + self.value * other.rate,
-        }
+        Self::new(
+            self.value * other.value,
+            self.rate * other.value + self.value * other.rate,
+        )
     }
 
     pub(crate) fn over(self, other: Self) -> Self {
@@ -42,17 +43,11 @@ impl Jet {
     }
 
     pub(crate) fn plus(self, other: Self) -> Self {
-        Self {
-            value: self.value + other.value,
-            rate: self.rate + other.rate,
-        }
+        Self::new(self.value + other.value, self.rate + other.rate)
     }
 
     pub(crate) fn conj(self) -> Self {
-        Self {
-            value: self.value.conj(),
-            rate: self.rate.conj(),
-        }
+        Self::new(self.value.conj(), self.rate.conj())
     }
 }
 
@@ -132,10 +127,7 @@ pub(crate) fn powers_in_v(coefficients: &[f64], v: Complex<f64>) -> (Complex<f64
 /// A polynomial in v as a function of θ: dv/dθ = jw.
 pub(crate) fn jet_in_v(coefficients: &[f64], place: &Place) -> Jet {
     let (value, slope) = powers_in_v(coefficients, place.v);
-    Jet {
-        value,
-        rate: slope * (place.w * Complex::new(0.0, 1.0)),
-    }
+    Jet::new(value, slope * (place.w * Complex::new(0.0, 1.0)))
 }
 
 /// `Σ|c_k||v|^k`.

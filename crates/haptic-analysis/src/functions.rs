@@ -93,16 +93,10 @@ impl Polynomial {
         // dw/dθ = −jw, dv/dθ = jw
         if degree * place.size_v <= 0.25 {
             let (value, slope) = horner(&self.near_rest, place.v);
-            return Jet {
-                value,
-                rate: slope * place.w * Complex::new(0.0, 1.0),
-            };
+            return Jet::new(value, slope * place.w * Complex::new(0.0, 1.0));
         }
         let (value, slope) = horner(&self.coefficients, place.w);
-        Jet {
-            value,
-            rate: slope * place.w * Complex::new(0.0, -1.0),
-        }
+        Jet::new(value, slope * place.w * Complex::new(0.0, -1.0))
     }
 
     pub(crate) fn bounds(&self, a: &Jet, b: &Jet, width: f64) -> Bounds {
@@ -156,7 +150,7 @@ impl Power {
         } else {
             slope * place.w * Complex::new(0.0, order)
         };
-        Jet { value, rate }
+        Jet::new(value, rate)
     }
 
     /// |P′| = μ|v|^(μ−1), |P″| ≤ μ|v|^(μ−1) + μ|μ−1||v|^(μ−2); `∫|P′| ≤ (|v_b|^μ − |v_a|^μ)/cos(b/2)`
@@ -260,10 +254,7 @@ impl Cascade {
             // d ln/dθ = jw·2(p − z)/(above·below)
             slope += (above * below).inv() * (2.0 * (pole - zero));
         }
-        Jet {
-            value,
-            rate: value * slope * place.w * Complex::new(0.0, 1.0),
-        }
+        Jet::new(value, value * slope * place.w * Complex::new(0.0, 1.0))
     }
 
     pub(crate) fn bounds(&self, a: (&Place, &Jet), b: (&Place, &Jet)) -> Bounds {

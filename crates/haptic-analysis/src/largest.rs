@@ -16,7 +16,7 @@ pub enum Largest {
         /// θ that stops it, rad/sample.
         worst_theta: f64,
     },
-    /// Passive for any value.
+    /// Passive for any value: no frequency sets a limit.
     Any,
     /// Passive for none, not even 0.
     Empty,

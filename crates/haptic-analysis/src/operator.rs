@@ -88,7 +88,7 @@ impl LoopOperator {
         }
     }
 
-    /// The order μ.
+    /// The order μ, which says what the gain B counts in.
     #[must_use]
     pub fn order(&self) -> Order {
         self.order

@@ -378,7 +378,7 @@ impl RequiredDelta {
     }
 }
 
-/// The same with units.
+/// The damping that Theorem 1 asks for, with units, and that of Corollary 1 beside it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct RequiredDamping {

@@ -38,7 +38,7 @@ pub(crate) struct Profile {
 }
 
 impl ForcePath {
-    /// No delay, no lag.
+    /// A device that acts at once: neither delay nor lag.
     pub const NONE: Self = Self {
         whole: 0,
         fraction: 0.0,
@@ -82,7 +82,7 @@ impl ForcePath {
         })
     }
 
-    /// d + h, samples.
+    /// d + h, the whole delay beside that of the hold, samples.
     #[must_use]
     pub fn delay_samples(&self) -> f64 {
         self.whole as f64 + self.fraction
@@ -100,7 +100,7 @@ impl ForcePath {
         self.fraction
     }
 
-    /// τ/T, samples.
+    /// τ/T, the time constant of the current in samples; 0 without a lag.
     #[must_use]
     pub fn lag_samples(&self) -> f64 {
         self.lag

@@ -102,11 +102,7 @@ impl StabilityRegion {
         let order = operator.order().get();
         let kept = order <= 0.0 || order >= Self::ORDER_MIN;
         range("order of a region", order, kept, "0, or from 1e-6 to 2", "")?;
-        let characteristic = Characteristic {
-            plant,
-            operator,
-            behind: None,
-        };
+        let characteristic = Characteristic::new(plant, operator);
         let decomposition = Decomposition {
             characteristic,
             direct_gain: operator.direct_gain(),

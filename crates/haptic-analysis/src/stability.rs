@@ -169,18 +169,14 @@ impl<'a> SampledLoop<'a> {
             range(what, value, kept, "from 0 to 1e12", "")?;
         }
         Ok(Self {
-            characteristic: Characteristic {
-                plant,
-                operator,
-                behind: None,
-            },
+            characteristic: Characteristic::new(plant, operator),
             alpha: flushed(alpha),
             beta: flushed(beta),
             beside_rest: false,
         })
     }
 
-    /// The plant.
+    /// The plant with its delay, as the loop samples it.
     #[must_use]
     pub fn plant(&self) -> &SampledPlant {
         &self.characteristic.plant

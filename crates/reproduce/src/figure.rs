@@ -71,7 +71,7 @@ pub(crate) struct Panel {
 /// A figure of the dissertation, made again.
 #[derive(Clone, Debug)]
 pub struct Figure {
-    /// Its number there.
+    /// The number that the dissertation gives it.
     pub id: &'static str,
     /// Title: what it shows.
     pub title: &'static str,

@@ -19,7 +19,6 @@ use std::vec::Vec;
 #[derive(Clone, Debug)]
 pub(super) struct Ran {
     pub(super) output: Vec<f64>,
-    /// c.
     pub(super) offset: f64,
     /// `u_p`.
     pub(super) input_before: f64,

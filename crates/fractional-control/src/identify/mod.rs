@@ -20,7 +20,7 @@ pub(crate) use whole::{next_guess, solved};
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct Identified {
-    /// The function.
+    /// The function that fits best, with the terms of the guess.
     pub function: FractionalTransferFunction,
     /// The dead time before it; free if it is one of the numbers that were fitted.
     pub dead_time: DeadTime,

@@ -14,7 +14,7 @@ use std::vec::Vec;
 pub struct WholeShape {
     /// Poles, the integrators included.
     pub poles: usize,
-    /// Zeros.
+    /// Zeros, fewer than the poles: a plant does not answer at once.
     pub zeros: usize,
     /// Poles at s = 0.
     pub integrators: usize,
@@ -24,7 +24,7 @@ pub struct WholeShape {
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct WholeGuess {
-    /// The function.
+    /// The function, a start for a search.
     pub function: FractionalTransferFunction,
     /// Root mean square of what it leaves of the record, in the unit of y.
     pub rms_residual: f64,

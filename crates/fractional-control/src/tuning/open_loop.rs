@@ -425,7 +425,6 @@ pub(super) struct Nyquist {
     directions: Vec<Complex<f64>>,
     /// The turn of A from the highest frequency on, rad.
     rest: f64,
-    /// α.
     degree: f64,
     /// d ln|A|/d ln ω at the lowest frequency.
     rise: f64,

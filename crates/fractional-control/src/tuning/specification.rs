@@ -14,7 +14,7 @@ use std::vec::Vec;
 /// A bound of a gain on one side of a frequency.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Bound {
-    /// The frequency, rad/s.
+    /// The frequency at which the bound begins or ends, rad/s.
     pub omega_rad_s: f64,
     /// The gain is at most this.
     pub at_most: f64,
@@ -63,11 +63,11 @@ pub enum WishName {
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct Wish {
-    /// The wish.
+    /// The wish that the two numbers are of.
     pub name: WishName,
-    /// What is asked for.
+    /// What is asked for, in the unit that [`WishName`] tells.
     pub wanted: f64,
-    /// What is there.
+    /// What the loop reaches, in the same unit.
     pub reached: f64,
 }
 
@@ -122,9 +122,9 @@ impl core::fmt::Display for Wish {
 /// The sample time for which a controller is tuned, with the rule of its powers. The hold is taken into account.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Sampling {
-    /// T.
+    /// T of the loop that will run.
     pub sample_time: Seconds,
-    /// The rule.
+    /// The rule by which its powers are sampled.
     pub rule: Rule,
 }
 
