@@ -139,11 +139,8 @@ impl FromStr for Scheme {
         let name = parts.next().unwrap_or_default();
         let parameters: std::vec::Vec<&str> = parts.collect();
         let degree = |text| {
-            Ok(check_length(
-                "polynomial degree",
-                number(text)?,
-                DEGREE_MAX,
-            )?)
+            let degree = number(text)?;
+            Ok(check_length("polynomial degree", degree, DEGREE_MAX)?)
         };
         match (name, parameters.as_slice()) {
             ("grunwald", [length]) => {
@@ -254,31 +251,27 @@ impl Scheme {
         sample_time: Seconds,
         horizon: f64,
     ) -> Result<Operator<F>, SchemeError> {
+        let t = sample_time;
         Ok(match self {
             Self::Grunwald { length } => {
-                Operator::ShortMemory(ShortMemoryVec::new(order, length, sample_time)?)
+                Operator::ShortMemory(ShortMemoryVec::new(order, length, t)?)
             }
-            Self::Muir { degree } => Operator::MuirPolynomial(Box::new(
-                MuirPolynomial::with_degree(order, degree, sample_time)?,
-            )),
-            Self::TustinMuir { degree } => Operator::TustinMuir(Box::new(TustinMuir::with_degree(
-                order,
-                degree,
-                sample_time,
-            )?)),
-            Self::Oustaloup { sections, band } => Operator::Oustaloup(Box::new(Oustaloup::new(
-                order,
-                sections,
-                band,
-                sample_time,
-            )?)),
+            Self::Muir { degree } => {
+                Operator::MuirPolynomial(Box::new(MuirPolynomial::with_degree(order, degree, t)?))
+            }
+            Self::TustinMuir { degree } => {
+                Operator::TustinMuir(Box::new(TustinMuir::with_degree(order, degree, t)?))
+            }
+            Self::Oustaloup { sections, band } => {
+                Operator::Oustaloup(Box::new(Oustaloup::new(order, sections, band, t)?))
+            }
             Self::Full { kernel, tolerance } => {
                 let design = pruned(kernel, order, tolerance, horizon)?;
-                Operator::FullMemory(Box::new(FullMemory::new(&design, sample_time)?))
+                Operator::FullMemory(Box::new(FullMemory::new(&design, t)?))
             }
             Self::FullBdf2 { tolerance } => {
                 let design = pruned(Kernel::Grunwald, order, tolerance, horizon)?;
-                Operator::Bdf2Memory(Box::new(Bdf2Memory::new(&design, sample_time)?))
+                Operator::Bdf2Memory(Box::new(Bdf2Memory::new(&design, t)?))
             }
             Self::Exact => return Err(SchemeError::AnalysisOnly),
         })

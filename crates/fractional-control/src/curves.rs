@@ -57,23 +57,23 @@ from_parameters!(
 impl fmt::Display for ControllerParameters {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Self::Pid(own) => own.fmt(f),
-            Self::Tid(own) => write!(
+            Self::Pid(law) => law.fmt(f),
+            Self::Tid(law) => write!(
                 f,
                 "{}/s^(1/{})+{}/s+{}s",
-                own.tilt, own.tilt_divisor, own.integral, own.derivative
+                law.tilt, law.tilt_divisor, law.integral, law.derivative
             ),
-            Self::Crone(own) => write!(
+            Self::Crone(law) => write!(
                 f,
                 "{}((1+s/{})/(1+s/{}))^{}",
-                own.gain, own.low_rad_s, own.high_rad_s, own.order
+                law.gain, law.low_rad_s, law.high_rad_s, law.order
             ),
-            Self::LeadLag(own) => write!(
+            Self::LeadLag(law) => write!(
                 f,
                 "{}((s+1/{})/(s+1/({}·{})))^{}",
-                own.gain, own.lambda_s, own.x, own.lambda_s, own.order
+                law.gain, law.lambda_s, law.x, law.lambda_s, law.order
             ),
-            Self::Function(own) => own.fmt(f),
+            Self::Function(law) => law.fmt(f),
         }
     }
 }
@@ -83,11 +83,11 @@ impl ControllerParameters {
     #[must_use]
     pub fn response(&self, omega: f64) -> Complex<f64> {
         match self {
-            Self::Pid(own) => own.response(omega),
-            Self::Tid(own) => own.response(omega),
-            Self::Crone(own) => own.response(omega),
-            Self::LeadLag(own) => own.response(omega),
-            Self::Function(own) => own.response(omega),
+            Self::Pid(law) => law.response(omega),
+            Self::Tid(law) => law.response(omega),
+            Self::Crone(law) => law.response(omega),
+            Self::LeadLag(law) => law.response(omega),
+            Self::Function(law) => law.response(omega),
         }
     }
 
@@ -98,14 +98,14 @@ impl ControllerParameters {
         sample_time: Seconds,
     ) -> Result<Fraction, ControlError> {
         let fraction = match self {
-            Self::Pid(own) => {
-                let branches = own.checked()?.branches(SetPoint::ERROR);
+            Self::Pid(law) => {
+                let branches = law.checked()?.branches(SetPoint::ERROR);
                 parallel(&branches, memory, sample_time)
             }
-            Self::Tid(own) => parallel(&own.branches(1.0)?, memory, sample_time),
-            Self::Crone(own) => lead(own.shape()?, memory, sample_time),
-            Self::LeadLag(own) => lead(own.shape()?, memory, sample_time),
-            Self::Function(own) => transfer_fraction(own, memory, sample_time),
+            Self::Tid(law) => parallel(&law.branches(1.0)?, memory, sample_time),
+            Self::Crone(law) => lead(law.shape()?, memory, sample_time),
+            Self::LeadLag(law) => lead(law.shape()?, memory, sample_time),
+            Self::Function(law) => transfer_fraction(law, memory, sample_time),
         };
         fraction?.bearable("gain of the controller")
     }

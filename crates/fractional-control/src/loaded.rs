@@ -130,13 +130,8 @@ impl LoadedPlant {
     /// More than 10 000 samples.
     pub fn later(self, samples: usize) -> Result<Self, ControlError> {
         let (late, most) = (samples as f64, DELAY_MAX);
-        range(
-            "dead time",
-            late,
-            late <= most,
-            "at most 10000 {}",
-            "samples",
-        )?;
+        let allowed = "at most 10000 {}";
+        range("dead time", late, late <= most, allowed, "samples")?;
         let above = self.curve.above.with(&Factor::Delay(samples));
         let curve = Fraction {
             above,

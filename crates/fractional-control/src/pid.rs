@@ -161,15 +161,8 @@ impl TidParameters {
         &self,
         derivative_weight: f64,
     ) -> Result<[BranchParameters; 3], ControlError> {
-        let inside = self.tilt_divisor >= 1.0;
-        let allowed = "at least 1";
-        range(
-            "divisor of the tilt",
-            self.tilt_divisor,
-            inside,
-            allowed,
-            "",
-        )?;
+        let n = self.tilt_divisor;
+        range("divisor of the tilt", n, n >= 1.0, "at least 1", "")?;
         for (what, gain) in [
             ("tilt gain", self.tilt),
             ("integral gain", self.integral),

@@ -171,24 +171,24 @@ impl ControllerSetup {
     pub fn with_controller(&self, user: &mut impl UseController) -> Result<(), ControlError> {
         let (actuator, memory, t) = (self.actuator()?, self.memory()?, self.sample_time());
         match &self.law {
-            ControllerParameters::Pid(own) => {
-                user.have(&Pid::new(*own, self.set_point, actuator, memory, t)?);
+            ControllerParameters::Pid(law) => {
+                user.have(&Pid::new(*law, self.set_point, actuator, memory, t)?);
             }
-            ControllerParameters::Tid(own) => {
+            ControllerParameters::Tid(law) => {
                 let weight = self.set_point.derivative;
-                user.have(&Pid::tid(*own, weight, actuator, memory, t)?);
+                user.have(&Pid::tid(*law, weight, actuator, memory, t)?);
             }
-            ControllerParameters::Crone(own) => {
-                user.have(&Lead::crone(*own, actuator, memory, t)?);
+            ControllerParameters::Crone(law) => {
+                user.have(&Lead::crone(*law, actuator, memory, t)?);
             }
-            ControllerParameters::LeadLag(own) => {
-                user.have(&Lead::lead_lag(*own, actuator, memory, t)?);
+            ControllerParameters::LeadLag(law) => {
+                user.have(&Lead::lead_lag(*law, actuator, memory, t)?);
             }
-            ControllerParameters::Function(own) => {
+            ControllerParameters::Function(law) => {
                 if self.output_low.is_some() || self.output_high.is_some() {
-                    runs_backwards(own)?;
+                    runs_backwards(law)?;
                 }
-                let controller = FunctionController::<f64, MODES>::new(own, actuator, memory, t)?;
+                let controller = FunctionController::<f64, MODES>::new(law, actuator, memory, t)?;
                 user.have(&controller);
             }
         }

@@ -54,13 +54,8 @@ impl ForcePath {
     /// Either outside its range.
     pub fn new(delay_samples: f64, lag_samples: f64) -> Result<Self, AnalysisError> {
         let inside = (0.0..=Self::DELAY_MAX).contains(&delay_samples);
-        range(
-            "delay",
-            delay_samples,
-            inside,
-            "from 0 to 10000 {}",
-            "samples",
-        )?;
+        let allowed = "from 0 to 10000 {}";
+        range("delay", delay_samples, inside, allowed, "samples")?;
         let inside = (0.0..=Self::LAG_MAX).contains(&lag_samples);
         let allowed = "from 0 to 1e6 {}";
         range("current lag", lag_samples, inside, allowed, "samples")?;

@@ -245,16 +245,10 @@ pub(crate) fn sensitivity_rises(kind: Kind, _: &Formulas) -> Found {
                 let wall = Nondimensional {
                     alpha,
                     beta,
-                    ..SENSITIVITY_WALL
+                    delta,
+                    gamma,
                 };
-                if let Some(peaks) = peaks(
-                    kind,
-                    Nondimensional {
-                        delta,
-                        gamma,
-                        ..wall
-                    },
-                )? {
+                if let Some(peaks) = peaks(kind, wall)? {
                     tried += 1;
                     rising += usize::from(rises(&peaks));
                 }
@@ -347,23 +341,12 @@ fn area_under(boundary: &[(f64, f64)]) -> f64 {
 }
 
 pub(crate) fn passivity_region(kind: Kind, _: &Formulas) -> Found {
-    let areas = (0..=8)
-        .map(|quarter| {
-            Ok(area_under(&passive_boundary(
-                kind,
-                f64::from(quarter) / 4.0,
-                DELTA,
-                200,
-            )?))
-        })
-        .collect::<Result<Vec<f64>, AnalysisError>>()?;
-    Ok((
-        falls(&areas),
-        format!(
-            "area at μ = 0, 0.5, 1, 1.5, 2: {}",
-            list(areas.iter().step_by(2))
-        ),
-    ))
+    let area = |mu| Ok(area_under(&passive_boundary(kind, mu, DELTA, 200)?));
+    let quarters = (0..=8).map(|quarter| area(f64::from(quarter) / 4.0));
+    let areas = quarters.collect::<Result<Vec<f64>, AnalysisError>>()?;
+    let drawn = list(areas.iter().step_by(2));
+    let numbers = format!("area at μ = 0, 0.5, 1, 1.5, 2: {drawn}");
+    Ok((falls(&areas), numbers))
 }
 
 pub(crate) fn corollary_two(_: Kind, formulas: &Formulas) -> Found {

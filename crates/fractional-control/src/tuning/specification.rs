@@ -184,13 +184,8 @@ impl Specification {
         let omega = positive("crossover", self.crossover_rad_s, "rad/s")?;
         let margin = self.phase_margin_rad;
         let inside = margin > 0.0 && margin < PI;
-        range(
-            "phase margin",
-            margin,
-            inside,
-            "above 0 and below π {}",
-            "rad",
-        )?;
+        let allowed = "above 0 and below π {}";
+        range("phase margin", margin, inside, allowed, "rad")?;
         let (low, high) = plant.band();
         let inside = omega > low && omega < high;
         let allowed = "inside the band that was measured";

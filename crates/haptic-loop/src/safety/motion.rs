@@ -117,13 +117,7 @@ fn workspace<F: Real>(workspace: Workspace, checks: &mut Checks) -> Ends<F> {
 /// The zone below a speed limit; refuses one that is none.
 fn speed<F: Real>(speed: SpeedLimit, checks: &mut Checks) -> Zone<F> {
     let (soft, hard) = (speed.soft.0, speed.hard.0);
-    checks.range(
-        "soft speed limit",
-        soft,
-        soft >= 0.0,
-        "at least 0 {}",
-        "m/s",
-    );
+    checks.not_negative("soft speed limit", soft, "m/s");
     checks.range(
         "speed limit",
         hard,
