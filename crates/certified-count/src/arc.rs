@@ -11,11 +11,11 @@ use num_complex::Complex;
 /// An arc θ ∈ \[low, high\] of w = e^(−jθ), 0 ≤ low ≤ high ≤ π, with what is known at its middle.
 #[derive(Clone, Copy, Debug)]
 pub struct Arc {
-    /// Its least angle.
+    /// θ at its beginning, rad; the arc includes it.
     pub low: f64,
-    /// Its largest angle.
+    /// θ at its end, rad, at most π: the other half of the circle is conjugate.
     pub high: f64,
-    /// w at the middle.
+    /// w = e^(−jθ) at the middle, about which a function is bounded.
     pub w: Complex<f64>,
     /// v = 1 − w at the middle.
     pub v: Complex<f64>,
@@ -57,7 +57,7 @@ impl Arc {
 /// A value at the middle of an arc, and bounds of the size and of the derivative on all of it.
 #[derive(Clone, Copy, Debug)]
 pub struct Enclosed {
-    /// At the middle.
+    /// The value at the middle, to rounding; the bounds say how far it is from the others.
     pub value: Complex<f64>,
     /// Bound of |f|, or of the sum of the sizes of its terms.
     pub size: f64,
@@ -73,7 +73,7 @@ impl Enclosed {
         Self { value, size, rate }
     }
 
-    /// The sum.
+    /// The sum of two functions: their bounds add up too.
     #[must_use]
     pub fn plus(self, other: Self) -> Self {
         Self {
@@ -83,7 +83,7 @@ impl Enclosed {
         }
     }
 
-    /// The product.
+    /// The product of two functions, whose rate follows from both sizes and both rates.
     #[must_use]
     pub fn times(self, other: Self) -> Self {
         Self {
@@ -93,7 +93,7 @@ impl Enclosed {
         }
     }
 
-    /// Times a number.
+    /// The function times a number, which scales its bounds by the size of it.
     #[must_use]
     pub fn scaled(self, factor: f64) -> Self {
         Self {

@@ -6,11 +6,11 @@ use num_complex::Complex;
 /// A place on the circle: w = e^(−jθ) and v = 1 − w, both accurate near θ = 0.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Place {
-    /// θ.
+    /// The angle θ, rad, that the other numbers were computed from.
     pub theta: f64,
-    /// w.
+    /// w = e^(−jθ), the delay by one sample.
     pub w: Complex<f64>,
-    /// v.
+    /// v = 1 − w, computed without cancellation near θ = 0.
     pub v: Complex<f64>,
     /// |v| = 2 sin(θ/2).
     pub size_v: f64,

@@ -12,9 +12,9 @@ const WHOLE: f64 = 0.1;
 /// F at a node.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Sample {
-    /// θ.
+    /// The angle θ, rad, of the node.
     pub theta: f64,
-    /// F.
+    /// F there, off by no more than `noise`.
     pub value: Complex<f64>,
     /// |F| relative to what it is judged by.
     pub size: f64,
@@ -45,7 +45,7 @@ pub struct Sample {
 ///         let value = 1.0 - node.w * self.0;
 ///         Sample { theta: node.theta, value, size: value.norm(), noise: 1e-15 }
 ///     }
-///     fn path(&self, _: (&Place, &Place), width: &f64) -> f64 {
+///     fn path(&self, _: &Place, _: &Place, width: &f64) -> f64 {
 ///         self.0.abs() * width
 ///     }
 ///     fn halvings(&self) -> u32 {
@@ -55,7 +55,7 @@ pub struct Sample {
 ///
 /// let zeros = |c: f64| {
 ///     let (curve, [begin, end]) = (Linear(c), [0.0, std::f64::consts::PI].map(Place::new));
-///     curve.count((&begin, 0.0), [(&curve.span(&begin, &end), &end)], 1e-9).zeros
+///     curve.count(&begin, 0.0, [(&curve.span(&begin, &end), &end)], 1e-9).zeros
 /// };
 /// assert_eq!((zeros(2.0), zeros(0.5), zeros(1.0)), (Some(1), Some(0), None));
 /// ```
@@ -75,7 +75,7 @@ pub trait Curve {
     fn sample(&self, node: &Self::Node) -> Sample;
 
     /// A bound of the length of F's path between two nodes.
-    fn path(&self, ends: (&Self::Node, &Self::Node), span: &Self::Span) -> f64;
+    fn path(&self, a: &Self::Node, b: &Self::Node, span: &Self::Span) -> f64;
 
     /// Halvings of a way before it is given up.
     fn halvings(&self) -> u32;
@@ -84,7 +84,8 @@ pub trait Curve {
     /// a way where it has to. None if some size is at most `least`, or |F| is no more than rounding error.
     fn count<'a>(
         &self,
-        (begin, turned): (&'a Self::Node, f64),
+        begin: &'a Self::Node,
+        turned: f64,
         ways: impl IntoIterator<Item = (&'a Self::Span, &'a Self::Node)>,
         least: f64,
     ) -> Count
@@ -139,7 +140,7 @@ impl<C: Curve> Walk<'_, C> {
         if self.touched {
             return;
         }
-        let path = self.curve.path((a.0, b.0), span);
+        let path = self.curve.path(a.0, b.0, span);
         let ends = a.1.value.norm() + b.1.value.norm();
         if ends > path + (a.1.noise + b.1.noise) {
             self.winding.turned += (b.1.value * a.1.value.conj()).arg();

@@ -1,10 +1,10 @@
 //! A controller in C: the law of `fractional-control`, line by line, around its powers.
 //!
-//! `@` stands for the name, `real` for the number type, as in the code of an operator.
+//! `@` stands for the name, `real` for the number type and words in capitals for what differs, as in the code of an operator.
 
 use crate::error::HeaderError;
 use crate::header::{Header, Operator};
-use crate::number::{CNumber, literal};
+use crate::number::{CNumber, filled, literal};
 use fracdiff::OperatorList;
 use fractional_control::{
     BranchList, ControllerList, LawList, LeadList, MISSED_MOST, ORDERS_APART, ParallelList,
@@ -18,8 +18,8 @@ struct Law {
     words: String,
     /// Its powers: tables, structs and functions.
     powers: String,
-    /// Parameters beside the limits, as they may be changed: name and number.
-    parameters: Vec<(String, f64)>,
+    /// Those that may be changed, beside the limits.
+    parameters: Vec<Parameter>,
     /// Members of the struct beside limits and bias, and what they begin with.
     members: Vec<(String, String)>,
     /// The powers in the struct.
@@ -32,9 +32,16 @@ struct Law {
     /// What the history takes in, by the controller and by hand.
     advance: String,
     follow: String,
-    /// New parameters: what is refused, what is computed, what is taken over.
-    refused: String,
+    /// New parameters: what is computed from them, what is taken over.
     change: String,
+}
+
+/// A number that may be changed while the controller runs.
+struct Parameter {
+    name: String,
+    number: f64,
+    /// A gain of 0 is refused: what it multiplies was left out.
+    is_gain: bool,
 }
 
 impl Header {
@@ -66,7 +73,6 @@ impl Header {
         let law = match &list.law {
             LawList::Parallel(law) => parallel(law)?,
             LawList::Lead(law) => lead(law)?,
-            _ => return Err(HeaderError::Controller),
         };
         let code = law.code(list);
         Self::assembled::<F>(name, &law.words, notes, USE, &code)
@@ -145,7 +151,7 @@ static inline real @_output(const @_t *self, real r, real y)
  * where nothing keeps it. */
 static inline real @_settle(@_t *self, real r, real y, real u)
 {
-AS_WRITTENSETTLE    self->applied = u;
+SETTLE    self->applied = u;
     self->missed = 0U;
     return @_output(self, r, y) - u;
 }
@@ -221,14 +227,23 @@ CHANGE    self->low = low;
 
 impl Law {
     fn code<F: CNumber>(&self, list: &ControllerList<F>) -> String {
-        let names = |names: &mut dyn Iterator<Item = &String>, kind: &str| {
-            names
-                .map(|name| format!("    {kind} {name};\n"))
-                .collect::<String>()
-        };
-        let limits = list.limits.map(limit::<F>);
-        let numbers = (self.parameters.iter().map(|(_, number)| *number)).chain(limits);
+        let parameters = self.parameters.iter();
+        // Where there is no limit, the largest number.
+        let limits = list
+            .limits
+            .map(|limit| limit.clamp(-F::LARGEST, F::LARGEST));
+        let numbers = parameters.clone().map(|own| own.number).chain(limits);
         let numbers: Vec<String> = numbers.map(literal).collect();
+        let refused = parameters.clone().map(|Parameter { name, is_gain, .. }| {
+            let zero = format!("to->{name} == 0e0 || ");
+            let zero = if *is_gain { &*zero } else { "" };
+            format!("{zero}!@_is_finite(to->{name}) || ")
+        });
+        let parameters = parameters.map(|own| format!("    double {};\n", own.name));
+        let members = self
+            .members
+            .iter()
+            .map(|(name, _)| format!("    real {name};\n"));
         let starts = (self.members.iter())
             .map(|(name, start)| format!("    self->{name} = {start};\n"))
             .chain(["low", "high"].iter().zip(limits).map(|(name, limit)| {
@@ -241,35 +256,26 @@ impl Law {
             .chain(
                 (self.histories.iter()).map(|name| format!("    @_{name}_init(&self->{name});\n")),
             );
-        let histories = (self.histories.iter())
-            .map(|name| format!("    @_{name}_t {name};\n"))
-            .collect::<String>();
-        let terms = (self.terms.iter())
-            .map(|term| format!("    u = {term};\n"))
-            .collect::<String>();
-        let common = COMMON
-            .replace(
-                "PARAMETERS",
-                &names(&mut self.parameters.iter().map(|(name, _)| name), "double"),
-            )
-            .replace("NUMBERS", &numbers.join(", "))
-            .replace(
-                "MEMBERS",
-                &names(&mut self.members.iter().map(|(name, _)| name), "real"),
-            )
-            .replace("HISTORIES", &histories)
-            .replace("STARTS", &starts.collect::<String>())
-            .replace("FUNCTIONS", &self.functions)
-            .replace("TERMS", &terms)
-            .replace("SETTLE", &self.settle)
-            .replace("MISSED", &format!("{}U", MISSED_MOST - 1))
-            .replace("KEEP", &literal(list.keep))
-            .replace("TINY", &literal(F::NEGLIGIBLE))
-            .replace("ADVANCE", &self.advance)
-            .replace("FOLLOW", &self.follow)
-            .replace("REFUSED", &self.refused)
-            .replace("CHANGE", &self.change);
-        self.powers.clone() + &common
+        let histories = (self.histories.iter()).map(|name| format!("    @_{name}_t {name};\n"));
+        let terms = self.terms.iter().map(|term| format!("    u = {term};\n"));
+        let words: [(&str, String); 15] = [
+            ("PARAMETERS", parameters.collect()),
+            ("NUMBERS", numbers.join(", ")),
+            ("MEMBERS", members.collect()),
+            ("HISTORIES", histories.collect()),
+            ("STARTS", starts.collect()),
+            ("FUNCTIONS", self.functions.clone()),
+            ("TERMS", terms.collect()),
+            ("SETTLE", format!("AS_WRITTEN{}", self.settle)),
+            ("MISSED", format!("{}U", MISSED_MOST - 1)),
+            ("KEEP", literal(list.keep)),
+            ("TINY", literal(F::NEGLIGIBLE)),
+            ("ADVANCE", self.advance.clone()),
+            ("FOLLOW", self.follow.clone()),
+            ("REFUSED", refused.collect()),
+            ("CHANGE", self.change.clone()),
+        ];
+        self.powers.clone() + &filled(COMMON, &words)
     }
 
     /// A power in the struct, by this name.
@@ -281,15 +287,15 @@ impl Law {
         Ok(())
     }
 
-    /// A parameter that is kept as it is.
-    fn keeps<F: CNumber>(&mut self, name: &str, value: f64) {
-        let start = literal(F::from_f64(value));
-        self.parameters.push((name.to_owned(), value));
-        self.members.push((name.to_owned(), start));
-    }
-
-    fn refuses(&mut self, condition: &str) {
-        self.refused.push_str(&format!("{condition} || "));
+    /// A parameter that is also a member as it is.
+    fn keeps<F: CNumber>(&mut self, name: String, number: f64, is_gain: bool) {
+        let start = literal(F::from_f64(number));
+        self.members.push((name.clone(), start));
+        self.parameters.push(Parameter {
+            name,
+            number,
+            is_gain,
+        });
     }
 
     /// A line of the change.
@@ -298,48 +304,31 @@ impl Law {
     }
 }
 
-/// A limit of the command: where there is none, the largest number.
-fn limit<F: CNumber>(limit: f64) -> f64 {
-    limit.clamp(-F::LARGEST, F::LARGEST)
+/// The set-point weight of a branch is a member, unless it integrates.
+fn is_weighted<F>(branch: &BranchList<F>) -> bool {
+    branch.order >= 0.0
 }
 
-/// A branch, as C sees it.
-struct Branch<'a, F> {
-    own: &'a BranchList<F>,
-    /// Its set-point weight is a member: that of all but integrals.
-    is_weighted: bool,
-}
-
-impl<F: CNumber> Branch<'_, F> {
-    /// What it sees of this reference.
-    fn error(&self, reference: &str) -> String {
-        match self.is_weighted {
-            true => format!("self->{}_weight * {reference} - y", self.own.name),
-            false => format!("{reference} - y"),
-        }
-    }
-
-    /// Its history is that of an input which has always been what it sees now; of a derivative.
-    fn settled(&self, power: &OperatorList<F>) -> String {
-        let name = self.own.name;
-        let (init, place) = (
-            format!("@_{name}_past_init(&self->{name}_past)"),
-            inside(power),
-        );
-        format!(
-            "{init};\n    self->{name}_past{place}.base = {};",
-            self.error("r")
-        )
+/// What a branch sees of this reference.
+fn error<F>(branch: &BranchList<F>, reference: &str) -> String {
+    match is_weighted(branch) {
+        true => format!("self->{}_weight * {reference} - y", branch.name),
+        false => format!("{reference} - y"),
     }
 }
 
-/// The full memory in the struct of a power.
-fn inside<F>(power: &OperatorList<F>) -> &'static str {
-    if power.filter.is_empty() {
+/// The history of a derivative becomes that of an input which has always been what it sees now.
+fn settled<F>(branch: &BranchList<F>, power: &OperatorList<F>) -> String {
+    let (name, error) = (branch.name, error(branch, "r"));
+    // A filter stands behind the memory, in a struct around both.
+    let memory = if power.filter.is_empty() {
         ""
     } else {
         ".memory"
-    }
+    };
+    format!(
+        "@_{name}_past_init(&self->{name}_past);\n    self->{name}_past{memory}.base = {error};"
+    )
 }
 
 fn parallel<F: CNumber>(list: &ParallelList<F>) -> Result<Law, HeaderError> {
@@ -348,22 +337,16 @@ fn parallel<F: CNumber>(list: &ParallelList<F>) -> Result<Law, HeaderError> {
         words: "a fractional controller, powers of s side by side.".to_owned(),
         ..Law::default()
     };
-    let branches: Vec<Branch<'_, F>> = (list.branches.iter())
-        .map(|own| Branch {
-            own,
-            is_weighted: own.order >= 0.0,
-        })
-        .collect();
-    for branch in &branches {
-        law.keeps::<F>(branch.own.name, branch.own.gain);
+    for branch in &list.branches {
+        law.keeps::<F>(branch.name.to_owned(), branch.gain, true);
     }
-    for branch in branches.iter().filter(|branch| branch.is_weighted) {
-        law.keeps::<F>(&format!("{}_weight", branch.own.name), branch.own.weight);
+    for branch in list.branches.iter().filter(|branch| is_weighted(branch)) {
+        law.keeps::<F>(format!("{}_weight", branch.name), branch.weight, false);
     }
-    for (index, branch) in branches.iter().enumerate() {
-        let (own, name) = (branch.own, branch.own.name);
-        let error = branch.error("r");
-        let Some(power) = &own.power else {
+    for (index, branch) in list.branches.iter().enumerate() {
+        let (name, instead) = (branch.name, error(branch, "instead"));
+        let error = error(branch, "r");
+        let Some(power) = &branch.power else {
             law.terms.push(format!("u + self->{name} * ({error})"));
             continue;
         };
@@ -373,9 +356,8 @@ fn parallel<F: CNumber>(list: &ParallelList<F>) -> Result<Law, HeaderError> {
             "u + self->{name} * @_{history}_output(&self->{history}, {error})"
         ));
         let advance = format!("    @_{history}_advance(&self->{history}");
-        let instead = branch.error("instead");
-        law.advance.push_str(&if branch.is_weighted {
-            law.settle.push_str(&format!("    {}\n", branch.settled(power)));
+        law.advance.push_str(&if is_weighted(branch) {
+            law.settle.push_str(&format!("    {}\n", settled(branch, power)));
             format!("{advance}, {instead});\n")
         } else {
             let init = format!("    @_{history}_init(&self->{history});\n");
@@ -407,7 +389,7 @@ fn parallel<F: CNumber>(list: &ParallelList<F>) -> Result<Law, HeaderError> {
         true => "    self->bias = @_faded(self->bias);\n",
         false => "    self->bias = self->bias + excess;\n",
     });
-    inverses(&mut law, list, &branches);
+    inverses(&mut law, list);
     Ok(law)
 }
 
@@ -418,27 +400,20 @@ const INSTEAD: &str = "    const real excess = applied - @_wanted(self, r, y);
 ";
 
 /// The numbers that follow from the gains, and how they follow from others: in `double`, as in Rust.
-fn inverses<F: CNumber>(law: &mut Law, list: &ParallelList<F>, branches: &[Branch<'_, F>]) {
+fn inverses<F: CNumber>(law: &mut Law, list: &ParallelList<F>) {
+    let branches = &list.branches;
     law.members
         .push(("inverse".to_owned(), literal(list.inverse)));
-    for (name, _) in law.parameters.clone() {
-        let gain = if name.ends_with("_weight") {
-            ""
-        } else {
-            &format!("to->{name} == 0e0 || ")
-        };
-        law.refuses(&format!("{gain}!@_is_finite(to->{name})"));
-    }
-    let orders = || branches.iter().map(|branch| branch.own.order).chain([0.0]);
+    let orders = || branches.iter().map(|branch| branch.order).chain([0.0]);
     let apart = orders().fold(0.0, f64::max) - orders().fold(0.0, f64::min);
     if apart <= ORDERS_APART {
         law.changes("double above = 0e0;");
         law.changes("double below = 0e0;");
         law.changes("double feedback = 0e0;");
         for branch in branches {
-            let (name, direct) = (branch.own.name, literal(branch.own.direct.to_f64()));
+            let (name, direct) = (branch.name, literal(branch.direct.to_f64()));
             law.changes(&format!("const double {name} = to->{name} * {direct};"));
-            let share = match branch.is_weighted {
+            let share = match is_weighted(branch) {
                 true => format!("to->{name}_weight * {name}"),
                 false => name.to_owned(),
             };
@@ -446,31 +421,30 @@ fn inverses<F: CNumber>(law: &mut Law, list: &ParallelList<F>, branches: &[Branc
             law.changes(&format!("below += ({share} > 0e0) ? 0e0 : {share};"));
             law.changes(&format!("feedback += {name};"));
         }
-        law.changes(&INVERSE.replace("SHARE", &literal(SHARE_LEAST)));
+        law.changes(&filled(INVERSE, &[("SHARE", literal(SHARE_LEAST))]));
     }
     if let Some((index, inverse)) = list.integral {
         law.members
             .push(("integral_inverse".to_owned(), literal(inverse)));
-        let own = branches[index].own;
-        let direct = literal(own.direct.to_f64());
+        let (name, direct) = (branches[index].name, branches[index].direct.to_f64());
+        let direct = literal(direct);
         law.changes(&format!(
-            "self->integral_inverse = (real)(1e0 / (to->{} * {direct}));",
-            own.name
+            "self->integral_inverse = (real)(1e0 / (to->{name} * {direct}));"
         ));
     }
     for branch in branches {
-        let name = branch.own.name;
+        let name = branch.name;
         law.changes(&format!("self->{name} = (real)to->{name};"));
-        if !branch.is_weighted {
+        if !is_weighted(branch) {
             continue;
         }
         let weight = format!("{name}_weight");
-        let Some(power) = &branch.own.power else {
+        let Some(power) = &branch.power else {
             law.changes(&format!("self->{weight} = (real)to->{weight};"));
             continue;
         };
         // Another weight: as if the input always had been what it is now.
-        let settled = branch.settled(power).replace('\n', "\n    ");
+        let settled = settled(branch, power).replace('\n', "\n    ");
         law.changes(&format!(
             "if (self->{weight} != (real)to->{weight}) {{\n        \
              self->{weight} = (real)to->{weight};\n        {settled}\n    }}"
@@ -494,7 +468,11 @@ fn lead<F: CNumber>(list: &LeadList<F>) -> Result<Law, HeaderError> {
     };
     let [first, second] = list.factors;
     let gain = list.gain * first * second;
-    law.parameters.push(("gain".to_owned(), list.gain));
+    law.parameters.push(Parameter {
+        name: "gain".to_owned(),
+        number: list.gain,
+        is_gain: true,
+    });
     law.members
         .push(("gain".to_owned(), literal(F::from_f64(gain))));
     law.members
@@ -502,18 +480,18 @@ fn lead<F: CNumber>(list: &LeadList<F>) -> Result<Law, HeaderError> {
     let (zero, pole) = (literal(list.zero), literal(list.pole));
     let (mut output, mut advance) = (String::new(), String::new());
     for section in 0..list.sections {
-        let (before, own) = (format!("before_{section}"), format!("own_{section}"));
+        let (before, last) = (format!("before_{section}"), format!("own_{section}"));
         output.push_str(&format!(
-            "    s = (s - {zero} * self->{before}) + {pole} * self->{own};\n"
+            "    s = (s - {zero} * self->{before}) + {pole} * self->{last};\n"
         ));
         advance.push_str(&format!(
-            "    next = (s - {zero} * self->{before}) + {pole} * self->{own};\n    \
-             self->{before} = s;\n    self->{own} = next;\n    s = next;\n"
+            "    next = (s - {zero} * self->{before}) + {pole} * self->{last};\n    \
+             self->{before} = s;\n    self->{last} = next;\n    s = next;\n"
         ));
-        let rest = format!("    self->{before} = ZERO;\n    self->{own} = ZERO;\n");
+        let rest = format!("    self->{before} = ZERO;\n    self->{last} = ZERO;\n");
         law.settle.push_str(&rest);
         law.members
-            .extend([before, own].map(|name| (name, "ZERO".to_owned())));
+            .extend([before, last].map(|name| (name, "ZERO".to_owned())));
     }
     if let Some(memories) = &list.memories {
         law.members.push(("last".to_owned(), "ZERO".to_owned()));
@@ -533,9 +511,7 @@ fn lead<F: CNumber>(list: &LeadList<F>) -> Result<Law, HeaderError> {
             ));
         }
     }
-    law.functions = SHAPED
-        .replace("OUTPUT", &output)
-        .replace("ADVANCED", &advance);
+    law.functions = filled(SHAPED, &[("OUTPUT", output), ("ADVANCED", advance)]);
     law.settle.push_str("    self->bias = ZERO;\n");
     // The bias comes last here.
     law.terms = vec!["self->gain * @_shaped(self, r - y) + u".to_owned()];
@@ -544,7 +520,6 @@ fn lead<F: CNumber>(list: &LeadList<F>) -> Result<Law, HeaderError> {
                    self->bias = @_faded(self->bias);\n"
         .to_owned();
     law.follow = "    self->bias = self->bias + excess;\n    @_take(self, r - y);\n".to_owned();
-    law.refuses("to->gain == 0e0 || !@_is_finite(to->gain)");
     let [first, second] = list.factors.map(literal);
     law.changes(&format!(
         "const double gain = to->gain * {first} * {second};"

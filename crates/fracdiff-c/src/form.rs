@@ -1,10 +1,10 @@
 //! The core of each form of operator in C: its tables, its part of the struct, its step.
 //!
 //! In all of them `u` is the input of the core, and the core leaves its part of the next output in `past`. `@` stands
-//! for the name, `real` for the number type; both are put in at the end.
+//! for the name, `real` for the number type; both are put in at the end. Words in capitals are put in by [`filled`].
 
 use crate::error::HeaderError;
-use crate::number::{CNumber, literal, table};
+use crate::number::{CNumber, filled, literal, table};
 use fracdiff::OperatorList;
 use fracdiff::portable::Form;
 
@@ -111,7 +111,7 @@ fn taps<F: CNumber>(values: &[F]) -> Option<Core> {
             Field::Index("newest"),
         ],
         functions: String::new(),
-        step: TAPS_STEP.replace("TAPS", &count),
+        step: filled(TAPS_STEP, &[("TAPS", count)]),
         direct,
         words,
     })
@@ -152,12 +152,27 @@ const DUE: &str = "    for (i = 0U; i < 15U; ++i) {
     }
 ";
 
-/// The modes of four lanes, then of the other four: so small is the code.
-const BEFORE: &str = "    real t0 = ZERO, t1 = ZERO, t2 = ZERO, t3 = ZERO;
+/// The modes of four lanes, then of the other four, which keeps the code small; then the eight sums in pairs. One state a sample without input
+/// becomes zero before it gets so small that arithmetic slows down.
+const MODES_STEP: &str = "    real t0 = ZERO, t1 = ZERO, t2 = ZERO, t3 = ZERO;
     uint32_t lane;
     uint32_t i;
 TAKE_DUE    for (lane = 0U; lane < 8U; lane += 4U) {
         real s0 = ZERO, s1 = ZERO, s2 = ZERO, s3 = ZERO;
+FADES        t0 = t0 + s0;
+        t1 = t1 + s1;
+        t2 = t2 + s2;
+        t3 = t3 + s3;
+    }
+    past = FIRST_DUE + ((t0 + t2) + (t1 + t3));
+    if (u == ZERO) {
+        const uint32_t turn = self->turn;
+        const real state = self->state[turn];
+        self->turn = ((turn + 1U) < MODES) ? (turn + 1U) : 0U;
+        if ((state < TINY) && (state > -TINY) && (state != ZERO)) {
+            self->state[turn] = ZERO;
+CLEAR        }
+    }
 ";
 
 /// Four modes side by side, each with a sum of its own.
@@ -167,26 +182,6 @@ const FOUR: &str = "        for (i = FROM + lane; i < TO; i += 8U) {
             s2 = FADE(self, i + 2U, u, s2);
             s3 = FADE(self, i + 3U, u, s3);
         }
-";
-
-/// The eight sums in pairs.
-const AFTER: &str = "        t0 = t0 + s0;
-        t1 = t1 + s1;
-        t2 = t2 + s2;
-        t3 = t3 + s3;
-    }
-    past = FIRST_DUE + ((t0 + t2) + (t1 + t3));
-";
-
-/// One state a sample without input becomes zero before it gets so small that arithmetic slows down.
-const FLUSH: &str = "    if (u == ZERO) {
-        const uint32_t turn = self->turn;
-        const real state = self->state[turn];
-        self->turn = ((turn + 1U) < MODES) ? (turn + 1U) : 0U;
-        if ((state < TINY) && (state > -TINY) && (state != ZERO)) {
-            self->state[turn] = ZERO;
-CLEAR        }
-    }
 ";
 
 /// Of an order without modes: taps alone.
@@ -254,38 +249,30 @@ fn fading(plain: usize, count: usize) -> String {
         functions.push_str(PLAIN);
     }
     if plain < count {
-        functions.push_str(&CARRIED.replace("CARRY", &carry_of("i", plain)));
+        functions.push_str(&filled(CARRIED, &[("CARRY", carry_of("i", plain))]));
     }
     functions
 }
 
 /// The step for so many modes, the first of them without a carry.
 fn step<F: CNumber>(tapped: bool, plain: usize, count: usize) -> String {
-    let with_taps = |step: &str| {
-        let (take, first) = if tapped {
-            (DUE, "self->due[0]")
-        } else {
-            ("", "ZERO")
-        };
-        step.replace("TAKE_DUE", take).replace("FIRST_DUE", first)
+    let (take_due, first_due) = match tapped {
+        true => (DUE, "self->due[0]"),
+        false => ("", "ZERO"),
     };
     if count == 0 {
-        return with_taps(TAPS_ONLY);
+        return filled(
+            TAPS_ONLY,
+            &[("TAKE_DUE", take_due), ("FIRST_DUE", first_due)],
+        );
     }
-    let eight = |from: usize, to: usize, fade: &str| {
-        FOUR.replace("FROM", &format!("{from}U"))
-            .replace("TO", &format!("{to}U"))
-            .replace("FADE", fade)
-    };
-    let mut step = BEFORE.to_owned();
-    if plain > 0 {
-        step.push_str(&eight(0, plain, "@_fade"));
+    let mut fades = String::new();
+    for (from, to, fade) in [(0, plain, "@_fade"), (plain, count, "@_fade_slowly")] {
+        if from < to {
+            let [from, to] = [from, to].map(|mode| format!("{mode}U"));
+            fades += &filled(FOUR, &[("FROM", &*from), ("TO", &to), ("FADE", fade)]);
+        }
     }
-    if plain < count {
-        step.push_str(&eight(plain, count, "@_fade_slowly"));
-    }
-    step.push_str(AFTER);
-    step.push_str(FLUSH);
     let clear = match (plain, plain < count) {
         (_, false) => String::new(),
         (0, true) => "            self->carry[turn] = ZERO;\n".to_owned(),
@@ -294,10 +281,18 @@ fn step<F: CNumber>(tapped: bool, plain: usize, count: usize) -> String {
             carry_of("turn", plain)
         ),
     };
-    with_taps(&step)
-        .replace("MODES", &format!("{count}U"))
-        .replace("CLEAR", &clear)
-        .replace("TINY", &literal(F::NEGLIGIBLE))
+    let (count, tiny) = (format!("{count}U"), literal(F::NEGLIGIBLE));
+    filled(
+        MODES_STEP,
+        &[
+            ("TAKE_DUE", take_due),
+            ("FIRST_DUE", first_due),
+            ("FADES", &fades),
+            ("CLEAR", &clear),
+            ("MODES", &count),
+            ("TINY", &tiny),
+        ],
+    )
 }
 
 const RECURSION: &str = "    const real y = DIRECT * u + self->state[0];
@@ -334,9 +329,10 @@ fn recursion<F: CNumber>(values: &[F]) -> Option<Core> {
         tables: table("@_forward", &column(0)) + &table("@_backward", &column(1)),
         fields: vec![Field::Reals("state", degree)],
         functions: String::new(),
-        step: step
-            .replace("LAST", &format!("{}U", degree - 1))
-            .replace("DIRECT", &direct),
+        step: filled(
+            step,
+            &[("LAST", &format!("{}U", degree - 1)), ("DIRECT", &direct)],
+        ),
         direct,
         words: format!("a recursive filter of degree {degree}"),
     })

@@ -2,7 +2,7 @@
 
 use crate::error::HeaderError;
 use crate::form::{self, Core, Field};
-use crate::number::{CNumber, check_name, literal};
+use crate::number::{CNumber, check_name, filled, literal};
 use fracdiff::OperatorList;
 use std::fmt;
 
@@ -118,12 +118,13 @@ impl Header {
             comment.push_str(&format!(" * {}\n", words.join(" ")));
         }
         let usage = usage.replace('@', name);
-        let code = code
-            .replace("AS_WRITTEN", AS_WRITTEN)
-            .replace("ZERO", &literal(F::ZERO))
-            .replace("real ", &format!("{} ", F::TYPE))
-            .replace("(real)", &format!("({})", F::TYPE))
-            .replace('@', name);
+        let zero = literal(F::ZERO);
+        let words = [
+            ("AS_WRITTEN", AS_WRITTEN),
+            ("ZERO", &zero),
+            ("real", F::TYPE),
+        ];
+        let code = filled(code, &words).replace('@', name);
         let opening = opening(name);
         Ok(Self(format!("{comment}{usage}{opening}{code}{CLOSING}")))
     }
@@ -481,6 +482,9 @@ AS_WRITTEN    const real u = @_root(x * PER_SCALE);
 }
 ";
 
+/// The names of coefficients in the templates.
+const C: [&str; 8] = ["C0", "C1", "C2", "C3", "C4", "C5", "C6", "C7"];
+
 /// Root, growth and map of these numbers.
 fn depth_map<F: CNumber>(numbers: &[f64; 8]) -> Result<String, HeaderError> {
     let rounded = numbers.map(F::from_f64);
@@ -492,35 +496,46 @@ fn depth_map<F: CNumber>(numbers: &[f64; 8]) -> Result<String, HeaderError> {
         return Err(HeaderError::DepthMap { value: numbers[at] });
     }
     let number = |value: f64| literal(F::from_f64(value));
-    let mut text = ROOT
-        .replace("THREE_HALVES", &number(1.5))
-        .replace("HALF", &number(0.5))
-        .replace("BITS", F::BITS)
-        .replace("MAGIC", &F::ZERO.rough_inverse_root().bits())
-        .replace("STEPS", if F::COMPENSATED { "2U" } else { "3U" });
+    let (near, steps) = match F::COMPENSATED {
+        true => (0.5, "2U"),
+        false => (1.0 / 32.0, "3U"),
+    };
+    let mut text = filled(
+        ROOT,
+        &[
+            ("THREE_HALVES", number(1.5)),
+            ("HALF", number(0.5)),
+            ("BITS", F::BITS.to_owned()),
+            ("MAGIC", F::ZERO.rough_inverse_root().bits()),
+            ("STEPS", steps.to_owned()),
+        ],
+    );
     let mut stiffening = String::new();
     if rounded[7] > F::ZERO {
-        let mut growth = GROWTH
-            .replace(
-                "NEAR",
-                &number(if F::COMPENSATED { 0.5 } else { 1.0 / 32.0 }),
-            )
-            .replace("SIXTEENTH", &number(1.0 / 16.0))
-            .replace("ONE", &number(1.0))
-            .replace("TWO", &number(2.0));
+        let named = [
+            ("NEAR", near),
+            ("SIXTEENTH", 1.0 / 16.0),
+            ("ONE", 1.0),
+            ("TWO", 2.0),
+        ];
         let mut factorial = 1.0;
-        for n in 1..8_u8 {
-            factorial *= f64::from(n + 1);
-            growth = growth.replace(&format!("C{n}"), &number(1.0 / factorial));
-        }
-        text.push_str(&growth);
+        let series = C[1..].iter().zip(2..9_u8).map(|(name, n)| {
+            factorial *= f64::from(n);
+            (*name, 1.0 / factorial)
+        });
+        let words: Vec<_> = (named.into_iter().chain(series))
+            .map(|(name, value)| (name, number(value)))
+            .collect();
+        text.push_str(&filled(GROWTH, &words));
         stiffening = format!(" * @_growth({} * x)", literal(rounded[7]));
     }
-    let mut map = MAP.replace("PER_SCALE", &literal(rounded[0]));
-    for (n, term) in rounded[1..7].iter().enumerate() {
-        map = map.replace(&format!("C{n}"), &literal(*term));
-    }
-    text.push_str(&map.replace("STIFFENED", &stiffening));
+    let terms = C.iter().zip(&rounded[1..7]);
+    let mut words: Vec<_> = terms.map(|(name, term)| (*name, literal(*term))).collect();
+    words.extend([
+        ("PER_SCALE", literal(rounded[0])),
+        ("STIFFENED", stiffening),
+    ]);
+    text.push_str(&filled(MAP, &words));
     Ok(text)
 }
 
@@ -536,10 +551,12 @@ impl Law {
         };
         let map = self.depth_map.as_ref().map(depth_map::<F>).transpose()?;
         let depth = DEPTHS[usize::from(map.is_some())];
-        let law = map.unwrap_or_default() + LAW;
-        Ok(law
-            .replace("DEPTH", depth)
-            .replace("STIFFNESS", &number(self.stiffness)?)
-            .replace("DISSIPATION", &number(self.dissipation)?))
+        let (stiffness, dissipation) = (number(self.stiffness)?, number(self.dissipation)?);
+        let words = [
+            ("DEPTH", depth),
+            ("STIFFNESS", &stiffness),
+            ("DISSIPATION", &dissipation),
+        ];
+        Ok(map.unwrap_or_default() + &filled(LAW, &words))
     }
 }

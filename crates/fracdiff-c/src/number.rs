@@ -6,7 +6,7 @@ use std::fmt::{LowerExp, Write as _};
 
 /// A number type of C.
 pub trait CNumber: Real + LowerExp {
-    /// Its name.
+    /// The word by which C declares a number of this type.
     const TYPE: &'static str;
     /// The end of its literals.
     const SUFFIX: &'static str;
@@ -15,7 +15,7 @@ pub trait CNumber: Real + LowerExp {
     /// The largest: C writes no infinity that every compiler takes.
     const LARGEST: f64;
 
-    /// Its bits, a literal.
+    /// Its bits as an unsigned literal of [`BITS`](Self::BITS).
     fn bits(self) -> String;
 }
 
@@ -59,6 +59,20 @@ pub(crate) fn table<F: CNumber>(name: &str, values: &[F]) -> String {
         let _ = write!(text, "{before}{}", literal(*value));
     }
     text.push_str("};\n");
+    text
+}
+
+/// A template of C with text in the place of some of its words. Whole words alone are replaced, all in one pass: what is put in is not read
+/// again, so neither the order of the words nor a word inside another one matters.
+pub(crate) fn filled<S: AsRef<str>>(template: &str, words: &[(&str, S)]) -> String {
+    let is_letter = |c: char| c.is_ascii_alphanumeric() || c == '_';
+    let mut text = String::new();
+    for piece in template.split_inclusive(|c| !is_letter(c)) {
+        let (word, behind) = piece.split_at(piece.find(|c| !is_letter(c)).unwrap_or(piece.len()));
+        let known = words.iter().find(|(name, _)| *name == word);
+        text.push_str(known.map_or(word, |(_, put)| put.as_ref()));
+        text.push_str(behind);
+    }
     text
 }
 
@@ -116,6 +130,16 @@ mod tests {
             let value = f64::from_bits(bits);
             assert_eq!(literal(value).parse::<f64>().map(f64::to_bits), Ok(bits));
         }
+    }
+
+    #[test]
+    fn words_are_put_in_once_and_whole() {
+        let words = [("TO", "FROM"), ("FROM", "0U"), ("real", "float")];
+        let text = "unreal FROM_TO = (real)TO;\nreal *FROM";
+        assert_eq!(
+            filled(text, &words),
+            "unreal FROM_TO = (float)FROM;\nfloat *0U"
+        );
     }
 
     #[test]

@@ -327,7 +327,7 @@ impl<F: Real, O: Differintegrator<F>> Channel<F, O> {
         (&self.history, self.reference)
     }
 
-    /// The operator.
+    /// The operator that this history belongs to, as for its frequency response.
     pub const fn operator(&self) -> &O {
         &self.operator
     }

@@ -65,7 +65,6 @@ pub(crate) fn factors_from(turn: &QuarterTurn) -> Vec<Bins<f64>> {
     factors
 }
 
-/// e^(jφ).
 pub(crate) fn unit(phase: f64) -> (f64, f64) {
     (libm::cos(phase), libm::sin(phase))
 }
@@ -104,7 +103,6 @@ impl QuarterTurn {
         }
     }
 
-    /// S.
     pub(crate) fn size(&self) -> usize {
         self.coarse.len() * self.rests.len()
     }
@@ -161,14 +159,10 @@ pub(crate) fn forward_8<F: Real>(x: &mut Bins<F>) {
     let h = F::from_f64(FRAC_1_SQRT_2);
     let (r, i) = (x.re, x.im);
     // Distance 4, factors e^(−jπk/4).
-    let (s_re, s_im): ([F; 4], [F; 4]) = (
-        core::array::from_fn(|k| r[k] + r[k + 4]),
-        core::array::from_fn(|k| i[k] + i[k + 4]),
-    );
-    let (d_re, d_im): ([F; 4], [F; 4]) = (
-        core::array::from_fn(|k| r[k] - r[k + 4]),
-        core::array::from_fn(|k| i[k] - i[k + 4]),
-    );
+    let s_re: [F; 4] = core::array::from_fn(|k| r[k] + r[k + 4]);
+    let s_im: [F; 4] = core::array::from_fn(|k| i[k] + i[k + 4]);
+    let d_re: [F; 4] = core::array::from_fn(|k| r[k] - r[k + 4]);
+    let d_im: [F; 4] = core::array::from_fn(|k| i[k] - i[k + 4]);
     let t_re = [
         d_re[0],
         h * (d_re[1] + d_im[1]),

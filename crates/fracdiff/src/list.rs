@@ -1,35 +1,39 @@
 //! Lists of values that are to be an operator: their forms, and why one is refused.
 
 use crate::Real;
-use core::fmt;
 
 /// The meaning of a list of values. Exhaustive on purpose: who runs lists must know every form.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Form {
-    /// A finite impulse response.
+    /// A finite impulse response, of which the newest samples are all that counts.
     Taps,
     /// Recent taps and decaying modes.
     Modes,
-    /// A recursive filter.
+    /// A recursive filter: forward and backward coefficients by turns.
     Recursion,
 }
 
 /// Why a list is no operator.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
 pub enum ListError {
     /// The integer part is not in −2 to 2, or not 0 for [`Form::Taps`].
+    #[error("integer part {0} is not in [-2, 2], or not 0 for a list of taps")]
     IntegerPart(i8),
     /// Not a number of values that this form can have, or more than there is room for.
+    #[error(
+        "{count} coefficients are not what this form of operator has, or more than the {most} there is room for"
+    )]
     Count {
-        /// Number of values.
+        /// So many values are in the list.
         count: usize,
         /// Number of values that this operator has room for, in this form.
         most: usize,
     },
     /// A value that is not finite.
+    #[error("coefficient {index} is {value}, which is not finite")]
     Value {
         /// Its place in the list.
         index: usize,
@@ -37,6 +41,7 @@ pub enum ListError {
         value: f64,
     },
     /// A decay outside (0, 1].
+    #[error("coefficient {index} is a decay of {value:e}, which is not in (0, 1]")]
     Decay {
         /// Its place in the list.
         index: usize,
@@ -44,31 +49,6 @@ pub enum ListError {
         value: f64,
     },
 }
-
-impl fmt::Display for ListError {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::IntegerPart(integer) => write!(
-                f,
-                "integer part {integer} is not in [-2, 2], or not 0 for a list of taps"
-            ),
-            Self::Count { count, most } => write!(
-                f,
-                "{count} coefficients are not what this form of operator has, or more than the {most} \
-                 there is room for"
-            ),
-            Self::Value { index, value } => {
-                write!(f, "coefficient {index} is {value}, which is not finite")
-            }
-            Self::Decay { index, value } => write!(
-                f,
-                "coefficient {index} is a decay of {value:e}, which is not in (0, 1]"
-            ),
-        }
-    }
-}
-
-impl core::error::Error for ListError {}
 
 /// A decay of a low-pass must lie in (0, 1], or its state would grow.
 pub(crate) fn check_decay<F: Real>(decay: F, index: usize) -> Result<F, ListError> {

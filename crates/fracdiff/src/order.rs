@@ -117,39 +117,51 @@ pub const HORIZON_MIN: f64 = 1e2;
 pub(crate) const HORIZON_MAX: f64 = 1e12;
 
 /// A parameter outside its documented range, with the rejected value.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
 pub enum ParameterError {
-    /// Order μ.
+    /// An order outside [−2, 2], or a NaN.
+    #[error("order {} is not in [{}, {}]", Shown(*.0), Order::MIN, Order::MAX)]
     Order(f64),
-    /// Sample time T.
+    /// A sample time at which T^(±2) would not be a normal `f32`.
+    #[error("sample time {} s is not in [{:e}, {:e}] s", Shown(.0.0), Seconds::MIN_SAMPLE_TIME, Seconds::MAX_SAMPLE_TIME)]
     SampleTime(Seconds),
     /// Length of a memory, degree of a polynomial or number of sections.
+    #[error("{what} {length} is not in [1, {most}]")]
     #[non_exhaustive]
     Length {
-        /// The things counted.
+        /// The things counted, for the sentence that refuses their number.
         what: &'static str,
-        /// The rejected number.
+        /// The number that was refused.
         length: usize,
         /// The largest number allowed; the smallest is 1.
         most: usize,
     },
     /// Band of a band-limited operator.
+    #[error(
+        "band {} Hz to {} Hz is not inside 0 Hz to {} Hz (half the sample rate), lower end first",
+        Shown(*low_hz), Shown(*high_hz), Shown(*nyquist_hz)
+    )]
     #[non_exhaustive]
     Band {
-        /// Lower corner, Hz.
+        /// The lower corner, Hz, which must be above 0.
         low_hz: f64,
-        /// Upper corner, Hz.
+        /// The upper corner, Hz, which must be above the lower one.
         high_hz: f64,
         /// Half the sample rate, Hz.
         nyquist_hz: f64,
     },
-    /// Tolerance of a design.
+    /// A tolerance that no design can reach or that says nothing.
+    #[error("tolerance {} is not in [{TOLERANCE_MIN:e}, {TOLERANCE_MAX:e}]", Shown(*.0))]
     Tolerance(f64),
     /// Horizon of a design in samples, not longer than the memory it extends, or too long.
+    #[error("horizon of {} samples is not in [{HORIZON_MIN:e}, {HORIZON_MAX:e}]", Shown(*.0))]
     Horizon(f64),
     /// A mode of a kernel of one's own.
+    #[error(
+        "mode of rate {rate:e} and weight {weight:e}: the rate is not above 0, or one of the two not finite"
+    )]
     #[non_exhaustive]
     Mode {
         /// Its rate, which must be above 0, per sample.
@@ -158,6 +170,7 @@ pub enum ParameterError {
         weight: f64,
     },
     /// A weight of a kernel of one's own.
+    #[error("weight {weight} of lag {lag} is not finite")]
     #[non_exhaustive]
     Weight {
         /// Its lag, samples.
@@ -166,6 +179,9 @@ pub enum ParameterError {
         weight: f64,
     },
     /// A density of a memory of one's own.
+    #[error(
+        "density {density} at a rate of {rate:e} per sample is negative or not finite: no memory that only fades"
+    )]
     #[non_exhaustive]
     Density {
         /// Its rate, per sample.
@@ -187,59 +203,3 @@ pub(crate) fn check_length(
         Err(ParameterError::Length { what, length, most })
     }
 }
-
-impl fmt::Display for ParameterError {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match *self {
-            Self::Order(order) => {
-                let (order, least, most) = (Shown(order), Order::MIN, Order::MAX);
-                write!(f, "order {order} is not in [{least}, {most}]")
-            }
-            Self::SampleTime(sample_time) => write!(
-                f,
-                "sample time {sample_time} s is not in [{:e}, {:e}] s",
-                Seconds::MIN_SAMPLE_TIME,
-                Seconds::MAX_SAMPLE_TIME,
-                sample_time = Shown(sample_time.0)
-            ),
-            Self::Length { what, length, most } => {
-                write!(f, "{what} {length} is not in [1, {most}]")
-            }
-            Self::Band {
-                low_hz,
-                high_hz,
-                nyquist_hz,
-            } => write!(
-                f,
-                "band {low_hz} Hz to {high_hz} Hz is not inside 0 Hz to {nyquist_hz} Hz (half the \
-                 sample rate), lower end first",
-                low_hz = Shown(low_hz),
-                high_hz = Shown(high_hz),
-                nyquist_hz = Shown(nyquist_hz)
-            ),
-            Self::Tolerance(tolerance) => write!(
-                f,
-                "tolerance {} is not in [{TOLERANCE_MIN:e}, {TOLERANCE_MAX:e}]",
-                Shown(tolerance)
-            ),
-            Self::Horizon(horizon) => write!(
-                f,
-                "horizon of {} samples is not in [{HORIZON_MIN:e}, {HORIZON_MAX:e}]",
-                Shown(horizon)
-            ),
-            Self::Mode { rate, weight } => write!(
-                f,
-                "mode of rate {rate:e} and weight {weight:e}: the rate is not above 0, or one of the two not finite"
-            ),
-            Self::Weight { lag, weight } => {
-                write!(f, "weight {weight} of lag {lag} is not finite")
-            }
-            Self::Density { rate, density } => write!(
-                f,
-                "density {density} at a rate of {rate:e} per sample is negative or not finite: no memory that only fades"
-            ),
-        }
-    }
-}
-
-impl core::error::Error for ParameterError {}

@@ -11,18 +11,18 @@ use core::fmt::{self, Write as _};
 /// A quantity outside its documented range. Prints as one line: name, rejected value, allowed range, unit.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RangeError {
-    /// Name of the quantity.
+    /// Name of the quantity, with which the message begins.
     pub what: &'static str,
     /// The rejected value, in `unit`.
     pub value: f64,
-    /// The allowed range in words, without the unit.
+    /// The allowed range in words, such as "above 0 {}": `{}` behind a space stands for the unit, and is left out with the space where there is none.
     pub allowed: &'static str,
     /// The unit; empty for a pure number.
     pub unit: &'static str,
 }
 
 impl RangeError {
-    /// From all four.
+    /// For a value that the caller has found to be outside its range.
     #[must_use]
     pub const fn new(
         what: &'static str,
@@ -41,25 +41,16 @@ impl RangeError {
 
 impl fmt::Display for RangeError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Self {
-            what,
-            value,
-            allowed,
-            unit,
-        } = self;
+        let (what, value, unit) = (self.what, Shown(self.value), self.unit);
         let space = if unit.is_empty() { "" } else { " " };
-        let finite = if value.is_infinite() && !allowed.contains("finite") {
-            "finite and "
-        } else {
-            ""
-        };
-        let value = Shown(*value);
-        write!(f, "{what} {value}{space}{unit} is not {finite}{allowed}")?;
-        // A range in words has no unit behind it.
-        if allowed.ends_with(|last: char| last.is_ascii_digit() || "])π".contains(last)) {
-            write!(f, "{space}{unit}")?;
+        write!(f, "{what} {value}{space}{unit} is not ")?;
+        if self.value.is_infinite() && !self.allowed.contains("finite") {
+            f.write_str("finite and ")?;
         }
-        Ok(())
+        match self.allowed.split_once(" {}") {
+            Some((before, behind)) => write!(f, "{before}{space}{unit}{behind}"),
+            None => f.write_str(self.allowed),
+        }
     }
 }
 
@@ -90,7 +81,7 @@ pub fn range(
 /// Any other value.
 #[inline(never)]
 pub fn positive(what: &'static str, value: f64, unit: &'static str) -> Result<f64, RangeError> {
-    range(what, value, value > 0.0, "above 0", unit)
+    range(what, value, value > 0.0, "above 0 {}", unit)
 }
 
 /// Accepts a finite value of at least zero.
@@ -99,7 +90,7 @@ pub fn positive(what: &'static str, value: f64, unit: &'static str) -> Result<f6
 /// Any other value.
 #[inline(never)]
 pub fn not_negative(what: &'static str, value: f64, unit: &'static str) -> Result<f64, RangeError> {
-    range(what, value, value >= 0.0, "at least 0", unit)
+    range(what, value, value >= 0.0, "at least 0 {}", unit)
 }
 
 /// A number in a message: to six significant digits, with an exponent where it would have many zeros.
@@ -208,12 +199,15 @@ mod tests {
             .to_string()
         };
         assert_eq!(
-            text(-2.5, "at least 0", "N/m"),
+            text(-2.5, "at least 0 {}", "N/m"),
             "stiffness -2.5 N/m is not at least 0 N/m"
         );
-        assert_eq!(text(3.0, "in [0, 1]", ""), "stiffness 3 is not in [0, 1]");
         assert_eq!(
-            text(4.0, "above 0 and at most π", "rad"),
+            text(3.0, "in [0, 1] {}", ""),
+            "stiffness 3 is not in [0, 1]"
+        );
+        assert_eq!(
+            text(4.0, "above 0 and at most π {}", "rad"),
             "stiffness 4 rad is not above 0 and at most π rad"
         );
         // A range in words has no unit behind it; a number with hundreds of digits is written with an exponent.
@@ -223,11 +217,11 @@ mod tests {
         );
         assert_eq!(text(1e-9, "above 1", ""), "stiffness 1e-9 is not above 1");
         assert_eq!(
-            text(f64::INFINITY, "above 0", "N/m"),
+            text(f64::INFINITY, "above 0 {}", "N/m"),
             "stiffness inf N/m is not finite and above 0 N/m"
         );
         assert_eq!(
-            text(f64::NAN, "above 0", "N/m"),
+            text(f64::NAN, "above 0 {}", "N/m"),
             "stiffness NaN N/m is not above 0 N/m"
         );
     }
@@ -240,7 +234,7 @@ mod tests {
         }
         assert_eq!(
             positive("x", 0.0, "").map_err(|error| error.allowed),
-            Err("above 0")
+            Err("above 0 {}")
         );
         assert_eq!(not_negative("x", 0.0, ""), Ok(0.0));
         assert_eq!(positive("x", 1e-300, ""), Ok(1e-300));

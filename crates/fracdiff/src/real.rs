@@ -50,13 +50,13 @@ pub trait Real:
     /// Rounds to nearest, ties to even.
     fn from_f64(value: f64) -> Self;
 
-    /// Exact.
+    /// The same number in double precision: nothing is lost.
     fn to_f64(self) -> f64;
 
     /// Neither infinite nor NaN.
     fn is_finite(self) -> bool;
 
-    /// Magnitude.
+    /// The size, without the sign.
     fn abs(self) -> Self;
 
     /// Square root, rounded to nearest; NaN below zero.

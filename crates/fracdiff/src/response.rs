@@ -10,7 +10,7 @@ use num_complex::Complex;
 ///   type, and without the T^(−μ): what stability and passivity formulas take.
 /// - At θ = 0 an operator with a pole there (an integral) returns an infinity or NaN.
 pub trait FrequencyResponse {
-    /// P(e^(−jθ)), dimensionless.
+    /// P(e^(−jθ)) at the angle θ = ωT, rad; without the factor T^(−μ), so it has no unit.
     fn response(&self, theta: f64) -> Complex<f64>;
 }
 

@@ -52,7 +52,7 @@ pub const DEFAULT_TOLERANCE: f64 = 1e-6;
 pub enum Scheme {
     /// `grunwald:N`.
     Grunwald {
-        /// N, samples.
+        /// N, the number of samples that are remembered.
         length: usize,
     },
     /// `muir:N`.
@@ -67,9 +67,9 @@ pub enum Scheme {
     },
     /// `oustaloup:N:LOW_HZ:HIGH_HZ`.
     Oustaloup {
-        /// Sections N.
+        /// N, the number of first-order sections.
         sections: usize,
-        /// Corners.
+        /// The band in which the phase of the power is met.
         band: Band,
     },
     /// `full[:TOLERANCE]` or `piecewise-linear[:TOLERANCE]`.
@@ -89,84 +89,47 @@ pub enum Scheme {
 }
 
 /// Each scheme as it is written, and a few words.
-const GRAMMAR: [(&str, &str); 8] = [
-    (
-        "full[:TOLERANCE]",
-        "full memory, Gruenwald kernel (default, tolerance 1e-6)",
-    ),
-    (
-        "piecewise-linear[:TOLERANCE]",
-        "full memory, Caputo L1 kernel",
-    ),
-    (
-        "full-bdf2[:TOLERANCE]",
-        "full memory, second order in the sample time; not on a device",
-    ),
-    ("grunwald:N", "ring buffer of the last N samples"),
-    ("tustin-muir:N", "recursive filter of degree N"),
-    (
-        "oustaloup:N:LOW_HZ:HIGH_HZ",
-        "N first-order sections in a frequency band",
-    ),
-    (
-        "muir:N",
-        "polynomial A_N of the dissertation's chapter 4, for comparison",
-    ),
-    ("exact", "the exact operator (1 - w)^mu, for analysis only"),
-];
+const GRAMMAR: &str =
+    "  full[:TOLERANCE]              full memory, Gruenwald kernel (default, tolerance 1e-6)
+  piecewise-linear[:TOLERANCE]  full memory, Caputo L1 kernel
+  full-bdf2[:TOLERANCE]         full memory, second order in the sample time; not on a device
+  grunwald:N                    ring buffer of the last N samples
+  tustin-muir:N                 recursive filter of degree N
+  oustaloup:N:LOW_HZ:HIGH_HZ    N first-order sections in a frequency band
+  muir:N                        polynomial A_N of the dissertation's chapter 4, for comparison
+  exact                         the exact operator (1 - w)^mu, for analysis only
+";
+
+/// The schemes as they are written, for a sentence.
+fn known() -> String {
+    let first = |line: &'static str| line.split_whitespace().next();
+    GRAMMAR
+        .lines()
+        .filter_map(first)
+        .collect::<Vec<_>>()
+        .join(", ")
+}
 
 /// Error of reading or building a scheme.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum SchemeError {
     /// An unknown name, or missing or surplus parameters.
+    #[error("scheme \"{}\" is not one of {}", .0, known())]
     Unknown(String),
     /// A parameter that is not a number.
+    #[error("\"{0}\" in the scheme is not a number of the kind asked for")]
     NotANumber(String),
     /// A parameter outside its range.
-    Parameter(ParameterError),
+    #[error(transparent)]
+    Parameter(#[from] ParameterError),
     /// No full memory has this tolerance and horizon.
-    Design(DesignError),
+    #[error(transparent)]
+    Design(#[from] DesignError),
     /// `exact` cannot run as a filter.
+    #[error("scheme exact is for analysis only: use full or piecewise-linear")]
     AnalysisOnly,
 }
-
-impl From<ParameterError> for SchemeError {
-    fn from(error: ParameterError) -> Self {
-        Self::Parameter(error)
-    }
-}
-
-impl From<DesignError> for SchemeError {
-    fn from(error: DesignError) -> Self {
-        match error {
-            DesignError::Parameter(error) => Self::Parameter(error),
-            error => Self::Design(error),
-        }
-    }
-}
-
-impl fmt::Display for SchemeError {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Unknown(text) => {
-                let known = GRAMMAR.map(|(written, _)| written).join(", ");
-                write!(f, "scheme \"{text}\" is not one of {known}")
-            }
-            Self::NotANumber(text) => write!(
-                f,
-                "\"{text}\" in the scheme is not a number of the kind asked for"
-            ),
-            Self::Parameter(error) => error.fmt(f),
-            Self::Design(error) => error.fmt(f),
-            Self::AnalysisOnly => {
-                f.write_str("scheme exact is for analysis only: use full or piecewise-linear")
-            }
-        }
-    }
-}
-
-impl core::error::Error for SchemeError {}
 
 impl FromStr for Scheme {
     type Err = SchemeError;
@@ -176,11 +139,8 @@ impl FromStr for Scheme {
         let name = parts.next().unwrap_or_default();
         let parameters: std::vec::Vec<&str> = parts.collect();
         let degree = |text| {
-            Ok(check_length(
-                "polynomial degree",
-                number(text)?,
-                DEGREE_MAX,
-            )?)
+            let degree = number(text)?;
+            Ok(check_length("polynomial degree", degree, DEGREE_MAX)?)
         };
         match (name, parameters.as_slice()) {
             ("grunwald", [length]) => {
@@ -263,9 +223,8 @@ fn pruned(
 impl Scheme {
     /// A line for each scheme: how it is written, and a few words.
     #[must_use]
-    pub fn help() -> String {
-        let line = |(written, words): &(&str, &str)| std::format!("  {written:<28}  {words}\n");
-        GRAMMAR.iter().map(line).collect()
+    pub const fn help() -> &'static str {
+        GRAMMAR
     }
 
     /// How much of the past counts, s: `None` for all of it. Of the recursive forms the time that their slowest part takes
@@ -292,31 +251,27 @@ impl Scheme {
         sample_time: Seconds,
         horizon: f64,
     ) -> Result<Operator<F>, SchemeError> {
+        let t = sample_time;
         Ok(match self {
             Self::Grunwald { length } => {
-                Operator::ShortMemory(ShortMemoryVec::new(order, length, sample_time)?)
+                Operator::ShortMemory(ShortMemoryVec::new(order, length, t)?)
             }
-            Self::Muir { degree } => Operator::MuirPolynomial(Box::new(
-                MuirPolynomial::with_degree(order, degree, sample_time)?,
-            )),
-            Self::TustinMuir { degree } => Operator::TustinMuir(Box::new(TustinMuir::with_degree(
-                order,
-                degree,
-                sample_time,
-            )?)),
-            Self::Oustaloup { sections, band } => Operator::Oustaloup(Box::new(Oustaloup::new(
-                order,
-                sections,
-                band,
-                sample_time,
-            )?)),
+            Self::Muir { degree } => {
+                Operator::MuirPolynomial(Box::new(MuirPolynomial::with_degree(order, degree, t)?))
+            }
+            Self::TustinMuir { degree } => {
+                Operator::TustinMuir(Box::new(TustinMuir::with_degree(order, degree, t)?))
+            }
+            Self::Oustaloup { sections, band } => {
+                Operator::Oustaloup(Box::new(Oustaloup::new(order, sections, band, t)?))
+            }
             Self::Full { kernel, tolerance } => {
                 let design = pruned(kernel, order, tolerance, horizon)?;
-                Operator::FullMemory(Box::new(FullMemory::new(&design, sample_time)?))
+                Operator::FullMemory(Box::new(FullMemory::new(&design, t)?))
             }
             Self::FullBdf2 { tolerance } => {
                 let design = pruned(Kernel::Grunwald, order, tolerance, horizon)?;
-                Operator::Bdf2Memory(Box::new(Bdf2Memory::new(&design, sample_time)?))
+                Operator::Bdf2Memory(Box::new(Bdf2Memory::new(&design, t)?))
             }
             Self::Exact => return Err(SchemeError::AnalysisOnly),
         })
@@ -402,7 +357,7 @@ pub struct OperatorList<F> {
     pub form: Form,
     /// Differences (> 0) or sums (< 0) around them.
     pub integer: i8,
-    /// The values.
+    /// The values, in the order that the form has.
     pub values: Vec<F>,
     /// Coefficients of a finite impulse response behind it: those of `full-bdf2`, else none.
     pub filter: Vec<F>,
@@ -415,7 +370,7 @@ impl<F: Real> OperatorList<F> {
     pub fn plain_modes(&self) -> usize {
         match self.form {
             Form::Modes => crate::full_memory::plain_modes(&self.values, self.integer.into()),
-            _ => 0,
+            Form::Taps | Form::Recursion => 0,
         }
     }
 }

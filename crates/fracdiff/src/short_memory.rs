@@ -5,7 +5,7 @@ use crate::fir::FirHistory;
 #[cfg(feature = "alloc")]
 use crate::fir::Ring;
 use crate::response::polynomial;
-use crate::weights::{grunwald_closed_form, grunwald_weights};
+use crate::weights::grunwald_weights;
 use crate::{Differintegrator, FrequencyResponse, Order, ParameterError, Real, Seconds};
 use num_complex::Complex;
 
@@ -15,9 +15,9 @@ use num_complex::Complex;
 /// ```
 /// - *Units*: μ 1, T s, N samples, x any unit \[x\], y \[x\]·s^(−μ).
 /// - *Discretisation error*: O(T) for smooth x that starts from rest.
-/// - *Truncation error*: for 0 < μ < 1 and |x| ≤ M at most M·T^(−μ) times [`truncation_bound`](Self::truncation_bound). It falls only like
-///   N^(−μ): a small order and a long experiment need [`FullMemory`](crate::FullMemory). An integral (μ < 0) leaks everything older than N
-///   samples.
+/// - *Truncation error*: for 0 < μ < 1 and |x| ≤ M at most M·T^(−μ)·Σ_{j<N} `c_j`, as all weights sum to 0 and only the first is above 0. It falls
+///   only like N^(−μ): a small order and a long experiment need [`FullMemory`](crate::FullMemory). An integral (μ < 0) leaks everything older
+///   than N samples.
 /// - *Start-up*: zero for ever before the first sample.
 /// - *Not finite*: a NaN or infinity spoils N outputs, its own first, and is then forgotten.
 /// - *Cost*: `output` one multiply-add, `advance` N − 1 of them; memory 2N samples in the history
@@ -34,7 +34,6 @@ use num_complex::Complex;
 /// Source: I. Podlubny, *Fractional Differential Equations*, Academic Press, 1999, §7.3.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ShortMemory<F, const N: usize> {
-    order: Order,
     rate: f64,
     taps: [F; N],
 }
@@ -52,19 +51,7 @@ impl<F: Real, const N: usize> ShortMemory<F, N> {
             // The iterator never ends.
             F::from_f64(rate * weights.next().unwrap_or(0.0))
         });
-        Ok(Self { order, rate, taps })
-    }
-
-    /// Σ_{j≥N} |`c_j`| = Γ(N − μ)/(Γ(1 − μ)·Γ(N)), dimensionless: the part of a unit constant that
-    /// the memory forgets. `None` outside 0 < μ < 1, where no such bound exists or none is needed.
-    ///
-    /// For 0 < μ < 1 all weights after the first are negative and all of them sum to zero, so this
-    /// is also the response of P to a unit constant once the memory is full.
-    #[must_use]
-    pub fn truncation_bound(&self) -> Option<f64> {
-        let order = self.order.get();
-        let weight = || grunwald_closed_form(order - 1.0, (N - 1) as f64);
-        (order > 0.0 && order < 1.0).then(weight)
+        Ok(Self { rate, taps })
     }
 }
 

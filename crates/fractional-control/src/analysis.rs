@@ -22,7 +22,7 @@ const BESIDE: f64 = 0.01;
 #[derive(Clone, Debug)]
 #[non_exhaustive]
 pub struct LoopAnalysis {
-    /// The certified verdict.
+    /// The verdict, as a proof; where `coarse` is not `None` it is of the rule alone.
     pub verdict: StabilityVerdict,
     /// Margins and peaks: of a stable loop, the way to the boundary; of another they mean nothing.
     pub margins: Margins,
@@ -82,9 +82,9 @@ pub struct OtherGain {
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct LoopPoint {
-    /// ω, rad/s.
+    /// ω, rad/s; from point to point in equal steps of its logarithm.
     pub omega_rad_s: f64,
-    /// L.
+    /// L = C·G, the open loop that is really run.
     pub open: Complex<f64>,
     /// Phase of L without jumps, rad.
     pub phase_rad: f64,
@@ -124,14 +124,15 @@ pub fn analyse_at(
     let sampled = setup.sampled(plant)?;
     let closed = setup.closed_with(&sampled)?.with_gain(gain);
     let own = closed.margins();
-    analysed(setup, plant, (&sampled, &closed), own)
+    analysed(setup, plant, &sampled, &closed, own)
 }
 
 /// The same of a loop that is closed already; `own` are its margins.
 pub(crate) fn analysed(
     setup: &ControllerSetup,
     plant: &Plant,
-    (sampled, closed): (&SampledPlant, &SampledLoop),
+    sampled: &SampledPlant,
+    closed: &SampledLoop,
     own: Margins,
 ) -> Result<LoopAnalysis, ControlError> {
     let later = |delay_s: f64| later(setup, plant, delay_s).map(|own| own.with_gain(closed.gain()));
@@ -222,7 +223,7 @@ pub(crate) fn adds_up(law: &ControllerParameters) -> bool {
         ControllerParameters::Function(own) => {
             own.denominator().lowest() > own.numerator().lowest()
         }
-        _ => false,
+        ControllerParameters::Crone(_) | ControllerParameters::LeadLag(_) => false,
     }
 }
 
@@ -239,7 +240,9 @@ fn near_whole(setup: &ControllerSetup, plant: &Plant) -> Option<f64> {
             orders.extend([own.integral_order, own.derivative_order]);
         }
         ControllerParameters::Function(function) => orders.extend(of(function)),
-        _ => {}
+        ControllerParameters::Tid(_)
+        | ControllerParameters::Crone(_)
+        | ControllerParameters::LeadLag(_) => {}
     }
     orders.into_iter().find(|order| {
         let off = (order - order.round()).abs();
@@ -253,7 +256,8 @@ fn near_whole(setup: &ControllerSetup, plant: &Plant) -> Option<f64> {
 /// the loop is not stable before n/2 gains are passed. No verdict is asked for in the first half of these, as a long dead time has
 /// thousands of them (half: two near each other may be told as one).
 fn other_gain<'a>(
-    (closed, sign): (&SampledLoop, f64),
+    closed: &SampledLoop,
+    sign: f64,
     poles: usize,
     gains: impl Iterator<Item = &'a Crossing>,
 ) -> Option<(usize, OtherGain)> {
@@ -268,18 +272,11 @@ fn other_gain<'a>(
             continue;
         }
         let end = gains.peek().map(|next| next.value);
-        let beside = if edge.value < 1.0 {
-            edge.value * (1.0 - BESIDE)
-        } else {
-            edge.value * (1.0 + BESIDE)
-        };
+        let falls = edge.value < 1.0;
+        let beside = edge.value * if falls { 1.0 - BESIDE } else { 1.0 + BESIDE };
+        let nearer = if falls { f64::max } else { f64::min };
         // Not beyond the middle between the two, in case they are near each other.
-        let middle = end.map_or(beside, |end| (edge.value * end).sqrt());
-        let tried = if edge.value < 1.0 {
-            beside.max(middle)
-        } else {
-            beside.min(middle)
-        };
+        let tried = end.map_or(beside, |end| nearer(beside, (edge.value * end).sqrt()));
         let verdict = closed.with_gain(sign * tried).verdict();
         if verdict.stable {
             return Some((passed - 1, OtherGain { edge: *edge, end }));
@@ -299,8 +296,8 @@ fn with_the_other_sign(closed: &SampledLoop) -> Option<f64> {
     let (poles, gains) = (verdict.unstable_poles?, turned.gain_crossings());
     let below = gains.iter().rev().filter(|gain| gain.value < 1.0);
     let above = gains.iter().filter(|gain| gain.value > 1.0);
-    let turned = (closed, -1.0);
-    let found = other_gain(turned, poles, below).or_else(|| other_gain(turned, poles, above));
+    let found = other_gain(closed, -1.0, poles, below);
+    let found = found.or_else(|| other_gain(closed, -1.0, poles, above));
     let (_, OtherGain { edge, end }) = found?;
     // Between both ends, or twice as far.
     Some(match end {
@@ -333,9 +330,9 @@ fn cause(
     };
     let gains = closed.gain_crossings();
     let below = gains.iter().rev().filter(|gain| gain.value < 1.0);
-    let lower = other_gain((closed, 1.0), poles, below);
+    let lower = other_gain(closed, 1.0, poles, below);
     let above = gains.iter().filter(|gain| gain.value > 1.0);
-    let higher = other_gain((closed, 1.0), poles, above);
+    let higher = other_gain(closed, 1.0, poles, above);
     let ways = [
         lower.map(|(passed, gain)| (passed, Cause::GainTooHigh(gain))),
         higher.map(|(passed, gain)| (passed, Cause::GainTooLow(gain))),

@@ -14,7 +14,7 @@ pub struct Actuator {
 }
 
 impl Actuator {
-    /// No limits.
+    /// No limits, for a controller whose command is never cut.
     pub const UNLIMITED: Self = Self {
         low: f64::NEG_INFINITY,
         high: f64::INFINITY,
@@ -171,7 +171,7 @@ pub trait Controller<F: Real> {
 /// The one who commands.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Mode<F> {
-    /// The controller.
+    /// The controller commands.
     Automatic,
     /// Somebody, this command; the controller follows.
     Manual(F),
@@ -214,7 +214,7 @@ pub struct Station<F: Real, C: Controller<F>> {
 pub const MISSED_MOST: u32 = 10;
 
 impl<F: Real, C: Controller<F>> Station<F, C> {
-    /// At rest, automatic.
+    /// A station at rest, whose controller commands.
     pub fn new(controller: C) -> Self {
         let history = controller.at_rest();
         Self {
@@ -293,13 +293,13 @@ impl<F: Real, C: Controller<F>> Station<F, C> {
         self.controller = controller;
     }
 
-    /// Forgets everything.
+    /// Puts the history to rest and forgets readings that were missed.
     pub fn reset(&mut self) {
         self.history = self.controller.at_rest();
         (self.applied, self.missed) = (F::ZERO, 0);
     }
 
-    /// The controller.
+    /// The controller that commands, or follows.
     pub const fn controller(&self) -> &C {
         &self.controller
     }

@@ -1,11 +1,11 @@
 //! Controllers and transfer functions as functions on the circle, of the weights that really run.
 
-use crate::enclosure::{Factor, Fraction, Product, Sum};
+use crate::enclosure::{Factor, Fraction, Product};
+use crate::lead::LeadShape;
 use crate::memory::{Rule, TAPS};
 use crate::pid::BranchParameters;
 use crate::records::MODES;
 use crate::sampled::entries;
-use crate::shaped::LeadShape;
 use crate::{ControlError, FractionalTransferFunction, Memory, SetPoint};
 use crate::{CroneParameters, LeadLagParameters, PidParameters, TidParameters};
 use core::fmt;
@@ -57,23 +57,23 @@ from_parameters!(
 impl fmt::Display for ControllerParameters {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Self::Pid(own) => own.fmt(f),
-            Self::Tid(own) => write!(
+            Self::Pid(law) => law.fmt(f),
+            Self::Tid(law) => write!(
                 f,
                 "{}/s^(1/{})+{}/s+{}s",
-                own.tilt, own.tilt_divisor, own.integral, own.derivative
+                law.tilt, law.tilt_divisor, law.integral, law.derivative
             ),
-            Self::Crone(own) => write!(
+            Self::Crone(law) => write!(
                 f,
                 "{}((1+s/{})/(1+s/{}))^{}",
-                own.gain, own.low_rad_s, own.high_rad_s, own.order
+                law.gain, law.low_rad_s, law.high_rad_s, law.order
             ),
-            Self::LeadLag(own) => write!(
+            Self::LeadLag(law) => write!(
                 f,
                 "{}((s+1/{})/(s+1/({}·{})))^{}",
-                own.gain, own.lambda_s, own.x, own.lambda_s, own.order
+                law.gain, law.lambda_s, law.x, law.lambda_s, law.order
             ),
-            Self::Function(own) => own.fmt(f),
+            Self::Function(law) => law.fmt(f),
         }
     }
 }
@@ -83,11 +83,11 @@ impl ControllerParameters {
     #[must_use]
     pub fn response(&self, omega: f64) -> Complex<f64> {
         match self {
-            Self::Pid(own) => own.response(omega),
-            Self::Tid(own) => own.response(omega),
-            Self::Crone(own) => own.response(omega),
-            Self::LeadLag(own) => own.response(omega),
-            Self::Function(own) => own.response(omega),
+            Self::Pid(law) => law.response(omega),
+            Self::Tid(law) => law.response(omega),
+            Self::Crone(law) => law.response(omega),
+            Self::LeadLag(law) => law.response(omega),
+            Self::Function(law) => law.response(omega),
         }
     }
 
@@ -98,14 +98,14 @@ impl ControllerParameters {
         sample_time: Seconds,
     ) -> Result<Fraction, ControlError> {
         let fraction = match self {
-            Self::Pid(own) => {
-                let branches = own.checked()?.branches(SetPoint::ERROR);
+            Self::Pid(law) => {
+                let branches = law.checked()?.branches(SetPoint::ERROR);
                 parallel(&branches, memory, sample_time)
             }
-            Self::Tid(own) => parallel(&own.branches(1.0)?, memory, sample_time),
-            Self::Crone(own) => lead(own.shape()?, memory, sample_time),
-            Self::LeadLag(own) => lead(own.shape()?, memory, sample_time),
-            Self::Function(own) => transfer_fraction(own, memory, sample_time),
+            Self::Tid(law) => parallel(&law.branches(1.0)?, memory, sample_time),
+            Self::Crone(law) => lead(law.shape()?, memory, sample_time),
+            Self::LeadLag(law) => lead(law.shape()?, memory, sample_time),
+            Self::Function(law) => transfer_fraction(law, memory, sample_time),
         };
         fraction?.bearable("gain of the controller")
     }
@@ -134,33 +134,22 @@ fn parallel(
             factors.push(Factor::InW(fracdiff::bdf2_short_filter(order).to_vec()));
         }
         let scale = branch.gain * sample_time.rate_to_the(order)?;
-        parts.push((order.split_up().0, Product { scale, factors }));
+        parts.push((order.split_up().0, Product::new(scale, factors)));
     }
     let sums = parts.iter().map(|(n, _)| -n).max().unwrap_or(0).max(0);
     let above = parts.into_iter().map(|(n, mut product)| {
         product.factors.push(Factor::Difference(n + sums));
         product
     });
-    Ok(Fraction {
-        above: Sum(above.collect()),
-        below: Sum(vec![Product {
-            scale: 1.0,
-            factors: vec![Factor::Difference(sums)],
-        }]),
-    })
+    let below = Product::new(1.0, vec![Factor::Difference(sums)]);
+    Ok(Fraction::new(above.collect(), vec![below]))
 }
 
 /// `k((1 − pw)/(1 − qw))^ν` as [`lead`](crate::lead) runs it.
 fn lead(shape: LeadShape, memory: Memory, sample_time: Seconds) -> Result<Fraction, ControlError> {
-    let parts = crate::lead::parts::<MODES>(shape.corners, &memory, sample_time)?;
-    let mut above = Product {
-        scale: shape.gain * shape.factor * parts.gain,
-        factors: Vec::new(),
-    };
-    let mut below = Product {
-        scale: 1.0,
-        factors: Vec::new(),
-    };
+    let parts = crate::lead::parts::<MODES>(&shape, &memory, sample_time)?;
+    let mut above = Product::new(shape.gain * shape.factor * parts.gain, Vec::new());
+    let mut below = Product::new(1.0, Vec::new());
     for _ in 0..parts.sections {
         above.factors.push(Factor::InW(vec![1.0, -parts.zero]));
         below.factors.push(Factor::InW(vec![1.0, -parts.pole]));
@@ -170,10 +159,7 @@ fn lead(shape: LeadShape, memory: Memory, sample_time: Seconds) -> Result<Fracti
         let memories = memories.iter().flatten().map(memory_factor);
         above.factors.extend(memories);
     }
-    Ok(Fraction {
-        above: Sum(vec![above]),
-        below: Sum(vec![below]),
-    })
+    Ok(Fraction::new(vec![above], vec![below]))
 }
 
 /// Numerator and denominator of a [`SampledTransferFunction`](crate::SampledTransferFunction), both times (1 − w) to the number of its
@@ -198,15 +184,9 @@ pub(crate) fn transfer_fraction(
         let scale = libm::pow(sample_time.0, entry.fraction + entry.level as f64);
         for (side, coefficient) in [(&mut above, entry.above), (&mut below, entry.below)] {
             if coefficient != 0.0 {
-                side.push(Product {
-                    scale: scale * coefficient,
-                    factors: factors.clone(),
-                });
+                side.push(Product::new(scale * coefficient, factors.clone()));
             }
         }
     }
-    Ok(Fraction {
-        above: Sum(above),
-        below: Sum(below),
-    })
+    Ok(Fraction::new(above, below))
 }

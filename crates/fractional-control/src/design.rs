@@ -30,32 +30,32 @@ pub fn usual_sample_time(crossover_rad_s: f64) -> Seconds {
     Seconds(std::format!("{mantissa}e{decade}").parse().unwrap_or(step))
 }
 
-/// The question.
+/// A plant, and the wishes for the loop around it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ControlDesign {
-    /// The plant.
+    /// The plant at its nominal gain.
     pub plant: Plant,
-    /// The wishes.
+    /// The wishes for the loop; those that contradict each other are refused.
     pub wishes: Specification,
-    /// T.
+    /// T, with which the controller runs and its tuning reckons.
     pub sample_time: Seconds,
     /// Rule and tolerance of the powers.
     pub scheme: Scheme,
-    /// Lowest command.
+    /// The lowest command that the actuator takes; `None` without a limit.
     pub output_low: Option<f64>,
-    /// Highest command.
+    /// The highest command that the actuator takes; `None` without a limit.
     pub output_high: Option<f64>,
     /// Height of the step with limits.
     pub step: f64,
-    /// Samples of the steps.
+    /// Each step is simulated for so many samples.
     pub samples: usize,
 }
 
-/// The answer.
+/// Two controllers that come nearest to the wishes, so that the gain from fractional orders is seen.
 #[derive(Clone, Debug)]
 #[non_exhaustive]
 pub struct ControlAnswer {
-    /// The PI^λD^μ.
+    /// The PI^λD^μ, whose orders were free.
     pub fractional: Candidate,
     /// The PID of order 1 that comes closest, or why there is none.
     pub integer: Result<Candidate, ControlError>,
@@ -65,9 +65,9 @@ pub struct ControlAnswer {
 #[derive(Clone, Debug)]
 #[non_exhaustive]
 pub struct Candidate {
-    /// As it is run.
+    /// The controller with limits and memory, as a loop runs it.
     pub setup: ControllerSetup,
-    /// As it was tuned.
+    /// What the search found on its grid of frequencies.
     pub tuned: Tuned,
     /// What it does, of a plant that runs.
     pub trial: Option<Trial>,
@@ -90,12 +90,10 @@ pub struct Trial {
     pub robustness: Vec<GainStep>,
     /// The step with the limits of the setup.
     pub step: Response,
-    /// Its shape.
+    /// Overshoot, rise and settling of that step.
     pub shape: Shape,
     /// Share of its samples with the command at a limit.
     pub limited_share: f64,
-    /// Times that verdicts and margins evaluated the response of the plant, nearly all of their cost; 0 of one that is sampled exactly.
-    pub evaluations: u64,
 }
 
 /// A step at another gain of the plant.
@@ -104,7 +102,7 @@ pub struct Trial {
 pub struct GainStep {
     /// Gain over the nominal one.
     pub gain: f64,
-    /// Shape of the step.
+    /// Overshoot, rise and settling of the step.
     pub shape: Shape,
     /// The step.
     pub response: Response,
@@ -243,10 +241,9 @@ impl ControlDesign {
             None => by_rule,
         };
         Ok(Trial {
-            analysis: analysed(setup, &self.plant, (&plant, &closed), own)?,
+            analysis: analysed(setup, &self.plant, &plant, &closed, own)?,
             coarse,
             stable_gains,
-            evaluations: closed.evaluations(),
             robustness: robustness.collect(),
             shape: run.response.shape_of_step(self.step),
             limited_share: run.limited_share,

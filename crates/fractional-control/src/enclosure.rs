@@ -78,11 +78,16 @@ impl Factor {
     }
 }
 
-/// scale·Π factors.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Product {
     pub(crate) scale: f64,
     pub(crate) factors: Vec<Factor>,
+}
+
+impl Product {
+    pub(crate) const fn new(scale: f64, factors: Vec<Factor>) -> Self {
+        Self { scale, factors }
+    }
 }
 
 /// Σ of products.
@@ -135,14 +140,19 @@ pub(crate) struct Fraction {
 }
 
 impl Fraction {
+    /// Of sums of products.
+    pub(crate) fn new(above: Vec<Product>, below: Vec<Product>) -> Self {
+        let (above, below) = (Sum(above), Sum(below));
+        Self { above, below }
+    }
+
     /// True if a memory of a fractional order takes part: one of a whole order has no modes that weigh.
     pub(crate) fn remembers(&self) -> bool {
         let products = self.above.0.iter().chain(&self.below.0);
         let mut factors = products.flat_map(|product| &product.factors);
-        factors.any(|factor| match factor {
-            Factor::Memory(_, modes) => modes.iter().any(|(weight, _)| *weight != 0.0),
-            _ => false,
-        })
+        let is_there = |(weight, _): &(f64, f64)| *weight != 0.0;
+        factors
+            .any(|factor| matches!(factor, Factor::Memory(_, modes) if modes.iter().any(is_there)))
     }
 }
 
@@ -175,11 +185,13 @@ fn power(sum: &Sum) -> Option<i32> {
     let of_product = |product: &Product| {
         let first = of_numbers(&[product.scale])?;
         product.factors.iter().try_fold(first, |sum, factor| {
-            Some(match factor {
-                Factor::InW(c) | Factor::InV(c) => sum + of_numbers(c)?,
-                // About 1.
-                _ => sum,
-            })
+            // All others are about 1.
+            match factor {
+                Factor::InW(c) | Factor::InV(c) => Some(sum + of_numbers(c)?),
+                Factor::Difference(_) | Factor::Delay(_) | Factor::Memory(..) | Factor::Law(_) => {
+                    Some(sum)
+                }
+            }
         })
     };
     sum.0.iter().filter_map(of_product).max()

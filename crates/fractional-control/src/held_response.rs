@@ -7,7 +7,6 @@ use crate::{FractionalPolynomial, FractionalTransferFunction, Plant, Term};
 use certified_count::{Arc, Enclosed};
 use core::f64::consts::PI;
 use num_complex::Complex;
-use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc as Shared, OnceLock};
 use std::vec::Vec;
 
@@ -28,13 +27,10 @@ pub(crate) struct HeldResponse {
     /// Terms whose rates are bounded one by one; `None` where that would be too many.
     one_by_one: Option<usize>,
     direct: f64,
-    /// τ/T.
     delay: f64,
     sample_time_s: f64,
     /// The aliases, found when first asked for.
     aliases: Shared<OnceLock<Vec<Piece>>>,
-    /// Times the response was asked for, of all that share the count.
-    evaluations: Shared<AtomicU64>,
 }
 
 impl HeldResponse {
@@ -63,7 +59,6 @@ impl HeldResponse {
             one_by_one: counts.take_while(|k| *k <= ONE_BY_ONE).find(led),
             sample_time_s,
             aliases: Shared::default(),
-            evaluations: Shared::default(),
         })
     }
 
@@ -92,19 +87,6 @@ impl HeldResponse {
             .plus(late(later).scaled(self.direct))
     }
 
-    /// How often the response of the plant was evaluated, here and where [`counted_with`](Self::counted_with) joined.
-    pub(crate) fn evaluations(&self) -> u64 {
-        self.evaluations.load(Ordering::Relaxed)
-    }
-
-    /// The same whose evaluations count for another.
-    pub(crate) fn counted_with(self, other: &Self) -> Self {
-        Self {
-            evaluations: Shared::clone(&other.evaluations),
-            ..self
-        }
-    }
-
     /// The number of poles of the plant that grow, where it is known.
     pub(crate) fn growing_poles(&self) -> Option<usize> {
         self.function.growing_poles()
@@ -112,7 +94,6 @@ impl HeldResponse {
 
     /// (G − D)/(jω) at the angle x = ωT.
     fn term(&self, x: f64) -> Complex<f64> {
-        self.evaluations.fetch_add(1, Ordering::Relaxed);
         let omega = x / self.sample_time_s;
         (self.function.response(omega) - self.direct) / Complex::new(0.0, omega)
     }

@@ -169,10 +169,7 @@ impl SampledLoop {
             };
             if judge.lost(&at(next.delay)?).is_some() {
                 let (samples, theta) = narrowed(&at, judge, &next, 1.0 / f64::from(count))?;
-                return Ok(Some(Crossing {
-                    omega_rad_s: theta * rate,
-                    value: samples / rate,
-                }));
+                return Ok(Some(Crossing::new(theta * rate, samples / rate)));
             }
             after = next.delay;
         }
@@ -223,7 +220,7 @@ fn narrowed<E>(
 ) -> Result<(f64, f64), E> {
     let (mut low, mut high) = ((suspect.delay - part).max(0.0), suspect.delay);
     let is_stable = |delay: f64| Ok(judge.lost(&at(delay)?).is_none());
-    if let Some(found) = by_phase(at, suspect.near, (low, high))?
+    if let Some(found) = by_phase(at, suspect.near, low, high)?
         && is_stable(found.0 * (1.0 - BESIDE))?
         && !is_stable(found.0 * (1.0 + BESIDE))?
     {
@@ -245,7 +242,8 @@ fn narrowed<E>(
 fn by_phase<E>(
     at: &dyn Fn(f64) -> Result<SampledLoop, E>,
     near: (f64, f64),
-    (low, high): (f64, f64),
+    low: f64,
+    high: f64,
 ) -> Result<Option<(f64, f64)>, E> {
     let (mut delay, mut theta) = (near.0.clamp(low, high), near.1);
     let mut before: Option<(f64, f64)> = None;

@@ -46,6 +46,16 @@ fn corner(what: &'static str, omega: f64, sample_time: Seconds) -> Result<f64, C
     Ok((a - 1.0) / (a + 1.0))
 }
 
+/// `k·f·((1 + s/ω_z)/(1 + s/ω_p))^ν`: both CRONE and lead–lag have this shape.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct LeadShape {
+    pub(crate) gain: f64,
+    pub(crate) factor: f64,
+    pub(crate) order: f64,
+    pub(crate) zero_rad_s: f64,
+    pub(crate) pole_rad_s: f64,
+}
+
 /// The parts of a power of a lead, in `f64`.
 #[derive(Clone, Debug)]
 pub(crate) struct LeadParts<const MODES: usize> {
@@ -60,16 +70,16 @@ pub(crate) struct LeadParts<const MODES: usize> {
 }
 
 pub(crate) fn parts<const MODES: usize>(
-    (order, zero_rad_s, pole_rad_s): (f64, f64, f64),
+    shape: &LeadShape,
     memory: &Memory,
     sample_time: Seconds,
 ) -> Result<LeadParts<MODES>, ControlError> {
-    let order = Order::new(order)?.get();
+    let order = Order::new(shape.order)?.get();
     // Also for whole orders: the sample time is checked.
     sample_time.rate_to_the(Order::new(0.0)?)?;
     let (p, q) = (
-        corner("corner of the zero", zero_rad_s, sample_time)?,
-        corner("corner of the pole", pole_rad_s, sample_time)?,
+        corner("corner of the zero", shape.zero_rad_s, sample_time)?,
+        corner("corner of the pole", shape.pole_rad_s, sample_time)?,
     );
     // A negative power is a positive one of the inverse.
     let (power, zero, pole) = if order < 0.0 {
@@ -125,11 +135,11 @@ fn tempered<const MODES: usize>(
 impl<F: Real, const MODES: usize> LeadPower<F, MODES> {
     /// The operator, and the gain that it leaves out.
     pub(crate) fn new(
-        corners: (f64, f64, f64),
+        shape: &LeadShape,
         memory: &Memory,
         sample_time: Seconds,
     ) -> Result<(Self, f64), ControlError> {
-        let parts = parts(corners, memory, sample_time)?;
+        let parts = parts(shape, memory, sample_time)?;
         // T = 1: the powers of T are in the corners already.
         let run = |design: &Option<Design<TAPS, MODES>>| match design {
             Some(design) => FullMemory::new(design, Seconds(1.0)).map(Some),

@@ -1,9 +1,8 @@
 //! A controller as numbers, from which another language runs it with the same bits.
 
-use crate::lead::LeadPower;
+use crate::lead::{LeadPower, LeadShape};
 use crate::parallel::{Kind, Parallel};
 use crate::pid::BranchParameters;
-use crate::shaped::LeadShape;
 use crate::transfer::in_samples;
 use crate::{
     Actuator, ControlError, ControllerForm, ControllerParameters, ControllerPart, ControllerSetup,
@@ -30,7 +29,7 @@ const MODES: usize = crate::records::MODES;
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct ControllerList<F> {
-    /// The law.
+    /// The law with its coefficients; limits and bias are the same for all.
     pub law: LawList<F>,
     /// Lowest and highest command, infinite where there is no limit.
     pub limits: [f64; 2],
@@ -40,7 +39,6 @@ pub struct ControllerList<F> {
 
 /// The law of a [`ControllerList`].
 #[derive(Clone, Debug, PartialEq)]
-#[non_exhaustive]
 pub enum LawList<F> {
     /// PI^λD^μ and TID.
     Parallel(ParallelList<F>),
@@ -52,7 +50,7 @@ pub enum LawList<F> {
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct ParallelList<F> {
-    /// Those with a gain.
+    /// The branches whose gain is not 0, in the order in which they are added.
     pub branches: Vec<BranchList<F>>,
     /// What an excess of the command is multiplied with for back-calculation; 0 where integrals stand instead.
     pub inverse: F,
@@ -66,11 +64,11 @@ pub struct ParallelList<F> {
 pub struct BranchList<F> {
     /// Its name: proportional, integral, derivative or tilt.
     pub name: &'static str,
-    /// k.
+    /// k, in `f64`, as it may be changed while it runs.
     pub gain: f64,
-    /// w.
+    /// w, the set-point weight; 1 of an integral.
     pub weight: f64,
-    /// μ.
+    /// μ, below 0 of an integral.
     pub order: f64,
     /// The factor of the newest sample in the power.
     pub direct: F,
@@ -88,9 +86,9 @@ pub struct LeadList<F> {
     pub factors: [f64; 2],
     /// Number of whole sections.
     pub sections: usize,
-    /// p.
+    /// p, from the corner of the zero under the Tustin rule.
     pub zero: F,
-    /// q.
+    /// q, from the corner of the pole under the Tustin rule.
     pub pole: F,
     /// The memories behind 1 − pw; `None` for a whole power.
     pub memories: Option<Vec<OperatorList<F>>>,
@@ -221,7 +219,7 @@ fn lead<F: Real>(
     memory: Memory,
     sample_time: Seconds,
 ) -> Result<LawList<F>, ControlError> {
-    let (operator, own) = LeadPower::<F, MODES>::new(shape.corners, &memory, sample_time)?;
+    let (operator, own) = LeadPower::<F, MODES>::new(&shape, &memory, sample_time)?;
     let gain = shape.gain * shape.factor * own;
     in_samples::<F>("gain", gain)?;
     in_samples::<F>("inverse of the gain", 1.0 / gain)?;

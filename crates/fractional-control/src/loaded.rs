@@ -1,8 +1,7 @@
 //! A plant with two ports: a controller at one, a sampled law at the other.
 
 use crate::ControlError;
-use crate::enclosure::{Factor, Fraction, Product, Sum};
-use crate::enclosure::{SampledLaw, SharedLaw};
+use crate::enclosure::{Factor, Fraction, Product, SampledLaw, SharedLaw};
 use crate::sampled_plant::DELAY_MAX;
 use crate::wide::{self, in_v};
 use fracdiff::Seconds;
@@ -14,15 +13,15 @@ use std::vec;
 /// x\[n+1\] = Φx\[n\] + `Γ_u` u\[n\] + `Γ_f` f\[n\]: the controller sees y = Cx and commands u, the law sees q = Dx and answers with f.
 #[derive(Clone, Debug, PartialEq)]
 pub struct TwoPort {
-    /// Φ.
+    /// Φ, from the states at one sample to those at the next.
     pub transition: DMatrix<f64>,
     /// `Γ_u`.
     pub command: DVector<f64>,
     /// `Γ_f`.
     pub load: DVector<f64>,
-    /// C.
+    /// C, from the states to what the controller measures.
     pub measured: RowDVector<f64>,
-    /// D.
+    /// D, from the states to what the law sees.
     pub felt: RowDVector<f64>,
 }
 
@@ -109,22 +108,18 @@ impl LoadedPlant {
             return Err(nothing_felt());
         }
         let law = Factor::Law(SharedLaw(law));
-        let term = |factors| Product {
-            scale: 1.0,
-            factors,
-        };
+        let term = |factors| Product::new(1.0, factors);
         let late = || Factor::Delay(1);
+        let above = vec![
+            term(vec![Factor::InV(free), late()]),
+            term(vec![Factor::InV(rest), late(), law.clone()]),
+        ];
+        let below = vec![
+            term(vec![Factor::InV(denominator)]),
+            term(vec![Factor::InV(felt), late(), law]),
+        ];
         Ok(Self {
-            curve: Fraction {
-                above: Sum(vec![
-                    term(vec![Factor::InV(free), late()]),
-                    term(vec![Factor::InV(rest), late(), law.clone()]),
-                ]),
-                below: Sum(vec![
-                    term(vec![Factor::InV(denominator)]),
-                    term(vec![Factor::InV(felt), late(), law]),
-                ]),
-            },
+            curve: Fraction::new(above, below),
             sample_time,
         })
     }
@@ -135,7 +130,8 @@ impl LoadedPlant {
     /// More than 10 000 samples.
     pub fn later(self, samples: usize) -> Result<Self, ControlError> {
         let (late, most) = (samples as f64, DELAY_MAX);
-        range("dead time", late, late <= most, "at most 10000", "samples")?;
+        let allowed = "at most 10000 {}";
+        range("dead time", late, late <= most, allowed, "samples")?;
         let above = self.curve.above.with(&Factor::Delay(samples));
         let curve = Fraction {
             above,
@@ -144,7 +140,7 @@ impl LoadedPlant {
         Ok(Self { curve, ..self })
     }
 
-    /// T.
+    /// T, to which the matrices belong.
     #[must_use]
     pub fn sample_time(&self) -> Seconds {
         self.sample_time

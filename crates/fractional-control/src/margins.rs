@@ -31,10 +31,16 @@ const ROUNDING: f64 = 1e-13;
 /// A value and where it is.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Crossing {
-    /// ω, rad/s.
+    /// The frequency ω, rad/s, at which the value arises.
     pub omega_rad_s: f64,
-    /// The value there.
+    /// The value, whose unit is that of its field in [`Margins`].
     pub value: f64,
+}
+
+impl Crossing {
+    pub(crate) const fn new(omega_rad_s: f64, value: f64) -> Self {
+        Self { omega_rad_s, value }
+    }
 }
 
 /// Margins and peaks of a [`SampledLoop`], up to half the sample rate, by a grid that is finer where L moves. They say how far
@@ -69,36 +75,26 @@ fn beside(peak: f64) -> impl Iterator<Item = f64> {
 }
 
 impl SampledLoop {
-    /// Margins and peaks.
+    /// Margins and peaks, of any loop: they say nothing of one that is not stable.
     #[must_use]
     pub fn margins(&self) -> Margins {
         let grid = self.grid();
         let gains = self.gains(&grid);
         let margins = self.phase_margins(&grid);
         let size = |a: &&Crossing, b: &&Crossing| a.value.abs().total_cmp(&b.value.abs());
-        let turn = 2.0 * PI;
+        let by_value = |a: &&Crossing, b: &&Crossing| a.value.total_cmp(&b.value);
+        let whole = |turn: f64| if turn < 0.0 { turn + 2.0 * PI } else { turn };
         let delays = margins.iter().map(|margin| Crossing {
-            value: (if margin.value < 0.0 {
-                margin.value + turn
-            } else {
-                margin.value
-            }) / margin.omega_rad_s,
+            value: whole(margin.value) / margin.omega_rad_s,
             ..*margin
         });
-        let by_value = |a: &&Crossing, b: &&Crossing| a.value.total_cmp(&b.value);
+        let above = gains.iter().filter(|gain| gain.value > 1.0);
+        let below = gains.iter().filter(|gain| gain.value < 1.0);
         Margins {
             phase: margins.iter().min_by(size).copied(),
             crossovers: margins.len(),
-            gain_up: gains
-                .iter()
-                .filter(|gain| gain.value > 1.0)
-                .min_by(by_value)
-                .copied(),
-            gain_down: gains
-                .iter()
-                .filter(|gain| gain.value < 1.0)
-                .max_by(by_value)
-                .copied(),
+            gain_up: above.min_by(by_value).copied(),
+            gain_down: below.max_by(by_value).copied(),
             delay_s: delays.min_by(|a, b| a.value.total_cmp(&b.value)),
             sensitivity: self.peak(&grid, |l| (l + 1.0).inv().norm()),
             complementary: self.peak(&grid, |l| (l / (l + 1.0)).norm()),
@@ -113,10 +109,7 @@ impl SampledLoop {
         let apart: Vec<Point> = apart.copied().collect();
         let crossovers = self.where_zero(&apart, log, |_| true);
         let rate = self.rate();
-        let margin = |&(theta, l): &Point| Crossing {
-            omega_rad_s: theta * rate,
-            value: (-l).arg(),
-        };
+        let margin = |&(theta, l): &Point| Crossing::new(theta * rate, (-l).arg());
         crossovers.iter().map(margin).collect()
     }
 
@@ -138,10 +131,9 @@ impl SampledLoop {
         });
         places.extend(at_rest.and_then(<[Point]>::first));
         places.extend(grid.last().filter(|(_, l)| l.re < 0.0));
-        let gains = places.into_iter().map(|(theta, l)| Crossing {
-            omega_rad_s: theta * self.rate(),
-            value: l.norm().recip(),
-        });
+        let gains = places
+            .into_iter()
+            .map(|(theta, l)| Crossing::new(theta * self.rate(), l.norm().recip()));
         let counts = |gain: &Crossing| gain.value.is_finite() && gain.value > AT_A_POLE;
         gains.filter(counts).collect()
     }
@@ -255,10 +247,7 @@ impl SampledLoop {
         } else {
             (at(best), on_grid)
         };
-        Crossing {
-            omega_rad_s: theta * self.rate(),
-            value,
-        }
+        Crossing::new(theta * self.rate(), value)
     }
 }
 

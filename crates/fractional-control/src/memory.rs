@@ -57,7 +57,7 @@ impl Memory {
         }
     }
 
-    /// The rule.
+    /// The rule that stands for s in every power.
     #[must_use]
     pub fn rule(&self) -> Rule {
         self.rule
@@ -77,7 +77,7 @@ impl Memory {
         }
     }
 
-    /// The horizon, s.
+    /// The horizon, s, up to which the tolerance holds.
     #[must_use]
     pub fn horizon_s(&self) -> f64 {
         self.horizon_s
@@ -146,7 +146,6 @@ pub(crate) type Integral<F, const MODES: usize> = FullMemory<F, TAPS, MODES>;
 /// ```
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Chain<F, const MODES: usize> {
-    /// ν.
     pub(crate) fraction: f64,
     core: Option<Integral<F, MODES>>,
     sums: usize,

@@ -52,7 +52,7 @@ impl Quotient {
             return Err(reader.wrong("+, -, *, / or the end"));
         }
         if value.delay_s < 0.0 {
-            return Err(RangeError::new("dead time", value.delay_s, "at least 0", "s").into());
+            return Err(RangeError::new("dead time", value.delay_s, "at least 0 {}", "s").into());
         }
         Ok((value, reader.loose))
     }

@@ -1,8 +1,8 @@
 //! PI^λD^μ and TID.
 
+use crate::ControlError;
 use crate::notation::Quotient;
 use crate::transfer::{short, size_or_0};
-use crate::{ControlError, FractionalTransferFunction};
 use core::fmt;
 use core::str::FromStr;
 use fracdiff::parameter::{RangeError, range};
@@ -161,15 +161,8 @@ impl TidParameters {
         &self,
         derivative_weight: f64,
     ) -> Result<[BranchParameters; 3], ControlError> {
-        let inside = self.tilt_divisor >= 1.0;
-        let allowed = "at least 1";
-        range(
-            "divisor of the tilt",
-            self.tilt_divisor,
-            inside,
-            allowed,
-            "",
-        )?;
+        let n = self.tilt_divisor;
+        range("divisor of the tilt", n, n >= 1.0, "at least 1", "")?;
         for (what, gain) in [
             ("tilt gain", self.tilt),
             ("integral gain", self.integral),
@@ -269,40 +262,5 @@ impl fmt::Display for PidParameters {
             sign = "+";
         }
         Ok(())
-    }
-}
-
-impl PidParameters {
-    /// C·G/(1 + C·G), in continuous time, without a dead time: its poles are those of the loop, as far as sampling is fast.
-    ///
-    /// # Errors
-    /// A function of orders above 4 or with too many terms, an order of the loop that cancels.
-    pub fn closed_with(
-        &self,
-        plant: &FractionalTransferFunction,
-    ) -> Result<FractionalTransferFunction, ControlError> {
-        use crate::{FractionalPolynomial, Term};
-        let rise = if self.integral == 0.0 {
-            0.0
-        } else {
-            self.integral_order
-        };
-        let mut above = FractionalPolynomial::ZERO;
-        for (gain, order) in [
-            (self.integral, 0.0),
-            (self.proportional, rise),
-            (self.derivative, rise + self.derivative_order),
-        ] {
-            if gain != 0.0 {
-                above.add(Term::new(gain, order))?;
-            }
-        }
-        let mut below = FractionalPolynomial::ZERO;
-        below.add(Term::new(1.0, rise))?;
-        let open = above.times(plant.numerator())?;
-        FractionalTransferFunction::from_polynomials(
-            open,
-            open.plus(&below.times(plant.denominator())?)?,
-        )
     }
 }

@@ -102,7 +102,7 @@ impl Plant {
     /// A negative one, more than 1e10 s; any at all for a measured response, which has its own.
     pub fn delayed(self, further_s: f64) -> Result<Self, ControlError> {
         let further_s = not_negative("dead time", further_s, "s")?;
-        if further_s > 0.0 && matches!(self.model, Model::Measured(_)) {
+        if further_s > 0.0 && self.is_measured() {
             let allowed = "0: a measured response has its own";
             return Err(RangeError::new("dead time", further_s, allowed, "s").into());
         }
@@ -113,22 +113,24 @@ impl Plant {
     /// The same without its dead time; `None` of a measured response, whose own it has.
     #[must_use]
     pub(crate) fn without_dead_time(&self) -> Option<Self> {
-        match &self.model {
-            Model::Measured(_) => None,
-            _ => Some(Self {
-                delay_s: 0.0,
-                ..self.clone()
-            }),
-        }
+        (!self.is_measured()).then(|| Self {
+            delay_s: 0.0,
+            ..self.clone()
+        })
+    }
+
+    /// True of a response that was measured, of which nothing is known beyond its band.
+    fn is_measured(&self) -> bool {
+        matches!(self.model, Model::Measured(_))
     }
 
     /// The transfer function without the dead time, of a plant that is one.
     #[must_use]
     pub fn function(&self) -> Option<&FractionalTransferFunction> {
-        match &self.model {
-            Model::Transfer(function) => Some(function),
-            _ => None,
-        }
+        let Model::Transfer(function) = &self.model else {
+            return None;
+        };
+        Some(function)
     }
 
     /// G(jω) with the dead time; `None` outside the band of a measured response.
@@ -146,22 +148,17 @@ impl Plant {
     /// The lowest and the highest frequency at which something is known, rad/s.
     #[must_use]
     pub fn band(&self) -> (f64, f64) {
-        match &self.model {
-            Model::Measured(Measured(rows)) => {
-                let at = |row: Option<&[f64; 3]>| row.map_or(0.0, |row| libm::exp(row[0]));
-                (at(rows.first()), at(rows.last()))
-            }
-            _ => (0.0, f64::INFINITY),
-        }
+        let Model::Measured(Measured(rows)) = &self.model else {
+            return (0.0, f64::INFINITY);
+        };
+        let at = |row: Option<&[f64; 3]>| row.map_or(0.0, |row| libm::exp(row[0]));
+        (at(rows.first()), at(rows.last()))
     }
 
     /// d ln G/d ln ω at ω, by a central difference.
     pub(crate) fn slope(&self, omega: f64) -> Option<Complex<f64>> {
-        let h = match &self.model {
-            // Across a kink between two straight lines.
-            Model::Measured(_) => 1e-2,
-            _ => 1e-5,
-        };
+        // Of a measured response across a kink between two straight lines.
+        let h = if self.is_measured() { 1e-2 } else { 1e-5 };
         let above = self.response(omega * libm::exp(h))?;
         let below = self.response(omega * libm::exp(-h))?;
         Some((above / below).ln() / (2.0 * h))
@@ -284,7 +281,7 @@ impl Plant {
 /// A dead time in its range: 10 000 of the longest samples.
 fn dead_time(seconds: f64) -> Result<f64, RangeError> {
     let inside = (0.0..=1e10).contains(&seconds);
-    range("dead time", seconds, inside, "from 0 to 1e10", "s")
+    range("dead time", seconds, inside, "from 0 to 1e10 {}", "s")
 }
 
 impl Measured {

@@ -18,8 +18,6 @@ pub struct Commensurate {
 const DEGREE_MAX: usize = 200;
 /// Error of an order that counts as none, relative to the common one.
 const SAME: f64 = 1e-6;
-/// A root this close to the edge, in rad, is on it.
-const EDGE: f64 = 1e-9;
 
 impl FractionalTransferFunction {
     /// The function in powers of λ = s^q, with the largest q ≤ 1 of which all orders are multiples.
@@ -105,7 +103,6 @@ impl OnAxis<'_> {
         sizes.fold(f64::NEG_INFINITY, f64::max)
     }
 
-    /// A(je^x)/e^scale.
     pub(crate) fn at(&self, x: f64, scale: f64) -> Complex<f64> {
         let terms = self.0.terms().iter();
         let terms = terms.map(|term| {
@@ -230,15 +227,5 @@ impl Commensurate {
         let on_branch = |root: &Complex<f64>| root.arg().abs() <= self.order * PI * (1.0 + 1e-12);
         let roots = self.roots().into_iter().filter(on_branch);
         roots.map(|root| root.powf(1.0 / self.order)).collect()
-    }
-
-    /// Matignon's condition: |arg λ| > qπ/2 for every root λ, which is not 0.
-    ///
-    /// Source: D. Matignon, *Stability properties for generalized fractional differential systems*, ESAIM Proc. 5, 1998.
-    #[must_use]
-    pub fn is_stable(&self) -> bool {
-        let edge = 0.5 * PI * self.order;
-        let outside = |root: &Complex<f64>| root.norm() > 0.0 && root.arg().abs() > edge + EDGE;
-        self.roots().iter().all(outside)
     }
 }

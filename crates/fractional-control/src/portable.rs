@@ -98,19 +98,21 @@ impl<F: Real, const MODES: usize> PortableController<F, MODES> {
         Ok(Self(match form {
             ControllerForm::Parallel => {
                 let inverse = numbers.next();
-                let law = (inverse, Stage::between(limits, numbers.next()));
+                let stage = Stage::between(limits, numbers.next());
                 Law::Parallel(FractionalPid(if parts.iter().any(|part| part.filter > 0) {
                     Kind::Second(Parallel::of_list(
                         parts,
                         &mut numbers,
-                        law,
+                        inverse,
+                        stage,
                         |part, power, filter| Bdf2Memory::from_list(part.integer, power, filter),
                     )?)
                 } else {
                     Kind::First(Parallel::of_list(
                         parts,
                         &mut numbers,
-                        law,
+                        inverse,
+                        stage,
                         |part, power, _| FullMemory::from_list(part.integer, power),
                     )?)
                 }))
@@ -231,7 +233,8 @@ impl<F: Real, O: Differintegrator<F>> Parallel<F, O> {
     fn of_list(
         parts: &[ControllerPart],
         numbers: &mut Numbers<'_, F>,
-        (inverse, stage): (F, Stage<F>),
+        inverse: F,
+        stage: Stage<F>,
         make: impl Fn(&ControllerPart, &[F], &[F]) -> Result<O, ListError>,
     ) -> Result<Self, ListError> {
         let mut law = Self {

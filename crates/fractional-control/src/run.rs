@@ -26,7 +26,7 @@ pub struct LoopRun {
     pub response: Response,
     /// Shape of a step; `None` for a record.
     pub shape: Option<Shape>,
-    /// The certified verdict.
+    /// The verdict, as a proof: a run of finite length shows no stability.
     pub verdict: StabilityVerdict,
     /// As [`LoopAnalysis::coarse`](crate::analysis::LoopAnalysis::coarse).
     pub coarse: Option<f64>,

@@ -51,7 +51,6 @@ pub struct SampledTransferFunction<F, const MODES: usize = 64> {
     constant: Option<usize>,
     /// 1/Σ `a_i·g_i`.
     inverse: F,
-    /// G.
     direct: F,
 }
 

@@ -25,7 +25,7 @@ pub(crate) const DELAY_MAX: f64 = 10_000.0;
 pub(crate) fn delay_samples(plant: &Plant, sample_time: Seconds) -> Result<f64, ControlError> {
     let samples = plant.delay_s / sample_time.0;
     let inside = samples <= DELAY_MAX;
-    range("dead time", samples, inside, "at most 10000", "samples")?;
+    range("dead time", samples, inside, "at most 10000 {}", "samples")?;
     Ok(samples)
 }
 
@@ -45,7 +45,6 @@ const USUAL_SAMPLES: f64 = 1e6;
 pub struct SampledPlant {
     kind: Kind,
     delay: usize,
-    /// h.
     part: f64,
     path: [f64; 3],
     /// Of a plant in states: what it passes on at once, and by how many samples more than d.
@@ -115,13 +114,13 @@ impl SampledPlant {
         let function = match &plant.model {
             Model::Transfer(function) => function,
             Model::StateSpace(states) => {
-                return Self::in_states((states, 0.0), (delay, h), 0.0, sample_time);
+                return Self::in_states(states, 0.0, delay, h, 0.0, sample_time);
             }
             Model::Measured(_) => return Err(ControlError::Measured),
         };
         if let Some((states, direct)) = StateSpace::of_function(function) {
             let integrators = function.denominator().lowest();
-            return Self::in_states((&states, direct), (delay, h), integrators, sample_time);
+            return Self::in_states(&states, direct, delay, h, integrators, sample_time);
         }
         let running = SampledTransferFunction::new(function, memory, sample_time)?;
         let path = [0.5 * (1.0 - h) * (1.0 - h), 0.5 + h - h * h, 0.5 * h * h];
@@ -144,20 +143,22 @@ impl SampledPlant {
     }
 
     fn in_states(
-        (states, direct): (&StateSpace, f64),
-        (delay, h): (usize, f64),
+        states: &StateSpace,
+        direct: f64,
+        delay: usize,
+        h: f64,
         integrators: f64,
         sample_time: Seconds,
     ) -> Result<Self, ControlError> {
         let (sampled, in_v) = states.held(sample_time.0, h)?;
-        let direct = (direct, usize::from(h > 0.0 || delay == 0));
-        let curve = states_fraction(in_v, integrators, direct).bearable(PLANT)?;
+        let later = usize::from(h > 0.0 || delay == 0);
+        let curve = states_fraction(in_v, integrators, direct, later).bearable(PLANT)?;
         Ok(Self {
             kind: Kind::States(sampled),
             delay,
             part: h,
             path: [0.0; 3],
-            direct,
+            direct: (direct, later),
             curve: Fraction {
                 above: curve.above.with(&Factor::Delay(delay)),
                 ..curve
@@ -176,7 +177,7 @@ impl SampledPlant {
         matches!(self.kind, Kind::States(_))
     }
 
-    /// T.
+    /// T, for which the plant was sampled.
     #[must_use]
     pub fn sample_time(&self) -> Seconds {
         self.sample_time
@@ -291,24 +292,19 @@ impl SampledPlant {
 
 /// w·(num₀ + w·num₁)/det in powers of v, and what is passed on at once. A factor s^n of the plant's denominator is v^n of det, which rounding
 /// does not know.
-fn states_fraction(in_v: StatesInV, integrators: f64, (direct, later): (f64, usize)) -> Fraction {
+fn states_fraction(in_v: StatesInV, integrators: f64, direct: f64, later: usize) -> Fraction {
     let [newest, last] = in_v.above;
     let mut denominator = in_v.below;
     let integrators = denominator.iter_mut().take(integrators as usize);
     integrators.for_each(|coefficient| *coefficient = 0.0);
-    let term = |scale, numerator, delay| Product {
-        scale,
-        factors: vec![Factor::InV(numerator), Factor::Delay(delay)],
+    let term = |scale, numerator, delay| {
+        Product::new(scale, vec![Factor::InV(numerator), Factor::Delay(delay)])
     };
     let mut above = vec![term(1.0, newest, 1), term(1.0, last, 2)];
     if direct != 0.0 {
         above.push(term(direct, denominator.clone(), later));
     }
-    let below = Sum(vec![term(1.0, denominator, 0)]);
-    Fraction {
-        above: Sum(above),
-        below,
-    }
+    Fraction::new(above, vec![term(1.0, denominator, 0)])
 }
 
 /// A pole that decays by less than this share of its turn has a peak that a grid may miss, where a zero is next to it.

@@ -38,17 +38,17 @@ const SCHEME: Scheme = Scheme::FullBdf2 {
 /// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct ControllerSetup {
-    /// The controller.
+    /// The law and its gains, as they are in continuous time.
     pub law: ControllerParameters,
     /// Set-point weights of a PID; c of a TID. Others act on the error.
     pub set_point: SetPoint,
     /// Lowest command, in the unit of the plant's input.
     pub output_low: Option<f64>,
-    /// Highest command.
+    /// Highest command, in the unit of the plant's input; `None` without a limit.
     pub output_high: Option<f64>,
     /// Time constant in which the bump of a change fades, s.
     pub fade_time_s: f64,
-    /// T, s.
+    /// T, s, with which the powers are sampled.
     pub sample_time_s: f64,
     /// Rule and tolerance of the powers: `full` or `full-bdf2`.
     pub scheme: Scheme,
@@ -75,22 +75,22 @@ impl ControllerSetup {
     /// The parameters of a PI^λD^μ, if it is one.
     #[must_use]
     pub fn pid(&self) -> Option<PidParameters> {
-        match self.law {
-            ControllerParameters::Pid(pid) => Some(pid),
-            _ => None,
-        }
+        let ControllerParameters::Pid(pid) = self.law else {
+            return None;
+        };
+        Some(pid)
     }
 
     /// The transfer function, if it is given as one.
     #[must_use]
     pub fn function(&self) -> Option<FractionalTransferFunction> {
-        match self.law {
-            ControllerParameters::Function(function) => Some(function),
-            _ => None,
-        }
+        let ControllerParameters::Function(function) = self.law else {
+            return None;
+        };
+        Some(function)
     }
 
-    /// T.
+    /// T, as the operators take it.
     #[must_use]
     pub const fn sample_time(&self) -> Seconds {
         Seconds(self.sample_time_s)
@@ -171,24 +171,24 @@ impl ControllerSetup {
     pub fn with_controller(&self, user: &mut impl UseController) -> Result<(), ControlError> {
         let (actuator, memory, t) = (self.actuator()?, self.memory()?, self.sample_time());
         match &self.law {
-            ControllerParameters::Pid(own) => {
-                user.have(&Pid::new(*own, self.set_point, actuator, memory, t)?);
+            ControllerParameters::Pid(law) => {
+                user.have(&Pid::new(*law, self.set_point, actuator, memory, t)?);
             }
-            ControllerParameters::Tid(own) => {
+            ControllerParameters::Tid(law) => {
                 let weight = self.set_point.derivative;
-                user.have(&Pid::tid(*own, weight, actuator, memory, t)?);
+                user.have(&Pid::tid(*law, weight, actuator, memory, t)?);
             }
-            ControllerParameters::Crone(own) => {
-                user.have(&Lead::crone(*own, actuator, memory, t)?);
+            ControllerParameters::Crone(law) => {
+                user.have(&Lead::crone(*law, actuator, memory, t)?);
             }
-            ControllerParameters::LeadLag(own) => {
-                user.have(&Lead::lead_lag(*own, actuator, memory, t)?);
+            ControllerParameters::LeadLag(law) => {
+                user.have(&Lead::lead_lag(*law, actuator, memory, t)?);
             }
-            ControllerParameters::Function(own) => {
+            ControllerParameters::Function(law) => {
                 if self.output_low.is_some() || self.output_high.is_some() {
-                    runs_backwards(own)?;
+                    runs_backwards(law)?;
                 }
-                let controller = FunctionController::<f64, MODES>::new(own, actuator, memory, t)?;
+                let controller = FunctionController::<f64, MODES>::new(law, actuator, memory, t)?;
                 user.have(&controller);
             }
         }
@@ -199,13 +199,18 @@ impl ControllerSetup {
 /// Rule and tolerance of a scheme that a controller may have.
 #[must_use]
 pub fn rule_of_scheme(scheme: Scheme) -> Option<(Rule, f64)> {
+    let grunwald = Kernel::Grunwald;
     match scheme {
-        Scheme::Full {
-            kernel: Kernel::Grunwald,
-            tolerance,
-        } => Some((Rule::Grunwald, tolerance)),
+        Scheme::Full { kernel, tolerance } => {
+            (kernel == grunwald).then_some((Rule::Grunwald, tolerance))
+        }
         Scheme::FullBdf2 { tolerance } => Some((Rule::Bdf2, tolerance)),
-        _ => None,
+        Scheme::Grunwald { .. }
+        | Scheme::Muir { .. }
+        | Scheme::TustinMuir { .. }
+        | Scheme::Oustaloup { .. }
+        | Scheme::Exact
+        | _ => None,
     }
 }
 

@@ -1,7 +1,7 @@
 //! Controllers that act on the error: CRONE of the second generation, fractional lead–lag, any proper function of s.
 
 use crate::controller::Stage;
-use crate::lead::LeadPower;
+use crate::lead::{LeadPower, LeadShape};
 use crate::transfer::in_samples;
 use crate::{
     Actuator, ControlError, Controller, FractionalTransferFunction, Memory, SampledTransferFunction,
@@ -130,17 +130,6 @@ pub struct CroneParameters {
     pub high_rad_s: f64,
 }
 
-/// `k·f·((1 + s/ω_z)/(1 + s/ω_p))^ν`: what CRONE and lead–lag are.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct LeadShape {
-    /// k.
-    pub(crate) gain: f64,
-    /// f.
-    pub(crate) factor: f64,
-    /// ν, `ω_z` and `ω_p` in rad/s.
-    pub(crate) corners: (f64, f64, f64),
-}
-
 impl CroneParameters {
     /// # Errors
     /// A lower corner that is not below the upper one.
@@ -151,7 +140,9 @@ impl CroneParameters {
         Ok(LeadShape {
             gain: self.gain,
             factor: 1.0,
-            corners: (self.order, low, high),
+            order: self.order,
+            zero_rad_s: low,
+            pole_rad_s: high,
         })
     }
 
@@ -184,7 +175,9 @@ impl LeadLagParameters {
         Ok(LeadShape {
             gain: self.gain,
             factor: libm::pow(x, self.order),
-            corners: (self.order, 1.0 / lambda, 1.0 / (x * lambda)),
+            order: self.order,
+            zero_rad_s: 1.0 / lambda,
+            pole_rad_s: 1.0 / (x * lambda),
         })
     }
 
@@ -247,7 +240,7 @@ impl<F: Real, const MODES: usize> LeadController<F, MODES> {
     ) -> Result<Self, ControlError> {
         let gain = shape.gain * shape.factor;
         range("gain", gain, gain != 0.0, "finite and not 0", "")?;
-        let (operator, own) = LeadPower::new(shape.corners, &memory, sample_time)?;
+        let (operator, own) = LeadPower::new(&shape, &memory, sample_time)?;
         Ok(Self {
             operator,
             gain: in_samples("gain", gain * own)?,

@@ -7,11 +7,11 @@ use std::vec::Vec;
 #[derive(Clone, Debug, Default, PartialEq)]
 #[non_exhaustive]
 pub struct Response {
-    /// r.
+    /// r, the reference, in the unit of y.
     pub reference: Vec<f64>,
-    /// y.
+    /// y, as the controller measures it.
     pub measured: Vec<f64>,
-    /// u, limited.
+    /// u, the command within its limits.
     pub command: Vec<f64>,
 }
 

@@ -82,7 +82,7 @@ impl StateSpace {
         if not_negative("lag", lag_s, "s")? == 0.0 {
             return Ok(self);
         }
-        range("lag", lag_s, lag_s >= 1e-15, "0, or at least 1e-15", "s")?;
+        range("lag", lag_s, lag_s >= 1e-15, "0, or at least 1e-15 {}", "s")?;
         self.fed_by(-1.0 / lag_s, 1.0 / lag_s)
     }
 
@@ -105,7 +105,8 @@ impl StateSpace {
     pub(crate) fn run(
         &self,
         sample_time: f64,
-        (input, fraction): (&[f64], f64),
+        input: &[f64],
+        fraction: f64,
         held: bool,
         seen: &mut dyn FnMut(usize, &[f64]),
     ) -> Result<(), ControlError> {
@@ -133,11 +134,12 @@ impl StateSpace {
     pub(crate) fn respond(
         &self,
         sample_time: f64,
-        (input, fraction): (&[f64], f64),
+        input: &[f64],
+        fraction: f64,
         held: bool,
     ) -> Result<Vec<f64>, ControlError> {
         let mut outputs = Vec::with_capacity(input.len());
-        self.run(sample_time, (input, fraction), held, &mut |_, x| {
+        self.run(sample_time, input, fraction, held, &mut |_, x| {
             outputs.push(self.c.iter().zip(x).map(|(c, x)| c * x).sum());
         })?;
         Ok(outputs)

@@ -251,13 +251,13 @@ impl FractionalPolynomial {
         self.terms.get(..self.count).unwrap_or_default()
     }
 
-    /// The highest order.
+    /// The highest order, by which it grows with ω.
     #[must_use]
     pub fn degree(&self) -> f64 {
         self.terms[0].order
     }
 
-    /// The lowest order.
+    /// The lowest order, by which it behaves at rest; 0 with a constant term.
     #[must_use]
     pub fn lowest(&self) -> f64 {
         self.terms().last().map_or(0.0, |term| term.order)

@@ -127,23 +127,10 @@ impl SampledLoop {
         &self.peaks
     }
 
-    /// The same with the peaks of another loop, whose plant differs by a dead time, and counted with it.
+    /// The same with the peaks of another loop, whose plant differs by a dead time.
     pub(crate) fn beside(self, other: &Self) -> Self {
-        let held = self.held.map(|own| match &other.held {
-            Some(other) => own.counted_with(other),
-            None => own,
-        });
-        Self {
-            peaks: other.peaks.clone(),
-            held,
-            ..self
-        }
-    }
-
-    /// How often the response of the plant was evaluated behind its hold for this loop and those made from it; 0 of a plant that is sampled exactly.
-    #[must_use]
-    pub fn evaluations(&self) -> u64 {
-        self.held.as_ref().map_or(0, HeldResponse::evaluations)
+        let peaks = other.peaks.clone();
+        Self { peaks, ..self }
     }
 
     /// The same with the gain of the plant times this.
@@ -212,7 +199,6 @@ impl SampledLoop {
         }
     }
 
-    /// k.
     pub(crate) fn gain(&self) -> f64 {
         self.gain
     }
@@ -222,7 +208,7 @@ impl SampledLoop {
         below.plus(above.scaled(self.gain))
     }
 
-    /// The certified verdict.
+    /// The verdict, as a proof: no zero of F on or inside the circle, or how many.
     #[must_use]
     pub fn verdict(&self) -> StabilityVerdict {
         let Count {

@@ -53,6 +53,15 @@ pub(crate) struct Walls {
 }
 
 impl<'a> Characteristic<'a> {
+    /// Of a wall.
+    pub(crate) const fn new(plant: SampledPlant, operator: &'a LoopOperator) -> Self {
+        Self {
+            plant,
+            operator,
+            behind: None,
+        }
+    }
+
     pub(crate) fn node(&self, theta: f64) -> Node {
         let place = Place::new(theta);
         let turn = place.w * Complex::new(0.0, 1.0); // dv/dθ = jw
@@ -62,13 +71,13 @@ impl<'a> Characteristic<'a> {
         let delays = w_to(&place, first);
         let (shape, slope) = powers_in_v(self.plant.numerator_in_v(), place.v);
         let value = delays * shape;
-        let gain = Jet {
+        let gain = Jet::new(
             value,
-            rate: value * Complex::new(0.0, -(first as f64)) + delays * turn * slope,
-        };
+            value * Complex::new(0.0, -(first as f64)) + delays * turn * slope,
+        );
         let operator = self.operator.node(&place);
         let size = size_in_v(own, place.size_v);
-        let (terms, rough) = self.terms(&place, (plant, size), gain, &operator);
+        let (terms, rough) = self.terms(&place, plant, size, gain, &operator);
         Node {
             place,
             plant,
@@ -83,7 +92,8 @@ impl<'a> Characteristic<'a> {
     fn terms(
         &self,
         place: &Place,
-        (plant, size): (Jet, f64),
+        plant: Jet,
+        size: f64,
         gain: Jet,
         operator: &OperatorNode,
     ) -> ([Jet; 3], [f64; 3]) {
@@ -122,8 +132,8 @@ impl<'a> Characteristic<'a> {
     }
 
     pub(crate) fn plant_bounds(&self, a: &Node, b: &Node) -> Bounds {
-        let places = (&a.place, &b.place);
-        bounds_in_v(self.plant.denominator_in_v(), places, (&a.plant, &b.plant))
+        let coefficients = self.plant.denominator_in_v();
+        bounds_in_v(coefficients, &a.place, &b.place, &a.plant, &b.plant)
     }
 
     pub(crate) fn gain_bounds(&self, a: &Node, b: &Node) -> Bounds {
@@ -155,10 +165,10 @@ impl<'a> Characteristic<'a> {
         let Some(behind) = &self.behind else {
             return [divided(plant), divided(gain), gain.times(above)];
         };
-        let places = (&a.place, &b.place);
+        let (a, b) = (&a.place, &b.place);
         let of = |coefficients: &[f64]| {
-            let jets = [places.0, places.1].map(|place| jet_in_v(coefficients, place));
-            bounds_in_v(coefficients, places, (&jets[0], &jets[1]))
+            let [jet_a, jet_b] = [a, b].map(|place| jet_in_v(coefficients, place));
+            bounds_in_v(coefficients, a, b, &jet_a, &jet_b)
         };
         let (e, u, v) = (of(&behind.e), of(&behind.u), of(&[0.0, 1.0]));
         let seen = plant.times(u).plus(gain.times(e));
@@ -325,19 +335,15 @@ mod tests {
         ] {
             let path = ForcePath::new(delay, lag).expect("in range");
             let plant = SampledPlant::behind(0.2, 0.5, path).expect("in range");
-            let characteristic = Characteristic {
-                plant,
-                operator: &operator,
-                behind: None,
-            };
-            for interval in [(0.0, 0.01), (0.1, 0.5), (1.0, 1.2), (2.5, PI)] {
+            let characteristic = Characteristic::new(plant, &operator);
+            for interval in [[0.0, 0.01], [0.1, 0.5], [1.0, 1.2], [2.5, PI]] {
                 let name = format!("d + h = {delay}, τ = {lag}");
                 assert_bounded(&characteristic, interval, &name);
             }
         }
     }
 
-    fn assert_bounded(characteristic: &Characteristic, (low, high): (f64, f64), name: &str) {
+    fn assert_bounded(characteristic: &Characteristic, [low, high]: [f64; 2], name: &str) {
         let (a, b) = (characteristic.node(low), characteristic.node(high));
         let bounds = [
             characteristic.plant_bounds(&a, &b),

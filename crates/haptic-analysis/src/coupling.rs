@@ -204,7 +204,7 @@ impl fmt::Debug for Coupler<'_> {
 pub enum LeastDamping {
     /// Passive from this damping on, itself included.
     Enough {
-        /// Least b, N·s/m.
+        /// The least b that is enough, N·s/m.
         damping_n_s_per_m: f64,
         /// θ that asks for it, rad/sample; 0 for a limit.
         worst_theta: f64,

@@ -21,16 +21,17 @@ pub(crate) struct Jet {
 }
 
 impl Jet {
-    pub(crate) const ONE: Self = Self {
-        value: Complex::new(1.0, 0.0),
-        rate: Complex::new(0.0, 0.0),
-    };
+    pub(crate) const fn new(value: Complex<f64>, rate: Complex<f64>) -> Self {
+        Self { value, rate }
+    }
+
+    pub(crate) const ONE: Self = Self::new(Complex::new(1.0, 0.0), Complex::new(0.0, 0.0));
 
     pub(crate) fn times(self, other: Self) -> Self {
-        Self {
-            value: self.value * other.value,
-            rate: self.rate * other.value + self.value * other.rate,
-        }
+        Self::new(
+            self.value * other.value,
+            self.rate * other.value + self.value * other.rate,
+        )
     }
 
     pub(crate) fn over(self, other: Self) -> Self {
@@ -42,17 +43,11 @@ impl Jet {
     }
 
     pub(crate) fn plus(self, other: Self) -> Self {
-        Self {
-            value: self.value + other.value,
-            rate: self.rate + other.rate,
-        }
+        Self::new(self.value + other.value, self.rate + other.rate)
     }
 
     pub(crate) fn conj(self) -> Self {
-        Self {
-            value: self.value.conj(),
-            rate: self.rate.conj(),
-        }
+        Self::new(self.value.conj(), self.rate.conj())
     }
 }
 
@@ -132,10 +127,7 @@ pub(crate) fn powers_in_v(coefficients: &[f64], v: Complex<f64>) -> (Complex<f64
 /// A polynomial in v as a function of θ: dv/dθ = jw.
 pub(crate) fn jet_in_v(coefficients: &[f64], place: &Place) -> Jet {
     let (value, slope) = powers_in_v(coefficients, place.v);
-    Jet {
-        value,
-        rate: slope * (place.w * Complex::new(0.0, 1.0)),
-    }
+    Jet::new(value, slope * (place.w * Complex::new(0.0, 1.0)))
 }
 
 /// `Σ|c_k||v|^k`.
@@ -148,8 +140,10 @@ pub(crate) fn size_in_v(coefficients: &[f64], size_v: f64) -> f64 {
 /// Bounds of a polynomial in v between two places.
 pub(crate) fn bounds_in_v(
     coefficients: &[f64],
-    (a, b): (&Place, &Place),
-    jets: (&Jet, &Jet),
+    a: &Place,
+    b: &Place,
+    jet_a: &Jet,
+    jet_b: &Jet,
 ) -> Bounds {
     // |A′| ≤ Σ k|a_k||v|^(k−1), |A″| ≤ that + Σ k(k − 1)|a_k||v|^(k−2), and |v| grows with θ.
     let (mut rate, mut curl) = (0.0, 0.0);
@@ -160,7 +154,7 @@ pub(crate) fn bounds_in_v(
             curl += (k * (k - 1)) as f64 * most(k - 2);
         }
     }
-    Bounds::from_ends(jets.0, jets.1, b.theta - a.theta, rate, rate + curl)
+    Bounds::from_ends(jet_a, jet_b, b.theta - a.theta, rate, rate + curl)
 }
 
 /// A real function of θ with its derivative.

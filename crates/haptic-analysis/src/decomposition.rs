@@ -68,10 +68,7 @@ impl Decomposition<'_> {
     fn homogeneous(&self, theta: f64) -> Homogeneous {
         let node = self.characteristic.node(theta);
         let product = node.plant.times(node.gain.conj());
-        let u = Jet {
-            value: -product.value,
-            rate: -product.rate,
-        };
+        let u = Jet::new(-product.value, -product.rate);
         let (above, below) = (node.operator.numerator, node.operator.denominator);
         let (e, d2) = if self.characteristic.operator.has_denominator() {
             (above.times(below.conj()), below.times(below.conj()))

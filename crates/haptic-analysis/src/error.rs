@@ -1,57 +1,36 @@
 //! The refusals of an analysis.
 
 use fracdiff::parameter::RangeError;
-use std::fmt;
+use fracdiff::{ParameterError, SchemeError};
 
 /// A question that has no answer, in words.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum AnalysisError {
     /// A parameter outside its range: name, rejected value, allowed range, unit (empty for 1).
-    Range(RangeError),
+    #[error(transparent)]
+    Range(#[from] RangeError),
     /// Something that could not be computed to the accuracy promised.
+    #[error("{what} cannot be computed: {why}")]
     Unresolved {
-        /// The subject.
+        /// The subject of the sentence that tells it.
         what: &'static str,
-        /// Why.
+        /// The reason, with the remedy where there is one.
         why: &'static str,
     },
     /// A question that only makes sense for a stable loop.
+    #[error("the loop is not stable: it has no {what}")]
     NotStable {
         /// The thing asked for.
         what: &'static str,
     },
     /// A parameter of the operator.
-    Operator(fracdiff::SchemeError),
+    #[error(transparent)]
+    Operator(#[from] SchemeError),
 }
 
-impl From<fracdiff::SchemeError> for AnalysisError {
-    fn from(error: fracdiff::SchemeError) -> Self {
-        Self::Operator(error)
-    }
-}
-
-impl From<fracdiff::ParameterError> for AnalysisError {
-    fn from(error: fracdiff::ParameterError) -> Self {
+impl From<ParameterError> for AnalysisError {
+    fn from(error: ParameterError) -> Self {
         Self::Operator(error.into())
     }
 }
-
-impl From<RangeError> for AnalysisError {
-    fn from(error: RangeError) -> Self {
-        Self::Range(error)
-    }
-}
-
-impl fmt::Display for AnalysisError {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match *self {
-            Self::Range(ref error) => error.fmt(f),
-            Self::Unresolved { what, why } => write!(f, "{what} cannot be computed: {why}"),
-            Self::NotStable { what } => write!(f, "the loop is not stable: it has no {what}"),
-            Self::Operator(ref error) => error.fmt(f),
-        }
-    }
-}
-
-impl std::error::Error for AnalysisError {}

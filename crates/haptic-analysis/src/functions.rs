@@ -1,7 +1,7 @@
 //! The functions that operators are made of: powers, polynomials, decaying modes, cascades.
 
 use crate::curve::{Bounds, Jet, product};
-use certified_count::{Arc, Enclosed, Place, count};
+use certified_count::Place;
 use num_complex::Complex;
 
 #[derive(Clone, Debug, PartialEq)]
@@ -84,17 +84,6 @@ impl Polynomial {
         }
     }
 
-    /// No zero in |w| ≤ 1, as a proof.
-    pub(crate) fn is_stable(&self) -> bool {
-        let size = self.coefficients.iter().map(|c| c.abs()).sum();
-        let enclosed = |arc: &Arc| Enclosed {
-            value: horner(&self.coefficients, arc.w).0,
-            size,
-            rate: self.rate,
-        };
-        count(enclosed).zeros == Some(0)
-    }
-
     pub(crate) fn is_one(&self) -> bool {
         self.coefficients == [1.0]
     }
@@ -104,16 +93,10 @@ impl Polynomial {
         // dw/dθ = −jw, dv/dθ = jw
         if degree * place.size_v <= 0.25 {
             let (value, slope) = horner(&self.near_rest, place.v);
-            return Jet {
-                value,
-                rate: slope * place.w * Complex::new(0.0, 1.0),
-            };
+            return Jet::new(value, slope * place.w * Complex::new(0.0, 1.0));
         }
         let (value, slope) = horner(&self.coefficients, place.w);
-        Jet {
-            value,
-            rate: slope * place.w * Complex::new(0.0, -1.0),
-        }
+        Jet::new(value, slope * place.w * Complex::new(0.0, -1.0))
     }
 
     pub(crate) fn bounds(&self, a: &Jet, b: &Jet, width: f64) -> Bounds {
@@ -167,7 +150,7 @@ impl Power {
         } else {
             slope * place.w * Complex::new(0.0, order)
         };
-        Jet { value, rate }
+        Jet::new(value, rate)
     }
 
     /// |P′| = μ|v|^(μ−1), |P″| ≤ μ|v|^(μ−1) + μ|μ−1||v|^(μ−2); `∫|P′| ≤ (|v_b|^μ − |v_a|^μ)/cos(b/2)`
@@ -176,9 +159,10 @@ impl Power {
         let order = self.0;
         let (size_a, size_b) = (a.1.value.norm(), b.1.value.norm());
         let at_least = if order < 1.0 { a } else { b };
-        let rate = product(order, power_below(order, 1.0, at_least));
+        let rate = product(order, power_below(order, 1.0, at_least.0, at_least.1));
         let curved = if order < 2.0 { a } else { b };
-        let bend = rate + product(order * (order - 1.0).abs(), power_below(order, 2.0, curved));
+        let below = power_below(order, 2.0, curved.0, curved.1);
+        let bend = rate + product(order * (order - 1.0).abs(), below);
         let width = b.0.theta - a.0.theta;
         let cos = 0.5 * b.0.size_u;
         let straight = if cos > 0.0 {
@@ -196,7 +180,7 @@ impl Power {
 }
 
 /// |v|^(μ − k) from |v|^μ.
-fn power_below(order: f64, k: f64, (place, jet): (&Place, &Jet)) -> f64 {
+fn power_below(order: f64, k: f64, place: &Place, jet: &Jet) -> f64 {
     if place.size_v > 0.0 {
         jet.value.norm() / libm::pow(place.size_v, k)
     } else if order < k {
@@ -270,10 +254,7 @@ impl Cascade {
             // d ln/dθ = jw·2(p − z)/(above·below)
             slope += (above * below).inv() * (2.0 * (pole - zero));
         }
-        Jet {
-            value,
-            rate: value * slope * place.w * Complex::new(0.0, 1.0),
-        }
+        Jet::new(value, value * slope * place.w * Complex::new(0.0, 1.0))
     }
 
     pub(crate) fn bounds(&self, a: (&Place, &Jet), b: (&Place, &Jet)) -> Bounds {

@@ -16,7 +16,7 @@ pub enum Largest {
         /// θ that stops it, rad/sample.
         worst_theta: f64,
     },
-    /// Passive for any value.
+    /// Passive for any value: no frequency sets a limit.
     Any,
     /// Passive for none, not even 0.
     Empty,
@@ -24,13 +24,11 @@ pub enum Largest {
 
 impl Largest {
     pub(crate) fn times(self, factor: f64) -> Result<Self, AnalysisError> {
-        Ok(match self {
-            Self::Below { value, worst_theta } => Self::Below {
-                value: finite("largest value", value * factor, "")?,
-                worst_theta,
-            },
-            other => other,
-        })
+        let Self::Below { value, worst_theta } = self else {
+            return Ok(self);
+        };
+        let value = finite("largest value", value * factor, "")?;
+        Ok(Self::Below { value, worst_theta })
     }
 }
 

@@ -55,22 +55,16 @@ impl Part {
     fn beyond(&self, after: f64) -> Option<Beyond> {
         if !self.stable {
             let value = self.more;
-            let zero = AtAngle { value, theta: PI };
+            let zero = AtAngle::new(value, PI);
             return Some(Beyond { delay: value, zero });
         }
         // The last delay of this part that was looked at.
         let last = libm::floor(after - self.more).max(0.0);
         // A stable loop has 1 + GH > 0 at w = −1, so |GH| ≥ 1 means GH ≥ 1, and one sample more gives 1 − GH ≤ 0.
-        let turned = self.turned.then_some(AtAngle {
-            value: last + 1.0,
-            theta: PI,
-        });
+        let turned = self.turned.then_some(AtAngle::new(last + 1.0, PI));
         let zeros = self.crossovers.iter().map(|&(theta, turn)| {
             let turns = libm::floor((last * theta - turn) / (2.0 * PI)) + 1.0;
-            AtAngle {
-                value: (turn + 2.0 * PI * turns) / theta,
-                theta,
-            }
+            AtAngle::new((turn + 2.0 * PI * turns) / theta, theta)
         });
         let first = zeros
             .chain(turned)
@@ -132,7 +126,7 @@ impl SampledLoop<'_> {
         let (low, high) = ((beyond.delay - step).max(0.0), beyond.delay);
         // Poles outside the circle; of more than the longest delay there is no verdict.
         let outside = |delay: f64| self.later_by(delay).ok().map(|late| late.count().zeros);
-        if let Some(found) = self.by_phase(beyond.zero, (low, high + step)) {
+        if let Some(found) = self.by_phase(beyond.zero, low, high + step) {
             let before = outside(found.value * (1.0 - BESIDE));
             let after = outside(found.value * (1.0 + BESIDE));
             let known = before.is_some() && after.is_some();
@@ -154,7 +148,7 @@ impl SampledLoop<'_> {
     }
 
     /// The delay near one, within two, at which the phase of a crossover is that of −1, by steps of what is left of it.
-    fn by_phase(&self, near: AtAngle, (low, high): (f64, f64)) -> Option<AtAngle> {
+    fn by_phase(&self, near: AtAngle, low: f64, high: f64) -> Option<AtAngle> {
         let (mut delay, mut theta) = (near.value.clamp(low, high), near.theta);
         for _ in 0..STEPS {
             let left = self.back_at(delay, theta)?;
@@ -163,10 +157,7 @@ impl SampledLoop<'_> {
             (delay, theta) = (next, left.theta);
             if moved.abs() <= KNOWN * delay {
                 let met = left.value.abs() <= MET * delay.max(1.0);
-                return met.then_some(AtAngle {
-                    value: delay,
-                    theta,
-                });
+                return met.then_some(AtAngle::new(delay, theta));
             }
         }
         None
@@ -183,10 +174,7 @@ impl SampledLoop<'_> {
         let (theta, turn) = crossovers.min_by(|a, b| away(a.0).total_cmp(&away(b.0)))?;
         let left = turn - more * theta;
         let turns = libm::rint(left / (2.0 * PI));
-        Some(AtAngle {
-            value: (left - turns * 2.0 * PI) / theta,
-            theta,
-        })
+        Some(AtAngle::new((left - turns * 2.0 * PI) / theta, theta))
     }
 
     /// The delay at which the verdict turns, between one at which the loop is stable and one at which it is not.
@@ -208,7 +196,7 @@ impl SampledLoop<'_> {
                 high = middle;
             }
         }
-        AtAngle { value: high, theta }
+        AtAngle::new(high, theta)
     }
 
     /// The angles at which |GH| = 1, and the turn, −π to π, that takes GH to −1 there.

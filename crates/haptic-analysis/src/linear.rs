@@ -53,14 +53,8 @@ pub(crate) fn scaled(
     balance(&mut matrix, &mut input, &mut output);
     let fastest = matrix.iter().fold(0.0, |most: f64, x| most.max(x.abs()));
     let kept = fastest <= FASTEST.max(rate);
-    let allowed = "at most 1e6";
-    range(
-        "fastest motion of the plant",
-        fastest,
-        kept,
-        allowed,
-        "per sample",
-    )?;
+    let (what, allowed) = ("fastest motion of the plant", "at most 1e6 {}");
+    range(what, fastest, kept, allowed, "per sample")?;
     Ok((matrix, input, output))
 }
 

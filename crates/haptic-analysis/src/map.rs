@@ -53,11 +53,7 @@ impl StabilityMap {
         betas: &[f64],
     ) -> Result<Self, AnalysisError> {
         let (alphas, betas) = (checked("alpha", alphas)?, checked("beta", betas)?);
-        let characteristic = Characteristic {
-            plant,
-            operator,
-            behind: None,
-        };
+        let characteristic = Characteristic::new(plant, operator);
         let mut map = Self {
             unstable_poles: vec![None; alphas.len() * betas.len()],
             columns: betas.len(),

@@ -96,7 +96,7 @@ impl SampledLoop<'_> {
             let gain = self.loop_gain(theta);
             let value = -1.0 / gain.re;
             let is_real = gain.im.abs() <= 1e-6 * gain.norm();
-            (value.is_finite() && value > 0.0 && is_real).then_some(AtAngle { value, theta })
+            (value.is_finite() && value > 0.0 && is_real).then_some(AtAngle::new(value, theta))
         })
     }
 
@@ -105,10 +105,7 @@ impl SampledLoop<'_> {
         let at = |theta| Terms::new(self, self.characteristic.node(theta));
         let angles: Vec<f64> = Characteristic::first_angles().collect();
         let samples: Vec<Terms> = angles.into_iter().map(at).collect();
-        let mut best = AtAngle {
-            value: 0.0,
-            theta: 0.0,
-        };
+        let mut best = AtAngle::new(0.0, 0.0);
         for (index, sample) in samples.iter().enumerate() {
             if sample.sensitivity() > best.value {
                 let low = samples[index.saturating_sub(1)].theta();
@@ -141,12 +138,9 @@ impl SampledLoop<'_> {
         let theta = bisect(low, high, |theta| at(theta).climb() > 0.0);
         let value = at(theta).sensitivity();
         if value > sample.sensitivity() {
-            AtAngle { value, theta }
+            AtAngle::new(value, theta)
         } else {
-            AtAngle {
-                value: sample.sensitivity(),
-                theta: sample.theta(),
-            }
+            AtAngle::new(sample.sensitivity(), sample.theta())
         }
     }
 }
@@ -154,10 +148,16 @@ impl SampledLoop<'_> {
 /// A value and the angle, rad/sample, at which it arises.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct AtAngle {
-    /// The value.
+    /// The value, without a unit unless its field has one.
     pub value: f64,
-    /// θ.
+    /// The angle θ = ωT of a frequency ω, from 0 to π.
     pub theta: f64,
+}
+
+impl AtAngle {
+    pub(crate) const fn new(value: f64, theta: f64) -> Self {
+        Self { value, theta }
+    }
 }
 
 /// Crossings nearer to rest than this are not looked for, rad/sample.

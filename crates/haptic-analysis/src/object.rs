@@ -1,8 +1,6 @@
 //! A simulated object behind a virtual coupler: the loop that a sampled device really closes over both.
 
 use crate::characteristic::{Behind, Characteristic, Walls};
-use crate::operator::multiply;
-use crate::stability::poles;
 use crate::{AnalysisError, AtAngle, Coupler, Dynamics, LoopOperator, SampledLoop};
 use certified_count::Place;
 use fracdiff::FrequencyResponse;
@@ -71,7 +69,6 @@ impl FrequencyResponse for CouplerOperator<'_> {
 #[derive(Clone, Copy, Debug)]
 pub struct CoupledLoop<'a> {
     inner: SampledLoop<'a>,
-    behind: Behind,
 }
 
 impl<'a> CoupledLoop<'a> {
@@ -105,14 +102,13 @@ impl<'a> CoupledLoop<'a> {
         let hand = device.hand_stiffness_n_per_m * t * t / m;
         let firm = hand * between + hand * shares[2] + between * shares[2];
         let all = hand + between + shares[2];
-        let behind = Behind::new(shares);
         let mut inner = SampledLoop::with_plant(device.plant(t)?, alpha, beta, difference)?;
         inner.characteristic = Characteristic {
-            behind: Some(behind),
+            behind: Some(Behind::new(shares)),
             ..inner.characteristic
         };
         inner.beside_rest = firm <= 1e-18 * all * all;
-        Ok(Self { inner, behind })
+        Ok(Self { inner })
     }
 
     /// The same with a coupler this many times as large, `k_c` and `b_c` alike.
@@ -166,51 +162,4 @@ impl<'a> CoupledLoop<'a> {
         }
         Ok(self.inner.gain_margins().0)
     }
-
-    /// F·D in powers of w where Q = N/D is polynomial or rational.
-    fn characteristic_polynomial(&self) -> Option<Vec<f64>> {
-        let (above, below) = self.inner.characteristic.operator.polynomials()?;
-        let plant = &self.inner.characteristic.plant;
-        let (alpha, beta) = self.nondimensional();
-        let e = in_powers_of_w(&self.behind.e);
-        let u = in_powers_of_w(&self.behind.u);
-        let mut coupler = multiply(&[alpha, -alpha], below);
-        coupler.resize(coupler.len().max(above.len()), 0.0);
-        for (sum, c) in coupler.iter_mut().zip(above) {
-            *sum += beta * c;
-        }
-        let delay = plant.path().whole_samples() + 1;
-        let mut seen = vec![0.0; delay];
-        seen.extend(multiply(plant.numerator(), &e));
-        add(&mut seen, &multiply(plant.denominator(), &u));
-        let mut sum = multiply(&multiply(plant.denominator(), &e), below);
-        add(&mut sum, &multiply(&seen, &coupler));
-        Some(sum)
-    }
-
-    /// The poles in z, for polynomial and rational operators; poles at z = 0 left out.
-    #[must_use]
-    pub fn poles(&self) -> Option<Vec<Complex<f64>>> {
-        poles(self.characteristic_polynomial()?)
-    }
-}
-
-fn add(sum: &mut Vec<f64>, more: &[f64]) {
-    sum.resize(sum.len().max(more.len()), 0.0);
-    for (sum, c) in sum.iter_mut().zip(more) {
-        *sum += c;
-    }
-}
-
-/// `Σ c_k (1 − w)^k` in powers of w.
-fn in_powers_of_w(coefficients: &[f64]) -> Vec<f64> {
-    (coefficients.iter().rev()).fold(Vec::new(), |polynomial, c| {
-        let mut next = if polynomial.is_empty() {
-            vec![0.0]
-        } else {
-            multiply(&polynomial, &[1.0, -1.0])
-        };
-        next[0] += c;
-        next
-    })
 }

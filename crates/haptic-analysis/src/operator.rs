@@ -15,8 +15,7 @@ use num_complex::Complex;
 /// full-bdf2                 that of full, times Σ_{j<28} f_j w^j
 /// oustaloup                 P = (1 − w)^n g·Π (v + z_i(2 − v))/(v + p_i(2 − v)),   v = 1 − w
 /// ```
-/// One's own: [`from_polynomials`](Self::from_polynomials), [`from_modes`](Self::from_modes), and from any
-/// [`FrequencyResponse`] whose memory fades, [`from_response`](Self::from_response).
+/// One's own full memory, of any kernel: [`from_design`](Self::from_design).
 ///
 /// All are analytic in |w| < 1 and bounded on the circle, which the argument principle needs; so
 /// integrals (μ < 0, a pole at w = 1) are refused.
@@ -89,7 +88,7 @@ impl LoopOperator {
         }
     }
 
-    /// The order μ.
+    /// The order μ, which says what the gain B counts in.
     #[must_use]
     pub fn order(&self) -> Order {
         self.order
@@ -157,7 +156,7 @@ impl LoopOperator {
         let (a, b) = (Place::new(low), Place::new(high));
         let (node_a, node_b) = (self.node(&a), self.node(&b));
         let [above, below] = self.bounds((&a, &node_a), (&b, &node_b));
-        let bound = self.quotient_travel((&node_a, &node_b), [above, below], high - low);
+        let bound = self.quotient_travel(&node_a, &node_b, [above, below], high - low);
         // Bounds over a long interval are crude, or there are none.
         let size =
             |node: &OperatorNode| node.numerator.value.norm() / node.denominator.value.norm();
@@ -174,7 +173,8 @@ impl LoopOperator {
     /// ```
     fn quotient_travel(
         &self,
-        (a, b): (&OperatorNode, &OperatorNode),
+        a: &OperatorNode,
+        b: &OperatorNode,
         [above, below]: [Bounds; 2],
         width: f64,
     ) -> f64 {

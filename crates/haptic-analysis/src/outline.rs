@@ -281,7 +281,7 @@ pub struct BoundaryPoint {
 /// outer boundary runs anticlockwise, that of a hole clockwise.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Polygon {
-    /// In order.
+    /// Its corners, one after another around it; the first is not repeated.
     pub points: Vec<BoundaryPoint>,
     /// Enclosed area, negative for a hole; by cubics between the points, not by chords.
     pub area: f64,

@@ -127,7 +127,7 @@ impl<'a, P: FrequencyResponse + ?Sized> OnePort<'a, P> {
         let alpha = not_negative("alpha", alpha, "")?;
         let beta = not_negative("beta", beta, "")?;
         let kept = theta > 0.0 && theta <= PI;
-        let allowed = "above 0 and at most π";
+        let allowed = "above 0 and at most π {}";
         range("digital frequency", theta, kept, allowed, "rad/sample")?;
         finite("least delta", self.combine(alpha, beta, theta), "")
     }
@@ -184,11 +184,9 @@ impl<'a, P: FrequencyResponse + ?Sized> OnePort<'a, P> {
                 port.tangent([(port.u, 1.0.into()), (port.v, port.p)], alpha, beta)
             },
         )?;
-        Ok(match found {
-            // A wall this soft has a negative spring at rest.
-            Largest::Below { value, .. } if value < beta * self.deficit => Largest::Empty,
-            found => found,
-        })
+        // A wall this soft has a negative spring at rest.
+        let is_soft = matches!(found, Largest::Below { value, .. } if value < beta * self.deficit);
+        Ok(if is_soft { Largest::Empty } else { found })
     }
 
     /// The largest β/α that leaves no negative spring at rest: −1/P(1); `None` if any does.
@@ -380,7 +378,7 @@ impl RequiredDelta {
     }
 }
 
-/// The same with units.
+/// The damping that Theorem 1 asks for, with units, and that of Corollary 1 beside it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct RequiredDamping {

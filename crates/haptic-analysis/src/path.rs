@@ -38,7 +38,7 @@ pub(crate) struct Profile {
 }
 
 impl ForcePath {
-    /// No delay, no lag.
+    /// A device that acts at once: neither delay nor lag.
     pub const NONE: Self = Self {
         whole: 0,
         fraction: 0.0,
@@ -54,9 +54,10 @@ impl ForcePath {
     /// Either outside its range.
     pub fn new(delay_samples: f64, lag_samples: f64) -> Result<Self, AnalysisError> {
         let inside = (0.0..=Self::DELAY_MAX).contains(&delay_samples);
-        range("delay", delay_samples, inside, "from 0 to 10000", "samples")?;
+        let allowed = "from 0 to 10000 {}";
+        range("delay", delay_samples, inside, allowed, "samples")?;
         let inside = (0.0..=Self::LAG_MAX).contains(&lag_samples);
-        let allowed = "from 0 to 1e6";
+        let allowed = "from 0 to 1e6 {}";
         range("current lag", lag_samples, inside, allowed, "samples")?;
         let nearest = libm::rint(delay_samples);
         let delay = if (delay_samples - nearest).abs() < 1e-9 {
@@ -76,7 +77,7 @@ impl ForcePath {
         })
     }
 
-    /// d + h, samples.
+    /// d + h, the whole delay beside that of the hold, samples.
     #[must_use]
     pub fn delay_samples(&self) -> f64 {
         self.whole as f64 + self.fraction
@@ -94,7 +95,7 @@ impl ForcePath {
         self.fraction
     }
 
-    /// τ/T, samples.
+    /// τ/T, the time constant of the current in samples; 0 without a lag.
     #[must_use]
     pub fn lag_samples(&self) -> f64 {
         self.lag

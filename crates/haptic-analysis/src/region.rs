@@ -97,16 +97,12 @@ impl StabilityRegion {
         let plant = plant.later(delay)?;
         let samples = plant.path().delay_samples();
         let short = samples <= Self::DELAY_MAX as f64;
-        let allowed = "from 0 to 64";
+        let allowed = "from 0 to 64 {}";
         range("delay of a region", samples, short, allowed, "samples")?;
         let order = operator.order().get();
         let kept = order <= 0.0 || order >= Self::ORDER_MIN;
         range("order of a region", order, kept, "0, or from 1e-6 to 2", "")?;
-        let characteristic = Characteristic {
-            plant,
-            operator,
-            behind: None,
-        };
+        let characteristic = Characteristic::new(plant, operator);
         let decomposition = Decomposition {
             characteristic,
             direct_gain: operator.direct_gain(),
@@ -246,7 +242,7 @@ fn edges(decomposition: &Decomposition) -> Result<Vec<Edge>, AnalysisError> {
         decomposition.reach / decomposition.direct_gain,
     );
     for (p, c, theta, stable_side) in lines {
-        if let Some(ends) = cut_to_box((p, c), (alpha_end, beta_end)) {
+        if let Some(ends) = cut_to_box(p, c, alpha_end, beta_end) {
             edges.push(Edge::Straight(Straight {
                 ends,
                 normal: [1.0, p],
@@ -271,7 +267,7 @@ fn edges(decomposition: &Decomposition) -> Result<Vec<Edge>, AnalysisError> {
 }
 
 /// The ends of the line α = c − pβ with 0 ≤ β ≤ its end and 0 ≤ α ≤ its end, if it has a length there.
-fn cut_to_box((p, c): (f64, f64), (alpha_end, beta_end): (f64, f64)) -> Option<[[f64; 2]; 2]> {
+fn cut_to_box(p: f64, c: f64, alpha_end: f64, beta_end: f64) -> Option<[[f64; 2]; 2]> {
     let (mut low, mut high) = (0.0_f64, beta_end);
     if p == 0.0 {
         if !(0.0..=alpha_end).contains(&c) {

@@ -7,11 +7,8 @@ use fracdiff::full_memory::{Design, HORIZON_MIN, Kernel};
 use fracdiff::parameter::range;
 use fracdiff::scheme::{FULL_MODES, FULL_TAPS};
 use fracdiff::{
-    Band, FrequencyResponse, Order, Scheme, Seconds, bdf2_short_filter, grunwald_weights,
-    muir_coefficients,
+    Band, Order, Scheme, Seconds, bdf2_short_filter, grunwald_weights, muir_coefficients,
 };
-use num_complex::Complex;
-use std::f64::consts::PI;
 
 impl LoopOperator {
     /// From a scheme. `sample_time` matters only to `oustaloup`, whose corners are in Hz; `horizon`, in samples, only to the full memories.
@@ -146,159 +143,28 @@ fn taps_and_modes<const TAPS: usize, const MODES: usize>(design: &Design<TAPS, M
 }
 
 impl LoopOperator {
-    /// Longest memory that [`from_response`](Self::from_response) can take apart, samples.
-    const MEMORY_MAX: usize = 4096;
-
-    /// A recursive filter, P = Σ `b_j` w^j/Σ `a_j` w^j, without its factor T^(−μ).
-    ///
-    /// - `order` says what the gain B counts in, N·s^μ/m, and so what β is.
-    /// - A filter without feedback has the denominator `[1.0]`.
-    ///
-    /// # Errors
-    /// An order below 1e-6 (a constant is a spring: put it into α) or above 2; a coefficient that is not finite; a direct gain `b₀/a₀` not
-    /// above 0; a denominator with a zero in |w| ≤ 1, or so close that rounding errors could decide: the filter itself would be unstable.
-    pub fn from_polynomials(
-        order: Order,
-        numerator: &[f64],
-        denominator: &[f64],
-    ) -> Result<Self, AnalysisError> {
-        check(order, numerator)?;
-        check(order, denominator)?;
-        if !Polynomial::new(denominator.to_vec()).is_stable() {
-            return Err(AnalysisError::Unresolved {
-                what: "the operator",
-                why: "its denominator is not clearly free of zeros in the unit disc of w, so it is no stable filter",
-            });
-        }
-        Self::rational(order, numerator.to_vec(), denominator.to_vec()).with_direct_gain()
-    }
-
-    /// A memory of taps and decaying modes on increments, without its factor T^(−μ):
-    /// ```text
-    /// P = (1 − w)^⌈μ⌉·[Σ_j k_j w^j + Σ_q W_q/(1 − e^(−s_q)·w)]
-    /// ```
-    /// so a mode, a pair (`s_q` > 0 per sample, `W_q`), begins at lag 0. A tempered or fitted kernel is one.
-    ///
-    /// # Errors
-    /// An order below 1e-6 or above 2; a tap, weight or rate that is not finite; a rate not above 0; a direct gain not above 0.
-    pub fn from_modes(
-        order: Order,
-        taps: &[f64],
-        modes: &[(f64, f64)],
-    ) -> Result<Self, AnalysisError> {
-        check(order, taps)?;
-        for &(rate, weight) in modes {
-            range("weight of a mode", weight, true, "finite", "")?;
-            range("rate of a mode", rate, rate > 0.0, "above 0", "per sample")?;
-        }
-        let (differences, _) = order.split_up();
-        let core = Curve::Modes(Modes {
-            taps: Polynomial::new(taps.to_vec()),
-            modes: (modes.iter())
-                .map(|&(rate, weight)| (weight, -libm::expm1(-rate)))
-                .collect(),
-        });
-        Self::irrational(order, f64::from(differences), core).with_direct_gain()
-    }
-
     /// A full memory of one's own, as [`FullMemory`](fracdiff::FullMemory) runs its design: of a tempered kernel, or of
     /// all elements of a tissue at once.
     ///
     /// # Errors
-    /// As [`from_modes`](Self::from_modes).
+    /// An order below 1e-6 (a constant is a spring: put it into α) or above 2; a direct gain not above 0.
     pub fn from_design<const TAPS: usize, const MODES: usize>(
         design: &Design<TAPS, MODES>,
     ) -> Result<Self, AnalysisError> {
-        check(design.order(), &[1.0])?;
-        Self::full(design).with_direct_gain()
-    }
-
-    /// Anything that has a frequency response and whose memory fades: P is taken apart into its weights,
-    /// P = Σ `c_j` w^j, by a discrete Fourier transform.
-    /// ```text
-    /// c_j = (1/M)·Σ_k P(e^(−2πjk/M))·e^(2πjk/M),   M doubled until all of c from M/2 on is below 1e-12·Σ|c_j|
-    /// ```
-    /// - *Exact* to some 1e-15 for a finite memory of up to 2048 samples; what a fading one leaves out is 1e-12 of its weights.
-    /// - *Not for* weights that fall like a power, as those of (1 − w)^μ: give its [`Scheme`](fracdiff::Scheme) or its
-    ///   modes. A pole close to the circle wants [`from_polynomials`](Self::from_polynomials).
-    /// - *Cost*: M² multiply-adds.
-    ///
-    /// # Errors
-    /// An order below 1e-6 or above 2; a response that is not finite, as that of an integral at rest; a memory that has
-    /// not faded after 2048 samples; a direct gain not above 0.
-    pub fn from_response(
-        order: Order,
-        operator: &(impl FrequencyResponse + ?Sized),
-    ) -> Result<Self, AnalysisError> {
-        let mut samples = 32;
-        while samples <= Self::MEMORY_MAX {
-            let mut weights = weights(operator, samples);
-            check(order, &weights)?;
-            let sum = |weights: &[f64]| weights.iter().map(|c| c.abs()).sum::<f64>();
-            let whole = sum(&weights);
-            if sum(&weights[samples / 2..]) <= 1e-12 * whole {
-                // Rounding errors of the transform, behind a memory that is shorter.
-                let last = weights.iter().rposition(|c| c.abs() > 1e-14 * whole);
-                weights.truncate(last.unwrap_or(0) + 1);
-                return Self::polynomial(order, weights).with_direct_gain();
-            }
-            samples *= 2;
-        }
-        Err(AnalysisError::Unresolved {
-            what: "the operator from its response",
-            why: "its memory has not faded after 2048 samples: give its scheme, its polynomials or its modes",
-        })
-    }
-
-    /// Itself, if the newest sample counts: what the search for a region begins with.
-    fn with_direct_gain(self) -> Result<Self, AnalysisError> {
-        let gain = self.direct_gain();
-        let allowed = "above 0";
-        range("direct gain of the operator", gain, gain > 0.0, allowed, "")?;
-        Ok(self)
-    }
-}
-
-fn check(order: Order, coefficients: &[f64]) -> Result<(), AnalysisError> {
-    let value = order.get();
-    let varies = value >= StabilityRegion::ORDER_MIN;
-    let allowed = "from 1e-6 to 2: a constant is a spring, and an integral has a pole at rest";
-    range("order", value, varies, allowed, "")?;
-    let count = coefficients.len() as f64;
-    let allowed = "at least 1";
-    range("number of coefficients", count, count > 0.0, allowed, "")?;
-    for &coefficient in coefficients {
-        let allowed = "finite";
+        let value = design.order().get();
+        let varies = value >= StabilityRegion::ORDER_MIN;
+        let allowed = "from 1e-6 to 2: a constant is a spring, and an integral has a pole at rest";
+        range("order", value, varies, allowed, "")?;
+        let operator = Self::full(design);
+        // The search for a region begins with what the newest sample counts.
+        let gain = operator.direct_gain();
         range(
-            "coefficient of the operator",
-            coefficient,
-            true,
-            allowed,
+            "direct gain of the operator",
+            gain,
+            gain > 0.0,
+            "above 0",
             "",
         )?;
+        Ok(operator)
     }
-    Ok(())
-}
-
-/// The first weights of an operator, as many as samples of its response on the whole circle; an even number.
-fn weights(operator: &(impl FrequencyResponse + ?Sized), samples: usize) -> Vec<f64> {
-    let angle = |k: usize| 2.0 * PI * k as f64 / samples as f64;
-    let turns: Vec<Complex<f64>> = (0..samples)
-        .map(|k| {
-            let (sin, cos) = libm::sincos(angle(k));
-            Complex::new(cos, sin)
-        })
-        .collect();
-    let half = samples / 2;
-    let responses: Vec<Complex<f64>> = (0..=half).map(|k| operator.response(angle(k))).collect();
-    (0..samples)
-        .map(|j| {
-            // P(e^(jθ)) is the conjugate of P(e^(−jθ)): both together are twice the real part.
-            let ends = responses[0].re + (responses[half] * turns[half * j % samples]).re;
-            let inner: f64 = (1..half)
-                .map(|k| (responses[k] * turns[k * j % samples]).re)
-                .sum();
-            (ends + 2.0 * inner) / samples as f64
-        })
-        .collect()
 }

@@ -133,10 +133,7 @@ impl SampledLoop<'_> {
 
     /// The least k > 0 with 1 + kL = 0 on the circle, if the loop is stable below, and θ there.
     fn linear_limit(&self) -> (f64, f64) {
-        let none = AtAngle {
-            value: f64::INFINITY,
-            theta: PI,
-        };
+        let none = AtAngle::new(f64::INFINITY, PI);
         let crossings = self.gain_crossings();
         let least = crossings.fold(none, |a, b| if b.value < a.value { b } else { a });
         let (least, theta) = (least.value, least.theta);
@@ -201,10 +198,7 @@ impl Taps {
     /// M(e^(−jθ)), as (1 − Σh) + `Σ h_i(1 − w^i)`, which does not cancel near rest.
     fn jet(&self, theta: f64) -> Jet {
         let at_rest = self.0.iter().fold(1.0, |left, (_, h)| left - h);
-        let mut jet = Jet {
-            value: at_rest.max(0.0).into(),
-            rate: 0.0.into(),
-        };
+        let mut jet = Jet::new(at_rest.max(0.0).into(), 0.0.into());
         for &(i, h) in &self.0 {
             let i = f64::from(i);
             let (sin, cos) = libm::sincos(i * theta);
@@ -329,28 +323,16 @@ impl<'a, 'b> Search<'a, 'b> {
     fn point(&self, theta: f64) -> Point {
         let node = self.subject.characteristic.node(theta);
         let terms = Terms::new(self.subject, node);
-        let feedback = Jet {
-            value: terms.feedback,
-            rate: terms.feedback_rate,
-        };
+        let feedback = Jet::new(terms.feedback, terms.feedback_rate);
         let parts = if self.drifts {
             // s = |v| = 2 sin(θ/2),  u = |v|/v = −je^(jθ/2)
             let (sin, cos) = libm::sincos(0.5 * theta);
-            let size = Jet {
-                value: (2.0 * sin).into(),
-                rate: cos.into(),
-            };
-            let turn = Jet {
-                value: Complex::new(sin, -cos),
-                rate: Complex::new(0.5 * cos, 0.5 * sin),
-            };
+            let size = Jet::new((2.0 * sin).into(), cos.into());
+            let turn = Jet::new(Complex::new(sin, -cos), Complex::new(0.5 * cos, 0.5 * sin));
             let own = jet_in_v(self.denominator(), &node.place);
             [own.times(node.operator.denominator), feedback, size, turn]
         } else {
-            let own = Jet {
-                value: terms.plant,
-                rate: terms.plant_rate,
-            };
+            let own = Jet::new(terms.plant, terms.plant_rate);
             [own, feedback, Jet::ONE, Jet::ONE]
         };
         let [plant, feedback, near, turn] = parts;
@@ -566,13 +548,13 @@ impl<'a, 'b> Search<'a, 'b> {
         let (mut plant, feedback) = Terms::bounds(self.subject, &a.terms, &b.terms);
         let (mut size, mut turn) = (Bounds::ONE, Bounds::ONE);
         if self.drifts {
-            let places = (&a.terms.node.place, &b.terms.node.place);
-            let jets = [places.0, places.1].map(|place| jet_in_v(self.denominator(), place));
+            let (low, high) = (&a.terms.node.place, &b.terms.node.place);
+            let [jet_a, jet_b] = [low, high].map(|place| jet_in_v(self.denominator(), place));
             let [_, below] = self
                 .subject
                 .characteristic
                 .operator_bounds(&a.terms.node, &b.terms.node);
-            plant = bounds_in_v(self.denominator(), places, (&jets[0], &jets[1])).times(below);
+            plant = bounds_in_v(self.denominator(), low, high, &jet_a, &jet_b).times(below);
             let width = b.theta() - a.theta();
             let of = |k: usize, rate: f64, bend: f64| {
                 Bounds::from_ends(&a.parts[k], &b.parts[k], width, rate, bend)

@@ -169,18 +169,14 @@ impl<'a> SampledLoop<'a> {
             range(what, value, kept, "from 0 to 1e12", "")?;
         }
         Ok(Self {
-            characteristic: Characteristic {
-                plant,
-                operator,
-                behind: None,
-            },
+            characteristic: Characteristic::new(plant, operator),
             alpha: flushed(alpha),
             beta: flushed(beta),
             beside_rest: false,
         })
     }
 
-    /// The plant.
+    /// The plant with its delay, as the loop samples it.
     #[must_use]
     pub fn plant(&self) -> &SampledPlant {
         &self.characteristic.plant
@@ -335,11 +331,8 @@ impl Circle<'_> {
             .map_or(whole, |(end, span, turned)| (end, span, *turned));
         let spans = core::iter::once(span).chain(&self.spans[1..]);
         let scale = self.characteristic.plant.numerator_sum();
-        let count = curve.count(
-            (begin, turned),
-            spans.zip(&self.nodes[1..]),
-            tolerance * scale,
-        );
+        let ways = spans.zip(&self.nodes[1..]);
+        let count = curve.count(begin, turned, ways, tolerance * scale);
         Count {
             closest: count.closest / scale,
             ..count
@@ -409,7 +402,7 @@ impl Curve for Weighed<'_, '_> {
         }
     }
 
-    fn path(&self, (a, b): (&Node, &Node), span: &Span) -> f64 {
+    fn path(&self, a: &Node, b: &Node, span: &Span) -> f64 {
         span.path(a, b, &self.walls)
     }
 }

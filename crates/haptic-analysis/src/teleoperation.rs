@@ -122,11 +122,11 @@ pub struct AbsoluteStability {
 /// The delay from which on two hands are not absolutely stable any more.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum LargestDelay {
-    /// Not even without delay.
+    /// Not absolutely stable, even without delay.
     None,
     /// Stable for every delay that was tried up to this one, s, and not just above it.
     Below {
-        /// s.
+        /// The longest delay that held, s.
         delay_s: f64,
     },
     /// Stable for every delay that was tried up to the largest one asked for.

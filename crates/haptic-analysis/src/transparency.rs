@@ -18,7 +18,7 @@ pub struct Environment {
     pub stiffness_n_per_m: f64,
     /// B, at least 0. Its unit depends on μ: N·s^μ/m, so N/m at μ = 0, N·s/m at 1, kg at 2.
     pub dissipation_n_s_mu_per_m: f64,
-    /// μ.
+    /// μ of the operator D^μ, any order that an operator can have.
     pub order: Order,
     /// T, s, above 0.
     pub sample_time_s: f64,
@@ -28,7 +28,7 @@ pub struct Environment {
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct Effective {
-    /// ω, rad/s.
+    /// ω, rad/s, at which the impedance was read.
     pub omega_rad_s: f64,
     /// Effective stiffness ES, N/m; positive pushes back.
     pub stiffness_n_per_m: f64,

@@ -76,7 +76,7 @@ impl LineFaults {
             ("length of a stall", self.stall_s),
         ] {
             let fits = value >= 0.0 && value.is_finite();
-            range(what, value, fits, "at least 0", "s")?;
+            range(what, value, fits, "at least 0 {}", "s")?;
         }
         Ok(())
     }

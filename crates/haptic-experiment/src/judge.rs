@@ -272,15 +272,6 @@ impl<R> Published<R> {
 mod tests {
     use super::*;
 
-    impl LargestError {
-        fn of(mut self, time_s: &[f64], have: &[f64], want: &[f64]) -> Compared {
-            for (&time_s, (&have, &want)) in time_s.iter().zip(have.iter().zip(want)) {
-                self.add(time_s, have, want);
-            }
-            self.get()
-        }
-    }
-
     const TIME: [f64; 4] = [0.0, 1.0, 2.0, 3.0];
 
     fn compared(have: [f64; 4], want: [f64; 4], from_s: f64) -> Compared {

@@ -116,7 +116,7 @@ impl Checks {
 
     #[inline(never)]
     pub(crate) fn positive(&mut self, what: &'static str, value: f64, unit: &'static str) -> f64 {
-        self.range(what, value, value > 0.0, "above 0", unit)
+        self.range(what, value, value > 0.0, "above 0 {}", unit)
     }
 
     #[inline(never)]
@@ -126,7 +126,7 @@ impl Checks {
         value: f64,
         unit: &'static str,
     ) -> f64 {
-        self.range(what, value, value >= 0.0, "at least 0", unit)
+        self.range(what, value, value >= 0.0, "at least 0 {}", unit)
     }
 
     /// A value rounded to the loop's precision, in which it neither overflows nor vanishes.

@@ -254,7 +254,7 @@ impl Specimen {
             }
             Body::Cone(angle) => {
                 let fits = angle > 0.0 && angle < 0.5 * PI;
-                range("half angle", angle, fits, "in (0, π/2)", "rad")?;
+                range("half angle", angle, fits, "in (0, π/2) {}", "rad")?;
                 let what = "stiffening under a cone";
                 range(what, stiffening, stiffening == 0.0, "0", "")?;
             }

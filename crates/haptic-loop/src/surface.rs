@@ -126,7 +126,7 @@ impl<F: Real, const D: usize> Ball<F, D> {
             "radius of the ball",
             radius.0,
             within,
-            "from 1e-6 to 1e6",
+            "from 1e-6 to 1e6 {}",
             "m",
         );
         let centre = centre.map(|x| checks.rounded("centre of the ball", x.0, "m"));

@@ -359,7 +359,7 @@ fn playout(samples: u32) -> Result<u32, ParameterError> {
         "playout",
         f64::from(samples),
         (1..=Settings::PLAYOUT_MOST).contains(&samples),
-        "in [1, 10000]",
+        "in [1, 10000] {}",
         "samples",
     )?;
     Ok(samples)

@@ -38,7 +38,7 @@ takes precedence over 1, and 1 over 4.";
     name = "host-cli",
     version,
     about,
-    long_about = LONG_ABOUT.replace("{schemes}", &fracdiff::Scheme::help()),
+    long_about = LONG_ABOUT.replace("{schemes}", fracdiff::Scheme::help()),
     max_term_width = 100,
     after_help = "Example: host-cli relax --duration 200s --out relaxation"
 )]

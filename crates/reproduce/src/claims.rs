@@ -7,7 +7,7 @@ use serde::{Serialize, Serializer};
 
 pub use super::evidence::Evidence;
 
-/// A claim, judged.
+/// A claim of the dissertation with the verdict on it.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct Claim {
     /// C1 to C17, C4 in two.
@@ -105,7 +105,7 @@ const CLAIMS: [(&str, &str, &str, &[Kind], Judge); 18] = claims! {
         "The B term only stores energy at μ = 0 and 2, and dissipates at every order between. Read as: its damping is zero at all frequencies for those two orders alone.";
 };
 
-/// Number of claims.
+/// How many claims are judged, for a progress bar.
 pub const COUNT: usize = CLAIMS.len();
 
 /// Judges all claims; `done` is called after each and says whether to go on.

@@ -40,7 +40,7 @@ pub(crate) type Found = Result<(bool, String), AnalysisError>;
 /// Evidence on a claim with one operator.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct Evidence {
-    /// The operator.
+    /// The operator that the claim was computed with, as it is written.
     pub operator: &'static str,
     /// True if the claim holds with it.
     pub holds: bool,
@@ -245,16 +245,10 @@ pub(crate) fn sensitivity_rises(kind: Kind, _: &Formulas) -> Found {
                 let wall = Nondimensional {
                     alpha,
                     beta,
-                    ..SENSITIVITY_WALL
+                    delta,
+                    gamma,
                 };
-                if let Some(peaks) = peaks(
-                    kind,
-                    Nondimensional {
-                        delta,
-                        gamma,
-                        ..wall
-                    },
-                )? {
+                if let Some(peaks) = peaks(kind, wall)? {
                     tried += 1;
                     rising += usize::from(rises(&peaks));
                 }
@@ -332,7 +326,7 @@ pub(crate) fn passive_boundary(
         let alpha = most * (1.0 - step as f64 / steps as f64).min(1.0 - 1e-9);
         Ok(match port.largest_beta(delta, alpha)? {
             Largest::Below { value, .. } => (value.max(0.0), alpha),
-            _ => (0.0, alpha),
+            Largest::Any | Largest::Empty => (0.0, alpha),
         })
     });
     points.collect()
@@ -347,23 +341,12 @@ fn area_under(boundary: &[(f64, f64)]) -> f64 {
 }
 
 pub(crate) fn passivity_region(kind: Kind, _: &Formulas) -> Found {
-    let areas = (0..=8)
-        .map(|quarter| {
-            Ok(area_under(&passive_boundary(
-                kind,
-                f64::from(quarter) / 4.0,
-                DELTA,
-                200,
-            )?))
-        })
-        .collect::<Result<Vec<f64>, AnalysisError>>()?;
-    Ok((
-        falls(&areas),
-        format!(
-            "area at μ = 0, 0.5, 1, 1.5, 2: {}",
-            list(areas.iter().step_by(2))
-        ),
-    ))
+    let area = |mu| Ok(area_under(&passive_boundary(kind, mu, DELTA, 200)?));
+    let quarters = (0..=8).map(|quarter| area(f64::from(quarter) / 4.0));
+    let areas = quarters.collect::<Result<Vec<f64>, AnalysisError>>()?;
+    let drawn = list(areas.iter().step_by(2));
+    let numbers = format!("area at μ = 0, 0.5, 1, 1.5, 2: {drawn}");
+    Ok((falls(&areas), numbers))
 }
 
 pub(crate) fn corollary_two(_: Kind, formulas: &Formulas) -> Found {

@@ -71,7 +71,7 @@ pub(crate) struct Panel {
 /// A figure of the dissertation, made again.
 #[derive(Clone, Debug)]
 pub struct Figure {
-    /// Its number there.
+    /// The number that the dissertation gives it.
     pub id: &'static str,
     /// Title: what it shows.
     pub title: &'static str,
@@ -202,10 +202,9 @@ pub(super) fn per_order(
 pub(super) fn share_axes(panels: &mut [Panel]) {
     const ROOM: f64 = 1.05;
     let curves = panels.iter().flat_map(|panel| &panel.curves);
-    let points = curves.flat_map(|curve| &curve.points);
-    let (x, y) = points.fold((0.0, 0.0), |(x, y): (f64, f64), point| {
-        (x.max(point.0), y.max(point.1))
-    });
+    let points: Vec<(f64, f64)> = curves.flat_map(|curve| curve.points.clone()).collect();
+    let x = points.iter().map(|point| point.0).fold(0.0, f64::max);
+    let y = points.iter().map(|point| point.1).fold(0.0, f64::max);
     for panel in panels {
         panel.x = panel.x.between(0.0, ROOM * x);
         panel.y = panel.y.between(0.0, ROOM * y);

@@ -69,9 +69,10 @@ type Value = fn(&Effective) -> f64;
 
 /// Two panels, effective stiffness and damping over frequency, of orders whose looks begin with the `first`.
 fn effective(
-    (orders, first): (&[f64], usize),
+    orders: &[f64],
+    first: usize,
     what: &str,
-    (stiffness_axis, damping_axis): (Axis, Axis),
+    [stiffness_axis, damping_axis]: [Axis; 2],
     points: impl Fn(f64, Value) -> Result<Vec<(f64, f64)>, AnalysisError>,
 ) -> Result<[Panel; 2], Failure> {
     let panel = |name: &str, y, value: Value| {
@@ -110,16 +111,12 @@ fn environment() -> Result<Figure, Failure> {
     let damping = DAMPING.between(-0.05 * DISSIPATION, 1.05 * DISSIPATION);
     let mut panels = Vec::new();
     for (places, what, axes) in [
-        (0..5, ", μ ≤ 1", (stiffness, damping)),
-        (5..7, ", μ = 1.25 and 1.5", (STIFFNESS, DAMPING)),
-        (7..9, ", μ = 1.75 and 2", (STIFFNESS, DAMPING)),
+        (0..5, ", μ ≤ 1", [stiffness, damping]),
+        (5..7, ", μ = 1.25 and 1.5", [STIFFNESS, DAMPING]),
+        (7..9, ", μ = 1.75 and 2", [STIFFNESS, DAMPING]),
     ] {
-        panels.extend(effective(
-            (&all[places.clone()], places.start),
-            what,
-            axes,
-            points,
-        )?);
+        let first = places.start;
+        panels.extend(effective(&all[places], first, what, axes, points)?);
     }
     Ok(Figure {
         id: "3.4",
@@ -184,7 +181,7 @@ fn transparency() -> Result<Figure, Failure> {
                      continuous s^μ, signs and b as in the text; (6.1) prints the stiffness with opposite signs, the caption b in N·s/mm"
                 .to_owned(),
         columns: 2,
-        panels: effective((&ORDERS, 0), "", (STIFFNESS, DAMPING), points)?.into(),
+        panels: effective(&ORDERS, 0, "", [STIFFNESS, DAMPING], points)?.into(),
     })
 }
 

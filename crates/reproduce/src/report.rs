@@ -7,17 +7,17 @@ use std::fmt::Write as _;
 /// A figure as the report shows it.
 #[derive(Clone, Debug)]
 pub struct ReportFigure {
-    /// Its number.
+    /// The number that the dissertation gives it.
     pub id: &'static str,
     /// Title: what it shows.
     pub title: &'static str,
-    /// Parameters.
+    /// Parameters, beneath the picture.
     pub conditions: String,
     /// File name of the picture, beside the report.
     pub picture: String,
     /// File name of the data.
     pub data: String,
-    /// The drawing itself.
+    /// The drawing, which the HTML report holds itself.
     pub svg: String,
 }
 

@@ -21,11 +21,8 @@ fn outline(kind: Kind, mu: f64, delta: f64, gamma: f64) -> Result<Vec<(f64, f64)
 /// The border of a region as β, α, without what runs along the axes; closed if it does so more than once.
 fn border(kind: Kind, mu: f64, delta: f64, gamma: f64) -> Result<Vec<(f64, f64)>, AnalysisError> {
     let ring = outline(kind, mu, delta, gamma)?;
-    let (beta, alpha) = ring
-        .iter()
-        .fold((0.0, 0.0), |(beta, alpha): (f64, f64), p| {
-            (beta.max(p.0), alpha.max(p.1))
-        });
+    let beta = ring.iter().map(|point| point.0).fold(0.0, f64::max);
+    let alpha = ring.iter().map(|point| point.1).fold(0.0, f64::max);
     // Corners are computed, so they are not 0 to the last digit.
     let on_axis = |from: (f64, f64), to: (f64, f64)| {
         from.0.max(to.0) < 1e-9 * beta || from.1.max(to.1) < 1e-9 * alpha
@@ -71,19 +68,18 @@ pub(super) fn region_matrix() -> Result<Figure, Failure> {
     let mut panels = Vec::new();
     for mu in ORDERS {
         let column = |what: &str, at: fn(f64) -> (f64, f64)| {
-            let curve = |(factor, look, colour): (f64, Look, usize)| {
+            let curve = |factor: f64, look, colour| {
                 let (delta, gamma) = at(factor);
                 let points = border(Kind::Muir, mu, delta, gamma).map_err(refused)?;
                 let name = format!("value × {factor}");
                 Ok::<_, Failure>(Curve::new(name, points, look, colour))
             };
             // The curves of k nearly agree, so one lies broad and light beneath the others.
-            let factors = [
-                (0.5, Look::Broad, 6),
-                (1.0, Look::Line, 0),
-                (2.0, Look::Dotted, 1),
+            let curves = vec![
+                curve(0.5, Look::Broad, 6)?,
+                curve(1.0, Look::Line, 0)?,
+                curve(2.0, Look::Dotted, 1)?,
             ];
-            let curves = factors.into_iter().map(curve).collect::<Result<_, _>>()?;
             let [x, y] = [("β", BETA), ("α", ALPHA)].map(|(label, axis)| Axis { label, ..axis });
             Ok::<_, Failure>(Panel::new(format!("μ = {mu}, {what}"), x, y, curves))
         };

@@ -202,7 +202,10 @@ pub(crate) fn hash<F: Real>(case: &Case) -> String {
             ControllerParameters::Tid(own) => {
                 FractionalPid::tid(own, setup.set_point.derivative, actuator, memory, t)
             }
-            _ => unreachable!("looked at before"),
+            ControllerParameters::Crone(_)
+            | ControllerParameters::LeadLag(_)
+            | ControllerParameters::Function(_)
+            | _ => unreachable!("looked at before"),
         }
     };
     let lead = |setup: &ControllerSetup| -> Result<LeadController<F, MODES>, ControlError> {
@@ -212,14 +215,19 @@ pub(crate) fn hash<F: Real>(case: &Case) -> String {
             ControllerParameters::LeadLag(own) => {
                 LeadController::lead_lag(own, actuator, memory, t)
             }
-            _ => unreachable!("looked at before"),
+            ControllerParameters::Pid(_)
+            | ControllerParameters::Tid(_)
+            | ControllerParameters::Function(_)
+            | _ => unreachable!("looked at before"),
         }
     };
-    match setup.law {
-        ControllerParameters::Pid(_) | ControllerParameters::Tid(_) => {
-            commands([setup, changed].map(|setup| pid(setup).expect("valid")))
-        }
-        _ => commands([setup, changed].map(|setup| lead(setup).expect("valid"))),
+    let setups = [setup, changed];
+    match matches!(
+        setup.law,
+        ControllerParameters::Pid(_) | ControllerParameters::Tid(_)
+    ) {
+        true => commands(setups.map(|setup| pid(setup).expect("valid"))),
+        false => commands(setups.map(|setup| lead(setup).expect("valid"))),
     }
 }
 

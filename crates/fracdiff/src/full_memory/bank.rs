@@ -316,14 +316,21 @@ impl<F: Real, const TAPS: usize, const MODES: usize> Differintegrator<F> for Ban
         let mut sums = [-F::ZERO; LANES];
         if let Some(states) = states.get_mut(..self.fast_blocks) {
             let coefficients = decays.iter().zip(weights);
-            for (states, coefficients) in states.iter_mut().zip(coefficients) {
-                advance_plain(states, coefficients, x, &mut sums);
+            for (states, (decays, weights)) in states.iter_mut().zip(coefficients) {
+                advance_plain(states, decays, weights, x, &mut sums);
             }
         }
         if F::COMPENSATED {
             for block in self.fast_blocks..self.whole_blocks.min(MODES / LANES) {
-                let words = (&mut states[block], &mut carries[block]);
-                advance_compensated(words, (&decays[block], &weights[block]), x, &mut sums);
+                let (states, carries) = (&mut states[block], &mut carries[block]);
+                advance_compensated(
+                    states,
+                    carries,
+                    &decays[block],
+                    &weights[block],
+                    x,
+                    &mut sums,
+                );
             }
         }
         let tail = self.shape().1;
@@ -337,9 +344,9 @@ impl<F: Real, const TAPS: usize, const MODES: usize> Differintegrator<F> for Ban
                 && let Some(sums) = sums.first_chunk_mut()
             {
                 if F::COMPENSATED && tail == Tail::Slow {
-                    advance_half((states, carries), (decays, weights), x, sums);
+                    advance_half(states, carries, decays, weights, x, sums);
                 } else {
-                    advance_plain(states, (decays, weights), x, sums);
+                    advance_plain(states, decays, weights, x, sums);
                 }
             }
         }
@@ -385,7 +392,8 @@ type Half<F> = [F; HALF];
 #[inline(always)]
 fn advance_plain<F: Real, const SIZE: usize>(
     states: &mut [F; SIZE],
-    (decays, weights): (&[F; SIZE], &[F; SIZE]),
+    decays: &[F; SIZE],
+    weights: &[F; SIZE],
     x: F,
     sums: &mut [F; SIZE],
 ) {
@@ -403,8 +411,10 @@ fn advance_plain<F: Real, const SIZE: usize>(
 /// The same with compensation words.
 #[inline(always)]
 fn advance_compensated<F: Real>(
-    (states, carries): (&mut Block<F>, &mut Block<F>),
-    (decays, weights): (&Block<F>, &Block<F>),
+    states: &mut Block<F>,
+    carries: &mut Block<F>,
+    decays: &Block<F>,
+    weights: &Block<F>,
     x: F,
     sums: &mut Block<F>,
 ) {
@@ -412,16 +422,18 @@ fn advance_compensated<F: Real>(
     let ((decays, _), (weights, _)) = (decays.as_chunks(), weights.as_chunks());
     // Half a block at a time: more is more than the registers of a Cortex-M4F hold.
     for (half, sums) in sums.as_chunks_mut().0.iter_mut().enumerate() {
-        let words = (&mut states[half], &mut carries[half]);
-        advance_half(words, (&decays[half], &weights[half]), x, sums);
+        let (states, carries) = (&mut states[half], &mut carries[half]);
+        advance_half(states, carries, &decays[half], &weights[half], x, sums);
     }
 }
 
 /// The sums do not wait for the new compensation words.
 #[inline(always)]
 fn advance_half<F: Real>(
-    (states, carries): (&mut Half<F>, &mut Half<F>),
-    (decays, weights): (&Half<F>, &Half<F>),
+    states: &mut Half<F>,
+    carries: &mut Half<F>,
+    decays: &Half<F>,
+    weights: &Half<F>,
     x: F,
     sums: &mut Half<F>,
 ) {

@@ -4,58 +4,37 @@ use super::kernel::{Core, Grid, Kernel, Mode};
 use crate::order::{HORIZON_MAX, HORIZON_MIN, TOLERANCE_MAX, TOLERANCE_MIN};
 use crate::{Order, ParameterError};
 use core::f64::consts::PI;
-use core::fmt;
 
 /// Why no design was found.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
 pub enum DesignError {
     /// A parameter outside its range.
-    Parameter(ParameterError),
+    #[error(transparent)]
+    Parameter(#[from] ParameterError),
     /// The tolerance takes more modes than there is room for.
+    #[error(
+        "the tolerance takes {needed} modes, there is room for {room}: allow a larger tolerance, a shorter horizon or more \
+         modes"
+    )]
     #[non_exhaustive]
     TooManyModes {
         /// Modes that the tolerance takes.
         needed: usize,
-        /// Room, the constant MODES.
+        /// The design has room for so many: the constant MODES.
         room: usize,
     },
     /// The tolerance cannot be reached in double precision.
+    #[error("tolerance {tolerance:e} cannot be reached: the best weights are within {reached:.1e}")]
     #[non_exhaustive]
     Unreachable {
-        /// The wish.
+        /// The tolerance that was asked for.
         tolerance: f64,
         /// The best that was found.
         reached: f64,
     },
 }
-
-impl From<ParameterError> for DesignError {
-    fn from(error: ParameterError) -> Self {
-        Self::Parameter(error)
-    }
-}
-
-impl fmt::Display for DesignError {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Parameter(error) => error.fmt(f),
-            Self::TooManyModes { needed, room } => write!(
-                f,
-                "the tolerance takes {needed} modes, there is room for {room}: allow a larger tolerance, a shorter \
-                 horizon or more modes"
-            ),
-            Self::Unreachable { tolerance, reached } => write!(
-                f,
-                "tolerance {tolerance:e} cannot be reached: the best weights are within \
-                 {reached:.1e}"
-            ),
-        }
-    }
-}
-
-impl core::error::Error for DesignError {}
 
 /// The modes of a [`FullMemory`](super::FullMemory), fastest first, with the error they reach.
 /// ```text
@@ -293,7 +272,7 @@ impl<const TAPS: usize, const MODES: usize> Design<TAPS, MODES> {
         &self.modes[..self.count]
     }
 
-    /// The order μ.
+    /// The order μ of the operator, not that of the integral in its core.
     #[must_use]
     pub fn order(&self) -> Order {
         self.order

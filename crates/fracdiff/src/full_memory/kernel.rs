@@ -26,7 +26,6 @@ pub enum Kernel {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Core {
     kind: CoreKind,
-    /// ν.
     integral: f64,
     /// Number of differences (> 0) or accumulations (< 0) that turn the core into D^μ.
     pub(crate) integer: i32,

@@ -293,7 +293,7 @@ mod tests {
             let mut cells = line.split(';');
             let name = cells.next().expect("a name");
             let mut count = || cells.next().and_then(|n| n.parse().ok()).expect("a count");
-            let (rows, columns): (usize, usize) = (count(), count());
+            let [rows, columns]: [usize; 2] = [count(), count()];
             let mut numbers = cells.map(|x| x.parse::<f64>().expect("a number"));
             let a = (0..columns).map(|_| numbers.by_ref().take(rows).collect());
             let a = a.collect();

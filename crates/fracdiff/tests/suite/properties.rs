@@ -2,7 +2,9 @@
 
 use crate::oracle::{SAMPLE_TIME, SCHEMES, build, grunwald_sum, largest, order, run};
 use fracdiff::full_memory::{Design, Kernel};
-use fracdiff::{FrequencyResponse, FullMemory, Real, Scheme, Seconds, ShortMemory};
+use fracdiff::{
+    FrequencyResponse, FullMemory, Real, Scheme, Seconds, ShortMemory, grunwald_weights,
+};
 use num_complex::Complex;
 use proptest::prelude::*;
 
@@ -103,7 +105,8 @@ fn remembers<F: Real>(mu: f64, x: &[f64]) -> Result<(), TestCaseError> {
     let have = run(&operator, &x);
     // A memory of 64 samples is wrong by at most its bound times the largest position, as it starts from rest.
     let short = ShortMemory::<F, 64>::new(order(mu), SAMPLE_TIME).expect("valid");
-    let cut = short.truncation_bound().expect("0 < μ < 1") * rate * largest(&x);
+    let kept: f64 = grunwald_weights(order(mu)).take(64).sum();
+    let cut = kept * rate * largest(&x);
     let forgetful = run(&short, &x);
     let rounding = 100.0 * half_unit::<F>();
     for n in 0..x.len() {

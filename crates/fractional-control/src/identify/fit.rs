@@ -19,7 +19,6 @@ use std::vec::Vec;
 #[derive(Clone, Debug)]
 pub(super) struct Ran {
     pub(super) output: Vec<f64>,
-    /// c.
     pub(super) offset: f64,
     /// `u_p`.
     pub(super) input_before: f64,
@@ -45,7 +44,8 @@ pub(super) struct Fit<'a> {
 /// An order; of a coefficient the logarithm of its size, or what it is times the size of its guess; the dead time in samples.
 fn value(
     function: &FractionalTransferFunction,
-    (freedom, late): (Free, f64),
+    freedom: Free,
+    late: f64,
     number: FreeNumber,
 ) -> f64 {
     let (above, below) = (function.numerator().terms(), function.denominator().terms());
@@ -125,7 +125,7 @@ fn exact(
     let (states, direct) = StateSpace::of_function(function)?;
     let (input, part) = record.acting(late);
     let outputs = match function.denominator().degree() > 0.0 {
-        true => states.respond(record.sample_time.0, (&input, part), record.held),
+        true => states.respond(record.sample_time.0, &input, part, record.held),
         false => Ok(vec![0.0; input.len()]),
     };
     Some(outputs.map(|mut outputs| {
@@ -144,12 +144,16 @@ const NONE: f64 = 1e3;
 impl<'a> Fit<'a> {
     pub(super) fn new(
         guess: FractionalTransferFunction,
-        (freedom, free): (Free, Vec<FreeNumber>),
+        freedom: Free,
+        free: Vec<FreeNumber>,
         memory: Memory,
-        (record, steps): (Record<'a>, usize),
+        record: Record<'a>,
+        steps: usize,
     ) -> Self {
-        let own = (freedom, record.late());
-        let begin = free.iter().map(|number| value(&guess, own, *number));
+        let late = record.late();
+        let begin = free
+            .iter()
+            .map(|number| value(&guess, freedom, late, *number));
         let begin = DVector::from_iterator(free.len(), begin);
         let mut fit = Self {
             parameters: begin.clone(),
@@ -318,8 +322,8 @@ impl<'a> Fit<'a> {
             dead_time: DeadTime::Known(Seconds(late_s)),
             ..self.record
         };
-        let steps = (record, self.steps);
-        (Self::new(*function, (freedom, vec![]), self.memory, steps).run).ok_or(UNFIT)
+        let fit = Self::new(*function, freedom, vec![], self.memory, record, self.steps);
+        fit.run.ok_or(UNFIT)
     }
 
     fn with(&self, parameters: &DVector<f64>) -> Result<FractionalTransferFunction, ControlError> {
@@ -366,13 +370,13 @@ impl<'a> Fit<'a> {
     }
 
     fn slopes(&self) -> DMatrix<f64> {
-        let slope = |(column, number): (usize, &FreeNumber)| {
+        let slope = |column: usize| {
             let moved = |step: f64| {
                 let mut parameters = self.parameters.clone();
                 parameters[column] += step;
                 self.left_by(self.run_by(&parameters).as_ref())
             };
-            match number {
+            match self.free[column] {
                 FreeNumber::NumeratorCoefficient(_)
                 | FreeNumber::DenominatorCoefficient(_)
                 | FreeNumber::DeadTime => (moved(STEP) - &self.left) / STEP,
@@ -382,10 +386,11 @@ impl<'a> Fit<'a> {
                 }
             }
         };
+        let count = self.free.len();
         let columns: Vec<DVector<f64>> = match self.freedom.runs_exactly(&self.guess) {
             // So fast that another core is not worth waking.
-            true => self.free.iter().enumerate().map(slope).collect(),
-            false => self.free.par_iter().enumerate().map(slope).collect(),
+            true => (0..count).map(slope).collect(),
+            false => (0..count).into_par_iter().map(slope).collect(),
         };
         DMatrix::from_columns(&columns)
     }

@@ -20,7 +20,7 @@ pub(crate) use whole::{next_guess, solved};
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct Identified {
-    /// The function.
+    /// The function that fits best, with the terms of the guess.
     pub function: FractionalTransferFunction,
     /// The dead time before it; free if it is one of the numbers that were fitted.
     pub dead_time: DeadTime,
@@ -174,7 +174,7 @@ fn searched_by<'a>(
 ) -> Result<Searched<'a>, ControlError> {
     let free = free_numbers(guess, freedom, record.dead_time);
     let memory = memory_of(record)?;
-    let problem = Fit::new(*guess, (freedom, free), memory, (*record, steps));
+    let problem = Fit::new(*guess, freedom, free, memory, *record, steps);
     let (problem, report) = LevenbergMarquardt::new()
         .with_ftol((SMALL_STEP / record.input.len() as f64).min(CONVERGED[0]))
         .with_xtol(CONVERGED[1])
@@ -210,9 +210,15 @@ pub(crate) fn run_alone(
     record: &Record<'_>,
 ) -> Option<Vec<f64>> {
     let memory = memory_of(record).ok()?;
-    let whole = (Free::Coefficients, Vec::new());
-    let run = Fit::new(*function, whole, memory, (*record, 1)).run?;
-    Some(run.output)
+    let fit = Fit::new(
+        *function,
+        Free::Coefficients,
+        Vec::new(),
+        memory,
+        *record,
+        1,
+    );
+    Some(fit.run?.output)
 }
 
 /// The memory of a rule over a record.

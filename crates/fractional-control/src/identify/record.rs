@@ -14,14 +14,14 @@ pub(super) const UNFIT: ControlError = ControlError::NotFound {
 /// The time by which an input acts later.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum DeadTime {
-    /// It is known.
+    /// A dead time that is known and stays.
     Known(Seconds),
     /// It is to be found, from here on.
     From(Seconds),
 }
 
 impl DeadTime {
-    /// None at all.
+    /// No dead time, which stays so.
     pub const NONE: Self = Self::Known(Seconds(0.0));
 
     /// The one that is known, or where the search begins, s.
@@ -63,7 +63,7 @@ impl Start {
 /// A record: input and output at the same instants, T apart.
 #[derive(Clone, Copy, Debug)]
 pub struct Record<'a> {
-    /// T.
+    /// T, the same from each sample to the next.
     pub sample_time: Seconds,
     /// u, one a sample.
     pub input: &'a [f64],
@@ -125,11 +125,11 @@ pub(super) fn now(input: &[f64], part: f64, held: bool) -> impl Iterator<Item = 
 pub enum FreeNumber {
     /// Coefficient of the n-th term of the numerator, highest order first; the error is relative.
     NumeratorCoefficient(usize),
-    /// Its order.
+    /// Order of the n-th term of the numerator; the error is absolute.
     NumeratorOrder(usize),
     /// Coefficient of the n-th term of the denominator; the error is relative.
     DenominatorCoefficient(usize),
-    /// Its order.
+    /// Order of the n-th term of the denominator; the error is absolute.
     DenominatorOrder(usize),
     /// The dead time; the error is in s.
     DeadTime,

@@ -14,7 +14,7 @@ use std::vec::Vec;
 pub struct WholeShape {
     /// Poles, the integrators included.
     pub poles: usize,
-    /// Zeros.
+    /// Zeros, fewer than the poles: a plant does not answer at once.
     pub zeros: usize,
     /// Poles at s = 0.
     pub integrators: usize,
@@ -24,7 +24,7 @@ pub struct WholeShape {
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct WholeGuess {
-    /// The function.
+    /// The function, a start for a search.
     pub function: FractionalTransferFunction,
     /// Root mean square of what it leaves of the record, in the unit of y.
     pub rms_residual: f64,
@@ -169,12 +169,11 @@ fn tried(
     let t = rate * record.sample_time.0;
     let mut last = f64::INFINITY;
     for round in 0..=ROUNDS {
-        let input = (&*record.input, record.part);
-        let Some(input) = filtered(&below, t, input, record.held) else {
+        let Some(input) = filtered(&below, t, &record.input, record.part, record.held) else {
             return;
         };
         // The first filter is none of the guesses, unless it is of the samples.
-        let guess = run(record, shape, rate, (&below, &input));
+        let guess = run(record, shape, rate, &below, &input);
         let left = guess.as_ref().map_or(f64::INFINITY, |guess| guess.left);
         if let Some(guess) = guess
             && best.as_ref().is_none_or(|best| guess.left < best.left)
@@ -185,7 +184,7 @@ fn tried(
             return;
         }
         last = left;
-        match regressed(record, shape, t, (&below, &input)) {
+        match regressed(record, shape, t, &below, &input) {
             Some(next) => below = next,
             None => return,
         }
@@ -197,7 +196,8 @@ fn run(
     record: &Acting<'_>,
     shape: WholeShape,
     rate: f64,
-    (below, input): (&[f64], &DMatrix<f64>),
+    below: &[f64],
+    input: &DMatrix<f64>,
 ) -> Option<Guess> {
     let columns = input.columns(0, shape.zeros + 1).into_owned();
     let output = DVector::from_column_slice(record.output);
@@ -216,14 +216,15 @@ fn regressed(
     record: &Acting<'_>,
     shape: WholeShape,
     t: f64,
-    (filter, input): (&[f64], &DMatrix<f64>),
+    filter: &[f64],
+    input: &DMatrix<f64>,
 ) -> Option<Vec<f64>> {
     let WholeShape {
         poles,
         zeros,
         integrators,
     } = shape;
-    let output = filtered(filter, t, (record.output, 0.0), false)?;
+    let output = filtered(filter, t, record.output, 0.0, false)?;
     let free = poles - integrators;
     let matrix = DMatrix::from_fn(
         record.output.len(),
@@ -278,7 +279,8 @@ fn of_samples(record: &Acting<'_>, shape: WholeShape) -> Option<Vec<f64>> {
 fn filtered(
     below: &[f64],
     t: f64,
-    (signal, fraction): (&[f64], f64),
+    signal: &[f64],
+    fraction: f64,
     held: bool,
 ) -> Option<DMatrix<f64>> {
     let n = below.len() - 1;
@@ -295,7 +297,7 @@ fn filtered(
     let mut all = DMatrix::zeros(signal.len(), n + 1);
     // What the filter is fed with.
     let mut acting = now(signal, fraction, held);
-    let ran = filter.run(t, (signal, fraction), held, &mut |row, x| {
+    let ran = filter.run(t, signal, fraction, held, &mut |row, x| {
         let mut highest = acting.next().unwrap_or(0.0);
         for (k, coefficient) in below[..n].iter().enumerate() {
             all[(row, k)] = x[k];

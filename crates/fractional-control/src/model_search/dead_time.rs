@@ -22,7 +22,7 @@ use std::vec::Vec;
 /// Samples that are scanned, about.
 const SCANNED: usize = 400;
 /// Poles and zeros of the functions that are run behind each dead time.
-const SHAPES: [(usize, usize); 4] = [(1, 0), (2, 0), (2, 1), (3, 2)];
+const SHAPES: [WholeShape; 4] = [shape(1, 0), shape(2, 0), shape(2, 1), shape(3, 2)];
 /// Every so many samples the poles are found from nothing, else through those before.
 const AFRESH: usize = 8;
 /// Dead times that a scan suggests, at most.
@@ -62,9 +62,9 @@ fn scanned(record: &InputOutput, held: bool) -> Vec<DeadTime> {
         let behind = record.as_record(held, behind);
         (SHAPES.par_iter().zip(&mut profiles)).for_each(|(shape, profile)| {
             let last = profile.last().copied().flatten();
-            let near = last.and_then(|last| next_guess(&behind, of(*shape), &last));
+            let near = last.and_then(|last| next_guess(&behind, *shape, &last));
             let afresh = (samples % AFRESH == 0 || near.is_none())
-                .then(|| whole_guess(&behind, of(*shape)))
+                .then(|| whole_guess(&behind, *shape))
                 .flatten();
             let best = if rms(&afresh) < rms(&near) {
                 afresh
@@ -79,11 +79,11 @@ fn scanned(record: &InputOutput, held: bool) -> Vec<DeadTime> {
     }
     let places = SHAPES.iter().zip(&profiles).flat_map(|(shape, profile)| {
         let places = lowest(profile).into_iter();
-        places.map(move |place| ((*shape, profile[place]), place as f64))
+        places.map(move |place| (*shape, profile[place], place as f64))
     });
     let places: Vec<_> = places.collect();
     let minima = places.into_par_iter();
-    let minima = minima.map(|(guess, late)| between(record, held, guess, late));
+    let minima = minima.map(|(shape, guess, late)| between(record, held, shape, guess, late));
     let mut minima: Vec<(f64, f64)> = minima.collect();
     minima.sort_by(|a, b| a.0.total_cmp(&b.0));
     let mut found: Vec<f64> = Vec::new();
@@ -98,7 +98,7 @@ fn scanned(record: &InputOutput, held: bool) -> Vec<DeadTime> {
     found.into_iter().map(begin).collect()
 }
 
-fn of((poles, zeros): (usize, usize)) -> WholeShape {
+const fn shape(poles: usize, zeros: usize) -> WholeShape {
     WholeShape {
         poles,
         zeros,
@@ -128,14 +128,15 @@ const SECTIONS: usize = 9;
 fn between(
     record: &InputOutput,
     held: bool,
-    (shape, guess): ((usize, usize), Option<WholeGuess>),
+    shape: WholeShape,
+    guess: Option<WholeGuess>,
     late: f64,
 ) -> (f64, f64) {
     let t = record.sample_time_s();
     let at = |late: f64| {
         let behind = record.as_record(held, DeadTime::Known(Seconds(late * t)));
         (
-            rms(&guess.and_then(|guess| next_guess(&behind, of(shape), &guess))),
+            rms(&guess.and_then(|guess| next_guess(&behind, shape, &guess))),
             late,
         )
     };

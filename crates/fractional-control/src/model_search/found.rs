@@ -132,9 +132,9 @@ fn news(signal: &[f64], alike: f64) -> Vec<f64> {
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct Unexplained {
-    /// From here on, s.
+    /// The time at which the stretch begins, s.
     pub from_s: f64,
-    /// To here, s.
+    /// The time at which the stretch ends, s.
     pub to_s: f64,
     /// Root mean square of what is left, over that of the output there.
     pub share: f64,

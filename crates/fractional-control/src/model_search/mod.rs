@@ -186,7 +186,7 @@ pub fn identify(
         found.iter().filter(exact).map(numbers).min()
     };
     let most = enough(&found).unwrap_or(usize::MAX);
-    let mut starts: VecDeque<Begin> = starts(record, guesses, (held, most)).into();
+    let mut starts: VecDeque<Begin> = starts(record, guesses, held, most).into();
     let free = guesses.iter().filter(|guess| guess.has_free_orders);
     done(free.count() - starts.len());
     while let Some(numbers) = starts.front().map(|start| start.numbers) {
@@ -362,9 +362,9 @@ fn without_the_loosest(found: &Found, times: f64) -> Vec<(FractionalTransferFunc
         standard_errors,
         ..
     } = &found.identified;
-    let share = |(number, error): &(FreeNumber, f64)| match number {
-        FreeNumber::DeadTime => error / dead_time.seconds(),
-        _ => *error,
+    let share = |(number, error): &(FreeNumber, f64)| match *number == FreeNumber::DeadTime {
+        true => error / dead_time.seconds(),
+        false => *error,
     };
     let loose = standard_errors
         .iter()
@@ -393,7 +393,7 @@ fn without_number(
         FreeNumber::NumeratorCoefficient(n) => above.remove(n),
         FreeNumber::DenominatorCoefficient(n) => below.remove(n),
         FreeNumber::DeadTime => return Some((*function, DeadTime::NONE)),
-        _ => return None,
+        FreeNumber::NumeratorOrder(_) | FreeNumber::DenominatorOrder(_) => return None,
     };
     let fewer = FractionalTransferFunction::new(&above, &below).ok()?;
     // As many zeros as poles would answer at once.
@@ -407,7 +407,7 @@ fn resolve_finer(found: &mut [Found], record: &InputOutput) {
     let floor = rounding(record);
     let fine = |found: &Found| {
         let numbers = found.identified.standard_errors.len() as f64;
-        bic(record, found.identified.rms_residual, (numbers, floor))
+        bic(record, found.identified.rms_residual, numbers, floor)
     };
     let whole = found.iter().filter(|found| found.is_whole());
     let best = whole.min_by(|a, b| fine(a).total_cmp(&fine(b)));
@@ -428,7 +428,7 @@ fn judged(mut identified: Identified, record: &InputOutput) -> Found {
     errors.for_each(|(_, error)| *error *= less_sure);
     let numbers = identified.standard_errors.len() as f64;
     Found {
-        bic: bic(record, identified.rms_residual, (numbers, resolved(record))),
+        bic: bic(record, identified.rms_residual, numbers, resolved(record)),
         neighbours,
         unexplained: unexplained(record, &left),
         identified,

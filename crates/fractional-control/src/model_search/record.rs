@@ -13,11 +13,11 @@ const ROUNDINGS: f64 = 16.0;
 /// A record of input and output, in equal steps of time.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct InputOutput {
-    /// Time, s.
+    /// Time of each sample, s, in equal steps.
     pub time_s: Vec<f64>,
-    /// u.
+    /// u, the input of the plant at each of these times.
     pub input: Vec<f64>,
-    /// y.
+    /// y, the output of the plant at each of these times.
     pub output: Vec<f64>,
     /// Where the plant is when it begins.
     pub start: Start,
@@ -31,7 +31,7 @@ pub struct InputOutput {
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct Guess {
-    /// The function.
+    /// The function, which sets the terms and the signs of a fit.
     pub function: FractionalTransferFunction,
     /// True if its orders are fitted with its coefficients; false if they stay.
     pub has_free_orders: bool,
@@ -40,7 +40,7 @@ pub struct Guess {
 }
 
 impl InputOutput {
-    /// T, s.
+    /// T, s: the length of the record over the number of its steps.
     #[must_use]
     pub fn sample_time_s(&self) -> f64 {
         let ends = self.time_s.first().zip(self.time_s.last());
@@ -80,7 +80,7 @@ impl InputOutput {
 }
 
 /// The Bayesian information criterion of so many free numbers; what is left below the floor is nothing.
-pub(super) fn bic(record: &InputOutput, rms_residual: f64, (numbers, floor): (f64, f64)) -> f64 {
+pub(super) fn bic(record: &InputOutput, rms_residual: f64, numbers: f64, floor: f64) -> f64 {
     let samples = record.output.len() as f64;
     let numbers = numbers + record.start.numbers() as f64;
     2.0 * samples * libm::log(rms_residual.max(floor)) + numbers * libm::log(samples)

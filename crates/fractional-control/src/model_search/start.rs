@@ -32,7 +32,7 @@ struct OfPart {
 }
 
 impl Begin {
-    fn new((function, dead_time): (FractionalTransferFunction, DeadTime)) -> Self {
+    fn new(function: FractionalTransferFunction, dead_time: DeadTime) -> Self {
         let (above, below) = (function.numerator().terms(), function.denominator().terms());
         let orders = above.iter().chain(below).filter(|term| term.order > 0.0);
         Self {
@@ -48,7 +48,7 @@ impl Begin {
     /// The first guesses again, if this was none of them.
     pub(super) fn first(&self) -> Vec<Self> {
         let guesses = self.of_part.iter().flat_map(|part| &part.guesses);
-        guesses.map(|guess| Self::new(*guess)).collect()
+        guesses.map(|guess| Self::new(guess.0, guess.1)).collect()
     }
 
     /// The first guesses again, if the whole record leaves more than the part did: the part has lost what is fast. What is below `resolved` is
@@ -70,10 +70,11 @@ impl Begin {
 pub(super) fn starts(
     record: &InputOutput,
     guesses: &[Guess],
-    (held, most): (bool, usize),
+    held: bool,
+    most: usize,
 ) -> Vec<Begin> {
     let orders = guesses.iter().filter(|guess| guess.has_free_orders);
-    let orders = orders.map(|guess| Begin::new((guess.function, guess.dead_time)));
+    let orders = orders.map(|guess| Begin::new(guess.function, guess.dead_time));
     let mut starts: Vec<Begin> = orders.filter(|start| start.numbers < most).collect();
     starts.sort_by_key(|start| start.numbers);
     let Some(part) = part(record, held, PART) else {
@@ -103,7 +104,7 @@ fn of_part(part: &InputOutput, group: &[Begin], held: bool) -> Vec<Begin> {
     };
     vec![Begin {
         of_part: Some(of_part),
-        ..Begin::new((best.function, best.dead_time))
+        ..Begin::new(best.function, best.dead_time)
     }]
 }
 
@@ -166,13 +167,13 @@ fn every_shape(record: &InputOutput, held: bool, dead_times: &[DeadTime]) -> Vec
                 has_free_orders: false,
                 dead_time,
             },
-            bic: bic(record, guess.rms_residual, (numbers, floor)),
+            bic: bic(record, guess.rms_residual, numbers, floor),
             rms_residual: guess.rms_residual,
         })
     };
     let least = |a: &OfShape, b: &OfShape| a.bic.total_cmp(&b.bic);
-    let (free, known): (Vec<DeadTime>, Vec<DeadTime>) =
-        dead_times.iter().partition(|dead_time| dead_time.is_free());
+    let dead_times = dead_times.iter();
+    let (free, known) = dead_times.partition::<Vec<DeadTime>, _>(|dead_time| dead_time.is_free());
     let best = |shape, among: &[DeadTime]| {
         let guesses = among.iter().filter_map(|dead_time| of(shape, *dead_time));
         guesses.min_by(least)

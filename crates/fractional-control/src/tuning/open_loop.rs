@@ -425,7 +425,6 @@ pub(super) struct Nyquist {
     directions: Vec<Complex<f64>>,
     /// The turn of A from the highest frequency on, rad.
     rest: f64,
-    /// α.
     degree: f64,
     /// d ln|A|/d ln ω at the lowest frequency.
     rise: f64,
@@ -478,8 +477,8 @@ impl Nyquist {
             return false;
         }
         // A straight line from point to point turns by less than π; each that passes 0 on the left adds a whole turn.
-        let at = |(l, direction): (&Complex<f64>, &Complex<f64>)| (l * gain + 1.0) * direction;
-        let mut values = open.iter().zip(&self.directions).map(at);
+        let pairs = open.iter().zip(&self.directions);
+        let mut values = pairs.map(|(l, direction)| (l * gain + 1.0) * direction);
         let Some(begin) = values.next() else {
             return false;
         };

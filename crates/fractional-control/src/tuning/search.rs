@@ -13,7 +13,7 @@ use std::vec::Vec;
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct Tuned {
-    /// The controller.
+    /// Gains and orders of the controller, for a plant of nominal gain.
     pub parameters: PidParameters,
     /// `|L(jω_c)|`, 1 by construction.
     pub gain_at_crossover: f64,
@@ -21,7 +21,7 @@ pub struct Tuned {
     pub phase_margin_rad: f64,
     /// dφ/d ln ω at `ω_c`, rad.
     pub phase_slope_rad: f64,
-    /// The rest.
+    /// Peaks, spreads and stability, as far as the grid of the search tells them.
     pub measures: Measures,
     /// Wishes that are missed by more than 1 %; empty if all are met.
     pub unmet: Vec<Wish>,

@@ -14,7 +14,7 @@ use std::vec::Vec;
 /// A bound of a gain on one side of a frequency.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Bound {
-    /// The frequency, rad/s.
+    /// The frequency at which the bound begins or ends, rad/s.
     pub omega_rad_s: f64,
     /// The gain is at most this.
     pub at_most: f64,
@@ -63,11 +63,11 @@ pub enum WishName {
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct Wish {
-    /// The wish.
+    /// The wish that the two numbers are of.
     pub name: WishName,
-    /// What is asked for.
+    /// What is asked for, in the unit that [`WishName`] tells.
     pub wanted: f64,
-    /// What is there.
+    /// What the loop reaches, in the same unit.
     pub reached: f64,
 }
 
@@ -91,7 +91,10 @@ impl Wish {
                 (self.reached / self.wanted - 1.0).abs() <= MET
             }
             WishName::IsoDamping => self.reached.abs() <= MET,
-            _ => self.reached <= self.wanted * (1.0 + MET),
+            WishName::SensitivityPeak
+            | WishName::ComplementaryPeak
+            | WishName::Noise
+            | WishName::Disturbance => self.reached <= self.wanted * (1.0 + MET),
         }
     }
 }
@@ -119,9 +122,9 @@ impl core::fmt::Display for Wish {
 /// The sample time for which a controller is tuned, with the rule of its powers. The hold is taken into account.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Sampling {
-    /// T.
+    /// T of the loop that will run.
     pub sample_time: Seconds,
-    /// The rule.
+    /// The rule by which its powers are sampled.
     pub rule: Rule,
 }
 
@@ -181,7 +184,8 @@ impl Specification {
         let omega = positive("crossover", self.crossover_rad_s, "rad/s")?;
         let margin = self.phase_margin_rad;
         let inside = margin > 0.0 && margin < PI;
-        range("phase margin", margin, inside, "above 0 and below π", "rad")?;
+        let allowed = "above 0 and below π {}";
+        range("phase margin", margin, inside, allowed, "rad")?;
         let (low, high) = plant.band();
         let inside = omega > low && omega < high;
         let allowed = "inside the band that was measured";

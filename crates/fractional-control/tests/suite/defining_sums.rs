@@ -149,7 +149,7 @@ impl Loop {
         let (mut u, mut y): (Vec<f64>, Vec<f64>) = (Vec::new(), Vec::new());
         let fractional = match self.kind {
             Kind::Fractional(order) => weights(order, samples),
-            _ => Vec::new(),
+            Kind::Lag | Kind::Unstable | Kind::Integrator => Vec::new(),
         };
         for n in 0..samples {
             let late = |u: &[f64], lag: usize| n.checked_sub(lag).map_or(0.0, |place| u[place]);
@@ -167,11 +167,13 @@ impl Loop {
                     let at_once = if d == 0 { self.gain * hat[0] } else { 0.0 };
                     (free + at_once * (tap - of_the_law)) / (1.0 + scale + at_once * direct)
                 }
-                _ => self.state(
-                    &y,
-                    h,
-                    |lag| if n == 0 { 0.0 } else { late(&u, d + lag + 1) },
-                ),
+                Kind::Lag | Kind::Unstable | Kind::Integrator => {
+                    self.state(
+                        &y,
+                        h,
+                        |lag| if n == 0 { 0.0 } else { late(&u, d + lag + 1) },
+                    )
+                }
             };
             y.push(now);
             u.push(tap - direct * now - of_the_law);
@@ -184,7 +186,7 @@ impl Loop {
         let rate = match self.kind {
             Kind::Lag => -1.0 / self.tau,
             Kind::Unstable => 1.0 / self.tau,
-            _ => 0.0,
+            Kind::Integrator | Kind::Fractional(_) => 0.0,
         };
         let scale = if rate == 0.0 {
             self.gain

@@ -13,9 +13,6 @@ use fractional_control::{ControlError, PidParameters, Plant};
 use rayon::prelude::*;
 use testkit::{Random, assert_relative};
 
-/// Evaluations of the response of a plant for one controller, some 0.2 µs each. The dearest of 200 takes 438 450.
-const MOST: u64 = 600_000;
-
 /// An integrator behind a lag; a lag behind a dead time; one fractional pole; two powers; a pole that grows; a swing that hardly decays; four poles; a
 /// fractional integrator. Plant, crossover in rad/s and margin in degrees.
 fn drawn(number: u64) -> (String, f64, f64) {
@@ -211,7 +208,7 @@ fn margins_are_those_of_the_exact_response() {
 
 #[test]
 #[ignore = "long: `.ci/run` does it, or --include-ignored"]
-fn plants_of_all_kinds_are_designed_for_at_little_cost() {
+fn plants_of_all_kinds_are_designed_for() {
     let count: u64 = testkit::cases(24);
     let not_met = (0..count).into_par_iter().filter(|number| {
         let (text, omega, margin) = drawn(*number);
@@ -244,8 +241,6 @@ fn plants_of_all_kinds_are_designed_for_at_little_cost() {
         {
             let trial = candidate.trial.as_ref().expect("it runs");
             assert!(trial.analysis.verdict.stable, "{text}");
-            assert!(trial.evaluations < MOST, "{text}: {}", trial.evaluations);
-            println!("{number} {} {text}", trial.evaluations);
         }
         let missed = answer.fractional.wishes.iter().any(|wish| !wish.is_met());
         assert!(

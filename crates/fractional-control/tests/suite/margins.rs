@@ -227,21 +227,6 @@ fn what_is_no_pid_is_refused_with_the_form_to_give() {
     ));
 }
 
-/// Podlubny's loop: (20.5 + 3.7343 s^1.15)/(0.8s^2.2 + 3.7343 s^1.15 + 0.5s^0.9 + 21.5).
-#[test]
-fn the_closed_function_is_that_of_the_loop() {
-    let plant: Plant = "1/(0.8s^2.2+0.5s^0.9+1)".parse().expect("a plant");
-    let pid: PidParameters = "20.5+3.7343s^1.15".parse().expect("a controller");
-    let closed = pid
-        .closed_with(plant.function().expect("one"))
-        .expect("fits");
-    assert_eq!(
-        closed.to_string(),
-        "(3.7343s^1.15+20.5)/(0.8s^2.2+3.7343s^1.15+0.5s^0.9+21.5)"
-    );
-    assert!(closed.commensurate().expect("orders of 0.05").is_stable());
-}
-
 #[test]
 fn further_dead_time_adds_and_is_never_negative() {
     let plant: Plant = "exp(-0.1s)/(s+1)".parse().expect("a plant");

@@ -72,10 +72,11 @@ impl Input {
             Self::Pulses | Self::Levels | Self::Loop(_) => {
                 if left == 0 {
                     left = 1 + (random.share() * 20.0) as usize;
-                    now = match self {
-                        Self::Pulses => level * random.one_of(&[0.0, 1.0]),
-                        _ => level * random.between(-1.0, 1.0),
-                    };
+                    now = level
+                        * match matches!(self, Self::Pulses) {
+                            true => random.one_of(&[0.0, 1.0]),
+                            false => random.between(-1.0, 1.0),
+                        };
                 }
                 left -= 1;
                 now

@@ -36,9 +36,9 @@ pub struct CouplerSearch {
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct BestCoupler {
-    /// The line with it.
+    /// The line with the best coupler, or the best impedance.
     pub line: HandLine,
-    /// How near it comes.
+    /// How near the hand comes to feeling the environment itself.
     pub transparency: Transparency,
 }
 
@@ -144,12 +144,19 @@ impl Search<'_> {
         let mut here: Option<f64> = None;
         let mut try_size = |steps: f64, here: &mut Option<f64>| {
             let line = self.line(mix, steps);
-            let transparency = self.error_of(line)?;
+            let question = self.question;
+            let hands = Teleoperation {
+                line,
+                ..question.hands
+            };
+            let transparency = hands.transparency(&question.omegas_rad_s, &question.environment)?;
             if here.is_some_and(|least| transparency.error >= least) {
                 return Ok::<_, AnalysisError>(false);
             }
             // The dear question last.
-            if !self.is_good(line)? {
+            if question.stable
+                && !(hands.is_stable_on(&self.grid) && hands.absolute_stability()?.stable)
+            {
                 return Ok(false);
             }
             *here = Some(transparency.error);
@@ -179,28 +186,6 @@ impl Search<'_> {
             }
         }
         Ok(better)
-    }
-
-    fn error_of(&self, line: HandLine) -> Result<Transparency, AnalysisError> {
-        let hands = Teleoperation {
-            line,
-            ..self.question.hands
-        };
-        let CouplerSearch {
-            omegas_rad_s,
-            environment,
-            ..
-        } = self.question;
-        hands.transparency(omegas_rad_s, environment)
-    }
-
-    fn is_good(&self, line: HandLine) -> Result<bool, AnalysisError> {
-        let hands = Teleoperation {
-            line,
-            ..self.question.hands
-        };
-        Ok(!self.question.stable
-            || (hands.is_stable_on(&self.grid) && hands.absolute_stability()?.stable))
     }
 
     /// The line with this share of its stiffness in the damper, and this size.

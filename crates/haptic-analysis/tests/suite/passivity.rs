@@ -403,7 +403,7 @@ fn with_units_the_largest_are_those_of_the_corollary() {
     let half = 0.5 * T.0;
     let below = |largest: Largest| match largest {
         Largest::Below { value, .. } => value,
-        other => panic!("{other:?}"),
+        Largest::Any | Largest::Empty => panic!("{largest:?}"),
     };
     let have = below(port.largest_stiffness(T, b, dissipation).expect("valid"));
     assert_relative("K", have, (b - dissipation * half.sqrt()) / half, 1e-12);

@@ -216,7 +216,7 @@ fn the_largest_wall_is_the_one_that_needs_just_the_damping_there_is() {
             let what = format!("d + h = {delay}, τ = {lag}, μ = {mu}, δ = {delta}");
             let below = |largest: Largest| match largest {
                 Largest::Below { value, .. } => value,
-                other => panic!("{what}: {other:?}"),
+                Largest::Any | Largest::Empty => panic!("{what}: {largest:?}"),
             };
             let alpha = below(port.largest_alpha(delta, other).expect("valid"));
             let at = |alpha: f64| port.required_delta(alpha, other).expect("valid").delta;

@@ -62,9 +62,9 @@ impl Turning {
     pub(super) fn new(shaft: Shaft) -> Result<Self, ParameterError> {
         let (inertia, damping) = (shaft.inertia_kg_m2, shaft.damping_n_m_s_per_rad);
         let (what, fits) = ("inertia of the shaft", (1e-9..=1e3).contains(&inertia));
-        range(what, inertia, fits, "in [1e-9, 1e3]", "kg·m²")?;
+        range(what, inertia, fits, "in [1e-9, 1e3] {}", "kg·m²")?;
         let (what, fits) = ("damping of the shaft", (0.0..=1e3).contains(&damping));
-        range(what, damping, fits, "in [0, 1e3]", "N·m·s/rad")?;
+        range(what, damping, fits, "in [0, 1e3] {}", "N·m·s/rad")?;
         let profile = |hand: Hand| RampHold::new(Metres(hand.turn_rev), Seconds(hand.ramp_time_s));
         Ok(Self {
             shaft,

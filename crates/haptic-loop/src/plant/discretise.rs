@@ -39,7 +39,7 @@ pub(super) fn transition<const N: usize>(
             return Err(RangeError::new(
                 "fastest motion per step",
                 entry.abs(),
-                "at most 1e6",
+                "at most 1e6 {}",
                 "rad",
             )
             .into());

@@ -56,7 +56,7 @@ impl PeriodicConfig {
         if PERIODS_S.contains(&period_s) {
             return Ok(self);
         }
-        Err(RangeError::new("period", period_s, "in [1e-5, 1000]", "s").into())
+        Err(RangeError::new("period", period_s, "in [1e-5, 1000] {}", "s").into())
     }
 }
 

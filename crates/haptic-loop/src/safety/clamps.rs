@@ -199,9 +199,9 @@ impl<F: Real> Release<F> {
         let (stop, brake) = (limits.stop_time.0, limits.brake_force.0);
         let [least, most] = Limits::STOP_TIME_S;
         let within = (least..=most).contains(&stop);
-        checks.range("stop time", stop, within, "in [0.001, 1]", "s");
+        checks.range("stop time", stop, within, "in [0.001, 1] {}", "s");
         let within = (0.0..=Limits::BRAKE_FORCE_MAX_N).contains(&brake);
-        checks.range("brake force", brake, within, "in [0, 10]", "N");
+        checks.range("brake force", brake, within, "in [0, 10] {}", "N");
         let ticks = whole_ticks(stop, sample_time);
         Self {
             ticks: checks.rounded("stop time", ticks, "samples"),
@@ -263,7 +263,7 @@ pub(super) fn whole_ticks(time: f64, sample_time: f64) -> f64 {
 /// Above 0, and so small that its square is a number in single precision.
 fn at_most_1e9(what: &'static str, force: f64, checks: &mut Checks) {
     let accepted = force > 0.0 && force <= 1e9;
-    checks.range(what, force, accepted, "above 0 and at most 1e9", "N");
+    checks.range(what, force, accepted, "above 0 and at most 1e9 {}", "N");
 }
 
 #[inline]

@@ -117,7 +117,7 @@ fn workspace<F: Real>(workspace: Workspace, checks: &mut Checks) -> Ends<F> {
 /// The zone below a speed limit; refuses one that is none.
 fn speed<F: Real>(speed: SpeedLimit, checks: &mut Checks) -> Zone<F> {
     let (soft, hard) = (speed.soft.0, speed.hard.0);
-    checks.range("soft speed limit", soft, soft >= 0.0, "at least 0", "m/s");
+    checks.not_negative("soft speed limit", soft, "m/s");
     checks.range(
         "speed limit",
         hard,
@@ -393,7 +393,7 @@ fn standstill<F: Real>(stuck: Stuck, sample_time: f64, checks: &mut Checks) -> S
     let force = checks.positive("stuck force", stuck.force.0, "N");
     let time = stuck.time.0;
     let within = (1e-3..=10.0).contains(&time);
-    checks.range("stuck time", time, within, "in [0.001, 10]", "s");
+    checks.range("stuck time", time, within, "in [0.001, 10] {}", "s");
     let ticks = whole_ticks(time, sample_time);
     Standstill {
         force: checks.rounded("stuck force", force, "N"),
