@@ -150,15 +150,13 @@ impl OpenError {
     /// True if another attempt may help: the port is not there yet, or somebody else has it.
     #[must_use]
     pub const fn may_pass(&self) -> bool {
-        match self {
-            Self::Haply(HaplyOpenError::Port(error))
-            | Self::Moteus(MoteusOpenError::Port(error)) => {
-                matches!(
-                    error,
-                    SerialError::NotFound { .. } | SerialError::InUse { .. }
-                )
-            }
-            _ => false,
-        }
+        matches!(
+            self,
+            Self::Haply(HaplyOpenError::Port(
+                SerialError::NotFound { .. } | SerialError::InUse { .. }
+            )) | Self::Moteus(MoteusOpenError::Port(
+                SerialError::NotFound { .. } | SerialError::InUse { .. }
+            ))
+        )
     }
 }

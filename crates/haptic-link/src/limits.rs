@@ -169,9 +169,10 @@ impl Limit {
     /// The least value that is allowed beside this one.
     #[must_use]
     pub const fn least_for(&self, value: f32) -> f32 {
-        match self.tighter {
-            Tighter::LessUnlessOff if value <= 0.0 => 0.0,
-            _ => self.least,
+        if value <= 0.0 && matches!(self.tighter, Tighter::LessUnlessOff) {
+            0.0
+        } else {
+            self.least
         }
     }
 
@@ -416,8 +417,7 @@ macro_rules! fields {
             #[must_use]
             pub const fn key(self) -> &'static str {
                 match self {
-                    $($(Self::$name => $key,)?)+
-                    _ => "",
+                    $(Self::$name => concat!("" $(, $key)?),)+
                 }
             }
         }
@@ -486,9 +486,10 @@ impl Field {
     /// A number as on the wire in the unit that [`Display`](core::fmt::Display) names.
     #[must_use]
     pub fn shown(self, on_the_wire: f32) -> f32 {
-        match self {
-            Self::TickPeriod => on_the_wire / 1000.0,
-            _ => on_the_wire,
+        if self == Self::TickPeriod {
+            on_the_wire / 1000.0
+        } else {
+            on_the_wire
         }
     }
 }

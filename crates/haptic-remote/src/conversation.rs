@@ -125,10 +125,8 @@ impl Conversation {
     /// Frames a request that is not answered, or whose answer nobody waits for. Returns its length.
     pub fn tell(&mut self, request: &Request, line: &mut [u8]) -> usize {
         // Every request fits into a frame.
-        let connection = match request {
-            Request::Hello { .. } => 0,
-            _ => self.connection,
-        };
+        let greets = matches!(request, Request::Hello { .. });
+        let connection = if greets { 0 } else { self.connection };
         let header = Header::from_host(self.sequence, connection);
         let length = encode(request, header, line).unwrap_or(0);
         self.sequence = self.sequence.wrapping_add(1);
@@ -260,32 +258,28 @@ impl Conversation {
             return None;
         }
         if answers && let Some(outstanding) = self.outstanding.take() {
-            return Some(match report {
-                Report::Ack(ack) => match ack.outcome {
-                    Outcome::Done => Incoming::Answer(report),
-                    Outcome::Refused(refusal) => Incoming::Refused {
-                        request: outstanding.request.name(),
-                        refusal,
-                    },
-                },
-                _ => Incoming::Answer(report),
-            });
+            if let Report::Ack(ack) = &report
+                && let Outcome::Refused(refusal) = ack.outcome
+            {
+                let request = outstanding.request.name();
+                return Some(Incoming::Refused { request, refusal });
+            }
+            return Some(Incoming::Answer(report));
         }
         if self.is_of_new_run(&report) && self.awaits_start() {
             self.outstanding = None;
             return Some(Incoming::Begun(report));
         }
-        match report {
-            Report::Alive(alive) => self.alive(&alive, now_us),
-            // The keep-alive of a stranger.
-            Report::Ack(ack) if ack.outcome == Outcome::Refused(Refusal::Connection) => {
-                let keep_alive = Request::KeepAlive { token: 0 }.number();
-                (ack.request == keep_alive).then_some(Incoming::Rebooted)
-            }
-            // Answers to tries that were given up.
-            Report::Ack(_) | Report::Hello(_) => None,
-            report => Some(Incoming::Told(report)),
+        if let Report::Alive(alive) = &report {
+            return self.alive(alive, now_us);
         }
+        if let Report::Ack(ack) = &report {
+            // The keep-alive of a stranger; any other answers a try that was given up.
+            let keep_alive = Request::KeepAlive { token: 0 }.number();
+            let dropped = ack.outcome == Outcome::Refused(Refusal::Connection);
+            return (dropped && ack.request == keep_alive).then_some(Incoming::Rebooted);
+        }
+        (!matches!(report, Report::Hello(_))).then_some(Incoming::Told(report))
     }
 
     const fn sent_us(&self, token: u32) -> u64 {
@@ -309,11 +303,12 @@ impl Conversation {
 
     /// True if a run has begun since what was heard before: the device says so, or its ticks count anew.
     fn is_of_new_run(&mut self, report: &Report) -> bool {
-        let tick = match report {
-            Report::Event(event) => return event.kind == EventKind::Started,
-            Report::Sample(sample) => sample.tick,
-            Report::Batch(batch) => batch.tick,
-            _ => return false,
+        let tick = if let Report::Sample(sample) = report {
+            sample.tick
+        } else if let Report::Batch(batch) = report {
+            batch.tick
+        } else {
+            return matches!(report, Report::Event(event) if event.kind == EventKind::Started);
         };
         let before = self.newest_tick.replace(tick);
         before.is_none_or(|before| tick < before)

@@ -1,14 +1,15 @@
 //! What a device tells that cannot be: one look at each sample of a run, for every device.
 
-use core::fmt;
 #[cfg(feature = "std")]
 use haptic_link::Sample;
+use thiserror::Error;
 
 /// A sample that cannot be.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Error)]
 #[non_exhaustive]
 pub enum Impossible {
     /// A position that is not a finite number.
+    #[error("a position of {position_m} m in tick {tick}")]
     Position {
         /// Its tick.
         tick: u32,
@@ -16,6 +17,7 @@ pub enum Impossible {
         position_m: f32,
     },
     /// A force that is not a finite number, or beyond the largest that the device makes.
+    #[error("a force of {force_n} N in tick {tick}, of at most {most_n} N")]
     Force {
         /// Its tick.
         tick: u32,
@@ -25,6 +27,7 @@ pub enum Impossible {
         most_n: f32,
     },
     /// A tick before the one that came before it.
+    #[error("tick {tick} after tick {before}")]
     Tick {
         /// Its tick.
         tick: u32,
@@ -32,6 +35,7 @@ pub enum Impossible {
         before: u32,
     },
     /// A time before that of the tick before it.
+    #[error("a time in tick {tick} that is {back_us} µs before that of the tick before")]
     Time {
         /// Its tick.
         tick: u32,
@@ -49,31 +53,6 @@ impl Impossible {
             | Self::Force { tick, .. }
             | Self::Tick { tick, .. }
             | Self::Time { tick, .. } => tick,
-        }
-    }
-}
-
-impl fmt::Display for Impossible {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Position { tick, position_m } => {
-                write!(f, "a position of {position_m} m in tick {tick}")
-            }
-            Self::Force {
-                tick,
-                force_n,
-                most_n,
-            } => write!(
-                f,
-                "a force of {force_n} N in tick {tick}, of at most {most_n} N"
-            ),
-            Self::Tick { tick, before } => write!(f, "tick {tick} after tick {before}"),
-            Self::Time { tick, back_us } => {
-                write!(
-                    f,
-                    "a time in tick {tick} that is {back_us} µs before that of the tick before"
-                )
-            }
         }
     }
 }

@@ -2,8 +2,7 @@
 
 use haptic_link::{Capabilities, Field, GuardKind, Refusal};
 use haptic_loop::units::{
-    Hertz, Kilograms, Metres, MetresPerSecond, NewtonSecondsPerMetre, Newtons, NewtonsPerSecond,
-    Seconds,
+    Metres, MetresPerSecond, NewtonSecondsPerMetre, Newtons, NewtonsPerSecond, Seconds,
 };
 use haptic_loop::{EnergyBounding, Guard, Limits, PassivityObserver, SpeedLimit, Stuck, Workspace};
 use haptic_loop::{MAX_GUARD_DELAY_SAMPLES, MAX_GUARD_LAG_SAMPLES};
@@ -47,6 +46,17 @@ impl Fields {
     }
 }
 
+/// The row of the chain for each row of the wire, by their keys.
+const ROWS: [usize; haptic_link::Limits::TABLE.len()] = {
+    let mut rows = [0; haptic_link::Limits::TABLE.len()];
+    let mut row = 0;
+    while row < rows.len() {
+        rows[row] = Limits::row(haptic_link::Limits::TABLE[row].field.key());
+        row += 1;
+    }
+    rows
+};
+
 /// The limits of the chain of a device, each within the range that its field states, or refused.
 pub(super) fn chain_limits(
     limits: &haptic_link::Limits,
@@ -55,47 +65,34 @@ pub(super) fn chain_limits(
     fields: &mut Fields,
 ) -> Limits {
     let mut numbers = *limits;
-    for limit in haptic_link::Limits::TABLE {
+    let mut chain = Limits::bare(Newtons(0.0), NewtonsPerSecond(0.0));
+    for (limit, row) in haptic_link::Limits::TABLE.iter().zip(ROWS) {
         let value = *(limit.of)(&mut numbers);
-        let most = match limit.field {
-            Field::ForceLimit => capabilities.force_max_n,
-            Field::ForceRateLimit => capabilities.force_rate_max_n_per_s,
-            _ => limit.most,
+        let most = if limit.field == Field::ForceLimit {
+            capabilities.force_max_n
+        } else if limit.field == Field::ForceRateLimit {
+            capabilities.force_rate_max_n_per_s
+        } else {
+            limit.most
         };
         fields.within(limit.field, value, limit.least_for(value), most);
+        Limits::SET[row](&mut chain, f64::from(value));
     }
-    fields.within(Field::StuckTime, limits.stuck_time_s, 1e-3, 10.0);
-    let on = |value: f32| (value > 0.0).then_some(f64::from(value));
-    let force = Newtons(f64::from(limits.force_n));
+    let time = fields.within(Field::StuckTime, limits.stuck_time_s, 1e-3, 10.0);
+    if let Some(stuck) = &mut chain.stuck {
+        stuck.time = Seconds(f64::from(time));
+    }
     let several = cfg!(feature = "several-axes") && capabilities.axes > 1;
-    let mut chain = Limits {
-        norm: several.then_some(force),
-        start_force: on(limits.start_force_n).map(Newtons),
-        rise_time: on(limits.rise_time_s).map(Seconds),
-        workspace: workspace(limits, fields),
-        speed: speed(limits, fields),
-        velocity_bandwidth: Hertz(f64::from(limits.velocity_bandwidth_hz)),
-        // The least single-precision number in the range may lie below it.
-        stop_time: Seconds(f64::from(limits.stop_time_s).max(Limits::STOP_TIME_S[0])),
-        brake_force: Newtons(f64::from(limits.brake_force_n)),
-        device_mass: on(limits.device_mass_kg).map(Kilograms),
-        device_delay_samples: u32::from(limits.device_delay_ticks),
-        stuck: on(limits.stuck_force_n).map(|force| Stuck {
-            force: Newtons(force),
-            time: Seconds(f64::from(limits.stuck_time_s).max(1e-3)),
-        }),
-        jump: on(limits.jump_m).map(Metres),
-        guard: guard(&limits.guard, tick_period_us, fields),
-        ..Limits::bare(
-            force,
-            NewtonsPerSecond(f64::from(limits.force_rate_n_per_s)),
-        )
-    };
+    chain.norm = several.then_some(chain.force);
+    chain.workspace = workspace(limits, fields);
+    chain.speed = speed(limits, fields);
+    chain.device_delay_samples = u32::from(limits.device_delay_ticks);
+    chain.guard = guard(&limits.guard, tick_period_us, fields);
     let most = chain.braking_max(Seconds(f64::from(tick_period_us) * 1e-6));
     let asked = limits.braking_n_s_per_m;
     let braking = fields.within(Field::Braking, asked, 0.0, most.0 as f32);
     // Rounding the bound may have taken it up.
-    chain.braking = on(braking).map(|braking| NewtonSecondsPerMetre(braking.min(most.0)));
+    chain.braking = (braking > 0.0).then(|| NewtonSecondsPerMetre(f64::from(braking).min(most.0)));
     chain
 }
 
@@ -225,34 +222,26 @@ pub fn wire_limits(limits: &Limits, sample_time: Seconds) -> haptic_link::Limits
     let norm = limits.norm.map_or(f64::INFINITY, |norm| norm.0);
     let workspace = limits.workspace.map(|w| (w.low.0, w.high.0, w.soft.0));
     let (low, high, soft) = workspace.unwrap_or_default();
-    let speed = limits.speed.map(|s| (s.soft.0, s.hard.0));
-    let (speed_soft, speed_hard) = speed.unwrap_or_default();
-    haptic_link::Limits {
-        start_force_n: limits.start_force.map_or(0.0, |force| force.0 as f32),
-        rise_time_s: limits.rise_time.map_or(0.0, |time| time.0 as f32),
+    let guard = limits.guard.as_ref();
+    let mut wire = haptic_link::Limits {
         workspace_low_m: low as f32,
         workspace_high_m: high as f32,
         workspace_soft_m: soft as f32,
-        speed_soft_m_per_s: speed_soft as f32,
-        speed_hard_m_per_s: speed_hard as f32,
-        velocity_bandwidth_hz: limits.velocity_bandwidth.0 as f32,
+        speed_soft_m_per_s: limits.speed.map_or(0.0, |speed| speed.soft.0 as f32),
         braking_n_s_per_m: limits.braking.map_or(0.0, |braking| braking.0 as f32),
-        stop_time_s: limits.stop_time.0 as f32,
-        brake_force_n: limits.brake_force.0 as f32,
-        device_mass_kg: limits.device_mass.map_or(0.0, |mass| mass.0 as f32),
         // More than the wire can say is more than anybody waits for.
         device_delay_ticks: u8::try_from(limits.device_delay_samples).unwrap_or(u8::MAX),
-        stuck_force_n: limits.stuck.map_or(0.0, |stuck| stuck.force.0 as f32),
         stuck_time_s: limits.stuck.unwrap_or(Stuck::DEFAULT).time.0 as f32,
-        jump_m: limits.jump.map_or(0.0, |jump| jump.0 as f32),
-        guard: limits
-            .guard
-            .as_ref()
-            .map_or(haptic_link::Guard::OFF, |guard| {
-                wire_guard(guard, sample_time)
-            }),
-        ..haptic_link::Limits::bare(limits.force.0.min(norm) as f32, limits.rate.0 as f32)
+        guard: guard.map_or(haptic_link::Guard::OFF, |guard| {
+            wire_guard(guard, sample_time)
+        }),
+        ..haptic_link::Limits::bare(0.0, 0.0)
+    };
+    for (limit, row) in haptic_link::Limits::TABLE.iter().zip(ROWS) {
+        *(limit.of)(&mut wire) = (Limits::TABLE[row].get)(limits).unwrap_or(0.0) as f32;
     }
+    wire.force_n = limits.force.0.min(norm) as f32;
+    wire
 }
 
 /// The same guard on the wire, for a tick of this time.

@@ -52,9 +52,10 @@ pub const CONTROLLER_COST: haptic_link::ControllerCost = haptic_link::Controller
 /// # Errors
 /// A configuration that asks for a simulated plant.
 pub const fn only_real(simulation: &Simulation) -> Result<(), Refusal> {
-    match simulation.kind {
-        SimulationKind::Real => Ok(()),
-        _ => Err(Refusal::Unsupported(Field::SimulationKind)),
+    if matches!(simulation.kind, SimulationKind::Real) {
+        Ok(())
+    } else {
+        Err(Refusal::Unsupported(Field::SimulationKind))
     }
 }
 

@@ -194,18 +194,20 @@ impl Trouble {
     /// The fault that it is.
     #[must_use]
     pub const fn fault(self) -> Fault {
-        match self {
-            Self::Singular { .. } => Fault::Workspace,
-            _ => Fault::BoardFailed,
+        if matches!(self, Self::Singular { .. }) {
+            Fault::Workspace
+        } else {
+            Fault::BoardFailed
         }
     }
 
     /// Where its cause lies.
     #[must_use]
     pub const fn cause(self) -> TroubleCause {
-        match self {
-            Self::Gone | Self::Silent { .. } => TroubleCause::Gone,
-            _ => TroubleCause::Board,
+        if matches!(self, Self::Gone | Self::Silent { .. }) {
+            TroubleCause::Gone
+        } else {
+            TroubleCause::Board
         }
     }
 }
@@ -223,16 +225,18 @@ pub(super) fn judged(
     }
     let angles = angles_deg.map(|angle| f64::from(angle).to_radians());
     let posture = model.pantograph.posture(angles);
+    let far = !turned_little(model, angles_deg);
     let posture = posture.map_err(|singular| match singular {
         Singular::NotFinite => Trouble::NotFinite,
-        Singular::OutOfReach { .. } => out_of_reach(model.version, angles_deg),
-        _ if !turned_little(model, angles_deg) => out_of_reach(model.version, angles_deg),
-        singular => Trouble::Singular {
+        Singular::Stretched { .. } | Singular::Straight { .. } if !far => Trouble::Singular {
             singular,
             other: model.version.other().number(),
         },
+        Singular::OutOfReach { .. } | Singular::Stretched { .. } | Singular::Straight { .. } => {
+            out_of_reach(model.version, angles_deg)
+        }
     })?;
-    if !turned_little(model, angles_deg) || !model.pantograph.is_assembled(angles, &posture) {
+    if far || !model.pantograph.is_assembled(angles, &posture) {
         return Err(out_of_reach(model.version, angles_deg));
     }
     if let Some((last, time_s)) = before {

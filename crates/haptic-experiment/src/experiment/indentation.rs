@@ -34,6 +34,7 @@ use crate::run::remote::{
     RemoteDevice, RemoteLaw, RemoteRun, UnchangedLimits, blank, indentation, no_operator, portable,
     push,
 };
+use crate::run::safety::keys::SPEED_LIMIT;
 use crate::run::safety::{GuardChoice, GuardedDevice};
 use crate::run::schedule::{Schedule, samples};
 use crate::run::simulate::{Simulated, Sink, simulate};
@@ -471,7 +472,7 @@ impl Indentation {
         let safety = &rendering.safety;
         let bare = RemoteLaw {
             unchanged: UnchangedLimits {
-                speed: safety.speed_limit_m_per_s.is_none(),
+                speed: safety.number(SPEED_LIMIT).is_none(),
                 ..UnchangedLimits::default()
             },
             guard: (safety.guard, safety.guarded(GuardedDevice::default())),

@@ -15,8 +15,8 @@ use crate::judge::modelled_tissue::TissuePiece;
 use crate::run::SAMPLES;
 use crate::run::preflight::PreflightRequest;
 use crate::run::remote::{RemoteDevice, device_name};
-use crate::run::safety::Safety;
 use crate::run::safety::safety;
+use crate::run::safety::{GuardedDevice, Safety};
 use crate::run::schedule::Pace;
 use crate::run::sensors::Sensors;
 use fracdiff::{Scheme, Seconds};
@@ -168,7 +168,8 @@ fn guarded(table: &Table<'_>, real: bool) -> Result<(Safety, PreflightRequest), 
         let on_rig = safety.on_rig(&model.guarded(), real);
         safety = on_rig.map_err(|error| table.fail_at(p::DEVICE_MODEL.key, error.to_string()))?;
     }
-    let known = safety.device_mass_kg.zip(safety.device_damping_n_s_per_m);
+    let known = safety.guarded(GuardedDevice::default());
+    let known = known.mass_kg.zip(known.damping_n_s_per_m);
     let dynamics = known.map(|(mass_kg, damping_n_s_per_m)| Dynamics {
         mass_kg,
         damping_n_s_per_m,

@@ -35,7 +35,7 @@ use crate::judge::preflight::{Matter, Preflight, WallContact};
 use crate::run::advice::parameter;
 use crate::run::record::WHOLE_MOST;
 use crate::run::remote::RemoteDevice;
-use crate::run::safety::keys::WORKSPACE_LOW;
+use crate::run::safety::keys::{BRAKING, WORKSPACE_LOW};
 use crate::run::safety::safety;
 use crate::run::safety::{GuardChoice, Safety, workspace};
 use crate::run::schedule::Pace;
@@ -226,12 +226,12 @@ impl TouchExperiment {
 
     fn norm_and_box(&self) -> Limits {
         let (force, rate) = (self.force_limit_n, self.force_rate_limit_n_per_s);
-        let brakes = self.safety.braking_n_s_per_m.is_some();
+        let brakes = self.safety.number(BRAKING).is_some();
         let workspace_box = self.workspace_m.as_ref().map(|[low_m, high_m]| {
             // An axis that is not there is not looked at.
             [0, 1, 2].map(|axis: usize| {
                 let axis = axis.min(self.axes - 1);
-                workspace((low_m[axis], high_m[axis]), brakes)
+                workspace(low_m[axis], high_m[axis], brakes)
             })
         });
         Limits {

@@ -3,6 +3,7 @@
 use super::{Experiment, ExperimentFile};
 use crate::document::Document;
 use crate::experiment::trial::Trial as _;
+use crate::run::safety::keys::DEVICE_MASS;
 use std::path::Path;
 
 const WALL: &str = "[wall]\nmass_kg = 0.065\ndamping_n_s_per_m = 3.5\nsample_time_s = 2e-3\n\
@@ -362,7 +363,7 @@ fn a_device_file_is_no_sensor_of_the_rig() {
         };
         assert!(relax.rendering.sensors.are_ideal(), "{device}");
         assert_eq!(
-            relax.rendering.safety.device_mass_kg,
+            relax.rendering.safety.number(DEVICE_MASS),
             Some(0.08),
             "{device}"
         );

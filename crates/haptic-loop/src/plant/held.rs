@@ -33,8 +33,6 @@ pub struct HeldRig<H> {
     rig: IndentationRig,
     drive: RigDrive,
     holder: H,
-    /// S of the last sample, N.
-    force: f64,
 }
 
 impl<H: Holder> HeldRig<H> {
@@ -62,7 +60,6 @@ impl<H: Holder> HeldRig<H> {
             rig: IndentationRig::new(pushed)?,
             drive: config.drive,
             holder,
-            force: 0.0,
         })
     }
 
@@ -96,12 +93,6 @@ impl<H: Holder> HeldRig<H> {
         }
     }
 
-    /// S over the last sample, N; 0 before the first.
-    #[must_use]
-    pub const fn drive_force(&self) -> f64 {
-        self.force
-    }
-
     /// The position profile now, m; `None` if a force is the set point.
     #[must_use]
     pub fn reference(&self) -> Option<f64> {
@@ -115,7 +106,6 @@ impl<H: Holder> HeldRig<H> {
     pub fn restart(&mut self) {
         self.rig.restart();
         self.holder.restart();
-        self.force = 0.0;
     }
 }
 
@@ -129,8 +119,8 @@ impl<F: Real, H: Holder> Device<F, 1> for HeldRig<H> {
     fn write(&mut self, force: SafeForce<F, 1>) -> Result<(), Infallible> {
         let (set_point, measured) = (self.set_point(), self.measured());
         let drive = self.holder.force(set_point, measured);
-        self.force = if drive.is_finite() { drive } else { 0.0 };
-        self.rig.push(Newtons(self.force));
+        let held = if drive.is_finite() { drive } else { 0.0 };
+        self.rig.push(Newtons(held));
         self.rig.write(force)
     }
 }

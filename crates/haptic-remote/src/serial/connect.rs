@@ -11,7 +11,7 @@ use super::served::Served;
 use crate::impossible::Plausible;
 use crate::{Conversation, Incoming, LinkError, check_keys};
 use core::fmt::Display;
-use haptic_link::{Capabilities, FRAME_MAX, Hello, Keys, Report, Request, Sample, State, Status};
+use haptic_link::{Capabilities, FRAME_MAX, Hello, Report, Request, Sample, State, Status};
 use haptic_loop::realtime::Moment;
 use hdrhistogram::Histogram;
 use std::boxed::Box;
@@ -166,13 +166,12 @@ impl SerialLink {
     }
 
     fn introduce(&mut self) -> Result<(), SerialError> {
-        let keys = match self.ask(Request::GetKeys)? {
-            Report::Keys(keys) => Some(keys),
-            _ => None,
+        let Report::Keys(keys) = self.ask(Request::GetKeys)? else {
+            return Err(LinkError::Gone.into());
         };
-        self.check(keys.as_ref(), 1)?;
-        self.has_controllers = keys.as_ref().is_some_and(Keys::has_controllers);
-        self.has_surfaces = keys.as_ref().is_some_and(Keys::has_surfaces);
+        check_keys(&keys, 1, self.hello.firmware)?;
+        self.has_controllers = keys.has_controllers();
+        self.has_surfaces = keys.has_surfaces();
         // Somebody may have left it running.
         if !matches!(self.hello.status.state, State::Idle | State::Fault) {
             self.ask(Request::Disarm)?;
@@ -183,19 +182,12 @@ impl SerialLink {
         }
         check_numbers(&self.capabilities)?;
         self.plausible = Plausible::of(self.capabilities.force_max_n);
-        self.check(keys.as_ref(), self.capabilities.axes)?;
+        check_keys(&keys, self.capabilities.axes, self.hello.firmware)?;
         let (configuration, _) = self.configuration()?;
         self.ticks_every(configuration.tick_period_us);
         // Old samples and notices are none of this session.
         while self.heard.try_recv().is_ok() {}
         Ok(())
-    }
-
-    /// Refuses messages of another form, of those for so many axes.
-    fn check(&self, keys: Option<&Keys>, axes: u8) -> Result<(), SerialError> {
-        keys.map_or(Ok(()), |keys| {
-            Ok(check_keys(keys, axes, self.hello.firmware)?)
-        })
     }
 
     /// Waits until the force of a device that was told to let go has fallen to zero, and says whether it has.

@@ -173,10 +173,10 @@ impl SerialLink {
     /// # Errors
     /// As [`ask`](Self::ask).
     pub fn statistics(&self) -> Result<Statistics, SerialError> {
-        match self.ask(Request::GetStatistics)? {
-            Report::Statistics(statistics) => Ok(statistics),
-            _ => Err(LinkError::Gone.into()),
-        }
+        let Report::Statistics(statistics) = self.ask(Request::GetStatistics)? else {
+            return Err(LinkError::Gone.into());
+        };
+        Ok(statistics)
     }
 
     /// Time since the device started, by its own clock: a board that was programmed has started since.

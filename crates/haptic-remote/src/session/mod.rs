@@ -249,11 +249,12 @@ impl DeviceSession {
                 device.with(TickSide::disarm);
                 Ok(())
             }
-            Request::Start(start) => device.with(|device| match device.status().state {
-                State::Armed | State::Running | State::Stopping if !owns => {
-                    Err(Refusal::Connection)
+            Request::Start(start) => device.with(|device| {
+                let closed = [State::Armed, State::Running, State::Stopping];
+                if !owns && closed.contains(&device.status().state) {
+                    return Err(Refusal::Connection);
                 }
-                _ => device.start(start),
+                device.start(start)
             }),
             Request::Stop => device.with(TickSide::stop),
             Request::Stream { every, batch } => {
@@ -271,7 +272,18 @@ impl DeviceSession {
             }
             #[cfg(feature = "controllers")]
             Request::Controller(law) => self.stage_controller(law, device),
-            _ => Ok(()),
+            // Answered before, by a report or by nothing.
+            #[cfg(feature = "controllers")]
+            Request::GetControllerCost => Ok(()),
+            Request::Hello { .. }
+            | Request::GetCapabilities
+            | Request::GetConfiguration
+            | Request::GetCoefficients { .. }
+            | Request::Force { .. }
+            | Request::KeepAlive { .. }
+            | Request::GetStatistics
+            | Request::ReadFlight { .. }
+            | Request::GetKeys => Ok(()),
         }
     }
 
@@ -332,6 +344,10 @@ fn ack(header: Header, request: u8, done: Result<(), Refusal>) -> Report {
 
 impl DeviceSession {
     /// The answer to a question; nothing if it is an order. On its own: an order needs the stack for other things.
+    #[expect(
+        clippy::wildcard_enum_match_arm,
+        reason = "`obey` has an arm for each request"
+    )]
     #[inline(never)]
     fn answer<H: Hardware<D>, const D: usize, R: BorrowMut<Records<D>>>(
         &self,

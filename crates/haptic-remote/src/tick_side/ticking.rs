@@ -214,7 +214,7 @@ impl<H: Hardware<D>, const D: usize, R: BorrowMut<Records<D>>> TickSide<H, D, R>
             State::Running | State::Stopping => self.run_stream,
             // Samples after a fault belong to the run that the fault ended.
             State::Fault if self.aftermath > 0 || !self.safety().is_at_rest() => self.run_stream,
-            _ => self.idle_stream,
+            State::Idle | State::Armed | State::Fault => self.idle_stream,
         }
     }
 

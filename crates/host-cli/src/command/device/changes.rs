@@ -331,7 +331,7 @@ impl Changes {
         let before = (low < high).then_some((f64::from(low), f64::from(high)));
         match self.workspace_m.or(braking_changes.then_some(before)) {
             Some(Some(ends)) => {
-                let workspace = workspace(ends, brakes);
+                let workspace = workspace(ends.0, ends.1, brakes);
                 limits.workspace_low_m = workspace.low.0 as f32;
                 limits.workspace_high_m = workspace.high.0 as f32;
                 limits.workspace_soft_m = workspace.soft.0 as f32;

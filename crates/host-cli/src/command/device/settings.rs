@@ -102,18 +102,19 @@ fn chain(limits: &Limits) -> Value {
     // Force and its rate stand beside the chain.
     for limit in &Limits::TABLE[2..] {
         let (value, key) = (*(limit.of)(&mut limits), limit.field.key());
-        let off = match limit.field {
-            Field::Jump => value <= 0.0 || limits.speed_hard_m_per_s <= 0.0,
-            _ => value <= 0.0,
-        };
+        let without_speed = limit.field == Field::Jump && limits.speed_hard_m_per_s <= 0.0;
+        let off = value <= 0.0 || without_speed;
         let unknown = limit.field == Field::DeviceMass && off;
         chain.insert(key.to_owned(), json!((!unknown).then(|| n(value))));
         if limit.tighter == Tighter::LessUnlessOff {
-            let why = match limit.field {
-                Field::StartForce => "off: any force",
-                Field::SpeedHard => "off: any speed",
-                Field::Jump => "off: it needs a speed limit, and to be above 0",
-                _ => "off",
+            let why = if limit.field == Field::StartForce {
+                "off: any force"
+            } else if limit.field == Field::SpeedHard {
+                "off: any speed"
+            } else if limit.field == Field::Jump {
+                "off: it needs a speed limit, and to be above 0"
+            } else {
+                "off"
             };
             let reason = format!("{}_reason", without_unit(key));
             chain.insert(reason, json!(off.then_some(why)));
@@ -241,7 +242,9 @@ fn loosened(before: &Limits, after: &Limits) -> Vec<String> {
     if before.guard.kind != GuardKind::Off && after.guard != before.guard {
         words.push(match after.guard.kind {
             GuardKind::Off => "the passivity guard is off".to_owned(),
-            _ => "the passivity guard is another one".to_owned(),
+            GuardKind::Observer | GuardKind::EnergyBounding => {
+                "the passivity guard is another one".to_owned()
+            }
         });
     }
     let braking = |limits: &Limits| limits.braking_n_s_per_m.to_bits();
