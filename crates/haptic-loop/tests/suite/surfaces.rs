@@ -6,16 +6,15 @@ mod axes;
 
 use crate::{T, chain, forces as run, spring};
 use axes::Axes;
-use fracdiff::Seconds;
 use haptic_loop::plant::MassMatrix;
 use haptic_loop::units::{Kilograms, Metres, NewtonSecondsPerMetre, Newtons, NewtonsPerSecond};
 use haptic_loop::{
     Ball, Contact, Controller, Device as _, EnergyBounding, Environment, Fault, Guard, Limits,
-    PassivityObserver, Plane, Reading, SafetyChain, SafetyState, Shape, ShapeNumbers, SpringDamper,
-    Surface, Workspace,
+    PassivityObserver, Plane, SafetyChain, SafetyState, Shape, ShapeNumbers, SpringDamper, Surface,
+    Workspace,
 };
 use nalgebra::{Matrix2, Matrix3, Rotation3, Vector2, Vector3, vector};
-use testkit::device::{DAMPING, MASS, ideal, plant, safe, with_hand, write};
+use testkit::device::{DAMPING, MASS, ideal, safe, with_hand};
 use testkit::{assert_close, assert_relative};
 
 type Tissue = SpringDamper<f64, crate::Memory>;

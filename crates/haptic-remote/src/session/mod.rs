@@ -344,10 +344,6 @@ fn ack(header: Header, request: u8, done: Result<(), Refusal>) -> Report {
 
 impl DeviceSession {
     /// The answer to a question; nothing if it is an order. On its own: an order needs the stack for other things.
-    #[expect(
-        clippy::wildcard_enum_match_arm,
-        reason = "`obey` has an arm for each request"
-    )]
     #[inline(never)]
     fn answer<H: Hardware<D>, const D: usize, R: BorrowMut<Records<D>>>(
         &self,
@@ -396,6 +392,7 @@ impl DeviceSession {
                 Some(cost) => Report::ControllerCost(cost),
                 None => refused(Refusal::Unsupported(Field::Other)),
             }),
+            // `obey` has an arm for each request.
             _ => return None,
         })
     }
