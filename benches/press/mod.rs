@@ -53,7 +53,8 @@ pub(crate) fn tissue<F: Real, O: Differintegrator<F>>(
     let specimen = Specimen::slab(SquareMetres(4e-4), Metres(0.02))?;
     Ok(SpringDamper::of_tissue(
         &prostate,
-        (&specimen, Modulus::Young),
+        &specimen,
+        Modulus::Young,
         operator,
     )?)
 }

@@ -13,13 +13,13 @@ use thiserror::Error;
 /// *A new kind* takes three things: a module with its name, read by `Settings`; a
 /// [`ServedHardware`](haptic_remote::serial::ServedHardware), whose reads and writes are called once a tick and whose force
 /// is a [`SafeForce`](haptic_loop::SafeForce) already; and a variant here, with a row in [`KINDS`](Self::KINDS) and an arm in
-/// [`open`](Self::open). The loop, limits, watchdog, flight recorder, log, page and commands come with it.
+/// [`open_with`](Self::open_with). The loop, limits, watchdog, flight recorder, log, page and commands come with it.
 ///
 /// ```no_run
 /// use haptic_devices::ForeignName;
 ///
 /// let name: ForeignName = "haply:/dev/ttyACM0,version=3".parse()?;
-/// let link = name.open()?;
+/// let link = name.open_with(1)?;
 /// println!("{}", link.capabilities().board());
 /// // The force falls to zero and the board is let go.
 /// drop(link);
@@ -48,18 +48,11 @@ impl ForeignName {
         Self::KINDS.iter().any(|(known, _)| *known == kind)
     }
 
-    /// Opens the device with one axis, looks at its first answers, serves it on a thread of this process, and connects to that.
+    /// Opens the device with so many axes, looks at its first answers, serves it on a thread of this process, and connects to
+    /// that.
     ///
     /// # Errors
-    /// A port that cannot be opened, a device that does not answer or answers what cannot be.
-    pub fn open(&self) -> Result<SerialLink, OpenError> {
-        self.open_with(1)
-    }
-
-    /// The same with so many axes.
-    ///
-    /// # Errors
-    /// As [`open`](Self::open); more axes than it has.
+    /// A port that cannot be opened, a device that does not answer or answers what cannot be; more axes than it has.
     pub fn open_with(&self, axes: usize) -> Result<SerialLink, OpenError> {
         let served = match (self, axes) {
             (Self::Haply(name), 1) => Served::start(name.open()?)?,

@@ -3,7 +3,7 @@
 #[cfg(feature = "controllers")]
 use crate::controller::ControllerLaw;
 use crate::frame::{CRC, Table, written};
-use crate::in_order::{Blank, blank, read_in_order};
+use crate::in_order::{Blank, blank, in_order};
 use crate::limits::{Field, Limits, LoopMode};
 #[cfg(feature = "controllers")]
 use crate::sample::AXES_MAX;
@@ -142,37 +142,28 @@ impl CoefficientBlock {
     }
 }
 
-/// The plant of a simulated device.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Schema)]
-pub struct Simulation {
-    /// The simulated plant.
-    pub kind: SimulationKind,
-    /// Mass of the device, kg.
-    pub mass_kg: f32,
-    /// Its viscous damping, N·s/m.
-    pub damping_n_s_per_m: f32,
-    /// Stiffness of the hand, N/m.
-    pub hand_stiffness_n_per_m: f32,
-    /// Constant push of the hand, N.
-    pub push_n: f32,
-    /// Indentation that is held, m.
-    pub depth_m: f32,
-    /// Time to reach it, s.
-    pub ramp_time_s: f32,
-    /// Ticks from the start of a run in which the plant stands still; with one axis only.
-    pub start_ticks: f32,
+in_order! {
+    /// The plant of a simulated device.
+    #[derive(Clone, Copy, Debug, PartialEq, Serialize, Schema)]
+    pub struct Simulation {
+        /// The simulated plant.
+        pub kind: SimulationKind,
+        /// Mass of the device, kg.
+        pub mass_kg: f32,
+        /// Its viscous damping, N·s/m.
+        pub damping_n_s_per_m: f32,
+        /// Stiffness of the hand, N/m.
+        pub hand_stiffness_n_per_m: f32,
+        /// Constant push of the hand, N.
+        pub push_n: f32,
+        /// Indentation that is held, m.
+        pub depth_m: f32,
+        /// Time to reach it, s.
+        pub ramp_time_s: f32,
+        /// Ticks from the start of a run in which the plant stands still; with one axis only.
+        pub start_ticks: f32,
+    }
 }
-
-read_in_order!(Simulation {
-    kind,
-    mass_kg,
-    damping_n_s_per_m,
-    hand_stiffness_n_per_m,
-    push_n,
-    depth_m,
-    ramp_time_s,
-    start_ticks,
-});
 
 blank!(SimulationKind: Self::Real);
 

@@ -360,8 +360,8 @@ impl Bytes<'_> {
     #[inline(never)]
     fn put(&mut self, bytes: &[u8]) {
         let end = self.length + bytes.len();
-        if let Some(place) = self.room.get_mut(self.length..end) {
-            place.copy_from_slice(bytes);
+        if let Some(free) = self.room.get_mut(self.length..end) {
+            free.copy_from_slice(bytes);
         }
         self.length = end;
     }

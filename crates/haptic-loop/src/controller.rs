@@ -74,7 +74,7 @@ impl<F: Real, const D: usize, E: Environment<F, D>> Controller<F, D, E> {
 
     /// Takes another environment and chain, and is at rest as if it were new.
     pub fn replace(&mut self, environment: E, chain: SafetyChain<F>) {
-        self.replace_within(chain, |own| *own = environment);
+        self.replace_within(chain, |law| *law = environment);
     }
 
     /// As [`replace`](Self::replace), with the environment changed in its place: for a stack without room for another one.

@@ -112,7 +112,8 @@ impl<F: Real, O: Differintegrator<F>> SpringDamper<F, O> {
     /// If K or B overflows.
     pub fn of_tissue(
         tissue: &Tissue,
-        (specimen, modulus): (&Specimen, Modulus),
+        specimen: &Specimen,
+        modulus: Modulus,
         operator: O,
     ) -> Result<Self, ParameterError> {
         let shape = specimen.shape(modulus);

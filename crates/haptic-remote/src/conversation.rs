@@ -2,8 +2,8 @@
 
 use crate::link_error::LinkError;
 use haptic_link::{
-    Alive, Direction, EventKind, Header, LineCounters, Outcome, Receiver, Refusal, Report, Request,
-    SequenceTracker, Status, encode,
+    Alive, Direction, EventKind, Header, LineCounters, OutOfOrder, Outcome, Receiver, Refusal,
+    Report, Request, SequenceTracker, Status, encode,
 };
 
 /// Tries of a request before the device counts as gone.
@@ -58,20 +58,10 @@ struct Outstanding {
 pub struct HostCounters {
     /// Frames sent.
     pub sent: u32,
-    /// Frames received whole.
-    pub received: u32,
-    /// Frames damaged or of no known kind.
-    pub corrupt: u32,
-    /// Frames longer than the buffer.
-    pub oversize: u32,
-    /// Frames of another version, or echoes.
-    pub foreign: u32,
-    /// Frames that did not come.
-    pub lost: u32,
-    /// Frames that came twice.
-    pub duplicate: u32,
-    /// Frames that came after a later one.
-    pub late: u32,
+    /// Bytes and frames that have come, by kind.
+    pub line: LineCounters,
+    /// Frames that did not come once and in order.
+    pub order: OutOfOrder,
     /// Requests that were sent again.
     pub retries: u32,
 }
@@ -347,17 +337,10 @@ impl Conversation {
     /// All counters.
     #[must_use]
     pub fn counters(&self) -> HostCounters {
-        let line = self.receiver.counters();
-        let frames = self.tracker.out_of_order();
         HostCounters {
             sent: self.sent,
-            received: line.received,
-            corrupt: line.corrupt,
-            oversize: line.oversize,
-            foreign: line.foreign,
-            lost: frames.lost,
-            duplicate: frames.duplicate,
-            late: frames.late,
+            line: self.receiver.counters(),
+            order: self.tracker.out_of_order(),
             retries: self.retries,
         }
     }

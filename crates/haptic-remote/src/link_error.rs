@@ -152,63 +152,61 @@ struct Explained<'a>(&'a Refusal);
 
 impl fmt::Display for Explained<'_> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        explain_refusal(f, self.0)
-    }
-}
-
-fn explain_refusal(f: &mut fmt::Formatter<'_>, refusal: &Refusal) -> fmt::Result {
-    match refusal {
-        Refusal::State(state) => write!(f, "not while it is {state}"),
-        Refusal::Range {
-            field,
-            value,
-            least,
-            most,
-        } => {
-            let open = *least > 0.0 && *least <= f32::MIN_POSITIVE;
-            let bounded = *most < f32::MAX;
-            let [value, least, most] = [*value, *least, *most].map(|x| Short(field.shown(x)));
-            write!(f, "{field} {value} is not ")?;
-            match (open, bounded) {
-                (true, true) => write!(f, "in (0, {most}]"),
-                (false, true) => write!(f, "in [{least}, {most}]"),
-                (true, false) => f.write_str("above 0"),
-                (false, false) if least.0 > -f32::MAX => write!(f, "a number of at least {least}"),
-                (false, false) => f.write_str("a finite number"),
-            }?;
-            f.write_str(" on this device")
-        }
-        Refusal::Digest => f.write_str("the parameters were damaged on the way; try again"),
-        Refusal::Incomplete => f.write_str("some of the parameters did not arrive; try again"),
-        Refusal::Unsupported(field) => {
-            write!(f, "this board does not support this {field}")
-        }
-        Refusal::UnknownFault => {
-            f.write_str("a fault has latched in the meantime; look at its cause, then arm again")
-        }
-        Refusal::ForceNotZero => f.write_str("the force has not fallen to zero yet; try again"),
-        Refusal::ForceNotSmall {
-            wanted_n,
-            allowed_n,
-        } => write!(
-            f,
-            "at this position the force would start at {wanted_n} N, above {allowed_n} N: move it out of contact first"
-        ),
-        Refusal::FaultPersists(code) => match Fault::from_code(*code) {
-            Some(fault @ (Fault::PositionJump | Fault::EncoderWire | Fault::Reset)) => write!(
-                f,
-                "{fault}, and with that the device lost its zero: put it at its zero, then switch it off and on"
+        match self.0 {
+            Refusal::State(state) => write!(f, "not while it is {state}"),
+            Refusal::Range {
+                field,
+                value,
+                least,
+                most,
+            } => {
+                let open = *least > 0.0 && *least <= f32::MIN_POSITIVE;
+                let bounded = *most < f32::MAX;
+                let [value, least, most] = [*value, *least, *most].map(|x| Short(field.shown(x)));
+                write!(f, "{field} {value} is not ")?;
+                match (open, bounded) {
+                    (true, true) => write!(f, "in (0, {most}]"),
+                    (false, true) => write!(f, "in [{least}, {most}]"),
+                    (true, false) => f.write_str("above 0"),
+                    (false, false) if least.0 > -f32::MAX => {
+                        write!(f, "a number of at least {least}")
+                    }
+                    (false, false) => f.write_str("a finite number"),
+                }?;
+                f.write_str(" on this device")
+            }
+            Refusal::Digest => f.write_str("the parameters were damaged on the way; try again"),
+            Refusal::Incomplete => f.write_str("some of the parameters did not arrive; try again"),
+            Refusal::Unsupported(field) => {
+                write!(f, "this board does not support this {field}")
+            }
+            Refusal::UnknownFault => f.write_str(
+                "a fault has latched in the meantime; look at its cause, then arm again",
             ),
-            Some(fault) => write!(f, "{fault}; fix that first"),
-            None => write!(f, "the cause of fault {code} is still there"),
-        },
-        Refusal::Connection => {
-            f.write_str("it was reset, or another program has connected or armed it; connect again")
+            Refusal::ForceNotZero => f.write_str("the force has not fallen to zero yet; try again"),
+            Refusal::ForceNotSmall {
+                wanted_n,
+                allowed_n,
+            } => write!(
+                f,
+                "at this position the force would start at {wanted_n} N, above {allowed_n} N: move it out of contact first"
+            ),
+            Refusal::FaultPersists(code) => match Fault::from_code(*code) {
+                Some(fault @ (Fault::PositionJump | Fault::EncoderWire | Fault::Reset)) => write!(
+                    f,
+                    "{fault}, and with that the device lost its zero: put it at its zero, then switch it off and on"
+                ),
+                Some(fault) => write!(f, "{fault}; fix that first"),
+                None => write!(f, "the cause of fault {code} is still there"),
+            },
+            Refusal::Connection => f.write_str(
+                "it was reset, or another program has connected or armed it; connect again",
+            ),
+            Refusal::Looser(field) => write!(
+                f,
+                "{field} is looser than set on the device, and a run may only tighten it: set it there first"
+            ),
         }
-        Refusal::Looser(field) => write!(
-            f,
-            "{field} is looser than set on the device, and a run may only tighten it: set it there first"
-        ),
     }
 }
 

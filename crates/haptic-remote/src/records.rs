@@ -268,7 +268,8 @@ impl<const D: usize> Tick<D> {
     #[inline]
     pub(crate) fn of(
         sample: &haptic_loop::Sample<f32, D>,
-        (tick, time_us): (u32, u32),
+        tick: u32,
+        time_us: u32,
         flaws: u8,
     ) -> Self {
         Self {

@@ -85,7 +85,7 @@ impl Version {
                     joint(2, CounterClockwise, 241.0, 10_752.0),
                     joint(1, Clockwise, -61.0, 10_752.0),
                 ],
-                pantograph: Pantograph::of_arms(0.07, 0.09, 0.0),
+                pantograph: arms(0.0),
             },
             Self::V3 => Model {
                 version: self,
@@ -93,9 +93,18 @@ impl Version {
                     joint(2, CounterClockwise, 168.0, 4880.0),
                     joint(1, CounterClockwise, 12.0, 4880.0),
                 ],
-                pantograph: Pantograph::of_arms(0.07, 0.09, 0.038),
+                pantograph: arms(0.038),
             },
         }
+    }
+}
+
+/// Both versions have arms of these lengths.
+const fn arms(base_m: f64) -> Pantograph {
+    Pantograph {
+        near_m: 0.07,
+        far_m: 0.09,
+        base_m,
     }
 }
 
@@ -127,7 +136,7 @@ impl Model {
     #[must_use]
     pub fn resolution_m(&self) -> f32 {
         let counts = self.joints[0].counts_per_turn;
-        core::f32::consts::TAU * self.pantograph.near_m() as f32 / counts
+        core::f32::consts::TAU * self.pantograph.near_m as f32 / counts
     }
 
     /// Angles with the handle at home, rad: the whole counts that the board takes it for.
@@ -339,7 +348,7 @@ pub enum Unreachable {
 
 /// The middle between the arms at the base, m.
 pub(super) fn middle(model: &Model) -> Vector2<f64> {
-    Vector2::new(0.5 * model.pantograph.base_m(), 0.0)
+    Vector2::new(0.5 * model.pantograph.base_m, 0.0)
 }
 
 impl Plane {

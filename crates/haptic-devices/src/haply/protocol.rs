@@ -67,8 +67,8 @@ pub fn configuration(model: &Model) -> [u8; CONFIGURATION_BYTES] {
         0,
     ]);
     let numbers = by_port.map(|joint| [joint.home_deg, joint.counts_per_turn]);
-    for (place, number) in bytes[10..].chunks_exact_mut(4).zip(numbers.as_flattened()) {
-        place.copy_from_slice(&number.to_le_bytes());
+    for (slot, number) in bytes[10..].chunks_exact_mut(4).zip(numbers.as_flattened()) {
+        slot.copy_from_slice(&number.to_le_bytes());
     }
     bytes
 }
@@ -79,9 +79,9 @@ pub fn configuration(model: &Model) -> [u8; CONFIGURATION_BYTES] {
 pub fn torques(model: &Model, torques_nm: [f32; 2]) -> [u8; TORQUES_BYTES] {
     let mut bytes = [0; TORQUES_BYTES];
     bytes[..2].copy_from_slice(&[2, DEVICE_ID]);
-    for (place, joint) in bytes[2..].chunks_exact_mut(4).zip(model.by_port()) {
-        place.copy_from_slice(&torques_nm[joint].to_le_bytes());
-        place[0] = 0;
+    for (slot, joint) in bytes[2..].chunks_exact_mut(4).zip(model.by_port()) {
+        slot.copy_from_slice(&torques_nm[joint].to_le_bytes());
+        slot[0] = 0;
     }
     bytes
 }
@@ -91,8 +91,8 @@ pub fn torques(model: &Model, torques_nm: [f32; 2]) -> [u8; TORQUES_BYTES] {
 pub fn answer(model: &Model, device_id: u8, angles_deg: [f32; 2]) -> [u8; ANSWER_BYTES] {
     let mut bytes = [0; ANSWER_BYTES];
     bytes[0] = device_id;
-    for (place, joint) in bytes[1..].chunks_exact_mut(4).zip(model.by_port()) {
-        place.copy_from_slice(&angles_deg[joint].to_le_bytes());
+    for (slot, joint) in bytes[1..].chunks_exact_mut(4).zip(model.by_port()) {
+        slot.copy_from_slice(&angles_deg[joint].to_le_bytes());
     }
     bytes
 }

@@ -295,7 +295,8 @@ struct Embodied<H> {
 
 impl<H> Embodied<H> {
     fn new(board: H, body: Body) -> Result<Self, EmulatorError> {
-        let board = Sensed::new(board, body.encoder_resolution, body.noise);
+        let (noise, seed) = body.noise;
+        let board = Sensed::new(board, body.encoder_resolution, noise, seed);
         Ok(Self {
             board: board?,
             body,

@@ -111,7 +111,7 @@ impl Drive {
     ) -> Result<(OperatorShape, Vec<f32>, ControllerLaw), Failure> {
         let limited = self.limited(sample_time_s)?;
         let depth_m = single("depth", depth_m)?;
-        haptic_remote::controller_law(&limited, (depth_m, ramp_ticks), self.force_limit_n as f32)
+        haptic_remote::controller_law(&limited, depth_m, ramp_ticks, self.force_limit_n as f32)
             .map_err(|error| self.refused(&error))
     }
 

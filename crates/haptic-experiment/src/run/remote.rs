@@ -129,7 +129,8 @@ impl RemoteLaw {
     /// force rate limit, N/s. `device` is what is known of it for its guard.
     pub(crate) fn none(
         limits: haptic_loop::Limits,
-        (rate, safety): (Option<f64>, &Safety),
+        rate: Option<f64>,
+        safety: &Safety,
         device: GuardedDevice,
         simulation: Simulation,
     ) -> Self {

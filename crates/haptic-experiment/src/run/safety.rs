@@ -41,8 +41,8 @@ pub(crate) mod keys {
     }
 
     /// Limits of the chain's table that have no parameter elsewhere: the last of its rows.
-    pub(super) const FIRST: usize = Limits::row("speed_limit_m_per_s");
-    const LIMITS: [Parameter; Limits::TABLE.len() - FIRST] = {
+    const FIRST: usize = Limits::row("speed_limit_m_per_s");
+    pub(super) const LIMITS: [Parameter; Limits::TABLE.len() - FIRST] = {
         let mut limits = [GUARD; Limits::TABLE.len() - FIRST];
         let mut row = FIRST;
         while row < Limits::TABLE.len() {
@@ -52,10 +52,9 @@ pub(crate) mod keys {
         limits
     };
 
-    const ALL: [Parameter; BEFORE.len() + LIMITS.len() + BEHIND.len()] =
-        joined(&[BEFORE, &LIMITS, BEHIND]);
     /// Of the safety chain, for every experiment.
-    pub(crate) const SAFETY: &[Parameter] = &ALL;
+    pub(crate) const SAFETY: &[Parameter] =
+        &joined::<{ BEFORE.len() + LIMITS.len() + BEHIND.len() }>(&[BEFORE, &LIMITS, BEHIND]);
 
     /// The parameter of a limit of the chain's table.
     const fn limit(key: &str) -> Parameter {
@@ -156,15 +155,10 @@ pub(crate) fn safety(table: &Table<'_>) -> Result<Safety, FileError> {
             noise_m: table.number_if(&p::DEVICE_NOISE)?,
         },
     };
-    for parameter in p::SAFETY.iter().filter(|parameter| is_limit(parameter)) {
+    for parameter in &p::LIMITS {
         safety.numbers[Limits::row(parameter.key)] = table.number_if(parameter)?;
     }
     Ok(safety)
-}
-
-/// True for a row of the chain's table.
-fn is_limit(parameter: &Parameter) -> bool {
-    Limits::TABLE.iter().any(|limit| limit.key == parameter.key)
 }
 
 impl Safety {
@@ -257,11 +251,11 @@ impl Safety {
                 mass = Shown(mass)
             )));
         }
+        let bounding = GUARD.set_to(GuardChoice::EnergyBounding.name());
         let bounded = self.guard == GuardChoice::EnergyBounding;
         if let Some(damping) = self.device.damping_n_s_per_m.filter(|_| !bounded) {
             return Err(Failure::bad_input(format_args!(
-                "device damping {damping} N·s/m has no effect on a simulated device: give {} too, or omit {DEVICE_DAMPING}",
-                GUARD.set_to(GuardChoice::EnergyBounding.name())
+                "device damping {damping} N·s/m has no effect on a simulated device: give {bounding} too, or omit {DEVICE_DAMPING}",
             )));
         }
         self.acts_on_device()
@@ -304,12 +298,12 @@ impl Safety {
         if self.guard == GuardChoice::EnergyBounding {
             return Ok(());
         }
-        let told = [
-            (self.device.delay_s.map(|delay| delay.1), "delay", "s"),
+        let delay_s = self.device.delay_s.map(|delay| delay.1);
+        for (value, what, unit) in [
+            (delay_s, "delay", "s"),
             (self.device.lag_s, "lag", "s"),
             (self.device.noise_m, "noise", "m"),
-        ];
-        for (value, what, unit) in told {
+        ] {
             if let Some(value) = value {
                 return Err(Failure::bad_input(format_args!(
                     "device {what} {value} {unit} has no effect without the guard energy-bounding: give {} too, or omit it",

@@ -12,7 +12,7 @@ use nalgebra::{Cholesky, Const, SMatrix, SVector};
 /// M·x'' = f        pushed along n the device answers with x''·n = f·(nᵀ M⁻¹ n), as a mass of 1/(nᵀ M⁻¹ n) would
 /// ```
 /// - *Postures*: M of a linkage changes with its place; make one for each place. A device whose axes are masses of their own,
-///   has one for all, [`of_axes`](Self::of_axes).
+///   as [`Axes`](super::Axes), has one for all, [`of_axes`](Self::of_axes).
 /// - *Along the axes of M* the effective mass is an eigenvalue; any other lies between the least and the largest.
 /// - *Sideways* a device with unequal masses moves too when it is pushed along n. A loop along n does not know of that.
 ///

@@ -13,6 +13,7 @@
 //! - *Not finite*: a safe force is always finite; nothing else enters after construction, except
 //!   an external force or a state set by the caller, whose NaN would stay.
 
+mod axes;
 mod discretise;
 mod held;
 mod mass_damper;
@@ -23,6 +24,7 @@ mod sensed;
 #[cfg(feature = "std")]
 mod trial;
 
+pub use axes::Axes;
 pub use held::{HeldRig, Holder};
 pub use mass_damper::{MAX_DELAY_SAMPLES, MassDamper, MassDamperConfig};
 pub use mass_matrix::MassMatrix;

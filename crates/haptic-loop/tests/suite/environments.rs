@@ -120,7 +120,7 @@ fn a_specimen_scales_stress_to_force() {
     let tissue = Tissue::new(Pascals(1000.0), 500.0, order(0.3)).expect("ok");
     let specimen = Specimen::slab(SquareMetres(4e-4), Metres(0.02)).expect("valid");
     let rendered =
-        SpringDamper::of_tissue(&tissue, (&specimen, Modulus::Young), memory(0.3)).expect("valid");
+        SpringDamper::of_tissue(&tissue, &specimen, Modulus::Young, memory(0.3)).expect("valid");
     let same = spring(20.0, 10.0, 0.3);
     let positions = [1e-4, 3e-4, 2e-4];
     for (a, b) in run(&rendered, &positions)

@@ -2,19 +2,17 @@
 //! axes.
 #![expect(clippy::float_cmp, reason = "exact results are compared exactly")]
 
-mod axes;
-
 use crate::{T, chain, forces as run, spring};
-use axes::Axes;
-use haptic_loop::plant::MassMatrix;
+use fracdiff::Seconds;
+use haptic_loop::plant::{Axes, MassMatrix};
 use haptic_loop::units::{Kilograms, Metres, NewtonSecondsPerMetre, Newtons, NewtonsPerSecond};
 use haptic_loop::{
     Ball, Contact, Controller, Device as _, EnergyBounding, Environment, Fault, Guard, Limits,
-    PassivityObserver, Plane, SafetyChain, SafetyState, Shape, ShapeNumbers, SpringDamper, Surface,
-    Workspace,
+    PassivityObserver, Plane, Reading, SafetyChain, SafetyState, Shape, ShapeNumbers, SpringDamper,
+    Surface, Workspace,
 };
 use nalgebra::{Matrix2, Matrix3, Rotation3, Vector2, Vector3, vector};
-use testkit::device::{DAMPING, MASS, ideal, safe, with_hand};
+use testkit::device::{DAMPING, MASS, ideal, plant, safe, with_hand, write};
 use testkit::{assert_close, assert_relative};
 
 type Tissue = SpringDamper<f64, crate::Memory>;
@@ -235,7 +233,7 @@ fn the_norm_of_the_force_is_never_beyond_its_limit() {
     };
     let mut controller = Controller::new(sphere, chain(limits));
     // A hand that pulls to the centre of the sphere.
-    let mut device = Axes::new([with_hand(0.06, 1.0, 300.0, T.0); 3]);
+    let mut device = Axes::new([with_hand(0.06, 1.0, 300.0, T.0); 3]).expect("valid");
     device.set_state(vector![0.03, 0.03, 0.03], Vector3::zeros());
     let (mut most, mut limited) = (0.0_f64, false);
     let mut engaged = controller.engage(device);
@@ -299,6 +297,31 @@ fn a_box_has_ends_of_its_own_on_each_axis() {
 }
 
 #[test]
+fn axes_of_their_own_move_as_devices_of_one_axis() {
+    let configs = [0.05, 0.2].map(|mass| with_hand(mass, 2.0, 300.0, T.0));
+    let mut both = Axes::new(configs).expect("valid");
+    let mut alone = configs.map(plant);
+    for n in 0..300 {
+        let force = vector![0.5, -0.01 * f64::from(n)];
+        both.write(safe(force)).expect("written");
+        for (axis, device) in alone.iter_mut().enumerate() {
+            write(device, force[axis]);
+            assert_eq!(device.position()[0], both.position()[axis]);
+            assert_eq!(device.velocity()[0], both.velocity()[axis]);
+        }
+        let reading: Reading<f64, 2> = both.read().expect("read");
+        assert_eq!(reading.tick, n as u64 + 1);
+    }
+    let mut other = configs;
+    other[1].sample_time = Seconds(2e-3);
+    let refused = Axes::new(other).expect_err("two sample times").to_string();
+    assert!(
+        refused.contains("sample time of an axis 0.002 s"),
+        "{refused}"
+    );
+}
+
+#[test]
 fn an_effective_mass_is_that_of_a_push_along_the_normal() {
     let masses = [Kilograms(0.05), Kilograms(0.2)];
     let axes = MassMatrix::of_axes(masses).expect("valid");
@@ -310,7 +333,7 @@ fn an_effective_mass_is_that_of_a_push_along_the_normal() {
         assert!((0.05..=0.2).contains(&have));
         // The device, pushed for a sample.
         let configs = masses.map(|m| ideal(m.0, 0.0, T.0));
-        let mut device = Axes::new(configs);
+        let mut device = Axes::new(configs).expect("valid");
         device.write(safe(normal)).expect("written");
         assert_relative(
             "speed along it",
@@ -351,7 +374,7 @@ fn guarded(guard: Guard) -> Vec<(Vector2<f64>, Vector2<f64>)> {
         ..Limits::bare(Newtons(1e3), NewtonsPerSecond(1e9))
     };
     let mut controller = Controller::new(wall, chain(limits));
-    let device = Axes::new([ideal(MASS, DAMPING, T.0); 2]);
+    let device = Axes::new([ideal(MASS, DAMPING, T.0); 2]).expect("valid");
     let (normal, along) = (Vector2::from(normal), vector![0.8, -0.6]);
     let mut engaged = controller.engage(device);
     (0..3000)

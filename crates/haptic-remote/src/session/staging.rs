@@ -236,9 +236,9 @@ impl DeviceSession {
         #[cfg(feature = "controllers")]
         let prepared = match self.controller.take() {
             Some(law) => {
-                let with = device
-                    .with(|device| (device.hardware().capabilities(), device.controller_cost()));
-                prepared.holding(law, (values, digest), with)?
+                let capabilities = device.with(|device| device.hardware().capabilities());
+                let cost = device.with(|device| device.controller_cost());
+                prepared.holding(law, values, digest, &capabilities, cost)?
             }
             None => prepared,
         };

@@ -56,7 +56,7 @@ fn a_spring_along_the_line_pushes_along_the_line() {
 fn the_place_is_true_to_a_count() {
     for version in Version::ALL {
         let model = version.model();
-        let place = [0.5 * model.pantograph.base_m() + 0.02, 0.11];
+        let place = [0.5 * model.pantograph.base_m + 0.02, 0.11];
         let (board, now_us) = configured(version, version, Hand::Fixed(place), 1.5);
         let mut running = Running::on(board, version, now_us);
         running.tick();
@@ -175,7 +175,7 @@ fn letting_go_leaves_the_board_without_torque_and_configured() {
 fn every_command_finds_the_handle_at_its_home_or_goes_on_with_that_of_before() {
     for version in Version::ALL {
         let model = version.model();
-        let into = [0.5 * model.pantograph.base_m(), 0.09];
+        let into = [0.5 * model.pantograph.base_m, 0.09];
         let led = |wire: &Wire| {
             wire.with(|world| {
                 world.now_us += 1_500_000;

@@ -184,7 +184,7 @@ impl Line for Wire {
 /// A board whose handle a hand strokes, through the surface in the middle.
 fn stroking(version: Version) -> Board {
     let model = version.model();
-    let from = [0.5 * model.pantograph.base_m() + 0.004, 0.085];
+    let from = [0.5 * model.pantograph.base_m + 0.004, 0.085];
     let hand = Hand::Strokes {
         from,
         depth_m: 0.015,

@@ -273,7 +273,8 @@ impl TouchExperiment {
         let lightest = self.lightest();
         let none = RemoteLaw::none(
             self.limits_there(),
-            (self.force_rate_limit_n_per_s, &self.safety),
+            self.force_rate_limit_n_per_s,
+            &self.safety,
             GuardedDevice::given(&lightest),
             held(&lightest, push_n),
         );

@@ -143,7 +143,8 @@ impl TrialSetup {
             held_push_n: self.plan.push_n,
             ..RemoteLaw::none(
                 self.limits_there(),
-                (self.force_rate_limit_n_per_s, &self.safety()),
+                self.force_rate_limit_n_per_s,
+                &self.safety(),
                 GuardedDevice::given(&self.device),
                 held(&self.device, self.plan.push_n),
             )

@@ -93,7 +93,7 @@ fn limits() -> impl Iterator<Item = Key> {
         };
         let help = parameter.help.split(" [default").next()?;
         let number = Some((range, Place::Limit(limit.of)));
-        (KEYS.iter().all(|own| own.key != key)).then_some(Key { key, help, number })
+        (KEYS.iter().all(|known| known.key != key)).then_some(Key { key, help, number })
     })
 }
 

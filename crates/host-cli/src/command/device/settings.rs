@@ -135,8 +135,8 @@ fn chain(limits: &Limits) -> Value {
 }
 
 fn guard(limits: &Limits) -> Value {
-    let (n, own) = (number, &limits.guard);
-    let kind = match own.kind {
+    let (n, guard) = (number, &limits.guard);
+    let kind = match guard.kind {
         GuardKind::Off => return json!({"guard": null, "guard_reason": "off"}),
         GuardKind::Observer => "observer",
         GuardKind::EnergyBounding => "energy-bounding",
@@ -144,22 +144,22 @@ fn guard(limits: &Limits) -> Value {
     let guard = json!({
         "kind": kind,
         // Most damping that it adds, or damping of the device.
-        "damping_n_s_per_m": n(own.damping_n_s_per_m),
+        "damping_n_s_per_m": n(guard.damping_n_s_per_m),
         // Energy bounding alone uses its share, and what follows the time for which a credit of energy lasts.
-        "share": n(own.share),
-        "forget_s": n(own.forget_s),
-        "delay_least_samples": n(own.delay_least_samples),
-        "delay_most_samples": n(own.delay_most_samples),
-        "lag_s": n(own.lag_s),
-        "noise_m": n(own.noise_m),
+        "share": n(guard.share),
+        "forget_s": n(guard.forget_s),
+        "delay_least_samples": n(guard.delay_least_samples),
+        "delay_most_samples": n(guard.delay_most_samples),
+        "lag_s": n(guard.lag_s),
+        "noise_m": n(guard.noise_m),
     });
     json!({"guard": guard, "guard_reason": null})
 }
 
 /// The simulated plant; null for a real device.
 fn simulation(configuration: &Configuration) -> Value {
-    let (n, own) = (number, &configuration.simulation);
-    let kind = match own.kind {
+    let (n, plant) = (number, &configuration.simulation);
+    let kind = match plant.kind {
         SimulationKind::Real => return Value::Null,
         SimulationKind::MassDamper => "mass-damper",
         SimulationKind::RigidIndentation => "rigid-indentation",
@@ -167,12 +167,12 @@ fn simulation(configuration: &Configuration) -> Value {
     };
     json!({
         "kind": kind,
-        "mass_kg": n(own.mass_kg),
-        "damping_n_s_per_m": n(own.damping_n_s_per_m),
-        "hand_stiffness_n_per_m": n(own.hand_stiffness_n_per_m),
-        "push_n": n(own.push_n),
-        "depth_m": n(own.depth_m),
-        "ramp_time_s": n(own.ramp_time_s),
+        "mass_kg": n(plant.mass_kg),
+        "damping_n_s_per_m": n(plant.damping_n_s_per_m),
+        "hand_stiffness_n_per_m": n(plant.hand_stiffness_n_per_m),
+        "push_n": n(plant.push_n),
+        "depth_m": n(plant.depth_m),
+        "ramp_time_s": n(plant.ramp_time_s),
     })
 }
 
