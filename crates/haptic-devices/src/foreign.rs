@@ -109,18 +109,18 @@ pub enum OpenError {
     /// The Haply 2DIY.
     #[error(transparent)]
     Haply(#[from] HaplyOpenError),
-    /// A moteus servo.
+    /// A moteus servo or its adapter is in trouble.
     #[error(transparent)]
     Moteus(#[from] MoteusOpenError),
     /// It has not so many axes.
     #[error("it has {most} {}, and {axes} are asked for: change `axes`, or take another device", if *most == 1 { "axis" } else { "axes" })]
     Axes {
-        /// Asked for.
+        /// Number of axes that were asked for.
         axes: usize,
         /// As many as it has.
         most: usize,
     },
-    /// It cannot be served.
+    /// No thread could serve it, or it refuses the first configuration.
     #[error(transparent)]
     Serve(#[from] ServeError),
     /// It does not answer as a device does.

@@ -17,23 +17,23 @@ pub enum NameError {
     /// A kind of device that is not known.
     #[error("\"{kind}\" is no kind of device: there are {known}")]
     Kind {
-        /// As given.
+        /// The word before the colon, as it was given.
         kind: String,
-        /// All kinds.
+        /// Every kind that there is, with commas between.
         known: String,
     },
     /// No path behind the kind.
     #[error("{kind} needs the path of a port, as in {kind}:/dev/ttyACM0")]
     Path {
-        /// The kind of device.
+        /// The kind whose name it is.
         kind: &'static str,
     },
     /// Something behind a comma that is no `key=value`.
     #[error("\"{text}\" is no setting: write key=value, the keys of {kind} are {keys}")]
     Setting {
-        /// As given.
+        /// The part between two commas, as it was given.
         text: String,
-        /// The kind of device.
+        /// The kind whose name it is.
         kind: &'static str,
         /// All keys of this kind.
         keys: String,
@@ -41,29 +41,29 @@ pub enum NameError {
     /// A key that is there twice.
     #[error("{key} is given twice")]
     Twice {
-        /// The key.
+        /// Key to which the value belongs.
         key: String,
     },
     /// A value that is none of the choices.
     #[error("{key} = \"{value}\" is not one of {choices}")]
     Choice {
-        /// The key.
+        /// Key to which the value belongs.
         key: &'static str,
-        /// As given.
+        /// The value as it was given.
         value: String,
-        /// All choices.
+        /// Every name that the key takes, with commas between.
         choices: String,
     },
     /// A value that is no number in its range.
     #[error("{key} = \"{value}\" is not in [{least}, {most}]{unit}")]
     Number {
-        /// The key.
+        /// Key to which the value belongs.
         key: &'static str,
-        /// As given.
+        /// The value as it was given.
         value: String,
-        /// The least value.
+        /// The least value that is taken.
         least: f64,
-        /// The greatest value.
+        /// The greatest value that is taken.
         most: f64,
         /// A blank and the unit; nothing for a number without one.
         unit: &'static str,

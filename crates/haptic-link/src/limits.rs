@@ -60,7 +60,7 @@ in_order! {
         /// A reading that moves in a tick by more than `speed_hard_m_per_s`·T and this latches a fault, m, 1e-6 to 1;
         /// 0 for never.
         pub jump_m: f32,
-        /// Passivity guard.
+        /// The guard that keeps the loop from feeding the device energy.
         pub guard: Guard,
     }
 }
@@ -108,9 +108,9 @@ impl Limits {
         }
     }
 
-    /// Shortest watchdog time, ms.
+    /// Shortest watchdog time, ms: a host cannot keep less.
     pub const WATCHDOG_MIN_MS: u16 = 5;
-    /// Longest, ms.
+    /// Longest watchdog time, ms: a force from longer ago belongs to another place.
     pub const WATCHDOG_MAX_MS: u16 = 1000;
     /// Largest [`max_age_ticks`](Self::max_age_ticks).
     pub const MAX_AGE_TICKS: u16 = 1000;
@@ -119,9 +119,9 @@ impl Limits {
 /// What of two values of a limit is the tighter one. A number that is none is loose.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Tighter {
-    /// The smaller one.
+    /// The smaller of two values is the tighter one.
     Less,
-    /// The larger one.
+    /// The larger of two values is the tighter one.
     More,
     /// The smaller one, but 0 is no limit at all.
     LessUnlessOff,
@@ -132,13 +132,13 @@ pub enum Tighter {
 pub struct Limit {
     /// Its name on the wire; its key is [`Field::key`].
     pub field: Field,
-    /// Its place.
+    /// Finds the number in the limits.
     pub of: fn(&mut Limits) -> &mut f32,
     /// Least value; 0 is allowed too where it means no limit.
     pub least: f32,
     /// Largest value; a board may allow less.
     pub most: f32,
-    /// What is tighter.
+    /// Tells which of two values of this limit holds back more.
     pub tighter: Tighter,
 }
 

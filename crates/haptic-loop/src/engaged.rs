@@ -183,7 +183,7 @@ where
         controller.let_go();
     }
 
-    /// The controller.
+    /// The controller, to see its state.
     #[inline]
     pub fn controller(&self) -> &Controller<F, D, E> {
         self.controller.borrow()
@@ -195,7 +195,7 @@ where
         self.controller.borrow_mut()
     }
 
-    /// The device.
+    /// The device, to look at it between ticks.
     #[inline]
     pub const fn device(&self) -> &V {
         &self.device

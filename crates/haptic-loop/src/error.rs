@@ -8,7 +8,7 @@ use thiserror::Error;
 #[derive(Clone, Copy, Debug, PartialEq, Error)]
 #[non_exhaustive]
 pub enum ParameterError {
-    /// A quantity.
+    /// A quantity outside the range that its field states.
     #[error(transparent)]
     Range(#[from] RangeError),
     /// More braking than the device bears, see [`Limits::braking_max`](crate::Limits::braking_max).
@@ -17,7 +17,7 @@ pub enum ParameterError {
         value = Shown(*value_n_s_per_m), most = Shown(*most_n_s_per_m), why = less_braking(*mass_known)
     )]
     Braking {
-        /// The rejected damping, N·s/m.
+        /// Damping that was asked for, N·s/m.
         value_n_s_per_m: f64,
         /// The most that is accepted, N·s/m.
         most_n_s_per_m: f64,

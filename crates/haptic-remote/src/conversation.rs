@@ -19,9 +19,9 @@ pub enum Incoming {
     Answer(Report),
     /// The outstanding request was refused.
     Refused {
-        /// Its name.
+        /// Name of the request that was refused.
         request: &'static str,
-        /// Why.
+        /// Reason of the device.
         refusal: Refusal,
     },
     /// Something that was not asked for: samples, events, faults.
@@ -34,7 +34,7 @@ pub enum Incoming {
         round_trip_us: u64,
         /// It answers the newest keep-alive. An older one says that the device lives, but not how far it is.
         newest: bool,
-        /// State and fault.
+        /// State and fault at that moment.
         status: Status,
         /// Energy that the passivity guard has observed, J; 0 without a guard.
         observed_energy_j: f32,
@@ -53,10 +53,10 @@ struct Outstanding {
     before: Option<LineCounters>,
 }
 
-/// Counters of the host.
+/// Counters of the host's end of the line.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct HostCounters {
-    /// Frames sent.
+    /// Frames that this host has sent.
     pub sent: u32,
     /// Bytes and frames that have come, by kind.
     pub line: LineCounters,
@@ -244,7 +244,7 @@ impl Conversation {
             self.connection = hello.connection;
             self.newest_tick = None;
         }
-        if !self.tracker.arrive(header.sequence as u16).is_new() {
+        if !self.tracker.is_new(header.sequence as u16) {
             return None;
         }
         if answers && let Some(outstanding) = self.outstanding.take() {
@@ -334,7 +334,7 @@ impl Conversation {
         }
     }
 
-    /// All counters.
+    /// Counters of this end since the conversation began.
     #[must_use]
     pub fn counters(&self) -> HostCounters {
         HostCounters {

@@ -11,15 +11,15 @@ pub enum Impossible {
     /// A position that is not a finite number.
     #[error("a position of {position_m} m in tick {tick}")]
     Position {
-        /// Its tick.
+        /// Number of the tick that it is said to be of.
         tick: u32,
-        /// m.
+        /// The position as it was told, m.
         position_m: f32,
     },
     /// A force that is not a finite number, or beyond the largest that the device makes.
     #[error("a force of {force_n} N in tick {tick}, of at most {most_n} N")]
     Force {
-        /// Its tick.
+        /// Number of the tick that it is said to be of.
         tick: u32,
         /// On the axis of the largest, N.
         force_n: f32,
@@ -29,7 +29,7 @@ pub enum Impossible {
     /// A tick before the one that came before it.
     #[error("tick {tick} after tick {before}")]
     Tick {
-        /// Its tick.
+        /// Number of the tick that it is said to be of.
         tick: u32,
         /// That of the sample before.
         before: u32,
@@ -37,9 +37,9 @@ pub enum Impossible {
     /// A time before that of the tick before it.
     #[error("a time in tick {tick} that is {back_us} µs before that of the tick before")]
     Time {
-        /// Its tick.
+        /// Number of the tick that it is said to be of.
         tick: u32,
-        /// By so much, µs.
+        /// Time by which it goes back, µs.
         back_us: u32,
     },
 }

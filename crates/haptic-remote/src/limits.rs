@@ -27,12 +27,7 @@ impl Fields {
     pub(super) fn within(&mut self, field: Field, value: f32, least: f32, most: f32) -> f32 {
         let accepted = value >= least && value <= most;
         if !accepted {
-            self.refuse(Refusal::Range {
-                field,
-                value,
-                least,
-                most,
-            });
+            self.refuse(Refusal::range(field, value, least, most));
         }
         value
     }
@@ -108,23 +103,15 @@ fn workspace(limits: &haptic_link::Limits, fields: &mut Fields) -> Option<Worksp
         zone(Field::WorkspaceSoft, limits.workspace_soft_m, 0.0, fields);
         return None;
     }
-    Some(range(
-        (low, high),
-        limits.workspace_soft_m,
-        (-FAR, FAR),
-        fields,
-    ))
+    let soft = limits.workspace_soft_m;
+    Some(range([low, high], soft, [-FAR, FAR], fields))
 }
 
 /// A range of places with its zones, within `allowed`, m.
-fn range(
-    (low, high): (f32, f32),
-    soft: f32,
-    allowed: (f32, f32),
-    fields: &mut Fields,
-) -> Workspace {
-    let low = fields.within(Field::WorkspaceLow, low, allowed.0, allowed.1);
-    let high = fields.within(Field::WorkspaceHigh, high, low.next_up(), allowed.1);
+fn range(ends: [f32; 2], soft: f32, allowed: [f32; 2], fields: &mut Fields) -> Workspace {
+    let [least, most] = allowed;
+    let low = fields.within(Field::WorkspaceLow, ends[0], least, most);
+    let high = fields.within(Field::WorkspaceHigh, ends[1], low.next_up(), most);
     let half = 0.5 * (f64::from(high) - f64::from(low));
     let soft = zone(Field::WorkspaceSoft, soft, half as f32, fields);
     Workspace {
@@ -143,11 +130,11 @@ pub(super) fn box_ranges(
     fields: &mut Fields,
 ) -> Option<[Workspace; 3]> {
     let (low, high) = (limits.workspace_low_m, limits.workspace_high_m);
-    let allowed = if low < high { (low, high) } else { (-FAR, FAR) };
+    let allowed = if low < high { [low, high] } else { [-FAR, FAR] };
     let mut ranges = workspace
         .axes
         .iter()
-        .map(|axis| range((axis.low_m, axis.high_m), axis.soft_m, allowed, fields));
+        .map(|axis| range([axis.low_m, axis.high_m], axis.soft_m, allowed, fields));
     let first = ranges.next()?;
     let second = ranges.next().unwrap_or(first);
     let third = ranges.next().unwrap_or(second);
@@ -190,13 +177,9 @@ fn guard(guard: &haptic_link::Guard, tick_period_us: u32, fields: &mut Fields) -
     }
     let share = fields.within(Field::GuardShare, guard.share, 1e-3, 1.0);
     let longest = MAX_GUARD_DELAY_SAMPLES as f32;
-    let most = fields.within(
-        Field::GuardDelayMost,
-        guard.delay_most_samples,
-        0.0,
-        longest,
-    );
-    let least = fields.within(Field::GuardDelayLeast, guard.delay_least_samples, 0.0, most);
+    let (least, most) = (guard.delay_least_samples, guard.delay_most_samples);
+    let most = fields.within(Field::GuardDelayMost, most, 0.0, longest);
+    let least = fields.within(Field::GuardDelayLeast, least, 0.0, most);
     let slowest = MAX_GUARD_LAG_SAMPLES as f32 * tick;
     let lag = fields.within(Field::GuardLag, guard.lag_s, 0.0, slowest);
     let noise = fields.within(Field::GuardNoise, guard.noise_m, 0.0, NOISE_MAX);

@@ -13,17 +13,17 @@ pub enum LinkError {
     /// No answer, after several tries.
     #[error("no answer to \"{request}\": {}", silence(request, line))]
     NoAnswer {
-        /// Name of the request.
+        /// Name of the request, as in the protocol.
         request: &'static str,
         /// Frames that came instead, from the second try on.
         line: LineCounters,
     },
-    /// The device refused.
+    /// The device refused a request and gave its reason.
     #[error("the device refused \"{request}\": {}", Explained(refusal))]
     Refused {
-        /// Name of the request.
+        /// Name of the request, as in the protocol.
         request: &'static str,
-        /// Why.
+        /// Reason of the device.
         refusal: Refusal,
     },
     /// The device speaks another version of the protocol.
@@ -32,7 +32,7 @@ pub enum LinkError {
         haptic_link::PROTOCOL_VERSION
     )]
     OtherVersion {
-        /// Its version.
+        /// Version of the protocol that the device speaks.
         version: u8,
     },
     /// The port echoes what it is sent.
@@ -44,7 +44,7 @@ pub enum LinkError {
         firmware[0], firmware[1], firmware[2]
     )]
     OtherMessages {
-        /// Its firmware version.
+        /// Version of its firmware: major, minor, patch.
         firmware: [u8; 3],
         /// Name of the first such message.
         message: &'static str,
@@ -62,7 +62,7 @@ pub enum LinkError {
         "no sample for {waited_ms} ms, and the device does not answer: check its plug and supply, then reset it"
     )]
     NoSamples {
-        /// Waited, ms.
+        /// Time that was waited in vain, ms.
         waited_ms: u64,
     },
     /// Samples stopped for this long although the device answers; it was told to let go.
@@ -70,7 +70,7 @@ pub enum LinkError {
         "no sample for {waited_ms} ms, though the device answers: close other programs on this machine, or use a better line"
     )]
     HeldUp {
-        /// Waited, ms.
+        /// Time that was waited in vain, ms.
         waited_ms: u64,
     },
     /// Stopped before any sample came.
@@ -84,9 +84,9 @@ pub enum LinkError {
     /// The device reports an impossible ability.
     #[error("the device reports an impossible {what} of {value}: flash its firmware again")]
     Capability {
-        /// In words.
+        /// Ability in words, with its unit.
         what: &'static str,
-        /// The reported value.
+        /// Value as the device has reported it.
         value: f32,
     },
     /// The device runs no controllers.
@@ -99,7 +99,7 @@ pub enum LinkError {
         "the device renders no shape by itself: flash a firmware of this version, or close the loop on the host"
     )]
     NoSurfaces,
-    /// The line is gone.
+    /// The port or its other end is gone.
     #[error("the line is gone: check the plug and supply of the device")]
     Gone,
 }

@@ -148,12 +148,12 @@ pub(super) fn checked(
     let mut fields = Fields::default();
     let limits = &configuration.limits;
     let period = configuration.tick_period_us;
-    fields.within(
-        Field::TickPeriod,
-        period as f32,
-        capabilities.tick_period_min_us as f32,
-        capabilities.tick_period_max_us as f32,
-    );
+    let periods = [
+        capabilities.tick_period_min_us,
+        capabilities.tick_period_max_us,
+    ];
+    let [shortest, longest] = periods.map(|period_us| period_us as f32);
+    fields.within(Field::TickPeriod, period as f32, shortest, longest);
     let operator = configuration.operator;
     // As in the wire's table of forms.
     let most = match operator.form {
@@ -163,18 +163,10 @@ pub(super) fn checked(
     };
     let count = f32::from(operator.count);
     fields.within(Field::CoefficientCount, count, 1.0, most as f32);
-    fields.within(
-        Field::Watchdog,
-        f32::from(limits.watchdog_ms),
-        f32::from(Limits::WATCHDOG_MIN_MS),
-        f32::from(Limits::WATCHDOG_MAX_MS),
-    );
-    fields.within(
-        Field::MaxAge,
-        f32::from(limits.max_age_ticks),
-        1.0,
-        f32::from(Limits::MAX_AGE_TICKS),
-    );
+    let [shortest, longest] = [Limits::WATCHDOG_MIN_MS, Limits::WATCHDOG_MAX_MS].map(f32::from);
+    let (watchdog, age) = (limits.watchdog_ms.into(), limits.max_age_ticks.into());
+    fields.within(Field::Watchdog, watchdog, shortest, longest);
+    fields.within(Field::MaxAge, age, 1.0, Limits::MAX_AGE_TICKS.into());
     let chain = chain_limits(limits, period, capabilities, &mut fields);
     let (stiffness, dissipation) = (
         configuration.stiffness_n_per_m,
@@ -291,31 +283,18 @@ pub fn operator_shape(
 #[inline(never)]
 pub(super) fn refused(error: ListError) -> Refusal {
     match error {
-        ListError::IntegerPart(integer) => Refusal::Range {
-            field: Field::IntegerPart,
-            value: f32::from(integer),
-            least: -2.0,
-            most: 2.0,
-        },
-        ListError::Count { count, most } => Refusal::Range {
-            field: Field::CoefficientCount,
-            value: count as f32,
-            least: 1.0,
-            most: most as f32,
-        },
-        ListError::Value { value, .. } => Refusal::Range {
-            field: Field::Coefficient,
-            value: value as f32,
-            least: -f32::MAX,
-            most: f32::MAX,
-        },
-        ListError::Decay { value, .. } => Refusal::Range {
-            field: Field::Coefficient,
-            value: value as f32,
-            // The least number above 0: a range of the wire has its ends in it.
-            least: f32::from_bits(1),
-            most: 1.0,
-        },
+        ListError::IntegerPart(integer) => {
+            Refusal::range(Field::IntegerPart, f32::from(integer), -2.0, 2.0)
+        }
+        ListError::Count { count, most } => {
+            Refusal::range(Field::CoefficientCount, count as f32, 1.0, most as f32)
+        }
+        ListError::Value { value, .. } => {
+            Refusal::range(Field::Coefficient, value as f32, -f32::MAX, f32::MAX)
+        }
+        ListError::Decay { value, .. } => {
+            Refusal::range(Field::Coefficient, value as f32, f32::from_bits(1), 1.0)
+        }
         _ => Refusal::Unsupported(Field::Coefficient),
     }
 }

@@ -23,9 +23,9 @@ pub(crate) const DEVICE_ID: u8 = 5;
 pub const TORQUE_MAX_NM: f64 = 0.123;
 /// Bytes of a frame of torques.
 pub const TORQUES_BYTES: usize = 10;
-/// Bytes of a configuration.
+/// Bytes of the frame that configures the board.
 pub const CONFIGURATION_BYTES: usize = 26;
-/// Bytes of an answer.
+/// Bytes of the board's answer; there is no other frame from it.
 pub const ANSWER_BYTES: usize = 9;
 /// More zeros than any frame can still miss: the longest configuration has 3 + 4 + 1 + 4 + 1 + 255 + 1 + 255 + 4·8 =
 /// 556 bytes.
@@ -126,9 +126,9 @@ pub enum Trouble {
         "no whole answer for {ticks} ticks ({bytes} of 9 bytes came): a byte was lost, the board hangs, or the sample time is too short for this USB port"
     )]
     Silent {
-        /// Ticks.
+        /// Ticks in a row without a whole answer.
         ticks: u32,
-        /// Bytes that did come.
+        /// Bytes of the answer that did come.
         bytes: u8,
     },
     /// More bytes than were asked for.
@@ -136,9 +136,9 @@ pub enum Trouble {
         "{bytes} bytes came where {expected} were due: something was added on the line, or another program speaks to the board"
     )]
     TooMuch {
-        /// Bytes that came.
+        /// Bytes that came in the tick.
         bytes: u8,
-        /// Bytes that were due.
+        /// Bytes of all answers that were due.
         expected: u8,
     },
     /// The answer of another device.
@@ -146,7 +146,7 @@ pub enum Trouble {
         "the answer is of device {device_id} instead of 5: a byte was lost or changed, or this is no 2DIY"
     )]
     OtherDevice {
-        /// The number in it.
+        /// Number that the answer carries in place of the device's.
         device_id: u8,
     },
     /// An angle that is no number.
@@ -157,9 +157,9 @@ pub enum Trouble {
         "the handle went {step_mm:.1} mm in {time_ms:.1} ms, faster than a hand: a byte was changed, an encoder loses counts, or this is a 2DIY of version {other}"
     )]
     Jump {
-        /// Distance, mm.
+        /// Distance from the last place that was believed, mm.
         step_mm: f64,
-        /// Time for it, ms.
+        /// Time that the handle had for it, ms.
         time_ms: f64,
         /// The version that the device was not said to be.
         other: u8,
@@ -169,13 +169,13 @@ pub enum Trouble {
         "angles of {first:.1}° and {second:.1}° are out of reach of a 2DIY of version {version}: give version={other} if it is one of those, and hold the handle at its home while the device is opened"
     )]
     OutOfReach {
-        /// θ₁, degrees.
+        /// θ₁ of the answer, degrees.
         first: f32,
-        /// θ₂, degrees.
+        /// θ₂ of the answer, degrees.
         second: f32,
         /// The version that the device was said to be.
         version: u8,
-        /// The other one.
+        /// The version that would fit instead.
         other: u8,
     },
     /// The posture is singular, or next to it.
@@ -183,7 +183,7 @@ pub enum Trouble {
         "{singular}: keep the handle in the middle, or give version={other} if it is one of those"
     )]
     Singular {
-        /// The posture.
+        /// Names what is wrong with the posture.
         singular: Singular,
         /// The version that the device was not said to be.
         other: u8,
@@ -201,7 +201,7 @@ impl Trouble {
         }
     }
 
-    /// Where its cause lies.
+    /// Tells whether to look at the board or at its line.
     #[must_use]
     pub const fn cause(self) -> TroubleCause {
         if matches!(self, Self::Gone | Self::Silent { .. }) {

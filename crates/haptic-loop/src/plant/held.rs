@@ -13,7 +13,7 @@ pub trait Holder {
     /// in m under [`RigDrive::Position`], contact forces in N under [`RigDrive::Force`].
     fn force(&mut self, set_point: f64, measured: f64) -> f64;
 
-    /// Forgets everything.
+    /// Forgets everything that it has measured.
     fn restart(&mut self);
 }
 

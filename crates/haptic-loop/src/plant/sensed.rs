@@ -53,7 +53,7 @@ impl<V> Sensed<V> {
         })
     }
 
-    /// The device itself.
+    /// The device behind the sensors, as it truly is.
     pub const fn device(&self) -> &V {
         &self.device
     }

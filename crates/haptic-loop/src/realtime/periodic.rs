@@ -21,7 +21,7 @@ pub enum SpinMargin {
     Fixed(Duration),
 }
 
-/// A periodic loop.
+/// The settings of a periodic loop.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct PeriodicConfig {
     /// T, 10 µs to 1000 s.

@@ -47,13 +47,13 @@ impl Waiter for StdWaiter {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
 #[non_exhaustive]
 pub enum Refusal {
-    /// This user may not.
+    /// This user may not do it.
     #[error("not permitted")]
     NotPermitted,
     /// More than this user's limit.
     #[error("above this user's limit")]
     Limit,
-    /// This system cannot.
+    /// This system has no such thing.
     #[error("not on this system")]
     Unsupported,
     /// Any other refusal, by the code with which the system tells it.

@@ -48,7 +48,7 @@ pub struct WorstCycle {
     pub compute: Duration,
 }
 
-/// Percentiles of a histogram.
+/// Four percentiles by which a histogram of times is told.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Percentiles {
     /// Median.
@@ -57,7 +57,7 @@ pub struct Percentiles {
     pub p99: Duration,
     /// 999 of 1000 took no longer.
     pub p999: Duration,
-    /// The longest.
+    /// The longest time of all.
     pub max: Duration,
 }
 
@@ -136,7 +136,7 @@ impl Timing {
         &self.tick_ns
     }
 
-    /// The late ones.
+    /// Cycles that were late, by their cause.
     #[must_use]
     pub const fn overruns(&self) -> Overruns {
         self.overruns

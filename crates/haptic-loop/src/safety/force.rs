@@ -9,7 +9,7 @@ use thiserror::Error;
 pub struct SafeForce<F, const D: usize>(pub(super) SVector<F, D>);
 
 impl<F: Real, const D: usize> SafeForce<F, D> {
-    /// No force: always safe.
+    /// No force, which is safe anywhere.
     #[must_use]
     pub fn zero() -> Self {
         Self(SVector::from([F::ZERO; D]))
@@ -26,11 +26,11 @@ impl<F: Real, const D: usize> SafeForce<F, D> {
 pub struct Limiters(u8);
 
 impl Limiters {
-    /// None acted.
+    /// No limiter acted.
     pub const NONE: Self = Self(0);
-    /// The magnitude limit.
+    /// The force was cut to its largest magnitude.
     pub const MAGNITUDE: Self = Self(1);
-    /// The rate limit.
+    /// The force was held back by its largest rate.
     pub const RATE: Self = Self(2);
     /// A latched fault holds the wanted force at zero.
     pub const FAULT: Self = Self(4);

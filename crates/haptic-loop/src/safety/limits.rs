@@ -257,7 +257,7 @@ const fn is_same(one: &str, other: &str) -> bool {
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Workspace {
-    /// Lowest position.
+    /// Lowest position that is allowed.
     pub low: Metres,
     /// Highest position, above `low`.
     pub high: Metres,

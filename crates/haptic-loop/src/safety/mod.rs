@@ -93,7 +93,7 @@ impl<F: Real, const D: usize> Default for SafetyState<F, D> {
 }
 
 impl<F: Real, const D: usize> SafetyState<F, D> {
-    /// The latched fault.
+    /// The fault that is latched, until it is cleared.
     #[must_use]
     pub fn fault(&self) -> Option<Fault> {
         self.fault

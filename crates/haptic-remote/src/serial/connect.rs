@@ -9,7 +9,7 @@ use super::port;
 use super::run::IN_TIME;
 use super::served::Served;
 use crate::impossible::Plausible;
-use crate::{Conversation, Incoming, LinkError, check_keys};
+use crate::{Conversation, Incoming, LinkError, abilities, check_keys};
 use core::fmt::Display;
 use haptic_link::{Capabilities, FRAME_MAX, Hello, Report, Request, Sample, State, Status};
 use haptic_loop::realtime::Moment;
@@ -32,23 +32,6 @@ const HEARD_MOST: usize = 1 << 16;
 const COMMANDS_MOST: usize = 256;
 /// An unanswered request is sent again after this time.
 const RETRY: Duration = Duration::from_millis(150);
-
-/// A device that has not said yet what it can do.
-const UNKNOWN: Capabilities = Capabilities {
-    board: [0; 16],
-    axes: 0,
-    simulated: false,
-    tick_period_min_us: 0,
-    tick_period_max_us: 0,
-    force_max_n: 0.0,
-    force_rate_max_n_per_s: 0.0,
-    position_resolution_m: 0.0,
-    coefficients_max: 0,
-    modes_max: 0,
-    degree_max: 0,
-    flight_samples: 0,
-    image_digest: 0,
-};
 
 /// Options of a connection. By default [`BAUDS`], one attempt.
 #[derive(Clone, Copy, Debug, Default)]
@@ -143,7 +126,8 @@ impl SerialLink {
             heard,
             threads: threads.into(),
             hello,
-            capabilities: UNKNOWN,
+            // It has not said yet what it can do.
+            capabilities: abilities("", 0),
             has_controllers: false,
             has_surfaces: false,
             latency_ms: None,

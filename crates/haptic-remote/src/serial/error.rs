@@ -9,30 +9,30 @@ use thiserror::Error;
 #[derive(Clone, Debug, PartialEq, Error)]
 #[non_exhaustive]
 pub enum SerialError {
-    /// No such port.
+    /// The system has no port of this name.
     #[error("there is no port {path}, {}", in_its_place(others))]
     NotFound {
-        /// Its path.
+        /// Path of the port, as it was given.
         path: String,
-        /// Ports that are there.
+        /// Ports that the system has, with commas between.
         others: String,
     },
     /// Somebody else has it open.
     #[error("port {path} is in use by another program: close that one first")]
     InUse {
-        /// Its path.
+        /// Path of the port, as it was given.
         path: String,
     },
     /// The operating system does not let us.
     #[error("this user may not open port {path}: join the group that owns it, often dialout")]
     Forbidden {
-        /// Its path.
+        /// Path of the port, as it was given.
         path: String,
     },
     /// Something else than a serial port.
     #[error("{path} is not a serial port: give the port of the device, such as /dev/ttyACM0")]
     NoPort {
-        /// Its path.
+        /// Path of the port, as it was given.
         path: String,
     },
     /// Nobody answers at a socket, which lets one program in at a time.
@@ -40,7 +40,7 @@ pub enum SerialError {
         "nobody answers at the socket {path}, which lets one program in at a time: close another one"
     )]
     SilentSocket {
-        /// Its path.
+        /// Path of the port, as it was given.
         path: String,
     },
     /// It cannot be opened for another reason, or not at this speed.
@@ -48,14 +48,14 @@ pub enum SerialError {
         "port {path} cannot be opened at {baud} baud ({reason}): take another speed, or plug the device in again"
     )]
     Open {
-        /// Its path.
+        /// Path of the port, as it was given.
         path: String,
-        /// Bits per second.
+        /// Speed at which it was to be opened, bits per second.
         baud: u32,
         /// In the words of the system.
         reason: String,
     },
-    /// Error of the conversation.
+    /// The port works, but the conversation with the device failed.
     #[error(transparent)]
     Link(#[from] LinkError),
     /// A thread could not be started.
@@ -119,14 +119,14 @@ fn in_its_place(others: &str) -> String {
 /// Words of a board about its last fault, with the remedy, and where its cause lies.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct BoardTrouble {
-    /// In whole words.
+    /// A sentence for a person, with the remedy.
     pub words: String,
-    /// Where to look.
+    /// Tells where to look for the cause.
     pub cause: TroubleCause,
 }
 
 impl BoardTrouble {
-    /// Of the board itself.
+    /// Trouble whose cause lies in the board itself.
     #[must_use]
     pub const fn of_board(words: String) -> Self {
         Self {

@@ -114,12 +114,12 @@ impl SerialLink {
     ) -> Result<(), SerialError> {
         let most = self.capabilities.coefficients_max;
         if values.len() > usize::from(most) {
-            let refusal = Refusal::Range {
-                field: Field::CoefficientCount,
-                value: values.len() as f32,
-                least: 1.0,
-                most: f32::from(most),
-            };
+            let refusal = Refusal::range(
+                Field::CoefficientCount,
+                values.len() as f32,
+                1.0,
+                f32::from(most),
+            );
             let request = "configure";
             return Err(LinkError::Refused { request, refusal }.into());
         }

@@ -427,12 +427,12 @@ fn coefficients<H: Hardware<D>, const D: usize, R: BorrowMut<Records<D>>>(
 ) -> Result<CoefficientBlock, Refusal> {
     let count = device.configuration().0.operator.count;
     if offset >= count || !offset.is_multiple_of(COEFFICIENTS_PER_BLOCK as u16) {
-        return Err(Refusal::Range {
-            field: Field::Offset,
-            value: f32::from(offset),
-            least: 0.0,
-            most: f32::from(count.saturating_sub(1)),
-        });
+        return Err(Refusal::range(
+            Field::Offset,
+            f32::from(offset),
+            0.0,
+            f32::from(count.saturating_sub(1)),
+        ));
     }
     let values = core::array::from_fn(|i| {
         device

@@ -185,35 +185,22 @@ fn loosened(before: &Limits, after: &Limits) -> Vec<String> {
         let told = |value: f32| if off(value) { f32::INFINITY } else { value };
         (!limit.is_tight(after, before)).then(|| (limit.field.key(), told(before), told(after)))
     });
-    // 0 is no limit.
-    let at_most = |ticks: u16| {
-        if ticks > 0 {
-            ticks.into()
-        } else {
-            f32::INFINITY
-        }
+    let of_run = |limits: &Limits| -> [(&str, f32); 4] {
+        // 0 is no limit.
+        let late_ticks = match limits.late_ticks {
+            0 => f32::INFINITY,
+            ticks => ticks.into(),
+        };
+        [
+            ("stuck_time_s", limits.stuck_time_s),
+            ("watchdog_ms", limits.watchdog_ms.into()),
+            ("late_ticks", late_ticks),
+            ("max_age_ticks", limits.max_age_ticks.into()),
+        ]
     };
-    let of_run: [(_, f32, f32); 4] = [
-        ("stuck_time_s", before.stuck_time_s, after.stuck_time_s),
-        (
-            "watchdog_ms",
-            before.watchdog_ms.into(),
-            after.watchdog_ms.into(),
-        ),
-        (
-            "late_ticks",
-            at_most(before.late_ticks),
-            at_most(after.late_ticks),
-        ),
-        (
-            "max_age_ticks",
-            before.max_age_ticks.into(),
-            after.max_age_ticks.into(),
-        ),
-    ];
-    let of_run = of_run
-        .into_iter()
-        .filter(|(_, before, after)| after > before);
+    let of_run = of_run(before).into_iter().zip(of_run(after));
+    let of_run = of_run.map(|((key, before), (_, after))| (key, before, after));
+    let of_run = of_run.filter(|(_, before, after)| after > before);
     let in_words = |key, value: f32| match value {
         value if value.is_infinite() => "none".to_owned(),
         value => written(key, value.into()),
