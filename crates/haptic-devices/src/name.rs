@@ -6,7 +6,7 @@ use thiserror::Error;
 /// A device's name behind its kind: a path, which ends at the first comma, and settings by key, each given at most once.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) struct Settings<'a> {
-    path: &'a str,
+    pub(crate) path: &'a str,
     pairs: Vec<(&'a str, &'a str)>,
 }
 
@@ -96,10 +96,6 @@ impl<'a> Settings<'a> {
         Ok(Self { path, pairs })
     }
 
-    pub(crate) const fn path(&self) -> &'a str {
-        self.path
-    }
-
     pub(crate) fn text(&self, key: &str) -> Option<&'a str> {
         let found = self.pairs.iter().find(|(there, _)| *there == key);
         found.map(|(_, value)| *value)
@@ -183,7 +179,7 @@ mod tests {
     fn a_name_is_a_path_and_settings() {
         let read = |text| Settings::parse("haply", text, &["version", "radius"]);
         let settings = read("/dev/x,radius=20mm,version=2").expect("good");
-        assert_eq!(settings.path(), "/dev/x");
+        assert_eq!(settings.path, "/dev/x");
         assert_eq!(settings.metres("radius", 0.0..=1.0, 1.0), Ok(0.02));
         assert_eq!(read("COM3").expect("good").text("version"), None);
         for (text, said) in [

@@ -267,7 +267,7 @@ impl HaplyName {
         let versions = [("2", Version::V2), ("3", Version::V3)];
         let homes = [("now", Home::Now), ("before", Home::Before)];
         Ok(Self {
-            path: settings.path().to_owned(),
+            path: settings.path.to_owned(),
             version: settings.choice("version", &versions, Version::default())?,
             axis,
             zero_m: settings.metres("zero", -0.2..=0.2, axis.zero_m())?,

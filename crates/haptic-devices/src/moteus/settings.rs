@@ -141,7 +141,7 @@ impl MoteusName {
             }
         }
         Ok(Self {
-            path: given.path().to_owned(),
+            path: given.path.to_owned(),
             settings: MoteusSettings::of(values),
         })
     }

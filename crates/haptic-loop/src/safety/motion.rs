@@ -135,7 +135,7 @@ pub(super) struct Motion<F, const D: usize> {
     /// Least magnitude of the wanted force since then, N.
     least: SVector<F, D>,
     /// A damper can oppose the motion.
-    brakes: bool,
+    pub(super) brakes: bool,
 }
 
 impl<F: Real, const D: usize> Motion<F, D> {
@@ -150,11 +150,6 @@ impl<F: Real, const D: usize> Motion<F, D> {
             least: SVector::from([F::ZERO; D]),
             brakes: true,
         }
-    }
-
-    /// A damper can oppose the motion again.
-    pub(super) fn rearm(&mut self) {
-        self.brakes = true;
     }
 
     /// The next position comes after so many that did not.
@@ -174,11 +169,6 @@ impl<F: Real, const D: usize> Motion<F, D> {
             brakes: false,
             ..Self::at_rest()
         };
-    }
-
-    /// No braking with an actuator that does not obey.
-    pub(super) fn forgo_braking(&mut self) {
-        self.brakes = false;
     }
 }
 

@@ -399,7 +399,7 @@ impl DeviceSession {
 
     fn statistics(&self, ticks: Statistics) -> Statistics {
         let line = self.receiver.counters();
-        let requests = self.connections.tracker().out_of_order();
+        let requests = self.connections.tracker.out_of_order();
         Statistics {
             sent: self.sent,
             received: line.received,
@@ -410,7 +410,7 @@ impl DeviceSession {
             duplicate: requests.duplicate,
             late: requests.late,
             bytes_overrun: self.bytes_overrun,
-            strangers: self.connections.strangers(),
+            strangers: self.connections.strangers,
             ..ticks
         }
     }

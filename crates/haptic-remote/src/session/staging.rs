@@ -259,7 +259,7 @@ impl DeviceSession {
                 .with(|device| device.coefficient(index))
                 .unwrap_or_default();
         }
-        self.run_of = self.connections.current();
+        self.run_of = self.connections.current;
         let used = used(&prepared.configuration, &values);
         device.with(|device| device.install(prepared, used))
     }
