@@ -367,7 +367,7 @@ impl<const D: usize> Running<D> {
     pub(crate) fn force(&self) -> Vector2<f64> {
         self.wire.with(|world| {
             let [first, second] = world.board.torques_nm();
-            let pantograph = self.device.hardware().planar().model().pantograph;
+            let pantograph = self.device.hardware().model().pantograph;
             let posture = pantograph
                 .posture(world.board.body().angles())
                 .expect("in order");
