@@ -4,7 +4,7 @@ use haptic_link::{Capabilities, Field, GuardKind, Refusal};
 use haptic_loop::units::{
     Metres, MetresPerSecond, NewtonSecondsPerMetre, Newtons, NewtonsPerSecond, Seconds,
 };
-use haptic_loop::{EnergyBounding, Guard, Limits, PassivityObserver, SpeedLimit, Stuck, Workspace};
+use haptic_loop::{EnergyBounding, Guard, Limits, PassivityObserver, Stuck, Workspace};
 use haptic_loop::{MAX_GUARD_DELAY_SAMPLES, MAX_GUARD_LAG_SAMPLES};
 
 /// Narrowest zone of braking, m or m/s: a share of a narrower one would have no digits.
@@ -41,15 +41,16 @@ impl Fields {
     }
 }
 
-/// The row of the chain for each row of the wire, by their keys.
-const ROWS: [usize; haptic_link::Limits::TABLE.len()] = {
-    let mut rows = [0; haptic_link::Limits::TABLE.len()];
+const ROWS: usize = haptic_link::Limits::TABLE.len();
+/// Sets the limit of the chain for each row of the wire: the one with its key.
+static SET: [fn(&mut Limits, Option<f64>); ROWS] = {
+    let mut set = [Limits::SET[0]; ROWS];
     let mut row = 0;
-    while row < rows.len() {
-        rows[row] = Limits::row(haptic_link::Limits::TABLE[row].field.key());
+    while row < ROWS {
+        set[row] = Limits::SET[Limits::row(haptic_link::Limits::TABLE[row].field.key())];
         row += 1;
     }
-    rows
+    set
 };
 
 /// The limits of the chain of a device, each within the range that its field states, or refused.
@@ -61,7 +62,7 @@ pub(super) fn chain_limits(
 ) -> Limits {
     let mut numbers = *limits;
     let mut chain = Limits::bare(Newtons(0.0), NewtonsPerSecond(0.0));
-    for (limit, row) in haptic_link::Limits::TABLE.iter().zip(ROWS) {
+    for (limit, set) in haptic_link::Limits::TABLE.iter().zip(&SET) {
         let value = *(limit.of)(&mut numbers);
         let most = if limit.field == Field::ForceLimit {
             capabilities.force_max_n
@@ -71,7 +72,7 @@ pub(super) fn chain_limits(
             limit.most
         };
         fields.within(limit.field, value, limit.least_for(value), most);
-        Limits::SET[row](&mut chain, f64::from(value));
+        set(&mut chain, (value > 0.0).then_some(f64::from(value)));
     }
     let time = fields.within(Field::StuckTime, limits.stuck_time_s, 1e-3, 10.0);
     if let Some(stuck) = &mut chain.stuck {
@@ -80,7 +81,7 @@ pub(super) fn chain_limits(
     let several = cfg!(feature = "several-axes") && capabilities.axes > 1;
     chain.norm = several.then_some(chain.force);
     chain.workspace = workspace(limits, fields);
-    chain.speed = speed(limits, fields);
+    speed_zone(&mut chain, limits, fields);
     chain.device_delay_samples = u32::from(limits.device_delay_ticks);
     chain.guard = guard(&limits.guard, tick_period_us, fields);
     let most = chain.braking_max(Seconds(f64::from(tick_period_us) * 1e-6));
@@ -141,19 +142,16 @@ pub(super) fn box_ranges(
     Some([first, second, third])
 }
 
-fn speed(limits: &haptic_link::Limits, fields: &mut Fields) -> Option<SpeedLimit> {
+/// The zone below the speed limit, which the table has set.
+fn speed_zone(chain: &mut Limits, limits: &haptic_link::Limits, fields: &mut Fields) {
     let hard = limits.speed_hard_m_per_s;
-    if hard <= 0.0 {
-        fields.within(Field::SpeedSoft, limits.speed_soft_m_per_s, 0.0, 0.0);
-        return None;
-    }
     // At the largest speeds single precision has no room for the narrowest zone.
     let most = (hard - ZONE_MIN).min(hard.next_down());
+    let most = if chain.speed.is_some() { most } else { 0.0 };
     let soft = fields.within(Field::SpeedSoft, limits.speed_soft_m_per_s, 0.0, most);
-    Some(SpeedLimit {
-        soft: MetresPerSecond(f64::from(soft)),
-        hard: MetresPerSecond(f64::from(hard)),
-    })
+    if let Some(speed) = &mut chain.speed {
+        speed.soft = MetresPerSecond(f64::from(soft));
+    }
 }
 
 fn guard(guard: &haptic_link::Guard, tick_period_us: u32, fields: &mut Fields) -> Option<Guard> {
@@ -220,8 +218,9 @@ pub fn wire_limits(limits: &Limits, sample_time: Seconds) -> haptic_link::Limits
         }),
         ..haptic_link::Limits::bare(0.0, 0.0)
     };
-    for (limit, row) in haptic_link::Limits::TABLE.iter().zip(ROWS) {
-        *(limit.of)(&mut wire) = (Limits::TABLE[row].get)(limits).unwrap_or(0.0) as f32;
+    for limit in haptic_link::Limits::TABLE {
+        let row = &Limits::TABLE[Limits::row(limit.field.key())];
+        *(limit.of)(&mut wire) = (row.get)(limits).unwrap_or(0.0) as f32;
     }
     wire.force_n = limits.force.0.min(norm) as f32;
     wire

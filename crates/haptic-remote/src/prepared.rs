@@ -148,11 +148,8 @@ pub(super) fn checked(
     let mut fields = Fields::default();
     let limits = &configuration.limits;
     let period = configuration.tick_period_us;
-    let periods = [
-        capabilities.tick_period_min_us,
-        capabilities.tick_period_max_us,
-    ];
-    let [shortest, longest] = periods.map(|period_us| period_us as f32);
+    let shortest = capabilities.tick_period_min_us as f32;
+    let longest = capabilities.tick_period_max_us as f32;
     fields.within(Field::TickPeriod, period as f32, shortest, longest);
     let operator = configuration.operator;
     // As in the wire's table of forms.

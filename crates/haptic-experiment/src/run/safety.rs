@@ -219,7 +219,7 @@ impl Safety {
         };
         for (set, number) in Limits::SET.iter().zip(self.numbers) {
             if let Some(number) = number {
-                set(&mut chain, number);
+                set(&mut chain, Some(number).filter(|number| *number > 0.0));
             }
         }
         chain.speed = chain.speed.map(|limit| speed(limit.hard.0, brakes));

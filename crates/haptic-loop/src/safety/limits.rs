@@ -171,18 +171,18 @@ pub struct Limit {
     pub get: fn(&Limits) -> Option<f64>,
 }
 
-/// How a number of the limits is read and set; 0 switches off what may be off.
+/// How a number of the limits is read and set; `None` is off, or 0 where nothing is ever off.
 macro_rules! number {
     ($field:ident: Option<$unit:ident>) => {
         (
             |limits| limits.$field.map(|number| number.0),
-            |limits, number| limits.$field = (number > 0.0).then_some($unit(number)),
+            |limits, number| limits.$field = number.map($unit),
         )
     };
     ($field:ident: $unit:ident) => {
         (
             |limits| Some(limits.$field.0),
-            |limits, number| limits.$field = $unit(number),
+            |limits, number| limits.$field = $unit(number.unwrap_or_default()),
         )
     };
 }
@@ -195,12 +195,12 @@ macro_rules! table {
                 key: $key,
                 range: $range,
                 help: $help,
-                get: { let number: (fn(&Self) -> Option<f64>, fn(&mut Self, f64)) = $number; number.0 },
+                get: { let number: (fn(&Self) -> Option<f64>, fn(&mut Self, Option<f64>)) = $number; number.0 },
             }),*];
 
             /// Sets the number of the same row of [`TABLE`](Self::TABLE). On its own, for a microcontroller has no room for keys and help.
-            pub const SET: &'static [fn(&mut Self, f64)] = &[$({
-                let number: (fn(&Self) -> Option<f64>, fn(&mut Self, f64)) = $number;
+            pub const SET: &'static [fn(&mut Self, Option<f64>)] = &[$({
+                let number: (fn(&Self) -> Option<f64>, fn(&mut Self, Option<f64>)) = $number;
                 number.1
             }),*];
         }
@@ -280,9 +280,9 @@ pub struct SpeedLimit {
 
 impl SpeedLimit {
     /// A limit that is not braked before it is reached.
-    fn set(limits: &mut Limits, hard: f64) {
-        let hard = MetresPerSecond(hard);
-        limits.speed = (hard.0 > 0.0).then_some(Self { soft: hard, hard });
+    fn set(limits: &mut Limits, hard: Option<f64>) {
+        let hard = hard.map(MetresPerSecond);
+        limits.speed = hard.map(|hard| Self { soft: hard, hard });
     }
 }
 
@@ -306,17 +306,17 @@ impl Stuck {
         force: Newtons(3.0),
         time: Seconds(0.1),
     };
-    fn set_force(limits: &mut Limits, force: f64) {
-        let stuck = limits.stuck.unwrap_or(Self::DEFAULT);
-        limits.stuck = (force > 0.0).then_some(Self {
+
+    fn set_force(limits: &mut Limits, force: Option<f64>) {
+        limits.stuck = force.map(|force| Self {
             force: Newtons(force),
-            ..stuck
+            ..Self::DEFAULT
         });
     }
 
     /// Behind the force: without one there is nothing to set.
-    fn set_time(limits: &mut Limits, time: f64) {
-        if let Some(stuck) = &mut limits.stuck {
+    fn set_time(limits: &mut Limits, time: Option<f64>) {
+        if let (Some(stuck), Some(time)) = (&mut limits.stuck, time) {
             stuck.time = Seconds(time);
         }
     }

@@ -250,8 +250,8 @@ impl DeviceSession {
                 Ok(())
             }
             Request::Start(start) => device.with(|device| {
-                let closed = [State::Armed, State::Running, State::Stopping];
-                if !owns && closed.contains(&device.status().state) {
+                let state = device.status().state;
+                if !owns && matches!(state, State::Armed | State::Running | State::Stopping) {
                     return Err(Refusal::Connection);
                 }
                 device.start(start)

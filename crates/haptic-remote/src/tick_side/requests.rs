@@ -26,7 +26,7 @@ impl<H: Hardware<D>, const D: usize, R: BorrowMut<Records<D>>> TickSide<H, D, R>
         match self.state {
             State::Armed => return Ok(()),
             State::Idle | State::Fault => {}
-            state @ (State::Running | State::Stopping) => return Err(Refusal::State(state)),
+            State::Running | State::Stopping => return Err(Refusal::State(self.state)),
         }
         if faults != self.faults {
             return Err(Refusal::UnknownFault);
@@ -73,8 +73,8 @@ impl<H: Hardware<D>, const D: usize, R: BorrowMut<Records<D>>> TickSide<H, D, R>
                 return Ok(());
             }
             State::Armed => {}
-            state @ (State::Idle | State::Running | State::Stopping | State::Fault) => {
-                return Err(Refusal::State(state));
+            State::Idle | State::Running | State::Stopping | State::Fault => {
+                return Err(Refusal::State(self.state));
             }
         }
         let stream = Stream::new(start.every, start.batch)?;
