@@ -248,13 +248,9 @@ pub fn operator_shape(
     operator: &fracdiff::Operator<f32>,
 ) -> Result<(haptic_link::OperatorShape, std::vec::Vec<f32>), haptic_loop::ParameterError> {
     let Some(list) = operator.list() else {
-        return Err(haptic_loop::RangeError::new(
-            "convergence order of the scheme",
-            2.0,
-            "1, as of all that a device runs: take full in place of full-bdf2",
-            "",
-        )
-        .into());
+        let what = "convergence order of the scheme";
+        let allowed = "1, as of all that a device runs: take full in place of full-bdf2";
+        return Err(haptic_loop::RangeError::new(what, 2.0, allowed, "").into());
     };
     let count = list.values.len();
     let shape = haptic_link::OperatorShape {
@@ -265,13 +261,9 @@ pub fn operator_shape(
         },
         integer: list.integer,
         count: u16::try_from(count).map_err(|_| {
+            let what = "number of coefficients for a device";
             let allowed = "at most 65535: take a full memory";
-            haptic_loop::RangeError::new(
-                "number of coefficients for a device",
-                count as f64,
-                allowed,
-                "",
-            )
+            haptic_loop::RangeError::new(what, count as f64, allowed, "")
         })?,
     };
     Ok((shape, list.values))
@@ -290,6 +282,7 @@ pub(super) fn refused(error: ListError) -> Refusal {
             Refusal::range(Field::Coefficient, value as f32, -f32::MAX, f32::MAX)
         }
         ListError::Decay { value, .. } => {
+            // The least number above 0: a range of the wire has its ends in it.
             Refusal::range(Field::Coefficient, value as f32, f32::from_bits(1), 1.0)
         }
         _ => Refusal::Unsupported(Field::Coefficient),

@@ -60,9 +60,10 @@ pub(crate) mod keys {
     const fn limit(key: &str) -> Parameter {
         let limit = &Limits::TABLE[Limits::row(key)];
         let [least, most] = limit.range;
-        let range = match least == f64::MIN_POSITIVE {
-            true => Range::AboveUpTo(0.0, most),
-            false => Range::Within(least, most),
+        let range = if least > 0.0 && least <= f64::MIN_POSITIVE {
+            Range::AboveUpTo(0.0, most)
+        } else {
+            Range::Within(least, most)
         };
         Parameter::optional(limit.key, range, limit.help)
     }

@@ -13,7 +13,7 @@ pub trait Holder {
     /// in m under [`RigDrive::Position`], contact forces in N under [`RigDrive::Force`].
     fn force(&mut self, set_point: f64, measured: f64) -> f64;
 
-    /// Forgets everything that it has measured.
+    /// Forgets everything.
     fn restart(&mut self);
 }
 
@@ -33,6 +33,8 @@ pub struct HeldRig<H> {
     rig: IndentationRig,
     drive: RigDrive,
     holder: H,
+    /// S of the last sample, N.
+    force: f64,
 }
 
 impl<H: Holder> HeldRig<H> {
@@ -42,13 +44,9 @@ impl<H: Holder> HeldRig<H> {
     /// As [`IndentationRig::new`]; a rigid contact, which has no mass to hold.
     pub fn new(config: RigConfig, holder: H) -> Result<Self, ParameterError> {
         if config.contact == RigContact::Rigid {
-            return Err(RangeError::new(
-                "contact stiffness",
-                f64::INFINITY,
-                "finite where the indenter is a mass that is held: take a compliant contact",
-                "N/m",
-            )
-            .into());
+            let allowed =
+                "finite where the indenter is a mass that is held: take a compliant contact";
+            return Err(RangeError::new("contact stiffness", f64::INFINITY, allowed, "N/m").into());
         }
         // A push that is no number is refused before it is set aside.
         IndentationRig::new(config)?;
@@ -60,6 +58,7 @@ impl<H: Holder> HeldRig<H> {
             rig: IndentationRig::new(pushed)?,
             drive: config.drive,
             holder,
+            force: 0.0,
         })
     }
 
@@ -93,6 +92,12 @@ impl<H: Holder> HeldRig<H> {
         }
     }
 
+    /// S over the last sample, N; 0 before the first.
+    #[must_use]
+    pub const fn drive_force(&self) -> f64 {
+        self.force
+    }
+
     /// The position profile now, m; `None` if a force is the set point.
     #[must_use]
     pub fn reference(&self) -> Option<f64> {
@@ -106,6 +111,7 @@ impl<H: Holder> HeldRig<H> {
     pub fn restart(&mut self) {
         self.rig.restart();
         self.holder.restart();
+        self.force = 0.0;
     }
 }
 
@@ -119,8 +125,8 @@ impl<F: Real, H: Holder> Device<F, 1> for HeldRig<H> {
     fn write(&mut self, force: SafeForce<F, 1>) -> Result<(), Infallible> {
         let (set_point, measured) = (self.set_point(), self.measured());
         let drive = self.holder.force(set_point, measured);
-        let held = if drive.is_finite() { drive } else { 0.0 };
-        self.rig.push(Newtons(held));
+        self.force = if drive.is_finite() { drive } else { 0.0 };
+        self.rig.push(Newtons(self.force));
         self.rig.write(force)
     }
 }
