@@ -51,9 +51,14 @@ pub(crate) fn tissue<F: Real, O: Differintegrator<F>>(
 ) -> Result<SpringDamper<F, O>, Box<dyn Error>> {
     let prostate = Tissue::new(Pascals(0.0), 8650.0, order())?;
     let specimen = Specimen::slab(SquareMetres(4e-4), Metres(0.02))?;
-    Ok(SpringDamper::of_tissue(
-        &prostate,
-        (&specimen, Modulus::Young),
+    let shape = specimen.shape(Modulus::Young);
+    let (stiffness, dissipation) = (
+        prostate.elastic_modulus().0,
+        prostate.viscosity_pa_s_alpha(),
+    );
+    Ok(SpringDamper::new(
+        shape * stiffness,
+        shape * dissipation,
         operator,
     )?)
 }

@@ -21,7 +21,7 @@ fn receive<M: Serialize + DeserializeOwned + Debug>(bytes: &[u8], direction: Dir
         piece.push(byte);
         let got = receiver.push(byte);
         if let Some((header, message)) = got {
-            reports.arrive(header.sequence as u16);
+            reports.is_new(header.sequence as u16);
             requests.is_new(header.sequence);
             let mut line = [0; FRAME_MAX];
             let length = encode(&message, header, &mut line).expect("it came in a frame");

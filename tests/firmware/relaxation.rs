@@ -68,11 +68,11 @@ fn five_seconds_in_the_devices_loop_lose_nothing_uncounted_and_follow_theory() {
     // A reader that gets no turn for longer than the device's queue lasts loses samples, and the device counts them.
     let missing = u64::from(last.tick) + 1 - samples.len() as u64;
     let counted = u64::from(statistics.samples_dropped)
-        + u64::from(counters.host.lost)
+        + u64::from(counters.host.order.lost)
         + counters.samples_dropped;
     println!("{missing} samples missing, {counted} counted as lost; {counters:?}");
     assert!(missing <= counted, "lost without being counted");
-    assert_eq!(counters.host.corrupt, 0);
+    assert_eq!(counters.host.line.corrupt, 0);
     if counted == 0 {
         assert!(last.tick + 1 >= TICKS, "{}", last.tick);
         // It ends by itself with zero force.

@@ -31,7 +31,7 @@ pub struct Place<H: Hardware> {
 }
 
 impl<H: Hardware> Place<H> {
-    /// Empty, all zero.
+    /// Nothing is made yet, so that a static costs no image: `power_up` fills it.
     #[must_use]
     pub const fn new() -> Self {
         Self {

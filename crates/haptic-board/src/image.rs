@@ -46,7 +46,7 @@ impl Image {
         }
     }
 
-    /// Major, minor, patch.
+    /// The version that `image!` was given: major, minor, patch.
     #[must_use]
     pub const fn version(&self) -> [u8; 3] {
         self.version

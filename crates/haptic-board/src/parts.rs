@@ -29,7 +29,7 @@ pub trait Line {
 
 /// Resets the chip unless it is fed.
 pub trait Watchdog {
-    /// Everything is well.
+    /// Puts the reset off for another watchdog time.
     fn feed(&mut self);
 }
 
@@ -48,7 +48,7 @@ pub struct Parts<H, T, L, W> {
     pub hardware: H,
     /// Makes the ticks; stands still until its period is set.
     pub timer: T,
-    /// To the host.
+    /// Carries the frames to the host and back.
     pub line: L,
     /// Watches tick and main loop.
     pub watchdog: W,

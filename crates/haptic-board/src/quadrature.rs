@@ -187,7 +187,7 @@ impl Quadrature {
         self.lost
     }
 
-    /// Counts since the start.
+    /// Counts since the start; it wraps at ±2³¹.
     #[must_use]
     pub const fn count(&self) -> i32 {
         self.count

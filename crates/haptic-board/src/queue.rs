@@ -39,7 +39,7 @@ impl<const N: usize> Bytes<N> {
 }
 
 impl<const N: usize> Queue<N> {
-    /// Empty.
+    /// A queue without bytes, and none lost, for a static.
     #[must_use]
     pub const fn new() -> Self {
         Self(Mutex::new(RefCell::new(Bytes {
@@ -64,7 +64,7 @@ impl<const N: usize> Queue<N> {
         }
     }
 
-    /// The oldest byte.
+    /// Takes the oldest byte out; `None` if nothing waits.
     pub fn pop(&self) -> Option<u8> {
         self.with(|queue| queue.waiting.pop_front())
     }

@@ -7,7 +7,7 @@ const ARMED: u32 = 0x5AFE_F0CE;
 
 /// Memory that a reset leaves alone, if the board puts it where no start-up code clears it: a section such as
 /// `.uninit` of `cortex-m-rt`. As an ordinary static it is cleared, and a reset is never known.
-#[derive(Debug)]
+#[derive(Debug, Default)]
 pub struct RetainedMemory {
     boot: AtomicU32,
     live: AtomicU32,
@@ -37,12 +37,6 @@ impl RetainedMemory {
     pub(crate) fn set_armed(&self, armed: bool) {
         self.live
             .store(if armed { ARMED } else { 0 }, Ordering::Relaxed);
-    }
-}
-
-impl Default for RetainedMemory {
-    fn default() -> Self {
-        Self::new()
     }
 }
 

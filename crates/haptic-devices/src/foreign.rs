@@ -13,13 +13,13 @@ use thiserror::Error;
 /// *A new kind* takes three things: a module with its name, read by `Settings`; a
 /// [`ServedHardware`](haptic_remote::serial::ServedHardware), whose reads and writes are called once a tick and whose force
 /// is a [`SafeForce`](haptic_loop::SafeForce) already; and a variant here, with a row in [`KINDS`](Self::KINDS) and an arm in
-/// [`open`](Self::open). The loop, limits, watchdog, flight recorder, log, page and commands come with it.
+/// [`open_with`](Self::open_with). The loop, limits, watchdog, flight recorder, log, page and commands come with it.
 ///
 /// ```no_run
 /// use haptic_devices::ForeignName;
 ///
 /// let name: ForeignName = "haply:/dev/ttyACM0,version=3".parse()?;
-/// let link = name.open()?;
+/// let link = name.open_with(1)?;
 /// println!("{}", link.capabilities().board());
 /// // The force falls to zero and the board is let go.
 /// drop(link);
@@ -48,18 +48,11 @@ impl ForeignName {
         Self::KINDS.iter().any(|(known, _)| *known == kind)
     }
 
-    /// Opens the device with one axis, looks at its first answers, serves it on a thread of this process, and connects to that.
+    /// Opens the device with so many axes, looks at its first answers, serves it on a thread of this process, and connects to
+    /// that.
     ///
     /// # Errors
-    /// A port that cannot be opened, a device that does not answer or answers what cannot be.
-    pub fn open(&self) -> Result<SerialLink, OpenError> {
-        self.open_with(1)
-    }
-
-    /// The same with so many axes.
-    ///
-    /// # Errors
-    /// As [`open`](Self::open); more axes than it has.
+    /// A port that cannot be opened, a device that does not answer or answers what cannot be; more axes than it has.
     pub fn open_with(&self, axes: usize) -> Result<SerialLink, OpenError> {
         let served = match (self, axes) {
             (Self::Haply(name), 1) => Served::start(name.open()?)?,
@@ -116,18 +109,18 @@ pub enum OpenError {
     /// The Haply 2DIY.
     #[error(transparent)]
     Haply(#[from] HaplyOpenError),
-    /// A moteus servo.
+    /// A moteus servo or its adapter is in trouble.
     #[error(transparent)]
     Moteus(#[from] MoteusOpenError),
     /// It has not so many axes.
     #[error("it has {most} {}, and {axes} are asked for: change `axes`, or take another device", if *most == 1 { "axis" } else { "axes" })]
     Axes {
-        /// Asked for.
+        /// Number of axes that were asked for.
         axes: usize,
         /// As many as it has.
         most: usize,
     },
-    /// It cannot be served.
+    /// No thread could serve it, or it refuses the first configuration.
     #[error(transparent)]
     Serve(#[from] ServeError),
     /// It does not answer as a device does.
@@ -150,15 +143,13 @@ impl OpenError {
     /// True if another attempt may help: the port is not there yet, or somebody else has it.
     #[must_use]
     pub const fn may_pass(&self) -> bool {
-        match self {
-            Self::Haply(HaplyOpenError::Port(error))
-            | Self::Moteus(MoteusOpenError::Port(error)) => {
-                matches!(
-                    error,
-                    SerialError::NotFound { .. } | SerialError::InUse { .. }
-                )
-            }
-            _ => false,
-        }
+        matches!(
+            self,
+            Self::Haply(HaplyOpenError::Port(
+                SerialError::NotFound { .. } | SerialError::InUse { .. }
+            )) | Self::Moteus(MoteusOpenError::Port(
+                SerialError::NotFound { .. } | SerialError::InUse { .. }
+            ))
+        )
     }
 }

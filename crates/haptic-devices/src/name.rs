@@ -6,7 +6,7 @@ use thiserror::Error;
 /// A device's name behind its kind: a path, which ends at the first comma, and settings by key, each given at most once.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) struct Settings<'a> {
-    path: &'a str,
+    pub(crate) path: &'a str,
     pairs: Vec<(&'a str, &'a str)>,
 }
 
@@ -17,23 +17,23 @@ pub enum NameError {
     /// A kind of device that is not known.
     #[error("\"{kind}\" is no kind of device: there are {known}")]
     Kind {
-        /// As given.
+        /// The word before the colon, as it was given.
         kind: String,
-        /// All kinds.
+        /// Every kind that there is, with commas between.
         known: String,
     },
     /// No path behind the kind.
     #[error("{kind} needs the path of a port, as in {kind}:/dev/ttyACM0")]
     Path {
-        /// The kind of device.
+        /// The kind whose name it is.
         kind: &'static str,
     },
     /// Something behind a comma that is no `key=value`.
     #[error("\"{text}\" is no setting: write key=value, the keys of {kind} are {keys}")]
     Setting {
-        /// As given.
+        /// The part between two commas, as it was given.
         text: String,
-        /// The kind of device.
+        /// The kind whose name it is.
         kind: &'static str,
         /// All keys of this kind.
         keys: String,
@@ -41,29 +41,29 @@ pub enum NameError {
     /// A key that is there twice.
     #[error("{key} is given twice")]
     Twice {
-        /// The key.
+        /// Key to which the value belongs.
         key: String,
     },
     /// A value that is none of the choices.
     #[error("{key} = \"{value}\" is not one of {choices}")]
     Choice {
-        /// The key.
+        /// Key to which the value belongs.
         key: &'static str,
-        /// As given.
+        /// The value as it was given.
         value: String,
-        /// All choices.
+        /// Every name that the key takes, with commas between.
         choices: String,
     },
     /// A value that is no number in its range.
     #[error("{key} = \"{value}\" is not in [{least}, {most}]{unit}")]
     Number {
-        /// The key.
+        /// Key to which the value belongs.
         key: &'static str,
-        /// As given.
+        /// The value as it was given.
         value: String,
-        /// The least value.
+        /// The least value that is taken.
         least: f64,
-        /// The greatest value.
+        /// The greatest value that is taken.
         most: f64,
         /// A blank and the unit; nothing for a number without one.
         unit: &'static str,
@@ -94,10 +94,6 @@ impl<'a> Settings<'a> {
             pairs.push((key, value));
         }
         Ok(Self { path, pairs })
-    }
-
-    pub(crate) const fn path(&self) -> &'a str {
-        self.path
     }
 
     pub(crate) fn text(&self, key: &str) -> Option<&'a str> {
@@ -183,7 +179,7 @@ mod tests {
     fn a_name_is_a_path_and_settings() {
         let read = |text| Settings::parse("haply", text, &["version", "radius"]);
         let settings = read("/dev/x,radius=20mm,version=2").expect("good");
-        assert_eq!(settings.path(), "/dev/x");
+        assert_eq!(settings.path, "/dev/x");
         assert_eq!(settings.metres("radius", 0.0..=1.0, 1.0), Ok(0.02));
         assert_eq!(read("COM3").expect("good").text("version"), None);
         for (text, said) in [

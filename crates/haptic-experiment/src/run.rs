@@ -302,7 +302,7 @@ pub(crate) fn told(periodic: Periodic, record: &mut Record, recorder: &mut Recor
     let (timing, thread) = periodic.finish();
     let summary = RealtimeSummary::of(&timing, &thread, margin);
     drop(thread);
-    record.missed_deadlines = timing.overruns().cycles();
+    record.missed_deadlines = timing.overruns.cycles();
     recorder.metadata("realtime", summary.metadata(&timing));
     record.realtime = Some(summary);
 }

@@ -3,7 +3,7 @@
 #[cfg(feature = "controllers")]
 use crate::controller::ControllerLaw;
 use crate::frame::{CRC, Table, written};
-use crate::in_order::{Blank, blank, read_in_order};
+use crate::in_order::{Blank, blank, in_order};
 use crate::limits::{Field, Limits, LoopMode};
 #[cfg(feature = "controllers")]
 use crate::sample::AXES_MAX;
@@ -18,22 +18,22 @@ use serde::{Deserialize, Serialize};
 pub struct Configuration {
     /// The side on which the loop runs.
     pub loop_mode: LoopMode,
-    /// T, µs.
+    /// T, the time from one tick to the next, µs.
     #[serde(with = "postcard::fixint::le")]
     pub tick_period_us: u32,
-    /// K, N/m.
+    /// K, the stiffness that the device renders, N/m.
     pub stiffness_n_per_m: f32,
-    /// B, N·s^μ/m.
+    /// B, the factor of the fractional damper, N·s^μ/m.
     pub dissipation_n_s_mu_per_m: f32,
     /// μ, for the record: the coefficients are what counts.
     pub order: f32,
     /// The environment begins at `surface_m` and pushes but never pulls.
     pub one_sided: bool,
-    /// m.
+    /// Place at which a one-sided environment begins, m.
     pub surface_m: f32,
-    /// The operator's coefficients.
+    /// Form and number of the operator's coefficients, which follow in blocks.
     pub operator: OperatorShape,
-    /// Limits.
+    /// Limits of the safety chain, which hold for every run of the device.
     pub limits: Limits,
     /// The plant of a simulated device.
     pub simulation: Simulation,
@@ -106,11 +106,11 @@ pub enum OperatorForm {
 /// The key to the coefficients of an operator.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, Schema)]
 pub struct OperatorShape {
-    /// Their meaning.
+    /// Tells what each coefficient means.
     pub form: OperatorForm,
     /// Differences (> 0) or sums (< 0) around them, −2 to 2.
     pub integer: i8,
-    /// Their number.
+    /// Number of the coefficients, from 1.
     #[serde(with = "postcard::fixint::le")]
     pub count: u16,
 }
@@ -142,42 +142,33 @@ impl CoefficientBlock {
     }
 }
 
-/// The plant of a simulated device.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Schema)]
-pub struct Simulation {
-    /// The simulated plant.
-    pub kind: SimulationKind,
-    /// Mass of the device, kg.
-    pub mass_kg: f32,
-    /// Its viscous damping, N·s/m.
-    pub damping_n_s_per_m: f32,
-    /// Stiffness of the hand, N/m.
-    pub hand_stiffness_n_per_m: f32,
-    /// Constant push of the hand, N.
-    pub push_n: f32,
-    /// Indentation that is held, m.
-    pub depth_m: f32,
-    /// Time to reach it, s.
-    pub ramp_time_s: f32,
-    /// Ticks from the start of a run in which the plant stands still; with one axis only.
-    pub start_ticks: f32,
+in_order! {
+    /// The plant of a simulated device.
+    #[derive(Clone, Copy, Debug, PartialEq, Serialize, Schema)]
+    pub struct Simulation {
+        /// The plant that moves in place of a real device.
+        pub kind: SimulationKind,
+        /// Mass of the device, kg.
+        pub mass_kg: f32,
+        /// Viscous damping of the device, N·s/m.
+        pub damping_n_s_per_m: f32,
+        /// Stiffness of the hand, N/m.
+        pub hand_stiffness_n_per_m: f32,
+        /// Constant push of the hand, N.
+        pub push_n: f32,
+        /// Indentation that is held, m.
+        pub depth_m: f32,
+        /// Time to reach it, s.
+        pub ramp_time_s: f32,
+        /// Ticks from the start of a run in which the plant stands still; with one axis only.
+        pub start_ticks: f32,
+    }
 }
-
-read_in_order!(Simulation {
-    kind,
-    mass_kg,
-    damping_n_s_per_m,
-    hand_stiffness_n_per_m,
-    push_n,
-    depth_m,
-    ramp_time_s,
-    start_ticks,
-});
 
 blank!(SimulationKind: Self::Real);
 
 impl Simulation {
-    /// A real device.
+    /// Nothing is simulated: sensor and actuator are real.
     pub const REAL: Self = Self {
         kind: SimulationKind::Real,
         mass_kg: 0.0,
@@ -201,7 +192,7 @@ impl Simulation {
 /// The plant of a simulated device.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, Schema)]
 pub enum SimulationKind {
-    /// Nothing: a real device.
+    /// Nothing is simulated.
     #[default]
     Real,
     /// A mass-damper with a hand that pushes.
@@ -229,7 +220,7 @@ pub struct AxisWorkspace {
 #[cfg(feature = "controllers")]
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Schema)]
 pub struct WorkspaceBox {
-    /// An element an axis.
+    /// A range for each axis of the device, in their order.
     pub axes: heapless::Vec<AxisWorkspace, AXES_MAX>,
 }
 
@@ -259,15 +250,20 @@ impl DigestBuilder {
     /// Over the configuration; the coefficients follow.
     #[must_use]
     pub fn new(configuration: &Configuration) -> Self {
-        let mut digest = CRC.digest();
         // As long as the longest configuration on the wire.
-        let mut bytes = [0; 192];
-        // A message into a buffer that is as long as it cannot fail.
-        digest.update(written(configuration, &mut bytes).unwrap_or_default());
-        Self(digest)
+        Self(CRC.digest()).message::<_, 192>(configuration)
     }
 
-    /// Adds coefficients.
+    /// Adds a message as it is on the wire, of N bytes at most.
+    fn message<M: Serialize, const N: usize>(mut self, message: &M) -> Self {
+        let mut bytes = [0; N];
+        // A message into a buffer that is as long as it cannot fail.
+        self.0
+            .update(written(message, &mut bytes).unwrap_or_default());
+        self
+    }
+
+    /// Adds coefficients, each as four little-endian bytes.
     #[must_use]
     pub fn coefficients(mut self, values: &[f32]) -> Self {
         for value in values {
@@ -289,27 +285,18 @@ impl DigestBuilder {
     /// Adds a controller, behind the coefficients: as it is on the wire.
     #[cfg(feature = "controllers")]
     #[must_use]
-    pub fn controller(mut self, law: &ControllerLaw) -> Self {
-        // As long as the longest one on the wire.
-        let mut bytes = [0; 33];
-        // A message into a buffer that is as long as it cannot fail.
-        self.0.update(written(law, &mut bytes).unwrap_or_default());
-        self
+    pub fn controller(self, law: &ControllerLaw) -> Self {
+        self.message::<_, 33>(law)
     }
 
     /// Adds a surface, behind the workspace of each axis: as it is on the wire.
     #[cfg(feature = "several-axes")]
     #[must_use]
-    pub fn surface(mut self, surface: &SurfaceShape) -> Self {
-        // As long as the longest one on the wire.
-        let mut bytes = [0; 18];
-        // A message into a buffer that is as long as it cannot fail.
-        self.0
-            .update(written(surface, &mut bytes).unwrap_or_default());
-        self
+    pub fn surface(self, surface: &SurfaceShape) -> Self {
+        self.message::<_, 18>(surface)
     }
 
-    /// The digest.
+    /// The digest of all that was added, in this order.
     #[must_use]
     pub fn finish(self) -> u32 {
         self.0.finalize()

@@ -43,9 +43,9 @@ pub struct ControllerLaw {
     /// Ticks in which the reference rises from 0 to r; 0 for at once.
     #[serde(with = "postcard::fixint::le")]
     pub ramp_ticks: u32,
-    /// Lowest command, N.
+    /// Lowest command that the controller may give, N.
     pub low_n: f32,
-    /// Highest, N.
+    /// Highest command, above the lowest, N.
     pub high_n: f32,
     /// One for each power, and for a part without.
     pub parts: Vec<ControllerPart, CONTROLLER_PARTS>,

@@ -62,7 +62,7 @@ impl Direction {
 /// The fields before a message.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Header {
-    /// The side that speaks.
+    /// The side that speaks, by which the rest of the header is read.
     pub direction: Direction,
     /// Number of the frame: modulo 2³² from a host, modulo 2¹⁶ from a device.
     pub sequence: u32,
@@ -72,7 +72,7 @@ pub struct Header {
 }
 
 impl Header {
-    /// Of a request.
+    /// The header of a request, in a connection that the device gave.
     #[must_use]
     pub const fn from_host(sequence: u32, connection: u32) -> Self {
         Self {
@@ -82,7 +82,7 @@ impl Header {
         }
     }
 
-    /// Of a report.
+    /// The header of a report, which carries no connection.
     #[must_use]
     pub const fn from_device(sequence: u16) -> Self {
         Self {
@@ -172,11 +172,11 @@ fn frame(content: &mut [u8], line: &mut [u8]) -> Result<usize, EncodeError> {
 pub enum FrameError {
     /// Damaged, cut, a message that this version does not know, or one that is not written in its one form.
     Corrupt,
-    /// Longer than any frame.
+    /// More bytes came without a zero than a frame can have.
     Oversize,
     /// Whole, but of another protocol version, or our own echo.
     Foreign {
-        /// Its first byte.
+        /// First byte of the frame: version and direction.
         version: u8,
     },
 }
@@ -184,7 +184,7 @@ pub enum FrameError {
 /// Bytes and frames that a receiver has seen, by kind.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct LineCounters {
-    /// Frames received whole.
+    /// Frames received whole, whatever became of them.
     pub received: u32,
     /// Frames damaged, cut, of no known kind, or not in their one form.
     pub corrupt: u32,
@@ -294,7 +294,7 @@ impl<M: Serialize + DeserializeOwned> Receiver<M> {
         self.length > 0
     }
 
-    /// The counts so far.
+    /// Counts of everything that came so far.
     #[must_use]
     pub const fn counters(&self) -> LineCounters {
         self.counters
@@ -360,8 +360,8 @@ impl Bytes<'_> {
     #[inline(never)]
     fn put(&mut self, bytes: &[u8]) {
         let end = self.length + bytes.len();
-        if let Some(place) = self.room.get_mut(self.length..end) {
-            place.copy_from_slice(bytes);
+        if let Some(free) = self.room.get_mut(self.length..end) {
+            free.copy_from_slice(bytes);
         }
         self.length = end;
     }

@@ -11,7 +11,7 @@ use serde::{Deserialize, Serialize};
 pub enum HandMessage {
     /// Who speaks, and how. Its layout stays in all versions to come.
     Hello(HandHello),
-    /// One tick.
+    /// One tick of the speaker, for the law of the other.
     Sample(HandSample),
     /// The speaker has come to rest and goes.
     Bye,
@@ -26,9 +26,9 @@ pub enum HandMessage {
 /// Side of a line between two hands.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, Schema)]
 pub enum HandSide {
-    /// Held by the operator.
+    /// The hand that the operator holds.
     Master,
-    /// In the remote place.
+    /// The hand in the remote place, which follows.
     Slave,
 }
 
@@ -66,7 +66,7 @@ pub enum Architecture {
 }
 
 impl Architecture {
-    /// Every one.
+    /// Every architecture, in the order of the options.
     pub const ALL: [Self; 4] = [
         Self::PositionPosition,
         Self::PositionForce,
@@ -109,11 +109,11 @@ pub struct HandHello {
     /// Number of the other side, once that has been heard; 0 before.
     #[serde(with = "postcard::fixint::le")]
     pub heard: u32,
-    /// Its side.
+    /// Side of the speaker; two of one side do not talk.
     pub side: HandSide,
-    /// Its architecture.
+    /// Architecture of the speaker, which both must share.
     pub architecture: Architecture,
-    /// T, s.
+    /// T of the speaker, which both must share, s.
     pub sample_time_s: f64,
     /// b of the waves, N·s/m; 0 for other architectures.
     pub wave_impedance_n_s_per_m: f64,
@@ -138,7 +138,7 @@ pub struct HandSample {
     pub sequence: u32,
     /// The device's own time since its start, s.
     pub time_s: f64,
-    /// What the architecture needs.
+    /// Numbers that the other side needs of this one.
     pub state: HandState,
 }
 
@@ -147,15 +147,15 @@ pub struct HandSample {
 pub enum HandState {
     /// Displacement from the start, m.
     Position {
-        /// x, m.
+        /// x, the displacement since the start, m.
         position_m: f64,
     },
     /// Force of the coupler on the slave.
     Force {
-        /// f, N.
+        /// f, the force that acts on the slave, N.
         force_n: f64,
     },
-    /// Waves that have left.
+    /// Sums over all waves that have left.
     Wave {
         /// T·Σu, √J·√s.
         sum: f64,
@@ -164,7 +164,7 @@ pub enum HandState {
     },
     /// Displacement, and energy that the other side may spend.
     Energy {
-        /// x, m.
+        /// x, the displacement since the start, m.
         position_m: f64,
         /// All energy that has been sent, J.
         energy_j: f64,

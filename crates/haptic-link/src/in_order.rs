@@ -77,9 +77,16 @@ macro_rules! next {
 }
 pub(crate) use next;
 
-/// `Deserialize` of a structure; fields with `as TYPE` are read as that and converted.
-macro_rules! read_in_order {
-    ($structure:ident { $($field:ident $(as $other:ty)?),+ $(,)? }) => {
+/// A structure with its `Deserialize`; fields with `as TYPE` are read as that and converted.
+macro_rules! in_order {
+    ($(#[$about:meta])* pub struct $structure:ident {
+        $($(#[$meta:meta])* pub $field:ident: $number:ty $(as $other:ty)?,)+
+    }) => {
+        $(#[$about])*
+        pub struct $structure {
+            $($(#[$meta])* pub $field: $number,)+
+        }
+
         impl<'de> serde::Deserialize<'de> for $structure {
             fn deserialize<D: serde::Deserializer<'de>>(from: D) -> Result<Self, D::Error> {
                 struct Fields;
@@ -108,7 +115,7 @@ macro_rules! read_in_order {
         }
     };
 }
-pub(crate) use read_in_order;
+pub(crate) use in_order;
 
 /// As serde does it for an array, which reads each number in its own place.
 pub(crate) fn array<'de, D: Deserializer<'de>, const N: usize>(

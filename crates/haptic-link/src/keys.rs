@@ -107,10 +107,10 @@ impl<const N: usize> Schema for ReportVariant<N> {
 }
 
 const fn variants(schema: &'static NamedType) -> &'static [&'static NamedVariant] {
-    match schema.ty {
-        DataModelType::Enum(variants) => variants,
-        _ => panic!("messages are an enumeration"),
-    }
+    let DataModelType::Enum(variants) = schema.ty else {
+        panic!("messages are an enumeration");
+    };
+    variants
 }
 
 /// The path tells directions apart. The schema does not see that integers have a fixed length; all of them have.

@@ -45,6 +45,6 @@ pub use request::{Request, Scope, Start};
 pub use sample::{
     AXES_MAX, BATCH_MAX, Batch, BatchItem, Flight, IMPOSSIBLE, NOT_TAKEN, Sample, UNANSWERED,
 };
-pub use sequence::{Arrival, OutOfOrder, RequestTracker, SequenceTracker};
+pub use sequence::{OutOfOrder, RequestTracker, SequenceTracker};
 #[cfg(feature = "several-axes")]
 pub use surface::{SurfaceKind, SurfaceShape};

@@ -1,92 +1,69 @@
 //! Limits of a device and its passivity guard: their names, ranges and defaults, and what is tighter.
 
-use crate::in_order::{Blank, Fixed, blank, read_in_order};
+use crate::in_order::{Blank, Fixed, blank, in_order};
 use postcard_schema::Schema;
 use serde::{Deserialize, Serialize};
 
-/// Limits of force and motion. All numbers are finite; with one axis `force_n` limits the norm of the force too.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Schema)]
-pub struct Limits {
-    /// Largest force, N, above 0.
-    pub force_n: f32,
-    /// Largest rate of force, N/s, above 0.
-    pub force_rate_n_per_s: f32,
-    /// Silence from the host that latches a fault while armed or running, ms, 5 to 1000; see
-    /// [`LoopMode::watchdog_ms`] for the default.
-    #[serde(with = "postcard::fixint::le")]
-    pub watchdog_ms: u16,
-    /// Late ticks in a row that latch a fault; 0 for never.
-    #[serde(with = "postcard::fixint::le")]
-    pub late_ticks: u16,
-    /// Host loop: ticks from a sample to the force that answers it at most; an older force latches a fault. 1 to 1000.
-    #[serde(with = "postcard::fixint::le")]
-    pub max_age_ticks: u16,
-    /// Largest wanted force with which a device loop may start, N, at least 0; 0 for any finite one.
-    pub start_force_n: f32,
-    /// From the start on the share of the wanted force that is used rises from 0 to 1 in this time, s,
-    /// 0 to 60; 0 for at once.
-    pub rise_time_s: f32,
-    /// Lowest position, m, −100 to 100. With `workspace_high_m` both 0: no workspace.
-    pub workspace_low_m: f32,
-    /// Highest position, m, above the lowest, at most 100. Beyond either a fault latches.
-    pub workspace_high_m: f32,
-    /// Width of the zones at both ends in which an outward motion is braked, m, 0 or 1e-6 to half the
-    /// workspace; 0 for none.
-    pub workspace_soft_m: f32,
-    /// Speed from which on the motion is braked, m/s, from 0 to 1e-6 below `speed_hard_m_per_s`.
-    pub speed_soft_m_per_s: f32,
-    /// Speed above which a fault latches, m/s, at most 1000; 0 for none.
-    pub speed_hard_m_per_s: f32,
-    /// Bandwidth of the velocity that is estimated from positions, Hz, 0.1 to 10 000.
-    pub velocity_bandwidth_hz: f32,
-    /// Viscous damping b that brakes near limits and after a fault or stop, N·s/m; 0 for none. Without a mass at
-    /// most 5 N·s/m; with one b ≤ m/((2d + 1)·T), d = `device_delay_ticks`.
-    pub braking_n_s_per_m: f32,
-    /// After a fault or stop the force falls to zero within this time, whatever its rate limit, s, 0.001 to 1.
-    pub stop_time_s: f32,
-    /// Largest force with which braking goes on after a fault or stop, if that of the moment is smaller, N,
-    /// 0 to 10; it falls with the rest.
-    pub brake_force_n: f32,
-    /// m, least mass that moves with the device, kg, 1e-6 to 1000; 0 for unknown.
-    pub device_mass_kg: f32,
-    /// d, ticks from a force to its effect, rounded up.
-    pub device_delay_ticks: u8,
-    /// A reading that stands still for `stuck_time_s` and goes on while the wanted force grows by more than this
-    /// latches a fault, N, at least 0; 0 for never.
-    pub stuck_force_n: f32,
-    /// See `stuck_force_n`, s, 0.001 to 10.
-    pub stuck_time_s: f32,
-    /// A reading that moves in a tick by more than `speed_hard_m_per_s`·T and this latches a fault, m, 1e-6 to 1;
-    /// 0 for never.
-    pub jump_m: f32,
-    /// Passivity guard.
-    pub guard: Guard,
+in_order! {
+    /// Limits of force and motion. All numbers are finite; with one axis `force_n` limits the norm of the force too.
+    #[derive(Clone, Copy, Debug, PartialEq, Serialize, Schema)]
+    pub struct Limits {
+        /// Largest force, N, above 0.
+        pub force_n: f32,
+        /// Largest rate of force, N/s, above 0.
+        pub force_rate_n_per_s: f32,
+        /// Silence from the host that latches a fault while armed or running, ms, 5 to 1000; see
+        /// [`LoopMode::watchdog_ms`] for the default.
+        #[serde(with = "postcard::fixint::le")]
+        pub watchdog_ms: u16 as Fixed,
+        /// Late ticks in a row that latch a fault; 0 for never.
+        #[serde(with = "postcard::fixint::le")]
+        pub late_ticks: u16 as Fixed,
+        /// Host loop: ticks from a sample to the force that answers it at most; an older force latches a fault. 1 to 1000.
+        #[serde(with = "postcard::fixint::le")]
+        pub max_age_ticks: u16 as Fixed,
+        /// Largest wanted force with which a device loop may start, N, at least 0; 0 for any finite one.
+        pub start_force_n: f32,
+        /// From the start on the share of the wanted force that is used rises from 0 to 1 in this time, s,
+        /// 0 to 60; 0 for at once.
+        pub rise_time_s: f32,
+        /// Lowest position, m, −100 to 100. With `workspace_high_m` both 0: no workspace.
+        pub workspace_low_m: f32,
+        /// Highest position, m, above the lowest, at most 100. Beyond either a fault latches.
+        pub workspace_high_m: f32,
+        /// Width of the zones at both ends in which an outward motion is braked, m, 0 or 1e-6 to half the
+        /// workspace; 0 for none.
+        pub workspace_soft_m: f32,
+        /// Speed from which on the motion is braked, m/s, from 0 to 1e-6 below `speed_hard_m_per_s`.
+        pub speed_soft_m_per_s: f32,
+        /// Speed above which a fault latches, m/s, at most 1000; 0 for none.
+        pub speed_hard_m_per_s: f32,
+        /// Bandwidth of the velocity that is estimated from positions, Hz, 0.1 to 10 000.
+        pub velocity_bandwidth_hz: f32,
+        /// Viscous damping b that brakes near limits and after a fault or stop, N·s/m; 0 for none. Without a mass at
+        /// most 5 N·s/m; with one b ≤ m/((2d + 1)·T), d = `device_delay_ticks`.
+        pub braking_n_s_per_m: f32,
+        /// After a fault or stop the force falls to zero within this time, whatever its rate limit, s, 0.001 to 1.
+        pub stop_time_s: f32,
+        /// Largest force with which braking goes on after a fault or stop, if that of the moment is smaller, N,
+        /// 0 to 10; it falls with the rest.
+        pub brake_force_n: f32,
+        /// m, least mass that moves with the device, kg, 1e-6 to 1000; 0 for unknown.
+        pub device_mass_kg: f32,
+        /// d, ticks from a force to its effect, rounded up.
+        pub device_delay_ticks: u8,
+        /// A reading that stands still for `stuck_time_s` and goes on while the wanted force grows by more than this
+        /// latches a fault, N, at least 0; 0 for never.
+        pub stuck_force_n: f32,
+        /// See `stuck_force_n`, s, 0.001 to 10.
+        pub stuck_time_s: f32,
+        /// A reading that moves in a tick by more than `speed_hard_m_per_s`·T and this latches a fault, m, 1e-6 to 1;
+        /// 0 for never.
+        pub jump_m: f32,
+        /// The guard that keeps the loop from feeding the device energy.
+        pub guard: Guard,
+    }
 }
-
-read_in_order!(Limits {
-    force_n,
-    force_rate_n_per_s,
-    watchdog_ms as Fixed,
-    late_ticks as Fixed,
-    max_age_ticks as Fixed,
-    start_force_n,
-    rise_time_s,
-    workspace_low_m,
-    workspace_high_m,
-    workspace_soft_m,
-    speed_soft_m_per_s,
-    speed_hard_m_per_s,
-    velocity_bandwidth_hz,
-    braking_n_s_per_m,
-    stop_time_s,
-    brake_force_n,
-    device_mass_kg,
-    device_delay_ticks,
-    stuck_force_n,
-    stuck_time_s,
-    jump_m,
-    guard,
-});
 
 impl Limits {
     /// 10 N, 1000 N/s, 500 ms of silence, 20 late ticks, a start with at most 1 N that rises in 0.5 s, 1.5 m/s,
@@ -131,9 +108,9 @@ impl Limits {
         }
     }
 
-    /// Shortest watchdog time, ms.
+    /// Shortest watchdog time, ms: a host cannot keep less.
     pub const WATCHDOG_MIN_MS: u16 = 5;
-    /// Longest, ms.
+    /// Longest watchdog time, ms: a force from longer ago belongs to another place.
     pub const WATCHDOG_MAX_MS: u16 = 1000;
     /// Largest [`max_age_ticks`](Self::max_age_ticks).
     pub const MAX_AGE_TICKS: u16 = 1000;
@@ -142,9 +119,9 @@ impl Limits {
 /// What of two values of a limit is the tighter one. A number that is none is loose.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Tighter {
-    /// The smaller one.
+    /// The smaller of two values is the tighter one.
     Less,
-    /// The larger one.
+    /// The larger of two values is the tighter one.
     More,
     /// The smaller one, but 0 is no limit at all.
     LessUnlessOff,
@@ -155,13 +132,13 @@ pub enum Tighter {
 pub struct Limit {
     /// Its name on the wire; its key is [`Field::key`].
     pub field: Field,
-    /// Its place.
+    /// Finds the number in the limits.
     pub of: fn(&mut Limits) -> &mut f32,
     /// Least value; 0 is allowed too where it means no limit.
     pub least: f32,
     /// Largest value; a board may allow less.
     pub most: f32,
-    /// What is tighter.
+    /// Tells which of two values of this limit holds back more.
     pub tighter: Tighter,
 }
 
@@ -169,9 +146,10 @@ impl Limit {
     /// The least value that is allowed beside this one.
     #[must_use]
     pub const fn least_for(&self, value: f32) -> f32 {
-        match self.tighter {
-            Tighter::LessUnlessOff if value <= 0.0 => 0.0,
-            _ => self.least,
+        if value <= 0.0 && matches!(self.tighter, Tighter::LessUnlessOff) {
+            0.0
+        } else {
+            self.least
         }
     }
 
@@ -187,9 +165,9 @@ impl Limit {
 }
 
 macro_rules! rows {
-    ($($field:ident $place:ident [$least:expr, $most:expr] $tighter:ident;)*) => { [$(Limit {
+    ($($field:ident $number:ident [$least:expr, $most:expr] $tighter:ident;)*) => { [$(Limit {
         field: Field::$field,
-        of: |limits| &mut limits.$place,
+        of: |limits| &mut limits.$number,
         least: $least,
         most: $most,
         tighter: Tighter::$tighter,
@@ -258,21 +236,10 @@ impl Limits {
             return;
         }
         let inside = low < high && low < set_high && high > set_low;
-        let (low_end, high_end) = (&mut tight.workspace_low_m, &mut tight.workspace_high_m);
-        keep(
-            low_end,
-            set_low,
-            inside && low >= set_low,
-            Field::WorkspaceLow,
-            looser,
-        );
-        keep(
-            high_end,
-            set_high,
-            inside && high <= set_high,
-            Field::WorkspaceHigh,
-            looser,
-        );
+        let (is_low, is_high) = (inside && low >= set_low, inside && high <= set_high);
+        let (low, high) = (&mut tight.workspace_low_m, &mut tight.workspace_high_m);
+        keep(low, set_low, is_low, Field::WorkspaceLow, looser);
+        keep(high, set_high, is_high, Field::WorkspaceHigh, looser);
     }
 
     fn tighten_braking(&self, set: &Self, tight: &mut Self, looser: &mut Option<Field>) {
@@ -281,24 +248,17 @@ impl Limits {
             let braking = &mut tight.braking_n_s_per_m;
             keep(braking, set.braking_n_s_per_m, same, Field::Braking, looser);
             let half = 0.5 * (tight.workspace_high_m - tight.workspace_low_m);
-            let (zone, least) = (&mut tight.workspace_soft_m, set.workspace_soft_m.min(half));
-            keep(
-                zone,
-                least,
-                self.workspace_soft_m >= least,
-                Field::WorkspaceSoft,
-                looser,
-            );
+            let least = set.workspace_soft_m.min(half);
+            let (zone, wide) = (&mut tight.workspace_soft_m, self.workspace_soft_m >= least);
+            keep(zone, least, wide, Field::WorkspaceSoft, looser);
             // 0 brakes every motion.
             if set.speed_hard_m_per_s > 0.0 {
-                let (soft, most) = (&mut tight.speed_soft_m_per_s, set.speed_soft_m_per_s);
-                keep(
-                    soft,
-                    most,
+                let most = set.speed_soft_m_per_s;
+                let (soft, slow) = (
+                    &mut tight.speed_soft_m_per_s,
                     self.speed_soft_m_per_s <= most,
-                    Field::SpeedSoft,
-                    looser,
                 );
+                keep(soft, most, slow, Field::SpeedSoft, looser);
             }
         }
         // If the hard limit came from the set configuration, the zone before it has to fit.
@@ -341,38 +301,29 @@ impl LoopMode {
     }
 }
 
-/// The passivity guard: keeps the loop from feeding the device energy.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Schema)]
-pub struct Guard {
-    /// The kind of guard. The other fields are not looked at when it is off.
-    pub kind: GuardKind,
-    /// N·s/m, 1e-6 to 1e6. Observer: the most damping that it adds. Energy bounding: viscous damping that the
-    /// device surely has.
-    pub damping_n_s_per_m: f32,
-    /// Energy bounding: share of that damping that the loop may use up, 0.001 to 1.
-    pub share: f32,
-    /// Time that a credit of energy lasts, s, from a tick to 3600. Energy bounding: 0 gives it up at once.
-    pub forget_s: f32,
-    /// Energy bounding: least delay from a measurement to the effect of its force, ticks, 0 to `delay_most_samples`.
-    pub delay_least_samples: f32,
-    /// Energy bounding: most, ticks, at most 4; the same if the delay is known.
-    pub delay_most_samples: f32,
-    /// Energy bounding: time constant of the actuator, s, 0 to 64 ticks.
-    pub lag_s: f32,
-    /// Energy bounding: standard deviation of the noise of the position, m, 0 to 0.01.
-    pub noise_m: f32,
+in_order! {
+    /// The passivity guard: keeps the loop from feeding the device energy.
+    #[derive(Clone, Copy, Debug, PartialEq, Serialize, Schema)]
+    pub struct Guard {
+        /// The kind of guard. The other fields are not looked at when it is off.
+        pub kind: GuardKind,
+        /// N·s/m, 1e-6 to 1e6. Observer: the most damping that it adds. Energy bounding: viscous damping that the
+        /// device surely has.
+        pub damping_n_s_per_m: f32,
+        /// Energy bounding: share of that damping that the loop may use up, 0.001 to 1.
+        pub share: f32,
+        /// Time that a credit of energy lasts, s, from a tick to 3600. Energy bounding: 0 gives it up at once.
+        pub forget_s: f32,
+        /// Energy bounding: least delay from a measurement to the effect of its force, ticks, 0 to `delay_most_samples`.
+        pub delay_least_samples: f32,
+        /// Energy bounding: most, ticks, at most 4; the same if the delay is known.
+        pub delay_most_samples: f32,
+        /// Energy bounding: time constant of the actuator, s, 0 to 64 ticks.
+        pub lag_s: f32,
+        /// Energy bounding: standard deviation of the noise of the position, m, 0 to 0.01.
+        pub noise_m: f32,
+    }
 }
-
-read_in_order!(Guard {
-    kind,
-    damping_n_s_per_m,
-    share,
-    forget_s,
-    delay_least_samples,
-    delay_most_samples,
-    lag_s,
-    noise_m,
-});
 
 blank!(Guard: Self::OFF, GuardKind: Self::Off);
 
@@ -416,8 +367,7 @@ macro_rules! fields {
             #[must_use]
             pub const fn key(self) -> &'static str {
                 match self {
-                    $($(Self::$name => $key,)?)+
-                    _ => "",
+                    $(Self::$name => concat!("" $(, $key)?),)+
                 }
             }
         }
@@ -486,9 +436,10 @@ impl Field {
     /// A number as on the wire in the unit that [`Display`](core::fmt::Display) names.
     #[must_use]
     pub fn shown(self, on_the_wire: f32) -> f32 {
-        match self {
-            Self::TickPeriod => on_the_wire / 1000.0,
-            _ => on_the_wire,
+        if self == Self::TickPeriod {
+            on_the_wire / 1000.0
+        } else {
+            on_the_wire
         }
     }
 }

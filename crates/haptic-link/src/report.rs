@@ -18,9 +18,9 @@ pub enum Report {
     Capabilities(Capabilities),
     /// Answers every request without a report of its own, but not forces.
     Ack(Ack),
-    /// The configuration in force.
+    /// Answers [`Request::GetConfiguration`](crate::Request::GetConfiguration) with what is in force.
     Configuration {
-        /// All but the coefficients.
+        /// All of it but the coefficients, which are asked for in blocks.
         configuration: Configuration,
         /// Over both, see [`DigestBuilder`](crate::DigestBuilder).
         #[serde(with = "postcard::fixint::le")]
@@ -28,15 +28,15 @@ pub enum Report {
     },
     /// Sixteen coefficients of the configuration in force.
     Coefficients(CoefficientBlock),
-    /// One tick.
+    /// One tick, in a frame of its own.
     Sample(Sample),
-    /// Several ticks.
+    /// Several ticks in a row, to save frames.
     Batch(Batch),
-    /// Something happened.
+    /// The state of the device has changed without a fault.
     Event(Event),
-    /// A fault latched.
+    /// A fault has latched, once for each.
     Fault(FaultReport),
-    /// All counters.
+    /// Counters of ticks, frames and bytes since power-up.
     Statistics(Statistics),
     /// Answers [`Request::KeepAlive`](crate::Request::KeepAlive).
     Alive(Alive),
@@ -73,7 +73,7 @@ impl Report {
 /// The first answer of a session.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, Schema)]
 pub struct Hello {
-    /// From the request.
+    /// The number that the request carried, so that its answer is known.
     #[serde(with = "postcard::fixint::le")]
     pub nonce: u32,
     /// The number of the connection, which every frame of the host carries from now on; another one for each nonce,
@@ -85,7 +85,7 @@ pub struct Hello {
     /// Another number after each power-up or reset, as far as the board can tell.
     #[serde(with = "postcard::fixint::le")]
     pub boot: u32,
-    /// State and fault.
+    /// State and fault at the moment of the answer.
     pub status: Status,
 }
 
@@ -101,7 +101,7 @@ pub struct Capabilities {
     /// Shortest period of a tick, µs.
     #[serde(with = "postcard::fixint::le")]
     pub tick_period_min_us: u32,
-    /// Longest, µs.
+    /// Longest period of a tick, µs.
     #[serde(with = "postcard::fixint::le")]
     pub tick_period_max_us: u32,
     /// Largest force that the actuator can make, N.
@@ -110,7 +110,7 @@ pub struct Capabilities {
     pub force_rate_max_n_per_s: f32,
     /// Position of one count of the sensor, m; 0 for none.
     pub position_resolution_m: f32,
-    /// Room for coefficients.
+    /// Number of coefficients that an operator may have here.
     #[serde(with = "postcard::fixint::le")]
     pub coefficients_max: u16,
     /// Room for modes of a full memory.
@@ -128,7 +128,7 @@ pub struct Capabilities {
 }
 
 impl Capabilities {
-    /// The board's name.
+    /// The board's name as text; `?` if it is none.
     #[must_use]
     pub fn board(&self) -> &str {
         let end = self.board.iter().position(|&byte| byte == 0);
@@ -148,7 +148,7 @@ impl Capabilities {
     }
 }
 
-/// State of a device.
+/// The state of a device, which decides what requests it takes.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, Schema)]
 pub enum State {
     /// Zero force; parameters can be set.
@@ -179,7 +179,7 @@ impl core::fmt::Display for State {
 /// State and fault of a device.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, Schema)]
 pub struct Status {
-    /// The state.
+    /// The state that the device is in.
     pub state: State,
     /// Code of the latched fault; 0 for none.
     pub fault: u8,
@@ -188,15 +188,15 @@ pub struct Status {
     pub faults: u16,
 }
 
-/// Something happened.
+/// A change of state, with its moment.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, Schema)]
 pub struct Event {
-    /// The kind of event.
+    /// Tells what has changed.
     pub kind: EventKind,
-    /// At this tick.
+    /// Number of the tick at which it was seen.
     #[serde(with = "postcard::fixint::le")]
     pub tick: u32,
-    /// Device time, µs.
+    /// The device's own time since power-up, µs.
     #[serde(with = "postcard::fixint::le")]
     pub time_us: u64,
 }
@@ -204,11 +204,11 @@ pub struct Event {
 /// The kind of an event.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, Schema)]
 pub enum EventKind {
-    /// A configuration took effect.
+    /// A configuration took effect, for a run or to last.
     Configured,
-    /// Armed.
+    /// The device was armed and waits for a start.
     Armed,
-    /// A run began.
+    /// A run began; its ticks count from 0.
     Started,
     /// A run had all its ticks and its force has fallen to zero.
     Finished,
@@ -218,39 +218,39 @@ pub enum EventKind {
     Disarmed,
 }
 
-/// A fault latched.
+/// A fault that has latched, with its moment.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, Schema)]
 pub struct FaultReport {
     /// State, code of the fault, and their number.
     pub status: Status,
-    /// At this tick.
+    /// Number of the tick at which it was seen.
     #[serde(with = "postcard::fixint::le")]
     pub tick: u32,
-    /// Device time, µs.
+    /// The device's own time since power-up, µs.
     #[serde(with = "postcard::fixint::le")]
     pub time_us: u64,
 }
 
-/// The device is there.
+/// The answer to a keep-alive: the device is there.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, Schema)]
 pub struct Alive {
-    /// From the request.
+    /// The number that the request carried, so that its answer is known.
     #[serde(with = "postcard::fixint::le")]
     pub token: u32,
-    /// Device time, µs.
+    /// The device's own time since power-up, µs.
     #[serde(with = "postcard::fixint::le")]
     pub time_us: u64,
-    /// State and fault.
+    /// State and fault at the moment of the answer.
     pub status: Status,
     /// Energy that the passivity guard has observed, J: positive if the device gave it to the loop; 0 without
     /// a guard.
     pub observed_energy_j: f32,
 }
 
-/// All counters since power-up.
+/// Counters since power-up, of both ends of what the device hears and says.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, Schema)]
 pub struct Statistics {
-    /// Ticks.
+    /// Ticks that were done.
     #[serde(with = "postcard::fixint::le")]
     pub ticks: u32,
     /// Ticks that began a whole period late or took longer than one.
@@ -259,7 +259,7 @@ pub struct Statistics {
     /// Longest tick, processor cycles; 0 where there is no counter.
     #[serde(with = "postcard::fixint::le")]
     pub tick_cycles_max: u32,
-    /// Last tick, processor cycles.
+    /// Time of the last tick, processor cycles.
     #[serde(with = "postcard::fixint::le")]
     pub tick_cycles_last: u32,
     /// Ticks of a host loop without a new force.
@@ -268,10 +268,10 @@ pub struct Statistics {
     /// Samples that found the queue full and were not sent.
     #[serde(with = "postcard::fixint::le")]
     pub samples_dropped: u32,
-    /// Frames sent.
+    /// Frames that the device has sent.
     #[serde(with = "postcard::fixint::le")]
     pub sent: u32,
-    /// Frames received whole.
+    /// Frames that it received whole.
     #[serde(with = "postcard::fixint::le")]
     pub received: u32,
     /// Frames damaged, cut, of no known kind, or not in their one form.
@@ -286,7 +286,7 @@ pub struct Statistics {
     /// Frames that did not come.
     #[serde(with = "postcard::fixint::le")]
     pub lost: u32,
-    /// Frames that came twice.
+    /// Frames that came twice and were acted on once.
     #[serde(with = "postcard::fixint::le")]
     pub duplicate: u32,
     /// Frames that came after a later one.
@@ -350,9 +350,9 @@ pub struct MessageKey(#[serde(with = "postcard::fixint::le")] pub u32);
 /// The keys of all messages, by their numbers.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, Schema)]
 pub struct Keys {
-    /// Of the requests.
+    /// Keys of the requests, by their numbers.
     pub requests: Vec<MessageKey, KEYS_MAX>,
-    /// Of the reports.
+    /// Keys of the reports, by their numbers.
     pub reports: Vec<MessageKey, KEYS_MAX>,
 }
 
@@ -371,33 +371,33 @@ pub struct Ack {
 /// The fate of a request.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, Schema)]
 pub enum Outcome {
-    /// Done, or true already.
+    /// The request was carried out, or was true already.
     Done,
-    /// Refused; nothing has changed.
+    /// The request was refused, and nothing has changed.
     Refused(Refusal),
 }
 
 /// Why a request was refused.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, Schema)]
 pub enum Refusal {
-    /// Not in this state.
+    /// The device takes no such request in this state.
     State(State),
     /// A parameter outside the range of this device.
     Range {
-        /// The field.
+        /// The field whose value was refused.
         field: Field,
-        /// As it was sent.
+        /// The value as it was sent.
         value: f32,
-        /// Least value allowed.
+        /// Least value that this device takes.
         least: f32,
-        /// Largest value allowed.
+        /// Largest value that this device takes.
         most: f32,
     },
     /// The digest is not that of what is staged: something was lost on the way.
     Digest,
     /// Nothing is staged, or not all coefficients.
     Incomplete,
-    /// Not on this board.
+    /// This board cannot do what the field asks for.
     Unsupported(Field),
     /// A fault has latched that the host does not know of yet.
     UnknownFault,
@@ -405,7 +405,7 @@ pub enum Refusal {
     ForceNotZero,
     /// The force at this position would be larger than a start allows.
     ForceNotSmall {
-        /// Wanted force, N.
+        /// Magnitude of the force that the law wants here, N.
         wanted_n: f32,
         /// Largest allowed at a start, N.
         allowed_n: f32,
@@ -416,4 +416,17 @@ pub enum Refusal {
     Connection,
     /// A limit of a configuration for a run is looser than what was set to last.
     Looser(Field),
+}
+
+impl Refusal {
+    /// A value that is not from `least` to `most`.
+    #[must_use]
+    pub const fn range(field: Field, value: f32, least: f32, most: f32) -> Self {
+        Self::Range {
+            field,
+            value,
+            least,
+            most,
+        }
+    }
 }

@@ -56,7 +56,7 @@ pub enum Request {
     GetConfiguration,
     /// Answer: [`Report::Coefficients`](crate::Report::Coefficients).
     GetCoefficients {
-        /// Of the first coefficient.
+        /// Place of the first coefficient that is asked for, a multiple of 16.
         #[serde(with = "postcard::fixint::le")]
         offset: u16,
     },
@@ -70,7 +70,7 @@ pub enum Request {
     },
     /// To idle; the force falls to zero within the stop time. A fault stays.
     Disarm,
-    /// From armed to running.
+    /// Begins a run, from armed to running.
     Start(Start),
     /// Ends a run: the force falls to zero within the stop time, then the device is armed.
     Stop,
@@ -195,7 +195,7 @@ impl Request {
         }
     }
 
-    /// Its name.
+    /// The name of this request, as errors quote it.
     #[must_use]
     pub const fn name(&self) -> &'static str {
         Self::NAMES[self.number() as usize]

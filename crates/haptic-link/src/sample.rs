@@ -34,7 +34,7 @@ pub struct Sample {
 /// Consecutive sent ticks, at least one.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Schema)]
 pub struct Batch {
-    /// Tick of the first.
+    /// Number of the tick of the first item.
     #[serde(with = "postcard::fixint::le")]
     pub tick: u32,
     /// Device time of the first, µs, modulo 2³².
@@ -43,7 +43,7 @@ pub struct Batch {
     /// Ticks from one to the next.
     #[serde(with = "postcard::fixint::le")]
     pub every: u16,
-    /// Items of a tick.
+    /// Number of items that belong to one tick.
     pub axes: u8,
     /// Tick after tick, the axes of each in their order.
     #[serde(serialize_with = "list")]
@@ -79,7 +79,7 @@ impl Batch {
 /// What an axis did in a tick: 14 bytes.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, Schema)]
 pub struct BatchItem {
-    /// Position, m.
+    /// Position that was measured at the start of the tick, m.
     pub position_m: f32,
     /// The force that the environment, or the host, wanted, N.
     pub environment_force_n: f32,
@@ -102,7 +102,7 @@ pub struct Flight {
     /// sample is all zero.
     #[serde(with = "postcard::fixint::le")]
     pub count: u16,
-    /// The sample.
+    /// What the device did in that tick.
     pub sample: Sample,
 }
 

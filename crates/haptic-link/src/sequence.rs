@@ -2,34 +2,12 @@
 //! has begun anew ([`SequenceTracker`]); requests count modulo 2³², and a device believes nobody
 //! ([`RequestTracker`]): a captured one would look new after 24 days at 1000 a second.
 
-/// The arrival of a frame, by its number.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Arrival {
-    /// To be acted on; this many frames before it are missing.
-    New {
-        /// Frames that did not come.
-        lost: u16,
-    },
-    /// The same frame once more: not to be acted on.
-    Duplicate,
-    /// After a later one: not to be acted on.
-    Late,
-}
-
-impl Arrival {
-    /// True if the frame may be acted on.
-    #[must_use]
-    pub const fn is_new(self) -> bool {
-        matches!(self, Self::New { .. })
-    }
-}
-
 /// What did not come once and in order, so far; each count modulo 2³².
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct OutOfOrder {
-    /// Did not come.
+    /// Frames that did not come.
     pub lost: u32,
-    /// Came twice.
+    /// Frames that came twice.
     pub duplicate: u32,
     /// Came after a later one.
     pub late: u32,
@@ -54,11 +32,11 @@ const fn count(of: &mut u32, more: u32) {
 /// row, each the successor of the one before, are taken for a sender that has done so unheard.
 ///
 /// ```
-/// use haptic_link::{Arrival, SequenceTracker};
+/// use haptic_link::SequenceTracker;
 ///
 /// let mut tracker = SequenceTracker::default();
-/// tracker.arrive(65_535);
-/// assert_eq!(tracker.arrive(1), Arrival::New { lost: 1 }); // 0 did not come
+/// assert!(tracker.is_new(65_535));
+/// assert!(tracker.is_new(1)); // 0 did not come
 /// assert_eq!(tracker.out_of_order().lost, 1);
 /// ```
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -80,41 +58,33 @@ impl SequenceTracker {
         out_of_order: OutOfOrder::NONE,
     };
 
-    /// Judges a frame by its number.
-    pub fn arrive(&mut self, sequence: u16) -> Arrival {
+    /// True if a frame with this number may be acted on.
+    pub fn is_new(&mut self, sequence: u16) -> bool {
         let Some(last) = self.last else {
             self.last = Some(sequence);
-            return Arrival::New { lost: 0 };
+            return true;
         };
         let ahead = sequence.wrapping_sub(last);
-        match ahead {
-            0 => {
-                count(&mut self.out_of_order.duplicate, 1);
-                Arrival::Duplicate
-            }
-            1..0x8000 => {
-                self.last = Some(sequence);
-                self.late_run = (0, 0);
-                count(&mut self.out_of_order.lost, u32::from(ahead - 1));
-                Arrival::New { lost: ahead - 1 }
-            }
-            _ => {
-                count(&mut self.out_of_order.late, 1);
-                let (before, run) = self.late_run;
-                let run = if run > 0 && sequence == before.wrapping_add(1) {
-                    run + 1
-                } else {
-                    1
-                };
-                self.late_run = (sequence, run);
-                if run >= Self::RESTART_AFTER {
-                    self.last = Some(sequence);
-                    self.late_run = (0, 0);
-                    return Arrival::New { lost: 0 };
-                }
-                Arrival::Late
-            }
+        if ahead == 0 {
+            count(&mut self.out_of_order.duplicate, 1);
+            return false;
         }
+        let mut is_new = ahead < 0x8000;
+        if is_new {
+            count(&mut self.out_of_order.lost, u32::from(ahead - 1));
+        } else {
+            count(&mut self.out_of_order.late, 1);
+            let (before, run) = self.late_run;
+            let follows = run > 0 && sequence == before.wrapping_add(1);
+            let run = if follows { run + 1 } else { 1 };
+            self.late_run = (sequence, run);
+            is_new = run >= Self::RESTART_AFTER;
+        }
+        if is_new {
+            self.last = Some(sequence);
+            self.late_run = (0, 0);
+        }
+        is_new
     }
 
     /// The sender counts anew: the next number is right, whatever it is.
@@ -160,7 +130,7 @@ impl RequestTracker {
         false
     }
 
-    /// A new connection begins.
+    /// A new connection begins, with any number.
     pub const fn restart(&mut self) {
         self.last = None;
     }

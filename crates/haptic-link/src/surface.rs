@@ -20,7 +20,7 @@ pub enum SurfaceKind {
 /// A surface: the law sees the depth into it, and its force acts along the normal.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Schema)]
 pub struct SurfaceShape {
-    /// Its kind.
+    /// Tells how the numbers below are read.
     pub kind: SurfaceKind,
     /// The distance of a plane from 0 along its normal, the radius of a ball, m.
     pub distance_m: f32,

@@ -108,7 +108,7 @@ impl<F: Real, E: Environment<F, 1>, const D: usize, S: Surface<F, D>> Contact<F,
         &self.inner
     }
 
-    /// The surface.
+    /// The surface that stands before the environment.
     pub const fn surface(&self) -> &S {
         &self.surface
     }

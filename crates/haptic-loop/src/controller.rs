@@ -11,7 +11,7 @@ use nalgebra::SVector;
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct Sample<F, const D: usize> {
-    /// Tick, time and position.
+    /// Tick, time and position as the device told them.
     pub reading: Reading<F, D>,
     /// The force that the environment wanted, N.
     pub environment_force_n: SVector<F, D>,
@@ -60,7 +60,7 @@ pub struct Controller<F: Real, const D: usize, E: Environment<F, D>> {
 }
 
 impl<F: Real, const D: usize, E: Environment<F, D>> Controller<F, D, E> {
-    /// At rest.
+    /// A controller at rest: no history, no force.
     pub fn new(environment: E, chain: SafetyChain<F>) -> Self {
         let history = environment.at_rest();
         Self {
@@ -74,7 +74,7 @@ impl<F: Real, const D: usize, E: Environment<F, D>> Controller<F, D, E> {
 
     /// Takes another environment and chain, and is at rest as if it were new.
     pub fn replace(&mut self, environment: E, chain: SafetyChain<F>) {
-        self.replace_within(chain, |own| *own = environment);
+        self.replace_within(chain, |law| *law = environment);
     }
 
     /// As [`replace`](Self::replace), with the environment changed in its place: for a stack without room for another one.
@@ -188,7 +188,7 @@ impl<F: Real, const D: usize, E: Environment<F, D>> Controller<F, D, E> {
         self.safety.clear();
     }
 
-    /// The environment.
+    /// The law that it renders.
     pub const fn environment(&self) -> &E {
         &self.environment
     }

@@ -4,7 +4,7 @@ use crate::Environment;
 use crate::error::{Checks, ParameterError};
 use crate::units::{Kilograms, NewtonSecondsPerMetre, NewtonsPerMetre, Seconds};
 use core::array;
-use fracdiff::parameter::{not_negative, positive};
+use fracdiff::parameter::{not_negative, positive, range};
 use fracdiff::{Differintegrator, Order, Real};
 use nalgebra::SVector;
 
@@ -71,14 +71,9 @@ impl VirtualObject {
 /// # Errors
 /// μ below 0 or above 1. Above 1 the coupler itself gives energy at low frequency.
 pub fn deflection_order(order: Order) -> Result<Order, ParameterError> {
-    let mu = order.get();
-    fracdiff::parameter::range(
-        "order of a coupler",
-        mu,
-        (0.0..=1.0).contains(&mu),
-        "in [0, 1]: above 1 it gives energy by itself",
-        "",
-    )?;
+    let (mu, allowed) = (order.get(), "in [0, 1]: above 1 it gives energy by itself");
+    let within = (0.0..=1.0).contains(&mu);
+    range("order of a coupler", mu, within, allowed, "")?;
     Ok(Order::new(1.0 - mu)?)
 }
 

@@ -8,7 +8,7 @@
 use crate::controller::{Controller, Sample};
 use crate::device::{Device, Reading};
 use crate::environment::Environment;
-use crate::safety::{Fault, SafeForce};
+use crate::safety::Fault;
 use core::borrow::BorrowMut;
 use core::marker::PhantomData;
 use fracdiff::Real;
@@ -173,21 +173,6 @@ where
         written.map(|()| sample)
     }
 
-    /// The first half of a tick, for a device that cannot be written to inside one (DMA, async): the force for this
-    /// reading. Send it by what [`Begun::device`] lends, then [`finish`](Begun::finish).
-    ///
-    /// With [`Device::write`] between the two halves it is [`tick`](Self::tick), bit for bit.
-    #[inline]
-    pub fn begin(&mut self, reading: Reading<F, D>) -> Begun<'_, F, D, E, V, C> {
-        let (sample, input) = self.controller.borrow_mut().force(reading, None);
-        Begun {
-            engaged: self,
-            sample,
-            input,
-            sent: false,
-        }
-    }
-
     /// The loop cannot go on: the device lets go at once, and this fault is latched, unless there is one. What an error of the device
     /// does by itself.
     #[inline(never)]
@@ -198,7 +183,7 @@ where
         controller.let_go();
     }
 
-    /// The controller.
+    /// The controller, to see its state.
     #[inline]
     pub fn controller(&self) -> &Controller<F, D, E> {
         self.controller.borrow()
@@ -210,7 +195,7 @@ where
         self.controller.borrow_mut()
     }
 
-    /// The device.
+    /// The device, to look at it between ticks.
     #[inline]
     pub const fn device(&self) -> &V {
         &self.device
@@ -235,69 +220,6 @@ where
         if !controller.safety().is_at_rest() {
             self.device.let_go();
             controller.let_go();
-        }
-    }
-}
-
-/// A tick whose force is known and whose rest is still to come: see [`Engaged::begin`].
-///
-/// It holds the loop, so nothing can come between the two halves: no other tick, stop or reset. *Dropped* unfinished its force counts
-/// as one that did not get through: the device lets go, as after a failed write, and the history has the position.
-#[must_use = "send its force, then finish it"]
-#[derive(Debug)]
-pub struct Begun<'a, F, const D: usize, E, V, C = Controller<F, D, E>>
-where
-    F: Real,
-    E: Environment<F, D>,
-    V: Device<F, D>,
-    C: BorrowMut<Controller<F, D, E>>,
-{
-    engaged: &'a mut Engaged<F, D, E, V, C>,
-    sample: Sample<F, D>,
-    input: SVector<F, D>,
-    sent: bool,
-}
-
-impl<F, const D: usize, E, V, C> Begun<'_, F, D, E, V, C>
-where
-    F: Real,
-    E: Environment<F, D>,
-    V: Device<F, D>,
-    C: BorrowMut<Controller<F, D, E>>,
-{
-    /// The force to send to the device.
-    #[inline]
-    pub const fn force(&self) -> SafeForce<F, D> {
-        self.sample.force
-    }
-
-    /// The device, to send it.
-    #[inline]
-    pub const fn device(&mut self) -> &mut V {
-        &mut self.engaged.device
-    }
-
-    /// The rest of the tick, once the force is on its way: the history takes the position in.
-    #[inline]
-    pub fn finish(mut self) -> Sample<F, D> {
-        self.sent = true;
-        self.sample
-    }
-}
-
-impl<F, const D: usize, E, V, C> Drop for Begun<'_, F, D, E, V, C>
-where
-    F: Real,
-    E: Environment<F, D>,
-    V: Device<F, D>,
-    C: BorrowMut<Controller<F, D, E>>,
-{
-    #[inline]
-    fn drop(&mut self) {
-        let controller = self.engaged.controller.borrow_mut();
-        controller.advance(&self.input, &self.sample);
-        if !self.sent {
-            self.engaged.let_go(Fault::BoardFailed);
         }
     }
 }

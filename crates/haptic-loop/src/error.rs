@@ -1,18 +1,23 @@
 //! Parameters outside their documented range.
 
-use core::fmt;
 use fracdiff::Real;
 use fracdiff::parameter::{self, RangeError, Shown};
+use thiserror::Error;
 
 /// A parameter outside its documented range: name, rejected value, allowed range, unit.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Error)]
 #[non_exhaustive]
 pub enum ParameterError {
-    /// A quantity.
-    Range(RangeError),
+    /// A quantity outside the range that its field states.
+    #[error(transparent)]
+    Range(#[from] RangeError),
     /// More braking than the device bears, see [`Limits::braking_max`](crate::Limits::braking_max).
+    #[error(
+        "braking {value} N·s/m is not at most {most} N·s/m, {why}",
+        value = Shown(*value_n_s_per_m), most = Shown(*most_n_s_per_m), why = less_braking(*mass_known)
+    )]
     Braking {
-        /// The rejected damping, N·s/m.
+        /// Damping that was asked for, N·s/m.
         value_n_s_per_m: f64,
         /// The most that is accepted, N·s/m.
         most_n_s_per_m: f64,
@@ -20,68 +25,34 @@ pub enum ParameterError {
         mass_known: bool,
     },
     /// A size that a loading needs.
+    #[error("loading {loading} needs {what}")]
     Missing {
-        /// The size.
+        /// Name of the size, as in `area`.
         what: &'static str,
-        /// The kind of loading.
+        /// Name of the kind of loading, as in `punch`.
         loading: &'static str,
     },
     /// A size that a loading does not have.
+    #[error("{what} has no effect on loading {loading}")]
     NoEffect {
-        /// The size.
+        /// Name of the size, as in `area`.
         what: &'static str,
-        /// The kind of loading.
+        /// Name of the kind of loading, as in `punch`.
         loading: &'static str,
     },
     /// A parameter of the operator.
-    Operator(fracdiff::ParameterError),
+    #[error(transparent)]
+    Operator(#[from] fracdiff::ParameterError),
 }
 
-impl From<fracdiff::ParameterError> for ParameterError {
-    fn from(error: fracdiff::ParameterError) -> Self {
-        Self::Operator(error)
-    }
-}
-
-impl From<RangeError> for ParameterError {
-    fn from(error: RangeError) -> Self {
-        Self::Range(error)
-    }
-}
-
-impl fmt::Display for ParameterError {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match *self {
-            Self::Range(ref error) => error.fmt(f),
-            Self::Braking {
-                value_n_s_per_m,
-                most_n_s_per_m,
-                mass_known,
-            } => {
-                let why = if mass_known {
-                    "half of what mass, delay and sample time bear: take less braking or a shorter sample time"
-                } else {
-                    "the most for a device of unknown mass: give its mass, or take less braking"
-                };
-                write!(
-                    f,
-                    "braking {value_n_s_per_m} N·s/m is not at most {most_n_s_per_m} N·s/m, {why}",
-                    value_n_s_per_m = Shown(value_n_s_per_m),
-                    most_n_s_per_m = Shown(most_n_s_per_m)
-                )
-            }
-            Self::Missing { what, loading } => {
-                write!(f, "loading {loading} needs {what}")
-            }
-            Self::NoEffect { what, loading } => {
-                write!(f, "{what} has no effect on loading {loading}")
-            }
-            Self::Operator(ref error) => error.fmt(f),
+const fn less_braking(mass_known: bool) -> &'static str {
+    match mass_known {
+        true => {
+            "half of what mass, delay and sample time bear: take less braking or a shorter sample time"
         }
+        false => "the most for a device of unknown mass: give its mass, or take less braking",
     }
 }
-
-impl core::error::Error for ParameterError {}
 
 /// The checks of a constructor with many parameters, one after another: the first that fails is kept, and told at the end.
 ///

@@ -28,7 +28,7 @@ pub use contact::{Contact, Pushing};
 pub use controller::{Controller, Sample};
 pub use coupler::{CoupledHistory, VirtualCoupler, VirtualObject, deflection_order};
 pub use device::{Device, Reading};
-pub use engaged::{Begun, Engaged};
+pub use engaged::Engaged;
 pub use environment::{Environment, SpringDamper};
 pub use error::ParameterError;
 pub use fracdiff::parameter::RangeError;
@@ -37,8 +37,8 @@ pub use guard::{
 };
 pub use loading::{DepthMap, INCOMPRESSIBLE, Loading, LoadingKind, Modulus, Specimen};
 pub use safety::{
-    Fault, Limiters, Limits, SafeForce, SafetyChain, SafetyState, SpeedLimit, StartRefused, Stuck,
-    Workspace,
+    Fault, Limit, Limiters, Limits, SafeForce, SafetyChain, SafetyState, SpeedLimit, StartRefused,
+    Stuck, Workspace,
 };
 pub use surface::{Ball, Plane, Shape, ShapeKind, ShapeNumbers, Surface};
 pub use tissue::Tissue;

@@ -42,7 +42,7 @@ impl Modulus {
     /// Both, with their names in files.
     pub const ALL: [(Self, &'static str); 2] = [(Self::Shear, "shear"), (Self::Young, "young")];
 
-    /// Its name in files.
+    /// The word for it in files and messages.
     #[must_use]
     pub const fn name(self) -> &'static str {
         Self::ALL[self as usize].1
@@ -54,15 +54,15 @@ impl Modulus {
 pub enum LoadingKind {
     /// Simple shear of a slab.
     Shear,
-    /// Tension of a slab.
+    /// Tension of a slab between two plates.
     Tension,
-    /// Compression of a slab.
+    /// Compression of a slab between two plates.
     Compression,
     /// Indentation by a flat round punch.
     Punch,
-    /// Indentation by a sphere.
+    /// Indentation by a sphere, of a deep body or a bonded layer.
     Sphere,
-    /// Indentation by a cone.
+    /// Indentation of a deep body by a cone.
     Cone,
 }
 
@@ -77,7 +77,7 @@ impl LoadingKind {
         (Self::Cone, "cone"),
     ];
 
-    /// Its name in files.
+    /// The word for it in files and messages.
     #[must_use]
     pub const fn name(self) -> &'static str {
         Self::ALL[self as usize].1
@@ -123,7 +123,7 @@ impl LoadingKind {
 /// | cone | half angle | – |
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Loading {
-    /// Its kind.
+    /// Kind of the loading, which decides what sizes it has.
     pub kind: LoadingKind,
     /// A of a slab, m².
     pub area_m2: Option<f64>,
@@ -215,7 +215,7 @@ pub struct Specimen {
 }
 
 impl Specimen {
-    /// Largest b.
+    /// Largest b: at a strain of 0.2 such matter is five million times as stiff.
     pub const STIFFENING_MAX: f64 = 100.0;
     /// The nominal strain at which small strain ends, where nothing better is known.
     pub const SMALL_STRAIN: f64 = 0.2;
@@ -280,7 +280,7 @@ impl Specimen {
         Self::new(loading, INCOMPRESSIBLE, 0.0)
     }
 
-    /// How it is loaded.
+    /// The loading with its sizes, as it was given.
     #[must_use]
     pub const fn loading(&self) -> &Loading {
         &self.loading

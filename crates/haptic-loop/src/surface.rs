@@ -122,13 +122,8 @@ impl<F: Real, const D: usize> Ball<F, D> {
         let mut checks = Checks::default();
         let [least, most] = Self::RADIUS_M;
         let within = (least..=most).contains(&radius.0);
-        checks.range(
-            "radius of the ball",
-            radius.0,
-            within,
-            "from 1e-6 to 1e6 {}",
-            "m",
-        );
+        let (what, allowed) = ("radius of the ball", "from 1e-6 to 1e6 {}");
+        checks.range(what, radius.0, within, allowed, "m");
         let centre = centre.map(|x| checks.rounded("centre of the ball", x.0, "m"));
         let ball = Self {
             centre: SVector::from(centre),
@@ -200,18 +195,18 @@ impl<F: Real, const D: usize> Surface<F, D> for Ball<F, D> {
 /// Kind of a [`Shape`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ShapeKind {
-    /// A plane.
+    /// A plane, with its unit normal for a place.
     Plane,
-    /// A solid ball.
+    /// A ball with the environment inside.
     Ball,
-    /// A hollow ball.
+    /// A ball with the environment around it.
     HollowBall,
 }
 
 /// A [`Shape`] as its numbers, of which [`Shape::of`] makes the same one, bit for bit.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ShapeNumbers<F, const D: usize> {
-    /// Its kind.
+    /// Kind of the shape, by which the numbers are read.
     pub kind: ShapeKind,
     /// The unit normal of a plane, into the environment; the centre of a ball, m.
     pub place: [F; D],
@@ -222,9 +217,9 @@ pub struct ShapeNumbers<F, const D: usize> {
 /// A surface whose kind is chosen at run time.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Shape<F, const D: usize> {
-    /// A plane.
+    /// A plane, or with fewer axes a line or a point.
     Plane(Plane<F, D>),
-    /// A ball.
+    /// A ball, solid or hollow.
     Ball(Ball<F, D>),
 }
 
@@ -254,7 +249,7 @@ impl<F: Real, const D: usize> Shape<F, D> {
         }
     }
 
-    /// Its numbers.
+    /// The numbers from which [`of`](Self::of) makes the same shape.
     #[must_use]
     pub fn numbers(&self) -> ShapeNumbers<F, D> {
         let (kind, place, distance) = match self {

@@ -1,11 +1,9 @@
 //! Soft tissue after the fractional Kelvin–Voigt (KVFD) model, and the wall that a specimen of it is.
 
-use crate::SpringDamper;
 use crate::error::ParameterError;
-use crate::loading::{Modulus, Specimen};
 use crate::units::Pascals;
+use fracdiff::Order;
 use fracdiff::parameter::{not_negative, positive, range};
-use fracdiff::{Differintegrator, Order, Real};
 
 /// A tissue: three numbers.
 ///
@@ -98,25 +96,5 @@ impl Tissue {
         };
         let viscous = libm::pow(time_s, p) * remaining / libm::tgamma(1.0 + p);
         Pascals(e * rate * time_s.min(ramp_time_s) + eta * rate * viscous)
-    }
-}
-
-impl<F: Real, O: Differintegrator<F>> SpringDamper<F, O> {
-    /// A specimen of tissue: f = −γ·(E₀·x + η·D^α x), K = γ·E₀ and B = γ·η, γ the [shape](Specimen::shape) of the specimen for
-    /// the modulus that the tissue's numbers are. `operator` is D^α with the tissue's α and the loop's sample time.
-    ///
-    /// Of a specimen with a [`DepthMap`](crate::DepthMap) x is e(δ): give the map to a
-    /// [`Contact`](crate::Contact::with_depth_map).
-    ///
-    /// # Errors
-    /// If K or B overflows.
-    pub fn of_tissue(
-        tissue: &Tissue,
-        (specimen, modulus): (&Specimen, Modulus),
-        operator: O,
-    ) -> Result<Self, ParameterError> {
-        let shape = specimen.shape(modulus);
-        let (elastic, viscous) = (tissue.elastic_modulus.0, tissue.viscosity_pa_s_alpha);
-        Self::new(shape * elastic, shape * viscous, operator)
     }
 }

@@ -14,7 +14,7 @@ use nalgebra::SVector;
 pub enum Wall<F, O> {
     /// Pushes and pulls, as theory assumes.
     Linear(SpringDamper<F, O>),
-    /// Pushes but never pulls.
+    /// Pushes behind its surface and never pulls.
     OneSided(Contact<F, SpringDamper<F, O>, 1>),
 }
 

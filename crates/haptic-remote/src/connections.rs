@@ -28,10 +28,10 @@ pub(super) struct Connections {
     pool: u32,
     nonce: u32,
     offered: u32,
-    current: u32,
+    pub(super) current: u32,
     owner: u32,
-    tracker: RequestTracker,
-    strangers: u32,
+    pub(super) tracker: RequestTracker,
+    pub(super) strangers: u32,
 }
 
 impl Connections {
@@ -87,18 +87,6 @@ impl Connections {
     /// True if the current connection armed the device.
     pub(super) const fn is_owner(&self) -> bool {
         self.owner != 0 && self.owner == self.current
-    }
-
-    pub(super) const fn current(&self) -> u32 {
-        self.current
-    }
-
-    pub(super) const fn tracker(&self) -> &RequestTracker {
-        &self.tracker
-    }
-
-    pub(super) const fn strangers(&self) -> u32 {
-        self.strangers
     }
 }
 
@@ -158,6 +146,6 @@ mod tests {
         );
         assert!(!connections.is_owner());
         assert_eq!(connections.arrive(header(9, first)), Arrived::Stranger);
-        assert_eq!(connections.strangers(), 2);
+        assert_eq!(connections.strangers, 2);
     }
 }

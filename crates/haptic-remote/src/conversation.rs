@@ -2,8 +2,8 @@
 
 use crate::link_error::LinkError;
 use haptic_link::{
-    Alive, Direction, EventKind, Header, LineCounters, Outcome, Receiver, Refusal, Report, Request,
-    SequenceTracker, Status, encode,
+    Alive, Direction, EventKind, Header, LineCounters, OutOfOrder, Outcome, Receiver, Refusal,
+    Report, Request, SequenceTracker, Status, encode,
 };
 
 /// Tries of a request before the device counts as gone.
@@ -19,9 +19,9 @@ pub enum Incoming {
     Answer(Report),
     /// The outstanding request was refused.
     Refused {
-        /// Its name.
+        /// Name of the request that was refused.
         request: &'static str,
-        /// Why.
+        /// Reason of the device.
         refusal: Refusal,
     },
     /// Something that was not asked for: samples, events, faults.
@@ -34,7 +34,7 @@ pub enum Incoming {
         round_trip_us: u64,
         /// It answers the newest keep-alive. An older one says that the device lives, but not how far it is.
         newest: bool,
-        /// State and fault.
+        /// State and fault at that moment.
         status: Status,
         /// Energy that the passivity guard has observed, J; 0 without a guard.
         observed_energy_j: f32,
@@ -53,25 +53,15 @@ struct Outstanding {
     before: Option<LineCounters>,
 }
 
-/// Counters of the host.
+/// Counters of the host's end of the line.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct HostCounters {
-    /// Frames sent.
+    /// Frames that this host has sent.
     pub sent: u32,
-    /// Frames received whole.
-    pub received: u32,
-    /// Frames damaged or of no known kind.
-    pub corrupt: u32,
-    /// Frames longer than the buffer.
-    pub oversize: u32,
-    /// Frames of another version, or echoes.
-    pub foreign: u32,
-    /// Frames that did not come.
-    pub lost: u32,
-    /// Frames that came twice.
-    pub duplicate: u32,
-    /// Frames that came after a later one.
-    pub late: u32,
+    /// Bytes and frames that have come, by kind.
+    pub line: LineCounters,
+    /// Frames that did not come once and in order.
+    pub order: OutOfOrder,
     /// Requests that were sent again.
     pub retries: u32,
 }
@@ -125,10 +115,8 @@ impl Conversation {
     /// Frames a request that is not answered, or whose answer nobody waits for. Returns its length.
     pub fn tell(&mut self, request: &Request, line: &mut [u8]) -> usize {
         // Every request fits into a frame.
-        let connection = match request {
-            Request::Hello { .. } => 0,
-            _ => self.connection,
-        };
+        let greets = matches!(request, Request::Hello { .. });
+        let connection = if greets { 0 } else { self.connection };
         let header = Header::from_host(self.sequence, connection);
         let length = encode(request, header, line).unwrap_or(0);
         self.sequence = self.sequence.wrapping_add(1);
@@ -256,36 +244,32 @@ impl Conversation {
             self.connection = hello.connection;
             self.newest_tick = None;
         }
-        if !self.tracker.arrive(header.sequence as u16).is_new() {
+        if !self.tracker.is_new(header.sequence as u16) {
             return None;
         }
         if answers && let Some(outstanding) = self.outstanding.take() {
-            return Some(match report {
-                Report::Ack(ack) => match ack.outcome {
-                    Outcome::Done => Incoming::Answer(report),
-                    Outcome::Refused(refusal) => Incoming::Refused {
-                        request: outstanding.request.name(),
-                        refusal,
-                    },
-                },
-                _ => Incoming::Answer(report),
-            });
+            if let Report::Ack(ack) = &report
+                && let Outcome::Refused(refusal) = ack.outcome
+            {
+                let request = outstanding.request.name();
+                return Some(Incoming::Refused { request, refusal });
+            }
+            return Some(Incoming::Answer(report));
         }
         if self.is_of_new_run(&report) && self.awaits_start() {
             self.outstanding = None;
             return Some(Incoming::Begun(report));
         }
-        match report {
-            Report::Alive(alive) => self.alive(&alive, now_us),
-            // The keep-alive of a stranger.
-            Report::Ack(ack) if ack.outcome == Outcome::Refused(Refusal::Connection) => {
-                let keep_alive = Request::KeepAlive { token: 0 }.number();
-                (ack.request == keep_alive).then_some(Incoming::Rebooted)
-            }
-            // Answers to tries that were given up.
-            Report::Ack(_) | Report::Hello(_) => None,
-            report => Some(Incoming::Told(report)),
+        if let Report::Alive(alive) = &report {
+            return self.alive(alive, now_us);
         }
+        if let Report::Ack(ack) = &report {
+            // The keep-alive of a stranger; any other answers a try that was given up.
+            let keep_alive = Request::KeepAlive { token: 0 }.number();
+            let dropped = ack.outcome == Outcome::Refused(Refusal::Connection);
+            return (dropped && ack.request == keep_alive).then_some(Incoming::Rebooted);
+        }
+        (!matches!(report, Report::Hello(_))).then_some(Incoming::Told(report))
     }
 
     const fn sent_us(&self, token: u32) -> u64 {
@@ -309,11 +293,12 @@ impl Conversation {
 
     /// True if a run has begun since what was heard before: the device says so, or its ticks count anew.
     fn is_of_new_run(&mut self, report: &Report) -> bool {
-        let tick = match report {
-            Report::Event(event) => return event.kind == EventKind::Started,
-            Report::Sample(sample) => sample.tick,
-            Report::Batch(batch) => batch.tick,
-            _ => return false,
+        let tick = if let Report::Sample(sample) = report {
+            sample.tick
+        } else if let Report::Batch(batch) = report {
+            batch.tick
+        } else {
+            return matches!(report, Report::Event(event) if event.kind == EventKind::Started);
         };
         let before = self.newest_tick.replace(tick);
         before.is_none_or(|before| tick < before)
@@ -349,20 +334,13 @@ impl Conversation {
         }
     }
 
-    /// All counters.
+    /// Counters of this end since the conversation began.
     #[must_use]
     pub fn counters(&self) -> HostCounters {
-        let line = self.receiver.counters();
-        let frames = self.tracker.out_of_order();
         HostCounters {
             sent: self.sent,
-            received: line.received,
-            corrupt: line.corrupt,
-            oversize: line.oversize,
-            foreign: line.foreign,
-            lost: frames.lost,
-            duplicate: frames.duplicate,
-            late: frames.late,
+            line: self.receiver.counters(),
+            order: self.tracker.out_of_order(),
             retries: self.retries,
         }
     }

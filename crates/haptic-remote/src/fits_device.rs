@@ -24,12 +24,12 @@ impl<const D: usize> FitsDevice for MassDamper<D> {
         } = self.config();
         let shortest_s = device.delay.0 / MAX_DELAY_SAMPLES as f64;
         if sample_time.0 < shortest_s * (1.0 - 1e-9) {
-            return Err(Refusal::Range {
-                field: Field::TickPeriod,
-                value: (1e6 * sample_time.0) as f32,
-                least: (1e6 * shortest_s).ceil() as f32,
-                most: f32::MAX,
-            });
+            return Err(Refusal::range(
+                Field::TickPeriod,
+                (1e6 * sample_time.0) as f32,
+                (1e6 * shortest_s).ceil() as f32,
+                f32::MAX,
+            ));
         }
         let config = MassDamperConfig {
             sample_time,

@@ -35,7 +35,7 @@ impl HeldClock {
         (self.now)().saturating_duration_since(self.began)
     }
 
-    /// Device time, µs.
+    /// Time of the device now, µs: real time less what was held back.
     pub fn now_us(&self) -> u64 {
         let scaled = self.elapsed().as_secs_f64() * 1e6 * self.speed;
         (scaled as u64).saturating_sub(self.held_us)

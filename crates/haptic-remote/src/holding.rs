@@ -36,11 +36,11 @@ impl Holding {
     #[inline(never)]
     pub(crate) fn new(law: &ControllerLaw, values: &[f32]) -> Result<Self, Refusal> {
         let mut parts = [ControllerPart::default(); CONTROLLER_PARTS];
-        for (part, own) in parts.iter_mut().zip(&law.parts) {
+        for (part, told) in parts.iter_mut().zip(&law.parts) {
             *part = ControllerPart {
-                integer: own.integer,
-                values: usize::from(own.values),
-                filter: usize::from(own.filter),
+                integer: told.integer,
+                values: usize::from(told.values),
+                filter: usize::from(told.filter),
             };
         }
         let form = match law.form {
@@ -107,8 +107,10 @@ impl<S> Prepared<S> {
     pub(crate) fn holding(
         self,
         law: ControllerLaw,
-        (values, digest): (&[f32], u32),
-        (capabilities, cost): (Capabilities, Option<ControllerCost>),
+        values: &[f32],
+        digest: u32,
+        capabilities: &Capabilities,
+        cost: Option<ControllerCost>,
     ) -> Result<Self, Refusal> {
         let configuration = &self.configuration;
         let operator = configuration.operator;
@@ -151,7 +153,8 @@ impl<S> Prepared<S> {
 #[cfg(feature = "std")]
 pub fn controller_law(
     setup: &fractional_control::ControllerSetup,
-    (reference_m, ramp_ticks): (f32, u32),
+    reference_m: f32,
+    ramp_ticks: u32,
     force_limit_n: f32,
 ) -> Result<
     (

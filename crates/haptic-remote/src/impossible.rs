@@ -1,23 +1,25 @@
 //! What a device tells that cannot be: one look at each sample of a run, for every device.
 
-use core::fmt;
 #[cfg(feature = "std")]
 use haptic_link::Sample;
+use thiserror::Error;
 
 /// A sample that cannot be.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Error)]
 #[non_exhaustive]
 pub enum Impossible {
     /// A position that is not a finite number.
+    #[error("a position of {position_m} m in tick {tick}")]
     Position {
-        /// Its tick.
+        /// Number of the tick that it is said to be of.
         tick: u32,
-        /// m.
+        /// The position as it was told, m.
         position_m: f32,
     },
     /// A force that is not a finite number, or beyond the largest that the device makes.
+    #[error("a force of {force_n} N in tick {tick}, of at most {most_n} N")]
     Force {
-        /// Its tick.
+        /// Number of the tick that it is said to be of.
         tick: u32,
         /// On the axis of the largest, N.
         force_n: f32,
@@ -25,17 +27,19 @@ pub enum Impossible {
         most_n: f32,
     },
     /// A tick before the one that came before it.
+    #[error("tick {tick} after tick {before}")]
     Tick {
-        /// Its tick.
+        /// Number of the tick that it is said to be of.
         tick: u32,
         /// That of the sample before.
         before: u32,
     },
     /// A time before that of the tick before it.
+    #[error("a time in tick {tick} that is {back_us} µs before that of the tick before")]
     Time {
-        /// Its tick.
+        /// Number of the tick that it is said to be of.
         tick: u32,
-        /// By so much, µs.
+        /// Time by which it goes back, µs.
         back_us: u32,
     },
 }
@@ -49,31 +53,6 @@ impl Impossible {
             | Self::Force { tick, .. }
             | Self::Tick { tick, .. }
             | Self::Time { tick, .. } => tick,
-        }
-    }
-}
-
-impl fmt::Display for Impossible {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Position { tick, position_m } => {
-                write!(f, "a position of {position_m} m in tick {tick}")
-            }
-            Self::Force {
-                tick,
-                force_n,
-                most_n,
-            } => write!(
-                f,
-                "a force of {force_n} N in tick {tick}, of at most {most_n} N"
-            ),
-            Self::Tick { tick, before } => write!(f, "tick {tick} after tick {before}"),
-            Self::Time { tick, back_us } => {
-                write!(
-                    f,
-                    "a time in tick {tick} that is {back_us} µs before that of the tick before"
-                )
-            }
         }
     }
 }

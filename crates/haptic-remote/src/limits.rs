@@ -2,10 +2,9 @@
 
 use haptic_link::{Capabilities, Field, GuardKind, Refusal};
 use haptic_loop::units::{
-    Hertz, Kilograms, Metres, MetresPerSecond, NewtonSecondsPerMetre, Newtons, NewtonsPerSecond,
-    Seconds,
+    Metres, MetresPerSecond, NewtonSecondsPerMetre, Newtons, NewtonsPerSecond, Seconds,
 };
-use haptic_loop::{EnergyBounding, Guard, Limits, PassivityObserver, SpeedLimit, Stuck, Workspace};
+use haptic_loop::{EnergyBounding, Guard, Limits, PassivityObserver, Stuck, Workspace};
 use haptic_loop::{MAX_GUARD_DELAY_SAMPLES, MAX_GUARD_LAG_SAMPLES};
 
 /// Narrowest zone of braking, m or m/s: a share of a narrower one would have no digits.
@@ -28,12 +27,7 @@ impl Fields {
     pub(super) fn within(&mut self, field: Field, value: f32, least: f32, most: f32) -> f32 {
         let accepted = value >= least && value <= most;
         if !accepted {
-            self.refuse(Refusal::Range {
-                field,
-                value,
-                least,
-                most,
-            });
+            self.refuse(Refusal::range(field, value, least, most));
         }
         value
     }
@@ -47,6 +41,18 @@ impl Fields {
     }
 }
 
+const ROWS: usize = haptic_link::Limits::TABLE.len();
+/// Sets the limit of the chain for each row of the wire: the one with its key.
+static SET: [fn(&mut Limits, Option<f64>); ROWS] = {
+    let mut set = [Limits::SET[0]; ROWS];
+    let mut row = 0;
+    while row < ROWS {
+        set[row] = Limits::SET[Limits::row(haptic_link::Limits::TABLE[row].field.key())];
+        row += 1;
+    }
+    set
+};
+
 /// The limits of the chain of a device, each within the range that its field states, or refused.
 pub(super) fn chain_limits(
     limits: &haptic_link::Limits,
@@ -55,47 +61,34 @@ pub(super) fn chain_limits(
     fields: &mut Fields,
 ) -> Limits {
     let mut numbers = *limits;
-    for limit in haptic_link::Limits::TABLE {
+    let mut chain = Limits::bare(Newtons(0.0), NewtonsPerSecond(0.0));
+    for (limit, set) in haptic_link::Limits::TABLE.iter().zip(&SET) {
         let value = *(limit.of)(&mut numbers);
-        let most = match limit.field {
-            Field::ForceLimit => capabilities.force_max_n,
-            Field::ForceRateLimit => capabilities.force_rate_max_n_per_s,
-            _ => limit.most,
+        let most = if limit.field == Field::ForceLimit {
+            capabilities.force_max_n
+        } else if limit.field == Field::ForceRateLimit {
+            capabilities.force_rate_max_n_per_s
+        } else {
+            limit.most
         };
         fields.within(limit.field, value, limit.least_for(value), most);
+        set(&mut chain, (value > 0.0).then_some(f64::from(value)));
     }
-    fields.within(Field::StuckTime, limits.stuck_time_s, 1e-3, 10.0);
-    let on = |value: f32| (value > 0.0).then_some(f64::from(value));
-    let force = Newtons(f64::from(limits.force_n));
+    let time = fields.within(Field::StuckTime, limits.stuck_time_s, 1e-3, 10.0);
+    if let Some(stuck) = &mut chain.stuck {
+        stuck.time = Seconds(f64::from(time));
+    }
     let several = cfg!(feature = "several-axes") && capabilities.axes > 1;
-    let mut chain = Limits {
-        norm: several.then_some(force),
-        start_force: on(limits.start_force_n).map(Newtons),
-        rise_time: on(limits.rise_time_s).map(Seconds),
-        workspace: workspace(limits, fields),
-        speed: speed(limits, fields),
-        velocity_bandwidth: Hertz(f64::from(limits.velocity_bandwidth_hz)),
-        // The least single-precision number in the range may lie below it.
-        stop_time: Seconds(f64::from(limits.stop_time_s).max(Limits::STOP_TIME_S[0])),
-        brake_force: Newtons(f64::from(limits.brake_force_n)),
-        device_mass: on(limits.device_mass_kg).map(Kilograms),
-        device_delay_samples: u32::from(limits.device_delay_ticks),
-        stuck: on(limits.stuck_force_n).map(|force| Stuck {
-            force: Newtons(force),
-            time: Seconds(f64::from(limits.stuck_time_s).max(1e-3)),
-        }),
-        jump: on(limits.jump_m).map(Metres),
-        guard: guard(&limits.guard, tick_period_us, fields),
-        ..Limits::bare(
-            force,
-            NewtonsPerSecond(f64::from(limits.force_rate_n_per_s)),
-        )
-    };
+    chain.norm = several.then_some(chain.force);
+    chain.workspace = workspace(limits, fields);
+    speed_zone(&mut chain, limits, fields);
+    chain.device_delay_samples = u32::from(limits.device_delay_ticks);
+    chain.guard = guard(&limits.guard, tick_period_us, fields);
     let most = chain.braking_max(Seconds(f64::from(tick_period_us) * 1e-6));
     let asked = limits.braking_n_s_per_m;
     let braking = fields.within(Field::Braking, asked, 0.0, most.0 as f32);
     // Rounding the bound may have taken it up.
-    chain.braking = on(braking).map(|braking| NewtonSecondsPerMetre(braking.min(most.0)));
+    chain.braking = (braking > 0.0).then(|| NewtonSecondsPerMetre(f64::from(braking).min(most.0)));
     chain
 }
 
@@ -111,23 +104,15 @@ fn workspace(limits: &haptic_link::Limits, fields: &mut Fields) -> Option<Worksp
         zone(Field::WorkspaceSoft, limits.workspace_soft_m, 0.0, fields);
         return None;
     }
-    Some(range(
-        (low, high),
-        limits.workspace_soft_m,
-        (-FAR, FAR),
-        fields,
-    ))
+    let soft = limits.workspace_soft_m;
+    Some(range([low, high], soft, [-FAR, FAR], fields))
 }
 
 /// A range of places with its zones, within `allowed`, m.
-fn range(
-    (low, high): (f32, f32),
-    soft: f32,
-    allowed: (f32, f32),
-    fields: &mut Fields,
-) -> Workspace {
-    let low = fields.within(Field::WorkspaceLow, low, allowed.0, allowed.1);
-    let high = fields.within(Field::WorkspaceHigh, high, low.next_up(), allowed.1);
+fn range(ends: [f32; 2], soft: f32, allowed: [f32; 2], fields: &mut Fields) -> Workspace {
+    let [least, most] = allowed;
+    let low = fields.within(Field::WorkspaceLow, ends[0], least, most);
+    let high = fields.within(Field::WorkspaceHigh, ends[1], low.next_up(), most);
     let half = 0.5 * (f64::from(high) - f64::from(low));
     let soft = zone(Field::WorkspaceSoft, soft, half as f32, fields);
     Workspace {
@@ -146,30 +131,27 @@ pub(super) fn box_ranges(
     fields: &mut Fields,
 ) -> Option<[Workspace; 3]> {
     let (low, high) = (limits.workspace_low_m, limits.workspace_high_m);
-    let allowed = if low < high { (low, high) } else { (-FAR, FAR) };
+    let allowed = if low < high { [low, high] } else { [-FAR, FAR] };
     let mut ranges = workspace
         .axes
         .iter()
-        .map(|axis| range((axis.low_m, axis.high_m), axis.soft_m, allowed, fields));
+        .map(|axis| range([axis.low_m, axis.high_m], axis.soft_m, allowed, fields));
     let first = ranges.next()?;
     let second = ranges.next().unwrap_or(first);
     let third = ranges.next().unwrap_or(second);
     Some([first, second, third])
 }
 
-fn speed(limits: &haptic_link::Limits, fields: &mut Fields) -> Option<SpeedLimit> {
+/// The zone below the speed limit, which the table has set.
+fn speed_zone(chain: &mut Limits, limits: &haptic_link::Limits, fields: &mut Fields) {
     let hard = limits.speed_hard_m_per_s;
-    if hard <= 0.0 {
-        fields.within(Field::SpeedSoft, limits.speed_soft_m_per_s, 0.0, 0.0);
-        return None;
-    }
     // At the largest speeds single precision has no room for the narrowest zone.
     let most = (hard - ZONE_MIN).min(hard.next_down());
+    let most = if chain.speed.is_some() { most } else { 0.0 };
     let soft = fields.within(Field::SpeedSoft, limits.speed_soft_m_per_s, 0.0, most);
-    Some(SpeedLimit {
-        soft: MetresPerSecond(f64::from(soft)),
-        hard: MetresPerSecond(f64::from(hard)),
-    })
+    if let Some(speed) = &mut chain.speed {
+        speed.soft = MetresPerSecond(f64::from(soft));
+    }
 }
 
 fn guard(guard: &haptic_link::Guard, tick_period_us: u32, fields: &mut Fields) -> Option<Guard> {
@@ -193,13 +175,9 @@ fn guard(guard: &haptic_link::Guard, tick_period_us: u32, fields: &mut Fields) -
     }
     let share = fields.within(Field::GuardShare, guard.share, 1e-3, 1.0);
     let longest = MAX_GUARD_DELAY_SAMPLES as f32;
-    let most = fields.within(
-        Field::GuardDelayMost,
-        guard.delay_most_samples,
-        0.0,
-        longest,
-    );
-    let least = fields.within(Field::GuardDelayLeast, guard.delay_least_samples, 0.0, most);
+    let (least, most) = (guard.delay_least_samples, guard.delay_most_samples);
+    let most = fields.within(Field::GuardDelayMost, most, 0.0, longest);
+    let least = fields.within(Field::GuardDelayLeast, least, 0.0, most);
     let slowest = MAX_GUARD_LAG_SAMPLES as f32 * tick;
     let lag = fields.within(Field::GuardLag, guard.lag_s, 0.0, slowest);
     let noise = fields.within(Field::GuardNoise, guard.noise_m, 0.0, NOISE_MAX);
@@ -225,34 +203,27 @@ pub fn wire_limits(limits: &Limits, sample_time: Seconds) -> haptic_link::Limits
     let norm = limits.norm.map_or(f64::INFINITY, |norm| norm.0);
     let workspace = limits.workspace.map(|w| (w.low.0, w.high.0, w.soft.0));
     let (low, high, soft) = workspace.unwrap_or_default();
-    let speed = limits.speed.map(|s| (s.soft.0, s.hard.0));
-    let (speed_soft, speed_hard) = speed.unwrap_or_default();
-    haptic_link::Limits {
-        start_force_n: limits.start_force.map_or(0.0, |force| force.0 as f32),
-        rise_time_s: limits.rise_time.map_or(0.0, |time| time.0 as f32),
+    let guard = limits.guard.as_ref();
+    let mut wire = haptic_link::Limits {
         workspace_low_m: low as f32,
         workspace_high_m: high as f32,
         workspace_soft_m: soft as f32,
-        speed_soft_m_per_s: speed_soft as f32,
-        speed_hard_m_per_s: speed_hard as f32,
-        velocity_bandwidth_hz: limits.velocity_bandwidth.0 as f32,
+        speed_soft_m_per_s: limits.speed.map_or(0.0, |speed| speed.soft.0 as f32),
         braking_n_s_per_m: limits.braking.map_or(0.0, |braking| braking.0 as f32),
-        stop_time_s: limits.stop_time.0 as f32,
-        brake_force_n: limits.brake_force.0 as f32,
-        device_mass_kg: limits.device_mass.map_or(0.0, |mass| mass.0 as f32),
         // More than the wire can say is more than anybody waits for.
         device_delay_ticks: u8::try_from(limits.device_delay_samples).unwrap_or(u8::MAX),
-        stuck_force_n: limits.stuck.map_or(0.0, |stuck| stuck.force.0 as f32),
         stuck_time_s: limits.stuck.unwrap_or(Stuck::DEFAULT).time.0 as f32,
-        jump_m: limits.jump.map_or(0.0, |jump| jump.0 as f32),
-        guard: limits
-            .guard
-            .as_ref()
-            .map_or(haptic_link::Guard::OFF, |guard| {
-                wire_guard(guard, sample_time)
-            }),
-        ..haptic_link::Limits::bare(limits.force.0.min(norm) as f32, limits.rate.0 as f32)
+        guard: guard.map_or(haptic_link::Guard::OFF, |guard| {
+            wire_guard(guard, sample_time)
+        }),
+        ..haptic_link::Limits::bare(0.0, 0.0)
+    };
+    for limit in haptic_link::Limits::TABLE {
+        let row = &Limits::TABLE[Limits::row(limit.field.key())];
+        *(limit.of)(&mut wire) = (row.get)(limits).unwrap_or(0.0) as f32;
     }
+    wire.force_n = limits.force.0.min(norm) as f32;
+    wire
 }
 
 /// The same guard on the wire, for a tick of this time.

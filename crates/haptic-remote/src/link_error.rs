@@ -4,140 +4,105 @@ use crate::Impossible;
 use core::fmt;
 use haptic_link::{FaultReport, Keys, LineCounters, Refusal};
 use haptic_loop::Fault;
+use thiserror::Error;
 
 /// An error that ends the conversation.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Error)]
 #[non_exhaustive]
 pub enum LinkError {
     /// No answer, after several tries.
+    #[error("no answer to \"{request}\": {}", silence(request, line))]
     NoAnswer {
-        /// Name of the request.
+        /// Name of the request, as in the protocol.
         request: &'static str,
         /// Frames that came instead, from the second try on.
         line: LineCounters,
     },
-    /// The device refused.
+    /// The device refused a request and gave its reason.
+    #[error("the device refused \"{request}\": {}", Explained(refusal))]
     Refused {
-        /// Name of the request.
+        /// Name of the request, as in the protocol.
         request: &'static str,
-        /// Why.
+        /// Reason of the device.
         refusal: Refusal,
     },
     /// The device speaks another version of the protocol.
+    #[error(
+        "the device speaks protocol version {version}, this program {}: flash its firmware",
+        haptic_link::PROTOCOL_VERSION
+    )]
     OtherVersion {
-        /// Its version.
+        /// Version of the protocol that the device speaks.
         version: u8,
     },
     /// The port echoes what it is sent.
+    #[error("the port echoes what it is sent: there is no device behind it")]
     Echo,
     /// The device defines a message differently.
+    #[error(
+        "the device has firmware {}.{}.{}, with another \"{message}\": flash this version",
+        firmware[0], firmware[1], firmware[2]
+    )]
     OtherMessages {
-        /// Its firmware version.
+        /// Version of its firmware: major, minor, patch.
         firmware: [u8; 3],
         /// Name of the first such message.
         message: &'static str,
     },
     /// A fault latched on the device.
+    #[error("the device latched {}", Latched(.0))]
     Faulted(FaultReport),
     /// The device has dropped this connection.
+    #[error(
+        "the device dropped this connection: it was reset, or another program has it; connect again"
+    )]
     Rebooted,
     /// Samples and answers stopped for this long.
+    #[error(
+        "no sample for {waited_ms} ms, and the device does not answer: check its plug and supply, then reset it"
+    )]
     NoSamples {
-        /// Waited, ms.
+        /// Time that was waited in vain, ms.
         waited_ms: u64,
     },
     /// Samples stopped for this long although the device answers; it was told to let go.
+    #[error(
+        "no sample for {waited_ms} ms, though the device answers: close other programs on this machine, or use a better line"
+    )]
     HeldUp {
-        /// Waited, ms.
+        /// Time that was waited in vain, ms.
         waited_ms: u64,
     },
     /// Stopped before any sample came.
+    #[error("stopped without a sample: check the device, then start again")]
     Stopped,
     /// An impossible sample. The device was told to let go.
+    #[error(
+        "the device reported the impossible, {0}, and was told to let go: check its sensor and firmware"
+    )]
     Impossible(Impossible),
     /// The device reports an impossible ability.
+    #[error("the device reports an impossible {what} of {value}: flash its firmware again")]
     Capability {
-        /// In words.
+        /// Ability in words, with its unit.
         what: &'static str,
-        /// The reported value.
+        /// Value as the device has reported it.
         value: f32,
     },
     /// The device runs no controllers.
+    #[error(
+        "the device runs no controller by itself: flash a firmware of this version that does, or take another board"
+    )]
     NoControllers,
     /// The device renders no shape.
+    #[error(
+        "the device renders no shape by itself: flash a firmware of this version, or close the loop on the host"
+    )]
     NoSurfaces,
-    /// The line is gone.
+    /// The port or its other end is gone.
+    #[error("the line is gone: check the plug and supply of the device")]
     Gone,
 }
-
-impl fmt::Display for LinkError {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::NoAnswer { request, line } => {
-                write!(f, "no answer to \"{request}\": ")?;
-                explain_silence(f, request, line)
-            }
-            Self::Refused { request, refusal } => {
-                write!(f, "the device refused \"{request}\": ")?;
-                explain_refusal(f, refusal)
-            }
-            Self::OtherVersion { version } => write!(
-                f,
-                "the device speaks protocol version {version}, this program {}: flash its firmware",
-                haptic_link::PROTOCOL_VERSION
-            ),
-            Self::Echo => {
-                f.write_str("the port echoes what it is sent: there is no device behind it")
-            }
-            Self::OtherMessages {
-                firmware: [major, minor, patch],
-                message,
-            } => write!(
-                f,
-                "the device has firmware {major}.{minor}.{patch}, with another \"{message}\": flash this version"
-            ),
-            Self::Faulted(report) => match Fault::from_code(report.status.fault) {
-                Some(fault) => write!(f, "the device latched a fault at tick {}: {fault}", report.tick),
-                None => write!(
-                    f,
-                    "the device latched fault {}, which this program does not know, at tick {}",
-                    report.status.fault, report.tick
-                ),
-            },
-            Self::Rebooted => f.write_str(
-                "the device dropped this connection: it was reset, or another program has it; connect again",
-            ),
-            Self::NoSamples { waited_ms } => write!(
-                f,
-                "no sample for {waited_ms} ms, and the device does not answer: check its plug and supply, then reset \
-                 it"
-            ),
-            Self::HeldUp { waited_ms } => write!(
-                f,
-                "no sample for {waited_ms} ms, though the device answers: close other programs on this machine, or \
-                 use a better line"
-            ),
-            Self::Stopped => f.write_str("stopped without a sample: check the device, then start again"),
-            Self::Impossible(impossible) => write!(
-                f,
-                "the device reported the impossible, {impossible}, and was told to let go: check its sensor and firmware"
-            ),
-            Self::Capability { what, value } => write!(
-                f,
-                "the device reports an impossible {what} of {value}: flash its firmware again"
-            ),
-            Self::NoControllers => f.write_str(
-                "the device runs no controller by itself: flash a firmware of this version that does, or take another board",
-            ),
-            Self::NoSurfaces => f.write_str(
-                "the device renders no shape by itself: flash a firmware of this version, or close the loop on the host",
-            ),
-            Self::Gone => f.write_str("the line is gone: check the plug and supply of the device"),
-        }
-    }
-}
-
-impl core::error::Error for LinkError {}
 
 /// A number in single precision with few digits, as `fracdiff::parameter::Shown` has one in double.
 struct Short(f32);
@@ -153,81 +118,95 @@ impl fmt::Display for Short {
     }
 }
 
-fn explain_silence(f: &mut fmt::Formatter<'_>, request: &str, line: &LineCounters) -> fmt::Result {
-    match line {
-        LineCounters {
-            received: 0,
-            corrupt,
-            oversize,
-            ..
-        } if corrupt + oversize > 0 => f.write_str(
-            "only garbage came; is this the right port and baud rate, and is the device flashed?",
-        ),
-        LineCounters { received: 0, .. } if request != "hello" => {
-            f.write_str("nothing came: check its plug and supply, then reset it")
-        }
-        LineCounters { received: 0, .. } => f.write_str(
-            "nothing came; is this the right port, and is the device switched on and flashed?",
-        ),
-        _ => f.write_str(
-            "other frames came, so the line works: close other programs, or reset the device",
-        ),
+const fn silence(request: &str, line: &LineCounters) -> &'static str {
+    if line.received > 0 {
+        "other frames came, so the line works: close other programs, or reset the device"
+    } else if line.corrupt > 0 || line.oversize > 0 {
+        "only garbage came; is this the right port and baud rate, and is the device flashed?"
+    } else if matches!(request.as_bytes(), b"hello") {
+        "nothing came; is this the right port, and is the device switched on and flashed?"
+    } else {
+        "nothing came: check its plug and supply, then reset it"
     }
 }
 
-fn explain_refusal(f: &mut fmt::Formatter<'_>, refusal: &Refusal) -> fmt::Result {
-    match refusal {
-        Refusal::State(state) => write!(f, "not while it is {state}"),
-        Refusal::Range {
-            field,
-            value,
-            least,
-            most,
-        } => {
-            let open = *least > 0.0 && *least <= f32::MIN_POSITIVE;
-            let bounded = *most < f32::MAX;
-            let [value, least, most] = [*value, *least, *most].map(|x| Short(field.shown(x)));
-            write!(f, "{field} {value} is not ")?;
-            match (open, bounded) {
-                (true, true) => write!(f, "in (0, {most}]"),
-                (false, true) => write!(f, "in [{least}, {most}]"),
-                (true, false) => f.write_str("above 0"),
-                (false, false) if least.0 > -f32::MAX => write!(f, "a number of at least {least}"),
-                (false, false) => f.write_str("a finite number"),
-            }?;
-            f.write_str(" on this device")
-        }
-        Refusal::Digest => f.write_str("the parameters were damaged on the way; try again"),
-        Refusal::Incomplete => f.write_str("some of the parameters did not arrive; try again"),
-        Refusal::Unsupported(field) => {
-            write!(f, "this board does not support this {field}")
-        }
-        Refusal::UnknownFault => {
-            f.write_str("a fault has latched in the meantime; look at its cause, then arm again")
-        }
-        Refusal::ForceNotZero => f.write_str("the force has not fallen to zero yet; try again"),
-        Refusal::ForceNotSmall {
-            wanted_n,
-            allowed_n,
-        } => write!(
-            f,
-            "at this position the force would start at {wanted_n} N, above {allowed_n} N: move it out of contact first"
-        ),
-        Refusal::FaultPersists(code) => match Fault::from_code(*code) {
-            Some(fault @ (Fault::PositionJump | Fault::EncoderWire | Fault::Reset)) => write!(
+/// A fault as a device has told it, and its tick.
+struct Latched<'a>(&'a FaultReport);
+
+impl fmt::Display for Latched<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let FaultReport { status, tick, .. } = self.0;
+        match Fault::from_code(status.fault) {
+            Some(fault) => write!(f, "a fault at tick {tick}: {fault}"),
+            None => write!(
                 f,
-                "{fault}, and with that the device lost its zero: put it at its zero, then switch it off and on"
+                "fault {}, which this program does not know, at tick {tick}",
+                status.fault
             ),
-            Some(fault) => write!(f, "{fault}; fix that first"),
-            None => write!(f, "the cause of fault {code} is still there"),
-        },
-        Refusal::Connection => {
-            f.write_str("it was reset, or another program has connected or armed it; connect again")
         }
-        Refusal::Looser(field) => write!(
-            f,
-            "{field} is looser than set on the device, and a run may only tighten it: set it there first"
-        ),
+    }
+}
+
+/// A refusal in words, with its remedy.
+struct Explained<'a>(&'a Refusal);
+
+impl fmt::Display for Explained<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self.0 {
+            Refusal::State(state) => write!(f, "not while it is {state}"),
+            Refusal::Range {
+                field,
+                value,
+                least,
+                most,
+            } => {
+                let open = *least > 0.0 && *least <= f32::MIN_POSITIVE;
+                let bounded = *most < f32::MAX;
+                let [value, least, most] = [*value, *least, *most].map(|x| Short(field.shown(x)));
+                write!(f, "{field} {value} is not ")?;
+                match (open, bounded) {
+                    (true, true) => write!(f, "in (0, {most}]"),
+                    (false, true) => write!(f, "in [{least}, {most}]"),
+                    (true, false) => f.write_str("above 0"),
+                    (false, false) if least.0 > -f32::MAX => {
+                        write!(f, "a number of at least {least}")
+                    }
+                    (false, false) => f.write_str("a finite number"),
+                }?;
+                f.write_str(" on this device")
+            }
+            Refusal::Digest => f.write_str("the parameters were damaged on the way; try again"),
+            Refusal::Incomplete => f.write_str("some of the parameters did not arrive; try again"),
+            Refusal::Unsupported(field) => {
+                write!(f, "this board does not support this {field}")
+            }
+            Refusal::UnknownFault => f.write_str(
+                "a fault has latched in the meantime; look at its cause, then arm again",
+            ),
+            Refusal::ForceNotZero => f.write_str("the force has not fallen to zero yet; try again"),
+            Refusal::ForceNotSmall {
+                wanted_n,
+                allowed_n,
+            } => write!(
+                f,
+                "at this position the force would start at {wanted_n} N, above {allowed_n} N: move it out of contact first"
+            ),
+            Refusal::FaultPersists(code) => match Fault::from_code(*code) {
+                Some(fault @ (Fault::PositionJump | Fault::EncoderWire | Fault::Reset)) => write!(
+                    f,
+                    "{fault}, and with that the device lost its zero: put it at its zero, then switch it off and on"
+                ),
+                Some(fault) => write!(f, "{fault}; fix that first"),
+                None => write!(f, "the cause of fault {code} is still there"),
+            },
+            Refusal::Connection => f.write_str(
+                "it was reset, or another program has connected or armed it; connect again",
+            ),
+            Refusal::Looser(field) => write!(
+                f,
+                "{field} is looser than set on the device, and a run may only tighten it: set it there first"
+            ),
+        }
     }
 }
 

@@ -52,9 +52,10 @@ pub const CONTROLLER_COST: haptic_link::ControllerCost = haptic_link::Controller
 /// # Errors
 /// A configuration that asks for a simulated plant.
 pub const fn only_real(simulation: &Simulation) -> Result<(), Refusal> {
-    match simulation.kind {
-        SimulationKind::Real => Ok(()),
-        _ => Err(Refusal::Unsupported(Field::SimulationKind)),
+    if matches!(simulation.kind, SimulationKind::Real) {
+        Ok(())
+    } else {
+        Err(Refusal::Unsupported(Field::SimulationKind))
     }
 }
 
@@ -147,12 +148,9 @@ pub(super) fn checked(
     let mut fields = Fields::default();
     let limits = &configuration.limits;
     let period = configuration.tick_period_us;
-    fields.within(
-        Field::TickPeriod,
-        period as f32,
-        capabilities.tick_period_min_us as f32,
-        capabilities.tick_period_max_us as f32,
-    );
+    let shortest = capabilities.tick_period_min_us as f32;
+    let longest = capabilities.tick_period_max_us as f32;
+    fields.within(Field::TickPeriod, period as f32, shortest, longest);
     let operator = configuration.operator;
     // As in the wire's table of forms.
     let most = match operator.form {
@@ -162,18 +160,10 @@ pub(super) fn checked(
     };
     let count = f32::from(operator.count);
     fields.within(Field::CoefficientCount, count, 1.0, most as f32);
-    fields.within(
-        Field::Watchdog,
-        f32::from(limits.watchdog_ms),
-        f32::from(Limits::WATCHDOG_MIN_MS),
-        f32::from(Limits::WATCHDOG_MAX_MS),
-    );
-    fields.within(
-        Field::MaxAge,
-        f32::from(limits.max_age_ticks),
-        1.0,
-        f32::from(Limits::MAX_AGE_TICKS),
-    );
+    let [shortest, longest] = [Limits::WATCHDOG_MIN_MS, Limits::WATCHDOG_MAX_MS].map(f32::from);
+    let (watchdog, age) = (limits.watchdog_ms.into(), limits.max_age_ticks.into());
+    fields.within(Field::Watchdog, watchdog, shortest, longest);
+    fields.within(Field::MaxAge, age, 1.0, Limits::MAX_AGE_TICKS.into());
     let chain = chain_limits(limits, period, capabilities, &mut fields);
     let (stiffness, dissipation) = (
         configuration.stiffness_n_per_m,
@@ -258,13 +248,9 @@ pub fn operator_shape(
     operator: &fracdiff::Operator<f32>,
 ) -> Result<(haptic_link::OperatorShape, std::vec::Vec<f32>), haptic_loop::ParameterError> {
     let Some(list) = operator.list() else {
-        return Err(haptic_loop::RangeError::new(
-            "convergence order of the scheme",
-            2.0,
-            "1, as of all that a device runs: take full in place of full-bdf2",
-            "",
-        )
-        .into());
+        let what = "convergence order of the scheme";
+        let allowed = "1, as of all that a device runs: take full in place of full-bdf2";
+        return Err(haptic_loop::RangeError::new(what, 2.0, allowed, "").into());
     };
     let count = list.values.len();
     let shape = haptic_link::OperatorShape {
@@ -275,13 +261,9 @@ pub fn operator_shape(
         },
         integer: list.integer,
         count: u16::try_from(count).map_err(|_| {
+            let what = "number of coefficients for a device";
             let allowed = "at most 65535: take a full memory";
-            haptic_loop::RangeError::new(
-                "number of coefficients for a device",
-                count as f64,
-                allowed,
-                "",
-            )
+            haptic_loop::RangeError::new(what, count as f64, allowed, "")
         })?,
     };
     Ok((shape, list.values))
@@ -290,31 +272,19 @@ pub fn operator_shape(
 #[inline(never)]
 pub(super) fn refused(error: ListError) -> Refusal {
     match error {
-        ListError::IntegerPart(integer) => Refusal::Range {
-            field: Field::IntegerPart,
-            value: f32::from(integer),
-            least: -2.0,
-            most: 2.0,
-        },
-        ListError::Count { count, most } => Refusal::Range {
-            field: Field::CoefficientCount,
-            value: count as f32,
-            least: 1.0,
-            most: most as f32,
-        },
-        ListError::Value { value, .. } => Refusal::Range {
-            field: Field::Coefficient,
-            value: value as f32,
-            least: -f32::MAX,
-            most: f32::MAX,
-        },
-        ListError::Decay { value, .. } => Refusal::Range {
-            field: Field::Coefficient,
-            value: value as f32,
+        ListError::IntegerPart(integer) => {
+            Refusal::range(Field::IntegerPart, f32::from(integer), -2.0, 2.0)
+        }
+        ListError::Count { count, most } => {
+            Refusal::range(Field::CoefficientCount, count as f32, 1.0, most as f32)
+        }
+        ListError::Value { value, .. } => {
+            Refusal::range(Field::Coefficient, value as f32, -f32::MAX, f32::MAX)
+        }
+        ListError::Decay { value, .. } => {
             // The least number above 0: a range of the wire has its ends in it.
-            least: f32::from_bits(1),
-            most: 1.0,
-        },
+            Refusal::range(Field::Coefficient, value as f32, f32::from_bits(1), 1.0)
+        }
         _ => Refusal::Unsupported(Field::Coefficient),
     }
 }

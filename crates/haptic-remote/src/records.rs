@@ -8,14 +8,14 @@ use heapless::{Deque, HistoryBuf, Vec};
 
 /// Flight recorder, and what waits to be sent: 3.3 KiB with one axis. A [`TickSide`](crate::TickSide) holds or
 /// borrows them.
-#[derive(Debug)]
+#[derive(Debug, Default)]
 pub struct Records<const D: usize = 1> {
     pub(crate) outbox: Outbox<D>,
     pub(crate) flight: FlightRecorder<D>,
 }
 
 impl<const D: usize> Records<D> {
-    /// Empty.
+    /// Without samples and notices, for a static.
     #[must_use]
     pub const fn new() -> Self {
         Self {
@@ -25,19 +25,13 @@ impl<const D: usize> Records<D> {
     }
 }
 
-impl<const D: usize> Default for Records<D> {
-    fn default() -> Self {
-        Self::new()
-    }
-}
-
 /// Samples that the flight recorder keeps.
 pub const FLIGHT_SAMPLES: usize = 96;
 /// Of these, samples after the fault.
 const AFTER: u16 = 24;
 
 /// Keeps the newest samples until a fault latches and some more have come, then stands still until cleared.
-#[derive(Debug)]
+#[derive(Debug, Default)]
 pub(super) struct FlightRecorder<const D: usize> {
     samples: HistoryBuf<Tick<D>, FLIGHT_SAMPLES>,
     /// Samples still to be taken: all until a fault latches.
@@ -84,12 +78,12 @@ impl<const D: usize> FlightRecorder<D> {
             Some(sample) => *sample,
             None if index == 0 => Tick::NONE,
             None => {
-                return Err(Refusal::Range {
-                    field: Field::FlightIndex,
-                    value: f32::from(index),
-                    least: 0.0,
-                    most: f32::from(count.saturating_sub(1)),
-                });
+                return Err(Refusal::range(
+                    Field::FlightIndex,
+                    f32::from(index),
+                    0.0,
+                    f32::from(count.saturating_sub(1)),
+                ));
             }
         };
         Ok(Report::Flight(Flight {
@@ -121,12 +115,12 @@ impl Stream {
         if (1..=BATCH_MAX).contains(&usize::from(batch)) {
             Ok(Self { every, batch })
         } else {
-            Err(Refusal::Range {
-                field: Field::BatchLength,
-                value: f32::from(batch),
-                least: 1.0,
-                most: BATCH_MAX as f32,
-            })
+            Err(Refusal::range(
+                Field::BatchLength,
+                f32::from(batch),
+                1.0,
+                BATCH_MAX as f32,
+            ))
         }
     }
 
@@ -141,7 +135,7 @@ pub(super) enum Notice {
     Fault(FaultReport),
 }
 
-#[derive(Debug)]
+#[derive(Debug, Default)]
 pub(super) struct Outbox<const D: usize> {
     samples: Deque<Tick<D>, QUEUE_SAMPLES>,
     notices: Deque<Notice, QUEUE_NOTICES>,
@@ -240,7 +234,7 @@ pub struct Tick<const D: usize = 1> {
     pub tick: u32,
     /// The device's own time, µs, modulo 2³².
     pub time_us: u32,
-    /// Position, m.
+    /// Position on each axis at the start of the tick, m.
     pub position_m: [f32; D],
     /// The force that the environment, or the host, wanted, N.
     pub environment_force_n: [f32; D],
@@ -268,7 +262,8 @@ impl<const D: usize> Tick<D> {
     #[inline]
     pub(crate) fn of(
         sample: &haptic_loop::Sample<f32, D>,
-        (tick, time_us): (u32, u32),
+        tick: u32,
+        time_us: u32,
         flaws: u8,
     ) -> Self {
         Self {

@@ -80,16 +80,16 @@ impl<const D: usize> Environment<f32, D> for Rendered<D> {
 
     #[cfg(feature = "controllers")]
     fn settle(&self, history: &mut Self::History, position_m: &SVector<f32, D>) {
-        if let (Some(holding), Some(own)) = (&self.holding, &mut history.holding) {
-            holding.settle(own, position_m[0]);
+        if let (Some(holding), Some(past)) = (&self.holding, &mut history.holding) {
+            holding.settle(past, position_m[0]);
         }
     }
 
     #[inline]
     fn force(&self, history: &Self::History, position_m: &SVector<f32, D>) -> SVector<f32, D> {
         #[cfg(feature = "controllers")]
-        if let (Some(holding), Some(own)) = (&self.holding, &history.holding) {
-            return on_first_axis(holding.force_n(own, position_m[0]));
+        if let (Some(holding), Some(past)) = (&self.holding, &history.holding) {
+            return on_first_axis(holding.force_n(past, position_m[0]));
         }
         let (depth, normal) = self.along(position_m);
         let force = self.wall.force(&history.wall, &depth);
@@ -103,8 +103,8 @@ impl<const D: usize> Environment<f32, D> for Rendered<D> {
         position_m: &SVector<f32, D>,
     ) -> (SVector<f32, D>, SVector<f32, D>) {
         #[cfg(feature = "controllers")]
-        if let (Some(holding), Some(own)) = (&self.holding, &history.holding) {
-            let force_n = holding.force_n(own, position_m[0]);
+        if let (Some(holding), Some(past)) = (&self.holding, &history.holding) {
+            let force_n = holding.force_n(past, position_m[0]);
             return (on_first_axis(force_n), *position_m);
         }
         let (depth, normal) = self.along(position_m);
@@ -142,7 +142,7 @@ impl<const D: usize> Environment<f32, D> for Rendered<D> {
         applied_n: &SVector<f32, D>,
     ) {
         match (&self.holding, &mut history.holding) {
-            (Some(holding), Some(own)) => holding.advance(own, input[0], applied_n[0]),
+            (Some(holding), Some(past)) => holding.advance(past, input[0], applied_n[0]),
             _ => self.advance_input(history, input),
         }
     }

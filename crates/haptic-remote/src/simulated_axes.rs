@@ -66,7 +66,9 @@ impl<const D: usize> Hardware<D> for SimulatedAxes<D> {
         match simulation.kind {
             SimulationKind::Real => Ok(None),
             SimulationKind::MassDamper => mass_damper(simulation, t).map(Some),
-            _ => Err(Refusal::Unsupported(Field::SimulationKind)),
+            SimulationKind::RigidIndentation | SimulationKind::CompliantIndentation => {
+                Err(Refusal::Unsupported(Field::SimulationKind))
+            }
         }
     }
 

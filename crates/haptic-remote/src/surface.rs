@@ -18,16 +18,16 @@ use haptic_loop::{Ball, Plane, Shape, ShapeKind, ShapeNumbers};
 #[inline(never)]
 pub(crate) fn shape<const D: usize>(surface: &SurfaceShape) -> Result<Shape<f32, D>, Refusal> {
     let other = Refusal::Unsupported(Field::Surface);
-    let place: [f32; D] = surface.axes[..].try_into().map_err(|_| other)?;
+    let numbers: [f32; D] = surface.axes[..].try_into().map_err(|_| other)?;
     let mut fields = Fields::default();
-    for number in place {
+    for number in numbers {
         fields.within(Field::Surface, number, -f32::MAX, f32::MAX);
     }
     let distance = surface.distance_m;
     let [least, most] = match surface.kind {
         SurfaceKind::Plane => {
             let [least, most] = Plane::<f32, D>::UNIT.map(|end| end as f32);
-            let square = place.iter().map(|n| n * n).sum();
+            let square = numbers.iter().map(|n| n * n).sum();
             fields.within(Field::Surface, square, least, most);
             [-f32::MAX, f32::MAX]
         }
@@ -37,17 +37,17 @@ pub(crate) fn shape<const D: usize>(surface: &SurfaceShape) -> Result<Shape<f32,
     };
     fields.within(Field::Surface, distance, least, most);
     fields.done()?;
-    let numbers = ShapeNumbers {
+    let shape = ShapeNumbers {
         kind: match surface.kind {
             SurfaceKind::Plane => ShapeKind::Plane,
             SurfaceKind::Ball => ShapeKind::Ball,
             SurfaceKind::HollowBall => ShapeKind::HollowBall,
         },
-        place,
+        place: numbers,
         distance,
     };
     // Everything was checked above.
-    Shape::of(&numbers).map_err(|_| other)
+    Shape::of(&shape).map_err(|_| other)
 }
 
 impl<S> Prepared<S> {

@@ -201,24 +201,22 @@ fn configuration() -> Configuration {
 #[test]
 fn the_template_says_hello_and_what_it_is() {
     let mut world = World::fresh();
-    match world.ask(Request::Hello { nonce: 5 }) {
-        Incoming::Answer(Report::Hello(hello)) => {
-            assert_eq!((hello.nonce, hello.firmware, hello.boot), (5, [1, 2, 3], 1));
-            assert_eq!((hello.status.state, hello.status.fault), (State::Idle, 0));
-        }
-        other => panic!("{other:?}"),
-    }
+    let answer = world.ask(Request::Hello { nonce: 5 });
+    let Incoming::Answer(Report::Hello(hello)) = answer else {
+        panic!("{answer:?}");
+    };
+    assert_eq!((hello.nonce, hello.firmware, hello.boot), (5, [1, 2, 3], 1));
+    assert_eq!((hello.status.state, hello.status.fault), (State::Idle, 0));
     let keys = world.ask(Request::GetKeys);
     assert_eq!(keys, Incoming::Answer(Report::Keys(Keys::current())));
-    match world.ask(Request::GetCapabilities) {
-        Incoming::Answer(Report::Capabilities(mine)) => {
-            assert_eq!((mine.board(), mine.axes, mine.simulated), (NAME, 1, false));
-            assert!(mine.force_max_n > 0.0 && mine.force_rate_max_n_per_s > 0.0);
-            // The published check value of this CRC.
-            assert_eq!(mine.image_digest, 0xCBF4_3926);
-        }
-        other => panic!("{other:?}"),
-    }
+    let answer = world.ask(Request::GetCapabilities);
+    let Incoming::Answer(Report::Capabilities(mine)) = answer else {
+        panic!("{answer:?}");
+    };
+    assert_eq!((mine.board(), mine.axes, mine.simulated), (NAME, 1, false));
+    assert!(mine.force_max_n > 0.0 && mine.force_rate_max_n_per_s > 0.0);
+    // The published check value of this CRC.
+    assert_eq!(mine.image_digest, 0xCBF4_3926);
 }
 
 #[test]
@@ -262,12 +260,11 @@ fn a_board_with_a_motor_simulates_nothing() {
         },
         ..configuration()
     };
-    match world.configure(simulated) {
-        Incoming::Refused { refusal, .. } => {
-            assert_eq!(refusal, Refusal::Unsupported(Field::SimulationKind));
-        }
-        other => panic!("{other:?}"),
-    }
+    let answer = world.configure(simulated);
+    let Incoming::Refused { refusal, .. } = answer else {
+        panic!("{answer:?}");
+    };
+    assert_eq!(refusal, Refusal::Unsupported(Field::SimulationKind));
 }
 
 #[test]

@@ -26,15 +26,15 @@ const FIRST_ANSWERS: usize = 3;
 #[derive(Debug, Error)]
 #[non_exhaustive]
 pub enum HaplyOpenError {
-    /// Its port.
+    /// Its port cannot be opened.
     #[error(transparent)]
     Port(#[from] SerialError),
-    /// It does not answer.
+    /// Not one whole answer came in time.
     #[error(
         "no 2DIY answers: {bytes} of the 9 bytes of an answer came in 0.5 s; is it this port, and is the board on?"
     )]
     Mute {
-        /// Bytes that came.
+        /// Bytes of that answer which did come; 0 if nothing is there.
         bytes: usize,
     },
     /// It answers as a board that has lost its home, or never had one.
@@ -43,10 +43,10 @@ pub enum HaplyOpenError {
          hold the handle at its home and leave home=before out"
     )]
     NoHome {
-        /// Bytes that came.
+        /// Bytes of that answer which did come; 0 if nothing is there.
         bytes: usize,
     },
-    /// It speaks unasked.
+    /// Something sends without being asked, which no 2DIY does.
     #[error(
         "whatever is at this port sends without being asked, which no 2DIY does: is it this port?"
     )]
@@ -56,7 +56,7 @@ pub enum HaplyOpenError {
         "axis and zero choose a line for an experiment of one axis, and this one has both: leave them away"
     )]
     Line,
-    /// Its first answers.
+    /// Its first answers cannot be those of such a device.
     #[error("the first answer is not that of a 2DIY in order: {0}")]
     First(Trouble),
     /// Its first answers, by the home of an earlier command.

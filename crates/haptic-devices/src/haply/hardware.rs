@@ -16,158 +16,6 @@ use std::time::Duration;
 /// Largest force along a line, N: both motors make it wherever 40 mm < y < 130 mm and the handle is within 50 mm of the middle.
 pub const FORCE_MAX_N: f32 = 1.5;
 
-/// A 2DIY that moves and pushes along D lines of its plane: one unless said, across which there is no force, or both axes.
-#[derive(Debug)]
-pub struct Haply2Diy<L: Line, const D: usize = 1> {
-    planar: Planar<L>,
-    /// Unit vectors along the lines.
-    along: SMatrix<f64, 2, D>,
-    /// Place of the plane that is zero, m.
-    zero: Vector2<f64>,
-    /// The last place along the lines, m.
-    position_m: SVector<f32, D>,
-    /// A board in trouble was told once more to let go.
-    told: bool,
-}
-
-impl<L: Line> Haply2Diy<L> {
-    pub(super) fn new(line: L, model: Model, posture: Posture, name: &HaplyName) -> Self {
-        let zero = middle(&model) + name.axis.across_and_along(name.zero_m);
-        let along = SMatrix::from_columns(&[name.axis.along()]);
-        Self::along(Planar::new(line, model, posture), along, zero)
-    }
-}
-
-impl<L: Line> Haply2Diy<L, 2> {
-    /// A device of both axes that has answered: x to the right and y away from the base, from the middle of the workspace.
-    pub(super) fn with_both(line: L, model: Model, posture: Posture) -> Self {
-        let zero = Plane::of(model).centre();
-        Self::along(Planar::new(line, model, posture), SMatrix::identity(), zero)
-    }
-}
-
-impl<L: Line, const D: usize> Haply2Diy<L, D> {
-    fn along(planar: Planar<L>, along: SMatrix<f64, 2, D>, zero: Vector2<f64>) -> Self {
-        let mut this = Self {
-            planar,
-            along,
-            zero,
-            position_m: SVector::zeros(),
-            told: false,
-        };
-        this.position_m = this.place(this.planar.posture());
-        this
-    }
-
-    /// Both arms, motors and encoders.
-    #[must_use]
-    pub const fn planar(&self) -> &Planar<L> {
-        &self.planar
-    }
-
-    fn place(&self, posture: &Posture) -> SVector<f32, D> {
-        let place = self.along.transpose() * (posture.hand_m - self.zero);
-        place.map(|axis| axis as f32)
-    }
-
-    fn reading(&self) -> Reading<f32, D> {
-        Reading {
-            tick: 0,
-            time_s: 0.0,
-            position_m: self.position_m,
-        }
-    }
-}
-
-impl<L: Line, const D: usize> Device<f32, D> for Haply2Diy<L, D> {
-    type Error = Fault;
-
-    fn read(&mut self) -> Result<Reading<f32, D>, Fault> {
-        // A board in trouble fails in each tick: no place is told as if it had been measured.
-        let posture = *self.planar.measure().map_err(Trouble::fault)?;
-        self.position_m = self.place(&posture);
-        Ok(self.reading())
-    }
-
-    fn write(&mut self, force: SafeForce<f32, D>) -> Result<(), Fault> {
-        let force_n = self.along * force.newtons().map(f64::from);
-        self.planar.push(force_n).map_err(Trouble::fault)
-    }
-
-    fn let_go(&mut self) {
-        // A board in trouble is told once more at once, as a byte may be lost again, and at the end; not in each tick between.
-        let in_trouble = self.planar.trouble().is_some();
-        if !(in_trouble && core::mem::replace(&mut self.told, true)) {
-            self.planar.let_go();
-        }
-    }
-}
-
-impl<L: Line, const D: usize> Hardware<D> for Haply2Diy<L, D> {
-    type Setup = ();
-
-    fn capabilities(&self) -> Capabilities {
-        let board = match self.planar.model().version.number() {
-            2 => "Haply 2DIY v2",
-            _ => "Haply 2DIY v3",
-        };
-        Capabilities {
-            tick_period_min_us: USB_PERIOD_US,
-            force_max_n: FORCE_MAX_N,
-            // From one end to the other in a tick.
-            force_rate_max_n_per_s: 2000.0 * FORCE_MAX_N,
-            position_resolution_m: self.planar.model().resolution_m(),
-            ..abilities(board, D as u8)
-        }
-    }
-
-    fn prepare(simulation: &Simulation, _: u32) -> Result<(), Refusal> {
-        only_real(simulation)
-    }
-
-    fn install(&mut self, (): (), tick_period_us: u32) {
-        self.planar.ticks_every(1e-6 * f64::from(tick_period_us));
-    }
-
-    fn exchange(&mut self) -> Option<&mut Exchange> {
-        Some(&mut self.planar.exchange)
-    }
-
-    fn restart(&mut self) {}
-
-    fn idle(&mut self) -> Result<Reading<f32, D>, Fault> {
-        let reading = self.read()?;
-        let pushed = self.planar.push(Vector2::zeros());
-        pushed.map_err(Trouble::fault)?;
-        Ok(reading)
-    }
-
-    fn persisting_fault(&self) -> Option<Fault> {
-        self.planar.trouble().map(Trouble::fault)
-    }
-}
-
-impl<L: Line + 'static, const D: usize> ServedHardware<D> for Haply2Diy<L, D> {
-    fn trouble(&self) -> Option<BoardTrouble> {
-        let trouble = self.planar.trouble()?;
-        // A port that is gone takes no byte.
-        let was_told = self.planar.told && trouble != Trouble::Gone;
-        let told = match (was_told, trouble.cause()) {
-            (false, _) => "the 2DIY cannot be told to let go",
-            (true, TroubleCause::Gone) => {
-                "the 2DIY does not answer; it was told to let go and to reset itself"
-            }
-            (true, _) => "the 2DIY was told to let go and to reset itself",
-        };
-        Some(BoardTrouble {
-            words: format!(
-                "{told}: {trouble}; its home is not sure any more: reopen it there, without home=before"
-            ),
-            cause: trouble.cause(),
-        })
-    }
-}
-
 /// Ticks without a whole answer that are borne; the next is a fault.
 pub const LATE_MOST: u32 = 3;
 /// Part of a period that a tick waits for an answer.
@@ -177,13 +25,13 @@ const ROOM: usize = 64;
 /// More answers than ever are due: the room for one more byte than theirs is there.
 const DUE_MOST: u8 = 6;
 
-/// A 2DIY on a line, with both axes, m and N in the plane of the maker: x along the base, y away from it.
+/// A 2DIY that moves and pushes along D lines of its plane: one unless said, across which there is no force, or both axes.
 ///
 /// A force goes out in a write, and its place comes back with the next read: a tick of delay. A frame is sent only
 /// when the last answer is whole, so a lost byte leaves the board waiting; a late answer keeps place and torque.
 /// *Torques* beyond the board's are scaled down together: the force keeps its direction.
 #[derive(Debug)]
-pub struct Planar<L: Line> {
+pub struct Haply2Diy<L: Line, const D: usize = 1> {
     line: L,
     model: Model,
     period_s: f64,
@@ -196,13 +44,43 @@ pub struct Planar<L: Line> {
     trouble: Option<Trouble>,
     /// The line took every byte that told a board in trouble to let go.
     told: bool,
+    /// A board in trouble was told once more to let go.
+    told_again: bool,
     /// Torques beyond the board's, scaled down.
     scaled: u64,
+    /// Unit vectors along the lines.
+    along: SMatrix<f64, 2, D>,
+    /// Place of the plane that is zero, m.
+    zero: Vector2<f64>,
+    /// The last place along the lines, m.
+    position_m: SVector<f32, D>,
 }
 
-impl<L: Line> Planar<L> {
-    pub(super) fn new(line: L, model: Model, posture: Posture) -> Self {
-        Self {
+impl<L: Line> Haply2Diy<L> {
+    pub(super) fn new(line: L, model: Model, posture: Posture, name: &HaplyName) -> Self {
+        let zero = middle(&model) + name.axis.across_and_along(name.zero_m);
+        let along = SMatrix::from_columns(&[name.axis.along()]);
+        Self::along(line, model, posture, along, zero)
+    }
+}
+
+impl<L: Line> Haply2Diy<L, 2> {
+    /// A device of both axes that has answered: x to the right and y away from the base, from the middle of the workspace.
+    pub(super) fn with_both(line: L, model: Model, posture: Posture) -> Self {
+        let zero = Plane::of(model).centre();
+        Self::along(line, model, posture, SMatrix::identity(), zero)
+    }
+}
+
+impl<L: Line, const D: usize> Haply2Diy<L, D> {
+    fn along(
+        line: L,
+        model: Model,
+        posture: Posture,
+        along: SMatrix<f64, 2, D>,
+        zero: Vector2<f64>,
+    ) -> Self {
+        let mut this = Self {
             line,
             model,
             period_s: 1e-3,
@@ -213,8 +91,14 @@ impl<L: Line> Planar<L> {
             posture,
             trouble: None,
             told: false,
+            told_again: false,
             scaled: 0,
-        }
+            along,
+            zero,
+            position_m: SVector::zeros(),
+        };
+        this.position_m = this.place();
+        this
     }
 
     /// The device that it was said to be.
@@ -229,9 +113,9 @@ impl<L: Line> Planar<L> {
         &self.posture
     }
 
-    /// The trouble that ended it, if any did.
+    /// The trouble that ended it, if any did; its words are those of [`trouble`](ServedHardware::trouble).
     #[must_use]
-    pub const fn trouble(&self) -> Option<Trouble> {
+    pub const fn ended_by(&self) -> Option<Trouble> {
         self.trouble
     }
 
@@ -239,6 +123,19 @@ impl<L: Line> Planar<L> {
     #[must_use]
     pub const fn scaled(&self) -> u64 {
         self.scaled
+    }
+
+    fn place(&self) -> SVector<f32, D> {
+        let place = self.along.transpose() * (self.posture.hand_m - self.zero);
+        place.map(|axis| axis as f32)
+    }
+
+    fn reading(&self) -> Reading<f32, D> {
+        Reading {
+            tick: 0,
+            time_s: 0.0,
+            position_m: self.position_m,
+        }
     }
 
     fn ticks_every(&mut self, period_s: f64) {
@@ -251,14 +148,11 @@ impl<L: Line> Planar<L> {
     }
 
     /// Takes in what came, and judges it.
-    fn measure(&mut self) -> Result<&Posture, Trouble> {
+    fn measure(&mut self) -> Result<(), Trouble> {
         if let Some(trouble) = self.trouble {
             return Err(trouble);
         }
-        match self.hear() {
-            Ok(()) => Ok(&self.posture),
-            Err(trouble) => Err(self.fails(trouble)),
-        }
+        self.hear().map_err(|trouble| self.fails(trouble))
     }
 
     fn hear(&mut self) -> Result<(), Trouble> {
@@ -338,13 +232,13 @@ impl<L: Line> Planar<L> {
     /// The first trouble counts: no torque from now on.
     fn fails(&mut self, trouble: Trouble) -> Trouble {
         let first = *self.trouble.get_or_insert(trouble);
-        self.let_go();
+        self.leave();
         first
     }
 
     /// No torque from now on. A device in order keeps its configuration and home; one in trouble is brought to the
     /// begin of a frame, told once more, and reset.
-    fn let_go(&mut self) {
+    fn leave(&mut self) {
         let nothing = torques(&self.model, [0.0; 2]);
         // A line that takes no bytes has nobody at its other end.
         let heard = self.line.write_all(&nothing).is_ok();
@@ -361,8 +255,95 @@ impl<L: Line> Planar<L> {
     }
 }
 
-impl<L: Line> Drop for Planar<L> {
+impl<L: Line, const D: usize> Drop for Haply2Diy<L, D> {
     fn drop(&mut self) {
-        self.let_go();
+        self.leave();
+    }
+}
+
+impl<L: Line, const D: usize> Device<f32, D> for Haply2Diy<L, D> {
+    type Error = Fault;
+
+    fn read(&mut self) -> Result<Reading<f32, D>, Fault> {
+        // A board in trouble fails in each tick: no place is told as if it had been measured.
+        self.measure().map_err(Trouble::fault)?;
+        self.position_m = self.place();
+        Ok(self.reading())
+    }
+
+    fn write(&mut self, force: SafeForce<f32, D>) -> Result<(), Fault> {
+        let force_n = self.along * force.newtons().map(f64::from);
+        self.push(force_n).map_err(Trouble::fault)
+    }
+
+    fn let_go(&mut self) {
+        // A board in trouble is told once more at once, as a byte may be lost again, and at the end; not in each tick between.
+        if !(self.trouble.is_some() && core::mem::replace(&mut self.told_again, true)) {
+            self.leave();
+        }
+    }
+}
+
+impl<L: Line, const D: usize> Hardware<D> for Haply2Diy<L, D> {
+    type Setup = ();
+
+    fn capabilities(&self) -> Capabilities {
+        let board = match self.model.version.number() {
+            2 => "Haply 2DIY v2",
+            _ => "Haply 2DIY v3",
+        };
+        Capabilities {
+            tick_period_min_us: USB_PERIOD_US,
+            force_max_n: FORCE_MAX_N,
+            // From one end to the other in a tick.
+            force_rate_max_n_per_s: 2000.0 * FORCE_MAX_N,
+            position_resolution_m: self.model.resolution_m(),
+            ..abilities(board, D as u8)
+        }
+    }
+
+    fn prepare(simulation: &Simulation, _: u32) -> Result<(), Refusal> {
+        only_real(simulation)
+    }
+
+    fn install(&mut self, (): (), tick_period_us: u32) {
+        self.ticks_every(1e-6 * f64::from(tick_period_us));
+    }
+
+    fn exchange(&mut self) -> Option<&mut Exchange> {
+        Some(&mut self.exchange)
+    }
+
+    fn restart(&mut self) {}
+
+    fn idle(&mut self) -> Result<Reading<f32, D>, Fault> {
+        let reading = self.read()?;
+        self.push(Vector2::zeros()).map_err(Trouble::fault)?;
+        Ok(reading)
+    }
+
+    fn persisting_fault(&self) -> Option<Fault> {
+        self.trouble.map(Trouble::fault)
+    }
+}
+
+impl<L: Line + 'static, const D: usize> ServedHardware<D> for Haply2Diy<L, D> {
+    fn trouble(&self) -> Option<BoardTrouble> {
+        let trouble = self.trouble?;
+        // A port that is gone takes no byte.
+        let was_told = self.told && trouble != Trouble::Gone;
+        let told = match (was_told, trouble.cause()) {
+            (false, _) => "the 2DIY cannot be told to let go",
+            (true, TroubleCause::Gone) => {
+                "the 2DIY does not answer; it was told to let go and to reset itself"
+            }
+            (true, _) => "the 2DIY was told to let go and to reset itself",
+        };
+        Some(BoardTrouble {
+            words: format!(
+                "{told}: {trouble}; its home is not sure any more: reopen it there, without home=before"
+            ),
+            cause: trouble.cause(),
+        })
     }
 }

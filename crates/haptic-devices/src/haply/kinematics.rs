@@ -22,9 +22,12 @@ const STRAIGHT_LEAST: f64 = 0.02;
 /// The lengths of a five-bar pantograph, m.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Pantograph {
-    near_m: f64,
-    far_m: f64,
-    base_m: f64,
+    /// l, from a joint at the base to its elbow.
+    pub near_m: f64,
+    /// L, from an elbow to the hand.
+    pub far_m: f64,
+    /// d, between both joints at the base.
+    pub base_m: f64,
 }
 
 /// A posture: place of the hand, and its derivatives.
@@ -72,28 +75,6 @@ pub enum Singular {
 }
 
 impl Pantograph {
-    /// Of near arms l, far arms L and base joints d apart, m.
-    #[must_use]
-    pub const fn of_arms(near_m: f64, far_m: f64, base_m: f64) -> Self {
-        Self {
-            near_m,
-            far_m,
-            base_m,
-        }
-    }
-
-    /// l, m.
-    #[must_use]
-    pub const fn near_m(&self) -> f64 {
-        self.near_m
-    }
-
-    /// d, m.
-    #[must_use]
-    pub const fn base_m(&self) -> f64 {
-        self.base_m
-    }
-
     /// The posture of two angles, rad.
     ///
     /// *Accuracy*: rounding, 1e-15 m, in every posture that is not singular. *Cost*: four functions of angles, two roots.

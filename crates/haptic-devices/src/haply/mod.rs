@@ -1,7 +1,7 @@
 //! The Haply 2DIY: a five-bar pantograph with two motors, on a USB serial port without checksum and watchdog.
 //!
 //! With one axis the force along a line of the plane is that of the safety chain, and across it there is none; with both it is a
-//! vector. [`Planar`] is a tick of both arms.
+//! vector.
 
 mod greeting;
 mod hardware;
@@ -10,7 +10,7 @@ mod model;
 mod protocol;
 
 pub use greeting::HaplyOpenError;
-pub use hardware::{FORCE_MAX_N, Haply2Diy, LATE_MOST, Planar};
+pub use hardware::{FORCE_MAX_N, Haply2Diy, LATE_MOST};
 pub use kinematics::{Pantograph, Posture, Singular};
 pub use model::{
     Axis, Direction, HaplyName, Home, Joint, Model, Plane, Unreachable, Version, counts_at,

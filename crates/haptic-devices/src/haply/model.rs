@@ -31,9 +31,9 @@ pub enum Direction {
 pub struct Joint {
     /// Port of the board, 1 to 4.
     pub port: u8,
-    /// Of the motor.
+    /// Sense in which the motor turns at a positive torque.
     pub motor: Direction,
-    /// Of the encoder.
+    /// Sense in which the encoder counts up.
     pub encoder: Direction,
     /// Angle of the arm when the handle is at home, degrees: the board takes it as the place where it is configured.
     pub home_deg: f32,
@@ -44,16 +44,16 @@ pub struct Joint {
 /// The device of a version. Source of all numbers: the maker's Python host, `HaplyHAPI` 1.0.1.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Model {
-    /// Its version.
+    /// Version whose numbers these are.
     pub version: Version,
     /// The joints of both arms.
     pub joints: [Joint; 2],
-    /// Lengths of the arms.
+    /// Lengths of the arms, from which places and forces follow.
     pub pantograph: Pantograph,
 }
 
 impl Version {
-    /// All versions.
+    /// Every version that a name can choose.
     pub const ALL: [Self; 2] = [Self::V2, Self::V3];
 
     /// The version as it is printed on no device: 2 or 3.
@@ -65,7 +65,7 @@ impl Version {
         }
     }
 
-    /// The other one.
+    /// The version that a device may be when its answers do not fit this one.
     #[must_use]
     pub const fn other(self) -> Self {
         match self {
@@ -85,7 +85,7 @@ impl Version {
                     joint(2, CounterClockwise, 241.0, 10_752.0),
                     joint(1, Clockwise, -61.0, 10_752.0),
                 ],
-                pantograph: Pantograph::of_arms(0.07, 0.09, 0.0),
+                pantograph: arms(0.0),
             },
             Self::V3 => Model {
                 version: self,
@@ -93,9 +93,18 @@ impl Version {
                     joint(2, CounterClockwise, 168.0, 4880.0),
                     joint(1, CounterClockwise, 12.0, 4880.0),
                 ],
-                pantograph: Pantograph::of_arms(0.07, 0.09, 0.038),
+                pantograph: arms(0.038),
             },
         }
+    }
+}
+
+/// Both versions have arms of these lengths.
+const fn arms(base_m: f64) -> Pantograph {
+    Pantograph {
+        near_m: 0.07,
+        far_m: 0.09,
+        base_m,
     }
 }
 
@@ -127,7 +136,7 @@ impl Model {
     #[must_use]
     pub fn resolution_m(&self) -> f32 {
         let counts = self.joints[0].counts_per_turn;
-        core::f32::consts::TAU * self.pantograph.near_m() as f32 / counts
+        core::f32::consts::TAU * self.pantograph.near_m as f32 / counts
     }
 
     /// Angles with the handle at home, rad: the whole counts that the board takes it for.
@@ -164,7 +173,7 @@ pub enum Axis {
 }
 
 impl Axis {
-    /// All, by name.
+    /// Every line with its name in `axis=`.
     pub const NAMES: [(&'static str, Self); 4] = [
         ("x", Self::X),
         ("y", Self::Y),
@@ -218,7 +227,7 @@ pub enum Home {
 /// A 2DIY by name: `haply:PATH[,version=2|3][,axis=x|y|-x|-y][,zero=LENGTH][,home=now|before]`.
 #[derive(Clone, Debug, PartialEq)]
 pub struct HaplyName {
-    /// Path of the port.
+    /// Path of the port, as the system names it.
     pub path: String,
     /// Version of the hardware; 3 unless given.
     pub version: Version,
@@ -231,9 +240,9 @@ pub struct HaplyName {
 }
 
 impl HaplyName {
-    /// The kind of device.
+    /// First word of a name, before the colon.
     pub const KIND: &'static str = "haply";
-    /// Form of its names.
+    /// Form of its names, as a help text shows it.
     pub const FORM: &'static str =
         "haply:PATH[,version=2|3][,axis=x|y|-x|-y][,zero=LENGTH][,home=now|before]";
     /// With the settings that are not given.
@@ -258,7 +267,7 @@ impl HaplyName {
         let versions = [("2", Version::V2), ("3", Version::V3)];
         let homes = [("now", Home::Now), ("before", Home::Before)];
         Ok(Self {
-            path: settings.path().to_owned(),
+            path: settings.path.to_owned(),
             version: settings.choice("version", &versions, Version::default())?,
             axis,
             zero_m: settings.metres("zero", -0.2..=0.2, axis.zero_m())?,
@@ -312,11 +321,11 @@ pub enum Unreachable {
     /// A place in it that the arms do not reach, or next to which they are in a line.
     #[error("at ({x_mm:.0}, {y_mm:.0}) mm, from the middle of the workspace, {singular}")]
     Place {
-        /// x, mm.
+        /// x of the place from the middle of the workspace, mm.
         x_mm: f64,
-        /// y, mm.
+        /// y of the place from the middle of the workspace, mm.
         y_mm: f64,
-        /// Why.
+        /// Names what is wrong with the posture there.
         singular: Singular,
     },
     /// A place behind the base, or one that the arms reach only turned over.
@@ -324,29 +333,29 @@ pub enum Unreachable {
         "at ({x_mm:.0}, {y_mm:.0}) mm, from the middle of the workspace, the arms would be turned over"
     )]
     TurnedOver {
-        /// x, mm.
+        /// x of the place from the middle of the workspace, mm.
         x_mm: f64,
-        /// y, mm.
+        /// y of the place from the middle of the workspace, mm.
         y_mm: f64,
     },
     /// A side that is none.
     #[error("a side of {side_m} m is not in (0, 0.5] m")]
     Side {
-        /// Its length, m.
+        /// Length that was given for the side, m.
         side_m: f64,
     },
 }
 
 /// The middle between the arms at the base, m.
 pub(super) fn middle(model: &Model) -> Vector2<f64> {
-    Vector2::new(0.5 * model.pantograph.base_m(), 0.0)
+    Vector2::new(0.5 * model.pantograph.base_m, 0.0)
 }
 
 impl Plane {
     /// Lowest and highest place between which both motors make the largest force, m.
     pub const HANDY_M: ([f64; 2], [f64; 2]) = ([-0.05, -0.05], [0.05, 0.04]);
 
-    /// Of a device.
+    /// The plane in which a device of this model moves.
     #[must_use]
     pub const fn of(model: Model) -> Self {
         Self { model }

@@ -23,9 +23,9 @@ pub(crate) const DEVICE_ID: u8 = 5;
 pub const TORQUE_MAX_NM: f64 = 0.123;
 /// Bytes of a frame of torques.
 pub const TORQUES_BYTES: usize = 10;
-/// Bytes of a configuration.
+/// Bytes of the frame that configures the board.
 pub const CONFIGURATION_BYTES: usize = 26;
-/// Bytes of an answer.
+/// Bytes of the board's answer; there is no other frame from it.
 pub const ANSWER_BYTES: usize = 9;
 /// More zeros than any frame can still miss: the longest configuration has 3 + 4 + 1 + 4 + 1 + 255 + 1 + 255 + 4·8 =
 /// 556 bytes.
@@ -67,8 +67,8 @@ pub fn configuration(model: &Model) -> [u8; CONFIGURATION_BYTES] {
         0,
     ]);
     let numbers = by_port.map(|joint| [joint.home_deg, joint.counts_per_turn]);
-    for (place, number) in bytes[10..].chunks_exact_mut(4).zip(numbers.as_flattened()) {
-        place.copy_from_slice(&number.to_le_bytes());
+    for (slot, number) in bytes[10..].chunks_exact_mut(4).zip(numbers.as_flattened()) {
+        slot.copy_from_slice(&number.to_le_bytes());
     }
     bytes
 }
@@ -79,9 +79,9 @@ pub fn configuration(model: &Model) -> [u8; CONFIGURATION_BYTES] {
 pub fn torques(model: &Model, torques_nm: [f32; 2]) -> [u8; TORQUES_BYTES] {
     let mut bytes = [0; TORQUES_BYTES];
     bytes[..2].copy_from_slice(&[2, DEVICE_ID]);
-    for (place, joint) in bytes[2..].chunks_exact_mut(4).zip(model.by_port()) {
-        place.copy_from_slice(&torques_nm[joint].to_le_bytes());
-        place[0] = 0;
+    for (slot, joint) in bytes[2..].chunks_exact_mut(4).zip(model.by_port()) {
+        slot.copy_from_slice(&torques_nm[joint].to_le_bytes());
+        slot[0] = 0;
     }
     bytes
 }
@@ -91,8 +91,8 @@ pub fn torques(model: &Model, torques_nm: [f32; 2]) -> [u8; TORQUES_BYTES] {
 pub fn answer(model: &Model, device_id: u8, angles_deg: [f32; 2]) -> [u8; ANSWER_BYTES] {
     let mut bytes = [0; ANSWER_BYTES];
     bytes[0] = device_id;
-    for (place, joint) in bytes[1..].chunks_exact_mut(4).zip(model.by_port()) {
-        place.copy_from_slice(&angles_deg[joint].to_le_bytes());
+    for (slot, joint) in bytes[1..].chunks_exact_mut(4).zip(model.by_port()) {
+        slot.copy_from_slice(&angles_deg[joint].to_le_bytes());
     }
     bytes
 }
@@ -126,9 +126,9 @@ pub enum Trouble {
         "no whole answer for {ticks} ticks ({bytes} of 9 bytes came): a byte was lost, the board hangs, or the sample time is too short for this USB port"
     )]
     Silent {
-        /// Ticks.
+        /// Ticks in a row without a whole answer.
         ticks: u32,
-        /// Bytes that did come.
+        /// Bytes of the answer that did come.
         bytes: u8,
     },
     /// More bytes than were asked for.
@@ -136,9 +136,9 @@ pub enum Trouble {
         "{bytes} bytes came where {expected} were due: something was added on the line, or another program speaks to the board"
     )]
     TooMuch {
-        /// Bytes that came.
+        /// Bytes that came in the tick.
         bytes: u8,
-        /// Bytes that were due.
+        /// Bytes of all answers that were due.
         expected: u8,
     },
     /// The answer of another device.
@@ -146,7 +146,7 @@ pub enum Trouble {
         "the answer is of device {device_id} instead of 5: a byte was lost or changed, or this is no 2DIY"
     )]
     OtherDevice {
-        /// The number in it.
+        /// Number that the answer carries in place of the device's.
         device_id: u8,
     },
     /// An angle that is no number.
@@ -157,9 +157,9 @@ pub enum Trouble {
         "the handle went {step_mm:.1} mm in {time_ms:.1} ms, faster than a hand: a byte was changed, an encoder loses counts, or this is a 2DIY of version {other}"
     )]
     Jump {
-        /// Distance, mm.
+        /// Distance from the last place that was believed, mm.
         step_mm: f64,
-        /// Time for it, ms.
+        /// Time that the handle had for it, ms.
         time_ms: f64,
         /// The version that the device was not said to be.
         other: u8,
@@ -169,13 +169,13 @@ pub enum Trouble {
         "angles of {first:.1}° and {second:.1}° are out of reach of a 2DIY of version {version}: give version={other} if it is one of those, and hold the handle at its home while the device is opened"
     )]
     OutOfReach {
-        /// θ₁, degrees.
+        /// θ₁ of the answer, degrees.
         first: f32,
-        /// θ₂, degrees.
+        /// θ₂ of the answer, degrees.
         second: f32,
         /// The version that the device was said to be.
         version: u8,
-        /// The other one.
+        /// The version that would fit instead.
         other: u8,
     },
     /// The posture is singular, or next to it.
@@ -183,7 +183,7 @@ pub enum Trouble {
         "{singular}: keep the handle in the middle, or give version={other} if it is one of those"
     )]
     Singular {
-        /// The posture.
+        /// Names what is wrong with the posture.
         singular: Singular,
         /// The version that the device was not said to be.
         other: u8,
@@ -194,18 +194,20 @@ impl Trouble {
     /// The fault that it is.
     #[must_use]
     pub const fn fault(self) -> Fault {
-        match self {
-            Self::Singular { .. } => Fault::Workspace,
-            _ => Fault::BoardFailed,
+        if matches!(self, Self::Singular { .. }) {
+            Fault::Workspace
+        } else {
+            Fault::BoardFailed
         }
     }
 
-    /// Where its cause lies.
+    /// Tells whether to look at the board or at its line.
     #[must_use]
     pub const fn cause(self) -> TroubleCause {
-        match self {
-            Self::Gone | Self::Silent { .. } => TroubleCause::Gone,
-            _ => TroubleCause::Board,
+        if matches!(self, Self::Gone | Self::Silent { .. }) {
+            TroubleCause::Gone
+        } else {
+            TroubleCause::Board
         }
     }
 }
@@ -223,16 +225,18 @@ pub(super) fn judged(
     }
     let angles = angles_deg.map(|angle| f64::from(angle).to_radians());
     let posture = model.pantograph.posture(angles);
+    let far = !turned_little(model, angles_deg);
     let posture = posture.map_err(|singular| match singular {
         Singular::NotFinite => Trouble::NotFinite,
-        Singular::OutOfReach { .. } => out_of_reach(model.version, angles_deg),
-        _ if !turned_little(model, angles_deg) => out_of_reach(model.version, angles_deg),
-        singular => Trouble::Singular {
+        Singular::Stretched { .. } | Singular::Straight { .. } if !far => Trouble::Singular {
             singular,
             other: model.version.other().number(),
         },
+        Singular::OutOfReach { .. } | Singular::Stretched { .. } | Singular::Straight { .. } => {
+            out_of_reach(model.version, angles_deg)
+        }
     })?;
-    if !turned_little(model, angles_deg) || !model.pantograph.is_assembled(angles, &posture) {
+    if far || !model.pantograph.is_assembled(angles, &posture) {
         return Err(out_of_reach(model.version, angles_deg));
     }
     if let Some((last, time_s)) = before {

@@ -44,7 +44,7 @@ pub(super) enum Heard {
 /// The text of an adapter on a stream of bytes whose reads do not wait.
 #[derive(Debug)]
 pub(super) struct Adapter<S> {
-    stream: S,
+    pub(super) stream: S,
     checksums: Checksums,
     chunk: [u8; CHUNK],
     /// What is left of the chunk.
@@ -75,10 +75,6 @@ impl<S: Read + Write> Adapter<S> {
             sent: [0; MAX_LINE_LENGTH],
             unsent: 0..0,
         }
-    }
-
-    pub(super) const fn stream(&mut self) -> &mut S {
-        &mut self.stream
     }
 
     /// Sends a frame. While the port has no room for the rest of the last one, this one is dropped: false.

@@ -153,7 +153,7 @@ impl<S: Read + Write> MoteusAxis<S> {
 
     /// The stream, to set that its reads do not wait from now on.
     pub const fn stream(&mut self) -> &mut S {
-        self.adapter.stream()
+        &mut self.adapter.stream
     }
 
     fn listen(&mut self) -> Result<(), Trouble> {

@@ -199,9 +199,10 @@ fn write(
     let mut combiner = WriteCombiner::new(WRITE, first.address(), resolutions);
     for (resolution, value) in resolutions.iter().zip(values) {
         if combiner.maybe_write(writer) {
-            match resolution {
-                Resolution::Float => writer.write_f32(*value),
-                _ => writer.write_int(*value as i32, *resolution),
+            if matches!(resolution, Resolution::Float) {
+                writer.write_f32(*value);
+            } else {
+                writer.write_int(*value as i32, *resolution);
             }
         }
     }

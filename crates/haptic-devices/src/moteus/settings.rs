@@ -22,58 +22,31 @@ pub struct MoteusSettings {
     pub lost_most: u32,
 }
 
-/// A setting: its key in a name and its place in the settings.
+/// A setting: its key in a name, its unit, and its range.
 struct Setting {
     key: &'static str,
     unit: &'static str,
     least: f64,
     most: f64,
-    get: fn(&MoteusSettings) -> f64,
-    set: fn(&mut MoteusSettings, f64),
 }
 
+/// In the order of [`MoteusSettings::values`].
 const SETTINGS: [Setting; 5] = [
-    Setting {
-        key: "id",
-        unit: "",
-        least: 1.0,
-        most: 126.0,
-        get: |settings| settings.id.into(),
-        set: |settings, value| settings.id = value as u8,
-    },
-    Setting {
-        key: "radius",
-        unit: "m",
-        least: 1e-3,
-        most: 1.0,
-        get: |settings| settings.radius_m,
-        set: |settings, value| settings.radius_m = value,
-    },
-    Setting {
-        key: "torque_limit",
-        unit: "",
-        least: 1e-4,
-        most: 20.0,
-        get: |settings| settings.torque_limit_nm,
-        set: |settings, value| settings.torque_limit_nm = value,
-    },
-    Setting {
-        key: "watchdog",
-        unit: "s",
-        least: 0.01,
-        most: 1.0,
-        get: |settings| settings.watchdog_s,
-        set: |settings, value| settings.watchdog_s = value,
-    },
-    Setting {
-        key: "lost",
-        unit: "",
-        least: 2.0,
-        most: 1000.0,
-        get: |settings| settings.lost_most.into(),
-        set: |settings, value| settings.lost_most = value as u32,
-    },
+    setting("id", "", 1.0, 126.0),
+    setting("radius", "m", 1e-3, 1.0),
+    setting("torque_limit", "", 1e-4, 20.0),
+    setting("watchdog", "s", 0.01, 1.0),
+    setting("lost", "", 2.0, 1000.0),
 ];
+
+const fn setting(key: &'static str, unit: &'static str, least: f64, most: f64) -> Setting {
+    Setting {
+        key,
+        unit,
+        least,
+        most,
+    }
+}
 
 impl Setting {
     /// True of a value in its range; a length may be the negative of it, a number of servos or answers is whole.
@@ -114,10 +87,29 @@ impl MoteusSettings {
         core::f64::consts::TAU * self.radius_m
     }
 
+    fn values(&self) -> [f64; 5] {
+        let (id, lost_most) = (self.id.into(), self.lost_most.into());
+        [
+            id,
+            self.radius_m,
+            self.torque_limit_nm,
+            self.watchdog_s,
+            lost_most,
+        ]
+    }
+
+    const fn of([id, radius_m, torque_limit_nm, watchdog_s, lost_most]: [f64; 5]) -> Self {
+        Self {
+            id: id as u8,
+            radius_m,
+            torque_limit_nm,
+            watchdog_s,
+            lost_most: lost_most as u32,
+        }
+    }
+
     pub(super) fn check(&self) -> Result<(), NameError> {
-        let mut values = SETTINGS
-            .iter()
-            .map(|setting| (setting, (setting.get)(self)));
+        let mut values = SETTINGS.iter().zip(self.values());
         let bad = values.find(|(setting, value)| !setting.fits(*value));
         bad.map_or(Ok(()), |(setting, value)| {
             Err(setting.refused(&value.to_string()))
@@ -141,16 +133,16 @@ impl MoteusName {
     pub(crate) fn parse(text: &str) -> Result<Self, NameError> {
         let keys = SETTINGS.each_ref().map(|setting| setting.key);
         let given = Settings::parse(Self::KIND, text, &keys)?;
-        let mut settings = MoteusSettings::DEFAULT;
-        for setting in &SETTINGS {
+        let mut values = MoteusSettings::DEFAULT.values();
+        for (setting, value) in SETTINGS.iter().zip(&mut values) {
             if let Some(text) = given.text(setting.key) {
-                let value = with_unit(text, setting.unit).filter(|value| setting.fits(*value));
-                (setting.set)(&mut settings, value.ok_or_else(|| setting.refused(text))?);
+                let read = with_unit(text, setting.unit).filter(|value| setting.fits(*value));
+                *value = read.ok_or_else(|| setting.refused(text))?;
             }
         }
         Ok(Self {
-            path: given.path().to_owned(),
-            settings,
+            path: given.path.to_owned(),
+            settings: MoteusSettings::of(values),
         })
     }
 }
@@ -158,9 +150,9 @@ impl MoteusName {
 impl fmt::Display for MoteusName {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "{}:{}", Self::KIND, self.path)?;
-        for Setting { key, unit, get, .. } in &SETTINGS {
-            let value = get(&self.settings);
-            if value.to_bits() != get(&MoteusSettings::DEFAULT).to_bits() {
+        let values = (self.settings.values().into_iter()).zip(MoteusSettings::DEFAULT.values());
+        for (Setting { key, unit, .. }, (value, default)) in SETTINGS.iter().zip(values) {
+            if value.to_bits() != default.to_bits() {
                 write!(f, ",{key}={value}{unit}")?;
             }
         }

@@ -10,7 +10,7 @@ use thiserror::Error;
 #[derive(Debug, Error)]
 #[non_exhaustive]
 pub enum MoteusOpenError {
-    /// The port.
+    /// The port cannot be opened.
     #[error(transparent)]
     Port(#[from] SerialError),
     /// A setting outside its range.
@@ -22,9 +22,9 @@ pub enum MoteusOpenError {
     /// Reads of the port cannot be made not to wait.
     #[error("{path}: the port cannot be read without waiting: {error}")]
     Patience {
-        /// The port.
+        /// Path of the port, as it was given.
         path: String,
-        /// Words of the system.
+        /// Reason in the words of the system.
         error: std::io::Error,
     },
 }
@@ -33,15 +33,15 @@ pub enum MoteusOpenError {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
 #[non_exhaustive]
 pub enum Trouble {
-    /// The port is gone.
+    /// The port takes or gives no bytes any more.
     #[error("the adapter is gone: look at its plug and its supply")]
     Gone,
     /// No answer for so many ticks in a row.
     #[error("servo {id} did not answer {ticks} times in a row: {instead}")]
     Silent {
-        /// Number of the servo.
+        /// Number of the servo on its bus.
         id: u8,
-        /// Ticks.
+        /// Frames in a row to which no answer came.
         ticks: u32,
         /// Anything else that came meanwhile.
         instead: Instead,
@@ -51,7 +51,7 @@ pub enum Trouble {
         "servo {id} is in fault {code}, {}: mend that, then begin again, which clears it", meaning(*.code)
     )]
     Fault {
-        /// Number of the servo.
+        /// Number of the servo on its bus.
         id: u8,
         /// Its code, as in the maker's list.
         code: i8,
@@ -61,13 +61,13 @@ pub enum Trouble {
         "servo {id} heard nothing for its watchdog time: this machine was too busy; give a longer `watchdog`"
     )]
     WatchdogLetGo {
-        /// Number of the servo.
+        /// Number of the servo on its bus.
         id: u8,
     },
     /// The servo is in a mode that nobody here has asked for.
     #[error("servo {id} {}", unasked(*.mode))]
     OtherMode {
-        /// Number of the servo.
+        /// Number of the servo on its bus.
         id: u8,
         /// Number of the mode, as in the maker's list.
         mode: u8,
@@ -75,7 +75,7 @@ pub enum Trouble {
     /// The servo does not know its position.
     #[error("servo {id} does not know its position: look at its encoder with the maker's `tview`")]
     NotFinite {
-        /// Number of the servo.
+        /// Number of the servo on its bus.
         id: u8,
     },
     /// A frame of another servo, or to another program.
@@ -85,7 +85,7 @@ pub enum Trouble {
     OtherSpeaker {
         /// Number of the servo that was asked.
         id: u8,
-        /// Number of the sender.
+        /// Number of the servo that has sent the frame.
         from: u8,
         /// Number of whom it is for; 0 is this program.
         to: u8,
@@ -93,7 +93,7 @@ pub enum Trouble {
 }
 
 impl Trouble {
-    /// Where its cause lies.
+    /// Tells whether to look at the servo, its line or this machine.
     #[must_use]
     pub const fn cause(self) -> TroubleCause {
         match self {

@@ -56,7 +56,7 @@ fn the_homes_of_both_versions_are_in_order() {
     for version in Version::ALL {
         let model = version.model();
         let posture = model.pantograph.posture(model.home()).expect("in order");
-        let middle = 0.5 * model.pantograph.base_m();
+        let middle = 0.5 * model.pantograph.base_m;
         assert!((posture.hand_m.x - middle).abs() < 1e-4, "{posture:?}");
         // Near the base: 22 and 36 mm from it.
         assert!((0.02..0.04).contains(&posture.hand_m.y), "{posture:?}");
@@ -67,11 +67,11 @@ fn the_homes_of_both_versions_are_in_order() {
 fn postures_without_a_jacobian_are_named() {
     let two = Version::V2.model().pantograph;
     // Elbows 179.9 mm apart, of 180 mm that the far arms reach.
-    let nearly = Pantograph::of_arms(0.07, 0.09, 0.0399);
+    let nearly = arms(0.0399);
     let apart = nearly.posture([core::f64::consts::PI, 0.0]);
     let stretched = matches!(apart, Err(Singular::Stretched { sine }) if sine < 0.1);
     assert!(stretched, "{apart:?}");
-    let wide = Pantograph::of_arms(0.07, 0.09, 0.05).posture([core::f64::consts::PI, 0.0]);
+    let wide = arms(0.05).posture([core::f64::consts::PI, 0.0]);
     let Err(Singular::OutOfReach { apart_m, reach_m }) = wide else {
         panic!("{wide:?}");
     };
@@ -94,7 +94,7 @@ fn places() -> impl Strategy<Value = (Pantograph, Vector2<f64>)> {
     let versions = prop_oneof![Just(Version::V2), Just(Version::V3)];
     (versions, -0.07..0.07_f64, 0.03..0.14_f64).prop_map(|(version, x, y)| {
         let pantograph = version.model().pantograph;
-        (pantograph, Vector2::new(0.5 * pantograph.base_m() + x, y))
+        (pantograph, Vector2::new(0.5 * pantograph.base_m + x, y))
     })
 }
 
@@ -141,5 +141,13 @@ proptest! {
         let turn = Vector2::new(0.3, -0.7);
         let (work, moved) = (force.dot(&(posture.jacobian * turn)), torques.dot(&turn));
         prop_assert!((work - moved).abs() < 1e-15);
+    }
+}
+
+fn arms(base_m: f64) -> Pantograph {
+    Pantograph {
+        near_m: 0.07,
+        far_m: 0.09,
+        base_m,
     }
 }

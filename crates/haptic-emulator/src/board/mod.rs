@@ -110,7 +110,8 @@ fn emulate_board<H: Hardware<D, Setup: FitsDevice>, const D: usize>(
     match emulation.body {
         None => run(line, emulation, board, stop),
         Some(body) => {
-            let board = Sensed::new(board, body.encoder_resolution, body.noise)?;
+            let (noise, seed) = body.noise;
+            let board = Sensed::new(board, body.encoder_resolution, noise, seed)?;
             run(line, emulation, Embodied { board, body }, stop)
         }
     }

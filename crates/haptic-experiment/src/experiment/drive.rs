@@ -110,7 +110,7 @@ impl Drive {
         let limited = self.limited(sample_time_s)?;
         let depth_m = single("depth", way.depth().0)?;
         let ramp_ticks = (way.ramp_time().0 / sample_time_s).round() as u32;
-        haptic_remote::controller_law(&limited, (depth_m, ramp_ticks), self.force_limit_n as f32)
+        haptic_remote::controller_law(&limited, depth_m, ramp_ticks, self.force_limit_n as f32)
             .map_err(|error| self.refused(&error))
     }
 

@@ -38,6 +38,7 @@ use crate::run::remote::{
     RemoteDevice, RemoteLaw, RemoteRun, UnchangedLimits, blank, indentation, no_operator, portable,
     push,
 };
+use crate::run::safety::keys::SPEED_LIMIT;
 use crate::run::safety::{GuardChoice, GuardedDevice, Safety, safety};
 use crate::run::schedule::samples;
 use crate::run::sensors::Sensors;
@@ -454,7 +455,7 @@ impl Indentation {
         let safety = &self.safety;
         let bare = RemoteLaw {
             unchanged: UnchangedLimits {
-                speed: safety.speed_limit_m_per_s.is_none(),
+                speed: safety.number(SPEED_LIMIT).is_none(),
                 ..UnchangedLimits::default()
             },
             guard: (safety.guard, safety.guarded(GuardedDevice::default())),

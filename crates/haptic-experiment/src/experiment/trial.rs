@@ -398,7 +398,8 @@ pub(crate) fn no_law_there(
 ) -> RemoteLaw {
     RemoteLaw::none(
         limits_there(limits, device, safety),
-        (rate, safety),
+        rate,
+        safety,
         GuardedDevice::given(device),
         held(device, push_n),
     )

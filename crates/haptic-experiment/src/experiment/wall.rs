@@ -22,6 +22,7 @@ use crate::run::Ran;
 use crate::run::preflight::{PreflightSubject, PreflightVerdict};
 use crate::run::remote::{RemoteDevice, RemoteLaw, portable};
 use crate::run::safety::GuardChoice;
+use crate::run::safety::keys::SPEED_LIMIT;
 use crate::run::samples::Samples;
 use fracdiff::{FrequencyResponse as _, Operator, Order, Scheme};
 use haptic_link::LoopMode;
@@ -236,7 +237,7 @@ impl Trial for WallExperiment {
 
     fn hits(&self) -> Vec<f64> {
         let TrialSetup { plan, conduct, .. } = &self.setup;
-        let most = self.setup.safety.speed_limit_m_per_s;
+        let most = self.setup.safety.number(SPEED_LIMIT);
         let hits = plan.hits(self.contact);
         // A serial device cannot be thrown, and beyond its speed limit a hit is a fault.
         let may_be = |hit: &f64| conduct.remote.is_none() && most.is_none_or(|most| *hit < most);

@@ -231,9 +231,9 @@ pub(crate) struct Plain {
 impl Rate {
     /// Of what the runner did, which spun for `margin` before each cycle, and of a plain loop.
     fn of(hz: f64, runner: &Timing, margin: Duration, plain: Option<&Timing>) -> Self {
-        let lateness_us = Microseconds::of(runner.lateness_ns());
-        let overruns = runner.overruns();
-        let cycles = runner.lateness_ns().len();
+        let lateness_us = Microseconds::of(&runner.lateness_ns);
+        let overruns = runner.overruns;
+        let cycles = runner.lateness_ns.len();
         // A cycle that was a period late is one too many, however few ran.
         let fit = match overruns.cycles() {
             0 if cycles < FIT_CYCLES => None,
@@ -251,16 +251,16 @@ impl Rate {
             overruns: overruns.cycles(),
             skipped_periods: overruns.skipped_periods,
             cycles,
-            worst_cycle: runner.worst().map(WorstTick::from),
+            worst_cycle: runner.worst.map(WorstTick::from),
             spin_margin_us: microseconds(margin),
             fit_reason: fit.is_none().then(needed),
             fit,
             plain: plain.map(|plain| {
-                let beside = Microseconds::of(plain.lateness_ns());
+                let beside = Microseconds::of(&plain.lateness_ns);
                 Plain {
                     lateness_us: beside,
-                    overruns: plain.overruns().cycles(),
-                    skipped_periods: plain.overruns().skipped_periods,
+                    overruns: plain.overruns.cycles(),
+                    skipped_periods: plain.overruns.skipped_periods,
                     // The clock's resolution is 1 ns.
                     ratio_p999: beside.p999 / lateness_us.p999.max(1e-3),
                 }

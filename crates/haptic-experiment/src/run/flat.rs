@@ -30,7 +30,7 @@ fn add(flat: &mut BTreeMap<String, String>, name: &str, joint: &str, value: &Val
             Some(number) => number.to_string(),
             None => number.to_string(),
         },
-        other => other.to_string(),
+        Value::Bool(_) | Value::Array(_) => value.to_string(),
     };
     flat.insert(name.to_owned(), text);
 }

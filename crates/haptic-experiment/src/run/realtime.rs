@@ -108,19 +108,19 @@ impl From<WorstCycle> for WorstTick {
 impl RealtimeSummary {
     /// Of what a loop measured in a thread.
     pub(crate) fn of(timing: &Timing, thread: &RaisedThread, spin_margin: Duration) -> Self {
-        let overruns = timing.overruns();
+        let overruns = timing.overruns;
         Self {
             priority: thread.priority(),
             pin: thread.core(),
             memory_locked: thread.memory_is_locked(),
             spin_margin_us: microseconds(spin_margin),
-            lateness_us: Microseconds::of(timing.lateness_ns()),
-            compute_us: Microseconds::of(timing.compute_ns()),
-            tick_us: Microseconds::of(timing.tick_ns()),
+            lateness_us: Microseconds::of(&timing.lateness_ns),
+            compute_us: Microseconds::of(&timing.compute_ns),
+            tick_us: Microseconds::of(&timing.tick_ns),
             late_by_wake_up: overruns.by_wake_up,
             late_by_compute: overruns.by_compute,
             skipped_periods: overruns.skipped_periods,
-            worst_cycle: timing.worst().map(WorstTick::from),
+            worst_cycle: timing.worst.map(WorstTick::from),
         }
     }
 
@@ -128,9 +128,9 @@ impl RealtimeSummary {
     pub(crate) fn metadata(&self, timing: &Timing) -> BTreeMap<String, String> {
         let mut values = flat(self, "", "_");
         for (name, histogram) in [
-            ("lateness", timing.lateness_ns()),
-            ("compute", timing.compute_ns()),
-            ("tick", timing.tick_ns()),
+            ("lateness", &timing.lateness_ns),
+            ("compute", &timing.compute_ns),
+            ("tick", &timing.tick_ns),
         ] {
             values.insert(format!("{name}_histogram"), buckets(histogram));
         }

@@ -17,6 +17,7 @@ pub(crate) use session::blank;
 pub(crate) use summary::{FrameCounts, LinkSummary};
 pub use summary::{RoundTrip, cycles};
 
+use super::safety::keys::{RISE_TIME, SPEED_LIMIT};
 use super::safety::{GuardChoice, GuardedDevice, Safety};
 use super::schedule::Schedule;
 use crate::document::failure::Failure;
@@ -128,15 +129,16 @@ impl RemoteLaw {
     /// force rate limit, N/s. `device` is what is known of it for its guard.
     pub(crate) fn none(
         limits: haptic_loop::Limits,
-        (rate, safety): (Option<f64>, &Safety),
+        rate: Option<f64>,
+        safety: &Safety,
         device: GuardedDevice,
         simulation: Simulation,
     ) -> Self {
         Self {
             unchanged: UnchangedLimits {
                 rate: rate.is_none(),
-                speed: safety.speed_limit_m_per_s.is_none(),
-                rise: safety.rise_time_s.is_none(),
+                speed: safety.number(SPEED_LIMIT).is_none(),
+                rise: safety.number(RISE_TIME).is_none(),
             },
             guard: (safety.guard, safety.guarded(device)),
             ..Self::bare(limits, simulation)
@@ -323,15 +325,16 @@ pub fn guard_of(
     t: Seconds,
 ) -> Result<Option<Guard>, Failure> {
     let simulated = |value: f32| Some(f64::from(value));
-    let itself = match simulation.kind {
-        SimulationKind::Real => GuardedDevice::default(),
-        _ => GuardedDevice {
+    let itself = if simulation.kind == SimulationKind::Real {
+        GuardedDevice::default()
+    } else {
+        GuardedDevice {
             mass_kg: simulated(simulation.mass_kg),
             damping_n_s_per_m: simulated(simulation.damping_n_s_per_m),
             delay_s: Some((0.0, 0.0)),
             lag_s: Some(0.0),
             noise_m: None,
-        },
+        }
     };
     guard.of(&known.or(itself), t)
 }

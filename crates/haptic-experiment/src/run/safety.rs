@@ -3,40 +3,26 @@
 mod guard;
 
 pub(crate) mod keys {
-    use crate::document::parameters::kind::parameters;
+    use crate::document::parameters::Parameter;
+    use crate::document::parameters::kind::{joined, parameters};
     use crate::document::parameters::range::{
-        DAMPINGS_ABOVE_0, DEVICE_TIMES, FORCES, MASSES, PLACES, REACHES, Range, SAFETY_TIMES,
-        SENSOR_STEPS, SPEEDS,
+        DAMPINGS_ABOVE_0, DEVICE_TIMES, PLACES, Range, SENSOR_STEPS,
     };
     use haptic_loop::Limits;
 
     parameters! {
-        /// Of the safety chain, for every experiment.
-        all SAFETY;
+        /// What is asked for before the limits that are one number.
+        all BEFORE;
         GUARD = text("guard", "off", "Keep the loop from feeding the device energy");
         /// Low end of the workspace, m.
         WORKSPACE_LOW = optional("workspace_low_m", PLACES, "Lowest position; below it a fault ends the run");
         /// High end of the workspace, m.
         WORKSPACE_HIGH = optional("workspace_high_m", PLACES, "Highest position; above it a fault ends the run");
-        SPEED_LIMIT = optional("speed_limit_m_per_s", SPEEDS, "Largest speed; above it a fault ends the run");
-        RISE_TIME = optional("rise_time_s", SAFETY_TIMES, "Ramp the force up over this time at the start");
-        BRAKING = optional("braking_n_s_per_m", DAMPINGS_ABOVE_0,
-            "Damping that brakes near workspace and speed limits, and after a fault or stop");
-        STOP_TIME = optional("stop_time_s", Range::Within(Limits::STOP_TIME_S[0], Limits::STOP_TIME_S[1]),
-            "Time to zero force after a fault, a stop or the end, 1ms to 1s [default: 0.1s]");
-        BRAKE_FORCE = optional("brake_force_n", Range::Within(0.0, Limits::BRAKE_FORCE_MAX_N),
-            "Largest braking force during that time, 0N to 10N [default: 2N]");
-        STUCK_FORCE = optional("stuck_force_n", FORCES,
-            "Fault if the force rises by this much while the position is frozen; 0 = off [default: 3N on a \
-             serial device, else never]");
-        STUCK_TIME = optional("stuck_time_s", Range::Within(1e-3, 10.0),
-            "Time for which the position must be frozen [default: 0.1s]");
-        /// Jump of a sensor, m.
-        JUMP = optional("jump_m", REACHES,
-            "Fault if the position moves in one sample by this much more than the speed limit allows; 0 = off \
-             [default: 1mm on a serial device, else never]");
-        /// Mass of a real device, kg.
-        DEVICE_MASS = optional("device_mass_kg", MASSES, "Mass of a real device, for guard observer, braking and pre-flight");
+    }
+
+    parameters! {
+        /// Facts of a real device, behind them.
+        all BEHIND;
         /// Damping of a real device, N·s/m.
         DEVICE_DAMPING = optional("device_damping_n_s_per_m", DAMPINGS_ABOVE_0,
             "Damping of a real device, for guard energy-bounding and pre-flight");
@@ -53,6 +39,46 @@ pub(crate) mod keys {
             "Standard deviation of a real device's position noise, for guard energy-bounding [default: 0.29 \
              of its resolution]");
     }
+
+    /// Limits of the chain's table that have no parameter elsewhere: the last of its rows.
+    const FIRST: usize = Limits::row("speed_limit_m_per_s");
+    pub(super) const LIMITS: [Parameter; Limits::TABLE.len() - FIRST] = {
+        let mut limits = [GUARD; Limits::TABLE.len() - FIRST];
+        let mut row = FIRST;
+        while row < Limits::TABLE.len() {
+            limits[row - FIRST] = limit(Limits::TABLE[row].key);
+            row += 1;
+        }
+        limits
+    };
+
+    /// Of the safety chain, for every experiment.
+    pub(crate) const SAFETY: &[Parameter] =
+        &joined::<{ BEFORE.len() + LIMITS.len() + BEHIND.len() }>(&[BEFORE, &LIMITS, BEHIND]);
+
+    /// The parameter of a limit of the chain's table.
+    const fn limit(key: &str) -> Parameter {
+        let limit = &Limits::TABLE[Limits::row(key)];
+        let [least, most] = limit.range;
+        let range = if least > 0.0 && least <= f64::MIN_POSITIVE {
+            Range::AboveUpTo(0.0, most)
+        } else {
+            Range::Within(least, most)
+        };
+        Parameter::optional(limit.key, range, limit.help)
+    }
+
+    /// Ends a run that goes faster.
+    pub const SPEED_LIMIT: Parameter = limit("speed_limit_m_per_s");
+    pub(crate) const RISE_TIME: Parameter = limit("rise_time_s");
+    /// Brakes near limits, and after a fault or stop.
+    pub const BRAKING: Parameter = limit("braking_n_s_per_m");
+    pub(crate) const STOP_TIME: Parameter = limit("stop_time_s");
+    pub(super) const STUCK_FORCE: Parameter = limit("stuck_force_n");
+    /// Together with the stuck force it tells a sensor that is stuck.
+    pub const STUCK_TIME: Parameter = limit("stuck_time_s");
+    pub(super) const JUMP: Parameter = limit("jump_m");
+    pub(crate) const DEVICE_MASS: Parameter = limit("device_mass_kg");
 }
 
 use crate::document::error::FileError;
@@ -78,57 +104,18 @@ pub(crate) struct Safety {
     pub guard: GuardChoice,
     /// Lowest and highest position, m.
     pub workspace_m: Option<(f64, f64)>,
-    pub speed_limit_m_per_s: Option<f64>,
-    /// Time in which the force rises after the start, s.
-    pub rise_time_s: Option<f64>,
-    /// Damping that brakes near limits and after a fault, N·s/m.
-    pub braking_n_s_per_m: Option<f64>,
-    /// Time in which the force falls to zero after a fault, a stop or the end, s.
-    pub stop_time_s: Option<f64>,
-    /// Largest force of the braking meanwhile, N.
-    pub brake_force_n: Option<f64>,
-    /// Growth of the wanted force on a sensor that stands still, N; 0 for never.
-    pub stuck_force_n: Option<f64>,
-    /// Time for which it has to have stood still, s.
-    pub stuck_time_s: Option<f64>,
-    /// Largest move in a sample beyond the speed limit, m; 0 for never.
-    pub jump_m: Option<f64>,
-    /// Mass of the device, for its guard and for braking, kg.
-    pub device_mass_kg: Option<f64>,
-    /// Damping of the device, for its guard, N·s/m.
-    pub device_damping_n_s_per_m: Option<f64>,
-    /// Least and most delay of the device, for its guard, s.
-    pub device_delay_s: Option<(f64, f64)>,
-    /// Lag of the device's actuator, for its guard, s.
-    pub device_lag_s: Option<f64>,
-    /// Noise of the device's position, for its guard, m.
-    pub device_noise_m: Option<f64>,
+    /// Limits by the row of the chain's table. 0 switches off what a real device has unless it is told otherwise.
+    numbers: [Option<f64>; Limits::TABLE.len()],
+    /// Facts of the device for its guard, but for the mass, which is a limit of braking too.
+    device: GuardedDevice,
 }
-
-/// A number of the settings: its key, and its place.
-type Number = (Parameter, fn(&mut Safety) -> &mut Option<f64>);
-
-/// Every number that is read and told as it is.
-const NUMBERS: [Number; 12] = [
-    (SPEED_LIMIT, |s| &mut s.speed_limit_m_per_s),
-    (p::RISE_TIME, |s| &mut s.rise_time_s),
-    (BRAKING, |s| &mut s.braking_n_s_per_m),
-    (p::STOP_TIME, |s| &mut s.stop_time_s),
-    (p::BRAKE_FORCE, |s| &mut s.brake_force_n),
-    (STUCK_FORCE, |s| &mut s.stuck_force_n),
-    (STUCK_TIME, |s| &mut s.stuck_time_s),
-    (JUMP, |s| &mut s.jump_m),
-    (DEVICE_MASS, |s| &mut s.device_mass_kg),
-    (DEVICE_DAMPING, |s| &mut s.device_damping_n_s_per_m),
-    (DEVICE_LAG, |s| &mut s.device_lag_s),
-    (p::DEVICE_NOISE, |s| &mut s.device_noise_m),
-];
 
 /// Two numbers of a table of which neither stands alone, the first below the second, or the same where that is allowed.
 fn pair(
     table: &Table<'_>,
     [first, second]: [&Parameter; 2],
-    (one, same): (&str, bool),
+    one: &str,
+    same: bool,
 ) -> Result<Option<(f64, f64)>, FileError> {
     let (lone, missing) = match (table.number_if(first)?, table.number_if(second)?) {
         (None, None) => return Ok(None),
@@ -155,37 +142,55 @@ fn pair(
 
 /// Reads the settings of the safety chain. A wall knows mass and damping of its device by other keys too.
 pub(crate) fn safety(table: &Table<'_>) -> Result<Safety, FileError> {
+    let workspace = [&p::WORKSPACE_LOW, &p::WORKSPACE_HIGH];
     let delay = [&DEVICE_DELAY_LEAST, &DEVICE_DELAY_MOST];
     let mut safety = Safety {
         guard: table.choice(&GUARD)?,
-        workspace_m: pair(
-            table,
-            [&p::WORKSPACE_LOW, &p::WORKSPACE_HIGH],
-            ("a workspace", false),
-        )?,
-        device_delay_s: pair(table, delay, ("a delay", true))?,
-        ..Safety::default()
+        workspace_m: pair(table, workspace, "a workspace", false)?,
+        numbers: Default::default(),
+        device: GuardedDevice {
+            mass_kg: None,
+            damping_n_s_per_m: table.number_if(&DEVICE_DAMPING)?,
+            delay_s: pair(table, delay, "a delay", true)?,
+            lag_s: table.number_if(&DEVICE_LAG)?,
+            noise_m: table.number_if(&p::DEVICE_NOISE)?,
+        },
     };
-    for (parameter, of) in &NUMBERS {
-        *of(&mut safety) = table.number_if(parameter)?;
+    for parameter in &p::LIMITS {
+        safety.numbers[Limits::row(parameter.key)] = table.number_if(parameter)?;
     }
     Ok(safety)
 }
 
 impl Safety {
+    /// The limit that this parameter asks for, if it is given.
+    pub(crate) const fn number(&self, limit: Parameter) -> Option<f64> {
+        self.numbers[Limits::row(limit.key)]
+    }
+
+    /// The same with a limit.
+    pub(crate) const fn with(mut self, limit: Parameter, number: Option<f64>) -> Self {
+        self.numbers[Limits::row(limit.key)] = number;
+        self
+    }
+
     /// Every number of the settings that is there, by its key.
     pub(crate) fn numbers(&self) -> impl Iterator<Item = (&'static str, f64)> {
-        let mut own = *self;
-        let (workspace, delay) = (self.workspace_m.unzip(), self.device_delay_s.unzip());
-        let ends = [
+        let device = self.device;
+        let (workspace, delay) = (self.workspace_m.unzip(), device.delay_s.unzip());
+        let others = [
+            (DEVICE_DAMPING, device.damping_n_s_per_m),
+            (DEVICE_LAG, device.lag_s),
+            (p::DEVICE_NOISE, device.noise_m),
             (p::WORKSPACE_LOW, workspace.0),
             (p::WORKSPACE_HIGH, workspace.1),
             (p::DEVICE_DELAY_LEAST, delay.0),
             (p::DEVICE_DELAY_MOST, delay.1),
         ];
-        let single = NUMBERS.map(|(parameter, of)| (parameter, *of(&mut own)));
-        let all = single.into_iter().chain(ends);
-        all.filter_map(|(parameter, value)| Some((parameter.key, value?)))
+        let others = others.map(|(parameter, number)| (parameter.key, number));
+        let limits = Limits::TABLE.iter().map(|limit| limit.key);
+        let all = limits.zip(self.numbers).chain(others);
+        all.filter_map(|(key, number)| Some((key, number?)))
     }
 }
 
@@ -196,34 +201,35 @@ impl Safety {
     /// Adds all but the guard to limits of force and rate. On a device that is not simulated here, `real`, a start
     /// with a blow is refused, and an implausible position is a fault unless that is switched off.
     pub(crate) fn on(&self, limits: Limits, real: bool) -> Limits {
-        let brakes = self.braking_n_s_per_m.is_some();
+        let brakes = self.number(BRAKING).is_some();
         let default = Limits::default();
-        let unless_off = |given: Option<f64>, default: Option<f64>| {
-            given.or(default.filter(|_| real)).filter(|x| *x != 0.0)
-        };
-        let stuck = default.stuck.unwrap_or(Stuck::DEFAULT);
-        let stuck_force = unless_off(self.stuck_force_n, Some(stuck.force.0));
-        Limits {
-            stop_time: self.stop_time_s.map_or(default.stop_time, Seconds),
-            brake_force: self.brake_force_n.map_or(default.brake_force, Newtons),
-            device_mass: self.device_mass_kg.map(Kilograms),
-            stuck: stuck_force.map(|force| Stuck {
-                force: Newtons(force),
-                time: self.stuck_time_s.map_or(stuck.time, Seconds),
-            }),
-            jump: unless_off(self.jump_m, default.jump.map(|jump| jump.0)).map(Metres),
+        let mut chain = Limits {
+            stop_time: default.stop_time,
+            brake_force: default.brake_force,
+            device_mass: None,
+            stuck: Some(Stuck::DEFAULT).filter(|_| real),
+            jump: default.jump.filter(|_| real),
             start_force: real.then_some(Newtons(START_FORCE_N)),
-            rise_time: self.rise_time_s.map(Seconds),
-            workspace: self.workspace_m.map(|ends| workspace(ends, brakes)),
-            speed: self.speed_limit_m_per_s.map(|hard| speed(hard, brakes)),
-            braking: self.braking_n_s_per_m.map(NewtonSecondsPerMetre),
+            rise_time: None,
+            workspace: self
+                .workspace_m
+                .map(|(low, high)| workspace(low, high, brakes)),
+            speed: None,
+            braking: None,
             ..limits
+        };
+        for (set, number) in Limits::SET.iter().zip(self.numbers) {
+            if let Some(number) = number {
+                set(&mut chain, Some(number).filter(|number| *number > 0.0));
+            }
         }
+        chain.speed = chain.speed.map(|limit| speed(limit.hard.0, brakes));
+        chain
     }
 
     /// Refuses what would do nothing on a simulated device. A real one may have the limits set that are missing here.
     pub(crate) fn acts(&self) -> Result<(), Failure> {
-        if let (Some(jump), None) = (self.jump_m, self.speed_limit_m_per_s)
+        if let (Some(jump), None) = (self.number(JUMP), self.number(SPEED_LIMIT))
             && jump > 0.0
         {
             return Err(Failure::bad_input(format_args!(
@@ -231,26 +237,26 @@ impl Safety {
                 jump = Shown(jump)
             )));
         }
-        let stuck = self.stuck_force_n.is_some_and(|force| force > 0.0);
-        if let Some(time) = self.stuck_time_s.filter(|_| !stuck) {
+        let stuck = (self.number(STUCK_FORCE)).is_some_and(|force| force > 0.0);
+        if let Some(time) = self.number(STUCK_TIME).filter(|_| !stuck) {
             return Err(Failure::bad_input(format_args!(
                 "stuck time {time} s has no effect without a stuck force: give {STUCK_FORCE} too, or omit {STUCK_TIME}",
                 time = Shown(time)
             )));
         }
-        let asked = self.guard == GuardChoice::Observer || self.braking_n_s_per_m.is_some();
-        if let Some(mass) = self.device_mass_kg.filter(|_| !asked) {
+        let asked = self.guard == GuardChoice::Observer || self.number(BRAKING).is_some();
+        if let Some(mass) = self.number(DEVICE_MASS).filter(|_| !asked) {
             return Err(Failure::bad_input(format_args!(
                 "device mass {mass} kg has no effect on a simulated device: give {} or {BRAKING} too, or omit {DEVICE_MASS}",
                 GUARD.set_to(GuardChoice::Observer.name()),
                 mass = Shown(mass)
             )));
         }
+        let bounding = GUARD.set_to(GuardChoice::EnergyBounding.name());
         let bounded = self.guard == GuardChoice::EnergyBounding;
-        if let Some(damping) = self.device_damping_n_s_per_m.filter(|_| !bounded) {
+        if let Some(damping) = self.device.damping_n_s_per_m.filter(|_| !bounded) {
             return Err(Failure::bad_input(format_args!(
-                "device damping {damping} N·s/m has no effect on a simulated device: give {} too, or omit {DEVICE_DAMPING}",
-                GUARD.set_to(GuardChoice::EnergyBounding.name())
+                "device damping {damping} N·s/m has no effect on a simulated device: give {bounding} too, or omit {DEVICE_DAMPING}",
             )));
         }
         self.acts_on_device()
@@ -260,16 +266,18 @@ impl Safety {
     /// device that is not simulated here.
     pub(crate) fn with_device(self, known: &GuardedDevice, real: bool) -> Self {
         let bounded = self.guard == GuardChoice::EnergyBounding;
-        let braked = self.guard == GuardChoice::Observer || self.braking_n_s_per_m.is_some();
+        let braked = self.guard == GuardChoice::Observer || self.number(BRAKING).is_some();
         let mass = known.mass_kg.filter(|_| real || braked);
-        let damping = known.damping_n_s_per_m.filter(|_| real || bounded);
+        let device = GuardedDevice {
+            mass_kg: None,
+            damping_n_s_per_m: known.damping_n_s_per_m.filter(|_| real || bounded),
+            delay_s: known.delay_s.filter(|_| bounded),
+            lag_s: known.lag_s.filter(|_| bounded),
+            noise_m: known.noise_m.filter(|_| bounded),
+        };
         Self {
-            device_mass_kg: self.device_mass_kg.or(mass),
-            device_damping_n_s_per_m: self.device_damping_n_s_per_m.or(damping),
-            device_delay_s: self.device_delay_s.or(known.delay_s.filter(|_| bounded)),
-            device_lag_s: self.device_lag_s.or(known.lag_s.filter(|_| bounded)),
-            device_noise_m: self.device_noise_m.or(known.noise_m.filter(|_| bounded)),
-            ..self
+            device: self.device.or(device),
+            ..self.with(DEVICE_MASS, self.number(DEVICE_MASS).or(mass))
         }
     }
 
@@ -291,12 +299,12 @@ impl Safety {
         if self.guard == GuardChoice::EnergyBounding {
             return Ok(());
         }
-        let told = [
-            (self.device_delay_s.map(|delay| delay.1), "delay", "s"),
-            (self.device_lag_s, "lag", "s"),
-            (self.device_noise_m, "noise", "m"),
-        ];
-        for (value, what, unit) in told {
+        let delay_s = self.device.delay_s.map(|delay| delay.1);
+        for (value, what, unit) in [
+            (delay_s, "delay", "s"),
+            (self.device.lag_s, "lag", "s"),
+            (self.device.noise_m, "noise", "m"),
+        ] {
             if let Some(value) = value {
                 return Err(Failure::bad_input(format_args!(
                     "device {what} {value} {unit} has no effect without the guard energy-bounding: give {} too, or omit it",
@@ -311,11 +319,8 @@ impl Safety {
     /// Facts of the device as the experiment gives them; where it gives none, those of `device`.
     pub(crate) fn guarded(&self, device: GuardedDevice) -> GuardedDevice {
         let said = GuardedDevice {
-            mass_kg: self.device_mass_kg,
-            damping_n_s_per_m: self.device_damping_n_s_per_m,
-            delay_s: self.device_delay_s,
-            lag_s: self.device_lag_s,
-            noise_m: self.device_noise_m,
+            mass_kg: self.number(DEVICE_MASS),
+            ..self.device
         };
         said.or(device)
     }
@@ -332,7 +337,7 @@ impl Safety {
 
 /// A workspace, a tenth of it at each end to brake in.
 #[must_use]
-pub fn workspace((low, high): (f64, f64), brakes: bool) -> Workspace {
+pub fn workspace(low: f64, high: f64, brakes: bool) -> Workspace {
     Workspace {
         low: Metres(low),
         high: Metres(high),
@@ -439,12 +444,10 @@ mod tests {
         for step in -600..=200 {
             let hard = 10_f64.powf(f64::from(step) / 100.0);
             for braking in [None, Some(1.0)] {
-                let safety = Safety {
-                    speed_limit_m_per_s: Some(hard),
-                    braking_n_s_per_m: braking,
-                    device_mass_kg: Some(1.0),
-                    ..Safety::default()
-                };
+                let safety = Safety::default()
+                    .with(SPEED_LIMIT, Some(hard))
+                    .with(BRAKING, braking)
+                    .with(DEVICE_MASS, Some(1.0));
                 let limits = safety.on(Limits::default(), true);
                 let configuration = Configuration {
                     limits: wire_limits(&limits, Seconds(1e-3)),

@@ -35,8 +35,8 @@ impl Sensors {
     /// # Errors
     /// A resolution or noise that is negative or not finite.
     pub fn before<V>(self, device: V) -> Result<Sensed<V>, Failure> {
-        let noise = (Metres(self.noise_m), self.seed);
-        Sensed::new(device, Metres(self.encoder_resolution_m), noise).map_err(|error| {
+        let (resolution, noise) = (Metres(self.encoder_resolution_m), Metres(self.noise_m));
+        Sensed::new(device, resolution, noise, self.seed).map_err(|error| {
             Failure::input_with_advice(
                 error,
                 format_args!("give {encoder_resolution_m_0} for an ideal encoder, {sensor_noise_m_0} for no noise", encoder_resolution_m_0 = ENCODER_RESOLUTION.set_to("0"), sensor_noise_m_0 = SENSOR_NOISE.set_to("0")),

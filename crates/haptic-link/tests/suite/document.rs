@@ -123,14 +123,12 @@ fn every_refusal_is_as_its_table_says() {
         let bytes = message(&ack(Outcome::Refused(refusal)), Direction::FromDevice);
         assert_eq!(bytes[4..6], [1, number as u8], "{heading}");
         let mut found = BTreeMap::new();
-        match content {
-            Value::Null => {}
-            Value::Object(_) => fields("", content, &mut found),
+        if content.is_object() {
+            fields("", content, &mut found);
+        } else if !content.is_null() {
             // A lone value has no name in the code.
-            lone => {
-                let row = document.section(&heading).rows.last();
-                found.insert(row.expect("a row").name.clone(), lone.clone());
-            }
+            let row = document.section(&heading).rows.last();
+            found.insert(row.expect("a row").name.clone(), content.clone());
         }
         let length = document.compare(&heading, &bytes, &found);
         assert_eq!(length, format!("{} bytes", bytes.len()), "{heading}");

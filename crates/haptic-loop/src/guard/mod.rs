@@ -34,9 +34,9 @@ use profile::Sent;
 /// A choice of guard, in SI units.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Guard {
-    /// Adds damping.
+    /// Adds damping while more energy has come out than went in.
     Observer(PassivityObserver),
-    /// Bounds the force.
+    /// Makes the force no larger than the energy at hand can pay for.
     EnergyBounding(EnergyBounding),
 }
 

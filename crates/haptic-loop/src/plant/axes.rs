@@ -58,13 +58,13 @@ impl<const D: usize> Axes<D> {
         }
     }
 
-    /// Position now, m.
+    /// Position of each axis now, m.
     #[must_use]
     pub fn position(&self) -> SVector<f64, D> {
         SVector::from_fn(|axis, _| self.axes[axis].position()[0])
     }
 
-    /// Velocity now, m/s.
+    /// Velocity of each axis now, m/s.
     #[must_use]
     pub fn velocity(&self) -> SVector<f64, D> {
         SVector::from_fn(|axis, _| self.axes[axis].velocity()[0])

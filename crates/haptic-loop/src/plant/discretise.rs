@@ -36,13 +36,8 @@ pub(super) fn transition<const N: usize>(
     });
     for &entry in &scaled {
         if !entry.is_finite() || entry.abs() > MOST_PER_STEP {
-            return Err(RangeError::new(
-                "fastest motion per step",
-                entry.abs(),
-                "at most 1e6 {}",
-                "rad",
-            )
-            .into());
+            let (what, allowed) = ("fastest motion per step", "at most 1e6 {}");
+            return Err(RangeError::new(what, entry.abs(), allowed, "rad").into());
         }
     }
     let exponential = exponential(&scaled);

@@ -44,13 +44,9 @@ impl<H: Holder> HeldRig<H> {
     /// As [`IndentationRig::new`]; a rigid contact, which has no mass to hold.
     pub fn new(config: RigConfig, holder: H) -> Result<Self, ParameterError> {
         if config.contact == RigContact::Rigid {
-            return Err(RangeError::new(
-                "contact stiffness",
-                f64::INFINITY,
-                "finite where the indenter is a mass that is held: take a compliant contact",
-                "N/m",
-            )
-            .into());
+            let allowed =
+                "finite where the indenter is a mass that is held: take a compliant contact";
+            return Err(RangeError::new("contact stiffness", f64::INFINITY, allowed, "N/m").into());
         }
         // A push that is no number is refused before it is set aside.
         IndentationRig::new(config)?;

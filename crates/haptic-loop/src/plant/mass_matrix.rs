@@ -32,19 +32,17 @@ impl<const D: usize> MassMatrix<D> {
         let largest = mass_kg.iter().fold(0.0, |most: f64, m| most.max(m.abs()));
         let skew = (mass_kg - mass_kg.transpose()).abs().max();
         let symmetric = skew <= 1e-9 * largest;
-        range(
+        let (what, allowed) = (
             "asymmetry of the mass matrix",
-            skew,
-            symmetric,
             "at most 1e-9 of its largest entry",
-            "kg",
-        )?;
-        let root = Cholesky::new(mass_kg).ok_or(RangeError::new(
+        );
+        range(what, skew, symmetric, allowed, "kg")?;
+        let (what, allowed) = (
             "largest entry of the mass matrix",
-            largest,
             "that of a positive definite one",
-            "kg",
-        ))?;
+        );
+        let indefinite = RangeError::new(what, largest, allowed, "kg");
+        let root = Cholesky::new(mass_kg).ok_or(indefinite)?;
         Ok(Self { root })
     }
 

@@ -31,7 +31,8 @@ impl<V> Sensed<V> {
     pub fn new(
         device: V,
         resolution: Metres,
-        (noise, seed): (Metres, u64),
+        noise: Metres,
+        seed: u64,
     ) -> Result<Self, ParameterError> {
         let some =
             |value: f64| (value.abs() >= f64::MIN_POSITIVE || value.is_nan()).then_some(value);
@@ -52,7 +53,7 @@ impl<V> Sensed<V> {
         })
     }
 
-    /// The device itself.
+    /// The device behind the sensors, as it truly is.
     pub const fn device(&self) -> &V {
         &self.device
     }

@@ -61,9 +61,12 @@ fn fifo(thread: ThreadId, priority: u8) -> Result<(), Refusal> {
     let policy = ThreadSchedulePolicy::Realtime(RealtimeThreadSchedulePolicy::Fifo);
     let value = ThreadPriorityValue::try_from(priority).map_err(|_| Refusal::Unsupported)?;
     let priority = ThreadPriority::Crossplatform(value);
-    set_thread_priority_and_policy(thread, priority, policy).map_err(|error| match error {
-        thread_priority::Error::OS(code) => refusal(Errno::from_raw_os_error(code)),
-        _ => Refusal::Unsupported,
+    set_thread_priority_and_policy(thread, priority, policy).map_err(|error| {
+        if let thread_priority::Error::OS(code) = error {
+            refusal(Errno::from_raw_os_error(code))
+        } else {
+            Refusal::Unsupported
+        }
     })
 }
 

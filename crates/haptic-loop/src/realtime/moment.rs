@@ -9,13 +9,13 @@ use std::time::Duration;
 pub struct Moment(Duration);
 
 impl Moment {
-    /// This moment.
+    /// The moment of the call.
     #[must_use]
     pub fn now() -> Self {
         Self(since_start())
     }
 
-    /// The time since then.
+    /// The time that has passed since then.
     #[must_use]
     pub fn elapsed(self) -> Duration {
         Self::now().saturating_duration_since(self)

@@ -21,7 +21,7 @@ pub enum SpinMargin {
     Fixed(Duration),
 }
 
-/// A periodic loop.
+/// The settings of a periodic loop.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct PeriodicConfig {
     /// T, 10 µs to 1000 s.
@@ -287,7 +287,7 @@ mod tests {
             assert_eq!(machine.now.get(), 6 * MS + n * MS + late);
             machine.pass((MS - late) / 2);
         }
-        assert_eq!(periodic.finish().0.overruns(), Overruns::default());
+        assert_eq!(periodic.finish().0.overruns, Overruns::default());
     }
 
     #[test]
@@ -320,7 +320,7 @@ mod tests {
                 by_compute,
                 skipped_periods: skipped,
             };
-            let seen = periodic.finish().0.overruns();
+            let seen = periodic.finish().0.overruns;
             assert_eq!((seen, seen.cycles()), (wanted, by_wake_up + by_compute));
         }
     }
@@ -334,7 +334,7 @@ mod tests {
             machine.pass(if n == 42 { 200_000 } else { 100_000 });
         }
         let (timing, _) = periodic.finish();
-        for histogram in [timing.lateness_ns(), timing.compute_ns(), timing.tick_ns()] {
+        for histogram in [&timing.lateness_ns, &timing.compute_ns, &timing.tick_ns] {
             assert_eq!(histogram.len(), 100);
         }
         let worst = WorstCycle {
@@ -342,17 +342,17 @@ mod tests {
             lateness: Duration::from_micros(700),
             compute: Duration::from_micros(200),
         };
-        assert_eq!(timing.worst(), Some(worst));
-        assert!(timing.tick_ns().equivalent(timing.tick_ns().max(), 900_000));
+        assert_eq!(timing.worst, Some(worst));
+        assert!(timing.tick_ns.equivalent(timing.tick_ns.max(), 900_000));
         assert!(
             timing
-                .compute_ns()
-                .equivalent(timing.compute_ns().value_at_quantile(0.5), 100_000)
+                .compute_ns
+                .equivalent(timing.compute_ns.value_at_quantile(0.5), 100_000)
         );
         assert!(
             timing
-                .lateness_ns()
-                .equivalent(timing.lateness_ns().value_at_quantile(0.5), 50_000)
+                .lateness_ns
+                .equivalent(timing.lateness_ns.value_at_quantile(0.5), 50_000)
         );
     }
 
@@ -404,9 +404,9 @@ mod tests {
         };
         let mut whole = part(10);
         whole.add(&part(2 * MS));
-        assert_eq!(whole.lateness_ns().len(), 2);
-        assert_eq!(whole.overruns().skipped_periods, 2);
-        let worst = whole.worst().map(|worst| worst.lateness);
+        assert_eq!(whole.lateness_ns.len(), 2);
+        assert_eq!(whole.overruns.skipped_periods, 2);
+        let worst = whole.worst.map(|worst| worst.lateness);
         assert_eq!(worst, Some(Duration::from_millis(2)));
     }
 }

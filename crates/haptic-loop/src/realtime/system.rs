@@ -1,8 +1,8 @@
 //! What a loop asks of a system: a clock that waits; and how a system refuses.
 
 use super::moment::Moment;
-use core::fmt;
 use std::time::Duration;
+use thiserror::Error;
 
 /// A clock and the ways to wait for it. Tests pass one whose time they make themselves.
 pub trait Waiter {
@@ -44,28 +44,19 @@ impl Waiter for StdWaiter {
 }
 
 /// Why the system did not do what was asked.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
 #[non_exhaustive]
 pub enum Refusal {
-    /// This user may not.
+    /// This user may not do it.
+    #[error("not permitted")]
     NotPermitted,
     /// More than this user's limit.
+    #[error("above this user's limit")]
     Limit,
-    /// This system cannot.
+    /// This system has no such thing.
+    #[error("not on this system")]
     Unsupported,
-    /// Its error code.
+    /// Any other refusal, by the code with which the system tells it.
+    #[error("error {0} of the system")]
     Other(i32),
 }
-
-impl fmt::Display for Refusal {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::NotPermitted => f.write_str("not permitted"),
-            Self::Limit => f.write_str("above this user's limit"),
-            Self::Unsupported => f.write_str("not on this system"),
-            Self::Other(code) => write!(f, "error {code} of the system"),
-        }
-    }
-}
-
-impl core::error::Error for Refusal {}

@@ -22,11 +22,11 @@ pub struct ThreadConfig {
 /// The wishes that were refused; prints as one sentence that says what to do.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Fallback {
-    /// The priority.
+    /// The priority that was asked for, and why it was refused.
     pub priority: Option<(u8, Refusal)>,
-    /// The core.
+    /// The core that was asked for, and why it was refused.
     pub pin: Option<(usize, Refusal)>,
-    /// Locked memory.
+    /// Why the memory could not be locked.
     pub memory: Option<Refusal>,
 }
 

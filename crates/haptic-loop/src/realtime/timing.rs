@@ -10,12 +10,18 @@ const LONGEST_NS: u64 = 100_000_000_000;
 
 /// The parts of the time of each cycle.
 #[derive(Clone, Debug)]
+#[non_exhaustive]
 pub struct Timing {
-    lateness_ns: Histogram<u64>,
-    compute_ns: Histogram<u64>,
-    tick_ns: Histogram<u64>,
-    overruns: Overruns,
-    worst: Option<WorstCycle>,
+    /// From when a cycle was due to when it began, ns.
+    pub lateness_ns: Histogram<u64>,
+    /// From the beginning of a cycle to its end, ns.
+    pub compute_ns: Histogram<u64>,
+    /// From when a cycle was due to its end, ns.
+    pub tick_ns: Histogram<u64>,
+    /// Cycles that were late, by their cause.
+    pub overruns: Overruns,
+    /// The one that ended latest after it was due; `None` before the first has ended.
+    pub worst: Option<WorstCycle>,
 }
 
 /// Cycles that began a whole period late or more.
@@ -48,7 +54,7 @@ pub struct WorstCycle {
     pub compute: Duration,
 }
 
-/// Percentiles of a histogram.
+/// Four percentiles by which a histogram of times is told.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Percentiles {
     /// Median.
@@ -57,7 +63,7 @@ pub struct Percentiles {
     pub p99: Duration,
     /// 999 of 1000 took no longer.
     pub p999: Duration,
-    /// The longest.
+    /// The longest time of all.
     pub max: Duration,
 }
 
@@ -116,36 +122,6 @@ impl Timing {
         if self.worst.is_none_or(|worst| worst.tick() < cycle.tick()) {
             self.worst = Some(cycle);
         }
-    }
-
-    /// From when a cycle was due to when it began, ns.
-    #[must_use]
-    pub const fn lateness_ns(&self) -> &Histogram<u64> {
-        &self.lateness_ns
-    }
-
-    /// From the beginning of a cycle to its end, ns.
-    #[must_use]
-    pub const fn compute_ns(&self) -> &Histogram<u64> {
-        &self.compute_ns
-    }
-
-    /// From when a cycle was due to its end, ns.
-    #[must_use]
-    pub const fn tick_ns(&self) -> &Histogram<u64> {
-        &self.tick_ns
-    }
-
-    /// The late ones.
-    #[must_use]
-    pub const fn overruns(&self) -> Overruns {
-        self.overruns
-    }
-
-    /// The one that ended latest after it was due; `None` before the first has ended.
-    #[must_use]
-    pub const fn worst(&self) -> Option<WorstCycle> {
-        self.worst
     }
 
     /// Takes in what another loop, or another part of this one, measured.

@@ -18,7 +18,8 @@ use nalgebra::SVector;
 /// *Start-up*: p = 0. *Rounding*: magnitude and norm hold exactly, a step to one rounding of the force.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Clamps<F> {
-    magnitude: F,
+    /// Largest force on an axis, N.
+    pub(super) magnitude: F,
     /// Largest change in a sample, of the whole force, N.
     step: F,
     norm: Option<Norm<F>>,
@@ -46,11 +47,6 @@ impl<F: Real> Clamps<F> {
             step: checks.rounded("force step", rate * sample_time, "N"),
             norm,
         }
-    }
-
-    /// Largest force on an axis, N.
-    pub(super) const fn magnitude(&self) -> F {
-        self.magnitude
     }
 
     #[inline]

@@ -2,13 +2,14 @@
 
 use fracdiff::Real;
 use nalgebra::SVector;
+use thiserror::Error;
 
 /// A force that has passed the safety chain, N. Nothing else can make one, except [`zero`](Self::zero).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SafeForce<F, const D: usize>(pub(super) SVector<F, D>);
 
 impl<F: Real, const D: usize> SafeForce<F, D> {
-    /// No force: always safe.
+    /// No force, which is safe anywhere.
     #[must_use]
     pub fn zero() -> Self {
         Self(SVector::from([F::ZERO; D]))
@@ -25,11 +26,11 @@ impl<F: Real, const D: usize> SafeForce<F, D> {
 pub struct Limiters(u8);
 
 impl Limiters {
-    /// None acted.
+    /// No limiter acted.
     pub const NONE: Self = Self(0);
-    /// The magnitude limit.
+    /// The force was cut to its largest magnitude.
     pub const MAGNITUDE: Self = Self(1);
-    /// The rate limit.
+    /// The force was held back by its largest rate.
     pub const RATE: Self = Self(2);
     /// A latched fault holds the wanted force at zero.
     pub const FAULT: Self = Self(4);
@@ -79,40 +80,53 @@ impl Limiters {
 /// The chain itself latches [`NonFiniteForce`](Self::NonFiniteForce), [`Workspace`](Self::Workspace),
 /// [`Velocity`](Self::Velocity), [`PositionStuck`](Self::PositionStuck) and [`PositionJump`](Self::PositionJump);
 /// the others are found elsewhere and handed to it.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
 #[non_exhaustive]
 #[repr(u8)]
 pub enum Fault {
     /// The wanted force was NaN or infinite, or so was a position that a limit or guard needs.
+    #[error("the wanted force was not a finite number")]
     NonFiniteForce = 1,
     /// A device whose force depends on the host heard nothing from it for the watchdog time.
+    #[error("the device heard nothing from the host for the watchdog time")]
     HostSilent = 2,
     /// A tick took longer than its period, or began a whole period late.
+    #[error("a tick of the loop was a whole period late")]
     TickOverrun = 3,
     /// The emergency stop is open.
+    #[error("the emergency stop is open")]
     EmergencyStop = 4,
     /// The measured current does not follow the commanded one.
+    #[error("the measured current does not follow the commanded one")]
     CurrentMismatch = 5,
     /// The device left its workspace: a position beyond [`Workspace::low`](crate::Workspace::low) or
     /// [`high`](crate::Workspace::high) on some axis.
+    #[error("the device left its workspace")]
     Workspace = 6,
     /// The device moved too fast: an estimated speed above [`Limits::speed`](crate::Limits::speed) on some
     /// axis. A position that jumps is a speed too.
+    #[error("the device moved faster than its limit")]
     Velocity = 7,
     /// The hardware watchdog reset the device while it was armed.
+    #[error("the device was reset by its hardware watchdog")]
     Reset = 8,
     /// The position stands still while the force on the device grows: see [`Stuck`](crate::Stuck).
+    #[error("the position stands still while the force on the device grows")]
     PositionStuck = 9,
     /// The position moved in a tick by more than [`Limits::jump`](crate::Limits::jump) beyond what the speed limit
     /// allows.
+    #[error("the position jumped by more than the speed limit allows")]
     PositionJump = 10,
     /// The host of a host loop sent a force that answers a sample too many ticks ago.
+    #[error("the host sent a force for a sample too many ticks ago")]
     StaleForce = 11,
     /// The device failed to measure or to apply: a board of another maker did not answer in time, answered what cannot be, or reports a
     /// fault of its own; a [`Device`](crate::Device) gave an error.
+    #[error("the board was silent, implausible or in a fault of its own")]
     BoardFailed = 12,
     /// One channel of an encoder changes again and again, the other never: its wire is off, and the position stands still
     /// whatever the device does.
+    #[error("one channel of the encoder changes without the other")]
     EncoderWire = 13,
 }
 
@@ -156,25 +170,5 @@ impl Fault {
     #[must_use]
     pub fn from_code(code: u8) -> Option<Self> {
         Self::ALL.into_iter().find(|fault| fault.code() == code)
-    }
-}
-
-impl core::fmt::Display for Fault {
-    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
-        f.write_str(match self {
-            Self::NonFiniteForce => "the wanted force was not a finite number",
-            Self::HostSilent => "the device heard nothing from the host for the watchdog time",
-            Self::TickOverrun => "a tick of the loop was a whole period late",
-            Self::EmergencyStop => "the emergency stop is open",
-            Self::CurrentMismatch => "the measured current does not follow the commanded one",
-            Self::Workspace => "the device left its workspace",
-            Self::Velocity => "the device moved faster than its limit",
-            Self::Reset => "the device was reset by its hardware watchdog",
-            Self::PositionStuck => "the position stands still while the force on the device grows",
-            Self::PositionJump => "the position jumped by more than the speed limit allows",
-            Self::StaleForce => "the host sent a force for a sample too many ticks ago",
-            Self::BoardFailed => "the board was silent, implausible or in a fault of its own",
-            Self::EncoderWire => "one channel of the encoder changes without the other",
-        })
     }
 }

@@ -6,6 +6,7 @@ use crate::units::{
     Seconds,
 };
 use fracdiff::parameter::Shown;
+use thiserror::Error;
 
 /// Every limit of a [`SafetyChain`](crate::SafetyChain); `None` is off.
 ///
@@ -135,6 +136,19 @@ impl Limits {
         }
     }
 
+    /// Place of the row with this key in [`TABLE`](Self::TABLE).
+    ///
+    /// # Panics
+    /// If there is none: a constant that asks for it does not compile.
+    #[must_use]
+    pub const fn row(key: &str) -> usize {
+        let mut row = 0;
+        while !is_same(Self::TABLE[row].key, key) {
+            row += 1;
+        }
+        row
+    }
+
     pub(super) const fn bound_places(&self) -> bool {
         #[cfg(feature = "std")]
         if self.workspace_box.is_some() {
@@ -142,6 +156,97 @@ impl Limits {
         }
         self.workspace.is_some()
     }
+}
+
+/// A limit that is one number: the row from which experiments, options and the wire make it.
+#[derive(Clone, Copy, Debug)]
+pub struct Limit {
+    /// Names the limit in files, options and reports, with its unit.
+    pub key: &'static str,
+    /// Least and most that a person may ask for; a least of [`f64::MIN_POSITIVE`] stands for *above 0*.
+    pub range: [f64; 2],
+    /// One line for people; empty for a limit that has a parameter of its own elsewhere.
+    pub help: &'static str,
+    /// Reads the number; `None` is off.
+    pub get: fn(&Limits) -> Option<f64>,
+}
+
+/// How a number of the limits is read and set; `None` is off, or 0 where nothing is ever off.
+macro_rules! number {
+    ($field:ident: Option<$unit:ident>) => {
+        (
+            |limits| limits.$field.map(|number| number.0),
+            |limits, number| limits.$field = number.map($unit),
+        )
+    };
+    ($field:ident: $unit:ident) => {
+        (
+            |limits| Some(limits.$field.0),
+            |limits, number| limits.$field = $unit(number.unwrap_or_default()),
+        )
+    };
+}
+
+macro_rules! table {
+    ($($key:literal $range:expr, $number:expr, $help:literal;)*) => {
+        impl Limits {
+            /// Every limit that is one number. A new one needs its field, a row here, what enforces it, and its place on the wire.
+            pub const TABLE: &'static [Limit] = &[$(Limit {
+                key: $key,
+                range: $range,
+                help: $help,
+                get: { let number: (fn(&Self) -> Option<f64>, fn(&mut Self, Option<f64>)) = $number; number.0 },
+            }),*];
+
+            /// Sets the number of the same row of [`TABLE`](Self::TABLE). On its own, for a microcontroller has no room for keys and help.
+            pub const SET: &'static [fn(&mut Self, Option<f64>)] = &[$({
+                let number: (fn(&Self) -> Option<f64>, fn(&mut Self, Option<f64>)) = $number;
+                number.1
+            }),*];
+        }
+    };
+}
+
+const ANY: [f64; 2] = [0.0, f64::MAX];
+
+/// Above 0, and at most this.
+const fn above_0(most: f64) -> [f64; 2] {
+    [f64::MIN_POSITIVE, most]
+}
+
+table! {
+    "force_limit_n" ANY, number!(force: Newtons), "";
+    "force_rate_limit_n_per_s" ANY, number!(rate: NewtonsPerSecond), "";
+    "start_force_n" ANY, number!(start_force: Option<Newtons>), "";
+    "velocity_bandwidth_hz" ANY, number!(velocity_bandwidth: Hertz), "";
+    "speed_limit_m_per_s" above_0(100.0), (|limits| limits.speed.map(|speed| speed.hard.0), SpeedLimit::set),
+        "Largest speed; above it a fault ends the run";
+    "rise_time_s" above_0(60.0), number!(rise_time: Option<Seconds>), "Ramp the force up over this time at the start";
+    "braking_n_s_per_m" above_0(1e6), number!(braking: Option<NewtonSecondsPerMetre>),
+        "Damping that brakes near workspace and speed limits, and after a fault or stop";
+    "stop_time_s" Limits::STOP_TIME_S, number!(stop_time: Seconds),
+        "Time to zero force after a fault, a stop or the end, 1ms to 1s [default: 0.1s]";
+    "brake_force_n" [0.0, Limits::BRAKE_FORCE_MAX_N], number!(brake_force: Newtons),
+        "Largest braking force during that time, 0N to 10N [default: 2N]";
+    "stuck_force_n" [0.0, 1e4], (|limits| limits.stuck.map(|stuck| stuck.force.0), Stuck::set_force),
+        "Fault if the force rises by this much while the position is frozen; 0 = off [default: 3N on a serial device, else never]";
+    "stuck_time_s" [1e-3, 10.0], (|limits| limits.stuck.map(|stuck| stuck.time.0), Stuck::set_time),
+        "Time for which the position must be frozen [default: 0.1s]";
+    "jump_m" [0.0, 1.0], number!(jump: Option<Metres>),
+        "Fault if the position moves in one sample by this much more than the speed limit allows; 0 = off \
+         [default: 1mm on a serial device, else never]";
+    "device_mass_kg" above_0(100.0), number!(device_mass: Option<Kilograms>),
+        "Mass of a real device, for guard observer, braking and pre-flight";
+}
+
+/// True of equal texts; `==` is no constant.
+const fn is_same(one: &str, other: &str) -> bool {
+    let (one, other) = (one.as_bytes(), other.as_bytes());
+    let mut at = 0;
+    while at < one.len() && at < other.len() && one[at] == other[at] {
+        at += 1;
+    }
+    at == one.len() && at == other.len()
 }
 
 /// The range in which the device may move on an axis.
@@ -152,7 +257,7 @@ impl Limits {
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Workspace {
-    /// Lowest position.
+    /// Lowest position that is allowed.
     pub low: Metres,
     /// Highest position, above `low`.
     pub high: Metres,
@@ -171,6 +276,14 @@ pub struct SpeedLimit {
     pub soft: MetresPerSecond,
     /// Latches the fault, above `soft`.
     pub hard: MetresPerSecond,
+}
+
+impl SpeedLimit {
+    /// A limit that is not braked before it is reached.
+    fn set(limits: &mut Limits, hard: Option<f64>) {
+        let hard = hard.map(MetresPerSecond);
+        limits.speed = hard.map(|hard| Self { soft: hard, hard });
+    }
 }
 
 /// A sensor that stands still although the device must move.
@@ -193,30 +306,31 @@ impl Stuck {
         force: Newtons(3.0),
         time: Seconds(0.1),
     };
+
+    fn set_force(limits: &mut Limits, force: Option<f64>) {
+        limits.stuck = force.map(|force| Self {
+            force: Newtons(force),
+            ..Self::DEFAULT
+        });
+    }
+
+    /// Behind the force: without one there is nothing to set.
+    fn set_time(limits: &mut Limits, time: Option<f64>) {
+        if let (Some(stuck), Some(time)) = (&mut limits.stuck, time) {
+            stuck.time = Seconds(time);
+        }
+    }
 }
 
 /// A device that must not be armed now: the force would begin with a blow.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Error)]
+#[error(
+    "the wanted force of {wanted} N is not within the {allowed} N allowed at the start",
+    wanted = Shown(*wanted_n), allowed = Shown(*allowed_n)
+)]
 pub struct StartRefused {
     /// Magnitude of the wanted force, N; NaN or infinite if it is not finite.
     pub wanted_n: f64,
     /// Largest with which a start is allowed, N; infinite if any finite force is.
     pub allowed_n: f64,
 }
-
-impl core::fmt::Display for StartRefused {
-    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
-        let Self {
-            wanted_n,
-            allowed_n,
-        } = self;
-        write!(
-            f,
-            "the wanted force of {wanted_n} N is not within the {allowed_n} N allowed at the start",
-            wanted_n = Shown(*wanted_n),
-            allowed_n = Shown(*allowed_n)
-        )
-    }
-}
-
-impl core::error::Error for StartRefused {}

@@ -22,7 +22,7 @@ mod limits;
 mod motion;
 
 pub use force::{Fault, Limiters, SafeForce};
-pub use limits::{Limits, SpeedLimit, StartRefused, Stuck, Workspace};
+pub use limits::{Limit, Limits, SpeedLimit, StartRefused, Stuck, Workspace};
 
 use crate::error::{Checks, ParameterError};
 use crate::guard::{GuardLaw, GuardState};
@@ -93,7 +93,7 @@ impl<F: Real, const D: usize> Default for SafetyState<F, D> {
 }
 
 impl<F: Real, const D: usize> SafetyState<F, D> {
-    /// The latched fault.
+    /// The fault that is latched, until it is cleared.
     #[must_use]
     pub fn fault(&self) -> Option<Fault> {
         self.fault
@@ -102,7 +102,8 @@ impl<F: Real, const D: usize> SafetyState<F, D> {
     /// Latches a fault that something else has found. The first fault stays.
     pub fn trip(&mut self, fault: Fault) {
         if self.fault.is_none() && !fault.leaves_braking() {
-            self.motion.forgo_braking();
+            // No braking with an actuator that does not obey.
+            self.motion.brakes = false;
         }
         self.fault.get_or_insert(fault);
     }
@@ -155,7 +156,7 @@ impl<F: Real, const D: usize> SafetyState<F, D> {
         self.stopping = false;
         self.released = None;
         self.risen = F::ZERO;
-        self.motion.rearm();
+        self.motion.brakes = true;
         if self.is_at_rest() {
             self.motion = Motion::at_rest();
             self.guard.forget_credit();
@@ -267,7 +268,7 @@ impl<F: Real> SafetyChain<F> {
                 if let Err(fault) = within {
                     state.trip(fault);
                 }
-                let most = self.clamps.magnitude();
+                let most = self.clamps.magnitude;
                 if !state.is_released()
                     && limits.stands_still(&mut state.motion, wanted, &state.force, most)
                 {

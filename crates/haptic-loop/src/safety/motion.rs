@@ -98,18 +98,13 @@ type Ends<F> = [Zone<F>; 2];
 fn workspace<F: Real>(workspace: Workspace, checks: &mut Checks) -> Ends<F> {
     let (low, high, soft) = (workspace.low.0, workspace.high.0, workspace.soft.0);
     checks.range("low end of the workspace", low, true, "finite", "m");
-    checks.range(
-        "high end of the workspace",
-        high,
-        high > low,
-        "above the low one",
-        "m",
-    );
+    let (what, allowed) = ("high end of the workspace", "above the low one");
+    checks.range(what, high, high > low, allowed, "m");
     let fits = (0.0..=0.5 * (high - low)).contains(&soft);
     let allowed = "from 0 to half the workspace";
     checks.range("workspace soft zone", soft, fits, allowed, "m");
     [
-        Zone::new("high end of the workspace", high, soft, "m", checks),
+        Zone::new(what, high, soft, "m", checks),
         Zone::new("low end of the workspace", -low, soft, "m", checks),
     ]
 }
@@ -118,14 +113,9 @@ fn workspace<F: Real>(workspace: Workspace, checks: &mut Checks) -> Ends<F> {
 fn speed<F: Real>(speed: SpeedLimit, checks: &mut Checks) -> Zone<F> {
     let (soft, hard) = (speed.soft.0, speed.hard.0);
     checks.not_negative("soft speed limit", soft, "m/s");
-    checks.range(
-        "speed limit",
-        hard,
-        hard > soft,
-        "above the soft one",
-        "m/s",
-    );
-    Zone::new("speed limit", hard, hard - soft, "m/s", checks)
+    let (what, allowed) = ("speed limit", "above the soft one");
+    checks.range(what, hard, hard > soft, allowed, "m/s");
+    Zone::new(what, hard, hard - soft, "m/s", checks)
 }
 
 /// Last position, velocity, for how long it has stood still, and whether braking is left.
@@ -145,7 +135,7 @@ pub(super) struct Motion<F, const D: usize> {
     /// Least magnitude of the wanted force since then, N.
     least: SVector<F, D>,
     /// A damper can oppose the motion.
-    brakes: bool,
+    pub(super) brakes: bool,
 }
 
 impl<F: Real, const D: usize> Motion<F, D> {
@@ -160,11 +150,6 @@ impl<F: Real, const D: usize> Motion<F, D> {
             least: SVector::from([F::ZERO; D]),
             brakes: true,
         }
-    }
-
-    /// A damper can oppose the motion again.
-    pub(super) fn rearm(&mut self) {
-        self.brakes = true;
     }
 
     /// The next position comes after so many that did not.
@@ -184,11 +169,6 @@ impl<F: Real, const D: usize> Motion<F, D> {
             brakes: false,
             ..Self::at_rest()
         };
-    }
-
-    /// No braking with an actuator that does not obey.
-    pub(super) fn forgo_braking(&mut self) {
-        self.brakes = false;
     }
 }
 

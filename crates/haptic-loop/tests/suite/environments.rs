@@ -119,8 +119,9 @@ fn a_specimen_scales_stress_to_force() {
     // A/ℓ = 4e-4/0.02 = 0.02 m: K = 0.02·1000 = 20 N/m, B = 0.02·500 = 10.
     let tissue = Tissue::new(Pascals(1000.0), 500.0, order(0.3)).expect("ok");
     let specimen = Specimen::slab(SquareMetres(4e-4), Metres(0.02)).expect("valid");
-    let rendered =
-        SpringDamper::of_tissue(&tissue, (&specimen, Modulus::Young), memory(0.3)).expect("valid");
+    let shape = specimen.shape(Modulus::Young);
+    let (stiffness, dissipation) = (tissue.elastic_modulus().0, tissue.viscosity_pa_s_alpha());
+    let rendered = spring(shape * stiffness, shape * dissipation, 0.3);
     let same = spring(20.0, 10.0, 0.3);
     let positions = [1e-4, 3e-4, 2e-4];
     for (a, b) in run(&rendered, &positions)

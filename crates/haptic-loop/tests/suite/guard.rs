@@ -99,7 +99,7 @@ impl Case {
             ..ideal(MASS, DAMPING, T.0)
         });
         mass.set_external_force(vector![1.0]);
-        let device = Sensed::new(mass, Metres(self.encoder), (Metres(0.0), 1)).expect("valid");
+        let device = Sensed::new(mass, Metres(self.encoder), Metres(0.0), 1).expect("valid");
         let mut positions = Vec::with_capacity(SAMPLES);
         let mut engaged = controller.engage(device);
         for _ in 0..SAMPLES {

@@ -1,6 +1,5 @@
 //! Tests of the public face of `haptic-loop`, in one binary.
 
-mod begin;
 mod controller;
 mod coupler;
 mod environments;

@@ -119,7 +119,7 @@ fn a_profile_refuses_bad_parameters() {
 fn sensors_refuse_bad_parameters() {
     let refused = |resolution, noise| {
         let still = MassDamper::<1>::new(ideal(M, B, T)).expect("valid");
-        let sensed = Sensed::new(still, Metres(resolution), (Metres(noise), 0));
+        let sensed = Sensed::new(still, Metres(resolution), Metres(noise), 0);
         sensed.expect_err("refused").to_string()
     };
     assert_eq!(

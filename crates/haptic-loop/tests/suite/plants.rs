@@ -226,7 +226,7 @@ fn axes_are_independent_and_runs_repeat_bit_for_bit() {
     };
     let run = || {
         let mut both = MassDamper::<2>::new(config).expect("valid");
-        let mut noisy = Sensed::new(both.clone(), Metres(0.0), (Metres(1e-5), 7)).expect("valid");
+        let mut noisy = Sensed::new(both.clone(), Metres(0.0), Metres(1e-5), 7).expect("valid");
         let mut alone = plant(config);
         let mut digest = Vec::new();
         for n in 0..500_u32 {
@@ -281,7 +281,7 @@ fn a_wall_that_is_run_ticks_until_it_is_seen_enough_or_a_fault_is_latched() {
         let chain = SafetyChain::from_limits(&limits, Seconds(T)).expect("valid");
         let mut device = plant(ideal(M, B, T));
         device.set_external_force(Vector1::new(2.0));
-        let device = Sensed::new(device, Metres(0.0), (Metres(0.0), 1)).expect("valid");
+        let device = Sensed::new(device, Metres(0.0), Metres(0.0), 1).expect("valid");
         (Controller::<f64, 1, _>::new(wall, chain), device)
     };
     let (mut controller, mut device) = wall(10.0);

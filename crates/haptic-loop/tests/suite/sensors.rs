@@ -15,7 +15,7 @@ fn plant() -> MassDamper<1> {
 
 #[test]
 fn an_encoder_reads_the_nearest_count() {
-    let mut encoder = Sensed::new(plant(), Metres(1e-3), (Metres(0.0), 0)).expect("valid");
+    let mut encoder = Sensed::new(plant(), Metres(1e-3), Metres(0.0), 0).expect("valid");
     for (x, want) in [(0.4e-3, 0.0), (0.6e-3, 1e-3), (-2.6e-3, -3e-3)] {
         let device: &mut MassDamper<1> = encoder.device_mut();
         device.set_state(Vector1::new(x), Vector1::new(0.0));
@@ -28,8 +28,7 @@ fn an_encoder_reads_the_nearest_count() {
 #[test]
 fn sensor_noise_has_its_standard_deviation_and_its_seed() {
     let sample = |seed, deviation| {
-        let mut noisy =
-            Sensed::new(plant(), Metres(0.0), (Metres(deviation), seed)).expect("valid");
+        let mut noisy = Sensed::new(plant(), Metres(0.0), Metres(deviation), seed).expect("valid");
         (0..10_000)
             .map(|_| read::<1>(&mut noisy).position_m[0])
             .collect::<Vec<f64>>()

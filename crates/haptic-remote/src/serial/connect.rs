@@ -9,9 +9,9 @@ use super::port;
 use super::run::IN_TIME;
 use super::served::Served;
 use crate::impossible::Plausible;
-use crate::{Conversation, Incoming, LinkError, check_keys};
+use crate::{Conversation, Incoming, LinkError, abilities, check_keys};
 use core::fmt::Display;
-use haptic_link::{Capabilities, FRAME_MAX, Hello, Keys, Report, Request, Sample, State, Status};
+use haptic_link::{Capabilities, FRAME_MAX, Hello, Report, Request, Sample, State, Status};
 use haptic_loop::realtime::Moment;
 use hdrhistogram::Histogram;
 use std::boxed::Box;
@@ -32,23 +32,6 @@ const HEARD_MOST: usize = 1 << 16;
 const COMMANDS_MOST: usize = 256;
 /// An unanswered request is sent again after this time.
 const RETRY: Duration = Duration::from_millis(150);
-
-/// A device that has not said yet what it can do.
-const UNKNOWN: Capabilities = Capabilities {
-    board: [0; 16],
-    axes: 0,
-    simulated: false,
-    tick_period_min_us: 0,
-    tick_period_max_us: 0,
-    force_max_n: 0.0,
-    force_rate_max_n_per_s: 0.0,
-    position_resolution_m: 0.0,
-    coefficients_max: 0,
-    modes_max: 0,
-    degree_max: 0,
-    flight_samples: 0,
-    image_digest: 0,
-};
 
 /// Options of a connection. By default [`BAUDS`], one attempt.
 #[derive(Clone, Copy, Debug, Default)]
@@ -143,7 +126,8 @@ impl SerialLink {
             heard,
             threads: threads.into(),
             hello,
-            capabilities: UNKNOWN,
+            // It has not said yet what it can do.
+            capabilities: abilities("", 0),
             has_controllers: false,
             has_surfaces: false,
             latency_ms: None,
@@ -166,13 +150,12 @@ impl SerialLink {
     }
 
     fn introduce(&mut self) -> Result<(), SerialError> {
-        let keys = match self.ask(Request::GetKeys)? {
-            Report::Keys(keys) => Some(keys),
-            _ => None,
+        let Report::Keys(keys) = self.ask(Request::GetKeys)? else {
+            return Err(LinkError::Gone.into());
         };
-        self.check(keys.as_ref(), 1)?;
-        self.has_controllers = keys.as_ref().is_some_and(Keys::has_controllers);
-        self.has_surfaces = keys.as_ref().is_some_and(Keys::has_surfaces);
+        check_keys(&keys, 1, self.hello.firmware)?;
+        self.has_controllers = keys.has_controllers();
+        self.has_surfaces = keys.has_surfaces();
         // Somebody may have left it running.
         if !matches!(self.hello.status.state, State::Idle | State::Fault) {
             self.ask(Request::Disarm)?;
@@ -183,19 +166,12 @@ impl SerialLink {
         }
         check_numbers(&self.capabilities)?;
         self.plausible = Plausible::of(self.capabilities.force_max_n);
-        self.check(keys.as_ref(), self.capabilities.axes)?;
+        check_keys(&keys, self.capabilities.axes, self.hello.firmware)?;
         let (configuration, _) = self.configuration()?;
         self.ticks_every(configuration.tick_period_us);
         // Old samples and notices are none of this session.
         while self.heard.try_recv().is_ok() {}
         Ok(())
-    }
-
-    /// Refuses messages of another form, of those for so many axes.
-    fn check(&self, keys: Option<&Keys>, axes: u8) -> Result<(), SerialError> {
-        keys.map_or(Ok(()), |keys| {
-            Ok(check_keys(keys, axes, self.hello.firmware)?)
-        })
     }
 
     /// Waits until the force of a device that was told to let go has fallen to zero, and says whether it has.

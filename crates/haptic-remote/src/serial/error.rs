@@ -2,51 +2,64 @@
 
 use crate::LinkError;
 use core::fmt;
-use std::string::String;
+use std::string::{String, ToString as _};
+use thiserror::Error;
 
 /// Why a serial device cannot be used, or not any more.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Error)]
 #[non_exhaustive]
 pub enum SerialError {
-    /// No such port.
+    /// The system has no port of this name.
+    #[error("there is no port {path}, {}", in_its_place(others))]
     NotFound {
-        /// Its path.
+        /// Path of the port, as it was given.
         path: String,
-        /// Ports that are there.
+        /// Ports that the system has, with commas between.
         others: String,
     },
     /// Somebody else has it open.
+    #[error("port {path} is in use by another program: close that one first")]
     InUse {
-        /// Its path.
+        /// Path of the port, as it was given.
         path: String,
     },
     /// The operating system does not let us.
+    #[error("this user may not open port {path}: join the group that owns it, often dialout")]
     Forbidden {
-        /// Its path.
+        /// Path of the port, as it was given.
         path: String,
     },
     /// Something else than a serial port.
+    #[error("{path} is not a serial port: give the port of the device, such as /dev/ttyACM0")]
     NoPort {
-        /// Its path.
+        /// Path of the port, as it was given.
         path: String,
     },
     /// Nobody answers at a socket, which lets one program in at a time.
+    #[error(
+        "nobody answers at the socket {path}, which lets one program in at a time: close another one"
+    )]
     SilentSocket {
-        /// Its path.
+        /// Path of the port, as it was given.
         path: String,
     },
     /// It cannot be opened for another reason, or not at this speed.
+    #[error(
+        "port {path} cannot be opened at {baud} baud ({reason}): take another speed, or plug the device in again"
+    )]
     Open {
-        /// Its path.
+        /// Path of the port, as it was given.
         path: String,
-        /// Bits per second.
+        /// Speed at which it was to be opened, bits per second.
         baud: u32,
         /// In the words of the system.
         reason: String,
     },
-    /// Error of the conversation.
-    Link(LinkError),
+    /// The port works, but the conversation with the device failed.
+    #[error(transparent)]
+    Link(#[from] LinkError),
     /// A thread could not be started.
+    #[error("a thread could not be started: {reason}")]
     Thread {
         /// In the words of the system.
         reason: String,
@@ -94,69 +107,26 @@ impl SerialError {
     }
 }
 
-impl From<LinkError> for SerialError {
-    fn from(error: LinkError) -> Self {
-        Self::Link(error)
+/// The ports that are there instead.
+fn in_its_place(others: &str) -> String {
+    if others.is_empty() {
+        "nor any other: plug the device in, and look at its cable and supply".to_string()
+    } else {
+        std::format!("there are {others}: plug the device in, or name the port that it is at")
     }
 }
-
-impl fmt::Display for SerialError {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::NotFound { path, others } => {
-                write!(f, "there is no port {path}, ")?;
-                if others.is_empty() {
-                    f.write_str(
-                        "nor any other: plug the device in, and look at its cable and supply",
-                    )
-                } else {
-                    write!(
-                        f,
-                        "there are {others}: plug the device in, or name the port that it is at"
-                    )
-                }
-            }
-            Self::InUse { path } => write!(
-                f,
-                "port {path} is in use by another program: close that one first"
-            ),
-            Self::Forbidden { path } => write!(
-                f,
-                "this user may not open port {path}: join the group that owns it, often dialout"
-            ),
-            Self::NoPort { path } => write!(
-                f,
-                "{path} is not a serial port: give the port of the device, such as /dev/ttyACM0"
-            ),
-            Self::SilentSocket { path } => write!(
-                f,
-                "nobody answers at the socket {path}, which lets one program in at a time: close another one"
-            ),
-            Self::Open { path, baud, reason } => {
-                write!(
-                    f,
-                    "port {path} cannot be opened at {baud} baud ({reason}): take another speed, or plug the device in again"
-                )
-            }
-            Self::Link(error) => error.fmt(f),
-            Self::Thread { reason } => write!(f, "a thread could not be started: {reason}"),
-        }
-    }
-}
-
-impl core::error::Error for SerialError {}
 
 /// Words of a board about its last fault, with the remedy, and where its cause lies.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct BoardTrouble {
-    /// In whole words.
+    /// A sentence for a person, with the remedy.
     pub words: String,
-    /// Where to look.
+    /// Tells where to look for the cause.
     pub cause: TroubleCause,
 }
 
 impl BoardTrouble {
-    /// Of the board itself.
+    /// Trouble whose cause lies in the board itself.
     #[must_use]
     pub const fn of_board(words: String) -> Self {
         Self {

@@ -22,10 +22,10 @@ use std::thread::JoinHandle;
 use std::time::Duration;
 use std::vec::Vec;
 
-/// Counters of a link.
+/// Counters of this end of a link, and how long answers took.
 #[derive(Clone, Debug)]
 pub struct LinkReport {
-    /// Of the host's end.
+    /// Counters of frames, from the conversation.
     pub host: HostCounters,
     /// Samples that found the queue full.
     pub samples_dropped: u64,
@@ -99,7 +99,7 @@ pub struct SerialLink {
 }
 
 impl SerialLink {
-    /// T, s.
+    /// T of the configuration in force, s.
     #[must_use]
     pub fn period_s(&self) -> f64 {
         f64::from(self.period_us()) * 1e-6
@@ -259,13 +259,13 @@ impl Drop for SerialLink {
 /// Message that a device sends unasked.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Heard {
-    /// A tick.
+    /// A tick of the device, in its order.
     Sample(Sample),
-    /// Something happened.
+    /// The state of the device has changed.
     Event(Event),
-    /// A fault latched.
+    /// A fault has latched, or its frame was lost and it shows in a keep-alive.
     Fault(FaultReport),
-    /// The session is over.
+    /// The session is over, and nothing follows.
     Over(LinkError),
 }
 

@@ -79,32 +79,24 @@ pub fn open(path: &str, baud: u32) -> Result<Box<dyn Line>, SerialError> {
     }
     let opened = serialport::new(path, baud).timeout(READ_TIMEOUT).open();
     let port = opened.map_err(|error| {
-        let text = error.to_string();
-        let busy = text.contains("exclusive lock") || text.contains("busy");
+        use serialport::ErrorKind::{Io, NoDevice};
+        let (kind, reason) = (error.kind(), error.to_string());
         let path = path.to_string();
-        match error.kind() {
-            _ if busy => SerialError::InUse { path },
+        if reason.contains("exclusive lock") || reason.contains("busy") {
+            SerialError::InUse { path }
+        } else if reason.contains("Not a typewriter") || reason.contains("Inappropriate ioctl") {
             // Message of the system for a file that has no baud rate.
-            _ if text.contains("Not a typewriter") || text.contains("Inappropriate ioctl") => {
-                SerialError::NoPort { path }
-            }
-            serialport::ErrorKind::Io(ErrorKind::PermissionDenied) => {
-                SerialError::Forbidden { path }
-            }
-            serialport::ErrorKind::NoDevice | serialport::ErrorKind::Io(ErrorKind::NotFound)
-                if !Path::new(&path).exists() =>
-            {
-                let others: Vec<String> = ports().into_iter().map(|port| port.path).collect();
-                SerialError::NotFound {
-                    path,
-                    others: others.join(", "),
-                }
-            }
-            _ => SerialError::Open {
+            SerialError::NoPort { path }
+        } else if kind == Io(ErrorKind::PermissionDenied) {
+            SerialError::Forbidden { path }
+        } else if matches!(kind, NoDevice | Io(ErrorKind::NotFound)) && !Path::new(&path).exists() {
+            let others: Vec<String> = ports().into_iter().map(|port| port.path).collect();
+            SerialError::NotFound {
                 path,
-                baud,
-                reason: text,
-            },
+                others: others.join(", "),
+            }
+        } else {
+            SerialError::Open { path, baud, reason }
         }
     })?;
     // Best effort: a line that cannot be cleared is cleaned by the first hello.

@@ -114,12 +114,12 @@ impl SerialLink {
     ) -> Result<(), SerialError> {
         let most = self.capabilities.coefficients_max;
         if values.len() > usize::from(most) {
-            let refusal = Refusal::Range {
-                field: Field::CoefficientCount,
-                value: values.len() as f32,
-                least: 1.0,
-                most: f32::from(most),
-            };
+            let refusal = Refusal::range(
+                Field::CoefficientCount,
+                values.len() as f32,
+                1.0,
+                f32::from(most),
+            );
             let request = "configure";
             return Err(LinkError::Refused { request, refusal }.into());
         }
@@ -173,10 +173,10 @@ impl SerialLink {
     /// # Errors
     /// As [`ask`](Self::ask).
     pub fn statistics(&self) -> Result<Statistics, SerialError> {
-        match self.ask(Request::GetStatistics)? {
-            Report::Statistics(statistics) => Ok(statistics),
-            _ => Err(LinkError::Gone.into()),
-        }
+        let Report::Statistics(statistics) = self.ask(Request::GetStatistics)? else {
+            return Err(LinkError::Gone.into());
+        };
+        Ok(statistics)
     }
 
     /// Time since the device started, by its own clock: a board that was programmed has started since.

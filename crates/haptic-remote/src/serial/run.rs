@@ -138,15 +138,14 @@ impl SerialLink {
         self.running?;
         let sample = match heard {
             Heard::Sample(sample) => sample,
-            Heard::Event(Event {
-                kind: EventKind::Started,
-                ..
-            }) => {
-                // What came before it is of the time before the run.
-                self.plausible.begin(self.period_us());
+            Heard::Event(event) => {
+                if event.kind == EventKind::Started {
+                    // What came before it is of the time before the run.
+                    self.plausible.begin(self.period_us());
+                }
                 return None;
             }
-            _ => return None,
+            Heard::Fault(_) | Heard::Over(_) => return None,
         };
         // A device in a fault says itself that its samples are none.
         let in_fault = |axis: &BatchItem| axis.limiters & Limiters::FAULT.bits() != 0;

@@ -14,6 +14,7 @@ use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::{Arc, Mutex};
 use std::thread::JoinHandle;
 use std::time::Duration;
+use thiserror::Error;
 
 /// Shortest tick at which a USB port of full speed, which moves bytes each millisecond, can follow, µs.
 pub const USB_PERIOD_US: u32 = 500;
@@ -120,27 +121,16 @@ impl Drop for Served {
 }
 
 /// Hardware that cannot be served.
-#[derive(Debug)]
+#[derive(Debug, Error)]
 #[non_exhaustive]
 pub enum ServeError {
     /// It refuses the configuration of a device at power-up.
+    #[error("the device refuses its first configuration: {0:?}")]
     Hardware(Refusal),
     /// No thread to be had.
+    #[error("a thread could not be started: {0}")]
     Thread(std::io::Error),
 }
-
-impl core::fmt::Display for ServeError {
-    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
-        match self {
-            Self::Hardware(refusal) => {
-                write!(f, "the device refuses its first configuration: {refusal:?}")
-            }
-            Self::Thread(error) => write!(f, "a thread could not be started: {error}"),
-        }
-    }
-}
-
-impl core::error::Error for ServeError {}
 
 struct Serving<H: Hardware<D>, const D: usize> {
     device: RefCell<TickSide<Punctual<H>, D>>,

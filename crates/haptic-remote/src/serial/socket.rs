@@ -3,7 +3,6 @@
 use super::error::SerialError;
 use super::line::Line;
 use std::boxed::Box;
-use std::format;
 use std::io::{self, ErrorKind, Read, Write};
 use std::os::unix::fs::FileTypeExt as _;
 use std::os::unix::net::UnixStream;
@@ -30,18 +29,16 @@ impl Socket {
             Ok(socket)
         });
         let path = path.to_string();
-        Some(opened.map_err(|error| match error.kind() {
-            ErrorKind::PermissionDenied => SerialError::Forbidden { path },
-            ErrorKind::ConnectionRefused => SerialError::Open {
-                path,
-                baud,
-                reason: "nobody listens at this socket: start its emulator anew".to_string(),
-            },
-            _ => SerialError::Open {
-                path,
-                baud,
-                reason: format!("{error}"),
-            },
+        Some(opened.map_err(|error| {
+            if error.kind() == ErrorKind::PermissionDenied {
+                return SerialError::Forbidden { path };
+            }
+            let reason = if error.kind() == ErrorKind::ConnectionRefused {
+                "nobody listens at this socket: start its emulator anew".to_string()
+            } else {
+                error.to_string()
+            };
+            SerialError::Open { path, baud, reason }
         }))
     }
 }
@@ -53,9 +50,10 @@ pub(super) fn is_socket(path: &str) -> bool {
 /// A time that has passed is the same on every line.
 #[must_use]
 pub fn timed_out(error: io::Error) -> io::Error {
-    match error.kind() {
-        ErrorKind::WouldBlock => ErrorKind::TimedOut.into(),
-        _ => error,
+    if error.kind() == ErrorKind::WouldBlock {
+        ErrorKind::TimedOut.into()
+    } else {
+        error
     }
 }
 

@@ -249,11 +249,12 @@ impl DeviceSession {
                 device.with(TickSide::disarm);
                 Ok(())
             }
-            Request::Start(start) => device.with(|device| match device.status().state {
-                State::Armed | State::Running | State::Stopping if !owns => {
-                    Err(Refusal::Connection)
+            Request::Start(start) => device.with(|device| {
+                let state = device.status().state;
+                if !owns && matches!(state, State::Armed | State::Running | State::Stopping) {
+                    return Err(Refusal::Connection);
                 }
-                _ => device.start(start),
+                device.start(start)
             }),
             Request::Stop => device.with(TickSide::stop),
             Request::Stream { every, batch } => {
@@ -271,7 +272,18 @@ impl DeviceSession {
             }
             #[cfg(feature = "controllers")]
             Request::Controller(law) => self.stage_controller(law, device),
-            _ => Ok(()),
+            // Answered before, by a report or by nothing.
+            #[cfg(feature = "controllers")]
+            Request::GetControllerCost => Ok(()),
+            Request::Hello { .. }
+            | Request::GetCapabilities
+            | Request::GetConfiguration
+            | Request::GetCoefficients { .. }
+            | Request::Force { .. }
+            | Request::KeepAlive { .. }
+            | Request::GetStatistics
+            | Request::ReadFlight { .. }
+            | Request::GetKeys => Ok(()),
         }
     }
 
@@ -380,13 +392,14 @@ impl DeviceSession {
                 Some(cost) => Report::ControllerCost(cost),
                 None => refused(Refusal::Unsupported(Field::Other)),
             }),
+            // `obey` has an arm for each request.
             _ => return None,
         })
     }
 
     fn statistics(&self, ticks: Statistics) -> Statistics {
         let line = self.receiver.counters();
-        let requests = self.connections.tracker().out_of_order();
+        let requests = self.connections.tracker.out_of_order();
         Statistics {
             sent: self.sent,
             received: line.received,
@@ -397,7 +410,7 @@ impl DeviceSession {
             duplicate: requests.duplicate,
             late: requests.late,
             bytes_overrun: self.bytes_overrun,
-            strangers: self.connections.strangers(),
+            strangers: self.connections.strangers,
             ..ticks
         }
     }
@@ -414,12 +427,12 @@ fn coefficients<H: Hardware<D>, const D: usize, R: BorrowMut<Records<D>>>(
 ) -> Result<CoefficientBlock, Refusal> {
     let count = device.configuration().0.operator.count;
     if offset >= count || !offset.is_multiple_of(COEFFICIENTS_PER_BLOCK as u16) {
-        return Err(Refusal::Range {
-            field: Field::Offset,
-            value: f32::from(offset),
-            least: 0.0,
-            most: f32::from(count.saturating_sub(1)),
-        });
+        return Err(Refusal::range(
+            Field::Offset,
+            f32::from(offset),
+            0.0,
+            f32::from(count.saturating_sub(1)),
+        ));
     }
     let values = core::array::from_fn(|i| {
         device

@@ -91,12 +91,12 @@ impl DeviceSession {
         let slots = self.values.get_mut(start..start + COEFFICIENTS_PER_BLOCK);
         let aligned = start.is_multiple_of(COEFFICIENTS_PER_BLOCK);
         let Some(slots) = slots.filter(|_| aligned) else {
-            return Err(Refusal::Range {
-                field: Field::Offset,
-                value: f32::from(block.offset),
-                least: 0.0,
-                most: (COEFFICIENTS_MAX - COEFFICIENTS_PER_BLOCK) as f32,
-            });
+            return Err(Refusal::range(
+                Field::Offset,
+                f32::from(block.offset),
+                0.0,
+                (COEFFICIENTS_MAX - COEFFICIENTS_PER_BLOCK) as f32,
+            ));
         };
         slots.copy_from_slice(&block.values);
         self.blocks |= 1 << (start / COEFFICIENTS_PER_BLOCK);
@@ -140,12 +140,12 @@ impl DeviceSession {
         };
         let count = configuration.operator.count;
         let Some(values) = self.values.get(..usize::from(count)) else {
-            return Err(Refusal::Range {
-                field: Field::CoefficientCount,
-                value: f32::from(count),
-                least: 1.0,
-                most: COEFFICIENTS_MAX as f32,
-            });
+            return Err(Refusal::range(
+                Field::CoefficientCount,
+                f32::from(count),
+                1.0,
+                COEFFICIENTS_MAX as f32,
+            ));
         };
         let needed = haptic_link::block_count(count);
         if (0..needed).any(|block| self.blocks >> block & 1 == 0) {
@@ -236,9 +236,9 @@ impl DeviceSession {
         #[cfg(feature = "controllers")]
         let prepared = match self.controller.take() {
             Some(law) => {
-                let with = device
-                    .with(|device| (device.hardware().capabilities(), device.controller_cost()));
-                prepared.holding(law, (values, digest), with)?
+                let capabilities = device.with(|device| device.hardware().capabilities());
+                let cost = device.with(|device| device.controller_cost());
+                prepared.holding(law, values, digest, &capabilities, cost)?
             }
             None => prepared,
         };
@@ -259,7 +259,7 @@ impl DeviceSession {
                 .with(|device| device.coefficient(index))
                 .unwrap_or_default();
         }
-        self.run_of = self.connections.current();
+        self.run_of = self.connections.current;
         let used = used(&prepared.configuration, &values);
         device.with(|device| device.install(prepared, used))
     }

@@ -189,7 +189,7 @@ impl<H: Hardware<D>, const D: usize, R: BorrowMut<Records<D>>> TickSide<H, D, R>
         hardware.install(setup, configuration.tick_period_us);
     }
 
-    /// State and fault.
+    /// State and fault now, as every answer tells them.
     #[must_use]
     pub fn status(&self) -> Status {
         Status {
@@ -216,7 +216,7 @@ impl<H: Hardware<D>, const D: usize, R: BorrowMut<Records<D>>> TickSide<H, D, R>
             .value(index)
     }
 
-    /// The board.
+    /// The board, to see what its own interrupts have found.
     pub const fn hardware(&self) -> &H {
         self.engaged.device()
     }
@@ -232,7 +232,7 @@ impl<H: Hardware<D>, const D: usize, R: BorrowMut<Records<D>>> TickSide<H, D, R>
         self.engaged.device_mut()
     }
 
-    /// Counters of this side.
+    /// Counters of ticks and samples; the session adds those of the line.
     #[must_use]
     pub const fn statistics(&self) -> &Statistics {
         &self.statistics

@@ -26,7 +26,7 @@ impl<H: Hardware<D>, const D: usize, R: BorrowMut<Records<D>>> TickSide<H, D, R>
         match self.state {
             State::Armed => return Ok(()),
             State::Idle | State::Fault => {}
-            state => return Err(Refusal::State(state)),
+            State::Running | State::Stopping => return Err(Refusal::State(self.state)),
         }
         if faults != self.faults {
             return Err(Refusal::UnknownFault);
@@ -73,7 +73,9 @@ impl<H: Hardware<D>, const D: usize, R: BorrowMut<Records<D>>> TickSide<H, D, R>
                 return Ok(());
             }
             State::Armed => {}
-            state => return Err(Refusal::State(state)),
+            State::Idle | State::Running | State::Stopping | State::Fault => {
+                return Err(Refusal::State(self.state));
+            }
         }
         let stream = Stream::new(start.every, start.batch)?;
         if stream.every == 0 {
@@ -169,7 +171,7 @@ impl<H: Hardware<D>, const D: usize, R: BorrowMut<Records<D>>> TickSide<H, D, R>
             State::Idle => Ok(()),
             State::Fault if self.safety().is_at_rest() => Ok(()),
             State::Fault => Err(Refusal::ForceNotZero),
-            state => Err(Refusal::State(state)),
+            state @ (State::Armed | State::Running | State::Stopping) => Err(Refusal::State(state)),
         }
     }
 

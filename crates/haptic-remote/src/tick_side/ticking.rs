@@ -160,8 +160,8 @@ impl<H: Hardware<D>, const D: usize, R: BorrowMut<Records<D>>> TickSide<H, D, R>
             self.engaged.controller_mut().unmeasured(unmeasured);
         }
         let done = self.engaged.tick_commanded(commanded.as_ref())?;
-        let at = (self.tick, self.now_us as u32);
-        Ok(Tick::of(&done, at, self.flaws()))
+        let (tick, time_us) = (self.tick, self.now_us as u32);
+        Ok(Tick::of(&done, tick, time_us, self.flaws()))
     }
 
     /// A tick while no force may act, which is in no hurry: the one that makes a force is laid out for speed.
@@ -214,7 +214,7 @@ impl<H: Hardware<D>, const D: usize, R: BorrowMut<Records<D>>> TickSide<H, D, R>
             State::Running | State::Stopping => self.run_stream,
             // Samples after a fault belong to the run that the fault ended.
             State::Fault if self.aftermath > 0 || !self.safety().is_at_rest() => self.run_stream,
-            _ => self.idle_stream,
+            State::Idle | State::Armed | State::Fault => self.idle_stream,
         }
     }
 

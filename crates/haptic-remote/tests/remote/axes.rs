@@ -171,9 +171,12 @@ fn ticks_come_in_batches_and_the_recorder_tells_vectors() {
         .expect("streams");
     bench.run_ms(100);
     let batches: Vec<&Batch> = (bench.told.iter())
-        .filter_map(|report| match report {
-            Report::Batch(batch) => Some(batch),
-            _ => None,
+        .filter_map(|report| {
+            if let Report::Batch(batch) = report {
+                Some(batch)
+            } else {
+                None
+            }
         })
         .collect();
     assert!(!batches.is_empty());

@@ -133,11 +133,10 @@ fn forged_frames_do_nothing() {
             bench.run_ms(1);
         }
         let status = bench.device.borrow().status();
-        match state {
-            State::Armed | State::Running => {
-                assert_eq!(status.fault, Fault::HostSilent.code(), "{which:?}");
-            }
-            state => assert_eq!(status.state, state, "{which:?}"),
+        if matches!(state, State::Armed | State::Running) {
+            assert_eq!(status.fault, Fault::HostSilent.code(), "{which:?}");
+        } else {
+            assert_eq!(status.state, state, "{which:?}");
         }
         assert_eq!(bench.force_n(), 0.0);
     }

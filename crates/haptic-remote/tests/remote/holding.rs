@@ -54,7 +54,7 @@ fn configuration() -> Configuration {
 
 /// All of a run with this controller.
 fn held(setup: &ControllerSetup) -> (Configuration, Vec<f32>, ControllerLaw) {
-    let law = controller_law(setup, (REFERENCE_M, RAMP_TICKS), 10.0);
+    let law = controller_law(setup, REFERENCE_M, RAMP_TICKS, 10.0);
     let (operator, values, law) = law.expect("a law");
     let configuration = Configuration {
         operator,

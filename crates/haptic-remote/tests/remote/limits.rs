@@ -146,16 +146,9 @@ fn a_run_that_would_begin_with_a_blow_is_refused() {
         )
     };
     let mut bench = armed(inside(1.0));
-    match bench.refused(Request::Start(START)) {
-        Refusal::ForceNotSmall {
-            wanted_n,
-            allowed_n,
-        } => {
-            assert!((wanted_n - 10.0).abs() < 1e-5, "{wanted_n}");
-            assert_eq!(allowed_n, 1.0);
-        }
-        other => panic!("{other:?}"),
-    }
+    let (wanted_n, allowed_n) = not_small(bench.refused(Request::Start(START)));
+    assert!((wanted_n - 10.0).abs() < 1e-5, "{wanted_n}");
+    assert_eq!(allowed_n, 1.0);
     assert_eq!((bench.state(), bench.force_n()), (State::Armed, 0.0));
     // A limit that allows it, or none.
     for allowed in [10.5, 0.0] {
@@ -175,13 +168,20 @@ fn a_run_that_would_begin_with_a_blow_is_refused() {
         surface_m: -1e3,
         ..inside(0.0)
     });
-    match bench.refused(Request::Start(START)) {
-        Refusal::ForceNotSmall {
-            wanted_n,
-            allowed_n,
-        } => assert!(!wanted_n.is_finite() && allowed_n.is_infinite()),
-        other => panic!("{other:?}"),
-    }
+    let (wanted_n, allowed_n) = not_small(bench.refused(Request::Start(START)));
+    assert!(!wanted_n.is_finite() && allowed_n.is_infinite());
+}
+
+/// Wanted and allowed force of a refused start, N.
+fn not_small(refusal: Refusal) -> (f32, f32) {
+    let Refusal::ForceNotSmall {
+        wanted_n,
+        allowed_n,
+    } = refusal
+    else {
+        panic!("{refusal:?}");
+    };
+    (wanted_n, allowed_n)
 }
 
 #[test]

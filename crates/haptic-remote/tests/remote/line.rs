@@ -203,12 +203,11 @@ impl<H: Hardware<D>, const D: usize> Bench<H, D> {
         let device = self.device.borrow();
         let configuration = device.configuration().0;
         let host_loop = configuration.loop_mode == LoopMode::Host;
-        match request {
-            Request::Force { tick, .. } => {
-                let age = device.newest().tick.wrapping_add(1).wrapping_sub(*tick);
-                age <= u32::from(configuration.limits.max_age_ticks)
-            }
-            _ => !(host_loop && device.status().state == State::Running),
+        if let Request::Force { tick, .. } = request {
+            let age = device.newest().tick.wrapping_add(1).wrapping_sub(*tick);
+            age <= u32::from(configuration.limits.max_age_ticks)
+        } else {
+            !(host_loop && device.status().state == State::Running)
         }
     }
 
@@ -325,37 +324,49 @@ impl<H: Hardware<D>, const D: usize> Bench<H, D> {
 
     /// The samples heard so far that came one by one.
     pub(crate) fn samples(&self) -> impl DoubleEndedIterator<Item = &Sample> {
-        self.told.iter().filter_map(|report| match report {
-            Report::Sample(sample) => Some(sample),
-            _ => None,
+        self.told.iter().filter_map(|report| {
+            if let Report::Sample(sample) = report {
+                Some(sample)
+            } else {
+                None
+            }
         })
     }
 
     /// The events heard so far.
     pub(crate) fn events(&self) -> Vec<EventKind> {
-        let events = self.told.iter().filter_map(|report| match report {
-            Report::Event(event) => Some(event.kind),
-            _ => None,
+        let events = self.told.iter().filter_map(|report| {
+            if let Report::Event(event) = report {
+                Some(event.kind)
+            } else {
+                None
+            }
         });
         events.collect()
     }
 
     /// The first fault that was told, and its tick.
     pub(crate) fn told_fault(&self) -> Option<(Fault, u32)> {
-        self.told.iter().find_map(|report| match report {
-            Report::Fault(report) => Some((Fault::from_code(report.status.fault)?, report.tick)),
-            _ => None,
+        self.told.iter().find_map(|report| {
+            let Report::Fault(report) = report else {
+                return None;
+            };
+            Some((Fault::from_code(report.status.fault)?, report.tick))
         })
     }
 
     /// Ticks of the samples heard so far.
     pub(crate) fn ticks(&self) -> Vec<u32> {
-        let samples = self.told.iter().flat_map(|report| match report {
-            Report::Sample(sample) => vec![sample.tick],
-            Report::Batch(batch) => (0..batch.items.len() as u32)
-                .map(|n| batch.tick + n * u32::from(batch.every))
-                .collect(),
-            _ => Vec::new(),
+        let samples = self.told.iter().flat_map(|report| {
+            if let Report::Sample(sample) = report {
+                vec![sample.tick]
+            } else if let Report::Batch(batch) = report {
+                (0..batch.items.len() as u32)
+                    .map(|n| batch.tick + n * u32::from(batch.every))
+                    .collect()
+            } else {
+                Vec::new()
+            }
         });
         samples.collect()
     }

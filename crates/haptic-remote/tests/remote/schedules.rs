@@ -173,10 +173,11 @@ impl Watched {
     /// Connects anew; the number of faults.
     fn greet(&mut self) -> u16 {
         let greeting = self.bench.greeting();
-        match self.done(greeting) {
-            Report::Hello(hello) => hello.status.faults,
-            other => panic!("not a hello: {other:?}"),
-        }
+        let answer = self.done(greeting);
+        let Report::Hello(hello) = answer else {
+            panic!("not a hello: {answer:?}");
+        };
+        hello.status.faults
     }
 
     fn done(&mut self, request: Request) -> Report {

@@ -161,7 +161,7 @@ fn samples(link: &mut SerialLink, count: usize) -> Vec<Sample> {
         match link.hear(Duration::from_secs(60)).expect("something") {
             Heard::Sample(sample) => samples.push(sample),
             Heard::Event(_) => {}
-            other => panic!("{other:?}"),
+            over @ (Heard::Fault(_) | Heard::Over(_)) => panic!("{over:?}"),
         }
     }
     samples

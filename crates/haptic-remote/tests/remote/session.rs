@@ -90,7 +90,7 @@ fn a_run_sends_every_tick_and_ends_by_itself_with_zero_force() {
     assert_eq!(bench.events(), kinds);
     // The event comes after the last sample.
     assert!(matches!(bench.told.last(), Some(Report::Event(_))));
-    assert_eq!(bench.host.counters().lost, 0);
+    assert_eq!(bench.host.counters().order.lost, 0);
 }
 
 #[test]

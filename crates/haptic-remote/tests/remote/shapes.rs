@@ -191,11 +191,10 @@ fn on_host<const D: usize>(shape: &Shape<f64, D>) -> Shape<f32, D> {
     match shape {
         Shape::Plane(_) => Shape::Plane(Plane::new(numbers.place, distance).expect("valid")),
         Shape::Ball(_) => Shape::Ball(
-            match numbers.kind {
-                haptic_loop::ShapeKind::HollowBall => {
-                    Ball::hollow(numbers.place.map(Metres), distance)
-                }
-                _ => Ball::solid(numbers.place.map(Metres), distance),
+            if numbers.kind == haptic_loop::ShapeKind::HollowBall {
+                Ball::hollow(numbers.place.map(Metres), distance)
+            } else {
+                Ball::solid(numbers.place.map(Metres), distance)
             }
             .expect("valid"),
         ),

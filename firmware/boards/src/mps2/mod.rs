@@ -15,9 +15,9 @@ use register::Register;
 pub use uart::{Uart, on_receive, on_sent};
 pub use vectors::interrupt;
 
-/// Sensor and actuator.
+/// Sensor and actuator: a plant that is stepped by its ticks.
 pub type Board = SimulatedPlant;
-/// Makes the ticks.
+/// The timer whose interrupt is the tick.
 pub type Timer = SysTick;
 /// Nothing on this board can move, so nothing has to be stopped.
 pub type Watchdog = NoWatchdog;
@@ -38,7 +38,7 @@ const PRESCALE: Register = unsafe { Register::at(FPGAIO + 0x1C) };
 
 static CLOCK: Clock = Clock::new();
 
-/// Time since power-up, µs.
+/// Time since power-up by the counter of the FPGA, µs.
 pub fn now_us() -> u64 {
     CLOCK.now_us(|| COUNTER.read())
 }

@@ -27,9 +27,9 @@ use stm32f4xx_hal::timer::{CounterUs, Event, FTimer, Flag};
 use stm32f4xx_hal::watchdog::IndependentWatchdog;
 pub use uart::{Uart, on_round, on_uart};
 
-/// Sensor and actuator.
+/// Sensor and actuator: encoder, amplifier, emergency stop.
 pub type Board = Axis;
-/// Makes the ticks.
+/// The timer whose interrupt is the tick.
 pub type Timer = TickCounter;
 /// Watches tick and main loop.
 pub type Watchdog = Iwdg;
@@ -78,7 +78,7 @@ impl TickTimer for TickCounter {
     }
 }
 
-/// The independent watchdog.
+/// The independent watchdog, which resets the chip if it is not fed.
 #[derive(Debug)]
 pub struct Iwdg(IndependentWatchdog);
 
@@ -173,7 +173,7 @@ fn watchdog(registers: IWDG, debug: &DBGMCU) -> Iwdg {
     Iwdg(watchdog)
 }
 
-/// Lets the interrupts come.
+/// Lets the interrupts of tick and line come.
 pub fn enable_interrupts() {
     #[expect(unsafe_code, reason = "interrupts begin")]
     // SAFETY: everything that the handlers use is set up; no critical section is made by masking.

@@ -48,7 +48,7 @@ fn a_spring_along_the_line_pushes_along_the_line() {
             "{pressed} ticks, {largest} N"
         );
         assert!(largest < f64::from(FORCE_N));
-        assert_eq!(running.device.hardware().planar().scaled(), 0);
+        assert_eq!(running.device.hardware().scaled(), 0);
     }
 }
 
@@ -56,7 +56,7 @@ fn a_spring_along_the_line_pushes_along_the_line() {
 fn the_place_is_true_to_a_count() {
     for version in Version::ALL {
         let model = version.model();
-        let place = [0.5 * model.pantograph.base_m() + 0.02, 0.11];
+        let place = [0.5 * model.pantograph.base_m + 0.02, 0.11];
         let (board, now_us) = configured(version, version, Hand::Fixed(place), 1.5);
         let mut running = Running::on(board, version, now_us);
         running.tick();
@@ -88,7 +88,7 @@ fn a_board_that_falls_silent_is_a_fault_and_has_no_torque_when_it_comes_back() {
         assert_eq!(faulted, tick > 1 + LATE_MOST, "tick {tick}");
     }
     assert_eq!(running.device.status().fault, Fault::BoardFailed.code());
-    let trouble = running.device.hardware().planar().trouble();
+    let trouble = running.device.hardware().ended_by();
     let silent = matches!(trouble, Some(Trouble::Silent { bytes: 0, .. }));
     assert!(silent, "{trouble:?}");
     // What its samples still tell is no measurement, and each says so.
@@ -109,7 +109,7 @@ fn the_answer_of_another_device_is_a_fault() {
     for _ in 0..3 {
         running.tick();
     }
-    let trouble = running.device.hardware().planar().trouble();
+    let trouble = running.device.hardware().ended_by();
     assert_eq!(trouble, Some(Trouble::OtherDevice { device_id: 4 }));
 }
 
@@ -175,7 +175,7 @@ fn letting_go_leaves_the_board_without_torque_and_configured() {
 fn every_command_finds_the_handle_at_its_home_or_goes_on_with_that_of_before() {
     for version in Version::ALL {
         let model = version.model();
-        let into = [0.5 * model.pantograph.base_m(), 0.09];
+        let into = [0.5 * model.pantograph.base_m, 0.09];
         let led = |wire: &Wire| {
             wire.with(|world| {
                 world.now_us += 1_500_000;
@@ -189,7 +189,7 @@ fn every_command_finds_the_handle_at_its_home_or_goes_on_with_that_of_before() {
         let wire = Wire::new(World::new(board));
         let seen = |home| {
             let device = Haply2Diy::greet(wire.clone(), &name(version, home)).expect("answers");
-            device.planar().posture().hand_m
+            device.posture().hand_m
         };
         let step_m = 2.0 * f64::from(model.resolution_m());
         for _ in 0..3 {
@@ -229,7 +229,7 @@ fn a_2diy_of_the_other_version_is_said_to_be_one() {
             running.tick();
             ticks += 1;
         }
-        let trouble = running.device.hardware().planar().trouble();
+        let trouble = running.device.hardware().ended_by();
         println!("to ({x}, {y}): tick {ticks}, {trouble:?}");
         let said = trouble.expect("a trouble").to_string();
         assert!(said.contains("version"), "{said}");

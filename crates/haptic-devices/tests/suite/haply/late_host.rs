@@ -98,6 +98,6 @@ fn after_a_standstill_the_first_frame_has_no_torque_and_the_board_stays_in_order
         }
         let fault = Fault::from_code(running.device.status().fault);
         assert_eq!(fault, Some(Fault::HostSilent));
-        assert_eq!(running.device.hardware().planar().trouble(), None);
+        assert_eq!(running.device.hardware().ended_by(), None);
     }
 }

@@ -184,7 +184,7 @@ impl Line for Wire {
 /// A board whose handle a hand strokes, through the surface in the middle.
 fn stroking(version: Version) -> Board {
     let model = version.model();
-    let from = [0.5 * model.pantograph.base_m() + 0.004, 0.085];
+    let from = [0.5 * model.pantograph.base_m + 0.004, 0.085];
     let hand = Hand::Strokes {
         from,
         depth_m: 0.015,
@@ -367,7 +367,7 @@ impl<const D: usize> Running<D> {
     pub(crate) fn force(&self) -> Vector2<f64> {
         self.wire.with(|world| {
             let [first, second] = world.board.torques_nm();
-            let pantograph = self.device.hardware().planar().model().pantograph;
+            let pantograph = self.device.hardware().model().pantograph;
             let posture = pantograph
                 .posture(world.board.body().angles())
                 .expect("in order");

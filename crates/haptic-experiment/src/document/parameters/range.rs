@@ -116,14 +116,10 @@ pub(crate) const FORCES_ABOVE_0: Range = above_0(1e4);
 pub(crate) const FORCE_LIMITS: Range = above_0(1e6);
 /// Limits of its rate, N/s: that force within 0.1 ms.
 pub(crate) const FORCE_RATES: Range = above_0(1e10);
-/// Limits of a speed, m/s: what flies past is not held by a hand.
-pub(crate) const SPEEDS: Range = above_0(100.0);
 /// Speeds of an impact, m/s: ten times what a hand does.
 pub(crate) const IMPACTS: Range = up_to(10.0);
 /// Steps of an encoder and noise, m: a ruler is finer than 1 mm.
 pub(crate) const SENSOR_STEPS: Range = up_to(1e-3);
-/// Small distances, m: as far as an arm reaches.
-pub(crate) const REACHES: Range = up_to(1.0);
 /// The same above 0.
 pub(crate) const REACHES_ABOVE_0: Range = above_0(1.0);
 /// Places of a hand on a device that stands on a table, m.

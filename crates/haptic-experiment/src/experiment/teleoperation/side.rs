@@ -17,6 +17,7 @@ use crate::run::folder::{FolderRequest, OutputFolder, Table};
 use crate::run::realtime::RealtimeOptions;
 use crate::run::record::Record;
 use crate::run::recorder::Recorder;
+use crate::run::safety::keys::STOP_TIME;
 use crate::run::schedule::{Pace, Schedule};
 use crate::run::tick::by_loop;
 use crate::run::{Ran, Supervisor, close, recorder, tell_end, told};
@@ -308,7 +309,7 @@ impl TeleoperationExperiment {
         let logs: Vec<String> = ran.log.paths.iter().map(shown).collect();
         let t = self.sample_time().0;
         let (counts, line) = (side.port.counts(), side.line.state.counters());
-        let stop_time_s = self.safety.stop_time_s;
+        let stop_time_s = self.safety.number(STOP_TIME);
         let stop_time_s = stop_time_s.unwrap_or(haptic_loop::Limits::default().stop_time.0);
         let (name, architecture) = (side.line.state.side(), self.architecture.name());
         let seen = json!({

@@ -205,7 +205,7 @@ impl TouchExperiment {
     /// E = ½·Σ f·x·Δs,   s the share of the force that is used, from 0 to 1 in the rise time, f the force for s = 1
     /// ```
     fn risen_j(&self, record: &Record) -> f64 {
-        let Some(rise_s) = self.safety.rise_time_s else {
+        let Some(rise_s) = self.safety.number(RISE_TIME) else {
             return 0.0;
         };
         let step = self.sample_time().0 / rise_s;

@@ -271,12 +271,11 @@ impl<M: TickRecord, const D: usize> HostSession<'_, M, D> {
         let mut count = 1;
         while kept.len() < usize::from(count) {
             let index = kept.len() as u16;
-            let (many, sample) = match self.link.ask(Request::ReadFlight { index }) {
-                Ok(Report::Flight(flight)) => (flight.count, flight.sample),
-                _ => break,
+            let Ok(Report::Flight(flight)) = self.link.ask(Request::ReadFlight { index }) else {
+                break;
             };
-            count = many;
-            match self.message(&sample).filter(|_| count > 0) {
+            count = flight.count;
+            match self.message(&flight.sample).filter(|_| count > 0) {
                 Some(message) => kept.push(*message.logged()),
                 None => break,
             }
@@ -461,10 +460,12 @@ impl<M: TickRecord, const D: usize> HostSession<'_, M, D> {
     fn ends(&mut self, ended: Ending) {
         if self.record.ended.is_none() {
             self.record.ended = Some(ended);
-            let tick = match ended {
-                Ending::DeviceFault(report) => u64::from(report.tick),
-                Ending::Impossible(what) => u64::from(what.tick()),
-                _ => self.next_tick.saturating_sub(1),
+            let tick = if let Ending::DeviceFault(report) = ended {
+                u64::from(report.tick)
+            } else if let Ending::Impossible(what) = ended {
+                u64::from(what.tick())
+            } else {
+                self.next_tick.saturating_sub(1)
             };
             let t = self.schedule.sample_time_s;
             let (at, event_s) = ((tick, tick as f64 * t), self.next_tick as f64 * t);
@@ -487,10 +488,11 @@ enum Last {
 impl<M: TickRecord, const D: usize> HostSession<'_, M, D> {
     /// The line or the device is gone, or does not answer: the log keeps what there is, and what still comes.
     pub(super) fn give_up(&mut self, error: &SerialError) {
-        let error = match error {
-            SerialError::Link(error) => *error,
+        let error = if let SerialError::Link(error) = error {
+            *error
+        } else {
             // Errors that only opening can meet; this port was open.
-            _ => LinkError::Gone,
+            LinkError::Gone
         };
         if let LinkError::Impossible(what) = error {
             self.keep_impossible();
@@ -509,10 +511,12 @@ impl<M: TickRecord, const D: usize> HostSession<'_, M, D> {
                     ..
                 }
         );
-        let last = match error {
-            LinkError::Faulted(report) => Last::Fault(report),
-            _ if unheard && self.may_run_on() => self.hear_out(),
-            _ => Last::Nothing,
+        let last = if let LinkError::Faulted(report) = error {
+            Last::Fault(report)
+        } else if unheard && self.may_run_on() {
+            self.hear_out()
+        } else {
+            Last::Nothing
         };
         match last {
             Last::Over => {}

@@ -146,11 +146,11 @@ pub(super) fn summarise(
         tick_cycles_max_reason,
         from_device: FrameCounts {
             sent: counted.sent,
-            received: host.received,
-            corrupt: damaged([host.corrupt, host.oversize, host.foreign]),
-            lost: host.lost,
-            duplicate: host.duplicate,
-            late: host.late,
+            received: host.line.received,
+            corrupt: damaged([host.line.corrupt, host.line.oversize, host.line.foreign]),
+            lost: host.order.lost,
+            duplicate: host.order.duplicate,
+            late: host.order.late,
         },
         to_device: FrameCounts {
             sent: host.sent,

@@ -10,7 +10,7 @@ use serde::Serialize;
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum GuardChoice {
-    /// Nothing.
+    /// No guard: the loop may feed the device energy.
     #[default]
     Off,
     /// Time-domain passivity observer, with the damping that the device bears.

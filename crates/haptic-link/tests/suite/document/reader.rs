@@ -253,34 +253,31 @@ pub(super) fn fields(name: &str, value: &Value, found: &mut BTreeMap<String, Val
         "" => key.to_owned(),
         name => format!("{name}.{key}"),
     };
-    match value {
-        Value::Object(object) => {
-            for (key, value) in object {
-                fields(&inner(key), value, found);
-            }
+    if let Value::Object(object) = value {
+        for (key, value) in object {
+            fields(&inner(key), value, found);
         }
-        Value::Array(list) if list.iter().any(|item| item.is_object() || item.is_array()) => {
-            found.insert(inner("count"), list.len().into());
-            for (n, item) in list.iter().enumerate() {
-                fields(&inner(&n.to_string()), item, found);
-            }
+    } else if let Value::Array(list) = value
+        && list.iter().any(|item| item.is_object() || item.is_array())
+    {
+        found.insert(inner("count"), list.len().into());
+        for (n, item) in list.iter().enumerate() {
+            fields(&inner(&n.to_string()), item, found);
         }
-        leaf => {
-            found.insert(name.to_owned(), leaf.clone());
-        }
+    } else {
+        found.insert(name.to_owned(), value.clone());
     }
 }
 
 /// Name and content of a variant.
 pub(super) fn variant(value: &Value) -> (&str, &Value) {
-    match value {
-        Value::Object(object) if object.len() == 1 => {
-            let (name, content) = object.iter().next().expect("one");
-            (name, content)
-        }
-        Value::String(name) => (name, &Value::Null),
-        other => panic!("{other} is no variant"),
+    if let Value::String(name) = value {
+        return (name, &Value::Null);
     }
+    let object = value.as_object().filter(|object| object.len() == 1);
+    let variant = object.and_then(|object| object.iter().next());
+    let (name, content) = variant.unwrap_or_else(|| panic!("{value} is no variant"));
+    (name, content)
 }
 
 /// A name as the document writes those of messages.

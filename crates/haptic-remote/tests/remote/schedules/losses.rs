@@ -36,7 +36,7 @@ fn losses(seed: u64, faults: LineFaults) {
     let host = bench.host.counters();
     let (to_host, to_device) = (bench.to_host.damage(), bench.to_device.damage());
     for (lost, late, line) in [
-        (host.lost, host.late, to_host),
+        (host.order.lost, host.order.late, to_host),
         (device.lost, device.late, to_device),
     ] {
         let lost = u64::from(lost);
@@ -60,7 +60,11 @@ fn losses(seed: u64, faults: LineFaults) {
         u64::from(pair[1].tick - pair[0].tick - 1)
     });
     let gaps: u64 = gaps.sum();
-    assert!(gaps <= u64::from(host.lost), "{gaps} > {}", host.lost);
+    assert!(
+        gaps <= u64::from(host.order.lost),
+        "{gaps} > {}",
+        host.order.lost
+    );
     drop(told);
 }
 

@@ -120,11 +120,12 @@ fn late_ticks_in_a_row_latch_a_fault() {
 fn the_flight_recorder_keeps_what_led_to_a_fault() {
     let mut bench = started(START);
     bench.run_ms(200);
-    let nothing = |bench: &mut Bench| match bench.done(Request::ReadFlight { index: 0 }) {
-        Report::Flight(flight) => {
-            flight.count == 0 && flight.sample.axes[..] == [BatchItem::default()]
-        }
-        other => panic!("{other:?}"),
+    let nothing = |bench: &mut Bench| {
+        let answer = bench.done(Request::ReadFlight { index: 0 });
+        let Report::Flight(flight) = answer else {
+            panic!("{answer:?}");
+        };
+        flight.count == 0 && flight.sample.axes[..] == [BatchItem::default()]
     };
     assert!(nothing(&mut bench), "no fault has latched");
     let second = bench.refused(Request::ReadFlight { index: 1 });

@@ -83,7 +83,7 @@ fn the_first_sample_of_a_run_answers_its_start_so_that_a_loop_on_the_host_answer
 /// What the host makes of a frame of the device that is so far ahead of those that came.
 fn heard(bench: &mut Bench, report: &Report, ahead: u16) -> Option<Incoming> {
     let mut line = [0; FRAME_MAX];
-    let sequence = (bench.host.counters().received as u16).wrapping_add(ahead);
+    let sequence = (bench.host.counters().line.received as u16).wrapping_add(ahead);
     let length = encode(report, Header::from_device(sequence), &mut line).expect("fits");
     let bytes = line[..length].iter();
     bytes.fold(None, |heard, &byte| {

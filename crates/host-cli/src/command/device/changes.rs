@@ -5,7 +5,7 @@ use crate::output::warn;
 use crate::parse::parse_scheme;
 use fracdiff::{Operator, Order, Scheme, Seconds};
 use haptic_experiment::Failure;
-use haptic_experiment::parameters::{self, Range};
+use haptic_experiment::parameters::{self, Parameter, Range};
 use haptic_experiment::run::guard_of;
 use haptic_experiment::run::single;
 use haptic_experiment::run::{GuardedDevice, speed, workspace};
@@ -93,7 +93,7 @@ fn limits() -> impl Iterator<Item = Key> {
         };
         let help = parameter.help.split(" [default").next()?;
         let number = Some((range, Place::Limit(limit.of)));
-        (KEYS.iter().all(|own| own.key != key)).then_some(Key { key, help, number })
+        (KEYS.iter().all(|known| known.key != key)).then_some(Key { key, help, number })
     })
 }
 
@@ -175,14 +175,12 @@ impl Changes {
             self.numbers.push((place, value));
             return Ok(());
         }
+        let within = |parameter: Parameter, text: &str| in_range(key, parameter.range(), text);
         match key {
             "loop" => self.loop_mode = Some(named(text)?),
             "sample_time_s" => {
-                let us = whole(
-                    1e6 * in_range(key, parameters::SAMPLE_TIME.range(), text)?,
-                    "microseconds",
-                )?;
-                self.tick_period_us = Some(us);
+                let us = 1e6 * within(parameters::SAMPLE_TIME, text)?;
+                self.tick_period_us = Some(whole(us, "microseconds")?);
             }
             "order" => {
                 let mu = parse_for_key(key, text).map_err(|error| format!(": {error}"))?;
@@ -191,16 +189,13 @@ impl Changes {
             "scheme" => {
                 self.scheme = Some(parse_scheme(text).map_err(|error| format!(": {error}"))?);
             }
-            "horizon_s" => self.horizon_s = Some(in_range(key, parameters::MEMORY.range(), text)?),
+            "horizon_s" => self.horizon_s = Some(within(parameters::MEMORY, text)?),
             "surface_m" => {
-                let surface = unless_none(text, |text| {
-                    in_range(key, parameters::WORKSPACE_LOW.range(), text)
-                })?;
+                let surface = unless_none(text, |text| within(parameters::WORKSPACE_LOW, text))?;
                 self.surface_m = Some(surface.map(|surface| surface as f32));
             }
             "watchdog_s" => {
-                let watchdog_s = in_range(key, parameters::WATCHDOG.range(), text)?;
-                self.watchdog_ms = Some(watchdog_ms(watchdog_s)?);
+                self.watchdog_ms = Some(watchdog_ms(within(parameters::WATCHDOG, text)?)?);
             }
             "late_ticks" => self.late_ticks = Some(count(text, 0, u16::MAX)?),
             "max_age_ticks" => self.max_age_ticks = Some(count(text, 1, 1000)?),
@@ -209,8 +204,8 @@ impl Changes {
                     let (low, high) = text
                         .split_once(':')
                         .ok_or("is not LOW:HIGH, as in -10mm:20mm")?;
-                    let end = |text| in_range(key, parameters::WORKSPACE_LOW.range(), text);
-                    let (low, high) = (end(low)?, end(high)?);
+                    let [low, high] = [low, high].map(|end| within(parameters::WORKSPACE_LOW, end));
+                    let (low, high) = (low?, high?);
                     (low < high)
                         .then_some((low, high))
                         .ok_or_else(|| "has its low end not below its high end".to_owned())
@@ -222,13 +217,12 @@ impl Changes {
             }
             "guard" => self.guard = Some(named(text)?),
             "device_damping_n_s_per_m" => {
-                let damping = in_range(key, parameters::DEVICE_DAMPING.range(), text)?;
-                self.known.damping_n_s_per_m = Some(damping);
+                self.known.damping_n_s_per_m = Some(within(parameters::DEVICE_DAMPING, text)?);
             }
             "device_delay_s" => {
                 let (least, most) = text.split_once(':').unwrap_or((text, text));
-                let end = |text| in_range(key, parameters::DELAY.range(), text);
-                let (least, most) = (end(least)?, end(most)?);
+                let [least, most] = [least, most].map(|end| within(parameters::DELAY, end));
+                let (least, most) = (least?, most?);
                 if least > most {
                     return Err(
                         "is not lowest first: give TIME, or LEAST:MOST as in 0.2ms:1ms".to_owned(),
@@ -236,14 +230,8 @@ impl Changes {
                 }
                 self.known.delay_s = Some((least, most));
             }
-            "device_lag_s" => {
-                let lag = in_range(key, parameters::DEVICE_LAG.range(), text)?;
-                self.known.lag_s = Some(lag);
-            }
-            _ => {
-                let noise = in_range(key, parameters::DEVICE_NOISE.range(), text)?;
-                self.known.noise_m = Some(noise);
-            }
+            "device_lag_s" => self.known.lag_s = Some(within(parameters::DEVICE_LAG, text)?),
+            _ => self.known.noise_m = Some(within(parameters::DEVICE_NOISE, text)?),
         }
         Ok(())
     }
@@ -331,7 +319,7 @@ impl Changes {
         let before = (low < high).then_some((f64::from(low), f64::from(high)));
         match self.workspace_m.or(braking_changes.then_some(before)) {
             Some(Some(ends)) => {
-                let workspace = workspace(ends, brakes);
+                let workspace = workspace(ends.0, ends.1, brakes);
                 limits.workspace_low_m = workspace.low.0 as f32;
                 limits.workspace_high_m = workspace.high.0 as f32;
                 limits.workspace_soft_m = workspace.soft.0 as f32;

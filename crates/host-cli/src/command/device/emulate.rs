@@ -379,7 +379,7 @@ impl Held {
             Self::Strokes => {
                 let (from_m, depth_m, time_s) = STROKES;
                 haply::Hand::Strokes {
-                    from: [0.5 * model.pantograph.base_m(), from_m],
+                    from: [0.5 * model.pantograph.base_m, from_m],
                     depth_m,
                     time_s,
                 }

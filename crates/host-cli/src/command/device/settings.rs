@@ -102,18 +102,19 @@ fn chain(limits: &Limits) -> Value {
     // Force and its rate stand beside the chain.
     for limit in &Limits::TABLE[2..] {
         let (value, key) = (*(limit.of)(&mut limits), limit.field.key());
-        let off = match limit.field {
-            Field::Jump => value <= 0.0 || limits.speed_hard_m_per_s <= 0.0,
-            _ => value <= 0.0,
-        };
+        let without_speed = limit.field == Field::Jump && limits.speed_hard_m_per_s <= 0.0;
+        let off = value <= 0.0 || without_speed;
         let unknown = limit.field == Field::DeviceMass && off;
         chain.insert(key.to_owned(), json!((!unknown).then(|| n(value))));
         if limit.tighter == Tighter::LessUnlessOff {
-            let why = match limit.field {
-                Field::StartForce => "off: any force",
-                Field::SpeedHard => "off: any speed",
-                Field::Jump => "off: it needs a speed limit, and to be above 0",
-                _ => "off",
+            let why = if limit.field == Field::StartForce {
+                "off: any force"
+            } else if limit.field == Field::SpeedHard {
+                "off: any speed"
+            } else if limit.field == Field::Jump {
+                "off: it needs a speed limit, and to be above 0"
+            } else {
+                "off"
             };
             let reason = format!("{}_reason", without_unit(key));
             chain.insert(reason, json!(off.then_some(why)));
@@ -134,8 +135,8 @@ fn chain(limits: &Limits) -> Value {
 }
 
 fn guard(limits: &Limits) -> Value {
-    let (n, own) = (number, &limits.guard);
-    let kind = match own.kind {
+    let (n, guard) = (number, &limits.guard);
+    let kind = match guard.kind {
         GuardKind::Off => return json!({"guard": null, "guard_reason": "off"}),
         GuardKind::Observer => "observer",
         GuardKind::EnergyBounding => "energy-bounding",
@@ -143,22 +144,22 @@ fn guard(limits: &Limits) -> Value {
     let guard = json!({
         "kind": kind,
         // Most damping that it adds, or damping of the device.
-        "damping_n_s_per_m": n(own.damping_n_s_per_m),
+        "damping_n_s_per_m": n(guard.damping_n_s_per_m),
         // Energy bounding alone uses its share, and what follows the time for which a credit of energy lasts.
-        "share": n(own.share),
-        "forget_s": n(own.forget_s),
-        "delay_least_samples": n(own.delay_least_samples),
-        "delay_most_samples": n(own.delay_most_samples),
-        "lag_s": n(own.lag_s),
-        "noise_m": n(own.noise_m),
+        "share": n(guard.share),
+        "forget_s": n(guard.forget_s),
+        "delay_least_samples": n(guard.delay_least_samples),
+        "delay_most_samples": n(guard.delay_most_samples),
+        "lag_s": n(guard.lag_s),
+        "noise_m": n(guard.noise_m),
     });
     json!({"guard": guard, "guard_reason": null})
 }
 
 /// The simulated plant; null for a real device.
 fn simulation(configuration: &Configuration) -> Value {
-    let (n, own) = (number, &configuration.simulation);
-    let kind = match own.kind {
+    let (n, plant) = (number, &configuration.simulation);
+    let kind = match plant.kind {
         SimulationKind::Real => return Value::Null,
         SimulationKind::MassDamper => "mass-damper",
         SimulationKind::RigidIndentation => "rigid-indentation",
@@ -166,12 +167,12 @@ fn simulation(configuration: &Configuration) -> Value {
     };
     json!({
         "kind": kind,
-        "mass_kg": n(own.mass_kg),
-        "damping_n_s_per_m": n(own.damping_n_s_per_m),
-        "hand_stiffness_n_per_m": n(own.hand_stiffness_n_per_m),
-        "push_n": n(own.push_n),
-        "depth_m": n(own.depth_m),
-        "ramp_time_s": n(own.ramp_time_s),
+        "mass_kg": n(plant.mass_kg),
+        "damping_n_s_per_m": n(plant.damping_n_s_per_m),
+        "hand_stiffness_n_per_m": n(plant.hand_stiffness_n_per_m),
+        "push_n": n(plant.push_n),
+        "depth_m": n(plant.depth_m),
+        "ramp_time_s": n(plant.ramp_time_s),
     })
 }
 
@@ -184,35 +185,22 @@ fn loosened(before: &Limits, after: &Limits) -> Vec<String> {
         let told = |value: f32| if off(value) { f32::INFINITY } else { value };
         (!limit.is_tight(after, before)).then(|| (limit.field.key(), told(before), told(after)))
     });
-    // 0 is no limit.
-    let at_most = |ticks: u16| {
-        if ticks > 0 {
-            ticks.into()
-        } else {
-            f32::INFINITY
-        }
+    let of_run = |limits: &Limits| -> [(&str, f32); 4] {
+        // 0 is no limit.
+        let late_ticks = match limits.late_ticks {
+            0 => f32::INFINITY,
+            ticks => ticks.into(),
+        };
+        [
+            ("stuck_time_s", limits.stuck_time_s),
+            ("watchdog_ms", limits.watchdog_ms.into()),
+            ("late_ticks", late_ticks),
+            ("max_age_ticks", limits.max_age_ticks.into()),
+        ]
     };
-    let of_run: [(_, f32, f32); 4] = [
-        ("stuck_time_s", before.stuck_time_s, after.stuck_time_s),
-        (
-            "watchdog_ms",
-            before.watchdog_ms.into(),
-            after.watchdog_ms.into(),
-        ),
-        (
-            "late_ticks",
-            at_most(before.late_ticks),
-            at_most(after.late_ticks),
-        ),
-        (
-            "max_age_ticks",
-            before.max_age_ticks.into(),
-            after.max_age_ticks.into(),
-        ),
-    ];
-    let of_run = of_run
-        .into_iter()
-        .filter(|(_, before, after)| after > before);
+    let of_run = of_run(before).into_iter().zip(of_run(after));
+    let of_run = of_run.map(|((key, before), (_, after))| (key, before, after));
+    let of_run = of_run.filter(|(_, before, after)| after > before);
     let in_words = |key, value: f32| match value {
         value if value.is_infinite() => "none".to_owned(),
         value => written(key, value.into()),
@@ -241,7 +229,9 @@ fn loosened(before: &Limits, after: &Limits) -> Vec<String> {
     if before.guard.kind != GuardKind::Off && after.guard != before.guard {
         words.push(match after.guard.kind {
             GuardKind::Off => "the passivity guard is off".to_owned(),
-            _ => "the passivity guard is another one".to_owned(),
+            GuardKind::Observer | GuardKind::EnergyBounding => {
+                "the passivity guard is another one".to_owned()
+            }
         });
     }
     let braking = |limits: &Limits| limits.braking_n_s_per_m.to_bits();

@@ -338,7 +338,7 @@ fn the_makers_own_host_reads_the_place_to_a_count_and_sends_our_torques() {
 
 fn reads_and_sends(version: Version, (x, y): (f64, f64)) {
     let model = version.model();
-    let place = [0.5 * model.pantograph.base_m() + x, y];
+    let place = [0.5 * model.pantograph.base_m + x, y];
     let force = [0.3, -0.5];
     let hand = format!("fixed:{}:{}", place[0], place[1]);
     let Some((seen, said)) = makers_host(version, &hand, force) else {
