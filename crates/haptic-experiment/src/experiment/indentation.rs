@@ -518,7 +518,8 @@ fn guarded(table: &Table<'_>, real: bool) -> Result<(Safety, Option<Dynamics>), 
         let on_rig = safety.on_rig(&model.guarded(), real);
         safety = on_rig.map_err(|error| table.fail_at(p::DEVICE_MODEL.key, error.to_string()))?;
     }
-    let known = safety.device_mass_kg.zip(safety.device_damping_n_s_per_m);
+    let known = safety.guarded(GuardedDevice::default());
+    let known = known.mass_kg.zip(known.damping_n_s_per_m);
     let dynamics = known.map(|(mass_kg, damping_n_s_per_m)| Dynamics {
         mass_kg,
         damping_n_s_per_m,

@@ -3,7 +3,6 @@
 use super::ExperimentFile;
 use crate::document::Document;
 use crate::experiment::coupler::CouplerExperiment;
-use crate::experiment::trial::Trial as _;
 use crate::experiment::wall::WallExperiment;
 use crate::run::safety::keys::DEVICE_MASS;
 use std::path::Path;
