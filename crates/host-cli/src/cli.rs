@@ -8,6 +8,7 @@ use crate::output::{Output, note, refused};
 use clap::error::{ContextKind, ErrorKind};
 use clap::{CommandFactory as _, FromArgMatches as _, Parser, Subcommand};
 use haptic_experiment::Failure;
+use haptic_experiment::parameters::renamed;
 use std::any::TypeId;
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -205,6 +206,13 @@ fn not_an_option(error: &clap::Error) -> Option<String> {
         return None;
     }
     let (wanted, command) = (argument.trim_start_matches('-'), asked());
+    if let Some(now) = renamed(wanted).map(options::option_of)
+        && command
+            .get_arguments()
+            .any(|known| known.get_long() == Some(&now))
+    {
+        return Some(format!("{argument} is now called --{now}"));
+    }
     let of_device = match command.get_name() {
         "set" => changes::key_like(wanted),
         "emulate" => emulate::key_like(wanted),

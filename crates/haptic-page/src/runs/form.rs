@@ -108,12 +108,8 @@ const SUGGESTED: &[(&str, &str, f64)] = &[
     ("wall", "stiffness_n_per_m", 3000.0),
     ("wall", "dissipation_n_s_mu_per_m", 100.0),
     ("coupler", "order", 1.0),
-    ("coupler", "coupler_stiffness_n_s_per_m", 2.0),
-    (
-        "coupler",
-        "coupler_dissipation_n_s_1_minus_mu_per_m",
-        1000.0,
-    ),
+    ("coupler", "coupler_damping_n_s_per_m", 2.0),
+    ("coupler", "coupler_spring_n_s_1_minus_mu_per_m", 1000.0),
 ];
 
 fn parameter(form: &str, given: &Parameter, required: bool) -> Value {

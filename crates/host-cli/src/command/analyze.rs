@@ -39,7 +39,7 @@ pub(crate) enum Command {
     Passivity(Options<keys::Wall>),
     /// Judge whether a virtual coupler is passive on both sides, and how much damping that needs
     #[command(
-        after_help = "Example: host-cli analyze coupling --order 0.75 --coupler-stiffness 1 --coupler-dissipation 200 \
+        after_help = "Example: host-cli analyze coupling --order 0.75 --coupler-damping 1 --coupler-spring 200 \
                       --sample-time 1ms --damping 0.5"
     )]
     Coupling(Options<keys::Coupling>),

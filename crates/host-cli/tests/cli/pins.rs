@@ -21,6 +21,8 @@ const RESULTS: &[&str] = &[
     "beta_max",
     "branch_moduli_pa",
     "branch_times_s",
+    "coupler_damping_n_s_per_m",
+    "coupler_spring_n_s_1_minus_mu_per_m",
     "crossover_rad_s",
     "damping_n_s_per_m",
     "delay_margin_samples",

@@ -11,7 +11,7 @@ use haptic_analysis::{ClosedLoop, Coupler, Effective, Environment, LeastDamping,
 use haptic_experiment::Failure;
 use haptic_experiment::parameters::analysis::{OMEGA_MAX, OMEGA_MIN, POINTS};
 use haptic_experiment::parameters::{
-    COUPLER_DISSIPATION, COUPLER_STIFFNESS, DISSIPATION, Parameter, STIFFNESS,
+    COUPLER_DAMPING, COUPLER_SPRING, DISSIPATION, Parameter, STIFFNESS,
 };
 use haptic_experiment::run::DeviceValues;
 use haptic_figure::{FigureError, Look, Picture};
@@ -200,9 +200,9 @@ pub(super) fn coupling(options: Options<keys::Coupling>, output: Output) -> Resu
     let given = options.given()?;
     let (mu, scheme) = (given.order()?, given.scheme()?);
     let t = given.needed(&ANALYSED_SAMPLE_TIME)?;
-    let stiffness = given.needed(&COUPLER_STIFFNESS)?;
-    let dissipation = given.needed(&COUPLER_DISSIPATION)?;
-    let exact = Coupler::exact(mu, t, stiffness, dissipation).map_err(Failure::input)?;
+    let damper = given.needed(&COUPLER_DAMPING)?;
+    let spring = given.needed(&COUPLER_SPRING)?;
+    let exact = Coupler::exact(mu, t, damper, spring).map_err(Failure::input)?;
     let operator = LoopOperator::new(scheme, mu, Seconds(t), HORIZON).map_err(Failure::input)?;
     let coupler = match scheme {
         Scheme::Exact => exact,
@@ -226,8 +226,8 @@ pub(super) fn coupling(options: Options<keys::Coupling>, output: Output) -> Resu
         "order": mu.get(),
         "scheme": scheme.to_string(),
         "sample_time_s": t,
-        "coupler_stiffness_n_s_per_m": stiffness,
-        "coupler_dissipation_n_s_1_minus_mu_per_m": dissipation,
+        "coupler_damping_n_s_per_m": damper,
+        "coupler_spring_n_s_1_minus_mu_per_m": spring,
         "damping_n_s_per_m": damping,
         // By Llewellyn's criterion, null if no damping is enough, and by Corollary 2.
         "required_damping": required,
