@@ -129,7 +129,6 @@ fn parameter(form: &str, given: &Parameter, required: bool) -> Value {
         Default::Flag(default) => ("flag", json!(default)),
         Default::Text(default) => ("text", json!(default)),
         Default::List(_) => ("list", json!(shown)),
-        _ => ("text", Value::Null),
     };
     let (least, most) = match value {
         Default::Number(_, range) => range.ends().map(Some).into(),

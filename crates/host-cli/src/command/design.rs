@@ -13,26 +13,6 @@ use haptic_quantity::written;
 use serde::Serialize;
 use std::sync::atomic::AtomicBool;
 
-pub(crate) const LONG_ABOUT: &str = "\
-Finds the wall that meets a wish on a device: stiffness K and dissipation B for each order, and the best order. \
-The analysis finds them, with the device's delay and current lag; the best is then tried on the simulated device, with friction and encoder too.
-
-Wishes:
-  stiffest-wall   the largest K
-  most-damping    the largest effective damping at --frequency
-  tissue          does a specimen of --tissue fit, and how much larger may it be? If it does not, which order comes closest at --frequency?
-  coupler         the virtual coupler damper + spring (T/(1-w))^mu that feels stiffest at --frequency, meets Llewellyn's criterion and \
-has a gain margin of 2 in the sampled loop. --require passive asks for passivity with every hand and object instead
-
-Unless a device file or friction, delay, current_lag, encoder_resolution or sensor_noise is given, the device is ideal; the report then also shows the best \
-wall on the laboratory device. --force-noise-limit bounds the force noise that encoder and sensor cause.
-
-The wall pulls as it pushes, as the analysis assumes. --one-sided takes the best wall that never pulls and settles after each of six hits, up to \
-1 m/s; --contact signed takes one whose proof covers it.
-
---out writes design.toml for `host-cli run`, design.csv and a picture. The exit code is 1 if no \
-candidate is found, or the best does not come to rest or is noisier than it may be when it is tried.";
-
 pub(crate) const EXAMPLES: &str = "Examples:\n  host-cli design --delay 1ms --out design\n  \
                   host-cli design --wish most-damping --frequency 5Hz --require passive\n  \
                   host-cli design --wish tissue --tissue prostate-cancerous encoder_resolution=30um";
@@ -56,7 +36,7 @@ pub(crate) fn run(asked: WithFiles<keys::Design>, output: Output) -> Result<(), 
             files.extend(place.write(|folder| save_picture(folder, draw(report))));
         }
         Answer::Design(_) => place.without(&["svg", "png"]),
-        _ => {}
+        Answer::ZWidth(_) | Answer::Coupler(_) => {}
     }
     output.summary(&Shown {
         answer: &answer,

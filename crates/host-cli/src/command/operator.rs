@@ -165,10 +165,11 @@ impl Differintegrate {
 
 /// The error of the system below one of the table writer, so that a full disk or a closed pipe is known as such.
 fn as_io(error: csv::Error) -> io::Error {
-    match error.into_kind() {
-        csv::ErrorKind::Io(error) => error,
-        other => io::Error::other(format!("{other:?}")),
+    let kind = error.into_kind();
+    if let csv::ErrorKind::Io(error) = kind {
+        return error;
     }
+    io::Error::other(format!("{kind:?}"))
 }
 
 /// So many samples at uneven times take about a second.
@@ -185,12 +186,10 @@ fn differintegrate(
     x: &[f64],
     reference: f64,
 ) -> Result<Vec<f64>, SchemeError> {
-    let by_fft = match scheme {
-        // No filter is exact, but the sum over a whole record is.
-        Scheme::Exact => true,
-        Scheme::Grunwald { length } => length.min(x.len()) > DIRECT_MOST,
-        _ => false,
-    };
+    let is_long = |length: usize| length.min(x.len()) > DIRECT_MOST;
+    // No filter is exact, but the sum over a whole record is.
+    let by_fft =
+        scheme == Scheme::Exact || matches!(scheme, Scheme::Grunwald { length } if is_long(length));
     if by_fft && let Some(sum) = scheme.batch(order, sample_time)? {
         return Ok(sum.relative_to(reference).run(x));
     }

@@ -54,7 +54,6 @@ fn described(parameter: &Parameter) -> String {
         Value::Flag(default) => format!(" = {default}"),
         Value::Text(default) => format!(" = \"{default}\""),
         Value::List(range) => format!(", a list of numbers {range}"),
-        _ => String::new(),
     };
     format!("{key}{default}: {help}")
 }
@@ -87,23 +86,9 @@ impl Arguments {
     }
 }
 
-pub(crate) const RELAX_ABOUT: &str = "\
-Stress relaxation: an indenter presses a virtual tissue and holds it. Its force is recorded, drawn \
-and compared with the closed form.
-
-Writes relax.mcap (for PlotJuggler or Foxglove), relax.csv, relax.svg and relax.png. In the log the \
-tissue pushes back with a negative force; in the CSV, the picture and the report reaction forces are positive.";
-
 pub(crate) const RELAX_EXAMPLES: &str = "Examples:\n  host-cli relax --tissue prostate-healthy \
                   --strain 3% --duration 60s --out healthy\n  host-cli relax --scheme grunwald:1000   \
                   # short memory fails\n  host-cli relax --loading sphere --indenter-radius 5mm --depth 1mm";
-
-pub(crate) const CREEP_ABOUT: &str = "\
-Creep: the indenter pushes a virtual tissue with a constant force. The strain is recorded, drawn and compared \
-with its closed form (a Mittag-Leffler function, or a power law without elastic modulus).
-
-Writes creep.mcap, creep.csv, creep.svg and creep.png. Nothing has a mass, unless --contact or a device gives it one: \
-then the report says from when on the tissue is seen, not the rig.";
 
 /// Arguments of an experiment without a file.
 #[derive(Debug, Args)]

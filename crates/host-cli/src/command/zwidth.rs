@@ -11,21 +11,6 @@ use haptic_figure::{FigureError, Look, Picture};
 use haptic_quantity::{digits, written};
 use serde::Serialize;
 
-pub(crate) const LONG_ABOUT: &str = "\
-Finds the Z-width: for each order and dissipation the stiffest wall at which a device comes to rest. In each trial a simulated device hits the wall at \
-0.1 m/s and is then pushed into it; a serial device is only pushed. With --one-sided it is hit at six \
-speeds, 0 to 1 m/s, and has to come to rest after each. The default device has 65 g and 3.5 N.s/m; --device-model laboratory adds friction, \
-delay, lag and encoder steps.
-
-At rest means: over the last 0.4 s of 5 s the standard deviation of the position is at most 2 encoder steps or 1 % of push/K, whichever is larger, \
-and that of the force at most 5 % of the push or, if larger, the force that one encoder step causes (but at most 25 % of the push). The largest and the \
-smallest force differ by at most the push. A wall whose force is at its limit in more than 1 % of the samples is not stable, nor is one at which only \
-friction keeps the device at rest.
-
-criterion=dissertation asks for the position alone: pushed from rest, it varies by at most threshold=0.1mm.
-
-Each point also shows the largest stiffness by the analysis. Ctrl-C keeps the points found so far.";
-
 pub(crate) const EXAMPLES: &str = "Examples:\n  \
                   host-cli zwidth --orders 0,0.5,1 --points 11 --device-model laboratory --out zwidth\n  \
                   host-cli zwidth --mass 45g --damping 0.2 --force-limit 3.3N --orders 1 window=1s";

@@ -74,7 +74,7 @@ fn results(value: &Value, found: &mut BTreeMap<&'static str, Vec<String>>) {
             }
         }
         Value::Array(items) => items.iter().for_each(|item| results(item, found)),
-        _ => {}
+        Value::Null | Value::Bool(_) | Value::Number(_) | Value::String(_) => {}
     }
 }
 

@@ -6,7 +6,6 @@ use std::fmt;
 
 /// The kind of value that a parameter takes, and its default.
 #[derive(Clone, Copy, Debug, PartialEq)]
-#[non_exhaustive]
 pub enum Value {
     /// A number in a range; the default is in SI units, `None` if the parameter may be left out and is off then.
     Number(Option<f64>, Range),

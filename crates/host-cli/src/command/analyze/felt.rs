@@ -204,9 +204,10 @@ pub(super) fn coupling(options: Options<keys::Coupling>, output: Output) -> Resu
     let spring = given.needed(&COUPLER_SPRING)?;
     let exact = Coupler::exact(mu, t, damper, spring).map_err(Failure::input)?;
     let operator = LoopOperator::new(scheme, mu, Seconds(t), HORIZON).map_err(Failure::input)?;
-    let coupler = match scheme {
-        Scheme::Exact => exact,
-        _ => exact.with_operator(&operator, operator.memory()),
+    let coupler = if scheme == Scheme::Exact {
+        exact
+    } else {
+        exact.with_operator(&operator, operator.memory())
     };
     let damping = given.number(&ANALYSED_DAMPING);
     let least = coupler.least_damping().map_err(Failure::input)?;

@@ -28,15 +28,6 @@ const DELAY_MOST_S: f64 = 1.0;
 /// Orders that are tried: 0, 0.05, … 1.
 const ORDERS: u32 = 20;
 
-pub(super) const LONG_ABOUT: &str = "\
-Judges whether a teleoperation is stable with every passive hand and every passive environment (Llewellyn's criterion, with the line's delay and the hold), \
-up to which delay, and what the hand feels of a remote tissue.
-
---best finds, for each order, the coupler that feels closest to the tissue from --low to --high and meets the criterion at this delay. The error is the \
-rms of |ln(Z_felt/Z_tissue)|: 0.1 is 10 % or 6 degrees. For waves it finds the impedance.
-
-time-domain is not linear: analyze position-position instead, and try it with `host-cli run`.";
-
 struct Question {
     hands: Teleoperation,
     omegas: Vec<f64>,
@@ -188,9 +179,10 @@ impl Asked {
             &p::HAND_COUPLER_ORDER,
         ];
         let waves = [&p::WAVE_IMPEDANCE, &a::PLAYOUT_SAMPLES];
-        match self.architecture {
-            Architecture::Wave => refuse(&coupler, "on waves, which have no coupler")?,
-            _ => refuse(&waves, "without --architecture wave")?,
+        if self.architecture == Architecture::Wave {
+            refuse(&coupler, "on waves, which have no coupler")?;
+        } else {
+            refuse(&waves, "without --architecture wave")?;
         }
         if self.given.flag(&a::BEST) {
             refuse(&coupler, "with --best, which looks for it")?;
@@ -287,12 +279,9 @@ impl Asked {
             environment: question.environment.clone(),
             stable: true,
         };
-        let orders = match self.architecture {
-            Architecture::Wave => 0..=0,
-            _ => 0..=ORDERS,
-        };
+        let is_wave = self.architecture == Architecture::Wave;
         let mut found = Vec::new();
-        for n in orders {
+        for n in 0..=if is_wave { 0 } else { ORDERS } {
             let mu = f64::from(n) / f64::from(ORDERS);
             let order = Order::new(mu).map_err(Failure::input)?;
             if let Some(best) = search.best(order).map_err(analysed)? {

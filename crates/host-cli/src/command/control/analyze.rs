@@ -18,12 +18,11 @@ use haptic_experiment::control::in_short;
 use haptic_quantity::{digits, written};
 use serde_json::{Value, json};
 
-pub(super) const LONG_ABOUT: &str = "\
-Judges the loop as it runs, with the controller's weights, the hold and the dead time. The verdict is a proof, with its reason; margins \
-say how far a stable loop is from instability. Without a controller it lists the poles of the plant. The exit code is 0 for an unstable \
-loop too.";
-
-/// Arguments of `control analyze`.
+/// Judge whether a loop is stable, why and by how much; or list the poles of a plant
+///
+/// Judges the loop as it runs, with the controller's weights, the hold and the dead time. The
+/// verdict is a proof, with its reason; margins say how far a stable loop is from instability. The
+/// exit code is 0 for an unstable loop too.
 #[derive(Debug, Args)]
 #[command(
     after_help = "Example: host-cli control analyze --plant '1/(0.8s^2.2+0.5s^0.9+1)' --controller \
@@ -218,6 +217,16 @@ fn of_the_loop(analysis: &LoopAnalysis) -> String {
         None => "a pole does not decay".to_owned(),
     };
     let omega = digits(analysis.verdict.omega_rad_s, 4);
+    let at = |crossing: &Crossing| digits(crossing.omega_rad_s, 4);
+    // The gains for which it is stable.
+    let where_stable = |beyond: &str, edge: f64, end: Option<f64>| match end {
+        None => format!("{beyond} {}", digits(edge, 4)),
+        Some(end) => {
+            let [low, high] = [edge.min(end), edge.max(end)].map(|gain| digits(gain, 4));
+            format!("between {low} and {high}")
+        }
+    };
+    let unstable = |why: String| format!("Unstable, proved: {poles}{why}");
     match analysis.cause {
         Cause::Stable => stable(&analysis.margins),
         Cause::Boundary | Cause::Cancelled if at_rest(analysis) => {
@@ -240,52 +249,36 @@ fn of_the_loop(analysis: &LoopAnalysis) -> String {
             "Not decided: order {order} is too close to {}. Write the whole order.",
             order.round()
         ),
-        cause => format!("Unstable, proved: {poles}{}", why_unstable(analysis, cause)),
-    }
-}
-
-/// The reason of an unstable loop, behind its poles, and the remedy.
-fn why_unstable(analysis: &LoopAnalysis, cause: Cause) -> String {
-    let at = |crossing: &Crossing| digits(crossing.omega_rad_s, 4);
-    // The gains for which it is stable.
-    let where_stable = |beyond: &str, edge: f64, end: Option<f64>| match end {
-        None => format!("{beyond} {}", digits(edge, 4)),
-        Some(end) => {
-            let [low, high] = [edge.min(end), edge.max(end)].map(|gain| digits(gain, 4));
-            format!("between {low} and {high}")
-        }
-    };
-    match cause {
-        Cause::GainTooHigh(OtherGain { edge, end, .. }) => format!(
+        Cause::GainTooHigh(OtherGain { edge, end, .. }) => unstable(format!(
             ": too much gain. At {} rad/s the loop inverts errors and grows them {} times. Stable {} of it.",
             at(&edge),
             digits(1.0 / edge.value, 4),
             where_stable("below", edge.value, end)
-        ),
-        Cause::GainTooLow(OtherGain { edge, end, .. }) => format!(
+        )),
+        Cause::GainTooLow(OtherGain { edge, end, .. }) => unstable(format!(
             ": too little gain to hold the plant (at {} rad/s). Stable {} times the gain.",
             at(&edge),
             where_stable("above", edge.value, end)
-        ),
-        Cause::WrongSign(gain) => format!(
+        )),
+        Cause::WrongSign(gain) => unstable(format!(
             ": the sign is wrong. Change that of controller or plant{}.",
             match gain {
                 1.0 => String::new(),
                 gain => format!(", with {} times the gain", digits(gain, 4)),
             }
-        ),
-        Cause::DeadTime(delay) => format!(
+        )),
+        Cause::DeadTime(delay) => unstable(format!(
             ": the dead time is too long. Stable up to {} (at {} rad/s).",
             written("delay_s", delay.value),
             at(&delay)
-        ),
-        _ => {
+        )),
+        Cause::Shape => {
             let near = analysis.margins.phase.as_ref();
             let near = near.map(|crossover| format!(" (more phase near {} rad/s)", at(crossover)));
-            format!(
+            unstable(format!(
                 ". Neither gain nor dead time alone makes it stable: change the controller{} or sample faster.",
                 near.unwrap_or_default()
-            )
+            ))
         }
     }
 }

@@ -28,17 +28,18 @@ use haptic_quantity::{digits, parse_for_key};
 /// Bounds of an amplitude ratio, -300 to 120 dB: what is below them is less than the rounding of a loop.
 const BOUNDS: Range = Range::Within(1e-15, 1e6);
 
-pub(super) const LONG_ABOUT: &str = "\
-Tunes a PI^lambda D^mu. It meets crossover and phase margin exactly, makes the phase flat there (so that the overshoot stays the same \
-when the plant's gain changes), and keeps bounds on |S| and |T| as well as possible. It simulates the result and the closest integer-order \
-PID. The verdict on the sampled loop is a proof for an interval of plant gains, with a warning if that does not reach from half to double.
-
-Exit code 1 if a wish is missed by more than 1 %; the report says which, and by how much.";
-
 /// Angles; that of the phase margin is judged in degrees, by the tuning.
 const ANGLES: Range = Range::Within(f64::MIN, f64::MAX);
 
-/// Arguments of `control design`.
+/// Tune a fractional PID and compare it with the best integer-order PID
+///
+/// The controller is a PI^lambda D^mu. It meets crossover and phase margin exactly, makes the phase
+/// flat there (so that the overshoot stays the same when the plant's gain changes), and keeps
+/// bounds on |S| and |T| as well as possible. The result is simulated beside the closest
+/// integer-order PID. The verdict on the sampled loop is a proof for an interval of plant gains,
+/// with a warning if that does not reach from half to double.
+///
+/// Exit code 1 if a wish is missed by more than 1 %; the report says which, and by how much.
 #[derive(Debug, Args)]
 #[command(
     after_help = "Example: host-cli control design --plant '0.55exp(-s)/(62s+1)' --crossover \
@@ -200,11 +201,11 @@ impl Arguments {
         let mut place = self.files.look("controller", &["toml"])?;
         let plant = self.plant.resolve()?;
         let design = self.design(&plant)?;
-        let answer = &design.answer().map_err(|error| match error {
-            ControlError::NotFound { .. } => {
-                refused(error).and("see --crossover, --phase-margin and --not-flat")
+        let answer = &design.answer().map_err(|error| {
+            if matches!(error, ControlError::NotFound { .. }) {
+                return refused(error).and("see --crossover, --phase-margin and --not-flat");
             }
-            error => refused(error),
+            refused(error)
         })?;
         let design = &design;
         let report = Report { design, answer };

@@ -27,15 +27,15 @@ use indicatif::ProgressBar;
 use serde_json::{Value, json};
 use std::path::PathBuf;
 
-pub(super) const LONG_ABOUT: &str = "\
-Fits a fractional transfer function, coefficients, orders and dead time together, to a CSV record that begins at rest and has equal time steps. \
-Writes a plant file for the other commands of control.
-
-Without --model it tries integer orders with up to four poles, and one or two powers of s with free orders, and takes the simplest function whose BIC is \
-close to the lowest. Warnings say what the function does not explain, which numbers the record does not determine, and if it cannot tell dead time \
-from a pole.";
-
-/// Arguments of `control identify`.
+/// Fit a fractional transfer function to a record
+///
+/// Fits coefficients, orders and dead time together, to a CSV record that begins at rest and has
+/// equal time steps. Writes a plant file for the other commands of control.
+///
+/// Without --model it tries integer orders with up to four poles, and one or two powers of s with
+/// free orders, and takes the simplest function whose BIC is close to the lowest. Warnings say what
+/// the function does not explain, which numbers the record does not determine, and whether dead
+/// time and a pole can be told apart.
 #[derive(Debug, Args)]
 #[command(
     after_help = "Example: host-cli control identify record.csv --columns \
@@ -136,12 +136,12 @@ impl Arguments {
         let found = shown("functions", guesses.len(), output, |bar| {
             identify(&record, &guesses, held, &|done| bar.inc(done as u64))
         });
-        let found = found.map_err(|error| match error {
+        let found = found.map_err(|error| {
             // Nobody gave a guess.
-            ControlError::NotFound { .. } if self.model.is_none() => {
-                Failure::Run(anyhow::anyhow!("no function fits the record: {TRY}"))
+            if matches!(error, ControlError::NotFound { .. }) && self.model.is_none() {
+                return Failure::Run(anyhow::anyhow!("no function fits the record: {TRY}"));
             }
-            error => refused(error),
+            refused(error)
         })?;
         let [best, ..] = &found[..] else {
             return Err(Failure::Run(anyhow::anyhow!(
@@ -340,7 +340,6 @@ fn named(found: &Identified, number: FreeNumber) -> (String, f64, f64) {
         FreeNumber::DenominatorCoefficient(n) => of("denominator", below.get(n), n, false),
         FreeNumber::DenominatorOrder(n) => of("denominator", below.get(n), n, true),
         FreeNumber::DeadTime => ("delay_s".to_owned(), delay_s, 1.0),
-        _ => ("number".to_owned(), f64::NAN, 1.0),
     }
 }
 

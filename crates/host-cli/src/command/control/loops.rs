@@ -226,13 +226,12 @@ fn law(text: &str) -> Result<ControllerParameters, Failure> {
 /// Reads a SCHEME that a controller may have.
 pub(super) fn controller_scheme(text: &str) -> Result<Scheme, String> {
     let scheme = parse_scheme(text)?;
-    match scheme {
-        Scheme::FullBdf2 { .. } => Ok(scheme),
-        Scheme::Full { .. } if text.starts_with("full") => Ok(scheme),
-        _ => Err(format!(
-            "scheme \"{scheme}\" is not for a controller: give full or full-bdf2"
-        )),
-    }
+    let full = matches!(scheme, Scheme::Full { .. } | Scheme::FullBdf2 { .. });
+    (full && text.starts_with("full"))
+        .then_some(scheme)
+        .ok_or_else(|| {
+            format!("scheme \"{scheme}\" is not for a controller: give full or full-bdf2")
+        })
 }
 
 /// Reads two limits of a command.

@@ -19,11 +19,6 @@ use serde::Serialize;
 use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
 
-pub(super) const LONG_ABOUT: &str = "\
-Runs a loop from rest as on hardware: sampled, held, with dead time, limits and anti-windup. The reference is a step or a CSV \
-column. A fractional controller is compared with the integer-order PID of the same crossover and phase margin. Without a controller it \
-runs the plant alone. An output that does not end at its reference, or is no number, is said and ends with exit code 1.";
-
 /// An output that is not where it was asked to be.
 fn away(report: &Value) -> Failure {
     let last = report["step"].as_array().and_then(|rows| rows.last());
@@ -57,10 +52,11 @@ fn baseline(
         }
         Err(error) => error,
     };
-    let why = match error {
+    let why = if let ControlError::Range(range) = error {
         // Its wishes are those of this loop, not of the user.
-        ControlError::Range(range) => range.to_string(),
-        error => in_degrees(&error),
+        range.to_string()
+    } else {
+        in_degrees(&error)
     };
     warn(&format!("no integer-order PID to compare with: {why}"));
     Ok(None)
@@ -85,7 +81,12 @@ fn sample_time_of(duration_s: f64) -> Result<f64, Failure> {
     )))
 }
 
-/// Arguments of `control simulate`.
+/// Run a step or a record through a loop, or a plant alone
+///
+/// The loop starts at rest and runs as on hardware: sampled, with a command held between samples,
+/// dead time, limits and anti-windup. The reference is a step or a CSV column. A fractional
+/// controller is compared with the integer-order PID of the same crossover and phase margin. Exit
+/// code 1 if the output does not end at its reference, or is NaN.
 #[derive(Debug, Args)]
 #[command(
     after_help = "Example: host-cli control simulate --plant '0.55exp(-s)/(62s+1)' --controller \

@@ -8,10 +8,10 @@ use serde_json::{Value, json};
 /// A refusal of the library: bad input, or a search that ended with nothing.
 pub(crate) fn refused(error: ControlError) -> Failure {
     let text = in_degrees(&error);
-    match error {
-        ControlError::NotFound { .. } => Failure::Run(anyhow::anyhow!("{text}")),
-        _ => Failure::bad_input(text),
+    if matches!(error, ControlError::NotFound { .. }) {
+        return Failure::Run(anyhow::anyhow!("{text}"));
     }
+    Failure::bad_input(text)
 }
 
 pub(super) fn margins(margins: &Margins) -> Value {

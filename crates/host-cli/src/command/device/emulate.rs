@@ -24,16 +24,6 @@ use std::time::Duration;
 /// Seconds of an emulated device in a second.
 const SPEED_UPS: Range = Range::Within(1e-3, 1e3);
 
-pub(super) const LONG_ABOUT: &str = "\
-Emulates a device: the firmware's state machine and a simulated plant behind a pseudo-terminal. It prints the path; any \
-command can use that with --device serial:PATH. With --device-model it has the mass, damping, friction, delay, lag \
-and sensors of that file, to rehearse a run; otherwise it is an ideal mass, with the values that the run states.
-
-Keys make the line bad: it loses, damages, repeats, reorders, delays or stalls frames, in the same way for the same line_seed.
-
---kind haply-2diy is the board of a Haply 2DIY, --kind moteus a servo behind a CAN adapter; both also work with the \
-makers' own programs. They run in real time, and drop and corrupt then apply to single bytes.";
-
 /// A device to imitate.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 enum Kind {
@@ -65,7 +55,19 @@ impl Kind {
     }
 }
 
-/// Arguments of `device emulate`.
+/// Emulate a device behind a pseudo-terminal
+///
+/// The emulated device is the firmware's state machine with a simulated plant. The command prints
+/// the path of the terminal; any other command can use that with --device serial:PATH. With
+/// --device-model the plant has the mass, damping, friction, delay, lag and sensors of that file,
+/// to rehearse a run; otherwise it is an ideal mass, with the values that the run states.
+///
+/// Keys make the line bad: it loses, damages, repeats, reorders, delays or stalls frames, in the
+/// same way for the same `line_seed`.
+///
+/// --kind haply-2diy is the board of a Haply 2DIY, --kind moteus a servo behind a CAN adapter; both
+/// also work with the makers' own programs. They run in real time, and drop and corrupt then apply
+/// to single bytes.
 #[derive(Debug, Args)]
 #[command(
     after_help = format!("Examples:\n  host-cli device emulate --link device &\n  host-cli relax --device \
@@ -306,13 +308,14 @@ fn body(model: &DeviceModel) -> Body {
 
 /// A device that could not be emulated, with the option that mends it.
 fn failed(error: EmulatorError) -> Failure {
-    match error {
-        EmulatorError::Path { kind, .. } => {
-            Failure::bad_input(format_args!("{error} with --{kind}"))
-        }
-        EmulatorError::Terminal(_) => Failure::Device(error.into()),
-        EmulatorError::Device(_) => Failure::Run(error.into()),
-        _ => Failure::input(error),
+    if let EmulatorError::Path { kind, .. } = &error {
+        Failure::bad_input(format_args!("{error} with --{kind}"))
+    } else if matches!(error, EmulatorError::Terminal(_)) {
+        Failure::Device(error.into())
+    } else if matches!(error, EmulatorError::Device(_)) {
+        Failure::Run(error.into())
+    } else {
+        Failure::input(error)
     }
 }
 

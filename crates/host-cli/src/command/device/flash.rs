@@ -19,13 +19,12 @@ use std::path::PathBuf;
 use std::process::{Command, Stdio};
 use std::time::Duration;
 
-pub(super) const LONG_ABOUT: &str = "\
-Builds the firmware, programs a board, and checks that the device then runs exactly that image: it has just started, and answers with \
-the digest of its own flash. \
-A Raspberry Pi Pico is programmed through the drive that it shows when it is plugged in with BOOTSEL held, others over a \
-debug probe with probe-rs (https://probe.rs).";
-
-/// Arguments of `device flash`.
+/// Program a board over a debug probe, or a Pico through its drive
+///
+/// Builds the firmware, programs the board, and checks that the device then runs exactly that
+/// image: it has just started, and answers with the digest of its own flash. A Raspberry Pi Pico is
+/// programmed through the drive that it shows when it is plugged in with BOOTSEL held, others over
+/// a debug probe with probe-rs (<https://probe.rs>).
 #[derive(Debug, Args)]
 #[command(
     after_help = "Example: host-cli device flash --board nucleo-f446re --device serial:/dev/ttyACM0"

@@ -14,19 +14,21 @@ use haptic_experiment::question::{MeasureReport, Measurement};
 use haptic_figure::{FigureError, Look, Picture};
 use std::time::Duration;
 
-pub(super) const LONG_ABOUT: &str = "\
-Finds mass, damping, Coulomb friction, delay, current lag, encoder step and noise of a device, with 95 % intervals, and \
-writes a device file that analyze, design, zwidth, relax, run and control take. Beside it stands the frequency response \
-at the lines of the multi-sine, FILE.csv, with its coherence; control design takes it as --plant. Below 7s of multi-sine there is none.
-
-The device moves by itself: half a second without force, then a slowly growing force each way until it moves, then a \
-multi-sine. The force never exceeds a fifth of --force-limit. If the device leaves --box, and on Ctrl-C, the \
-force falls to zero. Put the device level, in the middle of its range, and let go; or hold it and give --held.
-
-The intervals assume a mass with these properties and nothing else; the lower half of the picture shows what the model does \
-not explain. The delay of a serial device does not include the line.";
-
-/// Arguments of `device measure`.
+/// Measure mass, damping, friction, delay, lag and sensor with small, safe forces
+///
+/// Finds mass, damping, Coulomb friction, delay, current lag, encoder step and noise of a device,
+/// with 95 % intervals, and writes a device file that analyze, design, zwidth, relax, run and
+/// control take. The frequency response at the lines of the multi-sine, with its coherence, goes
+/// into FILE.csv beside it, if the multi-sine lasts 7s or more; control design takes it as --plant.
+///
+/// The device moves by itself: half a second without force, then a slowly growing force each way
+/// until it moves, then a multi-sine. The force never exceeds a fifth of --force-limit. If the
+/// device leaves --box, and on Ctrl-C, the force falls to zero. Put the device level, in the middle
+/// of its range, and let go; or hold it and give --held.
+///
+/// The intervals assume a mass with these properties and nothing else; the lower half of the
+/// picture shows what the model does not explain. The delay of a serial device does not include the
+/// line.
 #[derive(Debug, Args)]
 #[command(
     after_help = "Examples:\n  host-cli device measure --device serial:/dev/ttyACM0 --force-limit 3.3N --out device.toml\n  \

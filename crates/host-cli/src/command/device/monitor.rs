@@ -19,12 +19,11 @@ use std::collections::BTreeMap;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, SystemTime};
 
-pub(super) const LONG_ABOUT: &str = "\
-Shows position, force and state of a device without affecting it, and logs every sample \
-(monitor.mcap). When the line breaks, the device reboots or the board fails, the log is closed, \
-and a new one (monitor-2.mcap) starts once the device is back.";
-
-/// Arguments of `device monitor`.
+/// Show position and state, and log every sample
+///
+/// Does not affect the device. The log is monitor.mcap. When the line breaks, the device reboots or
+/// the board fails, the log is closed, and a new one (monitor-2.mcap) starts once the device is
+/// back.
 #[derive(Debug, Args)]
 #[command(
     after_help = "Example: host-cli device monitor --device serial:/dev/ttyACM0 --duration 10s"

@@ -11,19 +11,20 @@ use haptic_quantity::written;
 use haptic_selftest::{Attendant, Check, EmergencyStop, Notice, SelfTest, SelfTestReport};
 use std::io::{self, IsTerminal as _};
 
-pub(super) const LONG_ABOUT: &str = "\
-Checks the safety functions of a device and prints what it promises and what the test saw: arming, force limit, stop, direction of \
-motion, finite check, watchdog, flight recorder, reconnection, emergency stop. The settings of the device stay as they are. \
---json is a certificate: date, board, firmware with its digest, and each promise with its figures.
-
-It takes about 4 s. The force, at most 0.1 N (--force-limit), changes sign 25 times a second; up to three times \
-that is requested, to see the limit act. A real device moves by a few millimetres: let it move freely, and press its \
-emergency stop when told (--emergency-stop none if it has none).
-
-Exit code 0 if every promise was kept, 1 if one was broken, 3 if the link was lost, an emergency \
-stop or fault ended the test, or this machine or a limit of the device kept one from being judged.";
-
-/// Arguments of `device selftest`.
+/// Test arming, limits, direction, watchdog, recorder, reconnection and emergency stop
+///
+/// Prints what the device promises and what the test saw. The settings of the device stay as they
+/// are. --json is a certificate: date, board, firmware with its digest, and each promise with its
+/// figures.
+///
+/// It takes about 4 s. The force, at most 0.1 N (--force-limit), changes sign 25 times a second; up
+/// to three times that is requested, to see the limit act. A real device moves by a few
+/// millimetres: let it move freely, and press its emergency stop when told (--emergency-stop none
+/// if it has none).
+///
+/// Exit code 0 if every promise was kept, 1 if one was broken, 3 if the link was lost, an emergency
+/// stop or fault ended the test, or this machine or a limit of the device kept one from being
+/// judged.
 #[derive(Debug, Args)]
 #[command(after_help = "Example: host-cli device selftest --device serial:/dev/ttyACM0")]
 pub(crate) struct Arguments {

@@ -69,13 +69,18 @@ pub(super) fn write(drive: &Path, bytes: &[u8]) -> io::Result<io::Result<()>> {
 
 /// A drive that did not take the image.
 pub(super) fn refused(drive: &Path, error: &io::Error) -> Failure {
-    let what = match error.kind() {
-        io::ErrorKind::StorageFull => format!("is full: {REMEDY}"),
-        io::ErrorKind::AlreadyExists => format!("has a file {FILE} already: delete it"),
-        io::ErrorKind::ReadOnlyFilesystem | io::ErrorKind::PermissionDenied => {
-            format!("cannot be written to ({error}): mount it writable for this user")
-        }
-        _ => format!("was lost while it was written ({error}): {REMEDY}"),
+    let is = |kinds: &[io::ErrorKind]| kinds.contains(&error.kind());
+    let what = if is(&[io::ErrorKind::StorageFull]) {
+        format!("is full: {REMEDY}")
+    } else if is(&[io::ErrorKind::AlreadyExists]) {
+        format!("already has a file {FILE}: delete it")
+    } else if is(&[
+        io::ErrorKind::ReadOnlyFilesystem,
+        io::ErrorKind::PermissionDenied,
+    ]) {
+        format!("cannot be written to ({error}): mount it writable for this user")
+    } else {
+        format!("was lost while it was written ({error}): {REMEDY}")
     };
     Failure::Device(anyhow::anyhow!("the drive at `{}` {what}", drive.display()))
 }
@@ -138,7 +143,7 @@ mod tests {
         let there = write(folder.path(), &[0; 512]).expect_err("is there");
         let words = refused(folder.path(), &there).to_string();
         assert!(
-            words.ends_with("has a file haptic.uf2 already: delete it"),
+            words.ends_with("already has a file haptic.uf2: delete it"),
             "{words}"
         );
         assert_eq!(std::fs::read(&file).expect("is there"), b"precious");

@@ -22,10 +22,14 @@ const SECTOR: usize = 4096;
 
 /// The flash as an ELF file fills it, up to the end of a sector; 0 where nothing stands.
 pub(super) fn flash_image(file: &[u8], flash: &Range<u32>) -> Result<Vec<u8>, String> {
-    let refused = |error| match error {
-        ParseError::SliceReadError(_) => "it is cut short".to_owned(),
-        ParseError::BadMagic(_) => "it is neither ELF nor UF2".to_owned(),
-        error => error.to_string(),
+    let refused = |error| {
+        if matches!(error, ParseError::SliceReadError(_)) {
+            "it is cut short".to_owned()
+        } else if matches!(error, ParseError::BadMagic(_)) {
+            "it is neither ELF nor UF2".to_owned()
+        } else {
+            error.to_string()
+        }
     };
     let elf = ElfBytes::<LittleEndian>::minimal_parse(file).map_err(refused)?;
     let mut image = Vec::new();
