@@ -18,7 +18,7 @@ const RECORD: usize = 5;
 const fn words(kind: RecordKind, indented: bool) -> [&'static str; 3] {
     match kind {
         RecordKind::History if indented => {
-            ["time / s", "reduced force f/(γℓ) / Pa", "residual / Pa"]
+            ["time / s", "equivalent stress / Pa", "residual / Pa"]
         }
         RecordKind::Creep => ["time / s", "creep compliance / Pa⁻¹", "residual / %"],
         RecordKind::Oscillation => [
