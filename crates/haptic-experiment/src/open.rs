@@ -271,7 +271,7 @@ impl ExperimentFile {
             _ => return Ok(()),
         };
         Err(Failure::Run(anyhow::anyhow!(
-            "{key}: {what}: {remedy}, or take {key} out of the file to run it all the same"
+            "{key}: {what}: {remedy}, or remove {key} from the file to run it anyway"
         )))
     }
 
@@ -329,7 +329,7 @@ impl ExperimentFile {
         match &self.0 {
             Experiment::Teleoperation(own) => Ok(own),
             _ => Err(Failure::bad_input(
-                "the file is of another experiment: give one with a table [teleoperation]",
+                "the file describes another experiment: give one with a table [teleoperation]",
             )),
         }
     }
@@ -362,7 +362,7 @@ impl ExperimentFile {
         self
     }
 
-    /// The same, to be run though the pre-flight calls it unstable.
+    /// Runs even if the pre-flight finds it unstable.
     ///
     /// # Errors
     /// An experiment that no pre-flight refuses.
@@ -527,7 +527,7 @@ impl Document {
         let changed = |(_, entry): &(&str, &str)| then.get(*entry) != today.get(*entry);
         let (key, _) = FILES_IN_LOG.into_iter().find(changed)?;
         Some(format!(
-            "the file of {key} is not what it was when the log was made: the run takes it from the log; give {key} for today's"
+            "the file of {key} has changed since the log was made: the run takes it from the log; give {key} for today's"
         ))
     }
 }

@@ -105,7 +105,7 @@ fn named<T: Copy>(
     found.map(Some).ok_or_else(|| {
         let names: Vec<&str> = known.iter().map(|own| name(*own)).collect();
         let names = names.join(", ");
-        Failure::bad_input(format_args!("`{key}` {wanted:?} is none of {names}"))
+        Failure::bad_input(format_args!("`{key}` {wanted:?} is not one of {names}"))
     })
 }
 

@@ -26,7 +26,7 @@ pub(crate) struct Announce {
 
 impl Announce {
     pub(crate) fn say(&self, value: &Value) {
-        // Nobody there is no error.
+        // No listener is not an error.
         let _ = self.pages.send(value.to_string().into());
     }
 

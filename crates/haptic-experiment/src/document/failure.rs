@@ -131,7 +131,7 @@ impl From<NewFileError> for Failure {
         match &error {
             NewFileError::Io { source, .. } if is_full(source) => Self::DataLost(error.into()),
             NewFileError::Exists(path) => Self::bad_input(format_args!(
-                "`{}` already exists: choose another name, move it away, or say {OVERWRITE}",
+                "`{}` already exists: choose another name, move it away, or give {OVERWRITE}",
                 path.display()
             )),
             _ => Self::Input(error.into()),

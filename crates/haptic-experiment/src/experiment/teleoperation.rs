@@ -437,7 +437,9 @@ impl TeleoperationExperiment {
             verdict
                 .require_stable(self.force_unstable)
                 .map_err(|refusal| {
-                    Failure::bad_input(format_args!("the slave in its remote place: {refusal}"))
+                    Failure::bad_input(format_args!(
+                        "the slave in its remote environment: {refusal}"
+                    ))
                 })?;
         }
         Ok(verdict)

@@ -149,7 +149,7 @@ impl Feel {
     fn order(&self, order: LoopOrder) -> Result<(), Failure> {
         locked(&self.orders).push(order).map_err(|_| {
             Failure::bad_input(
-                "the loop does not take orders: this machine is overloaded; stop, and begin anew",
+                "the loop does not respond: this machine is overloaded; stop, and start again",
             )
         })
     }
@@ -208,7 +208,7 @@ impl Feel {
     fn task(&self, task: KeeperTask) -> Result<(), Failure> {
         self.tasks
             .send(task)
-            .map_err(|_| Failure::bad_input("the loop has ended: begin anew"))
+            .map_err(|_| Failure::bad_input("the loop has ended: start again"))
     }
 
     pub(crate) fn mark(&self, text: String) -> Result<(), Failure> {
@@ -245,7 +245,7 @@ impl Feel {
 }
 
 fn ended(_: std::sync::mpsc::RecvError) -> Failure {
-    Failure::bad_input("the loop has ended: begin anew")
+    Failure::bad_input("the loop has ended: start again")
 }
 
 impl Drop for Feel {

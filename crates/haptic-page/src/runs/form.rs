@@ -18,7 +18,7 @@ pub(super) fn document(kind: &str, parameters: &Map<String, Value>) -> Result<Do
     if !kinds().any(|known| known == kind) {
         let kinds: Vec<&str> = kinds().collect();
         return Err(Failure::bad_input(format_args!(
-            "experiment {kind:?} is none of {}",
+            "experiment {kind:?} is not one of {}",
             kinds.join(", ")
         )));
     }
@@ -58,7 +58,7 @@ fn check_regular(key: &str, path: &Path) -> Result<(), Failure> {
     let itself = (!(about.is_file() || about.is_dir())).then(|| path.to_owned());
     itself.or(other).map_or(Ok(()), |path| {
         Err(Failure::bad_input(format_args!(
-            "`{key}`: {} is no regular file: only those are opened for a page",
+            "`{key}`: {} is not a regular file: only those are opened for a page",
             path.display()
         )))
     })

@@ -125,7 +125,7 @@ impl Request {
 pub(super) fn parse(text: &str) -> Result<(Value, Request), (Value, String)> {
     let none = |error: String| (Value::Null, error);
     let value: Value = serde_json::from_str(text)
-        .map_err(|error| none(format!("the message is no JSON: {error}")))?;
+        .map_err(|error| none(format!("the message is not JSON: {error}")))?;
     let Value::Object(mut object) = value else {
         return Err(none(
             "the message is no JSON object: send {\"id\": 1, \"do\": …}".to_owned(),

@@ -122,7 +122,7 @@ impl Arguments {
             let found = text.to_socket_addrs().ok();
             found.and_then(|mut all| all.next()).ok_or_else(|| {
                 Failure::bad_input(format_args!(
-                    "\"{text}\" is no address with a port: give {option}, as 127.0.0.1:4810"
+                    "\"{text}\" is not an address with a port: give {option}, as 127.0.0.1:4810"
                 ))
             })
         };

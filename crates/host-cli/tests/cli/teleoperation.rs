@@ -199,7 +199,7 @@ fn bad_input_of_a_teleoperation_is_one_line_with_the_remedy() {
         analyze teleoperation --line-delay -1ms => line_delay_s = -0.001 is not
         analyze teleoperation --playout 3 => --playout has no effect | --architecture wave
         teleoperate => --listen ADDRESS:PORT | --connect ADDRESS:PORT
-        teleoperate --listen nowhere => no address with a port | give --listen
+        teleoperate --listen nowhere => not an address with a port | give --listen
         teleoperate wall.toml --listen 127.0.0.1:0 => of another experiment | [teleoperation]
         ",
     );
@@ -213,7 +213,7 @@ fn a_remote_place_that_the_slave_cannot_touch_is_refused_before_anything_moves()
                 wall_dissipation_n_s_mu_per_m = 0.2\nduration_s = 3\nwindow_s = 1\n";
     place.write("heavy.toml", text);
     let words = [
-        "the slave in its remote place",
+        "the slave in its remote environment",
         "would be unstable",
         "--force-unstable",
     ];

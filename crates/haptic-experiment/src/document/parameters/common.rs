@@ -111,7 +111,7 @@ parameters! {
         "Host loop: largest age of a force in ticks from its sample, 1 to 1000; an older one makes a serial device \
          let go [default: 10]");
     DEVICE_MODEL = text("device_model", "",
-        "Device file, of device measure; on a rig for its guard only");
+        "Device file from `device measure`; on a rig only the guard uses it");
 }
 
 /// Of every experiment on a device.
@@ -131,7 +131,7 @@ parameters! {
     /// Stiffness of the hand, N/m.
     HAND_STIFFNESS = number("hand_stiffness_n_per_m", 0.0, "0", STIFFNESSES, "Stiffness of the hand that holds the device; 0 without a hand");
     /// Delay of a simulated device, s.
-    DELAY = number("delay_s", 0.0, "0", DEVICE_TIMES, "Delay from a measurement to its force, beyond the hold");
+    DELAY = number("delay_s", 0.0, "0", DEVICE_TIMES, "Delay from a measurement to its force, not counting the hold of a sample");
     /// Friction of a simulated device, N.
     FRICTION = number("friction_n", 0.0, "0", FORCES, "Coulomb friction");
     /// Current lag of a simulated device, s.

@@ -114,11 +114,11 @@ impl Seen {
         match self.0 {
             Some(from_s) if from_s <= 0.5 * duration_s => None,
             Some(from_s) => Some(format!(
-                "before {} s the rig is seen, not the tissue: take {ideal}, or a longer run",
+                "before {} s the run shows the rig, not the tissue: take {ideal}, or a longer run",
                 digits(from_s, 3)
             )),
             None => Some(format!(
-                "the rig is seen in the whole run, not the tissue: take {ideal}, or a longer run"
+                "the whole run shows the rig, not the tissue: take {ideal}, or a longer run"
             )),
         }
     }
@@ -250,7 +250,7 @@ impl Indentation {
         warnings.limited(record);
         if unrendered {
             warnings.0.push(format!(
-                "the depth is that of the tissue under the whole push, which the loop did not render up to the end: change {STRESS}, {FORCE} or {FORCE_LIMIT}"
+                "the closed form assumes the whole push, which the loop did not render up to the end: change {STRESS}, {FORCE} or {FORCE_LIMIT}"
             ));
         }
         warnings

@@ -348,7 +348,7 @@ fn unanswered(link: &SerialLink, path: &str, error: SerialError) -> Result<Trial
 
 fn held_up(path: &str, error: &SerialError) -> Trial {
     Trial::Unjudged(Failure::Device(anyhow::anyhow!(
-        "{path}: {error}; so it was in {TRIES} trials in a row, and none can be judged"
+        "{path}: {error}; this happened in {TRIES} trials in a row, so none can be judged"
     )))
 }
 
@@ -401,7 +401,7 @@ fn faulted(link: &SerialLink, report: FaultReport) -> Result<Trial, Failure> {
         Some(fault) if is_answer(fault) => Ok(Trial::Tripped(fault)),
         Some(fault) if !ends_search(fault) => {
             Ok(Trial::Unjudged(Failure::Device(anyhow::anyhow!(
-                "{}: {fault}, in {TRIES} trials in a row, so none can be judged: leave this machine to itself, or allow a longer watchdog time",
+                "{}: {fault}, in {TRIES} trials in a row, so none can be judged: run nothing else on this machine, or allow a longer watchdog time",
                 link.path()
             ))))
         }

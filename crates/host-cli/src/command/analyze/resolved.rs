@@ -67,7 +67,7 @@ pub(super) fn resolve(given: &Given, wall: Wall) -> Result<ResolvedLoop, Failure
     let with_units = file.is_some() || WITH_UNITS.iter().any(|parameter| given.has(parameter));
     if without_units && with_units {
         return Err(Failure::bad_input(
-            "the loop has units and has none: omit --alpha, --beta, --delta and --gamma",
+            "the loop is given both with and without units: omit --alpha, --beta, --delta and --gamma",
         ));
     }
     let missing = |parameter: &Parameter| {
@@ -241,7 +241,7 @@ pub(super) fn path(
             Some(t) => Ok(time_s / t),
             None if time_s == 0.0 => Ok(0.0),
             None => Err(Failure::bad_input(format_args!(
-                "{parameter} {time_s} s is a time, and the loop has none: give --sample-time"
+                "{parameter} {time_s} s is a time, but the loop has no units: give --sample-time"
             ))),
         }
     };

@@ -290,7 +290,7 @@ impl Asked {
         }
         if found.is_empty() {
             return Err(Failure::bad_input(
-                "no coupler is stable with every hand and place: shorten --line-delay or --sample-time",
+                "no coupler is stable with every hand and environment: shorten --line-delay or --sample-time",
             ));
         }
         Ok(found)

@@ -195,7 +195,7 @@ fn verdict(analysis: &LoopAnalysis) -> String {
         || of_the_loop(analysis),
         |times| {
             format!(
-                "The loop is {}: too fast for it. Shorten the sample time at least {} times.",
+                "The loop is {}: too fast for it. Divide the sample time by at least {}.",
                 in_short(analysis),
                 digits(times, 4)
             )
@@ -250,7 +250,7 @@ fn of_the_loop(analysis: &LoopAnalysis) -> String {
             order.round()
         ),
         Cause::GainTooHigh(OtherGain { edge, end, .. }) => unstable(format!(
-            ": too much gain. At {} rad/s the loop inverts errors and grows them {} times. Stable {} of it.",
+            ": too much gain. At {} rad/s the loop inverts errors and makes them {} times as large. Stable {} times the gain.",
             at(&edge),
             digits(1.0 / edge.value, 4),
             where_stable("below", edge.value, end)
@@ -261,7 +261,7 @@ fn of_the_loop(analysis: &LoopAnalysis) -> String {
             where_stable("above", edge.value, end)
         )),
         Cause::WrongSign(gain) => unstable(format!(
-            ": the sign is wrong. Change that of controller or plant{}.",
+            ": the sign is wrong. Change the sign of controller or plant{}.",
             match gain {
                 1.0 => String::new(),
                 gain => format!(", with {} times the gain", digits(gain, 4)),

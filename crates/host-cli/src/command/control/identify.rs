@@ -118,7 +118,7 @@ impl Arguments {
         let (mut record, gaps) = self.read()?;
         if record.time_s.len() > LONG && !output.quiet {
             let words = format!(
-                "{} samples take about {}; every tenth may tell as much of a slow plant",
+                "{} samples take about {}; every tenth may be enough for a slow plant",
                 record.time_s.len(),
                 written("time_s", A_SAMPLE_S * record.time_s.len() as f64)
             );

@@ -270,7 +270,7 @@ impl Record {
         let (lines, [time_s, value]) = (found.lines, found.columns);
         if let Some(row) = time_s.windows(2).position(|pair| pair[1] <= pair[0]) {
             let line = lines[row + 1];
-            let what = format!("line {line}: the time does not grow: sort the rows");
+            let what = format!("line {line}: the time does not increase: sort the rows");
             return Err(table::wrong(path, what));
         }
         let outside = |value: &f64| !parameters::OUTPUT_HIGH.range().contains(*value);

@@ -368,7 +368,7 @@ impl SessionLog {
 
     fn lose(&mut self, error: RecordError) {
         let failure = Failure::from(error);
-        let words = format!("{failure}; from here on nothing is kept");
+        let words = format!("{failure}; nothing is recorded from here on");
         self.bar.suspend(|| note("warning", words));
         self.unwritten = Some(failure);
     }

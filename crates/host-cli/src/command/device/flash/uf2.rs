@@ -60,7 +60,7 @@ fn put(image: &mut Vec<u8>, flash: &Range<u32>, address: u64, data: &[u8]) -> Re
 /// Up to the end of a sector.
 fn whole(mut image: Vec<u8>) -> Result<Vec<u8>, String> {
     if image.is_empty() {
-        return Err("nothing in it is to be loaded".to_owned());
+        return Err("it has nothing to load".to_owned());
     }
     image.resize(image.len().next_multiple_of(SECTOR), 0);
     Ok(image)
@@ -190,7 +190,7 @@ mod tests {
         assert_eq!(contents(&both, &FLASH, 0xe48b_ff56), Ok(image));
         let refused = |file: &[u8], family| contents(file, &FLASH, family).expect_err("refused");
         assert!(is_uf2(&uf2) && !is_uf2(&file));
-        assert_eq!(refused(&uf2, 1), "nothing in it is to be loaded");
+        assert_eq!(refused(&uf2, 1), "it has nothing to load");
         assert_eq!(
             refused(&uf2[BLOCK..], 0xe48b_ff56),
             "31 of 32 blocks are there"
