@@ -217,6 +217,17 @@ pub enum LeastDamping {
 }
 
 impl LeastDamping {
+    /// The least damping, N·s/m; `None` if no damping is enough.
+    #[must_use]
+    pub const fn damping_n_s_per_m(self) -> Option<f64> {
+        match self {
+            Self::Enough {
+                damping_n_s_per_m, ..
+            } => Some(damping_n_s_per_m),
+            Self::NoneIsEnough { .. } => None,
+        }
+    }
+
     pub(crate) fn times(self, scale: f64) -> Result<Self, AnalysisError> {
         Ok(match self {
             Self::Enough {

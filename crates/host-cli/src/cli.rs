@@ -48,7 +48,6 @@ struct Cli {
     /// Print errors and warnings only
     #[arg(long, short, global = true, help_heading = "Run")]
     quiet: bool,
-    /// The task
     #[command(subcommand)]
     command: Command,
 }
@@ -154,7 +153,7 @@ enum Command {
     Serve(command::serve::Arguments),
     /// Print a completion script for a shell
     Completions(command::shell::Completions),
-    /// Write the manual pages
+    /// Write the manual pages to a folder
     Man(command::shell::Man),
 }
 
@@ -308,7 +307,7 @@ fn ended(result: Result<(), Failure>) -> ExitCode {
     ExitCode::from(failure.exit_code())
 }
 
-/// The program.
+/// Parses the command line, runs the command, and returns its exit code.
 #[must_use]
 pub fn main() -> ExitCode {
     options::name_options(asked);

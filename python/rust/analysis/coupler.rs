@@ -54,12 +54,7 @@ impl PyCoupler {
 
 /// Infinite where none is enough.
 fn number(least: LeastDamping) -> f64 {
-    match least {
-        LeastDamping::Enough {
-            damping_n_s_per_m, ..
-        } => damping_n_s_per_m,
-        LeastDamping::NoneIsEnough { .. } => f64::INFINITY,
-    }
+    least.damping_n_s_per_m().unwrap_or(f64::INFINITY)
 }
 
 #[pymethods]

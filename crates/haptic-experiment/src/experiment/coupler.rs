@@ -50,8 +50,7 @@ use crate::run::tick::KeptSample;
 use crate::run::{Ran, Supervisor};
 use fracdiff::{Operator, Order, Scheme, Seconds};
 use haptic_analysis::{
-    AnalysisError, CoupledLoop, CoupledObject, Coupler, CouplerOperator, Dynamics, LeastDamping,
-    LoopOperator,
+    AnalysisError, CoupledLoop, CoupledObject, Coupler, CouplerOperator, Dynamics, LoopOperator,
 };
 use haptic_link::LoopMode;
 use haptic_loop::units::{Kilograms, NewtonSecondsPerMetre, NewtonsPerMetre};
@@ -445,15 +444,9 @@ impl CouplerPreflight<'_> {
         } else {
             softer(|factor| Ok(coupled.scaled(factor).is_stable()))?
         };
-        let enough = |least: LeastDamping| match least {
-            LeastDamping::Enough {
-                damping_n_s_per_m, ..
-            } => Some(damping_n_s_per_m),
-            LeastDamping::NoneIsEnough { .. } => None,
-        };
         let damping = dynamics.damping_n_s_per_m;
-        let llewellyn = enough(coupler.least_damping()?);
-        let sampled = enough(coupler.sampled_damping(path)?);
+        let llewellyn = coupler.least_damping()?.damping_n_s_per_m();
+        let sampled = coupler.sampled_damping(path)?.damping_n_s_per_m();
         let per_delta = t / dynamics.mass_kg;
         let (alpha, beta) = coupled.nondimensional();
         Ok(PreflightVerdict {

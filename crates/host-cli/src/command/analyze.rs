@@ -10,7 +10,6 @@ use crate::output::Output;
 use clap::Subcommand;
 use haptic_experiment::Failure;
 
-/// The question asked.
 #[derive(Debug, Subcommand)]
 pub(crate) enum Command {
     /// Compute effective stiffness and damping of a virtual environment

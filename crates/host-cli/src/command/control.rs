@@ -14,7 +14,6 @@ use haptic_experiment::Failure;
 pub(crate) use loops::ControllerOption;
 pub(crate) use words::refused;
 
-/// The task.
 #[derive(Debug, Subcommand)]
 pub(crate) enum Command {
     Design(design::Arguments),

@@ -18,7 +18,7 @@ pub(crate) const EXAMPLES: &str = "Examples:\n  host-cli design --delay 1ms --ou
                   host-cli design --wish tissue --tissue prostate-cancerous encoder_resolution=30um";
 
 pub(crate) fn run(asked: WithFiles<keys::Design>, output: Output) -> Result<(), Failure> {
-    let mut place = asked.files.look("design", &["toml"])?;
+    let mut outputs = asked.files.look("design", &["toml"])?;
     let document = asked.options.over(Document::new("design"))?;
     let question = Question::open(&document).map_err(Failure::input)?;
     let bar = progress_bar(question.steps(), output);
@@ -27,15 +27,15 @@ pub(crate) fn run(asked: WithFiles<keys::Design>, output: Output) -> Result<(), 
     let answer = answer?;
     let experiment = answer.experiment_text();
     if experiment.is_none() {
-        place.without(&["toml"]);
+        outputs.without(&["toml"]);
     }
-    let experiment = experiment.and_then(|text| place.text("toml", text));
-    let mut files = Vec::from_iter(place.write(|folder| answer.write_table(folder)));
+    let experiment = experiment.and_then(|text| outputs.text("toml", text));
+    let mut files = Vec::from_iter(outputs.write(|folder| answer.write_table(folder)));
     match &answer {
         Answer::Design(report) if report.best.is_some() => {
-            files.extend(place.write(|folder| save_picture(folder, draw(report))));
+            files.extend(outputs.write(|folder| save_picture(folder, draw(report))));
         }
-        Answer::Design(_) => place.without(&["svg", "png"]),
+        Answer::Design(_) => outputs.without(&["svg", "png"]),
         Answer::ZWidth(_) | Answer::Coupler(_) => {}
     }
     output.summary(&Shown {
@@ -43,7 +43,7 @@ pub(crate) fn run(asked: WithFiles<keys::Design>, output: Output) -> Result<(), 
         experiment,
         files,
     })?;
-    place.close(answer.require(&warn))
+    outputs.close(answer.require(&warn))
 }
 
 /// The result, and where it was written.

@@ -24,7 +24,7 @@ pub(crate) enum Command {
     /// Show a device, its limits and its counters
     #[command(after_help = "Example: host-cli device info --device serial:/dev/ttyACM0")]
     Info(PortArguments),
-    /// Print parameters
+    /// Print the parameters that are set on a device
     #[command(after_help = "Example: host-cli device get --device serial:/dev/ttyACM0 --json")]
     Get(PortArguments),
     /// Set parameters, all or none

@@ -25,7 +25,7 @@ pub(crate) struct Weights {
     /// Fractional operator, see `host-cli --help`
     #[arg(long, value_parser = parse_scheme, default_value = "exact")]
     scheme: Scheme,
-    /// Number of weights
+    /// Number of weights, from the newest sample backwards
     #[arg(long, default_value_t = 10, value_parser = whole::<u64>(1..=10_000_000))]
     count: u64,
     /// Sample time, for a scheme with frequencies in Hz
@@ -82,7 +82,7 @@ pub(crate) struct Differintegrate {
     /// Subtract the first value: the Caputo derivative, for an order above 0 and at most 1
     #[arg(long)]
     caputo: bool,
-    /// Column to take
+    /// Column to take, by the name in the header
     #[arg(long, value_name = "NAME", default_value = "x")]
     column: String,
     /// CSV file; `-` for standard input, the default

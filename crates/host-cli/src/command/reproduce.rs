@@ -31,7 +31,7 @@ pub(crate) struct Arguments {
 
 impl Arguments {
     pub(crate) fn run(self, output: Output) -> Result<(), Failure> {
-        let mut place = Place::look(Some(&self.out), "report", self.overwrite, &["html", "md"])?;
+        let mut outputs = Place::look(Some(&self.out), "report", self.overwrite, &["html", "md"])?;
         self.check_figures()?;
         let bar = progress_bar((FIGURES.len() + COUNT) as u64, output);
         let mut figures = Vec::new();
@@ -45,7 +45,7 @@ impl Arguments {
                 break;
             }
             // The others, and what the claims are worth, are wanted all the same.
-            if let Some((made, in_report)) = place.remember(self.save(&figure)) {
+            if let Some((made, in_report)) = outputs.remember(self.save(&figure)) {
                 figures.push(made);
                 shown.push(in_report);
             }
@@ -60,9 +60,9 @@ impl Arguments {
             false => judge_all(&go_on).map_err(|error| Failure::Run(error.into()))?,
         };
         bar.finish_and_clear();
-        place.text("md", &markdown(&claims, &shown));
+        outputs.text("md", &markdown(&claims, &shown));
         // The one to look at; null if it could not be written.
-        let report = place.text("html", &html(&claims, &shown));
+        let report = outputs.text("html", &html(&claims, &shown));
         // What is there is whole.
         let ended_early = stopped().then_some("interrupted");
         let (drawn, judged) = (figures.len(), claims.len());
@@ -72,7 +72,7 @@ impl Arguments {
             "report": report,
             "ended_early": ended_early,
         }))?;
-        place.close(match ended_early {
+        outputs.close(match ended_early {
             Some(reason) => Err(Failure::Run(anyhow::anyhow!(
                 "{reason}: {drawn} of {} figures and {judged} of {COUNT} claims are done and kept",
                 FIGURES.len()

@@ -11,7 +11,7 @@ use std::time::Duration;
 
 /// Ten cycles of the slowest rate at least; a day at most, s.
 const DURATIONS: Range = Range::Within(0.01, 86_400.0);
-/// Hz.
+/// Rates that can be asked for, Hz.
 const RATES: Range = Range::Within(1.0, 100e3);
 
 /// Measure whether this machine is fit for a loop at 1, 4 and 10 kHz

@@ -24,7 +24,7 @@ struct Shown<'a> {
 }
 
 pub(crate) fn run(asked: WithFiles<keys::ZWidth>, output: Output) -> Result<(), Failure> {
-    let mut place = asked.files.look("zwidth", &[])?;
+    let mut outputs = asked.files.look("zwidth", &[])?;
     let document = asked.options.over(Document::new("zwidth"))?;
     let question = Question::open(&document).map_err(Failure::input)?;
     let bar = progress_bar(question.steps(), output);
@@ -35,7 +35,7 @@ pub(crate) fn run(asked: WithFiles<keys::ZWidth>, output: Output) -> Result<(), 
         return Err(Failure::bad_input("not a Z-width"));
     };
     let files = match report.rows().next().is_some() {
-        true => place.table_and_picture(report.rows(), || draw(&report)),
+        true => outputs.table_and_picture(report.rows(), || draw(&report)),
         false => Vec::new(),
     };
     warn_of(&report);
@@ -43,7 +43,7 @@ pub(crate) fn run(asked: WithFiles<keys::ZWidth>, output: Output) -> Result<(), 
         report: &report,
         files,
     })?;
-    place.close(match report.ended_early {
+    outputs.close(match report.ended_early {
         Some(failure) => Err(failure.and("the points found so far are kept")),
         None => Ok(()),
     })
@@ -113,7 +113,7 @@ fn with_curves<'a>(mut panel: Panel<'a>, report: &ZWidthReport, with_units: bool
     } else {
         "measured"
     };
-    let place = |p: &BoundaryPoint| match with_units {
+    let point = |p: &BoundaryPoint| match with_units {
         true => (p.dissipation, p.stiffness_max),
         false => (p.beta, p.alpha),
     };
@@ -134,14 +134,14 @@ fn with_curves<'a>(mut panel: Panel<'a>, report: &ZWidthReport, with_units: bool
     let points = report.orders.iter().flat_map(|order| &order.boundary);
     let marked = points.filter(|point| point.analysis_agrees == Some(false));
     let name = "! differs from the analysis by more than 5 %";
-    panel = panel.with(name, Look::Crosses, 5, marked.map(place));
+    panel = panel.with(name, Look::Crosses, 5, marked.map(point));
     for (colour, order) in report.orders.iter().enumerate() {
         let name = format!("{tried}, μ = {}", order.order);
         panel = panel.with(
             name,
             Look::Markers,
             colour,
-            order.boundary.iter().map(place),
+            order.boundary.iter().map(point),
         );
     }
     panel

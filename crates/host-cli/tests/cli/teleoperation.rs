@@ -200,7 +200,7 @@ fn bad_input_of_a_teleoperation_is_one_line_with_the_remedy() {
         analyze teleoperation --playout 3 => --playout has no effect | --architecture wave
         teleoperate => --listen ADDRESS:PORT | --connect ADDRESS:PORT
         teleoperate --listen nowhere => not an address with a port | give --listen
-        teleoperate wall.toml --listen 127.0.0.1:0 => of another experiment | [teleoperation]
+        teleoperate wall.toml --listen 127.0.0.1:0 => describes another experiment | [teleoperation]
         ",
     );
 }

@@ -143,7 +143,7 @@ impl CouplerDesign {
             // A finite memory ripples as fast as it is long.
             Ok(exact.with_operator(&runs, operator.memory()))
         };
-        let least = |ratio: f64| Ok(enough(self.needed(&coupler(ratio, 1.0)?)?));
+        let least = |ratio: f64| Ok(self.needed(&coupler(ratio, 1.0)?)?.damping_n_s_per_m());
         let Some(bare) = least(0.0)? else {
             return none(ACTIVE);
         };
@@ -168,7 +168,7 @@ impl CouplerDesign {
             felt_stiffness_n_per_m: Some(felt),
             share: Some(share),
             loop_margin,
-            sampled_damping_n_s_per_m: enough(sampled),
+            sampled_damping_n_s_per_m: sampled.damping_n_s_per_m(),
             reason: None,
         })
     }
@@ -178,15 +178,6 @@ impl CouplerDesign {
             CouplerCriterion::Llewellyn => coupler.least_damping(),
             CouplerCriterion::Passive => coupler.sampled_damping(ForcePath::NONE),
         }
-    }
-}
-
-fn enough(least: LeastDamping) -> Option<f64> {
-    match least {
-        LeastDamping::Enough {
-            damping_n_s_per_m, ..
-        } => Some(damping_n_s_per_m),
-        LeastDamping::NoneIsEnough { .. } => None,
     }
 }
 
@@ -422,7 +413,8 @@ mod tests {
                 let passive = |k: f64, b: f64| {
                     let exact = Coupler::exact(Order::new(mu).expect("valid"), t.0, k, b);
                     let coupler = exact.expect("valid").with_operator(&runs, 1);
-                    enough(design.needed(&coupler).expect("valid")).is_some_and(|b| b <= 0.7)
+                    let needed = design.needed(&coupler).expect("valid");
+                    needed.damping_n_s_per_m().is_some_and(|b| b <= 0.7)
                 };
                 assert!(passive(k, b), "{scheme} μ {mu}: {found:?}");
                 assert!(

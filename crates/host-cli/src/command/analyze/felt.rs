@@ -56,7 +56,7 @@ pub(super) fn environment(
     asked: WithFiles<keys::Environment>,
     output: Output,
 ) -> Result<(), Failure> {
-    let place = asked.files.look("environment", &[])?;
+    let outputs = asked.files.look("environment", &[])?;
     let wall = Wall::of(&asked.options.given()?)?;
     let effective = |&omega: &f64| {
         let sampled = wall.environment.effective(&wall.operator, omega);
@@ -65,14 +65,14 @@ pub(super) fn environment(
     let points = wall.omegas.iter().map(effective);
     let points = points.collect::<Result<Vec<_>, Failure>>()?;
     let title = "Effective stiffness and damping of the environment";
-    report(&points, &wall, json!({}), place, title, output)
+    report(&points, &wall, json!({}), outputs, title, output)
 }
 
 pub(super) fn transparency(
     asked: WithFiles<keys::Transparency>,
     output: Output,
 ) -> Result<(), Failure> {
-    let place = asked.files.look("transparency", &[])?;
+    let outputs = asked.files.look("transparency", &[])?;
     let given = asked.options.given()?;
     let wall = Wall::of(&given)?;
     let file = given.device()?.map(|file| file.values);
@@ -99,13 +99,12 @@ pub(super) fn transparency(
     let points = points.collect::<Result<Vec<_>, Failure>>()?;
     let path = path_result(path, sample_time_s);
     let title = "Effective stiffness and damping at the hand";
-    report(&points, &wall, path, place, title, output)
+    report(&points, &wall, path, outputs, title, output)
 }
 
 /// A frequency: sampled, and continuous of a closed loop.
 type Point = (Effective, Option<Effective>);
 
-/// Columns of the CSV.
 const COLUMNS: [&str; 5] = [
     "omega_rad_s",
     "effective_stiffness_n_per_m",
@@ -118,7 +117,7 @@ fn report(
     points: &[Point],
     wall: &Wall,
     path: Value,
-    mut place: Place,
+    mut outputs: Place,
     title: &str,
     output: Output,
 ) -> Result<(), Failure> {
@@ -132,7 +131,7 @@ fn report(
         )
     });
     let picture = || draw(points, wall, title);
-    let files = place.named_table_and_picture(&COLUMNS, rows, picture);
+    let files = outputs.named_table_and_picture(&COLUMNS, rows, picture);
     let points = points.iter().map(|(sampled, continuous)| {
         let mut point = json!({
             "omega_rad_s": sampled.omega_rad_s,
@@ -159,7 +158,7 @@ fn report(
         "files": files,
     });
     output.report(&joined([asked, path, found]))?;
-    place.close(Ok(()))
+    outputs.close(Ok(()))
 }
 
 fn draw(points: &[Point], wall: &Wall, title: &str) -> Result<Picture, FigureError> {

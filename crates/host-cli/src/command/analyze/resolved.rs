@@ -5,6 +5,7 @@ use crate::options::keys::{
     ANALYSED_DAMPING, ANALYSED_DELAY, ANALYSED_HAND, ANALYSED_LAG, ANALYSED_MASS,
     ANALYSED_SAMPLE_TIME,
 };
+use crate::output::{Output, joined};
 use crate::parse::sample_time_of;
 use fracdiff::{Order, Scheme};
 use haptic_analysis::{
@@ -37,7 +38,6 @@ pub(super) struct ResolvedLoop {
     pub(super) order: Order,
     pub(super) operator: LoopOperator,
     pub(super) scheme: Scheme,
-    /// Delay and lag.
     pub(super) path: ForcePath,
     /// T, s, if it was given.
     pub(super) sample_time_s: Option<f64>,
@@ -54,7 +54,6 @@ pub(super) struct ResolvedLoop {
 /// The need for α and β (or K and B).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Wall {
-    /// Both are needed.
     Needed,
     /// The analysis looks for them.
     Sought,
@@ -153,11 +152,17 @@ impl ResolvedLoop {
         SampledLoop::with_plant(self.plant()?, alpha, beta, &self.operator).map_err(Failure::input)
     }
 
-    /// What a result says of the loop, the wall and device without units, and the way of the force.
-    pub(super) fn result(&self, without_units: Value) -> [Value; 4] {
+    /// Reports the loop, with the wall and device without units and the way of the force, and what was found of it.
+    pub(super) fn report(
+        &self,
+        without_units: Value,
+        found: Value,
+        output: Output,
+    ) -> Result<(), Failure> {
         let loop_ = json!({"order": self.order.get(), "scheme": self.scheme.to_string()});
         let path = path_result(self.path, self.sample_time_s);
-        [loop_, self.asked.clone(), without_units, path]
+        let parts = [loop_, self.asked.clone(), without_units, path, found];
+        output.report(&joined(parts))
     }
 
     /// Stiffness and dissipation of a wall without units: K = αm/T², B = βm/T^(2−μ).

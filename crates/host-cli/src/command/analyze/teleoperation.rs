@@ -31,7 +31,7 @@ const ORDERS: u32 = 20;
 struct Question {
     hands: Teleoperation,
     omegas: Vec<f64>,
-    place: Matter,
+    touched: Matter,
     environment: Vec<Complex<f64>>,
 }
 
@@ -48,7 +48,7 @@ pub(super) fn answer(asked: WithFiles<keys::Hands>, output: Output) -> Result<()
         ));
     }
     asked.all_act()?;
-    let mut place = files.look("teleoperation", &[])?;
+    let mut outputs = files.look("teleoperation", &[])?;
     let question = asked.question()?;
     let candidates = match asked.given.flag(&a::BEST) {
         true => asked.candidates(&question)?,
@@ -64,14 +64,13 @@ pub(super) fn answer(asked: WithFiles<keys::Hands>, output: Output) -> Result<()
     let largest = hands.largest_delay(DELAY_MOST_S).map_err(analysed)?;
     let felt = (hands.transparency(&question.omegas, &question.environment)).map_err(analysed)?;
     let points = question.points(&hands)?;
-    let shown = Shown {
-        architecture: asked.architecture.name(),
-        tissue: question.place.words(),
-        points: &points,
-        candidates: &candidates,
-        hands: &hands,
-    };
-    let files = place.table_and_picture(points.iter(), || shown.draw());
+    let (architecture, tissue) = (asked.architecture.name(), question.touched.words());
+    let about = format!(
+        "{architecture} · delay {} · {} · {tissue}",
+        written("delay_s", hands.delay_s),
+        law(hands.line)
+    );
+    let files = outputs.table_and_picture(points.iter(), || draw(&points, &candidates, &about));
     let candidate = |found: &Candidate| {
         let (coupler, impedance) = parts(found.0);
         json!({
@@ -85,9 +84,9 @@ pub(super) fn answer(asked: WithFiles<keys::Hands>, output: Output) -> Result<()
         })
     };
     output.report(&json!({
-        "architecture": shown.architecture,
+        "architecture": architecture,
         "line_delay_s": hands.delay_s,
-        "tissue": shown.tissue,
+        "tissue": tissue,
         "absolutely_stable": stability.stable,
         "least_ratio": stability.least_ratio,
         "worst_hz": stability.worst_rad_s / TAU,
@@ -109,7 +108,7 @@ pub(super) fn answer(asked: WithFiles<keys::Hands>, output: Output) -> Result<()
         "best": best.map(candidate),
         "files": files,
     }))?;
-    place.close(Ok(()))
+    outputs.close(Ok(()))
 }
 
 /// The best coupler or impedance of an order.
@@ -128,7 +127,6 @@ const fn parts(line: HandLine) -> (Option<HandCoupler>, Option<f64>) {
     }
 }
 
-/// One frequency.
 #[derive(Clone, Copy, Serialize)]
 struct Point {
     frequency_hz: f64,
@@ -216,16 +214,16 @@ impl Asked {
         if !piece.is_linear() {
             return Err(Failure::bad_input(TissuePiece::NOT_LINEAR));
         }
-        let place = Matter::Tissue(piece);
+        let touched = Matter::Tissue(piece);
         let count = self.given.count(&a::FELT_POINTS, 2..=10_000)? as usize;
         let omegas: Vec<f64> = logarithmic(TAU * low, TAU * high, count).collect();
         let environment = (omegas.iter())
-            .map(|&omega| place.stiffness(omega) / Complex::new(0.0, omega))
+            .map(|&omega| touched.stiffness(omega) / Complex::new(0.0, omega))
             .collect();
         Ok(Question {
             hands: self.hands()?,
             omegas,
-            place,
+            touched,
             environment,
         })
     }
@@ -318,70 +316,60 @@ impl Question {
     }
 }
 
-struct Shown<'a> {
-    architecture: &'static str,
-    tissue: String,
-    points: &'a [Point],
-    candidates: &'a [Candidate],
-    hands: &'a Teleoperation,
+/// The law of a line, in words.
+fn law(line: HandLine) -> String {
+    match parts(line) {
+        (Some(coupler), _) => format!(
+            "spring {} · damper {} · μ = {}",
+            written("stiffness_n_per_m", coupler.stiffness_n_per_m),
+            written("dissipation_n_s_mu_per_m", coupler.dissipation_n_s_mu_per_m),
+            digits(coupler.order.get(), 4)
+        ),
+        (None, impedance) => {
+            let impedance = impedance.unwrap_or(f64::NAN);
+            format!("b = {}", written("impedance_n_s_per_m", impedance))
+        }
+    }
 }
 
-impl Shown<'_> {
-    fn draw(&self) -> Result<Picture, FigureError> {
-        let panel = |caption, y, tissue: fn(&Point) -> f64, felt: fn(&Point) -> f64| {
-            let over = |value: fn(&Point) -> f64| {
-                let points = self.points.iter();
-                points.map(move |p| (p.frequency_hz, value(p)))
-            };
-            Panel::new(caption, axis("frequency / Hz"), y)
-                .with("tissue", Look::Line, 1, over(tissue))
-                .with("felt in the hand", Look::Line, 0, over(felt))
+/// Stiffness and phase of the tissue, and as felt; and the error of the best coupler of each order.
+fn draw(points: &[Point], candidates: &[Candidate], about: &str) -> Result<Picture, FigureError> {
+    let panel = |caption, y, tissue: fn(&Point) -> f64, felt: fn(&Point) -> f64| {
+        let over = |value: fn(&Point) -> f64| {
+            let points = points.iter();
+            points.map(move |p| (p.frequency_hz, value(p)))
         };
-        let mut panels = vec![
-            panel(
-                "stiffness",
-                axis("|F/x| / N·m⁻¹"),
-                |p| p.tissue_n_per_m,
-                |p| p.felt_n_per_m,
-            ),
-            panel(
-                "phase",
-                linear("phase / °"),
-                |p| p.tissue_degrees,
-                |p| p.felt_degrees,
-            ),
-        ];
-        let errors: Points = (self.candidates.iter())
-            .filter_map(|(line, felt)| Some((parts(*line).0?.order.get(), felt.error)))
-            .collect();
-        if errors.len() > 1 {
-            let caption = "the best coupler of each order";
-            let panel = Panel::new(caption, linear("order μ"), linear("rms of ln(felt/tissue)"));
-            panels.push(panel.with("best coupler", Look::Markers, 2, errors));
-        }
-        let law = match parts(self.hands.line) {
-            (Some(coupler), _) => format!(
-                "spring {} · damper {} · μ = {}",
-                written("stiffness_n_per_m", coupler.stiffness_n_per_m),
-                written("dissipation_n_s_mu_per_m", coupler.dissipation_n_s_mu_per_m),
-                digits(coupler.order.get(), 4)
-            ),
-            (None, impedance) => {
-                let impedance = impedance.unwrap_or(f64::NAN);
-                format!("b = {}", written("impedance_n_s_per_m", impedance))
-            }
-        };
-        let subtitle = format!(
-            "{} · delay {} · {law} · {}",
-            self.architecture,
-            written("delay_s", self.hands.delay_s),
-            self.tissue
-        );
-        page(
-            "What the hand feels of a tissue far away",
-            &subtitle,
-            2,
-            &panels,
-        )
+        Panel::new(caption, axis("frequency / Hz"), y)
+            .with("tissue", Look::Line, 1, over(tissue))
+            .with("felt in the hand", Look::Line, 0, over(felt))
+    };
+    let stiffness = axis("|F/x| / N·m⁻¹");
+    let mut panels = vec![
+        panel(
+            "stiffness",
+            stiffness,
+            |p| p.tissue_n_per_m,
+            |p| p.felt_n_per_m,
+        ),
+        panel(
+            "phase",
+            linear("phase / °"),
+            |p| p.tissue_degrees,
+            |p| p.felt_degrees,
+        ),
+    ];
+    let errors: Points = (candidates.iter())
+        .filter_map(|(line, felt)| Some((parts(*line).0?.order.get(), felt.error)))
+        .collect();
+    if errors.len() > 1 {
+        let caption = "the best coupler of each order";
+        let panel = Panel::new(caption, linear("order μ"), linear("rms of ln(felt/tissue)"));
+        panels.push(panel.with("best coupler", Look::Markers, 2, errors));
     }
+    page(
+        "What the hand feels of a tissue far away",
+        about,
+        2,
+        &panels,
+    )
 }

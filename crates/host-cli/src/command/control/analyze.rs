@@ -66,7 +66,7 @@ impl Arguments {
         file: &ControllerSetup,
         output: Output,
     ) -> Result<(), Failure> {
-        let mut place = self.files.look("loop", &[])?;
+        let mut outputs = self.files.look("loop", &[])?;
         let analysis: LoopAnalysis = analyse(file, &plant.plant).map_err(refused)?;
         let closed = |point: &LoopPoint| [point.sensitivity(), point.complementary()].map(decibel);
         let rows = analysis
@@ -74,25 +74,25 @@ impl Arguments {
             .iter()
             .map(|point| (open(point), closed(point)));
         let picture = || draw_loop(&analysis, plant, file);
-        let files = place.named_table_and_picture(&COLUMNS, rows, picture);
-        let (own, proved) = (&analysis.verdict, analysis.coarse.is_none());
+        let files = outputs.named_table_and_picture(&COLUMNS, rows, picture);
+        let (judged, proved) = (&analysis.verdict, analysis.coarse.is_none());
         output.report(&json!({
             "plant": plant.words,
             "controller": file.law.to_string(),
             "sample_time_s": file.sample_time_s,
             "scheme": file.scheme.to_string(),
             // Null where nothing is proved.
-            "stable": proved.then_some(own.stable),
-            "unstable_poles": own.unstable_poles.filter(|_| proved),
-            "distance": own.distance,
+            "stable": proved.then_some(judged.stable),
+            "unstable_poles": judged.unstable_poles.filter(|_| proved),
+            "distance": judged.distance,
             "reason": verdict(&analysis),
             // How many times as short the sample time has to be for the verdict to hold for the plant; null where it does.
             "coarse": analysis.coarse,
             // None of an unstable loop: they would mean nothing.
-            "margins": (own.stable && proved).then(|| margins(&analysis.margins)),
+            "margins": (judged.stable && proved).then(|| margins(&analysis.margins)),
             "files": files,
         }))?;
-        place.close(Ok(()))
+        outputs.close(Ok(()))
     }
 
     fn alone(&self, plant: &NamedPlant, output: Output) -> Result<(), Failure> {
@@ -101,7 +101,7 @@ impl Arguments {
                 "a measured response has no poles: give a transfer function, or use control design",
             ));
         }
-        let mut place = self.files.look("plant", &[])?;
+        let mut outputs = self.files.look("plant", &[])?;
         let found = poles(&plant.plant);
         let unstable = found.as_ref().and_then(|found| found.unstable_poles);
         let stable = plant.plant.stable_by_itself().is_ok();
@@ -111,7 +111,7 @@ impl Arguments {
             plant.plant.response(omega)
         });
         let (rows, picture) = (points.iter().map(open), || draw_plant(&points, plant));
-        let files = place.named_table_and_picture(&COLUMNS[..3], rows, picture);
+        let files = outputs.named_table_and_picture(&COLUMNS[..3], rows, picture);
         output.report(&json!({
             "plant": plant.words,
             "stable": stable,
@@ -135,7 +135,7 @@ impl Arguments {
             "poles": all.iter().map(pole).collect::<Vec<_>>(),
             "files": files,
         }))?;
-        place.close(Ok(()))
+        outputs.close(Ok(()))
     }
 }
 

@@ -69,7 +69,6 @@ pub(crate) struct Arguments {
     files: Files,
 }
 
-/// The wishes.
 #[derive(Debug, Args)]
 #[command(next_help_heading = "Wishes")]
 struct WishArguments {
@@ -198,7 +197,7 @@ const APART: f64 = 1e6;
 
 impl Arguments {
     pub(super) fn run(self, output: Output) -> Result<(), Failure> {
-        let mut place = self.files.look("controller", &["toml"])?;
+        let mut outputs = self.files.look("controller", &["toml"])?;
         let plant = self.plant.resolve()?;
         let design = self.design(&plant)?;
         let answer = &design.answer().map_err(|error| {
@@ -218,10 +217,10 @@ impl Arguments {
                 note: report.words().note(),
             },
         };
-        let controller = place.text("toml", &file.to_toml());
-        let files = write(&plant, answer, &mut place);
+        let controller = outputs.text("toml", &file.to_toml());
+        let files = write(&plant, answer, &mut outputs);
         output.summary(&report.value(&plant.words, controller.as_deref(), &files))?;
-        place.close(report.judge())
+        outputs.close(report.judge())
     }
 
     fn design(&self, plant: &NamedPlant) -> Result<ControlDesign, Failure> {
@@ -248,7 +247,7 @@ impl Arguments {
 }
 
 /// Writes table and picture, if a folder was given and the plant runs; their names.
-fn write(plant: &NamedPlant, answer: &ControlAnswer, place: &mut Place) -> Vec<String> {
+fn write(plant: &NamedPlant, answer: &ControlAnswer, outputs: &mut Place) -> Vec<String> {
     let mut columns = design_columns(&answer.fractional, "");
     if let Ok(integer) = &answer.integer {
         columns.extend(design_columns(integer, "integer_"));
@@ -262,9 +261,9 @@ fn write(plant: &NamedPlant, answer: &ControlAnswer, place: &mut Place) -> Vec<S
             let row = std::iter::once(n as f64 * t).chain(values);
             row.collect::<Vec<f64>>()
         });
-        place.write(|folder| folder.write_table(&names, rows))
+        outputs.write(|folder| folder.write_table(&names, rows))
     });
-    let picture = place.write(|folder| {
+    let picture = outputs.write(|folder| {
         let picture = draw_design(answer, plant).transpose();
         picture
             .map(|picture| save_picture(folder, picture))

@@ -18,7 +18,6 @@ use haptic_experiment::{Failure, parameters};
 use haptic_quantity::{digits, parse_for_key};
 use std::path::Path;
 
-/// Options of the plant.
 #[derive(Debug, Args)]
 #[command(next_help_heading = "Plant")]
 pub(super) struct PlantArguments {
@@ -36,13 +35,13 @@ pub(super) struct PlantArguments {
     /// Viscous damping of the device
     #[arg(long, value_parser = of(parameters::DAMPING), requires = "mass")]
     damping: Option<f64>,
-    /// Stiffness of the hand
+    /// Stiffness of the hand that holds the device
     #[arg(long, value_parser = of(parameters::HAND_STIFFNESS), requires = "mass")]
     hand_stiffness: Option<f64>,
     /// Time constant of the actuator's current
     #[arg(long, value_name = "TIME", value_parser = of(parameters::CURRENT_LAG), requires = "mass")]
     current_lag: Option<f64>,
-    /// Additional dead time
+    /// Dead time, in addition to that of the plant
     #[arg(long, value_name = "TIME", value_parser = of(parameters::DEAD_TIME))]
     delay: Option<f64>,
 }
@@ -100,7 +99,7 @@ fn named(text: &str) -> Result<PlantModel, Failure> {
     let path = Path::new(text);
     let ends = |extension: &str| {
         path.extension()
-            .is_some_and(|own| own.eq_ignore_ascii_case(extension))
+            .is_some_and(|found| found.eq_ignore_ascii_case(extension))
     };
     if ends("csv") || ends("toml") || path.is_file() {
         return PlantModel::read(path);
@@ -115,7 +114,6 @@ fn named(text: &str) -> Result<PlantModel, Failure> {
     Ok(model)
 }
 
-/// A controller.
 #[derive(Debug, Args)]
 pub(crate) struct ControllerOption {
     /// Controller file (*.toml), or notation, as in '2+3/s^0.9+0.1s^0.5'
@@ -139,7 +137,7 @@ impl ControllerOption {
             return Ok(None);
         };
         let path = Path::new(text);
-        let is_file = path.extension().is_some_and(|own| own == "toml") || path.is_file();
+        let is_file = path.extension().is_some_and(|found| found == "toml") || path.is_file();
         let mut file = if is_file {
             ControllerFile::read(path).map_err(Failure::input)?.setup
         } else {
@@ -160,7 +158,6 @@ impl ControllerOption {
     }
 }
 
-/// Options of the controller.
 #[derive(Debug, Args)]
 #[command(next_help_heading = "Controller")]
 pub(super) struct ControllerArguments {
@@ -177,7 +174,6 @@ pub(super) struct ControllerArguments {
     output_limits: Option<Limits>,
 }
 
-/// Lowest and highest command.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Limits {
     pub(super) low: f64,

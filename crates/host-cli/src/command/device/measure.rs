@@ -47,7 +47,7 @@ pub(crate) struct Arguments {
 
 impl Arguments {
     pub(crate) fn run(self, output: Output) -> Result<(), Failure> {
-        let mut place = PlaceOfFile::beside(&self.file, "device", &["csv"])?;
+        let mut outputs = PlaceOfFile::beside(&self.file, "device", &["csv"])?;
         let document = self.options.over(Document::new(MEASUREMENT))?;
         let mut asked = Measurement::open(&document).map_err(Failure::input)?;
         if let Some(wait) = self.wait {
@@ -63,16 +63,16 @@ impl Arguments {
         }
         let text = || report.device_file(PROGRAM);
         let draw = || draw(&report);
-        (report.model, report.figure) = place.write(text, draw);
+        (report.model, report.figure) = outputs.write(text, draw);
         let table = report.response_table();
         if self.file.out.is_some() && table.is_none() {
             warn(
                 "no frequency response: give 8 s of multi-sine, and a larger force limit where friction hides the motion",
             );
         }
-        report.frequency_response = place.write_beside("csv", table);
+        report.frequency_response = outputs.write_beside("csv", table);
         output.summary(&report)?;
-        place.close(Ok(()))
+        outputs.close(Ok(()))
     }
 }
 

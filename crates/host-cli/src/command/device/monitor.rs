@@ -31,7 +31,7 @@ use std::time::{Duration, SystemTime};
 pub(crate) struct Arguments {
     #[command(flatten)]
     port: PortArguments,
-    /// Send every Nth tick
+    /// Send and log only every Nth tick
     #[arg(long, default_value_t = 1, value_parser = whole::<u16>(1..=u16::MAX))]
     every: u16,
     /// Stop after this time [default: run until Ctrl-C]

@@ -20,9 +20,9 @@ pub(super) fn mounted() -> Vec<PathBuf> {
 }
 
 /// What the boot loader at a place calls its board.
-fn board_id(place: &Path) -> Option<String> {
+fn board_id(mount: &Path) -> Option<String> {
     let mut info = String::new();
-    let file = File::open(place.join("INFO_UF2.TXT")).ok()?;
+    let file = File::open(mount.join("INFO_UF2.TXT")).ok()?;
     file.take(4096).read_to_string(&mut info).ok()?;
     let id = info
         .lines()
@@ -35,17 +35,17 @@ pub(super) fn find(places: &[PathBuf], id: &str) -> Result<PathBuf, Failure> {
     let device = |words| Err(Failure::Device(words));
     let drives = places
         .iter()
-        .filter_map(|place| Some((place, board_id(place)?)));
+        .filter_map(|mount| Some((mount, board_id(mount)?)));
     let (mut of_board, of_others): (Vec<_>, Vec<_>) = drives.partition(|(_, found)| found == id);
     match (of_board.pop(), of_others.first()) {
-        (Some((place, _)), _) if of_board.is_empty() => Ok(place.clone()),
+        (Some((mount, _)), _) if of_board.is_empty() => Ok(mount.clone()),
         (Some(_), _) => device(anyhow::anyhow!(
             "{} drives {id}: unplug all boards but the one to flash",
             of_board.len() + 1
         )),
-        (None, Some((place, other))) => device(anyhow::anyhow!(
+        (None, Some((mount, other))) => device(anyhow::anyhow!(
             "the drive at `{}` is of {other}, not {id}: change --board",
-            place.display()
+            mount.display()
         )),
         (None, None) => device(anyhow::anyhow!("no drive {id}: {REMEDY}")),
     }
