@@ -152,7 +152,7 @@ const DUE: &str = "    for (i = 0U; i < 15U; ++i) {
     }
 ";
 
-/// The modes of four lanes, then of the other four: this keeps the code small.
+/// The modes of four lanes, then of the other four: so small is the code.
 const BEFORE: &str = "    real t0 = ZERO, t1 = ZERO, t2 = ZERO, t3 = ZERO;
     uint32_t lane;
     uint32_t i;

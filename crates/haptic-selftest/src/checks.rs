@@ -36,7 +36,7 @@ pub(super) fn refused(started: &Option<LinkError>) -> String {
 }
 
 /// After the link was closed, with the fault of the watchdog still latched.
-const CONNECTED_ANEW: &str = "no force, settings as before the test, any fault is kept; it will not start until armed; armed, all is well";
+const CONNECTED_ANEW: &str = "no force, settings as before the test, a fault as it was, no start before it is armed; armed, all is well";
 
 pub(super) fn reconnect(bench: &mut Bench<'_>) -> Result<Check, Broken> {
     bench.trying(Promise::Reconnect)?;
@@ -106,7 +106,7 @@ fn armed(bench: &mut Bench<'_>) -> Result<Option<String>, Broken> {
     Ok((state != State::Armed || fault != 0).then(complaint))
 }
 
-const PRESSED: &str = "pressing it causes a fault; the device cannot be armed until it is released";
+const PRESSED: &str = "pressed, it is a fault; open, no arm; closed, all is well";
 
 pub(super) fn emergency_stop(bench: &mut Bench<'_>) -> Result<Check, Broken> {
     bench.trying(Promise::EmergencyStop)?;
