@@ -104,8 +104,6 @@ enum Command {
     /// candidate is found, or if the best does not come to rest or is too noisy when it is tried.
     #[command(verbatim_doc_comment, after_help = command::design::EXAMPLES)]
     Design(WithFiles<keys::Design>),
-    /// Run the experiment that a file describes
-    #[command(long_about = command::run::long_about())]
     Run(command::run::Arguments),
     Teleoperate(command::teleoperate::Arguments),
     /// Find the stiffest wall that a device can render, by trials
@@ -236,8 +234,11 @@ fn asked() -> clap::Command {
 fn print_long_help() -> std::io::Result<()> {
     let command = asked();
     let about = command.get_long_about().or(command.get_about()).cloned();
+    let after = command.get_after_long_help().or(command.get_after_help());
+    let after = after.cloned().unwrap_or_default();
     let command = command.mut_args(|argument| argument.hide_short_help(false));
-    command.about(about.unwrap_or_default()).print_help()
+    let command = command.about(about.unwrap_or_default());
+    command.after_help(after).print_help()
 }
 
 /// What to write in place of an option that is a key without one.

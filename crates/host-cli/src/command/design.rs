@@ -66,19 +66,11 @@ fn draw(report: &DesignReport) -> Result<Picture, FigureError> {
         _ => ("largest stiffness K / N·m⁻¹", |c| c.stiffness),
     };
     let panel = |y, value: fn(&Candidate) -> Option<f64>| {
+        let all = points(value, &report.candidates);
+        let best = points(value, report.best.as_slice());
         Panel::new("", linear("order μ"), y)
-            .with(
-                "each order",
-                Look::Line,
-                0,
-                points(value, &report.candidates),
-            )
-            .with(
-                "best",
-                Look::Markers,
-                1,
-                points(value, report.best.as_slice()),
-            )
+            .with("each order", Look::Line, 0, all)
+            .with("best", Look::Markers, 1, best)
     };
     // Device and operator in one line.
     let subtitle = format!(

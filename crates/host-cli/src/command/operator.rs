@@ -105,15 +105,10 @@ impl Differintegrate {
         let off = table::uneven_row(path, &signal, t.0)?;
         let x = signal.x;
         let reference = if self.caputo { x[0] } else { 0.0 };
-        let y = match (off, &signal.time_s, self.scheme) {
-            (
-                Some(_),
-                Some(time_s),
-                Scheme::Full {
-                    kernel: Kernel::PiecewiseLinear,
-                    ..
-                },
-            ) => {
+        let kernel = Kernel::PiecewiseLinear;
+        let takes_uneven = matches!(self.scheme, Scheme::Full { kernel: k, .. } if k == kernel);
+        let y = match (off, &signal.time_s) {
+            (Some(_), Some(time_s)) if takes_uneven => {
                 if x.len() > UNEVEN_AT_ONCE {
                     let seconds = (x.len() as f64 / UNEVEN_AT_ONCE as f64).powi(2);
                     note("note", format_args!("uneven times: some {seconds:.0} s"));
@@ -126,7 +121,7 @@ impl Differintegrate {
                 }
                 uneven(mu, time_s, &x, reference).map_err(Failure::input)?
             }
-            (Some(row), ..) => {
+            (Some(row), _) => {
                 return Err(table::wrong(
                     path,
                     format_args!(
@@ -135,7 +130,7 @@ impl Differintegrate {
                     ),
                 ));
             }
-            (None, ..) => {
+            (None, _) => {
                 differintegrate(self.scheme, mu, t, &x, reference).map_err(Failure::input)?
             }
         };

@@ -47,7 +47,7 @@ pub(crate) struct Arguments {
     connect: Option<String>,
     #[command(flatten)]
     options: Options<keys::Teleoperate>,
-    /// Run the slave even if the analysis calls it unstable in its remote place
+    /// Run the slave even if the analysis calls it unstable in its remote environment
     #[arg(long)]
     force_unstable: bool,
     /// How long to wait for the other side
@@ -64,10 +64,9 @@ pub(crate) struct Arguments {
 impl Arguments {
     pub(crate) fn run(self, output: Output) -> Result<(), Failure> {
         let document = self.document()?;
-        document
-            .changed_since_log()
-            .iter()
-            .for_each(|changed| warn(changed));
+        if let Some(changed) = document.changed_since_log() {
+            warn(&changed);
+        }
         let mut experiment = ExperimentFile::open(&document).map_err(Failure::input)?;
         if self.force_unstable {
             experiment = experiment.though_unstable()?;

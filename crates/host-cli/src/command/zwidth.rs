@@ -99,16 +99,13 @@ fn draw(report: &ZWidthReport) -> Result<Picture, FigureError> {
         with_curves(without_units, report, false),
         with_curves(with_units, report, true),
     ];
-    page(
-        "Z-width: the stiffest walls that settle",
-        &subtitle,
-        2,
-        &panels,
-    )
+    let title = "Z-width: the stiffest walls that settle";
+    page(title, &subtitle, 2, &panels)
 }
 
 fn with_curves<'a>(mut panel: Panel<'a>, report: &ZWidthReport, with_units: bool) -> Panel<'a> {
-    let tried = if report.device == "sim" {
+    let is_simulated = report.device == "sim";
+    let tried = if is_simulated {
         "simulated"
     } else {
         "measured"
@@ -123,12 +120,8 @@ fn with_curves<'a>(mut panel: Panel<'a>, report: &ZWidthReport, with_units: bool
         // A gap for the edge along K = 0: it is the axis.
         let gap = |alpha| if alpha == 0.0 { f64::NAN } else { alpha };
         let outline = outline.map(|&(beta, alpha)| (beta * dissipation, gap(alpha) * stiffness));
-        panel = panel.with(
-            format!("analysis, μ = {}", order.order),
-            Look::Line,
-            colour,
-            outline,
-        );
+        let name = format!("analysis, μ = {}", order.order);
+        panel = panel.with(name, Look::Line, colour, outline);
     }
     // Crosses in black look out from behind the points.
     let points = report.orders.iter().flat_map(|order| &order.boundary);
@@ -137,12 +130,8 @@ fn with_curves<'a>(mut panel: Panel<'a>, report: &ZWidthReport, with_units: bool
     panel = panel.with(name, Look::Crosses, 5, marked.map(point));
     for (colour, order) in report.orders.iter().enumerate() {
         let name = format!("{tried}, μ = {}", order.order);
-        panel = panel.with(
-            name,
-            Look::Markers,
-            colour,
-            order.boundary.iter().map(point),
-        );
+        let tried = order.boundary.iter().map(point);
+        panel = panel.with(name, Look::Markers, colour, tried);
     }
     panel
 }

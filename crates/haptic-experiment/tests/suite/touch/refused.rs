@@ -30,7 +30,7 @@ const WRONG: &str = r#"
     hand = "force" | follows `way_points` in N
     box_low_m = [0, 0] | give box_high_m too
     box_low_m = [0, 0]\nbox_high_m = [1, 0] | `box_high_m` has 0, which is not above 0
-    box_low_m = [-1, -1]\nbox_high_m = [1, 1]\nworkspace_low_m = -1\nworkspace_high_m = 1 | leave one of them out
+    box_low_m = [-1, -1]\nbox_high_m = [1, 1]\nworkspace_low_m = -1\nworkspace_high_m = 1 | omit one of them
     duration_s = 2000 | 2000001 samples of
     device = "usb:1" | is not one of sim, serial:PATH
     device = "haply:x"\nloop = "host"\nbox_low_m = [-0.05, -0.05]\nbox_high_m = [0.05, 0.1] | the box is not within reach of the 2DIY

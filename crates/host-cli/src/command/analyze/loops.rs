@@ -178,12 +178,8 @@ fn draw_region(parts: &[Points], resolved: &ResolvedLoop) -> Result<Picture, Fig
     let in_units = |beta: f64, alpha: f64| (beta * dissipation, alpha * stiffness);
     let mut panel = Panel::new("", linear(x), linear(y));
     for part in parts {
-        panel = panel.with(
-            "stable",
-            Look::Area,
-            0,
-            part.iter().map(|&(beta, alpha)| in_units(beta, alpha)),
-        );
+        let outline = part.iter().map(|&(beta, alpha)| in_units(beta, alpha));
+        panel = panel.with("stable", Look::Area, 0, outline);
     }
     let Nondimensional { alpha, beta, .. } = resolved.parameters;
     let wall = resolved.wall_given.then(|| in_units(beta, alpha));
@@ -220,11 +216,7 @@ pub(super) fn sensitivity(
 }
 
 fn draw_sensitivity(curve: &[(f64, f64)], resolved: &ResolvedLoop) -> Result<Picture, FigureError> {
-    let panel = Panel::new("", axis("digital frequency θ / rad"), linear("|S| / dB")).with(
-        "|1/(1 + GH)|",
-        Look::Line,
-        0,
-        curve.iter().copied(),
-    );
+    let panel = Panel::new("", axis("digital frequency θ / rad"), linear("|S| / dB"));
+    let panel = panel.with("|1/(1 + GH)|", Look::Line, 0, curve.iter().copied());
     page("Sensitivity", &resolved.words(true), 1, &[panel])
 }

@@ -366,10 +366,6 @@ fn draw(points: &[Point], candidates: &[Candidate], about: &str) -> Result<Pictu
         let panel = Panel::new(caption, linear("order μ"), linear("rms of ln(felt/tissue)"));
         panels.push(panel.with("best coupler", Look::Markers, 2, errors));
     }
-    page(
-        "What the hand feels of a tissue far away",
-        about,
-        2,
-        &panels,
-    )
+    let title = "What the hand feels of a tissue far away";
+    page(title, about, 2, &panels)
 }

@@ -117,19 +117,11 @@ pub(super) fn draw_identified(
         .with("input", Look::Dotted, 2, of(&record.input))
         .with("output, record", Look::Broad, 3, of(&record.output))
         .with("output, function", Look::Line, 0, of(model));
-    let lower = Panel::new("function less record", time(), linear("difference")).with(
-        "difference",
-        Look::Line,
-        1,
-        of(&left),
-    );
+    let lower = Panel::new("function less record", time(), linear("difference"));
+    let lower = lower.with("difference", Look::Line, 1, of(&left));
     let subtitle = format!("{source}\n{function}");
-    page(
-        "A transfer function from a record",
-        &subtitle,
-        1,
-        &[upper, lower],
-    )
+    let title = "A transfer function from a record";
+    page(title, &subtitle, 1, &[upper, lower])
 }
 
 const OMEGA: &str = "ω / rad·s⁻¹";
@@ -249,12 +241,8 @@ pub(super) fn draw_plant(points: &[LoopPoint], plant: &NamedPlant) -> Result<Pic
         panel("gain", "|G| / dB", |point| decibel(point.open.norm())),
         panel("phase", "phase / °", |point| point.phase_rad.to_degrees()),
     ];
-    page(
-        "A plant alone",
-        &format!("plant {}", plant.words),
-        2,
-        &panels,
-    )
+    let subtitle = format!("plant {}", plant.words);
+    page("A plant alone", &subtitle, 2, &panels)
 }
 
 /// No panel is higher than this. A step of a loop that is not stable is drawn until it is.

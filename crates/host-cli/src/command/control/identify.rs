@@ -334,30 +334,37 @@ impl Number {
     fn of(found: &Identified, number: FreeNumber, error: f64) -> Self {
         let function = &found.function;
         let (above, below) = (function.numerator().terms(), function.denominator().terms());
-        let order = |part: &str, terms: &[Term], n: usize| Self {
-            name: format!("{part}_order_{}", n + 1),
-            value: terms.get(n).map_or(f64::NAN, |term| term.order),
-            standard_error: error,
-        };
-        // Errors of coefficients are relative.
-        let coefficient = |part: &str, terms: &[Term], n: usize| {
-            let value = terms.get(n).map_or(f64::NAN, |term| term.coefficient);
-            Self {
-                name: format!("{part}_coefficient_{}", n + 1),
-                value,
-                standard_error: error * value.abs(),
+        let (part, terms, n, is_order) = match number {
+            FreeNumber::NumeratorCoefficient(n) => ("numerator", above, n, false),
+            FreeNumber::NumeratorOrder(n) => ("numerator", above, n, true),
+            FreeNumber::DenominatorCoefficient(n) => ("denominator", below, n, false),
+            FreeNumber::DenominatorOrder(n) => ("denominator", below, n, true),
+            FreeNumber::DeadTime => {
+                return Self {
+                    name: "delay_s".to_owned(),
+                    value: found.dead_time.seconds(),
+                    standard_error: error,
+                };
             }
         };
-        match number {
-            FreeNumber::NumeratorCoefficient(n) => coefficient("numerator", above, n),
-            FreeNumber::NumeratorOrder(n) => order("numerator", above, n),
-            FreeNumber::DenominatorCoefficient(n) => coefficient("denominator", below, n),
-            FreeNumber::DenominatorOrder(n) => order("denominator", below, n),
-            FreeNumber::DeadTime => Self {
-                name: "delay_s".to_owned(),
-                value: found.dead_time.seconds(),
-                standard_error: error,
-            },
+        let of = |term: &Term| {
+            if is_order {
+                term.order
+            } else {
+                term.coefficient
+            }
+        };
+        let value = terms.get(n).map_or(f64::NAN, of);
+        // Errors of coefficients are relative.
+        let (kind, scale) = if is_order {
+            ("order", 1.0)
+        } else {
+            ("coefficient", value.abs())
+        };
+        Self {
+            name: format!("{part}_{kind}_{}", n + 1),
+            value,
+            standard_error: error * scale,
         }
     }
 

@@ -95,32 +95,15 @@ fn draw(report: &MeasureReport) -> Result<Picture, FigureError> {
     .with("read", Look::Broad, 6, over_time(1e3, |point| point[1]))
     .with("model", Look::Dashed, 1, over_time(1e3, |point| point[2]));
     let left = over_time(1e6, |point| point[2] - point[1]);
-    let left = Panel::new("model less position read", time, linear("residual / µm")).with(
-        "residual",
-        Look::Line,
-        0,
-        left,
-    );
-    let mut panels = vec![motion, left];
+    let residual = Panel::new("model less position read", time, linear("residual / µm"));
+    let mut panels = vec![motion, residual.with("residual", Look::Line, 0, left)];
     if report.response().next().is_some() {
         let of = |part: usize| report.response().map(move |line| (line[0], line[part]));
         let omega = || logarithmic("ω / (rad/s)");
-        panels.push(
-            Panel::new("frequency response", omega(), logarithmic("|G| / (m/N)")).with(
-                "measured",
-                Look::Markers,
-                0,
-                of(1),
-            ),
-        );
-        panels.push(
-            Panel::new("coherence", omega(), linear("γ²").between(0.0, 1.0)).with(
-                "coherence",
-                Look::Markers,
-                0,
-                of(2),
-            ),
-        );
+        let gain = Panel::new("frequency response", omega(), logarithmic("|G| / (m/N)"));
+        let coherence = Panel::new("coherence", omega(), linear("γ²").between(0.0, 1.0));
+        panels.push(gain.with("measured", Look::Markers, 0, of(1)));
+        panels.push(coherence.with("coherence", Look::Markers, 0, of(2)));
     }
     page("A device, measured", &report.conditions, 1, &panels)
 }
