@@ -129,13 +129,9 @@ enum Command {
     #[command(after_help = command::zwidth::EXAMPLES)]
     Zwidth(WithFiles<keys::ZWidth>),
     RtCheck(command::rt_check::Arguments),
-    /// Compute the figures of the dissertation again and judge its claims
     Reproduce(command::reproduce::Arguments),
-    /// Print the impulse response of an operator
     Weights(command::operator::Weights),
-    /// Differentiate or integrate a CSV column to a fractional order
     Differintegrate(command::operator::Differintegrate),
-    /// Write an operator or a controller as a C99 header, for any microcontroller
     ExportC(command::export_c::Arguments),
     /// Find, inspect, configure, measure, test, emulate and monitor a device
     #[command(subcommand)]

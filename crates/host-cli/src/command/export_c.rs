@@ -19,16 +19,20 @@ use haptic_quantity::{digits, written};
 use haptic_tissue::Library;
 use serde_json::{Value, json};
 
-/// Arguments of `export-c`.
+/// Write an operator or a controller as a C99 header, for any microcontroller
+///
+/// The header needs only stdint.h, no heap and no libm, and gives the same bits as the crate
+/// fracdiff. With --name half: `half_init(&h)` once, then y = `half_output(&h, x)` and
+/// `half_advance(&h, x)` per sample.
+///
+/// A tissue also has `half_force(&h, x)`, N at a displacement in m, and `half_push(&h, x)` behind a
+/// surface at 0, with `half_advance(&h, half_depth(x))` after it. A controller has
+/// `half_output(&c, r, y)` and `half_advance(&c, r, y, applied)`.
+///
+/// Compile with -ffp-contract=off; -ffast-math and -Ofast are refused.
 #[derive(Debug, Args)]
 #[command(
-    after_help = "Example: host-cli export-c --order 0.5 --sample-time 1ms --horizon 1h --name half --out half.h\n\
-                  The header needs only stdint.h, no heap and no libm, and gives the same bits as the \
-                  crate fracdiff: half_init(&h), then y = half_output(&h, x) and half_advance(&h, x) per \
-                  sample. A tissue also has muscle_force(&h, x), N at a displacement in m, and \
-                  muscle_push(&h, x) behind a surface at 0, with muscle_advance(&h, muscle_depth(x)) after \
-                  it. A controller has pid_output(&c, r, y) and pid_advance(&c, r, y, applied). \
-                  Compile with -ffp-contract=off; -ffast-math and -Ofast are refused."
+    after_help = "Example: host-cli export-c --order 0.5 --sample-time 1ms --horizon 1h --name half --out half.h"
 )]
 pub(crate) struct Arguments {
     /// Order mu, -2 to 2: positive differentiates, negative integrates

@@ -12,12 +12,11 @@ use serde_json::json;
 use std::io;
 use std::path::{Path, PathBuf};
 
-/// Arguments of `weights`.
+/// Print the impulse response of an operator
+///
+/// The response is that of P in D^mu = T^(-mu) P, without a unit.
 #[derive(Debug, Args)]
-#[command(
-    after_help = "Example: host-cli weights --order 0.5 --scheme grunwald:5 --count 5\n\
-                  The response is that of P in D^mu = T^(-mu) P, without a unit."
-)]
+#[command(after_help = "Example: host-cli weights --order 0.5 --scheme grunwald:5 --count 5")]
 pub(crate) struct Weights {
     /// Order mu, -2 to 2
     #[arg(long, value_parser = order())]
@@ -63,11 +62,12 @@ impl Weights {
     }
 }
 
-/// Arguments of `differintegrate`.
+/// Differentiate or integrate a CSV column to a fractional order
+///
+/// The file needs a header. The signal is zero before its first sample, unless --caputo is given.
 #[derive(Debug, Args)]
 #[command(
-    after_help = "Example: host-cli differintegrate --order 0.5 --sample-time 1ms signal.csv > half.csv\n\
-                  The file needs a header. The signal is zero before its first sample, unless --caputo is given."
+    after_help = "Example: host-cli differintegrate --order 0.5 --sample-time 1ms signal.csv > half.csv"
 )]
 pub(crate) struct Differintegrate {
     /// Order mu, -2 to 2: positive differentiates, negative integrates

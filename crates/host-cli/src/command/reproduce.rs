@@ -15,11 +15,12 @@ use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
 use std::sync::atomic::Ordering;
 
-/// Arguments of `reproduce`.
+/// Compute the figures of the dissertation again and judge its claims
+///
+/// Writes figure-N.N.csv, .svg and .png, report.md and report.html. Ctrl-C keeps what is done,
+/// writes the report of it and exits with 1.
 #[derive(Debug, Args)]
-#[command(after_help = "Example: host-cli reproduce --out reproduction\n\
-                        Writes figure-N.N.csv, .svg and .png, report.md and report.html. Ctrl-C keeps \
-                        what is done, writes the report of it and exits with 1.")]
+#[command(after_help = "Example: host-cli reproduce --out reproduction")]
 pub(crate) struct Arguments {
     /// Folder for figures and report
     #[arg(long, value_name = "DIR")]

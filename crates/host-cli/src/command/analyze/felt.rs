@@ -173,15 +173,13 @@ fn draw(points: &[Point], wall: &Wall, title: &str) -> Result<Picture, FigureErr
             .with("continuous", Look::Dashed, 1, continuous)
     };
     let environment = &wall.environment;
+    let dissipation = environment.dissipation_n_s_mu_per_m;
     let subtitle = format!(
         "order μ = {} · scheme {} · K = {} · B = {} · T = {}",
         environment.order,
         wall.scheme,
         written("stiffness_n_per_m", environment.stiffness_n_per_m),
-        written(
-            "dissipation_n_s_mu_per_m",
-            environment.dissipation_n_s_mu_per_m
-        ),
+        written("dissipation_n_s_mu_per_m", dissipation),
         written("sample_time_s", environment.sample_time_s)
     );
     let panels = [

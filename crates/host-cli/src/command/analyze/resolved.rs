@@ -200,17 +200,15 @@ impl ResolvedLoop {
         };
         law.extend(with_wall.then_some(wall));
         let (mut device, hand) = match self.units {
-            Some((mass, t)) => (
-                vec![
+            Some((mass, t)) => {
+                let hand = written("hand_stiffness_n_per_m", gamma * mass / (t * t));
+                let device = vec![
                     format!("m = {}", written("mass_kg", mass)),
                     format!("b = {}", written("damping_n_s_per_m", delta * mass / t)),
                     format!("T = {}", written("sample_time_s", t)),
-                ],
-                format!(
-                    "hand {}",
-                    written("hand_stiffness_n_per_m", gamma * mass / (t * t))
-                ),
-            ),
+                ];
+                (device, format!("hand {hand}"))
+            }
             None => (
                 vec![format!("δ = {}", few(delta))],
                 format!("γ = {}", few(gamma)),

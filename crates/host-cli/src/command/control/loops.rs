@@ -21,13 +21,9 @@ use std::path::Path;
 #[derive(Debug, Args)]
 #[command(next_help_heading = "Plant")]
 pub(super) struct PlantArguments {
-    #[arg(
-        long,
-        value_name = "FUNCTION|FILE",
-        allow_hyphen_values = true,
-        help = "Transfer function, as in '0.55exp(-s)/(62s+1)', plant file (*.toml), or, for \
-                control design only, measured response (*.csv with omega_rad_s, gain and phase_deg)"
-    )]
+    /// Transfer function, as in '0.55exp(-s)/(62s+1)', plant file (*.toml), or, for control design
+    /// only, measured response (*.csv with `omega_rad_s`, gain and `phase_deg`)
+    #[arg(long, value_name = "FUNCTION|FILE", allow_hyphen_values = true)]
     plant: Option<String>,
     /// Mass of a device instead of --plant: force in, position out
     #[arg(long, value_parser = of(parameters::MASS), conflicts_with = "plant")]

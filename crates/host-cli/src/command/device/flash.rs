@@ -156,11 +156,8 @@ impl Programmer {
                     .args(["download", "--chip", chip, "--verify"])
                     .arg(&image.file)
                     .stdout(std::io::stderr());
-                run(
-                    probe,
-                    "probe-rs",
-                    "plug in the debug port; `probe-rs list` shows the probes",
-                )?;
+                let advice = "plug in the debug port; `probe-rs list` shows the probes";
+                run(probe, "probe-rs", advice)?;
                 let mut reset = Command::new("probe-rs");
                 reset
                     .args(["reset", "--chip", chip])

@@ -105,16 +105,8 @@ pub(super) fn blocks(image: &[u8], address: u32, family: u32) -> Vec<u8> {
         let [first, second] = MAGIC;
         let address = address + number * PAGE as u32;
         let end = file.len() + BLOCK;
-        for word in [
-            first,
-            second,
-            HAS_FAMILY,
-            address,
-            PAGE as u32,
-            number,
-            count,
-            family,
-        ] {
+        let what = [first, second, HAS_FAMILY, address];
+        for word in [what, [PAGE as u32, number, count, family]].concat() {
             file.extend(word.to_le_bytes());
         }
         file.extend(page);
