@@ -25,7 +25,7 @@ use haptic_experiment::document::{ControllerFile, ControllerOrigin};
 use haptic_experiment::parameters::{self, Range};
 use haptic_quantity::{digits, parse_for_key};
 
-/// Bounds of an amplitude ratio, -300 to 120 dB: what is below them is less than the rounding of a loop.
+/// Bounds of an amplitude ratio, -300 to 120 dB: a smaller ratio is lost in the rounding of a loop.
 const BOUNDS: Range = Range::Within(1e-15, 1e6);
 
 /// Angles; that of the phase margin is judged in degrees, by the tuning.
