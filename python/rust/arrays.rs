@@ -24,7 +24,7 @@ fn converted<'py, T: Element, D: Dimension>(
     let array = py
         .import("numpy")?
         .call_method1("asarray", (x,))
-        .map_err(|error| refused(format_args!("{name} is no array of numbers: {error}")))?;
+        .map_err(|error| refused(format_args!("{name} is not an array of numbers: {error}")))?;
     let array = array.cast_into::<PyUntypedArray>()?;
     let kind = array.dtype().kind();
     if !kinds.contains(&kind) {

@@ -98,7 +98,7 @@ impl Driving {
         if let Some(signal) = uncaught(&signals) {
             let name = low_level::signal_name(signal).unwrap_or("a signal");
             return Err(PyRuntimeError::new_err(format!(
-                "{name} ({signal}) would leave the force on the device: this process had a handler for it and took it away; keep one, \
+                "{name} ({signal}) would leave the force on the device: this process had a handler for it and removed it; keep it, \
                  or run in another process"
             )));
         }

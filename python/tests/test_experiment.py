@@ -70,8 +70,8 @@ def test_a_coupler_runs() -> None:
         damping_n_s_per_m=3.5,
         sample_time_s=1e-3,
         order=1.0,
-        coupler_stiffness_n_s_per_m=0.5,
-        coupler_dissipation_n_s_1_minus_mu_per_m=500.0,
+        coupler_damping_n_s_per_m=0.5,
+        coupler_spring_n_s_1_minus_mu_per_m=500.0,
         duration_s=2.0,
     )
     assert "object_position_m" in run.columns

@@ -44,7 +44,6 @@ const TWICE: f64 = 2.0;
 
 /// The reason of a verdict.
 #[derive(Clone, Copy, Debug, PartialEq)]
-#[non_exhaustive]
 pub enum Cause {
     /// Stable: no pole outside the unit circle.
     Stable,

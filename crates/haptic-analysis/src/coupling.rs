@@ -61,8 +61,8 @@ impl<'a> Coupler<'a> {
         let allowed = "in [0, 2], the orders of the coupler";
         range("order", mu, mu >= 0.0, allowed, "")?;
         let t = positive("sample time", sample_time_s, "s")?;
-        let stiffness = not_negative("coupler stiffness", stiffness, "N·s/m")?;
-        let dissipation = not_negative("coupler dissipation", dissipation, "N·s^(1−μ)/m")?;
+        let stiffness = not_negative("coupler damping", stiffness, "N·s/m")?;
+        let dissipation = not_negative("coupler spring", dissipation, "N·s^(1−μ)/m")?;
         let per_sample = dissipation * libm::pow(t, mu);
         positive("impedance of the coupler", stiffness + per_sample, "N·s/m")?;
         Ok(Self {
@@ -217,6 +217,17 @@ pub enum LeastDamping {
 }
 
 impl LeastDamping {
+    /// The least damping, N·s/m; `None` if no damping is enough.
+    #[must_use]
+    pub const fn damping_n_s_per_m(self) -> Option<f64> {
+        match self {
+            Self::Enough {
+                damping_n_s_per_m, ..
+            } => Some(damping_n_s_per_m),
+            Self::NoneIsEnough { .. } => None,
+        }
+    }
+
     pub(crate) fn times(self, scale: f64) -> Result<Self, AnalysisError> {
         Ok(match self {
             Self::Enough {

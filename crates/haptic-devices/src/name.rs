@@ -15,7 +15,7 @@ pub(crate) struct Settings<'a> {
 #[non_exhaustive]
 pub enum NameError {
     /// A kind of device that is not known.
-    #[error("\"{kind}\" is no kind of device: there are {known}")]
+    #[error("\"{kind}\" is not a kind of device: take one of {known}")]
     Kind {
         /// The word before the colon, as it was given.
         kind: String,
@@ -29,7 +29,7 @@ pub enum NameError {
         kind: &'static str,
     },
     /// Something behind a comma that is no `key=value`.
-    #[error("\"{text}\" is no setting: write key=value, the keys of {kind} are {keys}")]
+    #[error("\"{text}\" is not a setting: write key=value; the keys of {kind} are {keys}")]
     Setting {
         /// The part between two commas, as it was given.
         text: String,
@@ -189,11 +189,11 @@ mod tests {
             ),
             (
                 "x,",
-                "\"\" is no setting: write key=value, the keys of haply are version, radius",
+                "\"\" is not a setting: write key=value; the keys of haply are version, radius",
             ),
             (
                 "x,id=1",
-                "\"id=1\" is no setting: write key=value, the keys of haply are version, radius",
+                "\"id=1\" is not a setting: write key=value; the keys of haply are version, radius",
             ),
             ("x,version=2,version=3", "version is given twice"),
         ] {

@@ -145,7 +145,7 @@ impl Document {
             .find(|given| (given.table.as_str(), given.key.as_str()) == (table, key));
         if let Some(before) = before {
             let reason = format!(
-                "{key} is given twice, the other is {}: omit one of them",
+                "{key} is given twice, also as {}: omit one of them",
                 before.said
             );
             return Err(FileError::said(&said, reason));

@@ -137,7 +137,7 @@ impl LargestError {
             let Self { wanted, unit, .. } = self;
             let want = if wanted_nothing { 0.0 } else { want };
             self.spoilt = Some(format!(
-                "at {} s {wanted} is {want}{unit} and {have:.1e}{unit} came, so a relative error has no meaning",
+                "at {} s {wanted} is {want}{unit} but {have:.1e}{unit} came, so a relative error has no meaning",
                 plain(time_s)
             ));
             return;
@@ -325,7 +325,7 @@ mod tests {
         assert!(reason(hold).starts_with("the closed form is 0 N from 2 s on"));
         let some = reason(compared([0.0, 1.0, 0.5, 0.0], [0.0, 1.0, 0.0, 0.0], 1.0));
         assert!(
-            some.starts_with("at 2 s the closed form is 0 N and 5.0e-1 N came"),
+            some.starts_with("at 2 s the closed form is 0 N but 5.0e-1 N came"),
             "{some}"
         );
         for odd in [f64::NAN, f64::INFINITY] {

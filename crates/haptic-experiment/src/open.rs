@@ -187,7 +187,7 @@ impl ExperimentFile {
         let teleoperation: Option<&TeleoperationExperiment> = self.of();
         let teleoperation = teleoperation.ok_or_else(|| {
             Failure::bad_input(
-                "the file is of another experiment: give one with a table [teleoperation]",
+                "the file describes another experiment: give one with a table [teleoperation]",
             )
         })?;
         teleoperation.run_side(end, terms, opened, request, supervisor)
@@ -202,7 +202,7 @@ impl ExperimentFile {
         self
     }
 
-    /// The same, to be run though the pre-flight calls it unstable.
+    /// Runs even if the pre-flight finds it unstable.
     ///
     /// # Errors
     /// An experiment that no pre-flight refuses.
@@ -302,7 +302,7 @@ impl Document {
         let changed = |(_, entry): &(&str, &str)| then.get(*entry) != today.get(*entry);
         let (key, _) = FILES_IN_LOG.into_iter().find(changed)?;
         Some(format!(
-            "the file of {key} is not what it was when the log was made: the run takes it from the log; give {key} for today's"
+            "the file of {key} has changed since the log was made: the run takes it from the log; give {key} for today's"
         ))
     }
 }

@@ -135,7 +135,7 @@ pub(crate) fn run_logged<W: World<D>, const D: usize>(
     schedule.clock().map_err(|error| {
         Failure::input_with_advice(
             error,
-            format_args!("give a {SAMPLE_TIME} within it, or leave {REALTIME} away"),
+            format_args!("give a {SAMPLE_TIME} within it, or omit {REALTIME}"),
         )
     })?;
     let folder = request.prepare()?;

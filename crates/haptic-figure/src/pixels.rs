@@ -242,7 +242,7 @@ fn colour(name: &str) -> Result<Color, FigureError> {
     };
     let number = digits.and_then(|digits| u32::from_str_radix(digits, 16).ok());
     let [_, red, green, blue] = number
-        .ok_or_else(|| FigureError::Render(format!("`{name}` is no colour: `#rrggbb` is")))?
+        .ok_or_else(|| FigureError::Render(format!("`{name}` is not a colour: write `#rrggbb`")))?
         .to_be_bytes();
     Ok(Color::from_rgba8(red, green, blue, u8::MAX))
 }

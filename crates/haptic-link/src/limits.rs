@@ -116,7 +116,7 @@ impl Limits {
     pub const MAX_AGE_TICKS: u16 = 1000;
 }
 
-/// What of two values of a limit is the tighter one. A number that is none is loose.
+/// What of two values of a limit is the tighter one. NaN means no limit.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Tighter {
     /// The smaller of two values is the tighter one.

@@ -165,11 +165,11 @@ impl<F: Real, O: Differintegrator<F>> VirtualCoupler<F, O> {
         sample_time: Seconds,
     ) -> Result<Self, ParameterError> {
         let mut checks = Checks::default();
-        checks.not_negative("coupler stiffness", stiffness, "N·s/m");
-        checks.not_negative("coupler dissipation", dissipation, "N·s^(1−μ)/m");
+        checks.not_negative("coupler damping", stiffness, "N·s/m");
+        checks.not_negative("coupler spring", dissipation, "N·s^(1−μ)/m");
         if stiffness <= 0.0 {
             checks.positive(
-                "coupler dissipation of a coupler without stiffness",
+                "coupler spring of a coupler without damping",
                 dissipation,
                 "N·s^(1−μ)/m",
             );
@@ -187,8 +187,8 @@ impl<F: Real, O: Differintegrator<F>> VirtualCoupler<F, O> {
         let direct = step + dissipation * operator.direct_gain().to_f64();
         let share = 1.0 / (1.0 + give * direct);
         let coupler = Self {
-            step: checks.rounded("coupler stiffness over the sample time", step, "N/m"),
-            dissipation: checks.rounded("coupler dissipation", dissipation, "N·s^(1−μ)/m"),
+            step: checks.rounded("coupler damping over the sample time", step, "N/m"),
+            dissipation: checks.rounded("coupler spring", dissipation, "N·s^(1−μ)/m"),
             share: checks.rounded("share of the coupler's force", share, ""),
             mobility: checks.rounded("mobility of the object", mobility, "m/(N·s)"),
             give: checks.rounded("give of the object in a sample", give, "m/N"),

@@ -114,7 +114,7 @@ where
         self.close(reading, commanded)
     }
 
-    /// Ticks so often, until `see` has seen enough of it or a fault is latched; `true` if it reached the end without a fault.
+    /// Runs up to `ticks` ticks, until `see` returns false or a fault is latched; `true` if it reached the end without a fault.
     ///
     /// # Errors
     /// As [`tick`](Self::tick).

@@ -88,7 +88,7 @@ fn named<T: Copy>(
     found.map(|one| Some(one.0)).ok_or_else(|| {
         let names: Vec<&str> = known.iter().map(|one| one.1).collect();
         let names = names.join(", ");
-        Failure::bad_input(format_args!("`{key}` {wanted:?} is none of {names}"))
+        Failure::bad_input(format_args!("`{key}` {wanted:?} is not one of {names}"))
     })
 }
 

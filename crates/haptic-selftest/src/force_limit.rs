@@ -34,7 +34,7 @@ pub(super) fn check(bench: &mut Bench<'_>) -> Result<[Check; 3], Broken> {
         },
     };
     let promised = format!(
-        "at most {} N and {} N/s, whatever is asked for; a run does not loosen it",
+        "at most {} N and {} N/s, whatever is asked for; a run cannot loosen it",
         limits.force_n, limits.force_rate_n_per_s
     );
     let zero = format!(

@@ -41,7 +41,7 @@ pub(super) fn finite_check(bench: &mut Bench<'_>) -> Result<Check, Broken> {
         until: |followed: &Followed| is_behind(followed, made_at, MORE_TICKS),
     };
     let promised = format!(
-        "a force that is no number is a fault, zero within {} s",
+        "a force that is not a number is a fault, zero within {} s",
         limits.stop_time_s
     );
     let followed = bench.conduct(&trial, LATE)?;
@@ -64,7 +64,7 @@ pub(super) fn watchdog(bench: &mut Bench<'_>) -> Result<(Check, Option<Followed>
         until: |followed: &Followed| is_behind(followed, made_at, silent_ticks + MORE_TICKS),
     };
     let promised = format!(
-        "no force for {watchdog_ms} ms is a fault, zero within {} s; no start until armed anew",
+        "no force for {watchdog_ms} ms is a fault, zero within {} s; no start until armed again",
         limits.stop_time_s
     );
     // Silent too soon is silent: whichever force was the last, the time counts from it.

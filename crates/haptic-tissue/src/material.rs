@@ -458,7 +458,7 @@ impl ValidRange {
             {
                 let (from, to) = (Shown(from), Shown(to));
                 return Err(format!(
-                    "{to_name} = {to} is below {from_name} = {from}: exchange them"
+                    "{to_name} = {to} is below {from_name} = {from}: swap them"
                 ));
             }
         }
@@ -646,7 +646,7 @@ fn columns(file: &File, kind: Option<ModelKind>) -> Result<Vec<Vec<f64>>, Wrong>
             let names = known.iter().map(|one| one.name).chain([STIFFENING]);
             let names: Vec<&str> = names.collect();
             let names = names.join(", ");
-            let reason = format!("{name} is no parameter of {whose}, which has {names}");
+            let reason = format!("{name} is not a parameter of {whose}, which has {names}");
             return Err((value.span().start, reason));
         }
     }

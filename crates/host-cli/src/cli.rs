@@ -9,6 +9,7 @@ use crate::output::{Output, note, refused};
 use clap::error::{ContextKind, ErrorKind};
 use clap::{CommandFactory as _, FromArgMatches as _, Parser, Subcommand};
 use haptic_experiment::Failure;
+use haptic_experiment::parameters::renamed;
 use std::any::TypeId;
 use std::collections::BTreeSet;
 use std::path::PathBuf;
@@ -49,20 +50,26 @@ struct Cli {
     /// Print errors and warnings only
     #[arg(long, short, global = true, help_heading = "Run")]
     quiet: bool,
-    /// The task
     #[command(subcommand)]
     command: Command,
 }
 
-/// A command. The line above each is its short help; without its long help beside it, that line would be all of `--help`.
+/// A command. Its help, here or at its arguments, begins with the line that the list of commands shows.
 #[derive(Debug, Subcommand)]
 enum Command {
     /// Stress relaxation: indent a virtual tissue, hold, record the force
-    #[command(long_about = command::run::RELAX_ABOUT, after_help = command::run::RELAX_EXAMPLES)]
+    ///
+    /// Draws the force beside its closed form, and writes relax.mcap (for PlotJuggler or Foxglove),
+    /// relax.csv, relax.svg and relax.png. In the log the tissue pushes back with a negative force;
+    /// in the CSV, the picture and the report reaction forces are positive.
+    #[command(after_help = command::run::RELAX_EXAMPLES)]
     Relax(Experiment<keys::Relax>),
     /// Creep: push a virtual tissue with a constant force, record the strain
+    ///
+    /// Draws the strain beside its closed form (a Mittag-Leffler function, or a power law without
+    /// elastic modulus), and writes creep.mcap, creep.csv, creep.svg and creep.png. Nothing has a mass, unless --contact
+    /// or a device gives it one: then the report says from when on the tissue is seen, not the rig.
     #[command(
-        long_about = command::run::CREEP_ABOUT,
         after_help = "Example: host-cli creep --tissue prostate-healthy --stress 50Pa --duration 60s"
     )]
     Creep(Experiment<keys::Creep>),
@@ -73,27 +80,60 @@ enum Command {
     #[command(subcommand)]
     Control(command::control::Command),
     /// Find the stiffest wall, the most damping or the closest tissue for a device
-    #[command(long_about = command::design::LONG_ABOUT, after_help = command::design::EXAMPLES)]
+    ///
+    /// For each order the analysis finds stiffness K and dissipation B, with the device's delay and
+    /// current lag. The best wall is then tried on the simulated device, with friction and encoder too.
+    ///
+    /// Wishes:
+    ///   stiffest-wall   the largest K
+    ///   most-damping    the largest effective damping at --frequency
+    ///   tissue          does a specimen of --tissue fit, and how much larger may it be? If it does not,
+    ///                   which order comes closest at --frequency?
+    ///   coupler         the virtual coupler damper + spring (T/(1-w))^mu that feels stiffest at
+    ///                   --frequency, meets Llewellyn's criterion and has a gain margin of 2 in the
+    ///                   sampled loop; w is a delay of one sample. --require passive asks for passivity
+    ///                   with every hand and object instead
+    ///
+    /// The device is ideal unless a device file, friction, delay, `current_lag`, `encoder_resolution` or
+    /// `sensor_noise` is given; the report then also shows the best wall on the laboratory device.
+    /// --force-noise-limit bounds the force noise that encoder and sensor cause.
+    ///
+    /// The wall pulls as it pushes, as the analysis assumes. --one-sided takes the best wall that never
+    /// pulls and settles after each of six hits, up to 1 m/s; --contact signed takes one whose proof
+    /// covers it.
+    ///
+    /// --out writes design.toml for `host-cli run`, design.csv and a picture. The exit code is 1 if no
+    /// candidate is found, or if the best does not come to rest or is too noisy when it is tried.
+    #[command(verbatim_doc_comment, after_help = command::design::EXAMPLES)]
     Design(WithFiles<keys::Design>),
-    /// Run the experiment that a file describes
-    #[command(long_about = command::run::long_about())]
     Run(command::run::Arguments),
-    /// Run one side of a teleoperation, with the other side in another process
-    #[command(long_about = command::teleoperate::LONG_ABOUT)]
     Teleoperate(command::teleoperate::Arguments),
     /// Find the stiffest wall that a device can render, by trials
-    #[command(long_about = command::zwidth::LONG_ABOUT, after_help = command::zwidth::EXAMPLES)]
+    ///
+    /// Finds the Z-width: for each order and dissipation the stiffest wall at which a device comes
+    /// to rest. In each trial a simulated device hits the wall at 0.1 m/s and is then pushed into
+    /// it; a serial device is only pushed. With --one-sided it is hit at six speeds, 0 to 1 m/s,
+    /// and has to come to rest after each. The default device has 65 g and 3.5 N.s/m;
+    /// --device-model laboratory adds friction, delay, lag and encoder steps.
+    ///
+    /// At rest means: over the last 0.4 s of 5 s the standard deviation of the position is at most
+    /// 2 encoder steps or 1 % of push/K, whichever is larger, and that of the force at most 5 % of
+    /// the push or, if larger, the force that one encoder step causes (but at most 25 % of the
+    /// push). The largest and the smallest force differ by at most the push. A wall whose force is
+    /// at its limit in more than 1 % of the samples is not stable, nor is one at which only
+    /// friction keeps the device at rest.
+    ///
+    /// criterion=dissertation looks at the position alone: pushed from rest, its standard deviation
+    /// is at most threshold=0.1mm.
+    ///
+    /// Each point also shows the largest stiffness by the analysis. Ctrl-C keeps the points found
+    /// so far.
+    #[command(after_help = command::zwidth::EXAMPLES)]
     Zwidth(WithFiles<keys::ZWidth>),
-    /// Measure whether this machine is fit for a loop at 1, 4 and 10 kHz
-    #[command(long_about = command::rt_check::LONG_ABOUT)]
     RtCheck(command::rt_check::Arguments),
-    /// Compute the figures of the dissertation again and judge its claims
     Reproduce(command::reproduce::Arguments),
-    /// Print the impulse response of an operator
     Weights(command::operator::Weights),
-    /// Differentiate or integrate a CSV column to a fractional order
     Differintegrate(command::operator::Differintegrate),
-    /// Write an operator or a controller as a C99 header, for any microcontroller
     ExportC(command::export_c::Arguments),
     /// Find, inspect, configure, measure, test, emulate and monitor a device
     #[command(subcommand)]
@@ -101,19 +141,15 @@ enum Command {
     /// List, show and export tissues
     #[command(subcommand)]
     Materials(command::materials::Command),
-    /// Turn a measured record into a tissue: relaxation, creep, oscillation or any motion
-    #[command(long_about = command::identify::LONG_ABOUT)]
     Identify(command::identify::Arguments),
     /// Inspect, check, recover, export and draw a log
     #[command(subcommand)]
     Log(command::log::Command),
-    /// Serve a page in the browser: feel a tissue, see what is stable, watch and start runs
     #[cfg(feature = "serve")]
-    #[command(long_about = command::serve::LONG_ABOUT)]
     Serve(command::serve::Arguments),
     /// Print a completion script for a shell
     Completions(command::shell::Completions),
-    /// Write the manual pages
+    /// Write the manual pages to a folder
     Man(command::shell::Man),
 }
 
@@ -206,8 +242,11 @@ fn options_of_asked() -> BTreeSet<String> {
 fn print_long_help() -> std::io::Result<()> {
     let command = asked();
     let about = command.get_long_about().or(command.get_about()).cloned();
+    let after = command.get_after_long_help().or(command.get_after_help());
+    let after = after.cloned().unwrap_or_default();
     let command = command.mut_args(|argument| argument.hide_short_help(false));
-    command.about(about.unwrap_or_default()).print_help()
+    let command = command.about(about.unwrap_or_default());
+    command.after_help(after).print_help()
 }
 
 /// What to write in place of an option that is a key without one.
@@ -217,6 +256,13 @@ fn not_an_option(error: &clap::Error) -> Option<String> {
         return None;
     }
     let (wanted, command) = (argument.trim_start_matches('-'), asked());
+    if let Some(now) = renamed(wanted).map(crate::names::option_of)
+        && command
+            .get_arguments()
+            .any(|known| known.get_long() == Some(&now))
+    {
+        return Some(format!("{argument} is now called --{now}"));
+    }
     let of_device = match command.get_name() {
         "set" => changes::key_like(wanted),
         "emulate" => emulate::key_like(wanted),
@@ -274,7 +320,7 @@ fn ended(result: Result<(), Failure>, names: &Names) -> ExitCode {
     })
 }
 
-/// The program.
+/// Parses the command line, runs the command, and returns its exit code.
 #[must_use]
 pub fn main() -> ExitCode {
     // Threads that end after this function may still say something.

@@ -115,7 +115,7 @@ pub(crate) fn folder(out: Option<PathBuf>, stem: &str, overwrite: bool) -> Folde
 fn overwrite_acts(out: Option<&Path>, overwrite: bool) -> Result<(), Failure> {
     if overwrite && out.is_none() {
         return Err(Failure::bad_input(
-            "overwriting has no effect without --out: give it too, or leave --overwrite out",
+            "overwriting has no effect without --out: give it too, or omit --overwrite",
         ));
     }
     Ok(())

@@ -14,7 +14,7 @@ use haptic_experiment::document::{Document, short};
 use haptic_experiment::parameters::analysis::ANALYSED_SCHEME;
 use haptic_experiment::parameters::{
     DEVICE_MODEL, DRIVE_TABLE, KINDS, MEASUREMENT, ORDER, Parameter, QUESTIONS, Value as Kind,
-    choices, is_path, of_kind,
+    choices, is_path, of_kind, renamed,
 };
 use haptic_experiment::run::DeviceModel;
 use haptic_quantity::{is_meant, kind_of_key, parse_for_key, without_unit};
@@ -194,8 +194,13 @@ impl<N: Named> Options<N> {
             let (key, text) = said.split_once('=').unwrap_or((said, ""));
             let Some(parameter) = all.iter().find(|known| is_meant(known.key, key)) else {
                 let known: Vec<&str> = all.iter().map(|known| without_unit(known.key)).collect();
-                let known = known.join(", ");
-                let error = format!("is not KEY=VALUE with one of the keys {known}");
+                let error = match renamed(key).map(without_unit) {
+                    Some(now) if known.contains(&now) => format!("`{key}` is now called `{now}`"),
+                    _ => {
+                        let known = known.join(", ");
+                        format!("is not KEY=VALUE with one of the keys {known}")
+                    }
+                };
                 return Err(refused(&short(said), error));
             };
             let set = given.set(parameter, text.trim());
@@ -406,15 +411,15 @@ impl DeviceModelArguments {
 pub(crate) mod keys {
     use haptic_experiment::parameters::analysis as a;
     use haptic_experiment::parameters::{
-        ARCHITECTURE, AREA, CONTACT, CONTROLLER, COUPLER_DISSIPATION, COUPLER_STIFFNESS,
-        CREEP_CONTACT, CREEP_DURATION, CURRENT_LAG, DAMPING, DELAY, DEPTH, DESIGN_ORDERS, DEVICE,
-        DEVICE_MODEL, DISSIPATION, FORCE, FORCE_NOISE_LIMIT, GAIN_MARGIN, GUARD,
-        HAND_COUPLER_DISSIPATION, HAND_COUPLER_ORDER, HAND_COUPLER_STIFFNESS, HAND_STIFFNESS, HELD,
-        INDENTER_RADIUS, LIBRARY, LINE_DELAY, LOADING, LOOP, MASS, MEASURE_BOX, MEASURE_DEVICE,
-        MEASURE_DURATION, MEASURE_FORCE_LIMIT, MEASURE_SAMPLE_TIME, ONE_SIDED, ORDER, PUSH,
-        Parameter, RAMP_TIME, RELAX_DURATION, REQUIRE, SAMPLE_TIME, SCHEME, SLAVE_DAMPING,
-        SLAVE_MASS, STIFFNESS, STRAIN, STRESS, THICKNESS, TISSUE, TRIAL_FORCE_LIMIT, WALL_CONTACT,
-        WAVE_IMPEDANCE, WISH, WISH_FREQUENCY, WISH_TISSUE, ZWIDTH_ORDERS, ZWIDTH_POINTS,
+        ARCHITECTURE, AREA, CONTACT, CONTROLLER, COUPLER_DAMPING, COUPLER_SPRING, CREEP_CONTACT,
+        CREEP_DURATION, CURRENT_LAG, DAMPING, DELAY, DEPTH, DESIGN_ORDERS, DEVICE, DEVICE_MODEL,
+        DISSIPATION, FORCE, FORCE_NOISE_LIMIT, GAIN_MARGIN, GUARD, HAND_COUPLER_DISSIPATION,
+        HAND_COUPLER_ORDER, HAND_COUPLER_STIFFNESS, HAND_STIFFNESS, HELD, INDENTER_RADIUS, LIBRARY,
+        LINE_DELAY, LOADING, LOOP, MASS, MEASURE_BOX, MEASURE_DEVICE, MEASURE_DURATION,
+        MEASURE_FORCE_LIMIT, MEASURE_SAMPLE_TIME, ONE_SIDED, ORDER, PUSH, Parameter, RAMP_TIME,
+        RELAX_DURATION, REQUIRE, SAMPLE_TIME, SCHEME, SLAVE_DAMPING, SLAVE_MASS, STIFFNESS, STRAIN,
+        STRESS, THICKNESS, TISSUE, TRIAL_FORCE_LIMIT, WALL_CONTACT, WAVE_IMPEDANCE, WISH,
+        WISH_FREQUENCY, WISH_TISSUE, ZWIDTH_ORDERS, ZWIDTH_POINTS,
     };
 
     /// A command whose options are made from tables of parameters.
@@ -513,7 +518,7 @@ pub(crate) mod keys {
             &a::DELAY_SAMPLES,
         ]];
         Coupling: &[&[
-            &ORDER, &a::ANALYSED_SCHEME, &COUPLER_STIFFNESS, &COUPLER_DISSIPATION,
+            &ORDER, &a::ANALYSED_SCHEME, &COUPLER_DAMPING, &COUPLER_SPRING,
             &ANALYSED_SAMPLE_TIME, &ANALYSED_DAMPING,
         ]];
         // Two hands over a line; then their devices, and the tissue.

@@ -38,7 +38,7 @@ pub(crate) fn in_range(key: &str, value: f64, range: Range) -> Result<f64, Strin
     }
 }
 
-/// Reads a value and judges it: what does not read is told as clap does, what is judged wrong with the option to change.
+/// Reads a value and checks it. A value that cannot be read gets the message of clap; one outside its range, the option to change.
 #[derive(Clone, Debug)]
 struct Judged<F>(F);
 

@@ -5,9 +5,8 @@ use super::trial::{REALISTIC, simulated};
 use super::{DELTA, Kind, MASS_KG, ORDERS, SAMPLE_TIME_S};
 use fracdiff::{FrequencyResponse, Order, grunwald_weight};
 use haptic_analysis::{
-    AnalysisError, Coupler, Effective, Environment, ForcePath, Largest, LeastDamping,
-    Nondimensional, OnePort, SampledLoop, SampledPlant, StabilityRegion, StableArea,
-    corollary_delta,
+    AnalysisError, Coupler, Effective, Environment, ForcePath, Largest, Nondimensional, OnePort,
+    SampledLoop, SampledPlant, StabilityRegion, StableArea, corollary_delta,
 };
 use serde::Serialize;
 use std::f64::consts::PI;
@@ -359,12 +358,10 @@ pub(crate) fn corollary_two(_: Kind, formulas: &Formulas) -> Found {
     for mu in [0.0, 0.25, 0.5, 0.75, 1.0, 1.25, 1.5, 2.0] {
         for (k, scaled) in COUPLERS {
             let b = scaled / (0.5 * T).powf(mu);
-            let needed = match Coupler::exact(Order::new(mu)?, T, k, b)?.least_damping()? {
-                LeastDamping::Enough {
-                    damping_n_s_per_m, ..
-                } => damping_n_s_per_m,
-                LeastDamping::NoneIsEnough { .. } => f64::INFINITY,
-            };
+            let needed = Coupler::exact(Order::new(mu)?, T, k, b)?
+                .least_damping()?
+                .damping_n_s_per_m()
+                .unwrap_or(f64::INFINITY);
             if mu <= 1.0 {
                 needs.push((needed / (formulas.coupling)(mu, T, k, b), mu, k, scaled));
             } else {

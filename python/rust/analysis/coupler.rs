@@ -23,9 +23,9 @@ use std::time::Duration;
 ///     0 to 2; 1 is a damper ``k_c`` beside a spring ``b_c``.
 /// sample_time : float
 ///     T in s.
-/// stiffness_n_s_per_m : float
+/// damping_n_s_per_m : float
 ///     k_c in N·s/m.
-/// dissipation_n_s_1mu_per_m : float
+/// spring_n_s_1_minus_mu_per_m : float
 ///     b_c in N·s^(1-order)/m.
 ///
 /// Raises
@@ -54,12 +54,7 @@ impl PyCoupler {
 
 /// Infinite where none is enough.
 fn number(least: LeastDamping) -> f64 {
-    match least {
-        LeastDamping::Enough {
-            damping_n_s_per_m, ..
-        } => damping_n_s_per_m,
-        LeastDamping::NoneIsEnough { .. } => f64::INFINITY,
-    }
+    least.damping_n_s_per_m().unwrap_or(f64::INFINITY)
 }
 
 #[pymethods]
@@ -69,14 +64,14 @@ impl PyCoupler {
         py: Python<'_>,
         order: f64,
         sample_time: f64,
-        stiffness_n_s_per_m: f64,
-        dissipation_n_s_1mu_per_m: f64,
+        damping_n_s_per_m: f64,
+        spring_n_s_1_minus_mu_per_m: f64,
     ) -> PyResult<Self> {
         let coupler = Self {
             order: Order::new(order).or_refused()?,
             sample_time,
-            stiffness: stiffness_n_s_per_m,
-            dissipation: dissipation_n_s_1mu_per_m,
+            stiffness: damping_n_s_per_m,
+            dissipation: spring_n_s_1_minus_mu_per_m,
         };
         heard(py, Duration::MAX, move |_| {
             coupler.coupler()?;

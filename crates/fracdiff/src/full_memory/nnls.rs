@@ -19,7 +19,7 @@ const ENTRIES_A_COLUMN: usize = 10;
 /// x ≥ 0 with the least |A·x − b|², of the columns of A, each as long as b; all zero where there is nothing to fit.
 ///
 /// Algorithm NNLS of C. L. Lawson and R. J. Hanson, *Solving Least Squares Problems*, 1974, ch. 23, by plain loops, so the
-/// same bits on every machine. Numbers that are no numbers give a result without meaning, never an endless loop.
+/// same bits on every machine. NaN inputs give a result without meaning, never an endless loop.
 #[must_use]
 pub fn non_negative_least_squares(columns: Vec<Vec<f64>>, target: Vec<f64>) -> Vec<f64> {
     let mut problem = Problem {

@@ -121,7 +121,6 @@ pub(super) fn now(input: &[f64], part: f64, held: bool) -> impl Iterator<Item = 
 
 /// A number of the function that was free.
 #[derive(Clone, Copy, Debug, PartialEq)]
-#[non_exhaustive]
 pub enum FreeNumber {
     /// Coefficient of the n-th term of the numerator, highest order first; the error is relative.
     NumeratorCoefficient(usize),

@@ -76,7 +76,7 @@ pub fn tune(
     } else if is_there(at(2.0 * omega)) {
         "there is one at twice the crossover: raise the crossover"
     } else if is_there(less) {
-        "there is one with half the phase margin: ask for less"
+        "a controller exists at half that margin: ask for less"
     } else {
         return found;
     };
@@ -277,7 +277,7 @@ impl<'a> Search<'a> {
 
     /// The best that are not neighbours, each the best of what is left; of equal ones the first. Only steps that can decide are looked at.
     fn starts(&self, sketches: impl IntoIterator<Item = Sketch>) -> Vec<Trial> {
-        // No cost is negative: their bits stand in order. A sketch comes before what it may still be.
+        // No cost is negative: their bits stand in order. A lower bound comes before the final cost.
         let key = |cost: f64, whole: bool, index: usize| (cost.to_bits(), whole, index);
         let sketches = sketches.into_iter().enumerate();
         let mut queue: BTreeMap<_, Sketch> = sketches
@@ -411,7 +411,7 @@ impl<'a> Search<'a> {
             };
         }
         ControlError::NotFound {
-            what: "a pair of gains of the sign of the plant with this crossover, margin and slope of the phase",
+            what: "two gains with the plant's sign with this crossover, margin and slope of the phase",
             why: if self.wishes.iso_damping {
                 "lower the crossover (dead time makes the phase fall), change the phase margin, or give up the flat phase"
             } else {

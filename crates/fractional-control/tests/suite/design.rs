@@ -230,7 +230,7 @@ fn plants_of_all_kinds_are_designed_for() {
             Ok(answer) => answer,
             // Of those that grow some have no flat phase there, or no other margin as large.
             Err(ControlError::NotFound { why, .. }) if number % 8 == 4 => {
-                assert!(why.starts_with("there is one"), "{text}: {why}");
+                assert!(why.starts_with("a controller exists"), "{text}: {why}");
                 return true;
             }
             Err(error) => panic!("{text}: {error}"),

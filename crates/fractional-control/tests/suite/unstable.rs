@@ -219,11 +219,7 @@ fn the_wish_that_excludes_a_controller_is_named() {
             not_flat(0.4, 1.0),
             "raise the crossover",
         ),
-        (
-            "exp(-0.5s)/(s-1)",
-            not_flat(1.4, 1.5),
-            "half the phase margin",
-        ),
+        ("exp(-0.5s)/(s-1)", not_flat(1.4, 1.5), "half that margin"),
         (
             "exp(-0.5s)/(s-1)",
             not_flat(0.1, 1.0),

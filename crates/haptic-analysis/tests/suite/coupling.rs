@@ -171,8 +171,8 @@ fn bad_input_is_refused_in_words() {
     for (refused, want) in [
         (make(-0.5, T, 1.0, 1.0), "order -0.5 is not in [0, 2]"),
         (make(1.0, 0.0, 1.0, 1.0), "sample time 0 s is not above 0 s"),
-        (make(1.0, T, -1.0, 1.0), "coupler stiffness -1 N·s/m"),
-        (make(1.0, T, 1.0, f64::NAN), "coupler dissipation NaN"),
+        (make(1.0, T, -1.0, 1.0), "coupler damping -1 N·s/m"),
+        (make(1.0, T, 1.0, f64::NAN), "coupler spring NaN"),
         (make(1.0, T, 0.0, 0.0), "impedance of the coupler 0 N·s/m"),
     ] {
         let words = words(refused);

@@ -31,7 +31,7 @@ pub enum HaplyOpenError {
     Port(#[from] SerialError),
     /// Not one whole answer came in time.
     #[error(
-        "no 2DIY answers: {bytes} of the 9 bytes of an answer came in 0.5 s; is it this port, and is the board on?"
+        "no 2DIY answers: {bytes} of the 9 bytes of an answer came in 0.5 s; check the port, and that the board is on"
     )]
     Mute {
         /// Bytes of that answer which did come; 0 if nothing is there.
@@ -39,30 +39,28 @@ pub enum HaplyOpenError {
     },
     /// It answers as a board that has lost its home, or never had one.
     #[error(
-        "no home of before: no command has configured this board since it was switched on or reset ({bytes} of the 9 bytes of an answer came); \
-         hold the handle at its home and leave home=before out"
+        "home=before is refused: no command has configured this board since it was switched on or reset ({bytes} of the 9 bytes of an answer came); \
+         hold the handle at its home and omit home=before"
     )]
     NoHome {
         /// Bytes of that answer which did come; 0 if nothing is there.
         bytes: usize,
     },
     /// Something sends without being asked, which no 2DIY does.
-    #[error(
-        "whatever is at this port sends without being asked, which no 2DIY does: is it this port?"
-    )]
+    #[error("something at this port sends without being asked, which no 2DIY does: check the port")]
     Talks,
     /// A line of the plane was chosen for an experiment with both axes.
     #[error(
-        "axis and zero choose a line for an experiment of one axis, and this one has both: leave them away"
+        "axis and zero choose a line for an experiment with one axis, and this one uses both: omit them"
     )]
     Line,
     /// Its first answers cannot be those of such a device.
-    #[error("the first answer is not that of a 2DIY in order: {0}")]
+    #[error("the first answer is not that of a working 2DIY: {0}")]
     First(Trouble),
     /// Its first answers, by the home of an earlier command.
     #[error(
-        "by the home of before the first answer is not that of a 2DIY in order: {0}; if the handle was not at its home then, or the board was \
-         switched off since, hold it there and leave home=before out"
+        "with home=before the first answer is not that of a working 2DIY: {0}; if the handle was not at its home then, or the board was \
+         switched off since, hold it there and omit home=before"
     )]
     FirstSinceBefore(Trouble),
 }

@@ -341,7 +341,7 @@ impl<L: Line + 'static, const D: usize> ServedHardware<D> for Haply2Diy<L, D> {
         };
         Some(BoardTrouble {
             words: format!(
-                "{told}: {trouble}; its home is not sure any more: reopen it there, without home=before"
+                "{told}: {trouble}; its home is uncertain: reopen it there, without home=before"
             ),
             cause: trouble.cause(),
         })

@@ -55,14 +55,14 @@ pub enum Singular {
     },
     /// The far arms are in a line: stretched, or folded onto each other.
     #[error(
-        "the far arms are in a line to a sine of {sine:.3}, below 0.1: no force there is a small torque"
+        "the far arms are nearly in line (sine {sine:.3}, below 0.1): every force there needs a large torque"
     )]
     Stretched {
         /// Sine of the angle between them.
         sine: f64,
     },
     /// An elbow is stretched or folded: the end of the workspace.
-    #[error("arm {arm} is in a line to a sine of {sine:.3}, below 0.02: the end of the workspace")]
+    #[error("arm {arm} is nearly straight (sine {sine:.3}, below 0.02): the end of the workspace")]
     Straight {
         /// 1 or 2.
         arm: u8,

@@ -154,7 +154,7 @@ pub enum Trouble {
     NotFinite,
     /// The angles changed faster than a hand moves.
     #[error(
-        "the handle went {step_mm:.1} mm in {time_ms:.1} ms, faster than a hand: a byte was changed, an encoder loses counts, or this is a 2DIY of version {other}"
+        "the handle moved {step_mm:.1} mm in {time_ms:.1} ms, faster than a hand: a byte was changed, an encoder loses counts, or this is a 2DIY of version {other}"
     )]
     Jump {
         /// Distance from the last place that was believed, mm.

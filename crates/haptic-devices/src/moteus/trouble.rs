@@ -48,7 +48,7 @@ pub enum Trouble {
     },
     /// The servo has a fault of its own.
     #[error(
-        "servo {id} is in fault {code}, {}: mend that, then begin again, which clears it", meaning(*.code)
+        "servo {id} is in fault {code}, {}: fix that, then start again, which clears it", meaning(*.code)
     )]
     Fault {
         /// Number of the servo on its bus.
@@ -171,6 +171,6 @@ fn unasked(mode: u8) -> String {
         Err(_) => "unknown",
     };
     format!(
-        "is in mode {mode}, {name}, which nobody here has asked for: another program commands it; end that"
+        "is in mode {mode}, {name}, which this program did not ask for: another program commands it; end that"
     )
 }

@@ -247,7 +247,7 @@ fn in_loop(setup: ControllerSetup, table: &Table<'_>) -> Result<ControllerSetup,
         .parse()
         .map_err(|error: fracdiff::SchemeError| refused(error.to_string()))?;
     if rule_of_scheme(scheme).is_none() {
-        let reason = format!("scheme \"{scheme}\" is none of a controller: give full or full-bdf2");
+        let reason = format!("scheme \"{scheme}\" is not for a controller: give full or full-bdf2");
         return Err(refused(reason));
     }
     let setup = ControllerSetup {

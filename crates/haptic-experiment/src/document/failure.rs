@@ -174,7 +174,7 @@ fn is_full(error: &io::Error) -> bool {
 impl From<NewFileError> for Failure {
     fn from(error: NewFileError) -> Self {
         if let NewFileError::Exists(path) = &error {
-            let advice = format!("choose another name, move it away, or say {OVERWRITE}");
+            let advice = format!("choose another name, move it away, or give {OVERWRITE}");
             return Self::exists(path, advice);
         }
         let full = matches!(&error, NewFileError::Io { source, .. } if is_full(source));

@@ -3,7 +3,7 @@
 use super::error::{FileError, Source};
 use crate::document::input::short;
 use crate::document::named::Named;
-use crate::document::parameters::{Parameter, Range, Value, in_degrees, is_path};
+use crate::document::parameters::{Parameter, Range, Value, in_degrees, is_path, renamed};
 use fracdiff::parameter::Shown;
 use std::path::{Path, PathBuf};
 use toml::Spanned;
@@ -38,12 +38,21 @@ impl<'a> Part<'a> {
     }
 
     fn find(&self, key: &str) -> Option<Found<'a>> {
-        let entry = self.entries.iter().find(|(name, _)| name.get_ref() == key);
-        entry.map(|(_, value)| Found {
+        self.entry(key).map(|value| Found {
             value: value.get_ref(),
             offset: value.span().start,
             source: self.source,
         })
+    }
+
+    /// The value of a key, in a log under its former name too.
+    fn entry(&self, key: &str) -> Option<&'a Spanned<DeValue<'a>>> {
+        let mut entries = self.entries.iter();
+        let found = entries.find(|(name, _)| {
+            let name = name.get_ref();
+            name == key || renamed(name) == Some(key)
+        });
+        found.map(|(_, value)| value)
     }
 
     fn named(&self, key: &str) -> Option<f64> {
@@ -158,6 +167,13 @@ impl<'a> Table<'a> {
         for part in &self.parts {
             for (key, _) in in_order(part.entries) {
                 let name = key.get_ref().as_ref();
+                if let Some(new) = renamed(name).filter(|new| keys().any(|known| known == *new)) {
+                    if part.source.is_log() {
+                        continue;
+                    }
+                    let reason = format!("`{name}` is now called `{new}`");
+                    return Err(part.source.fail(key.span().start, reason));
+                }
                 if !keys().any(|known| known == name) {
                     let name = &short(name);
                     let nearest = keys().min_by_key(|known| distance(known, name));
@@ -252,8 +268,7 @@ impl<'a> Table<'a> {
     /// The value as TOML, if the key is there.
     pub(crate) fn written(&self, parameter: &Parameter) -> Option<&'a str> {
         self.parts.iter().find_map(|part| {
-            let mut entries = part.entries.iter();
-            let (_, value) = entries.find(|(name, _)| name.get_ref() == parameter.key)?;
+            let value = part.entry(parameter.key)?;
             part.source.text.get(value.span())
         })
     }

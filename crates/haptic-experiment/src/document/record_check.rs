@@ -25,7 +25,7 @@ pub fn check_times(record: &InputOutput, lines: &[u64]) -> Result<(), String> {
     let middle = steps.get(steps.len().max(1).div_ceil(2) - 1).copied();
     let t = middle.unwrap_or(0.0);
     if t <= 0.0 {
-        return Err("the time does not grow: give at least two rows in order".to_owned());
+        return Err("the time does not increase: give at least two rows in order".to_owned());
     }
     let uneven = |pair: &[f64]| ((pair[1] - pair[0]) / t - 1.0).abs() > EVEN;
     match record.time_s.windows(2).position(uneven) {
@@ -72,7 +72,9 @@ pub fn fill_gaps(
         let end = record.output.get(begin + count).copied();
         let before = begin.checked_sub(1).map(|last| record.output[last]);
         let (Some(before), Some(end), true) = (before, end, count <= GAP) else {
-            let remedy = format!("{GAP} rows may lack one at a time, inside the record: cut it");
+            let remedy = format!(
+                "at most {GAP} rows in a row may lack one, inside the record: cut the record"
+            );
             return Err(missing(begin, output, &remedy));
         };
         for n in 0..count {
@@ -96,7 +98,7 @@ pub fn check_signals(
     for (name, signal) in [(input, &record.input), (output, &record.output)] {
         if let Some(row) = signal.iter().position(|value| value.abs() > MOST) {
             return Err(format!(
-                "line {}: column `{name}` is {}, above {MOST:e}: mend the row, or take a larger unit",
+                "line {}: column `{name}` is {}, above {MOST:e}: correct the row, or take a larger unit",
                 lines[row],
                 Shown(signal[row])
             ));

@@ -166,7 +166,7 @@ fn walls_and_couplers_are_judged_alike() {
     for order in [0.5, 1.0] {
         let text = format!(
             "[coupler]\n{device}order = {order}\n\
-             coupler_stiffness_n_s_per_m = 1\ncoupler_dissipation_n_s_1_minus_mu_per_m = 200\n"
+             coupler_damping_n_s_per_m = 1\ncoupler_spring_n_s_1_minus_mu_per_m = 200\n"
         );
         let whole = alike(&text, None, &ERRORS[..1], &same);
         // Nothing was compared with itself.

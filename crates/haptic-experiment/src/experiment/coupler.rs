@@ -35,7 +35,7 @@ use crate::document::failure::Failure;
 use crate::document::parameters as p;
 use crate::document::parameters::kind::{Parameter, joined, parameters};
 use crate::document::parameters::range::{COUPLER_ORDERS, DAMPINGS, OBJECT_MASSES, STIFFNESSES};
-use crate::document::parameters::{COUPLER_DISSIPATION, COUPLER_STIFFNESS};
+use crate::document::parameters::{COUPLER_DAMPING, COUPLER_SPRING};
 use crate::document::reader::Table;
 use crate::judge::Reference;
 use crate::judge::preflight::softer;
@@ -50,8 +50,7 @@ use crate::run::samples::Samples;
 use crate::run::schedule::horizon;
 use fracdiff::{Operator, Order, Scheme, Seconds};
 use haptic_analysis::{
-    AnalysisError, CoupledLoop, CoupledObject, Coupler, CouplerOperator, Dynamics, LeastDamping,
-    LoopOperator,
+    AnalysisError, CoupledLoop, CoupledObject, Coupler, CouplerOperator, Dynamics, LoopOperator,
 };
 use haptic_link::LoopMode;
 use haptic_loop::units::{Kilograms, NewtonSecondsPerMetre, NewtonsPerMetre};
@@ -81,8 +80,8 @@ pub(crate) const COUPLER_REQUIRED: &[Parameter] = &[
     p::DAMPING,
     p::SAMPLE_TIME,
     COUPLER_ORDER,
-    COUPLER_STIFFNESS,
-    COUPLER_DISSIPATION,
+    COUPLER_DAMPING,
+    COUPLER_SPRING,
 ];
 
 /// Of `[coupler]`, with defaults.
@@ -109,9 +108,9 @@ pub(crate) struct CouplerExperiment {
     /// The operator, which is run on the deflection with the order 1 − μ.
     pub scheme: Scheme,
     /// `k_c`, N·s/m, at least 0.
-    pub coupler_stiffness_n_s_per_m: f64,
+    pub coupler_damping_n_s_per_m: f64,
     /// `b_c`, N·s^(1−μ)/m, at least 0.
-    pub coupler_dissipation_n_s_1_minus_mu_per_m: f64,
+    pub coupler_spring_n_s_1_minus_mu_per_m: f64,
     pub object: CoupledObject,
 }
 
@@ -127,8 +126,8 @@ pub(crate) fn coupler(table: &Table<'_>) -> Result<CouplerExperiment, FileError>
         setup,
         order,
         scheme: scheme(table, None, run, t, duration_s)?,
-        coupler_stiffness_n_s_per_m: table.required(&p::COUPLER_STIFFNESS)?,
-        coupler_dissipation_n_s_1_minus_mu_per_m: table.required(&p::COUPLER_DISSIPATION)?,
+        coupler_damping_n_s_per_m: table.required(&p::COUPLER_DAMPING)?,
+        coupler_spring_n_s_1_minus_mu_per_m: table.required(&p::COUPLER_SPRING)?,
         object: CoupledObject {
             mass_kg: table.number(&OBJECT_MASS)?,
             damping_n_s_per_m: table.number(&OBJECT_DAMPING)?,
@@ -184,8 +183,8 @@ impl CouplerExperiment {
             )
         })?;
         VirtualCoupler::new(
-            self.coupler_stiffness_n_s_per_m,
-            self.coupler_dissipation_n_s_1_minus_mu_per_m,
+            self.coupler_damping_n_s_per_m,
+            self.coupler_spring_n_s_1_minus_mu_per_m,
             operator.map_err(Failure::input)?,
             object,
             t,
@@ -193,7 +192,7 @@ impl CouplerExperiment {
         .map_err(|error| {
             Failure::input_with_advice(
                 error,
-                format_args!("give {COUPLER_STIFFNESS} or {COUPLER_DISSIPATION} above 0"),
+                format_args!("give {COUPLER_DAMPING} or {COUPLER_SPRING} above 0"),
             )
         })
     }
@@ -211,7 +210,7 @@ impl CouplerExperiment {
     /// Stiffness that coupler and object hold a push with for ever, N/m: both springs in series at order 1, none below.
     fn holding_stiffness(&self) -> f64 {
         let (spring, ground) = (
-            self.coupler_dissipation_n_s_1_minus_mu_per_m,
+            self.coupler_spring_n_s_1_minus_mu_per_m,
             self.object.stiffness_n_per_m,
         );
         if self.order.get() < 1.0 || spring <= 0.0 || ground <= 0.0 {
@@ -270,8 +269,8 @@ impl Trial for CouplerExperiment {
         format!(
             "order μ = {} · damper {} N·s/m · spring {} N·s^{{1−μ}}/m\nobject {} kg, {} N·s/m, {} N/m",
             self.order,
-            six_digits(self.coupler_stiffness_n_s_per_m),
-            six_digits(self.coupler_dissipation_n_s_1_minus_mu_per_m),
+            six_digits(self.coupler_damping_n_s_per_m),
+            six_digits(self.coupler_spring_n_s_1_minus_mu_per_m),
             six_digits(object.mass_kg),
             six_digits(object.damping_n_s_per_m),
             six_digits(object.stiffness_n_per_m)
@@ -350,8 +349,8 @@ impl Trial for CouplerExperiment {
             let reaction_force_n = sample.reaction_n();
             let y = object.deflection(self, sample.position_m, reaction_force_n);
             // F = k_c·(y[n] − y[n−1])/T + b_c·D^(1−μ) y
-            let wanted = self.coupler_stiffness_n_s_per_m * (y - last) / t.0
-                + self.coupler_dissipation_n_s_1_minus_mu_per_m * derivative(y);
+            let wanted = self.coupler_damping_n_s_per_m * (y - last) / t.0
+                + self.coupler_spring_n_s_1_minus_mu_per_m * derivative(y);
             last = y;
             (reaction_force_n - wanted).abs()
         })))
@@ -359,8 +358,8 @@ impl Trial for CouplerExperiment {
 
     fn law_in_rows(&self, _: &Settling, object_m: Option<f64>) -> Value {
         json!({
-            "coupler_stiffness_n_s_per_m": self.coupler_stiffness_n_s_per_m,
-            "coupler_dissipation_n_s_1_minus_mu_per_m": self.coupler_dissipation_n_s_1_minus_mu_per_m,
+            "coupler_damping_n_s_per_m": self.coupler_damping_n_s_per_m,
+            "coupler_spring_n_s_1_minus_mu_per_m": self.coupler_spring_n_s_1_minus_mu_per_m,
             "object_mass_kg": self.object.mass_kg,
             "object_damping_n_s_per_m": self.object.damping_n_s_per_m,
             "object_stiffness_n_per_m": self.object.stiffness_n_per_m,
@@ -401,8 +400,8 @@ impl CouplerPreflight<'_> {
         let exact = Coupler::exact(
             law.order,
             t,
-            law.coupler_stiffness_n_s_per_m,
-            law.coupler_dissipation_n_s_1_minus_mu_per_m,
+            law.coupler_damping_n_s_per_m,
+            law.coupler_spring_n_s_1_minus_mu_per_m,
         )?;
         let runs = CouplerOperator(&operator);
         let coupler = exact.with_operator(&runs, operator.memory());
@@ -413,15 +412,9 @@ impl CouplerPreflight<'_> {
         } else {
             softer(|factor| Ok(coupled.scaled(factor).is_stable()))?
         };
-        let enough = |least: LeastDamping| match least {
-            LeastDamping::Enough {
-                damping_n_s_per_m, ..
-            } => Some(damping_n_s_per_m),
-            LeastDamping::NoneIsEnough { .. } => None,
-        };
         let damping = dynamics.damping_n_s_per_m;
-        let llewellyn = enough(coupler.least_damping()?);
-        let sampled = enough(coupler.sampled_damping(path)?);
+        let llewellyn = coupler.least_damping()?.damping_n_s_per_m();
+        let sampled = coupler.sampled_damping(path)?.damping_n_s_per_m();
         let per_delta = t / dynamics.mass_kg;
         let (alpha, beta) = coupled.nondimensional();
         Ok(PreflightVerdict {

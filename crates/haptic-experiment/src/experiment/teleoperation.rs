@@ -34,7 +34,10 @@ use crate::document::parameters::range::{
     FREQUENCIES_HZ, LINE_TIMES, MASSES, REACHES_ABOVE_0, SAFETY_TIMES, SHARES, STIFFNESSES,
     STIFFNESSES_ABOVE_0, WALL_ORDERS,
 };
-use crate::document::parameters::{DAMPING, FORCE_LIMIT, MASS, PIECE, SAMPLE_TIME, SCHEME};
+use crate::document::parameters::{
+    DAMPING, FORCE_LIMIT, HAND_COUPLER_DISSIPATION, HAND_COUPLER_STIFFNESS, MASS, PIECE,
+    SAMPLE_TIME, SCHEME,
+};
 use crate::document::reader::Table;
 use crate::judge::preflight::{Matter, Preflight, WallContact};
 use crate::run::SAMPLES;
@@ -61,12 +64,6 @@ parameters! {
     /// How the two are joined.
     ARCHITECTURE = text("architecture", "position-position",
         "How master and slave are joined");
-    /// `k_c` of a coupler, N/m.
-    HAND_COUPLER_STIFFNESS = number("coupler_stiffness_n_per_m", 300.0, "300", STIFFNESSES,
-        "Spring of the coupler: force = spring x + damper D^mu x, with x the distance between both; without effect for waves");
-    /// `b_c` of a coupler, N·s^μ/m.
-    HAND_COUPLER_DISSIPATION = number("coupler_dissipation_n_s_mu_per_m", 10.0, "10", DISSIPATIONS,
-        "Damper of that coupler, N·s^μ/m: at order 1 N·s/m");
     HAND_COUPLER_ORDER = number("order", 0.5, "0.5", COUPLER_ORDERS, "Order mu of that coupler");
     WAVE_IMPEDANCE = number("wave_impedance_n_s_per_m", 3.0, "3", DAMPINGS_ABOVE_0,
         "b of waves: the damping of the line that both hands feel; at most that of the devices");
@@ -98,7 +95,7 @@ parameters! {
     /// Highest frequency of the hand, Hz.
     HIGH = number("high_hz", 20.0, "20", FREQUENCIES_HZ, "Highest frequency of these sines");
     FREQUENCIES = count("frequencies", 8, "8", "Number of these sines, 1 to 100, evenly on a log scale, each with whole periods in the window");
-    PLACE = text("place", "tissue", "What the slave touches");
+    ENVIRONMENT = text("environment", "tissue", "What the slave touches");
     /// K of a remote wall, N/m.
     PLACE_STIFFNESS = number("wall_stiffness_n_per_m", 200.0, "200", STIFFNESSES, "K of a wall");
     /// B of a remote wall, N·s^μ/m.
@@ -124,7 +121,7 @@ pub(crate) const TELEOPERATION: &[Parameter] = &joined::<43>(&[
     &[SILENCE, MASS, DAMPING, SLAVE_MASS, SLAVE_DAMPING],
     &[HAND_SPRING, HAND_DAMPER],
     &[PRESS, AMPLITUDE, LOW, HIGH, FREQUENCIES],
-    &[PLACE],
+    &[ENVIRONMENT],
     PIECE,
     &[PLACE_STIFFNESS, PLACE_DISSIPATION, PLACE_ORDER],
     &[PLACE_ONE_SIDED],
@@ -415,7 +412,7 @@ impl TeleoperationExperiment {
         let verdict = PreflightSubject::verdict(&loops, slave, 0)?;
         let required = verdict.require_stable(self.conduct.force_unstable);
         required.map_err(|refusal| {
-            Failure::bad_input(format_args!("the slave in its remote place: {refusal}"))
+            Failure::bad_input(format_args!("the slave in its remote environment: {refusal}"))
         })?;
         Ok(Some(verdict))
     }
@@ -490,7 +487,7 @@ fn motion(table: &Table<'_>, window_s: f64) -> Result<HandMotion, FileError> {
 }
 
 fn place(table: &Table<'_>) -> Result<RemotePlace, FileError> {
-    if table.choice::<PlaceName>(&PLACE)? == PlaceName::Tissue {
+    if table.choice::<PlaceName>(&ENVIRONMENT)? == PlaceName::Tissue {
         return Ok(RemotePlace {
             matter: Matter::Tissue(linear_piece(table)?),
             one_sided: false,

@@ -293,7 +293,7 @@ fn acts(table: &Table<'_>) -> Result<(), FileError> {
     ] {
         let given = keys.iter().find(|key| idle && table.has(key));
         if let Some(Parameter { key, .. }) = given {
-            let reason = format!("{key} has no effect {with}: change that, or leave {key} out");
+            let reason = format!("{key} has no effect {with}: change that, or omit {key}");
             return Err(table.fail_at(key, reason));
         }
     }
@@ -387,14 +387,14 @@ fn path(table: &Table<'_>, axes: usize, shape: &TouchShape) -> Result<HandPath, 
     let Some(rows) = table.matrix_if(&TOUCH_WAY)? else {
         if table.choice::<GripName>(&TOUCH_HAND)? == GripName::Force {
             return Err(table.fail(format!(
-                "a hand that is a force goes {TOUCH_WAY} in N: a circle is one of places; give those, or {hand_spring}",
+                "a hand that is a force follows {TOUCH_WAY} in N, and a circle is a path of positions: give {TOUCH_WAY}, or {hand_spring}",
                 hand_spring = TOUCH_HAND.set_to("spring")
             )));
         }
         return circle(table, axes, shape);
     };
     if rows.is_empty() {
-        return wrong(format!("{TOUCH_WAY} is empty: give a row at least"));
+        return wrong(format!("{TOUCH_WAY} is empty: give at least one row"));
     }
     let (mut way, mut before) = (Vec::new(), f64::NEG_INFINITY);
     for (n, row) in (1..).zip(rows) {
@@ -463,7 +463,7 @@ fn workspace_of(
     }
     if safety.workspace_m.is_some() {
         let reason = format!(
-            "{WORKSPACE_LOW} is of every axis and {TOUCH_BOX_LOW} of each by itself: leave one of them out"
+            "{WORKSPACE_LOW} applies to all axes, {TOUCH_BOX_LOW} to each separately: omit one of them"
         );
         return Err(table.fail_at(WORKSPACE_LOW.key, reason));
     }

@@ -147,7 +147,7 @@ impl TrialPlan {
         let impacts = IMPACT.range();
         if !impacts.contains(self.impact_m_per_s) {
             return Err(Failure::bad_input(format_args!(
-                "impact {} m/s is not {impacts} m/s: 0.1 m/s is a usual one",
+                "impact {} m/s is not {impacts} m/s: change it; 0.1 m/s is usual",
                 Shown(self.impact_m_per_s)
             )));
         }

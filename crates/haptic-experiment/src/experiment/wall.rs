@@ -39,7 +39,7 @@ parameters! {
     /// True if a wall only pushes.
     ONE_SIDED = flag("one_sided", "Push but never pull; otherwise the wall is linear, as the analysis assumes, and pulls too");
     /// Memory of a wall that only pushes.
-    WALL_CONTACT = text("contact", "depth", "What the memory of a wall that only pushes is fed with");
+    WALL_CONTACT = text("contact", "depth", "Input of the memory of a wall that only pushes");
     /// True if an unstable wall is a failure.
     MUST_BE_STABLE = flag("must_be_stable", "Fail unless trial and analysis call the wall stable");
 }
@@ -80,12 +80,12 @@ impl Named for WallContact {
         (
             Self::OneSided,
             "depth",
-            "The depth, zero outside: silent before contact, not proved",
+            "The depth, zero outside: no force before contact, but no proof",
         ),
         (
             Self::Signed,
             "signed",
-            "The place, outside too: pushes before contact, can be proved",
+            "The position, outside too: pushes before contact, but can be proved",
         ),
     ];
 }

@@ -170,7 +170,7 @@ impl DesignWords<'_> {
         // Why the verdict of a loop is not that of its plant.
         let too_fast = trial.coarse.map(|times| {
             let times = digits(times, 4);
-            format!("too fast to prove it for the plant: shorten the sample time {times} times")
+            format!("too fast to prove it for the plant: divide the sample time by {times}")
         });
         match (self.fragile(), too_fast) {
             (None, Some(too_fast)) => {

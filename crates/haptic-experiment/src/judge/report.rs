@@ -65,7 +65,7 @@ impl Report {
 /// A demand of a document that a run does not meet: by which key, why, and what to do.
 pub(crate) fn unmet(demand: &Parameter, why: &str, remedy: &str) -> String {
     let key = demand.key;
-    format!("{key}: {why}: {remedy}, or take {key} out of the file to run it all the same")
+    format!("{key}: {why}: {remedy}, or remove {key} from the file to run it anyway")
 }
 
 /// Percentiles of the time that a tick took, ns, the simulated rig included.

@@ -6,11 +6,11 @@ pub use crate::experiment::rendering::{
     RIG_MASS, STRAIN, STRESS,
 };
 pub use crate::experiment::teleoperation::{
-    AMPLITUDE, ARCHITECTURE, FREQUENCIES, HAND_COUPLER_DISSIPATION, HAND_COUPLER_ORDER,
-    HAND_COUPLER_STIFFNESS, HAND_DAMPER, HAND_SPRING, HIGH, LINE_DELAY, LINE_DUPLICATION,
-    LINE_JITTER, LINE_LOSS, LINE_SEED, LOW, MUST_BE_PASSIVE, PLACE, PLACE_DISSIPATION,
-    PLACE_ONE_SIDED, PLACE_ORDER, PLACE_STIFFNESS, PLAYOUT, PRESS, SILENCE, SLAVE_DAMPING,
-    SLAVE_MASS, TELEOPERATION_DURATION, TELEOPERATION_WINDOW, WAVE_IMPEDANCE,
+    AMPLITUDE, ARCHITECTURE, ENVIRONMENT, FREQUENCIES, HAND_COUPLER_ORDER, HAND_DAMPER,
+    HAND_SPRING, HIGH, LINE_DELAY, LINE_DUPLICATION, LINE_JITTER, LINE_LOSS, LINE_SEED, LOW,
+    MUST_BE_PASSIVE, PLACE_DISSIPATION, PLACE_ONE_SIDED, PLACE_ORDER, PLACE_STIFFNESS, PLAYOUT,
+    PRESS, SILENCE, SLAVE_DAMPING, SLAVE_MASS, TELEOPERATION_DURATION, TELEOPERATION_WINDOW,
+    WAVE_IMPEDANCE,
 };
 pub use crate::experiment::trial::{
     CRITERION, IMPACT, PUSH, THRESHOLD, TRIAL_FORCE_LIMIT, TRIAL_FORCE_RATE_LIMIT, WINDOW,
@@ -120,7 +120,7 @@ pub fn choices(parameter: &Parameter) -> Vec<(&'static str, &'static str)> {
         "hand" => names::<GripName>(),
         "loading" => names::<haptic_loop::LoadingKind>(),
         "loop" => names::<haptic_link::LoopMode>(),
-        "place" => names::<PlaceName>(),
+        "environment" => names::<PlaceName>(),
         "precision" => names::<Precision>(),
         "require" => names::<RequireName>(),
         "shape" => names::<ShapeName>(),

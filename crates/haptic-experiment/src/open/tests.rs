@@ -135,7 +135,7 @@ fn refused(text: &str, from: &str, to: &str, want: &str) {
 }
 
 const COUPLER: &str = "[coupler]\nmass_kg = 0.065\ndamping_n_s_per_m = 3.5\nsample_time_s = 1e-3\norder = 0.75\n\
-                       coupler_stiffness_n_s_per_m = 1\ncoupler_dissipation_n_s_1_minus_mu_per_m = 500\n";
+                       coupler_damping_n_s_per_m = 1\ncoupler_spring_n_s_1_minus_mu_per_m = 500\n";
 
 #[test]
 fn a_coupler_has_an_object_by_default_and_no_loop_on_a_device() {
@@ -158,9 +158,11 @@ fn a_coupler_has_an_object_by_default_and_no_loop_on_a_device() {
     for [from, to, want] in testkit::table(
         r"
         0.75 | 1.01 | 5: order = 1.01 is not from 0 to 1
-        = 500 | = -5 | 7: coupler_dissipation_n_s_1_minus_mu_per_m = -5 is not from 0 to 1e8
+        = 500 | = -5 | 7: coupler_spring_n_s_1_minus_mu_per_m = -5 is not from 0 to 1e8
+        coupler_damping_n_s_per_m = 1 | coupler_stiffness_n_s_per_m = 1 | 6: `coupler_stiffness_n_s_per_m` is now called `coupler_damping_n_s_per_m`
+        coupler_spring_n_s_1_minus_mu_per_m | coupler_dissipation_n_s_1_minus_mu_per_m | 7: `coupler_dissipation_n_s_1_minus_mu_per_m` is now called `coupler_spring_
         = 500 | = 500\none_sided = true | 8: unknown key `one_sided` in [coupler]
-        = 1\ncoupler_dissipation_n_s_1_minus_mu_per_m = 500 | = 0\ncoupler_dissipation_n_s_1_minus_mu_per_m = 0 | 1: coupler dissipation of a coupler without stiffness 0
+        = 1\ncoupler_spring_n_s_1_minus_mu_per_m = 500 | = 0\ncoupler_spring_n_s_1_minus_mu_per_m = 0 | 1: coupler spring of a coupler without damping 0
         = 500\n | = 500\nobject_stiffness_n_per_m = 0\nobject_mass_kg = 0\nobject_damping_n_s_per_m = 0\n | 1: object stiffness of an object without mass and damping 0 N/m is not above 0
         ",
     ) {

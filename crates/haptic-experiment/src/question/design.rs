@@ -132,7 +132,7 @@ impl Named for RequireName {
         (
             Self::EveryMotion,
             "every-motion",
-            "The same, and proved for every motion of contact that may pull, or with contact = \"signed\" of what runs; not of a coupler",
+            "The same, and proved for every motion: of contact that may pull, or of what runs with contact = \"signed\"; not for couplers",
         ),
         (
             Self::Passive,
@@ -240,7 +240,7 @@ impl Design {
             check(&FORCE_NOISE_LIMIT, limit)?;
             if sensors.are_ideal() {
                 return Err(Failure::bad_input(format_args!(
-                    "limit {} N of the force noise needs an encoder or sensor noise that makes some: give {ENCODER_RESOLUTION}",
+                    "limit {} N on force noise has no effect without encoder steps or sensor noise: give {ENCODER_RESOLUTION}",
                     Shown(limit)
                 )));
             }

@@ -2,8 +2,8 @@
 
 use crate::document::failure::Failure;
 use crate::document::parameters::{
-    COUPLER_DISSIPATION, COUPLER_STIFFNESS, CURRENT_LAG, DAMPING, DELAY, FORCE_LIMIT,
-    FORCE_RATE_LIMIT, FRICTION, HAND_STIFFNESS, MASS, Parameter, SAMPLE_TIME,
+    CURRENT_LAG, DAMPING, DELAY, FORCE_LIMIT, FORCE_RATE_LIMIT, FRICTION, HAND_COUPLER_DISSIPATION,
+    HAND_COUPLER_STIFFNESS, HAND_STIFFNESS, MASS, Parameter, SAMPLE_TIME,
 };
 use crate::run::safety::keys::{
     DEVICE_DAMPING, DEVICE_DELAY_LEAST, DEVICE_DELAY_MOST, DEVICE_LAG, GUARD, SAFETY,
@@ -36,7 +36,7 @@ const FOLLOWS: [(&str, &str, &[Parameter]); 14] = [
     ("current lag", "change ", &[CURRENT_LAG, SAMPLE_TIME]),
     ("fastest motion per step", "such a device cannot be simulated: change ",
         &[MASS, DAMPING, HAND_STIFFNESS, CURRENT_LAG, SAMPLE_TIME]),
-    ("coupler stiffness and dissipation together", "change ", &[COUPLER_STIFFNESS, COUPLER_DISSIPATION]),
+    ("coupler stiffness and dissipation together", "change ", &[HAND_COUPLER_STIFFNESS, HAND_COUPLER_DISSIPATION]),
     ("low end of the workspace", "change ", &[WORKSPACE_LOW, WORKSPACE_HIGH]),
     ("least delay of the guard", "change ", &[DELAY, DEVICE_DELAY_LEAST, GUARD]),
     ("high end of the workspace", "change ", &[WORKSPACE_LOW, WORKSPACE_HIGH]),

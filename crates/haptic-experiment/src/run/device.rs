@@ -205,7 +205,7 @@ fn is_set(stop: Option<&AtomicBool>) -> bool {
 /// Somebody stopped the waiting for a device.
 fn interrupted(name: &dyn fmt::Display, error: &dyn fmt::Display) -> Failure {
     Failure::run(format_args!(
-        "interrupted: {name} was waited for in vain ({error})"
+        "interrupted while waiting for {name} ({error})"
     ))
 }
 

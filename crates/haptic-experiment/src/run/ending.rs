@@ -164,7 +164,7 @@ impl LetGo {
             Self::NeverBegan => "before there was any force".to_owned(),
             Self::ByItself => "the device lets go by itself".to_owned(),
             Self::TakenAway => "this program has taken the force away".to_owned(),
-            Self::Told => "if the board has not heard to stop, it may still push: switch its supply off before you touch it"
+            Self::Told => "if the board did not hear the stop, it may still push: switch its supply off before you touch it"
                 .to_owned(),
         }
     }

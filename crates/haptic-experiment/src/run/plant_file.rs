@@ -73,7 +73,7 @@ impl PlantFile {
             let found = found.with_keys(&[(INTERVALS, p::DEVICE_PLANT)])?;
             let PlantModel::Device(values) = &file.model else {
                 let reason =
-                    format!("[{INTERVALS}] are of a [device], which [{name}] is not: omit it");
+                    format!("[{INTERVALS}] belongs to a [device], not to [{name}]: omit it");
                 return Err(found.fail(reason));
             };
             file.intervals = intervals(&found, values)?;
@@ -527,7 +527,7 @@ fn intervals(table: &Table<'_>, values: &DeviceValues) -> Result<Vec<Interval>, 
             }
             [low, high] => {
                 let reason = format!(
-                    "{key} = [{low}, {high}] is not an interval of numbers from 0 to {} about the value {value} in [device]: change it, or leave it out",
+                    "{key} = [{low}, {high}] is not an interval of numbers from 0 to {} around the value {value} in [device]: change it, or omit it",
                     Shown(parameter.range().ends()[1]),
                     low = Shown(low),
                     high = Shown(high),
@@ -601,7 +601,7 @@ pub(crate) fn read_response(path: &Path) -> Result<MeasuredPoints, String> {
                 };
                 if gain < 0.0 {
                     return Err(format!(
-                        "{shown}: line {line}: gain {} is below 0: half a turn of the phase says that",
+                        "{shown}: line {line}: gain {} is below 0: add 180° to the phase instead",
                         Shown(gain)
                     ));
                 }

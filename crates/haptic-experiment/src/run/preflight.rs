@@ -1,7 +1,7 @@
 //! What a run asks of the pre-flight before a device is armed, and what it answers.
 
 use crate::document::failure::Failure;
-use crate::document::parameters::{COUPLER_DISSIPATION, COUPLER_STIFFNESS, FORCE_UNSTABLE};
+use crate::document::parameters::{COUPLER_DAMPING, COUPLER_SPRING, FORCE_UNSTABLE};
 use crate::run::drive_verdict::DriveVerdict;
 use crate::run::flat::flat;
 use haptic_analysis::Dynamics;
@@ -179,7 +179,7 @@ impl PreflightVerdict {
             let factor = (factor * 1e3).floor() / 1e3;
             match self.coupler {
                 Some(_) => format!(
-                    "take {COUPLER_STIFFNESS} and {COUPLER_DISSIPATION} both {factor} times as large or smaller,"
+                    "take {COUPLER_DAMPING} and {COUPLER_SPRING} both {factor} times as large or smaller,"
                 ),
                 None => {
                     format!("take a softer K and less B, both {factor} times as large or smaller,")

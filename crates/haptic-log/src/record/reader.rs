@@ -72,7 +72,7 @@ pub enum Damage {
         cause: String,
     },
     /// The file that the log goes on in is not there, or not one of its own.
-    #[error("the log goes on in `{}`, which {why}; files behind it are read by their own names", .file.display())]
+    #[error("the log goes on in `{}`, which {why}; files after it are read by their own names", .file.display())]
     Next {
         /// The file.
         file: PathBuf,

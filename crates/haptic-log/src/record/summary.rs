@@ -232,7 +232,7 @@ impl LogSummary {
         let flaws = &self.flaws;
         if flaws.impossible > 0 {
             reasons.push(format!(
-                "of {} ticks the device told what cannot be",
+                "of {} ticks the device reported impossible values",
                 flaws.impossible
             ));
         }

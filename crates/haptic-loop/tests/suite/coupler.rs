@@ -289,10 +289,10 @@ fn parameters_outside_their_range_are_refused() {
             .expect_err("refused")
             .to_string()
     };
-    assert!(make(-1.0, 1.0, 1e-3).contains("coupler stiffness -1 N·s/m"));
-    assert!(make(f64::NAN, 1.0, 1e-3).contains("coupler stiffness"));
-    assert!(make(1.0, -2.0, 1e-3).contains("coupler dissipation -2"));
-    assert!(make(0.0, 0.0, 1e-3).contains("coupler dissipation of a coupler without stiffness 0"));
+    assert!(make(-1.0, 1.0, 1e-3).contains("coupler damping -1 N·s/m"));
+    assert!(make(f64::NAN, 1.0, 1e-3).contains("coupler damping"));
+    assert!(make(1.0, -2.0, 1e-3).contains("coupler spring -2"));
+    assert!(make(0.0, 0.0, 1e-3).contains("coupler spring of a coupler without damping 0"));
     assert!(make(1.0, 1.0, 0.0).contains("sample time 0 s"));
     let none = |m, b, k| {
         VirtualObject::new(Kilograms(m), NewtonSecondsPerMetre(b), NewtonsPerMetre(k))

@@ -149,7 +149,7 @@ impl Feel {
     fn order(&self, order: LoopOrder) -> Result<(), Failure> {
         locked(&self.orders).push(order).map_err(|_| {
             Failure::bad_input(
-                "the loop does not take orders: this machine is overloaded; stop, and begin anew",
+                "the loop does not respond: this machine is overloaded; stop, and start again",
             )
         })
     }
@@ -243,7 +243,7 @@ impl Feel {
 }
 
 fn ended<E>(_: E) -> Failure {
-    Failure::bad_input("the loop has ended: begin anew")
+    Failure::bad_input("the loop has ended: start again")
 }
 
 impl Drop for Feel {

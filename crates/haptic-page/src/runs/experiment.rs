@@ -129,7 +129,7 @@ mod tests {
             ("relax", json!({"colour": 5}), "colour"),
             ("relax", json!({"strain": [1, {}]}), "strain"),
             ("wall", json!({}), "missing key"),
-            ("dance", json!({}), "is none of relax"),
+            ("dance", json!({}), "is not one of relax"),
             ("touch", json!({"axes": 4}), "is not 2 or 3"),
             (
                 "touch",

@@ -16,7 +16,7 @@ pub(super) fn document(kind: &str, parameters: &Map<String, Value>) -> Result<Do
     if !kinds().any(|known| known == kind) {
         let kinds: Vec<&str> = kinds().collect();
         return Err(Failure::bad_input(format_args!(
-            "experiment {kind:?} is none of {}",
+            "experiment {kind:?} is not one of {}",
             kinds.join(", ")
         )));
     }
@@ -56,7 +56,7 @@ fn check_regular(key: &str, path: &Path) -> Result<(), Failure> {
     let itself = (!(about.is_file() || about.is_dir())).then(|| path.to_owned());
     itself.or(other).map_or(Ok(()), |path| {
         Err(Failure::bad_input(format_args!(
-            "`{key}`: {} is no regular file: only those are opened for a page",
+            "`{key}`: {} is not a regular file: only those are opened for a page",
             path.display()
         )))
     })
@@ -82,12 +82,8 @@ const SUGGESTED: &[(&str, &str, f64)] = &[
     ("wall", "stiffness_n_per_m", 3000.0),
     ("wall", "dissipation_n_s_mu_per_m", 100.0),
     ("coupler", "order", 1.0),
-    ("coupler", "coupler_stiffness_n_s_per_m", 2.0),
-    (
-        "coupler",
-        "coupler_dissipation_n_s_1_minus_mu_per_m",
-        1000.0,
-    ),
+    ("coupler", "coupler_damping_n_s_per_m", 2.0),
+    ("coupler", "coupler_spring_n_s_1_minus_mu_per_m", 1000.0),
 ];
 
 fn parameter(form: &str, given: &Parameter, required: bool) -> Value {

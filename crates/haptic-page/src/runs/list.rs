@@ -240,7 +240,7 @@ pub(super) fn is_answer(path: &Path) -> bool {
 pub(super) fn read_answer(path: &Path) -> Result<Value, Failure> {
     let none = |why: &dyn std::fmt::Display| {
         Failure::bad_input(format_args!(
-            "{} is no answer: {why}; ask again",
+            "{} is not an answer: {why}; ask again",
             path.display()
         ))
     };

@@ -168,7 +168,7 @@ impl Runs {
         let name = &request.name;
         if self.going().is_some_and(|going| going.name() == name) {
             return Err(Failure::bad_input(format_args!(
-                "{name} goes on: ask for its samples when it is done"
+                "{name} is still running: ask for its samples when it is done"
             )));
         }
         let opened = self.opened(name)?;
@@ -192,7 +192,7 @@ impl Runs {
         let mut slot = locked(&self.going);
         if let Some(going) = slot.as_ref().filter(|going| !going.is_over()) {
             return Err(Failure::bad_input(format_args!(
-                "{} goes on: wait for its end, or stop it",
+                "{} is still running: wait for its end, or stop it",
                 going.name()
             )));
         }
@@ -224,7 +224,7 @@ impl Runs {
         if haptic_experiment::parameters::QUESTIONS.contains(&kind) {
             if realtime {
                 return Err(Failure::bad_input(format_args!(
-                    "{kind} is a question, which no clock holds up: omit `realtime`"
+                    "{kind} is a question, which does not run by the clock: omit `realtime`"
                 )));
             }
             return question::work(kind, parameters, folder, provenance);

@@ -164,7 +164,7 @@ async fn view(id: &Value, view: ViewRequest, hub: Arc<Hub>, page: &Page) -> Resu
 fn live(request: u32, view: &ViewRequest, hub: &Hub, page: &Page) -> Result<Value, Failure> {
     if view.channels.is_some() {
         return Err(Failure::bad_input(
-            "a live view has all channels: leave `channels` out",
+            "a live view has all channels: omit `channels`",
         ));
     }
     let t = SAMPLE_TIME.0;

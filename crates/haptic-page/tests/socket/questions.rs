@@ -39,7 +39,7 @@ fn the_stiffest_walls_of_a_device_are_found_and_kept() {
     let view = json!({"source": name, "columns": 10});
     other.refuses("view", view, "is an answer, not a log");
     std::fs::write(runs.path().join("mine.answer.json"), "[]").expect("written");
-    other.refuses("runs.open", json!({"name": "mine"}), "is no answer");
+    other.refuses("runs.open", json!({"name": "mine"}), "is not an answer");
     let table = std::fs::read_to_string(runs.path().join("zwidth-0001/zwidth.csv"));
     assert_eq!(table.expect("a table").lines().count(), 5);
 }

@@ -178,7 +178,7 @@ fn only_regular_files_are_opened_for_a_page() {
         ("wall", "device_model", std::path::Path::new("/dev/zero")),
         ("relax", "library", runs.path()),
     ] {
-        refuses(&mut page, kind, json!({key: path}), "no regular file");
+        refuses(&mut page, kind, json!({key: path}), "not a regular file");
     }
 }
 

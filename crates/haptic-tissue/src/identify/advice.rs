@@ -71,7 +71,7 @@ fn at_ends(fit: &Fit) -> Vec<String> {
 fn together(fit: &Fit) -> Vec<String> {
     if fit.correlation.is_empty() {
         return vec![format!(
-            "the record does not settle the parameters of {}: take a longer record or another model",
+            "the record does not determine the parameters of {}: take a longer record or another model",
             fit.kind
         )];
     }
@@ -118,7 +118,7 @@ fn loose(fit: &Fit) -> Vec<String> {
                 format!("{:.0} % of its value", 100.0 * share)
             };
             format!(
-                "the record hardly settles `{}`: its standard error is {size}",
+                "the record hardly determines `{}`: its standard error is {size}",
                 parameter.name
             )
         })

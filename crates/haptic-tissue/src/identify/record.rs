@@ -227,7 +227,7 @@ impl Record {
             }
             if kept < count {
                 said.push(format!(
-                    "the contact shrinks from {} s on: {} samples of {count} are left out, for growing contact alone is fitted",
+                    "the contact shrinks from {} s on: {} samples of {count} are left out, because only growing contact is fitted",
                     Shown(time_s[kept - 1]),
                     count - kept
                 ));

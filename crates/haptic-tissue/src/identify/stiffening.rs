@@ -78,12 +78,12 @@ pub(super) fn stiffened(
     let wrong = |reason: String| Err(IdentifyError::Record(reason));
     if options.bootstrap > 0 {
         return wrong(format!(
-            "the intervals of a stiffening are profiles: omit {BOOTSTRAP}"
+            "the intervals of a stiffening need no bootstrap: omit {BOOTSTRAP}"
         ));
     }
     if !record.can_stiffen() {
         return wrong(format!(
-            "a stiffening is seen in a motion whose strain grows with the depth, none under a cone: give {}, or omit {STIFFENING}",
+            "a stiffening shows only if the strain grows with the depth, as it does not under a cone: give {}, or omit {STIFFENING}",
             KIND.set_to("record")
         ));
     }
@@ -96,7 +96,7 @@ pub(super) fn stiffened(
         [f64::min, f64::max].map(|end| record.first.iter().copied().fold(0.0, end));
     if least < -ONE_SIDED * steepest {
         return wrong(format!(
-            "a stiffening is that of a motion to one side, and the strain goes from {} to {}: cut the record with {FROM}, or omit {STIFFENING}",
+            "a stiffening needs a motion to one side, but the strain goes from {} to {}: cut the record with {FROM}, or omit {STIFFENING}",
             Shown(least),
             Shown(steepest)
         ));

@@ -111,7 +111,7 @@ gel | order = 0.3 | order = nan | x.toml:7: order = NaN is not in [0, 1]
 gel | = 5.0 | = -5.0 | x.toml:6: viscosity_pa_s_alpha = -5 Pa·s^α is not a finite number of at least 0
 gel | = 100 | = "x" | x.toml:5: expected a number or a list of numbers
 gel | order = 0.3 |  | x.toml:4: missing field `order` of a tissue without `model`
-gel | order = 0.3 | ordre = 0.3 | x.toml:7: ordre is no parameter of a tissue without `model`, which has elastic_modulus_pa,
+gel | order = 0.3 | ordre = 0.3 | x.toml:7: ordre is not a parameter of a tissue without `model`, which has elastic_modulus_pa,
 gel | "gel" | "Gel 1" | x.toml:1: name "Gel 1" is not made of
 gel | [source] | [source | x.toml:9:
 muscle | fractional-maxwell | jelly | x.toml:3: model "jelly" is not known: take one of spring, dashpot,
@@ -121,10 +121,10 @@ muscle | = 22100 | = nan | x.toml:8: second_viscosity_pa_s_beta = NaN Pa·s^β
 muscle | = 22100 | = true | x.toml:8: expected a number or a list of numbers
 muscle | = 22100 | = [1, 2] | x.toml:8: second_viscosity_pa_s_beta is a list: give one number
 muscle | second_order = 0.11 |  | x.toml:5: missing field `second_order` of the model fractional-maxwell
-muscle | second_order | third_order | x.toml:9: third_order is no parameter of the model fractional-maxwell, which has
+muscle | second_order | third_order | x.toml:9: third_order is not a parameter of the model fractional-maxwell, which has
 muscle | 0.11 | 0.8 | x.toml:5: order = 0.675 is below second_order = 0.8: exchange the two elements
 muscle | 0.11 | 0.675 | x.toml:5: both elements have the order 0.675
-muscle | = 981 | = 0.001 | x.toml:11: time_to_s = 0.001 is below time_from_s = 0.014: exchange them
+muscle | = 981 | = 0.001 | x.toml:11: time_to_s = 0.001 is below time_from_s = 0.014: swap them
 muscle | = 981 | = inf | x.toml:11: time_to_s = inf is not a finite number of at least 0
 muscle | time_to_s | time_until_s | x.toml:13: unknown field `time_until_s`
 series | [0.1, 7] | [0.1] | x.toml:5: branch_moduli_pa has 2 numbers and branch_times_s 1: each branch has one of each

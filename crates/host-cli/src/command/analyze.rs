@@ -10,7 +10,6 @@ use crate::output::Output;
 use clap::Subcommand;
 use haptic_experiment::Failure;
 
-/// The question asked.
 #[derive(Debug, Subcommand)]
 pub(crate) enum Command {
     /// Compute effective stiffness and damping of a virtual environment
@@ -39,13 +38,22 @@ pub(crate) enum Command {
     Passivity(Options<keys::Wall>),
     /// Judge whether a virtual coupler is passive on both sides, and how much damping that needs
     #[command(
-        after_help = "Example: host-cli analyze coupling --order 0.75 --coupler-stiffness 1 --coupler-dissipation 200 \
+        after_help = "Example: host-cli analyze coupling --order 0.75 --coupler-damping 1 --coupler-spring 200 \
                       --sample-time 1ms --damping 0.5"
     )]
     Coupling(Options<keys::Coupling>),
     /// Judge a teleoperation: stable up to which delay, what the hand feels, and the best coupler
+    ///
+    /// It is stable if it meets Llewellyn's criterion, with the line's delay and the hold: then it
+    /// is stable with every passive hand and every passive environment.
+    ///
+    /// --best finds, for each order, the coupler that feels closest to the tissue from --low to
+    /// --high and meets the criterion at this delay. The error is the rms of |ln(Z felt / Z tissue)|:
+    /// 0.1 is 10 % or 6 degrees. For waves it finds the impedance.
+    ///
+    /// time-domain is not linear: analyze position-position instead, and try it with `host-cli
+    /// run`.
     #[command(
-        long_about = teleoperation::LONG_ABOUT,
         after_help = "Examples:\n  host-cli analyze teleoperation --coupler-stiffness 300 --coupler-dissipation 10 \
                       --order 0.5 --line-delay 20ms\n  host-cli analyze teleoperation --line-delay 20ms --best --out far"
     )]

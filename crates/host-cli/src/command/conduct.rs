@@ -295,7 +295,7 @@ fn parse_priority(text: &str) -> Result<Priority, String> {
     }
     match text.parse() {
         Ok(priority) if PRIORITIES.contains(&priority) => Ok(Priority::Fifo(priority)),
-        _ => Err("not in 1 to 99, nor off".to_owned()),
+        _ => Err("neither from 1 to 99 nor off".to_owned()),
     }
 }
 

@@ -13,32 +13,12 @@ use haptic_quantity::written;
 use serde::Serialize;
 use std::sync::atomic::AtomicBool;
 
-pub(crate) const LONG_ABOUT: &str = "\
-Finds the wall that meets a wish on a device: stiffness K and dissipation B for each order, and the best order. \
-The analysis finds them, with the device's delay and current lag; the best is then tried on the simulated device, with friction and encoder too.
-
-Wishes:
-  stiffest-wall   the largest K
-  most-damping    the largest effective damping at --frequency
-  tissue          does a specimen of --tissue fit, and how much larger may it be? If it does not, which order comes closest at --frequency?
-  coupler         the virtual coupler damper + spring (T/(1-w))^mu that feels stiffest at --frequency, meets Llewellyn's criterion and \
-has a gain margin of 2 in the sampled loop. --require passive asks for passivity with every hand and object instead
-
-Unless a device file or friction, delay, current_lag, encoder_resolution or sensor_noise is given, the device is ideal; the report then also shows the best \
-wall on the laboratory device. --force-noise-limit bounds the force noise that encoder and sensor cause.
-
-The wall pulls as it pushes, as the analysis assumes. --one-sided takes the best wall that never pulls and settles after each of six hits, up to \
-1 m/s; --contact signed takes one whose proof covers it.
-
---out writes design.toml for `host-cli run`, design.csv and a picture. The exit code is 1 if no \
-candidate is found, or the best does not come to rest or is noisier than it may be when it is tried.";
-
 pub(crate) const EXAMPLES: &str = "Examples:\n  host-cli design --delay 1ms --out design\n  \
                   host-cli design --wish most-damping --frequency 5Hz --require passive\n  \
                   host-cli design --wish tissue --tissue prostate-cancerous encoder_resolution=30um";
 
 pub(crate) fn run(asked: WithFiles<keys::Design>, output: Output) -> Result<(), Failure> {
-    let mut place = asked.files.look("design", &["toml"])?;
+    let mut outputs = asked.files.look("design", &["toml"])?;
     let document = asked.options.over(Document::new("design"))?;
     let question = Question::open(&document)?;
     let warn = &|text: &str| output.warn(text);
@@ -48,23 +28,23 @@ pub(crate) fn run(asked: WithFiles<keys::Design>, output: Output) -> Result<(), 
     let answer = answer?;
     let experiment = answer.experiment_text();
     if experiment.is_none() {
-        place.without(&["toml"]);
+        outputs.without(&["toml"]);
     }
-    let experiment = experiment.and_then(|text| place.text("toml", text));
-    let mut files = Vec::from_iter(place.write(|folder| answer.write_table(folder)));
+    let experiment = experiment.and_then(|text| outputs.text("toml", text));
+    let mut files = Vec::from_iter(outputs.write(|folder| answer.write_table(folder)));
     match &answer {
         Answer::Design(report) if report.best.is_some() => {
-            files.extend(place.write(|folder| save_picture(folder, draw(report))));
+            files.extend(outputs.write(|folder| save_picture(folder, draw(report))));
         }
-        Answer::Design(_) => place.without(&["svg", "png"]),
-        _ => {}
+        Answer::Design(_) => outputs.without(&["svg", "png"]),
+        Answer::ZWidth(_) | Answer::Coupler(_) => {}
     }
     output.summary(&Shown {
         answer: &answer,
         experiment,
         files,
     })?;
-    place.close(answer.require(warn))
+    outputs.close(answer.require(&warn))
 }
 
 /// The result, and where it was written.
@@ -87,19 +67,11 @@ fn draw(report: &DesignReport) -> Result<Picture, FigureError> {
         _ => ("largest stiffness K / N·m⁻¹", |c| c.stiffness),
     };
     let panel = |y, value: fn(&Candidate) -> Option<f64>| {
+        let all = points(value, &report.candidates);
+        let best = points(value, report.best.as_slice());
         Panel::new("", linear("order μ"), y)
-            .with(
-                "each order",
-                Look::Line,
-                0,
-                points(value, &report.candidates),
-            )
-            .with(
-                "best",
-                Look::Markers,
-                1,
-                points(value, report.best.as_slice()),
-            )
+            .with("each order", Look::Line, 0, all)
+            .with("best", Look::Markers, 1, best)
     };
     // Device and operator in one line.
     let subtitle = format!(

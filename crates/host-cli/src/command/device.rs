@@ -24,25 +24,15 @@ pub(crate) enum Command {
     /// Show a device, its limits and its counters
     #[command(after_help = "Example: host-cli device info --device serial:/dev/ttyACM0")]
     Info(PortArguments),
-    /// Print parameters
+    /// Print the parameters that are set on a device
     #[command(after_help = "Example: host-cli device get --device serial:/dev/ttyACM0 --json")]
     Get(PortArguments),
     /// Set parameters, all or none
     Set(settings::Set),
-    /// Measure mass, damping, friction, delay, lag and sensor with small, safe forces
-    #[command(long_about = measure::LONG_ABOUT)]
     Measure(Box<measure::Arguments>),
-    /// Emulate a device behind a pseudo-terminal
-    #[command(long_about = emulate::LONG_ABOUT)]
     Emulate(emulate::Arguments),
-    /// Program a board over a debug probe, or a Pico through its drive
-    #[command(long_about = flash::LONG_ABOUT)]
     Flash(flash::Arguments),
-    /// Show position and state, and log every sample
-    #[command(long_about = monitor::LONG_ABOUT)]
     Monitor(monitor::Arguments),
-    /// Test arming, limits, direction, watchdog, recorder, reconnection and emergency stop
-    #[command(long_about = selftest::LONG_ABOUT)]
     Selftest(selftest::Arguments),
 }
 

@@ -19,16 +19,20 @@ use haptic_quantity::{digits, written};
 use haptic_tissue::Library;
 use serde_json::{Value, json};
 
-/// Arguments of `export-c`.
+/// Write an operator or a controller as a C99 header, for any microcontroller
+///
+/// The header needs only stdint.h, no heap and no libm, and gives the same bits as the crate
+/// fracdiff. With --name half: `half_init(&h)` once, then y = `half_output(&h, x)` and
+/// `half_advance(&h, x)` per sample.
+///
+/// A tissue also has `half_force(&h, x)`, N at a displacement in m, and `half_push(&h, x)` behind a
+/// surface at 0, with `half_advance(&h, half_depth(x))` after it. A controller has
+/// `half_output(&c, r, y)` and `half_advance(&c, r, y, applied)`.
+///
+/// Compile with -ffp-contract=off; -ffast-math and -Ofast are refused.
 #[derive(Debug, Args)]
 #[command(
-    after_help = "Example: host-cli export-c --order 0.5 --sample-time 1ms --horizon 1h --name half --out half.h\n\
-                  The header needs only stdint.h, no heap and no libm, and gives the same bits as the \
-                  crate fracdiff: half_init(&h), then y = half_output(&h, x) and half_advance(&h, x) per \
-                  sample. A tissue also has muscle_force(&h, x), N at a displacement in m, and \
-                  muscle_push(&h, x) behind a surface at 0, with muscle_advance(&h, muscle_depth(x)) after \
-                  it. A controller has pid_output(&c, r, y) and pid_advance(&c, r, y, applied). \
-                  Compile with -ffp-contract=off; -ffast-math and -Ofast are refused."
+    after_help = "Example: host-cli export-c --order 0.5 --sample-time 1ms --horizon 1h --name half --out half.h"
 )]
 pub(crate) struct Arguments {
     /// Order mu, -2 to 2: positive differentiates, negative integrates
@@ -47,7 +51,7 @@ pub(crate) struct Arguments {
     /// How far back a full memory keeps its accuracy [default: 1h, or that of the controller file]
     #[arg(long, value_name = "TIME", value_parser = quantity("_s", p::MEMORY.range()))]
     horizon: Option<f64>,
-    /// Number type
+    /// Number type of the header, float or double
     #[arg(long, value_parser = choice::<Precision>(), default_value = "f32")]
     precision: Precision,
     /// Prefix of all names in the header
@@ -69,7 +73,7 @@ struct What<'a> {
     order: Order,
     scheme: Scheme,
     sample_time_s: f64,
-    /// Samples.
+    /// Samples for which a full memory keeps its accuracy.
     horizon: f64,
     error_bound: Option<f64>,
 }
@@ -180,10 +184,8 @@ impl Arguments {
             Some(tissue) => Header::of_law(&self.name, &list, &tissue.law, &notes),
             None => Header::new(&self.name, &list, &notes),
         };
-        let header =
-            header.map_err(|error| Failure::input_with_advice(error, "give --name, as in half"));
         let coefficients = list.values.len() + list.filter.len();
-        Ok((header?.to_string(), coefficients))
+        Ok((header.map_err(named)?.to_string(), coefficients))
     }
 
     /// Lines for the comment: what it is, its error, how it was made.
@@ -228,7 +230,6 @@ fn named(error: HeaderError) -> Failure {
     Failure::input_with_advice(error, "give --name, as in half")
 }
 
-/// Options of the tissue.
 #[derive(Debug, Args)]
 struct TissueArguments {
     /// Tissue by name or file, instead of an order
@@ -303,26 +304,12 @@ impl Tissue {
             Some(model) => format!("y = P {seen}, the one memory of the model {}", model.kind()),
             None => format!("y = D^{order} {seen}"),
         };
-        let units = [
-            "m2 area",
-            "m thickness",
-            "m radius of the indenter",
-            "rad half angle",
-        ];
-        let sizes = self.sizes();
-        let sizes = sizes
-            .iter()
-            .zip(units)
-            .filter_map(|((_, size), unit)| size.map(|size| format!(", {size} {unit}")));
-        let bonded = if self.specimen.loading().bonded {
-            ", bonded"
-        } else {
-            ""
-        };
-        let (kind, sizes) = (
-            self.specimen.loading().kind.name(),
-            sizes.collect::<String>(),
-        );
+        let loading = self.specimen.loading();
+        let sizes = self
+            .sizes()
+            .map(|(size, _, unit, what)| format!(", {size} {unit} {what}"));
+        let (kind, sizes) = (loading.kind.name(), sizes.collect::<String>());
+        let bonded = if loading.bonded { ", bonded" } else { "" };
         let use_of = match depth_map {
             None => format!("{name}_force(&h, x), or {name}_push(&h, x) behind a surface at 0"),
             Some(_) => {
@@ -341,27 +328,29 @@ impl Tissue {
         ]
     }
 
-    /// Option and number of each size, in the order of their units.
-    fn sizes(&self) -> [(&'static str, Option<f64>); 4] {
+    /// Each size that is given, its option, its unit, and words for it.
+    fn sizes(&self) -> impl Iterator<Item = (f64, &'static str, &'static str, &'static str)> {
         let loading = self.specimen.loading();
-        [
-            ("area", loading.area_m2),
-            ("thickness", loading.thickness_m),
-            ("indenter-radius", loading.radius_m),
-            ("half-angle", loading.half_angle_rad),
-        ]
+        let sizes = [
+            (loading.area_m2, "area", "m2", "area"),
+            (loading.thickness_m, "thickness", "m", "thickness"),
+            (
+                loading.radius_m,
+                "indenter-radius",
+                "m",
+                "radius of the indenter",
+            ),
+            (loading.half_angle_rad, "half-angle", "rad", "half angle"),
+        ];
+        let given = sizes.into_iter();
+        given.filter_map(|(size, option, unit, what)| Some((size?, option, unit, what)))
     }
 
     fn options(&self) -> String {
         let loading = self.specimen.loading();
-        let sizes = self.sizes();
-        let sizes =
-            sizes
-                .iter()
-                .zip(["m2", "m", "m", "rad"])
-                .filter_map(|((option, size), unit)| {
-                    size.map(|size| format!(" --{option} {size}{unit}"))
-                });
+        let sizes = self
+            .sizes()
+            .map(|(size, option, unit, _)| format!(" --{option} {size}{unit}"));
         let sizes: String = sizes.collect();
         let bonded = if loading.bonded { " --bonded" } else { "" };
         let (name, kind) = (&self.material.name, loading.kind.name());

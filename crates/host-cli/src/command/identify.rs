@@ -22,20 +22,6 @@ use serde_json::{Value, json};
 use std::path::PathBuf;
 use std::time::SystemTime;
 
-pub(crate) const LONG_ABOUT: &str = "\
-Fits fractional models to a measured record, reports how certain each parameter is and which model the record supports, and writes \
-a tissue file for relax --tissue.
-
-DATA is CSV or TSV with a header, or a log (*.mcap). Known headers: time_s, relaxation_modulus_pa, creep_compliance_per_pa, \
-strain, stress_pa, force_n, position_m, omega_rad_s, storage_modulus_pa, loss_modulus_pa, and those of rheometers and testing \
-machines, such as Time [s], G' (kPa), Storage Modulus, Depth (mm). Lines that begin with # are skipped.
-
-G and shear are the shear modulus, E is Young's. Where the header says neither, --loading says how the specimen was loaded. \
-Force and depth of a punch, sphere or cone become a modulus by --loading and --indenter-radius or --half-angle.
-
-The fit is least squares: in the logarithm of modulus or compliance for relaxation, creep and oscillation, in the stress for \
-any other motion.";
-
 /// The model that was asked for; none for the simplest that the record supports.
 type Chosen = Option<ModelKind>;
 
@@ -69,7 +55,23 @@ fn weightings() -> Vec<(Weighting, &'static str, &'static str)> {
     ]
 }
 
-/// Arguments of `identify`.
+/// Turn a measured record into a tissue: relaxation, creep, oscillation or any motion
+///
+/// Fits fractional models, reports how certain each parameter is and which model the record
+/// supports, and writes a tissue file for relax --tissue.
+///
+/// DATA is CSV or TSV with a header, or a log (*.mcap). Known headers: `time_s`,
+/// `relaxation_modulus_pa`, `creep_compliance_per_pa`, strain, `stress_pa`, `force_n`,
+/// `position_m`, `omega_rad_s`, `storage_modulus_pa`, `loss_modulus_pa`, and those of rheometers
+/// and testing machines, such as Time [s], G' (kPa), Storage Modulus, Depth (mm). Lines that begin
+/// with # are skipped.
+///
+/// Headers with G or shear mean the shear modulus, E means Young's. Where the header says neither,
+/// --loading says how the specimen was loaded. --loading with --indenter-radius or --half-angle
+/// turns force and depth of a punch, sphere or cone into a modulus.
+///
+/// The fit is least squares: in the logarithm of modulus or compliance for relaxation, creep and
+/// oscillation, in the stress for any other motion.
 #[derive(Debug, Args)]
 #[command(
     after_help = "Example: host-cli identify relaxation.csv --strain 5% --area 4cm2 --out my-tissue.toml"

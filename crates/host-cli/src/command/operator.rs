@@ -12,12 +12,11 @@ use serde_json::json;
 use std::io;
 use std::path::{Path, PathBuf};
 
-/// Arguments of `weights`.
+/// Print the impulse response of an operator
+///
+/// The response is that of P in D^mu = T^(-mu) P, without a unit.
 #[derive(Debug, Args)]
-#[command(
-    after_help = "Example: host-cli weights --order 0.5 --scheme grunwald:5 --count 5\n\
-                  The response is that of P in D^mu = T^(-mu) P, without a unit."
-)]
+#[command(after_help = "Example: host-cli weights --order 0.5 --scheme grunwald:5 --count 5")]
 pub(crate) struct Weights {
     /// Order mu, -2 to 2
     #[arg(long, value_parser = order())]
@@ -25,7 +24,7 @@ pub(crate) struct Weights {
     /// Fractional operator, see `host-cli --help`
     #[arg(long, value_parser = parse_scheme, default_value = "exact")]
     scheme: Scheme,
-    /// Number of weights
+    /// Number of weights, from the newest sample backwards
     #[arg(long, default_value_t = 10, value_parser = whole::<u64>(1..=10_000_000))]
     count: u64,
     /// Sample time, for a scheme with frequencies in Hz
@@ -63,11 +62,12 @@ impl Weights {
     }
 }
 
-/// Arguments of `differintegrate`.
+/// Differentiate or integrate a CSV column to a fractional order
+///
+/// The file needs a header. The signal is zero before its first sample, unless --caputo is given.
 #[derive(Debug, Args)]
 #[command(
-    after_help = "Example: host-cli differintegrate --order 0.5 --sample-time 1ms signal.csv > half.csv\n\
-                  The file needs a header. The signal is zero before its first sample, unless --caputo is given."
+    after_help = "Example: host-cli differintegrate --order 0.5 --sample-time 1ms signal.csv > half.csv"
 )]
 pub(crate) struct Differintegrate {
     /// Order mu, -2 to 2: positive differentiates, negative integrates
@@ -82,7 +82,7 @@ pub(crate) struct Differintegrate {
     /// Subtract the first value: the Caputo derivative, for an order above 0 and at most 1
     #[arg(long)]
     caputo: bool,
-    /// Column to take
+    /// Column to take, by the name in the header
     #[arg(long, value_name = "NAME", default_value = "x")]
     column: String,
     /// CSV file; `-` for standard input, the default
@@ -105,15 +105,10 @@ impl Differintegrate {
         let off = table::uneven_row(path, &signal, t.0)?;
         let x = signal.x;
         let reference = if self.caputo { x[0] } else { 0.0 };
-        let y = match (off, &signal.time_s, self.scheme) {
-            (
-                Some(_),
-                Some(time_s),
-                Scheme::Full {
-                    kernel: Kernel::PiecewiseLinear,
-                    ..
-                },
-            ) => {
+        let kernel = Kernel::PiecewiseLinear;
+        let takes_uneven = matches!(self.scheme, Scheme::Full { kernel: k, .. } if k == kernel);
+        let y = match (off, &signal.time_s) {
+            (Some(_), Some(time_s)) if takes_uneven => {
                 if x.len() > UNEVEN_AT_ONCE {
                     let seconds = (x.len() as f64 / UNEVEN_AT_ONCE as f64).powi(2);
                     note("note", format_args!("uneven times: some {seconds:.0} s"));
@@ -126,7 +121,7 @@ impl Differintegrate {
                 }
                 uneven(mu, time_s, &x, reference).map_err(Failure::input)?
             }
-            (Some(row), ..) => {
+            (Some(row), _) => {
                 return Err(table::wrong(
                     path,
                     format_args!(
@@ -135,7 +130,7 @@ impl Differintegrate {
                     ),
                 ));
             }
-            (None, ..) => {
+            (None, _) => {
                 differintegrate(self.scheme, mu, t, &x, reference).map_err(Failure::input)?
             }
         };
@@ -165,10 +160,11 @@ impl Differintegrate {
 
 /// The error of the system below one of the table writer, so that a full disk or a closed pipe is known as such.
 fn as_io(error: csv::Error) -> io::Error {
-    match error.into_kind() {
-        csv::ErrorKind::Io(error) => error,
-        other => io::Error::other(format!("{other:?}")),
+    let kind = error.into_kind();
+    if let csv::ErrorKind::Io(error) = kind {
+        return error;
     }
+    io::Error::other(format!("{kind:?}"))
 }
 
 /// So many samples at uneven times take about a second.
@@ -185,12 +181,10 @@ fn differintegrate(
     x: &[f64],
     reference: f64,
 ) -> Result<Vec<f64>, SchemeError> {
-    let by_fft = match scheme {
-        // No filter is exact, but the sum over a whole record is.
-        Scheme::Exact => true,
-        Scheme::Grunwald { length } => length.min(x.len()) > DIRECT_MOST,
-        _ => false,
-    };
+    let is_long = |length: usize| length.min(x.len()) > DIRECT_MOST;
+    // No filter is exact, but the sum over a whole record is.
+    let by_fft =
+        scheme == Scheme::Exact || matches!(scheme, Scheme::Grunwald { length } if is_long(length));
     if by_fft && let Some(sum) = scheme.batch(order, sample_time)? {
         return Ok(sum.relative_to(reference).run(x));
     }

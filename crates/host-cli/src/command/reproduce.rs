@@ -15,11 +15,12 @@ use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
 use std::sync::atomic::Ordering;
 
-/// Arguments of `reproduce`.
+/// Compute the figures of the dissertation again and judge its claims
+///
+/// Writes figure-N.N.csv, .svg and .png, report.md and report.html. Ctrl-C keeps what is done,
+/// writes the report of it and exits with 1.
 #[derive(Debug, Args)]
-#[command(after_help = "Example: host-cli reproduce --out reproduction\n\
-                        Writes figure-N.N.csv, .svg and .png, report.md and report.html. Ctrl-C keeps \
-                        what is done, writes the report of it and exits with 1.")]
+#[command(after_help = "Example: host-cli reproduce --out reproduction")]
 pub(crate) struct Arguments {
     /// Folder for figures and report
     #[arg(long, value_name = "DIR")]
@@ -31,7 +32,7 @@ pub(crate) struct Arguments {
 
 impl Arguments {
     pub(crate) fn run(self, output: Output) -> Result<(), Failure> {
-        let mut place = Place::look(Some(&self.out), "report", self.overwrite, &["html", "md"])?;
+        let mut outputs = Place::look(Some(&self.out), "report", self.overwrite, &["html", "md"])?;
         self.check_figures()?;
         let bar = progress_bar((FIGURES.len() + COUNT) as u64, output);
         let mut figures = Vec::new();
@@ -45,7 +46,7 @@ impl Arguments {
                 break;
             }
             // The others, and what the claims are worth, are wanted all the same.
-            if let Some((made, in_report)) = place.remember(self.save(&figure)) {
+            if let Some((made, in_report)) = outputs.remember(self.save(&figure)) {
                 figures.push(made);
                 shown.push(in_report);
             }
@@ -60,9 +61,9 @@ impl Arguments {
             false => judge_all(&go_on).map_err(Failure::run)?,
         };
         bar.finish_and_clear();
-        place.text("md", &markdown(&claims, &shown));
+        outputs.text("md", &markdown(&claims, &shown));
         // The one to look at; null if it could not be written.
-        let report = place.text("html", &html(&claims, &shown));
+        let report = outputs.text("html", &html(&claims, &shown));
         // What is there is whole.
         let ended_early = stopped().then_some("interrupted");
         let (drawn, judged) = (figures.len(), claims.len());
@@ -72,7 +73,7 @@ impl Arguments {
             "report": report,
             "ended_early": ended_early,
         }))?;
-        place.close(match ended_early {
+        outputs.close(match ended_early {
             Some(reason) => Err(Failure::run(format_args!(
                 "{reason}: {drawn} of {} figures and {judged} of {COUNT} claims are done and kept",
                 FIGURES.len()

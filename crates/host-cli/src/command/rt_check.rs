@@ -9,18 +9,18 @@ use haptic_experiment::question::RtCheck;
 use haptic_experiment::{Failure, RealtimeOptions};
 use std::time::Duration;
 
-pub(crate) const LONG_ABOUT: &str = "\
-Measures how late this machine starts the ticks of a loop, and says for each rate whether it is fit: no tick is a whole period late, and 999 of 1000 \
-begin within a tenth of the period. Then it says what to change.
-
-Run it while the machine does its usual work, for more than a minute: rare delays do not show in seconds.";
-
 /// Ten cycles of the slowest rate at least; a day at most, s.
 const DURATIONS: Range = Range::Within(0.01, 86_400.0);
-/// Hz.
+/// Rates that can be asked for, Hz.
 const RATES: Range = Range::Within(1.0, 100e3);
 
-/// Arguments of `rt-check`.
+/// Measure whether this machine is fit for a loop at 1, 4 and 10 kHz
+///
+/// A rate fits if no tick starts a whole period late, and 999 of 1000 start within a tenth of the
+/// period. At the end it says what to change.
+///
+/// Run it while the machine does its usual work, for more than a minute: rare delays do not show in
+/// seconds.
 #[derive(Debug, Args)]
 #[command(after_help = "Example: host-cli rt-check --duration 60s --busy 2")]
 pub(crate) struct Arguments {

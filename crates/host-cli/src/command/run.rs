@@ -10,29 +10,9 @@ use haptic_experiment::parameters::{Parameter, Value, tables};
 use std::fmt::Write as _;
 use std::path::PathBuf;
 
-pub(crate) const LONG_ABOUT: &str = "\
-Runs the experiment of a TOML file, or repeats that of a log. The file has one table. Its keys end with their SI unit, as in \
-duration_s = 200; options take precedence over them. Paths in the file start from its folder. [drive] beside [relax] or [creep] \
-names a controller file, whose controller moves the indenter.
-
-[wall]: the device hits the wall at impact_m_per_s and is pushed into it; the wall is stable if the device comes to rest (see `host-cli zwidth --help`). \
-A serial device is only pushed. must_be_stable = true: exit code 1 unless trial and analysis both say stable.
-
-[coupler]: the same with a virtual coupler damper + spring (T/(1-w))^mu between device and a \
-simulated object, by Llewellyn's criterion too. A serial device needs --loop host.
-
-[teleoperation]: a hand moves a master; a slave follows over a line with delay, jitter, loss and duplication, and touches a remote tissue or wall. All of \
-it is simulated; `host-cli teleoperate` runs the sides over UDP. must_be_passive = true: exit code 1 unless the line was passive.
-
-[touch]: a hand moves a device of two or three axes over a plane or ball of tissue. The force is along the normal and follows the history of the depth. \
-The pre-flight takes the effective mass of the worst posture. must_be_passive = true: exit code 1 if the hand gets energy. With --device haply:PATH \
---loop host the hand is yours.
-
-guard = \"observer\" adds damping so that a wall does not shake; \"energy-bounding\" limits the force to what the device's damping can absorb.";
-
-/// The long help: keys of each table, with defaults and ranges.
-pub(crate) fn long_about() -> String {
-    let mut text = LONG_ABOUT.to_owned();
+/// What `--help` ends with: keys of each table, with defaults and ranges.
+fn examples_and_keys() -> String {
+    let mut text = EXAMPLES.to_owned();
     for (heading, parameters) in tables("experiment") {
         let _ = write!(text, "\n\n{heading}:");
         for parameter in parameters {
@@ -58,12 +38,37 @@ fn described(parameter: &Parameter) -> String {
     format!("{key}{default}: {help}")
 }
 
-/// Arguments of `run`.
+const EXAMPLES: &str = "Examples:\n  host-cli run experiments/wall.toml stiffness=5kN/m --out wall\n  \
+                  host-cli run wall/wall.mcap --out again";
+
+/// Run the experiment that a file describes
+///
+/// Runs the experiment of a TOML file, or repeats that of a log. The file has one table; its keys
+/// are listed below. They end with their SI unit, as in `duration_s` = 200; options take precedence
+/// over them. Paths in the file start from its folder. `[drive]` beside `[relax]` or `[creep]`
+/// names a controller file, whose controller moves the indenter.
+///
+/// `[wall]`: the device hits the wall at `impact_m_per_s` and is pushed into it; the wall is stable
+/// if the device comes to rest (see `host-cli zwidth --help`). A serial device is only pushed.
+/// `must_be_stable` = true: exit code 1 unless trial and analysis both say stable.
+///
+/// `[coupler]`: the same with a virtual coupler, a spring beside a damper, between device and a
+/// simulated object, by Llewellyn's criterion too. A serial device needs --loop host.
+///
+/// `[teleoperation]`: a hand moves a master; a slave follows over a line with delay, jitter, loss
+/// and duplication, and touches a remote tissue or wall. All of it is simulated; `host-cli
+/// teleoperate` runs the sides over UDP. `must_be_passive` = true: exit code 1 unless the line was
+/// passive.
+///
+/// `[touch]`: a hand moves a device of two or three axes over a plane or ball of tissue. The force
+/// is along the normal and follows the history of the depth. The analysis before the run takes the
+/// effective mass of the worst posture. `must_be_passive` = true: exit code 1 if the hand gets
+/// energy. With --device haply:PATH --loop host the hand is yours.
+///
+/// guard = "observer" adds damping so that a wall does not shake; "energy-bounding" limits the
+/// force to what the device's damping can absorb.
 #[derive(Debug, Args)]
-#[command(
-    after_help = "Examples:\n  host-cli run experiments/wall.toml stiffness=5kN/m --out wall\n  \
-                  host-cli run wall/wall.mcap --out again"
-)]
+#[command(after_help = EXAMPLES, after_long_help = examples_and_keys())]
 pub(crate) struct Arguments {
     /// Experiment file, or the log of a run to repeat
     #[arg(value_name = "FILE")]
@@ -78,31 +83,16 @@ impl Arguments {
     pub(crate) fn run(self, output: Output) -> Result<(), Failure> {
         let file = Document::read(&self.file)?;
         let document = self.options.over(file)?;
-        document
-            .changed_since_log()
-            .iter()
-            .for_each(|changed| warn(changed));
+        if let Some(changed) = document.changed_since_log() {
+            warn(&changed);
+        }
         self.run.run(&document, output)
     }
 }
 
-pub(crate) const RELAX_ABOUT: &str = "\
-Stress relaxation: an indenter presses a virtual tissue and holds it. Its force is recorded, drawn \
-and compared with the closed form.
-
-Writes relax.mcap (for PlotJuggler or Foxglove), relax.csv, relax.svg and relax.png. In the log the \
-tissue pushes back with a negative force; in the CSV, the picture and the report reaction forces are positive.";
-
 pub(crate) const RELAX_EXAMPLES: &str = "Examples:\n  host-cli relax --tissue prostate-healthy \
                   --strain 3% --duration 60s --out healthy\n  host-cli relax --scheme grunwald:1000   \
                   # short memory fails\n  host-cli relax --loading sphere --indenter-radius 5mm --depth 1mm";
-
-pub(crate) const CREEP_ABOUT: &str = "\
-Creep: the indenter pushes a virtual tissue with a constant force. The strain is recorded, drawn and compared \
-with its closed form (a Mittag-Leffler function, or a power law without elastic modulus).
-
-Writes creep.mcap, creep.csv, creep.svg and creep.png. Nothing has a mass, unless --contact or a device gives it one: \
-then the report says from when on the tissue is seen, not the rig.";
 
 /// Arguments of an experiment without a file.
 #[derive(Debug, Args)]

@@ -19,19 +19,23 @@ const PORT: u16 = 8765;
 /// Time between two looks at Ctrl-C.
 const LOOK: Duration = Duration::from_millis(100);
 
-pub(crate) const LONG_ABOUT: &str = "\
-Serves a page and opens it in the browser. It has four views. Feel: a virtual tissue under mouse, finger or arrow keys, rendered at 1 kHz on a \
-simulated device. Design: which walls are stable and passive. Runs: the logs of a folder, and forms to start new runs. Control: a controller for a plant, by its wishes, with the best PID beside it.
-
-The server listens on 127.0.0.1 only, and its address contains a secret token that changes at each start. The page loads nothing from elsewhere. \
-From another computer: ssh -L 8765:127.0.0.1:8765 HOST, then open the same address.
-
---device-model sets friction, delay, lag, encoder and noise of the simulated device, and its mass and damping unless the page sets them. \
-A hand in the file has no effect, because the pointer is the hand.
-
-One page has the controls, the others watch. The space bar stops: the force falls to zero, then the run ends. Ctrl-C in the terminal does the same and ends the server.";
-
-/// Arguments of `serve`.
+/// Serve a page in the browser: feel a tissue, see what is stable, watch and start runs
+///
+/// The page has four views. Feel: a virtual tissue under mouse, finger or arrow keys, rendered at 1
+/// kHz on a simulated device. Design: which walls are stable and passive. Runs: the logs of a
+/// folder, and forms to start new runs. Control: a fractional controller for a plant, beside the
+/// best PID.
+///
+/// The server listens on 127.0.0.1 only, and its address contains a secret token that changes at
+/// each start. The page loads nothing from elsewhere. From another computer: ssh -L
+/// 8765:127.0.0.1:8765 HOST, then open the same address.
+///
+/// --device-model sets friction, delay, lag, encoder and noise of the simulated device, and its
+/// mass and damping unless the page sets them. A hand in the file has no effect, because the
+/// pointer is the hand.
+///
+/// One page has the controls, the others watch. The space bar stops: the force falls to zero, then
+/// the run ends. Ctrl-C in the terminal does the same and ends the server.
 #[derive(Debug, Args)]
 #[command(
     after_help = "Examples:\n  host-cli serve\n  host-cli serve --port 0 --no-browser --runs my-results"
@@ -40,7 +44,7 @@ pub(crate) struct Arguments {
     /// Port; 0 for any free one
     #[arg(long, default_value_t = PORT, value_parser = whole::<u16>(0..=u16::MAX))]
     port: u16,
-    /// Only print the address
+    /// Print the address, and open no browser
     #[arg(long)]
     no_browser: bool,
     /// Folder with runs to show, and for new runs

@@ -13,7 +13,7 @@ use std::path::PathBuf;
     after_help = "Example: host-cli completions bash > ~/.local/share/bash-completion/completions/host-cli"
 )]
 pub(crate) struct Completions {
-    /// The shell
+    /// Shell that will read the script
     shell: clap_complete::Shell,
 }
 

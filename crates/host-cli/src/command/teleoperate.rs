@@ -16,17 +16,19 @@ use std::net::{SocketAddr, ToSocketAddrs};
 use std::path::PathBuf;
 use std::time::Duration;
 
-pub(crate) const LONG_ABOUT: &str = "\
-Runs one side of a teleoperation on a simulated device, by the clock. The other side runs in another process; they exchange UDP datagrams. \
-The side that listens is the slave, in the remote tissue or wall; the side that connects is the master, in the hand. Both need the same \
-[teleoperation] file; a side with other values is refused.
-
-Late, repeated and foreign messages are refused and counted. If the other side is silent for silence_s, or this machine skips more than \
---skipped-most of the ticks, the force ramps to zero within stop_time_s and the exit code is 1. Ctrl-C does the same and ends the other side too.
-
-If the sum of given_j of both sides is above 0, the line gave energy.";
-
-/// Arguments of `teleoperate`.
+/// Run one side of a teleoperation, with the other side in another process
+///
+/// Each side has a simulated device that runs by the clock, and sends UDP datagrams to the other.
+/// The side that listens is the slave, in the remote tissue or wall; the side that connects is the
+/// master, in the hand. Both need the same [teleoperation] file; a side with other values is
+/// refused.
+///
+/// Late, repeated and foreign messages are refused and counted. If the other side is silent for
+/// `silence_s`, or this machine skips more than --skipped-most of the ticks, the force ramps to
+/// zero within `stop_time_s` and the exit code is 1. Ctrl-C does the same and ends the other side
+/// too.
+///
+/// If the sum of `given_j` of both sides is above 0, the line gave energy.
 #[derive(Debug, Args)]
 #[command(
     after_help = "Example: host-cli teleoperate experiments/teleoperation.toml --listen 127.0.0.1:4810\n         \
@@ -44,7 +46,7 @@ pub(crate) struct Arguments {
     connect: Option<String>,
     #[command(flatten)]
     options: Options<keys::Teleoperate>,
-    /// Run the slave even if the analysis calls it unstable in its remote place
+    /// Run the slave even if the analysis calls it unstable in its remote environment
     #[arg(long)]
     force_unstable: bool,
     /// How long to wait for the other side
@@ -61,11 +63,10 @@ pub(crate) struct Arguments {
 impl Arguments {
     pub(crate) fn run(self, output: Output) -> Result<(), Failure> {
         let document = self.document()?;
-        document
-            .changed_since_log()
-            .iter()
-            .for_each(|changed| warn(changed));
-        let mut experiment = ExperimentFile::open(&document)?;
+        if let Some(changed) = document.changed_since_log() {
+            warn(&changed);
+        }
+        let mut experiment = ExperimentFile::open(&document).map_err(Failure::input)?;
         if self.force_unstable {
             experiment = experiment.though_unstable()?;
         }
@@ -117,7 +118,7 @@ impl Arguments {
             let found = text.to_socket_addrs().ok();
             found.and_then(|mut all| all.next()).ok_or_else(|| {
                 Failure::bad_input(format_args!(
-                    "\"{text}\" is no address with a port: give {option}, as 127.0.0.1:4810"
+                    "\"{text}\" is not an address with a port: give {option}, as 127.0.0.1:4810"
                 ))
             })
         };

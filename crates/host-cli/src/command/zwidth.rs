@@ -11,21 +11,6 @@ use haptic_figure::{FigureError, Look, Picture};
 use haptic_quantity::{digits, written};
 use serde::Serialize;
 
-pub(crate) const LONG_ABOUT: &str = "\
-Finds the Z-width: for each order and dissipation the stiffest wall at which a device comes to rest. In each trial a simulated device hits the wall at \
-0.1 m/s and is then pushed into it; a serial device is only pushed. With --one-sided it is hit at six \
-speeds, 0 to 1 m/s, and has to come to rest after each. The default device has 65 g and 3.5 N.s/m; --device-model laboratory adds friction, \
-delay, lag and encoder steps.
-
-At rest means: over the last 0.4 s of 5 s the standard deviation of the position is at most 2 encoder steps or 1 % of push/K, whichever is larger, \
-and that of the force at most 5 % of the push or, if larger, the force that one encoder step causes (but at most 25 % of the push). The largest and the \
-smallest force differ by at most the push. A wall whose force is at its limit in more than 1 % of the samples is not stable, nor is one at which only \
-friction keeps the device at rest.
-
-criterion=dissertation asks for the position alone: pushed from rest, it varies by at most threshold=0.1mm.
-
-Each point also shows the largest stiffness by the analysis. Ctrl-C keeps the points found so far.";
-
 pub(crate) const EXAMPLES: &str = "Examples:\n  \
                   host-cli zwidth --orders 0,0.5,1 --points 11 --device-model laboratory --out zwidth\n  \
                   host-cli zwidth --mass 45g --damping 0.2 --force-limit 3.3N --orders 1 window=1s";
@@ -39,7 +24,7 @@ struct Shown<'a> {
 }
 
 pub(crate) fn run(asked: WithFiles<keys::ZWidth>, output: Output) -> Result<(), Failure> {
-    let mut place = asked.files.look("zwidth", &[])?;
+    let mut outputs = asked.files.look("zwidth", &[])?;
     let document = asked.options.over(Document::new("zwidth"))?;
     let question = Question::open(&document)?;
     let bar = progress_bar(question.steps(), output);
@@ -50,7 +35,7 @@ pub(crate) fn run(asked: WithFiles<keys::ZWidth>, output: Output) -> Result<(), 
         return Err(Failure::bad_input("not a Z-width"));
     };
     let files = match report.rows().next().is_some() {
-        true => place.table_and_picture(&[], report.rows(), || draw(&report)),
+        true => outputs.table_and_picture(&[], report.rows(), || draw(&report)),
         false => Vec::new(),
     };
     warn_of(&report);
@@ -58,7 +43,7 @@ pub(crate) fn run(asked: WithFiles<keys::ZWidth>, output: Output) -> Result<(), 
         report: &report,
         files,
     })?;
-    place.close(match report.ended_early {
+    outputs.close(match report.ended_early {
         Some(failure) => Err(failure.and("the points found so far are kept")),
         None => Ok(()),
     })
@@ -114,21 +99,18 @@ fn draw(report: &ZWidthReport) -> Result<Picture, FigureError> {
         with_curves(without_units, report, false),
         with_curves(with_units, report, true),
     ];
-    page(
-        "Z-width: the stiffest walls that settle",
-        &subtitle,
-        2,
-        &panels,
-    )
+    let title = "Z-width: the stiffest walls that settle";
+    page(title, &subtitle, 2, &panels)
 }
 
 fn with_curves<'a>(mut panel: Panel<'a>, report: &ZWidthReport, with_units: bool) -> Panel<'a> {
-    let tried = if report.device == "sim" {
+    let is_simulated = report.device == "sim";
+    let tried = if is_simulated {
         "simulated"
     } else {
         "measured"
     };
-    let place = |p: &BoundaryPoint| match with_units {
+    let point = |p: &BoundaryPoint| match with_units {
         true => (p.dissipation, p.stiffness_max),
         false => (p.beta, p.alpha),
     };
@@ -138,26 +120,18 @@ fn with_curves<'a>(mut panel: Panel<'a>, report: &ZWidthReport, with_units: bool
         // A gap for the edge along K = 0: it is the axis.
         let gap = |alpha| if alpha == 0.0 { f64::NAN } else { alpha };
         let outline = outline.map(|&(beta, alpha)| (beta * dissipation, gap(alpha) * stiffness));
-        panel = panel.with(
-            format!("analysis, μ = {}", order.order),
-            Look::Line,
-            colour,
-            outline,
-        );
+        let name = format!("analysis, μ = {}", order.order);
+        panel = panel.with(name, Look::Line, colour, outline);
     }
     // Crosses in black look out from behind the points.
     let points = report.orders.iter().flat_map(|order| &order.boundary);
     let marked = points.filter(|point| point.analysis_agrees == Some(false));
     let name = "! differs from the analysis by more than 5 %";
-    panel = panel.with(name, Look::Crosses, 5, marked.map(place));
+    panel = panel.with(name, Look::Crosses, 5, marked.map(point));
     for (colour, order) in report.orders.iter().enumerate() {
         let name = format!("{tried}, μ = {}", order.order);
-        panel = panel.with(
-            name,
-            Look::Markers,
-            colour,
-            order.boundary.iter().map(place),
-        );
+        let tried = order.boundary.iter().map(point);
+        panel = panel.with(name, Look::Markers, colour, tried);
     }
     panel
 }

@@ -131,7 +131,7 @@ fn questions_without_an_answer_are_refused_with_the_option_to_change() {
         analyze stability --order 0.5 --scheme oustaloup:3:1:100 --alpha 0.1 --beta 0.1 => oustaloup:3:1:100 | Hz | --sample-time
         analyze sensitivity --order 1 --alpha 3 --beta 1 => not stable
         analyze stability --order 1 --alpha 0.1 --beta 0.1 --delay 1ms
-            => --delay 0.001 s is a time, and the loop has none: give --sample-time
+            => --delay 0.001 s is a time, but the loop has no units: give --sample-time
         ",
     );
 }

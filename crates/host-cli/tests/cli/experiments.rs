@@ -99,7 +99,7 @@ fn creep_reports_the_same_keys_and_follows_its_closed_form() {
     let line = "creep --duration 2s --stress 50kPa --out far --json";
     let ended = place.run(line).succeeded_with_warnings();
     assert!(ended.json()["final_over_theory"].is_null());
-    says(&ended.stderr, &["under the whole push", "force_limit"]);
+    says(&ended.stderr, &["assumes the whole push", "force_limit"]);
     let check = place.run("log check run/creep.mcap --json").succeeded();
     assert_eq!(number(&check.json(), "samples"), 3001.0);
 }
@@ -185,14 +185,14 @@ fn a_log_runs_again_with_the_files_that_it_has() {
     // The tissue is another today, or gone: the run is that of the log, and says so.
     place.write("gel.toml", tissue(2000));
     let again = run("run first/relax.mcap --out again");
-    says(&again.stderr, &["file of tissue is not what it was"]);
+    says(&again.stderr, &["file of tissue has changed"]);
     assert_eq!(of("again"), of("first"));
     let given = run("run first/relax.mcap tissue=gel.toml --out given");
     assert!(!given.stderr.contains("what it was"), "{given}");
     assert_ne!(of("given"), of("first"));
     std::fs::remove_file(place.path("gel.toml")).expect("removes");
     let gone = run("run again/relax.mcap --out gone");
-    says(&gone.stderr, &["file of tissue is not what it was"]);
+    says(&gone.stderr, &["file of tissue has changed"]);
     assert_eq!(of("gone"), of("first"));
 }
 

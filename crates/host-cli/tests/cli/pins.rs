@@ -21,6 +21,8 @@ const RESULTS: &[&str] = &[
     "beta_max",
     "branch_moduli_pa",
     "branch_times_s",
+    "coupler_damping_n_s_per_m",
+    "coupler_spring_n_s_1_minus_mu_per_m",
     "crossover_rad_s",
     "damping_n_s_per_m",
     "delay_margin_samples",
@@ -72,7 +74,7 @@ fn results(value: &Value, found: &mut BTreeMap<&'static str, Vec<String>>) {
             }
         }
         Value::Array(items) => items.iter().for_each(|item| results(item, found)),
-        _ => {}
+        Value::Null | Value::Bool(_) | Value::Number(_) | Value::String(_) => {}
     }
 }
 

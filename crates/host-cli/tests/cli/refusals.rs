@@ -27,9 +27,21 @@ fn an_option_without_effect_is_refused_with_what_would_give_it_one() {
         "
         relax seed=7 => seed=7: seed has no effect without noise | sensor_noise_m
         zwidth threshold=1mm => threshold=1mm: threshold_m has no effect with the criterion settling | `criterion` = dissertation
-        relax --overwrite => no effect | --out | leave --overwrite out
+        relax --overwrite => no effect | --out | omit --overwrite
         relax device_mass=65g => 0.065 kg | no effect | --guard observer | `braking_n_s_per_m`
         relax --device serial:nowhere precision=f64 => precision=f64: precision has no effect | --loop host
+        ",
+    );
+}
+
+#[test]
+fn a_former_key_is_answered_with_its_new_name() {
+    Place::with_examples().refuses(
+        r"
+        run experiments/coupler.toml coupler_stiffness=1 => coupler_stiffness=1: `coupler_stiffness` is now called `coupler_damping_n_s_per_m`
+        run experiments/teleoperation.toml place=wall => place=wall: `place` is now called `environment`
+        analyze coupling --coupler-stiffness 1 => --coupler-stiffness is now called --coupler-damping
+        analyze coupling coupler-dissipation=1 => coupler-dissipation=1: `coupler-dissipation` is now called `coupler_spring`
         ",
     );
 }
@@ -86,7 +98,7 @@ fn a_value_is_refused_in_the_words_in_which_it_was_given() {
         relax --strain 500% => --strain 500%: strain = 5 is not above 0 and at most 1 | omit it for 0.05
         relax strain=5mm => strain=5mm | % | is not a number
         relax stress=5 => stress=5: unknown key `stress` in [relax] | did you mean `strain`
-        relax --strain 4% strain=3% => strain=3%: strain is given twice, the other is --strain 4%
+        relax --strain 4% strain=3% => strain=3%: strain is given twice, also as --strain 4%
         relax --tissue jelly => jelly | prostate-cancerous | prostate-healthy
         weights --order 3 => order 3 is not from -2 to 2: change --order
         differintegrate --order 0.5 --sample-time 0 file => 0 s | --sample-time

@@ -199,8 +199,8 @@ fn bad_input_of_a_teleoperation_is_one_line_with_the_remedy() {
         analyze teleoperation --line-delay -1ms => line_delay_s = -0.001 is not
         analyze teleoperation --playout 3 => --playout has no effect | --architecture wave
         teleoperate => --listen ADDRESS:PORT | --connect ADDRESS:PORT
-        teleoperate --listen nowhere => no address with a port | give --listen
-        teleoperate wall.toml --listen 127.0.0.1:0 => of another experiment | [teleoperation]
+        teleoperate --listen nowhere => not an address with a port | give --listen
+        teleoperate wall.toml --listen 127.0.0.1:0 => describes another experiment | [teleoperation]
         ",
     );
 }
@@ -209,11 +209,11 @@ fn bad_input_of_a_teleoperation_is_one_line_with_the_remedy() {
 fn a_remote_place_that_the_slave_cannot_touch_is_refused_before_anything_moves() {
     let place = Place::new();
     // As heavy as three slaves, told a sample late.
-    let text = "[teleoperation]\narchitecture = \"time-domain\"\nplace = \"wall\"\nwall_order = 2\n\
+    let text = "[teleoperation]\narchitecture = \"time-domain\"\nenvironment = \"wall\"\nwall_order = 2\n\
                 wall_dissipation_n_s_mu_per_m = 0.2\nduration_s = 3\nwindow_s = 1\n";
     place.write("heavy.toml", text);
     let words = [
-        "the slave in its remote place",
+        "the slave in its remote environment",
         "would be unstable",
         "--force-unstable",
     ];
@@ -234,7 +234,7 @@ fn a_remote_place_that_the_slave_cannot_touch_is_refused_before_anything_moves()
 #[test]
 fn a_line_that_gives_energy_fails_where_it_must_be_passive() {
     let place = Place::new();
-    let text = "[teleoperation]\nplace = \"wall\"\nwall_stiffness_n_per_m = 500\ncoupler_dissipation_n_s_mu_per_m = 0\n\
+    let text = "[teleoperation]\nenvironment = \"wall\"\nwall_stiffness_n_per_m = 500\ncoupler_dissipation_n_s_mu_per_m = 0\n\
                 line_delay_s = 0.1\nduration_s = 4\nwindow_s = 2\nmust_be_passive = true\n";
     place.write("late.toml", text);
     let ended = place.run("run late.toml --json --out late").failed(1);

@@ -212,7 +212,7 @@ fn what_the_home_of_before_cannot_be_names_the_remedy() {
     world.now_us = now_us;
     let refused = Haply2Diy::greet(Wire::new(world), &name(Version::V3, Home::Before));
     let said = refused.expect_err("angles of another device").to_string();
-    assert!(said.contains("leave home=before out"), "{said}");
+    assert!(said.contains("omit home=before"), "{said}");
 }
 
 #[test]

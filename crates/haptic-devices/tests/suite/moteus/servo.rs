@@ -162,7 +162,7 @@ fn each_fault_is_named_within_five_ticks() {
         }),
         ("the adapter is gone", |rig| rig.wire.world().gone = true),
         (
-            "mode 12, zero velocity, which nobody here has asked for",
+            "mode 12, zero velocity, which this program did not ask for",
             |rig| {
                 // Another program stops the servo; a stop of ours is followed by a command, this one is not.
                 rig.wire.world().harm = Some(Box::new(|bytes, to_servo| {

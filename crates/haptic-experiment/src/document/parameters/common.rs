@@ -12,11 +12,17 @@ use haptic_loop::LoadingKind;
 
 parameters! {
     /// `k_c` of a coupler, N·s/m.
-    COUPLER_STIFFNESS = optional("coupler_stiffness_n_s_per_m", DAMPINGS,
+    COUPLER_DAMPING = optional("coupler_damping_n_s_per_m", DAMPINGS,
         "Damper of the coupler: force = damper v + spring (integral of order mu of v), with v the velocity between device and object");
     /// `b_c` of a coupler, N·s^(1−μ)/m.
-    COUPLER_DISSIPATION = optional("coupler_dissipation_n_s_1_minus_mu_per_m", DISSIPATIONS,
+    COUPLER_SPRING = optional("coupler_spring_n_s_1_minus_mu_per_m", DISSIPATIONS,
         "Spring of the coupler, N·s^(1−μ)/m: at order 1 N/m");
+    /// `k_c` of a coupler, N/m.
+    HAND_COUPLER_STIFFNESS = number("coupler_stiffness_n_per_m", 300.0, "300", STIFFNESSES,
+        "Spring of the coupler: force = spring x + damper D^mu x, with x the distance between both; without effect for waves");
+    /// `b_c` of a coupler, N·s^μ/m.
+    HAND_COUPLER_DISSIPATION = number("coupler_dissipation_n_s_mu_per_m", 10.0, "10", DISSIPATIONS,
+        "Damper of that coupler, N·s^μ/m: at order 1 N·s/m");
     TISSUE = text("tissue", "prostate-cancerous", "Tissue: a name from `host-cli materials list`, or a TOML file");
     LIBRARY = text("library", "", "Folder with more tissue files");
     /// Area of the specimen, m².
@@ -105,7 +111,7 @@ parameters! {
         "Host loop: largest age of a force in ticks from its sample, 1 to 1000; an older one makes a serial device \
          let go [default: 10]");
     DEVICE_MODEL = text("device_model", "",
-        "Device file, of device measure; on a rig for its guard only");
+        "Device file from `device measure`; on a rig only the guard uses it");
 }
 
 /// Of every experiment on a device.
@@ -125,7 +131,7 @@ parameters! {
     /// Stiffness of the hand, N/m.
     HAND_STIFFNESS = number("hand_stiffness_n_per_m", 0.0, "0", STIFFNESSES, "Stiffness of the hand that holds the device; 0 without a hand");
     /// Delay of a simulated device, s.
-    DELAY = number("delay_s", 0.0, "0", DEVICE_TIMES, "Delay from a measurement to its force, beyond the hold");
+    DELAY = number("delay_s", 0.0, "0", DEVICE_TIMES, "Delay from a measurement to its force, not counting the hold of a sample");
     /// Friction of a simulated device, N.
     FRICTION = number("friction_n", 0.0, "0", FORCES, "Coulomb friction");
     /// Current lag of a simulated device, s.

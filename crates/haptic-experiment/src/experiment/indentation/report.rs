@@ -55,8 +55,8 @@ struct TheorySample {
 fn rig_is_seen(until_s: Option<f64>, duration_s: f64) -> Option<String> {
     let when = match until_s {
         Some(until_s) if until_s <= 0.5 * duration_s => return None,
-        Some(until_s) => format!("before {} s the rig is seen", digits(until_s, 3)),
-        None => "the rig is seen in the whole run".to_owned(),
+        Some(until_s) => format!("before {} s the run shows the rig", digits(until_s, 3)),
+        None => "the whole run shows the rig".to_owned(),
     };
     let ideal = CONTACT.set_to("ideal");
     Some(format!(
@@ -204,7 +204,7 @@ impl Indentation {
         warnings.limited(record);
         if unrendered {
             warnings.0.push(format!(
-                "the depth is that of the tissue under the whole push, which the loop did not render up to the end: change {STRESS}, {FORCE} or {FORCE_LIMIT}"
+                "the closed form assumes the whole push, which the loop did not render up to the end: change {STRESS}, {FORCE} or {FORCE_LIMIT}"
             ));
         }
         (warnings.0).extend(drive.iter().flat_map(DriveReport::warnings));

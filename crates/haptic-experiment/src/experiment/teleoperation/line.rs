@@ -132,7 +132,7 @@ impl Line {
                 "nobody answers at {address} after {seconds} s: start the other side with {LISTEN} there"
             ),
             (End::Listen(address) | End::Connect(address), _) => format!(
-                "the wrong peer at {address}: {strange} datagrams in {seconds} s were no message of a teleoperation"
+                "the wrong peer at {address}: {strange} datagrams in {seconds} s were not messages of a teleoperation"
             ),
         };
         Failure::device(format_args!("{text}"))

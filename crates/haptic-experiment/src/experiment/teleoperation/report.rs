@@ -46,7 +46,9 @@ pub(crate) enum TeleoperationVerdict {
 impl TeleoperationVerdict {
     pub(crate) const fn words(self) -> &'static str {
         match self {
-            Self::Passive => "the line gave no energy, held forces no more than damping took",
+            Self::Passive => {
+                "the line gave no energy, and holding forces added no more than damping absorbed"
+            }
             Self::GaveEnergy => "the line gave energy",
             Self::HeldForcesGaveEnergy => {
                 "held forces gave more than the damping of the devices took"
@@ -305,7 +307,7 @@ impl TeleoperationExperiment {
         if let Some(warning) = unstable.and_then(|verdict| verdict.warning(false)) {
             warnings
                 .0
-                .push(format!("the slave in its remote place: {warning}"));
+                .push(format!("the slave in its remote environment: {warning}"));
         }
         if verdict == TeleoperationVerdict::GaveEnergy {
             warnings.0.push(format!(
@@ -315,7 +317,7 @@ impl TeleoperationExperiment {
         }
         if verdict == TeleoperationVerdict::HeldForcesGaveEnergy {
             warnings.0.push(format!(
-                "forces held over a sample gave {:.3e} J more than damping took: shorten {SAMPLE_TIME}, soften the coupler",
+                "holding forces added {:.3e} J more than damping absorbed: shorten {SAMPLE_TIME}, or take a softer coupler",
                 judged.beyond_damping_most_j
             ));
         }

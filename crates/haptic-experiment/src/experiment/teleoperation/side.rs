@@ -64,7 +64,7 @@ impl Terms {
     fn checked(self) -> Result<Self, Failure> {
         if self.patience.is_zero() {
             return Err(Failure::bad_input(format_args!(
-                "patience 0 s is no time to wait for the other side: give a {PATIENCE} above 0, as 60s"
+                "patience 0 s leaves no time to wait for the other side: give a {PATIENCE} above 0, as 60s"
             )));
         }
         if !(0.0..=1.0).contains(&self.skipped_most) {
@@ -269,7 +269,7 @@ impl TeleoperationExperiment {
                 )
             }
             FarEnd::Late => format!(
-                "{} of {} ticks were skipped, more than {} %: this is no result; free this machine, take a longer {SAMPLE_TIME}, or allow it \
+                "{} of {} ticks were skipped, more than {} %: the result is not valid; free this machine, take a longer {SAMPLE_TIME}, or allow it \
                  with {SKIPPED_SHARE}",
                 side.skipped,
                 side.tick,

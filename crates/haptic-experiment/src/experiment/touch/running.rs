@@ -185,7 +185,7 @@ impl TouchExperiment {
     fn check_on<const D: usize>(&self) -> Result<(), Failure> {
         if self.must_be_passive {
             return Err(Failure::bad_input(format_args!(
-                "{TOUCH_MUST_BE_PASSIVE} is for the simulated device, whose hand is known to the last joule: leave it out with {DEVICE}"
+                "{TOUCH_MUST_BE_PASSIVE} is for the simulated device, where the energy of the hand is known: omit it with {DEVICE}"
             )));
         }
         match self.plane().filter(|_| D == 2) {

@@ -18,7 +18,7 @@
 use super::answer::{keys, plan, until_settled};
 use super::{DESIGN_ORDERS, WISH_FREQUENCY, not_at_rest, nothing_found};
 use crate::document::failure::Failure;
-use crate::document::parameters::{COUPLER_DISSIPATION, COUPLER_STIFFNESS};
+use crate::document::parameters::{COUPLER_SPRING, COUPLER_DAMPING};
 use crate::experiment::coupler::{
     COUPLER_ORDER, CouplerExperiment, OBJECT_DAMPING, OBJECT_MASS, OBJECT_STIFFNESS,
 };
@@ -49,9 +49,9 @@ const LOOP_MARGIN: f64 = 2.0;
 pub(crate) struct CouplerCandidate {
     pub order: f64,
     /// `k_c`, N·s/m; null if no coupler of this order is passive.
-    pub stiffness: Option<f64>,
+    pub coupler_damping_n_s_per_m: Option<f64>,
     /// `b_c`, N·s^(1−μ)/m.
-    pub dissipation: Option<f64>,
+    pub coupler_spring_n_s_1_minus_mu_per_m: Option<f64>,
     /// The device's damping over what the coupler needs by the criterion: a little above 1, and more for one that was made smaller.
     pub margin: Option<f64>,
     /// `|jω·Z_c(jω)|` at the frequency, N/m.
@@ -142,7 +142,7 @@ impl CouplerDesign {
             // A finite memory ripples as fast as it is long.
             Ok(exact.with_operator(&runs, operator.memory()))
         };
-        let least = |ratio: f64| Ok(enough(self.needed(&coupler(ratio, 1.0)?)?));
+        let least = |ratio: f64| Ok(self.needed(&coupler(ratio, 1.0)?)?.damping_n_s_per_m());
         let Some(bare) = least(0.0)? else {
             return none(ACTIVE);
         };
@@ -153,21 +153,21 @@ impl CouplerDesign {
         let Some((share, loop_margin)) = with_margin(&closed)? else {
             return none("no coupler of this order is stable in the sampled loop of this device");
         };
-        let (dissipation, stiffness) = (share * largest, share * ratio * largest);
-        let sampled = coupler(stiffness, dissipation)?.sampled_damping(ForcePath::NONE)?;
+        let (spring, damper) = (share * largest, share * ratio * largest);
+        let sampled = coupler(damper, spring)?.sampled_damping(ForcePath::NONE)?;
         // jω·Z_c with (T/(1 − w))^μ ≈ (jω)^(−μ)
         let omega = 2.0 * PI * self.frequency_hz;
-        let (angle, size) = (-0.5 * PI * mu, dissipation * omega.powf(-mu));
-        let felt = omega * (stiffness + size * angle.cos()).hypot(size * angle.sin());
+        let (angle, size) = (-0.5 * PI * mu, spring * omega.powf(-mu));
+        let felt = omega * (damper + size * angle.cos()).hypot(size * angle.sin());
         Ok(CouplerCandidate {
             order: mu,
-            stiffness: Some(stiffness),
-            dissipation: Some(dissipation),
+            coupler_damping_n_s_per_m: Some(damper),
+            coupler_spring_n_s_1_minus_mu_per_m: Some(spring),
             margin: Some(1.0 / (INSIDE * share)),
             felt_stiffness_n_per_m: Some(felt),
             share: Some(share),
             loop_margin,
-            sampled_damping_n_s_per_m: enough(sampled),
+            sampled_damping_n_s_per_m: sampled.damping_n_s_per_m(),
             reason: None,
         })
     }
@@ -177,15 +177,6 @@ impl CouplerDesign {
             CouplerCriterion::Llewellyn => coupler.least_damping(),
             CouplerCriterion::Passive => coupler.sampled_damping(ForcePath::NONE),
         }
-    }
-}
-
-fn enough(least: LeastDamping) -> Option<f64> {
-    match least {
-        LeastDamping::Enough {
-            damping_n_s_per_m, ..
-        } => Some(damping_n_s_per_m),
-        LeastDamping::NoneIsEnough { .. } => None,
     }
 }
 
@@ -261,10 +252,6 @@ pub struct CouplerAnswer {
     pub frequency_hz: f64,
     /// The operator that was analysed, as documents write it.
     pub scheme: String,
-    /// Of the `stiffness` of candidates, the damper.
-    pub stiffness_unit: &'static str,
-    /// Of their `dissipation`, the spring.
-    pub dissipation_unit: &'static str,
     /// The stiffest of each order.
     pub(crate) candidates: Vec<CouplerCandidate>,
     /// The stiffest of all as felt at the frequency; null if there is none.
@@ -306,7 +293,7 @@ impl CouplerDesign {
         let felt = |c: &CouplerCandidate| c.felt_stiffness_n_per_m.unwrap_or(0.0);
         let best = candidates
             .iter()
-            .filter(|c| c.dissipation.is_some())
+            .filter(|c| c.coupler_spring_n_s_1_minus_mu_per_m.is_some())
             .max_by(|a, b| felt(a).total_cmp(&felt(b)))
             .cloned();
         // What can only be analysed cannot be tried.
@@ -318,8 +305,6 @@ impl CouplerDesign {
             require: self.criterion.name(),
             frequency_hz: self.frequency_hz,
             scheme: self.scheme.to_string(),
-            stiffness_unit: "N·s/m",
-            dissipation_unit: "N·s^(1−μ)/m",
             candidates,
             best,
             simulated: trial.as_ref().map(|(_, settling)| *settling),
@@ -348,8 +333,10 @@ impl CouplerDesign {
             },
             order,
             scheme: self.scheme,
-            coupler_stiffness_n_s_per_m: best.stiffness.unwrap_or(0.0),
-            coupler_dissipation_n_s_1_minus_mu_per_m: best.dissipation.unwrap_or(0.0),
+            coupler_damping_n_s_per_m: best.coupler_damping_n_s_per_m.unwrap_or(0.0),
+            coupler_spring_n_s_1_minus_mu_per_m: best
+                .coupler_spring_n_s_1_minus_mu_per_m
+                .unwrap_or(0.0),
             object: self.object,
         };
         until_settled(make, false, CouplerExperiment::settled)
@@ -365,11 +352,8 @@ impl CouplerDesign {
         );
         let law = [
             (COUPLER_ORDER, coupler.order.get()),
-            (COUPLER_STIFFNESS, coupler.coupler_stiffness_n_s_per_m),
-            (
-                COUPLER_DISSIPATION,
-                coupler.coupler_dissipation_n_s_1_minus_mu_per_m,
-            ),
+            (COUPLER_DAMPING, coupler.coupler_damping_n_s_per_m),
+            (COUPLER_SPRING, coupler.coupler_spring_n_s_1_minus_mu_per_m),
             (OBJECT_MASS, coupler.object.mass_kg),
             (OBJECT_DAMPING, coupler.object.damping_n_s_per_m),
             (OBJECT_STIFFNESS, coupler.object.stiffness_n_per_m),
@@ -415,8 +399,8 @@ mod tests {
             {
                 let mu = found.order;
                 let (k, b) = (
-                    found.stiffness.expect("one"),
-                    found.dissipation.expect("one"),
+                    found.coupler_damping_n_s_per_m.expect("one"),
+                    found.coupler_spring_n_s_1_minus_mu_per_m.expect("one"),
                 );
                 assert_eq!(found.share, Some(1.0), "{found:?}");
                 let scheme: Scheme = scheme.parse().expect("a scheme");
@@ -428,7 +412,8 @@ mod tests {
                 let passive = |k: f64, b: f64| {
                     let exact = Coupler::exact(Order::new(mu).expect("valid"), t.0, k, b);
                     let coupler = exact.expect("valid").with_operator(&runs, 1);
-                    enough(design.needed(&coupler).expect("valid")).is_some_and(|b| b <= 0.7)
+                    let needed = design.needed(&coupler).expect("valid");
+                    needed.damping_n_s_per_m().is_some_and(|b| b <= 0.7)
                 };
                 assert!(passive(k, b), "{scheme} μ {mu}: {found:?}");
                 assert!(
@@ -485,7 +470,7 @@ mod tests {
                 .expect("valid");
             let found = &answer.candidates[0];
             assert!(
-                found.dissipation.is_none() && found.reason.is_some(),
+                found.coupler_spring_n_s_1_minus_mu_per_m.is_none() && found.reason.is_some(),
                 "{found:?}"
             );
             assert!(answer.best.is_none() && answer.experiment_text.is_none());

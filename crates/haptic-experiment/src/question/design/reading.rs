@@ -41,7 +41,7 @@ pub(crate) fn design(table: &Table<'_>, wish: WishName) -> Result<Design, FileEr
     if require == RequireName::EveryMotion && contact == WallContact::OneSided {
         let signed = WALL_CONTACT.set_to("signed");
         let reason = format!(
-            "a wall that never pulls is not proved if it is fed with the depth: give {signed}, or omit {ONE_SIDED}"
+            "no proof covers a wall that never pulls if its memory is fed with the depth: give {signed}, or omit {ONE_SIDED}"
         );
         return Err(table.fail_at(REQUIRE.key, reason));
     }

@@ -152,7 +152,7 @@ impl Outcome {
                 "the device left the box of {box_mm} mm, and the force is zero: enlarge {MEASURE_BOX}, or give a smaller {MEASURE_FORCE_LIMIT}"
             ),
             Self::Fault(fault @ (Fault::Velocity | Fault::PositionJump)) => format!(
-                "the device is too fast, and the force is zero ({fault}): give a smaller {MEASURE_FORCE_LIMIT}, or see to its sensor"
+                "the device is too fast, and the force is zero ({fault}): give a smaller {MEASURE_FORCE_LIMIT}, or check its sensor"
             ),
             Self::Fault(fault) => {
                 format!("the measurement ended in a fault, and the force is zero: {fault}")

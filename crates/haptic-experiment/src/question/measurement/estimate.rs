@@ -37,7 +37,7 @@ pub(crate) enum MeasureError {
     )]
     Lost { lost: usize, samples: usize },
     #[error(
-        "the device moves too little to tell what it is: give a larger {} or a larger {}",
+        "the device moves too little to be measured: give a larger {} or a larger {}",
         MEASURE_FORCE_LIMIT,
         MEASURE_BOX
     )]
@@ -49,7 +49,7 @@ pub(crate) enum MeasureError {
     NoFit,
     /// An interval as wide as the number itself.
     #[error(
-        "the record tells the mass to ±{percent:.0} % only: give a larger {}, a larger {} or a longer {}",
+        "the record determines the mass only to ±{percent:.0} %: give a larger {}, a larger {} or a longer {}",
         MEASURE_FORCE_LIMIT,
         MEASURE_BOX,
         MEASURE_DURATION
@@ -593,7 +593,7 @@ impl Measured {
                 std::mem::swap(&mut found, &mut other);
             }
             found.warnings = vec![format!(
-                "mass and current lag are not told apart: {:.3} g and {:.3} ms fit as well as {:.3} g and {:.3} ms; add a known mass",
+                "mass and current lag cannot be told apart: {:.3} g and {:.3} ms fit as well as {:.3} g and {:.3} ms; add a known mass",
                 1e3 * found.mass_kg.value,
                 1e3 * found.current_lag_s.value,
                 1e3 * other.mass_kg.value,

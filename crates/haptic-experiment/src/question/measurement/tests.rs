@@ -426,7 +426,7 @@ fn a_device_file_says_what_was_measured_and_refuses_what_cannot_be() {
         @[intervals]\nmass_kg = [0.06]\n | 5: mass_kg has 1 numbers, not two
         @[intervals]\nmas_kg = [0.06, 0.07]\n | 5: unknown key `mas_kg` in [intervals]: did you mean `mass_kg`?
         [transfer_function]\nfunction = "1/(s+1)"\n | 1: no [device] in it
-        [transfer_function]\nfunction = "1/(s+1)"\n[intervals]\n | 3: [intervals] are of a [device]
+        [transfer_function]\nfunction = "1/(s+1)"\n[intervals]\n | 3: [intervals] belongs to a [device]
         "#,
     ) {
         let read = DeviceModel::parse(path, &text.replace('@', DEVICE));

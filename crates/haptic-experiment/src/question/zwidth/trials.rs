@@ -350,7 +350,7 @@ fn unanswered(link: &SerialLink, path: &str, error: SerialError) -> Result<Trial
 
 fn held_up(path: &str, error: &SerialError) -> Trial {
     Trial::Unjudged(Failure::device(format_args!(
-        "{path}: {error}; so it was in {TRIES} trials in a row, and none can be judged"
+        "{path}: {error}; this happened in {TRIES} trials in a row, so none can be judged"
     )))
 }
 
@@ -394,7 +394,7 @@ fn faulted(link: &SerialLink, report: FaultReport) -> Result<Trial, Failure> {
     match Fault::from_code(report.status.fault).filter(|_| link.lost_board().is_none()) {
         Some(fault) if is_answer(fault) => Ok(Trial::Tripped(fault)),
         Some(fault) if !ends_search(fault) => Ok(Trial::Unjudged(Failure::device(format_args!(
-            "{}: {fault}, in {TRIES} trials in a row, so none can be judged: leave this machine to itself, or allow a longer watchdog time",
+            "{}: {fault}, in {TRIES} trials in a row, so none can be judged: run nothing else on this machine, or allow a longer watchdog time",
             link.path()
         )))),
         _ => Err(ended_by(link, &LinkError::Faulted(report).to_string())),

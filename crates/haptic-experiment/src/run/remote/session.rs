@@ -421,7 +421,7 @@ impl<M: TickRecord, const D: usize> HostSession<'_, M, D> {
             let missing = tick - self.next_tick;
             self.samples_lost += missing;
             let time_s = tick as f64 * self.schedule.sample_time_s;
-            let text = format!("{missing} samples before tick {tick} did not come");
+            let text = format!("{missing} samples before tick {tick} are missing");
             // A recorder that has ended is seen when it is closed.
             let _ = self.recorder.event(time_s, "lost", text);
             self.next_tick = tick;

@@ -14,7 +14,7 @@ const WRONG: &str = r#"
     mass_kg = [1, 2, 3] | 3 numbers, not one for all or each of 2 axes
     centre_m = [1e300, 0] | 2: centre_m has 1e300, which is not from -1000 to 1000: change it
     way_points = [[0, 1e308, 0]] | 2: way_points has 1e308, which is not from -10000 to 1e7
-    normal = [1, 0] | 2: normal has no effect with a ball: change that, or leave normal out
+    normal = [1, 0] | 2: normal has no effect with a ball: change that, or omit normal
     surface_m = 0 | 2: surface_m has no effect with a ball
     shape = "plane"\nradius_m = 0.02 | 3: radius_m has no effect with shape = "plane": change that
     shape = "plane"\ncentre_m = [0, 0] | 3: centre_m has no effect with shape = "plane"
@@ -27,10 +27,10 @@ const WRONG: &str = r#"
     way_points = [] | `way_points` is empty
     way_points = [[0, 1]] | row 1 of `way_points`
     way_points = [[1, 1, 1], [1, 0, 0]] | row 2 of `way_points`
-    hand = "force" | goes `way_points` in N
+    hand = "force" | follows `way_points` in N
     box_low_m = [0, 0] | give box_high_m too
     box_low_m = [0, 0]\nbox_high_m = [1, 0] | `box_high_m` has 0, which is not above 0
-    box_low_m = [-1, -1]\nbox_high_m = [1, 1]\nworkspace_low_m = -1\nworkspace_high_m = 1 | leave one of them out
+    box_low_m = [-1, -1]\nbox_high_m = [1, 1]\nworkspace_low_m = -1\nworkspace_high_m = 1 | omit one of them
     duration_s = 2000 | 2000001 samples of
     device = "usb:1" | is not one of sim, serial:PATH
     device = "haply:x"\nloop = "host"\nbox_low_m = [-0.05, -0.05]\nbox_high_m = [0.05, 0.1] | the box is not within reach of the 2DIY

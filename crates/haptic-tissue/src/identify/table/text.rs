@@ -184,7 +184,7 @@ impl TextTable {
             Some((line, cell)) if point || !decimal => Err(wrong(
                 line,
                 &format!(
-                    "{cell:?} has a comma of thousands or of decimals: write numbers without the first, and all decimals alike"
+                    "{cell:?} has a comma that may separate thousands or decimals: write numbers without the former, and all decimals alike"
                 ),
             )),
             _ => Ok(()),
@@ -508,7 +508,7 @@ impl TextTable {
             let names = Dimension::Time.names();
             wrong(
                 line,
-                &format!("unit {unit:?} is none of time: give one of {names}"),
+                &format!("unit {unit:?} is not a unit of time: give one of {names}"),
             )
         })
     }
@@ -584,7 +584,7 @@ fn find(name: &str, header: &[&str], any_time: bool) -> Result<Option<usize>, St
 /// Why a row is wider than its header.
 pub(super) fn too_many(row: &StringRecord, width: usize) -> String {
     format!(
-        "{} cells under a header of {width}: separate cells by semicolons beside decimal commas",
+        "{} cells under a header of {width}: separate cells by semicolons if decimals have commas",
         row.len()
     )
 }

@@ -282,7 +282,7 @@ fn stiffening_that_cannot_be_seen_is_refused() {
             .expect_err("cannot")
             .to_string();
         assert!(
-            refused.contains("none under a cone: give `kind` = record"),
+            refused.contains("not under a cone: give `kind` = record"),
             "{refused}"
         );
     }

@@ -450,7 +450,7 @@ const REFUSED: &str = r#"
     time_s,relaxation_modulus_pa\n1,5\n2,-4\n | - | line 3 & modulus -4 Pa is not above 0 Pa
     time_s,relaxation_modulus_pa\n1,5\n2,5\n | - | 5 Pa in every sample
     time_s,relaxation_modulus_pa\n1,4,5\n | - | line 2 & 3 cells under a header of 2 & decimal commas
-    Time [Pa],Modulus\n1,5\n | - | line 1, column Time [Pa] & unit "Pa" is none of time & `units` time=s
+    Time [Pa],Modulus\n1,5\n | - | line 1, column Time [Pa] & unit "Pa" is not a unit of time & `units` time=s
     time_s,t [s],modulus\n1,1,5\n | - | line 1 & both look like time & `columns`
     time_s,stress_pa\n1,5\n2,4\n | - | stress_pa (stress) & give `strain`
     time_s,strain\n1,5\n2,4\n | - | give `stress_pa`
@@ -497,7 +497,7 @@ fn what_is_no_text_and_a_unit_of_something_else_are_refused() {
         (
             Column::Time,
             "t,modulus\n1,5\n2,4\n",
-            "unit \"kPa\" is none of time",
+            "unit \"kPa\" is not a unit of time",
         ),
         (
             Column::Modulus,
@@ -520,12 +520,12 @@ fn what_would_be_read_as_another_number_is_refused() {
     for (text, words) in [
         (
             "t\tx\n1\t998.5\n2\t1,001\n",
-            "line 3: \"1,001\" has a comma of thousands",
+            "line 3: \"1,001\" has a comma that may separate thousands",
         ),
         ("t;x\n1;999,5\n2;1.001\n", "line 2: \"999,5\" has a comma"),
         (
             "t,x\n1,998.5\n2,\"1,001\"\n",
-            "line 3: \"1,001\" has a comma of thousands",
+            "line 3: \"1,001\" has a comma that may separate thousands",
         ),
         (
             "t\tx\n1\t2,359\n2\t2,301\n",
@@ -639,7 +639,7 @@ fn a_record_reads_the_same_however_it_is_spelt() {
     let refused = read_record(fortnights.as_bytes(), ["time", "valve", "level"]);
     let refused = refused.expect_err("no unit").to_string();
     assert!(
-        refused.starts_with("line 1: unit \"fortnights\" is none of time"),
+        refused.starts_with("line 1: unit \"fortnights\" is not a unit of time"),
         "{refused}"
     );
 }

@@ -11,7 +11,7 @@ use haptic_analysis::{ClosedLoop, Coupler, Effective, Environment, LeastDamping,
 use haptic_experiment::Failure;
 use haptic_experiment::parameters::analysis::{OMEGA_MAX, OMEGA_MIN, POINTS};
 use haptic_experiment::parameters::{
-    COUPLER_DISSIPATION, COUPLER_STIFFNESS, DISSIPATION, Parameter, STIFFNESS,
+    COUPLER_DAMPING, COUPLER_SPRING, DISSIPATION, Parameter, STIFFNESS,
 };
 use haptic_experiment::run::DeviceValues;
 use haptic_figure::{FigureError, Look, Picture};
@@ -56,7 +56,7 @@ pub(super) fn environment(
     asked: WithFiles<keys::Environment>,
     output: Output,
 ) -> Result<(), Failure> {
-    let place = asked.files.look("environment", &[])?;
+    let outputs = asked.files.look("environment", &[])?;
     let wall = Wall::of(&asked.options.given()?)?;
     let effective = |&omega: &f64| {
         let sampled = wall.environment.effective(&wall.operator, omega);
@@ -65,14 +65,14 @@ pub(super) fn environment(
     let points = wall.omegas.iter().map(effective);
     let points = points.collect::<Result<Vec<_>, Failure>>()?;
     let title = "Effective stiffness and damping of the environment";
-    report(&points, &wall, json!({}), place, title, output)
+    report(&points, &wall, json!({}), outputs, title, output)
 }
 
 pub(super) fn transparency(
     asked: WithFiles<keys::Transparency>,
     output: Output,
 ) -> Result<(), Failure> {
-    let place = asked.files.look("transparency", &[])?;
+    let outputs = asked.files.look("transparency", &[])?;
     let given = asked.options.given()?;
     let wall = Wall::of(&given)?;
     let file = given.device()?.map(|file| file.values);
@@ -99,13 +99,12 @@ pub(super) fn transparency(
     let points = points.collect::<Result<Vec<_>, Failure>>()?;
     let path = path_result(path, sample_time_s);
     let title = "Effective stiffness and damping at the hand";
-    report(&points, &wall, path, place, title, output)
+    report(&points, &wall, path, outputs, title, output)
 }
 
 /// A frequency: sampled, and continuous of a closed loop.
 type Point = (Effective, Option<Effective>);
 
-/// Columns of the CSV.
 const COLUMNS: [&str; 5] = [
     "omega_rad_s",
     "effective_stiffness_n_per_m",
@@ -118,7 +117,7 @@ fn report(
     points: &[Point],
     wall: &Wall,
     path: Value,
-    mut place: Place,
+    mut outputs: Place,
     title: &str,
     output: Output,
 ) -> Result<(), Failure> {
@@ -132,7 +131,7 @@ fn report(
         )
     });
     let picture = || draw(points, wall, title);
-    let files = place.table_and_picture(&COLUMNS, rows, picture);
+    let files = outputs.table_and_picture(&COLUMNS, rows, picture);
     let points = points.iter().map(|(sampled, continuous)| {
         let mut point = json!({
             "omega_rad_s": sampled.omega_rad_s,
@@ -159,7 +158,7 @@ fn report(
         "files": files,
     });
     output.report(&joined([asked, path, found]))?;
-    place.close(Ok(()))
+    outputs.close(Ok(()))
 }
 
 fn draw(points: &[Point], wall: &Wall, title: &str) -> Result<Picture, FigureError> {
@@ -174,15 +173,13 @@ fn draw(points: &[Point], wall: &Wall, title: &str) -> Result<Picture, FigureErr
             .with("continuous", Look::Dashed, 1, continuous)
     };
     let environment = &wall.environment;
+    let dissipation = environment.dissipation_n_s_mu_per_m;
     let subtitle = format!(
         "order μ = {} · scheme {} · K = {} · B = {} · T = {}",
         environment.order,
         wall.scheme,
         written("stiffness_n_per_m", environment.stiffness_n_per_m),
-        written(
-            "dissipation_n_s_mu_per_m",
-            environment.dissipation_n_s_mu_per_m
-        ),
+        written("dissipation_n_s_mu_per_m", dissipation),
         written("sample_time_s", environment.sample_time_s)
     );
     let panels = [
@@ -200,13 +197,14 @@ pub(super) fn coupling(options: Options<keys::Coupling>, output: Output) -> Resu
     let given = options.given()?;
     let (mu, scheme) = (given.order()?, given.scheme()?);
     let t = given.needed(&ANALYSED_SAMPLE_TIME)?;
-    let stiffness = given.needed(&COUPLER_STIFFNESS)?;
-    let dissipation = given.needed(&COUPLER_DISSIPATION)?;
-    let exact = Coupler::exact(mu, t, stiffness, dissipation).map_err(Failure::input)?;
+    let damper = given.needed(&COUPLER_DAMPING)?;
+    let spring = given.needed(&COUPLER_SPRING)?;
+    let exact = Coupler::exact(mu, t, damper, spring).map_err(Failure::input)?;
     let operator = LoopOperator::new(scheme, mu, Seconds(t), HORIZON).map_err(Failure::input)?;
-    let coupler = match scheme {
-        Scheme::Exact => exact,
-        _ => exact.with_operator(&operator, operator.memory()),
+    let coupler = if scheme == Scheme::Exact {
+        exact
+    } else {
+        exact.with_operator(&operator, operator.memory())
     };
     let damping = given.number(&ANALYSED_DAMPING);
     let least = coupler.least_damping().map_err(Failure::input)?;
@@ -226,8 +224,8 @@ pub(super) fn coupling(options: Options<keys::Coupling>, output: Output) -> Resu
         "order": mu.get(),
         "scheme": scheme.to_string(),
         "sample_time_s": t,
-        "coupler_stiffness_n_s_per_m": stiffness,
-        "coupler_dissipation_n_s_1_minus_mu_per_m": dissipation,
+        "coupler_damping_n_s_per_m": damper,
+        "coupler_spring_n_s_1_minus_mu_per_m": spring,
         "damping_n_s_per_m": damping,
         // By Llewellyn's criterion, null if no damping is enough, and by Corollary 2.
         "required_damping": required,

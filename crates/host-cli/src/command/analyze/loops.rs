@@ -2,7 +2,7 @@
 
 use super::resolved::{ResolvedLoop, Wall, decibel, logarithmic, resolve};
 use crate::options::{Options, WithFiles, keys};
-use crate::output::{Output, joined, warn};
+use crate::output::{Output, warn};
 use crate::picture::{Panel, Points, linear, logarithmic as axis, page};
 use haptic_analysis::{AnalysisError, Largest, Nondimensional, OnePort, StabilityRegion};
 use haptic_experiment::Failure;
@@ -52,9 +52,7 @@ pub(super) fn stability(options: Options<keys::Wall>, output: Output) -> Result<
             .then_some("no proof was found; a device without damping has none"),
         "pulling_contact_margin_most": factor(contact.provable),
     });
-    output.report(&joined(
-        resolved.result(without_units).into_iter().chain([found]),
-    ))
+    resolved.report(without_units, found, output)
 }
 
 pub(super) fn passivity(options: Options<keys::Wall>, output: Output) -> Result<(), Failure> {
@@ -99,16 +97,14 @@ pub(super) fn passivity(options: Options<keys::Wall>, output: Output) -> Result<
         "required_damping_n_s_per_m": resolved.units.map(|(m, t)| required.delta * m / t),
         "worst_rad_s": resolved.units.map(|(_, t)| required.worst_theta / t),
     });
-    output.report(&joined(
-        resolved.result(without_units).into_iter().chain([found]),
-    ))
+    resolved.report(without_units, found, output)
 }
 
 /// Points on the boundary of a region.
 const POINTS: usize = 1000;
 
 pub(super) fn region(asked: WithFiles<keys::Wall>, output: Output) -> Result<(), Failure> {
-    let mut place = asked.files.look("region", &[])?;
+    let mut outputs = asked.files.look("region", &[])?;
     let given = asked.options.given()?;
     let resolved = resolve(&given, Wall::Sought)?;
     let of_wall = [STIFFNESS, DISSIPATION, ALPHA, BETA];
@@ -128,7 +124,7 @@ pub(super) fn region(asked: WithFiles<keys::Wall>, output: Output) -> Result<(),
         .flat_map(|(part, points)| points.iter().map(move |p| (part, p.alpha, p.beta, p.theta)));
     let files = match area {
         Some(_) => {
-            place.table_and_picture(&["part", "alpha", "beta", "theta_rad"], rows, || {
+            outputs.table_and_picture(&["part", "alpha", "beta", "theta_rad"], rows, || {
                 // Closed outlines.
                 let outlines = parts.iter().map(|points| {
                     let closed = points.iter().chain(points.first());
@@ -163,10 +159,8 @@ pub(super) fn region(asked: WithFiles<keys::Wall>, output: Output) -> Result<(),
         "files": files,
     });
     let without_units = json!({"delta": parameters.delta, "gamma": parameters.gamma});
-    output.report(&joined(
-        resolved.result(without_units).into_iter().chain([found]),
-    ))?;
-    place.close(Ok(()))
+    resolved.report(without_units, found, output)?;
+    outputs.close(Ok(()))
 }
 
 fn draw_region(parts: &[Points], resolved: &ResolvedLoop) -> Result<Picture, FigureError> {
@@ -181,13 +175,14 @@ fn draw_region(parts: &[Points], resolved: &ResolvedLoop) -> Result<Picture, Fig
             [1.0, 1.0],
         ),
     };
-    let place = |(beta, alpha): (f64, f64)| (beta * dissipation, alpha * stiffness);
+    let in_units = |beta: f64, alpha: f64| (beta * dissipation, alpha * stiffness);
     let mut panel = Panel::new("", linear(x), linear(y));
     for part in parts {
-        panel = panel.with("stable", Look::Area, 0, part.iter().copied().map(place));
+        let outline = part.iter().map(|&(beta, alpha)| in_units(beta, alpha));
+        panel = panel.with("stable", Look::Area, 0, outline);
     }
     let Nondimensional { alpha, beta, .. } = resolved.parameters;
-    let wall = resolved.wall_given.then(|| place((beta, alpha)));
+    let wall = resolved.wall_given.then(|| in_units(beta, alpha));
     panel = panel.with("your wall", Look::Markers, 1, wall);
     page("Stable walls", &resolved.words(false), 1, &[panel])
 }
@@ -196,7 +191,7 @@ pub(super) fn sensitivity(
     asked: WithFiles<keys::Sensitivity>,
     output: Output,
 ) -> Result<(), Failure> {
-    let mut place = asked.files.look("sensitivity", &[])?;
+    let mut outputs = asked.files.look("sensitivity", &[])?;
     let given = asked.options.given()?;
     let count = given.count(&SENSITIVITY_POINTS, 2..=100_000)? as usize;
     let resolved = resolve(&given, Wall::Needed)?;
@@ -207,7 +202,7 @@ pub(super) fn sensitivity(
         .collect();
     let picture = || draw_sensitivity(&curve, &resolved);
     let names = ["theta", "magnitude_db"];
-    let files = place.table_and_picture(&names, curve.iter(), picture);
+    let files = outputs.table_and_picture(&names, curve.iter(), picture);
     let points = curve.iter();
     let points = points.map(|(theta, gain)| json!({"theta": theta, "magnitude_db": gain}));
     let found = json!({
@@ -216,18 +211,12 @@ pub(super) fn sensitivity(
         "points": points.collect::<Vec<_>>(),
         "files": files,
     });
-    output.report(&joined(
-        resolved.result(json!({})).into_iter().chain([found]),
-    ))?;
-    place.close(Ok(()))
+    resolved.report(json!({}), found, output)?;
+    outputs.close(Ok(()))
 }
 
 fn draw_sensitivity(curve: &[(f64, f64)], resolved: &ResolvedLoop) -> Result<Picture, FigureError> {
-    let panel = Panel::new("", axis("digital frequency θ / rad"), linear("|S| / dB")).with(
-        "|1/(1 + GH)|",
-        Look::Line,
-        0,
-        curve.iter().copied(),
-    );
+    let panel = Panel::new("", axis("digital frequency θ / rad"), linear("|S| / dB"));
+    let panel = panel.with("|1/(1 + GH)|", Look::Line, 0, curve.iter().copied());
     page("Sensitivity", &resolved.words(true), 1, &[panel])
 }

@@ -5,6 +5,7 @@ use crate::options::keys::{
     ANALYSED_DAMPING, ANALYSED_DELAY, ANALYSED_HAND, ANALYSED_LAG, ANALYSED_MASS,
     ANALYSED_SAMPLE_TIME,
 };
+use crate::output::{Output, joined};
 use crate::parse::sample_time_of;
 use fracdiff::{Order, Scheme};
 use haptic_analysis::{
@@ -37,7 +38,6 @@ pub(super) struct ResolvedLoop {
     pub(super) order: Order,
     pub(super) operator: LoopOperator,
     pub(super) scheme: Scheme,
-    /// Delay and lag.
     pub(super) path: ForcePath,
     /// T, s, if it was given.
     pub(super) sample_time_s: Option<f64>,
@@ -54,7 +54,6 @@ pub(super) struct ResolvedLoop {
 /// The need for α and β (or K and B).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Wall {
-    /// Both are needed.
     Needed,
     /// The analysis looks for them.
     Sought,
@@ -67,7 +66,7 @@ pub(super) fn resolve(given: &Given, wall: Wall) -> Result<ResolvedLoop, Failure
     let with_units = file.is_some() || WITH_UNITS.iter().any(|parameter| given.has(parameter));
     if without_units && with_units {
         return Err(Failure::bad_input(
-            "the loop has units and has none: omit --alpha, --beta, --delta and --gamma",
+            "the loop is given both with and without units: omit --alpha, --beta, --delta and --gamma",
         ));
     }
     let missing = |parameter: &Parameter| {
@@ -153,11 +152,17 @@ impl ResolvedLoop {
         SampledLoop::with_plant(self.plant()?, alpha, beta, &self.operator).map_err(Failure::input)
     }
 
-    /// What a result says of the loop, the wall and device without units, and the way of the force.
-    pub(super) fn result(&self, without_units: Value) -> [Value; 4] {
+    /// Reports the loop, with the wall and device without units and the way of the force, and what was found of it.
+    pub(super) fn report(
+        &self,
+        without_units: Value,
+        found: Value,
+        output: Output,
+    ) -> Result<(), Failure> {
         let loop_ = json!({"order": self.order.get(), "scheme": self.scheme.to_string()});
         let path = path_result(self.path, self.sample_time_s);
-        [loop_, self.asked.clone(), without_units, path]
+        let parts = [loop_, self.asked.clone(), without_units, path, found];
+        output.report(&joined(parts))
     }
 
     /// Stiffness and dissipation of a wall without units: K = αm/T², B = βm/T^(2−μ).
@@ -195,17 +200,15 @@ impl ResolvedLoop {
         };
         law.extend(with_wall.then_some(wall));
         let (mut device, hand) = match self.units {
-            Some((mass, t)) => (
-                vec![
+            Some((mass, t)) => {
+                let hand = written("hand_stiffness_n_per_m", gamma * mass / (t * t));
+                let device = vec![
                     format!("m = {}", written("mass_kg", mass)),
                     format!("b = {}", written("damping_n_s_per_m", delta * mass / t)),
                     format!("T = {}", written("sample_time_s", t)),
-                ],
-                format!(
-                    "hand {}",
-                    written("hand_stiffness_n_per_m", gamma * mass / (t * t))
-                ),
-            ),
+                ];
+                (device, format!("hand {hand}"))
+            }
             None => (
                 vec![format!("δ = {}", few(delta))],
                 format!("γ = {}", few(gamma)),
@@ -241,7 +244,7 @@ pub(super) fn path(
             Some(t) => Ok(time_s / t),
             None if time_s == 0.0 => Ok(0.0),
             None => Err(Failure::bad_input(format_args!(
-                "{parameter} {time_s} s is a time, and the loop has none: give --sample-time"
+                "{parameter} {time_s} s is a time, but the loop has no units: give --sample-time"
             ))),
         }
     };

@@ -28,19 +28,10 @@ const DELAY_MOST_S: f64 = 1.0;
 /// Orders that are tried: 0, 0.05, … 1.
 const ORDERS: u32 = 20;
 
-pub(super) const LONG_ABOUT: &str = "\
-Judges whether a teleoperation is stable with every passive hand and every passive environment (Llewellyn's criterion, with the line's delay and the hold), \
-up to which delay, and what the hand feels of a remote tissue.
-
---best finds, for each order, the coupler that feels closest to the tissue from --low to --high and meets the criterion at this delay. The error is the \
-rms of |ln(Z_felt/Z_tissue)|: 0.1 is 10 % or 6 degrees. For waves it finds the impedance.
-
-time-domain is not linear: analyze position-position instead, and try it with `host-cli run`.";
-
 struct Question {
     hands: Teleoperation,
     omegas: Vec<f64>,
-    place: Matter,
+    touched: Matter,
     environment: Vec<Complex<f64>>,
 }
 
@@ -57,7 +48,7 @@ pub(super) fn answer(asked: WithFiles<keys::Hands>, output: Output) -> Result<()
         ));
     }
     asked.all_act()?;
-    let mut place = files.look("teleoperation", &[])?;
+    let mut outputs = files.look("teleoperation", &[])?;
     let question = asked.question()?;
     let candidates = match asked.given.flag(&a::BEST) {
         true => asked.candidates(&question)?,
@@ -73,14 +64,13 @@ pub(super) fn answer(asked: WithFiles<keys::Hands>, output: Output) -> Result<()
     let largest = hands.largest_delay(DELAY_MOST_S).map_err(analysed)?;
     let felt = (hands.transparency(&question.omegas, &question.environment)).map_err(analysed)?;
     let points = question.points(&hands)?;
-    let shown = Shown {
-        architecture: asked.architecture.name(),
-        tissue: question.place.words(),
-        points: &points,
-        candidates: &candidates,
-        hands: &hands,
-    };
-    let files = place.table_and_picture(&[], points.iter(), || shown.draw());
+    let (architecture, tissue) = (asked.architecture.name(), question.touched.words());
+    let about = format!(
+        "{architecture} · delay {} · {} · {tissue}",
+        written("delay_s", hands.delay_s),
+        law(hands.line)
+    );
+    let files = outputs.table_and_picture(&[], points.iter(), || draw(&points, &candidates, &about));
     let candidate = |found: &Candidate| {
         let (coupler, impedance) = parts(found.0);
         json!({
@@ -94,9 +84,9 @@ pub(super) fn answer(asked: WithFiles<keys::Hands>, output: Output) -> Result<()
         })
     };
     output.report(&json!({
-        "architecture": shown.architecture,
+        "architecture": architecture,
         "line_delay_s": hands.delay_s,
-        "tissue": shown.tissue,
+        "tissue": tissue,
         "absolutely_stable": stability.stable,
         "least_ratio": stability.least_ratio,
         "worst_hz": stability.worst_rad_s / TAU,
@@ -118,7 +108,7 @@ pub(super) fn answer(asked: WithFiles<keys::Hands>, output: Output) -> Result<()
         "best": best.map(candidate),
         "files": files,
     }))?;
-    place.close(Ok(()))
+    outputs.close(Ok(()))
 }
 
 /// The best coupler or impedance of an order.
@@ -137,7 +127,6 @@ const fn parts(line: HandLine) -> (Option<HandCoupler>, Option<f64>) {
     }
 }
 
-/// One frequency.
 #[derive(Clone, Copy, Serialize)]
 struct Point {
     frequency_hz: f64,
@@ -188,9 +177,10 @@ impl Asked {
             &p::HAND_COUPLER_ORDER,
         ];
         let waves = [&p::WAVE_IMPEDANCE, &a::PLAYOUT_SAMPLES];
-        match self.architecture {
-            Architecture::Wave => refuse(&coupler, "on waves, which have no coupler")?,
-            _ => refuse(&waves, "without --architecture wave")?,
+        if self.architecture == Architecture::Wave {
+            refuse(&coupler, "on waves, which have no coupler")?;
+        } else {
+            refuse(&waves, "without --architecture wave")?;
         }
         if self.given.flag(&a::BEST) {
             refuse(&coupler, "with --best, which looks for it")?;
@@ -224,16 +214,16 @@ impl Asked {
         if !piece.is_linear() {
             return Err(Failure::bad_input(TissuePiece::NOT_LINEAR));
         }
-        let place = Matter::Tissue(piece);
+        let touched = Matter::Tissue(piece);
         let count = self.given.count(&a::FELT_POINTS, 2..=10_000)? as usize;
         let omegas: Vec<f64> = logarithmic(TAU * low, TAU * high, count).collect();
         let environment = (omegas.iter())
-            .map(|&omega| place.stiffness(omega) / Complex::new(0.0, omega))
+            .map(|&omega| touched.stiffness(omega) / Complex::new(0.0, omega))
             .collect();
         Ok(Question {
             hands: self.hands()?,
             omegas,
-            place,
+            touched,
             environment,
         })
     }
@@ -287,12 +277,9 @@ impl Asked {
             environment: question.environment.clone(),
             stable: true,
         };
-        let orders = match self.architecture {
-            Architecture::Wave => 0..=0,
-            _ => 0..=ORDERS,
-        };
+        let is_wave = self.architecture == Architecture::Wave;
         let mut found = Vec::new();
-        for n in orders {
+        for n in 0..=if is_wave { 0 } else { ORDERS } {
             let mu = f64::from(n) / f64::from(ORDERS);
             let order = Order::new(mu).map_err(Failure::input)?;
             if let Some(best) = search.best(order).map_err(analysed)? {
@@ -301,7 +288,7 @@ impl Asked {
         }
         if found.is_empty() {
             return Err(Failure::bad_input(
-                "no coupler is stable with every hand and place: shorten --line-delay or --sample-time",
+                "no coupler is stable with every hand and environment: shorten --line-delay or --sample-time",
             ));
         }
         Ok(found)
@@ -329,70 +316,56 @@ impl Question {
     }
 }
 
-struct Shown<'a> {
-    architecture: &'static str,
-    tissue: String,
-    points: &'a [Point],
-    candidates: &'a [Candidate],
-    hands: &'a Teleoperation,
+/// The law of a line, in words.
+fn law(line: HandLine) -> String {
+    match parts(line) {
+        (Some(coupler), _) => format!(
+            "spring {} · damper {} · μ = {}",
+            written("stiffness_n_per_m", coupler.stiffness_n_per_m),
+            written("dissipation_n_s_mu_per_m", coupler.dissipation_n_s_mu_per_m),
+            digits(coupler.order.get(), 4)
+        ),
+        (None, impedance) => {
+            let impedance = impedance.unwrap_or(f64::NAN);
+            format!("b = {}", written("impedance_n_s_per_m", impedance))
+        }
+    }
 }
 
-impl Shown<'_> {
-    fn draw(&self) -> Result<Picture, FigureError> {
-        let panel = |caption, y, tissue: fn(&Point) -> f64, felt: fn(&Point) -> f64| {
-            let over = |value: fn(&Point) -> f64| {
-                let points = self.points.iter();
-                points.map(move |p| (p.frequency_hz, value(p)))
-            };
-            Panel::new(caption, axis("frequency / Hz"), y)
-                .with("tissue", Look::Line, 1, over(tissue))
-                .with("felt in the hand", Look::Line, 0, over(felt))
+/// Stiffness and phase of the tissue, and as felt; and the error of the best coupler of each order.
+fn draw(points: &[Point], candidates: &[Candidate], about: &str) -> Result<Picture, FigureError> {
+    let panel = |caption, y, tissue: fn(&Point) -> f64, felt: fn(&Point) -> f64| {
+        let over = |value: fn(&Point) -> f64| {
+            let points = points.iter();
+            points.map(move |p| (p.frequency_hz, value(p)))
         };
-        let mut panels = vec![
-            panel(
-                "stiffness",
-                axis("|F/x| / N·m⁻¹"),
-                |p| p.tissue_n_per_m,
-                |p| p.felt_n_per_m,
-            ),
-            panel(
-                "phase",
-                linear("phase / °"),
-                |p| p.tissue_degrees,
-                |p| p.felt_degrees,
-            ),
-        ];
-        let errors: Points = (self.candidates.iter())
-            .filter_map(|(line, felt)| Some((parts(*line).0?.order.get(), felt.error)))
-            .collect();
-        if errors.len() > 1 {
-            let caption = "the best coupler of each order";
-            let panel = Panel::new(caption, linear("order μ"), linear("rms of ln(felt/tissue)"));
-            panels.push(panel.with("best coupler", Look::Markers, 2, errors));
-        }
-        let law = match parts(self.hands.line) {
-            (Some(coupler), _) => format!(
-                "spring {} · damper {} · μ = {}",
-                written("stiffness_n_per_m", coupler.stiffness_n_per_m),
-                written("dissipation_n_s_mu_per_m", coupler.dissipation_n_s_mu_per_m),
-                digits(coupler.order.get(), 4)
-            ),
-            (None, impedance) => {
-                let impedance = impedance.unwrap_or(f64::NAN);
-                format!("b = {}", written("impedance_n_s_per_m", impedance))
-            }
-        };
-        let subtitle = format!(
-            "{} · delay {} · {law} · {}",
-            self.architecture,
-            written("delay_s", self.hands.delay_s),
-            self.tissue
-        );
-        page(
-            "What the hand feels of a tissue far away",
-            &subtitle,
-            2,
-            &panels,
-        )
+        Panel::new(caption, axis("frequency / Hz"), y)
+            .with("tissue", Look::Line, 1, over(tissue))
+            .with("felt in the hand", Look::Line, 0, over(felt))
+    };
+    let stiffness = axis("|F/x| / N·m⁻¹");
+    let mut panels = vec![
+        panel(
+            "stiffness",
+            stiffness,
+            |p| p.tissue_n_per_m,
+            |p| p.felt_n_per_m,
+        ),
+        panel(
+            "phase",
+            linear("phase / °"),
+            |p| p.tissue_degrees,
+            |p| p.felt_degrees,
+        ),
+    ];
+    let errors: Points = (candidates.iter())
+        .filter_map(|(line, felt)| Some((parts(*line).0?.order.get(), felt.error)))
+        .collect();
+    if errors.len() > 1 {
+        let caption = "the best coupler of each order";
+        let panel = Panel::new(caption, linear("order μ"), linear("rms of ln(felt/tissue)"));
+        panels.push(panel.with("best coupler", Look::Markers, 2, errors));
     }
+    let title = "What the hand feels of a tissue far away";
+    page(title, about, 2, &panels)
 }

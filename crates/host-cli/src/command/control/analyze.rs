@@ -18,12 +18,11 @@ use haptic_experiment::control::in_short;
 use haptic_quantity::{digits, written};
 use serde_json::{Value, json};
 
-pub(super) const LONG_ABOUT: &str = "\
-Judges the loop as it runs, with the controller's weights, the hold and the dead time. The verdict is a proof, with its reason; margins \
-say how far a stable loop is from instability. Without a controller it lists the poles of the plant. The exit code is 0 for an unstable \
-loop too.";
-
-/// Arguments of `control analyze`.
+/// Judge whether a loop is stable, why and by how much; or list the poles of a plant
+///
+/// Judges the loop as it runs, with the controller's weights, the hold and the dead time. The
+/// verdict is a proof, with its reason; margins say how far a stable loop is from instability. The
+/// exit code is 0 for an unstable loop too.
 #[derive(Debug, Args)]
 #[command(
     after_help = "Example: host-cli control analyze --plant '1/(0.8s^2.2+0.5s^0.9+1)' --controller \
@@ -67,7 +66,7 @@ impl Arguments {
         file: &ControllerSetup,
         output: Output,
     ) -> Result<(), Failure> {
-        let mut place = self.files.look("loop", &[])?;
+        let mut outputs = self.files.look("loop", &[])?;
         let analysis: LoopAnalysis = analyse(file, &plant.plant).map_err(refused)?;
         let closed = |point: &LoopPoint| [point.sensitivity(), point.complementary()].map(decibel);
         let rows = analysis
@@ -75,25 +74,25 @@ impl Arguments {
             .iter()
             .map(|point| (open(point), closed(point)));
         let picture = || draw_loop(&analysis, plant, file);
-        let files = place.table_and_picture(&COLUMNS, rows, picture);
-        let (own, proved) = (&analysis.verdict, analysis.coarse.is_none());
+        let files = outputs.table_and_picture(&COLUMNS, rows, picture);
+        let (judged, proved) = (&analysis.verdict, analysis.coarse.is_none());
         output.report(&json!({
             "plant": plant.words,
             "controller": file.law.to_string(),
             "sample_time_s": file.sample_time_s,
             "scheme": file.scheme.to_string(),
             // Null where nothing is proved.
-            "stable": proved.then_some(own.stable),
-            "unstable_poles": own.unstable_poles.filter(|_| proved),
-            "distance": own.distance,
+            "stable": proved.then_some(judged.stable),
+            "unstable_poles": judged.unstable_poles.filter(|_| proved),
+            "distance": judged.distance,
             "reason": verdict(&analysis),
             // How many times as short the sample time has to be for the verdict to hold for the plant; null where it does.
             "coarse": analysis.coarse,
             // None of an unstable loop: they would mean nothing.
-            "margins": (own.stable && proved).then(|| margins(&analysis.margins)),
+            "margins": (judged.stable && proved).then(|| margins(&analysis.margins)),
             "files": files,
         }))?;
-        place.close(Ok(()))
+        outputs.close(Ok(()))
     }
 
     fn alone(&self, plant: &NamedPlant, output: Output) -> Result<(), Failure> {
@@ -102,7 +101,7 @@ impl Arguments {
                 "a measured response has no poles: give a transfer function, or use control design",
             ));
         }
-        let mut place = self.files.look("plant", &[])?;
+        let mut outputs = self.files.look("plant", &[])?;
         let found = poles(&plant.plant);
         let unstable = found.as_ref().and_then(|found| found.unstable_poles);
         let stable = plant.plant.stable_by_itself().is_ok();
@@ -112,7 +111,7 @@ impl Arguments {
             plant.plant.response(omega)
         });
         let (rows, picture) = (points.iter().map(open), || draw_plant(&points, plant));
-        let files = place.table_and_picture(&COLUMNS[..3], rows, picture);
+        let files = outputs.table_and_picture(&COLUMNS[..3], rows, picture);
         output.report(&json!({
             "plant": plant.words,
             "stable": stable,
@@ -136,7 +135,7 @@ impl Arguments {
             "poles": all.iter().map(pole).collect::<Vec<_>>(),
             "files": files,
         }))?;
-        place.close(Ok(()))
+        outputs.close(Ok(()))
     }
 }
 
@@ -196,7 +195,7 @@ fn verdict(analysis: &LoopAnalysis) -> String {
         || of_the_loop(analysis),
         |times| {
             format!(
-                "The loop is {}: too fast for it. Shorten the sample time at least {} times.",
+                "The loop is {}: too fast for it. Divide the sample time by at least {}.",
                 in_short(analysis),
                 digits(times, 4)
             )
@@ -218,6 +217,16 @@ fn of_the_loop(analysis: &LoopAnalysis) -> String {
         None => "a pole does not decay".to_owned(),
     };
     let omega = digits(analysis.verdict.omega_rad_s, 4);
+    let at = |crossing: &Crossing| digits(crossing.omega_rad_s, 4);
+    // The gains for which it is stable.
+    let where_stable = |beyond: &str, edge: f64, end: Option<f64>| match end {
+        None => format!("{beyond} {}", digits(edge, 4)),
+        Some(end) => {
+            let [low, high] = [edge.min(end), edge.max(end)].map(|gain| digits(gain, 4));
+            format!("between {low} and {high}")
+        }
+    };
+    let unstable = |why: String| format!("Unstable, proved: {poles}{why}");
     match analysis.cause {
         Cause::Stable => stable(&analysis.margins),
         Cause::Boundary | Cause::Cancelled if at_rest(analysis) => {
@@ -240,52 +249,36 @@ fn of_the_loop(analysis: &LoopAnalysis) -> String {
             "Not decided: order {order} is too close to {}. Write the whole order.",
             order.round()
         ),
-        cause => format!("Unstable, proved: {poles}{}", why_unstable(analysis, cause)),
-    }
-}
-
-/// The reason of an unstable loop, behind its poles, and the remedy.
-fn why_unstable(analysis: &LoopAnalysis, cause: Cause) -> String {
-    let at = |crossing: &Crossing| digits(crossing.omega_rad_s, 4);
-    // The gains for which it is stable.
-    let where_stable = |beyond: &str, edge: f64, end: Option<f64>| match end {
-        None => format!("{beyond} {}", digits(edge, 4)),
-        Some(end) => {
-            let [low, high] = [edge.min(end), edge.max(end)].map(|gain| digits(gain, 4));
-            format!("between {low} and {high}")
-        }
-    };
-    match cause {
-        Cause::GainTooHigh(OtherGain { edge, end, .. }) => format!(
-            ": too much gain. At {} rad/s the loop inverts errors and grows them {} times. Stable {} of it.",
+        Cause::GainTooHigh(OtherGain { edge, end, .. }) => unstable(format!(
+            ": too much gain. At {} rad/s the loop inverts errors and makes them {} times as large. Stable {} times the gain.",
             at(&edge),
             digits(1.0 / edge.value, 4),
             where_stable("below", edge.value, end)
-        ),
-        Cause::GainTooLow(OtherGain { edge, end, .. }) => format!(
+        )),
+        Cause::GainTooLow(OtherGain { edge, end, .. }) => unstable(format!(
             ": too little gain to hold the plant (at {} rad/s). Stable {} times the gain.",
             at(&edge),
             where_stable("above", edge.value, end)
-        ),
-        Cause::WrongSign(gain) => format!(
-            ": the sign is wrong. Change that of controller or plant{}.",
+        )),
+        Cause::WrongSign(gain) => unstable(format!(
+            ": the sign is wrong. Change the sign of controller or plant{}.",
             match gain {
                 1.0 => String::new(),
                 gain => format!(", with {} times the gain", digits(gain, 4)),
             }
-        ),
-        Cause::DeadTime(delay) => format!(
+        )),
+        Cause::DeadTime(delay) => unstable(format!(
             ": the dead time is too long. Stable up to {} (at {} rad/s).",
             written("delay_s", delay.value),
             at(&delay)
-        ),
-        _ => {
+        )),
+        Cause::Shape => {
             let near = analysis.margins.phase.as_ref();
             let near = near.map(|crossover| format!(" (more phase near {} rad/s)", at(crossover)));
-            format!(
+            unstable(format!(
                 ". Neither gain nor dead time alone makes it stable: change the controller{} or sample faster.",
                 near.unwrap_or_default()
-            )
+            ))
         }
     }
 }

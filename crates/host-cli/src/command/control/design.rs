@@ -25,20 +25,21 @@ use haptic_experiment::document::{ControllerFile, ControllerOrigin};
 use haptic_experiment::parameters::{self, Range};
 use haptic_quantity::{digits, parse_for_key};
 
-/// Bounds of an amplitude ratio, -300 to 120 dB: what is below them is less than the rounding of a loop.
+/// Bounds of an amplitude ratio, -300 to 120 dB: a smaller ratio is lost in the rounding of a loop.
 const BOUNDS: Range = Range::Within(1e-15, 1e6);
-
-pub(super) const LONG_ABOUT: &str = "\
-Tunes a PI^lambda D^mu. It meets crossover and phase margin exactly, makes the phase flat there (so that the overshoot stays the same \
-when the plant's gain changes), and keeps bounds on |S| and |T| as well as possible. It simulates the result and the closest integer-order \
-PID. The verdict on the sampled loop is a proof for an interval of plant gains, with a warning if that does not reach from half to double.
-
-Exit code 1 if a wish is missed by more than 1 %; the report says which, and by how much.";
 
 /// Angles; that of the phase margin is judged in degrees, by the tuning.
 const ANGLES: Range = Range::Within(f64::MIN, f64::MAX);
 
-/// Arguments of `control design`.
+/// Tune a fractional PID and compare it with the best integer-order PID
+///
+/// The controller is a PI^lambda D^mu. It meets crossover and phase margin exactly, makes the phase
+/// flat there (so that the overshoot stays the same when the plant's gain changes), and keeps
+/// bounds on |S| and |T| as well as possible. The result is simulated beside the closest
+/// integer-order PID. The verdict on the sampled loop is a proof for an interval of plant gains,
+/// with a warning if that does not reach from half to double.
+///
+/// Exit code 1 if a wish is missed by more than 1 %; the report says which, and by how much.
 #[derive(Debug, Args)]
 #[command(
     after_help = "Example: host-cli control design --plant '0.55exp(-s)/(62s+1)' --crossover \
@@ -68,7 +69,6 @@ pub(crate) struct Arguments {
     files: Files,
 }
 
-/// The wishes.
 #[derive(Debug, Args)]
 #[command(next_help_heading = "Wishes")]
 struct WishArguments {
@@ -197,14 +197,14 @@ const APART: f64 = 1e6;
 
 impl Arguments {
     pub(super) fn run(self, output: Output) -> Result<(), Failure> {
-        let mut place = self.files.look("controller", &["toml"])?;
+        let mut outputs = self.files.look("controller", &["toml"])?;
         let plant = self.plant.resolve()?;
         let design = self.design(&plant)?;
-        let answer = &design.answer().map_err(|error| match error {
-            ControlError::NotFound { .. } => {
-                refused(error).and("see --crossover, --phase-margin and --not-flat")
+        let answer = &design.answer().map_err(|error| {
+            if matches!(error, ControlError::NotFound { .. }) {
+                return refused(error).and("see --crossover, --phase-margin and --not-flat");
             }
-            error => refused(error),
+            refused(error)
         })?;
         let design = &design;
         let report = Report { design, answer };
@@ -217,10 +217,10 @@ impl Arguments {
                 note: report.words().note(),
             },
         };
-        let controller = place.text("toml", &file.to_toml());
-        let files = write(&plant, answer, &mut place);
+        let controller = outputs.text("toml", &file.to_toml());
+        let files = write(&plant, answer, &mut outputs);
         output.summary(&report.value(&plant.words, controller.as_deref(), &files))?;
-        place.close(report.judge())
+        outputs.close(report.judge())
     }
 
     fn design(&self, plant: &NamedPlant) -> Result<ControlDesign, Failure> {
@@ -247,7 +247,7 @@ impl Arguments {
 }
 
 /// Writes table and picture, if a folder was given and the plant runs; their names.
-fn write(plant: &NamedPlant, answer: &ControlAnswer, place: &mut Place) -> Vec<String> {
+fn write(plant: &NamedPlant, answer: &ControlAnswer, outputs: &mut Place) -> Vec<String> {
     let mut columns = design_columns(&answer.fractional, "");
     if let Ok(integer) = &answer.integer {
         columns.extend(design_columns(integer, "integer_"));
@@ -261,9 +261,9 @@ fn write(plant: &NamedPlant, answer: &ControlAnswer, place: &mut Place) -> Vec<S
             let row = std::iter::once(n as f64 * t).chain(values);
             row.collect::<Vec<f64>>()
         });
-        place.write(|folder| folder.write_table(&names, rows))
+        outputs.write(|folder| folder.write_table(&names, rows))
     });
-    let picture = place.write(|folder| {
+    let picture = outputs.write(|folder| {
         let picture = draw_design(answer, plant).transpose();
         picture
             .map(|picture| save_picture(folder, picture))

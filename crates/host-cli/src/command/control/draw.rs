@@ -50,7 +50,7 @@ pub(super) fn draw_run(
     file: Option<&ControllerSetup>,
     sample_time_s: f64,
 ) -> Result<Picture, FigureError> {
-    let (title, own, subtitle) = match file {
+    let (title, name, subtitle) = match file {
         Some(file) => (
             "A loop, simulated",
             "this controller",
@@ -64,13 +64,13 @@ pub(super) fn draw_run(
     let of = |values: &[f64]| over_time(values, sample_time_s);
     let (reference, output, command) = (of(&run.reference), of(&run.measured), of(&run.command));
     let beside = integer.map(|other| (of(&other.measured), of(&other.command)));
-    let axis = command_axis(&command, beside.as_ref().map(|own| &own.1));
+    let axis = command_axis(&command, beside.as_ref().map(|(_, command)| command));
     let time = || linear("time / s");
     let mut outputs = Panel::new("output", time(), linear("output"))
         .with("reference", Look::Dotted, 5, reference)
-        .with(own, Look::Line, 0, output);
+        .with(name, Look::Line, 0, output);
     let commands = Panel::new("command", time(), axis);
-    let mut commands = commands.with(own, Look::Line, 0, command);
+    let mut commands = commands.with(name, Look::Line, 0, command);
     if let Some((output, command)) = beside {
         let name = "integer-order PID, same crossover and margin";
         outputs = outputs.with(name, Look::Dashed, 1, output);
@@ -117,19 +117,11 @@ pub(super) fn draw_identified(
         .with("input", Look::Dotted, 2, of(&record.input))
         .with("output, record", Look::Broad, 3, of(&record.output))
         .with("output, function", Look::Line, 0, of(model));
-    let lower = Panel::new("function less record", time(), linear("difference")).with(
-        "difference",
-        Look::Line,
-        1,
-        of(&left),
-    );
+    let lower = Panel::new("function less record", time(), linear("difference"));
+    let lower = lower.with("difference", Look::Line, 1, of(&left));
     let subtitle = format!("{source}\n{function}");
-    page(
-        "A transfer function from a record",
-        &subtitle,
-        1,
-        &[upper, lower],
-    )
+    let title = "A transfer function from a record";
+    page(title, &subtitle, 1, &[upper, lower])
 }
 
 const OMEGA: &str = "ω / rad·s⁻¹";
@@ -184,9 +176,9 @@ fn open_loop(analysis: &LoopAnalysis) -> [Panel<'static>; 2] {
     let turn = crossover.and_then(|crossing| half_turn(curve, &crossing));
     let turn = turn.unwrap_or(-180.0);
     let up_to_curve = |gain: Crossing| {
-        let place = gain.omega_rad_s;
-        let end = (place, -decibel(gain.value));
-        [(place, 0.0), end, (f64::NAN, f64::NAN)]
+        let omega = gain.omega_rad_s;
+        let end = (omega, -decibel(gain.value));
+        [(omega, 0.0), end, (f64::NAN, f64::NAN)]
     };
     let gains = [margins.gain_up, margins.gain_down].into_iter().flatten();
     let gains = gains.filter(|_| stable).flat_map(up_to_curve);
@@ -249,12 +241,8 @@ pub(super) fn draw_plant(points: &[LoopPoint], plant: &NamedPlant) -> Result<Pic
         panel("gain", "|G| / dB", |point| decibel(point.open.norm())),
         panel("phase", "phase / °", |point| point.phase_rad.to_degrees()),
     ];
-    page(
-        "A plant alone",
-        &format!("plant {}", plant.words),
-        2,
-        &panels,
-    )
+    let subtitle = format!("plant {}", plant.words);
+    page("A plant alone", &subtitle, 2, &panels)
 }
 
 /// No panel is higher than this. A step of a loop that is not stable is drawn until it is.
@@ -395,32 +383,32 @@ pub(super) fn draw_design(
     let t = file.sample_time_s;
     let integer = answer.integer.as_ref().ok();
     let candidates = [Some(&answer.fractional), integer];
-    let trials = candidates.map(|own| own.and_then(|own| own.trial.as_ref()));
+    let trials = candidates.map(|candidate| candidate?.trial.as_ref());
     let [Some(trial), other] = trials else {
         return Ok(None);
     };
     let trials: Vec<&Trial> = trials.into_iter().flatten().collect();
     let samples = length(&trials);
-    let (own, other) = (
+    let (flat, other) = (
         Curves::new(trial, samples, t),
         other.map(|other| Curves::new(other, samples, t)),
     );
     let time = linear("time / s").between(0.0, samples as f64 * t);
     let highest = other.as_ref().map_or(1.0, Curves::highest);
-    let highest = highest.max(own.highest()).min(HIGHEST);
+    let highest = highest.max(flat.highest()).min(HIGHEST);
     let steps = linear("output").between(0.0, 1.1 * highest);
     let (law, pid) = ("PI^λD^μ", "integer-order PID");
     let of_gains = |name| Panel::new(format!("{name}, half to double the gain"), time, steps);
-    let (fractional, mut integer) = (own.on(of_gains(law)), of_gains(pid));
+    let (fractional, mut integer) = (flat.on(of_gains(law)), of_gains(pid));
     let beside = other.as_ref().and_then(|other| other.as_it_is_run()[1]);
-    let axis = command_axis(&own.command, beside);
+    let axis = command_axis(&flat.command, beside);
     // Other looks than those of the gains.
     let outputs = Panel::new("as it is run, with its limits", time, linear("output"));
-    let mut outputs = outputs.with(law, Look::Broad, 6, own.output.iter().copied());
+    let mut outputs = outputs.with(law, Look::Broad, 6, flat.output.iter().copied());
     let commands = Panel::new("command", time, axis);
-    let mut commands = commands.with(law, Look::Broad, 6, own.command.iter().copied());
+    let mut commands = commands.with(law, Look::Broad, 6, flat.command.iter().copied());
     let mut about = vec![subtitle(plant, file)];
-    about.extend(own.left_out(law).filter(|_| own.is_stable));
+    about.extend(flat.left_out(law).filter(|_| flat.is_stable));
     if let Some(other) = &other {
         let [output, command] = other
             .as_it_is_run()

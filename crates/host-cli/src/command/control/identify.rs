@@ -27,22 +27,22 @@ use indicatif::ProgressBar;
 use serde_json::{Value, json};
 use std::path::PathBuf;
 
-pub(super) const LONG_ABOUT: &str = "\
-Fits a fractional transfer function, coefficients, orders and dead time together, to a CSV record that begins at rest and has equal time steps. \
-Writes a plant file for the other commands of control.
-
-Without --model it tries integer orders with up to four poles, and one or two powers of s with free orders, and takes the simplest function whose BIC is \
-close to the lowest. Warnings say what the function does not explain, which numbers the record does not determine, and if it cannot tell dead time \
-from a pole.";
-
-/// Arguments of `control identify`.
+/// Fit a fractional transfer function to a record
+///
+/// Fits coefficients, orders and dead time together, to a CSV record that begins at rest and has
+/// equal time steps. Writes a plant file for the other commands of control.
+///
+/// Without --model it tries integer orders with up to four poles, and one or two powers of s with
+/// free orders, and takes the simplest function whose BIC is close to the lowest. Warnings say what
+/// the function does not explain, which numbers the record does not determine, and whether dead
+/// time and a pole can be told apart.
 #[derive(Debug, Args)]
 #[command(
     after_help = "Example: host-cli control identify record.csv --columns \
                   input=valve,output=temperature --out plant.toml"
 )]
 pub(crate) struct Arguments {
-    /// CSV with a header
+    /// CSV with a header, of a plant that begins at rest
     #[arg(value_name = "DATA")]
     data: PathBuf,
     /// Columns, as in `input=valve,output=temperature` [default: `time_s`, `input`, `output`]
@@ -76,11 +76,11 @@ const TRY: &str = "give --delay, --subtract-start or --model";
 /// Signals, and the columns that they are in.
 const SIGNALS: [(&str, &str); 3] = [("time", "time_s"), ("input", "input"), ("output", "output")];
 
-/// Place of a signal in [`SIGNALS`], and its column.
+/// Index of a signal in [`SIGNALS`], and its column.
 fn signal(text: &str) -> Result<(usize, String), String> {
     let split = text.split_once('=').and_then(|(name, column)| {
-        let place = SIGNALS.iter().position(|signal| signal.0 == name.trim())?;
-        Some((place, column.trim().to_owned()))
+        let index = SIGNALS.iter().position(|signal| signal.0 == name.trim())?;
+        Some((index, column.trim().to_owned()))
     });
     split.ok_or_else(|| "is not time=COLUMN, input=COLUMN or output=COLUMN".to_owned())
 }
@@ -114,11 +114,11 @@ fn guess(text: &str) -> Result<FractionalTransferFunction, Failure> {
 
 impl Arguments {
     pub(crate) fn run(self, output: Output) -> Result<(), Failure> {
-        let mut place = PlaceOfFile::look(&self.file, "plant")?;
+        let mut outputs = PlaceOfFile::look(&self.file, "plant")?;
         let (mut record, gaps) = self.read()?;
         if record.time_s.len() > LONG && !output.quiet {
             let words = format!(
-                "{} samples take about {}; every tenth may tell as much of a slow plant",
+                "{} samples take about {}; every tenth may be enough for a slow plant",
                 record.time_s.len(),
                 written("time_s", A_SAMPLE_S * record.time_s.len() as f64)
             );
@@ -136,12 +136,12 @@ impl Arguments {
         let found = shown("functions", guesses.len(), output, |bar| {
             identify(&record, &guesses, held, &|done| bar.inc(done as u64))
         });
-        let found = found.map_err(|error| match error {
+        let found = found.map_err(|error| {
             // Nobody gave a guess.
-            ControlError::NotFound { .. } if self.model.is_none() => {
-                Failure::run(format_args!("no function fits the record: {TRY}"))
+            if matches!(error, ControlError::NotFound { .. }) && self.model.is_none() {
+                return Failure::run(format_args!("no function fits the record: {TRY}"));
             }
-            error => refused(error),
+            refused(error)
         })?;
         let [best, ..] = &found[..] else {
             return Err(Failure::run(format_args!(
@@ -165,11 +165,11 @@ impl Arguments {
         let mut warnings: Vec<String> = gaps.into_iter().collect();
         warnings.extend(self::warnings(&found, best, &record));
         warnings.extend(evidence.and_then(|evidence| unsure(&evidence, best)));
-        let (plant_file, figure) = self.write(best, &record, &mut place);
+        let (plant_file, figure) = self.write(best, &record, &mut outputs);
         for warning in &warnings {
             warn(warning);
         }
-        let own = &best.identified;
+        let identified = &best.identified;
         let candidates = found.iter().map(|found| {
             json!({
                 "function": with_digits(&found.identified.function, DIGITS).to_string(),
@@ -178,46 +178,46 @@ impl Arguments {
             })
         });
         output.summary(&json!({
-            "function": with_digits(&own.function, DIGITS).to_string(),
-            "delay_s": own.dead_time.seconds(),
+            "function": with_digits(&identified.function, DIGITS).to_string(),
+            "delay_s": identified.dead_time.seconds(),
             // Null of a dead time that was given.
             "delay_low_s": interval.map(|[low, _]| low),
             "delay_high_s": interval.map(|[_, high]| high),
             "delay_determined": evidence.map(|evidence| evidence.is_determined),
             // Null of a record that begins at rest.
-            "offset": (record.start != Start::Rest).then_some(own.offset),
-            "input_before": (record.start == Start::Settled).then_some(own.input_before),
+            "offset": (record.start != Start::Rest).then_some(identified.offset),
+            "input_before": (record.start == Start::Settled).then_some(identified.input_before),
             "samples": record.time_s.len(),
             "sample_time_s": record.sample_time_s(),
-            "rms_residual": own.rms_residual,
-            "fit": own.fit,
+            "rms_residual": identified.rms_residual,
+            "fit": identified.fit,
             "bic": best.bic,
             "order_reason": order_reason(&found, best),
             // Null with a pole at s = 0 or on the imaginary axis.
-            "unstable_poles": own.function.unstable_poles(),
+            "unstable_poles": identified.function.unstable_poles(),
             // What the record does, if it does not come to rest.
-            "unstable_poles_reason": (own.fit >= LEAST && settles_as_well(&found, &record).is_none())
-                .then(|| nature(&own.function)).flatten(),
+            "unstable_poles_reason": (identified.fit >= LEAST && settles_as_well(&found, &record).is_none())
+                .then(|| nature(&identified.function)).flatten(),
             "numbers": numbers(best).iter().map(Number::value).collect::<Vec<_>>(),
             "candidates": candidates.collect::<Vec<_>>(),
             "plant_file": plant_file,
             "files": figure.as_slice(),
             "warnings": warnings,
         }))?;
-        place.close(Ok(()))
+        outputs.close(Ok(()))
     }
 
     fn columns(&self) -> Result<[&str; 3], Failure> {
         let mut names = SIGNALS.map(|(_, column)| column);
-        for (place, name) in &self.columns {
-            names[*place] = name;
+        for (index, name) in &self.columns {
+            names[*index] = name;
         }
-        let twice = (1..names.len()).find(|&place| names[..place].contains(&names[place]));
+        let twice = (1..names.len()).find(|&index| names[..index].contains(&names[index]));
         match twice {
             None => Ok(names),
-            Some(place) => Err(Failure::bad_input(format_args!(
+            Some(index) => Err(Failure::bad_input(format_args!(
                 "column {} stands for two signals: give each its own with --columns",
-                short(names[place])
+                short(names[index])
             ))),
         }
     }
@@ -254,35 +254,40 @@ impl Arguments {
         &self,
         best: &Found,
         record: &InputOutput,
-        place: &mut PlaceOfFile,
+        outputs: &mut PlaceOfFile,
     ) -> (Option<String>, Option<String>) {
         let name = self.data.file_name().unwrap_or(self.data.as_os_str());
         let name = name.to_string_lossy();
-        let (own, samples) = (&best.identified, record.time_s.len());
+        let (identified, samples) = (&best.identified, record.time_s.len());
         let model = PlantModel::Function {
-            function: Box::new(with_digits(&own.function, DIGITS)),
-            delay_s: own.dead_time.seconds(),
+            function: Box::new(with_digits(&identified.function, DIGITS)),
+            delay_s: identified.dead_time.seconds(),
         };
-        let rms = digits(own.rms_residual, 4);
-        let begins = begins(record.start, own);
+        let rms = digits(identified.rms_residual, 4);
+        let begins = begins(record.start, identified);
         let note = format!("identified from {name}, {samples} samples, rms {rms}{begins}");
         let picture = || {
             let source = format!("{} · {samples} samples", short_name(&name));
-            draw_identified(record, &own.model, &rounded(&own.function), &source)
+            draw_identified(
+                record,
+                &identified.model,
+                &rounded(&identified.function),
+                &source,
+            )
         };
         let text = || model.to_toml(PROGRAM, &note).unwrap_or_default();
-        place.write(text, picture)
+        outputs.write(text, picture)
     }
 }
 
 /// Where the plant was when the record began, behind its other figures.
-fn begins(start: Start, own: &Identified) -> String {
-    let offset = digits(own.offset, 5);
+fn begins(start: Start, found: &Identified) -> String {
+    let offset = digits(found.offset, 5);
     match start {
         Start::Rest => String::new(),
         Start::Offset => format!(", output counted from {offset}"),
         Start::Settled => {
-            let before = digits(own.input_before, 5);
+            let before = digits(found.input_before, 5);
             format!(", output counted from {offset}, input from {before}")
         }
     }
@@ -318,46 +323,6 @@ fn with_digits(function: &FractionalTransferFunction, digits: usize) -> Fraction
     FractionalTransferFunction::new(&above, &below).unwrap_or(*function)
 }
 
-/// Name and value of a number, and the factor that makes its standard error absolute.
-fn named(found: &Identified, number: FreeNumber) -> (String, f64, f64) {
-    let (function, delay_s) = (&found.function, found.dead_time.seconds());
-    let (above, below) = (function.numerator().terms(), function.denominator().terms());
-    let of = |part: &str, term: Option<&Term>, n: usize, is_order: bool| {
-        let (coefficient, order) = term.map_or((f64::NAN, f64::NAN), |t| (t.coefficient, t.order));
-        match is_order {
-            true => (format!("{part}_order_{}", n + 1), order, 1.0),
-            // Errors of coefficients are relative.
-            false => (
-                format!("{part}_coefficient_{}", n + 1),
-                coefficient,
-                coefficient.abs(),
-            ),
-        }
-    };
-    match number {
-        FreeNumber::NumeratorCoefficient(n) => of("numerator", above.get(n), n, false),
-        FreeNumber::NumeratorOrder(n) => of("numerator", above.get(n), n, true),
-        FreeNumber::DenominatorCoefficient(n) => of("denominator", below.get(n), n, false),
-        FreeNumber::DenominatorOrder(n) => of("denominator", below.get(n), n, true),
-        FreeNumber::DeadTime => ("delay_s".to_owned(), delay_s, 1.0),
-        _ => ("number".to_owned(), f64::NAN, 1.0),
-    }
-}
-
-/// Where a function leaves much that is no noise, though little of the whole record.
-fn lacking(at: &Unexplained) -> String {
-    let part = if at.share > 1.0 {
-        format!("{} times the output", digits(at.share, 4))
-    } else {
-        format!("{} % of the output", digits(100.0 * at.share, 4))
-    };
-    format!(
-        "from {} to {} the function leaves {part}, not noise: record a shorter time, or give --model",
-        written("from_s", at.from_s),
-        written("to_s", at.to_s)
-    )
-}
-
 /// A number of the function that was found.
 struct Number {
     name: String,
@@ -366,6 +331,43 @@ struct Number {
 }
 
 impl Number {
+    fn of(found: &Identified, number: FreeNumber, error: f64) -> Self {
+        let function = &found.function;
+        let (above, below) = (function.numerator().terms(), function.denominator().terms());
+        let (part, terms, n, is_order) = match number {
+            FreeNumber::NumeratorCoefficient(n) => ("numerator", above, n, false),
+            FreeNumber::NumeratorOrder(n) => ("numerator", above, n, true),
+            FreeNumber::DenominatorCoefficient(n) => ("denominator", below, n, false),
+            FreeNumber::DenominatorOrder(n) => ("denominator", below, n, true),
+            FreeNumber::DeadTime => {
+                return Self {
+                    name: "delay_s".to_owned(),
+                    value: found.dead_time.seconds(),
+                    standard_error: error,
+                };
+            }
+        };
+        let of = |term: &Term| {
+            if is_order {
+                term.order
+            } else {
+                term.coefficient
+            }
+        };
+        let value = terms.get(n).map_or(f64::NAN, of);
+        // Errors of coefficients are relative.
+        let (kind, scale) = if is_order {
+            ("order", 1.0)
+        } else {
+            ("coefficient", value.abs())
+        };
+        Self {
+            name: format!("{part}_{kind}_{}", n + 1),
+            value,
+            standard_error: error * scale,
+        }
+    }
+
     /// The error is at most half of the value.
     fn is_determined(&self) -> bool {
         self.standard_error <= LOOSE * self.value.abs()
@@ -383,17 +385,25 @@ impl Number {
 }
 
 fn numbers(best: &Found) -> Vec<Number> {
-    let errors = best.identified.standard_errors.iter();
-    let number = |(number, error): &(FreeNumber, f64)| {
-        let (name, value, absolute) = named(&best.identified, *number);
-        let standard_error = error * absolute;
-        Number {
-            name,
-            value,
-            standard_error,
-        }
+    let found = &best.identified;
+    let errors = found.standard_errors.iter();
+    errors
+        .map(|(number, error)| Number::of(found, *number, *error))
+        .collect()
+}
+
+/// Where a function leaves much that is no noise, though little of the whole record.
+fn lacking(at: &Unexplained) -> String {
+    let part = if at.share > 1.0 {
+        format!("{} times the output", digits(at.share, 4))
+    } else {
+        format!("{} % of the output", digits(100.0 * at.share, 4))
     };
-    errors.map(number).collect()
+    format!(
+        "from {} to {} the function leaves {part}, not noise: record a shorter time, or give --model",
+        written("from_s", at.from_s),
+        written("to_s", at.to_s)
+    )
 }
 
 /// What the function leaves unexplained, and what the record does not tell.
@@ -442,17 +452,17 @@ fn unsure(evidence: &DeadTimeEvidence<'_>, best: &Found) -> Option<String> {
 /// Why the function has as many numbers as it has.
 fn order_reason(found: &[Found], best: &Found) -> String {
     let numbers = |found: &Found| found.identified.standard_errors.len();
-    let own = numbers(best);
+    let count = numbers(best);
     let nearest = |is_other: &dyn Fn(usize) -> bool| {
         let others = found.iter().filter(|found| is_other(numbers(found)));
         let nearest = others.min_by(|a, b| a.bic.total_cmp(&b.bic));
         nearest.map(|other| format!("{:+.1} with {}", other.bic - best.bic, numbers(other)))
     };
-    let others = [nearest(&|n| n < own), nearest(&|n| n > own)];
+    let others = [nearest(&|n| n < count), nearest(&|n| n > count)];
     let others: Vec<String> = others.into_iter().flatten().collect();
     match others.is_empty() {
-        true => format!("nothing else fits, with {own} numbers"),
-        false => format!("{own} numbers; BIC {}", others.join(", ")),
+        true => format!("nothing else fits, with {count} numbers"),
+        false => format!("{count} numbers; BIC {}", others.join(", ")),
     }
 }
 

@@ -18,17 +18,12 @@ use haptic_experiment::{Failure, parameters};
 use haptic_quantity::{digits, parse_for_key};
 use std::path::Path;
 
-/// Options of the plant.
 #[derive(Debug, Args)]
 #[command(next_help_heading = "Plant")]
 pub(super) struct PlantArguments {
-    #[arg(
-        long,
-        value_name = "FUNCTION|FILE",
-        allow_hyphen_values = true,
-        help = "Transfer function, as in '0.55exp(-s)/(62s+1)', plant file (*.toml), or, for \
-                control design only, measured response (*.csv with omega_rad_s, gain and phase_deg)"
-    )]
+    /// Transfer function, as in '0.55exp(-s)/(62s+1)', plant file (*.toml), or, for control design
+    /// only, measured response (*.csv with `omega_rad_s`, gain and `phase_deg`)
+    #[arg(long, value_name = "FUNCTION|FILE", allow_hyphen_values = true)]
     plant: Option<String>,
     /// Mass of a device instead of --plant: force in, position out
     #[arg(long, value_parser = of(parameters::MASS), conflicts_with = "plant")]
@@ -36,13 +31,13 @@ pub(super) struct PlantArguments {
     /// Viscous damping of the device
     #[arg(long, value_parser = of(parameters::DAMPING), requires = "mass")]
     damping: Option<f64>,
-    /// Stiffness of the hand
+    /// Stiffness of the hand that holds the device
     #[arg(long, value_parser = of(parameters::HAND_STIFFNESS), requires = "mass")]
     hand_stiffness: Option<f64>,
     /// Time constant of the actuator's current
     #[arg(long, value_name = "TIME", value_parser = of(parameters::CURRENT_LAG), requires = "mass")]
     current_lag: Option<f64>,
-    /// Additional dead time
+    /// Dead time, in addition to that of the plant
     #[arg(long, value_name = "TIME", value_parser = of(parameters::DEAD_TIME))]
     delay: Option<f64>,
 }
@@ -100,7 +95,7 @@ fn named(text: &str) -> Result<PlantModel, Failure> {
     let path = Path::new(text);
     let ends = |extension: &str| {
         path.extension()
-            .is_some_and(|own| own.eq_ignore_ascii_case(extension))
+            .is_some_and(|found| found.eq_ignore_ascii_case(extension))
     };
     if ends("csv") || ends("toml") || path.is_file() {
         return PlantModel::read(path);
@@ -115,7 +110,6 @@ fn named(text: &str) -> Result<PlantModel, Failure> {
     Ok(model)
 }
 
-/// A controller.
 #[derive(Debug, Args)]
 pub(crate) struct ControllerOption {
     /// Controller file (*.toml), or notation, as in '2+3/s^0.9+0.1s^0.5'
@@ -139,7 +133,7 @@ impl ControllerOption {
             return Ok(None);
         };
         let path = Path::new(text);
-        let is_file = path.extension().is_some_and(|own| own == "toml") || path.is_file();
+        let is_file = path.extension().is_some_and(|found| found == "toml") || path.is_file();
         let mut file = if is_file {
             ControllerFile::read(path)?.setup
         } else {
@@ -160,7 +154,6 @@ impl ControllerOption {
     }
 }
 
-/// Options of the controller.
 #[derive(Debug, Args)]
 #[command(next_help_heading = "Controller")]
 pub(super) struct ControllerArguments {
@@ -177,7 +170,6 @@ pub(super) struct ControllerArguments {
     output_limits: Option<Limits>,
 }
 
-/// Lowest and highest command.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Limits {
     pub(super) low: f64,
@@ -226,13 +218,12 @@ fn law(text: &str) -> Result<ControllerParameters, Failure> {
 /// Reads a SCHEME that a controller may have.
 pub(super) fn controller_scheme(text: &str) -> Result<Scheme, String> {
     let scheme = parse_scheme(text)?;
-    match scheme {
-        Scheme::FullBdf2 { .. } => Ok(scheme),
-        Scheme::Full { .. } if text.starts_with("full") => Ok(scheme),
-        _ => Err(format!(
-            "scheme \"{scheme}\" is not for a controller: give full or full-bdf2"
-        )),
-    }
+    let full = matches!(scheme, Scheme::Full { .. } | Scheme::FullBdf2 { .. });
+    (full && text.starts_with("full"))
+        .then_some(scheme)
+        .ok_or_else(|| {
+            format!("scheme \"{scheme}\" is not for a controller: give full or full-bdf2")
+        })
 }
 
 /// Reads two limits of a command.

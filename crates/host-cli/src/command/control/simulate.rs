@@ -3,7 +3,7 @@
 use super::draw::draw_run;
 use super::loops::{ControllerArguments, NamedPlant, PlantArguments, check_step, samples};
 use super::words::{refused, shape};
-use crate::files::{Files, Place};
+use crate::files::Files;
 use crate::output::{Output, warn};
 use crate::parse::quantity;
 use crate::table;
@@ -16,29 +16,18 @@ use haptic_experiment::control::in_degrees;
 use haptic_experiment::{Failure, parameters};
 use haptic_quantity::digits;
 use serde::Serialize;
-use serde_json::{Value, json};
+use serde_json::json;
 use std::path::{Path, PathBuf};
 
-pub(super) const LONG_ABOUT: &str = "\
-Runs a loop from rest as on hardware: sampled, held, with dead time, limits and anti-windup. The reference is a step or a CSV \
-column. A fractional controller is compared with the integer-order PID of the same crossover and phase margin. Without a controller it \
-runs the plant alone. An output that does not end at its reference, or is no number, is said and ends with exit code 1.";
-
 /// An output that is not where it was asked to be.
-fn away(report: &Value) -> Failure {
-    let last = report["step"].as_array().and_then(|rows| rows.last());
-    let shown = |value: &Value| {
-        value
-            .as_f64()
-            .map_or_else(|| "NaN".to_owned(), |own| digits(own, 4))
-    };
-    let of_last = |key| last.map_or_else(String::new, |row| shown(&row[key]));
+fn away(last: Option<&Row>, limited_share: f64) -> Failure {
+    let [output, reference] = last
+        .map_or([f64::NAN; 2], |row| [row.output, row.reference])
+        .map(|value| digits(value, 4));
     Failure::run(format_args!(
-        "the output ends at {}, not at its reference {}, with the command at a limit in a share of {} of the samples: widen \
-         --output-limits, give a longer --duration, or see host-cli control analyze",
-        of_last("output"),
-        of_last("reference"),
-        shown(&report["limited_share"])
+        "the output ends at {output}, not at its reference {reference}, with the command at a limit in a share of {} of the \
+         samples: widen --output-limits, give a longer --duration, or see host-cli control analyze",
+        digits(limited_share, 4)
     ))
 }
 
@@ -57,10 +46,11 @@ fn baseline(
         }
         Err(error) => error,
     };
-    let why = match error {
+    let why = if let ControlError::Range(range) = error {
         // Its wishes are those of this loop, not of the user.
-        ControlError::Range(range) => range.to_string(),
-        error => in_degrees(&error),
+        range.to_string()
+    } else {
+        in_degrees(&error)
     };
     warn(&format!("no integer-order PID to compare with: {why}"));
     Ok(None)
@@ -85,7 +75,12 @@ fn sample_time_of(duration_s: f64) -> Result<f64, Failure> {
     )))
 }
 
-/// Arguments of `control simulate`.
+/// Run a step or a record through a loop, or a plant alone
+///
+/// The loop starts at rest and runs as on hardware: sampled, with a command held between samples,
+/// dead time, limits and anti-windup. The reference is a step or a CSV column. A fractional
+/// controller is compared with the integer-order PID of the same crossover and phase margin. Exit
+/// code 1 if the output does not end at its reference, or is NaN.
 #[derive(Debug, Args)]
 #[command(
     after_help = "Example: host-cli control simulate --plant '0.55exp(-s)/(62s+1)' --controller \
@@ -133,57 +128,53 @@ impl Arguments {
     pub(super) fn run(self, output: Output) -> Result<(), Failure> {
         let plant = self.plant.resolve()?;
         check_step(self.step.unwrap_or(1.0))?;
-        let mut place = self.files.look("response", &[])?;
-        let report = match self.controller.resolve()? {
-            Some(file) => self.closed(&plant, &file, &mut place)?,
-            None => self.open(&plant, &mut place)?,
+        let mut outputs = self.files.look("response", &[])?;
+        let file = self.controller.resolve()?;
+        let file = file.as_ref();
+        let t = file.map_or_else(|| self.sample_time_alone(), |file| Ok(file.sample_time_s))?;
+        let crossover = || {
+            let file = file?;
+            let sampled = file.sampled(&plant.plant).ok()?;
+            let margins = file.closed_with(&sampled).ok()?.margins();
+            margins.phase.map(|phase| phase.omega_rad_s)
         };
-        match report["stable"].as_bool() {
+        let reference = self.signal(t, || samples_for(crossover(), t))?;
+        let step = self.height();
+        let closed = file.map(|file| run(file, &plant.plant, &reference, step));
+        let closed = closed.transpose().map_err(refused)?;
+        let integer = file.map(|file| baseline(file, &plant, &reference, step));
+        let integer = integer.transpose()?.flatten();
+        let response = match &closed {
+            Some(closed) => &closed.response,
+            None => &run_plant(&plant.plant, Seconds(t), &reference).map_err(refused)?,
+        };
+        let beside = integer.as_ref().map(|(_, run)| &run.response);
+        let rows = rows(response, t);
+        let files =
+            outputs.table_and_picture(&[], rows.iter(), || draw_run(response, beside, &plant, file, t));
+        // Null where nothing is proved, as in `analyze`.
+        let stable = closed.as_ref().map_or(Some(true), |run| {
+            run.coarse.is_none().then_some(run.verdict.stable)
+        });
+        match stable {
             Some(true) => {}
             Some(false) => warn("the loop is unstable: see host-cli control analyze"),
             None => {
                 warn("the loop is too fast for the sampled model: see host-cli control analyze");
             }
         }
-        output.summary(&report)?;
-        place.close(match report["at_reference"].as_bool() {
-            Some(false) => Err(away(&report)),
-            Some(true) | None => Ok(()),
-        })
-    }
-
-    fn closed(
-        &self,
-        plant: &NamedPlant,
-        file: &ControllerSetup,
-        place: &mut Place,
-    ) -> Result<Value, Failure> {
-        let crossover = || {
-            let sampled = file.sampled(&plant.plant).ok()?;
-            let margins = file.closed_with(&sampled).ok()?.margins();
-            margins.phase.map(|phase| phase.omega_rad_s)
-        };
-        let t = file.sample_time_s;
-        let reference = self.signal(t, || samples_for(crossover(), t))?;
-        let step = self.height();
-        let own = run(file, &plant.plant, &reference, step).map_err(refused)?;
-        let integer = baseline(file, plant, &reference, step)?;
-        let beside = integer.as_ref().map(|(_, run)| &run.response);
-        let rows = rows(&own.response, t);
-        let files = place.table_and_picture(&[], rows.iter(), || {
-            draw_run(&own.response, beside, plant, Some(file), t)
-        });
-        let shape = |run: &LoopRun| run.shape.as_ref().map(|own| shape(own, t));
-        Ok(json!({
+        let shape = |run: &LoopRun| run.shape.as_ref().map(|found| shape(found, t));
+        let closed = closed.as_ref();
+        let limited_share = closed.map_or(0.0, |run| run.limited_share);
+        output.summary(&json!({
             "plant": plant.words,
-            "controller": file.law.to_string(),
+            "controller": file.map(|file| file.law.to_string()),
             "sample_time_s": t,
-            "scheme": file.scheme.to_string(),
-            // Null where nothing is proved, as in `analyze`.
-            "stable": own.coarse.is_none().then_some(own.verdict.stable),
-            "shape": shape(&own),
-            "limited_share": own.limited_share,
-            "at_reference": own.at_reference,
+            "scheme": file.map(|file| file.scheme.to_string()),
+            "stable": stable,
+            "shape": closed.and_then(shape),
+            "limited_share": limited_share,
+            "at_reference": closed.and_then(|run| run.at_reference),
             "integer": integer.as_ref().map(|(file, run)| json!({
                 "controller": file.law.to_string(),
                 "shape": shape(run),
@@ -191,38 +182,22 @@ impl Arguments {
             })),
             "step": rows,
             "files": files,
-        }))
+        }))?;
+        outputs.close(match closed.and_then(|run| run.at_reference) {
+            Some(false) => Err(away(rows.last(), limited_share)),
+            Some(true) | None => Ok(()),
+        })
     }
 
-    fn open(&self, plant: &NamedPlant, place: &mut Place) -> Result<Value, Failure> {
-        let t = match (self.controller.sample_time, self.duration) {
-            (Some(t), _) => t,
-            (None, Some(duration)) => sample_time_of(duration)?,
-            (None, None) => {
-                return Err(Failure::bad_input(
-                    "a plant alone has no crossover: give --duration, as in 20s, or --controller",
-                ));
-            }
-        };
-        let reference = self.signal(t, || samples_for(None, t))?;
-        let response = run_plant(&plant.plant, Seconds(t), &reference).map_err(refused)?;
-        let rows = rows(&response, t);
-        let files = place.table_and_picture(&[], rows.iter(), || {
-            draw_run(&response, None, plant, None, t)
-        });
-        Ok(json!({
-            "plant": plant.words,
-            "controller": null,
-            "sample_time_s": t,
-            "scheme": null,
-            "stable": true,
-            "shape": null,
-            "limited_share": 0.0,
-            "at_reference": null,
-            "integer": null,
-            "step": rows,
-            "files": files,
-        }))
+    /// The sample time of a plant that runs alone.
+    fn sample_time_alone(&self) -> Result<f64, Failure> {
+        match (self.controller.sample_time, self.duration) {
+            (Some(t), _) => Ok(t),
+            (None, Some(duration)) => sample_time_of(duration),
+            (None, None) => Err(Failure::bad_input(
+                "a plant alone has no crossover: give --duration, as in 20s, or --controller",
+            )),
+        }
     }
 
     /// Height of the step, if it is one.
@@ -270,7 +245,7 @@ impl Record {
         let (lines, [time_s, value]) = (found.lines, found.columns);
         if let Some(row) = time_s.windows(2).position(|pair| pair[1] <= pair[0]) {
             let line = lines[row + 1];
-            let what = format!("line {line}: the time does not grow: sort the rows");
+            let what = format!("line {line}: the time does not increase: sort the rows");
             return Err(table::wrong(path, what));
         }
         let outside = |value: &f64| !parameters::OUTPUT_HIGH.range().contains(*value);

@@ -8,23 +8,23 @@ use serde_json::{Value, json};
 /// A refusal of the library: bad input, or a search that ended with nothing.
 pub(crate) fn refused(error: ControlError) -> Failure {
     let text = in_degrees(&error);
-    match error {
-        ControlError::NotFound { .. } => Failure::run(format_args!("{text}")),
-        _ => Failure::bad_input(text),
+    if matches!(error, ControlError::NotFound { .. }) {
+        return Failure::run(format_args!("{text}"));
     }
+    Failure::bad_input(text)
 }
 
 pub(super) fn margins(margins: &Margins) -> Value {
     let value = |crossing: Option<Crossing>| crossing.map(|crossing| crossing.value);
-    let place = |crossing: Option<Crossing>| crossing.map(|crossing| crossing.omega_rad_s);
+    let frequency = |crossing: Option<Crossing>| crossing.map(|crossing| crossing.omega_rad_s);
     json!({
-        "crossover_rad_s": place(margins.phase),
+        "crossover_rad_s": frequency(margins.phase),
         "crossovers": margins.crossovers,
         "phase_margin_deg": value(margins.phase).map(f64::to_degrees),
         "gain_up": value(margins.gain_up),
-        "gain_up_rad_s": place(margins.gain_up),
+        "gain_up_rad_s": frequency(margins.gain_up),
         "gain_down": value(margins.gain_down),
-        "gain_down_rad_s": place(margins.gain_down),
+        "gain_down_rad_s": frequency(margins.gain_down),
         "delay_margin_s": value(margins.delay_s),
         "sensitivity_peak": margins.sensitivity.value,
         "sensitivity_peak_rad_s": margins.sensitivity.omega_rad_s,
@@ -42,12 +42,12 @@ pub(super) fn shape(shape: &Shape, sample_time_s: f64) -> Value {
     })
 }
 
-pub(super) fn pid(own: PidParameters) -> Value {
+pub(super) fn pid(gains: PidParameters) -> Value {
     json!({
-        "proportional_gain": own.proportional,
-        "integral_gain_per_s_lambda": own.integral,
-        "integral_order": own.integral_order,
-        "derivative_gain_s_mu": own.derivative,
-        "derivative_order": own.derivative_order,
+        "proportional_gain": gains.proportional,
+        "integral_gain_per_s_lambda": gains.integral,
+        "integral_order": gains.integral_order,
+        "derivative_gain_s_mu": gains.derivative,
+        "derivative_order": gains.derivative_order,
     })
 }

@@ -22,7 +22,6 @@ enum Place {
     Limit(fn(&mut Limits) -> &mut f32),
 }
 
-/// What can be set.
 #[derive(Clone, Copy)]
 struct Key {
     key: &'static str,
@@ -97,7 +96,6 @@ fn limits() -> impl Iterator<Item = Key> {
     })
 }
 
-/// All keys.
 fn keys() -> impl Iterator<Item = Key> {
     KEYS.iter().copied().chain(limits())
 }

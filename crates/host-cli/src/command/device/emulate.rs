@@ -24,17 +24,6 @@ use std::time::Duration;
 /// Seconds of an emulated device in a second.
 const SPEED_UPS: Range = Range::Within(1e-3, 1e3);
 
-pub(super) const LONG_ABOUT: &str = "\
-Emulates a device: the firmware's state machine and a simulated plant behind a pseudo-terminal. It prints the path; any \
-command can use that with --device serial:PATH. With --device-model it has the mass, damping, friction, delay, lag \
-and sensors of that file, to rehearse a run; otherwise it is an ideal mass, with the values that the run states.
-
-Keys make the line bad: it loses, damages, repeats, reorders, delays or stalls frames, in the same way for the same line_seed.
-
---kind haply-2diy is the board of a Haply 2DIY, --kind moteus a servo behind a CAN adapter; both also work with the \
-makers' own programs. They run in real time, and drop and corrupt then apply to single bytes.";
-
-/// A device to imitate.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 enum Kind {
     /// The device of this program.
@@ -42,7 +31,6 @@ enum Kind {
     Own,
     /// The board of a Haply 2DIY.
     Haply2Diy,
-    /// A moteus servo.
     Moteus,
 }
 
@@ -65,7 +53,19 @@ impl Kind {
     }
 }
 
-/// Arguments of `device emulate`.
+/// Emulate a device behind a pseudo-terminal
+///
+/// The emulated device is the firmware's state machine with a simulated plant. The command prints
+/// the path of the terminal; any other command can use that with --device serial:PATH. With
+/// --device-model the plant has the mass, damping, friction, delay, lag and sensors of that file,
+/// to rehearse a run; otherwise it is an ideal mass, with the values that the run states.
+///
+/// Keys make the line bad: it loses, damages, repeats, reorders, delays or stalls frames, in the
+/// same way for the same `line_seed`.
+///
+/// --kind haply-2diy is the board of a Haply 2DIY, --kind moteus a servo behind a CAN adapter; both
+/// also work with the makers' own programs. They run in real time, and drop and corrupt then apply
+/// to single bytes.
 #[derive(Debug, Args)]
 #[command(
     after_help = format!("Examples:\n  host-cli device emulate --link device &\n  host-cli relax --device \
@@ -125,12 +125,15 @@ pub(crate) fn key_like(option: &str) -> Option<&'static str> {
     key_value::key_like(option, KEYS.map(|(key, _)| key))
 }
 
-#[derive(Debug)]
+#[derive(Debug, Default)]
 struct Details {
+    /// The keys that were given.
+    given: BTreeSet<&'static str>,
     faults: LineFaults,
     seed: u64,
-    hardware: Option<Version>,
-    held: Option<Held>,
+    hardware: Version,
+    /// The hand of a 2DIY; `None` strokes.
+    hand: Option<haply::Hand>,
     servo_id: Option<u8>,
     turn: Option<moteus::Hand>,
 }
@@ -138,20 +141,13 @@ struct Details {
 impl Details {
     fn read(words: &[String]) -> Result<Self, Failure> {
         let mut details = Self {
-            faults: LineFaults {
-                stall_s: 0.05,
-                ..LineFaults::default()
-            },
             seed: 1,
-            hardware: None,
-            held: None,
-            servo_id: None,
-            turn: None,
+            ..Self::default()
         };
-        let mut given = BTreeSet::new();
+        details.faults.stall_s = 0.05;
         for word in words {
             let (key, text) = key_and_value(word, KEYS.map(|(key, _)| key), "emulate")?;
-            if !given.insert(key) {
+            if !details.given.insert(key) {
                 return Err(refused(word, "is given twice: keep one"));
             }
             details.set(key, text).map_err(|why| refused(word, &why))?;
@@ -171,12 +167,16 @@ impl Details {
             "stall" => faults.stall = chance(text)?,
             "stall_time_s" => faults.stall_s = in_range(key, parameters::LINE_DELAY.range(), text)?,
             "line_seed" => self.seed = count(text, 0, u64::MAX)?,
-            "hardware" => self.hardware = Some(version(text)?),
-            "hand" => self.held = Some(hand(text)?),
+            "hardware" => self.hardware = version(text)?,
+            "hand" => self.hand = hand(text)?,
             "servo_id" => self.servo_id = Some(count(text, 0, u8::MAX)?),
             _ => self.turn = Some(turn(text)?),
         }
         Ok(())
+    }
+
+    fn has(&self, keys: [&str; 2]) -> bool {
+        keys.iter().any(|key| self.given.contains(key))
     }
 }
 
@@ -250,8 +250,8 @@ impl Arguments {
                 words_of_own(&board::emulate(line, &emulation, stop).map_err(failed)?)
             }
             Kind::Haply2Diy => {
-                let model = details.hardware.unwrap_or_default().model();
-                let hand = details.held.unwrap_or(Held::Strokes).on(&model);
+                let model = details.hardware.model();
+                let hand = details.hand.unwrap_or_else(|| strokes(&model));
                 let mut board = haply::Board::new(model, haply::Body::at_home(&model, hand));
                 let damage = emulate(line, &mut board, (faults, seed), duration, stop);
                 words_of_haply(&board, &damage.map_err(Failure::input)?)
@@ -269,11 +269,9 @@ impl Arguments {
     }
 
     fn check_kind(&self, kind: Kind, details: &Details) -> Result<(), Failure> {
-        let refusal = if kind != Kind::Haply2Diy
-            && (details.hardware.is_some() || details.held.is_some())
-        {
+        let refusal = if kind != Kind::Haply2Diy && details.has(["hardware", "hand"]) {
             "hardware and hand apply only to a 2DIY: add --kind haply-2diy"
-        } else if kind != Kind::Moteus && (details.servo_id.is_some() || details.turn.is_some()) {
+        } else if kind != Kind::Moteus && details.has(["servo_id", "turn"]) {
             "servo_id and turn apply only to a servo: add --kind moteus"
         } else if kind != Kind::Own && self.axes.is_some() {
             "--axes applies only to --kind own: omit it"
@@ -306,13 +304,14 @@ fn body(model: &DeviceModel) -> Body {
 
 /// A device that could not be emulated, with the option that mends it.
 fn failed(error: EmulatorError) -> Failure {
-    match error {
-        EmulatorError::Path { kind, .. } => {
-            Failure::bad_input(format_args!("{error} with --{kind}"))
-        }
-        EmulatorError::Terminal(_) => Failure::device(error),
-        EmulatorError::Device(_) => Failure::run(error),
-        _ => Failure::input(error),
+    if let EmulatorError::Path { kind, .. } = &error {
+        Failure::bad_input(format_args!("{error} with --{kind}"))
+    } else if matches!(error, EmulatorError::Terminal(_)) {
+        Failure::device(error)
+    } else if matches!(error, EmulatorError::Device(_)) {
+        Failure::run(error)
+    } else {
+        Failure::input(error)
     }
 }
 
@@ -336,15 +335,6 @@ fn words_of_own(done: &Emulated) -> String {
 /// What a stroking hand does: from here, this far, in this time.
 const STROKES: (f64, f64, f64) = (0.085, 0.015, 4.0);
 
-/// A hand as it is named; the middle of the workspace is that of the hardware.
-#[derive(Clone, Copy, Debug)]
-enum Held {
-    Strokes,
-    Free,
-    At([f64; 2]),
-    Fixed([f64; 2]),
-}
-
 fn version(text: &str) -> Result<Version, String> {
     let found = Version::ALL
         .into_iter()
@@ -352,39 +342,30 @@ fn version(text: &str) -> Result<Version, String> {
     found.ok_or_else(|| "is not a version of a 2DIY: give 2 or 3".to_owned())
 }
 
-fn hand(text: &str) -> Result<Held, String> {
-    let place = |text: &str| -> Result<Option<[f64; 2]>, String> {
+fn hand(text: &str) -> Result<Option<haply::Hand>, String> {
+    const KNOWN: &str =
+        "is not a hand: give strokes, free, at:X:Y or fixed:X:Y, as in fixed:19mm:90mm";
+    let point = |text: &str| -> Result<[f64; 2], String> {
         let end = |text| in_range("place_m", parameters::PRESS.range(), text);
-        let both = text.split_once(':');
-        both.map(|(x, y)| Ok([end(x)?, end(y)?])).transpose()
+        let (x, y) = text.split_once(':').ok_or(KNOWN)?;
+        Ok([end(x)?, end(y)?])
     };
-    let (kind, rest) = text.split_once(':').unwrap_or((text, ""));
-    let held = match (kind, rest) {
-        ("strokes", "") => Some(Held::Strokes),
-        ("free", "") => Some(Held::Free),
-        ("at", rest) => place(rest)?.map(Held::At),
-        ("fixed", rest) => place(rest)?.map(Held::Fixed),
-        _ => None,
-    };
-    let known = "is not a hand: give strokes, free, at:X:Y or fixed:X:Y, as in fixed:19mm:90mm";
-    held.ok_or_else(|| known.to_owned())
+    match text.split_once(':').unwrap_or((text, "")) {
+        ("strokes", "") => Ok(None),
+        ("free", "") => Ok(Some(haply::Hand::Free)),
+        ("at", rest) => Ok(Some(haply::Hand::At(point(rest)?))),
+        ("fixed", rest) => Ok(Some(haply::Hand::Fixed(point(rest)?))),
+        _ => Err(KNOWN.to_owned()),
+    }
 }
 
-impl Held {
-    fn on(self, model: &Model) -> haply::Hand {
-        match self {
-            Self::Free => haply::Hand::Free,
-            Self::At(place) => haply::Hand::At(place),
-            Self::Fixed(place) => haply::Hand::Fixed(place),
-            Self::Strokes => {
-                let (from_m, depth_m, time_s) = STROKES;
-                haply::Hand::Strokes {
-                    from: [0.5 * model.pantograph.base_m, from_m],
-                    depth_m,
-                    time_s,
-                }
-            }
-        }
+/// A hand that strokes along y, in the middle of the workspace of this hardware.
+fn strokes(model: &Model) -> haply::Hand {
+    let (from_m, depth_m, time_s) = STROKES;
+    haply::Hand::Strokes {
+        from: [0.5 * model.pantograph.base_m, from_m],
+        depth_m,
+        time_s,
     }
 }
 

@@ -19,25 +19,24 @@ use std::path::PathBuf;
 use std::process::{Command, Stdio};
 use std::time::Duration;
 
-pub(super) const LONG_ABOUT: &str = "\
-Builds the firmware, programs a board, and checks that the device then runs exactly that image: it has just started, and answers with \
-the digest of its own flash. \
-A Raspberry Pi Pico is programmed through the drive that it shows when it is plugged in with BOOTSEL held, others over a \
-debug probe with probe-rs (https://probe.rs).";
-
-/// Arguments of `device flash`.
+/// Program a board over a debug probe, or a Pico through its drive
+///
+/// Builds the firmware, programs the board, and checks that the device then runs exactly that
+/// image: it has just started, and answers with the digest of its own flash. A Raspberry Pi Pico is
+/// programmed through the drive that it shows when it is plugged in with BOOTSEL held, others over
+/// a debug probe with probe-rs (<https://probe.rs>).
 #[derive(Debug, Args)]
 #[command(
     after_help = "Example: host-cli device flash --board nucleo-f446re --device serial:/dev/ttyACM0"
 )]
 pub(crate) struct Arguments {
-    /// The board
+    /// Board to program, which the image must be for
     #[arg(long, value_parser = one_of(boards()), default_value = BOARDS[0].name)]
     board: &'static Board,
     /// Image to program, ELF or UF2 [default: build it from --source]
     #[arg(long, value_name = "FILE")]
     image: Option<PathBuf>,
-    /// Folder of the firmware
+    /// Folder of the firmware, if no image is given
     #[arg(long, value_name = "DIR", default_value = "firmware")]
     source: PathBuf,
     #[command(flatten)]
@@ -124,7 +123,7 @@ impl Arguments {
 
 /// What programs a board, found before anything is built.
 enum Programmer {
-    /// probe-rs, for this chip.
+    /// A debug probe, by probe-rs, which knows the chip by this name.
     Probe(&'static str),
     /// The drive at this place, which takes such a family of images for a flash that begins here.
     Drive(PathBuf, u32, u32),
@@ -140,8 +139,8 @@ impl Programmer {
                 ))),
             },
             Way::Drive(id, family) => {
-                let place = drive::find(&drive::mounted(), id)?;
-                Ok(Self::Drive(place, *family, board.flash.start))
+                let mount = drive::find(&drive::mounted(), id)?;
+                Ok(Self::Drive(mount, *family, board.flash.start))
             }
         }
     }
@@ -155,11 +154,8 @@ impl Programmer {
                     .args(["download", "--chip", chip, "--verify"])
                     .arg(&image.file)
                     .stdout(std::io::stderr());
-                run(
-                    probe,
-                    "probe-rs",
-                    "plug in the debug port; `probe-rs list` shows the probes",
-                )?;
+                let advice = "plug in the debug port; `probe-rs list` shows the probes";
+                run(probe, "probe-rs", advice)?;
                 let mut reset = Command::new("probe-rs");
                 reset
                     .args(["reset", "--chip", chip])
@@ -167,11 +163,11 @@ impl Programmer {
                 run(reset, "probe-rs", "unplug the board and plug it in again")?;
                 Ok(None)
             }
-            Self::Drive(place, family, begin) => {
+            Self::Drive(mount, family, begin) => {
                 let blocks = uf2::blocks(&image.contents, *begin, *family);
-                match drive::write(place, &blocks) {
-                    Ok(synced) => Ok(synced.err().map(|error| drive::refused(place, &error))),
-                    Err(error) => Err(drive::refused(place, &error)),
+                match drive::write(mount, &blocks) {
+                    Ok(synced) => Ok(synced.err().map(|error| drive::refused(mount, &error))),
+                    Err(error) => Err(drive::refused(mount, &error)),
                 }
             }
         }

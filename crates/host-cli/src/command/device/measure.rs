@@ -14,19 +14,21 @@ use haptic_experiment::question::{MeasureReport, Measurement};
 use haptic_figure::{FigureError, Look, Picture};
 use std::time::Duration;
 
-pub(super) const LONG_ABOUT: &str = "\
-Finds mass, damping, Coulomb friction, delay, current lag, encoder step and noise of a device, with 95 % intervals, and \
-writes a device file that analyze, design, zwidth, relax, run and control take. Beside it stands the frequency response \
-at the lines of the multi-sine, FILE.csv, with its coherence; control design takes it as --plant. Below 7s of multi-sine there is none.
-
-The device moves by itself: half a second without force, then a slowly growing force each way until it moves, then a \
-multi-sine. The force never exceeds a fifth of --force-limit. If the device leaves --box, and on Ctrl-C, the \
-force falls to zero. Put the device level, in the middle of its range, and let go; or hold it and give --held.
-
-The intervals assume a mass with these properties and nothing else; the lower half of the picture shows what the model does \
-not explain. The delay of a serial device does not include the line.";
-
-/// Arguments of `device measure`.
+/// Measure mass, damping, friction, delay, lag and sensor with small, safe forces
+///
+/// Finds mass, damping, Coulomb friction, delay, current lag, encoder step and noise of a device,
+/// with 95 % intervals, and writes a device file that analyze, design, zwidth, relax, run and
+/// control take. The frequency response at the lines of the multi-sine, with its coherence, goes
+/// into FILE.csv beside it, if the multi-sine lasts 7s or more; control design takes it as --plant.
+///
+/// The device moves by itself: half a second without force, then a slowly growing force each way
+/// until it moves, then a multi-sine. The force never exceeds a fifth of --force-limit. If the
+/// device leaves --box, and on Ctrl-C, the force falls to zero. Put the device level, in the middle
+/// of its range, and let go; or hold it and give --held.
+///
+/// The intervals assume a mass with these properties and nothing else; the lower half of the
+/// picture shows what the model does not explain. The delay of a serial device does not include the
+/// line.
 #[derive(Debug, Args)]
 #[command(
     after_help = "Examples:\n  host-cli device measure --device serial:/dev/ttyACM0 --force-limit 3.3N --out device.toml\n  \
@@ -45,7 +47,7 @@ pub(crate) struct Arguments {
 
 impl Arguments {
     pub(crate) fn run(self, output: Output) -> Result<(), Failure> {
-        let mut place = PlaceOfFile::beside(&self.file, "device", &["csv"])?;
+        let mut outputs = PlaceOfFile::beside(&self.file, "device", &["csv"])?;
         let document = self.options.over(Document::new(MEASUREMENT))?;
         let mut asked = Measurement::open(&document)?;
         if let Some(wait) = self.wait {
@@ -63,16 +65,16 @@ impl Arguments {
         }
         let text = || report.device_file(PROGRAM);
         let draw = || draw(&report);
-        (report.model, report.figure) = place.write(text, draw);
+        (report.model, report.figure) = outputs.write(text, draw);
         let table = report.response_table();
         if self.file.out.is_some() && table.is_none() {
             warn(
                 "no frequency response: give 8 s of multi-sine, and a larger force limit where friction hides the motion",
             );
         }
-        report.frequency_response = place.write_beside("csv", table);
+        report.frequency_response = outputs.write_beside("csv", table);
         output.summary(&report)?;
-        place.close(Ok(()))
+        outputs.close(Ok(()))
     }
 }
 
@@ -95,32 +97,15 @@ fn draw(report: &MeasureReport) -> Result<Picture, FigureError> {
     .with("read", Look::Broad, 6, over_time(1e3, |point| point[1]))
     .with("model", Look::Dashed, 1, over_time(1e3, |point| point[2]));
     let left = over_time(1e6, |point| point[2] - point[1]);
-    let left = Panel::new("model less position read", time, linear("residual / µm")).with(
-        "residual",
-        Look::Line,
-        0,
-        left,
-    );
-    let mut panels = vec![motion, left];
+    let residual = Panel::new("model less position read", time, linear("residual / µm"));
+    let mut panels = vec![motion, residual.with("residual", Look::Line, 0, left)];
     if report.response().next().is_some() {
         let of = |part: usize| report.response().map(move |line| (line[0], line[part]));
         let omega = || logarithmic("ω / (rad/s)");
-        panels.push(
-            Panel::new("frequency response", omega(), logarithmic("|G| / (m/N)")).with(
-                "measured",
-                Look::Markers,
-                0,
-                of(1),
-            ),
-        );
-        panels.push(
-            Panel::new("coherence", omega(), linear("γ²").between(0.0, 1.0)).with(
-                "coherence",
-                Look::Markers,
-                0,
-                of(2),
-            ),
-        );
+        let gain = Panel::new("frequency response", omega(), logarithmic("|G| / (m/N)"));
+        let coherence = Panel::new("coherence", omega(), linear("γ²").between(0.0, 1.0));
+        panels.push(gain.with("measured", Look::Markers, 0, of(1)));
+        panels.push(coherence.with("coherence", Look::Markers, 0, of(2)));
     }
     page("A device, measured", &report.conditions, 1, &panels)
 }

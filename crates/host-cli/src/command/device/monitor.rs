@@ -19,12 +19,11 @@ use std::collections::BTreeMap;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, SystemTime};
 
-pub(super) const LONG_ABOUT: &str = "\
-Shows position, force and state of a device without affecting it, and logs every sample \
-(monitor.mcap). When the line breaks, the device reboots or the board fails, the log is closed, \
-and a new one (monitor-2.mcap) starts once the device is back.";
-
-/// Arguments of `device monitor`.
+/// Show position and state, and log every sample
+///
+/// Does not affect the device. The log is monitor.mcap. When the line breaks, the device reboots or
+/// the board fails, the log is closed, and a new one (monitor-2.mcap) starts once the device is
+/// back.
 #[derive(Debug, Args)]
 #[command(
     after_help = "Example: host-cli device monitor --device serial:/dev/ttyACM0 --duration 10s"
@@ -32,7 +31,7 @@ and a new one (monitor-2.mcap) starts once the device is back.";
 pub(crate) struct Arguments {
     #[command(flatten)]
     port: PortArguments,
-    /// Send every Nth tick
+    /// Send and log only every Nth tick
     #[arg(long, default_value_t = 1, value_parser = whole::<u16>(1..=u16::MAX))]
     every: u16,
     /// Stop after this time [default: run until Ctrl-C]
@@ -369,7 +368,7 @@ impl SessionLog {
 
     fn lose(&mut self, error: RecordError) {
         let failure = Failure::from(error);
-        let words = format!("{failure}; from here on nothing is kept");
+        let words = format!("{failure}; nothing is recorded from here on");
         self.bar.suspend(|| note("warning", words));
         self.unwritten = Some(failure);
     }

@@ -10,7 +10,6 @@ use haptic_remote::serial::SerialLink;
 use std::sync::atomic::AtomicBool;
 use std::time::Duration;
 
-/// Which device.
 #[derive(Debug, Args)]
 pub(crate) struct PortArguments {
     /// `serial:PATH[@BAUD]`, `serial:auto`, `haply:PATH` or `moteus:PATH`

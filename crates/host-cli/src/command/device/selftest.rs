@@ -11,19 +11,20 @@ use haptic_quantity::written;
 use haptic_selftest::{Attendant, Check, EmergencyStop, Notice, SelfTest, SelfTestReport};
 use std::io::{self, IsTerminal as _};
 
-pub(super) const LONG_ABOUT: &str = "\
-Checks the safety functions of a device and prints what it promises and what the test saw: arming, force limit, stop, direction of \
-motion, finite check, watchdog, flight recorder, reconnection, emergency stop. The settings of the device stay as they are. \
---json is a certificate: date, board, firmware with its digest, and each promise with its figures.
-
-It takes about 4 s. The force, at most 0.1 N (--force-limit), changes sign 25 times a second; up to three times \
-that is requested, to see the limit act. A real device moves by a few millimetres: let it move freely, and press its \
-emergency stop when told (--emergency-stop none if it has none).
-
-Exit code 0 if every promise was kept, 1 if one was broken, 3 if the link was lost, an emergency \
-stop or fault ended the test, or this machine or a limit of the device kept one from being judged.";
-
-/// Arguments of `device selftest`.
+/// Test arming, limits, direction, watchdog, recorder, reconnection and emergency stop
+///
+/// Prints what the device promises and what the test saw. The settings of the device stay as they
+/// are. --json is a certificate: date, board, firmware with its digest, and each promise with its
+/// figures.
+///
+/// It takes about 4 s. The force, at most 0.1 N (--force-limit), changes sign 25 times a second; up
+/// to three times that is requested, to see the limit act. A real device moves by a few
+/// millimetres: let it move freely, and press its emergency stop when told (--emergency-stop none
+/// if it has none).
+///
+/// Exit code 0 if every promise was kept, 1 if one was broken, 3 if the link was lost, an emergency
+/// stop or fault ended the test, or this machine or a limit of the device kept one from being
+/// judged.
 #[derive(Debug, Args)]
 #[command(after_help = "Example: host-cli device selftest --device serial:/dev/ttyACM0")]
 pub(crate) struct Arguments {
@@ -46,18 +47,14 @@ pub(crate) struct Arguments {
 impl Arguments {
     pub(crate) fn run(self, output: Output) -> Result<(), Failure> {
         let mut test = SelfTest::DEFAULT;
-        if let Some(force_n) = self.force_limit {
-            test.force_limit_n = force_n;
-        }
+        test.force_limit_n = self.force_limit.unwrap_or(test.force_limit_n);
         if let Some(watchdog) = self.watchdog {
             let ms = watchdog_ms(watchdog);
             test.watchdog_ms =
                 ms.map_err(|why| Failure::bad_input(format_args!("--watchdog {watchdog}s {why}")))?;
         }
         test.period_us = (self.sample_time * 1e6).round() as u32;
-        if let Some(emergency_stop) = self.emergency_stop {
-            test.emergency_stop = emergency_stop;
-        }
+        test.emergency_stop = self.emergency_stop.unwrap_or(test.emergency_stop);
         let report = test.run(Attendant {
             connect: &|| self.port.connect(),
             notice: &|notice| say(notice, output),
@@ -82,7 +79,10 @@ fn is_watched(output: Output) -> bool {
 
 /// What somebody beside the device has to know or do, whatever is quiet.
 fn say(notice: Notice, output: Output) {
-    let patience_s = SelfTest::PATIENCE.as_secs();
+    let now = |what| {
+        let patience_s = SelfTest::PATIENCE.as_secs();
+        note("now", format_args!("{what}, within {patience_s} s"));
+    };
     match notice {
         Notice::MayMove(force_n) => warn(&format!(
             "the device moves by itself, with at most {}: let it move freely",
@@ -90,18 +90,8 @@ fn say(notice: Notice, output: Output) {
         )),
         Notice::Trying(promise) if is_watched(output) => note("trying", promise),
         Notice::Trying(_) => {}
-        Notice::PressEmergencyStop => {
-            note(
-                "now",
-                format_args!("press the emergency stop, within {patience_s} s"),
-            );
-        }
-        Notice::ReleaseEmergencyStop => {
-            note(
-                "now",
-                format_args!("release it again, within {patience_s} s"),
-            );
-        }
+        Notice::PressEmergencyStop => now("press the emergency stop"),
+        Notice::ReleaseEmergencyStop => now("release it again"),
     }
 }
 

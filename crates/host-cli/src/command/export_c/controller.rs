@@ -43,12 +43,12 @@ impl Arguments {
     fn controller_header<F: CNumber>(&self, setup: &ControllerSetup) -> Result<String, Failure> {
         let list = ControllerList::<F>::new(setup).map_err(refused)?;
         let (b, c) = (setup.set_point.proportional, setup.set_point.derivative);
-        let weights = match setup.law {
-            ControllerParameters::Pid(_) => {
-                format!(" of b r - y, r - y and c r - y, b = {b}, c = {c}")
-            }
-            ControllerParameters::Tid(_) => format!(" of r - y, r - y and c r - y, c = {c}"),
-            _ => " of r - y".to_owned(),
+        let weights = if matches!(setup.law, ControllerParameters::Pid(_)) {
+            format!(" of b r - y, r - y and c r - y, b = {b}, c = {c}")
+        } else if matches!(setup.law, ControllerParameters::Tid(_)) {
+            format!(" of r - y, r - y and c r - y, c = {c}")
+        } else {
+            " of r - y".to_owned()
         };
         let [low, high] = list.limits;
         let notes = [

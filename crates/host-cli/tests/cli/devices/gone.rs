@@ -66,7 +66,7 @@ fn unplugged_after(mut run: Child, device: &mut Emulated, words: &str) -> Ended 
 
 /// It says in one line that the device is gone, what to look at, and no number.
 fn says_that_it_is_gone(ended: &Ended) {
-    let words = ["plug", "is it this port", "may still push"];
+    let words = ["plug", "check the port", "may still push"];
     let one = words.iter().any(|word| ended.error().contains(word));
     assert!(one && !ended.error().contains("implausible"), "{ended}");
     says_only_what_can_be(ended.error());
@@ -290,7 +290,10 @@ fn a_monitor_whose_log_finds_no_space_says_so_at_once_and_goes_on() {
     let count = stderr.read_line(&mut said).expect("is text");
     assert!(count > 0 && !said.contains("ulimit"), "{said}");
     let lost = ["watch/monitor.mcap.part", "samples are safe"];
-    says(&said, &["warning: ", lost[0], lost[1], "nothing is kept"]);
+    says(
+        &said,
+        &["warning: ", lost[0], lost[1], "nothing is recorded"],
+    );
     assert!(monitor.try_wait().expect("can be asked").is_none());
     signal(&monitor, "INT");
     stderr.read_to_string(&mut said).expect("is text");

@@ -305,6 +305,6 @@ fn whoever_waits_for_a_device_in_vain_may_stop_and_is_told() {
     for device in ["serial:nowhere", "haply:nowhere"] {
         let line = format!("device info --device {device} --wait 60s");
         let ended = crate::interrupted::interrupt_when_it_listens(&place, &line);
-        ended.refused(1, &["interrupted", "nowhere", "in vain"]);
+        ended.refused(1, &["interrupted", "nowhere", "while waiting"]);
     }
 }

@@ -520,7 +520,7 @@ fn a_box_that_the_arms_do_not_reach_and_axes_that_do_not_fit_are_refused() {
     place.refuses(&format!(
         "
         run far.toml {BOTH} => not within reach | mm, from the middle | box_high_m
-        run edge.toml {line} => axis and zero choose a line | leave them away
+        run edge.toml {line} => axis and zero choose a line | omit them
         run space.toml {BOTH} => it has 2 axes, and 3 are asked for
         "
     ));

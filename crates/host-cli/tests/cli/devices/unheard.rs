@@ -145,11 +145,12 @@ pub(super) fn witnessed(device: &Emulated, loses: fn(&Report) -> bool) -> (Middl
     let start = Request::Start(Start::ENDLESS).number();
     let line = Middle::before(device, move |report| {
         let mut told = telling.lock().expect("nobody panicked");
-        match report {
-            Report::Sample(sample) => drop(told.insert(sample.tick, sample.clone())),
-            // The samples of a run before are none of this one.
-            Report::Ack(ack) if ack.request == start => told.clear(),
-            _ => {}
+        if let Report::Sample(sample) = report {
+            told.insert(sample.tick, sample.clone());
+        }
+        // Samples of an earlier run do not count.
+        if matches!(report, Report::Ack(ack) if ack.request == start) {
+            told.clear();
         }
         loses(report)
     });
@@ -237,14 +238,13 @@ const LIES: [(&str, Lie); 2] = [
 fn lies((words, lie): (&str, Lie), options: &str) {
     let device = Emulated::new("");
     device.loosen();
-    let _line = Middle::changing(&device, move |report| {
-        Some(match report {
-            Report::Sample(mut sample) if sample.tick == LIE => {
-                lie(&mut sample);
-                Report::Sample(sample)
-            }
-            report => report,
-        })
+    let _line = Middle::changing(&device, move |mut report| {
+        if let Report::Sample(sample) = &mut report
+            && sample.tick == LIE
+        {
+            lie(sample);
+        }
+        Some(report)
     });
     let line = format!(
         "relax --device serial:line {options} watchdog=1s late_ticks=0 --contact rigid --ramp-time 0.5s --duration 60s --out run \
@@ -292,14 +292,11 @@ fn a_sample_that_cannot_be_ends_a_run_as_a_fault_of_the_device() {
 #[test]
 fn abilities_that_are_no_numbers_are_refused_before_anything_moves() {
     let device = Emulated::new("");
-    let _line = Middle::changing(&device, move |report| {
-        Some(match report {
-            Report::Capabilities(mut told) => {
-                told.force_max_n = f32::NAN;
-                Report::Capabilities(told)
-            }
-            report => report,
-        })
+    let _line = Middle::changing(&device, move |mut report| {
+        if let Report::Capabilities(told) = &mut report {
+            told.force_max_n = f32::NAN;
+        }
+        Some(report)
     });
     let ended = device.place.run("device info --device serial:line");
     ended.refused(3, &["largest force, N, of NaN", "flash its firmware again"]);

@@ -23,9 +23,13 @@ fn told(parameter: &Parameter) -> (&'static str, Option<&'static str>) {
 }
 
 fn default(parameter: &Parameter, required: bool) -> String {
+    if required {
+        return "required".to_owned();
+    }
+    if let Some(default) = told(parameter).1 {
+        return default.to_owned();
+    }
     match parameter.value {
-        _ if required => "required".to_owned(),
-        _ if told(parameter).1.is_some() => told(parameter).1.unwrap_or_default().to_owned(),
         Value::Number(Some(default), _) => format!("{default}"),
         Value::Count(default) => format!("{default}"),
         Value::Flag(default) => format!("{default}"),
@@ -50,8 +54,8 @@ fn range(parameter: &Parameter) -> String {
         Value::Count(_) => "whole".to_owned(),
         Value::Flag(_) => "true, false".to_owned(),
         Value::List(range) => format!("list in {}", interval(range)),
-        _ if choices(parameter).is_empty() => "text".to_owned(),
-        _ => "choice".to_owned(),
+        Value::Text(_) if choices(parameter).is_empty() => "text".to_owned(),
+        Value::Text(_) => "choice".to_owned(),
     }
 }
 

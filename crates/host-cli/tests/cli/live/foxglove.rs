@@ -38,10 +38,11 @@ impl Viewer {
     }
 
     fn json(&mut self) -> Value {
-        match self.0.read().expect("a message") {
-            Message::Text(text) => serde_json::from_str(&text).expect("JSON"),
-            other => panic!("no text: {other:?}"),
-        }
+        let message = self.0.read().expect("a message");
+        let Message::Text(text) = message else {
+            panic!("no text: {message:?}");
+        };
+        serde_json::from_str(&text).expect("JSON")
     }
 
     /// Reads greeting and channels, and subscribes to all: ticks as 1, events as 2.
@@ -188,7 +189,8 @@ fn a_viewer_gets_the_messages_of_the_log() {
         .expect("opens")
         .filter_map(|entry| match entry.expect("whole") {
             Entry::Tick(tick) => Some(tick),
-            _ => None,
+            Entry::Event(_) | Entry::Metadata(_) => None,
+            entry => panic!("{entry:?}"),
         })
         .collect();
     assert_eq!(ticks.len(), n as usize + 2000);

@@ -104,7 +104,7 @@ fn check_bears_a_hundredth_of_stale_ticks_and_none_that_cannot_be() {
         let check = with(1, flaws, position_m).failed(4);
         says(
             check.error(),
-            &["of 1 ticks the device told what cannot be"],
+            &["of 1 ticks the device reported impossible values"],
         );
     }
 }

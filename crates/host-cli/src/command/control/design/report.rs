@@ -52,16 +52,9 @@ impl Report<'_> {
         DesignWords(self.answer)
     }
 
-    fn own(&self) -> &Candidate {
-        &self.answer.fractional
-    }
-
-    fn integer(&self) -> Option<&Candidate> {
-        self.answer.integer.as_ref().ok()
-    }
-
     pub(super) fn value(&self, plant: &str, controller: Option<&str>, files: &[String]) -> Value {
-        let (own, integer, t) = (self.own(), self.integer(), self.design.sample_time.0);
+        let (fractional, t) = (&self.answer.fractional, self.design.sample_time.0);
+        let integer = self.answer.integer.as_ref().ok();
         let wish = |wish: &Wish| {
             let (name, _, in_unit) = row_of_wish(wish.name);
             let of = |other: &Candidate| other.wishes.iter().find(|w| w.name == wish.name).copied();
@@ -73,7 +66,7 @@ impl Report<'_> {
                 "integer_reached": integer.and_then(of).map(|other| in_unit(other.reached)),
             })
         };
-        let step = own.trial.as_ref().map(|trial| {
+        let step = fractional.trial.as_ref().map(|trial| {
             let samples = trial.step.measured.iter().zip(&trial.step.command);
             let samples = samples.enumerate().map(|(n, (output, command))| {
                 json!({"time_s": n as f64 * t, "output": output, "command": command})
@@ -84,9 +77,9 @@ impl Report<'_> {
             "plant": plant,
             "sample_time_s": t,
             "scheme": self.design.scheme.to_string(),
-            "controller": pid(own.tuned.parameters),
-            "specification": own.wishes.iter().map(wish).collect::<Vec<_>>(),
-            "stable": stable(own),
+            "controller": pid(fractional.tuned.parameters),
+            "specification": fractional.wishes.iter().map(wish).collect::<Vec<_>>(),
+            "stable": stable(fractional),
             "notes": self.words().sentences(),
         });
         let beside = json!({
@@ -100,12 +93,12 @@ impl Report<'_> {
             "controller_file": controller,
             "files": files,
         });
-        joined([asked, trial(own, t), beside])
+        joined([asked, trial(fractional, t), beside])
     }
 
     /// The end of the command: an error if a wish is not met, or the loop is not stable.
     pub(super) fn judge(&self) -> Result<(), Failure> {
-        let trial = self.own().trial.as_ref();
+        let trial = self.answer.fractional.trial.as_ref();
         if trial.is_some_and(|trial| !trial.analysis.verdict.stable) {
             return Err(Failure::run(format_args!(
                 "the loop is not stable: lower --crossover or shorten --sample-time"

@@ -20,9 +20,9 @@ pub(super) fn mounted() -> Vec<PathBuf> {
 }
 
 /// What the boot loader at a place calls its board.
-fn board_id(place: &Path) -> Option<String> {
+fn board_id(mount: &Path) -> Option<String> {
     let mut info = String::new();
-    let file = File::open(place.join("INFO_UF2.TXT")).ok()?;
+    let file = File::open(mount.join("INFO_UF2.TXT")).ok()?;
     file.take(4096).read_to_string(&mut info).ok()?;
     let id = info
         .lines()
@@ -35,17 +35,17 @@ pub(super) fn find(places: &[PathBuf], id: &str) -> Result<PathBuf, Failure> {
     let device = |words: String| Err(Failure::device(words));
     let drives = places
         .iter()
-        .filter_map(|place| Some((place, board_id(place)?)));
+        .filter_map(|mount| Some((mount, board_id(mount)?)));
     let (mut of_board, of_others): (Vec<_>, Vec<_>) = drives.partition(|(_, found)| found == id);
     match (of_board.pop(), of_others.first()) {
-        (Some((place, _)), _) if of_board.is_empty() => Ok(place.clone()),
+        (Some((mount, _)), _) if of_board.is_empty() => Ok(mount.clone()),
         (Some(_), _) => device(format!(
             "{} drives {id}: unplug all boards but the one to flash",
             of_board.len() + 1
         )),
-        (None, Some((place, other))) => device(format!(
+        (None, Some((mount, other))) => device(format!(
             "the drive at `{}` is of {other}, not {id}: change --board",
-            place.display()
+            mount.display()
         )),
         (None, None) => device(format!("no drive {id}: {REMEDY}")),
     }
@@ -69,13 +69,18 @@ pub(super) fn write(drive: &Path, bytes: &[u8]) -> io::Result<io::Result<()>> {
 
 /// A drive that did not take the image.
 pub(super) fn refused(drive: &Path, error: &io::Error) -> Failure {
-    let what = match error.kind() {
-        io::ErrorKind::StorageFull => format!("is full: {REMEDY}"),
-        io::ErrorKind::AlreadyExists => format!("has a file {FILE} already: delete it"),
-        io::ErrorKind::ReadOnlyFilesystem | io::ErrorKind::PermissionDenied => {
-            format!("cannot be written to ({error}): mount it writable for this user")
-        }
-        _ => format!("was lost while it was written ({error}): {REMEDY}"),
+    let is = |kinds: &[io::ErrorKind]| kinds.contains(&error.kind());
+    let what = if is(&[io::ErrorKind::StorageFull]) {
+        format!("is full: {REMEDY}")
+    } else if is(&[io::ErrorKind::AlreadyExists]) {
+        format!("already has a file {FILE}: delete it")
+    } else if is(&[
+        io::ErrorKind::ReadOnlyFilesystem,
+        io::ErrorKind::PermissionDenied,
+    ]) {
+        format!("cannot be written to ({error}): mount it writable for this user")
+    } else {
+        format!("was lost while it was written ({error}): {REMEDY}")
     };
     Failure::device(format_args!("the drive at `{}` {what}", drive.display()))
 }
@@ -138,7 +143,7 @@ mod tests {
         let there = write(folder.path(), &[0; 512]).expect_err("is there");
         let words = refused(folder.path(), &there).to_string();
         assert!(
-            words.ends_with("has a file haptic.uf2 already: delete it"),
+            words.ends_with("already has a file haptic.uf2: delete it"),
             "{words}"
         );
         assert_eq!(std::fs::read(&file).expect("is there"), b"precious");

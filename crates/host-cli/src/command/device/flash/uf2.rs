@@ -22,10 +22,14 @@ const SECTOR: usize = 4096;
 
 /// The flash as an ELF file fills it, up to the end of a sector; 0 where nothing stands.
 pub(super) fn flash_image(file: &[u8], flash: &Range<u32>) -> Result<Vec<u8>, String> {
-    let refused = |error| match error {
-        ParseError::SliceReadError(_) => "it is cut short".to_owned(),
-        ParseError::BadMagic(_) => "it is neither ELF nor UF2".to_owned(),
-        error => error.to_string(),
+    let refused = |error| {
+        if matches!(error, ParseError::SliceReadError(_)) {
+            "it is cut short".to_owned()
+        } else if matches!(error, ParseError::BadMagic(_)) {
+            "it is neither ELF nor UF2".to_owned()
+        } else {
+            error.to_string()
+        }
     };
     let elf = ElfBytes::<LittleEndian>::minimal_parse(file).map_err(refused)?;
     let mut image = Vec::new();
@@ -56,7 +60,7 @@ fn put(image: &mut Vec<u8>, flash: &Range<u32>, address: u64, data: &[u8]) -> Re
 /// Up to the end of a sector.
 fn whole(mut image: Vec<u8>) -> Result<Vec<u8>, String> {
     if image.is_empty() {
-        return Err("nothing in it is to be loaded".to_owned());
+        return Err("it has nothing to load".to_owned());
     }
     image.resize(image.len().next_multiple_of(SECTOR), 0);
     Ok(image)
@@ -101,16 +105,8 @@ pub(super) fn blocks(image: &[u8], address: u32, family: u32) -> Vec<u8> {
         let [first, second] = MAGIC;
         let address = address + number * PAGE as u32;
         let end = file.len() + BLOCK;
-        for word in [
-            first,
-            second,
-            HAS_FAMILY,
-            address,
-            PAGE as u32,
-            number,
-            count,
-            family,
-        ] {
+        let what = [first, second, HAS_FAMILY, address];
+        for word in [what, [PAGE as u32, number, count, family]].concat() {
             file.extend(word.to_le_bytes());
         }
         file.extend(page);
@@ -186,7 +182,7 @@ mod tests {
         assert_eq!(contents(&both, &FLASH, 0xe48b_ff56), Ok(image));
         let refused = |file: &[u8], family| contents(file, &FLASH, family).expect_err("refused");
         assert!(is_uf2(&uf2) && !is_uf2(&file));
-        assert_eq!(refused(&uf2, 1), "nothing in it is to be loaded");
+        assert_eq!(refused(&uf2, 1), "it has nothing to load");
         assert_eq!(
             refused(&uf2[BLOCK..], 0xe48b_ff56),
             "31 of 32 blocks are there"
