@@ -4,7 +4,8 @@
 //! ```
 
 use crate::material::MeasuredLoading;
-use crate::model::{Form, Joint, MaxwellBranch, Model, ModelError, ModelKind, Two};
+use crate::model::{Form, MaxwellBranch, Model, ModelError, ModelKind};
+use crate::sampled::{Branch, Part};
 use fracdiff::full_memory::non_negative_least_squares;
 use fracdiff::parameter::Shown;
 use haptic_loop::Modulus;
@@ -169,47 +170,24 @@ impl PronyFit {
 }
 
 fn has_impulse(model: &Model) -> bool {
-    match model.form() {
-        Form::One(one) => one.is_dashpot(),
-        Form::Two(two) => two.joint == Joint::KelvinVoigt && two.first.is_dashpot(),
-        Form::Branches(..) => false,
-    }
+    let is_dashpot = |branch: &Branch| matches!(branch, Branch::Pot(one) if one.is_dashpot());
+    Part::of(model.form()).branches.iter().any(is_dashpot)
 }
 
 /// Spring and branches of a model that is a Prony series, whatever its name.
-/// ```text
-/// Maxwell            E·e^(−t/τ),                       τ = η/E
-/// Zener              E₁ + E·e^(−t/τ)
-/// Poynting–Thomson   E₁·E/(E₁ + E) + E₁²/(E₁ + E)·e^(−t/τ),   τ = η/(E₁ + E)
-/// ```
 fn exact(model: &Model) -> Option<(f64, Vec<MaxwellBranch>)> {
-    let one = |elastic_modulus_pa, relaxation_time_s| {
-        vec![MaxwellBranch {
-            elastic_modulus_pa,
-            relaxation_time_s,
-        }]
-    };
-    match model.form() {
-        Form::One(one) => one.is_spring().then(|| (one.size, Vec::new())),
-        Form::Two(Two {
-            joint,
-            first,
-            second,
-            spring_pa: third,
-        }) if first.is_dashpot() && second.is_spring() => {
-            let (spring, dashpot, sum) = (second.size, first.size, third + second.size);
-            match joint {
-                Joint::Maxwell | Joint::Zener => Some((*third, one(spring, dashpot / spring))),
-                Joint::PoyntingThomson => Some((
-                    third * spring / sum,
-                    one(third * third / sum, dashpot / sum),
-                )),
-                Joint::None | Joint::KelvinVoigt | Joint::Branches => None,
-            }
-        }
-        Form::Two(_) => None,
-        Form::Branches(spring_pa, branches) => Some((*spring_pa, branches.clone())),
+    if let Form::Branches(spring_pa, branches) = model.form() {
+        return Some((*spring_pa, branches.clone()));
     }
+    let whole = Part::of(model.form());
+    let branches = whole.branches.iter().map(|branch| {
+        let (elastic_modulus_pa, viscosity_pa_s) = branch.maxwell()?;
+        Some(MaxwellBranch {
+            elastic_modulus_pa,
+            relaxation_time_s: viscosity_pa_s / elastic_modulus_pa,
+        })
+    });
+    Some((whole.spring_pa, branches.collect::<Option<_>>()?))
 }
 
 struct Band {

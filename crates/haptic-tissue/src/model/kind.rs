@@ -1,5 +1,6 @@
 //! The models by name, and the parameters of each: the one table from which files, help and identification are made.
 
+use super::joint::Joint;
 use std::fmt;
 
 /// The numbers that a parameter may be.
@@ -109,21 +110,8 @@ pub(crate) const TWO_ELEMENTS: [Parameter; 3] = [
     ORDER,
 ];
 
-/// How the elements of a model are joined; the orders of two elements are α > β.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Joint {
-    None,
-    KelvinVoigt,
-    Maxwell,
-    /// In series, and a spring beside both.
-    Zener,
-    /// Side by side, and a spring in series with both.
-    PoyntingThomson,
-    /// A spring and Maxwell branches side by side.
-    Branches,
-}
-
-/// The models that have names. The classical ones are those with α = 1 and β = 0.
+/// The models that have names. The classical ones are those with α = 1 and β = 0. `E_{a,b}` is the Mittag-Leffler function;
+/// where a function of time has no closed form, it is the integral over its spectrum.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[non_exhaustive]
 pub enum ModelKind {
@@ -131,25 +119,25 @@ pub enum ModelKind {
     Spring,
     /// σ = η·dε/dt.
     Dashpot,
-    /// σ = V·D^α ε.
+    /// σ = V·D^α ε: G = V·t^(−α)/Γ(1−α), J = t^α/(V·Γ(1+α)).
     SpringPot,
     /// A spring and a dashpot side by side.
     KelvinVoigt,
-    /// Two spring-pots side by side.
+    /// Two spring-pots side by side: G is the sum of theirs, J = (t^α/V)·E_{α−β,1+α}(−(G/V)·t^(α−β)).
     FractionalKelvinVoigt,
     /// A spring and a dashpot in series.
     Maxwell,
-    /// Two spring-pots in series.
+    /// Two spring-pots in series: G = G·t^(−β)·E_{α−β,1−β}(−(G/V)·t^(α−β)), J is the sum of theirs.
     FractionalMaxwell,
     /// A spring beside a Maxwell model.
     Zener,
-    /// A spring beside a fractional Maxwell model.
+    /// A spring beside a fractional Maxwell model, whose G it adds to; J has no closed form.
     FractionalZener,
     /// A spring in series with a Kelvin–Voigt model.
     PoyntingThomson,
-    /// A spring in series with a fractional Kelvin–Voigt model.
+    /// A spring in series with a fractional Kelvin–Voigt model, whose J it adds to; G has no closed form.
     FractionalPoyntingThomson,
-    /// A spring and Maxwell branches side by side.
+    /// A spring and Maxwell branches side by side: G = E + Σ E_i·e^(−t/τ_i), J has an exponential at each zero of M.
     Prony,
 }
 
@@ -163,40 +151,131 @@ pub const CANDIDATES: [ModelKind; 5] = [
     ModelKind::FractionalPoyntingThomson,
 ];
 
+/// All that is known of a kind but how its elements respond, which [`Joint`] says.
+struct Row {
+    kind: ModelKind,
+    name: &'static str,
+    description: &'static str,
+    /// None where there are not two elements.
+    joint: Option<Joint>,
+    parameters: &'static [Parameter],
+}
+
+const fn row(
+    kind: ModelKind,
+    name: &'static str,
+    description: &'static str,
+    joint: Option<Joint>,
+    parameters: &'static [Parameter],
+) -> Row {
+    Row {
+        kind,
+        name,
+        description,
+        joint,
+        parameters,
+    }
+}
+
+/// In the order of the enum.
+const ROWS: [Row; 12] = [
+    row(ModelKind::Spring, "spring", "one spring", None, &[SPRING]),
+    row(
+        ModelKind::Dashpot,
+        "dashpot",
+        "one dashpot",
+        None,
+        &[DASHPOT],
+    ),
+    row(
+        ModelKind::SpringPot,
+        "spring-pot",
+        "one spring-pot",
+        None,
+        &[VISCOSITY, ORDER],
+    ),
+    row(
+        ModelKind::KelvinVoigt,
+        "kelvin-voigt",
+        "a spring and a dashpot side by side",
+        Some(Joint::KelvinVoigt),
+        &[SPRING, DASHPOT],
+    ),
+    row(
+        ModelKind::FractionalKelvinVoigt,
+        "fractional-kelvin-voigt",
+        "two spring-pots side by side",
+        Some(Joint::KelvinVoigt),
+        &TWO,
+    ),
+    row(
+        ModelKind::Maxwell,
+        "maxwell",
+        "a spring and a dashpot in series",
+        Some(Joint::Maxwell),
+        &[SPRING, DASHPOT],
+    ),
+    row(
+        ModelKind::FractionalMaxwell,
+        "fractional-maxwell",
+        "two spring-pots in series",
+        Some(Joint::Maxwell),
+        &TWO,
+    ),
+    row(
+        ModelKind::Zener,
+        "zener",
+        "a spring beside a Maxwell model",
+        Some(Joint::Zener),
+        &[SPRING, SECOND_SPRING, DASHPOT],
+    ),
+    row(
+        ModelKind::FractionalZener,
+        "fractional-zener",
+        "a spring beside a fractional Maxwell model",
+        Some(Joint::Zener),
+        &THREE,
+    ),
+    row(
+        ModelKind::PoyntingThomson,
+        "poynting-thomson",
+        "a spring in series with a Kelvin–Voigt model",
+        Some(Joint::PoyntingThomson),
+        &[SPRING, SECOND_SPRING, DASHPOT],
+    ),
+    row(
+        ModelKind::FractionalPoyntingThomson,
+        "fractional-poynting-thomson",
+        "a spring in series with a fractional Kelvin–Voigt model",
+        Some(Joint::PoyntingThomson),
+        &THREE,
+    ),
+    row(
+        ModelKind::Prony,
+        "prony",
+        "a spring and Maxwell branches side by side",
+        None,
+        &[BASE, BRANCH_MODULI, BRANCH_TIMES],
+    ),
+];
+
 impl ModelKind {
     /// All of them, simple ones first.
-    pub const ALL: [Self; 12] = [
-        Self::Spring,
-        Self::Dashpot,
-        Self::SpringPot,
-        Self::KelvinVoigt,
-        Self::FractionalKelvinVoigt,
-        Self::Maxwell,
-        Self::FractionalMaxwell,
-        Self::Zener,
-        Self::FractionalZener,
-        Self::PoyntingThomson,
-        Self::FractionalPoyntingThomson,
-        Self::Prony,
-    ];
+    pub const ALL: [Self; ROWS.len()] = {
+        let mut all = [Self::Spring; ROWS.len()];
+        let mut at = 0;
+        while at < all.len() {
+            all[at] = ROWS[at].kind;
+            assert!(all[at] as usize == at, "a row stands where its kind does");
+            at += 1;
+        }
+        all
+    };
 
     /// The name in tissue files and on the command line.
     #[must_use]
     pub const fn name(self) -> &'static str {
-        match self {
-            Self::Spring => "spring",
-            Self::Dashpot => "dashpot",
-            Self::SpringPot => "spring-pot",
-            Self::KelvinVoigt => "kelvin-voigt",
-            Self::FractionalKelvinVoigt => "fractional-kelvin-voigt",
-            Self::Maxwell => "maxwell",
-            Self::FractionalMaxwell => "fractional-maxwell",
-            Self::Zener => "zener",
-            Self::FractionalZener => "fractional-zener",
-            Self::PoyntingThomson => "poynting-thomson",
-            Self::FractionalPoyntingThomson => "fractional-poynting-thomson",
-            Self::Prony => "prony",
-        }
+        ROWS[self as usize].name
     }
 
     /// The model of a name.
@@ -205,65 +284,35 @@ impl ModelKind {
         Self::ALL.into_iter().find(|kind| kind.name() == name)
     }
 
-    /// A few words for people.
+    /// The elements and how they are joined, as help prints it.
     #[must_use]
     pub const fn description(self) -> &'static str {
-        match self {
-            Self::Spring => "one spring",
-            Self::Dashpot => "one dashpot",
-            Self::SpringPot => "one spring-pot",
-            Self::KelvinVoigt => "a spring and a dashpot side by side",
-            Self::FractionalKelvinVoigt => "two spring-pots side by side",
-            Self::Maxwell => "a spring and a dashpot in series",
-            Self::FractionalMaxwell => "two spring-pots in series",
-            Self::Zener => "a spring beside a Maxwell model",
-            Self::FractionalZener => "a spring beside a fractional Maxwell model",
-            Self::PoyntingThomson => "a spring in series with a Kelvin–Voigt model",
-            Self::FractionalPoyntingThomson => {
-                "a spring in series with a fractional Kelvin–Voigt model"
-            }
-            Self::Prony => "a spring and Maxwell branches side by side",
-        }
+        ROWS[self as usize].description
     }
 
     /// Its parameters, in the order of [`Model::from_parameters`](super::Model::from_parameters). Those for each branch of a Prony series
     /// come again and again there: spring; modulus, time; modulus, time; …
     #[must_use]
     pub const fn parameters(self) -> &'static [Parameter] {
-        match self {
-            Self::Spring => &[SPRING],
-            Self::Dashpot => &[DASHPOT],
-            Self::SpringPot => &[VISCOSITY, ORDER],
-            Self::KelvinVoigt | Self::Maxwell => &[SPRING, DASHPOT],
-            Self::FractionalKelvinVoigt | Self::FractionalMaxwell => &TWO,
-            Self::Zener | Self::PoyntingThomson => &[SPRING, SECOND_SPRING, DASHPOT],
-            Self::FractionalZener | Self::FractionalPoyntingThomson => &THREE,
-            Self::Prony => &[BASE, BRANCH_MODULI, BRANCH_TIMES],
-        }
+        ROWS[self as usize].parameters
     }
 
-    pub(crate) const fn joint(self) -> Joint {
-        match self {
-            Self::Spring | Self::Dashpot | Self::SpringPot => Joint::None,
-            Self::KelvinVoigt | Self::FractionalKelvinVoigt => Joint::KelvinVoigt,
-            Self::Maxwell | Self::FractionalMaxwell => Joint::Maxwell,
-            Self::Zener | Self::FractionalZener => Joint::Zener,
-            Self::PoyntingThomson | Self::FractionalPoyntingThomson => Joint::PoyntingThomson,
-            Self::Prony => Joint::Branches,
-        }
+    pub(crate) const fn joint(self) -> Option<Joint> {
+        ROWS[self as usize].joint
     }
 
     /// Two elements that are joined so; `classical` if they are a dashpot and a spring.
     pub(super) fn of_two(joint: Joint, classical: bool) -> Self {
-        let is =
-            |kind: &Self| kind.joint() == joint && kind.parameters().contains(&ORDER) != classical;
+        let is = |kind: &Self| {
+            kind.joint() == Some(joint) && kind.parameters().contains(&ORDER) != classical
+        };
         Self::ALL.into_iter().find(is).unwrap_or(Self::SpringPot)
     }
 
     /// The parameter of the value at a place.
     pub(super) fn parameter(self, place: usize) -> Option<&'static Parameter> {
         let all = self.parameters();
-        let (once, each) = all.split_at(all.partition_point(|own| !own.for_each_branch));
+        let (once, each) = all.split_at(all.partition_point(|one| !one.for_each_branch));
         once.get(place)
             .or_else(|| each.get((place - once.len()).checked_rem(each.len())?))
     }

@@ -10,18 +10,25 @@
 mod cut;
 mod exponentials;
 mod form;
+mod joint;
 mod kind;
 mod record;
+mod spring_pot;
+mod zeros;
 
-use exponentials::{Response, Spectrum};
+use exponentials::Spectrum;
+pub(crate) use form::Form;
 pub use form::MaxwellBranch;
-pub(crate) use form::{Form, SpringPot, Two};
 use fracdiff::parameter::Shown;
+pub(crate) use joint::Joint;
+use joint::Two;
 #[cfg(feature = "identify")]
 pub use kind::CANDIDATES;
-pub(crate) use kind::{Joint, TWO_ELEMENTS};
+pub(crate) use kind::TWO_ELEMENTS;
 pub use kind::{ModelKind, Parameter, ParameterRange};
 use num_complex::Complex64;
+use spring_pot::Response;
+pub(crate) use spring_pot::SpringPot;
 use std::fmt;
 
 /// A parameter outside its range, or parameters that do not go together.
@@ -123,35 +130,34 @@ impl Model {
                 return Err(out_of_range(parameter, value, parameter.range.words()));
             }
         }
-        let joint = kind.joint();
-        let two = |first: (f64, f64), second: (f64, f64), spring_pa| {
-            let (first, second) = (
-                SpringPot::new(first.0, first.1),
-                SpringPot::new(second.0, second.1),
-            );
-            Form::Two(Two {
-                joint,
-                first,
-                second,
-                spring_pa,
-            })
-        };
-        let form = match *values {
-            [spring_pa, ref rest @ ..] if joint == Joint::Branches => {
+        let one = |size, order| Form::One(SpringPot::new(size, order));
+        let form = match (kind.joint(), values) {
+            (None, &[spring_pa, ref rest @ ..]) if kind == ModelKind::Prony => {
                 let branch = |&[elastic_modulus_pa, relaxation_time_s]: &[f64; 2]| MaxwellBranch {
                     elastic_modulus_pa,
                     relaxation_time_s,
                 };
                 Form::Branches(spring_pa, rest.as_chunks().0.iter().map(branch).collect())
             }
-            [viscosity] if kind == ModelKind::Dashpot => Form::One(SpringPot::new(viscosity, 1.0)),
-            [modulus] => Form::One(SpringPot::new(modulus, 0.0)),
-            [v, alpha] if joint == Joint::None => Form::One(SpringPot::new(v, alpha)),
-            [spring, dashpot] => two((dashpot, 1.0), (spring, 0.0), 0.0),
-            [third, spring, dashpot] => two((dashpot, 1.0), (spring, 0.0), third),
-            [v, alpha, g, beta] => two((v, alpha), (g, beta), 0.0),
-            [v, alpha, g, beta, third] => two((v, alpha), (g, beta), third),
-            _ => return Err(ModelError::Count(kind, values.len())),
+            (None, &[viscosity]) if kind == ModelKind::Dashpot => one(viscosity, 1.0),
+            (None, &[modulus]) => one(modulus, 0.0),
+            (None, &[v, alpha]) => one(v, alpha),
+            (Some(joint), values) => {
+                let (first, second, spring_pa) = match *values {
+                    [spring, dashpot] => ((dashpot, 1.0), (spring, 0.0), 0.0),
+                    [third, spring, dashpot] => ((dashpot, 1.0), (spring, 0.0), third),
+                    [v, alpha, g, beta] => ((v, alpha), (g, beta), 0.0),
+                    [v, alpha, g, beta, third] => ((v, alpha), (g, beta), third),
+                    _ => return Err(ModelError::Count(kind, values.len())),
+                };
+                Form::Two(Two {
+                    joint,
+                    first: SpringPot::new(first.0, first.1),
+                    second: SpringPot::new(second.0, second.1),
+                    spring_pa,
+                })
+            }
+            (None, _) => return Err(ModelError::Count(kind, values.len())),
         };
         check(&form)?;
         Ok(Self(form))
@@ -233,15 +239,7 @@ impl Model {
     }
 
     /// G(t), Pa: stress over a step of strain, a time after it. 0 for t < 0, [`Model::instantaneous_modulus`] at 0.
-    /// ```text
-    /// spring-pot                    V·t^(−α)/Γ(1−α)
-    /// fractional Kelvin–Voigt       V·t^(−α)/Γ(1−α) + G·t^(−β)/Γ(1−β)
-    /// fractional Maxwell            G·t^(−β)·E_{α−β,1−β}(−(G/V)·t^(α−β))
-    /// fractional Zener              E + that of the fractional Maxwell model
-    /// fractional Poynting–Thomson   no closed form; the integral over its relaxation spectrum
-    /// Prony series                  E + Σ E_i·e^(−t/τ_i)
-    /// ```
-    /// `E_{a,b}` is the Mittag-Leffler function, summed as exponentials. Relative error below 1e-10 for 10⁻⁶ ≤ t/τ ≤ 10⁶,
+    /// [`ModelKind`] has the closed forms. They are summed as exponentials: relative error below 1e-10 for 10⁻⁶ ≤ t/τ ≤ 10⁶,
     /// τ = (V/G)^(1/(α−β)). A dashpot beside the rest has an impulse at t = 0 only.
     /// Cost: 20 µs; many times at once, [`Model::relaxation_moduli`], 0.2 µs each.
     /// ```
@@ -260,27 +258,10 @@ impl Model {
     /// [`Model::relaxation_modulus`] at many times, in any order.
     #[must_use]
     pub fn relaxation_moduli(&self, time_s: &[f64]) -> Vec<f64> {
-        let at_zero = self.instantaneous_modulus();
-        match &self.0 {
-            Form::One(one) => each(time_s, at_zero, |t| one.relaxation(t)),
-            Form::Two(two) if two.joint == Joint::KelvinVoigt => each(time_s, at_zero, |t| {
-                two.first.relaxation(t) + two.second.relaxation(t)
-            }),
-            form @ (Form::Two(_) | Form::Branches(..)) => {
-                by_modes(form, Response::Relaxation, time_s, at_zero)
-            }
-        }
+        self.responses(Response::Relaxation, time_s)
     }
 
     /// J(t), 1/Pa: strain over a step of stress, a time after it. 0 for t < 0, 1 over [`Model::instantaneous_modulus`] at 0.
-    /// ```text
-    /// spring-pot                    t^α/(V·Γ(1+α))
-    /// fractional Kelvin–Voigt       (t^α/V)·E_{α−β,1+α}(−(G/V)·t^(α−β))
-    /// fractional Maxwell            t^α/(V·Γ(1+α)) + t^β/(G·Γ(1+β))
-    /// fractional Zener              no closed form; the integral over its retardation spectrum
-    /// fractional Poynting–Thomson   1/E + that of the fractional Kelvin–Voigt model
-    /// Prony series                  exponentials at the zeros of its modulus
-    /// ```
     /// Error and cost as for [`Model::relaxation_modulus`].
     #[must_use]
     pub fn creep_compliance(&self, time_s: f64) -> f64 {
@@ -290,15 +271,25 @@ impl Model {
     /// [`Model::creep_compliance`] at many times, in any order.
     #[must_use]
     pub fn creep_compliances(&self, time_s: &[f64]) -> Vec<f64> {
-        let at_zero = 1.0 / self.instantaneous_modulus();
+        self.responses(Response::Creep, time_s)
+    }
+
+    fn responses(&self, response: Response, time_s: &[f64]) -> Vec<f64> {
+        let at_zero = self.at_zero(response);
         match &self.0 {
-            Form::One(one) => each(time_s, at_zero, |t| one.creep(t)),
-            Form::Two(two) if two.joint == Joint::Maxwell => each(time_s, at_zero, |t| {
-                two.first.creep(t) + two.second.creep(t)
+            Form::One(one) => each(time_s, at_zero, |t| one.response(response, t)),
+            Form::Two(two) if two.joint.sum() == Some(response) => each(time_s, at_zero, |t| {
+                two.first.response(response, t) + two.second.response(response, t)
             }),
-            form @ (Form::Two(_) | Form::Branches(..)) => {
-                by_modes(form, Response::Creep, time_s, at_zero)
-            }
+            form @ (Form::Two(_) | Form::Branches(..)) => by_modes(form, response, time_s, at_zero),
+        }
+    }
+
+    /// G(0) in Pa, or J(0) in 1/Pa.
+    fn at_zero(&self, response: Response) -> f64 {
+        match response {
+            Response::Relaxation => self.instantaneous_modulus(),
+            Response::Creep => 1.0 / self.instantaneous_modulus(),
         }
     }
 
@@ -316,7 +307,7 @@ impl Model {
             };
             share * one.elastic_modulus_pa
         };
-        self.0.joined(|one| at_frequency(one, ln), branch)
+        self.0.joined(|one| one.modulus_at(ln, 0.5), branch)
     }
 
     /// G(0), Pa: infinite where a sudden strain has no finite stress.
@@ -368,14 +359,6 @@ const fn out_of_range(parameter: &Parameter, value: f64, allowed: &'static str) 
         allowed,
         unit: parameter.unit,
     }
-}
-
-/// V·(iω)^α; 0 Hz of a spring is a spring.
-fn at_frequency(one: &SpringPot, ln_omega: f64) -> Complex64 {
-    if one.is_spring() {
-        return Complex64::new(one.size, 0.0);
-    }
-    one.modulus_at(ln_omega, 0.5)
 }
 
 /// 0 before the step, `at_zero` at it, `value` after it.
