@@ -11,16 +11,20 @@ fn model(kind: &str, numbers: &[f64]) -> Model {
 /// Golden ramps: parameters, and (time, stress, strain) of a unit ramp.
 fn golden() -> Vec<(String, Model, Vec<[f64; 3]>)> {
     let mut ramps: Vec<(String, Model, Vec<[f64; 3]>)> = Vec::new();
-    for line in include_str!("../golden/ramps.csv").lines().skip(1) {
+    let lines = include_str!("../golden/closed_forms.csv").lines();
+    for line in lines.filter(|line| line.contains(",ramp-")) {
         let cells: Vec<&str> = line.split(',').collect();
-        let numbers: Vec<f64> = (1..9).map(|i| cells[i].parse().expect("number")).collect();
-        let label = cells[..6].join(",");
-        let row = [numbers[5], numbers[6], numbers[7]];
-        match ramps.iter_mut().find(|(known, ..)| *known == label) {
-            Some((.., rows)) => rows.push(row),
-            None => {
-                ramps.push((label, model(cells[0], &numbers), vec![row]));
-            }
+        let numbers: Vec<f64> = (2..9).map(|i| cells[i].parse().expect("number")).collect();
+        let label = format!("{},{}", cells[0], cells[2..7].join(","));
+        let [time, value] = [numbers[5], numbers[6]];
+        if !ramps.iter().any(|(known, ..)| *known == label) {
+            ramps.push((label, model(cells[0], &numbers), Vec::new()));
+        }
+        // Strain follows stress, line by line.
+        let rows = &mut ramps.last_mut().expect("one").2;
+        match rows.last_mut() {
+            Some(row) if cells[1] == "ramp-strain" => row[2] = value,
+            _ => rows.push([time, value, f64::NAN]),
         }
     }
     ramps
