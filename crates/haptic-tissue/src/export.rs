@@ -10,7 +10,7 @@ use fracdiff::full_memory::non_negative_least_squares;
 use fracdiff::parameter::Shown;
 use haptic_loop::Modulus;
 use haptic_quantity::Key;
-use std::fmt::{self, Write as _};
+use std::fmt::Write as _;
 use std::ops::RangeInclusive;
 
 const BRANCHES: Key = Key("branches");
@@ -38,63 +38,40 @@ pub struct PronyFit {
 }
 
 /// A band or a model without such a series.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum ExportError {
-    /// A number of branches out of range.
+    /// A number of branches outside [`PronyFit::BRANCHES`].
+    #[error(
+        "{BRANCHES} {0} is not from {least} to {most}: 2 for each decade give about 1 %",
+        least = PronyFit::BRANCHES.start(), most = PronyFit::BRANCHES.end()
+    )]
     Branches(usize),
     /// Times that are no band: shortest and longest, s.
+    #[error(
+        "{SHORTEST} {} s to {HORIZON} {} s are not above 0 s and 0 to {DECADES_MOST} decades apart",
+        Shown(*.0), Shown(*.1)
+    )]
     Band(f64, f64),
     /// A dashpot beside the rest: its stress is an impulse, which no branch has.
+    #[error("{0} has a dashpot beside the rest, which no Prony series has: give it by itself")]
     Impulse(ModelKind),
     /// G has fallen to nothing within the band, at this time, s.
+    #[error("the modulus has fallen to nothing at {} s: take a {HORIZON} below it", Shown(*.0))]
     Vanished(f64),
     /// More terms than the format has: their number, and the most.
+    #[error(
+        "the format takes {1} branches, the series has {0}: take {fewer}",
+        fewer = BRANCHES.set_to(.1)
+    )]
     Terms(usize, usize),
     /// A format that refers to the long-term modulus, and a series without one.
+    #[error("the format needs a long-term modulus: take the format table")]
     NoLongTermModulus,
     /// A series that is no model.
-    Model(ModelError),
+    #[error(transparent)]
+    Model(#[from] ModelError),
 }
-
-impl fmt::Display for ExportError {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Branches(given) => write!(
-                f,
-                "{BRANCHES} {given} is not from {} to {}: 2 for each decade give about 1 %",
-                PronyFit::BRANCHES.start(),
-                PronyFit::BRANCHES.end()
-            ),
-            Self::Band(shortest_s, horizon_s) => write!(
-                f,
-                "{SHORTEST} {} s to {HORIZON} {} s are not above 0 s and 0 to {DECADES_MOST} decades apart",
-                Shown(*shortest_s),
-                Shown(*horizon_s)
-            ),
-            Self::Impulse(kind) => write!(
-                f,
-                "{kind} has a dashpot beside the rest, which no Prony series has: give it by itself"
-            ),
-            Self::Vanished(time_s) => write!(
-                f,
-                "the modulus has fallen to nothing at {} s: take a {HORIZON} below it",
-                Shown(*time_s)
-            ),
-            Self::Terms(given, most) => write!(
-                f,
-                "the format takes {most} branches, the series has {given}: take {}",
-                BRANCHES.set_to(most)
-            ),
-            Self::NoLongTermModulus => {
-                f.write_str("the format needs a long-term modulus: take the format table")
-            }
-            Self::Model(error) => error.fmt(f),
-        }
-    }
-}
-
-impl std::error::Error for ExportError {}
 
 impl PronyFit {
     /// Branches that are allowed.
@@ -158,7 +135,7 @@ impl PronyFit {
         let values: Vec<f64> = std::iter::once(self.elastic_modulus_pa)
             .chain(pairs)
             .collect();
-        Model::from_parameters(ModelKind::Prony, &values).map_err(ExportError::Model)
+        Ok(Model::from_parameters(ModelKind::Prony, &values)?)
     }
 
     /// G(0) of the series, Pa.

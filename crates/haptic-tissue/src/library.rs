@@ -4,60 +4,21 @@ use crate::material::{Material, MaterialError};
 use crate::text_file::read_text;
 use std::path::{Path, PathBuf};
 
-/// Files that come with the program: name for messages, content.
-const BUILT_IN: [(&str, &str); 13] = [
-    (
-        "materials/prostate-cancerous.toml",
-        include_str!("../materials/prostate-cancerous.toml"),
-    ),
-    (
-        "materials/prostate-healthy.toml",
-        include_str!("../materials/prostate-healthy.toml"),
-    ),
-    (
-        "materials/fish-muscle.toml",
-        include_str!("../materials/fish-muscle.toml"),
-    ),
-    (
-        "materials/mucus.toml",
-        include_str!("../materials/mucus.toml"),
-    ),
-    (
-        "materials/rat-tail-tendon.toml",
-        include_str!("../materials/rat-tail-tendon.toml"),
-    ),
-    (
-        "materials/passive-muscle.toml",
-        include_str!("../materials/passive-muscle.toml"),
-    ),
-    (
-        "materials/zebrafish-gray-matter.toml",
-        include_str!("../materials/zebrafish-gray-matter.toml"),
-    ),
-    (
-        "materials/brain-cortex.toml",
-        include_str!("../materials/brain-cortex.toml"),
-    ),
-    (
-        "materials/brain-corona-radiata.toml",
-        include_str!("../materials/brain-corona-radiata.toml"),
-    ),
-    (
-        "materials/liver.toml",
-        include_str!("../materials/liver.toml"),
-    ),
-    (
-        "materials/spleen.toml",
-        include_str!("../materials/spleen.toml"),
-    ),
-    (
-        "materials/kidney.toml",
-        include_str!("../materials/kidney.toml"),
-    ),
-    (
-        "materials/pancreas.toml",
-        include_str!("../materials/pancreas.toml"),
-    ),
+/// The files that come with the program.
+const BUILT_IN: [&str; 13] = [
+    include_str!("../materials/prostate-cancerous.toml"),
+    include_str!("../materials/prostate-healthy.toml"),
+    include_str!("../materials/fish-muscle.toml"),
+    include_str!("../materials/mucus.toml"),
+    include_str!("../materials/rat-tail-tendon.toml"),
+    include_str!("../materials/passive-muscle.toml"),
+    include_str!("../materials/zebrafish-gray-matter.toml"),
+    include_str!("../materials/brain-cortex.toml"),
+    include_str!("../materials/brain-corona-radiata.toml"),
+    include_str!("../materials/liver.toml"),
+    include_str!("../materials/spleen.toml"),
+    include_str!("../materials/kidney.toml"),
+    include_str!("../materials/pancreas.toml"),
 ];
 
 /// The materials that are known by name.
@@ -84,8 +45,8 @@ impl Library {
     /// If the folder cannot be read.
     pub fn load(folder: Option<&Path>) -> Result<Self, MaterialError> {
         let (mut materials, mut skipped) = (Vec::new(), Vec::new());
-        for (name, text) in BUILT_IN {
-            materials.push(Material::parse(Path::new(name), text)?);
+        for text in BUILT_IN {
+            materials.push(Material::parse(Path::new("built-in"), text)?);
         }
         for path in folder.map(toml_files).transpose()?.unwrap_or_default() {
             let read = Material::read(&path).and_then(|material| {

@@ -1,6 +1,6 @@
 //! Tissues: a model, where its parameters come from, and where they hold; and their files, TOML with units in the names.
 
-use crate::model::{Form, Joint, Model, ModelKind, Parameter, TWO_ELEMENTS};
+use crate::model::{Form, Joint, Model, ModelKind, Parameter, TWO_ELEMENTS, out_of_range};
 use crate::text_file::read_text;
 use fracdiff::parameter::Shown;
 use haptic_loop::{INCOMPRESSIBLE, LoadingKind, Modulus, Specimen};
@@ -8,7 +8,7 @@ use haptic_quantity::digits;
 use serde::ser::SerializeMap as _;
 use serde::{Deserialize, Serialize, Serializer};
 use std::collections::BTreeMap;
-use std::fmt::{self, Write as _};
+use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 use toml::Spanned;
 
@@ -175,9 +175,10 @@ pub struct Source {
 }
 
 /// A material that cannot be used.
-#[derive(Debug)]
+#[derive(Debug, thiserror::Error)]
 pub enum MaterialError {
-    /// A file that is wrong: file, line, reason.
+    /// A mistake in a file; lines count from 1.
+    #[error("{}:{line}: {reason}", path.display())]
     File {
         /// The file.
         path: PathBuf,
@@ -187,58 +188,20 @@ pub enum MaterialError {
         reason: String,
     },
     /// A file or folder that cannot be read.
-    Unreadable(PathBuf, std::io::Error),
+    #[error("cannot read the material file `{file}`: {1}; give a name or a TOML file", file = .0.display())]
+    Unreadable(PathBuf, #[source] std::io::Error),
     /// A folder of tissue files that cannot be read.
-    Folder(PathBuf, std::io::Error),
+    #[error("cannot read the library folder `{folder}`: {1}; give a folder of TOML files", folder = .0.display())]
+    Folder(PathBuf, #[source] std::io::Error),
     /// A name that is not in the library, and all that are.
+    #[error("tissue \"{0}\" is not in the library: take one of {known}, or give a TOML file", known = .1.join(", "))]
     Unknown(String, Vec<String>),
     /// A name that is not made of lower-case letters, digits and hyphens.
+    #[error("name \"{0}\" is not made of lower-case letters, digits and hyphens")]
     Name(String),
     /// Two files with the same name for a material.
+    #[error("{file}: the library has a material \"{0}\" already; choose another name", file = .1.display())]
     Twice(String, PathBuf),
-}
-
-impl fmt::Display for MaterialError {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::File { path, line, reason } => {
-                write!(f, "{}:{line}: {reason}", path.display())
-            }
-            Self::Unreadable(path, error) => write!(
-                f,
-                "cannot read the material file `{}`: {error}; give a name or a TOML file",
-                path.display()
-            ),
-            Self::Folder(path, error) => write!(
-                f,
-                "cannot read the library folder `{}`: {error}; give a folder of TOML files",
-                path.display()
-            ),
-            Self::Unknown(name, known) => write!(
-                f,
-                "tissue \"{name}\" is not in the library: take one of {}, or give a TOML file",
-                known.join(", ")
-            ),
-            Self::Name(name) => write!(
-                f,
-                "name \"{name}\" is not made of lower-case letters, digits and hyphens"
-            ),
-            Self::Twice(name, path) => write!(
-                f,
-                "{}: the library has a material \"{name}\" already; choose another name",
-                path.display()
-            ),
-        }
-    }
-}
-
-impl std::error::Error for MaterialError {
-    fn source(&self) -> Option<&(dyn std::error::Error + 'static)> {
-        match self {
-            Self::Unreadable(_, error) | Self::Folder(_, error) => Some(error),
-            Self::File { .. } | Self::Unknown(..) | Self::Name(_) | Self::Twice(..) => None,
-        }
-    }
 }
 
 impl Material {
@@ -669,11 +632,8 @@ fn columns(file: &File, kind: Option<ModelKind>) -> Result<Vec<Vec<f64>>, Wrong>
             .iter()
             .find(|number| !parameter.range.contains(**number));
         if let Some(number) = outside {
-            let space = if parameter.unit.is_empty() { "" } else { " " };
-            let (number, unit, range) = (Shown(*number), parameter.unit, parameter.range.words());
-            return Err(wrong(format!(
-                "{name} = {number}{space}{unit} is not {range}"
-            )));
+            let error = out_of_range(parameter, *number, parameter.range.words());
+            return Err(wrong(error.to_string()));
         }
         Ok(numbers)
     };

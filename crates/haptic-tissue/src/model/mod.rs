@@ -29,16 +29,16 @@ pub use kind::{ModelKind, Parameter, ParameterRange};
 use num_complex::Complex64;
 use spring_pot::Response;
 pub(crate) use spring_pot::SpringPot;
-use std::fmt;
 
 /// A parameter outside its range, or parameters that do not go together.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum ModelError {
-    /// A number outside its range.
+    /// A number outside its range; `allowed` goes after "is not".
+    #[error("{name} = {}{}{unit} is not {allowed}", Shown(*value), space_before(unit))]
     #[non_exhaustive]
     Range {
-        /// The parameter, as in a tissue file.
+        /// The parameter's key in a tissue file.
         name: &'static str,
         /// The number.
         value: f64,
@@ -48,54 +48,30 @@ pub enum ModelError {
         unit: &'static str,
     },
     /// Two elements with the same order: together they are one.
+    #[error("both elements have the order {}: together they are one spring-pot", Shown(*.0))]
     SameOrder(f64),
     /// The first element has the lower order: α, β.
+    #[error(
+        "order = {} is below second_order = {}: exchange the two elements",
+        Shown(*.0), Shown(*.1)
+    )]
     OrdersExchanged(f64, f64),
     /// Another number of parameters than the model has.
+    #[error("{1} parameters are not those of the model {0}, which has {names}", names = names(*.0))]
     Count(ModelKind, usize),
     /// A generalised Maxwell model without a spring and without a branch.
+    #[error("the model needs `elastic_modulus_pa` above 0 Pa, or a branch")]
     Empty,
 }
 
-impl fmt::Display for ModelError {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Range {
-                name,
-                value,
-                allowed,
-                unit,
-            } => {
-                let space = if unit.is_empty() { "" } else { " " };
-                write!(f, "{name} = {value}{space}{unit} is not {allowed}")
-            }
-            Self::SameOrder(order) => write!(
-                f,
-                "both elements have the order {}: together they are one spring-pot",
-                Shown(*order)
-            ),
-            Self::OrdersExchanged(order, second_order) => write!(
-                f,
-                "order = {} is below second_order = {}: exchange the two elements",
-                Shown(*order),
-                Shown(*second_order)
-            ),
-            Self::Count(kind, given) => {
-                let names: Vec<&str> = kind.parameters().iter().map(|one| one.name).collect();
-                let names = names.join(", ");
-                write!(
-                    f,
-                    "{given} parameters are not those of the model {kind}, which has {names}"
-                )
-            }
-            Self::Empty => {
-                f.write_str("the model needs `elastic_modulus_pa` above 0 Pa, or a branch")
-            }
-        }
-    }
+const fn space_before(unit: &str) -> &'static str {
+    if unit.is_empty() { "" } else { " " }
 }
 
-impl std::error::Error for ModelError {}
+fn names(kind: ModelKind) -> String {
+    let names = kind.parameters().iter().map(|one| one.name);
+    names.collect::<Vec<_>>().join(", ")
+}
 
 /// A viscoelastic model, valid.
 #[derive(Clone, Debug, PartialEq)]
@@ -352,7 +328,11 @@ fn check(form: &Form) -> Result<(), ModelError> {
     Ok(())
 }
 
-const fn out_of_range(parameter: &Parameter, value: f64, allowed: &'static str) -> ModelError {
+pub(crate) const fn out_of_range(
+    parameter: &Parameter,
+    value: f64,
+    allowed: &'static str,
+) -> ModelError {
     ModelError::Range {
         name: parameter.name,
         value,
