@@ -55,14 +55,6 @@ impl SampledModel {
     /// Unless 1e-9 s ≤ T ≤ 1e6 s, or if the smallest order above 0 is below [`ORDER_MIN`](Self::ORDER_MIN).
     pub fn new(model: &Model, sample_time: Seconds) -> Result<Self, ModelError> {
         let whole = Part::of(model.form());
-        if let Some(&value) = whole.sizes().iter().find(|size| !is_size(**size)) {
-            return Err(ModelError::Range {
-                name: "viscosity_pa_s_alpha",
-                value,
-                allowed: "above 0 and finite",
-                unit: "Pa·s^α",
-            });
-        }
         let slowest = whole.branches.iter().map(Branch::slow);
         let order = slowest.clone().fold(1.0, |least, pot| pot.order.min(least));
         if order < Self::ORDER_MIN {
@@ -85,18 +77,26 @@ impl SampledModel {
         };
         let order = Order::new(order).map_err(outside)?;
         let rate = sample_time.rate_to_the(order).map_err(outside)?;
-        let scale_pa = if whole.branches.is_empty() {
-            1.0
-        } else {
-            viscosity_pa_s_mu * rate
-        };
-        Ok(Self {
+        let mut model = Self {
             sample_time_s: sample_time.0,
             viscosity_pa_s_mu,
             order,
             whole,
-            scale_pa,
-        })
+            scale_pa: 1.0,
+        };
+        if !model.whole.branches.is_empty() {
+            model.scale_pa = viscosity_pa_s_mu * rate;
+            // Elements made from others may leave the range of numbers.
+            if !(model.first() > 0.0 && model.first().is_finite()) {
+                return Err(ModelError::Range {
+                    name: "viscosity_pa_s_alpha",
+                    value: viscosity_pa_s_mu,
+                    allowed: "above 0 and finite",
+                    unit: "Pa·s^α",
+                });
+            }
+        }
+        Ok(model)
     }
 
     /// Smallest order, above that of a spring, of an element that carries the slow motion.
@@ -224,35 +224,27 @@ pub(crate) enum Branch {
     Series([Part; 2]),
 }
 
-/// False for an element made from others that has left the range of numbers.
-fn is_size(size: f64) -> bool {
-    size > 0.0 && size.is_finite()
-}
-
 impl Part {
     pub(crate) fn of(form: &Form) -> Self {
         let maxwell = |branch: &MaxwellBranch| {
             let e = branch.elastic_modulus_pa;
             let dashpot = SpringPot::new(e * branch.relaxation_time_s, 1.0);
-            Self::series(Self::element(&dashpot), Self::spring(e))
+            Self::element(&dashpot).series(Self::new(e, Vec::new()))
         };
         form.of(Self::element, maxwell, Self::beside, Self::series)
     }
 
-    fn spring(spring_pa: f64) -> Self {
+    const fn new(spring_pa: f64, branches: Vec<Branch>) -> Self {
         Self {
             spring_pa,
-            branches: Vec::new(),
+            branches,
         }
     }
 
     fn element(pot: &SpringPot) -> Self {
         match pot.is_spring() {
-            true => Self::spring(pot.size),
-            false => Self::spring(0.0).beside(Self {
-                spring_pa: 0.0,
-                branches: vec![Branch::Pot(*pot)],
-            }),
+            true => Self::new(pot.size, Vec::new()),
+            false => Self::new(0.0, vec![Branch::Pot(*pot)]),
         }
     }
 
@@ -270,21 +262,14 @@ impl Part {
             (self, other)
         };
         if part.spring_pa == 0.0 || !spring.branches.is_empty() {
-            let branches = vec![Branch::Series([part, spring])];
-            return Self {
-                spring_pa: 0.0,
-                branches,
-            };
+            return Self::new(0.0, vec![Branch::Series([part, spring])]);
         }
         // A spring E in series with a spring G beside the rest is E·G/(E + G) beside k² times the rest in series with
         // E²/(E + G), k = E/(E + G).
         let k = spring.spring_pa / (spring.spring_pa + part.spring_pa);
-        let rest = Self {
-            spring_pa: 0.0,
-            branches: part.branches,
-        };
-        let rest = rest.times(k).times(k);
-        Self::spring(part.spring_pa * k).beside(rest.series(Self::spring(spring.spring_pa * k)))
+        let rest = Self::new(0.0, part.branches).times(k).times(k);
+        let rest = rest.series(Self::new(spring.spring_pa * k, Vec::new()));
+        Self::new(part.spring_pa * k, Vec::new()).beside(rest)
     }
 
     fn times(&self, factor: f64) -> Self {
@@ -294,10 +279,8 @@ impl Part {
                 Branch::Series(parts.each_ref().map(|part| part.times(factor)))
             }
         };
-        Self {
-            spring_pa: self.spring_pa * factor,
-            branches: self.branches.iter().map(times).collect(),
-        }
+        let branches = self.branches.iter().map(times);
+        Self::new(self.spring_pa * factor, branches.collect())
     }
 
     /// The one element that this is, if it is one.
@@ -307,21 +290,6 @@ impl Part {
             [Branch::Pot(one)] if self.spring_pa == 0.0 => Some(*one),
             _ => None,
         }
-    }
-
-    /// The sizes of all elements but the spring.
-    fn sizes(&self) -> Vec<f64> {
-        let sizes = |branch: &Branch| match branch {
-            Branch::Pot(one) => vec![one.size],
-            Branch::Series(parts) => {
-                let sizes = |part: &Self| match part.branches.as_slice() {
-                    [] => vec![part.spring_pa],
-                    _ => part.sizes(),
-                };
-                parts.iter().flat_map(sizes).collect()
-            }
-        };
-        self.branches.iter().flat_map(sizes).collect()
     }
 
     /// A modulus from those of the branches, Pa, beside so much.

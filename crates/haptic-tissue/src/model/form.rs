@@ -36,8 +36,7 @@ impl Form {
         match self {
             Self::One(one) => element(one),
             Self::Two(two) => {
-                let elements = [element(&two.first), element(&two.second)];
-                let [first, second] = elements;
+                let [first, second] = [&two.first, &two.second].map(&element);
                 let parts = [first, second, spring(two.spring_pa)];
                 two.joint.of(parts, beside, series)
             }

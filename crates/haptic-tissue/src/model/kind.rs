@@ -141,6 +141,9 @@ pub enum ModelKind {
     Prony,
 }
 
+// A kind that is missing in the list is found by no name.
+const _: () = assert!(ModelKind::Prony as usize + 1 == ModelKind::ALL.len());
+
 /// The models that are fitted, those with few parameters first.
 #[cfg(feature = "identify")]
 pub const CANDIDATES: [ModelKind; 5] = [
@@ -151,131 +154,40 @@ pub const CANDIDATES: [ModelKind; 5] = [
     ModelKind::FractionalPoyntingThomson,
 ];
 
-/// All that is known of a kind but how its elements respond, which [`Joint`] says.
-struct Row {
-    kind: ModelKind,
-    name: &'static str,
-    description: &'static str,
-    /// None where there are not two elements.
-    joint: Option<Joint>,
-    parameters: &'static [Parameter],
-}
-
-const fn row(
-    kind: ModelKind,
-    name: &'static str,
-    description: &'static str,
-    joint: Option<Joint>,
-    parameters: &'static [Parameter],
-) -> Row {
-    Row {
-        kind,
-        name,
-        description,
-        joint,
-        parameters,
-    }
-}
-
-/// In the order of the enum.
-const ROWS: [Row; 12] = [
-    row(ModelKind::Spring, "spring", "one spring", None, &[SPRING]),
-    row(
-        ModelKind::Dashpot,
-        "dashpot",
-        "one dashpot",
-        None,
-        &[DASHPOT],
-    ),
-    row(
-        ModelKind::SpringPot,
-        "spring-pot",
-        "one spring-pot",
-        None,
-        &[VISCOSITY, ORDER],
-    ),
-    row(
-        ModelKind::KelvinVoigt,
-        "kelvin-voigt",
-        "a spring and a dashpot side by side",
-        Some(Joint::KelvinVoigt),
-        &[SPRING, DASHPOT],
-    ),
-    row(
-        ModelKind::FractionalKelvinVoigt,
-        "fractional-kelvin-voigt",
-        "two spring-pots side by side",
-        Some(Joint::KelvinVoigt),
-        &TWO,
-    ),
-    row(
-        ModelKind::Maxwell,
-        "maxwell",
-        "a spring and a dashpot in series",
-        Some(Joint::Maxwell),
-        &[SPRING, DASHPOT],
-    ),
-    row(
-        ModelKind::FractionalMaxwell,
-        "fractional-maxwell",
-        "two spring-pots in series",
-        Some(Joint::Maxwell),
-        &TWO,
-    ),
-    row(
-        ModelKind::Zener,
-        "zener",
-        "a spring beside a Maxwell model",
-        Some(Joint::Zener),
-        &[SPRING, SECOND_SPRING, DASHPOT],
-    ),
-    row(
-        ModelKind::FractionalZener,
-        "fractional-zener",
-        "a spring beside a fractional Maxwell model",
-        Some(Joint::Zener),
-        &THREE,
-    ),
-    row(
-        ModelKind::PoyntingThomson,
-        "poynting-thomson",
-        "a spring in series with a Kelvin–Voigt model",
-        Some(Joint::PoyntingThomson),
-        &[SPRING, SECOND_SPRING, DASHPOT],
-    ),
-    row(
-        ModelKind::FractionalPoyntingThomson,
-        "fractional-poynting-thomson",
-        "a spring in series with a fractional Kelvin–Voigt model",
-        Some(Joint::PoyntingThomson),
-        &THREE,
-    ),
-    row(
-        ModelKind::Prony,
-        "prony",
-        "a spring and Maxwell branches side by side",
-        None,
-        &[BASE, BRANCH_MODULI, BRANCH_TIMES],
-    ),
-];
-
 impl ModelKind {
     /// All of them, simple ones first.
-    pub const ALL: [Self; ROWS.len()] = {
-        let mut all = [Self::Spring; ROWS.len()];
-        let mut at = 0;
-        while at < all.len() {
-            all[at] = ROWS[at].kind;
-            assert!(all[at] as usize == at, "a row stands where its kind does");
-            at += 1;
-        }
-        all
-    };
+    pub const ALL: [Self; 12] = [
+        Self::Spring,
+        Self::Dashpot,
+        Self::SpringPot,
+        Self::KelvinVoigt,
+        Self::FractionalKelvinVoigt,
+        Self::Maxwell,
+        Self::FractionalMaxwell,
+        Self::Zener,
+        Self::FractionalZener,
+        Self::PoyntingThomson,
+        Self::FractionalPoyntingThomson,
+        Self::Prony,
+    ];
 
     /// The name in tissue files and on the command line.
     #[must_use]
     pub const fn name(self) -> &'static str {
-        ROWS[self as usize].name
+        match self {
+            Self::Spring => "spring",
+            Self::Dashpot => "dashpot",
+            Self::SpringPot => "spring-pot",
+            Self::KelvinVoigt => "kelvin-voigt",
+            Self::FractionalKelvinVoigt => "fractional-kelvin-voigt",
+            Self::Maxwell => "maxwell",
+            Self::FractionalMaxwell => "fractional-maxwell",
+            Self::Zener => "zener",
+            Self::FractionalZener => "fractional-zener",
+            Self::PoyntingThomson => "poynting-thomson",
+            Self::FractionalPoyntingThomson => "fractional-poynting-thomson",
+            Self::Prony => "prony",
+        }
     }
 
     /// The model of a name.
@@ -287,18 +199,49 @@ impl ModelKind {
     /// The elements and how they are joined, as help prints it.
     #[must_use]
     pub const fn description(self) -> &'static str {
-        ROWS[self as usize].description
+        match self {
+            Self::Spring => "one spring",
+            Self::Dashpot => "one dashpot",
+            Self::SpringPot => "one spring-pot",
+            Self::KelvinVoigt => "a spring and a dashpot side by side",
+            Self::FractionalKelvinVoigt => "two spring-pots side by side",
+            Self::Maxwell => "a spring and a dashpot in series",
+            Self::FractionalMaxwell => "two spring-pots in series",
+            Self::Zener => "a spring beside a Maxwell model",
+            Self::FractionalZener => "a spring beside a fractional Maxwell model",
+            Self::PoyntingThomson => "a spring in series with a Kelvin–Voigt model",
+            Self::FractionalPoyntingThomson => {
+                "a spring in series with a fractional Kelvin–Voigt model"
+            }
+            Self::Prony => "a spring and Maxwell branches side by side",
+        }
     }
 
     /// Its parameters, in the order of [`Model::from_parameters`](super::Model::from_parameters). Those for each branch of a Prony series
     /// come again and again there: spring; modulus, time; modulus, time; …
     #[must_use]
     pub const fn parameters(self) -> &'static [Parameter] {
-        ROWS[self as usize].parameters
+        match self {
+            Self::Spring => &[SPRING],
+            Self::Dashpot => &[DASHPOT],
+            Self::SpringPot => &[VISCOSITY, ORDER],
+            Self::KelvinVoigt | Self::Maxwell => &[SPRING, DASHPOT],
+            Self::FractionalKelvinVoigt | Self::FractionalMaxwell => &TWO,
+            Self::Zener | Self::PoyntingThomson => &[SPRING, SECOND_SPRING, DASHPOT],
+            Self::FractionalZener | Self::FractionalPoyntingThomson => &THREE,
+            Self::Prony => &[BASE, BRANCH_MODULI, BRANCH_TIMES],
+        }
     }
 
+    /// None where there are not two elements.
     pub(crate) const fn joint(self) -> Option<Joint> {
-        ROWS[self as usize].joint
+        match self {
+            Self::Spring | Self::Dashpot | Self::SpringPot | Self::Prony => None,
+            Self::KelvinVoigt | Self::FractionalKelvinVoigt => Some(Joint::KelvinVoigt),
+            Self::Maxwell | Self::FractionalMaxwell => Some(Joint::Maxwell),
+            Self::Zener | Self::FractionalZener => Some(Joint::Zener),
+            Self::PoyntingThomson | Self::FractionalPoyntingThomson => Some(Joint::PoyntingThomson),
+        }
     }
 
     /// Two elements that are joined so; `classical` if they are a dashpot and a spring.

@@ -101,7 +101,7 @@ pub(super) fn understand(header: &str) -> Option<Result<Heading, ForeignUnit>> {
     let (name, unit) = split(header);
     let name = plain(&name);
     let known: Vec<Column> = (Column::ALL.into_iter())
-        .filter(|column| column.spellings().contains(&name.as_str()))
+        .filter(|column| column.is_spelt(&name))
         .collect();
     let Some(unit) = unit else {
         // A name of two quantities, as f, is ambiguous.
@@ -131,7 +131,7 @@ fn with_suffix(header: &str) -> Option<Heading> {
         let (name, suffix) = (plain(&header[..place]), &header[place + 1..]);
         let known = Column::ALL
             .into_iter()
-            .filter(|column| column.spellings().contains(&name.as_str()));
+            .filter(|column| column.is_spelt(&name));
         known.into_iter().find_map(|column| {
             let factor = column.dimension().factor_of_suffix(suffix)?;
             Some(Heading {
