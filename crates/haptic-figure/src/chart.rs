@@ -2,7 +2,7 @@
 
 use crate::axis::{Axis, Scale, extremes};
 use crate::curve::{Curve, Form};
-use crate::drawing::Shape;
+use crate::drawing::{Marker, Shape};
 use crate::page::{LegendEntry, Page, Row};
 use crate::panel::Panel;
 use crate::style::{
@@ -185,7 +185,6 @@ impl ChartPage<'_> {
         let mut taken: Vec<(&str, Form)> = Vec::new();
         let mut all = Vec::new();
         for chart in &self.charts {
-            let scales = (chart.x.scale, chart.y.scale);
             let mut curves = Vec::new();
             for series in &chart.series {
                 let is_free = |form: &Form| {
@@ -199,7 +198,7 @@ impl ChartPage<'_> {
                     taken.push((series.name, form));
                 }
                 curves.push(Curve {
-                    pieces: pieces(series.points, scales),
+                    pieces: pieces(series.points, chart.x.scale, chart.y.scale),
                     form,
                 });
             }
@@ -347,12 +346,10 @@ impl<'a> Series<'a> {
             width: sizes.series_width,
             dash,
         };
-        let markers = |size, open, apart| Form::Markers {
-            colour,
-            shape: Shape::of_series(style),
-            radius: size * sizes.marker_radius,
-            open,
-            apart,
+        let markers = |size: f64, open, apart| {
+            let (shape, radius) = (Shape::of_series(style), size * sizes.marker_radius);
+            let marker = Marker::new(colour, shape, radius, open);
+            Form::Markers { marker, apart }
         };
         match self.look {
             Look::Line | Look::Dotted => Form::Line(stroke(series_dash(style))),
@@ -371,7 +368,7 @@ impl<'a> Series<'a> {
 }
 
 /// The points between those that axes of these scales cannot show.
-fn pieces(points: &[(f64, f64)], (x, y): (Scale, Scale)) -> Vec<Points> {
+fn pieces(points: &[(f64, f64)], x: Scale, y: Scale) -> Vec<Points> {
     let showable = |point: &(f64, f64)| x.can_show(point.0) && y.can_show(point.1);
     (points.split(|point| !showable(point)))
         .filter(|piece| !piece.is_empty())
@@ -470,15 +467,7 @@ mod tests {
                 width,
                 dash,
             }) => format!("area {colour} {width} {dash:?}"),
-            Form::Markers {
-                colour,
-                shape,
-                radius,
-                open,
-                ..
-            } => {
-                format!("{colour} {shape:?} {radius} {open}")
-            }
+            Form::Markers { marker, .. } => format!("{marker:?}"),
         }
     }
 
@@ -528,13 +517,9 @@ mod tests {
         assert_eq!((drawn[0], drawn[3]), (drawn[6], drawn[5]));
         assert!(!drawn[0].looks_like(drawn[3]));
         // It keeps its colour.
-        assert!(matches!(
-            drawn[4],
-            Form::Markers {
-                colour: INK,
-                shape: Shape::Cross,
-                ..
-            }
-        ));
+        let Form::Markers { marker, .. } = drawn[4] else {
+            panic!("{:?}", drawn[4]);
+        };
+        assert_eq!((marker.inside, marker.shape), (Some(INK), Shape::Cross));
     }
 }

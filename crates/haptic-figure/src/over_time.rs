@@ -130,17 +130,15 @@ impl HeldPanels<'_> {
         check_lengths(self.time_s, &slices)?;
         let panel = |name, caption: &str, label, values: &[f64], stroke| {
             let points = showable(self.time_s, values, Scale::Linear, Scale::Linear);
-            TimePanel {
+            linear(
                 name,
-                caption: caption.to_owned(),
-                scale: Scale::Linear,
+                caption,
                 label,
-                curves: vec![line(points, stroke)],
-                floor: None,
-                note: "no sample",
-            }
-            .panel()
+                vec![line(points, stroke)],
+                "no sample",
+            )
         };
+        let (errors, forces) = (self.tracking_error, self.force_n);
         Ok(Row {
             height: ERROR_ROW_HEIGHT,
             columns: 2,
@@ -149,16 +147,10 @@ impl HeldPanels<'_> {
                     'd',
                     "set point less measurement",
                     self.label,
-                    self.tracking_error,
+                    errors,
                     HELD[0],
                 ),
-                panel(
-                    'e',
-                    "force of the drive",
-                    "force / N",
-                    self.force_n,
-                    HELD[1],
-                ),
+                panel('e', "force of the drive", "force / N", forces, HELD[1]),
             ],
         })
     }
@@ -424,7 +416,17 @@ impl MotionFigure<'_> {
                 legend.push((*line, stroke));
                 curves.push(curve);
             }
-            rows.push(row(name, of.caption, of.label, curves));
+            rows.push(Row {
+                height: ROW_HEIGHT,
+                columns: 1,
+                panels: vec![linear(
+                    name,
+                    of.caption,
+                    of.label,
+                    curves,
+                    "no finite values",
+                )],
+            });
         }
         if !drawn {
             return Err(FigureError::Empty {
@@ -442,21 +444,23 @@ impl MotionFigure<'_> {
     }
 }
 
-fn row(name: char, caption: &str, label: &'static str, curves: Vec<Curve>) -> Row {
-    let panel = TimePanel {
+fn linear(
+    name: char,
+    caption: &str,
+    label: &'static str,
+    curves: Vec<Curve>,
+    note: &'static str,
+) -> Panel {
+    TimePanel {
         name,
         caption: caption.to_owned(),
         scale: Scale::Linear,
         label,
         curves,
         floor: None,
-        note: "no finite values",
-    };
-    Row {
-        height: ROW_HEIGHT,
-        columns: 1,
-        panels: vec![panel.panel()],
+        note,
     }
+    .panel()
 }
 
 #[cfg(test)]
