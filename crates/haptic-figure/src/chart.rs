@@ -337,7 +337,12 @@ impl<'a> Series<'a> {
             Look::Broad => 0,
             Look::Dotted => DOTTED_INDEX,
             Look::Crosses => Shape::CROSS_INDEX,
-            _ => self.colour,
+            Look::Line
+            | Look::Dashed
+            | Look::Markers
+            | Look::MarkersApart
+            | Look::OpenMarkers
+            | Look::Area => self.colour,
         };
         let (style, colour) = further_look(first, self.colour, further);
         let colour = series_colour(colour);

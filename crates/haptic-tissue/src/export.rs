@@ -291,7 +291,6 @@ const FEBIO_TERMS: usize = 6;
 
 /// The programs whose conventions are known.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[non_exhaustive]
 pub enum ExportFormat {
     /// A table in SI units: modulus and relaxation time of each branch, the spring as branch 0.
     Table,

@@ -108,8 +108,9 @@ impl RecordError {
 
 /// The I/O error inside an error of the MCAP library, so that one line says the cause.
 pub(crate) fn io_error(error: mcap::McapError) -> io::Error {
-    match error {
-        mcap::McapError::Io(error) => error,
-        other => io::Error::other(other.to_string()),
+    let reason = error.to_string();
+    if let mcap::McapError::Io(error) = error {
+        return error;
     }
+    io::Error::other(reason)
 }

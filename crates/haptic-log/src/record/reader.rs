@@ -271,7 +271,7 @@ impl<R: Read> LogReader<R> {
 
     fn step(&mut self) -> Step {
         let at_byte = self.bytes_read;
-        let record = match self.walk.next_event() {
+        let (opcode, data) = match self.walk.next_event() {
             None => {
                 self.condition.complete = self.footer_seen && self.condition.damage.is_empty();
                 return Step::End;
@@ -280,17 +280,20 @@ impl<R: Read> LogReader<R> {
             Some(Ok(LinearReadEvent::Record { data, opcode })) => (opcode, data.to_vec()),
             Some(Err(error)) => {
                 let cause = error.to_string();
-                self.condition.damage.push(match error {
-                    McapError::UnexpectedEof => Damage::Cut { at_byte },
-                    McapError::BadDataCrc { .. } | McapError::BadSummaryCrc { .. } => {
-                        Damage::Checksum { cause }
-                    }
-                    _ => Damage::Structure { at_byte, cause },
+                let changed = matches!(
+                    error,
+                    McapError::BadDataCrc { .. } | McapError::BadSummaryCrc { .. }
+                );
+                self.condition.damage.push(if changed {
+                    Damage::Checksum { cause }
+                } else if matches!(error, McapError::UnexpectedEof) {
+                    Damage::Cut { at_byte }
+                } else {
+                    Damage::Structure { at_byte, cause }
                 });
                 return Step::End;
             }
         };
-        let (opcode, data) = record;
         match opcode {
             // No record has it; zeros would read as empty records for ever.
             0 => {
@@ -351,6 +354,10 @@ impl<R: Read> LogReader<R> {
         Ok(())
     }
 
+    #[expect(
+        clippy::wildcard_enum_match_arm,
+        reason = "of the records of others, these are the ones that matter here"
+    )]
     fn record(&mut self, opcode: u8, data: &[u8]) -> Result<(), String> {
         // Indexes and statistics repeat what the data say; only these matter.
         if !matches!(

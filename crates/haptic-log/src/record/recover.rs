@@ -93,13 +93,13 @@ pub fn recover(
     target: &Path,
     overwrite: bool,
 ) -> Result<RecoverySummary, RecordError> {
-    copy(source, target, overwrite).map_err(|error| match error {
+    copy(source, target, overwrite).map_err(|error| {
+        let RecordError::Write { source, .. } = error else {
+            return error;
+        };
         // There is nothing in the unfinished copy that the source does not have.
-        RecordError::Write { source, .. } => RecordError::Copy {
-            path: target.to_owned(),
-            source,
-        },
-        error => error,
+        let path = target.to_owned();
+        RecordError::Copy { path, source }
     })
 }
 

@@ -421,10 +421,10 @@ impl<W: Write + Seek> std::fmt::Debug for LogWriter<W> {
 
 /// A log whose first bytes the disk did not take is a file that could not be created.
 fn unbegun(path: &Path, error: RecordError) -> RecordError {
-    match error {
-        RecordError::Write { source, .. } => NewFileError::io(path, source).into(),
-        other => other,
-    }
+    let RecordError::Write { source, .. } = error else {
+        return error;
+    };
+    NewFileError::io(path, source).into()
 }
 
 /// Options of the MCAP writer.

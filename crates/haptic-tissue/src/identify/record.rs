@@ -11,7 +11,6 @@ pub const SAMPLES_MOST: usize = 1_000_000;
 
 /// The four kinds of records.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[non_exhaustive]
 pub enum RecordKind {
     /// Time after a step of strain, and stress over strain.
     Relaxation,

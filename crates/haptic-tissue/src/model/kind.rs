@@ -137,7 +137,7 @@ pub enum ModelKind {
     PoyntingThomson,
     /// A spring in series with a fractional Kelvin–Voigt model, whose J it adds to; G has no closed form.
     FractionalPoyntingThomson,
-    /// A spring and Maxwell branches side by side: G = E + Σ E_i·e^(−t/τ_i), J has an exponential at each zero of M.
+    /// A spring and Maxwell branches side by side: G = E + Σ `E_i`·e^(−t/`τ_i`), J has an exponential at each zero of M.
     Prony,
 }
 

@@ -375,21 +375,19 @@ mod tests {
     use super::*;
 
     fn example(kind: ModelKind) -> Vec<f64> {
-        match kind {
-            ModelKind::Prony => vec![0.0, 5.0, 0.1, 3.0, 2.0],
-            _ => {
-                let mut order = 0.9;
-                let one = |parameter: &Parameter| {
-                    if parameter.range == ParameterRange::Order {
-                        order -= 0.3;
-                        order
-                    } else {
-                        7.0
-                    }
-                };
-                kind.parameters().iter().map(one).collect()
-            }
+        if kind == ModelKind::Prony {
+            return vec![0.0, 5.0, 0.1, 3.0, 2.0];
         }
+        let mut order = 0.9;
+        let one = |parameter: &Parameter| {
+            if parameter.range == ParameterRange::Order {
+                order -= 0.3;
+                order
+            } else {
+                7.0
+            }
+        };
+        kind.parameters().iter().map(one).collect()
     }
 
     #[test]

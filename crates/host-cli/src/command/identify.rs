@@ -302,15 +302,15 @@ impl Arguments {
         let (unit, of) = match found.kind {
             RecordKind::History => (" Pa", "stress"),
             RecordKind::Creep => ("", "log compliance"),
-            _ => ("", "log modulus"),
+            RecordKind::Relaxation | RecordKind::Oscillation => ("", "log modulus"),
         };
         let date = StartTime::at(SystemTime::now()).rfc3339();
         let source = Source {
             citation: format!(
                 "fit by {PROGRAM} to the {} of {record}",
-                match found.kind {
-                    RecordKind::History => "motion",
-                    other => other.name(),
+                match found.kind == RecordKind::History {
+                    true => "motion",
+                    false => found.kind.name(),
                 }
             ),
             conditions: self
@@ -339,9 +339,9 @@ impl Arguments {
 }
 
 fn quality(kind: RecordKind, fit: &Fit) -> Value {
-    let rms = match kind {
-        RecordKind::History => json!({"rms_residual_pa": fit.rms}),
-        _ => json!({"rms_log_residual": fit.rms}),
+    let rms = match kind == RecordKind::History {
+        true => json!({"rms_residual_pa": fit.rms}),
+        false => json!({"rms_log_residual": fit.rms}),
     };
     joined([rms, json!({"aic": fit.aic, "bic": fit.bic})])
 }
@@ -371,7 +371,9 @@ fn range(found: &Identification) -> ValidRange {
         RecordKind::Oscillation => (range.omega_from_rad_s, range.omega_to_rad_s) = (from, to),
         // A motion begins somewhere on its clock; its length is what counts.
         RecordKind::History => range.time_to_s = to.zip(from).map(|(to, from)| to - from),
-        _ => (range.time_from_s, range.time_to_s) = (from, to),
+        RecordKind::Relaxation | RecordKind::Creep => {
+            (range.time_from_s, range.time_to_s) = (from, to);
+        }
     }
     range
 }

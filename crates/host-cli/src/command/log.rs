@@ -134,10 +134,7 @@ fn export_to_output(log: &Path, overwrite: bool, output: Output) -> Result<(), F
 }
 
 fn is_broken_pipe(error: &csv::Error) -> bool {
-    match error.kind() {
-        csv::ErrorKind::Io(error) => error.kind() == io::ErrorKind::BrokenPipe,
-        _ => false,
-    }
+    matches!(error.kind(), csv::ErrorKind::Io(error) if error.kind() == io::ErrorKind::BrokenPipe)
 }
 
 /// The named target, or NAME.ENDING of NAME.mcap or NAME.mcap.part, in the given folder or beside the log.
@@ -196,18 +193,17 @@ fn plot(log: &Path, out: Option<&Path>, overwrite: bool, output: Output) -> Resu
     let (mut shown, mut axes) = (Decimated::new(DENSE), 1);
     let mut conditions = Vec::new();
     for entry in &mut reader {
-        match entry? {
-            Entry::Tick(tick) => {
-                axes = tick.axes();
-                shown.add(tick.time_s, drawn(&tick));
-            }
-            Entry::Metadata(record) if record.name == "experiment" => {
-                let named = ["device", "scheme"].into_iter();
-                conditions = named
-                    .filter_map(|key| Some(format!("{key} {}", record.values.get(key)?)))
-                    .collect();
-            }
-            _ => {}
+        let entry = entry?;
+        if let Entry::Tick(tick) = &entry {
+            axes = tick.axes();
+            shown.add(tick.time_s, drawn(tick));
+        } else if let Entry::Metadata(record) = &entry
+            && record.name == "experiment"
+        {
+            let named = ["device", "scheme"].into_iter();
+            conditions = named
+                .filter_map(|key| Some(format!("{key} {}", record.values.get(key)?)))
+                .collect();
         }
     }
     let complete = reader.condition().complete;

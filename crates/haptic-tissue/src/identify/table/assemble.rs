@@ -525,12 +525,14 @@ fn agreed<T: PartialEq>(mut all: impl Iterator<Item = T>) -> Option<T> {
 /// The specimen, whose memory alone is sought.
 fn specimen(loading: Loading, poisson_ratio: f64) -> Result<Specimen, IdentifyError> {
     Specimen::new(loading, poisson_ratio, 0.0).map_err(|error| {
-        let (what, remedy) = match &error {
-            ParameterError::Missing { what, .. } => (*what, "give"),
-            ParameterError::NoEffect { what, .. } => (*what, "omit"),
-            ParameterError::Range(range) => (range.what, "change"),
-            // `ParameterError` may grow.
-            _ => ("", "change"),
+        let (what, remedy) = if let ParameterError::Missing { what, .. } = &error {
+            (*what, "give")
+        } else if let ParameterError::NoEffect { what, .. } = &error {
+            (*what, "omit")
+        } else if let ParameterError::Range(range) = &error {
+            (range.what, "change")
+        } else {
+            ("", "change")
         };
         let keys = [AREA, THICKNESS, RADIUS, HALF_ANGLE, BONDED];
         let key = keys.into_iter().find(|key| label(key.0) == what);
