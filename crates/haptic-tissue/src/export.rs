@@ -367,35 +367,27 @@ impl PronyFit {
             Modulus::Shear => 2.0 * (1.0 + loading.poisson_ratio()),
         };
         let instantaneous = young * self.instantaneous_modulus_pa();
-        let spring = format!(
-            "a spring does not relax, so there is no card; Young's modulus = {instantaneous:?} Pa"
-        );
-        let (before, after, convention) = match format {
-            ExportFormat::Ansys if self.branches.is_empty() => ("! ", "", spring),
-            ExportFormat::Abaqus if self.branches.is_empty() => ("** ", "", spring),
-            ExportFormat::Table => ("# ", "", "branch 0 is the spring E".to_owned()),
-            ExportFormat::Ansys => (
-                "! ",
-                "",
-                format!(
-                    "alpha_i = E_i/G(0) of shear and bulk, tau_i in s; Young's modulus at 0 = {instantaneous:?} Pa"
-                ),
+        let convention = match format {
+            ExportFormat::Table => "branch 0 is the spring E".to_owned(),
+            ExportFormat::Ansys | ExportFormat::Abaqus if self.branches.is_empty() => format!(
+                "a spring does not relax, so there is no card; Young's modulus = {instantaneous:?} Pa"
             ),
-            ExportFormat::Abaqus => (
-                "** ",
-                "",
-                format!(
-                    "g_i = k_i = E_i/G_0, tau_i in s; MODULI=INSTANTANEOUS, Young's modulus at 0 = {instantaneous:?} Pa"
-                ),
+            ExportFormat::Ansys => format!(
+                "alpha_i = E_i/G(0) of shear and bulk, tau_i in s; Young's modulus at 0 = {instantaneous:?} Pa"
             ),
-            ExportFormat::Febio => (
-                "<!-- ",
-                " -->",
-                format!(
-                    "g_i = E_i/E, t_i in s; elastic material of Young's modulus {:?} Pa",
-                    young * self.elastic_modulus_pa
-                ),
+            ExportFormat::Abaqus => format!(
+                "g_i = k_i = E_i/G_0, tau_i in s; MODULI=INSTANTANEOUS, Young's modulus at 0 = {instantaneous:?} Pa"
             ),
+            ExportFormat::Febio => format!(
+                "g_i = E_i/E, t_i in s; elastic material of Young's modulus {:?} Pa",
+                young * self.elastic_modulus_pa
+            ),
+        };
+        let [before, after] = match format {
+            ExportFormat::Table => ["# ", ""],
+            ExportFormat::Ansys => ["! ", ""],
+            ExportFormat::Abaqus => ["** ", ""],
+            ExportFormat::Febio => ["<!-- ", " -->"],
         };
         let lines = [
             title.replace('\n', " "),

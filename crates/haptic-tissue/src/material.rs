@@ -433,43 +433,36 @@ impl ValidRange {
 /// spring-pot, null for other models.
 impl Serialize for Material {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        #[derive(Serialize)]
-        struct Report<'a> {
-            name: &'a str,
-            description: &'a str,
-            elastic_modulus_pa: Option<f64>,
-            viscosity_pa_s_alpha: Option<f64>,
-            order: Option<f64>,
-            model: &'a str,
-            #[serde(serialize_with = "parameters")]
-            parameters: &'a Model,
-            stiffening: f64,
-            loading: &'a MeasuredLoading,
-            range: &'a ValidRange,
-            source: &'a Source,
-        }
-        let report = Report {
-            name: &self.name,
-            description: &self.description,
-            elastic_modulus_pa: self.elastic_modulus_pa(),
-            viscosity_pa_s_alpha: self.viscosity_pa_s_alpha(),
-            order: self.order(),
-            model: self.model.kind().name(),
-            parameters: &self.model,
-            stiffening: self.stiffening,
-            loading: &self.loading,
-            range: &self.range,
-            source: &self.source,
-        };
-        report.serialize(serializer)
+        let mut map = serializer.serialize_map(None)?;
+        map.serialize_entry("name", &self.name)?;
+        map.serialize_entry("description", &self.description)?;
+        map.serialize_entry("elastic_modulus_pa", &self.elastic_modulus_pa())?;
+        map.serialize_entry("viscosity_pa_s_alpha", &self.viscosity_pa_s_alpha())?;
+        map.serialize_entry("order", &self.order())?;
+        map.serialize_entry("model", self.model.kind().name())?;
+        map.serialize_entry("parameters", &Parameters(&self.model))?;
+        map.serialize_entry("stiffening", &self.stiffening)?;
+        map.serialize_entry("loading", &self.loading)?;
+        map.serialize_entry("range", &self.range)?;
+        map.serialize_entry("source", &self.source)?;
+        map.end()
     }
 }
 
-fn parameters<S: Serializer>(model: &&Model, serializer: S) -> Result<S::Ok, S::Error> {
-    serializer.collect_map(model.columns().map(|(parameter, own)| match own[..] {
-        [value] if !parameter.for_each_branch => (parameter.name, Numbers::One(value)),
-        _ => (parameter.name, Numbers::Many(own)),
-    }))
+/// The numbers of a model by their names.
+struct Parameters<'a>(&'a Model);
+
+impl Serialize for Parameters<'_> {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.collect_map(
+            self.0
+                .columns()
+                .map(|(parameter, values)| match values[..] {
+                    [value] if !parameter.for_each_branch => (parameter.name, Numbers::One(value)),
+                    _ => (parameter.name, Numbers::Many(values)),
+                }),
+        )
+    }
 }
 
 /// A number or a list of them.

@@ -22,23 +22,11 @@ const FEW: usize = 160;
 const FOLLOWED: usize = 6;
 /// Sums closer than this are one minimum.
 const SAME: f64 = 1e-4;
-const ROUGH: Effort = Effort {
-    tolerance: 1e-5,
-    step: 1e-5,
-    patience: 12,
-};
+const ROUGH: Effort = Effort::to(1e-5, 12);
 /// Enough to see which of the followed minima is the lowest.
-const CLOSE: Effort = Effort {
-    tolerance: 1e-7,
-    step: 1e-7,
-    patience: 25,
-};
+const CLOSE: Effort = Effort::to(1e-7, 25);
 /// Effort of a fit that counts.
-pub(super) const FINE: Effort = Effort {
-    tolerance: 1e-11,
-    step: 1e-11,
-    patience: 100,
-};
+pub(super) const FINE: Effort = Effort::to(1e-11, 100);
 /// A variable so near to an end of its range, over the range, is at the end.
 const AT_END: f64 = 2e-4;
 /// A fixed end may cost so much of the sum.
@@ -323,6 +311,16 @@ pub(super) struct Effort {
     /// Relative change of the variables at which to stop.
     pub(super) step: f64,
     pub(super) patience: usize,
+}
+
+impl Effort {
+    const fn to(tolerance: f64, patience: usize) -> Self {
+        Self {
+            tolerance,
+            step: tolerance,
+            patience,
+        }
+    }
 }
 
 /// Moves the free variables from these values to the nearest minimum, under these pulls; they are not in its sum.

@@ -379,7 +379,7 @@ impl Valley<'_> {
     fn widen(&self, fit: &mut Fit, limit: &Limit) {
         let most = limit.student;
         for (place, estimate) in fit.parameters.iter_mut().enumerate() {
-            let is_order = estimate.unit.is_empty();
+            let is_order = estimate.is_order();
             let scale = |value: f64| if is_order { value } else { libm::log(value) };
             // Value, low and high end, and ζ, at each b.
             let points = self.points.iter().map(|point| {

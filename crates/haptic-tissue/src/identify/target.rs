@@ -181,22 +181,15 @@ impl<'a> Target<'a> {
         let mut finite = true;
         self.model(candidate, elements, |n, model| {
             let wanted = self.wanted(n);
-            let slope = if self.is_logarithmic() {
-                logarithm(model, wanted)
-            } else {
-                let mut slope = model;
-                slope.value -= wanted;
-                slope
-            };
+            let mut slope = model;
+            match self.rows {
+                Rows::History(_) => slope.value -= wanted,
+                Rows::Step(..) | Rows::Oscillation(_) => slope = logarithm(model, wanted),
+            }
             finite &= slope.value.is_finite();
             each(n, self.roots[n], slope);
         });
         finite
-    }
-
-    /// True if the residuals are those of logarithms.
-    pub(super) fn is_logarithmic(&self) -> bool {
-        !matches!(self.rows, Rows::History(_))
     }
 
     /// What the model is to reach: a logarithm, or a stress over its scale.

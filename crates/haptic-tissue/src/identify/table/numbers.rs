@@ -4,7 +4,7 @@ use super::super::error::IdentifyError;
 use super::assemble::Columns;
 use super::column::{Choice, Column};
 use super::header::{Heading, remedy, split, understand};
-use super::text::{Passed, TextTable, is_gap, number, too_many, wrong};
+use super::text::{TextTable, is_gap, number, passed, too_many, wrong};
 use crate::identify::keys::{COLUMNS, UNITS};
 
 /// The user's instructions for a table.
@@ -48,10 +48,10 @@ impl Reader {
             chosen: self.columns.iter().map(|(column, _)| *column).collect(),
             ..Columns::default()
         };
-        let (mut empty, mut outside) = (Passed::default(), Passed::default());
+        let (mut empty, mut outside) = (Vec::new(), Vec::new());
         for (line, row) in &table.rows {
             let Some(values) = self.row(&table, *line, row, &found)? else {
-                empty.lines.push(*line);
+                empty.push(*line);
                 continue;
             };
             let clock = found
@@ -59,7 +59,7 @@ impl Reader {
                 .position(|f| matches!(f.column, Column::Time | Column::Omega));
             let at = clock.map_or(0.0, |place| values[place]);
             if self.from.is_some_and(|from| at < from) || self.to.is_some_and(|to| at > to) {
-                outside.lines.push(*line);
+                outside.push(*line);
                 continue;
             }
             columns.lines.push(*line);
@@ -67,8 +67,8 @@ impl Reader {
                 column.2.push(value);
             }
         }
-        notes.extend(empty.note("a cell without a number"));
-        notes.extend(outside.note("outside the range asked for"));
+        notes.extend(passed(&empty, "a cell without a number"));
+        notes.extend(passed(&outside, "outside the range asked for"));
         if columns.lines.is_empty() {
             return Err(IdentifyError::Record(
                 "no row with numbers is left: give at least one more than the model has parameters"

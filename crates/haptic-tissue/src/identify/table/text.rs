@@ -11,16 +11,9 @@ use std::borrow::Cow;
 /// No table is longer, bytes.
 pub const TABLE_MOST: u64 = 1 << 28;
 
-/// Rows that were passed over: why, how many, and the first few lines.
-#[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub(super) struct Passed {
-    pub(super) lines: Vec<u64>,
-}
-
-impl Passed {
-    pub(super) fn note(&self, why: &str) -> Option<String> {
-        rows_named(&self.lines).map(|rows| format!("{rows} left out, {why}"))
-    }
+/// Says which rows were passed over, and why.
+pub(super) fn passed(lines: &[u64], why: &str) -> Option<String> {
+    rows_named(lines).map(|rows| format!("{rows} left out, {why}"))
 }
 
 /// How many rows, and the lines of the first few; `None` without any.
@@ -392,14 +385,14 @@ pub struct RecordColumns<const N: usize> {
     pub lines: Vec<u64>,
     /// Time and signals.
     pub columns: [Vec<f64>; N],
-    gaps: Passed,
+    gaps: Vec<u64>,
 }
 
 impl<const N: usize> RecordColumns<N> {
     /// How many rows lack a number, and the lines of the first; `None` if none does.
     #[must_use]
     pub fn gaps(&self) -> Option<String> {
-        rows_named(&self.gaps.lines)
+        rows_named(&self.gaps)
     }
 }
 
@@ -442,7 +435,7 @@ impl TextTable {
         if let Some(line) = self.blank {
             return Err(wrong(line, NO_VALUE));
         }
-        let (mut lines, mut gaps) = (Vec::new(), Passed::default());
+        let (mut lines, mut gaps) = (Vec::new(), Vec::new());
         let mut columns = [const { Vec::new() }; N];
         for (line, row) in &self.rows {
             if row
@@ -471,7 +464,7 @@ impl TextTable {
                 })?);
             }
             if !is_whole {
-                gaps.lines.push(*line);
+                gaps.push(*line);
             }
         }
         match lines.is_empty() {
