@@ -159,13 +159,9 @@ pub(crate) fn of_side(_: &FarReport, curves: &Curves) -> Result<Picture, FigureE
     let column = |name, scale| column(curves, name, scale);
     // There is no hand on the side of the slave.
     let hand = column("reference_m", 1e3).into_iter();
+    let hand = hand.filter(|place| place.1.is_finite());
     let places = over_time("place", "place / mm")
-        .with(
-            "hand",
-            Look::Dashed,
-            2,
-            hand.filter(|place| place.1.is_finite()),
-        )
+        .with("hand", Look::Dashed, 2, hand)
         .with("device", Look::Line, 0, column("position_m", 1e3));
     let forces = over_time("force on the device", "force / N")
         .with("of the port", Look::Line, 0, column("force_n", 1.0))
@@ -192,25 +188,13 @@ fn of_teleoperation(report: &TeleoperationReport, curves: &Curves) -> Result<Pic
     let frequency = logarithmic("frequency / Hz");
     let stiffness = logarithmic("stiffness |F/x| / N·m⁻¹");
     let caption = "felt by the master, touched by the slave";
+    let touched = felt(|felt| Some(felt.touched_n_per_m));
+    let formula = felt(|felt| felt.formula_n_per_m);
+    let felt = felt(|felt| Some(felt.felt_n_per_m));
     let stiffnesses = Panel::new(caption, frequency, stiffness)
-        .with(
-            "slave",
-            Look::Line,
-            1,
-            felt(|felt| Some(felt.touched_n_per_m)),
-        )
-        .with(
-            "formula",
-            Look::Dashed,
-            4,
-            felt(|felt| felt.formula_n_per_m),
-        )
-        .with(
-            "master",
-            Look::Markers,
-            0,
-            felt(|felt| Some(felt.felt_n_per_m)),
-        );
+        .with("slave", Look::Line, 1, touched)
+        .with("formula", Look::Dashed, 4, formula)
+        .with("master", Look::Markers, 0, felt);
     let panels = [places, forces, energy, stiffnesses];
     page(&curves.title, &curves.subtitle, 2, &panels)
 }

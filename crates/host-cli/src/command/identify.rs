@@ -40,19 +40,16 @@ any other motion.";
 type Chosen = Option<ModelKind>;
 
 fn kinds() -> Vec<(RecordKind, &'static str, &'static str)> {
-    let kind = |kind: RecordKind, words| (kind, kind.name(), words);
-    vec![
-        kind(RecordKind::Relaxation, "stress after a step of strain"),
-        kind(RecordKind::Creep, "strain after a step of stress"),
-        kind(
-            RecordKind::Oscillation,
-            "storage and loss modulus over frequency",
-        ),
-        kind(
-            RecordKind::History,
-            "strain and stress of any motion from rest",
-        ),
-    ]
+    let words = [
+        "stress after a step of strain",
+        "strain after a step of stress",
+        "storage and loss modulus over frequency",
+        "strain and stress of any motion from rest",
+    ];
+    let kinds = RecordKind::ALL.into_iter().zip(words);
+    kinds
+        .map(|(kind, words)| (kind, kind.name(), words))
+        .collect()
 }
 
 fn models() -> Vec<(Chosen, &'static str, &'static str)> {

@@ -229,25 +229,17 @@ fn plot(log: &Path, out: Option<&Path>, overwrite: bool, output: Output) -> Resu
 /// Samples of which each is drawn; of more the extremes.
 const DENSE: u64 = 100_000;
 
-/// What is drawn of a tick.
+/// What is drawn of a tick: reference, indenter and position on the first axis, reference and position on the second, the
+/// force on all three, and the contact force.
 fn drawn(tick: &TickMessage) -> [f64; 9] {
     let on = |numbers: PerAxis, axis: usize| numbers.get(axis).copied().unwrap_or(f64::NAN);
-    let [x, y, z] = [0, 1, 2].map(|axis| on(tick.commanded_force_n, axis));
-    let [reference, position] = [tick.reference_m, tick.position_m];
-    let [reference_y, position_y] = [on(reference, 1), on(position, 1)];
-    let indenter = on(tick.indenter_position_m, 0);
-    let contact = on(tick.contact_force_n, 0);
-    [
-        on(reference, 0),
-        indenter,
-        on(position, 0),
-        reference_y,
-        position_y,
-        x,
-        y,
-        z,
-        contact,
-    ]
+    let along = [tick.reference_m, tick.indenter_position_m, tick.position_m];
+    std::array::from_fn(|n| match n {
+        0..=2 => on(along[n], 0),
+        3..=4 => on([tick.reference_m, tick.position_m][n - 3], 1),
+        5..=7 => on(tick.commanded_force_n, n - 5),
+        _ => on(tick.contact_force_n, 0),
+    })
 }
 
 /// Positions above, forces below; of several axes the path, places and forces.
@@ -258,17 +250,8 @@ fn draw(
     time_s: &[f64],
     curves: &[Vec<f64>; 9],
 ) -> Result<Picture, FigureError> {
-    let [
-        reference,
-        indenter,
-        position,
-        reference_y,
-        position_y,
-        x,
-        y,
-        z,
-        contact,
-    ] = curves;
+    let [reference, indenter, position] = [0, 1, 2].map(|n| curves[n].as_slice());
+    let forces = &curves[5..8];
     if axes == 1 {
         return MotionFigure {
             title,
@@ -289,7 +272,7 @@ fn draw(
                     caption: "force",
                     label: "force / N",
                     scale: 1.0,
-                    lines: &[("force", x), ("contact force", contact)],
+                    lines: &[("force", &forces[0]), ("contact force", &curves[8])],
                 },
             ],
         }
@@ -300,10 +283,10 @@ fn draw(
         subtitle,
         outline_m: &[],
         time_s,
-        reference_m: [reference, reference_y],
-        position_m: [position, position_y],
+        reference_m: [reference, &curves[3]],
+        position_m: [position, &curves[4]],
         depth_m: None,
-        force_n: &[x, y, z].map(Clone::clone)[..axes],
+        force_n: &forces[..axes],
     }
     .draw()
 }
