@@ -11,7 +11,7 @@ const LARGEST: f64 = 1e30;
 /// An axis is not narrower than this share of its values, or its ticks would not differ in `f64`.
 const NARROWEST: f64 = 1e-9;
 
-/// Linear or logarithmic.
+/// How values are spread along an axis; a logarithmic one leaves out what is not above 0.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Scale {
     /// Equal differences are equal lengths.
@@ -264,13 +264,13 @@ impl Axis {
         let largest = self.low.abs().max(self.high.abs());
         let (first, last) = ((low / step).floor() as i64, (high / step).ceil() as i64);
         let tick = |count| {
-            let place = count as f64 * step;
+            let value = count as f64 * step;
             let label = match self.scale {
-                Scale::Linear => linear_label(place, step, largest),
-                Scale::Log => log_label(place.round() as i32, 1, self.is_plain()),
+                Scale::Linear => linear_label(value, step, largest),
+                Scale::Log => log_label(value.round() as i32, 1, self.is_plain()),
             };
             Tick {
-                fraction: (place - low) / (high - low),
+                fraction: (value - low) / (high - low),
                 is_small: false,
                 label: Some(label),
             }
@@ -296,10 +296,10 @@ impl Axis {
         let places = places.filter(|(exponent, multiple)| *multiple > 1 || exponent % step != 0);
         let tick = |at: (i32, i32)| {
             let (exponent, multiple) = at;
-            let place = f64::from(exponent) + f64::from(multiple).log10();
+            let forward = f64::from(exponent) + f64::from(multiple).log10();
             let has_label = is_fine && matches!(multiple, 2 | 5);
             Tick {
-                fraction: (place - low) / (high - low),
+                fraction: (forward - low) / (high - low),
                 is_small: true,
                 label: has_label.then(|| log_label(exponent, multiple, is_plain)),
             }

@@ -71,7 +71,7 @@ pub struct Series<'a> {
     pub name: &'a str,
     /// The points in the order in which they are joined.
     pub points: &'a [(f64, f64)],
-    /// Their look.
+    /// A wish: where a series with another name looks the same already, the next free look is taken.
     pub look: Look,
     /// Number of its colour, of those of Okabe and Ito: 0 blue, 1 vermilion, 2 green, 3 orange, 4 purple,
     /// 5 black, 6 light blue; further ones repeat these in other dashes and shapes.
@@ -83,9 +83,9 @@ pub struct Series<'a> {
 pub struct Chart<'a> {
     /// Said above the box; may be empty.
     pub caption: &'a str,
-    /// Horizontal axis.
+    /// Without a range it spans the points that the vertical axis shows.
     pub x: AxisSpec<'a>,
-    /// Vertical axis.
+    /// Without a range it spans the points that the horizontal axis shows.
     pub y: AxisSpec<'a>,
     /// The series in the box.
     pub series: Vec<Series<'a>>,

@@ -95,7 +95,7 @@ pub struct TheoryFigure<'a> {
     pub origin: &'a str,
     /// Time since contact or since the force was applied, s: a logarithmic axis begins at the first positive one.
     pub time_s: &'a [f64],
-    /// The quantity.
+    /// The quantity of the run; a value that is not finite leaves a gap.
     pub values: &'a [f64],
     /// The quantity in closed form at the same times.
     pub closed_form: &'a [f64],
@@ -376,14 +376,14 @@ pub struct MotionFigure<'a> {
     pub subtitle: &'a str,
     /// Time, s.
     pub time_s: &'a [f64],
-    /// From top to bottom.
+    /// One panel each, from top to bottom over the same time.
     pub rows: &'a [MotionRow<'a>],
 }
 
 /// A row of a [`MotionFigure`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct MotionRow<'a> {
-    /// Above it.
+    /// Stands above the panel, behind its letter.
     pub caption: &'a str,
     /// At its axis, with the unit.
     pub label: &'static str,

@@ -33,13 +33,13 @@ pub(crate) fn envelope(points: &Points, x_scale: Scale, bins: usize) -> Points {
     if points.len() <= bins {
         return points.clone();
     }
-    let place = |point: &(f64, f64)| x_scale.forward(point.0);
-    let (low, high) = extremes(points.iter().map(place));
+    let forward = |point: &(f64, f64)| x_scale.forward(point.0);
+    let (low, high) = extremes(points.iter().map(forward));
     let per_unit = bins as f64 / (high - low);
     let mut highest = vec![None::<(f64, f64)>; bins];
     for point in points {
         // All points at one place make `per_unit` infinite and the product NaN, which casts to 0.
-        let bin = ((place(point) - low) * per_unit) as usize;
+        let bin = ((forward(point) - low) * per_unit) as usize;
         let highest = highest[bin.min(bins - 1)].get_or_insert(*point);
         if point.1 > highest.1 {
             *highest = *point;

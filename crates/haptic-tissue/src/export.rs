@@ -27,7 +27,7 @@ const DECADES_MOST: f64 = 30.0;
 pub struct PronyFit {
     /// The spring that is left at the end of the band, Pa; 0 without one.
     pub elastic_modulus_pa: f64,
-    /// The branches, fastest first.
+    /// Fastest first; none for a spring, and fewer than asked for where least squares leaves some at 0.
     pub branches: Vec<MaxwellBranch>,
     /// Shortest time of the band, s.
     pub shortest_s: f64,
@@ -74,7 +74,7 @@ pub enum ExportError {
 }
 
 impl PronyFit {
-    /// Branches that are allowed.
+    /// The numbers of branches that a fit takes: two for each decade of time give about 1 %.
     pub const BRANCHES: RangeInclusive<usize> = 1..=100;
 
     /// Fits up to so many branches to G(t), `shortest_s` ≤ t ≤ `horizon_s`.
@@ -110,12 +110,12 @@ impl PronyFit {
         if has_impulse(model) {
             return Err(ExportError::Impulse(model.kind()));
         }
-        if let Some((elastic_modulus_pa, own)) = exact(model)
-            && own.len() <= branches
+        if let Some((elastic_modulus_pa, series)) = exact(model)
+            && series.len() <= branches
         {
             return Ok(Self {
                 elastic_modulus_pa,
-                branches: own,
+                branches: series,
                 shortest_s,
                 horizon_s,
                 max_relative_error: 0.0,
@@ -306,7 +306,7 @@ pub enum ExportFormat {
 }
 
 impl ExportFormat {
-    /// All of them.
+    /// The formats in the order of help and messages.
     pub const ALL: [Self; 4] = [Self::Table, Self::Ansys, Self::Abaqus, Self::Febio];
 
     /// The branches of a series for it, unless more or fewer are asked for: 12, or the most that it takes.

@@ -25,7 +25,7 @@ pub struct Material {
     pub stiffening: f64,
     /// How the parameters were measured.
     pub loading: MeasuredLoading,
-    /// Where the parameters hold.
+    /// Times, frequencies and strains of the measurement: beyond them the model is a guess.
     pub range: ValidRange,
     /// The origin of the numbers.
     pub source: Source,
@@ -135,15 +135,15 @@ impl Serialize for MeasuredLoading {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Deserialize, Serialize)]
 #[serde(deny_unknown_fields)]
 pub struct ValidRange {
-    /// Shortest time, s.
+    /// Shortest time after a step, s.
     pub time_from_s: Option<f64>,
-    /// Longest time, s.
+    /// Longest time after a step, s.
     pub time_to_s: Option<f64>,
     /// Lowest angular frequency, rad/s.
     pub omega_from_rad_s: Option<f64>,
     /// Highest angular frequency, rad/s.
     pub omega_to_rad_s: Option<f64>,
-    /// Largest strain.
+    /// Largest strain of the specimen; a linear law rarely holds beyond 0.2.
     pub strain_to: Option<f64>,
 }
 
@@ -157,7 +157,7 @@ pub struct Source {
     pub conditions: String,
     /// True if the numbers were compared with the cited source itself.
     pub checked: bool,
-    /// Anything else.
+    /// Anything else that a reader of the numbers should know.
     #[serde(default)]
     pub note: String,
     /// The day of the measurement or of the fit; empty where unknown, as all below.
@@ -166,7 +166,7 @@ pub struct Source {
     /// The specimen: kind, number, size, preparation.
     #[serde(default)]
     pub sample: String,
-    /// Its temperature, with unit.
+    /// The temperature of the specimen, with its unit, as `21 °C`.
     #[serde(default)]
     pub temperature: String,
     /// How far the model is from the record.
@@ -180,11 +180,11 @@ pub enum MaterialError {
     /// A mistake in a file; lines count from 1.
     #[error("{}:{line}: {reason}", path.display())]
     File {
-        /// The file.
+        /// The name as it was given.
         path: PathBuf,
         /// The line, from 1.
         line: usize,
-        /// The mistake in it.
+        /// The mistake with its value, and the remedy.
         reason: String,
     },
     /// A file or folder that cannot be read.
@@ -343,9 +343,9 @@ impl Material {
             );
         } else {
             let _ = write!(text, "model = \"{}\"\n\n[parameters]\n", self.model.kind());
-            text.extend(self.model.columns().map(|(parameter, own)| match own[..] {
+            text.extend(self.model.columns().map(|(parameter, all)| match all[..] {
                 [value] if !parameter.for_each_branch => line(parameter.name, value),
-                _ => format!("{} = {own:?}\n", parameter.name),
+                _ => format!("{} = {all:?}\n", parameter.name),
             }));
         }
         if self.stiffening != 0.0 {

@@ -108,7 +108,7 @@ impl SampledModel {
         self.whole.spring_pa
     }
 
-    /// B, Pa·s^μ.
+    /// B, Pa·s^μ; 0 for a spring alone.
     #[must_use]
     pub const fn viscosity_pa_s_mu(&self) -> f64 {
         self.viscosity_pa_s_mu
@@ -120,7 +120,7 @@ impl SampledModel {
         self.order
     }
 
-    /// T.
+    /// The sample time T that the weights belong to.
     #[must_use]
     pub const fn sample_time(&self) -> Seconds {
         Seconds(self.sample_time_s)
@@ -170,8 +170,8 @@ impl Memory for SampledModel {
         let real = |angle: f64| self.dissipative(Complex64::from_polar(r, angle)).re;
         let mean = |from: f64| {
             let quarter = 0.25 * PI;
-            let pair = |&(place, share): &(f64, f64)| {
-                let aside = quarter * place;
+            let pair = |&(node, share): &(f64, f64)| {
+                let aside = quarter * node;
                 0.25 * share * (real(from + quarter - aside) + real(from + quarter + aside))
             };
             LEGENDRE_8.iter().map(pair).sum::<f64>()

@@ -159,7 +159,7 @@ pub(crate) fn of_side(_: &FarReport, curves: &Curves) -> Result<Picture, FigureE
     let column = |name, scale| column(curves, name, scale);
     // There is no hand on the side of the slave.
     let hand = column("reference_m", 1e3).into_iter();
-    let hand = hand.filter(|place| place.1.is_finite());
+    let hand = hand.filter(|point| point.1.is_finite());
     let places = over_time("place", "place / mm")
         .with("hand", Look::Dashed, 2, hand)
         .with("device", Look::Line, 0, column("position_m", 1e3));

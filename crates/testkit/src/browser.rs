@@ -37,7 +37,7 @@ pub fn get(host: &str, path: &str, headers: &str) -> String {
 pub struct Frame {
     /// The number of the request that it answers.
     pub request: u32,
-    /// Channels.
+    /// Rows of the picture.
     pub channels: usize,
     /// Columns.
     pub columns: usize,
@@ -45,7 +45,7 @@ pub struct Frame {
     pub first_tick: f64,
     /// Ticks of a column.
     pub ticks_per_column: f64,
-    /// T, s.
+    /// The sample time of the run, s.
     pub sample_time_s: f64,
     numbers: Vec<f32>,
 }
@@ -77,7 +77,7 @@ impl Frame {
         &self.numbers[2 * channel * self.columns..][..self.columns]
     }
 
-    /// The largest.
+    /// The largest value of each column of a channel.
     #[must_use]
     pub fn largest(&self, channel: usize) -> &[f32] {
         &self.numbers[(2 * channel + 1) * self.columns..][..self.columns]
@@ -152,7 +152,7 @@ impl Page {
         }
     }
 
-    /// Sends a text.
+    /// Sends a text as it is, which need not be a request.
     pub fn send(&mut self, text: &str) {
         self.socket.send(Message::text(text)).expect("sends");
     }

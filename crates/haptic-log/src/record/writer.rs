@@ -45,11 +45,11 @@ pub(super) const EVENT_CHANNEL: u16 = 2;
 pub struct FinishedLog {
     /// The file, the first if there are more.
     pub path: PathBuf,
-    /// All files, in order.
+    /// All files of a log that was rolled, in order; else the one.
     pub paths: Vec<PathBuf>,
     /// Ticks in it.
     pub samples: u64,
-    /// Its size.
+    /// Bytes on the disk, of all files together.
     pub bytes: u64,
 }
 

@@ -18,10 +18,7 @@ pub(super) fn about(fits: &[Fit]) -> Vec<String> {
     let Some(fit) = fits.first() else {
         return Vec::new();
     };
-    let mut said = at_ends(fit);
-    said.extend(together(fit));
-    said.extend(loose(fit));
-    said.extend(open(fit));
+    let mut said = [at_ends(fit), together(fit), loose(fit), open(fit)].concat();
     said.extend(simpler(fit, fits));
     said.extend(slow(fit));
     said
@@ -128,23 +125,24 @@ pub(super) fn simpler(fit: &Fit, fits: &[Fit]) -> Option<String> {
 /// Bounds that the record does not give.
 fn open(fit: &Fit) -> Vec<String> {
     let settled = |k: &usize| fit.correlation.get(*k).is_none_or(|row| !row[*k].is_nan());
-    let own = (0..fit.parameters.len()).filter(settled);
-    own.filter_map(|k| {
-        let Estimate {
-            name,
-            low_95,
-            high_95,
-            ..
-        } = &fit.parameters[k];
-        let which = match (low_95, high_95) {
-            (Some(_), Some(_)) => return None,
-            (None, Some(_)) => "no lower bound",
-            (Some(_), None) => "no upper bound",
-            (None, None) => "no bound",
-        };
-        Some(format!("the record gives `{name}` {which}"))
-    })
-    .collect()
+    let settled = (0..fit.parameters.len()).filter(settled);
+    settled
+        .filter_map(|k| {
+            let Estimate {
+                name,
+                low_95,
+                high_95,
+                ..
+            } = &fit.parameters[k];
+            let which = match (low_95, high_95) {
+                (Some(_), Some(_)) => return None,
+                (None, Some(_)) => "no lower bound",
+                (Some(_), None) => "no upper bound",
+                (None, None) => "no bound",
+            };
+            Some(format!("the record gives `{name}` {which}"))
+        })
+        .collect()
 }
 
 fn slow(fit: &Fit) -> Option<String> {

@@ -142,12 +142,12 @@ impl Slope {
     ) -> Self {
         let mut by = [0.0; VARIABLES];
         for (variable, by) in by.iter_mut().enumerate().take(candidate.parameters()) {
-            let own = if is_order(variable) {
+            let slopes = if is_order(variable) {
                 &by_order
             } else {
                 &by_modulus
             };
-            *by = scale * own[variable / 2];
+            *by = scale * slopes[variable / 2];
         }
         Self {
             value: scale * value,

@@ -31,11 +31,11 @@ pub enum IdentifyError {
         parameters + 1
     )]
     TooFew {
-        /// Name of the model.
+        /// Its name as on the command line.
         model: &'static str,
-        /// Numbers in the record.
+        /// What the record has: two numbers for each sample of an oscillation.
         numbers: usize,
-        /// Parameters of the model.
+        /// What the model needs; one number more says how well it fits.
         parameters: usize,
     },
     /// It was told to stop.

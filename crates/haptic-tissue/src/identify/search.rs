@@ -75,7 +75,7 @@ pub(super) fn search(
         .filter(|minimum| minimum.sum.is_finite())
         .collect();
     followed.sort_by(|a, b| a.sum.total_cmp(&b.sum));
-    let best = polished(candidate, target, followed.iter().map(|own| &own.values))?;
+    let best = polished(candidate, target, followed.iter().map(|one| &one.values))?;
     for minimum in &mut followed {
         let elements = Elements::from_variables(&minimum.values).sorted(candidate);
         minimum.values = elements.variables(candidate);
@@ -107,19 +107,19 @@ pub(super) fn polished<'a>(
 /// Puts variables that are near an end of their range there, and fits the others once more, if that costs next to nothing.
 fn at_ends(candidate: Candidate, target: &Target, ranges: &[(f64, f64)], best: Minimum) -> Best {
     // From 0 at the low end of the range to 1 at the high one.
-    let place = |values: &[f64], v: usize| {
+    let share = |values: &[f64], v: usize| {
         let (low, high) = ranges[v];
         (values[v] - low) / (high - low)
     };
     let free = |values: &[f64], near: f64| -> Vec<usize> {
-        let is_free = |v: &usize| (place(values, *v) - 0.5).abs() < 0.5 - near;
+        let is_free = |v: &usize| (share(values, *v) - 0.5).abs() < 0.5 - near;
         (0..values.len()).filter(is_free).collect()
     };
     let inside = free(&best.values, AT_END);
     let mut ends = best.values.clone();
     for v in (0..ends.len()).filter(|v| !inside.contains(v)) {
         let (low, high) = ranges[v];
-        ends[v] = if place(&ends, v) < 0.5 { low } else { high };
+        ends[v] = if share(&ends, v) < 0.5 { low } else { high };
     }
     let fixed = minimise(candidate, target, ranges, &ends, &inside, &[], FINE);
     let is_good = fixed.converged && fixed.sum <= best.sum * (1.0 + COST_OF_END);
@@ -282,8 +282,8 @@ impl Problem<'_> {
         let mut right = DVector::zeros(rows + count);
         right.rows_mut(0, rows).copy_from(&-&here.residuals);
         for (column, &k) in movable.iter().enumerate() {
-            let own = here.jacobian.column(k);
-            matrix.view_mut((0, column), (rows, 1)).copy_from(&own);
+            let slopes = here.jacobian.column(k);
+            matrix.view_mut((0, column), (rows, 1)).copy_from(&slopes);
             matrix[(rows + column, column)] = libm::sqrt(damping) * scale[k];
         }
         let parts = matrix.qr();

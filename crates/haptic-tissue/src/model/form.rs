@@ -65,7 +65,6 @@ impl Form {
         self.of(stiff, |one| one.elastic_modulus_pa, |a, b| a + b, springs)
     }
 
-    /// G(∞), Pa.
     pub(super) fn equilibrium_pa(&self) -> f64 {
         let left = |one: &SpringPot| if one.is_spring() { one.size } else { 0.0 };
         self.of(left, |_| 0.0, |a, b| a + b, springs)

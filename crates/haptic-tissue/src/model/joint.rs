@@ -18,9 +18,7 @@ pub(crate) enum Joint {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Two {
     pub(crate) joint: Joint,
-    /// V, α.
     pub(crate) first: SpringPot,
-    /// G, β.
     pub(crate) second: SpringPot,
     /// E of the spring that Zener and Poynting–Thomson models have, Pa; else 0.
     pub(crate) spring_pa: f64,

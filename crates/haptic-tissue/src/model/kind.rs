@@ -253,11 +253,11 @@ impl ModelKind {
     }
 
     /// The parameter of the value at a place.
-    pub(super) fn parameter(self, place: usize) -> Option<&'static Parameter> {
+    pub(super) fn parameter(self, index: usize) -> Option<&'static Parameter> {
         let all = self.parameters();
         let (once, each) = all.split_at(all.partition_point(|one| !one.for_each_branch));
-        once.get(place)
-            .or_else(|| each.get((place - once.len()).checked_rem(each.len())?))
+        once.get(index)
+            .or_else(|| each.get((index - once.len()).checked_rem(each.len())?))
     }
 }
 

@@ -40,7 +40,7 @@ pub enum ModelError {
     Range {
         /// The parameter's key in a tissue file.
         name: &'static str,
-        /// The number.
+        /// What was given.
         value: f64,
         /// The range in words.
         allowed: &'static str,
@@ -73,7 +73,7 @@ fn names(kind: ModelKind) -> String {
     names.collect::<Vec<_>>().join(", ")
 }
 
-/// A viscoelastic model, valid.
+/// A model whose parameters are in their ranges and go together, so that nothing it computes can fail.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Model(Form);
 
@@ -92,15 +92,15 @@ impl Model {
     /// # Errors
     /// Another number of values, a value outside its range, orders that do not fall, times of branches that do not rise.
     pub fn from_parameters(kind: ModelKind, values: &[f64]) -> Result<Self, ModelError> {
-        let fits = match kind.parameters().iter().any(|own| own.for_each_branch) {
+        let fits = match kind.parameters().iter().any(|one| one.for_each_branch) {
             true => values.len() % 2 == 1,
             false => values.len() == kind.parameters().len(),
         };
         if !fits {
             return Err(ModelError::Count(kind, values.len()));
         }
-        for (place, &value) in values.iter().enumerate() {
-            if let Some(parameter) = kind.parameter(place)
+        for (index, &value) in values.iter().enumerate() {
+            if let Some(parameter) = kind.parameter(index)
                 && !parameter.range.contains(value)
             {
                 return Err(out_of_range(parameter, value, parameter.range.words()));
@@ -185,7 +185,7 @@ impl Model {
         };
         let values = values.into_iter().enumerate();
         values
-            .filter_map(|(place, value)| Some((kind.parameter(place)?, value)))
+            .filter_map(|(index, value)| Some((kind.parameter(index)?, value)))
             .collect()
     }
 
@@ -193,8 +193,8 @@ impl Model {
     pub(crate) fn columns(&self) -> impl Iterator<Item = (&'static Parameter, Vec<f64>)> {
         let values = self.parameters();
         self.kind().parameters().iter().map(move |parameter| {
-            let own = values.iter().filter(|(known, _)| *known == parameter);
-            (parameter, own.map(|(_, value)| *value).collect())
+            let of_it = values.iter().filter(|(known, _)| *known == parameter);
+            (parameter, of_it.map(|(_, value)| *value).collect())
         })
     }
 
@@ -222,29 +222,17 @@ impl Model {
     /// use haptic_tissue::{Model, ModelKind};
     ///
     /// let muscle = Model::from_parameters(ModelKind::FractionalMaxwell, &[876e3, 0.675, 22.1e3, 0.110])?;
-    /// let (fast, slow) = (muscle.relaxation_modulus(0.014), muscle.relaxation_modulus(981.0));
+    /// let (fast, slow) = (muscle.relaxation_moduli(&[0.014])[0], muscle.relaxation_moduli(&[981.0])[0]);
     /// assert!((fast / 33e3 - 1.0).abs() < 0.05 && slow < 4e3);
     /// # Ok::<(), haptic_tissue::ModelError>(())
     /// ```
-    #[must_use]
-    pub fn relaxation_modulus(&self, time_s: f64) -> f64 {
-        self.relaxation_moduli(&[time_s])[0]
-    }
-
-    /// [`Model::relaxation_modulus`] at many times, in any order.
     #[must_use]
     pub fn relaxation_moduli(&self, time_s: &[f64]) -> Vec<f64> {
         self.responses(Response::Relaxation, time_s)
     }
 
     /// J(t), 1/Pa: strain over a step of stress, a time after it. 0 for t < 0, 1 over [`Model::instantaneous_modulus`] at 0.
-    /// Error and cost as for [`Model::relaxation_modulus`].
-    #[must_use]
-    pub fn creep_compliance(&self, time_s: f64) -> f64 {
-        self.creep_compliances(&[time_s])[0]
-    }
-
-    /// [`Model::creep_compliance`] at many times, in any order.
+    /// Error and cost as for [`Model::relaxation_moduli`].
     #[must_use]
     pub fn creep_compliances(&self, time_s: &[f64]) -> Vec<f64> {
         self.responses(Response::Creep, time_s)

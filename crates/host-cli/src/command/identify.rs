@@ -264,7 +264,7 @@ impl Arguments {
             return Ok(None);
         };
         let plain = |c: char| c.is_ascii_lowercase() || c.is_ascii_digit() || c == '-';
-        let is_toml = path.extension().is_some_and(|own| own == "toml");
+        let is_toml = path.extension().is_some_and(|end| end == "toml");
         let name = path.file_stem().and_then(|stem| stem.to_str());
         let name = name.filter(|name| is_toml && !name.is_empty() && name.chars().all(plain));
         name.map(Some).ok_or_else(|| {
@@ -344,15 +344,15 @@ fn quality(kind: RecordKind, fit: &Fit) -> Value {
 }
 
 fn parameters(fit: &Fit) -> Value {
-    let parameters = fit.parameters.iter().map(|own| {
+    let parameters = fit.parameters.iter().map(|estimate| {
         let parameter = json!({
-            "value": own.value,
-            "unit": if own.unit.is_empty() { "1" } else { own.unit },
-            "standard_error": own.standard_error,
-            "low_95": own.low_95,
-            "high_95": own.high_95,
+            "value": estimate.value,
+            "unit": if estimate.unit.is_empty() { "1" } else { estimate.unit },
+            "standard_error": estimate.standard_error,
+            "low_95": estimate.low_95,
+            "high_95": estimate.high_95,
         });
-        (own.name.to_owned(), parameter)
+        (estimate.name.to_owned(), parameter)
     });
     Value::Object(parameters.collect())
 }

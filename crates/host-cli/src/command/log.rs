@@ -80,14 +80,14 @@ impl Command {
                 output.report(&summary)
             }
             Self::Check { log } => check(&log, output),
-            Self::Recover(own) => saved(own, "recovered.mcap", output),
-            Self::Index(own) => saved(own, "indexed.mcap", output),
-            Self::Export(own) => {
-                if own.target.as_deref() == Some(Path::new("-")) {
-                    return export_to_output(&own.log, own.overwrite, output);
+            Self::Recover(copy) => saved(copy, "recovered.mcap", output),
+            Self::Index(copy) => saved(copy, "indexed.mcap", output),
+            Self::Export(copy) => {
+                if copy.target.as_deref() == Some(Path::new("-")) {
+                    return export_to_output(&copy.log, copy.overwrite, output);
                 }
-                let target = place(own.target, own.out.as_deref(), &own.log, "ticks.csv")?;
-                let done = export_csv(&own.log, &target, own.overwrite)?;
+                let target = target_of(copy.target, copy.out.as_deref(), &copy.log, "ticks.csv")?;
+                let done = export_csv(&copy.log, &target, copy.overwrite)?;
                 let complete = done.condition.complete;
                 let csv = target.display().to_string();
                 output.summary(&json!({
@@ -95,7 +95,7 @@ impl Command {
                     "complete": complete,
                     "csv": csv,
                 }))?;
-                require_complete(complete, &own.log, &csv)
+                require_complete(complete, &copy.log, &csv)
             }
             Self::Plot {
                 log,
@@ -107,11 +107,11 @@ impl Command {
 }
 
 /// All that can be read, in one new log.
-fn saved(own: Copied, ending: &str, output: Output) -> Result<(), Failure> {
-    let target = place(own.target, own.out.as_deref(), &own.log, ending)?;
-    let summary = recover(&own.log, &target, own.overwrite)?;
+fn saved(copy: Copied, ending: &str, output: Output) -> Result<(), Failure> {
+    let target = target_of(copy.target, copy.out.as_deref(), &copy.log, ending)?;
+    let summary = recover(&copy.log, &target, copy.overwrite)?;
     output.summary(&summary)?;
-    require_complete(summary.complete, &own.log, &target.display().to_string())
+    require_complete(summary.complete, &copy.log, &target.display().to_string())
 }
 
 /// The rows on standard output.
@@ -138,7 +138,7 @@ fn is_broken_pipe(error: &csv::Error) -> bool {
 }
 
 /// The named target, or NAME.ENDING of NAME.mcap or NAME.mcap.part, in the given folder or beside the log.
-fn place(
+fn target_of(
     target: Option<PathBuf>,
     out: Option<&Path>,
     log: &Path,
@@ -210,7 +210,7 @@ fn plot(log: &Path, out: Option<&Path>, overwrite: bool, output: Output) -> Resu
     if !complete {
         conditions.push("cut off or damaged: what could be read".to_owned());
     }
-    let stem = place(None, out, log, "log")?;
+    let stem = target_of(None, out, log, "log")?;
     let title = log.file_name().unwrap_or_default().to_string_lossy();
     let (samples, time_s, curves) = shown.curves();
     let figure = picture_file::save(
@@ -232,7 +232,7 @@ const DENSE: u64 = 100_000;
 /// What is drawn of a tick: reference, indenter and position on the first axis, reference and position on the second, the
 /// force on all three, and the contact force.
 fn drawn(tick: &TickMessage) -> [f64; 9] {
-    let on = |numbers: PerAxis, axis: usize| numbers.get(axis).copied().unwrap_or(f64::NAN);
+    let on = |numbers: PerAxis, axis: usize| numbers.get(axis).copy().unwrap_or(f64::NAN);
     let along = [tick.reference_m, tick.indenter_position_m, tick.position_m];
     std::array::from_fn(|n| match n {
         0..=2 => on(along[n], 0),

@@ -6,7 +6,7 @@ use super::unit::Dimension;
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Column {
-    /// Time, s.
+    /// Time, s; of any origin.
     Time,
     /// Relaxation modulus, Pa.
     Modulus,
@@ -14,13 +14,13 @@ pub enum Column {
     Compliance,
     /// Strain, 1.
     Strain,
-    /// Stress, Pa.
+    /// Nominal stress, Pa: force over the area at rest.
     Stress,
     /// Force on the specimen, N.
     Force,
     /// Position into the specimen, m: its depth.
     Position,
-    /// Angular frequency, rad/s.
+    /// Angular frequency, rad/s; a column in Hz is converted.
     Omega,
     /// Storage modulus, Pa.
     Storage,

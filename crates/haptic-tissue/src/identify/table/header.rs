@@ -124,9 +124,9 @@ pub(super) fn understand(header: &str) -> Option<Result<Heading, ForeignUnit>> {
 
 /// `modulus_kpa`: a unit after an underscore.
 fn with_suffix(header: &str) -> Option<Heading> {
-    let marks = header.match_indices('_').map(|(place, _)| place);
-    marks.into_iter().find_map(|place| {
-        let (name, suffix) = (plain(&header[..place]), &header[place + 1..]);
+    let marks = header.match_indices('_').map(|(mark, _)| mark);
+    marks.into_iter().find_map(|mark| {
+        let (name, suffix) = (plain(&header[..mark]), &header[mark + 1..]);
         spelt(&name).find_map(|column| {
             let factor = column.dimension().factor_of_suffix(suffix)?;
             Some(Heading {

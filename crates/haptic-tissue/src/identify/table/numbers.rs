@@ -57,7 +57,7 @@ impl Reader {
             let clock = found
                 .iter()
                 .position(|f| matches!(f.column, Column::Time | Column::Omega));
-            let at = clock.map_or(0.0, |place| values[place]);
+            let at = clock.map_or(0.0, |column| values[column]);
             if self.from.is_some_and(|from| at < from) || self.to.is_some_and(|to| at > to) {
                 outside.push(*line);
                 continue;
@@ -209,11 +209,11 @@ impl Reader {
             let cell = cell.map(|cell| cell.trim_matches(['[', ']', '(', ')']).trim());
             if let Some(unit) = self.unit_of(f.column) {
                 let given = factor(f.column, unit)?;
-                let own = match cell.filter(|cell| !cell.is_empty()) {
-                    Some(own) => Some(factor(f.column, own)?),
+                let unit_below = match cell.filter(|cell| !cell.is_empty()) {
+                    Some(unit_below) => Some(factor(f.column, unit_below)?),
                     None => f.factor,
                 };
-                if own.is_some_and(|own| (own / given - 1.0).abs() > 1e-9) {
+                if unit_below.is_some_and(|unit_below| (unit_below / given - 1.0).abs() > 1e-9) {
                     return Err(IdentifyError::Record(format!(
                         "column {} names its own unit: omit {}={unit} of {UNITS}",
                         f.name,
