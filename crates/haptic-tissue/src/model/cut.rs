@@ -176,7 +176,6 @@ impl<'a> Density<'a> {
 
 /// The modes of a pole: weight ±2·w/(1 + e^(2πφ/h)), w the residue in ln s.
 fn pair(two: &Two, response: Response, pole: Pole, step: f64) -> Pair {
-    let residue = two.residue(response, pole);
     let share = 2.0 / (1.0 + libm::exp(2.0 * PI * pole.beyond / step));
     let sign = match response {
         Response::Relaxation => share,
@@ -185,7 +184,7 @@ fn pair(two: &Two, response: Response, pole: Pole, step: f64) -> Pair {
     let (sin, cos) = libm::sincos(pole.beyond);
     let r = libm::exp(pole.ln_r);
     Pair {
-        weight: residue * sign,
+        weight: two.residue(response, pole) * sign,
         rate: Complex64::new(r * cos, r * sin),
     }
 }

@@ -232,7 +232,7 @@ const DENSE: u64 = 100_000;
 /// What is drawn of a tick: reference, indenter and position on the first axis, reference and position on the second, the
 /// force on all three, and the contact force.
 fn drawn(tick: &TickMessage) -> [f64; 9] {
-    let on = |numbers: PerAxis, axis: usize| numbers.get(axis).copy().unwrap_or(f64::NAN);
+    let on = |numbers: PerAxis, axis: usize| numbers.get(axis).copied().unwrap_or(f64::NAN);
     let along = [tick.reference_m, tick.indenter_position_m, tick.position_m];
     std::array::from_fn(|n| match n {
         0..=2 => on(along[n], 0),
