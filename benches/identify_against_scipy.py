@@ -18,12 +18,12 @@ ROOT = pathlib.Path(__file__).parents[1]
 sys.path.insert(0, str(ROOT / "crates/haptic-tissue/tests/golden/identify"))
 import make_golden  # noqa: E402
 
-EXAMPLE = ["cargo", "build", "--release", "--quiet", "-p", "haptic-tissue", "--features", "identify", "--example", "identify_speed"]
+EXAMPLE = ["cargo", "build", "--release", "--quiet", "--manifest-path", "benches/Cargo.toml", "--example", "identify_speed"]
 TRIES = 5  # of identify_speed
 
 
 def indentation(moduli_and_orders):
-    """A record of examples/identify_speed.rs as starts and a residual: stress of e = depth^1.5 that is linear between samples."""
+    """A record of identify_speed.rs as starts and a residual: stress of e = depth^1.5 that is linear between samples."""
     step_s, count = 0.01, 2000
     t = step_s * np.arange(count)
     e = np.minimum(2.0 * t, 1.0) ** 1.5
@@ -61,7 +61,7 @@ def own_s(what):
         return resource.getrusage(resource.RUSAGE_CHILDREN).ru_utime
 
     began = user()
-    subprocess.run([ROOT / "target/release/examples/identify_speed", what], check=True, capture_output=True)
+    subprocess.run([ROOT / "benches/target/release/examples/identify_speed", what], check=True, capture_output=True)
     return (user() - began) / TRIES
 
 

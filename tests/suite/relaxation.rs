@@ -40,8 +40,8 @@ fn run<F: Real, O: Differintegrator<F>>(
     operator: O,
     device: impl Device<F, 1, Error = core::convert::Infallible>,
 ) -> (Vec<f64>, Vec<f64>) {
-    let rendered =
-        SpringDamper::of_tissue(&tissue(), (&specimen(), Modulus::Young), operator).expect("valid");
+    let dissipation = specimen().shape(Modulus::Young) * tissue().viscosity_pa_s_alpha();
+    let rendered = SpringDamper::new(0.0, dissipation, operator).expect("valid");
     let environment = Contact::at(Metres(0.0), rendered).expect("valid");
     let chain = SafetyChain::new(Newtons(10.0), NewtonsPerSecond(1000.0), T).expect("valid");
     let mut controller = Controller::new(environment, chain);

@@ -11,7 +11,7 @@ const LARGEST: f64 = 1e30;
 /// An axis is not narrower than this share of its values, or its ticks would not differ in `f64`.
 const NARROWEST: f64 = 1e-9;
 
-/// Linear or logarithmic.
+/// How values are spread along an axis; a logarithmic one leaves out what is not above 0.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Scale {
     /// Equal differences are equal lengths.
@@ -36,6 +36,14 @@ impl Scale {
             Self::Log => value.log10(),
         }
     }
+
+    /// The ends of an axis with some room around these values.
+    fn range_around(self, low: f64, high: f64) -> (f64, f64) {
+        match self {
+            Self::Linear => linear_range(low, high),
+            Self::Log => log_range(low, high),
+        }
+    }
 }
 
 /// One axis of a panel.
@@ -53,7 +61,7 @@ pub(crate) struct Axis {
 }
 
 impl Axis {
-    fn new(label: &str, scale: Scale, (low, high): (f64, f64)) -> Self {
+    fn new(label: &str, scale: Scale, low: f64, high: f64) -> Self {
         Self {
             label: label.to_owned(),
             scale,
@@ -69,15 +77,12 @@ impl Axis {
         let ends = scale.can_show(low) && scale.can_show(high);
         let span = scale.forward(high) - scale.forward(low);
         let largest = scale.forward(low).abs().max(scale.forward(high).abs());
-        (ends && span > narrowest(largest)).then(|| Self::new(label, scale, (low, high)))
+        (ends && span > narrowest(largest)).then(|| Self::new(label, scale, low, high))
     }
 
     /// An axis that begins and ends with the values, or with 0 if that is near.
     pub(crate) fn tight(label: &str, scale: Scale, low: f64, high: f64) -> Self {
-        let (wide_low, wide_high) = match scale {
-            Scale::Linear => linear_range(low, high),
-            Scale::Log => log_range(low, high),
-        };
+        let (wide_low, wide_high) = scale.range_around(low, high);
         // Zero is the only edge that is much nearer to zero than the values.
         let end = |edge: f64, value: f64| {
             if edge.abs() < 0.5 * value.abs() {
@@ -92,7 +97,7 @@ impl Axis {
             Scale::Log => (low, high),
         };
         Self::between(label, scale, ends.0, ends.1)
-            .unwrap_or_else(|| Self::new(label, scale, (wide_low, wide_high)))
+            .unwrap_or_else(|| Self::new(label, scale, wide_low, wide_high))
     }
 
     /// An axis of time: it ends with the values, and a linear one begins a little before them, so
@@ -110,16 +115,13 @@ impl Axis {
             Scale::Log if high / low < 10.0 => (step_below(low), step_above(high)),
             Scale::Log => (low, high),
         };
-        Self::new("time / s", scale, (low, high))
+        Self::new("time / s", scale, low, high)
     }
 
     /// An axis with room around the values: from 0 if that is near, or to the next ticks on a logarithmic axis.
     pub(crate) fn around(label: &str, scale: Scale, low: f64, high: f64) -> Self {
-        let ends = match scale {
-            Scale::Linear => linear_range(low, high),
-            Scale::Log => log_range(low, high),
-        };
-        Self::new(label, scale, ends)
+        let (low, high) = scale.range_around(low, high);
+        Self::new(label, scale, low, high)
     }
 
     /// Gives the axis its length on the paper, and no more ticks than their labels have room for;
@@ -262,13 +264,13 @@ impl Axis {
         let largest = self.low.abs().max(self.high.abs());
         let (first, last) = ((low / step).floor() as i64, (high / step).ceil() as i64);
         let tick = |count| {
-            let place = count as f64 * step;
+            let value = count as f64 * step;
             let label = match self.scale {
-                Scale::Linear => linear_label(place, step, largest),
-                Scale::Log => log_label(place.round() as i32, 1, self.is_plain()),
+                Scale::Linear => linear_label(value, step, largest),
+                Scale::Log => log_label(value.round() as i32, 1, self.is_plain()),
             };
             Tick {
-                fraction: (place - low) / (high - low),
+                fraction: (value - low) / (high - low),
                 is_small: false,
                 label: Some(label),
             }
@@ -292,11 +294,12 @@ impl Axis {
         let exponents = low.floor() as i32..=high.floor() as i32;
         let places = exponents.flat_map(|exponent| multiples.clone().map(move |m| (exponent, m)));
         let places = places.filter(|(exponent, multiple)| *multiple > 1 || exponent % step != 0);
-        let tick = |(exponent, multiple): (i32, i32)| {
-            let place = f64::from(exponent) + f64::from(multiple).log10();
+        let tick = |at: (i32, i32)| {
+            let (exponent, multiple) = at;
+            let forward = f64::from(exponent) + f64::from(multiple).log10();
             let has_label = is_fine && matches!(multiple, 2 | 5);
             Tick {
-                fraction: (place - low) / (high - low),
+                fraction: (forward - low) / (high - low),
                 is_small: true,
                 label: has_label.then(|| log_label(exponent, multiple, is_plain)),
             }

@@ -2,7 +2,7 @@
 
 use crate::axis::{Axis, Scale, extremes};
 use crate::curve::{Curve, Form};
-use crate::drawing::Shape;
+use crate::drawing::{Marker, Shape};
 use crate::page::{LegendEntry, Page, Row};
 use crate::panel::Panel;
 use crate::style::{
@@ -71,7 +71,7 @@ pub struct Series<'a> {
     pub name: &'a str,
     /// The points in the order in which they are joined.
     pub points: &'a [(f64, f64)],
-    /// Their look.
+    /// A wish: where a series with another name looks the same already, the next free look is taken.
     pub look: Look,
     /// Number of its colour, of those of Okabe and Ito: 0 blue, 1 vermilion, 2 green, 3 orange, 4 purple,
     /// 5 black, 6 light blue; further ones repeat these in other dashes and shapes.
@@ -83,9 +83,9 @@ pub struct Series<'a> {
 pub struct Chart<'a> {
     /// Said above the box; may be empty.
     pub caption: &'a str,
-    /// Horizontal axis.
+    /// Without a range it spans the points that the vertical axis shows.
     pub x: AxisSpec<'a>,
-    /// Vertical axis.
+    /// Without a range it spans the points that the horizontal axis shows.
     pub y: AxisSpec<'a>,
     /// The series in the box.
     pub series: Vec<Series<'a>>,
@@ -185,7 +185,6 @@ impl ChartPage<'_> {
         let mut taken: Vec<(&str, Form)> = Vec::new();
         let mut all = Vec::new();
         for chart in &self.charts {
-            let scales = (chart.x.scale, chart.y.scale);
             let mut curves = Vec::new();
             for series in &chart.series {
                 let is_free = |form: &Form| {
@@ -199,7 +198,7 @@ impl ChartPage<'_> {
                     taken.push((series.name, form));
                 }
                 curves.push(Curve {
-                    pieces: pieces(series.points, scales),
+                    pieces: pieces(series.points, chart.x.scale, chart.y.scale),
                     form,
                 });
             }
@@ -338,7 +337,12 @@ impl<'a> Series<'a> {
             Look::Broad => 0,
             Look::Dotted => DOTTED_INDEX,
             Look::Crosses => Shape::CROSS_INDEX,
-            _ => self.colour,
+            Look::Line
+            | Look::Dashed
+            | Look::Markers
+            | Look::MarkersApart
+            | Look::OpenMarkers
+            | Look::Area => self.colour,
         };
         let (style, colour) = further_look(first, self.colour, further);
         let colour = series_colour(colour);
@@ -347,12 +351,10 @@ impl<'a> Series<'a> {
             width: sizes.series_width,
             dash,
         };
-        let markers = |size, open, apart| Form::Markers {
-            colour,
-            shape: Shape::of_series(style),
-            radius: size * sizes.marker_radius,
-            open,
-            apart,
+        let markers = |size: f64, open, apart| {
+            let (shape, radius) = (Shape::of_series(style), size * sizes.marker_radius);
+            let marker = Marker::new(colour, shape, radius, open);
+            Form::Markers { marker, apart }
         };
         match self.look {
             Look::Line | Look::Dotted => Form::Line(stroke(series_dash(style))),
@@ -371,7 +373,7 @@ impl<'a> Series<'a> {
 }
 
 /// The points between those that axes of these scales cannot show.
-fn pieces(points: &[(f64, f64)], (x, y): (Scale, Scale)) -> Vec<Points> {
+fn pieces(points: &[(f64, f64)], x: Scale, y: Scale) -> Vec<Points> {
     let showable = |point: &(f64, f64)| x.can_show(point.0) && y.can_show(point.1);
     (points.split(|point| !showable(point)))
         .filter(|piece| !piece.is_empty())
@@ -470,15 +472,7 @@ mod tests {
                 width,
                 dash,
             }) => format!("area {colour} {width} {dash:?}"),
-            Form::Markers {
-                colour,
-                shape,
-                radius,
-                open,
-                ..
-            } => {
-                format!("{colour} {shape:?} {radius} {open}")
-            }
+            Form::Markers { marker, .. } => format!("{marker:?}"),
         }
     }
 
@@ -528,13 +522,9 @@ mod tests {
         assert_eq!((drawn[0], drawn[3]), (drawn[6], drawn[5]));
         assert!(!drawn[0].looks_like(drawn[3]));
         // It keeps its colour.
-        assert!(matches!(
-            drawn[4],
-            Form::Markers {
-                colour: INK,
-                shape: Shape::Cross,
-                ..
-            }
-        ));
+        let Form::Markers { marker, .. } = drawn[4] else {
+            panic!("{:?}", drawn[4]);
+        };
+        assert_eq!((marker.inside, marker.shape), (Some(INK), Shape::Cross));
     }
 }

@@ -1,7 +1,7 @@
 //! Contents of a panel's box: lines, areas and markers, and their samples in the legend.
 
 use crate::axis::Axis;
-use crate::drawing::{Item, Rectangle, Shape};
+use crate::drawing::{Item, Marker, Rectangle, Shape};
 use crate::style::{PAPER, Stroke};
 use crate::thin::{Points, clip, scatter, simplify};
 
@@ -31,12 +31,8 @@ pub(crate) enum Form {
     Line(Stroke),
     Area(Stroke),
     Markers {
-        colour: &'static str,
-        shape: Shape,
-        radius: f64,
-        /// Outlined only: what lies beneath is seen in it.
-        open: bool,
-        /// A marker that would cover part of an earlier one is left out.
+        marker: Marker,
+        /// True if none may cover part of another.
         apart: bool,
     },
 }
@@ -125,21 +121,18 @@ impl Curve {
             Form::Line(stroke) => draw_lines(pieces, stroke, most),
             Form::Area(stroke) => draw_areas(pieces, stroke, edges, most),
             Form::Markers {
-                colour,
-                shape,
-                radius,
-                open,
+                marker,
                 apart: is_apart,
             } => {
-                let (inside, rim) = inked(colour, open);
                 let mut middles = scatter(pieces.concat(), most / POINTS_OF_A_MARKER);
                 if is_apart {
-                    middles = apart(middles, 2.0 * radius + rim.width, placed);
+                    let distance = 2.0 * marker.radius + marker.rim.width;
+                    middles = apart(middles, distance, placed);
                 }
                 placed.extend(&middles);
                 let mut drawn = Drawn::default();
                 if !middles.is_empty() {
-                    (drawn.markers).push(Item::markers(&middles, (shape, radius), inside, rim));
+                    drawn.markers.push(Item::markers(&middles, marker));
                 }
                 drawn
             }
@@ -147,11 +140,19 @@ impl Curve {
     }
 }
 
-/// Inside and rim of a marker in this colour.
-fn inked(colour: &'static str, open: bool) -> (Option<&'static str>, Stroke) {
-    match open {
-        true => (None, Stroke::solid(colour, OPEN_RIM)),
-        false => (Some(colour), RIM),
+impl Marker {
+    /// A marker in this colour, filled with a rim of paper or open.
+    pub(crate) fn new(colour: &'static str, shape: Shape, radius: f64, open: bool) -> Self {
+        let (inside, rim) = match open {
+            true => (None, Stroke::solid(colour, OPEN_RIM)),
+            false => (Some(colour), RIM),
+        };
+        Self {
+            shape,
+            radius,
+            inside,
+            rim,
+        }
     }
 }
 
@@ -169,8 +170,8 @@ fn draw_lines(pieces: Vec<Points>, stroke: Stroke, most: usize) -> Drawn {
     }
     let dots = scatter(dots.concat(), most / POINTS_OF_A_MARKER);
     if !dots.is_empty() {
-        let dot = (Shape::Circle, 0.7 * stroke.width);
-        (drawn.markers).push(Item::markers(&dots, dot, Some(stroke.colour), RIM));
+        let dot = Marker::new(stroke.colour, Shape::Circle, 0.7 * stroke.width, false);
+        drawn.markers.push(Item::markers(&dots, dot));
     }
     drawn
 }
@@ -212,16 +213,8 @@ impl Form {
                     Item::curves(&ring, stroke),
                 ]
             }
-            Self::Markers {
-                colour,
-                shape,
-                radius,
-                open,
-                ..
-            } => {
-                let middle = (x + SAMPLE_LENGTH / 2.0, y);
-                let (inside, rim) = inked(colour, open);
-                vec![Item::markers(&[middle], (shape, radius), inside, rim)]
+            Self::Markers { marker, .. } => {
+                vec![Item::markers(&[(x + SAMPLE_LENGTH / 2.0, y)], marker)]
             }
         }
     }
@@ -230,7 +223,8 @@ impl Form {
 /// The outline of an area, closed or, where it runs along a side of the box or outside, broken: there the axis is the border.
 fn outline(ring: &Points, edges: BoxEdges) -> Vec<Points> {
     const ON_A_SIDE: f64 = 0.02;
-    let beyond = |(x, y): (f64, f64)| {
+    let beyond = |point: (f64, f64)| {
+        let (x, y) = point;
         [
             x < edges.left + ON_A_SIDE,
             x > edges.right - ON_A_SIDE,

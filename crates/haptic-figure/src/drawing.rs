@@ -4,10 +4,7 @@
 //! SVG text and of pixels, have the same numbers.
 
 use crate::style::{INK, Stroke};
-use crate::thin::Points;
-
-/// A place, px: to the right and down.
-pub(crate) type Place = (f64, f64);
+use crate::thin::{Place, Points};
 
 /// A sheet of white paper and the things on it: each covers those before.
 #[derive(Clone, Debug, PartialEq)]
@@ -58,8 +55,8 @@ pub(crate) enum Item {
         colour: &'static str,
         opacity: f64,
     },
-    /// Markers of one shape with a rim.
-    Markers(Markers),
+    /// The middles of markers that look alike.
+    Markers(Points, Marker),
     Text(Text),
 }
 
@@ -79,26 +76,14 @@ impl Item {
         }
     }
 
-    pub(crate) fn markers(
-        middles: &[Place],
-        (shape, radius): (Shape, f64),
-        inside: Option<&'static str>,
-        rim: Stroke,
-    ) -> Self {
-        Self::Markers(Markers {
-            middles: rounded_all(middles),
-            shape,
-            radius,
-            inside,
-            rim,
-        })
+    pub(crate) fn markers(middles: &[Place], marker: Marker) -> Self {
+        Self::Markers(rounded_all(middles), marker)
     }
 }
 
-/// Markers of one shape and size.
-#[derive(Clone, Debug, PartialEq)]
-pub(crate) struct Markers {
-    pub(crate) middles: Points,
+/// What all markers of a series look like.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Marker {
     pub(crate) shape: Shape,
     pub(crate) radius: f64,
     /// Colour within the rim; none if what lies beneath is seen there.

@@ -11,7 +11,7 @@ pub enum FigureError {
     Empty {
         /// The curve that is missing.
         what: &'static str,
-        /// Samples given.
+        /// How many were given, none of which can be shown.
         samples: usize,
     },
     /// A page has no letters for so many panels.
@@ -19,7 +19,7 @@ pub enum FigureError {
     Panels {
         /// Panels given.
         found: usize,
-        /// Panels that fit.
+        /// More would have no letter of their own.
         most: usize,
     },
     /// The slices of a figure belong together sample by sample and differ in length.
@@ -27,9 +27,9 @@ pub enum FigureError {
     Lengths {
         /// The slice with another length.
         what: &'static str,
-        /// Samples of time.
+        /// How many samples the time has.
         expected: usize,
-        /// Samples of the slice.
+        /// How many samples this slice has.
         found: usize,
     },
     /// The drawing could not be turned into pixels.

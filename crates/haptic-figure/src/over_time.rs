@@ -95,7 +95,7 @@ pub struct TheoryFigure<'a> {
     pub origin: &'a str,
     /// Time since contact or since the force was applied, s: a logarithmic axis begins at the first positive one.
     pub time_s: &'a [f64],
-    /// The quantity.
+    /// The quantity of the run; a value that is not finite leaves a gap.
     pub values: &'a [f64],
     /// The quantity in closed form at the same times.
     pub closed_form: &'a [f64],
@@ -130,17 +130,15 @@ impl HeldPanels<'_> {
         check_lengths(self.time_s, &slices)?;
         let panel = |name, caption: &str, label, values: &[f64], stroke| {
             let points = showable(self.time_s, values, Scale::Linear, Scale::Linear);
-            TimePanel {
+            linear(
                 name,
-                caption: caption.to_owned(),
-                scale: Scale::Linear,
+                caption,
                 label,
-                curves: vec![line(points, stroke)],
-                floor: None,
-                note: "no sample",
-            }
-            .panel()
+                vec![line(points, stroke)],
+                "no sample",
+            )
         };
+        let (errors, forces) = (self.tracking_error, self.force_n);
         Ok(Row {
             height: ERROR_ROW_HEIGHT,
             columns: 2,
@@ -149,16 +147,10 @@ impl HeldPanels<'_> {
                     'd',
                     "set point less measurement",
                     self.label,
-                    self.tracking_error,
+                    errors,
                     HELD[0],
                 ),
-                panel(
-                    'e',
-                    "force of the drive",
-                    "force / N",
-                    self.force_n,
-                    HELD[1],
-                ),
+                panel('e', "force of the drive", "force / N", forces, HELD[1]),
             ],
         })
     }
@@ -384,14 +376,14 @@ pub struct MotionFigure<'a> {
     pub subtitle: &'a str,
     /// Time, s.
     pub time_s: &'a [f64],
-    /// From top to bottom.
+    /// One panel each, from top to bottom over the same time.
     pub rows: &'a [MotionRow<'a>],
 }
 
 /// A row of a [`MotionFigure`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct MotionRow<'a> {
-    /// Above it.
+    /// Stands above the panel, behind its letter.
     pub caption: &'a str,
     /// At its axis, with the unit.
     pub label: &'static str,
@@ -424,7 +416,17 @@ impl MotionFigure<'_> {
                 legend.push((*line, stroke));
                 curves.push(curve);
             }
-            rows.push(row(name, of.caption, of.label, curves));
+            rows.push(Row {
+                height: ROW_HEIGHT,
+                columns: 1,
+                panels: vec![linear(
+                    name,
+                    of.caption,
+                    of.label,
+                    curves,
+                    "no finite values",
+                )],
+            });
         }
         if !drawn {
             return Err(FigureError::Empty {
@@ -442,21 +444,23 @@ impl MotionFigure<'_> {
     }
 }
 
-fn row(name: char, caption: &str, label: &'static str, curves: Vec<Curve>) -> Row {
-    let panel = TimePanel {
+fn linear(
+    name: char,
+    caption: &str,
+    label: &'static str,
+    curves: Vec<Curve>,
+    note: &'static str,
+) -> Panel {
+    TimePanel {
         name,
         caption: caption.to_owned(),
         scale: Scale::Linear,
         label,
         curves,
         floor: None,
-        note: "no finite values",
-    };
-    Row {
-        height: ROW_HEIGHT,
-        columns: 1,
-        panels: vec![panel.panel()],
+        note,
     }
+    .panel()
 }
 
 #[cfg(test)]

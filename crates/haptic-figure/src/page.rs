@@ -78,12 +78,7 @@ impl Page {
         };
         let panels_top = header + PANELS_BELOW;
         let rows_height = self.rows.iter().map(|row| row.height).sum::<f64>();
-        let below = if self.x_label.is_empty() {
-            0.0
-        } else {
-            SHARED_LABEL
-        };
-        let height = panels_top + rows_height + below + PAGE_EDGE;
+        let height = panels_top + rows_height + room_of(&self.x_label) + PAGE_EDGE;
         let mut drawing = Drawing::new(PAGE_WIDTH, height);
         self.draw_header(&mut drawing, &legend);
         let frames = self.place();
@@ -104,20 +99,10 @@ impl Page {
             }
             bottoms.push(bottom);
         }
-        let curves = |row: &Row| {
-            row.panels
-                .iter()
-                .map(|panel| panel.curves.len())
-                .sum::<usize>()
-        };
-        let curves = self.rows.iter().map(curves).sum::<usize>();
+        let panels = self.rows.iter().flat_map(|row| &row.panels);
+        let curves = panels.map(|panel| panel.curves.len()).sum::<usize>();
         let most_points = POINTS_OF_A_PAGE / curves.max(1);
-        let page_left = PAGE_EDGE
-            + if self.y_label.is_empty() {
-                0.0
-            } else {
-                SHARED_LABEL
-            };
+        let page_left = PAGE_EDGE + room_of(&self.y_label);
         let lefts: Vec<Vec<f64>> = (self.rows.iter())
             .map(|row| self.margins_left(row.columns))
             .collect();
@@ -294,4 +279,9 @@ impl Page {
             }
         }
     }
+}
+
+/// What a label takes that all panels share.
+const fn room_of(label: &str) -> f64 {
+    if label.is_empty() { 0.0 } else { SHARED_LABEL }
 }

@@ -156,17 +156,13 @@ impl Panel {
 
 /// A faint line at each large tick that is not on the border.
 fn grid(edges: BoxEdges, x_ticks: &[Tick], y_ticks: &[Tick]) -> Item {
-    let large = |ticks: &[Tick]| -> Vec<f64> {
-        let ticks = ticks.iter().filter(|tick| !tick.is_small);
-        ticks.map(|tick| tick.fraction).collect()
-    };
     let mut grid = Ruled::new(GRID, GRID_WIDTH);
-    for x in large(x_ticks).into_iter().map(|share| edges.x(share)) {
+    for x in shares(x_ticks, false).map(|share| edges.x(share)) {
         if x - edges.left >= 1.0 && edges.right - x >= 1.0 {
             grid.line((x, edges.top), (x, edges.bottom));
         }
     }
-    for y in large(y_ticks).into_iter().map(|share| edges.y(share)) {
+    for y in shares(y_ticks, false).map(|share| edges.y(share)) {
         if y - edges.top >= 1.0 && edges.bottom - y >= 1.0 {
             grid.line((edges.left, y), (edges.right, y));
         }
@@ -181,21 +177,23 @@ fn ticks(frame: Frame, x_ticks: &[Tick], y_ticks: &[Tick], is_small: bool) -> It
         true => (frame.sizes.minor_tick_length, SMALL_TICK_WIDTH),
         false => (frame.sizes.tick_length, LINE_WIDTH),
     };
-    let places = |ticks: &[Tick]| -> Vec<f64> {
-        let ticks = ticks.iter().filter(|tick| tick.is_small == is_small);
-        ticks.map(|tick| tick.fraction).collect()
-    };
     let mut ruled = Ruled::new(INK, width);
     ruled.border = (!is_small).then(|| edges.rectangle());
-    for x in places(x_ticks).into_iter().map(|share| edges.x(share)) {
+    for x in shares(x_ticks, is_small).map(|share| edges.x(share)) {
         ruled.line((x, edges.bottom), (x, edges.bottom - length));
         ruled.line((x, edges.top), (x, edges.top + length));
     }
-    for y in places(y_ticks).into_iter().map(|share| edges.y(share)) {
+    for y in shares(y_ticks, is_small).map(|share| edges.y(share)) {
         ruled.line((edges.left, y), (edges.left + length, y));
         ruled.line((edges.right, y), (edges.right - length, y));
     }
     Item::Ruled(ruled)
+}
+
+/// The small or the large ticks as shares of the axis.
+fn shares(ticks: &[Tick], is_small: bool) -> impl Iterator<Item = f64> {
+    let ticks = ticks.iter().filter(move |tick| tick.is_small == is_small);
+    ticks.map(|tick| tick.fraction)
 }
 
 /// Labels below the box and on its left.

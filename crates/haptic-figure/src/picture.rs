@@ -24,7 +24,7 @@ use crate::{FigureError, svg};
 /// // With the feature `png`, `picture.png()?` has the bytes of a PNG.
 /// # Ok::<(), haptic_figure::FigureError>(())
 /// ```
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Picture {
     svg: String,
     /// What the SVG says, for pixels.
@@ -46,11 +46,3 @@ impl Picture {
         &self.svg
     }
 }
-
-impl PartialEq for Picture {
-    fn eq(&self, other: &Self) -> bool {
-        self.svg == other.svg
-    }
-}
-
-impl Eq for Picture {}

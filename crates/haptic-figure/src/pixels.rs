@@ -64,13 +64,11 @@ impl Canvas {
         match item {
             Item::Moved { by, items } => {
                 let transform = around.transform.pre_translate(by.0 as f32, by.1 as f32);
-                self.items(
-                    items,
-                    Surroundings {
-                        transform,
-                        ..around
-                    },
-                )
+                let around = Surroundings {
+                    transform,
+                    ..around
+                };
+                self.items(items, around)
             }
             Item::Ruled(ruled) => self.ruled(ruled, around),
             Item::Boxed { edges, items, .. } => self.boxed(*edges, items, around),
@@ -79,13 +77,13 @@ impl Canvas {
                 rings,
                 colour,
                 opacity,
-            } => self.fill(joined(rings, true), (colour, *opacity), around),
-            Item::Markers(all) => {
-                let path = markers(&all.middles, all.shape, all.radius);
-                if let Some(inside) = all.inside {
-                    self.fill(path.clone(), (inside, 1.0), around)?;
+            } => self.fill(joined(rings, true), colour, *opacity, around),
+            Item::Markers(middles, marker) => {
+                let path = markers(middles, marker.shape, marker.radius);
+                if let Some(inside) = marker.inside {
+                    self.fill(path.clone(), inside, 1.0, around)?;
                 }
-                self.stroke(path, all.rim, around)
+                self.stroke(path, marker.rim, around)
             }
             Item::Text(text) => self.text(text, around),
         }
@@ -131,20 +129,18 @@ impl Canvas {
             transform = transform.pre_concat(Transform::from_row(0.0, -1.0, 1.0, 0.0, 0.0, 0.0));
         }
         let letters = self.lettering.line(text);
-        self.fill(
-            letters,
-            (text.colour, 1.0),
-            Surroundings {
-                transform,
-                ..around
-            },
-        )
+        let around = Surroundings {
+            transform,
+            ..around
+        };
+        self.fill(letters, text.colour, 1.0, around)
     }
 
     fn fill(
         &mut self,
         path: Option<Path>,
-        (name, opacity): (&str, f64),
+        name: &str,
+        opacity: f64,
         around: Surroundings<'_>,
     ) -> Result<(), FigureError> {
         let Some(path) = path else { return Ok(()) };
@@ -218,14 +214,9 @@ fn markers(middles: &[(f64, f64)], shape: Shape, radius: f64) -> Option<Path> {
 }
 
 /// `None` if it has no area.
-fn rectangle(rectangle: Rectangle) -> Option<Rect> {
-    let Rectangle {
-        x,
-        y,
-        width,
-        height,
-    } = rectangle;
-    Rect::from_xywh(x as f32, y as f32, width as f32, height as f32)
+fn rectangle(at: Rectangle) -> Option<Rect> {
+    let [x, y, width, height] = [at.x, at.y, at.width, at.height].map(|side| side as f32);
+    Rect::from_xywh(x, y, width, height)
 }
 
 fn ink(name: &str) -> Result<Paint<'static>, FigureError> {
@@ -281,7 +272,7 @@ fn encode(pixels: Pixmap) -> Result<Vec<u8>, EncodingError> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::drawing::Anchor;
+    use crate::drawing::{Anchor, Marker};
 
     const RED: &str = "#ff0000";
     const SEEN: [u8; 3] = [255, 0, 0];
@@ -351,12 +342,13 @@ mod tests {
     fn markers_are_whole_with_a_rim_over_what_lies_beneath() {
         let beneath = Item::area(&[square(0.0, 20.0)], "#0000ff", 1.0);
         for shape in (0..8).map(Shape::of_series) {
-            let marker = (shape, 3.0);
-            let rim = Stroke::solid(PAPER, 1.0);
-            let items = vec![
-                beneath.clone(),
-                Item::markers(&[(10.0, 10.0)], marker, Some(RED), rim),
-            ];
+            let marker = Marker {
+                shape,
+                radius: 3.0,
+                inside: Some(RED),
+                rim: Stroke::solid(PAPER, 1.0),
+            };
+            let items = vec![beneath.clone(), Item::markers(&[(10.0, 10.0)], marker)];
             let at = painted(items);
             assert_eq!(at(10.0, 10.0), SEEN, "{shape:?}");
             let along: Vec<[u8; 3]> = (0..40).map(|i| at(10.0, f64::from(i) / 2.0)).collect();
@@ -368,8 +360,13 @@ mod tests {
     #[test]
     fn what_lies_beneath_an_open_marker_is_seen_in_it() {
         let beneath = Item::area(&[square(0.0, 20.0)], "#0000ff", 1.0);
-        let rim = Stroke::solid(RED, 2.0);
-        let marker = Item::markers(&[(10.0, 10.0)], (Shape::Circle, 3.0), None, rim);
+        let marker = Marker {
+            shape: Shape::Circle,
+            radius: 3.0,
+            inside: None,
+            rim: Stroke::solid(RED, 2.0),
+        };
+        let marker = Item::markers(&[(10.0, 10.0)], marker);
         let at = painted(vec![beneath, marker]);
         assert_eq!(at(10.0, 10.0), [0, 0, 255]);
         assert_eq!(at(10.0, 13.0), SEEN);

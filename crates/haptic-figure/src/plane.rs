@@ -94,7 +94,7 @@ impl PlaneFigure<'_> {
             subtitle: self.subtitle,
             columns: 2,
             charts: vec![
-                plane(&outline, &hand, &device, (x, y)),
+                plane(&outline, &hand, &device, x, y),
                 over_time("force on the device", "force / N", axes(&forces)),
                 lengths,
             ],
@@ -134,7 +134,8 @@ fn plane<'a>(
     outline: &'a [(f64, f64)],
     hand: &'a [(f64, f64)],
     device: &'a [(f64, f64)],
-    (x, y): (Ends, Ends),
+    x: Ends,
+    y: Ends,
 ) -> Chart<'a> {
     let axis = |label, range| AxisSpec {
         range,

@@ -25,10 +25,10 @@ pub(crate) const GREEN: &str = "#009e73";
 const PURPLE: &str = "#cc79a7";
 const SKY: &str = "#56b4e9";
 pub(crate) const PAPER: &str = "white";
-/// Text and axes.
+/// The colour of text and axes, for pictures that others draw in the same look.
 pub const INK: &str = "#1a1a1a";
 pub(crate) const MUTED_INK: &str = "#555555";
-/// Lines of the grid.
+/// The colour of the grid, light enough to lie beneath every series.
 pub const GRID: &str = "#e4e4e4";
 
 /// The colours of series, in the order in which they are best told apart. Yellow is left out: a yellow line is lost on white paper.

@@ -72,10 +72,10 @@ fn item(svg: &mut String, item: &Item) -> Result {
             write!(svg, r#"<path d="{}" "#, path_data(rings))?;
             write!(svg, r#"fill="{colour}" fill-opacity="{opacity}"/>"#)
         }
-        Item::Markers(all) => {
-            let data = marker_data(&all.middles, all.shape, all.radius);
-            let (rim, width) = (all.rim.colour, all.rim.width);
-            let inside = all.inside.unwrap_or("none");
+        Item::Markers(middles, marker) => {
+            let data = marker_data(middles, marker.shape, marker.radius);
+            let (rim, width) = (marker.rim.colour, marker.rim.width);
+            let inside = marker.inside.unwrap_or("none");
             write!(svg, r#"<path d="{data}" stroke="{rim}" "#)?;
             write!(svg, r#"stroke-width="{width}" fill="{inside}"/>"#)
         }
@@ -96,17 +96,11 @@ fn ruled(svg: &mut String, ruled: &Ruled) -> Result {
 }
 
 /// A rectangle with one more attribute.
-fn rectangle(svg: &mut String, rectangle: Rectangle, more: &str) -> Result {
-    let Rectangle {
-        x,
-        y,
-        width,
-        height,
-    } = rectangle;
-    write!(
-        svg,
-        r#"<rect x="{x}" y="{y}" width="{width}" height="{height}"{more}/>"#
-    )
+fn rectangle(svg: &mut String, at: Rectangle, more: &str) -> Result {
+    let (x, y) = (at.x, at.y);
+    write!(svg, r#"<rect x="{x}" y="{y}" "#)?;
+    let (width, height) = (at.width, at.height);
+    write!(svg, r#"width="{width}" height="{height}"{more}/>"#)
 }
 
 fn text(svg: &mut String, text: &Text) -> Result {

@@ -15,7 +15,10 @@ const FINEST_COLUMN: f64 = 0.125;
 const LONGEST_EXACT: usize = 6_000;
 
 /// Points of a curve, x and y.
-pub(crate) type Points = Vec<(f64, f64)>;
+pub(crate) type Points = Vec<Place>;
+
+/// A place, px to the right and down, or as shares of a box.
+pub(crate) type Place = (f64, f64);
 
 /// The points of `(x, y)` that axes of these scales can show.
 pub(crate) fn showable(x: &[f64], y: &[f64], x_scale: Scale, y_scale: Scale) -> Points {
@@ -30,13 +33,13 @@ pub(crate) fn envelope(points: &Points, x_scale: Scale, bins: usize) -> Points {
     if points.len() <= bins {
         return points.clone();
     }
-    let place = |point: &(f64, f64)| x_scale.forward(point.0);
-    let (low, high) = extremes(points.iter().map(place));
+    let forward = |point: &(f64, f64)| x_scale.forward(point.0);
+    let (low, high) = extremes(points.iter().map(forward));
     let per_unit = bins as f64 / (high - low);
     let mut highest = vec![None::<(f64, f64)>; bins];
     for point in points {
         // All points at one place make `per_unit` infinite and the product NaN, which casts to 0.
-        let bin = ((place(point) - low) * per_unit) as usize;
+        let bin = ((forward(point) - low) * per_unit) as usize;
         let highest = highest[bin.min(bins - 1)].get_or_insert(*point);
         if point.1 > highest.1 {
             *highest = *point;
@@ -140,49 +143,36 @@ const BEYOND: f64 = 0.1;
 /// its first. Empty if the curve passes the box by.
 pub(crate) fn clip(points: &[(f64, f64)], closed: bool) -> Points {
     let mut kept = points.to_vec();
-    for side in [Side::Left, Side::Right, Side::Bottom, Side::Top] {
-        kept = cut(&kept, closed, side);
+    for depth in DEPTHS {
+        kept = cut(&kept, closed, depth);
     }
     // A remainder that lies wholly beyond one side is a walk outside it.
-    let outside = |side: Side| kept.iter().all(|point| side.depth(*point) < BEYOND);
-    if [Side::Left, Side::Right, Side::Bottom, Side::Top]
-        .into_iter()
-        .any(outside)
-    {
+    let outside = |depth: Depth| kept.iter().all(|point| depth(*point) < BEYOND);
+    if DEPTHS.into_iter().any(outside) {
         kept.clear();
     }
     kept
 }
 
-#[derive(Clone, Copy, Debug)]
-enum Side {
-    Left,
-    Right,
-    Bottom,
-    Top,
-}
+/// Distance of a point from a cut, positive towards the box.
+type Depth = fn((f64, f64)) -> f64;
 
-impl Side {
-    /// Distance of a point from the cut, positive towards the box.
-    fn depth(self, (x, y): (f64, f64)) -> f64 {
-        BEYOND
-            + match self {
-                Self::Left => x,
-                Self::Right => 1.0 - x,
-                Self::Bottom => y,
-                Self::Top => 1.0 - y,
-            }
-    }
-}
+/// Left, right, bottom, top.
+const DEPTHS: [Depth; 4] = [
+    |point| BEYOND + point.0,
+    |point| BEYOND + (1.0 - point.0),
+    |point| BEYOND + point.1,
+    |point| BEYOND + (1.0 - point.1),
+];
 
 /// The part of a curve on the inner side of one cut, whose ends on the cut are joined.
-fn cut(points: &[(f64, f64)], closed: bool, side: Side) -> Points {
+fn cut(points: &[(f64, f64)], closed: bool, depth_of: Depth) -> Points {
     let mut kept = Points::with_capacity(points.len());
     let mut before = if closed { points.last() } else { None };
     for point in points {
-        let depth = side.depth(*point);
+        let depth = depth_of(*point);
         if let Some(before) = before {
-            let depth_before = side.depth(*before);
+            let depth_before = depth_of(*before);
             if (depth < 0.0) != (depth_before < 0.0) {
                 let share = depth_before / (depth_before - depth);
                 let between = |from: f64, to: f64| from + share * (to - from);
@@ -243,8 +233,9 @@ struct Seen {
 
 impl Seen {
     /// True if all of a piece of the path, which begins after so long a way, lies where the path was long before; and its length.
-    fn passes(&mut self, (x0, y0): (f64, f64), (x1, y1): (f64, f64), walked: f64) -> (bool, f64) {
-        let length = (x1 - x0).hypot(y1 - y0);
+    fn passes(&mut self, from: Place, to: Place, walked: f64) -> (bool, f64) {
+        let (x, y) = (to.0 - from.0, to.1 - from.1);
+        let length = x.hypot(y);
         if !length.is_finite() {
             return (false, 0.0);
         }
@@ -252,15 +243,15 @@ impl Seen {
         let mut again = true;
         for step in 1..=steps as u64 {
             let share = step as f64 / steps;
-            let place = (x0 + share * (x1 - x0), y0 + share * (y1 - y0));
-            again &= self.was_here(place, walked + share * length);
+            let here = (from.0 + share * x, from.1 + share * y);
+            again &= self.was_here(here, walked + share * length);
         }
         (again, length)
     }
 
-    fn was_here(&mut self, (x, y): (f64, f64), walked: f64) -> bool {
-        let cell = |place: f64| (place / self.width).floor() as i64;
-        let (column, row) = (cell(x), cell(y));
+    fn was_here(&mut self, here: Place, walked: f64) -> bool {
+        let cell = |at: f64| (at / self.width).floor() as i64;
+        let (column, row) = (cell(here.0), cell(here.1));
         let long_ago = walked - LATER * self.width;
         let near = (-1..=1).flat_map(|i| (-1..=1).map(move |j| (column + i, row + j)));
         let again = near

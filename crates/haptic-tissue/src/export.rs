@@ -4,12 +4,13 @@
 //! ```
 
 use crate::material::MeasuredLoading;
-use crate::model::{Form, Joint, MaxwellBranch, Model, ModelError, ModelKind, Two};
+use crate::model::{Form, MaxwellBranch, Model, ModelError, ModelKind};
+use crate::sampled::{Branch, Part};
 use fracdiff::full_memory::non_negative_least_squares;
 use fracdiff::parameter::Shown;
 use haptic_loop::Modulus;
 use haptic_quantity::Key;
-use std::fmt::{self, Write as _};
+use std::fmt::Write as _;
 use std::ops::RangeInclusive;
 
 const BRANCHES: Key = Key("branches");
@@ -26,7 +27,7 @@ const DECADES_MOST: f64 = 30.0;
 pub struct PronyFit {
     /// The spring that is left at the end of the band, Pa; 0 without one.
     pub elastic_modulus_pa: f64,
-    /// The branches, fastest first.
+    /// Fastest first; none for a spring, and fewer than asked for where least squares leaves some at 0.
     pub branches: Vec<MaxwellBranch>,
     /// Shortest time of the band, s.
     pub shortest_s: f64,
@@ -37,66 +38,43 @@ pub struct PronyFit {
 }
 
 /// A band or a model without such a series.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum ExportError {
-    /// A number of branches out of range.
+    /// A number of branches outside [`PronyFit::BRANCHES`].
+    #[error(
+        "{BRANCHES} {0} is not from {least} to {most}: 2 for each decade give about 1 %",
+        least = PronyFit::BRANCHES.start(), most = PronyFit::BRANCHES.end()
+    )]
     Branches(usize),
     /// Times that are no band: shortest and longest, s.
+    #[error(
+        "{SHORTEST} {} s to {HORIZON} {} s are not above 0 s and 0 to {DECADES_MOST} decades apart",
+        Shown(*.0), Shown(*.1)
+    )]
     Band(f64, f64),
     /// A dashpot beside the rest: its stress is an impulse, which no branch has.
+    #[error("{0} has a dashpot beside the rest, which no Prony series has: give it by itself")]
     Impulse(ModelKind),
     /// G has fallen to nothing within the band, at this time, s.
+    #[error("the modulus has fallen to nothing at {} s: take a {HORIZON} below it", Shown(*.0))]
     Vanished(f64),
     /// More terms than the format has: their number, and the most.
+    #[error(
+        "the format takes {1} branches, the series has {0}: take {fewer}",
+        fewer = BRANCHES.set_to(.1)
+    )]
     Terms(usize, usize),
     /// A format that refers to the long-term modulus, and a series without one.
+    #[error("the format needs a long-term modulus: take the format table")]
     NoLongTermModulus,
     /// A series that is no model.
-    Model(ModelError),
+    #[error(transparent)]
+    Model(#[from] ModelError),
 }
-
-impl fmt::Display for ExportError {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Branches(given) => write!(
-                f,
-                "{BRANCHES} {given} is not from {} to {}: 2 for each decade give about 1 %",
-                PronyFit::BRANCHES.start(),
-                PronyFit::BRANCHES.end()
-            ),
-            Self::Band(shortest_s, horizon_s) => write!(
-                f,
-                "{SHORTEST} {} s to {HORIZON} {} s are not above 0 s and 0 to {DECADES_MOST} decades apart",
-                Shown(*shortest_s),
-                Shown(*horizon_s)
-            ),
-            Self::Impulse(kind) => write!(
-                f,
-                "{kind} has a dashpot beside the rest, which no Prony series has: give it by itself"
-            ),
-            Self::Vanished(time_s) => write!(
-                f,
-                "the modulus has fallen to nothing at {} s: take a {HORIZON} below it",
-                Shown(*time_s)
-            ),
-            Self::Terms(given, most) => write!(
-                f,
-                "the format takes {most} branches, the series has {given}: take {}",
-                BRANCHES.set_to(most)
-            ),
-            Self::NoLongTermModulus => {
-                f.write_str("the format needs a long-term modulus: take the format table")
-            }
-            Self::Model(error) => error.fmt(f),
-        }
-    }
-}
-
-impl std::error::Error for ExportError {}
 
 impl PronyFit {
-    /// Branches that are allowed.
+    /// The numbers of branches that a fit takes: two for each decade of time give about 1 %.
     pub const BRANCHES: RangeInclusive<usize> = 1..=100;
 
     /// Fits up to so many branches to G(t), `shortest_s` ≤ t ≤ `horizon_s`.
@@ -132,12 +110,12 @@ impl PronyFit {
         if has_impulse(model) {
             return Err(ExportError::Impulse(model.kind()));
         }
-        if let Some((elastic_modulus_pa, own)) = exact(model)
-            && own.len() <= branches
+        if let Some((elastic_modulus_pa, series)) = exact(model)
+            && series.len() <= branches
         {
             return Ok(Self {
                 elastic_modulus_pa,
-                branches: own,
+                branches: series,
                 shortest_s,
                 horizon_s,
                 max_relative_error: 0.0,
@@ -157,7 +135,7 @@ impl PronyFit {
         let values: Vec<f64> = std::iter::once(self.elastic_modulus_pa)
             .chain(pairs)
             .collect();
-        Model::from_parameters(ModelKind::Prony, &values).map_err(ExportError::Model)
+        Ok(Model::from_parameters(ModelKind::Prony, &values)?)
     }
 
     /// G(0) of the series, Pa.
@@ -169,47 +147,24 @@ impl PronyFit {
 }
 
 fn has_impulse(model: &Model) -> bool {
-    match model.form() {
-        Form::One(one) => one.is_dashpot(),
-        Form::Two(two) => two.joint == Joint::KelvinVoigt && two.first.is_dashpot(),
-        Form::Branches(..) => false,
-    }
+    let is_dashpot = |branch: &Branch| matches!(branch, Branch::Pot(one) if one.is_dashpot());
+    Part::of(model.form()).branches.iter().any(is_dashpot)
 }
 
 /// Spring and branches of a model that is a Prony series, whatever its name.
-/// ```text
-/// Maxwell            E·e^(−t/τ),                       τ = η/E
-/// Zener              E₁ + E·e^(−t/τ)
-/// Poynting–Thomson   E₁·E/(E₁ + E) + E₁²/(E₁ + E)·e^(−t/τ),   τ = η/(E₁ + E)
-/// ```
 fn exact(model: &Model) -> Option<(f64, Vec<MaxwellBranch>)> {
-    let one = |elastic_modulus_pa, relaxation_time_s| {
-        vec![MaxwellBranch {
-            elastic_modulus_pa,
-            relaxation_time_s,
-        }]
-    };
-    match model.form() {
-        Form::One(one) => one.is_spring().then(|| (one.size, Vec::new())),
-        Form::Two(Two {
-            joint,
-            first,
-            second,
-            spring_pa: third,
-        }) if first.is_dashpot() && second.is_spring() => {
-            let (spring, dashpot, sum) = (second.size, first.size, third + second.size);
-            match joint {
-                Joint::Maxwell | Joint::Zener => Some((*third, one(spring, dashpot / spring))),
-                Joint::PoyntingThomson => Some((
-                    third * spring / sum,
-                    one(third * third / sum, dashpot / sum),
-                )),
-                Joint::None | Joint::KelvinVoigt | Joint::Branches => None,
-            }
-        }
-        Form::Two(_) => None,
-        Form::Branches(spring_pa, branches) => Some((*spring_pa, branches.clone())),
+    if let Form::Branches(spring_pa, branches) = model.form() {
+        return Some((*spring_pa, branches.clone()));
     }
+    let whole = Part::of(model.form());
+    let branches = whole.branches.iter().map(|branch| {
+        let (elastic_modulus_pa, viscosity_pa_s) = branch.maxwell()?;
+        Some(MaxwellBranch {
+            elastic_modulus_pa,
+            relaxation_time_s: viscosity_pa_s / elastic_modulus_pa,
+        })
+    });
+    Some((whole.spring_pa, branches.collect::<Option<_>>()?))
 }
 
 struct Band {
@@ -336,7 +291,6 @@ const FEBIO_TERMS: usize = 6;
 
 /// The programs whose conventions are known.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[non_exhaustive]
 pub enum ExportFormat {
     /// A table in SI units: modulus and relaxation time of each branch, the spring as branch 0.
     Table,
@@ -352,7 +306,7 @@ pub enum ExportFormat {
 }
 
 impl ExportFormat {
-    /// All of them.
+    /// The formats in the order of help and messages.
     pub const ALL: [Self; 4] = [Self::Table, Self::Ansys, Self::Abaqus, Self::Febio];
 
     /// The branches of a series for it, unless more or fewer are asked for: 12, or the most that it takes.
@@ -413,35 +367,27 @@ impl PronyFit {
             Modulus::Shear => 2.0 * (1.0 + loading.poisson_ratio()),
         };
         let instantaneous = young * self.instantaneous_modulus_pa();
-        let spring = format!(
-            "a spring does not relax, so there is no card; Young's modulus = {instantaneous:?} Pa"
-        );
-        let (before, after, convention) = match format {
-            ExportFormat::Ansys if self.branches.is_empty() => ("! ", "", spring),
-            ExportFormat::Abaqus if self.branches.is_empty() => ("** ", "", spring),
-            ExportFormat::Table => ("# ", "", "branch 0 is the spring E".to_owned()),
-            ExportFormat::Ansys => (
-                "! ",
-                "",
-                format!(
-                    "alpha_i = E_i/G(0) of shear and bulk, tau_i in s; Young's modulus at 0 = {instantaneous:?} Pa"
-                ),
+        let convention = match format {
+            ExportFormat::Table => "branch 0 is the spring E".to_owned(),
+            ExportFormat::Ansys | ExportFormat::Abaqus if self.branches.is_empty() => format!(
+                "a spring does not relax, so there is no card; Young's modulus = {instantaneous:?} Pa"
             ),
-            ExportFormat::Abaqus => (
-                "** ",
-                "",
-                format!(
-                    "g_i = k_i = E_i/G_0, tau_i in s; MODULI=INSTANTANEOUS, Young's modulus at 0 = {instantaneous:?} Pa"
-                ),
+            ExportFormat::Ansys => format!(
+                "alpha_i = E_i/G(0) of shear and bulk, tau_i in s; Young's modulus at 0 = {instantaneous:?} Pa"
             ),
-            ExportFormat::Febio => (
-                "<!-- ",
-                " -->",
-                format!(
-                    "g_i = E_i/E, t_i in s; elastic material of Young's modulus {:?} Pa",
-                    young * self.elastic_modulus_pa
-                ),
+            ExportFormat::Abaqus => format!(
+                "g_i = k_i = E_i/G_0, tau_i in s; MODULI=INSTANTANEOUS, Young's modulus at 0 = {instantaneous:?} Pa"
             ),
+            ExportFormat::Febio => format!(
+                "g_i = E_i/E, t_i in s; elastic material of Young's modulus {:?} Pa",
+                young * self.elastic_modulus_pa
+            ),
+        };
+        let [before, after] = match format {
+            ExportFormat::Table => ["# ", ""],
+            ExportFormat::Ansys => ["! ", ""],
+            ExportFormat::Abaqus => ["** ", ""],
+            ExportFormat::Febio => ["<!-- ", " -->"],
         };
         let lines = [
             title.replace('\n', " "),

@@ -1,7 +1,7 @@
 //! A model by the sums of its elements.
 
 use crate::model::SpringPot;
-use crate::sampled::{Branch, SampledModel};
+use crate::sampled::{Branch, Part, SampledModel};
 use fracdiff::full_memory::{Design, DesignError, FullMemory, Kernel};
 use fracdiff::scheme::{FULL_MODES, FULL_TAPS};
 use fracdiff::{Channel, Order, Seconds};
@@ -9,7 +9,7 @@ use fracdiff::{Channel, Order, Seconds};
 /// The stress of a [`SampledModel`], element by element, each with all of its past, every weight within 1e-11.
 /// ```text
 /// spring-pot    σ[n] = V·T^(−α)·Σ_j c_j(α−1)·Δε[n−j]
-/// in series     ε[n] = (T^α/V)·Σ_j c_j(−α)·σ[n−j] + (T^β/G)·Σ_j c_j(−β)·σ[n−j],   solved for σ[n]: c_0 = 1
+/// in series     σ[n] = g₁·ε₁[n] + p₁ = g₂·ε₂[n] + p₂,   ε₁[n] + ε₂[n] = ε[n]        of two parts with gains g and pasts p
 /// ```
 /// The same P(w) as the one memory of the whole model, by another way: what that is compared with. Two phases, as an
 /// operator: σ\[n\] = [`gain`](Self::gain)·ε\[n\] + [`past`](Self::past).
@@ -20,8 +20,6 @@ use fracdiff::{Channel, Order, Seconds};
 pub struct FullHistory {
     spring_pa: f64,
     branches: Vec<Sums>,
-    /// ε\[n−1\].
-    last: f64,
 }
 
 impl FullHistory {
@@ -30,15 +28,21 @@ impl FullHistory {
     /// # Errors
     /// Beyond 1e12 samples.
     pub fn new(model: &SampledModel, samples: usize) -> Result<Self, DesignError> {
-        let t = model.sample_time();
-        let branches = model.branches.iter();
-        let branches: Result<_, _> = branches
-            .map(|branch| Sums::of(branch, t, samples))
-            .collect();
+        Self::of(&model.whole, model.sample_time(), samples)
+    }
+
+    fn of(part: &Part, t: Seconds, samples: usize) -> Result<Self, DesignError> {
+        let sums = |branch: &Branch| match branch {
+            Branch::Pot(one) => Sum::new(one, t, samples).map(|sum| Sums::Pot(sum, 0.0)),
+            Branch::Series(parts) => {
+                let [first, second] = parts.each_ref().map(|part| Self::of(part, t, samples));
+                Ok(Sums::Series([first?, second?]))
+            }
+        };
+        let branches: Result<_, _> = part.branches.iter().map(sums).collect();
         Ok(Self {
-            spring_pa: model.elastic_modulus_pa(),
+            spring_pa: part.spring_pa,
             branches: branches?,
-            last: 0.0,
         })
     }
 
@@ -51,25 +55,20 @@ impl FullHistory {
     /// The stress for a strain of 0 now, Pa.
     #[must_use]
     pub fn past(&self) -> f64 {
-        self.stress(0.0)
+        self.branches.iter().rev().map(Sums::past).sum()
     }
 
     /// The stress for the strain ε\[n\], Pa.
     #[must_use]
     pub fn stress(&self, strain: f64) -> f64 {
-        let branches = self.branches.iter().rev();
-        let stress: f64 = branches
-            .map(|branch| branch.stress(strain, self.last))
-            .sum();
-        stress + self.spring_pa * strain
+        self.past() + self.gain() * strain
     }
 
     /// Takes ε\[n\] into the history.
     pub fn advance(&mut self, strain: f64) {
         for branch in &mut self.branches {
-            branch.advance(strain, self.last);
+            branch.advance(strain);
         }
-        self.last = strain;
     }
 
     /// [`stress`](Self::stress), then [`advance`](Self::advance).
@@ -83,71 +82,43 @@ impl FullHistory {
 /// The sums of a branch.
 #[derive(Clone, Debug)]
 enum Sums {
-    Pot(Sum),
-    Series(Sum, Sum),
-    /// The spring, Pa; the two side by side, and their strain.
-    Standing(f64, Sum, Sum, f64),
+    /// With its strain ε\[n−1\].
+    Pot(Sum, f64),
+    Series([FullHistory; 2]),
 }
 
 impl Sums {
-    fn of(branch: &Branch, t: Seconds, samples: usize) -> Result<Self, DesignError> {
-        // V·D^α ε = (V/T)·I^(1−α) Δε,    ε = (1/V)·I^α σ
-        let stress = |pot: &SpringPot| Sum::new(pot.size / t.0, pot.order - 1.0, t, samples);
-        let strain = |pot: &SpringPot| Sum::new(1.0 / pot.size, -pot.order, t, samples);
-        Ok(match branch {
-            Branch::Pot(one) => Self::Pot(stress(one)?),
-            Branch::Series(first, second) => Self::Series(strain(first)?, strain(second)?),
-            Branch::Standing(e, first, second) => {
-                Self::Standing(*e, stress(first)?, stress(second)?, 0.0)
-            }
-        })
-    }
-
     fn gain(&self) -> f64 {
         match self {
-            Self::Pot(one) => one.gain,
-            Self::Series(first, second) => 1.0 / (first.gain + second.gain),
-            Self::Standing(e, first, second, _) => {
-                let beside = first.gain + second.gain;
-                e * beside / (e + beside)
+            Self::Pot(one, _) => one.gain,
+            Self::Series(parts) => {
+                let [a, b] = parts.each_ref().map(FullHistory::gain);
+                a * b / (a + b)
             }
         }
     }
 
-    fn stress(&self, strain: f64, last: f64) -> f64 {
+    fn past(&self) -> f64 {
         match self {
-            Self::Pot(one) => one.output(strain - last),
-            Self::Series(first, second) => {
-                (strain - (first.past() + second.past())) / (first.gain + second.gain)
+            Self::Pot(one, last) => one.past() - one.gain * last,
+            Self::Series(parts) => {
+                let [a, b] = parts.each_ref().map(|part| (part.gain(), part.past()));
+                (a.0 * b.1 + b.0 * a.1) / (a.0 + b.0)
             }
-            Self::Standing(e, ..) => e * (strain - self.inner(strain)),
         }
     }
 
-    /// ε₂ of σ = E·(ε − ε₂) = g·(ε₂ − ε₂\[n−1\]) + S.
-    fn inner(&self, strain: f64) -> f64 {
+    fn advance(&mut self, strain: f64) {
         match self {
-            Self::Standing(e, first, second, inner) => {
-                let beside = first.gain + second.gain;
-                let past = first.past() + second.past();
-                (e * strain + beside * inner - past) / (e + beside)
+            Self::Pot(one, last) => {
+                one.advance(strain - *last);
+                *last = strain;
             }
-            Self::Pot(_) | Self::Series(..) => strain,
-        }
-    }
-
-    fn advance(&mut self, strain: f64, last: f64) {
-        let (stress, next) = (self.stress(strain, last), self.inner(strain));
-        match self {
-            Self::Pot(one) => one.advance(strain - last),
-            Self::Series(first, second) => {
-                first.advance(stress);
-                second.advance(stress);
-            }
-            Self::Standing(_, first, second, inner) => {
-                first.advance(next - *inner);
-                second.advance(next - *inner);
-                *inner = next;
+            Self::Series(parts) => {
+                let [a, b] = parts.each_ref().map(|part| (part.gain(), part.past()));
+                let first = (b.0 * strain + b.1 - a.1) / (a.0 + b.0);
+                parts[0].advance(first);
+                parts[1].advance(strain - first);
             }
         }
     }
@@ -175,9 +146,9 @@ enum Past {
 }
 
 impl Sum {
-    /// `order` from −1 to 0.
-    fn new(factor: f64, order: f64, t: Seconds, samples: usize) -> Result<Self, DesignError> {
-        let order = Order::new(order)?;
+    /// V·D^α ε = (V/T)·I^(1−α) Δε.
+    fn new(pot: &SpringPot, t: Seconds, samples: usize) -> Result<Self, DesignError> {
+        let (factor, order) = (pot.size / t.0, Order::new(pot.order - 1.0)?);
         let memory = if order.get() == 0.0 {
             Past::None
         } else if order.get() <= -1.0 {
@@ -201,10 +172,6 @@ impl Sum {
             Past::Running(sum, _) => self.factor * sum,
             Past::Memory(memory) => self.factor * memory.output(0.0),
         }
-    }
-
-    fn output(&self, x: f64) -> f64 {
-        self.gain * x + self.past()
     }
 
     fn advance(&mut self, x: f64) {

@@ -194,7 +194,6 @@ struct Retraction<'a> {
     fine: &'a (Vec<f64>, Vec<f64>),
     /// ln of the time of the first node.
     first_node: f64,
-    /// Q(t) = ∫₀ᵗ M.
     integral: Vec<f64>,
 }
 
@@ -231,9 +230,9 @@ impl<'a> Retraction<'a> {
         if time_s <= 0.0 {
             return 0.0;
         }
-        let place = (libm::log(time_s) - self.first_node) / SPACING;
-        let node = (place as usize).clamp(1, self.integral.len() - 3);
-        let weights = cubic(place - node as f64);
+        let in_nodes = (libm::log(time_s) - self.first_node) / SPACING;
+        let node = (in_nodes as usize).clamp(1, self.integral.len() - 3);
+        let weights = cubic(in_nodes - node as f64);
         let nodes = self.integral[node - 1..].iter().zip(weights);
         nodes.map(|(value, weight)| value * weight).sum()
     }

@@ -1,6 +1,6 @@
 //! Tissues: a model, where its parameters come from, and where they hold; and their files, TOML with units in the names.
 
-use crate::model::{Form, Joint, Model, ModelKind, Parameter, TWO_ELEMENTS};
+use crate::model::{Form, Joint, Model, ModelKind, Parameter, TWO_ELEMENTS, out_of_range};
 use crate::text_file::read_text;
 use fracdiff::parameter::Shown;
 use haptic_loop::{INCOMPRESSIBLE, LoadingKind, Modulus, Specimen};
@@ -8,7 +8,7 @@ use haptic_quantity::digits;
 use serde::ser::SerializeMap as _;
 use serde::{Deserialize, Serialize, Serializer};
 use std::collections::BTreeMap;
-use std::fmt::{self, Write as _};
+use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 use toml::Spanned;
 
@@ -25,7 +25,7 @@ pub struct Material {
     pub stiffening: f64,
     /// How the parameters were measured.
     pub loading: MeasuredLoading,
-    /// Where the parameters hold.
+    /// Times, frequencies and strains of the measurement: beyond them the model is a guess.
     pub range: ValidRange,
     /// The origin of the numbers.
     pub source: Source,
@@ -135,15 +135,15 @@ impl Serialize for MeasuredLoading {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Deserialize, Serialize)]
 #[serde(deny_unknown_fields)]
 pub struct ValidRange {
-    /// Shortest time, s.
+    /// Shortest time after a step, s.
     pub time_from_s: Option<f64>,
-    /// Longest time, s.
+    /// Longest time after a step, s.
     pub time_to_s: Option<f64>,
     /// Lowest angular frequency, rad/s.
     pub omega_from_rad_s: Option<f64>,
     /// Highest angular frequency, rad/s.
     pub omega_to_rad_s: Option<f64>,
-    /// Largest strain.
+    /// Largest strain of the specimen; a linear law rarely holds beyond 0.2.
     pub strain_to: Option<f64>,
 }
 
@@ -157,7 +157,7 @@ pub struct Source {
     pub conditions: String,
     /// True if the numbers were compared with the cited source itself.
     pub checked: bool,
-    /// Anything else.
+    /// Anything else that a reader of the numbers should know.
     #[serde(default)]
     pub note: String,
     /// The day of the measurement or of the fit; empty where unknown, as all below.
@@ -166,7 +166,7 @@ pub struct Source {
     /// The specimen: kind, number, size, preparation.
     #[serde(default)]
     pub sample: String,
-    /// Its temperature, with unit.
+    /// The temperature of the specimen, with its unit, as `21 °C`.
     #[serde(default)]
     pub temperature: String,
     /// How far the model is from the record.
@@ -175,70 +175,33 @@ pub struct Source {
 }
 
 /// A material that cannot be used.
-#[derive(Debug)]
+#[derive(Debug, thiserror::Error)]
 pub enum MaterialError {
-    /// A file that is wrong: file, line, reason.
+    /// A mistake in a file; lines count from 1.
+    #[error("{}:{line}: {reason}", path.display())]
     File {
-        /// The file.
+        /// The name as it was given.
         path: PathBuf,
         /// The line, from 1.
         line: usize,
-        /// The mistake in it.
+        /// The mistake with its value, and the remedy.
         reason: String,
     },
     /// A file or folder that cannot be read.
-    Unreadable(PathBuf, std::io::Error),
+    #[error("cannot read the material file `{file}`: {1}; give a name or a TOML file", file = .0.display())]
+    Unreadable(PathBuf, #[source] std::io::Error),
     /// A folder of tissue files that cannot be read.
-    Folder(PathBuf, std::io::Error),
+    #[error("cannot read the library folder `{folder}`: {1}; give a folder of TOML files", folder = .0.display())]
+    Folder(PathBuf, #[source] std::io::Error),
     /// A name that is not in the library, and all that are.
+    #[error("tissue \"{0}\" is not in the library: take one of {known}, or give a TOML file", known = .1.join(", "))]
     Unknown(String, Vec<String>),
     /// A name that is not made of lower-case letters, digits and hyphens.
+    #[error("name \"{0}\" is not made of lower-case letters, digits and hyphens")]
     Name(String),
     /// Two files with the same name for a material.
+    #[error("{file}: the library has a material \"{0}\" already; choose another name", file = .1.display())]
     Twice(String, PathBuf),
-}
-
-impl fmt::Display for MaterialError {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::File { path, line, reason } => {
-                write!(f, "{}:{line}: {reason}", path.display())
-            }
-            Self::Unreadable(path, error) => write!(
-                f,
-                "cannot read the material file `{}`: {error}; give a name or a TOML file",
-                path.display()
-            ),
-            Self::Folder(path, error) => write!(
-                f,
-                "cannot read the library folder `{}`: {error}; give a folder of TOML files",
-                path.display()
-            ),
-            Self::Unknown(name, known) => write!(
-                f,
-                "tissue \"{name}\" is not in the library: take one of {}, or give a TOML file",
-                known.join(", ")
-            ),
-            Self::Name(name) => write!(
-                f,
-                "name \"{name}\" is not made of lower-case letters, digits and hyphens"
-            ),
-            Self::Twice(name, path) => write!(
-                f,
-                "{}: the library has a material \"{name}\" already; choose another name",
-                path.display()
-            ),
-        }
-    }
-}
-
-impl std::error::Error for MaterialError {
-    fn source(&self) -> Option<&(dyn std::error::Error + 'static)> {
-        match self {
-            Self::Unreadable(_, error) | Self::Folder(_, error) => Some(error),
-            Self::File { .. } | Self::Unknown(..) | Self::Name(_) | Self::Twice(..) => None,
-        }
-    }
 }
 
 impl Material {
@@ -380,9 +343,9 @@ impl Material {
             );
         } else {
             let _ = write!(text, "model = \"{}\"\n\n[parameters]\n", self.model.kind());
-            text.extend(self.model.columns().map(|(parameter, own)| match own[..] {
+            text.extend(self.model.columns().map(|(parameter, all)| match all[..] {
                 [value] if !parameter.for_each_branch => line(parameter.name, value),
-                _ => format!("{} = {own:?}\n", parameter.name),
+                _ => format!("{} = {all:?}\n", parameter.name),
             }));
         }
         if self.stiffening != 0.0 {
@@ -470,43 +433,36 @@ impl ValidRange {
 /// spring-pot, null for other models.
 impl Serialize for Material {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        #[derive(Serialize)]
-        struct Report<'a> {
-            name: &'a str,
-            description: &'a str,
-            elastic_modulus_pa: Option<f64>,
-            viscosity_pa_s_alpha: Option<f64>,
-            order: Option<f64>,
-            model: &'a str,
-            #[serde(serialize_with = "parameters")]
-            parameters: &'a Model,
-            stiffening: f64,
-            loading: &'a MeasuredLoading,
-            range: &'a ValidRange,
-            source: &'a Source,
-        }
-        let report = Report {
-            name: &self.name,
-            description: &self.description,
-            elastic_modulus_pa: self.elastic_modulus_pa(),
-            viscosity_pa_s_alpha: self.viscosity_pa_s_alpha(),
-            order: self.order(),
-            model: self.model.kind().name(),
-            parameters: &self.model,
-            stiffening: self.stiffening,
-            loading: &self.loading,
-            range: &self.range,
-            source: &self.source,
-        };
-        report.serialize(serializer)
+        let mut map = serializer.serialize_map(None)?;
+        map.serialize_entry("name", &self.name)?;
+        map.serialize_entry("description", &self.description)?;
+        map.serialize_entry("elastic_modulus_pa", &self.elastic_modulus_pa())?;
+        map.serialize_entry("viscosity_pa_s_alpha", &self.viscosity_pa_s_alpha())?;
+        map.serialize_entry("order", &self.order())?;
+        map.serialize_entry("model", self.model.kind().name())?;
+        map.serialize_entry("parameters", &Parameters(&self.model))?;
+        map.serialize_entry("stiffening", &self.stiffening)?;
+        map.serialize_entry("loading", &self.loading)?;
+        map.serialize_entry("range", &self.range)?;
+        map.serialize_entry("source", &self.source)?;
+        map.end()
     }
 }
 
-fn parameters<S: Serializer>(model: &&Model, serializer: S) -> Result<S::Ok, S::Error> {
-    serializer.collect_map(model.columns().map(|(parameter, own)| match own[..] {
-        [value] if !parameter.for_each_branch => (parameter.name, Numbers::One(value)),
-        _ => (parameter.name, Numbers::Many(own)),
-    }))
+/// The numbers of a model by their names.
+struct Parameters<'a>(&'a Model);
+
+impl Serialize for Parameters<'_> {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.collect_map(
+            self.0
+                .columns()
+                .map(|(parameter, values)| match values[..] {
+                    [value] if !parameter.for_each_branch => (parameter.name, Numbers::One(value)),
+                    _ => (parameter.name, Numbers::Many(values)),
+                }),
+        )
+    }
 }
 
 /// A number or a list of them.
@@ -669,11 +625,8 @@ fn columns(file: &File, kind: Option<ModelKind>) -> Result<Vec<Vec<f64>>, Wrong>
             .iter()
             .find(|number| !parameter.range.contains(**number));
         if let Some(number) = outside {
-            let space = if parameter.unit.is_empty() { "" } else { " " };
-            let (number, unit, range) = (Shown(*number), parameter.unit, parameter.range.words());
-            return Err(wrong(format!(
-                "{name} = {number}{space}{unit} is not {range}"
-            )));
+            let error = out_of_range(parameter, *number, parameter.range.words());
+            return Err(wrong(error.to_string()));
         }
         Ok(numbers)
     };

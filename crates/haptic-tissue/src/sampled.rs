@@ -1,6 +1,6 @@
 //! A model sampled: a spring, and one memory of increments of strain, whatever its elements.
 
-use crate::model::{Form, Joint, Model, ModelError, SpringPot};
+use crate::model::{Form, MaxwellBranch, Model, ModelError, SpringPot};
 use core::f64::consts::PI;
 use fracdiff::full_memory::{Design, DesignError, Kernel, Memory, Mode};
 use fracdiff::{FrequencyResponse, Order, Seconds};
@@ -41,10 +41,9 @@ use num_complex::Complex64;
 #[derive(Clone, Debug, PartialEq)]
 pub struct SampledModel {
     sample_time_s: f64,
-    elastic_modulus_pa: f64,
     viscosity_pa_s_mu: f64,
     order: Order,
-    pub(crate) branches: Vec<Branch>,
+    pub(crate) whole: Part,
     /// B·T^(−μ); 1 where B is 0.
     scale_pa: f64,
 }
@@ -55,8 +54,8 @@ impl SampledModel {
     /// # Errors
     /// Unless 1e-9 s ≤ T ≤ 1e6 s, or if the smallest order above 0 is below [`ORDER_MIN`](Self::ORDER_MIN).
     pub fn new(model: &Model, sample_time: Seconds) -> Result<Self, ModelError> {
-        let (elastic_modulus_pa, branches) = branches(model.form())?;
-        let slowest = branches.iter().map(Branch::slow);
+        let whole = Part::of(model.form());
+        let slowest = whole.branches.iter().map(Branch::slow);
         let order = slowest.clone().fold(1.0, |least, pot| pot.order.min(least));
         if order < Self::ORDER_MIN {
             return Err(ModelError::Range {
@@ -78,19 +77,26 @@ impl SampledModel {
         };
         let order = Order::new(order).map_err(outside)?;
         let rate = sample_time.rate_to_the(order).map_err(outside)?;
-        let scale_pa = if branches.is_empty() {
-            1.0
-        } else {
-            viscosity_pa_s_mu * rate
-        };
-        Ok(Self {
+        let mut model = Self {
             sample_time_s: sample_time.0,
-            elastic_modulus_pa,
             viscosity_pa_s_mu,
             order,
-            branches,
-            scale_pa,
-        })
+            whole,
+            scale_pa: 1.0,
+        };
+        if !model.whole.branches.is_empty() {
+            model.scale_pa = viscosity_pa_s_mu * rate;
+            // Elements made from others may leave the range of numbers.
+            if !(model.first() > 0.0 && model.first().is_finite()) {
+                return Err(ModelError::Range {
+                    name: "viscosity_pa_s_alpha",
+                    value: viscosity_pa_s_mu,
+                    allowed: "above 0 and finite",
+                    unit: "Pa·s^α",
+                });
+            }
+        }
+        Ok(model)
     }
 
     /// Smallest order, above that of a spring, of an element that carries the slow motion.
@@ -99,10 +105,10 @@ impl SampledModel {
     /// E, Pa: what is left of the modulus at rest.
     #[must_use]
     pub const fn elastic_modulus_pa(&self) -> f64 {
-        self.elastic_modulus_pa
+        self.whole.spring_pa
     }
 
-    /// B, Pa·s^μ.
+    /// B, Pa·s^μ; 0 for a spring alone.
     #[must_use]
     pub const fn viscosity_pa_s_mu(&self) -> f64 {
         self.viscosity_pa_s_mu
@@ -114,7 +120,7 @@ impl SampledModel {
         self.order
     }
 
-    /// T.
+    /// The sample time T that the weights belong to.
     #[must_use]
     pub const fn sample_time(&self) -> Seconds {
         Seconds(self.sample_time_s)
@@ -130,7 +136,7 @@ impl SampledModel {
         tolerance: f64,
         horizon: f64,
     ) -> Result<Design<TAPS, MODES>, DesignError> {
-        match self.branches.as_slice() {
+        match self.whole.branches.as_slice() {
             [Branch::Pot(_)] => Design::pruned(Kernel::Grunwald, self.order, tolerance, horizon),
             _ => Design::of_memory(self.order, self, tolerance, horizon),
         }
@@ -138,10 +144,7 @@ impl SampledModel {
 
     /// M(s) − E, Pa.
     fn dissipative(&self, s: Complex64) -> Complex64 {
-        let branches = self.branches.iter();
-        branches.fold(Complex64::new(0.0, 0.0), |sum, branch| {
-            sum + branch.modulus(s)
-        })
+        self.whole.sum(0.0, |branch| branch.modulus(s))
     }
 }
 
@@ -154,7 +157,9 @@ impl Memory for SampledModel {
     fn density(&self, rate: f64) -> f64 {
         let growth = libm::expm1(rate);
         let r = growth / self.sample_time_s;
-        let loss: f64 = self.branches.iter().map(|branch| branch.on_cut(r)).sum();
+        let loss: f64 = (self.whole.branches.iter())
+            .map(|branch| branch.on_cut(r).im)
+            .sum();
         // s·Im M(−r + i0)/(π(e^s − 1))
         rate / growth * loss / (PI * self.scale_pa)
     }
@@ -165,8 +170,8 @@ impl Memory for SampledModel {
         let real = |angle: f64| self.dissipative(Complex64::from_polar(r, angle)).re;
         let mean = |from: f64| {
             let quarter = 0.25 * PI;
-            let pair = |&(place, share): &(f64, f64)| {
-                let aside = quarter * place;
+            let pair = |&(node, share): &(f64, f64)| {
+                let aside = quarter * node;
                 0.25 * share * (real(from + quarter - aside) + real(from + quarter + aside))
             };
             LEGENDRE_8.iter().map(pair).sum::<f64>()
@@ -175,10 +180,10 @@ impl Memory for SampledModel {
     }
 
     fn mode(&self, index: usize) -> Option<Mode> {
-        let mut poles = self.branches.iter().filter_map(Branch::pole);
-        let (modulus_pa, r) = poles.nth(index)?;
+        let mut poles = self.whole.branches.iter().filter_map(Branch::maxwell);
+        let (modulus_pa, viscosity_pa_s) = poles.nth(index)?;
         // E·λ^(j+1), λ = 1/(1 + rT)
-        let growth = r * self.sample_time_s;
+        let growth = modulus_pa / viscosity_pa_s * self.sample_time_s;
         Some(Mode {
             rate: libm::log1p(growth),
             weight: modulus_pa / (1.0 + growth) / self.scale_pa,
@@ -203,127 +208,178 @@ const LEGENDRE_8: [(f64, f64); 4] = [
     (0.960_289_856_497_536_3, 0.101_228_536_290_376_3),
 ];
 
-/// E, and what is beside it.
-fn branches(form: &Form) -> Result<(f64, Vec<Branch>), ModelError> {
-    let side_by_side = |pots: &[SpringPot]| {
-        let springs = pots.iter().filter(|pot| pot.is_spring());
-        let others = pots.iter().filter(|pot| !pot.is_spring()).copied();
-        let spring_pa = springs.fold(0.0, |sum, pot| sum + pot.size);
-        (spring_pa, others.map(Branch::Pot).collect())
-    };
-    Ok(match form {
-        Form::One(one) => side_by_side(&[*one]),
-        Form::Two(two) => {
-            let (first, second, e) = (two.first, two.second, two.spring_pa);
-            match two.joint {
-                Joint::Maxwell | Joint::Zener => (e, vec![Branch::Series(first, second)]),
-                // A spring E in series with a spring G beside V·s^α is a spring beside two elements in series:
-                // E·G/(E + G) beside V·k²·s^α in series with E²/(E + G), k = E/(E + G).
-                Joint::PoyntingThomson if second.is_spring() => {
-                    let k = e / (e + second.size);
-                    let pot = element(first.size * k * k, first.order)?;
-                    (
-                        second.size * k,
-                        vec![Branch::Series(pot, element(e * k, 0.0)?)],
-                    )
-                }
-                Joint::PoyntingThomson => (0.0, vec![Branch::Standing(e, first, second)]),
-                Joint::None | Joint::KelvinVoigt | Joint::Branches => {
-                    side_by_side(&[first, second])
-                }
-            }
-        }
-        Form::Branches(spring_pa, branches) => {
-            let maxwell = branches.iter().map(|branch| {
-                let e = branch.elastic_modulus_pa;
-                let dashpot = element(e * branch.relaxation_time_s, 1.0)?;
-                Ok(Branch::Series(dashpot, SpringPot::new(e, 0.0)))
-            });
-            (*spring_pa, maxwell.collect::<Result<_, ModelError>>()?)
-        }
-    })
-}
-
-/// An element made from others, which may leave the range of numbers.
-fn element(size: f64, order: f64) -> Result<SpringPot, ModelError> {
-    if size > 0.0 && size.is_finite() {
-        return Ok(SpringPot::new(size, order));
-    }
-    Err(ModelError::Range {
-        name: "viscosity_pa_s_alpha",
-        value: size,
-        allowed: "above 0 and finite",
-        unit: "Pa·s^α",
-    })
+/// Elements side by side: a spring, Pa, 0 for none, and what gives way to a slow motion.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub(crate) struct Part {
+    pub(crate) spring_pa: f64,
+    pub(crate) branches: Vec<Branch>,
 }
 
 /// Elements that give way to a slow motion.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub(crate) enum Branch {
     /// A spring-pot or dashpot, α > 0.
     Pot(SpringPot),
-    /// Two in series, α > β.
-    Series(SpringPot, SpringPot),
-    /// A spring, Pa, in series with two side by side, α > β > 0.
-    Standing(f64, SpringPot, SpringPot),
+    /// Two parts in series, of which one has no spring beside its branches.
+    Series([Part; 2]),
+}
+
+impl Part {
+    pub(crate) fn of(form: &Form) -> Self {
+        let maxwell = |branch: &MaxwellBranch| {
+            let e = branch.elastic_modulus_pa;
+            let dashpot = SpringPot::new(e * branch.relaxation_time_s, 1.0);
+            Self::element(&dashpot).series(Self::new(e, Vec::new()))
+        };
+        form.of(Self::element, maxwell, Self::beside, Self::series)
+    }
+
+    const fn new(spring_pa: f64, branches: Vec<Branch>) -> Self {
+        Self {
+            spring_pa,
+            branches,
+        }
+    }
+
+    fn element(pot: &SpringPot) -> Self {
+        match pot.is_spring() {
+            true => Self::new(pot.size, Vec::new()),
+            false => Self::new(0.0, vec![Branch::Pot(*pot)]),
+        }
+    }
+
+    fn beside(mut self, other: Self) -> Self {
+        self.spring_pa += other.spring_pa;
+        self.branches.extend(other.branches);
+        self
+    }
+
+    fn series(self, other: Self) -> Self {
+        let swapped = self.branches.is_empty();
+        let (part, spring) = if swapped {
+            (other, self)
+        } else {
+            (self, other)
+        };
+        if part.spring_pa == 0.0 || !spring.branches.is_empty() {
+            return Self::new(0.0, vec![Branch::Series([part, spring])]);
+        }
+        // A spring E in series with a spring G beside the rest is E·G/(E + G) beside k² times the rest in series with
+        // E²/(E + G), k = E/(E + G).
+        let k = spring.spring_pa / (spring.spring_pa + part.spring_pa);
+        let rest = Self::new(0.0, part.branches).times(k).times(k);
+        let rest = rest.series(Self::new(spring.spring_pa * k, Vec::new()));
+        Self::new(part.spring_pa * k, Vec::new()).beside(rest)
+    }
+
+    fn times(&self, factor: f64) -> Self {
+        let times = |branch: &Branch| match branch {
+            Branch::Pot(one) => Branch::Pot(SpringPot::new(one.size * factor, one.order)),
+            Branch::Series(parts) => {
+                Branch::Series(parts.each_ref().map(|part| part.times(factor)))
+            }
+        };
+        let branches = self.branches.iter().map(times);
+        Self::new(self.spring_pa * factor, branches.collect())
+    }
+
+    /// The one element that this is, if it is one.
+    fn single(&self) -> Option<SpringPot> {
+        match self.branches.as_slice() {
+            [] => Some(SpringPot::new(self.spring_pa, 0.0)),
+            [Branch::Pot(one)] if self.spring_pa == 0.0 => Some(*one),
+            _ => None,
+        }
+    }
+
+    /// A modulus from those of the branches, Pa, beside so much.
+    fn sum(&self, beside_pa: f64, modulus: impl Fn(&Branch) -> Complex64) -> Complex64 {
+        let branches = self.branches.iter().map(modulus);
+        branches.fold(Complex64::new(beside_pa, 0.0), |sum, one| sum + one)
+    }
+
+    fn slow(&self) -> SpringPot {
+        if self.spring_pa > 0.0 {
+            return SpringPot::new(self.spring_pa, 0.0);
+        }
+        let slowest = self.branches.iter().map(Branch::slow);
+        let slowest = slowest.min_by(|a, b| a.order.total_cmp(&b.order));
+        slowest.unwrap_or(SpringPot::new(0.0, 0.0))
+    }
+
+    /// M(−r + i0), Pa.
+    fn on_cut(&self, r: f64) -> Cut {
+        match self.single() {
+            Some(one) => Cut::of(&one, r),
+            None => Cut::from(self.sum(self.spring_pa, |branch| branch.on_cut(r))),
+        }
+    }
 }
 
 impl Branch {
     /// M(s), Pa, on the principal branch; 0 at s = 0.
     fn modulus(&self, s: Complex64) -> Complex64 {
-        match self {
-            Self::Pot(one) => one.modulus(s),
-            Self::Series(first, second) => {
-                // a·b/(a + b) = a/(1 + a/b), with a and b 0 at rest
-                let ratio = power(s, first.order - second.order) * (first.size / second.size);
-                first.modulus(s) / (ratio + 1.0)
-            }
-            Self::Standing(spring_pa, first, second) => {
-                let beside = first.modulus(s) + second.modulus(s);
-                beside / (beside / *spring_pa + 1.0)
-            }
+        let parts = match self {
+            Self::Pot(one) => return one.modulus(s),
+            Self::Series(parts) => parts,
+        };
+        // a·b/(a + b) = a/(1 + a/b), with a and b 0 at rest
+        if let [Some(first), Some(second)] = parts.each_ref().map(Part::single) {
+            let ratio = power(s, first.order - second.order) * (first.size / second.size);
+            return first.modulus(s) / (ratio + 1.0);
+        }
+        let of = |part: &Part| part.sum(part.spring_pa, |branch| branch.modulus(s));
+        let [a, b] = parts.each_ref().map(of);
+        let (soft, stiff) = if a.norm_sqr() < b.norm_sqr() {
+            (a, b)
+        } else {
+            (b, a)
+        };
+        match soft.norm_sqr() == 0.0 {
+            true => Complex64::ZERO,
+            false => soft / (soft / stiff + 1.0),
         }
     }
 
-    /// Im M(−r + i0) ≥ 0, Pa, without the pole. All that is added up is positive, but the sum of two elements itself.
-    fn on_cut(&self, r: f64) -> f64 {
-        match self {
-            Self::Pot(one) => Cut::of(one, r).value().im,
-            Self::Series(first, second) => {
-                // Im ab/(a + b) = |a||b|(|a| sin πβ + |b| sin πα)/|a + b|²
-                let (a, b) = (Cut::of(first, r), Cut::of(second, r));
-                let unit = a.size.max(b.size);
-                let (a, b) = (a.over(unit), b.over(unit));
-                let above = a.size * b.size * (a.size * b.sin + b.size * a.sin);
-                if above == 0.0 {
-                    // A spring and a dashpot: a pole, no cut.
-                    return 0.0;
-                }
-                unit * above / (a.value() + b.value()).norm_sqr()
-            }
-            Self::Standing(spring_pa, first, second) => {
-                let beside = Cut::of(first, r).value() + Cut::of(second, r).value();
-                let unit = spring_pa.max(beside.norm());
-                let (spring, beside) = (spring_pa / unit, beside / unit);
-                unit * spring * spring * beside.im / (beside + spring).norm_sqr()
-            }
+    /// M(−r + i0), Pa, without the pole. All that is added up in its imaginary part is positive, but the sum of two elements
+    /// itself.
+    fn on_cut(&self, r: f64) -> Complex64 {
+        let [a, b] = match self {
+            Self::Pot(one) => return Cut::of(one, r).value(),
+            Self::Series(parts) => parts.each_ref().map(|part| part.on_cut(r)),
+        };
+        // ab/(a + b) = |a||b|·(|a|·e^(iφ_b) + |b|·e^(iφ_a))/|a + b|²
+        let unit = a.size.max(b.size);
+        let (a, b) = (a.over(unit), b.over(unit));
+        let above = a.size * b.size * (a.size * b.sin + b.size * a.sin);
+        if above == 0.0 {
+            // A spring and a dashpot: a pole, no cut.
+            return Complex64::ZERO;
         }
+        let real = a.size * b.size * (a.size * b.cos + b.size * a.cos);
+        let square = (a.value() + b.value()).norm_sqr();
+        Complex64::new(unit * real / square, unit * above / square)
     }
 
-    /// E in Pa and r in 1/s of E·s/(s + r), what a spring and a dashpot in series are.
-    fn pole(&self) -> Option<(f64, f64)> {
-        match self {
-            Self::Series(first, second) if first.is_dashpot() && second.is_spring() => {
-                Some((second.size, second.size / first.size))
-            }
-            Self::Pot(_) | Self::Series(..) | Self::Standing(..) => None,
-        }
+    /// E in Pa and η in Pa·s of a spring and a dashpot in series: E·s/(s + E/η) is a pole.
+    pub(crate) fn maxwell(&self) -> Option<(f64, f64)> {
+        let Self::Series(parts) = self else {
+            return None;
+        };
+        let [dashpot, spring] = parts.each_ref().map(Part::single);
+        let dashpot = dashpot.filter(SpringPot::is_dashpot)?;
+        let spring = spring.filter(SpringPot::is_spring)?;
+        Some((spring.size, dashpot.size))
     }
 
     /// The element that carries a slow motion: M(s) → V·s^α for s → 0.
-    const fn slow(&self) -> SpringPot {
+    fn slow(&self) -> SpringPot {
         match self {
-            Self::Pot(one) | Self::Series(one, _) | Self::Standing(_, _, one) => *one,
+            Self::Pot(one) => *one,
+            Self::Series(parts) => {
+                let [a, b] = parts.each_ref().map(Part::slow);
+                if a.order > b.order { a } else { b }
+            }
         }
     }
 }
@@ -352,6 +408,15 @@ impl Cut {
             size: pot.size * libm::pow(r, order),
             sin,
             cos: if order > 0.5 { -cos } else { cos },
+        }
+    }
+
+    fn from(z: Complex64) -> Self {
+        let size = z.norm();
+        Self {
+            size,
+            sin: z.im / size,
+            cos: z.re / size,
         }
     }
 

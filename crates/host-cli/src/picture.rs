@@ -156,13 +156,9 @@ fn of_side(curves: &Curves) -> Result<Picture, FigureError> {
     let column = |name, scale| column(curves, name, scale);
     // There is no hand on the side of the slave.
     let hand = column("reference_m", 1e3).into_iter();
+    let hand = hand.filter(|point| point.1.is_finite());
     let places = over_time("place", "place / mm")
-        .with(
-            "hand",
-            Look::Dashed,
-            2,
-            hand.filter(|place| place.1.is_finite()),
-        )
+        .with("hand", Look::Dashed, 2, hand)
         .with("device", Look::Line, 0, column("position_m", 1e3));
     let forces = over_time("force on the device", "force / N")
         .with("of the port", Look::Line, 0, column("force_n", 1.0))

@@ -57,9 +57,9 @@ fn stage_png(_: &Picture, png: &Path, overwrite: bool) -> Result<Option<NewFile>
 
 /// The failure of a picture that cannot be drawn.
 pub(crate) fn undrawn(error: FigureError) -> Failure {
-    match error {
-        FigureError::Render(_) => Failure::run(error),
-        _ => Failure::input(error),
+    match matches!(error, FigureError::Render(_)) {
+        true => Failure::run(error),
+        false => Failure::input(error),
     }
 }
 

@@ -39,7 +39,7 @@ pub struct Frame {
     pub request: u32,
     /// Its own number, which a page acknowledges; 0 if it is the only one.
     pub number: u32,
-    /// Channels.
+    /// Rows of the picture.
     pub channels: usize,
     /// Columns.
     pub columns: usize,
@@ -47,7 +47,7 @@ pub struct Frame {
     pub first_tick: f64,
     /// Ticks of a column.
     pub ticks_per_column: f64,
-    /// T, s.
+    /// The sample time of the run, s.
     pub sample_time_s: f64,
     picture: f64,
     numbers: Vec<f32>,
@@ -99,7 +99,7 @@ impl Frame {
         &self.numbers[2 * channel * self.columns..][..self.columns]
     }
 
-    /// The largest.
+    /// The largest value of each column of a channel.
     #[must_use]
     pub fn largest(&self, channel: usize) -> &[f32] {
         &self.numbers[(2 * channel + 1) * self.columns..][..self.columns]
@@ -194,7 +194,7 @@ impl Page {
         let _ = self.socket.send(Message::binary(numbers.concat()));
     }
 
-    /// Sends a text.
+    /// Sends a text as it is, which need not be a request.
     pub fn send(&mut self, text: &str) {
         self.socket.send(Message::text(text)).expect("sends");
     }

@@ -111,7 +111,7 @@ impl Random {
         low + (high - low) * self.share()
     }
 
-    /// Uniform in the logarithm.
+    /// Uniform in the logarithm: each decade is as likely as any other.
     pub fn log_between(&mut self, low: f64, high: f64) -> f64 {
         (low.ln() + (high / low).ln() * self.share()).exp()
     }

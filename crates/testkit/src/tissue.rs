@@ -19,21 +19,22 @@ pub fn model(kind: ModelKind, values: &[f64]) -> Model {
     Model::from_parameters(kind, values).expect("valid")
 }
 
-/// Each model of two elements, V and α, G and β; a third one is a spring of so many Pa.
+/// The models of two spring-pots, however they are joined: a new one is tested with the others.
 #[must_use]
-pub fn of_two(
-    (v, alpha): (f64, f64),
-    (g, beta): (f64, f64),
-    elastic_modulus_pa: f64,
-) -> [(&'static str, Model); 4] {
-    let values = [v, alpha, g, beta, elastic_modulus_pa];
-    [
-        ("Kelvin-Voigt", ModelKind::FractionalKelvinVoigt),
-        ("Maxwell", ModelKind::FractionalMaxwell),
-        ("Zener", ModelKind::FractionalZener),
-        ("Poynting-Thomson", ModelKind::FractionalPoyntingThomson),
-    ]
-    .map(|(name, kind)| (name, model(kind, &values[..kind.parameters().len()])))
+pub fn two_spring_pots() -> Vec<ModelKind> {
+    let has_two = |kind: &ModelKind| {
+        let mut parameters = kind.parameters().iter();
+        parameters.any(|parameter| parameter.name == "second_order")
+    };
+    ModelKind::ALL.into_iter().filter(has_two).collect()
+}
+
+/// One of those models by turns, of V, α, G, β and a spring in Pa where it has one.
+#[must_use]
+pub fn of_two(turn: usize, values: [f64; 5]) -> Model {
+    let kinds = two_spring_pots();
+    let kind = kinds[turn % kinds.len()];
+    model(kind, &values[..kind.parameters().len()])
 }
 
 /// A spring-pot alone, each model of two elements, V and G, of these orders, where a third one is a spring, and a Prony series.
@@ -41,11 +42,12 @@ pub fn of_two(
 pub fn models(v: f64, g: f64, kinds: &[(&str, f64, f64)]) -> Vec<(String, Model)> {
     let one = model(ModelKind::SpringPot, &[8650.0, 0.2247]);
     let mut models = vec![("spring-pot".to_owned(), one)];
-    for &(kind, alpha, beta) in kinds {
-        let [kelvin_voigt, maxwell, zener, _] = of_two((v, alpha), (g, beta), 5e3);
-        let [_, _, _, poynting_thomson] = of_two((v, alpha), (g, beta), 40e3);
-        for (name, model) in [maxwell, kelvin_voigt, zener, poynting_thomson] {
-            models.push((format!("{name} {kind}"), model));
+    for &(orders, alpha, beta) in kinds {
+        for (turn, kind) in two_spring_pots().into_iter().enumerate() {
+            let beside = kind == ModelKind::FractionalZener;
+            let spring = if beside { 5e3 } else { 40e3 };
+            let model = of_two(turn, [v, alpha, g, beta, spring]);
+            models.push((format!("{kind} {orders}"), model));
         }
     }
     let series = [5e3, 3e3, 0.05, 3e3, 0.3, 3e3, 7.0, 3e3, 120.0];

@@ -48,12 +48,12 @@ impl Foxglove {
     /// # Errors
     /// If the address is taken or not ours.
     pub fn open(address: SocketAddr) -> Result<Self, LiveError> {
-        let failed = |error| match error {
-            FoxgloveError::Bind(source) => LiveError::Open { address, source },
-            error => LiveError::Server {
-                address,
-                reason: error.to_string(),
-            },
+        let failed = |error: FoxgloveError| {
+            let reason = error.to_string();
+            if let FoxgloveError::Bind(source) = error {
+                return LiveError::Open { address, source };
+            }
+            LiveError::Server { address, reason }
         };
         let context = Context::new();
         let ticks = channel(&context, &TickMessage::default()).map_err(failed)?;

@@ -41,17 +41,17 @@ pub enum LiveError {
     /// The address is taken, not ours, or not reachable.
     #[error("live stream at {address}: {source}")]
     Open {
-        /// The address.
+        /// Where it should have listened.
         address: SocketAddr,
-        /// Why.
+        /// The error of the system, as of a port that is taken.
         source: std::io::Error,
     },
     /// The WebSocket server could not be started.
     #[error("live stream at {address}: {reason}")]
     Server {
-        /// The address.
+        /// Where it listens or should.
         address: SocketAddr,
-        /// Why.
+        /// The reason in the words of the server.
         reason: String,
     },
 }
@@ -61,7 +61,7 @@ pub enum LiveError {
 pub struct LiveStreams(Mutex<Vec<Box<dyn Live>>>);
 
 impl LiveStreams {
-    /// Gathers streams.
+    /// Streams for one run; the thread that writes the log takes them.
     #[must_use]
     pub fn new(streams: Vec<Box<dyn Live>>) -> Self {
         Self(Mutex::new(streams))

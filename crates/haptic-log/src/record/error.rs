@@ -15,7 +15,7 @@ pub enum RecordError {
     /// Writing failed while the run went on, as on a full disk. The file named stays.
     #[error("writing the log `{}` failed: {source}; {}", .path.display(), rest(*.samples_safe))]
     Write {
-        /// The unfinished file.
+        /// The unfinished file, which keeps what is safe.
         path: PathBuf,
         /// Samples up to the last chunk the operating system took.
         samples_safe: u64,
@@ -29,9 +29,9 @@ pub enum RecordError {
         .path.display()
     )]
     Lost {
-        /// The unfinished file.
+        /// Its unfinished name.
         path: PathBuf,
-        /// What happened to it.
+        /// What happened to it, as "removed".
         what: &'static str,
         /// Samples that were written to it.
         samples: u64,
@@ -65,7 +65,7 @@ pub enum RecordError {
     NoTicks {
         /// The file.
         path: PathBuf,
-        /// Topics of its messages.
+        /// The topics that it has instead.
         topics: Vec<String>,
     },
     /// A message carries a time no log can hold.
@@ -73,7 +73,7 @@ pub enum RecordError {
         "device time {time_s} s is not in [0, 1.8e10] s; the log keeps it as unsigned nanoseconds"
     )]
     Time {
-        /// The time, s.
+        /// The time that was given, s.
         time_s: f64,
     },
     /// A message could not be encoded.
@@ -108,8 +108,9 @@ impl RecordError {
 
 /// The I/O error inside an error of the MCAP library, so that one line says the cause.
 pub(crate) fn io_error(error: mcap::McapError) -> io::Error {
-    match error {
-        mcap::McapError::Io(error) => error,
-        other => io::Error::other(other.to_string()),
+    let reason = error.to_string();
+    if let mcap::McapError::Io(error) = error {
+        return error;
     }
+    io::Error::other(reason)
 }

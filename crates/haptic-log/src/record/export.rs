@@ -6,7 +6,7 @@ use std::path::Path;
 use super::new_file::refuse_own_source;
 use super::{Condition, Entry, Leftover, LogFiles, NewFile, RecordError, TickMessage};
 
-/// Result of an export.
+/// How much of a log an export found.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ExportSummary {
     /// Rows, without the header.

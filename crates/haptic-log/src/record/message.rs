@@ -14,14 +14,14 @@ pub struct EventMessage {
     pub time_s: f64,
     /// Kind of the event: one word, lower case.
     pub kind: String,
-    /// The sentence.
+    /// A sentence for people; any script.
     pub text: String,
 }
 
 /// A named set of strings: parameters, versions, statistics.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct MetadataRecord {
-    /// Subject of the strings.
+    /// What the strings are about, as `experiment`; a name may occur more than once.
     pub name: String,
     /// The strings by key.
     pub values: BTreeMap<String, String>,
@@ -31,11 +31,11 @@ pub struct MetadataRecord {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 #[serde(untagged)]
 pub enum Value {
-    /// A count.
+    /// A number that counts, such as that of the tick.
     Count(u64),
     /// A number with a unit.
     Number(f64),
-    /// A set of bits.
+    /// A set of bits, each a flag.
     Bits(u8),
 }
 

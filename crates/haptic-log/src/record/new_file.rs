@@ -117,10 +117,10 @@ impl NewFile {
         let part = with_suffix(target, &leftover.suffix());
         // Appended to, so that what somebody else cuts from it shows in its length. A link under that name is not followed.
         let opened = OpenOptions::new().append(true).create_new(true).open(&part);
-        let file = opened.map_err(|source| match source.kind() {
-            io::ErrorKind::AlreadyExists => leftover_at(&part),
+        let file = opened.map_err(|source| match is_taken(&source) {
+            true => leftover_at(&part),
             // The name that the user knows.
-            _ => NewFileError::io(target, source),
+            false => NewFileError::io(target, source),
         })?;
         if leftover == Leftover::Keep {
             // Ends with the process however that dies. A file system without locks tells leftovers by their names
@@ -185,9 +185,9 @@ impl NewFile {
         } else {
             rename_to_free_name(&self.part, &self.target)
         };
-        moved.map_err(|source| match source.kind() {
-            io::ErrorKind::AlreadyExists => NewFileError::Exists(self.target.clone()),
-            _ => NewFileError::io(&self.target, source),
+        moved.map_err(|source| match is_taken(&source) {
+            true => NewFileError::Exists(self.target.clone()),
+            false => NewFileError::io(&self.target, source),
         })?;
         self.published = true;
         if self.leftover == Leftover::Keep {
@@ -263,6 +263,10 @@ pub fn part_of(log: &Path) -> PathBuf {
     with_suffix(log, &Leftover::Keep.suffix())
 }
 
+fn is_taken(error: &io::Error) -> bool {
+    error.kind() == io::ErrorKind::AlreadyExists
+}
+
 fn with_suffix(target: &Path, suffix: &str) -> PathBuf {
     let mut name = target.as_os_str().to_owned();
     name.push(suffix);
@@ -278,7 +282,7 @@ fn rename_to_free_name(from: &Path, to: &Path) -> io::Result<()> {
             let _ = fs::remove_file(from);
             Ok(())
         }
-        Err(error) if error.kind() == io::ErrorKind::AlreadyExists => Err(error),
+        Err(error) if is_taken(&error) => Err(error),
         Err(_) if to.symlink_metadata().is_ok() => Err(io::ErrorKind::AlreadyExists.into()),
         Err(_) => fs::rename(from, to),
     }

@@ -29,11 +29,11 @@ const READ_BYTES: usize = 1 << 16;
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub enum Entry {
-    /// A control tick.
+    /// What the loop did in one sample time.
     Tick(TickMessage),
-    /// An event.
+    /// Something worth a sentence, between two ticks.
     Event(EventMessage),
-    /// A metadata record.
+    /// What is known of the run beside its samples.
     Metadata(MetadataRecord),
 }
 
@@ -44,7 +44,7 @@ pub enum Damage {
     /// The file ends in the middle, as after a crash or with `.part` files.
     #[error("the file ends unfinished after {at_byte} bytes")]
     Cut {
-        /// Bytes in the file.
+        /// The length of the file.
         at_byte: u64,
     },
     /// One chunk, up to 100 ms of samples, is damaged; reading went on behind it.
@@ -74,7 +74,7 @@ pub enum Damage {
     /// The file that the log goes on in is not there, or not one of its own.
     #[error("the log goes on in `{}`, which {why}; files after it are read by their own names", .file.display())]
     Next {
-        /// The file.
+        /// The file that the one before it names.
         file: PathBuf,
         /// Why it is not read.
         why: &'static str,
@@ -82,7 +82,7 @@ pub enum Damage {
     /// Everything could be read, but the checksum of the whole says that some byte has changed.
     #[error("some byte has changed: {cause}")]
     Checksum {
-        /// The two sums.
+        /// The sum that the file says and the one that it has.
         cause: String,
     },
 }
@@ -271,7 +271,7 @@ impl<R: Read> LogReader<R> {
 
     fn step(&mut self) -> Step {
         let at_byte = self.bytes_read;
-        let record = match self.walk.next_event() {
+        let (opcode, data) = match self.walk.next_event() {
             None => {
                 self.condition.complete = self.footer_seen && self.condition.damage.is_empty();
                 return Step::End;
@@ -280,17 +280,20 @@ impl<R: Read> LogReader<R> {
             Some(Ok(LinearReadEvent::Record { data, opcode })) => (opcode, data.to_vec()),
             Some(Err(error)) => {
                 let cause = error.to_string();
-                self.condition.damage.push(match error {
-                    McapError::UnexpectedEof => Damage::Cut { at_byte },
-                    McapError::BadDataCrc { .. } | McapError::BadSummaryCrc { .. } => {
-                        Damage::Checksum { cause }
-                    }
-                    _ => Damage::Structure { at_byte, cause },
+                let changed = matches!(
+                    error,
+                    McapError::BadDataCrc { .. } | McapError::BadSummaryCrc { .. }
+                );
+                self.condition.damage.push(if changed {
+                    Damage::Checksum { cause }
+                } else if matches!(error, McapError::UnexpectedEof) {
+                    Damage::Cut { at_byte }
+                } else {
+                    Damage::Structure { at_byte, cause }
                 });
                 return Step::End;
             }
         };
-        let (opcode, data) = record;
         match opcode {
             // No record has it; zeros would read as empty records for ever.
             0 => {
@@ -351,6 +354,10 @@ impl<R: Read> LogReader<R> {
         Ok(())
     }
 
+    #[expect(
+        clippy::wildcard_enum_match_arm,
+        reason = "of the records of others, these are the ones that matter here"
+    )]
     fn record(&mut self, opcode: u8, data: &[u8]) -> Result<(), String> {
         // Indexes and statistics repeat what the data say; only these matter.
         if !matches!(
@@ -491,23 +498,18 @@ fn describe_start(start: &[u8]) -> String {
 /// True if the texts and maps of a record end within its bytes: the parser trusts their lengths, and asks for up to 4
 /// GiB.
 fn texts_fit(opcode: u8, data: &[u8]) -> bool {
-    let mut rest = Rest(data);
-    let fit = match opcode {
-        op::HEADER => rest.text().and_then(|()| rest.text()),
-        // Two numbers of the channel and its schema first.
-        op::CHANNEL => (rest.take(4))
-            .and_then(|_| rest.text())
-            .and_then(|()| rest.text())
-            .and_then(|()| rest.map()),
-        op::METADATA => rest.text().and_then(|()| rest.map()),
-        // Its number; name, encoding and definition.
-        op::SCHEMA => (rest.take(2))
-            .and_then(|_| rest.text())
-            .and_then(|()| rest.text())
-            .and_then(|()| rest.text()),
-        _ => Some(()),
+    // Bytes before the first text, the texts, and true if a map follows.
+    let (numbers, texts, has_map) = match opcode {
+        op::HEADER => (0, 2, false),
+        op::CHANNEL => (4, 2, true),
+        op::METADATA => (0, 1, true),
+        op::SCHEMA => (2, 3, false),
+        _ => return true,
     };
-    fit.is_some()
+    let mut rest = Rest(data);
+    let mut fits = rest.take(numbers).is_some();
+    fits &= (0..texts).all(|_| rest.text().is_some());
+    fits && (!has_map || rest.map().is_some())
 }
 
 /// A chunk as the parser knows it: one with zstd is unpacked, and what stands behind the records of others is left out,

@@ -24,7 +24,7 @@ pub struct RecoverySummary {
     pub complete: bool,
     /// Missing parts, a sentence each; empty if the source was whole.
     pub missing: Vec<String>,
-    /// The new log.
+    /// The log that was written; the source is left as it is.
     pub log: PathBuf,
     /// Ticks missing before the first saved and after the last, if the log says how its run ended.
     #[serde(skip)]
@@ -40,12 +40,12 @@ fn missing(count: &TickCount, condition: &Condition) -> Vec<String> {
             gap.missing, gap.after_tick, gap.before_tick
         )
     }));
-    for (missing, place) in [
+    for (missing, which) in [
         (count.missing_at_start(), "before the first"),
         (count.missing_at_end(), "after the last"),
     ] {
         if missing > 0 {
-            sentences.push(format!("{missing} ticks {place} one saved are missing"));
+            sentences.push(format!("{missing} ticks {which} one saved are missing"));
         }
     }
     let foreign: u64 = condition.foreign_topics.values().sum();
@@ -93,13 +93,13 @@ pub fn recover(
     target: &Path,
     overwrite: bool,
 ) -> Result<RecoverySummary, RecordError> {
-    copy(source, target, overwrite).map_err(|error| match error {
+    copy(source, target, overwrite).map_err(|error| {
+        let RecordError::Write { source, .. } = error else {
+            return error;
+        };
         // There is nothing in the unfinished copy that the source does not have.
-        RecordError::Write { source, .. } => RecordError::Copy {
-            path: target.to_owned(),
-            source,
-        },
-        error => error,
+        let path = target.to_owned();
+        RecordError::Copy { path, source }
     })
 }
 

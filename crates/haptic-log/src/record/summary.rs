@@ -41,7 +41,7 @@ const ENDS: [(&str, EndKind); 4] = [
 /// End of a run, and number of samples that its log should have: the ticks from 0 on.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct RunEnd {
-    /// Kind of the end.
+    /// Why the run ended; `reason` says it in words.
     pub ended: EndKind,
     /// In words; empty for a run that finished.
     pub reason: String,
@@ -54,7 +54,7 @@ pub struct RunEnd {
 }
 
 impl RunEnd {
-    /// As metadata.
+    /// The record that the log gets, which [`of`](Self::of) reads back.
     #[must_use]
     pub fn metadata(&self) -> BTreeMap<String, String> {
         let mut ends = ENDS.iter().filter(|(_, kind)| *kind == self.ended);
@@ -197,7 +197,7 @@ pub struct LogSummary {
     pub complete: bool,
     /// Ticks whose number is not above that of the tick before.
     pub out_of_order: u64,
-    /// Ticks with flaws.
+    /// How many ticks the device or the link got wrong, and how.
     #[serde(flatten)]
     pub flaws: FlawCounts,
     /// Parts missing from the log that this one was recovered from; `None` if not recovered or nothing is missing.
@@ -220,13 +220,13 @@ impl LogSummary {
     pub fn reasons(&self) -> Vec<String> {
         let mut reasons = self.damage.clone();
         let between: u64 = self.gaps.iter().map(|gap| gap.missing).sum();
-        for (missing, place) in [
+        for (missing, which) in [
             (self.missing_at_start, "before the first one".to_owned()),
             (between, format!("in {} gaps", self.gaps.len())),
             (self.missing_at_end, "after the last one".to_owned()),
         ] {
             if missing > 0 {
-                reasons.push(format!("{missing} ticks missing {place}"));
+                reasons.push(format!("{missing} ticks missing {which}"));
             }
         }
         let flaws = &self.flaws;

@@ -6,7 +6,7 @@ use super::message::{Item, Layout, LogMessage, MessageError, Value, begin, put};
 use std::fmt;
 use std::ops::Deref;
 
-/// Names of the axes.
+/// The letters that columns of several axes have before their unit.
 pub const AXES: [&str; 3] = ["x", "y", "z"];
 
 /// A number for each of one to three axes; a slice of them.
@@ -23,7 +23,7 @@ impl PerAxis {
         numbers.iter().copied().collect()
     }
 
-    /// √Σ xᵢ².
+    /// √Σ xᵢ², the length of the vector.
     #[must_use]
     pub fn norm(&self) -> f64 {
         self.iter().map(|x| x * x).sum::<f64>().sqrt()
@@ -274,11 +274,7 @@ impl LogMessage for TickMessage {
     /// `Tick` of one axis, `Tick2` and `Tick3` of more: ROS knows a type by its name.
     fn schema(&self) -> (String, String) {
         let axes = self.axes();
-        let number = if axes == 1 {
-            String::new()
-        } else {
-            axes.to_string()
-        };
+        let number = ["", "2", "3"][axes - 1];
         let mut text = "# One control tick of a haptic experiment.\n".to_owned();
         for Column {
             name, what, reach, ..

@@ -45,11 +45,11 @@ pub(super) const EVENT_CHANNEL: u16 = 2;
 pub struct FinishedLog {
     /// The file, the first if there are more.
     pub path: PathBuf,
-    /// All files, in order.
+    /// All files of a log that was rolled, in order; else the one.
     pub paths: Vec<PathBuf>,
     /// Ticks in it.
     pub samples: u64,
-    /// Its size.
+    /// Bytes on the disk, of all files together.
     pub bytes: u64,
 }
 
@@ -421,10 +421,10 @@ impl<W: Write + Seek> std::fmt::Debug for LogWriter<W> {
 
 /// A log whose first bytes the disk did not take is a file that could not be created.
 fn unbegun(path: &Path, error: RecordError) -> RecordError {
-    match error {
-        RecordError::Write { source, .. } => NewFileError::io(path, source).into(),
-        other => other,
-    }
+    let RecordError::Write { source, .. } = error else {
+        return error;
+    };
+    NewFileError::io(path, source).into()
 }
 
 /// Options of the MCAP writer.

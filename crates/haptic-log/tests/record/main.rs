@@ -87,9 +87,11 @@ fn finished_bytes(ticks: u64) -> Vec<u8> {
 
 fn ticks_of(entries: &[Entry]) -> Vec<TickMessage> {
     (entries.iter())
-        .filter_map(|entry| match entry {
-            Entry::Tick(message) => Some(*message),
-            _ => None,
+        .filter_map(|entry| {
+            let Entry::Tick(message) = entry else {
+                return None;
+            };
+            Some(*message)
         })
         .collect()
 }

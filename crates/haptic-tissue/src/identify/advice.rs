@@ -18,10 +18,7 @@ pub(super) fn about(fits: &[Fit]) -> Vec<String> {
     let Some(fit) = fits.first() else {
         return Vec::new();
     };
-    let mut said = at_ends(fit);
-    said.extend(together(fit));
-    said.extend(loose(fit));
-    said.extend(open(fit));
+    let mut said = [at_ends(fit), together(fit), loose(fit), open(fit)].concat();
     said.extend(simpler(fit, fits));
     said.extend(slow(fit));
     said
@@ -39,31 +36,25 @@ pub(super) fn about_length(compared: usize, record: &Record) -> Option<String> {
 }
 
 fn at_ends(fit: &Fit) -> Vec<String> {
-    let ends = fit
-        .parameters
-        .iter()
-        .enumerate()
-        .filter_map(|(k, parameter)| {
-            let is_order = parameter.unit.is_empty();
-            // A parameter that was fixed has no correlation, not even with itself.
-            let fixed = fit.correlation.get(k).is_some_and(|row| row[k].is_nan());
-            let sentence = match (is_order, parameter.value) {
-                (false, _) if fixed => format!(
-                    "`{}` is at the end of its range: take a model without this element",
-                    parameter.name
-                ),
-                (true, 0.0) => format!(
-                    "`{}` is 0, the end of its range: this element is a spring",
-                    parameter.name
-                ),
-                (true, 1.0) => format!(
-                    "`{}` is 1, the end of its range: this element is a dashpot",
-                    parameter.name
-                ),
-                _ => return None,
-            };
-            Some(sentence)
-        });
+    let parameters = fit.parameters.iter().enumerate();
+    let ends = parameters.filter_map(|(k, parameter)| {
+        // A parameter that was fixed has no correlation, not even with itself.
+        let fixed = fit.correlation.get(k).is_some_and(|row| row[k].is_nan());
+        let (name, value) = (parameter.name, parameter.value);
+        let element = match (parameter.is_order(), value) {
+            (false, _) if fixed => {
+                return Some(format!(
+                    "`{name}` is at the end of its range: take a model without this element"
+                ));
+            }
+            (true, 0.0) => "spring",
+            (true, 1.0) => "dashpot",
+            _ => return None,
+        };
+        Some(format!(
+            "`{name}` is {value}, the end of its range: this element is a {element}"
+        ))
+    });
     ends.collect()
 }
 
@@ -79,7 +70,11 @@ fn together(fit: &Fit) -> Vec<String> {
     let mut said = Vec::new();
     for (i, row) in fit.correlation.iter().enumerate() {
         for (j, correlation) in row.iter().enumerate().take(i) {
-            let loose = [i, j].iter().any(|&k| !is_settled(&fit.parameters[k]));
+            let loose = [i, j].iter().any(|&k| {
+                let parameter = &fit.parameters[k];
+                parameter.standard_error.is_none()
+                    || parameter.is_looser_than(SETTLED_ORDER, SETTLED)
+            });
             if correlation.abs() > ONE && loose {
                 said.push(format!(
                     "the record cannot tell `{}` and `{}` apart (correlation {correlation:.4})",
@@ -91,24 +86,9 @@ fn together(fit: &Fit) -> Vec<String> {
     said
 }
 
-fn is_settled(parameter: &Estimate) -> bool {
-    let most = if parameter.unit.is_empty() {
-        SETTLED_ORDER
-    } else {
-        SETTLED * parameter.value
-    };
-    parameter.standard_error.is_some_and(|error| error <= most)
-}
-
 fn loose(fit: &Fit) -> Vec<String> {
-    let loose = fit.parameters.iter().filter(|parameter| {
-        let least = if parameter.unit.is_empty() {
-            LOOSE_ORDER
-        } else {
-            LOOSE * parameter.value
-        };
-        parameter.standard_error.is_some_and(|error| error > least)
-    });
+    let loose = fit.parameters.iter();
+    let loose = loose.filter(|parameter| parameter.is_looser_than(LOOSE_ORDER, LOOSE));
     loose
         .map(|parameter| {
             let share = parameter.standard_error.unwrap_or(f64::INFINITY) / parameter.value;
@@ -145,23 +125,24 @@ pub(super) fn simpler(fit: &Fit, fits: &[Fit]) -> Option<String> {
 /// Bounds that the record does not give.
 fn open(fit: &Fit) -> Vec<String> {
     let settled = |k: &usize| fit.correlation.get(*k).is_none_or(|row| !row[*k].is_nan());
-    let own = (0..fit.parameters.len()).filter(settled);
-    own.filter_map(|k| {
-        let Estimate {
-            name,
-            low_95,
-            high_95,
-            ..
-        } = &fit.parameters[k];
-        let which = match (low_95, high_95) {
-            (Some(_), Some(_)) => return None,
-            (None, Some(_)) => "no lower bound",
-            (Some(_), None) => "no upper bound",
-            (None, None) => "no bound",
-        };
-        Some(format!("the record gives `{name}` {which}"))
-    })
-    .collect()
+    let settled = (0..fit.parameters.len()).filter(settled);
+    settled
+        .filter_map(|k| {
+            let Estimate {
+                name,
+                low_95,
+                high_95,
+                ..
+            } = &fit.parameters[k];
+            let which = match (low_95, high_95) {
+                (Some(_), Some(_)) => return None,
+                (None, Some(_)) => "no lower bound",
+                (Some(_), None) => "no upper bound",
+                (None, None) => "no bound",
+            };
+            Some(format!("the record gives `{name}` {which}"))
+        })
+        .collect()
 }
 
 fn slow(fit: &Fit) -> Option<String> {

@@ -16,13 +16,6 @@ use rand_pcg::Pcg64;
 use rand_pcg::rand_core::{Rng as _, SeedableRng as _};
 use rayon::prelude::*;
 
-/// An interval for each parameter, and how many records were fitted for it.
-#[derive(Clone, Debug, PartialEq)]
-pub(super) struct Intervals {
-    pub(super) ends: Vec<(f64, f64)>,
-    pub(super) fitted: usize,
-}
-
 /// Fits `records` records, by so many independent residuals; `progress` is told of each.
 pub(super) fn intervals(
     candidate: Candidate,
@@ -32,7 +25,7 @@ pub(super) fn intervals(
     records: usize,
     seed: u64,
     progress: &(dyn Fn(usize) + Sync),
-) -> Intervals {
+) -> (Vec<(f64, f64)>, usize) {
     let n = target.len();
     let (mut curve, mut residuals) = (vec![0.0; n], vec![0.0; n]);
     target.residuals(candidate, &best.elements, |i, _, slope| {
@@ -65,10 +58,7 @@ pub(super) fn intervals(
         })
         .collect();
     let ends = (0..start.len()).map(|v| ends(fits.iter().map(|fit| fit[v]).collect()));
-    Intervals {
-        ends: ends.collect(),
-        fitted: fits.len(),
-    }
+    (ends.collect(), fits.len())
 }
 
 /// Residuals in blocks from random places, as many as there are.
@@ -78,8 +68,8 @@ fn draw(residuals: &[f64], block: usize, seed: u64) -> Vec<f64> {
     let mut drawn = Vec::with_capacity(n + block);
     while drawn.len() < n {
         // 64 bits over far fewer places: the bias of the remainder is below 1e-12.
-        let place = (generator.next_u64() % (n - block + 1) as u64) as usize;
-        drawn.extend_from_slice(&residuals[place..place + block]);
+        let first = (generator.next_u64() % (n - block + 1) as u64) as usize;
+        drawn.extend_from_slice(&residuals[first..first + block]);
     }
     drawn.truncate(n);
     drawn
@@ -89,11 +79,11 @@ fn draw(residuals: &[f64], block: usize, seed: u64) -> Vec<f64> {
 fn ends(mut values: Vec<f64>) -> (f64, f64) {
     values.sort_by(f64::total_cmp);
     let point = |share: f64| {
-        let place = share * (values.len().saturating_sub(1)) as f64;
-        let below = place as usize;
+        let rank = share * (values.len().saturating_sub(1)) as f64;
+        let below = rank as usize;
         let low = values.get(below).copied().unwrap_or(f64::NAN);
         let high = values.get(below + 1).copied().unwrap_or(low);
-        low + (place - below as f64) * (high - low)
+        low + (rank - below as f64) * (high - low)
     };
     (point(0.025), point(0.975))
 }

@@ -10,7 +10,7 @@ use super::{advice, bootstrap, profile};
 use crate::model::{CANDIDATES, ModelKind};
 use std::ops::RangeInclusive;
 use std::sync::atomic::AtomicBool;
-/// How to identify.
+/// What is fitted to a record, and how thoroughly; see [`identify`](super::identify()).
 #[derive(Clone, Debug, PartialEq)]
 pub struct Options {
     /// The candidates, of [`CANDIDATES`].
@@ -23,14 +23,14 @@ pub struct Options {
     pub starts: usize,
     /// Records of the bootstrap, [`Options::BOOTSTRAP_ALLOWED`]; 0 for intervals by profiles.
     pub bootstrap: usize,
-    /// Seed of the bootstrap.
+    /// The same seed draws the same records of the bootstrap, whatever the number of threads.
     pub seed: u64,
     /// True to find b of tissue that stiffens too, see `haptic_loop::loading`: the last parameter of the chosen fit, from 0 to 100.
     pub stiffening: bool,
 }
 
 impl Options {
-    /// Starts, unless said otherwise.
+    /// Enough that no golden record is fitted worse than by 40 starts of `SciPy`.
     pub const STARTS: usize = 40;
     /// Starts that are worth their time.
     pub const STARTS_ALLOWED: RangeInclusive<u32> = 1..=10_000;
@@ -58,7 +58,7 @@ impl Default for Options {
 pub struct Identification {
     /// The kind of the record.
     pub kind: RecordKind,
-    /// Samples of the record.
+    /// Samples of the whole record; of a long motion fewer are compared, which `warnings` says.
     pub samples: usize,
     /// Fits that converged, the chosen one first, the others by BIC.
     pub fits: Vec<Fit>,
@@ -113,25 +113,22 @@ pub(super) fn identified(
     }
     fitted.sort_by(|a, b| a.0.bic.total_cmp(&b.0.bic));
     let fits = || fitted.iter().map(|fitted| &fitted.0);
-    let Some(place) = choose(fits(), options.chosen) else {
+    let Some(index) = choose(fits(), options.chosen) else {
         return Err(failed.pop().unwrap_or_else(|| {
             IdentifyError::Record("there is no model to fit: give at least one".to_owned())
         }));
     };
-    let first = fitted.remove(place);
+    let first = fitted.remove(index);
     fitted.insert(0, first);
     let mut warnings = record.said.clone();
     warnings.extend(failed.iter().map(ToString::to_string));
-    let refused = fitted
-        .iter()
-        .map(|(fit, ..)| fit.bic)
-        .fold(f64::INFINITY, f64::min)
-        + REFUSED;
-    for (place, (fit, best, certainty)) in fitted.iter_mut().enumerate() {
+    let bics = fitted.iter().map(|fitted| fitted.0.bic);
+    let refused = bics.fold(f64::INFINITY, f64::min) + REFUSED;
+    for (index, (fit, best, certainty)) in fitted.iter_mut().enumerate() {
         let (candidate, independent) = (Candidate::of(fit.kind)?, fit.independent);
         let (records, seed) = (options.bootstrap, options.seed);
-        let ends = if place == 0 && records > 0 {
-            let found = bootstrap::intervals(
+        let ends = if index == 0 && records > 0 {
+            let (ends, fitted) = bootstrap::intervals(
                 candidate,
                 &target,
                 best,
@@ -140,14 +137,14 @@ pub(super) fn identified(
                 seed,
                 progress,
             );
-            let lost = records - found.fitted;
+            let lost = records - fitted;
             if lost > 0 {
                 warnings.push(format!(
                     "{lost} of {records} records of the bootstrap could not be fitted and are left out"
                 ));
             }
-            found.ends
-        } else if place == 0 || fit.bic <= refused {
+            ends
+        } else if index == 0 || fit.bic <= refused {
             profile::intervals(candidate, &target, best, certainty)
         } else {
             continue;
@@ -190,5 +187,5 @@ pub(super) fn choose<'a>(
     places
         .filter(|(_, fit)| fit.bic <= good)
         .min_by_key(|(_, fit)| fit.parameters.len())
-        .map(|(place, _)| place)
+        .map(|(index, _)| index)
 }

@@ -20,11 +20,8 @@ const HALF: usize = POINTS / 2;
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Quantity {
-    /// G(t).
     Relaxation,
-    /// J(t).
     Creep,
-    /// ∫₀ᵗ G.
     Integral,
 }
 
@@ -38,7 +35,6 @@ pub(super) struct Contour {
     ln_z: [(f64, f64); HALF],
     /// cₖ/zₖ, or cₖ/zₖ² for the integral.
     weight: [Complex64; HALF],
-    /// zₖ^αᵢ.
     power: [[Complex64; HALF]; ELEMENTS],
 }
 
@@ -209,8 +205,8 @@ mod tests {
                         .at(t.ln())
                         .value
                 };
-                near(at(Quantity::Relaxation), model.relaxation_modulus(t));
-                near(at(Quantity::Creep), model.creep_compliance(t));
+                near(at(Quantity::Relaxation), model.relaxation_moduli(&[t])[0]);
+                near(at(Quantity::Creep), model.creep_compliances(&[t])[0]);
             }
         }
     }

@@ -64,7 +64,10 @@ impl Candidate {
 
     /// M and its derivatives by the moduli of the elements e₁, e₂ and the spring e₃.
     pub(super) fn join(self, e: [Complex64; ELEMENTS]) -> (Complex64, [Complex64; ELEMENTS]) {
-        self.0.joint().join(e)
+        match self.0.joint() {
+            Some(joint) => joint.slopes(e),
+            None => (e[0], [Complex64::ONE, Complex64::ZERO, Complex64::ZERO]),
+        }
     }
 }
 
@@ -139,12 +142,12 @@ impl Slope {
     ) -> Self {
         let mut by = [0.0; VARIABLES];
         for (variable, by) in by.iter_mut().enumerate().take(candidate.parameters()) {
-            let own = if is_order(variable) {
+            let slopes = if is_order(variable) {
                 &by_order
             } else {
                 &by_modulus
             };
-            *by = scale * own[variable / 2];
+            *by = scale * slopes[variable / 2];
         }
         Self {
             value: scale * value,

@@ -1,21 +1,21 @@
 //! Records that give no model.
 
-use std::fmt;
-
 /// A record that cannot be used or fitted, in one line with the remedy.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum IdentifyError {
     /// A sample that is wrong, counted from 0 in what the constructor got.
+    #[error("sample {}: {reason}", index + 1)]
     Sample {
-        /// Its number.
+        /// Its number, from 0; the message counts from 1.
         index: usize,
         /// The mistake and the remedy.
         reason: String,
     },
     /// A cell or line of a table that is wrong, counted from 1.
+    #[error("line {line}{}: {reason}", in_column(.column))]
     Line {
-        /// The line.
+        /// The line in the file, from 1, with those before the header.
         line: u64,
         /// The column's name, if it is one column.
         column: Option<String>,
@@ -23,52 +23,33 @@ pub enum IdentifyError {
         reason: String,
     },
     /// A record that is wrong as a whole.
+    #[error("{0}")]
     Record(String),
     /// Not enough numbers for a model.
+    #[error(
+        "{numbers} numbers are too few for the {parameters} parameters of {model}: give at least {}",
+        parameters + 1
+    )]
     TooFew {
-        /// Name of the model.
+        /// Its name as on the command line.
         model: &'static str,
-        /// Numbers in the record.
+        /// What the record has: two numbers for each sample of an oscillation.
         numbers: usize,
-        /// Parameters of the model.
+        /// What the model needs; one number more says how well it fits.
         parameters: usize,
     },
     /// It was told to stop.
+    #[error("interrupted")]
     Stopped,
     /// No start led to a minimum.
+    #[error("the fit of {model} found no minimum from any start: give another model")]
     NotConverged {
         /// Name of the model.
         model: &'static str,
     },
 }
 
-impl fmt::Display for IdentifyError {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Sample { index, reason } => write!(f, "sample {}: {reason}", index + 1),
-            Self::Line {
-                line,
-                column: Some(column),
-                reason,
-            } => write!(f, "line {line}, column {column}: {reason}"),
-            Self::Line { line, reason, .. } => write!(f, "line {line}: {reason}"),
-            Self::Record(reason) => f.write_str(reason),
-            Self::Stopped => f.write_str("interrupted"),
-            Self::TooFew {
-                model,
-                numbers,
-                parameters,
-            } => write!(
-                f,
-                "{numbers} numbers are too few for the {parameters} parameters of {model}: give at least {}",
-                parameters + 1
-            ),
-            Self::NotConverged { model } => write!(
-                f,
-                "the fit of {model} found no minimum from any start: give another model"
-            ),
-        }
-    }
+fn in_column(name: &Option<String>) -> String {
+    let named = |name: &String| format!(", column {name}");
+    name.as_ref().map_or(String::new(), named)
 }
-
-impl std::error::Error for IdentifyError {}

@@ -50,7 +50,7 @@ impl Fit {
     /// If the fit has come down to a simpler model, as one with both orders equal.
     pub fn to_model(&self) -> Result<Model, ModelError> {
         let value = |parameter: &Estimate| match parameter.value {
-            order if !parameter.unit.is_empty() => order,
+            modulus if !parameter.is_order() => modulus,
             order if order < CLASSICAL => 0.0,
             order if order > 1.0 - CLASSICAL => 1.0,
             order => order,
@@ -62,14 +62,7 @@ impl Fit {
     /// True if the record settles the parameters so far that they describe anything: no standard error many times its value.
     #[must_use]
     pub fn is_settled(&self) -> bool {
-        let wild = |parameter: &Estimate| {
-            let most = if parameter.unit.is_empty() {
-                1.0
-            } else {
-                WILD * parameter.value
-            };
-            parameter.standard_error.is_some_and(|error| error > most)
-        };
+        let wild = |parameter: &Estimate| parameter.is_looser_than(1.0, WILD);
         !self.correlation.is_empty() && !self.of_memory().iter().any(wild)
     }
 
@@ -170,6 +163,23 @@ pub struct Estimate {
     pub low_95: Option<f64>,
     /// High end, likewise.
     pub high_95: Option<f64>,
+}
+
+impl Estimate {
+    /// False for a modulus, whose errors are shares of it.
+    pub(super) const fn is_order(&self) -> bool {
+        self.unit.is_empty()
+    }
+
+    /// True if its standard error is above this order, or this share of a modulus.
+    pub(super) fn is_looser_than(&self, order: f64, share: f64) -> bool {
+        let least = if self.is_order() {
+            order
+        } else {
+            share * self.value
+        };
+        self.standard_error.is_some_and(|error| error > least)
+    }
 }
 
 /// The parameters of the elements in SI units.

@@ -78,9 +78,9 @@ impl History {
             let begin = knots.first().map_or(time_s[0], |knot| knot.0);
             let chosen = chosen(time_s, begin, most);
             let stresses = chosen.iter().map(|&i| moved.stress_pa[i]);
-            let own = stresses.map(|stress| stress * stress).sum::<f64>();
-            let scale = libm::sqrt(own / chosen.len() as f64);
-            square += own;
+            let sum = stresses.map(|stress| stress * stress).sum::<f64>();
+            let scale = libm::sqrt(sum / chosen.len() as f64);
+            square += sum;
             let reach = strain.iter().map(|x| (x - strain[0]).abs());
             history.strain_scale = reach.fold(history.strain_scale, f64::max);
             // Rows are independent: the order of each sum does not depend on the threads.
@@ -100,9 +100,9 @@ impl History {
     fn row(&self, time_s: f64, knots: &[(f64, f64)]) -> Vec<f64> {
         let mut row = vec![0.0; self.nodes];
         for &(knot_s, change) in knots.iter().take_while(|knot| knot.0 < time_s) {
-            let place = (libm::log((time_s - knot_s) / self.unit_s) - self.first_node) / SPACING;
-            let node = (place as usize).clamp(1, self.nodes - 3);
-            let x = place - node as f64;
+            let in_nodes = (libm::log((time_s - knot_s) / self.unit_s) - self.first_node) / SPACING;
+            let node = (in_nodes as usize).clamp(1, self.nodes - 3);
+            let x = in_nodes - node as f64;
             for (weight, part) in row[node - 1..].iter_mut().zip(cubic(x)) {
                 *weight += change * part;
             }

@@ -20,7 +20,6 @@ pub(super) fn neighbours(residuals: &[f64]) -> f64 {
     if square > 0.0 { product / square } else { 0.0 }
 }
 
-/// W over τ.
 const WINDOW: f64 = 2.5;
 /// Lags between which each one counts by itself.
 const LAGS: usize = 50;

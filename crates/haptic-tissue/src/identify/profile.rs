@@ -134,9 +134,7 @@ impl End {
 /// A point of a profile.
 struct Point {
     values: Vec<f64>,
-    /// ψ.
     at: f64,
-    /// ζ.
     distance: f64,
 }
 

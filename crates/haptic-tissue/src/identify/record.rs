@@ -6,12 +6,11 @@ use crate::indentation::{NOISE, begin_s, growing};
 use fracdiff::parameter::Shown;
 use haptic_loop::{DepthMap, LoadingKind, Specimen};
 
-/// Longest record, samples.
+/// A longer record is refused; every second sample of it says nearly as much.
 pub const SAMPLES_MOST: usize = 1_000_000;
 
 /// The four kinds of records.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[non_exhaustive]
 pub enum RecordKind {
     /// Time after a step of strain, and stress over strain.
     Relaxation,
@@ -24,7 +23,7 @@ pub enum RecordKind {
 }
 
 impl RecordKind {
-    /// All of them.
+    /// The kinds in the order of help and messages.
     pub const ALL: [Self; 4] = [
         Self::Relaxation,
         Self::Creep,
@@ -54,7 +53,7 @@ pub(super) struct Motion {
     can_stiffen: bool,
 }
 
-/// A validated record.
+/// Samples that a model can be fitted to: its constructors refuse what cannot be, with the sample and the remedy.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Record {
     pub(super) kind: RecordKind,
@@ -133,10 +132,8 @@ impl Record {
             }
         }
         increasing(&time_s, "time", "s")?;
-        let range = strain
-            .iter()
-            .map(|x| (x - strain[0]).abs())
-            .fold(0.0, f64::max);
+        let reach = strain.iter().map(|x| (x - strain[0]).abs());
+        let range = reach.fold(0.0, f64::max);
         if range == 0.0 {
             return Err(IdentifyError::Record(format!(
                 "the strain stays at {}: give {} and {STRAIN}, or begin the record earlier",
@@ -241,15 +238,15 @@ impl Record {
         let area = area(specimen);
         force_n.iter_mut().for_each(|force| *force /= area);
         let mut record = Self::history(time_s, depth_m, force_n)?;
-        let own = &mut record.motions[0];
-        own.map = map.and_then(|map| {
+        let motion = &mut record.motions[0];
+        motion.map = map.and_then(|map| {
             let mut numbers = map.numbers();
             numbers[0] *= length;
             numbers[7] *= length;
             DepthMap::new(numbers).ok()
         });
-        own.can_stiffen = specimen.length().is_some();
-        if !own.can_stiffen {
+        motion.can_stiffen = specimen.length().is_some();
+        if !motion.can_stiffen {
             (record.strain_to, record.said) = (None, Vec::new());
         }
         record.said.extend(said);
@@ -271,24 +268,18 @@ impl Record {
         }
         for other in records {
             if [all.kind, other.kind] != [RecordKind::History; 2] {
+                let both = [all.kind, other.kind].into_iter();
+                let kind = both.filter(|kind| *kind != RecordKind::History);
                 return Err(IdentifyError::Record(format!(
                     "only motions are fitted together, and a record is of kind {}: give them one by one",
-                    if all.kind == RecordKind::History {
-                        other.kind
-                    } else {
-                        all.kind
-                    }
-                    .name()
+                    kind.map(RecordKind::name).next().unwrap_or_default()
                 )));
             }
             all.x.extend(other.x.iter().map(|x| x - other.x[0]));
             all.first.extend(other.first);
             all.second.extend(other.second);
             all.motions.extend(other.motions);
-            all.strain_to = all
-                .strain_to
-                .zip(other.strain_to)
-                .map(|(a, b)| f64::max(a, b));
+            all.strain_to = (all.strain_to.zip(other.strain_to)).map(|(a, b)| a.max(b));
             all.said.extend(other.said);
         }
         lengths(&all.x, &all.first, None)?;
@@ -299,10 +290,8 @@ impl Record {
     pub(super) fn stiffened(&self, stiffening: f64) -> Self {
         let mut record = self.clone();
         for motion in &mut record.motions {
-            let mut numbers = (motion.map)
-                .map_or([1.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0], |map| {
-                    map.numbers()
-                });
+            let straight = [1.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0];
+            let mut numbers = motion.map.map_or(straight, |map| map.numbers());
             numbers[7] = stiffening;
             motion.map = DepthMap::new(numbers).ok();
         }
@@ -326,13 +315,13 @@ impl Record {
         self
     }
 
-    /// Its kind.
+    /// The kind decides what is compared: logarithms, or stresses of a motion.
     #[must_use]
     pub const fn kind(&self) -> RecordKind {
         self.kind
     }
 
-    /// Its samples.
+    /// How many samples were kept of what the constructor got.
     #[must_use]
     pub fn samples(&self) -> usize {
         self.x.len()
@@ -370,10 +359,9 @@ impl Record {
     ) -> Result<Self, IdentifyError> {
         let oscillation = kind == RecordKind::Oscillation;
         lengths(&x, &first, oscillation.then_some(&second))?;
-        let (what, unit) = if oscillation {
-            ("angular frequency", "rad/s")
-        } else {
-            ("time", "s")
+        let (what, unit) = match oscillation {
+            true => ("angular frequency", "rad/s"),
+            false => ("time", "s"),
         };
         let (one, other, of) = match kind {
             RecordKind::Creep => ("compliance", "", "1/Pa"),

@@ -22,23 +22,11 @@ const FEW: usize = 160;
 const FOLLOWED: usize = 6;
 /// Sums closer than this are one minimum.
 const SAME: f64 = 1e-4;
-const ROUGH: Effort = Effort {
-    tolerance: 1e-5,
-    step: 1e-5,
-    patience: 12,
-};
+const ROUGH: Effort = Effort::to(1e-5, 12);
 /// Enough to see which of the followed minima is the lowest.
-const CLOSE: Effort = Effort {
-    tolerance: 1e-7,
-    step: 1e-7,
-    patience: 25,
-};
+const CLOSE: Effort = Effort::to(1e-7, 25);
 /// Effort of a fit that counts.
-pub(super) const FINE: Effort = Effort {
-    tolerance: 1e-11,
-    step: 1e-11,
-    patience: 100,
-};
+pub(super) const FINE: Effort = Effort::to(1e-11, 100);
 /// A variable so near to an end of its range, over the range, is at the end.
 const AT_END: f64 = 2e-4;
 /// A fixed end may cost so much of the sum.
@@ -87,7 +75,7 @@ pub(super) fn search(
         .filter(|minimum| minimum.sum.is_finite())
         .collect();
     followed.sort_by(|a, b| a.sum.total_cmp(&b.sum));
-    let best = polished(candidate, target, followed.iter().map(|own| &own.values))?;
+    let best = polished(candidate, target, followed.iter().map(|one| &one.values))?;
     for minimum in &mut followed {
         let elements = Elements::from_variables(&minimum.values).sorted(candidate);
         minimum.values = elements.variables(candidate);
@@ -119,19 +107,19 @@ pub(super) fn polished<'a>(
 /// Puts variables that are near an end of their range there, and fits the others once more, if that costs next to nothing.
 fn at_ends(candidate: Candidate, target: &Target, ranges: &[(f64, f64)], best: Minimum) -> Best {
     // From 0 at the low end of the range to 1 at the high one.
-    let place = |values: &[f64], v: usize| {
+    let share = |values: &[f64], v: usize| {
         let (low, high) = ranges[v];
         (values[v] - low) / (high - low)
     };
     let free = |values: &[f64], near: f64| -> Vec<usize> {
-        let is_free = |v: &usize| (place(values, *v) - 0.5).abs() < 0.5 - near;
+        let is_free = |v: &usize| (share(values, *v) - 0.5).abs() < 0.5 - near;
         (0..values.len()).filter(is_free).collect()
     };
     let inside = free(&best.values, AT_END);
     let mut ends = best.values.clone();
     for v in (0..ends.len()).filter(|v| !inside.contains(v)) {
         let (low, high) = ranges[v];
-        ends[v] = if place(&ends, v) < 0.5 { low } else { high };
+        ends[v] = if share(&ends, v) < 0.5 { low } else { high };
     }
     let fixed = minimise(candidate, target, ranges, &ends, &inside, &[], FINE);
     let is_good = fixed.converged && fixed.sum <= best.sum * (1.0 + COST_OF_END);
@@ -294,8 +282,8 @@ impl Problem<'_> {
         let mut right = DVector::zeros(rows + count);
         right.rows_mut(0, rows).copy_from(&-&here.residuals);
         for (column, &k) in movable.iter().enumerate() {
-            let own = here.jacobian.column(k);
-            matrix.view_mut((0, column), (rows, 1)).copy_from(&own);
+            let slopes = here.jacobian.column(k);
+            matrix.view_mut((0, column), (rows, 1)).copy_from(&slopes);
             matrix[(rows + column, column)] = libm::sqrt(damping) * scale[k];
         }
         let parts = matrix.qr();
@@ -323,6 +311,16 @@ pub(super) struct Effort {
     /// Relative change of the variables at which to stop.
     pub(super) step: f64,
     pub(super) patience: usize,
+}
+
+impl Effort {
+    const fn to(tolerance: f64, patience: usize) -> Self {
+        Self {
+            tolerance,
+            step: tolerance,
+            patience,
+        }
+    }
 }
 
 /// Moves the free variables from these values to the nearest minimum, under these pulls; they are not in its sum.

@@ -28,7 +28,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 /// A strain to the other side of less than this share of the largest is noise around rest.
 const ONE_SIDED: f64 = 0.01;
-/// Largest bε.
+/// The search for b ends where bε of the largest strain is this.
 const STEEPEST: f64 = 16.0;
 /// Factors of 2 of the grid.
 const OCTAVES: i32 = 7;
@@ -115,11 +115,11 @@ pub(super) fn stiffened(
         }
     }
     valleys.sort_by(|a, b| a.lowest().fit.bic.total_cmp(&b.lowest().fit.bic));
-    let place = choose(valleys.iter().map(|own| &own.lowest().fit), options.chosen);
-    let Some(place) = place else {
+    let chosen = choose(valleys.iter().map(|one| &one.lowest().fit), options.chosen);
+    let Some(chosen) = chosen else {
         return Err(failed.pop().unwrap_or(IdentifyError::Stopped));
     };
-    let mut valley = valleys.remove(place);
+    let mut valley = valleys.remove(chosen);
     let (kind, b) = (valley.candidate.kind(), valley.lowest().b);
     let there = Options {
         candidates: vec![kind],
@@ -209,7 +209,6 @@ fn rounded(value: f64) -> f64 {
     format!("{value:.2e}").parse().unwrap_or(value)
 }
 
-/// ζ² of a point.
 struct Limit {
     sum: f64,
     freedom: f64,
@@ -301,16 +300,16 @@ impl Valley<'_> {
     /// One more b, from the memories on both sides of it; its place, or none if there is no minimum.
     fn add(&mut self, b: f64) -> Option<usize> {
         let target = self.search.target(b);
-        let place = self.points.partition_point(|point| point.b < b);
-        let sides = &self.points[place.max(1) - 1..self.points.len().min(place + 1)];
+        let index = self.points.partition_point(|point| point.b < b);
+        let sides = &self.points[index.max(1) - 1..self.points.len().min(index + 1)];
         let both = sides.iter().filter_map(|side| {
             let start = side.elements.variables(self.candidate);
             polished(self.candidate, &target, [start].iter()).ok()
         });
         let best = both.min_by(|a, b| a.sum.total_cmp(&b.sum))?;
         let point = self.point(b, &target, best);
-        self.points.insert(place, point);
-        Some(place)
+        self.points.insert(index, point);
+        Some(index)
     }
 
     /// To the least sum, by the vertex of the parabola through the lowest three neighbours.
@@ -329,7 +328,7 @@ impl Valley<'_> {
             let s = (fm - fa) / (m - a);
             let c = ((fz - fm) / (z - m) - s) / (z - a);
             let vertex = (0.5 * (a + m) - 0.5 * s / c).clamp(a, z);
-            let far = |b: f64| self.points.iter().all(|own| (own.b - b).abs() > near);
+            let far = |b: f64| self.points.iter().all(|point| (point.b - b).abs() > near);
             let is_there = c > 0.0 && (vertex - self.points[lowest].b).abs() <= near;
             if is_there || z - a <= 2.0 * near {
                 return;
@@ -349,8 +348,8 @@ impl Valley<'_> {
     /// Where ζ is Student's t above b, or below; none if it stays below t to the end of the range.
     fn end(&mut self, b: f64, limit: &Limit, above: bool) -> Option<f64> {
         let most = limit.student;
-        let zeta = |own: &Point| (own.b, libm::sqrt(limit.square(own)));
-        let side = |own: &&Point| if above { own.b > b } else { own.b < b };
+        let zeta = |point: &Point| (point.b, libm::sqrt(limit.square(point)));
+        let side = |point: &&Point| if above { point.b > b } else { point.b < b };
         let mut outwards: Vec<(f64, f64)> = self.points.iter().filter(side).map(zeta).collect();
         if !above {
             outwards.reverse();
@@ -361,8 +360,8 @@ impl Valley<'_> {
         for _ in 0..ROUNDS_OF_END {
             let part = (most - inner.1) / (outer.1 - inner.1);
             let next = inner.0 + part.clamp(0.1, 0.9) * (outer.0 - inner.0);
-            let Some(place) = self.add(next) else { break };
-            let found = zeta(&self.points[place]);
+            let Some(index) = self.add(next) else { break };
+            let found = zeta(&self.points[index]);
             match found.1 > most {
                 true => outer = found,
                 false => inner = found,
@@ -378,16 +377,16 @@ impl Valley<'_> {
     /// The intervals of the memory over all b that the record does not refuse.
     fn widen(&self, fit: &mut Fit, limit: &Limit) {
         let most = limit.student;
-        for (place, estimate) in fit.parameters.iter_mut().enumerate() {
-            let is_order = estimate.unit.is_empty();
+        for (parameter, estimate) in fit.parameters.iter_mut().enumerate() {
+            let is_order = estimate.is_order();
             let scale = |value: f64| if is_order { value } else { libm::log(value) };
             // Value, low and high end, and ζ, at each b.
             let points = self.points.iter().map(|point| {
-                let own = &point.fit.parameters[place];
-                let [low, high] = [own.low_95, own.high_95].map(|end| end.map(scale));
+                let one = &point.fit.parameters[parameter];
+                let [low, high] = [one.low_95, one.high_95].map(|end| end.map(scale));
                 let low = low.unwrap_or(f64::NEG_INFINITY);
                 let high = high.unwrap_or(f64::INFINITY);
-                [scale(own.value), low, high, libm::sqrt(limit.square(point))]
+                [scale(one.value), low, high, libm::sqrt(limit.square(point))]
             });
             let points: Vec<[f64; 4]> = points.collect();
             let (mut low, mut high) = (f64::INFINITY, f64::NEG_INFINITY);

@@ -17,7 +17,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 /// The weights of the samples.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Weighting {
-    /// Each sample counts alike.
+    /// Each sample counts the same, so that crowded samples count together.
     #[default]
     Equal,
     /// Each sample counts as much as it covers of ln t (or ln ω): for samples that crowd at one end.
@@ -33,7 +33,7 @@ pub(super) struct Target<'a> {
     rows: Rows,
     /// What the model is to reach: logarithms, of an oscillation all storage and then all loss moduli; or stresses over their scale.
     wanted: Vec<f64>,
-    /// √w for each residual.
+    /// The root of the weight of each residual.
     roots: Vec<f64>,
     /// Unit of time, s: 1/t₀ is in the middle of the record.
     pub(super) unit_s: f64,
@@ -94,19 +94,19 @@ impl<'a> Target<'a> {
         let samples: Vec<Range<usize>> = samples.collect();
         let parts = || record.motions.iter().zip(&samples);
         let mapped: Vec<Option<(Vec<f64>, Vec<f64>)>> = parts()
-            .map(|(motion, own)| {
-                let (time_s, strain) = (&record.x[own.clone()], &record.first[own.clone()]);
+            .map(|(motion, range)| {
+                let (time_s, strain) = (&record.x[range.clone()], &record.first[range.clone()]);
                 (motion.map.as_ref()).map(|map| mapped(time_s, strain, map, POINTS))
             })
             .collect();
         let motions: Vec<Moved<'_>> = (samples.iter().zip(&mapped))
-            .map(|(own, mapped)| {
-                let time_s = &record.x[own.clone()];
-                let plain = (time_s, &record.first[own.clone()]);
+            .map(|(range, mapped)| {
+                let time_s = &record.x[range.clone()];
+                let plain = (time_s, &record.first[range.clone()]);
                 let (motion_s, strain) = (mapped.as_ref()).map_or(plain, |(t, e)| (t, e));
                 Moved {
                     time_s,
-                    stress_pa: &record.second[own.clone()],
+                    stress_pa: &record.second[range.clone()],
                     motion_s,
                     strain,
                 }
@@ -116,7 +116,7 @@ impl<'a> Target<'a> {
         let (chosen, scale) = (&history.chosen, history.stress_scale);
         Self {
             wanted: chosen.iter().map(|&i| record.second[i] / scale).collect(),
-            roots: history.scales.iter().map(|own| scale / own).collect(),
+            roots: history.scales.iter().map(|one| scale / one).collect(),
             unit_s: history.unit_s,
             scale,
             middle: libm::log(scale / history.strain_scale),
@@ -181,22 +181,15 @@ impl<'a> Target<'a> {
         let mut finite = true;
         self.model(candidate, elements, |n, model| {
             let wanted = self.wanted(n);
-            let slope = if self.is_logarithmic() {
-                logarithm(model, wanted)
-            } else {
-                let mut slope = model;
-                slope.value -= wanted;
-                slope
-            };
+            let mut slope = model;
+            match self.rows {
+                Rows::History(_) => slope.value -= wanted,
+                Rows::Step(..) | Rows::Oscillation(_) => slope = logarithm(model, wanted),
+            }
             finite &= slope.value.is_finite();
             each(n, self.roots[n], slope);
         });
         finite
-    }
-
-    /// True if the residuals are those of logarithms.
-    pub(super) fn is_logarithmic(&self) -> bool {
-        !matches!(self.rows, Rows::History(_))
     }
 
     /// What the model is to reach: a logarithm, or a stress over its scale.
@@ -286,11 +279,8 @@ fn logarithm(model: Slope, wanted: f64) -> Slope {
 }
 
 fn ends(values: &[f64]) -> (f64, f64) {
-    let low = values.iter().copied().fold(f64::INFINITY, f64::min);
-    (
-        low,
-        values.iter().copied().fold(f64::NEG_INFINITY, f64::max),
-    )
+    let [low, high] = [f64::min, f64::max].map(|end| values.iter().copied().reduce(end));
+    low.zip(high).unwrap_or_default()
 }
 
 /// √w of each sample, repeated for each part of the residuals.

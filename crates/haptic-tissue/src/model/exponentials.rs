@@ -1,19 +1,11 @@
 //! Sums of exponentials: what a modulus or a compliance is over a span of times.
 
 use super::form::{Form, MaxwellBranch};
+use super::spring_pot::Response;
 use num_complex::Complex64;
 
 /// Nodes of the rule from a rate to its double.
 pub(super) const LANES: usize = 3;
-/// The two functions of time.
-#[derive(Clone, Copy, PartialEq)]
-pub(super) enum Response {
-    /// G.
-    Relaxation,
-    /// J.
-    Creep,
-}
-
 #[derive(Clone, Copy)]
 pub(super) struct Pair {
     pub(super) weight: Complex64,

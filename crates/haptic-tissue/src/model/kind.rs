@@ -1,5 +1,6 @@
 //! The models by name, and the parameters of each: the one table from which files, help and identification are made.
 
+use super::joint::Joint;
 use std::fmt;
 
 /// The numbers that a parameter may be.
@@ -109,21 +110,8 @@ pub(crate) const TWO_ELEMENTS: [Parameter; 3] = [
     ORDER,
 ];
 
-/// How the elements of a model are joined; the orders of two elements are α > β.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Joint {
-    None,
-    KelvinVoigt,
-    Maxwell,
-    /// In series, and a spring beside both.
-    Zener,
-    /// Side by side, and a spring in series with both.
-    PoyntingThomson,
-    /// A spring and Maxwell branches side by side.
-    Branches,
-}
-
-/// The models that have names. The classical ones are those with α = 1 and β = 0.
+/// The models that have names. The classical ones are those with α = 1 and β = 0. `E_{a,b}` is the Mittag-Leffler function;
+/// where a function of time has no closed form, it is the integral over its spectrum.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[non_exhaustive]
 pub enum ModelKind {
@@ -131,27 +119,30 @@ pub enum ModelKind {
     Spring,
     /// σ = η·dε/dt.
     Dashpot,
-    /// σ = V·D^α ε.
+    /// σ = V·D^α ε: G = V·t^(−α)/Γ(1−α), J = t^α/(V·Γ(1+α)).
     SpringPot,
     /// A spring and a dashpot side by side.
     KelvinVoigt,
-    /// Two spring-pots side by side.
+    /// Two spring-pots side by side: G is the sum of theirs, J = (t^α/V)·E_{α−β,1+α}(−(G/V)·t^(α−β)).
     FractionalKelvinVoigt,
     /// A spring and a dashpot in series.
     Maxwell,
-    /// Two spring-pots in series.
+    /// Two spring-pots in series: G = G·t^(−β)·E_{α−β,1−β}(−(G/V)·t^(α−β)), J is the sum of theirs.
     FractionalMaxwell,
     /// A spring beside a Maxwell model.
     Zener,
-    /// A spring beside a fractional Maxwell model.
+    /// A spring beside a fractional Maxwell model, whose G it adds to; J has no closed form.
     FractionalZener,
     /// A spring in series with a Kelvin–Voigt model.
     PoyntingThomson,
-    /// A spring in series with a fractional Kelvin–Voigt model.
+    /// A spring in series with a fractional Kelvin–Voigt model, whose J it adds to; G has no closed form.
     FractionalPoyntingThomson,
-    /// A spring and Maxwell branches side by side.
+    /// A spring and Maxwell branches side by side: G = E + Σ `E_i`·e^(−t/`τ_i`), J has an exponential at each zero of M.
     Prony,
 }
+
+// A kind that is missing in the list is found by no name.
+const _: () = assert!(ModelKind::Prony as usize + 1 == ModelKind::ALL.len());
 
 /// The models that are fitted, those with few parameters first.
 #[cfg(feature = "identify")]
@@ -205,7 +196,7 @@ impl ModelKind {
         Self::ALL.into_iter().find(|kind| kind.name() == name)
     }
 
-    /// A few words for people.
+    /// The elements and how they are joined, as help prints it.
     #[must_use]
     pub const fn description(self) -> &'static str {
         match self {
@@ -242,30 +233,31 @@ impl ModelKind {
         }
     }
 
-    pub(crate) const fn joint(self) -> Joint {
+    /// None where there are not two elements.
+    pub(crate) const fn joint(self) -> Option<Joint> {
         match self {
-            Self::Spring | Self::Dashpot | Self::SpringPot => Joint::None,
-            Self::KelvinVoigt | Self::FractionalKelvinVoigt => Joint::KelvinVoigt,
-            Self::Maxwell | Self::FractionalMaxwell => Joint::Maxwell,
-            Self::Zener | Self::FractionalZener => Joint::Zener,
-            Self::PoyntingThomson | Self::FractionalPoyntingThomson => Joint::PoyntingThomson,
-            Self::Prony => Joint::Branches,
+            Self::Spring | Self::Dashpot | Self::SpringPot | Self::Prony => None,
+            Self::KelvinVoigt | Self::FractionalKelvinVoigt => Some(Joint::KelvinVoigt),
+            Self::Maxwell | Self::FractionalMaxwell => Some(Joint::Maxwell),
+            Self::Zener | Self::FractionalZener => Some(Joint::Zener),
+            Self::PoyntingThomson | Self::FractionalPoyntingThomson => Some(Joint::PoyntingThomson),
         }
     }
 
     /// Two elements that are joined so; `classical` if they are a dashpot and a spring.
     pub(super) fn of_two(joint: Joint, classical: bool) -> Self {
-        let is =
-            |kind: &Self| kind.joint() == joint && kind.parameters().contains(&ORDER) != classical;
+        let is = |kind: &Self| {
+            kind.joint() == Some(joint) && kind.parameters().contains(&ORDER) != classical
+        };
         Self::ALL.into_iter().find(is).unwrap_or(Self::SpringPot)
     }
 
     /// The parameter of the value at a place.
-    pub(super) fn parameter(self, place: usize) -> Option<&'static Parameter> {
+    pub(super) fn parameter(self, index: usize) -> Option<&'static Parameter> {
         let all = self.parameters();
-        let (once, each) = all.split_at(all.partition_point(|own| !own.for_each_branch));
-        once.get(place)
-            .or_else(|| each.get((place - once.len()).checked_rem(each.len())?))
+        let (once, each) = all.split_at(all.partition_point(|one| !one.for_each_branch));
+        once.get(index)
+            .or_else(|| each.get((index - once.len()).checked_rem(each.len())?))
     }
 }
 

@@ -10,30 +10,37 @@
 mod cut;
 mod exponentials;
 mod form;
+mod joint;
 mod kind;
 mod record;
+mod spring_pot;
+mod zeros;
 
-use exponentials::{Response, Spectrum};
+use exponentials::Spectrum;
+pub(crate) use form::Form;
 pub use form::MaxwellBranch;
-pub(crate) use form::{Form, SpringPot, Two};
 use fracdiff::parameter::Shown;
+pub(crate) use joint::Joint;
+use joint::Two;
 #[cfg(feature = "identify")]
 pub use kind::CANDIDATES;
-pub(crate) use kind::{Joint, TWO_ELEMENTS};
+pub(crate) use kind::TWO_ELEMENTS;
 pub use kind::{ModelKind, Parameter, ParameterRange};
 use num_complex::Complex64;
-use std::fmt;
+use spring_pot::Response;
+pub(crate) use spring_pot::SpringPot;
 
 /// A parameter outside its range, or parameters that do not go together.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum ModelError {
-    /// A number outside its range.
+    /// A number outside its range; `allowed` goes after "is not".
+    #[error("{name} = {}{}{unit} is not {allowed}", Shown(*value), space_before(unit))]
     #[non_exhaustive]
     Range {
-        /// The parameter, as in a tissue file.
+        /// The parameter's key in a tissue file.
         name: &'static str,
-        /// The number.
+        /// What was given.
         value: f64,
         /// The range in words.
         allowed: &'static str,
@@ -41,56 +48,32 @@ pub enum ModelError {
         unit: &'static str,
     },
     /// Two elements with the same order: together they are one.
+    #[error("both elements have the order {}: together they are one spring-pot", Shown(*.0))]
     SameOrder(f64),
     /// The first element has the lower order: α, β.
+    #[error(
+        "order = {} is below second_order = {}: exchange the two elements",
+        Shown(*.0), Shown(*.1)
+    )]
     OrdersExchanged(f64, f64),
     /// Another number of parameters than the model has.
+    #[error("{1} parameters are not those of the model {0}, which has {names}", names = names(*.0))]
     Count(ModelKind, usize),
     /// A generalised Maxwell model without a spring and without a branch.
+    #[error("the model needs `elastic_modulus_pa` above 0 Pa, or a branch")]
     Empty,
 }
 
-impl fmt::Display for ModelError {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Range {
-                name,
-                value,
-                allowed,
-                unit,
-            } => {
-                let space = if unit.is_empty() { "" } else { " " };
-                write!(f, "{name} = {value}{space}{unit} is not {allowed}")
-            }
-            Self::SameOrder(order) => write!(
-                f,
-                "both elements have the order {}: together they are one spring-pot",
-                Shown(*order)
-            ),
-            Self::OrdersExchanged(order, second_order) => write!(
-                f,
-                "order = {} is below second_order = {}: exchange the two elements",
-                Shown(*order),
-                Shown(*second_order)
-            ),
-            Self::Count(kind, given) => {
-                let names: Vec<&str> = kind.parameters().iter().map(|one| one.name).collect();
-                let names = names.join(", ");
-                write!(
-                    f,
-                    "{given} parameters are not those of the model {kind}, which has {names}"
-                )
-            }
-            Self::Empty => {
-                f.write_str("the model needs `elastic_modulus_pa` above 0 Pa, or a branch")
-            }
-        }
-    }
+const fn space_before(unit: &str) -> &'static str {
+    if unit.is_empty() { "" } else { " " }
 }
 
-impl std::error::Error for ModelError {}
+fn names(kind: ModelKind) -> String {
+    let names = kind.parameters().iter().map(|one| one.name);
+    names.collect::<Vec<_>>().join(", ")
+}
 
-/// A viscoelastic model, valid.
+/// A model whose parameters are in their ranges and go together, so that nothing it computes can fail.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Model(Form);
 
@@ -109,49 +92,48 @@ impl Model {
     /// # Errors
     /// Another number of values, a value outside its range, orders that do not fall, times of branches that do not rise.
     pub fn from_parameters(kind: ModelKind, values: &[f64]) -> Result<Self, ModelError> {
-        let fits = match kind.parameters().iter().any(|own| own.for_each_branch) {
+        let fits = match kind.parameters().iter().any(|one| one.for_each_branch) {
             true => values.len() % 2 == 1,
             false => values.len() == kind.parameters().len(),
         };
         if !fits {
             return Err(ModelError::Count(kind, values.len()));
         }
-        for (place, &value) in values.iter().enumerate() {
-            if let Some(parameter) = kind.parameter(place)
+        for (index, &value) in values.iter().enumerate() {
+            if let Some(parameter) = kind.parameter(index)
                 && !parameter.range.contains(value)
             {
                 return Err(out_of_range(parameter, value, parameter.range.words()));
             }
         }
-        let joint = kind.joint();
-        let two = |first: (f64, f64), second: (f64, f64), spring_pa| {
-            let (first, second) = (
-                SpringPot::new(first.0, first.1),
-                SpringPot::new(second.0, second.1),
-            );
-            Form::Two(Two {
-                joint,
-                first,
-                second,
-                spring_pa,
-            })
-        };
-        let form = match *values {
-            [spring_pa, ref rest @ ..] if joint == Joint::Branches => {
+        let one = |size, order| Form::One(SpringPot::new(size, order));
+        let form = match (kind.joint(), values) {
+            (None, &[spring_pa, ref rest @ ..]) if kind == ModelKind::Prony => {
                 let branch = |&[elastic_modulus_pa, relaxation_time_s]: &[f64; 2]| MaxwellBranch {
                     elastic_modulus_pa,
                     relaxation_time_s,
                 };
                 Form::Branches(spring_pa, rest.as_chunks().0.iter().map(branch).collect())
             }
-            [viscosity] if kind == ModelKind::Dashpot => Form::One(SpringPot::new(viscosity, 1.0)),
-            [modulus] => Form::One(SpringPot::new(modulus, 0.0)),
-            [v, alpha] if joint == Joint::None => Form::One(SpringPot::new(v, alpha)),
-            [spring, dashpot] => two((dashpot, 1.0), (spring, 0.0), 0.0),
-            [third, spring, dashpot] => two((dashpot, 1.0), (spring, 0.0), third),
-            [v, alpha, g, beta] => two((v, alpha), (g, beta), 0.0),
-            [v, alpha, g, beta, third] => two((v, alpha), (g, beta), third),
-            _ => return Err(ModelError::Count(kind, values.len())),
+            (None, &[viscosity]) if kind == ModelKind::Dashpot => one(viscosity, 1.0),
+            (None, &[modulus]) => one(modulus, 0.0),
+            (None, &[v, alpha]) => one(v, alpha),
+            (Some(joint), values) => {
+                let (first, second, spring_pa) = match *values {
+                    [spring, dashpot] => ((dashpot, 1.0), (spring, 0.0), 0.0),
+                    [third, spring, dashpot] => ((dashpot, 1.0), (spring, 0.0), third),
+                    [v, alpha, g, beta] => ((v, alpha), (g, beta), 0.0),
+                    [v, alpha, g, beta, third] => ((v, alpha), (g, beta), third),
+                    _ => return Err(ModelError::Count(kind, values.len())),
+                };
+                Form::Two(Two {
+                    joint,
+                    first: SpringPot::new(first.0, first.1),
+                    second: SpringPot::new(second.0, second.1),
+                    spring_pa,
+                })
+            }
+            (None, _) => return Err(ModelError::Count(kind, values.len())),
         };
         check(&form)?;
         Ok(Self(form))
@@ -203,7 +185,7 @@ impl Model {
         };
         let values = values.into_iter().enumerate();
         values
-            .filter_map(|(place, value)| Some((kind.parameter(place)?, value)))
+            .filter_map(|(index, value)| Some((kind.parameter(index)?, value)))
             .collect()
     }
 
@@ -211,8 +193,8 @@ impl Model {
     pub(crate) fn columns(&self) -> impl Iterator<Item = (&'static Parameter, Vec<f64>)> {
         let values = self.parameters();
         self.kind().parameters().iter().map(move |parameter| {
-            let own = values.iter().filter(|(known, _)| *known == parameter);
-            (parameter, own.map(|(_, value)| *value).collect())
+            let of_it = values.iter().filter(|(known, _)| *known == parameter);
+            (parameter, of_it.map(|(_, value)| *value).collect())
         })
     }
 
@@ -233,72 +215,45 @@ impl Model {
     }
 
     /// G(t), Pa: stress over a step of strain, a time after it. 0 for t < 0, [`Model::instantaneous_modulus`] at 0.
-    /// ```text
-    /// spring-pot                    V·t^(−α)/Γ(1−α)
-    /// fractional Kelvin–Voigt       V·t^(−α)/Γ(1−α) + G·t^(−β)/Γ(1−β)
-    /// fractional Maxwell            G·t^(−β)·E_{α−β,1−β}(−(G/V)·t^(α−β))
-    /// fractional Zener              E + that of the fractional Maxwell model
-    /// fractional Poynting–Thomson   no closed form; the integral over its relaxation spectrum
-    /// Prony series                  E + Σ E_i·e^(−t/τ_i)
-    /// ```
-    /// `E_{a,b}` is the Mittag-Leffler function, summed as exponentials. Relative error below 1e-10 for 10⁻⁶ ≤ t/τ ≤ 10⁶,
+    /// [`ModelKind`] has the closed forms. They are summed as exponentials: relative error below 1e-10 for 10⁻⁶ ≤ t/τ ≤ 10⁶,
     /// τ = (V/G)^(1/(α−β)). A dashpot beside the rest has an impulse at t = 0 only.
     /// Cost: 20 µs; many times at once, [`Model::relaxation_moduli`], 0.2 µs each.
     /// ```
     /// use haptic_tissue::{Model, ModelKind};
     ///
     /// let muscle = Model::from_parameters(ModelKind::FractionalMaxwell, &[876e3, 0.675, 22.1e3, 0.110])?;
-    /// let (fast, slow) = (muscle.relaxation_modulus(0.014), muscle.relaxation_modulus(981.0));
+    /// let (fast, slow) = (muscle.relaxation_moduli(&[0.014])[0], muscle.relaxation_moduli(&[981.0])[0]);
     /// assert!((fast / 33e3 - 1.0).abs() < 0.05 && slow < 4e3);
     /// # Ok::<(), haptic_tissue::ModelError>(())
     /// ```
     #[must_use]
-    pub fn relaxation_modulus(&self, time_s: f64) -> f64 {
-        self.relaxation_moduli(&[time_s])[0]
-    }
-
-    /// [`Model::relaxation_modulus`] at many times, in any order.
-    #[must_use]
     pub fn relaxation_moduli(&self, time_s: &[f64]) -> Vec<f64> {
-        let at_zero = self.instantaneous_modulus();
-        match &self.0 {
-            Form::One(one) => each(time_s, at_zero, |t| one.relaxation(t)),
-            Form::Two(two) if two.joint == Joint::KelvinVoigt => each(time_s, at_zero, |t| {
-                two.first.relaxation(t) + two.second.relaxation(t)
-            }),
-            form @ (Form::Two(_) | Form::Branches(..)) => {
-                by_modes(form, Response::Relaxation, time_s, at_zero)
-            }
-        }
+        self.responses(Response::Relaxation, time_s)
     }
 
     /// J(t), 1/Pa: strain over a step of stress, a time after it. 0 for t < 0, 1 over [`Model::instantaneous_modulus`] at 0.
-    /// ```text
-    /// spring-pot                    t^α/(V·Γ(1+α))
-    /// fractional Kelvin–Voigt       (t^α/V)·E_{α−β,1+α}(−(G/V)·t^(α−β))
-    /// fractional Maxwell            t^α/(V·Γ(1+α)) + t^β/(G·Γ(1+β))
-    /// fractional Zener              no closed form; the integral over its retardation spectrum
-    /// fractional Poynting–Thomson   1/E + that of the fractional Kelvin–Voigt model
-    /// Prony series                  exponentials at the zeros of its modulus
-    /// ```
-    /// Error and cost as for [`Model::relaxation_modulus`].
-    #[must_use]
-    pub fn creep_compliance(&self, time_s: f64) -> f64 {
-        self.creep_compliances(&[time_s])[0]
-    }
-
-    /// [`Model::creep_compliance`] at many times, in any order.
+    /// Error and cost as for [`Model::relaxation_moduli`].
     #[must_use]
     pub fn creep_compliances(&self, time_s: &[f64]) -> Vec<f64> {
-        let at_zero = 1.0 / self.instantaneous_modulus();
+        self.responses(Response::Creep, time_s)
+    }
+
+    fn responses(&self, response: Response, time_s: &[f64]) -> Vec<f64> {
+        let at_zero = self.at_zero(response);
         match &self.0 {
-            Form::One(one) => each(time_s, at_zero, |t| one.creep(t)),
-            Form::Two(two) if two.joint == Joint::Maxwell => each(time_s, at_zero, |t| {
-                two.first.creep(t) + two.second.creep(t)
+            Form::One(one) => each(time_s, at_zero, |t| one.response(response, t)),
+            Form::Two(two) if two.joint.sum() == Some(response) => each(time_s, at_zero, |t| {
+                two.first.response(response, t) + two.second.response(response, t)
             }),
-            form @ (Form::Two(_) | Form::Branches(..)) => {
-                by_modes(form, Response::Creep, time_s, at_zero)
-            }
+            form @ (Form::Two(_) | Form::Branches(..)) => by_modes(form, response, time_s, at_zero),
+        }
+    }
+
+    /// G(0) in Pa, or J(0) in 1/Pa.
+    fn at_zero(&self, response: Response) -> f64 {
+        match response {
+            Response::Relaxation => self.instantaneous_modulus(),
+            Response::Creep => 1.0 / self.instantaneous_modulus(),
         }
     }
 
@@ -316,7 +271,7 @@ impl Model {
             };
             share * one.elastic_modulus_pa
         };
-        self.0.joined(|one| at_frequency(one, ln), branch)
+        self.0.joined(|one| one.modulus_at(ln, 0.5), branch)
     }
 
     /// G(0), Pa: infinite where a sudden strain has no finite stress.
@@ -361,21 +316,17 @@ fn check(form: &Form) -> Result<(), ModelError> {
     Ok(())
 }
 
-const fn out_of_range(parameter: &Parameter, value: f64, allowed: &'static str) -> ModelError {
+pub(crate) const fn out_of_range(
+    parameter: &Parameter,
+    value: f64,
+    allowed: &'static str,
+) -> ModelError {
     ModelError::Range {
         name: parameter.name,
         value,
         allowed,
         unit: parameter.unit,
     }
-}
-
-/// V·(iω)^α; 0 Hz of a spring is a spring.
-fn at_frequency(one: &SpringPot, ln_omega: f64) -> Complex64 {
-    if one.is_spring() {
-        return Complex64::new(one.size, 0.0);
-    }
-    one.modulus_at(ln_omega, 0.5)
 }
 
 /// 0 before the step, `at_zero` at it, `value` after it.
@@ -412,21 +363,19 @@ mod tests {
     use super::*;
 
     fn example(kind: ModelKind) -> Vec<f64> {
-        match kind {
-            ModelKind::Prony => vec![0.0, 5.0, 0.1, 3.0, 2.0],
-            _ => {
-                let mut order = 0.9;
-                let one = |parameter: &Parameter| {
-                    if parameter.range == ParameterRange::Order {
-                        order -= 0.3;
-                        order
-                    } else {
-                        7.0
-                    }
-                };
-                kind.parameters().iter().map(one).collect()
-            }
+        if kind == ModelKind::Prony {
+            return vec![0.0, 5.0, 0.1, 3.0, 2.0];
         }
+        let mut order = 0.9;
+        let one = |parameter: &Parameter| {
+            if parameter.range == ParameterRange::Order {
+                order -= 0.3;
+                order
+            } else {
+                7.0
+            }
+        };
+        kind.parameters().iter().map(one).collect()
     }
 
     #[test]

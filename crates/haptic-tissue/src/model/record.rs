@@ -8,8 +8,8 @@
 //! doubling of T/Δ, four operations each: 0.3 µs a sample, 0.5 µs at uneven distances (release, 566 and 10^5 samples).
 
 use super::Model;
-use super::exponentials::{LANES, Modes, Pair, Response, Spectrum, decayed, real_product};
-use super::form::inverse;
+use super::exponentials::{LANES, Modes, Pair, Spectrum, decayed, real_product};
+use super::spring_pot::{Response, inverse};
 use num_complex::Complex64;
 
 /// r·T of modes that are taken by their Taylor series: the third term is below rounding.
@@ -43,15 +43,15 @@ impl Model {
         let Some((&start, &first)) = time_s.first().zip(input.first()) else {
             return Vec::new();
         };
-        let at_zero = match response {
-            Response::Relaxation => self.instantaneous_modulus(),
-            Response::Creep => 1.0 / self.instantaneous_modulus(),
-        };
         let mut output = vec![f64::NAN; count];
         if !start.is_finite() {
             return output;
         }
-        output[0] = if first == 0.0 { 0.0 } else { first * at_zero };
+        output[0] = if first == 0.0 {
+            0.0
+        } else {
+            first * self.at_zero(response)
+        };
         let rising = (time_s.windows(2))
             .take_while(|pair| pair[1] > pair[0] && pair[1].is_finite())
             .count();

@@ -100,17 +100,24 @@ def inverted(label, transform, time):
     return None
 
 
-def modulus(model, v, a, g, b, e):
-    def m(s):
-        k1, k2 = v * s**a, g * s**b
-        return {
-            "fractional-kelvin-voigt": lambda: k1 + k2,
-            "fractional-maxwell": lambda: k1 * k2 / (k1 + k2),
-            "fractional-zener": lambda: e + k1 * k2 / (k1 + k2),
-            "fractional-poynting-thomson": lambda: e * (k1 + k2) / (e + k1 + k2),
-        }[model]()
+# M of two elements and a spring. A model that is only listed here gets all its golden values from the contour.
+MODELS = {
+    "fractional-kelvin-voigt": lambda k1, k2, e: k1 + k2,
+    "fractional-maxwell": lambda k1, k2, e: k1 * k2 / (k1 + k2),
+    "fractional-zener": lambda k1, k2, e: e + k1 * k2 / (k1 + k2),
+    "fractional-poynting-thomson": lambda k1, k2, e: e * (k1 + k2) / (e + k1 + k2),
+}
+# What two_orders() computes without the contour.
+ELEMENTARY = [
+    *(("fractional-kelvin-voigt", quantity) for quantity in ("relaxation", "creep")),
+    *(("fractional-maxwell", quantity) for quantity in ("relaxation", "creep")),
+    ("fractional-zener", "relaxation"),
+    ("fractional-poynting-thomson", "creep"),
+]
 
-    return m
+
+def modulus(model, v, a, g, b, e):
+    return lambda s: MODELS[model](v * s**a, g * s**b, e)
 
 
 def orders():
@@ -159,7 +166,9 @@ def three_terms():
             e = mpf(float(g * TAU**-b * mpf(share)))
             for x in TIMES:
                 t = mpf(float(TAU * mpf(x)))
-                for model, quantity in (("fractional-zener", "creep"), ("fractional-poynting-thomson", "relaxation")):
+                for model, quantity in ((model, quantity) for model in MODELS for quantity in ("relaxation", "creep")):
+                    if (model, quantity) in ELEMENTARY:
+                        continue
                     m = modulus(model, v, a, g, b, e)
                     creep = quantity == "creep"
                     value = inverted(model, (lambda s: 1 / (s * m(s))) if creep else (lambda s: m(s) / s), t)
@@ -179,7 +188,7 @@ def ramps():
         g = SECOND
         v = mpf(float(g * TAU ** (a - b)))
         e = SECOND / 8
-        for model in ("fractional-kelvin-voigt", "fractional-maxwell", "fractional-zener", "fractional-poynting-thomson"):
+        for model in MODELS:
             m = modulus(model, v, a, g, b, e)
             for t in ("0.001", "0.01", "0.1", "1", "10", "100"):
                 t = mpf(float(t))
@@ -188,11 +197,11 @@ def ramps():
                 if stress is None or strain is None:
                     print("left out ramp", model, a_text, b_text, t, flush=True)
                     continue
-                rows.append([model, text(v), text(a), text(g), text(b), text(e), text(t), text(stress), text(strain)])
+                for quantity, value in (("ramp-stress", stress), ("ramp-strain", strain)):
+                    rows.append([model, quantity, text(v), text(a), text(g), text(b), text(e), text(t), text(value)])
     return rows
 
 
 if __name__ == "__main__":
     header = ["model", "quantity", "viscosity_pa_s_alpha", "order", "second_viscosity_pa_s_beta", "second_order", "elastic_modulus_pa", "time_s", "value"]
-    write("ramps.csv", ["model", *header[2:-1], "stress_pa", "strain"], ramps())
-    write("closed_forms.csv", header, two_orders() + three_terms())
+    write("closed_forms.csv", header, two_orders() + three_terms() + ramps())

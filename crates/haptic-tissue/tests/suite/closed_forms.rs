@@ -2,34 +2,31 @@
 
 use haptic_tissue::{Model, ModelKind};
 use testkit::assert_close;
+use testkit::tissue::two_spring_pots;
 
 /// The issue asks for 1e-10; what remains is rounding and the step of the trapezoid rule.
 const TOLERANCE: f64 = 1e-10;
 
-/// The models of two spring-pots.
-const KINDS: [&str; 4] = [
-    "fractional-kelvin-voigt",
-    "fractional-maxwell",
-    "fractional-zener",
-    "fractional-poynting-thomson",
-];
-
 fn model(kind: &str, numbers: &[f64]) -> Model {
-    let kind = ModelKind::from_name(kind).expect("known");
+    of_kind(ModelKind::from_name(kind).expect("known"), numbers)
+}
+
+fn of_kind(kind: ModelKind, numbers: &[f64]) -> Model {
     testkit::tissue::model(kind, &numbers[..kind.parameters().len()])
 }
 
 #[test]
 fn every_model_agrees_with_mpmath_over_twelve_decades() {
-    for line in include_str!("../golden/closed_forms.csv").lines().skip(1) {
+    let lines = include_str!("../golden/closed_forms.csv").lines().skip(1);
+    for line in lines.filter(|line| !line.contains(",ramp-")) {
         let cells: Vec<&str> = line.split(',').collect();
         let number = |at: usize| cells[at].parse().unwrap_or(f64::NAN);
         let numbers: Vec<f64> = (2..7).map(number).collect();
         let (time_s, want) = (number(7), number(8));
         let model = model(cells[0], &numbers);
         let have = match cells[1] {
-            "relaxation" => model.relaxation_modulus(time_s),
-            _ => model.creep_compliance(time_s),
+            "relaxation" => model.relaxation_moduli(&[time_s])[0],
+            _ => model.creep_compliances(&[time_s])[0],
         };
         // e^(−1e6) has no digits in a double.
         let size = if want.abs() < 1e-300 { 1.0 } else { want.abs() };
@@ -43,16 +40,16 @@ fn many_times_at_once_are_the_same_as_each_alone() {
     let times: Vec<f64> = (0..60)
         .map(|i| libm::pow(10.0, f64::from(i) * 0.2 - 6.0))
         .collect();
-    for kind in KINDS {
-        let model = model(kind, &[876e3, 0.675, 22.1e3, 0.11, 3e4]);
+    for kind in two_spring_pots() {
+        let model = of_kind(kind, &[876e3, 0.675, 22.1e3, 0.11, 3e4]);
         let (moduli, compliances) = (
             model.relaxation_moduli(&times),
             model.creep_compliances(&times),
         );
         for (at, &t) in times.iter().enumerate() {
-            let error = (moduli[at] / model.relaxation_modulus(t) - 1.0).abs();
+            let error = (moduli[at] / model.relaxation_moduli(&[t])[0] - 1.0).abs();
             assert!(error < 1e-12, "{kind} G({t}): {error:e}");
-            let error = (compliances[at] / model.creep_compliance(t) - 1.0).abs();
+            let error = (compliances[at] / model.creep_compliances(&[t])[0] - 1.0).abs();
             assert!(error < 1e-12, "{kind} J({t}): {error:e}");
         }
     }
@@ -64,21 +61,28 @@ fn before_at_and_far_from_the_step() {
     let around = maxwell.relaxation_moduli(&[-1.0, 0.0]);
     assert_close("before", around[0], 0.0, 0.0);
     assert_close("at", around[1], 22.1e3, 0.0);
-    assert_close("at", maxwell.creep_compliance(0.0), 1.0 / 22.1e3, 1e-20);
-    assert!(maxwell.relaxation_modulus(f64::NAN).is_nan());
-    assert!((maxwell.relaxation_modulus(1e-60) / 22.1e3 - 1.0).abs() < 1e-12);
+    assert_close(
+        "at",
+        maxwell.creep_compliances(&[0.0])[0],
+        1.0 / 22.1e3,
+        1e-20,
+    );
+    assert!(maxwell.relaxation_moduli(&[f64::NAN])[0].is_nan());
+    assert!((maxwell.relaxation_moduli(&[1e-60])[0] / 22.1e3 - 1.0).abs() < 1e-12);
     assert!(maxwell.relaxation_moduli(&[]).is_empty());
     let zener = model("fractional-zener", &[876e3, 0.675, 22.1e3, 0.11, 3e4]);
-    assert!(zener.relaxation_modulus(0.0).is_infinite());
-    assert!((zener.relaxation_modulus(1e60) / zener.equilibrium_modulus() - 1.0).abs() < 1e-12);
+    assert!(zener.relaxation_moduli(&[0.0])[0].is_infinite());
+    assert!(
+        (zener.relaxation_moduli(&[1e60])[0] / zener.equilibrium_modulus() - 1.0).abs() < 1e-12
+    );
 }
 
 /// M(iω) = iω ∫ G(t) e^(−iωt) dt: the same by the modulus at the complex frequency.
 #[test]
 fn the_complex_modulus_is_the_modulus_at_i_omega() {
-    for kind in KINDS {
+    for kind in two_spring_pots() {
         for orders in [(1.0, 0.0), (0.675, 0.11), (0.5, 0.0)] {
-            let model = model(kind, &[876e3, orders.0, 22.1e3, orders.1, 3e4]);
+            let model = of_kind(kind, &[876e3, orders.0, 22.1e3, orders.1, 3e4]);
             for omega in [1e-4, 1.0, 7.0, 1e5] {
                 let want = model.modulus(num_complex::Complex64::new(0.0, omega));
                 let error = (model.complex_modulus(omega) - want).norm() / want.norm();
@@ -87,8 +91,8 @@ fn the_complex_modulus_is_the_modulus_at_i_omega() {
             }
             let at_rest = model.complex_modulus(0.0);
             let want = model.equilibrium_modulus();
-            assert_close(kind, at_rest.re, want, 1e-15 * want);
-            assert_close(kind, at_rest.im, 0.0, 1e-300);
+            assert_close(kind.name(), at_rest.re, want, 1e-15 * want);
+            assert_close(kind.name(), at_rest.im, 0.0, 1e-300);
         }
     }
 }
@@ -110,12 +114,12 @@ fn extreme_parameters_give_moduli_and_compliances() {
         (0.6667, 0.0001),
     ];
     let mut checked = 0;
-    for kind in KINDS {
+    for kind in two_spring_pots() {
         for (order, second_order) in orders {
             for ratio in [1e-12, 1.0, 1e12] {
                 for spring in [1e-8, 1.0, 1e8] {
                     let numbers = [1e4 * ratio, order, 1e4, second_order, 1e4 * spring];
-                    let model = model(kind, &numbers);
+                    let model = of_kind(kind, &numbers);
                     let (g, j) = (
                         model.relaxation_moduli(&times),
                         model.creep_compliances(&times),
@@ -136,5 +140,5 @@ fn extreme_parameters_give_moduli_and_compliances() {
             }
         }
     }
-    assert_eq!(checked, 4 * 8 * 9 * 25);
+    assert_eq!(checked, two_spring_pots().len() * 8 * 9 * 25);
 }

@@ -26,19 +26,16 @@ use std::time::SystemTime;
 type Chosen = Option<ModelKind>;
 
 fn kinds() -> Vec<(RecordKind, &'static str, &'static str)> {
-    let kind = |kind: RecordKind, words| (kind, kind.name(), words);
-    vec![
-        kind(RecordKind::Relaxation, "stress after a step of strain"),
-        kind(RecordKind::Creep, "strain after a step of stress"),
-        kind(
-            RecordKind::Oscillation,
-            "storage and loss modulus over frequency",
-        ),
-        kind(
-            RecordKind::History,
-            "strain and stress of any motion from rest",
-        ),
-    ]
+    let words = [
+        "stress after a step of strain",
+        "strain after a step of stress",
+        "storage and loss modulus over frequency",
+        "strain and stress of any motion from rest",
+    ];
+    let kinds = RecordKind::ALL.into_iter().zip(words);
+    kinds
+        .map(|(kind, words)| (kind, kind.name(), words))
+        .collect()
 }
 
 fn models() -> Vec<(Chosen, &'static str, &'static str)> {
@@ -269,7 +266,7 @@ impl Arguments {
             return Ok(None);
         };
         let plain = |c: char| c.is_ascii_lowercase() || c.is_ascii_digit() || c == '-';
-        let is_toml = path.extension().is_some_and(|own| own == "toml");
+        let is_toml = path.extension().is_some_and(|end| end == "toml");
         let name = path.file_stem().and_then(|stem| stem.to_str());
         let name = name.filter(|name| is_toml && !name.is_empty() && name.chars().all(plain));
         name.map(Some).ok_or_else(|| {
@@ -304,15 +301,15 @@ impl Arguments {
         let (unit, of) = match found.kind {
             RecordKind::History => (" Pa", "stress"),
             RecordKind::Creep => ("", "log compliance"),
-            _ => ("", "log modulus"),
+            RecordKind::Relaxation | RecordKind::Oscillation => ("", "log modulus"),
         };
         let date = StartTime::at(SystemTime::now()).rfc3339();
         let source = Source {
             citation: format!(
                 "fit by {PROGRAM} to the {} of {record}",
-                match found.kind {
-                    RecordKind::History => "motion",
-                    other => other.name(),
+                match found.kind == RecordKind::History {
+                    true => "motion",
+                    false => found.kind.name(),
                 }
             ),
             conditions: self
@@ -341,23 +338,23 @@ impl Arguments {
 }
 
 fn quality(kind: RecordKind, fit: &Fit) -> Value {
-    let rms = match kind {
-        RecordKind::History => json!({"rms_residual_pa": fit.rms}),
-        _ => json!({"rms_log_residual": fit.rms}),
+    let rms = match kind == RecordKind::History {
+        true => json!({"rms_residual_pa": fit.rms}),
+        false => json!({"rms_log_residual": fit.rms}),
     };
     joined([rms, json!({"aic": fit.aic, "bic": fit.bic})])
 }
 
 fn parameters(fit: &Fit) -> Value {
-    let parameters = fit.parameters.iter().map(|own| {
+    let parameters = fit.parameters.iter().map(|estimate| {
         let parameter = json!({
-            "value": own.value,
-            "unit": if own.unit.is_empty() { "1" } else { own.unit },
-            "standard_error": own.standard_error,
-            "low_95": own.low_95,
-            "high_95": own.high_95,
+            "value": estimate.value,
+            "unit": if estimate.unit.is_empty() { "1" } else { estimate.unit },
+            "standard_error": estimate.standard_error,
+            "low_95": estimate.low_95,
+            "high_95": estimate.high_95,
         });
-        (own.name.to_owned(), parameter)
+        (estimate.name.to_owned(), parameter)
     });
     Value::Object(parameters.collect())
 }
@@ -373,7 +370,9 @@ fn range(found: &Identification) -> ValidRange {
         RecordKind::Oscillation => (range.omega_from_rad_s, range.omega_to_rad_s) = (from, to),
         // A motion begins somewhere on its clock; its length is what counts.
         RecordKind::History => range.time_to_s = to.zip(from).map(|(to, from)| to - from),
-        _ => (range.time_from_s, range.time_to_s) = (from, to),
+        RecordKind::Relaxation | RecordKind::Creep => {
+            (range.time_from_s, range.time_to_s) = (from, to);
+        }
     }
     range
 }

@@ -80,14 +80,14 @@ impl Command {
                 output.report(&summary)
             }
             Self::Check { log } => check(&log, output),
-            Self::Recover(own) => saved(own, "recovered.mcap", output),
-            Self::Index(own) => saved(own, "indexed.mcap", output),
-            Self::Export(own) => {
-                if own.target.as_deref() == Some(Path::new("-")) {
-                    return export_to_output(&own.log, own.overwrite, output);
+            Self::Recover(copy) => saved(copy, "recovered.mcap", output),
+            Self::Index(copy) => saved(copy, "indexed.mcap", output),
+            Self::Export(copy) => {
+                if copy.target.as_deref() == Some(Path::new("-")) {
+                    return export_to_output(&copy.log, copy.overwrite, output);
                 }
-                let target = place(own.target, own.out.as_deref(), &own.log, "ticks.csv")?;
-                let done = export_csv(&own.log, &target, own.overwrite)?;
+                let target = target_of(copy.target, copy.out.as_deref(), &copy.log, "ticks.csv")?;
+                let done = export_csv(&copy.log, &target, copy.overwrite)?;
                 let complete = done.condition.complete;
                 let csv = target.display().to_string();
                 output.summary(&json!({
@@ -95,7 +95,7 @@ impl Command {
                     "complete": complete,
                     "csv": csv,
                 }))?;
-                require_complete(complete, &own.log, &csv)
+                require_complete(complete, &copy.log, &csv)
             }
             Self::Plot {
                 log,
@@ -107,11 +107,11 @@ impl Command {
 }
 
 /// All that can be read, in one new log.
-fn saved(own: Copied, ending: &str, output: Output) -> Result<(), Failure> {
-    let target = place(own.target, own.out.as_deref(), &own.log, ending)?;
-    let summary = recover(&own.log, &target, own.overwrite)?;
+fn saved(copy: Copied, ending: &str, output: Output) -> Result<(), Failure> {
+    let target = target_of(copy.target, copy.out.as_deref(), &copy.log, ending)?;
+    let summary = recover(&copy.log, &target, copy.overwrite)?;
     output.summary(&summary)?;
-    require_complete(summary.complete, &own.log, &target.display().to_string())
+    require_complete(summary.complete, &copy.log, &target.display().to_string())
 }
 
 /// The rows on standard output.
@@ -134,14 +134,11 @@ fn export_to_output(log: &Path, overwrite: bool, output: Output) -> Result<(), F
 }
 
 fn is_broken_pipe(error: &csv::Error) -> bool {
-    match error.kind() {
-        csv::ErrorKind::Io(error) => error.kind() == io::ErrorKind::BrokenPipe,
-        _ => false,
-    }
+    matches!(error.kind(), csv::ErrorKind::Io(error) if error.kind() == io::ErrorKind::BrokenPipe)
 }
 
 /// The named target, or NAME.ENDING of NAME.mcap or NAME.mcap.part, in the given folder or beside the log.
-fn place(
+fn target_of(
     target: Option<PathBuf>,
     out: Option<&Path>,
     log: &Path,
@@ -196,25 +193,24 @@ fn plot(log: &Path, out: Option<&Path>, overwrite: bool, output: Output) -> Resu
     let (mut shown, mut axes) = (Decimated::new(DENSE), 1);
     let mut conditions = Vec::new();
     for entry in &mut reader {
-        match entry? {
-            Entry::Tick(tick) => {
-                axes = tick.axes();
-                shown.add(tick.time_s, drawn(&tick));
-            }
-            Entry::Metadata(record) if record.name == "experiment" => {
-                let named = ["device", "scheme"].into_iter();
-                conditions = named
-                    .filter_map(|key| Some(format!("{key} {}", record.values.get(key)?)))
-                    .collect();
-            }
-            _ => {}
+        let entry = entry?;
+        if let Entry::Tick(tick) = &entry {
+            axes = tick.axes();
+            shown.add(tick.time_s, drawn(tick));
+        } else if let Entry::Metadata(record) = &entry
+            && record.name == "experiment"
+        {
+            let named = ["device", "scheme"].into_iter();
+            conditions = named
+                .filter_map(|key| Some(format!("{key} {}", record.values.get(key)?)))
+                .collect();
         }
     }
     let complete = reader.condition().complete;
     if !complete {
         conditions.push("cut off or damaged: what could be read".to_owned());
     }
-    let stem = place(None, out, log, "log")?;
+    let stem = target_of(None, out, log, "log")?;
     let title = log.file_name().unwrap_or_default().to_string_lossy();
     let (samples, time_s, curves) = shown.curves();
     let figure = picture_file::save(
@@ -233,25 +229,17 @@ fn plot(log: &Path, out: Option<&Path>, overwrite: bool, output: Output) -> Resu
 /// Samples of which each is drawn; of more the extremes.
 const DENSE: u64 = 100_000;
 
-/// What is drawn of a tick.
+/// What is drawn of a tick: reference, indenter and position on the first axis, reference and position on the second, the
+/// force on all three, and the contact force.
 fn drawn(tick: &TickMessage) -> [f64; 9] {
     let on = |numbers: PerAxis, axis: usize| numbers.get(axis).copied().unwrap_or(f64::NAN);
-    let [x, y, z] = [0, 1, 2].map(|axis| on(tick.commanded_force_n, axis));
-    let [reference, position] = [tick.reference_m, tick.position_m];
-    let [reference_y, position_y] = [on(reference, 1), on(position, 1)];
-    let indenter = on(tick.indenter_position_m, 0);
-    let contact = on(tick.contact_force_n, 0);
-    [
-        on(reference, 0),
-        indenter,
-        on(position, 0),
-        reference_y,
-        position_y,
-        x,
-        y,
-        z,
-        contact,
-    ]
+    let along = [tick.reference_m, tick.indenter_position_m, tick.position_m];
+    std::array::from_fn(|n| match n {
+        0..=2 => on(along[n], 0),
+        3..=4 => on([tick.reference_m, tick.position_m][n - 3], 1),
+        5..=7 => on(tick.commanded_force_n, n - 5),
+        _ => on(tick.contact_force_n, 0),
+    })
 }
 
 /// Positions above, forces below; of several axes the path, places and forces.
@@ -262,17 +250,8 @@ fn draw(
     time_s: &[f64],
     curves: &[Vec<f64>; 9],
 ) -> Result<Picture, FigureError> {
-    let [
-        reference,
-        indenter,
-        position,
-        reference_y,
-        position_y,
-        x,
-        y,
-        z,
-        contact,
-    ] = curves;
+    let [reference, indenter, position] = [0, 1, 2].map(|n| curves[n].as_slice());
+    let forces = &curves[5..8];
     if axes == 1 {
         return MotionFigure {
             title,
@@ -293,7 +272,7 @@ fn draw(
                     caption: "force",
                     label: "force / N",
                     scale: 1.0,
-                    lines: &[("force", x), ("contact force", contact)],
+                    lines: &[("force", &forces[0]), ("contact force", &curves[8])],
                 },
             ],
         }
@@ -304,10 +283,10 @@ fn draw(
         subtitle,
         outline_m: &[],
         time_s,
-        reference_m: [reference, reference_y],
-        position_m: [position, position_y],
+        reference_m: [reference, &curves[3]],
+        position_m: [position, &curves[4]],
         depth_m: None,
-        force_n: &[x, y, z].map(Clone::clone)[..axes],
+        force_n: &forces[..axes],
     }
     .draw()
 }

@@ -23,18 +23,18 @@ pub struct Columns {
     pub values: Vec<(Column, String, Vec<f64>)>,
     /// Those that a user named: they come first, and each must have an effect.
     pub chosen: Vec<Column>,
-    /// Guesses, units, omissions.
+    /// What was guessed, converted or left out, a sentence each, for the user to check.
     pub notes: Vec<String>,
 }
 
 /// A record and its notes.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Understood {
-    /// The record.
+    /// Ready to be fitted.
     pub record: Record,
     /// How it was measured, as far as it is known.
     pub loading: MeasuredLoading,
-    /// Guesses and omitted rows.
+    /// What was guessed or left out on the way, a sentence each.
     pub notes: Vec<String>,
 }
 
@@ -66,7 +66,7 @@ impl Understood {
     }
 }
 
-/// What a table lacks.
+/// What a table cannot say of itself: the held value of a step, and the specimen.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Reading {
     /// The kind; `None`: inferred from the columns if clear.
@@ -192,24 +192,26 @@ impl Columns {
             .clone()
             .filter_map(|(name, kind, _)| Some((name, kind?)));
         let kinds: Vec<_> = kinds.collect();
-        let own = reading.loading_is_told.then_some(reading.loading.kind);
-        if let (Some(own), Some((name, other))) = (own, kinds.iter().find(|of| Some(of.1) != own)) {
+        let given = reading.loading_is_told.then_some(reading.loading.kind);
+        if let (Some(given), Some((name, other))) =
+            (given, kinds.iter().find(|of| Some(of.1) != given))
+        {
             return Err(IdentifyError::Record(format!(
                 "column {name} is of {}, and {LOADING} is {}: change one of them",
                 other.name(),
-                own.name()
+                given.name()
             )));
         }
-        let kind = own.or(agreed(kinds.iter().map(|of| of.1)));
+        let kind = given.or(agreed(kinds.iter().map(|of| of.1)));
         let symbols = said.filter_map(|(name, _, modulus)| Some((name, modulus?)));
         let symbols: Vec<(&str, Modulus)> = symbols.collect();
         // A slab has one modulus by its loading; what an indenter measured may be written as either.
-        let of_slab = own.filter(|own| own.is_slab()).map(LoadingKind::modulus);
+        let of_slab = given.filter(|one| one.is_slab()).map(LoadingKind::modulus);
         let of_header = agreed(symbols.iter().map(|of| of.1));
         let modulus = of_slab.or(of_header).or(kind.map(LoadingKind::modulus));
         let other = symbols
             .iter()
-            .find(|of| of_slab.is_some_and(|own| own != of.1));
+            .find(|of| of_slab.is_some_and(|modulus| modulus != of.1));
         let other = other.map(|(name, _)| format!(
             "column {name} is taken as the modulus that {LOADING} tells: change {LOADING} if it is another"
         ));
@@ -219,7 +221,7 @@ impl Columns {
             poisson_ratio: reading.poisson_ratio,
         };
         self.notes.extend(other);
-        self.notes.extend(match (own, modulus) {
+        self.notes.extend(match (given, modulus) {
             (Some(_), _) => None,
             (None, Some(modulus)) => Some(format!(
                 "the modulus is {}, by the columns: give {LOADING} if it is another",
@@ -259,8 +261,8 @@ impl Columns {
     }
 
     fn take(&mut self, column: Column) -> Option<Vec<f64>> {
-        let place = self.values.iter().position(|value| value.0 == column)?;
-        Some(self.values.remove(place).2)
+        let index = self.values.iter().position(|value| value.0 == column)?;
+        Some(self.values.remove(index).2)
     }
 
     /// True if a modulus or compliance is there already.
@@ -525,12 +527,14 @@ fn agreed<T: PartialEq>(mut all: impl Iterator<Item = T>) -> Option<T> {
 /// The specimen, whose memory alone is sought.
 fn specimen(loading: Loading, poisson_ratio: f64) -> Result<Specimen, IdentifyError> {
     Specimen::new(loading, poisson_ratio, 0.0).map_err(|error| {
-        let (what, remedy) = match &error {
-            ParameterError::Missing { what, .. } => (*what, "give"),
-            ParameterError::NoEffect { what, .. } => (*what, "omit"),
-            ParameterError::Range(range) => (range.what, "change"),
-            // `ParameterError` may grow.
-            _ => ("", "change"),
+        let (what, remedy) = if let ParameterError::Missing { what, .. } = &error {
+            (*what, "give")
+        } else if let ParameterError::NoEffect { what, .. } = &error {
+            (*what, "omit")
+        } else if let ParameterError::Range(range) = &error {
+            (range.what, "change")
+        } else {
+            ("", "change")
         };
         let keys = [AREA, THICKNESS, RADIUS, HALF_ANGLE, BONDED];
         let key = keys.into_iter().find(|key| label(key.0) == what);

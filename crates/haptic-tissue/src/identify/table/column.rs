@@ -6,7 +6,7 @@ use super::unit::Dimension;
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Column {
-    /// Time, s.
+    /// Time, s; of any origin.
     Time,
     /// Relaxation modulus, Pa.
     Modulus,
@@ -14,13 +14,13 @@ pub enum Column {
     Compliance,
     /// Strain, 1.
     Strain,
-    /// Stress, Pa.
+    /// Nominal stress, Pa: force over the area at rest.
     Stress,
     /// Force on the specimen, N.
     Force,
     /// Position into the specimen, m: its depth.
     Position,
-    /// Angular frequency, rad/s.
+    /// Angular frequency, rad/s; a column in Hz is converted.
     Omega,
     /// Storage modulus, Pa.
     Storage,
@@ -39,238 +39,140 @@ pub enum Choice {
 
 impl Column {
     /// All, in the order of messages.
-    pub const ALL: [Self; 10] = [
-        Self::Time,
-        Self::Modulus,
-        Self::Compliance,
-        Self::Strain,
-        Self::Stress,
-        Self::Force,
-        Self::Position,
-        Self::Omega,
-        Self::Storage,
-        Self::Loss,
-    ];
+    pub const ALL: [Self; 10] = {
+        let mut all = [Self::Time; 10];
+        let mut at = 0;
+        while at < all.len() {
+            all[at] = ROWS[at].column;
+            assert!(all[at] as usize == at, "a row stands where its column does");
+            at += 1;
+        }
+        all
+    };
 
     /// Its name where a user chooses columns or units.
     #[must_use]
     pub const fn name(self) -> &'static str {
-        match self {
-            Self::Time => "time",
-            Self::Modulus => "modulus",
-            Self::Compliance => "compliance",
-            Self::Strain => "strain",
-            Self::Stress => "stress",
-            Self::Force => "force",
-            Self::Position => "position",
-            Self::Omega => "omega",
-            Self::Storage => "storage",
-            Self::Loss => "loss",
-        }
+        ROWS[self as usize].names[0]
     }
 
-    /// The one of this name.
+    /// The column of a name.
     #[must_use]
     pub fn named(name: &str) -> Option<Self> {
         Self::ALL.into_iter().find(|column| column.name() == name)
     }
 
-    /// The header that needs no guess.
+    /// Its header in SI units, as this project writes it.
     #[must_use]
     pub const fn header(self) -> &'static str {
-        match self {
-            Self::Time => "time_s",
-            Self::Modulus => "relaxation_modulus_pa",
-            Self::Compliance => "creep_compliance_per_pa",
-            Self::Strain => "strain",
-            Self::Stress => "stress_pa",
-            Self::Force => "force_n",
-            Self::Position => "position_m",
-            Self::Omega => "omega_rad_s",
-            Self::Storage => "storage_modulus_pa",
-            Self::Loss => "loss_modulus_pa",
-        }
+        ROWS[self as usize].names[1]
     }
 
     pub(super) const fn dimension(self) -> Dimension {
-        match self {
-            Self::Time => Dimension::Time,
-            Self::Modulus | Self::Stress | Self::Storage | Self::Loss => Dimension::Pressure,
-            Self::Compliance => Dimension::PerPressure,
-            Self::Strain => Dimension::Ratio,
-            Self::Force => Dimension::Force,
-            Self::Position => Dimension::Length,
-            Self::Omega => Dimension::AngularFrequency,
-        }
+        ROWS[self as usize].dimension
     }
 
-    /// Spellings of other programs, in lower case, words apart by one space.
-    pub(super) fn spellings(self) -> &'static [&'static str] {
-        let found = SPELLINGS.iter().find(|known| known.0 == self);
-        found.map_or(&[], |known| known.1)
+    /// True if machines write it so; in lower case, with plain primes, single spaces, without unit.
+    pub(super) fn is_spelt(self, name: &str) -> bool {
+        let mut spellings = ROWS[self as usize].spellings.split(", ");
+        spellings.any(|spelling| spelling == name)
     }
 }
 
-const SPELLINGS: &[(Column, &[&str])] = &[
-    (
+struct Row {
+    column: Column,
+    names: [&'static str; 2],
+    dimension: Dimension,
+    spellings: &'static str,
+}
+
+const fn row(
+    column: Column,
+    names: [&'static str; 2],
+    dimension: Dimension,
+    spellings: &'static str,
+) -> Row {
+    Row {
+        column,
+        names,
+        dimension,
+        spellings,
+    }
+}
+
+/// Name and header of each column, and how rheometers and testing machines spell it.
+const ROWS: [Row; 10] = [
+    row(
         Column::Time,
-        &[
-            "time",
-            "t",
-            "test time",
-            "elapsed time",
-            "step time",
-            "interval time",
-            "total time",
-            "run time",
-            "creep time",
-            "relaxation time",
-        ],
+        ["time", "time_s"],
+        Dimension::Time,
+        "time, t, test time, elapsed time, step time, interval time, total time, run time, \
+         creep time, relaxation time",
     ),
-    (
+    row(
         Column::Modulus,
-        &[
-            "relaxation modulus",
-            "modulus",
-            "g(t)",
-            "e(t)",
-            "stress relaxation modulus",
-            "relaxation modulus g(t)",
-            "relaxation modulus e(t)",
-            "shear modulus",
-            "shear relaxation modulus",
-            "g",
-            "e",
-            "young's modulus",
-            "young modulus",
-            "tensile modulus",
-            "compressive modulus",
-        ],
+        ["modulus", "relaxation_modulus_pa"],
+        Dimension::Pressure,
+        "relaxation modulus, modulus, g(t), e(t), stress relaxation modulus, \
+         relaxation modulus g(t), relaxation modulus e(t), shear modulus, \
+         shear relaxation modulus, g, e, young's modulus, young modulus, tensile modulus, \
+         compressive modulus",
     ),
-    (
+    row(
         Column::Compliance,
-        &[
-            "creep compliance",
-            "compliance",
-            "j(t)",
-            "j",
-            "d(t)",
-            "creep compliance j(t)",
-            "shear creep compliance",
-        ],
+        ["compliance", "creep_compliance_per_pa"],
+        Dimension::PerPressure,
+        "creep compliance, compliance, j(t), j, d(t), creep compliance j(t), \
+         shear creep compliance",
     ),
-    (
+    row(
         Column::Strain,
-        &[
-            "strain",
-            "ε",
-            "e",
-            "γ",
-            "epsilon",
-            "gamma",
-            "shear strain",
-            "engineering strain",
-            "compressive strain",
-            "tensile strain",
-            "normal strain",
-            "axial strain",
-        ],
+        ["strain", "strain"],
+        Dimension::Ratio,
+        "strain, ε, e, γ, epsilon, gamma, shear strain, engineering strain, compressive strain, \
+         tensile strain, normal strain, axial strain",
     ),
-    (
+    row(
         Column::Stress,
-        &[
-            "stress",
-            "σ",
-            "τ",
-            "sigma",
-            "tau",
-            "shear stress",
-            "engineering stress",
-            "compressive stress",
-            "tensile stress",
-            "normal stress",
-            "axial stress",
-            "nominal stress",
-        ],
+        ["stress", "stress_pa"],
+        Dimension::Pressure,
+        "stress, σ, τ, sigma, tau, shear stress, engineering stress, compressive stress, \
+         tensile stress, normal stress, axial stress, nominal stress",
     ),
-    (
+    row(
         Column::Force,
-        &[
-            "force",
-            "load",
-            "normal force",
-            "axial force",
-            "standard force",
-            "simulated force",
-            "rendered force",
-            "f",
-            "fn",
-            "fz",
-        ],
+        ["force", "force_n"],
+        Dimension::Force,
+        "force, load, normal force, axial force, standard force, simulated force, rendered force, \
+         f, fn, fz",
     ),
-    (
+    row(
         Column::Position,
-        &[
-            "position",
-            "displacement",
-            "indentation",
-            "indentation depth",
-            "depth",
-            "penetration",
-            "penetration depth",
-            "extension",
-            "deformation",
-            "stroke",
-            "crosshead",
-            "compression",
-            "travel",
-            "standard travel",
-            "x",
-            "z",
-        ],
+        ["position", "position_m"],
+        Dimension::Length,
+        "position, displacement, indentation, indentation depth, depth, penetration, \
+         penetration depth, extension, deformation, stroke, crosshead, compression, travel, \
+         standard travel, x, z",
     ),
-    (
+    row(
         Column::Omega,
-        &[
-            "omega",
-            "ω",
-            "angular frequency",
-            "frequency",
-            "freq",
-            "ang. frequency",
-            "ang. freq.",
-            "oscillation frequency",
-            "f",
-        ],
+        ["omega", "omega_rad_s"],
+        Dimension::AngularFrequency,
+        "omega, ω, angular frequency, frequency, freq, ang. frequency, ang. freq., \
+         oscillation frequency, f",
     ),
-    (
+    row(
         Column::Storage,
-        &[
-            "storage modulus",
-            "storage",
-            "g'",
-            "e'",
-            "gp",
-            "ep",
-            "g prime",
-            "storage modulus g'",
-            "storage modulus e'",
-            "dynamic storage modulus",
-        ],
+        ["storage", "storage_modulus_pa"],
+        Dimension::Pressure,
+        "storage modulus, storage, g', e', gp, ep, g prime, storage modulus g', \
+         storage modulus e', dynamic storage modulus",
     ),
-    (
+    row(
         Column::Loss,
-        &[
-            "loss modulus",
-            "loss",
-            "g''",
-            "e''",
-            "gpp",
-            "epp",
-            "g double prime",
-            "loss modulus g''",
-            "loss modulus e''",
-            "dynamic loss modulus",
-        ],
+        ["loss", "loss_modulus_pa"],
+        Dimension::Pressure,
+        "loss modulus, loss, g'', e'', gpp, epp, g double prime, loss modulus g'', \
+         loss modulus e'', dynamic loss modulus",
     ),
 ];

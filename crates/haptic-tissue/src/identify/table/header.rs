@@ -100,9 +100,7 @@ pub(super) fn understand(header: &str) -> Option<Result<Heading, ForeignUnit>> {
     }
     let (name, unit) = split(header);
     let name = plain(&name);
-    let known: Vec<Column> = (Column::ALL.into_iter())
-        .filter(|column| column.spellings().contains(&name.as_str()))
-        .collect();
+    let known: Vec<Column> = spelt(&name).collect();
     let Some(unit) = unit else {
         // A name of two quantities, as f, is ambiguous.
         let [column] = known[..] else { return None };
@@ -126,13 +124,10 @@ pub(super) fn understand(header: &str) -> Option<Result<Heading, ForeignUnit>> {
 
 /// `modulus_kpa`: a unit after an underscore.
 fn with_suffix(header: &str) -> Option<Heading> {
-    let marks = header.match_indices('_').map(|(place, _)| place);
-    marks.into_iter().find_map(|place| {
-        let (name, suffix) = (plain(&header[..place]), &header[place + 1..]);
-        let known = Column::ALL
-            .into_iter()
-            .filter(|column| column.spellings().contains(&name.as_str()));
-        known.into_iter().find_map(|column| {
+    let marks = header.match_indices('_').map(|(mark, _)| mark);
+    marks.into_iter().find_map(|mark| {
+        let (name, suffix) = (plain(&header[..mark]), &header[mark + 1..]);
+        spelt(&name).find_map(|column| {
             let factor = column.dimension().factor_of_suffix(suffix)?;
             Some(Heading {
                 column,
@@ -150,4 +145,10 @@ pub(super) fn remedy(dimension: Dimension, column: Column) -> String {
         column.name(),
         dimension.si()
     )
+}
+
+/// The columns that machines write so.
+fn spelt(name: &str) -> impl Iterator<Item = Column> {
+    let columns = Column::ALL.into_iter();
+    columns.filter(move |column| column.is_spelt(name))
 }

@@ -4,7 +4,7 @@ use super::super::error::IdentifyError;
 use super::assemble::Columns;
 use super::column::{Choice, Column};
 use super::header::{Heading, remedy, split, understand};
-use super::text::{Passed, TextTable, is_gap, number, too_many, wrong};
+use super::text::{TextTable, is_gap, number, passed, too_many, wrong};
 use crate::identify::keys::{COLUMNS, UNITS};
 
 /// The user's instructions for a table.
@@ -48,18 +48,18 @@ impl Reader {
             chosen: self.columns.iter().map(|(column, _)| *column).collect(),
             ..Columns::default()
         };
-        let (mut empty, mut outside) = (Passed::default(), Passed::default());
+        let (mut empty, mut outside) = (Vec::new(), Vec::new());
         for (line, row) in &table.rows {
             let Some(values) = self.row(&table, *line, row, &found)? else {
-                empty.lines.push(*line);
+                empty.push(*line);
                 continue;
             };
             let clock = found
                 .iter()
                 .position(|f| matches!(f.column, Column::Time | Column::Omega));
-            let at = clock.map_or(0.0, |place| values[place]);
+            let at = clock.map_or(0.0, |column| values[column]);
             if self.from.is_some_and(|from| at < from) || self.to.is_some_and(|to| at > to) {
-                outside.lines.push(*line);
+                outside.push(*line);
                 continue;
             }
             columns.lines.push(*line);
@@ -67,8 +67,8 @@ impl Reader {
                 column.2.push(value);
             }
         }
-        notes.extend(empty.note("a cell without a number"));
-        notes.extend(outside.note("outside the range asked for"));
+        notes.extend(passed(&empty, "a cell without a number"));
+        notes.extend(passed(&outside, "outside the range asked for"));
         if columns.lines.is_empty() {
             return Err(IdentifyError::Record(
                 "no row with numbers is left: give at least one more than the model has parameters"
@@ -209,11 +209,11 @@ impl Reader {
             let cell = cell.map(|cell| cell.trim_matches(['[', ']', '(', ')']).trim());
             if let Some(unit) = self.unit_of(f.column) {
                 let given = factor(f.column, unit)?;
-                let own = match cell.filter(|cell| !cell.is_empty()) {
-                    Some(own) => Some(factor(f.column, own)?),
+                let unit_below = match cell.filter(|cell| !cell.is_empty()) {
+                    Some(unit_below) => Some(factor(f.column, unit_below)?),
                     None => f.factor,
                 };
-                if own.is_some_and(|own| (own / given - 1.0).abs() > 1e-9) {
+                if unit_below.is_some_and(|unit_below| (unit_below / given - 1.0).abs() > 1e-9) {
                     return Err(IdentifyError::Record(format!(
                         "column {} names its own unit: omit {}={unit} of {UNITS}",
                         f.name,

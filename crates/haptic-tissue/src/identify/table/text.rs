@@ -11,16 +11,9 @@ use std::borrow::Cow;
 /// No table is longer, bytes.
 pub const TABLE_MOST: u64 = 1 << 28;
 
-/// Rows that were passed over: why, how many, and the first few lines.
-#[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub(super) struct Passed {
-    pub(super) lines: Vec<u64>,
-}
-
-impl Passed {
-    pub(super) fn note(&self, why: &str) -> Option<String> {
-        rows_named(&self.lines).map(|rows| format!("{rows} left out, {why}"))
-    }
+/// Says which rows were passed over, and why.
+pub(super) fn passed(lines: &[u64], why: &str) -> Option<String> {
+    rows_named(lines).map(|rows| format!("{rows} left out, {why}"))
 }
 
 /// How many rows, and the lines of the first few; `None` without any.
@@ -41,7 +34,7 @@ pub fn rows_named(lines: &[u64]) -> Option<String> {
     ))
 }
 
-/// A table as text.
+/// The cells of a table, not yet numbers, with the line of each row for messages.
 #[derive(Clone, Debug, PartialEq)]
 pub struct TextTable {
     pub(super) header_line: u64,
@@ -314,7 +307,12 @@ fn each_row(
         .comment((!has_marked_gap(bytes)).then_some(b'#'))
         .trim(csv::Trim::All)
         .from_reader(bytes);
-    let (mut lines, mut row) = (Lines::new(bytes), StringRecord::new());
+    let mut row = StringRecord::new();
+    let mut lines = Lines {
+        bytes,
+        seen: 0,
+        breaks: 0,
+    };
     while (reader.read_record(&mut row)).map_err(|error| {
         wrong(
             error.position().map_or(1, csv::Position::line),
@@ -356,11 +354,11 @@ pub fn read_signal(bytes: &[u8], name: &str) -> Result<Signal, IdentifyError> {
 /// A signal in a table.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Signal {
-    /// Lines of the rows.
+    /// The line of each row in the file, from 1, for messages.
     pub lines: Vec<u64>,
     /// Its times, if the table has them.
     pub time_s: Option<Vec<f64>>,
-    /// Its values.
+    /// As many as there are lines.
     pub x: Vec<f64>,
 }
 
@@ -388,18 +386,18 @@ pub fn read_record<const N: usize>(
 /// The columns of a record.
 #[derive(Clone, Debug, PartialEq)]
 pub struct RecordColumns<const N: usize> {
-    /// Lines of the rows.
+    /// The line of each row in the file, from 1, for messages.
     pub lines: Vec<u64>,
-    /// Time and signals.
+    /// In the order of the names that were asked for; NaN where a row lacks a signal.
     pub columns: [Vec<f64>; N],
-    gaps: Passed,
+    gaps: Vec<u64>,
 }
 
 impl<const N: usize> RecordColumns<N> {
     /// How many rows lack a number, and the lines of the first; `None` if none does.
     #[must_use]
     pub fn gaps(&self) -> Option<String> {
-        rows_named(&self.gaps.lines)
+        rows_named(&self.gaps)
     }
 }
 
@@ -442,7 +440,7 @@ impl TextTable {
         if let Some(line) = self.blank {
             return Err(wrong(line, NO_VALUE));
         }
-        let (mut lines, mut gaps) = (Vec::new(), Passed::default());
+        let (mut lines, mut gaps) = (Vec::new(), Vec::new());
         let mut columns = [const { Vec::new() }; N];
         for (line, row) in &self.rows {
             if row
@@ -471,7 +469,7 @@ impl TextTable {
                 })?);
             }
             if !is_whole {
-                gaps.lines.push(*line);
+                gaps.push(*line);
             }
         }
         match lines.is_empty() {
@@ -487,20 +485,20 @@ impl TextTable {
     }
 
     /// Seconds in the unit of a column of time, which its name or the row below says; that row is none of the record then.
-    fn time_factor(&mut self, place: usize) -> Result<f64, IdentifyError> {
-        let name = self.header[place].clone();
-        let below = self.rows.first().and_then(|(_, row)| row.get(place));
+    fn time_factor(&mut self, column: usize) -> Result<f64, IdentifyError> {
+        let name = self.header[column].clone();
+        let below = self.rows.first().and_then(|(_, row)| row.get(column));
         // A unit begins with no digit: `10:15:00` is no number of a record, and no unit.
         let is_unit =
             |cell: &&str| !is_gap(cell) && !cell.starts_with(|c: char| "+-.0123456789".contains(c));
         let below = below.filter(is_unit);
         let below = below.map(|cell| cell.trim_matches(['[', ']', '(', ')']).trim().to_owned());
-        let own = split(&name).1;
+        let in_name = split(&name).1;
         let suffix = name.rsplit_once('_');
         let suffix = suffix.and_then(|(_, unit)| Dimension::Time.factor_of_suffix(unit));
         let (Some(unit), line) = (match below {
             Some(unit) => (Some(unit), self.rows.remove(0).0),
-            None => (own, self.header_line),
+            None => (in_name, self.header_line),
         }) else {
             return Ok(suffix.unwrap_or(1.0));
         };
@@ -607,14 +605,6 @@ struct Lines<'a> {
 }
 
 impl<'a> Lines<'a> {
-    const fn new(bytes: &'a [u8]) -> Self {
-        Self {
-            bytes,
-            seen: 0,
-            breaks: 0,
-        }
-    }
-
     /// The line, from 1, of the row that ends before this byte.
     fn of_row_before(&mut self, end: u64, row: &StringRecord) -> u64 {
         let count = |bytes: &[u8]| bytes.iter().filter(|&&b| b == b'\n').count();

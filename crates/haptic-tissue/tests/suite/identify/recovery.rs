@@ -169,7 +169,8 @@ fn a_truth_that_the_record_cannot_refuse_is_inside_every_interval() {
             .collect();
         let noise = noise(SAMPLES, 0.0, 1000 + seed);
         let modulus = time.iter().zip(&noise);
-        let modulus = modulus.map(|(&t, noise)| model.relaxation_modulus(t) * (0.01 * noise).exp());
+        let modulus =
+            modulus.map(|(&t, noise)| model.relaxation_moduli(&[t])[0] * (0.01 * noise).exp());
         let record = Record::relaxation(time.clone(), modulus.collect()).expect("valid");
         let options = Options {
             candidates: vec![kind],

@@ -95,10 +95,7 @@ fn record(case: u64) -> (Record, ModelKind) {
         ModelKind::FractionalMaxwell,
     ];
     let kind = kinds[case as usize % 2];
-    let sizes = match kind {
-        ModelKind::FractionalMaxwell => [8e3, 4e3],
-        _ => [2e3, 3e3],
-    };
+    let sizes = [[2e3, 3e3], [8e3, 4e3]][case as usize % 2];
     let orders = [pick([0.6, 0.8, 0.5], 1), pick([0.15, 0.05, 0.25], 3)];
     let parameters = [sizes[0], orders[0], sizes[1], orders[1]];
     let model = Model::from_parameters(kind, &parameters).expect("valid");

@@ -25,7 +25,7 @@ const fn words(kind: RecordKind, indented: bool) -> [&'static str; 3] {
             "residual / %",
         ],
         RecordKind::History => ["time / s", "stress / Pa", "residual / Pa"],
-        _ => ["time / s", "relaxation modulus / Pa", "residual / %"],
+        RecordKind::Relaxation => ["time / s", "relaxation modulus / Pa", "residual / %"],
     }
 }
 
@@ -37,20 +37,21 @@ pub(super) fn draw(
 ) -> Result<Picture, FigureError> {
     let indented = loading.kind.is_some_and(|kind| !kind.is_slab());
     let [x, y, residual] = words(found.kind, indented);
-    let scale = match found.kind {
-        RecordKind::History => Scale::Linear,
-        _ => Scale::Log,
+    let oscillates = found.kind == RecordKind::Oscillation;
+    let scale = match found.kind == RecordKind::History {
+        true => Scale::Linear,
+        false => Scale::Log,
     };
     let across = across(AxisSpec::new(x, scale), &found.x);
     let colour = |n: usize| if n >= RECORD { n + 1 } else { n };
     let upper = Panel::new("record and models", across, AxisSpec::new(y, scale));
     let [record, loss] = parts(found, &found.measured);
-    let mut upper = match found.kind {
-        RecordKind::Oscillation => upper
+    let mut upper = match oscillates {
+        true => upper
             .with("storage modulus", Look::MarkersApart, RECORD, record)
             .with("loss modulus", Look::OpenMarkers, RECORD, loss),
         // The models are seen in it, as it would cover them where they are right.
-        _ => upper.with("record", Look::OpenMarkers, RECORD, record),
+        false => upper.with("record", Look::OpenMarkers, RECORD, record),
     };
     // The chosen one broad, and the others dashed on top: all are seen where they agree.
     for (n, fit) in found.fits.iter().enumerate() {
@@ -58,9 +59,10 @@ pub(super) fn draw(
         upper = upper.with(name(found.kind, fit), look, colour(n), curve(found, fit));
     }
     // Poor models would flatten the residuals of the good ones; of markers that meet, the first stays.
-    let open = match found.kind {
-        RecordKind::Oscillation => " (open: loss modulus)",
-        _ => "",
+    let open = if oscillates {
+        " (open: loss modulus)"
+    } else {
+        ""
     };
     let caption = format!("model less record{open}, of models within 5 times the rms of the first");
     let mut lower = Panel::new(caption, across, linear(residual));
@@ -87,11 +89,8 @@ pub(super) fn draw(
 fn parts(found: &Identification, values: &[f64]) -> [Points; 2] {
     let pairs = found.x.iter().copied().zip(values.iter().copied());
     let mut first: Points = pairs.collect();
-    let half = match found.kind {
-        RecordKind::Oscillation => first.len() / 2,
-        _ => first.len(),
-    };
-    let second = first.split_off(half);
+    let curves = 1 + usize::from(found.kind == RecordKind::Oscillation);
+    let second = first.split_off(first.len() / curves);
     [first, second]
 }
 
@@ -114,7 +113,7 @@ fn curve(found: &Identification, fit: &Fit) -> Points {
                 over(moduli().map(|modulus| modulus.im).collect()),
             ]
         }
-        _ => parts(found, &fit.predicted).map(apart),
+        (RecordKind::History, _) | (_, Err(_)) => parts(found, &fit.predicted).map(apart),
     };
     // A gap keeps the two curves of an oscillation apart.
     [first, vec![(f64::NAN, f64::NAN)], second].concat()
@@ -143,7 +142,7 @@ fn across<'a>(axis: AxisSpec<'a>, x: &[f64]) -> AxisSpec<'a> {
     let (low, high) = ends(x);
     match axis.scale {
         Scale::Log => axis.between(low / BEYOND, BEYOND * high),
-        _ => axis,
+        Scale::Linear => axis,
     }
 }
 
@@ -158,10 +157,8 @@ fn name(kind: RecordKind, fit: &Fit) -> String {
 
 /// Model less record: in % of it, of a stress in Pa.
 fn residuals(found: &Identification, fit: &Fit) -> Vec<f64> {
-    let unit = match found.kind {
-        RecordKind::History => 1.0,
-        _ => 100.0,
-    };
+    let is_history = found.kind == RecordKind::History;
+    let unit = if is_history { 1.0 } else { 100.0 };
     let values = found.residuals(fit).into_iter().map(|value| unit * value);
     values.collect()
 }

@@ -1,5 +1,5 @@
-//! Times the fits of the measured fish muscle and of an indentation on one core: `cargo run --release -p haptic-tissue --features identify --example
-//! identify_speed [NAME]`. `benches/identify_against_scipy.py` at the root of the repository holds it against `SciPy`.
+//! Times the fits of the measured fish muscle and of an indentation on one core: `cargo run --release --manifest-path
+//! benches/Cargo.toml --example identify_speed [NAME]`. `identify_against_scipy.py` beside it holds it against `SciPy`.
 
 use haptic_loop::{Loading, LoadingKind, Modulus, Specimen};
 use haptic_tissue::identify::{Options, Record, identify};
@@ -7,7 +7,7 @@ use haptic_tissue::{Model, ModelKind};
 use std::time::Instant;
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
-    let rows = include_str!("../records/fish-muscle-relaxation.tsv")
+    let rows = include_str!("../crates/haptic-tissue/records/fish-muscle-relaxation.tsv")
         .lines()
         .skip(1);
     let (mut time, mut modulus) = (Vec::new(), Vec::new());
