@@ -69,7 +69,7 @@ fn by_night_a_pico_has_the_bits_of_the_hosts_controller_within_its_promised_tick
             output_high: Some(0.8),
             ..ControllerSetup::new(gains, t)
         };
-        let law = controller_law(&setup, (3e-3, RAMP_TICKS), 5.0).expect("a law");
+        let law = controller_law(&setup, 3e-3, RAMP_TICKS, 5.0).expect("a law");
         let configuration = Configuration {
             operator: law.0,
             limits: Limits {

@@ -412,7 +412,9 @@ impl TeleoperationExperiment {
         let verdict = PreflightSubject::verdict(&loops, slave, 0)?;
         let required = verdict.require_stable(self.conduct.force_unstable);
         required.map_err(|refusal| {
-            Failure::bad_input(format_args!("the slave in its remote environment: {refusal}"))
+            Failure::bad_input(format_args!(
+                "the slave in its remote environment: {refusal}"
+            ))
         })?;
         Ok(Some(verdict))
     }

@@ -18,7 +18,7 @@
 use super::answer::{keys, plan, until_settled};
 use super::{DESIGN_ORDERS, WISH_FREQUENCY, not_at_rest, nothing_found};
 use crate::document::failure::Failure;
-use crate::document::parameters::{COUPLER_SPRING, COUPLER_DAMPING};
+use crate::document::parameters::{COUPLER_DAMPING, COUPLER_SPRING};
 use crate::experiment::coupler::{
     COUPLER_ORDER, CouplerExperiment, OBJECT_DAMPING, OBJECT_MASS, OBJECT_STIFFNESS,
 };

@@ -70,7 +70,8 @@ pub(super) fn answer(asked: WithFiles<keys::Hands>, output: Output) -> Result<()
         written("delay_s", hands.delay_s),
         law(hands.line)
     );
-    let files = outputs.table_and_picture(&[], points.iter(), || draw(&points, &candidates, &about));
+    let files =
+        outputs.table_and_picture(&[], points.iter(), || draw(&points, &candidates, &about));
     let candidate = |found: &Candidate| {
         let (coupler, impedance) = parts(found.0);
         json!({

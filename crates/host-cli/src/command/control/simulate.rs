@@ -150,8 +150,9 @@ impl Arguments {
         };
         let beside = integer.as_ref().map(|(_, run)| &run.response);
         let rows = rows(response, t);
-        let files =
-            outputs.table_and_picture(&[], rows.iter(), || draw_run(response, beside, &plant, file, t));
+        let files = outputs.table_and_picture(&[], rows.iter(), || {
+            draw_run(response, beside, &plant, file, t)
+        });
         // Null where nothing is proved, as in `analyze`.
         let stable = closed.as_ref().map_or(Some(true), |run| {
             run.coarse.is_none().then_some(run.verdict.stable)
