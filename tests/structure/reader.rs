@@ -5,6 +5,11 @@
 //! - `pub use` hands a name on and is no import; a name so handed on stands for the file that defines it.
 //! - What is built for tests only does not count, nor do comments and documentation.
 
+#![expect(
+    clippy::wildcard_enum_match_arm,
+    reason = "the enums are syn's, which has forty kinds of expression"
+)]
+
 use proc_macro2::{TokenStream, TokenTree};
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
