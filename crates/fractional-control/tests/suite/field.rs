@@ -96,7 +96,7 @@ fn margins_of_plants_are_those_of_python_control() {
 #[test]
 fn the_guide_holds_its_margins_against_those_that_are_printed() {
     let page = include_str!("../../../../docs/guide/src/a-fractional-pid.md");
-    let (_, table) = page.split_once("## Held against the field").expect("there");
+    let (_, table) = page.split_once("## Compared with others").expect("there");
     let mut rows = 0;
     for row in table.lines().filter(|line| line.starts_with("| `")) {
         let cells: Vec<&str> = row

@@ -118,7 +118,7 @@ fn conduct(
         stop,
         progress: &progress,
         live: Some(live),
-        warn: &warn,
+        warn: &|text| output.warn(text),
     };
     let result = experiment.run(request, supervisor);
     bar.finish_and_clear();
@@ -130,7 +130,7 @@ fn conduct(
     let (picture, unsaved) = drawn(curves, &folder);
     report.run.figure = picture;
     for warning in &report.run.warnings {
-        warn(warning);
+        output.warn(warning);
     }
     output.summary(&report)?;
     both_saved(report.run.lost_table(), unsaved)?;

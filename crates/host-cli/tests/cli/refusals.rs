@@ -41,7 +41,7 @@ fn a_former_key_is_answered_with_its_new_name() {
         run experiments/coupler.toml coupler_stiffness=1 => coupler_stiffness=1: `coupler_stiffness` is now called `coupler_damping_n_s_per_m`
         run experiments/teleoperation.toml place=wall => place=wall: `place` is now called `environment`
         analyze coupling --coupler-stiffness 1 => --coupler-stiffness is now called --coupler-damping
-        analyze coupling coupler-dissipation=1 => coupler-dissipation=1: `coupler-dissipation` is now called `coupler_spring`
+        analyze coupling coupler-dissipation=1 => coupler-dissipation=1: `coupler-dissipation` is now called --coupler-spring
         ",
     );
 }

@@ -166,7 +166,7 @@ impl Reader {
                 line: table.header_line,
                 column: Some(name.to_owned()),
                 reason: format!(
-                    "unit {:?} is not one of {}: {}",
+                    "unit {:?} is not a unit of {}: {}",
                     foreign.unit,
                     foreign.column.name(),
                     remedy(foreign.column.dimension(), foreign.column)
@@ -190,7 +190,7 @@ impl Reader {
         let factor = |column: Column, unit: &str| {
             column.dimension().factor(unit).ok_or_else(|| {
                 IdentifyError::Record(format!(
-                    "unit {unit:?} is not one of {}: {}",
+                    "unit {unit:?} is not a unit of {}: {}",
                     column.name(),
                     remedy(column.dimension(), column)
                 ))

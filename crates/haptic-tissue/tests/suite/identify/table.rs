@@ -449,7 +449,7 @@ const REFUSED: &str = r#"
     time_s,relaxation_modulus_pa\n2,5\n\n1,4\n | - | line 4 & time 1 s comes after 2 s & sort
     time_s,relaxation_modulus_pa\n1,5\n2,-4\n | - | line 3 & modulus -4 Pa is not above 0 Pa
     time_s,relaxation_modulus_pa\n1,5\n2,5\n | - | 5 Pa in every sample
-    time_s,relaxation_modulus_pa\n1,4,5\n | - | line 2 & 3 cells under a header of 2 & decimal commas
+    time_s,relaxation_modulus_pa\n1,4,5\n | - | line 2 & 3 cells under a header of 2 & decimals have commas
     Time [Pa],Modulus\n1,5\n | - | line 1, column Time [Pa] & unit "Pa" is not a unit of time & `units` time=s
     time_s,t [s],modulus\n1,1,5\n | - | line 1 & both look like time & `columns`
     time_s,stress_pa\n1,5\n2,4\n | - | stress_pa (stress) & give `strain`
