@@ -31,7 +31,7 @@ pub(crate) fn experiment_parameters<'py>(
             let range = match parameter.value {
                 Value::Number(_, range) => range.to_string(),
                 Value::List(range) => format!("a list of numbers {range}"),
-                Value::Count(_) | Value::Flag(_) | Value::Text(_) | _ => String::new(),
+                Value::Count(_) | Value::Flag(_) | Value::Text(_) => String::new(),
             };
             let (key, help) = (parameter.key, parameter.help);
             list.append((section, key, default(py, parameter)?, needed, range, help))?;
@@ -46,7 +46,7 @@ fn default<'py>(py: Python<'py>, parameter: &Parameter) -> PyResult<Bound<'py, P
         Value::Count(count) => count.into_pyobject(py)?.into_any(),
         Value::Flag(flag) => flag.into_pyobject(py)?.to_owned().into_any(),
         Value::Text(text) => text.into_pyobject(py)?.into_any(),
-        Value::Number(None, _) | Value::List(_) | _ => py.None().into_bound(py),
+        Value::Number(None, _) | Value::List(_) => py.None().into_bound(py),
     })
 }
 

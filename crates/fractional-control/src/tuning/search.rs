@@ -70,11 +70,11 @@ pub fn tune(
         ..*wishes
     };
     let why = if wishes.iso_damping && is_there(free) {
-        "there is one whose phase is not flat there: give up the flat phase, or change the crossover"
+        "a controller exists whose phase is not flat there: give up the flat phase, or change the crossover"
     } else if is_there(at(0.5 * omega)) {
-        "there is one at half the crossover: lower the crossover"
+        "a controller exists at half the crossover: lower the crossover"
     } else if is_there(at(2.0 * omega)) {
-        "there is one at twice the crossover: raise the crossover"
+        "a controller exists at twice the crossover: raise the crossover"
     } else if is_there(less) {
         "a controller exists at half that margin: ask for less"
     } else {
