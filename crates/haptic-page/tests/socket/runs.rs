@@ -29,7 +29,7 @@ fn an_experiment_is_started_from_a_form_watched_and_stopped() {
     let slow = json!({"kind": "wall", "realtime": true, "parameters": {"mass_kg": 0.065, "damping_n_s_per_m": 3.5, "sample_time_s": 0.002,
         "order": 0.5, "stiffness_n_per_m": 300, "dissipation_n_s_mu_per_m": 6, "duration_s": 1000, "window_s": 1}});
     page.ask("runs.start", slow.clone());
-    page.refuses("runs.start", slow, "goes on");
+    page.refuses("runs.start", slow, "is still running");
     let running = |run: &Value| run["state"] == "running" && run["name"] == "wall-0001/wall";
     page.wait("run", running);
     let shown = page.ask("view", json!({"source": "wall-0001/wall", "columns": 10}));
@@ -225,7 +225,7 @@ fn a_touch_is_run_from_a_form_and_seen_while_it_grows() {
     page.wait("run", |run| run["samples_done"].as_u64() > Some(20));
     let name = json!({"name": "touch-0001/touch"});
     let table = json!({"name": "touch-0001/touch", "channels": []});
-    page.refuses("runs.table", table, "goes on");
+    page.refuses("runs.table", table, "is still running");
     let going = page.ask("runs.open", name.clone());
     assert_documented("runs.open", &going);
     has(&going, json!({"axes": 2, "running": true}));
