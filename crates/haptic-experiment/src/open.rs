@@ -295,7 +295,8 @@ impl Document {
             Ok(said)
         };
         let mut today = self.clone();
-        today.logged.clear();
+        // It stays a log, which may have former keys.
+        today.logged.retain(|key, _| key == IN_LOG.1);
         let then = read(self).ok().filter(|_| !self.logged.is_empty())?;
         // Of files that cannot be read any more there is nothing.
         let today = read(&today).unwrap_or_default();

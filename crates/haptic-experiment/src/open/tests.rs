@@ -398,3 +398,22 @@ fn an_error_in_a_file_points_at_a_character_of_a_line() {
         assert_eq!(found, (line, shown, at), "{error}");
     }
 }
+
+#[test]
+fn a_log_with_former_keys_has_the_files_that_it_had() {
+    let text = |key: &str, tissue: &str| {
+        format!("[teleoperation]\n{key} = \"tissue\"\ntissue = \"{tissue}\"\n")
+    };
+    let logged = |tissue: &str| {
+        let document = Document::of_text(Path::new("far.toml"), &text("environment", tissue));
+        let mut said = ExperimentFile::open(&document).expect("good").metadata();
+        document.keep_in(&mut said).expect("good");
+        said
+    };
+    let mut log = Document::of_text(Path::new("far.mcap"), &text("place", "liver"));
+    log.logged = logged("liver");
+    assert_eq!(log.changed_since_log(), None);
+    log.logged = logged("kidney");
+    let changed = log.changed_since_log().expect("not that of today");
+    assert!(changed.starts_with("the file of tissue "), "{changed}");
+}

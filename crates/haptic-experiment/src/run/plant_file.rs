@@ -314,7 +314,7 @@ impl DeviceValues {
             self.hand_stiffness_n_per_m,
         );
         // Less would move faster than numbers go.
-        range("mass", m, m >= 1e-15, "at least 1e-15", "kg")?;
+        range("mass", m, m >= 1e-15, "at least 1e-15 {}", "kg")?;
         fracdiff::parameter::not_negative("damping", b, "N·s/m")?;
         fracdiff::parameter::not_negative("hand stiffness", k, "N/m")?;
         let states = StateSpace::new(

@@ -150,7 +150,7 @@ pub(super) fn parse(text: &str) -> Result<(Value, Request), (Value, String)> {
         .map_err(|error| none(format!("the message is not JSON: {error}")))?;
     let Value::Object(mut object) = value else {
         return Err(none(
-            "the message is not JSON object: send {\"id\": 1, \"do\": …}".to_owned(),
+            "the message is not a JSON object: send {\"id\": 1, \"do\": …}".to_owned(),
         ));
     };
     let id = object.remove("id").filter(Value::is_number);
@@ -182,6 +182,8 @@ mod tests {
             let (id, sentence) = parse(garbage).expect_err(garbage);
             assert!(id.is_null() && !sentence.is_empty(), "{garbage}");
         }
+        let (_, sentence) = parse("[]").expect_err("no object");
+        assert!(sentence.contains("not a JSON object"), "{sentence}");
         let wrong = r#"
             {"id": 7}
             {"id": 7, "do": "fly"}
