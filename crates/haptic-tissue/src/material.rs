@@ -495,7 +495,13 @@ fn parse(text: &str) -> Result<Material, Wrong> {
         // One line; TOML's own message may have several.
         (
             offset,
-            error.message().lines().collect::<Vec<_>>().join("; "),
+            // A word between backticks would be a key of ours.
+            error
+                .message()
+                .lines()
+                .collect::<Vec<_>>()
+                .join("; ")
+                .replace('`', "\""),
         )
     })?;
     let name = file.name.get_ref();

@@ -3,7 +3,7 @@
 use crate::command;
 use crate::command::device::{changes, emulate};
 use crate::command::run::Experiment;
-use crate::names::Names;
+use crate::names::{Names, option_of};
 use crate::options::{self, WithFiles, keys};
 use crate::output::{Output, note, refused};
 use clap::error::{ContextKind, ErrorKind};
@@ -231,9 +231,16 @@ fn asked() -> clap::Command {
 fn options_of_asked() -> BTreeSet<String> {
     let command = asked();
     let options = command.get_arguments().filter_map(clap::Arg::get_long);
+    // A file or a column may be called like a key: what somebody typed is said as it was typed.
+    let typed = || {
+        std::env::args_os()
+            .skip(1)
+            .filter_map(|word| word.into_string().ok())
+    };
+    let is_typed = |option: &str| typed().any(|word| option_of(&word) == option);
     // A person names the columns of a record.
     options
-        .filter(|option| !["input", "output"].contains(option))
+        .filter(|option| !["input", "output"].contains(option) && !is_typed(option))
         .map(str::to_owned)
         .collect()
 }
@@ -256,7 +263,7 @@ fn not_an_option(error: &clap::Error) -> Option<String> {
         return None;
     }
     let (wanted, command) = (argument.trim_start_matches('-'), asked());
-    if let Some(now) = renamed(wanted).map(crate::names::option_of)
+    if let Some(now) = renamed(wanted).map(option_of)
         && command
             .get_arguments()
             .any(|known| known.get_long() == Some(&now))

@@ -78,7 +78,7 @@ impl Output {
             // JSON escapes them itself, but for those behind the ASCII ones, which stand in strings alone.
             serde_json::to_string(value)
                 .map_err(io::Error::from)
-                .and_then(|json| writeln!(out, "{}", self.renamed(&json)))
+                .and_then(|json| writeln!(out, "{json}"))
         } else {
             text(&mut out)
         };

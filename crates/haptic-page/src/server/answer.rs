@@ -67,7 +67,11 @@ pub(super) async fn answer(
         Request::RunsForms {} => hub.runs.forms(),
         Request::RunsStart(run) => blocking(move || hub.start_run(&run)).await?,
         Request::RunsStop {} => json!(hub.runs.stop()),
-        Request::Ask { panel, question } => page.panels.ask(panel, question).await?,
+        Request::Ask {
+            panel,
+            question,
+            turn,
+        } => page.panels.ask(panel, question, turn).await?,
         Request::Quantity { key, text } => {
             json!({"value": parse_for_key(&key, &text).map_err(Failure::bad_input)?})
         }

@@ -27,7 +27,7 @@ impl Question {
 
 /// A question in its panel.
 #[derive(Debug, Default)]
-struct Turn {
+pub(super) struct Turn {
     given_up: AtomicBool,
     told: Notify,
 }
@@ -54,10 +54,20 @@ pub(super) struct Panels {
 }
 
 impl Panels {
-    pub(super) async fn ask(&self, panel: Panel, question: Question) -> Result<Value, Failure> {
+    /// Makes this the newest turn of its panel, which gives up the one before it.
+    pub(super) fn take_turn(&self, panel: Panel, turn: &Arc<Turn>) {
+        let newest = &mut *locked(&self.queues[panel as usize].newest);
+        std::mem::replace(newest, Arc::clone(turn)).give_up();
+    }
+
+    /// The answer to a question whose turn was taken.
+    pub(super) async fn ask(
+        &self,
+        panel: Panel,
+        question: Question,
+        turn: Arc<Turn>,
+    ) -> Result<Value, Failure> {
         let queue = &self.queues[panel as usize];
-        let turn = Arc::<Turn>::default();
-        std::mem::replace(&mut *locked(&queue.newest), Arc::clone(&turn)).give_up();
         // Asked after `give_up` has seen the one before it: nobody waits for this one either.
         if self.gone.load(Ordering::Relaxed) {
             turn.give_up();

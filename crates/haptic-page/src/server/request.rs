@@ -1,5 +1,6 @@
 //! Requests of a page: see `docs/page-protocol.md`.
 
+use super::panels::Turn;
 use crate::control::ControlRequest;
 use crate::feel::FeelChange;
 use crate::identify::IdentifyRequest;
@@ -8,6 +9,7 @@ use crate::surface::SurfaceRequest;
 use crate::wall::WallQuestion;
 use serde::Deserialize;
 use serde_json::{Map, Value};
+use std::sync::Arc;
 
 #[derive(Debug, Deserialize)]
 #[serde(tag = "do", deny_unknown_fields)]
@@ -56,7 +58,12 @@ pub(super) enum Request {
     #[serde(rename = "runs.stop")]
     RunsStop {},
     #[serde(rename = "ask")]
-    Ask { panel: Panel, question: Question },
+    Ask {
+        panel: Panel,
+        question: Question,
+        #[serde(skip)]
+        turn: Arc<Turn>,
+    },
     #[serde(rename = "quantity")]
     Quantity { key: String, text: String },
     #[serde(rename = "surface")]

@@ -139,6 +139,10 @@ async fn obey(id: Value, request: Request, hub: &Arc<Hub>, page: &Page) {
     let Ok(place) = Arc::clone(&hub.work).try_acquire_owned() else {
         return page.answer(&id, Err(Failure::bad_input(BUSY)));
     };
+    // In the order of reading: a task may begin before one that was spawned earlier.
+    if let Request::Ask { panel, turn, .. } = &request {
+        page.panels.take_turn(*panel, turn);
+    }
     let (hub, page) = (Arc::clone(hub), page.clone());
     tokio::spawn(async move {
         page.answer(&id, answer(&id, request, &hub, &page).await);
