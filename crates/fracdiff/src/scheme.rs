@@ -118,7 +118,7 @@ pub enum SchemeError {
     #[error("scheme \"{}\" is not one of {}", .0, known())]
     Unknown(String),
     /// A parameter that is not a number.
-    #[error("\"{0}\" in the scheme is not a number of the kind asked for")]
+    #[error("\"{0}\" in the scheme is not a number that may stand there")]
     NotANumber(String),
     /// A parameter outside its range.
     #[error(transparent)]

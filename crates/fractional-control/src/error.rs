@@ -19,7 +19,7 @@ pub enum ControlError {
     Design(#[from] DesignError),
     /// The numerator grows faster than the denominator.
     #[error(
-        "order {numerator} of the numerator is above {denominator}, that of the denominator: add a faster pole"
+        "the numerator's order {numerator} exceeds the denominator's order {denominator}: add a faster pole"
     )]
     Improper {
         /// Order of the numerator.

@@ -113,7 +113,7 @@ pub enum OpenError {
     #[error(transparent)]
     Moteus(#[from] MoteusOpenError),
     /// It has not so many axes.
-    #[error("it has {most} {}, and {axes} are asked for: change `axes`, or take another device", if *most == 1 { "axis" } else { "axes" })]
+    #[error("it has {most} {}, but {axes} are needed: change `axes`, or take another device", if *most == 1 { "axis" } else { "axes" })]
     Axes {
         /// Number of axes that were asked for.
         axes: usize,

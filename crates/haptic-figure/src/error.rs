@@ -6,7 +6,7 @@
 pub enum FigureError {
     /// There is nothing to draw.
     #[error(
-        "no {what} to draw: {samples} samples, none of them finite and within reach of its axes"
+        "no {what} to draw: {samples} samples, none of them finite and within its axes"
     )]
     Empty {
         /// The curve that is missing.

@@ -43,21 +43,21 @@ pub struct PronyFit {
 pub enum ExportError {
     /// A number of branches outside [`PronyFit::BRANCHES`].
     #[error(
-        "{BRANCHES} {0} is not from {least} to {most}: 2 for each decade give about 1 %",
+        "{BRANCHES} {0} is not from {least} to {most}: 2 per decade reach about 1 %",
         least = PronyFit::BRANCHES.start(), most = PronyFit::BRANCHES.end()
     )]
     Branches(usize),
     /// Times that are no band: shortest and longest, s.
     #[error(
-        "{SHORTEST} {} s to {HORIZON} {} s are not above 0 s and 0 to {DECADES_MOST} decades apart",
+        "{SHORTEST} {} s to {HORIZON} {} s must be above 0 s, and the second 0 to {DECADES_MOST} decades above the first",
         Shown(*.0), Shown(*.1)
     )]
     Band(f64, f64),
     /// A dashpot beside the rest: its stress is an impulse, which no branch has.
-    #[error("{0} has a dashpot beside the rest, which no Prony series has: give it by itself")]
+    #[error("{0} has a parallel dashpot, which no Prony series can hold: give the dashpot separately")]
     Impulse(ModelKind),
     /// G has fallen to nothing within the band, at this time, s.
-    #[error("the modulus has fallen to nothing at {} s: take a {HORIZON} below it", Shown(*.0))]
+    #[error("the modulus has decayed to zero by {} s: take a {HORIZON} below it", Shown(*.0))]
     Vanished(f64),
     /// More terms than the format has: their number, and the most.
     #[error(

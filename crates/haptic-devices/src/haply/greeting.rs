@@ -31,7 +31,7 @@ pub enum HaplyOpenError {
     Port(#[from] SerialError),
     /// Not one whole answer came in time.
     #[error(
-        "no 2DIY answers: {bytes} of the 9 bytes of an answer came in 0.5 s; check the port, and that the board is on"
+        "no 2DIY answered: only {bytes} of the 9 bytes of an answer arrived in 0.5 s; check the port, and that the board is on"
     )]
     Mute {
         /// Bytes of that answer which did come; 0 if nothing is there.
@@ -55,11 +55,11 @@ pub enum HaplyOpenError {
     )]
     Line,
     /// Its first answers cannot be those of such a device.
-    #[error("the first answer is not that of a working 2DIY: {0}")]
+    #[error("the first answer is not from a working 2DIY: {0}")]
     First(Trouble),
     /// Its first answers, by the home of an earlier command.
     #[error(
-        "with home=before the first answer is not that of a working 2DIY: {0}; if the handle was not at its home then, or the board was \
+        "with home=before the first answer is not from a working 2DIY: {0}; if the handle was not at its home then, or the board was \
          switched off since, hold it there and omit home=before"
     )]
     FirstSinceBefore(Trouble),

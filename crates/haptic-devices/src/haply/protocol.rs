@@ -119,11 +119,11 @@ const COUNTS_SPARE: f64 = 4.0;
 #[non_exhaustive]
 pub enum Trouble {
     /// The port is gone, or takes no bytes.
-    #[error("its port is gone: look at its plug and its supply")]
+    #[error("its port is gone: check its plug and power supply")]
     Gone,
     /// No whole answer in time.
     #[error(
-        "no whole answer for {ticks} ticks ({bytes} of 9 bytes came): a byte was lost, the board hangs, or the sample time is too short for this USB port"
+        "no complete answer for {ticks} ticks ({bytes} of 9 bytes came): a byte was lost, the board hangs, or the sample time is too short for this USB port"
     )]
     Silent {
         /// Ticks in a row without a whole answer.
@@ -133,7 +133,7 @@ pub enum Trouble {
     },
     /// More bytes than were asked for.
     #[error(
-        "{bytes} bytes came where {expected} were due: something was added on the line, or another program speaks to the board"
+        "{bytes} bytes arrived instead of {expected}: the line added some, or another program is talking to the board"
     )]
     TooMuch {
         /// Bytes that came in the tick.
@@ -143,7 +143,7 @@ pub enum Trouble {
     },
     /// The answer of another device.
     #[error(
-        "the answer is of device {device_id} instead of 5: a byte was lost or changed, or this is no 2DIY"
+        "the answer comes from device {device_id} instead of 5: a byte was lost or changed, or this is not a 2DIY"
     )]
     OtherDevice {
         /// Number that the answer carries in place of the device's.
@@ -166,7 +166,7 @@ pub enum Trouble {
     },
     /// No posture of these arms has such angles.
     #[error(
-        "angles of {first:.1}° and {second:.1}° are out of reach of a 2DIY of version {version}: give version={other} if it is one of those, and hold the handle at its home while the device is opened"
+        "angles of {first:.1}° and {second:.1}° are out of reach of a 2DIY of version {version}: give version={other} if yours is that version, and hold the handle at its home while the device is opened"
     )]
     OutOfReach {
         /// θ₁ of the answer, degrees.
@@ -180,7 +180,7 @@ pub enum Trouble {
     },
     /// The posture is singular, or next to it.
     #[error(
-        "{singular}: keep the handle in the middle, or give version={other} if it is one of those"
+        "{singular}: keep the handle in the middle, or give version={other} if yours is that version"
     )]
     Singular {
         /// Names what is wrong with the posture.

@@ -34,7 +34,7 @@ pub enum MoteusOpenError {
 #[non_exhaustive]
 pub enum Trouble {
     /// The port takes or gives no bytes any more.
-    #[error("the adapter is gone: look at its plug and its supply")]
+    #[error("the adapter is gone: check its plug and power supply")]
     Gone,
     /// No answer for so many ticks in a row.
     #[error("servo {id} did not answer {ticks} times in a row: {instead}")]
@@ -73,7 +73,7 @@ pub enum Trouble {
         mode: u8,
     },
     /// The servo does not know its position.
-    #[error("servo {id} does not know its position: look at its encoder with the maker's `tview`")]
+    #[error("servo {id} does not know its position: check its encoder with the maker's `tview`")]
     NotFinite {
         /// Number of the servo on its bus.
         id: u8,

@@ -159,7 +159,7 @@ impl CouplerExperiment {
             .map(|remote| remote.loop_mode)
         {
             Some(LoopMode::Device) => Err(Failure::bad_input(format_args!(
-                "a loop on the device cannot carry a coupler, its firmware renders walls: give {loop_host}",
+                "a loop on the device cannot run a coupler, as its firmware renders only walls: give {loop_host}",
                 loop_host = p::LOOP.set_to("host")
             ))),
             _ => Ok(()),

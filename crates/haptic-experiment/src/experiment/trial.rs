@@ -139,7 +139,7 @@ impl TrialPlan {
         }
         if !(self.push_n > 0.0 && self.push_n < self.force_limit_n) {
             return Err(Failure::bad_input(format_args!(
-                "push {} N is not above 0 N and below the force limit of {} N: change either",
+                "push {} N is not above 0 N and below the force limit of {} N: change one of them",
                 Shown(self.push_n),
                 Shown(self.force_limit_n)
             )));

@@ -280,7 +280,7 @@ impl Wish {
 fn not_at_rest(order: f64, settling: &Settling, remedy: &str) -> Failure {
     let (verdict, why) = (settling.verdict.words(), settling.reason());
     Failure::run(format_args!(
-        "the best candidate, order {order}, is {verdict} when it is tried: {}; {remedy}",
+        "the best candidate, order {order}, is {verdict} in its trial: {}; {remedy}",
         why.unwrap_or_default()
     ))
 }
@@ -288,7 +288,7 @@ fn not_at_rest(order: f64, settling: &Settling, remedy: &str) -> Failure {
 /// A design without a candidate.
 fn nothing_found(why: Option<&str>) -> Failure {
     Failure::run(format_args!(
-        "no candidate fulfils the wish: {}; ask for less, or take other {DESIGN_ORDERS} or another device",
+        "no candidate meets the wish: {}; ask for less, or choose other {DESIGN_ORDERS} or another device",
         why.unwrap_or("nothing does it")
     ))
 }
@@ -311,7 +311,7 @@ impl DesignReport {
                     && self.imperfections.sensors.are_ideal() =>
             {
                 warn(&format!(
-                    "the best candidate, order {}, is passive but rings for longer than it was tried: the device has little damping",
+                    "the best candidate, order {}, is passive but still rings at the end of its trial: the device has little damping",
                     best.order
                 ));
                 Ok(())

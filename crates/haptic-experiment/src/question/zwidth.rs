@@ -134,7 +134,7 @@ impl ZWidth {
     fn check(&self) -> Result<(), Failure> {
         if !POINTS.contains(&self.points) {
             return Err(Failure::bad_input(format_args!(
-                "number of points {} is not in [{}, {}]: give as many dissipations an order with {ZWIDTH_POINTS}",
+                "number of points {} is not in [{}, {}]: set the number of dissipations per order with {ZWIDTH_POINTS}",
                 self.points,
                 POINTS.start(),
                 POINTS.end()

@@ -115,7 +115,7 @@ impl DeviceName {
             (Some(name), Some(axes)) => name.connect_with(axes, patience, warn, stop),
             (Some(name), None) => name.open(1, warn, patience, stop),
             (None, _) => Err(Failure::bad_input(format_args!(
-                "device \"sim\" has no port: give {}, as of an emulated device",
+                "device \"sim\" has no port: give {}, such as that of an emulated device",
                 DEVICE.set_to("serial:PATH")
             ))),
         }
@@ -136,7 +136,7 @@ impl LinkedName {
         match (has, axes) {
             _ if has == axes => Ok(link),
             (_, 1) => Err(Failure::bad_input(format_args!(
-                "{self} has {has} axes, and this needs one: with several only a [touch] with {} runs so far; name another {DEVICE}",
+                "{self} has {has} axes, but this experiment needs one: so far only a [touch] with {} runs on several; name another {DEVICE}",
                 TOUCH_AXES.set_to(has)
             ))),
             (1, _) => Err(Failure::bad_input(format_args!(

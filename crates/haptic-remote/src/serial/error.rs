@@ -37,7 +37,7 @@ pub enum SerialError {
     },
     /// Nobody answers at a socket, which lets one program in at a time.
     #[error(
-        "nobody answers at the socket {path}, which lets one program in at a time: close another one"
+        "nothing answers at the socket {path}, which serves one program at a time: close the other one"
     )]
     SilentSocket {
         /// Path of the port, as it was given.

@@ -178,7 +178,7 @@ impl Arguments {
         if (1..BOOTSTRAP_LEAST).contains(&self.fit.bootstrap) {
             let records = self.fit.bootstrap;
             return Err(Failure::bad_input(format_args!(
-                "{records} records give no interval: give --bootstrap at least {BOOTSTRAP_LEAST}"
+                "{records} records are too few for an interval: give --bootstrap at least {BOOTSTRAP_LEAST}"
             )));
         }
         let name = self.tissue_name()?;

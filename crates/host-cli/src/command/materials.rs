@@ -152,7 +152,7 @@ impl Export {
         if material.stiffening > 0.0 {
             let b = material.stiffening;
             warn(&format!(
-                "{} stiffens by b = {b}, which no Prony series has",
+                "{} stiffens by b = {b}, which no Prony series can represent",
                 self.name
             ));
         }

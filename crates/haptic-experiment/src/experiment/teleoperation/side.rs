@@ -218,7 +218,7 @@ impl TeleoperationExperiment {
             return Ok(line);
         }
         Err(Failure::run(format_args!(
-            "interrupted before the other side was there; no force was made"
+            "interrupted before the other side connected; no force was applied"
         )))
     }
 

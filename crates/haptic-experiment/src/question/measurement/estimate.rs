@@ -23,7 +23,7 @@ use serde::Serialize;
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub(crate) enum MeasureError {
     #[error(
-        "the record has {samples} samples of the multi-sine, which is below {least}: give a longer {}",
+        "the record has {samples} samples of the multi-sine, fewer than the {least} needed: give a longer {}",
         MEASURE_DURATION
     )]
     Short { samples: usize, least: usize },
@@ -43,7 +43,7 @@ pub(crate) enum MeasureError {
     )]
     Still,
     #[error(
-        "no mass with damping, friction, delay and lag moves like this device: see that nothing touches it and that its position is right, and give a larger {}",
+        "no mass with damping, friction, delay and lag moves like this device: check that nothing touches it and that its position is right, and give a larger {}",
         MEASURE_FORCE_LIMIT
     )]
     NoFit,

@@ -100,14 +100,14 @@ impl<'a, P: PreflightSubject, M> RemoteRun<'a, P, M> {
             true if error.is_about(Field::SimulationKind) => Failure::input_with_advice(
                 error,
                 format_args!(
-                    "this board simulates no compliant contact, take {contact_rigid}",
+                    "this board cannot simulate a compliant contact: take {contact_rigid}",
                     contact_rigid = CONTACT.set_to("rigid")
                 ),
             ),
             true if holds && is_too_long(&error) => Failure::input_with_advice(
                 error,
                 format_args!(
-                    "give the {CONTROLLER} fewer numbers, as by a shorter `{}` or scheme = \"full:1e-4\", or a longer {SAMPLE_TIME}",
+                    "give the {CONTROLLER} fewer numbers, for instance with a shorter `{}` or scheme = \"full:1e-4\", or a longer {SAMPLE_TIME}",
                     MEMORY.key
                 ),
             ),
