@@ -3,7 +3,8 @@
 use core::cell::Cell;
 use critical_section::Mutex;
 
-/// Extends a 32-bit counter of microseconds to 64 bits. Has to be read once in 71 minutes; a tick does.
+/// Extends a 32-bit counter of microseconds to 64 bits. It must be read at least once in 71
+/// minutes; a tick does.
 #[derive(Debug)]
 pub struct Clock(Mutex<Cell<u64>>);
 

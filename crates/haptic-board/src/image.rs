@@ -16,7 +16,8 @@ pub struct Image {
 }
 
 impl Image {
-    /// Of a board, whose name has 16 bytes at most, and a version: major, minor, patch. It tells no digest.
+    /// Of a board, whose name has 16 bytes at most, and a version: major, minor, patch. It reports
+    /// no digest.
     ///
     /// ```
     /// static IMAGE: haptic_board::Image = haptic_board::Image::new("my-board", [0, 1, 0]);

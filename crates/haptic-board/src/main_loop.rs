@@ -33,7 +33,8 @@ impl<'a, H: Hardware> MainLoop<'a, H> {
         }
     }
 
-    /// One round. True if there is nothing left to do: then sleep until an interrupt comes, the tick at the latest.
+    /// One round. True if nothing is left to do: then sleep until an interrupt comes, the tick at
+    /// the latest.
     pub fn round(
         &mut self,
         line: &mut impl Line,
@@ -71,7 +72,7 @@ impl<'a, H: Hardware> MainLoop<'a, H> {
     }
 }
 
-/// [`MainLoop::round`] for ever, asleep when there is nothing to do.
+/// [`MainLoop::round`] for ever, sleeping while there is nothing to do.
 pub fn serve<H: Hardware>(
     device: &Shared<H>,
     session: &mut DeviceSession,

@@ -117,9 +117,9 @@ impl Quadrature {
         followed
     }
 
-    /// Takes in what has come into a ring, which a DMA fills from its beginning on, four samples a byte, up to `end`, the
-    /// place of the next byte: so the position is that of now, and not of when a word was full. To be called
-    /// before it has come round.
+    /// Takes in what has come into a ring, which a DMA fills from its beginning on, four samples a
+    /// byte, up to `end`, the place of the next byte: so the position is current, not that of the
+    /// last full word. To be called before it has come round.
     ///
     /// # Errors
     /// As [`take`](Self::take); and a wire that is off, where it is called once a tick.

@@ -52,7 +52,7 @@ impl<const N: usize> Queue<N> {
         critical_section::with(|token| user(&mut self.0.borrow_ref_mut(token)))
     }
 
-    /// Takes a byte in. One for which there is no room is lost, and counted.
+    /// Takes a byte in. A byte that does not fit is lost and counted.
     pub fn push(&self, byte: u8) {
         self.with(|queue| queue.push(byte));
     }
@@ -69,8 +69,8 @@ impl<const N: usize> Queue<N> {
         self.with(|queue| queue.waiting.pop_front())
     }
 
-    /// Hands the oldest byte to somebody who may not take it yet: it goes only if that is true. Without a byte nobody
-    /// is asked. Returns if there was one.
+    /// Hands the oldest byte to somebody who may not take it yet: it goes only if that is true. If
+    /// it is empty, nothing is called. Returns if there was one.
     pub fn offer(&self, taken: impl FnOnce(u8) -> bool) -> bool {
         self.with(|queue| {
             let Some(&byte) = queue.waiting.front() else {

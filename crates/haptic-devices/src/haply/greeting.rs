@@ -136,8 +136,7 @@ impl<L: Line> Haply2Diy<L> {
     /// Configures the board at the other end of a line, unless it is to keep the home of before, and looks at its first answers. No
     /// torque meanwhile.
     ///
-    /// # Errors
-    /// No answer, or one that cannot be of such a device.
+    /// # Errors No answer, or one that such a device cannot give.
     pub fn greet(mut line: L, name: &HaplyName) -> Result<Self, HaplyOpenError> {
         let (model, posture) = greeted(&mut line, name)?;
         Ok(Self::new(line, model, posture, name))

@@ -394,7 +394,8 @@ impl Plane {
     /// ```text
     /// M = I·(J·Jᵀ)⁻¹,   mass along n  1/(nᵀ·M⁻¹·n) = I/|Jᵀ·n|²  in [I/σ₁², I/σ₂²],  σ the singular values of J
     /// ```
-    /// Both arms count as the same inertia I about their base joints. Places are looked at on a grid of 1 mm.
+    /// Both arms are assumed to have the same inertia I about their base joints. Positions are
+    /// checked on a grid of 1 mm.
     ///
     /// # Errors
     /// A box with a place that the arms do not reach, or where they are next to a singular posture.

@@ -25,7 +25,7 @@ pub const TORQUE_MAX_NM: f64 = 0.123;
 pub const TORQUES_BYTES: usize = 10;
 /// Bytes of the frame that configures the board.
 pub const CONFIGURATION_BYTES: usize = 26;
-/// Bytes of the board's answer; there is no other frame from it.
+/// Bytes of the board's answer; the board sends no other frame.
 pub const ANSWER_BYTES: usize = 9;
 /// More zeros than any frame can still miss: the longest configuration has 3 + 4 + 1 + 4 + 1 + 255 + 1 + 255 + 4·8 =
 /// 556 bytes.
@@ -201,7 +201,7 @@ impl Trouble {
         }
     }
 
-    /// Tells whether to look at the board or at its line.
+    /// True if the cause is the board, not its line.
     #[must_use]
     pub const fn cause(self) -> TroubleCause {
         if matches!(self, Self::Gone | Self::Silent { .. }) {

@@ -78,7 +78,7 @@ impl Route {
     }
 }
 
-/// What is said to one servo, and how its answers look.
+/// The frames to one servo, and the format of its answers.
 #[derive(Debug)]
 pub struct Frames {
     address: u32,

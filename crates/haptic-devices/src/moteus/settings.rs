@@ -16,7 +16,7 @@ pub struct MoteusSettings {
     pub radius_m: f64,
     /// Largest torque that is ever asked of the servo, N·m, in [0.0001, 20].
     pub torque_limit_nm: f64,
-    /// Silence of this program after which the servo lets go by itself, s, in [0.01, 1].
+    /// Silence of this program after which the servo lets go on its own, s, in [0.01, 1].
     pub watchdog_s: f64,
     /// Ticks in a row without an answer that are a fault, 2 to 1000.
     pub lost_most: u32,
@@ -72,7 +72,7 @@ impl Setting {
 }
 
 impl MoteusSettings {
-    /// A servo as it is delivered, with a capstan of 20 mm; 0.1 N·m are 5 N there, which no hand minds.
+    /// A servo as delivered, with a capstan of 20 mm; 0.1 N·m are 5 N there, which no hand minds.
     pub const DEFAULT: Self = Self {
         id: 1,
         radius_m: 0.02,
@@ -117,7 +117,7 @@ impl MoteusSettings {
     }
 }
 
-/// A servo by name: `moteus:PATH[,key=value]…`, its keys those of [`MoteusSettings`].
+/// A servo by name: `moteus:PATH[,key=value]…`, with the keys of [`MoteusSettings`].
 #[derive(Clone, Debug, PartialEq)]
 pub struct MoteusName {
     pub(super) path: String,

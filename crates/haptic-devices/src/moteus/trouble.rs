@@ -114,7 +114,7 @@ pub struct Instead {
     pub taken: u32,
     /// Lines in which it complained.
     pub refused: u32,
-    /// Lines that are none of an adapter, or were damaged; answers that cannot be.
+    /// Lines that an adapter does not send, or that were damaged; answers that cannot be.
     pub garbage: u32,
 }
 
