@@ -30,11 +30,12 @@ pub trait AtLine {
 pub struct Damage {
     /// What became of requests: the device answers only those that came whole.
     pub to_device: LineDamage,
-    /// What became of answers, which the host then waits for in vain.
+    /// Answers that the line loses, so the host waits for them until it times out.
     pub to_host: LineDamage,
 }
 
-/// Runs a device at this end of a line until it is stopped or its time is over. The faults are those of single bytes.
+/// Runs a device at this end of a line until it is stopped or its time is over. Each fault concerns
+/// a single byte.
 ///
 /// # Errors
 /// Faults outside their range.
@@ -92,8 +93,8 @@ fn carried(line: &mut FaultyLine, bytes: &[u8], now_us: u64) -> Vec<u8> {
 }
 
 /// A line to an emulated device of this process. It lives in the time of the thread that
-/// [serves](haptic_remote::serial::Served::in_its_own_time) the hardware before it, answers at once and is never late: what a
-/// busy machine makes of it is slow, and the same.
+/// [serves](haptic_remote::serial::Served::in_its_own_time) the hardware before it, answers at once
+/// and never late: what a busy machine makes of it is slow, and the same.
 ///
 /// ```
 /// use haptic_emulator::NearLine;

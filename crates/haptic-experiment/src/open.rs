@@ -131,7 +131,7 @@ impl ExperimentFile {
         self.indentation().map(|pressed| &pressed.piece)
     }
 
-    /// What the log of its run says of it, over what its document says.
+    /// What the log of its run says about it, which overrides its document.
     #[must_use]
     pub fn metadata(&self) -> BTreeMap<String, String> {
         self.0.metadata()
@@ -173,9 +173,8 @@ impl ExperimentFile {
     /// Runs a side of a teleoperation for `duration_s` of its device, once the other is there; log and table go into the folder. `opened` hears
     /// the address of this side.
     ///
-    /// # Errors
-    /// Another experiment; a parameter outside its range; an address that cannot be had; nobody at the other end, or somebody who does not
-    /// fit; a log that cannot be written.
+    /// # Errors Another experiment; a parameter outside its range; an address that cannot be had;
+    /// no other side, or one that does not match; a log that cannot be written.
     pub fn run_side(
         &self,
         end: End,
@@ -242,8 +241,7 @@ impl Document {
 
     /// The document as one file: what was given, here or in the file, and the other defaults as comments. Paths are absolute, so it may lie anywhere.
     ///
-    /// # Errors
-    /// As those of [`kind`](Self::kind).
+    /// # Errors As for [`kind`](Self::kind).
     pub fn to_toml(&self) -> Result<String, FileError> {
         let kind = self.kind()?;
         let parsed = self.parse()?;
@@ -264,8 +262,7 @@ impl Document {
     /// Puts the document among the provenance of a log, from which [`read`](Self::read) reads it, and beside it the kind and each
     /// key with its value, given or by default.
     ///
-    /// # Errors
-    /// As those of [`kind`](Self::kind); a value that is not of its kind.
+    /// # Errors As for [`kind`](Self::kind); a value that is not of its kind.
     pub fn keep_in(&self, provenance: &mut BTreeMap<String, String>) -> Result<(), FileError> {
         let kind = self.kind()?;
         let mut keep = |key: &str, value: String| provenance.insert(key.to_owned(), value);

@@ -115,7 +115,7 @@ impl Question {
         !matches!(&self.0, Asked::ZWidth(zwidth) if zwidth.remote.is_some())
     }
 
-    /// Steps of which progress is told.
+    /// Number of steps in the reported progress.
     #[must_use]
     pub fn steps(&self) -> u64 {
         match &self.0 {
@@ -152,7 +152,7 @@ impl Question {
     }
 }
 
-/// The answer to a question: as JSON and as rows that of its kind.
+/// The answer to a question: whose JSON and rows are those of its kind.
 #[derive(Debug, Serialize)]
 #[serde(untagged)]
 pub enum Answer {

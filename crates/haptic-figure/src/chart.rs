@@ -35,7 +35,8 @@ pub struct AxisSpec<'a> {
     pub label: &'a str,
     /// Linear or logarithmic.
     pub scale: Scale,
-    /// The ends; without them, or with ends that such an axis cannot have, those of the data.
+    /// The ends; without limits, or with ones that such an axis cannot have, those of the data
+    /// apply.
     pub range: Option<(f64, f64)>,
 }
 
@@ -73,8 +74,8 @@ pub struct Series<'a> {
     pub points: &'a [(f64, f64)],
     /// A wish: where a series with another name looks the same already, the next free look is taken.
     pub look: Look,
-    /// Number of its colour, of those of Okabe and Ito: 0 blue, 1 vermilion, 2 green, 3 orange, 4 purple,
-    /// 5 black, 6 light blue; further ones repeat these in other dashes and shapes.
+    /// Index of its colour in the Okabe–Ito palette: 0 blue, 1 vermilion, 2 green, 3 orange, 4
+    /// purple, 5 black, 6 light blue; further ones repeat these in other dashes and shapes.
     pub colour: usize,
 }
 

@@ -162,8 +162,7 @@ const ERROR_ROW_HEIGHT: f64 = 270.0;
 impl TheoryFigure<'_> {
     /// Draws the picture.
     ///
-    /// # Errors
-    /// If there is no sample to draw, or the slices differ in length.
+    /// # Errors If no sample can be drawn, or the slices differ in length.
     pub fn draw(&self) -> Result<Picture, FigureError> {
         let slices = [
             (self.quantity, self.values),

@@ -146,7 +146,7 @@ pub struct Limit {
 }
 
 impl Limit {
-    /// The least value allowed: 0 if `value` is 0 and means no limit, else `least`.
+    /// The least value allowed: 0 where a `value` of 0 means no limit, else `least`.
     #[must_use]
     pub const fn least_for(&self, value: f32) -> f32 {
         if value <= 0.0 && matches!(self.tighter, Tighter::LessUnlessOff) {

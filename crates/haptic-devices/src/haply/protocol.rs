@@ -201,7 +201,7 @@ impl Trouble {
         }
     }
 
-    /// True if the cause is the board, not its line.
+    /// Says whether the user should check the board or its line.
     #[must_use]
     pub const fn cause(self) -> TroubleCause {
         if matches!(self, Self::Gone | Self::Silent { .. }) {

@@ -93,7 +93,7 @@ pub enum Trouble {
 }
 
 impl Trouble {
-    /// Tells whether to look at the servo, its line or this machine.
+    /// Says whether the user should check the servo, its line or this machine.
     #[must_use]
     pub const fn cause(self) -> TroubleCause {
         match self {

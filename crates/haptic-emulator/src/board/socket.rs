@@ -22,7 +22,8 @@ pub struct Socket {
 }
 
 impl Socket {
-    /// Makes one. A socket of before at which nobody listens any more gives way; everything else that is there stays.
+    /// Makes one. An old socket without a listener is replaced; everything else that is there
+    /// stays.
     ///
     /// # Errors
     /// If it cannot be made.

@@ -42,7 +42,8 @@ impl EmulatedAdapter {
         }
     }
 
-    /// The same with an adapter that knows no checksums: it overlooks them in what it is sent, and sends none.
+    /// The same with an adapter that knows no checksums: it ignores them in what it receives, and
+    /// sends none.
     #[must_use]
     pub fn without_checksums(servo: EmulatedServo) -> Self {
         Self {

@@ -28,13 +28,13 @@ enum Place {
 /// A place in a file.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Excerpt {
-    /// As it was named, so that a message shows what the user typed.
+    /// The name as the user typed it, for messages.
     pub path: PathBuf,
     /// Line, from 1.
     pub line: usize,
     /// The text of that line.
     pub text: String,
-    /// The character of it at the place, in bytes; none at its end.
+    /// Byte offset of the character within it; none at its end.
     pub at: Range<usize>,
 }
 

@@ -232,8 +232,7 @@ pub(crate) fn piece(table: &Table<'_>) -> Result<TissuePiece, FileError> {
 
 /// A piece of this tissue, pressed as is given; what is not given of a slab has the usual size.
 ///
-/// # Errors
-/// Why there is no such piece, and the key that has to change, if it is one.
+/// # Errors Why such a piece is impossible, and the key to change if a single one is the cause.
 pub fn pressed(
     material: ModelledTissue,
     given: Loading,

@@ -82,7 +82,7 @@ pub struct TrialPlan {
     pub duration_s: f64,
     /// Window at the end that is judged, s.
     pub window_s: f64,
-    /// Largest force of the actuator, N: a force that stays there is no longer the wall's.
+    /// Largest force of the actuator, N: a force that persists there does not come from the wall.
     pub force_limit_n: f64,
 }
 

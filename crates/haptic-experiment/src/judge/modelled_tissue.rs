@@ -51,9 +51,8 @@ pub struct ModelledTissue {
 impl ModelledTissue {
     /// The model of a tissue.
     ///
-    /// # Errors
-    /// Parameters outside the range of the model; those of a tissue file are within it, but for an element that carries the
-    /// slow motion with an order below 1e-6, next to a spring.
+    /// # Errors Parameters outside the range of the model; tissue files stay within it, except for
+    /// an element that carries the slow motion with an order below 1e-6, next to a spring.
     pub fn new(material: Material) -> Result<Self, Failure> {
         let pot = |modulus, viscosity, order| -> Result<Tissue, Failure> {
             let order = Order::new(order).map_err(Failure::input)?;
@@ -100,7 +99,8 @@ impl ModelledTissue {
         }
     }
 
-    /// μ of the operator: α of one spring-pot, else that of what carries the slow motion.
+    /// μ of the operator: α of a single spring-pot, else the order of the element that carries the
+    /// slow motion.
     #[must_use]
     pub const fn order(&self) -> Order {
         self.order

@@ -157,7 +157,7 @@ impl WallContact {
 /// The largest slope of a map that is looked at.
 const STEEPEST: f64 = 1e6;
 
-/// A loop that is to be looked at.
+/// The loop to be checked.
 #[derive(Clone, Copy, Debug)]
 pub struct Preflight<'a> {
     /// K of the wall, or of the tissue at the depth that is judged, N/m.
@@ -168,13 +168,14 @@ pub struct Preflight<'a> {
     pub order: Order,
     /// The model whose memory the operator is; `None` for D^μ.
     pub model: Option<&'a Model>,
-    /// The operator that really runs: the verdict is not that of the exact D^μ.
+    /// The operator that really runs: the verdict differs from that of the exact D^μ.
     pub scheme: Scheme,
     /// T of the loop, s; the whole judgement is of the sampled loop.
     pub sample_time_s: f64,
     /// Samples of the run, on which the memory of the operator depends.
     pub samples: u64,
-    /// The map of depth, and its slope where K and B are looked at; `None` if the force is linear in the depth.
+    /// The map of depth, and its slope at the point where K and B are checked; `None` if the force
+    /// is linear in the depth.
     pub map: Option<(DepthMap<f64>, f64)>,
     /// How it meets the hand.
     pub contact: WallContact,

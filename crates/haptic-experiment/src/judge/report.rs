@@ -28,8 +28,8 @@ pub fn rows(parts: impl IntoIterator<Item = Value>) -> Rows {
     rows
 }
 
-/// The report of an experiment of any kind: JSON and people read it in this order. Its keys are a contract of the command line; those of the
-/// kinds are the same where they have the same meaning.
+/// The report of an experiment of any kind: JSON and people read it in this order. Its keys are a
+/// contract of the command line; the keys of different kinds are equal where they mean the same.
 #[derive(Clone, Debug, Serialize)]
 pub struct Report {
     /// The law that was rendered, and by which operator.
@@ -50,7 +50,8 @@ pub struct Report {
 }
 
 impl Report {
-    /// Refuses a run that does not keep what its document demands by `must_be_stable` or `must_be_passive`.
+    /// Refuses a run that does not meet what its document requires with `must_be_stable` or
+    /// `must_be_passive`.
     ///
     /// # Errors
     /// Exit code 1.
@@ -90,8 +91,9 @@ pub struct RunReport {
     pub duration_s: f64,
     /// Largest magnitude of the commanded force, N; of a run that ended early up to the end of its log, braking included.
     pub peak_force_n: f64,
-    /// Force that is opposed to the device's motion in the last sample that counts, that of `duration_s`, N: before it falls to zero,
-    /// whether the run finished, was interrupted or ended by a fault.
+    /// Force that opposes the device's motion in the last sample that counts, the one at
+    /// `duration_s`, N: before it falls to zero, whether the run finished, was interrupted or ended
+    /// by a fault.
     pub final_force_n: f64,
     /// Samples in which the safety chain limited the force.
     pub limited_samples: u64,
@@ -99,7 +101,7 @@ pub struct RunReport {
     pub dropped_samples: u64,
     /// Why the run ended early; null if it did not.
     pub ended_early: Option<String>,
-    /// Ticks more than one sample time late; 0 in virtual time.
+    /// Number of ticks more than one sample time late; 0 in virtual time.
     pub missed_deadlines: u64,
     /// Time of a tick; null in a loop on a device, which does not tell.
     pub(crate) tick_ns: Option<TickTimes>,
@@ -119,7 +121,7 @@ pub struct RunReport {
     pub csv: Option<String>,
     /// The log of the fault, 1000 samples before it and 100 after; null without a fault.
     pub fault_log: Option<String>,
-    /// Why there is no table of a run that reached its end.
+    /// Why a run that reached its end has no table.
     #[serde(skip)]
     pub unwritten: Option<String>,
     /// What became of the force, if the run ended early.
@@ -135,7 +137,7 @@ pub struct RunReport {
 /// Files of a run beside its log, unless it was cut short.
 pub(crate) struct Files {
     pub csv: Option<String>,
-    /// Why there is no table.
+    /// Why the run has no table.
     pub unwritten: Option<String>,
 }
 
@@ -219,7 +221,8 @@ impl RunReport {
         }
     }
 
-    /// The failure of a table that could not be written, to be told behind all else; `None` if there is none.
+    /// Why a table could not be written, to be reported after everything else; `None` if it was
+    /// written.
     #[must_use]
     pub fn lost_table(&self) -> Option<Failure> {
         let lost = self.unwritten.as_ref()?;

@@ -166,11 +166,12 @@ pub struct Settling {
     /// Standard deviation of the position over the window, m; null if the device has left or the trial did
     /// not reach its end.
     pub position_std_m: Option<f64>,
-    /// The largest that counts as rest, m; null without a spring, where the device gives way for ever.
+    /// The largest motion that counts as rest, m; null without a spring, where the device gives way
+    /// for ever.
     pub position_std_limit_m: Option<f64>,
     /// Standard deviation of the force over the window, N.
     pub force_std_n: Option<f64>,
-    /// The largest that counts as rest, N; null if the criterion does not ask.
+    /// The largest force that counts as rest, N; null if the criterion does not ask.
     pub force_std_limit_n: Option<f64>,
     /// From the least to the largest force of the window, N.
     pub force_range_n: Option<f64>,

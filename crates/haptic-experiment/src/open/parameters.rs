@@ -76,7 +76,7 @@ const PLANT_TABLES: &[Keys] = &[
     ("[source], optional", PLANT_SOURCE),
 ];
 
-/// Of a record of a tissue: what its table does not say.
+/// Of a record of a tissue: the values that its table omits.
 pub const RECORD: &[Parameter] = &[
     LOADING.without_default(),
     INDENTER_RADIUS,

@@ -347,7 +347,7 @@ impl DesignReport {
 pub struct Candidate {
     /// The order μ that was tried.
     pub order: f64,
-    /// K, N/m; null if there is no wall.
+    /// K, N/m; null if no wall was found.
     pub stiffness: Option<f64>,
     /// B of the wall, N·s^μ/m; null if there is no wall.
     pub dissipation: Option<f64>,
@@ -408,16 +408,16 @@ pub struct DesignReport {
     pub asked: AskedDevice,
     /// Imperfections of the device, as far as they were given.
     pub imperfections: Imperfections,
-    /// Nothing of a real device was given: friction, delay, current lag and encoder steps are none.
+    /// Nothing of a real device was given: without friction, delay, current lag or encoder steps.
     pub ideal_device_assumed: bool,
     /// The wish by its name in the document, as `stiffest-wall`.
     pub wish: &'static str,
-    /// The requirement by its name in the document, as `every-motion`.
+    /// The requirement, named as in the document, for example `every-motion`.
     pub require: &'static str,
     /// The same in words, with its numbers.
     #[serde(skip)]
     pub requirement: String,
-    /// The factor by which the wall may grow; null where only passivity was asked for.
+    /// The factor by which the wall may grow; null if only passivity was required.
     pub gain_margin: Option<f64>,
     /// The frequency at which orders were compared, Hz; null if the wish has none.
     pub frequency_hz: Option<f64>,
@@ -432,7 +432,7 @@ pub struct DesignReport {
     pub stiffness_unit: &'static str,
     /// Of their `dissipation`.
     pub dissipation_unit: &'static str,
-    /// One for each order that was tried, with a reason where there is no wall.
+    /// One candidate for each order tried, with the reason where no wall was found.
     pub candidates: Vec<Candidate>,
     /// The one that meets the wish best; null if none does.
     pub best: Option<Candidate>,

@@ -198,21 +198,21 @@ const FIT_CYCLES: u64 = 1000;
 #[derive(Clone, Debug, Serialize)]
 pub(crate) struct Rate {
     pub hz: f64,
-    /// True if a loop at this rate is safe here; null if too few cycles ran to tell.
+    /// True if a loop at this rate is safe here; null if too few cycles ran to judge it.
     pub fit: Option<bool>,
     pub fit_reason: Option<String>,
     /// From when a cycle was due to when it began.
     pub lateness_us: Microseconds,
-    /// Cycles that began a whole period late or more.
+    /// Number of cycles that began at least a whole period late.
     pub overruns: u64,
-    /// Periods that were skipped for it.
+    /// Number of periods skipped because of that.
     pub skipped_periods: u64,
     pub cycles: u64,
     /// The cycle that ended latest.
     pub worst_cycle: Option<WorstTick>,
     /// For how long before it was due a cycle was waited for without sleeping, µs.
     pub spin_margin_us: f64,
-    /// The plain loop; null if none was asked for.
+    /// The plain loop; null if none was requested.
     pub plain: Option<Plain>,
 }
 
@@ -224,7 +224,7 @@ pub(crate) struct Plain {
     pub overruns: u64,
     /// Periods that were skipped for it.
     pub skipped_periods: u64,
-    /// Its lateness, 99.9 %, over that of the runner.
+    /// Its 99.9 % percentile of lateness, divided by the runner's.
     pub ratio_p999: f64,
 }
 

@@ -68,7 +68,8 @@ pub(crate) const TABLES: [(&str, &[Parameter]); 3] = [
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct MeasurePlan {
     pub sample_time_s: f64,
-    /// Largest force that the device may make, N. The measurement stays within [`SHARE`](Self::SHARE) of it.
+    /// Largest force that the device may make, N. The measurement uses at most the share
+    /// [`SHARE`](Self::SHARE) of it.
     pub force_limit_n: f64,
     /// The device stays within this distance of where it is at the start, m.
     pub box_m: f64,

@@ -66,7 +66,7 @@ const POINTS: RangeInclusive<usize> = 2..=1000;
 pub(crate) struct ZWidth {
     /// The device, with whatever makes it less than ideal; of a serial one the mass, the damping and the hand.
     pub device: MassDamperConfig,
-    /// The device that the analysis takes: of a serial one what its file says.
+    /// The device that the analysis takes: for a serial device the model from its file.
     pub analysed: Option<MassDamperConfig>,
     pub sensors: Sensors,
     /// The linear wall that the theory assumes, or one that only pushes.
@@ -75,7 +75,7 @@ pub(crate) struct ZWidth {
     pub orders: Vec<Order>,
     /// Dissipations to try for each order, from 0 to the largest stable one.
     pub points: usize,
-    /// Plan of the trial of each wall; on a serial device the force limit is at most what that can do.
+    /// How each wall is tried; on a serial device the force limit is at most what that can do.
     pub plan: TrialPlan,
     /// The serial device; `None` for the simulated one.
     pub remote: Option<RemoteDevice>,
@@ -163,7 +163,7 @@ pub struct ZWidthReport {
     pub impact_m_per_s: f64,
     /// The force that pushes into the wall all the time, N.
     pub push_n: f64,
-    /// Largest α that was looked at: a point this high is a bound of the search, not of the device.
+    /// Largest α that was searched: a point this high is a bound of the search, not of the device.
     pub alpha_searched: f64,
     /// One entry an order, in the order of the question.
     pub orders: Vec<OrderBoundary>,
@@ -209,8 +209,9 @@ pub struct BoundaryPoint {
     pub beta: f64,
     /// The largest stable K for this B by the analysis, N/m; null if it knows none.
     pub analysis_stiffness_n_per_m: Option<f64>,
-    /// True if the analysis calls this wall (its K, or K and B together) stable made 5 % weaker and unstable
-    /// made 5 % stronger; null if the search ended before, or the analysis does not know such a device.
+    /// True if the analysis calls this wall (its K, or K and B together) stable made 5 % weaker and
+    /// unstable made 5 % stronger; null if the search ended earlier, or the analysis does not cover
+    /// such a device.
     pub analysis_agrees: Option<bool>,
     /// The K up to which friction alone holds the device still, N/m; null without friction, and if it holds
     /// nothing beyond `stiffness_max`.

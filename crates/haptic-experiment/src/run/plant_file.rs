@@ -188,7 +188,8 @@ pub(crate) struct Interval {
     pub high: f64,
 }
 
-/// A device with a hand: force in, position out. Friction, encoder and noise are no part of the linear plant.
+/// A device with a hand: force in, position out. The linear plant excludes friction, encoder and
+/// noise.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct DeviceValues {
     /// The mass that moves, with whatever is fixed to it.
@@ -392,7 +393,7 @@ impl DeviceValues {
 }
 
 impl DeviceModel {
-    /// The device `laboratory`, which is shipped, or that of a file.
+    /// The built-in device `laboratory`, or one from a file.
     ///
     /// # Errors
     /// As reading.

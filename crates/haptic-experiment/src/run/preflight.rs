@@ -131,7 +131,7 @@ pub struct PreflightVerdict {
     /// The depth down to which a tissue whose slope grows is proved so, m; null of one that does not stiffen.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub pulling_contact_depth_m: Option<f64>,
-    /// The proof of contact that pushes and never pulls, in words, or that there is none; null of a law that pulls.
+    /// What is proved, in words, for contact that pushes and never pulls; null of a law that pulls.
     pub pushing_contact: Option<&'static str>,
     /// By Theorem 1, for the operator really used.
     pub passive: bool,
@@ -141,7 +141,7 @@ pub struct PreflightVerdict {
     pub delta: f64,
     /// Delay, samples, of line and device together.
     pub delay_samples: f64,
-    /// The same delay in seconds, that of the line included.
+    /// The same delay in seconds, including the line's.
     pub delay_s: f64,
     /// Time constant of the motor current, s.
     pub current_lag_s: f64,

@@ -75,7 +75,7 @@ pub(crate) struct RealtimeSummary {
     /// From there to its end, with all that the loop does beside.
     pub compute_us: Microseconds,
     pub tick_us: Microseconds,
-    /// Ticks that were a period late or more because the machine woke the loop late.
+    /// Number of ticks at least a period late because the machine woke the loop late.
     pub late_by_wake_up: u64,
     /// Ticks that were because the tick before took too long.
     pub late_by_compute: u64,

@@ -58,7 +58,7 @@ pub struct Recorded {
     pub log: FinishedLog,
     /// The log of a fault, if one latched.
     pub fault_log: Option<PathBuf>,
-    /// Losses of live streams, and why there is no log of a fault, a sentence each.
+    /// One sentence for each loss of a live stream, and one if the log of a fault is missing.
     pub warnings: Vec<String>,
 }
 
@@ -157,7 +157,7 @@ impl Recorder {
         self.flight.fill(kept);
     }
 
-    /// Hands over metadata; a log that cannot take them is seen when it is closed.
+    /// Hands over metadata; a failure to write the log is reported when it is closed.
     pub fn metadata(&mut self, name: &str, values: BTreeMap<String, String>) {
         let _ = self.push_waiting(Entry::Metadata(name.to_owned(), values));
     }

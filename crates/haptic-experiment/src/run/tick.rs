@@ -65,7 +65,8 @@ pub(crate) fn per_axis<F: Real, const D: usize>(vector: &SVector<F, D>) -> PerAx
     PerAxis::new(vector.map(F::to_f64).as_slice())
 }
 
-/// The message of a tick on so many axes, 1 to 3, of a device that tells neither where its hand wants to be nor what its motors make.
+/// The message of a tick on so many axes, 1 to 3, of a device that reports neither its hand's
+/// target nor its motors' force.
 #[must_use]
 pub fn unknown(axes: usize) -> TickMessage {
     let unknown = PerAxis::new(&[f64::NAN; 3][..axes.clamp(1, 3)]);
@@ -77,7 +78,7 @@ pub fn unknown(axes: usize) -> TickMessage {
     }
 }
 
-/// The message of a tick with what a device told of it.
+/// The message of a tick with what the device reported about it.
 #[must_use]
 pub fn by_device(message: TickMessage, sample: &haptic_link::Sample, time_s: f64) -> TickMessage {
     let axes = &sample.axes;

@@ -26,7 +26,7 @@ pub struct Parameter {
     pub key: &'static str,
     /// The kind of value and its default, from which options and the reference are made.
     pub value: Value,
-    /// The default as a person writes it; empty if there is none.
+    /// The default as a person writes it; empty if it has none.
     pub shown: &'static str,
     /// One line for people, the same in `--help`, the reference and the page.
     pub help: &'static str,
@@ -128,7 +128,7 @@ impl Parameter {
         numbers.filter_map(|number| number.parse().ok()).collect()
     }
 
-    /// The range of a number, or of those of a list; empty for anything else.
+    /// The range of a number, or of each number in a list; empty for anything else.
     #[must_use]
     pub const fn range(&self) -> Range {
         if let Value::Number(_, range) | Value::List(range) = self.value {

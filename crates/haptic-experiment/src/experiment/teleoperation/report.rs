@@ -73,7 +73,8 @@ pub(super) struct FeltAt {
     /// Of the remote place in closed form; null where it is not linear.
     pub tissue_n_per_m: Option<f64>,
     pub tissue_degrees: Option<f64>,
-    /// What the formula says is felt of it; null where there is none, as of time-domain passivity.
+    /// The impedance that the hand feels according to the formula; null without a formula, as for
+    /// time-domain passivity.
     pub formula_n_per_m: Option<f64>,
     pub formula_degrees: Option<f64>,
     /// The run against the formula.

@@ -56,7 +56,8 @@ pub(crate) enum FarEnd {
 pub struct Terms {
     /// Time to wait for the other side, above 0.
     pub patience: Duration,
-    /// Largest share of the ticks that may be skipped, 0 to 1; more of them is no result.
+    /// Largest share of the ticks that may be skipped, 0 to 1; a run that skips more has no valid
+    /// result.
     pub skipped_most: f64,
 }
 
@@ -99,7 +100,7 @@ pub struct FarReport {
     fault_log: Option<String>,
     /// Samples and events that did not reach the log.
     pub dropped_samples: u64,
-    /// Why there is no table of a run that reached its end.
+    /// Why a run that reached its end has no table.
     #[serde(skip)]
     pub unwritten: Option<String>,
     #[serde(skip)]
@@ -107,7 +108,8 @@ pub struct FarReport {
 }
 
 impl FarReport {
-    /// Refuses a side that did not reach its end, skipped too many ticks, or does not keep what its document demands.
+    /// Refuses a side that did not reach its end, skipped too many ticks, or does not meet the
+    /// requirements in its document.
     ///
     /// # Errors
     /// Exit code 1.

@@ -29,17 +29,19 @@ pub(crate) struct TrialSetup {
     pub device: MassDamperConfig,
     pub sensors: Sensors,
     pub plan: TrialPlan,
-    /// A trial that does not end well is a failure: one that is not stable by itself and by the analysis, or a coupler that
-    /// Llewellyn refuses.
+    /// A trial that does not end well is a failure: one that the trial or the analysis finds
+    /// unstable, or a coupler that Llewellyn refuses.
     pub must_be_stable: bool,
-    /// Largest rate of the force, N/s; `None` for that of a serial device, and none on the simulated one.
+    /// Largest rate of the force, N/s; `None` means the serial device's own resolution; a simulated
+    /// device then has an ideal encoder.
     pub force_rate_limit_n_per_s: Option<f64>,
     /// Further settings of the safety chain.
     pub safety: Safety,
     pub conduct: Conduct,
-    /// The speed of the impact was asked for: of a serial device, which cannot be thrown, it is warned then.
+    /// True if the impact speed was requested: of a serial device, which cannot be thrown, it is
+    /// warned then.
     pub impact_was_given: bool,
-    /// What its device file says for the guard of a serial device.
+    /// Values from its device file for the guard of a serial device.
     pub known: GuardedDevice,
 }
 

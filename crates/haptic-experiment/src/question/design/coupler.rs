@@ -56,7 +56,8 @@ pub(crate) struct CouplerCandidate {
     pub margin: Option<f64>,
     /// `|jω·Z_c(jω)|` at the frequency, N/m.
     pub felt_stiffness_n_per_m: Option<f64>,
-    /// Share of the largest coupler by the criterion that leaves the sampled loop stable with a gain margin of 2; 1 if all of it does.
+    /// Share of the largest coupler by the criterion that leaves the sampled loop stable with a
+    /// gain margin of 2; 1 if the whole coupler does.
     pub share: Option<f64>,
     /// Factor on both parts that takes the sampled loop to the edge; null if none does.
     pub loop_margin: Option<f64>,
@@ -238,7 +239,8 @@ fn cheapest(
     Ok(best)
 }
 
-/// The stiffest coupler of each order, and the best of them tried. The keys are a contract of the command line.
+/// The stiffest coupler of each order, and a trial of the best. The keys are a contract of the
+/// command line.
 #[derive(Clone, Debug, Serialize)]
 pub struct CouplerAnswer {
     /// Mass, damping, hand and sample time of the device.

@@ -552,17 +552,17 @@ pub(crate) struct Measured {
     /// D: from a measurement to the force that answers it, beside the hold.
     pub delay_s: Estimate,
     pub current_lag_s: Estimate,
-    /// q; 0 if no steps were seen.
+    /// q; 0 if no steps were detected.
     pub encoder_resolution_m: f64,
     /// σ: noise of the position beside the rounding to steps, and whatever the model does not explain.
     pub sensor_noise_m: Estimate,
-    /// w: a constant force, as that of a slope or a cable.
+    /// w: a constant force, such as from a slope or a cable.
     pub bias_n: Estimate,
     /// Half the force between those at which it began to move upwards and downwards: friction at rest, at most.
     pub breakaway_n: Option<f64>,
     /// Root mean square of model less record.
     pub residual_rms_m: f64,
-    /// What rounding and the noise at rest explain of it.
+    /// The part of the residual that rounding and the noise at rest explain.
     pub expected_residual_rms_m: f64,
     /// Correlation of successive residuals: near 0 unless the model is off.
     pub residual_correlation: f64,

@@ -31,7 +31,7 @@ use std::convert::Infallible;
 pub(crate) struct RemoteRun<'a, P, M = TickMessage> {
     pub device: &'a RemoteDevice,
     pub law: RemoteLaw,
-    /// Number of ticks, and the time of each.
+    /// Number of ticks, and the length of each.
     pub schedule: Schedule,
     /// What is known of a time, s, without the device: as the log has it.
     pub blank: &'a dyn Fn(f64) -> M,
