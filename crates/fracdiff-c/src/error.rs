@@ -2,7 +2,7 @@
 
 use fracdiff::parameter::Shown;
 
-/// Why there is no header.
+/// Why no header was written.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum HeaderError {

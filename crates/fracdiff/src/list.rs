@@ -14,7 +14,7 @@ pub enum Form {
     Recursion,
 }
 
-/// Why a list is no operator.
+/// Why a list does not describe an operator.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]

@@ -21,7 +21,8 @@ use crate::{Differintegrator, Fir, Real};
 /// multiple of 8), DEGREE degrees of a recursion.
 ///
 /// - *Same bits* as the operator that the list is of.
-/// - *Checked*: every value finite, every decay in (0, 1], counts within the capacity. That the response is D^μ cannot be seen from a list.
+/// - *Checked*: every value finite, every decay in (0, 1], counts within the capacity. A list does
+///   not show whether the response is D^μ.
 /// - *Start-up, not finite, cost*: as the operator that the list is of. The history of another form gives NaN, and never panics.
 /// ```
 /// use fracdiff::portable::{Form, PortableOperator};
@@ -66,8 +67,7 @@ impl<F: Real, const TAPS: usize, const MODES: usize, const DEGREE: usize>
 {
     /// The operator whose list this is.
     ///
-    /// # Errors
-    /// A list that is none, see [`ListError`].
+    /// # Errors An invalid list, see [`ListError`].
     pub fn new(form: Form, integer: i8, values: &[F]) -> Result<Self, ListError> {
         let mut operator = Self::SILENT;
         operator.replace(form, integer, values)?;
@@ -97,8 +97,7 @@ impl<F: Real, const TAPS: usize, const MODES: usize, const DEGREE: usize>
     /// Becomes the operator of this list, in its place: the same as [`new`](Self::new), on a stack without room for another
     /// one. A history goes on only if it is made anew, by [`rest`](Differintegrator::rest).
     ///
-    /// # Errors
-    /// As [`new`](Self::new); the operator is then as it was.
+    /// # Errors As [`new`](Self::new); the operator is then unchanged.
     pub fn replace(&mut self, form: Form, integer: i8, values: &[F]) -> Result<(), ListError> {
         Self::check(form, integer, values)?;
         let integer = i32::from(integer);

@@ -28,8 +28,9 @@ pub struct LoopAnalysis {
     pub margins: Margins,
     /// The reason of the verdict.
     pub cause: Cause,
-    /// Where the plant is sampled by a rule and not exactly ([`SampledPlant::is_exact`]) and the loop is too fast for that: how many times
-    /// as often it would have to be sampled, at least. The verdict then is of the rule, not of the plant.
+    /// Where the plant is sampled by a rule and not exactly ([`SampledPlant::is_exact`]) and the
+    /// loop is too fast for that: the least factor by which it must be sampled more often. The
+    /// verdict then is of the rule, not of the plant.
     pub coarse: Option<f64>,
     /// The open loop L and S = 1/(1 + L) over frequency.
     pub curve: Vec<LoopPoint>,
@@ -73,7 +74,8 @@ pub enum Cause {
 pub struct OtherGain {
     /// The nearest, at which L meets −1.
     pub edge: Crossing,
-    /// The gain beyond at which L meets −1 again, and the loop is lost once more; `None` where there is none.
+    /// The gain beyond at which L meets −1 again, and the loop is lost once more; `None` if it has
+    /// none.
     pub end: Option<f64>,
 }
 
@@ -372,7 +374,7 @@ fn cause(
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct PoleAnalysis {
-    /// q, of which all orders are multiples; `None` if there is none that is large enough.
+    /// q, of which all orders are multiples; `None` if no such value is large enough.
     pub commensurate_order: Option<f64>,
     /// Poles s on the principal branch; empty without q.
     pub poles: Vec<Complex<f64>>,

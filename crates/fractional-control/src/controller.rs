@@ -21,7 +21,8 @@ impl Actuator {
         fade_s: 1.0,
     };
 
-    /// From low to high, in the unit of the command; infinite where there is no limit. A bump fades with 1 s.
+    /// From low to high, in the unit of the command; infinite means no limit. A bump fades with 1
+    /// s.
     ///
     /// # Errors
     /// A NaN, or low not below high.
@@ -270,7 +271,7 @@ impl<F: Real, C: Controller<F>> Station<F, C> {
         }
     }
 
-    /// Both, where the command is applied as it is.
+    /// Use both if the command is applied unchanged.
     #[inline]
     pub fn step(&mut self, reference: F, measured: F) -> F {
         let command = self.output(reference, measured);

@@ -51,13 +51,14 @@ pub struct ControlDesign {
     pub samples: usize,
 }
 
-/// Two controllers that come nearest to the wishes, so that the gain from fractional orders is seen.
+/// The two controllers that come closest to the wishes, one fractional and one of order 1, to show
+/// what fractional orders gain.
 #[derive(Clone, Debug)]
 #[non_exhaustive]
 pub struct ControlAnswer {
     /// The PI^λD^μ, whose orders were free.
     pub fractional: Candidate,
-    /// The PID of order 1 that comes closest, or why there is none.
+    /// The PID of order 1 that comes closest, or why none was found.
     pub integer: Result<Candidate, ControlError>,
 }
 
@@ -69,7 +70,7 @@ pub struct Candidate {
     pub setup: ControllerSetup,
     /// What the search found on its grid of frequencies.
     pub tuned: Tuned,
-    /// What it does, of a plant that runs.
+    /// What the loop does, for a plant that can be simulated.
     pub trial: Option<Trial>,
     /// Each wish, and what is reached.
     pub wishes: Vec<Wish>,

@@ -4,7 +4,8 @@ use core::fmt;
 use fracdiff::full_memory::DesignError;
 use fracdiff::parameter::RangeError;
 
-/// Input that is no transfer function, no controller or no question. Prints as one line: the value, the range, the remedy.
+/// Input that is not a valid transfer function, controller or question. Prints as one line: the
+/// value, the range, the remedy.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum ControlError {

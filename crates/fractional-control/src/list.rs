@@ -31,7 +31,7 @@ const MODES: usize = crate::records::MODES;
 pub struct ControllerList<F> {
     /// The law with its coefficients; limits and bias are the same for all.
     pub law: LawList<F>,
-    /// Lowest and highest command, infinite where there is no limit.
+    /// Lowest and highest command; infinite means no limit.
     pub limits: [f64; 2],
     /// The share of a held bump that is left after a sample.
     pub keep: F,
@@ -80,7 +80,7 @@ pub struct BranchList<F> {
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct LeadList<F> {
-    /// The gain that was asked for, and two factors for that of the operator: (gain·first)·second.
+    /// The requested gain, and two factors for the operator's: (gain·first)·second.
     pub gain: f64,
     /// See `gain`.
     pub factors: [f64; 2],

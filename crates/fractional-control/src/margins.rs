@@ -33,7 +33,7 @@ const ROUNDING: f64 = 1e-13;
 pub struct Crossing {
     /// The frequency ω, rad/s, at which the value arises.
     pub omega_rad_s: f64,
-    /// The value, whose unit is that of its field in [`Margins`].
+    /// The value, in the unit that its field in [`Margins`] states.
     pub value: f64,
 }
 
@@ -252,8 +252,9 @@ impl SampledLoop {
 }
 
 impl SampledLoop {
-    /// Margins and peaks of the loop around the plant behind its hold. `own` are the [`margins`](Self::margins) of this loop, `later` is the loop
-    /// whose plant has so much more dead time, s; where it is refused, the delay margin is that of whole samples.
+    /// Margins and peaks of the loop around the plant behind its hold. `own` are the
+    /// [`margins`](Self::margins) of this loop, `later` is the loop whose plant has so much more
+    /// dead time, s; if this is refused, the delay margin is in whole samples.
     ///
     /// A delay is one that the memory [holds](Self::remembered). Cost: that of [`delay_margin`](Self::delay_margin), some dozen verdicts.
     pub fn margins_of_plant<E>(

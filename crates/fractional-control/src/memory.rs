@@ -12,7 +12,7 @@ use num_complex::Complex;
 /// Recent samples that each memory keeps as they are.
 pub(crate) const TAPS: usize = 16;
 
-/// The function of w that stands for s.
+/// The function of w that replaces s.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Rule {
     /// s → (1 − w)/T: backward differences, an error of O(T).
@@ -57,7 +57,7 @@ impl Memory {
         }
     }
 
-    /// The rule that stands for s in every power.
+    /// The rule that replaces s in every power.
     #[must_use]
     pub fn rule(&self) -> Rule {
         self.rule

@@ -244,7 +244,7 @@ impl Plant {
         }
     }
 
-    /// Refuses a plant that is shown by itself and does not settle.
+    /// Refuses a plant that is to be simulated alone but does not settle.
     ///
     /// # Errors
     /// [`ControlError::UnstablePlant`].

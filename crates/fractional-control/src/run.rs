@@ -32,8 +32,9 @@ pub struct LoopRun {
     pub coarse: Option<f64>,
     /// Share of the samples with the command at a limit.
     pub limited_share: f64,
-    /// False if output or command is no number any more, or if the output is not at the reference in the last tenth of the run, in which
-    /// that stands: off by more than 5 % and what the loop leaves of a disturbance as slow as the run, |S|. `None` if it still moves.
+    /// False if output or command became NaN, or if the output is not at the reference in the last
+    /// tenth of the run, in which that stands: off by more than 5 % and what the loop leaves of a
+    /// disturbance as slow as the run, |S|. `None` if it still moves.
     pub at_reference: Option<bool>,
 }
 
@@ -62,7 +63,8 @@ fn at_reference(closed: &SampledLoop, run: &Response) -> Option<bool> {
     Some(off(&run.measured) <= (AWAY + left) * size)
 }
 
-/// Runs a loop from rest with this reference. `step` is the height of it, if it is a step.
+/// Runs a loop from rest with this reference. `step` is the height of the reference, if it is a
+/// step.
 ///
 /// # Errors
 /// A plant that does not run, parameters outside their range.

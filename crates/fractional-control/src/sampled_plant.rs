@@ -170,8 +170,8 @@ impl SampledPlant {
         })
     }
 
-    /// True if the samples are those of the plant behind a hold. If not, they follow a rule, which is right where the loop is slow for
-    /// the sample time: up to a crossover of about 0.3/T.
+    /// True if the samples are exact for the plant behind a hold. If not, they follow a rule, which
+    /// is right where the loop is slow for the sample time: up to a crossover of about 0.3/T.
     #[must_use]
     pub const fn is_exact(&self) -> bool {
         matches!(self.kind, Kind::States(_))

@@ -130,7 +130,8 @@ impl ControllerSetup {
         self.with_controller(&mut Nothing)
     }
 
-    /// Runs the loop with a plant from rest; the reference is given for each sample. Set-point weights are those of the setup.
+    /// Runs the loop with a plant from rest; the reference is given for each sample. Set-point
+    /// weights come from the setup.
     ///
     /// # Errors
     /// As [`check`](Self::check).

@@ -3,7 +3,7 @@
 use crate::{Controller, SampledPlant};
 use std::vec::Vec;
 
-/// Reference, measurement and command of a loop, one of each a sample.
+/// Reference, measurement and command of a loop, one value of each per sample.
 #[derive(Clone, Debug, Default, PartialEq)]
 #[non_exhaustive]
 pub struct Response {
@@ -62,13 +62,13 @@ pub fn simulate<C: Controller<f64>>(
 }
 
 impl Response {
-    /// The shape of y, as that of a step of height 1.
+    /// The shape of y, read as the response to a step of height 1.
     #[must_use]
     pub fn shape(&self) -> Shape {
         self.shape_of_step(1.0)
     }
 
-    /// The shape of y, as that of a step of this height, not 0.
+    /// The shape of y, read as the response to a step of this height, which must not be 0.
     #[must_use]
     pub fn shape_of_step(&self, height: f64) -> Shape {
         let y = || self.measured.iter().map(|y| y / height);

@@ -12,8 +12,9 @@ use num_complex::Complex;
 /// ```text
 /// F(w) = A_C·A_G + k·B_C·B_G,   C = B_C/A_C,  G = B_G/A_G:   stable ⇔ no zero in |w| ≤ 1,  w = z⁻¹
 /// ```
-/// Zeros are counted by the turn of F along the circle, in steps short enough that a bound of F′ proves each
-/// (argument principle). `A_C` and `A_G` stay apart from `B_C` and `B_G`, so an unstable pole that a zero cancels is seen.
+/// Zeros are counted by the turn of F along the circle, in steps short enough that a bound of F′
+/// proves each (argument principle). `A_C` and `A_G` stay apart from `B_C` and `B_G`, so an
+/// unstable pole that a zero cancels is still detected.
 ///
 /// - *Of*: the weights before they are rounded to the sample type, with the bound of their error from [`Memory`].
 /// - *Cost*: some hundred to some thousand evaluations, a millisecond to ten.
@@ -115,8 +116,9 @@ impl SampledLoop {
         })
     }
 
-    /// The time up to which the memories of fractional orders hold in this loop, s; `None` in one of whole orders, which forgets nothing.
-    /// Slower than that, the loop is not that of the functions any more.
+    /// The time up to which the memories of fractional orders hold in this loop, s; `None` in one
+    /// of whole orders, which forgets nothing. For slower motions the computed loop differs from
+    /// the functions.
     #[must_use]
     pub fn memory_s(&self) -> Option<f64> {
         self.memory_s

@@ -30,7 +30,7 @@ pub trait AtLine {
 pub struct Damage {
     /// What became of requests: the device answers only those that came whole.
     pub to_device: LineDamage,
-    /// Answers that the line loses, so the host waits for them until it times out.
+    /// Damage to answers; the host waits for a lost one until it times out.
     pub to_host: LineDamage,
 }
 

@@ -112,7 +112,7 @@ impl Conversation {
         self.keep_alive_us = interval_us;
     }
 
-    /// Frames a request that is not answered, or whose answer nobody waits for. Returns its length.
+    /// Encodes a request that has no answer, or whose answer is ignored. Returns its length.
     pub fn tell(&mut self, request: &Request, line: &mut [u8]) -> usize {
         // Every request fits into a frame.
         let greets = matches!(request, Request::Hello { .. });

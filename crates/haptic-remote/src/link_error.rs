@@ -210,7 +210,8 @@ impl fmt::Display for Explained<'_> {
     }
 }
 
-/// Checks that a device of so many axes has every message of this program for it, in the same form.
+/// Checks that a device with this many axes has the same definition of every message that this
+/// program sends it.
 ///
 /// # Errors
 /// [`LinkError::OtherMessages`].

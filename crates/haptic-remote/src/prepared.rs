@@ -40,7 +40,8 @@ pub const fn abilities(board: &str, axes: u8) -> Capabilities {
     }
 }
 
-/// The time that a controller takes in a process of a computer, a tenth of which it was ever seen to take.
+/// The time allowed for a controller in a process of a computer, ten times the most that was
+/// measured.
 #[cfg(feature = "std")]
 pub const CONTROLLER_COST: haptic_link::ControllerCost = haptic_link::ControllerCost {
     tick_us: 100,
@@ -111,8 +112,8 @@ impl Law {
     }
 }
 
-/// Checks a configuration and prepares what a controller needs of it; nothing takes effect yet. *Cost*: the checks,
-/// and the plant; no copy of the coefficients, no allocation.
+/// Checks a configuration and prepares what a controller needs from it; nothing takes effect yet.
+/// *Cost*: the checks, and the plant; no copy of the coefficients, no allocation.
 ///
 /// # Errors
 /// The first parameter that is not as this board needs it.

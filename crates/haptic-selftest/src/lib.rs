@@ -22,18 +22,18 @@ use in_time::in_time;
 use serde::Serialize;
 use std::time::SystemTime;
 
-/// Table of what was promised and what was seen: as JSON, a certificate.
+/// Table of what was promised and what was observed: as JSON, a certificate.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct SelfTestReport {
     /// When the test began, RFC 3339, UTC.
     pub date: String,
-    /// The port as it was given, `moteus:…` and the like included.
+    /// The port as given, including forms such as `moteus:…`.
     pub device: String,
     /// The name that the board gives of itself.
     pub board: String,
     /// Version of the firmware, as three numbers.
     pub firmware: String,
-    /// CRC-32 of the image that the device runs, if it tells.
+    /// CRC-32 of the image that the device runs, if it reports one.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub firmware_digest: Option<String>,
     /// The device simulates its plant.
@@ -56,7 +56,7 @@ impl SelfTest {
     /// Goes through all promises. One that is broken is a row of the table and no error, and so is a link that is lost,
     /// a fault that ends the test, or a stop: the device is disarmed then.
     ///
-    /// Takes some 4 s, and as long as somebody needs for the emergency stop.
+    /// Takes about 4 s, plus the time someone needs to press the emergency stop.
     ///
     /// # Errors
     /// Exit code 2: a number outside its range. Exit code 3: no device.

@@ -43,7 +43,8 @@ impl SelfTest {
         period_us: 1000,
         emergency_stop: EmergencyStop::AsTheDevice,
     };
-    /// Range of [`force_limit_n`](Self::force_limit_n): what a hand feels, and what it holds without effort.
+    /// Range of [`force_limit_n`](Self::force_limit_n): what a hand can feel but hold without
+    /// effort.
     pub const FORCE_LIMIT_N: [f64; 2] = [1e-3, 2.0];
     /// Time in which somebody presses the emergency stop, and in which they release it.
     pub const PATIENCE: Duration = Duration::from_secs(30);
@@ -168,7 +169,7 @@ pub struct Check {
     pub promised: String,
     /// What was observed, in words, with its numbers; why, if it was not judged.
     pub seen: String,
-    /// True if it was kept; `None` if this device has nothing of the kind, or if it could not be judged.
+    /// True if it was kept; `None` if this device lacks the function, or it could not be judged.
     pub ok: Option<bool>,
     /// It could not be judged, which is neither kept nor broken: see `host_late`, or the link was lost, an earlier trial failed, a limit
     /// of the device ended the trial, or a fault the test.

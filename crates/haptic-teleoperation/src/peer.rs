@@ -8,7 +8,7 @@ use haptic_link::{
 /// What this side is, for the other to agree with.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Introduction {
-    /// The hand of this side: the other has to be the other.
+    /// The hand of this side: the two must differ.
     pub side: HandSide,
     /// The law of the line, which is the same on both sides.
     pub architecture: Architecture,
@@ -135,7 +135,7 @@ pub struct Peer {
 }
 
 impl Peer {
-    /// Before a conversation. `nonce` is any number, another one each time; 0 counts as 1.
+    /// Before a conversation. `nonce` is any number, another one each time; 0 is treated as 1.
     #[must_use]
     pub fn new(introduction: Introduction, nonce: u32) -> Self {
         Self {

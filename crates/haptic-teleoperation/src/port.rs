@@ -90,12 +90,12 @@ pub struct Begun<'a, O: Differintegrator<f64>> {
     heard: bool,
 }
 
-/// A finished tick, to be recorded and to be told to the other side.
+/// A finished tick, to be recorded and sent to the other side.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Ticked {
     /// Reading, wanted and sent force, limiters.
     pub sample: Sample<f64, 1>,
-    /// What the other side is to be told.
+    /// The state to send to the other side.
     pub message: HandSample,
 }
 
@@ -189,7 +189,7 @@ impl<O: Differintegrator<f64>> Port<O> {
         self.safety.stop();
     }
 
-    /// The device has let go by itself: the force is zero now.
+    /// Reports that the device has let go on its own: the force is zero now.
     pub fn let_go(&mut self) {
         self.safety.let_go();
         self.force_n = 0.0;
@@ -319,8 +319,8 @@ pub struct Settings {
 }
 
 impl Settings {
-    /// Silence after which the force falls to zero unless something else is asked for, s: longer than what jitter and loss of a
-    /// line over the world make, shorter than a hand takes to be afraid.
+    /// Default silence after which the force falls to zero, s: longer than what jitter and loss of
+    /// a line over the world make, shorter than a hand takes to be afraid.
     pub const SILENCE_S: f64 = 0.2;
     /// Most samples over which waves or energy that came in a bunch are spread.
     pub const PLAYOUT_MOST: u32 = 10_000;

@@ -27,7 +27,8 @@ const DECADES_MOST: f64 = 30.0;
 pub struct PronyFit {
     /// The spring that is left at the end of the band, Pa; 0 without one.
     pub elastic_modulus_pa: f64,
-    /// Fastest first; none for a spring, and fewer than asked for where least squares leaves some at 0.
+    /// Fastest first; none for a spring, and fewer than requested where least squares sets some to
+    /// 0.
     pub branches: Vec<MaxwellBranch>,
     /// Shortest time of the band, s.
     pub shortest_s: f64,
@@ -37,7 +38,7 @@ pub struct PronyFit {
     pub max_relative_error: f64,
 }
 
-/// A band or a model without such a series.
+/// Why this band or model has no such series.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum ExportError {
@@ -79,9 +80,10 @@ impl PronyFit {
 
     /// Fits up to so many branches to G(t), `shortest_s` ≤ t ≤ `horizon_s`.
     ///
-    /// Relaxation times at even distances in log τ; moduli by least squares of the relative error without negative ones,
-    /// so there may be fewer branches than asked for. The first and the last τ are those with the least largest error.
-    /// A Prony series of no more branches stays as it is, and a classical model that is one. Cost: 10 ms.
+    /// Relaxation times at even distances in log τ; moduli by least squares of the relative error
+    /// without negative ones, so there may be fewer branches than requested. The first and the last
+    /// τ are those with the least largest error. A Prony series with no more branches stays
+    /// unchanged, as does a classical model that is one. Cost: 10 ms.
     /// ```
     /// use haptic_tissue::{Library, PronyFit};
     ///
@@ -309,7 +311,7 @@ impl ExportFormat {
     /// The formats in the order of help and messages.
     pub const ALL: [Self; 4] = [Self::Table, Self::Ansys, Self::Abaqus, Self::Febio];
 
-    /// The branches of a series for it, unless more or fewer are asked for: 12, or the most that it takes.
+    /// Default number of branches of a series for it: 12, or the most that it takes.
     #[must_use]
     pub const fn branches(self) -> usize {
         match self {

@@ -48,7 +48,7 @@ pub struct MeasuredLoading {
 }
 
 impl MeasuredLoading {
-    /// The modulus: as said, or that of the kind of loading; Young's if neither is known.
+    /// The modulus: as stated, or the default of the kind of loading; Young's if neither is known.
     #[must_use]
     pub fn modulus(&self) -> Modulus {
         let of_kind = self.kind.map(LoadingKind::modulus);
@@ -61,7 +61,7 @@ impl MeasuredLoading {
         self.modulus.is_some() || self.kind.is_some()
     }
 
-    /// ν: as said, or that of incompressible matter.
+    /// ν: as stated, or that of incompressible matter.
     #[must_use]
     pub fn poisson_ratio(&self) -> f64 {
         self.poisson_ratio.unwrap_or(INCOMPRESSIBLE)
@@ -327,8 +327,8 @@ impl Material {
         Self::parse(path, &text)
     }
 
-    /// The text of a file of it, which reads back to the same numbers to the bit. Comments of the file that it was read
-    /// from are not in it; [`Material::text`] has them.
+    /// The text of a material file, which reads back to exactly the same numbers. Comments of the
+    /// file that it was read from are not in it; [`Material::text`] has them.
     #[must_use]
     pub fn to_toml(&self) -> String {
         let quoted = |words: &str| toml::Value::from(words).to_string();

@@ -4,22 +4,22 @@ use serde::Serialize;
 
 use super::TickMessage;
 
-/// The board did not answer: the position is that of an earlier tick.
+/// The board did not answer: the position is from an earlier tick.
 pub const UNANSWERED: u8 = 1;
 /// Nothing says that the board took the force of the tick before.
 pub const NOT_TAKEN: u8 = 2;
 /// The device had none of the last forces of a loop on the host: an older one acts.
 pub const LATE_FORCE: u8 = 4;
-/// What the device told of the tick cannot be.
+/// What the device reported for the tick is impossible.
 pub const IMPOSSIBLE: u8 = 8;
 
-/// More stale ticks than this share are no record of what the loop did.
+/// A log with a larger share of stale ticks does not show what the loop did.
 pub const STALE_MOST: f64 = 0.01;
 
 /// Ticks of a log with flaws.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
 pub struct FlawCounts {
-    /// Ticks whose position is that of an earlier one, or in which an older force may have acted.
+    /// Ticks with an earlier tick's position, or in which an older force may have acted.
     pub stale: u64,
     /// Of them, those without an answer of the board.
     pub unanswered: u64,
@@ -27,7 +27,7 @@ pub struct FlawCounts {
     pub forces_not_taken: u64,
     /// Those in which the device had none of the last forces of a loop on the host.
     pub late_forces: u64,
-    /// Ticks of which the device told what cannot be.
+    /// Ticks for which the device reported something impossible.
     pub impossible: u64,
 }
 

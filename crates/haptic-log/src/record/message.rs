@@ -61,7 +61,7 @@ impl Value {
     }
 }
 
-/// A message that is not what its schema promises.
+/// A message that does not match its schema.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum MessageError {

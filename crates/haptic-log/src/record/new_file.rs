@@ -72,9 +72,9 @@ pub(super) fn drawn_number() -> String {
 
 /// A file under construction, for logs, tables and pictures alike: it gets its name once it is whole.
 ///
-/// Dropped without [`publish`](Self::publish), it leaves nothing ([`Leftover::Discard`]) or its data under the
-/// unfinished name ([`Leftover::Keep`]). A kept file is locked while its writer lives, so that others can tell a run
-/// that goes on from one that has died ([`leftover_at`]).
+/// Dropped without [`publish`](Self::publish), it leaves nothing ([`Leftover::Discard`]) or its
+/// data under the unfinished name ([`Leftover::Keep`]). A kept file is locked while its writer
+/// lives, so that others can distinguish a live run from a dead one ([`leftover_at`]).
 ///
 /// ```
 /// use haptic_log::record::{Leftover, NewFile};
@@ -175,7 +175,7 @@ impl NewFile {
     }
 
     /// Gives the file its name. Without `overwrite`, a file that took the name in the meantime is
-    /// an error and stays as it is.
+    /// kept and causes an error.
     ///
     /// # Errors
     /// A name that is taken, a folder that does not take the file.

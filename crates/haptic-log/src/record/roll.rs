@@ -83,7 +83,7 @@ impl RollingLog {
         })
     }
 
-    /// From now on a file of so many bytes is full; less than [`ROLL_LEAST`] counts as that.
+    /// From now on a file of so many bytes is full; less is raised to [`ROLL_LEAST`].
     pub fn roll_at(&mut self, full_bytes: u64) {
         self.full_bytes = Some(full_bytes.max(ROLL_LEAST));
     }

@@ -166,7 +166,8 @@ impl TickCount {
     }
 }
 
-/// Name of the metadata record that tells, once a second of a loop by the clock, where the time of its ticks went.
+/// Name of the metadata record that says, once a second in a real-time loop, where the time of its
+/// ticks went.
 pub const BUDGET: &str = "budget";
 
 /// Summary of a log. The first five keys are a contract of the command line.
@@ -186,7 +187,7 @@ pub struct LogSummary {
     pub missing_at_start: u64,
     /// Ticks of the run missing after the last in the log; 0 if the log does not say how its run ended.
     pub missing_at_end: u64,
-    /// All missing ticks: those of the gaps, of the start and of the end.
+    /// All missing ticks: in gaps, at the start and at the end.
     pub missing_samples: u64,
     /// End of the run; `None` in logs made before it was kept, and in those that were cut.
     pub end: Option<RunEnd>,
@@ -195,7 +196,7 @@ pub struct LogSummary {
     /// Finished by its writer, no part damaged. Gaps do not count: their samples were lost before they reached the
     /// log.
     pub complete: bool,
-    /// Ticks whose number is not above that of the tick before.
+    /// Ticks whose number is not above the previous tick's.
     pub out_of_order: u64,
     /// How many ticks the device or the link got wrong, and how.
     #[serde(flatten)]

@@ -99,7 +99,7 @@ pub struct TickMessage {
     pub indenter_position_m: PerAxis,
     /// Position of the device as the loop read it, m.
     pub position_m: PerAxis,
-    /// Force the environment asked for, N.
+    /// Force that the environment wanted, N.
     pub environment_force_n: PerAxis,
     /// Force that left the safety chain and was commanded, in answer to this position, N.
     pub commanded_force_n: PerAxis,
@@ -173,7 +173,7 @@ static FIELDS: [Field; 12] = [
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Slot(Reach, usize);
 
-/// A column of a table of ticks: one number of each.
+/// A column of a table of ticks: one number for each.
 #[derive(Clone, Debug)]
 pub struct Column {
     /// Its name, with its unit at the end.
@@ -184,7 +184,7 @@ pub struct Column {
 }
 
 impl Column {
-    /// One that no tick has, made of what it has.
+    /// A value that is not in a tick but computed from it.
     #[must_use]
     pub fn derived(name: &str, read: fn(&TickMessage) -> f64) -> Self {
         Self {

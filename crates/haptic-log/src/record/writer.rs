@@ -56,8 +56,8 @@ pub struct FinishedLog {
 /// A log being written. Made by [`create`](LogWriter::create); call
 /// [`finish`](LogWriter::finish) at the end.
 ///
-/// Dropped without `finish`, or after an error, it leaves a `.part` file without a footer: what
-/// was flushed is in it, and every reader can tell that it is not whole.
+/// Dropped without `finish`, or after an error, it leaves a `.part` file without a footer: it
+/// contains what was flushed, and every reader can detect that it is incomplete.
 ///
 /// ```
 /// use haptic_log::record::{LogWriter, StartTime, TickMessage};

@@ -121,7 +121,7 @@ fn in_its_place(others: &str) -> String {
 pub struct BoardTrouble {
     /// A sentence for a person, with the remedy.
     pub words: String,
-    /// Tells where to look for the cause.
+    /// Says where to look for the cause.
     pub cause: TroubleCause,
 }
 

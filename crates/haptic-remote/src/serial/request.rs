@@ -84,9 +84,9 @@ impl SerialLink {
 
     /// As [`set_for`](Self::set_for) for a run, with what is beside it.
     ///
-    /// # Errors
-    /// As [`set_for`](Self::set_for); a box that is no box, or outside the workspace of all axes; a surface that is none;
-    /// [`LinkError::NoSurfaces`]; as [`controller_cost`](Self::controller_cost); a tick that is too short for a controller.
+    /// # Errors As [`set_for`](Self::set_for); an invalid box, or one outside the workspace of all
+    /// axes; an invalid surface; [`LinkError::NoSurfaces`]; as
+    /// [`controller_cost`](Self::controller_cost); a tick that is too short for a controller.
     pub fn set_run(
         &mut self,
         configuration: Configuration,
@@ -274,7 +274,7 @@ impl SerialLink {
         disarmed.map(|_| ())
     }
 
-    /// Asks for a stream of samples outside of runs, and keeps company so that the end of it is noticed.
+    /// Asks for a stream of samples outside of runs, and watches it so that its end is noticed.
     ///
     /// # Errors
     /// As [`ask`](Self::ask).

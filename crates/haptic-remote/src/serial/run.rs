@@ -24,8 +24,9 @@ const PAUSE: Duration = Duration::from_millis(50);
 pub(super) const IN_TIME: usize = Limits::DEFAULT.max_age_ticks as usize;
 
 impl SerialLink {
-    /// The next thing the device says unasked; `None` after the time, without pauses of this process. The end of a
-    /// run and a fault are told even if their frames were lost: answers to keep-alives say so too.
+    /// The next thing the device says unasked; `None` after the time, without pauses of this
+    /// process. The end of a run and a fault are reported even if their frames were lost: answers
+    /// to keep-alives say so too.
     pub fn hear(&mut self, patience: Duration) -> Option<Heard> {
         let mut left = patience;
         loop {

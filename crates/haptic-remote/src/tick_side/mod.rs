@@ -151,7 +151,8 @@ impl<H: Hardware<D>, const D: usize, R: BorrowMut<Records<D>>> TickSide<H, D, R>
         }
     }
 
-    /// Power-up is done: this configuration is in force with the prepared coefficients, and nobody is told.
+    /// Power-up is done: this configuration takes effect with the prepared coefficients, without a
+    /// report.
     #[inline(never)]
     pub fn wake(&mut self, prepared: Prepared<H::Setup>, coefficients: &[f32]) {
         let Prepared {
@@ -189,7 +190,7 @@ impl<H: Hardware<D>, const D: usize, R: BorrowMut<Records<D>>> TickSide<H, D, R>
         hardware.install(setup, configuration.tick_period_us);
     }
 
-    /// State and fault now, as every answer tells them.
+    /// Current state and fault, as in every answer.
     #[must_use]
     pub fn status(&self) -> Status {
         Status {
@@ -216,7 +217,7 @@ impl<H: Hardware<D>, const D: usize, R: BorrowMut<Records<D>>> TickSide<H, D, R>
             .value(index)
     }
 
-    /// The board, to see what its own interrupts have found.
+    /// The board, to read what its own interrupts have found.
     pub const fn hardware(&self) -> &H {
         self.engaged.device()
     }
@@ -232,7 +233,7 @@ impl<H: Hardware<D>, const D: usize, R: BorrowMut<Records<D>>> TickSide<H, D, R>
         self.engaged.device_mut()
     }
 
-    /// Counters of ticks and samples; the session adds those of the line.
+    /// Counters of ticks and samples; the session adds the line's.
     #[must_use]
     pub const fn statistics(&self) -> &Statistics {
         &self.statistics

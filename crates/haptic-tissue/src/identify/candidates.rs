@@ -71,7 +71,7 @@ pub struct Identification {
 }
 
 impl Identification {
-    /// What a fit leaves of each value, model less record: a share of the value, or Pa of a history.
+    /// The residual of each value, model minus record: a share of the value, or Pa of a history.
     #[must_use]
     pub fn residuals(&self, fit: &Fit) -> Vec<f64> {
         let both = fit.predicted.iter().zip(&self.measured);

@@ -47,7 +47,7 @@ pub struct Parameter {
     pub unit: &'static str,
     /// The numbers that it may be.
     pub range: ParameterRange,
-    /// True where there is one for each branch of a Prony series: in a file a list.
+    /// True if there is one value per branch of a Prony series: in a file a list.
     pub for_each_branch: bool,
     /// A few words for people.
     pub help: &'static str,

@@ -20,9 +20,10 @@ const FAST: f64 = 60.0;
 impl Model {
     /// Stress of a strain that is given at times and straight between them, Pa.
     ///
-    /// Times in s, rising, at any distances; the specimen is at rest and unstrained before the first, so a strain that does
-    /// not begin at 0 begins with a step. Where such a step has no finite stress, the first value is infinite. From a time
-    /// that does not rise on, all values are NaN; the result is as long as the shorter of the two.
+    /// Times in s, rising, at any distances; the specimen is at rest and unstrained before the
+    /// first, so a strain that does not begin at 0 begins with a step. If such a step has no finite
+    /// stress, the first value is infinite. From a time that does not rise on, all values are NaN;
+    /// the result is as long as the shorter of the two.
     ///
     /// A dashpot that bears the whole strain rate gives the stress of the line that ends at a sample.
     /// Error against the closed form of a ramp 5e-15. Cost: 30 µs, and 0.3 to 0.5 µs a sample.

@@ -32,8 +32,8 @@ pub(crate) struct TrialSetup {
     /// A trial that does not end well is a failure: one that the trial or the analysis finds
     /// unstable, or a coupler that Llewellyn refuses.
     pub must_be_stable: bool,
-    /// Largest rate of the force, N/s; `None` means the serial device's own resolution; a simulated
-    /// device then has an ideal encoder.
+    /// Largest rate of the force, N/s; `None` keeps a serial device's own limit, and sets none on a
+    /// simulated one.
     pub force_rate_limit_n_per_s: Option<f64>,
     /// Further settings of the safety chain.
     pub safety: Safety,

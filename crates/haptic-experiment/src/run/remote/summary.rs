@@ -47,7 +47,7 @@ pub(crate) struct LinkSummary {
     pub tick_cycles_max: Option<u32>,
     pub tick_cycles_max_reason: Option<&'static str>,
     pub from_device: FrameCounts,
-    /// Counts of frames, as the device reports them.
+    /// Counts of frames to the device, as the device reports them.
     pub to_device: FrameCounts,
     /// Why its counts are unknown.
     pub to_device_reason: Option<&'static str>,

@@ -32,7 +32,7 @@ pub struct Columns {
 pub struct Understood {
     /// Ready to be fitted.
     pub record: Record,
-    /// How it was measured, as far as it is known.
+    /// How it was measured, as far as is known.
     pub loading: MeasuredLoading,
     /// What was guessed or left out on the way, a sentence each.
     pub notes: Vec<String>,
@@ -77,7 +77,7 @@ pub struct Reading {
     pub stress_pa: Option<f64>,
     /// The sizes of the specimen, which turn force into stress and position into strain, and how it was loaded.
     pub loading: Loading,
-    /// True if the kind of the loading is told; else headers may tell it.
+    /// True if the kind of the loading is given; otherwise headers may give it.
     pub loading_is_told: bool,
     /// Poisson's ratio, if it is known.
     pub poisson_ratio: Option<f64>,
