@@ -68,7 +68,7 @@ parameters! {
     OBJECT_DAMPING = number("object_damping_n_s_per_m", 1.0, "1", DAMPINGS, "Viscous damping of the object");
     /// Spring of the object, N/m.
     OBJECT_STIFFNESS = number("object_stiffness_n_per_m", 500.0, "500", STIFFNESSES,
-        "Spring between object and ground; 0 = the object drifts");
+        "Spring between object and ground; 0 = nothing holds the object in place");
     /// True if a refused coupler is a failure.
     COUPLER_MUST_BE_STABLE = flag("must_be_stable",
         "Fail unless trial, analysis and Llewellyn's criterion accept the coupler");

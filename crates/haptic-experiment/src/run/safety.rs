@@ -25,7 +25,7 @@ pub(crate) mod keys {
         all BEHIND;
         /// Damping of a real device, N·s/m.
         DEVICE_DAMPING = optional("device_damping_n_s_per_m", DAMPINGS_ABOVE_0,
-            "Damping of a real device, for guard energy-bounding and pre-flight");
+            "Damping of a real device, for guard energy-bounding and the stability check before a run");
         /// Least delay of a real device, s.
         DEVICE_DELAY_LEAST = optional("device_delay_least_s", DEVICE_TIMES,
             "Least delay of a real device from a measurement to the effect of its force, for guard energy-bounding");

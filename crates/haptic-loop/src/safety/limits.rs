@@ -236,7 +236,7 @@ table! {
         "Fault if the position moves in one sample by this much more than the speed limit allows; 0 = off \
          [default: 1mm on a serial device, else never]";
     "device_mass_kg" above_0(100.0), number!(device_mass: Option<Kilograms>),
-        "Mass of a real device, for guard observer, braking and pre-flight";
+        "Mass of a real device, for guard observer, braking and the stability check before a run";
 }
 
 /// True of equal texts; `==` is no constant.

@@ -121,7 +121,7 @@ struct SpecimenArguments {
     /// Half angle of a cone, between axis and flank
     #[arg(long, value_parser = of(parameters::HALF_ANGLE))]
     half_angle: Option<f64>,
-    /// The slab cannot slide on its plates, or the layer under a sphere not on its base
+    /// The slab cannot slide on its plates, or the layer under a sphere cannot slide on its base
     #[arg(long)]
     bonded: bool,
     /// Poisson's ratio [default: 0.5, incompressible]
