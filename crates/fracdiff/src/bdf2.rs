@@ -66,7 +66,8 @@ pub struct Bdf2History<F, const TAPS: usize, const MODES: usize> {
 }
 
 impl<F: Real, const TAPS: usize, const MODES: usize> Bdf2Memory<F, TAPS, MODES> {
-    /// From a design of the Grünwald kernel, which carries the order. Coefficients in `f64`, rounded once.
+    /// An operator from a design of the Grünwald kernel, which also gives the order. Coefficients
+    /// in `f64`, rounded once.
     ///
     /// # Errors
     /// [`ParameterError::SampleTime`] unless 1e-9 s ≤ T ≤ 1e6 s.

@@ -23,7 +23,7 @@ pub struct RangeError {
 }
 
 impl RangeError {
-    /// For a value that the caller has found to be outside its range.
+    /// The error for a value that the caller has found to be outside its range.
     #[must_use]
     pub const fn new(
         what: &'static str,

@@ -20,10 +20,11 @@ use crate::{Differintegrator, Fir, Real};
 /// An operator from a list of values, of any [`Form`] within its capacity: TAPS taps, MODES modes (a
 /// multiple of 8), DEGREE degrees of a recursion.
 ///
-/// - *Same bits* as the operator that the list is of.
+/// - *Same bits* as the operator from which the list was made.
 /// - *Checked*: every value finite, every decay in (0, 1], counts within the capacity. A list does
 ///   not show whether the response is D^μ.
-/// - *Start-up, not finite, cost*: as the operator that the list is of. The history of another form gives NaN, and never panics.
+/// - *Start-up, not finite, cost*: as the operator from which the list was made. The history of
+///   another form gives NaN, and never panics.
 /// ```
 /// use fracdiff::portable::{Form, PortableOperator};
 /// use fracdiff::Differintegrator;
@@ -65,7 +66,7 @@ enum Core<F, const TAPS: usize, const MODES: usize, const DEGREE: usize> {
 impl<F: Real, const TAPS: usize, const MODES: usize, const DEGREE: usize>
     PortableOperator<F, TAPS, MODES, DEGREE>
 {
-    /// The operator whose list this is.
+    /// Builds the operator from its list.
     ///
     /// # Errors An invalid list, see [`ListError`].
     pub fn new(form: Form, integer: i8, values: &[F]) -> Result<Self, ListError> {
@@ -74,10 +75,10 @@ impl<F: Real, const TAPS: usize, const MODES: usize, const DEGREE: usize>
         Ok(operator)
     }
 
-    /// An operator whose output is zero, as a place for [`replace`](Self::replace).
+    /// An operator whose output is zero, to be filled by [`replace`](Self::replace).
     pub const SILENT: Self = Self(Core::Taps(Fir::SILENT));
 
-    /// Accepts what [`new`](Self::new) accepts, and makes nothing.
+    /// Checks the same as [`new`](Self::new), but builds nothing.
     ///
     /// # Errors
     /// As [`new`](Self::new).

@@ -169,7 +169,7 @@ pub trait Controller<F: Real> {
     ) -> Self::History;
 }
 
-/// The one who commands.
+/// Who gives the command.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Mode<F> {
     /// The controller commands.

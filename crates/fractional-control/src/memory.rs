@@ -34,7 +34,7 @@ pub struct Memory {
 }
 
 impl Memory {
-    /// With modes in closed form, made in microseconds without an allocation.
+    /// A memory whose modes have a closed form, computed in microseconds without allocating.
     ///
     /// # Errors
     /// A horizon that is not above 0. The tolerance is checked where a memory is made.

@@ -186,7 +186,8 @@ impl RuleError<'_> {
 }
 
 impl SampledLoop {
-    /// How far the rule of its plant is from the plant behind its hold; `None` of a plant that is sampled exactly.
+    /// How far the plant's rule deviates from the plant behind its hold; `None` for a plant that is
+    /// sampled exactly.
     #[must_use]
     pub fn rule_error(&self) -> Option<RuleError<'_>> {
         let held = self.held()?;

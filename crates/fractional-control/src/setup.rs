@@ -22,7 +22,7 @@ const SCHEME: Scheme = Scheme::FullBdf2 {
     tolerance: fracdiff::scheme::DEFAULT_TOLERANCE,
 };
 
-/// A controller, its limits and its memory: all that a loop needs beside the plant.
+/// A controller, its limits and its memory: all that a loop needs except the plant.
 /// ```
 /// use fracdiff::Seconds;
 /// use fractional_control::{ControllerSetup, PidParameters, Plant, SampledPlant};
@@ -108,8 +108,7 @@ impl ControllerSetup {
 
     /// Rule, tolerance and horizon.
     ///
-    /// # Errors
-    /// A scheme that no controller has.
+    /// # Errors A scheme that controllers do not support.
     pub fn memory(&self) -> Result<Memory, ControlError> {
         let (rule, tolerance) = rule_of_scheme(self.scheme).ok_or(SCHEME_REFUSED)?;
         Memory::new(rule, tolerance, self.horizon_s())

@@ -197,7 +197,7 @@ impl FractionalPolynomial {
         count: 0,
     };
 
-    /// In any order of terms; equal orders are added.
+    /// Terms may come in any order; equal powers are added.
     ///
     /// # Errors
     /// No term; a coefficient that is 0, that cancels, or that is not from 1e-60 to 1e60 in size; an order outside 0 to 4; more than

@@ -57,7 +57,7 @@ pub struct StabilityVerdict {
     pub stable: bool,
     /// Zeros of F in |w| < 1, each a pole with |z| > 1; `None` on the boundary.
     pub unstable_poles: Option<usize>,
-    /// The least |F| over the sum of the sizes of its terms that was met on the circle.
+    /// The least |F| on the circle, divided by the sum of the sizes of its terms.
     pub distance: f64,
     /// The frequency of that, rad/s.
     pub omega_rad_s: f64,
@@ -116,9 +116,9 @@ impl SampledLoop {
         })
     }
 
-    /// The time up to which the memories of fractional orders hold in this loop, s; `None` in one
-    /// of whole orders, which forgets nothing. For slower motions the computed loop differs from
-    /// the functions.
+    /// How far back the memories of fractional orders reach in this loop, s; `None` with whole
+    /// orders only, which forget nothing. For slower motions the computed loop differs from the
+    /// functions.
     #[must_use]
     pub fn memory_s(&self) -> Option<f64> {
         self.memory_s

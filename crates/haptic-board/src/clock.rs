@@ -15,7 +15,7 @@ impl Clock {
         Self(Mutex::new(Cell::new(0)))
     }
 
-    /// The time, µs, by what the counter reads.
+    /// The time, µs, from the present value of the counter.
     pub fn now_us(&self, counter: impl FnOnce() -> u32) -> u64 {
         critical_section::with(|token| {
             let last = self.0.borrow(token);

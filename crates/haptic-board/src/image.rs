@@ -47,7 +47,7 @@ impl Image {
         }
     }
 
-    /// The version that `image!` was given: major, minor, patch.
+    /// The version passed to `image!`: major, minor, patch.
     #[must_use]
     pub const fn version(&self) -> [u8; 3] {
         self.version

@@ -33,8 +33,8 @@ impl<'a, H: Hardware> MainLoop<'a, H> {
         }
     }
 
-    /// One round. True if nothing is left to do: then sleep until an interrupt comes, the tick at
-    /// the latest.
+    /// One round. Returns true if nothing is left to do: then sleep until the next interrupt, at
+    /// the latest the tick.
     pub fn round(
         &mut self,
         line: &mut impl Line,

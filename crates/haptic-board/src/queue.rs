@@ -57,7 +57,7 @@ impl<const N: usize> Queue<N> {
         self.with(|queue| queue.push(byte));
     }
 
-    /// Takes bytes in, as [`push`](Self::push), in pieces.
+    /// Adds several bytes, each as [`push`](Self::push) does.
     pub fn extend(&self, bytes: &[u8]) {
         for piece in bytes.chunks(PIECE) {
             self.with(|queue| piece.iter().for_each(|&byte| queue.push(byte)));
@@ -83,18 +83,18 @@ impl<const N: usize> Queue<N> {
         })
     }
 
-    /// Bytes that it can still take.
+    /// Number of bytes that still fit.
     #[must_use]
     pub fn room(&self) -> usize {
         self.with(|queue| N - queue.waiting.len())
     }
 
-    /// Bytes were lost before they came here, in the hardware.
+    /// Reports bytes that the hardware lost before they arrived here.
     pub fn count_lost(&self, bytes: u32) {
         self.with(|queue| queue.lost = queue.lost.wrapping_add(bytes));
     }
 
-    /// Bytes that were lost since the last call.
+    /// Number of bytes lost since the last call.
     pub fn take_lost(&self) -> u32 {
         self.with(|queue| core::mem::take(&mut queue.lost))
     }

@@ -28,7 +28,7 @@ pub trait AtLine {
 /// What a line did to the bytes of both ways.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Damage {
-    /// What became of requests: the device answers only those that came whole.
+    /// Damage to requests; the device answers only those that arrive intact.
     pub to_device: LineDamage,
     /// Damage to answers; the host waits for a lost one until it times out.
     pub to_host: LineDamage,
@@ -119,7 +119,7 @@ pub struct NearLine<D> {
 }
 
 impl<D: AtLine> NearLine<D> {
-    /// To a device that others may look at meanwhile.
+    /// A connection to a device that others may inspect meanwhile.
     #[must_use]
     pub const fn new(device: Arc<Mutex<D>>, time: DeviceTime) -> Self {
         Self {

@@ -82,7 +82,7 @@ pub struct Series<'a> {
 /// One panel of a page; of its series the first lies beneath, and markers lie on top.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Chart<'a> {
-    /// Said above the box; may be empty.
+    /// Title above the box; may be empty.
     pub caption: &'a str,
     /// Without a range it spans the points that the vertical axis shows.
     pub x: AxisSpec<'a>,
@@ -118,7 +118,7 @@ pub struct Chart<'a> {
 pub struct ChartPage<'a> {
     /// One line above the picture.
     pub title: &'a str,
-    /// The conditions, below it; a line break begins a further line.
+    /// The conditions, shown below it; a line break begins a new line.
     pub subtitle: &'a str,
     /// Panels in a row, 1 to 5; what is beyond is taken as the nearest.
     pub columns: usize,
@@ -280,7 +280,7 @@ impl<'a> AxisSpec<'a> {
         }
     }
 
-    /// The same axis between these ends.
+    /// The same axis, limited to this range.
     #[must_use]
     pub fn between(self, low: f64, high: f64) -> Self {
         Self {

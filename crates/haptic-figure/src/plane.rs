@@ -52,7 +52,8 @@ pub struct PlaneFigure<'a> {
     pub reference_m: [&'a [f64]; 2],
     /// Place of the device, in the plane, m.
     pub position_m: [&'a [f64]; 2],
-    /// Depth into the thing, m, if it is known; else the places over time are drawn in its place.
+    /// Depth into the thing, m, if it is known; otherwise the positions over time are drawn
+    /// instead.
     pub depth_m: Option<&'a [f64]>,
     /// Force on each axis, N.
     pub force_n: &'a [Vec<f64>],

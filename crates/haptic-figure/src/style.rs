@@ -28,7 +28,7 @@ pub(crate) const PAPER: &str = "white";
 /// The colour of text and axes, for pictures that others draw in the same look.
 pub const INK: &str = "#1a1a1a";
 pub(crate) const MUTED_INK: &str = "#555555";
-/// The colour of the grid, light enough to lie beneath every series.
+/// The colour of the grid, light enough to stay behind every series.
 pub const GRID: &str = "#e4e4e4";
 
 /// The colours of series, in the order that keeps them easiest to distinguish. Yellow is left out:

@@ -133,8 +133,8 @@ impl<L: Line> Haply2Diy<L, 2> {
 }
 
 impl<L: Line> Haply2Diy<L> {
-    /// Configures the board at the other end of a line, unless it is to keep the home of before, and looks at its first answers. No
-    /// torque meanwhile.
+    /// Configures the board at the other end of a line, unless it should keep its earlier home, and
+    /// checks its first answers. There is no torque meanwhile.
     ///
     /// # Errors No answer, or one that such a device cannot give.
     pub fn greet(mut line: L, name: &HaplyName) -> Result<Self, HaplyOpenError> {

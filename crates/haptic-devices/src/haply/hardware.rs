@@ -109,7 +109,7 @@ impl<L: Line, const D: usize> Haply2Diy<L, D> {
         &self.model
     }
 
-    /// The last posture that was believed.
+    /// The last posture that was accepted.
     #[must_use]
     pub const fn posture(&self) -> &Posture {
         &self.posture
@@ -121,7 +121,7 @@ impl<L: Line, const D: usize> Haply2Diy<L, D> {
         self.trouble
     }
 
-    /// Ticks whose torques were scaled down to what the board makes.
+    /// Number of ticks whose torques were scaled down to the board's limit.
     #[must_use]
     pub const fn scaled(&self) -> u64 {
         self.scaled

@@ -73,8 +73,9 @@ pub fn configuration(model: &Model) -> [u8; CONFIGURATION_BYTES] {
     bytes
 }
 
-/// The frame that sets the torques of both joints, N·m. The lowest byte of each number is zero: where a byte is lost,
-/// the board reads next to no torque instead of any. It costs 3·10⁻⁵ of the torque at most.
+/// The frame that sets the torques of both joints, N·m. The lowest byte of each number is zero, so
+/// after a lost byte the board reads almost no torque, not an arbitrary one. This costs at most
+/// 3·10⁻⁵ of the torque.
 #[must_use]
 pub fn torques(model: &Model, torques_nm: [f32; 2]) -> [u8; TORQUES_BYTES] {
     let mut bytes = [0; TORQUES_BYTES];
@@ -97,7 +98,7 @@ pub fn answer(model: &Model, device_id: u8, angles_deg: [f32; 2]) -> [u8; ANSWER
     bytes
 }
 
-/// Number of the device and angles of the joints, degrees, of an answer.
+/// The device number and the joint angles, degrees, in an answer.
 #[must_use]
 pub fn angles_of(model: &Model, bytes: [u8; ANSWER_BYTES]) -> (u8, [f32; 2]) {
     let [device_id, a0, a1, a2, a3, b0, b1, b2, b3] = bytes;
@@ -114,7 +115,7 @@ pub const SPEED_MOST_M_PER_S: f64 = 3.0;
 /// Counts of the encoder beside that: the steps of two readings.
 const COUNTS_SPARE: f64 = 4.0;
 
-/// Something that a 2DIY in order does not do.
+/// Something that a working 2DIY does not do.
 #[derive(Clone, Copy, Debug, PartialEq, Error)]
 #[non_exhaustive]
 pub enum Trouble {

@@ -152,7 +152,7 @@ impl<S: Read + Write> MoteusAxis<S> {
         Ok(None)
     }
 
-    /// The stream, to set that its reads do not wait from now on.
+    /// The stream, so that its reads can be set not to wait.
     pub const fn stream(&mut self) -> &mut S {
         &mut self.adapter.stream
     }

@@ -107,12 +107,12 @@ impl Trouble {
     }
 }
 
-/// What came in place of an answer.
+/// What arrived instead of an answer.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Instead {
-    /// Frames that the adapter took.
+    /// Frames that the adapter acknowledged.
     pub taken: u32,
-    /// Lines in which it complained.
+    /// Lines in which it reported an error.
     pub refused: u32,
     /// Lines that an adapter does not send, or that were damaged; answers that cannot be.
     pub garbage: u32,

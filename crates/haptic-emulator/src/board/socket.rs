@@ -13,8 +13,8 @@ use std::time::Duration;
 /// Longest wait of a read or a write, so that the threads notice the end.
 const PATIENCE: Duration = Duration::from_millis(20);
 
-/// A Unix socket that a host can open, one at a time. Its bytes come at once; those of a pseudo-terminal go through a
-/// worker of the system, which a busy machine may let wait for seconds.
+/// A Unix socket that a host can open, one at a time. Bytes arrive at once; a pseudo-terminal
+/// passes them through a system worker, which a busy machine may delay for seconds.
 #[derive(Debug)]
 pub struct Socket {
     listener: UnixListener,
@@ -22,8 +22,7 @@ pub struct Socket {
 }
 
 impl Socket {
-    /// Makes one. An old socket without a listener is replaced; everything else that is there
-    /// stays.
+    /// Makes one. An old socket without a listener is replaced; any other existing file is kept.
     ///
     /// # Errors
     /// If it cannot be made.

@@ -19,7 +19,7 @@ pub struct Terminal {
 
 impl Terminal {
     /// Opens a pseudo-terminal, with a symbolic link to it if requested. An old link that leads to
-    /// no pseudo-terminal gives way; everything else that is there stays.
+    /// no pseudo-terminal is replaced; any other existing file is kept.
     ///
     /// # Errors
     /// If the system gives none, or the link cannot be made.

@@ -9,8 +9,8 @@ use std::io;
 use std::path::Path;
 use thiserror::Error;
 
-/// A command that did not succeed: what kind of failure it is, and its [`Cause`]. If several apply, a device goes before a run, and
-/// a run before data that was lost.
+/// A command that did not succeed: what kind of failure it is, and its [`Cause`]. If several apply,
+/// a device failure takes precedence over a failed run, and that over lost data.
 #[derive(Debug, Error)]
 pub enum Failure {
     /// The run failed, was interrupted, or a latched fault ended it.
@@ -100,7 +100,7 @@ impl Failure {
         Self::Input(Cause::Name(exists, advice))
     }
 
-    /// The same, and these words behind its own.
+    /// The same failure, with these words added.
     #[must_use]
     pub fn and(self, words: &str) -> Self {
         let more = Cause::Words(format!("{self}: {words}"));
@@ -127,7 +127,7 @@ impl Failure {
 }
 
 impl Cause {
-    /// Its line, with keys as `names` calls them, see [`renamed`].
+    /// The message, with keys renamed by `names`, see [`renamed`].
     pub fn named(&self, names: impl Fn(&str) -> Option<String>) -> String {
         match self {
             Self::Words(words) => renamed(words, names),

@@ -86,7 +86,7 @@ pub fn fill_gaps(
     Ok(())
 }
 
-/// Refuses an input or an output that says nothing of a plant, under the names of their columns.
+/// Refuses an input or an output that reveals nothing about a plant, naming its column.
 ///
 /// # Errors
 /// With the column, the value and, where there is one, the line of the row.

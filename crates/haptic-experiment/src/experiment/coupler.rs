@@ -105,7 +105,7 @@ pub(crate) struct CouplerExperiment {
     pub setup: TrialSetup,
     /// μ, 0 to 1.
     pub order: Order,
-    /// The operator, which is run on the deflection with the order 1 − μ.
+    /// The operator; it has the order 1 − μ and runs on the deflection.
     pub scheme: Scheme,
     /// `k_c`, N·s/m, at least 0.
     pub coupler_damping_n_s_per_m: f64,

@@ -77,7 +77,8 @@ pub(crate) struct Record {
     pub missed_deadlines: u64,
     /// Timing of a run by the clock of this machine.
     pub realtime: Option<RealtimeSummary>,
-    /// Refused wishes for a real-time thread, and how to get them granted: a sentence for the user.
+    /// Which real-time settings were refused, and how to get them granted: one sentence for the
+    /// user.
     pub not_realtime: Option<String>,
     /// Samples and events that the recorder had to drop.
     pub dropped: u64,
@@ -93,7 +94,7 @@ pub(crate) struct Record {
     pub link: Option<LinkSummary>,
     /// How late this host may be before the device at the other end trips.
     pub lateness: Option<Lateness>,
-    /// The device at its other end is served by this program.
+    /// True if this program itself serves the device at the other end.
     pub served: bool,
     /// Words of a served device whose board said nothing any more.
     pub board_lost: Option<String>,

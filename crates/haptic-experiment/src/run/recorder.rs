@@ -98,7 +98,8 @@ impl Recorder {
         })
     }
 
-    /// Dates what follows: to be called when the first tick is due. Without it the log has device times only.
+    /// Sets the start time of the log: call it when the first tick is due. Without it the log has
+    /// device times only.
     ///
     /// # Errors
     /// If the writer has ended.
@@ -194,11 +195,10 @@ impl Recorder {
         self.dropped
     }
 
-    /// Waits until all is written, the log is closed and the live streams have ended. After a fault it
-    /// writes the flight recorder too, whatever became of the log.
+    /// Waits until all is written, the log is closed and the live streams have ended. After a fault
+    /// it writes the flight recorder too, even if the log failed.
     ///
-    /// # Errors
-    /// The error that stopped the writer, as a full disk.
+    /// # Errors The error that stopped the writer, such as a full disk.
     pub fn finish(self) -> Result<Recorded, RecordError> {
         drop(self.queue);
         let result = match self.writer.join() {

@@ -48,7 +48,7 @@ pub(crate) struct RemoteDevice {
     pub late_ticks: u16,
     /// Ticks from a sample to the force that answers it at most, in a loop on the host.
     pub max_age_ticks: u16,
-    /// Longest wait for the device to be there.
+    /// Longest time to wait for the device to appear.
     pub patience: Duration,
 }
 
@@ -101,7 +101,7 @@ pub(crate) struct RemoteLaw {
     pub dissipation_n_s_mu_per_m: f64,
     /// μ.
     pub order: f64,
-    /// Pushes but never pulls, from 0 on.
+    /// True for an environment that begins at 0 and pushes but never pulls.
     pub one_sided: bool,
     /// The map of the depth, of a one-sided law.
     pub depth_map: Option<DepthMap<f64>>,

@@ -359,7 +359,7 @@ pub fn speed(hard: f64, brakes: bool) -> SpeedLimit {
 }
 
 impl GuardChoice {
-    /// The guard for a device, if there is to be one.
+    /// The guard for a device, if one was chosen.
     ///
     /// # Errors If a property of the device that it needs is unknown.
     pub fn of(self, device: &GuardedDevice, t: Seconds) -> Result<Option<Guard>, Failure> {

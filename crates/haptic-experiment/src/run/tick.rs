@@ -13,8 +13,8 @@ pub(crate) struct KeptSample {
     pub time_s: f64,
     /// Position of the renderer as the loop read it, m.
     pub position_m: f64,
-    /// Force on the device by which the run is judged, N: the one commanded in answer to this position where the device made that, else the
-    /// one that it made.
+    /// Force on the device by which the run is judged, N: the one commanded for this position if
+    /// the device applied it, else the one that it applied.
     pub force_n: f64,
     /// Force that the device made in this tick, N.
     pub applied_force_n: f64,
@@ -99,7 +99,7 @@ pub fn by_device(message: TickMessage, sample: &haptic_link::Sample, time_s: f64
     }
 }
 
-/// The message of a tick with what a loop of this program did in it.
+/// The message of a tick that a loop of this program ran.
 pub fn by_loop<F: Real, const D: usize>(
     message: TickMessage,
     sample: &Sample<F, D>,

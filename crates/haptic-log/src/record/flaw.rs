@@ -6,9 +6,9 @@ use super::TickMessage;
 
 /// The board did not answer: the position is from an earlier tick.
 pub const UNANSWERED: u8 = 1;
-/// Nothing says that the board took the force of the tick before.
+/// The board did not confirm the previous tick's force.
 pub const NOT_TAKEN: u8 = 2;
-/// The device had none of the last forces of a loop on the host: an older one acts.
+/// The device had not received the last forces of a loop on the host, so an older one acts.
 pub const LATE_FORCE: u8 = 4;
 /// What the device reported for the tick is impossible.
 pub const IMPOSSIBLE: u8 = 8;
@@ -21,11 +21,11 @@ pub const STALE_MOST: f64 = 0.01;
 pub struct FlawCounts {
     /// Ticks with an earlier tick's position, or in which an older force may have acted.
     pub stale: u64,
-    /// Of them, those without an answer of the board.
+    /// Of them, those in which the board did not answer.
     pub unanswered: u64,
     /// Those whose board may not have taken the force of the tick before.
     pub forces_not_taken: u64,
-    /// Those in which the device had none of the last forces of a loop on the host.
+    /// Of them, those in which the device had not received the last forces of a loop on the host.
     pub late_forces: u64,
     /// Ticks for which the device reported something impossible.
     pub impossible: u64,
@@ -42,7 +42,7 @@ impl FlawCounts {
         self.impossible += u64::from(tick.flaws & IMPOSSIBLE != 0 || !has_place);
     }
 
-    /// True if more of so many ticks are stale than a record bears.
+    /// True if too large a share of this many ticks is stale.
     #[must_use]
     pub fn is_stale(&self, samples: u64) -> bool {
         self.stale as f64 > STALE_MOST * samples as f64

@@ -50,7 +50,7 @@ impl Value {
         }
     }
 
-    /// As a count; a number without its fraction.
+    /// The value as a count; a number loses its fraction.
     #[must_use]
     pub const fn to_u64(self) -> u64 {
         match self {

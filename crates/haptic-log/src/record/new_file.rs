@@ -137,7 +137,8 @@ impl NewFile {
         Ok((new_file, file))
     }
 
-    /// A whole file of these bytes, which can be made again: only its name is missing.
+    /// Writes these bytes to a complete file that still lacks its name; use it for data that can be
+    /// made again.
     ///
     /// # Errors
     /// As [`create`](Self::create); bytes that the disk does not take.
@@ -168,7 +169,7 @@ impl NewFile {
         }
     }
 
-    /// Gives up: nothing worth keeping was written.
+    /// Deletes the unfinished file, because nothing in it is worth keeping.
     pub fn discard(mut self) {
         // The name stays as it is; only the policy changes.
         self.leftover = Leftover::Discard;
@@ -177,8 +178,7 @@ impl NewFile {
     /// Gives the file its name. Without `overwrite`, a file that took the name in the meantime is
     /// kept and causes an error.
     ///
-    /// # Errors
-    /// A name that is taken, a folder that does not take the file.
+    /// # Errors The name is taken, or the folder does not accept the file.
     pub fn publish(mut self) -> Result<(), NewFileError> {
         let moved = if self.overwrite {
             fs::rename(&self.part, &self.target)
@@ -257,7 +257,7 @@ fn is_same(a: &Path, b: &Path) -> bool {
     a == b
 }
 
-/// `NAME.part` of a log NAME: the file that it is while it is written.
+/// `NAME.part`, the name of the log NAME while it is being written.
 #[must_use]
 pub fn part_of(log: &Path) -> PathBuf {
     with_suffix(log, &Leftover::Keep.suffix())

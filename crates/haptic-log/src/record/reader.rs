@@ -94,7 +94,7 @@ pub struct Condition {
     pub complete: bool,
     /// Damage: parts that could not be read.
     pub damage: Vec<Damage>,
-    /// Topics that are not ours, and the number of their messages; they are passed over.
+    /// Topics that are not ours, and the number of their messages; they are skipped.
     pub foreign_topics: BTreeMap<String, u64>,
 }
 

@@ -24,7 +24,7 @@ pub const NEXT: &str = "next";
 pub const CONTINUES: &str = "continues";
 /// Key of the number of a run in its metadata.
 const RUN: &str = "run";
-/// Smallest file that a log is cut into, bytes.
+/// Smallest size at which a log is split into files, bytes.
 pub const ROLL_LEAST: u64 = 1_000_000;
 /// No log has more files.
 const FILES_MOST: usize = 9999;

@@ -83,7 +83,7 @@ impl Parameter {
         Self::new(key, Value::List(range), shown, help)
     }
 
-    /// The same, of which nothing is assumed.
+    /// The same parameter without a default.
     #[must_use]
     pub const fn without_default(self) -> Self {
         let value = match self.value {
@@ -113,7 +113,7 @@ impl Parameter {
         f64::NAN
     }
 
-    /// The default of a count; 0 of anything else.
+    /// The default of a count; 0 for anything else.
     #[must_use]
     pub const fn default_count(&self) -> u64 {
         if let Value::Count(default) = self.value {

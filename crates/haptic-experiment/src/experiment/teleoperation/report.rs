@@ -70,7 +70,7 @@ pub(super) struct FeltAt {
     /// Of the remote place, from the run.
     pub touched_n_per_m: f64,
     pub touched_degrees: f64,
-    /// Of the remote place in closed form; null where it is not linear.
+    /// The impedance of the remote environment in closed form; null if it is not linear.
     pub tissue_n_per_m: Option<f64>,
     pub tissue_degrees: Option<f64>,
     /// The impedance that the hand feels according to the formula; null without a formula, as for

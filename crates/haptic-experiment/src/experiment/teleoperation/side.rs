@@ -51,7 +51,7 @@ pub(crate) enum FarEnd {
     Fault,
 }
 
-/// Terms on which a side meets the other.
+/// How a side connects to the other.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Terms {
     /// Time to wait for the other side, above 0.

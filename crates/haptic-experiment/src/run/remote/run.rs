@@ -33,7 +33,7 @@ pub(crate) struct RemoteRun<'a, P, M = TickMessage> {
     pub law: RemoteLaw,
     /// Number of ticks, and the length of each.
     pub schedule: Schedule,
-    /// What is known of a time, s, without the device: as the log has it.
+    /// The values at a time, s, that are known without the device, as the log needs them.
     pub blank: &'a dyn Fn(f64) -> M,
     /// The same loop for the analysis; `None` if it is not closed through the device's motion.
     pub preflight: Option<P>,

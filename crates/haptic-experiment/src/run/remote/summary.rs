@@ -23,7 +23,7 @@ pub(crate) struct LinkSummary {
     pub samples_lost: u64,
     /// Samples that came but found no room here.
     pub samples_dropped: u64,
-    /// Samples that found no room on the device.
+    /// Samples that the device dropped because its queue was full.
     pub samples_dropped_on_device: u32,
     /// Ticks of a host loop without a new force.
     pub stale_forces: u32,
@@ -32,7 +32,7 @@ pub(crate) struct LinkSummary {
     pub unanswered: u32,
     /// Forces that such a board did not confirm.
     pub forces_not_taken: u32,
-    /// Forces that found no room here.
+    /// Forces that this program dropped because its queue was full.
     pub forces_dropped: u64,
     /// Forces that were not sent because a newer sample had come already.
     pub forces_skipped: u64,
@@ -77,7 +77,7 @@ pub struct RoundTrip {
 }
 
 impl RoundTrip {
-    /// Of these; and why there is none.
+    /// The longest tick in cycles, and why it is missing.
     #[must_use]
     pub fn of(measured: &Histogram<u64>) -> (Option<Self>, Option<&'static str>) {
         if measured.is_empty() {
@@ -92,7 +92,7 @@ impl RoundTrip {
     }
 }
 
-/// Processor cycles as a device counts them; and why there are none.
+/// Processor cycles counted by the device, and why they are missing.
 #[must_use]
 pub fn cycles(counted: u32) -> (Option<u32>, Option<&'static str>) {
     match counted {
