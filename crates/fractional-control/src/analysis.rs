@@ -22,7 +22,7 @@ const BESIDE: f64 = 0.01;
 #[derive(Clone, Debug)]
 #[non_exhaustive]
 pub struct LoopAnalysis {
-    /// The verdict, as a proof; where `coarse` is not `None` it is of the rule alone.
+    /// The verdict, as a proof; if `coarse` is not `None`, it is proved only for the rule.
     pub verdict: StabilityVerdict,
     /// Margins and peaks: of a stable loop, the way to the boundary; of another they mean nothing.
     pub margins: Margins,
@@ -382,7 +382,8 @@ pub struct PoleAnalysis {
     pub unstable_poles: Option<usize>,
 }
 
-/// Poles of a function or of matrices, and how many of them do not decay; `None` of a measured response.
+/// Poles of a function or of matrices, and how many of them do not decay; `None` for a measured
+/// response.
 #[must_use]
 pub fn poles(plant: &Plant) -> Option<PoleAnalysis> {
     if let Some(function) = plant.function() {

@@ -21,8 +21,8 @@ impl Actuator {
         fade_s: 1.0,
     };
 
-    /// From low to high, in the unit of the command; infinite means no limit. A bump fades with 1
-    /// s.
+    /// Limits from low to high, in the unit of the command; infinite means no limit. A bump fades
+    /// with a time constant of 1 s.
     ///
     /// # Errors
     /// A NaN, or low not below high.
@@ -238,7 +238,7 @@ impl<F: Real, C: Controller<F>> Station<F, C> {
         Some(self.controller.output(&self.history, reference, measured) - command)
     }
 
-    /// Readings in a row, up to now, that were not numbers.
+    /// Number of readings in a row, up to now, that were not numbers.
     pub const fn missed(&self) -> u32 {
         self.missed
     }
@@ -256,7 +256,7 @@ impl<F: Real, C: Controller<F>> Station<F, C> {
         }
     }
 
-    /// Takes the sample in, with what was applied.
+    /// Adds the sample to the history, with the command that was applied.
     #[inline]
     pub fn advance(&mut self, reference: F, measured: F, applied: F) {
         if !(reference - measured).is_finite() {

@@ -33,7 +33,7 @@ pub struct ControllerList<F> {
     pub law: LawList<F>,
     /// Lowest and highest command; infinite means no limit.
     pub limits: [f64; 2],
-    /// The share of a held bump that is left after a sample.
+    /// The share of a held bump that remains after a sample.
     pub keep: F,
 }
 
@@ -66,7 +66,7 @@ pub struct BranchList<F> {
     pub name: &'static str,
     /// k, in `f64`, as it may be changed while it runs.
     pub gain: f64,
-    /// w, the set-point weight; 1 of an integral.
+    /// w, the set-point weight; 1 for an integral.
     pub weight: f64,
     /// μ, below 0 of an integral.
     pub order: f64,

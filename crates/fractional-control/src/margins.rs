@@ -75,7 +75,7 @@ fn beside(peak: f64) -> impl Iterator<Item = f64> {
 }
 
 impl SampledLoop {
-    /// Margins and peaks, of any loop: they say nothing of one that is not stable.
+    /// Margins and peaks of any loop; for an unstable one they mean nothing.
     #[must_use]
     pub fn margins(&self) -> Margins {
         let grid = self.grid();

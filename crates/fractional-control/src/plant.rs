@@ -96,7 +96,7 @@ impl Plant {
         self.delay_s
     }
 
-    /// The same with so much more dead time, s.
+    /// The same plant with this much more dead time, s.
     ///
     /// # Errors
     /// A negative one, more than 1e10 s; any at all for a measured response, which has its own.
@@ -267,7 +267,8 @@ impl Plant {
         })
     }
 
-    /// Its poles s: of a function whose orders are multiples of one those on the principal branch, of matrices the eigenvalues; `None` of any other.
+    /// Its poles s: of a function whose orders are multiples of one those on the principal branch,
+    /// of matrices the eigenvalues; `None` for any other.
     #[must_use]
     pub fn poles(&self) -> Option<Vec<Complex<f64>>> {
         match &self.model {

@@ -8,7 +8,7 @@ use crate::{
 };
 use fracdiff::Seconds;
 
-/// Samples of a run at most: some seconds of work.
+/// Largest number of samples of a run, which takes some seconds.
 pub const SAMPLES_MOST: f64 = 2e6;
 /// A run lasts so many times 1/ω of its crossover, unless it is told.
 const LENGTH: f64 = 60.0;
@@ -26,7 +26,7 @@ pub struct LoopRun {
     pub response: Response,
     /// Shape of a step; `None` for a record.
     pub shape: Option<Shape>,
-    /// The verdict, as a proof: a run of finite length shows no stability.
+    /// The verdict, as a proof: a run of finite length cannot prove stability.
     pub verdict: StabilityVerdict,
     /// As [`LoopAnalysis::coarse`](crate::analysis::LoopAnalysis::coarse).
     pub coarse: Option<f64>,

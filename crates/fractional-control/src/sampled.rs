@@ -8,7 +8,7 @@ use num_complex::Complex;
 
 /// Different orders in one function at most: counting numerator and denominator together.
 pub const ORDERS_MAX: usize = 16;
-/// Different fractional parts of orders at most.
+/// Largest number of different fractional parts among the orders.
 pub const PARTS_MAX: usize = 8;
 
 /// A [`FractionalTransferFunction`] that runs: two phases, the whole past, `f32` or `f64`.

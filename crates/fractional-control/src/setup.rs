@@ -52,7 +52,7 @@ pub struct ControllerSetup {
     pub sample_time_s: f64,
     /// Rule and tolerance of the powers: `full` or `full-bdf2`.
     pub scheme: Scheme,
-    /// Past that is remembered within the tolerance, s; `None` for 200 000 samples.
+    /// How far back the memory keeps its tolerance, s; `None` for 200 000 samples.
     pub memory_s: Option<f64>,
 }
 
@@ -241,7 +241,7 @@ fn runs_backwards(function: &FractionalTransferFunction) -> Result<(), ControlEr
     }
 }
 
-/// Something to do with a controller, whatever its type.
+/// A function to apply to a controller of any type.
 pub trait UseController {
     /// Gets it, of whatever type.
     fn have<C: Controller<f64> + Clone + Debug + 'static>(&mut self, controller: &C);

@@ -19,9 +19,10 @@ pub struct Response {
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct Shape {
-    /// Largest y beyond the step, as a share of it; 0 without.
+    /// Largest y beyond the step, as a share of it; 0 if there is none.
     pub overshoot: f64,
-    /// Samples from 10 % to 90 % of the step, between samples by straight lines; `None` where y does not get there.
+    /// Samples from 10 % to 90 % of the step, between samples by straight lines; `None` if y does
+    /// not reach that.
     pub rise: Option<f64>,
     /// The sample from which y stays within 2 % of the step; `None` where it does not.
     pub settled: Option<usize>,

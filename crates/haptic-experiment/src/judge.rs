@@ -179,10 +179,11 @@ pub(crate) fn origin(record: &Record) -> &'static str {
     }
 }
 
-/// Curves of a finished run, for whoever draws them; long ones are thinned without losing a peak. An experiment draws nothing itself.
+/// Curves of a finished run, for drawing; long ones are thinned without losing a peak. An
+/// experiment draws nothing itself.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Curves {
-    /// Which experiment, simulated or rendered.
+    /// Which experiment it was, and whether simulated or rendered.
     pub title: String,
     /// The law, the device and the operator that ran, and the verdict: what distinguishes this
     /// picture from others.
@@ -203,7 +204,7 @@ pub struct Curves {
 pub struct Theory {
     /// The name by which the library finds the tissue.
     pub tissue: String,
-    /// α of the tissue, which says how its stress relaxes over time.
+    /// α of the tissue, the order that sets how its stress relaxes.
     pub order: f64,
     /// The device as on the command line; `sim` for the simulated one.
     pub device: String,
@@ -250,10 +251,10 @@ impl Curves {
     }
 }
 
-/// Results of an experiment: a report, and the folder of its further files.
+/// Results of an experiment: a report, and the folder of its other files.
 #[derive(Debug)]
 pub struct Published<R> {
-    /// The report. Whoever saves a picture names it there.
+    /// The report; the code that saves a picture enters its name there.
     pub report: R,
     /// Curves to draw; `None` for a run that was cut short.
     pub curves: Option<Curves>,

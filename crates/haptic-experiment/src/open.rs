@@ -99,8 +99,7 @@ impl ExperimentFile {
 
     /// The number of samples.
     ///
-    /// # Errors
-    /// A parameter outside its range, which reading has ruled out.
+    /// # Errors A parameter outside its range; reading the document has excluded that.
     pub fn samples(&self) -> Result<u64, Failure> {
         self.0.check()
     }
@@ -192,7 +191,7 @@ impl ExperimentFile {
         teleoperation.run_side(end, terms, opened, request, supervisor)
     }
 
-    /// The same, for a program that waits so long for a device at a port.
+    /// The same, but waits this long for a device at a port.
     #[must_use]
     pub fn with_patience(mut self, patience: Duration) -> Self {
         if let Some(remote) = &mut self.0.conduct_mut().remote {
@@ -201,7 +200,7 @@ impl ExperimentFile {
         self
     }
 
-    /// Runs even if the pre-flight finds it unstable.
+    /// Allows the run even if the pre-flight finds it unstable.
     ///
     /// # Errors
     /// An experiment that no pre-flight refuses.
@@ -217,7 +216,7 @@ impl ExperimentFile {
         Ok(self)
     }
 
-    /// The same, in another pace.
+    /// The same, at another pace.
     #[must_use]
     pub fn in_pace(mut self, pace: Pace) -> Self {
         self.0.conduct_mut().pace = pace;
@@ -283,7 +282,8 @@ impl Document {
         Ok(())
     }
 
-    /// That files which a log's document names are not as the log has them, if so: its run is repeated with what the log has.
+    /// A note if files named in a log's document have changed since: the run is then repeated with
+    /// the log's versions.
     #[must_use]
     pub fn changed_since_log(&self) -> Option<String> {
         let read = |document: &Self| -> Result<BTreeMap<String, String>, FileError> {

@@ -36,15 +36,15 @@ pub struct SelfTestReport {
     /// CRC-32 of the image that the device runs, if it reports one.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub firmware_digest: Option<String>,
-    /// The device simulates its plant.
+    /// True if the device simulates its plant.
     pub simulated: bool,
     /// Limit of the force that held during the test, N.
     pub force_limit_n: f32,
-    /// A row for each promise, tried or not, in the order of [`Promise::ALL`].
+    /// One row per promise, tested or not, in the order of [`Promise::ALL`].
     pub checks: Vec<Check>,
-    /// True if every promise was judged and kept that this device makes.
+    /// True if every promise that this device makes was judged and kept.
     pub holds: bool,
-    /// Why the test ended before its end, if the link was lost.
+    /// Why the test ended early, if the link was lost.
     pub link_lost: Option<String>,
     /// The fault that ended the test before its end: the emergency stop, or one of the device's electronics.
     pub ended_by_fault: Option<String>,

@@ -135,7 +135,8 @@ pub struct Peer {
 }
 
 impl Peer {
-    /// Before a conversation. `nonce` is any number, another one each time; 0 is treated as 1.
+    /// A peer before its connection. `nonce` is any number that differs each time; 0 is treated as
+    /// 1.
     #[must_use]
     pub fn new(introduction: Introduction, nonce: u32) -> Self {
         Self {
@@ -278,7 +279,7 @@ impl Peer {
         self.connected
     }
 
-    /// Writes the greeting; its length.
+    /// Writes the greeting and returns its length.
     ///
     /// # Errors
     /// A buffer that is too short: [`FRAME_MAX`](haptic_link::FRAME_MAX) bytes are enough.

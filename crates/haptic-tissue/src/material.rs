@@ -257,7 +257,7 @@ impl Material {
         })
     }
 
-    /// How far times from the first to the last, s, are beyond the record, in a sentence; `None` if they are not.
+    /// A sentence that says how far these times, s, lie outside the record; `None` if they do not.
     #[must_use]
     pub fn beyond(&self, (from_s, to_s): (f64, f64)) -> Option<String> {
         let [first_s, last_s] = self.range.times_s();
@@ -383,7 +383,7 @@ impl Material {
 }
 
 impl ValidRange {
-    /// The shortest and the longest time, s: as said, or 1/ω of the frequencies.
+    /// The shortest and the longest time, s: as stated, or 1/ω of the frequencies.
     #[must_use]
     pub fn times_s(&self) -> [Option<f64>; 2] {
         let inverse =

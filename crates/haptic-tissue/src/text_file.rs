@@ -4,7 +4,7 @@ use std::fs::File;
 use std::io::{self, Read as _};
 use std::path::Path;
 
-/// No experiment or tissue file is longer, bytes.
+/// Largest size of an experiment or tissue file, bytes.
 pub const TEXT_MOST: u64 = 1 << 20;
 
 /// The bytes of a file, up to one more than these.

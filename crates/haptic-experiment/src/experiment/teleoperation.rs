@@ -162,7 +162,7 @@ pub(crate) struct HandModel {
 
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct HandMotion {
-    /// Displacement that is reached in 1 s and held, m.
+    /// Displacement that the hand reaches in 1 s and then holds, m.
     pub press_m: f64,
     /// Sum of the amplitudes of all sines, m, at least 0; they rise in that time too.
     pub amplitude_m: f64,
@@ -243,7 +243,7 @@ pub(crate) struct TeleoperationExperiment {
     pub(super) force_limit_n: f64,
     /// Largest rate of it, N/s; `None` for none.
     pub(super) force_rate_limit_n_per_s: Option<f64>,
-    /// A line that gives energy, or a force at its limit, is a failure.
+    /// True if the run fails when the line gives energy or a force reaches its limit.
     pub must_be_passive: bool,
     /// Further settings of both safety chains.
     pub(super) safety: Safety,
@@ -542,7 +542,7 @@ impl Named for PlaceName {
 pub(crate) struct RemotePlace {
     /// A piece of tissue, or a wall.
     pub matter: Matter,
-    /// It pushes but never pulls.
+    /// True if it pushes but never pulls.
     pub one_sided: bool,
 }
 

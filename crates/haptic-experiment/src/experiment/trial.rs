@@ -71,7 +71,7 @@ pub(crate) type VirtualWall = Wall<f64, Operator<f64>>;
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TrialPlan {
     pub(crate) criterion: Criterion,
-    /// Of the dissertation's rule: largest standard deviation of the position, m.
+    /// Largest standard deviation of the position under the dissertation's rule, m.
     pub threshold_m: f64,
     /// Constant push into the wall, N: above 0, below the force limit.
     pub push_n: f64,

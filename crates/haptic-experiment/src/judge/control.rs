@@ -184,7 +184,7 @@ impl DesignWords<'_> {
         }
     }
 
-    /// The verdict and what to know beside it.
+    /// The verdict, with notes for the user.
     #[must_use]
     pub fn sentences(&self) -> Vec<String> {
         let Some(trial) = &self.0.fractional.trial else {

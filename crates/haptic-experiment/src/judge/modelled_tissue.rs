@@ -221,7 +221,7 @@ impl TissuePiece {
         })
     }
 
-    /// A slab of the size that the keys have by default, compressed.
+    /// A compressed slab of the default size.
     ///
     /// # Errors
     /// As [`Specimen::new`].
@@ -349,10 +349,9 @@ pub(crate) fn effective(map: Option<DepthMap<f64>>) -> impl Fn(f64) -> f64 {
     move |depth_m| map.map_or(depth_m, |map| map.at(depth_m))
 }
 
-/// The operator for a horizon in samples: of the model, or D^μ.
+/// The operator for a horizon in samples: the model's, or D^μ.
 ///
-/// # Errors
-/// A scheme that cannot be made, or not for a model.
+/// # Errors A scheme that cannot be built, or that does not support a model.
 pub fn operator<F: Real>(
     model: Option<&Model>,
     scheme: Scheme,

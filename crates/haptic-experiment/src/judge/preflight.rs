@@ -96,7 +96,7 @@ impl Matter {
         }
     }
 
-    /// Force for a place at a frequency, N/m.
+    /// Force per displacement at a frequency, N/m.
     #[must_use]
     pub fn stiffness(&self, omega_rad_s: f64) -> Complex<f64> {
         let s = Complex::new(0.0, omega_rad_s);
@@ -162,7 +162,7 @@ const STEEPEST: f64 = 1e6;
 pub struct Preflight<'a> {
     /// K of the wall, or of the tissue at the depth that is judged, N/m.
     pub stiffness_n_per_m: f64,
-    /// B of the same, N·s^μ/m, which goes with K by the slope of a depth map.
+    /// B of the same, N·s^μ/m, scaled like K by the slope of a depth map.
     pub dissipation_n_s_mu_per_m: f64,
     /// The order μ of the operator, 0 to 2.
     pub order: Order,
@@ -179,7 +179,8 @@ pub struct Preflight<'a> {
     pub map: Option<(DepthMap<f64>, f64)>,
     /// How it meets the hand.
     pub contact: WallContact,
-    /// A guard keeps it from giving energy: [`EnergyBounding`](crate::GuardChoice::EnergyBounding).
+    /// True if a guard keeps it from giving energy:
+    /// [`EnergyBounding`](crate::GuardChoice::EnergyBounding).
     pub guarded: bool,
 }
 
@@ -194,7 +195,7 @@ impl PreflightSubject for Preflight<'_> {
 
 /// The same loop for whoever runs it, or compares the run with its full history.
 impl Preflight<'_> {
-    /// As steep as a map makes it at a depth, m.
+    /// The law with the slope that its depth map has at a depth, m.
     #[must_use]
     pub fn at_depth(self, map: Option<DepthMap<f64>>, depth_m: f64) -> Self {
         // What is a million times as steep is as unstable as what is steeper.
@@ -255,10 +256,10 @@ impl Preflight<'_> {
 }
 
 impl Preflight<'_> {
-    /// Looks at the loop with this device and `line` samples of delay beside its own; not at every motion.
+    /// Checks the loop with this device and `line` additional samples of delay, without the proof
+    /// for every motion.
     ///
-    /// # Errors
-    /// A number that the analysis does not take.
+    /// # Errors A number that the analysis does not accept.
     pub fn verdict(&self, dynamics: Dynamics, line: usize) -> Result<PreflightVerdict, Failure> {
         self.looked_at(dynamics, line, false)
     }

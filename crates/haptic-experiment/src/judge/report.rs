@@ -17,7 +17,7 @@ use serde_json::{Map, Value, json};
 /// Keys of a report with their values, in order.
 pub type Rows = Map<String, Value>;
 
-/// The rows of these objects, one behind the other.
+/// The rows of these objects, one after the other.
 pub fn rows(parts: impl IntoIterator<Item = Value>) -> Rows {
     let mut rows = Rows::new();
     for part in parts {
@@ -41,7 +41,7 @@ pub struct Report {
     /// What came of it, by the measure of the kind.
     #[serde(flatten)]
     pub(crate) results: Rows,
-    /// In words; `None` of a relaxation or creep test whose error has no meaning.
+    /// The result in words; `None` for a relaxation or creep test whose error has no meaning.
     #[serde(skip)]
     pub verdict: Option<String>,
     /// Why the run is not what its document demands; `None` if it is, or demands nothing.
@@ -87,17 +87,18 @@ pub struct RunReport {
     pub sample_time_s: f64,
     /// Ticks that the log has: fewer than planned if the run ended early.
     pub samples: u64,
-    /// Time of the last sample that counts, s: of the log, or of when the run was cut short.
+    /// Time of the last sample that counts, s: the end of the log, or when the run was cut short.
     pub duration_s: f64,
-    /// Largest magnitude of the commanded force, N; of a run that ended early up to the end of its log, braking included.
+    /// Largest magnitude of the commanded force, N; for a run that ended early, up to the end of
+    /// its log, including braking.
     pub peak_force_n: f64,
     /// Force that opposes the device's motion in the last sample that counts, the one at
     /// `duration_s`, N: before it falls to zero, whether the run finished, was interrupted or ended
     /// by a fault.
     pub final_force_n: f64,
-    /// Samples in which the safety chain limited the force.
+    /// Number of samples in which the safety chain limited the force.
     pub limited_samples: u64,
-    /// Samples and events that did not reach the log.
+    /// Number of samples and events that did not reach the log.
     pub dropped_samples: u64,
     /// Why the run ended early; null if it did not.
     pub ended_early: Option<String>,
@@ -109,7 +110,7 @@ pub struct RunReport {
     pub(crate) realtime: Option<RealtimeSummary>,
     /// Counts of the link to the device; null without one.
     pub(crate) link: Option<LinkSummary>,
-    /// Verdict of the analysis before the run; null if it was not asked.
+    /// Verdict of the analysis before the run; null if it was not made.
     pub preflight: Option<PreflightVerdict>,
     /// The log, or the first of its files.
     pub log: String,
@@ -124,10 +125,10 @@ pub struct RunReport {
     /// Why a run that reached its end has no table.
     #[serde(skip)]
     pub unwritten: Option<String>,
-    /// What became of the force, if the run ended early.
+    /// How the force ended, if the run ended early.
     #[serde(skip)]
     pub let_go: Option<String>,
-    /// The device cannot be used any more: its link was lost, or nothing comes from its board.
+    /// True if the device can no longer be used: its link was lost, or its board is silent.
     #[serde(skip)]
     pub device_lost: bool,
     /// Warnings to the user about these numbers, a sentence each.

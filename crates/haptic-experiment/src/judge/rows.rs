@@ -24,7 +24,7 @@ pub enum Line {
 /// A value with its name, or the heading of the rows below it.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct Row {
-    /// How deep it stands; 0 in the report itself.
+    /// Nesting level of the row; 0 in the report itself.
     pub level: usize,
     /// The row's key in JSON, by which a program finds it.
     pub key: String,
@@ -41,7 +41,7 @@ pub struct Row {
 pub struct Table {
     /// Nesting level, as for a row.
     pub level: usize,
-    /// The key that JSON has for it, by which a program finds the row.
+    /// The key of the list in JSON, by which a program finds it.
     pub key: String,
     /// The key in words, without the unit that the value has.
     pub label: String,

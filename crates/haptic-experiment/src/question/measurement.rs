@@ -56,7 +56,7 @@ pub(crate) const MEASURE: &[Parameter] = &[
     HELD,
 ];
 
-/// The question that lets a device move.
+/// The question that measures a device by moving it.
 pub const MEASUREMENT: &str = "measure";
 
 pub(crate) const TABLES: [(&str, &[Parameter]); 3] = [
@@ -75,7 +75,7 @@ pub(crate) struct MeasurePlan {
     pub box_m: f64,
     /// Length of the multi-sine, s.
     pub duration_s: f64,
-    /// True if a hand holds the device: its stiffness is looked for too.
+    /// True if a hand holds the device: its stiffness is measured too.
     pub hand: bool,
 }
 

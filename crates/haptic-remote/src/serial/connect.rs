@@ -40,7 +40,7 @@ pub struct ConnectOptions<'a> {
     pub baud: Option<u32>,
     /// Time for further attempts at a port that is not there or does not answer.
     pub patience: Duration,
-    /// Ends the attempts when set.
+    /// Setting this flag ends the attempts.
     pub stop: Option<&'a AtomicBool>,
 }
 

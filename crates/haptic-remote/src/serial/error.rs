@@ -126,7 +126,7 @@ pub struct BoardTrouble {
 }
 
 impl BoardTrouble {
-    /// Trouble whose cause lies in the board itself.
+    /// The cause lies in the board itself.
     #[must_use]
     pub const fn of_board(words: String) -> Self {
         Self {

@@ -15,7 +15,7 @@ use std::sync::atomic::Ordering;
 use std::time::Duration;
 use std::vec::Vec;
 
-/// What a run takes beside its configuration and coefficients.
+/// What a run may need besides its configuration and coefficients.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Beside<'a> {
     /// A workspace of its own for each axis of a device of several.
@@ -50,7 +50,7 @@ impl SerialLink {
         self.set_for(configuration, values, Scope::Lasting)
     }
 
-    /// As [`set`](Self::set); what was set to last comes back with the next connection after a run's.
+    /// As [`set`](Self::set); the lasting settings return with the next connection after the run's.
     ///
     /// # Errors
     /// As [`set`](Self::set); for a run, a limit that is looser than what is set.
@@ -206,8 +206,8 @@ impl SerialLink {
         lock(&self.shared.round_trip_us).clone()
     }
 
-    /// Arms, with a keep-alive after each quarter of the watchdog time from now on. Clears a fault that
-    /// [`status`](Self::status) knows of.
+    /// Arms the device, and from then on sends a keep-alive every quarter of the watchdog time.
+    /// Clears a fault that [`status`](Self::status) knows of.
     ///
     /// # Errors
     /// As [`ask`](Self::ask).

@@ -62,7 +62,7 @@ impl Served {
         Self::serve(hardware, Moment::now, Some(time))
     }
 
-    /// The same by this clock, or in this time of its own.
+    /// The same with this clock, or in its own time.
     ///
     /// # Errors
     /// As [`start`](Self::start).

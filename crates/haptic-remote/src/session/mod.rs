@@ -60,7 +60,7 @@ const _: () = assert!(
 );
 
 impl DeviceSession {
-    /// The half of a device that this process is itself, with its version and a number of its own.
+    /// The device's half, run by this process, with this program's version and its own number.
     #[cfg(feature = "std")]
     #[must_use]
     pub fn within_this_process() -> Self {
@@ -75,8 +75,8 @@ impl DeviceSession {
         Self::new(version, random.build_hasher().finish() as u32)
     }
 
-    /// At power-up. `boot` is a number that changes with each power-up or reset, if the board can
-    /// detect it.
+    /// A session at power-up. `boot` is a number that changes with each power-up or reset, if the
+    /// board can detect it.
     #[must_use]
     pub const fn new(firmware: [u8; 3], boot: u32) -> Self {
         Self {
@@ -179,7 +179,7 @@ impl DeviceSession {
         let _ = device.with(|device| device.stream_idle(0, 1));
     }
 
-    /// Writes the next frame to send of itself into `line` and returns its length; 0 without one.
+    /// Writes the next unrequested frame into `line` and returns its length; 0 if there is none.
     #[inline(never)]
     pub fn poll<H: Hardware<D>, const D: usize, R: BorrowMut<Records<D>>>(
         &mut self,

@@ -84,8 +84,7 @@ pub struct TickSide<H: Hardware<D>, const D: usize = 1, R = Records<D>> {
 impl<H: Hardware<D>, const D: usize> TickSide<H, D> {
     /// A device at power-up.
     ///
-    /// # Errors
-    /// If the board cannot be without a configuration, which is a defect of the board.
+    /// # Errors If the board refuses its first configuration, which is a defect of the board.
     pub fn new(hardware: H) -> Result<Self, Refusal> {
         let passive = Self::passive(&hardware)?;
         let mut device = Self::asleep(hardware, passive.chain, Records::new());
@@ -151,7 +150,7 @@ impl<H: Hardware<D>, const D: usize, R: BorrowMut<Records<D>>> TickSide<H, D, R>
         }
     }
 
-    /// Power-up is done: this configuration takes effect with the prepared coefficients, without a
+    /// Ends the power-up: this configuration takes effect with the prepared coefficients, without a
     /// report.
     #[inline(never)]
     pub fn wake(&mut self, prepared: Prepared<H::Setup>, coefficients: &[f32]) {
@@ -222,7 +221,7 @@ impl<H: Hardware<D>, const D: usize, R: BorrowMut<Records<D>>> TickSide<H, D, R>
         self.engaged.device()
     }
 
-    /// The time that a controller takes; `None` where none is run, as on several axes.
+    /// The time that a controller takes; `None` if the device cannot run one, as with several axes.
     #[cfg(feature = "controllers")]
     pub fn controller_cost(&self) -> Option<haptic_link::ControllerCost> {
         self.hardware().controller_cost().filter(|_| D == 1)

@@ -24,8 +24,8 @@ pub struct Fit {
     pub kind: ModelKind,
     /// Its parameters in SI units, in the order of a tissue file; then b, if it was looked for.
     pub parameters: Vec<Estimate>,
-    /// Correlations of the estimates, of the logarithm where it is a modulus; NaN where one is at an end of its range. Empty if the
-    /// record does not settle them.
+    /// Correlations of the estimates (for a modulus, of its logarithm); NaN where one is at an end
+    /// of its range. Empty if the record does not determine them.
     pub correlation: Vec<Vec<f64>>,
     /// Root of the mean square of the residuals, without weights: of the logarithm, or Pa for a history.
     pub rms: f64,
@@ -34,7 +34,8 @@ pub struct Fit {
     pub aic: f64,
     /// n·ln(S/n) + (p + 1)·ln n.
     pub bic: f64,
-    /// The model where the record has a value, in the order of [`measured`](super::Identification::measured).
+    /// The model's values at those of the record, in the order of
+    /// [`measured`](super::Identification::measured).
     pub predicted: Vec<f64>,
     /// Correlation of neighbouring residuals; 0 for white noise.
     pub neighbours: f64,

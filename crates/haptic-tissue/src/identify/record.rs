@@ -53,7 +53,8 @@ pub(super) struct Motion {
     can_stiffen: bool,
 }
 
-/// Samples that a model can be fitted to: its constructors refuse what cannot be, with the sample and the remedy.
+/// Samples that a model can be fitted to: its constructors refuse invalid samples, naming the
+/// sample and the remedy.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Record {
     pub(super) kind: RecordKind,
@@ -256,8 +257,8 @@ impl Record {
         Ok(record)
     }
 
-    /// Several motions of the same tissue, as to several depths, to be fitted together: each counts by its share of its own
-    /// stress. Each begins at the time 0.
+    /// Several motions of the same tissue, such as presses to several depths, fitted together;
+    /// errors of each count relative to its own stress. Each begins at the time 0.
     ///
     /// # Errors A missing record, or one without motion; more samples than [`SAMPLES_MOST`].
     pub fn together(records: Vec<Self>) -> Result<Self, IdentifyError> {
@@ -347,7 +348,7 @@ impl Record {
         &self.second
     }
 
-    /// Largest strain of the specimen, if the record knows it.
+    /// Largest strain of the specimen, if the record gives it.
     #[must_use]
     pub const fn strain_to(&self) -> Option<f64> {
         self.strain_to

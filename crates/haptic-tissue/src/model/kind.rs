@@ -41,7 +41,7 @@ impl ParameterRange {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub struct Parameter {
-    /// Its key in a tissue file; the unit stands in it.
+    /// Its key in a tissue file, which includes the unit.
     pub name: &'static str,
     /// Its unit; empty for a pure number.
     pub unit: &'static str,

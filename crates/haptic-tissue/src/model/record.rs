@@ -18,7 +18,7 @@ const SLOW: f64 = 1.0 / 1_048_576.0;
 const FAST: f64 = 60.0;
 
 impl Model {
-    /// Stress of a strain that is given at times and straight between them, Pa.
+    /// Stress for a strain given at some times and linear in between, Pa.
     ///
     /// Times in s, rising, at any distances; the specimen is at rest and unstrained before the
     /// first, so a strain that does not begin at 0 begins with a step. If such a step has no finite

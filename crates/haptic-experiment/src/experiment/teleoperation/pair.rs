@@ -137,7 +137,8 @@ pub(crate) struct SideTick {
     /// Force that was sent to the device, N.
     pub force_n: f64,
     pub limiters: Limiters,
-    /// Force on it from outside, N: of the hand on the master, of the remote place on the slave.
+    /// External force on the device, N: from the hand on the master, from the remote environment on
+    /// the slave.
     pub outside_n: f64,
 }
 

@@ -95,10 +95,10 @@ pub struct FarReport {
     pub log: String,
     logs: Vec<String>,
     csv: Option<String>,
-    /// Named by whoever saves a picture, unless the run was cut short.
+    /// The picture, entered by the code that saves it, unless the run was cut short.
     pub figure: Option<String>,
     fault_log: Option<String>,
-    /// Samples and events that did not reach the log.
+    /// Number of samples and events that did not reach the log.
     pub dropped_samples: u64,
     /// Why a run that reached its end has no table.
     #[serde(skip)]

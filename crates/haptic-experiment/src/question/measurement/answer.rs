@@ -68,7 +68,7 @@ impl Measurement {
         })
     }
 
-    /// The same, for a program that waits so long for a device at a port.
+    /// The same, but waits this long for a device at a port.
     #[must_use]
     pub fn with_patience(mut self, patience: Duration) -> Self {
         if let Some(remote) = &mut self.remote {

@@ -23,7 +23,7 @@ pub struct Columns {
     pub values: Vec<(Column, String, Vec<f64>)>,
     /// Those that a user named: they come first, and each must have an effect.
     pub chosen: Vec<Column>,
-    /// What was guessed, converted or left out, a sentence each, for the user to check.
+    /// One sentence for each thing guessed, converted or left out, for the user to check.
     pub notes: Vec<String>,
 }
 
@@ -34,7 +34,7 @@ pub struct Understood {
     pub record: Record,
     /// How it was measured, as far as is known.
     pub loading: MeasuredLoading,
-    /// What was guessed or left out on the way, a sentence each.
+    /// One sentence for each thing guessed or left out.
     pub notes: Vec<String>,
 }
 
@@ -98,10 +98,9 @@ impl Default for Reading {
 }
 
 impl Columns {
-    /// Makes a record of the columns.
+    /// Makes a record from the columns.
     ///
-    /// # Errors
-    /// Columns that make no record, or several; bad numbers, with their lines.
+    /// # Errors Columns that do not make exactly one record; bad numbers, with their lines.
     pub fn record(mut self, reading: &Reading) -> Result<Understood, IdentifyError> {
         self.prefer_chosen();
         let mut measured = self.measured(reading)?;

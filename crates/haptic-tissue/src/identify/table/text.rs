@@ -8,7 +8,7 @@ use super::unit::Dimension;
 use csv::StringRecord;
 use std::borrow::Cow;
 
-/// No table is longer, bytes.
+/// Largest size of a table, bytes.
 pub const TABLE_MOST: u64 = 1 << 28;
 
 /// Says which rows were passed over, and why.
@@ -403,8 +403,7 @@ impl<const N: usize> RecordColumns<N> {
 
 /// Columns chosen by their positions in the header, and the line of each row.
 ///
-/// # Errors
-/// As [`read_signal`]; what the choice refuses, with the line of the header.
+/// # Errors As [`read_signal`]; columns that the choice refuses, with the line of the header.
 pub fn read_chosen<const N: usize>(
     bytes: &[u8],
     choose: impl FnMut(&[&str]) -> Result<[usize; N], String>,
