@@ -143,7 +143,7 @@ impl<F: Real, const TAPS: usize, const MODES: usize, const DEGREE: usize>
         }
     }
 
-    /// Value `index` of the list; `None` behind its end.
+    /// Value `index` of the list; `None` past its end.
     #[must_use]
     pub fn value(&self, index: usize) -> Option<F> {
         match &self.0 {

@@ -189,7 +189,7 @@ pub(crate) fn coarse(plant: &SampledPlant, closed: &SampledLoop) -> Option<f64> 
     (times > 1.0 || !holds).then_some(if holds { times } else { times.max(TWICE) })
 }
 
-/// Responses from a frequency to another, equal steps of the logarithm; what is not known is left out.
+/// Responses between two frequencies, in equal steps of the logarithm; unknown ones are omitted.
 pub fn curve(
     low: f64,
     high: f64,

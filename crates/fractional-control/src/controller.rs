@@ -284,8 +284,8 @@ impl<F: Real, C: Controller<F>> Station<F, C> {
         self.mode = mode;
     }
 
-    /// Another controller from now on; at this reference and measurement its command is that of the present one. While the reading is
-    /// not a number the present one stays.
+    /// Switches to another controller, whose command at this reference and measurement equals the
+    /// present one's. While the reading is NaN, the present controller stays.
     pub fn set_controller(&mut self, controller: C, reference: F, measured: F) {
         if !(reference - measured).is_finite() {
             return;

@@ -164,7 +164,7 @@ pub struct Term {
 }
 
 impl Term {
-    /// Both numbers, unchecked.
+    /// A term with this coefficient and order, which are not checked.
     #[must_use]
     pub const fn new(coefficient: f64, order: f64) -> Self {
         Self { coefficient, order }

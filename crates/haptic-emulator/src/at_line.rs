@@ -92,9 +92,9 @@ fn carried(line: &mut FaultyLine, bytes: &[u8], now_us: u64) -> Vec<u8> {
     through
 }
 
-/// A line to an emulated device of this process. It lives in the time of the thread that
+/// A line to an emulated device of this process. Its clock is that of the thread that
 /// [serves](haptic_remote::serial::Served::in_its_own_time) the hardware before it, answers at once
-/// and never late: what a busy machine makes of it is slow, and the same.
+/// and never late: on a busy machine it runs slowly, but with the same results.
 ///
 /// ```
 /// use haptic_emulator::NearLine;

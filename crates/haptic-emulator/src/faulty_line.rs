@@ -122,7 +122,8 @@ impl FaultyLine {
         Ok(())
     }
 
-    /// Puts a frame on the line at this time; faults are drawn now, arrival is in [`receive`](Self::receive).
+    /// Puts a frame on the line at this time and draws its faults; [`receive`](Self::receive) then
+    /// delivers it.
     pub fn send(&mut self, frame: &[u8], now_us: u64) {
         self.damage.sent += 1;
         let mut frame = frame.to_vec();

@@ -74,7 +74,7 @@ pub struct PortCounts {
     pub duplicate: u32,
     /// Messages that came after a later one.
     pub stale: u32,
-    /// Messages of another architecture, as of a side that was begun anew with it.
+    /// Messages for another architecture, for example from a side that was restarted with it.
     pub foreign: u32,
 }
 
@@ -320,7 +320,7 @@ pub struct Settings {
 
 impl Settings {
     /// Default silence after which the force falls to zero, s: longer than the gaps that jitter and
-    /// loss cause on a line around the world, shorter than a hand takes to react.
+    /// loss cause on a line around the world, shorter than a person takes to be startled.
     pub const SILENCE_S: f64 = 0.2;
     /// Most samples over which waves or energy that arrive together are spread.
     pub const PLAYOUT_MOST: u32 = 10_000;

@@ -58,7 +58,7 @@ pub type FullMemoryHistory<F, const TAPS: usize, const MODES: usize> =
     IntegerHistory<F, BankHistory<F, TAPS, MODES>>;
 
 impl<F: Real, const TAPS: usize, const MODES: usize> FullMemory<F, TAPS, MODES> {
-    /// Coefficients in `f64`, rounded once.
+    /// Computes the coefficients in `f64` and rounds each once.
     ///
     /// # Errors
     /// [`ParameterError::SampleTime`] unless 1e-9 s ≤ T ≤ 1e6 s.

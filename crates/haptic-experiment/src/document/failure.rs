@@ -78,8 +78,8 @@ impl Failure {
         Self::DataLost(Cause::Words(words.to_string()))
     }
 
-    /// Output that could not be written: data lost on a full disk, else bad input, as a place that is not
-    /// writable. `what` says which.
+    /// The failure of an output that could not be written: lost data on a full disk, otherwise bad
+    /// input, such as a path that is not writable. `what` names the output.
     pub fn writing(error: io::Error, what: impl fmt::Display) -> Self {
         Self::writing_with_advice(error, what, String::new())
     }

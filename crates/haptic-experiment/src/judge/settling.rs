@@ -175,7 +175,7 @@ pub struct Settling {
     pub force_std_limit_n: Option<f64>,
     /// Difference between the largest and the least force in the window, N.
     pub force_range_n: Option<f64>,
-    /// The largest such range that counts as rest, N; null if the criterion does not ask.
+    /// The largest such range that counts as rest, N; null if the criterion ignores it.
     pub force_range_limit_n: Option<f64>,
     /// Share of all samples whose force was at its limit, 0 to 1.
     pub saturated_share: Option<f64>,

@@ -100,7 +100,7 @@ impl fmt::Display for LinkedName {
 
 impl DeviceName {
     /// Connects to a device with this many axes, or with any number, and passes warnings about the
-    /// port to `warn`. A set `stop` ends the waiting.
+    /// port to `warn`. Setting `stop` ends the wait.
     ///
     /// # Errors
     /// The simulated device, or one with another number of axes; exit code 3: no port, no device, no answer.

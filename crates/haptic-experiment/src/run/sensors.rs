@@ -60,7 +60,7 @@ pub struct Imperfections {
 }
 
 impl Imperfections {
-    /// An ideal device, with none of them.
+    /// An ideal device, without any of these imperfections.
     pub const NONE: Self = Self {
         friction_n: 0.0,
         delay_s: 0.0,

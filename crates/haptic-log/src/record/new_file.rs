@@ -102,9 +102,9 @@ impl NewFile {
     /// Opens the unfinished file for writing. With `overwrite` the target may exist, and stays until
     /// [`publish`](Self::publish) replaces it.
     ///
-    /// # Errors
-    /// [`NewFileError::Exists`] if the name is taken; [`NewFileError::Leftover`] or [`NewFileError::BeingWritten`] if a kept
-    /// unfinished file is in the way; [`NewFileError::Io`] if the folder does not take the file.
+    /// # Errors [`NewFileError::Exists`] if the name is taken; [`NewFileError::Leftover`] or
+    /// [`NewFileError::BeingWritten`] if a kept unfinished file is in the way; [`NewFileError::Io`]
+    /// if the file cannot be written to the folder.
     pub fn create(
         target: &Path,
         leftover: Leftover,
