@@ -55,7 +55,9 @@ pub enum ExportError {
     )]
     Band(f64, f64),
     /// A dashpot beside the rest: its stress is an impulse, which no branch has.
-    #[error("{0} has a parallel dashpot, which no Prony series can hold: give the dashpot separately")]
+    #[error(
+        "{0} has a parallel dashpot, which no Prony series can hold: give the dashpot separately"
+    )]
     Impulse(ModelKind),
     /// G has fallen to nothing within the band, at this time, s.
     #[error("the modulus has decayed to zero by {} s: take a {HORIZON} below it", Shown(*.0))]

@@ -484,7 +484,10 @@ fn touches_a_2diy(loop_mode: &str) {
     if ended.code == Some(3) {
         println!("this machine was too busy for the emulated board");
         let ended = ended.failed(3);
-        holds(ended.stderr.contains("no complete answer for 4 ticks"), &ended);
+        holds(
+            ended.stderr.contains("no complete answer for 4 ticks"),
+            &ended,
+        );
     } else {
         ended.ended_by_the_clock();
         assert_eq!(report["verdict"], "rendered");
