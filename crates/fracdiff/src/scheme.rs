@@ -227,8 +227,9 @@ impl Scheme {
         GRAMMAR
     }
 
-    /// How much of the past counts, s: `None` means the whole past. Of the recursive forms the time
-    /// that their slowest part takes to fade, about one period of the lower corner or N samples.
+    /// How much of the past counts, s: `None` means the whole past. For the recursive forms it is
+    /// the time that their slowest part takes to fade, about one period of the lower corner or N
+    /// samples.
     #[must_use]
     pub fn memory_s(self, sample_time: Seconds) -> Option<f64> {
         let t = sample_time.0;

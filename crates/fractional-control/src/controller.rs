@@ -227,8 +227,9 @@ impl<F: Real, C: Controller<F>> Station<F, C> {
         }
     }
 
-    /// Starts as if reference, measurement and command had stood for ever; see [`Controller::settled`]. The bump that is left: by how
-    /// much the next command differs from this one. `None`, and nothing happens, where the controller cannot rest so.
+    /// Starts as if reference, measurement and command had been constant for ever; see
+    /// [`Controller::settled`]. Returns the remaining bump, by which the next command differs from
+    /// this one. Returns `None` and does nothing if the controller cannot rest there.
     pub fn settle(&mut self, reference: F, measured: F, command: F) -> Option<F> {
         if !(reference - measured + command).is_finite() {
             return None;

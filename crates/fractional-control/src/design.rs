@@ -82,7 +82,8 @@ pub struct Candidate {
 pub struct Trial {
     /// Verdict, margins and curve, at the nominal gain.
     pub analysis: LoopAnalysis,
-    /// As [`LoopAnalysis::coarse`], up to double the gain: where it is, the verdicts are of the rule that stands for the plant, not of the plant.
+    /// As [`LoopAnalysis::coarse`], up to double the gain: if it is coarse, the verdicts hold for
+    /// the rule that replaces the plant, not for the plant.
     pub coarse: Option<f64>,
     /// The gains of the plant, over the nominal one, between which the loop is proved stable;
     /// `None` if it is not stable. If `coarse` is not `None`, they are the rule's.

@@ -52,7 +52,8 @@ pub enum LawList<F> {
 pub struct ParallelList<F> {
     /// The branches whose gain is not 0, in the order in which they are added.
     pub branches: Vec<BranchList<F>>,
-    /// What an excess of the command is multiplied with for back-calculation; 0 where integrals stand instead.
+    /// Factor on the excess of the command for back-calculation; 0 if the integrals are stopped
+    /// instead.
     pub inverse: F,
     /// The branch that follows a command by hand, and what the excess is multiplied with for its error.
     pub integral: Option<(usize, F)>,

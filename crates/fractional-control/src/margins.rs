@@ -43,8 +43,9 @@ impl Crossing {
     }
 }
 
-/// Margins and peaks of a [`SampledLoop`], up to half the sample rate, by a grid that is finer where L moves. They say how far
-/// a loop is from the boundary, not on which side: that is the verdict's.
+/// Margins and peaks of a [`SampledLoop`], up to half the sample rate, by a grid that is finer
+/// where L moves. They say how far a loop is from the boundary, not on which side, which the
+/// verdict says.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct Margins {
@@ -253,7 +254,7 @@ impl SampledLoop {
 
 impl SampledLoop {
     /// Margins and peaks of the loop around the plant behind its hold. `own` are the
-    /// [`margins`](Self::margins) of this loop, `later` is the loop whose plant has so much more
+    /// [`margins`](Self::margins) of this loop, `later` is the loop whose plant has this much more
     /// dead time, s; if this is refused, the delay margin is in whole samples.
     ///
     /// A delay is one that the memory [holds](Self::remembered). Cost: that of [`delay_margin`](Self::delay_margin), some dozen verdicts.

@@ -82,7 +82,7 @@ impl Place {
 
 impl RuleError<'_> {
     /// True if the loop with the rule turns about −1 as often as the loop of the plant: its verdict
-    /// is that of the plant.
+    /// then holds for the plant.
     #[must_use]
     pub fn holds(&self) -> bool {
         self.places.is_some()

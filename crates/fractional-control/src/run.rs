@@ -119,11 +119,11 @@ pub fn samples_for(crossover_rad_s: Option<f64>, sample_time_s: f64) -> f64 {
     libm::round(wanted).clamp(SAMPLES[0], SAMPLES[1])
 }
 
-/// The PID of order 1 with the crossover and the phase margin of this loop, everything else as in the setup: what a fractional controller
-/// is compared with. `None` for a controller that is one.
+/// The PID of order 1 with the crossover and the phase margin of this loop, everything else as in
+/// the setup: what a fractional controller is compared with. `None` if the controller is already
+/// such a PID.
 ///
-/// # Errors
-/// No such PID; a plant that does not run.
+/// # Errors No such PID exists; the plant cannot be simulated.
 pub fn integer_baseline(
     setup: &ControllerSetup,
     plant: &Plant,

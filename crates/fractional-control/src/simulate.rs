@@ -30,8 +30,8 @@ pub struct Shape {
     pub final_error: f64,
 }
 
-/// Runs the loop from rest: y\[n\] measured, u\[n\] sent, r given for each sample. Where the plant answers at once, u\[n\] and y\[n\] are
-/// solved together.
+/// Runs the loop from rest: y\[n\] measured, u\[n\] sent, r given for each sample. If the plant
+/// answers at once, u\[n\] and y\[n\] are solved together.
 /// ```text
 /// y = S + G·u,   u = limit(g_r·r − g_y·y + …):   u = limit((…)/(1 + g_y·G))
 /// ```

@@ -144,8 +144,9 @@ impl SampledLoop {
         }
     }
 
-    /// The same whose [`open`](Self::open), and so whose [`margins`](Self::margins), are those of the plant behind its hold and not of the
-    /// rule that stands for it; its verdict stays that of the rule. `None` of a plant that is sampled exactly.
+    /// The same loop, but with [`open`](Self::open) and so [`margins`](Self::margins) computed for
+    /// the plant behind its hold instead of the rule that replaces it; the verdict is still the
+    /// rule's. `None` for a plant that is sampled exactly.
     #[must_use]
     pub fn of_plant(&self) -> Option<Self> {
         self.held.as_ref()?;

@@ -22,7 +22,8 @@ pub struct CoupledObject {
     pub stiffness_n_per_m: f64,
 }
 
-/// P = (1 − w)/Q: the operator of order μ whose inverse a coupler applies that runs Q, of order 1 − μ, on its deflection.
+/// P = (1 − w)/Q: the operator of order μ that a coupler inverts when it runs Q, of order 1 − μ, on
+/// its deflection.
 /// ```text
 /// Z_c = k_c + b_c·T^μ·Q(w)/(1 − w)
 /// ```

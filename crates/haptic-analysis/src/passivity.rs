@@ -66,7 +66,7 @@ pub struct OnePort<'a, P: ?Sized> {
 const REST_NOISE: f64 = 1e-4;
 
 impl<'a, P: FrequencyResponse + ?Sized> OnePort<'a, P> {
-    /// Without extra delay. `order` is the one the operator was made for.
+    /// A port without extra delay. `order` is the operator's order.
     ///
     /// # Errors
     /// μ < 0, where the theorem's condition has no bound, or an operator without a finite response.

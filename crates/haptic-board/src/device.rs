@@ -48,11 +48,11 @@ impl<H: Hardware> Default for Place<H> {
     }
 }
 
-/// Makes the device, and its half of the conversation: idle, without a force, and in the fault [`Fault::Reset`] if a reset
-/// has come while it was armed or in a fault. `firmware` is the version: major, minor, patch.
+/// Makes the device and its half of the conversation. It is idle, without a force, and in the fault
+/// [`Fault::Reset`] if a reset has come while it was armed or in a fault. `firmware` is the
+/// version: major, minor, patch.
 ///
-/// # Errors
-/// As [`TickSide::passive`]: a board that cannot be without a configuration.
+/// # Errors As [`TickSide::passive`]: a board that refuses its first configuration.
 pub fn power_up<H: Hardware>(
     place: &'static mut Place<H>,
     hardware: H,

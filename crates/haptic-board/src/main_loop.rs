@@ -7,7 +7,8 @@ use haptic_remote::{DeviceSession, Exclusive as _, Hardware};
 
 /// The main loop's work, a round at a time.
 ///
-/// - *Watchdog*: fed here, so this loop runs, and only after a further tick, so that one runs too.
+/// - *Watchdog*: fed here and only after another tick, so feeding proves that both this loop and
+///   the tick run.
 /// - *Nothing waits*: a request is read only when there is room for its answer; until then bytes wait in
 ///   the line's queue, and if that is full they are counted as lost.
 #[derive(Debug)]

@@ -180,8 +180,9 @@ impl Quadrature {
         fault
     }
 
-    /// The fault since which the count is wrong, and zero is no longer where it was. It stays until a new start, and belongs into
-    /// [`persisting_fault`](haptic_remote::Hardware::persisting_fault): no other answer keeps a wall in its place.
+    /// The fault after which the count is wrong and zero has moved. It lasts until a restart;
+    /// return it from [`persisting_fault`](haptic_remote::Hardware::persisting_fault): otherwise a
+    /// wall would stand in the wrong place.
     #[must_use]
     pub const fn lost(&self) -> Option<Fault> {
         self.lost

@@ -69,8 +69,8 @@ impl<const N: usize> Queue<N> {
         self.with(|queue| queue.waiting.pop_front())
     }
 
-    /// Hands the oldest byte to somebody who may not take it yet: it goes only if that is true. If
-    /// it is empty, nothing is called. Returns if there was one.
+    /// Offers the oldest byte to a function, and removes it only if that returns true. If it is
+    /// empty, nothing is called. Returns whether a byte was removed.
     pub fn offer(&self, taken: impl FnOnce(u8) -> bool) -> bool {
         self.with(|queue| {
             let Some(&byte) = queue.waiting.front() else {

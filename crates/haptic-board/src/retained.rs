@@ -5,8 +5,9 @@ use core::sync::atomic::{AtomicU32, Ordering};
 /// In [`RetainedMemory::live`] while the device was not idle.
 const ARMED: u32 = 0x5AFE_F0CE;
 
-/// Memory that a reset leaves alone, if the board puts it where no start-up code clears it: a section such as
-/// `.uninit` of `cortex-m-rt`. As an ordinary static it is cleared, and a reset is never known.
+/// Memory that a reset leaves alone, if the board puts it where no start-up code clears it: a
+/// section such as `.uninit` of `cortex-m-rt`. In an ordinary static it is cleared, and a reset
+/// goes undetected.
 #[derive(Debug, Default)]
 pub struct RetainedMemory {
     boot: AtomicU32,

@@ -169,11 +169,11 @@ impl ExperimentFile {
         self.of()
     }
 
-    /// Runs a side of a teleoperation for `duration_s` of its device, once the other is there; log and table go into the folder. `opened` hears
-    /// the address of this side.
+    /// Runs a side of a teleoperation for `duration_s` of its device, once the other is there; log
+    /// and table go into the folder. `opened` receives the address of this side.
     ///
-    /// # Errors Another experiment; a parameter outside its range; an address that cannot be had;
-    /// no other side, or one that does not match; a log that cannot be written.
+    /// # Errors Another experiment; a parameter outside its range; an address that is not
+    /// available; no other side, or one that does not match; a log that cannot be written.
     pub fn run_side(
         &self,
         end: End,

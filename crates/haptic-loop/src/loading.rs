@@ -398,7 +398,8 @@ pub struct DepthMap<F> {
 }
 
 impl<F: Real> DepthMap<F> {
-    /// 1/s in 1/m, c₀ to c₅, and q in 1/m, as they came from a line; `None` unless they are as [`new`](Self::new) wants them.
+    /// 1/s in 1/m, c₀ to c₅, and q in 1/m, as received over a line; `None` unless
+    /// [`new`](Self::new) accepts them.
     #[must_use]
     pub fn of(numbers: [F; 8]) -> Option<Self> {
         let [per_scale, terms @ .., stiffening_per_m] = numbers;

@@ -160,8 +160,8 @@ impl Exchange {
         self.skipped.saturating_add(self.in_row)
     }
 
-    /// Periods beyond one between the last position and the next, at most: what moved further meanwhile has not
-    /// jumped.
+    /// Most periods, beyond the usual one, between the last position and the next: a larger motion
+    /// in that time is not a jump.
     #[must_use]
     pub const fn unmeasured(&self) -> u32 {
         self.paused().saturating_add(self.before)

@@ -65,8 +65,8 @@ pub type DeviceOperator = PortableOperator<f32, COEFFICIENTS_MAX, MODES_MAX, DEG
 /// The environment of a device.
 pub type DeviceWall = Wall<f32, DeviceOperator>;
 
-/// A good configuration, ready to take effect. Operator and history are made in their places, so that nowhere two are
-/// needed.
+/// A good configuration, ready to take effect. Operator and history are built in place, so memory
+/// for a second copy is never needed.
 #[derive(Clone, Debug)]
 pub struct Prepared<S> {
     pub(super) configuration: Configuration,
@@ -242,8 +242,8 @@ pub(super) fn safety_chain(
 
 /// The coefficients of an operator as they go over the wire.
 ///
-/// # Errors
-/// More of them than the wire can count: a memory that no device holds. The scheme `full-bdf2`, which devices do not know.
+/// # Errors More of them than the wire can count: a memory too long for any device. The scheme
+/// `full-bdf2`, which devices do not know.
 #[cfg(feature = "std")]
 pub fn operator_shape(
     operator: &fracdiff::Operator<f32>,

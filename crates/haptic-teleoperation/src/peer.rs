@@ -197,8 +197,8 @@ impl Peer {
         })
     }
 
-    /// Writes an answer for a stranger whose datagram this is: that this side is at work with somebody else. Its length; `None`
-    /// for a datagram that asks for nothing.
+    /// Writes an answer to a stranger's datagram, which says that this side is busy with another
+    /// peer, and returns its length; `None` for a datagram that needs no answer.
     ///
     /// # Errors
     /// As [`hello`](Self::hello).

@@ -334,8 +334,8 @@ impl ExportFormat {
 }
 
 impl PronyFit {
-    /// The series in the convention of a program, with comments that say what it is, which modulus among it. `title` is one
-    /// line for people.
+    /// The series in the convention of a program, with comments that describe it, including which
+    /// modulus it is. `title` is one line of text.
     ///
     /// # Errors
     /// More branches than the program takes; a convention that needs a long-term modulus, and a series without one.

@@ -38,8 +38,8 @@ struct Skipped {
 }
 
 impl Library {
-    /// Those that come with the program, and all `*.toml` files of a folder of the user's. A file
-    /// that is not a tissue, or whose name is taken, is [skipped](Self::skipped).
+    /// The tissues that come with the program, and all `*.toml` files in a folder of the user. A
+    /// file that is not a tissue, or whose name is taken, is [skipped](Self::skipped).
     ///
     /// # Errors
     /// If the folder cannot be read.

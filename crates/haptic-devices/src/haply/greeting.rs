@@ -66,7 +66,7 @@ pub enum HaplyOpenError {
 }
 
 impl HaplyName {
-    /// Opens the port, configures the board and looks at its first answers.
+    /// Opens the port, configures the board and checks its first answers.
     ///
     /// # Errors
     /// A port that cannot be opened; a board that does not answer as a 2DIY does.

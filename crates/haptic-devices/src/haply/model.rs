@@ -309,7 +309,8 @@ const GRID_M: f64 = 1e-3;
 /// A longer side of a box than any arm reaches, m.
 const SIDE_MOST_M: f64 = 0.5;
 
-/// The plane of a device, with its places from the middle of the workspace: x along the base to the right, y away from it.
+/// The plane of a device, with positions measured from the middle of the workspace: x along the
+/// base to the right, y away from it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Plane {
     model: Model,

@@ -128,7 +128,7 @@ pub struct PreflightVerdict {
     /// The factor on K and B up to which contact that may pull, acts on one side or stiffens, and is nowhere steeper than this, is
     /// proved stable for every motion; null if none is, of a coupler, of a touch and on the page's *Feel*.
     pub pulling_contact_margin: Option<f64>,
-    /// The depth down to which a tissue whose slope grows is proved so, m; null for one that does
+    /// The depth down to which this is proved for a tissue that stiffens, m; null for one that does
     /// not stiffen.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub pulling_contact_depth_m: Option<f64>,

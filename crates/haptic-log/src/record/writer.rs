@@ -297,8 +297,9 @@ impl LogWriter<BufWriter<File>> {
         Self::create_with(path, Leftover::Keep, false, None)
     }
 
-    /// As [`create`](Self::create), with a choice of what happens to an unfinished file, and whether
-    /// the finished one may replace another; brought to the disk at an interval, if one is given.
+    /// As [`create`](Self::create), with a choice of what happens to an unfinished file, and
+    /// whether the finished one may replace another; it is synced to disk at an interval, if one is
+    /// given.
     ///
     /// # Errors
     /// As there.

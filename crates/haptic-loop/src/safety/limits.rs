@@ -14,8 +14,8 @@ use thiserror::Error;
 /// workspace is not known here, nor is a guard, which needs its mass or damping.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Limits {
-    /// Largest force on each axis, above 0; a force beyond it is shortened, not turned. *Default* 10 N: what a desktop device makes and a
-    /// finger holds.
+    /// Largest force on each axis, above 0; a larger force is scaled down without changing its
+    /// direction. *Default* 10 N: as much as a desktop device makes and a finger can hold.
     pub force: Newtons,
     /// Largest magnitude of the whole force, above 0 and at most 1e9 N: else a diagonal gets √D times the limit
     /// of an axis. With it `force` too is at most 1e9 N. *Default* 10 N.
@@ -30,7 +30,8 @@ pub struct Limits {
     pub rise_time: Option<Seconds>,
     /// The range in which the device may move, the same on each axis. *Default* off.
     pub workspace: Option<Workspace>,
-    /// A range of its own for each of the first three axes, in place of `workspace`; for devices of more than one axis.
+    /// A separate range for each of the first three axes, instead of `workspace`; for devices of
+    /// more than one axis.
     /// *Default* off. With the feature `std`: a one-axis microcontroller has no memory for it.
     #[cfg(feature = "std")]
     pub workspace_box: Option<[Workspace; 3]>,
@@ -136,7 +137,7 @@ impl Limits {
         }
     }
 
-    /// Place of the row with this key in [`TABLE`](Self::TABLE).
+    /// Index of the row with this key in [`TABLE`](Self::TABLE).
     ///
     /// # Panics
     /// If there is none: a constant that asks for it does not compile.

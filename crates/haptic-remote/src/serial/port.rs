@@ -68,7 +68,8 @@ pub fn ports() -> Vec<PortInfo> {
     infos.collect()
 }
 
-/// Opens a port exclusively, 8N1, and discards old input; or a Unix socket, where one is.
+/// Opens a port exclusively, 8N1, and discards old input; or opens a Unix socket if the path is
+/// one.
 ///
 /// # Errors The port does not exist, is in use, or may not be opened; nothing listens at the
 /// socket.

@@ -44,8 +44,7 @@ impl SerialLink {
 
     /// Sets the whole configuration in one transaction, until it is replaced.
     ///
-    /// # Errors
-    /// The refusal of the first parameter that is not as the device needs it; nothing has changed then.
+    /// # Errors The refusal of the first invalid parameter; then nothing has changed.
     pub fn set(&mut self, configuration: Configuration, values: &[f32]) -> Result<(), SerialError> {
         self.set_for(configuration, values, Scope::Lasting)
     }
@@ -65,8 +64,7 @@ impl SerialLink {
 
     /// The time that a controller takes on the device.
     ///
-    /// # Errors
-    /// As [`ask`](Self::ask); [`LinkError::NoControllers`] of one that runs none.
+    /// # Errors As [`ask`](Self::ask); [`LinkError::NoControllers`] if the device cannot run one.
     pub fn controller_cost(&self) -> Result<ControllerCost, SerialError> {
         if !self.has_controllers {
             return Err(LinkError::NoControllers.into());

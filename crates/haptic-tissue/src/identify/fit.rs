@@ -44,11 +44,11 @@ pub struct Fit {
 }
 
 impl Fit {
-    /// The model with the parameters of the fit. An order within 1e-4 of 0 or 1 becomes a spring or a dashpot: that changes a modulus by
-    /// 1e-4 in a factor e of time, and no design tells the two apart.
+    /// The model with the parameters of the fit. An order within 1e-4 of 0 or 1 becomes a spring or
+    /// a dashpot: that changes a modulus by 1e-4 in a factor e of time, and no calculation
+    /// distinguishes the two.
     ///
-    /// # Errors
-    /// If the fit has come down to a simpler model, as one with both orders equal.
+    /// # Errors If the fit has come down to a simpler model, such as one with both orders equal.
     pub fn to_model(&self) -> Result<Model, ModelError> {
         let value = |parameter: &Estimate| match parameter.value {
             modulus if !parameter.is_order() => modulus,
