@@ -19,7 +19,8 @@ pub struct Found {
     pub bic: f64,
     /// Correlation of neighbouring samples of what is left: near 0 of white noise, near 1 of a model that lacks something.
     pub neighbours: f64,
-    /// Where the function leaves most, if that is much of the output there and no noise.
+    /// The stretch with the largest residual, if that is a large part of the output there and is
+    /// not noise.
     pub unexplained: Option<Unexplained>,
 }
 

@@ -159,8 +159,9 @@ pub struct Estimate {
     pub value: f64,
     /// Standard error by the curvature of the sum of squares; none at an end of the range, or if the record does not settle the parameter.
     pub standard_error: Option<f64>,
-    /// Low end of the 95 % interval: by the profile of the sum of squares, or of a fit that the record refuses (BIC more than 10 above the
-    /// least) by the standard error. None for a modulus that the record does not bound.
+    /// Low end of the 95 % interval: from the profile of the sum of squares, or from the standard
+    /// error if the record rejects the fit (BIC more than 10 above the least). None for a modulus
+    /// that the record does not bound.
     pub low_95: Option<f64>,
     /// High end, likewise.
     pub high_95: Option<f64>,
