@@ -50,7 +50,7 @@ pub enum ExportError {
     Branches(usize),
     /// Times that are no band: shortest and longest, s.
     #[error(
-        "{SHORTEST} {} s to {HORIZON} {} s must be above 0 s, and the second 0 to {DECADES_MOST} decades above the first",
+        "{SHORTEST} {} s must be above 0 s, and {HORIZON} {} s from 0 to {DECADES_MOST} decades longer",
         Shown(*.0), Shown(*.1)
     )]
     Band(f64, f64),

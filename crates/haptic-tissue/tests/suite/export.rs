@@ -194,9 +194,9 @@ fn what_cannot_be_exported_is_refused_with_a_remedy() {
         error.expect_err("refused").to_string()
     };
     assert!(refused(&muscle(), 0, 1e-3, 1.0).starts_with("`branches` 0 is not from 1 to 100"));
-    assert!(refused(&muscle(), 3, 1.0, 1e-3).contains("decades apart"));
-    assert!(refused(&muscle(), 3, 0.0, 1.0).contains("decades apart"));
-    assert!(refused(&muscle(), 3, f64::NAN, 1.0).contains("decades apart"));
+    assert!(refused(&muscle(), 3, 1.0, 1e-3).contains("decades longer"));
+    assert!(refused(&muscle(), 3, 0.0, 1.0).contains("decades longer"));
+    assert!(refused(&muscle(), 3, f64::NAN, 1.0).contains("decades longer"));
     let voigt = model(ModelKind::KelvinVoigt, &[100.0, 5.0]);
     assert!(refused(&voigt, 3, 1e-3, 1.0).contains("kelvin-voigt has a parallel dashpot"));
     // More branches than asked for, and nothing left of them.
