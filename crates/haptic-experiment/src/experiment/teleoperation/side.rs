@@ -149,7 +149,9 @@ impl TeleoperationExperiment {
             },
         };
         let Some(clock) = schedule.clock().map_err(Failure::input)? else {
-            return Err(Failure::bad_input("two processes cannot run in virtual time"));
+            return Err(Failure::bad_input(
+                "two processes cannot run in virtual time",
+            ));
         };
         // A folder that takes no files is seen before anybody waits.
         let folder = request.prepare()?;
