@@ -54,7 +54,7 @@ impl Arc {
     }
 }
 
-/// A value at the middle of an arc, and bounds of the size and of the derivative on all of it.
+/// A value at the middle of an arc, with bounds on its size and derivative over the whole arc.
 #[derive(Clone, Copy, Debug)]
 pub struct Enclosed {
     /// The value at the middle, to rounding; the bounds say how far it is from the others.
@@ -93,7 +93,7 @@ impl Enclosed {
         }
     }
 
-    /// The function times a number, which scales its bounds by the size of it.
+    /// The function times a number; the bounds scale with the number's size.
     #[must_use]
     pub fn scaled(self, factor: f64) -> Self {
         Self {

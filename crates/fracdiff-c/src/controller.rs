@@ -58,7 +58,8 @@ impl Header {
     /// int NAME_change(NAME_t *self, const NAME_parameters_t *to, real r, real y)   other gains, no bump
     /// ```
     /// - *Same bits* as in Rust, if C computes as written. `change` computes in `double`, as Rust does, and nothing else.
-    /// - *Manual and automatic*: `follow` takes the place of `advance` as long as the command comes from elsewhere.
+    /// - *Manual and automatic*: Call `follow` instead of `advance` while the command comes from
+    ///   elsewhere.
     /// - *Readings*: while r − y is not a finite number the last command that was applied is held, `advance` and `follow` take nothing
     ///   in, and the member `missed` counts them; the tenth in a row and all that follow give 0.
     /// - *Other orders*: another header, whose controller follows the commands of the first before it takes over.

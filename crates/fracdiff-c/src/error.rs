@@ -2,7 +2,7 @@
 
 use fracdiff::parameter::Shown;
 
-/// Why there is no header.
+/// Why no header was written.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum HeaderError {
@@ -24,7 +24,7 @@ pub enum HeaderError {
         integer: i8,
     },
     /// A stiffness or dissipation of a law that is negative or not finite.
-    #[error("a stiffness or dissipation of {} is not finite and at least 0", Shown(*value))]
+    #[error("stiffness or dissipation {} must be finite and at least 0", Shown(*value))]
     Law {
         /// The value.
         value: f64,

@@ -66,7 +66,8 @@ pub struct Bdf2History<F, const TAPS: usize, const MODES: usize> {
 }
 
 impl<F: Real, const TAPS: usize, const MODES: usize> Bdf2Memory<F, TAPS, MODES> {
-    /// From a design of the Grünwald kernel, which carries the order. Coefficients in `f64`, rounded once.
+    /// An operator from a design of the Grünwald kernel, which also gives the order. Coefficients
+    /// in `f64`, rounded once.
     ///
     /// # Errors
     /// [`ParameterError::SampleTime`] unless 1e-9 s ≤ T ≤ 1e6 s.
@@ -100,8 +101,9 @@ impl<F: Real, const TAPS: usize, const MODES: usize> Bdf2Memory<F, TAPS, MODES> 
 }
 
 impl<F: Real, const MODES: usize> Bdf2Memory<F, PORTABLE_TAPS, MODES> {
-    /// From the list of its full memory and the coefficients of its filter, as an [`OperatorList`](crate::OperatorList) has
-    /// them: the same bits as the operator that the list is of, without its design.
+    /// Builds the operator from its full memory's list and its filter's coefficients, as an
+    /// [`OperatorList`](crate::OperatorList) has them: it gives the same bits as the original
+    /// operator, without the design.
     ///
     /// # Errors
     /// As [`FullMemory::from_list`]; a filter of none or more than [`BDF2_TAPS`] coefficients, or of one that is not finite.

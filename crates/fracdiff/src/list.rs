@@ -14,17 +14,17 @@ pub enum Form {
     Recursion,
 }
 
-/// Why a list is no operator.
+/// Why a list does not describe an operator.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
 pub enum ListError {
     /// The integer part is not in −2 to 2, or not 0 for [`Form::Taps`].
-    #[error("integer part {0} is not in [-2, 2], or not 0 for a list of taps")]
+    #[error("integer part {0} must be in [-2, 2], and 0 for a list of taps")]
     IntegerPart(i8),
     /// Not a number of values that this form can have, or more than there is room for.
     #[error(
-        "{count} coefficients are not what this form of operator has, or more than the {most} there is room for"
+        "{count} coefficients do not fit this form of operator, or exceed the {most} there is room for"
     )]
     Count {
         /// So many values are in the list.

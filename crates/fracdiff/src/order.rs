@@ -160,7 +160,7 @@ pub enum ParameterError {
     Horizon(f64),
     /// A mode of a kernel of one's own.
     #[error(
-        "mode of rate {rate:e} and weight {weight:e}: the rate is not above 0, or one of the two not finite"
+        "mode of rate {rate:e} and weight {weight:e}: the rate must be above 0, and both finite"
     )]
     #[non_exhaustive]
     Mode {
@@ -180,7 +180,7 @@ pub enum ParameterError {
     },
     /// A density of a memory of one's own.
     #[error(
-        "density {density} at a rate of {rate:e} per sample is negative or not finite: no memory that only fades"
+        "density {density} at a rate of {rate:e} per sample is not finite and at least 0, so the memory would not fade"
     )]
     #[non_exhaustive]
     Density {

@@ -15,14 +15,15 @@ pub struct RangeError {
     pub what: &'static str,
     /// The rejected value, in `unit`.
     pub value: f64,
-    /// The allowed range in words, such as "above 0 {}": `{}` behind a space stands for the unit, and is left out with the space where there is none.
+    /// The allowed range in words, such as "above 0 {}": ` {}` is replaced by the unit, and dropped
+    /// with its space if there is no unit.
     pub allowed: &'static str,
     /// The unit; empty for a pure number.
     pub unit: &'static str,
 }
 
 impl RangeError {
-    /// For a value that the caller has found to be outside its range.
+    /// The error for a value that the caller has found to be outside its range.
     #[must_use]
     pub const fn new(
         what: &'static str,

@@ -20,9 +20,11 @@ use crate::{Differintegrator, Fir, Real};
 /// An operator from a list of values, of any [`Form`] within its capacity: TAPS taps, MODES modes (a
 /// multiple of 8), DEGREE degrees of a recursion.
 ///
-/// - *Same bits* as the operator that the list is of.
-/// - *Checked*: every value finite, every decay in (0, 1], counts within the capacity. That the response is D^μ cannot be seen from a list.
-/// - *Start-up, not finite, cost*: as the operator that the list is of. The history of another form gives NaN, and never panics.
+/// - *Same bits* as the operator from which the list was made.
+/// - *Checked*: every value finite, every decay in (0, 1], counts within the capacity. A list does
+///   not show whether the response is D^μ.
+/// - *Start-up, not finite, cost*: as the operator from which the list was made. The history of
+///   another form gives NaN, and never panics.
 /// ```
 /// use fracdiff::portable::{Form, PortableOperator};
 /// use fracdiff::Differintegrator;
@@ -64,20 +66,19 @@ enum Core<F, const TAPS: usize, const MODES: usize, const DEGREE: usize> {
 impl<F: Real, const TAPS: usize, const MODES: usize, const DEGREE: usize>
     PortableOperator<F, TAPS, MODES, DEGREE>
 {
-    /// The operator whose list this is.
+    /// Builds the operator from its list.
     ///
-    /// # Errors
-    /// A list that is none, see [`ListError`].
+    /// # Errors An invalid list, see [`ListError`].
     pub fn new(form: Form, integer: i8, values: &[F]) -> Result<Self, ListError> {
         let mut operator = Self::SILENT;
         operator.replace(form, integer, values)?;
         Ok(operator)
     }
 
-    /// An operator whose output is zero, as a place for [`replace`](Self::replace).
+    /// An operator whose output is zero, to be filled by [`replace`](Self::replace).
     pub const SILENT: Self = Self(Core::Taps(Fir::SILENT));
 
-    /// Accepts what [`new`](Self::new) accepts, and makes nothing.
+    /// Checks the same as [`new`](Self::new), but builds nothing.
     ///
     /// # Errors
     /// As [`new`](Self::new).
@@ -97,8 +98,7 @@ impl<F: Real, const TAPS: usize, const MODES: usize, const DEGREE: usize>
     /// Becomes the operator of this list, in its place: the same as [`new`](Self::new), on a stack without room for another
     /// one. A history goes on only if it is made anew, by [`rest`](Differintegrator::rest).
     ///
-    /// # Errors
-    /// As [`new`](Self::new); the operator is then as it was.
+    /// # Errors As [`new`](Self::new); the operator is then unchanged.
     pub fn replace(&mut self, form: Form, integer: i8, values: &[F]) -> Result<(), ListError> {
         Self::check(form, integer, values)?;
         let integer = i32::from(integer);
@@ -143,7 +143,7 @@ impl<F: Real, const TAPS: usize, const MODES: usize, const DEGREE: usize>
         }
     }
 
-    /// Value `index` of the list; `None` behind its end.
+    /// Value `index` of the list; `None` past its end.
     #[must_use]
     pub fn value(&self, index: usize) -> Option<F> {
         match &self.0 {

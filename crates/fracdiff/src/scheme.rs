@@ -118,7 +118,7 @@ pub enum SchemeError {
     #[error("scheme \"{}\" is not one of {}", .0, known())]
     Unknown(String),
     /// A parameter that is not a number.
-    #[error("\"{0}\" in the scheme is not a number of the kind asked for")]
+    #[error("\"{0}\" in the scheme is not a number that may stand there")]
     NotANumber(String),
     /// A parameter outside its range.
     #[error(transparent)]
@@ -227,8 +227,9 @@ impl Scheme {
         GRAMMAR
     }
 
-    /// How much of the past counts, s: `None` for all of it. Of the recursive forms the time that their slowest part takes
-    /// to fade, about one period of the lower corner or N samples.
+    /// How much of the past counts, s: `None` means the whole past. For the recursive forms it is
+    /// the time that their slowest part takes to fade, about one period of the lower corner or N
+    /// samples.
     #[must_use]
     pub fn memory_s(self, sample_time: Seconds) -> Option<f64> {
         let t = sample_time.0;

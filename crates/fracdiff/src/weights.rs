@@ -31,7 +31,7 @@ pub(crate) fn grunwald_recurrence(order: f64) -> impl Iterator<Item = f64> + Clo
     })
 }
 
-/// The Grünwald weight `c_j` of (1 − w)^μ for one lag j, without the j before it.
+/// The Grünwald weight `c_j` of (1 − w)^μ for a single lag j, without computing the earlier ones.
 ///
 /// Relative error below 1e-13 for any j up to 1e12. Costs a few dozen operations.
 #[must_use]

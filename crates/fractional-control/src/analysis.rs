@@ -22,14 +22,15 @@ const BESIDE: f64 = 0.01;
 #[derive(Clone, Debug)]
 #[non_exhaustive]
 pub struct LoopAnalysis {
-    /// The verdict, as a proof; where `coarse` is not `None` it is of the rule alone.
+    /// The verdict, as a proof; if `coarse` is not `None`, it is proved only for the rule.
     pub verdict: StabilityVerdict,
     /// Margins and peaks: of a stable loop, the way to the boundary; of another they mean nothing.
     pub margins: Margins,
     /// The reason of the verdict.
     pub cause: Cause,
-    /// Where the plant is sampled by a rule and not exactly ([`SampledPlant::is_exact`]) and the loop is too fast for that: how many times
-    /// as often it would have to be sampled, at least. The verdict then is of the rule, not of the plant.
+    /// Where the plant is sampled by a rule and not exactly ([`SampledPlant::is_exact`]) and the
+    /// loop is too fast for that: the least factor by which it must be sampled more often. The
+    /// verdict then is of the rule, not of the plant.
     pub coarse: Option<f64>,
     /// The open loop L and S = 1/(1 + L) over frequency.
     pub curve: Vec<LoopPoint>,
@@ -73,7 +74,8 @@ pub enum Cause {
 pub struct OtherGain {
     /// The nearest, at which L meets −1.
     pub edge: Crossing,
-    /// The gain beyond at which L meets −1 again, and the loop is lost once more; `None` where there is none.
+    /// The gain beyond at which L meets −1 again, and the loop is lost once more; `None` if it has
+    /// none.
     pub end: Option<f64>,
 }
 
@@ -187,7 +189,7 @@ pub(crate) fn coarse(plant: &SampledPlant, closed: &SampledLoop) -> Option<f64> 
     (times > 1.0 || !holds).then_some(if holds { times } else { times.max(TWICE) })
 }
 
-/// Responses from a frequency to another, equal steps of the logarithm; what is not known is left out.
+/// Responses between two frequencies, in equal steps of the logarithm; unknown ones are omitted.
 pub fn curve(
     low: f64,
     high: f64,
@@ -372,7 +374,7 @@ fn cause(
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct PoleAnalysis {
-    /// q, of which all orders are multiples; `None` if there is none that is large enough.
+    /// q, of which all orders are multiples; `None` if no such value is large enough.
     pub commensurate_order: Option<f64>,
     /// Poles s on the principal branch; empty without q.
     pub poles: Vec<Complex<f64>>,
@@ -380,7 +382,8 @@ pub struct PoleAnalysis {
     pub unstable_poles: Option<usize>,
 }
 
-/// Poles of a function or of matrices, and how many of them do not decay; `None` of a measured response.
+/// Poles of a function or of matrices, and how many of them do not decay; `None` for a measured
+/// response.
 #[must_use]
 pub fn poles(plant: &Plant) -> Option<PoleAnalysis> {
     if let Some(function) = plant.function() {

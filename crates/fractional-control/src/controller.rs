@@ -21,7 +21,8 @@ impl Actuator {
         fade_s: 1.0,
     };
 
-    /// From low to high, in the unit of the command; infinite where there is no limit. A bump fades with 1 s.
+    /// Limits from low to high, in the unit of the command; infinite means no limit. A bump fades
+    /// with a time constant of 1 s.
     ///
     /// # Errors
     /// A NaN, or low not below high.
@@ -168,7 +169,7 @@ pub trait Controller<F: Real> {
     ) -> Self::History;
 }
 
-/// The one who commands.
+/// Who gives the command.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Mode<F> {
     /// The controller commands.
@@ -226,8 +227,9 @@ impl<F: Real, C: Controller<F>> Station<F, C> {
         }
     }
 
-    /// Starts as if reference, measurement and command had stood for ever; see [`Controller::settled`]. The bump that is left: by how
-    /// much the next command differs from this one. `None`, and nothing happens, where the controller cannot rest so.
+    /// Starts as if reference, measurement and command had been constant for ever; see
+    /// [`Controller::settled`]. Returns the remaining bump, by which the next command differs from
+    /// this one. Returns `None` and does nothing if the controller cannot rest there.
     pub fn settle(&mut self, reference: F, measured: F, command: F) -> Option<F> {
         if !(reference - measured + command).is_finite() {
             return None;
@@ -237,7 +239,7 @@ impl<F: Real, C: Controller<F>> Station<F, C> {
         Some(self.controller.output(&self.history, reference, measured) - command)
     }
 
-    /// Readings in a row, up to now, that were not numbers.
+    /// Number of readings in a row, up to now, that were not numbers.
     pub const fn missed(&self) -> u32 {
         self.missed
     }
@@ -255,7 +257,7 @@ impl<F: Real, C: Controller<F>> Station<F, C> {
         }
     }
 
-    /// Takes the sample in, with what was applied.
+    /// Adds the sample to the history, with the command that was applied.
     #[inline]
     pub fn advance(&mut self, reference: F, measured: F, applied: F) {
         if !(reference - measured).is_finite() {
@@ -270,7 +272,7 @@ impl<F: Real, C: Controller<F>> Station<F, C> {
         }
     }
 
-    /// Both, where the command is applied as it is.
+    /// Use both if the command is applied unchanged.
     #[inline]
     pub fn step(&mut self, reference: F, measured: F) -> F {
         let command = self.output(reference, measured);
@@ -283,8 +285,8 @@ impl<F: Real, C: Controller<F>> Station<F, C> {
         self.mode = mode;
     }
 
-    /// Another controller from now on; at this reference and measurement its command is that of the present one. While the reading is
-    /// not a number the present one stays.
+    /// Switches to another controller, whose command at this reference and measurement equals the
+    /// present one's. While the reading is NaN, the present controller stays.
     pub fn set_controller(&mut self, controller: C, reference: F, measured: F) {
         if !(reference - measured).is_finite() {
             return;

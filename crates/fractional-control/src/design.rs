@@ -15,10 +15,10 @@ use std::vec::Vec;
 /// The gains of the plant, over the nominal one, for which a design should hold.
 pub const ROBUST_GAINS: [f64; 2] = [0.5, 2.0];
 
-/// Samples in the time 1/`ω_c` of a design that is given no sample time.
+/// Number of samples in the time 1/`ω_c` if a design is given no sample time.
 pub const SAMPLES_A_RADIAN: f64 = 50.0;
 
-/// The longest sample time for a crossover that is 1, 2 or 5 times a power of ten, and at most 1/(50·`ω_c`).
+/// The longest sample time that is 1, 2 or 5 times a power of ten and at most 1/(50·`ω_c`).
 #[must_use]
 pub fn usual_sample_time(crossover_rad_s: f64) -> Seconds {
     let time_s = 1.0 / (SAMPLES_A_RADIAN * crossover_rad_s);
@@ -37,7 +37,7 @@ pub struct ControlDesign {
     pub plant: Plant,
     /// The wishes for the loop; those that contradict each other are refused.
     pub wishes: Specification,
-    /// T, with which the controller runs and its tuning reckons.
+    /// T, the sample time for which the controller is tuned and with which it runs.
     pub sample_time: Seconds,
     /// Rule and tolerance of the powers.
     pub scheme: Scheme,
@@ -47,17 +47,18 @@ pub struct ControlDesign {
     pub output_high: Option<f64>,
     /// Height of the step with limits.
     pub step: f64,
-    /// Each step is simulated for so many samples.
+    /// Number of samples for which each step is simulated.
     pub samples: usize,
 }
 
-/// Two controllers that come nearest to the wishes, so that the gain from fractional orders is seen.
+/// The two controllers that come closest to the wishes, one fractional and one of order 1, to show
+/// what fractional orders gain.
 #[derive(Clone, Debug)]
 #[non_exhaustive]
 pub struct ControlAnswer {
     /// The PI^λD^μ, whose orders were free.
     pub fractional: Candidate,
-    /// The PID of order 1 that comes closest, or why there is none.
+    /// The PID of order 1 that comes closest, or why none was found.
     pub integer: Result<Candidate, ControlError>,
 }
 
@@ -69,9 +70,9 @@ pub struct Candidate {
     pub setup: ControllerSetup,
     /// What the search found on its grid of frequencies.
     pub tuned: Tuned,
-    /// What it does, of a plant that runs.
+    /// What the loop does, for a plant that can be simulated.
     pub trial: Option<Trial>,
-    /// Each wish, and what is reached.
+    /// Each wish, and the value reached.
     pub wishes: Vec<Wish>,
 }
 
@@ -81,10 +82,11 @@ pub struct Candidate {
 pub struct Trial {
     /// Verdict, margins and curve, at the nominal gain.
     pub analysis: LoopAnalysis,
-    /// As [`LoopAnalysis::coarse`], up to double the gain: where it is, the verdicts are of the rule that stands for the plant, not of the plant.
+    /// As [`LoopAnalysis::coarse`], up to double the gain: if it is coarse, the verdicts hold for
+    /// the rule that replaces the plant, not for the plant.
     pub coarse: Option<f64>,
-    /// The gains of the plant, over the nominal one, between which the loop is proved stable; `None` if it is not stable. Where `coarse` is not
-    /// `None` they are of the rule.
+    /// The gains of the plant, over the nominal one, between which the loop is proved stable;
+    /// `None` if it is not stable. If `coarse` is not `None`, they are the rule's.
     pub stable_gains: Option<[f64; 2]>,
     /// Steps while the gain of the plant goes from half to double, without limits: gain, shape, verdict.
     pub robustness: Vec<GainStep>,

@@ -4,7 +4,8 @@ use core::fmt;
 use fracdiff::full_memory::DesignError;
 use fracdiff::parameter::RangeError;
 
-/// Input that is no transfer function, no controller or no question. Prints as one line: the value, the range, the remedy.
+/// Input that is not a valid transfer function, controller or question. Prints as one line: the
+/// value, the range, the remedy.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum ControlError {
@@ -19,7 +20,7 @@ pub enum ControlError {
     Design(#[from] DesignError),
     /// The numerator grows faster than the denominator.
     #[error(
-        "order {numerator} of the numerator is above {denominator}, that of the denominator: add a faster pole"
+        "the numerator's order {numerator} exceeds the denominator's order {denominator}: add a faster pole"
     )]
     Improper {
         /// Order of the numerator.

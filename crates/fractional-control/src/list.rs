@@ -31,9 +31,9 @@ const MODES: usize = crate::records::MODES;
 pub struct ControllerList<F> {
     /// The law with its coefficients; limits and bias are the same for all.
     pub law: LawList<F>,
-    /// Lowest and highest command, infinite where there is no limit.
+    /// Lowest and highest command; infinite means no limit.
     pub limits: [f64; 2],
-    /// The share of a held bump that is left after a sample.
+    /// The share of a held bump that remains after a sample.
     pub keep: F,
 }
 
@@ -52,7 +52,8 @@ pub enum LawList<F> {
 pub struct ParallelList<F> {
     /// The branches whose gain is not 0, in the order in which they are added.
     pub branches: Vec<BranchList<F>>,
-    /// What an excess of the command is multiplied with for back-calculation; 0 where integrals stand instead.
+    /// Factor on the excess of the command for back-calculation; 0 if the integrals are stopped
+    /// instead.
     pub inverse: F,
     /// The branch that follows a command by hand, and what the excess is multiplied with for its error.
     pub integral: Option<(usize, F)>,
@@ -66,7 +67,7 @@ pub struct BranchList<F> {
     pub name: &'static str,
     /// k, in `f64`, as it may be changed while it runs.
     pub gain: f64,
-    /// w, the set-point weight; 1 of an integral.
+    /// w, the set-point weight; 1 for an integral.
     pub weight: f64,
     /// μ, below 0 of an integral.
     pub order: f64,
@@ -80,7 +81,7 @@ pub struct BranchList<F> {
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct LeadList<F> {
-    /// The gain that was asked for, and two factors for that of the operator: (gain·first)·second.
+    /// The requested gain, and two factors for the operator's: (gain·first)·second.
     pub gain: f64,
     /// See `gain`.
     pub factors: [f64; 2],

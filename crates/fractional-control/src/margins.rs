@@ -33,7 +33,7 @@ const ROUNDING: f64 = 1e-13;
 pub struct Crossing {
     /// The frequency ω, rad/s, at which the value arises.
     pub omega_rad_s: f64,
-    /// The value, whose unit is that of its field in [`Margins`].
+    /// The value, in the unit that its field in [`Margins`] states.
     pub value: f64,
 }
 
@@ -43,8 +43,9 @@ impl Crossing {
     }
 }
 
-/// Margins and peaks of a [`SampledLoop`], up to half the sample rate, by a grid that is finer where L moves. They say how far
-/// a loop is from the boundary, not on which side: that is the verdict's.
+/// Margins and peaks of a [`SampledLoop`], up to half the sample rate, by a grid that is finer
+/// where L moves. They say how far a loop is from the boundary, not on which side, which the
+/// verdict says.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct Margins {
@@ -75,7 +76,7 @@ fn beside(peak: f64) -> impl Iterator<Item = f64> {
 }
 
 impl SampledLoop {
-    /// Margins and peaks, of any loop: they say nothing of one that is not stable.
+    /// Margins and peaks of any loop; for an unstable one they mean nothing.
     #[must_use]
     pub fn margins(&self) -> Margins {
         let grid = self.grid();
@@ -252,8 +253,9 @@ impl SampledLoop {
 }
 
 impl SampledLoop {
-    /// Margins and peaks of the loop around the plant behind its hold. `own` are the [`margins`](Self::margins) of this loop, `later` is the loop
-    /// whose plant has so much more dead time, s; where it is refused, the delay margin is that of whole samples.
+    /// Margins and peaks of the loop around the plant behind its hold. `own` are the
+    /// [`margins`](Self::margins) of this loop, `later` is the loop whose plant has this much more
+    /// dead time, s; if this is refused, the delay margin is in whole samples.
     ///
     /// A delay is one that the memory [holds](Self::remembered). Cost: that of [`delay_margin`](Self::delay_margin), some dozen verdicts.
     pub fn margins_of_plant<E>(

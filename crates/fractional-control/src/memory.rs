@@ -12,7 +12,7 @@ use num_complex::Complex;
 /// Recent samples that each memory keeps as they are.
 pub(crate) const TAPS: usize = 16;
 
-/// The function of w that stands for s.
+/// The function of w that replaces s.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Rule {
     /// s → (1 − w)/T: backward differences, an error of O(T).
@@ -34,7 +34,7 @@ pub struct Memory {
 }
 
 impl Memory {
-    /// With modes in closed form, made in microseconds without an allocation.
+    /// A memory whose modes have a closed form, computed in microseconds without allocating.
     ///
     /// # Errors
     /// A horizon that is not above 0. The tolerance is checked where a memory is made.
@@ -57,7 +57,7 @@ impl Memory {
         }
     }
 
-    /// The rule that stands for s in every power.
+    /// The rule that replaces s in every power.
     #[must_use]
     pub fn rule(&self) -> Rule {
         self.rule

@@ -21,8 +21,9 @@ pub(crate) fn read(text: &str) -> Result<(FractionalTransferFunction, f64), Cont
     Ok((function, value.delay_s))
 }
 
-/// The place of the first factor that follows a division with neither sign nor brackets, as (s+2) in 1/(s+1)(s+2): it multiplies the whole,
-/// where a reader may take it for a part of the denominator. `None` without one, and of what is no notation.
+/// The place of the first factor that follows a division with neither sign nor brackets, as (s+2)
+/// in 1/(s+1)(s+2): it multiplies the whole, where a reader may take it for a part of the
+/// denominator. `None` without one, or if the text is not in this notation.
 /// ```
 /// use fractional_control::factor_after_division;
 ///

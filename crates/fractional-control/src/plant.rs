@@ -63,8 +63,8 @@ impl Plant {
     /// A measured response, dead time included: (ω in rad/s, G(jω)), in any order. Between two points ln |G| and the phase are straight
     /// lines over ln ω, so neighbours must be less than half a turn apart. It can be tuned for, but not run.
     ///
-    /// # Errors
-    /// Fewer than three points, a frequency not above 0 or twice the same, a response that is 0 or not finite.
+    /// # Errors Fewer than three points, a frequency that is not above 0 or occurs twice, a
+    /// response that is 0 or not finite.
     pub fn measured(points: &[(f64, Complex<f64>)]) -> Result<Self, ControlError> {
         let count = points.len() as f64;
         let allowed = "at least 3";
@@ -96,7 +96,7 @@ impl Plant {
         self.delay_s
     }
 
-    /// The same with so much more dead time, s.
+    /// The same plant with this much more dead time, s.
     ///
     /// # Errors
     /// A negative one, more than 1e10 s; any at all for a measured response, which has its own.
@@ -244,7 +244,7 @@ impl Plant {
         }
     }
 
-    /// Refuses a plant that is shown by itself and does not settle.
+    /// Refuses a plant that is to be simulated alone but does not settle.
     ///
     /// # Errors
     /// [`ControlError::UnstablePlant`].
@@ -267,7 +267,8 @@ impl Plant {
         })
     }
 
-    /// Its poles s: of a function whose orders are multiples of one those on the principal branch, of matrices the eigenvalues; `None` of any other.
+    /// Its poles s: of a function whose orders are multiples of one those on the principal branch,
+    /// of matrices the eigenvalues; `None` for any other.
     #[must_use]
     pub fn poles(&self) -> Option<Vec<Complex<f64>>> {
         match &self.model {

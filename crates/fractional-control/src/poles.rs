@@ -59,7 +59,7 @@ impl FractionalTransferFunction {
         (poles >= 0.0 && (missing - poles).abs() < 1e-3).then_some(poles as usize)
     }
 
-    /// Refuses a plant that is shown by itself and does not settle.
+    /// Refuses a plant that is to be simulated alone but does not settle.
     ///
     /// # Errors
     /// [`ControlError::UnstablePlant`].

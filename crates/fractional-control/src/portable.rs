@@ -83,10 +83,9 @@ enum Past<F, const MODES: usize> {
 }
 
 impl<F: Real, const MODES: usize> PortableController<F, MODES> {
-    /// The controller whose list this is, its command between two limits, the lower first.
+    /// Builds the controller from its list, with the lower and the upper limit of its command.
     ///
-    /// # Errors
-    /// A list that is none, see [`ListError`].
+    /// # Errors An invalid list, see [`ListError`].
     #[inline(never)]
     pub fn new(
         form: ControllerForm,

@@ -36,8 +36,8 @@ pub fn step_response(
     run(function, memory, sample_time, first.take(samples))
 }
 
-/// The response to a unit impulse at t = 0, at t = 0, T, 2T, …; in \[output\]/\[input\]/s. The value at t = 0 is that of the
-/// sampled function, where the true one may be infinite.
+/// The response to a unit impulse at t = 0, at t = 0, T, 2T, …; in \[output\]/\[input\]/s. At t = 0
+/// it is the sampled function's value, because the true one may be infinite.
 ///
 /// # Errors
 /// As [`SampledTransferFunction::new`].

@@ -24,7 +24,8 @@ const ARCS_MAX: usize = 10_000;
 /// Times the end of an interval of gains, known within a factor of two, is narrowed.
 const HALVINGS: usize = 5;
 
-/// What the loop of a plant that follows a rule is, and what it would be without: both on arcs from near rest to half the sample rate.
+/// The verdict on a loop whose plant is discretised by a rule, and on the loop without that rule:
+/// both on arcs from near rest to half the sample rate.
 ///
 /// - *Cost*: some ten to some hundred arcs, each the response of the plant at 130 frequencies: a millisecond to ten.
 #[derive(Clone, Debug)]
@@ -80,7 +81,8 @@ impl Place {
 }
 
 impl RuleError<'_> {
-    /// True if the loop of the rule turns about −1 as often as that of the plant: its verdict is that of the plant.
+    /// True if the loop with the rule turns about −1 as often as the loop of the plant: its verdict
+    /// then holds for the plant.
     #[must_use]
     pub fn holds(&self) -> bool {
         self.places.is_some()
@@ -184,7 +186,8 @@ impl RuleError<'_> {
 }
 
 impl SampledLoop {
-    /// How far the rule of its plant is from the plant behind its hold; `None` of a plant that is sampled exactly.
+    /// How far the plant's rule deviates from the plant behind its hold; `None` for a plant that is
+    /// sampled exactly.
     #[must_use]
     pub fn rule_error(&self) -> Option<RuleError<'_>> {
         let held = self.held()?;

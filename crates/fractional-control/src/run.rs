@@ -8,7 +8,7 @@ use crate::{
 };
 use fracdiff::Seconds;
 
-/// Samples of a run at most: some seconds of work.
+/// Largest number of samples of a run, which takes some seconds.
 pub const SAMPLES_MOST: f64 = 2e6;
 /// A run lasts so many times 1/ω of its crossover, unless it is told.
 const LENGTH: f64 = 60.0;
@@ -26,14 +26,15 @@ pub struct LoopRun {
     pub response: Response,
     /// Shape of a step; `None` for a record.
     pub shape: Option<Shape>,
-    /// The verdict, as a proof: a run of finite length shows no stability.
+    /// The verdict, as a proof: a run of finite length cannot prove stability.
     pub verdict: StabilityVerdict,
     /// As [`LoopAnalysis::coarse`](crate::analysis::LoopAnalysis::coarse).
     pub coarse: Option<f64>,
     /// Share of the samples with the command at a limit.
     pub limited_share: f64,
-    /// False if output or command is no number any more, or if the output is not at the reference in the last tenth of the run, in which
-    /// that stands: off by more than 5 % and what the loop leaves of a disturbance as slow as the run, |S|. `None` if it still moves.
+    /// False if output or command became NaN, or if the output is not at the reference in the last
+    /// tenth of the run, in which that stands: off by more than 5 % and what the loop leaves of a
+    /// disturbance as slow as the run, |S|. `None` if it still moves.
     pub at_reference: Option<bool>,
 }
 
@@ -62,7 +63,8 @@ fn at_reference(closed: &SampledLoop, run: &Response) -> Option<bool> {
     Some(off(&run.measured) <= (AWAY + left) * size)
 }
 
-/// Runs a loop from rest with this reference. `step` is the height of it, if it is a step.
+/// Runs a loop from rest with this reference. `step` is the height of the reference, if it is a
+/// step.
 ///
 /// # Errors
 /// A plant that does not run, parameters outside their range.
@@ -117,11 +119,11 @@ pub fn samples_for(crossover_rad_s: Option<f64>, sample_time_s: f64) -> f64 {
     libm::round(wanted).clamp(SAMPLES[0], SAMPLES[1])
 }
 
-/// The PID of order 1 with the crossover and the phase margin of this loop, everything else as in the setup: what a fractional controller
-/// is compared with. `None` for a controller that is one.
+/// The PID of order 1 with the crossover and the phase margin of this loop, everything else as in
+/// the setup: what a fractional controller is compared with. `None` if the controller is already
+/// such a PID.
 ///
-/// # Errors
-/// No such PID; a plant that does not run.
+/// # Errors No such PID exists; the plant cannot be simulated.
 pub fn integer_baseline(
     setup: &ControllerSetup,
     plant: &Plant,

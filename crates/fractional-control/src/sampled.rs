@@ -6,9 +6,9 @@ use fracdiff::parameter::RangeError;
 use fracdiff::{BDF2_TAPS, Differintegrator, Fir, FirHistory, FrequencyResponse, Real, Seconds};
 use num_complex::Complex;
 
-/// Different orders in one function at most: those of numerator and denominator together.
+/// Different orders in one function at most: counting numerator and denominator together.
 pub const ORDERS_MAX: usize = 16;
-/// Different fractional parts of orders at most.
+/// Largest number of different fractional parts among the orders.
 pub const PARTS_MAX: usize = 8;
 
 /// A [`FractionalTransferFunction`] that runs: two phases, the whole past, `f32` or `f64`.
@@ -17,8 +17,9 @@ pub const PARTS_MAX: usize = 8;
 /// D^(α_i) ξ = f_i ∗ I^(α − α_i) v,   f_i the short filter of the rule, I by Grünwald weights
 /// v[n] = (u[n] − Σ a_i·past_i)/Σ a_i·g_i,   y[n] = Σ b_i·(g_i·v[n] + past_i) = G·u[n] + S[n]
 /// ```
-/// Only integrals of one signal are remembered. Orders with the same fractional part share one memory, so those of a commensurate
-/// function of order 1/2 have one for all. Rounding acts as noise of the input does: it neither drifts nor cancels.
+/// Only integrals of one signal are remembered. Orders with the same fractional part share one
+/// memory, so those of a commensurate function of order 1/2 have one for all. Rounding acts as
+/// noise of the input does: it accumulates no error and loses no digits.
 ///
 /// - *Units*: u any, y that times G's, T s. *Start-up*: zero for ever before.
 /// - *Convergence*: O(T) with [`Rule::Grunwald`](crate::Rule::Grunwald), O(T²) with [`Rule::Bdf2`](crate::Rule::Bdf2) for an input that starts

@@ -170,8 +170,9 @@ impl SampledPlant {
         })
     }
 
-    /// True if the samples are those of the plant behind a hold. If not, they follow a rule, which is right where the loop is slow for
-    /// the sample time: up to a crossover of about 0.3/T.
+    /// True if the samples are exact for the plant behind a hold. If not, they follow a rule, which
+    /// is accurate for a loop that is slow compared with the sample time: up to a crossover of
+    /// about 0.3/T.
     #[must_use]
     pub const fn is_exact(&self) -> bool {
         matches!(self.kind, Kind::States(_))
@@ -231,7 +232,7 @@ impl SampledPlant {
         }
     }
 
-    /// The output of now for a command of 0.
+    /// The present output for a command of 0.
     #[must_use]
     pub fn past(&self, state: &PlantState) -> f64 {
         self.output(state, 0.0)

@@ -22,7 +22,7 @@ const SCHEME: Scheme = Scheme::FullBdf2 {
     tolerance: fracdiff::scheme::DEFAULT_TOLERANCE,
 };
 
-/// A controller, its limits and its memory: all that a loop needs beside the plant.
+/// A controller, its limits and its memory: all that a loop needs except the plant.
 /// ```
 /// use fracdiff::Seconds;
 /// use fractional_control::{ControllerSetup, PidParameters, Plant, SampledPlant};
@@ -52,7 +52,7 @@ pub struct ControllerSetup {
     pub sample_time_s: f64,
     /// Rule and tolerance of the powers: `full` or `full-bdf2`.
     pub scheme: Scheme,
-    /// Past that is remembered within the tolerance, s; `None` for 200 000 samples.
+    /// How far back the memory keeps its tolerance, s; `None` for 200 000 samples.
     pub memory_s: Option<f64>,
 }
 
@@ -108,8 +108,7 @@ impl ControllerSetup {
 
     /// Rule, tolerance and horizon.
     ///
-    /// # Errors
-    /// A scheme that no controller has.
+    /// # Errors A scheme that controllers do not support.
     pub fn memory(&self) -> Result<Memory, ControlError> {
         let (rule, tolerance) = rule_of_scheme(self.scheme).ok_or(SCHEME_REFUSED)?;
         Memory::new(rule, tolerance, self.horizon_s())
@@ -130,7 +129,8 @@ impl ControllerSetup {
         self.with_controller(&mut Nothing)
     }
 
-    /// Runs the loop with a plant from rest; the reference is given for each sample. Set-point weights are those of the setup.
+    /// Runs the loop with a plant from rest; the reference is given for each sample. Set-point
+    /// weights come from the setup.
     ///
     /// # Errors
     /// As [`check`](Self::check).
@@ -241,7 +241,7 @@ fn runs_backwards(function: &FractionalTransferFunction) -> Result<(), ControlEr
     }
 }
 
-/// Something to do with a controller, whatever its type.
+/// A function to apply to a controller of any type.
 pub trait UseController {
     /// Gets it, of whatever type.
     fn have<C: Controller<f64> + Clone + Debug + 'static>(&mut self, controller: &C);

@@ -3,7 +3,7 @@
 use crate::{Controller, SampledPlant};
 use std::vec::Vec;
 
-/// Reference, measurement and command of a loop, one of each a sample.
+/// Reference, measurement and command of a loop, one value of each per sample.
 #[derive(Clone, Debug, Default, PartialEq)]
 #[non_exhaustive]
 pub struct Response {
@@ -19,9 +19,10 @@ pub struct Response {
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct Shape {
-    /// Largest y beyond the step, as a share of it; 0 without.
+    /// Largest y beyond the step, as a share of it; 0 if there is none.
     pub overshoot: f64,
-    /// Samples from 10 % to 90 % of the step, between samples by straight lines; `None` where y does not get there.
+    /// Samples from 10 % to 90 % of the step, between samples by straight lines; `None` if y does
+    /// not reach that.
     pub rise: Option<f64>,
     /// The sample from which y stays within 2 % of the step; `None` where it does not.
     pub settled: Option<usize>,
@@ -29,8 +30,8 @@ pub struct Shape {
     pub final_error: f64,
 }
 
-/// Runs the loop from rest: y\[n\] measured, u\[n\] sent, r given for each sample. Where the plant answers at once, u\[n\] and y\[n\] are
-/// solved together.
+/// Runs the loop from rest: y\[n\] measured, u\[n\] sent, r given for each sample. If the plant
+/// answers at once, u\[n\] and y\[n\] are solved together.
 /// ```text
 /// y = S + G·u,   u = limit(g_r·r − g_y·y + …):   u = limit((…)/(1 + g_y·G))
 /// ```
@@ -62,13 +63,13 @@ pub fn simulate<C: Controller<f64>>(
 }
 
 impl Response {
-    /// The shape of y, as that of a step of height 1.
+    /// The shape of y, read as the response to a step of height 1.
     #[must_use]
     pub fn shape(&self) -> Shape {
         self.shape_of_step(1.0)
     }
 
-    /// The shape of y, as that of a step of this height, not 0.
+    /// The shape of y, read as the response to a step of this height, which must not be 0.
     #[must_use]
     pub fn shape_of_step(&self, height: f64) -> Shape {
         let y = || self.measured.iter().map(|y| y / height);

@@ -74,7 +74,8 @@ impl StateSpace {
         Some((Self { a, b, c }, direct))
     }
 
-    /// The same behind an actuator: τ·ḟ = u − f, and f in place of u. A lag of 0 is none.
+    /// The same plant behind an actuator, τ·ḟ = u − f, which applies f instead of u. A lag of 0
+    /// means no lag.
     ///
     /// # Errors
     /// A negative lag, and one above 0 and below 1e-15 s.

@@ -30,8 +30,8 @@ pub struct FractionalTransferFunction {
 impl FractionalTransferFunction {
     /// From the terms of numerator and denominator, in any order.
     ///
-    /// # Errors
-    /// [`ControlError::Improper`], [`ControlError::CommonOrder`], or a polynomial that is none.
+    /// # Errors [`ControlError::Improper`], [`ControlError::CommonOrder`], or an invalid
+    /// polynomial.
     pub fn new(numerator: &[Term], denominator: &[Term]) -> Result<Self, ControlError> {
         let part = |terms: &[Term], what| match terms {
             [] => Err(ControlError::Empty { what }),
@@ -164,7 +164,7 @@ pub struct Term {
 }
 
 impl Term {
-    /// Both numbers, unchecked.
+    /// A term with this coefficient and order, which are not checked.
     #[must_use]
     pub const fn new(coefficient: f64, order: f64) -> Self {
         Self { coefficient, order }
@@ -197,7 +197,7 @@ impl FractionalPolynomial {
         count: 0,
     };
 
-    /// In any order of terms; equal orders are added.
+    /// Terms may come in any order; equal powers are added.
     ///
     /// # Errors
     /// No term; a coefficient that is 0, that cancels, or that is not from 1e-60 to 1e60 in size; an order outside 0 to 4; more than

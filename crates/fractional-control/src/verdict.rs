@@ -12,8 +12,9 @@ use num_complex::Complex;
 /// ```text
 /// F(w) = A_C·A_G + k·B_C·B_G,   C = B_C/A_C,  G = B_G/A_G:   stable ⇔ no zero in |w| ≤ 1,  w = z⁻¹
 /// ```
-/// Zeros are counted by the turn of F along the circle, in steps short enough that a bound of F′ proves each
-/// (argument principle). `A_C` and `A_G` stay apart from `B_C` and `B_G`, so an unstable pole that a zero cancels is seen.
+/// Zeros are counted by the turn of F along the circle, in steps short enough that a bound of F′
+/// proves each (argument principle). `A_C` and `A_G` stay apart from `B_C` and `B_G`, so an
+/// unstable pole that a zero cancels is still detected.
 ///
 /// - *Of*: the weights before they are rounded to the sample type, with the bound of their error from [`Memory`].
 /// - *Cost*: some hundred to some thousand evaluations, a millisecond to ten.
@@ -56,7 +57,7 @@ pub struct StabilityVerdict {
     pub stable: bool,
     /// Zeros of F in |w| < 1, each a pole with |z| > 1; `None` on the boundary.
     pub unstable_poles: Option<usize>,
-    /// The least |F| over the sum of the sizes of its terms that was met on the circle.
+    /// The least |F| on the circle, divided by the sum of the sizes of its terms.
     pub distance: f64,
     /// The frequency of that, rad/s.
     pub omega_rad_s: f64,
@@ -115,8 +116,9 @@ impl SampledLoop {
         })
     }
 
-    /// The time up to which the memories of fractional orders hold in this loop, s; `None` in one of whole orders, which forgets nothing.
-    /// Slower than that, the loop is not that of the functions any more.
+    /// How far back the memories of fractional orders reach in this loop, s; `None` with whole
+    /// orders only, which forget nothing. For slower motions the computed loop differs from the
+    /// functions.
     #[must_use]
     pub fn memory_s(&self) -> Option<f64> {
         self.memory_s
@@ -142,8 +144,9 @@ impl SampledLoop {
         }
     }
 
-    /// The same whose [`open`](Self::open), and so whose [`margins`](Self::margins), are those of the plant behind its hold and not of the
-    /// rule that stands for it; its verdict stays that of the rule. `None` of a plant that is sampled exactly.
+    /// The same loop, but with [`open`](Self::open) and so [`margins`](Self::margins) computed for
+    /// the plant behind its hold instead of the rule that replaces it; the verdict is still the
+    /// rule's. `None` for a plant that is sampled exactly.
     #[must_use]
     pub fn of_plant(&self) -> Option<Self> {
         self.held.as_ref()?;

@@ -163,7 +163,8 @@ impl<'a> Coupler<'a> {
         (scale, shares)
     }
 
-    /// Is the port passive with a device of this damping, N·s/m, whatever passive hand and environment it is between?
+    /// True if the port is passive with a device of this damping, N·s/m, between any passive hand
+    /// and environment.
     ///
     /// # Errors
     /// Damping below 0, or an operator without a finite response.

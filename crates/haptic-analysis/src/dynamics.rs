@@ -6,7 +6,7 @@ use crate::{
 };
 use fracdiff::parameter::{not_negative, positive};
 
-/// A device as every analysis takes it, with its hand, its delay and its motor.
+/// The device model of every analysis, with its hand, its delay and its motor.
 /// ```text
 /// m·x'' + b·x' + k·x = f,     τ·f' = u(t − delay) − f,   or f = u(t − delay) if τ = 0
 /// ```
@@ -38,7 +38,8 @@ pub struct Dynamics {
     pub damping_n_s_per_m: f64,
     /// k of the hand, N/m, at least 0.
     pub hand_stiffness_n_per_m: f64,
-    /// From a measurement to the force that answers it, beside the hold: s, 0 to 10 000 sample times.
+    /// Delay from a measurement to the force that answers it, beyond the hold: s, 0 to 10 000
+    /// sample times.
     pub delay_s: f64,
     /// τ, time constant of the motor current, s, 0 to 1e6 sample times.
     pub current_lag_s: f64,
@@ -57,7 +58,8 @@ impl Dynamics {
         }
     }
 
-    /// The same, if every parameter is in its range; delay and lag have an upper end in samples, see [`Self::path`].
+    /// Returns the same device if every parameter is in its range; delay and lag have an upper end
+    /// in samples, see [`Self::path`].
     ///
     /// # Errors
     /// A parameter outside its range.
@@ -70,7 +72,7 @@ impl Dynamics {
         Ok(self)
     }
 
-    /// The way of the force, in samples.
+    /// The delay and lag of the force, in samples.
     ///
     /// # Errors
     /// The sample time, the delay or the lag outside its range.
@@ -115,7 +117,8 @@ impl Dynamics {
         .checked()
     }
 
-    /// The loop of this device and a wall, for stability and margins. `operator` is the one that runs, for the wall's order.
+    /// The loop of this device and a wall, for stability and margins. `operator` is the one that
+    /// runs; it must have the wall's order.
     ///
     /// # Errors
     /// A parameter outside its range.

@@ -3,7 +3,7 @@
 use fracdiff::parameter::RangeError;
 use fracdiff::{ParameterError, SchemeError};
 
-/// A question that has no answer, in words.
+/// Why an analysis has no answer.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum AnalysisError {

@@ -5,7 +5,7 @@ use crate::extremum::Maximum;
 use crate::transparency::finite;
 use num_complex::Complex;
 
-/// The largest of a parameter that keeps the loop passive.
+/// The largest value of a parameter at which the loop is passive.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Largest {
     /// The loop is passive just below `value` and not from there on. (With a delay it may cease to be

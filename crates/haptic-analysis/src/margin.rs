@@ -11,17 +11,19 @@ use num_complex::Complex;
 /// gain      the g nearest to 1 with 1 + g·GH = 0 somewhere on the circle, above and below 1
 /// delay     the least τ > 0 with 1 + GH(τ) = 0, samples: G sampled with the hold and the delay d + τ, of any part of a sample
 /// ```
-/// None of the crossings in θ is missed: intervals of θ are dropped only where a bound of the second derivative proves that there is none.
-/// Of the delay 16 parts of a sample at least are looked at, and the zero is narrowed until the verdicts on both sides of it differ.
+/// None of the crossings in θ is missed: intervals of θ are dropped only where a bound of the
+/// second derivative proves that there is none. The delay is scanned in steps of at most 1/16
+/// sample, and the zero is narrowed until the verdicts on both sides of it differ.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct Margins {
     /// The least factor above 1 on both stiffness and dissipation that takes the loop to the boundary; `None` if none does.
     pub gain_up: Option<AtAngle>,
-    /// The largest factor below 1 that does; `None` if the loop stays stable down to no gain.
+    /// The largest such factor below 1; `None` if the loop stays stable down to no gain.
     pub gain_down: Option<AtAngle>,
-    /// The least additional delay that does, samples, in general not whole: with any smaller one the loop is stable.
-    /// With more it may become stable again. `None` if no delay does.
+    /// The least additional delay that takes the loop to the boundary, samples, in general not
+    /// whole: any smaller one leaves it stable. With more it may become stable again. `None` if no
+    /// delay does.
     pub delay: Option<AtAngle>,
     /// The largest sensitivity |1/(1 + GH)|; 1 over it is the distance of GH from −1.
     pub sensitivity: AtAngle,
@@ -145,7 +147,7 @@ impl SampledLoop<'_> {
     }
 }
 
-/// A value and the angle, rad/sample, at which it arises.
+/// A value and the angle, rad/sample, at which it occurs.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct AtAngle {
     /// The value, without a unit unless its field has one.

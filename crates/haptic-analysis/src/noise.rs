@@ -7,7 +7,7 @@ use fracdiff::{Channel, Differintegrator, Order, Seconds};
 /// Weights that are summed: the rest of their squares falls like j^(−1−2μ).
 const WEIGHTS: usize = 4096;
 
-/// What an operator makes of white noise of rms 1 at its input.
+/// How much noise an operator puts out for white noise of rms 1 at its input.
 /// ```text
 /// rms of the operator alone    T^(−μ)·√(Σ c_j²)                        exact: Σ c_j² = Γ(2μ + 1)/Γ(μ + 1)²
 /// rms of a wall's force        √(K² + 2·K·B·T^(−μ)·c_0 + B²·T^(−2μ)·Σ c_j²)        per metre of noise
@@ -50,7 +50,7 @@ impl NoiseGain {
         Self { first, all }
     }
 
-    /// Of the exact operator, by its closed form.
+    /// The noise of the exact operator, by its closed form.
     ///
     /// - *Range*: μ > −1/2.
     ///
@@ -67,7 +67,7 @@ impl NoiseGain {
         Ok(Self { first, all })
     }
 
-    /// rms of the force of a wall, N for each metre of noise. K in N/m, B in N·s^μ/m.
+    /// rms of the force of a wall, N per metre of noise. K in N/m, B in N·s^μ/m.
     #[must_use]
     pub fn of_wall(&self, stiffness_n_per_m: f64, dissipation_n_s_mu_per_m: f64) -> f64 {
         let (k, b) = (stiffness_n_per_m, dissipation_n_s_mu_per_m);

@@ -22,7 +22,8 @@ pub struct CoupledObject {
     pub stiffness_n_per_m: f64,
 }
 
-/// P = (1 − w)/Q: the operator of order μ whose inverse a coupler applies that runs Q, of order 1 − μ, on its deflection.
+/// P = (1 − w)/Q: the operator of order μ that a coupler inverts when it runs Q, of order 1 − μ, on
+/// its deflection.
 /// ```text
 /// Z_c = k_c + b_c·T^μ·Q(w)/(1 − w)
 /// ```
@@ -47,8 +48,8 @@ impl FrequencyResponse for CouplerOperator<'_> {
 /// F is, but for a factor without zeros, the determinant of all equations of the tick: its zeros in |w| < 1 are all unstable
 /// poles, none cancels unseen. They are counted with a certificate, as for a wall.
 ///
-/// *Nothing that holds it*: where device or object can drift, F has a zero at w = 1. That is no instability; such a loop is
-/// judged beside it, as by [`SampledLoop::beside_rest`].
+/// *Nothing that holds it*: where device or object can drift, F has a zero at w = 1. That is not an
+/// instability; such a loop is judged without that zero, as by [`SampledLoop::beside_rest`].
 ///
 /// *Llewellyn's criterion is another question.* It asks for every passive hand and object, but of a device under Tustin's rule,
 /// whose force acts half a sample earlier than a held one does. [`Coupler::sampled_damping`] asks the same of the sampled
@@ -111,7 +112,7 @@ impl<'a> CoupledLoop<'a> {
         Ok(Self { inner })
     }
 
-    /// The same with a coupler this many times as large, `k_c` and `b_c` alike.
+    /// The same loop with a coupler this many times as large, `k_c` and `b_c` alike.
     #[must_use]
     pub fn scaled(mut self, factor: f64) -> Self {
         self.inner.alpha *= factor;
@@ -137,14 +138,15 @@ impl<'a> CoupledLoop<'a> {
         self.inner.characteristic(theta)
     }
 
-    /// The certified verdict, by encirclement: no pole on or outside the unit circle. Cost: as that of
-    /// [`SampledLoop::verdict`], some three times for the longer terms.
+    /// The certified verdict that no pole is on or outside the unit circle, by counting how often F
+    /// turns around 0. Cost: about three times that of [`SampledLoop::verdict`], because of the
+    /// longer terms.
     #[must_use]
     pub fn is_stable(&self) -> bool {
         self.unstable_poles() == Some(0)
     }
 
-    /// Poles outside the unit circle; `None` if one is on it, to what rounding errors let know.
+    /// Poles outside the unit circle; `None` if one lies on it, within rounding errors.
     #[must_use]
     pub fn unstable_poles(&self) -> Option<usize> {
         let circle = self.inner.characteristic.circle();

@@ -88,22 +88,23 @@ impl LoopOperator {
         }
     }
 
-    /// The order μ, which says what the gain B counts in.
+    /// The order μ, which sets the unit of the gain B.
     #[must_use]
     pub fn order(&self) -> Order {
         self.order
     }
 
-    /// Numerator and denominator of P in powers of w, of w⁰ first. `None` for an operator without, or (full memory, Oustaloup) with poles
-    /// so close that multiplied out they would be lost to rounding.
+    /// Numerator and denominator of P in powers of w, from w⁰ on. `None` for an operator without,
+    /// or (full memory, Oustaloup) with poles so close that multiplied out they would be lost to
+    /// rounding.
     #[must_use]
     pub fn polynomials(&self) -> Option<(&[f64], &[f64])> {
         let (numerator, denominator) = self.polynomials.as_ref()?;
         Some((numerator, denominator))
     }
 
-    /// Length of a finite memory, samples, which says how fast the response can change; 1 for an unlimited
-    /// one. For [`OnePort::with_memory`](crate::OnePort::with_memory).
+    /// Length of a finite memory, samples, which limits how fast the response can change with the
+    /// angle; 1 for an unlimited one. For [`OnePort::with_memory`](crate::OnePort::with_memory).
     #[must_use]
     pub fn memory(&self) -> usize {
         match self.polynomials() {

@@ -278,7 +278,7 @@ pub struct BoundaryPoint {
 }
 
 /// A closed boundary; the last point is followed by the first. The region lies to its left: an
-/// outer boundary runs anticlockwise, that of a hole clockwise.
+/// outer boundary runs anticlockwise, the boundary of a hole clockwise.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Polygon {
     /// Its corners, one after another around it; the first is not repeated.

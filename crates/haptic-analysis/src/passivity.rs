@@ -23,9 +23,10 @@ use std::f64::consts::PI;
 /// ```text
 /// b ≥ (T/(2|1 − w|²))·[R + √(R² + V|H|²|1 − w|²)],   R = Re{(1 − w)·M·H}
 /// ```
-/// for all θ: Theorem 1 at V = 0. A delay of (d + h)T has M = w^d(1 − h + hw), V = h(1 − h)|1 − w|²; a spring
-/// with 0 ≤ h ≤ 1 and d = 0 needs b ≥ (KT/2)(1/2 + h + √(1/4 + 2h)), more than interpolation between whole
-/// samples promises. With a lag M and V are those of its periodic response, in closed form.
+/// for all θ: Theorem 1 at V = 0. A delay of (d + h)T has M = w^d(1 − h + hw), V = h(1 − h)|1 −
+/// w|²; a spring with 0 ≤ h ≤ 1 and d = 0 needs b ≥ (KT/2)(1/2 + h + √(1/4 + 2h)), more than
+/// interpolation between whole samples promises. With a lag, M and V come from its periodic
+/// response, in closed form.
 /// - δ = bT/m, α = KT²/m, β = BT^(2−μ)/m; the mass drops out of the condition with units.
 /// - *Orders*: 0 ≤ μ ≤ 2. An integral in position feedback is not passive for any damping.
 /// - *The end θ → 0* is a limit: u = (2d+1)/2; of v, the values at θ = 1e-60 and 1e-90 tell a
@@ -65,7 +66,7 @@ pub struct OnePort<'a, P: ?Sized> {
 const REST_NOISE: f64 = 1e-4;
 
 impl<'a, P: FrequencyResponse + ?Sized> OnePort<'a, P> {
-    /// Without extra delay. `order` is the one the operator was made for.
+    /// A port without extra delay. `order` is the operator's order.
     ///
     /// # Errors
     /// μ < 0, where the theorem's condition has no bound, or an operator without a finite response.
@@ -88,7 +89,7 @@ impl<'a, P: FrequencyResponse + ?Sized> OnePort<'a, P> {
         Ok(port)
     }
 
-    /// With the delay, whole or not, and the current lag of an actuator.
+    /// Adds the delay, whole or not, and the current lag of an actuator.
     ///
     /// # Errors
     /// An operator without a finite response.
@@ -98,8 +99,9 @@ impl<'a, P: FrequencyResponse + ?Sized> OnePort<'a, P> {
         Ok(self)
     }
 
-    /// With the operator's memory length in samples, so that its fastest ripple cannot slip through the search:
-    /// `Differintegrator::memory_length`. Leave it out for an unlimited memory (recursive, full, exact), which has no ripple.
+    /// Sets the operator's memory length in samples, so that its fastest ripple cannot slip through
+    /// the search: `Differintegrator::memory_length`. Leave it out for an unlimited memory
+    /// (recursive, full, exact), which has no ripple.
     #[must_use]
     pub fn with_memory(mut self, samples: usize) -> Self {
         self.memory = samples.max(1);
@@ -132,7 +134,7 @@ impl<'a, P: FrequencyResponse + ?Sized> OnePort<'a, P> {
         finite("least delta", self.combine(alpha, beta, theta), "")
     }
 
-    /// The δ that Theorem 1 asks for.
+    /// The δ that Theorem 1 requires.
     ///
     /// # Errors
     /// α or β below 0, or an operator without a finite response.
@@ -147,7 +149,7 @@ impl<'a, P: FrequencyResponse + ?Sized> OnePort<'a, P> {
         })
     }
 
-    /// The damping that Theorem 1 asks for, for K in N/m and B in N·s^μ/m.
+    /// The damping that Theorem 1 requires, for K in N/m and B in N·s^μ/m.
     ///
     /// # Errors
     /// T not above 0, K or B below 0, or an operator without a finite response.
@@ -355,45 +357,47 @@ impl<'a, P: FrequencyResponse + ?Sized> OnePort<'a, P> {
     }
 }
 
-/// The damping that Theorem 1 asks for, without units, and that of Corollary 1 beside it.
+/// The damping that Theorem 1 requires, without units, with Corollary 1's for comparison.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct RequiredDelta {
     /// The loop is passive for δ above this, and only then.
     pub delta: f64,
-    /// θ that asks for it, rad/sample; of several π, then 0, then the largest.
+    /// θ that requires it, rad/sample; among several, π comes first, then 0, then the largest.
     pub worst_theta: f64,
-    /// The damping that Corollary 1 asks for: [`corollary_delta`](crate::corollary_delta).
+    /// The damping that Corollary 1 requires: [`corollary_delta`](crate::corollary_delta).
     pub corollary_delta: f64,
-    /// α + βP(1) < 0: a negative spring at rest, which no damping makes passive. Theorem 1 looks at
-    /// θ > 0 only and cannot see it; A₃ with μ > 1 does this, P(1) = (1−μ)(3−μ)/3.
+    /// α + βP(1) < 0: a negative spring at rest, which no damping makes passive. Theorem 1 covers
+    /// only θ > 0 and misses it. The Muir polynomial A₃ with μ > 1 has one: P(1) = (1−μ)(3−μ)/3.
     pub negative_at_rest: bool,
 }
 
 impl RequiredDelta {
-    /// Is a loop of this δ passive? Strict, as the theorem; never with a negative spring at rest.
+    /// True if a loop of this δ is passive. The inequality is strict, as in the theorem; a negative
+    /// spring at rest is never passive.
     #[must_use]
     pub fn passive(&self, delta: f64) -> bool {
         delta > self.delta && !self.negative_at_rest
     }
 }
 
-/// The damping that Theorem 1 asks for, with units, and that of Corollary 1 beside it.
+/// The damping that Theorem 1 requires, with units, with Corollary 1's for comparison.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct RequiredDamping {
     /// The loop is passive for b above this, N·s/m, and only then.
     pub damping_n_s_per_m: f64,
-    /// ω that asks for it, rad/s.
+    /// ω that requires it, rad/s.
     pub worst_rad_s: f64,
-    /// The damping that Corollary 1 asks for, N·s/m.
+    /// The damping that Corollary 1 requires, N·s/m.
     pub corollary_n_s_per_m: f64,
     /// K + B·T^(−μ)·P(1) < 0, see [`RequiredDelta::negative_at_rest`].
     pub negative_at_rest: bool,
 }
 
 impl RequiredDamping {
-    /// Is a device of this damping, N·s/m, passive? Strict, as the theorem.
+    /// True if a device of this damping, N·s/m, is passive. The inequality is strict, as in the
+    /// theorem.
     #[must_use]
     pub fn passive(&self, damping_n_s_per_m: f64) -> bool {
         damping_n_s_per_m > self.damping_n_s_per_m && !self.negative_at_rest

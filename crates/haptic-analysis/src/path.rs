@@ -5,14 +5,16 @@ use certified_count::Place;
 use fracdiff::parameter::range;
 use num_complex::Complex;
 
-/// The way of a command to the device: held for one sample, delayed by (d + h) samples, and followed by a motor current of time constant τ.
+/// How a command reaches the device: held for one sample, delayed by (d + h) samples, and followed
+/// by a motor current of time constant τ.
 /// ```text
 /// τ·f'(t) = u(t − (d + h)T) − f(t),   or f(t) = u(t − (d + h)T) if τ = 0;   0 ≤ h < 1
 /// ```
 /// - *Units*: both numbers in samples, that is delay/T and τ/T. [`Dynamics`](crate::Dynamics) makes one from seconds.
 /// - *Delay*: beside that of the hold, from 0 to 10 000. A delay within 1e-9 of
 ///   a whole number is that number, so that 3 ms at 1 ms are 3 samples.
-/// - *Lag*: from 0 to 1e6. Below 1e-13 it counts as none: it moves the force by less than a rounding error.
+/// - *Lag*: from 0 to 1e6. Below 1e-13 it counts as 0: it moves the force by less than a rounding
+///   error.
 /// ```
 /// use haptic_analysis::ForcePath;
 ///
@@ -38,7 +40,7 @@ pub(crate) struct Profile {
 }
 
 impl ForcePath {
-    /// A device that acts at once: neither delay nor lag.
+    /// A device that acts at once, without delay or lag.
     pub const NONE: Self = Self {
         whole: 0,
         fraction: 0.0,
@@ -48,7 +50,7 @@ impl ForcePath {
     pub const DELAY_MAX: f64 = 10_000.0;
     const LAG_MAX: f64 = 1e6;
 
-    /// From delay and lag, both in samples.
+    /// A path with this delay and lag, both in samples.
     ///
     /// # Errors
     /// Either outside its range.
@@ -77,19 +79,19 @@ impl ForcePath {
         })
     }
 
-    /// d + h, the whole delay beside that of the hold, samples.
+    /// d + h, the total delay beyond the hold, samples.
     #[must_use]
     pub fn delay_samples(&self) -> f64 {
         self.whole as f64 + self.fraction
     }
 
-    /// d, the whole samples of the delay.
+    /// d, the number of whole samples in the delay.
     #[must_use]
     pub fn whole_samples(&self) -> usize {
         self.whole
     }
 
-    /// h, from 0 to below 1.
+    /// h, the fraction of a sample in the delay, from 0 to below 1.
     #[must_use]
     pub fn fraction(&self) -> f64 {
         self.fraction

@@ -9,8 +9,8 @@ use nalgebra::{DMatrix, DVector, RowDVector};
 
 /// A plant behind a zero-order hold, sampled exactly: G(w) = w^(d+1)·N(w)/A(w), w = z^(−1).
 ///
-/// It is a mass with damper and hand ([`new`](Self::new)), the same behind a delay that is no whole number
-/// of samples and a current lag ([`behind`](Self::behind)), or any linear plant
+/// It is a mass with damper and hand ([`new`](Self::new)), the same behind a delay that is not a
+/// whole number of samples and a current lag ([`behind`](Self::behind)), or any linear plant
 /// ([`linear`](Self::linear)). A fraction h of delay splits each sample where the force changes:
 /// ```text
 /// x[n+1] = Φx[n] + Γ₀u[n−d] + Γ₁u[n−d−1],   Φ = e^(AT),  Γ₀ = ∫₀^((1−h)T) e^(As)B ds,  Γ₁ = e^(A(1−h)T)∫₀^(hT) e^(As)B ds
@@ -80,7 +80,7 @@ impl Coefficients {
 }
 
 impl SampledPlant {
-    /// Largest δ: a motion that dies out a million times faster than a sample is sampled wrongly.
+    /// Largest δ: a motion that dies out faster than in a millionth of a sample is sampled wrongly.
     pub const DELTA_MAX: f64 = 1e6;
     pub(crate) const GAMMA_MAX: f64 = 1e12;
     pub(crate) const STATES_MAX: usize = linear::STATES_MAX;
@@ -188,19 +188,19 @@ impl SampledPlant {
         })
     }
 
-    /// The way of the force: whole and fractional delay, lag.
+    /// The force's whole and fractional delay, and its lag.
     #[must_use]
     pub fn path(&self) -> ForcePath {
         self.path
     }
 
-    /// A in powers of w, of w⁰ first.
+    /// A in powers of w, from w⁰ on.
     #[must_use]
     pub fn denominator(&self) -> &[f64] {
         self.denominator.get()
     }
 
-    /// N in powers of w, of w⁰ first: G = w^(d+1)·N/A.
+    /// N in powers of w, from w⁰ on: G = w^(d+1)·N/A.
     #[must_use]
     pub fn numerator(&self) -> &[f64] {
         self.numerator.get()

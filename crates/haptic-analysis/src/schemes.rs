@@ -11,7 +11,8 @@ use fracdiff::{
 };
 
 impl LoopOperator {
-    /// From a scheme. `sample_time` matters only to `oustaloup`, whose corners are in Hz; `horizon`, in samples, only to the full memories.
+    /// The operator of a scheme. `sample_time` matters only to `oustaloup`, whose corners are in
+    /// Hz; `horizon`, in samples, only to the full memories.
     ///
     /// # Errors
     /// Unless 0 ≤ μ ≤ 2; a parameter of the scheme outside its range.
@@ -143,8 +144,8 @@ fn taps_and_modes<const TAPS: usize, const MODES: usize>(design: &Design<TAPS, M
 }
 
 impl LoopOperator {
-    /// A full memory of one's own, as [`FullMemory`](fracdiff::FullMemory) runs its design: of a tempered kernel, or of
-    /// all elements of a tissue at once.
+    /// A custom full memory, as [`FullMemory`](fracdiff::FullMemory) runs its design: of a tempered
+    /// kernel, or of all elements of a tissue at once.
     ///
     /// # Errors
     /// An order below 1e-6 (a constant is a spring: put it into α) or above 2; a direct gain not above 0.

@@ -33,14 +33,15 @@ pub struct SlopeLimit {
     /// With a linear wall the loop is stable below this factor; at or above it, contact that is as steep as this everywhere
     /// is unstable. Infinite if no factor takes the loop to the boundary; 0 if even the lightest wall is unstable.
     pub linear: f64,
-    /// No multiplier of this kind proves more: the condition on phases above, for P up to 40. At most `linear`.
+    /// Upper bound of what any multiplier of this kind can prove: the condition on phases above,
+    /// for P up to 40. At most `linear`.
     pub provable: f64,
-    /// Proved for every motion of every contact that may pull and is nowhere steeper than this: one-sided before the memory,
-    /// stiffening, or both. At 1 and above it is proved, too, of a wall that is fed with the place, also in front of its
-    /// surface, and whose force alone is clamped. 0 if nothing was proved. Never above `provable`; between the two nothing is
-    /// known.
+    /// Proved for every motion of every contact that may pull and is nowhere steeper than this:
+    /// one-sided before the memory, stiffening, or both. From 1 on, the proof also covers a wall
+    /// that receives the position even in front of its surface and has only its force clamped. 0 if
+    /// nothing was proved. Never above `provable`; between the two nothing is known.
     pub proved: f64,
-    /// i and `h_i` > 0 of the multiplier that proves it.
+    /// Each i and `h_i` > 0 of the multiplier that gives this proof.
     pub multiplier: Vec<(i32, f64)>,
 }
 
@@ -97,8 +98,8 @@ impl SampledLoop<'_> {
     ///   same loop with its parts in another order, for k = 1.
     /// - *Not covered*: both at once, max(0, x) before the memory and the clamp behind it. The pull that this clamp takes away is what
     ///   brakes the bounce, and with delay hard hits can grow where contact that may pull is proved.
-    /// - Of a device without damping, δ = 0, nothing is proved: without the wall it drifts or swings for ever. Nor with so
-    ///   little damping, δ near 1e-14, that rounding decides.
+    /// - Of a device without damping, δ = 0, nothing is proved: without the wall it never comes to
+    ///   rest. Nor with so little damping, δ near 1e-14, that rounding decides.
     /// - *Cost*: some 10³ responses of the operator and three linear programmes of 11 unknowns; where those prove less
     ///   than 0.99 of what is provable, forty programmes of up to 37.
     ///

@@ -111,15 +111,16 @@ impl Teleoperation {
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct AbsoluteStability {
-    /// True if they hold at each: stable with any passive hand and any passive environment.
+    /// True if they hold at every frequency: the pair is stable with any passive hand and
+    /// environment.
     pub stable: bool,
     /// Least 2 Re h₁₁ Re h₂₂/(|h₁₂h₂₁| + Re(h₁₂h₂₁)), at least 1 for stability; 0 where a real part is negative.
     pub least_ratio: f64,
-    /// The frequency of it, rad/s.
+    /// The frequency of that least ratio, rad/s.
     pub worst_rad_s: f64,
 }
 
-/// The delay from which on two hands are not absolutely stable any more.
+/// The delay beyond which two hands are no longer absolutely stable.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum LargestDelay {
     /// Not absolutely stable, even without delay.

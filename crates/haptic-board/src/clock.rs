@@ -3,7 +3,8 @@
 use core::cell::Cell;
 use critical_section::Mutex;
 
-/// Extends a 32-bit counter of microseconds to 64 bits. Has to be read once in 71 minutes; a tick does.
+/// Extends a 32-bit counter of microseconds to 64 bits. It must be read at least once in 71
+/// minutes; a tick does.
 #[derive(Debug)]
 pub struct Clock(Mutex<Cell<u64>>);
 
@@ -14,7 +15,7 @@ impl Clock {
         Self(Mutex::new(Cell::new(0)))
     }
 
-    /// The time, µs, by what the counter reads.
+    /// The time, µs, from the present value of the counter.
     pub fn now_us(&self, counter: impl FnOnce() -> u32) -> u64 {
         critical_section::with(|token| {
             let last = self.0.borrow(token);

@@ -22,7 +22,7 @@ impl<H: Hardware> Exclusive<Loop<H>> for Shared<H> {
     }
 }
 
-/// The place of a device in memory, for a static: all that is large is made here, and not on the stack.
+/// Memory for a device, for a static: everything large is built here and not on the stack.
 #[derive(Debug)]
 pub struct Place<H: Hardware> {
     device: MaybeUninit<Shared<H>>,
@@ -48,11 +48,11 @@ impl<H: Hardware> Default for Place<H> {
     }
 }
 
-/// Makes the device, and its half of the conversation: idle, without a force, and in the fault [`Fault::Reset`] if a reset
-/// has come while it was armed or in a fault. `firmware` is the version: major, minor, patch.
+/// Makes the device and its half of the conversation. It is idle, without a force, and in the fault
+/// [`Fault::Reset`] if a reset has come while it was armed or in a fault. `firmware` is the
+/// version: major, minor, patch.
 ///
-/// # Errors
-/// As [`TickSide::passive`]: a board that cannot be without a configuration.
+/// # Errors As [`TickSide::passive`]: a board that refuses its first configuration.
 pub fn power_up<H: Hardware>(
     place: &'static mut Place<H>,
     hardware: H,
@@ -147,13 +147,13 @@ impl<H: Hardware, T: TickTimer> Ticker<H, T> {
         }
     }
 
-    /// The timer, for an interrupt that asks it when to come next.
+    /// The timer, for an interrupt that asks it for the next tick's time.
     pub const fn timer(&self) -> &T {
         &self.timer
     }
 }
 
-/// A static for the ticker: start-up puts it in, the tick interrupt takes its turn.
+/// A static for the ticker: start-up stores it, the tick interrupt runs it.
 #[derive(Debug)]
 pub struct TickerSlot<H: Hardware + 'static, T>(Mutex<RefCell<Option<Ticker<H, T>>>>);
 

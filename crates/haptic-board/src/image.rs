@@ -16,7 +16,8 @@ pub struct Image {
 }
 
 impl Image {
-    /// Of a board, whose name has 16 bytes at most, and a version: major, minor, patch. It tells no digest.
+    /// An image of a board, whose name has at most 16 bytes, and a version: major, minor, patch. It
+    /// reports no digest.
     ///
     /// ```
     /// static IMAGE: haptic_board::Image = haptic_board::Image::new("my-board", [0, 1, 0]);
@@ -46,14 +47,15 @@ impl Image {
         }
     }
 
-    /// The version that `image!` was given: major, minor, patch.
+    /// The version passed to `image!`: major, minor, patch.
     #[must_use]
     pub const fn version(&self) -> [u8; 3] {
         self.version
     }
 
-    /// The [`image_digest`] of what lies in the flash; 0 if it is not known where. For
-    /// [`DeviceSession::set_image_digest`](haptic_remote::DeviceSession::set_image_digest). Takes 50 to 100 cycles a byte, 14 with the feature `crc-table`.
+    /// The [`image_digest`] of the image in the flash; 0 if its location is unknown. For
+    /// [`DeviceSession::set_image_digest`](haptic_remote::DeviceSession::set_image_digest). Takes
+    /// 50 to 100 cycles a byte, 14 with the feature `crc-table`.
     #[must_use]
     pub fn digest(&self) -> u32 {
         // All of it is kept, for `device flash`.

@@ -7,7 +7,8 @@ use haptic_remote::{DeviceSession, Exclusive as _, Hardware};
 
 /// The main loop's work, a round at a time.
 ///
-/// - *Watchdog*: fed here, so this loop runs, and only after a further tick, so that one runs too.
+/// - *Watchdog*: fed here and only after another tick, so feeding proves that both this loop and
+///   the tick run.
 /// - *Nothing waits*: a request is read only when there is room for its answer; until then bytes wait in
 ///   the line's queue, and if that is full they are counted as lost.
 #[derive(Debug)]
@@ -33,7 +34,8 @@ impl<'a, H: Hardware> MainLoop<'a, H> {
         }
     }
 
-    /// One round. True if there is nothing left to do: then sleep until an interrupt comes, the tick at the latest.
+    /// One round. Returns true if nothing is left to do: then sleep until the next interrupt, at
+    /// the latest the tick.
     pub fn round(
         &mut self,
         line: &mut impl Line,
@@ -71,7 +73,7 @@ impl<'a, H: Hardware> MainLoop<'a, H> {
     }
 }
 
-/// [`MainLoop::round`] for ever, asleep when there is nothing to do.
+/// [`MainLoop::round`] for ever, sleeping while there is nothing to do.
 pub fn serve<H: Hardware>(
     device: &Shared<H>,
     session: &mut DeviceSession,

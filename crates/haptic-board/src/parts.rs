@@ -27,7 +27,7 @@ pub trait Line {
     fn send(&mut self, bytes: &[u8]);
 }
 
-/// Resets the chip unless it is fed.
+/// A watchdog, which resets the chip unless it is fed.
 pub trait Watchdog {
     /// Puts the reset off for another watchdog time.
     fn feed(&mut self);
@@ -46,10 +46,10 @@ impl Watchdog for NoWatchdog {
 pub struct Parts<H, T, L, W> {
     /// Sensor and actuator, or a simulation of them.
     pub hardware: H,
-    /// Makes the ticks; stands still until its period is set.
+    /// The timer that makes the ticks; it stands still until its period is set.
     pub timer: T,
     /// Carries the frames to the host and back.
     pub line: L,
-    /// Watches tick and main loop.
+    /// The watchdog that watches tick and main loop.
     pub watchdog: W,
 }

@@ -117,9 +117,9 @@ impl Quadrature {
         followed
     }
 
-    /// Takes in what has come into a ring, which a DMA fills from its beginning on, four samples a byte, up to `end`, the
-    /// place of the next byte: so the position is that of now, and not of when a word was full. To be called
-    /// before it has come round.
+    /// Takes in what has come into a ring, which a DMA fills from its beginning on, four samples a
+    /// byte, up to `end`, the place of the next byte: so the position is current, not that of the
+    /// last full word. To be called before it has come round.
     ///
     /// # Errors
     /// As [`take`](Self::take); and a wire that is off, where it is called once a tick.
@@ -180,8 +180,9 @@ impl Quadrature {
         fault
     }
 
-    /// The fault since which the count is wrong, and zero is no longer where it was. It stays until a new start, and belongs into
-    /// [`persisting_fault`](haptic_remote::Hardware::persisting_fault): no other answer keeps a wall in its place.
+    /// The fault after which the count is wrong and zero has moved. It lasts until a restart;
+    /// return it from [`persisting_fault`](haptic_remote::Hardware::persisting_fault): otherwise a
+    /// wall would stand in the wrong place.
     #[must_use]
     pub const fn lost(&self) -> Option<Fault> {
         self.lost

@@ -52,12 +52,12 @@ impl<const N: usize> Queue<N> {
         critical_section::with(|token| user(&mut self.0.borrow_ref_mut(token)))
     }
 
-    /// Takes a byte in. One for which there is no room is lost, and counted.
+    /// Takes a byte in. A byte that does not fit is lost and counted.
     pub fn push(&self, byte: u8) {
         self.with(|queue| queue.push(byte));
     }
 
-    /// Takes bytes in, as [`push`](Self::push), in pieces.
+    /// Adds several bytes, each as [`push`](Self::push) does.
     pub fn extend(&self, bytes: &[u8]) {
         for piece in bytes.chunks(PIECE) {
             self.with(|queue| piece.iter().for_each(|&byte| queue.push(byte)));
@@ -69,8 +69,8 @@ impl<const N: usize> Queue<N> {
         self.with(|queue| queue.waiting.pop_front())
     }
 
-    /// Hands the oldest byte to somebody who may not take it yet: it goes only if that is true. Without a byte nobody
-    /// is asked. Returns if there was one.
+    /// Offers the oldest byte to a function, and removes it only if that returns true. If it is
+    /// empty, nothing is called. Returns whether a byte was removed.
     pub fn offer(&self, taken: impl FnOnce(u8) -> bool) -> bool {
         self.with(|queue| {
             let Some(&byte) = queue.waiting.front() else {
@@ -83,18 +83,18 @@ impl<const N: usize> Queue<N> {
         })
     }
 
-    /// Bytes that it can still take.
+    /// Number of bytes that still fit.
     #[must_use]
     pub fn room(&self) -> usize {
         self.with(|queue| N - queue.waiting.len())
     }
 
-    /// Bytes were lost before they came here, in the hardware.
+    /// Reports bytes that the hardware lost before they arrived here.
     pub fn count_lost(&self, bytes: u32) {
         self.with(|queue| queue.lost = queue.lost.wrapping_add(bytes));
     }
 
-    /// Bytes that were lost since the last call.
+    /// Number of bytes lost since the last call.
     pub fn take_lost(&self) -> u32 {
         self.with(|queue| core::mem::take(&mut queue.lost))
     }

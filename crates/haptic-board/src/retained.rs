@@ -5,8 +5,9 @@ use core::sync::atomic::{AtomicU32, Ordering};
 /// In [`RetainedMemory::live`] while the device was not idle.
 const ARMED: u32 = 0x5AFE_F0CE;
 
-/// Memory that a reset leaves alone, if the board puts it where no start-up code clears it: a section such as
-/// `.uninit` of `cortex-m-rt`. As an ordinary static it is cleared, and a reset is never known.
+/// Memory that a reset leaves alone, if the board puts it where no start-up code clears it: a
+/// section such as `.uninit` of `cortex-m-rt`. In an ordinary static it is cleared, and a reset
+/// goes undetected.
 #[derive(Debug, Default)]
 pub struct RetainedMemory {
     boot: AtomicU32,
@@ -14,7 +15,7 @@ pub struct RetainedMemory {
 }
 
 impl RetainedMemory {
-    /// For a static. The values count for nothing where the memory is not cleared.
+    /// For a static. The initial values have no effect, because this memory is not initialised.
     #[must_use]
     pub const fn new() -> Self {
         Self {
@@ -23,7 +24,7 @@ impl RetainedMemory {
         }
     }
 
-    /// Reads it, and begins anew. To be called once, at start-up.
+    /// Reads the memory and starts it afresh. Call this once, at start-up.
     #[must_use]
     pub fn take(&self) -> Retained {
         // Only loads and stores: some processors have nothing else, and nobody else is there at start-up.
@@ -40,11 +41,12 @@ impl RetainedMemory {
     }
 }
 
-/// The memory retained over the last reset.
+/// The values that survived the last reset.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Retained {
-    /// Another number after each reset; after power-up whatever the memory came up with. With the times of the hellos
-    /// and what the hosts contribute, it makes the numbers of connections: a chip need not have a source of chance.
+    /// A number that changes with each reset; after power-up it is whatever the memory contained.
+    /// With the times of the hellos and what the hosts contribute, it makes the numbers of
+    /// connections, so the chip needs no random source.
     pub boot: u32,
     /// The device was armed, running, with a force or in a fault when it was reset: its zero may be lost, and a second reset finds
     /// it again. After power-up by chance true

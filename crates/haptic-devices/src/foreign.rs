@@ -41,7 +41,7 @@ impl ForeignName {
         (MoteusName::KIND, MoteusName::FORM),
     ];
 
-    /// True if a name begins with a kind of these.
+    /// True if a name begins with one of these kinds.
     #[must_use]
     pub fn is_kind(text: &str) -> bool {
         let kind = text.split(':').next().unwrap_or_default();
@@ -64,7 +64,7 @@ impl ForeignName {
         Ok(SerialLink::to_served(served, &self.to_string())?)
     }
 
-    /// The plane of a device that moves in one; `None` for others.
+    /// The plane of a device that moves in a plane; `None` for others.
     #[must_use]
     pub const fn plane(&self) -> Option<Plane> {
         match self {
@@ -113,7 +113,7 @@ pub enum OpenError {
     #[error(transparent)]
     Moteus(#[from] MoteusOpenError),
     /// It has not so many axes.
-    #[error("it has {most} {}, and {axes} are asked for: change `axes`, or take another device", if *most == 1 { "axis" } else { "axes" })]
+    #[error("it has {most} {}, but {axes} are needed: change `axes`, or take another device", if *most == 1 { "axis" } else { "axes" })]
     Axes {
         /// Number of axes that were asked for.
         axes: usize,

@@ -10,7 +10,7 @@ pub(crate) struct Settings<'a> {
     pairs: Vec<(&'a str, &'a str)>,
 }
 
-/// A name that names no device.
+/// Why a name does not describe a device.
 #[derive(Clone, Debug, PartialEq, Error)]
 #[non_exhaustive]
 pub enum NameError {

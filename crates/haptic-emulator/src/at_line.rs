@@ -28,13 +28,14 @@ pub trait AtLine {
 /// What a line did to the bytes of both ways.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Damage {
-    /// What became of requests: the device answers only those that came whole.
+    /// Damage to requests; the device answers only those that arrive intact.
     pub to_device: LineDamage,
-    /// What became of answers, which the host then waits for in vain.
+    /// Damage to answers; the host waits for a lost one until it times out.
     pub to_host: LineDamage,
 }
 
-/// Runs a device at this end of a line until it is stopped or its time is over. The faults are those of single bytes.
+/// Runs a device at this end of a line until it is stopped or its time is over. Each fault concerns
+/// a single byte.
 ///
 /// # Errors
 /// Faults outside their range.
@@ -91,9 +92,9 @@ fn carried(line: &mut FaultyLine, bytes: &[u8], now_us: u64) -> Vec<u8> {
     through
 }
 
-/// A line to an emulated device of this process. It lives in the time of the thread that
-/// [serves](haptic_remote::serial::Served::in_its_own_time) the hardware before it, answers at once and is never late: what a
-/// busy machine makes of it is slow, and the same.
+/// A line to an emulated device of this process. Its clock is that of the thread that
+/// [serves](haptic_remote::serial::Served::in_its_own_time) the hardware before it, answers at once
+/// and never late: on a busy machine it runs slowly, but with the same results.
 ///
 /// ```
 /// use haptic_emulator::NearLine;
@@ -118,7 +119,7 @@ pub struct NearLine<D> {
 }
 
 impl<D: AtLine> NearLine<D> {
-    /// To a device that others may look at meanwhile.
+    /// A connection to a device that others may inspect meanwhile.
     #[must_use]
     pub const fn new(device: Arc<Mutex<D>>, time: DeviceTime) -> Self {
         Self {

@@ -14,7 +14,7 @@ pub struct LineFaults {
     pub drop: f64,
     /// Chance that 1 to 8 of its bits are flipped.
     pub corrupt: f64,
-    /// Chance that it comes twice.
+    /// Chance that a frame arrives twice.
     pub duplicate: f64,
     /// Chance that it is held back until after the next one.
     pub reorder: f64,
@@ -29,7 +29,7 @@ pub struct LineFaults {
 /// Counts of the frames and faults of a line.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct LineDamage {
-    /// Frames that were put on the line, whatever became of them.
+    /// Frames that were put on the line, lost ones included.
     pub sent: u64,
     /// Frames that never arrive.
     pub dropped: u64,
@@ -122,7 +122,8 @@ impl FaultyLine {
         Ok(())
     }
 
-    /// Puts a frame on the line at this time; faults are drawn now, arrival is in [`receive`](Self::receive).
+    /// Puts a frame on the line at this time and draws its faults; [`receive`](Self::receive) then
+    /// delivers it.
     pub fn send(&mut self, frame: &[u8], now_us: u64) {
         self.damage.sent += 1;
         let mut frame = frame.to_vec();

@@ -66,7 +66,7 @@ pub(crate) const CONTROLLER_IN_LOG: &str = "drive.file";
 pub(crate) const DEVICE_IN_LOG: &str = "device_model.file";
 
 impl Document {
-    /// A document without a file: a table of this name, with what will be given.
+    /// A document without a file: a table of this name, to which values are given.
     #[must_use]
     pub fn new(table: &str) -> Self {
         let text = format!("[{table}]");
@@ -86,7 +86,8 @@ impl Document {
         }
     }
 
-    /// A file, or the document of the run of which this is the log, `.mcap`: with the files that it names as they were then.
+    /// A file, or the document in a run's log, `.mcap`, with the files that it names as they were
+    /// then.
     ///
     /// # Errors
     /// If it cannot be read, or a log is not whole or has none.
@@ -123,7 +124,8 @@ impl Document {
         }
     }
 
-    /// Gives a value, which wins over the file; `said` is how, as in `--strain 3%`.
+    /// Gives a value, which overrides the file; `said` is how the user wrote it, as in `--strain
+    /// 3%`.
     ///
     /// # Errors
     /// A value that was given before.

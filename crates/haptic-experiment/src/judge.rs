@@ -48,7 +48,7 @@ pub(crate) struct Compared {
     pub to_s: Option<f64>,
     /// Number of samples that were compared.
     pub samples: u64,
-    /// Why there is no error; `None` if there is one.
+    /// Why no error was computed; `None` if one was.
     pub reason: Option<String>,
 }
 
@@ -179,20 +179,23 @@ pub(crate) fn origin(record: &Record) -> &'static str {
     }
 }
 
-/// Curves of a finished run, for whoever draws them; long ones are thinned without losing a peak. An experiment draws nothing itself.
+/// Curves of a finished run, for drawing; long ones are thinned without losing a peak. An
+/// experiment draws nothing itself.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Curves {
-    /// Which experiment, simulated or rendered.
+    /// Which experiment it was, and whether simulated or rendered.
     pub title: String,
-    /// The law, the device and the operator that ran, and the verdict: what tells this picture from another.
+    /// The law, the device and the operator that ran, and the verdict: what distinguishes this
+    /// picture from others.
     pub subtitle: String,
-    /// Origin of the force: `simulated`, or `rendered`, a device's own record of what it commanded and read.
+    /// Origin of the force: `simulated`, or `rendered` for a device's own record of what it
+    /// commanded and read.
     pub origin: &'static str,
     /// Times from the start of the run, s; unevenly spaced where a long curve is thinned.
     pub time_s: Vec<f64>,
     /// Values at these times, each with its name.
     pub columns: Vec<(&'static str, Vec<f64>)>,
-    /// Chosen by the experiment, as only that knows what its curves mean.
+    /// The experiment chooses it, because only the experiment knows what its curves mean.
     pub drawing: Drawing,
 }
 
@@ -201,7 +204,7 @@ pub struct Curves {
 pub struct Theory {
     /// The name by which the library finds the tissue.
     pub tissue: String,
-    /// α of the tissue, which says how its stress relaxes over time.
+    /// α of the tissue, the order that sets how its stress relaxes.
     pub order: f64,
     /// The device as on the command line; `sim` for the simulated one.
     pub device: String,
@@ -213,7 +216,8 @@ pub struct Theory {
     pub label: &'static str,
 }
 
-/// The picture that curves make, and what it shows beside them. A kind of experiment chooses one of these, or brings one more.
+/// The picture of the curves, and what it shows besides them. A kind of experiment chooses one of
+/// these, or brings one more.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Drawing {
     /// A quantity beside its closed form.
@@ -238,7 +242,7 @@ pub enum Drawing {
 }
 
 impl Curves {
-    /// The values of this name; none if it has no such curve.
+    /// The values of this name; absent if it has no such curve.
     #[must_use]
     pub fn column(&self, name: &str) -> &[f64] {
         let mut columns = self.columns.iter();
@@ -247,10 +251,10 @@ impl Curves {
     }
 }
 
-/// Results of an experiment: a report, and the folder of its further files.
+/// Results of an experiment: a report, and the folder of its other files.
 #[derive(Debug)]
 pub struct Published<R> {
-    /// The report. Whoever saves a picture names it there.
+    /// The report; the code that saves a picture enters its name there.
     pub report: R,
     /// Curves to draw; `None` for a run that was cut short.
     pub curves: Option<Curves>,

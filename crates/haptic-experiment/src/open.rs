@@ -99,8 +99,7 @@ impl ExperimentFile {
 
     /// The number of samples.
     ///
-    /// # Errors
-    /// A parameter outside its range, which reading has ruled out.
+    /// # Errors A parameter outside its range; reading the document has excluded that.
     pub fn samples(&self) -> Result<u64, Failure> {
         self.0.check()
     }
@@ -131,7 +130,7 @@ impl ExperimentFile {
         self.indentation().map(|pressed| &pressed.piece)
     }
 
-    /// What the log of its run says of it, over what its document says.
+    /// What the log of its run says about it, which overrides its document.
     #[must_use]
     pub fn metadata(&self) -> BTreeMap<String, String> {
         self.0.metadata()
@@ -170,12 +169,11 @@ impl ExperimentFile {
         self.of()
     }
 
-    /// Runs a side of a teleoperation for `duration_s` of its device, once the other is there; log and table go into the folder. `opened` hears
-    /// the address of this side.
+    /// Runs a side of a teleoperation for `duration_s` of its device, once the other is there; log
+    /// and table go into the folder. `opened` receives the address of this side.
     ///
-    /// # Errors
-    /// Another experiment; a parameter outside its range; an address that cannot be had; nobody at the other end, or somebody who does not
-    /// fit; a log that cannot be written.
+    /// # Errors Another experiment; a parameter outside its range; an address that is not
+    /// available; no other side, or one that does not match; a log that cannot be written.
     pub fn run_side(
         &self,
         end: End,
@@ -193,7 +191,7 @@ impl ExperimentFile {
         teleoperation.run_side(end, terms, opened, request, supervisor)
     }
 
-    /// The same, for a program that waits so long for a device at a port.
+    /// The same, but waits this long for a device at a port.
     #[must_use]
     pub fn with_patience(mut self, patience: Duration) -> Self {
         if let Some(remote) = &mut self.0.conduct_mut().remote {
@@ -202,7 +200,7 @@ impl ExperimentFile {
         self
     }
 
-    /// Runs even if the pre-flight finds it unstable.
+    /// Allows the run even if the pre-flight finds it unstable.
     ///
     /// # Errors
     /// An experiment that no pre-flight refuses.
@@ -218,7 +216,7 @@ impl ExperimentFile {
         Ok(self)
     }
 
-    /// The same, in another pace.
+    /// The same, at another pace.
     #[must_use]
     pub fn in_pace(mut self, pace: Pace) -> Self {
         self.0.conduct_mut().pace = pace;
@@ -242,8 +240,7 @@ impl Document {
 
     /// The document as one file: what was given, here or in the file, and the other defaults as comments. Paths are absolute, so it may lie anywhere.
     ///
-    /// # Errors
-    /// As those of [`kind`](Self::kind).
+    /// # Errors As for [`kind`](Self::kind).
     pub fn to_toml(&self) -> Result<String, FileError> {
         let kind = self.kind()?;
         let parsed = self.parse()?;
@@ -264,8 +261,7 @@ impl Document {
     /// Puts the document among the provenance of a log, from which [`read`](Self::read) reads it, and beside it the kind and each
     /// key with its value, given or by default.
     ///
-    /// # Errors
-    /// As those of [`kind`](Self::kind); a value that is not of its kind.
+    /// # Errors As for [`kind`](Self::kind); a value that is not of its kind.
     pub fn keep_in(&self, provenance: &mut BTreeMap<String, String>) -> Result<(), FileError> {
         let kind = self.kind()?;
         let mut keep = |key: &str, value: String| provenance.insert(key.to_owned(), value);
@@ -286,7 +282,8 @@ impl Document {
         Ok(())
     }
 
-    /// That files which a log's document names are not as the log has them, if so: its run is repeated with what the log has.
+    /// A note if files named in a log's document have changed since: the run is then repeated with
+    /// the log's versions.
     #[must_use]
     pub fn changed_since_log(&self) -> Option<String> {
         let read = |document: &Self| -> Result<BTreeMap<String, String>, FileError> {

@@ -27,7 +27,7 @@ use std::sync::atomic::AtomicBool;
 use zwidth::ZWidth;
 pub use zwidth::{BoundaryPoint, ZWidthReport};
 
-/// Questions to a device, the names of their tables.
+/// Names of the tables of all questions to a device.
 pub const QUESTIONS: [&str; 2] = ["zwidth", "design"];
 
 /// Tables of a question, or of a measurement: heading and parameters.
@@ -109,13 +109,13 @@ impl Question {
         asked.map(Self)
     }
 
-    /// True if it asks the simulated device.
+    /// True if it concerns the simulated device.
     #[must_use]
     pub const fn is_simulated(&self) -> bool {
         !matches!(&self.0, Asked::ZWidth(zwidth) if zwidth.remote.is_some())
     }
 
-    /// Steps of which progress is told.
+    /// Number of steps in the reported progress.
     #[must_use]
     pub fn steps(&self) -> u64 {
         match &self.0 {
@@ -125,7 +125,8 @@ impl Question {
         }
     }
 
-    /// Answers it. `progress` hears of steps that are done; a set `stop` ends it: of a Z-width the points that are done are kept.
+    /// Answers the question. `progress` receives the steps done; setting `stop` ends it, and a
+    /// Z-width keeps its finished points.
     ///
     /// # Errors
     /// A device that cannot be used; a design that was stopped.
@@ -152,7 +153,7 @@ impl Question {
     }
 }
 
-/// The answer to a question: as JSON and as rows that of its kind.
+/// The answer to a question: whose JSON and rows are those of its kind.
 #[derive(Debug, Serialize)]
 #[serde(untagged)]
 pub enum Answer {
@@ -180,7 +181,7 @@ impl Answer {
         format!("best: order {order}{}", tried.unwrap_or_default())
     }
 
-    /// Writes its table into the folder: the path.
+    /// Writes its table into the folder and returns the path.
     ///
     /// # Errors
     /// A table that cannot be written.
@@ -192,7 +193,8 @@ impl Answer {
         }
     }
 
-    /// Refuses a design that found nothing, or whose best is not stable when it is tried; `warn` hears of less.
+    /// Refuses a design that found nothing, or whose best is not stable in its trial; lesser
+    /// problems go to `warn`.
     ///
     /// # Errors
     /// Exit code 1.

@@ -11,7 +11,7 @@ const LARGEST: f64 = 1e30;
 /// An axis is not narrower than this share of its values, or its ticks would not differ in `f64`.
 const NARROWEST: f64 = 1e-9;
 
-/// How values are spread along an axis; a logarithmic one leaves out what is not above 0.
+/// How values are spread along an axis; a logarithmic axis omits values that are not above 0.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Scale {
     /// Equal differences are equal lengths.

@@ -35,7 +35,8 @@ pub struct AxisSpec<'a> {
     pub label: &'a str,
     /// Linear or logarithmic.
     pub scale: Scale,
-    /// The ends; without them, or with ends that such an axis cannot have, those of the data.
+    /// The ends; without limits, or with ones that such an axis cannot have, those of the data
+    /// apply.
     pub range: Option<(f64, f64)>,
 }
 
@@ -73,15 +74,15 @@ pub struct Series<'a> {
     pub points: &'a [(f64, f64)],
     /// A wish: where a series with another name looks the same already, the next free look is taken.
     pub look: Look,
-    /// Number of its colour, of those of Okabe and Ito: 0 blue, 1 vermilion, 2 green, 3 orange, 4 purple,
-    /// 5 black, 6 light blue; further ones repeat these in other dashes and shapes.
+    /// Index of its colour in the Okabe–Ito palette: 0 blue, 1 vermilion, 2 green, 3 orange, 4
+    /// purple, 5 black, 6 light blue; further ones repeat these in other dashes and shapes.
     pub colour: usize,
 }
 
 /// One panel of a page; of its series the first lies beneath, and markers lie on top.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Chart<'a> {
-    /// Said above the box; may be empty.
+    /// Title above the box; may be empty.
     pub caption: &'a str,
     /// Without a range it spans the points that the vertical axis shows.
     pub x: AxisSpec<'a>,
@@ -117,7 +118,7 @@ pub struct Chart<'a> {
 pub struct ChartPage<'a> {
     /// One line above the picture.
     pub title: &'a str,
-    /// The conditions, below it; a line break begins a further line.
+    /// The conditions, shown below it; a line break begins a new line.
     pub subtitle: &'a str,
     /// Panels in a row, 1 to 5; what is beyond is taken as the nearest.
     pub columns: usize,
@@ -279,7 +280,7 @@ impl<'a> AxisSpec<'a> {
         }
     }
 
-    /// The same axis between these ends.
+    /// The same axis, limited to this range.
     #[must_use]
     pub fn between(self, low: f64, high: f64) -> Self {
         Self {

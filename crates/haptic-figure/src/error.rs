@@ -5,9 +5,7 @@
 #[non_exhaustive]
 pub enum FigureError {
     /// There is nothing to draw.
-    #[error(
-        "no {what} to draw: {samples} samples, none of them finite and within reach of its axes"
-    )]
+    #[error("no {what} to draw: {samples} samples, none of them finite and within its axes")]
     Empty {
         /// The curve that is missing.
         what: &'static str,

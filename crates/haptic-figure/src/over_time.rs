@@ -101,7 +101,7 @@ pub struct TheoryFigure<'a> {
     pub closed_form: &'a [f64],
     /// Relative error of the quantity; the sign does not matter, and NaN is left out.
     pub relative_error: &'a [f64],
-    /// Two panels more about what held the device; `None` for none.
+    /// Data for two more panels about the controller that held the device; `None` omits them.
     pub held: Option<HeldPanels<'a>>,
 }
 
@@ -162,8 +162,7 @@ const ERROR_ROW_HEIGHT: f64 = 270.0;
 impl TheoryFigure<'_> {
     /// Draws the picture.
     ///
-    /// # Errors
-    /// If there is no sample to draw, or the slices differ in length.
+    /// # Errors If no sample can be drawn, or the slices differ in length.
     pub fn draw(&self) -> Result<Picture, FigureError> {
         let slices = [
             (self.quantity, self.values),
@@ -387,7 +386,7 @@ pub struct MotionRow<'a> {
     pub caption: &'a str,
     /// At its axis, with the unit.
     pub label: &'static str,
-    /// What a value is multiplied by.
+    /// Factor applied to each value.
     pub scale: f64,
     /// Names in the legend, and values.
     pub lines: &'a [(&'static str, &'a [f64])],

@@ -48,21 +48,21 @@ pub struct PlaneFigure<'a> {
     pub outline_m: &'a [(f64, f64)],
     /// Time, s.
     pub time_s: &'a [f64],
-    /// Place that was asked for, in the plane, m.
+    /// Requested position in the plane, m.
     pub reference_m: [&'a [f64]; 2],
     /// Place of the device, in the plane, m.
     pub position_m: [&'a [f64]; 2],
-    /// Depth into the thing, m, if it is known; else the places over time are drawn in its place.
+    /// Depth into the thing, m, if it is known; otherwise the positions over time are drawn
+    /// instead.
     pub depth_m: Option<&'a [f64]>,
-    /// Force of each axis, N.
+    /// Force on each axis, N.
     pub force_n: &'a [Vec<f64>],
 }
 
 impl PlaneFigure<'_> {
     /// Draws the picture.
     ///
-    /// # Errors
-    /// If there is no sample to draw, or the slices differ in length.
+    /// # Errors If no sample can be drawn, or the slices differ in length.
     pub fn draw(&self) -> Result<Picture, FigureError> {
         self.check()?;
         let outline = scaled(self.outline_m.iter().copied());

@@ -28,10 +28,11 @@ pub(crate) const PAPER: &str = "white";
 /// The colour of text and axes, for pictures that others draw in the same look.
 pub const INK: &str = "#1a1a1a";
 pub(crate) const MUTED_INK: &str = "#555555";
-/// The colour of the grid, light enough to lie beneath every series.
+/// The colour of the grid, light enough to stay behind every series.
 pub const GRID: &str = "#e4e4e4";
 
-/// The colours of series, in the order in which they are best told apart. Yellow is left out: a yellow line is lost on white paper.
+/// The colours of series, in the order that keeps them easiest to distinguish. Yellow is left out:
+/// a yellow line is lost on white paper.
 pub const SERIES_COLOURS: [&str; 7] = [BLUE, VERMILION, GREEN, ORANGE, PURPLE, INK, SKY];
 /// The dashes of series, for prints without colour. One more than colours, so that a series beyond the last colour differs from the first.
 const SERIES_DASHES: [Dash; 8] = [

@@ -12,8 +12,8 @@ use crate::surface::SurfaceShape;
 use postcard_schema::Schema;
 use serde::{Deserialize, Serialize};
 
-/// The whole configuration but the coefficients. Applied in one transaction: stage this, stage the
-/// blocks of coefficients, commit with the digest of both.
+/// The whole configuration except the coefficients. Applied in one transaction: stage this, stage
+/// the blocks of coefficients, commit with the digest of both.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, Schema)]
 pub struct Configuration {
     /// The side on which the loop runs.
@@ -25,7 +25,7 @@ pub struct Configuration {
     pub stiffness_n_per_m: f32,
     /// B, the factor of the fractional damper, N·s^μ/m.
     pub dissipation_n_s_mu_per_m: f32,
-    /// μ, for the record: the coefficients are what counts.
+    /// μ, recorded only: the device uses the coefficients.
     pub order: f32,
     /// The environment begins at `surface_m` and pushes but never pulls.
     pub one_sided: bool,
@@ -37,13 +37,13 @@ pub struct Configuration {
     pub limits: Limits,
     /// The plant of a simulated device.
     pub simulation: Simulation,
-    /// The map from the depth behind the surface to what the environment sees, of a one-sided one: 1/s in 1/m, c₀ to c₅, and q
-    /// in 1/m.
+    /// For a one-sided environment, the map from the depth behind the surface to the depth that the
+    /// environment receives: 1/s in 1/m, c₀ to c₅, and q in 1/m.
     pub depth_map: Option<[f32; 8]>,
 }
 
 impl Configuration {
-    /// No environment: zero force at 1 kHz, nothing simulated. What a device starts with.
+    /// No environment: zero force at 1 kHz, nothing simulated. A device starts with it.
     pub const PASSIVE: Self = Self {
         loop_mode: LoopMode::Device,
         tick_period_us: 1000,
@@ -62,8 +62,8 @@ impl Configuration {
         depth_map: None,
     };
 
-    /// [`Limits::tightened`] of a run whose ticks may be of another length than those of what was set to last: delays
-    /// are times, so many ticks there are other ones here.
+    /// [`Limits::tightened`] of a run whose tick may differ in length from that of the lasting
+    /// configuration: delays are times, so the same delay is a different number of ticks.
     #[must_use]
     pub fn tightened(&self, set: &Self) -> (Limits, Option<Field>) {
         let mut limits = set.limits;
@@ -106,11 +106,11 @@ pub enum OperatorForm {
 /// The key to the coefficients of an operator.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, Schema)]
 pub struct OperatorShape {
-    /// Tells what each coefficient means.
+    /// The form, which gives each coefficient its meaning.
     pub form: OperatorForm,
-    /// Differences (> 0) or sums (< 0) around them, −2 to 2.
+    /// Differences (> 0) or sums (< 0) applied around the coefficients, −2 to 2.
     pub integer: i8,
-    /// Number of the coefficients, from 1.
+    /// Number of coefficients, at least 1.
     #[serde(with = "postcard::fixint::le")]
     pub count: u16,
 }
@@ -118,7 +118,7 @@ pub struct OperatorShape {
 /// Sixteen coefficients of the operator; the last block is filled up with zeros.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, Schema)]
 pub struct CoefficientBlock {
-    /// Of the first one, a multiple of 16.
+    /// Index of the first coefficient in the list, a multiple of 16.
     #[serde(with = "postcard::fixint::le")]
     pub offset: u16,
     /// In the order of [`OperatorForm`](crate::OperatorForm).
@@ -127,7 +127,7 @@ pub struct CoefficientBlock {
 }
 
 impl CoefficientBlock {
-    /// The block at this offset of a list; what lies behind its end is zero.
+    /// The block at this offset of a list, padded with zeros past the end of the list.
     #[must_use]
     pub fn of(values: &[f32], offset: u16) -> Self {
         let rest = values.get(usize::from(offset)..).unwrap_or_default();
@@ -146,7 +146,7 @@ in_order! {
     /// The plant of a simulated device.
     #[derive(Clone, Copy, Debug, PartialEq, Serialize, Schema)]
     pub struct Simulation {
-        /// The plant that moves in place of a real device.
+        /// The kind of plant that replaces a real device.
         pub kind: SimulationKind,
         /// Mass of the device, kg.
         pub mass_kg: f32,
@@ -156,9 +156,9 @@ in_order! {
         pub hand_stiffness_n_per_m: f32,
         /// Constant push of the hand, N.
         pub push_n: f32,
-        /// Indentation that is held, m.
+        /// Depth at which the indentation is held, m.
         pub depth_m: f32,
-        /// Time to reach it, s.
+        /// Time to reach that depth, s.
         pub ramp_time_s: f32,
         /// Ticks from the start of a run in which the plant stands still; with one axis only.
         pub start_ticks: f32,
@@ -215,8 +215,8 @@ pub struct AxisWorkspace {
     pub soft_m: f32,
 }
 
-/// A workspace of its own for each axis of a device of several, in a run. Where [`Limits`](crate::Limits) has a workspace for
-/// all axes, this one lies in it.
+/// A separate workspace for each axis of a device with several, for one run. Where
+/// [`Limits`](crate::Limits) has a workspace for all axes, this one must lie within it.
 #[cfg(feature = "controllers")]
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Schema)]
 pub struct WorkspaceBox {
@@ -247,7 +247,7 @@ impl core::fmt::Debug for DigestBuilder {
 }
 
 impl DigestBuilder {
-    /// Over the configuration; the coefficients follow.
+    /// Starts with the configuration; add the coefficients next.
     #[must_use]
     pub fn new(configuration: &Configuration) -> Self {
         // As long as the longest configuration on the wire.
@@ -272,7 +272,8 @@ impl DigestBuilder {
         self
     }
 
-    /// Adds the workspace of each axis, behind the coefficients: as they are on the wire, without their number.
+    /// Adds the workspace of each axis after the coefficients, in wire format but without the count
+    /// of axes.
     #[cfg(feature = "several-axes")]
     #[must_use]
     pub fn workspace(mut self, workspace: &WorkspaceBox) -> Self {
@@ -282,14 +283,14 @@ impl DigestBuilder {
         self
     }
 
-    /// Adds a controller, behind the coefficients: as it is on the wire.
+    /// Adds a controller after the coefficients, in wire format.
     #[cfg(feature = "controllers")]
     #[must_use]
     pub fn controller(self, law: &ControllerLaw) -> Self {
         self.message::<_, 33>(law)
     }
 
-    /// Adds a surface, behind the workspace of each axis: as it is on the wire.
+    /// Adds a surface after the workspace of each axis, in wire format.
     #[cfg(feature = "several-axes")]
     #[must_use]
     pub fn surface(self, surface: &SurfaceShape) -> Self {

@@ -4,7 +4,7 @@ use heapless::Vec;
 use postcard_schema::Schema;
 use serde::{Deserialize, Serialize};
 
-/// Parts of a controller at most.
+/// Most parts that a controller can have.
 pub const CONTROLLER_PARTS: usize = 3;
 
 /// The meaning of the numbers of a controller.
@@ -21,33 +21,34 @@ pub enum ControllerForm {
     LeadOfTwo,
 }
 
-/// A part of a controller, and its share of the coefficients.
+/// One part of a controller, and how many of the coefficients belong to it.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, Schema)]
 pub struct ControllerPart {
-    /// Differences (> 0) or sums (< 0) around its power, −2 to 2.
+    /// Differences (> 0) or sums (< 0) applied around its power, −2 to 2.
     pub integer: i8,
-    /// Coefficients of its power, as of [`OperatorForm::Modes`](crate::OperatorForm::Modes); 0 without one.
+    /// Number of coefficients of its power, as for
+    /// [`OperatorForm::Modes`](crate::OperatorForm::Modes); 0 without one.
     #[serde(with = "postcard::fixint::le")]
     pub values: u16,
-    /// Coefficients of the filter behind it.
+    /// Number of coefficients of the filter after it.
     pub filter: u8,
 }
 
-/// A controller that holds the device on its way, in place of the law of a run.
+/// A controller that makes the device follow a reference, in place of the law of a run.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Schema)]
 pub struct ControllerLaw {
     /// The meaning of the coefficients.
     pub form: ControllerForm,
-    /// r, the place where the device is held, m.
+    /// r, the position at which the device is held, m.
     pub reference_m: f32,
-    /// Ticks in which the reference rises from 0 to r; 0 for at once.
+    /// Number of ticks in which the reference rises from 0 to r; 0 means at once.
     #[serde(with = "postcard::fixint::le")]
     pub ramp_ticks: u32,
     /// Lowest command that the controller may give, N.
     pub low_n: f32,
     /// Highest command, above the lowest, N.
     pub high_n: f32,
-    /// One for each power, and for a part without.
+    /// One part for each power, plus one for a term without a power.
     pub parts: Vec<ControllerPart, CONTROLLER_PARTS>,
 }
 
@@ -57,13 +58,13 @@ pub struct ControllerCost {
     /// Shortest tick, whatever the controller, µs.
     #[serde(with = "postcard::fixint::le")]
     pub tick_us: u32,
-    /// The same more for each coefficient, ns.
+    /// Additional time per coefficient, ns.
     #[serde(with = "postcard::fixint::le")]
     pub coefficient_ns: u32,
 }
 
 impl ControllerCost {
-    /// Shortest tick with a controller of so many coefficients, µs, rounded up.
+    /// Shortest tick with a controller of this many coefficients, µs, rounded up.
     #[must_use]
     pub const fn tick_period_min_us(&self, coefficients: u16) -> u32 {
         let ns = self.coefficient_ns.saturating_mul(coefficients as u32);

@@ -34,7 +34,7 @@ const CRC_BYTES: usize = 4;
 pub(crate) type Table = crc::Table<{ cfg!(feature = "crc-table") as usize }>;
 pub(crate) static CRC: Crc<u32, Table> = Crc::<u32, Table>::new(&CRC_32_ISO_HDLC);
 
-/// The side that speaks: the highest bit of the first byte of a frame.
+/// The side that sent a frame: the highest bit of its first byte.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Direction {
     /// Requests, bit 7 clear.
@@ -62,17 +62,17 @@ impl Direction {
 /// The fields before a message.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Header {
-    /// The side that speaks, by which the rest of the header is read.
+    /// The sending side, which decides how the rest of the header is read.
     pub direction: Direction,
     /// Number of the frame: modulo 2³² from a host, modulo 2¹⁶ from a device.
     pub sequence: u32,
-    /// From a host the number that the device gave it with its [`Hello`](crate::Hello), 0 in a hello; from a device
-    /// 0, and not on the wire.
+    /// From a host, the number that the device assigned in its [`Hello`](crate::Hello) (0 in a
+    /// hello); from a device always 0, and not on the wire.
     pub connection: u32,
 }
 
 impl Header {
-    /// The header of a request, in a connection that the device gave.
+    /// The header of a request on a connection that the device has assigned.
     #[must_use]
     pub const fn from_host(sequence: u32, connection: u32) -> Self {
         Self {
@@ -118,7 +118,7 @@ impl Header {
     }
 }
 
-/// A message that could not be made a frame.
+/// Why a message could not be encoded as a frame.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum EncodeError {
@@ -166,7 +166,7 @@ fn frame(content: &mut [u8], line: &mut [u8]) -> Result<usize, EncodeError> {
     Ok(length + 1)
 }
 
-/// Why bytes between two zeros were no frame.
+/// Why the bytes between two zeros were not a frame.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum FrameError {
@@ -181,12 +181,12 @@ pub enum FrameError {
     },
 }
 
-/// Bytes and frames that a receiver has seen, by kind.
+/// Counts of the frames that a receiver got, by kind.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct LineCounters {
-    /// Frames received whole, whatever became of them.
+    /// Frames received intact, whether or not they were acted on.
     pub received: u32,
-    /// Frames damaged, cut, of no known kind, or not in their one form.
+    /// Frames that were damaged, cut short, of an unknown kind, or not in their only valid form.
     pub corrupt: u32,
     /// Frames longer than [`FRAME_MAX`].
     pub oversize: u32,
@@ -197,7 +197,7 @@ pub struct LineCounters {
 }
 
 impl LineCounters {
-    /// What came since these counts were taken. They may have gone round since.
+    /// The counts added since `before`, also if they have wrapped around.
     #[must_use]
     pub const fn since(&self, before: &Self) -> Self {
         Self {
@@ -212,9 +212,9 @@ impl LineCounters {
 
 /// Takes messages out of a line of bytes.
 ///
-/// *Start-up*: what comes before the first zero may be the rest of a frame; if it is not whole it
-/// counts as corrupt. *Cost*: a byte is one store; the last byte of a frame decodes it, and encodes it again to see
-/// that it has its one form.
+/// *Start-up*: bytes before the first zero may be the end of a frame; an incomplete frame counts as
+/// corrupt. *Cost*: a byte is one store; the last byte of a frame decodes it, and encodes it again
+/// to see that it has its one form.
 ///
 /// ```
 /// use haptic_link::{Direction, FRAME_MAX, Header, Receiver, Request, encode};
@@ -237,7 +237,7 @@ pub struct Receiver<M> {
 }
 
 impl<M: Serialize + DeserializeOwned> Receiver<M> {
-    /// A receiver of what is said in this direction.
+    /// A receiver of frames sent in this direction.
     #[must_use]
     pub const fn new(direction: Direction) -> Self {
         Self {
@@ -283,7 +283,7 @@ impl<M: Serialize + DeserializeOwned> Receiver<M> {
         }
     }
 
-    /// Forgets a frame that has begun, and keeps the counters.
+    /// Discards a partly received frame, but keeps the counters.
     pub fn forget(&mut self) {
         self.length = 0;
     }
@@ -294,7 +294,7 @@ impl<M: Serialize + DeserializeOwned> Receiver<M> {
         self.length > 0
     }
 
-    /// Counts of everything that came so far.
+    /// Counts of everything received so far.
     #[must_use]
     pub const fn counters(&self) -> LineCounters {
         self.counters

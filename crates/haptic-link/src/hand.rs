@@ -33,7 +33,7 @@ pub enum HandSide {
 }
 
 impl HandSide {
-    /// The one at the other end.
+    /// The opposite side.
     #[must_use]
     pub const fn other(self) -> Self {
         match self {
@@ -52,7 +52,7 @@ impl core::fmt::Display for HandSide {
     }
 }
 
-/// How the two sides are joined.
+/// How the two sides are coupled.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, Schema)]
 pub enum Architecture {
     /// Each side is pulled to the place of the other by a fractional coupler.
@@ -101,19 +101,19 @@ impl core::fmt::Display for Architecture {
 /// The first message of each side.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, Schema)]
 pub struct HandHello {
-    /// Hash of the messages that the speaker knows.
+    /// Hash of the messages that the sender knows.
     pub key: MessageKey,
-    /// A number that it has drawn for this connection.
+    /// A random number that the sender chose for this connection.
     #[serde(with = "postcard::fixint::le")]
     pub nonce: u32,
-    /// Number of the other side, once that has been heard; 0 before.
+    /// The other side's nonce once it has arrived; 0 before.
     #[serde(with = "postcard::fixint::le")]
     pub heard: u32,
-    /// Side of the speaker; two of one side do not talk.
+    /// Side of the sender; two masters or two slaves refuse to connect.
     pub side: HandSide,
-    /// Architecture of the speaker, which both must share.
+    /// Architecture of the sender; both sides must use the same.
     pub architecture: Architecture,
-    /// T of the speaker, which both must share, s.
+    /// Sample time T of the sender, s; both sides must use the same.
     pub sample_time_s: f64,
     /// b of the waves, N·s/m; 0 for other architectures.
     pub wave_impedance_n_s_per_m: f64,
@@ -130,7 +130,7 @@ impl HandHello {
     };
 }
 
-/// One tick of a side, for the other.
+/// One tick of one side, sent to the other.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, Schema)]
 pub struct HandSample {
     /// Number of the sample, modulo 2³².
@@ -138,11 +138,12 @@ pub struct HandSample {
     pub sequence: u32,
     /// The device's own time since its start, s.
     pub time_s: f64,
-    /// Numbers that the other side needs of this one.
+    /// The quantities that the other side's law needs.
     pub state: HandState,
 }
 
-/// What a side tells of itself. Sums are from its start, so that the next sample makes good for a lost one.
+/// The state that one side sends. Sums run from its start, so the next sample makes up for a lost
+/// one.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, Schema)]
 pub enum HandState {
     /// Displacement from the start, m.

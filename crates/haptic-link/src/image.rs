@@ -9,10 +9,10 @@
 
 use crate::frame::CRC;
 
-/// Before what an image says of itself.
+/// Marks the description that an image carries of itself.
 pub const IMAGE_MARK: [u8; 20] = *b"haptic-device image\0";
 
-/// CRC-32 (as zlib's) over the sections of an image, one behind the other; 0 if there is nothing in them.
+/// CRC-32 (as zlib's) over the concatenated sections of an image; 0 if they are empty.
 #[must_use]
 pub fn image_digest(sections: [&[u8]; 3]) -> u32 {
     let mut digest = CRC.digest();

@@ -30,7 +30,7 @@ pub const REPORT_KEYS: [MessageKey; REPORTS] =
     keys!(ReportVariant: 0 1 2 3 4 5 6 7 8 9 10 11 12 13);
 
 impl Keys {
-    /// Of the messages in this version of the crate.
+    /// The keys of the messages in this version of the crate.
     #[must_use]
     pub fn current() -> Self {
         // There is room for all, see below.
@@ -40,8 +40,8 @@ impl Keys {
         }
     }
 
-    /// Name of the first message for a device of so many axes that the other end does not have, or has in another form. More
-    /// messages than these do no harm.
+    /// Name of the first message, for a device with this many axes, that the other end lacks or
+    /// defines differently. Extra messages do no harm.
     #[must_use]
     pub fn first_unlike(&self, axes: u8) -> Option<&'static str> {
         let requests = match axes {
@@ -54,7 +54,7 @@ impl Keys {
         request.or_else(|| report().map(|n| Report::NAMES[n]))
     }
 
-    /// True if the other end knows the messages of controllers, in this form.
+    /// True if the other end has the same messages for controllers.
     #[cfg(feature = "controllers")]
     #[must_use]
     pub fn has_controllers(&self) -> bool {
@@ -67,7 +67,7 @@ impl Keys {
         request.is_none() && report.is_none()
     }
 
-    /// True if the other end knows the message of surfaces, in this form.
+    /// True if the other end has the same message for surfaces.
     #[cfg(feature = "several-axes")]
     #[must_use]
     pub fn has_surfaces(&self) -> bool {

@@ -16,18 +16,21 @@ in_order! {
         /// [`LoopMode::watchdog_ms`] for the default.
         #[serde(with = "postcard::fixint::le")]
         pub watchdog_ms: u16 as Fixed,
-        /// Late ticks in a row that latch a fault; 0 for never.
+        /// Number of late ticks in a row that latches a fault; 0 means never.
         #[serde(with = "postcard::fixint::le")]
         pub late_ticks: u16 as Fixed,
-        /// Host loop: ticks from a sample to the force that answers it at most; an older force latches a fault. 1 to 1000.
+        /// Host loop: most ticks between a sample and the force that answers it, 1 to 1000; an
+        /// older force latches a fault.
         #[serde(with = "postcard::fixint::le")]
         pub max_age_ticks: u16 as Fixed,
-        /// Largest wanted force with which a device loop may start, N, at least 0; 0 for any finite one.
+        /// Largest wanted force with which a device loop may start, N, at least 0; 0 allows any
+        /// finite force.
         pub start_force_n: f32,
-        /// From the start on the share of the wanted force that is used rises from 0 to 1 in this time, s,
-        /// 0 to 60; 0 for at once.
+        /// Time from the start in which the applied share of the wanted force rises from 0 to 1, s,
+        /// 0 to 60; 0 means at once.
         pub rise_time_s: f32,
-        /// Lowest position, m, −100 to 100. With `workspace_high_m` both 0: no workspace.
+        /// Lowest position, m, −100 to 100. There is no workspace if this and `workspace_high_m`
+        /// are both 0.
         pub workspace_low_m: f32,
         /// Highest position, m, above the lowest, at most 100. Beyond either a fault latches.
         pub workspace_high_m: f32,
@@ -45,8 +48,8 @@ in_order! {
         pub braking_n_s_per_m: f32,
         /// After a fault or stop the force falls to zero within this time, whatever its rate limit, s, 0.001 to 1.
         pub stop_time_s: f32,
-        /// Largest force with which braking goes on after a fault or stop, if that of the moment is smaller, N,
-        /// 0 to 10; it falls with the rest.
+        /// Largest braking force after a fault or stop, N, 0 to 10, unless the force at that moment
+        /// was larger; it falls with the rest.
         pub brake_force_n: f32,
         /// m, least mass that moves with the device, kg, 1e-6 to 1000; 0 for unknown.
         pub device_mass_kg: f32,
@@ -55,10 +58,10 @@ in_order! {
         /// A reading that stands still for `stuck_time_s` and goes on while the wanted force grows by more than this
         /// latches a fault, N, at least 0; 0 for never.
         pub stuck_force_n: f32,
-        /// See `stuck_force_n`, s, 0.001 to 10.
+        /// Time for which a reading must stand still, s, 0.001 to 10: see `stuck_force_n`.
         pub stuck_time_s: f32,
-        /// A reading that moves in a tick by more than `speed_hard_m_per_s`·T and this latches a fault, m, 1e-6 to 1;
-        /// 0 for never.
+        /// A reading that changes within a tick by more than `speed_hard_m_per_s`·T plus this
+        /// latches a fault, m, 1e-6 to 1; 0 means never.
         pub jump_m: f32,
         /// The guard that keeps the loop from feeding the device energy.
         pub guard: Guard,
@@ -66,9 +69,9 @@ in_order! {
 }
 
 impl Limits {
-    /// 10 N, 1000 N/s, 500 ms of silence, 20 late ticks, a start with at most 1 N that rises in 0.5 s, 1.5 m/s,
-    /// a jump of 1 mm, 3 N in 0.1 s on a sensor that stands still. Workspace, braking and guard are off: they
-    /// need to know the device.
+    /// 10 N, 1000 N/s, 500 ms of silence, 20 late ticks, a start with at most 1 N that rises in 0.5
+    /// s, 1.5 m/s, a jump of 1 mm, 3 N in 0.1 s on a sensor that stands still. Workspace, braking
+    /// and guard are off, because they depend on the device.
     pub const DEFAULT: Self = Self {
         start_force_n: 1.0,
         rise_time_s: 0.5,
@@ -110,13 +113,13 @@ impl Limits {
 
     /// Shortest watchdog time, ms: a host cannot keep less.
     pub const WATCHDOG_MIN_MS: u16 = 5;
-    /// Longest watchdog time, ms: a force from longer ago belongs to another place.
+    /// Longest watchdog time, ms: an older force belongs to a position that the hand has left.
     pub const WATCHDOG_MAX_MS: u16 = 1000;
     /// Largest [`max_age_ticks`](Self::max_age_ticks).
     pub const MAX_AGE_TICKS: u16 = 1000;
 }
 
-/// What of two values of a limit is the tighter one. NaN means no limit.
+/// Which of two values of a limit is tighter. NaN means no limit.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Tighter {
     /// The smaller of two values is the tighter one.
@@ -127,7 +130,7 @@ pub enum Tighter {
     LessUnlessOff,
 }
 
-/// A number of [`Limits`] that is a limit by itself: one row of [`Limits::TABLE`].
+/// A number of [`Limits`] that is a limit independent of the others: one row of [`Limits::TABLE`].
 #[derive(Clone, Copy, Debug)]
 pub struct Limit {
     /// Its name on the wire; its key is [`Field::key`].
@@ -138,12 +141,12 @@ pub struct Limit {
     pub least: f32,
     /// Largest value; a board may allow less.
     pub most: f32,
-    /// Tells which of two values of this limit holds back more.
+    /// Which of two values of this limit is stricter.
     pub tighter: Tighter,
 }
 
 impl Limit {
-    /// The least value that is allowed beside this one.
+    /// The least value allowed: 0 where a `value` of 0 means no limit, else `least`.
     #[must_use]
     pub const fn least_for(&self, value: f32) -> f32 {
         if value <= 0.0 && matches!(self.tighter, Tighter::LessUnlessOff) {
@@ -190,11 +193,12 @@ static TABLE: [Limit; 11] = rows! {
 };
 
 impl Limits {
-    /// Each number that is a limit by itself. Workspace, speed zone, braking, stuck time and guard depend on one another:
-    /// see [`tightened`](Self::tightened).
+    /// The limits that do not depend on one another. Workspace, speed zone, braking, stuck time and
+    /// guard do: see [`tightened`](Self::tightened).
     pub const TABLE: &'static [Limit; 11] = &TABLE;
 
-    /// These limits, each replaced by the one of `set` where that is tighter; and the first that was looser.
+    /// These limits, each replaced by that of `set` where that is tighter; also the first one that
+    /// was looser.
     ///
     /// - *Tighter* are less force, rate, force at a start, speed, a narrower workspace, a longer rise, a faster estimate
     ///   of the velocity, a shorter stop, less force of braking in it, a stricter look at the position.
@@ -305,18 +309,20 @@ in_order! {
     /// The passivity guard: keeps the loop from feeding the device energy.
     #[derive(Clone, Copy, Debug, PartialEq, Serialize, Schema)]
     pub struct Guard {
-        /// The kind of guard. The other fields are not looked at when it is off.
+        /// The kind of guard. The other fields are ignored when it is off.
         pub kind: GuardKind,
-        /// N·s/m, 1e-6 to 1e6. Observer: the most damping that it adds. Energy bounding: viscous damping that the
-        /// device surely has.
+        /// N·s/m, 1e-6 to 1e6. Observer: the most damping that it adds. Energy bounding: viscous
+        /// damping that the device certainly has.
         pub damping_n_s_per_m: f32,
         /// Energy bounding: share of that damping that the loop may use up, 0.001 to 1.
         pub share: f32,
-        /// Time that a credit of energy lasts, s, from a tick to 3600. Energy bounding: 0 gives it up at once.
+        /// Time that a credit of energy lasts, s, from a tick to 3600. Energy bounding: 0 discards
+        /// it at once.
         pub forget_s: f32,
         /// Energy bounding: least delay from a measurement to the effect of its force, ticks, 0 to `delay_most_samples`.
         pub delay_least_samples: f32,
-        /// Energy bounding: most, ticks, at most 4; the same if the delay is known.
+        /// Energy bounding: largest such delay, ticks, at most 4; equal to `delay_least_samples` if
+        /// the delay is known.
         pub delay_most_samples: f32,
         /// Energy bounding: time constant of the actuator, s, 0 to 64 ticks.
         pub lag_s: f32,
@@ -328,7 +334,7 @@ in_order! {
 blank!(Guard: Self::OFF, GuardKind: Self::Off);
 
 impl Guard {
-    /// None; the parameters are those with which energy bounding would begin, but for the damping.
+    /// No guard; apart from the damping, the parameters are the starting values of energy bounding.
     pub const OFF: Self = Self {
         kind: GuardKind::Off,
         damping_n_s_per_m: 0.0,
@@ -356,14 +362,15 @@ pub enum GuardKind {
 /// Names of what can be refused, each with its words and, of a limit, its key.
 macro_rules! fields {
     ($($name:ident = $words:literal $(, $key:literal)?;)+) => {
-        /// Names of what can be refused; numbers as on the wire.
+        /// The fields that a device can refuse, numbered as on the wire.
         #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, Schema)]
         pub enum Field {
             $(#[doc = $words] $name,)+
         }
 
         impl Field {
-            /// The key of a limit in files, options and reports; empty for what is none.
+            /// The key of a limit in files, options and reports; empty for a field that is not a
+            /// limit.
             #[must_use]
             pub const fn key(self) -> &'static str {
                 match self {
@@ -433,7 +440,7 @@ fields! {
 }
 
 impl Field {
-    /// A number as on the wire in the unit that [`Display`](core::fmt::Display) names.
+    /// Converts a number from the wire to the unit that [`Display`](core::fmt::Display) names.
     #[must_use]
     pub fn shown(self, on_the_wire: f32) -> f32 {
         if self == Self::TickPeriod {

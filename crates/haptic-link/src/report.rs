@@ -9,7 +9,8 @@ use heapless::Vec;
 use postcard_schema::Schema;
 use serde::{Deserialize, Serialize};
 
-/// From device to host. The number of a variant is its first byte on the wire, from 0. New ones come at the end.
+/// A message from device to host. The number of a variant is its first byte on the wire, from 0.
+/// New variants are added at the end.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Schema)]
 pub enum Report {
     /// Answers [`Request::Hello`](crate::Request::Hello).
@@ -73,16 +74,16 @@ impl Report {
 /// The first answer of a session.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, Schema)]
 pub struct Hello {
-    /// The number that the request carried, so that its answer is known.
+    /// The number that the request carried, which matches this answer to it.
     #[serde(with = "postcard::fixint::le")]
     pub nonce: u32,
-    /// The number of the connection, which every frame of the host carries from now on; another one for each nonce,
-    /// never 0.
+    /// The number of the connection, which every later frame of the host carries; different for
+    /// each nonce, never 0.
     #[serde(with = "postcard::fixint::le")]
     pub connection: u32,
     /// Firmware version: major, minor, patch.
     pub firmware: [u8; 3],
-    /// Another number after each power-up or reset, as far as the board can tell.
+    /// A number that changes with each power-up or reset, if the board can detect it.
     #[serde(with = "postcard::fixint::le")]
     pub boot: u32,
     /// State and fault at the moment of the answer.
@@ -96,7 +97,7 @@ pub struct Capabilities {
     pub board: [u8; 16],
     /// Degrees of freedom, 1 to 3.
     pub axes: u8,
-    /// The plant is simulated on the device: no actuator, no sensor.
+    /// True if the plant is simulated on the device, without actuator or sensor.
     pub simulated: bool,
     /// Shortest period of a tick, µs.
     #[serde(with = "postcard::fixint::le")]
@@ -108,7 +109,7 @@ pub struct Capabilities {
     pub force_max_n: f32,
     /// Largest rate of force, N/s.
     pub force_rate_max_n_per_s: f32,
-    /// Position of one count of the sensor, m; 0 for none.
+    /// Distance of one count of the sensor, m; 0 without counts.
     pub position_resolution_m: f32,
     /// Number of coefficients that an operator may have here.
     #[serde(with = "postcard::fixint::le")]
@@ -122,13 +123,14 @@ pub struct Capabilities {
     /// Samples that the flight recorder keeps.
     #[serde(with = "postcard::fixint::le")]
     pub flight_samples: u16,
-    /// [`image_digest`](crate::image_digest) of the image that runs; 0 where there is none, or the board does not tell.
+    /// [`image_digest`](crate::image_digest) of the running image; 0 if the board has none or does
+    /// not report it.
     #[serde(with = "postcard::fixint::le")]
     pub image_digest: u32,
 }
 
 impl Capabilities {
-    /// The board's name as text; `?` if it is none.
+    /// The board's name as text; `?` if it is not valid text.
     #[must_use]
     pub fn board(&self) -> &str {
         let end = self.board.iter().position(|&byte| byte == 0);
@@ -136,7 +138,7 @@ impl Capabilities {
         core::str::from_utf8(name).unwrap_or("?")
     }
 
-    /// A name of at most 16 bytes, cut after them, as the field wants it.
+    /// A name as the field needs it, cut to 16 bytes.
     #[must_use]
     pub const fn board_name(name: &str) -> [u8; 16] {
         let (bytes, mut board, mut i) = (name.as_bytes(), [0; 16], 0);
@@ -148,7 +150,7 @@ impl Capabilities {
     }
 }
 
-/// The state of a device, which decides what requests it takes.
+/// The state of a device, which decides which requests it accepts.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, Schema)]
 pub enum State {
     /// Zero force; parameters can be set.
@@ -191,9 +193,9 @@ pub struct Status {
 /// A change of state, with its moment.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, Schema)]
 pub struct Event {
-    /// Tells what has changed.
+    /// What changed.
     pub kind: EventKind,
-    /// Number of the tick at which it was seen.
+    /// Number of the tick at which it was detected.
     #[serde(with = "postcard::fixint::le")]
     pub tick: u32,
     /// The device's own time since power-up, µs.
@@ -221,7 +223,7 @@ pub enum EventKind {
 /// A fault that has latched, with its moment.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, Schema)]
 pub struct FaultReport {
-    /// State, code of the fault, and their number.
+    /// The state, the code of the fault, and how many faults there were.
     pub status: Status,
     /// Number of the tick at which it was seen.
     #[serde(with = "postcard::fixint::le")]
@@ -247,7 +249,7 @@ pub struct Alive {
     pub observed_energy_j: f32,
 }
 
-/// Counters since power-up, of both ends of what the device hears and says.
+/// Counters since power-up for everything that the device receives and sends.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, Schema)]
 pub struct Statistics {
     /// Ticks that were done.
@@ -256,22 +258,22 @@ pub struct Statistics {
     /// Ticks that began a whole period late or took longer than one.
     #[serde(with = "postcard::fixint::le")]
     pub overruns: u32,
-    /// Longest tick, processor cycles; 0 where there is no counter.
+    /// Longest tick, processor cycles; 0 without a cycle counter.
     #[serde(with = "postcard::fixint::le")]
     pub tick_cycles_max: u32,
     /// Time of the last tick, processor cycles.
     #[serde(with = "postcard::fixint::le")]
     pub tick_cycles_last: u32,
-    /// Ticks of a host loop without a new force.
+    /// Ticks of a host loop in which no new force had arrived.
     #[serde(with = "postcard::fixint::le")]
     pub stale_forces: u32,
-    /// Samples that found the queue full and were not sent.
+    /// Samples dropped because the queue was full.
     #[serde(with = "postcard::fixint::le")]
     pub samples_dropped: u32,
     /// Frames that the device has sent.
     #[serde(with = "postcard::fixint::le")]
     pub sent: u32,
-    /// Frames that it received whole.
+    /// Frames received intact.
     #[serde(with = "postcard::fixint::le")]
     pub received: u32,
     /// Frames damaged, cut, of no known kind, or not in their one form.
@@ -283,32 +285,32 @@ pub struct Statistics {
     /// Frames of another protocol version.
     #[serde(with = "postcard::fixint::le")]
     pub foreign: u32,
-    /// Frames that did not come.
+    /// Frames that never arrived.
     #[serde(with = "postcard::fixint::le")]
     pub lost: u32,
-    /// Frames that came twice and were acted on once.
+    /// Frames that arrived twice; each was acted on once.
     #[serde(with = "postcard::fixint::le")]
     pub duplicate: u32,
-    /// Frames that came after a later one.
+    /// Frames that arrived after a later one.
     #[serde(with = "postcard::fixint::le")]
     pub late: u32,
-    /// Bytes that the hardware received but nobody fetched in time.
+    /// Bytes that the hardware received but the firmware did not fetch in time.
     #[serde(with = "postcard::fixint::le")]
     pub bytes_overrun: u32,
     /// Frames of a connection that the device does not know.
     #[serde(with = "postcard::fixint::le")]
     pub strangers: u32,
-    /// Ticks in which a board behind a line of its own did not answer.
+    /// Ticks in which a board connected over a separate line did not answer.
     #[serde(with = "postcard::fixint::le")]
     pub unanswered: u32,
-    /// Forces of which nothing says that such a board took them.
+    /// Forces that such a board did not confirm.
     #[serde(with = "postcard::fixint::le")]
     pub forces_not_taken: u32,
 }
 
 impl Statistics {
-    /// The counts since `before`. Counters go round at 2³², so a device that was reset in between gives
-    /// large numbers, never a failure. Longest and last tick are those of `self`.
+    /// The counts since `before`. Counters wrap at 2³², so a reset in between gives large numbers,
+    /// never a failure. The longest and last tick are taken from `self`.
     #[must_use]
     pub const fn since(&self, before: &Self) -> Self {
         Self {
@@ -339,7 +341,7 @@ pub(crate) const COMMON_REPORTS: usize = 13;
 pub(crate) const REPORTS: usize =
     COMMON_REPORTS + if cfg!(feature = "controllers") { 1 } else { 0 };
 
-/// Messages of one direction that a list of keys has room for.
+/// Most messages of one direction that a list of keys can hold.
 pub const KEYS_MAX: usize = 24;
 
 /// Hash of a message definition: FNV-1a of 64 bits over its name and the names and types of its fields, as
@@ -347,28 +349,28 @@ pub const KEYS_MAX: usize = 24;
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, Schema)]
 pub struct MessageKey(#[serde(with = "postcard::fixint::le")] pub u32);
 
-/// The keys of all messages, by their numbers.
+/// The keys of all messages, indexed by message number.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, Schema)]
 pub struct Keys {
-    /// Keys of the requests, by their numbers.
+    /// Keys of the requests, indexed by message number.
     pub requests: Vec<MessageKey, KEYS_MAX>,
-    /// Keys of the reports, by their numbers.
+    /// Keys of the reports, indexed by message number.
     pub reports: Vec<MessageKey, KEYS_MAX>,
 }
 
 /// The answer to a request.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, Schema)]
 pub struct Ack {
-    /// Sequence number of the request, its lower half.
+    /// Lower half of the request's sequence number.
     #[serde(with = "postcard::fixint::le")]
     pub sequence: u16,
     /// First byte of the request.
     pub request: u8,
-    /// The fate of the request.
+    /// Whether the request was accepted.
     pub outcome: Outcome,
 }
 
-/// The fate of a request.
+/// Whether a request was accepted, and if not, why.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, Schema)]
 pub enum Outcome {
     /// The request was carried out, or was true already.
@@ -419,7 +421,7 @@ pub enum Refusal {
 }
 
 impl Refusal {
-    /// A value that is not from `least` to `most`.
+    /// A refusal of a value outside `least` to `most`.
     #[must_use]
     pub const fn range(field: Field, value: f32, least: f32, most: f32) -> Self {
         Self::Range {

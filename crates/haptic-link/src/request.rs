@@ -25,10 +25,12 @@ pub(crate) const REQUESTS: usize = if cfg!(feature = "several-axes") {
     ONE_AXIS_REQUESTS
 };
 
-/// From host to device. The number of a variant is its first byte on the wire, from 0. New ones come at the end.
+/// A message from host to device. The number of a variant is its first byte on the wire, from 0.
+/// New variants are added at the end.
 ///
-/// Every request but [`Force`](Self::Force) is answered: with a report of its own where one is named, with a
-/// [`Report::Ack`](crate::Report::Ack) otherwise. All but that one may be sent again when the answer does not come.
+/// Every request but [`Force`](Self::Force) is answered: with its own report where one is named,
+/// otherwise with a [`Report::Ack`](crate::Report::Ack) otherwise. All but that one may be sent
+/// again when the answer does not come.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Schema)]
 pub enum Request {
     /// Asks for a connection. Changes nothing: the connection begins with the first frame that carries its number.
@@ -122,7 +124,7 @@ pub enum Request {
     Surface(SurfaceShape),
 }
 
-/// The time for which a configuration is in force.
+/// How long a configuration stays in force.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, Schema)]
 pub enum Scope {
     /// Until another connection begins, or something else is staged; then what was set to last is in force again. No
@@ -134,7 +136,7 @@ pub enum Scope {
 }
 
 impl Request {
-    /// Names of the requests, by number.
+    /// Names of the requests, indexed by number.
     pub const NAMES: [&'static str; REQUESTS] = [
         "hello",
         "get-capabilities",
@@ -202,25 +204,25 @@ impl Request {
     }
 }
 
-/// A run to begin: history at rest, tick 0.
+/// A run that begins at tick 0 with its history at rest.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, Schema)]
 pub struct Start {
-    /// A number that the host chooses. Asking for the run that is under way changes nothing, so the
-    /// request can be repeated.
+    /// A number that the host chooses. Requesting the run that is already under way changes
+    /// nothing, so the request can be repeated.
     #[serde(with = "postcard::fixint::le")]
     pub run: u32,
-    /// Ticks until the device stops by itself; 0 for none.
+    /// Number of ticks after which the device stops on its own; 0 means it does not.
     #[serde(with = "postcard::fixint::le")]
     pub ticks: u32,
     /// Send every n-th tick, n at least 1.
     #[serde(with = "postcard::fixint::le")]
     pub every: u16,
-    /// Samples in a frame, as in [`Request::Stream`].
+    /// Number of samples in a frame, as in [`Request::Stream`].
     pub batch: u8,
 }
 
 impl Start {
-    /// Run 1, until something stops it, each tick in a frame of its own.
+    /// Run 1, which goes on until stopped and sends each tick in its own frame.
     pub const ENDLESS: Self = Self {
         run: 1,
         ticks: 0,

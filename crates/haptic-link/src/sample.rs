@@ -4,17 +4,19 @@ use heapless::Vec;
 use postcard_schema::Schema;
 use serde::{Deserialize, Serialize};
 
-/// Most axes of a device: three, or one without the feature `several-axes`. On the wire it makes no difference.
+/// Most axes of a device: three, or one without the feature `several-axes`. The wire format is the
+/// same.
 pub const AXES_MAX: usize = if cfg!(feature = "several-axes") { 3 } else { 1 };
 
 /// Most items in a [`Batch`].
 pub const BATCH_MAX: usize = 16;
 
-/// Flaw of a tick: the board did not answer, so the position is that of an earlier tick.
+/// Flaw of a tick: the board did not answer, so the position is from an earlier tick.
 pub const UNANSWERED: u8 = 1;
-/// Flaw of a tick: nothing says that the board took the force of the tick before, so an older one may act.
+/// Flaw of a tick: the board did not confirm the previous tick's force, so an older one may still
+/// act.
 pub const NOT_TAKEN: u8 = 2;
-/// Flaw of a tick that no device tells: a host saw that its sample cannot be.
+/// Flaw of a tick that only a host sets: its sample was impossible.
 pub const IMPOSSIBLE: u8 = 8;
 
 /// One tick. With one axis a frame of 33 bytes.
@@ -26,32 +28,32 @@ pub struct Sample {
     /// The device's own time, µs, modulo 2³².
     #[serde(with = "postcard::fixint::le")]
     pub time_us: u32,
-    /// An item an axis; limiters and flaws are those of the tick, the same in each.
+    /// One item per axis; limiters and flaws belong to the tick and are the same in each.
     #[serde(serialize_with = "list")]
     pub axes: Vec<BatchItem, AXES_MAX>,
 }
 
-/// Consecutive sent ticks, at least one.
+/// At least one tick, consecutive among those sent.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Schema)]
 pub struct Batch {
     /// Number of the tick of the first item.
     #[serde(with = "postcard::fixint::le")]
     pub tick: u32,
-    /// Device time of the first, µs, modulo 2³².
+    /// Device time of the first item, µs, modulo 2³².
     #[serde(with = "postcard::fixint::le")]
     pub time_us: u32,
-    /// Ticks from one to the next.
+    /// Number of ticks from one item to the next.
     #[serde(with = "postcard::fixint::le")]
     pub every: u16,
     /// Number of items that belong to one tick.
     pub axes: u8,
-    /// Tick after tick, the axes of each in their order.
+    /// The items, tick by tick, with the axes of each tick in order.
     #[serde(serialize_with = "list")]
     pub items: Vec<BatchItem, BATCH_MAX>,
 }
 
 impl Batch {
-    /// Most ticks in a batch of so many axes.
+    /// Most ticks in a batch for this many axes.
     #[must_use]
     pub const fn ticks_most(axes: usize) -> usize {
         match axes {
@@ -60,7 +62,8 @@ impl Batch {
         }
     }
 
-    /// The samples, for ticks of this period. Items at the end that are no whole tick are none.
+    /// The samples, for ticks of this period. Left-over items that do not make a whole tick are
+    /// dropped.
     pub fn samples(&self, tick_period_us: u32) -> impl Iterator<Item = Sample> + '_ {
         let every = u32::from(self.every);
         let axes = usize::from(self.axes).clamp(1, AXES_MAX);
@@ -88,18 +91,18 @@ pub struct BatchItem {
     /// Limiters that acted, bits: 1 magnitude, 2 rate, 4 fault, 8 stopping, 16 start-up, 32 workspace,
     /// 64 velocity, 128 passivity guard.
     pub limiters: u8,
-    /// Flaws of the exchange with a board behind a line of its own, bits: [`UNANSWERED`], [`NOT_TAKEN`].
+    /// Flaws of the exchange with a board on a separate line, bits: [`UNANSWERED`], [`NOT_TAKEN`].
     pub flaws: u8,
 }
 
 /// A sample of the flight recorder.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Schema)]
 pub struct Flight {
-    /// From 0, the oldest.
+    /// Index of the sample; 0 is the oldest.
     #[serde(with = "postcard::fixint::le")]
     pub index: u16,
-    /// Samples kept, of ticks up to a while after the latched fault; 0 while there is none, and then the
-    /// sample is all zero.
+    /// Number of samples kept, which end a while after the latched fault; 0 while there is no
+    /// fault, and then the sample is all zero.
     #[serde(with = "postcard::fixint::le")]
     pub count: u16,
     /// What the device did in that tick.

@@ -2,14 +2,14 @@
 //! has begun anew ([`SequenceTracker`]); requests count modulo 2³², and a device believes nobody
 //! ([`RequestTracker`]): a captured one would look new after 24 days at 1000 a second.
 
-/// What did not come once and in order, so far; each count modulo 2³².
+/// Frames that did not arrive exactly once and in order, so far; each count is modulo 2³².
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct OutOfOrder {
-    /// Frames that did not come.
+    /// Frames that never arrived.
     pub lost: u32,
-    /// Frames that came twice.
+    /// Frames that arrived twice.
     pub duplicate: u32,
-    /// Came after a later one.
+    /// Frames that arrived after a later one.
     pub late: u32,
 }
 
@@ -27,9 +27,10 @@ const fn count(of: &mut u32, more: u32) {
 
 /// Follows the numbers of a device's reports, modulo 2¹⁶.
 ///
-/// A number up to 32 767 ahead of the last is new, others are late. Whoever starts to count anew says so
-/// (a hello) and calls [`restart`](Self::restart); [`RESTART_AFTER`](Self::RESTART_AFTER) late frames in a
-/// row, each the successor of the one before, are taken for a sender that has done so unheard.
+/// A number up to 32 767 ahead of the last is new, others are late. A sender that restarts its
+/// count announces it (a hello); then call [`restart`](Self::restart);
+/// [`RESTART_AFTER`](Self::RESTART_AFTER) late frames in a row, each following the one before, mean
+/// that the sender restarted and its announcement was lost.
 ///
 /// ```
 /// use haptic_link::SequenceTracker;
@@ -48,7 +49,7 @@ pub struct SequenceTracker {
 }
 
 impl SequenceTracker {
-    /// Late frames in a row, in order, after which their numbers are believed.
+    /// Number of late frames in a row and in order after which the tracker accepts their numbers.
     pub const RESTART_AFTER: u8 = 8;
 
     /// Nothing has arrived yet.
@@ -87,7 +88,7 @@ impl SequenceTracker {
         is_new
     }
 
-    /// The sender counts anew: the next number is right, whatever it is.
+    /// Call this when the sender restarts its count: any next number is accepted.
     pub fn restart(&mut self) {
         self.last = None;
         self.late_run = (0, 0);
@@ -100,8 +101,9 @@ impl SequenceTracker {
     }
 }
 
-/// Follows the numbers of a host's requests within one connection, modulo 2³². Up to 2³¹ − 1 ahead of the last is
-/// new, all others are late: a replayed capture is nothing but late. A new connection may begin with any number.
+/// Follows the numbers of a host's requests within one connection, modulo 2³². A number up to 2³¹ −
+/// 1 ahead of the last is new, any other is late, so every frame of a replayed capture is late. A
+/// new connection may begin with any number.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct RequestTracker {
     last: Option<u32>,
@@ -130,7 +132,7 @@ impl RequestTracker {
         false
     }
 
-    /// A new connection begins, with any number.
+    /// Call this when a new connection begins: any next number is accepted.
     pub const fn restart(&mut self) {
         self.last = None;
     }

@@ -17,13 +17,14 @@ pub enum SurfaceKind {
     HollowBall,
 }
 
-/// A surface: the law sees the depth into it, and its force acts along the normal.
+/// A surface: the law receives the depth into it, and its force acts along the normal.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Schema)]
 pub struct SurfaceShape {
-    /// Tells how the numbers below are read.
+    /// The kind of surface, which gives the numbers below their meaning.
     pub kind: SurfaceKind,
-    /// The distance of a plane from 0 along its normal, the radius of a ball, m.
+    /// For a plane its distance from 0 along the normal, for a ball its radius, m.
     pub distance_m: f32,
-    /// An element an axis: the unit normal of a plane, into the law; the centre of a ball, m.
+    /// One element per axis: for a plane the unit normal, pointing into the law; for a ball the
+    /// centre, m.
     pub axes: Vec<f32, AXES_MAX>,
 }

@@ -9,7 +9,8 @@ use core::array;
 use fracdiff::Real;
 use nalgebra::SVector;
 
-/// An environment behind a surface, a plane unless another one is given: it pushes but never pulls.
+/// An environment behind a surface, a plane unless another one is given: the environment pushes but
+/// never pulls.
 ///
 /// ```text
 /// p = max(0, depth(x))           penetration, m; of a plane n·x − s
@@ -49,7 +50,7 @@ pub struct Contact<F, E, const D: usize, S = Plane<F, D>> {
 }
 
 impl<F: Real, E: Environment<F, 1>> Contact<F, E, 1> {
-    /// A surface at this position, the environment above it.
+    /// A surface at this position, with the environment on its positive side.
     ///
     /// # Errors
     /// The position must be finite.
@@ -97,7 +98,8 @@ impl<F: Real, E: Environment<F, 1>, const D: usize, S: Surface<F, D>> Contact<F,
         }
     }
 
-    /// The same pressed otherwise than a slab: the environment behind sees e of the penetration.
+    /// The same contact with a depth map, for shapes other than a slab: the environment receives e
+    /// of the penetration.
     #[must_use]
     pub fn with_depth_map(self, map: Option<DepthMap<F>>) -> Self {
         Self { map, ..self }
@@ -108,7 +110,7 @@ impl<F: Real, E: Environment<F, 1>, const D: usize, S: Surface<F, D>> Contact<F,
         &self.inner
     }
 
-    /// The surface that stands before the environment.
+    /// The surface in front of the environment.
     pub const fn surface(&self) -> &S {
         &self.surface
     }
@@ -190,13 +192,14 @@ fn on_first_axis<F: Real, const D: usize>(number: F) -> SVector<F, D> {
     all
 }
 
-/// An environment on one axis whose force alone is clamped, so that it pushes and never pulls.
+/// An environment on one axis with only its force clamped, so it pushes and never pulls.
 ///
 /// ```text
 /// f = min(0, f_inner(x))         x signed: below 0 in front of the surface
 /// ```
-/// - *One nonlinearity*: the memory is fed with x wherever it is, and a [`Contact`] feeds it with max(0, x) as well as it
-///   clamps the force. So what is proved of a loop with one static map of slope 0 to 1 is proved of what runs.
+/// - *One nonlinearity*: the memory always receives x, whereas a [`Contact`] feeds it max(0, x) and
+///   also clamps the force. So what is proved of a loop with one static map of slope 0 to 1 is
+///   proved of what runs.
 /// - *In front of the surface* it may push already: a spring and damper from x = −(B/K)·v on, v the speed of the approach,
 ///   and one of long memory from farther out. Without a spring it would push anywhere.
 ///
@@ -219,7 +222,7 @@ pub struct Pushing<E> {
 }
 
 impl<E> Pushing<E> {
-    /// The environment, clamped unless it may pull: a law whose clamp is chosen at run time.
+    /// The environment, clamped unless `may_pull`, so the clamp can be chosen at run time.
     pub const fn new(inner: E, may_pull: bool) -> Self {
         Self { inner, may_pull }
     }

@@ -11,7 +11,7 @@ use nalgebra::SVector;
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct Sample<F, const D: usize> {
-    /// Tick, time and position as the device told them.
+    /// Tick, time and position as the device reported them.
     pub reading: Reading<F, D>,
     /// The force that the environment wanted, N.
     pub environment_force_n: SVector<F, D>,
@@ -21,12 +21,12 @@ pub struct Sample<F, const D: usize> {
     pub limiters: Limiters,
     /// The energy that its passivity guard observed, J: see [`SafetyState::observed_energy_j`].
     pub observed_energy_j: F,
-    /// The fault that is latched, from the tick on that found it.
+    /// The latched fault, present from the tick that detected it.
     pub fault: Option<Fault>,
 }
 
 impl<F: Real, const D: usize> Sample<F, D> {
-    /// What a chain makes of the force that is wanted at a reading, N.
+    /// Applies a chain to the force wanted at a reading, N.
     #[inline]
     pub fn of(
         chain: &SafetyChain<F>,
@@ -72,12 +72,13 @@ impl<F: Real, const D: usize, E: Environment<F, D>> Controller<F, D, E> {
         }
     }
 
-    /// Takes another environment and chain, and is at rest as if it were new.
+    /// Takes another environment and chain, and starts again at rest.
     pub fn replace(&mut self, environment: E, chain: SafetyChain<F>) {
         self.replace_within(chain, |law| *law = environment);
     }
 
-    /// As [`replace`](Self::replace), with the environment changed in its place: for a stack without room for another one.
+    /// As [`replace`](Self::replace), but changes the environment in place, for a stack without
+    /// room for a second one.
     pub fn replace_within(&mut self, chain: SafetyChain<F>, change: impl FnOnce(&mut E)) {
         change(&mut self.environment);
         self.environment.rest(&mut self.history);
@@ -125,8 +126,8 @@ impl<F: Real, const D: usize, E: Environment<F, D>> Controller<F, D, E> {
         (self.environment).settle(&mut self.history, &reading.position_m);
     }
 
-    /// Checks that the device may be armed in its place: the arming code asks before the first tick, and
-    /// again before it clears a fault. Changes nothing.
+    /// Checks whether the device may be armed at this position: the arming code asks before the
+    /// first tick, and again before it clears a fault. Changes nothing.
     ///
     /// # Errors
     /// The force wanted at this reading is not finite, or above [`Limits::start_force`](crate::Limits::start_force).
@@ -149,7 +150,7 @@ impl<F: Real, const D: usize, E: Environment<F, D>> Controller<F, D, E> {
             .then(|| self.safety.observed_energy_j())
     }
 
-    /// Latches a fault that something else has found: the force falls to zero within
+    /// Latches a fault detected elsewhere: the force falls to zero within
     /// [`Limits::stop_time`](crate::Limits::stop_time).
     pub fn trip(&mut self, fault: Fault) {
         self.safety.trip(fault);
@@ -160,12 +161,14 @@ impl<F: Real, const D: usize, E: Environment<F, D>> Controller<F, D, E> {
         self.safety.let_go();
     }
 
-    /// The next tick comes after so many that did not, and that its number does not count: see [`SafetyState::skip`].
+    /// Reports that this many ticks were skipped before the next one and are missing from its
+    /// number: see [`SafetyState::skip`].
     pub fn skip(&mut self, ticks: u64) {
         self.safety.skip(ticks);
     }
 
-    /// The position of the next tick comes after so many without one: see [`SafetyState::unmeasured`].
+    /// Reports that this many ticks without a position precede the next one: see
+    /// [`SafetyState::unmeasured`].
     pub fn unmeasured(&mut self, ticks: u32) {
         self.safety.unmeasured(ticks);
     }
@@ -195,8 +198,9 @@ impl<F: Real, const D: usize, E: Environment<F, D>> Controller<F, D, E> {
 
     /// The environment and its memory, to change the law while the loop runs.
     ///
-    /// The safety chain goes on: the force moves to that of the new law at the rate limit. A history that has not seen the
-    /// same positions makes the wanted force jump; one of another environment makes it wrong.
+    /// The safety chain goes on: the force moves to the new law's force at the rate limit. A
+    /// history of other positions makes the wanted force jump; a history of another environment
+    /// makes it wrong.
     pub const fn law_mut(&mut self) -> (&mut E, &mut E::History) {
         (&mut self.environment, &mut self.history)
     }

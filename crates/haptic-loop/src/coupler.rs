@@ -152,8 +152,8 @@ struct Solved<F> {
 }
 
 impl<F: Real, O: Differintegrator<F>> VirtualCoupler<F, O> {
-    /// `k_c` in N·s/m and `b_c` in N·s^(1−μ)/m, before the object. The operator has the order 1 − μ, see
-    /// [`deflection_order`], and this sample time.
+    /// `k_c` in N·s/m and `b_c` in N·s^(1−μ)/m, in front of the object. The operator has the order
+    /// 1 − μ, see [`deflection_order`], and this sample time.
     ///
     /// # Errors
     /// `k_c` or `b_c` below 0, or both 0; a sample time not above 0; a constant that leaves the loop's number type.
@@ -201,7 +201,8 @@ impl<F: Real, O: Differintegrator<F>> VirtualCoupler<F, O> {
         checks.done().map(|()| coupler)
     }
 
-    /// Force of a sudden step of the position, N for each m: the direct gain of coupler and object.
+    /// Force that a sudden step of the position causes, N per m: the direct gain of coupler and
+    /// object.
     pub fn step_stiffness_n_per_m(&self) -> f64 {
         let direct =
             self.step.to_f64() + self.dissipation.to_f64() * self.operator.direct_gain().to_f64();
@@ -213,7 +214,7 @@ impl<F: Real, O: Differintegrator<F>> VirtualCoupler<F, O> {
         &self.operator
     }
 
-    /// Place of the object on each axis after the last [`advance`](Environment::advance), m.
+    /// Position of the object on each axis after the last [`advance`](Environment::advance), m.
     pub fn object_position_m<const D: usize>(
         &self,
         history: &[CoupledHistory<F, O::History>; D],

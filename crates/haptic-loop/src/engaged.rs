@@ -14,7 +14,8 @@ use core::marker::PhantomData;
 use fracdiff::Real;
 use nalgebra::SVector;
 
-/// A loop that is closed for as long as this value lives, and leaves no force behind: see [`Controller::engage`].
+/// A loop that stays closed while this value lives, and leaves no force behind: see
+/// [`Controller::engage`].
 ///
 /// - *Error* of the device: it [lets go](Device::let_go) at once, and [`Fault::BoardFailed`] is latched, so whoever ticks on gets no
 ///   force until [`Controller::clear`].
@@ -72,7 +73,7 @@ impl<F: Real, const D: usize, E: Environment<F, D>> Controller<F, D, E> {
         }
     }
 
-    /// As [`engage`](Self::engage), for good: for a static whose interrupt ticks.
+    /// As [`engage`](Self::engage), but permanent, for a static whose interrupt ticks.
     #[inline]
     pub const fn into_engaged<V: Device<F, D>>(self, device: V) -> Engaged<F, D, E, V> {
         Engaged {
@@ -92,16 +93,15 @@ where
 {
     /// One tick.
     ///
-    /// # Errors
-    /// The device's own; it has let go. A failed read leaves the history as it was, after a failed write the position has
-    /// entered it.
+    /// # Errors The device's own; it has let go. A failed read leaves the history unchanged; after
+    /// a failed write it includes the position.
     #[inline]
     pub fn tick(&mut self) -> Result<Sample<F, D>, V::Error> {
         self.tick_commanded(None)
     }
 
-    /// One tick with a force that somebody else has computed, N, in place of the environment's, if there is one: one place for both,
-    /// so that the chain is compiled once into a tick that chooses.
+    /// One tick that uses the given force, N, if there is one, instead of the environment's. One
+    /// function does both, so the chain is compiled only once.
     ///
     /// # Errors
     /// As [`tick`](Self::tick).
@@ -133,7 +133,7 @@ where
         Ok(true)
     }
 
-    /// The first part of a tick alone, for a device whose next sample has to be waited for.
+    /// The first part of a tick alone, for a device whose next sample is not ready yet.
     ///
     /// # Errors
     /// As [`tick`](Self::tick).
@@ -146,7 +146,7 @@ where
         read
     }
 
-    /// The rest of a tick, for a reading that is there already.
+    /// The rest of a tick, for a reading that has already arrived.
     ///
     /// # Errors
     /// As [`tick`](Self::tick), of the write.
@@ -173,8 +173,8 @@ where
         written.map(|()| sample)
     }
 
-    /// The loop cannot go on: the device lets go at once, and this fault is latched, unless there is one. What an error of the device
-    /// does by itself.
+    /// Call this when the loop cannot go on: the device lets go at once, and this fault is latched
+    /// unless another already is. An error of the device does the same.
     #[inline(never)]
     pub fn let_go(&mut self, fault: Fault) {
         self.device.let_go();
@@ -201,7 +201,7 @@ where
         &self.device
     }
 
-    /// The device, for what it does beside the loop.
+    /// The device, for functions outside the loop.
     #[inline]
     pub const fn device_mut(&mut self) -> &mut V {
         &mut self.device

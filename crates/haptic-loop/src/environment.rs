@@ -79,7 +79,7 @@ pub trait Environment<F: Real, const D: usize> {
 /// f = −(K·x + B·D^μ x)        K N/m ≥ 0,   B N·s^μ/m ≥ 0,   μ the operator's order
 /// ```
 /// At μ = 1 a spring and a viscous damper, at μ = 0 two springs, at μ = 2 a spring and a mass.
-/// *Cost*: `force` two multiply-adds an axis, `advance` that of the operator.
+/// *Cost*: `force` two multiply-adds an axis, `advance` costs what the operator's does.
 ///
 /// Source: O. Tokatlı, *Fractional Order Control in Haptics*, eq. 3.8.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -13,7 +13,7 @@ pub enum ParameterError {
     Range(#[from] RangeError),
     /// More braking than the device bears, see [`Limits::braking_max`](crate::Limits::braking_max).
     #[error(
-        "braking {value} N·s/m is not at most {most} N·s/m, {why}",
+        "braking {value} N·s/m must be at most {most} N·s/m, {why}",
         value = Shown(*value_n_s_per_m), most = Shown(*most_n_s_per_m), why = less_braking(*mass_known)
     )]
     Braking {

@@ -29,7 +29,7 @@ use core::f64::consts::PI;
 use fracdiff::Real;
 use fracdiff::parameter::{positive, range};
 
-/// The modulus that a number in Pa is of.
+/// Which modulus a number in Pa states.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Modulus {
     /// G.
@@ -39,10 +39,10 @@ pub enum Modulus {
 }
 
 impl Modulus {
-    /// Both, with their names in files.
+    /// Both moduli, with their names in files.
     pub const ALL: [(Self, &'static str); 2] = [(Self::Shear, "shear"), (Self::Young, "young")];
 
-    /// The word for it in files and messages.
+    /// Its name in files and messages.
     #[must_use]
     pub const fn name(self) -> &'static str {
         Self::ALL[self as usize].1
@@ -67,7 +67,7 @@ pub enum LoadingKind {
 }
 
 impl LoadingKind {
-    /// All, with their names in files.
+    /// All kinds, with their names in files.
     pub const ALL: [(Self, &'static str); 6] = [
         (Self::Shear, "shear"),
         (Self::Tension, "tension"),
@@ -83,7 +83,8 @@ impl LoadingKind {
         Self::ALL[self as usize].1
     }
 
-    /// The modulus that such a measurement is told in, unless it says otherwise: G for shear, else E.
+    /// The modulus in which such a measurement is reported, unless stated otherwise: G for shear,
+    /// else E.
     #[must_use]
     pub const fn modulus(self) -> Modulus {
         match self {
@@ -94,7 +95,7 @@ impl LoadingKind {
         }
     }
 
-    /// The sizes that it needs or may have, as errors name them.
+    /// The sizes that it needs or may have, by the names that errors use.
     #[must_use]
     pub const fn sizes(self) -> &'static [&'static str] {
         match self {
@@ -125,20 +126,20 @@ impl LoadingKind {
 pub struct Loading {
     /// Kind of the loading, which decides what sizes it has.
     pub kind: LoadingKind,
-    /// A of a slab, m².
+    /// Area A of a slab, m².
     pub area_m2: Option<f64>,
-    /// h of a slab or layer, m.
+    /// Thickness h of a slab or layer, m.
     pub thickness_m: Option<f64>,
-    /// a of a punch, R of a sphere, m.
+    /// Radius a of a punch or R of a sphere, m.
     pub radius_m: Option<f64>,
-    /// Of a cone, between axis and flank, rad.
+    /// Angle of a cone between axis and flank, rad.
     pub half_angle_rad: Option<f64>,
     /// True if a slab cannot slide on its plates, or a layer on its base.
     pub bonded: bool,
 }
 
 impl Loading {
-    /// Of a kind, without sizes.
+    /// A loading of this kind, without sizes yet.
     #[must_use]
     pub const fn new(kind: LoadingKind) -> Self {
         Self {
@@ -202,7 +203,7 @@ enum Body {
 const CONE_LENGTH: f64 = 1e-3;
 /// Powers of χ of a bonded layer, from χ⁰.
 const LAYER: [f64; 5] = [1.0, 1.133, 1.283, 0.769, 0.0975];
-/// ν of incompressible matter, the usual word for soft tissue.
+/// ν of incompressible matter, the usual assumption for soft tissue.
 pub const INCOMPRESSIBLE: f64 = 0.5;
 
 /// A piece of tissue: how it is loaded, its Poisson ratio, and its stiffening.
@@ -215,16 +216,16 @@ pub struct Specimen {
 }
 
 impl Specimen {
-    /// Largest b: at a strain of 0.2 such matter is five million times as stiff.
+    /// Largest b: at a strain of 0.2 such tissue is five million times as stiff.
     pub const STIFFENING_MAX: f64 = 100.0;
-    /// The nominal strain at which small strain ends, where nothing better is known.
+    /// The nominal strain beyond which small-strain theory fails, if nothing better is known.
     pub const SMALL_STRAIN: f64 = 0.2;
 
     /// Sizes above 0, 0 < half angle < π/2, 0 ≤ ν ≤ 0.5, 0 ≤ b ≤ [`STIFFENING_MAX`](Self::STIFFENING_MAX).
     ///
-    /// # Errors
-    /// A size that is missing, or that the kind does not have; numbers outside these ranges; a bonded slab or layer of ν other
-    /// than 0.5, for which there is no formula here; a cone with b above 0.
+    /// # Errors A size that is missing, or that the kind does not have; numbers outside these
+    /// ranges; a bonded slab or layer with ν other than 0.5, for which no formula is implemented; a
+    /// cone with b above 0.
     pub fn new(
         loading: Loading,
         poisson_ratio: f64,
@@ -280,7 +281,7 @@ impl Specimen {
         Self::new(loading, INCOMPRESSIBLE, 0.0)
     }
 
-    /// The loading with its sizes, as it was given.
+    /// The loading and its sizes, as given.
     #[must_use]
     pub const fn loading(&self) -> &Loading {
         &self.loading
@@ -335,7 +336,7 @@ impl Specimen {
         self.length().map_or(0.0, |length| depth.0 / length.0)
     }
 
-    /// A and h of a slab.
+    /// Area and thickness of a slab; `None` for other loadings.
     #[must_use]
     pub const fn slab_sizes(&self) -> Option<(SquareMetres, Metres)> {
         match self.body {
@@ -397,7 +398,8 @@ pub struct DepthMap<F> {
 }
 
 impl<F: Real> DepthMap<F> {
-    /// 1/s in 1/m, c₀ to c₅, and q in 1/m, as they came from a line; `None` unless they are as [`new`](Self::new) wants them.
+    /// 1/s in 1/m, c₀ to c₅, and q in 1/m, as received over a line; `None` unless
+    /// [`new`](Self::new) accepts them.
     #[must_use]
     pub fn of(numbers: [F; 8]) -> Option<Self> {
         let [per_scale, terms @ .., stiffening_per_m] = numbers;
@@ -442,7 +444,7 @@ impl<F: Real> DepthMap<F> {
         numbers
     }
 
-    /// e of a depth of at least 0, m; of a NaN NaN, of a depth below 0 the depth itself.
+    /// e of a depth of at least 0, m; NaN gives NaN, and a depth below 0 is returned unchanged.
     #[must_use]
     #[inline(never)]
     pub fn at(&self, depth: F) -> F {
@@ -507,7 +509,7 @@ fn growth<F: Real>(x: F) -> F {
 const SIXTEENTHS_MAX: u32 = 4;
 
 impl DepthMap<f64> {
-    /// The same in the precision of a loop.
+    /// The same map in the precision of a loop.
     ///
     /// # Errors
     /// If a number overflows or vanishes there.
@@ -538,7 +540,8 @@ impl DepthMap<f64> {
         rate * phi + plain * (grown - phi)
     }
 
-    /// The largest depth, m, up to a kilometre, at which e is no steeper than this, to 1e-12 of itself; 0 if none is.
+    /// The largest depth, m, up to a kilometre, at which the slope of e is at most this, to a
+    /// relative 1e-12; 0 if there is none.
     #[must_use]
     pub fn depth_of_slope(&self, slope: f64) -> f64 {
         let (mut low, mut high) = (libm::log(1e-12), libm::log(1e3));

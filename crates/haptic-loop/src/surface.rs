@@ -224,7 +224,8 @@ pub enum Shape<F, const D: usize> {
 }
 
 impl<F: Real, const D: usize> Shape<F, D> {
-    /// The shape of these numbers. A normal is taken as it is: to make it one again would round it again.
+    /// The shape of these numbers. A normal is used unchanged: to make it one again would round it
+    /// again.
     ///
     /// # Errors
     /// A normal that is not of length 1; numbers of [`Plane::new`] or [`Ball::solid`] outside their ranges.

@@ -65,7 +65,7 @@ impl Surface {
 pub(crate) fn pushed(surface: &mut Option<Surface>, told: SurfaceRequest) -> Result<f64, Failure> {
     if told.depths_m.len() > DEPTHS {
         return Err(Failure::bad_input(format_args!(
-            "`depths_m` has {} numbers: tell at most {DEPTHS} at a time",
+            "`depths_m` has {} numbers: send at most {DEPTHS} at a time",
             told.depths_m.len()
         )));
     }

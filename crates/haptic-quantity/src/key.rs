@@ -33,8 +33,9 @@ impl fmt::Display for Key {
 /// What stands between a key and the value that it is to have.
 const SET_TO: &str = " = ";
 
-/// A sentence with its keys as `names` calls them: `--sample-time` for `` `sample_time_s` ``, and `--loop host` for
-/// `` `loop` = host``. A key that it does not know, or anything else between backticks, stays as it is.
+/// A sentence with its keys as `names` calls them: `--sample-time` for `` `sample_time_s` ``, and
+/// `--loop host` for `` `loop` = host``. Unknown keys and anything else between backticks stay
+/// unchanged.
 pub fn renamed(sentence: &str, names: impl Fn(&str) -> Option<String>) -> String {
     let mut rest = sentence;
     let mut said = String::with_capacity(sentence.len());

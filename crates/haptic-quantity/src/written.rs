@@ -97,7 +97,8 @@ impl WrittenUnit {
     }
 }
 
-/// A number and the ends of its interval, in digits that tell them apart: `65 g, low 64.997 g, high 65.004 g`.
+/// A number and the ends of its interval, with enough digits to distinguish them: `65 g, low 64.997
+/// g, high 65.004 g`.
 #[must_use]
 pub fn written_between(key: &str, [value, low, high]: [f64; 3]) -> [String; 3] {
     let share = (high - low) / high.abs().max(low.abs());

@@ -112,7 +112,7 @@ impl Conversation {
         self.keep_alive_us = interval_us;
     }
 
-    /// Frames a request that is not answered, or whose answer nobody waits for. Returns its length.
+    /// Encodes a request that has no answer, or whose answer is ignored. Returns its length.
     pub fn tell(&mut self, request: &Request, line: &mut [u8]) -> usize {
         // Every request fits into a frame.
         let greets = matches!(request, Request::Hello { .. });
@@ -124,8 +124,8 @@ impl Conversation {
         length
     }
 
-    /// Frames a request and waits for its answer, instead of the outstanding one. The same once more, as at another
-    /// baud rate, goes on with what has come since its second try.
+    /// Encodes a request and waits for its answer instead of the outstanding one. Repeating the
+    /// same request, for instance at another baud rate, keeps the answers since its second try.
     pub fn ask(&mut self, request: Request, now_us: u64, line: &mut [u8]) -> usize {
         let again = self.outstanding.take().filter(|o| o.request == request);
         let mut sequences = heapless::Vec::new();

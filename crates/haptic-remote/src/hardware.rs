@@ -6,8 +6,9 @@ use haptic_loop::{Device, Fault, Reading};
 /// A board: sensors and actuators of D axes, or a simulation of them. More than one axis needs the feature
 /// `several-axes`.
 ///
-/// [`read`](Device::read) and [`write`](Device::write) are called once a tick, in this order. An error of theirs, or
-/// of [`idle`](Self::idle), is a latching fault, and the board is told to [let go](Device::let_go) at each such tick.
+/// [`read`](Device::read) and [`write`](Device::write) are called once a tick, in this order. An
+/// error of theirs, or of [`idle`](Self::idle), is a latching fault, and the board is made to [let
+/// go](Device::let_go) at each such tick.
 pub trait Hardware<const D: usize = 1>: Device<f32, D, Error = Fault> {
     /// Result of [`prepare`](Self::prepare).
     type Setup;
@@ -89,7 +90,8 @@ impl<T> Exclusive<T> for std::sync::Mutex<T> {
     }
 }
 
-/// What of such an exchange came through, the same for every maker's board: the hardware tells it as it happens, and the loop counts it.
+/// Which parts of such an exchange succeeded, in the same terms for every maker's board: the
+/// hardware reports them as they happen, and the loop counts them.
 ///
 /// ```
 /// use haptic_link::{NOT_TAKEN, UNANSWERED};
@@ -158,8 +160,8 @@ impl Exchange {
         self.skipped.saturating_add(self.in_row)
     }
 
-    /// Periods beyond one between the last position and the next, at most: what moved further meanwhile has not
-    /// jumped.
+    /// Most periods, beyond the usual one, between the last position and the next: a larger motion
+    /// in that time is not a jump.
     #[must_use]
     pub const fn unmeasured(&self) -> u32 {
         self.paused().saturating_add(self.before)

@@ -196,8 +196,8 @@ fn guard(guard: &haptic_link::Guard, tick_period_us: u32, fields: &mut Fields) -
 }
 
 /// The same limits on the wire, with the watchdog and late ticks of
-/// [`Limits::DEFAULT`](haptic_link::Limits::DEFAULT). A limit of the norm becomes that of the force, which is one of
-/// the norm there.
+/// [`Limits::DEFAULT`](haptic_link::Limits::DEFAULT). A limit on the norm becomes the force limit,
+/// which there also limits the norm.
 #[must_use]
 pub fn wire_limits(limits: &Limits, sample_time: Seconds) -> haptic_link::Limits {
     let norm = limits.norm.map_or(f64::INFINITY, |norm| norm.0);

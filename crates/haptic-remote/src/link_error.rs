@@ -40,7 +40,7 @@ pub enum LinkError {
     Echo,
     /// The device defines a message differently.
     #[error(
-        "the device has firmware {}.{}.{}, with another \"{message}\": flash this version",
+        "the device has firmware {}.{}.{}, whose \"{message}\" differs: flash this version",
         firmware[0], firmware[1], firmware[2]
     )]
     OtherMessages {
@@ -78,7 +78,7 @@ pub enum LinkError {
     Stopped,
     /// An impossible sample. The device was told to let go.
     #[error(
-        "the device reported the impossible, {0}, and was told to let go: check its sensor and firmware"
+        "the device reported something impossible, {0}, and was ordered to let go: check its sensor and firmware"
     )]
     Impossible(Impossible),
     /// The device reports an impossible ability.
@@ -91,16 +91,16 @@ pub enum LinkError {
     },
     /// The device runs no controllers.
     #[error(
-        "the device runs no controller by itself: flash a firmware of this version that does, or take another board"
+        "the device cannot run a controller on its own: flash firmware of this version that can, or take another board"
     )]
     NoControllers,
     /// The device renders no shape.
     #[error(
-        "the device renders no shape by itself: flash a firmware of this version, or close the loop on the host"
+        "the device cannot render a shape on its own: flash firmware of this version, or close the loop on the host"
     )]
     NoSurfaces,
     /// The port or its other end is gone.
-    #[error("the line is gone: check the plug and supply of the device")]
+    #[error("the connection is gone: check the device's plug and power supply")]
     Gone,
 }
 
@@ -210,7 +210,8 @@ impl fmt::Display for Explained<'_> {
     }
 }
 
-/// Checks that a device of so many axes has every message of this program for it, in the same form.
+/// Checks that a device with this many axes has the same definition of every message that this
+/// program sends it.
 ///
 /// # Errors
 /// [`LinkError::OtherMessages`].

@@ -40,7 +40,8 @@ pub const fn abilities(board: &str, axes: u8) -> Capabilities {
     }
 }
 
-/// The time that a controller takes in a process of a computer, a tenth of which it was ever seen to take.
+/// The time allowed for a controller in a process of a computer, ten times the most that was
+/// measured.
 #[cfg(feature = "std")]
 pub const CONTROLLER_COST: haptic_link::ControllerCost = haptic_link::ControllerCost {
     tick_us: 100,
@@ -64,8 +65,8 @@ pub type DeviceOperator = PortableOperator<f32, COEFFICIENTS_MAX, MODES_MAX, DEG
 /// The environment of a device.
 pub type DeviceWall = Wall<f32, DeviceOperator>;
 
-/// A good configuration, ready to take effect. Operator and history are made in their places, so that nowhere two are
-/// needed.
+/// A good configuration, ready to take effect. Operator and history are built in place, so memory
+/// for a second copy is never needed.
 #[derive(Clone, Debug)]
 pub struct Prepared<S> {
     pub(super) configuration: Configuration,
@@ -111,8 +112,8 @@ impl Law {
     }
 }
 
-/// Checks a configuration and prepares what a controller needs of it; nothing takes effect yet. *Cost*: the checks,
-/// and the plant; no copy of the coefficients, no allocation.
+/// Checks a configuration and prepares what a controller needs from it; nothing takes effect yet.
+/// *Cost*: the checks, and the plant; no copy of the coefficients, no allocation.
 ///
 /// # Errors
 /// The first parameter that is not as this board needs it.
@@ -241,8 +242,8 @@ pub(super) fn safety_chain(
 
 /// The coefficients of an operator as they go over the wire.
 ///
-/// # Errors
-/// More of them than the wire can count: a memory that no device holds. The scheme `full-bdf2`, which devices do not know.
+/// # Errors More of them than the wire can count: a memory too long for any device. The scheme
+/// `full-bdf2`, which devices do not know.
 #[cfg(feature = "std")]
 pub fn operator_shape(
     operator: &fracdiff::Operator<f32>,

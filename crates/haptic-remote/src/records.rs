@@ -300,7 +300,7 @@ impl<const D: usize> Tick<D> {
         sample
     }
 
-    /// As a device has told it; `None` for another number of axes.
+    /// As a device reported it; `None` for another number of axes.
     #[must_use]
     pub fn told(sample: &Sample) -> Option<Self> {
         let axes: &[BatchItem; D] = sample.axes[..].try_into().ok()?;

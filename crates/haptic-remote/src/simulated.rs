@@ -50,7 +50,7 @@ pub(crate) enum Plant {
 }
 
 impl SimulatedPlant {
-    /// Under this name, with a counter of processor cycles.
+    /// Simulated hardware with this name and a counter of processor cycles.
     #[must_use]
     pub fn new(board: &str, cycles: fn() -> u32) -> Self {
         Self {

@@ -8,8 +8,9 @@ use haptic_loop::units::Seconds;
 use haptic_loop::{Device, Fault, Reading, SafeForce};
 use nalgebra::SVector;
 
-/// A simulated board of several axes: the same mass-damper on each, with a hand that holds it at 0 by a spring and
-/// pushes along the first axis. *Start-up*: at rest at 0. *Cost* of a tick: that of [`MassDamper`].
+/// A simulated board of several axes: the same mass-damper on each, with a hand that holds it at 0
+/// by a spring and pushes along the first axis. *Start-up*: at rest at 0. *Cost* of a tick: as for
+/// [`MassDamper`].
 #[derive(Clone, Debug)]
 pub struct SimulatedAxes<const D: usize> {
     board: [u8; 16],

@@ -22,29 +22,29 @@ use in_time::in_time;
 use serde::Serialize;
 use std::time::SystemTime;
 
-/// Table of what was promised and what was seen: as JSON, a certificate.
+/// Table of what was promised and what was observed: as JSON, a certificate.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct SelfTestReport {
     /// When the test began, RFC 3339, UTC.
     pub date: String,
-    /// The port as it was given, `moteus:…` and the like included.
+    /// The port as given, including forms such as `moteus:…`.
     pub device: String,
     /// The name that the board gives of itself.
     pub board: String,
     /// Version of the firmware, as three numbers.
     pub firmware: String,
-    /// CRC-32 of the image that the device runs, if it tells.
+    /// CRC-32 of the image that the device runs, if it reports one.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub firmware_digest: Option<String>,
-    /// The device simulates its plant.
+    /// True if the device simulates its plant.
     pub simulated: bool,
     /// Limit of the force that held during the test, N.
     pub force_limit_n: f32,
-    /// A row for each promise, tried or not, in the order of [`Promise::ALL`].
+    /// One row per promise, tested or not, in the order of [`Promise::ALL`].
     pub checks: Vec<Check>,
-    /// True if every promise was judged and kept that this device makes.
+    /// True if every promise that this device makes was judged and kept.
     pub holds: bool,
-    /// Why the test ended before its end, if the link was lost.
+    /// Why the test ended early, if the link was lost.
     pub link_lost: Option<String>,
     /// The fault that ended the test before its end: the emergency stop, or one of the device's electronics.
     pub ended_by_fault: Option<String>,
@@ -56,7 +56,7 @@ impl SelfTest {
     /// Goes through all promises. One that is broken is a row of the table and no error, and so is a link that is lost,
     /// a fault that ends the test, or a stop: the device is disarmed then.
     ///
-    /// Takes some 4 s, and as long as somebody needs for the emergency stop.
+    /// Takes about 4 s, plus the time someone needs to press the emergency stop.
     ///
     /// # Errors
     /// Exit code 2: a number outside its range. Exit code 3: no device.

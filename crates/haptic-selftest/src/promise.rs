@@ -14,7 +14,7 @@ use std::time::Duration;
 /// A test of what a device promises, with a force that a hand holds easily.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SelfTest {
-    /// Limit of the force during the test, N; less where less is set on the device.
+    /// Force limit during the test, N; the device's own limit applies if it is lower.
     pub force_limit_n: f64,
     /// Silence after which the device has to let go, ms.
     pub watchdog_ms: u16,
@@ -43,7 +43,8 @@ impl SelfTest {
         period_us: 1000,
         emergency_stop: EmergencyStop::AsTheDevice,
     };
-    /// Range of [`force_limit_n`](Self::force_limit_n): what a hand feels, and what it holds without effort.
+    /// Range of [`force_limit_n`](Self::force_limit_n): what a hand can feel but hold without
+    /// effort.
     pub const FORCE_LIMIT_N: [f64; 2] = [1e-3, 2.0];
     /// Time in which somebody presses the emergency stop, and in which they release it.
     pub const PATIENCE: Duration = Duration::from_secs(30);
@@ -87,7 +88,7 @@ pub enum Notice {
     ReleaseEmergencyStop,
 }
 
-/// Somebody who connects, watches, and may end the test.
+/// The caller's side of the test: it connects, watches, and may end the test.
 #[derive(Clone, Copy)]
 pub struct Attendant<'a> {
     /// Connects with the device; called again after the link was closed.
@@ -164,16 +165,17 @@ impl fmt::Display for Promise {
 pub struct Check {
     /// The promise that this row is about.
     pub check: Promise,
-    /// In words, with its numbers.
+    /// The result in words, with its numbers.
     pub promised: String,
     /// What was observed, in words, with its numbers; why, if it was not judged.
     pub seen: String,
-    /// True if it was kept; `None` if this device has nothing of the kind, or if it could not be judged.
+    /// True if it was kept; `None` if this device lacks the function, or it could not be judged.
     pub ok: Option<bool>,
     /// It could not be judged, which is neither kept nor broken: see `host_late`, or the link was lost, an earlier trial failed, a limit
     /// of the device ended the trial, or a fault the test.
     pub not_judged: bool,
-    /// It could not be judged: this machine was late in every attempt, and the board let go because of that.
+    /// True if it could not be judged because this machine was late in every attempt and the board
+    /// therefore let go.
     pub host_late: bool,
     /// What was measured, by names that end in their units.
     #[serde(skip_serializing_if = "BTreeMap::is_empty")]

@@ -22,7 +22,7 @@ pub struct ChannelModel {
     pub jitter: f64,
     /// Chance that a message is lost, 0 to 1.
     pub loss: f64,
-    /// Chance that it comes twice, each time after a delay of its own, 0 to 1.
+    /// Chance that a message arrives twice, each copy with its own delay, 0 to 1.
     pub duplication: f64,
 }
 
@@ -74,14 +74,14 @@ fn whole(samples: f64) -> u64 {
     (samples + 1e-9) as u64
 }
 
-/// What became of the messages of one direction; those still on their way are in none but `sent`.
+/// The fate of one direction's messages; those still under way are counted only in `sent`.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct ChannelCounts {
     /// Messages that were given to the line.
     pub sent: u64,
     /// Messages that never come out.
     pub lost: u64,
-    /// Messages that come out twice.
+    /// Messages that arrive twice.
     pub doubled: u64,
     /// Messages that have come out, doubles included.
     pub delivered: u64,

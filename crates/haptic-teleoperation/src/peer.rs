@@ -8,7 +8,7 @@ use haptic_link::{
 /// What this side is, for the other to agree with.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Introduction {
-    /// The hand of this side: the other has to be the other.
+    /// The hand of this side: the two must differ.
     pub side: HandSide,
     /// The law of the line, which is the same on both sides.
     pub architecture: Architecture,
@@ -135,7 +135,8 @@ pub struct Peer {
 }
 
 impl Peer {
-    /// Before a conversation. `nonce` is any number, another one each time; 0 counts as 1.
+    /// A peer before its connection. `nonce` is any number that differs each time; 0 is treated as
+    /// 1.
     #[must_use]
     pub fn new(introduction: Introduction, nonce: u32) -> Self {
         Self {
@@ -196,8 +197,8 @@ impl Peer {
         })
     }
 
-    /// Writes an answer for a stranger whose datagram this is: that this side is at work with somebody else. Its length; `None`
-    /// for a datagram that asks for nothing.
+    /// Writes an answer to a stranger's datagram, which says that this side is busy with another
+    /// peer, and returns its length; `None` for a datagram that needs no answer.
     ///
     /// # Errors
     /// As [`hello`](Self::hello).
@@ -278,7 +279,7 @@ impl Peer {
         self.connected
     }
 
-    /// Writes the greeting; its length.
+    /// Writes the greeting and returns its length.
     ///
     /// # Errors
     /// A buffer that is too short: [`FRAME_MAX`](haptic_link::FRAME_MAX) bytes are enough.

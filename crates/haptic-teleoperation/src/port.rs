@@ -68,18 +68,18 @@ pub struct Port<O: Differintegrator<f64>> {
 /// Messages that a port has received.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct PortCounts {
-    /// Numbers that were passed over: lost, or late.
+    /// Numbers that were skipped: the messages are lost or late.
     pub missing: u32,
     /// Messages that came twice in a row.
     pub duplicate: u32,
     /// Messages that came after a later one.
     pub stale: u32,
-    /// Messages of another architecture, as of a side that was begun anew with it.
+    /// Messages for another architecture, for example from a side that was restarted with it.
     pub foreign: u32,
 }
 
-/// A tick whose force is known and whose rest is to come. Dropped it leaves a gap in the history of the law; the safety chain
-/// knows its force all the same.
+/// A tick whose force is known but which is not finished. Dropping it leaves a gap in the law's
+/// history, but the safety chain still knows its force.
 #[must_use = "send its force, then finish it"]
 #[derive(Debug)]
 pub struct Begun<'a, O: Differintegrator<f64>> {
@@ -90,12 +90,12 @@ pub struct Begun<'a, O: Differintegrator<f64>> {
     heard: bool,
 }
 
-/// A finished tick, to be recorded and to be told to the other side.
+/// A finished tick, to be recorded and sent to the other side.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Ticked {
     /// Reading, wanted and sent force, limiters.
     pub sample: Sample<f64, 1>,
-    /// What the other side is to be told.
+    /// The state to send to the other side.
     pub message: HandSample,
 }
 
@@ -189,7 +189,7 @@ impl<O: Differintegrator<f64>> Port<O> {
         self.safety.stop();
     }
 
-    /// The device has let go by itself: the force is zero now.
+    /// Reports that the device has let go on its own: the force is zero now.
     pub fn let_go(&mut self) {
         self.safety.let_go();
         self.force_n = 0.0;
@@ -307,7 +307,7 @@ impl<O> PortLaw<O> {
     }
 }
 
-/// Everything of a port but its law and its safety chain.
+/// Everything in a port except its law and its safety chain.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Settings {
     /// The hand of this port; the laws differ by it.
@@ -319,10 +319,10 @@ pub struct Settings {
 }
 
 impl Settings {
-    /// Silence after which the force falls to zero unless something else is asked for, s: longer than what jitter and loss of a
-    /// line over the world make, shorter than a hand takes to be afraid.
+    /// Default silence after which the force falls to zero, s: longer than the gaps that jitter and
+    /// loss cause on a line around the world, shorter than a person takes to be startled.
     pub const SILENCE_S: f64 = 0.2;
-    /// Most samples over which waves or energy that came in a bunch are spread.
+    /// Most samples over which waves or energy that arrive together are spread.
     pub const PLAYOUT_MOST: u32 = 10_000;
 
     pub(crate) fn silence_ticks(&self) -> Result<u64, ParameterError> {

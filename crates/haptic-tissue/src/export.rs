@@ -27,7 +27,8 @@ const DECADES_MOST: f64 = 30.0;
 pub struct PronyFit {
     /// The spring that is left at the end of the band, Pa; 0 without one.
     pub elastic_modulus_pa: f64,
-    /// Fastest first; none for a spring, and fewer than asked for where least squares leaves some at 0.
+    /// Fastest first; none for a spring, and fewer than requested where least squares sets some to
+    /// 0.
     pub branches: Vec<MaxwellBranch>,
     /// Shortest time of the band, s.
     pub shortest_s: f64,
@@ -37,27 +38,29 @@ pub struct PronyFit {
     pub max_relative_error: f64,
 }
 
-/// A band or a model without such a series.
+/// Why this band or model has no such series.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum ExportError {
     /// A number of branches outside [`PronyFit::BRANCHES`].
     #[error(
-        "{BRANCHES} {0} is not from {least} to {most}: 2 for each decade give about 1 %",
+        "{BRANCHES} {0} is not from {least} to {most}: 2 per decade reach about 1 %",
         least = PronyFit::BRANCHES.start(), most = PronyFit::BRANCHES.end()
     )]
     Branches(usize),
     /// Times that are no band: shortest and longest, s.
     #[error(
-        "{SHORTEST} {} s to {HORIZON} {} s are not above 0 s and 0 to {DECADES_MOST} decades apart",
+        "{SHORTEST} {} s must be above 0 s, and {HORIZON} {} s from 0 to {DECADES_MOST} decades longer",
         Shown(*.0), Shown(*.1)
     )]
     Band(f64, f64),
     /// A dashpot beside the rest: its stress is an impulse, which no branch has.
-    #[error("{0} has a dashpot beside the rest, which no Prony series has: give it by itself")]
+    #[error(
+        "{0} has a parallel dashpot, which no Prony series can hold: give the dashpot separately"
+    )]
     Impulse(ModelKind),
     /// G has fallen to nothing within the band, at this time, s.
-    #[error("the modulus has fallen to nothing at {} s: take a {HORIZON} below it", Shown(*.0))]
+    #[error("the modulus has decayed to zero by {} s: take a {HORIZON} below it", Shown(*.0))]
     Vanished(f64),
     /// More terms than the format has: their number, and the most.
     #[error(
@@ -79,9 +82,10 @@ impl PronyFit {
 
     /// Fits up to so many branches to G(t), `shortest_s` ≤ t ≤ `horizon_s`.
     ///
-    /// Relaxation times at even distances in log τ; moduli by least squares of the relative error without negative ones,
-    /// so there may be fewer branches than asked for. The first and the last τ are those with the least largest error.
-    /// A Prony series of no more branches stays as it is, and a classical model that is one. Cost: 10 ms.
+    /// Relaxation times at even distances in log τ; moduli by least squares of the relative error
+    /// without negative ones, so there may be fewer branches than requested. The first and the last
+    /// τ are those with the least largest error. A Prony series with no more branches stays
+    /// unchanged, as does a classical model that is one. Cost: 10 ms.
     /// ```
     /// use haptic_tissue::{Library, PronyFit};
     ///
@@ -127,8 +131,7 @@ impl PronyFit {
 
     /// The series as a model.
     ///
-    /// # Errors
-    /// Without a spring and a branch.
+    /// # Errors A series with neither a spring nor a branch.
     pub fn model(&self) -> Result<Model, ExportError> {
         let branches = self.branches.iter();
         let pairs = branches.flat_map(|one| [one.elastic_modulus_pa, one.relaxation_time_s]);
@@ -309,7 +312,7 @@ impl ExportFormat {
     /// The formats in the order of help and messages.
     pub const ALL: [Self; 4] = [Self::Table, Self::Ansys, Self::Abaqus, Self::Febio];
 
-    /// The branches of a series for it, unless more or fewer are asked for: 12, or the most that it takes.
+    /// Default number of branches of a series for it: 12, or the most that it takes.
     #[must_use]
     pub const fn branches(self) -> usize {
         match self {
@@ -331,8 +334,8 @@ impl ExportFormat {
 }
 
 impl PronyFit {
-    /// The series in the convention of a program, with comments that say what it is, which modulus among it. `title` is one
-    /// line for people.
+    /// The series in the convention of a program, with comments that describe it, including which
+    /// modulus it is. `title` is one line of text.
     ///
     /// # Errors
     /// More branches than the program takes; a convention that needs a long-term modulus, and a series without one.

@@ -103,7 +103,8 @@ pub(crate) fn cubic(x: f64) -> [f64; 4] {
 pub struct Ting {
     /// F/γ, Pa·m, sample by sample; fewer than there are samples if the contact grows again after it shrank.
     pub force_per_shape: Vec<f64>,
-    /// Number of the first sample of the retraction, or at which the contact is lost; that of samples if there is none.
+    /// Number of the first sample of the retraction, or at which the contact is lost; of samples if
+    /// there is none.
     pub shrinks_from: usize,
 }
 
@@ -117,11 +118,13 @@ const STILL: f64 = 1e-9;
 /// The force of an indentation over γ, F/γ in Pa·m: by Lee and Radok while the contact grows, by Ting while it shrinks, and 0
 /// once it is lost.
 ///
-/// Depths in m, straight between times in s that rise; a depth below 0 is no contact. `map` is e of a sphere or cone, as of
-/// [`Specimen::depth_map`](haptic_loop::Specimen::depth_map); none for a flat punch or a slab, whose contact is of one size
-/// until it is lost. A retraction begins where a fall of the depth by 10 % of its largest begins; before, the contact is taken as
-/// if it did not shrink, since an overshoot or a hand that trembles leaves it nearly as it was. Where the contact grows again in a
-/// retraction, as in a second touch or a hold behind it, the theory needs more: the result ends there.
+/// Depths in m, straight between times in s that rise; a depth below 0 means no contact. `map` is e
+/// of a sphere or cone, as of [`Specimen::depth_map`](haptic_loop::Specimen::depth_map); none for a
+/// flat punch or a slab, whose contact is of one size until it is lost. A retraction begins where a
+/// fall of the depth by 10 % of its largest begins; before, the contact is taken as if it did not
+/// shrink, since an overshoot or a hand that trembles leaves it nearly as it was. Where the contact
+/// grows again in a retraction, as in a second touch or a hold behind it, the theory needs more:
+/// the result ends there.
 ///
 /// Error against an independent quadrature below 1e-6 of the largest force.
 /// *Cost*: [`Model::stress`] of the samples and some 4000 points between them; and for each sample of a retraction 15 ns for

@@ -38,8 +38,8 @@ struct Skipped {
 }
 
 impl Library {
-    /// Those that come with the program, and all `*.toml` files of a folder of the user's. A file that is no tissue, or of a name that is taken,
-    /// is [skipped](Self::skipped).
+    /// The tissues that come with the program, and all `*.toml` files in a folder of the user. A
+    /// file that is not a tissue, or whose name is taken, is [skipped](Self::skipped).
     ///
     /// # Errors
     /// If the folder cannot be read.
@@ -71,7 +71,7 @@ impl Library {
         Ok(Self { materials, skipped })
     }
 
-    /// A line for each file of the user's folder that is no tissue: which, and why.
+    /// One line for each file of the user's folder that is not a tissue: which, and why.
     pub fn skipped(&self) -> impl Iterator<Item = String> {
         let each = self.skipped.iter();
         each.map(|file| format!("skipped in the library: {}", file.why))
@@ -85,8 +85,8 @@ impl Library {
 
     /// A material by name, or from the file where `name` is a path that ends in `.toml`.
     ///
-    /// # Errors
-    /// If there is none of that name, or two, or the file is wrong, also one of the library that was skipped.
+    /// # Errors If none or two have that name, or the file is invalid, including a skipped one of
+    /// the library.
     pub fn find(&self, name: &str) -> Result<Material, MaterialError> {
         if Path::new(name).extension().is_some_and(|e| e == "toml") {
             return Material::read(Path::new(name));

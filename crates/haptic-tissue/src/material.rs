@@ -48,7 +48,7 @@ pub struct MeasuredLoading {
 }
 
 impl MeasuredLoading {
-    /// The modulus: as said, or that of the kind of loading; Young's if neither is known.
+    /// The modulus: as stated, or the default of the kind of loading; Young's if neither is known.
     #[must_use]
     pub fn modulus(&self) -> Modulus {
         let of_kind = self.kind.map(LoadingKind::modulus);
@@ -61,7 +61,7 @@ impl MeasuredLoading {
         self.modulus.is_some() || self.kind.is_some()
     }
 
-    /// ν: as said, or that of incompressible matter.
+    /// ν: as stated, or that of incompressible matter.
     #[must_use]
     pub fn poisson_ratio(&self) -> f64 {
         self.poisson_ratio.unwrap_or(INCOMPRESSIBLE)
@@ -257,7 +257,7 @@ impl Material {
         })
     }
 
-    /// How far times from the first to the last, s, are beyond the record, in a sentence; `None` if they are not.
+    /// A sentence that says how far these times, s, lie outside the record; `None` if they do not.
     #[must_use]
     pub fn beyond(&self, (from_s, to_s): (f64, f64)) -> Option<String> {
         let [first_s, last_s] = self.range.times_s();
@@ -327,8 +327,8 @@ impl Material {
         Self::parse(path, &text)
     }
 
-    /// The text of a file of it, which reads back to the same numbers to the bit. Comments of the file that it was read
-    /// from are not in it; [`Material::text`] has them.
+    /// The text of a material file, which reads back to exactly the same numbers. Comments of the
+    /// file that it was read from are not in it; [`Material::text`] has them.
     #[must_use]
     pub fn to_toml(&self) -> String {
         let quoted = |words: &str| toml::Value::from(words).to_string();
@@ -383,7 +383,7 @@ impl Material {
 }
 
 impl ValidRange {
-    /// The shortest and the longest time, s: as said, or 1/ω of the frequencies.
+    /// The shortest and the longest time, s: as stated, or 1/ω of the frequencies.
     #[must_use]
     pub fn times_s(&self) -> [Option<f64>; 2] {
         let inverse =

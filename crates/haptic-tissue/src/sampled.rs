@@ -126,8 +126,9 @@ impl SampledModel {
         Seconds(self.sample_time_s)
     }
 
-    /// The modes that stand for the memory, for a tolerance and a horizon in samples as
-    /// [`Design::of_memory`] takes them. Of one spring-pot beside a spring to the bit those of [`Design::pruned`].
+    /// The modes that approximate the memory, for a tolerance and a horizon in samples as
+    /// [`Design::of_memory`] takes them. For one spring-pot beside a spring they equal those of
+    /// [`Design::pruned`] to the bit.
     ///
     /// # Errors
     /// As there.

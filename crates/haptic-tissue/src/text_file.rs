@@ -4,13 +4,13 @@ use std::fs::File;
 use std::io::{self, Read as _};
 use std::path::Path;
 
-/// No experiment or tissue file is longer, bytes.
+/// Largest size of an experiment or tissue file, bytes.
 pub const TEXT_MOST: u64 = 1 << 20;
 
 /// The bytes of a file, up to one more than these.
 ///
-/// # Errors
-/// Those of the system; what is not a regular file, as a pipe, where nobody may ever write.
+/// # Errors The system's errors; anything but a regular file, such as a pipe, which might never
+/// deliver.
 pub fn read_bytes(path: &Path, most: u64) -> io::Result<Vec<u8>> {
     if !std::fs::metadata(path)?.is_file() {
         let why = "it is not a regular file";
@@ -23,8 +23,7 @@ pub fn read_bytes(path: &Path, most: u64) -> io::Result<Vec<u8>> {
 
 /// The text of a file, if it is not longer than [`TEXT_MOST`].
 ///
-/// # Errors
-/// Those of [`read_bytes`]; a longer file.
+/// # Errors As for [`read_bytes`]; a longer file.
 pub fn read_text(path: &Path) -> io::Result<String> {
     let wrong = |why: String| io::Error::new(io::ErrorKind::InvalidData, why);
     let text = read_bytes(path, TEXT_MOST)?;

@@ -68,7 +68,7 @@ enum Command {
     ///
     /// Draws the strain beside its closed form (a Mittag-Leffler function, or a power law without
     /// elastic modulus), and writes creep.mcap, creep.csv, creep.svg and creep.png. Nothing has a mass, unless --contact
-    /// or a device gives it one: then the report says from when on the tissue is seen, not the rig.
+    /// or a device gives it one: then the report says from which time on the curve shows the tissue and not the rig.
     #[command(
         after_help = "Example: host-cli creep --tissue prostate-healthy --stress 50Pa --duration 60s"
     )]
@@ -98,12 +98,12 @@ enum Command {
     /// `sensor_noise` is given; the report then also shows the best wall on the laboratory device.
     /// --force-noise-limit bounds the force noise that encoder and sensor cause.
     ///
-    /// The wall pulls as it pushes, as the analysis assumes. --one-sided takes the best wall that never
+    /// The wall pulls as well as pushes, as the analysis assumes. --one-sided takes the best wall that never
     /// pulls and settles after each of six hits, up to 1 m/s; --contact signed takes one whose proof
     /// covers it.
     ///
     /// --out writes design.toml for `host-cli run`, design.csv and a picture. The exit code is 1 if no
-    /// candidate is found, or if the best does not come to rest or is too noisy when it is tried.
+    /// candidate is found, or if the best does not come to rest or is too noisy in its trial.
     #[command(verbatim_doc_comment, after_help = command::design::EXAMPLES)]
     Design(WithFiles<keys::Design>),
     Run(command::run::Arguments),
@@ -113,7 +113,7 @@ enum Command {
     /// Finds the Z-width: for each order and dissipation the stiffest wall at which a device comes
     /// to rest. In each trial a simulated device hits the wall at 0.1 m/s and is then pushed into
     /// it; a serial device is only pushed. With --one-sided it is hit at six speeds, 0 to 1 m/s,
-    /// and has to come to rest after each. The default device has 65 g and 3.5 N.s/m;
+    /// and must come to rest after each. The default device has 65 g and 3.5 N.s/m;
     /// --device-model laboratory adds friction, delay, lag and encoder steps.
     ///
     /// At rest means: over the last 0.4 s of 5 s the standard deviation of the position is at most
@@ -123,7 +123,7 @@ enum Command {
     /// at its limit in more than 1 % of the samples is not stable, nor is one at which only
     /// friction keeps the device at rest.
     ///
-    /// criterion=dissertation looks at the position alone: pushed from rest, its standard deviation
+    /// criterion=dissertation judges only the position: pushed from rest, its standard deviation
     /// is at most threshold=0.1mm.
     ///
     /// Each point also shows the largest stiffness by the analysis. Ctrl-C keeps the points found

@@ -58,7 +58,7 @@ pub(crate) fn uneven_row(
         let [before, now] = [row - 1, row].map(|row| written("time_s", time_s[row]));
         let line = signal.lines[row];
         let what = format_args!(
-            "line {line}: {now} does not come after {before}: sort the rows by time, and keep one of each"
+            "line {line}: {now} does not come after {before}: sort the rows by time, and keep one row per time"
         );
         return Err(wrong(path, what));
     }

@@ -18,7 +18,8 @@ pub struct Claim {
     pub section: &'static str,
     /// The verdict, in words.
     pub verdict: String,
-    /// With the operator of the chapter; then, if that is another, with (1 − w)^μ. In JSON each by its name, null for the others.
+    /// The evidence with the chapter's operator and, if that differs, with (1 − w)^μ. In JSON each
+    /// is under its name; the others are null.
     #[serde(flatten, serialize_with = "by_operator")]
     pub evidence: Vec<Evidence>,
 }

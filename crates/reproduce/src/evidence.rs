@@ -39,7 +39,7 @@ pub(crate) type Found = Result<(bool, String), AnalysisError>;
 /// Evidence on a claim with one operator.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct Evidence {
-    /// The operator that the claim was computed with, as it is written.
+    /// The operator that the claim was computed with, in its notation.
     pub operator: &'static str,
     /// True if the claim holds with it.
     pub holds: bool,

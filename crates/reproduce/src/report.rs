@@ -11,7 +11,7 @@ pub struct ReportFigure {
     pub id: &'static str,
     /// Title: what it shows.
     pub title: &'static str,
-    /// Parameters, beneath the picture.
+    /// Parameters, shown below the picture.
     pub conditions: String,
     /// File name of the picture, beside the report.
     pub picture: String,

@@ -238,7 +238,7 @@ def identify(
     half_angle_rad : float, optional
         Of a cone, between axis and flank.
     bonded : bool, default False
-        The slab cannot slide on its plates, or the layer under a sphere not on its base.
+        The slab cannot slide on its plates, or the layer under a sphere cannot slide on its base.
     poisson_ratio : float, default 0.5
         Of the specimen of ``depth``.
     models : sequence of str, optional

@@ -58,7 +58,7 @@ pub type FullMemoryHistory<F, const TAPS: usize, const MODES: usize> =
     IntegerHistory<F, BankHistory<F, TAPS, MODES>>;
 
 impl<F: Real, const TAPS: usize, const MODES: usize> FullMemory<F, TAPS, MODES> {
-    /// Coefficients in `f64`, rounded once.
+    /// Computes the coefficients in `f64` and rounds each once.
     ///
     /// # Errors
     /// [`ParameterError::SampleTime`] unless 1e-9 s ≤ T ≤ 1e6 s.
@@ -464,8 +464,8 @@ pub(crate) fn plain_modes<F: Real>(values: &[F], integer: i32) -> usize {
 }
 
 impl<F: Real, const TAPS: usize, const MODES: usize> Bank<F, TAPS, MODES> {
-    /// From g, `k_1`, …, `k_{TAPS−1}`, then d and W of each mode, all finite. The response is not to be
-    /// asked for: the rate is not in the list.
+    /// From g, `k_1`, …, `k_{TAPS−1}`, then d and W of each mode, all finite. Do not ask for its
+    /// frequency response: the rate is not in the list.
     pub(crate) fn from_list(values: &[F], integer: i32) -> Result<Self, ListError> {
         let mut bank = Self::SILENT;
         bank.replace(values, integer)?;
@@ -527,8 +527,8 @@ impl<F: Real, const MODES: usize> FullMemory<F, PORTABLE_TAPS, MODES> {
     /// [`Operator::list`](crate::Operator::list) gives them: the same bits as the operator that the list is of, without
     /// its design, so that a microcontroller needs no elementary functions.
     ///
-    /// # Errors
-    /// A list that is none, see [`ListError`]. The response is not to be asked for: the rate is not in the list.
+    /// # Errors An invalid list, see [`ListError`]. The response is not to be asked for: the rate
+    /// is not in the list.
     pub fn from_list(integer: i8, values: &[F]) -> Result<Self, ListError> {
         let integer = check_integer(integer)?;
         check_finite(values)?;

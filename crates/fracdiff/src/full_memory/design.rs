@@ -60,7 +60,8 @@ pub struct Design<const TAPS: usize, const MODES: usize> {
 }
 
 impl<const TAPS: usize, const MODES: usize> Design<TAPS, MODES> {
-    /// The modes in closed form: trapezoid rule in ln s, and two Gauss nodes for all that is slower than the horizon can tell apart.
+    /// The modes in closed form: trapezoid rule in ln s, and two Gauss nodes for all modes too slow
+    /// for the horizon to distinguish.
     /// ```text
     /// w_q = h·s_q·ρ(s_q)·sin(πν)/π,    s_q = e^(qh),    relative error ≈ 2|Γ(1 − ν + 2πi/h)|/Γ(1 − ν)
     /// ```
@@ -101,12 +102,13 @@ impl<const TAPS: usize, const MODES: usize> Design<TAPS, MODES> {
         Err(DesignError::Unreachable { tolerance, reached })
     }
 
-    /// A kernel of one's own: its weights, and the modes that stand for them from lag TAPS on.
+    /// A custom kernel: its weights, and the modes that replace them from lag TAPS on.
     /// ```text
     /// y[n] = T^(−μ)·Σ_j c_j·Δⁿx[n−j],   n = ⌈μ⌉,   c_j ≈ Σ_q w_q·e^(−j·s_q)   for j ≥ TAPS
     /// ```
     /// - `order`: μ, which sets the number n of differences (sums, where negative) and the unit s^(−μ).
-    /// - `weight`: `c_j`, dimensionless, at any whole lag j up to the horizon; the first TAPS are taken as they are.
+    /// - `weight`: `c_j`, dimensionless, at any whole lag j up to the horizon; the first TAPS are
+    ///   used unchanged.
     /// - `modes`: rates above 0, weights of either sign. Without a negative one, and with n = 1, the operator is passive
     ///   and loses nothing in single precision, as [`FullMemory`](super::FullMemory) says; else that is open.
     /// - `horizon`: up to this lag, samples, 1e2 to 1e12. [`error_bound`](Self::error_bound) is measured up to there,
@@ -272,7 +274,7 @@ impl<const TAPS: usize, const MODES: usize> Design<TAPS, MODES> {
         &self.modes[..self.count]
     }
 
-    /// The order μ of the operator, not that of the integral in its core.
+    /// The order μ of the operator, not of the integral at its core.
     #[must_use]
     pub fn order(&self) -> Order {
         self.order

@@ -57,10 +57,10 @@ impl<const TAPS: usize, const MODES: usize> Design<TAPS, MODES> {
         }
     }
 
-    /// The fewest modes that stand for a [`Memory`] within a tolerance.
+    /// The fewest modes that approximate a [`Memory`] within a tolerance.
     /// ```text
-    /// y[n] = T^(−μ)·Σ_j c_j·Δⁿx[n−j],   n = ⌈μ⌉,     c_j the weights of the memory
-    /// min_w Σ_j (Σ_q w_q·e^(−j·s_q)/c_j − 1)²,   w_q ≥ 0,   its exact modes as they are
+    /// y[n] = T^(−μ)·Σ_j c_j·Δⁿx[n−j],   n = ⌈μ⌉,     c_j the weights of the memory min_w Σ_j (Σ_q
+    /// w_q·e^(−j·s_q)/c_j − 1)²,   w_q ≥ 0,   its exact modes unchanged
     /// ```
     /// - *Without exact modes* the best sum, as in [`pruned`](Self::pruned), where Newton's method finds it. Else least squares:
     /// - *Rates* of the other modes: ever finer geometric grids, finer still where the density is narrow, and two Gauss

@@ -8,7 +8,7 @@ use crate::weights::{
 };
 use core::f64::consts::PI;
 
-/// The signal that the samples stand for, which decides the weights of the memory.
+/// How the signal is assumed to run between samples, which decides the weights of the memory.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]

@@ -16,7 +16,8 @@ use std::vec::Vec;
 /// - *Which are*: a power series Σ `c_j` w^j that continues to all of the plane but a cut w ≥ 1 has such weights if its
 ///   imaginary part above the cut is not negative: ρ(s) = Im P(e^s + i0)/π, and a pole at w = e^s is a mode of its own.
 ///   Responses of springs, dashpots and spring-pots to an increment of strain are of this kind.
-/// - [`Design::of_memory`](super::Design::of_memory) finds the modes that stand for it, [`MemoryWeights`] its weights.
+/// - [`Design::of_memory`](super::Design::of_memory) finds the modes that approximate it,
+///   [`MemoryWeights`] its weights.
 pub trait Memory {
     /// `c_0`, which may hold more than modes and density give at j = 0: a share that is gone after one sample.
     fn first(&self) -> f64;
@@ -42,7 +43,8 @@ pub trait Memory {
 /// ```text
 /// ∫ e^(−js) s·ρ(s) d ln s      Gauss–Legendre of 16 nodes on panels of ln s, halved until each is right to 1e-12
 /// ```
-/// - *Accuracy*: about 1e-12 relative for lags up to the horizon, as far as the density itself is that good.
+/// - *Accuracy*: about 1e-12 relative for lags up to the horizon, if the density itself is that
+///   accurate.
 /// - *Cost*: some thousand densities once, as many exponentials for each weight.
 #[derive(Clone, Debug, PartialEq)]
 pub struct MemoryWeights {

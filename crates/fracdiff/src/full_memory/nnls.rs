@@ -16,7 +16,8 @@ const INDEPENDENT: f64 = 0.01;
 /// Columns may enter this many times each; Lawson and Hanson give three.
 const ENTRIES_A_COLUMN: usize = 10;
 
-/// x ≥ 0 with the least |A·x − b|², of the columns of A, each as long as b; all zero where there is nothing to fit.
+/// x ≥ 0 with the least |A·x − b|², of the columns of A, each as long as b; all zero if there is
+/// nothing to fit.
 ///
 /// Algorithm NNLS of C. L. Lawson and R. J. Hanson, *Solving Least Squares Problems*, 1974, ch. 23, by plain loops, so the
 /// same bits on every machine. NaN inputs give a result without meaning, never an endless loop.

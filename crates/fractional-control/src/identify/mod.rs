@@ -32,7 +32,7 @@ pub struct Identified {
     pub model: Vec<f64>,
     /// c of a [`Start`] that is not known, in the unit of y.
     pub offset: f64,
-    /// `u_p` of one that had settled, in the unit of u.
+    /// `u_p`, the earlier input of a plant that had settled, in the unit of u.
     pub input_before: f64,
     /// Standard errors of the free numbers, in the order of [`FreeNumber`]s.
     pub standard_errors: Vec<(FreeNumber, f64)>,

@@ -11,7 +11,7 @@ pub(super) const UNFIT: ControlError = ControlError::NotFound {
     why: "begin from another guess, nearer in gain and time constant, or with other terms",
 };
 
-/// The time by which an input acts later.
+/// The dead time: how much later an input acts.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum DeadTime {
     /// A dead time that is known and stays.
@@ -24,7 +24,7 @@ impl DeadTime {
     /// No dead time, which stays so.
     pub const NONE: Self = Self::Known(Seconds(0.0));
 
-    /// The one that is known, or where the search begins, s.
+    /// The known dead time, or where the search begins, s.
     #[must_use]
     pub const fn seconds(self) -> f64 {
         match self {
@@ -32,7 +32,7 @@ impl DeadTime {
         }
     }
 
-    /// True if it is to be found.
+    /// True if the dead time is searched for.
     #[must_use]
     pub const fn is_free(self) -> bool {
         matches!(self, Self::From(_))
@@ -71,7 +71,7 @@ pub struct Record<'a> {
     pub output: &'a [f64],
     /// True if u is a command that was held from its sample to the next, as in a step; false for a smooth signal that was sampled.
     pub held: bool,
-    /// The input acts so much later; shorter than the record.
+    /// Sets how much later the input acts; it must be shorter than the record.
     pub dead_time: DeadTime,
     /// Where the plant is when it begins.
     pub start: Start,

@@ -20,13 +20,13 @@ pub struct WholeShape {
     pub integrators: usize,
 }
 
-/// A first guess, and what it leaves.
+/// A first guess, and the residual that it leaves.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct WholeGuess {
     /// The function, a start for a search.
     pub function: FractionalTransferFunction,
-    /// Root mean square of what it leaves of the record, in the unit of y.
+    /// Root mean square of the residual, in the unit of y.
     pub rms_residual: f64,
 }
 

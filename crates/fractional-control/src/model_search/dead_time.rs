@@ -204,7 +204,7 @@ const NEAR: f64 = 0.05;
 /// A dead time is determined whose interval ends within this share of it, or half a sample.
 const DETERMINED: f64 = 0.05;
 
-/// What a record tells of a dead time.
+/// What a record reveals about a dead time.
 #[derive(Clone, Copy, Debug)]
 #[non_exhaustive]
 pub struct DeadTimeEvidence<'a> {
@@ -212,8 +212,8 @@ pub struct DeadTimeEvidence<'a> {
     pub interval_s: [f64; 2],
     /// True if both ends are within 5 % or half a sample of the dead time that was found.
     pub is_determined: bool,
-    /// Of those one whose dead time is outside the interval of the first function alone by more than half a sample: it has poles in place of some of
-    /// it, or the reverse.
+    /// Of those one whose dead time is outside the interval of the first function alone by more
+    /// than half a sample: it replaces part of the dead time by poles, or the reverse.
     pub instead: Option<&'a Found>,
 }
 

@@ -14,11 +14,13 @@ use std::vec::Vec;
 pub struct Found {
     /// The function, its output, and how sure its numbers are: less so where neighbouring samples of what is left are alike.
     pub identified: Identified,
-    /// Bayesian information criterion: less is better. What is less than a model can resolve counts as nothing.
+    /// Bayesian information criterion: less is better. Anything smaller than a model can resolve
+    /// counts as zero.
     pub bic: f64,
     /// Correlation of neighbouring samples of what is left: near 0 of white noise, near 1 of a model that lacks something.
     pub neighbours: f64,
-    /// Where the function leaves most, if that is much of the output there and no noise.
+    /// The stretch with the largest residual, if that is a large part of the output there and is
+    /// not noise.
     pub unexplained: Option<Unexplained>,
 }
 
@@ -128,7 +130,8 @@ fn news(signal: &[f64], alike: f64) -> Vec<f64> {
     pairs.map(|(now, before)| now - alike * before).collect()
 }
 
-/// A stretch of a record that a function does not explain, though what it leaves there is no noise.
+/// A stretch of a record where the residual is too regular to be noise, so the function misses
+/// something.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct Unexplained {
@@ -136,6 +139,6 @@ pub struct Unexplained {
     pub from_s: f64,
     /// The time at which the stretch ends, s.
     pub to_s: f64,
-    /// Root mean square of what is left, over that of the output there.
+    /// Root mean square of the residual, divided by that of the output there.
     pub share: f64,
 }

@@ -23,8 +23,9 @@ mod found;
 mod record;
 mod start;
 
-/// Of a first function that does not settle by itself: another that does, within the record, and that the record does not speak very strongly
-/// against: a criterion at most 10 above (A. E. Raftery, *Bayesian model selection in social research*, 1995, Table 6), or that of one number.
+/// For a first function that does not settle on its own: another that does, within the record, and
+/// that the record does not speak very strongly against: a criterion at most 10 above (A. E.
+/// Raftery, *Bayesian model selection in social research*, 1995, Table 6), or that of one number.
 #[must_use]
 pub fn settles_as_well<'a>(found: &'a [Found], record: &InputOutput) -> Option<&'a Found> {
     let first = found.first().filter(|first| !first.settles())?;
@@ -97,8 +98,9 @@ const BEGINS_ELSEWHERE: f64 = 4.0;
 /// Time constants over the length of the record that a lag is tried with.
 const LAGS: [f64; 3] = [0.3, 0.1, 0.03];
 
-/// Finds where the plant was when the record begins, by functions of whole orders: at rest unless another [`Start`] has a criterion that is better by
-/// 10, and the output begins elsewhere than at 0. An input that never moves cannot tell the one before it.
+/// Finds where the plant was when the record begins, by functions of whole orders: at rest unless
+/// another [`Start`] has a criterion that is better by 10, and the output begins elsewhere than at
+/// 0. An input that never moves does not reveal its value before the record.
 pub fn find_start(record: &mut InputOutput, held: bool, dead_time: Option<Seconds>) {
     let part = part(record, held, OF_START).unwrap_or_else(|| record.clone());
     let first = |signal: &[f64]| signal.first().copied().unwrap_or(0.0);
@@ -158,8 +160,7 @@ const DECISIVE: f64 = 10.0;
 ///
 /// `done` is told of guesses that are done, as many as there are, and of fits that begin from them again.
 ///
-/// # Errors
-/// That of the first guess, if none fits.
+/// # Errors The first guess's error, if none fits.
 pub fn identify(
     record: &InputOutput,
     guesses: &[Guess],

@@ -35,7 +35,7 @@ pub struct Guess {
     pub function: FractionalTransferFunction,
     /// True if its orders are fitted with its coefficients; false if they stay.
     pub has_free_orders: bool,
-    /// The dead time before it.
+    /// The dead time in front of the function.
     pub dead_time: DeadTime,
 }
 
@@ -59,7 +59,7 @@ impl InputOutput {
         }
     }
 
-    /// Counts input and output from their first values.
+    /// Subtracts the first values from input and output.
     pub fn subtract_start(&mut self) {
         for signal in [&mut self.input, &mut self.output] {
             let first = signal.first().copied().unwrap_or(0.0);

@@ -9,7 +9,7 @@ use num_complex::Complex;
 use std::collections::{BTreeMap, BTreeSet};
 use std::vec::Vec;
 
-/// A controller that was tuned, and what it reaches.
+/// A tuned controller, and what it achieves.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct Tuned {
@@ -21,7 +21,7 @@ pub struct Tuned {
     pub phase_margin_rad: f64,
     /// dφ/d ln ω at `ω_c`, rad.
     pub phase_slope_rad: f64,
-    /// Peaks, spreads and stability, as far as the grid of the search tells them.
+    /// Peaks, spreads and stability, as accurately as the search's grid shows them.
     pub measures: Measures,
     /// Wishes that are missed by more than 1 %; empty if all are met.
     pub unmet: Vec<Wish>,

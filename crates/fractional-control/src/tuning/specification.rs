@@ -65,7 +65,7 @@ pub enum WishName {
 pub struct Wish {
     /// The wish that the two numbers are of.
     pub name: WishName,
-    /// What is asked for, in the unit that [`WishName`] tells.
+    /// The required value, in the unit that [`WishName`] states.
     pub wanted: f64,
     /// What the loop reaches, in the same unit.
     pub reached: f64,
@@ -272,8 +272,8 @@ pub const GAINS: [f64; 5] = [
     1.995_262_314_968_879_5,
 ];
 
-/// Steps of the sampled loop, unlimited, all on the error, one for each of [`GAINS`]: `samples` samples each. The command is that for the
-/// nominal plant times the gain.
+/// Steps of the sampled loop, unlimited, all on the error, one for each of [`GAINS`]: `samples`
+/// samples each. The command is computed for the nominal plant times the gain.
 ///
 /// # Errors
 /// A plant that does not run, parameters outside their range.

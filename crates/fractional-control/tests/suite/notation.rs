@@ -36,7 +36,7 @@ fn the_usual_notation_is_read_and_printed_back() {
 fn a_refusal_is_one_line_with_the_value_and_the_remedy() {
     for [text, part] in testkit::table(
         "
-        s/(s^0.5+1) | order 1 of the numerator is above 0.5
+        s/(s^0.5+1) | the numerator's order 1 exceeds the denominator's order 0.5
         1/(s^2.2-s^2.2+1) | the coefficient of s^2.2 is 0
         1/(0s^2+s+1) | the coefficient of s^2 is 0
         1/(0.0*s^2+s+1) | the coefficient of s^2 is 0

@@ -15,12 +15,12 @@ pub struct HandMass {
     pub damping_n_s_per_m: f64,
 }
 
-/// A coupler `k_c` + `b_c·D^μ` from place to force.
+/// A coupler `k_c` + `b_c·D^μ` from position to force.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct HandCoupler {
     /// `k_c`, N/m, at least 0.
     pub stiffness_n_per_m: f64,
-    /// `b_c`, N·s^μ/m, at least 0; one of both above 0.
+    /// `b_c`, N·s^μ/m, at least 0; one of the two must be above 0.
     pub dissipation_n_s_mu_per_m: f64,
     /// μ, 0 to 1.
     pub order: Order,

@@ -7,7 +7,7 @@ use fracdiff::Order;
 use fracdiff::parameter::positive;
 use num_complex::Complex;
 
-/// How near the transmitted impedance is to the true one.
+/// How close the transmitted impedance is to the true one.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct Transparency {
@@ -15,7 +15,7 @@ pub struct Transparency {
     pub error: f64,
     /// Largest | `20·log₁₀|Z_t/Z_e`| |, dB.
     pub largest_db: f64,
-    /// Largest phase between both, °.
+    /// Largest phase difference between the two, °.
     pub largest_degrees: f64,
 }
 
@@ -24,11 +24,11 @@ pub struct Transparency {
 pub struct CouplerSearch {
     /// Devices, sample time, delay, and the kind of line; its coupler or impedance does not matter.
     pub hands: Teleoperation,
-    /// Frequencies at which the environment is to feel right, rad/s.
+    /// Frequencies at which the environment should feel right, rad/s.
     pub omegas_rad_s: Vec<f64>,
     /// `Z_e` at each, N·s/m.
     pub environment: Vec<Complex<f64>>,
-    /// True if a coupler has to be absolutely stable; false for a line that is passive by its energy.
+    /// True if a coupler must be absolutely stable; false for a line that is passive by its energy.
     pub stable: bool,
 }
 

@@ -31,7 +31,7 @@ pub enum HaplyOpenError {
     Port(#[from] SerialError),
     /// Not one whole answer came in time.
     #[error(
-        "no 2DIY answers: {bytes} of the 9 bytes of an answer came in 0.5 s; check the port, and that the board is on"
+        "no 2DIY answered: only {bytes} of the 9 bytes of an answer arrived in 0.5 s; check the port, and that the board is on"
     )]
     Mute {
         /// Bytes of that answer which did come; 0 if nothing is there.
@@ -55,18 +55,18 @@ pub enum HaplyOpenError {
     )]
     Line,
     /// Its first answers cannot be those of such a device.
-    #[error("the first answer is not that of a working 2DIY: {0}")]
+    #[error("the first answer is not from a working 2DIY: {0}")]
     First(Trouble),
     /// Its first answers, by the home of an earlier command.
     #[error(
-        "with home=before the first answer is not that of a working 2DIY: {0}; if the handle was not at its home then, or the board was \
+        "with home=before the first answer is not from a working 2DIY: {0}; if the handle was not at its home then, or the board was \
          switched off since, hold it there and omit home=before"
     )]
     FirstSinceBefore(Trouble),
 }
 
 impl HaplyName {
-    /// Opens the port, configures the board and looks at its first answers.
+    /// Opens the port, configures the board and checks its first answers.
     ///
     /// # Errors
     /// A port that cannot be opened; a board that does not answer as a 2DIY does.
@@ -133,11 +133,10 @@ impl<L: Line> Haply2Diy<L, 2> {
 }
 
 impl<L: Line> Haply2Diy<L> {
-    /// Configures the board at the other end of a line, unless it is to keep the home of before, and looks at its first answers. No
-    /// torque meanwhile.
+    /// Configures the board at the other end of a line, unless it should keep its earlier home, and
+    /// checks its first answers. There is no torque meanwhile.
     ///
-    /// # Errors
-    /// No answer, or one that cannot be of such a device.
+    /// # Errors No answer, or one that such a device cannot give.
     pub fn greet(mut line: L, name: &HaplyName) -> Result<Self, HaplyOpenError> {
         let (model, posture) = greeted(&mut line, name)?;
         Ok(Self::new(line, model, posture, name))

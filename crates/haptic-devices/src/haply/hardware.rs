@@ -25,10 +25,12 @@ const ROOM: usize = 64;
 /// More answers than ever are due: the room for one more byte than theirs is there.
 const DUE_MOST: u8 = 6;
 
-/// A 2DIY that moves and pushes along D lines of its plane: one unless said, across which there is no force, or both axes.
+/// A 2DIY that moves and pushes along D lines of its plane: one line by default, without force
+/// across it, or both axes.
 ///
-/// A force goes out in a write, and its place comes back with the next read: a tick of delay. A frame is sent only
-/// when the last answer is whole, so a lost byte leaves the board waiting; a late answer keeps place and torque.
+/// A force goes out in a write, and its place comes back with the next read: a tick of delay. A
+/// frame is sent only when the last answer is whole, so a lost byte leaves the board waiting; after
+/// a late answer, position and torque stay the same.
 /// *Torques* beyond the board's are scaled down together: the force keeps its direction.
 #[derive(Debug)]
 pub struct Haply2Diy<L: Line, const D: usize = 1> {
@@ -107,7 +109,7 @@ impl<L: Line, const D: usize> Haply2Diy<L, D> {
         &self.model
     }
 
-    /// The last posture that was believed.
+    /// The last posture that was accepted.
     #[must_use]
     pub const fn posture(&self) -> &Posture {
         &self.posture
@@ -119,7 +121,7 @@ impl<L: Line, const D: usize> Haply2Diy<L, D> {
         self.trouble
     }
 
-    /// Ticks whose torques were scaled down to what the board makes.
+    /// Number of ticks whose torques were scaled down to the board's limit.
     #[must_use]
     pub const fn scaled(&self) -> u64 {
         self.scaled

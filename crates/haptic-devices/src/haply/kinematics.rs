@@ -22,24 +22,24 @@ const STRAIGHT_LEAST: f64 = 0.02;
 /// The lengths of a five-bar pantograph, m.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Pantograph {
-    /// l, from a joint at the base to its elbow.
+    /// l, the length from a joint at the base to its elbow.
     pub near_m: f64,
-    /// L, from an elbow to the hand.
+    /// L, the length from an elbow to the hand.
     pub far_m: f64,
-    /// d, between both joints at the base.
+    /// d, the distance between the two joints at the base.
     pub base_m: f64,
 }
 
 /// A posture: place of the hand, and its derivatives.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Posture {
-    /// Place of the hand, m.
+    /// Position of the hand, m.
     pub hand_m: Vector2<f64>,
     /// J = ∂(x, y)/∂(θ₁, θ₂), m/rad.
     pub jacobian: Matrix2<f64>,
 }
 
-/// A posture in which the hand has no place, or no Jacobian worth the name.
+/// A posture in which the hand's position is undefined or its Jacobian is nearly singular.
 #[derive(Clone, Copy, Debug, PartialEq, Error)]
 #[non_exhaustive]
 pub enum Singular {
@@ -75,12 +75,12 @@ pub enum Singular {
 }
 
 impl Pantograph {
-    /// The posture of two angles, rad.
+    /// The posture for two angles, rad.
     ///
     /// *Accuracy*: rounding, 1e-15 m, in every posture that is not singular. *Cost*: four functions of angles, two roots.
     ///
-    /// # Errors
-    /// Angles that are not finite or no posture; far arms in a line to a sine of 0.1, arms of one side to a sine of 0.02.
+    /// # Errors Angles that are not finite or do not give a posture; far arms in a line to a sine
+    /// of 0.1, arms of one side to a sine of 0.02.
     pub fn posture(&self, angles: [f64; 2]) -> Result<Posture, Singular> {
         if !angles.iter().all(|angle| angle.is_finite()) {
             return Err(Singular::NotFinite);
@@ -127,10 +127,10 @@ impl Pantograph {
         posture.hand_m.y > 0.0 && side(0.0, first) > 0.0 && side(self.base_m, second) < 0.0
     }
 
-    /// The angles of a place of the hand, rad, with both elbows on the outside; θ₁ in (−½π, 3/2 π], θ₂ in (−3/2 π, ½π].
+    /// The angles for a position of the hand, rad, with both elbows on the outside; θ₁ in (−½π, 3/2
+    /// π], θ₂ in (−3/2 π, ½π].
     ///
-    /// # Errors
-    /// A place that the arms do not reach.
+    /// # Errors A position that the arms do not reach.
     pub fn angles(&self, hand_m: Vector2<f64>) -> Result<[f64; 2], Singular> {
         let angle = |arm: u8, base_m: f64, side: f64| {
             let to = hand_m - Vector2::new(base_m, 0.0);
@@ -149,13 +149,13 @@ impl Pantograph {
 }
 
 impl Posture {
-    /// The torques that make a force at the hand, τ = Jᵀ·f, N·m.
+    /// The torques that cause a force at the hand, τ = Jᵀ·f, N·m.
     #[must_use]
     pub fn torques(&self, force_n: Vector2<f64>) -> Vector2<f64> {
         self.jacobian.transpose() * force_n
     }
 
-    /// The force at the hand of two torques, N.
+    /// The force at the hand caused by two torques, N.
     #[must_use]
     pub fn force(&self, torques_nm: Vector2<f64>) -> Vector2<f64> {
         let j = &self.jacobian;

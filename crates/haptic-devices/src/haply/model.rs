@@ -48,7 +48,7 @@ pub struct Model {
     pub version: Version,
     /// The joints of both arms.
     pub joints: [Joint; 2],
-    /// Lengths of the arms, from which places and forces follow.
+    /// Lengths of the arms, from which positions and forces follow.
     pub pantograph: Pantograph,
 }
 
@@ -56,7 +56,7 @@ impl Version {
     /// Every version that a name can choose.
     pub const ALL: [Self; 2] = [Self::V2, Self::V3];
 
-    /// The version as it is printed on no device: 2 or 3.
+    /// The version, 2 or 3, which is not printed on the device.
     #[must_use]
     pub const fn number(self) -> u8 {
         match self {
@@ -65,7 +65,7 @@ impl Version {
         }
     }
 
-    /// The version that a device may be when its answers do not fit this one.
+    /// The other version, suspected when a device's answers do not fit this one.
     #[must_use]
     pub const fn other(self) -> Self {
         match self {
@@ -139,7 +139,7 @@ impl Model {
         core::f32::consts::TAU * self.pantograph.near_m as f32 / counts
     }
 
-    /// Angles with the handle at home, rad: the whole counts that the board takes it for.
+    /// Angles with the handle at home, rad, as the whole counts that the board assumes there.
     #[must_use]
     pub fn home(&self) -> [f64; 2] {
         self.joints.map(|joint| {
@@ -214,7 +214,7 @@ impl Axis {
     }
 }
 
-/// Where the encoders count from.
+/// Which position counts as home for the encoders.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Home {
     /// The handle is at its home while the device is opened.
@@ -233,7 +233,8 @@ pub struct HaplyName {
     pub version: Version,
     /// Line of the plane; y unless given.
     pub axis: Axis,
-    /// Place of zero on that line, m from the middle of the base: 90 mm for y, 0 for x unless given.
+    /// Position of zero on that line, m from the middle of the base: 90 mm for y, 0 for x unless
+    /// given.
     pub zero_m: f64,
     /// Where the encoders count from.
     pub home: Home,
@@ -242,10 +243,10 @@ pub struct HaplyName {
 impl HaplyName {
     /// First word of a name, before the colon.
     pub const KIND: &'static str = "haply";
-    /// Form of its names, as a help text shows it.
+    /// The form of its names, for help texts.
     pub const FORM: &'static str =
         "haply:PATH[,version=2|3][,axis=x|y|-x|-y][,zero=LENGTH][,home=now|before]";
-    /// With the settings that are not given.
+    /// A device at this path, with default settings.
     #[must_use]
     pub fn at(path: &str) -> Self {
         Self {
@@ -308,7 +309,8 @@ const GRID_M: f64 = 1e-3;
 /// A longer side of a box than any arm reaches, m.
 const SIDE_MOST_M: f64 = 0.5;
 
-/// The plane of a device, with its places from the middle of the workspace: x along the base to the right, y away from it.
+/// The plane of a device, with positions measured from the middle of the workspace: x along the
+/// base to the right, y away from it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Plane {
     model: Model,
@@ -352,7 +354,7 @@ pub(super) fn middle(model: &Model) -> Vector2<f64> {
 }
 
 impl Plane {
-    /// Lowest and highest place between which both motors make the largest force, m.
+    /// Lowest and highest position between which both motors reach the largest force, m.
     pub const HANDY_M: ([f64; 2], [f64; 2]) = ([-0.05, -0.05], [0.05, 0.04]);
 
     /// The plane in which a device of this model moves.
@@ -361,7 +363,7 @@ impl Plane {
         Self { model }
     }
 
-    /// The place that is zero, in the coordinates of the maker, m.
+    /// The position of zero in the maker's coordinates, m.
     #[must_use]
     pub fn centre(&self) -> Vector2<f64> {
         middle(&self.model) + Axis::Y.across_and_along(Axis::Y.zero_m())
@@ -388,13 +390,14 @@ impl Plane {
         }
     }
 
-    /// The least and the largest mass that the handle has along any direction at any place of a box, for one that has 1 kg in the
-    /// middle of the workspace, in the mean of its directions; kg.
+    /// The least and the largest mass of the handle, kg, in any direction anywhere in a box, if its
+    /// mean over directions in the middle of the workspace is 1 kg.
     ///
     /// ```text
     /// M = I·(J·Jᵀ)⁻¹,   mass along n  1/(nᵀ·M⁻¹·n) = I/|Jᵀ·n|²  in [I/σ₁², I/σ₂²],  σ the singular values of J
     /// ```
-    /// Both arms count as the same inertia I about their base joints. Places are looked at on a grid of 1 mm.
+    /// Both arms are assumed to have the same inertia I about their base joints. Positions are
+    /// checked on a grid of 1 mm.
     ///
     /// # Errors
     /// A box with a place that the arms do not reach, or where they are next to a singular posture.

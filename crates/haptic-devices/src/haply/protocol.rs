@@ -25,7 +25,7 @@ pub const TORQUE_MAX_NM: f64 = 0.123;
 pub const TORQUES_BYTES: usize = 10;
 /// Bytes of the frame that configures the board.
 pub const CONFIGURATION_BYTES: usize = 26;
-/// Bytes of the board's answer; there is no other frame from it.
+/// Bytes of the board's answer; the board sends no other frame.
 pub const ANSWER_BYTES: usize = 9;
 /// More zeros than any frame can still miss: the longest configuration has 3 + 4 + 1 + 4 + 1 + 255 + 1 + 255 + 4·8 =
 /// 556 bytes.
@@ -73,8 +73,9 @@ pub fn configuration(model: &Model) -> [u8; CONFIGURATION_BYTES] {
     bytes
 }
 
-/// The frame that sets the torques of both joints, N·m. The lowest byte of each number is zero: where a byte is lost,
-/// the board reads next to no torque instead of any. It costs 3·10⁻⁵ of the torque at most.
+/// The frame that sets the torques of both joints, N·m. The lowest byte of each number is zero, so
+/// after a lost byte the board reads almost no torque, not an arbitrary one. This costs at most
+/// 3·10⁻⁵ of the torque.
 #[must_use]
 pub fn torques(model: &Model, torques_nm: [f32; 2]) -> [u8; TORQUES_BYTES] {
     let mut bytes = [0; TORQUES_BYTES];
@@ -97,7 +98,7 @@ pub fn answer(model: &Model, device_id: u8, angles_deg: [f32; 2]) -> [u8; ANSWER
     bytes
 }
 
-/// Number of the device and angles of the joints, degrees, of an answer.
+/// The device number and the joint angles, degrees, in an answer.
 #[must_use]
 pub fn angles_of(model: &Model, bytes: [u8; ANSWER_BYTES]) -> (u8, [f32; 2]) {
     let [device_id, a0, a1, a2, a3, b0, b1, b2, b3] = bytes;
@@ -114,16 +115,16 @@ pub const SPEED_MOST_M_PER_S: f64 = 3.0;
 /// Counts of the encoder beside that: the steps of two readings.
 const COUNTS_SPARE: f64 = 4.0;
 
-/// Something that a 2DIY in order does not do.
+/// Something that a working 2DIY does not do.
 #[derive(Clone, Copy, Debug, PartialEq, Error)]
 #[non_exhaustive]
 pub enum Trouble {
     /// The port is gone, or takes no bytes.
-    #[error("its port is gone: look at its plug and its supply")]
+    #[error("its port is gone: check its plug and power supply")]
     Gone,
     /// No whole answer in time.
     #[error(
-        "no whole answer for {ticks} ticks ({bytes} of 9 bytes came): a byte was lost, the board hangs, or the sample time is too short for this USB port"
+        "no complete answer for {ticks} ticks ({bytes} of 9 bytes came): a byte was lost, the board hangs, or the sample time is too short for this USB port"
     )]
     Silent {
         /// Ticks in a row without a whole answer.
@@ -133,7 +134,7 @@ pub enum Trouble {
     },
     /// More bytes than were asked for.
     #[error(
-        "{bytes} bytes came where {expected} were due: something was added on the line, or another program speaks to the board"
+        "{bytes} bytes arrived instead of {expected}: the line added some, or another program is talking to the board"
     )]
     TooMuch {
         /// Bytes that came in the tick.
@@ -143,7 +144,7 @@ pub enum Trouble {
     },
     /// The answer of another device.
     #[error(
-        "the answer is of device {device_id} instead of 5: a byte was lost or changed, or this is no 2DIY"
+        "the answer comes from device {device_id} instead of 5: a byte was lost or changed, or this is not a 2DIY"
     )]
     OtherDevice {
         /// Number that the answer carries in place of the device's.
@@ -166,7 +167,7 @@ pub enum Trouble {
     },
     /// No posture of these arms has such angles.
     #[error(
-        "angles of {first:.1}° and {second:.1}° are out of reach of a 2DIY of version {version}: give version={other} if it is one of those, and hold the handle at its home while the device is opened"
+        "angles of {first:.1}° and {second:.1}° are out of reach of a 2DIY of version {version}: give version={other} if yours is that version, and hold the handle at its home while the device is opened"
     )]
     OutOfReach {
         /// θ₁ of the answer, degrees.
@@ -180,7 +181,7 @@ pub enum Trouble {
     },
     /// The posture is singular, or next to it.
     #[error(
-        "{singular}: keep the handle in the middle, or give version={other} if it is one of those"
+        "{singular}: keep the handle in the middle, or give version={other} if yours is that version"
     )]
     Singular {
         /// Names what is wrong with the posture.
@@ -201,7 +202,7 @@ impl Trouble {
         }
     }
 
-    /// Tells whether to look at the board or at its line.
+    /// Says whether the user should check the board or its line.
     #[must_use]
     pub const fn cause(self) -> TroubleCause {
         if matches!(self, Self::Gone | Self::Silent { .. }) {

@@ -65,9 +65,10 @@ pub struct MoteusAxis<S: Read + Write> {
 }
 
 impl<S: Read + Write> MoteusAxis<S> {
-    /// Stops the servo, which clears its faults, and waits until it answers as one that stands. Each read of the stream may
-    /// wait for some 20 ms here, and must not from then on: see [`stream`](Self::stream). With `checksum` each line must have
-    /// one from the first on; without it they are used as soon as the other end shows that it knows them.
+    /// Stops the servo, which clears its faults, and waits until it answers as one that stands.
+    /// Each read of the stream may wait for some 20 ms here, and must not from then on: see
+    /// [`stream`](Self::stream). With `checksum` each line must have one from the first on; without
+    /// it they are used once the other end has shown that it knows them.
     ///
     /// # Errors
     /// A setting outside its range; no answer, a fault that stays, another servo.
@@ -151,7 +152,7 @@ impl<S: Read + Write> MoteusAxis<S> {
         Ok(None)
     }
 
-    /// The stream, to set that its reads do not wait from now on.
+    /// The stream, so that its reads can be set not to wait.
     pub const fn stream(&mut self) -> &mut S {
         &mut self.adapter.stream
     }

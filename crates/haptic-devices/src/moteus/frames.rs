@@ -78,7 +78,7 @@ impl Route {
     }
 }
 
-/// What is said to one servo, and how its answers look.
+/// The frames to one servo, and the format of its answers.
 #[derive(Debug)]
 pub struct Frames {
     address: u32,
@@ -88,7 +88,7 @@ pub struct Frames {
 }
 
 impl Frames {
-    /// For the servo of this number, which lets go after so long a silence, s.
+    /// Frames for the servo with this number, which lets go after this much silence, s.
     #[must_use]
     pub fn new(id: u8, watchdog_s: f64) -> Self {
         let mut query = QueryFormat::default();

@@ -12,13 +12,13 @@ use std::fmt;
 pub struct MoteusSettings {
     /// Number of the servo on its bus, 1 to 126.
     pub id: u8,
-    /// r, m, in [0.001, 1]. A negative one turns the direction round.
+    /// r, m, in [0.001, 1] in size. A negative r reverses the direction.
     pub radius_m: f64,
     /// Largest torque that is ever asked of the servo, N·m, in [0.0001, 20].
     pub torque_limit_nm: f64,
-    /// Silence of this program after which the servo lets go by itself, s, in [0.01, 1].
+    /// Silence of this program after which the servo lets go on its own, s, in [0.01, 1].
     pub watchdog_s: f64,
-    /// Ticks in a row without an answer that are a fault, 2 to 1000.
+    /// Number of ticks in a row without an answer that causes a fault, 2 to 1000.
     pub lost_most: u32,
 }
 
@@ -72,7 +72,8 @@ impl Setting {
 }
 
 impl MoteusSettings {
-    /// A servo as it is delivered, with a capstan of 20 mm; 0.1 N·m are 5 N there, which no hand minds.
+    /// A servo as delivered, with a capstan of 20 mm; 0.1 N·m are 5 N there, which is harmless to a
+    /// hand.
     pub const DEFAULT: Self = Self {
         id: 1,
         radius_m: 0.02,
@@ -81,7 +82,7 @@ impl MoteusSettings {
         lost_most: 4,
     };
 
-    /// Metres in a revolution; negative where the direction is turned round.
+    /// Metres per revolution; negative if the direction is reversed.
     #[must_use]
     pub fn metres_per_revolution(&self) -> f64 {
         core::f64::consts::TAU * self.radius_m
@@ -117,7 +118,7 @@ impl MoteusSettings {
     }
 }
 
-/// A servo by name: `moteus:PATH[,key=value]…`, its keys those of [`MoteusSettings`].
+/// A servo by name: `moteus:PATH[,key=value]…`, with the keys of [`MoteusSettings`].
 #[derive(Clone, Debug, PartialEq)]
 pub struct MoteusName {
     pub(super) path: String,

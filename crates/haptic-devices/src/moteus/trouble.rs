@@ -34,7 +34,7 @@ pub enum MoteusOpenError {
 #[non_exhaustive]
 pub enum Trouble {
     /// The port takes or gives no bytes any more.
-    #[error("the adapter is gone: look at its plug and its supply")]
+    #[error("the adapter is gone: check its plug and power supply")]
     Gone,
     /// No answer for so many ticks in a row.
     #[error("servo {id} did not answer {ticks} times in a row: {instead}")]
@@ -73,7 +73,7 @@ pub enum Trouble {
         mode: u8,
     },
     /// The servo does not know its position.
-    #[error("servo {id} does not know its position: look at its encoder with the maker's `tview`")]
+    #[error("servo {id} does not know its position: check its encoder with the maker's `tview`")]
     NotFinite {
         /// Number of the servo on its bus.
         id: u8,
@@ -93,7 +93,7 @@ pub enum Trouble {
 }
 
 impl Trouble {
-    /// Tells whether to look at the servo, its line or this machine.
+    /// Says whether the user should check the servo, its line or this machine.
     #[must_use]
     pub const fn cause(self) -> TroubleCause {
         match self {
@@ -107,14 +107,14 @@ impl Trouble {
     }
 }
 
-/// What came in place of an answer.
+/// What arrived instead of an answer.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Instead {
-    /// Frames that the adapter took.
+    /// Frames that the adapter acknowledged.
     pub taken: u32,
-    /// Lines in which it complained.
+    /// Lines in which it reported an error.
     pub refused: u32,
-    /// Lines that are none of an adapter, or were damaged; answers that cannot be.
+    /// Lines that an adapter does not send, or that were damaged; answers that cannot be.
     pub garbage: u32,
 }
 

@@ -62,7 +62,7 @@ pub struct Emulation {
     pub axes: u8,
     /// The device that it is; `None` for an ideal one, of the mass and damping that a host asks for.
     pub body: Option<Body>,
-    /// Device seconds in a second.
+    /// Device seconds per second.
     pub speed: f64,
     /// Faults of the line, both ways.
     pub faults: LineFaults,
@@ -79,7 +79,7 @@ pub struct Emulated {
     pub ticks: u64,
     /// Frames both ways, and what the line did to them.
     pub damage: Damage,
-    /// Frames that found the queue to the host full, as no host read them.
+    /// Frames dropped because the queue to the host was full.
     pub unread: u64,
 }
 
@@ -278,7 +278,8 @@ impl<H: Hardware<D>, const D: usize> Emulator<H, D> {
 /// A device that an emulated board is, whatever a host takes it for.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Body {
-    /// Mass, damping, friction, delay and lag. The sample time is that of a run, and so is the stiffness, which is a hand's.
+    /// Mass, damping, friction, delay and lag. The sample time and the stiffness, which belongs to
+    /// a hand, come from the run.
     pub plant: MassDamperConfig,
     /// Resolution of its encoder, m per count; 0 for none.
     pub encoder_resolution: Metres,

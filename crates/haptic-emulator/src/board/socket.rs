@@ -13,8 +13,8 @@ use std::time::Duration;
 /// Longest wait of a read or a write, so that the threads notice the end.
 const PATIENCE: Duration = Duration::from_millis(20);
 
-/// A Unix socket that a host can open, one at a time. Its bytes come at once; those of a pseudo-terminal go through a
-/// worker of the system, which a busy machine may let wait for seconds.
+/// A Unix socket that one host at a time can open. Bytes arrive at once; a pseudo-terminal passes
+/// them through a system worker, which a busy machine may delay for seconds.
 #[derive(Debug)]
 pub struct Socket {
     listener: UnixListener,
@@ -22,7 +22,8 @@ pub struct Socket {
 }
 
 impl Socket {
-    /// Makes one. A socket of before at which nobody listens any more gives way; everything else that is there stays.
+    /// Makes a socket. An old socket without a listener is replaced; any other existing file is
+    /// kept.
     ///
     /// # Errors
     /// If it cannot be made.

@@ -18,8 +18,8 @@ pub struct Terminal {
 }
 
 impl Terminal {
-    /// Makes one, with a symbolic link to it if asked for. An old link that leads to no pseudo-terminal gives way;
-    /// everything else that is there stays.
+    /// Opens a pseudo-terminal, with a symbolic link to it if requested. An old link that leads to
+    /// no pseudo-terminal is replaced; any other existing file is kept.
     ///
     /// # Errors
     /// If the system gives none, or the link cannot be made.

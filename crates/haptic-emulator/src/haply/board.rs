@@ -36,11 +36,11 @@ pub struct Counted {
     pub configured: u64,
     /// Frames of torques, each of which is answered with angles.
     pub torques: u64,
-    /// Resets, that before each configuration included.
+    /// Number of resets, including the one before each configuration.
     pub resets: u64,
-    /// Bytes that were no type of a frame.
+    /// Bytes that did not begin a known frame.
     pub skipped: u64,
-    /// Largest torque that a motor was to make, N·m, before it was cut.
+    /// Largest torque commanded to a motor, N·m, before clipping.
     pub largest_nm: f64,
 }
 
@@ -89,7 +89,7 @@ impl Board {
         &self.wired
     }
 
-    /// Its arms and the hand at them, to look at.
+    /// Its arms and the hand that holds them, for inspection.
     #[must_use]
     pub const fn body(&self) -> &Body {
         &self.body

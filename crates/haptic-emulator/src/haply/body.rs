@@ -89,8 +89,9 @@ impl Body {
         self.torques_nm = torques_nm;
     }
 
-    /// The device is configured. Whoever opens it holds the handle at its home, as they must; then the hand takes it from there. While a
-    /// motor drives nobody opens it: the handle stays where it is.
+    /// The device is configured. Whoever opens it holds the handle at its home, as they must; then
+    /// the hand takes it from there. Nothing opens it while a motor drives: the handle stays where
+    /// it is.
     pub fn opened(&mut self) {
         if self.torques_nm == Vector2::zeros() {
             (self.place_m, self.angles) = (self.home, self.home_angles);

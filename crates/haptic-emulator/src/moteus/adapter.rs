@@ -10,11 +10,11 @@ use std::io::Write as _;
 /// Counts of an emulated servo.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Served {
-    /// Frames from the host that were taken, whichever servo they were for.
+    /// Frames accepted from the host, for any servo.
     pub frames: u64,
     /// Frames that the servo sent back, for those that asked it.
     pub answers: u64,
-    /// Lines that were none of a host, or damaged.
+    /// Lines that a host does not send, or that were damaged.
     pub refused: u64,
 }
 
@@ -42,7 +42,8 @@ impl EmulatedAdapter {
         }
     }
 
-    /// The same with an adapter that knows no checksums: it overlooks them in what it is sent, and sends none.
+    /// The same with an adapter that knows no checksums: it ignores them in what it receives, and
+    /// sends none.
     #[must_use]
     pub fn without_checksums(servo: EmulatedServo) -> Self {
         Self {
@@ -57,7 +58,7 @@ impl EmulatedAdapter {
         self.served
     }
 
-    /// Takes bytes of the host, and appends what there is to say.
+    /// Takes bytes from the host and appends the answers.
     pub fn receive(&mut self, bytes: &[u8], now_us: u64, out: &mut Vec<u8>) {
         for byte in bytes {
             self.take(*byte, now_us, out);

@@ -69,7 +69,7 @@ impl EmulatedServo {
         })
     }
 
-    /// The mode that it reports; it makes torque in position mode alone.
+    /// The mode that it reports; it makes torque only in position mode.
     #[must_use]
     pub const fn mode(&self) -> Mode {
         self.mode
@@ -119,7 +119,7 @@ impl EmulatedServo {
         self.deadline_us = None;
     }
 
-    /// Puts the shaft somewhere, at rest, revolutions.
+    /// Moves the shaft to this position, at rest, revolutions.
     pub fn place(&mut self, position_rev: f64) {
         self.turning.place(TAU * position_rev);
     }

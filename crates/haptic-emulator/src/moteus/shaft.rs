@@ -22,8 +22,8 @@ pub struct Shaft {
 }
 
 impl Shaft {
-    /// A lever of 0.1 kg at 20 mm, turned against 0.5 N·s/m there; the servo without control of its own, as one for haptics
-    /// should be configured.
+    /// A lever of 0.1 kg at 20 mm, turned against 0.5 N·s/m there; the servo's own control is off,
+    /// as it should be for haptics.
     pub const LEVER: Self = Self {
         inertia_kg_m2: 4e-5,
         damping_n_m_s_per_rad: 2e-4,

@@ -60,7 +60,7 @@ pub struct ControllerOrigin {
     pub wishes: String,
     /// The program that made it.
     pub program: String,
-    /// A sentence for whoever reads the file; it changes nothing.
+    /// A comment for readers of the file, without effect.
     pub note: String,
 }
 

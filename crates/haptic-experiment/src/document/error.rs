@@ -7,7 +7,7 @@ use std::fmt;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 
-/// A document that is wrong: where, and what about it. Prints as one line.
+/// What is wrong with a document, and where. It prints as one line.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct FileError {
     place: Place,
@@ -28,13 +28,13 @@ enum Place {
 /// A place in a file.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Excerpt {
-    /// As it was named, so that a message shows what the user typed.
+    /// The name as the user typed it, for messages.
     pub path: PathBuf,
     /// Line, from 1.
     pub line: usize,
     /// The text of that line.
     pub text: String,
-    /// The character of it at the place, in bytes; none at its end.
+    /// Byte offset of the character within it; none at its end.
     pub at: Range<usize>,
 }
 
@@ -50,7 +50,7 @@ pub(crate) fn text_of(path: &Path, kind: &str) -> Result<String, FileError> {
 }
 
 impl FileError {
-    /// The place in a file, if it is about one.
+    /// The position in the file, if the error has one.
     #[must_use]
     pub fn excerpt(&self) -> Option<&Excerpt> {
         match &self.place {

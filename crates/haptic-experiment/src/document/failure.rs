@@ -9,8 +9,8 @@ use std::io;
 use std::path::Path;
 use thiserror::Error;
 
-/// A command that did not succeed: what kind of failure it is, and its [`Cause`]. If several apply, a device goes before a run, and
-/// a run before data that was lost.
+/// A command that did not succeed: what kind of failure it is, and its [`Cause`]. If several apply,
+/// a device failure takes precedence over a failed run, and that over lost data.
 #[derive(Debug, Error)]
 pub enum Failure {
     /// The run failed, was interrupted, or a latched fault ended it.
@@ -78,8 +78,8 @@ impl Failure {
         Self::DataLost(Cause::Words(words.to_string()))
     }
 
-    /// Output that could not be written: data lost on a full disk, else bad input, as a place that is not
-    /// writable. `what` says which.
+    /// The failure of an output that could not be written: lost data on a full disk, otherwise bad
+    /// input, such as a path that is not writable. `what` names the output.
     pub fn writing(error: io::Error, what: impl fmt::Display) -> Self {
         Self::writing_with_advice(error, what, String::new())
     }
@@ -100,7 +100,7 @@ impl Failure {
         Self::Input(Cause::Name(exists, advice))
     }
 
-    /// The same, and these words behind its own.
+    /// The same failure, with these words added.
     #[must_use]
     pub fn and(self, words: &str) -> Self {
         let more = Cause::Words(format!("{self}: {words}"));
@@ -127,7 +127,7 @@ impl Failure {
 }
 
 impl Cause {
-    /// Its line, with keys as `names` calls them, see [`renamed`].
+    /// The message, with keys renamed by `names`, see [`renamed`].
     pub fn named(&self, names: impl Fn(&str) -> Option<String>) -> String {
         match self {
             Self::Words(words) => renamed(words, names),

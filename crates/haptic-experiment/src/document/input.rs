@@ -2,7 +2,7 @@
 
 use std::borrow::Cow;
 
-/// Text that somebody gave, for a message: its beginning if it is longer than 200 characters.
+/// The user's text, for a message, cut to its beginning if it exceeds 200 characters.
 #[must_use]
 pub fn short(text: &str) -> Cow<'_, str> {
     // Many a message shows it twice: as an argument, and as what is wrong with it.

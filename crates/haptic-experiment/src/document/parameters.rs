@@ -62,7 +62,7 @@ const FILES: [&str; 5] = [
     RESPONSE_FILE.key,
 ];
 
-/// True if this text of the parameter of this key is the path of a file or of a folder of files.
+/// True if this value of the parameter with this key is a path to a file or a folder of files.
 #[must_use]
 pub fn is_path(key: &str, text: &str) -> bool {
     FILES.contains(&key)

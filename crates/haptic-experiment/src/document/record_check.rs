@@ -44,8 +44,8 @@ const GAP: usize = 3;
 
 /// Puts straight lines between the neighbours of outputs that are missing, NaN, up to three at a time.
 ///
-/// # Errors
-/// An input that is missing, of which nobody knows what it did; a longer gap, or one at an end. With column and line.
+/// # Errors A missing input, because its effect cannot be known; a longer gap, or one at an end.
+/// With column and line.
 pub fn fill_gaps(
     record: &mut InputOutput,
     lines: &[u64],
@@ -86,7 +86,7 @@ pub fn fill_gaps(
     Ok(())
 }
 
-/// Refuses an input or an output that says nothing of a plant, under the names of their columns.
+/// Refuses an input or an output that reveals nothing about a plant, naming its column.
 ///
 /// # Errors
 /// With the column, the value and, where there is one, the line of the row.

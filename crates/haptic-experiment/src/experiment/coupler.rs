@@ -68,7 +68,7 @@ parameters! {
     OBJECT_DAMPING = number("object_damping_n_s_per_m", 1.0, "1", DAMPINGS, "Viscous damping of the object");
     /// Spring of the object, N/m.
     OBJECT_STIFFNESS = number("object_stiffness_n_per_m", 500.0, "500", STIFFNESSES,
-        "Spring between object and ground; 0 = the object drifts");
+        "Spring between object and ground; 0 = nothing holds the object in place");
     /// True if a refused coupler is a failure.
     COUPLER_MUST_BE_STABLE = flag("must_be_stable",
         "Fail unless trial, analysis and Llewellyn's criterion accept the coupler");
@@ -105,7 +105,7 @@ pub(crate) struct CouplerExperiment {
     pub setup: TrialSetup,
     /// μ, 0 to 1.
     pub order: Order,
-    /// The operator, which is run on the deflection with the order 1 − μ.
+    /// The operator; it has the order 1 − μ and runs on the deflection.
     pub scheme: Scheme,
     /// `k_c`, N·s/m, at least 0.
     pub coupler_damping_n_s_per_m: f64,
@@ -159,7 +159,7 @@ impl CouplerExperiment {
             .map(|remote| remote.loop_mode)
         {
             Some(LoopMode::Device) => Err(Failure::bad_input(format_args!(
-                "a loop on the device cannot carry a coupler, its firmware renders walls: give {loop_host}",
+                "a loop on the device cannot run a coupler, as its firmware renders only walls: give {loop_host}",
                 loop_host = p::LOOP.set_to("host")
             ))),
             _ => Ok(()),

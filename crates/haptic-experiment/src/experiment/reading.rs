@@ -230,10 +230,10 @@ pub(crate) fn piece(table: &Table<'_>) -> Result<TissuePiece, FileError> {
     })
 }
 
-/// A piece of this tissue, pressed as is given; what is not given of a slab has the usual size.
+/// A piece of this tissue, pressed as given; sizes of a slab that are not given have their
+/// defaults.
 ///
-/// # Errors
-/// Why there is no such piece, and the key that has to change, if it is one.
+/// # Errors Why such a piece is impossible, and the key to change if a single one is the cause.
 pub fn pressed(
     material: ModelledTissue,
     given: Loading,

@@ -28,7 +28,7 @@ parameters! {
         "Contact between indenter and tissue; with a controller or a device it is compliant");
     /// Mass of each of the two actuators of the rig, kg.
     RIG_MASS = number("rig_mass_kg", 0.065, "65g", MASSES, "Mass of each of the rig's two actuators");
-    RIG_DAMPING = number("rig_damping_n_s_per_m", 3.5, "3.5", DAMPINGS, "Viscous damping of each");
+    RIG_DAMPING = number("rig_damping_n_s_per_m", 3.5, "3.5", DAMPINGS, "Viscous damping of each actuator");
     /// Number type of the loop.
     PRECISION = text("precision", "f64", "Number type of the loop");
 }

@@ -73,15 +73,15 @@ parameters! {
     LINE_DELAY = number("line_delay_s", 0.02, "20ms", LINE_TIMES, "Delay of the line, each way; a message takes one sample more");
     LINE_JITTER = number("line_jitter", 0.0, "0", SHARES, "Share of that delay by which messages arrive earlier or later");
     LINE_LOSS = number("line_loss", 0.0, "0", SHARES, "Chance that a message is lost");
-    LINE_DUPLICATION = number("line_duplication", 0.0, "0", SHARES, "Chance that a message comes twice");
+    LINE_DUPLICATION = number("line_duplication", 0.0, "0", SHARES, "Chance that a message arrives twice");
     LINE_SEED = count("seed", 1, "1", "Line seed: the same seed gives the same run, bit for bit");
     /// Silence of the other side, s.
     SILENCE = number("silence_s", Settings::SILENCE_S, "0.2s", SAFETY_TIMES,
         "Silence of the other side after which the force falls to zero");
     /// Mass of the slave, kg.
-    SLAVE_MASS = optional("slave_mass_kg", MASSES, "Mass of the slave [default: that of the master]");
+    SLAVE_MASS = optional("slave_mass_kg", MASSES, "Mass of the slave [default: same as the master]");
     /// Damping of the slave, N·s/m.
-    SLAVE_DAMPING = optional("slave_damping_n_s_per_m", DAMPINGS, "Damping of the slave [default: that of the master]");
+    SLAVE_DAMPING = optional("slave_damping_n_s_per_m", DAMPINGS, "Damping of the slave [default: same as the master]");
     /// Spring of the hand, N/m.
     HAND_SPRING = number("hand_stiffness_n_per_m", 300.0, "300", STIFFNESSES_ABOVE_0, "Stiffness with which the hand holds the master");
     /// Damper of the hand, N·s/m.
@@ -162,7 +162,7 @@ pub(crate) struct HandModel {
 
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct HandMotion {
-    /// Displacement that is reached in 1 s and held, m.
+    /// Displacement that the hand reaches in 1 s and then holds, m.
     pub press_m: f64,
     /// Sum of the amplitudes of all sines, m, at least 0; they rise in that time too.
     pub amplitude_m: f64,
@@ -243,7 +243,7 @@ pub(crate) struct TeleoperationExperiment {
     pub(super) force_limit_n: f64,
     /// Largest rate of it, N/s; `None` for none.
     pub(super) force_rate_limit_n_per_s: Option<f64>,
-    /// A line that gives energy, or a force at its limit, is a failure.
+    /// True if the run fails when the line gives energy or a force reaches its limit.
     pub must_be_passive: bool,
     /// Further settings of both safety chains.
     pub(super) safety: Safety,
@@ -542,7 +542,7 @@ impl Named for PlaceName {
 pub(crate) struct RemotePlace {
     /// A piece of tissue, or a wall.
     pub matter: Matter,
-    /// It pushes but never pulls.
+    /// True if it pushes but never pulls.
     pub one_sided: bool,
 }
 

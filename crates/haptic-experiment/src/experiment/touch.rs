@@ -140,7 +140,7 @@ pub(crate) struct TouchExperiment {
     force_rate_limit_n_per_s: Option<f64>,
     /// The lowest and the highest place of each axis, m, if there is such a box.
     workspace_m: Option<[Vec<f64>; 2]>,
-    /// Energy given to the hand, or a force at its limit, is a failure.
+    /// True if the run fails when the hand gains energy or a force reaches its limit.
     pub must_be_passive: bool,
     /// Further settings of the safety chain.
     safety: Safety,

@@ -71,7 +71,7 @@ pub(crate) type VirtualWall = Wall<f64, Operator<f64>>;
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TrialPlan {
     pub(crate) criterion: Criterion,
-    /// Of the dissertation's rule: largest standard deviation of the position, m.
+    /// Largest standard deviation of the position under the dissertation's rule, m.
     pub threshold_m: f64,
     /// Constant push into the wall, N: above 0, below the force limit.
     pub push_n: f64,
@@ -82,7 +82,7 @@ pub struct TrialPlan {
     pub duration_s: f64,
     /// Window at the end that is judged, s.
     pub window_s: f64,
-    /// Largest force of the actuator, N: a force that stays there is no longer the wall's.
+    /// Largest force of the actuator, N: a force that persists there does not come from the wall.
     pub force_limit_n: f64,
 }
 
@@ -139,7 +139,7 @@ impl TrialPlan {
         }
         if !(self.push_n > 0.0 && self.push_n < self.force_limit_n) {
             return Err(Failure::bad_input(format_args!(
-                "push {} N is not above 0 N and below the force limit of {} N: change either",
+                "push {} N is not above 0 N and below the force limit of {} N: change one of them",
                 Shown(self.push_n),
                 Shown(self.force_limit_n)
             )));

@@ -68,7 +68,7 @@ pub const fn in_short(analysis: &LoopAnalysis) -> &'static str {
     }
 }
 
-/// The sentence that says how a factor behind a division was understood, where there is one.
+/// A sentence that says how a factor after a division was read, if the notation has one.
 #[must_use]
 pub fn loose_factor(what: &str, text: &str) -> Option<String> {
     let (before, factor) = text.split_at(factor_after_division(text)?);
@@ -184,7 +184,7 @@ impl DesignWords<'_> {
         }
     }
 
-    /// The verdict and what to know beside it.
+    /// The verdict, with notes for the user.
     #[must_use]
     pub fn sentences(&self) -> Vec<String> {
         let Some(trial) = &self.0.fractional.trial else {

@@ -58,7 +58,7 @@ impl<const M: usize> Decimated<M> {
         }
     }
 
-    /// Takes in the next sample; times only ever grow.
+    /// Adds the next sample; times must increase.
     pub fn add(&mut self, time_s: f64, values: [f64; M]) {
         let point = Point {
             sample: self.count,
@@ -77,7 +77,7 @@ impl<const M: usize> Decimated<M> {
         self.group_add(point);
     }
 
-    /// The samples so far, and what is kept of them: times and curves.
+    /// The number of samples so far, and the times and curves kept from them.
     #[must_use]
     pub fn curves(mut self) -> (u64, Vec<f64>, [Vec<f64>; M]) {
         self.close();

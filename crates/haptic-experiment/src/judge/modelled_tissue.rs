@@ -51,9 +51,8 @@ pub struct ModelledTissue {
 impl ModelledTissue {
     /// The model of a tissue.
     ///
-    /// # Errors
-    /// Parameters outside the range of the model; those of a tissue file are within it, but for an element that carries the
-    /// slow motion with an order below 1e-6, next to a spring.
+    /// # Errors Parameters outside the range of the model; tissue files stay within it, except for
+    /// an element that carries the slow motion with an order below 1e-6, next to a spring.
     pub fn new(material: Material) -> Result<Self, Failure> {
         let pot = |modulus, viscosity, order| -> Result<Tissue, Failure> {
             let order = Order::new(order).map_err(Failure::input)?;
@@ -100,7 +99,8 @@ impl ModelledTissue {
         }
     }
 
-    /// μ of the operator: α of one spring-pot, else that of what carries the slow motion.
+    /// μ of the operator: α of a single spring-pot, else the order of the element that carries the
+    /// slow motion.
     #[must_use]
     pub const fn order(&self) -> Order {
         self.order
@@ -221,7 +221,7 @@ impl TissuePiece {
         })
     }
 
-    /// A slab of the size that the keys have by default, compressed.
+    /// A compressed slab of the default size.
     ///
     /// # Errors
     /// As [`Specimen::new`].
@@ -349,10 +349,9 @@ pub(crate) fn effective(map: Option<DepthMap<f64>>) -> impl Fn(f64) -> f64 {
     move |depth_m| map.map_or(depth_m, |map| map.at(depth_m))
 }
 
-/// The operator for a horizon in samples: of the model, or D^μ.
+/// The operator for a horizon in samples: the model's, or D^μ.
 ///
-/// # Errors
-/// A scheme that cannot be made, or not for a model.
+/// # Errors A scheme that cannot be built, or that does not support a model.
 pub fn operator<F: Real>(
     model: Option<&Model>,
     scheme: Scheme,

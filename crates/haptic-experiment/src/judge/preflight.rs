@@ -96,7 +96,7 @@ impl Matter {
         }
     }
 
-    /// Force for a place at a frequency, N/m.
+    /// Force per displacement at a frequency, N/m.
     #[must_use]
     pub fn stiffness(&self, omega_rad_s: f64) -> Complex<f64> {
         let s = Complex::new(0.0, omega_rad_s);
@@ -157,28 +157,30 @@ impl WallContact {
 /// The largest slope of a map that is looked at.
 const STEEPEST: f64 = 1e6;
 
-/// A loop that is to be looked at.
+/// The loop to be checked.
 #[derive(Clone, Copy, Debug)]
 pub struct Preflight<'a> {
     /// K of the wall, or of the tissue at the depth that is judged, N/m.
     pub stiffness_n_per_m: f64,
-    /// B of the same, N·s^μ/m, which goes with K by the slope of a depth map.
+    /// B of the same, N·s^μ/m, scaled like K by the slope of a depth map.
     pub dissipation_n_s_mu_per_m: f64,
     /// The order μ of the operator, 0 to 2.
     pub order: Order,
     /// The model whose memory the operator is; `None` for D^μ.
     pub model: Option<&'a Model>,
-    /// The operator that really runs: the verdict is not that of the exact D^μ.
+    /// The operator that really runs: the verdict differs from that of the exact D^μ.
     pub scheme: Scheme,
     /// T of the loop, s; the whole judgement is of the sampled loop.
     pub sample_time_s: f64,
     /// Samples of the run, on which the memory of the operator depends.
     pub samples: u64,
-    /// The map of depth, and its slope where K and B are looked at; `None` if the force is linear in the depth.
+    /// The map of depth, and its slope at the point where K and B are checked; `None` if the force
+    /// is linear in the depth.
     pub map: Option<(DepthMap<f64>, f64)>,
     /// How it meets the hand.
     pub contact: WallContact,
-    /// A guard keeps it from giving energy: [`EnergyBounding`](crate::GuardChoice::EnergyBounding).
+    /// True if a guard keeps it from giving energy:
+    /// [`EnergyBounding`](crate::GuardChoice::EnergyBounding).
     pub guarded: bool,
 }
 
@@ -193,7 +195,7 @@ impl PreflightSubject for Preflight<'_> {
 
 /// The same loop for whoever runs it, or compares the run with its full history.
 impl Preflight<'_> {
-    /// As steep as a map makes it at a depth, m.
+    /// The law with the slope that its depth map has at a depth, m.
     #[must_use]
     pub fn at_depth(self, map: Option<DepthMap<f64>>, depth_m: f64) -> Self {
         // What is a million times as steep is as unstable as what is steeper.
@@ -254,10 +256,10 @@ impl Preflight<'_> {
 }
 
 impl Preflight<'_> {
-    /// Looks at the loop with this device and `line` samples of delay beside its own; not at every motion.
+    /// Checks the loop with this device and `line` additional samples of delay, without the proof
+    /// for every motion.
     ///
-    /// # Errors
-    /// A number that the analysis does not take.
+    /// # Errors A number that the analysis does not accept.
     pub fn verdict(&self, dynamics: Dynamics, line: usize) -> Result<PreflightVerdict, Failure> {
         self.looked_at(dynamics, line, false)
     }

@@ -17,7 +17,7 @@ use serde_json::{Map, Value, json};
 /// Keys of a report with their values, in order.
 pub type Rows = Map<String, Value>;
 
-/// The rows of these objects, one behind the other.
+/// The rows of these objects, one after the other.
 pub fn rows(parts: impl IntoIterator<Item = Value>) -> Rows {
     let mut rows = Rows::new();
     for part in parts {
@@ -28,8 +28,8 @@ pub fn rows(parts: impl IntoIterator<Item = Value>) -> Rows {
     rows
 }
 
-/// The report of an experiment of any kind: JSON and people read it in this order. Its keys are a contract of the command line; those of the
-/// kinds are the same where they have the same meaning.
+/// The report of an experiment of any kind: JSON and people read it in this order. Its keys are a
+/// contract of the command line; the keys of different kinds are equal where they mean the same.
 #[derive(Clone, Debug, Serialize)]
 pub struct Report {
     /// The law that was rendered, and by which operator.
@@ -41,7 +41,7 @@ pub struct Report {
     /// What came of it, by the measure of the kind.
     #[serde(flatten)]
     pub(crate) results: Rows,
-    /// In words; `None` of a relaxation or creep test whose error has no meaning.
+    /// The result in words; `None` for a relaxation or creep test whose error has no meaning.
     #[serde(skip)]
     pub verdict: Option<String>,
     /// Why the run is not what its document demands; `None` if it is, or demands nothing.
@@ -50,7 +50,8 @@ pub struct Report {
 }
 
 impl Report {
-    /// Refuses a run that does not keep what its document demands by `must_be_stable` or `must_be_passive`.
+    /// Refuses a run that does not meet what its document requires with `must_be_stable` or
+    /// `must_be_passive`.
     ///
     /// # Errors
     /// Exit code 1.
@@ -86,20 +87,22 @@ pub struct RunReport {
     pub sample_time_s: f64,
     /// Ticks that the log has: fewer than planned if the run ended early.
     pub samples: u64,
-    /// Time of the last sample that counts, s: of the log, or of when the run was cut short.
+    /// Time of the last sample that counts, s: the end of the log, or when the run was cut short.
     pub duration_s: f64,
-    /// Largest magnitude of the commanded force, N; of a run that ended early up to the end of its log, braking included.
+    /// Largest magnitude of the commanded force, N; for a run that ended early, up to the end of
+    /// its log, including braking.
     pub peak_force_n: f64,
-    /// Force that is opposed to the device's motion in the last sample that counts, that of `duration_s`, N: before it falls to zero,
-    /// whether the run finished, was interrupted or ended by a fault.
+    /// Force that opposes the device's motion in the last sample that counts, the one at
+    /// `duration_s`, N: before it falls to zero, whether the run finished, was interrupted or ended
+    /// by a fault.
     pub final_force_n: f64,
-    /// Samples in which the safety chain limited the force.
+    /// Number of samples in which the safety chain limited the force.
     pub limited_samples: u64,
-    /// Samples and events that did not reach the log.
+    /// Number of samples and events that did not reach the log.
     pub dropped_samples: u64,
     /// Why the run ended early; null if it did not.
     pub ended_early: Option<String>,
-    /// Ticks more than one sample time late; 0 in virtual time.
+    /// Number of ticks more than one sample time late; 0 in virtual time.
     pub missed_deadlines: u64,
     /// Time of a tick; null in a loop on a device, which does not tell.
     pub(crate) tick_ns: Option<TickTimes>,
@@ -107,7 +110,7 @@ pub struct RunReport {
     pub(crate) realtime: Option<RealtimeSummary>,
     /// Counts of the link to the device; null without one.
     pub(crate) link: Option<LinkSummary>,
-    /// Verdict of the analysis before the run; null if it was not asked.
+    /// Verdict of the analysis before the run; null if it was not made.
     pub preflight: Option<PreflightVerdict>,
     /// The log, or the first of its files.
     pub log: String,
@@ -119,13 +122,13 @@ pub struct RunReport {
     pub csv: Option<String>,
     /// The log of the fault, 1000 samples before it and 100 after; null without a fault.
     pub fault_log: Option<String>,
-    /// Why there is no table of a run that reached its end.
+    /// Why a run that reached its end has no table.
     #[serde(skip)]
     pub unwritten: Option<String>,
-    /// What became of the force, if the run ended early.
+    /// How the force ended, if the run ended early.
     #[serde(skip)]
     pub let_go: Option<String>,
-    /// The device cannot be used any more: its link was lost, or nothing comes from its board.
+    /// True if the device can no longer be used: its link was lost, or its board is silent.
     #[serde(skip)]
     pub device_lost: bool,
     /// Warnings to the user about these numbers, a sentence each.
@@ -135,7 +138,7 @@ pub struct RunReport {
 /// Files of a run beside its log, unless it was cut short.
 pub(crate) struct Files {
     pub csv: Option<String>,
-    /// Why there is no table.
+    /// Why the run has no table.
     pub unwritten: Option<String>,
 }
 
@@ -219,7 +222,8 @@ impl RunReport {
         }
     }
 
-    /// The failure of a table that could not be written, to be told behind all else; `None` if there is none.
+    /// Why a table could not be written, to be reported after everything else; `None` if it was
+    /// written.
     #[must_use]
     pub fn lost_table(&self) -> Option<Failure> {
         let lost = self.unwritten.as_ref()?;

@@ -24,24 +24,24 @@ pub enum Line {
 /// A value with its name, or the heading of the rows below it.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct Row {
-    /// How deep it stands; 0 in the report itself.
+    /// Nesting level of the row; 0 in the report itself.
     pub level: usize,
-    /// The key that JSON has for it, by which a program finds the row.
+    /// The row's key in JSON, by which a program finds it.
     pub key: String,
     /// The key in words, without the unit that the value has.
     pub label: String,
     /// The value in words; empty for a heading.
     pub value: String,
-    /// What it is of, or why there is none; empty if there is nothing to say.
+    /// What the value refers to, or why it is missing; empty if that is clear.
     pub reason: String,
 }
 
 /// A list of things with the same keys.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Table {
-    /// How deep it stands, as that of a row.
+    /// Nesting level, as for a row.
     pub level: usize,
-    /// The key that JSON has for it, by which a program finds the row.
+    /// The key of the list in JSON, by which a program finds it.
     pub key: String,
     /// The key in words, without the unit that the value has.
     pub label: String,

@@ -154,7 +154,7 @@ impl TrialVerdict {
     }
 }
 
-/// State of the device at the end, and whether it is at rest there. Keys of reports.
+/// State of the device at the end, and whether it is at rest. Its fields are keys of reports.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Settling {
     /// True if it is at rest, and not by friction alone.
@@ -166,15 +166,16 @@ pub struct Settling {
     /// Standard deviation of the position over the window, m; null if the device has left or the trial did
     /// not reach its end.
     pub position_std_m: Option<f64>,
-    /// The largest that counts as rest, m; null without a spring, where the device gives way for ever.
+    /// The largest motion that counts as rest, m; null without a spring, because the device then
+    /// never stops giving way.
     pub position_std_limit_m: Option<f64>,
     /// Standard deviation of the force over the window, N.
     pub force_std_n: Option<f64>,
-    /// The largest that counts as rest, N; null if the criterion does not ask.
+    /// The largest force that counts as rest, N; null if the criterion ignores it.
     pub force_std_limit_n: Option<f64>,
-    /// From the least to the largest force of the window, N.
+    /// Difference between the largest and the least force in the window, N.
     pub force_range_n: Option<f64>,
-    /// The largest that counts as rest, N; null if the criterion does not ask.
+    /// The largest such range that counts as rest, N; null if the criterion ignores it.
     pub force_range_limit_n: Option<f64>,
     /// Share of all samples whose force was at its limit, 0 to 1.
     pub saturated_share: Option<f64>,

@@ -41,7 +41,8 @@ use crate::{GuardChoice, Named, Precision};
 use crate::{experiment, question};
 use haptic_link::Architecture;
 
-/// Tables that a file of this sort may have, `controller`, `plant`, or `experiment`, with those of questions: heading and keys.
+/// Tables that this sort of file may have, `controller`, `plant`, or `experiment`, with those of
+/// questions: heading and keys.
 #[must_use]
 pub fn tables(file: &str) -> Vec<Keys> {
     match file {
@@ -76,7 +77,7 @@ const PLANT_TABLES: &[Keys] = &[
     ("[source], optional", PLANT_SOURCE),
 ];
 
-/// Of a record of a tissue: what its table does not say.
+/// Parameters for a record of a tissue: the values that its table omits.
 pub const RECORD: &[Parameter] = &[
     LOADING.without_default(),
     INDENTER_RADIUS,
@@ -104,7 +105,7 @@ pub fn of_kind(kind: &str) -> Vec<Keys> {
     experiment::tables(kind).map_or_else(|| question::tables(kind), <[Keys]>::to_vec)
 }
 
-/// Names that the text of a parameter may be, each with a few words for people; none where any text will do.
+/// The names that a parameter accepts, each with a short explanation; empty if it accepts any text.
 #[must_use]
 pub fn choices(parameter: &Parameter) -> Vec<(&'static str, &'static str)> {
     fn names<T: Named>() -> Vec<(&'static str, &'static str)> {

@@ -105,7 +105,7 @@ const WRONG: &str = r#"
     [wall]\n | [wall]\ndevice_mass_kg = 0.065\n | 1: device mass 0.065 kg has no effect
     [wall]\n | [wall]\nguard = "observer"\ndevice_damping_n_s_per_m = 3.5\n | 1: device damping 3.5 N·s/m has no effect
     [wall]\n | [wall]\ndevice_lag_s = 1e-3\n | 1: device lag 0.001 s has no effect
-    [wall]\n | [wall]\nbraking_n_s_per_m = 1000\n | 1: braking 1000 N·s/m is not at most
+    [wall]\n | [wall]\nbraking_n_s_per_m = 1000\n | 1: braking 1000 N·s/m must be at most
     * | [relax]\nstop_time_s = 2 | 2: stop_time_s = 2 is not from 0.001 to 1
     * | [relax]\nbrake_force_n = 20 | 2: brake_force_n = 20 is not from 0 to 10
     * | [relax]\njump_m = nan | 2: jump_m = NaN is not from 0 to 1

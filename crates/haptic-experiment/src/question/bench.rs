@@ -35,7 +35,7 @@ pub(crate) struct Device {
     pub force_limit_n: f64,
 }
 
-/// The device of a question, as its answer repeats it: who took a wrong unit sees it here.
+/// The device of a question, repeated in its answer, where a wrong unit shows.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct AskedDevice {
     pub mass_kg: f64,

@@ -166,16 +166,17 @@ pub(crate) struct Design {
     pub device: Device,
     pub scheme: Scheme,
     pub orders: Vec<Order>,
-    /// Then finer ones around the best.
+    /// True if finer orders around the best are tried next.
     pub finer: bool,
-    /// Stable, also when it is stiffer and more dissipative by this factor; `None` for passive by Theorem 1, for the operator really used.
+    /// Factor by which stiffness and dissipation may grow with the wall still stable; `None`
+    /// requires passivity by Theorem 1 for the operator really used.
     pub gain_margin: Option<f64>,
-    /// Proved for every motion of contact that may pull too.
+    /// True if a proof for every motion of contact that may pull is required too.
     pub every_motion: bool,
     /// How the wall meets the hand.
     pub contact: WallContact,
     pub wish: Wish,
-    /// Largest noise of the force that encoder and sensor noise may make, rms N; `None` for any.
+    /// Largest force noise that encoder and sensor may cause, rms N; `None` allows any.
     pub force_noise_limit_n: Option<f64>,
 }
 
@@ -280,7 +281,7 @@ impl Wish {
 fn not_at_rest(order: f64, settling: &Settling, remedy: &str) -> Failure {
     let (verdict, why) = (settling.verdict.words(), settling.reason());
     Failure::run(format_args!(
-        "the best candidate, order {order}, is {verdict} when it is tried: {}; {remedy}",
+        "the best candidate, order {order}, is {verdict} in its trial: {}; {remedy}",
         why.unwrap_or_default()
     ))
 }
@@ -288,7 +289,7 @@ fn not_at_rest(order: f64, settling: &Settling, remedy: &str) -> Failure {
 /// A design without a candidate.
 fn nothing_found(why: Option<&str>) -> Failure {
     Failure::run(format_args!(
-        "no candidate fulfils the wish: {}; ask for less, or take other {DESIGN_ORDERS} or another device",
+        "no candidate meets the wish: {}; ask for less, or choose other {DESIGN_ORDERS} or another device",
         why.unwrap_or("nothing does it")
     ))
 }
@@ -311,7 +312,7 @@ impl DesignReport {
                     && self.imperfections.sensors.are_ideal() =>
             {
                 warn(&format!(
-                    "the best candidate, order {}, is passive but rings for longer than it was tried: the device has little damping",
+                    "the best candidate, order {}, is passive but still rings at the end of its trial: the device has little damping",
                     best.order
                 ));
                 Ok(())
@@ -347,9 +348,9 @@ impl DesignReport {
 pub struct Candidate {
     /// The order μ that was tried.
     pub order: f64,
-    /// K, N/m; null if there is no wall.
+    /// K, N/m; null if no wall was found.
     pub stiffness: Option<f64>,
-    /// B of the wall, N·s^μ/m; null if there is no wall.
+    /// B of the wall, N·s^μ/m; null if no wall was found.
     pub dissipation: Option<f64>,
     /// Factor by which the wall as a whole may grow until it is unstable (below 1: must shrink).
     pub margin: Option<f64>,
@@ -362,11 +363,12 @@ pub struct Candidate {
     pub beta: Option<f64>,
     /// True if it is passive by Theorem 1.
     pub passive: Option<bool>,
-    /// The damping of the device that this takes, N·s/m.
+    /// The device damping that passivity requires, N·s/m.
     pub required_damping_n_s_per_m: Option<f64>,
     /// Im H/ω at the wish's frequency, N·s/m.
     pub effective_damping_n_s_per_m: Option<f64>,
-    /// Noise of the force that encoder steps and sensor noise make through B, rms N; null for ideal sensors.
+    /// Force noise that encoder steps and sensor noise cause through B, rms N; null for ideal
+    /// sensors.
     pub force_noise_rms_n: Option<f64>,
     /// For a tissue: factor by which the specimen may grow under the requirement; below 1 it is too
     /// large.
@@ -384,7 +386,7 @@ pub(crate) struct RealisticTrial {
     pub analysis_stable: bool,
     /// Factor by which the wall may grow until it is unstable (below 1: must shrink); null if no factor does.
     pub margin: Option<f64>,
-    /// Noise of the force that the encoder makes, rms N.
+    /// Force noise that the encoder causes, rms N.
     pub force_noise_rms_n: f64,
     pub simulated: Settling,
 }
@@ -396,7 +398,7 @@ pub(crate) struct TissueVerdict {
     pub order: f64,
     /// True if the specimen meets the requirement.
     pub fits: bool,
-    /// Factor by which it may grow.
+    /// Factor by which the specimen may grow.
     pub largest_scale: Option<f64>,
 }
 
@@ -408,16 +410,16 @@ pub struct DesignReport {
     pub asked: AskedDevice,
     /// Imperfections of the device, as far as they were given.
     pub imperfections: Imperfections,
-    /// Nothing of a real device was given: friction, delay, current lag and encoder steps are none.
+    /// True if the device is ideal, that is without friction, delay, current lag or encoder steps.
     pub ideal_device_assumed: bool,
-    /// The wish by its name in the document, as `stiffest-wall`.
+    /// The wish, named as in the document, for example `stiffest-wall`.
     pub wish: &'static str,
-    /// The requirement by its name in the document, as `every-motion`.
+    /// The requirement, named as in the document, for example `every-motion`.
     pub require: &'static str,
     /// The same in words, with its numbers.
     #[serde(skip)]
     pub requirement: String,
-    /// The factor by which the wall may grow; null where only passivity was asked for.
+    /// The factor by which the wall may grow; null if only passivity was required.
     pub gain_margin: Option<f64>,
     /// The frequency at which orders were compared, Hz; null if the wish has none.
     pub frequency_hz: Option<f64>,
@@ -428,13 +430,13 @@ pub struct DesignReport {
     pub contact: WallContact,
     /// Limit on the noise of the force, rms N; null for none.
     pub force_noise_limit_n: Option<f64>,
-    /// Of the `stiffness` of candidates.
+    /// The unit of the candidates' `stiffness`.
     pub stiffness_unit: &'static str,
     /// Of their `dissipation`.
     pub dissipation_unit: &'static str,
-    /// One for each order that was tried, with a reason where there is no wall.
+    /// One candidate for each order tried, with the reason where no wall was found.
     pub candidates: Vec<Candidate>,
-    /// The one that meets the wish best; null if none does.
+    /// The candidate that meets the wish best; null if none does.
     pub best: Option<Candidate>,
     pub(crate) tissue: Option<TissueVerdict>,
     /// The best one tried on the simulated device.

@@ -25,7 +25,7 @@ pub struct RtCheck {
     pub thread: RealtimeOptions,
     /// Busy threads beside it, at normal priority.
     pub busy: usize,
-    /// Measure a plain loop, too, in turns: normal priority, `std::thread::sleep`.
+    /// True to measure a plain loop as well, in turns: normal priority, `std::thread::sleep`.
     pub compare: bool,
 }
 
@@ -36,7 +36,7 @@ pub(crate) struct RtReport {
     pub busy: usize,
     #[serde(flatten)]
     pub granted: Granted,
-    /// Time in which the host of a virtual machine ran others instead, all processors together, ms.
+    /// Time that the host of a virtual machine gave to others, summed over all processors, ms.
     pub stolen_ms: Option<u64>,
     pub rates: Vec<Rate>,
     /// Changes to make, a sentence each; empty if nothing is left to change.
@@ -198,21 +198,21 @@ const FIT_CYCLES: u64 = 1000;
 #[derive(Clone, Debug, Serialize)]
 pub(crate) struct Rate {
     pub hz: f64,
-    /// True if a loop at this rate is safe here; null if too few cycles ran to tell.
+    /// True if a loop at this rate is safe here; null if too few cycles ran to judge it.
     pub fit: Option<bool>,
     pub fit_reason: Option<String>,
-    /// From when a cycle was due to when it began.
+    /// Time from when a cycle was due to when it began.
     pub lateness_us: Microseconds,
-    /// Cycles that began a whole period late or more.
+    /// Number of cycles that began at least a whole period late.
     pub overruns: u64,
-    /// Periods that were skipped for it.
+    /// Number of periods skipped because of that.
     pub skipped_periods: u64,
     pub cycles: u64,
     /// The cycle that ended latest.
     pub worst_cycle: Option<WorstTick>,
-    /// For how long before it was due a cycle was waited for without sleeping, µs.
+    /// Time before each cycle that the thread waits without sleeping, µs.
     pub spin_margin_us: f64,
-    /// The plain loop; null if none was asked for.
+    /// The plain loop; null if none was requested.
     pub plain: Option<Plain>,
 }
 
@@ -220,11 +220,11 @@ pub(crate) struct Rate {
 pub(crate) struct Plain {
     /// From when a cycle was due to when it began.
     pub lateness_us: Microseconds,
-    /// Cycles that began a whole period late or more.
+    /// Number of cycles that began at least a whole period late.
     pub overruns: u64,
-    /// Periods that were skipped for it.
+    /// Number of periods skipped because of that.
     pub skipped_periods: u64,
-    /// Its lateness, 99.9 %, over that of the runner.
+    /// Its 99.9th percentile of lateness, divided by the runner's.
     pub ratio_p999: f64,
 }
 

@@ -56,7 +56,7 @@ pub(crate) const MEASURE: &[Parameter] = &[
     HELD,
 ];
 
-/// The question that lets a device move.
+/// The question that measures a device by moving it.
 pub const MEASUREMENT: &str = "measure";
 
 pub(crate) const TABLES: [(&str, &[Parameter]); 3] = [
@@ -68,13 +68,14 @@ pub(crate) const TABLES: [(&str, &[Parameter]); 3] = [
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct MeasurePlan {
     pub sample_time_s: f64,
-    /// Largest force that the device may make, N. The measurement stays within [`SHARE`](Self::SHARE) of it.
+    /// Largest force that the device may make, N. The measurement uses at most the share
+    /// [`SHARE`](Self::SHARE) of it.
     pub force_limit_n: f64,
     /// The device stays within this distance of where it is at the start, m.
     pub box_m: f64,
     /// Length of the multi-sine, s.
     pub duration_s: f64,
-    /// True if a hand holds the device: its stiffness is looked for too.
+    /// True if a hand holds the device: its stiffness is measured too.
     pub hand: bool,
 }
 

@@ -64,9 +64,9 @@ const POINTS: RangeInclusive<usize> = 2..=1000;
 
 #[derive(Clone, Debug)]
 pub(crate) struct ZWidth {
-    /// The device, with whatever makes it less than ideal; of a serial one the mass, the damping and the hand.
+    /// The device with its imperfections; for a serial device only mass, damping and hand.
     pub device: MassDamperConfig,
-    /// The device that the analysis takes: of a serial one what its file says.
+    /// The device that the analysis takes: for a serial device the model from its file.
     pub analysed: Option<MassDamperConfig>,
     pub sensors: Sensors,
     /// The linear wall that the theory assumes, or one that only pushes.
@@ -75,7 +75,7 @@ pub(crate) struct ZWidth {
     pub orders: Vec<Order>,
     /// Dissipations to try for each order, from 0 to the largest stable one.
     pub points: usize,
-    /// Plan of the trial of each wall; on a serial device the force limit is at most what that can do.
+    /// How each wall is tried; on a serial device the force limit is at most what that can do.
     pub plan: TrialPlan,
     /// The serial device; `None` for the simulated one.
     pub remote: Option<RemoteDevice>,
@@ -134,7 +134,7 @@ impl ZWidth {
     fn check(&self) -> Result<(), Failure> {
         if !POINTS.contains(&self.points) {
             return Err(Failure::bad_input(format_args!(
-                "number of points {} is not in [{}, {}]: give as many dissipations an order with {ZWIDTH_POINTS}",
+                "number of points {} is not in [{}, {}]: set the number of dissipations per order with {ZWIDTH_POINTS}",
                 self.points,
                 POINTS.start(),
                 POINTS.end()
@@ -163,15 +163,15 @@ pub struct ZWidthReport {
     pub impact_m_per_s: f64,
     /// The force that pushes into the wall all the time, N.
     pub push_n: f64,
-    /// Largest α that was looked at: a point this high is a bound of the search, not of the device.
+    /// Largest α that was searched: a point this high is a bound of the search, not of the device.
     pub alpha_searched: f64,
-    /// One entry an order, in the order of the question.
+    /// One entry per order, in the question's sequence.
     pub orders: Vec<OrderBoundary>,
-    /// Trials that were made in all, for whoever wonders where the time went.
+    /// Total number of trials, which explains the time taken.
     pub runs: u64,
     /// Points where trial and analysis disagree by more than 5 % of the wall.
     pub disagreements: usize,
-    /// Why the search ended early; null if it did not. The points that are there are whole.
+    /// Why the search ended early; null if it did not. Its points are complete.
     #[serde(serialize_with = "in_words")]
     pub ended_early: Option<Failure>,
 }
@@ -186,12 +186,12 @@ pub struct OrderBoundary {
     pub order: f64,
     pub dissipation_unit: &'static str,
     pub stiffness_max_unit: &'static str,
-    /// The largest stable stiffness for each dissipation; dissipations without one are left out.
+    /// The largest stable stiffness for each dissipation; dissipations without one are omitted.
     pub boundary: Vec<BoundaryPoint>,
     /// Outline of the stable region by the analysis, as (β, α); empty if it has none.
     #[serde(skip)]
     pub outline: Vec<(f64, f64)>,
-    /// N/m of α = 1 and N·s^μ/m of β = 1.
+    /// The stiffness at α = 1, N/m, and the dissipation at β = 1, N·s^μ/m.
     #[serde(skip)]
     pub units: (f64, f64),
 }
@@ -207,10 +207,11 @@ pub struct BoundaryPoint {
     pub alpha: f64,
     /// B·T^(2−μ)/m.
     pub beta: f64,
-    /// The largest stable K for this B by the analysis, N/m; null if it knows none.
+    /// The largest stable K for this B by the analysis, N/m; null if it finds none.
     pub analysis_stiffness_n_per_m: Option<f64>,
-    /// True if the analysis calls this wall (its K, or K and B together) stable made 5 % weaker and unstable
-    /// made 5 % stronger; null if the search ended before, or the analysis does not know such a device.
+    /// True if the analysis calls this wall (its K, or K and B together) stable made 5 % weaker and
+    /// unstable made 5 % stronger; null if the search ended earlier, or the analysis does not cover
+    /// such a device.
     pub analysis_agrees: Option<bool>,
     /// The K up to which friction alone holds the device still, N/m; null without friction, and if it holds
     /// nothing beyond `stiffness_max`.

@@ -99,8 +99,8 @@ impl fmt::Display for LinkedName {
 }
 
 impl DeviceName {
-    /// Connects to a device of so many axes, or of any number, and tells `warn` what is worth saying about the port. A set `stop` ends the
-    /// waiting.
+    /// Connects to a device with this many axes, or with any number, and passes warnings about the
+    /// port to `warn`. Setting `stop` ends the wait.
     ///
     /// # Errors
     /// The simulated device, or one with another number of axes; exit code 3: no port, no device, no answer.
@@ -115,7 +115,7 @@ impl DeviceName {
             (Some(name), Some(axes)) => name.connect_with(axes, patience, warn, stop),
             (Some(name), None) => name.open(1, warn, patience, stop),
             (None, _) => Err(Failure::bad_input(format_args!(
-                "device \"sim\" has no port: give {}, as of an emulated device",
+                "device \"sim\" has no port: give {}, such as that of an emulated device",
                 DEVICE.set_to("serial:PATH")
             ))),
         }
@@ -136,7 +136,7 @@ impl LinkedName {
         match (has, axes) {
             _ if has == axes => Ok(link),
             (_, 1) => Err(Failure::bad_input(format_args!(
-                "{self} has {has} axes, and this needs one: with several only a [touch] with {} runs so far; name another {DEVICE}",
+                "{self} has {has} axes, but this experiment needs one: so far only a [touch] with {} runs on several; name another {DEVICE}",
                 TOUCH_AXES.set_to(has)
             ))),
             (1, _) => Err(Failure::bad_input(format_args!(
@@ -272,7 +272,8 @@ pub fn firmware_version(hello: &Hello) -> String {
     format!("{major}.{minor}.{patch}")
 }
 
-/// The digest of the image that a device runs, as a person writes it; none of a device that does not tell.
+/// The digest of the image that a device runs, as a person writes it; absent for a device that does
+/// not report it.
 #[must_use]
 pub fn firmware_digest(abilities: &Capabilities) -> Option<String> {
     (abilities.image_digest != 0).then(|| format!("{:08x}", abilities.image_digest))
@@ -325,13 +326,13 @@ pub(crate) fn at_link(link: &SerialLink, failure: Failure) -> Failure {
     }
 }
 
-/// Words of a board from which nothing comes any more, and what is to be feared of it.
+/// The message for a board that has fallen silent, with the danger that remains.
 #[must_use]
 pub fn lost_board(link: &SerialLink) -> Option<String> {
     link.lost_board().map(|words| feared(&words))
 }
 
-/// Words of a board about its last fault; of one that failed with what is to be feared of it.
+/// Words of a board about its last fault; for a board that failed, with the danger that remains.
 #[must_use]
 pub fn trouble(link: &SerialLink) -> Option<String> {
     let BoardTrouble { words, cause } = link.trouble()?;

@@ -62,7 +62,8 @@ fn numbered(results: &Path, stem: &str) -> impl Iterator<Item = PathBuf> {
     (1..=9999).map(move |number| results.join(format!("{stem}-{number:04}")))
 }
 
-/// The first `STEM-NNNN` of a folder of results that does not exist, to be asked for as [`FolderRequest::out`]; `None` if all 9999 do.
+/// The first `STEM-NNNN` of a folder of results that does not exist, to be passed as
+/// [`FolderRequest::out`]; `None` if all 9999 do.
 #[must_use]
 pub fn next_free(results: &Path, stem: &str) -> Option<PathBuf> {
     numbered(results, stem).find(|path| !path.exists())
@@ -229,10 +230,10 @@ impl OutputFolder {
         table
     }
 
-    /// Writes a whole table, `.csv`, and names it; `names` are those of columns whose rows have none of their own, lists or tuples.
+    /// Writes a whole table, `.csv`, and names it; `names` are column names for rows that carry
+    /// none themselves, that is lists or tuples.
     ///
-    /// # Errors
-    /// If the disk does not take it; nothing is left behind then.
+    /// # Errors If it cannot be written; then no file is left behind.
     pub fn write_table<R: Serialize>(
         &self,
         names: &[&str],

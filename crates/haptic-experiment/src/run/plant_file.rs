@@ -87,7 +87,8 @@ impl PlantFile {
         Ok(file)
     }
 
-    /// The text of a file of a transfer function or of a device; `None` of anything else, which people write.
+    /// The text of a file of a transfer function or of a device; `None` for other plants, whose
+    /// files people write.
     pub(crate) fn to_toml(&self) -> Option<String> {
         let text = match &self.model {
             PlantModel::Function { function, delay_s } => format!(
@@ -167,13 +168,14 @@ pub enum PlantModel {
     Measured(MeasuredPoints),
 }
 
-/// A response as a table says it.
+/// A response as given in a table.
 #[derive(Clone, Debug, Default, PartialEq)]
 #[non_exhaustive]
 pub struct MeasuredPoints {
     /// ω in rad/s and G(jω).
     pub points: Vec<(f64, Complex<f64>)>,
-    /// Lines of rows that were left out: their coherence says that their gain may be off by a tenth and more.
+    /// Line numbers of omitted rows, whose coherence is so low that their gain may be wrong by a
+    /// tenth or more.
     pub incoherent: Vec<u64>,
 }
 
@@ -188,16 +190,17 @@ pub(crate) struct Interval {
     pub high: f64,
 }
 
-/// A device with a hand: force in, position out. Friction, encoder and noise are no part of the linear plant.
+/// A device with a hand: force in, position out. The linear plant excludes friction, encoder and
+/// noise.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct DeviceValues {
     /// The mass that moves, with whatever is fixed to it.
     pub mass_kg: f64,
     /// Viscous damping of the device alone, without a hand.
     pub damping_n_s_per_m: f64,
-    /// Stiffness k of the hand that holds it; 0 for a device that is let go.
+    /// Stiffness k of the hand that holds it; 0 for a device that nobody holds.
     pub hand_stiffness_n_per_m: f64,
-    /// Delay beside the hold, s.
+    /// Delay beyond the hold, s.
     pub delay_s: f64,
     /// Time constant of the actuator's current, s.
     pub current_lag_s: f64,
@@ -392,7 +395,7 @@ impl DeviceValues {
 }
 
 impl DeviceModel {
-    /// The device `laboratory`, which is shipped, or that of a file.
+    /// The built-in device `laboratory`, or one from a file.
     ///
     /// # Errors
     /// As reading.

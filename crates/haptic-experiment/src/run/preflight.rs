@@ -15,7 +15,7 @@ pub(crate) const MEASURED: Duration = Duration::from_millis(200);
 /// Request for the pre-flight, and the known dynamics of the device.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct PreflightRequest {
-    /// Run what is unstable, too.
+    /// True to run even an unstable loop.
     pub force_unstable: bool,
     /// Known dynamics of a device at a port.
     pub dynamics: Option<Dynamics>,
@@ -50,7 +50,7 @@ pub(crate) trait Findings: Serialize {
 
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Found {
-    /// Of a loop through an environment.
+    /// Findings for a loop through an environment.
     pub preflight: Option<PreflightVerdict>,
     pub drive: Option<DriveVerdict>,
 }
@@ -110,7 +110,7 @@ pub(crate) struct CouplerVerdict {
     pub damping_n_s_per_m: f64,
     /// The least b by Llewellyn's criterion; null if none is enough.
     pub llewellyn_damping_n_s_per_m: Option<f64>,
-    /// Corollary 2, which is not sufficient.
+    /// The damping by Corollary 2, which is not sufficient.
     pub corollary_damping_n_s_per_m: f64,
     /// The least b with which the sampled device, its delay and lag included, is passive whatever the object; null if none is
     /// enough.
@@ -120,28 +120,30 @@ pub(crate) struct CouplerVerdict {
 /// Findings of the pre-flight. Keys of reports and, with `preflight.` before them, of the log's metadata.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct PreflightVerdict {
-    /// No pole on or outside the unit circle.
+    /// True if no pole is on or outside the unit circle.
     pub stable: bool,
-    /// Factor on K and B that takes the loop to the edge: above 1 if it is stable, below 1 if not; null if no
-    /// factor does.
+    /// Factor on K and B at which the loop is on the edge of stability: above 1 if it is stable,
+    /// below 1 if not; null if no factor does.
     pub margin: Option<f64>,
     /// The factor on K and B up to which contact that may pull, acts on one side or stiffens, and is nowhere steeper than this, is
     /// proved stable for every motion; null if none is, of a coupler, of a touch and on the page's *Feel*.
     pub pulling_contact_margin: Option<f64>,
-    /// The depth down to which a tissue whose slope grows is proved so, m; null of one that does not stiffen.
+    /// The depth down to which this is proved for a tissue that stiffens, m; null for one that does
+    /// not stiffen.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub pulling_contact_depth_m: Option<f64>,
-    /// The proof of contact that pushes and never pulls, in words, or that there is none; null of a law that pulls.
+    /// What is proved, in words, for contact that pushes and never pulls; null for a law that
+    /// pulls.
     pub pushing_contact: Option<&'static str>,
-    /// By Theorem 1, for the operator really used.
+    /// True if passive by Theorem 1, for the operator really used.
     pub passive: bool,
     /// The damping δ = bT/m above which the loop is passive; null if none is.
     pub required_delta: Option<f64>,
     /// The δ that the device has.
     pub delta: f64,
-    /// Delay, samples, of line and device together.
+    /// Total delay of line and device, samples.
     pub delay_samples: f64,
-    /// The same delay in seconds, that of the line included.
+    /// The same delay in seconds, including the line's.
     pub delay_s: f64,
     /// Time constant of the motor current, s.
     pub current_lag_s: f64,

@@ -70,14 +70,14 @@ pub(crate) struct RealtimeSummary {
     pub memory_locked: bool,
     /// For how long before it was due a tick was waited for without sleeping, µs.
     pub spin_margin_us: f64,
-    /// From when a tick was due to when it began.
+    /// Time from when a tick was due to when it began.
     pub lateness_us: Microseconds,
-    /// From there to its end, with all that the loop does beside.
+    /// Time from its beginning to its end, including all that the loop does besides.
     pub compute_us: Microseconds,
     pub tick_us: Microseconds,
-    /// Ticks that were a period late or more because the machine woke the loop late.
+    /// Number of ticks at least a period late because the machine woke the loop late.
     pub late_by_wake_up: u64,
-    /// Ticks that were because the tick before took too long.
+    /// Number of ticks at least a period late because the previous tick took too long.
     pub late_by_compute: u64,
     pub skipped_periods: u64,
     /// The tick that ended latest after it was due.
@@ -91,7 +91,7 @@ pub(crate) struct WorstTick {
     pub number: u64,
     /// From when it was due to when it began, µs.
     pub lateness_us: f64,
-    /// From there to its end, µs.
+    /// Time from its beginning to its end, µs.
     pub compute_us: f64,
 }
 

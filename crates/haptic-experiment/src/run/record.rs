@@ -73,11 +73,12 @@ pub(crate) struct Record {
     pub last: Option<KeptSample>,
     /// Time that each tick took, ns, the simulated rig included.
     pub tick_ns: Histogram<u64>,
-    /// Ticks that began one sample time late or more; 0 in virtual time.
+    /// Number of ticks that began at least one sample time late; 0 in virtual time.
     pub missed_deadlines: u64,
     /// Timing of a run by the clock of this machine.
     pub realtime: Option<RealtimeSummary>,
-    /// Refused wishes for a real-time thread, and how to get them granted: a sentence for the user.
+    /// Which real-time settings were refused, and how to get them granted: one sentence for the
+    /// user.
     pub not_realtime: Option<String>,
     /// Samples and events that the recorder had to drop.
     pub dropped: u64,
@@ -87,13 +88,13 @@ pub(crate) struct Record {
     pub limiters: u8,
     /// Why the run ended before its time, if it did.
     pub ended: Option<Ending>,
-    /// It was to be stopped, and the device did not say that it heard of it.
+    /// The run was to be stopped, but the device did not confirm the stop.
     pub stop_unheard: bool,
     /// Counts of the link, if there was one.
     pub link: Option<LinkSummary>,
-    /// How late this host may be for the device at its other end.
+    /// How late this host may be before the device at the other end trips.
     pub lateness: Option<Lateness>,
-    /// The device at its other end is served by this program.
+    /// True if this program itself serves the device at the other end.
     pub served: bool,
     /// Words of a served device whose board said nothing any more.
     pub board_lost: Option<String>,

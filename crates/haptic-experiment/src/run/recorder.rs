@@ -58,7 +58,7 @@ pub struct Recorded {
     pub log: FinishedLog,
     /// The log of a fault, if one latched.
     pub fault_log: Option<PathBuf>,
-    /// Losses of live streams, and why there is no log of a fault, a sentence each.
+    /// One sentence for each loss of a live stream, and one if the log of a fault is missing.
     pub warnings: Vec<String>,
 }
 
@@ -98,7 +98,8 @@ impl Recorder {
         })
     }
 
-    /// Dates what follows: to be called when the first tick is due. Without it the log has device times only.
+    /// Sets the start time of the log: call it when the first tick is due. Without it the log has
+    /// device times only.
     ///
     /// # Errors
     /// If the writer has ended.
@@ -157,7 +158,7 @@ impl Recorder {
         self.flight.fill(kept);
     }
 
-    /// Hands over metadata; a log that cannot take them is seen when it is closed.
+    /// Hands over metadata; a failure to write the log is reported when it is closed.
     pub fn metadata(&mut self, name: &str, values: BTreeMap<String, String>) {
         let _ = self.push_waiting(Entry::Metadata(name.to_owned(), values));
     }
@@ -194,11 +195,10 @@ impl Recorder {
         self.dropped
     }
 
-    /// Waits until all is written, the log is closed and the live streams have ended. After a fault it
-    /// writes the flight recorder too, whatever became of the log.
+    /// Waits until all is written, the log is closed and the live streams have ended. After a fault
+    /// it writes the flight recorder too, even if the log failed.
     ///
-    /// # Errors
-    /// The error that stopped the writer, as a full disk.
+    /// # Errors The error that stopped the writer, such as a full disk.
     pub fn finish(self) -> Result<Recorded, RecordError> {
         drop(self.queue);
         let result = match self.writer.join() {

@@ -42,13 +42,13 @@ pub(crate) struct RemoteDevice {
     pub name: LinkedName,
     /// Place where the loop is closed.
     pub loop_mode: LoopMode,
-    /// Silence after which the device lets go, ms; `None` for that of the loop mode.
+    /// Silence after which the device lets go, ms; `None` for the default of the loop mode.
     pub watchdog_ms: Option<u16>,
-    /// Late ticks in a row that latch a fault; 0 for never.
+    /// Number of late ticks in a row that latches a fault; 0 for never.
     pub late_ticks: u16,
     /// Ticks from a sample to the force that answers it at most, in a loop on the host.
     pub max_age_ticks: u16,
-    /// Longest wait for the device to be there.
+    /// Longest time to wait for the device to appear.
     pub patience: Duration,
 }
 
@@ -101,14 +101,15 @@ pub(crate) struct RemoteLaw {
     pub dissipation_n_s_mu_per_m: f64,
     /// μ.
     pub order: f64,
-    /// Pushes but never pulls, from 0 on.
+    /// True for an environment that begins at 0 and pushes but never pulls.
     pub one_sided: bool,
     /// The map of the depth, of a one-sided law.
     pub depth_map: Option<DepthMap<f64>>,
     /// The surface that it lies behind, on a device of several axes.
     pub surface: Option<SurfaceShape>,
     pub operator: (OperatorShape, Vec<f32>),
-    /// The controller that holds the device in place of all that, its numbers those of the operator.
+    /// The controller that holds the device instead of all that; the operator's numbers are its
+    /// coefficients.
     pub controller: Option<ControllerLaw>,
     /// Limits of the safety chain, without a guard.
     pub limits: haptic_loop::Limits,
@@ -120,7 +121,8 @@ pub(crate) struct RemoteLaw {
     pub simulation: Simulation,
     /// Constant push that the force has to hold, N; 0 for none.
     pub held_push_n: f64,
-    /// The plant stands still until the device has raised its force: what it does then is compared with theory from its start.
+    /// The plant stands still until the device has raised its force: so its motion can be compared
+    /// with theory from the start.
     pub after_rise: bool,
 }
 
@@ -313,8 +315,8 @@ const fn host_limits(limits: &haptic_loop::Limits) -> haptic_loop::Limits {
     }
 }
 
-/// A guard for a device: what nobody has said of a simulated one is known from what it simulates, without delay or lag. A
-/// real one does not know its own.
+/// A guard for a device: values not given for a simulated device come from its simulation, without
+/// delay or lag. A real one does not know its own.
 ///
 /// # Errors
 /// As [`GuardChoice::of`].

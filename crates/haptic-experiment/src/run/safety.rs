@@ -25,7 +25,7 @@ pub(crate) mod keys {
         all BEHIND;
         /// Damping of a real device, N·s/m.
         DEVICE_DAMPING = optional("device_damping_n_s_per_m", DAMPINGS_ABOVE_0,
-            "Damping of a real device, for guard energy-bounding and pre-flight");
+            "Damping of a real device, for guard energy-bounding and the stability check before a run");
         /// Least delay of a real device, s.
         DEVICE_DELAY_LEAST = optional("device_delay_least_s", DEVICE_TIMES,
             "Least delay of a real device from a measurement to the effect of its force, for guard energy-bounding");
@@ -75,7 +75,7 @@ pub(crate) mod keys {
     pub const BRAKING: Parameter = limit("braking_n_s_per_m");
     pub(crate) const STOP_TIME: Parameter = limit("stop_time_s");
     pub(super) const STUCK_FORCE: Parameter = limit("stuck_force_n");
-    /// Together with the stuck force it tells a sensor that is stuck.
+    /// Together with the stuck force it detects a stuck sensor.
     pub const STUCK_TIME: Parameter = limit("stuck_time_s");
     pub(super) const JUMP: Parameter = limit("jump_m");
     pub(crate) const DEVICE_MASS: Parameter = limit("device_mass_kg");
@@ -335,7 +335,7 @@ impl Safety {
     }
 }
 
-/// A workspace, a tenth of it at each end to brake in.
+/// A workspace; a tenth of it at each end is for braking.
 #[must_use]
 pub fn workspace(low: f64, high: f64, brakes: bool) -> Workspace {
     Workspace {
@@ -345,8 +345,8 @@ pub fn workspace(low: f64, high: f64, brakes: bool) -> Workspace {
     }
 }
 
-/// A speed limit, braked from two thirds of it on. Without braking a zone as narrow as can be, so that no
-/// limiter seems to act.
+/// A speed limit; braking begins at two thirds of it. Without braking a zone as narrow as can be,
+/// so that no limiter seems to act.
 #[must_use]
 pub fn speed(hard: f64, brakes: bool) -> SpeedLimit {
     let soft = if brakes { hard / 1.5 } else { 0.999 * hard };
@@ -359,10 +359,9 @@ pub fn speed(hard: f64, brakes: bool) -> SpeedLimit {
 }
 
 impl GuardChoice {
-    /// The guard for a device, if there is to be one.
+    /// The guard for a device, if one was chosen.
     ///
-    /// # Errors
-    /// If what it needs to know of the device is not known.
+    /// # Errors If a property of the device that it needs is unknown.
     pub fn of(self, device: &GuardedDevice, t: Seconds) -> Result<Option<Guard>, Failure> {
         let unknown = |what, key: &dyn fmt::Display| {
             Failure::bad_input(format_args!(

@@ -30,7 +30,7 @@ impl std::fmt::Display for Pace {
 /// Number of ticks, the time of each, and their pace.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Schedule {
-    /// Ticks, the one at time 0 included.
+    /// Number of ticks, including the one at time 0.
     pub samples: u64,
     pub sample_time_s: f64,
     pub pace: Pace,

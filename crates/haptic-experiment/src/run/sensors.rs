@@ -30,7 +30,7 @@ impl Sensors {
         self.noise_m.hypot(rounded)
     }
 
-    /// Puts them before a device.
+    /// Puts these sensors in front of a device.
     ///
     /// # Errors
     /// A resolution or noise that is negative or not finite.
@@ -50,17 +50,17 @@ impl Sensors {
 pub struct Imperfections {
     /// Coulomb friction of the device, N; 0 for none.
     pub friction_n: f64,
-    /// From a measurement to the force that answers it, beside the hold, s.
+    /// Delay from a measurement to the force that answers it, beyond the hold, s.
     pub delay_s: f64,
     /// Time constant of the motor current, s.
     pub current_lag_s: f64,
-    /// Encoder steps and sensor noise: what the loop reads is not where the device is.
+    /// Encoder steps and sensor noise: the position that the loop reads differs from the true one.
     #[serde(flatten)]
     pub sensors: Sensors,
 }
 
 impl Imperfections {
-    /// An ideal device, with none of them.
+    /// An ideal device, without any of these imperfections.
     pub const NONE: Self = Self {
         friction_n: 0.0,
         delay_s: 0.0,

@@ -2,10 +2,11 @@
 
 use std::ffi::c_int;
 
-/// Every signal that would end or stop this program, and that a program may hear. Left out are KILL and STOP, which nobody hears;
-/// ILL, FPE, SEGV and BUS, after which a program cannot go on; PIPE and XFSZ, which a write tells; those that do nothing to a program
-/// that does not listen; and HUP where it is ignored, as by `nohup`. The other ones are heard all the same: a shell ignores INT for
-/// whatever it starts in the background, and `kill -INT` is to stop that too.
+/// Every signal that would end or stop this program, and that a program may hear. Excluded are KILL
+/// and STOP, which no program can catch; ILL, FPE, SEGV and BUS, after which a program cannot go
+/// on; PIPE and XFSZ, which a failed write reports; those that do nothing to a program that does
+/// not listen; and HUP where it is ignored, as by `nohup`. The other ones are heard all the same: a
+/// shell ignores INT for whatever it starts in the background, and `kill -INT` is to stop that too.
 #[cfg(unix)]
 #[must_use]
 pub fn signals() -> Vec<c_int> {
@@ -36,8 +37,8 @@ pub const fn signals() -> Vec<c_int> {
     Vec::new()
 }
 
-/// One of these signals that this process does not catch, though a handler was installed: somebody has put another in its place.
-/// None where the system does not tell.
+/// One of these signals that this process does not catch although a handler was installed: somebody
+/// has put another in its place. None where the system does not report it.
 #[must_use]
 pub fn uncaught(signals: &[c_int]) -> Option<c_int> {
     let caught = mask("SigCgt:")?;

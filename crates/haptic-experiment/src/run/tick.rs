@@ -13,8 +13,8 @@ pub(crate) struct KeptSample {
     pub time_s: f64,
     /// Position of the renderer as the loop read it, m.
     pub position_m: f64,
-    /// Force on the device by which the run is judged, N: the one commanded in answer to this position where the device made that, else the
-    /// one that it made.
+    /// Force on the device by which the run is judged, N: the one commanded for this position if
+    /// the device applied it, else the one that it applied.
     pub force_n: f64,
     /// Force that the device made in this tick, N.
     pub applied_force_n: f64,
@@ -65,7 +65,8 @@ pub(crate) fn per_axis<F: Real, const D: usize>(vector: &SVector<F, D>) -> PerAx
     PerAxis::new(vector.map(F::to_f64).as_slice())
 }
 
-/// The message of a tick on so many axes, 1 to 3, of a device that tells neither where its hand wants to be nor what its motors make.
+/// The message of a tick on so many axes, 1 to 3, of a device that reports neither its hand's
+/// target nor its motors' force.
 #[must_use]
 pub fn unknown(axes: usize) -> TickMessage {
     let unknown = PerAxis::new(&[f64::NAN; 3][..axes.clamp(1, 3)]);
@@ -77,7 +78,7 @@ pub fn unknown(axes: usize) -> TickMessage {
     }
 }
 
-/// The message of a tick with what a device told of it.
+/// The message of a tick with what the device reported about it.
 #[must_use]
 pub fn by_device(message: TickMessage, sample: &haptic_link::Sample, time_s: f64) -> TickMessage {
     let axes = &sample.axes;
@@ -98,7 +99,7 @@ pub fn by_device(message: TickMessage, sample: &haptic_link::Sample, time_s: f64
     }
 }
 
-/// The message of a tick with what a loop of this program did in it.
+/// The message of a tick that a loop of this program ran.
 pub fn by_loop<F: Real, const D: usize>(
     message: TickMessage,
     sample: &Sample<F, D>,

@@ -21,7 +21,7 @@ use std::fmt::Debug;
 use std::net::SocketAddr;
 use std::sync::{Mutex, PoisonError};
 
-/// Somebody who watches a run. Called from the thread that writes the log, in the order of the log.
+/// A viewer of a run. Called from the thread that writes the log, in the order of the log.
 pub trait Live: Debug + Send {
     /// A sample; must not wait.
     fn tick(&mut self, message: &TickMessage);
@@ -56,7 +56,7 @@ pub enum LiveError {
     },
 }
 
-/// Opened streams, waiting for the one run that they are for.
+/// Opened streams, waiting for their one run.
 #[derive(Debug, Default)]
 pub struct LiveStreams(Mutex<Vec<Box<dyn Live>>>);
 

@@ -4,30 +4,30 @@ use serde::Serialize;
 
 use super::TickMessage;
 
-/// The board did not answer: the position is that of an earlier tick.
+/// The board did not answer: the position is from an earlier tick.
 pub const UNANSWERED: u8 = 1;
-/// Nothing says that the board took the force of the tick before.
+/// The board did not confirm the previous tick's force.
 pub const NOT_TAKEN: u8 = 2;
-/// The device had none of the last forces of a loop on the host: an older one acts.
+/// The device had not received the last forces of a loop on the host, so an older one acts.
 pub const LATE_FORCE: u8 = 4;
-/// What the device told of the tick cannot be.
+/// What the device reported for the tick is impossible.
 pub const IMPOSSIBLE: u8 = 8;
 
-/// More stale ticks than this share are no record of what the loop did.
+/// A log with a larger share of stale ticks does not show what the loop did.
 pub const STALE_MOST: f64 = 0.01;
 
 /// Ticks of a log with flaws.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
 pub struct FlawCounts {
-    /// Ticks whose position is that of an earlier one, or in which an older force may have acted.
+    /// Ticks with an earlier tick's position, or in which an older force may have acted.
     pub stale: u64,
-    /// Of them, those without an answer of the board.
+    /// Of them, those in which the board did not answer.
     pub unanswered: u64,
     /// Those whose board may not have taken the force of the tick before.
     pub forces_not_taken: u64,
-    /// Those in which the device had none of the last forces of a loop on the host.
+    /// Of them, those in which the device had not received the last forces of a loop on the host.
     pub late_forces: u64,
-    /// Ticks of which the device told what cannot be.
+    /// Ticks for which the device reported something impossible.
     pub impossible: u64,
 }
 
@@ -42,7 +42,7 @@ impl FlawCounts {
         self.impossible += u64::from(tick.flaws & IMPOSSIBLE != 0 || !has_place);
     }
 
-    /// True if more of so many ticks are stale than a record bears.
+    /// True if too large a share of this many ticks is stale.
     #[must_use]
     pub fn is_stale(&self, samples: u64) -> bool {
         self.stale as f64 > STALE_MOST * samples as f64

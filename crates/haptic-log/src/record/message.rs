@@ -50,7 +50,7 @@ impl Value {
         }
     }
 
-    /// As a count; a number without its fraction.
+    /// The value as a count; a number loses its fraction.
     #[must_use]
     pub const fn to_u64(self) -> u64 {
         match self {
@@ -61,7 +61,7 @@ impl Value {
     }
 }
 
-/// A message that is not what its schema promises.
+/// A message that does not match its schema.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum MessageError {

@@ -72,9 +72,9 @@ pub(super) fn drawn_number() -> String {
 
 /// A file under construction, for logs, tables and pictures alike: it gets its name once it is whole.
 ///
-/// Dropped without [`publish`](Self::publish), it leaves nothing ([`Leftover::Discard`]) or its data under the
-/// unfinished name ([`Leftover::Keep`]). A kept file is locked while its writer lives, so that others can tell a run
-/// that goes on from one that has died ([`leftover_at`]).
+/// Dropped without [`publish`](Self::publish), it leaves nothing ([`Leftover::Discard`]) or its
+/// data under the unfinished name ([`Leftover::Keep`]). A kept file is locked while its writer
+/// lives, so that others can distinguish a live run from a dead one ([`leftover_at`]).
 ///
 /// ```
 /// use haptic_log::record::{Leftover, NewFile};
@@ -102,9 +102,9 @@ impl NewFile {
     /// Opens the unfinished file for writing. With `overwrite` the target may exist, and stays until
     /// [`publish`](Self::publish) replaces it.
     ///
-    /// # Errors
-    /// [`NewFileError::Exists`] if the name is taken; [`NewFileError::Leftover`] or [`NewFileError::BeingWritten`] if a kept
-    /// unfinished file is in the way; [`NewFileError::Io`] if the folder does not take the file.
+    /// # Errors [`NewFileError::Exists`] if the name is taken; [`NewFileError::Leftover`] or
+    /// [`NewFileError::BeingWritten`] if a kept unfinished file is in the way; [`NewFileError::Io`]
+    /// if the file cannot be written to the folder.
     pub fn create(
         target: &Path,
         leftover: Leftover,
@@ -137,7 +137,8 @@ impl NewFile {
         Ok((new_file, file))
     }
 
-    /// A whole file of these bytes, which can be made again: only its name is missing.
+    /// Writes these bytes to a complete file that still lacks its name; use it for data that can be
+    /// made again.
     ///
     /// # Errors
     /// As [`create`](Self::create); bytes that the disk does not take.
@@ -168,17 +169,16 @@ impl NewFile {
         }
     }
 
-    /// Gives up: nothing worth keeping was written.
+    /// Deletes the unfinished file, because nothing in it is worth keeping.
     pub fn discard(mut self) {
         // The name stays as it is; only the policy changes.
         self.leftover = Leftover::Discard;
     }
 
     /// Gives the file its name. Without `overwrite`, a file that took the name in the meantime is
-    /// an error and stays as it is.
+    /// kept and causes an error.
     ///
-    /// # Errors
-    /// A name that is taken, a folder that does not take the file.
+    /// # Errors The name is taken, or the folder does not accept the file.
     pub fn publish(mut self) -> Result<(), NewFileError> {
         let moved = if self.overwrite {
             fs::rename(&self.part, &self.target)
@@ -257,7 +257,7 @@ fn is_same(a: &Path, b: &Path) -> bool {
     a == b
 }
 
-/// `NAME.part` of a log NAME: the file that it is while it is written.
+/// `NAME.part`, the name of the log NAME while it is being written.
 #[must_use]
 pub fn part_of(log: &Path) -> PathBuf {
     with_suffix(log, &Leftover::Keep.suffix())

@@ -94,12 +94,12 @@ pub struct Condition {
     pub complete: bool,
     /// Damage: parts that could not be read.
     pub damage: Vec<Damage>,
-    /// Topics that are not ours, and the number of their messages; they are passed over.
+    /// Topics that are not ours, and the number of their messages; they are skipped.
     pub foreign_topics: BTreeMap<String, u64>,
 }
 
-/// Iterates over the [entries](Entry) of a log; afterwards [`condition`](Self::condition) tells
-/// what is missing. An `Err` comes from the disk, never from damage, and is the last item.
+/// Iterates over the [entries](Entry) of a log; afterwards [`condition`](Self::condition) says what
+/// is missing. An `Err` comes from the disk, never from damage, and is the last item.
 ///
 /// ```
 /// # use haptic_log::record::{LogWriter, TickMessage};
@@ -201,8 +201,7 @@ enum Step {
 impl LogReader<BufReader<File>> {
     /// Opens a log.
     ///
-    /// # Errors
-    /// If it is no regular file, cannot be read or is not MCAP.
+    /// # Errors If it is not a regular file, cannot be read or is not MCAP.
     pub fn open(path: &Path) -> Result<Self, RecordError> {
         let file = open_file(path).map_err(|source| RecordError::read(path, source))?;
         Self::new(BufReader::with_capacity(READ_BYTES, file), path)

@@ -24,7 +24,7 @@ pub struct RecoverySummary {
     pub complete: bool,
     /// Missing parts, a sentence each; empty if the source was whole.
     pub missing: Vec<String>,
-    /// The log that was written; the source is left as it is.
+    /// The log that was written; the source is left unchanged.
     pub log: PathBuf,
     /// Ticks missing before the first saved and after the last, if the log says how its run ended.
     #[serde(skip)]
@@ -66,8 +66,9 @@ fn missing(count: &TickCount, condition: &Condition) -> Vec<String> {
     sentences
 }
 
-/// Copies everything readable in `source`, and in the files that it goes on in, into the new, finished log `target`, which
-/// gets one more metadata record, [`RECOVERED`]. The source is left as it is. With `overwrite` the target may exist.
+/// Copies everything readable in `source`, and in the files that it goes on in, into the new,
+/// finished log `target`, which gets one more metadata record, [`RECOVERED`]. The source is left
+/// unchanged. With `overwrite` the target may exist.
 ///
 /// ```
 /// # use haptic_log::record::{LogWriter, TickMessage};

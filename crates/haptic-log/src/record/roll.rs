@@ -24,7 +24,7 @@ pub const NEXT: &str = "next";
 pub const CONTINUES: &str = "continues";
 /// Key of the number of a run in its metadata.
 const RUN: &str = "run";
-/// Smallest file that a log is cut into, bytes.
+/// Smallest size at which a log is split into files, bytes.
 pub const ROLL_LEAST: u64 = 1_000_000;
 /// No log has more files.
 const FILES_MOST: usize = 9999;
@@ -83,7 +83,7 @@ impl RollingLog {
         })
     }
 
-    /// From now on a file of so many bytes is full; less than [`ROLL_LEAST`] counts as that.
+    /// From now on a file of so many bytes is full; less is raised to [`ROLL_LEAST`].
     pub fn roll_at(&mut self, full_bytes: u64) {
         self.full_bytes = Some(full_bytes.max(ROLL_LEAST));
     }

@@ -12,8 +12,8 @@ pub const CLOCK: &str = "clock";
 /// ```text
 /// log time = start + device time
 /// ```
-/// The wall clock is that of the machine that keeps the log, read once: steps of it during a run, and the
-/// drift between it and a device's clock, are not in the log.
+/// The wall clock of the machine that keeps the log is read once: steps of it during a run, and its
+/// growing difference from the device's clock, are not in the log.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct StartTime {
     /// Since 1970-01-01 UTC, ns.
@@ -22,7 +22,7 @@ pub struct StartTime {
 }
 
 impl StartTime {
-    /// Device time 0 was at this moment. A moment before 1970 counts as 1970.
+    /// Device time 0 was at this moment. An earlier moment becomes 1970.
     #[must_use]
     pub fn at(moment: SystemTime) -> Self {
         Self {
@@ -41,7 +41,7 @@ impl StartTime {
         }
     }
 
-    /// Device time was `device_time_s` at this moment. What is no time from 0 on counts as 0.
+    /// Device time was `device_time_s` at this moment. A negative or invalid time becomes 0.
     #[must_use]
     pub fn before(moment: SystemTime, device_time_s: f64) -> Self {
         let ago = Duration::try_from_secs_f64(device_time_s).unwrap_or_default();

@@ -43,11 +43,12 @@ const ENDS: [(&str, EndKind); 4] = [
 pub struct RunEnd {
     /// Why the run ended; `reason` says it in words.
     pub ended: EndKind,
-    /// In words; empty for a run that finished.
+    /// How the run ended, in words; empty if it finished.
     pub reason: String,
     /// Samples that were to be made.
     pub planned_samples: u64,
-    /// Samples made, as far as is known; what follows a fault or a stop, and belongs to the log, counts.
+    /// Number of samples made, as far as is known; those after a fault or a stop that belong to the
+    /// log count too.
     pub made_samples: u64,
     /// Samples that the run itself counted as missing: `dropped_samples` of its report.
     pub dropped_samples: u64,
@@ -166,7 +167,8 @@ impl TickCount {
     }
 }
 
-/// Name of the metadata record that tells, once a second of a loop by the clock, where the time of its ticks went.
+/// Name of the metadata record that says, once a second in a real-time loop, where the time of its
+/// ticks went.
 pub const BUDGET: &str = "budget";
 
 /// Summary of a log. The first five keys are a contract of the command line.
@@ -182,20 +184,21 @@ pub struct LogSummary {
     pub started_utc: Option<String>,
     /// Missing ticks, by tick number.
     pub gaps: Vec<Gap>,
-    /// Ticks missing before the first; 0 if the log does not say how its run ended, or goes on with another file's.
+    /// Ticks missing before the first; 0 if the log does not say how its run ended, or continues
+    /// another file.
     pub missing_at_start: u64,
     /// Ticks of the run missing after the last in the log; 0 if the log does not say how its run ended.
     pub missing_at_end: u64,
-    /// All missing ticks: those of the gaps, of the start and of the end.
+    /// All missing ticks: in gaps, at the start and at the end.
     pub missing_samples: u64,
     /// End of the run; `None` in logs made before it was kept, and in those that were cut.
     pub end: Option<RunEnd>,
-    /// The first file of the log that this one goes on with; `None` for the first.
+    /// The first file of the log that this file continues; `None` for the first file.
     pub continues: Option<String>,
-    /// Finished by its writer, no part damaged. Gaps do not count: their samples were lost before they reached the
-    /// log.
+    /// True if the writer finished it and no part is damaged. Gaps do not count: their samples were
+    /// lost before they reached the log.
     pub complete: bool,
-    /// Ticks whose number is not above that of the tick before.
+    /// Ticks whose number is not above the previous tick's.
     pub out_of_order: u64,
     /// How many ticks the device or the link got wrong, and how.
     #[serde(flatten)]

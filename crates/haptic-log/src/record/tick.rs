@@ -6,7 +6,7 @@ use super::message::{Item, Layout, LogMessage, MessageError, Value, begin, put};
 use std::fmt;
 use std::ops::Deref;
 
-/// The letters that columns of several axes have before their unit.
+/// The axis letters, which column names have before the unit.
 pub const AXES: [&str; 3] = ["x", "y", "z"];
 
 /// A number for each of one to three axes; a slice of them.
@@ -17,7 +17,7 @@ pub struct PerAxis {
 }
 
 impl PerAxis {
-    /// The first numbers, three at most; of none it is 0 on one axis.
+    /// A vector of the first three numbers at most; without any it is 0 on one axis.
     #[must_use]
     pub fn new(numbers: &[f64]) -> Self {
         numbers.iter().copied().collect()
@@ -99,7 +99,7 @@ pub struct TickMessage {
     pub indenter_position_m: PerAxis,
     /// Position of the device as the loop read it, m.
     pub position_m: PerAxis,
-    /// Force the environment asked for, N.
+    /// Force that the environment wanted, N.
     pub environment_force_n: PerAxis,
     /// Force that left the safety chain and was commanded, in answer to this position, N.
     pub commanded_force_n: PerAxis,
@@ -110,7 +110,7 @@ pub struct TickMessage {
     /// Limiters that acted, as bits: 1 magnitude, 2 rate, 4 fault, 8 stopping, 16 start-up, 32 workspace,
     /// 64 velocity, 128 passivity guard.
     pub limiters: u8,
-    /// What is wrong with this tick, bits of [`flaw`](super::flaw); 0 for a tick in order.
+    /// What is wrong with this tick, bits of [`flaw`](super::flaw); 0 if nothing is wrong.
     pub flaws: u8,
     /// Energy that the passivity guard has observed, J: positive if the device gave it to the loop. NaN
     /// without a guard, and from a device that does not send it.
@@ -173,7 +173,7 @@ static FIELDS: [Field; 12] = [
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Slot(Reach, usize);
 
-/// A column of a table of ticks: one number of each.
+/// A column of a table of ticks: one number for each.
 #[derive(Clone, Debug)]
 pub struct Column {
     /// Its name, with its unit at the end.
@@ -184,7 +184,7 @@ pub struct Column {
 }
 
 impl Column {
-    /// One that no tick has, made of what it has.
+    /// A value that is not in a tick but computed from it.
     #[must_use]
     pub fn derived(name: &str, read: fn(&TickMessage) -> f64) -> Self {
         Self {
@@ -195,7 +195,7 @@ impl Column {
         }
     }
 
-    /// The number of a tick; not a number on an axis that it has not.
+    /// The number of a tick; NaN on an axis that the tick lacks.
     #[must_use]
     pub fn value(&self, tick: &TickMessage) -> Value {
         let tick = &mut tick.clone();
@@ -222,7 +222,7 @@ pub fn column_name(field: &str, axis: usize, axes: usize) -> String {
 }
 
 impl TickMessage {
-    /// A tick of so many axes, 1 to 3, with zeros, and no guard that observes energy.
+    /// A tick with this many axes, 1 to 3, all zero and without a guard's energy.
     #[must_use]
     pub fn at_rest(axes: usize) -> Self {
         Self::filled(PerAxis::new(&[0.0; 3][..axes.clamp(1, 3)]))

@@ -45,7 +45,7 @@ pub(super) const EVENT_CHANNEL: u16 = 2;
 pub struct FinishedLog {
     /// The file, the first if there are more.
     pub path: PathBuf,
-    /// All files of a log that was rolled, in order; else the one.
+    /// All files, in order; more than one only if the log was split.
     pub paths: Vec<PathBuf>,
     /// Ticks in it.
     pub samples: u64,
@@ -56,8 +56,8 @@ pub struct FinishedLog {
 /// A log being written. Made by [`create`](LogWriter::create); call
 /// [`finish`](LogWriter::finish) at the end.
 ///
-/// Dropped without `finish`, or after an error, it leaves a `.part` file without a footer: what
-/// was flushed is in it, and every reader can tell that it is not whole.
+/// Dropped without `finish`, or after an error, it leaves a `.part` file without a footer: it
+/// contains what was flushed, and every reader can detect that it is incomplete.
 ///
 /// ```
 /// use haptic_log::record::{LogWriter, StartTime, TickMessage};
@@ -104,8 +104,7 @@ pub struct LogWriter<W: Write + Seek> {
 impl<W: Write + Seek> LogWriter<W> {
     /// Starts a log in any sink; `path` is its name in messages. Nothing is renamed at the end.
     ///
-    /// # Errors
-    /// If the sink does not take the header.
+    /// # Errors If the sink does not accept the header.
     pub fn with_sink(sink: W, path: &Path) -> Result<Self, RecordError> {
         let bytes = Arc::default();
         let sink = Sink {
@@ -174,8 +173,8 @@ impl<W: Write + Seek> LogWriter<W> {
 
     /// Adds a tick. All ticks of a log have the same number of axes.
     ///
-    /// # Errors
-    /// If the sink fails, the time is negative or not finite, or the number of axes is another than before.
+    /// # Errors If the sink fails, the time is negative or not finite, or the number of axes has
+    /// changed.
     pub fn tick(&mut self, message: &TickMessage) -> Result<(), RecordError> {
         let axes = message.axes();
         if *self.axes.get_or_insert(axes) != axes {
@@ -298,8 +297,9 @@ impl LogWriter<BufWriter<File>> {
         Self::create_with(path, Leftover::Keep, false, None)
     }
 
-    /// As [`create`](Self::create), with a choice of what happens to an unfinished file, and whether
-    /// the finished one may replace another; brought to the disk at an interval, if one is given.
+    /// As [`create`](Self::create), with a choice of what happens to an unfinished file, and
+    /// whether the finished one may replace another; it is synced to disk at an interval, if one is
+    /// given.
     ///
     /// # Errors
     /// As there.
@@ -345,10 +345,10 @@ impl LogWriter<BufWriter<File>> {
         }
     }
 
-    /// Writes the index, brings the file to the disk and gives it its name.
+    /// Writes the index, syncs the file to disk and gives it its final name.
     ///
-    /// # Errors
-    /// If the disk is full, or the name was taken in the meantime; the `.part` file stays. If that was removed or cut meanwhile.
+    /// # Errors If the disk is full, or the name was taken in the meantime; the `.part` file stays.
+    /// Also if that was removed or cut meanwhile.
     pub fn finish(mut self) -> Result<FinishedLog, RecordError> {
         let new_file = self.new_file.take();
         let syncer = self.syncer.take();

@@ -1,4 +1,4 @@
-//! Energy bounding: the force is never larger than the energy at hand can pay for.
+//! Energy bounding: the force never needs more energy than is available.
 
 use super::profile::{
     GuardState, MAX_GUARD_DELAY_SAMPLES, MAX_GUARD_LAG_SAMPLES, Profile, Timing, dot, doubt,
@@ -11,8 +11,9 @@ use nalgebra::SVector;
 
 /// Energy bounding: the force is never larger than the energy at hand can pay for.
 ///
-/// Let g(t) be the force that the device makes of what it was sent: delayed by D = (d + h)T, through a lag τ. Over a
-/// sample it has the mean ḡ and the variance Var g, known from the forces that were sent.
+/// Let g(t) be the force that the device makes from the commands it received: delayed by D = (d +
+/// h)T, through a lag τ. Over a sample it has the mean ḡ and the variance Var g, known from the
+/// forces that were sent.
 ///
 /// ```text
 /// E\[n\] = E\[n−1\] − ḡ·Δ\[n\] + ρ(b/T)·|Δ\[n\]|² − (T/4ρb)·Var g          the books
@@ -49,14 +50,17 @@ use nalgebra::SVector;
 pub struct EnergyBounding {
     /// b > 0, N·s/m: viscous damping that the device surely has, on each axis.
     pub device_damping: NewtonSecondsPerMetre,
-    /// ρ in (0, 1\]: the share of it that the loop may use up.
+    /// ρ in (0, 1\]: the share of that damping that the loop may use up.
     pub share: f64,
-    /// 0 or at least a sample time: how long a surplus lasts. At 0 it is given up at once.
+    /// 0 or at least a sample time: how long a surplus of energy lasts. At 0 it is discarded at
+    /// once.
     pub forget: Seconds,
-    /// From a position's measurement to the effect of its force, beyond the hold: the least it can be, at least 0.
+    /// Shortest delay from measuring a position to the effect of its force, beyond the hold; at
+    /// least 0.
     pub delay_least: Seconds,
-    /// The most it can be: at least `delay_least`, at most [`MAX_GUARD_DELAY_SAMPLES`](super::MAX_GUARD_DELAY_SAMPLES)
-    /// sample times. The same as `delay_least` if the delay is known.
+    /// Longest such delay: at least `delay_least`, at most
+    /// [`MAX_GUARD_DELAY_SAMPLES`](super::MAX_GUARD_DELAY_SAMPLES) sample times. The same as
+    /// `delay_least` if the delay is known.
     pub delay_most: Seconds,
     /// τ: time constant with which the actuator's force follows, 0 to
     /// [`MAX_GUARD_LAG_SAMPLES`](super::MAX_GUARD_LAG_SAMPLES) sample times.

@@ -8,12 +8,13 @@ use fracdiff::Real;
 use fracdiff::parameter::range;
 use nalgebra::SVector;
 
-/// A simulated device with a mass, damping, hand and friction of its own on each axis, each a [`MassDamper`].
+/// A simulated device whose axes each have their own mass, damping, hand and friction, each a
+/// [`MassDamper`].
 ///
 /// ```text
 /// m_i·x_i'' + b_i·x_i' + k_i·x_i = a_i + w_i        i = 1 … D
 /// ```
-/// *Cost* and exactness are those of the axes.
+/// *Cost* and exactness are as for the single axes.
 #[derive(Clone, Debug)]
 pub struct Axes<const D: usize> {
     axes: [MassDamper<1>; D],
@@ -58,13 +59,13 @@ impl<const D: usize> Axes<D> {
         }
     }
 
-    /// Position of each axis now, m.
+    /// Current position of each axis, m.
     #[must_use]
     pub fn position(&self) -> SVector<f64, D> {
         SVector::from_fn(|axis, _| self.axes[axis].position()[0])
     }
 
-    /// Velocity of each axis now, m/s.
+    /// Current velocity of each axis, m/s.
     #[must_use]
     pub fn velocity(&self) -> SVector<f64, D> {
         SVector::from_fn(|axis, _| self.axes[axis].velocity()[0])

@@ -7,7 +7,8 @@ use core::convert::Infallible;
 use fracdiff::Real;
 use fracdiff::parameter::RangeError;
 
-/// The one that holds the indenter of a [`HeldRig`]: from set point and measurement to a force, once a sample.
+/// The controller that holds the indenter of a [`HeldRig`]: it turns set point and measurement into
+/// a force, once a sample.
 pub trait Holder {
     /// The force on the indenter from now until the next sample, N, positive into the tissue. Set point and measurement are positions
     /// in m under [`RigDrive::Position`], contact forces in N under [`RigDrive::Force`].
@@ -17,7 +18,8 @@ pub trait Holder {
     fn restart(&mut self);
 }
 
-/// An [`IndentationRig`] whose indenter is a mass that a [`Holder`] drives, in place of servo or constant push.
+/// An [`IndentationRig`] whose indenter is a mass that a [`Holder`] drives, instead of a servo or a
+/// constant push.
 ///
 /// ```text
 /// renderer:  m₁·x₁'' + b₁·x₁' = F + f        f written: the tissue's force
@@ -38,7 +40,8 @@ pub struct HeldRig<H> {
 }
 
 impl<H: Holder> HeldRig<H> {
-    /// The rig of this configuration, its drive the set point of the holder. The servo is not used.
+    /// A rig of this configuration, whose drive gives the holder's set point. The servo is not
+    /// used.
     ///
     /// # Errors
     /// As [`IndentationRig::new`]; a rigid contact, which has no mass to hold.
@@ -62,13 +65,13 @@ impl<H: Holder> HeldRig<H> {
         })
     }
 
-    /// The rig that is held.
+    /// The rig whose indenter is held.
     #[must_use]
     pub const fn rig(&self) -> &IndentationRig {
         &self.rig
     }
 
-    /// The one that holds it.
+    /// The controller that holds the indenter.
     #[must_use]
     pub const fn holder(&self) -> &H {
         &self.holder

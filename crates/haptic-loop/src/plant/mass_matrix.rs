@@ -11,8 +11,9 @@ use nalgebra::{Cholesky, Const, SMatrix, SVector};
 /// ```text
 /// M·x'' = f        pushed along n the device answers with x''·n = f·(nᵀ M⁻¹ n), as a mass of 1/(nᵀ M⁻¹ n) would
 /// ```
-/// - *Postures*: M of a linkage changes with its place; make one for each place. A device whose axes are masses of their own,
-///   as [`Axes`](super::Axes), has one for all, [`of_axes`](Self::of_axes).
+/// - *Postures*: M of a linkage changes with its place; make one for each place. A device whose
+///   axes have independent masses, as [`Axes`](super::Axes), has one for all,
+///   [`of_axes`](Self::of_axes).
 /// - *Along the axes of M* the effective mass is an eigenvalue; any other lies between the least and the largest.
 /// - *Sideways* a device with unequal masses moves too when it is pushed along n. A loop along n does not know of that.
 ///
@@ -46,7 +47,7 @@ impl<const D: usize> MassMatrix<D> {
         Ok(Self { root })
     }
 
-    /// Axes that are masses of their own.
+    /// A device whose axes have independent masses.
     ///
     /// # Errors
     /// Each must be finite and above 0.

@@ -7,7 +7,7 @@ use fracdiff::Real;
 use fracdiff::parameter::{positive, range};
 use nalgebra::SVector;
 
-/// A ramp from zero to a depth, then a hold for ever.
+/// A ramp from zero to a depth, which is then held for ever.
 ///
 /// ```text
 /// x(t) = depth·min(t/T₀, 1) for t ≥ 0,    0 for t < 0
@@ -54,7 +54,7 @@ impl RampHold {
     }
 }
 
-/// A device that is moved along a profile by something infinitely stiff.
+/// A device that is forced along a profile, whatever force it makes.
 ///
 /// ```text
 /// x[n] = profile(n·T)

@@ -4,10 +4,11 @@ use super::{MassDamper, Sensed};
 use crate::{Controller, Sample, Wall};
 use fracdiff::Operator;
 
-/// Runs the loop of a wall on a simulated axis in virtual time: [`Engaged::run`](crate::Engaged::run), compiled once and here, where a
-/// development build optimises; a search for the stiffest wall ticks it millions of times.
+/// Runs the loop of a wall on a simulated axis in virtual time:
+/// [`Engaged::run`](crate::Engaged::run), compiled here once and optimised even in a development
+/// build, because a search for the stiffest wall ticks it millions of times.
 ///
-/// `true` if it reached the end without a fault. No force stays.
+/// `true` if it reached the end without a fault. No force remains.
 pub fn run_wall(
     controller: &mut Controller<f64, 1, Wall<f64, Operator<f64>>>,
     device: &mut Sensed<MassDamper<1>>,

@@ -129,8 +129,8 @@ impl<W: Waiter> Periodic<W> {
         })
     }
 
-    /// Ends the cycle that runs, and waits for the next. A cycle that is late begins at once; one that is later than a
-    /// period skips those that have passed, so that the next is due at t₀ + n·T again.
+    /// Ends the cycle that runs, and waits for the next. A late cycle begins at once; one that is
+    /// later than a period skips those that have passed, so that the next is due at t₀ + n·T again.
     pub fn wait(&mut self) -> Cycle {
         let ready_ns = self.end_cycle();
         let due_ns = self.due_ns.unwrap_or(ready_ns + self.period_ns);

@@ -4,7 +4,8 @@ use super::moment::Moment;
 use std::time::Duration;
 use thiserror::Error;
 
-/// A clock and the ways to wait for it. Tests pass one whose time they make themselves.
+/// The operating system's clock and its ways of waiting. Tests pass one whose time they make
+/// themselves.
 pub trait Waiter {
     /// Time since an origin that never changes.
     fn now(&mut self) -> Duration;

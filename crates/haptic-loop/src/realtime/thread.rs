@@ -22,9 +22,9 @@ pub struct ThreadConfig {
 /// The wishes that were refused; prints as one sentence that says what to do.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Fallback {
-    /// The priority that was asked for, and why it was refused.
+    /// The requested priority, and why the system refused it.
     pub priority: Option<(u8, Refusal)>,
-    /// The core that was asked for, and why it was refused.
+    /// The requested core, and why the system refused it.
     pub pin: Option<(usize, Refusal)>,
     /// Why the memory could not be locked.
     pub memory: Option<Refusal>,

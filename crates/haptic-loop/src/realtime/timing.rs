@@ -8,7 +8,7 @@ use std::time::Duration;
 /// Longest time that is told from longer ones, ns.
 const LONGEST_NS: u64 = 100_000_000_000;
 
-/// The parts of the time of each cycle.
+/// How the time of each cycle was spent.
 #[derive(Clone, Debug)]
 #[non_exhaustive]
 pub struct Timing {
@@ -18,7 +18,7 @@ pub struct Timing {
     pub compute_ns: Histogram<u64>,
     /// From when a cycle was due to its end, ns.
     pub tick_ns: Histogram<u64>,
-    /// Cycles that were late, by their cause.
+    /// Late cycles, by cause.
     pub overruns: Overruns,
     /// The one that ended latest after it was due; `None` before the first has ended.
     pub worst: Option<WorstCycle>,
@@ -27,11 +27,11 @@ pub struct Timing {
 /// Cycles that began a whole period late or more.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Overruns {
-    /// Because the thread was woken late.
+    /// Cycles that were late because the thread woke up late.
     pub by_wake_up: u64,
     /// Because the cycle before took longer than it had.
     pub by_compute: u64,
-    /// Periods that were skipped for it.
+    /// Periods skipped because of that.
     pub skipped_periods: u64,
 }
 
@@ -54,7 +54,7 @@ pub struct WorstCycle {
     pub compute: Duration,
 }
 
-/// Four percentiles by which a histogram of times is told.
+/// Four percentiles that summarise a histogram of times.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Percentiles {
     /// Median.

@@ -75,7 +75,7 @@ impl Limiters {
     }
 }
 
-/// Why the chain holds the force at zero. The numbers are those of the wire and of the log.
+/// Why the chain holds the force at zero. The numbers are the same on the wire and in the log.
 ///
 /// The chain itself latches [`NonFiniteForce`](Self::NonFiniteForce), [`Workspace`](Self::Workspace),
 /// [`Velocity`](Self::Velocity), [`PositionStuck`](Self::PositionStuck) and [`PositionJump`](Self::PositionJump);

@@ -10,12 +10,12 @@ use thiserror::Error;
 
 /// Every limit of a [`SafetyChain`](crate::SafetyChain); `None` is off.
 ///
-/// The defaults suit a desktop device of some 65 g, to be replaced by those of the device at hand: its
+/// The defaults suit a desktop device of some 65 g, so replace them with those of your device: its
 /// workspace is not known here, nor is a guard, which needs its mass or damping.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Limits {
-    /// Largest force on each axis, above 0; a force beyond it is shortened, not turned. *Default* 10 N: what a desktop device makes and a
-    /// finger holds.
+    /// Largest force on each axis, above 0; a larger force is scaled down without changing its
+    /// direction. *Default* 10 N: as much as a desktop device makes and a finger can hold.
     pub force: Newtons,
     /// Largest magnitude of the whole force, above 0 and at most 1e9 N: else a diagonal gets √D times the limit
     /// of an axis. With it `force` too is at most 1e9 N. *Default* 10 N.
@@ -30,15 +30,16 @@ pub struct Limits {
     pub rise_time: Option<Seconds>,
     /// The range in which the device may move, the same on each axis. *Default* off.
     pub workspace: Option<Workspace>,
-    /// A range of its own for each of the first three axes, in place of `workspace`; for devices of more than one axis.
-    /// *Default* off. With the feature `std`: a microcontroller of one axis has no room for it.
+    /// A separate range for each of the first three axes, instead of `workspace`; for devices of
+    /// more than one axis.
+    /// *Default* off. With the feature `std`: a one-axis microcontroller has no memory for it.
     #[cfg(feature = "std")]
     pub workspace_box: Option<[Workspace; 3]>,
     /// The speed at which it may move. *Default* 1 and 1.5 m/s: an exploring hand stays below 0.5 m/s.
     pub speed: Option<SpeedLimit>,
-    /// ω/2π above 0, bandwidth of the velocity that is estimated from positions,
-    /// v ← v + (1 − e^(−ωT))·(Δ/T − v). *Default* 50 Hz: at 1 kHz an encoder step of 10 µm is 3 mm/s, and a motion
-    /// is seen 3 ms late.
+    /// ω/2π above 0, bandwidth of the velocity that is estimated from positions, v ← v + (1 −
+    /// e^(−ωT))·(Δ/T − v). *Default* 50 Hz: at 1 kHz an encoder step of 10 µm is 3 mm/s, and a
+    /// motion is detected 3 ms late.
     pub velocity_bandwidth: Hertz,
     /// b, viscous damping that brakes near a limit and after a fault, above 0 and at most
     /// [`braking_max`](Self::braking_max). *Default* 5 N·s/m: with the lag of the estimate 1/ω = 3.2 ms and 65 g it is
@@ -136,7 +137,7 @@ impl Limits {
         }
     }
 
-    /// Place of the row with this key in [`TABLE`](Self::TABLE).
+    /// Index of the row with this key in [`TABLE`](Self::TABLE).
     ///
     /// # Panics
     /// If there is none: a constant that asks for it does not compile.
@@ -236,7 +237,7 @@ table! {
         "Fault if the position moves in one sample by this much more than the speed limit allows; 0 = off \
          [default: 1mm on a serial device, else never]";
     "device_mass_kg" above_0(100.0), number!(device_mass: Option<Kilograms>),
-        "Mass of a real device, for guard observer, braking and pre-flight";
+        "Mass of a real device, for guard observer, braking and the stability check before a run";
 }
 
 /// True of equal texts; `==` is no constant.

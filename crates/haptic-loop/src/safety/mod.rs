@@ -108,7 +108,7 @@ impl<F: Real, const D: usize> SafetyState<F, D> {
         self.fault.get_or_insert(fault);
     }
 
-    /// The device has let go by itself: the force is zero now.
+    /// Reports that the device has let go on its own: the force is zero now.
     pub fn let_go(&mut self) {
         self.force = SVector::from([F::ZERO; D]);
         self.guard.let_go();
@@ -226,7 +226,7 @@ impl<F: Real> SafetyChain<F> {
         }
     }
 
-    /// True if a passivity guard is part of it.
+    /// True if the chain has a passivity guard.
     #[must_use]
     pub const fn has_guard(&self) -> bool {
         self.guard.is_some()

@@ -105,13 +105,13 @@ impl Default for WallNumbers {
     }
 }
 
-/// Mass and damping of the simulated device; its other numbers are those of the server's device file.
+/// Mass and damping of the simulated device; its other numbers come from the server's device file.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct DeviceNumbers {
     /// m, kg, in [0.005, 2].
     pub mass_kg: f64,
-    /// b, N·s/m, in [0, 50]: what it needs to be stable depends on the law.
+    /// b, N·s/m, in [0, 50]: what stability requires depends on the law.
     pub damping_n_s_per_m: f64,
 }
 

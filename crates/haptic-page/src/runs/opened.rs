@@ -53,7 +53,7 @@ pub(super) fn push(
     let missing = tick.tick.saturating_sub(pyramid.made());
     if missing > GAP_MOST {
         return Err(Failure::bad_input(format_args!(
-            "tick {} follows tick {}: this log cannot be drawn; look at it with `log check`",
+            "tick {} follows tick {}: this log cannot be drawn; check it with `log check`",
             tick.tick,
             pyramid.made()
         )));

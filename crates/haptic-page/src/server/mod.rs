@@ -135,7 +135,8 @@ impl PageServer {
         self.notices.recv_timeout(within).ok()
     }
 
-    /// Stops: force zero first, then the sockets are told and closed. Returns when all is done, with the last sentences for people.
+    /// Stops: the force goes to zero first, then the pages are informed and their sockets closed.
+    /// Returns when all is done, with the last sentences for people.
     pub fn stop(mut self) -> Vec<String> {
         self.end();
         self.notices.try_iter().collect()

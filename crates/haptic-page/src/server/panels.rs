@@ -75,7 +75,7 @@ impl Panels {
         let _work = tokio::select! {
             biased;
             () = turn.told.notified() => {
-                return Err(Failure::bad_input("a newer question of this panel came first"));
+                return Err(Failure::bad_input("a newer question from this panel has replaced this one"));
             }
             work = queue.work.lock() => work,
         };

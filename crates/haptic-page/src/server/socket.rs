@@ -129,7 +129,7 @@ async fn read(
 async fn obey(id: Value, request: Request, hub: &Arc<Hub>, page: &Page) {
     if request.needs_controls() && !hub.has_controls(page.number) {
         let refused = Failure::bad_input(
-            "this page watches: take the controls first (`controls.take`); stop is always possible",
+            "this page is only watching: take the controls first (`controls.take`); stop always works",
         );
         return page.answer(&id, Err(refused));
     }

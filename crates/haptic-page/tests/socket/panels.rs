@@ -182,7 +182,7 @@ fn the_newest_question_of_a_panel_wins_and_those_before_it_are_given_up() {
     for id in asked {
         let said = given_up(&mut page, id);
         let words = [
-            "a newer question of this panel came first",
+            "a newer question from this panel has replaced this one",
             "x.csv: interrupted",
         ];
         assert!(words.map(Value::from).contains(&said), "{said}");

@@ -40,13 +40,13 @@ pub struct ConnectOptions<'a> {
     pub baud: Option<u32>,
     /// Time for further attempts at a port that is not there or does not answer.
     pub patience: Duration,
-    /// Ends the attempts when set.
+    /// Setting this flag ends the attempts.
     pub stop: Option<&'a AtomicBool>,
 }
 
 impl SerialLink {
-    /// Opens the port, greets the device, brings it to rest and asks what it can do. Tries again with growing pauses,
-    /// 50 ms to 1 s, until the patience is over or `stop` is set.
+    /// Opens the port, greets the device, brings it to rest and reads its capabilities. Tries again
+    /// with growing pauses, 50 ms to 1 s, until the patience is over or `stop` is set.
     ///
     /// # Errors
     /// A port that is not there, is in use or may not be opened; no answer, garbage, an echo, another protocol
@@ -77,7 +77,8 @@ impl SerialLink {
         Ok(link)
     }
 
-    /// Connects to a device that this process serves itself. It lives as long as the link, and is let go with it.
+    /// Connects to a device that this process serves itself. It is kept while the link lives, and
+    /// released with it.
     ///
     /// # Errors
     /// As [`connect`](Self::connect).
@@ -174,7 +175,8 @@ impl SerialLink {
         Ok(())
     }
 
-    /// Waits until the force of a device that was told to let go has fallen to zero, and says whether it has.
+    /// Waits for the force to fall to zero after the device was ordered to let go; returns whether
+    /// it did.
     pub fn wait_for_rest(&self) -> bool {
         /// Longer than a force takes to fall.
         const PATIENCE: Duration = Duration::from_secs(2);
@@ -259,7 +261,7 @@ fn thread_error(error: impl Display) -> SerialError {
     }
 }
 
-/// Speeds that boards have, bits per second; the first is that of a device without a board.
+/// Speeds that boards have, bits per second; the first is for a device without a board.
 pub const BAUDS: [u32; 2] = [460_800, 921_600];
 
 /// Time to greet a port. After it without an answer, no device is there.

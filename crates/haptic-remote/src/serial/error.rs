@@ -37,7 +37,7 @@ pub enum SerialError {
     },
     /// Nobody answers at a socket, which lets one program in at a time.
     #[error(
-        "nobody answers at the socket {path}, which lets one program in at a time: close another one"
+        "nothing answers at the socket {path}, which serves one program at a time: close the other one"
     )]
     SilentSocket {
         /// Path of the port, as it was given.
@@ -121,12 +121,12 @@ fn in_its_place(others: &str) -> String {
 pub struct BoardTrouble {
     /// A sentence for a person, with the remedy.
     pub words: String,
-    /// Tells where to look for the cause.
+    /// Says where to look for the cause.
     pub cause: TroubleCause,
 }
 
 impl BoardTrouble {
-    /// Trouble whose cause lies in the board itself.
+    /// The cause lies in the board itself.
     #[must_use]
     pub const fn of_board(words: String) -> Self {
         Self {

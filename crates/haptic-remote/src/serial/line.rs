@@ -7,10 +7,11 @@ use std::io::{self, ErrorKind, Read, Write};
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
-/// A way for bytes, there and back: a serial port, a Unix socket, or a [`Pipe`](super::Pipe) of this process.
+/// A two-way connection for bytes: a serial port, a Unix socket, or a [`Pipe`](super::Pipe) of this
+/// process.
 ///
-/// A read gives what is there, or fails with [`TimedOut`](io::ErrorKind::TimedOut) after a while; `Ok(0)` is the
-/// line's end.
+/// A read returns what has arrived, or fails with [`TimedOut`](io::ErrorKind::TimedOut) after a
+/// while; `Ok(0)` is the line's end.
 pub trait Line: Read + Write + Send {
     /// A second handle on the same end.
     ///

@@ -115,8 +115,8 @@ impl SerialLink {
 
     /// Raises the threads that read and write to a real-time priority, so that keep-alives are sent on a busy machine.
     ///
-    /// # Errors
-    /// The system does not allow the priority. A thread that was not raised goes on as it was.
+    /// # Errors The system does not allow the priority. If this is refused, the thread keeps its
+    /// priority.
     pub fn raise(&self, priority: u8) -> Result<(), realtime::Refusal> {
         self.threads
             .iter()
@@ -182,16 +182,16 @@ impl SerialLink {
         self.impossible.as_ref()
     }
 
-    /// True if the device had one of the last ten forces of a host loop
-    /// ([`max_age_ticks`](haptic_link::Limits::max_age_ticks)) when it made the newest sample; else it went on with
-    /// an older one.
+    /// True if the device had received one of the last ten forces of a host loop
+    /// ([`max_age_ticks`](haptic_link::Limits::max_age_ticks)) when it made the newest sample;
+    /// otherwise it kept using an older one.
     #[must_use]
     pub const fn follows(&self) -> bool {
         self.follows
     }
 
-    /// Tick of the first sample of this run that a fault of the device has shaped whose own frame was lost: that comes before the sample.
-    /// `None` in any other run.
+    /// Tick of the first sample of this run that a fault affected although the frame reporting the
+    /// fault, due before the sample, was lost. `None` in any other run.
     #[must_use]
     pub const fn fault_tick(&self) -> Option<u32> {
         self.fault_tick
@@ -212,13 +212,13 @@ impl SerialLink {
         }
     }
 
-    /// The port; of a device that this process serves, its name.
+    /// The port, or the name of a device that this process serves.
     #[must_use]
     pub fn path(&self) -> &str {
         &self.path
     }
 
-    /// Time for which the USB adapter holds bytes back, ms; `None` if it is not known.
+    /// Time for which the USB adapter delays bytes, ms; `None` if unknown.
     #[must_use]
     pub const fn latency_ms(&self) -> Option<u32> {
         self.latency_ms

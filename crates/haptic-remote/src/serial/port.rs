@@ -68,10 +68,11 @@ pub fn ports() -> Vec<PortInfo> {
     infos.collect()
 }
 
-/// Opens a port for us alone, 8N1, and throws away what it still holds; or a Unix socket, where one is.
+/// Opens a port exclusively, 8N1, and discards old input; or opens a Unix socket if the path is
+/// one.
 ///
-/// # Errors
-/// No such port, somebody else has it, the system does not let us; nobody listens at the socket.
+/// # Errors The port does not exist, is in use, or may not be opened; nothing listens at the
+/// socket.
 pub fn open(path: &str, baud: u32) -> Result<Box<dyn Line>, SerialError> {
     #[cfg(unix)]
     if let Some(socket) = Socket::open(path, baud, READ_TIMEOUT) {

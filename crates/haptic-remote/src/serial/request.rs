@@ -15,7 +15,7 @@ use std::sync::atomic::Ordering;
 use std::time::Duration;
 use std::vec::Vec;
 
-/// What a run takes beside its configuration and coefficients.
+/// What a run may need besides its configuration and coefficients.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Beside<'a> {
     /// A workspace of its own for each axis of a device of several.
@@ -44,13 +44,12 @@ impl SerialLink {
 
     /// Sets the whole configuration in one transaction, until it is replaced.
     ///
-    /// # Errors
-    /// The refusal of the first parameter that is not as the device needs it; nothing has changed then.
+    /// # Errors The refusal of the first invalid parameter; then nothing has changed.
     pub fn set(&mut self, configuration: Configuration, values: &[f32]) -> Result<(), SerialError> {
         self.set_for(configuration, values, Scope::Lasting)
     }
 
-    /// As [`set`](Self::set); what was set to last comes back with the next connection after a run's.
+    /// As [`set`](Self::set); the lasting settings return with the next connection after the run's.
     ///
     /// # Errors
     /// As [`set`](Self::set); for a run, a limit that is looser than what is set.
@@ -65,8 +64,7 @@ impl SerialLink {
 
     /// The time that a controller takes on the device.
     ///
-    /// # Errors
-    /// As [`ask`](Self::ask); [`LinkError::NoControllers`] of one that runs none.
+    /// # Errors As [`ask`](Self::ask); [`LinkError::NoControllers`] if the device cannot run one.
     pub fn controller_cost(&self) -> Result<ControllerCost, SerialError> {
         if !self.has_controllers {
             return Err(LinkError::NoControllers.into());
@@ -84,9 +82,9 @@ impl SerialLink {
 
     /// As [`set_for`](Self::set_for) for a run, with what is beside it.
     ///
-    /// # Errors
-    /// As [`set_for`](Self::set_for); a box that is no box, or outside the workspace of all axes; a surface that is none;
-    /// [`LinkError::NoSurfaces`]; as [`controller_cost`](Self::controller_cost); a tick that is too short for a controller.
+    /// # Errors As [`set_for`](Self::set_for); an invalid box, or one outside the workspace of all
+    /// axes; an invalid surface; [`LinkError::NoSurfaces`]; as
+    /// [`controller_cost`](Self::controller_cost); a tick that is too short for a controller.
     pub fn set_run(
         &mut self,
         configuration: Configuration,
@@ -206,8 +204,8 @@ impl SerialLink {
         lock(&self.shared.round_trip_us).clone()
     }
 
-    /// Arms, with a keep-alive after each quarter of the watchdog time from now on. Clears a fault that
-    /// [`status`](Self::status) knows of.
+    /// Arms the device, and from then on sends a keep-alive every quarter of the watchdog time.
+    /// Clears a fault that [`status`](Self::status) knows of.
     ///
     /// # Errors
     /// As [`ask`](Self::ask).
@@ -274,7 +272,7 @@ impl SerialLink {
         disarmed.map(|_| ())
     }
 
-    /// Asks for a stream of samples outside of runs, and keeps company so that the end of it is noticed.
+    /// Asks for a stream of samples outside of runs, and watches it so that its end is noticed.
     ///
     /// # Errors
     /// As [`ask`](Self::ask).

@@ -24,8 +24,9 @@ const PAUSE: Duration = Duration::from_millis(50);
 pub(super) const IN_TIME: usize = Limits::DEFAULT.max_age_ticks as usize;
 
 impl SerialLink {
-    /// The next thing the device says unasked; `None` after the time, without pauses of this process. The end of a
-    /// run and a fault are told even if their frames were lost: answers to keep-alives say so too.
+    /// The next thing the device says unasked; `None` after the time, without pauses of this
+    /// process. The end of a run and a fault are reported even if their frames were lost: answers
+    /// to keep-alives say so too.
     pub fn hear(&mut self, patience: Duration) -> Option<Heard> {
         let mut left = patience;
         loop {
@@ -48,8 +49,9 @@ impl SerialLink {
         }
     }
 
-    /// What a silence of so long in the middle of a run means. Lets the device go first, then asks for some seconds,
-    /// as a busy machine or a bad line may need them.
+    /// Finds out why the device has been silent for this long during a run. It first makes the
+    /// device let go, then keeps asking for some seconds, which a busy machine or a bad line may
+    /// need.
     #[must_use]
     pub fn silent(&self, waited: Duration) -> LinkError {
         /// Time for its answer, of several questions.
@@ -57,7 +59,7 @@ impl SerialLink {
         self.answers_after(waited, &Request::Disarm, PATIENCE)
     }
 
-    /// The same of a device that is only watched: it is asked once, and nothing is done to it.
+    /// The same for a device that is only watched: it is asked once and not otherwise affected.
     #[must_use]
     pub fn unheard(&self, waited: Duration) -> LinkError {
         self.answers_after(waited, &Request::GetStatistics, Duration::ZERO)
@@ -244,7 +246,8 @@ impl SerialLink {
         }
     }
 
-    /// Sends a force of a host loop, N, an element an axis. Never waits; without room it is dropped and counted.
+    /// Sends a force of a host loop, N, one element per axis. It never waits; if the queue is full,
+    /// the force is dropped and counted.
     pub fn send_force(&self, tick: u32, force_n: &[f32]) {
         let request = Request::Force {
             tick,

@@ -44,14 +44,14 @@ pub struct Served {
 impl Served {
     /// Starts serving. A [`SerialLink`](super::SerialLink) [connects](super::SerialLink::to_served) to it.
     ///
-    /// # Errors
-    /// Hardware that cannot be without a configuration, which is a defect of it; no thread to be had.
+    /// # Errors Hardware that refuses its first configuration, which is a defect of that hardware;
+    /// no thread to be had.
     pub fn start<H: ServedHardware<D>, const D: usize>(hardware: H) -> Result<Self, ServeError> {
         Self::serve(hardware, Moment::now, None)
     }
 
-    /// The same for emulated hardware: its time is that of its ticks, never more than a period after the last. So a
-    /// busy machine makes the device slow, not late.
+    /// The same for emulated hardware: its clock follows its ticks and is never more than a period
+    /// past the last. So on a busy machine the device runs slowly but is never late.
     ///
     /// # Errors
     /// As [`start`](Self::start).
@@ -62,7 +62,7 @@ impl Served {
         Self::serve(hardware, Moment::now, Some(time))
     }
 
-    /// The same by this clock, or in this time of its own.
+    /// The same with this clock, or in its own time.
     ///
     /// # Errors
     /// As [`start`](Self::start).

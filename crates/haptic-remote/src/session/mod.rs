@@ -20,7 +20,8 @@ use haptic_link::{SurfaceShape, WorkspaceBox};
 
 /// Takes bytes from the host, acts on them, and makes the bytes to send.
 ///
-/// - *Damaged, repeated, late frames, and those of strangers* are counted and not acted on.
+/// - *Damaged, repeated and late frames, and frames of other connections,* are counted and not
+///   acted on.
 /// - *Order*: the answer to a request comes at once, samples and notices when the line has room.
 /// - *Memory*: about 1.6 KiB, of which 1 KiB staged coefficients. While a configuration for a run is in force, what was
 ///   set to last is kept there.
@@ -59,7 +60,7 @@ const _: () = assert!(
 );
 
 impl DeviceSession {
-    /// The half of a device that this process is itself, with its version and a number of its own.
+    /// The device's half, run by this process, with this program's version and its own number.
     #[cfg(feature = "std")]
     #[must_use]
     pub fn within_this_process() -> Self {
@@ -74,7 +75,8 @@ impl DeviceSession {
         Self::new(version, random.build_hasher().finish() as u32)
     }
 
-    /// At power-up. `boot` is another number after each power-up or reset, as far as the board can tell.
+    /// A session at power-up. `boot` is a number that changes with each power-up or reset, if the
+    /// board can detect it.
     #[must_use]
     pub const fn new(firmware: [u8; 3], boot: u32) -> Self {
         Self {
@@ -105,7 +107,7 @@ impl DeviceSession {
         self.image_digest = digest;
     }
 
-    /// Frames so far of the host that armed, late and repeated ones not counted.
+    /// Number of frames so far from the host that armed, without late and repeated ones.
     #[must_use]
     pub const fn fed(&self) -> u32 {
         self.fed
@@ -177,7 +179,7 @@ impl DeviceSession {
         let _ = device.with(|device| device.stream_idle(0, 1));
     }
 
-    /// Writes the next frame to send of itself into `line` and returns its length; 0 if there is none.
+    /// Writes the next unrequested frame into `line` and returns its length; 0 if there is none.
     #[inline(never)]
     pub fn poll<H: Hardware<D>, const D: usize, R: BorrowMut<Records<D>>>(
         &mut self,

@@ -84,8 +84,7 @@ pub struct TickSide<H: Hardware<D>, const D: usize = 1, R = Records<D>> {
 impl<H: Hardware<D>, const D: usize> TickSide<H, D> {
     /// A device at power-up.
     ///
-    /// # Errors
-    /// If the board cannot be without a configuration, which is a defect of the board.
+    /// # Errors If the board refuses its first configuration, which is a defect of the board.
     pub fn new(hardware: H) -> Result<Self, Refusal> {
         let passive = Self::passive(&hardware)?;
         let mut device = Self::asleep(hardware, passive.chain, Records::new());
@@ -151,7 +150,8 @@ impl<H: Hardware<D>, const D: usize, R: BorrowMut<Records<D>>> TickSide<H, D, R>
         }
     }
 
-    /// Power-up is done: this configuration is in force with the prepared coefficients, and nobody is told.
+    /// Ends the power-up: this configuration takes effect with the prepared coefficients, without a
+    /// report.
     #[inline(never)]
     pub fn wake(&mut self, prepared: Prepared<H::Setup>, coefficients: &[f32]) {
         let Prepared {
@@ -189,7 +189,7 @@ impl<H: Hardware<D>, const D: usize, R: BorrowMut<Records<D>>> TickSide<H, D, R>
         hardware.install(setup, configuration.tick_period_us);
     }
 
-    /// State and fault now, as every answer tells them.
+    /// Current state and fault, as in every answer.
     #[must_use]
     pub fn status(&self) -> Status {
         Status {
@@ -216,12 +216,12 @@ impl<H: Hardware<D>, const D: usize, R: BorrowMut<Records<D>>> TickSide<H, D, R>
             .value(index)
     }
 
-    /// The board, to see what its own interrupts have found.
+    /// The board, to read what its own interrupts have found.
     pub const fn hardware(&self) -> &H {
         self.engaged.device()
     }
 
-    /// The time that a controller takes; `None` where none is run, as on several axes.
+    /// The time that a controller takes; `None` if the device cannot run one, as with several axes.
     #[cfg(feature = "controllers")]
     pub fn controller_cost(&self) -> Option<haptic_link::ControllerCost> {
         self.hardware().controller_cost().filter(|_| D == 1)
@@ -232,7 +232,7 @@ impl<H: Hardware<D>, const D: usize, R: BorrowMut<Records<D>>> TickSide<H, D, R>
         self.engaged.device_mut()
     }
 
-    /// Counters of ticks and samples; the session adds those of the line.
+    /// Counters of ticks and samples; the session adds the line's.
     #[must_use]
     pub const fn statistics(&self) -> &Statistics {
         &self.statistics

@@ -10,7 +10,7 @@ use haptic_link::{EventKind, Field, LoopMode, Refusal, Start, State};
 use haptic_loop::Fault;
 
 impl<H: Hardware<D>, const D: usize, R: BorrowMut<Records<D>>> TickSide<H, D, R> {
-    /// The host was heard at this time. While a host loop runs only its forces count.
+    /// Notes that the host was heard at this time. While a host loop runs, only its forces count.
     pub fn heard(&mut self, now_us: u64, is_force: bool) {
         let host_loop = self.configuration.loop_mode == LoopMode::Host;
         if is_force || !(host_loop && self.state == State::Running) {
@@ -64,8 +64,7 @@ impl<H: Hardware<D>, const D: usize, R: BorrowMut<Records<D>>> TickSide<H, D, R>
 
     /// See [`Request::Start`](haptic_link::Request::Start).
     ///
-    /// # Errors
-    /// As there, and a stream that is none.
+    /// # Errors As there, and an invalid stream.
     pub fn start(&mut self, start: Start) -> Result<(), Refusal> {
         match self.state {
             // Sent again because the answer was lost: true already, even if it has ended.

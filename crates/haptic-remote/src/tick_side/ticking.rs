@@ -40,8 +40,9 @@ impl<H: Hardware<D>, const D: usize, R: BorrowMut<Records<D>>> TickSide<H, D, R>
         statistics.tick_cycles_max = statistics.tick_cycles_max.max(cycles);
     }
 
-    /// Periods have passed without a tick; call before the next [`tick`](Self::tick). They are numbered and part of a
-    /// run, but have no samples, so that a tick's number is its time.
+    /// Reports that periods have passed without a tick; call before the next [`tick`](Self::tick).
+    /// They are numbered and part of a run, but have no samples, so a tick's number still gives its
+    /// time.
     pub fn skip(&mut self, periods: u32) {
         if let Some(exchange) = self.hardware_mut().exchange() {
             exchange.skip(periods);
@@ -53,16 +54,16 @@ impl<H: Hardware<D>, const D: usize, R: BorrowMut<Records<D>>> TickSide<H, D, R>
         }
     }
 
-    /// Nothing ticked for longer than the watchdog time; call before the next [`tick`](Self::tick). The force of
-    /// before belongs to a place of then, so there is none any more.
+    /// Nothing ticked for longer than the watchdog time; call before the next [`tick`](Self::tick).
+    /// The old force answered an old position, so it is dropped.
     pub fn stood_still(&mut self) {
         if self.state != State::Idle {
             self.give_way(Fault::HostSilent);
         }
     }
 
-    /// The timer fired again before the tick was done; call after [`tick`](Self::tick). The next one, late, is not
-    /// counted again.
+    /// Reports that the timer fired again before the tick was done; call after
+    /// [`tick`](Self::tick). The next tick is late because of it and is not counted again.
     pub fn overrun(&mut self) {
         self.judged = true;
         self.late();

@@ -34,7 +34,7 @@ impl Options {
     pub const STARTS: usize = 40;
     /// Starts that are worth their time.
     pub const STARTS_ALLOWED: RangeInclusive<u32> = 1..=10_000;
-    /// Records of the bootstrap that are worth their time.
+    /// A number of bootstrap records that is worth its time.
     pub const BOOTSTRAP_ALLOWED: RangeInclusive<u32> = 0..=100_000;
 }
 
@@ -62,16 +62,19 @@ pub struct Identification {
     pub samples: usize,
     /// Fits that converged, the chosen one first, the others by BIC.
     pub fits: Vec<Fit>,
-    /// Times in s, or angular frequencies in rad/s, of the values that were fitted. Of an oscillation all are there twice.
+    /// Times in s, or angular frequencies in rad/s, of the values that were fitted. For an
+    /// oscillation each appears twice.
     pub x: Vec<f64>,
-    /// The values: moduli, compliances, all storage and then all loss moduli, or stresses; of a long history some of them.
+    /// The values: moduli, compliances, all storage and then all loss moduli, or stresses; for a
+    /// long history a selection.
     pub measured: Vec<f64>,
     /// Sentences that a user should know.
     pub warnings: Vec<String>,
 }
 
 impl Identification {
-    /// What a fit leaves of each value, model less record: a share of the value, or Pa of a history.
+    /// The residual of each value, model minus record: a share of the value, or in Pa for a
+    /// history.
     #[must_use]
     pub fn residuals(&self, fit: &Fit) -> Vec<f64> {
         let both = fit.predicted.iter().zip(&self.measured);

@@ -24,8 +24,8 @@ pub struct Fit {
     pub kind: ModelKind,
     /// Its parameters in SI units, in the order of a tissue file; then b, if it was looked for.
     pub parameters: Vec<Estimate>,
-    /// Correlations of the estimates, of the logarithm where it is a modulus; NaN where one is at an end of its range. Empty if the
-    /// record does not settle them.
+    /// Correlations of the estimates (for a modulus, of its logarithm); NaN where one is at an end
+    /// of its range. Empty if the record does not determine them.
     pub correlation: Vec<Vec<f64>>,
     /// Root of the mean square of the residuals, without weights: of the logarithm, or Pa for a history.
     pub rms: f64,
@@ -34,7 +34,8 @@ pub struct Fit {
     pub aic: f64,
     /// n·ln(S/n) + (p + 1)·ln n.
     pub bic: f64,
-    /// The model where the record has a value, in the order of [`measured`](super::Identification::measured).
+    /// The model's values at those of the record, in the order of
+    /// [`measured`](super::Identification::measured).
     pub predicted: Vec<f64>,
     /// Correlation of neighbouring residuals; 0 for white noise.
     pub neighbours: f64,
@@ -43,11 +44,11 @@ pub struct Fit {
 }
 
 impl Fit {
-    /// The model with the parameters of the fit. An order within 1e-4 of 0 or 1 becomes a spring or a dashpot: that changes a modulus by
-    /// 1e-4 in a factor e of time, and no design tells the two apart.
+    /// The model with the parameters of the fit. An order within 1e-4 of 0 or 1 becomes a spring or
+    /// a dashpot: that changes a modulus by 1e-4 in a factor e of time, and no calculation
+    /// distinguishes the two.
     ///
-    /// # Errors
-    /// If the fit has come down to a simpler model, as one with both orders equal.
+    /// # Errors If the fit has come down to a simpler model, such as one with both orders equal.
     pub fn to_model(&self) -> Result<Model, ModelError> {
         let value = |parameter: &Estimate| match parameter.value {
             modulus if !parameter.is_order() => modulus,
@@ -158,8 +159,9 @@ pub struct Estimate {
     pub value: f64,
     /// Standard error by the curvature of the sum of squares; none at an end of the range, or if the record does not settle the parameter.
     pub standard_error: Option<f64>,
-    /// Low end of the 95 % interval: by the profile of the sum of squares, or of a fit that the record refuses (BIC more than 10 above the
-    /// least) by the standard error. None for a modulus that the record does not bound.
+    /// Low end of the 95 % interval: from the profile of the sum of squares, or from the standard
+    /// error if the record rejects the fit (BIC more than 10 above the least). None for a modulus
+    /// that the record does not bound.
     pub low_95: Option<f64>,
     /// High end, likewise.
     pub high_95: Option<f64>,

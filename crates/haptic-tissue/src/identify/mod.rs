@@ -47,8 +47,9 @@ pub use record::{Record, RecordKind, SAMPLES_MOST};
 use std::sync::atomic::{AtomicBool, Ordering};
 pub use target::Weighting;
 
-/// Fits the candidates to a record. The chosen one has the least BIC; one with fewer parameters and a BIC within 2 of it goes first.
-/// `progress` is told how many records of the bootstrap are done, from any thread.
+/// Fits the candidates to a record. The chosen one has the least BIC; one with fewer parameters and
+/// a BIC within 2 of it goes first. `progress` is called from any thread with the number of
+/// bootstrap records done.
 ///
 /// # Errors
 /// If no candidate can be fitted.

@@ -6,7 +6,7 @@ use crate::indentation::{NOISE, begin_s, growing};
 use fracdiff::parameter::Shown;
 use haptic_loop::{DepthMap, LoadingKind, Specimen};
 
-/// A longer record is refused; every second sample of it says nearly as much.
+/// A longer record is refused; every second sample carries nearly as much information.
 pub const SAMPLES_MOST: usize = 1_000_000;
 
 /// The four kinds of records.
@@ -53,7 +53,8 @@ pub(super) struct Motion {
     can_stiffen: bool,
 }
 
-/// Samples that a model can be fitted to: its constructors refuse what cannot be, with the sample and the remedy.
+/// Samples that a model can be fitted to: its constructors refuse invalid samples, naming the
+/// sample and the remedy.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Record {
     pub(super) kind: RecordKind,
@@ -114,7 +115,8 @@ impl Record {
         Self::of_logarithms(kind, omega_rad_s, storage_modulus_pa, loss_modulus_pa)
     }
 
-    /// Any motion from rest: times, s, strain and stress, Pa; the strain is linear in between. A strain above 0.2 is said.
+    /// Any motion from rest: times, s, strain and stress, Pa; the strain is linear in between. A
+    /// strain above 0.2 is reported.
     ///
     /// # Errors
     /// Times that do not increase, numbers that are not finite, a strain that does not begin at rest or is constant.
@@ -175,12 +177,14 @@ impl Record {
 
     /// Any motion of a specimen from rest: times, s, depths, m, and forces, N; the depth is linear in between.
     /// ```text
-    /// σ = f/(γℓ),  ε = δ/ℓ,  σ = M ∗ de/dt,  e/ℓ a map of ε       M the modulus in which the loading is told
+    /// σ = f/(γℓ),  ε = δ/ℓ,  σ = M ∗ de/dt,  e/ℓ a map of ε       M the modulus in which the loading is reported
     /// ```
-    /// ℓ is the length of the nominal strain, under a cone the scale of its map. A depth below 0 is no contact; the
-    /// last sample before a touch is taken at its time. Under a sphere or a cone the law holds while the contact grows: the record
-    /// ends where a fall of the depth by 10 % of its largest begins, which is said; so is a smaller fall, as of an overshoot, which
-    /// is kept. So is a strain above 0.2. A slab gives the stress and the strain of [`history`](Self::history).
+    /// ℓ is the length of the nominal strain, under a cone the scale of its map. A depth below 0
+    /// means no contact; the last sample before a touch is taken at its time. Under a sphere or a
+    /// cone the law holds while the contact grows: the record ends where a fall of the depth by 10
+    /// % of its largest begins, which is reported; so is a smaller fall, as of an overshoot, which
+    /// is kept. So is a strain above 0.2. A slab gives the stress and the strain of
+    /// [`history`](Self::history).
     ///
     /// # Errors
     /// As [`history`](Self::history); an indenter whose depth is never above 0; a depth beyond the thickness of a layer or of a slab that is compressed.
@@ -253,11 +257,10 @@ impl Record {
         Ok(record)
     }
 
-    /// Several motions of the same tissue, as to several depths, to be fitted together: each counts by its share of its own
-    /// stress. Each begins at the time 0.
+    /// Several motions of the same tissue, such as presses to several depths, fitted together;
+    /// errors of each count relative to its own stress. Each begins at the time 0.
     ///
-    /// # Errors
-    /// No record, or one that is no motion; more samples than [`SAMPLES_MOST`].
+    /// # Errors A missing record, or one without motion; more samples than [`SAMPLES_MOST`].
     pub fn together(records: Vec<Self>) -> Result<Self, IdentifyError> {
         let mut records = records.into_iter();
         let Some(mut all) = records.next() else {
@@ -345,7 +348,7 @@ impl Record {
         &self.second
     }
 
-    /// Largest strain of the specimen, if the record knows it.
+    /// Largest strain of the specimen, if the record gives it.
     #[must_use]
     pub const fn strain_to(&self) -> Option<f64> {
         self.strain_to

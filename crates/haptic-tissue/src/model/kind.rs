@@ -41,13 +41,13 @@ impl ParameterRange {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub struct Parameter {
-    /// Its key in a tissue file; the unit stands in it.
+    /// Its key in a tissue file, which includes the unit.
     pub name: &'static str,
     /// Its unit; empty for a pure number.
     pub unit: &'static str,
     /// The numbers that it may be.
     pub range: ParameterRange,
-    /// True where there is one for each branch of a Prony series: in a file a list.
+    /// True if there is one value per branch of a Prony series: in a file a list.
     pub for_each_branch: bool,
     /// A few words for people.
     pub help: &'static str,

@@ -57,7 +57,7 @@ pub enum ModelError {
     )]
     OrdersExchanged(f64, f64),
     /// Another number of parameters than the model has.
-    #[error("{1} parameters are not those of the model {0}, which has {names}", names = names(*.0))]
+    #[error("{1} parameters do not fit the model {0}, which has {names}", names = names(*.0))]
     Count(ModelKind, usize),
     /// A generalised Maxwell model without a spring and without a branch.
     #[error("the model needs `elastic_modulus_pa` above 0 Pa, or a branch")]

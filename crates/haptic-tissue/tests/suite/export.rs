@@ -194,14 +194,14 @@ fn what_cannot_be_exported_is_refused_with_a_remedy() {
         error.expect_err("refused").to_string()
     };
     assert!(refused(&muscle(), 0, 1e-3, 1.0).starts_with("`branches` 0 is not from 1 to 100"));
-    assert!(refused(&muscle(), 3, 1.0, 1e-3).contains("decades apart"));
-    assert!(refused(&muscle(), 3, 0.0, 1.0).contains("decades apart"));
-    assert!(refused(&muscle(), 3, f64::NAN, 1.0).contains("decades apart"));
+    assert!(refused(&muscle(), 3, 1.0, 1e-3).contains("decades longer"));
+    assert!(refused(&muscle(), 3, 0.0, 1.0).contains("decades longer"));
+    assert!(refused(&muscle(), 3, f64::NAN, 1.0).contains("decades longer"));
     let voigt = model(ModelKind::KelvinVoigt, &[100.0, 5.0]);
-    assert!(refused(&voigt, 3, 1e-3, 1.0).contains("kelvin-voigt has a dashpot beside the rest"));
+    assert!(refused(&voigt, 3, 1e-3, 1.0).contains("kelvin-voigt has a parallel dashpot"));
     // More branches than asked for, and nothing left of them.
     let two = model(ModelKind::Prony, &[0.0, 100.0, 0.05, 50.0, 0.1]);
-    assert!(refused(&two, 1, 1e-3, 1e4).contains("has fallen to nothing"));
+    assert!(refused(&two, 1, 1e-3, 1e4).contains("has decayed to zero"));
     let twelve = PronyFit::new(&muscle(), 12, 1e-3, 1e3).expect("fits");
     let error = twelve
         .text(ExportFormat::Febio, "", &MeasuredLoading::default())

@@ -241,7 +241,9 @@ impl LiveArguments {
         let foxglove = self.foxglove.map(|address| open_foxglove(address, output));
         let foxglove = foxglove.transpose()?;
         if foxglove.is_some() && !realtime {
-            warn("the live stream is as fast as the run is computed: give --realtime to watch");
+            warn(
+                "the live stream runs as fast as the run is computed: give --realtime to watch it",
+            );
         }
         Ok(LiveStreams::new(foxglove.into_iter().collect()))
     }

@@ -42,13 +42,13 @@ pub(crate) struct Arguments {
     tissue: TissueArguments,
     #[command(flatten)]
     controller: ControllerOption,
-    /// Time between two samples [default: that of the controller file]
+    /// Time between two samples [default: from the controller file]
     #[arg(long, value_name = "TIME", value_parser = quantity("_s", p::SAMPLE_TIME.range()), required_unless_present = "controller")]
     sample_time: Option<f64>,
-    /// Fractional operator, see `host-cli --help` [default: full, or that of the controller file]
+    /// Fractional operator, see `host-cli --help` [default: full, or from the controller file]
     #[arg(long, value_parser = parse_scheme)]
     scheme: Option<Scheme>,
-    /// How far back a full memory keeps its accuracy [default: 1h, or that of the controller file]
+    /// How far back a full memory keeps its accuracy [default: 1h, or from the controller file]
     #[arg(long, value_name = "TIME", value_parser = quantity("_s", p::MEMORY.range()))]
     horizon: Option<f64>,
     /// Number type of the header, float or double

@@ -121,7 +121,7 @@ struct SpecimenArguments {
     /// Half angle of a cone, between axis and flank
     #[arg(long, value_parser = of(parameters::HALF_ANGLE))]
     half_angle: Option<f64>,
-    /// The slab cannot slide on its plates, or the layer under a sphere not on its base
+    /// The slab cannot slide on its plates, or the layer under a sphere cannot slide on its base
     #[arg(long)]
     bonded: bool,
     /// Poisson's ratio [default: 0.5, incompressible]
@@ -178,7 +178,7 @@ impl Arguments {
         if (1..BOOTSTRAP_LEAST).contains(&self.fit.bootstrap) {
             let records = self.fit.bootstrap;
             return Err(Failure::bad_input(format_args!(
-                "{records} records give no interval: give --bootstrap at least {BOOTSTRAP_LEAST}"
+                "{records} records are too few for an interval: give --bootstrap at least {BOOTSTRAP_LEAST}"
             )));
         }
         let name = self.tissue_name()?;

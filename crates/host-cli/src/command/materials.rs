@@ -124,7 +124,7 @@ pub(crate) struct Export {
     /// Longest time at which it holds [default: the end of the tissue's record, or 1000s]
     #[arg(long, value_name = "TIME", value_parser = quantity("_s", parameters::MEMORY.range()))]
     horizon: Option<f64>,
-    /// Shortest time at which it holds [default: the begin of the tissue's record, or 1ms]
+    /// Shortest time at which it holds [default: the start of the tissue's record, or 1ms]
     #[arg(long, value_name = "TIME", value_parser = quantity("_s", parameters::MEMORY.range()))]
     shortest: Option<f64>,
     /// table, ansys, abaqus or febio
@@ -152,7 +152,7 @@ impl Export {
         if material.stiffening > 0.0 {
             let b = material.stiffening;
             warn(&format!(
-                "{} stiffens by b = {b}, which no Prony series has",
+                "{} stiffens by b = {b}, which no Prony series can represent",
                 self.name
             ));
         }

@@ -98,7 +98,7 @@ impl Differintegrate {
         let path = self.file.as_deref().unwrap_or(Path::new("-"));
         if self.caputo && !(mu.get() > 0.0 && mu.get() <= 1.0) {
             return Err(Failure::bad_input(format_args!(
-                "--caputo takes an order above 0 and at most 1, not {mu}: beyond 1 the first slope is needed too; leave it out"
+                "--caputo takes an order above 0 and at most 1, not {mu}: beyond 1 the first slope is needed too; omit it"
             )));
         }
         let signal = table::signal(path, &self.column)?;
@@ -111,7 +111,7 @@ impl Differintegrate {
             (Some(_), Some(time_s)) if takes_uneven => {
                 if x.len() > UNEVEN_AT_ONCE {
                     let seconds = (x.len() as f64 / UNEVEN_AT_ONCE as f64).powi(2);
-                    note("note", format_args!("uneven times: some {seconds:.0} s"));
+                    note("note", format_args!("the times are uneven, so this takes about {seconds:.0} s"));
                 }
                 if mu.get() > 0.0 && (x[0] - reference).abs() > 0.0 {
                     return Err(Failure::bad_input(format_args!(
@@ -125,7 +125,7 @@ impl Differintegrate {
                 return Err(table::wrong(
                     path,
                     format_args!(
-                        "the times are uneven, at line {} the most, and {} takes even ones: give --scheme piecewise-linear, for an order below 1, or resample the table",
+                        "the times are uneven, most of all at line {}, and {} needs even ones: give --scheme piecewise-linear, for an order below 1, or resample the table",
                         signal.lines[row], self.scheme
                     ),
                 ));

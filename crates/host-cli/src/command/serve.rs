@@ -44,7 +44,7 @@ pub(crate) struct Arguments {
     /// Port; 0 for any free one
     #[arg(long, default_value_t = PORT, value_parser = whole::<u16>(0..=u16::MAX))]
     port: u16,
-    /// Print the address, and open no browser
+    /// Print the address without opening a browser
     #[arg(long)]
     no_browser: bool,
     /// Folder with runs to show, and for new runs

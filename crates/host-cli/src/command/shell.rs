@@ -21,9 +21,9 @@ pub(crate) struct Completions {
 #[derive(Debug, Args)]
 #[command(after_help = "Example: host-cli man man1 && man -l man1/host-cli-relax.1")]
 pub(crate) struct Man {
-    /// Folder for the pages, made if it is not there
+    /// Folder for the pages, created if missing
     directory: PathBuf,
-    /// Replace pages that are there
+    /// Replace existing pages
     #[arg(long)]
     overwrite: bool,
 }

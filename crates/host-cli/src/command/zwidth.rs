@@ -60,7 +60,7 @@ fn warn_of(report: &ZWidthReport) {
     let mut analysed = points.clone().map(|point| point.analysis_stiffness_n_per_m);
     if report.device != "sim" && analysed.all(|found| found.is_none()) {
         warn(
-            "no analysis without the device's delay and lag: give --device-model, the file of host-cli device measure",
+            "the analysis needs the device's delay and lag: give --device-model, the file from host-cli device measure",
         );
     }
     if report.disagreements > 0 {

@@ -113,7 +113,7 @@ fn uneven_times_are_taken_as_they_are_or_refused() {
         (
             "hole",
             "0,1\n1,2\n2,3\n4,4\n5,5",
-            "the times are uneven, at line 5 the most",
+            "the times are uneven, most of all at line 5",
         ),
         (
             "falls",

@@ -39,7 +39,7 @@ fn what_cannot_be_is_said_in_words() {
     let line = "design --require passive --damping 0 --out design";
     // Nothing was found: the report, and exit code 1.
     let ended = place.run(line).failed(1);
-    says(ended.error(), &["no candidate fulfils the wish"]);
+    says(ended.error(), &["no candidate meets the wish"]);
     let words = "no passive wall of this order on this device: it has no damping";
     assert_eq!(ended.stdout.matches(words).count(), 10, "{ended}");
     assert!(!ended.stdout.contains("best"), "{ended}");

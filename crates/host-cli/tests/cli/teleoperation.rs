@@ -174,7 +174,7 @@ fn the_wrong_peer_is_refused_in_one_line() {
     let words = [
         "the other side has the architecture",
         "give both the same",
-        "no force was made",
+        "no force was applied",
     ];
     for ended in [slave.end(), master.end()] {
         says(ended.failed(3).error(), &words);

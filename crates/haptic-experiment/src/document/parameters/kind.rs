@@ -26,7 +26,7 @@ pub struct Parameter {
     pub key: &'static str,
     /// The kind of value and its default, from which options and the reference are made.
     pub value: Value,
-    /// The default as a person writes it; empty if there is none.
+    /// The default as a person writes it; empty if it has none.
     pub shown: &'static str,
     /// One line for people, the same in `--help`, the reference and the page.
     pub help: &'static str,
@@ -83,7 +83,7 @@ impl Parameter {
         Self::new(key, Value::List(range), shown, help)
     }
 
-    /// The same, of which nothing is assumed.
+    /// The same parameter without a default.
     #[must_use]
     pub const fn without_default(self) -> Self {
         let value = match self.value {
@@ -113,7 +113,7 @@ impl Parameter {
         f64::NAN
     }
 
-    /// The default of a count; 0 of anything else.
+    /// The default of a count; 0 for anything else.
     #[must_use]
     pub const fn default_count(&self) -> u64 {
         if let Value::Count(default) = self.value {
@@ -128,7 +128,7 @@ impl Parameter {
         numbers.filter_map(|number| number.parse().ok()).collect()
     }
 
-    /// The range of a number, or of those of a list; empty for anything else.
+    /// The range of a number, or of each number in a list; empty for anything else.
     #[must_use]
     pub const fn range(&self) -> Range {
         if let Value::Number(_, range) | Value::List(range) = self.value {

@@ -9,7 +9,7 @@ use haptic_analysis::{ForcePath, Nondimensional, SampledPlant};
 use haptic_teleoperation::ChannelModel;
 use std::fmt;
 
-/// Range of a number, of finite numbers alone.
+/// Range of a number, which must be finite.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Range {
     /// low ≤ x ≤ high.
@@ -30,7 +30,7 @@ impl Range {
         }
     }
 
-    /// The same with 0, where that switches something off.
+    /// The same range and 0, where 0 switches something off.
     #[must_use]
     pub const fn or_0(self) -> Self {
         if let Self::AboveUpTo(0.0, high) = self {
@@ -39,7 +39,7 @@ impl Range {
         self
     }
 
-    /// Both ends, for messages: a bound that is excluded is among them.
+    /// Both ends, for messages: they include an excluded bound.
     #[must_use]
     pub const fn ends(self) -> [f64; 2] {
         match self {
@@ -59,7 +59,7 @@ impl fmt::Display for Range {
     }
 }
 
-/// The range of an angle in degrees too, behind that in rad; empty for any other key.
+/// The range of an angle in degrees, shown after the one in rad; empty for other keys.
 #[must_use]
 pub fn in_degrees(key: &str, range: Range) -> String {
     let [low, high] = range.ends().map(f64::to_degrees);

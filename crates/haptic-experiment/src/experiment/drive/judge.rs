@@ -16,7 +16,7 @@ pub(crate) struct DriveReport {
     pub quantity: &'static str,
     /// Largest |set point − measurement|, m or N.
     pub tracking_error_max: f64,
-    /// Root of the mean square of it, m or N.
+    /// Root mean square of that error, m or N.
     pub tracking_error_rms: f64,
     /// |set point − measurement| of the last sample, m or N.
     pub tracking_error_final: f64,

@@ -309,7 +309,7 @@ impl Indentation {
         Ok((report, curves))
     }
 
-    /// Closed form of the force of a relaxation, N; zero for creep, which has one of the depth.
+    /// Closed form of the force of a relaxation, N; zero for creep, whose closed form is a depth.
     #[must_use]
     pub fn closed_form(&self, time_s: f64) -> f64 {
         match self.load {

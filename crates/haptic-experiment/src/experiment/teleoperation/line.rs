@@ -160,7 +160,7 @@ impl Line {
                 self.peer = Some(from);
                 (0..FAREWELLS).for_each(|_| self.greet());
                 return Err(Failure::device(format_args!(
-                    "{error} ({from}); no force was made"
+                    "{error} ({from}); no force was applied"
                 )));
             }
         };

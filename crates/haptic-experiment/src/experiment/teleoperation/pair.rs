@@ -134,10 +134,11 @@ pub(crate) struct SideTick {
     pub position_m: f64,
     /// Force that its port wanted, N.
     pub wanted_n: f64,
-    /// Force that was sent to it, N.
+    /// Force that was sent to the device, N.
     pub force_n: f64,
     pub limiters: Limiters,
-    /// Force on it from outside, N: of the hand on the master, of the remote place on the slave.
+    /// External force on the device, N: from the hand on the master, from the remote environment on
+    /// the slave.
     pub outside_n: f64,
 }
 
@@ -151,7 +152,8 @@ pub(crate) struct PairTick {
     pub given_j: f64,
     /// The same with each force held until the next: `Σ f[n]·(x[n+1] − x[n])`, up to this tick.
     pub held_j: f64,
-    /// Energy that the damping of both devices has taken at least, J, up to this tick: it has to pay for the hold.
+    /// Least energy that the damping of both devices has absorbed so far, J; it must cover what
+    /// holding the force adds.
     pub damped_j: f64,
 }
 

@@ -64,21 +64,22 @@ impl TeleoperationVerdict {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub(super) struct FeltAt {
     pub frequency_hz: f64,
-    /// Of the master in the hand, from the run.
+    /// The impedance that the hand met at the master, from the run.
     pub felt_n_per_m: f64,
     pub felt_degrees: f64,
-    /// Of the remote place, from the run.
+    /// The impedance of the remote environment, from the run.
     pub touched_n_per_m: f64,
     pub touched_degrees: f64,
-    /// Of the remote place in closed form; null where it is not linear.
+    /// The impedance of the remote environment in closed form; null if it is not linear.
     pub tissue_n_per_m: Option<f64>,
     pub tissue_degrees: Option<f64>,
-    /// What the formula says is felt of it; null where there is none, as of time-domain passivity.
+    /// The impedance that the hand feels according to the formula; null without a formula, as for
+    /// time-domain passivity.
     pub formula_n_per_m: Option<f64>,
     pub formula_degrees: Option<f64>,
-    /// The run against the formula.
+    /// Deviation of the run from the formula.
     pub off_formula_db: Option<f64>,
-    /// The run against the tissue: 0 would be transparent.
+    /// Deviation of the run from the tissue; 0 would be transparent.
     pub off_tissue_db: Option<f64>,
 }
 

@@ -51,12 +51,13 @@ pub(crate) enum FarEnd {
     Fault,
 }
 
-/// Terms on which a side meets the other.
+/// How a side connects to the other.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Terms {
     /// Time to wait for the other side, above 0.
     pub patience: Duration,
-    /// Largest share of the ticks that may be skipped, 0 to 1; more of them is no result.
+    /// Largest share of the ticks that may be skipped, 0 to 1; a run that skips more has no valid
+    /// result.
     pub skipped_most: f64,
 }
 
@@ -94,12 +95,12 @@ pub struct FarReport {
     pub log: String,
     logs: Vec<String>,
     csv: Option<String>,
-    /// Named by whoever saves a picture, unless the run was cut short.
+    /// The picture, entered by the code that saves it, unless the run was cut short.
     pub figure: Option<String>,
     fault_log: Option<String>,
-    /// Samples and events that did not reach the log.
+    /// Number of samples and events that did not reach the log.
     pub dropped_samples: u64,
-    /// Why there is no table of a run that reached its end.
+    /// Why a run that reached its end has no table.
     #[serde(skip)]
     pub unwritten: Option<String>,
     #[serde(skip)]
@@ -107,7 +108,8 @@ pub struct FarReport {
 }
 
 impl FarReport {
-    /// Refuses a side that did not reach its end, skipped too many ticks, or does not keep what its document demands.
+    /// Refuses a side that did not reach its end, skipped too many ticks, or does not meet the
+    /// requirements in its document.
     ///
     /// # Errors
     /// Exit code 1.
@@ -147,7 +149,9 @@ impl TeleoperationExperiment {
             },
         };
         let Some(clock) = schedule.clock().map_err(Failure::input)? else {
-            return Err(Failure::bad_input("two processes need a clock"));
+            return Err(Failure::bad_input(
+                "two processes cannot run in virtual time",
+            ));
         };
         // A folder that takes no files is seen before anybody waits.
         let folder = request.prepare()?;
@@ -218,7 +222,7 @@ impl TeleoperationExperiment {
             return Ok(line);
         }
         Err(Failure::run(format_args!(
-            "interrupted before the other side was there; no force was made"
+            "interrupted before the other side connected; no force was applied"
         )))
     }
 

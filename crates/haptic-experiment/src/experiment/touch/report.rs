@@ -413,6 +413,7 @@ pub(crate) struct PostureVerdict {
     /// Least 1/(nᵀ M⁻¹ n), kg.
     pub effective_mass_least_kg: f64,
     pub effective_mass_most_kg: f64,
-    /// The one of them that the pre-flight is of: unstable before stable, then of the smaller margin, kg.
+    /// The mass that the pre-flight reports, kg: an unstable one if there is one, else the one with
+    /// the smaller margin.
     pub judged_mass_kg: f64,
 }

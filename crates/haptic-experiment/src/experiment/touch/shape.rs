@@ -50,7 +50,7 @@ pub(super) struct Circle {
     pub centre: Vec<f64>,
     pub start_radius: f64,
     pub radius: f64,
-    /// Time of a turn, s, above 0.
+    /// Time per turn, s, above 0.
     pub period_s: f64,
 }
 
@@ -137,7 +137,7 @@ pub(super) struct TouchBall {
     /// A number an axis.
     pub centre_m: Vec<f64>,
     pub radius_m: f64,
-    /// The matter is around it, not inside.
+    /// True if the tissue lies around the ball, not inside.
     pub hollow: bool,
 }
 

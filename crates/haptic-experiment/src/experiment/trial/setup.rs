@@ -25,21 +25,23 @@ use haptic_loop::{Controller, Environment, Limits, SafetyChain};
 /// All of an experiment on a pushed device but the law that it feels.
 #[derive(Clone, Debug)]
 pub(crate) struct TrialSetup {
-    /// The device, the hand that holds it, and what makes it less than ideal: simulated here, or known of a serial one.
+    /// The device, its hand and its imperfections, simulated here or known for a serial device.
     pub device: MassDamperConfig,
     pub sensors: Sensors,
     pub plan: TrialPlan,
-    /// A trial that does not end well is a failure: one that is not stable by itself and by the analysis, or a coupler that
-    /// Llewellyn refuses.
+    /// True if the run fails when the trial or the analysis finds it unstable, or a coupler does
+    /// not meet Llewellyn's criterion.
     pub must_be_stable: bool,
-    /// Largest rate of the force, N/s; `None` for that of a serial device, and none on the simulated one.
+    /// Largest rate of the force, N/s; `None` keeps a serial device's own limit, and sets none on a
+    /// simulated one.
     pub force_rate_limit_n_per_s: Option<f64>,
     /// Further settings of the safety chain.
     pub safety: Safety,
     pub conduct: Conduct,
-    /// The speed of the impact was asked for: of a serial device, which cannot be thrown, it is warned then.
+    /// True if the impact speed was requested: a serial device cannot be thrown, so this then
+    /// causes a warning.
     pub impact_was_given: bool,
-    /// What its device file says for the guard of a serial device.
+    /// Values from its device file for the guard of a serial device.
     pub known: GuardedDevice,
 }
 

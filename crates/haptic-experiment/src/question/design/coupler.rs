@@ -52,13 +52,16 @@ pub(crate) struct CouplerCandidate {
     pub coupler_damping_n_s_per_m: Option<f64>,
     /// `b_c`, N·s^(1−μ)/m.
     pub coupler_spring_n_s_1_minus_mu_per_m: Option<f64>,
-    /// The device's damping over what the coupler needs by the criterion: a little above 1, and more for one that was made smaller.
+    /// The device's damping divided by what the criterion requires for the coupler: a little above
+    /// 1, or more if the coupler was made smaller.
     pub margin: Option<f64>,
     /// `|jω·Z_c(jω)|` at the frequency, N/m.
     pub felt_stiffness_n_per_m: Option<f64>,
-    /// Share of the largest coupler by the criterion that leaves the sampled loop stable with a gain margin of 2; 1 if all of it does.
+    /// Share of the largest coupler by the criterion that leaves the sampled loop stable with a
+    /// gain margin of 2; 1 if the whole coupler does.
     pub share: Option<f64>,
-    /// Factor on both parts that takes the sampled loop to the edge; null if none does.
+    /// Factor on both parts of the coupler at which the sampled loop becomes unstable; null if none
+    /// does.
     pub loop_margin: Option<f64>,
     /// Damping with which the sampled device is passive with every hand and object, N·s/m; null if none is enough.
     pub sampled_damping_n_s_per_m: Option<f64>,
@@ -86,9 +89,9 @@ impl CouplerCriterion {
 /// A question for couplers: on which device, before which object, by which criterion.
 #[derive(Clone, Debug)]
 pub(crate) struct CouplerDesign {
-    /// The device and its hand; ideal.
+    /// The device and its hand, assumed ideal.
     pub device: MassDamperConfig,
-    /// The object that is to be behind the coupler.
+    /// The object behind the coupler.
     pub object: CoupledObject,
     pub scheme: Scheme,
     pub orders: Vec<Order>,
@@ -238,7 +241,8 @@ fn cheapest(
     Ok(best)
 }
 
-/// The stiffest coupler of each order, and the best of them tried. The keys are a contract of the command line.
+/// The stiffest coupler of each order, and a trial of the best. The keys are a contract of the
+/// command line.
 #[derive(Clone, Debug, Serialize)]
 pub struct CouplerAnswer {
     /// Mass, damping, hand and sample time of the device.

@@ -68,7 +68,7 @@ impl Measurement {
         })
     }
 
-    /// The same, for a program that waits so long for a device at a port.
+    /// The same, but waits this long for a device at a port.
     #[must_use]
     pub fn with_patience(mut self, patience: Duration) -> Self {
         if let Some(remote) = &mut self.remote {
@@ -77,16 +77,16 @@ impl Measurement {
         self
     }
 
-    /// Steps of which progress is told.
+    /// Number of steps in the reported progress.
     #[must_use]
     pub fn steps(&self) -> u64 {
         self.plan.ticks_at_most()
     }
 
-    /// Lets the device move, and finds what it is made of.
+    /// Moves the device and identifies its model.
     ///
-    /// # Errors
-    /// A device that cannot be used; a motion that did not come to its end, or that tells too little.
+    /// # Errors A device that cannot be used; a motion that was cut short, or that does not
+    /// determine the model.
     pub fn run(
         &self,
         progress: &dyn Fn(u64),

@@ -23,7 +23,7 @@ use serde::Serialize;
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub(crate) enum MeasureError {
     #[error(
-        "the record has {samples} samples of the multi-sine, which is below {least}: give a longer {}",
+        "the record has {samples} samples of the multi-sine, fewer than the {least} needed: give a longer {}",
         MEASURE_DURATION
     )]
     Short { samples: usize, least: usize },
@@ -43,7 +43,7 @@ pub(crate) enum MeasureError {
     )]
     Still,
     #[error(
-        "no mass with damping, friction, delay and lag moves like this device: see that nothing touches it and that its position is right, and give a larger {}",
+        "no mass with damping, friction, delay and lag moves like this device: check that nothing touches it and that its position is right, and give a larger {}",
         MEASURE_FORCE_LIMIT
     )]
     NoFit,
@@ -549,20 +549,22 @@ pub(crate) struct Measured {
     pub friction_n: Estimate,
     /// k of a hand; `None` if there was none.
     pub hand_stiffness_n_per_m: Option<Estimate>,
-    /// D: from a measurement to the force that answers it, beside the hold.
+    /// D: delay from a measurement to the force that answers it, beyond the hold.
     pub delay_s: Estimate,
     pub current_lag_s: Estimate,
-    /// q; 0 if no steps were seen.
+    /// q; 0 if no steps were detected.
     pub encoder_resolution_m: f64,
-    /// σ: noise of the position beside the rounding to steps, and whatever the model does not explain.
+    /// σ: noise of the position, without the rounding to steps but with everything that the model
+    /// does not explain.
     pub sensor_noise_m: Estimate,
-    /// w: a constant force, as that of a slope or a cable.
+    /// w: a constant force, such as from a slope or a cable.
     pub bias_n: Estimate,
-    /// Half the force between those at which it began to move upwards and downwards: friction at rest, at most.
+    /// Half the difference between the forces at which it began to move upwards and downwards: an
+    /// upper bound of the friction at rest.
     pub breakaway_n: Option<f64>,
-    /// Root mean square of model less record.
+    /// Root mean square of model minus record.
     pub residual_rms_m: f64,
-    /// What rounding and the noise at rest explain of it.
+    /// The part of the residual that rounding and the noise at rest explain.
     pub expected_residual_rms_m: f64,
     /// Correlation of successive residuals: near 0 unless the model is off.
     pub residual_correlation: f64,

@@ -141,7 +141,7 @@ impl<'a> Trials<'a> {
                     state.last = Some(fault);
                     break (state.in_a_row >= TRIPS_IN_A_ROW).then(|| {
                         Failure::run(format_args!(
-                            "{}: {TRIPS_IN_A_ROW} trials in a row ended at a limit of the device ({fault}), so no more are made: {}",
+                            "{}: {TRIPS_IN_A_ROW} trials in a row ended at a limit of the device ({fault}), so the search stopped: {}",
                             state.link.path(),
                             self.remedy(fault)
                         ))
@@ -321,7 +321,7 @@ fn followed(
                     return Ok(Trial::Whole(motion));
                 }
                 return Ok(Trial::Unjudged(Failure::data_lost(format_args!(
-                    "{path}: samples of a trial are missing {TRIES} times in a row ({} of {samples} came): use a better line",
+                    "{path}: samples were missing in {TRIES} trials in a row ({} of {samples} arrived): use a better line",
                     motion.len()
                 ))));
             }

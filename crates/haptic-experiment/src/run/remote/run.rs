@@ -31,9 +31,9 @@ use std::convert::Infallible;
 pub(crate) struct RemoteRun<'a, P, M = TickMessage> {
     pub device: &'a RemoteDevice,
     pub law: RemoteLaw,
-    /// Number of ticks, and the time of each.
+    /// Number of ticks, and the length of each.
     pub schedule: Schedule,
-    /// What is known of a time, s, without the device: as the log has it.
+    /// The values at a time, s, that are known without the device, as the log needs them.
     pub blank: &'a dyn Fn(f64) -> M,
     /// The same loop for the analysis; `None` if it is not closed through the device's motion.
     pub preflight: Option<P>,
@@ -100,14 +100,14 @@ impl<'a, P: PreflightSubject, M> RemoteRun<'a, P, M> {
             true if error.is_about(Field::SimulationKind) => Failure::input_with_advice(
                 error,
                 format_args!(
-                    "this board simulates no compliant contact, take {contact_rigid}",
+                    "this board cannot simulate a compliant contact: take {contact_rigid}",
                     contact_rigid = CONTACT.set_to("rigid")
                 ),
             ),
             true if holds && is_too_long(&error) => Failure::input_with_advice(
                 error,
                 format_args!(
-                    "give the {CONTROLLER} fewer numbers, as by a shorter `{}` or scheme = \"full:1e-4\", or a longer {SAMPLE_TIME}",
+                    "give the {CONTROLLER} fewer numbers, for instance with a shorter `{}` or scheme = \"full:1e-4\", or a longer {SAMPLE_TIME}",
                     MEMORY.key
                 ),
             ),

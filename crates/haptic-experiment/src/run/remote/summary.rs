@@ -23,31 +23,33 @@ pub(crate) struct LinkSummary {
     pub samples_lost: u64,
     /// Samples that came but found no room here.
     pub samples_dropped: u64,
-    /// Samples that found no room on the device.
+    /// Samples that the device dropped because its queue was full.
     pub samples_dropped_on_device: u32,
     /// Ticks of a host loop without a new force.
     pub stale_forces: u32,
-    /// Ticks in which a board of another maker did not answer: their positions are those of earlier ones.
+    /// Ticks in which a board of another maker did not answer: their positions come from earlier
+    /// ticks.
     pub unanswered: u32,
-    /// Forces of which nothing says that such a board took them.
+    /// Forces that such a board did not confirm.
     pub forces_not_taken: u32,
-    /// Forces that found no room here.
+    /// Forces that this program dropped because its queue was full.
     pub forces_dropped: u64,
     /// Forces that were not sent because a newer sample had come already.
     pub forces_skipped: u64,
-    /// False where the device could not be asked at the end: what it has counted is not known then, and stands as 0.
+    /// False where the device could not be asked at the end: its counts are then unknown, and given
+    /// as 0.
     pub device_answered: bool,
     /// Ticks of the device since it was asked before the run: those between arming and start, and of the fall of the force, too.
     pub ticks: u32,
-    /// Of them, those that were late.
+    /// Number of those that were late.
     pub overruns: u32,
     /// Longest tick of the device, processor cycles; null if it cannot count them.
     pub tick_cycles_max: Option<u32>,
     pub tick_cycles_max_reason: Option<&'static str>,
     pub from_device: FrameCounts,
-    /// Frames, seen from the device.
+    /// Counts of frames to the device, as the device reports them.
     pub to_device: FrameCounts,
-    /// Why what it received is not known.
+    /// Why its counts are unknown.
     pub to_device_reason: Option<&'static str>,
     /// Requests that were sent again.
     pub retries: u32,
@@ -75,7 +77,7 @@ pub struct RoundTrip {
 }
 
 impl RoundTrip {
-    /// Of these; and why there is none.
+    /// The longest tick in cycles, and why it is missing.
     #[must_use]
     pub fn of(measured: &Histogram<u64>) -> (Option<Self>, Option<&'static str>) {
         if measured.is_empty() {
@@ -90,7 +92,7 @@ impl RoundTrip {
     }
 }
 
-/// Processor cycles as a device counts them; and why there are none.
+/// Processor cycles counted by the device, and why they are missing.
 #[must_use]
 pub fn cycles(counted: u32) -> (Option<u32>, Option<&'static str>) {
     match counted {

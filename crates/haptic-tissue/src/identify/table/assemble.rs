@@ -23,7 +23,7 @@ pub struct Columns {
     pub values: Vec<(Column, String, Vec<f64>)>,
     /// Those that a user named: they come first, and each must have an effect.
     pub chosen: Vec<Column>,
-    /// What was guessed, converted or left out, a sentence each, for the user to check.
+    /// One sentence for each thing guessed, converted or left out, for the user to check.
     pub notes: Vec<String>,
 }
 
@@ -32,9 +32,9 @@ pub struct Columns {
 pub struct Understood {
     /// Ready to be fitted.
     pub record: Record,
-    /// How it was measured, as far as it is known.
+    /// How it was measured, as far as is known.
     pub loading: MeasuredLoading,
-    /// What was guessed or left out on the way, a sentence each.
+    /// One sentence for each thing guessed or left out.
     pub notes: Vec<String>,
 }
 
@@ -77,7 +77,7 @@ pub struct Reading {
     pub stress_pa: Option<f64>,
     /// The sizes of the specimen, which turn force into stress and position into strain, and how it was loaded.
     pub loading: Loading,
-    /// True if the kind of the loading is told; else headers may tell it.
+    /// True if the kind of the loading is given; otherwise headers may give it.
     pub loading_is_told: bool,
     /// Poisson's ratio, if it is known.
     pub poisson_ratio: Option<f64>,
@@ -98,10 +98,9 @@ impl Default for Reading {
 }
 
 impl Columns {
-    /// Makes a record of the columns.
+    /// Makes a record from the columns.
     ///
-    /// # Errors
-    /// Columns that make no record, or several; bad numbers, with their lines.
+    /// # Errors Columns that do not make exactly one record; bad numbers, with their lines.
     pub fn record(mut self, reading: &Reading) -> Result<Understood, IdentifyError> {
         self.prefer_chosen();
         let mut measured = self.measured(reading)?;

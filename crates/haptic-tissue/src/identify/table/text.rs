@@ -8,7 +8,7 @@ use super::unit::Dimension;
 use csv::StringRecord;
 use std::borrow::Cow;
 
-/// No table is longer, bytes.
+/// Largest size of a table, bytes.
 pub const TABLE_MOST: u64 = 1 << 28;
 
 /// Says which rows were passed over, and why.
@@ -51,8 +51,7 @@ pub struct TextTable {
 /// UTF-16 or Windows-1252. Lines that begin with `#`, empty lines, and lines above the header are passed over; the header is the first row
 /// with a quantity of a record in it.
 ///
-/// # Errors
-/// A file that is no text, empty or too long; a header with one column.
+/// # Errors A file that is not text, is empty or too long; a header with one column.
 pub fn read_table(bytes: &[u8]) -> Result<TextTable, IdentifyError> {
     let table = TextTable::new(bytes)?.below(|header| {
         let known = header.iter().any(|name| understand(name).is_some());
@@ -329,7 +328,8 @@ fn each_row(
 
 /// A column of numbers by the name that stands above it, and the column of time beside it, in s whatever its unit, if there is one; read as by [`read_table`].
 ///
-/// A name is that of a header with its unit or without, as `Zeit` of `Zeit [ms]`; `time_s` stands for the column of time, whatever its name.
+/// A name is a header with or without its unit, such as `Zeit` for `Zeit [ms]`; `time_s` means the
+/// column of time, whatever its name.
 ///
 /// # Errors
 /// As [`read_table`], but one column is enough; no or two columns of the name, two of time; no row; a cell that is not a finite number, with its line; an empty line without a time that would show what is missing.
@@ -365,8 +365,8 @@ pub struct Signal {
 /// Time and signals of a record, found and read as there. What a row lacks is NaN, but of the time; empty lines do not
 /// count, as the time shows what is missing. Also the lines of rows that lack something, for a person.
 ///
-/// # Errors
-/// As [`read_signal`]; no column of time, or a time that is missing; a unit that is none of time.
+/// # Errors As [`read_signal`]; no column of time, or a time that is missing; a unit that is not
+/// one of time.
 pub fn read_record<const N: usize>(
     bytes: &[u8],
     names: [&str; N],
@@ -388,7 +388,7 @@ pub fn read_record<const N: usize>(
 pub struct RecordColumns<const N: usize> {
     /// The line of each row in the file, from 1, for messages.
     pub lines: Vec<u64>,
-    /// In the order of the names that were asked for; NaN where a row lacks a signal.
+    /// In the order of the requested names; NaN where a row lacks a signal.
     pub columns: [Vec<f64>; N],
     gaps: Vec<u64>,
 }
@@ -401,10 +401,9 @@ impl<const N: usize> RecordColumns<N> {
     }
 }
 
-/// Columns that are chosen by the header, by their places in it, and the line of each row.
+/// Columns chosen by their positions in the header, and the line of each row.
 ///
-/// # Errors
-/// As [`read_signal`]; what the choice refuses, with the line of the header.
+/// # Errors As [`read_signal`]; columns that the choice refuses, with the line of the header.
 pub fn read_chosen<const N: usize>(
     bytes: &[u8],
     choose: impl FnMut(&[&str]) -> Result<[usize; N], String>,

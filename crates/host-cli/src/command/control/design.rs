@@ -157,7 +157,7 @@ fn check_gain(plant: &NamedPlant, crossover_rad_s: f64) -> Result<(), Failure> {
     let (low, high) = plant.plant.band();
     if plant.is_measured() && !(low < crossover_rad_s && crossover_rad_s < high) {
         return Err(Failure::bad_input(format_args!(
-            "crossover {} rad/s is not inside the band that was measured, {} to {} rad/s: change --crossover",
+            "crossover {} rad/s is outside the measured band, {} to {} rad/s: change --crossover",
             Shown(crossover_rad_s),
             digits(low, 4),
             digits(high, 4)

@@ -150,7 +150,7 @@ impl Arguments {
         };
         if !best.shows_a_response(&record) {
             return Err(Failure::run(format_args!(
-                "the record shows no response to its input: {} explains {} % of the output's variance, as by chance; move the input more, or check --columns",
+                "the record shows no response to its input: {} explains {} % of the output's variance, no more than chance would; move the input more, or check --columns",
                 rounded(&best.identified.function),
                 digits(100.0 * best.identified.fit, 2)
             )));
@@ -216,7 +216,7 @@ impl Arguments {
         match twice {
             None => Ok(names),
             Some(index) => Err(Failure::bad_input(format_args!(
-                "column {} stands for two signals: give each its own with --columns",
+                "column {} is used for two signals: give each its own with --columns",
                 short(names[index])
             ))),
         }

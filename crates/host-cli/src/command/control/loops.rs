@@ -37,7 +37,7 @@ pub(super) struct PlantArguments {
     /// Time constant of the actuator's current
     #[arg(long, value_name = "TIME", value_parser = of(parameters::CURRENT_LAG), requires = "mass")]
     current_lag: Option<f64>,
-    /// Dead time, in addition to that of the plant
+    /// Dead time, in addition to the plant's
     #[arg(long, value_name = "TIME", value_parser = of(parameters::DEAD_TIME))]
     delay: Option<f64>,
 }
@@ -159,13 +159,13 @@ impl ControllerOption {
 pub(super) struct ControllerArguments {
     #[command(flatten)]
     controller: ControllerOption,
-    /// Sample time [default: that of the controller file]
+    /// Sample time [default: from the controller file]
     #[arg(long, value_name = "TIME", value_parser = quantity("_s", parameters::SAMPLE_TIME.range()))]
     pub(super) sample_time: Option<f64>,
-    /// Scheme: full or full-bdf2, each with :TOLERANCE [default: of the controller file, or full-bdf2]
+    /// Scheme: full or full-bdf2, each with :TOLERANCE [default: from the controller file, else full-bdf2]
     #[arg(long, value_parser = controller_scheme)]
     scheme: Option<Scheme>,
-    /// Limits of the command [default: those of the controller file, else none]
+    /// Limits of the command [default: from the controller file, else none]
     #[arg(long, value_name = "LOW:HIGH", value_parser = parse_limits)]
     output_limits: Option<Limits>,
 }

@@ -21,7 +21,7 @@ use std::time::Duration;
 /// control take. The frequency response at the lines of the multi-sine, with its coherence, goes
 /// into FILE.csv beside it, if the multi-sine lasts 7s or more; control design takes it as --plant.
 ///
-/// The device moves by itself: half a second without force, then a slowly growing force each way
+/// The device moves on its own: half a second without force, then a slowly growing force each way
 /// until it moves, then a multi-sine. The force never exceeds a fifth of --force-limit. If the
 /// device leaves --box, and on Ctrl-C, the force falls to zero. Put the device level, in the middle
 /// of its range, and let go; or hold it and give --held.

@@ -85,7 +85,7 @@ fn say(notice: Notice, output: Output) {
     };
     match notice {
         Notice::MayMove(force_n) => warn(&format!(
-            "the device moves by itself, with at most {}: let it move freely",
+            "the device moves on its own, with at most {}: let it move freely",
             written("force_n", force_n.into())
         )),
         Notice::Trying(promise) if is_watched(output) => note("trying", promise),

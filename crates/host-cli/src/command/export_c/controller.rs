@@ -17,7 +17,7 @@ impl Arguments {
     ) -> Result<(), Failure> {
         if setup.function().is_some() {
             return Err(Failure::bad_input(
-                "a transfer function has no C: give --controller with a PI^λD^μ, TID, CRONE or lead-lag",
+                "a transfer function cannot be exported to C: give --controller with a PI^λD^μ, TID, CRONE or lead-lag",
             ));
         }
         if rule_of_scheme(setup.scheme).is_none() {

@@ -163,10 +163,10 @@ fn times_lost(kind: &str, said: &str) -> usize {
     assert!(notes.len() >= 2, "{kind}: {said}");
     for pair in notes.chunks(2) {
         let gone = [
-            "the line is gone",
+            "the connection is gone",
             "is gone: look",
             "did not answer",
-            "no whole answer",
+            "no complete answer",
             "its port is gone",
         ];
         let one = gone.iter().any(|words| pair[0].contains(words));

@@ -103,5 +103,5 @@ fn a_device_without_controllers_says_so() {
     device.place.write("pid.toml", PID);
     let line = "relax --device haply:device,axis=x device_mass=65g device_damping=3.5 --controller pid.toml";
     let ended = device.place.run(line);
-    ended.refused(3, &["runs no controller by itself", "another board"]);
+    ended.refused(3, &["cannot run a controller on its own", "another board"]);
 }

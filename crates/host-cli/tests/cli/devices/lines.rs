@@ -92,7 +92,7 @@ fn a_device_that_is_pulled_out_ends_the_run_with_a_whole_log() {
     let ended = run.wait_with_output().expect("ends");
     let error = String::from_utf8_lossy(&ended.stderr).into_owned();
     assert_eq!(ended.status.code(), Some(3), "{error}");
-    assert!(error.contains("the line is gone"), "{error}");
+    assert!(error.contains("the connection is gone"), "{error}");
     let info = device.json("log info run/relax.mcap");
     assert_eq!(info["complete"], true);
     assert!(at(&info, "/samples") > 50.0, "{info}");
@@ -101,7 +101,7 @@ fn a_device_that_is_pulled_out_ends_the_run_with_a_whole_log() {
     assert!(check.error().contains("the link was lost"), "{check}");
     assert_eq!(info["end"]["planned_samples"], 60502);
     let reason = info["end"]["reason"].as_str().expect("a text");
-    assert!(reason.contains("the line is gone"), "{reason}");
+    assert!(reason.contains("the connection is gone"), "{reason}");
 }
 
 #[test]
@@ -132,7 +132,7 @@ fn a_search_on_a_line_that_loses_samples_says_so_instead_of_a_softer_wall() {
     device.loosen();
     let line = "zwidth --orders 1 --points 2 duration=0.5s window=0.2s --device serial:device watchdog=1s --quiet --json";
     let words = [
-        "error: device: samples of a trial are missing 10 times in a row",
+        "error: device: samples were missing in 10 trials in a row",
         "better line",
     ];
     device.place.run(line).refused(4, &words);
@@ -243,7 +243,7 @@ fn a_port_with_something_else_behind_it_is_told_apart() {
             let device = Emulated::new("");
             let path = device.place.path("device");
             let _held = std::os::unix::net::UnixStream::connect(path).expect("lets the first in");
-            let words = ["socket", "one program in at a time", "close another one"];
+            let words = ["socket", "one program at a time", "close the other one"];
             (device.place.run("device info --device serial:device")).refused(3, &words);
         });
         // Version 3 of the protocol, otherwise whole.

@@ -411,7 +411,7 @@ fn a_relaxation_on_a_2diy_ends_well_or_as_a_fault_that_says_why() {
         println!("this machine was too busy for the emulated board");
         says(
             &ended.failed(3).stderr,
-            &["no whole answer for 4 ticks", "may still push"],
+            &["no complete answer for 4 ticks", "may still push"],
         );
     } else {
         let ended = ended.ended_by_the_clock();
@@ -484,7 +484,10 @@ fn touches_a_2diy(loop_mode: &str) {
     if ended.code == Some(3) {
         println!("this machine was too busy for the emulated board");
         let ended = ended.failed(3);
-        holds(ended.stderr.contains("no whole answer for 4 ticks"), &ended);
+        holds(
+            ended.stderr.contains("no complete answer for 4 ticks"),
+            &ended,
+        );
     } else {
         ended.ended_by_the_clock();
         assert_eq!(report["verdict"], "rendered");
@@ -521,7 +524,7 @@ fn a_box_that_the_arms_do_not_reach_and_axes_that_do_not_fit_are_refused() {
         "
         run far.toml {BOTH} => not within reach | mm, from the middle | box_high_m
         run edge.toml {line} => axis and zero choose a line | omit them
-        run space.toml {BOTH} => it has 2 axes, and 3 are asked for
+        run space.toml {BOTH} => it has 2 axes, but 3 are needed
         "
     ));
 }

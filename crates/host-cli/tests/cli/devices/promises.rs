@@ -386,7 +386,7 @@ fn an_image_of_another_board_is_not_programmed() {
         ("--image=none --board=rp2040", "no image `none`"),
         ("--image=text", "`text` is not an image for this chip"),
         ("--image=pico", "at 0x10000000 lie outside its flash"),
-        ("--image=empty", "does not say for which board it is"),
+        ("--image=empty", "does not say which board it is for"),
         (
             "--image=mps2",
             "is for board mps2-an386 with firmware 0.1.0, not for nucleo-f446re",

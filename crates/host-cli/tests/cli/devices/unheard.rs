@@ -251,7 +251,7 @@ fn lies((words, lie): (&str, Lie), options: &str) {
          --quiet --json"
     );
     let ended = device.place.run(&line).failed(1);
-    says(ended.error(), &["reported the impossible", words]);
+    says(ended.error(), &["reported something impossible", words]);
     let report = ended.json();
     // It is no part of the result.
     let until_s = 1e-3 * f64::from(LIE) - 5e-4;

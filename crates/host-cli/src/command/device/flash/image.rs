@@ -53,7 +53,7 @@ impl Image {
                 board.name
             )),
             None => refused(format_args!(
-                "`{path}` does not say for which board it is: build it from --source"
+                "`{path}` does not say which board it is for: build it from --source"
             )),
         }
     }
