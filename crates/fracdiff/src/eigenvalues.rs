@@ -18,10 +18,11 @@ const EXCEPTIONAL: usize = 10;
 
 /// The eigenvalues of a square matrix of real numbers, by rows or by columns: conjugate to each other or real.
 ///
-/// At most 60 steps of some 20·n² multiply-adds for each. To rounding of the largest number of the matrix: balance it first. NaN in place of one that is not found within them, and of all if a number is not finite.
+/// At most 60 steps of some 20·n² multiply-adds for each. To rounding of the largest number of the matrix: balance it first.
+/// NaN in place of one that is not found within them, and of all if a number is not finite.
 /// ```
-/// // A cyclic matrix: QR without an exceptional shift never changes it. let values =
-/// fracdiff::eigenvalues(&[0.0, 0.0, 1.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0], 3);
+/// // A cyclic matrix: QR without an exceptional shift never changes it.
+/// let values = fracdiff::eigenvalues(&[0.0, 0.0, 1.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0], 3);
 /// assert!(values.iter().all(|z| (z.powu(3) - 1.0).norm() < 1e-14) && values.len() == 3);
 /// ```
 ///

@@ -68,7 +68,8 @@ impl<F: Real, const TAPS: usize, const MODES: usize, const DEGREE: usize>
 {
     /// Builds the operator from its list.
     ///
-    /// # Errors An invalid list, see [`ListError`].
+    /// # Errors
+    /// An invalid list, see [`ListError`].
     pub fn new(form: Form, integer: i8, values: &[F]) -> Result<Self, ListError> {
         let mut operator = Self::SILENT;
         operator.replace(form, integer, values)?;
@@ -98,7 +99,8 @@ impl<F: Real, const TAPS: usize, const MODES: usize, const DEGREE: usize>
     /// Becomes the operator of this list, in its place: the same as [`new`](Self::new), on a stack without room for another
     /// one. A history goes on only if it is made anew, by [`rest`](Differintegrator::rest).
     ///
-    /// # Errors As [`new`](Self::new); the operator is then unchanged.
+    /// # Errors
+    /// As [`new`](Self::new); the operator is then unchanged.
     pub fn replace(&mut self, form: Form, integer: i8, values: &[F]) -> Result<(), ListError> {
         Self::check(form, integer, values)?;
         let integer = i32::from(integer);

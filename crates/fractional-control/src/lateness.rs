@@ -131,7 +131,8 @@ impl SampledLoop {
     /// be missed. `first` itself of a loop that is not stable. Of a plant that follows a rule it is the margin of the plant behind its
     /// hold.
     ///
-    /// # Errors As `later` gives them.
+    /// # Errors
+    /// As `later` gives them.
     pub fn delay_margin<E>(
         first: Option<Crossing>,
         later: &dyn Fn(f64) -> Result<Self, E>,

@@ -63,7 +63,8 @@ impl Plant {
     /// A measured response, dead time included: (ω in rad/s, G(jω)), in any order. Between two points ln |G| and the phase are straight
     /// lines over ln ω, so neighbours must be less than half a turn apart. It can be tuned for, but not run.
     ///
-    /// # Errors Fewer than three points, a frequency that is not above 0 or occurs twice, a
+    /// # Errors
+    /// Fewer than three points, a frequency that is not above 0 or occurs twice, a
     /// response that is 0 or not finite.
     pub fn measured(points: &[(f64, Complex<f64>)]) -> Result<Self, ControlError> {
         let count = points.len() as f64;

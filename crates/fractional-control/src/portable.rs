@@ -85,7 +85,8 @@ enum Past<F, const MODES: usize> {
 impl<F: Real, const MODES: usize> PortableController<F, MODES> {
     /// Builds the controller from its list, with the lower and the upper limit of its command.
     ///
-    /// # Errors An invalid list, see [`ListError`].
+    /// # Errors
+    /// An invalid list, see [`ListError`].
     #[inline(never)]
     pub fn new(
         form: ControllerForm,

@@ -123,7 +123,8 @@ pub fn samples_for(crossover_rad_s: Option<f64>, sample_time_s: f64) -> f64 {
 /// the setup: what a fractional controller is compared with. `None` if the controller is already
 /// such a PID.
 ///
-/// # Errors No such PID exists; the plant cannot be simulated.
+/// # Errors
+/// No such PID exists; the plant cannot be simulated.
 pub fn integer_baseline(
     setup: &ControllerSetup,
     plant: &Plant,

@@ -108,7 +108,8 @@ impl ControllerSetup {
 
     /// Rule, tolerance and horizon.
     ///
-    /// # Errors A scheme that controllers do not support.
+    /// # Errors
+    /// A scheme that controllers do not support.
     pub fn memory(&self) -> Result<Memory, ControlError> {
         let (rule, tolerance) = rule_of_scheme(self.scheme).ok_or(SCHEME_REFUSED)?;
         Memory::new(rule, tolerance, self.horizon_s())

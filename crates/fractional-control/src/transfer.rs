@@ -30,7 +30,8 @@ pub struct FractionalTransferFunction {
 impl FractionalTransferFunction {
     /// From the terms of numerator and denominator, in any order.
     ///
-    /// # Errors [`ControlError::Improper`], [`ControlError::CommonOrder`], or an invalid
+    /// # Errors
+    /// [`ControlError::Improper`], [`ControlError::CommonOrder`], or an invalid
     /// polynomial.
     pub fn new(numerator: &[Term], denominator: &[Term]) -> Result<Self, ControlError> {
         let part = |terms: &[Term], what| match terms {

@@ -52,7 +52,8 @@ impl<H: Hardware> Default for Place<H> {
 /// [`Fault::Reset`] if a reset has come while it was armed or in a fault. `firmware` is the
 /// version: major, minor, patch.
 ///
-/// # Errors As [`TickSide::passive`]: a board that refuses its first configuration.
+/// # Errors
+/// As [`TickSide::passive`]: a board that refuses its first configuration.
 pub fn power_up<H: Hardware>(
     place: &'static mut Place<H>,
     hardware: H,

@@ -99,7 +99,8 @@ impl ExperimentFile {
 
     /// The number of samples.
     ///
-    /// # Errors A parameter outside its range; reading the document has excluded that.
+    /// # Errors
+    /// A parameter outside its range; reading the document has excluded that.
     pub fn samples(&self) -> Result<u64, Failure> {
         self.0.check()
     }
@@ -172,7 +173,8 @@ impl ExperimentFile {
     /// Runs a side of a teleoperation for `duration_s` of its device, once the other is there; log
     /// and table go into the folder. `opened` receives the address of this side.
     ///
-    /// # Errors Another experiment; a parameter outside its range; an address that is not
+    /// # Errors
+    /// Another experiment; a parameter outside its range; an address that is not
     /// available; no other side, or one that does not match; a log that cannot be written.
     pub fn run_side(
         &self,
@@ -240,7 +242,8 @@ impl Document {
 
     /// The document as one file: what was given, here or in the file, and the other defaults as comments. Paths are absolute, so it may lie anywhere.
     ///
-    /// # Errors As for [`kind`](Self::kind).
+    /// # Errors
+    /// As for [`kind`](Self::kind).
     pub fn to_toml(&self) -> Result<String, FileError> {
         let kind = self.kind()?;
         let parsed = self.parse()?;
@@ -261,7 +264,8 @@ impl Document {
     /// Puts the document among the provenance of a log, from which [`read`](Self::read) reads it, and beside it the kind and each
     /// key with its value, given or by default.
     ///
-    /// # Errors As for [`kind`](Self::kind); a value that is not of its kind.
+    /// # Errors
+    /// As for [`kind`](Self::kind); a value that is not of its kind.
     pub fn keep_in(&self, provenance: &mut BTreeMap<String, String>) -> Result<(), FileError> {
         let kind = self.kind()?;
         let mut keep = |key: &str, value: String| provenance.insert(key.to_owned(), value);

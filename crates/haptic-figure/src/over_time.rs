@@ -162,7 +162,8 @@ const ERROR_ROW_HEIGHT: f64 = 270.0;
 impl TheoryFigure<'_> {
     /// Draws the picture.
     ///
-    /// # Errors If no sample can be drawn, or the slices differ in length.
+    /// # Errors
+    /// If no sample can be drawn, or the slices differ in length.
     pub fn draw(&self) -> Result<Picture, FigureError> {
         let slices = [
             (self.quantity, self.values),

@@ -62,7 +62,8 @@ pub struct PlaneFigure<'a> {
 impl PlaneFigure<'_> {
     /// Draws the picture.
     ///
-    /// # Errors If no sample can be drawn, or the slices differ in length.
+    /// # Errors
+    /// If no sample can be drawn, or the slices differ in length.
     pub fn draw(&self) -> Result<Picture, FigureError> {
         self.check()?;
         let outline = scaled(self.outline_m.iter().copied());

@@ -93,7 +93,8 @@ where
 {
     /// One tick.
     ///
-    /// # Errors The device's own; it has let go. A failed read leaves the history unchanged; after
+    /// # Errors
+    /// The device's own; it has let go. A failed read leaves the history unchanged; after
     /// a failed write it includes the position.
     #[inline]
     pub fn tick(&mut self) -> Result<Sample<F, D>, V::Error> {

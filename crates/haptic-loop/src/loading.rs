@@ -223,7 +223,8 @@ impl Specimen {
 
     /// Sizes above 0, 0 < half angle < π/2, 0 ≤ ν ≤ 0.5, 0 ≤ b ≤ [`STIFFENING_MAX`](Self::STIFFENING_MAX).
     ///
-    /// # Errors A size that is missing, or that the kind does not have; numbers outside these
+    /// # Errors
+    /// A size that is missing, or that the kind does not have; numbers outside these
     /// ranges; a bonded slab or layer with ν other than 0.5, for which no formula is implemented; a
     /// cone with b above 0.
     pub fn new(

@@ -168,7 +168,8 @@ pub fn kind_of_key(key: &str) -> &'static str {
 /// Reads a number for a key, in the SI unit that the key says: `5kN/m` for `stiffness_n_per_m` is 5000. A space may stand
 /// between number and unit; the unit is what no number contains at its end: `1e-3m` is a millimetre.
 ///
-/// # Errors Text that is not a finite number, or has another unit.
+/// # Errors
+/// Text that is not a finite number, or has another unit.
 pub fn parse_for_key(key: &str, text: &str) -> Result<f64, QuantityError> {
     let &(what, units) = parts_of_key(key).1.quantity;
     let trimmed = text.trim();

@@ -242,7 +242,8 @@ pub(super) fn safety_chain(
 
 /// The coefficients of an operator as they go over the wire.
 ///
-/// # Errors More of them than the wire can count: a memory too long for any device. The scheme
+/// # Errors
+/// More of them than the wire can count: a memory too long for any device. The scheme
 /// `full-bdf2`, which devices do not know.
 #[cfg(feature = "std")]
 pub fn operator_shape(

@@ -131,7 +131,8 @@ impl PronyFit {
 
     /// The series as a model.
     ///
-    /// # Errors A series with neither a spring nor a branch.
+    /// # Errors
+    /// A series with neither a spring nor a branch.
     pub fn model(&self) -> Result<Model, ExportError> {
         let branches = self.branches.iter();
         let pairs = branches.flat_map(|one| [one.elastic_modulus_pa, one.relaxation_time_s]);

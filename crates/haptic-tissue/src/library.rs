@@ -85,7 +85,8 @@ impl Library {
 
     /// A material by name, or from the file where `name` is a path that ends in `.toml`.
     ///
-    /// # Errors If none or two have that name, or the file is invalid, including a skipped one of
+    /// # Errors
+    /// If none or two have that name, or the file is invalid, including a skipped one of
     /// the library.
     pub fn find(&self, name: &str) -> Result<Material, MaterialError> {
         if Path::new(name).extension().is_some_and(|e| e == "toml") {

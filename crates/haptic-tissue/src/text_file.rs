@@ -9,7 +9,8 @@ pub const TEXT_MOST: u64 = 1 << 20;
 
 /// The bytes of a file, up to one more than these.
 ///
-/// # Errors The system's errors; anything but a regular file, such as a pipe, which might never
+/// # Errors
+/// The system's errors; anything but a regular file, such as a pipe, which might never
 /// deliver.
 pub fn read_bytes(path: &Path, most: u64) -> io::Result<Vec<u8>> {
     if !std::fs::metadata(path)?.is_file() {
@@ -23,7 +24,8 @@ pub fn read_bytes(path: &Path, most: u64) -> io::Result<Vec<u8>> {
 
 /// The text of a file, if it is not longer than [`TEXT_MOST`].
 ///
-/// # Errors As for [`read_bytes`]; a longer file.
+/// # Errors
+/// As for [`read_bytes`]; a longer file.
 pub fn read_text(path: &Path) -> io::Result<String> {
     let wrong = |why: String| io::Error::new(io::ErrorKind::InvalidData, why);
     let text = read_bytes(path, TEXT_MOST)?;

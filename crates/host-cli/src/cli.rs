@@ -12,6 +12,7 @@ use haptic_experiment::Failure;
 use haptic_experiment::parameters::renamed;
 use std::any::TypeId;
 use std::collections::BTreeSet;
+use std::ffi::OsString;
 use std::path::PathBuf;
 use std::process::ExitCode;
 
@@ -216,38 +217,41 @@ fn one_line(message: &str) -> String {
     joined.strip_prefix("error: ").unwrap_or(&joined).to_owned()
 }
 
-fn asked() -> clap::Command {
+/// The command that was typed, and the other words.
+fn asked() -> (clap::Command, BTreeSet<OsString>) {
     let mut command = parser();
     command.build();
+    let mut others = BTreeSet::new();
     // A file may have any name; `help` is followed by the command.
     for word in std::env::args_os().skip(1).filter(|word| word != "help") {
         if let Some(found) = command.find_subcommand(&word) {
             command = found.clone();
+        } else {
+            others.insert(word);
         }
     }
-    command
+    (command, others)
 }
 
 fn options_of_asked() -> BTreeSet<String> {
-    let command = asked();
-    let options = command.get_arguments().filter_map(clap::Arg::get_long);
+    let (command, others) = asked();
     // A file or a column may be called like a key: what somebody typed is said as it was typed.
-    let typed = || {
-        std::env::args_os()
-            .skip(1)
-            .filter_map(|word| word.into_string().ok())
-    };
-    let is_typed = |option: &str| typed().any(|word| option_of(&word) == option);
+    let typed: BTreeSet<String> = others
+        .iter()
+        .filter_map(|word| word.to_str())
+        .map(option_of)
+        .collect();
+    let options = command.get_arguments().filter_map(clap::Arg::get_long);
     // A person names the columns of a record.
     options
-        .filter(|option| !["input", "output"].contains(option) && !is_typed(option))
+        .filter(|option| !["input", "output"].contains(option) && !typed.contains(*option))
         .map(str::to_owned)
         .collect()
 }
 
 /// Prints all that a command says of itself, an option a line, as `-h` does.
 fn print_long_help() -> std::io::Result<()> {
-    let command = asked();
+    let (command, _) = asked();
     let about = command.get_long_about().or(command.get_about()).cloned();
     let after = command.get_after_long_help().or(command.get_after_help());
     let after = after.cloned().unwrap_or_default();
@@ -262,7 +266,7 @@ fn not_an_option(error: &clap::Error) -> Option<String> {
     if error.kind() != ErrorKind::UnknownArgument {
         return None;
     }
-    let (wanted, command) = (argument.trim_start_matches('-'), asked());
+    let (wanted, command) = (argument.trim_start_matches('-'), asked().0);
     if let Some(now) = renamed(wanted).map(option_of)
         && command
             .get_arguments()

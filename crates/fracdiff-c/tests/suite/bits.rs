@@ -138,10 +138,7 @@ fn numbers_of_a_law_that_are_none_are_refused() {
         stiffness: -1.0,
         ..law
     });
-    assert!(
-        said.starts_with("a stiffness or dissipation of -1"),
-        "{said}"
-    );
+    assert!(said.starts_with("stiffness or dissipation -1"), "{said}");
     for (at, value, text) in [(0, 0.0, "0"), (3, -1.0, "-1"), (7, f64::NAN, "NaN")] {
         let mut map = law.depth_map.expect("a map");
         map[at] = value;

@@ -527,7 +527,8 @@ impl<F: Real, const MODES: usize> FullMemory<F, PORTABLE_TAPS, MODES> {
     /// [`Operator::list`](crate::Operator::list) gives them: the same bits as the operator that the list is of, without
     /// its design, so that a microcontroller needs no elementary functions.
     ///
-    /// # Errors An invalid list, see [`ListError`]. The response is not to be asked for: the rate
+    /// # Errors
+    /// An invalid list, see [`ListError`]. The response is not to be asked for: the rate
     /// is not in the list.
     pub fn from_list(integer: i8, values: &[F]) -> Result<Self, ListError> {
         let integer = check_integer(integer)?;

@@ -155,7 +155,7 @@ fn what_is_no_memory_that_fades_is_refused() {
         assert!(refused(&|| design(1.0, |s| s, mode(wrong, 1.0))).contains("mode of rate"));
         assert!(refused(&|| design(1.0, |s| s, mode(1.0, wrong))).contains("mode of rate"));
     }
-    assert!(refused(&|| design(1.0, |s| -s, None)).contains("is negative or not finite"));
+    assert!(refused(&|| design(1.0, |s| -s, None)).contains("is not finite and at least 0"));
     assert!(refused(&|| design(1.0, |_| f64::NAN, None)).contains("density NaN"));
     // No finite mass at the slow end; rough everywhere.
     for density in [(|_| 1.0) as fn(f64) -> f64, |s| s * (1e9 * s).sin().abs()] {

@@ -160,7 +160,8 @@ const DECISIVE: f64 = 10.0;
 ///
 /// `done` is told of guesses that are done, as many as there are, and of fits that begin from them again.
 ///
-/// # Errors The first guess's error, if none fits.
+/// # Errors
+/// The first guess's error, if none fits.
 pub fn identify(
     record: &InputOutput,
     guesses: &[Guess],

@@ -191,7 +191,7 @@ fn a_measured_response_is_read_between_its_points() {
 fn what_is_no_plant_is_refused() {
     let text = |text: &str| text.parse::<Plant>().expect_err(text).to_string();
     assert!(text("exp(0.5s)/(s+1)").starts_with("dead time -0.5 s is not at least 0"));
-    assert!(text("s^2/(s+1)").contains("is above 1"));
+    assert!(text("s^2/(s+1)").contains("order 2 exceeds"));
     let unstable: Plant = "1/(s^1.5-1)".parse().expect("valid");
     let said = unstable.stable_by_itself().expect_err("unstable");
     let want = "the plant has a pole that does not decay: close the loop with a controller first";

@@ -136,7 +136,8 @@ impl<L: Line> Haply2Diy<L> {
     /// Configures the board at the other end of a line, unless it should keep its earlier home, and
     /// checks its first answers. There is no torque meanwhile.
     ///
-    /// # Errors No answer, or one that such a device cannot give.
+    /// # Errors
+    /// No answer, or one that such a device cannot give.
     pub fn greet(mut line: L, name: &HaplyName) -> Result<Self, HaplyOpenError> {
         let (model, posture) = greeted(&mut line, name)?;
         Ok(Self::new(line, model, posture, name))

@@ -79,7 +79,8 @@ impl Pantograph {
     ///
     /// *Accuracy*: rounding, 1e-15 m, in every posture that is not singular. *Cost*: four functions of angles, two roots.
     ///
-    /// # Errors Angles that are not finite or do not give a posture; far arms in a line to a sine
+    /// # Errors
+    /// Angles that are not finite or do not give a posture; far arms in a line to a sine
     /// of 0.1, arms of one side to a sine of 0.02.
     pub fn posture(&self, angles: [f64; 2]) -> Result<Posture, Singular> {
         if !angles.iter().all(|angle| angle.is_finite()) {
@@ -130,7 +131,8 @@ impl Pantograph {
     /// The angles for a position of the hand, rad, with both elbows on the outside; θ₁ in (−½π, 3/2
     /// π], θ₂ in (−3/2 π, ½π].
     ///
-    /// # Errors A position that the arms do not reach.
+    /// # Errors
+    /// A position that the arms do not reach.
     pub fn angles(&self, hand_m: Vector2<f64>) -> Result<[f64; 2], Singular> {
         let angle = |arm: u8, base_m: f64, side: f64| {
             let to = hand_m - Vector2::new(base_m, 0.0);

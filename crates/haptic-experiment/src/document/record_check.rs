@@ -44,7 +44,8 @@ const GAP: usize = 3;
 
 /// Puts straight lines between the neighbours of outputs that are missing, NaN, up to three at a time.
 ///
-/// # Errors A missing input, because its effect cannot be known; a longer gap, or one at an end.
+/// # Errors
+/// A missing input, because its effect cannot be known; a longer gap, or one at an end.
 /// With column and line.
 pub fn fill_gaps(
     record: &mut InputOutput,

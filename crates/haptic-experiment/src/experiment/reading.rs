@@ -233,7 +233,8 @@ pub(crate) fn piece(table: &Table<'_>) -> Result<TissuePiece, FileError> {
 /// A piece of this tissue, pressed as given; sizes of a slab that are not given have their
 /// defaults.
 ///
-/// # Errors Why such a piece is impossible, and the key to change if a single one is the cause.
+/// # Errors
+/// Why such a piece is impossible, and the key to change if a single one is the cause.
 pub fn pressed(
     material: ModelledTissue,
     given: Loading,

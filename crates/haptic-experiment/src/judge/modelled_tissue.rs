@@ -51,7 +51,8 @@ pub struct ModelledTissue {
 impl ModelledTissue {
     /// The model of a tissue.
     ///
-    /// # Errors Parameters outside the range of the model; tissue files stay within it, except for
+    /// # Errors
+    /// Parameters outside the range of the model; tissue files stay within it, except for
     /// an element that carries the slow motion with an order below 1e-6, next to a spring.
     pub fn new(material: Material) -> Result<Self, Failure> {
         let pot = |modulus, viscosity, order| -> Result<Tissue, Failure> {
@@ -351,7 +352,8 @@ pub(crate) fn effective(map: Option<DepthMap<f64>>) -> impl Fn(f64) -> f64 {
 
 /// The operator for a horizon in samples: the model's, or D^μ.
 ///
-/// # Errors A scheme that cannot be built, or that does not support a model.
+/// # Errors
+/// A scheme that cannot be built, or that does not support a model.
 pub fn operator<F: Real>(
     model: Option<&Model>,
     scheme: Scheme,

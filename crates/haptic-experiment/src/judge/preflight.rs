@@ -259,7 +259,8 @@ impl Preflight<'_> {
     /// Checks the loop with this device and `line` additional samples of delay, without the proof
     /// for every motion.
     ///
-    /// # Errors A number that the analysis does not accept.
+    /// # Errors
+    /// A number that the analysis does not accept.
     pub fn verdict(&self, dynamics: Dynamics, line: usize) -> Result<PreflightVerdict, Failure> {
         self.looked_at(dynamics, line, false)
     }

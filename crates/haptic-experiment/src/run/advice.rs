@@ -95,7 +95,8 @@ pub(crate) fn check(parameter: &Parameter, value: f64) -> Result<(), Failure> {
 
 /// A number as a device has it, in single precision.
 ///
-/// # Errors One that overflows or vanishes there; `name` is the name under which the user gave it.
+/// # Errors
+/// One that overflows or vanishes there; `name` is the name under which the user gave it.
 pub fn single(name: &str, value: f64) -> Result<f32, Failure> {
     let single = value as f32;
     if single.is_finite() && (single != 0.0 || value == 0.0) {

@@ -233,7 +233,8 @@ impl OutputFolder {
     /// Writes a whole table, `.csv`, and names it; `names` are column names for rows that carry
     /// none themselves, that is lists or tuples.
     ///
-    /// # Errors If it cannot be written; then no file is left behind.
+    /// # Errors
+    /// If it cannot be written; then no file is left behind.
     pub fn write_table<R: Serialize>(
         &self,
         names: &[&str],

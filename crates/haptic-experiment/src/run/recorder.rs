@@ -198,7 +198,8 @@ impl Recorder {
     /// Waits until all is written, the log is closed and the live streams have ended. After a fault
     /// it writes the flight recorder too, even if the log failed.
     ///
-    /// # Errors The error that stopped the writer, such as a full disk.
+    /// # Errors
+    /// The error that stopped the writer, such as a full disk.
     pub fn finish(self) -> Result<Recorded, RecordError> {
         drop(self.queue);
         let result = match self.writer.join() {

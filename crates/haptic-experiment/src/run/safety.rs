@@ -361,7 +361,8 @@ pub fn speed(hard: f64, brakes: bool) -> SpeedLimit {
 impl GuardChoice {
     /// The guard for a device, if one was chosen.
     ///
-    /// # Errors If a property of the device that it needs is unknown.
+    /// # Errors
+    /// If a property of the device that it needs is unknown.
     pub fn of(self, device: &GuardedDevice, t: Seconds) -> Result<Option<Guard>, Failure> {
         let unknown = |what, key: &dyn fmt::Display| {
             Failure::bad_input(format_args!(

@@ -45,7 +45,8 @@ pub struct Foxglove {
 impl Foxglove {
     /// Starts the server; port 0 takes a free one.
     ///
-    /// # Errors If the address is taken or does not belong to this machine.
+    /// # Errors
+    /// If the address is taken or does not belong to this machine.
     pub fn open(address: SocketAddr) -> Result<Self, LiveError> {
         let failed = |error: FoxgloveError| {
             let reason = error.to_string();

@@ -102,7 +102,8 @@ impl NewFile {
     /// Opens the unfinished file for writing. With `overwrite` the target may exist, and stays until
     /// [`publish`](Self::publish) replaces it.
     ///
-    /// # Errors [`NewFileError::Exists`] if the name is taken; [`NewFileError::Leftover`] or
+    /// # Errors
+    /// [`NewFileError::Exists`] if the name is taken; [`NewFileError::Leftover`] or
     /// [`NewFileError::BeingWritten`] if a kept unfinished file is in the way; [`NewFileError::Io`]
     /// if the file cannot be written to the folder.
     pub fn create(
@@ -178,7 +179,8 @@ impl NewFile {
     /// Gives the file its name. Without `overwrite`, a file that took the name in the meantime is
     /// kept and causes an error.
     ///
-    /// # Errors The name is taken, or the folder does not accept the file.
+    /// # Errors
+    /// The name is taken, or the folder does not accept the file.
     pub fn publish(mut self) -> Result<(), NewFileError> {
         let moved = if self.overwrite {
             fs::rename(&self.part, &self.target)

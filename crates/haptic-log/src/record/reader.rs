@@ -201,7 +201,8 @@ enum Step {
 impl LogReader<BufReader<File>> {
     /// Opens a log.
     ///
-    /// # Errors If it is not a regular file, cannot be read or is not MCAP.
+    /// # Errors
+    /// If it is not a regular file, cannot be read or is not MCAP.
     pub fn open(path: &Path) -> Result<Self, RecordError> {
         let file = open_file(path).map_err(|source| RecordError::read(path, source))?;
         Self::new(BufReader::with_capacity(READ_BYTES, file), path)

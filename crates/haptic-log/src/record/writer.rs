@@ -104,7 +104,8 @@ pub struct LogWriter<W: Write + Seek> {
 impl<W: Write + Seek> LogWriter<W> {
     /// Starts a log in any sink; `path` is its name in messages. Nothing is renamed at the end.
     ///
-    /// # Errors If the sink does not accept the header.
+    /// # Errors
+    /// If the sink does not accept the header.
     pub fn with_sink(sink: W, path: &Path) -> Result<Self, RecordError> {
         let bytes = Arc::default();
         let sink = Sink {
@@ -173,7 +174,8 @@ impl<W: Write + Seek> LogWriter<W> {
 
     /// Adds a tick. All ticks of a log have the same number of axes.
     ///
-    /// # Errors If the sink fails, the time is negative or not finite, or the number of axes has
+    /// # Errors
+    /// If the sink fails, the time is negative or not finite, or the number of axes has
     /// changed.
     pub fn tick(&mut self, message: &TickMessage) -> Result<(), RecordError> {
         let axes = message.axes();
@@ -347,7 +349,8 @@ impl LogWriter<BufWriter<File>> {
 
     /// Writes the index, syncs the file to disk and gives it its final name.
     ///
-    /// # Errors If the disk is full, or the name was taken in the meantime; the `.part` file stays.
+    /// # Errors
+    /// If the disk is full, or the name was taken in the meantime; the `.part` file stays.
     /// Also if that was removed or cut meanwhile.
     pub fn finish(mut self) -> Result<FinishedLog, RecordError> {
         let new_file = self.new_file.take();

@@ -4,7 +4,7 @@
 //! once, and an identification that is worked on is told to end. So a slider that is dragged never queues.
 
 use super::hub::blocking;
-use super::request::{Panel, Question};
+use super::request::{Panel, Question, Turn};
 use crate::control::designed;
 use crate::feel::locked;
 use crate::identify::identified;
@@ -13,7 +13,6 @@ use haptic_experiment::Failure;
 use serde_json::Value;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex};
-use tokio::sync::Notify;
 
 impl Question {
     fn answer(&self, given_up: &AtomicBool) -> Result<Value, Failure> {
@@ -22,20 +21,6 @@ impl Question {
             Self::Control(plant) => designed(plant),
             Self::Record(record) => identified(record, given_up),
         }
-    }
-}
-
-/// A question in its panel.
-#[derive(Debug, Default)]
-pub(super) struct Turn {
-    given_up: AtomicBool,
-    told: Notify,
-}
-
-impl Turn {
-    fn give_up(&self) {
-        self.given_up.store(true, Ordering::Relaxed);
-        self.told.notify_one();
     }
 }
 

@@ -1,6 +1,5 @@
 //! Requests of a page: see `docs/page-protocol.md`.
 
-use super::panels::Turn;
 use crate::control::ControlRequest;
 use crate::feel::FeelChange;
 use crate::identify::IdentifyRequest;
@@ -10,6 +9,8 @@ use crate::wall::WallQuestion;
 use serde::Deserialize;
 use serde_json::{Map, Value};
 use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use tokio::sync::Notify;
 
 #[derive(Debug, Deserialize)]
 #[serde(tag = "do", deny_unknown_fields)]
@@ -68,6 +69,20 @@ pub(super) enum Request {
     Quantity { key: String, text: String },
     #[serde(rename = "surface")]
     Surface(SurfaceRequest),
+}
+
+/// A question in its panel.
+#[derive(Debug, Default)]
+pub(super) struct Turn {
+    pub(super) given_up: AtomicBool,
+    pub(super) told: Notify,
+}
+
+impl Turn {
+    pub(super) fn give_up(&self) {
+        self.given_up.store(true, Ordering::Relaxed);
+        self.told.notify_one();
+    }
 }
 
 /// A part of the page that asks for itself.

@@ -115,7 +115,8 @@ impl SerialLink {
 
     /// Raises the threads that read and write to a real-time priority, so that keep-alives are sent on a busy machine.
     ///
-    /// # Errors The system does not allow the priority. If this is refused, the thread keeps its
+    /// # Errors
+    /// The system does not allow the priority. If this is refused, the thread keeps its
     /// priority.
     pub fn raise(&self, priority: u8) -> Result<(), realtime::Refusal> {
         self.threads

@@ -71,7 +71,8 @@ pub fn ports() -> Vec<PortInfo> {
 /// Opens a port exclusively, 8N1, and discards old input; or opens a Unix socket if the path is
 /// one.
 ///
-/// # Errors The port does not exist, is in use, or may not be opened; nothing listens at the
+/// # Errors
+/// The port does not exist, is in use, or may not be opened; nothing listens at the
 /// socket.
 pub fn open(path: &str, baud: u32) -> Result<Box<dyn Line>, SerialError> {
     #[cfg(unix)]

@@ -44,7 +44,8 @@ impl SerialLink {
 
     /// Sets the whole configuration in one transaction, until it is replaced.
     ///
-    /// # Errors The refusal of the first invalid parameter; then nothing has changed.
+    /// # Errors
+    /// The refusal of the first invalid parameter; then nothing has changed.
     pub fn set(&mut self, configuration: Configuration, values: &[f32]) -> Result<(), SerialError> {
         self.set_for(configuration, values, Scope::Lasting)
     }
@@ -64,7 +65,8 @@ impl SerialLink {
 
     /// The time that a controller takes on the device.
     ///
-    /// # Errors As [`ask`](Self::ask); [`LinkError::NoControllers`] if the device cannot run one.
+    /// # Errors
+    /// As [`ask`](Self::ask); [`LinkError::NoControllers`] if the device cannot run one.
     pub fn controller_cost(&self) -> Result<ControllerCost, SerialError> {
         if !self.has_controllers {
             return Err(LinkError::NoControllers.into());
@@ -82,7 +84,8 @@ impl SerialLink {
 
     /// As [`set_for`](Self::set_for) for a run, with what is beside it.
     ///
-    /// # Errors As [`set_for`](Self::set_for); an invalid box, or one outside the workspace of all
+    /// # Errors
+    /// As [`set_for`](Self::set_for); an invalid box, or one outside the workspace of all
     /// axes; an invalid surface; [`LinkError::NoSurfaces`]; as
     /// [`controller_cost`](Self::controller_cost); a tick that is too short for a controller.
     pub fn set_run(

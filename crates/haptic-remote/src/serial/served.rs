@@ -44,7 +44,8 @@ pub struct Served {
 impl Served {
     /// Starts serving. A [`SerialLink`](super::SerialLink) [connects](super::SerialLink::to_served) to it.
     ///
-    /// # Errors Hardware that refuses its first configuration, which is a defect of that hardware;
+    /// # Errors
+    /// Hardware that refuses its first configuration, which is a defect of that hardware;
     /// no thread to be had.
     pub fn start<H: ServedHardware<D>, const D: usize>(hardware: H) -> Result<Self, ServeError> {
         Self::serve(hardware, Moment::now, None)

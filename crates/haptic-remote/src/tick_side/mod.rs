@@ -84,7 +84,8 @@ pub struct TickSide<H: Hardware<D>, const D: usize = 1, R = Records<D>> {
 impl<H: Hardware<D>, const D: usize> TickSide<H, D> {
     /// A device at power-up.
     ///
-    /// # Errors If the board refuses its first configuration, which is a defect of the board.
+    /// # Errors
+    /// If the board refuses its first configuration, which is a defect of the board.
     pub fn new(hardware: H) -> Result<Self, Refusal> {
         let passive = Self::passive(&hardware)?;
         let mut device = Self::asleep(hardware, passive.chain, Records::new());

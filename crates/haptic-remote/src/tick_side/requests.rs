@@ -64,7 +64,8 @@ impl<H: Hardware<D>, const D: usize, R: BorrowMut<Records<D>>> TickSide<H, D, R>
 
     /// See [`Request::Start`](haptic_link::Request::Start).
     ///
-    /// # Errors As there, and an invalid stream.
+    /// # Errors
+    /// As there, and an invalid stream.
     pub fn start(&mut self, start: Start) -> Result<(), Refusal> {
         match self.state {
             // Sent again because the answer was lost: true already, even if it has ended.

@@ -609,7 +609,7 @@ fn a_device_from_before_surfaces_is_told_of_before_anything_is_set() {
     let refused = link.set_run(edge.configuration, &edge.values, beside);
     let error = refused.expect_err("refused").to_string();
     assert!(
-        error.contains("no shape by itself") && error.contains("flash"),
+        error.contains("cannot render a shape on its own") && error.contains("flash"),
         "{error}"
     );
     assert_eq!(link.configuration().expect("tells"), before);

@@ -48,7 +48,8 @@ impl Fit {
     /// a dashpot: that changes a modulus by 1e-4 in a factor e of time, and no calculation
     /// distinguishes the two.
     ///
-    /// # Errors If the fit has come down to a simpler model, such as one with both orders equal.
+    /// # Errors
+    /// If the fit has come down to a simpler model, such as one with both orders equal.
     pub fn to_model(&self) -> Result<Model, ModelError> {
         let value = |parameter: &Estimate| match parameter.value {
             modulus if !parameter.is_order() => modulus,

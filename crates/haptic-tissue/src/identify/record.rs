@@ -260,7 +260,8 @@ impl Record {
     /// Several motions of the same tissue, such as presses to several depths, fitted together;
     /// errors of each count relative to its own stress. Each begins at the time 0.
     ///
-    /// # Errors A missing record, or one without motion; more samples than [`SAMPLES_MOST`].
+    /// # Errors
+    /// A missing record, or one without motion; more samples than [`SAMPLES_MOST`].
     pub fn together(records: Vec<Self>) -> Result<Self, IdentifyError> {
         let mut records = records.into_iter();
         let Some(mut all) = records.next() else {

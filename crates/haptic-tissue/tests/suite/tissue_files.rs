@@ -126,7 +126,7 @@ muscle | 0.11 | 0.8 | x.toml:5: order = 0.675 is below second_order = 0.8: excha
 muscle | 0.11 | 0.675 | x.toml:5: both elements have the order 0.675
 muscle | = 981 | = 0.001 | x.toml:11: time_to_s = 0.001 is below time_from_s = 0.014: swap them
 muscle | = 981 | = inf | x.toml:11: time_to_s = inf is not a finite number of at least 0
-muscle | time_to_s | time_until_s | x.toml:13: unknown field `time_until_s`
+muscle | time_to_s | time_until_s | x.toml:13: unknown field "time_until_s"
 series | [0.1, 7] | [0.1] | x.toml:5: branch_moduli_pa has 2 numbers and branch_times_s 1: each branch has one of each
 series | [0.1, 7] | [7, 0.1] | x.toml:5: branch_times_s = 0.1 s is not above the one before it
 series | [0.1, 7] | 7 | x.toml:8: branch_times_s is not a list: give one number for each branch

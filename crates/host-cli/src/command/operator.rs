@@ -111,7 +111,10 @@ impl Differintegrate {
             (Some(_), Some(time_s)) if takes_uneven => {
                 if x.len() > UNEVEN_AT_ONCE {
                     let seconds = (x.len() as f64 / UNEVEN_AT_ONCE as f64).powi(2);
-                    note("note", format_args!("the times are uneven, so this takes about {seconds:.0} s"));
+                    note(
+                        "note",
+                        format_args!("the times are uneven, so this takes about {seconds:.0} s"),
+                    );
                 }
                 if mu.get() > 0.0 && (x[0] - reference).abs() > 0.0 {
                     return Err(Failure::bad_input(format_args!(

@@ -285,14 +285,16 @@ fn a_memory_shorter_than_the_experiment_is_announced_with_the_factor_it_costs() 
     assert_eq!(number(&report, "memory_s"), 1.0);
     let warnings = report["warnings"].as_array().expect("a list");
     let sentence = warnings[0].as_str().expect("a sentence");
-    assert_eq!(ended.stderr, format!("warning: {sentence}\n"));
+    // The terminal names options, JSON keys.
+    let said = sentence.replace("`scheme` = full", "--scheme full");
+    assert_eq!(ended.stderr, format!("warning: {said}\n"));
     says(
         sentence,
         &[
             "remembers 1 s",
             "lasts 3 s",
             "the force is 1.253 times",
-            "--scheme full",
+            "`scheme` = full",
         ],
     );
 }

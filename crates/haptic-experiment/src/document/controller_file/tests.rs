@@ -117,7 +117,7 @@ fn what_is_wrong_is_said_in_one_line_with_its_place() {
         [loop] | [crone] | lab/c.toml:5: a second controller [crone]
         output_low = -3 | output_low = 4 | lab/c.toml:7: lower limit of the command 4 is not below
         output_low = -3 | scheme = "muir:3" | lab/c.toml:7: scheme "muir:3" is not for a controller
-        [pid]\nproportional_gain = 2\nintegral_gain_per_s_lambda = 1\nintegral_order = 0.8\n | [transfer_function]\nfunction = "s^2/(s+1)"\n | lab/c.toml:2: order 2 of the numerator is above 1
+        [pid]\nproportional_gain = 2\nintegral_gain_per_s_lambda = 1\nintegral_order = 0.8\n | [transfer_function]\nfunction = "s^2/(s+1)"\n | lab/c.toml:2: the numerator's order 2 exceeds
         [pid]\nproportional_gain = 2\nintegral_gain_per_s_lambda = 1\nintegral_order = 0.8\n | [transfer_function]\nfunction = "(1-s)/(s+1)"\n | lab/c.toml:1: number of unstable zeros of a limited controller 1 is not 0
         "#,
     ) {

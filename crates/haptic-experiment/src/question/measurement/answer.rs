@@ -85,7 +85,8 @@ impl Measurement {
 
     /// Moves the device and identifies its model.
     ///
-    /// # Errors A device that cannot be used; a motion that was cut short, or that does not
+    /// # Errors
+    /// A device that cannot be used; a motion that was cut short, or that does not
     /// determine the model.
     pub fn run(
         &self,

@@ -107,7 +107,7 @@ const WRONG: &str = r#"
     [device]\nmass_kg = 0\n | lab/p.toml:2: mass_kg = 0 is not above 0
     [device]\nmass_kg = 1e-16\ndamping_n_s_per_m = 0\nhand_stiffness_n_per_m = 0\n | lab/p.toml:1: mass 1e-16 kg is not at least 1e-15 kg
     [device]\nmass_kg = 1\n | lab/p.toml:1: missing key `damping_n_s_per_m` in [device]
-    [transfer_function]\nfunction = "s^2/(s+1)" | lab/p.toml:2: order 2 of the numerator is above 1
+    [transfer_function]\nfunction = "s^2/(s+1)" | lab/p.toml:2: the numerator's order 2 exceeds
     [transfer_function]\nfunction = "1/(0s^2+s)" | lab/p.toml:2: the coefficient of s^2 is 0
     [transfer_function]\nfunction = "s^0.5/(s+s^0.5)" | lab/p.toml:2: numerator and denominator share the factor s^0.5
     [transfer_function]\nfunction = 3 | lab/p.toml:2: function = 3 is an integer, not a string

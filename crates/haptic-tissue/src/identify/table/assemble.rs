@@ -100,7 +100,8 @@ impl Default for Reading {
 impl Columns {
     /// Makes a record from the columns.
     ///
-    /// # Errors Columns that do not make exactly one record; bad numbers, with their lines.
+    /// # Errors
+    /// Columns that do not make exactly one record; bad numbers, with their lines.
     pub fn record(mut self, reading: &Reading) -> Result<Understood, IdentifyError> {
         self.prefer_chosen();
         let mut measured = self.measured(reading)?;

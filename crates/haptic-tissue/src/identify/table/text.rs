@@ -51,7 +51,8 @@ pub struct TextTable {
 /// UTF-16 or Windows-1252. Lines that begin with `#`, empty lines, and lines above the header are passed over; the header is the first row
 /// with a quantity of a record in it.
 ///
-/// # Errors A file that is not text, is empty or too long; a header with one column.
+/// # Errors
+/// A file that is not text, is empty or too long; a header with one column.
 pub fn read_table(bytes: &[u8]) -> Result<TextTable, IdentifyError> {
     let table = TextTable::new(bytes)?.below(|header| {
         let known = header.iter().any(|name| understand(name).is_some());
@@ -365,7 +366,8 @@ pub struct Signal {
 /// Time and signals of a record, found and read as there. What a row lacks is NaN, but of the time; empty lines do not
 /// count, as the time shows what is missing. Also the lines of rows that lack something, for a person.
 ///
-/// # Errors As [`read_signal`]; no column of time, or a time that is missing; a unit that is not
+/// # Errors
+/// As [`read_signal`]; no column of time, or a time that is missing; a unit that is not
 /// one of time.
 pub fn read_record<const N: usize>(
     bytes: &[u8],
@@ -403,7 +405,8 @@ impl<const N: usize> RecordColumns<N> {
 
 /// Columns chosen by their positions in the header, and the line of each row.
 ///
-/// # Errors As [`read_signal`]; columns that the choice refuses, with the line of the header.
+/// # Errors
+/// As [`read_signal`]; columns that the choice refuses, with the line of the header.
 pub fn read_chosen<const N: usize>(
     bytes: &[u8],
     choose: impl FnMut(&[&str]) -> Result<[usize; N], String>,

@@ -164,7 +164,7 @@ fn times_lost(kind: &str, said: &str) -> usize {
     for pair in notes.chunks(2) {
         let gone = [
             "the connection is gone",
-            "is gone: look",
+            "is gone: check",
             "did not answer",
             "no complete answer",
             "its port is gone",
