@@ -107,7 +107,7 @@ impl DeviceSession {
         self.image_digest = digest;
     }
 
-    /// Number of frames so far from the host that armed, without late and repeated ones.
+    /// Number of frames so far from the host that armed, the arming included, without late and repeated ones.
     #[must_use]
     pub const fn fed(&self) -> u32 {
         self.fed
@@ -316,6 +316,8 @@ impl DeviceSession {
             Ok(())
         })?;
         self.connections.own();
+        // Who arms is heard; an emulated device measures from here how long the host has been silent.
+        self.fed = self.fed.wrapping_add(1);
         Ok(())
     }
 }

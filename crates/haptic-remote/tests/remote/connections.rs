@@ -175,6 +175,19 @@ fn a_whole_session_that_is_played_again_does_nothing() {
     }
 }
 
+/// An emulated device measures the silence of its host by this count, however fast its own clock is: an arming that
+/// did not count left it the watchdog time of a clock that may be 400 times as fast.
+#[test]
+fn who_arms_is_heard() {
+    let mut bench = Bench::ideal();
+    bench.hello();
+    let (configuration, values) = loose();
+    bench.set(configuration, &values).expect("good");
+    let fed = bench.session.fed();
+    bench.done(Request::Arm { faults: 0 });
+    assert_eq!(bench.session.fed(), fed + 1);
+}
+
 /// Another host at the same line.
 struct SecondHost(Conversation);
 
