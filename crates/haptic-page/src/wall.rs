@@ -15,6 +15,8 @@ use std::ops::RangeInclusive;
 /// Points on the boundary of the map: few while a slider is dragged, all at rest. Each lies on the boundary, and with 500 a
 /// chord leaves it by less than a pixel.
 const POINTS: RangeInclusive<usize> = 16..=500;
+/// Longest ring buffer that is judged here: its characteristic polynomial has as many roots, and a minute would pass for ten thousand.
+const RING_MOST: usize = 300;
 /// Memory for which the operator that runs is designed, samples.
 const HORIZON: f64 = 1e5;
 /// Steps of B along the edge of the passive walls.
@@ -60,6 +62,12 @@ impl WallQuestion {
         let (order, t) = (Order::new(self.order.0)?, Seconds(self.sample_time_s.0));
         let (k, b) = (self.stiffness_n_per_m.0, self.dissipation_n_s_mu_per_m.0);
         let scheme: Scheme = self.scheme.parse()?;
+        if matches!(scheme, Scheme::Grunwald { length } if length > RING_MOST) {
+            let advice = format!(
+                "the page judges at most {RING_MOST} samples: use the command line for more"
+            );
+            return Err(format!("`scheme` = {}: {advice}", self.scheme).into());
+        }
         let rendered = Rendered {
             dynamics: Dynamics {
                 mass_kg: self.mass_kg.0,

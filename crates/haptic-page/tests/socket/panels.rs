@@ -97,6 +97,7 @@ fn bad_input_gets_a_line_that_names_it_and_the_page_goes_on() {
         (json!({"order": "x"}), "expected f64"),
         (json!({"sample_time_s": -1}), "sample time -1"),
         (json!({"scheme": "fly"}), "fly"),
+        (json!({"scheme": "grunwald:301"}), "at most 300"),
         (
             json!({"points": 100_000}),
             "`points` = 100000 is not in [16, 500]",
