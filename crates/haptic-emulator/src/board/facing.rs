@@ -7,7 +7,7 @@
 //! - *Idle*, a mass is free: no force, and it moves on. *Start of a run*: both masses go back to their 0 if the other board makes no force;
 //!   while it does, nothing moves.
 
-use super::{Body, Embodied, Emulated, Emulation, EmulatorError, run};
+use super::{Body, Embodied, Emulated, Emulation, EmulatorError, TickTime, run};
 use haptic_link::{Capabilities, ControllerCost, Refusal, Simulation};
 use haptic_loop::nalgebra::SVector;
 use haptic_loop::plant::{
@@ -41,11 +41,16 @@ pub fn emulate_facing(
     let bodies = emulations
         .each_ref()
         .map(|emulation| emulation.body.unwrap_or(VOICE_COIL));
-    let boards = facing(bodies, contact)?;
-    let [blue, white] = boards;
+    let times = [TickTime::default(), TickTime::default()];
+    let [renderer, indenter] = facing(bodies, contact, &times)?;
     let [first, second] = lines;
     let [of_first, of_second] = emulations;
-    run([(first, of_first, blue), (second, of_second, white)], stop)
+    let [now_of_first, now_of_second] = times;
+    let boards = [
+        (first, of_first, renderer, now_of_first),
+        (second, of_second, indenter, now_of_second),
+    ];
+    run(boards, stop)
 }
 
 const VOICE_COIL: Body = Body {
@@ -54,10 +59,11 @@ const VOICE_COIL: Body = Body {
     noise: (Metres(0.0), 0),
 };
 
-/// Both boards of a world.
+/// Both boards of a world, which moves on to the times of their ticks.
 fn facing(
     bodies: [Body; 2],
     contact: FacingContact,
+    times: &[TickTime; 2],
 ) -> Result<[Embodied<FacingBoard>; 2], EmulatorError> {
     let unit = Seconds(1e-6 / PER_MICROSECOND as f64);
     let config = FacingConfig {
@@ -72,8 +78,7 @@ fn facing(
         let board = FacingBoard {
             world: Rc::clone(&world),
             side,
-            period_us: 0,
-            now_us: 0,
+            now: Rc::clone(&times[side as usize]),
         };
         Embodied::new(board, bodies[side as usize])
     };
@@ -90,22 +95,19 @@ struct World {
 struct FacingBoard {
     world: Rc<RefCell<World>>,
     side: FacingSide,
-    period_us: u64,
-    /// Device time of the tick that was read last, µs.
-    now_us: u64,
+    now: TickTime,
 }
 
 impl Device<f32, 1> for FacingBoard {
     type Error = Fault;
 
-    /// Each tick of a board reads once.
     fn read(&mut self) -> Result<Reading<f32, 1>, Fault> {
-        self.now_us += self.period_us;
+        let now_us = self.now.get();
         let devices = &mut self.world.borrow_mut().devices;
-        devices.advance_to(PER_MICROSECOND * self.now_us);
+        devices.advance_to(PER_MICROSECOND * now_us);
         Ok(Reading {
             tick: 0,
-            time_s: 1e-6 * self.now_us as f64,
+            time_s: 1e-6 * now_us as f64,
             position_m: SVector::from([devices.position(self.side) as f32]),
         })
     }
@@ -145,9 +147,7 @@ impl Hardware for FacingBoard {
         only_real(simulation)
     }
 
-    fn install(&mut self, (): (), tick_period_us: u32) {
-        self.period_us = u64::from(tick_period_us);
-    }
+    fn install(&mut self, (): (), _: u32) {}
 
     fn restart(&mut self) {
         let mut world = self.world.borrow_mut();
@@ -161,3 +161,6 @@ impl Hardware for FacingBoard {
         self.read()
     }
 }
+
+#[cfg(test)]
+mod tests;

@@ -26,8 +26,9 @@ use haptic_loop::units::Metres;
 use haptic_loop::{Device, Fault, Reading, SafeForce};
 use haptic_remote::serial::{HeldClock, Line};
 use haptic_remote::{DeviceSession, FitsDevice, Hardware, SimulatedAxes, SimulatedPlant, TickSide};
-use std::cell::RefCell;
+use std::cell::{Cell, RefCell};
 use std::io::ErrorKind;
+use std::rc::Rc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{Receiver, RecvTimeoutError, SyncSender, TrySendError, sync_channel};
 use std::time::Duration;
@@ -121,13 +122,17 @@ fn alone<H: Hardware<D>, const D: usize>(
     board: H,
     stop: &AtomicBool,
 ) -> Result<Emulated, EmulatorError> {
-    let [done] = run([(line, emulation, board)], stop)?;
+    // A plant of its own moves from tick to tick.
+    let [done] = run([(line, emulation, board, TickTime::default())], stop)?;
     Ok(done)
 }
 
+/// Device time of a board's present tick, µs, for what is around it.
+type TickTime = Rc<Cell<u64>>;
+
 /// Boards that share a clock: speed and duration are those of the first.
 fn run<H: Hardware<D>, const D: usize, const N: usize>(
-    boards: [(Box<dyn Line>, &Emulation, H); N],
+    boards: [(Box<dyn Line>, &Emulation, H, TickTime); N],
     stop: &AtomicBool,
 ) -> Result<[Emulated; N], EmulatorError> {
     let over = AtomicBool::new(false);
@@ -143,11 +148,11 @@ fn run<H: Hardware<D>, const D: usize, const N: usize>(
         };
         let duration = boards[0].1.duration;
         let mut lines = Vec::new();
-        for (line, emulation, board) in boards {
+        for (line, emulation, board, now) in boards {
             let reading = line.share();
             let reading = reading.map_err(|error| EmulatorError::Terminal(error.to_string()))?;
             let (leave, leaving) = sync_channel::<Vec<u8>>(WAITING_MOST);
-            (emulator.boards).push(EmulatedBoard::new(board, emulation, leave)?);
+            (emulator.boards).push(EmulatedBoard::new(board, emulation, now, leave)?);
             lines.push((reading, line, leaving));
         }
         for (index, (reading, line, leaving)) in lines.into_iter().enumerate() {
@@ -220,8 +225,7 @@ struct EmulatedBoard<H: Hardware<D>, const D: usize> {
     frame: Vec<u8>,
     /// Room for a frame to the host.
     line: [u8; FRAME_MAX],
-    /// Device time of the last tick, µs.
-    ticked_us: u64,
+    now: TickTime,
     ticks: u64,
     unread: u64,
 }
@@ -230,6 +234,7 @@ impl<H: Hardware<D>, const D: usize> EmulatedBoard<H, D> {
     fn new(
         board: H,
         emulation: &Emulation,
+        now: TickTime,
         leave: SyncSender<Vec<u8>>,
     ) -> Result<Self, EmulatorError> {
         let [from_host, to_host] = FaultyLine::both_ways(emulation.faults, emulation.seed)?;
@@ -243,7 +248,7 @@ impl<H: Hardware<D>, const D: usize> EmulatedBoard<H, D> {
             heard: Moment::now(),
             frame: Vec::new(),
             line: [0; FRAME_MAX],
-            ticked_us: 0,
+            now,
             ticks: 0,
             unread: 0,
         })
@@ -251,7 +256,7 @@ impl<H: Hardware<D>, const D: usize> EmulatedBoard<H, D> {
 
     /// Device time of the next tick, µs.
     fn next_us(&self) -> u64 {
-        self.ticked_us + u64::from(self.device.borrow().configuration().0.tick_period_us)
+        self.now.get() + u64::from(self.device.borrow().configuration().0.tick_period_us)
     }
 
     fn counts(&self) -> Emulated {
@@ -296,15 +301,16 @@ impl<H: Hardware<D>, const D: usize> EmulatedBoard<H, D> {
 
     /// The next tick. Of a device that is faster than real time `hurried` is true.
     fn tick(&mut self, hurried: bool) {
-        self.ticked_us = self.next_us();
+        let now_us = self.next_us();
+        self.now.set(now_us);
         let mut device = self.device.borrow_mut();
         // A host lives in real time, so that is what its silence is measured in.
         let watchdog_ms = device.configuration().0.limits.watchdog_ms;
         let silent = self.heard.elapsed() > Duration::from_millis(u64::from(watchdog_ms));
         if hurried && !silent {
-            device.heard(self.ticked_us, true);
+            device.heard(now_us, true);
         }
-        device.tick(self.ticked_us);
+        device.tick(now_us);
         self.ticks += 1;
     }
 

@@ -350,7 +350,7 @@ impl Arguments {
             .map_err(|error| failed(error, Some("facing")))?;
         let told = |port: &Port| {
             let path = port.path().display().to_string();
-            json!({"device": format!("{}:{path}", kind.scheme()), "path": path})
+            json!({"path": path, "device": format!("{}:{path}", kind.scheme())})
         };
         let mut report = told(&port);
         // Chances of the line, and its seed; none of a good one.
