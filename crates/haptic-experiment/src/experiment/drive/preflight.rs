@@ -428,6 +428,9 @@ impl Sample {
 }
 
 #[cfg(test)]
+mod pairs;
+
+#[cfg(test)]
 mod tests {
     use super::*;
     use fracdiff::{Order, Scheme};
