@@ -428,10 +428,9 @@ impl Sample {
 }
 
 #[cfg(test)]
-mod pairs;
-
-#[cfg(test)]
 mod tests {
+    mod pairs;
+
     use super::*;
     use fracdiff::{Order, Scheme};
     use fractional_control::ControllerSetup;

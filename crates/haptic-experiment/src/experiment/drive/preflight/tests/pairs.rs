@@ -2,8 +2,8 @@
 //!
 //! A preload far above every deviation keeps them in contact. Pairs whose verdict a gain of 0.95 or 1.05 changes are not asked.
 
-use super::super::{ControllerHolder, Drive};
-use super::{TissueLaw, device};
+use super::{Drive, TissueLaw, device};
+use crate::experiment::drive::ControllerHolder;
 use crate::judge::modelled_tissue::loop_operator;
 use fracdiff::{Differintegrator as _, Operator, OperatorHistory, Order, Scheme, Seconds};
 use fractional_control::{ControllerSetup, PidParameters, SampledLaw};
