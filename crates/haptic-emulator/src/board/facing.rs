@@ -13,7 +13,7 @@ use haptic_loop::nalgebra::SVector;
 use haptic_loop::plant::{
     FacingConfig, FacingContact, FacingDevices, FacingSide, MassDamperConfig,
 };
-use haptic_loop::units::{Kilograms, Metres, NewtonSecondsPerMetre, Seconds};
+use haptic_loop::units::{Kilograms, NewtonSecondsPerMetre, Seconds};
 use haptic_loop::{Device, Fault, Reading, SafeForce};
 use haptic_remote::serial::Line;
 use haptic_remote::{CONTROLLER_COST, Hardware, abilities, only_real};
@@ -38,36 +38,29 @@ pub fn emulate_facing(
     if let Some(other) = emulations.iter().find(|emulation| emulation.axes != 1) {
         return Err(EmulatorError::FacingAxes(other.axes));
     }
-    let bodies = emulations
-        .each_ref()
-        .map(|emulation| emulation.body.unwrap_or(VOICE_COIL));
-    let times = [TickTime::default(), TickTime::default()];
-    let [renderer, indenter] = facing(bodies, contact, &times)?;
-    let [first, second] = lines;
-    let [of_first, of_second] = emulations;
-    let [now_of_first, now_of_second] = times;
-    let boards = [
-        (first, of_first, renderer, now_of_first),
-        (second, of_second, indenter, now_of_second),
-    ];
-    run(boards, stop)
+    let now = TickTime::default();
+    let bodies = emulations.each_ref().map(|emulation| emulation.body);
+    let [blue, white] = facing(bodies, contact, &now)?;
+    let ([first, second], [of_first, of_second]) = (lines, emulations);
+    run(
+        [(first, of_first, blue), (second, of_second, white)],
+        &now,
+        stop,
+    )
 }
 
-const VOICE_COIL: Body = Body {
-    plant: MassDamperConfig::ideal(Kilograms(0.065), NewtonSecondsPerMetre(3.5), Seconds(0.0)),
-    encoder_resolution: Metres(0.0),
-    noise: (Metres(0.0), 0),
-};
+const VOICE_COIL: MassDamperConfig =
+    MassDamperConfig::ideal(Kilograms(0.065), NewtonSecondsPerMetre(3.5), Seconds(0.0));
 
-/// Both boards of a world, which moves on to the times of their ticks.
+/// Both boards of a world, which moves on to the time of each tick.
 fn facing(
-    bodies: [Body; 2],
+    bodies: [Option<Body>; 2],
     contact: FacingContact,
-    times: &[TickTime; 2],
+    now: &TickTime,
 ) -> Result<[Embodied<FacingBoard>; 2], EmulatorError> {
     let unit = Seconds(1e-6 / PER_MICROSECOND as f64);
     let config = FacingConfig {
-        devices: bodies.map(|body| body.plant),
+        devices: bodies.map(|body| body.map_or(VOICE_COIL, |body| body.plant)),
         contact,
     };
     let world = Rc::new(RefCell::new(World {
@@ -78,7 +71,7 @@ fn facing(
         let board = FacingBoard {
             world: Rc::clone(&world),
             side,
-            now: Rc::clone(&times[side as usize]),
+            now: Rc::clone(now),
         };
         Embodied::new(board, bodies[side as usize])
     };

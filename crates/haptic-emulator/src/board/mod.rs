@@ -110,29 +110,19 @@ fn emulate_board<H: Hardware<D, Setup: FitsDevice>, const D: usize>(
     board: H,
     stop: &AtomicBool,
 ) -> Result<Emulated, EmulatorError> {
-    match emulation.body {
-        None => alone(line, emulation, board, stop),
-        Some(body) => alone(line, emulation, Embodied::new(board, body)?, stop),
-    }
-}
-
-fn alone<H: Hardware<D>, const D: usize>(
-    line: Box<dyn Line>,
-    emulation: &Emulation,
-    board: H,
-    stop: &AtomicBool,
-) -> Result<Emulated, EmulatorError> {
     // A plant of its own moves from tick to tick.
-    let [done] = run([(line, emulation, board, TickTime::default())], stop)?;
+    let board = Embodied::new(board, emulation.body)?;
+    let [done] = run([(line, emulation, board)], &TickTime::default(), stop)?;
     Ok(done)
 }
 
-/// Device time of a board's present tick, µs, for what is around it.
+/// Device time of the present tick, µs, for what is around the boards.
 type TickTime = Rc<Cell<u64>>;
 
 /// Boards that share a clock: speed and duration are those of the first.
 fn run<H: Hardware<D>, const D: usize, const N: usize>(
-    boards: [(Box<dyn Line>, &Emulation, H, TickTime); N],
+    boards: [(Box<dyn Line>, &Emulation, H); N],
+    now: &TickTime,
     stop: &AtomicBool,
 ) -> Result<[Emulated; N], EmulatorError> {
     let over = AtomicBool::new(false);
@@ -148,11 +138,11 @@ fn run<H: Hardware<D>, const D: usize, const N: usize>(
         };
         let duration = boards[0].1.duration;
         let mut lines = Vec::new();
-        for (line, emulation, board, now) in boards {
+        for (line, emulation, board) in boards {
             let reading = line.share();
             let reading = reading.map_err(|error| EmulatorError::Terminal(error.to_string()))?;
             let (leave, leaving) = sync_channel::<Vec<u8>>(WAITING_MOST);
-            (emulator.boards).push(EmulatedBoard::new(board, emulation, now, leave)?);
+            (emulator.boards).push(EmulatedBoard::new(board, emulation, leave)?);
             lines.push((reading, line, leaving));
         }
         for (index, (reading, line, leaving)) in lines.into_iter().enumerate() {
@@ -165,7 +155,7 @@ fn run<H: Hardware<D>, const D: usize, const N: usize>(
             !stop.load(Ordering::Relaxed)
                 && duration.is_none_or(|most| emulator.clock.elapsed() < most)
         };
-        while goes_on(&emulator) && emulator.round() {}
+        while goes_on(&emulator) && emulator.round(now) {}
         over.store(true, Ordering::Relaxed);
         Ok(std::array::from_fn(|index| emulator.boards[index].counts()))
     })
@@ -181,7 +171,7 @@ struct Emulator<H: Hardware<D>, const D: usize> {
 
 impl<H: Hardware<D>, const D: usize> Emulator<H, D> {
     /// Waits for bytes or the next tick, and works on what came. False when the ports are gone.
-    fn round(&mut self) -> bool {
+    fn round(&mut self, now: &TickTime) -> bool {
         let ticks = self.boards.iter().map(EmulatedBoard::next_us).enumerate();
         // Of two at the same time the first.
         let Some((next, next_us)) = ticks.min_by_key(|(_, next_us)| *next_us) else {
@@ -203,6 +193,7 @@ impl<H: Hardware<D>, const D: usize> Emulator<H, D> {
         let next_us = self.boards[next].next_us();
         if now_us >= next_us {
             self.clock.ticked_us = next_us;
+            now.set(next_us);
             self.boards[next].tick(self.speed > 1.0);
             self.clock.catch_up(now_us);
         }
@@ -225,7 +216,8 @@ struct EmulatedBoard<H: Hardware<D>, const D: usize> {
     frame: Vec<u8>,
     /// Room for a frame to the host.
     line: [u8; FRAME_MAX],
-    now: TickTime,
+    /// Device time of the last tick, µs.
+    ticked_us: u64,
     ticks: u64,
     unread: u64,
 }
@@ -234,7 +226,6 @@ impl<H: Hardware<D>, const D: usize> EmulatedBoard<H, D> {
     fn new(
         board: H,
         emulation: &Emulation,
-        now: TickTime,
         leave: SyncSender<Vec<u8>>,
     ) -> Result<Self, EmulatorError> {
         let [from_host, to_host] = FaultyLine::both_ways(emulation.faults, emulation.seed)?;
@@ -248,7 +239,7 @@ impl<H: Hardware<D>, const D: usize> EmulatedBoard<H, D> {
             heard: Moment::now(),
             frame: Vec::new(),
             line: [0; FRAME_MAX],
-            now,
+            ticked_us: 0,
             ticks: 0,
             unread: 0,
         })
@@ -256,7 +247,7 @@ impl<H: Hardware<D>, const D: usize> EmulatedBoard<H, D> {
 
     /// Device time of the next tick, µs.
     fn next_us(&self) -> u64 {
-        self.now.get() + u64::from(self.device.borrow().configuration().0.tick_period_us)
+        self.ticked_us + u64::from(self.device.borrow().configuration().0.tick_period_us)
     }
 
     fn counts(&self) -> Emulated {
@@ -301,16 +292,15 @@ impl<H: Hardware<D>, const D: usize> EmulatedBoard<H, D> {
 
     /// The next tick. Of a device that is faster than real time `hurried` is true.
     fn tick(&mut self, hurried: bool) {
-        let now_us = self.next_us();
-        self.now.set(now_us);
+        self.ticked_us = self.next_us();
         let mut device = self.device.borrow_mut();
         // A host lives in real time, so that is what its silence is measured in.
         let watchdog_ms = device.configuration().0.limits.watchdog_ms;
         let silent = self.heard.elapsed() > Duration::from_millis(u64::from(watchdog_ms));
         if hurried && !silent {
-            device.heard(now_us, true);
+            device.heard(self.ticked_us, true);
         }
-        device.tick(now_us);
+        device.tick(self.ticked_us);
         self.ticks += 1;
     }
 
@@ -343,16 +333,17 @@ pub struct Body {
     pub noise: (Metres, u64),
 }
 
-/// A simulated board with a body.
+/// A simulated board with a body, or with that which the host asks for.
 struct Embodied<H> {
     board: Sensed<H>,
-    body: Body,
+    body: Option<Body>,
 }
 
 impl<H> Embodied<H> {
-    fn new(board: H, body: Body) -> Result<Self, EmulatorError> {
-        let (noise, seed) = body.noise;
-        let board = Sensed::new(board, body.encoder_resolution, noise, seed)?;
+    fn new(board: H, body: Option<Body>) -> Result<Self, EmulatorError> {
+        let none = (Metres(0.0), (Metres(0.0), 0));
+        let (resolution, noise) = body.map_or(none, |body| (body.encoder_resolution, body.noise));
+        let board = Sensed::new(board, resolution, noise.0, noise.1)?;
         Ok(Self { board, body })
     }
 }
@@ -377,10 +368,11 @@ impl<H: Hardware<D, Setup: FitsDevice>, const D: usize> Hardware<D> for Embodied
     type Setup = H::Setup;
 
     fn capabilities(&self) -> Capabilities {
-        Capabilities {
-            position_resolution_m: self.body.encoder_resolution.0 as f32,
-            ..self.board.device().capabilities()
+        let mut capabilities = self.board.device().capabilities();
+        if let Some(body) = &self.body {
+            capabilities.position_resolution_m = body.encoder_resolution.0 as f32;
         }
+        capabilities
     }
 
     fn controller_cost(&self) -> Option<ControllerCost> {
@@ -392,7 +384,7 @@ impl<H: Hardware<D, Setup: FitsDevice>, const D: usize> Hardware<D> for Embodied
     }
 
     fn fit(&self, setup: &mut Self::Setup) -> Result<(), Refusal> {
-        setup.fit(&self.body.plant)
+        self.body.map_or(Ok(()), |body| setup.fit(&body.plant))
     }
 
     fn install(&mut self, setup: Self::Setup, tick_period_us: u32) {

@@ -5,6 +5,7 @@ use fracdiff::{Order, Scheme};
 use haptic_link::{Configuration, Limits, LoopMode, Start, State};
 use haptic_loop::nalgebra::SMatrix;
 use haptic_loop::plant::{HeldRig, Holder, RampHold, RigDrive};
+use haptic_loop::units::Metres;
 use haptic_loop::{Controller, SafetyChain, SpringDamper};
 use haptic_remote::{TickSide, operator_shape, prepare};
 
@@ -18,7 +19,9 @@ const WANTED: f32 = 2e-3;
 
 /// Ticked in virtual time.
 struct Pair {
-    times: [TickTime; 2],
+    now: TickTime,
+    /// Of the last tick of each, µs.
+    times: [u64; 2],
     sides: [Side; 2],
     config: FacingConfig,
 }
@@ -26,7 +29,8 @@ struct Pair {
 fn bodies() -> [Body; 2] {
     let body = |mass, damping| Body {
         plant: MassDamperConfig::ideal(Kilograms(mass), NewtonSecondsPerMetre(damping), T),
-        ..VOICE_COIL
+        encoder_resolution: Metres(0.0),
+        noise: (Metres(0.0), 0),
     };
     [body(0.065, 3.5), body(0.2, 2.0)]
 }
@@ -34,10 +38,11 @@ fn bodies() -> [Body; 2] {
 impl Pair {
     fn new(contact: FacingContact) -> Self {
         let bodies = bodies();
-        let times = [TickTime::default(), TickTime::default()];
-        let boards = facing(bodies, contact, &times).expect("good ones");
+        let now = TickTime::default();
+        let boards = facing(bodies.map(Some), contact, &now).expect("good ones");
         Self {
-            times,
+            now,
+            times: [0; 2],
             sides: boards.map(|board| TickSide::new(board).expect("starts")),
             config: FacingConfig {
                 devices: bodies.map(|body| body.plant),
@@ -72,8 +77,9 @@ impl Pair {
     fn tick(&mut self, side: FacingSide) {
         let side = side as usize;
         let period_us = u64::from(self.sides[side].configuration().0.tick_period_us);
-        let now_us = self.times[side].get() + period_us;
-        self.times[side].set(now_us);
+        self.times[side] += period_us;
+        let now_us = self.times[side];
+        self.now.set(now_us);
         self.sides[side].heard(now_us, true);
         self.sides[side].tick(now_us);
     }
@@ -210,7 +216,7 @@ fn boards_of_other_sample_times_and_phases_share_one_world() {
     pair.run(&spring(600.0), &[0.0], [700, 1000]);
     let mut forces = [0.0_f32; 2];
     for n in 0..40_000 {
-        let [first, second] = pair.times.each_ref().map(|now| now.get());
+        let [first, second] = pair.times;
         let next = [first + 700, second + 1000];
         match next[0] <= next[1] {
             true => pair.tick(FacingSide::Renderer),
