@@ -25,19 +25,16 @@ use std::sync::atomic::AtomicBool;
 const PER_MICROSECOND: u64 = 1000;
 
 /// Runs a renderer and an indenter, see [`FacingSide`], until they are stopped or the time of the first is over. The speed of the first
-/// is that of both. A board without a body is a voice coil of 65 g and 3.5 N·s/m.
+/// is that of both. Each has one axis, whatever its emulation says; one without a body is a voice coil of 65 g and 3.5 N·s/m.
 ///
 /// # Errors
-/// Axes that are not 1; faults, a body or a contact outside their range; a line that cannot be shared.
+/// Faults, a body or a contact outside their range; a line that cannot be shared.
 pub fn emulate_facing(
     lines: [Box<dyn Line>; 2],
     emulations: &[Emulation; 2],
     contact: FacingContact,
     stop: &AtomicBool,
 ) -> Result<[Emulated; 2], EmulatorError> {
-    if let Some(other) = emulations.iter().find(|emulation| emulation.axes != 1) {
-        return Err(EmulatorError::FacingAxes(other.axes));
-    }
     let now = TickTime::default();
     let bodies = emulations.each_ref().map(|emulation| emulation.body);
     let [blue, white] = facing(bodies, contact, &now)?;

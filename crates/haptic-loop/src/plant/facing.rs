@@ -42,7 +42,14 @@ impl FacingContact {
     };
 }
 
-/// Parameters of [`FacingDevices`].
+impl Default for FacingContact {
+    /// [`COMPLIANT`](Self::COMPLIANT).
+    fn default() -> Self {
+        Self::COMPLIANT
+    }
+}
+
+/// Both devices and what is between them: the parameters of [`FacingDevices`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FacingConfig {
     /// Both devices, in the order of [`FacingSide`]. Their sample times are those of whoever commands them; here time is continuous.

@@ -77,7 +77,7 @@ impl Kind {
                   serial:device --duration 20s\n  host-cli device emulate --kind haply-2diy --link 2diy &\n  \
                   host-cli relax --device haply:2diy --duration 20s\n  \
                   host-cli device emulate --link blue --facing white gap=1mm facing_drop=1%\n\nKeys:{}",
-                  keys_help(LINE_KEYS.into_iter().chain(KEYS)))
+                  keys_help(all_keys()))
 )]
 pub(crate) struct Arguments {
     /// Device to emulate [default: own]
@@ -120,18 +120,26 @@ const LINE_KEYS: [(&str, &str); 8] = [
     ("line_seed", "Seed of these faults [default: 1]"),
 ];
 
-/// Keys of a 2DIY, of a servo, and of two boards.
-const KEYS: [(&str, &str); 9] = [
+/// Keys of a 2DIY.
+const HAPLY_KEYS: [(&str, &str); 2] = [
     ("hardware", "2DIY: hardware version, 2 or 3 [default: 3]"),
     (
         "hand",
         "2DIY: strokes (along y, the default), free, at:X:Y, or fixed:X:Y",
     ),
+];
+
+/// Keys of a servo.
+const MOTEUS_KEYS: [(&str, &str); 2] = [
     ("servo_id", "Servo: number on its bus [default: 1]"),
     (
         "turn",
         "Servo: from command 600 on a hand turns the lever at 20 mm and holds it, as 2mm:0.5s",
     ),
+];
+
+/// Keys of two boards that face each other.
+const FACING_KEYS: [(&str, &str); 5] = [
     ("facing_model", "Facing: device file of the second board"),
     ("contact_stiffness_n_per_m", "Facing [default: 100kN/m]"),
     ("contact_damping_n_s_per_m", "Facing [default: 80N·s/m]"),
@@ -142,13 +150,17 @@ const KEYS: [(&str, &str); 9] = [
     ("gap_m", "Facing: way until they touch [default: 0m]"),
 ];
 
+fn all_keys() -> impl Iterator<Item = (&'static str, &'static str)> {
+    let of_kinds = HAPLY_KEYS.into_iter().chain(MOTEUS_KEYS);
+    LINE_KEYS.into_iter().chain(of_kinds).chain(FACING_KEYS)
+}
+
 /// Before a key of the line: that of the second board.
 const FACING: &str = "facing_";
 
 /// The key that is called like an option.
 pub(crate) fn key_like(option: &str) -> Option<&'static str> {
-    let keys = LINE_KEYS.into_iter().chain(KEYS);
-    key_value::key_like(option, keys.map(|(key, _)| key))
+    key_value::key_like(option, all_keys().map(|(key, _)| key))
 }
 
 #[derive(Debug, Default)]
@@ -163,7 +175,7 @@ struct Details {
     servo_id: Option<u8>,
     turn: Option<moteus::Hand>,
     facing_model: Option<PathBuf>,
-    contact: Option<FacingContact>,
+    contact: FacingContact,
 }
 
 impl Details {
@@ -181,7 +193,7 @@ impl Details {
             let facing = (word.strip_prefix(FACING))
                 .and_then(|rest| key_and_value(rest, of_line, "emulate").ok());
             let side = usize::from(facing.is_some());
-            let all = of_line.into_iter().chain(KEYS.map(|(key, _)| key));
+            let all = all_keys().map(|(key, _)| key);
             let (key, text) = facing.map_or_else(|| key_and_value(word, all, "emulate"), Ok)?;
             if !details.given[side].insert(key) {
                 return Err(refused(word, "is given twice: keep one"));
@@ -197,43 +209,37 @@ impl Details {
 
     /// A key, of the line of the first board or the second.
     fn set(&mut self, side: usize, key: &str, text: &str) -> Result<(), String> {
-        let faults = &mut self.faults[side];
-        let contact = || FacingContact::COMPLIANT;
+        let (faults, contact) = (&mut self.faults[side], &mut self.contact);
+        let number = |range| in_range(key, range, text);
         match key {
             "drop" => faults.drop = chance(text)?,
             "corrupt" => faults.corrupt = chance(text)?,
             "duplicate" => faults.duplicate = chance(text)?,
             "reorder" => faults.reorder = chance(text)?,
-            "delay_s" => faults.delay_s = in_range(key, parameters::LINE_DELAY.range(), text)?,
+            "delay_s" => faults.delay_s = number(parameters::LINE_DELAY.range())?,
             "stall" => faults.stall = chance(text)?,
-            "stall_time_s" => faults.stall_s = in_range(key, parameters::LINE_DELAY.range(), text)?,
+            "stall_time_s" => faults.stall_s = number(parameters::LINE_DELAY.range())?,
             "line_seed" => self.seeds[side] = count(text, 0, u64::MAX)?,
             "hardware" => self.hardware = version(text)?,
             "hand" => self.hand = hand(text)?,
             "servo_id" => self.servo_id = Some(count(text, 0, u8::MAX)?),
             "turn" => self.turn = Some(turn(text)?),
             "facing_model" => self.facing_model = Some(PathBuf::from(text)),
-            _ => {
-                let contact = self.contact.get_or_insert_with(contact);
-                let (value, range) = match key {
-                    "contact_stiffness_n_per_m" => (&mut contact.stiffness.0, CONTACT_STIFFNESSES),
-                    "contact_damping_n_s_per_m" => (&mut contact.damping.0, CONTACT_DAMPINGS),
-                    "contact_friction_n" => (&mut contact.friction.0, CONTACT_FRICTIONS),
-                    _ => (&mut contact.gap.0, GAPS),
-                };
-                *value = in_range(key, range, text)?;
-            }
+            "contact_stiffness_n_per_m" => contact.stiffness.0 = number(CONTACT_STIFFNESSES)?,
+            "contact_damping_n_s_per_m" => contact.damping.0 = number(CONTACT_DAMPINGS)?,
+            "contact_friction_n" => contact.friction.0 = number(CONTACT_FRICTIONS)?,
+            _ => contact.gap.0 = number(GAPS)?,
         }
         Ok(())
     }
 
-    fn has(&self, keys: [&str; 2]) -> bool {
-        keys.iter().any(|key| self.given[0].contains(key))
+    fn has(&self, keys: &[(&str, &str)]) -> bool {
+        keys.iter().any(|(key, _)| self.given[0].contains(key))
     }
 
     /// True if something of them is of a second board.
     fn of_two(&self) -> bool {
-        self.facing_model.is_some() || self.contact.is_some() || !self.given[1].is_empty()
+        self.has(&FACING_KEYS) || !self.given[1].is_empty()
     }
 }
 
@@ -329,8 +335,7 @@ impl Arguments {
                     }
                     Some(facing) => {
                         let lines = [line, facing.line().map_err(failed)?];
-                        let contact = details.contact.unwrap_or(FacingContact::COMPLIANT);
-                        let done = board::emulate_facing(lines, &emulations, contact, stop);
+                        let done = board::emulate_facing(lines, &emulations, details.contact, stop);
                         done.map_err(failed)?
                             .map(|done| words_of_own(&done))
                             .join("; facing: ")
@@ -358,9 +363,9 @@ impl Arguments {
 
     fn check_kind(&self, kind: Kind, details: &Details) -> Result<(), Failure> {
         let first = self.link.as_ref().or(self.socket.as_ref());
-        let refusal = if kind != Kind::Haply2Diy && details.has(["hardware", "hand"]) {
+        let refusal = if kind != Kind::Haply2Diy && details.has(&HAPLY_KEYS) {
             "hardware and hand apply only to a 2DIY: add --kind haply-2diy"
-        } else if kind != Kind::Moteus && details.has(["servo_id", "turn"]) {
+        } else if kind != Kind::Moteus && details.has(&MOTEUS_KEYS) {
             "servo_id and turn apply only to a servo: add --kind moteus"
         } else if kind != Kind::Own && self.axes.is_some() {
             "--axes applies only to --kind own: omit it"
@@ -368,6 +373,8 @@ impl Arguments {
             "--device-model applies only to --kind own: omit it"
         } else if kind != Kind::Own && self.facing.is_some() {
             "--facing applies only to --kind own: omit it"
+        } else if self.facing.is_some() && self.axes.is_some() {
+            "boards that face each other have one axis: omit --axes"
         } else if self.facing.is_none() && details.of_two() {
             "facing_…, contact_… and gap apply only to two boards: add --facing, as in --facing white"
         } else if self.facing.is_some() && first.is_none() {
