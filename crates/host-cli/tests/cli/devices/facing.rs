@@ -61,11 +61,11 @@ fn what_no_pair_can_be_is_refused_in_a_line() {
         device emulate --link blue --facing pale --axes 2 => one axis | omit --axes
         device emulate --link blue --facing pale --kind moteus => --facing | --kind own
         device emulate --link blue --facing pale gap=-1mm => gap=-1mm | from 0 to 1 m
-        device emulate --link blue --facing pale gap=NaN => gap=NaN | not a number
+        device emulate --link blue --facing pale gap=NaN => gap=NaN | finite number
         device emulate --link blue --facing pale gap=2m => gap=2m | from 0 to 1 m
         device emulate --link blue --facing pale contact_stiffness=0 => contact_stiffness=0 | above 0
         device emulate --link blue --facing pale contact_damping=-1 => contact_damping=-1 | from 0
-        device emulate --link blue --facing pale contact_friction=1km => contact_friction=1km | force
+        device emulate --link blue --facing pale contact_friction=1km => contact_friction=1km | is not a force
         device emulate --link blue --facing pale facing_drop=2 => facing_drop=2 | chance
         device emulate --link blue --facing pale gap=1mm gap=2mm => gap=2mm | twice
         device emulate --link blue --facing pale facing_gap=1mm => facing_gap=1mm | does not name
