@@ -75,7 +75,7 @@ fn facing(
     Ok([board(FacingSide::Renderer)?, board(FacingSide::Indenter)?])
 }
 
-/// What both boards share.
+/// Shared by both boards, whose ticks take turns.
 struct World {
     devices: FacingDevices,
     /// Boards that make a force.

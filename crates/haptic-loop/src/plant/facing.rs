@@ -54,7 +54,7 @@ impl Default for FacingContact {
 pub struct FacingConfig {
     /// Both devices, in the order of [`FacingSide`]. Their sample times are those of whoever commands them; here time is continuous.
     pub devices: [MassDamperConfig; 2],
-    /// Their contact.
+    /// What is between their tips, one-sided.
     pub contact: FacingContact,
 }
 
@@ -149,15 +149,12 @@ impl FacingConfig {
         transition(&generator, &scale, duration.0)
     }
 
-    /// Of the fastest motion of springs and of the contact's damper, rad/s.
+    /// Of the fastest motion of the contact, rad/s.
     fn rate(&self) -> f64 {
         let [first, second] = self.devices;
         let lightness = 1.0 / first.mass.0 + 1.0 / second.mass.0;
-        let held = |device: &MassDamperConfig| libm::sqrt(device.stiffness.0 / device.mass.0);
-        libm::sqrt(self.contact.stiffness.0 * lightness)
-            .max(self.contact.damping.0 * lightness)
-            .max(held(&first))
-            .max(held(&second))
+        let spring = libm::sqrt(self.contact.stiffness.0 * lightness);
+        spring.max(self.contact.damping.0 * lightness)
     }
 }
 
@@ -215,7 +212,7 @@ impl FacingDevices {
         self.coming = Default::default();
     }
 
-    /// Time now, in units.
+    /// Time now, in the units of [`new`](Self::new).
     #[must_use]
     pub const fn now(&self) -> u64 {
         self.now

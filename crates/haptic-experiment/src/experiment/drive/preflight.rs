@@ -22,8 +22,7 @@ use fractional_control::{
     ControlError, FractionalTransferFunction, LoadedPlant, Plant, SampledLaw, SampledLoop,
     SampledPlant, Term, TwoPort,
 };
-use haptic_analysis::{Dynamics, LoopOperator};
-use haptic_loop::ParameterError;
+use haptic_analysis::{Dynamics, ForcePath, LoopOperator};
 use haptic_loop::plant::{FacingConfig, FacingContact, MassDamperConfig, RigConfig, RigDrive};
 use haptic_loop::units::{Kilograms, NewtonSecondsPerMetre, NewtonsPerMetre};
 use nalgebra::{DMatrix, DVector, RowDVector, SMatrix, SVector};
@@ -170,7 +169,7 @@ impl Drive {
         tissue: &Arc<dyn SampledLaw>,
         delay_s: f64,
     ) -> Result<SampledLoop, Failure> {
-        let late = LateSample::new(devices, delay_s).map_err(parameter)?;
+        let late = LateSample::new(devices, delay_s)?;
         let port = late.port(load, &devices.contact);
         let sample_time = devices.devices[1].sample_time;
         let plant = LoadedPlant::new(&port, Arc::clone(tissue), sample_time);
@@ -237,9 +236,6 @@ impl Drive {
     }
 }
 
-/// Parts of a sample smaller than this are none.
-const NO_PART: f64 = 1e-9;
-
 /// A device of the analysis as one that faces another, of this sample time.
 fn device(dynamics: &Dynamics, sample_time: Seconds) -> MassDamperConfig {
     MassDamperConfig {
@@ -252,17 +248,6 @@ fn device(dynamics: &Dynamics, sample_time: Seconds) -> MassDamperConfig {
             sample_time,
         )
     }
-}
-
-/// A delay in whole samples and a part of one.
-fn samples_and_part(delay_s: f64, sample_time_s: f64) -> (usize, f64) {
-    let samples = delay_s / sample_time_s;
-    let near = samples.round();
-    let samples = match (samples - near).abs() < NO_PART {
-        true => near,
-        false => samples,
-    };
-    (samples.floor() as usize, samples.fract())
 }
 
 /// A sample of two devices in contact, in parts of constant forces.
@@ -279,23 +264,27 @@ struct LateSample {
 
 impl LateSample {
     /// Of these devices, the force on the indenter so many seconds later than its own delay.
-    fn new(devices: &FacingConfig, delay_s: f64) -> Result<Self, ParameterError> {
+    fn new(devices: &FacingConfig, delay_s: f64) -> Result<Self, Failure> {
         let [renderer, indenter] = devices.devices;
         let Seconds(t) = indenter.sample_time;
-        let (later, part) = samples_and_part(indenter.delay.0 + delay_s, t);
-        let late = [samples_and_part(renderer.delay.0, t), (0, part)];
-        let mut cuts = [0.0, late[0].1, part, 1.0];
+        let path = |delay_s: f64| ForcePath::new(delay_s / t, 0.0).map_err(Failure::input);
+        let (first, second) = (path(renderer.delay.0)?, path(indenter.delay.0 + delay_s)?);
+        let late = [
+            (first.whole_samples(), first.fraction()),
+            (0, second.fraction()),
+        ];
+        let mut cuts = [0.0, first.fraction(), second.fraction(), 1.0];
         cuts.sort_by(f64::total_cmp);
         let phases = cuts.windows(2).filter(|cut| cut[1] > cut[0]);
         let phases = phases.map(|cut| {
-            let motion = devices.motion(true, Seconds((cut[1] - cut[0]) * t))?;
-            Ok((cut[0], motion))
+            let motion = devices.motion(true, Seconds((cut[1] - cut[0]) * t));
+            Ok((cut[0], motion.map_err(parameter)?))
         });
         Ok(Self {
             late,
             lags: devices.devices.map(|device| device.lag.0 > 0.0),
-            phases: phases.collect::<Result<_, ParameterError>>()?,
-            later,
+            phases: phases.collect::<Result<_, Failure>>()?,
+            later: second.whole_samples(),
         })
     }
 

@@ -108,7 +108,7 @@ pub(crate) struct Arguments {
     values: Vec<String>,
 }
 
-/// Keys of a line.
+/// Keys of a line, of the first board or, with facing_ before it, of the second.
 const LINE_KEYS: [(&str, &str); 8] = [
     ("drop", "Chance of a lost frame, as 1%"),
     ("corrupt", "Chance of flipped bits in a frame"),
@@ -129,7 +129,7 @@ const HAPLY_KEYS: [(&str, &str); 2] = [
     ),
 ];
 
-/// Keys of a servo.
+/// Keys of a servo; `turn` is of the hand that holds it.
 const MOTEUS_KEYS: [(&str, &str); 2] = [
     ("servo_id", "Servo: number on its bus [default: 1]"),
     (
