@@ -2,7 +2,7 @@
 //!
 //! A preload far above every deviation keeps them in contact. Pairs whose verdict a gain of 0.95 or 1.05 changes are not asked.
 
-use super::{Drive, TissueLaw, device};
+use super::{Drive, TissueLaw, device, held};
 use crate::experiment::drive::ControllerHolder;
 use crate::judge::modelled_tissue::loop_operator;
 use fracdiff::{Differintegrator as _, Operator, OperatorHistory, Order, Scheme, Seconds};
@@ -67,13 +67,13 @@ impl Case {
                 ..FacingContact::COMPLIANT
             },
             drive: Drive {
-                name: "random".to_owned(),
                 controller: ControllerSetup {
                     scheme: scheme(),
                     ..ControllerSetup::new(gains, Seconds(T))
                 }
                 .into(),
                 force_limit_n: 1e6,
+                ..held("1", false).0
             },
             stiffness: random.log_between(30.0, 1e4),
             dissipation: random.log_between(0.3, 100.0),
