@@ -57,6 +57,11 @@ impl Emulated {
         self.child.wait().expect("ends");
     }
 
+    /// Until something of this name is there.
+    pub(crate) fn wait_for(&mut self, name: &str) {
+        self.place.wait_for(name, &mut self.child);
+    }
+
     /// Another one in the place of one that was killed.
     pub(crate) fn plug_in(&mut self, options: &str) {
         self.child = spawned(&self.place, self.port, options);

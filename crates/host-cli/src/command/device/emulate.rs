@@ -13,7 +13,7 @@ use haptic_emulator::{Damage, LineFaults, emulate, haply, moteus};
 use haptic_experiment::parameters::{self, Range};
 use haptic_experiment::run::DeviceModel;
 use haptic_experiment::{Failure, Named};
-use haptic_loop::plant::MassDamperConfig;
+use haptic_loop::plant::{FacingContact, MassDamperConfig};
 use haptic_loop::units::{Kilograms, Metres, NewtonSecondsPerMetre, Seconds};
 use haptic_remote::serial::Line;
 use serde_json::json;
@@ -63,6 +63,11 @@ impl Kind {
 /// Keys make the line bad: it loses, damages, repeats, reorders, delays or stalls frames, in the
 /// same way for the same `line_seed`.
 ///
+/// --facing adds a second board whose mass meets that of the first, to rehearse a run with two devices. The first renders: its position is
+/// the depth of the indentation, and its force is below 0 where it resists. The second pushes along its own positive axis into it. Both
+/// axes point the same way, and they touch where the second has gone the gap further. Each has its own sample time, both one clock; a run
+/// begins with both masses at 0 unless the other board makes a force. facing_ before a key of the line is that of the second board.
+///
 /// --kind haply-2diy is the board of a Haply 2DIY, --kind moteus a servo behind a CAN adapter; both
 /// also work with the makers' own programs. They run in real time, and drop and corrupt then apply
 /// to single bytes.
@@ -70,7 +75,9 @@ impl Kind {
 #[command(
     after_help = format!("Examples:\n  host-cli device emulate --link device &\n  host-cli relax --device \
                   serial:device --duration 20s\n  host-cli device emulate --kind haply-2diy --link 2diy &\n  \
-                  host-cli relax --device haply:2diy --duration 20s\n\nKeys:{}", keys_help(KEYS))
+                  host-cli relax --device haply:2diy --duration 20s\n  \
+                  host-cli device emulate --link blue --facing white gap=1mm facing_drop=1%\n\nKeys:{}",
+                  keys_help(all_keys()))
 )]
 pub(crate) struct Arguments {
     /// Device to emulate [default: own]
@@ -82,6 +89,9 @@ pub(crate) struct Arguments {
     /// Unix socket instead of a pseudo-terminal, which may be late on a busy machine
     #[arg(long, value_name = "PATH", conflicts_with = "link")]
     socket: Option<PathBuf>,
+    /// A second board, whose mass meets that of the first, at a path of the same kind
+    #[arg(long, value_name = "PATH")]
+    facing: Option<PathBuf>,
     /// Axes; 2 or 3 for a [touch], with a hand that pushes along the first
     #[arg(long, value_parser = whole::<u8>(1..=3))]
     axes: Option<u8>,
@@ -98,8 +108,8 @@ pub(crate) struct Arguments {
     values: Vec<String>,
 }
 
-/// Keys of the line, of a 2DIY, and of a servo.
-const KEYS: [(&str, &str); 12] = [
+/// Keys of a line, of the first board or, with facing_ before it, of the second.
+const LINE_KEYS: [(&str, &str); 8] = [
     ("drop", "Chance of a lost frame, as 1%"),
     ("corrupt", "Chance of flipped bits in a frame"),
     ("duplicate", "Chance of a repeated frame"),
@@ -108,11 +118,19 @@ const KEYS: [(&str, &str); 12] = [
     ("stall", "Chance that the line stalls at a frame"),
     ("stall_time_s", "Length of a stall [default: 50ms]"),
     ("line_seed", "Seed of these faults [default: 1]"),
+];
+
+/// Keys of a 2DIY.
+const HAPLY_KEYS: [(&str, &str); 2] = [
     ("hardware", "2DIY: hardware version, 2 or 3 [default: 3]"),
     (
         "hand",
         "2DIY: strokes (along y, the default), free, at:X:Y, or fixed:X:Y",
     ),
+];
+
+/// Keys of a servo; `turn` is of the hand that holds it.
+const MOTEUS_KEYS: [(&str, &str); 2] = [
     ("servo_id", "Servo: number on its bus [default: 1]"),
     (
         "turn",
@@ -120,65 +138,116 @@ const KEYS: [(&str, &str); 12] = [
     ),
 ];
 
+/// Keys of two boards that face each other.
+const FACING_KEYS: [(&str, &str); 5] = [
+    ("facing_model", "Facing: device file of the second board"),
+    ("contact_stiffness_n_per_m", "Facing [default: 100kN/m]"),
+    ("contact_damping_n_s_per_m", "Facing [default: 80N·s/m]"),
+    (
+        "contact_friction_n",
+        "Facing: between the tips [default: 0N]",
+    ),
+    ("gap_m", "Facing: way until they touch [default: 0m]"),
+];
+
+fn all_keys() -> impl Iterator<Item = (&'static str, &'static str)> {
+    let of_kinds = HAPLY_KEYS.into_iter().chain(MOTEUS_KEYS);
+    LINE_KEYS.into_iter().chain(of_kinds).chain(FACING_KEYS)
+}
+
+/// Before a key of the line: that of the second board.
+const FACING: &str = "facing_";
+
 /// The key that is called like an option.
 pub(crate) fn key_like(option: &str) -> Option<&'static str> {
-    key_value::key_like(option, KEYS.map(|(key, _)| key))
+    key_value::key_like(option, all_keys().map(|(key, _)| key))
 }
 
 #[derive(Debug, Default)]
 struct Details {
-    /// The keys that were given.
-    given: BTreeSet<&'static str>,
-    faults: LineFaults,
-    seed: u64,
+    /// The keys that were given, those of the second board's line apart.
+    given: [BTreeSet<&'static str>; 2],
+    faults: [LineFaults; 2],
+    seeds: [u64; 2],
     hardware: Version,
     /// The hand of a 2DIY; `None` strokes.
     hand: Option<haply::Hand>,
     servo_id: Option<u8>,
     turn: Option<moteus::Hand>,
+    facing_model: Option<PathBuf>,
+    contact: FacingContact,
 }
 
 impl Details {
     fn read(words: &[String]) -> Result<Self, Failure> {
         let mut details = Self {
-            seed: 1,
+            // A line takes two, one each way.
+            seeds: [1, 3],
             ..Self::default()
         };
-        details.faults.stall_s = 0.05;
+        for faults in &mut details.faults {
+            faults.stall_s = 0.05;
+        }
+        let of_line = LINE_KEYS.map(|(key, _)| key);
         for word in words {
-            let (key, text) = key_and_value(word, KEYS.map(|(key, _)| key), "emulate")?;
-            if !details.given.insert(key) {
+            let facing = (word.strip_prefix(FACING))
+                .and_then(|rest| key_and_value(rest, of_line, "emulate").ok());
+            let side = usize::from(facing.is_some());
+            let all = all_keys().map(|(key, _)| key);
+            let (key, text) = facing.map_or_else(|| key_and_value(word, all, "emulate"), Ok)?;
+            if !details.given[side].insert(key) {
                 return Err(refused(word, "is given twice: keep one"));
             }
-            details.set(key, text).map_err(|why| refused(word, &why))?;
+            let set = details.set(side, key, text);
+            set.map_err(|why| refused(word, &why))?;
         }
-        details.faults.check().map_err(Failure::input)?;
+        for faults in details.faults {
+            faults.check().map_err(Failure::input)?;
+        }
         Ok(details)
     }
 
-    fn set(&mut self, key: &str, text: &str) -> Result<(), String> {
-        let faults = &mut self.faults;
+    /// A key, of the line of the first board or the second.
+    fn set(&mut self, side: usize, key: &str, text: &str) -> Result<(), String> {
+        let (faults, contact) = (&mut self.faults[side], &mut self.contact);
+        let number = |range| in_range(key, range, text);
         match key {
             "drop" => faults.drop = chance(text)?,
             "corrupt" => faults.corrupt = chance(text)?,
             "duplicate" => faults.duplicate = chance(text)?,
             "reorder" => faults.reorder = chance(text)?,
-            "delay_s" => faults.delay_s = in_range(key, parameters::LINE_DELAY.range(), text)?,
+            "delay_s" => faults.delay_s = number(parameters::LINE_DELAY.range())?,
             "stall" => faults.stall = chance(text)?,
-            "stall_time_s" => faults.stall_s = in_range(key, parameters::LINE_DELAY.range(), text)?,
-            "line_seed" => self.seed = count(text, 0, u64::MAX)?,
+            "stall_time_s" => faults.stall_s = number(parameters::LINE_DELAY.range())?,
+            "line_seed" => self.seeds[side] = count(text, 0, u64::MAX)?,
             "hardware" => self.hardware = version(text)?,
             "hand" => self.hand = hand(text)?,
             "servo_id" => self.servo_id = Some(count(text, 0, u8::MAX)?),
-            _ => self.turn = Some(turn(text)?),
+            "turn" => self.turn = Some(turn(text)?),
+            "facing_model" => self.facing_model = Some(PathBuf::from(text)),
+            "contact_stiffness_n_per_m" => contact.stiffness.0 = number(CONTACT_STIFFNESSES)?,
+            "contact_damping_n_s_per_m" => contact.damping.0 = number(CONTACT_DAMPINGS)?,
+            "contact_friction_n" => contact.friction.0 = number(CONTACT_FRICTIONS)?,
+            _ => contact.gap.0 = number(GAPS)?,
         }
         Ok(())
     }
 
-    fn has(&self, keys: [&str; 2]) -> bool {
-        keys.iter().any(|key| self.given.contains(key))
+    fn has(&self, keys: &[(&str, &str)]) -> bool {
+        keys.iter().any(|(key, _)| self.given[0].contains(key))
+    }
+
+    /// True if something of them is of a second board.
+    fn of_two(&self) -> bool {
+        self.has(&FACING_KEYS) || !self.given[1].is_empty()
     }
 }
+
+/// Of the contact of two boards: N/m, N·s/m, N, m.
+const CONTACT_STIFFNESSES: Range = Range::AboveUpTo(0.0, 1e7);
+const CONTACT_DAMPINGS: Range = Range::Within(0.0, 1e5);
+const CONTACT_FRICTIONS: Range = Range::Within(0.0, 1e3);
+const GAPS: Range = Range::Within(0.0, 1.0);
 
 /// A chance: a number in [0, 1], or per cent.
 fn chance(text: &str) -> Result<f64, String> {
@@ -223,31 +292,55 @@ impl Arguments {
         let kind = self.kind.unwrap_or_default();
         let details = Details::read(&self.values)?;
         self.check_kind(kind, &details)?;
-        let body = self.model.read()?.as_ref().map(body);
+        let bodies = [
+            self.model.read()?,
+            (details.facing_model.as_deref().map(DeviceModel::find)).transpose()?,
+        ];
+        let bodies = bodies.map(|model| model.as_ref().map(body));
         let servo = servo(details.servo_id, details.turn)?;
         let duration = self.duration.map(Duration::from_secs_f64);
-        let (faults, seed) = (details.faults, details.seed);
+        let (faults, seed) = (details.faults[0], details.seeds[0]);
         let stop = stop_on_interrupt()?;
+        let failed = |error| self.failed(error);
         let port = Port::open(self.socket.as_deref(), self.link.as_deref()).map_err(failed)?;
-        let path = port.path().display().to_string();
-        output.report(&json!({
-            "path": path,
-            "device": format!("{}:{path}", kind.scheme()),
-            // Chances of the line, and its seed; none of a good one.
-            "line": self.values,
-        }))?;
+        let facing = (self.facing.as_deref())
+            .map(|path| Port::open(self.socket.is_some().then_some(path), Some(path)));
+        let facing = facing.transpose().map_err(failed)?;
+        let told = |port: &Port| {
+            let path = port.path().display().to_string();
+            json!({"path": path, "device": format!("{}:{path}", kind.scheme())})
+        };
+        let mut report = told(&port);
+        // Chances of the line, and its seed; none of a good one.
+        report["line"] = json!(self.values);
+        if let Some(facing) = &facing {
+            report["facing"] = told(facing);
+        }
+        output.report(&report)?;
         let line = port.line().map_err(failed)?;
         let done = match kind {
             Kind::Own => {
-                let emulation = Emulation {
+                let emulations = [0, 1].map(|side| Emulation {
                     axes: self.axes.unwrap_or(1),
-                    body,
+                    body: bodies[side],
                     speed: self.speed,
-                    faults,
-                    seed,
+                    faults: details.faults[side],
+                    seed: details.seeds[side],
                     duration,
-                };
-                words_of_own(&board::emulate(line, &emulation, stop).map_err(failed)?)
+                });
+                match &facing {
+                    None => {
+                        let done = board::emulate(line, &emulations[0], stop);
+                        words_of_own(&done.map_err(failed)?)
+                    }
+                    Some(facing) => {
+                        let lines = [line, facing.line().map_err(failed)?];
+                        let done = board::emulate_facing(lines, &emulations, details.contact, stop);
+                        done.map_err(failed)?
+                            .map(|done| words_of_own(&done))
+                            .join("; facing: ")
+                    }
+                }
             }
             Kind::Haply2Diy => {
                 let model = details.hardware.model();
@@ -269,14 +362,25 @@ impl Arguments {
     }
 
     fn check_kind(&self, kind: Kind, details: &Details) -> Result<(), Failure> {
-        let refusal = if kind != Kind::Haply2Diy && details.has(["hardware", "hand"]) {
+        let first = self.link.as_ref().or(self.socket.as_ref());
+        let refusal = if kind != Kind::Haply2Diy && details.has(&HAPLY_KEYS) {
             "hardware and hand apply only to a 2DIY: add --kind haply-2diy"
-        } else if kind != Kind::Moteus && details.has(["servo_id", "turn"]) {
+        } else if kind != Kind::Moteus && details.has(&MOTEUS_KEYS) {
             "servo_id and turn apply only to a servo: add --kind moteus"
         } else if kind != Kind::Own && self.axes.is_some() {
             "--axes applies only to --kind own: omit it"
         } else if kind != Kind::Own && self.model.is_given() {
             "--device-model applies only to --kind own: omit it"
+        } else if kind != Kind::Own && self.facing.is_some() {
+            "--facing applies only to --kind own: omit it"
+        } else if self.facing.is_some() && self.axes.is_some() {
+            "boards that face each other have one axis: omit --axes"
+        } else if self.facing.is_none() && details.of_two() {
+            "facing_…, contact_… and gap apply only to two boards: add --facing, as in --facing white"
+        } else if self.facing.is_some() && first.is_none() {
+            "--facing needs a path of the first board too: give --link or --socket"
+        } else if self.facing.is_some() && self.facing.as_ref() == first {
+            "--facing is the path of the first board too: give another"
         } else if kind != Kind::Own && (self.speed - 1.0).abs() > 0.0 {
             "an emulated device of another maker runs in real time: omit --speed"
         } else {
@@ -302,16 +406,20 @@ fn body(model: &DeviceModel) -> Body {
     }
 }
 
-/// A device that could not be emulated, with the option that mends it.
-fn failed(error: EmulatorError) -> Failure {
-    if let EmulatorError::Path { kind, .. } = &error {
-        Failure::bad_input(format_args!("{error} with --{kind}"))
-    } else if matches!(error, EmulatorError::Terminal(_)) {
-        Failure::device(error)
-    } else if matches!(error, EmulatorError::Device(_)) {
-        Failure::run(error)
-    } else {
-        Failure::input(error)
+impl Arguments {
+    /// A device that could not be emulated, with the option that mends it.
+    fn failed(&self, error: EmulatorError) -> Failure {
+        if let EmulatorError::Path { kind, path, .. } = &error {
+            let of_second = self.facing.as_ref() == Some(path);
+            let option = if of_second { "facing" } else { kind };
+            Failure::bad_input(format_args!("{error} with --{option}"))
+        } else if matches!(error, EmulatorError::Terminal(_)) {
+            Failure::device(error)
+        } else if matches!(error, EmulatorError::Device(_)) {
+            Failure::run(error)
+        } else {
+            Failure::input(error)
+        }
     }
 }
 
