@@ -6,12 +6,14 @@
 //! ```
 //! Time is the device's, n·T. Samples that the line loses are counted, never made up.
 
+mod pair;
 mod run;
 mod session;
 mod summary;
 
 use crate::document::parameters::{LOOP, SAMPLE_TIME, SCHEME};
 use fracdiff::parameter::Shown;
+pub(crate) use pair::{Aligned, DriveRan, PairRun};
 pub(crate) use run::RemoteRun;
 pub(crate) use session::blank;
 pub(crate) use summary::{FrameCounts, LinkSummary};
