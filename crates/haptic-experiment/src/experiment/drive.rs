@@ -35,7 +35,7 @@ use haptic_analysis::Dynamics;
 use haptic_link::{ControllerLaw, OperatorShape};
 use haptic_log::record::TickMessage;
 use haptic_loop::nalgebra::SVector;
-use haptic_loop::plant::{HeldRig, Holder, IndentationRig, RampHold, RigDrive};
+use haptic_loop::plant::{FacingSide, HeldRig, Holder, IndentationRig, RampHold, RigDrive};
 use haptic_loop::{DepthMap, Device, Environment, Reading, SafeForce};
 pub(crate) use judge::DriveReport;
 pub(crate) use judge::{DriveJudge, drive_columns};
@@ -470,10 +470,13 @@ impl Instrumented for SimulatedRig {
                 }
             }
             Self::Held(held) => {
-                let observed = held.rig().observe();
+                let devices = held.devices();
+                let indenter_m = devices.position(FacingSide::Indenter);
                 TickMessage {
-                    reference_m: held.reference().map_or(observed.reference_m, Into::into),
-                    ..observed
+                    reference_m: held.reference().unwrap_or(indenter_m).into(),
+                    indenter_position_m: indenter_m.into(),
+                    contact_force_n: devices.contact_force().into(),
+                    ..TickMessage::default()
                 }
             }
         }
