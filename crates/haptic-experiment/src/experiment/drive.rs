@@ -17,7 +17,7 @@ use crate::document::controller_file::ControllerFile;
 use crate::document::error::FileError;
 use crate::document::failure::Failure;
 use crate::document::parameters::kind::{Parameter, parameters};
-use crate::document::parameters::range::FORCE_LIMITS;
+use crate::document::parameters::range::{DAMPINGS, FORCE_LIMITS, STIFFNESSES};
 use crate::document::parameters::{
     CONTROLLER, DEVICE, DRIVE_DEVICE, DRIVE_DEVICE_MODEL, DRIVE_LOOP, SAMPLE_TIME,
 };
@@ -35,7 +35,10 @@ use haptic_analysis::Dynamics;
 use haptic_link::{ControllerLaw, OperatorShape};
 use haptic_log::record::TickMessage;
 use haptic_loop::nalgebra::SVector;
-use haptic_loop::plant::{FacingSide, HeldRig, Holder, IndentationRig, RampHold, RigDrive};
+use haptic_loop::plant::{
+    FacingContact, FacingSide, HeldRig, Holder, IndentationRig, RampHold, RigDrive,
+};
+use haptic_loop::units::{NewtonSecondsPerMetre, NewtonsPerMetre};
 use haptic_loop::{DepthMap, Device, Environment, Reading, SafeForce};
 pub(crate) use judge::DriveReport;
 pub(crate) use judge::{DriveJudge, drive_columns};
@@ -50,6 +53,10 @@ parameters! {
     crate;
     /// Force limit of the drive, N.
     DRIVE_FORCE_LIMIT = number("drive_force_limit_n", 10.0, "10N", FORCE_LIMITS, "Largest force of the drive on the indenter");
+    /// Spring of the contact of two devices, N/m.
+    CONTACT_STIFFNESS = number("contact_stiffness_n_per_m", 1e5, "100kN/m", STIFFNESSES, "Stiffness of the contact of two devices, for the analysis");
+    /// Damper of that contact, N·s/m.
+    CONTACT_DAMPING = number("contact_damping_n_s_per_m", 80.0, "80", DAMPINGS, "Damping of that contact, for the analysis");
 }
 
 /// Of `[drive]`, beside `[relax]` or `[creep]`.
@@ -59,6 +66,8 @@ pub(crate) const DRIVE: &[Parameter] = &[
     DRIVE_DEVICE,
     DRIVE_DEVICE_MODEL,
     DRIVE_LOOP,
+    CONTACT_STIFFNESS,
+    CONTACT_DAMPING,
 ];
 
 /// `[drive]`, beside an experiment on this device.
@@ -83,7 +92,10 @@ fn second(
 ) -> Result<Option<DriveDevice>, FileError> {
     if !table.has(&DRIVE_DEVICE) {
         let idle = format!("without a second device: give {DRIVE_DEVICE} too, as serial:PATH");
-        return without(table, [&DRIVE_DEVICE_MODEL, &DRIVE_LOOP], &idle).map(|()| None);
+        let [_, _, _, rest @ ..] = DRIVE else {
+            return Ok(None);
+        };
+        return without(table, rest, &idle).map(|()| None);
     }
     let fail = |reason: String| table.fail_at(DRIVE_DEVICE.key, reason);
     let named = table.text(&DRIVE_DEVICE)?;
@@ -109,6 +121,11 @@ fn second(
             ..tissue.clone()
         },
         dynamics: model.map(|model| model.dynamics()),
+        contact: FacingContact {
+            stiffness: NewtonsPerMetre(table.number(&CONTACT_STIFFNESS)?),
+            damping: NewtonSecondsPerMetre(table.number(&CONTACT_DAMPING)?),
+            ..FacingContact::COMPLIANT
+        },
     }))
 }
 
@@ -118,6 +135,8 @@ pub(crate) struct DriveDevice {
     pub remote: RemoteDevice,
     /// What is known of it.
     pub dynamics: Option<Dynamics>,
+    /// Where it meets the tissue's device.
+    pub contact: FacingContact,
 }
 
 /// A controller for the indenter, and the largest force of its motor.

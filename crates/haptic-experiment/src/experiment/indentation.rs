@@ -319,18 +319,12 @@ impl Indentation {
         delays_s: [f64; 2],
         samples: u64,
     ) -> Result<Option<DriveVerdict>, Failure> {
-        let Some((first, second)) = self.dynamics.zip(second.dynamics) else {
+        let Some(devices) = self.dynamics.zip(second.dynamics) else {
             return Ok(None);
         };
-        let [first, second] = [(first, delays_s[0]), (second, delays_s[1])].map(later);
-        let rig = RigConfig {
-            renderer_mass: Kilograms(first.mass_kg),
-            renderer_damping: NewtonSecondsPerMetre(first.damping_n_s_per_m),
-            indenter_mass: Kilograms(second.mass_kg),
-            indenter_damping: NewtonSecondsPerMetre(second.damping_n_s_per_m),
-            ..self.rig()
-        };
-        let verdict = drive.verdict(&rig, self.tissue_law(samples)?)?;
+        let devices = [(devices.0, delays_s[0]), (devices.1, delays_s[1])].map(later);
+        let (t, tissue) = (Seconds(self.sample_time_s), self.tissue_law(samples)?);
+        let verdict = drive.facing(devices, second.contact, t, self.load, tissue)?;
         verdict.require_stable(self.conduct.force_unstable)?;
         Ok(Some(verdict))
     }

@@ -1,17 +1,20 @@
-//! The clock of a device by that of this machine, from keep-alives: offset, rate, and a bound of the error.
+//! The clocks of devices by that of this machine, from keep-alives, and of two devices beside each other: offset, rate, and a bound of
+//! the error.
 //!
 //! ```text
 //! keep-alive i:  sent hₛ, answered d by the device's clock, heard hᵣ     hᵢ = (hₛ + hᵣ)/2,  ρᵢ = (hᵣ − hₛ)/2
-//! the clock      D(h) = a + r·h     with     |D(hᵢ) − dᵢ| ≤ r·ρᵢ        however the two ways share the round trip
-//! estimate       minimises Σ wᵢ (a + r·hᵢ − dᵢ)²,   wᵢ = 1/(ρᵢ + 1 µs)²
+//! its clock      |D(hᵢ) − dᵢ| ≤ ρᵢ                                       however the two ways share the round trip
+//! two devices    xᵢ = dᵢ of the second,  yᵢ = D(hᵢ) of the first on a straight line between its keep-alives around hᵢ,  uᵢ = ρᵢ + ρ + what
+//!                the first was held back between them beyond its mean rate and their ρ
+//! estimate       y = a + r·x minimises Σ wᵢ (a + r·xᵢ − yᵢ)²,   wᵢ = 1/(uᵢ + 1 µs)²
 //! ```
-//! Of each stretch of keep-alives the one with the least round trip is kept. The error e(h) of the estimate is a line too,
-//! at hᵢ at most eᵢ = |residual| + r·ρᵢ. So the best keep-alives p and q of the first and the last third bound it all along:
+//! Of each stretch of keep-alives the one with the least round trip is kept. The error e(x) of the estimate is a line too, at xᵢ at most
+//! eᵢ = |residual| + uᵢ. So the best points p and q of the first and the last third bound it all along:
 //!
 //! ```text
-//! |e(h)| ≤ (|h − h_q|·e_p + |h − h_p|·e_q)/(h_q − h_p)  +  max over i of (|residual| − r·ρᵢ)
+//! |e(x)| ≤ (|x − x_q|·e_p + |x − x_p|·e_q)/(x_q − x_p)  +  max over i of (|residual| − uᵢ)
 //! ```
-//! The last term is above 0 only for a clock that is not a line, such as an emulated one that was held back.
+//! The last term is above 0 only for clocks that are no lines to each other. Two emulated ones that were held back together are.
 //!
 //! Source: F. Cristian, *Probabilistic clock synchronization*, Distributed Computing 3, 1989, section 3.
 
@@ -89,58 +92,14 @@ impl Pings {
     /// The clock of the device, whose times count from `epoch` here; `None` before the first keep-alive.
     #[must_use]
     pub fn clock(&self, epoch: Moment) -> Option<DeviceClock> {
-        let (first, last) = (self.best.first()?, self.best.last()?);
-        let span_us = last.middle_us() - first.middle_us();
-        let weight = |ping: &Ping| (ping.half_us() + 1.0).powi(-2);
-        let total: f64 = self.best.iter().map(weight).sum();
-        let mean = |of: &dyn Fn(&Ping) -> f64| {
-            let sum: f64 = self.best.iter().map(|ping| weight(ping) * of(ping)).sum();
-            sum / total
-        };
-        // From the first on, so that no digits are lost.
-        let here = |ping: &Ping| ping.middle_us() - first.middle_us();
-        let there = |ping: &Ping| ping.device_us as f64 - first.device_us as f64;
-        let (here_mean, there_mean) = (mean(&here), mean(&there));
-        let spread = mean(&|ping| (here(ping) - here_mean).powi(2));
-        let both = mean(&|ping| (here(ping) - here_mean) * (there(ping) - there_mean));
-        let slope = if spread > 0.0 { both / spread } else { 1.0 };
-        let widest = self.best.iter().map(Ping::half_us).fold(0.0, f64::max);
-        let open = span_us < SHORT_US && (slope - 1.0).abs() * span_us < 2.0 * widest;
-        let rate = if open { 1.0 } else { slope };
-        let mut clock = DeviceClock {
+        let points = self.best.iter();
+        let points = points.map(|ping| [ping.middle_us(), ping.device_us as f64, ping.half_us()]);
+        let points: Vec<[f64; 3]> = points.collect();
+        Some(DeviceClock {
             epoch,
-            here_us: first.middle_us() + here_mean,
-            there_us: first.device_us as f64 + there_mean,
-            rate,
-            error_us: 0.0,
-        };
-        clock.error_us = self.error_us(&clock, [first.middle_us(), last.middle_us()]);
-        Some(clock)
-    }
-
-    /// The bound of the module over these times.
-    fn error_us(&self, clock: &DeviceClock, [from, to]: [f64; 2]) -> f64 {
-        let residual = |ping: &Ping| (clock.at(ping.middle_us()) - ping.device_us as f64).abs();
-        let within = |ping: &Ping| residual(ping) + clock.rate * ping.half_us();
-        let third = self.best.len().div_ceil(3);
-        let least = |part: &[Ping]| {
-            let points = part.iter().map(|ping| (ping.middle_us(), within(ping)));
-            points.min_by(|a, b| a.1.total_cmp(&b.1))
-        };
-        let bent = self
-            .best
-            .iter()
-            .map(|ping| residual(ping) - clock.rate * ping.half_us());
-        let bent = bent.fold(0.0, f64::max);
-        let ends = least(&self.best[..third]).zip(least(&self.best[self.best.len() - third..]));
-        let Some(((p, e_p), (q, e_q))) = ends else {
-            return f64::INFINITY;
-        };
-        if q - p <= 0.0 {
-            return e_p + bent;
-        }
-        let error = |h: f64| ((h - q).abs() * e_p + (h - p).abs() * e_q) / (q - p);
-        error(from).max(error(to)) + bent
+            line: Line::through(&points)?,
+            points,
+        })
     }
 }
 
@@ -149,43 +108,114 @@ fn better(a: Ping, b: Ping) -> Ping {
     if b.half_us() < a.half_us() { b } else { a }
 }
 
-/// D(h): the time of a device by that of this machine, µs.
+/// A straight line between two clocks, y(x) in µs.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct DeviceClock {
-    epoch: Moment,
-    /// A time here, and the device's at it.
-    here_us: f64,
-    there_us: f64,
-    /// Its seconds in one of this machine.
+pub struct Line {
+    x_us: f64,
+    y_us: f64,
+    /// Seconds of y in one of x.
     pub rate: f64,
-    /// Largest error over the keep-alives that it is made from, µs of the device.
+    /// Largest error over the points that it is made from, µs.
     pub error_us: f64,
 }
 
+impl Line {
+    /// y at this x, µs.
+    #[must_use]
+    pub fn at(&self, x_us: f64) -> f64 {
+        self.y_us + self.rate * (x_us - self.x_us)
+    }
+
+    /// The estimate of the module by points x, y and u, in the order of x.
+    fn through(points: &[[f64; 3]]) -> Option<Self> {
+        let (first, last) = (points.first()?, points.last()?);
+        let weight = |u: f64| (u + 1.0).powi(-2);
+        let total: f64 = points.iter().map(|[_, _, u]| weight(*u)).sum();
+        // From the first on, so that no digits are lost.
+        let mean = |of: &dyn Fn(f64, f64) -> f64| {
+            let weighed = |[x, y, u]: &[f64; 3]| weight(*u) * of(x - first[0], y - first[1]);
+            points.iter().map(weighed).sum::<f64>() / total
+        };
+        let (x_mean, y_mean) = (mean(&|x, _| x), mean(&|_, y| y));
+        let spread = mean(&|x, _| (x - x_mean).powi(2));
+        let both = mean(&|x, y| (x - x_mean) * (y - y_mean));
+        let slope = if spread > 0.0 { both / spread } else { 1.0 };
+        let span_us = last[0] - first[0];
+        let widest = points.iter().map(|[_, _, u]| *u).fold(0.0, f64::max);
+        let open = span_us < SHORT_US && (slope - 1.0).abs() * span_us < 2.0 * widest;
+        let mut line = Self {
+            x_us: first[0] + x_mean,
+            y_us: first[1] + y_mean,
+            rate: if open { 1.0 } else { slope },
+            error_us: 0.0,
+        };
+        line.error_us = line.bound_us(points, [first[0], last[0]]);
+        Some(line)
+    }
+
+    /// The bound of the module over these x.
+    fn bound_us(&self, points: &[[f64; 3]], [from, to]: [f64; 2]) -> f64 {
+        let residual = |[x, y, _]: &[f64; 3]| (self.at(*x) - y).abs();
+        let third = points.len().div_ceil(3);
+        let least = |part: &[[f64; 3]]| {
+            let bounds = part
+                .iter()
+                .map(|point| (point[0], residual(point) + point[2]));
+            bounds.min_by(|a, b| a.1.total_cmp(&b.1))
+        };
+        let bent = points.iter().map(|point| residual(point) - point[2]);
+        let bent = bent.fold(0.0, f64::max);
+        let ends = least(&points[..third]).zip(least(&points[points.len() - third..]));
+        let Some(((p, e_p), (q, e_q))) = ends else {
+            return f64::INFINITY;
+        };
+        if q - p <= 0.0 {
+            return e_p + bent;
+        }
+        let error = |x: f64| ((x - q).abs() * e_p + (x - p).abs() * e_q) / (q - p);
+        error(from).max(error(to)) + bent
+    }
+}
+
+/// The clock of a device by that of this machine.
+#[derive(Clone, Debug, PartialEq)]
+pub struct DeviceClock {
+    epoch: Moment,
+    /// Of the device by times from the epoch.
+    line: Line,
+    points: Vec<[f64; 3]>,
+}
+
 impl DeviceClock {
-    fn at(&self, here_us: f64) -> f64 {
-        self.there_us + self.rate * (here_us - self.here_us)
-    }
-
-    /// The time of this device when it is `other_us` on another, µs.
+    /// The time of this device by that of another; `None` if no keep-alive of the other lies between two of this one.
     #[must_use]
-    pub fn when(&self, other: &Self, other_us: f64) -> f64 {
-        let here_us = other.here_us + (other_us - other.there_us) / other.rate;
+    pub fn beside(&self, other: &Self) -> Option<Line> {
         let us = |a: Moment, b: Moment| a.saturating_duration_since(b).as_secs_f64() * 1e6;
-        self.at(here_us + us(other.epoch, self.epoch) - us(self.epoch, other.epoch))
-    }
-
-    /// The largest error of [`when`](Self::when), µs of this device.
-    #[must_use]
-    pub fn error_beside_us(&self, other: &Self) -> f64 {
-        self.error_us + other.error_us * self.rate / other.rate
+        let shift_us = us(other.epoch, self.epoch) - us(self.epoch, other.epoch);
+        let points = other.points.iter().filter_map(|[h, theirs, their_u]| {
+            let h = h + shift_us;
+            let after = self.points.partition_point(|[own, ..]| *own < h);
+            let [h_0, d_0, u_0] = *self.points.get(after.checked_sub(1)?)?;
+            let [h_1, d_1, u_1] = *self.points.get(after)?;
+            let share = (h - h_0) / (h_1 - h_0);
+            let between = |a: f64, b: f64| a + share * (b - a);
+            // What it was held back in between, sooner or later.
+            let held = (d_1 - d_0 - self.line.rate * (h_1 - h_0)).abs() - u_0 - u_1;
+            let held = held.max(0.0) * share.max(1.0 - share);
+            Some([
+                *theirs,
+                between(d_0, d_1),
+                between(u_0, u_1) + their_u + held,
+            ])
+        });
+        Line::through(&points.collect::<Vec<_>>())
     }
 
     /// The time of the device of which these are the lower 32 bits: the one nearest to now.
     #[must_use]
     pub fn whole_us(&self, low: u32) -> f64 {
         const TURN: f64 = 4_294_967_296.0;
-        let now_us = self.at(self.epoch.elapsed().as_secs_f64() * 1e6);
+        let now_us = self.line.at(self.epoch.elapsed().as_secs_f64() * 1e6);
         let low = f64::from(low);
         low + TURN * ((now_us - low) / TURN).round().max(0.0)
     }
@@ -274,15 +304,17 @@ mod tests {
                     });
                 }
             }
-            let clocks = [0, 1].map(|n| pings[n].clock(epochs[n]).expect("pings"));
+            let clocks: [DeviceClock; 2] =
+                [0, 1].map(|n| pings[n].clock(epochs[n]).expect("pings"));
             // What passed between the two epochs while this test took them.
             let between =
                 epochs[1].saturating_duration_since(epochs[0]).as_secs_f64() * 1e6 + begun_us[1];
-            let bound_us = clocks[0].error_beside_us(&clocks[1]);
+            let line = clocks[0].beside(&clocks[1]).expect("between");
+            let bound_us = line.error_us;
             for n in 0..=200 {
                 let here_us = 1e6 + 1e6 * f64::from(n);
                 let second_us = devices[1].at(here_us - between);
-                let error = clocks[0].when(&clocks[1], second_us) - devices[0].at(here_us);
+                let error = line.at(second_us) - devices[0].at(here_us);
                 worst = worst.max(error.abs());
                 assert!(
                     error.abs() <= bound_us + 2.0,
@@ -294,6 +326,38 @@ mod tests {
         assert!(worst < 50.0, "{worst}");
         // A bound that says nothing would be no use: half of the least round trips is 60 to 140 µs, the best of each third took longer.
         assert!((60.0..400.0).contains(&widest), "{widest}");
+    }
+
+    /// Two clocks that one busy machine holds back together stay a line to each other.
+    #[test]
+    fn clocks_that_are_held_back_together_are_told_apart_from_a_bent_one() {
+        let chance = &mut Chance(3);
+        let device = Device {
+            offset_us: 0.0,
+            rate: 1.0,
+            ways_us: [50.0; 2],
+        };
+        let mut pings = [Pings::default(), Pings::default()];
+        let mut held_us = 0;
+        for n in 0..1600 {
+            let now_us = 1e6 + 125e3 * f64::from(n);
+            held_us += if chance.uniform() < 0.02 { 20_000 } else { 0 };
+            for pings in &mut pings {
+                let ping = device.ping(now_us, chance);
+                pings.add(Ping {
+                    device_us: ping.device_us.saturating_sub(held_us),
+                    ..ping
+                });
+            }
+        }
+        let epoch = Moment::now();
+        let [first, second] = [0, 1].map(|n: usize| pings[n].clock(epoch).expect("pings"));
+        let line = first.beside(&second).expect("between");
+        for n in 0..200 {
+            let error = (line.at(1e6 * f64::from(n)) - 1e6 * f64::from(n)).abs();
+            assert!(error < 50.0, "{n}: {error}");
+        }
+        assert!(first.line.error_us > 1e4, "{}", first.line.error_us);
     }
 
     #[test]
@@ -313,7 +377,7 @@ mod tests {
                 ..ping
             });
         }
-        let clock = pings.clock(Moment::now()).expect("pings");
+        let clock = pings.clock(Moment::now()).expect("pings").line;
         for n in [0.0_f64, 250.0, 499.0, 500.0, 750.0, 999.0] {
             let here_us = 1e6 + 1e5 * n;
             let truth = here_us - if n < 500.0 { 0.0 } else { 7000.0 };
@@ -333,7 +397,7 @@ mod tests {
         let mut pings = Pings::default();
         assert!(pings.clock(Moment::now()).is_none());
         pings.add(ping);
-        let clock = pings.clock(Moment::now()).expect("one");
+        let clock = pings.clock(Moment::now()).expect("one").line;
         assert_eq!(
             (clock.at(1100.0), clock.rate, clock.error_us),
             (70_000.0, 1.0, 100.0)
@@ -347,7 +411,7 @@ mod tests {
             });
         }
         let clock = pings.clock(Moment::now()).expect("forty");
-        assert!((clock.rate - 20.0).abs() < 1e-9, "{clock:?}");
+        assert!((clock.line.rate - 20.0).abs() < 1e-9, "{clock:?}");
         let low = (1_u32 << 31) + 7;
         assert!((clock.whole_us(low) - f64::from(low)).abs() < 0.5);
         // More stretches than are kept: each becomes longer, and what it spans stays.

@@ -21,7 +21,7 @@ mod served;
 mod socket;
 
 pub use crate::held_clock::HeldClock;
-pub use clock::{DeviceClock, Ping, Pings};
+pub use clock::{DeviceClock, Line as ClockLine, Ping, Pings};
 pub use connect::{BAUDS, ConnectOptions, GREETING};
 pub use error::{BoardTrouble, SerialError, TroubleCause};
 pub use line::{Line, Pipe};

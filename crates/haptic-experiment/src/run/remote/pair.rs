@@ -231,12 +231,12 @@ impl Aligned {
 /// What is known of both clocks now.
 pub(super) fn aligned(both: &Both, clocks: &[Clock; 2]) -> Option<Aligned> {
     let [first, second] = clocks;
-    let (first, second) = (first()?, second()?);
+    let line = first()?.beside(&second()?)?;
     let [zero_us, drive_us] = [0, 1].map(|side: usize| both.sides[side].tick_0_us.get().copied());
     Some(Aligned {
-        offset_s: 1e-6 * (first.when(&second, drive_us?) - zero_us?),
-        drift: first.rate / second.rate - 1.0,
-        residual_s: 1e-6 * first.error_beside_us(&second),
+        offset_s: 1e-6 * (line.at(drive_us?) - zero_us?),
+        drift: line.rate - 1.0,
+        residual_s: 1e-6 * line.error_us,
     })
 }
 
