@@ -148,7 +148,8 @@ impl<'a, P: PreflightSubject, M> RemoteRun<'a, P, M> {
             device,
             schedule: self.schedule,
             start: Start::at(start_ticks, t),
-            rise_ticks: (f64::from(rise_s) / t).ceil() as u64,
+            // The device sums it in single precision.
+            rise_ticks: (f64::from(rise_s) / t).ceil() as u64 + 10,
             blank: self.blank,
             metadata: self.metadata,
             found,
