@@ -281,7 +281,7 @@ impl Document {
             }
             for file in DEVICE_FILES {
                 if let Some(text) = device_text(&table, file)? {
-                    keep(file.1, text);
+                    keep(file.in_log, text);
                 }
             }
         }

@@ -331,25 +331,32 @@ impl Drive {
     }
 }
 
+/// A controller, and the tick that comes next.
+#[derive(Clone, Debug)]
+pub(crate) struct HostHistory {
+    holder: ControllerHolder,
+    tick: u64,
+}
+
 impl HostDrive {
-    fn set_point(&self, tick: u64) -> f64 {
-        set_point(self.load, tick as f64 * self.sample_time_s)
+    fn set_point(&self, history: &HostHistory) -> f64 {
+        set_point(self.load, history.tick as f64 * self.sample_time_s)
     }
 }
 
 impl Environment<f64, 1> for HostDrive {
-    /// The controller, and the tick that comes next.
-    type History = (ControllerHolder, u64);
+    type History = HostHistory;
 
-    fn at_rest(&self) -> Self::History {
-        (self.at_rest.clone(), 0)
+    fn at_rest(&self) -> HostHistory {
+        let holder = self.at_rest.clone();
+        HostHistory { holder, tick: 0 }
     }
 
-    fn force(&self, history: &Self::History, position_m: &SVector<f64, 1>) -> SVector<f64, 1> {
+    fn force(&self, history: &HostHistory, position_m: &SVector<f64, 1>) -> SVector<f64, 1> {
         self.force_and_input(history, position_m).0
     }
 
-    fn advance(&self, history: &mut Self::History, position_m: &SVector<f64, 1>) {
+    fn advance(&self, history: &mut HostHistory, position_m: &SVector<f64, 1>) {
         let (force, input) = self.force_and_input(history, position_m);
         self.advance_applied(history, &input, &force);
     }
@@ -357,26 +364,28 @@ impl Environment<f64, 1> for HostDrive {
     /// The input is what the controller measures.
     fn force_and_input(
         &self,
-        (holder, tick): &Self::History,
+        history: &HostHistory,
         position_m: &SVector<f64, 1>,
     ) -> (SVector<f64, 1>, SVector<f64, 1>) {
         let measured = match self.load {
             RigDrive::Position(_) => position_m[0],
             RigDrive::Force(_) => f64::from_bits(self.opposed_n.load(Ordering::Relaxed)),
         };
-        let (command, _) = holder.running.command(self.set_point(*tick), measured);
+        let running = &history.holder.running;
+        let (command, _) = running.command(self.set_point(history), measured);
         ([command].into(), [measured].into())
     }
 
     fn advance_applied(
         &self,
-        (holder, tick): &mut Self::History,
+        history: &mut HostHistory,
         input: &SVector<f64, 1>,
         applied_n: &SVector<f64, 1>,
     ) {
-        let set_point = self.set_point(*tick);
-        (holder.running).advance(set_point, input[0], applied_n[0]);
-        *tick += 1;
+        let set_point = self.set_point(history);
+        let running = &mut history.holder.running;
+        running.advance(set_point, input[0], applied_n[0]);
+        history.tick += 1;
     }
 }
 

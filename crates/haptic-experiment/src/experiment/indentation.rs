@@ -322,7 +322,7 @@ impl Indentation {
         let Some(devices) = self.dynamics.zip(second.dynamics) else {
             return Ok(None);
         };
-        let devices = [(devices.0, delays_s[0]), (devices.1, delays_s[1])].map(later);
+        let devices = [later(devices.0, delays_s[0]), later(devices.1, delays_s[1])];
         let (t, tissue) = (Seconds(self.sample_time_s), self.tissue_law(samples)?);
         let verdict = drive.facing(devices, second.contact, t, self.load, tissue)?;
         verdict.require_stable(self.conduct.force_unstable)?;
@@ -611,7 +611,13 @@ impl Indentation {
         if !drive.device.as_ref().is_none_or(in_device) {
             return Ok(bare);
         }
-        let (shape, values, controller) = drive.portable(profile, self.sample_time_s)?;
+        let portable = drive.portable(profile, self.sample_time_s);
+        let (shape, values, controller) = match &drive.device {
+            None => portable?,
+            Some(_) => portable.map_err(|failure| {
+                failure.and(&format!("or take {}", DRIVE_LOOP.set_to("host")))
+            })?,
+        };
         Ok(RemoteLaw {
             operator: (shape, values),
             controller: Some(controller),
@@ -621,7 +627,7 @@ impl Indentation {
 }
 
 /// A device whose loop acts so many seconds later.
-fn later((device, delay_s): (Dynamics, f64)) -> Dynamics {
+const fn later(device: Dynamics, delay_s: f64) -> Dynamics {
     Dynamics {
         delay_s: device.delay_s + delay_s,
         ..device

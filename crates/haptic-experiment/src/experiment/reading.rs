@@ -172,21 +172,34 @@ fn device_at(path: &Path, logged: Option<&str>) -> Result<DeviceModel, FileError
     )
 }
 
-/// Parameters that name the file of a device, and where a log has its text.
-pub(crate) const DEVICE_FILES: [(Parameter, &str); 2] = [
-    (p::DEVICE_MODEL, DEVICE_IN_LOG),
-    (p::DRIVE_DEVICE_MODEL, DRIVE_DEVICE_IN_LOG),
+/// A parameter that names the file of a device, and where a log has its text.
+#[derive(Clone, Copy)]
+pub(crate) struct DeviceFile {
+    pub parameter: Parameter,
+    pub in_log: &'static str,
+}
+
+/// Of the device of an experiment, and of its drive.
+pub(crate) const DEVICE_FILES: [DeviceFile; 2] = [
+    DeviceFile {
+        parameter: p::DEVICE_MODEL,
+        in_log: DEVICE_IN_LOG,
+    },
+    DeviceFile {
+        parameter: p::DRIVE_DEVICE_MODEL,
+        in_log: DRIVE_DEVICE_IN_LOG,
+    },
 ];
 
 /// The text of a device file for the log of a run, if one is named that is not ours.
 pub(crate) fn device_text(
     table: &Table<'_>,
-    (parameter, in_log): (Parameter, &str),
+    file: DeviceFile,
 ) -> Result<Option<String>, FileError> {
-    let logged = table.logged(&parameter, in_log);
+    let logged = table.logged(&file.parameter, file.in_log);
     let text =
         |path: PathBuf| logged.map_or_else(|| text_of(&path, "device"), |text| Ok(text.to_owned()));
-    let path = table.file(&parameter)?;
+    let path = table.file(&file.parameter)?;
     path.filter(|path| path != Path::new(p::LABORATORY))
         .map(text)
         .transpose()
@@ -201,13 +214,13 @@ pub(crate) fn device_model(table: &Table<'_>) -> Result<Option<DeviceModel>, Fil
 /// The same, named by this parameter.
 pub(crate) fn device_model_by(
     table: &Table<'_>,
-    (parameter, in_log): (Parameter, &str),
+    file: DeviceFile,
 ) -> Result<Option<DeviceModel>, FileError> {
     let read = |path: PathBuf| {
-        device_at(&path, table.logged(&parameter, in_log))
-            .map_err(|error| table.fail_at(parameter.key, error.to_string()))
+        device_at(&path, table.logged(&file.parameter, file.in_log))
+            .map_err(|error| table.fail_at(file.parameter.key, error.to_string()))
     };
-    table.file(&parameter)?.map(read).transpose()
+    table.file(&file.parameter)?.map(read).transpose()
 }
 
 /// The simulated device and its sensors.

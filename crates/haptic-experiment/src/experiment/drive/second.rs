@@ -47,12 +47,20 @@ impl DriveSamples {
         let begun_s = first.start.time_s() - first.start.lead_s;
         let samples = second.record.whole.as_deref().unwrap_or_default();
         let (mut time_s, mut values) = (Vec::new(), Vec::new());
+        let of_tissue = first.whole.as_deref().unwrap_or_default();
         for sample in samples {
             let own_s = sample.tick as f64 * sample_time_s;
             let of_first = |aligned: Aligned| aligned.first_s(own_s);
-            time_s.push(second.aligned.map_or(sample.time_s, of_first) - begun_s);
+            let now_s = second.aligned.map_or(sample.time_s, of_first) - begun_s;
+            time_s.push(now_s);
+            // The force between both is what the other device opposes, as of its newest tick.
+            let newest = of_tissue.partition_point(|of_tissue| of_tissue.time_s <= now_s);
+            let newest = newest
+                .checked_sub(1)
+                .and_then(|newest| of_tissue.get(newest));
             let own = KeptSample {
                 time_s: own_s,
+                contact_force_n: newest.map_or(0.0, KeptSample::reaction_n),
                 ..*sample
             };
             let (error, [measured, force_n]) = judge.add(&own);
