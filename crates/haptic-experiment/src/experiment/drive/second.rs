@@ -122,11 +122,11 @@ pub(crate) fn tell(run: &mut RunReport, first: &Record, second: &DriveRan) {
     run.dropped_samples += record.dropped;
     run.device_lost |= record.device_lost();
     let of_drive = |words: String| format!("drive {}: {words}", second.device);
-    run.ended_early = match (first.ended, record.reason()) {
-        (Some(Ending::OtherLeft), Some(reason)) | (None, Some(reason)) => Some(of_drive(reason)),
-        (Some(Ending::Silent), _) => Some(of_drive("it was silent for too long".to_owned())),
-        _ => run.ended_early.take(),
-    };
+    // Who only followed the other does not know why.
+    let follows = |ended| matches!(ended, None | Some(Ending::OtherLeft | Ending::Silent));
+    if follows(first.ended) && (first.ended.is_none() || !follows(record.ended)) {
+        run.ended_early = record.reason().map(of_drive);
+    }
     let let_go = record.let_go().map(|let_go| of_drive(let_go.words()));
     let words = run.let_go.iter().chain(let_go.iter());
     let words: Vec<&str> = words.map(String::as_str).collect();

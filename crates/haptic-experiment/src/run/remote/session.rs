@@ -702,13 +702,16 @@ impl<M: TickRecord, const D: usize> HostSession<'_, M, D> {
     /// True if a run began whose end is not known.
     fn may_run_on(&self) -> bool {
         let ended = self.record.ended;
-        !self.over && self.next_tick > 0 && matches!(ended, None | Some(Ending::Interrupted))
+        let asked = matches!(ended, None | Some(Ending::Interrupted | Ending::OtherLeft));
+        !self.over && self.next_tick > 0 && asked
     }
 
     /// The run ended so. One that was to be stopped, and was not known to be over, did not end because somebody asked for it.
     fn ends_unasked(&mut self, ended: Ending) {
-        if self.record.ended == Some(Ending::Interrupted) && !self.over {
-            self.record.stop_unheard = true;
+        if let Some(asked @ (Ending::Interrupted | Ending::OtherLeft)) = self.record.ended
+            && !self.over
+        {
+            self.record.stop_unheard = asked == Ending::Interrupted;
             self.record.ended = None;
         }
         self.ends(ended);
