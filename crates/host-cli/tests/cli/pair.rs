@@ -121,14 +121,14 @@ fn a_tissue_on_one_device_is_pressed_by_another() {
 }
 
 #[test]
-#[ignore = "long: 200 s by the clock"]
-fn two_devices_hold_a_tissue_for_200_s() {
+#[ignore = "by night: `.ci/nightly` does it"]
+fn by_night_two_devices_hold_a_tissue_for_200_s() {
     reaches(&facing(""), 200);
 }
 
 /// The loops of both run here; a creep test takes the force of the other device.
 #[test]
-#[ignore = "long: loops by the clock of this machine"]
+#[ignore = "long: `.ci/run` does it, or --include-ignored"]
 fn loops_of_a_pair_may_run_here() {
     let pair = facing("");
     let host = "max_age_ticks=1000 drive_loop=host";
@@ -265,8 +265,8 @@ fn if_one_of_two_devices_is_lost_the_other_lets_go() {
 }
 
 #[test]
-#[ignore = "long: 50 runs by the clock"]
-fn if_one_of_two_devices_is_lost_at_any_moment_the_other_lets_go() {
+#[ignore = "by night: `.ci/nightly` does it"]
+fn by_night_if_one_of_two_devices_is_lost_at_any_moment_the_other_lets_go() {
     for n in 0..50 {
         lets_go(MISCHANCES[n as usize % MISCHANCES.len()], moment(n));
     }
@@ -304,7 +304,7 @@ fn what_cannot_be_a_pair_is_refused_before_any_force() {
     let quick = RUN.replace("servo", "quick");
     place
         .run(&format!("{quick} sample_time=20us duration=3s --out no"))
-        .refused(2, &["serial:white"]);
+        .refused(2, &["sample time", "serial:device"]);
     let gone = RUN.replace("white", "gone");
     place
         .run(&format!("{gone} --out no"))

@@ -11,7 +11,7 @@ use crate::run::preflight::{
 };
 use crate::run::record::{Record, Start};
 use crate::run::recorder::Recorder;
-use crate::run::remote::pair::Partner;
+use crate::run::remote::partner::Partner;
 use crate::run::remote::{RemoteDevice, RemoteLaw, agreed};
 use crate::run::safety::GuardChoice;
 use crate::run::safety::keys::{DEVICE_DAMPING, DEVICE_MASS};

@@ -9,7 +9,7 @@ use crate::run::preflight::Found;
 use crate::run::record::Record;
 use crate::run::recorder::Recorded;
 use crate::run::recorder::Recorder;
-use crate::run::remote::pair::{Partner, Side};
+use crate::run::remote::partner::{Partner, Side};
 use crate::run::remote::summary::{LinkSummary, summarise};
 use crate::run::schedule::Schedule;
 use crate::run::tick::{TickRecord, by_device, by_loop, per_axis, unknown};
