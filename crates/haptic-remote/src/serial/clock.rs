@@ -6,7 +6,7 @@
 //! its clock      |D(hᵢ) − dᵢ| ≤ ρᵢ                                       however the two ways share the round trip
 //! two devices    xᵢ = dᵢ of the second,  yᵢ = D(hᵢ) of the first on a straight line between its keep-alives around hᵢ,  uᵢ = ρᵢ + ρ + what
 //!                the first was held back between them beyond its mean rate and their ρ
-//! estimate       y = a + r·x minimises Σ wᵢ (a + r·xᵢ − yᵢ)²,   wᵢ = 1/(uᵢ + 1 µs)²
+//! estimate       y = a + r·x minimises Σ wᵢ (a + r·xᵢ − yᵢ)²,   wᵢ = 1/(uᵢ + |residual of the round before| + 1 µs)²
 //! ```
 //! Of each stretch of keep-alives the one with the least round trip is kept. The error e(x) of the estimate is a line too, at xᵢ at most
 //! eᵢ = |residual| + uᵢ. So the best points p and q of the first and the last third bound it all along:
@@ -23,6 +23,9 @@ use std::vec::Vec;
 
 /// Stretches that are kept; beyond it each becomes twice as long.
 const STRETCHES: usize = 512;
+
+/// Rounds of the estimate, each with the residuals of the one before.
+const ROUNDS: u32 = 8;
 
 /// Below this span of keep-alives, µs, a rate that may be 1 is 1: clocks are better than what the round trips leave open.
 const SHORT_US: f64 = 10e6;
@@ -128,13 +131,33 @@ impl Line {
 
     /// The estimate of the module by points x, y and u, in the order of x.
     fn through(points: &[[f64; 3]]) -> Option<Self> {
+        let first = points.first()?;
+        let mut line = Self {
+            x_us: first[0],
+            y_us: first[1],
+            rate: 1.0,
+            error_us: 0.0,
+        };
+        // The first round knows no line, and so no residuals.
+        let mut weights: Vec<f64> = points.iter().map(|[_, _, u]| (u + 1.0).powi(-2)).collect();
+        for _ in 0..ROUNDS {
+            line = Self::fitted(points, &weights)?;
+            let weight = |point: &[f64; 3]| (point[2] + line.residual(point) + 1.0).powi(-2);
+            weights = points.iter().map(weight).collect();
+        }
+        line.error_us = line.bound_us(points);
+        Some(line)
+    }
+
+    fn fitted(points: &[[f64; 3]], weights: &[f64]) -> Option<Self> {
         let (first, last) = (points.first()?, points.last()?);
-        let weight = |u: f64| (u + 1.0).powi(-2);
-        let total: f64 = points.iter().map(|[_, _, u]| weight(*u)).sum();
+        let total: f64 = weights.iter().sum();
         // From the first on, so that no digits are lost.
         let mean = |of: &dyn Fn(f64, f64) -> f64| {
-            let weighed = |[x, y, u]: &[f64; 3]| weight(*u) * of(x - first[0], y - first[1]);
-            points.iter().map(weighed).sum::<f64>() / total
+            let weighed = points.iter().zip(weights);
+            let weighed =
+                weighed.map(|([x, y, _], weight)| weight * of(x - first[0], y - first[1]));
+            weighed.sum::<f64>() / total
         };
         let (x_mean, y_mean) = (mean(&|x, _| x), mean(&|_, y| y));
         let spread = mean(&|x, _| (x - x_mean).powi(2));
@@ -143,27 +166,28 @@ impl Line {
         let span_us = last[0] - first[0];
         let widest = points.iter().map(|[_, _, u]| *u).fold(0.0, f64::max);
         let open = span_us < SHORT_US && (slope - 1.0).abs() * span_us < 2.0 * widest;
-        let mut line = Self {
+        Some(Self {
             x_us: first[0] + x_mean,
             y_us: first[1] + y_mean,
             rate: if open { 1.0 } else { slope },
             error_us: 0.0,
-        };
-        line.error_us = line.bound_us(points, [first[0], last[0]]);
-        Some(line)
+        })
+    }
+
+    fn residual(&self, [x, y, _]: &[f64; 3]) -> f64 {
+        (self.at(*x) - y).abs()
     }
 
     /// The bound of the module over these x.
-    fn bound_us(&self, points: &[[f64; 3]], [from, to]: [f64; 2]) -> f64 {
-        let residual = |[x, y, _]: &[f64; 3]| (self.at(*x) - y).abs();
+    fn bound_us(&self, points: &[[f64; 3]]) -> f64 {
         let third = points.len().div_ceil(3);
         let least = |part: &[[f64; 3]]| {
             let bounds = part
                 .iter()
-                .map(|point| (point[0], residual(point) + point[2]));
+                .map(|point| (point[0], self.residual(point) + point[2]));
             bounds.min_by(|a, b| a.1.total_cmp(&b.1))
         };
-        let bent = points.iter().map(|point| residual(point) - point[2]);
+        let bent = points.iter().map(|point| self.residual(point) - point[2]);
         let bent = bent.fold(0.0, f64::max);
         let ends = least(&points[..third]).zip(least(&points[points.len() - third..]));
         let Some(((p, e_p), (q, e_q))) = ends else {
@@ -173,7 +197,8 @@ impl Line {
             return e_p + bent;
         }
         let error = |x: f64| ((x - q).abs() * e_p + (x - p).abs() * e_q) / (q - p);
-        error(from).max(error(to)) + bent
+        let ends = points.iter().map(|point| error(point[0]));
+        ends.fold(0.0, f64::max) + bent
     }
 }
 
@@ -344,8 +369,14 @@ mod tests {
             held_us += if chance.uniform() < 0.02 { 20_000 } else { 0 };
             for pings in &mut pings {
                 let ping = device.ping(now_us, chance);
+                // Now and then one of them is behind its own clock.
+                let behind_us = if chance.uniform() < 0.1 {
+                    chance.between(0.0, 5e3)
+                } else {
+                    0.0
+                };
                 pings.add(Ping {
-                    device_us: ping.device_us.saturating_sub(held_us),
+                    device_us: ping.device_us.saturating_sub(held_us + behind_us as u64),
                     ..ping
                 });
             }

@@ -233,7 +233,9 @@ impl SerialLink {
         self.latency_ms
     }
 
-    pub(super) fn alives(&self) -> u64 {
+    /// Keep-alives that were answered so far.
+    #[must_use]
+    pub fn alives(&self) -> u64 {
         self.shared.alives.load(Ordering::Acquire)
     }
 

@@ -7,14 +7,14 @@
 //! - *Time* is that of the first device, and begins with tick 0 of the second. The second's ticks get the first's time by the clocks of
 //!   both, which keep-alives tell ([`DeviceClock`]): so long as the run lasts, and once more when it is over.
 //! - *Letting go*: whoever ends early, by a fault, a line that is gone or somebody who asks, is seen by the other's thread before the next
-//!   message, and its device is told to stop. One that says nothing for half of the other's watchdog time has ended too. If this program
+//!   message, and its device is told to stop. One that is armed and says nothing for half of the other's watchdog time has ended too. If this program
 //!   dies, both devices let go by their watchdogs.
 //! - *Losses* are counted on each side.
 
 use crate::run::ending::Ending;
 use crate::run::record::Record;
 use haptic_loop::realtime::Moment;
-use haptic_remote::serial::DeviceClock;
+use haptic_remote::serial::{DeviceClock, SerialLink};
 use serde::Serialize;
 use std::path::PathBuf;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
@@ -116,14 +116,19 @@ impl<'a> Partner<'a> {
         &self.both.sides[side as usize]
     }
 
-    /// Waits until this device may start; false if the other has ended, or somebody asked to stop.
-    pub(super) fn waits(&self, stop: &AtomicBool) -> bool {
+    /// Waits until this device, which answers on its link meanwhile, may start; false if the other has ended, or somebody asked to stop.
+    pub(super) fn waits(&self, link: &SerialLink, stop: &AtomicBool) -> bool {
         self.shown(self.side).armed.store(true, Ordering::Release);
         let may_start = || match self.side {
             Side::Tissue => self.shown(Side::Drive).armed.load(Ordering::Acquire),
             Side::Drive => self.both.risen.load(Ordering::Acquire),
         };
+        let mut alives = link.alives();
         while !may_start() {
+            if link.alives() != alives {
+                alives = link.alives();
+                self.hears();
+            }
             if stop.load(Ordering::Relaxed) || self.other_ended() {
                 return false;
             }
@@ -173,7 +178,7 @@ impl<'a> Partner<'a> {
             false => Duration::ZERO,
         };
         self.heard = heard;
-        let runs = self.both.begun_s.get().is_some() && !other.done.load(Ordering::Acquire);
+        let runs = other.armed.load(Ordering::Acquire) && !other.done.load(Ordering::Acquire);
         match self.other_ended() {
             true => Some(Ending::OtherLeft),
             false => (runs && self.silent > self.patience).then_some(Ending::Silent),
@@ -233,6 +238,11 @@ pub(crate) struct Aligned {
     /// Largest error of a time of one on the other, s.
     #[serde(rename = "clock_residual_s")]
     pub residual_s: f64,
+    /// Tick 0 of the tissue's device by its own clock, and of the drive by its own, s.
+    #[serde(rename = "clock_tick_0_s")]
+    pub tissue_tick_0_s: f64,
+    #[serde(rename = "clock_drive_tick_0_s")]
+    pub drive_tick_0_s: f64,
 }
 
 impl Aligned {
@@ -251,6 +261,8 @@ pub(super) fn aligned(both: &Both, clocks: &[Clock; 2]) -> Option<Aligned> {
         offset_s: 1e-6 * (line.at(drive_us?) - zero_us?),
         drift: line.rate - 1.0,
         residual_s: 1e-6 * line.error_us,
+        tissue_tick_0_s: 1e-6 * zero_us?,
+        drive_tick_0_s: 1e-6 * drive_us?,
     })
 }
 

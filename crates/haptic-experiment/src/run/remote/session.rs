@@ -135,7 +135,7 @@ impl<M: TickRecord, const D: usize> HostSession<'_, M, D> {
     fn start(&mut self, ticks: u32, supervisor: Supervisor<'_>) -> Result<bool, SerialError> {
         self.link.arm(self.watchdog)?;
         if let Some(partner) = &self.partner
-            && !partner.waits(supervisor.stop)
+            && !partner.waits(&self.link, supervisor.stop)
         {
             self.ends(match supervisor.stop.load(Ordering::Relaxed) {
                 true => Ending::Interrupted,
