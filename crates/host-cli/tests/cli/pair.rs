@@ -41,7 +41,7 @@ fn ticks(log: &Path) -> [Vec<TickMessage>; 2] {
         match entry.expect("reads") {
             Entry::Tick(tick) => first.push(tick),
             Entry::Drive(tick) => drive.push(tick),
-            _ => {}
+            Entry::Event(_) | Entry::Metadata(_) | _ => {}
         }
     }
     [first, drive]
