@@ -7,8 +7,8 @@
 //! - *Time* is that of the first device, and begins with tick 0 of the second. The second's ticks get the first's time by the clocks of
 //!   both, which keep-alives tell ([`DeviceClock`]): so long as the run lasts, and once more when it is over.
 //! - *Letting go*: whoever ends early, by a fault, a line that is gone or somebody who asks, is seen by the other's thread before the next
-//!   message, and its device is told to stop. One that is armed and says nothing for three quarters of the other's watchdog time has ended too. If this program
-//!   dies, both devices let go by their watchdogs.
+//!   message, and its device is told to stop. One that is armed and says nothing for three quarters of the other's watchdog time has ended
+//!   too. If this program dies, both devices let go by their watchdogs.
 //! - *Losses* are counted on each side.
 
 use crate::run::ending::Ending;
