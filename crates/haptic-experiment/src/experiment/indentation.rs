@@ -245,11 +245,15 @@ impl Indentation {
             };
             if let Some((drive, second)) = second {
                 let opposed_n = Arc::new(AtomicU64::new(0));
-                let mut there = self.drive_controller(drive, second, Arc::clone(&opposed_n))?;
+                let mut holding = self.drive_controller(drive, second, Arc::clone(&opposed_n))?;
+                let there = RemoteDevice {
+                    patience: device.patience,
+                    ..second.remote.clone()
+                };
                 let pair = PairRun {
                     opposed_n,
                     drive: RemoteRun {
-                        device: &second.remote,
+                        device: &there,
                         law: self.drive_law(drive)?,
                         blank: &|time_s| blank(reference(time_s)),
                         metadata: BTreeMap::new(),
@@ -261,7 +265,7 @@ impl Indentation {
                     tissue: run.looked_at_by(self.preflight(samples)),
                     judged: &|delays_s| self.faced(drive, second, delays_s, samples),
                 };
-                return pair.run(&mut controller, &mut there, supervisor);
+                return pair.run(&mut controller, &mut holding, supervisor);
             }
             return match &self.drive {
                 None => {

@@ -304,6 +304,23 @@ mod tests {
     use super::*;
     use haptic_log::record::TickMessage;
 
+    /// Of a drive that began between two ticks the first after it counts, at the time from there.
+    #[test]
+    fn a_run_may_count_from_between_two_ticks() {
+        let start = Start::from(0.5012, 1e-3);
+        assert_eq!(start.tick, 502);
+        let sample = KeptSample::of(&TickMessage {
+            tick: 503,
+            time_s: 0.503,
+            ..TickMessage::default()
+        });
+        let counted = start.counted(sample).expect("it is after the start");
+        assert_eq!(counted.tick, 1);
+        assert!((counted.time_s - 1.8e-3).abs() < 1e-12, "{counted:?}");
+        assert!((start.time_s() - start.lead_s - 0.5012).abs() < 1e-12);
+        assert_eq!(Start::from(-1.0, 1e-3).tick, 0);
+    }
+
     #[test]
     fn a_run_counts_from_its_start() {
         let start = Start::at(502, 1e-3);
