@@ -257,6 +257,28 @@ fn lets_go(mischance: Mischance, after_ms: u64) {
     );
 }
 
+/// A fault of the drive's board lets the tissue's go too; the drive has a log of its fault of its own.
+#[test]
+fn a_fault_of_the_drive_ends_the_run_of_both() {
+    let pair = facing("");
+    let place = &pair.place;
+    // The ramp moves at 1 mm/s.
+    pair.json("device set --device serial:white speed_limit=0.8mm/s");
+    let ended = place.run(&format!("{RUN} duration=60s --out run"));
+    ended.refused(1, &["drive serial:white", "moved faster", "force was zero"]);
+    assert!(place.path("run/relax-drive-fault.mcap").exists());
+    assert!(!place.path("run/relax-fault.mcap").exists());
+    let [tissue, drive] = ticks(&place.path("run/relax.mcap"));
+    let fault = haptic_loop::Limiters::FAULT.bits();
+    let faulted = drive.iter().find(|tick| tick.limiters & fault != 0);
+    let faulted_s = faulted.expect("a fault").time_s;
+    let mut forced = tissue.iter().rev();
+    let forced = forced.find(|tick| tick.applied_force_n[0] != 0.0);
+    let forced_s = forced.map_or(0.0, |tick| tick.time_s);
+    assert!(forced_s < faulted_s + 1.0, "{forced_s} {faulted_s}");
+    place.run("log check run/relax.mcap").succeeded();
+}
+
 /// A moment of a run, ms: before its begin, in the ramp, in the hold.
 fn moment(n: u64) -> u64 {
     (n.wrapping_mul(2_654_435_761) >> 7) % 2500

@@ -574,7 +574,7 @@ impl<M: TickRecord, const D: usize> HostSession<'_, M, D> {
         if tick > self.next_tick {
             let missing = tick - self.next_tick;
             self.samples_lost += missing;
-            let time_s = tick as f64 * self.schedule.sample_time_s;
+            let time_s = tick as f64 * self.schedule.sample_time_s + self.shift_s();
             let text = format!("{missing} samples before tick {tick} are missing");
             // A recorder that has ended is seen when it is closed.
             let _ = self.recorder.event(time_s, "lost", text);
@@ -628,8 +628,8 @@ impl<M: TickRecord, const D: usize> HostSession<'_, M, D> {
             } else {
                 self.next_tick.saturating_sub(1)
             };
-            let t = self.schedule.sample_time_s;
-            let (at, event_s) = ((tick, tick as f64 * t), self.next_tick as f64 * t);
+            let time_s = |tick: u64| tick as f64 * self.schedule.sample_time_s + self.shift_s();
+            let (at, event_s) = ((tick, time_s(tick)), time_s(self.next_tick));
             tell_end(&mut self.recorder, ended, self.record.lateness, at, event_s);
         }
     }
