@@ -54,11 +54,12 @@ pub fn renamed(name: &str) -> Option<&'static str> {
 }
 
 /// Parameters that name a file or a folder of files, some of them also by a name that is no path.
-const FILES: [&str; 5] = [
+const FILES: [&str; 6] = [
     TISSUE.key,
     LIBRARY.key,
     CONTROLLER.key,
     DEVICE_MODEL.key,
+    DRIVE_DEVICE_MODEL.key,
     RESPONSE_FILE.key,
 ];
 
@@ -68,7 +69,7 @@ pub fn is_path(key: &str, text: &str) -> bool {
     FILES.contains(&key)
         && match key {
             key if key == TISSUE.key => Path::new(text).extension().is_some_and(|e| e == "toml"),
-            key if key == DEVICE_MODEL.key && text == LABORATORY => false,
+            key if key.ends_with(DEVICE_MODEL.key) && text == LABORATORY => false,
             _ => !text.is_empty(),
         }
 }

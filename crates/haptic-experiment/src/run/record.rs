@@ -30,6 +30,8 @@ pub(crate) const fn keeps_all(samples: u64) -> bool {
 pub(crate) struct Start {
     pub tick: u64,
     sample_time_s: f64,
+    /// Time of that tick where the run counts from between two ticks, s.
+    pub lead_s: f64,
 }
 
 impl Start {
@@ -38,6 +40,16 @@ impl Start {
         Self {
             tick,
             sample_time_s,
+            lead_s: 0.0,
+        }
+    }
+
+    /// The first tick at this time or after it, s; the run counts from the time itself.
+    pub(crate) fn from(time_s: f64, sample_time_s: f64) -> Self {
+        let tick = (time_s / sample_time_s).ceil().max(0.0);
+        Self {
+            lead_s: tick * sample_time_s - time_s,
+            ..Self::at(tick as u64, sample_time_s)
         }
     }
 
@@ -52,7 +64,7 @@ impl Start {
             return Some(sample);
         }
         let tick = sample.tick.checked_sub(self.tick)?;
-        let time_s = tick as f64 * self.sample_time_s;
+        let time_s = tick as f64 * self.sample_time_s + self.lead_s;
         Some(KeptSample {
             tick,
             time_s,
@@ -68,6 +80,8 @@ pub(crate) struct Record {
     pub start: Start,
     /// The samples; `None` for a run of more than [`WHOLE_MOST`], whose samples are in its log.
     pub whole: Option<Vec<KeptSample>>,
+    /// Positions of all ticks before it begins, m, where the device could move: its tissue remembers them.
+    pub approach_m: Vec<f64>,
     /// Number of samples that count.
     pub samples: u64,
     pub last: Option<KeptSample>,
@@ -120,6 +134,7 @@ impl Record {
         Ok(Self {
             start: Start::default(),
             whole,
+            approach_m: Vec::new(),
             samples: 0,
             last: None,
             // 1 ns to 10 s, three digits.
@@ -263,6 +278,12 @@ impl Record {
         self.farthest_m = self.farthest_m.max(sample.position_m);
     }
 
+    /// Adds the position of a tick before it begins; one that was lost stood where the next did.
+    pub(crate) fn approaches(&mut self, sample: &KeptSample) {
+        self.approach_m
+            .resize(sample.tick as usize + 1, sample.position_m);
+    }
+
     /// True if the newest sample has no force.
     pub(crate) const fn has_fallen(&self) -> bool {
         self.after.fall.has_fallen()
@@ -282,6 +303,23 @@ impl Record {
 mod tests {
     use super::*;
     use haptic_log::record::TickMessage;
+
+    /// Of a drive that began between two ticks the first after it counts, at the time from there.
+    #[test]
+    fn a_run_may_count_from_between_two_ticks() {
+        let start = Start::from(0.5012, 1e-3);
+        assert_eq!(start.tick, 502);
+        let sample = KeptSample::of(&TickMessage {
+            tick: 503,
+            time_s: 0.503,
+            ..TickMessage::default()
+        });
+        let counted = start.counted(sample).expect("it is after the start");
+        assert_eq!(counted.tick, 1);
+        assert!((counted.time_s - 1.8e-3).abs() < 1e-12, "{counted:?}");
+        assert!((start.time_s() - start.lead_s - 0.5012).abs() < 1e-12);
+        assert_eq!(Start::from(-1.0, 1e-3).tick, 0);
+    }
 
     #[test]
     fn a_run_counts_from_its_start() {

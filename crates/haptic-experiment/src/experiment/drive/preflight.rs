@@ -371,6 +371,7 @@ mod tests {
             )
             .into(),
             force_limit_n: 10.0,
+            device: None,
         };
         let set_point = if of_force {
             RigDrive::Force(Newtons(0.1))
