@@ -10,7 +10,7 @@ use crate::axis::{Axis, Scale, extremes};
 use crate::curve::{Curve, Form};
 use crate::page::{LegendEntry, Page, Row};
 use crate::panel::Panel;
-use crate::style::{BLUE, DIFFERENCE, GREEN, INK, LARGE, RUN, Stroke, THEORY, VERMILION};
+use crate::style::{BLUE, DIFFERENCE, GREEN, INK, LARGE, PURPLE, RUN, Stroke, THEORY, VERMILION};
 use crate::thin::{Points, envelope, showable};
 use crate::{FigureError, Picture};
 
@@ -76,6 +76,7 @@ impl Conditions<'_> {
 ///     values: &values,
 ///     closed_form: &closed_form,
 ///     relative_error: &relative_error,
+///     record: None,
 ///     held: None,
 /// };
 /// assert!(figure.draw()?.svg().contains("simulated force"));
@@ -101,10 +102,60 @@ pub struct TheoryFigure<'a> {
     pub closed_form: &'a [f64],
     /// Relative error of the quantity; the sign does not matter, and NaN is left out.
     pub relative_error: &'a [f64],
+    /// A measured record of the quantity, over the run in its panels and with one more for the error; `None` omits it.
+    pub record: Option<MeasuredCurve<'a>>,
     /// Data for two more panels about the controller that held the device; `None` omits them.
     pub held: Option<HeldPanels<'a>>,
 }
 
+/// A measured record and how far the run is from it, at the record's own times.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct MeasuredCurve<'a> {
+    /// Time on the clock of the run, s.
+    pub time_s: &'a [f64],
+    /// What was measured, in the unit of the run.
+    pub values: &'a [f64],
+    /// The run less the record, over the record; what has no relative error is left out.
+    pub relative_error: &'a [f64],
+}
+
+/// An error of more per cent than this lies outside of its panel: where a record begins, it may be any.
+const PER_CENT_MOST: f64 = 100.0;
+
+impl MeasuredCurve<'_> {
+    fn row(&self, name: char) -> Result<Row, FigureError> {
+        let slices = [
+            ("the record", self.values),
+            ("error against the record", self.relative_error),
+        ];
+        check_lengths(self.time_s, &slices)?;
+        let errors = self.relative_error.iter();
+        let per_cent: Vec<f64> = errors.map(|error| 100.0 * error).collect();
+        let points = showable(self.time_s, &per_cent, Scale::Log, Scale::Linear);
+        let shown = || points.iter().filter(|point| point.1.abs() <= PER_CENT_MOST);
+        let (x, y) = (
+            extremes(points.iter().map(|point| point.0)),
+            extremes(shown().map(|point| point.1).chain([0.0])),
+        );
+        let empty = points.is_empty();
+        let x = if empty { (1.0, 10.0) } else { x };
+        Ok(Row {
+            height: ERROR_ROW_HEIGHT,
+            columns: 1,
+            panels: vec![Panel {
+                name,
+                caption: "run less record, over the record".to_owned(),
+                x: Axis::time(Scale::Log, x.0, x.1),
+                y: Axis::around("difference / %", Scale::Linear, y.0, y.1),
+                curves: vec![line(points, RECORD)],
+                note: empty.then(|| "no sample has a relative error".to_owned()),
+            }],
+        })
+    }
+}
+
+/// A measured record.
+const RECORD: Stroke = Stroke::solid(PURPLE, 2.0);
 /// Tracking error and force of the drive.
 const HELD: [Stroke; 2] = [Stroke::solid(GREEN, 1.8), Stroke::solid(INK, 1.4)];
 
@@ -190,11 +241,16 @@ impl TheoryFigure<'_> {
         if let Some(held) = &self.held {
             rows.push(held.row()?);
         }
-        let legend = [
+        let mut legend = vec![
             (run.as_str(), RUN),
             ("closed form", THEORY),
             ("relative error", DIFFERENCE),
         ];
+        if let Some(record) = &self.record {
+            legend.push(("measured", RECORD));
+            let panels: usize = rows.iter().map(|row| row.panels.len()).sum();
+            rows.push(record.row(('a'..).nth(panels).unwrap_or('f'))?);
+        }
         draw(self.title, &self.conditions.subtitle(), &legend, rows)
     }
 
@@ -211,12 +267,17 @@ impl TheoryFigure<'_> {
         // A curve that passes through zero would stretch a logarithmic axis without end.
         let lowest = extremes(theory.iter().map(|point| point.1)).0;
         let floor = (scale == Scale::Log && lowest.is_finite()).then_some(lowest / 10.0);
+        let record = self.record.map(|record| {
+            let points = showable(record.time_s, record.values, scale, scale);
+            line(points, RECORD)
+        });
+        let curves = [line(theory, THEORY), line(run, RUN)];
         Ok(TimePanel {
             name,
             caption,
             scale,
             label: self.label,
-            curves: vec![line(theory, THEORY), line(run, RUN)],
+            curves: curves.into_iter().chain(record).collect(),
             floor,
             note: "no positive values",
         }
@@ -469,7 +530,7 @@ mod tests {
 
     #[test]
     fn no_stroke_means_two_things_in_a_picture() {
-        let theory = [&[RUN, THEORY, DIFFERENCE], HELD.as_slice()].concat();
+        let theory = [&[RUN, THEORY, DIFFERENCE, RECORD], HELD.as_slice()].concat();
         for strokes in [theory.as_slice(), &MOTIONS] {
             for (n, stroke) in strokes.iter().enumerate() {
                 assert!(!strokes[..n].contains(stroke), "{stroke:?}");

@@ -72,6 +72,7 @@ impl Relaxation {
             values: &self.force_n,
             closed_form: &self.theory_n,
             relative_error: &self.relative_error,
+            record: None,
             held: None,
         }
     }
@@ -134,6 +135,7 @@ fn the_relaxation_picture_says_what_is_on_its_axes_and_under_what_conditions() {
 fn a_device_that_a_controller_held_has_two_panels_more() {
     let data = Relaxation::new(5_000);
     let figure = TheoryFigure {
+        record: None,
         held: Some(HeldPanels {
             time_s: &data.time_s,
             label: "tracking error / µm",

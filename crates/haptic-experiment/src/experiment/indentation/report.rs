@@ -7,6 +7,7 @@ use crate::experiment::drive::{DriveJudge, DriveReport, Massless, drive_columns}
 use crate::experiment::kind::Experiment as _;
 use crate::experiment::rendering::{DEPTH, FORCE, STRESS};
 use crate::judge;
+use crate::judge::against::{Comparison, Measured};
 use crate::judge::decimated::Decimated;
 use crate::judge::modelled_tissue::Sampled;
 use crate::judge::reference::{ReferenceSeries, TOLERANCE};
@@ -122,6 +123,10 @@ impl Indentation {
             let driven = drive.as_ref().map(|_| drive_columns(self.load));
             table(ran, quantity.moved, driven)
         });
+        let mut against = self.against.as_ref().map(|measured| {
+            let column = quantity.moved.map_or("force_n", |moved| moved.column);
+            Comparison::new(measured, ran, origin(record), column, from_s)
+        });
         let (mut last, mut unseen_until_s, mut deepest_m) = (None, None, 0.0);
         let mut ends_limited = false;
         Samples::of(record, &ran.log.paths).for_each(|sample| {
@@ -138,6 +143,10 @@ impl Indentation {
                     true => largest.add(sample.time_s, have, want),
                     false => largest.pass(sample.time_s),
                 }
+            }
+            if let Some(against) = &mut against {
+                let value = sample.is_comparable().then_some(value);
+                against.add(sample.time_s, value);
             }
             last = Some(judged);
             ends_limited = !sample.is_comparable();
@@ -172,7 +181,12 @@ impl Indentation {
             csv.row(row);
             Ok(())
         })?;
-        let files = Files::of_run(ran, csv);
+        let mut files = Files::of_run(ran, csv);
+        let (against, overlay, unwritten) = match against.map(Comparison::finish) {
+            Some((rows, overlay, unwritten)) => (Some(rows), Some(overlay), unwritten),
+            None => (None, None, None),
+        };
+        files.unwritten = files.unwritten.or(unwritten);
         // On the ideal rig the depth is the tissue's own, whatever is left of the force.
         let unrendered = self.is_ideal() && ends_limited;
         let final_over_theory = (last.map(|last| last.value / last.closed_form))
@@ -208,6 +222,7 @@ impl Indentation {
             ));
         }
         (warnings.0).extend(drive.iter().flat_map(DriveReport::warnings));
+        (warnings.0).extend(self.against.iter().flat_map(Measured::warnings));
         let [full_history, closed_form, discretisation, rig] = errors.map(LargestError::get);
         if self.holds_device() && record.link.as_ref().is_some_and(|link| link.simulated) {
             warnings.0.push(
@@ -256,7 +271,8 @@ impl Indentation {
             full_history_error(&full_history),
             closed_form_error(&closed_form),
         ];
-        let beside = [end, held].into_iter().flatten();
+        let against = against.into_iter().flatten();
+        let beside = [end, held].into_iter().flatten().chain(against);
         let off = closed_form.largest;
         let report = Report {
             law: rows([law]),
@@ -304,6 +320,7 @@ impl Indentation {
             scheme: self.scheme.to_string(),
             quantity: quantity.name,
             label: quantity.label,
+            record: overlay,
         });
         let curves = whole.then(|| curves.named(names, origin, title, remark, drawing));
         Ok((report, curves))
