@@ -147,7 +147,13 @@ impl MeasuredCurve<'_> {
                 caption: "run less record, over the record".to_owned(),
                 x: Axis::time(Scale::Log, x.0, x.1),
                 y: Axis::around("difference / %", Scale::Linear, y.0, y.1),
-                curves: vec![line(points, RECORD)],
+                curves: vec![line(
+                    points,
+                    Stroke {
+                        width: 1.4,
+                        ..RECORD
+                    },
+                )],
                 note: empty.then(|| "no sample has a relative error".to_owned()),
             }],
         })
@@ -155,7 +161,7 @@ impl MeasuredCurve<'_> {
 }
 
 /// A measured record.
-const RECORD: Stroke = Stroke::solid(PURPLE, 2.0);
+const RECORD: Stroke = Stroke::solid(PURPLE, 3.6);
 /// Tracking error and force of the drive.
 const HELD: [Stroke; 2] = [Stroke::solid(GREEN, 1.8), Stroke::solid(INK, 1.4)];
 
@@ -271,13 +277,13 @@ impl TheoryFigure<'_> {
             let points = showable(record.time_s, record.values, scale, scale);
             line(points, RECORD)
         });
-        let curves = [line(theory, THEORY), line(run, RUN)];
+        let curves = [line(theory, THEORY)].into_iter().chain(record);
         Ok(TimePanel {
             name,
             caption,
             scale,
             label: self.label,
-            curves: curves.into_iter().chain(record).collect(),
+            curves: curves.chain([line(run, RUN)]).collect(),
             floor,
             note: "no positive values",
         }

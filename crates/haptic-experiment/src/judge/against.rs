@@ -30,13 +30,16 @@ use crate::run::tick::KeptSample;
 use fracdiff::parameter::Shown;
 use haptic_log::record::{Entry, LogFiles};
 use haptic_loop::plant::RigDrive;
-use haptic_quantity::{digits, written};
+use haptic_quantity::{Key, digits, written};
 use haptic_tissue::identify::RecordKind;
 use haptic_tissue::identify::table::{Column, Columns, Reader, Reading, TABLE_MOST, read_table};
 use haptic_tissue::read_bytes;
 use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
 
+/// Keys of the experiment that a record may not fit.
+const RAMP_TIME: Key = Key("ramp_time_s");
+const DURATION: Key = Key("duration_s");
 /// Steps of a ramp through which a modulus is driven.
 const STEPS: u32 = 64;
 /// The first line of a table that this program writes beside its log: its time begins with the ramp.
@@ -161,7 +164,8 @@ impl Measured {
             None => measured.of_material(columns, piece, load).map_err(wrong)?,
         }
         notes.insert(0, format!("compared is {}", way.words));
-        if measured.values.iter().sum::<f64>() < 0.0 {
+        let finite = measured.values.iter().filter(|value| value.is_finite());
+        if finite.sum::<f64>() < 0.0 {
             let values = measured.values.iter_mut();
             values.for_each(|value| *value = 0.0 - *value);
             notes.push("the sign of the record is turned".to_owned());
@@ -240,16 +244,15 @@ impl Measured {
                 });
                 let steps: Vec<(f64, f64)> = steps.collect();
                 let begin_s = time_s.first().map_or(0.0, |first| first + ramp_s);
-                self.time_s = time_s
-                    .iter()
-                    .copied()
-                    .filter(|time| *time >= begin_s)
-                    .collect();
                 let force = |time: &f64| {
                     let parts = steps.iter().map(|(at, rise)| moduli.at(time - at) * rise);
-                    shape * parts.sum::<f64>()
+                    match *time >= begin_s {
+                        true => shape * parts.sum::<f64>(),
+                        // The step of the record saw nothing of this.
+                        false => f64::NAN,
+                    }
                 };
-                self.values = self.time_s.iter().map(force).collect();
+                self.values = time_s.iter().map(force).collect();
             }
             RigDrive::Force(push) => {
                 let map = piece.specimen.depth_map();
@@ -259,39 +262,34 @@ impl Measured {
                     let effective = push.0 * compliance / shape;
                     map.map_or(effective, |map| map.depth(effective)) / length_m
                 };
-                self.time_s = time_s.to_vec();
                 self.values = first.iter().map(depth).collect();
             }
         }
+        self.time_s = time_s.to_vec();
         Ok(())
     }
 
     /// Keeps what lies within the run.
     fn within(&mut self, duration_s: f64, ramp_s: f64) -> Result<(), String> {
-        let ends = [self.time_s.first(), self.time_s.last()];
+        let [first_s, last_s] =
+            [self.time_s.first(), self.time_s.last()].map(|end| end.copied().unwrap_or(f64::NAN));
+        if last_s <= ramp_s {
+            return Err(format!(
+                "the record ends {} s after the start of the ramp, and the hold begins at {ramp_s} s: \
+                 give a shorter {RAMP_TIME}, or a longer record",
+                digits(last_s, 6)
+            ));
+        }
         let pairs = self.time_s.iter().zip(&self.values);
         let inside =
             pairs.filter(|(time, value)| (0.0..=duration_s).contains(*time) && value.is_finite());
         let (time_s, values): (Vec<f64>, Vec<f64>) = inside.unzip();
         let count = self.time_s.len();
-        let [Some(first_s), Some(last_s)] = ends.map(|end| end.copied()) else {
-            return Err(format!(
-                "a modulus is compared from its first time after the ramp of {ramp_s} s on, and the record ends before: \
-                 give a shorter ramp_time_s"
-            ));
-        };
         if time_s.len() < 2 {
             return Err(format!(
-                "the record goes from {} s to {} s after the start of the ramp or push, the run from 0 s to {duration_s} s: \
-                 they need two samples in common, change duration_s or the record",
+                "the record goes from {} s to {} s after the start of the ramp or push, and the run ends at {duration_s} s: \
+                 they need two samples in common, change {DURATION} or the record",
                 digits(first_s, 6),
-                digits(last_s, 6)
-            ));
-        }
-        if last_s <= ramp_s {
-            return Err(format!(
-                "the record ends {} s after the start of the ramp, and the hold begins at {ramp_s} s: \
-                 give a shorter ramp_time_s, or a longer record",
                 digits(last_s, 6)
             ));
         }
