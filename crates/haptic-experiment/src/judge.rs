@@ -228,6 +228,8 @@ pub struct Overlay {
     pub values: Vec<f64>,
     /// The run less the record, over the record.
     pub relative_error: Vec<f64>,
+    /// The rms of the run less the record, over that of the record.
+    pub rms: f64,
 }
 
 /// The picture of the curves, and what it shows besides them. A kind of experiment chooses one of

@@ -117,6 +117,8 @@ pub struct MeasuredCurve<'a> {
     pub values: &'a [f64],
     /// The run less the record, over the record; what has no relative error is left out.
     pub relative_error: &'a [f64],
+    /// The rms of the difference over that of the record.
+    pub rms: f64,
 }
 
 /// An error of more per cent than this lies outside of its panel: where a record begins, it may be any.
@@ -144,7 +146,10 @@ impl MeasuredCurve<'_> {
             columns: 1,
             panels: vec![Panel {
                 name,
-                caption: "run less record, over the record".to_owned(),
+                caption: format!(
+                    "run less record, over the record: rms {:.2} %",
+                    100.0 * self.rms
+                ),
                 x: Axis::time(Scale::Log, x.0, x.1),
                 y: Axis::around("difference / %", Scale::Linear, y.0, y.1),
                 curves: vec![line(

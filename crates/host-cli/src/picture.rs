@@ -135,6 +135,7 @@ fn of_theory(theory: &Theory, curves: &Curves) -> Result<Picture, FigureError> {
             time_s: &record.time_s,
             values: &record.values,
             relative_error: &record.relative_error,
+            rms: record.rms,
         }),
         held: (!curves.column("drive_force_n").is_empty()).then(|| HeldPanels {
             time_s: &curves.time_s,

@@ -593,6 +593,7 @@ impl<'a> Comparison<'a> {
             time_s,
             values,
             relative_error,
+            rms,
         };
         (rows, overlay, unwritten)
     }
