@@ -67,11 +67,24 @@ impl Live for Closed {
 
 struct Finished {
     report: serde_json::Value,
-    columns: Vec<(String, Vec<f64>)>,
+    columns: Table,
+    /// A measured record beside the run.
+    against: Table,
     warnings: Vec<String>,
 }
 
-/// Runs an experiment into a folder; its report, the columns of its table, and what a user should know.
+/// Columns by name.
+type Table = Vec<(String, Vec<f64>)>;
+
+/// Report, columns of the table, those of the record that lay over it, and what a user should know.
+type Shown<'py> = (
+    Bound<'py, PyAny>,
+    Bound<'py, PyDict>,
+    Bound<'py, PyDict>,
+    Vec<String>,
+);
+
+/// Runs an experiment into a folder.
 #[pyfunction]
 pub(crate) fn run_experiment<'py>(
     kind: &str,
@@ -80,7 +93,7 @@ pub(crate) fn run_experiment<'py>(
     overwrite: bool,
     force_unstable: bool,
     progress: Option<&Bound<'py, PyAny>>,
-) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyDict>, Vec<String>)> {
+) -> PyResult<Shown<'py>> {
     let py = parameters.py();
     let document = document(kind, parameters)?;
     let mut request = FolderRequest {
@@ -100,11 +113,20 @@ pub(crate) fn run_experiment<'py>(
         let _drives = drives.transpose()?;
         run(&experiment, &request, conduct).map_err(|failure| failed(&failure))
     })?;
-    let columns = PyDict::new(py);
-    for (name, values) in finished.columns {
-        columns.set_item(name, PyArray1::from_vec(py, values))?;
+    Ok((
+        to_python(py, &finished.report)?,
+        arrays(py, finished.columns)?,
+        arrays(py, finished.against)?,
+        finished.warnings,
+    ))
+}
+
+fn arrays(py: Python<'_>, table: Table) -> PyResult<Bound<'_, PyDict>> {
+    let arrays = PyDict::new(py);
+    for (name, values) in table {
+        arrays.set_item(name, PyArray1::from_vec(py, values))?;
     }
-    Ok((to_python(py, &finished.report)?, columns, finished.warnings))
+    Ok(arrays)
 }
 
 /// The experiment, with the pace that its device asks for.
@@ -146,20 +168,24 @@ fn run(
     if let Some(lost) = report.run.lost_table() {
         return Err(lost);
     }
-    let table = report.run.csv.as_ref();
-    let columns = table.map(|path| columns(Path::new(&path))).transpose()?;
+    let report = serde_json::to_value(&report).map_err(Failure::input)?;
+    let table = |path: &serde_json::Value| {
+        let read = path.as_str().map(|path| columns(Path::new(path)));
+        read.transpose().map(Option::unwrap_or_default)
+    };
     Ok(Finished {
-        report: serde_json::to_value(&report).map_err(Failure::input)?,
-        columns: columns.unwrap_or_default(),
+        columns: table(&report["csv"])?,
+        against: table(&report["against"]["csv"])?,
+        report,
         warnings: heard.into_inner().unwrap_or_default(),
     })
 }
 
 /// The columns of a table; NaN where a cell is empty.
-fn columns(path: &Path) -> Result<Vec<(String, Vec<f64>)>, Failure> {
+fn columns(path: &Path) -> Result<Table, Failure> {
     let mut reader = csv::Reader::from_path(path).map_err(Failure::input)?;
     let headers = reader.headers().map_err(Failure::input)?.clone();
-    let mut columns: Vec<(String, Vec<f64>)> = headers
+    let mut columns: Table = headers
         .iter()
         .map(|name| (name.to_owned(), Vec::new()))
         .collect();
