@@ -46,6 +46,8 @@ const STEPS: u32 = 64;
 const OURS: &[u8] = b"time_s,ideal_position_m";
 /// A column that begins above this share of its largest value does not begin at rest.
 const REST: f64 = 0.05;
+/// Fewer second differences than this say nothing of the noise.
+const FEW: usize = 8;
 /// A held depth that differs from that of the run by more than this share is another experiment.
 const HELD: f64 = 0.01;
 
@@ -288,7 +290,7 @@ impl Measured {
         if time_s.len() < 2 {
             return Err(format!(
                 "the record goes from {} s to {} s after the start of the ramp or push, and the run ends at {duration_s} s: \
-                 they need two samples in common, change {DURATION} or the record",
+                 they need two samples in common, of a modulus from its first time after the ramp on: change {DURATION} or the record",
                 digits(first_s, 6),
                 digits(last_s, 6)
             ));
@@ -318,7 +320,7 @@ fn read(path: &Path) -> Result<(Columns, bool), String> {
     let bytes = bytes.map_err(|error| format!("cannot be read: {error}; give a table or a log"))?;
     let read = read_table(&bytes).and_then(|table| Reader::default().read(table));
     let columns = read.map_err(|error| {
-        format!("{error}; columns are found by their headers, as time_s and force_n")
+        format!("{error}; here columns are found by their headers alone, as time_s and force_n: rename or remove others")
     })?;
     Ok((columns, bytes.starts_with(OURS)))
 }
@@ -326,7 +328,8 @@ fn read(path: &Path) -> Result<(Columns, bool), String> {
 /// Time, position and opposing force of a log, by which its run was judged.
 fn log(path: &Path) -> Result<Columns, String> {
     let mut read: [Vec<f64>; 3] = Default::default();
-    for entry in LogFiles::open(path).map_err(|error| error.to_string())? {
+    let mut files = LogFiles::open(path).map_err(|error| error.to_string())?;
+    for entry in &mut files {
         let Entry::Tick(tick) = entry.map_err(|error| error.to_string())? else {
             continue;
         };
@@ -336,12 +339,17 @@ fn log(path: &Path) -> Result<Columns, String> {
             column.push(value);
         }
     }
+    if read[0].is_empty() {
+        return Err("the log has no sample: give another".to_owned());
+    }
+    let cut = (!files.condition().complete).then(|| "the log is not whole".to_owned());
     let columns = [Column::Time, Column::Position, Column::Force];
     let values = columns.into_iter().zip(read);
     Ok(Columns {
         values: values
             .map(|(column, values)| (column, column.header().to_owned(), values))
             .collect(),
+        notes: cut.into_iter().collect(),
         ..Columns::default()
     })
 }
@@ -360,7 +368,7 @@ fn lacks(columns: &Columns, piece: &TissuePiece, load: RigDrive) -> String {
         .map(|way| way.column.header())
         .collect();
     format!(
-        "found are {}, and this run on a {} is compared with {}: give a record with one of them",
+        "found are {}, and this run ({}) is compared with {}: give a record with one of them",
         names.join(", "),
         piece.specimen.loading().kind.name(),
         wanted.join(" or ")
@@ -408,8 +416,12 @@ fn leaves(values: &[f64]) -> Option<usize> {
         .map(|of| (of[0] - 2.0 * of[1] + of[2]).abs());
     let mut second: Vec<f64> = second.collect();
     second.sort_by(f64::total_cmp);
-    // σ of white noise by the median of |x₋ − 2x + x₊|, whose σ is √6 times as large.
-    let sigma = second.get(second.len() / 2)? / (0.6745 * 6.0_f64.sqrt());
+    // σ of white noise by the median of |x₋ − 2x + x₊|, whose σ is √6 times as large. Of a few samples they are the curve itself.
+    let median = match second.len() {
+        0..FEW => 0.0,
+        count => second[count / 2],
+    };
+    let sigma = median / (0.6745 * 6.0_f64.sqrt());
     let off = |value: &f64| (value - first).abs();
     let most = values.iter().map(off).fold(0.0, f64::max);
     let left = values.iter().position(|value| off(value) > 6.0 * sigma)?;
@@ -561,6 +573,9 @@ impl<'a> Comparison<'a> {
     pub(crate) fn finish(self) -> ([Value; 3], Overlay, Option<String>) {
         let rms = (self.squares[0] / self.squares[1]).sqrt();
         let error = match self.span_s {
+            Some(_) if self.squares[1] == 0.0 => {
+                Compared::without_meaning("the record is 0 wherever it is compared")
+            }
             Some(span_s) => Compared::of_window(rms, span_s, self.samples),
             None => Compared::without_meaning("the run ended before the record begins"),
         };

@@ -170,9 +170,14 @@ impl OutputFolder {
     /// Removes CSV and pictures of an earlier run, which would pass for those of a run that made none.
     pub(crate) fn remove_stale_results(&self) {
         for extension in &EXTENSIONS[1..] {
-            // Nothing there is as good.
-            let _ = fs::remove_file(self.file(extension));
+            self.remove_stale(extension);
         }
+    }
+
+    /// Removes one of them.
+    pub(crate) fn remove_stale(&self, extension: &str) {
+        // Nothing there is as good.
+        let _ = fs::remove_file(self.file(extension));
     }
 
     /// Path of the files of a picture, without their extensions.

@@ -268,7 +268,7 @@ fn a_record_that_cannot_be_compared_is_refused_in_a_line() {
             "time_s\tstress_pa",
             &[0.0, 1.0, 2.0],
             "[relax]\nloading = \"punch\"\nindenter_radius_m = 5e-3\ndepth_m = 1e-3\nagainst = \"record.tsv\"",
-            "on a punch is compared with force_n or relaxation_modulus_pa",
+            "(punch) is compared with force_n or relaxation_modulus_pa",
         ),
         (
             "time_s\tforce_n",

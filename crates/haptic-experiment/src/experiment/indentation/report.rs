@@ -184,7 +184,10 @@ impl Indentation {
         let mut files = Files::of_run(ran, csv);
         let (against, overlay, unwritten) = match against.map(Comparison::finish) {
             Some((rows, overlay, unwritten)) => (Some(rows), Some(overlay), unwritten),
-            None => (None, None, None),
+            None => {
+                ran.folder.remove_stale("against.csv");
+                (None, None, None)
+            }
         };
         files.unwritten = files.unwritten.or(unwritten);
         // On the ideal rig the depth is the tissue's own, whatever is left of the force.
