@@ -57,7 +57,7 @@ chapters! {
     your_own_board: "your-own-board.md" ["half.h"];
     #[ignore = "long: `.ci/run` does it, or --include-ignored"]
     your_own_tissue: "your-own-tissue.md" [
-        "fish.toml", "fish.png", "muscle/relax.png", "muscle/relax.csv",
+        "fish.toml", "fish.png", "beside/relax.against.csv", "muscle/relax.png", "muscle/relax.csv",
     ];
 }
 
