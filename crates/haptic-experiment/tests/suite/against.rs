@@ -60,13 +60,15 @@ fn table(folder: &Path, header: &str, rows: impl Iterator<Item = Vec<f64>>) {
 /// Time, position and force of a run, as its log has them.
 fn samples(log: &Path) -> Vec<[f64; 3]> {
     let entries = LogReader::open(log).expect("opens");
-    let ticks = entries.filter_map(|entry| match entry.expect("reads") {
-        Entry::Tick(tick) => Some([
+    let ticks = entries.filter_map(|entry| {
+        let Entry::Tick(tick) = entry.expect("reads") else {
+            return None;
+        };
+        Some([
             tick.time_s,
             tick.position_m[0],
             0.0 - tick.commanded_force_n[0],
-        ]),
-        _ => None,
+        ])
     });
     ticks.collect()
 }
