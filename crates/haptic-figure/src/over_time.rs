@@ -121,7 +121,7 @@ pub struct MeasuredCurve<'a> {
     pub rms: f64,
 }
 
-/// An error of more per cent than this lies outside of its panel: where a record begins, it may be any.
+/// An error of more per cent than this is not drawn: where a record begins, it may be any.
 const PER_CENT_MOST: f64 = 100.0;
 
 impl MeasuredCurve<'_> {
@@ -133,34 +133,31 @@ impl MeasuredCurve<'_> {
         check_lengths(self.time_s, &slices)?;
         let errors = self.relative_error.iter();
         let per_cent: Vec<f64> = errors.map(|error| 100.0 * error).collect();
-        let points = showable(self.time_s, &per_cent, Scale::Log, Scale::Linear);
-        let shown = || points.iter().filter(|point| point.1.abs() <= PER_CENT_MOST);
-        let (x, y) = (
-            extremes(points.iter().map(|point| point.0)),
-            extremes(shown().map(|point| point.1).chain([0.0])),
-        );
-        let empty = points.is_empty();
-        let x = if empty { (1.0, 10.0) } else { x };
+        let mut points = showable(self.time_s, &per_cent, Scale::Log, Scale::Linear);
+        points.retain(|point| point.1.abs() <= PER_CENT_MOST);
+        let panel = TimePanel {
+            name,
+            caption: format!(
+                "run less record, over the record: rms {:.2} %",
+                100.0 * self.rms
+            ),
+            scale: Scale::Log,
+            value_scale: Scale::Linear,
+            label: "difference / %",
+            curves: vec![line(
+                points,
+                Stroke {
+                    width: 1.4,
+                    ..RECORD
+                },
+            )],
+            floor: None,
+            note: "no sample has a relative error",
+        };
         Ok(Row {
             height: ERROR_ROW_HEIGHT,
             columns: 1,
-            panels: vec![Panel {
-                name,
-                caption: format!(
-                    "run less record, over the record: rms {:.2} %",
-                    100.0 * self.rms
-                ),
-                x: Axis::time(Scale::Log, x.0, x.1),
-                y: Axis::around("difference / %", Scale::Linear, y.0, y.1),
-                curves: vec![line(
-                    points,
-                    Stroke {
-                        width: 1.4,
-                        ..RECORD
-                    },
-                )],
-                note: empty.then(|| "no sample has a relative error".to_owned()),
-            }],
+            panels: vec![panel.panel()],
         })
     }
 }
@@ -287,6 +284,7 @@ impl TheoryFigure<'_> {
             name,
             caption,
             scale,
+            value_scale: scale,
             label: self.label,
             curves: curves.chain([line(run, RUN)]).collect(),
             floor,
@@ -313,6 +311,7 @@ impl TheoryFigure<'_> {
             name: 'c',
             caption: "relative error, largest in each step of log t".to_owned(),
             scale: Scale::Log,
+            value_scale: Scale::Log,
             label: "relative error",
             curves: vec![line(envelope, DIFFERENCE)],
             floor: Some(largest / ERROR_SPAN),
@@ -366,12 +365,14 @@ fn line(points: Points, stroke: Stroke) -> Curve {
     }
 }
 
-/// A panel over time around its curves, with both axes of one scale.
+/// A panel over time around its curves.
 #[derive(Clone, Debug)]
 struct TimePanel {
     name: char,
     caption: String,
+    /// Of the axis of time, as the other is of the values.
     scale: Scale,
+    value_scale: Scale,
     /// Of the vertical axis, with the unit.
     label: &'static str,
     curves: Vec<Curve>,
@@ -398,7 +399,7 @@ impl TimePanel {
             name: self.name,
             caption: self.caption,
             x: Axis::time(self.scale, x.0, x.1),
-            y: Axis::around(self.label, self.scale, y_low, y.1),
+            y: Axis::around(self.label, self.value_scale, y_low, y.1),
             curves: self.curves,
             note: empty.then(|| self.note.to_owned()),
         }
@@ -527,6 +528,7 @@ fn linear(
         name,
         caption: caption.to_owned(),
         scale: Scale::Linear,
+        value_scale: Scale::Linear,
         label,
         curves,
         floor: None,

@@ -67,24 +67,10 @@ impl Live for Closed {
 
 struct Finished {
     report: serde_json::Value,
-    columns: Table,
-    /// A measured record beside the run.
-    against: Table,
     warnings: Vec<String>,
 }
 
-/// Columns by name.
-type Table = Vec<(String, Vec<f64>)>;
-
-/// Report, columns of the table, those of the record that lay over it, and what a user should know.
-type Shown<'py> = (
-    Bound<'py, PyAny>,
-    Bound<'py, PyDict>,
-    Bound<'py, PyDict>,
-    Vec<String>,
-);
-
-/// Runs an experiment into a folder.
+/// Runs an experiment into a folder; its report, and what a user should know.
 #[pyfunction]
 pub(crate) fn run_experiment<'py>(
     kind: &str,
@@ -93,7 +79,7 @@ pub(crate) fn run_experiment<'py>(
     overwrite: bool,
     force_unstable: bool,
     progress: Option<&Bound<'py, PyAny>>,
-) -> PyResult<Shown<'py>> {
+) -> PyResult<(Bound<'py, PyAny>, Vec<String>)> {
     let py = parameters.py();
     let document = document(kind, parameters)?;
     let mut request = FolderRequest {
@@ -113,17 +99,15 @@ pub(crate) fn run_experiment<'py>(
         let _drives = drives.transpose()?;
         run(&experiment, &request, conduct).map_err(|failure| failed(&failure))
     })?;
-    Ok((
-        to_python(py, &finished.report)?,
-        arrays(py, finished.columns)?,
-        arrays(py, finished.against)?,
-        finished.warnings,
-    ))
+    Ok((to_python(py, &finished.report)?, finished.warnings))
 }
 
-fn arrays(py: Python<'_>, table: Table) -> PyResult<Bound<'_, PyDict>> {
+/// The columns of a table that a run has written.
+#[pyfunction]
+pub(crate) fn table(py: Python<'_>, path: PathBuf) -> PyResult<Bound<'_, PyDict>> {
+    let read = py.detach(|| columns(&path));
     let arrays = PyDict::new(py);
-    for (name, values) in table {
+    for (name, values) in read.map_err(|failure| failed(&failure))? {
         arrays.set_item(name, PyArray1::from_vec(py, values))?;
     }
     Ok(arrays)
@@ -168,24 +152,17 @@ fn run(
     if let Some(lost) = report.run.lost_table() {
         return Err(lost);
     }
-    let report = serde_json::to_value(&report).map_err(Failure::input)?;
-    let table = |path: &serde_json::Value| {
-        let read = path.as_str().map(|path| columns(Path::new(path)));
-        read.transpose().map(Option::unwrap_or_default)
-    };
     Ok(Finished {
-        columns: table(&report["csv"])?,
-        against: table(&report["against"]["csv"])?,
-        report,
+        report: serde_json::to_value(&report).map_err(Failure::input)?,
         warnings: heard.into_inner().unwrap_or_default(),
     })
 }
 
 /// The columns of a table; NaN where a cell is empty.
-fn columns(path: &Path) -> Result<Table, Failure> {
+fn columns(path: &Path) -> Result<Vec<(String, Vec<f64>)>, Failure> {
     let mut reader = csv::Reader::from_path(path).map_err(Failure::input)?;
     let headers = reader.headers().map_err(Failure::input)?.clone();
-    let mut columns: Table = headers
+    let mut columns: Vec<(String, Vec<f64>)> = headers
         .iter()
         .map(|name| (name.to_owned(), Vec::new()))
         .collect();

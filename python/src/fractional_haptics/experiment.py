@@ -84,6 +84,12 @@ class Run(HoldsArrays):
         return f"<Run '{self.kind}' of {self.report['samples']} samples: {', '.join(self.columns)}>"
 
 
+def _tables(report: dict[str, Any]) -> list[dict[str, NDArray[np.float64]]]:
+    """The table of a run and that of the record over it, empty where there is none."""
+    paths = report.get("csv"), report.get("against", {}).get("csv")
+    return [_native.table(path) if path else {} for path in paths]
+
+
 def _run(
     kind: str,
     parameters: dict[str, Any],
@@ -96,13 +102,15 @@ def _run(
     given = {key: value for key, value in parameters.items() if value is not None}
     if out is not None:
         folder = Path(out)
-        report, columns, against, heard = _native.run_experiment(kind, given, folder, overwrite, force_unstable, progress)
+        report, heard = _native.run_experiment(kind, given, folder, overwrite, force_unstable, progress)
+        columns, against = _tables(report)
     else:
         folder = None
         with tempfile.TemporaryDirectory(prefix="fractional-haptics-", ignore_cleanup_errors=True) as temporary:
-            report, columns, against, heard = _native.run_experiment(
+            report, heard = _native.run_experiment(
                 kind, given, Path(temporary) / kind, False, force_unstable, progress
             )
+            columns, against = _tables(report)
         for gone in ("log", "logs", "csv", "fault_log"):
             report.pop(gone, None)
         report.get("against", {}).pop("csv", None)

@@ -53,7 +53,7 @@ fn a_written_document_and_the_log_of_a_run_keep_the_record() {
     assert!((0.002..0.0045).contains(&error), "{error}");
     let notes = report["against"]["notes"].to_string();
     assert!(
-        notes.contains("force of the modulus on this piece, driven through the ramp of 0.02 s"),
+        notes.contains("modulus on the piece, under the load of the run"),
         "{notes}"
     );
     let again = place.json("run muscle/relax.mcap --out again");
@@ -82,13 +82,13 @@ fn a_record_that_cannot_be_laid_over_the_run_is_refused_before_it() {
     place.write("empty.csv", "");
     place.refuses(
         "
-        relax --duration 2s --against short.csv => ends 0.8 s | hold begins at 1 s | --ramp-time
+        relax --duration 2s --against short.csv => ends 0.8 s | before the hold | --ramp-time
         relax --duration 2s --against late.csv => from 30 s to 32 s | the run ends at 2 s | --duration
         relax --against falls.csv => falls.csv | line 4: time 1 s comes after 2 s | sort the rows
         relax --against words.txt => words.txt | only one column
         relax --against strain.csv => strain.csv | compared with force_n or stress_pa or relaxation_modulus_pa
         creep --against short.csv => short.csv | strain or position_m or creep_compliance_per_pa
-        relax --duration 2s --against modulus.csv => from its first time after the ramp on
+        relax --duration 2s --against modulus.csv => modulus.csv | two samples in common
         relax --against empty.csv => empty.csv | the table is empty
         relax --against nowhere.csv => nowhere.csv: cannot be read
         relax --against experiments => not a regular file

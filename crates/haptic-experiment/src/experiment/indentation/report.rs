@@ -7,7 +7,7 @@ use crate::experiment::drive::{DriveJudge, DriveReport, Massless, drive_columns}
 use crate::experiment::kind::Experiment as _;
 use crate::experiment::rendering::{DEPTH, FORCE, STRESS};
 use crate::judge;
-use crate::judge::against::{Comparison, Measured};
+use crate::judge::against::Comparison;
 use crate::judge::decimated::Decimated;
 use crate::judge::modelled_tissue::Sampled;
 use crate::judge::reference::{ReferenceSeries, TOLERANCE};
@@ -123,10 +123,7 @@ impl Indentation {
             let driven = drive.as_ref().map(|_| drive_columns(self.load));
             table(ran, quantity.moved, driven)
         });
-        let mut against = self.against.as_ref().map(|measured| {
-            let column = quantity.moved.map_or("force_n", |moved| moved.column);
-            Comparison::new(measured, ran, origin(record), column, from_s)
-        });
+        let mut against = self.against.as_ref().map(Comparison::new);
         let (mut last, mut unseen_until_s, mut deepest_m) = (None, None, 0.0);
         let mut ends_limited = false;
         Samples::of(record, &ran.log.paths).for_each(|sample| {
@@ -182,12 +179,14 @@ impl Indentation {
             Ok(())
         })?;
         let mut files = Files::of_run(ran, csv);
-        let (against, overlay, unwritten) = match against.map(Comparison::finish) {
-            Some((rows, overlay, unwritten)) => (Some(rows), Some(overlay), unwritten),
-            None => {
-                ran.folder.remove_stale("against.csv");
-                (None, None, None)
-            }
+        if against.is_none() {
+            ran.folder.remove_stale("against.csv");
+        }
+        let column = quantity.moved.map_or("force_n", |moved| moved.column);
+        let against = against.map(|against| against.finish(ran, column, from_s));
+        let (against, overlay, unwritten) = match against {
+            Some((rows, overlay, unwritten)) => (rows, Some(overlay), unwritten),
+            None => (Vec::new(), None, None),
         };
         files.unwritten = files.unwritten.or(unwritten);
         // On the ideal rig the depth is the tissue's own, whatever is left of the force.
@@ -225,7 +224,6 @@ impl Indentation {
             ));
         }
         (warnings.0).extend(drive.iter().flat_map(DriveReport::warnings));
-        (warnings.0).extend(self.against.iter().flat_map(Measured::warnings));
         let [full_history, closed_form, discretisation, rig] = errors.map(LargestError::get);
         if self.holds_device() && record.link.as_ref().is_some_and(|link| link.simulated) {
             warnings.0.push(
@@ -274,7 +272,6 @@ impl Indentation {
             full_history_error(&full_history),
             closed_form_error(&closed_form),
         ];
-        let against = against.into_iter().flatten();
         let beside = [end, held].into_iter().flatten().chain(against);
         let off = closed_form.largest;
         let report = Report {
