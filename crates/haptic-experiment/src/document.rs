@@ -64,6 +64,8 @@ pub(crate) const IN_LOG: (&str, &str) = ("experiment", "document");
 pub(crate) const TISSUE_IN_LOG: &str = "tissue_file";
 pub(crate) const CONTROLLER_IN_LOG: &str = "drive.file";
 pub(crate) const DEVICE_IN_LOG: &str = "device_model.file";
+/// The same of the device of a drive.
+pub(crate) const DRIVE_DEVICE_IN_LOG: &str = "drive_device_model.file";
 
 impl Document {
     /// A document without a file: a table of this name, to which values are given.

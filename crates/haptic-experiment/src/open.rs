@@ -19,16 +19,17 @@ mod tests;
 
 use crate::document::error::FileError;
 use crate::document::failure::Failure;
-use crate::document::parameters::{CONTROLLER, DEVICE, FORCE_UNSTABLE, TISSUE};
+use crate::document::parameters::{CONTROLLER, DEVICE, DRIVE_DEVICE_MODEL, FORCE_UNSTABLE, TISSUE};
 use crate::document::parameters::{Parameter, Value};
 use crate::document::reader::Table;
 use crate::document::{
-    CONTROLLER_IN_LOG, DEVICE_IN_LOG, Document, IN_LOG, TISSUE_IN_LOG, choice, line,
+    CONTROLLER_IN_LOG, DEVICE_IN_LOG, DRIVE_DEVICE_IN_LOG, Document, IN_LOG, TISSUE_IN_LOG, choice,
+    line,
 };
 use crate::experiment;
 use crate::experiment::indentation::Indentation;
 use crate::experiment::kind::{Beside, Experiment, Watched};
-use crate::experiment::reading::{device_text, with_devices};
+use crate::experiment::reading::{DEVICE_FILES, device_text, with_devices};
 use crate::experiment::teleoperation::{End, FarReport, TeleoperationExperiment, Terms};
 use crate::judge::modelled_tissue::TissuePiece;
 use crate::judge::{Published, Report};
@@ -278,8 +279,10 @@ impl Document {
                     keep(parameter.key, value);
                 }
             }
-            if let Some(text) = device_text(&table)? {
-                keep(DEVICE_IN_LOG, text);
+            for file in DEVICE_FILES {
+                if let Some(text) = device_text(&table, file)? {
+                    keep(file.in_log, text);
+                }
             }
         }
         keep(IN_LOG.1, self.to_toml()?);
@@ -310,10 +313,11 @@ impl Document {
 }
 
 /// Files that a document names: the key, and where a log has the text.
-const FILES_IN_LOG: [(&str, &str); 3] = [
+const FILES_IN_LOG: [(&str, &str); 4] = [
     (TISSUE.key, TISSUE_IN_LOG),
     (CONTROLLER.key, CONTROLLER_IN_LOG),
     (DEVICE_MODEL.key, DEVICE_IN_LOG),
+    (DRIVE_DEVICE_MODEL.key, DRIVE_DEVICE_IN_LOG),
 ];
 
 /// The table above the values of its device file, if its kind takes one.

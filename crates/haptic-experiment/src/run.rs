@@ -50,6 +50,7 @@ use realtime::RealtimeSummary;
 use record::Record;
 use recorder::Recorded;
 pub use recorder::{Recorder, Stopped};
+use remote::DriveRan;
 pub use remote::{RoundTrip, cycles, guard_of};
 pub use safety::{GuardedDevice, speed, workspace};
 use schedule::{Pace, Schedule};
@@ -99,6 +100,8 @@ pub(crate) struct Ran {
     pub preflight: Option<PreflightVerdict>,
     /// The same of a drive.
     pub drive: Option<DriveVerdict>,
+    /// What a drive on a device of its own leaves.
+    pub second: Option<DriveRan>,
     /// Losses of live streams, a sentence each.
     pub live_warnings: Vec<String>,
 }
@@ -174,6 +177,7 @@ impl Ran {
             fault_log: recorded.fault_log,
             preflight: None,
             drive: None,
+            second: None,
             live_warnings: recorded.warnings,
         }
     }

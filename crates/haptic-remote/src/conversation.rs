@@ -30,8 +30,12 @@ pub enum Incoming {
     Begun(Report),
     /// An answer to a keep-alive.
     Alive {
+        /// When it was sent, µs.
+        sent_us: u64,
         /// From sending to hearing, µs.
         round_trip_us: u64,
+        /// The device's own time in it, µs.
+        device_us: u64,
         /// It answers the newest keep-alive. An older one says that the device lives, but not how far it is.
         newest: bool,
         /// State and fault at that moment.
@@ -279,7 +283,9 @@ impl Conversation {
     fn alive(&self, alive: &Alive, now_us: u64) -> Option<Incoming> {
         let age = self.token.wrapping_sub(alive.token);
         ((age as usize) < TOKENS).then(|| Incoming::Alive {
+            sent_us: self.sent_us(alive.token),
             round_trip_us: now_us.saturating_sub(self.sent_us(alive.token)),
+            device_us: alive.time_us,
             newest: age == 0,
             status: alive.status,
             observed_energy_j: alive.observed_energy_j,

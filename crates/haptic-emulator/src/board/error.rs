@@ -27,6 +27,9 @@ pub enum EmulatorError {
     /// A number of axes that no device has.
     #[error("axes = {0} is not in [1, 3]: give 1, 2 or 3")]
     Axes(u8),
+    /// Facing boards of several axes.
+    #[error("axes = {0} of two boards that face each other is not 1: omit it")]
+    FacingAxes(u8),
     /// The emulated device refused its own start-up configuration.
     #[error("the emulated device: {0:?}")]
     Device(haptic_link::Refusal),

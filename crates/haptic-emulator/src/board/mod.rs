@@ -5,13 +5,15 @@
 //! ```
 //! The same state machine as in the firmware, ticked by the clock, or by a faster or slower one. When this
 //! machine is too busy to tick in time the device's clock waits, as if everything on it had been slower:
-//! an emulated device never reports faults that it would not have.
+//! an emulated device never reports faults that it would not have. Two boards whose masses meet share that clock and one thread.
 
 mod error;
+mod facing;
 mod socket;
 mod terminal;
 
 pub use error::EmulatorError;
+pub use facing::emulate_facing;
 pub use socket::Socket;
 pub use terminal::Terminal;
 
@@ -108,73 +110,126 @@ fn emulate_board<H: Hardware<D, Setup: FitsDevice>, const D: usize>(
     stop: &AtomicBool,
 ) -> Result<Emulated, EmulatorError> {
     match emulation.body {
-        None => run(line, emulation, board, stop),
-        Some(body) => {
-            let (noise, seed) = body.noise;
-            let board = Sensed::new(board, body.encoder_resolution, noise, seed)?;
-            run(line, emulation, Embodied { board, body }, stop)
-        }
+        None => alone(line, emulation, board, stop),
+        Some(body) => alone(line, emulation, Embodied::new(board, body)?, stop),
     }
 }
 
-fn run<H: Hardware<D>, const D: usize>(
+fn alone<H: Hardware<D>, const D: usize>(
     line: Box<dyn Line>,
     emulation: &Emulation,
     board: H,
     stop: &AtomicBool,
 ) -> Result<Emulated, EmulatorError> {
-    let reading = line.share();
-    let reading = reading.map_err(|error| EmulatorError::Terminal(error.to_string()))?;
+    let [done] = run([(line, emulation, board)], stop)?;
+    Ok(done)
+}
+
+/// Boards that share a clock: speed and duration are those of the first.
+fn run<H: Hardware<D>, const D: usize, const N: usize>(
+    boards: [(Box<dyn Line>, &Emulation, H); N],
+    stop: &AtomicBool,
+) -> Result<[Emulated; N], EmulatorError> {
     let over = AtomicBool::new(false);
     let over = &over;
     std::thread::scope(|scope| {
         // Made in here, so that its ends of the queues are gone before the threads are waited for.
-        let (arrived, arriving) = sync_channel::<Vec<u8>>(WAITING_MOST);
-        let (leave, leaving) = sync_channel::<Vec<u8>>(WAITING_MOST);
-        let mut emulator = Emulator::new(board, emulation, arriving, leave)?;
-        scope.spawn(move || read(reading, &arrived, over));
-        scope.spawn(move || write_all(line, &leaving, over));
+        let (arrived, arriving) = sync_channel::<(usize, Vec<u8>)>(WAITING_MOST);
+        let mut emulator = Emulator {
+            boards: Vec::new(),
+            arriving,
+            clock: HeldClock::new(Moment::now, boards[0].1.speed),
+            speed: boards[0].1.speed,
+        };
+        let duration = boards[0].1.duration;
+        let mut lines = Vec::new();
+        for (line, emulation, board) in boards {
+            let reading = line.share();
+            let reading = reading.map_err(|error| EmulatorError::Terminal(error.to_string()))?;
+            let (leave, leaving) = sync_channel::<Vec<u8>>(WAITING_MOST);
+            (emulator.boards).push(EmulatedBoard::new(board, emulation, leave)?);
+            lines.push((reading, line, leaving));
+        }
+        for (index, (reading, line, leaving)) in lines.into_iter().enumerate() {
+            let arrived = arrived.clone();
+            scope.spawn(move || read(reading, |bytes| arrived.send((index, bytes)).is_ok(), over));
+            scope.spawn(move || write_all(line, &leaving, over));
+        }
+        drop(arrived);
         let goes_on = |emulator: &Emulator<H, D>| {
             !stop.load(Ordering::Relaxed)
-                && (emulation.duration).is_none_or(|most| emulator.clock.elapsed() < most)
+                && duration.is_none_or(|most| emulator.clock.elapsed() < most)
         };
         while goes_on(&emulator) && emulator.round() {}
         over.store(true, Ordering::Relaxed);
-        Ok(Emulated {
-            ticks: emulator.ticks,
-            damage: Damage {
-                to_device: emulator.from_host.damage(),
-                to_host: emulator.to_host.damage(),
-            },
-            unread: emulator.unread,
-        })
+        Ok(std::array::from_fn(|index| emulator.boards[index].counts()))
     })
 }
 
 struct Emulator<H: Hardware<D>, const D: usize> {
+    boards: Vec<EmulatedBoard<H, D>>,
+    /// What came over the line of which board.
+    arriving: Receiver<(usize, Vec<u8>)>,
+    clock: HeldClock,
+    speed: f64,
+}
+
+impl<H: Hardware<D>, const D: usize> Emulator<H, D> {
+    /// Waits for bytes or the next tick, and works on what came. False when the ports are gone.
+    fn round(&mut self) -> bool {
+        let ticks = self.boards.iter().map(EmulatedBoard::next_us).enumerate();
+        // Of two at the same time the first.
+        let Some((next, next_us)) = ticks.min_by_key(|(_, next_us)| *next_us) else {
+            return false;
+        };
+        let first = match self.arriving.recv_timeout(self.clock.until(next_us)) {
+            Ok(first) => Some(first),
+            Err(RecvTimeoutError::Timeout) => None,
+            Err(RecvTimeoutError::Disconnected) => return false,
+        };
+        let now_us = self.clock.now_us();
+        for (index, bytes) in first.into_iter().chain(self.arriving.try_iter()) {
+            self.boards[index].take(bytes, now_us);
+        }
+        for board in &mut self.boards {
+            board.hear(now_us);
+        }
+        // What was heard may have changed its period.
+        let next_us = self.boards[next].next_us();
+        if now_us >= next_us {
+            self.clock.ticked_us = next_us;
+            self.boards[next].tick(self.speed > 1.0);
+            self.clock.catch_up(now_us);
+        }
+        for board in &mut self.boards {
+            board.speak(now_us);
+        }
+        true
+    }
+}
+
+struct EmulatedBoard<H: Hardware<D>, const D: usize> {
     device: RefCell<TickSide<H, D>>,
     session: DeviceSession,
     from_host: FaultyLine,
     to_host: FaultyLine,
-    arriving: Receiver<Vec<u8>>,
     leave: SyncSender<Vec<u8>>,
-    clock: HeldClock,
-    speed: f64,
     /// Real time at which the watchdog was fed.
     heard: Moment,
     /// Bytes of the host since the end of a frame.
     frame: Vec<u8>,
     /// Room for a frame to the host.
     line: [u8; FRAME_MAX],
+    /// Device time of the last tick, µs.
+    ticked_us: u64,
     ticks: u64,
     unread: u64,
 }
 
-impl<H: Hardware<D>, const D: usize> Emulator<H, D> {
+impl<H: Hardware<D>, const D: usize> EmulatedBoard<H, D> {
     fn new(
         board: H,
         emulation: &Emulation,
-        arriving: Receiver<Vec<u8>>,
         leave: SyncSender<Vec<u8>>,
     ) -> Result<Self, EmulatorError> {
         let [from_host, to_host] = FaultyLine::both_ways(emulation.faults, emulation.seed)?;
@@ -184,40 +239,35 @@ impl<H: Hardware<D>, const D: usize> Emulator<H, D> {
             session: DeviceSession::within_this_process(),
             from_host,
             to_host,
-            arriving,
             leave,
-            clock: HeldClock::new(Moment::now, emulation.speed),
-            speed: emulation.speed,
             heard: Moment::now(),
             frame: Vec::new(),
             line: [0; FRAME_MAX],
+            ticked_us: 0,
             ticks: 0,
             unread: 0,
         })
     }
 
-    /// Waits for bytes or the next tick, and works on what came. False when the port is gone.
-    fn round(&mut self) -> bool {
-        let period_us = u64::from(self.device.borrow().configuration().0.tick_period_us);
-        let next_us = self.clock.ticked_us + period_us;
-        let bytes = match self.arriving.recv_timeout(self.clock.until(next_us)) {
-            Ok(bytes) => bytes,
-            Err(RecvTimeoutError::Timeout) => Vec::new(),
-            Err(RecvTimeoutError::Disconnected) => return false,
-        };
-        let now_us = self.clock.now_us();
-        self.take(bytes, now_us);
-        self.hear(now_us);
-        if now_us >= next_us {
-            self.tick(next_us, now_us);
+    /// Device time of the next tick, µs.
+    fn next_us(&self) -> u64 {
+        self.ticked_us + u64::from(self.device.borrow().configuration().0.tick_period_us)
+    }
+
+    fn counts(&self) -> Emulated {
+        Emulated {
+            ticks: self.ticks,
+            damage: Damage {
+                to_device: self.from_host.damage(),
+                to_host: self.to_host.damage(),
+            },
+            unread: self.unread,
         }
-        self.speak(now_us);
-        true
     }
 
     /// Puts whole frames on the line from the host.
     fn take(&mut self, bytes: Vec<u8>, now_us: u64) {
-        for byte in bytes.into_iter().chain(self.arriving.try_iter().flatten()) {
+        for byte in bytes {
             self.frame.push(byte);
             if byte == 0 || self.frame.len() > 4 * FRAME_MAX {
                 self.from_host.send(&self.frame, now_us);
@@ -230,9 +280,9 @@ impl<H: Hardware<D>, const D: usize> Emulator<H, D> {
     fn hear(&mut self, now_us: u64) {
         while let Some(frame) = self.from_host.receive(now_us) {
             let fed = self.session.fed();
+            // The device has not been beyond its next tick, or its watchdog would see the future.
+            let time_us = now_us.min(self.next_us());
             for byte in frame {
-                // The device's time is that of its ticks, or its watchdog would see the future.
-                let time_us = self.clock.ticked_us;
                 let length = (self.session).receive(byte, time_us, &self.device, &mut self.line);
                 if length > 0 {
                     self.to_host.send(&self.line[..length], now_us);
@@ -244,18 +294,18 @@ impl<H: Hardware<D>, const D: usize> Emulator<H, D> {
         }
     }
 
-    fn tick(&mut self, next_us: u64, now_us: u64) {
-        self.clock.ticked_us = next_us;
+    /// The next tick. Of a device that is faster than real time `hurried` is true.
+    fn tick(&mut self, hurried: bool) {
+        self.ticked_us = self.next_us();
         let mut device = self.device.borrow_mut();
         // A host lives in real time, so that is what its silence is measured in.
         let watchdog_ms = device.configuration().0.limits.watchdog_ms;
         let silent = self.heard.elapsed() > Duration::from_millis(u64::from(watchdog_ms));
-        if self.speed > 1.0 && !silent {
-            device.heard(next_us, true);
+        if hurried && !silent {
+            device.heard(self.ticked_us, true);
         }
-        device.tick(next_us);
+        device.tick(self.ticked_us);
         self.ticks += 1;
-        self.clock.catch_up(now_us);
     }
 
     /// Sends what the device has to say, and lets go of what the line is through with.
@@ -291,6 +341,14 @@ pub struct Body {
 struct Embodied<H> {
     board: Sensed<H>,
     body: Body,
+}
+
+impl<H> Embodied<H> {
+    fn new(board: H, body: Body) -> Result<Self, EmulatorError> {
+        let (noise, seed) = body.noise;
+        let board = Sensed::new(board, body.encoder_resolution, noise, seed)?;
+        Ok(Self { board, body })
+    }
 }
 
 impl<H: Hardware<D>, const D: usize> Device<f32, D> for Embodied<H> {
@@ -339,18 +397,20 @@ impl<H: Hardware<D, Setup: FitsDevice>, const D: usize> Hardware<D> for Embodied
         self.board.device_mut().restart();
     }
 
-    /// A simulated board stands still while it is read.
+    /// A board with a plant of its own stands still while it is read; one that faces another lets go of its mass.
     fn idle(&mut self) -> Result<Reading<f32, D>, Fault> {
+        self.board.let_go();
         self.board.read()
     }
 }
 
-fn read(mut port: Box<dyn Line>, arrived: &SyncSender<Vec<u8>>, over: &AtomicBool) {
+/// Hands over what comes, until nobody takes it.
+fn read(mut port: Box<dyn Line>, taken: impl Fn(Vec<u8>) -> bool, over: &AtomicBool) {
     let mut bytes = [0; 1024];
     while !over.load(Ordering::Relaxed) {
         match port.read(&mut bytes) {
             Ok(count) => {
-                if arrived.send(Vec::from(&bytes[..count])).is_err() {
+                if !taken(Vec::from(&bytes[..count])) {
                     return;
                 }
             }

@@ -60,6 +60,7 @@ const FILES: [&str; 6] = [
     LIBRARY.key,
     CONTROLLER.key,
     DEVICE_MODEL.key,
+    DRIVE_DEVICE_MODEL.key,
     RESPONSE_FILE.key,
 ];
 
@@ -69,7 +70,7 @@ pub fn is_path(key: &str, text: &str) -> bool {
     FILES.contains(&key)
         && match key {
             key if key == TISSUE.key => Path::new(text).extension().is_some_and(|e| e == "toml"),
-            key if key == DEVICE_MODEL.key && text == LABORATORY => false,
+            key if key.ends_with(DEVICE_MODEL.key) && text == LABORATORY => false,
             _ => !text.is_empty(),
         }
 }

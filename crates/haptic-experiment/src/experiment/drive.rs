@@ -8,6 +8,7 @@
 
 mod judge;
 mod preflight;
+mod second;
 #[cfg(test)]
 mod tests;
 
@@ -16,37 +17,61 @@ use crate::document::controller_file::ControllerFile;
 use crate::document::error::FileError;
 use crate::document::failure::Failure;
 use crate::document::parameters::kind::{Parameter, parameters};
-use crate::document::parameters::range::FORCE_LIMITS;
-use crate::document::parameters::{CONTROLLER, SAMPLE_TIME};
+use crate::document::parameters::range::{DAMPINGS, FORCE_LIMITS, STIFFNESSES};
+use crate::document::parameters::{
+    CONTROLLER, DEVICE, DRIVE_DEVICE, DRIVE_DEVICE_MODEL, DRIVE_LOOP, SAMPLE_TIME,
+};
 use crate::document::reader::Table;
+use crate::experiment::reading::{DEVICE_FILES, device_model_by, without};
 use crate::judge::modelled_tissue::Sampled;
 use crate::run::advice::single;
+use crate::run::device::DeviceName;
+use crate::run::remote::RemoteDevice;
 use crate::run::simulate::Instrumented;
 use fracdiff::parameter::Shown;
 use fracdiff::{Real, Seconds};
 use fractional_control::{ControlError, Controller, ControllerSetup, UseController};
+use haptic_analysis::Dynamics;
 use haptic_link::{ControllerLaw, OperatorShape};
 use haptic_log::record::TickMessage;
 use haptic_loop::nalgebra::SVector;
-use haptic_loop::plant::{HeldRig, Holder, IndentationRig, RampHold, RigDrive};
-use haptic_loop::{DepthMap, Device, Reading, SafeForce};
+use haptic_loop::plant::{
+    FacingContact, FacingSide, HeldRig, Holder, IndentationRig, RampHold, RigDrive,
+};
+use haptic_loop::units::{NewtonSecondsPerMetre, NewtonsPerMetre};
+use haptic_loop::{DepthMap, Device, Environment, Reading, SafeForce};
 pub(crate) use judge::DriveReport;
 pub(crate) use judge::{DriveJudge, drive_columns};
 pub(crate) use preflight::TissueLaw;
+pub(crate) use second::{DriveSamples, tell};
 use std::convert::Infallible;
 use std::fmt::Debug;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicU64, Ordering};
 
 parameters! {
     crate;
     /// Force limit of the drive, N.
     DRIVE_FORCE_LIMIT = number("drive_force_limit_n", 10.0, "10N", FORCE_LIMITS, "Largest force of the drive on the indenter");
+    /// Spring of the contact of two devices, N/m.
+    CONTACT_STIFFNESS = number("contact_stiffness_n_per_m", 1e5, "100kN/m", STIFFNESSES, "Stiffness of the contact of two devices, for the analysis");
+    /// Damper of that contact, N·s/m.
+    CONTACT_DAMPING = number("contact_damping_n_s_per_m", 80.0, "80", DAMPINGS, "Damping of that contact, for the analysis");
 }
 
 /// Of `[drive]`, beside `[relax]` or `[creep]`.
-pub(crate) const DRIVE: &[Parameter] = &[CONTROLLER, DRIVE_FORCE_LIMIT];
+pub(crate) const DRIVE: &[Parameter] = &[
+    CONTROLLER,
+    DRIVE_FORCE_LIMIT,
+    DRIVE_DEVICE,
+    DRIVE_DEVICE_MODEL,
+    DRIVE_LOOP,
+    CONTACT_STIFFNESS,
+    CONTACT_DAMPING,
+];
 
-/// `[drive]`.
-pub(crate) fn drive(table: &Table<'_>) -> Result<Drive, FileError> {
+/// `[drive]`, beside an experiment on this device.
+pub(crate) fn drive(table: &Table<'_>, tissue: Option<&RemoteDevice>) -> Result<Drive, FileError> {
     table.required_text(&CONTROLLER)?;
     let path = table.file(&CONTROLLER)?.unwrap_or_default();
     Ok(Drive {
@@ -56,7 +81,62 @@ pub(crate) fn drive(table: &Table<'_>) -> Result<Drive, FileError> {
             Some(text) => ControllerFile::parse(&path, text)?,
             None => ControllerFile::read(&path)?,
         },
+        device: second(table, tissue)?,
     })
+}
+
+/// The device that the controller moves, if it is another one than that of the tissue.
+fn second(
+    table: &Table<'_>,
+    tissue: Option<&RemoteDevice>,
+) -> Result<Option<DriveDevice>, FileError> {
+    if !table.has(&DRIVE_DEVICE) {
+        let idle = format!("without a second device: give {DRIVE_DEVICE} too, as serial:PATH");
+        let [_, _, _, rest @ ..] = DRIVE else {
+            return Ok(None);
+        };
+        return without(table, rest, &idle).map(|()| None);
+    }
+    let fail = |reason: String| table.fail_at(DRIVE_DEVICE.key, reason);
+    let named = table.text(&DRIVE_DEVICE)?;
+    let name = named.parse::<DeviceName>().map_err(fail)?.0;
+    let (Some(name), Some(tissue)) = (name, tissue) else {
+        return Err(fail(format!(
+            "drive_device = \"{named}\", but both devices of a drive are at ports or neither is: give {} and {}, or omit {DRIVE_DEVICE}",
+            DEVICE.set_to("serial:PATH"),
+            DRIVE_DEVICE.set_to("serial:PATH")
+        )));
+    };
+    if tissue.name.may_be(&name) {
+        return Err(fail(format!(
+            "drive_device = \"{named}\" may be the same device as {}: name two, each by its own path",
+            DEVICE.set_to(&tissue.name)
+        )));
+    }
+    let model = device_model_by(table, DEVICE_FILES[1])?;
+    Ok(Some(DriveDevice {
+        remote: RemoteDevice {
+            name,
+            loop_mode: table.choice(&DRIVE_LOOP)?,
+            ..tissue.clone()
+        },
+        dynamics: model.map(|model| model.dynamics()),
+        contact: FacingContact {
+            stiffness: NewtonsPerMetre(table.number(&CONTACT_STIFFNESS)?),
+            damping: NewtonSecondsPerMetre(table.number(&CONTACT_DAMPING)?),
+            ..FacingContact::COMPLIANT
+        },
+    }))
+}
+
+/// A second device, which a controller moves.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct DriveDevice {
+    pub remote: RemoteDevice,
+    /// What is known of it.
+    pub dynamics: Option<Dynamics>,
+    /// Where it meets the tissue's device.
+    pub contact: FacingContact,
 }
 
 /// A controller for the indenter, and the largest force of its motor.
@@ -68,6 +148,8 @@ pub(crate) struct Drive {
     pub controller: ControllerFile,
     /// Largest force on the indenter, N, above 0. The limits of the controller hold beside it.
     pub force_limit_n: f64,
+    /// The device that it moves, if that is another one than the tissue's.
+    pub device: Option<DriveDevice>,
 }
 
 impl Drive {
@@ -138,23 +220,35 @@ pub(crate) struct ControllerHolder {
 /// A controller of any type.
 trait Running: Debug {
     /// The command; `true` if it had to be limited.
-    fn step(&mut self, r: f64, y: f64) -> (f64, bool);
+    fn command(&self, r: f64, y: f64) -> (f64, bool);
+
+    /// Takes in what was really commanded.
+    fn advance(&mut self, r: f64, y: f64, command: f64);
 
     fn reset(&mut self);
+
+    fn copy(&self) -> Box<dyn Running>;
 }
 
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 struct Own<C: Controller<f64>> {
     controller: C,
     history: C::History,
 }
 
-impl<C: Controller<f64> + Debug> Running for Own<C> {
-    fn step(&mut self, r: f64, y: f64) -> (f64, bool) {
+impl<C: Controller<f64> + Clone + Debug + 'static> Running for Own<C> {
+    fn command(&self, r: f64, y: f64) -> (f64, bool) {
         let wanted = self.controller.wanted(&self.history, r, y);
         let command = self.controller.output(&self.history, r, y);
-        self.controller.advance(&mut self.history, r, y, command);
         (command, wanted.to_bits() != command.to_bits())
+    }
+
+    fn advance(&mut self, r: f64, y: f64, command: f64) {
+        self.controller.advance(&mut self.history, r, y, command);
+    }
+
+    fn copy(&self) -> Box<dyn Running> {
+        Box::new(self.clone())
     }
 
     fn reset(&mut self) {
@@ -189,7 +283,8 @@ impl ControllerHolder {
 
 impl Holder for ControllerHolder {
     fn force(&mut self, set_point: f64, measured: f64) -> f64 {
-        let (command, limited) = self.running.step(set_point, measured);
+        let (command, limited) = self.running.command(set_point, measured);
+        self.running.advance(set_point, measured, command);
         self.limited = limited;
         command
     }
@@ -197,6 +292,100 @@ impl Holder for ControllerHolder {
     fn restart(&mut self) {
         self.running.reset();
         self.limited = false;
+    }
+}
+
+impl Clone for ControllerHolder {
+    fn clone(&self) -> Self {
+        Self {
+            running: self.running.copy(),
+            limited: self.limited,
+        }
+    }
+}
+
+/// The controller of a drive that closes the loop of its device from here, tick by tick from the start of its run.
+#[derive(Debug)]
+pub(crate) struct HostDrive {
+    at_rest: ControllerHolder,
+    load: RigDrive,
+    sample_time_s: f64,
+    /// The newest force that the other device opposes, N, as its bits: what is measured in a creep test.
+    opposed_n: Arc<AtomicU64>,
+}
+
+impl Drive {
+    /// The controller for a loop here, in which the other device opposes this force, N, as its bits.
+    pub(crate) fn on_host(
+        &self,
+        load: RigDrive,
+        sample_time_s: f64,
+        opposed_n: Arc<AtomicU64>,
+    ) -> Result<HostDrive, Failure> {
+        Ok(HostDrive {
+            at_rest: self.holder(sample_time_s)?,
+            load,
+            sample_time_s,
+            opposed_n,
+        })
+    }
+}
+
+/// A controller, and the tick that comes next.
+#[derive(Clone, Debug)]
+pub(crate) struct HostHistory {
+    holder: ControllerHolder,
+    tick: u64,
+}
+
+impl HostDrive {
+    fn set_point(&self, history: &HostHistory) -> f64 {
+        set_point(self.load, history.tick as f64 * self.sample_time_s)
+    }
+}
+
+impl Environment<f64, 1> for HostDrive {
+    type History = HostHistory;
+
+    fn at_rest(&self) -> HostHistory {
+        let holder = self.at_rest.clone();
+        HostHistory { holder, tick: 0 }
+    }
+
+    fn force(&self, history: &HostHistory, position_m: &SVector<f64, 1>) -> SVector<f64, 1> {
+        self.force_and_input(history, position_m).0
+    }
+
+    fn advance(&self, history: &mut HostHistory, position_m: &SVector<f64, 1>) {
+        let (force, input) = self.force_and_input(history, position_m);
+        self.advance_applied(history, &input, &force);
+    }
+
+    /// The input is what the controller measures.
+    fn force_and_input(
+        &self,
+        history: &HostHistory,
+        position_m: &SVector<f64, 1>,
+    ) -> (SVector<f64, 1>, SVector<f64, 1>) {
+        let measured = match self.load {
+            RigDrive::Position(_) => position_m[0],
+            RigDrive::Force(_) => f64::from_bits(self.opposed_n.load(Ordering::Relaxed)),
+        };
+        let running = &history.holder.running;
+        let (command, _) = running.command(self.set_point(history), measured);
+        ([command].into(), [measured].into())
+    }
+
+    fn advance_applied(
+        &self,
+        history: &mut HostHistory,
+        input: &SVector<f64, 1>,
+        applied_n: &SVector<f64, 1>,
+    ) {
+        let set_point = self.set_point(history);
+        let running = &mut history.holder.running;
+        running.advance(set_point, input[0], applied_n[0]);
+        history.tick += 1;
     }
 }
 
@@ -309,10 +498,13 @@ impl Instrumented for SimulatedRig {
                 }
             }
             Self::Held(held) => {
-                let observed = held.rig().observe();
+                let devices = held.devices();
+                let indenter_m = devices.position(FacingSide::Indenter);
                 TickMessage {
-                    reference_m: held.reference().map_or(observed.reference_m, Into::into),
-                    ..observed
+                    reference_m: held.reference().unwrap_or(indenter_m).into(),
+                    indenter_position_m: indenter_m.into(),
+                    contact_force_n: devices.contact_force().into(),
+                    ..TickMessage::default()
                 }
             }
         }

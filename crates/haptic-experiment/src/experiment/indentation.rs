@@ -25,19 +25,23 @@ use crate::document::error::FileError;
 use crate::document::failure::Failure;
 use crate::document::named::Named as _;
 use crate::document::parameters as p;
-use crate::document::parameters::{CONTACT, CONTROLLER, DEVICE, LOOP, Parameter, TISSUE};
+use crate::document::parameters::{
+    CONTACT, CONTROLLER, DEVICE, DRIVE_LOOP, LOOP, Parameter, SAMPLE_TIME, TISSUE, TRIAL_DURATION,
+};
 use crate::document::reader::Table;
 use crate::document::{CONTROLLER_IN_LOG, TISSUE_IN_LOG};
-use crate::experiment::drive::{self, Drive, SimulatedRig, TissueLaw};
+use crate::experiment::drive::{self, Drive, DriveDevice, SimulatedRig, TissueLaw};
 use crate::judge::against::Measured;
 use crate::judge::modelled_tissue::TissuePiece;
 use crate::judge::preflight::{Preflight, WallContact};
 use crate::judge::{Published, Report};
+use crate::run::advice::parameter;
 use crate::run::drive_verdict::DriveVerdict;
 use crate::run::preflight::{Findings as _, PreflightRequest, PreflightSubject, note_findings};
+use crate::run::record::{WHOLE_MOST, keeps_all};
 use crate::run::remote::{
-    RemoteDevice, RemoteLaw, RemoteRun, UnchangedLimits, blank, indentation, no_operator, portable,
-    push,
+    PairRun, RemoteDevice, RemoteLaw, RemoteRun, UnchangedLimits, blank, indentation, no_operator,
+    portable, push,
 };
 use crate::run::safety::keys::SPEED_LIMIT;
 use crate::run::safety::{GuardChoice, GuardedDevice, Safety, safety};
@@ -56,8 +60,10 @@ use haptic_loop::plant::{
     Sensed,
 };
 use haptic_loop::units::{Kilograms, Metres, NewtonSecondsPerMetre, Newtons, NewtonsPerSecond};
-use haptic_loop::{Contact as OneSided, Controller, Limits, SpringDamper};
+use haptic_loop::{Contact as OneSided, Controller, Limits, SafetyChain, SpringDamper};
 use std::collections::BTreeMap;
+use std::sync::Arc;
+use std::sync::atomic::AtomicU64;
 
 /// A one-sided virtual tissue that begins at 0.
 type VirtualTissue<F> = OneSided<F, SpringDamper<F, Operator<F>>, 1>;
@@ -178,11 +184,9 @@ impl Indentation {
         let Some(drive) = &self.drive else {
             return Ok(None);
         };
-        let look = self.look(samples);
-        let (stiffness, dissipation) = (look.stiffness_n_per_m, look.dissipation_n_s_mu_per_m);
-        let operator = look.loop_operator()?;
-        let tissue = TissueLaw::new(stiffness, dissipation, operator, look.sample_time_s);
-        drive.verdict(&self.rig(), tissue).map(Some)
+        drive
+            .verdict(&self.rig(), self.tissue_law(samples)?)
+            .map(Some)
     }
 
     fn rig(&self) -> RigConfig {
@@ -225,11 +229,15 @@ impl Indentation {
                 RigDrive::Position(profile) => profile.position(time_s),
                 RigDrive::Force(_) => f64::NAN,
             };
+            let second = self.second();
             let run = RemoteRun {
                 device,
                 law: self.law(device, samples)?,
                 schedule,
-                blank: &|time_s| blank(reference(time_s)),
+                blank: match second {
+                    None => &|time_s| blank(reference(time_s)),
+                    Some(_) => &|_| blank(f64::NAN),
+                },
                 preflight: None,
                 wanted: PreflightRequest {
                     force_unstable: self.conduct.force_unstable,
@@ -238,6 +246,26 @@ impl Indentation {
                 request,
                 metadata,
             };
+            if let Some((drive, second)) = second {
+                let opposed_n = Arc::new(AtomicU64::new(0));
+                let mut there = self.drive_controller(drive, second, Arc::clone(&opposed_n))?;
+                let pair = PairRun {
+                    opposed_n,
+                    drive: RemoteRun {
+                        device: &second.remote,
+                        law: self.drive_law(drive)?,
+                        blank: &|time_s| blank(reference(time_s)),
+                        metadata: BTreeMap::new(),
+                        wanted: PreflightRequest::default(),
+                        preflight: None,
+                        schedule,
+                        request,
+                    },
+                    tissue: run.looked_at_by(self.preflight(samples)),
+                    judged: &|delays_s| self.faced(drive, second, delays_s, samples),
+                };
+                return pair.run(&mut controller, &mut there, supervisor);
+            }
             return match &self.drive {
                 None => {
                     (run.looked_at_by(self.preflight(samples))).run(&mut controller, supervisor)
@@ -274,9 +302,79 @@ impl Indentation {
         })
     }
 
-    /// True if a device is the indenter, and its motor holds it.
+    /// True if a device is the indenter, and its motor holds it before a real piece.
     fn holds_device(&self) -> bool {
-        self.drive.is_some() && self.conduct.remote.is_some()
+        self.drive.is_some() && self.conduct.remote.is_some() && self.second().is_none()
+    }
+
+    /// The drive and its device, if it has one of its own.
+    fn second(&self) -> Option<(&Drive, &DriveDevice)> {
+        let drive = self.drive.as_ref()?;
+        Some((drive, drive.device.as_ref()?))
+    }
+
+    /// The verdict on a drive whose device meets that of the tissue, both loops so many seconds later than their devices are; `None` if one
+    /// of them is not known.
+    fn faced(
+        &self,
+        drive: &Drive,
+        second: &DriveDevice,
+        delays_s: [f64; 2],
+        samples: u64,
+    ) -> Result<Option<DriveVerdict>, Failure> {
+        let Some(devices) = self.dynamics.zip(second.dynamics) else {
+            return Ok(None);
+        };
+        let devices = [later(devices.0, delays_s[0]), later(devices.1, delays_s[1])];
+        let (t, tissue) = (Seconds(self.sample_time_s), self.tissue_law(samples)?);
+        let verdict = drive.facing(devices, second.contact, t, self.load, tissue)?;
+        verdict.require_stable(self.conduct.force_unstable)?;
+        Ok(Some(verdict))
+    }
+
+    /// The tissue as the analysis of a drive sees it.
+    fn tissue_law(&self, samples: u64) -> Result<TissueLaw, Failure> {
+        let look = self.look(samples);
+        let (stiffness, dissipation) = (look.stiffness_n_per_m, look.dissipation_n_s_mu_per_m);
+        let operator = look.loop_operator()?;
+        Ok(TissueLaw::new(
+            stiffness,
+            dissipation,
+            operator,
+            look.sample_time_s,
+        ))
+    }
+
+    /// The law of the device of a drive: its controller, within its own force.
+    fn drive_law(&self, drive: &Drive) -> Result<RemoteLaw, Failure> {
+        let safety = &self.safety;
+        let bare = RemoteLaw {
+            unchanged: UnchangedLimits {
+                speed: safety.number(SPEED_LIMIT).is_none(),
+                ..UnchangedLimits::default()
+            },
+            ..RemoteLaw::bare(self.limits_of(drive), push(0.0))
+        };
+        self.moved(drive, bare)
+    }
+
+    /// The controller of a drive behind the safety chain, for a loop here.
+    fn drive_controller(
+        &self,
+        drive: &Drive,
+        second: &DriveDevice,
+        opposed_n: Arc<AtomicU64>,
+    ) -> Result<Controller<f64, 1, drive::HostDrive>, Failure> {
+        let limits = second.remote.limits_here(self.limits_of(drive));
+        let chain = SafetyChain::from_limits(&limits, Seconds(self.sample_time_s));
+        let environment = drive.on_host(self.load, self.sample_time_s, opposed_n)?;
+        Ok(Controller::new(environment, chain.map_err(parameter)?))
+    }
+
+    fn limits_of(&self, drive: &Drive) -> Limits {
+        let rate = NewtonsPerSecond(self.force_rate_limit_n_per_s);
+        self.safety
+            .on(Limits::bare(Newtons(drive.force_limit_n), rate), true)
     }
 
     /// Force that the tissue opposes, N: on a device that a drive moves, the force that this takes.
@@ -360,7 +458,21 @@ impl Indentation {
         if self.drive.is_none() {
             return Ok(());
         }
-        if let Some(remote) = &self.conduct.remote {
+        if let Some((_, second)) = self.second() {
+            if matches!(self.load, RigDrive::Force(_))
+                && second.remote.loop_mode == LoopMode::Device
+            {
+                return Err(Failure::bad_input(format_args!(
+                    "the force that the {CONTROLLER} of a drive holds in a creep test is that of the other device: take {}",
+                    DRIVE_LOOP.set_to("host")
+                )));
+            }
+            if !keeps_all(self.check()?) {
+                return Err(Failure::bad_input(format_args!(
+                    "a run on two devices has at most {WHOLE_MOST} samples: take a shorter {TRIAL_DURATION}, or a longer {SAMPLE_TIME}"
+                )));
+            }
+        } else if let Some(remote) = &self.conduct.remote {
             if matches!(self.load, RigDrive::Force(_)) {
                 return Err(Failure::bad_input(format_args!(
                     "no device measures the force that the {CONTROLLER} of a drive holds in a creep test: take [relax], or omit {DEVICE}"
@@ -475,13 +587,8 @@ impl Indentation {
                 },
             )
         };
-        if let (Some(drive), RigDrive::Position(profile)) = (&self.drive, self.load) {
-            let (shape, values, controller) = drive.portable(profile, self.sample_time_s)?;
-            return Ok(RemoteLaw {
-                operator: (shape, values),
-                controller: Some(controller),
-                ..bare
-            });
+        if let Some(drive) = self.drive.as_ref().filter(|drive| drive.device.is_none()) {
+            return self.moved(drive, bare);
         }
         Ok(RemoteLaw {
             stiffness_n_per_m: stiffness,
@@ -496,6 +603,37 @@ impl Indentation {
             after_rise: true,
             ..bare
         })
+    }
+
+    /// The law of a device that this drive moves.
+    fn moved(&self, drive: &Drive, bare: RemoteLaw) -> Result<RemoteLaw, Failure> {
+        let in_device = |device: &DriveDevice| device.remote.loop_mode == LoopMode::Device;
+        let RigDrive::Position(profile) = self.load else {
+            return Ok(bare);
+        };
+        if !drive.device.as_ref().is_none_or(in_device) {
+            return Ok(bare);
+        }
+        let portable = drive.portable(profile, self.sample_time_s);
+        let (shape, values, controller) = match &drive.device {
+            None => portable?,
+            Some(_) => portable.map_err(|failure| {
+                failure.and(&format!("or take {}", DRIVE_LOOP.set_to("host")))
+            })?,
+        };
+        Ok(RemoteLaw {
+            operator: (shape, values),
+            controller: Some(controller),
+            ..bare
+        })
+    }
+}
+
+/// A device whose loop acts so many seconds later.
+const fn later(device: Dynamics, delay_s: f64) -> Dynamics {
+    Dynamics {
+        delay_s: device.delay_s + delay_s,
+        ..device
     }
 }
 
@@ -584,7 +722,7 @@ fn rendering(
         },
         mass_kg: table.number(&RIG_MASS)?,
         damping_n_s_per_m: table.number(&RIG_DAMPING)?,
-        drive: held.map(drive::drive).transpose()?,
+        drive: (held.map(|held| drive::drive(held, remote.as_ref()))).transpose()?,
         sensors,
         force_limit_n: table.number(&p::FORCE_LIMIT)?,
         force_rate_limit_n_per_s: table.number(&p::FORCE_RATE_LIMIT)?,

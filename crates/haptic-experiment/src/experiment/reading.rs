@@ -5,7 +5,7 @@ use crate::document::error::{FileError, text_of};
 use crate::document::parameters as p;
 use crate::document::parameters::{DEVICE, Parameter, SENSOR_NOISE};
 use crate::document::reader::Table;
-use crate::document::{DEVICE_IN_LOG, TISSUE_IN_LOG};
+use crate::document::{DEVICE_IN_LOG, DRIVE_DEVICE_IN_LOG, TISSUE_IN_LOG};
 use crate::judge::modelled_tissue::{ModelledTissue, TissuePiece, operator};
 use crate::run::device::DeviceName;
 use crate::run::plant_file::DeviceModel;
@@ -172,12 +172,34 @@ fn device_at(path: &Path, logged: Option<&str>) -> Result<DeviceModel, FileError
     )
 }
 
-/// The text of the device file for the log of a run, if one is named that is not ours.
-pub(crate) fn device_text(table: &Table<'_>) -> Result<Option<String>, FileError> {
-    let logged = table.logged(&p::DEVICE_MODEL, DEVICE_IN_LOG);
+/// A parameter that names the file of a device, and where a log has its text.
+#[derive(Clone, Copy)]
+pub(crate) struct DeviceFile {
+    pub parameter: Parameter,
+    pub in_log: &'static str,
+}
+
+/// Of the device of an experiment, and of its drive.
+pub(crate) const DEVICE_FILES: [DeviceFile; 2] = [
+    DeviceFile {
+        parameter: p::DEVICE_MODEL,
+        in_log: DEVICE_IN_LOG,
+    },
+    DeviceFile {
+        parameter: p::DRIVE_DEVICE_MODEL,
+        in_log: DRIVE_DEVICE_IN_LOG,
+    },
+];
+
+/// The text of a device file for the log of a run, if one is named that is not ours.
+pub(crate) fn device_text(
+    table: &Table<'_>,
+    file: DeviceFile,
+) -> Result<Option<String>, FileError> {
+    let logged = table.logged(&file.parameter, file.in_log);
     let text =
         |path: PathBuf| logged.map_or_else(|| text_of(&path, "device"), |text| Ok(text.to_owned()));
-    let path = table.file(&p::DEVICE_MODEL)?;
+    let path = table.file(&file.parameter)?;
     path.filter(|path| path != Path::new(p::LABORATORY))
         .map(text)
         .transpose()
@@ -185,11 +207,20 @@ pub(crate) fn device_text(table: &Table<'_>) -> Result<Option<String>, FileError
 
 /// The device file, if one is named.
 pub(crate) fn device_model(table: &Table<'_>) -> Result<Option<DeviceModel>, FileError> {
+    let [this, _] = DEVICE_FILES;
+    device_model_by(table, this)
+}
+
+/// The same, named by this parameter.
+pub(crate) fn device_model_by(
+    table: &Table<'_>,
+    file: DeviceFile,
+) -> Result<Option<DeviceModel>, FileError> {
     let read = |path: PathBuf| {
-        device_at(&path, table.logged(&p::DEVICE_MODEL, DEVICE_IN_LOG))
-            .map_err(|error| table.fail_at(p::DEVICE_MODEL.key, error.to_string()))
+        device_at(&path, table.logged(&file.parameter, file.in_log))
+            .map_err(|error| table.fail_at(file.parameter.key, error.to_string()))
     };
-    table.file(&p::DEVICE_MODEL)?.map(read).transpose()
+    table.file(&file.parameter)?.map(read).transpose()
 }
 
 /// The simulated device and its sensors.

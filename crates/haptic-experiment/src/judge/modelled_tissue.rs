@@ -305,15 +305,17 @@ impl TissuePiece {
         stress.into_iter().map(|stress| shape * stress).collect()
     }
 
-    /// [`relaxed`](Self::relaxed) of ticks that come one after the other, at times n·T.
+    /// [`relaxed`](Self::relaxed) of ticks that come one after the other, at times n·T after this lead, s.
     pub(crate) fn relaxation(
         &self,
         depth_m: f64,
         ramp_time_s: f64,
         sample_time: Seconds,
+        lead_s: f64,
     ) -> impl FnMut(u64, f64) -> f64 + '_ {
         by_ticks(sample_time, move |times| {
-            self.relaxed(depth_m, ramp_time_s, times)
+            let times: Vec<f64> = times.iter().map(|time| time + lead_s).collect();
+            self.relaxed(depth_m, ramp_time_s, &times)
         })
     }
 

@@ -112,6 +112,21 @@ impl Warnings {
         self.dropped(record.dropped_by_disk());
         self.link(record.link.as_ref());
         self.0.extend_from_slice(&ran.live_warnings);
+        if let Some(second) = &ran.second {
+            let mut of_drive = Self::default();
+            of_drive.0.extend(second.record.not_realtime.clone());
+            of_drive.limited(&second.record);
+            of_drive.late(&second.record);
+            of_drive.dropped(second.record.dropped_by_disk());
+            of_drive.link(second.record.link.as_ref());
+            let missing = second.record.link.as_ref();
+            let missing = missing.map_or(0, LinkSummary::samples_missing);
+            if missing > 0 {
+                of_drive.0.push(format!("{missing} samples did not come"));
+            }
+            let told = of_drive.0.into_iter();
+            self.0.extend(told.map(|words| format!("drive: {words}")));
+        }
     }
 
     fn late(&mut self, record: &Record) {

@@ -120,7 +120,7 @@ pub fn choices(parameter: &Parameter) -> Vec<(&'static str, &'static str)> {
         "guard" => names::<GuardChoice>(),
         "hand" => names::<GripName>(),
         "loading" => names::<haptic_loop::LoadingKind>(),
-        "loop" => names::<haptic_link::LoopMode>(),
+        "loop" | "drive_loop" => names::<haptic_link::LoopMode>(),
         "environment" => names::<PlaceName>(),
         "precision" => names::<Precision>(),
         "require" => names::<RequireName>(),

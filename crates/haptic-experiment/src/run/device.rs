@@ -123,6 +123,26 @@ impl DeviceName {
 }
 
 impl LinkedName {
+    /// True if both may be at one port, through whatever links: of which `auto` is any.
+    pub(crate) fn may_be(&self, other: &Self) -> bool {
+        let ports = [self.port(), other.port()];
+        let [here, there] = (ports.each_ref())
+            .map(|port| std::fs::canonicalize(port).unwrap_or_else(|_| port.into()));
+        here == there || ports.iter().any(|port| port == "auto")
+    }
+
+    fn port(&self) -> String {
+        match self {
+            Self::Serial(name) => name.path.clone(),
+            // KIND:PATH,KEY=VALUE
+            Self::Foreign(name) => {
+                let name = name.to_string();
+                let path = name.split(',').next().and_then(|name| name.split_once(':'));
+                path.map_or_else(String::new, |(_, path)| path.to_owned())
+            }
+        }
+    }
+
     /// Connects for an experiment of so many axes.
     pub(crate) fn connect_with(
         &self,

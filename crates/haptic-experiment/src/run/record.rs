@@ -30,6 +30,8 @@ pub(crate) const fn keeps_all(samples: u64) -> bool {
 pub(crate) struct Start {
     pub tick: u64,
     sample_time_s: f64,
+    /// Time of that tick where the run counts from between two ticks, s.
+    pub lead_s: f64,
 }
 
 impl Start {
@@ -38,6 +40,16 @@ impl Start {
         Self {
             tick,
             sample_time_s,
+            lead_s: 0.0,
+        }
+    }
+
+    /// The first tick at this time or after it, s; the run counts from the time itself.
+    pub(crate) fn from(time_s: f64, sample_time_s: f64) -> Self {
+        let tick = (time_s / sample_time_s).ceil().max(0.0);
+        Self {
+            lead_s: tick * sample_time_s - time_s,
+            ..Self::at(tick as u64, sample_time_s)
         }
     }
 
@@ -52,7 +64,7 @@ impl Start {
             return Some(sample);
         }
         let tick = sample.tick.checked_sub(self.tick)?;
-        let time_s = tick as f64 * self.sample_time_s;
+        let time_s = tick as f64 * self.sample_time_s + self.lead_s;
         Some(KeptSample {
             tick,
             time_s,
@@ -68,6 +80,8 @@ pub(crate) struct Record {
     pub start: Start,
     /// The samples; `None` for a run of more than [`WHOLE_MOST`], whose samples are in its log.
     pub whole: Option<Vec<KeptSample>>,
+    /// Positions of all ticks before it begins, m, where the device could move: its tissue remembers them.
+    pub approach_m: Vec<f64>,
     /// Number of samples that count.
     pub samples: u64,
     pub last: Option<KeptSample>,
@@ -120,6 +134,7 @@ impl Record {
         Ok(Self {
             start: Start::default(),
             whole,
+            approach_m: Vec::new(),
             samples: 0,
             last: None,
             // 1 ns to 10 s, three digits.
@@ -261,6 +276,12 @@ impl Record {
         self.falls(message);
         self.after.largest_n = self.after.largest_n.max(force_n);
         self.farthest_m = self.farthest_m.max(sample.position_m);
+    }
+
+    /// Adds the position of a tick before it begins; one that was lost stood where the next did.
+    pub(crate) fn approaches(&mut self, sample: &KeptSample) {
+        self.approach_m
+            .resize(sample.tick as usize + 1, sample.position_m);
     }
 
     /// True if the newest sample has no force.

@@ -28,12 +28,14 @@ const FULL: Duration = Duration::from_micros(200);
 #[derive(Debug)]
 pub struct Recorder {
     queue: Producer<Entry>,
-    writer: JoinHandle<Result<Recorded, RecordError>>,
+    /// `None` beside another, whose writer it shares.
+    writer: Option<JoinHandle<Result<Recorded, RecordError>>>,
     /// A full queue waits (virtual time) or drops and counts (real time).
     waits: bool,
     dropped: u64,
     flight: FaultRecorder,
     path: PathBuf,
+    fault_log: PathBuf,
     overwrite: bool,
     /// Of the run, for the log of a fault.
     experiment: BTreeMap<String, String>,
@@ -50,6 +52,8 @@ enum Entry {
     Tick(TickMessage, Option<TickParts>),
     Event(EventMessage),
     Metadata(String, BTreeMap<String, String>),
+    /// Those of a second device, from now on.
+    Drive(Consumer<Entry>),
 }
 
 /// Results of [`Recorder::finish`].
@@ -87,15 +91,38 @@ impl Recorder {
         let writer = std::thread::spawn(move || write(log, live, entries));
         Ok(Self {
             queue,
-            writer,
+            writer: Some(writer),
             waits,
             dropped: 0,
             flight: FaultRecorder::default(),
             path: path.to_owned(),
+            fault_log: fault_log_of(path),
             overwrite,
             experiment: metadata,
             started: None,
         })
+    }
+
+    /// A recorder for a second device, the drive of the first, that writes into the same log; it has a log of its faults of its own.
+    /// Its [`finish`](Self::finish) comes first, and knows of no log.
+    pub(crate) fn beside(&mut self) -> Self {
+        let (queue, entries) = RingBuffer::new(QUEUE);
+        // A writer that has ended is seen by whoever pushes.
+        let _ = self.push_waiting(Entry::Drive(entries));
+        let drive = self.path.with_extension("drive");
+        let drive = drive.to_string_lossy().replace('.', "-");
+        Self {
+            queue,
+            writer: None,
+            waits: self.waits,
+            dropped: 0,
+            flight: FaultRecorder::default(),
+            path: self.path.clone(),
+            fault_log: fault_log_of(Path::new(&drive)),
+            overwrite: self.overwrite,
+            experiment: self.experiment.clone(),
+            started: None,
+        }
     }
 
     /// Sets the start time of the log: call it when the first tick is due. Without it the log has
@@ -202,12 +229,22 @@ impl Recorder {
     /// The error that stopped the writer, such as a full disk.
     pub fn finish(self) -> Result<Recorded, RecordError> {
         drop(self.queue);
-        let result = match self.writer.join() {
-            Ok(result) => result,
+        let result = match self.writer.map(JoinHandle::join) {
+            Some(Ok(result)) => result,
             // A panic in the writer is a defect; let it be seen as one.
-            Err(panic) => std::panic::resume_unwind(panic),
+            Some(Err(panic)) => std::panic::resume_unwind(panic),
+            None => Ok(Recorded {
+                log: FinishedLog {
+                    path: self.path.clone(),
+                    paths: Vec::new(),
+                    samples: 0,
+                    bytes: 0,
+                },
+                fault_log: None,
+                warnings: Vec::new(),
+            }),
         };
-        let path = fault_log_of(&self.path);
+        let path = self.fault_log;
         let (mut fault_log, mut unwritten) = (None, None);
         if self.flight.fault().is_some() {
             let run = RunOfFault {
@@ -233,25 +270,42 @@ impl Recorder {
     }
 }
 
+/// Writes what comes of both devices, or of the only one, in turn.
 fn write(
     mut log: RollingLog,
     mut live: Vec<Box<dyn Live>>,
     mut entries: Consumer<Entry>,
 ) -> Result<Recorded, RecordError> {
     let mut budget = Budget::new().ok();
+    let mut drive: Option<Consumer<Entry>> = None;
     loop {
-        // Asked before the ring is: what is pushed until it is abandoned is popped.
-        let abandoned = entries.is_abandoned();
+        // Asked before the rings are: what is pushed until they are abandoned is popped.
+        let abandoned = entries.is_abandoned() && drive.as_ref().is_none_or(Consumer::is_abandoned);
+        let driven = drive.as_mut().and_then(|drive| drive.pop().ok());
+        let is_idle = driven.is_none();
+        match driven {
+            Some(Entry::Tick(tick, _)) => log.drive_tick(&tick)?,
+            Some(Entry::Event(message)) => log.event(&EventMessage {
+                text: format!("drive: {}", message.text),
+                ..message
+            })?,
+            Some(Entry::Metadata(name, values)) => log.metadata(&name, values)?,
+            // Dated by the first.
+            Some(Entry::Started(_) | Entry::Drive(_)) | None => {}
+        }
         let Ok(entry) = entries.pop() else {
-            if abandoned {
+            if abandoned && is_idle {
                 break;
             }
-            std::thread::sleep(IDLE);
+            if is_idle {
+                std::thread::sleep(IDLE);
+            }
             continue;
         };
         match entry {
             Entry::Started(start) => log.starts_at(start)?,
             Entry::Metadata(name, values) => log.metadata(&name, values)?,
+            Entry::Drive(entries) => drive = Some(entries),
             Entry::Tick(tick, parts) => {
                 log.tick(&tick)?;
                 if let (Some(budget), Some(parts)) = (&mut budget, parts)

@@ -6,12 +6,16 @@
 //! ```
 //! Time is the device's, n·T. Samples that the line loses are counted, never made up.
 
+mod pair;
+mod partner;
 mod run;
 mod session;
 mod summary;
 
 use crate::document::parameters::{LOOP, SAMPLE_TIME, SCHEME};
 use fracdiff::parameter::Shown;
+pub(crate) use pair::PairRun;
+pub(crate) use partner::{Aligned, DriveRan};
 pub(crate) use run::RemoteRun;
 pub(crate) use session::blank;
 pub(crate) use summary::{FrameCounts, LinkSummary};

@@ -12,6 +12,7 @@
 //! | topic | type | one message per |
 //! |---|---|---|
 //! | `/haptics/tick` | `haptics_msgs/msg/Tick`; `Tick2` and `Tick3` of two and three axes | control tick |
+//! | `/haptics/drive` | `haptics_msgs/msg/Tick` | tick of a second device that moves the first, by the clock of the first |
 //! | `/haptics/event` | `haptics_msgs/msg/Event` | thing worth a sentence |
 //!
 //! Messages are CDR with `ros2msg` schemas under the profile `ros2`, so Foxglove, PlotJuggler
@@ -48,7 +49,7 @@ pub use reader::{Condition, Damage, Entry, LogReader};
 pub use recover::{RecoverySummary, recover};
 pub use roll::{CONTINUES, LogFiles, NEXT, ROLL_LEAST, RollingLog, nth_file};
 pub use start_time::{CLOCK, StartTime};
-pub use summary::{BUDGET, END, EndKind, Gap, LogSummary, RECOVERED, RunEnd, inspect};
+pub use summary::{BUDGET, DRIVE_END, END, EndKind, Gap, LogSummary, RECOVERED, RunEnd, inspect};
 pub use sync::SYNC_INTERVAL;
 pub use tick::{AXES, Column, PerAxis, TickMessage, column_name};
 pub use writer::{FinishedLog, LogWriter};

@@ -17,7 +17,9 @@ use ruzstd::decoding::FrameDecoder;
 use super::message::{Layout, LogMessage};
 use super::new_file::open_file;
 use super::tick::Slot;
-use super::writer::{EVENT_CHANNEL, LIBRARY_NAME, TICK_CHANNEL, nanoseconds};
+use super::writer::{
+    DRIVE_CHANNEL, DRIVE_TOPIC, EVENT_CHANNEL, LIBRARY_NAME, TICK_CHANNEL, nanoseconds,
+};
 use super::{EventMessage, MessageError, MetadataRecord, RecordError, StartTime, TickMessage};
 
 /// No record of a log is longer; a longer one is damage.
@@ -31,6 +33,8 @@ const READ_BYTES: usize = 1 << 16;
 pub enum Entry {
     /// What the loop did in one sample time.
     Tick(TickMessage),
+    /// What the drive did in one of its own, a second device that moves the first: the time is by the clock of the first.
+    Drive(TickMessage),
     /// Something worth a sentence, between two ticks.
     Event(EventMessage),
     /// What is known of the run beside its samples.
@@ -146,7 +150,7 @@ pub struct LogReader<R> {
 #[derive(Clone, Debug)]
 enum Kind {
     /// In one of these layouts.
-    Tick(Vec<Layout<Slot>>),
+    Tick(fn(TickMessage) -> Entry, Vec<Layout<Slot>>),
     Event(Layout<usize>),
 }
 
@@ -157,13 +161,17 @@ impl Kind {
     /// Messages of this schema on a topic, or of a schema that is lost: then of today's; `None` for a foreign one.
     fn of(topic: &str, schema: Option<&str>) -> Option<Self> {
         match topic {
-            TickMessage::TOPIC | VECTOR_TICKS => {
+            TickMessage::TOPIC | VECTOR_TICKS | DRIVE_TOPIC => {
                 let today = [1, 2, 3].map(|axes| TickMessage::at_rest(axes).schema().1);
                 let schemas = schema.map_or(today.to_vec(), |schema| vec![schema.to_owned()]);
                 let layouts = schemas
                     .iter()
                     .map(|schema| Layout::of(schema, TickMessage::slot));
-                Some(Self::Tick(layouts.collect()))
+                let entry = match topic {
+                    DRIVE_TOPIC => Entry::Drive,
+                    _ => Entry::Tick,
+                };
+                Some(Self::Tick(entry, layouts.collect()))
             }
             EventMessage::TOPIC => {
                 let today = EventMessage::default().schema().1;
@@ -176,14 +184,14 @@ impl Kind {
 
     fn decode(&self, bytes: &[u8]) -> Result<Entry, MessageError> {
         match self {
-            Self::Tick(layouts) => {
+            Self::Tick(entry, layouts) => {
                 let ticks = layouts
                     .iter()
                     .map(|layout| TickMessage::decode(layout, bytes));
                 let ticks = ticks
                     .reduce(Result::or)
                     .unwrap_or(Err(MessageError::Fields));
-                ticks.map(Entry::Tick)
+                ticks.map(entry)
             }
             Self::Event(layout) => EventMessage::decode(layout, bytes).map(Entry::Event),
         }
@@ -376,6 +384,7 @@ impl<R: Read> LogReader<R> {
                 for (id, topic) in [
                     (TICK_CHANNEL, TickMessage::TOPIC),
                     (EVENT_CHANNEL, EventMessage::TOPIC),
+                    (DRIVE_CHANNEL, DRIVE_TOPIC),
                 ] {
                     let kind = Kind::of(topic, None).ok_or(topic.to_owned());
                     self.channels.insert(id, kind);
@@ -479,7 +488,7 @@ impl<R> fmt::Debug for LogReader<R> {
 /// Device time of a message, ns.
 fn device_time_ns(entry: &Entry) -> Option<u64> {
     let time_s = match entry {
-        Entry::Tick(message) => message.time_s,
+        Entry::Tick(message) | Entry::Drive(message) => message.time_s,
         Entry::Event(message) => message.time_s,
         Entry::Metadata(_) => return None,
     };

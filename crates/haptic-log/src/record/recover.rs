@@ -48,6 +48,10 @@ fn missing(count: &TickCount, condition: &Condition) -> Vec<String> {
             sentences.push(format!("{missing} ticks {which} one saved are missing"));
         }
     }
+    let driven = count.drive_missing();
+    if driven > 0 {
+        sentences.push(format!("{driven} ticks of the drive are missing"));
+    }
     let foreign: u64 = condition.foreign_topics.values().sum();
     if foreign > 0 {
         sentences.push(format!(
@@ -129,6 +133,10 @@ fn copy(source: &Path, target: &Path, overwrite: bool) -> Result<RecoverySummary
                 writer.tick(&message)?;
                 count.add(&message);
             }
+            Ok(Entry::Drive(message)) => {
+                writer.drive_tick(&message)?;
+                count.add_drive(&message);
+            }
             Ok(Entry::Event(event)) => {
                 writer.event(&event)?;
                 events += 1;
@@ -162,7 +170,7 @@ fn copy(source: &Path, target: &Path, overwrite: bool) -> Result<RecoverySummary
         events,
         last_s: count.last.map(|(_, time_s)| time_s),
         last_tick: count.last.map(|(tick, _)| tick),
-        complete: condition.complete && count.missing() == 0,
+        complete: condition.complete && count.missing() + count.drive_missing() == 0,
         missing,
         log: target.to_owned(),
         missing_at_ends: [count.missing_at_start(), count.missing_at_end()],

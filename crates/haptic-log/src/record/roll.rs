@@ -129,6 +129,14 @@ impl RollingLog {
         self.log.tick(message)
     }
 
+    /// See [`LogWriter::drive_tick`].
+    ///
+    /// # Errors
+    /// If the disk fails.
+    pub fn drive_tick(&mut self, message: &TickMessage) -> Result<(), RecordError> {
+        self.log.drive_tick(message)
+    }
+
     fn roll(&mut self) -> Result<(), RecordError> {
         let next = nth_file(&self.first, self.done.len() + 2);
         // The next file is there before the last one names it.

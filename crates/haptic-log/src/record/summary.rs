@@ -16,6 +16,8 @@ pub const RECOVERED: &str = "recovered";
 
 /// Name of the metadata record that says how a run ended; the last of its log.
 pub const END: &str = "end";
+/// The same of a drive, a second device.
+pub const DRIVE_END: &str = "drive.end";
 
 /// Kind of the end of a run.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
@@ -73,7 +75,7 @@ impl RunEnd {
     /// From metadata; `None` if they are others, or say something else than this version writes.
     #[must_use]
     pub fn of(record: &MetadataRecord) -> Option<Self> {
-        if record.name != END {
+        if record.name != END && record.name != DRIVE_END {
             return None;
         }
         let number = |key: &str| record.values.get(key)?.parse().ok();
@@ -112,9 +114,21 @@ pub(crate) struct TickCount {
     pub(crate) end: Option<RunEnd>,
     /// The first file of the log, if this is a later one.
     pub(crate) continues: Option<String>,
+    /// The same of a drive, if the log has one.
+    pub(crate) drive: Option<Box<Self>>,
 }
 
 impl TickCount {
+    /// Takes in the next tick of a drive.
+    pub(crate) fn add_drive(&mut self, message: &TickMessage) {
+        self.drive.get_or_insert_default().add(message);
+    }
+
+    /// Ticks of a drive that are missing.
+    pub(crate) fn drive_missing(&self) -> u64 {
+        self.drive.as_ref().map_or(0, |drive| drive.missing())
+    }
+
     /// Takes in the next tick.
     pub(crate) fn add(&mut self, message: &TickMessage) {
         self.flaws.add(message);
@@ -136,9 +150,17 @@ impl TickCount {
     /// Takes in what metadata say of the ticks.
     pub(crate) fn note(&mut self, record: &MetadataRecord) {
         if let Some(end) = RunEnd::of(record) {
-            self.end = Some(end);
+            let of = match record.name == DRIVE_END {
+                true => self.drive.get_or_insert_default(),
+                false => self,
+            };
+            of.end = Some(end);
         } else if record.name == CONTINUES {
             self.continues = record.values.get("file").cloned();
+            self.drive
+                .get_or_insert_default()
+                .continues
+                .clone_from(&self.continues);
         }
     }
 
@@ -198,6 +220,12 @@ pub struct LogSummary {
     /// True if the writer finished it and no part is damaged. Gaps do not count: their samples were
     /// lost before they reached the log.
     pub complete: bool,
+    /// Ticks of the drive, a second device; `None` in a log without one.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub drive_samples: Option<u64>,
+    /// Ticks of the drive that are missing.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub drive_missing_samples: Option<u64>,
     /// Ticks whose number is not above the previous tick's.
     pub out_of_order: u64,
     /// How many ticks the device or the link got wrong, and how.
@@ -231,6 +259,9 @@ impl LogSummary {
             if missing > 0 {
                 reasons.push(format!("{missing} ticks missing {which}"));
             }
+        }
+        if let Some(missing) = self.drive_missing_samples.filter(|missing| *missing > 0) {
+            reasons.push(format!("{missing} ticks of the drive missing"));
         }
         let flaws = &self.flaws;
         if flaws.impossible > 0 {
@@ -302,6 +333,7 @@ pub fn inspect(path: &Path) -> Result<LogSummary, RecordError> {
         started = started.or_else(|| reader.started());
         match entry? {
             Entry::Tick(tick) => count.add(&tick),
+            Entry::Drive(tick) => count.add_drive(&tick),
             Entry::Event(event) => summary.events.push(event),
             Entry::Metadata(record) => {
                 count.note(&record);
@@ -330,6 +362,11 @@ pub fn inspect(path: &Path) -> Result<LogSummary, RecordError> {
     summary.missing_at_start = count.missing_at_start();
     summary.missing_at_end = count.missing_at_end();
     summary.missing_samples = count.missing();
+    let drive = count
+        .drive
+        .filter(|drive| drive.samples + drive.missing() > 0);
+    summary.drive_missing_samples = drive.as_ref().map(|drive| drive.missing());
+    summary.drive_samples = drive.map(|drive| drive.samples);
     summary.last_s = count.last.map(|(_, time_s)| time_s);
     summary.gaps = count.gaps;
     summary.end = count.end;

@@ -39,6 +39,10 @@ pub(super) const LIBRARY_NAME: &str = "host-cli ";
 pub(super) const TICK_CHANNEL: u16 = 1;
 /// MCAP channel of the events.
 pub(super) const EVENT_CHANNEL: u16 = 2;
+/// MCAP channel of the ticks of a drive.
+pub(super) const DRIVE_CHANNEL: u16 = 3;
+/// Topic of the ticks of a drive: a second device, which moves the first.
+pub(super) const DRIVE_TOPIC: &str = "/haptics/drive";
 
 /// Files that [`LogWriter::finish`] leaves on the disk.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -95,6 +99,8 @@ pub struct LogWriter<W: Write + Seek> {
     start_ns: u64,
     samples: u64,
     samples_safe: u64,
+    /// Ticks of a drive.
+    driven: u64,
     events: u32,
     /// Of the ticks, as their channel was announced with the first.
     axes: Option<usize>,
@@ -113,7 +119,8 @@ impl<W: Write + Seek> LogWriter<W> {
             bytes: Arc::clone(&bytes),
         };
         let started = options().create(sink).and_then(|mut mcap| {
-            add_channel(&mut mcap, EVENT_CHANNEL, &EventMessage::default())?;
+            let event = EventMessage::default();
+            add_channel(&mut mcap, EVENT_CHANNEL, EventMessage::TOPIC, &event)?;
             mcap.flush()?;
             Ok(mcap)
         });
@@ -134,6 +141,7 @@ impl<W: Write + Seek> LogWriter<W> {
             start_ns: 0,
             samples: 0,
             samples_safe: 0,
+            driven: 0,
             events: 0,
             axes: None,
             failed: false,
@@ -183,11 +191,27 @@ impl<W: Write + Seek> LogWriter<W> {
             return Err(MessageError::Axes.into());
         }
         if self.samples == 0 {
-            self.attempt(|mcap| add_channel(mcap, TICK_CHANNEL, message))?;
+            let topic = TickMessage::TOPIC;
+            self.attempt(|mcap| add_channel(mcap, TICK_CHANNEL, topic, message))?;
         }
+        self.flush_before(message.time_s)?;
         // MCAP has 32 bits for the sequence number; it wraps, the field `tick` does not.
         self.message(TICK_CHANNEL, message.tick as u32, message)?;
         self.samples += 1;
+        Ok(())
+    }
+
+    /// Adds a tick of the drive, a second device that moves the first; its time is by the clock of the first. It closes no chunk:
+    /// the times of two devices come in no order.
+    ///
+    /// # Errors
+    /// As [`tick`](Self::tick), but for the number of axes.
+    pub fn drive_tick(&mut self, message: &TickMessage) -> Result<(), RecordError> {
+        if self.driven == 0 {
+            self.attempt(|mcap| add_channel(mcap, DRIVE_CHANNEL, DRIVE_TOPIC, message))?;
+        }
+        self.message(DRIVE_CHANNEL, message.tick as u32, message)?;
+        self.driven += 1;
         Ok(())
     }
 
@@ -196,6 +220,7 @@ impl<W: Write + Seek> LogWriter<W> {
     /// # Errors
     /// If the sink fails, or the time is negative or not finite.
     pub fn event(&mut self, message: &EventMessage) -> Result<(), RecordError> {
+        self.flush_before(message.time_s)?;
         self.message(EVENT_CHANNEL, self.events, message)?;
         self.events = self.events.wrapping_add(1);
         Ok(())
@@ -227,6 +252,18 @@ impl<W: Write + Seek> LogWriter<W> {
         Ok(mcap.into_inner().inner)
     }
 
+    /// Closes the chunk if this device time belongs to the next.
+    fn flush_before(&mut self, time_s: f64) -> Result<(), RecordError> {
+        let time_ns = nanoseconds(time_s)?;
+        let doublings = (self.chunks / DOUBLED_AFTER).saturating_sub(1);
+        let interval = time_ns / (FLUSH_INTERVAL_NS << doublings.min(32));
+        if self.interval.is_some_and(|open| open != interval) {
+            self.flush()?;
+        }
+        self.interval = Some(interval);
+        Ok(())
+    }
+
     fn message<M: LogMessage>(
         &mut self,
         channel_id: u16,
@@ -234,12 +271,6 @@ impl<W: Write + Seek> LogWriter<W> {
         message: &M,
     ) -> Result<(), RecordError> {
         let time_ns = nanoseconds(message.time_s())?;
-        let doublings = (self.chunks / DOUBLED_AFTER).saturating_sub(1);
-        let interval = time_ns / (FLUSH_INTERVAL_NS << doublings.min(32));
-        if self.interval.is_some_and(|open| open != interval) {
-            self.flush()?;
-        }
-        self.interval = Some(interval);
         let log_time = self.start_ns.saturating_add(time_ns);
         let mut buffer = std::mem::take(&mut self.buffer);
         message.encode_into(&mut buffer)?;
@@ -444,11 +475,12 @@ fn options() -> WriteOptions {
 fn add_channel<M: LogMessage, W: Write + Seek>(
     mcap: &mut mcap::Writer<W>,
     id: u16,
+    topic: &str,
     message: &M,
 ) -> McapResult<()> {
     let (name, text) = message.schema();
     let schema = mcap.add_schema(&name, "ros2msg", text.as_bytes())?;
-    mcap.add_channel_with_id(id, schema, M::TOPIC, "cdr", &BTreeMap::new())?;
+    mcap.add_channel_with_id(id, schema, topic, "cdr", &BTreeMap::new())?;
     Ok(())
 }
 

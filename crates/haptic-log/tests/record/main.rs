@@ -3,6 +3,7 @@
 mod damage;
 mod layouts;
 mod long;
+mod pair;
 
 use haptic_log::record::{
     END, EndKind, Entry, EventMessage, LogReader, LogWriter, NewFileError, PerAxis, RecordError,

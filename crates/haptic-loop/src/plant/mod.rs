@@ -1,7 +1,7 @@
 //! Simulated plants: what the loop holds instead of hardware, and what makes it less than ideal.
 //!
 //! ```text
-//! force ─▶ delay ─▶ saturation ─▶ current lag ─▶ MassDamper or IndentationRig ─▶ position
+//! force ─▶ delay ─▶ saturation ─▶ current lag ─▶ MassDamper, IndentationRig or FacingDevices ─▶ position
 //!                                                position ─▶ Sensed: noise ─▶ encoder ─▶ reading
 //! ```
 //! - *Virtual time*: [`write`](crate::Device::write) moves a plant on by one sample time T,
@@ -15,6 +15,9 @@
 
 mod axes;
 mod discretise;
+#[cfg(feature = "std")]
+mod facing;
+#[cfg(feature = "std")]
 mod held;
 mod mass_damper;
 mod mass_matrix;
@@ -25,11 +28,14 @@ mod sensed;
 mod trial;
 
 pub use axes::Axes;
+#[cfg(feature = "std")]
+pub use facing::{FacingConfig, FacingContact, FacingDevices, FacingSide};
+#[cfg(feature = "std")]
 pub use held::{HeldRig, Holder};
 pub use mass_damper::{MAX_DELAY_SAMPLES, MassDamper, MassDamperConfig};
 pub use mass_matrix::MassMatrix;
 pub use profile::{ImposedMotion, RampHold};
-pub use rig::{IndentationRig, RigConfig, RigContact, RigDrive, RigMotion, RigServo, SUB_STEPS};
+pub use rig::{IndentationRig, RigConfig, RigContact, RigDrive, RigServo, SUB_STEPS};
 pub use sensed::Sensed;
 #[cfg(feature = "std")]
 pub use trial::run_wall;

@@ -7,7 +7,7 @@ use crate::{Device, ParameterError, Reading, SafeForce};
 use core::convert::Infallible;
 use fracdiff::Real;
 use fracdiff::parameter::{not_negative, positive, range};
-use nalgebra::{Matrix4, RowSVector, SMatrix, SVector, Vector4};
+use nalgebra::{RowSVector, SMatrix, SVector};
 
 /// The contact of the indenter with the renderer.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -277,16 +277,6 @@ impl IndentationRig {
         tick as f64 * self.config.sample_time.0
     }
 
-    /// Time now, s.
-    pub(super) fn now(&self) -> f64 {
-        self.time(self.tick)
-    }
-
-    /// Another push from now on, under [`RigDrive::Force`].
-    pub(super) fn push(&mut self, force: Newtons) {
-        self.state[DRIVE] = force.0;
-    }
-
     fn advance(&mut self, force: f64) {
         self.state[FORCE] = force.max(-self.limit).min(self.limit);
         let end = self.time(self.tick + 1);
@@ -389,31 +379,4 @@ fn natural_units(config: &RigConfig, step: f64) -> SVector<f64, STATES> {
         RigDrive::Force(_) => force,
     };
     SVector::from([1.0, velocity, 1.0, velocity, step, drive, velocity, force])
-}
-
-/// x\[n+1\] = Φ·x\[n\] + `Γ_S`·S\[n\] + `Γ_f`·f\[n\], both forces held over the sample.
-///
-/// x = (x₁, v₁, x₂, v₂): renderer and indenter, m and m/s; S on the indenter and f on the renderer, N.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct RigMotion {
-    /// Φ.
-    pub transition: Matrix4<f64>,
-    /// `Γ_S`, of the force on the indenter.
-    pub indenter: Vector4<f64>,
-    /// `Γ_f`, of the force on the renderer.
-    pub renderer: Vector4<f64>,
-}
-
-impl IndentationRig {
-    /// The motion in contact, or apart, for a rig under [`RigDrive::Force`]: the matrices that run.
-    #[must_use]
-    pub fn motion(&self, touching: bool) -> RigMotion {
-        let step = if touching { self.together } else { self.apart };
-        let sample = (1..SUB_STEPS).fold(step, |moved, _| step * moved);
-        RigMotion {
-            transition: sample.fixed_view::<4, 4>(0, 0).into_owned(),
-            indenter: sample.fixed_view::<4, 1>(0, DRIVE).into_owned(),
-            renderer: sample.fixed_view::<4, 1>(0, FORCE).into_owned(),
-        }
-    }
 }

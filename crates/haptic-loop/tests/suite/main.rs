@@ -4,6 +4,8 @@ mod controller;
 mod coupler;
 mod environments;
 mod extraction;
+#[cfg(feature = "plants")]
+mod facing;
 mod guard;
 mod held_rig;
 mod lets_go;

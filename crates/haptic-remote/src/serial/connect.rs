@@ -241,6 +241,7 @@ fn shared(conversation: Conversation, status: Status) -> Result<Shared, SerialEr
         samples_dropped: AtomicU64::new(0),
         forces_dropped: AtomicU64::new(0),
         round_trip_us: Mutex::new(histogram.map_err(thread_error)?),
+        pings: Mutex::default(),
         status: Mutex::new(status),
         alives: AtomicU64::new(0),
         armed_after: AtomicU32::new(u32::MAX),

@@ -1,5 +1,6 @@
 //! A device that has answered, on an open port: what it is, what both ends have counted, and the two threads that speak.
 
+use super::clock::{DeviceClock, Ping, Pings};
 use super::error::{BoardTrouble, TroubleCause};
 use super::line::{Line, lock};
 use super::served::Served;
@@ -123,6 +124,13 @@ impl SerialLink {
             .iter()
             .chain(self.served.iter().filter_map(Served::thread))
             .try_for_each(|thread| raise_thread(thread, priority))
+    }
+
+    /// Its clock by that of this machine, as it becomes known; for any thread.
+    #[must_use]
+    pub fn clock(&self) -> Arc<dyn Fn() -> Option<DeviceClock> + Send + Sync> {
+        let shared = Arc::clone(&self.shared);
+        Arc::new(move || lock(&shared.pings).clock(shared.began))
     }
 
     /// True for a device that this process [serves](Served): its board has no watchdog that hears this link.
@@ -284,6 +292,7 @@ pub(super) struct Shared {
     pub(super) samples_dropped: AtomicU64,
     pub(super) forces_dropped: AtomicU64,
     pub(super) round_trip_us: Mutex<Histogram<u64>>,
+    pub(super) pings: Mutex<Pings>,
     pub(super) status: Mutex<Status>,
     /// Answers to keep-alives so far: each brings the status of its moment.
     pub(super) alives: AtomicU64,
@@ -348,12 +357,19 @@ impl Ends {
                 let _ = self.answers.try_send(Err(refused));
             }
             Incoming::Alive {
+                sent_us,
                 round_trip_us,
+                device_us,
                 newest,
                 status,
                 observed_energy_j,
             } => {
                 lock(&self.shared.round_trip_us).saturating_record(round_trip_us.max(1));
+                lock(&self.shared.pings).add(Ping {
+                    sent_us,
+                    heard_us: sent_us + round_trip_us,
+                    device_us,
+                });
                 if !newest {
                     return;
                 }

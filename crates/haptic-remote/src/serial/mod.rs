@@ -8,6 +8,7 @@
 //! The other end is a board, or a thread of this process that [serves](Served) a device of another maker. The thread
 //! that ticks never waits for the port. Dropping a [`SerialLink`] disarms the device, then closes the port.
 
+mod clock;
 mod connect;
 mod error;
 mod line;
@@ -20,6 +21,7 @@ mod served;
 mod socket;
 
 pub use crate::held_clock::HeldClock;
+pub use clock::{DeviceClock, Line as ClockLine, Ping, Pings};
 pub use connect::{BAUDS, ConnectOptions, GREETING};
 pub use error::{BoardTrouble, SerialError, TroubleCause};
 pub use line::{Line, Pipe};

@@ -49,6 +49,10 @@ parameters! {
     /// Force limit of a rendered tissue, N.
     FORCE_LIMIT = number("force_limit_n", 10.0, "10N", FORCE_LIMITS, "Largest force the loop may command");
     CONTROLLER = text("controller", "", "Controller file of the indenter, which is then a mass");
+    /// Device of a drive at a port.
+    DRIVE_DEVICE = text("drive_device", "", "Second device, which the controller moves: it presses the tissue that the other one renders");
+    DRIVE_DEVICE_MODEL = text("drive_device_model", "", "Its device file from `device measure`");
+    DRIVE_LOOP = text("drive_loop", "device", "Where the loop of the second device runs");
     /// Rate limit of a rendered tissue, N/s.
     FORCE_RATE_LIMIT = number("force_rate_limit_n_per_s", 1000.0, "1000N/s", FORCE_RATES, "Largest rate of change of the force");
     TOUCH_AXES = count("axes", 2, "2", "Number of axes, 2 or 3");

@@ -1,5 +1,6 @@
 //! How a drive kept its set point.
 
+use super::second::SecondReport;
 use super::{ControllerHolder, DRIVE_FORCE_LIMIT, Drive, set_point};
 use crate::document::failure::Failure;
 use crate::document::parameters::CONTROLLER;
@@ -9,7 +10,7 @@ use haptic_loop::plant::{Holder as _, RigDrive};
 use serde::Serialize;
 
 /// The work of a drive.
-#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+#[derive(Clone, Debug, Default, Serialize)]
 pub(crate) struct DriveReport {
     pub controller: String,
     /// `position` in a relaxation, `force` in a creep test: what the controller holds, and the unit of the errors, m or N.
@@ -27,6 +28,9 @@ pub(crate) struct DriveReport {
     pub saturated_samples: u64,
     /// The verdict before the run; null if it was skipped.
     pub preflight: Option<DriveVerdict>,
+    /// Of a device of its own.
+    #[serde(flatten)]
+    pub second: Option<SecondReport>,
 }
 
 impl DriveReport {

@@ -49,6 +49,7 @@ fn drive(gains: PidParameters) -> Drive {
         }
         .into(),
         force_limit_n: 10.0,
+        device: None,
     }
 }
 
@@ -262,6 +263,7 @@ fn the_commands_that_are_judged_are_those_that_were_given_bit_for_bit() {
         name: "own".to_owned(),
         controller: ControllerSetup::new(gains, Seconds(t)).into(),
         force_limit_n: 0.2,
+        device: None,
     };
     let stable = LoopVerdict {
         stable: true,

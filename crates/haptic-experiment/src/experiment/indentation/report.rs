@@ -3,7 +3,9 @@
 use super::Indentation;
 use crate::document::failure::Failure;
 use crate::document::parameters::{CONTACT, FORCE_LIMIT};
-use crate::experiment::drive::{DriveJudge, DriveReport, Massless, drive_columns};
+use crate::experiment::drive::{
+    DriveJudge, DriveReport, DriveSamples, Massless, drive_columns, tell,
+};
 use crate::experiment::kind::Experiment as _;
 use crate::experiment::rendering::{DEPTH, FORCE, STRESS};
 use crate::judge;
@@ -90,6 +92,12 @@ struct Moved {
     end: &'static str,
 }
 
+/// Who tells what a drive did: the samples of the run, or those of its own device.
+enum Driven {
+    Here(DriveJudge),
+    Beside(DriveSamples),
+}
+
 /// Says of each sample what theory says.
 type Theory<'a> = Box<dyn FnMut(&KeptSample) -> TheorySample + 'a>;
 
@@ -112,13 +120,17 @@ impl Indentation {
         let mut curves = Decimated::of(record);
         let mut drive = match &self.drive {
             Some(drive) => {
-                let (t, on_device) = (self.sample_time_s, self.holds_device());
+                let (t, on_device) = (self.sample_time_s, self.conduct.remote.is_some());
                 let judge = DriveJudge::new(drive, self.load, t, ran.drive, on_device)?;
-                Some(judge)
+                Some(match &ran.second {
+                    None => Driven::Here(judge),
+                    Some(second) => Driven::Beside(DriveSamples::new(judge, second, record, t)),
+                })
             }
             None => None,
         };
-        let whole = record.ended.is_none();
+        let second_ended = (ran.second.as_ref()).and_then(|second| second.record.ended);
+        let whole = record.ended.or(second_ended).is_none();
         let mut csv = whole.then(|| {
             let driven = drive.as_ref().map(|_| drive_columns(self.load));
             table(ran, quantity.moved, driven)
@@ -151,7 +163,10 @@ impl Indentation {
             if quantity.moved.is_some() && (value / closed_form - 1.0).abs() > SEEN_WITHIN {
                 unseen_until_s = Some(sample.time_s);
             }
-            let driven = drive.as_mut().map(|drive| drive.add(sample));
+            let driven = drive.as_mut().map(|drive| match drive {
+                Driven::Here(judge) => judge.add(sample),
+                Driven::Beside(samples) => samples.at(sample.time_s),
+            });
             let Some(csv) = &mut csv else {
                 return Ok(());
             };
@@ -193,7 +208,10 @@ impl Indentation {
         let unrendered = self.is_ideal() && ends_limited;
         let final_over_theory = (last.map(|last| last.value / last.closed_form))
             .filter(|ratio: &f64| ratio.is_finite() && !unrendered);
-        let drive = drive.map(DriveJudge::finish);
+        let drive = drive.map(|drive| match drive {
+            Driven::Here(judge) => judge.finish(),
+            Driven::Beside(samples) => samples.finish(),
+        });
         let mut warnings = Warnings::default();
         let piece = &self.piece;
         let memory_s = self.scheme.memory_s(Seconds(self.sample_time_s));
@@ -239,6 +257,9 @@ impl Indentation {
             warnings,
         );
         run.final_force_n = (record.last.as_ref()).map_or(0.0, |last| self.opposed_n(last));
+        if let Some(second) = &ran.second {
+            tell(&mut run, record, second);
+        }
         let material = &piece.material;
         let law = json!({
             "tissue": material.name,
@@ -380,12 +401,12 @@ impl Indentation {
     /// Each sample of a relaxation.
     fn relaxed(&self, profile: RampHold, ran: &Ran) -> Result<Theory<'_>, Failure> {
         let samples = Samples::of(&ran.record, &ran.log.paths);
-        let mut history = self.full_history(samples)?;
-        let t = self.sample_time_s;
+        let mut history = self.full_history(samples, &ran.record.approach_m)?;
+        let (t, lead_s) = (self.sample_time_s, ran.record.start.lead_s);
         let mut ideal = ReferenceSeries::new(
             samples,
             |x| {
-                let time = (0..x.len()).map(|n| n as f64 * t);
+                let time = (0..x.len()).map(|n| n as f64 * t + lead_s);
                 let imposed: Vec<f64> = time.map(|time| profile.position(time)).collect();
                 self.full_history_force(&imposed)
             },
@@ -397,7 +418,8 @@ impl Indentation {
             },
         )?;
         let (depth_m, ramp_time_s) = (profile.depth().0, profile.ramp_time().0);
-        let mut force = self.piece.relaxation(depth_m, ramp_time_s, Seconds(t));
+        let piece = &self.piece;
+        let mut force = piece.relaxation(depth_m, ramp_time_s, Seconds(t), lead_s);
         Ok(Box::new(move |sample| {
             let full_history_force_n = history.at(sample);
             TheorySample {
@@ -414,7 +436,7 @@ impl Indentation {
     fn crept(&self, push: Newtons, ran: &Ran) -> Result<Theory<'_>, Failure> {
         let length_m = self.quantity().moved.map_or(1.0, |moved| moved.length_m);
         let samples = Samples::of(&ran.record, &ran.log.paths);
-        let mut history = self.full_history(samples)?;
+        let mut history = self.full_history(samples, &ran.record.approach_m)?;
         let mut alone = self.massless(push, self.check()?)?;
         let mut ideal = ReferenceSeries::stepped(samples, move |_| alone.next())?;
         let mut depth = (self.piece).creep(push.0, Seconds(self.sample_time_s));
@@ -483,10 +505,18 @@ impl Indentation {
         })
     }
 
-    fn full_history(&self, samples: Samples<'_>) -> Result<ReferenceSeries<'static>, Failure> {
+    /// Of the samples of a run, which come after these positions.
+    fn full_history(
+        &self,
+        samples: Samples<'_>,
+        approach_m: &[f64],
+    ) -> Result<ReferenceSeries<'static>, Failure> {
         ReferenceSeries::new(
             samples,
-            |x| self.full_history_force(x),
+            |x| {
+                let force_n = self.full_history_force(&[approach_m, x].concat())?;
+                Ok(force_n[approach_m.len()..].to_vec())
+            },
             || {
                 let mut force = self.full_history_step()?;
                 Ok(Box::new(move |_, x| force(x)))

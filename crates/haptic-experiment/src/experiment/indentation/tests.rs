@@ -130,7 +130,7 @@ fn a_piece_pressed_through_a_map_relaxes_and_creeps_as_lee_and_radok_say() {
         relaxation.load = RigDrive::Position(ramp);
         relaxation.duration_s = 10.0;
         let piece = relaxation.piece.clone();
-        let (mut closed, mut worst) = (piece.relaxation(1e-3, 1.0, Seconds(1e-3)), 0.0);
+        let (mut closed, mut worst) = (piece.relaxation(1e-3, 1.0, Seconds(1e-3), 0.0), 0.0);
         let reached = relaxation.simulate(&mut |sample| {
             let want = closed(sample.tick, sample.time_s);
             if sample.time_s >= 1.1 {

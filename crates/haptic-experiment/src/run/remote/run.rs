@@ -10,6 +10,8 @@ use crate::run::preflight::{
     Findings, Found, MEASURED, PreflightRequest, PreflightSubject, delay_samples, note_findings,
 };
 use crate::run::record::{Record, Start};
+use crate::run::recorder::Recorder;
+use crate::run::remote::partner::Partner;
 use crate::run::remote::{RemoteDevice, RemoteLaw, agreed};
 use crate::run::safety::GuardChoice;
 use crate::run::safety::keys::{DEVICE_DAMPING, DEVICE_MASS};
@@ -18,7 +20,7 @@ use crate::run::tick::TickRecord;
 use crate::run::{Ran, Supervisor, recorder};
 use fracdiff::Real;
 use haptic_analysis::Dynamics;
-use haptic_link::{AxisWorkspace, Field, Limits, LoopMode, Refusal, WorkspaceBox};
+use haptic_link::{AxisWorkspace, Field, Limits, LoopMode, Refusal, Statistics, WorkspaceBox};
 use haptic_log::record::TickMessage;
 use haptic_loop::realtime::Fallback;
 use haptic_loop::{Controller, Environment, Workspace};
@@ -34,7 +36,7 @@ pub(crate) struct RemoteRun<'a, P, M = TickMessage> {
     /// Number of ticks, and the length of each.
     pub schedule: Schedule,
     /// The values at a time, s, that are known without the device, as the log needs them.
-    pub blank: &'a dyn Fn(f64) -> M,
+    pub blank: &'a (dyn Fn(f64) -> M + Sync),
     /// The same loop for the analysis; `None` if it is not closed through the device's motion.
     pub preflight: Option<P>,
     pub wanted: PreflightRequest,
@@ -69,28 +71,21 @@ impl<'a, P: PreflightSubject, M> RemoteRun<'a, P, M> {
     where
         M: TickRecord,
     {
-        let mode = self.device.loop_mode;
-        let mut session = self.prepare(supervisor)?;
-        let ended = match mode {
-            LoopMode::Device => session.listen(supervisor),
-            LoopMode::Host => session.control(controller, supervisor),
-        };
-        if let Err(error) = ended {
-            session.give_up(&error);
-        }
-        session.after_fault();
-        session.record.board_lost = session.link.lost_board();
-        if let (None, Some(trouble)) = (&session.record.board_lost, session.link.trouble()) {
-            (supervisor.warn)(&trouble.words);
-        }
-        session.finish()
+        let request = self.request;
+        let ready = self.ready::<D>(supervisor)?;
+        let folder = request.prepare()?;
+        let metadata = ready.metadata.clone();
+        let recorder = recorder(request, &folder, metadata, false, supervisor)?;
+        let mut session = ready.session(recorder, None)?;
+        session.conduct(controller, supervisor);
+        session.finish(folder)
     }
 
-    /// Connects, configures, and only then makes folder and log.
-    fn prepare<const D: usize>(
+    /// Connects, configures, and looks at the loop: before any file is made, and any force.
+    pub(super) fn ready<const D: usize>(
         mut self,
         supervisor: Supervisor<'_>,
-    ) -> Result<HostSession<'a, M, D>, Failure> {
+    ) -> Result<Ready<'a, M>, Failure> {
         let device = self.device;
         let (patience, stop) = (device.patience, Some(supervisor.stop));
         let mut link = (device.name).connect_with(D, patience, supervisor.warn, stop)?;
@@ -147,28 +142,89 @@ impl<'a, P: PreflightSubject, M> RemoteRun<'a, P, M> {
         describe(&link, device, &mut self.metadata);
         let found = self.preflight(&link, supervisor.warn)?;
 
-        let folder = self.request.prepare()?;
-        let recorder = recorder(self.request, &folder, self.metadata, false, supervisor)?;
-        let mut record = Record::with_room_for(self.schedule.samples)?;
-        record.start = Start::at(start_ticks, t);
-        record.lateness = Some(device.lateness());
-        record.served = link.is_served();
-        record.not_realtime = raised(&link, self.schedule);
-        Ok(HostSession {
+        Ok(Ready {
             link,
             before,
+            device,
+            schedule: self.schedule,
+            start: Start::at(start_ticks, t),
+            // The device sums it in single precision.
+            rise_ticks: (f64::from(rise_s) / t).ceil() as u64 + 10,
+            blank: self.blank,
+            metadata: self.metadata,
+            found,
+        })
+    }
+}
+
+/// A device that is configured and judged, and has no log yet.
+pub(super) struct Ready<'a, M> {
+    pub link: SerialLink,
+    before: Statistics,
+    device: &'a RemoteDevice,
+    schedule: Schedule,
+    start: Start,
+    /// Ticks in which its force rises.
+    pub rise_ticks: u64,
+    blank: &'a (dyn Fn(f64) -> M + Sync),
+    pub metadata: BTreeMap<String, String>,
+    found: Found,
+}
+
+impl<M> Ready<'_, M> {
+    /// Sends keep-alives for a while: how much later than in the device its loop is closed, s.
+    pub(super) fn measured_delay_s(&self) -> f64 {
+        let samples = delay_of(&self.link, self.device, self.schedule);
+        samples as f64 * self.schedule.sample_time_s
+    }
+}
+
+/// Keep-alives for a while, and by them whole samples from a device to a loop here and back; 0 for a loop in the device.
+fn delay_of(link: &SerialLink, device: &RemoteDevice, schedule: Schedule) -> usize {
+    let measured = link.measure_round_trip(MEASURED);
+    // Without any answer in that time it is as long at least.
+    let round_trip_us = match measured.is_empty() {
+        true => MEASURED.as_micros() as u64,
+        false => measured.value_at_quantile(0.9),
+    };
+    match device.loop_mode {
+        LoopMode::Device => 0,
+        LoopMode::Host => delay_samples(round_trip_us, schedule.sample_time_s),
+    }
+}
+
+impl<'a, M: TickRecord> Ready<'a, M> {
+    pub(super) fn session<const D: usize>(
+        self,
+        recorder: Recorder,
+        partner: Option<Partner<'a>>,
+    ) -> Result<HostSession<'a, M, D>, Failure> {
+        let (link, device, mut schedule) = (self.link, self.device, self.schedule);
+        let mut record = Record::with_room_for(schedule.samples)?;
+        record.start = self.start;
+        record.lateness = Some(device.lateness());
+        record.served = link.is_served();
+        record.not_realtime = raised(&link, schedule);
+        if partner.as_ref().is_some_and(|partner| !partner.is_drive()) {
+            // Until its drive has told when it begins.
+            schedule.samples = u64::MAX;
+        }
+        Ok(HostSession {
+            link,
+            before: self.before,
             watchdog: device.watchdog(),
             loop_mode: device.loop_mode,
-            schedule: self.schedule,
+            schedule,
             blank: self.blank,
-            folder,
             recorder,
             record,
             samples_lost: 0,
             next_tick: 0,
-            found,
+            found: self.found,
             over: false,
             deaf: false,
+            partner,
+            pending: Vec::new(),
         })
     }
 }
@@ -255,15 +311,7 @@ impl<P: PreflightSubject, M> RemoteRun<'_, P, M> {
         };
         let delay = match self.device.loop_mode {
             LoopMode::Device => 0,
-            LoopMode::Host => {
-                let measured = link.measure_round_trip(MEASURED);
-                // Without any answer in that time it is as long at least.
-                let round_trip_us = match measured.is_empty() {
-                    true => MEASURED.as_micros() as u64,
-                    false => measured.value_at_quantile(0.9),
-                };
-                delay_samples(round_trip_us, self.schedule.sample_time_s)
-            }
+            LoopMode::Host => delay_of(link, self.device, self.schedule),
         };
         let verdict = subject.verdict(dynamics, delay)?;
         // Energy bounding promises passivity for the damping that the device was said to have.

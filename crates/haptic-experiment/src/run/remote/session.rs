@@ -7,8 +7,10 @@ use crate::run::flat::flat;
 use crate::run::folder::OutputFolder;
 use crate::run::preflight::Found;
 use crate::run::record::Record;
+use crate::run::recorder::Recorded;
 use crate::run::recorder::Recorder;
-use crate::run::remote::summary::summarise;
+use crate::run::remote::partner::{Partner, Side};
+use crate::run::remote::summary::{LinkSummary, summarise};
 use crate::run::schedule::Schedule;
 use crate::run::tick::{TickRecord, by_device, by_loop, per_axis, unknown};
 use crate::run::{Ran, Supervisor, close, tell_end};
@@ -17,7 +19,7 @@ use haptic_link::{
     EventKind, FaultReport, LoopMode, Refusal, Report, Request, Sample, Start, State, Statistics,
 };
 use haptic_log::record::flaw::LATE_FORCE;
-use haptic_log::record::{END, StartTime, TickMessage};
+use haptic_log::record::{DRIVE_END, END, RecordError, StartTime, TickMessage};
 use haptic_loop::realtime::{Moment, RaisedThread};
 use haptic_loop::{Controller, Device, Environment, Reading, SafeForce, StartRefused};
 use haptic_remote::LinkError;
@@ -37,8 +39,7 @@ pub(super) struct HostSession<'a, M, const D: usize> {
     pub(super) loop_mode: LoopMode,
     pub(super) schedule: Schedule,
     /// What is known of a time without the device.
-    pub(super) blank: &'a dyn Fn(f64) -> M,
-    pub(super) folder: OutputFolder,
+    pub(super) blank: &'a (dyn Fn(f64) -> M + Sync),
     pub(super) recorder: Recorder,
     pub(super) record: Record,
     pub(super) samples_lost: u64,
@@ -48,11 +49,58 @@ pub(super) struct HostSession<'a, M, const D: usize> {
     pub(super) over: bool,
     /// The device does not answer.
     pub(super) deaf: bool,
+    /// The device at the other side of a contact, if there is one.
+    pub(super) partner: Option<Partner<'a>>,
+    /// What came before the time is known from which a run with a partner counts.
+    pub(super) pending: Vec<M>,
 }
 
 impl<M: TickRecord, const D: usize> HostSession<'_, M, D> {
+    /// Runs to its end, whatever that is.
+    pub(super) fn conduct<F: Real, E: Environment<F, D>>(
+        &mut self,
+        controller: &mut Controller<F, D, E>,
+        supervisor: Supervisor<'_>,
+    ) {
+        let ended = match self.loop_mode {
+            LoopMode::Device => self.listen(supervisor),
+            LoopMode::Host => self.control(controller, supervisor),
+        };
+        if let Err(error) = ended {
+            self.give_up(&error);
+        }
+        self.after_fault();
+        self.record.board_lost = self.link.lost_board();
+        if let (None, Some(trouble)) = (&self.record.board_lost, self.link.trouble()) {
+            (supervisor.warn)(&trouble.words);
+        }
+    }
+
     /// Asks the device what it counted, lets it go, and closes the log.
-    pub(super) fn finish(mut self) -> Result<Ran, Failure> {
+    pub(super) fn finish(self, folder: OutputFolder) -> Result<Ran, Failure> {
+        let found = self.found;
+        let (record, recorder, let_go) = self.let_go();
+        let recorded = close(recorder, &record, let_go)?;
+        Ok(Ran {
+            preflight: found.preflight,
+            drive: found.drive,
+            ..Ran::of(record, recorded, folder)
+        })
+    }
+
+    /// Keeps a report in the log.
+    pub(super) fn note(&mut self, name: &str, report: &impl serde::Serialize) {
+        self.recorder.metadata(name, flat(report, "", "."));
+    }
+
+    /// The same of a drive, whose samples are in the log of the tissue's device.
+    pub(super) fn finish_drive(self) -> (Record, Result<Recorded, RecordError>) {
+        let (record, recorder, _) = self.let_go();
+        (record, recorder.finish())
+    }
+
+    /// The record, the log that is still to be closed, and true if the force is known to be zero.
+    fn let_go(mut self) -> (Record, Recorder, bool) {
         self.count_missing_fault();
         // Only a device that has let go answers so; its force falls within its own stop time.
         let let_go = self.record.ended == Some(Ending::LogStopped) && waits_for_rest(&self.link);
@@ -67,20 +115,34 @@ impl<M: TickRecord, const D: usize> HostSession<'_, M, D> {
         let (record, recorder) = (&mut self.record, &mut self.recorder);
         record.dropped = recorder.dropped() + lost;
         record.missed_deadlines = u64::from(summary.overruns) + u64::from(summary.stale_forces);
-        recorder.metadata("link", flat(&summary, "", "."));
+        let is_drive = self.partner.as_ref().is_some_and(Partner::is_drive);
+        let (link, end) = match is_drive {
+            true => (LinkSummary::OF_DRIVE, DRIVE_END),
+            false => ("link", END),
+        };
+        recorder.metadata(link, flat(&summary, "", "."));
         record.link = Some(summary);
-        let end = record.end(self.schedule.samples, self.next_tick);
-        recorder.metadata(END, end.metadata());
-        let recorded = close(self.recorder, &self.record, let_go)?;
-        Ok(Ran {
-            preflight: self.found.preflight,
-            drive: self.found.drive,
-            ..Ran::of(self.record, recorded, self.folder)
-        })
+        let planned = match &self.partner {
+            Some(partner) if self.schedule.samples == u64::MAX => partner.samples,
+            Some(_) | None => self.schedule.samples,
+        };
+        let ended = record.end(planned, self.next_tick);
+        recorder.metadata(end, ended.metadata());
+        (self.record, self.recorder, let_go)
     }
 
-    fn start(&mut self, ticks: u32) -> Result<(), SerialError> {
+    /// Arms and starts; false if the partner left before, or somebody asked to stop.
+    fn start(&mut self, ticks: u32, supervisor: Supervisor<'_>) -> Result<bool, SerialError> {
         self.link.arm(self.watchdog)?;
+        if let Some(partner) = &self.partner
+            && !partner.waits(supervisor.stop)
+        {
+            self.ends(match supervisor.stop.load(Ordering::Relaxed) {
+                true => Ending::Interrupted,
+                false => Ending::OtherLeft,
+            });
+            return Ok(false);
+        }
         let asked = SystemTime::now();
         self.link.start(Start {
             run: 1,
@@ -91,15 +153,18 @@ impl<M: TickRecord, const D: usize> HostSession<'_, M, D> {
         let started = StartTime::between(asked, SystemTime::now());
         // A recorder that has ended is seen at the first sample.
         let _ = self.recorder.starts_at(started);
-        Ok(())
+        Ok(true)
     }
 
     /// A run in the device's loop: everything is decided there.
     pub(super) fn listen(&mut self, supervisor: Supervisor<'_>) -> Result<(), SerialError> {
         /// Nothing for so long in the middle of a run is the end of it.
         const SILENCE: Duration = Duration::from_secs(2);
-        // A run of 2³² ticks and more is stopped from here.
-        self.start(u32::try_from(self.schedule.samples).unwrap_or(0))?;
+        // A run of 2³² ticks and more is stopped from here, and so is that of a tissue whose drive tells when it begins.
+        let ticks = u32::try_from(self.schedule.samples).unwrap_or(0);
+        if !self.start(ticks, supervisor)? {
+            return self.link.disarm();
+        }
         let mut patience = SILENCE;
         loop {
             match self.hear_or_stop(patience, supervisor)? {
@@ -108,10 +173,12 @@ impl<M: TickRecord, const D: usize> HostSession<'_, M, D> {
                         break;
                     }
                     (supervisor.progress)(self.counted());
+                    self.stop_when_done()?;
                 }
                 Some(Heard::Event(event)) => match event.kind {
                     EventKind::Finished | EventKind::Stopped | EventKind::Disarmed => {
                         self.over = true;
+                        self.partner.iter().for_each(Partner::done);
                         break;
                     }
                     EventKind::Configured | EventKind::Armed | EventKind::Started => {}
@@ -152,8 +219,13 @@ impl<M: TickRecord, const D: usize> HostSession<'_, M, D> {
                 self.ends(Ending::Interrupted);
                 self.link.ask(Request::Stop)?;
             }
+            if let (None, Some(left)) = (self.record.ended, self.partner_left()) {
+                self.ends(left);
+                self.link.ask(Request::Stop)?;
+            }
             let pause = left.min(PAUSE);
             if let Some(heard) = self.link.hear(pause) {
+                self.partner.iter().for_each(Partner::hears);
                 return Ok(Some(heard));
             }
             left -= pause;
@@ -171,7 +243,9 @@ impl<M: TickRecord, const D: usize> HostSession<'_, M, D> {
     ) -> Result<(), SerialError> {
         let thread = RaisedThread::new(self.schedule.thread_options().thread());
         self.record.raised(&thread);
-        self.start(0)?;
+        if !self.start(0, supervisor)? {
+            return self.link.disarm();
+        }
         let mut engaged = controller.engage(&mut *self);
         let mut resting = 0;
         loop {
@@ -187,7 +261,9 @@ impl<M: TickRecord, const D: usize> HostSession<'_, M, D> {
             let took = began.elapsed().as_nanos() as u64;
             let session = engaged.device_mut();
             session.record.tick_ns.saturating_record(took.max(1));
+            session.partner.iter().for_each(Partner::hears);
             let tick = reading.tick;
+            session.dated(tick, session.link.newest().time_us);
             let counted = session.counts(tick);
             session.gap(tick);
             let newest = session.link.newest().axes.first();
@@ -207,6 +283,7 @@ impl<M: TickRecord, const D: usize> HostSession<'_, M, D> {
                     },
                 ..by_loop(*logged, &done, None)
             };
+            logged.time_s += session.shift_s();
             session.keep(message, counted);
             (supervisor.progress)(session.counted());
             if session.record.ended.is_none() {
@@ -214,10 +291,14 @@ impl<M: TickRecord, const D: usize> HostSession<'_, M, D> {
                     session.ends(Ending::Fault(fault));
                 } else if supervisor.stop.load(Ordering::Relaxed) {
                     session.ends(Ending::Interrupted);
+                } else if let Some(left) = session.partner_left() {
+                    session.ends(left);
                 }
             }
             if session.record.ended.is_some() || tick + 1 >= session.schedule.samples {
                 engaged.controller_mut().stop();
+                let session = engaged.device_mut();
+                session.partner.iter().for_each(Partner::done);
                 resting += u64::from(engaged.controller().safety().is_at_rest());
                 let session = engaged.device_mut();
                 session.over = resting > 0 && session.applies_none();
@@ -344,10 +425,13 @@ impl<M: TickRecord, const D: usize> HostSession<'_, M, D> {
     /// Takes a sample of the device. One of another number of axes is none, and its tick is missing. False for one behind all that a
     /// device tells of a run that its fault has ended: it came because it was asked for.
     fn take_sample(&mut self, sample: &Sample) -> bool {
+        let tick = u64::from(sample.tick);
+        if self.next_tick <= tick {
+            self.dated(tick, sample.time_us);
+        }
         let Some(message) = self.message(sample) else {
             return true;
         };
-        let tick = u64::from(sample.tick);
         if let Some(last) = self.last_told() {
             let falls = !self.record.has_fallen() && message.kept().applied_force_n != 0.0;
             // The next tick is none of those between, in which the device was not asked yet.
@@ -360,6 +444,70 @@ impl<M: TickRecord, const D: usize> HostSession<'_, M, D> {
         self.gap(tick);
         self.keep(message, counted);
         true
+    }
+
+    /// Why there is no partner any more, if it has left.
+    fn partner_left(&mut self) -> Option<Ending> {
+        self.partner.as_mut().and_then(Partner::left)
+    }
+
+    /// Tells a partner when this tick was by the device's own clock, and hears of it when the run begins.
+    fn dated(&mut self, tick: u64, time_us: u32) {
+        /// Ticks from one look at the clocks to the next.
+        const LOOK: u64 = 1024;
+        let Some(partner) = &mut self.partner else {
+            return;
+        };
+        let time_s = tick as f64 * self.schedule.sample_time_s;
+        let is_first = !partner.has_begun();
+        if is_first {
+            partner.began(time_us, 1e6 * time_s);
+        }
+        match partner.side {
+            Side::Drive if is_first || tick.is_multiple_of(LOOK) => partner.align(time_s),
+            Side::Drive => {}
+            Side::Tissue if tick >= partner.rise_ticks => partner.risen(),
+            Side::Tissue => {}
+        }
+    }
+
+    /// The drive has begun: what came before that is its approach, and the rest counts.
+    fn begin(&mut self) {
+        let begun = self.partner.as_ref().and_then(|partner| {
+            let is_tissue = !partner.is_drive();
+            partner
+                .begun_s()
+                .filter(|_| is_tissue)
+                .map(|begun_s| (begun_s, partner.samples))
+        });
+        if let (Some((begun_s, samples)), false) = (begun, self.has_begun()) {
+            self.record.start =
+                crate::run::record::Start::from(begun_s, self.schedule.sample_time_s);
+            self.schedule.samples = self.record.start.tick + samples;
+            for message in std::mem::take(&mut self.pending) {
+                match message.kept().tick < self.record.start.tick {
+                    true => self.record.approaches(&message.kept()),
+                    false => self.record.push(&message),
+                }
+            }
+        }
+    }
+
+    /// False as long as nobody knows when a run with a partner begins to count.
+    const fn has_begun(&self) -> bool {
+        self.schedule.samples < u64::MAX
+    }
+
+    /// The run of a tissue ends with the last tick of its drive.
+    fn stop_when_done(&mut self) -> Result<(), SerialError> {
+        let is_done = self.next_tick >= self.schedule.samples && self.record.ended.is_none();
+        match &self.partner {
+            Some(partner) if is_done && !partner.is_drive() && !partner.is_done() => {
+                partner.done();
+                self.link.ask(Request::Stop).map(drop)
+            }
+            Some(_) | None => Ok(()),
+        }
     }
 
     /// True if this tick is part of the result: none from a fault of the device on, though nobody knows which yet.
@@ -390,11 +538,17 @@ impl<M: TickRecord, const D: usize> HostSession<'_, M, D> {
         if sample.axes.len() != D {
             return None;
         }
-        let time_s = f64::from(sample.tick) * self.schedule.sample_time_s;
-        let mut message = (self.blank)(time_s - self.start_s());
+        let own_s = f64::from(sample.tick) * self.schedule.sample_time_s;
+        let time_s = own_s + self.shift_s();
+        let mut message = (self.blank)(own_s - self.start_s());
         let logged = message.logged_mut();
         *logged = by_device(*logged, sample, time_s);
         Some(message)
+    }
+
+    /// Seconds from the device's own time to that of the log.
+    fn shift_s(&self) -> f64 {
+        self.partner.as_ref().map_or(0.0, |partner| partner.shift_s)
     }
 
     /// Ticks so far that count.
@@ -430,7 +584,7 @@ impl<M: TickRecord, const D: usize> HostSession<'_, M, D> {
 
     /// A run that finished, but whose last samples did not come.
     fn count_missing_end(&mut self) {
-        if self.record.ended.is_none() {
+        if self.record.ended.is_none() && self.has_begun() {
             self.came_until(self.schedule.samples);
         }
     }
@@ -445,7 +599,13 @@ impl<M: TickRecord, const D: usize> HostSession<'_, M, D> {
 
     fn keep(&mut self, message: M, counted: bool) {
         let logged = self.recorder.tick(message.logged());
-        if counted {
+        if let Some(partner) = &self.partner {
+            partner.opposes(message.kept().reaction_n());
+            self.begin();
+        }
+        if counted && !self.has_begun() {
+            self.pending.push(message);
+        } else if counted {
             self.record.push(&message);
         } else if self.record.ended.is_some() || self.has_faulted(message.kept().tick) {
             self.record.push_after(&message);
@@ -460,6 +620,7 @@ impl<M: TickRecord, const D: usize> HostSession<'_, M, D> {
     fn ends(&mut self, ended: Ending) {
         if self.record.ended.is_none() {
             self.record.ended = Some(ended);
+            self.partner.iter().for_each(Partner::ends);
             let tick = if let Ending::DeviceFault(report) = ended {
                 u64::from(report.tick)
             } else if let Ending::Impossible(what) = ended {
@@ -541,13 +702,16 @@ impl<M: TickRecord, const D: usize> HostSession<'_, M, D> {
     /// True if a run began whose end is not known.
     fn may_run_on(&self) -> bool {
         let ended = self.record.ended;
-        !self.over && self.next_tick > 0 && matches!(ended, None | Some(Ending::Interrupted))
+        let asked = matches!(ended, None | Some(Ending::Interrupted | Ending::OtherLeft));
+        !self.over && self.next_tick > 0 && asked
     }
 
     /// The run ended so. One that was to be stopped, and was not known to be over, did not end because somebody asked for it.
     fn ends_unasked(&mut self, ended: Ending) {
-        if self.record.ended == Some(Ending::Interrupted) && !self.over {
-            self.record.stop_unheard = true;
+        if let Some(asked @ (Ending::Interrupted | Ending::OtherLeft)) = self.record.ended
+            && !self.over
+        {
+            self.record.stop_unheard = asked == Ending::Interrupted;
             self.record.ended = None;
         }
         self.ends(ended);

@@ -59,6 +59,9 @@ pub(crate) struct LinkSummary {
 }
 
 impl LinkSummary {
+    /// Name of the record in a log with the counts of a drive.
+    pub(crate) const OF_DRIVE: &str = "drive.link";
+
     /// Samples of the device that did not get to the log because of the line.
     pub(crate) fn samples_missing(&self) -> u64 {
         self.samples_lost + self.samples_dropped

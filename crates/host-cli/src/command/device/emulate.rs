@@ -13,8 +13,10 @@ use haptic_emulator::{Damage, LineFaults, emulate, haply, moteus};
 use haptic_experiment::parameters::{self, Range};
 use haptic_experiment::run::DeviceModel;
 use haptic_experiment::{Failure, Named};
-use haptic_loop::plant::MassDamperConfig;
-use haptic_loop::units::{Kilograms, Metres, NewtonSecondsPerMetre, Seconds};
+use haptic_loop::plant::{FacingContact, MassDamperConfig};
+use haptic_loop::units::{
+    Kilograms, Metres, NewtonSecondsPerMetre, Newtons, NewtonsPerMetre, Seconds,
+};
 use haptic_remote::serial::Line;
 use serde_json::json;
 use std::collections::BTreeSet;
@@ -63,6 +65,11 @@ impl Kind {
 /// Keys make the line bad: it loses, damages, repeats, reorders, delays or stalls frames, in the
 /// same way for the same `line_seed`.
 ///
+/// --facing adds a second board whose mass meets that of the first, to rehearse a run with two devices. The first renders: its position is
+/// the depth of the indentation, and its force is below 0 where it resists. The second pushes along its own positive axis into it. Both
+/// axes point the same way, and they touch where the second has gone the gap further. Each has its own sample time, both one clock; a run
+/// begins with both masses at 0 unless the other board makes a force. facing_ before a key of the line is that of the second board.
+///
 /// --kind haply-2diy is the board of a Haply 2DIY, --kind moteus a servo behind a CAN adapter; both
 /// also work with the makers' own programs. They run in real time, and drop and corrupt then apply
 /// to single bytes.
@@ -70,7 +77,9 @@ impl Kind {
 #[command(
     after_help = format!("Examples:\n  host-cli device emulate --link device &\n  host-cli relax --device \
                   serial:device --duration 20s\n  host-cli device emulate --kind haply-2diy --link 2diy &\n  \
-                  host-cli relax --device haply:2diy --duration 20s\n\nKeys:{}", keys_help(KEYS))
+                  host-cli relax --device haply:2diy --duration 20s\n  \
+                  host-cli device emulate --link blue --facing white gap=1mm facing_drop=1%\n\nKeys:{}",
+                  keys_help(LINE_KEYS.into_iter().chain(KEYS)))
 )]
 pub(crate) struct Arguments {
     /// Device to emulate [default: own]
@@ -82,6 +91,9 @@ pub(crate) struct Arguments {
     /// Unix socket instead of a pseudo-terminal, which may be late on a busy machine
     #[arg(long, value_name = "PATH", conflicts_with = "link")]
     socket: Option<PathBuf>,
+    /// A second board, whose mass meets that of the first, at a path of the same kind
+    #[arg(long, value_name = "PATH")]
+    facing: Option<PathBuf>,
     /// Axes; 2 or 3 for a [touch], with a hand that pushes along the first
     #[arg(long, value_parser = whole::<u8>(1..=3))]
     axes: Option<u8>,
@@ -98,8 +110,8 @@ pub(crate) struct Arguments {
     values: Vec<String>,
 }
 
-/// Keys of the line, of a 2DIY, and of a servo.
-const KEYS: [(&str, &str); 12] = [
+/// Keys of a line.
+const LINE_KEYS: [(&str, &str); 8] = [
     ("drop", "Chance of a lost frame, as 1%"),
     ("corrupt", "Chance of flipped bits in a frame"),
     ("duplicate", "Chance of a repeated frame"),
@@ -108,6 +120,10 @@ const KEYS: [(&str, &str); 12] = [
     ("stall", "Chance that the line stalls at a frame"),
     ("stall_time_s", "Length of a stall [default: 50ms]"),
     ("line_seed", "Seed of these faults [default: 1]"),
+];
+
+/// Keys of a 2DIY, of a servo, and of two boards.
+const KEYS: [(&str, &str); 9] = [
     ("hardware", "2DIY: hardware version, 2 or 3 [default: 3]"),
     (
         "hand",
@@ -118,44 +134,43 @@ const KEYS: [(&str, &str); 12] = [
         "turn",
         "Servo: from command 600 on a hand turns the lever at 20 mm and holds it, as 2mm:0.5s",
     ),
+    ("facing_model", "Facing: device file of the second board"),
+    (
+        "contact_stiffness_n_per_m",
+        "Facing: stiffness of the contact [default: 100kN/m]",
+    ),
+    (
+        "contact_damping_n_s_per_m",
+        "Facing: damping of the contact [default: 80N·s/m]",
+    ),
+    (
+        "contact_friction_n",
+        "Facing: Coulomb friction of the contact [default: 0N]",
+    ),
+    (
+        "gap_m",
+        "Facing: way of the second board to the first [default: 0m]",
+    ),
 ];
+
+/// Before a key of the line: that of the second board.
+const FACING: &str = "facing_";
 
 /// The key that is called like an option.
 pub(crate) fn key_like(option: &str) -> Option<&'static str> {
-    key_value::key_like(option, KEYS.map(|(key, _)| key))
+    let keys = LINE_KEYS.into_iter().chain(KEYS);
+    key_value::key_like(option, keys.map(|(key, _)| key))
 }
 
-#[derive(Debug, Default)]
-struct Details {
-    /// The keys that were given.
-    given: BTreeSet<&'static str>,
+/// A line, and the seed of its faults.
+#[derive(Clone, Copy, Debug)]
+struct LineDetails {
     faults: LineFaults,
     seed: u64,
-    hardware: Version,
-    /// The hand of a 2DIY; `None` strokes.
-    hand: Option<haply::Hand>,
-    servo_id: Option<u8>,
-    turn: Option<moteus::Hand>,
 }
 
-impl Details {
-    fn read(words: &[String]) -> Result<Self, Failure> {
-        let mut details = Self {
-            seed: 1,
-            ..Self::default()
-        };
-        details.faults.stall_s = 0.05;
-        for word in words {
-            let (key, text) = key_and_value(word, KEYS.map(|(key, _)| key), "emulate")?;
-            if !details.given.insert(key) {
-                return Err(refused(word, "is given twice: keep one"));
-            }
-            details.set(key, text).map_err(|why| refused(word, &why))?;
-        }
-        details.faults.check().map_err(Failure::input)?;
-        Ok(details)
-    }
-
+impl LineDetails {
+    /// One of its keys.
     fn set(&mut self, key: &str, text: &str) -> Result<(), String> {
         let faults = &mut self.faults;
         match key {
@@ -166,19 +181,111 @@ impl Details {
             "delay_s" => faults.delay_s = in_range(key, parameters::LINE_DELAY.range(), text)?,
             "stall" => faults.stall = chance(text)?,
             "stall_time_s" => faults.stall_s = in_range(key, parameters::LINE_DELAY.range(), text)?,
-            "line_seed" => self.seed = count(text, 0, u64::MAX)?,
+            _ => self.seed = count(text, 0, u64::MAX)?,
+        }
+        Ok(())
+    }
+}
+
+#[derive(Debug)]
+struct Details {
+    /// The keys that were given, of the second board's line apart.
+    given: [BTreeSet<&'static str>; 2],
+    /// That of the second board has seeds of its own.
+    lines: [LineDetails; 2],
+    hardware: Version,
+    /// The hand of a 2DIY; `None` strokes.
+    hand: Option<haply::Hand>,
+    servo_id: Option<u8>,
+    turn: Option<moteus::Hand>,
+    facing_model: Option<PathBuf>,
+    contact: FacingContact,
+}
+
+impl Details {
+    fn read(words: &[String]) -> Result<Self, Failure> {
+        let line = |seed| LineDetails {
+            faults: LineFaults {
+                stall_s: 0.05,
+                ..LineFaults::default()
+            },
+            seed,
+        };
+        let mut details = Self {
+            given: Default::default(),
+            lines: [line(1), line(3)],
+            hardware: Version::default(),
+            hand: None,
+            servo_id: None,
+            turn: None,
+            facing_model: None,
+            contact: FacingContact::COMPLIANT,
+        };
+        for word in words {
+            let of_line = LINE_KEYS.map(|(key, _)| key);
+            let facing = (word.strip_prefix(FACING))
+                .and_then(|rest| key_and_value(rest, of_line, "emulate").ok());
+            let (side, (key, text)) = match facing {
+                Some(found) => (1, found),
+                None => {
+                    let keys = of_line.into_iter().chain(KEYS.map(|(key, _)| key));
+                    (0, key_and_value(word, keys, "emulate")?)
+                }
+            };
+            if !details.given[side].insert(key) {
+                return Err(refused(word, "is given twice: keep one"));
+            }
+            let done = match of_line.contains(&key) {
+                true => details.lines[side].set(key, text),
+                false => details.set(key, text),
+            };
+            done.map_err(|why| refused(word, &why))?;
+        }
+        for line in &details.lines {
+            line.faults.check().map_err(Failure::input)?;
+        }
+        Ok(details)
+    }
+
+    fn set(&mut self, key: &str, text: &str) -> Result<(), String> {
+        let contact = &mut self.contact;
+        match key {
             "hardware" => self.hardware = version(text)?,
             "hand" => self.hand = hand(text)?,
             "servo_id" => self.servo_id = Some(count(text, 0, u8::MAX)?),
-            _ => self.turn = Some(turn(text)?),
+            "turn" => self.turn = Some(turn(text)?),
+            "facing_model" => self.facing_model = Some(PathBuf::from(text)),
+            "contact_stiffness_n_per_m" => {
+                contact.stiffness = NewtonsPerMetre(in_range(key, CONTACT_STIFFNESSES, text)?);
+            }
+            "contact_damping_n_s_per_m" => {
+                contact.damping = NewtonSecondsPerMetre(in_range(key, CONTACT_DAMPINGS, text)?);
+            }
+            "contact_friction_n" => {
+                contact.friction = Newtons(in_range(key, CONTACT_FRICTIONS, text)?);
+            }
+            _ => contact.gap = Metres(in_range(key, GAPS, text)?),
         }
         Ok(())
     }
 
-    fn has(&self, keys: [&str; 2]) -> bool {
-        keys.iter().any(|key| self.given.contains(key))
+    fn has(&self, keys: &[&str]) -> bool {
+        keys.iter().any(|key| self.given[0].contains(key))
+    }
+
+    /// The first key that speaks of a second board.
+    fn of_facing(&self) -> Option<String> {
+        let line = self.given[1].first().map(|key| format!("{FACING}{key}"));
+        let own = KEYS[4..].iter().find(|(key, _)| self.has(&[key]));
+        line.or(own.map(|(key, _)| (*key).to_owned()))
     }
 }
+
+/// Contacts of two boards: stiffness N/m, damping N·s/m, friction N, gap m.
+const CONTACT_STIFFNESSES: Range = Range::AboveUpTo(0.0, 1e7);
+const CONTACT_DAMPINGS: Range = Range::Within(0.0, 1e5);
+const CONTACT_FRICTIONS: Range = Range::Within(0.0, 1e3);
+const GAPS: Range = Range::Within(0.0, 1.0);
 
 /// A chance: a number in [0, 1], or per cent.
 fn chance(text: &str) -> Result<f64, String> {
@@ -223,31 +330,63 @@ impl Arguments {
         let kind = self.kind.unwrap_or_default();
         let details = Details::read(&self.values)?;
         self.check_kind(kind, &details)?;
-        let body = self.model.read()?.as_ref().map(body);
+        self.check_facing(&details)?;
+        let body_of_first = self.model.read()?.as_ref().map(body);
+        let second = details.facing_model.as_deref().map(DeviceModel::find);
+        let body_of_second = second.transpose()?.as_ref().map(body);
         let servo = servo(details.servo_id, details.turn)?;
         let duration = self.duration.map(Duration::from_secs_f64);
-        let (faults, seed) = (details.faults, details.seed);
+        let LineDetails { faults, seed } = details.lines[0];
         let stop = stop_on_interrupt()?;
-        let port = Port::open(self.socket.as_deref(), self.link.as_deref()).map_err(failed)?;
-        let path = port.path().display().to_string();
-        output.report(&json!({
-            "path": path,
-            "device": format!("{}:{path}", kind.scheme()),
-            // Chances of the line, and its seed; none of a good one.
-            "line": self.values,
-        }))?;
+        let named = self.socket.is_some();
+        let port = Port::open(self.socket.as_deref(), self.link.as_deref());
+        let port = port.map_err(|error| failed(error, None))?;
+        let facing = self.facing.as_deref().map(|path| match named {
+            true => Port::open(Some(path), None),
+            false => Port::open(None, Some(path)),
+        });
+        let facing = facing
+            .transpose()
+            .map_err(|error| failed(error, Some("facing")))?;
+        let told = |port: &Port| {
+            let path = port.path().display().to_string();
+            json!({"device": format!("{}:{path}", kind.scheme()), "path": path})
+        };
+        let mut report = told(&port);
+        // Chances of the line, and its seed; none of a good one.
+        report["line"] = json!(self.values);
+        if let Some(facing) = &facing {
+            report["facing"] = told(facing);
+        }
+        output.report(&report)?;
+        let failed = |error| failed(error, None);
         let line = port.line().map_err(failed)?;
         let done = match kind {
             Kind::Own => {
                 let emulation = Emulation {
                     axes: self.axes.unwrap_or(1),
-                    body,
+                    body: body_of_first,
                     speed: self.speed,
                     faults,
                     seed,
                     duration,
                 };
-                words_of_own(&board::emulate(line, &emulation, stop).map_err(failed)?)
+                match &facing {
+                    None => words_of_own(&board::emulate(line, &emulation, stop).map_err(failed)?),
+                    Some(facing) => {
+                        let second = Emulation {
+                            body: body_of_second,
+                            faults: details.lines[1].faults,
+                            seed: details.lines[1].seed,
+                            ..emulation.clone()
+                        };
+                        let lines = [line, facing.line().map_err(failed)?];
+                        let both = [emulation, second];
+                        let done = board::emulate_facing(lines, &both, details.contact, stop);
+                        let [first, second] = done.map_err(failed)?.map(|done| words_of_own(&done));
+                        format!("{first}; facing: {second}")
+                    }
+                }
             }
             Kind::Haply2Diy => {
                 let model = details.hardware.model();
@@ -269,18 +408,43 @@ impl Arguments {
     }
 
     fn check_kind(&self, kind: Kind, details: &Details) -> Result<(), Failure> {
-        let refusal = if kind != Kind::Haply2Diy && details.has(["hardware", "hand"]) {
+        let refusal = if kind != Kind::Haply2Diy && details.has(&["hardware", "hand"]) {
             "hardware and hand apply only to a 2DIY: add --kind haply-2diy"
-        } else if kind != Kind::Moteus && details.has(["servo_id", "turn"]) {
+        } else if kind != Kind::Moteus && details.has(&["servo_id", "turn"]) {
             "servo_id and turn apply only to a servo: add --kind moteus"
         } else if kind != Kind::Own && self.axes.is_some() {
             "--axes applies only to --kind own: omit it"
         } else if kind != Kind::Own && self.model.is_given() {
             "--device-model applies only to --kind own: omit it"
+        } else if kind != Kind::Own && self.facing.is_some() {
+            "--facing applies only to --kind own: omit it"
         } else if kind != Kind::Own && (self.speed - 1.0).abs() > 0.0 {
             "an emulated device of another maker runs in real time: omit --speed"
         } else {
             return Ok(());
+        };
+        Err(Failure::bad_input(refusal))
+    }
+}
+
+impl Arguments {
+    fn check_facing(&self, details: &Details) -> Result<(), Failure> {
+        let first = self.link.as_ref().or(self.socket.as_ref());
+        let refusal = match (&self.facing, first) {
+            (None, _) => match details.of_facing() {
+                Some(key) => {
+                    format!("{key} applies only to two boards: add --facing, as in --facing white")
+                }
+                None => return Ok(()),
+            },
+            (Some(_), None) => {
+                "--facing needs a path of the first board: give --link or --socket too".to_owned()
+            }
+            (Some(second), Some(first)) if second == first => format!(
+                "--facing {} is the path of the first board too: give another",
+                second.display()
+            ),
+            (Some(_), Some(_)) => return Ok(()),
         };
         Err(Failure::bad_input(refusal))
     }
@@ -302,10 +466,11 @@ fn body(model: &DeviceModel) -> Body {
     }
 }
 
-/// A device that could not be emulated, with the option that mends it.
-fn failed(error: EmulatorError) -> Failure {
+/// A device that could not be emulated, with the option that mends it, that of the path unless another gave it.
+fn failed(error: EmulatorError, option: Option<&str>) -> Failure {
     if let EmulatorError::Path { kind, .. } = &error {
-        Failure::bad_input(format_args!("{error} with --{kind}"))
+        let option = option.unwrap_or(kind);
+        Failure::bad_input(format_args!("{error} with --{option}"))
     } else if matches!(error, EmulatorError::Terminal(_)) {
         Failure::device(error)
     } else if matches!(error, EmulatorError::Device(_)) {

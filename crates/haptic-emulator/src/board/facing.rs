@@ -1,0 +1,163 @@
+//! Two emulated boards whose masses meet, each behind a line of its own.
+//!
+//! Both are ticked by one thread from one clock, in the order of their times, and the world between two ticks is that of [`FacingDevices`],
+//! exact: so what they do depends on no load of this machine. Each has the sample time of its own run.
+//!
+//! - *They are no simulations* to a host: like real boards they refuse a configuration that asks for a plant.
+//! - *Idle*, a mass is free: no force, and it moves on. *Start of a run*: both masses go back to their 0 if the other board makes no force;
+//!   while it does, nothing moves.
+
+use super::{Body, Embodied, Emulated, Emulation, EmulatorError, run};
+use haptic_link::{Capabilities, ControllerCost, Refusal, Simulation};
+use haptic_loop::nalgebra::SVector;
+use haptic_loop::plant::{
+    FacingConfig, FacingContact, FacingDevices, FacingSide, MassDamperConfig,
+};
+use haptic_loop::units::{Kilograms, Metres, NewtonSecondsPerMetre, Seconds};
+use haptic_loop::{Device, Fault, Reading, SafeForce};
+use haptic_remote::serial::Line;
+use haptic_remote::{CONTROLLER_COST, Hardware, abilities, only_real};
+use std::cell::RefCell;
+use std::rc::Rc;
+use std::sync::atomic::AtomicBool;
+
+/// Units of the world in a microsecond: it counts nanoseconds.
+const PER_MICROSECOND: u64 = 1000;
+
+/// Runs a renderer and an indenter, see [`FacingSide`], until they are stopped or the time of the first is over. The speed of the first
+/// is that of both. A board without a body is a voice coil of 65 g and 3.5 N·s/m.
+///
+/// # Errors
+/// Axes that are not 1; faults, a body or a contact outside their range; a line that cannot be shared.
+pub fn emulate_facing(
+    lines: [Box<dyn Line>; 2],
+    emulations: &[Emulation; 2],
+    contact: FacingContact,
+    stop: &AtomicBool,
+) -> Result<[Emulated; 2], EmulatorError> {
+    if let Some(other) = emulations.iter().find(|emulation| emulation.axes != 1) {
+        return Err(EmulatorError::FacingAxes(other.axes));
+    }
+    let bodies = emulations
+        .each_ref()
+        .map(|emulation| emulation.body.unwrap_or(VOICE_COIL));
+    let boards = facing(bodies, contact)?;
+    let [blue, white] = boards;
+    let [first, second] = lines;
+    let [of_first, of_second] = emulations;
+    run([(first, of_first, blue), (second, of_second, white)], stop)
+}
+
+const VOICE_COIL: Body = Body {
+    plant: MassDamperConfig::ideal(Kilograms(0.065), NewtonSecondsPerMetre(3.5), Seconds(0.0)),
+    encoder_resolution: Metres(0.0),
+    noise: (Metres(0.0), 0),
+};
+
+/// Both boards of a world.
+fn facing(
+    bodies: [Body; 2],
+    contact: FacingContact,
+) -> Result<[Embodied<FacingBoard>; 2], EmulatorError> {
+    let unit = Seconds(1e-6 / PER_MICROSECOND as f64);
+    let config = FacingConfig {
+        devices: bodies.map(|body| body.plant),
+        contact,
+    };
+    let world = Rc::new(RefCell::new(World {
+        devices: FacingDevices::new(config, unit)?,
+        forced: [false; 2],
+    }));
+    let board = |side: FacingSide| {
+        let board = FacingBoard {
+            world: Rc::clone(&world),
+            side,
+            period_us: 0,
+            now_us: 0,
+        };
+        Embodied::new(board, bodies[side as usize])
+    };
+    Ok([board(FacingSide::Renderer)?, board(FacingSide::Indenter)?])
+}
+
+/// What both boards share.
+struct World {
+    devices: FacingDevices,
+    /// Boards that make a force.
+    forced: [bool; 2],
+}
+
+struct FacingBoard {
+    world: Rc<RefCell<World>>,
+    side: FacingSide,
+    period_us: u64,
+    /// Device time of the tick that was read last, µs.
+    now_us: u64,
+}
+
+impl Device<f32, 1> for FacingBoard {
+    type Error = Fault;
+
+    /// Each tick of a board reads once.
+    fn read(&mut self) -> Result<Reading<f32, 1>, Fault> {
+        self.now_us += self.period_us;
+        let devices = &mut self.world.borrow_mut().devices;
+        devices.advance_to(PER_MICROSECOND * self.now_us);
+        Ok(Reading {
+            tick: 0,
+            time_s: 1e-6 * self.now_us as f64,
+            position_m: SVector::from([devices.position(self.side) as f32]),
+        })
+    }
+
+    fn write(&mut self, force: SafeForce<f32, 1>) -> Result<(), Fault> {
+        let mut world = self.world.borrow_mut();
+        world.forced[self.side as usize] = true;
+        let force = f64::from(force.newtons()[0]);
+        world.devices.command(self.side, force);
+        Ok(())
+    }
+
+    fn let_go(&mut self) {
+        let mut world = self.world.borrow_mut();
+        world.forced[self.side as usize] = false;
+        world.devices.let_go(self.side);
+    }
+}
+
+impl Hardware for FacingBoard {
+    type Setup = ();
+
+    fn capabilities(&self) -> Capabilities {
+        Capabilities {
+            // More than desktop devices can do; nothing here would break.
+            force_max_n: 100.0,
+            force_rate_max_n_per_s: 1e6,
+            ..abilities("emulated", 1)
+        }
+    }
+
+    fn controller_cost(&self) -> Option<ControllerCost> {
+        Some(CONTROLLER_COST)
+    }
+
+    fn prepare(simulation: &Simulation, _: u32) -> Result<(), Refusal> {
+        only_real(simulation)
+    }
+
+    fn install(&mut self, (): (), tick_period_us: u32) {
+        self.period_us = u64::from(tick_period_us);
+    }
+
+    fn restart(&mut self) {
+        let mut world = self.world.borrow_mut();
+        if !world.forced[1 - self.side as usize] {
+            world.devices.restart();
+        }
+    }
+
+    fn idle(&mut self) -> Result<Reading<f32, 1>, Fault> {
+        self.let_go();
+        self.read()
+    }
+}

@@ -1,0 +1,134 @@
+//! The side of a drive that has a device of its own: its samples at the times of the tissue's device, and what is told of it.
+
+use super::{DriveJudge, DriveReport};
+use crate::judge::RunReport;
+use crate::run::ending::Ending;
+use crate::run::record::Record;
+use crate::run::remote::{Aligned, DriveRan, LinkSummary};
+use crate::run::tick::KeptSample;
+use serde::Serialize;
+
+/// What is told of the device of a drive, beside what it did.
+#[derive(Clone, Debug, Serialize)]
+pub(crate) struct SecondReport {
+    /// The device as on the command line.
+    device: String,
+    /// Samples of it that count.
+    samples: u64,
+    dropped_samples: u64,
+    /// Null if one of the devices did not tell its time.
+    #[serde(flatten)]
+    aligned: Option<Aligned>,
+    /// Why it ended early; null if it did not.
+    ended_early: Option<String>,
+    link: Option<LinkSummary>,
+    /// The log of its fault; null without one.
+    fault_log: Option<String>,
+}
+
+/// The samples of a drive at the times of a run: error, and the values of the columns.
+pub(crate) struct DriveSamples {
+    /// Time of the run, s.
+    time_s: Vec<f64>,
+    values: Vec<[f64; 3]>,
+    /// The sample before the time that was asked for last.
+    at: usize,
+    report: DriveReport,
+}
+
+impl DriveSamples {
+    /// Judged in its own time, and put beside a run of this sample time that counts as this record does.
+    pub(crate) fn new(
+        mut judge: DriveJudge,
+        second: &DriveRan,
+        first: &Record,
+        sample_time_s: f64,
+    ) -> Self {
+        let begun_s = first.start.time_s() - first.start.lead_s;
+        let samples = second.record.whole.as_deref().unwrap_or_default();
+        let (mut time_s, mut values) = (Vec::new(), Vec::new());
+        let of_tissue = first.whole.as_deref().unwrap_or_default();
+        for sample in samples {
+            let own_s = sample.tick as f64 * sample_time_s;
+            let of_first = |aligned: Aligned| aligned.first_s(own_s);
+            let now_s = second.aligned.map_or(sample.time_s, of_first) - begun_s;
+            time_s.push(now_s);
+            // The force between both is what the other device opposes, as of its newest tick.
+            let newest = of_tissue.partition_point(|of_tissue| of_tissue.time_s <= now_s);
+            let newest = newest
+                .checked_sub(1)
+                .and_then(|newest| of_tissue.get(newest));
+            let own = KeptSample {
+                time_s: own_s,
+                contact_force_n: newest.map_or(0.0, KeptSample::reaction_n),
+                ..*sample
+            };
+            let (error, [measured, force_n]) = judge.add(&own);
+            values.push([error, measured, force_n]);
+        }
+        let record = &second.record;
+        let report = DriveReport {
+            second: Some(SecondReport {
+                device: second.device.clone(),
+                samples: record.samples,
+                dropped_samples: record.dropped,
+                aligned: second.aligned,
+                ended_early: record.reason(),
+                link: record.link.clone(),
+                fault_log: (second.fault_log.as_ref()).map(|path| path.display().to_string()),
+            }),
+            ..judge.finish()
+        };
+        Self {
+            time_s,
+            values,
+            at: 0,
+            report,
+        }
+    }
+
+    /// At a time of the run, on the straight line between its neighbours, or the nearest: error, and the values of the columns. Times must
+    /// not fall.
+    pub(crate) fn at(&mut self, time_s: f64) -> (f64, [f64; 2]) {
+        while self
+            .time_s
+            .get(self.at + 1)
+            .is_some_and(|&next| next <= time_s)
+        {
+            self.at += 1;
+        }
+        let point = |n: usize| Some((*self.time_s.get(n)?, *self.values.get(n)?));
+        let Some((before_s, before)) = point(self.at) else {
+            return (f64::NAN, [f64::NAN; 2]);
+        };
+        let [error, measured, force_n] = match point(self.at + 1) {
+            Some((after_s, after)) => {
+                let share = ((time_s - before_s) / (after_s - before_s)).clamp(0.0, 1.0);
+                std::array::from_fn(|n| before[n] + share * (after[n] - before[n]))
+            }
+            None => before,
+        };
+        (error, [measured, force_n])
+    }
+
+    pub(crate) fn finish(self) -> DriveReport {
+        self.report
+    }
+}
+
+/// Tells in the report of a run what became of the device of its drive.
+pub(crate) fn tell(run: &mut RunReport, first: &Record, second: &DriveRan) {
+    let record = &second.record;
+    run.dropped_samples += record.dropped;
+    run.device_lost |= record.device_lost();
+    let of_drive = |words: String| format!("drive {}: {words}", second.device);
+    // Who only followed the other does not know why.
+    let follows = |ended| matches!(ended, None | Some(Ending::OtherLeft | Ending::Silent));
+    if follows(first.ended) && (first.ended.is_none() || !follows(record.ended)) {
+        run.ended_early = record.reason().map(of_drive);
+    }
+    let let_go = record.let_go().map(|let_go| of_drive(let_go.words()));
+    let words = run.let_go.iter().chain(let_go.iter());
+    let words: Vec<&str> = words.map(String::as_str).collect();
+    run.let_go = (!words.is_empty()).then(|| words.join("; "));
+}

@@ -1,0 +1,123 @@
+//! A run on two devices: both connected, configured and judged, then conducted by a thread each, see [`partner`](super::partner).
+
+use super::partner::{Both, DriveRan, Partner, Side, aligned};
+use super::run::RemoteRun;
+use crate::document::failure::Failure;
+use crate::document::parameters::{DEVICE, DEVICE_MODEL, DRIVE_DEVICE, DRIVE_DEVICE_MODEL};
+use crate::run::drive_verdict::DriveVerdict;
+use crate::run::preflight::{Findings as _, PreflightSubject, note_findings};
+use crate::run::{Ran, Supervisor, recorder};
+use fracdiff::Real;
+use haptic_loop::{Controller, Environment};
+use std::convert::Infallible;
+use std::sync::Arc;
+use std::sync::atomic::AtomicU64;
+
+/// The verdict on a drive, alone and in contact, with loops so many seconds later than their devices; `None` if one is not known.
+type Judged<'a> = &'a dyn Fn([f64; 2]) -> Result<Option<DriveVerdict>, Failure>;
+
+/// A run on two devices.
+pub(crate) struct PairRun<'a, P> {
+    pub tissue: RemoteRun<'a, P>,
+    pub drive: RemoteRun<'a, Infallible>,
+    pub judged: Judged<'a>,
+    /// Where the newest force goes that the tissue opposes, N, as its bits.
+    pub opposed_n: Arc<AtomicU64>,
+}
+
+impl<P: PreflightSubject> PairRun<'_, P> {
+    /// Both are connected, configured and judged before any file is made, and any force. The controllers close what loops run here.
+    pub(crate) fn run<F, E, G>(
+        self,
+        of_tissue: &mut Controller<F, 1, E>,
+        of_drive: &mut Controller<f64, 1, G>,
+        supervisor: Supervisor<'_>,
+    ) -> Result<Ran, Failure>
+    where
+        F: Real + Send,
+        E: Environment<F, 1> + Send,
+        E::History: Send,
+        G: Environment<f64, 1>,
+    {
+        let (stop, warn) = (supervisor.stop, supervisor.warn);
+        let (request, device) = (self.tissue.request, self.drive.device.name.to_string());
+        let watchdogs = [self.tissue.device.watchdog(), self.drive.device.watchdog()];
+        let samples = self.tissue.schedule.samples;
+        let name = DEVICE.set_to(&self.tissue.device.name);
+        let tissue = self.tissue.ready::<1>(supervisor);
+        let mut tissue = tissue.map_err(|failure| failure.and(&name))?;
+        let warn_of_drive = |text: &str| warn(&format!("drive: {text}"));
+        let beside = Supervisor {
+            warn: &warn_of_drive,
+            ..supervisor
+        };
+        let drive = self.drive.looked_at_by(None::<P>).ready::<1>(beside);
+        let drive = drive.map_err(|failure| failure.and(&DRIVE_DEVICE.set_to(&device)))?;
+        // Before, nobody knows their clocks.
+        let judged = (self.judged)([tissue.measured_delay_s(), drive.measured_delay_s()])?;
+        let described = (drive.metadata.iter()).filter(|(key, _)| !key.contains("preflight"));
+        let described = described.map(|(key, value)| (format!("drive.{key}"), value.clone()));
+        tissue.metadata.extend(described);
+        match &judged {
+            Some(judged) => note_findings(&mut tissue.metadata, DriveVerdict::KEY, judged),
+            None => warn(&format!(
+                "pre-flight: the drive and its contact are not judged, a device is unknown: give {DEVICE_MODEL} and {DRIVE_DEVICE_MODEL}"
+            )),
+        }
+        let folder = request.prepare()?;
+        let metadata = tissue.metadata.clone();
+        let mut recorder = recorder(request, &folder, metadata, false, supervisor)?;
+        let drive_recorder = recorder.beside();
+
+        let both = &Both::default();
+        let clocks = [tissue.link.clock(), drive.link.clock()];
+        let partner = |side: Side| {
+            let (clocks, opposed_n) = (clocks.clone(), Arc::clone(&self.opposed_n));
+            let mut partner = Partner::new(both, side, clocks, watchdogs[side as usize], opposed_n);
+            partner.rise_ticks = tissue.rise_ticks;
+            partner.samples = samples;
+            partner
+        };
+        let (first, second) = (partner(Side::Tissue), partner(Side::Drive));
+        let mut tissue = tissue.session::<1>(recorder, Some(first))?;
+        let mut drive = drive.session::<1>(drive_recorder, Some(second))?;
+        // The drive's thread is this one, which may tell of the progress.
+        let mut tissue = std::thread::scope(|scope| {
+            let first = scope.spawn(move || {
+                let supervisor = Supervisor {
+                    stop,
+                    progress: &|_| (),
+                    live: None,
+                    warn,
+                };
+                tissue.conduct(of_tissue, supervisor);
+                tissue
+            });
+            drive.conduct(of_drive, beside);
+            match first.join() {
+                Ok(tissue) => tissue,
+                // A panic there is a defect; let it be seen as one.
+                Err(panic) => std::panic::resume_unwind(panic),
+            }
+        });
+        let aligned = aligned(both, &clocks);
+        tissue.note(CLOCKS, &aligned);
+        let (record, recorded) = drive.finish_drive();
+        let recorded = recorded?;
+        let mut ran = tissue.finish(folder)?;
+        ran.live_warnings.extend(recorded.warnings);
+        Ok(Ran {
+            drive: judged,
+            second: Some(DriveRan {
+                device,
+                record,
+                aligned,
+                fault_log: recorded.fault_log,
+            }),
+            ..ran
+        })
+    }
+}
+
+/// Name of the metadata record that says how the clocks of both devices stood to each other.
+const CLOCKS: &str = "drive.clock";

@@ -1,0 +1,267 @@
+//! Two devices in one run: a tissue on the first, and the drive that presses it, the second. Each has its own line and its own thread here.
+//!
+//! ```text
+//! first    armed ─▶ started ─▶ its force has risen ─┐                                    stopped from here
+//! second   armed ───────────────────────────────────┴▶ started: time 0 of the run ─▶ ends with its last tick
+//! ```
+//! - *Time* is that of the first device, and begins with tick 0 of the second. The second's ticks get the first's time by the clocks of
+//!   both, which keep-alives tell ([`DeviceClock`]): so long as the run lasts, and once more when it is over.
+//! - *Letting go*: whoever ends early, by a fault, a line that is gone or somebody who asks, is seen by the other's thread before the next
+//!   message, and its device is told to stop. One that says nothing for half of the other's watchdog time has ended too. If this program
+//!   dies, both devices let go by their watchdogs.
+//! - *Losses* are counted on each side.
+
+use crate::run::ending::Ending;
+use crate::run::record::Record;
+use haptic_loop::realtime::Moment;
+use haptic_remote::serial::DeviceClock;
+use serde::Serialize;
+use std::path::PathBuf;
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::sync::{Arc, OnceLock};
+use std::time::Duration;
+
+/// A pause in which another side is looked for.
+const PAUSE: Duration = Duration::from_millis(1);
+
+/// The two sides: of the tissue, and of the drive that moves it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Side {
+    Tissue,
+    Drive,
+}
+
+impl Side {
+    const fn other(self) -> Self {
+        match self {
+            Self::Tissue => Self::Drive,
+            Self::Drive => Self::Tissue,
+        }
+    }
+}
+
+/// What the sessions of both devices see of each other.
+#[derive(Debug, Default)]
+pub(super) struct Both {
+    sides: [Shown; 2],
+    /// The tissue's force has risen: the drive may begin.
+    risen: AtomicBool,
+    /// Tick 0 of the drive on the clock of the tissue's device, s from its own tick 0.
+    begun_s: OnceLock<f64>,
+}
+
+/// What a session shows to the other.
+#[derive(Debug, Default)]
+struct Shown {
+    armed: AtomicBool,
+    /// It ended early.
+    ended: AtomicBool,
+    /// It made all that it was to make.
+    done: AtomicBool,
+    /// Messages so far.
+    heard: AtomicU64,
+    /// Tick 0 by the device's own clock, µs.
+    tick_0_us: OnceLock<f64>,
+}
+
+/// The clock of a device, as it becomes known.
+pub(super) type Clock = Arc<dyn Fn() -> Option<DeviceClock> + Send + Sync>;
+
+/// What a session knows of the other one.
+pub(super) struct Partner<'a> {
+    both: &'a Both,
+    pub side: Side,
+    /// Of the tissue's device and of the drive's.
+    clocks: [Clock; 2],
+    /// Silence of the other after which this device is told to stop.
+    patience: Duration,
+    /// What was heard of the other, and since when nothing was, pauses of this process left out.
+    heard: u64,
+    silent: Duration,
+    looked: Moment,
+    /// Ticks until the force has risen.
+    pub rise_ticks: u64,
+    /// Samples that count.
+    pub samples: u64,
+    /// Seconds to add to the drive's own time for that of the tissue's device.
+    pub shift_s: f64,
+    opposed_n: Arc<AtomicU64>,
+}
+
+impl<'a> Partner<'a> {
+    /// Of a device with this watchdog time.
+    pub(super) fn new(
+        both: &'a Both,
+        side: Side,
+        clocks: [Clock; 2],
+        watchdog: Duration,
+        opposed_n: Arc<AtomicU64>,
+    ) -> Self {
+        Self {
+            both,
+            side,
+            clocks,
+            patience: watchdog / 2,
+            heard: 0,
+            silent: Duration::ZERO,
+            looked: Moment::now(),
+            rise_ticks: 0,
+            samples: 0,
+            shift_s: 0.0,
+            opposed_n,
+        }
+    }
+
+    fn shown(&self, side: Side) -> &'a Shown {
+        &self.both.sides[side as usize]
+    }
+
+    /// Waits until this device may start; false if the other has ended, or somebody asked to stop.
+    pub(super) fn waits(&self, stop: &AtomicBool) -> bool {
+        self.shown(self.side).armed.store(true, Ordering::Release);
+        let may_start = || match self.side {
+            Side::Tissue => self.shown(Side::Drive).armed.load(Ordering::Acquire),
+            Side::Drive => self.both.risen.load(Ordering::Acquire),
+        };
+        while !may_start() {
+            if stop.load(Ordering::Relaxed) || self.other_ended() {
+                return false;
+            }
+            std::thread::sleep(PAUSE);
+        }
+        true
+    }
+
+    fn other_ended(&self) -> bool {
+        self.shown(self.side.other()).ended.load(Ordering::Acquire)
+    }
+
+    /// True of the side that moves the other.
+    pub(super) fn is_drive(&self) -> bool {
+        self.side == Side::Drive
+    }
+
+    /// This side ends early.
+    pub(super) fn ends(&self) {
+        self.shown(self.side).ended.store(true, Ordering::Release);
+    }
+
+    /// This side has made all that it was to make: its silence means nothing any more.
+    pub(super) fn done(&self) {
+        self.shown(self.side).done.store(true, Ordering::Release);
+    }
+
+    pub(super) fn is_done(&self) -> bool {
+        self.shown(self.side).done.load(Ordering::Acquire)
+    }
+
+    /// Something was heard of this device.
+    pub(super) fn hears(&self) {
+        self.shown(self.side).heard.fetch_add(1, Ordering::Relaxed);
+    }
+
+    /// Why there is nobody any more, if the other has ended early or is silent in the middle of its run.
+    pub(super) fn left(&mut self) -> Option<Ending> {
+        /// A longer one is a pause of this process.
+        const LOOKED: Duration = Duration::from_millis(20);
+        let other = self.shown(self.side.other());
+        let heard = other.heard.load(Ordering::Relaxed);
+        let paused = self.looked.elapsed().min(LOOKED);
+        self.looked = Moment::now();
+        self.silent = match heard == self.heard {
+            true => self.silent + paused,
+            false => Duration::ZERO,
+        };
+        self.heard = heard;
+        let runs = self.both.begun_s.get().is_some() && !other.done.load(Ordering::Acquire);
+        match self.other_ended() {
+            true => Some(Ending::OtherLeft),
+            false => (runs && self.silent > self.patience).then_some(Ending::Silent),
+        }
+    }
+
+    /// Tick 0 of this device was at this time by its own clock, of which these are the lower bits, µs.
+    pub(super) fn began(&self, low_us: u32, ticks_us: f64) {
+        let clock = (self.clocks[self.side as usize])();
+        if let Some(clock) = clock {
+            let began_us = clock.whole_us(low_us) - ticks_us;
+            let _ = self.shown(self.side).tick_0_us.set(began_us);
+        }
+    }
+
+    /// True if [`began`](Self::began) has been said.
+    pub(super) fn has_begun(&self) -> bool {
+        self.shown(self.side).tick_0_us.get().is_some()
+    }
+
+    /// The tissue opposes this force, N.
+    pub(super) fn opposes(&self, force_n: f64) {
+        if self.side == Side::Tissue {
+            self.opposed_n.store(force_n.to_bits(), Ordering::Relaxed);
+        }
+    }
+
+    /// The force of this device has risen.
+    pub(super) fn risen(&self) {
+        self.both.risen.store(true, Ordering::Release);
+    }
+
+    /// When the run begins, in s on the tissue's device.
+    pub(super) fn begun_s(&self) -> Option<f64> {
+        self.both.begun_s.get().copied()
+    }
+
+    /// Brings the drive's time to what the clocks say of its own time now, s; it never goes back by more than a part of a tick.
+    pub(super) fn align(&mut self, own_s: f64) {
+        let Some(aligned) = aligned(self.both, &self.clocks) else {
+            return;
+        };
+        self.shift_s = (aligned.first_s(own_s) - own_s).max(0.0);
+        let _ = self.both.begun_s.set(self.shift_s);
+    }
+}
+
+/// The drive's clock beside that of the tissue's device.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub(crate) struct Aligned {
+    /// Tick 0 of the drive on the tissue's device, s from its own tick 0.
+    #[serde(rename = "clock_offset_s")]
+    pub offset_s: f64,
+    /// Seconds that the clock of the tissue's device gains in one of the drive's.
+    #[serde(rename = "clock_drift")]
+    pub drift: f64,
+    /// Largest error of a time of one on the other, s.
+    #[serde(rename = "clock_residual_s")]
+    pub residual_s: f64,
+}
+
+impl Aligned {
+    /// The time of the tissue's device, s from its tick 0, when the drive's time is this, from its own.
+    pub(crate) fn first_s(&self, second_s: f64) -> f64 {
+        self.offset_s + second_s * (1.0 + self.drift)
+    }
+}
+
+/// What is known of both clocks now.
+pub(super) fn aligned(both: &Both, clocks: &[Clock; 2]) -> Option<Aligned> {
+    let [first, second] = clocks;
+    let line = first()?.beside(&second()?)?;
+    let [zero_us, drive_us] = [0, 1].map(|side: usize| both.sides[side].tick_0_us.get().copied());
+    Some(Aligned {
+        offset_s: 1e-6 * (line.at(drive_us?) - zero_us?),
+        drift: line.rate - 1.0,
+        residual_s: 1e-6 * line.error_us,
+    })
+}
+
+/// What a drive on a device of its own leaves of a run.
+#[derive(Debug)]
+pub(crate) struct DriveRan {
+    /// The device, as on the command line.
+    pub device: String,
+    /// Its samples, in the time of the log.
+    pub record: Record,
+    /// `None` if a device did not tell its time.
+    pub aligned: Option<Aligned>,
+    pub fault_log: Option<PathBuf>,
+}

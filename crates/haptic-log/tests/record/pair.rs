@@ -1,0 +1,145 @@
+//! Logs of two devices: a tissue's, and that of the drive that presses it.
+
+use super::TICK_S;
+use haptic_log::record::{
+    DRIVE_END, END, EndKind, Entry, LogFiles, LogWriter, RollingLog, RunEnd, TickMessage,
+    export_csv, inspect, recover,
+};
+use std::fs::File;
+use std::io::BufWriter;
+use std::ops::Range;
+use std::path::Path;
+
+const TICKS: u64 = 1000;
+
+/// A tick without flaws, which would be reasons too.
+fn tick(number: u64) -> TickMessage {
+    TickMessage {
+        flaws: 0,
+        ..super::tick(number)
+    }
+}
+
+/// A tick of the drive, 0.3 ms after that of the first device.
+fn driven(number: u64) -> TickMessage {
+    let first = tick(number);
+    TickMessage {
+        time_s: first.time_s + 0.3 * TICK_S,
+        position_m: 0.5.into(),
+        ..first
+    }
+}
+
+/// An unfinished log of both devices, which lacks these ticks of the drive.
+fn begun(path: &Path, lost: &Range<u64>) -> LogWriter<BufWriter<File>> {
+    let mut writer = LogWriter::create(path).expect("creates");
+    for number in 0..TICKS {
+        writer.tick(&tick(number)).expect("takes");
+        if !lost.contains(&number) {
+            writer.drive_tick(&driven(number)).expect("takes");
+        }
+    }
+    writer
+}
+
+fn end(made_samples: u64) -> RunEnd {
+    RunEnd {
+        ended: EndKind::Finished,
+        reason: String::new(),
+        planned_samples: TICKS,
+        made_samples,
+        dropped_samples: 0,
+    }
+}
+
+#[test]
+fn ticks_of_both_devices_come_back_and_a_table_has_those_of_the_first() {
+    let folder = tempfile::tempdir().expect("folder");
+    let path = folder.path().join("pair.mcap");
+    begun(&path, &(0..0)).finish().expect("finishes");
+    let (mut first, mut drive) = (0, 0);
+    for entry in LogFiles::open(&path).expect("opens") {
+        match entry.expect("reads") {
+            Entry::Tick(message) => {
+                assert_eq!(message, tick(first));
+                first += 1;
+            }
+            Entry::Drive(message) => {
+                assert_eq!(message, driven(drive));
+                drive += 1;
+            }
+            other => panic!("{other:?}"),
+        }
+    }
+    assert_eq!((first, drive), (TICKS, TICKS));
+    let summary = inspect(&path).expect("reads");
+    assert_eq!(summary.drive_samples, Some(TICKS));
+    assert!(summary.complete && summary.reasons().is_empty());
+    let table = folder.path().join("pair.csv");
+    let exported = export_csv(&path, &table, false).expect("exports");
+    assert_eq!(exported.rows, TICKS);
+}
+
+#[test]
+fn what_the_drive_lost_is_told_in_the_middle_and_at_the_end() {
+    let folder = tempfile::tempdir().expect("folder");
+    for (n, (lost, made, missing)) in [
+        (400..407, TICKS, 7),
+        (0..0, TICKS + 5, 5),
+        (990..TICKS, TICKS, 10),
+    ]
+    .into_iter()
+    .enumerate()
+    {
+        let path = folder.path().join(format!("{n}.mcap"));
+        let mut writer = begun(&path, &lost);
+        writer.metadata(END, end(TICKS).metadata()).expect("takes");
+        writer
+            .metadata(DRIVE_END, end(made).metadata())
+            .expect("takes");
+        writer.finish().expect("finishes");
+        let summary = inspect(&path).expect("reads");
+        assert_eq!(summary.missing_samples, 0);
+        assert_eq!(summary.drive_missing_samples, Some(missing));
+        assert_eq!(
+            summary.reasons(),
+            [format!("{missing} ticks of the drive missing")]
+        );
+        // A copy says it too.
+        let saved = recover(&path, &folder.path().join(format!("{n}-saved.mcap")), false);
+        let saved = saved.expect("recovers");
+        assert!(!saved.complete, "{saved:?}");
+        let said = format!("{missing} ticks of the drive are missing");
+        assert!(saved.missing.contains(&said), "{saved:?}");
+    }
+}
+
+#[test]
+fn a_cut_log_keeps_both_devices_and_a_log_in_files_announces_both_in_each() {
+    let folder = tempfile::tempdir().expect("folder");
+    let path = folder.path().join("cut.mcap");
+    drop(begun(&path, &(0..0)));
+    let saved = folder.path().join("saved.mcap");
+    recover(&folder.path().join("cut.mcap.part"), &saved, false).expect("recovers");
+    let summary = inspect(&saved).expect("reads");
+    assert_eq!(
+        (summary.samples, summary.drive_samples),
+        (TICKS, Some(TICKS))
+    );
+
+    let first = folder.path().join("day.mcap");
+    let mut log = RollingLog::create(&first, [].into(), false).expect("creates");
+    log.roll_at(0);
+    let ticks = 15 * TICKS;
+    for number in 0..ticks {
+        log.tick(&tick(number)).expect("takes");
+        log.drive_tick(&driven(number)).expect("takes");
+    }
+    assert!(log.finish().expect("finishes").paths.len() > 1);
+    let summary = inspect(&first).expect("reads");
+    assert_eq!(
+        (summary.samples, summary.drive_samples),
+        (ticks, Some(ticks))
+    );
+    assert!(summary.foreign_topics.is_empty() && summary.reasons().is_empty());
+}
