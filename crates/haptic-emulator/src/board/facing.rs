@@ -7,13 +7,13 @@
 //! - *Idle*, a mass is free: no force, and it moves on. *Start of a run*: both masses go back to their 0 if the other board makes no force;
 //!   while it does, nothing moves.
 
-use super::{Body, Embodied, Emulated, Emulation, EmulatorError, run};
+use super::{Body, Embodied, Emulated, Emulation, EmulatorError, TickTime, run};
 use haptic_link::{Capabilities, ControllerCost, Refusal, Simulation};
 use haptic_loop::nalgebra::SVector;
 use haptic_loop::plant::{
     FacingConfig, FacingContact, FacingDevices, FacingSide, MassDamperConfig,
 };
-use haptic_loop::units::{Kilograms, Metres, NewtonSecondsPerMetre, Seconds};
+use haptic_loop::units::{Kilograms, NewtonSecondsPerMetre, Seconds};
 use haptic_loop::{Device, Fault, Reading, SafeForce};
 use haptic_remote::serial::Line;
 use haptic_remote::{CONTROLLER_COST, Hardware, abilities, only_real};
@@ -38,30 +38,29 @@ pub fn emulate_facing(
     if let Some(other) = emulations.iter().find(|emulation| emulation.axes != 1) {
         return Err(EmulatorError::FacingAxes(other.axes));
     }
-    let bodies = emulations
-        .each_ref()
-        .map(|emulation| emulation.body.unwrap_or(VOICE_COIL));
-    let boards = facing(bodies, contact)?;
-    let [blue, white] = boards;
-    let [first, second] = lines;
-    let [of_first, of_second] = emulations;
-    run([(first, of_first, blue), (second, of_second, white)], stop)
+    let now = TickTime::default();
+    let bodies = emulations.each_ref().map(|emulation| emulation.body);
+    let [blue, white] = facing(bodies, contact, &now)?;
+    let ([first, second], [of_first, of_second]) = (lines, emulations);
+    run(
+        [(first, of_first, blue), (second, of_second, white)],
+        &now,
+        stop,
+    )
 }
 
-const VOICE_COIL: Body = Body {
-    plant: MassDamperConfig::ideal(Kilograms(0.065), NewtonSecondsPerMetre(3.5), Seconds(0.0)),
-    encoder_resolution: Metres(0.0),
-    noise: (Metres(0.0), 0),
-};
+const VOICE_COIL: MassDamperConfig =
+    MassDamperConfig::ideal(Kilograms(0.065), NewtonSecondsPerMetre(3.5), Seconds(0.0));
 
-/// Both boards of a world.
+/// Both boards of a world, which moves on to the time of each tick.
 fn facing(
-    bodies: [Body; 2],
+    bodies: [Option<Body>; 2],
     contact: FacingContact,
+    now: &TickTime,
 ) -> Result<[Embodied<FacingBoard>; 2], EmulatorError> {
     let unit = Seconds(1e-6 / PER_MICROSECOND as f64);
     let config = FacingConfig {
-        devices: bodies.map(|body| body.plant),
+        devices: bodies.map(|body| body.map_or(VOICE_COIL, |body| body.plant)),
         contact,
     };
     let world = Rc::new(RefCell::new(World {
@@ -72,8 +71,7 @@ fn facing(
         let board = FacingBoard {
             world: Rc::clone(&world),
             side,
-            period_us: 0,
-            now_us: 0,
+            now: Rc::clone(now),
         };
         Embodied::new(board, bodies[side as usize])
     };
@@ -90,22 +88,19 @@ struct World {
 struct FacingBoard {
     world: Rc<RefCell<World>>,
     side: FacingSide,
-    period_us: u64,
-    /// Device time of the tick that was read last, µs.
-    now_us: u64,
+    now: TickTime,
 }
 
 impl Device<f32, 1> for FacingBoard {
     type Error = Fault;
 
-    /// Each tick of a board reads once.
     fn read(&mut self) -> Result<Reading<f32, 1>, Fault> {
-        self.now_us += self.period_us;
+        let now_us = self.now.get();
         let devices = &mut self.world.borrow_mut().devices;
-        devices.advance_to(PER_MICROSECOND * self.now_us);
+        devices.advance_to(PER_MICROSECOND * now_us);
         Ok(Reading {
             tick: 0,
-            time_s: 1e-6 * self.now_us as f64,
+            time_s: 1e-6 * now_us as f64,
             position_m: SVector::from([devices.position(self.side) as f32]),
         })
     }
@@ -145,9 +140,7 @@ impl Hardware for FacingBoard {
         only_real(simulation)
     }
 
-    fn install(&mut self, (): (), tick_period_us: u32) {
-        self.period_us = u64::from(tick_period_us);
-    }
+    fn install(&mut self, (): (), _: u32) {}
 
     fn restart(&mut self) {
         let mut world = self.world.borrow_mut();
@@ -161,3 +154,6 @@ impl Hardware for FacingBoard {
         self.read()
     }
 }
+
+#[cfg(test)]
+mod tests;

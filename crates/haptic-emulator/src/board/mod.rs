@@ -26,8 +26,9 @@ use haptic_loop::units::Metres;
 use haptic_loop::{Device, Fault, Reading, SafeForce};
 use haptic_remote::serial::{HeldClock, Line};
 use haptic_remote::{DeviceSession, FitsDevice, Hardware, SimulatedAxes, SimulatedPlant, TickSide};
-use std::cell::RefCell;
+use std::cell::{Cell, RefCell};
 use std::io::ErrorKind;
+use std::rc::Rc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{Receiver, RecvTimeoutError, SyncSender, TrySendError, sync_channel};
 use std::time::Duration;
@@ -109,25 +110,19 @@ fn emulate_board<H: Hardware<D, Setup: FitsDevice>, const D: usize>(
     board: H,
     stop: &AtomicBool,
 ) -> Result<Emulated, EmulatorError> {
-    match emulation.body {
-        None => alone(line, emulation, board, stop),
-        Some(body) => alone(line, emulation, Embodied::new(board, body)?, stop),
-    }
-}
-
-fn alone<H: Hardware<D>, const D: usize>(
-    line: Box<dyn Line>,
-    emulation: &Emulation,
-    board: H,
-    stop: &AtomicBool,
-) -> Result<Emulated, EmulatorError> {
-    let [done] = run([(line, emulation, board)], stop)?;
+    // A plant of its own moves from tick to tick.
+    let board = Embodied::new(board, emulation.body)?;
+    let [done] = run([(line, emulation, board)], &TickTime::default(), stop)?;
     Ok(done)
 }
+
+/// Device time of the present tick, µs, for what is around the boards.
+type TickTime = Rc<Cell<u64>>;
 
 /// Boards that share a clock: speed and duration are those of the first.
 fn run<H: Hardware<D>, const D: usize, const N: usize>(
     boards: [(Box<dyn Line>, &Emulation, H); N],
+    now: &TickTime,
     stop: &AtomicBool,
 ) -> Result<[Emulated; N], EmulatorError> {
     let over = AtomicBool::new(false);
@@ -160,7 +155,7 @@ fn run<H: Hardware<D>, const D: usize, const N: usize>(
             !stop.load(Ordering::Relaxed)
                 && duration.is_none_or(|most| emulator.clock.elapsed() < most)
         };
-        while goes_on(&emulator) && emulator.round() {}
+        while goes_on(&emulator) && emulator.round(now) {}
         over.store(true, Ordering::Relaxed);
         Ok(std::array::from_fn(|index| emulator.boards[index].counts()))
     })
@@ -176,7 +171,7 @@ struct Emulator<H: Hardware<D>, const D: usize> {
 
 impl<H: Hardware<D>, const D: usize> Emulator<H, D> {
     /// Waits for bytes or the next tick, and works on what came. False when the ports are gone.
-    fn round(&mut self) -> bool {
+    fn round(&mut self, now: &TickTime) -> bool {
         let ticks = self.boards.iter().map(EmulatedBoard::next_us).enumerate();
         // Of two at the same time the first.
         let Some((next, next_us)) = ticks.min_by_key(|(_, next_us)| *next_us) else {
@@ -198,6 +193,7 @@ impl<H: Hardware<D>, const D: usize> Emulator<H, D> {
         let next_us = self.boards[next].next_us();
         if now_us >= next_us {
             self.clock.ticked_us = next_us;
+            now.set(next_us);
             self.boards[next].tick(self.speed > 1.0);
             self.clock.catch_up(now_us);
         }
@@ -337,16 +333,17 @@ pub struct Body {
     pub noise: (Metres, u64),
 }
 
-/// A simulated board with a body.
+/// A simulated board with a body, or with that which the host asks for.
 struct Embodied<H> {
     board: Sensed<H>,
-    body: Body,
+    body: Option<Body>,
 }
 
 impl<H> Embodied<H> {
-    fn new(board: H, body: Body) -> Result<Self, EmulatorError> {
-        let (noise, seed) = body.noise;
-        let board = Sensed::new(board, body.encoder_resolution, noise, seed)?;
+    fn new(board: H, body: Option<Body>) -> Result<Self, EmulatorError> {
+        let none = (Metres(0.0), (Metres(0.0), 0));
+        let (resolution, noise) = body.map_or(none, |body| (body.encoder_resolution, body.noise));
+        let board = Sensed::new(board, resolution, noise.0, noise.1)?;
         Ok(Self { board, body })
     }
 }
@@ -371,10 +368,11 @@ impl<H: Hardware<D, Setup: FitsDevice>, const D: usize> Hardware<D> for Embodied
     type Setup = H::Setup;
 
     fn capabilities(&self) -> Capabilities {
-        Capabilities {
-            position_resolution_m: self.body.encoder_resolution.0 as f32,
-            ..self.board.device().capabilities()
+        let mut capabilities = self.board.device().capabilities();
+        if let Some(body) = &self.body {
+            capabilities.position_resolution_m = body.encoder_resolution.0 as f32;
         }
+        capabilities
     }
 
     fn controller_cost(&self) -> Option<ControllerCost> {
@@ -386,7 +384,7 @@ impl<H: Hardware<D, Setup: FitsDevice>, const D: usize> Hardware<D> for Embodied
     }
 
     fn fit(&self, setup: &mut Self::Setup) -> Result<(), Refusal> {
-        setup.fit(&self.body.plant)
+        self.body.map_or(Ok(()), |body| setup.fit(&body.plant))
     }
 
     fn install(&mut self, setup: Self::Setup, tick_period_us: u32) {

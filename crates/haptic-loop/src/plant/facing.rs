@@ -86,7 +86,7 @@ pub struct FacingDevices {
     now: u64,
 }
 
-// The state: both motions, the indenter's from where it touches; actuator less command; command.
+// The state: both motions; actuator less command; command.
 const X: [usize; 2] = [0, 2];
 const V: [usize; 2] = [1, 3];
 const LAG: [usize; 2] = [4, 5];
@@ -101,8 +101,8 @@ const TURN: f64 = 0.2;
 const ROUNDS: usize = 50;
 
 impl FacingConfig {
-    /// The state (x₁, x₁', x₂ − g, x₂', a₁ − u₁, a₂ − u₂, u₁, u₂) after a time in which the commands are constant, from that before it;
-    /// in contact, which may then pull, or apart. Without friction, delay and saturation.
+    /// The state (x₁, x₁', x₂, x₂', a₁ − u₁, a₂ − u₂, u₁, u₂) after a time in which the commands are constant, from that before it; in
+    /// contact, which may then pull, or apart. Without gap, friction, delay and saturation.
     ///
     /// # Errors
     /// A motion faster than 1e6 in that time.
@@ -192,30 +192,20 @@ impl FacingDevices {
             let motion = |touching| config.motion(touching, duration);
             Ok([motion(false)?, motion(true)?])
         });
-        let mut devices = Self {
+        Ok(Self {
             config,
             steps: steps.collect::<Result<_, ParameterError>>()?,
             delays: (config.devices).map(|device| libm::round(device.delay.0 / unit_s) as u64),
             state: SVector::zeros(),
             coming: Default::default(),
             now: 0,
-        };
-        devices.restart();
-        Ok(devices)
+        })
     }
 
     /// Back to rest at 0, no force acting or on its way. Time goes on.
     pub fn restart(&mut self) {
         self.state = SVector::zeros();
-        self.state[X[1]] = -self.config.contact.gap.0;
         self.coming = Default::default();
-        self.state[FORCE[1]] = self.at_rest(1);
-    }
-
-    /// Force on a device without a command, N: a hand holds the indenter at its 0, and its state counts from where it touches.
-    fn at_rest(&self, side: usize) -> f64 {
-        let hand = self.config.devices[side].stiffness.0;
-        -hand * self.config.contact.gap.0 * side as f64
     }
 
     /// Time now, in units.
@@ -233,10 +223,7 @@ impl FacingDevices {
     /// Position of a device, m.
     #[must_use]
     pub fn position(&self, side: FacingSide) -> f64 {
-        match side {
-            FacingSide::Renderer => self.state[X[0]],
-            FacingSide::Indenter => self.state[X[1]] + self.config.contact.gap.0,
-        }
+        self.state[X[side as usize]]
     }
 
     /// F now, N, without the friction of the contact.
@@ -259,7 +246,7 @@ impl FacingDevices {
     pub fn let_go(&mut self, side: FacingSide) {
         let side = side as usize;
         self.coming[side].clear();
-        (self.state[FORCE[side]], self.state[LAG[side]]) = (self.at_rest(side), 0.0);
+        (self.state[FORCE[side]], self.state[LAG[side]]) = (0.0, 0.0);
     }
 
     /// Moves on to a time; to one that has passed it does not.
@@ -281,7 +268,6 @@ impl FacingDevices {
                 && at <= self.now
             {
                 self.coming[side].pop_front();
-                let force = force + self.at_rest(side);
                 if self.config.devices[side].lag.0 > 0.0 {
                     // The current goes on from where it is.
                     self.state[LAG[side]] += self.state[FORCE[side]] - force;
@@ -306,8 +292,9 @@ impl FacingDevices {
 
     /// F = max(0, k·p + c·p') while p > 0.
     fn pressed(&self, state: &SVector<f64, STATES>) -> f64 {
-        let (penetration, rate) = (state[X[1]] - state[X[0]], state[V[1]] - state[V[0]]);
         let contact = &self.config.contact;
+        let penetration = state[X[1]] - state[X[0]] - contact.gap.0;
+        let rate = state[V[1]] - state[V[0]];
         match penetration > 0.0 {
             true => (contact.stiffness.0 * penetration + contact.damping.0 * rate).max(0.0),
             false => 0.0,
@@ -317,20 +304,24 @@ impl FacingDevices {
     /// The state after a piece.
     fn moved(&self, piece: usize, touching: bool) -> SVector<f64, STATES> {
         let step = &self.steps[piece][usize::from(touching)];
-        let free = moved(step, &self.state);
+        let mut state = self.state;
+        if touching {
+            // F = k·(x₂ − x₁ − g) + c·p', the matrix knows no gap.
+            let missing = self.config.contact.stiffness.0 * self.config.contact.gap.0;
+            state[FORCE[0]] -= missing;
+            state[FORCE[1]] += missing;
+        }
+        let mut state = moved(step, &state);
         let [first, second] = self.config.devices.map(|device| device.friction.0);
         // It never pulls.
         let between = self.config.contact.friction.0.min(self.contact_force());
         let limits = [first, second, between];
-        if limits.iter().all(|limit| *limit == 0.0) {
-            return free;
-        }
-        let added = friction(limits, V.map(|v| free[v]), |v, force| {
-            step[(V[v], FORCE[force])]
-        });
-        let mut state = free;
-        for (column, force) in FORCE.into_iter().zip(added) {
-            state += step.column(column) * force;
+        if limits.iter().any(|limit| *limit > 0.0) {
+            let mobility = |v: usize, force: usize| step[(V[v], FORCE[force])];
+            let added = friction(limits, V.map(|v| state[v]), mobility);
+            for (column, force) in FORCE.into_iter().zip(added) {
+                state += step.column(column) * force;
+            }
         }
         for held in FORCE {
             state[held] = self.state[held];

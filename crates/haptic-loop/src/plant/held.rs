@@ -21,8 +21,8 @@ pub trait Holder {
     fn restart(&mut self);
 }
 
-/// Units of time in a sample: a power of two, so that a sample is few pieces.
-const SAMPLE: u64 = 1 << 20;
+/// Units of time in a sample. At 1 ms one is a nanosecond, in which emulated boards count: both move alike, to the piece of a friction.
+const SAMPLE: u64 = 1_000_000;
 
 /// [`FacingDevices`] of which a [`Holder`] drives the indenter, as a device that is the renderer.
 ///

@@ -23,9 +23,10 @@ use fractional_control::{
     SampledPlant, Term, TwoPort,
 };
 use haptic_analysis::{Dynamics, LoopOperator};
+use haptic_loop::ParameterError;
 use haptic_loop::plant::{FacingConfig, FacingContact, MassDamperConfig, RigConfig, RigDrive};
 use haptic_loop::units::{Kilograms, NewtonSecondsPerMetre, NewtonsPerMetre};
-use nalgebra::{DMatrix, DVector, RowDVector, SVector};
+use nalgebra::{DMatrix, DVector, RowDVector, SMatrix, SVector};
 use std::sync::Arc;
 
 /// A gain further from the present one is no remedy.
@@ -169,12 +170,13 @@ impl Drive {
         tissue: &Arc<dyn SampledLaw>,
         delay_s: f64,
     ) -> Result<SampledLoop, Failure> {
-        let late = LatePort::new(devices, load, delay_s).map_err(parameter)?;
+        let late = LateSample::new(devices, delay_s).map_err(parameter)?;
+        let port = late.port(load, &devices.contact);
         let sample_time = devices.devices[1].sample_time;
-        let plant = LoadedPlant::new(&late.port, Arc::clone(tissue), sample_time);
+        let plant = LoadedPlant::new(&port, Arc::clone(tissue), sample_time);
         plant
             .and_then(|plant| {
-                let plant = plant.later(late.samples)?;
+                let plant = plant.later(late.later)?;
                 SampledLoop::loaded(
                     self.controller.setup.law,
                     self.controller.setup.memory()?,
@@ -252,183 +254,115 @@ fn device(dynamics: &Dynamics, sample_time: Seconds) -> MassDamperConfig {
     }
 }
 
-/// Two devices in contact whose commands act later: the controller pushes the indenter, the tissue feels and pushes the renderer.
-#[derive(Debug)]
-struct LatePort {
-    /// States: both motions, velocities in m a sample; the force of each motor that lags; the commands on their way, newest first.
-    port: TwoPort,
-    /// Whole samples by which the command is later than in the port.
-    samples: usize,
-}
-
-/// The delay of a command: whole samples, and a part of one.
-#[derive(Clone, Copy, Debug)]
-struct Late {
-    samples: usize,
-    part: f64,
-}
-
-impl Late {
-    fn new(delay_s: f64, sample_time_s: f64) -> Self {
-        let samples = delay_s / sample_time_s;
-        let near = samples.round();
-        let samples = if (samples - near).abs() < NO_PART {
-            near
-        } else {
-            samples
-        };
-        Self {
-            samples: samples.floor() as usize,
-            part: samples.fract(),
-        }
-    }
-
-    /// Commands that are still to act after their sample.
-    fn on_the_way(self) -> usize {
-        self.samples + usize::from(self.part > 0.0)
-    }
-}
-
-impl LatePort {
-    /// Of these devices, the force on the indenter so many seconds later than its own delay.
-    fn new(
-        devices: &FacingConfig,
-        load: RigDrive,
-        delay_s: f64,
-    ) -> Result<Self, haptic_loop::ParameterError> {
-        let [renderer, indenter] = devices.devices;
-        let Seconds(t) = indenter.sample_time;
-        let command = Late::new(indenter.delay.0 + delay_s, t);
-        let within = Late {
-            samples: 0,
-            ..command
-        };
-        let late = [Late::new(renderer.delay.0, t), within];
-        let mut ends = [late[0].part, late[1].part, 1.0];
-        ends.sort_by(f64::total_cmp);
-        let mut phases = Vec::new();
-        let mut from = 0.0;
-        for to in ends {
-            if to > from {
-                phases.push((from, devices.motion(true, Seconds((to - from) * t))?));
-                from = to;
-            }
-        }
-        let lags = devices.devices.map(|device| device.lag.0 > 0.0);
-        let sample = Sample { late, lags, phases };
-        let states = sample.states();
-        let units = DVector::from_fn(states, |row, _| if row == 1 || row == 3 { t } else { 1.0 });
-        let after = |from: DVector<f64>, forces: [f64; 2]| {
-            let mut state = from.component_div(&units);
-            sample.pass(&mut state, forces);
-            state.component_mul(&units)
-        };
-        let rest = || DVector::zeros(states);
-        let columns = (0..states).map(|state| {
-            let mut from = rest();
-            from[state] = 1.0;
-            after(from, [0.0; 2])
-        });
-        let columns: Vec<_> = columns.collect();
-        let seen = match load {
-            RigDrive::Force(_) => {
-                // F = k·p + c·p'
-                let (k, c) = (devices.contact.stiffness.0, devices.contact.damping.0);
-                [-k, -c, k, c]
-            }
-            RigDrive::Position(_) => [0.0, 0.0, 1.0, 0.0],
-        };
-        let output = |seen: [f64; 4]| {
-            let seen = |column: usize| seen.get(column).map_or(0.0, |seen| seen / units[column]);
-            RowDVector::from_fn(states, |_, column| seen(column))
-        };
-        Ok(Self {
-            port: TwoPort {
-                transition: DMatrix::from_columns(&columns),
-                command: after(rest(), [0.0, 1.0]),
-                load: after(rest(), [1.0, 0.0]),
-                measured: output(seen),
-                felt: output([1.0, 0.0, 0.0, 0.0]),
-            },
-            samples: command.samples,
-        })
-    }
+/// A delay in whole samples and a part of one.
+fn samples_and_part(delay_s: f64, sample_time_s: f64) -> (usize, f64) {
+    let samples = delay_s / sample_time_s;
+    let near = samples.round();
+    let samples = match (samples - near).abs() < NO_PART {
+        true => near,
+        false => samples,
+    };
+    (samples.floor() as usize, samples.fract())
 }
 
 /// A sample of two devices in contact, in parts of constant forces.
-struct Sample {
-    late: [Late; 2],
+#[derive(Debug)]
+struct LateSample {
+    /// Of each command, d and η.
+    late: [(usize, f64); 2],
     lags: [bool; 2],
     /// From which part of the sample on, and the motion from there to the next.
-    phases: Vec<(f64, nalgebra::SMatrix<f64, 8, 8>)>,
+    phases: Vec<(f64, SMatrix<f64, 8, 8>)>,
+    /// Whole samples by which the command of the indenter is later still.
+    later: usize,
 }
 
-impl Sample {
-    /// Both motions, motors that lag, commands on their way.
-    fn states(&self) -> usize {
-        let lags = self.lags.iter().filter(|lags| **lags).count();
-        4 + lags
-            + self
-                .late
-                .iter()
-                .map(|late| late.on_the_way())
-                .sum::<usize>()
+impl LateSample {
+    /// Of these devices, the force on the indenter so many seconds later than its own delay.
+    fn new(devices: &FacingConfig, delay_s: f64) -> Result<Self, ParameterError> {
+        let [renderer, indenter] = devices.devices;
+        let Seconds(t) = indenter.sample_time;
+        let (later, part) = samples_and_part(indenter.delay.0 + delay_s, t);
+        let late = [samples_and_part(renderer.delay.0, t), (0, part)];
+        let mut cuts = [0.0, late[0].1, part, 1.0];
+        cuts.sort_by(f64::total_cmp);
+        let phases = cuts.windows(2).filter(|cut| cut[1] > cut[0]);
+        let phases = phases.map(|cut| {
+            let motion = devices.motion(true, Seconds((cut[1] - cut[0]) * t))?;
+            Ok((cut[0], motion))
+        });
+        Ok(Self {
+            late,
+            lags: devices.devices.map(|device| device.lag.0 > 0.0),
+            phases: phases.collect::<Result<_, ParameterError>>()?,
+            later,
+        })
     }
 
-    /// Lets a sample pass, in which the forces of both are commanded anew.
+    /// The state a sample later, in which the forces of both are commanded anew: both motions, both actuators, the commands of the
+    /// renderer on their way, newest first, and that of the indenter.
     ///
     /// ```text
     /// u(t) = u[n − d] from the part η of the sample on, u[n − d − 1] before        d + η the delay in samples
     /// ```
-    fn pass(&self, state: &mut DVector<f64>, forces: [f64; 2]) {
+    fn pass(&self, state: &DVector<f64>, forces: [f64; 2]) -> DVector<f64> {
+        let waiting = [6, state.len() - 1];
         let mut motion = SVector::<f64, 8>::zeros();
-        for row in 0..4 {
-            motion[row] = state[row];
-        }
-        let mut next = 4;
-        let actuators = self.lags.map(|lags| {
-            next += usize::from(lags);
-            lags.then(|| next - 1)
-        });
-        let commands = [0, 1].map(|side| {
-            let from = next;
-            next += self.late[side].on_the_way();
-            let mut commands = vec![forces[side]];
-            commands.extend(state.rows(from, next - from).iter());
-            (from, commands)
-        });
-        let mut made = actuators.map(|actuator| actuator.map(|actuator| state[actuator]));
+        motion.rows_mut(0, 4).copy_from(&state.rows(0, 4));
+        let mut made = [state[4], state[5]];
         for (from, moved) in &self.phases {
             for side in [0, 1] {
-                let Late { samples, part } = self.late[side];
-                let age = samples + usize::from(*from < part);
-                let command = commands[side].1[age];
+                let (samples, part) = self.late[side];
+                let command = match samples + usize::from(*from < part) {
+                    0 => forces[side],
+                    age => state[waiting[side] + age - 1],
+                };
                 motion[6 + side] = command;
-                motion[4 + side] = made[side].map_or(0.0, |made| made - command);
+                // Without a lag the actuator is its command.
+                motion[4 + side] = f64::from(u8::from(self.lags[side])) * (made[side] - command);
             }
             motion = moved * motion;
-            for side in [0, 1] {
-                made[side] = made[side].map(|_| motion[4 + side] + motion[6 + side]);
-            }
+            made = [0, 1].map(|side| motion[4 + side] + motion[6 + side]);
         }
-        for row in 0..4 {
-            state[row] = motion[row];
-        }
-        for (actuator, made) in actuators.into_iter().zip(made) {
-            if let (Some(actuator), Some(made)) = (actuator, made) {
-                state[actuator] = made;
+        let mut next = state.clone();
+        next.rows_mut(0, 4).copy_from(&motion.rows(0, 4));
+        next.rows_mut(4, 2).copy_from_slice(&made);
+        let (samples, _) = self.late[0];
+        next.rows_mut(7, samples).copy_from(&state.rows(6, samples));
+        (next[6], next[7 + samples]) = (forces[0], forces[1]);
+        next
+    }
+
+    /// The controller pushes the indenter, the tissue feels and pushes the renderer.
+    fn port(&self, load: RigDrive, contact: &FacingContact) -> TwoPort {
+        let states = 8 + self.late[0].0;
+        let unit = |state| DVector::from_fn(states, |row, _| f64::from(u8::from(row == state)));
+        let columns = (0..states).map(|state| self.pass(&unit(state), [0.0; 2]));
+        let rest = DVector::zeros(states);
+        let seen = match load {
+            // F = k·p + c·p'
+            RigDrive::Force(_) => {
+                let (k, c) = (contact.stiffness.0, contact.damping.0);
+                [-k, -c, k, c]
             }
-        }
-        for (from, commands) in &commands {
-            for (age, command) in commands[..commands.len() - 1].iter().enumerate() {
-                state[from + age] = *command;
-            }
+            RigDrive::Position(_) => [0.0, 0.0, 1.0, 0.0],
+        };
+        let output =
+            |seen: [f64; 4]| RowDVector::from_row_slice(&seen).resize_horizontally(states, 0.0);
+        TwoPort {
+            transition: DMatrix::from_columns(&columns.collect::<Vec<_>>()),
+            command: self.pass(&rest, [0.0, 1.0]),
+            load: self.pass(&rest, [1.0, 0.0]),
+            measured: output(seen),
+            felt: output([1.0, 0.0, 0.0, 0.0]),
         }
     }
 }
 
 #[cfg(test)]
 mod tests {
+    mod pairs;
+
     use super::*;
     use fracdiff::{Order, Scheme};
     use fractional_control::ControllerSetup;
@@ -576,16 +510,16 @@ mod tests {
             }
             let way =
                 RigDrive::Position(RampHold::new(Metres(1e-3), Seconds(0.1)).expect("a ramp"));
-            let late = LatePort::new(&devices, way, 0.0).expect("late");
-            assert_eq!(late.samples, 2);
-            let mut state = DVector::zeros(late.port.felt.len());
+            let late = LateSample::new(&devices, 0.0).expect("late");
+            assert_eq!(late.later, 2);
+            let port = late.port(way, &devices.contact);
+            let mut state = DVector::zeros(port.felt.len());
             let mut on_the_way = std::collections::VecDeque::from([0.0; 2]);
             for n in 0..200 {
                 let forces = [(1.3 * f64::from(n)).sin(), (0.7 * f64::from(n)).cos() - 0.3];
                 let have = sample([forces[0] - preload, forces[1] + preload]);
                 on_the_way.push_back(forces[1]);
                 let command = on_the_way.pop_front().expect("two and one");
-                let port = &late.port;
                 state =
                     &port.transition * &state + &port.command * command + &port.load * forces[0];
                 let want = [&port.felt, &port.measured].map(|seen| (seen * &state)[0]);

@@ -14,9 +14,7 @@ use haptic_experiment::parameters::{self, Range};
 use haptic_experiment::run::DeviceModel;
 use haptic_experiment::{Failure, Named};
 use haptic_loop::plant::{FacingContact, MassDamperConfig};
-use haptic_loop::units::{
-    Kilograms, Metres, NewtonSecondsPerMetre, Newtons, NewtonsPerMetre, Seconds,
-};
+use haptic_loop::units::{Kilograms, Metres, NewtonSecondsPerMetre, Seconds};
 use haptic_remote::serial::Line;
 use serde_json::json;
 use std::collections::BTreeSet;
@@ -135,22 +133,13 @@ const KEYS: [(&str, &str); 9] = [
         "Servo: from command 600 on a hand turns the lever at 20 mm and holds it, as 2mm:0.5s",
     ),
     ("facing_model", "Facing: device file of the second board"),
-    (
-        "contact_stiffness_n_per_m",
-        "Facing: stiffness of the contact [default: 100kN/m]",
-    ),
-    (
-        "contact_damping_n_s_per_m",
-        "Facing: damping of the contact [default: 80N·s/m]",
-    ),
+    ("contact_stiffness_n_per_m", "Facing [default: 100kN/m]"),
+    ("contact_damping_n_s_per_m", "Facing [default: 80N·s/m]"),
     (
         "contact_friction_n",
-        "Facing: Coulomb friction of the contact [default: 0N]",
+        "Facing: between the tips [default: 0N]",
     ),
-    (
-        "gap_m",
-        "Facing: way of the second board to the first [default: 0m]",
-    ),
+    ("gap_m", "Facing: way until they touch [default: 0m]"),
 ];
 
 /// Before a key of the line: that of the second board.
@@ -162,17 +151,54 @@ pub(crate) fn key_like(option: &str) -> Option<&'static str> {
     key_value::key_like(option, keys.map(|(key, _)| key))
 }
 
-/// A line, and the seed of its faults.
-#[derive(Clone, Copy, Debug)]
-struct LineDetails {
-    faults: LineFaults,
-    seed: u64,
+#[derive(Debug, Default)]
+struct Details {
+    /// The keys that were given, those of the second board's line apart.
+    given: [BTreeSet<&'static str>; 2],
+    faults: [LineFaults; 2],
+    seeds: [u64; 2],
+    hardware: Version,
+    /// The hand of a 2DIY; `None` strokes.
+    hand: Option<haply::Hand>,
+    servo_id: Option<u8>,
+    turn: Option<moteus::Hand>,
+    facing_model: Option<PathBuf>,
+    contact: Option<FacingContact>,
 }
 
-impl LineDetails {
-    /// One of its keys.
-    fn set(&mut self, key: &str, text: &str) -> Result<(), String> {
-        let faults = &mut self.faults;
+impl Details {
+    fn read(words: &[String]) -> Result<Self, Failure> {
+        let mut details = Self {
+            // A line takes two, one each way.
+            seeds: [1, 3],
+            ..Self::default()
+        };
+        for faults in &mut details.faults {
+            faults.stall_s = 0.05;
+        }
+        let of_line = LINE_KEYS.map(|(key, _)| key);
+        for word in words {
+            let facing = (word.strip_prefix(FACING))
+                .and_then(|rest| key_and_value(rest, of_line, "emulate").ok());
+            let side = usize::from(facing.is_some());
+            let all = of_line.into_iter().chain(KEYS.map(|(key, _)| key));
+            let (key, text) = facing.map_or_else(|| key_and_value(word, all, "emulate"), Ok)?;
+            if !details.given[side].insert(key) {
+                return Err(refused(word, "is given twice: keep one"));
+            }
+            let set = details.set(side, key, text);
+            set.map_err(|why| refused(word, &why))?;
+        }
+        for faults in details.faults {
+            faults.check().map_err(Failure::input)?;
+        }
+        Ok(details)
+    }
+
+    /// A key, of the line of the first board or the second.
+    fn set(&mut self, side: usize, key: &str, text: &str) -> Result<(), String> {
+        let faults = &mut self.faults[side];
+        let contact = || FacingContact::COMPLIANT;
         match key {
             "drop" => faults.drop = chance(text)?,
             "corrupt" => faults.corrupt = chance(text)?,
@@ -181,107 +207,37 @@ impl LineDetails {
             "delay_s" => faults.delay_s = in_range(key, parameters::LINE_DELAY.range(), text)?,
             "stall" => faults.stall = chance(text)?,
             "stall_time_s" => faults.stall_s = in_range(key, parameters::LINE_DELAY.range(), text)?,
-            _ => self.seed = count(text, 0, u64::MAX)?,
-        }
-        Ok(())
-    }
-}
-
-#[derive(Debug)]
-struct Details {
-    /// The keys that were given, of the second board's line apart.
-    given: [BTreeSet<&'static str>; 2],
-    /// That of the second board has seeds of its own.
-    lines: [LineDetails; 2],
-    hardware: Version,
-    /// The hand of a 2DIY; `None` strokes.
-    hand: Option<haply::Hand>,
-    servo_id: Option<u8>,
-    turn: Option<moteus::Hand>,
-    facing_model: Option<PathBuf>,
-    contact: FacingContact,
-}
-
-impl Details {
-    fn read(words: &[String]) -> Result<Self, Failure> {
-        let line = |seed| LineDetails {
-            faults: LineFaults {
-                stall_s: 0.05,
-                ..LineFaults::default()
-            },
-            seed,
-        };
-        let mut details = Self {
-            given: Default::default(),
-            lines: [line(1), line(3)],
-            hardware: Version::default(),
-            hand: None,
-            servo_id: None,
-            turn: None,
-            facing_model: None,
-            contact: FacingContact::COMPLIANT,
-        };
-        for word in words {
-            let of_line = LINE_KEYS.map(|(key, _)| key);
-            let facing = (word.strip_prefix(FACING))
-                .and_then(|rest| key_and_value(rest, of_line, "emulate").ok());
-            let (side, (key, text)) = match facing {
-                Some(found) => (1, found),
-                None => {
-                    let keys = of_line.into_iter().chain(KEYS.map(|(key, _)| key));
-                    (0, key_and_value(word, keys, "emulate")?)
-                }
-            };
-            if !details.given[side].insert(key) {
-                return Err(refused(word, "is given twice: keep one"));
-            }
-            let done = match of_line.contains(&key) {
-                true => details.lines[side].set(key, text),
-                false => details.set(key, text),
-            };
-            done.map_err(|why| refused(word, &why))?;
-        }
-        for line in &details.lines {
-            line.faults.check().map_err(Failure::input)?;
-        }
-        Ok(details)
-    }
-
-    fn set(&mut self, key: &str, text: &str) -> Result<(), String> {
-        let contact = &mut self.contact;
-        match key {
+            "line_seed" => self.seeds[side] = count(text, 0, u64::MAX)?,
             "hardware" => self.hardware = version(text)?,
             "hand" => self.hand = hand(text)?,
             "servo_id" => self.servo_id = Some(count(text, 0, u8::MAX)?),
             "turn" => self.turn = Some(turn(text)?),
             "facing_model" => self.facing_model = Some(PathBuf::from(text)),
-            "contact_stiffness_n_per_m" => {
-                contact.stiffness = NewtonsPerMetre(in_range(key, CONTACT_STIFFNESSES, text)?);
+            _ => {
+                let contact = self.contact.get_or_insert_with(contact);
+                let (value, range) = match key {
+                    "contact_stiffness_n_per_m" => (&mut contact.stiffness.0, CONTACT_STIFFNESSES),
+                    "contact_damping_n_s_per_m" => (&mut contact.damping.0, CONTACT_DAMPINGS),
+                    "contact_friction_n" => (&mut contact.friction.0, CONTACT_FRICTIONS),
+                    _ => (&mut contact.gap.0, GAPS),
+                };
+                *value = in_range(key, range, text)?;
             }
-            "contact_damping_n_s_per_m" => {
-                contact.damping = NewtonSecondsPerMetre(in_range(key, CONTACT_DAMPINGS, text)?);
-            }
-            "contact_friction_n" => {
-                contact.friction = Newtons(in_range(key, CONTACT_FRICTIONS, text)?);
-            }
-            _ => contact.gap = Metres(in_range(key, GAPS, text)?),
         }
         Ok(())
     }
 
-    fn has(&self, keys: &[&str]) -> bool {
+    fn has(&self, keys: [&str; 2]) -> bool {
         keys.iter().any(|key| self.given[0].contains(key))
     }
 
-    /// The first key that speaks of a second board.
-    fn of_facing(&self) -> Option<String> {
-        let line = self.given[1].first().map(|key| format!("{FACING}{key}"));
-        let own = KEYS[4..].iter().find(|(key, _)| self.has(&[key]));
-        line.or(own.map(|(key, _)| (*key).to_owned()))
+    /// True if something of them is of a second board.
+    fn of_two(&self) -> bool {
+        self.facing_model.is_some() || self.contact.is_some() || !self.given[1].is_empty()
     }
 }
 
-/// Contacts of two boards: stiffness N/m, damping N·s/m, friction N, gap m.
+/// Of the contact of two boards: N/m, N·s/m, N, m.
 const CONTACT_STIFFNESSES: Range = Range::AboveUpTo(0.0, 1e7);
 const CONTACT_DAMPINGS: Range = Range::Within(0.0, 1e5);
 const CONTACT_FRICTIONS: Range = Range::Within(0.0, 1e3);
@@ -330,27 +286,23 @@ impl Arguments {
         let kind = self.kind.unwrap_or_default();
         let details = Details::read(&self.values)?;
         self.check_kind(kind, &details)?;
-        self.check_facing(&details)?;
-        let body_of_first = self.model.read()?.as_ref().map(body);
-        let second = details.facing_model.as_deref().map(DeviceModel::find);
-        let body_of_second = second.transpose()?.as_ref().map(body);
+        let bodies = [
+            self.model.read()?,
+            (details.facing_model.as_deref().map(DeviceModel::find)).transpose()?,
+        ];
+        let bodies = bodies.map(|model| model.as_ref().map(body));
         let servo = servo(details.servo_id, details.turn)?;
         let duration = self.duration.map(Duration::from_secs_f64);
-        let LineDetails { faults, seed } = details.lines[0];
+        let (faults, seed) = (details.faults[0], details.seeds[0]);
         let stop = stop_on_interrupt()?;
-        let named = self.socket.is_some();
-        let port = Port::open(self.socket.as_deref(), self.link.as_deref());
-        let port = port.map_err(|error| failed(error, None))?;
-        let facing = self.facing.as_deref().map(|path| match named {
-            true => Port::open(Some(path), None),
-            false => Port::open(None, Some(path)),
-        });
-        let facing = facing
-            .transpose()
-            .map_err(|error| failed(error, Some("facing")))?;
+        let failed = |error| self.failed(error);
+        let port = Port::open(self.socket.as_deref(), self.link.as_deref()).map_err(failed)?;
+        let facing = (self.facing.as_deref())
+            .map(|path| Port::open(self.socket.is_some().then_some(path), Some(path)));
+        let facing = facing.transpose().map_err(failed)?;
         let told = |port: &Port| {
             let path = port.path().display().to_string();
-            json!({"device": format!("{}:{path}", kind.scheme()), "path": path})
+            json!({"path": path, "device": format!("{}:{path}", kind.scheme())})
         };
         let mut report = told(&port);
         // Chances of the line, and its seed; none of a good one.
@@ -359,32 +311,29 @@ impl Arguments {
             report["facing"] = told(facing);
         }
         output.report(&report)?;
-        let failed = |error| failed(error, None);
         let line = port.line().map_err(failed)?;
         let done = match kind {
             Kind::Own => {
-                let emulation = Emulation {
+                let emulations = [0, 1].map(|side| Emulation {
                     axes: self.axes.unwrap_or(1),
-                    body: body_of_first,
+                    body: bodies[side],
                     speed: self.speed,
-                    faults,
-                    seed,
+                    faults: details.faults[side],
+                    seed: details.seeds[side],
                     duration,
-                };
+                });
                 match &facing {
-                    None => words_of_own(&board::emulate(line, &emulation, stop).map_err(failed)?),
+                    None => {
+                        let done = board::emulate(line, &emulations[0], stop);
+                        words_of_own(&done.map_err(failed)?)
+                    }
                     Some(facing) => {
-                        let second = Emulation {
-                            body: body_of_second,
-                            faults: details.lines[1].faults,
-                            seed: details.lines[1].seed,
-                            ..emulation.clone()
-                        };
                         let lines = [line, facing.line().map_err(failed)?];
-                        let both = [emulation, second];
-                        let done = board::emulate_facing(lines, &both, details.contact, stop);
-                        let [first, second] = done.map_err(failed)?.map(|done| words_of_own(&done));
-                        format!("{first}; facing: {second}")
+                        let contact = details.contact.unwrap_or(FacingContact::COMPLIANT);
+                        let done = board::emulate_facing(lines, &emulations, contact, stop);
+                        done.map_err(failed)?
+                            .map(|done| words_of_own(&done))
+                            .join("; facing: ")
                     }
                 }
             }
@@ -408,9 +357,10 @@ impl Arguments {
     }
 
     fn check_kind(&self, kind: Kind, details: &Details) -> Result<(), Failure> {
-        let refusal = if kind != Kind::Haply2Diy && details.has(&["hardware", "hand"]) {
+        let first = self.link.as_ref().or(self.socket.as_ref());
+        let refusal = if kind != Kind::Haply2Diy && details.has(["hardware", "hand"]) {
             "hardware and hand apply only to a 2DIY: add --kind haply-2diy"
-        } else if kind != Kind::Moteus && details.has(&["servo_id", "turn"]) {
+        } else if kind != Kind::Moteus && details.has(["servo_id", "turn"]) {
             "servo_id and turn apply only to a servo: add --kind moteus"
         } else if kind != Kind::Own && self.axes.is_some() {
             "--axes applies only to --kind own: omit it"
@@ -418,33 +368,16 @@ impl Arguments {
             "--device-model applies only to --kind own: omit it"
         } else if kind != Kind::Own && self.facing.is_some() {
             "--facing applies only to --kind own: omit it"
+        } else if self.facing.is_none() && details.of_two() {
+            "facing_…, contact_… and gap apply only to two boards: add --facing, as in --facing white"
+        } else if self.facing.is_some() && first.is_none() {
+            "--facing needs a path of the first board too: give --link or --socket"
+        } else if self.facing.is_some() && self.facing.as_ref() == first {
+            "--facing is the path of the first board too: give another"
         } else if kind != Kind::Own && (self.speed - 1.0).abs() > 0.0 {
             "an emulated device of another maker runs in real time: omit --speed"
         } else {
             return Ok(());
-        };
-        Err(Failure::bad_input(refusal))
-    }
-}
-
-impl Arguments {
-    fn check_facing(&self, details: &Details) -> Result<(), Failure> {
-        let first = self.link.as_ref().or(self.socket.as_ref());
-        let refusal = match (&self.facing, first) {
-            (None, _) => match details.of_facing() {
-                Some(key) => {
-                    format!("{key} applies only to two boards: add --facing, as in --facing white")
-                }
-                None => return Ok(()),
-            },
-            (Some(_), None) => {
-                "--facing needs a path of the first board: give --link or --socket too".to_owned()
-            }
-            (Some(second), Some(first)) if second == first => format!(
-                "--facing {} is the path of the first board too: give another",
-                second.display()
-            ),
-            (Some(_), Some(_)) => return Ok(()),
         };
         Err(Failure::bad_input(refusal))
     }
@@ -466,17 +399,20 @@ fn body(model: &DeviceModel) -> Body {
     }
 }
 
-/// A device that could not be emulated, with the option that mends it, that of the path unless another gave it.
-fn failed(error: EmulatorError, option: Option<&str>) -> Failure {
-    if let EmulatorError::Path { kind, .. } = &error {
-        let option = option.unwrap_or(kind);
-        Failure::bad_input(format_args!("{error} with --{option}"))
-    } else if matches!(error, EmulatorError::Terminal(_)) {
-        Failure::device(error)
-    } else if matches!(error, EmulatorError::Device(_)) {
-        Failure::run(error)
-    } else {
-        Failure::input(error)
+impl Arguments {
+    /// A device that could not be emulated, with the option that mends it.
+    fn failed(&self, error: EmulatorError) -> Failure {
+        if let EmulatorError::Path { kind, path, .. } = &error {
+            let of_second = self.facing.as_ref() == Some(path);
+            let option = if of_second { "facing" } else { kind };
+            Failure::bad_input(format_args!("{error} with --{option}"))
+        } else if matches!(error, EmulatorError::Terminal(_)) {
+            Failure::device(error)
+        } else if matches!(error, EmulatorError::Device(_)) {
+            Failure::run(error)
+        } else {
+            Failure::input(error)
+        }
     }
 }
 
