@@ -55,7 +55,7 @@ def test_a_record_is_laid_over_a_run(tmp_path: Path) -> None:
     assert run.report["against"]["record"] == str(record)
     assert "csv" not in run.report["against"]
     assert len(plot.relaxation(run).get_lines()) == 3
-    with pytest.raises(ValueError, match="ends 0.4 s after the start"):
+    with pytest.raises(ValueError, match="from 0 s to 0.4 s after the start"):
         record.write_text("time_s,force_n\n0,0\n0.2,1\n0.4,2\n")
         experiment.relax(**SHORT, against=record)
 

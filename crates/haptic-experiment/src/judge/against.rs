@@ -15,8 +15,7 @@
 //!   what was imposed, else what answered, leaves its first value by 6 σ of its noise. The noise is the median of the second differences. A
 //!   record that does not begin at rest keeps the zero of its clock.
 //! - *Range*: samples before the start or after the end of the run are left out, and those of a modulus on the ramp, which a step never saw.
-//! - *Errors*: a file that is no record, times that fall, a quantity that cannot be converted, fewer than two samples in the range, a record
-//!   that ends before the hold.
+//! - *Errors*: a file that is no record, times that fall, a quantity that cannot be converted, fewer than two samples on the hold.
 //! - *Cost*: 64 interpolations a sample of a modulus before the run, a few sums a sample after it.
 //! - *Source*: linear superposition (L. Boltzmann, Sitzungsber. Akad. Wiss. Wien 70, 1874); indenters as in [`TissuePiece`].
 
@@ -155,11 +154,11 @@ fn converted(
         ));
     }
     let start = start(&columns, load).filter(|_| !on_our_clock);
-    notes.push(match (start, on_our_clock) {
-        (_, true) => "time is that of a run".to_owned(),
-        (None, false) => "time is that of the record, which does not begin at rest".to_owned(),
-        (Some(_), false) => "time is 0 where the record ends its rest".to_owned(),
-    });
+    let clock = match start {
+        None => "time is that of the record",
+        Some(_) => "time is 0 where the record ends its rest",
+    };
+    notes.push(clock.to_owned());
     let at_start = |column: &[f64]| start.map_or(0.0, |start| column[start]);
     let (start_s, mut rest) = (at_start(time_s), at_start(values));
     if let RigDrive::Position(profile) = load {
@@ -178,29 +177,23 @@ fn converted(
     Ok((samples.collect(), start_s))
 }
 
-/// The samples that lie within a run.
+/// The samples that lie within a run, of which two must lie on its hold.
 fn within(samples: &[(f64, f64)], duration_s: f64, load: RigDrive) -> Result<Samples, String> {
-    let ends = [samples.first(), samples.last()];
-    let [first_s, last_s] = ends.map(|end| end.map_or(f64::NAN, |sample| sample.0));
-    if let RigDrive::Position(profile) = load
-        && last_s <= profile.ramp_time().0
-    {
-        return Err(format!(
-            "the record ends {} s after the start of the ramp, before the hold: give a shorter {RAMP_TIME}, or a longer record",
-            digits(last_s, 6)
-        ));
-    }
+    let hold_s = match load {
+        RigDrive::Position(profile) => profile.ramp_time().0,
+        RigDrive::Force(_) => 0.0,
+    };
     let inside = |sample: &&(f64, f64)| (0.0..=duration_s).contains(&sample.0);
     let kept: Samples = samples.iter().filter(inside).copied().collect();
-    match kept.len() {
-        0 | 1 => Err(format!(
-            "the record goes from {} s to {} s after the start of the ramp or push, and the run ends at {duration_s} s: \
-             they need two samples in common, change {DURATION} or the record",
-            digits(first_s, 6),
-            digits(last_s, 6)
-        )),
-        _ => Ok(kept),
+    if kept.iter().filter(|sample| sample.0 >= hold_s).count() >= 2 {
+        return Ok(kept);
     }
+    let ends = [samples.first(), samples.last()];
+    let [first_s, last_s] = ends.map(|end| digits(end.map_or(f64::NAN, |sample| sample.0), 6));
+    Err(format!(
+        "the record goes from {first_s} s to {last_s} s after the start of the run, which holds from {hold_s} s to {duration_s} s: \
+         two samples on the hold are needed, change {RAMP_TIME}, {DURATION} or the record"
+    ))
 }
 
 /// The columns of a file, and true if their time begins where a run does.

@@ -239,7 +239,7 @@ fn a_record_that_cannot_be_compared_is_refused_in_a_line() {
             "time_s\tforce_n",
             &[0.0, 0.5, 0.9][..],
             relax,
-            "ends 0.9 s after the start of the ramp, before the hold",
+            "from 0 s to 0.9 s after the start of the run, which holds from 1 s to 2 s",
         ),
         (
             "time_s\tforce_n",

@@ -82,13 +82,13 @@ fn a_record_that_cannot_be_laid_over_the_run_is_refused_before_it() {
     place.write("empty.csv", "");
     place.refuses(
         "
-        relax --duration 2s --against short.csv => ends 0.8 s | before the hold | --ramp-time
-        relax --duration 2s --against late.csv => from 30 s to 32 s | the run ends at 2 s | --duration
+        relax --duration 2s --against short.csv => from 0 s to 0.8 s | holds from 1 s to 2 s | --ramp-time
+        relax --duration 2s --against late.csv => from 30 s to 32 s | holds from 1 s to 2 s | --duration
         relax --against falls.csv => falls.csv | line 4: time 1 s comes after 2 s | sort the rows
         relax --against words.txt => words.txt | only one column
         relax --against strain.csv => strain.csv | compared with force_n or stress_pa or relaxation_modulus_pa
         creep --against short.csv => short.csv | strain or position_m or creep_compliance_per_pa
-        relax --duration 2s --against modulus.csv => modulus.csv | two samples in common
+        relax --duration 2s --against modulus.csv => modulus.csv | two samples on the hold
         relax --against empty.csv => empty.csv | the table is empty
         relax --against nowhere.csv => nowhere.csv: cannot be read
         relax --against experiments => not a regular file
