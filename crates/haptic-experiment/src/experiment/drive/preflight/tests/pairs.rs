@@ -67,6 +67,7 @@ impl Case {
                 ..FacingContact::COMPLIANT
             },
             drive: Drive {
+                device: None,
                 name: "random".to_owned(),
                 controller: ControllerSetup {
                     scheme: scheme(),
