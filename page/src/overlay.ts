@@ -25,6 +25,10 @@ const STROKES: Omit<Line, "label">[] = [
 /** Theory lies beneath, broad and light, so that a curve on top of it is seen to agree all along. */
 const THEORY = { colour: "--theory", width: 6 };
 
+/** A measured record lies between theory and run. */
+const RECORD = "measured record";
+const MEASURED = { colour: "--rose", width: 4 };
+
 /** The experiment's own curve over its closed form, which no log holds. */
 const JUDGED = "over its closed form";
 
@@ -142,7 +146,8 @@ export class Overlay {
     const judged = choice.endsWith(JUDGED);
     const runs = this.runs.filter((run) => (judged ? hasTheory(run) : members(choice, run.channels).length > 0));
     part.curves = runs.flatMap((run) => (judged ? [choice] : members(choice, run.channels)).map((channel) => ({ run, channel, theory: false, judged })));
-    if (judged) part.curves.unshift(...runs.map((run) => ({ run, channel: "closed form", theory: true, judged })));
+    const behind = (channel: string, of: OpenRun[]): Curve[] => of.map((run) => ({ run, channel, theory: true, judged }));
+    if (judged) part.curves.unshift(...behind("closed form", runs), ...behind(RECORD, runs.filter((run) => run.curves?.record)));
     const key = JSON.stringify([choice, part.curves.map(({ run, channel }) => [run.name, channel])]);
     if (key !== part.key) this.makeChart(part);
     part.key = key;
@@ -170,6 +175,7 @@ export class Overlay {
     return curves.map(({ run, channel, theory }) => {
       const found = frames.get(run);
       if (found) return sampled(found.frame, found.channels.indexOf(channel));
+      if (channel === RECORD) return decimate(run.curves?.record_time_s ?? [], run.curves?.record ?? [], columns);
       return decimate(run.curves?.time_s ?? [], (theory ? run.curves?.closed_form : run.curves?.values) ?? [], columns);
     });
   }
@@ -212,7 +218,7 @@ export class Overlay {
 
   /** Runs are told apart by colour and dashes; components of vectors by colour, and of several runs by the dashes of the run. */
   private stroke({ run, channel, theory }: Curve): Omit<Line, "label"> {
-    if (theory) return THEORY;
+    if (theory) return channel === RECORD ? MEASURED : THEORY;
     const own = STROKES[this.runs.indexOf(run) % STROKES.length] ?? { colour: "--blue" };
     const several = this.runs.length > 1 ? (own.dash ?? []) : undefined;
     return strokeOf(channel, several) ?? { width: 2, ...own };

@@ -183,6 +183,9 @@ export interface RunCurves {
   time_s: number[];
   values?: number[];
   closed_form?: number[];
+  /** A measured record of the quantity, at its own times. */
+  record_time_s?: number[];
+  record?: number[];
 }
 
 export interface Parameter {

@@ -30,7 +30,7 @@ mod _native {
     #[pymodule_export]
     use super::driving::{forked, let_go};
     #[pymodule_export]
-    use super::experiment::{answer, experiment_parameters, run_experiment};
+    use super::experiment::{answer, experiment_parameters, run_experiment, table};
     #[pymodule_export]
     use super::log::read_log;
     #[pymodule_export]

@@ -5,6 +5,7 @@ import os
 import signal
 import threading
 import time
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -38,6 +39,25 @@ def test_a_relaxation_is_its_closed_form() -> None:
     assert plot.relaxation(run).get_xlabel() == "time / s"
     with pytest.raises(KeyError, match="is none of the columns"):
         run["force"]
+
+
+def test_a_record_is_laid_over_a_run(tmp_path: Path) -> None:
+    first = experiment.relax(**SHORT)
+    assert not first.against
+    rows = np.column_stack([first["time_s"], 0.8 * first["simulated_force_n"]])
+    record = tmp_path / "record.csv"
+    np.savetxt(record, rows, fmt="%.17g", delimiter=",", header="time_s,force_n", comments="")
+    run = experiment.relax(**SHORT, against=record)
+    # The run is a quarter above the record.
+    assert abs(run.report["against_error"] - 0.25) < 1e-12
+    np.testing.assert_allclose(run.against["relative_error"][1:], 0.25, rtol=1e-12)
+    assert list(run.against) == ["time_s", "record_force_n", "simulated_force_n", "difference_force_n", "relative_error"]
+    assert run.report["against"]["record"] == str(record)
+    assert "csv" not in run.report["against"]
+    assert len(plot.relaxation(run).get_lines()) == 3
+    with pytest.raises(ValueError, match="from 0 s to 0.4 s after the start"):
+        record.write_text("time_s,force_n\n0,0\n0.2,1\n0.4,2\n")
+        experiment.relax(**SHORT, against=record)
 
 
 def test_same_seed_same_run() -> None:

@@ -1,5 +1,6 @@
 //! Force as it should have been, the largest error beside it, and what a run leaves for whoever draws it.
 
+pub(crate) mod against;
 pub mod control;
 pub(crate) mod decimated;
 pub(crate) mod modelled_tissue;
@@ -214,6 +215,21 @@ pub struct Theory {
     pub quantity: &'static str,
     /// The same with its unit, for an axis.
     pub label: &'static str,
+    /// A measured record of the same quantity, if one is laid over the run.
+    pub record: Option<Overlay>,
+}
+
+/// A measured record on the clock of a run, at its own times.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Overlay {
+    /// From the start of the ramp or push, s.
+    pub time_s: Vec<f64>,
+    /// The measured quantity, in the unit of the run.
+    pub values: Vec<f64>,
+    /// The run less the record, over the record.
+    pub relative_error: Vec<f64>,
+    /// The rms of the run less the record, over that of the record.
+    pub rms: f64,
 }
 
 /// The picture of the curves, and what it shows besides them. A kind of experiment chooses one of

@@ -10,7 +10,7 @@ use crate::axis::{Axis, Scale, extremes};
 use crate::curve::{Curve, Form};
 use crate::page::{LegendEntry, Page, Row};
 use crate::panel::Panel;
-use crate::style::{BLUE, DIFFERENCE, GREEN, INK, LARGE, RUN, Stroke, THEORY, VERMILION};
+use crate::style::{BLUE, DIFFERENCE, GREEN, INK, LARGE, PURPLE, RUN, Stroke, THEORY, VERMILION};
 use crate::thin::{Points, envelope, showable};
 use crate::{FigureError, Picture};
 
@@ -76,6 +76,7 @@ impl Conditions<'_> {
 ///     values: &values,
 ///     closed_form: &closed_form,
 ///     relative_error: &relative_error,
+///     record: None,
 ///     held: None,
 /// };
 /// assert!(figure.draw()?.svg().contains("simulated force"));
@@ -101,10 +102,68 @@ pub struct TheoryFigure<'a> {
     pub closed_form: &'a [f64],
     /// Relative error of the quantity; the sign does not matter, and NaN is left out.
     pub relative_error: &'a [f64],
+    /// A measured record of the quantity, over the run in its panels and with one more for the error; `None` omits it.
+    pub record: Option<MeasuredCurve<'a>>,
     /// Data for two more panels about the controller that held the device; `None` omits them.
     pub held: Option<HeldPanels<'a>>,
 }
 
+/// A measured record and how far the run is from it, at the record's own times.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct MeasuredCurve<'a> {
+    /// Time on the clock of the run, s.
+    pub time_s: &'a [f64],
+    /// What was measured, in the unit of the run.
+    pub values: &'a [f64],
+    /// The run less the record, over the record; what has no relative error is left out.
+    pub relative_error: &'a [f64],
+    /// The rms of the difference over that of the record.
+    pub rms: f64,
+}
+
+/// An error of more per cent than this is not drawn: where a record begins, it may be any.
+const PER_CENT_MOST: f64 = 100.0;
+
+impl MeasuredCurve<'_> {
+    fn row(&self, name: char) -> Result<Row, FigureError> {
+        let slices = [
+            ("the record", self.values),
+            ("error against the record", self.relative_error),
+        ];
+        check_lengths(self.time_s, &slices)?;
+        let errors = self.relative_error.iter();
+        let per_cent: Vec<f64> = errors.map(|error| 100.0 * error).collect();
+        let mut points = showable(self.time_s, &per_cent, Scale::Log, Scale::Linear);
+        points.retain(|point| point.1.abs() <= PER_CENT_MOST);
+        let panel = TimePanel {
+            name,
+            caption: format!(
+                "run less record, over the record: rms {:.2} %",
+                100.0 * self.rms
+            ),
+            scale: Scale::Log,
+            value_scale: Scale::Linear,
+            label: "difference / %",
+            curves: vec![line(
+                points,
+                Stroke {
+                    width: 1.4,
+                    ..RECORD
+                },
+            )],
+            floor: None,
+            note: "no sample has a relative error",
+        };
+        Ok(Row {
+            height: ERROR_ROW_HEIGHT,
+            columns: 1,
+            panels: vec![panel.panel()],
+        })
+    }
+}
+
+/// A measured record.
+const RECORD: Stroke = Stroke::solid(PURPLE, 3.6);
 /// Tracking error and force of the drive.
 const HELD: [Stroke; 2] = [Stroke::solid(GREEN, 1.8), Stroke::solid(INK, 1.4)];
 
@@ -190,11 +249,16 @@ impl TheoryFigure<'_> {
         if let Some(held) = &self.held {
             rows.push(held.row()?);
         }
-        let legend = [
+        let mut legend = vec![
             (run.as_str(), RUN),
             ("closed form", THEORY),
             ("relative error", DIFFERENCE),
         ];
+        if let Some(record) = &self.record {
+            legend.push(("measured", RECORD));
+            let panels: usize = rows.iter().map(|row| row.panels.len()).sum();
+            rows.push(record.row(('a'..).nth(panels).unwrap_or('f'))?);
+        }
         draw(self.title, &self.conditions.subtitle(), &legend, rows)
     }
 
@@ -211,12 +275,18 @@ impl TheoryFigure<'_> {
         // A curve that passes through zero would stretch a logarithmic axis without end.
         let lowest = extremes(theory.iter().map(|point| point.1)).0;
         let floor = (scale == Scale::Log && lowest.is_finite()).then_some(lowest / 10.0);
+        let record = self.record.map(|record| {
+            let points = showable(record.time_s, record.values, scale, scale);
+            line(points, RECORD)
+        });
+        let curves = [line(theory, THEORY)].into_iter().chain(record);
         Ok(TimePanel {
             name,
             caption,
             scale,
+            value_scale: scale,
             label: self.label,
-            curves: vec![line(theory, THEORY), line(run, RUN)],
+            curves: curves.chain([line(run, RUN)]).collect(),
             floor,
             note: "no positive values",
         }
@@ -241,6 +311,7 @@ impl TheoryFigure<'_> {
             name: 'c',
             caption: "relative error, largest in each step of log t".to_owned(),
             scale: Scale::Log,
+            value_scale: Scale::Log,
             label: "relative error",
             curves: vec![line(envelope, DIFFERENCE)],
             floor: Some(largest / ERROR_SPAN),
@@ -294,12 +365,14 @@ fn line(points: Points, stroke: Stroke) -> Curve {
     }
 }
 
-/// A panel over time around its curves, with both axes of one scale.
+/// A panel over time around its curves.
 #[derive(Clone, Debug)]
 struct TimePanel {
     name: char,
     caption: String,
+    /// Of the axis of time, as the other is of the values.
     scale: Scale,
+    value_scale: Scale,
     /// Of the vertical axis, with the unit.
     label: &'static str,
     curves: Vec<Curve>,
@@ -326,7 +399,7 @@ impl TimePanel {
             name: self.name,
             caption: self.caption,
             x: Axis::time(self.scale, x.0, x.1),
-            y: Axis::around(self.label, self.scale, y_low, y.1),
+            y: Axis::around(self.label, self.value_scale, y_low, y.1),
             curves: self.curves,
             note: empty.then(|| self.note.to_owned()),
         }
@@ -455,6 +528,7 @@ fn linear(
         name,
         caption: caption.to_owned(),
         scale: Scale::Linear,
+        value_scale: Scale::Linear,
         label,
         curves,
         floor: None,
@@ -469,7 +543,7 @@ mod tests {
 
     #[test]
     fn no_stroke_means_two_things_in_a_picture() {
-        let theory = [&[RUN, THEORY, DIFFERENCE], HELD.as_slice()].concat();
+        let theory = [&[RUN, THEORY, DIFFERENCE, RECORD], HELD.as_slice()].concat();
         for strokes in [theory.as_slice(), &MOTIONS] {
             for (n, stroke) in strokes.iter().enumerate() {
                 assert!(!strokes[..n].contains(stroke), "{stroke:?}");

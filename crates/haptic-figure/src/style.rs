@@ -22,7 +22,7 @@ pub(crate) const BLUE: &str = "#0072b2";
 pub(crate) const ORANGE: &str = "#e69f00";
 pub(crate) const VERMILION: &str = "#d55e00";
 pub(crate) const GREEN: &str = "#009e73";
-const PURPLE: &str = "#cc79a7";
+pub(crate) const PURPLE: &str = "#cc79a7";
 const SKY: &str = "#56b4e9";
 pub(crate) const PAPER: &str = "white";
 /// The colour of text and axes, for pictures that others draw in the same look.

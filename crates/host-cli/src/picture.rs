@@ -2,8 +2,8 @@
 
 use haptic_experiment::judge::{Curves, Drawing, Theory};
 use haptic_figure::{
-    AxisSpec, Chart, ChartPage, Conditions, FigureError, HeldPanels, Look, Picture, PlaneFigure,
-    Scale, Series, TheoryFigure,
+    AxisSpec, Chart, ChartPage, Conditions, FigureError, HeldPanels, Look, MeasuredCurve, Picture,
+    PlaneFigure, Scale, Series, TheoryFigure,
 };
 use haptic_quantity::written;
 
@@ -131,6 +131,12 @@ fn of_theory(theory: &Theory, curves: &Curves) -> Result<Picture, FigureError> {
         values: curves.column("values"),
         closed_form: curves.column("closed_form"),
         relative_error: curves.column("relative_error"),
+        record: theory.record.as_ref().map(|record| MeasuredCurve {
+            time_s: &record.time_s,
+            values: &record.values,
+            relative_error: &record.relative_error,
+            rms: record.rms,
+        }),
         held: (!curves.column("drive_force_n").is_empty()).then(|| HeldPanels {
             time_s: &curves.time_s,
             label: error_label,

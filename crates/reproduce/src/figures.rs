@@ -26,7 +26,7 @@ pub const FIGURES: [Make; 9] = [
     |_| sensitivity(),
     |_| passivity(),
     |_| transparency(),
-    |_| relaxation(),
+    relaxation,
 ];
 
 const OMEGA: Axis = Axis::log("frequency ω / rad·s⁻¹", "omega_rad_s");

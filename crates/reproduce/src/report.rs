@@ -26,7 +26,7 @@ const INTRODUCTION: &str = "The figures of O. Tokatlı, *Fractional Order Contro
     third-order Muir polynomial A₃ in 4, s^μ in 1 and 6, in 7 one that is fitted over frequencies, for which Oustaloup's stands here. \
     Where that is not (1 − w)^μ, the same is computed with (1 − w)^μ beside it. Verdicts follow from the numbers beside them. Not \
     compared are the dissertation's pictures, of which only the text was at hand, and its measurements, on its device and on \
-    prostate: a simulated device and the closed form stand in their place.";
+    prostate: a simulated device and the closed form stand in their place, and beside figure 7.2 a tissue whose record is published.";
 
 const STYLE: &str = "body{font:16px/1.5 system-ui,sans-serif;max-width:70em;margin:2em auto;padding:0 1em;color:#222}\
     table{border-collapse:collapse}td,th{border:1px solid #ccc;padding:.4em .6em;text-align:left;vertical-align:top}\

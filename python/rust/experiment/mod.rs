@@ -4,7 +4,7 @@ mod question;
 mod run;
 
 pub(crate) use question::answer;
-pub(crate) use run::{experiment_parameters, run_experiment};
+pub(crate) use run::{experiment_parameters, run_experiment, table};
 
 use crate::refused::{OrRefused as _, refused, unread};
 use haptic_experiment::Failure;

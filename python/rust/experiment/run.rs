@@ -67,11 +67,10 @@ impl Live for Closed {
 
 struct Finished {
     report: serde_json::Value,
-    columns: Vec<(String, Vec<f64>)>,
     warnings: Vec<String>,
 }
 
-/// Runs an experiment into a folder; its report, the columns of its table, and what a user should know.
+/// Runs an experiment into a folder; its report, and what a user should know.
 #[pyfunction]
 pub(crate) fn run_experiment<'py>(
     kind: &str,
@@ -80,7 +79,7 @@ pub(crate) fn run_experiment<'py>(
     overwrite: bool,
     force_unstable: bool,
     progress: Option<&Bound<'py, PyAny>>,
-) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyDict>, Vec<String>)> {
+) -> PyResult<(Bound<'py, PyAny>, Vec<String>)> {
     let py = parameters.py();
     let document = document(kind, parameters)?;
     let mut request = FolderRequest {
@@ -100,11 +99,18 @@ pub(crate) fn run_experiment<'py>(
         let _drives = drives.transpose()?;
         run(&experiment, &request, conduct).map_err(|failure| failed(&failure))
     })?;
-    let columns = PyDict::new(py);
-    for (name, values) in finished.columns {
-        columns.set_item(name, PyArray1::from_vec(py, values))?;
+    Ok((to_python(py, &finished.report)?, finished.warnings))
+}
+
+/// The columns of a table that a run has written.
+#[pyfunction]
+pub(crate) fn table(py: Python<'_>, path: PathBuf) -> PyResult<Bound<'_, PyDict>> {
+    let read = py.detach(|| columns(&path));
+    let arrays = PyDict::new(py);
+    for (name, values) in read.map_err(|failure| failed(&failure))? {
+        arrays.set_item(name, PyArray1::from_vec(py, values))?;
     }
-    Ok((to_python(py, &finished.report)?, columns, finished.warnings))
+    Ok(arrays)
 }
 
 /// The experiment, with the pace that its device asks for.
@@ -146,11 +152,8 @@ fn run(
     if let Some(lost) = report.run.lost_table() {
         return Err(lost);
     }
-    let table = report.run.csv.as_ref();
-    let columns = table.map(|path| columns(Path::new(&path))).transpose()?;
     Ok(Finished {
         report: serde_json::to_value(&report).map_err(Failure::input)?,
-        columns: columns.unwrap_or_default(),
         warnings: heard.into_inner().unwrap_or_default(),
     })
 }

@@ -17,7 +17,7 @@ import inspect
 import os
 import tempfile
 from collections.abc import Callable, Iterable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, cast
 
@@ -62,6 +62,8 @@ class Run(HoldsArrays):
     """The report, as ``host-cli --json`` prints it."""
     folder: Path | None
     """Folder of log and table, where one was asked for."""
+    against: Mapping[str, NDArray[np.float64]] = field(default_factory=dict)
+    """Record, run and difference at the times of the record, where one was laid over the run by ``against``."""
 
     def __getitem__(self, column: str) -> NDArray[np.float64]:
         """A column by name."""
@@ -82,6 +84,12 @@ class Run(HoldsArrays):
         return f"<Run '{self.kind}' of {self.report['samples']} samples: {', '.join(self.columns)}>"
 
 
+def _tables(report: dict[str, Any]) -> list[dict[str, NDArray[np.float64]]]:
+    """The table of a run and that of the record over it, empty where there is none."""
+    paths = report.get("csv"), report.get("against", {}).get("csv")
+    return [_native.table(path) if path else {} for path in paths]
+
+
 def _run(
     kind: str,
     parameters: dict[str, Any],
@@ -94,17 +102,20 @@ def _run(
     given = {key: value for key, value in parameters.items() if value is not None}
     if out is not None:
         folder = Path(out)
-        report, columns, heard = _native.run_experiment(kind, given, folder, overwrite, force_unstable, progress)
+        report, heard = _native.run_experiment(kind, given, folder, overwrite, force_unstable, progress)
+        columns, against = _tables(report)
     else:
         folder = None
         with tempfile.TemporaryDirectory(prefix="fractional-haptics-", ignore_cleanup_errors=True) as temporary:
-            report, columns, heard = _native.run_experiment(
+            report, heard = _native.run_experiment(
                 kind, given, Path(temporary) / kind, False, force_unstable, progress
             )
+            columns, against = _tables(report)
         for gone in ("log", "logs", "csv", "fault_log"):
             report.pop(gone, None)
+        report.get("against", {}).pop("csv", None)
     report["warnings"] = [*heard, *report.get("warnings", [])]
-    return Run(kind, columns, report, folder)
+    return Run(kind, columns, report, folder, against)
 
 
 def _described(rows: Iterable[tuple[str, str, Any, bool, str, str]]) -> str:

@@ -54,8 +54,9 @@ pub fn renamed(name: &str) -> Option<&'static str> {
 }
 
 /// Parameters that name a file or a folder of files, some of them also by a name that is no path.
-const FILES: [&str; 6] = [
+const FILES: [&str; 7] = [
     TISSUE.key,
+    AGAINST.key,
     LIBRARY.key,
     CONTROLLER.key,
     DEVICE_MODEL.key,

@@ -31,6 +31,7 @@ use crate::document::parameters::{
 use crate::document::reader::Table;
 use crate::document::{CONTROLLER_IN_LOG, TISSUE_IN_LOG};
 use crate::experiment::drive::{self, Drive, DriveDevice, SimulatedRig, TissueLaw};
+use crate::judge::against::Measured;
 use crate::judge::modelled_tissue::TissuePiece;
 use crate::judge::preflight::{Preflight, WallContact};
 use crate::judge::{Published, Report};
@@ -90,6 +91,8 @@ pub struct Indentation {
     pub(crate) conduct: Conduct,
     /// What is known of the dynamics of a device at a port.
     pub(crate) dynamics: Option<Dynamics>,
+    /// What was measured of a real piece.
+    pub(crate) against: Option<Measured>,
 }
 
 impl Experiment for Indentation {
@@ -701,8 +704,14 @@ fn rendering(
     let piece = piece(table)?;
     let (model, order) = (piece.material.composed(), piece.material.order());
     let scheme = scheme(table, model, order, sample_time_s, duration_s)?;
+    let load = load(&piece)?;
+    let against = table.file(&p::AGAINST)?.map(|record| {
+        let read = Measured::read(&record, &piece, load, duration_s);
+        read.map_err(|reason| table.fail_at(p::AGAINST.key, reason))
+    });
     Ok(Indentation {
-        load: load(&piece)?,
+        load,
+        against: against.transpose()?,
         duration_s,
         dynamics,
         piece,

@@ -40,11 +40,16 @@ pub(crate) const RELAX: &[Parameter] = &[STRAIN, DEPTH, RAMP_TIME, RELAX_DURATIO
 pub(crate) const CREEP: &[Parameter] = &[STRESS, FORCE, CREEP_DURATION, CREEP_CONTACT];
 
 /// Of the rendering: the tissue, and how it is rendered.
-pub(crate) const RENDERING: &[Parameter] = &joined::<19>(&[
+pub(crate) const RENDERING: &[Parameter] = &joined::<20>(&[
     p::PIECE,
     &[p::SCHEME, PRECISION, p::SAMPLE_TIME, RIG_MASS, RIG_DAMPING],
     &[p::ENCODER_RESOLUTION, p::SENSOR_NOISE, p::SEED],
-    &[p::FORCE_LIMIT, p::FORCE_RATE_LIMIT, p::DEVICE_MODEL],
+    &[
+        p::FORCE_LIMIT,
+        p::FORCE_RATE_LIMIT,
+        p::DEVICE_MODEL,
+        p::AGAINST,
+    ],
 ]);
 
 /// Contact of the indenter with the renderer.

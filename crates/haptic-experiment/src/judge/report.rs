@@ -146,21 +146,27 @@ impl Files {
     /// The table of a run that reached its end, or why there is none; `None` for a run that was cut short. Where none is written, that of
     /// an earlier run goes.
     pub(crate) fn of_run(ran: &Ran, table: Option<Table>) -> Self {
+        let files = Self::finished(table);
+        if files.csv.is_none() {
+            ran.folder.remove_stale_results();
+        }
+        files
+    }
+
+    /// A table with its name, or why it has none.
+    pub(super) fn finished(table: Option<Table>) -> Self {
         let (csv, unwritten) = match table.map(Table::finish) {
             Some(Ok(path)) => (Some(path), None),
             Some(Err(failure)) => (None, Some(failure.to_string())),
             None => (None, None),
         };
-        if csv.is_none() {
-            ran.folder.remove_stale_results();
-        }
         Self { csv, unwritten }
     }
 }
 
 /// A relative error, dimensionless, and the samples that it is the largest of: a number and, with ends to its name, `_from_s`, `_to_s`,
 /// `_samples` and `_reason`. An error without meaning is null, its times too, and its reason says why.
-fn compared(name: &str, error: &Compared) -> Value {
+pub(super) fn compared(name: &str, error: &Compared) -> Value {
     json!({
         name: error.largest,
         format!("{name}_from_s"): error.from_s,

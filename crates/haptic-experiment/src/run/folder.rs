@@ -10,7 +10,7 @@ use std::io::BufWriter;
 use std::path::{Path, PathBuf};
 
 /// The files an experiment makes, by extension, and beside them the log of a fault. A log that was cut off keeps `.mcap.part`.
-const EXTENSIONS: [&str; 4] = ["mcap", "csv", "svg", "png"];
+const EXTENSIONS: [&str; 5] = ["mcap", "csv", "against.csv", "svg", "png"];
 
 /// Folder for results where none is given.
 const RESULTS: &str = "results";
@@ -169,10 +169,15 @@ impl OutputFolder {
 
     /// Removes CSV and pictures of an earlier run, which would pass for those of a run that made none.
     pub(crate) fn remove_stale_results(&self) {
-        for extension in ["csv", "svg", "png"] {
-            // Nothing there is as good.
-            let _ = fs::remove_file(self.file(extension));
+        for extension in &EXTENSIONS[1..] {
+            self.remove_stale(extension);
         }
+    }
+
+    /// Removes one of them.
+    pub(crate) fn remove_stale(&self, extension: &str) {
+        // Nothing there is as good.
+        let _ = fs::remove_file(self.file(extension));
     }
 
     /// Path of the files of a picture, without their extensions.

@@ -2,7 +2,8 @@
 
 use crate::picture::{self, texts};
 use haptic_figure::{
-    Conditions, FigureError, HeldPanels, MotionFigure, MotionRow, Picture, TheoryFigure,
+    Conditions, FigureError, HeldPanels, MeasuredCurve, MotionFigure, MotionRow, Picture,
+    TheoryFigure,
 };
 
 /// Pixels of a PNG per unit of the SVG.
@@ -72,6 +73,7 @@ impl Relaxation {
             values: &self.force_n,
             closed_form: &self.theory_n,
             relative_error: &self.relative_error,
+            record: None,
             held: None,
         }
     }
@@ -134,6 +136,7 @@ fn the_relaxation_picture_says_what_is_on_its_axes_and_under_what_conditions() {
 fn a_device_that_a_controller_held_has_two_panels_more() {
     let data = Relaxation::new(5_000);
     let figure = TheoryFigure {
+        record: None,
         held: Some(HeldPanels {
             time_s: &data.time_s,
             label: "tracking error / µm",
@@ -156,6 +159,39 @@ fn a_device_that_a_controller_held_has_two_panels_more() {
         held.force_n = &data.force_n[1..];
     }
     assert!(short.draw().is_err());
+}
+
+#[test]
+fn a_measured_record_lies_under_the_run_and_has_a_panel_for_the_error() {
+    let data = Relaxation::new(5_000);
+    let record = MeasuredCurve {
+        time_s: &data.time_s[..40],
+        values: &data.force_n[..40],
+        relative_error: &data.relative_error[..40],
+        rms: 0.0321,
+    };
+    let figure = TheoryFigure {
+        record: Some(record),
+        ..data.figure()
+    };
+    let picture = figure.draw().expect("draws");
+    for text in [
+        "(d) run less record, over the record: rms 3.21 %",
+        "difference / %",
+        "measured",
+    ] {
+        assert!(picture.svg().contains(text), "`{text}` is missing");
+    }
+    assert_sound(&picture, "measured");
+    let lacks = MeasuredCurve {
+        values: &data.force_n[..39],
+        ..record
+    };
+    let figure = TheoryFigure {
+        record: Some(lacks),
+        ..figure
+    };
+    assert!(figure.draw().is_err());
 }
 
 #[test]

@@ -74,6 +74,10 @@ fn shown(curves: &Curves) -> Value {
             let mut named = named(curves, &curves.title);
             named["quantity"] = json!(theory.quantity);
             named["label"] = json!(theory.label);
+            if let Some(record) = &theory.record {
+                named["record_time_s"] = json!(record.time_s);
+                named["record"] = json!(record.values);
+            }
             named
         }
         Drawing::Trial {

@@ -10,7 +10,7 @@ use testkit::browser::{Page, get, parts};
 #[test]
 #[ignore = "long: `.ci/run` does it, or --include-ignored"]
 fn an_experiment_is_started_from_a_form_watched_and_stopped() {
-    let (_runs, _server, mut page) = opened();
+    let (runs, _server, mut page) = opened();
     let forms = page.ask("runs.forms", json!({}));
     assert_eq!(forms["forms"].as_array().map(Vec::len), Some(8));
     let much = "above 0 and at most 1";
@@ -25,6 +25,13 @@ fn an_experiment_is_started_from_a_form_watched_and_stopped() {
     let opened = page.ask("runs.open", json!({"name": "relax-0001/relax"}));
     assert_eq!(opened["samples"], 3001);
     as_many(&opened["curves"], ["closed_form", "values"]);
+    // Its own log as a record over it.
+    let log = runs.path().join("relax-0001/relax.mcap");
+    let again = json!({"duration_s": 3, "tissue": "prostate-healthy", "against": log});
+    let done = ran(&mut page, "relax", again);
+    assert_eq!(done["report"]["against_error"], 0.0, "{done}");
+    let opened = page.ask("runs.open", json!({"name": "relax-0002/relax"}));
+    as_many(&opened["curves"], ["record", "record_time_s"]);
     // By the clock, for longer than anybody waits: stopped, its log is whole.
     let slow = json!({"kind": "wall", "realtime": true, "parameters": {"mass_kg": 0.065, "damping_n_s_per_m": 3.5, "sample_time_s": 0.002,
         "order": 0.5, "stiffness_n_per_m": 300, "dissipation_n_s_mu_per_m": 6, "duration_s": 1000, "window_s": 1}});

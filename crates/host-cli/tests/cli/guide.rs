@@ -43,6 +43,10 @@ chapters! {
     measure_your_device: "measure-your-device.md" ["device.toml", "device.png", "device.csv"];
     reading_a_stability_map: "stability-map.md" ["map/region.png", "map/region.csv"];
     #[ignore = "long: `.ci/run` does it, or --include-ignored"]
+    the_dissertations_experiment: "dissertation-on-your-bench.md" [
+        "blue.toml", "white.toml", "bench/relax.png", "bench/relax.mcap", "muscle/relax.against.csv", "muscle/relax.png",
+    ];
+    #[ignore = "long: `.ci/run` does it, or --include-ignored"]
     the_dissertation_one_by_one: "reproduction.md" [
         "3.5/environment.png", "4.3/region.csv", "4.4/zwidth.csv", "4.6/region.csv", "4.7/sensitivity.png", "6/transparency.png",
         "7/relax.png",
@@ -57,7 +61,7 @@ chapters! {
     your_own_board: "your-own-board.md" ["half.h"];
     #[ignore = "long: `.ci/run` does it, or --include-ignored"]
     your_own_tissue: "your-own-tissue.md" [
-        "fish.toml", "fish.png", "muscle/relax.png", "muscle/relax.csv",
+        "fish.toml", "fish.png", "beside/relax.against.csv", "muscle/relax.png", "muscle/relax.csv",
     ];
 }
 

@@ -3,6 +3,7 @@
 #![cfg(unix)]
 #![expect(clippy::float_cmp, reason = "exact results are compared exactly")]
 
+mod against;
 mod analysis;
 mod control;
 mod data;

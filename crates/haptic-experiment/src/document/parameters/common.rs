@@ -25,6 +25,7 @@ parameters! {
         "Damper of that coupler, N·s^μ/m: at order 1 N·s/m");
     TISSUE = text("tissue", "prostate-cancerous", "Tissue: a name from `host-cli materials list`, or a TOML file");
     LIBRARY = text("library", "", "Folder with more tissue files");
+    AGAINST = text("against", "", "Measured record, a table or a log, laid over the run");
     /// Area of the specimen, m².
     AREA = number("area_m2", 4e-4, "4cm2", SPECIMENS, "Area of the specimen");
     /// Thickness of the specimen, m.

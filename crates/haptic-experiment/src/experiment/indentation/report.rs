@@ -9,6 +9,7 @@ use crate::experiment::drive::{
 use crate::experiment::kind::Experiment as _;
 use crate::experiment::rendering::{DEPTH, FORCE, STRESS};
 use crate::judge;
+use crate::judge::against::Comparison;
 use crate::judge::decimated::Decimated;
 use crate::judge::modelled_tissue::Sampled;
 use crate::judge::reference::{ReferenceSeries, TOLERANCE};
@@ -134,6 +135,7 @@ impl Indentation {
             let driven = drive.as_ref().map(|_| drive_columns(self.load));
             table(ran, quantity.moved, driven)
         });
+        let mut against = self.against.as_ref().map(Comparison::new);
         let (mut last, mut unseen_until_s, mut deepest_m) = (None, None, 0.0);
         let mut ends_limited = false;
         Samples::of(record, &ran.log.paths).for_each(|sample| {
@@ -150,6 +152,10 @@ impl Indentation {
                     true => largest.add(sample.time_s, have, want),
                     false => largest.pass(sample.time_s),
                 }
+            }
+            if let Some(against) = &mut against {
+                let value = sample.is_comparable().then_some(value);
+                against.add(sample.time_s, value);
             }
             last = Some(judged);
             ends_limited = !sample.is_comparable();
@@ -187,7 +193,17 @@ impl Indentation {
             csv.row(row);
             Ok(())
         })?;
-        let files = Files::of_run(ran, csv);
+        let mut files = Files::of_run(ran, csv);
+        if against.is_none() {
+            ran.folder.remove_stale("against.csv");
+        }
+        let column = quantity.moved.map_or("force_n", |moved| moved.column);
+        let against = against.map(|against| against.finish(ran, column, from_s));
+        let (against, overlay, unwritten) = match against {
+            Some((rows, overlay, unwritten)) => (rows, Some(overlay), unwritten),
+            None => (Vec::new(), None, None),
+        };
+        files.unwritten = files.unwritten.or(unwritten);
         // On the ideal rig the depth is the tissue's own, whatever is left of the force.
         let unrendered = self.is_ideal() && ends_limited;
         let final_over_theory = (last.map(|last| last.value / last.closed_form))
@@ -277,7 +293,7 @@ impl Indentation {
             full_history_error(&full_history),
             closed_form_error(&closed_form),
         ];
-        let beside = [end, held].into_iter().flatten();
+        let beside = [end, held].into_iter().flatten().chain(against);
         let off = closed_form.largest;
         let report = Report {
             law: rows([law]),
@@ -325,6 +341,7 @@ impl Indentation {
             scheme: self.scheme.to_string(),
             quantity: quantity.name,
             label: quantity.label,
+            record: overlay,
         });
         let curves = whole.then(|| curves.named(names, origin, title, remark, drawing));
         Ok((report, curves))
