@@ -6,7 +6,7 @@ use super::column::Column;
 use super::decode::decoded;
 use super::find::{Block, Blocks, is_gap};
 use super::header::{split, understand};
-use super::lines::{rows_named, wrong};
+use super::lines::{brief, rows_named, wrong};
 use super::unit::Dimension;
 use csv::StringRecord;
 use haptic_quantity::{DecimalSign, number_with, sign_of};
@@ -30,7 +30,10 @@ pub struct TextTable {
 pub fn read_table(bytes: &[u8]) -> Result<TextTable, IdentifyError> {
     let table = TextTable::new(bytes)?;
     if table.blocks.iter().all(|block| block.columns() < 2) {
-        let heading = table.blocks.first().and_then(|block| block.headings().pop());
+        let heading = table
+            .blocks
+            .first()
+            .and_then(|block| block.headings().pop());
         let line = heading.map_or(1, |heading| heading.line);
         return Err(wrong(
             line,
@@ -134,7 +137,8 @@ impl Block {
             (_, _, Some((line, cell))) => Err(wrong(
                 line,
                 &format!(
-                    "{cell:?} has a comma that may separate thousands or decimals: write numbers without the former, and all decimals alike"
+                    "{:?} has a comma that may separate thousands or decimals: write numbers without the former, and all decimals alike",
+                    brief(cell)
                 ),
             )),
         }
@@ -323,7 +327,7 @@ impl Chosen {
                     column: self.heading.names.get(place).cloned(),
                     reason: match cell {
                         "" => NO_VALUE.to_owned(),
-                        cell => format!("{cell:?} is not a finite number"),
+                        cell => format!("{:?} is not a finite number", brief(cell)),
                     },
                 })?);
             }
@@ -354,7 +358,10 @@ impl Chosen {
             let names = Dimension::Time.names();
             wrong(
                 self.heading.line,
-                &format!("unit {unit:?} is not a unit of time: give one of {names}"),
+                &format!(
+                    "unit {:?} is not a unit of time: give one of {names}",
+                    brief(&unit)
+                ),
             )
         })
     }
