@@ -4,8 +4,8 @@
 //! block    the longest run of rows alike; blank lines are passed over
 //! above    the lines of text between the block before and this one: names, units, preamble
 //! ```
-//! The cells are apart by what gives the most rows of at least two numbers: tabs, semicolons, spaces or commas, in this order if
-//! they give as many. A line that begins with `#` is text. A run of at most two rows with text in them belongs to what stands
+//! The cells are apart by what gives the longest block with two columns of numbers: tabs, semicolons, spaces or commas, in this
+//! order unless a later one gives half as many rows again. A line that begins with `#` is text. A run of at most two rows with text in them belongs to what stands
 //! above the next block, as `Interval 1: 2 16` does.
 //!
 //! - *Errors*: a line that is no row of a table, more rows than a record may have.
@@ -235,19 +235,20 @@ impl Blocks {
             .match_indices('\n')
             .nth(LOOKED_AT)
             .map_or(text, |(end, _)| &text[..end]);
-        let mut best: Option<(u8, [usize; 2])> = None;
-        for separator in [b'\t', b';', b' ', b','] {
-            let found = Self::separated(head, separator)?;
-            let rows = |least: usize| -> usize {
+        // Rows of the longest block with at least two columns of numbers, or one.
+        let (mut separator, mut wide, mut any) = (b'\t', 0, 0);
+        for other in [b'\t', b';', b' ', b','] {
+            let found = Self::separated(head, other)?;
+            let longest = |least: usize| {
                 let blocks = found.blocks.iter().filter(|block| block.width() >= least);
-                blocks.map(|block| block.rows.len()).sum()
+                blocks.map(|block| block.rows.len()).max().unwrap_or(0)
             };
-            let score = [rows(2), rows(1)];
-            if best.is_none_or(|(_, other)| score > other) {
-                best = Some((separator, score));
+            let (more_wide, more) = (longest(2), longest(1));
+            // The words of a preamble may be apart by spaces in more rows than a short table has.
+            if 2 * more_wide > 3 * wide || (wide == 0 && more > any) {
+                (separator, wide, any) = (other, more_wide, more);
             }
         }
-        let (separator, [wide, _]) = best.unwrap_or((b',', [0; 2]));
         let mut found = Self::separated(text, separator)?;
         // Beside tables with two columns of numbers, one number a line is preamble.
         if wide > 0 {

@@ -154,33 +154,44 @@ fn meaning(name: &str, unit: Option<String>) -> Option<Meaning> {
         true => vec![Column::Temperature, Column::Time],
         false => spelt(&name).collect(),
     };
-    let is_angular = ANGULAR.split(", ").any(|word| name.contains(word));
     let is_one_of = |names: &str| names.split(", ").any(|other| other == name);
-    let rank = match (is_angular || is_one_of(STEP_CLOCKS), is_one_of(TEST_CLOCKS)) {
+    let rank = match (
+        is_angular(&name) || is_one_of(STEP_CLOCKS),
+        is_one_of(TEST_CLOCKS),
+    ) {
         (true, _) => PLAIN - 1,
         (_, true) => PLAIN + 2,
         _ => PLAIN,
     };
-    let found = |column: Column, unit: Unit| Some(Meaning { column, unit, rank });
-    let is_either = |column: Column| column == Column::Omega && !is_angular;
-    let Some(unit) = unit else {
-        // A name of two quantities, as f, is ambiguous.
-        return match known[..] {
-            [column] if is_either(column) => found(column, Unit::Either),
-            [column] | [column @ Column::Temperature, _] => found(column, Unit::Untold),
-            _ => None,
-        };
+    let fits = |column: &&Column| {
+        let unit = unit.as_deref();
+        unit.is_some_and(|unit| column.dimension().factor(unit).is_some())
     };
-    let fits = known
-        .iter()
-        .find_map(|&column| Some((column, column.dimension().factor(&unit)?)));
-    match (fits, known.first()) {
-        (Some((column, _)), _) if is_either(column) && is_per_second(&unit) => {
-            found(column, Unit::Either)
-        }
-        (Some((column, factor)), _) => found(column, Unit::Factor(factor)),
-        (None, Some(&column)) => found(column, Unit::Foreign(unit)),
-        (None, None) => None,
+    // A name of two quantities without a unit, as f, is ambiguous.
+    let column = match (&known[..], &unit) {
+        ([column] | [column @ Column::Temperature, _], None) => *column,
+        (_, None) => return None,
+        (known, Some(_)) => *known.iter().find(fits).or(known.first())?,
+    };
+    let unit = unit_in(column, &name, unit.as_deref());
+    Some(Meaning { column, unit, rank })
+}
+
+fn is_angular(name: &str) -> bool {
+    ANGULAR.split(", ").any(|word| name.contains(word))
+}
+
+/// The unit of a column with this name.
+pub(super) fn unit_in(column: Column, name: &str, unit: Option<&str>) -> Unit {
+    let is_either = column == Column::Omega && !is_angular(&plain(name));
+    match unit {
+        None if is_either => Unit::Either,
+        None => Unit::Untold,
+        Some(unit) if is_either && is_per_second(unit) => Unit::Either,
+        Some(unit) => match column.dimension().factor(unit) {
+            Some(factor) => Unit::Factor(factor),
+            None => Unit::Foreign(unit.to_owned()),
+        },
     }
 }
 

@@ -4,13 +4,14 @@ use super::super::error::IdentifyError;
 use super::assemble::Columns;
 use super::column::{Choice, Column};
 use super::find::Block;
-use super::header::{Meaning, Unit, foreign, split, understand};
+use super::header::{Meaning, Unit, foreign, split, understand, unit_in};
 use super::heading::Heading;
 use super::lines::{brief, passed, rows_named, wrong};
 use super::segments::{between, changes, jumps, restarts};
 use super::text::TextTable;
 use super::unit::celsius;
 use crate::identify::keys::{COLUMNS, SEGMENT, SEGMENTS, UNITS};
+use serde::Serialize;
 use std::ops::Range;
 
 /// The user's instructions for a table.
@@ -29,9 +30,10 @@ pub struct Reader {
 }
 
 /// A part of a table that is a record of its own.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Segment {
     /// From 1, in the order of the file.
+    #[serde(rename = "segment")]
     pub number: usize,
     /// The name of its step, set or interval, or its lines.
     pub name: String,
@@ -39,8 +41,8 @@ pub struct Segment {
     pub lines: [u64; 2],
     /// How many rows it has.
     pub rows: usize,
-    /// Time or angular frequency, with its least and its largest value.
-    pub clock: Option<(Column, [f64; 2])>,
+    /// Least and largest time, s, or angular frequency, rad/s.
+    pub clock: Option<[f64; 2]>,
     /// Mean temperature, °C, if a column or the name says it.
     pub temperature_c: Option<f64>,
     /// Headers of the columns that are read.
@@ -51,8 +53,7 @@ struct Found {
     column: Column,
     place: usize,
     name: String,
-    /// SI units per unit; `None` until known.
-    factor: Option<f64>,
+    unit: Unit,
 }
 
 /// A block under its heading, and the columns of a record in it.
@@ -125,8 +126,8 @@ impl Reader {
                     .fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], value| {
                         [low.min(*value), high.max(*value)]
                     });
-                let factor = clock.factor.unwrap_or(1.0);
-                Ok((clock.column, [low * factor, high * factor]))
+                let factor = clock.unit.factor().unwrap_or(1.0);
+                Ok([low * factor, high * factor])
             });
             Ok(Segment {
                 number: n + 1,
@@ -176,8 +177,18 @@ impl Reader {
             .columns
             .iter()
             .any(|choice| matches!(choice.1, Choice::Number(_)));
-        let before = before.filter(|before| before.block.width() == block.width());
-        match before.filter(|_| headings.is_empty()) {
+        // A block without names of its own goes on with those before, as does one below a lone line between its rows.
+        let is_lone = |before: &Part| {
+            let [line] = &block.above[..] else {
+                return false;
+            };
+            let [first, last] = [block.lines()[0], before.block.lines()[1]];
+            line.0 == last + 1 && line.0 + 1 == first
+        };
+        let goes_on = |before: &&Part| {
+            before.block.numeric == block.numeric && (headings.is_empty() || is_lone(before))
+        };
+        match before.filter(goes_on) {
             Some(before) => headings.push(before.heading.clone()),
             None if is_numbered => headings.push(block.numbered()),
             None => {}
@@ -232,25 +243,31 @@ impl Reader {
         if self.columns.is_empty() {
             keep_sweep(&mut part.found);
         }
+        let doubts = part
+            .found
+            .iter()
+            .filter_map(|found| self.doubt(found, part.heading.line));
+        part.unclear.extend(doubts);
         Ok(part)
     }
 
-    /// Columns that a user named.
+    /// Columns that a user named; their units as far as they are known.
     fn named(&self, heading: &Heading) -> Result<Vec<Found>, IdentifyError> {
-        let named = self.columns.iter().map(|(column, choice)| {
+        let named = self.columns.iter().map(|&(column, ref choice)| {
             let place = place(heading, choice)?;
             let name = heading.names[place].clone();
-            let told = heading
-                .unit(place)
-                .and_then(|unit| column.dimension().factor(&unit));
             let meaning = understand(&name, heading.below(place));
-            let factor = meaning.filter(|meaning| meaning.column == *column);
-            let factor = told.or_else(|| factor.and_then(|meaning| meaning.unit.factor()));
+            let meaning = meaning.filter(|meaning| meaning.column == column);
+            let unit = match (meaning, heading.unit(place)) {
+                (Some(meaning), _) => meaning.unit,
+                (None, None) => Unit::Untold,
+                (None, unit) => unit_in(column, &name, unit.as_deref()),
+            };
             Ok(Found {
-                column: *column,
+                column,
                 place,
                 name,
-                factor,
+                unit,
             })
         });
         named.collect()
@@ -261,52 +278,59 @@ impl Reader {
         let (heading, found) = (&part.heading, &mut part.found);
         let named = found.len();
         let names = heading.names.iter().enumerate();
-        let names = names.filter(|(place, _)| {
-            !part.block.is_blank(*place) && !found.iter().any(|found| found.place == *place)
-        });
         let meanings = names.filter_map(|(place, name)| {
             let meaning = understand(name, heading.below(place))?;
-            (!found.iter().any(|found| found.column == meaning.column))
-                .then_some((place, name, meaning))
+            let is_new = |of: &Found| of.place != place && of.column != meaning.column;
+            let is_open = !part.block.is_blank(place) && found.iter().all(is_new);
+            is_open.then_some((place, name, meaning))
         });
         let mut meanings: Vec<(usize, &String, Meaning)> = meanings.collect();
-        let is_foreign = |meaning: &Meaning| matches!(meaning.unit, Unit::Foreign(_));
-        meanings.sort_by_key(|(_, _, meaning)| {
-            (meaning.column as usize, is_foreign(meaning), meaning.rank)
-        });
+        let rank = |(place, _, meaning): &(usize, &String, Meaning)| {
+            let is_foreign = matches!(meaning.unit, Unit::Foreign(_));
+            (
+                !part.block.numeric.contains(place),
+                is_foreign,
+                meaning.rank,
+            )
+        };
+        meanings.sort_by_key(|of| (of.2.column as usize, rank(of)));
         for alike in meanings.chunk_by(|a, b| a.2.column == b.2.column) {
-            let (place, name, meaning) = &alike[0];
-            let column = meaning.column;
-            let told = self.unit_of(column).is_some();
-            let rival = alike[1..]
-                .iter()
-                .find(|of| of.2.rank == meaning.rank && !is_foreign(&of.2));
-            let doubt = match (&meaning.unit, rival) {
-                (_, Some(rival)) => Some(format!(
-                    "the columns {name} and {} both look like {}: give {COLUMNS} {}=NAME",
+            let (place, name, meaning) = alike[0].clone();
+            let (column, unit) = (meaning.column, meaning.unit);
+            if let Some(rival) = alike[1..].iter().find(|of| rank(of) == rank(&alike[0])) {
+                let asked = format!(
+                    "line {}: the columns {name} and {} both look like {}: give {COLUMNS} {}=NAME",
+                    heading.line,
                     rival.1,
                     column.name(),
                     column.name()
-                )),
-                (Unit::Either, None) if !told => Some(format!(
-                    "the unit of column {name} may be Hz or rad/s: give {UNITS} omega=Hz or omega=rad/s"
-                )),
-                (Unit::Foreign(unit), None) if !told => {
-                    Some(format!("column {name}: {}", foreign(unit, column)))
-                }
-                (Unit::Factor(_) | Unit::Untold | Unit::Either | Unit::Foreign(_), None) => None,
-            };
-            part.unclear
-                .extend(doubt.map(|doubt| (column, format!("line {}, {doubt}", heading.line))));
-            let factor = meaning.unit.factor();
+                );
+                part.unclear.push((column, asked));
+            }
+            let name = name.clone();
             found.push(Found {
                 column,
-                place: *place,
-                name: (*name).clone(),
-                factor,
+                place,
+                name,
+                unit,
             });
         }
         found[named..].sort_by_key(|found| found.place);
+    }
+
+    /// What is to be asked of a unit.
+    fn doubt(&self, found: &Found, line: u64) -> Option<(Column, String)> {
+        let (column, name) = (found.column, &found.name);
+        let is_named = self.columns.iter().any(|choice| choice.0 == column);
+        let doubt = match &found.unit {
+            Unit::Either => {
+                format!("its unit may be Hz or rad/s: give {UNITS} omega=Hz or omega=rad/s")
+            }
+            Unit::Foreign(unit) if !is_named => foreign(unit, column),
+            Unit::Foreign(_) | Unit::Factor(_) | Unit::Untold => return None,
+        };
+        let asked = format!("line {line}, column {name}: {doubt}");
+        self.unit_of(column).is_none().then_some((column, asked))
     }
 
     fn unit_of(&self, column: Column) -> Option<&str> {
@@ -429,15 +453,17 @@ impl Reader {
     fn factor(&self, found: &Found, notes: &mut Vec<String>) -> Result<f64, IdentifyError> {
         let (column, name) = (found.column, &found.name);
         let Some(unit) = self.unit_of(column) else {
-            if found.factor.is_none() && !matches!(column, Column::Strain | Column::LossTangent) {
+            if found.unit.factor().is_none()
+                && !matches!(column, Column::Strain | Column::LossTangent)
+            {
                 let si = column.dimension().si();
                 notes.push(format!("column {name} names no unit: taken as {si}"));
             }
-            return Ok(found.factor.unwrap_or(1.0));
+            return Ok(found.unit.factor().unwrap_or(1.0));
         };
         let given = column.dimension().factor(unit);
         let given = given.ok_or_else(|| IdentifyError::Record(foreign(unit, column)))?;
-        match found.factor {
+        match found.unit.factor() {
             Some(told) if (told / given - 1.0).abs() > 1e-9 => Err(IdentifyError::Record(format!(
                 "column {name} names its own unit: omit {}={unit} of {UNITS}",
                 column.name()
@@ -519,7 +545,7 @@ impl Part<'_> {
         let ranges = between(cuts, rows);
         let name = self.block.name(&self.heading);
         let count = ranges.len();
-        let pieces = ranges.into_iter().enumerate().map(|(n, rows)| {
+        let pieces = ranges.into_iter().map(|rows| {
             let temperature_c = temperature.as_ref().and_then(|numbers| {
                 let numbers = numbers[rows.clone()]
                     .iter()
@@ -535,15 +561,18 @@ impl Part<'_> {
                 }));
                 words.extend(temperature_c.map(|t| format!("{t:.1} °C")));
             }
-            if words.len() == usize::from(name.is_some()) && (count > 1 || words.is_empty()) {
-                words.push(format!("run {}", n + 1));
-            }
-            Piece {
+            let mut piece = Piece {
                 part: self,
                 rows,
-                name: words.join(", "),
+                name: String::new(),
                 temperature_c,
+            };
+            if words.len() == usize::from(name.is_some()) && (count > 1 || words.is_empty()) {
+                let [first, last] = piece.lines();
+                words.push(format!("lines {first} to {last}"));
             }
+            piece.name = words.join(", ");
+            piece
         });
         Ok(pieces.collect())
     }

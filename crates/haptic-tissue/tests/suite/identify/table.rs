@@ -646,6 +646,93 @@ fn a_record_reads_the_same_however_it_is_spelt() {
     );
 }
 
+/// A table, and what is read of it or said.
+const FOUND: &str = r#"
+    time_s,relaxation_modulus_pa\n1,5\n2,4\n3,3\n\ntime_s,relaxation_modulus_pa\n1,5\n2,4\n3,3\n | 2 segments could be meant & lines 2 to 4 & lines 7 to 9 & `segment`
+    time_s,relaxation_modulus_pa\n1,5\n2,4\n3,3\nMark\n4,2\n5,1.5\n6,1\n | 2 segments could be meant & lines 6 to 8
+    time_s,relaxation_modulus_pa\n1,5\n2,4\n3,3\nMean,4\n | line 5, column time_s & "Mean"
+    time_s,relaxation_modulus_pa\n1,5\n2,4\n3,3\n2.5,2\n6,1\n | line 5 & time 2.5 s comes after 3 s
+    Frequency,G' (Pa),G'' (Pa)\n1,5,1\n2,6,2\n3,7,3\n | line 1, column Frequency & Hz or rad/s & `units`
+    Time [fortnights],Modulus\n1,5\n2,4\n | line 1, column Time [fortnights] & "fortnights" is not a unit of time
+    Time,Modulus\nfortnights,Pa\n1,5\n2,4\n | "fortnights" is not a unit of time
+    dear reader\nno number is here\n | no row with numbers in 2 lines
+    T,E(t)\n1,5\n2,4\n3,3\n | make no record & time=1
+    foo,bar\n1,5\n2,4\n | line 1 & none of the columns foo, bar is known & `columns`
+"#;
+
+#[test]
+fn what_was_found_where_is_said_in_one_line() {
+    for [text, wanted] in testkit::table(FOUND) {
+        let message = understand(&text, &Reader::default(), &Reading::default()).expect_err(&text);
+        for wanted in wanted.split(" & ") {
+            assert!(
+                message.contains(wanted),
+                "{text:?}\nhave {message}\nwant {wanted}"
+            );
+        }
+        assert!(!message.contains('\n') && message.len() < 400, "{message}");
+    }
+    // Nobody reads a cell of a megabyte.
+    let long = format!(
+        "time_s,relaxation_modulus_pa\n1,{}\n2,3\n",
+        "9".repeat(1 << 20)
+    );
+    let message = understand(&long, &Reader::default(), &Reading::default()).expect_err("long");
+    assert!(
+        message.starts_with("line 2") && message.len() < 300,
+        "{message}"
+    );
+    let line = "x".repeat(1 << 22);
+    let message = understand(&line, &Reader::default(), &Reading::default()).expect_err("long");
+    assert!(
+        message.contains("no row with numbers in 1 lines"),
+        "{message}"
+    );
+}
+
+/// Rows and lines that are no part of the record are counted.
+#[test]
+fn nothing_is_left_out_in_silence() {
+    for [text, samples, note] in testkit::table(
+        r"
+        made by hand\ntime_s,relaxation_modulus_pa\n1,5\n2,4\n3,3\n | 3 | lines 1 to 1 above the header are not read: made by hand
+        time_s,relaxation_modulus_pa\n1,5\n2,4\n3,3\n\nfirst,second\n1,2\n3,4\n5,6\n | 3 | 3 rows (lines 7, 8, 9) left out, no part of this table
+        time_s,relaxation_modulus_pa\n1,5\n2,NaN\n3,4\n4,3\n | 3 | 1 row (line 3) left out, a cell without a number
+        time_s,relaxation_modulus_pa\n1,5\n2,4\n3,3\nend,here\n | 3 | 1 row (line 5) left out, no part of this table
+        t (s),E(t) (kPa)\n4,3\n2,4\n1,5\n | 3 | read from the last to the first
+        time_s,relaxation_modulus_pa,step\n1,5,a\n2,4,a\n3,3,a\n | 3 | kind relaxation
+        Date,Time,Elapsed Time (s),E(t) (Pa)\n1.2.26,10:00,1,5\n1.2.26,10:01,2,4\n1.2.26,10:02,3,3\n | 3 | kind relaxation, by the columns Elapsed Time (s), E(t) (Pa)
+        ",
+    ) {
+        let understood = plain(&text);
+        assert_eq!(understood.record.samples().to_string(), samples, "{text:?}");
+        let is_said = understood.notes.iter().any(|said| said.contains(&note));
+        assert!(is_said, "{text:?}: {:?}", understood.notes);
+    }
+}
+
+/// A column that is named with its clock is all that is looked at.
+#[test]
+fn columns_that_nobody_named_are_not_looked_at() {
+    let text = "Angular frequency (rad/s),a,b,Frequency (Hz),Time (s),Time (min)\n\
+                1,5,1,x,1,y\n2,6,2,x,,y\n3,7,3,x,?,y\n";
+    let columns = [(Column::Omega, 1), (Column::Storage, 2), (Column::Loss, 3)];
+    let reader = Reader {
+        columns: columns
+            .map(|(column, n)| (column, Choice::Number(n)))
+            .into(),
+        ..Reader::default()
+    };
+    let record = understand(text, &reader, &Reading::default())
+        .expect("valid")
+        .record;
+    assert_eq!((record.samples(), record.x()), (3, &[1.0, 2.0, 3.0][..]));
+    // A frequency in 1/s is asked for there too.
+    let text = "Frequency (1/s),a,b\n1,5,1\n2,6,2\n3,7,3\n";
+    let refused = understand(text, &reader, &Reading::default()).expect_err("asked");
+    assert!(refused.contains("Hz or rad/s"), "{refused}");
+}
+
 const LETTERS: &[u8] = b"0123456789.,;\t\n-eE\"#%[]()/x";
 
 /// Whatever the bytes are, a table is read or refused in one line.

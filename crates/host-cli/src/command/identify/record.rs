@@ -1,6 +1,5 @@
 //! From the file to a record.
 
-use crate::output::joined;
 use crate::parse::quantity;
 use crate::table;
 use clap::Args;
@@ -13,7 +12,7 @@ use haptic_tissue::identify::SAMPLES_MOST;
 use haptic_tissue::identify::table::{
     Choice, Column, Columns, Reader, Reading, Understood, read_table,
 };
-use serde_json::{Map, Value, json};
+use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
 
 /// Times in a record, s.
@@ -60,21 +59,7 @@ impl TableArguments {
             }
             let read = read_table(&table::bytes(path)?);
             let segments = read.and_then(|table| self.reader().segments(&table));
-            for segment in segments.map_err(|error| table::wrong(path, error))? {
-                let range = segment.clock.map(|(clock, range)| {
-                    let range = (clock.header().to_owned(), json!(range));
-                    Value::Object(Map::from_iter([range]))
-                });
-                let one = json!({
-                    "segment": segment.number,
-                    "name": segment.name,
-                    "rows": segment.rows,
-                    "lines": segment.lines,
-                    "temperature_c": segment.temperature_c,
-                    "columns": segment.columns,
-                });
-                listed.push(joined(std::iter::once(one).chain(range)));
-            }
+            listed.extend(segments.map_err(|error| table::wrong(path, error))?);
         }
         Ok(Some(json!({"segments": listed})))
     }
