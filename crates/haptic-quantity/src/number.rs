@@ -53,7 +53,11 @@ pub fn number_with(text: &str, decimal_sign: DecimalSign) -> Option<f64> {
         Some((mantissa, exponent)) => (mantissa, Some(exponent)),
         None => (&*text, None),
     };
-    let (mark, other) = marks(decimal_sign);
+    // The decimal mark, and that of thousands.
+    let (mark, other) = match decimal_sign {
+        Point => ('.', ','),
+        Comma => (',', '.'),
+    };
     let (whole, decimals) = match mantissa.split_once(mark) {
         Some((_, "")) => return None,
         Some((whole, decimals)) => (whole, Some(decimals)),
@@ -75,38 +79,22 @@ pub fn number_with(text: &str, decimal_sign: DecimalSign) -> Option<f64> {
 /// from decimals. `None` of `1.234`, `1,234` and `1234`.
 #[must_use]
 pub fn sign_of(text: &str) -> Option<DecimalSign> {
-    let mantissa = text.trim().split(['e', 'E']).next().unwrap_or_default();
+    let mantissa = text.split(['e', 'E']).next().unwrap_or_default().trim();
     let digits = mantissa.trim_start_matches(['+', '-', '\u{2212}']);
-    match (digits.rfind('.'), digits.rfind(',')) {
-        (Some(point), Some(comma)) if point > comma => Some(Point),
-        (Some(_), Some(_)) => Some(Comma),
-        (None, None) => None,
-        (Some(_), None) => of_one_mark(digits, '.', Point, Comma),
-        (None, Some(_)) => of_one_mark(digits, ',', Comma, Point),
-    }
-}
-
-/// The decimal sign of digits with one kind of mark, which is either that of decimals or that of thousands.
-fn of_one_mark(
-    digits: &str,
-    mark: char,
-    of_decimals: DecimalSign,
-    of_thousands: DecimalSign,
-) -> Option<DecimalSign> {
-    let mut parts = digits.split(mark);
-    let (first, second) = (parts.next()?, parts.next()?);
-    match parts.next() {
-        Some(_) => Some(of_thousands),
-        None if first.len() > 3 || first.starts_with('0') || first.is_empty() => Some(of_decimals),
-        None => (second.len() != 3).then_some(of_decimals),
-    }
-}
-
-/// The decimal mark, and that of thousands.
-const fn marks(decimal_sign: DecimalSign) -> (char, char) {
-    match decimal_sign {
-        Point => ('.', ','),
-        Comma => (',', '.'),
+    let marks: Vec<(usize, &str)> = digits.match_indices(['.', ',']).collect();
+    let &(at, mark) = marks.last()?;
+    let (sign, other) = if mark == "." {
+        (Point, Comma)
+    } else {
+        (Comma, Point)
+    };
+    let (whole, decimals) = (&digits[..at], &digits[at + 1..]);
+    let may_be_group =
+        matches!(whole.len(), 1..=3) && !whole.starts_with('0') && decimals.len() == 3;
+    match marks.iter().filter(|of| of.1 == mark).count() {
+        1 if marks.len() > 1 => Some(sign),
+        1 => (!may_be_group).then_some(sign),
+        _ => Some(other),
     }
 }
 

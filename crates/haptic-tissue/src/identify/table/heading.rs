@@ -1,6 +1,7 @@
 //! The line of names and the line of units that belong to a block of numbers.
 
-use super::header::split;
+use super::column::Column;
+use super::header::{Unit, split, understand, unit_in};
 
 /// What stands above the columns of a block.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -16,6 +17,22 @@ impl Heading {
     /// The unit in the line of units; empty if there is none.
     pub(super) fn below(&self, place: usize) -> &str {
         bare(self.units.get(place).map_or("", String::as_str))
+    }
+
+    /// The unit of a column that was chosen for a quantity, whatever its name is.
+    pub(super) fn unit_as(&self, column: Column, place: usize) -> Unit {
+        let name = &self.names[place];
+        let meaning = understand(name, self.below(place)).filter(|of| of.column == column);
+        let suffix = || {
+            column
+                .dimension()
+                .factor_of_suffix(name.rsplit_once('_')?.1)
+        };
+        match (meaning, self.unit(place)) {
+            (Some(meaning), _) => meaning.unit,
+            (None, None) => suffix().map_or(Unit::Untold, Unit::Factor),
+            (None, unit) => unit_in(column, name, unit.as_deref()),
+        }
     }
 
     /// The unit below a name, or the one in it.

@@ -4,7 +4,7 @@ use super::super::error::IdentifyError;
 use super::assemble::Columns;
 use super::column::{Choice, Column};
 use super::find::Block;
-use super::header::{Meaning, Unit, foreign, split, understand, unit_in};
+use super::header::{Meaning, Unit, foreign, split, understand};
 use super::heading::Heading;
 use super::lines::{brief, passed, rows_named, wrong};
 use super::segments::{between, changes, jumps, restarts};
@@ -256,13 +256,7 @@ impl Reader {
         let named = self.columns.iter().map(|&(column, ref choice)| {
             let place = place(heading, choice)?;
             let name = heading.names[place].clone();
-            let meaning = understand(&name, heading.below(place));
-            let meaning = meaning.filter(|meaning| meaning.column == column);
-            let unit = match (meaning, heading.unit(place)) {
-                (Some(meaning), _) => meaning.unit,
-                (None, None) => Unit::Untold,
-                (None, unit) => unit_in(column, &name, unit.as_deref()),
-            };
+            let unit = heading.unit_as(column, place);
             Ok(Found {
                 column,
                 place,
@@ -347,11 +341,12 @@ impl Reader {
                 listed(pieces)
             )));
         }
-        let mut chosen: Vec<usize> = (0..pieces.len()).collect();
-        let all = chosen.clone();
-        if !self.segments.is_empty() {
-            chosen.clear();
-        }
+        let all: Vec<usize> = (0..pieces.len()).collect();
+        let mut chosen = if self.segments.is_empty() {
+            all.clone()
+        } else {
+            Vec::new()
+        };
         for wanted in &self.segments {
             let lower = wanted.trim().to_lowercase();
             let named = |is_it: &dyn Fn(&str) -> bool| -> Vec<usize> {
@@ -386,61 +381,51 @@ impl Reader {
     /// A segment in SI units.
     fn columns(&self, piece: &Piece) -> Result<Columns, IdentifyError> {
         let part = piece.part;
-        let mut notes = Vec::new();
+        let (mut notes, mut empty, mut outside) = (Vec::new(), Vec::new(), Vec::new());
         let places: Vec<usize> = part.found.iter().map(|found| found.place).collect();
-        let mut numbers = part
-            .block
-            .numbers(&part.heading, &places, piece.rows.clone())?;
+        let (block, rows) = (part.block, piece.rows.clone());
+        let mut numbers = block.numbers(&part.heading, &places, rows.clone())?;
         for (f, column) in part.found.iter().zip(&mut numbers) {
             let factor = self.factor(f, &mut notes)?;
             column.iter_mut().for_each(|value| *value *= factor);
         }
         let clock = part.found.iter().position(|found| is_clock(found.column));
-        let (mut lines, mut empty, mut outside) = (Vec::new(), Vec::new(), Vec::new());
-        let rows = &part.block.rows[piece.rows.clone()];
-        let is_kept = rows.iter().enumerate().map(|(n, (line, _))| {
-            let at = clock.map_or(0.0, |column| numbers[column][n]);
-            let list = if numbers.iter().any(|column| column[n].is_nan()) {
-                &mut empty
-            } else if self.from.is_some_and(|from| at < from) || self.to.is_some_and(|to| at > to) {
-                &mut outside
+        let at = |n: usize| clock.map_or(0.0, |column| numbers[column][n]);
+        let is_outside =
+            |at: f64| self.from.is_some_and(|from| at < from) || self.to.is_some_and(|to| at > to);
+        let mut kept = Vec::new();
+        for (n, (line, _)) in block.rows[rows.clone()].iter().enumerate() {
+            if numbers.iter().any(|column| column[n].is_nan()) {
+                empty.push(*line);
+            } else if is_outside(at(n)) {
+                outside.push(*line);
             } else {
-                lines.push(*line);
-                return true;
-            };
-            list.push(*line);
-            false
-        });
-        let is_kept: Vec<bool> = is_kept.collect();
-        for column in &mut numbers {
-            let mut kept = is_kept.iter();
-            column.retain(|_| kept.next() == Some(&true));
+                kept.push(n);
+            }
         }
         notes.extend(passed(&empty, "a cell without a number"));
         notes.extend(passed(&outside, "outside the range asked for"));
-        if lines.is_empty() {
+        if kept.is_empty() {
             return Err(IdentifyError::Record(
                 "no row with numbers is left: give at least one more than the model has parameters"
                     .to_owned(),
             ));
         }
         // A set may be written from its last time to its first.
-        let falls =
-            |clock: &Vec<f64>| clock.len() > 2 && clock.windows(2).all(|pair| pair[0] > pair[1]);
-        if clock.is_some_and(|clock| falls(&numbers[clock])) {
-            lines.reverse();
-            numbers.iter_mut().for_each(|column| column.reverse());
+        if kept.len() > 2 && kept.windows(2).all(|pair| at(pair[0]) > at(pair[1])) {
+            kept.reverse();
             notes.push(
                 "the rows are read from the last to the first, because their clock falls"
                     .to_owned(),
             );
         }
-        let named = part.found.iter().zip(numbers);
+        let named = part.found.iter().zip(&numbers).map(|(f, numbers)| {
+            let kept = kept.iter().map(|&n| numbers[n]);
+            (f.column, f.name.clone(), kept.collect())
+        });
         Ok(Columns {
-            lines,
-            values: named
-                .map(|(f, numbers)| (f.column, f.name.clone(), numbers))
-                .collect(),
+            lines: kept.iter().map(|n| block.rows[rows.start + n].0).collect(),
+            values: named.collect(),
             chosen: self.columns.iter().map(|(column, _)| *column).collect(),
             notes,
             unclear: part.unclear.clone(),

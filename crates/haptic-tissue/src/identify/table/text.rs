@@ -4,7 +4,7 @@ use super::super::error::IdentifyError;
 use super::column::Column;
 use super::decode::decoded;
 use super::find::{Block, Blocks};
-use super::header::{foreign, split, understand};
+use super::header::{Unit, foreign, split, understand};
 use super::heading::Heading;
 use super::lines::{brief, rows_named, wrong};
 use csv::StringRecord;
@@ -287,13 +287,10 @@ impl Chosen {
 
     /// Seconds in the unit of a column of time, which its name or the line below says.
     fn time_factor(&self, column: usize) -> Result<f64, IdentifyError> {
-        let name = &self.heading.names[column];
-        let suffix = name.rsplit_once('_');
-        let suffix = suffix.and_then(|(_, unit)| Column::Time.dimension().factor_of_suffix(unit));
-        match self.heading.unit(column) {
-            None => Ok(suffix.unwrap_or(1.0)),
-            Some(unit) => (Column::Time.dimension().factor(&unit))
-                .ok_or_else(|| wrong(self.heading.line, &foreign(&unit, Column::Time))),
+        match self.heading.unit_as(Column::Time, column) {
+            Unit::Factor(factor) => Ok(factor),
+            Unit::Untold | Unit::Either => Ok(1.0),
+            Unit::Foreign(unit) => Err(wrong(self.heading.line, &foreign(&unit, Column::Time))),
         }
     }
 }
