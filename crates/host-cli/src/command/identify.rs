@@ -60,8 +60,8 @@ fn weightings() -> Vec<(Weighting, &'static str, &'static str)> {
 /// DATA is CSV or TSV with a header, or a log (*.mcap). Known headers: `time_s`,
 /// `relaxation_modulus_pa`, `creep_compliance_per_pa`, strain, `stress_pa`, `force_n`,
 /// `position_m`, `omega_rad_s`, `storage_modulus_pa`, `loss_modulus_pa`, and those of rheometers
-/// and testing machines, such as Time [s], G' (kPa), Storage Modulus, Depth (mm). Lines that begin
-/// with # are skipped.
+/// and testing machines, such as Time [s], G' (kPa), Storage Modulus, Depth (mm). What stands
+/// above the table is passed over; --segments lists what a file with several measurements has.
 ///
 /// Headers with G or shear mean the shear modulus, E means Young's. Where the header says neither,
 /// --loading says how the specimen was loaded. --loading with --indenter-radius or --half-angle

@@ -26,7 +26,7 @@ use std::ops::Range;
 pub(super) struct Block {
     /// Lines of text above, from the top, with their numbers.
     pub(super) above: Vec<(u64, StringRecord)>,
-    /// Rows with their lines.
+    /// The cells of each row, with its line in the file.
     pub(super) rows: Vec<(u64, StringRecord)>,
     /// Columns that have numbers, and those that have text.
     pub(super) numeric: BTreeSet<usize>,
@@ -105,7 +105,7 @@ impl Block {
         let strange = place(Cell::Text)
             .filter(|place| !self.text.contains(place))
             .count();
-        let is_wider = place(Cell::Number).last() >= Some(self.columns());
+        let is_wider = place(Cell::Number).next_back() >= Some(self.columns());
         match is_after_blank {
             true => alike > 0 && strange == 0 && !is_wider,
             false => alike > 0 && (strange == 0 || 2 * alike >= self.width()),

@@ -20,9 +20,9 @@ pub(super) struct Meaning {
 /// The unit of a column.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) enum Unit {
-    /// SI units per unit.
+    /// How many SI units one of them is.
     Factor(f64),
-    /// The name says none.
+    /// Neither the name nor the line below says one.
     Untold,
     /// Hz or rad/s: 1/s can be either, and so can a plain frequency.
     Either,
@@ -155,13 +155,12 @@ fn meaning(name: &str, unit: Option<String>) -> Option<Meaning> {
         false => spelt(&name).collect(),
     };
     let is_one_of = |names: &str| names.split(", ").any(|other| other == name);
-    let rank = match (
-        is_angular(&name) || is_one_of(STEP_CLOCKS),
-        is_one_of(TEST_CLOCKS),
-    ) {
-        (true, _) => PLAIN - 1,
-        (_, true) => PLAIN + 2,
-        _ => PLAIN,
+    let rank = if is_angular(&name) || is_one_of(STEP_CLOCKS) {
+        PLAIN - 1
+    } else if is_one_of(TEST_CLOCKS) {
+        PLAIN + 2
+    } else {
+        PLAIN
     };
     let fits = |column: &&Column| {
         let unit = unit.as_deref();

@@ -37,7 +37,7 @@ pub struct Segment {
     pub number: usize,
     /// The name of its step, set or interval, or its lines.
     pub name: String,
-    /// First and last line.
+    /// Its first and its last line in the file, from 1.
     pub lines: [u64; 2],
     /// How many rows it has.
     pub rows: usize,
@@ -619,8 +619,8 @@ fn preamble(part: &Part) -> Option<String> {
 /// Rows of blocks in which nothing is known.
 fn unread(table: &TextTable, parts: &[Part]) -> Option<String> {
     let is_read = |block: &Block| parts.iter().any(|part| std::ptr::eq(part.block, block));
-    let (read, other): (Vec<&Block>, Vec<&Block>) =
-        table.blocks.iter().partition(|block| is_read(block));
+    let blocks = table.blocks.iter();
+    let (read, other) = blocks.partition::<Vec<_>, _>(|block| is_read(block));
     let names: Vec<u64> = parts.iter().map(|part| part.heading.line).collect();
     let broken = read
         .iter()
