@@ -88,7 +88,10 @@ impl Column {
 
     /// True if machines write it so; in lower case, with plain primes, single spaces, without unit.
     pub(super) fn is_spelt(self, name: &str) -> bool {
-        self.row(3).split(", ").any(|spelling| spelling == name)
+        let is_spelt = |name: &str| self.row(3).split(", ").any(|spelling| spelling == name);
+        // `kreisfrequenz ω`: a word and its symbol.
+        let parts = name.rsplit_once(' ');
+        is_spelt(name) || parts.is_some_and(|(word, symbol)| is_spelt(word) && is_spelt(symbol))
     }
 
     fn row(self, cell: usize) -> &'static str {

@@ -99,7 +99,7 @@ impl Reader {
     /// Several segments without a choice, a choice of none, a wrong unit, a cell that is not a number, with line and column.
     pub fn read_all(&self, table: &TextTable) -> Result<Vec<Columns>, IdentifyError> {
         let parts = self.parts(table)?;
-        let pieces = pieces(&parts)?;
+        let pieces = pieces(&parts);
         let chosen = self.chosen(&pieces)?.into_iter().map(|n| {
             let piece = &pieces[n];
             table.check(piece.part.block, &piece.part.heading)?;
@@ -115,11 +115,11 @@ impl Reader {
     /// What there is to choose from.
     ///
     /// # Errors
-    /// A table without a column that is known, a wrong unit, a cell that is not a number.
+    /// A table without a column that is known.
     pub fn segments(&self, table: &TextTable) -> Result<Vec<Segment>, IdentifyError> {
         let parts = self.parts(table)?;
-        let segments = pieces(&parts)?.into_iter().enumerate().map(|(n, piece)| {
-            let clock = piece.part.clock().map(|clock| {
+        let segments = pieces(&parts).into_iter().enumerate().map(|(n, piece)| {
+            let clock = piece.part.clock().and_then(|clock| {
                 let values = piece.part.values(clock.place, piece.rows.clone())?;
                 let known = values.iter().filter(|value| value.is_finite());
                 let [low, high] = known
@@ -127,13 +127,13 @@ impl Reader {
                         [low.min(*value), high.max(*value)]
                     });
                 let factor = clock.unit.factor().unwrap_or(1.0);
-                Ok([low * factor, high * factor])
+                Some([low * factor, high * factor])
             });
-            Ok(Segment {
+            Segment {
                 number: n + 1,
                 lines: piece.lines(),
                 rows: piece.rows.len(),
-                clock: clock.transpose()?,
+                clock,
                 temperature_c: piece.temperature_c,
                 columns: piece
                     .part
@@ -142,9 +142,9 @@ impl Reader {
                     .map(|found| found.name.clone())
                     .collect(),
                 name: piece.name,
-            })
+            }
         });
-        segments.collect()
+        Ok(segments.collect())
     }
 
     /// Blocks that may be records, each with its heading and columns: those with a clock and something beside it, if there are any; of
@@ -480,10 +480,10 @@ impl Part<'_> {
         of(Column::Omega).or_else(|| of(Column::Time))
     }
 
-    /// A column of numbers in its own unit.
-    fn values(&self, place: usize, rows: Range<usize>) -> Result<Vec<f64>, IdentifyError> {
-        let mut columns = self.block.numbers(&self.heading, &[place], rows)?;
-        Ok(columns.pop().unwrap_or_default())
+    /// A column of numbers in its own unit, if it is one.
+    fn values(&self, place: usize, rows: Range<usize>) -> Option<Vec<f64>> {
+        let columns = self.block.numbers(&self.heading, &[place], rows);
+        columns.ok()?.pop()
     }
 
     /// Columns that say which step, set or specimen a row is of.
@@ -499,12 +499,11 @@ impl Part<'_> {
         (0..self.heading.names.len()).filter(is_label).collect()
     }
 
-    fn pieces(&self) -> Result<Vec<Piece<'_>>, IdentifyError> {
+    fn pieces(&self) -> Vec<Piece<'_>> {
         let rows = self.block.rows.len();
         let clock = self
             .clock()
-            .map(|clock| self.values(clock.place, 0..rows))
-            .transpose()?;
+            .and_then(|clock| self.values(clock.place, 0..rows));
         let mut cuts = clock.map_or_else(Vec::new, |clock| restarts(&clock));
         let has = |columns: [Column; 2]| {
             self.found
@@ -519,7 +518,7 @@ impl Part<'_> {
         }
         let temperature = self.temperature.and_then(|place| {
             let unit = self.heading.unit(place).unwrap_or_default();
-            let numbers = self.values(place, 0..rows).ok()?.into_iter();
+            let numbers = self.values(place, 0..rows)?.into_iter();
             Some(
                 numbers
                     .map(|value| celsius(value, &unit))
@@ -559,7 +558,7 @@ impl Part<'_> {
             piece.name = words.join(", ");
             piece
         });
-        Ok(pieces.collect())
+        pieces.collect()
     }
 }
 
@@ -570,12 +569,8 @@ impl Piece<'_> {
     }
 }
 
-fn pieces<'a>(parts: &'a [Part<'a>]) -> Result<Vec<Piece<'a>>, IdentifyError> {
-    let pieces = parts
-        .iter()
-        .map(Part::pieces)
-        .collect::<Result<Vec<_>, _>>()?;
-    Ok(pieces.into_iter().flatten().collect())
+fn pieces<'a>(parts: &'a [Part<'a>]) -> Vec<Piece<'a>> {
+    parts.iter().flat_map(Part::pieces).collect()
 }
 
 /// The first few segments, for a message.

@@ -102,8 +102,8 @@ impl TextTable {
 
 /// A column of numbers by the name that stands above it, and the column of time beside it, in s whatever its unit, if there is one; found as by [`read_table`].
 ///
-/// A name is a header with or without its unit, such as `Zeit` for `Zeit [ms]`; `time_s` means the
-/// column of time, whatever its name.
+/// A name is a header with or without its unit, such as `Zeit` for `Zeit [ms]`, or the number of a
+/// column, from 1; `time_s` means the column of time, whatever its name.
 ///
 /// # Errors
 /// As [`read_table`], but one column is enough; no or two columns of the name, two tables with them, two columns of time; no row; a cell that is not a finite number, with its line; an empty line without a time that would show what is missing.
@@ -210,15 +210,7 @@ impl Chosen {
         for block in &table.blocks {
             let mut headings = block.headings();
             if headings.is_empty() {
-                let names = block
-                    .rows
-                    .first()
-                    .map(|row| row.1.iter().map(str::to_owned).collect());
-                let names = names.unwrap_or_default();
-                headings.push(Heading {
-                    names,
-                    ..block.numbered()
-                });
+                headings.push(block.numbered());
             }
             for heading in headings {
                 let names: Vec<&str> = heading.names.iter().map(String::as_str).collect();
@@ -336,5 +328,8 @@ fn find(name: &str, header: &[&str], any_time: bool) -> Result<Option<usize>, St
             }
         }
     }
-    Ok(None)
+    // A column of a table without names has a number, from 1.
+    let place = name.parse::<usize>().ok();
+    let place = place.and_then(|number| number.checked_sub(1));
+    Ok(place.filter(|place| *place < header.len()))
 }

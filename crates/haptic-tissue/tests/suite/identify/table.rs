@@ -690,6 +690,27 @@ fn what_was_found_where_is_said_in_one_line() {
     );
 }
 
+/// A table without names, by numbers; blocks of another file's preamble do not hide it.
+#[test]
+fn a_table_without_names_has_numbers() {
+    let text = "0 1 0.5\n0.5 1 0.6\n1 0 0.7\n";
+    let record = read_record(text.as_bytes(), ["1", "3"]).expect("two columns");
+    assert_eq!(
+        record.columns,
+        [[0.0, 0.5, 1.0], [0.5, 0.6, 0.7]].map(Vec::from)
+    );
+    assert_eq!(record.lines, [1, 2, 3]);
+    let refused = read_record(text.as_bytes(), ["1", "4"]).expect_err("three columns");
+    assert!(refused.to_string().contains("no column 4"), "{refused}");
+    // A word and its symbol are one name.
+    let german = "Kreisfrequenz ω [rad/s];Speichermodul G' [kPa];Verlustmodul G'' [kPa]\n1;5,5;1\n2;6;2\n3;7;3\n";
+    let record = plain(german).record;
+    assert_eq!(
+        (record.x(), record.first()),
+        (&[1.0, 2.0, 3.0][..], &[5500.0, 6e3, 7e3][..])
+    );
+}
+
 /// Rows and lines that are no part of the record are counted.
 #[test]
 fn nothing_is_left_out_in_silence() {
