@@ -243,6 +243,10 @@ impl Reader {
         if self.columns.is_empty() {
             keep_sweep(&mut part.found);
         }
+        // Of what is not read nothing is asked.
+        let found = &part.found;
+        part.unclear
+            .retain(|(column, _)| found.iter().any(|found| found.column == *column));
         let doubts = part
             .found
             .iter()

@@ -721,6 +721,7 @@ fn nothing_is_left_out_in_silence() {
         time_s,relaxation_modulus_pa\n1,5\n2,NaN\n3,4\n4,3\n | 3 | 1 row (line 3) left out, a cell without a number
         time_s,relaxation_modulus_pa\n1,5\n2,4\n3,3\nend,here\n | 3 | 1 row (line 5) left out, no part of this table
         t (s),E(t) (kPa)\n4,3\n2,4\n1,5\n | 3 | read from the last to the first
+        Angular frequency (rad/s),Stress (Pa),Normal stress (Pa),G' (Pa),G'' (Pa)\n1,1,1,5,1\n2,1,1,6,2\n3,1,1,7,3\n | 3 | kind oscillation
         time_s,relaxation_modulus_pa,step\n1,5,a\n2,4,a\n3,3,a\n | 3 | kind relaxation
         Date,Time,Elapsed Time (s),E(t) (Pa)\n1.2.26,10:00,1,5\n1.2.26,10:01,2,4\n1.2.26,10:02,3,3\n | 3 | kind relaxation, by the columns Elapsed Time (s), E(t) (Pa)
         ",
