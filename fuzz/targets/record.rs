@@ -8,7 +8,23 @@ use haptic_tissue::identify::table::{Reader, Reading, read_table};
 use libfuzzer_sys::fuzz_target;
 
 fuzz_target!(|bytes: &[u8]| {
-    let record = read_table(bytes)
+    let reader = Reader {
+        segments: vec!["all".to_owned()],
+        ..Reader::default()
+    };
+    let table = read_table(bytes);
+    // What is listed is what is read.
+    if let Ok(table) = &table
+        && let (Ok(all), Ok(listed)) = (reader.read_all(table), reader.segments(table))
+    {
+        assert_eq!(all.len(), listed.len());
+        for (columns, segment) in all.iter().zip(&listed) {
+            assert!(columns.lines.len() <= segment.rows && segment.lines[0] <= segment.lines[1]);
+            let length = columns.lines.len();
+            assert!(columns.values.iter().all(|of| of.2.len() == length));
+        }
+    }
+    let record = table
         .and_then(|table| Reader::default().read(table))
         .and_then(|columns| columns.record(&Reading::default()));
     match record {

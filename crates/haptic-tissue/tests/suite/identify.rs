@@ -1,9 +1,11 @@
 //! Models fitted to records: measured ones, and synthetic ones whose truth is known.
 #![cfg(feature = "identify")]
 
+mod cases;
 mod golden;
 mod history;
 mod indentation;
+mod layouts;
 mod records;
 mod recovery;
 mod stiffening;

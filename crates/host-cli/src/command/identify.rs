@@ -60,8 +60,8 @@ fn weightings() -> Vec<(Weighting, &'static str, &'static str)> {
 /// DATA is CSV or TSV with a header, or a log (*.mcap). Known headers: `time_s`,
 /// `relaxation_modulus_pa`, `creep_compliance_per_pa`, strain, `stress_pa`, `force_n`,
 /// `position_m`, `omega_rad_s`, `storage_modulus_pa`, `loss_modulus_pa`, and those of rheometers
-/// and testing machines, such as Time [s], G' (kPa), Storage Modulus, Depth (mm). Lines that begin
-/// with # are skipped.
+/// and testing machines, such as Time [s], G' (kPa), Storage Modulus, Depth (mm). What stands
+/// above the table is passed over; --segments lists what a file with several measurements has.
 ///
 /// Headers with G or shear mean the shear modulus, E means Young's. Where the header says neither,
 /// --loading says how the specimen was loaded. --loading with --indenter-radius or --half-angle
@@ -181,11 +181,16 @@ impl Arguments {
                 "{records} records are too few for an interval: give --bootstrap at least {BOOTSTRAP_LEAST}"
             )));
         }
+        if let Some(segments) = self.table.listed(&self.data)? {
+            return output.summary(&segments);
+        }
         let name = self.tissue_name()?;
         let mut place = PlaceOfFile::look(&self.file, "tissue")?;
         let reading = self.specimen.reading(self.kind);
-        let read = |data: &PathBuf| self.table.read(data, &reading);
-        let mut understood = self.data.iter().map(read).collect::<Result<Vec<_>, _>>()?;
+        let mut understood = Vec::new();
+        for data in &self.data {
+            understood.extend(self.table.read(data, &reading)?);
+        }
         let understood = match understood.pop() {
             Some(one) if understood.is_empty() => one,
             last => {

@@ -247,6 +247,49 @@ fn the_log_of_a_run_says_how_its_tissue_was_pressed() {
 }
 
 #[test]
+fn a_file_of_several_segments_is_listed_and_one_is_chosen() {
+    let place = Place::new();
+    let sweep = |celsius: f64, viscosity: f64| {
+        let rows = (0..12).map(|n| {
+            let omega = 0.1 * 10_f64.powf(0.25 * f64::from(n));
+            let modulus = viscosity * omega.powf(0.25);
+            let (sin, cos) = (std::f64::consts::PI / 8.0).sin_cos();
+            format!("{omega};{};{};{celsius}\n", modulus * cos, modulus * sin)
+        });
+        rows.collect::<String>().replace('.', ",")
+    };
+    let header = "Rheometer 3;;;\n\nAngular frequency (rad/s);G' (Pa);G'' (Pa);Temperature (°C)\n";
+    place.write(
+        "sets.csv",
+        header.to_owned() + &sweep(25.0, 5000.0) + &sweep(40.0, 2000.0),
+    );
+    let listed = place.json("identify sets.csv --segments");
+    let segments = listed["segments"].as_array().expect("a list");
+    assert_eq!(
+        keys(&segments[1]),
+        "clock columns lines name rows segment temperature_c"
+    );
+    assert_eq!(
+        (&segments[1]["name"], &segments[1]["rows"]),
+        (&"40.0 °C".into(), &12.into())
+    );
+    let viscosity = |segment: &str| {
+        let line = format!("identify sets.csv --model spring-pot --json --segment {segment}");
+        let report = place.run(&line).succeeded_with_warnings().json();
+        number(&report["parameters"]["viscosity_pa_s_alpha"]["value"])
+    };
+    assert_relative("25 °C", viscosity("1"), 5000.0, 1e-6);
+    assert_relative("40 °C", viscosity("40.0"), 2000.0, 1e-6);
+    place.refuses(
+        "
+        identify sets.csv => 2 segments | 25.0 °C | --segment | --segments
+        identify sets.csv --segment 3 => --segment | from 1 to 2
+        identify sets.csv --segments --segment 1 => --segment
+        ",
+    );
+}
+
+#[test]
 fn parameters_are_a_table_with_intervals() {
     let ended = place().run("identify sweep.csv --bootstrap 40");
     let words = ["oscillation", "spring-pot", "second_order", "low 95"];

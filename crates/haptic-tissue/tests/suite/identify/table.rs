@@ -369,6 +369,7 @@ fn columns_units_and_range_can_be_given() {
         ],
         from: Some(2e-3),
         to: None,
+        segments: Vec::new(),
     };
     let text = "# made by hand\na,Value,Temperature\n0,9,20\n1,8,20\n\n2,7,20\n3,,20\n4,6,20\n";
     let understood = understand(text, &reader, &Reading::default()).expect("valid");
@@ -517,6 +518,7 @@ fn what_is_no_text_and_a_unit_of_something_else_are_refused() {
 
 #[test]
 fn what_would_be_read_as_another_number_is_refused() {
+    let read = |text: &str| Reader::default().read(read_table(text.as_bytes())?);
     for (text, words) in [
         (
             "t\tx\n1\t998.5\n2\t1,001\n",
@@ -532,7 +534,7 @@ fn what_would_be_read_as_another_number_is_refused() {
             "line 2: \"2,359\" has a comma",
         ),
         (
-            "Time Valve [%] Level\n0 1 0.5\n1 1 0.6\n",
+            "Time Valve open Level\n0 1 0.5\n1 1 0.6\n",
             "line 2: 3 cells under a header of 4",
         ),
         (
@@ -549,13 +551,13 @@ fn what_would_be_read_as_another_number_is_refused() {
             "1 row (line 2) of numbers above the header in line 3",
         ),
     ] {
-        let refused = read_table(text.as_bytes()).expect_err(text).to_string();
+        let refused = read(text).expect_err(text).to_string();
         assert!(refused.contains(words), "{refused}");
     }
     // A number of a remark is none of the samples.
-    read_table(b"Samples,2\n1000,\ntime_s,relaxation_modulus_pa\n1,5\n2,4\n").expect("remarks");
+    read("Samples,2\n1000,\ntime_s,relaxation_modulus_pa\n1,5\n2,4\n").expect("remarks");
     // What shows its decimals is taken.
-    read_table("t;x\n0,5;1,001\n1,0;1,002\n".as_bytes()).expect("decimal commas");
+    read("t;x\n0,5;1,001\n1,0;1,002\n").expect("decimal commas");
     let marked = read_signal(b"x,t\n5,1\n#N/A,2\n6,3\n", "x");
     let refused = marked.expect_err("a gap").to_string();
     assert!(refused.contains("line 3"), "{refused}");
@@ -642,6 +644,115 @@ fn a_record_reads_the_same_however_it_is_spelt() {
         refused.starts_with("line 1: unit \"fortnights\" is not a unit of time"),
         "{refused}"
     );
+}
+
+/// A table, and what is read of it or said.
+const FOUND: &str = r#"
+    time_s,relaxation_modulus_pa\n1,5\n2,4\n3,3\n\ntime_s,relaxation_modulus_pa\n1,5\n2,4\n3,3\n | 2 segments could be meant & lines 2 to 4 & lines 7 to 9 & `segment`
+    time_s,relaxation_modulus_pa\n1,5\n2,4\n3,3\nMark\n4,2\n5,1.5\n6,1\n | 2 segments could be meant & lines 6 to 8
+    time_s,relaxation_modulus_pa\n1,5\n2,4\n3,3\nMean,4\n | line 5, column time_s & "Mean"
+    time_s,relaxation_modulus_pa\n1,5\n2,4\n3,3\n2.5,2\n6,1\n | line 5 & time 2.5 s comes after 3 s
+    Frequency,G' (Pa),G'' (Pa)\n1,5,1\n2,6,2\n3,7,3\n | line 1, column Frequency & Hz or rad/s & `units`
+    Time [fortnights],Modulus\n1,5\n2,4\n | line 1, column Time [fortnights] & "fortnights" is not a unit of time
+    Time,Modulus\nfortnights,Pa\n1,5\n2,4\n | "fortnights" is not a unit of time
+    dear reader\nno number is here\n | no row with numbers in 2 lines
+    T,E(t)\n1,5\n2,4\n3,3\n | make no record & time=1
+    foo,bar\n1,5\n2,4\n | line 1 & none of the columns foo, bar is known & `columns`
+"#;
+
+#[test]
+fn what_was_found_where_is_said_in_one_line() {
+    for [text, wanted] in testkit::table(FOUND) {
+        let message = understand(&text, &Reader::default(), &Reading::default()).expect_err(&text);
+        for wanted in wanted.split(" & ") {
+            assert!(
+                message.contains(wanted),
+                "{text:?}\nhave {message}\nwant {wanted}"
+            );
+        }
+        assert!(!message.contains('\n') && message.len() < 400, "{message}");
+    }
+    // Nobody reads a cell of a megabyte.
+    let long = format!(
+        "time_s,relaxation_modulus_pa\n1,{}\n2,3\n",
+        "9".repeat(1 << 20)
+    );
+    let message = understand(&long, &Reader::default(), &Reading::default()).expect_err("long");
+    assert!(
+        message.starts_with("line 2") && message.len() < 300,
+        "{message}"
+    );
+    let line = "x".repeat(1 << 22);
+    let message = understand(&line, &Reader::default(), &Reading::default()).expect_err("long");
+    assert!(
+        message.contains("no row with numbers in 1 lines"),
+        "{message}"
+    );
+}
+
+/// A table without names, by numbers; blocks of another file's preamble do not hide it.
+#[test]
+fn a_table_without_names_has_numbers() {
+    let text = "0 1 0.5\n0.5 1 0.6\n1 0 0.7\n";
+    let record = read_record(text.as_bytes(), ["1", "3"]).expect("two columns");
+    assert_eq!(
+        record.columns,
+        [[0.0, 0.5, 1.0], [0.5, 0.6, 0.7]].map(Vec::from)
+    );
+    assert_eq!(record.lines, [1, 2, 3]);
+    let refused = read_record(text.as_bytes(), ["1", "4"]).expect_err("three columns");
+    assert!(refused.to_string().contains("no column 4"), "{refused}");
+    // A word and its symbol are one name.
+    let german = "Kreisfrequenz ω [rad/s];Speichermodul G' [kPa];Verlustmodul G'' [kPa]\n1;5,5;1\n2;6;2\n3;7;3\n";
+    let record = plain(german).record;
+    assert_eq!(
+        (record.x(), record.first()),
+        (&[1.0, 2.0, 3.0][..], &[5500.0, 6e3, 7e3][..])
+    );
+}
+
+/// Rows and lines that are no part of the record are counted.
+#[test]
+fn nothing_is_left_out_in_silence() {
+    for [text, samples, note] in testkit::table(
+        r"
+        made by hand\ntime_s,relaxation_modulus_pa\n1,5\n2,4\n3,3\n | 3 | lines 1 to 1 above the header are not read: made by hand
+        time_s,relaxation_modulus_pa\n1,5\n2,4\n3,3\n\nfirst,second\n1,2\n3,4\n5,6\n | 3 | 3 rows (lines 7, 8, 9) left out, no part of this table
+        time_s,relaxation_modulus_pa\n1,5\n2,NaN\n3,4\n4,3\n | 3 | 1 row (line 3) left out, a cell without a number
+        time_s,relaxation_modulus_pa\n1,5\n2,4\n3,3\nend,here\n | 3 | 1 row (line 5) left out, no part of this table
+        t (s),E(t) (kPa)\n4,3\n2,4\n1,5\n | 3 | read from the last to the first
+        Angular frequency (rad/s),Stress (Pa),Normal stress (Pa),G' (Pa),G'' (Pa)\n1,1,1,5,1\n2,1,1,6,2\n3,1,1,7,3\n | 3 | kind oscillation
+        time_s,relaxation_modulus_pa,step\n1,5,a\n2,4,a\n3,3,a\n | 3 | kind relaxation
+        Date,Time,Elapsed Time (s),E(t) (Pa)\n1.2.26,10:00,1,5\n1.2.26,10:01,2,4\n1.2.26,10:02,3,3\n | 3 | kind relaxation, by the columns Elapsed Time (s), E(t) (Pa)
+        ",
+    ) {
+        let understood = plain(&text);
+        assert_eq!(understood.record.samples().to_string(), samples, "{text:?}");
+        let is_said = understood.notes.iter().any(|said| said.contains(&note));
+        assert!(is_said, "{text:?}: {:?}", understood.notes);
+    }
+}
+
+/// A column that is named with its clock is all that is looked at.
+#[test]
+fn columns_that_nobody_named_are_not_looked_at() {
+    let text = "Angular frequency (rad/s),a,b,Frequency (Hz),Time (s),Time (min)\n\
+                1,5,1,x,1,y\n2,6,2,x,,y\n3,7,3,x,?,y\n";
+    let columns = [(Column::Omega, 1), (Column::Storage, 2), (Column::Loss, 3)];
+    let reader = Reader {
+        columns: columns
+            .map(|(column, n)| (column, Choice::Number(n)))
+            .into(),
+        ..Reader::default()
+    };
+    let record = understand(text, &reader, &Reading::default())
+        .expect("valid")
+        .record;
+    assert_eq!((record.samples(), record.x()), (3, &[1.0, 2.0, 3.0][..]));
+    // A frequency in 1/s is asked for there too.
+    let text = "Frequency (1/s),a,b\n1,5,1\n2,6,2\n3,7,3\n";
+    let refused = understand(text, &reader, &Reading::default()).expect_err("asked");
+    assert!(refused.contains("Hz or rad/s"), "{refused}");
 }
 
 const LETTERS: &[u8] = b"0123456789.,;\t\n-eE\"#%[]()/x";

@@ -1,0 +1,53 @@
+//! The line of names and the line of units that belong to a block of numbers.
+
+use super::column::Column;
+use super::header::{Unit, split, understand, unit_in};
+
+/// What stands above the columns of a block.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub(super) struct Heading {
+    /// The line of the names; of the first row without any.
+    pub(super) line: u64,
+    pub(super) names: Vec<String>,
+    /// The cells of a line of units; fewer than names if it is shorter.
+    pub(super) units: Vec<String>,
+}
+
+impl Heading {
+    /// The unit in the line of units; empty if there is none.
+    pub(super) fn below(&self, place: usize) -> &str {
+        bare(self.units.get(place).map_or("", String::as_str))
+    }
+
+    /// The unit of a column that was chosen for a quantity, whatever its name is.
+    pub(super) fn unit_as(&self, column: Column, place: usize) -> Unit {
+        let name = &self.names[place];
+        let meaning = understand(name, self.below(place)).filter(|of| of.column == column);
+        let suffix = || {
+            column
+                .dimension()
+                .factor_of_suffix(name.rsplit_once('_')?.1)
+        };
+        match (meaning, self.unit(place)) {
+            (Some(meaning), _) => meaning.unit,
+            (None, None) => suffix().map_or(Unit::Untold, Unit::Factor),
+            (None, unit) => unit_in(column, name, unit.as_deref()),
+        }
+    }
+
+    /// The unit below a name, or the one in it.
+    pub(super) fn unit(&self, place: usize) -> Option<String> {
+        match self.below(place) {
+            "" => split(&self.names[place]).1,
+            unit => Some(unit.to_owned()),
+        }
+    }
+}
+
+/// A unit without its brackets.
+pub(super) fn bare(unit: &str) -> &str {
+    let inside = [('[', ']'), ('(', ')'), ('{', '}')].into_iter();
+    let mut inside =
+        inside.filter_map(|(open, close)| unit.strip_prefix(open)?.strip_suffix(close));
+    inside.next().unwrap_or(unit).trim()
+}
