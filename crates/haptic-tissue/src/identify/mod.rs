@@ -31,6 +31,7 @@ mod fit;
 mod history;
 mod keys;
 mod noise;
+mod options;
 mod profile;
 mod record;
 mod search;
@@ -40,9 +41,11 @@ mod target;
 
 pub use crate::model::CANDIDATES;
 use candidates::identified;
-pub use candidates::{Identification, Options, relative};
+pub use candidates::{Identification, relative};
 pub use error::IdentifyError;
 pub use fit::{Estimate, Fit};
+
+pub use options::{Held, Options};
 pub use record::{Record, RecordKind, SAMPLES_MOST};
 use std::sync::atomic::{AtomicBool, Ordering};
 pub use target::Weighting;
