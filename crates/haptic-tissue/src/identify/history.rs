@@ -29,8 +29,7 @@ pub(super) struct History {
     /// Numbers of the samples that are compared.
     pub(super) chosen: Vec<usize>,
     pub(super) unit_s: f64,
-    /// Root of the mean square, Pa: of the motion of each output, and of all.
-    pub(super) scales: Vec<f64>,
+    /// Root of the mean square, Pa.
     pub(super) stress_scale: f64,
     /// Largest distance from the first.
     pub(super) strain_scale: f64,
@@ -67,7 +66,6 @@ impl History {
             nodes,
             weights: Vec::new(),
             chosen: Vec::new(),
-            scales: Vec::new(),
             unit_s,
             stress_scale: 0.0,
             strain_scale: 0.0,
@@ -78,9 +76,7 @@ impl History {
             let begin = knots.first().map_or(time_s[0], |knot| knot.0);
             let chosen = chosen(time_s, begin, most);
             let stresses = chosen.iter().map(|&i| moved.stress_pa[i]);
-            let sum = stresses.map(|stress| stress * stress).sum::<f64>();
-            let scale = libm::sqrt(sum / chosen.len() as f64);
-            square += sum;
+            square += stresses.map(|stress| stress * stress).sum::<f64>();
             let reach = strain.iter().map(|x| (x - strain[0]).abs());
             history.strain_scale = reach.fold(history.strain_scale, f64::max);
             // Rows are independent: the order of each sum does not depend on the threads.
@@ -88,7 +84,6 @@ impl History {
                 .map(|&i| history.row(time_s[i], knots))
                 .collect();
             history.weights.extend(rows.into_iter().flatten());
-            history.scales.extend(chosen.iter().map(|_| scale));
             history.chosen.extend(chosen.iter().map(|i| before + i));
             before += time_s.len();
         }
@@ -123,7 +118,6 @@ impl History {
         Self {
             weights: rows.copied().collect(),
             chosen: chosen.iter().map(|&i| self.chosen[i]).collect(),
-            scales: chosen.iter().map(|&i| self.scales[i]).collect(),
             ..*self
         }
     }
