@@ -63,17 +63,19 @@ pub(super) fn identified(
     let candidates = candidates(options, record.kind())?;
     let record = &noisy(record, |record| {
         let target = target_of(record, options, stop);
+        let compressed = target.compressed();
         let fits = richest(&candidates).filter_map(|candidate| {
-            let best = search(candidate, &target, options.starts.max(1)).ok()?;
+            let best = search(candidate, &compressed, options.starts.max(1)).ok()?;
             Some(fit(candidate, &target, &best).0)
         });
         let least = fits.min_by(|a, b| a.bic.total_cmp(&b.bic))?;
         Some((least, target))
     });
     let target = target_of(record, options, stop);
+    let compressed = target.compressed();
     let (mut fitted, mut failed) = (Vec::new(), Vec::new());
     for candidate in candidates {
-        match search(candidate, &target, options.starts.max(1)) {
+        match search(candidate, &compressed, options.starts.max(1)) {
             Ok(best) => {
                 let (fit, certainty) = fit(candidate, &target, &best);
                 fitted.push((fit, candidate, best, certainty));
@@ -117,7 +119,7 @@ pub(super) fn identified(
             }
             ends
         } else if index == 0 || fit.bic <= refused {
-            profile::intervals(candidate, &target, best, certainty)
+            profile::intervals(candidate, &compressed, best, certainty)
         } else {
             continue;
         };

@@ -4,11 +4,13 @@
 //! Q by cubic interpolation in ln t between nodes 1/20 apart:  σᵢ = Σ_m Wᵢₘ·Q(tₘ)
 //! ```
 //! W depends on the record alone. It is summed once over the full history; after that a model costs its nodes and one product with
-//! W. The error of the interpolation is below 1e-6 of Q. A step of strain between two samples is a ramp between them.
+//! W, or, for a sum of squares alone, with the triangle R of W = QR, which has as many rows as there are nodes: ‖Wq − σ‖² =
+//! ‖Rq − Qᵀσ‖² and what Q leaves of σ. The error of the interpolation is below 1e-6 of Q. A step of strain between two samples is a ramp between them.
 
 use super::contour::{Contour, Quantity};
 use super::elements::{Candidate, Elements, Slope, VARIABLES};
 use crate::indentation::cubic;
+use nalgebra::DMatrix;
 use rayon::prelude::*;
 
 /// Distance of the nodes in ln t.
@@ -109,6 +111,27 @@ impl History {
     pub(super) fn in_seconds(&mut self) {
         self.first_node += libm::log(self.unit_s);
         self.unit_s = 1.0;
+    }
+
+    /// The same sum of squares by fewer rows, and what these are to reach, if there are more than twice as many samples as nodes.
+    pub(super) fn compressed(&self, wanted: &[f64], roots: &[f64]) -> Option<(Self, Vec<f64>)> {
+        let (rows, columns) = (roots.len(), self.nodes + 1);
+        if rows <= 2 * columns {
+            return None;
+        }
+        let at = |row: usize, column: usize| match column == self.nodes {
+            true => wanted[row],
+            false => self.weights[row * self.nodes + column],
+        };
+        let whole = DMatrix::from_fn(rows, columns, |row, column| roots[row] * at(row, column));
+        let triangle = whole.qr().r();
+        let weights = (0..columns).flat_map(|row| (0..self.nodes).map(move |m| (row, m)));
+        let compressed = Self {
+            weights: weights.map(|place| triangle[place]).collect(),
+            chosen: Vec::new(),
+            ..*self
+        };
+        Some((compressed, triangle.column(self.nodes).as_slice().to_vec()))
     }
 
     pub(super) fn thinned(&self, chosen: &[usize]) -> Self {

@@ -87,7 +87,7 @@ pub(super) fn search(
     })
 }
 
-/// The minimum next to the first of these starts that leads to one; a valley without end has none.
+/// The minimum next to the first of these starts that leads to one, which may be a limit at the end of a valley.
 pub(super) fn polished<'a>(
     candidate: Candidate,
     target: &Target,
@@ -97,12 +97,42 @@ pub(super) fn polished<'a>(
     let all = loose(&ranges);
     let best = starts.find_map(|start| {
         let best = minimise(candidate, target, &ranges, start, &all, &[], FINE);
-        (best.converged && best.is_in_order(candidate)).then_some(best)
+        let best = match best.converged {
+            true => Some(best),
+            false => limit(candidate, target, &ranges, &best, &all),
+        };
+        best.filter(|best| best.is_in_order(candidate))
     });
     let best = best.ok_or(IdentifyError::NotConverged {
         model: candidate.kind().name(),
     })?;
     Ok(at_ends(candidate, target, &ranges, best))
+}
+
+/// The limit of a valley along which a modulus goes to an end of its range, where its element is rigid or nothing: the slope dies out
+/// on the way there, so no step ever meets the end. The modulus is put there and the others fitted.
+fn limit(
+    candidate: Candidate,
+    target: &Target,
+    ranges: &[(f64, f64)],
+    valley: &Minimum,
+    free: &[usize],
+) -> Option<Minimum> {
+    let moduli = free.iter().filter(|v| !is_order(**v));
+    let ends = moduli.flat_map(|&v| [(v, ranges[v].0), (v, ranges[v].1)]);
+    let limits = ends.map(|(end, at)| {
+        let mut start = valley.values.clone();
+        start[end] = at;
+        let rest: Vec<usize> = free.iter().copied().filter(|v| *v != end).collect();
+        let limit = minimise(candidate, target, ranges, &start, &rest, &[], FINE);
+        (limit, rest)
+    });
+    let near = limits.filter(|(limit, _)| limit.sum <= valley.sum * (1.0 + COST_OF_END));
+    let (limit, rest) = near.min_by(|a, b| a.0.sum.total_cmp(&b.0.sum))?;
+    match limit.converged {
+        true => Some(limit),
+        false => self::limit(candidate, target, ranges, &limit, &rest),
+    }
 }
 
 /// The variables that are not fixed.

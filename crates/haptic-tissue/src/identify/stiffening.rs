@@ -248,7 +248,11 @@ impl<'a> Search<'a> {
             0 => self.least,
             n => self.least + width * libm::exp2(f64::from(n - OCTAVES)),
         });
-        let targets: Vec<(f64, Target<'_>)> = grid.map(|b| (b, self.target(b))).collect();
+        let targets = grid.map(|b| {
+            let target = self.target(b);
+            (b, target.compressed(), target)
+        });
+        let targets: Vec<(f64, Target<'_>, Target<'_>)> = targets.collect();
         // One by itself: the result does not depend on the threads.
         let valleys = candidates.par_iter().map(|&candidate| {
             let mut valley = Valley {
@@ -257,9 +261,9 @@ impl<'a> Search<'a> {
                 points: Vec::new(),
             };
             let mut failed = IdentifyError::Stopped;
-            for (b, target) in &targets {
+            for (b, compressed, target) in &targets {
                 let starts = self.options.starts.clamp(1, FEW_STARTS);
-                match search(candidate, target, starts) {
+                match search(candidate, compressed, starts) {
                     Ok(best) => valley.points.push(valley.point(*b, target, best)),
                     Err(error) => failed = error,
                 }

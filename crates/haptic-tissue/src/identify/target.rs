@@ -160,8 +160,31 @@ impl<'a> Target<'a> {
         }
     }
 
-    /// At most about so many samples of it, evenly chosen.
+    /// The same sum of squares by as many rows as it needs: of a long history far fewer than it has samples. Its residuals are none
+    /// of samples.
+    pub(super) fn compressed(&self) -> Self {
+        let compressed = match &self.rows {
+            Rows::History(history) => history.compressed(&self.wanted, &self.roots),
+            Rows::Step(..) | Rows::Oscillation(_) => None,
+        };
+        match compressed {
+            None => self.clone(),
+            Some((history, wanted)) => Self {
+                rows: Rows::History(history),
+                roots: vec![1.0; wanted.len()],
+                wanted,
+                ..*self
+            },
+        }
+    }
+
+    /// At most about so many samples of it, evenly chosen; what is compressed stays as it is.
     pub(super) fn thinned(&self, most: usize) -> Self {
+        if let Rows::History(history) = &self.rows
+            && history.chosen.is_empty()
+        {
+            return self.clone();
+        }
         let samples = self.samples();
         let step = samples.div_ceil(most).max(1);
         let chosen: Vec<usize> = (0..samples)

@@ -5,6 +5,7 @@ mod fits;
 mod golden;
 mod history;
 mod indentation;
+mod least;
 mod records;
 mod recovery;
 mod stiffening;
