@@ -11,6 +11,7 @@ use super::target::Target;
 use super::{advice, bootstrap, profile};
 use crate::model::ModelKind;
 use fracdiff::parameter::Shown;
+use rayon::prelude::*;
 use std::sync::atomic::AtomicBool;
 /// Models fitted to a record, best first.
 #[derive(Clone, Debug, PartialEq)]
@@ -74,12 +75,16 @@ pub(super) fn identified(
     let target = target_of(record, options, stop);
     let compressed = target.compressed();
     let (mut fitted, mut failed) = (Vec::new(), Vec::new());
-    for candidate in candidates {
-        match search(candidate, &compressed, options.starts.max(1)) {
-            Ok(best) => {
-                let (fit, certainty) = fit(candidate, &target, &best);
-                fitted.push((fit, candidate, best, certainty));
-            }
+    // Each by itself: the result does not depend on the threads.
+    let all = candidates.par_iter().map(|&candidate| {
+        let best = search(candidate, &compressed, options.starts.max(1))?;
+        let (fit, certainty) = fit(candidate, &target, &best);
+        Ok((fit, candidate, best, certainty))
+    });
+    let all: Vec<Result<_, IdentifyError>> = all.collect();
+    for (one, candidate) in all.into_iter().zip(candidates) {
+        match one {
+            Ok(one) => fitted.push(one),
             Err(error) if options.chosen == Some(candidate.kind()) => return Err(error),
             Err(error) => failed.push(error),
         }

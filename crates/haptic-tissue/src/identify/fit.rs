@@ -115,17 +115,21 @@ pub(super) fn fit(candidate: Candidate, target: &Target, best: &Best) -> (Fit, C
     } = best;
     let n = target.len();
     let [mut predicted, mut residuals, mut weighted] = [(); 3].map(|()| vec![0.0; n]);
-    target.model(candidate, elements, |i, slope| {
-        predicted[i] = slope.value * target.scale;
-    });
+    let mut normal = DMatrix::zeros(free.len(), free.len());
     target.residuals(candidate, elements, |i, root, slope| {
+        predicted[i] = target.modelled(i, slope.value);
         residuals[i] = slope.value * target.scale;
         weighted[i] = slope.value * root;
+        for (k, &v) in free.iter().enumerate() {
+            for (l, &w) in free.iter().enumerate() {
+                normal[(k, l)] += root * root * slope.by[v] * slope.by[w];
+            }
+        }
     });
     let independent = independent(&weighted, n / target.samples(), free.len());
     let freedom = (independent - free.len() as f64).max(1.0);
     let certainty = Certainty {
-        spread: spread(candidate, target, elements, free),
+        spread: spread(candidate, n, &normal, free),
         freedom,
         student: student(freedom),
         variance: sum / freedom,
@@ -217,26 +221,17 @@ pub(super) fn parameters(candidate: Candidate, elements: &Elements, unit_s: f64)
 /// Covariance of the variables over the variance of a residual, (JᵀJ)⁻¹, 0 where one is fixed; none if the record does not settle them.
 fn spread(
     candidate: Candidate,
-    target: &Target,
-    elements: &Elements,
+    n: usize,
+    normal: &DMatrix<f64>,
     free: &[usize],
 ) -> Option<DMatrix<f64>> {
-    let (n, p) = (target.len(), free.len());
-    let count = candidate.variables();
+    let (p, count) = (free.len(), candidate.variables());
     if p == 0 {
         return Some(DMatrix::zeros(count, count));
     }
     if n <= p {
         return None;
     }
-    let mut normal = DMatrix::<f64>::zeros(p, p);
-    target.residuals(candidate, elements, |_, root, slope| {
-        for (i, &v) in free.iter().enumerate() {
-            for (j, &w) in free.iter().enumerate() {
-                normal[(i, j)] += root * root * slope.by[v] * slope.by[w];
-            }
-        }
-    });
     // With a unit diagonal the inverse says whether it is one.
     let size: Vec<f64> = (0..p).map(|i| libm::sqrt(normal[(i, i)])).collect();
     if size.iter().any(|&size| !(size > 0.0 && size.is_finite())) {

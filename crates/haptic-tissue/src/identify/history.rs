@@ -17,6 +17,9 @@ use rayon::prelude::*;
 const SPACING: f64 = 0.05;
 /// At most so many samples are compared, and so many pairs of samples summed.
 const OUTPUTS_MOST: usize = 2000;
+/// Of a motion with so few corners, as a ramp and a hold, a row of W costs nothing.
+const FEW_CORNERS: usize = 100;
+const OUTPUTS_OF_FEW: usize = 10_000;
 const OUTPUTS_LEAST: usize = 300;
 const PAIRS_MOST: usize = 30_000_000;
 
@@ -51,7 +54,11 @@ impl History {
             .map(|moved| knots(moved.motion_s, moved.strain))
             .collect();
         let pairs = knots.iter().map(Vec::len).max().unwrap_or(0).max(1);
-        let most = (PAIRS_MOST / pairs).clamp(OUTPUTS_LEAST, OUTPUTS_MOST) / motions.len();
+        let outputs = match pairs <= FEW_CORNERS {
+            true => OUTPUTS_OF_FEW,
+            false => OUTPUTS_MOST,
+        };
+        let most = (PAIRS_MOST / pairs).clamp(OUTPUTS_LEAST, outputs) / motions.len();
         let steps = motions.iter().flat_map(|moved| moved.motion_s.windows(2));
         let least = steps
             .map(|pair| pair[1] - pair[0])

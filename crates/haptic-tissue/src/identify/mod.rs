@@ -22,6 +22,7 @@
 //! - *Cost*: 40 starts of four parameters on 566 samples take about 0.1 s.
 
 mod advice;
+mod binned;
 mod bootstrap;
 mod candidates;
 mod contour;

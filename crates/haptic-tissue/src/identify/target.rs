@@ -7,6 +7,7 @@
 //! each times √wᵢ, where w is 1, or the spacing of the samples in ln t over its mean, or of several motions, whose noise differs,
 //! the noise of the mean over that of the own motion, squared.
 
+use super::binned::Binned;
 use super::contour::{Contour, Quantity};
 use super::elements::{Candidate, ELEMENTS, Elements, Slope};
 use super::history::{History, Moved};
@@ -54,6 +55,7 @@ enum Rows {
     Step(Quantity, Vec<f64>),
     Oscillation(Vec<f64>),
     History(History),
+    Binned(Binned),
 }
 
 impl<'a> Target<'a> {
@@ -138,6 +140,7 @@ impl<'a> Target<'a> {
             Rows::Step(_, ln_x) => ln_x.iter_mut().for_each(|x| *x += shift),
             Rows::Oscillation(ln_x) => ln_x.iter_mut().for_each(|x| *x -= shift),
             Rows::History(history) => history.in_seconds(),
+            Rows::Binned(_) => return self,
         }
         (self.unit_s, self.shift) = (1.0, shift);
         self
@@ -156,21 +159,29 @@ impl<'a> Target<'a> {
     pub(super) fn samples(&self) -> usize {
         match &self.rows {
             Rows::Oscillation(ln_omega) => ln_omega.len(),
-            Rows::Step(..) | Rows::History(_) => self.len(),
+            Rows::Step(..) | Rows::History(_) | Rows::Binned(_) => self.len(),
         }
     }
 
     /// The same sum of squares by as many rows as it needs: of a long history far fewer than it has samples. Its residuals are none
     /// of samples.
     pub(super) fn compressed(&self) -> Self {
+        let (wanted, roots) = (&self.wanted, &self.roots);
+        let binned = |quantity, ln_x: &[f64]| {
+            let (binned, wanted) = Binned::new(quantity, ln_x, wanted, roots)?;
+            Some((Rows::Binned(binned), wanted))
+        };
         let compressed = match &self.rows {
-            Rows::History(history) => history.compressed(&self.wanted, &self.roots),
-            Rows::Step(..) | Rows::Oscillation(_) => None,
+            Rows::Step(quantity, ln_time) => binned(Some(*quantity), ln_time),
+            Rows::Oscillation(ln_omega) => binned(None, ln_omega),
+            Rows::History(history) => (history.compressed(wanted, roots))
+                .map(|(history, wanted)| (Rows::History(history), wanted)),
+            Rows::Binned(_) => None,
         };
         match compressed {
             None => self.clone(),
-            Some((history, wanted)) => Self {
-                rows: Rows::History(history),
+            Some((rows, wanted)) => Self {
+                rows,
                 roots: vec![1.0; wanted.len()],
                 wanted,
                 ..*self
@@ -180,9 +191,12 @@ impl<'a> Target<'a> {
 
     /// At most about so many samples of it, evenly chosen; what is compressed stays as it is.
     pub(super) fn thinned(&self, most: usize) -> Self {
-        if let Rows::History(history) = &self.rows
-            && history.chosen.is_empty()
-        {
+        let is_compressed = match &self.rows {
+            Rows::History(history) => history.chosen.is_empty(),
+            Rows::Binned(_) => true,
+            Rows::Step(..) | Rows::Oscillation(_) => false,
+        };
+        if is_compressed {
             return self.clone();
         }
         let samples = self.samples();
@@ -199,6 +213,7 @@ impl<'a> Target<'a> {
             Rows::Step(quantity, ln_time) => Rows::Step(*quantity, of(ln_time)),
             Rows::Oscillation(ln_omega) => Rows::Oscillation(of(ln_omega)),
             Rows::History(history) => Rows::History(history.thinned(&chosen)),
+            Rows::Binned(binned) => Rows::Binned(binned.clone()),
         };
         Self {
             rows,
@@ -223,7 +238,7 @@ impl<'a> Target<'a> {
             let wanted = self.wanted(n);
             let mut slope = model;
             match self.rows {
-                Rows::History(_) => slope.value -= wanted,
+                Rows::History(_) | Rows::Binned(_) => slope.value -= wanted,
                 Rows::Step(..) | Rows::Oscillation(_) => slope = logarithm(model, wanted),
             }
             finite &= slope.value.is_finite();
@@ -237,6 +252,16 @@ impl<'a> Target<'a> {
         self.wanted[n]
     }
 
+    /// The model at a sample of which this is the residual, in the unit of the record.
+    pub(super) fn modelled(&self, n: usize, residual: f64) -> f64 {
+        match self.rows {
+            Rows::History(_) => (residual + self.wanted[n]) * self.scale,
+            Rows::Step(..) | Rows::Oscillation(_) | Rows::Binned(_) => {
+                libm::exp(residual + self.wanted[n])
+            }
+        }
+    }
+
     /// Times or frequencies, and values as they were measured, of what is compared.
     pub(super) fn values(&self, record: &Record) -> (Vec<f64>, Vec<f64>) {
         match &self.rows {
@@ -244,7 +269,7 @@ impl<'a> Target<'a> {
                 let of = |values: &[f64]| history.chosen.iter().map(|&i| values[i]).collect();
                 (of(&record.x), of(&record.second))
             }
-            Rows::Step(..) | Rows::Oscillation(_) => {
+            Rows::Step(..) | Rows::Oscillation(_) | Rows::Binned(_) => {
                 let parts = if record.second.is_empty() { 1 } else { 2 };
                 (
                     record.x.repeat(parts),
@@ -301,6 +326,18 @@ impl<'a> Target<'a> {
                 }
             }
             Rows::History(history) => history.model(candidate, elements, each),
+            Rows::Binned(binned) => {
+                let contour =
+                    (binned.quantity).map(|quantity| Contour::new(candidate, quantity, *elements));
+                let at = |ln_x: f64| match &contour {
+                    Some(contour) => [logarithm(contour.at(ln_x), 0.0), Slope::default()],
+                    None => {
+                        let (storage, loss) = oscillation(candidate, elements, ln_x);
+                        [logarithm(storage, 0.0), logarithm(loss, 0.0)]
+                    }
+                };
+                binned.model(at, each);
+            }
         }
     }
 }
