@@ -324,3 +324,91 @@ fn depths_whose_noise_differs_count_by_their_own() {
     assert!((0.9..=1.0).contains(&inside), "{inside}");
     assert!(said.contains("the noise of the motions differs"), "{said}");
 }
+
+/// So many samples of a relaxation over three decades with 1 % of noise.
+fn relaxation(truth: &Model, samples: usize, seed: u64) -> Record {
+    let mut normal = normal(seed);
+    let step = 3.0 / (samples - 1) as f64;
+    let times: Vec<f64> = (0..samples)
+        .map(|i| 10_f64.powf(-1.0 + step * i as f64))
+        .collect();
+    let moduli = truth.relaxation_moduli(&times).into_iter();
+    let moduli = moduli
+        .map(|modulus| modulus * (0.01 * normal()).exp())
+        .collect();
+    Record::relaxation(times, moduli).expect("valid")
+}
+
+/// The kind that is chosen of a spring-pot and the two pairs of them, and by how much plain BIC prefers this pair to the spring-pot.
+fn choice(record: &Record, pair: ModelKind) -> (ModelKind, f64) {
+    let options = Options {
+        candidates: vec![
+            ModelKind::SpringPot,
+            ModelKind::FractionalKelvinVoigt,
+            ModelKind::FractionalMaxwell,
+        ],
+        ..Options::default()
+    };
+    let fits = identify(record, &options, &|_| ()).expect("fits").fits;
+    let plain = |kind: ModelKind| {
+        let fit = fits
+            .iter()
+            .find(|fit| fit.kind == kind)
+            .expect("a candidate");
+        let count = fit.predicted.len() as f64;
+        2.0 * count * fit.rms.ln() + (fit.parameters.len() + 1) as f64 * count.ln()
+    };
+    (fits[0].kind, plain(ModelKind::SpringPot) - plain(pair))
+}
+
+/// Share of ten samples of a spring-pot that are taken for more, by the criterion and by plain BIC.
+fn taken_for_more(cases: u64) -> f64 {
+    let truth = model("spring-pot", &[3000.0, 0.2]);
+    let wrong = (0..cases).filter(|seed| {
+        let record = relaxation(&truth, 10, 5000 + seed);
+        choice(&record, ModelKind::FractionalMaxwell).0 != ModelKind::SpringPot
+    });
+    let share = wrong.count() as f64 / cases as f64;
+    println!("{share} of {cases} records of a spring-pot are taken for more");
+    share
+}
+
+/// Share of short records of two elements that need both, ΔBIC above 10, which get them.
+fn found_where_needed(cases: usize) -> f64 {
+    let (mut right, mut count) = (0, 0);
+    for seed in 0.. {
+        let mut draw = testkit::Random(9000 + seed);
+        let orders = [draw.between(0.4, 0.8), draw.between(0.02, 0.25)];
+        let sizes = [2000.0 * draw.between(-1.5, 1.5).exp(), 3000.0];
+        let kind = match seed % 2 {
+            0 => ModelKind::FractionalKelvinVoigt,
+            _ => ModelKind::FractionalMaxwell,
+        };
+        let truth = [sizes[0], orders[0], sizes[1], orders[1]];
+        let truth = Model::from_parameters(kind, &truth).expect("valid");
+        let samples = 12 + (seed % 20) as usize;
+        let (chosen, apart) = choice(&relaxation(&truth, samples, seed), kind);
+        if apart > 10.0 {
+            count += 1;
+            right += usize::from(chosen == kind);
+        }
+        if count == cases {
+            break;
+        }
+    }
+    println!("{right} of {count} records get their two elements");
+    right as f64 / count as f64
+}
+
+#[test]
+fn short_records_get_no_more_elements_than_they_need_and_no_fewer() {
+    assert!(taken_for_more(60) <= 0.05);
+    assert!(found_where_needed(40) >= 0.9);
+}
+
+#[test]
+#[ignore = "long: `.ci/run` does it, or --include-ignored"]
+fn four_hundred_short_records_get_the_elements_that_they_need() {
+    assert!(taken_for_more(400) <= 0.05);
+    assert!(found_where_needed(400) >= 0.9);
+}
