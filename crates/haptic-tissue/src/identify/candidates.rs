@@ -176,21 +176,17 @@ pub(super) fn noisy<'r, 's>(
     let residuals: Vec<f64> = pairs.map(|(model, stress)| model - stress).collect();
     let [residuals, stresses] = [&residuals, &stress_pa].map(|all| target.of_motions(&record, all));
     let noise = of_motions(&residuals, &stresses, fit.parameters.len());
-    let shown = |noise: &f64| Shown(digits(*noise)).to_string();
-    record
-        .said
-        .push(match noise.iter().all(|one| *one == noise[0]) {
-            true => format!(
-                "all motions are taken to have the same noise, {} Pa",
-                shown(&noise[0])
-            ),
-            false => format!(
-                "the noise of the motions differs: each counts by its own, {} Pa",
-                noise.iter().map(shown).collect::<Vec<_>>().join(", ")
-            ),
-        });
-    for (motion, noise) in record.motions.iter_mut().zip(noise) {
-        motion.noise = Some(noise);
+    let shown: Vec<String> = noise
+        .iter()
+        .map(|one| Shown(digits(*one)).to_string())
+        .collect();
+    let shown = shown.join(", ");
+    record.said.push(match noise.len() {
+        1 => format!("all motions are taken to have the same noise, {shown} Pa"),
+        _ => format!("the noise of the motions differs: each counts by its own, {shown} Pa"),
+    });
+    for (motion, noise) in record.motions.iter_mut().zip(noise.iter().cycle()) {
+        motion.noise = Some(*noise);
     }
     record
 }

@@ -62,7 +62,8 @@ const SURE: f64 = 2.326;
 /// What the interpolation of a history leaves of the stress.
 const EXACT: f64 = 1e-6;
 
-/// Standard deviations of several motions by their residuals, fitted with so many parameters; one for all unless they differ.
+/// Standard deviations of several motions by their residuals, fitted with so many parameters: one for all, or one of each if they
+/// differ.
 pub(super) fn of_motions(residuals: &[&[f64]], stresses: &[&[f64]], parameters: usize) -> Vec<f64> {
     let mean_square = |values: &[f64]| {
         let square: f64 = values.iter().map(|value| value * value).sum();
@@ -85,7 +86,7 @@ pub(super) fn of_motions(residuals: &[&[f64]], stresses: &[&[f64]], parameters: 
     let limit = freedom * libm::pow(1.0 - part + SURE * libm::sqrt(part), 3.0);
     match bartlett > limit {
         true => squares.iter().map(|square| libm::sqrt(*square)).collect(),
-        false => vec![libm::sqrt(pooled); counts.len()],
+        false => vec![libm::sqrt(pooled)],
     }
 }
 

@@ -100,10 +100,10 @@ pub(super) fn candidates(
                 CANDIDATES.map(ModelKind::name).join(", ")
             ));
         }
-        let memory = options.held.iter().filter(|held| held.name != STIFFENING.0);
+        let mut memory = options.held.iter().filter(|held| held.name != STIFFENING.0);
         let candidate = memory
-            .fold(Some(Candidate::of(model)), |candidate, held| {
-                candidate?.with_held(&held.name, held.low, held.high)
+            .try_fold(Candidate::of(model), |candidate, held| {
+                candidate.with_held(&held.name, held.low, held.high)
             })
             .filter(|_| shows(model, kind));
         if let Some((order, second)) = candidate.and_then(Candidate::exchanged) {

@@ -46,10 +46,7 @@ fn left(found: &Identification, [times, _, stress]: &[Vec<f64>; 3]) -> f64 {
         parameters.find(|one| one.0.name == name).map(|one| one.1)
     };
     let size = model.parameters()[0].1;
-    let order = match model.kind() {
-        ModelKind::Spring => 0.0,
-        _ => order("order").expect("a spring-pot"),
-    };
+    let order = order("order").unwrap_or(0.0);
     let squares = times.iter().zip(stress).skip(1).map(|(t, stress)| {
         let ramp = 0.01 * t.powf(1.0 - order) / libm::tgamma(2.0 - order);
         (size * ramp - stress).powi(2)
