@@ -77,7 +77,7 @@ impl Record {
     /// Stress relaxation: times after the step, s, and the relaxation modulus, Pa.
     ///
     /// # Errors
-    /// Times or moduli that are not positive, times that do not increase, columns of different length, a modulus that is constant or grows.
+    /// Times or moduli that are not positive, times that fall, columns of different length, a modulus that is constant or grows.
     pub fn relaxation(time_s: Vec<f64>, modulus_pa: Vec<f64>) -> Result<Self, IdentifyError> {
         let record = Self::of_logarithms(RecordKind::Relaxation, time_s, modulus_pa, Vec::new())?;
         if record.growth() > GROWTH {
@@ -107,7 +107,7 @@ impl Record {
     /// Oscillation: angular frequencies, rad/s, storage and loss modulus, Pa, in any order.
     ///
     /// # Errors
-    /// Frequencies or moduli that are not positive, a repeated frequency, columns of different length.
+    /// Frequencies or moduli that are not positive, columns of different length.
     pub fn oscillation(
         omega_rad_s: Vec<f64>,
         storage_modulus_pa: Vec<f64>,

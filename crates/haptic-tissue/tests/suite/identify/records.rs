@@ -23,8 +23,8 @@ fn a_bad_record_is_refused_with_its_sample_and_the_remedy() {
     );
     refused(relaxation(&[1.0, -1.0], &[2.0, 1.0]), "sample 2: time -1 s");
     refused(
-        relaxation(&[1.0, 1.0], &[2.0, 1.0]),
-        "sample 2: time 1 s comes after 1 s and is not above it: sort",
+        relaxation(&[2.0, 1.0], &[2.0, 1.0]),
+        "sample 2: time 1 s comes after 2 s and is not above it: sort",
     );
     refused(
         relaxation(&[1.0, 2.0], &[2.0, -1.0]),
