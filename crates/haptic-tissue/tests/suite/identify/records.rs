@@ -49,14 +49,6 @@ fn a_bad_record_is_refused_with_its_sample_and_the_remedy() {
         "the compliance falls with time",
     );
     refused(
-        Record::oscillation(
-            vec![1.0, 2.0, 1.0],
-            vec![1.0, 2.0, 3.0],
-            vec![1.0, 2.0, 3.0],
-        ),
-        "angular frequency 1 rad/s comes after 1 rad/s",
-    );
-    refused(
         Record::oscillation(vec![1.0, 2.0], vec![1.0, 2.0], vec![1.0, 0.0]),
         "sample 2: loss modulus 0 Pa",
     );
