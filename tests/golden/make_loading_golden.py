@@ -30,6 +30,7 @@ SPECIMENS = [
     ("sphere", "", "3e-3", "5e-3", "", 1, "0.5", "0"),
     ("sphere", "", "3e-3", "5e-3", "", 1, "0.5", "10"),
     ("cone", "", "", "", "1.2", 0, "0.5", "0"),
+    ("sphere", "", "3e-3", "5e-3", "", 0, "0.5", "10"),
 ]
 
 
@@ -52,11 +53,12 @@ def pressed(specimen):
         factor, plain, length = 4 * radius / (1 - nu), (lambda d: d), radius
     elif kind == "sphere":
         # Hertz: 8√R/(3(1 − ν))·δ^(3/2), told with e = δ√(δ/R).
-        factor, length = 8 * radius / (3 * (1 - nu)), thickness if bonded else radius
+        factor, length = 8 * radius / (3 * (1 - nu)), thickness or radius
 
         def plain(d):
-            x = sqrt(radius * d) / thickness if bonded else mpf(0)
-            layer = 1 + mpf("1.133") * x + mpf("1.283") * x**2 + mpf("0.769") * x**3 + mpf("0.0975") * x**4
+            x = sqrt(radius * d) / thickness if thickness else mpf(0)
+            factors = ["1.133", "1.283", "0.769", "0.0975"] if bonded else ["0.884", "0.781", "0.386", "0.0048"]
+            layer = 1 + sum(mpf(factor) * x ** (n + 1) for n, factor in enumerate(factors))
             return d * sqrt(d / radius) * layer
     else:
         # Sneddon: 4 tan φ/(π(1 − ν))·δ², told with e = δ²/1 mm.

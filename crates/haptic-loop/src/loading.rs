@@ -11,6 +11,7 @@
 //! | flat punch of radius a | 4a/(1−ν) | δ |
 //! | sphere of radius R | 8R/(3(1−ν)) | δ·√(δ/R) |
 //! | sphere on a bonded layer, thickness h, ν = 0.5 | the same | times 1 + 1.133χ + 1.283χ² + 0.769χ³ + 0.0975χ⁴, χ = √(Rδ)/h |
+//! | sphere on a layer that slides on its base, ν = 0.5 | the same | times 1 + 0.884χ + 0.781χ² + 0.386χ³ + 0.0048χ⁴ |
 //! | cone, half angle φ | 4·tan φ·(1 mm)/(π(1−ν)) | δ²/(1 mm) |
 //!
 //! For Young's modulus γ is divided by 2(1+ν): E(t) = 2(1+ν)·G(t). Tissue that stiffens by b multiplies e by
@@ -60,7 +61,7 @@ pub enum LoadingKind {
     Compression,
     /// Indentation by a flat round punch.
     Punch,
-    /// Indentation by a sphere, of a deep body or a bonded layer.
+    /// Indentation by a sphere, of a deep body or a layer.
     Sphere,
     /// Indentation of a deep body by a cone.
     Cone,
@@ -120,7 +121,7 @@ impl LoadingKind {
 /// |---|---|---|
 /// | shear, tension, compression | area, thickness | bonded, but for shear |
 /// | punch | radius | – |
-/// | sphere | radius | thickness and bonded, together: a layer on a base |
+/// | sphere | radius | thickness: a layer on a base, bonded or not |
 /// | cone | half angle | – |
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Loading {
@@ -167,12 +168,11 @@ impl Loading {
                 radius: need(self.radius_m, "indenter radius")?,
                 layer: match self.bonded {
                     true => Some(need(self.thickness_m, "thickness")?),
-                    false => None,
+                    false => self.thickness_m,
                 },
             },
             LoadingKind::Cone => Body::Cone(need(self.half_angle_rad, "half angle")?),
         };
-        let deep = kind == LoadingKind::Sphere && !self.bonded;
         let given = [
             (self.area_m2.is_some(), "area"),
             (self.thickness_m.is_some(), "thickness"),
@@ -180,9 +180,7 @@ impl Loading {
             (self.half_angle_rad.is_some(), "half angle"),
             (self.bonded, "bonded"),
         ];
-        let idle = |&(given, what): &(bool, &str)| {
-            given && (!kind.sizes().contains(&what) || deep && what == "thickness")
-        };
+        let idle = |&(given, what): &(bool, &str)| given && !kind.sizes().contains(&what);
         match given.into_iter().find(idle) {
             Some((_, what)) => Err(ParameterError::NoEffect { what, loading }),
             None => Ok(body),
@@ -201,8 +199,9 @@ enum Body {
 
 /// The length by which the depth of a cone is measured, m.
 const CONE_LENGTH: f64 = 1e-3;
-/// Powers of χ of a bonded layer, from χ⁰.
-const LAYER: [f64; 5] = [1.0, 1.133, 1.283, 0.769, 0.0975];
+/// Powers of χ of a bonded layer, and of one that slides on its base, from χ⁰.
+const BONDED_LAYER: [f64; 5] = [1.0, 1.133, 1.283, 0.769, 0.0975];
+const FREE_LAYER: [f64; 5] = [1.0, 0.884, 0.781, 0.386, 0.0048];
 /// ν of incompressible matter, the usual assumption for soft tissue.
 pub const INCOMPRESSIBLE: f64 = 0.5;
 
@@ -225,7 +224,7 @@ impl Specimen {
     ///
     /// # Errors
     /// A size that is missing, or that the kind does not have; numbers outside these
-    /// ranges; a bonded slab or layer with ν other than 0.5, for which no formula is implemented; a
+    /// ranges; a bonded slab or any layer with ν other than 0.5, for which no formula is implemented; a
     /// cone with b above 0.
     pub fn new(
         loading: Loading,
@@ -253,6 +252,8 @@ impl Specimen {
             Body::Sphere { radius, layer } => {
                 positive("indenter radius", radius, "m")?;
                 positive("thickness", layer.unwrap_or(radius), "m")?;
+                let fits = layer.is_none() || nu == INCOMPRESSIBLE;
+                range("Poisson's ratio of a layer", nu, fits, "0.5", "")?;
             }
             Body::Cone(angle) => {
                 let fits = angle > 0.0 && angle < 0.5 * PI;
@@ -362,7 +363,11 @@ impl Specimen {
                 // χ = (R/h)·u
                 let slender = layer.map_or(0.0, |thickness| radius / thickness);
                 let mut power = 1.0;
-                for (term, factor) in terms[1..].iter_mut().zip(LAYER) {
+                let factors = match self.loading.bonded {
+                    true => BONDED_LAYER,
+                    false => FREE_LAYER,
+                };
+                for (term, factor) in terms[1..].iter_mut().zip(factors) {
                     *term = factor * power;
                     power *= slender;
                 }

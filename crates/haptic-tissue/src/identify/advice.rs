@@ -26,8 +26,8 @@ pub(super) fn about(fits: &[Fit]) -> Vec<String> {
 
 /// A record too long to be compared sample by sample.
 pub(super) fn about_length(compared: usize, record: &Record) -> Option<String> {
-    // The first sample of a motion is at rest.
-    (compared + 1 < record.samples()).then(|| {
+    // The first sample of each motion is at rest.
+    (compared + record.motions.len().max(1) < record.samples()).then(|| {
         format!(
             "of {} samples {compared} are compared, spread over time; the strain of all is taken",
             record.samples()
@@ -37,7 +37,8 @@ pub(super) fn about_length(compared: usize, record: &Record) -> Option<String> {
 
 fn at_ends(fit: &Fit) -> Vec<String> {
     let parameters = fit.parameters.iter().enumerate();
-    let ends = parameters.filter_map(|(k, parameter)| {
+    let ends = parameters.filter(|(_, parameter)| !parameter.held);
+    let ends = ends.filter_map(|(k, parameter)| {
         // A parameter that was fixed has no correlation, not even with itself.
         let fixed = fit.correlation.get(k).is_some_and(|row| row[k].is_nan());
         let (name, value) = (parameter.name, parameter.value);

@@ -3,56 +3,16 @@
 use super::elements::Candidate;
 use super::error::IdentifyError;
 use super::fit::{AS_GOOD, Fit, REFUSED, fit};
+use super::noise::of_motions;
+use super::options::{Options, candidates, target_of};
 use super::record::{Record, RecordKind};
 use super::search::search;
-use super::target::{Target, Weighting};
+use super::target::Target;
 use super::{advice, bootstrap, profile};
-use crate::model::{CANDIDATES, ModelKind};
-use std::ops::RangeInclusive;
+use crate::model::ModelKind;
+use fracdiff::parameter::Shown;
+use rayon::prelude::*;
 use std::sync::atomic::AtomicBool;
-/// What is fitted to a record, and how thoroughly; see [`identify`](super::identify()).
-#[derive(Clone, Debug, PartialEq)]
-pub struct Options {
-    /// The candidates, of [`CANDIDATES`].
-    pub candidates: Vec<ModelKind>,
-    /// The one to choose, whatever the record says for others; without it, the record chooses.
-    pub chosen: Option<ModelKind>,
-    /// The weights of the samples.
-    pub weighting: Weighting,
-    /// Starts for each candidate, [`Options::STARTS_ALLOWED`].
-    pub starts: usize,
-    /// Records of the bootstrap, [`Options::BOOTSTRAP_ALLOWED`]; 0 for intervals by profiles.
-    pub bootstrap: usize,
-    /// The same seed draws the same records of the bootstrap, whatever the number of threads.
-    pub seed: u64,
-    /// True to find b of tissue that stiffens too, see `haptic_loop::loading`: the last parameter of the chosen fit, from 0 to 100.
-    pub stiffening: bool,
-}
-
-impl Options {
-    /// Enough that no golden record is fitted worse than by 40 starts of `SciPy`.
-    pub const STARTS: usize = 40;
-    /// Starts that are worth their time.
-    pub const STARTS_ALLOWED: RangeInclusive<u32> = 1..=10_000;
-    /// A number of bootstrap records that is worth its time.
-    pub const BOOTSTRAP_ALLOWED: RangeInclusive<u32> = 0..=100_000;
-}
-
-impl Default for Options {
-    /// All candidates, equal weights, 40 starts, no bootstrap.
-    fn default() -> Self {
-        Self {
-            candidates: CANDIDATES.to_vec(),
-            chosen: None,
-            weighting: Weighting::Equal,
-            starts: Self::STARTS,
-            bootstrap: 0,
-            seed: 1,
-            stiffening: false,
-        }
-    }
-}
-
 /// Models fitted to a record, best first.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Identification {
@@ -101,23 +61,39 @@ pub(super) fn identified(
     stop: &AtomicBool,
     progress: &(dyn Fn(usize) + Sync),
 ) -> Result<Identification, IdentifyError> {
-    let target = Target::new(record, options.weighting, stop);
+    let candidates = candidates(options, record.kind())?;
+    let record = &noisy(record, |record| {
+        let target = target_of(record, options, stop);
+        let compressed = target.compressed();
+        let fits = richest(&candidates).filter_map(|candidate| {
+            let best = search(candidate, &compressed, options.starts.max(1)).ok()?;
+            Some(fit(candidate, &target, &best).0)
+        });
+        let least = fits.min_by(|a, b| a.bic.total_cmp(&b.bic))?;
+        Some((least, target))
+    });
+    let target = target_of(record, options, stop);
+    let compressed = target.compressed();
     let (mut fitted, mut failed) = (Vec::new(), Vec::new());
-    for &kind in &options.candidates {
-        let candidate = Candidate::of(kind)?;
-        match search(candidate, &target, options.starts.max(1)) {
-            Ok(best) => {
-                let (fit, certainty) = fit(candidate, &target, &best);
-                fitted.push((fit, best, certainty));
-            }
-            Err(error) if options.chosen == Some(kind) => return Err(error),
+    // Each by itself: the result does not depend on the threads.
+    let all = candidates.par_iter().map(|&candidate| {
+        let best = search(candidate, &compressed, options.starts.max(1))?;
+        let (fit, certainty) = fit(candidate, &target, &best);
+        Ok((fit, candidate, best, certainty))
+    });
+    let all: Vec<Result<_, IdentifyError>> = all.collect();
+    for (one, candidate) in all.into_iter().zip(candidates) {
+        match one {
+            Ok(one) => fitted.push(one),
+            Err(error) if options.chosen == Some(candidate.kind()) => return Err(error),
             Err(error) => failed.push(error),
         }
     }
     fitted.sort_by(|a, b| a.0.bic.total_cmp(&b.0.bic));
     let fits = || fitted.iter().map(|fitted| &fitted.0);
     let Some(index) = choose(fits(), options.chosen) else {
-        return Err(failed.pop().unwrap_or_else(|| {
+        // What the model with the fewest parameters needs.
+        return Err(failed.into_iter().next().unwrap_or_else(|| {
             IdentifyError::Record("there is no model to fit: give at least one".to_owned())
         }));
     };
@@ -127,8 +103,8 @@ pub(super) fn identified(
     warnings.extend(failed.iter().map(ToString::to_string));
     let bics = fitted.iter().map(|fitted| fitted.0.bic);
     let refused = bics.fold(f64::INFINITY, f64::min) + REFUSED;
-    for (index, (fit, best, certainty)) in fitted.iter_mut().enumerate() {
-        let (candidate, independent) = (Candidate::of(fit.kind)?, fit.independent);
+    for (index, (fit, candidate, best, certainty)) in fitted.iter_mut().enumerate() {
+        let (candidate, independent) = (*candidate, fit.independent);
         let (records, seed) = (options.bootstrap, options.seed);
         let ends = if index == 0 && records > 0 {
             let (ends, fitted) = bootstrap::intervals(
@@ -148,7 +124,7 @@ pub(super) fn identified(
             }
             ends
         } else if index == 0 || fit.bic <= refused {
-            profile::intervals(candidate, &target, best, certainty)
+            profile::intervals(candidate, &compressed, best, certainty)
         } else {
             continue;
         };
@@ -171,6 +147,53 @@ pub(super) fn identified(
         measured,
         warnings,
     })
+}
+
+/// Those with the most parameters, which leave the least but noise.
+pub(super) fn richest(candidates: &[Candidate]) -> impl Iterator<Item = Candidate> {
+    let count = |candidate: &Candidate| candidate.parameters();
+    let most = candidates.iter().map(count).max();
+    let all = candidates.iter().copied();
+    all.filter(move |candidate| Some(count(candidate)) == most)
+}
+
+/// A record of several motions with the noise of each, as the residuals of a first fit tell it; which was assumed is said.
+pub(super) fn noisy<'r, 's>(
+    record: &'r Record,
+    first: impl FnOnce(&'r Record) -> Option<(Fit, Target<'s>)>,
+) -> Record {
+    let is_known = record.motions.iter().any(|motion| motion.noise.is_some());
+    let first = match record.motions.len() < 2 || is_known {
+        true => None,
+        false => first(record),
+    };
+    let mut record = record.clone();
+    let Some((fit, target)) = first else {
+        return record;
+    };
+    let stress_pa = target.values(&record).1;
+    let pairs = fit.predicted.iter().zip(&stress_pa);
+    let residuals: Vec<f64> = pairs.map(|(model, stress)| model - stress).collect();
+    let [residuals, stresses] = [&residuals, &stress_pa].map(|all| target.of_motions(&record, all));
+    let noise = of_motions(&residuals, &stresses, fit.parameters.len());
+    let shown: Vec<String> = noise
+        .iter()
+        .map(|one| Shown(digits(*one)).to_string())
+        .collect();
+    let shown = shown.join(", ");
+    record.said.push(match noise.len() {
+        1 => format!("all motions are taken to have the same noise, {shown} Pa"),
+        _ => format!("the noise of the motions differs: each counts by its own, {shown} Pa"),
+    });
+    for (motion, noise) in record.motions.iter_mut().zip(noise.iter().cycle()) {
+        motion.noise = Some(*noise);
+    }
+    record
+}
+
+/// Three digits, for sentences.
+pub(super) fn digits(value: f64) -> f64 {
+    format!("{value:.2e}").parse().unwrap_or(value)
 }
 
 /// The place of the wanted one in fits by BIC; else of that with the fewest parameters of those as good as the best.

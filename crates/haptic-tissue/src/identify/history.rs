@@ -4,17 +4,22 @@
 //! Q by cubic interpolation in ln t between nodes 1/20 apart:  σᵢ = Σ_m Wᵢₘ·Q(tₘ)
 //! ```
 //! W depends on the record alone. It is summed once over the full history; after that a model costs its nodes and one product with
-//! W. The error of the interpolation is below 1e-6 of Q. A step of strain between two samples is a ramp between them.
+//! W, or, for a sum of squares alone, with the triangle R of W = QR, which has as many rows as there are nodes: ‖Wq − σ‖² =
+//! ‖Rq − Qᵀσ‖² and what Q leaves of σ. The error of the interpolation is below 1e-6 of Q. A step of strain between two samples is a ramp between them.
 
 use super::contour::{Contour, Quantity};
 use super::elements::{Candidate, Elements, Slope, VARIABLES};
 use crate::indentation::cubic;
+use nalgebra::DMatrix;
 use rayon::prelude::*;
 
 /// Distance of the nodes in ln t.
 const SPACING: f64 = 0.05;
 /// At most so many samples are compared, and so many pairs of samples summed.
 const OUTPUTS_MOST: usize = 2000;
+/// Of a motion with so few corners, as a ramp and a hold, a row of W costs nothing.
+const FEW_CORNERS: usize = 100;
+const OUTPUTS_OF_FEW: usize = 10_000;
 const OUTPUTS_LEAST: usize = 300;
 const PAIRS_MOST: usize = 30_000_000;
 
@@ -29,8 +34,7 @@ pub(super) struct History {
     /// Numbers of the samples that are compared.
     pub(super) chosen: Vec<usize>,
     pub(super) unit_s: f64,
-    /// Root of the mean square, Pa: of the motion of each output, and of all.
-    pub(super) scales: Vec<f64>,
+    /// Root of the mean square, Pa.
     pub(super) stress_scale: f64,
     /// Largest distance from the first.
     pub(super) strain_scale: f64,
@@ -50,7 +54,11 @@ impl History {
             .map(|moved| knots(moved.motion_s, moved.strain))
             .collect();
         let pairs = knots.iter().map(Vec::len).max().unwrap_or(0).max(1);
-        let most = (PAIRS_MOST / pairs).clamp(OUTPUTS_LEAST, OUTPUTS_MOST) / motions.len();
+        let outputs = match pairs <= FEW_CORNERS {
+            true => OUTPUTS_OF_FEW,
+            false => OUTPUTS_MOST,
+        };
+        let most = (PAIRS_MOST / pairs).clamp(OUTPUTS_LEAST, outputs) / motions.len();
         let steps = motions.iter().flat_map(|moved| moved.motion_s.windows(2));
         let least = steps
             .map(|pair| pair[1] - pair[0])
@@ -67,7 +75,6 @@ impl History {
             nodes,
             weights: Vec::new(),
             chosen: Vec::new(),
-            scales: Vec::new(),
             unit_s,
             stress_scale: 0.0,
             strain_scale: 0.0,
@@ -78,9 +85,7 @@ impl History {
             let begin = knots.first().map_or(time_s[0], |knot| knot.0);
             let chosen = chosen(time_s, begin, most);
             let stresses = chosen.iter().map(|&i| moved.stress_pa[i]);
-            let sum = stresses.map(|stress| stress * stress).sum::<f64>();
-            let scale = libm::sqrt(sum / chosen.len() as f64);
-            square += sum;
+            square += stresses.map(|stress| stress * stress).sum::<f64>();
             let reach = strain.iter().map(|x| (x - strain[0]).abs());
             history.strain_scale = reach.fold(history.strain_scale, f64::max);
             // Rows are independent: the order of each sum does not depend on the threads.
@@ -88,7 +93,6 @@ impl History {
                 .map(|&i| history.row(time_s[i], knots))
                 .collect();
             history.weights.extend(rows.into_iter().flatten());
-            history.scales.extend(chosen.iter().map(|_| scale));
             history.chosen.extend(chosen.iter().map(|i| before + i));
             before += time_s.len();
         }
@@ -110,6 +114,33 @@ impl History {
         row
     }
 
+    /// With 1 s as the unit of time.
+    pub(super) fn in_seconds(&mut self) {
+        self.first_node += libm::log(self.unit_s);
+        self.unit_s = 1.0;
+    }
+
+    /// The same sum of squares by fewer rows, and what these are to reach, if there are more than twice as many samples as nodes.
+    pub(super) fn compressed(&self, wanted: &[f64], roots: &[f64]) -> Option<(Self, Vec<f64>)> {
+        let (rows, columns) = (roots.len(), self.nodes + 1);
+        if rows <= 2 * columns {
+            return None;
+        }
+        let at = |row: usize, column: usize| match column == self.nodes {
+            true => wanted[row],
+            false => self.weights[row * self.nodes + column],
+        };
+        let whole = DMatrix::from_fn(rows, columns, |row, column| roots[row] * at(row, column));
+        let triangle = whole.qr().r();
+        let weights = (0..columns).flat_map(|row| (0..self.nodes).map(move |m| (row, m)));
+        let compressed = Self {
+            weights: weights.map(|place| triangle[place]).collect(),
+            chosen: Vec::new(),
+            ..*self
+        };
+        Some((compressed, triangle.column(self.nodes).as_slice().to_vec()))
+    }
+
     pub(super) fn thinned(&self, chosen: &[usize]) -> Self {
         let rows = chosen
             .iter()
@@ -117,7 +148,6 @@ impl History {
         Self {
             weights: rows.copied().collect(),
             chosen: chosen.iter().map(|&i| self.chosen[i]).collect(),
-            scales: chosen.iter().map(|&i| self.scales[i]).collect(),
             ..*self
         }
     }

@@ -22,6 +22,7 @@
 //! - *Cost*: 40 starts of four parameters on 566 samples take about 0.1 s.
 
 mod advice;
+mod binned;
 mod bootstrap;
 mod candidates;
 mod contour;
@@ -31,6 +32,7 @@ mod fit;
 mod history;
 mod keys;
 mod noise;
+mod options;
 mod profile;
 mod record;
 mod search;
@@ -40,9 +42,11 @@ mod target;
 
 pub use crate::model::CANDIDATES;
 use candidates::identified;
-pub use candidates::{Identification, Options, relative};
+pub use candidates::{Identification, relative};
 pub use error::IdentifyError;
 pub use fit::{Estimate, Fit};
+
+pub use options::{Held, Options};
 pub use record::{Record, RecordKind, SAMPLES_MOST};
 use std::sync::atomic::{AtomicBool, Ordering};
 pub use target::Weighting;

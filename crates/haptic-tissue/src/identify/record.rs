@@ -51,6 +51,8 @@ pub(super) struct Motion {
     pub(super) map: Option<DepthMap<f64>>,
     /// True if its strain grows with the depth, so that tissue can stiffen by it.
     can_stiffen: bool,
+    /// Its standard deviation, Pa, if it is known.
+    pub(super) noise: Option<f64>,
 }
 
 /// Samples that a model can be fitted to: its constructors refuse invalid samples, naming the
@@ -75,7 +77,7 @@ impl Record {
     /// Stress relaxation: times after the step, s, and the relaxation modulus, Pa.
     ///
     /// # Errors
-    /// Times or moduli that are not positive, times that do not increase, columns of different length, a modulus that is constant or grows.
+    /// Times or moduli that are not positive, times that fall, columns of different length, a modulus that is constant or grows.
     pub fn relaxation(time_s: Vec<f64>, modulus_pa: Vec<f64>) -> Result<Self, IdentifyError> {
         let record = Self::of_logarithms(RecordKind::Relaxation, time_s, modulus_pa, Vec::new())?;
         if record.growth() > GROWTH {
@@ -105,7 +107,7 @@ impl Record {
     /// Oscillation: angular frequencies, rad/s, storage and loss modulus, Pa, in any order.
     ///
     /// # Errors
-    /// Frequencies or moduli that are not positive, a repeated frequency, columns of different length.
+    /// Frequencies or moduli that are not positive, columns of different length.
     pub fn oscillation(
         omega_rad_s: Vec<f64>,
         storage_modulus_pa: Vec<f64>,
@@ -133,7 +135,7 @@ impl Record {
                 return Err(IdentifyError::Sample { index, reason });
             }
         }
-        increasing(&time_s, "time", "s")?;
+        increasing(&time_s, "time", "s", |before, after| before >= after)?;
         let reach = strain.iter().map(|x| (x - strain[0]).abs());
         let range = reach.fold(0.0, f64::max);
         if range == 0.0 {
@@ -161,6 +163,7 @@ impl Record {
             samples: time_s.len(),
             map: None,
             can_stiffen: true,
+            noise: None,
         };
         let record = Self {
             kind: RecordKind::History,
@@ -257,8 +260,9 @@ impl Record {
         Ok(record)
     }
 
-    /// Several motions of the same tissue, such as presses to several depths, fitted together;
-    /// errors of each count relative to its own stress. Each begins at the time 0.
+    /// Several motions of the same tissue, such as presses to several depths, fitted together.
+    /// Their noise is taken to be the same, unless what is left of a first fit tells otherwise:
+    /// then errors count relative to the noise of their own motion. Each begins at the time 0.
     ///
     /// # Errors
     /// A missing record, or one without motion; more samples than [`SAMPLES_MOST`].
@@ -387,7 +391,7 @@ impl Record {
         if oscillation {
             record.sort();
         }
-        increasing(&record.x, what, unit)?;
+        increasing(&record.x, what, unit, |before, after| before > after)?;
         constant(&record.first, one, of)?;
         Ok(record)
     }
@@ -499,8 +503,13 @@ fn positive(values: &[f64], what: &str, unit: &str) -> Result<(), IdentifyError>
     }
 }
 
-fn increasing(x: &[f64], what: &str, unit: &str) -> Result<(), IdentifyError> {
-    let wrong = x.windows(2).position(|pair| pair[0] >= pair[1]);
+fn increasing(
+    x: &[f64],
+    what: &str,
+    unit: &str,
+    wrong: impl Fn(f64, f64) -> bool,
+) -> Result<(), IdentifyError> {
+    let wrong = x.windows(2).position(|pair| wrong(pair[0], pair[1]));
     match wrong {
         None => Ok(()),
         Some(before) => Err(IdentifyError::Sample {

@@ -4,12 +4,14 @@
 //! oscillation        rᵢ = ln Re M(iω_i) − ln G'_i,  then the same of Im M and G''
 //! any motion         rᵢ = (σ(tᵢ) − σᵢ)/σ_rms
 //! ```
-//! each times √wᵢ, where w is 1, or the spacing of the samples in ln t over its mean.
+//! each times √wᵢ, where w is 1, or the spacing of the samples in ln t over its mean, or of several motions, whose noise differs,
+//! the noise of the mean over that of the own motion, squared.
 
+use super::binned::Binned;
 use super::contour::{Contour, Quantity};
 use super::elements::{Candidate, ELEMENTS, Elements, Slope};
 use super::history::{History, Moved};
-use super::record::{Record, RecordKind};
+use super::record::{Motion, Record, RecordKind};
 use crate::indentation::mapped;
 use std::ops::Range;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -42,6 +44,8 @@ pub(super) struct Target<'a> {
     /// ln of a modulus in the middle of the record, and of the span of moduli.
     pub(super) middle: f64,
     pub(super) span: f64,
+    /// ln of the middle of the record over the unit of time: 0 but in seconds.
+    pub(super) shift: f64,
     /// Nobody waits for the fit any more.
     stop: &'a AtomicBool,
 }
@@ -51,6 +55,7 @@ enum Rows {
     Step(Quantity, Vec<f64>),
     Oscillation(Vec<f64>),
     History(History),
+    Binned(Binned),
 }
 
 impl<'a> Target<'a> {
@@ -81,6 +86,7 @@ impl<'a> Target<'a> {
             scale: 1.0,
             middle: 0.5 * (low + high) * sign,
             span: high - low,
+            shift: 0.0,
             stop,
         }
     }
@@ -116,14 +122,28 @@ impl<'a> Target<'a> {
         let (chosen, scale) = (&history.chosen, history.stress_scale);
         Self {
             wanted: chosen.iter().map(|&i| record.second[i] / scale).collect(),
-            roots: history.scales.iter().map(|one| scale / one).collect(),
+            roots: roots_of_motions(record, &history.chosen, scale),
             unit_s: history.unit_s,
             scale,
             middle: libm::log(scale / history.strain_scale),
             span: 2.0,
+            shift: 0.0,
             stop,
             rows: Rows::History(history),
         }
+    }
+
+    /// With 1 s as the unit of time, in which the variable of a modulus is ln V.
+    pub(super) fn in_seconds(mut self) -> Self {
+        let shift = libm::log(self.unit_s);
+        match &mut self.rows {
+            Rows::Step(_, ln_x) => ln_x.iter_mut().for_each(|x| *x += shift),
+            Rows::Oscillation(ln_x) => ln_x.iter_mut().for_each(|x| *x -= shift),
+            Rows::History(history) => history.in_seconds(),
+            Rows::Binned(_) => return self,
+        }
+        (self.unit_s, self.shift) = (1.0, shift);
+        self
     }
 
     /// True once the fit is to end.
@@ -139,12 +159,46 @@ impl<'a> Target<'a> {
     pub(super) fn samples(&self) -> usize {
         match &self.rows {
             Rows::Oscillation(ln_omega) => ln_omega.len(),
-            Rows::Step(..) | Rows::History(_) => self.len(),
+            Rows::Step(..) | Rows::History(_) | Rows::Binned(_) => self.len(),
         }
     }
 
-    /// At most about so many samples of it, evenly chosen.
+    /// The same sum of squares by as many rows as it needs: of a long history far fewer than it has samples. Its residuals are none
+    /// of samples.
+    pub(super) fn compressed(&self) -> Self {
+        let (wanted, roots) = (&self.wanted, &self.roots);
+        let binned = |quantity, ln_x: &[f64]| {
+            let (binned, wanted) = Binned::new(quantity, ln_x, wanted, roots)?;
+            Some((Rows::Binned(binned), wanted))
+        };
+        let compressed = match &self.rows {
+            Rows::Step(quantity, ln_time) => binned(Some(*quantity), ln_time),
+            Rows::Oscillation(ln_omega) => binned(None, ln_omega),
+            Rows::History(history) => (history.compressed(wanted, roots))
+                .map(|(history, wanted)| (Rows::History(history), wanted)),
+            Rows::Binned(_) => None,
+        };
+        match compressed {
+            None => self.clone(),
+            Some((rows, wanted)) => Self {
+                rows,
+                roots: vec![1.0; wanted.len()],
+                wanted,
+                ..*self
+            },
+        }
+    }
+
+    /// At most about so many samples of it, evenly chosen; what is compressed stays as it is.
     pub(super) fn thinned(&self, most: usize) -> Self {
+        let is_compressed = match &self.rows {
+            Rows::History(history) => history.chosen.is_empty(),
+            Rows::Binned(_) => true,
+            Rows::Step(..) | Rows::Oscillation(_) => false,
+        };
+        if is_compressed {
+            return self.clone();
+        }
         let samples = self.samples();
         let step = samples.div_ceil(most).max(1);
         let chosen: Vec<usize> = (0..samples)
@@ -159,6 +213,7 @@ impl<'a> Target<'a> {
             Rows::Step(quantity, ln_time) => Rows::Step(*quantity, of(ln_time)),
             Rows::Oscillation(ln_omega) => Rows::Oscillation(of(ln_omega)),
             Rows::History(history) => Rows::History(history.thinned(&chosen)),
+            Rows::Binned(binned) => Rows::Binned(binned.clone()),
         };
         Self {
             rows,
@@ -183,7 +238,7 @@ impl<'a> Target<'a> {
             let wanted = self.wanted(n);
             let mut slope = model;
             match self.rows {
-                Rows::History(_) => slope.value -= wanted,
+                Rows::History(_) | Rows::Binned(_) => slope.value -= wanted,
                 Rows::Step(..) | Rows::Oscillation(_) => slope = logarithm(model, wanted),
             }
             finite &= slope.value.is_finite();
@@ -197,6 +252,16 @@ impl<'a> Target<'a> {
         self.wanted[n]
     }
 
+    /// The model at a sample of which this is the residual, in the unit of the record.
+    pub(super) fn modelled(&self, n: usize, residual: f64) -> f64 {
+        match self.rows {
+            Rows::History(_) => (residual + self.wanted[n]) * self.scale,
+            Rows::Step(..) | Rows::Oscillation(_) | Rows::Binned(_) => {
+                libm::exp(residual + self.wanted[n])
+            }
+        }
+    }
+
     /// Times or frequencies, and values as they were measured, of what is compared.
     pub(super) fn values(&self, record: &Record) -> (Vec<f64>, Vec<f64>) {
         match &self.rows {
@@ -204,7 +269,7 @@ impl<'a> Target<'a> {
                 let of = |values: &[f64]| history.chosen.iter().map(|&i| values[i]).collect();
                 (of(&record.x), of(&record.second))
             }
-            Rows::Step(..) | Rows::Oscillation(_) => {
+            Rows::Step(..) | Rows::Oscillation(_) | Rows::Binned(_) => {
                 let parts = if record.second.is_empty() { 1 } else { 2 };
                 (
                     record.x.repeat(parts),
@@ -212,6 +277,23 @@ impl<'a> Target<'a> {
                 )
             }
         }
+    }
+
+    /// What belongs to each motion, of as many numbers as are compared.
+    pub(super) fn of_motions<'b>(&self, record: &Record, all: &'b [f64]) -> Vec<&'b [f64]> {
+        let Rows::History(history) = &self.rows else {
+            return vec![all];
+        };
+        let (mut rest, mut begin) = (all, 0);
+        let of = |motion: &Motion| {
+            begin += motion.samples;
+            let end = history.chosen.partition_point(|&i| i < begin);
+            let count = end - (all.len() - rest.len());
+            let own;
+            (own, rest) = rest.split_at(count);
+            own
+        };
+        record.motions.iter().map(of).collect()
     }
 
     /// The same record with other values: logarithms, or stresses over their scale.
@@ -244,6 +326,18 @@ impl<'a> Target<'a> {
                 }
             }
             Rows::History(history) => history.model(candidate, elements, each),
+            Rows::Binned(binned) => {
+                let contour =
+                    (binned.quantity).map(|quantity| Contour::new(candidate, quantity, *elements));
+                let at = |ln_x: f64| match &contour {
+                    Some(contour) => [logarithm(contour.at(ln_x), 0.0), Slope::default()],
+                    None => {
+                        let (storage, loss) = oscillation(candidate, elements, ln_x);
+                        [logarithm(storage, 0.0), logarithm(loss, 0.0)]
+                    }
+                };
+                binned.model(at, each);
+            }
         }
     }
 }
@@ -297,6 +391,29 @@ fn roots(ln_x: &[f64], weighting: Weighting, parts: usize) -> Vec<f64> {
     one.repeat(parts)
 }
 
+/// √w of each sample: 1, or of several motions by the noise of each. The sum of squares is about that of errors relative to the own
+/// stress of each, so that BIC says the same of records in other units.
+fn roots_of_motions(record: &Record, chosen: &[usize], scale: f64) -> Vec<f64> {
+    if record.motions.len() < 2 {
+        return vec![1.0; chosen.len()];
+    }
+    let (mut noise, mut ln_share, mut begin, mut first) = (Vec::new(), 0.0, 0, 0);
+    for motion in &record.motions {
+        begin += motion.samples;
+        let end = chosen.partition_point(|&i| i < begin);
+        let stresses = chosen[first..end].iter().map(|&i| record.second[i]);
+        let square = stresses.map(|stress| stress * stress).sum::<f64>();
+        let count = (end - first) as f64;
+        let own = motion.noise.unwrap_or(1.0);
+        let stress = libm::sqrt(square / count).max(f64::MIN_POSITIVE);
+        ln_share += count * libm::log(own / stress);
+        noise.extend(std::iter::repeat_n(own, end - first));
+        first = end;
+    }
+    let share = libm::exp(ln_share / chosen.len() as f64);
+    noise.iter().map(|own| share * scale / own).collect()
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -317,7 +434,7 @@ mod tests {
         for record in [history, sweep.expect("valid")] {
             let never = AtomicBool::new(false);
             let target = Target::new(&record, Weighting::LogSpacing, &never);
-            for candidate in Candidate::all() {
+            for candidate in Candidate::fractional() {
                 let values = [9.0, 0.7, 8.5, 0.2, 8.0];
                 let at = |values: &[f64]| {
                     let mut slopes = vec![Slope::default(); target.len()];

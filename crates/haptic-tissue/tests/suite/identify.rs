@@ -6,9 +6,12 @@ mod golden;
 mod history;
 mod indentation;
 mod layouts;
+mod fits;
+mod least;
 mod records;
 mod recovery;
 mod stiffening;
+mod troubled;
 mod table;
 
 use haptic_tissue::ModelKind;

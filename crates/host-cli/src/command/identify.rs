@@ -212,6 +212,7 @@ impl Arguments {
             bootstrap: self.fit.bootstrap as usize,
             seed: self.fit.seed.unwrap_or(1),
             stiffening: self.fit.stiffening,
+            held: Vec::new(),
         };
         let bar = progress_bar(u64::from(self.fit.bootstrap), output);
         let found = identify(&understood.record, &options, &|records| {

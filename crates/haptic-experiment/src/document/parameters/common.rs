@@ -92,7 +92,7 @@ impl Named for LoadingKind {
         (
             Self::Sphere,
             Self::Sphere.name(),
-            "A sphere on a deep body, or on a bonded layer",
+            "A sphere on a deep body, or on a layer",
         ),
         (Self::Cone, Self::Cone.name(), "A cone on a deep body"),
     ];

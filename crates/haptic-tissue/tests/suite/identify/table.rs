@@ -187,7 +187,8 @@ const WRONG_LOADINGS: &str = r"
     force_n,depth_mm | sphere radius=-1e-3 | radius & change `indenter_radius_m`
     force_n,depth_mm | cone angle=2 | half angle & change `half_angle_rad`
     force_n,depth_mm | sphere radius=1e-3 bonded | needs thickness: give `thickness_m`
-    force_n,depth_mm | sphere radius=1e-3 thickness=1 | thickness has no effect & omit `thickness_m`
+    force_n,depth_mm | punch radius=1e-3 thickness=1 | thickness has no effect & omit `thickness_m`
+    force_n,depth_mm | sphere radius=1e-3 thickness=1 nu=0.4 | Poisson's ratio of a layer & change `poisson_ratio`
     force_n,depth_mm | sphere radius=1e-3 thickness=1e-3 bonded nu=0.4 | change `poisson_ratio`
     force_n,depth_mm | sphere radius=1e-3 nu=0.6 | `poisson_ratio` 0.6 is not from 0 to 0.5
     force_n,depth_mm | sphere radius=1e-3 strain=0.1 | `strain` 0.1 has no effect
@@ -459,7 +460,6 @@ const REFUSED: &str = r#"
     time_s,relaxation_modulus_pa\n1,5\n2,4\n | creep | kind creep needs a column creep_compliance_per_pa & `kind`
     time_s,creep_compliance_per_pa\n1,5\n2,4\n | - | compliance falls with time & `kind` = relaxation
     time_s,position_m,stress_pa\n0,0,5\n2,4,5\n | record | needs a column strain & `thickness_m`
-    omega_rad_s,storage_modulus_pa,loss_modulus_pa\n2,1,1\n1,2,2\n2,3,3\n | - | line 4 & angular frequency 2 rad/s
 "#;
 
 #[test]

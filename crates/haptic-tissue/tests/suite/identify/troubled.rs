@@ -1,0 +1,123 @@
+//! Records that people had trouble with, with their right values. They are kept in `shared/data/cases` beside the repository.
+
+use haptic_loop::{Loading, LoadingKind};
+use haptic_tissue::ModelKind;
+use haptic_tissue::identify::table::{Reader, Reading, Understood, read_table};
+use haptic_tissue::identify::{Identification, Options, identify};
+use testkit::assert_relative;
+
+/// The record of these files, loaded so; none where they are not there.
+fn read(names: &[&str], loading: Loading) -> Option<Understood> {
+    let above = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).ancestors();
+    let mut folders = above.map(|folder| folder.join("shared/data/cases/tissue"));
+    let Some(folder) = folders.find(|folder| folder.is_dir()) else {
+        testkit::skip("shared/data/cases is not beside the repository");
+        return None;
+    };
+    let reading = Reading {
+        loading,
+        loading_is_told: true,
+        ..Reading::default()
+    };
+    let one = |name: &&str| {
+        let bytes = std::fs::read(folder.join(name)).expect("a file");
+        let columns = Reader::default().read(read_table(&bytes).expect(name));
+        columns.expect(name).record(&reading).expect(name)
+    };
+    let all: Vec<Understood> = names.iter().map(one).collect();
+    Some(Understood::together(all).expect("one tissue"))
+}
+
+fn fitted(understood: &Understood, candidates: &[ModelKind], stiffening: bool) -> Identification {
+    let options = Options {
+        candidates: candidates.to_vec(),
+        stiffening,
+        ..Options::default()
+    };
+    identify(&understood.record, &options, &|_| ()).expect("a minimum")
+}
+
+fn sphere(radius_m: f64, thickness_m: Option<f64>) -> Loading {
+    Loading {
+        radius_m: Some(radius_m),
+        thickness_m,
+        ..Loading::new(LoadingKind::Sphere)
+    }
+}
+
+/// V = Σεσ/Σε².
+#[test]
+fn a_convex_record_is_a_spring_of_least_squares() {
+    let compression = Loading::new(LoadingKind::Compression);
+    let Some(convex) = read(&["convex-b20-n300.csv"], compression) else {
+        return;
+    };
+    let found = fitted(&convex, &[ModelKind::SpringPot], false);
+    let [viscosity, order] = &found.fits[0].parameters[..] else {
+        panic!("two")
+    };
+    assert_relative("V", viscosity.value, 239_989.0, 1e-5);
+    assert_eq!(order.value.to_bits(), 0.0_f64.to_bits());
+    let found = fitted(&convex, &haptic_tissue::identify::CANDIDATES, false);
+    assert_eq!(found.fits[0].kind, ModelKind::Spring);
+    assert!(!found.warnings.join("").contains("no minimum"));
+}
+
+/// A real record of pig skin in tension: the rms over all 151 rows is that of the 150 behind the first, which is at rest.
+#[test]
+fn skin_stiffens_without_memory() {
+    let tension = Loading {
+        area_m2: Some(8.601e-6),
+        thickness_m: Some(34.65e-3),
+        ..Loading::new(LoadingKind::Tension)
+    };
+    let Some(skin) = read(&["c25-mach1-skin.csv"], tension) else {
+        return;
+    };
+    let found = fitted(&skin, &[ModelKind::SpringPot], true);
+    let fit = &found.fits[0];
+    let values: Vec<f64> = fit.parameters.iter().map(|one| one.value).collect();
+    assert_relative("V", values[0], 346_556.0, 1e-4);
+    assert_eq!(values[1].to_bits(), 0.0_f64.to_bits());
+    assert_relative("b", values[2], 8.0405, 1e-4);
+    assert_relative("rms", fit.rms, 1020.1, 1e-4);
+}
+
+#[test]
+fn three_depths_of_two_elements_get_them() {
+    let names = ["ref58_0.csv", "ref58_1.csv", "ref58_2.csv"];
+    let Some(depths) = read(&names, sphere(9.945e-3, None)) else {
+        return;
+    };
+    let kinds = [ModelKind::SpringPot, ModelKind::FractionalKelvinVoigt];
+    let found = fitted(&depths, &kinds, true);
+    let bic: Vec<f64> = found.fits.iter().map(|fit| fit.bic).collect();
+    println!("{bic:?}");
+    assert_eq!(found.fits[0].kind, ModelKind::FractionalKelvinVoigt);
+    // With each depth weighted by its own stress: −2908 and −2735.
+    assert!(
+        (bic[0] + 2908.0).abs() < 30.0 && bic[1] > bic[0] + 100.0,
+        "{bic:?}"
+    );
+}
+
+/// Taken for a deep body it is 2551 Pa.
+#[test]
+fn a_thin_layer_that_slides_on_its_base_is_softer_than_it_seems() {
+    let Some(layer) = read(&["layer-nu0.5-free.csv"], sphere(5e-6, Some(8e-6))) else {
+        return;
+    };
+    let found = fitted(&layer, &[ModelKind::Spring], false);
+    assert_relative("E", found.fits[0].parameters[0].value, 2000.0, 1e-3);
+}
+
+#[test]
+fn equal_times_of_four_digits_are_no_error() {
+    let Some(rounded) = read(&["m7-equal-times.csv"], Loading::new(LoadingKind::Shear)) else {
+        return;
+    };
+    let found = fitted(&rounded, &[ModelKind::SpringPot], false);
+    assert_eq!(found.fits[0].predicted.len(), 8);
+    // ln G = ln V − α ln t − ln Γ(1 − α), by the straight line through the logarithms.
+    assert_relative("order", found.fits[0].parameters[1].value, 0.169_4, 1e-3);
+}
