@@ -1,8 +1,9 @@
 //! The candidates of a record, fitted and in order.
 
+use super::contact::Baseline;
 use super::elements::Candidate;
 use super::error::IdentifyError;
-use super::fit::{AS_GOOD, Fit, REFUSED, fit};
+use super::fit::{AS_GOOD, Estimate, Fit, REFUSED, fit};
 use super::record::{Record, RecordKind};
 use super::search::search;
 use super::target::{Target, Weighting};
@@ -27,6 +28,8 @@ pub struct Options {
     pub seed: u64,
     /// True to find b of tissue that stiffens too, see `haptic_loop::loading`: the last parameter of the chosen fit, from 0 to 100.
     pub stiffening: bool,
+    /// The part of the force of a motion that is not the tissue's, to be fitted with it.
+    pub baseline: Option<Baseline>,
 }
 
 impl Options {
@@ -49,6 +52,7 @@ impl Default for Options {
             bootstrap: 0,
             seed: 1,
             stiffening: false,
+            baseline: None,
         }
     }
 }
@@ -68,6 +72,8 @@ pub struct Identification {
     /// The values: moduli, compliances, all storage and then all loss moduli, or stresses; for a
     /// long history a selection.
     pub measured: Vec<f64>,
+    /// Contact point and baseline of the chosen fit, if they were looked for.
+    pub beside: Vec<Estimate>,
     /// Sentences that a user should know.
     pub warnings: Vec<String>,
 }
@@ -169,6 +175,7 @@ pub(super) fn identified(
         fits,
         x,
         measured,
+        beside: Vec::new(),
         warnings,
     })
 }

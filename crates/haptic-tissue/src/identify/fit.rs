@@ -121,8 +121,9 @@ pub(super) fn fit(candidate: Candidate, target: &Target, best: &Best) -> (Fit, C
         residuals[i] = slope.value * target.scale;
         weighted[i] = slope.value * root;
     });
-    let independent = independent(&weighted, n / target.samples(), free.len());
-    let freedom = (independent - free.len() as f64).max(1.0);
+    let fitted = free.len() + target.beside;
+    let independent = independent(&weighted, n / target.samples(), fitted);
+    let freedom = (independent - fitted as f64).max(1.0);
     let certainty = Certainty {
         spread: spread(candidate, target, elements, free),
         freedom,
@@ -134,7 +135,7 @@ pub(super) fn fit(candidate: Candidate, target: &Target, best: &Best) -> (Fit, C
     let values = parameters(candidate, elements, target.unit_s);
     // A record without any noise is as good as one with noise in the last digits.
     let likelihood = n as f64 * libm::log((sum / n as f64).max(1e-30));
-    let numbers = (candidate.parameters() + 1) as f64;
+    let numbers = (candidate.parameters() + target.beside + 1) as f64;
     let fit = Fit {
         kind: candidate.kind(),
         parameters: estimates(candidate, &values, covariance.as_ref(), certainty.student),

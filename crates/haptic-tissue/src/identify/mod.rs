@@ -24,6 +24,7 @@
 mod advice;
 mod bootstrap;
 mod candidates;
+mod contact;
 mod contour;
 mod elements;
 mod error;
@@ -41,9 +42,10 @@ mod target;
 pub use crate::model::CANDIDATES;
 use candidates::identified;
 pub use candidates::{Identification, Options, relative};
+pub use contact::Baseline;
 pub use error::IdentifyError;
 pub use fit::{Estimate, Fit};
-pub use record::{Record, RecordKind, SAMPLES_MOST};
+pub use record::{ContactPoint, Record, RecordKind, SAMPLES_MOST};
 use std::sync::atomic::{AtomicBool, Ordering};
 pub use target::Weighting;
 
@@ -71,9 +73,16 @@ pub fn identify_unless(
     stop: &AtomicBool,
     progress: &(dyn Fn(usize) + Sync),
 ) -> Result<Identification, IdentifyError> {
-    let found = match options.stiffening {
-        true => stiffening::stiffened(record, options, stop),
-        false => identified(record, options, stop, progress),
+    let found = if contact::is_sought(record, options) {
+        contact::touched(record, options, stop, progress)
+    } else if options.stiffening {
+        stiffening::stiffened(record, options, stop)
+    } else {
+        identified(record, options, stop, progress).map(|mut found| {
+            let missed = contact::missed(record, options, &found, stop);
+            found.warnings.extend(missed);
+            found
+        })
     };
     match stop.load(Ordering::Relaxed) {
         true => Err(IdentifyError::Stopped),

@@ -1,7 +1,8 @@
 //! Validated records of a specimen, in SI units.
 
 use super::error::IdentifyError;
-use crate::identify::keys::{FROM, KIND, STRAIN, THICKNESS};
+use super::history::chosen;
+use crate::identify::keys::{CONTACT_POINT, FROM, KIND, STRAIN, THICKNESS};
 use crate::indentation::{NOISE, begin_s, growing};
 use fracdiff::parameter::Shown;
 use haptic_loop::{DepthMap, LoadingKind, Specimen};
@@ -43,10 +44,52 @@ impl RecordKind {
     }
 }
 
+/// Where on the axis of its depth an indenter touches.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub enum ContactPoint {
+    /// At 0. A record that fits far better with another one says so.
+    #[default]
+    Zero,
+    /// At this depth, m.
+    At(f64),
+    /// Where the record fits best.
+    Fitted,
+}
+
+/// The growing contact of an indenter, from which a record is made for any contact point.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Touch {
+    pub(super) contact: ContactPoint,
+    /// Depth on the axis of the file at 0 of `depth_m`, m.
+    pub(super) zero_m: f64,
+    pub(super) time_s: Vec<f64>,
+    pub(super) depth_m: Vec<f64>,
+    pub(super) force_n: Vec<f64>,
+    pub(super) specimen: Specimen,
+}
+
+impl Touch {
+    /// At most so many samples of it, of which each is as it was.
+    pub(super) fn thinned(&self, most: usize) -> Self {
+        let chosen: Vec<usize> = (0..1)
+            .chain(chosen(&self.time_s, self.time_s[0], most))
+            .collect();
+        let of = |values: &[f64]| chosen.iter().map(|&i| values[i]).collect();
+        Self {
+            time_s: of(&self.time_s),
+            depth_m: of(&self.depth_m),
+            force_n: of(&self.force_n),
+            ..*self
+        }
+    }
+}
+
 /// A motion of a history.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Motion {
     pub(super) samples: usize,
+    /// Times, s, and strains straight between them where the samples do not tell the motion; none if they do.
+    pub(super) way: Option<(Vec<f64>, Vec<f64>)>,
     /// From its strain to what the memory sees; none if it is the strain.
     pub(super) map: Option<DepthMap<f64>>,
     /// True if its strain grows with the depth, so that tissue can stiffen by it.
@@ -65,6 +108,10 @@ pub struct Record {
     pub(super) second: Vec<f64>,
     /// The motions of a history.
     pub(super) motions: Vec<Motion>,
+    /// Of one motion of an indenter.
+    pub(super) touch: Option<Touch>,
+    /// Columns of which any sum may be in the stress beside the model's, such as a baseline; one number a sample.
+    pub(super) beside: Vec<Vec<f64>>,
     /// Largest strain, if it is known.
     strain_to: Option<f64>,
     /// Sentences that a user should know.
@@ -125,6 +172,16 @@ impl Record {
         strain: Vec<f64>,
         stress_pa: Vec<f64>,
     ) -> Result<Self, IdentifyError> {
+        Self::motion(time_s, strain, stress_pa, REST)
+    }
+
+    /// The same, where a strain up to this share of its range counts as rest.
+    fn motion(
+        time_s: Vec<f64>,
+        strain: Vec<f64>,
+        stress_pa: Vec<f64>,
+        rest: f64,
+    ) -> Result<Self, IdentifyError> {
         lengths(&time_s, &strain, Some(&stress_pa))?;
         for (index, values) in time_s.iter().zip(&strain).zip(&stress_pa).enumerate() {
             let ((&time, &strain), &stress) = values;
@@ -143,7 +200,7 @@ impl Record {
                 KIND.set_to("relaxation")
             )));
         }
-        if strain[0].abs() > REST * range {
+        if strain[0].abs() > rest * range {
             return Err(IdentifyError::Record(format!(
                 "the strain begins at {}, not at rest: begin the record earlier, or subtract it",
                 strain[0]
@@ -159,6 +216,7 @@ impl Record {
         }
         let motion = Motion {
             samples: time_s.len(),
+            way: None,
             map: None,
             can_stiffen: true,
         };
@@ -168,6 +226,8 @@ impl Record {
             first: strain,
             second: stress_pa,
             motions: vec![motion],
+            touch: None,
+            beside: Vec::new(),
             strain_to: None,
             said: Vec::new(),
         };
@@ -189,22 +249,99 @@ impl Record {
     /// # Errors
     /// As [`history`](Self::history); an indenter whose depth is never above 0; a depth beyond the thickness of a layer or of a slab that is compressed.
     pub fn pressed(
-        mut time_s: Vec<f64>,
+        time_s: Vec<f64>,
+        depth_m: Vec<f64>,
+        force_n: Vec<f64>,
+        specimen: &Specimen,
+    ) -> Result<Self, IdentifyError> {
+        Self::pressed_from(ContactPoint::Zero, time_s, depth_m, force_n, specimen)
+    }
+
+    /// The same of a depth whose axis has its 0 elsewhere.
+    ///
+    /// # Errors
+    /// As [`pressed`](Self::pressed); a contact point that is not finite; one to be fitted of a slab.
+    pub fn pressed_from(
+        contact: ContactPoint,
+        time_s: Vec<f64>,
         mut depth_m: Vec<f64>,
-        mut force_n: Vec<f64>,
+        force_n: Vec<f64>,
         specimen: &Specimen,
     ) -> Result<Self, IdentifyError> {
         lengths(&time_s, &depth_m, Some(&force_n))?;
-        let (loading, map) = (specimen.loading(), specimen.depth_map());
+        let loading = specimen.loading();
+        if loading.kind.is_slab() && contact != ContactPoint::Zero {
+            return Err(IdentifyError::Record(format!(
+                "{CONTACT_POINT} has no effect on a slab, whose strain begins at rest: omit it"
+            )));
+        }
+        let zero_m = match contact {
+            ContactPoint::Zero => 0.0,
+            ContactPoint::At(depth) => depth,
+            ContactPoint::Fitted => depth_m.iter().copied().fold(f64::INFINITY, f64::min),
+        };
+        depth_m.iter_mut().for_each(|depth| *depth -= zero_m);
         if let Some(thickness) = loading.thickness_m {
             within(&depth_m, thickness, loading.kind)?;
         }
+        let mut touch = Touch {
+            contact,
+            zero_m,
+            time_s,
+            depth_m,
+            force_n,
+            specimen: *specimen,
+        };
         let mut said = Vec::new();
-        if !loading.kind.is_slab() {
-            if depth_m.iter().all(|depth| *depth <= 0.0) {
-                return Err(IdentifyError::Record(
-                    "the depth is never above 0: change its sign, for it is counted into the tissue".to_owned(),
+        if matches!(loading.kind, LoadingKind::Sphere | LoadingKind::Cone) {
+            let inside: Vec<f64> = touch.depth_m.iter().map(|depth| depth.max(0.0)).collect();
+            let (count, (kept, fall)) = (inside.len(), growing(&inside));
+            if fall > NOISE {
+                said.push(format!(
+                    "the depth falls back by {:.1} % of its largest, as an overshoot does: the contact is taken as if it did not shrink",
+                    100.0 * fall
                 ));
+            }
+            if kept < count {
+                said.push(format!(
+                    "the contact shrinks from {} s on: {} samples of {count} are left out, because only growing contact is fitted",
+                    Shown(touch.time_s[kept - 1]),
+                    count - kept
+                ));
+            }
+            for column in [&mut touch.time_s, &mut touch.depth_m, &mut touch.force_n] {
+                column.truncate(kept);
+            }
+        }
+        let rest = match contact {
+            ContactPoint::Fitted => REST_OF_FIT,
+            ContactPoint::Zero | ContactPoint::At(_) => REST,
+        };
+        let mut record = Self::touching(&touch, 0.0, rest)?;
+        record.said.extend(said);
+        record.touch = Some(touch).filter(|_| !loading.kind.is_slab());
+        Ok(record)
+    }
+
+    /// An indenter that touches at a depth of the touch, with the rest of a motion that is not at rest.
+    pub(super) fn touching(
+        touch: &Touch,
+        contact_m: f64,
+        rest: f64,
+    ) -> Result<Self, IdentifyError> {
+        let specimen = &touch.specimen;
+        let (mut time_s, mut force_n) = (touch.time_s.clone(), touch.force_n.clone());
+        let mut depth_m: Vec<f64> = touch
+            .depth_m
+            .iter()
+            .map(|depth| depth - contact_m)
+            .collect();
+        let mut said = Vec::new();
+        if !specimen.loading().kind.is_slab() {
+            if depth_m.iter().all(|depth| *depth <= 0.0) {
+                return Err(IdentifyError::Record(format!(
+                    "the depth is never above 0: change its sign, for it is counted into the tissue, or give {CONTACT_POINT}"
+                )));
             }
             for n in 1..depth_m.len() {
                 let begin = begin_s([time_s[n - 1], time_s[n]], [depth_m[n - 1], depth_m[n]]);
@@ -218,32 +355,13 @@ impl Record {
                 ));
             }
         }
-        if matches!(loading.kind, LoadingKind::Sphere | LoadingKind::Cone) {
-            let (count, (kept, fall)) = (depth_m.len(), growing(&depth_m));
-            if fall > NOISE {
-                said.push(format!(
-                    "the depth falls back by {:.1} % of its largest, as an overshoot does: the contact is taken as if it did not shrink",
-                    100.0 * fall
-                ));
-            }
-            if kept < count {
-                said.push(format!(
-                    "the contact shrinks from {} s on: {} samples of {count} are left out, because only growing contact is fitted",
-                    Shown(time_s[kept - 1]),
-                    count - kept
-                ));
-            }
-            for column in [&mut time_s, &mut depth_m, &mut force_n] {
-                column.truncate(kept);
-            }
-        }
         let length = length(specimen);
         depth_m.iter_mut().for_each(|depth| *depth /= length);
         let area = area(specimen);
         force_n.iter_mut().for_each(|force| *force /= area);
-        let mut record = Self::history(time_s, depth_m, force_n)?;
+        let mut record = Self::motion(time_s, depth_m, force_n, rest)?;
         let motion = &mut record.motions[0];
-        motion.map = map.and_then(|map| {
+        motion.map = specimen.depth_map().and_then(|map| {
             let mut numbers = map.numbers();
             numbers[0] *= length;
             numbers[7] *= length;
@@ -271,6 +389,7 @@ impl Record {
             all.x.iter_mut().for_each(|x| *x -= begin);
         }
         for other in records {
+            all.touch = None;
             if [all.kind, other.kind] != [RecordKind::History; 2] {
                 let both = [all.kind, other.kind].into_iter();
                 let kind = both.filter(|kind| *kind != RecordKind::History);
@@ -381,6 +500,8 @@ impl Record {
             first,
             second,
             motions: Vec::new(),
+            touch: None,
+            beside: Vec::new(),
             strain_to: None,
             said: Vec::new(),
         };
@@ -420,6 +541,8 @@ impl Record {
 const GROWTH: f64 = 0.02;
 /// A strain below this share of its range counts as rest.
 const REST: f64 = 0.01;
+/// The same where the contact point is sought, so that it may be a little before the record.
+pub(super) const REST_OF_FIT: f64 = 0.05;
 /// Strain up to which a linear law is believed.
 const SMALL: f64 = 0.2;
 

@@ -7,15 +7,17 @@ use self::record::TableArguments;
 use crate::command::conduct::progress_bar;
 use crate::files::{File, PROGRAM, PlaceOfFile};
 use crate::output::{Output, joined};
-use crate::parse::{choice, of, one_of, whole};
+use crate::parse::{choice, in_range, of, one_of, quantity, whole};
 use clap::Args;
+use haptic_experiment::parameters::Range;
 use haptic_experiment::{Failure, parameters};
 use haptic_log::record::StartTime;
 use haptic_loop::{Loading, LoadingKind};
-use haptic_quantity::digits;
+use haptic_quantity::{digits, parse_for_key};
 use haptic_tissue::identify::table::{Reading, Understood};
 use haptic_tissue::identify::{
-    CANDIDATES, Fit, Identification, Options, RecordKind, Weighting, identify,
+    Baseline, CANDIDATES, ContactPoint, Estimate, Fit, Identification, Options, RecordKind,
+    Weighting, identify,
 };
 use haptic_tissue::{Material, ModelKind, Source, ValidRange};
 use serde_json::{Value, json};
@@ -50,6 +52,28 @@ fn weightings() -> Vec<(Weighting, &'static str, &'static str)> {
         (Weighting::Equal, "equal", "all samples count the same"),
         (Weighting::LogSpacing, "log-spacing", by_spacing),
     ]
+}
+
+fn baselines() -> Vec<(Baseline, &'static str, &'static str)> {
+    vec![
+        (Baseline::Constant, "constant", "an offset"),
+        (Baseline::Linear, "linear", "an offset and a drift"),
+    ]
+}
+
+/// Contact points, m.
+const CONTACT_POINTS: Range = Range::Within(-1.0, 1.0);
+/// Ramps of a relaxation, s.
+const RAMPS: Range = Range::AboveUpTo(0.0, 1e9);
+
+/// `fit`, or a length.
+fn contact_point(text: &str) -> Result<ContactPoint, String> {
+    const KEY: &str = "contact_point_m";
+    if text == "fit" {
+        return Ok(ContactPoint::Fitted);
+    }
+    let length = parse_for_key(KEY, text).map_err(|error| format!("{error}, nor fit"))?;
+    in_range(KEY, length, CONTACT_POINTS).map(ContactPoint::At)
 }
 
 /// Turn a measured record into a tissue: relaxation, creep, oscillation or any motion
@@ -127,6 +151,12 @@ struct SpecimenArguments {
     /// Poisson's ratio [default: 0.5, incompressible]
     #[arg(long, value_parser = of(parameters::POISSON_RATIO))]
     poisson_ratio: Option<f64>,
+    /// Depth at which an indenter touches, or fit, to find it [default: 0]
+    #[arg(long, value_name = "DEPTH", value_parser = contact_point, allow_hyphen_values = true)]
+    contact_point: Option<ContactPoint>,
+    /// Time of the ramp to the held strain of a relaxation, if its record begins with the ramp
+    #[arg(long, value_parser = quantity("ramp_time_s", RAMPS))]
+    ramp_time: Option<f64>,
 }
 
 impl SpecimenArguments {
@@ -145,6 +175,8 @@ impl SpecimenArguments {
             },
             loading_is_told: self.loading.is_some(),
             poisson_ratio: self.poisson_ratio,
+            contact: self.contact_point.unwrap_or_default(),
+            ramp_time_s: self.ramp_time,
         }
     }
 }
@@ -165,6 +197,9 @@ struct FitArguments {
     /// Find how much the tissue stiffens too, by a motion or by motions to several depths
     #[arg(long)]
     stiffening: bool,
+    /// Find the part of the force that is not the tissue's too
+    #[arg(long, value_parser = one_of(baselines()))]
+    baseline: Option<Baseline>,
     /// Bootstrap records for the intervals; 0 takes them from profiles of the likelihood
     #[arg(long, default_value_t = 0, value_parser = whole::<u32>(Options::BOOTSTRAP_ALLOWED))]
     bootstrap: u32,
@@ -207,6 +242,7 @@ impl Arguments {
             bootstrap: self.fit.bootstrap as usize,
             seed: self.fit.seed.unwrap_or(1),
             stiffening: self.fit.stiffening,
+            baseline: self.fit.baseline,
         };
         let bar = progress_bar(u64::from(self.fit.bootstrap), output);
         let found = identify(&understood.record, &options, &|records| {
@@ -236,7 +272,7 @@ impl Arguments {
         let correlation = fit.correlation.iter();
         let correlation = correlation.map(|row| row.iter().map(finite).collect::<Vec<_>>());
         let candidates = found.fits.iter().map(|fit| {
-            let parameters = json!({"parameters": parameters(fit)});
+            let parameters = json!({"parameters": parameters(&fit.parameters)});
             let model = json!({"model": fit.kind.name()});
             joined([model, quality(found.kind, fit), parameters])
         });
@@ -245,7 +281,7 @@ impl Arguments {
             "samples": found.samples,
             "loading": understood.loading,
             "model": fit.kind.name(),
-            "parameters": parameters(fit),
+            "parameters": parameters(fit.parameters.iter().chain(&found.beside)),
         });
         let beside = json!({
             "candidates": candidates.collect::<Vec<_>>(),
@@ -345,8 +381,8 @@ fn quality(kind: RecordKind, fit: &Fit) -> Value {
     joined([rms, json!({"aic": fit.aic, "bic": fit.bic})])
 }
 
-fn parameters(fit: &Fit) -> Value {
-    let parameters = fit.parameters.iter().map(|estimate| {
+fn parameters<'a>(estimates: impl IntoIterator<Item = &'a Estimate>) -> Value {
+    let parameters = estimates.into_iter().map(|estimate| {
         let parameter = json!({
             "value": estimate.value,
             "unit": if estimate.unit.is_empty() { "1" } else { estimate.unit },

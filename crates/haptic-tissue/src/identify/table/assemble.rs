@@ -1,7 +1,7 @@
 //! Columns as a record: its kind, how its specimen was loaded, and forces as stresses.
 
 use super::super::error::IdentifyError;
-use super::super::record::{Record, RecordKind, area, within};
+use super::super::record::{ContactPoint, Record, RecordKind, area, within};
 use super::column::Column;
 use super::header::told;
 use crate::MeasuredLoading;
@@ -81,6 +81,10 @@ pub struct Reading {
     pub loading_is_told: bool,
     /// Poisson's ratio, if it is known.
     pub poisson_ratio: Option<f64>,
+    /// Where an indenter touches.
+    pub contact: ContactPoint,
+    /// Length of the ramp to the held strain of a relaxation, from the time 0 on, s.
+    pub ramp_time_s: Option<f64>,
 }
 
 impl Default for Reading {
@@ -93,6 +97,8 @@ impl Default for Reading {
             loading: Loading::new(LoadingKind::Compression),
             loading_is_told: false,
             poisson_ratio: None,
+            contact: ContactPoint::Zero,
+            ramp_time_s: None,
         }
     }
 }
@@ -149,7 +155,9 @@ impl Columns {
             RecordKind::Relaxation => self.relaxation(reading),
             RecordKind::Creep => self.creep(reading),
             RecordKind::Oscillation => self.oscillation(),
-            RecordKind::History if indented => self.pressed(loading, poisson_ratio),
+            RecordKind::History if indented => {
+                self.pressed(loading, poisson_ratio, reading.contact)
+            }
             RecordKind::History => self.history(),
         };
         let lines = &self.lines;
@@ -508,13 +516,19 @@ impl Columns {
         Record::history(time, strain, stress)
     }
 
-    /// Of an indenter, or of a slab.
-    fn pressed(&mut self, loading: Loading, poisson_ratio: f64) -> Result<Record, IdentifyError> {
+    /// Of an indenter.
+    fn pressed(
+        &mut self,
+        loading: Loading,
+        poisson_ratio: f64,
+        contact: ContactPoint,
+    ) -> Result<Record, IdentifyError> {
         let kind = RecordKind::History;
         let time = self.need(Column::Time, kind)?;
         let position = self.need(Column::Position, kind)?;
         let force = self.need(Column::Force, kind)?;
-        Record::pressed(time, position, force, &specimen(loading, poisson_ratio)?)
+        let specimen = specimen(loading, poisson_ratio)?;
+        Record::pressed_from(contact, time, position, force, &specimen)
     }
 }
 
