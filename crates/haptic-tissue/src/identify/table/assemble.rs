@@ -25,6 +25,12 @@ pub struct Columns {
     pub chosen: Vec<Column>,
     /// One sentence for each thing guessed, converted or left out, for the user to check.
     pub notes: Vec<String>,
+    /// Quantities that more than one header could be, and the sentence that asks which: an error of a record that uses one.
+    pub unclear: Vec<(Column, String)>,
+    /// The name of the segment, of a file with several.
+    pub segment: Option<String>,
+    /// Its temperature, °C, if a column or its name says it.
+    pub temperature_c: Option<f64>,
 }
 
 /// A record and its notes.

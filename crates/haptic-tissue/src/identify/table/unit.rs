@@ -10,9 +10,14 @@ pub(super) enum Dimension {
     Force,
     Length,
     AngularFrequency,
+    Angle,
+    Temperature,
 }
 
 const TURN: f64 = 2.0 * core::f64::consts::PI;
+const DEGREE: f64 = core::f64::consts::PI / 180.0;
+/// Of a mass that stands for a force, m/s².
+const STANDARD_GRAVITY: f64 = 9.806_65;
 
 impl Dimension {
     /// Spellings of units with what they are in SI, the SI unit first.
@@ -67,11 +72,15 @@ const UNITS: &[(Dimension, Units)] = &[
         &[
             ("s", 1.0),
             ("sec", 1.0),
+            ("secs", 1.0),
+            ("second", 1.0),
             ("seconds", 1.0),
             ("ms", 1e-3),
             ("us", 1e-6),
             ("min", 60.0),
+            ("minutes", 60.0),
             ("h", 3600.0),
+            ("hours", 3600.0),
         ],
     ),
     (
@@ -85,6 +94,7 @@ const UNITS: &[(Dimension, Units)] = &[
             ("N/m2", 1.0),
             ("N/mm2", 1e6),
             ("dyn/cm2", 0.1),
+            ("dyne/cm2", 0.1),
             ("psi", 6_894.757_293_168),
         ],
     ),
@@ -120,8 +130,14 @@ const UNITS: &[(Dimension, Units)] = &[
             ("mN", 1e-3),
             ("kN", 1e3),
             ("uN", 1e-6),
-            ("gf", 9.806_65e-3),
-            ("kgf", 9.806_65),
+            ("nN", 1e-9),
+            ("pN", 1e-12),
+            // Scales and texture analysers write the mass that weighs so much.
+            ("g", STANDARD_GRAVITY * 1e-3),
+            ("gf", STANDARD_GRAVITY * 1e-3),
+            ("kg", STANDARD_GRAVITY),
+            ("kgf", STANDARD_GRAVITY),
+            ("lbf", 4.448_221_615_260_5),
         ],
     ),
     (
@@ -132,6 +148,9 @@ const UNITS: &[(Dimension, Units)] = &[
             ("um", 1e-6),
             ("cm", 1e-2),
             ("nm", 1e-9),
+            ("pm", 1e-12),
+            ("micron", 1e-6),
+            ("in", 25.4e-3),
         ],
     ),
     (
@@ -142,7 +161,31 @@ const UNITS: &[(Dimension, Units)] = &[
             ("1/s", 1.0),
             ("s-1", 1.0),
             ("rad s-1", 1.0),
+            ("rad/sec", 1.0),
+            ("mHz", 1e-3 * TURN),
             ("kHz", 1e3 * TURN),
+        ],
+    ),
+    (
+        Dimension::Angle,
+        &[
+            ("rad", 1.0),
+            ("°", DEGREE),
+            ("deg", DEGREE),
+            ("degree", DEGREE),
+            ("degrees", DEGREE),
+            ("mrad", 1e-3),
+        ],
+    ),
+    (
+        Dimension::Temperature,
+        &[
+            ("°C", 1.0),
+            ("C", 1.0),
+            ("degC", 1.0),
+            ("℃", 1.0),
+            ("K", 1.0),
+            ("°F", 5.0 / 9.0),
         ],
     ),
 ];
