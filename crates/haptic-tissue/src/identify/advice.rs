@@ -37,7 +37,8 @@ pub(super) fn about_length(compared: usize, record: &Record) -> Option<String> {
 
 fn at_ends(fit: &Fit) -> Vec<String> {
     let parameters = fit.parameters.iter().enumerate();
-    let ends = parameters.filter_map(|(k, parameter)| {
+    let ends = parameters.filter(|(_, parameter)| !parameter.held);
+    let ends = ends.filter_map(|(k, parameter)| {
         // A parameter that was fixed has no correlation, not even with itself.
         let fixed = fit.correlation.get(k).is_some_and(|row| row[k].is_nan());
         let (name, value) = (parameter.name, parameter.value);

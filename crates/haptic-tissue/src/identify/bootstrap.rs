@@ -10,7 +10,7 @@
 
 use super::elements::{Candidate, Elements};
 use super::fit::parameters;
-use super::search::{Best, FINE, minimise, ranges};
+use super::search::{Best, FINE, loose, minimise, ranges};
 use super::target::Target;
 use rand_pcg::Pcg64;
 use rand_pcg::rand_core::{Rng as _, SeedableRng as _};
@@ -37,7 +37,7 @@ pub(super) fn intervals(
     let block = (block.ceil() as usize).clamp(1, (n / 8).max(1));
     let ranges = ranges(candidate, target);
     let start = best.elements.variables(candidate);
-    let free: Vec<usize> = (0..start.len()).collect();
+    let free = loose(&ranges);
     let fits: Vec<Vec<f64>> = (0..records)
         .into_par_iter()
         .filter_map(|record| {
@@ -57,7 +57,8 @@ pub(super) fn intervals(
                 .then(|| parameters(candidate, &elements, target.unit_s))
         })
         .collect();
-    let ends = (0..start.len()).map(|v| ends(fits.iter().map(|fit| fit[v]).collect()));
+    let ends = (0..candidate.kind().parameters().len())
+        .map(|v| ends(fits.iter().map(|fit| fit[v]).collect()));
     (ends.collect(), fits.len())
 }
 

@@ -1,62 +1,13 @@
 //! The candidates of a record, fitted and in order.
 
-use super::contact::Baseline;
-use super::elements::Candidate;
 use super::error::IdentifyError;
 use super::fit::{AS_GOOD, Estimate, Fit, REFUSED, fit};
+use super::options::{Options, candidates, target_of};
 use super::record::{Record, RecordKind};
 use super::search::search;
-use super::target::{Target, Weighting};
 use super::{advice, bootstrap, profile};
-use crate::model::{CANDIDATES, ModelKind};
-use std::ops::RangeInclusive;
+use crate::model::ModelKind;
 use std::sync::atomic::AtomicBool;
-/// What is fitted to a record, and how thoroughly; see [`identify`](super::identify()).
-#[derive(Clone, Debug, PartialEq)]
-pub struct Options {
-    /// The candidates, of [`CANDIDATES`].
-    pub candidates: Vec<ModelKind>,
-    /// The one to choose, whatever the record says for others; without it, the record chooses.
-    pub chosen: Option<ModelKind>,
-    /// The weights of the samples.
-    pub weighting: Weighting,
-    /// Starts for each candidate, [`Options::STARTS_ALLOWED`].
-    pub starts: usize,
-    /// Records of the bootstrap, [`Options::BOOTSTRAP_ALLOWED`]; 0 for intervals by profiles.
-    pub bootstrap: usize,
-    /// The same seed draws the same records of the bootstrap, whatever the number of threads.
-    pub seed: u64,
-    /// True to find b of tissue that stiffens too, see `haptic_loop::loading`: the last parameter of the chosen fit, from 0 to 100.
-    pub stiffening: bool,
-    /// The part of the force of a motion that is not the tissue's, to be fitted with it.
-    pub baseline: Option<Baseline>,
-}
-
-impl Options {
-    /// Enough that no golden record is fitted worse than by 40 starts of `SciPy`.
-    pub const STARTS: usize = 40;
-    /// Starts that are worth their time.
-    pub const STARTS_ALLOWED: RangeInclusive<u32> = 1..=10_000;
-    /// A number of bootstrap records that is worth its time.
-    pub const BOOTSTRAP_ALLOWED: RangeInclusive<u32> = 0..=100_000;
-}
-
-impl Default for Options {
-    /// All candidates, equal weights, 40 starts, no bootstrap.
-    fn default() -> Self {
-        Self {
-            candidates: CANDIDATES.to_vec(),
-            chosen: None,
-            weighting: Weighting::Equal,
-            starts: Self::STARTS,
-            bootstrap: 0,
-            seed: 1,
-            stiffening: false,
-            baseline: None,
-        }
-    }
-}
-
 /// Models fitted to a record, best first.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Identification {
@@ -107,23 +58,23 @@ pub(super) fn identified(
     stop: &AtomicBool,
     progress: &(dyn Fn(usize) + Sync),
 ) -> Result<Identification, IdentifyError> {
-    let target = Target::new(record, options.weighting, stop);
+    let target = target_of(record, options, stop);
     let (mut fitted, mut failed) = (Vec::new(), Vec::new());
-    for &kind in &options.candidates {
-        let candidate = Candidate::of(kind)?;
+    for candidate in candidates(options, record.kind())? {
         match search(candidate, &target, options.starts.max(1)) {
             Ok(best) => {
                 let (fit, certainty) = fit(candidate, &target, &best);
-                fitted.push((fit, best, certainty));
+                fitted.push((fit, candidate, best, certainty));
             }
-            Err(error) if options.chosen == Some(kind) => return Err(error),
+            Err(error) if options.chosen == Some(candidate.kind()) => return Err(error),
             Err(error) => failed.push(error),
         }
     }
     fitted.sort_by(|a, b| a.0.bic.total_cmp(&b.0.bic));
     let fits = || fitted.iter().map(|fitted| &fitted.0);
     let Some(index) = choose(fits(), options.chosen) else {
-        return Err(failed.pop().unwrap_or_else(|| {
+        // What the model with the fewest parameters needs.
+        return Err(failed.into_iter().next().unwrap_or_else(|| {
             IdentifyError::Record("there is no model to fit: give at least one".to_owned())
         }));
     };
@@ -133,8 +84,8 @@ pub(super) fn identified(
     warnings.extend(failed.iter().map(ToString::to_string));
     let bics = fitted.iter().map(|fitted| fitted.0.bic);
     let refused = bics.fold(f64::INFINITY, f64::min) + REFUSED;
-    for (index, (fit, best, certainty)) in fitted.iter_mut().enumerate() {
-        let (candidate, independent) = (Candidate::of(fit.kind)?, fit.independent);
+    for (index, (fit, candidate, best, certainty)) in fitted.iter_mut().enumerate() {
+        let (candidate, independent) = (*candidate, fit.independent);
         let (records, seed) = (options.bootstrap, options.seed);
         let ends = if index == 0 && records > 0 {
             let (ends, fitted) = bootstrap::intervals(

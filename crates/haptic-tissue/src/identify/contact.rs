@@ -14,11 +14,12 @@
 //! *Cost*: some 30 fits of a spring-pot to 200 samples, then some 10 of each candidate to 2000 samples at most.
 //! *Errors*: a record of no single motion, or without an indenter where a contact point is looked for.
 
-use super::candidates::{Identification, Options, choose, identified};
+use super::candidates::{Identification, choose, identified};
 use super::elements::{Candidate, Elements};
 use super::error::IdentifyError;
 use super::fit::{Estimate, Fit, REFUSED, fit, parameters, student};
 use super::keys::{BASELINE, CONTACT_POINT, KIND, STIFFENING};
+use super::options::{Options, candidates, target_of};
 use super::record::{ContactPoint, REST_OF_FIT, Record, RecordKind, Touch, area};
 use super::search::{polished, search};
 use super::target::Target;
@@ -58,9 +59,12 @@ const MATTERS: f64 = 0.03;
 /// A candidate fitted with the contact at one depth.
 #[derive(Clone, Debug)]
 struct Place {
+    candidate: Candidate,
     contact_m: f64,
     sum: f64,
     elements: Elements,
+    /// The variables that are not at an end of their range.
+    free: Vec<usize>,
     unit_s: f64,
     bic: f64,
 }
@@ -125,15 +129,14 @@ pub(super) fn touched(
         stop,
     };
     let near = search.near()?;
-    let candidates = options.candidates.iter().map(|&kind| Candidate::of(kind));
-    let candidates: Vec<Candidate> = candidates.collect::<Result<_, _>>()?;
+    let candidates = candidates(options, record.kind)?;
     // One by itself: the result does not depend on the threads.
     let places: Vec<Result<(Record, Fit, Place), IdentifyError>> = (candidates.par_iter())
         .map(|&candidate| {
             let place = search.lowest(candidate, near)?;
-            let record = search.linear(candidate, &place)?;
-            let target = Target::new(&record, options.weighting, stop);
-            let best = polished(candidate, &target, [place.start(candidate, &target)].iter())?;
+            let record = search.linear(&place)?;
+            let target = target_of(&record, options, stop);
+            let best = polished(candidate, &target, [place.start(&target)].iter())?;
             let mut fit = fit(candidate, &target, &best).0;
             as_measured(&mut fit, &record, &target);
             Ok((record, fit, place))
@@ -157,7 +160,7 @@ pub(super) fn touched(
         ..options.clone()
     };
     let mut found = identified(&linear, &there, stop, progress)?;
-    let target = Target::new(&linear, options.weighting, stop);
+    let target = target_of(&linear, options, stop);
     as_measured(&mut found.fits[0], &linear, &target);
     found.beside = search.beside(&linear, &found.fits[0], &place)?;
     found.fits.extend(fitted.into_iter().map(|(_, fit, _)| fit));
@@ -194,7 +197,12 @@ pub(super) fn missed(
     let chosen = found.fits.first()?;
     let mut kinds = vec![chosen.kind, ModelKind::SpringPot];
     kinds.dedup();
-    let place = |kind: ModelKind, is_free: bool, baseline: Option<Baseline>| {
+    let both = Options {
+        candidates: kinds,
+        chosen: None,
+        ..options.clone()
+    };
+    let place = |candidate: Candidate, is_free: bool, baseline: Option<Baseline>| {
         let search = Search {
             record,
             touch: Some(&touch),
@@ -202,14 +210,13 @@ pub(super) fn missed(
             options,
             stop,
         };
-        let candidate = Candidate::of(kind).ok()?;
         let place = match is_free {
             true => search.lowest(candidate, [0.0, 0.1 * search.range()[1]]),
             false => search.place(candidate, 0.0, None),
         };
         let mut place = place.ok()?;
         place.bic += f64::from(u8::from(is_free)) * libm::log(touch.time_s.len() as f64);
-        Some((place, kind, is_free, baseline))
+        Some((place, is_free, baseline))
     };
     let constant = Some(Baseline::Constant);
     let ways = [
@@ -218,20 +225,23 @@ pub(super) fn missed(
         (false, constant),
         (true, constant),
     ];
-    let all = kinds.iter().flat_map(|kind| ways.map(|way| (*kind, way)));
+    let candidates = candidates(&both, record.kind).ok()?;
+    let all = candidates
+        .into_iter()
+        .flat_map(|one| ways.map(|way| (one, way)));
     let all: Vec<_> = all
-        .filter_map(|(kind, (free, baseline))| place(kind, free, baseline))
+        .filter_map(|(candidate, (is_free, baseline))| place(candidate, is_free, baseline))
         .collect();
     let least = |is_plain: bool| {
         let some = all
             .iter()
-            .filter(|one| is_plain == (!one.2 && one.3.is_none()));
+            .filter(|one| is_plain == (!one.1 && one.2.is_none()));
         some.min_by(|a, b| a.0.bic.total_cmp(&b.0.bic))
     };
     let (plain, better) = (least(true)?, least(false)?);
-    let moduli = [plain, better].map(|(place, kind, ..)| {
-        let values = parameters(Candidate::of(*kind).ok()?, &place.elements, place.unit_s);
-        let model = Model::from_parameters(*kind, &values).ok()?;
+    let moduli = [plain, better].map(|(place, ..)| {
+        let values = parameters(place.candidate, &place.elements, place.unit_s);
+        let model = Model::from_parameters(place.candidate.kind(), &values).ok()?;
         // |M(iω)| at 1 rad/s, or where a shorter record ends: V of a spring-pot.
         let time_s = touch.time_s.last()? - touch.time_s.first()?;
         Some(model.complex_modulus(1.0 / time_s.min(1.0)).norm())
@@ -241,7 +251,7 @@ pub(super) fn missed(
     if gain <= REFUSED || change.abs() <= MATTERS {
         return None;
     }
-    let contact = better.2.then(|| {
+    let contact = better.1.then(|| {
         let depth = Shown(1e3 * better.0.contact_m + 1e3 * touch.zero_m).to_string();
         format!(
             "an indenter that touches at {:.6} mm",
@@ -249,7 +259,7 @@ pub(super) fn missed(
         )
     });
     let contact = contact.map(|what| (what, CONTACT_POINT.set_to("fit")));
-    let baseline = (better.3).map(|_| {
+    let baseline = (better.2).map(|_| {
         (
             "a force that is not 0 without contact".to_owned(),
             BASELINE.set_to("constant"),
@@ -270,13 +280,13 @@ pub(super) fn missed(
 
 impl Place {
     /// Its variables in the unit of time of another target.
-    fn start(&self, candidate: Candidate, target: &Target<'_>) -> Vec<f64> {
+    fn start(&self, target: &Target<'_>) -> Vec<f64> {
         let mut elements = self.elements;
         let shift = libm::log(self.unit_s / target.unit_s);
         for (modulus, order) in elements.ln_modulus.iter_mut().zip(elements.order) {
             *modulus -= order * shift;
         }
-        elements.variables(candidate)
+        elements.variables(self.candidate)
     }
 }
 
@@ -319,9 +329,9 @@ impl Search<'_> {
         near: Option<&Place>,
     ) -> Result<Place, IdentifyError> {
         let record = self.record(contact_m)?;
-        let target = Target::new(&record, self.options.weighting, self.stop);
+        let target = target_of(&record, self.options, self.stop);
         let best = match near {
-            Some(near) => polished(candidate, &target, [near.start(candidate, &target)].iter())?,
+            Some(near) => polished(candidate, &target, [near.start(&target)].iter())?,
             None => search(
                 candidate,
                 &target,
@@ -329,10 +339,12 @@ impl Search<'_> {
             )?,
         };
         Ok(Place {
+            candidate,
             contact_m,
             sum: best.sum,
             bic: fit(candidate, &target, &best).0.bic,
             elements: best.elements,
+            free: best.free,
             unit_s: target.unit_s,
         })
     }
@@ -350,7 +362,7 @@ impl Search<'_> {
             options: self.options,
             stop: self.stop,
         };
-        let candidate = Candidate::of(ModelKind::SpringPot)?;
+        let candidate = Candidate::of(ModelKind::SpringPot);
         let [mut low, mut high] = self.range();
         let (mut near, mut step) = (0.0, 0.0);
         for _ in 0..2 {
@@ -358,7 +370,7 @@ impl Search<'_> {
             let depths: Vec<f64> = (0..GRID).map(|n| low + (n as f64 + 0.5) * step).collect();
             let sums = depths.par_iter().map(|&depth| {
                 let record = few.record(depth).ok()?;
-                let target = Target::new(&record, self.options.weighting, self.stop);
+                let target = target_of(&record, self.options, self.stop);
                 let best = search(candidate, &target, STARTS[0]).ok()?;
                 Some((depth, best.sum))
             });
@@ -439,7 +451,7 @@ impl Search<'_> {
     }
 
     /// The record at a place, with how the stress changes with the contact point as one more column.
-    fn linear(&self, candidate: Candidate, place: &Place) -> Result<Record, IdentifyError> {
+    fn linear(&self, place: &Place) -> Result<Record, IdentifyError> {
         let mut record = self.record(place.contact_m)?;
         if self.touch.is_none() {
             return Ok(record);
@@ -453,9 +465,9 @@ impl Search<'_> {
         let mut slope = vec![0.0; record.x.len()];
         for side in [-1.0, 1.0] {
             let beside = plain.record(place.contact_m + side * step)?;
-            let target = Target::new(&beside, self.options.weighting, self.stop);
-            let elements = Elements::from_variables(&place.start(candidate, &target));
-            target.model(candidate, &elements, |n, stress| {
+            let target = target_of(&beside, self.options, self.stop);
+            let elements = Elements::from_variables(&place.start(&target));
+            target.model(place.candidate, &elements, |n, stress| {
                 slope[n + 1] += side * stress.value * target.scale / (2.0 * step);
             });
         }
@@ -472,18 +484,17 @@ impl Search<'_> {
     ) -> Result<Vec<Estimate>, IdentifyError> {
         let mut plain = record.clone();
         plain.beside.clear();
-        let candidate = Candidate::of(fit.kind)?;
-        let target = Target::new(&plain, self.options.weighting, self.stop);
-        let elements = Elements::from_variables(&place.start(candidate, &target));
-        let (rows, memory) = (target.len(), candidate.parameters());
+        let target = target_of(&plain, self.options, self.stop);
+        let elements = Elements::from_variables(&place.start(&target));
+        let (rows, memory) = (target.len(), place.free.len());
         let columns = memory + record.beside.len();
         let mut matrix = DMatrix::zeros(rows, columns);
         let mut right = DVector::zeros(rows);
         let chosen = target.chosen();
-        target.residuals(candidate, &elements, |n, _, slope| {
+        target.residuals(place.candidate, &elements, |n, _, slope| {
             right[n] = -slope.value * target.scale;
-            for (variable, by) in slope.by.iter().enumerate().take(memory) {
-                matrix[(n, variable)] = by * target.scale;
+            for (k, &variable) in place.free.iter().enumerate() {
+                matrix[(n, k)] = slope.by[variable] * target.scale;
             }
             for (k, column) in record.beside.iter().enumerate() {
                 matrix[(n, memory + k)] = column[chosen[n]];
@@ -531,6 +542,7 @@ impl Search<'_> {
                 standard_error: Some(error),
                 low_95: Some(value - t * error),
                 high_95: Some(value + t * error),
+                held: false,
             }
         });
         Ok(named.collect())

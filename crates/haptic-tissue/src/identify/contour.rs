@@ -81,7 +81,7 @@ impl Contour {
         let (candidate, zero) = (self.candidate, Complex64::new(0.0, 0.0));
         let mut size = [0.0; ELEMENTS];
         for (i, size) in size.iter_mut().enumerate() {
-            if 2 * i < candidate.parameters() {
+            if 2 * i < candidate.variables() {
                 *size = libm::exp(self.elements.ln_modulus[i] - self.elements.order[i] * ln_time);
             }
         }
@@ -126,10 +126,6 @@ mod tests {
     use super::*;
     use crate::model::{Model, ModelKind};
 
-    fn candidate(kind: ModelKind) -> Candidate {
-        Candidate::of(kind).expect("one")
-    }
-
     /// V, α and G, β: t₀ is 1 s, so aᵢ = ln Vᵢ.
     const ELEMENTS_OF_TEST: [(f64, f64); 3] = [(876e3, 0.675), (22.1e3, 0.11), (900.0, 0.0)];
 
@@ -159,7 +155,7 @@ mod tests {
         for decade in -6..=6 {
             let t = 10_f64.powi(decade);
             let at = |kind, quantity| {
-                let contour = Contour::new(candidate(kind), quantity, elements(of));
+                let contour = Contour::new(Candidate::of(kind), quantity, elements(of));
                 contour.at(t.ln()).value
             };
             let pot = |quantity| at(ModelKind::SpringPot, quantity);
@@ -180,7 +176,7 @@ mod tests {
     fn a_classical_maxwell_model_decays_exponentially() {
         let of = elements([(100.0, 1.0), (50.0, 0.0), (1.0, 0.0)]);
         let contour = Contour::new(
-            candidate(ModelKind::FractionalMaxwell),
+            Candidate::of(ModelKind::FractionalMaxwell),
             Quantity::Relaxation,
             of,
         );
@@ -194,7 +190,7 @@ mod tests {
     #[test]
     fn the_closed_forms_of_the_library_are_met() {
         let of = [(3e4, 0.7), (2e4, 0.15), (5e3, 0.0)];
-        for candidate in Candidate::all() {
+        for candidate in Candidate::fractional() {
             let mut parameters = vec![of[0].0, of[0].1, of[1].0, of[1].1, of[2].0];
             parameters.truncate(candidate.parameters());
             let model = Model::from_parameters(candidate.kind(), &parameters).expect("valid");
@@ -214,7 +210,7 @@ mod tests {
     #[test]
     fn derivatives_are_those_of_the_values() {
         const STEP: f64 = 1e-5;
-        for candidate in Candidate::all() {
+        for candidate in Candidate::fractional() {
             for quantity in [Quantity::Relaxation, Quantity::Creep, Quantity::Integral] {
                 let values = elements(ELEMENTS_OF_TEST).variables(candidate);
                 let at = |values: &[f64], ln_time: f64| {

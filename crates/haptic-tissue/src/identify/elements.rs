@@ -3,71 +3,159 @@
 //! aᵢ is the logarithm of the modulus at the rate 1/t₀ in the middle of the record, where it hangs together least with αᵢ.
 //! Variables, as parameters of a tissue file: a₁, α₁, a₂, α₂, and a₃ of the spring, whose α is 0.
 
-use super::error::IdentifyError;
-use crate::model::{CANDIDATES, ModelKind};
+use crate::model::{Joint, ModelKind, ParameterRange};
 use num_complex::Complex64;
 
 /// The most elements of a candidate.
 pub(super) const ELEMENTS: usize = 3;
 pub(super) const VARIABLES: usize = 5;
 
-/// One of [`CANDIDATES`].
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) struct Candidate(ModelKind);
+/// One of [`CANDIDATES`](crate::model::CANDIDATES). Springs and dashpots are spring-pots whose orders are fixed at 0 and 1.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Candidate {
+    kind: ModelKind,
+    /// Low and high end of each variable; of a modulus ln V, infinite where it is not held.
+    ranges: [(f64, f64); VARIABLES],
+    held: [bool; VARIABLES],
+    /// Parameters that are looked for beside those of the model.
+    beside: usize,
+}
 
 /// True for an order, false for the logarithm of a modulus; of the element `variable`/2.
 pub(super) const fn is_order(variable: usize) -> bool {
     variable % 2 == 1
 }
 
-/// How much of a variable a reported parameter is: ln Vᵢ = aᵢ + αᵢ ln t₀, an order is itself.
-pub(super) fn share(parameter: usize, variable: usize, ln_unit: f64) -> f64 {
-    match (parameter, variable) {
-        (a, b) if a == b => 1.0,
-        (a, b) if is_order(b) && a + 1 == b => ln_unit,
-        _ => 0.0,
-    }
-}
-
-/// A reported parameter of its logarithm, or an order of itself.
-pub(super) fn number(parameter: usize, value: f64) -> f64 {
-    match is_order(parameter) {
-        true => value,
-        false => libm::exp(value),
-    }
-}
-
 impl Candidate {
-    #[cfg(test)]
-    pub(super) fn all() -> [Self; CANDIDATES.len()] {
-        CANDIDATES.map(Self)
+    /// With nothing held.
+    pub(super) fn of(kind: ModelKind) -> Self {
+        let mut ranges = [(f64::NEG_INFINITY, f64::INFINITY); VARIABLES];
+        let classical = |element: usize| match (kind, element) {
+            (ModelKind::Spring, _) | (_, 1..) => 0.0,
+            (_, 0) => 1.0,
+        };
+        let mut candidate = Self {
+            kind,
+            ranges,
+            held: [false; VARIABLES],
+            beside: 0,
+        };
+        for (variable, range) in ranges.iter_mut().enumerate() {
+            if is_order(variable) {
+                let order = classical(variable / 2);
+                *range = match candidate.is_fractional() {
+                    true => (0.0, 1.0),
+                    false => (order, order),
+                };
+            }
+        }
+        candidate.ranges = ranges;
+        candidate
     }
 
-    pub(super) fn of(kind: ModelKind) -> Result<Self, IdentifyError> {
-        if CANDIDATES.contains(&kind) {
-            return Ok(Self(kind));
+    /// With a parameter of this name between these ends; none if it has none of this name.
+    pub(super) fn with_held(mut self, name: &str, low: f64, high: f64) -> Option<Self> {
+        let parameters = self.kind.parameters();
+        let parameter = parameters.iter().position(|one| one.name == name)?;
+        let variable = self.variable(parameter);
+        self.ranges[variable] = match parameters[parameter].range {
+            ParameterRange::Order => (low, high),
+            ParameterRange::Positive | ParameterRange::NotNegative => {
+                (libm::log(low), libm::log(high))
+            }
+        };
+        self.held[variable] = true;
+        if self.has_two_orders() {
+            // The larger order is the first one's: then orders may be exchanged and stay in their ranges.
+            let [first, second] = [self.ranges[1], self.ranges[3]];
+            self.ranges[1].0 = first.0.max(second.0).min(first.1);
+            self.ranges[3].1 = second.1.min(first.1).max(second.0);
         }
-        Err(IdentifyError::Record(format!(
-            "{kind} is not fitted by itself: take one of {}",
-            CANDIDATES.map(ModelKind::name).join(", ")
-        )))
+        Some(self)
+    }
+
+    /// With so many parameters beside those of the model.
+    pub(super) const fn with_beside(self, beside: usize) -> Self {
+        Self { beside, ..self }
     }
 
     pub(super) const fn kind(self) -> ModelKind {
-        self.0
+        self.kind
     }
 
-    /// Number of parameters, and of variables.
-    pub(super) const fn parameters(self) -> usize {
-        self.0.parameters().len()
+    /// Variables of its elements.
+    pub(super) const fn variables(self) -> usize {
+        match self.kind.joint() {
+            None => 2,
+            Some(Joint::KelvinVoigt | Joint::Maxwell) => 4,
+            Some(Joint::Zener | Joint::PoyntingThomson) => 5,
+        }
+    }
+
+    const fn is_fractional(self) -> bool {
+        self.kind.parameters().len() == self.variables()
+    }
+
+    /// True if two orders are looked for, the larger one first.
+    pub(super) const fn has_two_orders(self) -> bool {
+        self.is_fractional() && self.variables() > 2
+    }
+
+    /// Number of parameters that the record is to tell, with those beside the model.
+    pub(super) fn parameters(self) -> usize {
+        let ranges = self.ranges[..self.variables()].iter();
+        ranges.filter(|(low, high)| low < high).count() + self.beside
+    }
+
+    /// Low and high end of a variable; of a modulus ln V, infinite where it is not held.
+    pub(super) const fn range(self, variable: usize) -> (f64, f64) {
+        self.ranges[variable]
+    }
+
+    pub(super) const fn is_held(self, variable: usize) -> bool {
+        self.held[variable]
+    }
+
+    /// The variable of a parameter. A file names the spring before the dashpot, of which the order is larger.
+    pub(super) const fn variable(self, parameter: usize) -> usize {
+        match self.is_fractional() {
+            true => parameter,
+            false => 2 * (self.kind.parameters().len() - 1 - parameter),
+        }
+    }
+
+    /// How much of each variable a parameter is: ln Vᵢ = aᵢ + αᵢ ln t₀, an order is itself.
+    pub(super) fn shares(self, parameter: usize, ln_unit: f64) -> Vec<f64> {
+        let own = self.variable(parameter);
+        let mut shares = vec![0.0; self.variables()];
+        shares[own] = 1.0;
+        if let Some(order) = shares.get_mut(own + 1).filter(|_| !is_order(own)) {
+            *order = ln_unit;
+        }
+        shares
     }
 
     /// M and its derivatives by the moduli of the elements e₁, e₂ and the spring e₃.
     pub(super) fn join(self, e: [Complex64; ELEMENTS]) -> (Complex64, [Complex64; ELEMENTS]) {
-        match self.0.joint() {
+        match self.kind.joint() {
             Some(joint) => joint.slopes(e),
             None => (e[0], [Complex64::ONE, Complex64::ZERO, Complex64::ZERO]),
         }
+    }
+
+    /// Those whose variables are their parameters.
+    #[cfg(test)]
+    pub(super) fn fractional() -> impl Iterator<Item = Self> {
+        let all = crate::model::CANDIDATES.into_iter().map(Self::of);
+        all.filter(|candidate| candidate.is_fractional())
+    }
+}
+
+/// A parameter of its logarithm, or an order of itself.
+pub(super) fn number(variable: usize, value: f64) -> f64 {
+    match is_order(variable) {
+        true => value,
+        false => libm::exp(value),
     }
 }
 
@@ -94,12 +182,13 @@ impl Elements {
             true => self.order[variable / 2],
             false => self.ln_modulus[variable / 2],
         };
-        (0..candidate.parameters()).map(value).collect()
+        (0..candidate.variables()).map(value).collect()
     }
 
-    /// The same model with the larger order first.
+    /// The same model with the larger order first, unless a modulus of either is held.
     pub(super) fn sorted(mut self, candidate: Candidate) -> Self {
-        if candidate.parameters() > 2 && self.order[0] < self.order[1] {
+        let may = candidate.has_two_orders() && !candidate.is_held(0) && !candidate.is_held(2);
+        if may && self.order[0] < self.order[1] {
             self.ln_modulus.swap(0, 1);
             self.order.swap(0, 1);
         }
@@ -114,7 +203,7 @@ impl Elements {
         angle: f64,
     ) -> [Complex64; ELEMENTS] {
         core::array::from_fn(|i| {
-            if 2 * i >= candidate.parameters() {
+            if 2 * i >= candidate.variables() {
                 return Complex64::ZERO;
             }
             let size = libm::exp(self.ln_modulus[i] + self.order[i] * ln_size);
@@ -141,7 +230,7 @@ impl Slope {
         by_order: [f64; ELEMENTS],
     ) -> Self {
         let mut by = [0.0; VARIABLES];
-        for (variable, by) in by.iter_mut().enumerate().take(candidate.parameters()) {
+        for (variable, by) in by.iter_mut().enumerate().take(candidate.variables()) {
             let slopes = if is_order(variable) {
                 &by_order
             } else {

@@ -27,15 +27,15 @@ pub enum IdentifyError {
     Record(String),
     /// Not enough numbers for a model.
     #[error(
-        "{numbers} numbers are too few for the {parameters} parameters of {model}: give at least {}",
-        parameters + 1
+        "{numbers} numbers are too few for {model}: give at least {}",
+        parameters + 3
     )]
     TooFew {
         /// Its name as on the command line.
         model: &'static str,
         /// What the record has: two numbers for each sample of an oscillation.
         numbers: usize,
-        /// What the model needs; one number more says how well it fits.
+        /// What the model has to tell; three numbers more say how well it fits.
         parameters: usize,
     },
     /// It was told to stop.

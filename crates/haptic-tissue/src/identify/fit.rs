@@ -1,6 +1,6 @@
 //! A model fitted to a record, with its errors.
 
-use super::elements::{Candidate, Elements, is_order, number, share};
+use super::elements::{Candidate, Elements, is_order, number};
 use super::noise::{independent, neighbours};
 use super::search::Best;
 use super::target::Target;
@@ -29,10 +29,11 @@ pub struct Fit {
     pub correlation: Vec<Vec<f64>>,
     /// Root of the mean square of the residuals, without weights: of the logarithm, or Pa for a history.
     pub rms: f64,
-    /// n·ln(S/n) + 2(p + 1), of the weighted sum of squares S, n residuals and all p parameters of the model: one at an end of its range
-    /// was put there by the record too.
+    /// n·ln(S/n) + 2k, of the weighted sum of squares S, n residuals and k parameters, the noise among them: one at an end of its range
+    /// was put there by the record too, one that is held was not.
     pub aic: f64,
-    /// n·ln(S/n) + (p + 1)·ln n.
+    /// n·ln(S/n) + k·ln n + 2k(k + 1)/(n − k − 1); the last term is that of small samples (C. Hurvich, C.-L. Tsai, *Regression
+    /// and time series model selection in small samples*, Biometrika 76, 1989).
     pub bic: f64,
     /// The model's values at those of the record, in the order of
     /// [`measured`](super::Identification::measured).
@@ -131,23 +132,38 @@ pub(super) fn fit(candidate: Candidate, target: &Target, best: &Best) -> (Fit, C
         variance: sum / freedom,
     };
     let covariance = (certainty.spread.as_ref())
-        .map(|spread| covariance(spread, certainty.variance, free, target.unit_s));
+        .map(|spread| covariance(candidate, spread, certainty.variance, free, target.unit_s));
     let values = parameters(candidate, elements, target.unit_s);
-    // A record without any noise is as good as one with noise in the last digits.
-    let likelihood = n as f64 * libm::log((sum / n as f64).max(1e-30));
-    let numbers = (candidate.parameters() + target.beside + 1) as f64;
+    let numbers = candidate.parameters() + target.beside;
     let fit = Fit {
         kind: candidate.kind(),
-        parameters: estimates(candidate, &values, covariance.as_ref(), certainty.student),
+        parameters: estimates(
+            candidate,
+            &values,
+            free,
+            covariance.as_ref(),
+            certainty.student,
+        ),
         correlation: covariance.as_ref().map(correlation).unwrap_or_default(),
         rms: libm::sqrt(residuals.iter().map(|r| r * r).sum::<f64>() / n as f64),
-        aic: likelihood + 2.0 * numbers,
-        bic: likelihood + numbers * libm::log(n as f64),
+        aic: likelihood(n, *sum) + 2.0 * (numbers + 1) as f64,
+        bic: bic(n, *sum, numbers),
         predicted,
         neighbours: neighbours(&residuals),
         independent,
     };
     (fit, certainty)
+}
+
+/// n·ln(S/n). A record without any noise is as good as one with noise in the last digits.
+fn likelihood(n: usize, sum: f64) -> f64 {
+    n as f64 * libm::log((sum / n as f64).max(1e-30))
+}
+
+/// The criterion of so many residuals and parameters, beside which the noise is one.
+pub(super) fn bic(n: usize, sum: f64, parameters: usize) -> f64 {
+    let (count, k) = (n as f64, (parameters + 1) as f64);
+    likelihood(n, sum) + k * libm::log(count) + 2.0 * k * (k + 1.0) / (count - k - 1.0)
 }
 
 /// A parameter with its errors.
@@ -167,6 +183,8 @@ pub struct Estimate {
     pub low_95: Option<f64>,
     /// High end, likewise.
     pub high_95: Option<f64>,
+    /// True if it was held: it is at the end of a range that was given, or has one value.
+    pub held: bool,
 }
 
 impl Estimate {
@@ -189,11 +207,11 @@ impl Estimate {
 /// The parameters of the elements in SI units.
 pub(super) fn parameters(candidate: Candidate, elements: &Elements, unit_s: f64) -> Vec<f64> {
     let (variables, ln_unit) = (elements.variables(candidate), libm::log(unit_s));
-    (0..variables.len())
+    (0..candidate.kind().parameters().len())
         .map(|parameter| {
-            let parts = variables.iter().enumerate();
-            let parts = parts.map(|(variable, value)| share(parameter, variable, ln_unit) * value);
-            number(parameter, parts.sum())
+            let parts = variables.iter().zip(candidate.shares(parameter, ln_unit));
+            let sum = parts.map(|(value, share)| share * value).sum();
+            number(candidate.variable(parameter), sum)
         })
         .collect()
 }
@@ -206,7 +224,11 @@ fn spread(
     free: &[usize],
 ) -> Option<DMatrix<f64>> {
     let (n, p) = (target.len(), free.len());
-    if n <= p || p == 0 {
+    let count = candidate.variables();
+    if p == 0 {
+        return Some(DMatrix::zeros(count, count));
+    }
+    if n <= p {
         return None;
     }
     let mut normal = DMatrix::<f64>::zeros(p, p);
@@ -227,7 +249,6 @@ fn spread(
     if inverse.diagonal().iter().any(|&x| !(x > 0.0 && x < 1e12)) {
         return None;
     }
-    let count = candidate.parameters();
     let mut all = DMatrix::zeros(count, count);
     for (i, &v) in free.iter().enumerate() {
         for (j, &w) in free.iter().enumerate() {
@@ -238,43 +259,51 @@ fn spread(
 }
 
 /// From the variables to ln Vᵢ and αᵢ, NaN in rows of what is fixed.
-fn covariance(spread: &DMatrix<f64>, variance: f64, free: &[usize], unit_s: f64) -> DMatrix<f64> {
-    let (count, ln_unit) = (spread.nrows(), libm::log(unit_s));
-    let outer = DMatrix::from_fn(count, count, |v, w| share(v, w, ln_unit));
+fn covariance(
+    candidate: Candidate,
+    spread: &DMatrix<f64>,
+    variance: f64,
+    free: &[usize],
+    unit_s: f64,
+) -> DMatrix<f64> {
+    let (count, ln_unit) = (candidate.kind().parameters().len(), libm::log(unit_s));
+    let shares: Vec<Vec<f64>> = (0..count)
+        .map(|parameter| candidate.shares(parameter, ln_unit))
+        .collect();
+    let outer = DMatrix::from_fn(count, spread.nrows(), |p, v| shares[p][v]);
     let moved = &outer * (spread * variance) * outer.transpose();
-    DMatrix::from_fn(count, count, |v, w| {
-        if free.contains(&v) && free.contains(&w) {
-            moved[(v, w)]
-        } else {
-            f64::NAN
-        }
+    let is_free = |parameter: usize| free.contains(&candidate.variable(parameter));
+    DMatrix::from_fn(count, count, |p, q| match is_free(p) && is_free(q) {
+        true => moved[(p, q)],
+        false => f64::NAN,
     })
 }
 
-/// Values with errors: ±t of Student around ln V and around α, which stays in [0, 1].
+/// Values with errors: ±t of Student around ln V and around α, which stays in its range.
 fn estimates(
     candidate: Candidate,
     values: &[f64],
+    free: &[usize],
     covariance: Option<&DMatrix<f64>>,
     t: f64,
 ) -> Vec<Estimate> {
     (candidate.kind().parameters().iter().enumerate())
-        .map(|(v, parameter)| {
-            let value = values[v];
+        .map(|(p, parameter)| {
+            let (value, variable) = (values[p], candidate.variable(p));
             let error = covariance
-                .map(|c| libm::sqrt(c[(v, v)]))
+                .map(|c| libm::sqrt(c[(p, p)]))
                 .filter(|e| e.is_finite());
-            let is_order = is_order(v);
+            let (is_order, (low, high)) = (is_order(variable), candidate.range(variable));
             let end = |sign: f64| {
                 let error = error?;
                 Some(if is_order {
-                    (value + sign * t * error).clamp(0.0, 1.0)
+                    (value + sign * t * error).clamp(low, high)
                 } else {
                     value * libm::exp(sign * t * error)
                 })
                 .filter(|end| end.is_finite())
             };
-            Estimate {
+            let mut estimate = Estimate {
                 name: parameter.name,
                 unit: parameter.unit,
                 value,
@@ -283,7 +312,12 @@ fn estimates(
                     .filter(|e| e.is_finite()),
                 low_95: end(-1.0),
                 high_95: end(1.0),
+                held: candidate.is_held(variable) && !free.contains(&variable),
+            };
+            if low >= high {
+                (estimate.low_95, estimate.high_95) = (Some(value), Some(value));
             }
+            estimate
         })
         .collect()
 }

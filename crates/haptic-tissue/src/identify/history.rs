@@ -150,6 +150,12 @@ impl History {
         row
     }
 
+    /// With 1 s as the unit of time.
+    pub(super) fn in_seconds(&mut self) {
+        self.first_node += libm::log(self.unit_s);
+        self.unit_s = 1.0;
+    }
+
     pub(super) fn thinned(&self, chosen: &[usize]) -> Self {
         let rows = chosen
             .iter()

@@ -15,9 +15,9 @@
 //! - *Cost*: some 15 evaluations of the model an end where S is nearly a parabola, some 100 along a valley, 4000 at most for each walk.
 //! - *Source*: D. M. Bates, D. G. Watts, *Nonlinear Regression Analysis and Its Applications*, 1988, section 6.1.
 
-use super::elements::{Candidate, Elements, is_order, number, share};
+use super::elements::{Candidate, Elements, is_order, number};
 use super::fit::Certainty;
-use super::search::{Best, Effort, Minimum, Pull, minimise, ranges};
+use super::search::{Best, Effort, Minimum, Pull, loose, minimise, ranges};
 use super::target::Target;
 use rayon::prelude::*;
 
@@ -85,16 +85,14 @@ pub(super) fn intervals(
         }
     }
     let ln_unit = libm::log(target.unit_s);
-    let variables = 0..candidate.parameters();
     let end = |parameter: usize, side: f64| End {
-        parameter,
+        variable: candidate.variable(parameter),
         side,
-        shares: (variables.clone())
-            .map(|variable| share(parameter, variable, ln_unit))
-            .collect(),
+        shares: candidate.shares(parameter, ln_unit),
+        range: candidate.range(candidate.variable(parameter)),
         at: None,
     };
-    let mut ends: Vec<End> = (variables.clone())
+    let mut ends: Vec<End> = (0..candidate.kind().parameters().len())
         .flat_map(|parameter| [end(parameter, -1.0), end(parameter, 1.0)])
         .collect();
     for _ in 0..PASSES {
@@ -112,21 +110,23 @@ pub(super) fn intervals(
 
 /// One end of an interval.
 struct End {
-    parameter: usize,
+    variable: usize,
     /// −1 for the low one, 1 for the high one.
     side: f64,
     /// Of the variables in ψ.
     shares: Vec<f64>,
+    /// Of ψ.
+    range: (f64, f64),
     /// ψ; none before the first pass.
     at: Option<f64>,
 }
 
 impl End {
     fn number(&self) -> f64 {
-        match self.at.unwrap_or(f64::NAN) {
-            order if is_order(self.parameter) => order.clamp(0.0, 1.0),
+        let at = self.at.unwrap_or(f64::NAN);
+        match at.clamp(self.range.0, self.range.1) {
             infinite if infinite.is_infinite() => infinite,
-            ln_modulus => number(self.parameter, ln_modulus),
+            at => number(self.variable, at),
         }
     }
 }
@@ -151,6 +151,10 @@ struct Profiles<'a> {
 impl Profiles<'_> {
     /// Moves an end outward, from the best or from what lies furthest beyond it; the points on the way.
     fn pass(&self, end: &mut End) -> Vec<Minimum> {
+        if end.range.0 >= end.range.1 {
+            end.at = Some(end.range.0);
+            return Vec::new();
+        }
         let best = self.point(end, &self.minima[0]);
         let from = match end.at {
             None => Some(best),
@@ -171,7 +175,7 @@ impl Profiles<'_> {
 
     /// ψ at the limit, outward from a point within it.
     fn walk(&self, end: &End, from: Point, seen: &mut Vec<Minimum>) -> f64 {
-        let (v, side, limit) = (end.parameter, end.side, self.certainty.student);
+        let (v, side, limit) = (end.variable, end.side, self.certainty.student);
         let (low, high) = self.ranges[v];
         let along = self.certainty.along(&end.shares);
         let (mut slope, error) = along.unwrap_or_else(|| (vec![0.0; end.shares.len()], UNKNOWN));
@@ -257,14 +261,14 @@ impl Profiles<'_> {
             weight: stiff * libm::sqrt(self.certainty.variance),
             from_below: false,
         };
-        values[end.parameter] += aim - pull.sum(&values);
+        values[end.variable] += aim - pull.sum(&values);
         self.point(end, &self.fitted(&values, Some(pull)))
     }
 
     fn fitted(&self, values: &[f64], pull: Option<Pull>) -> Minimum {
         let limit = self.certainty.student;
         let mut pulls: Vec<Pull> = pull.into_iter().collect();
-        if self.has_two_orders() {
+        if self.candidate.has_two_orders() {
             let mut shares = vec![0.0; values.len()];
             (shares[1], shares[3]) = (1.0, -1.0);
             let held = pulls.first().map_or(0.0, |pull| pull.weight);
@@ -276,7 +280,7 @@ impl Profiles<'_> {
                 from_below: true,
             });
         }
-        let free: Vec<usize> = (0..values.len()).collect();
+        let free = loose(&self.ranges);
         let effort = Effort {
             tolerance: 1e-2 * (limit * limit / self.certainty.freedom).min(1.0),
             step: 1e-8,
@@ -284,19 +288,16 @@ impl Profiles<'_> {
         };
         let (candidate, target, ranges) = (self.candidate, self.target, &self.ranges);
         let mut found = minimise(candidate, target, ranges, values, &free, &pulls, effort);
-        if self.has_two_orders() && found.values[3] - found.values[1] > 10.0 * ORDER_KEPT {
+        if self.candidate.has_two_orders() && found.values[3] - found.values[1] > 10.0 * ORDER_KEPT
+        {
             found.sum = f64::INFINITY;
         }
         found
     }
 
-    const fn has_two_orders(&self) -> bool {
-        self.candidate.parameters() > 3
-    }
-
     /// The best with its two spring-pots exchanged, from either of their orders.
     fn exchanged(&self, best: &Elements) -> Option<Minimum> {
-        if !self.has_two_orders() {
+        if !self.candidate.has_two_orders() {
             return None;
         }
         let mut exchanged = *best;

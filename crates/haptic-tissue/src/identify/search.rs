@@ -49,7 +49,8 @@ pub(super) fn search(
     target: &Target,
     starts: usize,
 ) -> Result<Best, IdentifyError> {
-    if target.len() <= candidate.parameters() {
+    // The noise is a parameter too, and the criterion of small samples divides by what is left.
+    if target.len() <= candidate.parameters() + 2 {
         return Err(IdentifyError::TooFew {
             model: candidate.kind().name(),
             numbers: target.len(),
@@ -57,7 +58,7 @@ pub(super) fn search(
         });
     }
     let ranges = ranges(candidate, target);
-    let all: Vec<usize> = (0..ranges.len()).collect();
+    let all = loose(&ranges);
     let few = target.thinned(FEW);
     let to = |target: &Target, start: &[f64], effort: Effort| {
         minimise(candidate, target, &ranges, start, &all, &[], effort)
@@ -72,7 +73,7 @@ pub(super) fn search(
     found.truncate(FOLLOWED);
     let mut followed: Vec<Minimum> = (found.iter())
         .map(|minimum| to(target, &minimum.values, CLOSE))
-        .filter(|minimum| minimum.sum.is_finite())
+        .filter(|minimum| minimum.sum.is_finite() && minimum.is_in_order(candidate))
         .collect();
     followed.sort_by(|a, b| a.sum.total_cmp(&b.sum));
     let best = polished(candidate, target, followed.iter().map(|one| &one.values))?;
@@ -93,15 +94,21 @@ pub(super) fn polished<'a>(
     mut starts: impl Iterator<Item = &'a Vec<f64>>,
 ) -> Result<Best, IdentifyError> {
     let ranges = ranges(candidate, target);
-    let all: Vec<usize> = (0..ranges.len()).collect();
+    let all = loose(&ranges);
     let best = starts.find_map(|start| {
         let best = minimise(candidate, target, &ranges, start, &all, &[], FINE);
-        best.converged.then_some(best)
+        (best.converged && best.is_in_order(candidate)).then_some(best)
     });
     let best = best.ok_or(IdentifyError::NotConverged {
         model: candidate.kind().name(),
     })?;
     Ok(at_ends(candidate, target, &ranges, best))
+}
+
+/// The variables that are not fixed.
+pub(super) fn loose(ranges: &[(f64, f64)]) -> Vec<usize> {
+    let loose = |v: &usize| ranges[*v].0 < ranges[*v].1;
+    (0..ranges.len()).filter(loose).collect()
 }
 
 /// Puts variables that are near an end of their range there, and fits the others once more, if that costs next to nothing.
@@ -136,7 +143,7 @@ fn at_ends(candidate: Candidate, target: &Target, ranges: &[(f64, f64)], best: M
 /// Start n: the fractional parts of n times the powers of 1/φ, which fill a cube of d dimensions evenly (M. Roberts, *The unreasonable
 /// effectiveness of quasirandom sequences*, 2018; φ^(d+1) = φ + 1). Start 0 is the middle.
 fn start(candidate: Candidate, target: &Target, n: usize) -> Vec<f64> {
-    let d = candidate.parameters() as f64;
+    let d = candidate.variables() as f64;
     let mut phi = 1.5;
     for _ in 0..40 {
         phi = libm::pow(1.0 + phi, 1.0 / (d + 1.0));
@@ -144,18 +151,26 @@ fn start(candidate: Candidate, target: &Target, n: usize) -> Vec<f64> {
     let mut share = 0.5;
     // Moduli lie around those of the record: an element in series may be much stiffer, one side by side much softer.
     let spread = target.span + 6.0;
-    (0..candidate.parameters())
+    let mut values: Vec<f64> = (0..candidate.variables())
         .map(|k| {
             let step = libm::pow(phi, -(k as f64 + 1.0));
             share = 0.5 + n as f64 * step;
             share -= libm::floor(share);
+            let (low, high) = candidate.range(k);
             match (is_order(k), n) {
                 (false, _) => target.middle + (share - 0.5) * spread,
-                (true, 0) => [0.6, 0.2][k / 2],
-                (true, _) => 0.02 + 0.96 * share,
+                (true, 0) => low + [0.6, 0.2][k / 2] * (high - low),
+                (true, _) => low + (0.02 + 0.96 * share) * (high - low),
             }
         })
-        .collect()
+        .collect();
+    for k in 0..values.len() {
+        values[k] += match values.get(k + 1).filter(|_| !is_order(k)) {
+            Some(order) => order * target.shift,
+            None => 0.0,
+        };
+    }
+    values
 }
 
 /// A modulus is at most so many times above or below all moduli of the record, as a logarithm: e^14 is 10⁶.
@@ -163,12 +178,14 @@ const BEYOND: f64 = 14.0;
 
 /// Low and high end of each variable.
 pub(super) fn ranges(candidate: Candidate, target: &Target) -> Vec<(f64, f64)> {
-    let width = BEYOND + 0.5 * target.span;
-    (0..candidate.parameters())
-        .map(|variable| match is_order(variable) {
-            true => (0.0, 1.0),
-            false => (target.middle - width, target.middle + width),
-        })
+    let width = BEYOND + 0.5 * target.span + target.shift.abs();
+    (0..candidate.variables())
+        .map(
+            |variable| match is_order(variable) || candidate.is_held(variable) {
+                true => candidate.range(variable),
+                false => (target.middle - width, target.middle + width),
+            },
+        )
         .collect()
 }
 
@@ -180,6 +197,14 @@ pub(super) struct Minimum {
     pub(super) sum: f64,
     /// True if the solver met one of its criteria.
     pub(super) converged: bool,
+}
+
+impl Minimum {
+    /// True unless the second order is the larger one, as it may be where a modulus is held.
+    fn is_in_order(&self, candidate: Candidate) -> bool {
+        let elements = Elements::from_variables(&self.values).sorted(candidate);
+        !candidate.has_two_orders() || elements.order[0] >= elements.order[1]
+    }
 }
 
 /// A row beside those of the record: weight·(Σ share·x − aim), for each variable x.

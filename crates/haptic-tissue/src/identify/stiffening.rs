@@ -13,16 +13,16 @@
 //! Annals of Mathematical Statistics 9, 1938 (the interval).
 
 use super::advice;
-use super::candidates::{Identification, Options, choose, identified};
+use super::candidates::{Identification, choose, identified};
 use super::elements::{Candidate, Elements};
 use super::error::IdentifyError;
-use super::fit::{AS_GOOD, Estimate, Fit, fit, student};
+use super::fit::{AS_GOOD, Estimate, Fit, bic, fit, student};
+use super::options::{self, Options, target_of};
 use super::record::Record;
 use super::search::{Best, polished, search};
 use super::target::Target;
 use crate::identify::keys::{BOOTSTRAP, FROM, KIND, STIFFENING};
 use fracdiff::parameter::Shown;
-use haptic_loop::Specimen;
 use rayon::prelude::*;
 use std::sync::atomic::{AtomicBool, Ordering};
 
@@ -66,6 +66,8 @@ struct Search<'a> {
     record: &'a Record,
     options: &'a Options,
     stop: &'a AtomicBool,
+    /// b is looked for from one to the other.
+    least: f64,
     most: f64,
 }
 
@@ -101,11 +103,13 @@ pub(super) fn stiffened(
             Shown(steepest)
         ));
     }
+    let (low, high) = options::stiffening(options);
     let search = Search {
         record,
         options,
         stop,
-        most: Specimen::STIFFENING_MAX.min(STEEPEST / steepest),
+        least: low,
+        most: high.min((STEEPEST / steepest).max(low)),
     };
     let (mut valleys, mut failed) = (Vec::new(), Vec::new());
     for valley in search.valleys()? {
@@ -117,7 +121,7 @@ pub(super) fn stiffened(
     valleys.sort_by(|a, b| a.lowest().fit.bic.total_cmp(&b.lowest().fit.bic));
     let chosen = choose(valleys.iter().map(|one| &one.lowest().fit), options.chosen);
     let Some(chosen) = chosen else {
-        return Err(failed.pop().unwrap_or(IdentifyError::Stopped));
+        return Err(failed.into_iter().next().unwrap_or(IdentifyError::Stopped));
     };
     let mut valley = valleys.remove(chosen);
     let (kind, b) = (valley.candidate.kind(), valley.lowest().b);
@@ -128,8 +132,11 @@ pub(super) fn stiffened(
     };
     let mut found = identified(&record.stiffened(b), &there, stop, &|_| ())?;
     let limit = valley.limit();
-    let low = valley.end(b, &limit, false);
-    let high = valley.end(b, &limit, true);
+    let mut low = valley.end(b, &limit, false);
+    let mut high = valley.end(b, &limit, true);
+    if options.held.iter().any(|held| held.name == STIFFENING.0) {
+        (low, high) = (low.or(Some(search.least)), high.or(Some(search.most)));
+    }
     let fit = &mut found.fits[0];
     valley.widen(fit, &limit);
     let error = (low.zip(high)).map(|(low, high)| (high - low) / (2.0 * limit.student));
@@ -137,6 +144,7 @@ pub(super) fn stiffened(
         standard_error: error,
         low_95: low.or((b < search.most).then_some(0.0)),
         high_95: high,
+        held: search.least >= search.most,
         ..alone(b)
     });
     found.fits.extend(valleys.iter().map(|other| {
@@ -145,17 +153,16 @@ pub(super) fn stiffened(
         fit.parameters.push(alone(lowest.b));
         fit
     }));
-    for fit in &mut found.fits {
-        fit.aic += 2.0;
-        fit.bic += libm::log(fit.predicted.len() as f64);
-    }
     let best = &found.fits[0];
     found
         .warnings
         .extend(failed.iter().map(ToString::to_string));
     found.warnings.extend(advice::simpler(best, &found.fits));
     let linear = valley.points.first().filter(|point| point.b <= 0.0);
-    let linear = linear.map(|point| &point.fit);
+    let linear = linear.map(|point| {
+        let (n, parameters) = (point.fit.predicted.len(), valley.candidate.parameters());
+        (point.fit.rms, bic(n, point.sum, parameters - 1))
+    });
     found.warnings.extend(said(record, best, linear));
     match stop.load(Ordering::Relaxed) {
         true => Err(IdentifyError::Stopped),
@@ -171,11 +178,12 @@ const fn alone(b: f64) -> Estimate {
         standard_error: None,
         low_95: None,
         high_95: None,
+        held: false,
     }
 }
 
 /// What the interval of b says, beside the best fit of tissue that does not stiffen.
-fn said(record: &Record, best: &Fit, linear: Option<&Fit>) -> Option<String> {
+fn said(record: &Record, best: &Fit, linear: Option<(f64, f64)>) -> Option<String> {
     let b = best.stiffening()?;
     let low = b.low_95.unwrap_or(0.0);
     if (b.high_95).is_some_and(|high| low > 0.0 && high - low <= SETTLED * b.value) {
@@ -185,10 +193,10 @@ fn said(record: &Record, best: &Fit, linear: Option<&Fit>) -> Option<String> {
     let interval = format!("{} to {high} at 95 %", Shown(rounded(low)));
     let what = match linear.filter(|_| low <= 0.0) {
         None => format!("the record hardly tells the stiffening from the modulus, b is {interval}"),
-        Some(linear) => {
-            let [linear_pa, rms_pa] = [linear.rms, best.rms].map(|rms| Shown(rounded(rms)));
+        Some((linear_rms, linear_bic)) => {
+            let [linear_pa, rms_pa] = [linear_rms, best.rms].map(|rms| Shown(rounded(rms)));
             let left = format!("rms residual {linear_pa} Pa against {rms_pa} Pa");
-            match linear.bic <= best.bic + AS_GOOD {
+            match linear_bic <= best.bic + AS_GOOD {
                 true => {
                     format!("tissue that does not stiffen is as good ({left}), b is {interval}")
                 }
@@ -224,23 +232,19 @@ impl Limit {
 
 impl Search<'_> {
     fn target(&self, b: f64) -> Target<'_> {
-        let record = self.record.stiffened(b);
-        Target::new(&record, self.options.weighting, self.stop)
+        target_of(&self.record.stiffened(b), self.options, self.stop)
     }
 
     /// All candidates on the grid, then each to its least sum.
     fn valleys(&self) -> Result<Vec<Result<Valley<'_>, IdentifyError>>, IdentifyError> {
-        let grid = (0..=OCTAVES).map(|n| match n {
-            0 => 0.0,
-            n => self.most * libm::exp2(f64::from(n - OCTAVES)),
+        let width = self.most - self.least;
+        let steps = if width > 0.0 { OCTAVES } else { 0 };
+        let grid = (0..=steps).map(|n| match n {
+            0 => self.least,
+            n => self.least + width * libm::exp2(f64::from(n - OCTAVES)),
         });
         let targets: Vec<(f64, Target<'_>)> = grid.map(|b| (b, self.target(b))).collect();
-        let candidates = self
-            .options
-            .candidates
-            .iter()
-            .map(|&kind| Candidate::of(kind));
-        let candidates: Vec<Candidate> = candidates.collect::<Result<_, _>>()?;
+        let candidates = options::candidates(self.options, self.record.kind())?;
         // One by itself: the result does not depend on the threads.
         let valleys = candidates.par_iter().map(|&candidate| {
             let mut valley = Valley {
@@ -289,7 +293,7 @@ impl Valley<'_> {
 
     fn limit(&self) -> Limit {
         let Point { fit, sum, .. } = self.lowest();
-        let freedom = (fit.independent - fit.kind.parameters().len() as f64 - 1.0).max(1.0);
+        let freedom = (fit.independent - self.candidate.parameters() as f64).max(1.0);
         Limit {
             sum: *sum,
             freedom,
@@ -314,7 +318,7 @@ impl Valley<'_> {
 
     /// To the least sum, by the vertex of the parabola through the lowest three neighbours.
     fn refine(&mut self) {
-        let near = STEP * self.search.most;
+        let near = STEP * (self.search.most - self.search.least);
         for round in 1..=ROUNDS {
             if self.points.len() < 3 {
                 return;
@@ -468,8 +472,9 @@ mod tests {
         let stop = AtomicBool::new(false);
         let sum = |b: f64| {
             let target = Target::new(&record.stiffened(b), options.weighting, &stop);
-            let candidate = Candidate::of(ModelKind::SpringPot).expect("one");
-            search(candidate, &target, 10).expect("converges").sum
+            search(Candidate::of(ModelKind::SpringPot), &target, 10)
+                .expect("converges")
+                .sum
         };
         let least = sum(b.value);
         for end in [b.low_95, b.high_95] {
@@ -485,7 +490,7 @@ mod tests {
         assert!((width / (2.0 * error) - 2.1604).abs() < 1e-3, "{b:?}");
     }
 
-    /// n·ln(S/n) + (p + 2)·ln n of every candidate.
+    /// k = p + 2 in n·ln(S/n) + k·ln n + 2k(k + 1)/(n − k − 1) of every candidate.
     #[test]
     fn all_candidates_pay_for_the_stiffening() {
         let record = short();
@@ -510,7 +515,10 @@ mod tests {
             let alone = &alone.expect("converges").fits[0];
             let [aic, bic] = [fit.aic - alone.aic, fit.bic - alone.bic];
             assert!((aic - 2.0).abs() < 1e-6, "{}: {aic}", fit.kind);
-            assert!((bic - libm::log(16.0)).abs() < 1e-6, "{}: {bic}", fit.kind);
+            let small = |k: f64| 2.0 * k * (k + 1.0) / (15.0 - k);
+            let k = alone.parameters.len() as f64 + 1.0;
+            let wanted = libm::log(16.0) + small(k + 1.0) - small(k);
+            assert!((bic - wanted).abs() < 1e-6, "{}: {bic}", fit.kind);
         }
     }
 

@@ -44,6 +44,8 @@ pub(super) struct Target<'a> {
     pub(super) span: f64,
     /// Numbers that are fitted beside those of the model.
     pub(super) beside: usize,
+    /// ln of the middle of the record over the unit of time: 0 but in seconds.
+    pub(super) shift: f64,
     /// Nobody waits for the fit any more.
     stop: &'a AtomicBool,
 }
@@ -84,6 +86,7 @@ impl<'a> Target<'a> {
             middle: 0.5 * (low + high) * sign,
             span: high - low,
             beside: 0,
+            shift: 0.0,
             stop,
         }
     }
@@ -131,9 +134,22 @@ impl<'a> Target<'a> {
             middle: libm::log(scale / history.strain_scale),
             span: 2.0,
             beside: record.beside.len(),
+            shift: 0.0,
             stop,
             rows: Rows::History(history),
         }
+    }
+
+    /// With 1 s as the unit of time, in which the variable of a modulus is ln V.
+    pub(super) fn in_seconds(mut self) -> Self {
+        let shift = libm::log(self.unit_s);
+        match &mut self.rows {
+            Rows::Step(_, ln_x) => ln_x.iter_mut().for_each(|x| *x += shift),
+            Rows::Oscillation(ln_x) => ln_x.iter_mut().for_each(|x| *x -= shift),
+            Rows::History(history) => history.in_seconds(),
+        }
+        (self.unit_s, self.shift) = (1.0, shift);
+        self
     }
 
     /// True once the fit is to end.
@@ -335,7 +351,7 @@ mod tests {
         for record in [history, sweep.expect("valid")] {
             let never = AtomicBool::new(false);
             let target = Target::new(&record, Weighting::LogSpacing, &never);
-            for candidate in Candidate::all() {
+            for candidate in Candidate::fractional() {
                 let values = [9.0, 0.7, 8.5, 0.2, 8.0];
                 let at = |values: &[f64]| {
                     let mut slopes = vec![Slope::default(); target.len()];

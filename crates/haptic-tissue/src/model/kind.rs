@@ -144,10 +144,15 @@ pub enum ModelKind {
 // A kind that is missing in the list is found by no name.
 const _: () = assert!(ModelKind::Prony as usize + 1 == ModelKind::ALL.len());
 
-/// The models that are fitted, those with few parameters first.
+/// The models that are fitted, those with few parameters first. A classical Poynting–Thomson model is a Zener model with other numbers.
 #[cfg(feature = "identify")]
-pub const CANDIDATES: [ModelKind; 5] = [
+pub const CANDIDATES: [ModelKind; 10] = [
+    ModelKind::Spring,
+    ModelKind::Dashpot,
     ModelKind::SpringPot,
+    ModelKind::KelvinVoigt,
+    ModelKind::Maxwell,
+    ModelKind::Zener,
     ModelKind::FractionalKelvinVoigt,
     ModelKind::FractionalMaxwell,
     ModelKind::FractionalZener,

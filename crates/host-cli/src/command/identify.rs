@@ -243,6 +243,7 @@ impl Arguments {
             seed: self.fit.seed.unwrap_or(1),
             stiffening: self.fit.stiffening,
             baseline: self.fit.baseline,
+            held: Vec::new(),
         };
         let bar = progress_bar(u64::from(self.fit.bootstrap), output);
         let found = identify(&understood.record, &options, &|records| {

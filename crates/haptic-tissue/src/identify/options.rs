@@ -1,0 +1,220 @@
+//! What is fitted: the candidates of a record, and parameters that are held.
+//! ```text
+//! V between low and high:  ln V = a + α·ln t₀ is between their logarithms, with t₀ = 1 s a range of one variable
+//! ```
+//! A model without a parameter that is held is no candidate, nor is one that a record of this kind cannot show: a dashpot has
+//! no stress after a step of strain, a spring no loss.
+//!
+//! *Errors*: an unknown name, a range that is none or outside that of the parameter, no candidate left.
+
+use super::contact::Baseline;
+use super::elements::Candidate;
+use super::error::IdentifyError;
+use super::keys::STIFFENING;
+use super::record::{Record, RecordKind};
+use super::target::{Target, Weighting};
+use crate::model::{CANDIDATES, ModelKind, Parameter, ParameterRange};
+use fracdiff::parameter::Shown;
+use haptic_loop::Specimen;
+use std::ops::RangeInclusive;
+use std::sync::atomic::AtomicBool;
+
+/// What is fitted to a record, and how thoroughly; see [`identify`](super::identify()).
+#[derive(Clone, Debug, PartialEq)]
+pub struct Options {
+    /// The candidates, of [`CANDIDATES`].
+    pub candidates: Vec<ModelKind>,
+    /// The one to choose, whatever the record says for others; without it, the record chooses.
+    pub chosen: Option<ModelKind>,
+    /// The weights of the samples.
+    pub weighting: Weighting,
+    /// Starts for each candidate, [`Options::STARTS_ALLOWED`].
+    pub starts: usize,
+    /// Records of the bootstrap, [`Options::BOOTSTRAP_ALLOWED`]; 0 for intervals by profiles.
+    pub bootstrap: usize,
+    /// The same seed draws the same records of the bootstrap, whatever the number of threads.
+    pub seed: u64,
+    /// True to find b of tissue that stiffens too, see `haptic_loop::loading`: the last parameter of the chosen fit, from 0 to 100.
+    pub stiffening: bool,
+    /// The part of the force of a motion that is not the tissue's, to be fitted with it.
+    pub baseline: Option<Baseline>,
+    /// Parameters that are held at a value or within a range; models without one of them are no candidates.
+    pub held: Vec<Held>,
+}
+
+impl Options {
+    /// Enough that no golden record is fitted worse than by 40 starts of `SciPy`.
+    pub const STARTS: usize = 40;
+    /// Starts that are worth their time.
+    pub const STARTS_ALLOWED: RangeInclusive<u32> = 1..=10_000;
+    /// A number of bootstrap records that is worth its time.
+    pub const BOOTSTRAP_ALLOWED: RangeInclusive<u32> = 0..=100_000;
+}
+
+impl Default for Options {
+    /// All candidates, equal weights, 40 starts, no bootstrap.
+    fn default() -> Self {
+        Self {
+            candidates: CANDIDATES.to_vec(),
+            chosen: None,
+            weighting: Weighting::Equal,
+            starts: Self::STARTS,
+            bootstrap: 0,
+            seed: 1,
+            stiffening: false,
+            baseline: None,
+            held: Vec::new(),
+        }
+    }
+}
+
+/// A parameter that is held at a value, or within a range.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Held {
+    /// Its name, as in a tissue file.
+    pub name: String,
+    /// The lowest value, in the parameter's SI unit.
+    pub low: f64,
+    /// The highest value: the lowest one again to hold it there.
+    pub high: f64,
+}
+
+/// The candidates that a record of this kind can be fitted by, with what is held.
+pub(super) fn candidates(
+    options: &Options,
+    kind: RecordKind,
+) -> Result<Vec<Candidate>, IdentifyError> {
+    let wrong = |reason: String| Err(IdentifyError::Record(reason));
+    for (index, held) in options.held.iter().enumerate() {
+        held.check(options)?;
+        if options.held[..index]
+            .iter()
+            .any(|one| one.name == held.name)
+        {
+            return wrong(format!("`{}` is held twice: hold it once", held.name));
+        }
+    }
+    let stiffening = stiffening(options);
+    let beside = usize::from(options.stiffening && stiffening.0 < stiffening.1);
+    let mut candidates = Vec::new();
+    for &model in &options.candidates {
+        if !CANDIDATES.contains(&model) {
+            return wrong(format!(
+                "{model} is not fitted by itself: take one of {}",
+                CANDIDATES.map(ModelKind::name).join(", ")
+            ));
+        }
+        let memory = options.held.iter().filter(|held| held.name != STIFFENING.0);
+        let candidate = memory
+            .fold(Some(Candidate::of(model)), |candidate, held| {
+                candidate?.with_held(&held.name, held.low, held.high)
+            })
+            .filter(|_| shows(model, kind));
+        match candidate {
+            Some(candidate) => candidates.push(candidate.with_beside(beside)),
+            None if options.chosen == Some(model) => {
+                return wrong(match shows(model, kind) {
+                    true => format!(
+                        "{model} lacks a parameter that is held: hold others, or give another model"
+                    ),
+                    false => format!(
+                        "a record of kind {} cannot show a {model}, whose response is zero or without end: give another model",
+                        kind.name()
+                    ),
+                });
+            }
+            None => {}
+        }
+    }
+    if candidates.is_empty() && !options.candidates.is_empty() {
+        return wrong(
+            "no model has all the parameters that are held: hold fewer of them".to_owned(),
+        );
+    }
+    Ok(candidates)
+}
+
+/// True if a record of this kind can be that of a model: no value of it is 0 or infinite throughout.
+const fn shows(model: ModelKind, kind: RecordKind) -> bool {
+    match kind {
+        RecordKind::Relaxation => !matches!(model, ModelKind::Dashpot | ModelKind::KelvinVoigt),
+        RecordKind::Oscillation => !matches!(model, ModelKind::Dashpot | ModelKind::Spring),
+        RecordKind::Creep | RecordKind::History => true,
+    }
+}
+
+/// Low and high end of b.
+pub(super) fn stiffening(options: &Options) -> (f64, f64) {
+    let held = options.held.iter().find(|held| held.name == STIFFENING.0);
+    held.map_or((0.0, Specimen::STIFFENING_MAX), |held| {
+        (held.low, held.high)
+    })
+}
+
+/// The record, in seconds where a modulus is held.
+pub(super) fn target_of<'a>(
+    record: &Record,
+    options: &Options,
+    stop: &'a AtomicBool,
+) -> Target<'a> {
+    let target = Target::new(record, options.weighting, stop);
+    let mut parameters = CANDIDATES.iter().flat_map(|kind| kind.parameters());
+    let is_held = |name: &str| options.held.iter().any(|held| held.name == name);
+    match parameters.any(|one| one.range != ParameterRange::Order && is_held(one.name)) {
+        true => target.in_seconds(),
+        false => target,
+    }
+}
+
+impl Held {
+    /// What is wrong with it, with the remedy.
+    fn check(&self, options: &Options) -> Result<(), IdentifyError> {
+        let Self { name, low, high } = self;
+        let wrong = |reason: String| Err(IdentifyError::Record(reason));
+        let mut parameters = CANDIDATES.iter().flat_map(|kind| kind.parameters());
+        let of_memory: Option<&Parameter> = parameters.find(|one| one.name == name);
+        let (contains, allowed) = match of_memory {
+            Some(known) => {
+                let inside = [low, high].iter().all(|end| known.range.contains(**end));
+                (inside, known.range.words().to_owned())
+            }
+            None if name == STIFFENING.0 && options.stiffening => {
+                let most = Specimen::STIFFENING_MAX;
+                let inside = [low, high].iter().all(|end| (0.0..=most).contains(*end));
+                (inside, format!("in [0, {most}]"))
+            }
+            None if name == STIFFENING.0 => {
+                return wrong(format!(
+                    "{name} is held but not looked for: give {STIFFENING} too"
+                ));
+            }
+            None => {
+                let mut names: Vec<&str> = CANDIDATES
+                    .iter()
+                    .flat_map(|kind| kind.parameters().iter().map(|one| one.name))
+                    .collect();
+                names.sort_unstable();
+                names.dedup();
+                return wrong(format!(
+                    "no model has a parameter `{name}`: hold one of {}",
+                    names.join(", ")
+                ));
+            }
+        };
+        let shown = match low.to_bits() == high.to_bits() {
+            true => Shown(*low).to_string(),
+            false => format!("{}..{}", Shown(*low), Shown(*high)),
+        };
+        if !contains {
+            return wrong(format!(
+                "{name} {shown} is not {allowed}: hold it within that"
+            ));
+        }
+        if low > high {
+            return wrong(format!(
+                "{name} {shown} begins above its end: exchange the two"
+            ));
+        }
+        Ok(())
+    }
+}
