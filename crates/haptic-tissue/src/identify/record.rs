@@ -2,7 +2,7 @@
 
 use super::error::IdentifyError;
 use super::history::chosen;
-use crate::identify::keys::{CONTACT_POINT, FROM, KIND, STRAIN, THICKNESS};
+use crate::identify::keys::{CONTACT_POINT, FROM, KIND, RAMP_TIME, STRAIN, THICKNESS};
 use crate::indentation::{NOISE, begin_s, growing};
 use fracdiff::parameter::Shown;
 use haptic_loop::{DepthMap, LoadingKind, Specimen};
@@ -124,13 +124,63 @@ impl Record {
     /// # Errors
     /// Times or moduli that are not positive, times that do not increase, columns of different length, a modulus that is constant or grows.
     pub fn relaxation(time_s: Vec<f64>, modulus_pa: Vec<f64>) -> Result<Self, IdentifyError> {
-        let record = Self::of_logarithms(RecordKind::Relaxation, time_s, modulus_pa, Vec::new())?;
+        let kind = RecordKind::Relaxation;
+        let mut record = Self::of_logarithms(kind, time_s, modulus_pa, Vec::new())?;
         if record.growth() > GROWTH {
             return Err(IdentifyError::Record(format!(
                 "the modulus grows with time, as only a compliance does: give {}",
                 KIND.set_to("creep")
             )));
         }
+        let rises = record
+            .first
+            .windows(2)
+            .take_while(|pair| pair[1] > pair[0])
+            .count();
+        if rises >= FEW_RISES && record.first[rises] > RISE * record.first[0] {
+            record.said.push(format!(
+                "the modulus rises {rises} times before it falls, as in a ramp to the held strain: give {RAMP_TIME}, or a strain column"
+            ));
+        }
+        Ok(record)
+    }
+
+    /// Stress relaxation from the begin of the ramp on: the strain rises from 0 at the time 0 to the held one, and stays there. Times,
+    /// s, and stresses, Pa.
+    ///
+    /// # Errors
+    /// As [`history`](Self::history); a ramp that is not above 0 s, or longer than the record; samples before it.
+    pub fn ramp(
+        mut time_s: Vec<f64>,
+        mut stress_pa: Vec<f64>,
+        strain: f64,
+        ramp_s: f64,
+    ) -> Result<Self, IdentifyError> {
+        lengths(&time_s, &stress_pa, None)?;
+        let (first, last) = (time_s[0], time_s[time_s.len() - 1]);
+        if !(ramp_s > 0.0 && ramp_s < last && first >= 0.0) {
+            return Err(IdentifyError::Record(format!(
+                "{RAMP_TIME} {} s is not above 0 s and below the last time {} s, or samples from {} s on begin before the ramp at 0 s: change it",
+                Shown(ramp_s),
+                Shown(last),
+                Shown(first)
+            )));
+        }
+        if first > 0.0 {
+            time_s.insert(0, 0.0);
+            stress_pa.insert(0, 0.0);
+        }
+        let at = |time: &f64| strain * (time / ramp_s).min(1.0);
+        // The end of the ramp is one of the samples, or between two of them.
+        let mut way = time_s.clone();
+        let near = |time: &f64| (time - ramp_s).abs() <= 1e-9 * ramp_s;
+        if !way.iter().any(near) {
+            way.insert(way.partition_point(|time| *time < ramp_s), ramp_s);
+        }
+        let strains = time_s.iter().map(at).collect();
+        let mut record = Self::motion(time_s, strains, stress_pa, REST)?;
+        let strains = way.iter().map(at).collect();
+        record.motions[0].way = Some((way, strains));
         Ok(record)
     }
 
@@ -369,7 +419,7 @@ impl Record {
         });
         motion.can_stiffen = specimen.length().is_some();
         if !motion.can_stiffen {
-            (record.strain_to, record.said) = (None, Vec::new());
+            record.forget_strain();
         }
         record.said.extend(said);
         Ok(record)
@@ -436,6 +486,11 @@ impl Record {
             ));
         }
         self
+    }
+
+    /// Leaves out a strain that is not that of the specimen, and what was said of it.
+    pub(super) fn forget_strain(&mut self) {
+        (self.strain_to, self.said) = (None, Vec::new());
     }
 
     /// The kind decides what is compared: logarithms, or stresses of a motion.
@@ -539,6 +594,9 @@ impl Record {
 
 /// A log slope that noise cannot explain: the record is of the other kind.
 const GROWTH: f64 = 0.02;
+/// A modulus that rises so often at first, and by so much, does so in a ramp.
+const FEW_RISES: usize = 2;
+const RISE: f64 = 1.05;
 /// A strain below this share of its range counts as rest.
 const REST: f64 = 0.01;
 /// The same where the contact point is sought, so that it may be a little before the record.

@@ -5,6 +5,7 @@ mod contact;
 mod golden;
 mod history;
 mod indentation;
+mod meaning;
 mod records;
 mod recovery;
 mod stiffening;
