@@ -170,6 +170,7 @@ impl Columns {
             }
             RecordKind::History => self.history(),
         };
+        self.is_clear()?;
         let lines = &self.lines;
         let unused = self
             .values
@@ -187,6 +188,14 @@ impl Columns {
             record,
             loading: measured,
             notes: self.notes,
+        })
+    }
+
+    /// Refuses a record of a quantity that two headers could be: one that was taken out.
+    fn is_clear(&self) -> Result<(), IdentifyError> {
+        let doubt = self.unclear.iter().find(|of| !self.has(of.0));
+        doubt.map_or(Ok(()), |(_, asked)| {
+            Err(IdentifyError::Record(asked.clone()))
         })
     }
 

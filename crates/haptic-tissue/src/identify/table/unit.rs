@@ -26,6 +26,17 @@ impl Dimension {
         found.map_or(&[], |known| known.1)
     }
 
+    /// True of a unit of anything that machines measure, in its own capitals.
+    pub(super) fn knows(unit: &str) -> bool {
+        const OTHERS: [&str; 16] = [
+            "N.m", "Nm", "mN.m", "uN.m", "mNm", "uNm", "g.cm", "Pa.s", "mPa.s", "V", "mV", "A",
+            "W", "1/K", "N.m/rad", "mm/s",
+        ];
+        let plain = plain(unit);
+        let is_it = |known: &(&str, f64)| !known.0.is_empty() && known.0 == plain;
+        OTHERS.contains(&plain.as_str()) || UNITS.iter().any(|units| units.1.iter().any(is_it))
+    }
+
     pub(super) fn si(self) -> &'static str {
         self.units().first().map_or("", |unit| unit.0)
     }
@@ -189,6 +200,20 @@ const UNITS: &[(Dimension, Units)] = &[
         ],
     ),
 ];
+
+/// A temperature of this unit in °C, as which it counts without a unit.
+pub(super) fn celsius(value: f64, unit: &str) -> f64 {
+    match plain(unit).as_str() {
+        "K" => value - 273.15,
+        "°F" => (value - 32.0) * 5.0 / 9.0,
+        _ => value,
+    }
+}
+
+/// True of 1/s, which is Hz to some and rad/s to others.
+pub(super) fn is_per_second(unit: &str) -> bool {
+    matches!(plain(unit).as_str(), "1/s" | "s-1")
+}
 
 /// One spelling for `Pa⁻¹`, `Pa^-1` and `Pa**-1`, `µm` and `μm`, `mm²` and `mm^2`.
 fn plain(unit: &str) -> String {
