@@ -18,7 +18,7 @@ use super::candidates::{Identification, choose, identified};
 use super::elements::{Candidate, Elements};
 use super::error::IdentifyError;
 use super::fit::{Estimate, Fit, REFUSED, fit, parameters, student};
-use super::keys::{BASELINE, CONTACT_POINT, KIND, STIFFENING};
+use super::keys::{BASELINE, CONTACT_POINT, KIND, REPLICATES, STIFFENING};
 use super::options::{Options, candidates, target_of};
 use super::record::{ContactPoint, REST_OF_FIT, Record, RecordKind, Touch, area};
 use super::search::{polished, search};
@@ -115,7 +115,7 @@ pub(super) fn touched(
     }
     if record.motions.len() > 1 {
         return wrong(format!(
-            "{sought} is fitted to one motion, and there are {}: give them one by one, or as replicates",
+            "{sought} is fitted to one motion, and there are {}: give them one by one, or {REPLICATES}",
             record.motions.len()
         ));
     }

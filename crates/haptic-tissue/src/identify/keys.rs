@@ -17,6 +17,7 @@ pub(in crate::identify) const RAMP_TIME: Key = Key("ramp_time_s");
 pub(in crate::identify) const RADIUS: Key = Key("indenter_radius_m");
 pub(in crate::identify) const SEGMENT: Key = Key("segment");
 pub(in crate::identify) const SEGMENTS: Key = Key("segments");
+pub(in crate::identify) const REPLICATES: Key = Key("replicates");
 pub(in crate::identify) const STIFFENING: Key = Key(crate::material::STIFFENING);
 pub(in crate::identify) const STRAIN: Key = Key("strain");
 pub(in crate::identify) const STRESS: Key = Key("stress_pa");

@@ -2,7 +2,7 @@
 
 use super::error::IdentifyError;
 use super::history::chosen;
-use crate::identify::keys::{CONTACT_POINT, FROM, KIND, RAMP_TIME, STRAIN, THICKNESS};
+use crate::identify::keys::{CONTACT_POINT, FROM, KIND, RAMP_TIME, REPLICATES, STRAIN, THICKNESS};
 use crate::indentation::{NOISE, begin_s, growing};
 use fracdiff::parameter::Shown;
 use haptic_loop::{DepthMap, LoadingKind, Specimen};
@@ -388,6 +388,13 @@ impl Record {
             .collect();
         let mut said = Vec::new();
         if !specimen.loading().kind.is_slab() {
+            let most = depth_m.iter().copied().fold(0.0, f64::max);
+            if depth_m.first().is_some_and(|first| *first > rest * most) {
+                return Err(IdentifyError::Record(format!(
+                    "the depth begins at {} m, where an indenter is in contact: begin the record earlier, or give {CONTACT_POINT}",
+                    Shown(depth_m[0])
+                )));
+            }
             if depth_m.iter().all(|depth| *depth <= 0.0) {
                 return Err(IdentifyError::Record(format!(
                     "the depth is never above 0: change its sign, for it is counted into the tissue, or give {CONTACT_POINT}"
@@ -439,6 +446,15 @@ impl Record {
             all.x.iter_mut().for_each(|x| *x -= begin);
         }
         for other in records {
+            let touches = [&all.touch, &other.touch].into_iter().flatten();
+            if touches
+                .map(|touch| touch.contact)
+                .any(|contact| contact == ContactPoint::Fitted)
+            {
+                return Err(IdentifyError::Record(format!(
+                    "{CONTACT_POINT} is fitted to one motion, and there are several: give it as a length, or {REPLICATES}"
+                )));
+            }
             all.touch = None;
             if [all.kind, other.kind] != [RecordKind::History; 2] {
                 let both = [all.kind, other.kind].into_iter();

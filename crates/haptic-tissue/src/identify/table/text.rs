@@ -30,7 +30,10 @@ pub struct TextTable {
 pub fn read_table(bytes: &[u8]) -> Result<TextTable, IdentifyError> {
     let table = TextTable::new(bytes)?;
     if table.blocks.iter().all(|block| block.columns() < 2) {
-        let heading = table.blocks.first().and_then(|block| block.headings().pop());
+        let heading = table
+            .blocks
+            .first()
+            .and_then(|block| block.headings().pop());
         let line = heading.map_or(1, |heading| heading.line);
         return Err(wrong(
             line,
