@@ -535,15 +535,7 @@ impl Search<'_> {
                 .map_or(0.0, |touch| touch.zero_m + place.contact_m);
             let value = begin + scale * solved[column];
             let error = scale * deviation * inverse.row(column).norm();
-            Estimate {
-                name,
-                unit,
-                value,
-                standard_error: Some(error),
-                low_95: Some(value - t * error),
-                high_95: Some(value + t * error),
-                held: false,
-            }
+            Estimate::of_line(name, unit, value, error, t)
         });
         Ok(named.collect())
     }

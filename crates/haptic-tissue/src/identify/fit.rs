@@ -188,6 +188,25 @@ pub struct Estimate {
 }
 
 impl Estimate {
+    /// Of a linear problem, with its standard error and Student's t.
+    pub(super) const fn of_line(
+        name: &'static str,
+        unit: &'static str,
+        value: f64,
+        error: f64,
+        t: f64,
+    ) -> Self {
+        Self {
+            name,
+            unit,
+            value,
+            standard_error: Some(error),
+            low_95: Some(value - t * error),
+            high_95: Some(value + t * error),
+            held: false,
+        }
+    }
+
     /// False for a modulus, whose errors are shares of it.
     pub(super) const fn is_order(&self) -> bool {
         self.unit.is_empty()

@@ -5,6 +5,7 @@ mod contact;
 mod golden;
 mod history;
 mod indentation;
+mod master;
 mod meaning;
 mod records;
 mod recovery;
@@ -29,6 +30,17 @@ fn fish() -> Record {
         })
         .unzip();
     Record::relaxation(time, modulus).expect("valid")
+}
+
+/// Public records of others, which stay outside the repository: in `shared/data/public` beside it. None where that folder is not there.
+fn public<const N: usize>(names: [&str; N]) -> Option<[String; N]> {
+    let above = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).ancestors();
+    let mut folders = above.map(|folder| folder.join("shared/data/public"));
+    let Some(folder) = folders.find(|folder| folder.is_dir()) else {
+        testkit::skip("shared/data/public is not beside the repository");
+        return None;
+    };
+    Some(names.map(|name| std::fs::read_to_string(folder.join(name)).expect(name)))
 }
 
 /// A fit of one model.
