@@ -6,6 +6,7 @@
 //! ```
 
 use super::find::Block;
+use super::lines::brief;
 use super::unit::Dimension;
 use csv::StringRecord;
 
@@ -77,9 +78,7 @@ impl Block {
                     && row.get(0).is_some_and(|label| label.ends_with(':'));
                 let names = |row: &StringRecord| -> Vec<String> {
                     let cells = row.iter().skip(usize::from(shifted));
-                    cells
-                        .map(|name| name.replace(char::is_control, " "))
-                        .collect()
+                    cells.map(brief).collect()
                 };
                 let is_short = |row: &&&StringRecord| {
                     filled(row).all(|cell| cell.1.chars().count() <= UNIT_LENGTH)

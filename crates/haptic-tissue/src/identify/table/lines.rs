@@ -64,3 +64,14 @@ pub(super) fn wrong(line: u64, reason: &str) -> IdentifyError {
         reason: reason.to_owned(),
     }
 }
+
+/// A cell or a name as a message shows it: whole, unless nobody would read it.
+pub(super) fn brief(text: &str) -> String {
+    const LETTERS: usize = 60;
+    let mut letters = text.chars();
+    let mut brief: String = letters.by_ref().take(LETTERS).collect();
+    if letters.next().is_some() {
+        brief.push('…');
+    }
+    brief.replace(char::is_control, " ")
+}

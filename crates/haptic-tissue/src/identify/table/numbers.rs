@@ -6,7 +6,7 @@ use super::assemble::Columns;
 use super::column::{Choice, Column};
 use super::find::{Block, is_gap};
 use super::header::{Meaning, Unit, remedy, split, understand};
-use super::lines::{passed, rows_named, wrong};
+use super::lines::{brief, passed, rows_named, wrong};
 use super::segments::{between, changes, jumps, restarts, values};
 use super::text::{TextTable, too_many};
 use super::unit::celsius;
@@ -360,8 +360,9 @@ impl Reader {
                     unclear.push((
                         column,
                         format!(
-                            "line {}, column {name}: unit {unit:?} is not a unit of {}: {}",
+                            "line {}, column {name}: unit {:?} is not a unit of {}: {}",
                             heading.line,
+                            brief(unit),
                             column.name(),
                             remedy(column.dimension(), column)
                         ),
@@ -602,7 +603,10 @@ impl Part<'_> {
             let value = number_with(cell, self.sign).ok_or_else(|| IdentifyError::Line {
                 line,
                 column: Some(f.name.clone()),
-                reason: format!("{cell:?} is not a finite number: correct it, or omit the row"),
+                reason: format!(
+                    "{:?} is not a finite number: correct it, or omit the row",
+                    brief(cell)
+                ),
             })?;
             values.push(value * factor);
         }
@@ -734,14 +738,14 @@ fn pieces<'a>(parts: &'a [Part<'a>]) -> Vec<Piece<'a>> {
 
 /// The first few segments, for a message.
 fn listed(pieces: &[Piece]) -> String {
-    const NAMED: usize = 3;
-    let named = pieces.iter().enumerate().take(NAMED).map(|(n, piece)| {
+    const FIRST: usize = 3;
+    let named = pieces.iter().enumerate().take(FIRST).map(|(n, piece)| {
         let [first, last] = piece.lines();
-        let name: String = piece.name.chars().take(40).collect();
+        let name = brief(&piece.name);
         format!("{} {name:?} (lines {first} to {last})", n + 1)
     });
     let mut named: Vec<String> = named.collect();
-    if pieces.len() > NAMED {
+    if pieces.len() > FIRST {
         named.push("…".to_owned());
     }
     named.join(", ")
@@ -785,10 +789,14 @@ fn unread(table: &TextTable, parts: &[Part]) -> Option<String> {
         .map(|rows| format!("{rows} of another table left out: no record is in its columns"))
 }
 
+/// Names that a message lists, at most.
+const NAMED: usize = 20;
+
 fn place(heading: &Heading, choice: &Choice) -> Result<usize, IdentifyError> {
     let found = match choice {
         Choice::Number(n) => (1..=heading.names.len()).contains(n).then(|| n - 1),
         Choice::Name(name) => {
+            let name = &brief(name);
             let exact = heading.names.iter().position(|header| header == name);
             let same = |header: &String| {
                 split(header).0.eq_ignore_ascii_case(name) || header.eq_ignore_ascii_case(name)
@@ -807,7 +815,11 @@ fn place(heading: &Heading, choice: &Choice) -> Result<usize, IdentifyError> {
             &format!(
                 "there is no column {wanted}: give {COLUMNS} one of 1 to {} or of {}",
                 heading.names.len(),
-                names.cloned().collect::<Vec<_>>().join(", ")
+                names
+                    .take(NAMED)
+                    .map(|name| brief(name))
+                    .collect::<Vec<_>>()
+                    .join(", ")
             ),
         )
     })

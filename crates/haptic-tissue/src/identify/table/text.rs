@@ -6,7 +6,7 @@ use super::column::Column;
 use super::decode::decoded;
 use super::find::{Block, Blocks, is_gap};
 use super::header::{split, understand};
-use super::lines::{rows_named, wrong};
+use super::lines::{brief, rows_named, wrong};
 use super::unit::Dimension;
 use csv::StringRecord;
 use haptic_quantity::{DecimalSign, number_with, sign_of};
@@ -137,7 +137,8 @@ impl Block {
             (_, _, Some((line, cell))) => Err(wrong(
                 line,
                 &format!(
-                    "{cell:?} has a comma that may separate thousands or decimals: write numbers without the former, and all decimals alike"
+                    "{:?} has a comma that may separate thousands or decimals: write numbers without the former, and all decimals alike",
+                    brief(cell)
                 ),
             )),
         }
@@ -326,7 +327,7 @@ impl Chosen {
                     column: self.heading.names.get(place).cloned(),
                     reason: match cell {
                         "" => NO_VALUE.to_owned(),
-                        cell => format!("{cell:?} is not a finite number"),
+                        cell => format!("{:?} is not a finite number", brief(cell)),
                     },
                 })?);
             }
@@ -357,7 +358,10 @@ impl Chosen {
             let names = Dimension::Time.names();
             wrong(
                 self.heading.line,
-                &format!("unit {unit:?} is not a unit of time: give one of {names}"),
+                &format!(
+                    "unit {:?} is not a unit of time: give one of {names}",
+                    brief(&unit)
+                ),
             )
         })
     }
