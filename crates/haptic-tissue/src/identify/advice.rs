@@ -26,8 +26,8 @@ pub(super) fn about(fits: &[Fit]) -> Vec<String> {
 
 /// A record too long to be compared sample by sample.
 pub(super) fn about_length(compared: usize, record: &Record) -> Option<String> {
-    // The first sample of a motion is at rest.
-    (compared + 1 < record.samples()).then(|| {
+    // The first sample of each motion is at rest.
+    (compared + record.motions.len().max(1) < record.samples()).then(|| {
         format!(
             "of {} samples {compared} are compared, spread over time; the strain of all is taken",
             record.samples()

@@ -1,12 +1,16 @@
 //! The candidates of a record, fitted and in order.
 
+use super::elements::Candidate;
 use super::error::IdentifyError;
 use super::fit::{AS_GOOD, Estimate, Fit, REFUSED, fit};
+use super::noise::of_motions;
 use super::options::{Options, candidates, target_of};
 use super::record::{Record, RecordKind};
 use super::search::search;
+use super::target::Target;
 use super::{advice, bootstrap, profile};
 use crate::model::ModelKind;
+use fracdiff::parameter::Shown;
 use std::sync::atomic::AtomicBool;
 /// Models fitted to a record, best first.
 #[derive(Clone, Debug, PartialEq)]
@@ -58,9 +62,19 @@ pub(super) fn identified(
     stop: &AtomicBool,
     progress: &(dyn Fn(usize) + Sync),
 ) -> Result<Identification, IdentifyError> {
+    let candidates = candidates(options, record.kind())?;
+    let record = &noisy(record, |record| {
+        let target = target_of(record, options, stop);
+        let fits = richest(&candidates).filter_map(|candidate| {
+            let best = search(candidate, &target, options.starts.max(1)).ok()?;
+            Some(fit(candidate, &target, &best).0)
+        });
+        let least = fits.min_by(|a, b| a.bic.total_cmp(&b.bic))?;
+        Some((least, target))
+    });
     let target = target_of(record, options, stop);
     let (mut fitted, mut failed) = (Vec::new(), Vec::new());
-    for candidate in candidates(options, record.kind())? {
+    for candidate in candidates {
         match search(candidate, &target, options.starts.max(1)) {
             Ok(best) => {
                 let (fit, certainty) = fit(candidate, &target, &best);
@@ -129,6 +143,57 @@ pub(super) fn identified(
         beside: Vec::new(),
         warnings,
     })
+}
+
+/// Those with the most parameters, which leave the least but noise.
+pub(super) fn richest(candidates: &[Candidate]) -> impl Iterator<Item = Candidate> {
+    let count = |candidate: &Candidate| candidate.parameters();
+    let most = candidates.iter().map(count).max();
+    let all = candidates.iter().copied();
+    all.filter(move |candidate| Some(count(candidate)) == most)
+}
+
+/// A record of several motions with the noise of each, as the residuals of a first fit tell it; which was assumed is said.
+pub(super) fn noisy<'r, 's>(
+    record: &'r Record,
+    first: impl FnOnce(&'r Record) -> Option<(Fit, Target<'s>)>,
+) -> Record {
+    let is_known = record.motions.iter().any(|motion| motion.noise.is_some());
+    let first = match record.motions.len() < 2 || is_known {
+        true => None,
+        false => first(record),
+    };
+    let mut record = record.clone();
+    let Some((fit, target)) = first else {
+        return record;
+    };
+    let stress_pa = target.values(&record).1;
+    let pairs = fit.predicted.iter().zip(&stress_pa);
+    let residuals: Vec<f64> = pairs.map(|(model, stress)| model - stress).collect();
+    let [residuals, stresses] = [&residuals, &stress_pa].map(|all| target.of_motions(&record, all));
+    let noise = of_motions(&residuals, &stresses, fit.parameters.len());
+    let shown = |noise: &f64| Shown(digits(*noise)).to_string();
+    record
+        .said
+        .push(match noise.iter().all(|one| *one == noise[0]) {
+            true => format!(
+                "all motions are taken to have the same noise, {} Pa",
+                shown(&noise[0])
+            ),
+            false => format!(
+                "the noise of the motions differs: each counts by its own, {} Pa",
+                noise.iter().map(shown).collect::<Vec<_>>().join(", ")
+            ),
+        });
+    for (motion, noise) in record.motions.iter_mut().zip(noise) {
+        motion.noise = Some(noise);
+    }
+    record
+}
+
+/// Three digits, for sentences.
+pub(super) fn digits(value: f64) -> f64 {
+    format!("{value:.2e}").parse().unwrap_or(value)
 }
 
 /// The place of the wanted one in fits by BIC; else of that with the fewest parameters of those as good as the best.

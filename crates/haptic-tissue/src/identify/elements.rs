@@ -68,10 +68,16 @@ impl Candidate {
         if self.has_two_orders() {
             // The larger order is the first one's: then orders may be exchanged and stay in their ranges.
             let [first, second] = [self.ranges[1], self.ranges[3]];
-            self.ranges[1].0 = first.0.max(second.0).min(first.1);
-            self.ranges[3].1 = second.1.min(first.1).max(second.0);
+            self.ranges[1].0 = first.0.max(second.0);
+            self.ranges[3].1 = second.1.min(first.1);
         }
         Some(self)
+    }
+
+    /// The highest first order and the lowest second one, if the second is held above the first.
+    pub(super) fn exchanged(self) -> Option<(f64, f64)> {
+        let (order, second) = (self.ranges[1].1, self.ranges[3].0);
+        (self.has_two_orders() && order < second).then_some((order, second))
     }
 
     /// With so many parameters beside those of the model.

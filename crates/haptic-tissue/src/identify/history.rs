@@ -36,8 +36,7 @@ pub(super) struct History {
     /// Numbers of the samples that are compared.
     pub(super) chosen: Vec<usize>,
     pub(super) unit_s: f64,
-    /// Root of the mean square, Pa: of the motion of each output, and of all.
-    pub(super) scales: Vec<f64>,
+    /// Root of the mean square, Pa.
     pub(super) stress_scale: f64,
     /// Largest distance from the first.
     pub(super) strain_scale: f64,
@@ -76,7 +75,6 @@ impl History {
             weights: Vec::new(),
             wanted: Vec::new(),
             chosen: Vec::new(),
-            scales: Vec::new(),
             unit_s,
             stress_scale: 0.0,
             strain_scale: 0.0,
@@ -87,9 +85,7 @@ impl History {
             let begin = knots.first().map_or(time_s[0], |knot| knot.0);
             let chosen = chosen(time_s, begin, most);
             let stresses = chosen.iter().map(|&i| moved.stress_pa[i]);
-            let sum = stresses.map(|stress| stress * stress).sum::<f64>();
-            let scale = libm::sqrt(sum / chosen.len() as f64);
-            square += sum;
+            square += stresses.map(|stress| stress * stress).sum::<f64>();
             let reach = strain.iter().map(|x| (x - strain[0]).abs());
             history.strain_scale = reach.fold(history.strain_scale, f64::max);
             // Rows are independent: the order of each sum does not depend on the threads.
@@ -98,7 +94,6 @@ impl History {
                 .collect();
             history.weights.extend(rows.into_iter().flatten());
             (history.wanted).extend(chosen.iter().map(|&i| moved.stress_pa[i]));
-            history.scales.extend(chosen.iter().map(|_| scale));
             history.chosen.extend(chosen.iter().map(|i| before + i));
             before += time_s.len();
         }
@@ -164,7 +159,6 @@ impl History {
             weights: rows.copied().collect(),
             wanted: chosen.iter().map(|&i| self.wanted[i]).collect(),
             chosen: chosen.iter().map(|&i| self.chosen[i]).collect(),
-            scales: chosen.iter().map(|&i| self.scales[i]).collect(),
             ..*self
         }
     }

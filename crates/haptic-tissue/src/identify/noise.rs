@@ -1,7 +1,8 @@
-//! What the residuals say of the noise: white, or slow.
+//! What the residuals say of the noise: white, or slow, and of several motions the same, or not.
 //! ```text
 //! ρ_k = c_k/c₀,  c_k = Σ rᵢ rᵢ₊ₖ        τ = (1 + 2 Σ_{k ≤ W} ρ_k)/(1 − (2W + 1)p/n),   W the least with W ≥ 2.5 τ
 //! n residuals are worth n/τ independent ones
+//! B = (ν ln s² − Σ ν_m ln s_m²)/(1 + (Σ 1/ν_m − 1/ν)/(3(M − 1)))       ν = Σ ν_m,  s² = Σ ν_m s_m²/ν,  M motions
 //! ```
 //! τ is the integrated autocorrelation time in samples, twice that of the source. A fit of p parameters takes the slow part of the noise
 //! out of the residuals, (2W + 1)p/n of the sum, and the divisor, ½ at least, gives that back. White noise keeps τ = 1: what is above 1
@@ -9,9 +10,13 @@
 //! cannot tell: 50 residuals of which each is like the one before by 0.5 are taken for white in one of two cases, 30 by 0.7 in four
 //! of ten, and their intervals are too narrow.
 //!
+//! B is that of Bartlett: of M motions of the same noise it is χ² of M − 1 degrees of freedom. Below its 99 % point the noise of one
+//! load cell is assumed, which is absolute; above it each motion has its own.
+//!
 //! - *Cost*: n products for each of the lags, beyond 50 for one in 50 of them: a hundred for the slowest noise of 1000 samples.
 //! - *Source*: A. D. Sokal, *Monte Carlo methods in statistical mechanics: foundations and new algorithms*, 1997, section 3: the window
-//!   and the variance of the estimate.
+//!   and the variance of the estimate; M. S. Bartlett, *Properties of sufficiency and statistical tests*, Proceedings of the Royal
+//!   Society A 160, 1937; E. B. Wilson, M. M. Hilferty, *The distribution of chi-square*, PNAS 17, 1931 (its 99 % point).
 
 /// Correlation of neighbouring residuals.
 pub(super) fn neighbours(residuals: &[f64]) -> f64 {
@@ -50,6 +55,38 @@ pub(super) fn independent(residuals: &[f64], parts: usize, parameters: usize) ->
     let time = sum / (1.0 - width * parameters as f64).max(0.5);
     let chance = CHANCE * libm::sqrt(2.0 * width);
     n as f64 / if time > 1.0 + chance { time } else { 1.0 }
+}
+
+/// 99 % point of the normal distribution.
+const SURE: f64 = 2.326;
+/// What the interpolation of a history leaves of the stress.
+const EXACT: f64 = 1e-6;
+
+/// Standard deviations of several motions by their residuals, fitted with so many parameters; one for all unless they differ.
+pub(super) fn of_motions(residuals: &[&[f64]], stresses: &[&[f64]], parameters: usize) -> Vec<f64> {
+    let mean_square = |values: &[f64]| {
+        let square: f64 = values.iter().map(|value| value * value).sum();
+        square / values.len() as f64
+    };
+    let counts: Vec<f64> = residuals.iter().map(|r| independent(r, 1, 0)).collect();
+    let count: f64 = counts.iter().sum();
+    // The fit takes its share of each.
+    let share = (1.0 - parameters as f64 / count).max(0.1);
+    let squares: Vec<f64> = (residuals.iter().zip(stresses))
+        .map(|(r, stress)| (mean_square(r) / share).max(EXACT * EXACT * mean_square(stress)))
+        .collect();
+    let pairs = || counts.iter().zip(&squares);
+    let pooled = pairs().map(|(n, square)| n * square).sum::<f64>() / count;
+    let apart = pairs().map(|(n, square)| n * share * libm::log(pooled / square));
+    let inverse = counts.iter().map(|n| 1.0 / (n * share)).sum::<f64>() - 1.0 / (count * share);
+    let freedom = (counts.len() - 1) as f64;
+    let bartlett = apart.sum::<f64>() / (1.0 + inverse / (3.0 * freedom));
+    let part = 2.0 / (9.0 * freedom);
+    let limit = freedom * libm::pow(1.0 - part + SURE * libm::sqrt(part), 3.0);
+    match bartlett > limit {
+        true => squares.iter().map(|square| libm::sqrt(*square)).collect(),
+        false => vec![libm::sqrt(pooled); counts.len()],
+    }
 }
 
 #[cfg(test)]

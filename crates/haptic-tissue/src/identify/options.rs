@@ -110,6 +110,13 @@ pub(super) fn candidates(
                 candidate?.with_held(&held.name, held.low, held.high)
             })
             .filter(|_| shows(model, kind));
+        if let Some((order, second)) = candidate.and_then(Candidate::exchanged) {
+            return wrong(format!(
+                "order, at most {}, is held below second_order, at least {}: exchange the two elements",
+                Shown(order),
+                Shown(second)
+            ));
+        }
         match candidate {
             Some(candidate) => candidates.push(candidate.with_beside(beside)),
             None if options.chosen == Some(model) => {

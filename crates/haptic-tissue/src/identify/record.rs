@@ -94,6 +94,8 @@ pub(super) struct Motion {
     pub(super) map: Option<DepthMap<f64>>,
     /// True if its strain grows with the depth, so that tissue can stiffen by it.
     can_stiffen: bool,
+    /// Its standard deviation, Pa, if it is known.
+    pub(super) noise: Option<f64>,
 }
 
 /// Samples that a model can be fitted to: its constructors refuse invalid samples, naming the
@@ -240,7 +242,7 @@ impl Record {
                 return Err(IdentifyError::Sample { index, reason });
             }
         }
-        increasing(&time_s, "time", "s")?;
+        increasing(&time_s, "time", "s", |before, after| before >= after)?;
         let reach = strain.iter().map(|x| (x - strain[0]).abs());
         let range = reach.fold(0.0, f64::max);
         if range == 0.0 {
@@ -269,6 +271,7 @@ impl Record {
             way: None,
             map: None,
             can_stiffen: true,
+            noise: None,
         };
         let record = Self {
             kind: RecordKind::History,
@@ -432,8 +435,9 @@ impl Record {
         Ok(record)
     }
 
-    /// Several motions of the same tissue, such as presses to several depths, fitted together;
-    /// errors of each count relative to its own stress. Each begins at the time 0.
+    /// Several motions of the same tissue, such as presses to several depths, fitted together.
+    /// Their noise is taken to be the same, unless what is left of a first fit tells otherwise:
+    /// then errors count relative to the noise of their own motion. Each begins at the time 0.
     ///
     /// # Errors
     /// A missing record, or one without motion; more samples than [`SAMPLES_MOST`].
@@ -579,7 +583,7 @@ impl Record {
         if oscillation {
             record.sort();
         }
-        increasing(&record.x, what, unit)?;
+        increasing(&record.x, what, unit, |before, after| before > after)?;
         constant(&record.first, one, of)?;
         Ok(record)
     }
@@ -696,8 +700,13 @@ fn positive(values: &[f64], what: &str, unit: &str) -> Result<(), IdentifyError>
     }
 }
 
-fn increasing(x: &[f64], what: &str, unit: &str) -> Result<(), IdentifyError> {
-    let wrong = x.windows(2).position(|pair| pair[0] >= pair[1]);
+fn increasing(
+    x: &[f64],
+    what: &str,
+    unit: &str,
+    wrong: impl Fn(f64, f64) -> bool,
+) -> Result<(), IdentifyError> {
+    let wrong = x.windows(2).position(|pair| wrong(pair[0], pair[1]));
     match wrong {
         None => Ok(()),
         Some(before) => Err(IdentifyError::Sample {

@@ -13,7 +13,7 @@
 //! Annals of Mathematical Statistics 9, 1938 (the interval).
 
 use super::advice;
-use super::candidates::{Identification, choose, identified};
+use super::candidates::{Identification, choose, digits, identified, noisy, richest};
 use super::elements::{Candidate, Elements};
 use super::error::IdentifyError;
 use super::fit::{AS_GOOD, Estimate, Fit, bic, fit, student};
@@ -103,16 +103,25 @@ pub(super) fn stiffened(
             Shown(steepest)
         ));
     }
+    let candidates = options::candidates(options, record.kind())?;
     let (low, high) = options::stiffening(options);
-    let search = Search {
+    let search = |record| Search {
         record,
         options,
         stop,
         least: low,
         most: high.min((STEEPEST / steepest).max(low)),
     };
+    let record = &noisy(record, |record| {
+        let search = search(record);
+        let rich: Vec<Candidate> = richest(&candidates).collect();
+        let valleys = search.valleys(&rich).into_iter().flatten();
+        let least = valleys.min_by(|a, b| a.lowest().sum.total_cmp(&b.lowest().sum))?;
+        Some((least.lowest().fit.clone(), search.target(least.lowest().b)))
+    });
+    let search = search(record);
     let (mut valleys, mut failed) = (Vec::new(), Vec::new());
-    for valley in search.valleys()? {
+    for valley in search.valleys(&candidates) {
         match valley {
             Ok(valley) => valleys.push(valley),
             Err(error) => failed.push(error),
@@ -189,12 +198,12 @@ fn said(record: &Record, best: &Fit, linear: Option<(f64, f64)>) -> Option<Strin
     if (b.high_95).is_some_and(|high| low > 0.0 && high - low <= SETTLED * b.value) {
         return None;
     }
-    let high = (b.high_95).map_or("any".to_owned(), |high| Shown(rounded(high)).to_string());
-    let interval = format!("{} to {high} at 95 %", Shown(rounded(low)));
+    let high = (b.high_95).map_or("any".to_owned(), |high| Shown(digits(high)).to_string());
+    let interval = format!("{} to {high} at 95 %", Shown(digits(low)));
     let what = match linear.filter(|_| low <= 0.0) {
         None => format!("the record hardly tells the stiffening from the modulus, b is {interval}"),
         Some((linear_rms, linear_bic)) => {
-            let [linear_pa, rms_pa] = [linear_rms, best.rms].map(|rms| Shown(rounded(rms)));
+            let [linear_pa, rms_pa] = [linear_rms, best.rms].map(|rms| Shown(digits(rms)));
             let left = format!("rms residual {linear_pa} Pa against {rms_pa} Pa");
             match linear_bic <= best.bic + AS_GOOD {
                 true => {
@@ -213,10 +222,6 @@ fn said(record: &Record, best: &Fit, linear: Option<(f64, f64)>) -> Option<Strin
     Some(format!("{what}: {remedy}"))
 }
 
-fn rounded(value: f64) -> f64 {
-    format!("{value:.2e}").parse().unwrap_or(value)
-}
-
 struct Limit {
     sum: f64,
     freedom: f64,
@@ -230,13 +235,13 @@ impl Limit {
     }
 }
 
-impl Search<'_> {
-    fn target(&self, b: f64) -> Target<'_> {
+impl<'a> Search<'a> {
+    fn target(&self, b: f64) -> Target<'a> {
         target_of(&self.record.stiffened(b), self.options, self.stop)
     }
 
-    /// All candidates on the grid, then each to its least sum.
-    fn valleys(&self) -> Result<Vec<Result<Valley<'_>, IdentifyError>>, IdentifyError> {
+    /// These candidates on the grid, then each to its least sum.
+    fn valleys(&self, candidates: &[Candidate]) -> Vec<Result<Valley<'_>, IdentifyError>> {
         let width = self.most - self.least;
         let steps = if width > 0.0 { OCTAVES } else { 0 };
         let grid = (0..=steps).map(|n| match n {
@@ -244,7 +249,6 @@ impl Search<'_> {
             n => self.least + width * libm::exp2(f64::from(n - OCTAVES)),
         });
         let targets: Vec<(f64, Target<'_>)> = grid.map(|b| (b, self.target(b))).collect();
-        let candidates = options::candidates(self.options, self.record.kind())?;
         // One by itself: the result does not depend on the threads.
         let valleys = candidates.par_iter().map(|&candidate| {
             let mut valley = Valley {
@@ -266,7 +270,7 @@ impl Search<'_> {
                 false => Ok(valley),
             }
         });
-        Ok(valleys.collect())
+        valleys.collect()
     }
 }
 

@@ -4,12 +4,13 @@
 //! oscillation        rᵢ = ln Re M(iω_i) − ln G'_i,  then the same of Im M and G''
 //! any motion         rᵢ = (σ(tᵢ) − σᵢ)/σ_rms
 //! ```
-//! each times √wᵢ, where w is 1, or the spacing of the samples in ln t over its mean.
+//! each times √wᵢ, where w is 1, or the spacing of the samples in ln t over its mean, or of several motions, whose noise differs,
+//! the noise of the mean over that of the own motion, squared.
 
 use super::contour::{Contour, Quantity};
 use super::elements::{Candidate, ELEMENTS, Elements, Slope};
 use super::history::{History, Moved};
-use super::record::{Record, RecordKind};
+use super::record::{Motion, Record, RecordKind};
 use crate::indentation::mapped;
 use std::ops::Range;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -128,7 +129,7 @@ impl<'a> Target<'a> {
         let scale = history.stress_scale;
         Self {
             wanted: history.wanted.clone(),
-            roots: history.scales.iter().map(|one| scale / one).collect(),
+            roots: roots_of_motions(record, &history.chosen, scale),
             unit_s: history.unit_s,
             scale,
             middle: libm::log(scale / history.strain_scale),
@@ -248,6 +249,23 @@ impl<'a> Target<'a> {
         }
     }
 
+    /// What belongs to each motion, of as many numbers as are compared.
+    pub(super) fn of_motions<'b>(&self, record: &Record, all: &'b [f64]) -> Vec<&'b [f64]> {
+        let Rows::History(history) = &self.rows else {
+            return vec![all];
+        };
+        let (mut rest, mut begin) = (all, 0);
+        let of = |motion: &Motion| {
+            begin += motion.samples;
+            let end = history.chosen.partition_point(|&i| i < begin);
+            let count = end - (all.len() - rest.len());
+            let own;
+            (own, rest) = rest.split_at(count);
+            own
+        };
+        record.motions.iter().map(of).collect()
+    }
+
     /// The same record with other values: logarithms, or stresses over their scale.
     pub(super) fn with_values(&self, values: Vec<f64>) -> Self {
         Self {
@@ -329,6 +347,29 @@ fn roots(ln_x: &[f64], weighting: Weighting, parts: usize) -> Vec<f64> {
         }
     };
     one.repeat(parts)
+}
+
+/// √w of each sample: 1, or of several motions by the noise of each. The sum of squares is about that of errors relative to the own
+/// stress of each, so that BIC says the same of records in other units.
+fn roots_of_motions(record: &Record, chosen: &[usize], scale: f64) -> Vec<f64> {
+    if record.motions.len() < 2 {
+        return vec![1.0; chosen.len()];
+    }
+    let (mut noise, mut ln_share, mut begin, mut first) = (Vec::new(), 0.0, 0, 0);
+    for motion in &record.motions {
+        begin += motion.samples;
+        let end = chosen.partition_point(|&i| i < begin);
+        let stresses = chosen[first..end].iter().map(|&i| record.second[i]);
+        let square = stresses.map(|stress| stress * stress).sum::<f64>();
+        let count = (end - first) as f64;
+        let own = motion.noise.unwrap_or(1.0);
+        let stress = libm::sqrt(square / count).max(f64::MIN_POSITIVE);
+        ln_share += count * libm::log(own / stress);
+        noise.extend(std::iter::repeat_n(own, end - first));
+        first = end;
+    }
+    let share = libm::exp(ln_share / chosen.len() as f64);
+    noise.iter().map(|own| share * scale / own).collect()
 }
 
 #[cfg(test)]

@@ -2,6 +2,7 @@
 #![cfg(feature = "identify")]
 
 mod contact;
+mod fits;
 mod golden;
 mod history;
 mod indentation;

@@ -145,8 +145,7 @@ fn shifts_are_those_that_pyvisco_publishes() {
         ..Reader::default()
     };
     let all = reader
-        
-.read_all(&read_table(table.as_bytes()).expect("a table"))
+        .read_all(&read_table(table.as_bytes()).expect("a table"))
         .expect("segments");
     let records = all.into_iter().map(|columns| {
         let celsius = columns.temperature_c.expect("a temperature");
