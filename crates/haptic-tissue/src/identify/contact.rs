@@ -46,7 +46,8 @@ const MOST: usize = 2000;
 const GRID: usize = 12;
 /// Starts where δ₀ is not known yet, and where it is nearly.
 const STARTS: [usize; 2] = [2, 10];
-/// The contact is no deeper than this share of the depth.
+/// The contact is no higher above the record, and no deeper in it, than these shares of its depths.
+const BEFORE: f64 = 0.8 * REST_OF_FIT;
 const DEEPEST: f64 = 0.9;
 /// A step over the range of depths that ends a search, and one for a slope.
 const STEP: f64 = 1e-5;
@@ -300,7 +301,7 @@ impl Search<'_> {
         };
         let low = depths().fold(f64::INFINITY, f64::min);
         let width = depths().fold(0.0, f64::max) - low;
-        [low - REST_OF_FIT * width, low + DEEPEST * width]
+        [low - BEFORE * width, low + DEEPEST * width]
     }
 
     /// The record with the contact at this depth, and the columns of its baseline.

@@ -36,6 +36,7 @@ mod noise;
 mod options;
 mod profile;
 mod record;
+mod replicates;
 mod search;
 mod stiffening;
 pub mod table;
@@ -50,6 +51,7 @@ pub use fit::{Estimate, Fit};
 pub use master::{MasterCurve, Shift, ShiftLaw, master_curve};
 pub use options::{Held, Options};
 pub use record::{ContactPoint, Record, RecordKind, SAMPLES_MOST};
+pub use replicates::{Replicates, Spread, replicates};
 use std::sync::atomic::{AtomicBool, Ordering};
 pub use target::Weighting;
 

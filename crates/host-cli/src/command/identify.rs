@@ -2,8 +2,10 @@
 
 mod draw;
 mod record;
+mod several;
 
 use self::record::TableArguments;
+use self::several::SeveralArguments;
 use crate::command::conduct::progress_bar;
 use crate::files::{File, PROGRAM, PlaceOfFile};
 use crate::output::{Output, joined};
@@ -13,11 +15,11 @@ use haptic_experiment::parameters::Range;
 use haptic_experiment::{Failure, parameters};
 use haptic_log::record::StartTime;
 use haptic_loop::{Loading, LoadingKind};
-use haptic_quantity::{digits, parse_for_key};
+use haptic_quantity::{digits, is_meant, parse_for_key};
 use haptic_tissue::identify::table::{Reading, Understood};
 use haptic_tissue::identify::{
-    Baseline, CANDIDATES, ContactPoint, Estimate, Fit, Identification, Options, RecordKind,
-    Weighting, identify,
+    Baseline, CANDIDATES, ContactPoint, Estimate, Fit, Held, Identification, Options, RecordKind,
+    Weighting,
 };
 use haptic_tissue::{Material, ModelKind, Source, ValidRange};
 use serde_json::{Value, json};
@@ -76,6 +78,22 @@ fn contact_point(text: &str) -> Result<ContactPoint, String> {
     in_range(KEY, length, CONTACT_POINTS).map(ContactPoint::At)
 }
 
+/// `order=0.2` or `order=0.1..0.3`; names are those of tissue files, with the unit or without.
+fn held(text: &str) -> Result<Held, String> {
+    let split = text.split_once('=');
+    let (name, value) = split.ok_or("is not PARAMETER=VALUE or PARAMETER=LOW..HIGH")?;
+    let all = CANDIDATES.iter().flat_map(|kind| kind.parameters());
+    let mut names = all.map(|parameter| parameter.name);
+    let name = names.find(|known| is_meant(known, name)).unwrap_or(name);
+    let read = |text: &str| parse_for_key(name, text).map_err(|error| error.to_string());
+    let (low, high) = value.split_once("..").unwrap_or((value, value));
+    Ok(Held {
+        name: name.to_owned(),
+        low: read(low)?,
+        high: read(high)?,
+    })
+}
+
 /// Turn a measured record into a tissue: relaxation, creep, oscillation or any motion
 ///
 /// Fits fractional models, reports how certain each parameter is and which model the record
@@ -113,6 +131,8 @@ pub(crate) struct Arguments {
     specimen: SpecimenArguments,
     #[command(flatten)]
     fit: FitArguments,
+    #[command(flatten)]
+    several: SeveralArguments,
     #[command(flatten)]
     file: File,
     /// Specimen, temperature, preparation, for the tissue file
@@ -200,6 +220,9 @@ struct FitArguments {
     /// Find the part of the force that is not the tissue's too
     #[arg(long, value_parser = one_of(baselines()))]
     baseline: Option<Baseline>,
+    /// Parameters to hold at a value or in a range, as in order=0.2 or order=0.1..0.3
+    #[arg(long, value_name = "PARAMETER=VALUE", value_delimiter = ',', value_parser = held)]
+    fix: Vec<Held>,
     /// Bootstrap records for the intervals; 0 takes them from profiles of the likelihood
     #[arg(long, default_value_t = 0, value_parser = whole::<u32>(Options::BOOTSTRAP_ALLOWED))]
     bootstrap: u32,
@@ -222,17 +245,13 @@ impl Arguments {
         let name = self.tissue_name()?;
         let mut place = PlaceOfFile::look(&self.file, "tissue")?;
         let reading = self.specimen.reading(self.kind);
-        let mut understood = Vec::new();
+        let (mut all, mut names) = (Vec::new(), Vec::new());
         for data in &self.data {
-            understood.extend(self.table.read(data, &reading)?);
+            let name = data.file_name().unwrap_or(data.as_os_str());
+            let read = self.table.read(data, &reading, self.several.takes_all())?;
+            names.extend(read.iter().map(|_| name.to_string_lossy().into_owned()));
+            all.extend(read);
         }
-        let understood = match understood.pop() {
-            Some(one) if understood.is_empty() => one,
-            last => {
-                understood.extend(last);
-                Understood::together(understood).map_err(Failure::input)?
-            }
-        };
         // The one that was asked for, and those with fewer parameters, to say if one of these is as good.
         let wanted = |candidate: &ModelKind| {
             let parameters = |kind: ModelKind| kind.parameters().len();
@@ -248,19 +267,16 @@ impl Arguments {
             seed: self.fit.seed.unwrap_or(1),
             stiffening: self.fit.stiffening,
             baseline: self.fit.baseline,
-            held: Vec::new(),
+            held: self.fit.fix.clone(),
         };
         let bar = progress_bar(u64::from(self.fit.bootstrap), output);
-        let found = identify(&understood.record, &options, &|records| {
+        let found = (self.several).found(all, &names, &options, &|records| {
             bar.inc(records as u64);
         });
         bar.finish_and_clear();
-        let found = found.map_err(Failure::input)?;
-        let source = self.data.iter().map(|data| {
-            let name = data.file_name().unwrap_or(data.as_os_str());
-            name.to_string_lossy().into_owned()
-        });
-        let source = source.collect::<Vec<_>>().join(", ");
+        let (understood, found, rows) = found?;
+        names.dedup();
+        let source = names.join(", ");
         let (tissue, figure) = match name {
             Some(name) => {
                 let text = self.tissue(name, &understood, &found, &source)?;
@@ -298,7 +314,7 @@ impl Arguments {
             "notes": notes,
             "warnings": warnings,
         });
-        output.summary(&joined([chosen, quality(found.kind, fit), beside]))?;
+        output.summary(&joined([chosen, rows, quality(found.kind, fit), beside]))?;
         place.close(Ok(()))
     }
 

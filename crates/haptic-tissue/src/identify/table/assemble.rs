@@ -1,13 +1,14 @@
 //! Columns as a record: its kind, how its specimen was loaded, and forces as stresses.
 
 use super::super::error::IdentifyError;
+use super::super::master::{MasterCurve, master_curve};
 use super::super::record::{ContactPoint, Record, RecordKind, area, within};
 use super::column::Column;
 use super::header::told;
 use crate::MeasuredLoading;
 use crate::identify::keys::{
-    AREA, BONDED, COLUMNS, FROM, HALF_ANGLE, KIND, LOADING, POISSON_RATIO, RADIUS, RAMP_TIME,
-    STRAIN, STRESS, THICKNESS,
+    AREA, BONDED, COLUMNS, FROM, HALF_ANGLE, KIND, LOADING, MASTER_CURVE, POISSON_RATIO, RADIUS,
+    RAMP_TIME, STRAIN, STRESS, THICKNESS,
 };
 use fracdiff::parameter::Shown;
 use haptic_loop::{INCOMPRESSIBLE, Loading, LoadingKind, Modulus, ParameterError, Specimen};
@@ -42,6 +43,8 @@ pub struct Understood {
     pub loading: MeasuredLoading,
     /// One sentence for each thing guessed or left out.
     pub notes: Vec<String>,
+    /// Its temperature, °C, if the table says it.
+    pub temperature_c: Option<f64>,
 }
 
 impl Understood {
@@ -50,25 +53,64 @@ impl Understood {
     /// # Errors
     /// As [`Record::together`]; records of different moduli.
     pub fn together(all: Vec<Self>) -> Result<Self, IdentifyError> {
-        let (mut records, mut notes) = (Vec::new(), Vec::new());
-        let loadings: Vec<MeasuredLoading> = all.iter().map(|one| one.loading).collect();
-        let loading = loadings.first().copied().unwrap_or_default();
-        if loadings.iter().any(|one| *one != loading) {
-            return Err(IdentifyError::Record(format!(
-                "the records are loaded differently: give {LOADING}, or records of one loading"
-            )));
-        }
-        for one in all {
-            records.push(one.record);
-            notes.extend(one.notes);
-        }
-        let mut said = HashSet::new();
-        notes.retain(|note| said.insert(note.clone()));
+        let (_, records, understood) = Self::alike(all)?;
         Ok(Self {
             record: Record::together(records)?,
-            loading,
-            notes,
+            ..understood
         })
+    }
+
+    /// Several specimens of one tissue, to be fitted one by one: their records, and what is understood of all, with the first record.
+    ///
+    /// # Errors
+    /// Records of different moduli.
+    pub fn specimens(all: Vec<Self>) -> Result<(Vec<Record>, Self), IdentifyError> {
+        let (_, records, understood) = Self::alike(all)?;
+        Ok((records, understood))
+    }
+
+    /// Records at several temperatures as a master curve at a reference temperature.
+    ///
+    /// # Errors
+    /// As [`master_curve`]; a record that does not say its temperature; records of different moduli.
+    pub fn shifted(all: Vec<Self>, reference_c: f64) -> Result<(MasterCurve, Self), IdentifyError> {
+        let (temperatures, records, mut understood) = Self::alike(all)?;
+        let temperatures: Option<Vec<f64>> = temperatures.into_iter().collect();
+        let Some(temperatures) = temperatures else {
+            return Err(IdentifyError::Record(format!(
+                "{MASTER_CURVE} needs the temperature of each record, and one has none: name its column by {COLUMNS} {}=",
+                Column::Temperature.name()
+            )));
+        };
+        let both = temperatures.into_iter().zip(records);
+        let curve = master_curve(both.collect(), reference_c)?;
+        understood.record = curve.record.clone();
+        understood.temperature_c = Some(reference_c);
+        Ok((curve, understood))
+    }
+
+    /// The temperature of each, each record, and what is said of all.
+    fn alike(all: Vec<Self>) -> Result<(Vec<Option<f64>>, Vec<Record>, Self), IdentifyError> {
+        let temperatures = all.iter().map(|one| one.temperature_c).collect();
+        let records = all.iter().map(|one| one.record.clone()).collect();
+        let mut all = all.into_iter();
+        let Some(mut first) = all.next() else {
+            return Err(IdentifyError::Record(
+                "there is no record: give one".to_owned(),
+            ));
+        };
+        for one in all {
+            if one.loading != first.loading {
+                return Err(IdentifyError::Record(format!(
+                    "the records are loaded differently: give {LOADING}, or records of one loading"
+                )));
+            }
+            first.notes.extend(one.notes);
+        }
+        let mut said = HashSet::new();
+        first.notes.retain(|note| said.insert(note.clone()));
+        first.temperature_c = None;
+        Ok((temperatures, records, first))
     }
 }
 
@@ -188,6 +230,7 @@ impl Columns {
             record,
             loading: measured,
             notes: self.notes,
+            temperature_c: self.temperature_c,
         })
     }
 
