@@ -392,7 +392,10 @@ impl Record {
         let mut said = Vec::new();
         if !specimen.loading().kind.is_slab() {
             let most = depth_m.iter().copied().fold(0.0, f64::max);
-            if depth_m.first().is_some_and(|first| *first > rest * most) {
+            if depth_m
+                .first()
+                .is_some_and(|first| *first > rest * (most - first))
+            {
                 return Err(IdentifyError::Record(format!(
                     "the depth begins at {} m, where an indenter is in contact: begin the record earlier, or give {CONTACT_POINT}",
                     Shown(depth_m[0])

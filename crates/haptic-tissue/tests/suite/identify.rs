@@ -6,10 +6,12 @@ mod fits;
 mod golden;
 mod history;
 mod indentation;
+mod layouts;
 mod master;
 mod meaning;
 mod records;
 mod recovery;
+mod replicates;
 mod stiffening;
 mod table;
 

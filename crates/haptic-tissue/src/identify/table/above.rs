@@ -6,40 +6,15 @@
 //! ```
 
 use super::find::Block;
+use super::heading::{Heading, bare};
 use super::lines::brief;
 use super::unit::Dimension;
 use csv::StringRecord;
-
-/// What stands above the columns of a block.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub(super) struct Heading {
-    /// The line of the names; of the first row without any.
-    pub(super) line: u64,
-    pub(super) names: Vec<String>,
-    /// The cells of a line of units; fewer than names if it is shorter.
-    pub(super) units: Vec<String>,
-}
 
 /// Lines in which names are looked for.
 const LINES: usize = 12;
 /// Letters of a unit, at most.
 const UNIT_LENGTH: usize = 12;
-
-impl Heading {
-    /// The unit in the line of units; empty if there is none.
-    pub(super) fn unit(&self, place: usize) -> &str {
-        let unit = self.units.get(place).map_or("", String::as_str);
-        bare(unit)
-    }
-}
-
-/// A unit without its brackets.
-fn bare(unit: &str) -> &str {
-    let inside = [('[', ']'), ('(', ')'), ('{', '}')].into_iter();
-    let mut inside =
-        inside.filter_map(|(open, close)| unit.strip_prefix(open)?.strip_suffix(close));
-    inside.next().unwrap_or(unit).trim()
-}
 
 fn filled(row: &StringRecord) -> impl Iterator<Item = (usize, &str)> {
     row.iter().enumerate().filter(|cell| !cell.1.is_empty())
@@ -58,37 +33,30 @@ impl Block {
     pub(super) fn headings(&self) -> Vec<Heading> {
         let mut headings = Vec::new();
         let mut between: Vec<&StringRecord> = Vec::new();
-        let lines: Vec<_> = self
-            .above
-            .iter()
-            .rev()
+        let above = self.above.iter().rev();
+        let mut lines = above
             .filter(|(_, row)| filled(row).next().is_some())
-            .collect();
-        for (n, (line, row)) in lines.iter().enumerate().take(LINES) {
-            let is_above_names =
-                |above: &&(u64, StringRecord)| self.names_above(&above.1) >= self.names_above(row);
-            let is_names = self.has_names(row)
-                && !(is_units(row)
-                    && lines
-                        .get(n + 1)
-                        .is_some_and(|above| is_above_names(above) && self.has_names(&above.1)));
-            if is_names {
+            .take(LINES)
+            .peekable();
+        while let Some((line, row)) = lines.next() {
+            let is_named_above = lines.peek().is_some_and(|(_, above)| {
+                self.has_names(above) && self.names_above(above) >= self.names_above(row)
+            });
+            // Names that are fewer than the columns stand right above them, or are those of something else.
+            let is_near = row.len() >= self.columns() || between.iter().all(|row| is_units(row));
+            if self.has_names(row) && is_near && !(is_units(row) && is_named_above) {
                 // A label in front of the names shifts them.
-                let shifted = row.len() == self.columns() + 1
-                    && row.get(0).is_some_and(|label| label.ends_with(':'));
-                let names = |row: &StringRecord| -> Vec<String> {
-                    let cells = row.iter().skip(usize::from(shifted));
-                    cells.map(brief).collect()
-                };
-                let is_short = |row: &&&StringRecord| {
-                    filled(row).all(|cell| cell.1.chars().count() <= UNIT_LENGTH)
-                };
+                let is_label = row.get(0).is_some_and(|label| label.ends_with(':'));
+                let shift = usize::from(is_label && row.len() == self.columns() + 1);
+                let cells = |row: &StringRecord| row.iter().skip(shift).map(brief).collect();
+                let is_short =
+                    |row: &&&StringRecord| filled(row).all(|cell| cell.1.len() <= UNIT_LENGTH);
                 let units = between.iter().find(|row| is_units(row));
                 let units = units.or_else(|| between.iter().find(is_short));
                 headings.push(Heading {
                     line: *line,
-                    names: names(row),
-                    units: units.map(|row| names(row)).unwrap_or_default(),
+                    names: cells(row),
+                    units: units.map(|row| cells(row)).unwrap_or_default(),
                 });
             }
             between.push(row);
@@ -96,23 +64,22 @@ impl Block {
         headings
     }
 
-    /// Cells above columns of numbers.
+    /// Cells above columns of numbers, with a label in front or without.
     fn names_above(&self, row: &StringRecord) -> usize {
         let shift = row.len().saturating_sub(self.columns()).min(1);
-        let is_numeric = |place: usize| {
-            let at = |place: usize| self.numeric.get(place).copied().unwrap_or(false);
-            at(place) || place.checked_sub(shift).is_some_and(at)
+        let is_named = |place: &usize| {
+            let has = |place: usize| row.get(place).is_some_and(|name| !name.is_empty());
+            has(*place) || has(place + shift)
         };
-        filled(row).filter(|(place, _)| is_numeric(*place)).count()
+        self.numeric.iter().filter(|place| is_named(place)).count()
     }
 
-    /// True of a line that may name the columns: no dates, no numbers.
+    /// True of a line that may name the columns: mostly words, no dates and no numbers.
     fn has_names(&self, row: &StringRecord) -> bool {
-        let mut texts =
-            filled(row).filter(|cell| !cell.1.starts_with(|c: char| c.is_ascii_digit()));
+        let is_word = |cell: &(usize, &str)| !cell.1.starts_with(|c: char| c.is_ascii_digit());
         let least = self.width().div_ceil(2);
         self.names_above(row) >= least
-            && texts.by_ref().count() >= least.max(filled(row).count().div_ceil(2))
+            && 2 * filled(row).filter(is_word).count() >= filled(row).count().max(2 * least)
     }
 
     /// Names and units for a table without any: `column 1` and so on.
@@ -128,41 +95,23 @@ impl Block {
 
     /// The name of the block, from the lines above its heading: that of a step, an interval or a test, or none.
     pub(super) fn name(&self, heading: &Heading) -> Option<String> {
-        const WORDS: [&str; 12] = [
-            "step",
-            "interval",
-            "segment",
-            "sweep",
-            "set",
-            "cycle",
-            "intervall",
-            "abschnitt",
-            "temperature",
-            "test",
-            "result",
-            "specimen",
-        ];
+        const WORDS: &str = "step, interval, segment, sweep, set, cycle, abschnitt, temperature, test, result, specimen";
         let lines = self
             .above
             .iter()
             .rev()
             .filter(|(line, _)| *line < heading.line);
-        let texts: Vec<String> = lines
-            .take(LINES)
-            .map(|(_, row)| {
-                let cells: Vec<&str> = filled(row).map(|cell| cell.1).collect();
-                match cells[..] {
-                    // `Step name: Frequency sweep` is the name behind its key.
-                    [key, value] if key.to_lowercase().contains("name") => value.to_owned(),
-                    _ => cells.join(" "),
-                }
-            })
-            .filter(|text| text.chars().count() <= 80 && !text.starts_with('['))
-            .collect();
-        let is_said = |text: &&String| {
+        let mut texts = lines.take(LINES).map(|(_, row)| {
+            let cells: Vec<&str> = filled(row).map(|cell| cell.1).collect();
+            match cells[..] {
+                // `Step name: Frequency sweep` is the name behind its key.
+                [key, value] if key.to_lowercase().contains("name") => brief(value),
+                _ => brief(&cells.join(" ")),
+            }
+        });
+        texts.find(|text| {
             let text = text.to_lowercase();
-            WORDS.iter().any(|word| text.contains(word))
-        };
-        texts.iter().find(is_said).cloned()
+            !text.starts_with('[') && WORDS.split(", ").any(|word| text.contains(word))
+        })
     }
 }

@@ -13,10 +13,13 @@
 
 use super::super::error::IdentifyError;
 use super::super::record::SAMPLES_MOST;
-use super::lines::{Lines, wrong};
+use super::heading::Heading;
+use super::lines::{Lines, brief, wrong};
 use csv::StringRecord;
-use haptic_quantity::number;
+use haptic_quantity::{DecimalSign, number, number_with, sign_of};
 use std::borrow::Cow;
+use std::collections::BTreeSet;
+use std::ops::Range;
 
 /// Rows that belong together, and what stands above them.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -25,10 +28,11 @@ pub(super) struct Block {
     pub(super) above: Vec<(u64, StringRecord)>,
     /// Rows with their lines.
     pub(super) rows: Vec<(u64, StringRecord)>,
-    /// Columns that have numbers.
-    pub(super) numeric: Vec<bool>,
-    /// Columns that have text.
-    text: Vec<bool>,
+    /// Columns that have numbers, and those that have text.
+    pub(super) numeric: BTreeSet<usize>,
+    text: BTreeSet<usize>,
+    /// A line of text right below that may be a row whose numbers are wrong.
+    pub(super) broken: Option<(u64, StringRecord)>,
     /// The first empty line between two rows.
     pub(super) blank: Option<u64>,
 }
@@ -61,34 +65,21 @@ pub(super) fn is_gap(cell: &str) -> bool {
     is_ruled() || GAPS.iter().any(|gap| cell.eq_ignore_ascii_case(gap))
 }
 
-fn has(columns: &[bool], place: usize) -> bool {
-    columns.get(place).copied().unwrap_or(false)
-}
-
-fn mark(columns: &mut Vec<bool>, place: usize) {
-    if columns.len() <= place {
-        columns.resize(place + 1, false);
-    }
-    columns[place] = true;
-}
-
 impl Block {
     /// How many columns have numbers.
     pub(super) fn width(&self) -> usize {
-        self.numeric
-            .iter()
-            .filter(|is_numeric| **is_numeric)
-            .count()
+        self.numeric.len()
     }
 
     /// True if no row has anything in this column.
     pub(super) fn is_blank(&self, place: usize) -> bool {
-        !has(&self.numeric, place) && !has(&self.text, place)
+        !self.numeric.contains(&place) && !self.text.contains(&place)
     }
 
     /// How many columns the widest row has.
     pub(super) fn columns(&self) -> usize {
-        self.numeric.len().max(self.text.len())
+        let last = self.numeric.last().max(self.text.last());
+        last.map_or(0, |last| last + 1)
     }
 
     /// The first and the last line of the rows.
@@ -108,10 +99,12 @@ impl Block {
             let cells = cells.iter().enumerate();
             cells.filter(move |cell| *cell.1 == of).map(|cell| cell.0)
         };
-        let alike = place(Cell::Number).filter(|&place| has(&self.numeric, place));
-        let alike = alike.count();
-        let strange = place(Cell::Text).filter(|&place| !has(&self.text, place));
-        let strange = strange.count();
+        let alike = place(Cell::Number)
+            .filter(|place| self.numeric.contains(place))
+            .count();
+        let strange = place(Cell::Text)
+            .filter(|place| !self.text.contains(place))
+            .count();
         let is_wider = place(Cell::Number).last() >= Some(self.columns());
         match is_after_blank {
             true => alike > 0 && strange == 0 && !is_wider,
@@ -123,8 +116,8 @@ impl Block {
         self.rows.push((line, row.clone()));
         for (place, cell) in cells.iter().enumerate() {
             match cell {
-                Cell::Number => mark(&mut self.numeric, place),
-                Cell::Text => mark(&mut self.text, place),
+                Cell::Number => drop(self.numeric.insert(place)),
+                Cell::Text => drop(self.text.insert(place)),
                 Cell::Gap | Cell::Empty => {}
             }
         }
@@ -133,17 +126,87 @@ impl Block {
     /// Rows at the beginning that are names or units, most of which are text where the others have numbers: `s,1,Pa`.
     fn drop_names(&mut self) {
         let is_name = |row: &StringRecord| {
-            let numeric = row
-                .iter()
-                .enumerate()
-                .filter(|(place, _)| has(&self.numeric, *place));
-            let texts = numeric.filter(|(_, cell)| Cell::of(cell) == Cell::Text);
-            2 * texts.count() > self.width()
+            let cells = self.numeric.iter().filter_map(|place| row.get(*place));
+            2 * cells.filter(|cell| Cell::of(cell) == Cell::Text).count() > self.width()
         };
         let names = self.rows.iter().take_while(|(_, row)| is_name(row)).count();
         if names < self.rows.len() {
             self.above.extend(self.rows.drain(..names));
         }
+    }
+
+    /// The decimal sign of its numbers, by all of them; a comma in one of these columns that may be of thousands as well is refused.
+    fn decimal_sign(&self, places: &[usize]) -> Result<DecimalSign, IdentifyError> {
+        let (mut point, mut comma, mut thousands, mut has_point) = (false, false, false, false);
+        let mut first_comma = None;
+        for (line, row) in &self.rows {
+            for place in &self.numeric {
+                let cell = row.get(*place).unwrap_or("");
+                let marks = cell.matches(['.', ',']).count();
+                if marks == 0 || number(cell).is_none() {
+                    continue;
+                }
+                let sign = sign_of(cell);
+                point |= sign == Some(DecimalSign::Point);
+                comma |= sign == Some(DecimalSign::Comma);
+                // Both signs in a number, or one of them twice.
+                thousands |= marks > 1;
+                let is_comma = cell.contains(',');
+                has_point |= marks == 1 && !is_comma;
+                if marks == 1 && is_comma && places.contains(place) {
+                    first_comma = first_comma.or(Some((*line, cell)));
+                }
+            }
+        }
+        match (point, comma, first_comma) {
+            (true, false, Some(_)) if thousands => Ok(DecimalSign::Point),
+            (false, true, _) if thousands || !has_point || first_comma.is_none() => {
+                Ok(DecimalSign::Comma)
+            }
+            (_, _, None) => Ok(DecimalSign::Point),
+            (_, _, Some((line, cell))) => Err(wrong(
+                line,
+                &format!(
+                    "{:?} has a comma that may separate thousands or decimals: write numbers without the former, and all decimals alike",
+                    brief(cell)
+                ),
+            )),
+        }
+    }
+
+    /// Columns of numbers; NaN for a gap.
+    pub(super) fn numbers(
+        &self,
+        heading: &Heading,
+        places: &[usize],
+        rows: Range<usize>,
+    ) -> Result<Vec<Vec<f64>>, IdentifyError> {
+        let width = heading.names.len();
+        let sign = self.decimal_sign(places)?;
+        let mut columns = vec![Vec::with_capacity(rows.len()); places.len()];
+        for (line, row) in &self.rows[rows] {
+            if row.iter().skip(width).any(|cell| !cell.is_empty()) {
+                let reason = format!(
+                    "{} cells under a header of {width}: separate cells by semicolons if decimals have commas",
+                    row.len()
+                );
+                return Err(wrong(*line, &reason));
+            }
+            for (column, &place) in columns.iter_mut().zip(places) {
+                let cell = row.get(place).unwrap_or("");
+                let gap = is_gap(cell).then_some(f64::NAN);
+                let value = gap.or_else(|| number_with(cell, sign));
+                column.push(value.ok_or_else(|| IdentifyError::Line {
+                    line: *line,
+                    column: heading.names.get(place).cloned(),
+                    reason: format!(
+                        "{:?} is not a finite number: correct it, or omit the row",
+                        brief(cell)
+                    ),
+                })?);
+            }
+        }
+        Ok(columns)
     }
 
     /// True if it is not a part of what stands above another one.
@@ -237,7 +300,8 @@ impl Blocks {
                 .filter(|first| first.starts_with('#') && !is_gap(first));
             if let Some(first) = remark {
                 let rest = first.trim_start_matches('#').trim();
-                let names = std::iter::once(rest).chain(row.iter().skip(1));
+                let names = (!rest.is_empty()).then_some(rest).into_iter();
+                let names = names.chain(row.iter().skip(1));
                 texts.push((line, names.collect()));
                 return Ok(());
             }
@@ -253,6 +317,9 @@ impl Blocks {
                 open.blank = Some(open.lines()[1] + 1);
             }
             if !joins {
+                let filled = cells.iter().filter(|cell| **cell == Cell::Text).count();
+                let may_be_row = !is_after_blank && filled == cells.len() && filled >= open.width();
+                open.broken = may_be_row.then(|| (line, row.clone()));
                 found.close(&mut open, &mut texts);
             }
             match joins || cells.contains(&Cell::Number) {
@@ -268,10 +335,10 @@ impl Blocks {
 
     /// Ends a block: what was text below the one before stands above it.
     fn close(&mut self, open: &mut Block, texts: &mut Texts) {
-        if open.rows.is_empty() {
+        let mut block = std::mem::take(open);
+        if block.rows.is_empty() {
             return;
         }
-        let mut block = std::mem::take(open);
         let first = block.lines()[0];
         // A remark between rows stands above the next block.
         (block.above, *texts) = std::mem::take(texts)

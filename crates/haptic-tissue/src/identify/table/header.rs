@@ -1,7 +1,8 @@
 //! A name as quantity and unit: `Time [s]`, `G' (Pa)`, `Storage Modulus / kPa`, `stress_pa`, or with its unit in the line below.
 
 use super::column::Column;
-use super::unit::{Dimension, is_per_second};
+use super::lines::brief;
+use super::unit::is_per_second;
 use crate::MeasuredLoading;
 use crate::identify::keys::UNITS;
 use haptic_loop::{LoadingKind, Modulus};
@@ -11,7 +12,8 @@ use haptic_loop::{LoadingKind, Modulus};
 pub(super) struct Meaning {
     pub(super) column: Column,
     pub(super) unit: Unit,
-    /// Of several names of one quantity the lowest counts: a clock that begins with the step, a plain name, one with a remark, a clock of the whole test.
+    /// Of several names of one quantity the lowest counts: a clock that begins with the step, or an angular frequency; a plain name; one with a remark; a
+    /// clock of the whole test.
     pub(super) rank: u8,
 }
 
@@ -41,12 +43,14 @@ pub(super) fn split(header: &str) -> (String, Option<String>) {
             return (name.trim().to_owned(), Some(unit.trim().to_owned()));
         }
     }
-    for between in [" / ", "/", ", ", " in "] {
-        if let Some((name, unit)) = header.split_once(between)
-            && !name.trim().is_empty()
-        {
-            return (name.trim().to_owned(), Some(unit.trim().to_owned()));
-        }
+    // The first mark counts: in `J in 1/Pa` the slash is one of the unit.
+    let marks = [" in ", ", ", "/"].into_iter();
+    let first = marks
+        .filter_map(|mark| Some((header.find(mark)?, mark.len())))
+        .min();
+    if let Some((at, length)) = first.filter(|first| first.0 > 0) {
+        let (name, unit) = (&header[..at], &header[at + length..]);
+        return (name.trim().to_owned(), Some(unit.trim().to_owned()));
     }
     (header.to_owned(), None)
 }
@@ -93,17 +97,25 @@ pub(super) fn told(header: &str) -> MeasuredLoading {
     }
 }
 
+impl Unit {
+    pub(super) fn factor(&self) -> Option<f64> {
+        match self {
+            Self::Factor(factor) => Some(*factor),
+            Self::Untold | Self::Either | Self::Foreign(_) => None,
+        }
+    }
+}
+
 /// Quantity and unit of a name, and of the unit in the line below it; `None` if it is not a quantity of a record.
 pub(super) fn understand(header: &str, below: &str) -> Option<Meaning> {
     let lower = header.trim().to_lowercase();
     let exact = Column::ALL
         .into_iter()
         .find(|column| column.header() == lower);
-    if let Some(column) = exact.filter(|_| below.is_empty()) {
-        let (unit, rank) = (Unit::Factor(1.0), PLAIN);
-        return Some(Meaning { column, unit, rank });
-    }
-    if let Some((column, factor)) = with_suffix(&lower).filter(|_| below.is_empty()) {
+    let ours = exact
+        .map(|column| (column, 1.0))
+        .or_else(|| with_suffix(&lower));
+    if let Some((column, factor)) = ours.filter(|_| below.is_empty()) {
         let (unit, rank) = (Unit::Factor(factor), PLAIN);
         return Some(Meaning { column, unit, rank });
     }
@@ -130,22 +142,10 @@ pub(super) fn understand(header: &str, below: &str) -> Option<Meaning> {
 
 const PLAIN: u8 = 1;
 /// Clocks that begin with what is measured, and those of the whole test.
-const STEP_CLOCKS: [&str; 6] = [
-    "step time",
-    "interval time",
-    "segment time",
-    "t seg",
-    "creep time",
-    "relaxation time",
-];
-const TEST_CLOCKS: [&str; 6] = [
-    "total time",
-    "run time",
-    "test time",
-    "global time",
-    "timestamp",
-    "time stamp",
-];
+const STEP_CLOCKS: &str =
+    "step time, interval time, segment time, t seg, creep time, relaxation time";
+const TEST_CLOCKS: &str = "total time, run time, test time, global time, timestamp, time stamp";
+const ANGULAR: &str = "ang, ω, omega, kreis, winkel";
 
 fn meaning(name: &str, unit: Option<String>) -> Option<Meaning> {
     let temperature_or_time = name.trim() == "T";
@@ -154,14 +154,13 @@ fn meaning(name: &str, unit: Option<String>) -> Option<Meaning> {
         true => vec![Column::Temperature, Column::Time],
         false => spelt(&name).collect(),
     };
-    let rank = match name.as_str() {
-        step if STEP_CLOCKS.contains(&step) => PLAIN - 1,
-        test if TEST_CLOCKS.contains(&test) => PLAIN + 2,
+    let is_angular = ANGULAR.split(", ").any(|word| name.contains(word));
+    let is_one_of = |names: &str| names.split(", ").any(|other| other == name);
+    let rank = match (is_angular || is_one_of(STEP_CLOCKS), is_one_of(TEST_CLOCKS)) {
+        (true, _) => PLAIN - 1,
+        (_, true) => PLAIN + 2,
         _ => PLAIN,
     };
-    let is_angular = ["ang", "ω", "omega", "kreis", "winkel"]
-        .iter()
-        .any(|word| name.contains(word));
     let found = |column: Column, unit: Unit| Some(Meaning { column, unit, rank });
     let is_either = |column: Column| column == Column::Omega && !is_angular;
     let Some(unit) = unit else {
@@ -194,12 +193,13 @@ fn with_suffix(header: &str) -> Option<(Column, f64)> {
     })
 }
 
-/// Remedy for a wrong unit.
-pub(super) fn remedy(dimension: Dimension, column: Column) -> String {
+/// What is wrong with the unit of a column, and the remedy.
+pub(super) fn foreign(unit: &str, column: Column) -> String {
+    let (name, dimension) = (column.name(), column.dimension());
     format!(
-        "give one of {} in the header, or {UNITS} {}={}",
+        "unit {:?} is not a unit of {name}: give one of {} in the header, or {UNITS} {name}={}",
+        brief(unit),
         dimension.names(),
-        column.name(),
         dimension.si()
     )
 }

@@ -1,7 +1,7 @@
 //! Records out of tables as rheometers and testing machines write them.
 //!
-//! The numbers are found first: `decode` makes text of bytes, `find` blocks of numbers of text, `above` the names and units that
-//! stand above a block, `header` a quantity of a name, `segments` the rows that belong together. `numbers` reads a record's
+//! The numbers are found first: `decode` makes text of bytes, `find` blocks of numbers of text, `above` its `heading` among the
+//! lines above it, `header` a quantity of a name, `segments` the rows that belong together. `numbers` reads a record's
 //! columns by what they mean, `text` columns by their names.
 
 mod above;
@@ -10,6 +10,7 @@ mod column;
 mod decode;
 mod find;
 mod header;
+mod heading;
 mod lines;
 mod numbers;
 mod segments;

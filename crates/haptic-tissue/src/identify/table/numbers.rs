@@ -1,17 +1,16 @@
 //! Columns of numbers in SI units from the blocks of a table.
 
 use super::super::error::IdentifyError;
-use super::above::Heading;
 use super::assemble::Columns;
 use super::column::{Choice, Column};
-use super::find::{Block, is_gap};
-use super::header::{Meaning, Unit, remedy, split, understand};
+use super::find::Block;
+use super::header::{Meaning, Unit, foreign, split, understand};
+use super::heading::Heading;
 use super::lines::{brief, passed, rows_named, wrong};
-use super::segments::{between, changes, jumps, restarts, values};
-use super::text::{TextTable, too_many};
+use super::segments::{between, changes, jumps, restarts};
+use super::text::TextTable;
 use super::unit::celsius;
 use crate::identify::keys::{COLUMNS, SEGMENT, SEGMENTS, UNITS};
-use haptic_quantity::{DecimalSign, number_with};
 use std::ops::Range;
 
 /// The user's instructions for a table.
@@ -62,8 +61,7 @@ struct Part<'a> {
     heading: Heading,
     found: Vec<Found>,
     unclear: Vec<(Column, String)>,
-    temperature: Option<Found>,
-    sign: DecimalSign,
+    temperature: Option<usize>,
 }
 
 /// A segment of a part.
@@ -100,9 +98,8 @@ impl Reader {
     /// Several segments without a choice, a choice of none, a wrong unit, a cell that is not a number, with line and column.
     pub fn read_all(&self, table: &TextTable) -> Result<Vec<Columns>, IdentifyError> {
         let parts = self.parts(table)?;
-        let pieces = pieces(&parts);
-        let chosen = self.chosen(&pieces)?;
-        let columns = chosen.into_iter().map(|n| {
+        let pieces = pieces(&parts)?;
+        let chosen = self.chosen(&pieces)?.into_iter().map(|n| {
             let piece = &pieces[n];
             table.check(piece.part.block, &piece.part.heading)?;
             let mut columns = self.columns(piece)?;
@@ -111,34 +108,31 @@ impl Reader {
             columns.notes.extend(unread(table, &parts));
             Ok(columns)
         });
-        columns.collect()
+        chosen.collect()
     }
 
     /// What there is to choose from.
     ///
     /// # Errors
-    /// A table without a column that is known, a wrong unit.
+    /// A table without a column that is known, a wrong unit, a cell that is not a number.
     pub fn segments(&self, table: &TextTable) -> Result<Vec<Segment>, IdentifyError> {
         let parts = self.parts(table)?;
-        let segments = pieces(&parts).into_iter().enumerate().map(|(n, piece)| {
+        let segments = pieces(&parts)?.into_iter().enumerate().map(|(n, piece)| {
             let clock = piece.part.clock().map(|clock| {
-                let values = values(piece.part.block, clock.place, piece.part.sign);
-                let values = values[piece.rows.clone()]
-                    .iter()
-                    .filter(|value| value.is_finite());
-                let ends = values.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], value| {
-                    [low.min(*value), high.max(*value)]
-                });
-                (
-                    clock.column,
-                    ends.map(|end| end * clock.factor.unwrap_or(1.0)),
-                )
+                let values = piece.part.values(clock.place, piece.rows.clone())?;
+                let known = values.iter().filter(|value| value.is_finite());
+                let [low, high] = known
+                    .fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], value| {
+                        [low.min(*value), high.max(*value)]
+                    });
+                let factor = clock.factor.unwrap_or(1.0);
+                Ok((clock.column, [low * factor, high * factor]))
             });
-            Segment {
+            Ok(Segment {
                 number: n + 1,
                 lines: piece.lines(),
                 rows: piece.rows.len(),
-                clock,
+                clock: clock.transpose()?,
                 temperature_c: piece.temperature_c,
                 columns: piece
                     .part
@@ -147,16 +141,16 @@ impl Reader {
                     .map(|found| found.name.clone())
                     .collect(),
                 name: piece.name,
-            }
+            })
         });
-        Ok(segments.collect())
+        segments.collect()
     }
 
-    /// Blocks that may be records, each with its heading and columns.
+    /// Blocks that may be records, each with its heading and columns: those with a clock and something beside it, if there are any; of
+    /// blocks in which nothing is known the largest.
     fn parts<'a>(&self, table: &'a TextTable) -> Result<Vec<Part<'a>>, IdentifyError> {
         let mut parts: Vec<Part<'a>> = Vec::new();
         let mut refused = None;
-        let mut blocks: Vec<&Block> = table.blocks.iter().collect();
         for block in &table.blocks {
             match self.heading(block, parts.last()) {
                 Ok(heading) => parts.push(self.part(block, heading)?),
@@ -164,55 +158,29 @@ impl Reader {
             }
         }
         let is_whole = |part: &Part| {
-            let others = part.found.iter().any(|found| !is_clock(found.column));
-            part.clock().is_some() && others
+            part.clock().is_some() && part.found.iter().any(|found| !is_clock(found.column))
         };
         if parts.iter().any(is_whole) {
             parts.retain(is_whole);
         }
-        if !parts.is_empty() {
-            return Ok(parts);
+        if let (true, Some(error)) = (parts.is_empty(), refused) {
+            return Err(error);
         }
-        // Nothing is known: the largest block says what was found.
-        blocks.sort_by_key(|block| std::cmp::Reverse(block.rows.len()));
-        let largest = blocks.first().and_then(|block| {
-            let heading = block.headings().into_iter().next()?;
-            Some((*block, heading))
-        });
-        match (largest, refused) {
-            (Some((block, heading)), _) if self.columns.is_empty() => {
-                Ok(vec![self.part(block, heading)?])
-            }
-            (_, Some(error)) => Err(error),
-            (_, None) => Err(wrong(
-                1,
-                "there is no table: give a header and rows of numbers below it",
-            )),
-        }
+        Ok(parts)
     }
 
     /// The names above a block: those that the user's choice, or any known quantity, is found in.
     fn heading(&self, block: &Block, before: Option<&Part>) -> Result<Heading, IdentifyError> {
         let mut headings = block.headings();
-        if headings.is_empty() {
-            match before.filter(|before| before.block.width() == block.width()) {
-                Some(before) => headings.push(before.heading.clone()),
-                None if self
-                    .columns
-                    .iter()
-                    .any(|choice| matches!(choice.1, Choice::Number(_))) =>
-                {
-                    headings.push(block.numbered());
-                }
-                None => {
-                    return Err(wrong(
-                        block.lines()[0],
-                        &format!(
-                            "there is no header: add one, or give {COLUMNS}, as in time=1,modulus=2"
-                        ),
-                    ));
-                }
-            }
+        let is_numbered = self
+            .columns
+            .iter()
+            .any(|choice| matches!(choice.1, Choice::Number(_)));
+        let before = before.filter(|before| before.block.width() == block.width());
+        match before.filter(|_| headings.is_empty()) {
+            Some(before) => headings.push(before.heading.clone()),
+            None if is_numbered => headings.push(block.numbered()),
+            None => {}
         }
         let mut refused = None;
         for heading in headings {
@@ -220,56 +188,51 @@ impl Reader {
                 .columns
                 .iter()
                 .map(|(_, choice)| place(&heading, choice));
-            if let Some(error) = places.find_map(Result::err) {
-                refused = refused.or(Some(error));
-                continue;
-            }
             let mut names = heading.names.iter().enumerate();
-            let is_known =
-                |(place, name): (usize, &String)| understand(name, heading.unit(place)).is_some();
-            if !self.columns.is_empty() || names.any(is_known) {
-                return Ok(heading);
+            let mut is_known =
+                || names.any(|(place, name)| understand(name, heading.below(place)).is_some());
+            match places.find_map(Result::err) {
+                None if !self.columns.is_empty() || is_known() => return Ok(heading),
+                None => {
+                    let names = listed_names(&heading);
+                    let what = format!(
+                        "none of the columns {names} is known: give {COLUMNS}, as in time=1,modulus=2"
+                    );
+                    refused = refused.or(Some(wrong(heading.line, &what)));
+                }
+                Some(error) => refused = refused.or(Some(error)),
             }
         }
-        let unknown = || {
-            wrong(
-                block.lines()[0],
-                &format!("no column above is known: give {COLUMNS}, as in time=1,modulus=2"),
-            )
-        };
-        Err(refused.unwrap_or_else(unknown))
+        let what =
+            format!("there is no header: add one, or give {COLUMNS}, as in time=1,modulus=2");
+        Err(refused.unwrap_or_else(|| wrong(block.lines()[0], &what)))
     }
 
     fn part<'a>(&self, block: &'a Block, heading: Heading) -> Result<Part<'a>, IdentifyError> {
-        let mut found = self.named(&heading)?;
-        let mut unclear = Vec::new();
-        let names = |is_it: fn(Column) -> bool| found.iter().any(|found| is_it(found.column));
-        let is_told = names(is_clock) && names(|column| !is_clock(column));
-        let sign = {
-            let places: Vec<usize> = found.iter().map(|found| found.place).collect();
-            // A comma in a column that is found by its header is looked at below.
-            block.decimal_sign(&places)?
-        };
-        if !is_told {
-            self.known(block, &heading, &mut found, &mut unclear);
-        }
-        let temperature = found
-            .iter()
-            .position(|found| found.column == Column::Temperature);
-        let temperature = temperature.map(|at| found.remove(at));
-        if self.columns.is_empty() {
-            keep_sweep(&mut found);
-        }
-        let places: Vec<usize> = found.iter().map(|found| found.place).collect();
-        block.decimal_sign(&places)?;
-        Ok(Part {
+        let mut part = Part {
+            found: self.named(&heading)?,
             block,
             heading,
-            found,
-            unclear,
-            temperature,
-            sign,
-        })
+            unclear: Vec::new(),
+            temperature: None,
+        };
+        let is_named =
+            |is_it: fn(Column) -> bool| part.found.iter().any(|found| is_it(found.column));
+        // A clock and another column are a record: no other column is looked at.
+        if !(is_named(is_clock) && is_named(|column| !is_clock(column))) {
+            self.known(&mut part);
+        }
+        part.temperature = part
+            .found
+            .iter()
+            .find(|of| of.column == Column::Temperature)
+            .map(|of| of.place);
+        part.found
+            .retain(|found| found.column != Column::Temperature);
+        if self.columns.is_empty() {
+            keep_sweep(&mut part.found);
+        }
+        Ok(part)
     }
 
     /// Columns that a user named.
@@ -277,19 +240,12 @@ impl Reader {
         let named = self.columns.iter().map(|(column, choice)| {
             let place = place(heading, choice)?;
             let name = heading.names[place].clone();
-            let unit = match heading.unit(place) {
-                "" => split(&name)
-                    .1
-                    .and_then(|unit| column.dimension().factor(&unit)),
-                unit => column.dimension().factor(unit),
-            };
-            let factor = unit.or_else(|| {
-                let meaning = understand(&name, heading.unit(place))?;
-                match meaning.unit {
-                    Unit::Factor(factor) if meaning.column == *column => Some(factor),
-                    Unit::Factor(_) | Unit::Untold | Unit::Either | Unit::Foreign(_) => None,
-                }
-            });
+            let told = heading
+                .unit(place)
+                .and_then(|unit| column.dimension().factor(&unit));
+            let meaning = understand(&name, heading.below(place));
+            let factor = meaning.filter(|meaning| meaning.column == *column);
+            let factor = told.or_else(|| factor.and_then(|meaning| meaning.unit.factor()));
             Ok(Found {
                 column: *column,
                 place,
@@ -301,75 +257,48 @@ impl Reader {
     }
 
     /// Columns with a known name. Of several of one quantity the best counts; as good ones are asked for.
-    fn known(
-        &self,
-        block: &Block,
-        heading: &Heading,
-        found: &mut Vec<Found>,
-        unclear: &mut Vec<(Column, String)>,
-    ) {
+    fn known(&self, part: &mut Part) {
+        let (heading, found) = (&part.heading, &mut part.found);
+        let named = found.len();
         let names = heading.names.iter().enumerate();
-        let names = names.filter(|(place, _)| !block.is_blank(*place));
-        let mut meanings: Vec<(usize, &String, Meaning)> = names
-            .filter_map(|(place, name)| Some((place, name, understand(name, heading.unit(place))?)))
-            .collect();
+        let names = names.filter(|(place, _)| {
+            !part.block.is_blank(*place) && !found.iter().any(|found| found.place == *place)
+        });
+        let meanings = names.filter_map(|(place, name)| {
+            let meaning = understand(name, heading.below(place))?;
+            (!found.iter().any(|found| found.column == meaning.column))
+                .then_some((place, name, meaning))
+        });
+        let mut meanings: Vec<(usize, &String, Meaning)> = meanings.collect();
         let is_foreign = |meaning: &Meaning| matches!(meaning.unit, Unit::Foreign(_));
-        meanings.sort_by_key(|(place, _, meaning)| (is_foreign(meaning), meaning.rank, *place));
-        for column in Column::ALL {
-            let mut alike = meanings.iter().filter(|of| {
-                of.2.column == column && !found.iter().any(|found| found.place == of.0)
-            });
-            let Some((place, name, meaning)) = alike.next() else {
-                continue;
-            };
-            if found.iter().any(|found| found.column == column) {
-                continue;
-            }
-            let rivals: Vec<_> = alike.filter(|of| !is_foreign(&of.2)).collect();
-            let rival = rivals.iter().find(|of| of.2.rank == meaning.rank);
-            let is_same = |other: usize| same_numbers(block, *place, meaning, other, &rivals);
-            if let Some((other, name_of_other, _)) =
-                rival.filter(|of| !is_same(of.0)).map(|of| (of.0, of.1, ()))
-            {
-                let _ = other;
-                unclear.push((
-                    column,
-                    format!(
-                        "line {}: the columns {name} and {name_of_other} both look like {}: give {COLUMNS} {}=NAME",
-                        heading.line,
-                        column.name(),
-                        column.name()
-                    ),
-                ));
-            }
-            let factor = match &meaning.unit {
-                Unit::Factor(factor) => Some(*factor),
-                Unit::Untold => None,
-                Unit::Either | Unit::Foreign(_) if self.unit_of(column).is_some() => None,
-                Unit::Either => {
-                    unclear.push((
-                        column,
-                        format!(
-                            "line {}, column {name}: its unit may be Hz or rad/s: give {UNITS} omega=Hz or omega=rad/s",
-                            heading.line
-                        ),
-                    ));
-                    None
+        meanings.sort_by_key(|(_, _, meaning)| {
+            (meaning.column as usize, is_foreign(meaning), meaning.rank)
+        });
+        for alike in meanings.chunk_by(|a, b| a.2.column == b.2.column) {
+            let (place, name, meaning) = &alike[0];
+            let column = meaning.column;
+            let told = self.unit_of(column).is_some();
+            let rival = alike[1..]
+                .iter()
+                .find(|of| of.2.rank == meaning.rank && !is_foreign(&of.2));
+            let doubt = match (&meaning.unit, rival) {
+                (_, Some(rival)) => Some(format!(
+                    "the columns {name} and {} both look like {}: give {COLUMNS} {}=NAME",
+                    rival.1,
+                    column.name(),
+                    column.name()
+                )),
+                (Unit::Either, None) if !told => Some(format!(
+                    "the unit of column {name} may be Hz or rad/s: give {UNITS} omega=Hz or omega=rad/s"
+                )),
+                (Unit::Foreign(unit), None) if !told => {
+                    Some(format!("column {name}: {}", foreign(unit, column)))
                 }
-                Unit::Foreign(unit) => {
-                    unclear.push((
-                        column,
-                        format!(
-                            "line {}, column {name}: unit {:?} is not a unit of {}: {}",
-                            heading.line,
-                            brief(unit),
-                            column.name(),
-                            remedy(column.dimension(), column)
-                        ),
-                    ));
-                    None
-                }
+                (Unit::Factor(_) | Unit::Untold | Unit::Either | Unit::Foreign(_), None) => None,
             };
+            part.unclear
+                .extend(doubt.map(|doubt| (column, format!("line {}, {doubt}", heading.line))));
+            let factor = meaning.unit.factor();
             found.push(Found {
                 column,
                 place: *place,
@@ -377,12 +306,7 @@ impl Reader {
                 factor,
             });
         }
-        found.sort_by_key(|found| {
-            (
-                !self.columns.iter().any(|choice| choice.0 == found.column),
-                found.place,
-            )
-        });
+        found[named..].sort_by_key(|found| found.place);
     }
 
     fn unit_of(&self, column: Column) -> Option<&str> {
@@ -390,49 +314,45 @@ impl Reader {
         unit.map(|unit| unit.1.as_str())
     }
 
-    /// Numbers of the chosen segments, by place in the list.
+    /// Places of the chosen segments in the list.
     fn chosen(&self, pieces: &[Piece]) -> Result<Vec<usize>, IdentifyError> {
-        if self.segments.is_empty() {
-            return match pieces.len() {
-                1 => Ok(vec![0]),
-                count => Err(IdentifyError::Record(format!(
-                    "{count} segments could be meant, {}: give {SEGMENT} one or several of them, or {SEGMENTS} to list all",
-                    listed(pieces)
-                ))),
-            };
+        if self.segments.is_empty() && pieces.len() > 1 {
+            return Err(IdentifyError::Record(format!(
+                "{} segments could be meant, {}: give {SEGMENT} one or several of them, or {SEGMENTS} to list all",
+                pieces.len(),
+                listed(pieces)
+            )));
         }
-        let mut chosen = Vec::new();
+        let mut chosen: Vec<usize> = (0..pieces.len()).collect();
+        let all = chosen.clone();
+        if !self.segments.is_empty() {
+            chosen.clear();
+        }
         for wanted in &self.segments {
-            let wanted = wanted.trim();
-            let lower = wanted.to_lowercase();
+            let lower = wanted.trim().to_lowercase();
             let named = |is_it: &dyn Fn(&str) -> bool| -> Vec<usize> {
-                (0..pieces.len())
+                all.iter()
+                    .copied()
                     .filter(|&n| is_it(&pieces[n].name.to_lowercase()))
                     .collect()
             };
-            let mut found = match wanted.parse::<usize>() {
-                Ok(number) => (1..=pieces.len())
-                    .contains(&number)
-                    .then(|| number - 1)
-                    .into_iter()
-                    .collect(),
-                Err(_) if lower == "all" => (0..pieces.len()).collect(),
-                Err(_) => named(&|name| name == lower),
+            let one = |found: Vec<usize>| Some(found).filter(|found| found.len() == 1);
+            let found = match lower.parse::<usize>() {
+                Ok(number) => number
+                    .checked_sub(1)
+                    .filter(|n| all.contains(n))
+                    .map(|n| vec![n]),
+                Err(_) if lower == "all" => Some(all.clone()),
+                Err(_) => one(named(&|name| name == lower))
+                    .or_else(|| one(named(&|name| name.contains(&lower)))),
             };
-            if found.is_empty() {
-                found = named(&|name| name.contains(&lower));
-                if found.len() > 1 {
-                    found.clear();
-                }
-            }
-            if found.is_empty() {
-                return Err(IdentifyError::Record(format!(
+            chosen.extend(found.ok_or_else(|| {
+                IdentifyError::Record(format!(
                     "there is no one segment {wanted:?}: give {SEGMENT} a number from 1 to {}, or a name, of {}",
                     pieces.len(),
                     listed(pieces)
-                )));
-            }
-            chosen.append(&mut found);
+                ))
+            })?);
         }
         chosen.sort_unstable();
         chosen.dedup();
@@ -443,85 +363,92 @@ impl Reader {
     fn columns(&self, piece: &Piece) -> Result<Columns, IdentifyError> {
         let part = piece.part;
         let mut notes = Vec::new();
-        let factors = self.factors(part, &mut notes)?;
-        let mut columns = Columns {
-            values: part
-                .found
-                .iter()
-                .map(|f| (f.column, f.name.clone(), Vec::new()))
-                .collect(),
-            chosen: self.columns.iter().map(|(column, _)| *column).collect(),
-            unclear: part.unclear.clone(),
-            temperature_c: piece.temperature_c,
-            ..Columns::default()
-        };
-        let (mut empty, mut outside) = (Vec::new(), Vec::new());
+        let places: Vec<usize> = part.found.iter().map(|found| found.place).collect();
+        let mut numbers = part
+            .block
+            .numbers(&part.heading, &places, piece.rows.clone())?;
+        for (f, column) in part.found.iter().zip(&mut numbers) {
+            let factor = self.factor(f, &mut notes)?;
+            column.iter_mut().for_each(|value| *value *= factor);
+        }
         let clock = part.found.iter().position(|found| is_clock(found.column));
-        for (line, row) in &part.block.rows[piece.rows.clone()] {
-            let Some(values) = part.row(*line, row, &factors)? else {
-                empty.push(*line);
-                continue;
+        let (mut lines, mut empty, mut outside) = (Vec::new(), Vec::new(), Vec::new());
+        let rows = &part.block.rows[piece.rows.clone()];
+        let is_kept = rows.iter().enumerate().map(|(n, (line, _))| {
+            let at = clock.map_or(0.0, |column| numbers[column][n]);
+            let list = if numbers.iter().any(|column| column[n].is_nan()) {
+                &mut empty
+            } else if self.from.is_some_and(|from| at < from) || self.to.is_some_and(|to| at > to) {
+                &mut outside
+            } else {
+                lines.push(*line);
+                return true;
             };
-            let at = clock.map_or(0.0, |column| values[column]);
-            if self.from.is_some_and(|from| at < from) || self.to.is_some_and(|to| at > to) {
-                outside.push(*line);
-                continue;
-            }
-            columns.lines.push(*line);
-            for (column, value) in columns.values.iter_mut().zip(values) {
-                column.2.push(value);
-            }
+            list.push(*line);
+            false
+        });
+        let is_kept: Vec<bool> = is_kept.collect();
+        for column in &mut numbers {
+            let mut kept = is_kept.iter();
+            column.retain(|_| kept.next() == Some(&true));
         }
         notes.extend(passed(&empty, "a cell without a number"));
         notes.extend(passed(&outside, "outside the range asked for"));
-        if columns.lines.is_empty() {
+        if lines.is_empty() {
             return Err(IdentifyError::Record(
                 "no row with numbers is left: give at least one more than the model has parameters"
                     .to_owned(),
             ));
         }
-        columns.notes = notes;
-        Ok(columns)
+        // A set may be written from its last time to its first.
+        let falls =
+            |clock: &Vec<f64>| clock.len() > 2 && clock.windows(2).all(|pair| pair[0] > pair[1]);
+        if clock.is_some_and(|clock| falls(&numbers[clock])) {
+            lines.reverse();
+            numbers.iter_mut().for_each(|column| column.reverse());
+            notes.push(
+                "the rows are read from the last to the first, because their clock falls"
+                    .to_owned(),
+            );
+        }
+        let named = part.found.iter().zip(numbers);
+        Ok(Columns {
+            lines,
+            values: named
+                .map(|(f, numbers)| (f.column, f.name.clone(), numbers))
+                .collect(),
+            chosen: self.columns.iter().map(|(column, _)| *column).collect(),
+            notes,
+            unclear: part.unclear.clone(),
+            temperature_c: piece.temperature_c,
+            ..Columns::default()
+        })
     }
 
-    /// SI units per unit of each column: the user's, the header's, else SI with a note.
-    fn factors(&self, part: &Part, notes: &mut Vec<String>) -> Result<Vec<f64>, IdentifyError> {
-        let factors = part.found.iter().map(|f| {
-            let Some(unit) = self.unit_of(f.column) else {
-                if f.factor.is_none() && !matches!(f.column, Column::Strain | Column::LossTangent) {
-                    notes.push(format!(
-                        "column {} names no unit: taken as {}",
-                        f.name,
-                        f.column.dimension().si()
-                    ));
-                }
-                return Ok(f.factor.unwrap_or(1.0));
-            };
-            let given = f.column.dimension().factor(unit).ok_or_else(|| {
-                IdentifyError::Record(format!(
-                    "unit {unit:?} is not a unit of {}: {}",
-                    f.column.name(),
-                    remedy(f.column.dimension(), f.column)
-                ))
-            })?;
-            if f.factor
-                .is_some_and(|told| (told / given - 1.0).abs() > 1e-9)
-            {
-                return Err(IdentifyError::Record(format!(
-                    "column {} names its own unit: omit {}={unit} of {UNITS}",
-                    f.name,
-                    f.column.name()
-                )));
+    /// SI units per unit of a column: the user's, the header's, else SI with a note.
+    fn factor(&self, found: &Found, notes: &mut Vec<String>) -> Result<f64, IdentifyError> {
+        let (column, name) = (found.column, &found.name);
+        let Some(unit) = self.unit_of(column) else {
+            if found.factor.is_none() && !matches!(column, Column::Strain | Column::LossTangent) {
+                let si = column.dimension().si();
+                notes.push(format!("column {name} names no unit: taken as {si}"));
             }
-            Ok(given)
-        });
-        factors.collect()
+            return Ok(found.factor.unwrap_or(1.0));
+        };
+        let given = column.dimension().factor(unit);
+        let given = given.ok_or_else(|| IdentifyError::Record(foreign(unit, column)))?;
+        match found.factor {
+            Some(told) if (told / given - 1.0).abs() > 1e-9 => Err(IdentifyError::Record(format!(
+                "column {name} names its own unit: omit {}={unit} of {UNITS}",
+                column.name()
+            ))),
+            _ => Ok(given),
+        }
     }
 }
 
 /// A complete sweep has no use for the clock and the amplitudes beside it, nor for its moduli in other words.
 fn keep_sweep(found: &mut Vec<Found>) {
-    let has = |column: Column| found.iter().any(|found| found.column == column);
     let moduli = [
         Column::Storage,
         Column::Loss,
@@ -529,52 +456,11 @@ fn keep_sweep(found: &mut Vec<Found>) {
         Column::Phase,
         Column::LossTangent,
     ];
-    let kept: Vec<Column> = match has(Column::Storage) && has(Column::Loss) {
-        true => vec![Column::Storage, Column::Loss],
-        false => moduli
-            .into_iter()
-            .filter(|column| has(*column))
-            .take(2)
-            .collect(),
-    };
-    if has(Column::Omega) && kept.len() == 2 {
+    let has = |column: &Column| found.iter().any(|found| found.column == *column);
+    let kept: Vec<Column> = moduli.into_iter().filter(has).take(2).collect();
+    if has(&Column::Omega) && kept.len() == 2 {
         found.retain(|found| found.column == Column::Omega || kept.contains(&found.column));
     }
-}
-
-/// True if another column has the same numbers in its own unit, over rows enough: frequencies in Hz and in rad/s.
-fn same_numbers(
-    block: &Block,
-    place: usize,
-    meaning: &Meaning,
-    other: usize,
-    rivals: &[&(usize, &String, Meaning)],
-) -> bool {
-    const ROWS: usize = 3;
-    let factor = |unit: &Unit| match unit {
-        Unit::Factor(factor) => Some(*factor),
-        Unit::Untold => Some(1.0),
-        Unit::Either | Unit::Foreign(_) => None,
-    };
-    let of_other = rivals
-        .iter()
-        .find(|of| of.0 == other)
-        .and_then(|of| factor(&of.2.unit));
-    let (Some(one), Some(two), Ok(sign)) = (
-        factor(&meaning.unit),
-        of_other,
-        block.decimal_sign(&[place, other]),
-    ) else {
-        return false;
-    };
-    let (ours, theirs) = (values(block, place, sign), values(block, other, sign));
-    let mut pairs = ours
-        .iter()
-        .zip(&theirs)
-        .filter(|pair| pair.0.is_finite() && pair.1.is_finite());
-    // Both are printed with a few digits.
-    pairs.clone().count() >= ROWS
-        && pairs.all(|(a, b)| (a * one - b * two).abs() <= 1e-3 * (a * one).abs())
 }
 
 impl Part<'_> {
@@ -583,94 +469,51 @@ impl Part<'_> {
         of(Column::Omega).or_else(|| of(Column::Time))
     }
 
-    /// The numbers of a row in SI; `None` if a cell is empty.
-    fn row(
-        &self,
-        line: u64,
-        row: &csv::StringRecord,
-        factors: &[f64],
-    ) -> Result<Option<Vec<f64>>, IdentifyError> {
-        let mut values = Vec::with_capacity(self.found.len());
-        let width = self.heading.names.len();
-        if row.iter().skip(width).any(|cell| !cell.is_empty()) {
-            return Err(wrong(line, &too_many(row, width)));
-        }
-        for (f, factor) in self.found.iter().zip(factors) {
-            let cell = row.get(f.place).unwrap_or("");
-            if is_gap(cell) {
-                return Ok(None);
-            }
-            let value = number_with(cell, self.sign).ok_or_else(|| IdentifyError::Line {
-                line,
-                column: Some(f.name.clone()),
-                reason: format!(
-                    "{:?} is not a finite number: correct it, or omit the row",
-                    brief(cell)
-                ),
-            })?;
-            values.push(value * factor);
-        }
-        Ok(Some(values))
+    /// A column of numbers in its own unit.
+    fn values(&self, place: usize, rows: Range<usize>) -> Result<Vec<f64>, IdentifyError> {
+        let mut columns = self.block.numbers(&self.heading, &[place], rows)?;
+        Ok(columns.pop().unwrap_or_default())
     }
 
     /// Columns that say which step, set or specimen a row is of.
-    fn labels(&self) -> impl Iterator<Item = usize> {
-        const WORDS: [&str; 16] = [
-            "step",
-            "segment",
-            "set",
-            "interval",
-            "cycle",
-            "specimen",
-            "sample",
-            "curve",
-            "sweep",
-            "repeat",
-            "replicate",
-            "intervall",
-            "abschnitt",
-            "zyklus",
-            "probe",
-            "schritt",
-        ];
-        let names = self.heading.names.iter().enumerate();
-        names.filter_map(|(place, name)| {
-            let is_read = self.found.iter().any(|found| found.place == place);
-            let lower = name.to_lowercase();
-            let mut words = lower.split(|c: char| !c.is_alphanumeric());
-            let is_label = !is_read
-                && words.any(|word| WORDS.contains(&word))
-                && understand(name, self.heading.unit(place)).is_none();
-            is_label.then_some(place)
-        })
+    fn labels(&self) -> Vec<usize> {
+        const WORDS: &str = "step, segment, set, interval, cycle, specimen, sample, curve, sweep, repeat, replicate, abschnitt, zyklus, probe";
+        let is_label = |place: &usize| {
+            let name = self.heading.names[*place].to_lowercase();
+            let mut words = name.split(|c: char| !c.is_alphanumeric());
+            words.any(|word| WORDS.split(", ").any(|label| label == word))
+                && !self.found.iter().any(|found| found.place == *place)
+                && understand(&name, self.heading.below(*place)).is_none()
+        };
+        (0..self.heading.names.len()).filter(is_label).collect()
     }
 
-    fn pieces(&self) -> Vec<Piece<'_>> {
+    fn pieces(&self) -> Result<Vec<Piece<'_>>, IdentifyError> {
         let rows = self.block.rows.len();
-        let column = |place: usize| values(self.block, place, self.sign);
-        let mut cuts = self
+        let clock = self
             .clock()
-            .map_or_else(Vec::new, |clock| restarts(&column(clock.place)));
+            .map(|clock| self.values(clock.place, 0..rows))
+            .transpose()?;
+        let mut cuts = clock.map_or_else(Vec::new, |clock| restarts(&clock));
         let has = |columns: [Column; 2]| {
             self.found
                 .iter()
                 .any(|found| columns.contains(&found.column))
         };
         let moves = has([Column::Strain, Column::Position]) && has([Column::Stress, Column::Force]);
-        let labels: Vec<usize> = self.labels().collect();
+        let labels = self.labels();
         // A motion goes on over its steps.
         if !moves {
             cuts.extend(labels.iter().flat_map(|place| changes(self.block, *place)));
         }
-        let temperature = self.temperature.as_ref().map(|found| {
-            let unit = self.heading.unit(found.place);
-            let told = split(&found.name).1.unwrap_or_default();
-            let unit = if unit.is_empty() { told.as_str() } else { unit };
-            let numbers = column(found.place);
-            numbers
-                .into_iter()
-                .map(|value| celsius(value, unit))
-                .collect::<Vec<f64>>()
+        let temperature = self.temperature.and_then(|place| {
+            let unit = self.heading.unit(place).unwrap_or_default();
+            let numbers = self.values(place, 0..rows).ok()?.into_iter();
+            Some(
+                numbers
+                    .map(|value| celsius(value, &unit))
+                    .collect::<Vec<f64>>(),
+            )
         });
         cuts.extend(temperature.iter().flat_map(|numbers| jumps(numbers)));
         let ranges = between(cuts, rows);
@@ -681,48 +524,29 @@ impl Part<'_> {
                 let numbers = numbers[rows.clone()]
                     .iter()
                     .filter(|number| number.is_finite());
-                let (sum, count) = numbers.fold((0.0, 0.0), |(sum, count), number| {
-                    (sum + number, count + 1.0)
-                });
-                (count > 0.0).then_some(sum / count)
-            });
-            let label = labels.iter().map(|place| {
-                let cell = self.block.rows[rows.start].1.get(*place).unwrap_or("");
-                format!("{} {cell}", split(&self.heading.names[*place]).0)
+                let count = numbers.clone().count();
+                (count > 0).then(|| numbers.sum::<f64>() / count as f64)
             });
             let mut words: Vec<String> = name.iter().cloned().collect();
             if count > 1 {
-                words.extend(label);
-                words.extend(temperature_c.map(|t| format!("{:.1} °C", t)));
-                if words.len() == usize::from(name.is_some()) {
-                    words.push(format!("run {}", n + 1));
-                }
+                words.extend(labels.iter().map(|place| {
+                    let cell = self.block.rows[rows.start].1.get(*place).unwrap_or("");
+                    format!("{} {}", split(&self.heading.names[*place]).0, brief(cell))
+                }));
+                words.extend(temperature_c.map(|t| format!("{t:.1} °C")));
             }
-            let in_name = name.as_deref().and_then(degrees);
-            let mut piece = Piece {
+            if words.len() == usize::from(name.is_some()) && (count > 1 || words.is_empty()) {
+                words.push(format!("run {}", n + 1));
+            }
+            Piece {
                 part: self,
                 rows,
                 name: words.join(", "),
-                temperature_c: temperature_c.or(in_name),
-            };
-            if piece.name.is_empty() {
-                let [first, last] = piece.lines();
-                piece.name = format!("lines {first} to {last}");
+                temperature_c,
             }
-            piece
         });
-        pieces.collect()
+        Ok(pieces.collect())
     }
-}
-
-/// The temperature that a name says: 150 of `Frequency sweep (150.0 °C)`.
-fn degrees(name: &str) -> Option<f64> {
-    let before = name.split_once('°')?.0.trim_end();
-    let digits = before.rfind(|c: char| !(c.is_ascii_digit() || "+-−.,".contains(c)));
-    let from = digits.map_or(0, |at| {
-        at + before[at..].chars().next().map_or(1, char::len_utf8)
-    });
-    haptic_quantity::number(&before[from..])
 }
 
 impl Piece<'_> {
@@ -732,8 +556,12 @@ impl Piece<'_> {
     }
 }
 
-fn pieces<'a>(parts: &'a [Part<'a>]) -> Vec<Piece<'a>> {
-    parts.iter().flat_map(Part::pieces).collect()
+fn pieces<'a>(parts: &'a [Part<'a>]) -> Result<Vec<Piece<'a>>, IdentifyError> {
+    let pieces = parts
+        .iter()
+        .map(Part::pieces)
+        .collect::<Result<Vec<_>, _>>()?;
+    Ok(pieces.into_iter().flatten().collect())
 }
 
 /// The first few segments, for a message.
@@ -741,85 +569,91 @@ fn listed(pieces: &[Piece]) -> String {
     const FIRST: usize = 3;
     let named = pieces.iter().enumerate().take(FIRST).map(|(n, piece)| {
         let [first, last] = piece.lines();
-        let name = brief(&piece.name);
-        format!("{} {name:?} (lines {first} to {last})", n + 1)
+        format!("{} {:?} (lines {first} to {last})", n + 1, piece.name)
     });
-    let mut named: Vec<String> = named.collect();
-    if pieces.len() > FIRST {
-        named.push("…".to_owned());
-    }
-    named.join(", ")
+    let named = named.chain((pieces.len() > FIRST).then(|| "…".to_owned()));
+    named.collect::<Vec<_>>().join(", ")
 }
 
 /// What stands above the table and was not read, for the user to know.
 fn preamble(part: &Part) -> Option<String> {
-    const LETTERS: usize = 100;
-    let lines =
-        part.block.above.iter().filter(|(line, row)| {
-            *line < part.heading.line && row.iter().any(|cell| !cell.is_empty())
-        });
-    let lines: Vec<_> = lines.collect();
-    let ((first, _), (last, _)) = (lines.first()?, lines.last()?);
-    let texts = lines.iter().map(|(_, row)| {
-        let cells: Vec<&str> = row.iter().filter(|cell| !cell.is_empty()).collect();
-        cells.join(" ").replace(char::is_control, " ")
-    });
-    let text = texts.collect::<Vec<_>>().join("; ");
-    let mut short: String = text.chars().take(LETTERS).collect();
-    if short.len() < text.len() {
-        short.push('…');
-    }
-    let lines = match first == last {
-        true => format!("line {first}"),
-        false => format!("lines {first} to {last}"),
-    };
+    let above = part
+        .block
+        .above
+        .iter()
+        .filter(|(line, _)| *line < part.heading.line);
+    let texts: Vec<(u64, String)> = above
+        .map(|(line, row)| {
+            (
+                *line,
+                row.iter()
+                    .filter(|cell| !cell.is_empty())
+                    .collect::<Vec<_>>()
+                    .join(" "),
+            )
+        })
+        .filter(|(_, text)| !text.is_empty())
+        .collect();
+    let ((first, _), (last, _)) = (texts.first()?, texts.last()?);
+    let all: Vec<&str> = texts.iter().map(|(_, text)| text.as_str()).collect();
     Some(format!(
-        "{lines} above the header are no part of the table: {short}"
+        "lines {first} to {last} above the header are not read: {}",
+        brief(&all.join("; "))
     ))
 }
 
 /// Rows of blocks in which nothing is known.
 fn unread(table: &TextTable, parts: &[Part]) -> Option<String> {
     let is_read = |block: &Block| parts.iter().any(|part| std::ptr::eq(part.block, block));
-    let blocks = table.blocks.iter().filter(|block| !is_read(block));
-    let lines: Vec<u64> = blocks
+    let (read, other): (Vec<&Block>, Vec<&Block>) =
+        table.blocks.iter().partition(|block| is_read(block));
+    let names: Vec<u64> = parts.iter().map(|part| part.heading.line).collect();
+    let broken = read
+        .iter()
+        .filter_map(|block| Some(block.broken.as_ref()?.0))
+        .filter(|line| !names.contains(line));
+    let lines = other
+        .iter()
         .flat_map(|block| block.rows.iter().map(|row| row.0))
-        .collect();
-    rows_named(&lines)
-        .map(|rows| format!("{rows} of another table left out: no record is in its columns"))
+        .chain(broken);
+    let rows = rows_named(&lines.collect::<Vec<_>>())?;
+    Some(format!("{rows} left out, no part of this table"))
 }
 
-/// Names that a message lists, at most.
-const NAMED: usize = 20;
+/// The names of a heading, for a message.
+fn listed_names(heading: &Heading) -> String {
+    const NAMED: usize = 20;
+    let names = heading.names.iter().filter(|name| !name.is_empty());
+    names.take(NAMED).cloned().collect::<Vec<_>>().join(", ")
+}
 
 fn place(heading: &Heading, choice: &Choice) -> Result<usize, IdentifyError> {
-    let found = match choice {
-        Choice::Number(n) => (1..=heading.names.len()).contains(n).then(|| n - 1),
+    let (found, wanted) = match choice {
+        Choice::Number(n) => (
+            (1..=heading.names.len()).contains(n).then(|| n - 1),
+            n.to_string(),
+        ),
         Choice::Name(name) => {
-            let name = &brief(name);
-            let exact = heading.names.iter().position(|header| header == name);
+            let wanted = brief(name);
+            let exact = heading.names.iter().position(|header| *header == wanted);
             let same = |header: &String| {
-                split(header).0.eq_ignore_ascii_case(name) || header.eq_ignore_ascii_case(name)
+                [header, &split(header).0]
+                    .into_iter()
+                    .any(|name| name.eq_ignore_ascii_case(&wanted))
             };
-            exact.or_else(|| heading.names.iter().position(same))
+            (
+                exact.or_else(|| heading.names.iter().position(same)),
+                format!("\"{wanted}\""),
+            )
         }
     };
     found.ok_or_else(|| {
-        let wanted = match choice {
-            Choice::Number(n) => n.to_string(),
-            Choice::Name(name) => format!("\"{name}\""),
-        };
-        let names = heading.names.iter().filter(|name| !name.is_empty());
         wrong(
             heading.line,
             &format!(
                 "there is no column {wanted}: give {COLUMNS} one of 1 to {} or of {}",
                 heading.names.len(),
-                names
-                    .take(NAMED)
-                    .map(|name| brief(name))
-                    .collect::<Vec<_>>()
-                    .join(", ")
+                listed_names(heading)
             ),
         )
     })

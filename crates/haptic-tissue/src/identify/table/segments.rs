@@ -8,7 +8,6 @@
 //! error of the record. A motion whose clock runs on over a label is one.
 
 use super::find::Block;
-use haptic_quantity::{DecimalSign, number_with};
 use std::collections::BTreeSet;
 use std::ops::Range;
 
@@ -17,16 +16,6 @@ const LEAST: usize = 3;
 /// A temperature stays the same within this, K, and within so many of its usual steps.
 const WITHIN_K: f64 = 1.0;
 const USUAL_STEPS: f64 = 5.0;
-
-/// A column as numbers; NaN where there is none.
-pub(super) fn values(block: &Block, place: usize, sign: DecimalSign) -> Vec<f64> {
-    let cells = block
-        .rows
-        .iter()
-        .map(|(_, row)| row.get(place).unwrap_or(""));
-    let numbers = cells.map(|cell| number_with(cell, sign).unwrap_or(f64::NAN));
-    numbers.collect()
-}
 
 /// Where the clock begins again.
 pub(super) fn restarts(clock: &[f64]) -> Vec<usize> {

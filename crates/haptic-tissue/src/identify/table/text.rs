@@ -1,15 +1,13 @@
 //! The text of a table as blocks of numbers, and columns of one block by their names.
 
 use super::super::error::IdentifyError;
-use super::above::Heading;
 use super::column::Column;
 use super::decode::decoded;
-use super::find::{Block, Blocks, is_gap};
-use super::header::{split, understand};
+use super::find::{Block, Blocks};
+use super::header::{foreign, split, understand};
+use super::heading::Heading;
 use super::lines::{brief, rows_named, wrong};
-use super::unit::Dimension;
 use csv::StringRecord;
-use haptic_quantity::{DecimalSign, number_with, sign_of};
 
 /// Largest size of a table, bytes.
 pub const TABLE_MOST: u64 = 1 << 28;
@@ -59,7 +57,7 @@ impl TextTable {
         let Blocks { blocks, spaced } = Blocks::of(&text)?;
         if blocks.is_empty() {
             return Err(IdentifyError::Record(format!(
-                "no row with numbers is in the {} lines: give a header and rows of numbers below it",
+                "no row with numbers in {} lines, so there are no rows of a table: give a header and numbers below it",
                 text.lines().count()
             )));
         }
@@ -99,49 +97,6 @@ impl TextTable {
             return Err(wrong(*line, &reason));
         }
         Ok(())
-    }
-}
-
-impl Block {
-    /// The decimal sign of its numbers, by all of them; a comma in one of these columns that may be of thousands as well is refused.
-    pub(super) fn decimal_sign(&self, places: &[usize]) -> Result<DecimalSign, IdentifyError> {
-        let cells = self.rows.iter().flat_map(|(line, row)| {
-            let cells = row.iter().enumerate();
-            let cells = cells.filter(|(place, _)| self.numeric.get(*place) == Some(&true));
-            cells.map(move |(place, cell)| (*line, place, cell))
-        });
-        let (mut point, mut comma, mut thousands) = (false, false, false);
-        let mut first_comma = None;
-        let mut has_point = false;
-        for (line, place, cell) in cells {
-            let (points, commas) = (cell.matches('.').count(), cell.matches(',').count());
-            if points + commas == 0 || haptic_quantity::number(cell).is_none() {
-                continue;
-            }
-            has_point |= points > 0 && commas == 0;
-            let sign = sign_of(cell);
-            point |= sign == Some(DecimalSign::Point);
-            comma |= sign == Some(DecimalSign::Comma);
-            // Both signs in a number, or one of them twice.
-            thousands |= points + commas > 1;
-            if commas == 1 && points == 0 && places.contains(&place) {
-                first_comma = first_comma.or(Some((line, cell)));
-            }
-        }
-        match (point, comma, first_comma) {
-            (_, false, None) => Ok(DecimalSign::Point),
-            (true, false, Some(_)) if thousands => Ok(DecimalSign::Point),
-            (false, true, _) if thousands || !has_point => Ok(DecimalSign::Comma),
-            (true, true, None) => Ok(DecimalSign::Point),
-            (false, true, None) => Ok(DecimalSign::Comma),
-            (_, _, Some((line, cell))) => Err(wrong(
-                line,
-                &format!(
-                    "{:?} has a comma that may separate thousands or decimals: write numbers without the former, and all decimals alike",
-                    brief(cell)
-                ),
-            )),
-        }
     }
 }
 
@@ -305,39 +260,27 @@ impl Chosen {
         places: [usize; N],
         has_gaps: bool,
     ) -> Result<RecordColumns<N>, IdentifyError> {
-        let width = self.heading.names.len();
-        let sign = self.block.decimal_sign(&places)?;
-        let (mut lines, mut gaps) = (Vec::new(), Vec::new());
-        let mut columns = [const { Vec::new() }; N];
-        for (line, row) in &self.block.rows {
-            if row.iter().skip(width).any(|cell| !cell.is_empty()) {
-                return Err(wrong(*line, &too_many(row, width)));
-            }
-            lines.push(*line);
-            let mut is_whole = true;
-            for (column, &place) in columns.iter_mut().zip(&places) {
-                let cell = row.get(place).unwrap_or("");
-                let value = match has_gaps && is_gap(cell) {
-                    true => Some(f64::NAN),
-                    false => number_with(cell, sign),
-                };
-                is_whole &= value.is_none_or(|value| !value.is_nan());
-                column.push(value.ok_or_else(|| IdentifyError::Line {
-                    line: *line,
-                    column: self.heading.names.get(place).cloned(),
-                    reason: match cell {
-                        "" => NO_VALUE.to_owned(),
-                        cell => format!("{:?} is not a finite number", brief(cell)),
-                    },
-                })?);
-            }
-            if !is_whole {
-                gaps.push(*line);
-            }
+        let rows = &self.block.rows;
+        let columns = self.block.numbers(&self.heading, &places, 0..rows.len())?;
+        let is_gap = |row: &usize| columns.iter().any(|column| column[*row].is_nan());
+        let gaps: Vec<u64> = (0..rows.len())
+            .filter(is_gap)
+            .map(|row| rows[row].0)
+            .collect();
+        if let Some(line) = gaps.first().filter(|_| !has_gaps) {
+            return Err(wrong(*line, NO_VALUE));
         }
+        if let Some((line, row)) = &self.block.broken {
+            let cell = brief(row.get(places[0]).unwrap_or(""));
+            return Err(wrong(
+                *line,
+                &format!("{cell:?} is not a finite number: correct it, or omit the row"),
+            ));
+        }
+        let mut columns = columns.into_iter();
         Ok(RecordColumns {
-            lines,
-            columns,
+            lines: rows.iter().map(|row| row.0).collect(),
+            columns: std::array::from_fn(|_| columns.next().unwrap_or_default()),
             gaps,
         })
     }
@@ -346,28 +289,16 @@ impl Chosen {
     fn time_factor(&self, column: usize) -> Result<f64, IdentifyError> {
         let name = &self.heading.names[column];
         let suffix = name.rsplit_once('_');
-        let suffix = suffix.and_then(|(_, unit)| Dimension::Time.factor_of_suffix(unit));
-        let unit = match self.heading.unit(column) {
-            "" => split(name).1,
-            unit => Some(unit.to_owned()),
-        };
-        let Some(unit) = unit else {
-            return Ok(suffix.unwrap_or(1.0));
-        };
-        Dimension::Time.factor(&unit).ok_or_else(|| {
-            let names = Dimension::Time.names();
-            wrong(
-                self.heading.line,
-                &format!(
-                    "unit {:?} is not a unit of time: give one of {names}",
-                    brief(&unit)
-                ),
-            )
-        })
+        let suffix = suffix.and_then(|(_, unit)| Column::Time.dimension().factor_of_suffix(unit));
+        match self.heading.unit(column) {
+            None => Ok(suffix.unwrap_or(1.0)),
+            Some(unit) => (Column::Time.dimension().factor(&unit))
+                .ok_or_else(|| wrong(self.heading.line, &foreign(&unit, Column::Time))),
+        }
     }
 }
 
-const NO_VALUE: &str = "no value: give a number in every row";
+const NO_VALUE: &str = "no value, or NaN: give a number in every row";
 
 /// The places of these names.
 fn places_of<const N: usize>(
@@ -409,12 +340,4 @@ fn find(name: &str, header: &[&str], any_time: bool) -> Result<Option<usize>, St
         }
     }
     Ok(None)
-}
-
-/// Why a row is wider than its header.
-pub(super) fn too_many(row: &StringRecord, width: usize) -> String {
-    format!(
-        "{} cells under a header of {width}: separate cells by semicolons if decimals have commas",
-        row.len()
-    )
 }
