@@ -156,7 +156,7 @@ pub(super) fn fit(candidate: Candidate, target: &Target, best: &Best) -> (Fit, C
 }
 
 /// n·ln(S/n). A record without any noise is as good as one with noise in the last digits.
-fn likelihood(n: usize, sum: f64) -> f64 {
+pub(super) fn likelihood(n: usize, sum: f64) -> f64 {
     n as f64 * libm::log((sum / n as f64).max(1e-30))
 }
 

@@ -14,7 +14,7 @@
 //! - *Source*: J. D. Ferry, *Viscoelastic Properties of Polymers*, 1980, chapter 11.
 
 use super::error::IdentifyError;
-use super::fit::{Estimate, bic, student};
+use super::fit::{Estimate, likelihood, student};
 use super::record::{Record, RecordKind};
 use crate::identify::keys::{MASTER_CURVE, SEGMENT};
 use fracdiff::parameter::Shown;
@@ -40,7 +40,7 @@ pub struct ShiftLaw {
     pub parameters: Vec<Estimate>,
     /// Root of the mean square of what is left of log₁₀ a_T.
     pub rms: f64,
-    /// As of a [`Fit`](super::Fit).
+    /// n·ln(S/n) + k·ln n of n shifts other than that of the reference, and k numbers with the noise.
     pub bic: f64,
 }
 
@@ -51,7 +51,7 @@ pub struct MasterCurve {
     pub record: Record,
     /// In order of temperature.
     pub shifts: Vec<Shift>,
-    /// The better one first; none of fewer than three temperatures, which say nothing of a law.
+    /// The better one first. A law needs one temperature more than it has numbers, beside that of the reference.
     pub laws: Vec<ShiftLaw>,
 }
 
@@ -245,19 +245,16 @@ impl Curve {
     }
 }
 
-/// Both laws, the better one first.
+/// Both laws, the better one first. The reference temperature tells nothing of either.
 fn laws(shifts: &[Shift], reference_c: f64) -> Vec<ShiftLaw> {
+    let point = |shift: &Shift| [shift.temperature_c - reference_c, shift.log10];
     let points: Vec<[f64; 2]> = shifts
         .iter()
-        .map(|shift| [shift.temperature_c - reference_c, shift.log10])
+        .map(point)
+        .filter(|[x, _]| x.abs() > ALIKE)
         .collect();
-    if points.len() < 3 {
-        return Vec::new();
-    }
-    let mut laws: Vec<ShiftLaw> = [wlf(&points), arrhenius(&points, reference_c)]
-        .into_iter()
-        .flatten()
-        .collect();
+    let both = [wlf(&points), arrhenius(&points, reference_c)];
+    let mut laws: Vec<ShiftLaw> = both.into_iter().flatten().collect();
     laws.sort_by(|a, b| a.bic.total_cmp(&b.bic));
     laws
 }
@@ -284,7 +281,7 @@ fn wlf(points: &[[f64; 2]]) -> Option<ShiftLaw> {
             .map(|r| r * r)
             .sum::<f64>()
     };
-    if !below(&c) {
+    if points.len() < 3 || !below(&c) {
         return None;
     }
     let mut spread = Matrix2::zeros();
@@ -330,7 +327,7 @@ fn arrhenius(points: &[[f64; 2]], reference_c: f64) -> Option<ShiftLaw> {
     let left = points.iter().map(|[x, y]| y - slope(*x) * energy);
     let sum = left.map(|r| r * r).sum();
     let named = [("activation_energy_j_per_mol", "J/mol")];
-    (square > 0.0).then(|| {
+    (points.len() > 1).then(|| {
         law(
             "arrhenius",
             &named,
@@ -363,7 +360,7 @@ fn law(
         name,
         parameters: parameters.collect(),
         rms: libm::sqrt(sum / count as f64),
-        bic: bic(count, sum, values.len()),
+        bic: likelihood(count, sum) + (values.len() + 1) as f64 * libm::log(count as f64),
     }
 }
 
@@ -378,7 +375,7 @@ mod tests {
             (-10.0, 4.31),
             (0.0, 2.36),
             (10.0, 1.02),
-            (20.0, 0.05),
+            (25.0, -0.38),
             (30.0, -0.79),
             (40.0, -1.42),
         ];
@@ -391,10 +388,10 @@ mod tests {
         let wanted: [(&str, &[[f64; 2]], f64); 2] = [
             (
                 "wlf",
-                &[[6.959_895_73, 0.215_473_079], [78.516_648_7, 1.631_053_25]],
-                0.022_266_020_6,
+                &[[6.909_704_44, 0.162_377_757], [78.159_551_9, 1.231_300_15]],
+                0.017_198_881_4,
             ),
-            ("arrhenius", &[[185_078.518, 15_035.224_1]], 0.384_913_605),
+            ("arrhenius", &[[184_428.486, 15_176.811_4]], 0.390_737_634),
         ];
         assert_eq!(laws.len(), 2);
         for (law, (name, values, rms)) in laws.iter().zip(wanted) {

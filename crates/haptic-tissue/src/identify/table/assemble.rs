@@ -7,8 +7,8 @@ use super::column::Column;
 use super::header::told;
 use crate::MeasuredLoading;
 use crate::identify::keys::{
-    AREA, BONDED, COLUMNS, FROM, HALF_ANGLE, KIND, LOADING, MASTER_CURVE, POISSON_RATIO, RADIUS,
-    RAMP_TIME, STRAIN, STRESS, THICKNESS,
+    AREA, BONDED, COLUMNS, CONTACT_POINT, FROM, HALF_ANGLE, KIND, LOADING, MASTER_CURVE,
+    POISSON_RATIO, RADIUS, RAMP_TIME, STRAIN, STRESS, THICKNESS,
 };
 use fracdiff::parameter::Shown;
 use haptic_loop::{INCOMPRESSIBLE, Loading, LoadingKind, Modulus, ParameterError, Specimen};
@@ -199,6 +199,11 @@ impl Columns {
             self.notes.push(format!(
                 "Poisson's ratio is taken as {poisson_ratio}, incompressible: give {POISSON_RATIO} if it is another"
             ));
+        }
+        if !indented && reading.contact != ContactPoint::Zero {
+            return Err(IdentifyError::Record(format!(
+                "{CONTACT_POINT} has no effect on this record, which is not of an indenter: omit it, or give {LOADING}"
+            )));
         }
         if kind != RecordKind::Relaxation {
             no_effect(reading.ramp_time_s, RAMP_TIME, " s")?;

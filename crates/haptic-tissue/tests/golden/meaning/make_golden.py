@@ -4,8 +4,8 @@ import numpy as np
 from scipy.optimize import curve_fit
 
 REFERENCE_C = 20.0
-TEMPERATURES_C = np.array([-10.0, 0.0, 10.0, 20.0, 30.0, 40.0])
-LOG10_SHIFTS = np.array([4.31, 2.36, 1.02, 0.05, -0.79, -1.42])
+TEMPERATURES_C = np.array([-10.0, 0.0, 10.0, 25.0, 30.0, 40.0])
+LOG10_SHIFTS = np.array([4.31, 2.36, 1.02, -0.38, -0.79, -1.42])
 
 
 def wlf(x, c1, c2):

@@ -3,7 +3,9 @@
 use super::candidate;
 use haptic_loop::{Loading, LoadingKind};
 use haptic_tissue::identify::table::{Reader, Reading, Understood, read_table};
-use haptic_tissue::identify::{Identification, IdentifyError, Options, RecordKind, identify};
+use haptic_tissue::identify::{
+    ContactPoint, Identification, IdentifyError, Options, RecordKind, identify,
+};
 use testkit::assert_relative;
 
 pub(super) fn understood(table: &str, reading: &Reading) -> Result<Understood, IdentifyError> {
@@ -74,6 +76,17 @@ fn other_moduli_of_a_rheometer_are_storage_and_loss() {
     let both = "omega_rad_s,storage_modulus_pa,loss_modulus_pa,loss_tangent\n1,3,2,9\n10,5,3,9\n100,9,6,9\n";
     let read = understood(both, &Reading::default()).expect("a sweep");
     assert_eq!(read.record.second(), [2.0, 3.0, 6.0]);
+    let touched = Reading {
+        contact: ContactPoint::Fitted,
+        ..Reading::default()
+    };
+    let refused = understood(both, &touched)
+        .expect_err("no indenter")
+        .to_string();
+    assert!(
+        refused.starts_with("`contact_point_m` has no effect on this record"),
+        "{refused}"
+    );
     let beyond = "omega_rad_s,complex_modulus_pa,phase_rad\n1,3,0.3\n10,5,2\n";
     let refused = understood(beyond, &Reading::default()).expect_err("beyond 90 degrees");
     let refused = refused.to_string();

@@ -100,11 +100,11 @@ fn specimens(found: &Replicates, names: &[String]) -> Value {
         });
         (spread.mean.name.to_owned(), spread_of)
     });
-    let specimens = found.specimens.iter().enumerate().map(|(n, specimen)| {
-        json!({
-            "record": names.get(n),
-            "parameters": parameters(specimen.fits[0].parameters.iter().chain(&specimen.beside)),
-        })
+    let specimens = found.specimens.iter().zip(names).map(|(specimen, name)| {
+        let all = specimen.fits[0].parameters.iter().chain(&specimen.beside);
+        let values = all.map(|one| (one.name.to_owned(), json!(one.value)));
+        let record = ("record".to_owned(), json!(name));
+        Value::Object(std::iter::once(record).chain(values).collect())
     });
     json!({
         "spread": Value::Object(spreads.collect::<Map<_, _>>()),
