@@ -32,9 +32,9 @@ use std::sync::atomic::AtomicBool;
 /// A part of the force that is not the tissue's.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Baseline {
-    /// f₀.
+    /// f₀ alone, as a load cell shows that was not set to 0.
     Constant,
-    /// f₀ and a drift.
+    /// f₀ and the drift f₁ of a load cell that warms up.
     Linear,
 }
 
@@ -70,7 +70,7 @@ struct Place {
     bic: f64,
 }
 
-/// What is fitted.
+/// The record at any contact point, as every fit of the search takes it.
 struct Search<'a> {
     record: &'a Record,
     touch: Option<&'a Touch>,
@@ -252,30 +252,22 @@ pub(super) fn missed(
     if gain <= REFUSED || change.abs() <= MATTERS {
         return None;
     }
-    let contact = better.1.then(|| {
-        let depth = Shown(1e3 * better.0.contact_m + 1e3 * touch.zero_m).to_string();
-        format!(
-            "an indenter that touches at {:.6} mm",
-            depth.parse().unwrap_or(f64::NAN)
-        )
-    });
-    let contact = contact.map(|what| (what, CONTACT_POINT.set_to("fit")));
-    let baseline = (better.2).map(|_| {
-        (
-            "a force that is not 0 without contact".to_owned(),
-            BASELINE.set_to("constant"),
-        )
-    });
-    let (what, remedy): (Vec<String>, Vec<String>) = contact.into_iter().chain(baseline).unzip();
-    let change = format!(
-        "{:.1} % {}",
-        100.0 * change.abs(),
-        if change < 0.0 { "lower" } else { "higher" }
-    );
+    let place_mm = 1e3 * (better.0.contact_m + touch.zero_m);
+    let touches = format!("an indenter that touches at {place_mm:.4} mm");
+    let offset = "a force that is not 0 without contact";
+    let (fit, constant) = (CONTACT_POINT.set_to("fit"), BASELINE.set_to("constant"));
+    let [what, remedy] = match (better.1, better.2) {
+        (true, None) => [touches, fit],
+        (false, _) => [offset.to_owned(), constant],
+        (true, Some(_)) => [
+            format!("{touches} and {offset}"),
+            format!("{fit} and {constant}"),
+        ],
+    };
+    let side = if change < 0.0 { "lower" } else { "higher" };
     Some(format!(
-        "the record fits better with {} (BIC lower by {gain:.0}), and the modulus at 1 rad/s is then {change}: give {}",
-        what.join(" and "),
-        remedy.join(" and ")
+        "the record fits better with {what} (BIC lower by {gain:.0}), and the modulus at 1 rad/s is then {:.1} % {side}: give {remedy}",
+        100.0 * change.abs()
     ))
 }
 

@@ -23,9 +23,9 @@ use nalgebra::{Matrix2, Vector2};
 /// How much faster or slower the tissue is at a temperature.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Shift {
-    /// Of the record, °C.
+    /// The temperature that the record was measured at, °C.
     pub temperature_c: f64,
-    /// log₁₀ a_T.
+    /// log₁₀ a_T, below 0 where the tissue is faster than at the reference.
     pub log10: f64,
     /// Standard error of the distance to the reference temperature.
     pub standard_error: f64,
@@ -34,7 +34,7 @@ pub struct Shift {
 /// A law of the shifts.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ShiftLaw {
-    /// `wlf` or `arrhenius`.
+    /// Its name in a report: `wlf` or `arrhenius`.
     pub name: &'static str,
     /// C₁ and C₂, or E.
     pub parameters: Vec<Estimate>,
@@ -44,12 +44,12 @@ pub struct ShiftLaw {
     pub bic: f64,
 }
 
-/// Several records as one.
+/// Several records shifted along time or frequency until they are one.
 #[derive(Clone, Debug, PartialEq)]
 pub struct MasterCurve {
     /// All samples, at the reference temperature.
     pub record: Record,
-    /// In order of temperature.
+    /// One for each record, in order of temperature.
     pub shifts: Vec<Shift>,
     /// The better one first. A law needs one temperature more than it has numbers, beside that of the reference.
     pub laws: Vec<ShiftLaw>,
@@ -61,7 +61,7 @@ const TRIALS: usize = 400;
 const OVERLAP: usize = 4;
 /// Temperatures so near, K, are one.
 const ALIKE: f64 = 0.1;
-/// J/(mol·K).
+/// R of Arrhenius' law, J/(mol·K).
 const GAS_CONSTANT: f64 = 8.314_462_618;
 const ZERO_CELSIUS: f64 = 273.15;
 

@@ -50,7 +50,7 @@ pub enum ContactPoint {
     /// At 0. A record that fits far better with another one says so.
     #[default]
     Zero,
-    /// At this depth, m.
+    /// At this depth of the file's own axis, m.
     At(f64),
     /// Where the record fits best.
     Fitted,

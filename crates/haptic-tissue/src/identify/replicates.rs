@@ -26,13 +26,13 @@ use std::sync::atomic::AtomicBool;
 pub struct Spread {
     /// The mean, its standard error s/√n and its interval.
     pub mean: Estimate,
-    /// s of the estimates.
+    /// s of the estimates, of which the errors of the fits are a part.
     pub standard_deviation: f64,
     /// τ: that of the specimens alone.
     pub between: f64,
 }
 
-/// Specimens of one tissue.
+/// Specimens of one tissue, each fitted by itself, and what they have in common.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Replicates {
     /// Each fitted by the model of all, which comes first in its fits.

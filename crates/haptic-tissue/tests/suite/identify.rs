@@ -9,6 +9,7 @@ mod indentation;
 mod layouts;
 mod master;
 mod meaning;
+mod public;
 mod records;
 mod recovery;
 mod replicates;
@@ -36,7 +37,7 @@ fn fish() -> Record {
 }
 
 /// Public records of others, which stay outside the repository: in `shared/data/public` beside it. None where that folder is not there.
-fn public<const N: usize>(names: [&str; N]) -> Option<[String; N]> {
+fn read_public<const N: usize>(names: [&str; N]) -> Option<[String; N]> {
     let above = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).ancestors();
     let mut folders = above.map(|folder| folder.join("shared/data/public"));
     let Some(folder) = folders.find(|folder| folder.is_dir()) else {

@@ -63,12 +63,12 @@ fn baselines() -> Vec<(Baseline, &'static str, &'static str)> {
     ]
 }
 
-/// Contact points, m.
+/// Contact points on the axis of a depth, m.
 const CONTACT_POINTS: Range = Range::Within(-1.0, 1.0);
 /// Ramps of a relaxation, s.
 const RAMPS: Range = Range::AboveUpTo(0.0, 1e9);
 
-/// `fit`, or a length.
+/// Reads a contact point: `fit`, or a length.
 fn contact_point(text: &str) -> Result<ContactPoint, String> {
     const KEY: &str = "contact_point_m";
     if text == "fit" {

@@ -134,7 +134,7 @@ fn what_makes_no_master_curve_is_refused_with_a_remedy() {
 /// The public record of NIST's pyvisco, and the shifts that it publishes, which are of another method: power laws through a few points.
 #[test]
 fn shifts_are_those_that_pyvisco_publishes() {
-    let Some([table, published]) = super::public([
+    let Some([table, published]) = super::read_public([
         "pyvisco-relaxations-at-temperatures.csv",
         "pyvisco-shift-factors.csv",
     ]) else {

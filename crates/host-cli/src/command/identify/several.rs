@@ -12,10 +12,10 @@ use haptic_tissue::identify::{
 use serde_json::{Map, Value, json};
 use std::sync::atomic::AtomicBool;
 
-/// Reference temperatures, °C.
+/// Reference temperatures that a tissue can have, °C.
 const TEMPERATURES: Range = Range::Within(-273.15, 10_000.0);
 
-/// `20degC`, or `20`.
+/// Reads a temperature in °C: `20degC`, or `20`.
 fn temperature(text: &str) -> Result<f64, String> {
     let plain = ["degC", "°C", "C"]
         .iter()
@@ -25,7 +25,7 @@ fn temperature(text: &str) -> Result<f64, String> {
     known.ok_or_else(|| "is not from -273.15 to 10000 degC, as 20degC".to_owned())
 }
 
-/// Options of several records.
+/// Options that say how several records belong together.
 #[derive(Debug, Args)]
 #[command(next_help_heading = "Several records")]
 pub(super) struct SeveralArguments {
