@@ -24,7 +24,6 @@ use super::record::{ContactPoint, REST_OF_FIT, Record, RecordKind, Touch, area};
 use super::search::{polished, search};
 use super::target::Target;
 use crate::model::{Model, ModelKind};
-use fracdiff::parameter::Shown;
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 use std::sync::atomic::AtomicBool;

@@ -5,8 +5,8 @@
 //! Williams, Landel, Ferry  log₁₀ a_T = −C₁·(T − T₀)/(C₂ + T − T₀)        Arrhenius  ln a_T = (E/R)·(1/T − 1/T₀)
 //! ```
 //! A curve is straight between its points in logarithms; the distance is vertical, from each point to the other curve. Standard errors
-//! are those of its curvature, and add up from neighbour to neighbour. a_T is 1 at the reference temperature, where it lies between
-//! its neighbours in proportion. Intervals of the laws are those of least squares over all a_T; that of the lower BIC comes first. The
+//! are those of its curvature, and add up from neighbour to neighbour. `a_T` is 1 at the reference temperature, where it lies between
+//! its neighbours in proportion. Intervals of the laws are those of least squares over all `a_T`; that of the lower BIC comes first. The
 //! density's own change with temperature, some per cent, is not corrected for.
 //!
 //! - *Errors*: fewer than two temperatures, two alike, other records than of steps or sweeps, curves that do not overlap.
@@ -25,7 +25,7 @@ use nalgebra::{Matrix2, Vector2};
 pub struct Shift {
     /// The temperature that the record was measured at, °C.
     pub temperature_c: f64,
-    /// log₁₀ a_T, below 0 where the tissue is faster than at the reference.
+    /// `log₁₀ a_T`, below 0 where the tissue is faster than at the reference.
     pub log10: f64,
     /// Standard error of the distance to the reference temperature.
     pub standard_error: f64,
@@ -38,7 +38,7 @@ pub struct ShiftLaw {
     pub name: &'static str,
     /// C₁ and C₂, or E.
     pub parameters: Vec<Estimate>,
-    /// Root of the mean square of what is left of log₁₀ a_T.
+    /// Root of the mean square of what is left of `log₁₀ a_T`.
     pub rms: f64,
     /// n·ln(S/n) + k·ln n of n shifts other than that of the reference, and k numbers with the noise.
     pub bic: f64,
@@ -368,7 +368,7 @@ fn law(
 mod tests {
     use super::*;
 
-    /// `tests/golden/meaning/make_golden.py` has them from SciPy.
+    /// `tests/golden/meaning/make_golden.py` has them from `SciPy`.
     #[test]
     fn laws_of_shifts_are_those_of_least_squares() {
         let rows = [

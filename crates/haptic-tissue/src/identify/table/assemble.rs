@@ -53,7 +53,7 @@ impl Understood {
     /// # Errors
     /// As [`Record::together`]; records of different moduli.
     pub fn together(all: Vec<Self>) -> Result<Self, IdentifyError> {
-        let (_, records, understood) = Self::alike(all)?;
+        let (records, understood) = Self::specimens(all)?;
         Ok(Self {
             record: Record::together(records)?,
             ..understood
@@ -65,33 +65,6 @@ impl Understood {
     /// # Errors
     /// Records of different moduli.
     pub fn specimens(all: Vec<Self>) -> Result<(Vec<Record>, Self), IdentifyError> {
-        let (_, records, understood) = Self::alike(all)?;
-        Ok((records, understood))
-    }
-
-    /// Records at several temperatures as a master curve at a reference temperature.
-    ///
-    /// # Errors
-    /// As [`master_curve`]; a record that does not say its temperature; records of different moduli.
-    pub fn shifted(all: Vec<Self>, reference_c: f64) -> Result<(MasterCurve, Self), IdentifyError> {
-        let (temperatures, records, mut understood) = Self::alike(all)?;
-        let temperatures: Option<Vec<f64>> = temperatures.into_iter().collect();
-        let Some(temperatures) = temperatures else {
-            return Err(IdentifyError::Record(format!(
-                "{MASTER_CURVE} needs the temperature of each record, and one has none: name its column by {COLUMNS} {}=",
-                Column::Temperature.name()
-            )));
-        };
-        let both = temperatures.into_iter().zip(records);
-        let curve = master_curve(both.collect(), reference_c)?;
-        understood.record = curve.record.clone();
-        understood.temperature_c = Some(reference_c);
-        Ok((curve, understood))
-    }
-
-    /// The temperature of each, each record, and what is said of all.
-    fn alike(all: Vec<Self>) -> Result<(Vec<Option<f64>>, Vec<Record>, Self), IdentifyError> {
-        let temperatures = all.iter().map(|one| one.temperature_c).collect();
         let records = all.iter().map(|one| one.record.clone()).collect();
         let mut all = all.into_iter();
         let Some(mut first) = all.next() else {
@@ -110,7 +83,27 @@ impl Understood {
         let mut said = HashSet::new();
         first.notes.retain(|note| said.insert(note.clone()));
         first.temperature_c = None;
-        Ok((temperatures, records, first))
+        Ok((records, first))
+    }
+
+    /// Records at several temperatures as a master curve at a reference temperature.
+    ///
+    /// # Errors
+    /// As [`master_curve`]; a record that does not say its temperature; records of different moduli.
+    pub fn shifted(all: Vec<Self>, reference_c: f64) -> Result<(MasterCurve, Self), IdentifyError> {
+        let temperatures: Option<Vec<f64>> = all.iter().map(|one| one.temperature_c).collect();
+        let (records, mut understood) = Self::specimens(all)?;
+        let Some(temperatures) = temperatures else {
+            return Err(IdentifyError::Record(format!(
+                "{MASTER_CURVE} needs the temperature of each record, and one has none: name its column by {COLUMNS} {}=",
+                Column::Temperature.name()
+            )));
+        };
+        let both = temperatures.into_iter().zip(records);
+        let curve = master_curve(both.collect(), reference_c)?;
+        understood.record = curve.record.clone();
+        understood.temperature_c = Some(reference_c);
+        Ok((curve, understood))
     }
 }
 

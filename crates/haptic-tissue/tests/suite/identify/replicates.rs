@@ -106,7 +106,7 @@ fn the_noise_of_fits_is_no_spread_of_specimens() {
 #[test]
 fn what_is_no_replicate_is_refused_with_a_remedy() {
     let one = specimen(2000.0, 0.2, 0.0, 0);
-    let said = fitted(&[one.clone()], &Options::default())
+    let said = fitted(std::slice::from_ref(&one), &Options::default())
         .expect_err("one")
         .to_string();
     assert!(
