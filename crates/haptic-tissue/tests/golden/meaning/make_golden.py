@@ -47,7 +47,7 @@ def public():
     for name, law, sign in [
         ("polystyrene-relaxation-145C.csv", relaxation, 1),
         ("polypropylene-relaxation.csv", relaxation, 1),
-        ("laponite-relaxation-2400.csv", relaxation, 1),
+        ("laponite-relaxation-600.csv", relaxation, 1),
         ("polystyrene-creep-160C.csv", creep, -1),
         ("polystyrene-sweep-160C.csv", sweep, 1),
         ("polyisoprene-13k-sweep.csv", sweep, 1),

@@ -10,7 +10,7 @@ use haptic_tissue::identify::table::Reading;
 const BEST: [(&str, f64); 6] = [
     ("polystyrene-relaxation-145C.csv", 0.231_204_699),
     ("polypropylene-relaxation.csv", 0.098_144_635_6),
-    ("laponite-relaxation-2400.csv", 0.061_720_733_9),
+    ("laponite-relaxation-600.csv", 0.045_566_895_6),
     ("polystyrene-creep-160C.csv", 0.143_366_362),
     ("polystyrene-sweep-160C.csv", 0.344_177_03),
     ("polyisoprene-13k-sweep.csv", 0.865_264_281),
