@@ -60,6 +60,7 @@ pub(crate) fn identified(request: &IdentifyRequest, stop: &AtomicBool) -> Result
         },
         loading_is_told: loading.is_some(),
         poisson_ratio: request.poisson_ratio,
+        ..Reading::default()
     };
     let table = read_table(request.text.as_bytes());
     let understood = table

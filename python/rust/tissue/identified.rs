@@ -136,6 +136,7 @@ impl IdentifyOptions {
                 .within("bootstrap", Options::BOOTSTRAP_ALLOWED)? as usize,
             seed: self.seed.within("seed", 0..=u64::MAX)?,
             stiffening: self.stiffening,
+            baseline: None,
             held: Vec::new(),
         })
     }

@@ -2,7 +2,7 @@
 
 use super::elements::Candidate;
 use super::error::IdentifyError;
-use super::fit::{AS_GOOD, Fit, REFUSED, fit};
+use super::fit::{AS_GOOD, Estimate, Fit, REFUSED, fit};
 use super::noise::of_motions;
 use super::options::{Options, candidates, target_of};
 use super::record::{Record, RecordKind};
@@ -28,6 +28,8 @@ pub struct Identification {
     /// The values: moduli, compliances, all storage and then all loss moduli, or stresses; for a
     /// long history a selection.
     pub measured: Vec<f64>,
+    /// Contact point and baseline of the chosen fit, if they were looked for.
+    pub beside: Vec<Estimate>,
     /// Sentences that a user should know.
     pub warnings: Vec<String>,
 }
@@ -145,6 +147,7 @@ pub(super) fn identified(
         fits,
         x,
         measured,
+        beside: Vec::new(),
         warnings,
     })
 }

@@ -126,8 +126,9 @@ pub(super) fn fit(candidate: Candidate, target: &Target, best: &Best) -> (Fit, C
             }
         }
     });
-    let independent = independent(&weighted, n / target.samples(), free.len());
-    let freedom = (independent - free.len() as f64).max(1.0);
+    let fitted = free.len() + target.beside;
+    let independent = independent(&weighted, n / target.samples(), fitted);
+    let freedom = (independent - fitted as f64).max(1.0);
     let certainty = Certainty {
         spread: spread(candidate, n, &normal, free),
         freedom,
@@ -137,6 +138,7 @@ pub(super) fn fit(candidate: Candidate, target: &Target, best: &Best) -> (Fit, C
     let covariance = (certainty.spread.as_ref())
         .map(|spread| covariance(candidate, spread, certainty.variance, free, target.unit_s));
     let values = parameters(candidate, elements, target.unit_s);
+    let numbers = candidate.parameters() + target.beside;
     let fit = Fit {
         kind: candidate.kind(),
         parameters: estimates(
@@ -148,8 +150,8 @@ pub(super) fn fit(candidate: Candidate, target: &Target, best: &Best) -> (Fit, C
         ),
         correlation: covariance.as_ref().map(correlation).unwrap_or_default(),
         rms: libm::sqrt(residuals.iter().map(|r| r * r).sum::<f64>() / n as f64),
-        aic: likelihood(n, *sum) + 2.0 * (candidate.parameters() + 1) as f64,
-        bic: bic(n, *sum, candidate.parameters()),
+        aic: likelihood(n, *sum) + 2.0 * (numbers + 1) as f64,
+        bic: bic(n, *sum, numbers),
         predicted,
         neighbours: neighbours(&residuals),
         independent,
@@ -162,7 +164,7 @@ pub(super) fn fit(candidate: Candidate, target: &Target, best: &Best) -> (Fit, C
 const EXACT: f64 = 5e-4;
 
 /// n·ln(S/n).
-fn likelihood(n: usize, sum: f64) -> f64 {
+pub(super) fn likelihood(n: usize, sum: f64) -> f64 {
     n as f64 * libm::log((sum / n as f64).max(EXACT * EXACT))
 }
 
@@ -194,6 +196,25 @@ pub struct Estimate {
 }
 
 impl Estimate {
+    /// Of a linear problem, with its standard error and Student's t.
+    pub(super) const fn of_line(
+        name: &'static str,
+        unit: &'static str,
+        value: f64,
+        error: f64,
+        t: f64,
+    ) -> Self {
+        Self {
+            name,
+            unit,
+            value,
+            standard_error: Some(error),
+            low_95: Some(value - t * error),
+            high_95: Some(value + t * error),
+            held: false,
+        }
+    }
+
     /// False for a modulus, whose errors are shares of it.
     pub(super) const fn is_order(&self) -> bool {
         self.unit.is_empty()

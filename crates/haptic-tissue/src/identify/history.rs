@@ -6,6 +6,10 @@
 //! W depends on the record alone. It is summed once over the full history; after that a model costs its nodes and one product with
 //! W, or, for a sum of squares alone, with the triangle R of W = QR, which has as many rows as there are nodes: ‖Wq − σ‖² =
 //! ‖Rq − Qᵀσ‖² and what Q leaves of σ. The error of the interpolation is below 1e-6 of Q. A step of strain between two samples is a ramp between them.
+//!
+//! Where the stress has a part B·c beside the model's, such as a baseline, with B known and c not, both sides are looked at without
+//! what any c could make: r = P(WQ − σ), P = 1 − BB⁺. PW and Pσ replace W and σ once, so that a model costs the same, and errors of
+//! the parameters know that c is fitted too (G. H. Golub, V. Pereyra, *Separable nonlinear least squares*, 2003).
 
 use super::contour::{Contour, Quantity};
 use super::elements::{Candidate, Elements, Slope, VARIABLES};
@@ -29,8 +33,10 @@ pub(super) struct History {
     /// ln of the time of the first node, in units of `unit_s`.
     first_node: f64,
     nodes: usize,
-    /// W, row by row, in units of `unit_s`.
+    /// W, or PW, row by row, in units of `unit_s`.
     weights: Vec<f64>,
+    /// σ, or Pσ, over its scale.
+    pub(super) wanted: Vec<f64>,
     /// Numbers of the samples that are compared.
     pub(super) chosen: Vec<usize>,
     pub(super) unit_s: f64,
@@ -49,7 +55,8 @@ pub(super) struct Moved<'a> {
 }
 
 impl History {
-    pub(super) fn new(motions: &[Moved<'_>]) -> Self {
+    /// `beside`: the columns of B, a number for each sample of all motions.
+    pub(super) fn new(motions: &[Moved<'_>], beside: &[Vec<f64>]) -> Self {
         let knots: Vec<Vec<(f64, f64)>> = (motions.iter())
             .map(|moved| knots(moved.motion_s, moved.strain))
             .collect();
@@ -74,6 +81,7 @@ impl History {
             first_node,
             nodes,
             weights: Vec::new(),
+            wanted: Vec::new(),
             chosen: Vec::new(),
             unit_s,
             stress_scale: 0.0,
@@ -93,11 +101,42 @@ impl History {
                 .map(|&i| history.row(time_s[i], knots))
                 .collect();
             history.weights.extend(rows.into_iter().flatten());
+            (history.wanted).extend(chosen.iter().map(|&i| moved.stress_pa[i]));
             history.chosen.extend(chosen.iter().map(|i| before + i));
             before += time_s.len();
         }
         history.stress_scale = libm::sqrt(square / history.chosen.len() as f64);
+        let scale = history.stress_scale;
         history
+            .wanted
+            .iter_mut()
+            .for_each(|stress| *stress /= scale);
+        history.leave_out(beside);
+        history
+    }
+
+    /// Takes out of W and σ what a sum of the columns makes.
+    fn leave_out(&mut self, beside: &[Vec<f64>]) {
+        if beside.is_empty() {
+            return;
+        }
+        let rows = self.chosen.len();
+        let columns = DMatrix::from_fn(rows, beside.len(), |row, n| beside[n][self.chosen[row]]);
+        let unit = columns.qr().q();
+        let without = |values: &mut [f64]| {
+            let width = values.len() / rows;
+            for column in unit.column_iter() {
+                let mut sums = vec![0.0; width];
+                for (row, part) in values.chunks_exact(width).zip(&column) {
+                    (sums.iter_mut().zip(row)).for_each(|(sum, value)| *sum += part * value);
+                }
+                for (row, part) in values.chunks_exact_mut(width).zip(&column) {
+                    (row.iter_mut().zip(&sums)).for_each(|(value, sum)| *value -= part * sum);
+                }
+            }
+        };
+        without(&mut self.weights);
+        without(&mut self.wanted);
     }
 
     /// W of the stress at a time.
@@ -147,6 +186,7 @@ impl History {
             .flat_map(|&i| &self.weights[i * self.nodes..(i + 1) * self.nodes]);
         Self {
             weights: rows.copied().collect(),
+            wanted: chosen.iter().map(|&i| self.wanted[i]).collect(),
             chosen: chosen.iter().map(|&i| self.chosen[i]).collect(),
             ..*self
         }
@@ -182,7 +222,7 @@ impl History {
 
 /// Samples to compare: all, or of a long record half of them evenly, and half evenly in the logarithm of the time since the motion
 /// began, where most happens.
-fn chosen(time_s: &[f64], begin_s: f64, most: usize) -> Vec<usize> {
+pub(super) fn chosen(time_s: &[f64], begin_s: f64, most: usize) -> Vec<usize> {
     let n = time_s.len();
     if n - 1 <= most {
         return (1..n).collect();

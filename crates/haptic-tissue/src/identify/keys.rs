@@ -3,17 +3,22 @@
 use haptic_quantity::Key;
 
 pub(in crate::identify) const AREA: Key = Key("area_m2");
+pub(in crate::identify) const BASELINE: Key = Key("baseline");
 pub(in crate::identify) const BONDED: Key = Key("bonded");
 pub(in crate::identify) const BOOTSTRAP: Key = Key("bootstrap");
 pub(in crate::identify) const COLUMNS: Key = Key("columns");
+pub(in crate::identify) const CONTACT_POINT: Key = Key("contact_point_m");
 pub(in crate::identify) const FROM: Key = Key("from");
 pub(in crate::identify) const HALF_ANGLE: Key = Key("half_angle_rad");
 pub(in crate::identify) const KIND: Key = Key("kind");
 pub(in crate::identify) const LOADING: Key = Key("loading");
+pub(in crate::identify) const MASTER_CURVE: Key = Key("master_curve");
 pub(in crate::identify) const POISSON_RATIO: Key = Key("poisson_ratio");
+pub(in crate::identify) const RAMP_TIME: Key = Key("ramp_time_s");
 pub(in crate::identify) const RADIUS: Key = Key("indenter_radius_m");
 pub(in crate::identify) const SEGMENT: Key = Key("segment");
 pub(in crate::identify) const SEGMENTS: Key = Key("segments");
+pub(in crate::identify) const REPLICATES: Key = Key("replicates");
 pub(in crate::identify) const STIFFENING: Key = Key(crate::material::STIFFENING);
 pub(in crate::identify) const STRAIN: Key = Key("strain");
 pub(in crate::identify) const STRESS: Key = Key("stress_pa");

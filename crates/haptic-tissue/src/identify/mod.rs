@@ -25,16 +25,19 @@ mod advice;
 mod binned;
 mod bootstrap;
 mod candidates;
+mod contact;
 mod contour;
 mod elements;
 mod error;
 mod fit;
 mod history;
 mod keys;
+mod master;
 mod noise;
 mod options;
 mod profile;
 mod record;
+mod replicates;
 mod search;
 mod stiffening;
 pub mod table;
@@ -43,11 +46,13 @@ mod target;
 pub use crate::model::CANDIDATES;
 use candidates::identified;
 pub use candidates::{Identification, relative};
+pub use contact::Baseline;
 pub use error::IdentifyError;
 pub use fit::{Estimate, Fit};
-
+pub use master::{MasterCurve, Shift, ShiftLaw, master_curve};
 pub use options::{Held, Options};
-pub use record::{Record, RecordKind, SAMPLES_MOST};
+pub use record::{ContactPoint, Record, RecordKind, SAMPLES_MOST};
+pub use replicates::{Replicates, Spread, replicates};
 use std::sync::atomic::{AtomicBool, Ordering};
 pub use target::Weighting;
 
@@ -75,9 +80,16 @@ pub fn identify_unless(
     stop: &AtomicBool,
     progress: &(dyn Fn(usize) + Sync),
 ) -> Result<Identification, IdentifyError> {
-    let found = match options.stiffening {
-        true => stiffening::stiffened(record, options, stop),
-        false => identified(record, options, stop, progress),
+    let found = if contact::is_sought(record, options) {
+        contact::touched(record, options, stop, progress)
+    } else if options.stiffening {
+        stiffening::stiffened(record, options, stop)
+    } else {
+        identified(record, options, stop, progress).map(|mut found| {
+            let missed = contact::missed(record, options, &found, stop);
+            found.warnings.extend(missed);
+            found
+        })
     };
     match stop.load(Ordering::Relaxed) {
         true => Err(IdentifyError::Stopped),

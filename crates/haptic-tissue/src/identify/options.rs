@@ -7,6 +7,7 @@
 //!
 //! *Errors*: an unknown name, a range that is none or outside that of the parameter, no candidate left.
 
+use super::contact::Baseline;
 use super::elements::Candidate;
 use super::error::IdentifyError;
 use super::keys::STIFFENING;
@@ -35,6 +36,8 @@ pub struct Options {
     pub seed: u64,
     /// True to find b of tissue that stiffens too, see `haptic_loop::loading`: the last parameter of the chosen fit, from 0 to 100.
     pub stiffening: bool,
+    /// The part of the force of a motion that is not the tissue's, to be fitted with it.
+    pub baseline: Option<Baseline>,
     /// Parameters that are held at a value or within a range; models without one of them are no candidates.
     pub held: Vec<Held>,
 }
@@ -59,6 +62,7 @@ impl Default for Options {
             bootstrap: 0,
             seed: 1,
             stiffening: false,
+            baseline: None,
             held: Vec::new(),
         }
     }

@@ -1,7 +1,8 @@
 //! Validated records of a specimen, in SI units.
 
 use super::error::IdentifyError;
-use crate::identify::keys::{FROM, KIND, STRAIN, THICKNESS};
+use super::history::chosen;
+use crate::identify::keys::{CONTACT_POINT, FROM, KIND, RAMP_TIME, REPLICATES, STRAIN, THICKNESS};
 use crate::indentation::{NOISE, begin_s, growing};
 use fracdiff::parameter::Shown;
 use haptic_loop::{DepthMap, LoadingKind, Specimen};
@@ -43,10 +44,52 @@ impl RecordKind {
     }
 }
 
+/// Where on the axis of its depth an indenter touches.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub enum ContactPoint {
+    /// At 0. A record that fits far better with another one says so.
+    #[default]
+    Zero,
+    /// At this depth of the file's own axis, m.
+    At(f64),
+    /// Where the record fits best.
+    Fitted,
+}
+
+/// The growing contact of an indenter, from which a record is made for any contact point.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Touch {
+    pub(super) contact: ContactPoint,
+    /// Depth on the axis of the file at 0 of `depth_m`, m.
+    pub(super) zero_m: f64,
+    pub(super) time_s: Vec<f64>,
+    pub(super) depth_m: Vec<f64>,
+    pub(super) force_n: Vec<f64>,
+    pub(super) specimen: Specimen,
+}
+
+impl Touch {
+    /// At most so many samples of it, of which each is as it was.
+    pub(super) fn thinned(&self, most: usize) -> Self {
+        let chosen: Vec<usize> = (0..1)
+            .chain(chosen(&self.time_s, self.time_s[0], most))
+            .collect();
+        let of = |values: &[f64]| chosen.iter().map(|&i| values[i]).collect();
+        Self {
+            time_s: of(&self.time_s),
+            depth_m: of(&self.depth_m),
+            force_n: of(&self.force_n),
+            ..*self
+        }
+    }
+}
+
 /// A motion of a history.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Motion {
     pub(super) samples: usize,
+    /// Times, s, and strains straight between them where the samples do not tell the motion; none if they do.
+    pub(super) way: Option<(Vec<f64>, Vec<f64>)>,
     /// From its strain to what the memory sees; none if it is the strain.
     pub(super) map: Option<DepthMap<f64>>,
     /// True if its strain grows with the depth, so that tissue can stiffen by it.
@@ -67,6 +110,10 @@ pub struct Record {
     pub(super) second: Vec<f64>,
     /// The motions of a history.
     pub(super) motions: Vec<Motion>,
+    /// Of one motion of an indenter.
+    pub(super) touch: Option<Touch>,
+    /// Columns of which any sum may be in the stress beside the model's, such as a baseline; one number a sample.
+    pub(super) beside: Vec<Vec<f64>>,
     /// Largest strain, if it is known.
     strain_to: Option<f64>,
     /// Sentences that a user should know.
@@ -79,13 +126,63 @@ impl Record {
     /// # Errors
     /// Times or moduli that are not positive, times that fall, columns of different length, a modulus that is constant or grows.
     pub fn relaxation(time_s: Vec<f64>, modulus_pa: Vec<f64>) -> Result<Self, IdentifyError> {
-        let record = Self::of_logarithms(RecordKind::Relaxation, time_s, modulus_pa, Vec::new())?;
+        let kind = RecordKind::Relaxation;
+        let mut record = Self::of_logarithms(kind, time_s, modulus_pa, Vec::new())?;
         if record.growth() > GROWTH {
             return Err(IdentifyError::Record(format!(
                 "the modulus grows with time, as only a compliance does: give {}",
                 KIND.set_to("creep")
             )));
         }
+        let rises = record
+            .first
+            .windows(2)
+            .take_while(|pair| pair[1] > pair[0])
+            .count();
+        if rises >= FEW_RISES && record.first[rises] > RISE * record.first[0] {
+            record.said.push(format!(
+                "the modulus rises {rises} times before it falls, as in a ramp to the held strain: give {RAMP_TIME}, or a strain column"
+            ));
+        }
+        Ok(record)
+    }
+
+    /// Stress relaxation from the begin of the ramp on: the strain rises from 0 at the time 0 to the held one, and stays there. Times,
+    /// s, and stresses, Pa.
+    ///
+    /// # Errors
+    /// As [`history`](Self::history); a ramp that is not above 0 s, or longer than the record; samples before it.
+    pub fn ramp(
+        mut time_s: Vec<f64>,
+        mut stress_pa: Vec<f64>,
+        strain: f64,
+        ramp_s: f64,
+    ) -> Result<Self, IdentifyError> {
+        lengths(&time_s, &stress_pa, None)?;
+        let (first, last) = (time_s[0], time_s[time_s.len() - 1]);
+        if !(ramp_s > 0.0 && ramp_s < last && first >= 0.0) {
+            return Err(IdentifyError::Record(format!(
+                "{RAMP_TIME} {} s is not above 0 s and below the last time {} s, or samples from {} s on begin before the ramp at 0 s: change it",
+                Shown(ramp_s),
+                Shown(last),
+                Shown(first)
+            )));
+        }
+        if first > 0.0 {
+            time_s.insert(0, 0.0);
+            stress_pa.insert(0, 0.0);
+        }
+        let at = |time: &f64| strain * (time / ramp_s).min(1.0);
+        // The end of the ramp is one of the samples, or between two of them.
+        let mut way = time_s.clone();
+        let near = |time: &f64| (time - ramp_s).abs() <= 1e-9 * ramp_s;
+        if !way.iter().any(near) {
+            way.insert(way.partition_point(|time| *time < ramp_s), ramp_s);
+        }
+        let strains = time_s.iter().map(at).collect();
+        let mut record = Self::motion(time_s, strains, stress_pa, REST)?;
+        let strains = way.iter().map(at).collect();
+        record.motions[0].way = Some((way, strains));
         Ok(record)
     }
 
@@ -127,6 +224,16 @@ impl Record {
         strain: Vec<f64>,
         stress_pa: Vec<f64>,
     ) -> Result<Self, IdentifyError> {
+        Self::motion(time_s, strain, stress_pa, REST)
+    }
+
+    /// The same, where a strain up to this share of its range counts as rest.
+    fn motion(
+        time_s: Vec<f64>,
+        strain: Vec<f64>,
+        stress_pa: Vec<f64>,
+        rest: f64,
+    ) -> Result<Self, IdentifyError> {
         lengths(&time_s, &strain, Some(&stress_pa))?;
         for (index, values) in time_s.iter().zip(&strain).zip(&stress_pa).enumerate() {
             let ((&time, &strain), &stress) = values;
@@ -145,7 +252,7 @@ impl Record {
                 KIND.set_to("relaxation")
             )));
         }
-        if strain[0].abs() > REST * range {
+        if strain[0].abs() > rest * range {
             return Err(IdentifyError::Record(format!(
                 "the strain begins at {}, not at rest: begin the record earlier, or subtract it",
                 strain[0]
@@ -161,6 +268,7 @@ impl Record {
         }
         let motion = Motion {
             samples: time_s.len(),
+            way: None,
             map: None,
             can_stiffen: true,
             noise: None,
@@ -171,6 +279,8 @@ impl Record {
             first: strain,
             second: stress_pa,
             motions: vec![motion],
+            touch: None,
+            beside: Vec::new(),
             strain_to: None,
             said: Vec::new(),
         };
@@ -192,22 +302,109 @@ impl Record {
     /// # Errors
     /// As [`history`](Self::history); an indenter whose depth is never above 0; a depth beyond the thickness of a layer or of a slab that is compressed.
     pub fn pressed(
-        mut time_s: Vec<f64>,
+        time_s: Vec<f64>,
+        depth_m: Vec<f64>,
+        force_n: Vec<f64>,
+        specimen: &Specimen,
+    ) -> Result<Self, IdentifyError> {
+        Self::pressed_from(ContactPoint::Zero, time_s, depth_m, force_n, specimen)
+    }
+
+    /// The same of a depth whose axis has its 0 elsewhere.
+    ///
+    /// # Errors
+    /// As [`pressed`](Self::pressed); a contact point that is not finite; one to be fitted of a slab.
+    pub fn pressed_from(
+        contact: ContactPoint,
+        time_s: Vec<f64>,
         mut depth_m: Vec<f64>,
-        mut force_n: Vec<f64>,
+        force_n: Vec<f64>,
         specimen: &Specimen,
     ) -> Result<Self, IdentifyError> {
         lengths(&time_s, &depth_m, Some(&force_n))?;
-        let (loading, map) = (specimen.loading(), specimen.depth_map());
+        let loading = specimen.loading();
+        if loading.kind.is_slab() && contact != ContactPoint::Zero {
+            return Err(IdentifyError::Record(format!(
+                "{CONTACT_POINT} has no effect on a slab, whose strain begins at rest: omit it"
+            )));
+        }
+        let zero_m = match contact {
+            ContactPoint::Zero => 0.0,
+            ContactPoint::At(depth) => depth,
+            ContactPoint::Fitted => depth_m.iter().copied().fold(f64::INFINITY, f64::min),
+        };
+        depth_m.iter_mut().for_each(|depth| *depth -= zero_m);
         if let Some(thickness) = loading.thickness_m {
             within(&depth_m, thickness, loading.kind)?;
         }
+        let mut touch = Touch {
+            contact,
+            zero_m,
+            time_s,
+            depth_m,
+            force_n,
+            specimen: *specimen,
+        };
         let mut said = Vec::new();
-        if !loading.kind.is_slab() {
-            if depth_m.iter().all(|depth| *depth <= 0.0) {
-                return Err(IdentifyError::Record(
-                    "the depth is never above 0: change its sign, for it is counted into the tissue".to_owned(),
+        if matches!(loading.kind, LoadingKind::Sphere | LoadingKind::Cone) {
+            let inside: Vec<f64> = touch.depth_m.iter().map(|depth| depth.max(0.0)).collect();
+            let (count, (kept, fall)) = (inside.len(), growing(&inside));
+            if fall > NOISE {
+                said.push(format!(
+                    "the depth falls back by {:.1} % of its largest, as an overshoot does: the contact is taken as if it did not shrink",
+                    100.0 * fall
                 ));
+            }
+            if kept < count {
+                said.push(format!(
+                    "the contact shrinks from {} s on: {} samples of {count} are left out, because only growing contact is fitted",
+                    Shown(touch.time_s[kept - 1]),
+                    count - kept
+                ));
+            }
+            for column in [&mut touch.time_s, &mut touch.depth_m, &mut touch.force_n] {
+                column.truncate(kept);
+            }
+        }
+        let rest = match contact {
+            ContactPoint::Fitted => REST_OF_FIT,
+            ContactPoint::Zero | ContactPoint::At(_) => REST,
+        };
+        let mut record = Self::touching(&touch, 0.0, rest)?;
+        record.said.extend(said);
+        record.touch = Some(touch).filter(|_| !loading.kind.is_slab());
+        Ok(record)
+    }
+
+    /// An indenter that touches at a depth of the touch, with the rest of a motion that is not at rest.
+    pub(super) fn touching(
+        touch: &Touch,
+        contact_m: f64,
+        rest: f64,
+    ) -> Result<Self, IdentifyError> {
+        let specimen = &touch.specimen;
+        let (mut time_s, mut force_n) = (touch.time_s.clone(), touch.force_n.clone());
+        let mut depth_m: Vec<f64> = touch
+            .depth_m
+            .iter()
+            .map(|depth| depth - contact_m)
+            .collect();
+        let mut said = Vec::new();
+        if !specimen.loading().kind.is_slab() {
+            let most = depth_m.iter().copied().fold(0.0, f64::max);
+            if depth_m
+                .first()
+                .is_some_and(|first| *first > rest * (most - first))
+            {
+                return Err(IdentifyError::Record(format!(
+                    "the depth begins at {} m, where an indenter is in contact: begin the record earlier, or give {CONTACT_POINT}",
+                    Shown(depth_m[0])
+                )));
+            }
+            if depth_m.iter().all(|depth| *depth <= 0.0) {
+                return Err(IdentifyError::Record(format!(
+                    "the depth is never above 0: change its sign, for it is counted into the tissue, or give {CONTACT_POINT}"
+                )));
             }
             for n in 1..depth_m.len() {
                 let begin = begin_s([time_s[n - 1], time_s[n]], [depth_m[n - 1], depth_m[n]]);
@@ -221,32 +418,13 @@ impl Record {
                 ));
             }
         }
-        if matches!(loading.kind, LoadingKind::Sphere | LoadingKind::Cone) {
-            let (count, (kept, fall)) = (depth_m.len(), growing(&depth_m));
-            if fall > NOISE {
-                said.push(format!(
-                    "the depth falls back by {:.1} % of its largest, as an overshoot does: the contact is taken as if it did not shrink",
-                    100.0 * fall
-                ));
-            }
-            if kept < count {
-                said.push(format!(
-                    "the contact shrinks from {} s on: {} samples of {count} are left out, because only growing contact is fitted",
-                    Shown(time_s[kept - 1]),
-                    count - kept
-                ));
-            }
-            for column in [&mut time_s, &mut depth_m, &mut force_n] {
-                column.truncate(kept);
-            }
-        }
         let length = length(specimen);
         depth_m.iter_mut().for_each(|depth| *depth /= length);
         let area = area(specimen);
         force_n.iter_mut().for_each(|force| *force /= area);
-        let mut record = Self::history(time_s, depth_m, force_n)?;
+        let mut record = Self::motion(time_s, depth_m, force_n, rest)?;
         let motion = &mut record.motions[0];
-        motion.map = map.and_then(|map| {
+        motion.map = specimen.depth_map().and_then(|map| {
             let mut numbers = map.numbers();
             numbers[0] *= length;
             numbers[7] *= length;
@@ -254,7 +432,7 @@ impl Record {
         });
         motion.can_stiffen = specimen.length().is_some();
         if !motion.can_stiffen {
-            (record.strain_to, record.said) = (None, Vec::new());
+            record.forget_strain();
         }
         record.said.extend(said);
         Ok(record)
@@ -275,6 +453,16 @@ impl Record {
             all.x.iter_mut().for_each(|x| *x -= begin);
         }
         for other in records {
+            let touches = [&all.touch, &other.touch].into_iter().flatten();
+            if touches
+                .map(|touch| touch.contact)
+                .any(|contact| contact == ContactPoint::Fitted)
+            {
+                return Err(IdentifyError::Record(format!(
+                    "{CONTACT_POINT} is fitted to one motion, and there are several: give it as a length, or {REPLICATES}"
+                )));
+            }
+            all.touch = None;
             if [all.kind, other.kind] != [RecordKind::History; 2] {
                 let both = [all.kind, other.kind].into_iter();
                 let kind = both.filter(|kind| *kind != RecordKind::History);
@@ -321,6 +509,11 @@ impl Record {
             ));
         }
         self
+    }
+
+    /// Leaves out a strain that is not that of the specimen, and what was said of it.
+    pub(super) fn forget_strain(&mut self) {
+        (self.strain_to, self.said) = (None, Vec::new());
     }
 
     /// The kind decides what is compared: logarithms, or stresses of a motion.
@@ -385,6 +578,8 @@ impl Record {
             first,
             second,
             motions: Vec::new(),
+            touch: None,
+            beside: Vec::new(),
             strain_to: None,
             said: Vec::new(),
         };
@@ -422,8 +617,13 @@ impl Record {
 
 /// A log slope that noise cannot explain: the record is of the other kind.
 const GROWTH: f64 = 0.02;
+/// A modulus that rises so often at first, and by so much, does so in a ramp.
+const FEW_RISES: usize = 2;
+const RISE: f64 = 1.05;
 /// A strain below this share of its range counts as rest.
 const REST: f64 = 0.01;
+/// The same where the contact point is sought, so that it may be a little before the record.
+pub(super) const REST_OF_FIT: f64 = 0.05;
 /// Strain up to which a linear law is believed.
 const SMALL: f64 = 0.2;
 

@@ -44,6 +44,8 @@ pub(super) struct Target<'a> {
     /// ln of a modulus in the middle of the record, and of the span of moduli.
     pub(super) middle: f64,
     pub(super) span: f64,
+    /// Numbers that are fitted beside those of the model.
+    pub(super) beside: usize,
     /// ln of the middle of the record over the unit of time: 0 but in seconds.
     pub(super) shift: f64,
     /// Nobody waits for the fit any more.
@@ -86,6 +88,7 @@ impl<'a> Target<'a> {
             scale: 1.0,
             middle: 0.5 * (low + high) * sign,
             span: high - low,
+            beside: 0,
             shift: 0.0,
             stop,
         }
@@ -101,8 +104,14 @@ impl<'a> Target<'a> {
         let parts = || record.motions.iter().zip(&samples);
         let mapped: Vec<Option<(Vec<f64>, Vec<f64>)>> = parts()
             .map(|(motion, range)| {
-                let (time_s, strain) = (&record.x[range.clone()], &record.first[range.clone()]);
-                (motion.map.as_ref()).map(|map| mapped(time_s, strain, map, POINTS))
+                let plain = (&record.x[range.clone()], &record.first[range.clone()]);
+                let way = motion.way.as_ref();
+                let (time_s, strain) = way.map_or(plain, |(time, way)| (&time[..], &way[..]));
+                let mapped = motion
+                    .map
+                    .as_ref()
+                    .map(|map| mapped(time_s, strain, map, POINTS));
+                mapped.or_else(|| motion.way.clone())
             })
             .collect();
         let motions: Vec<Moved<'_>> = (samples.iter().zip(&mapped))
@@ -118,15 +127,16 @@ impl<'a> Target<'a> {
                 }
             })
             .collect();
-        let history = History::new(&motions);
-        let (chosen, scale) = (&history.chosen, history.stress_scale);
+        let history = History::new(&motions, &record.beside);
+        let scale = history.stress_scale;
         Self {
-            wanted: chosen.iter().map(|&i| record.second[i] / scale).collect(),
+            wanted: history.wanted.clone(),
             roots: roots_of_motions(record, &history.chosen, scale),
             unit_s: history.unit_s,
             scale,
             middle: libm::log(scale / history.strain_scale),
             span: 2.0,
+            beside: record.beside.len(),
             shift: 0.0,
             stop,
             rows: Rows::History(history),
@@ -259,6 +269,14 @@ impl<'a> Target<'a> {
             Rows::Step(..) | Rows::Oscillation(_) | Rows::Binned(_) => {
                 libm::exp(residual + self.wanted[n])
             }
+        }
+    }
+
+    /// Numbers of the samples that are compared.
+    pub(super) fn chosen(&self) -> Vec<usize> {
+        match &self.rows {
+            Rows::History(history) => history.chosen.clone(),
+            Rows::Step(..) | Rows::Oscillation(_) | Rows::Binned(_) => (0..self.samples()).collect(),
         }
     }
 

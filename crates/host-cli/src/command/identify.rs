@@ -2,20 +2,24 @@
 
 mod draw;
 mod record;
+mod several;
 
 use self::record::TableArguments;
+use self::several::SeveralArguments;
 use crate::command::conduct::progress_bar;
 use crate::files::{File, PROGRAM, PlaceOfFile};
 use crate::output::{Output, joined};
-use crate::parse::{choice, of, one_of, whole};
+use crate::parse::{choice, in_range, of, one_of, quantity, whole};
 use clap::Args;
+use haptic_experiment::parameters::Range;
 use haptic_experiment::{Failure, parameters};
 use haptic_log::record::StartTime;
 use haptic_loop::{Loading, LoadingKind};
-use haptic_quantity::digits;
+use haptic_quantity::{digits, is_meant, parse_for_key};
 use haptic_tissue::identify::table::{Reading, Understood};
 use haptic_tissue::identify::{
-    CANDIDATES, Fit, Identification, Options, RecordKind, Weighting, identify,
+    Baseline, CANDIDATES, ContactPoint, Estimate, Fit, Held, Identification, Options, RecordKind,
+    Weighting,
 };
 use haptic_tissue::{Material, ModelKind, Source, ValidRange};
 use serde_json::{Value, json};
@@ -50,6 +54,44 @@ fn weightings() -> Vec<(Weighting, &'static str, &'static str)> {
         (Weighting::Equal, "equal", "all samples count the same"),
         (Weighting::LogSpacing, "log-spacing", by_spacing),
     ]
+}
+
+fn baselines() -> Vec<(Baseline, &'static str, &'static str)> {
+    vec![
+        (Baseline::Constant, "constant", "an offset"),
+        (Baseline::Linear, "linear", "an offset and a drift"),
+    ]
+}
+
+/// Contact points on the axis of a depth, m.
+const CONTACT_POINTS: Range = Range::Within(-1.0, 1.0);
+/// Ramps of a relaxation, s.
+const RAMPS: Range = Range::AboveUpTo(0.0, 1e9);
+
+/// Reads a contact point: `fit`, or a length.
+fn contact_point(text: &str) -> Result<ContactPoint, String> {
+    const KEY: &str = "contact_point_m";
+    if text == "fit" {
+        return Ok(ContactPoint::Fitted);
+    }
+    let length = parse_for_key(KEY, text).map_err(|error| format!("{error}, nor fit"))?;
+    in_range(KEY, length, CONTACT_POINTS).map(ContactPoint::At)
+}
+
+/// `order=0.2` or `order=0.1..0.3`; names are those of tissue files, with the unit or without.
+fn held(text: &str) -> Result<Held, String> {
+    let split = text.split_once('=');
+    let (name, value) = split.ok_or("is not PARAMETER=VALUE or PARAMETER=LOW..HIGH")?;
+    let all = CANDIDATES.iter().flat_map(|kind| kind.parameters());
+    let mut names = all.map(|parameter| parameter.name);
+    let name = names.find(|known| is_meant(known, name)).unwrap_or(name);
+    let read = |text: &str| parse_for_key(name, text).map_err(|error| error.to_string());
+    let (low, high) = value.split_once("..").unwrap_or((value, value));
+    Ok(Held {
+        name: name.to_owned(),
+        low: read(low)?,
+        high: read(high)?,
+    })
 }
 
 /// Turn a measured record into a tissue: relaxation, creep, oscillation or any motion
@@ -90,6 +132,8 @@ pub(crate) struct Arguments {
     #[command(flatten)]
     fit: FitArguments,
     #[command(flatten)]
+    several: SeveralArguments,
+    #[command(flatten)]
     file: File,
     /// Specimen, temperature, preparation, for the tissue file
     #[arg(long, value_name = "TEXT", requires = "out", help_heading = "Files")]
@@ -127,6 +171,12 @@ struct SpecimenArguments {
     /// Poisson's ratio [default: 0.5, incompressible]
     #[arg(long, value_parser = of(parameters::POISSON_RATIO))]
     poisson_ratio: Option<f64>,
+    /// Depth at which an indenter touches, or fit, to find it [default: 0]
+    #[arg(long, value_name = "DEPTH", value_parser = contact_point, allow_hyphen_values = true)]
+    contact_point: Option<ContactPoint>,
+    /// Time of the ramp to the held strain of a relaxation, if its record begins with the ramp
+    #[arg(long, value_parser = quantity("ramp_time_s", RAMPS))]
+    ramp_time: Option<f64>,
 }
 
 impl SpecimenArguments {
@@ -145,6 +195,8 @@ impl SpecimenArguments {
             },
             loading_is_told: self.loading.is_some(),
             poisson_ratio: self.poisson_ratio,
+            contact: self.contact_point.unwrap_or_default(),
+            ramp_time_s: self.ramp_time,
         }
     }
 }
@@ -165,6 +217,12 @@ struct FitArguments {
     /// Find how much the tissue stiffens too, by a motion or by motions to several depths
     #[arg(long)]
     stiffening: bool,
+    /// Find the part of the force that is not the tissue's too
+    #[arg(long, value_parser = one_of(baselines()))]
+    baseline: Option<Baseline>,
+    /// Parameters to hold at a value or in a range, as in order=0.2 or order=0.1..0.3
+    #[arg(long, value_name = "PARAMETER=VALUE", value_delimiter = ',', value_parser = held)]
+    fix: Vec<Held>,
     /// Bootstrap records for the intervals; 0 takes them from profiles of the likelihood
     #[arg(long, default_value_t = 0, value_parser = whole::<u32>(Options::BOOTSTRAP_ALLOWED))]
     bootstrap: u32,
@@ -187,17 +245,13 @@ impl Arguments {
         let name = self.tissue_name()?;
         let mut place = PlaceOfFile::look(&self.file, "tissue")?;
         let reading = self.specimen.reading(self.kind);
-        let mut understood = Vec::new();
+        let (mut all, mut names) = (Vec::new(), Vec::new());
         for data in &self.data {
-            understood.extend(self.table.read(data, &reading)?);
+            let name = data.file_name().unwrap_or(data.as_os_str());
+            let read = self.table.read(data, &reading, self.several.takes_all())?;
+            names.extend(read.iter().map(|_| name.to_string_lossy().into_owned()));
+            all.extend(read);
         }
-        let understood = match understood.pop() {
-            Some(one) if understood.is_empty() => one,
-            last => {
-                understood.extend(last);
-                Understood::together(understood).map_err(Failure::input)?
-            }
-        };
         // The one that was asked for, and those with fewer parameters, to say if one of these is as good.
         let wanted = |candidate: &ModelKind| {
             let parameters = |kind: ModelKind| kind.parameters().len();
@@ -212,19 +266,17 @@ impl Arguments {
             bootstrap: self.fit.bootstrap as usize,
             seed: self.fit.seed.unwrap_or(1),
             stiffening: self.fit.stiffening,
-            held: Vec::new(),
+            baseline: self.fit.baseline,
+            held: self.fit.fix.clone(),
         };
         let bar = progress_bar(u64::from(self.fit.bootstrap), output);
-        let found = identify(&understood.record, &options, &|records| {
+        let found = (self.several).found(all, &names, &options, &|records| {
             bar.inc(records as u64);
         });
         bar.finish_and_clear();
-        let found = found.map_err(Failure::input)?;
-        let source = self.data.iter().map(|data| {
-            let name = data.file_name().unwrap_or(data.as_os_str());
-            name.to_string_lossy().into_owned()
-        });
-        let source = source.collect::<Vec<_>>().join(", ");
+        let (understood, found, rows) = found?;
+        names.dedup();
+        let source = names.join(", ");
         let (tissue, figure) = match name {
             Some(name) => {
                 let text = self.tissue(name, &understood, &found, &source)?;
@@ -242,7 +294,7 @@ impl Arguments {
         let correlation = fit.correlation.iter();
         let correlation = correlation.map(|row| row.iter().map(finite).collect::<Vec<_>>());
         let candidates = found.fits.iter().map(|fit| {
-            let parameters = json!({"parameters": parameters(fit)});
+            let parameters = json!({"parameters": parameters(&fit.parameters)});
             let model = json!({"model": fit.kind.name()});
             joined([model, quality(found.kind, fit), parameters])
         });
@@ -251,7 +303,7 @@ impl Arguments {
             "samples": found.samples,
             "loading": understood.loading,
             "model": fit.kind.name(),
-            "parameters": parameters(fit),
+            "parameters": parameters(fit.parameters.iter().chain(&found.beside)),
         });
         let beside = json!({
             "candidates": candidates.collect::<Vec<_>>(),
@@ -262,7 +314,7 @@ impl Arguments {
             "notes": notes,
             "warnings": warnings,
         });
-        output.summary(&joined([chosen, quality(found.kind, fit), beside]))?;
+        output.summary(&joined([chosen, rows, quality(found.kind, fit), beside]))?;
         place.close(Ok(()))
     }
 
@@ -351,8 +403,8 @@ fn quality(kind: RecordKind, fit: &Fit) -> Value {
     joined([rms, json!({"aic": fit.aic, "bic": fit.bic})])
 }
 
-fn parameters(fit: &Fit) -> Value {
-    let parameters = fit.parameters.iter().map(|estimate| {
+fn parameters<'a>(estimates: impl IntoIterator<Item = &'a Estimate>) -> Value {
+    let parameters = estimates.into_iter().map(|estimate| {
         let parameter = json!({
             "value": estimate.value,
             "unit": if estimate.unit.is_empty() { "1" } else { estimate.unit },

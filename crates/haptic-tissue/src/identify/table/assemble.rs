@@ -1,13 +1,14 @@
 //! Columns as a record: its kind, how its specimen was loaded, and forces as stresses.
 
 use super::super::error::IdentifyError;
-use super::super::record::{Record, RecordKind, area, within};
+use super::super::master::{MasterCurve, master_curve};
+use super::super::record::{ContactPoint, Record, RecordKind, area, within};
 use super::column::Column;
 use super::header::told;
 use crate::MeasuredLoading;
 use crate::identify::keys::{
-    AREA, BONDED, COLUMNS, FROM, HALF_ANGLE, KIND, LOADING, POISSON_RATIO, RADIUS, STRAIN, STRESS,
-    THICKNESS,
+    AREA, BONDED, COLUMNS, CONTACT_POINT, FROM, HALF_ANGLE, KIND, LOADING, MASTER_CURVE,
+    POISSON_RATIO, RADIUS, RAMP_TIME, STRAIN, STRESS, THICKNESS,
 };
 use fracdiff::parameter::Shown;
 use haptic_loop::{INCOMPRESSIBLE, Loading, LoadingKind, Modulus, ParameterError, Specimen};
@@ -42,6 +43,8 @@ pub struct Understood {
     pub loading: MeasuredLoading,
     /// One sentence for each thing guessed or left out.
     pub notes: Vec<String>,
+    /// Its temperature, °C, if the table says it.
+    pub temperature_c: Option<f64>,
 }
 
 impl Understood {
@@ -50,25 +53,57 @@ impl Understood {
     /// # Errors
     /// As [`Record::together`]; records of different moduli.
     pub fn together(all: Vec<Self>) -> Result<Self, IdentifyError> {
-        let (mut records, mut notes) = (Vec::new(), Vec::new());
-        let loadings: Vec<MeasuredLoading> = all.iter().map(|one| one.loading).collect();
-        let loading = loadings.first().copied().unwrap_or_default();
-        if loadings.iter().any(|one| *one != loading) {
-            return Err(IdentifyError::Record(format!(
-                "the records are loaded differently: give {LOADING}, or records of one loading"
-            )));
-        }
-        for one in all {
-            records.push(one.record);
-            notes.extend(one.notes);
-        }
-        let mut said = HashSet::new();
-        notes.retain(|note| said.insert(note.clone()));
+        let (records, understood) = Self::specimens(all)?;
         Ok(Self {
             record: Record::together(records)?,
-            loading,
-            notes,
+            ..understood
         })
+    }
+
+    /// Several specimens of one tissue, to be fitted one by one: their records, and what is understood of all, with the first record.
+    ///
+    /// # Errors
+    /// Records of different moduli.
+    pub fn specimens(all: Vec<Self>) -> Result<(Vec<Record>, Self), IdentifyError> {
+        let records = all.iter().map(|one| one.record.clone()).collect();
+        let mut all = all.into_iter();
+        let Some(mut first) = all.next() else {
+            return Err(IdentifyError::Record(
+                "there is no record: give one".to_owned(),
+            ));
+        };
+        for one in all {
+            if one.loading != first.loading {
+                return Err(IdentifyError::Record(format!(
+                    "the records are loaded differently: give {LOADING}, or records of one loading"
+                )));
+            }
+            first.notes.extend(one.notes);
+        }
+        let mut said = HashSet::new();
+        first.notes.retain(|note| said.insert(note.clone()));
+        first.temperature_c = None;
+        Ok((records, first))
+    }
+
+    /// Records at several temperatures as a master curve at a reference temperature.
+    ///
+    /// # Errors
+    /// As [`master_curve`]; a record that does not say its temperature; records of different moduli.
+    pub fn shifted(all: Vec<Self>, reference_c: f64) -> Result<(MasterCurve, Self), IdentifyError> {
+        let temperatures: Option<Vec<f64>> = all.iter().map(|one| one.temperature_c).collect();
+        let (records, mut understood) = Self::specimens(all)?;
+        let Some(temperatures) = temperatures else {
+            return Err(IdentifyError::Record(format!(
+                "{MASTER_CURVE} needs the temperature of each record, and one has none: name its column by {COLUMNS} {}=",
+                Column::Temperature.name()
+            )));
+        };
+        let both = temperatures.into_iter().zip(records);
+        let curve = master_curve(both.collect(), reference_c)?;
+        understood.record = curve.record.clone();
+        understood.temperature_c = Some(reference_c);
+        Ok((curve, understood))
     }
 }
 
@@ -87,6 +122,10 @@ pub struct Reading {
     pub loading_is_told: bool,
     /// Poisson's ratio, if it is known.
     pub poisson_ratio: Option<f64>,
+    /// Where an indenter touches.
+    pub contact: ContactPoint,
+    /// Length of the ramp to the held strain of a relaxation, from the time 0 on, s.
+    pub ramp_time_s: Option<f64>,
 }
 
 impl Default for Reading {
@@ -99,6 +138,8 @@ impl Default for Reading {
             loading: Loading::new(LoadingKind::Compression),
             loading_is_told: false,
             poisson_ratio: None,
+            contact: ContactPoint::Zero,
+            ramp_time_s: None,
         }
     }
 }
@@ -111,6 +152,7 @@ impl Columns {
     pub fn record(mut self, reading: &Reading) -> Result<Understood, IdentifyError> {
         self.prefer_chosen();
         let mut measured = self.measured(reading)?;
+        self.storage_and_loss();
         let loading = Loading {
             kind: measured.kind.unwrap_or(reading.loading.kind),
             ..reading.loading
@@ -151,11 +193,21 @@ impl Columns {
                 "Poisson's ratio is taken as {poisson_ratio}, incompressible: give {POISSON_RATIO} if it is another"
             ));
         }
+        if !indented && reading.contact != ContactPoint::Zero {
+            return Err(IdentifyError::Record(format!(
+                "{CONTACT_POINT} has no effect on this record, which is not of an indenter: omit it, or give {LOADING}"
+            )));
+        }
+        if kind != RecordKind::Relaxation {
+            no_effect(reading.ramp_time_s, RAMP_TIME, " s")?;
+        }
         let record = match kind {
             RecordKind::Relaxation => self.relaxation(reading),
             RecordKind::Creep => self.creep(reading),
             RecordKind::Oscillation => self.oscillation(),
-            RecordKind::History if indented => self.pressed(loading, poisson_ratio),
+            RecordKind::History if indented => {
+                self.pressed(loading, poisson_ratio, reading.contact)
+            }
             RecordKind::History => self.history(),
         };
         self.is_clear()?;
@@ -176,6 +228,7 @@ impl Columns {
             record,
             loading: measured,
             notes: self.notes,
+            temperature_c: self.temperature_c,
         })
     }
 
@@ -197,7 +250,12 @@ impl Columns {
                 Shown(ratio)
             )));
         }
-        let of_modulus = [Column::Modulus, Column::Storage, Column::Loss];
+        let of_modulus = [
+            Column::Modulus,
+            Column::Storage,
+            Column::Loss,
+            Column::Complex,
+        ];
         let said = self.values.iter().map(|value| {
             let told = told(&value.1);
             let modulus = told.modulus.filter(|_| of_modulus.contains(&value.0));
@@ -461,11 +519,75 @@ impl Columns {
         missing.unwrap_or_else(|| self.no_record())
     }
 
+    /// Storage and loss modulus of what a rheometer writes instead: G′ = |G*|·cos δ, G″ = |G*|·sin δ = G′·tan δ.
+    fn storage_and_loss(&mut self) {
+        let both = [Column::Storage, Column::Loss];
+        if both.into_iter().all(|column| self.has(column)) {
+            let others = [Column::Complex, Column::Phase, Column::LossTangent];
+            let chosen = &self.chosen;
+            self.values
+                .retain(|value| !others.contains(&value.0) || chosen.contains(&value.0));
+            return;
+        }
+        let find = |column| self.values.iter().find(|value| value.0 == column);
+        let tangents =
+            |angle: &dyn Fn(f64) -> f64, of: &[f64]| of.iter().map(|x| angle(*x)).collect();
+        let tangents: Option<Vec<f64>> = (find(Column::LossTangent).map(|value| value.2.clone()))
+            .or_else(|| find(Column::Phase).map(|value| tangents(&libm::tan, &value.2)));
+        let Some(tangents) = tangents else { return };
+        let storage: Vec<f64> = if let Some((.., storage)) = find(Column::Storage) {
+            storage.clone()
+        } else if let Some((.., complex)) = find(Column::Complex) {
+            let cosine = |tangent: &f64| 1.0 / libm::sqrt(1.0 + tangent * tangent);
+            complex
+                .iter()
+                .zip(&tangents)
+                .map(|(size, tangent)| size * cosine(tangent))
+                .collect()
+        } else {
+            return;
+        };
+        let made = [
+            Column::Complex,
+            Column::Phase,
+            Column::LossTangent,
+            Column::Storage,
+        ];
+        let names = self.values.iter().filter(|value| made.contains(&value.0));
+        let names = names
+            .map(|value| value.1.as_str())
+            .collect::<Vec<_>>()
+            .join(" and ");
+        self.notes
+            .push(format!("storage and loss modulus are made of {names}"));
+        self.values.retain(|value| !made.contains(&value.0));
+        self.chosen.retain(|column| !made.contains(column));
+        let loss = storage
+            .iter()
+            .zip(tangents)
+            .map(|(storage, tangent)| storage * tangent)
+            .collect();
+        for (column, values) in both.into_iter().zip([storage, loss]) {
+            self.values
+                .push((column, column.header().to_owned(), values));
+        }
+    }
+
+    /// Loads with the sign in which the tissue resists, as where compression is written below 0.
+    fn upright(&mut self, work: f64, loads: &mut [f64], what: &str) {
+        if work < 0.0 {
+            loads.iter_mut().for_each(|load| *load = -*load);
+            self.notes.push(format!(
+                "the {what} is read with the other sign, so that the modulus is above 0"
+            ));
+        }
+    }
+
     fn relaxation(&mut self, reading: &Reading) -> Result<Record, IdentifyError> {
         let kind = RecordKind::Relaxation;
         let time = self.need(Column::Time, kind)?;
         if let Some(modulus) = self.ready(Column::Modulus, reading)? {
-            return Record::relaxation(time, modulus);
+            return self.relaxed(time, modulus, None, reading.ramp_time_s);
         }
         if !self.has(Column::Stress) {
             return Err(self.neither(Column::Modulus, kind));
@@ -480,7 +602,36 @@ impl Columns {
         }
         let strain = held(reading.strain, self.take(Column::Strain), STRAIN, "")?;
         let modulus = stress.iter().map(|stress| stress / strain).collect();
-        Ok(Record::relaxation(time, modulus)?.with_strain_to(strain.abs()))
+        self.relaxed(time, modulus, Some(strain.abs()), reading.ramp_time_s)
+    }
+
+    /// Stress over the held strain, after a step or with the ramp to it.
+    fn relaxed(
+        &mut self,
+        time: Vec<f64>,
+        mut modulus: Vec<f64>,
+        strain: Option<f64>,
+        ramp_s: Option<f64>,
+    ) -> Result<Record, IdentifyError> {
+        self.upright(modulus.iter().sum(), &mut modulus, "stress");
+        let Some(ramp_s) = ramp_s else {
+            let record = Record::relaxation(time, modulus)?;
+            return Ok(match strain {
+                Some(strain) => record.with_strain_to(strain),
+                None => record,
+            });
+        };
+        // Stress and strain over an unknown strain are those of a strain of 1.
+        let held = strain.unwrap_or(1.0);
+        if time.first().is_some_and(|first| *first > 0.0) {
+            self.lines.splice(..0, self.lines.first().copied());
+        }
+        let stress = modulus.iter().map(|modulus| modulus * held).collect();
+        let mut record = Record::ramp(time, stress, held, ramp_s)?;
+        if strain.is_none() {
+            record.forget_strain();
+        }
+        Ok(record)
     }
 
     fn creep(&mut self, reading: &Reading) -> Result<Record, IdentifyError> {
@@ -496,7 +647,8 @@ impl Columns {
         let strain = self.need(Column::Strain, kind)?;
         let stress = held(reading.stress_pa, self.take(Column::Stress), STRESS, " Pa")?;
         let most = strain.iter().fold(0.0, |most: f64, x| most.max(x.abs()));
-        let compliance = strain.iter().map(|strain| strain / stress).collect();
+        let mut compliance: Vec<f64> = strain.iter().map(|strain| strain / stress).collect();
+        self.upright(compliance.iter().sum(), &mut compliance, "strain");
         Ok(Record::creep(time, compliance)?.with_strain_to(most))
     }
 
@@ -519,17 +671,33 @@ impl Columns {
         let kind = RecordKind::History;
         let time = self.need(Column::Time, kind)?;
         let strain = self.need(Column::Strain, kind)?;
-        let stress = self.need(Column::Stress, kind)?;
+        let mut stress = self.need(Column::Stress, kind)?;
+        let work = strain
+            .iter()
+            .zip(&stress)
+            .map(|(strain, stress)| strain * stress);
+        self.upright(work.sum(), &mut stress, "stress");
         Record::history(time, strain, stress)
     }
 
-    /// Of an indenter, or of a slab.
-    fn pressed(&mut self, loading: Loading, poisson_ratio: f64) -> Result<Record, IdentifyError> {
+    /// Of an indenter.
+    fn pressed(
+        &mut self,
+        loading: Loading,
+        poisson_ratio: f64,
+        contact: ContactPoint,
+    ) -> Result<Record, IdentifyError> {
         let kind = RecordKind::History;
         let time = self.need(Column::Time, kind)?;
         let position = self.need(Column::Position, kind)?;
-        let force = self.need(Column::Force, kind)?;
-        Record::pressed(time, position, force, &specimen(loading, poisson_ratio)?)
+        let mut force = self.need(Column::Force, kind)?;
+        let begin = |values: &[f64]| values.first().copied().unwrap_or_default();
+        let (above, at_rest) = (begin(&position), begin(&force));
+        let both = position.iter().zip(&force);
+        let work = both.map(|(depth, load)| (depth - above) * (load - at_rest));
+        self.upright(work.sum(), &mut force, "force");
+        let specimen = specimen(loading, poisson_ratio)?;
+        Record::pressed_from(contact, time, position, force, &specimen)
     }
 }
 

@@ -188,6 +188,7 @@ mod tests {
             fits: vec![fit.clone()],
             x: vec![1.0, 2.0],
             measured: vec![100.0, 100.0],
+            beside: Vec::new(),
             warnings: Vec::new(),
         };
         let drawn = residuals(&found, &fit);

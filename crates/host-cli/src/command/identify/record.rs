@@ -74,8 +74,13 @@ impl TableArguments {
         }
     }
 
-    /// The records in a file: one, or the segments that were chosen.
-    pub(super) fn read(&self, path: &Path, reading: &Reading) -> Result<Vec<Understood>, Failure> {
+    /// The records in a file: one, or the segments that were chosen, or all.
+    pub(super) fn read(
+        &self,
+        path: &Path,
+        reading: &Reading,
+        takes_all: bool,
+    ) -> Result<Vec<Understood>, Failure> {
         if path.to_string_lossy().ends_with(".mcap.part") {
             return Err(Failure::bad_input(format_args!(
                 "{} is the log of an interrupted run: give what host-cli log recover saves of it",
@@ -89,8 +94,12 @@ impl TableArguments {
             columns.notes.extend(said);
             vec![columns]
         } else {
+            let mut reader = self.reader();
+            if takes_all && reader.segments.is_empty() {
+                reader.segments.push("all".to_owned());
+            }
             let read = read_table(&table::bytes(path)?);
-            read.and_then(|table| self.reader().read_all(&table))
+            read.and_then(|table| reader.read_all(&table))
                 .map_err(|error| table::wrong(path, error))?
         };
         let understood = all.into_iter().map(|columns| columns.record(&reading));

@@ -1,0 +1,542 @@
+//! Where an indenter touches, and the baseline of its force.
+//! ```text
+//! f = f₀ + f₁·(t − t₁) + F(δ − δ₀)     F = 0 for δ ≤ δ₀, the law of the model above; t₁ the time of the first sample
+//! S(δ₀) = min of S over the memory, f₀ and f₁ at δ₀     δ₀ at the least S(δ₀)
+//! ```
+//! f₀ and f₁ are linear and leave with every evaluation, see [`history`](super::history): samples before the contact, where F is 0, tell
+//! f₀ by themselves, and the others add what they know. δ₀ is looked for on a grid with a spring-pot, then for each candidate by
+//! parabolas through the lowest three points until a step is below 1e-5 of the depth. There −∂F/∂δ₀ is one more column beside the
+//! model's stress, so that the intervals of all parameters know that δ₀ is fitted too; its own is that of the linear problem.
+//!
+//! A record whose contact point was not asked for is fitted with a free one and with a baseline too, with the chosen model and with a
+//! spring-pot. If the least BIC is lower by more than 10 and the modulus another by more than 3 %, that is said.
+//!
+//! *Cost*: some 30 fits of a spring-pot to 200 samples, then some 10 of each candidate to 2000 samples at most.
+//! *Errors*: a record of no single motion, or without an indenter where a contact point is looked for.
+
+use super::candidates::{Identification, choose, identified};
+use super::elements::{Candidate, Elements};
+use super::error::IdentifyError;
+use super::fit::{Estimate, Fit, REFUSED, fit, parameters, student};
+use super::keys::{BASELINE, CONTACT_POINT, KIND, REPLICATES, STIFFENING};
+use super::options::{Options, candidates, target_of};
+use super::record::{ContactPoint, REST_OF_FIT, Record, RecordKind, Touch, area};
+use super::search::{polished, search};
+use super::target::Target;
+use crate::model::{Model, ModelKind};
+use nalgebra::{DMatrix, DVector};
+use rayon::prelude::*;
+use std::sync::atomic::AtomicBool;
+
+/// A part of the force that is not the tissue's.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Baseline {
+    /// f₀ alone, as a load cell shows that was not set to 0.
+    Constant,
+    /// f₀ and the drift f₁ of a load cell that warms up.
+    Linear,
+}
+
+/// Samples on the grid, of a record that is only checked, and of a fit.
+const FEW: usize = 200;
+const CHECKED: usize = 300;
+const MOST: usize = 2000;
+/// Points of the grid, and of the finer one between two of its neighbours.
+const GRID: usize = 12;
+/// Starts where δ₀ is not known yet, and where it is nearly.
+const STARTS: [usize; 2] = [2, 10];
+/// The contact is no higher above the record, and no deeper in it, than these shares of its depths.
+const BEFORE: f64 = 0.8 * REST_OF_FIT;
+const DEEPEST: f64 = 0.9;
+/// A step over the range of depths that ends a search, and one for a slope.
+const STEP: f64 = 1e-5;
+const SLOPE: f64 = 1e-3;
+/// Fits of a search, at most.
+const ROUNDS: usize = 30;
+/// A change of the modulus that is worth a sentence.
+const MATTERS: f64 = 0.03;
+
+/// A candidate fitted with the contact at one depth.
+#[derive(Clone, Debug)]
+struct Place {
+    candidate: Candidate,
+    contact_m: f64,
+    sum: f64,
+    elements: Elements,
+    /// The variables that are not at an end of their range.
+    free: Vec<usize>,
+    unit_s: f64,
+    bic: f64,
+}
+
+/// The record at any contact point, as every fit of the search takes it.
+struct Search<'a> {
+    record: &'a Record,
+    touch: Option<&'a Touch>,
+    baseline: Option<Baseline>,
+    options: &'a Options,
+    stop: &'a AtomicBool,
+}
+
+/// True if the contact point or a baseline is to be fitted.
+pub(super) fn is_sought(record: &Record, options: &Options) -> bool {
+    options.baseline.is_some() || is_fitted(record)
+}
+
+fn is_fitted(record: &Record) -> bool {
+    let touch = record.touch.as_ref();
+    touch.is_some_and(|touch| touch.contact == ContactPoint::Fitted)
+}
+
+/// As [`identified`], with the contact point and the baseline.
+pub(super) fn touched(
+    record: &Record,
+    options: &Options,
+    stop: &AtomicBool,
+    progress: &(dyn Fn(usize) + Sync),
+) -> Result<Identification, IdentifyError> {
+    let sought = if is_fitted(record) {
+        CONTACT_POINT
+    } else {
+        BASELINE
+    };
+    let wrong = |reason: String| Err(IdentifyError::Record(reason));
+    if record.kind != RecordKind::History {
+        let kind = record.kind.name();
+        return wrong(format!(
+            "{sought} is of a motion and its force, and the record is of kind {kind}: omit it, or give {}",
+            KIND.set_to("record")
+        ));
+    }
+    if options.stiffening {
+        return wrong(format!(
+            "{sought} is not fitted together with {STIFFENING}: omit one, or give the contact point as a length"
+        ));
+    }
+    if record.motions.len() > 1 {
+        return wrong(format!(
+            "{sought} is fitted to one motion, and there are {}: give them one by one, or {REPLICATES}",
+            record.motions.len()
+        ));
+    }
+    let touch = record.touch.as_ref().filter(|_| is_fitted(record));
+    let thinned = touch.map(|touch| touch.thinned(MOST));
+    let search = Search {
+        record,
+        touch: thinned.as_ref(),
+        baseline: options.baseline,
+        options,
+        stop,
+    };
+    let near = search.near()?;
+    let candidates = candidates(options, record.kind)?;
+    // One by itself: the result does not depend on the threads.
+    let places: Vec<Result<(Record, Fit, Place), IdentifyError>> = (candidates.par_iter())
+        .map(|&candidate| {
+            let place = search.lowest(candidate, near)?;
+            let record = search.linear(&place)?;
+            let target = target_of(&record, options, stop);
+            let best = polished(candidate, &target, [place.start(&target)].iter())?;
+            let mut fit = fit(candidate, &target, &best).0;
+            as_measured(&mut fit, &record, &target);
+            Ok((record, fit, place))
+        })
+        .collect();
+    let (mut fitted, mut failed) = (Vec::new(), Vec::new());
+    for place in places {
+        match place {
+            Ok(one) => fitted.push(one),
+            Err(error) => failed.push(error),
+        }
+    }
+    fitted.sort_by(|a, b| a.1.bic.total_cmp(&b.1.bic));
+    let Some(chosen) = choose(fitted.iter().map(|one| &one.1), options.chosen) else {
+        return Err(failed.pop().unwrap_or(IdentifyError::Stopped));
+    };
+    let (linear, fit, place) = fitted.remove(chosen);
+    let there = Options {
+        candidates: vec![fit.kind],
+        chosen: Some(fit.kind),
+        ..options.clone()
+    };
+    let mut found = identified(&linear, &there, stop, progress)?;
+    let target = target_of(&linear, options, stop);
+    as_measured(&mut found.fits[0], &linear, &target);
+    found.beside = search.beside(&linear, &found.fits[0], &place)?;
+    found.fits.extend(fitted.into_iter().map(|(_, fit, _)| fit));
+    found.samples = record.samples();
+    let (kept, all) = (linear.samples(), record.samples());
+    found.warnings.extend((kept < all).then(|| {
+        format!(
+            "of {all} samples {kept} are compared, and the depth is taken as straight between them"
+        )
+    }));
+    (found.warnings).extend(failed.iter().map(ToString::to_string));
+    Ok(found)
+}
+
+/// The model with what is fitted beside it, as the record has both.
+fn as_measured(fit: &mut Fit, record: &Record, target: &Target<'_>) {
+    let measured = target.values(record).1;
+    for (n, (predicted, measured)) in fit.predicted.iter_mut().zip(measured).enumerate() {
+        *predicted += measured - target.wanted(n) * target.scale;
+    }
+}
+
+/// A sentence about a record that a contact point or a baseline would change.
+pub(super) fn missed(
+    record: &Record,
+    options: &Options,
+    found: &Identification,
+    stop: &AtomicBool,
+) -> Option<String> {
+    let touch = record.touch.as_ref();
+    let touch = touch
+        .filter(|touch| touch.contact == ContactPoint::Zero)?
+        .thinned(CHECKED);
+    let chosen = found.fits.first()?;
+    let mut kinds = vec![chosen.kind, ModelKind::SpringPot];
+    kinds.dedup();
+    let both = Options {
+        candidates: kinds,
+        chosen: None,
+        ..options.clone()
+    };
+    let place = |candidate: Candidate, is_free: bool, baseline: Option<Baseline>| {
+        let search = Search {
+            record,
+            touch: Some(&touch),
+            baseline,
+            options,
+            stop,
+        };
+        let place = match is_free {
+            true => search.lowest(candidate, [0.0, 0.1 * search.range()[1]]),
+            false => search.place(candidate, 0.0, None),
+        };
+        let mut place = place.ok()?;
+        place.bic += f64::from(u8::from(is_free)) * libm::log(touch.time_s.len() as f64);
+        Some((place, is_free, baseline))
+    };
+    let constant = Some(Baseline::Constant);
+    let ways = [
+        (false, None),
+        (true, None),
+        (false, constant),
+        (true, constant),
+    ];
+    let candidates = candidates(&both, record.kind).ok()?;
+    let all = candidates
+        .into_iter()
+        .flat_map(|one| ways.map(|way| (one, way)));
+    let all: Vec<_> = all
+        .filter_map(|(candidate, (is_free, baseline))| place(candidate, is_free, baseline))
+        .collect();
+    let least = |is_plain: bool| {
+        let some = all
+            .iter()
+            .filter(|one| is_plain == (!one.1 && one.2.is_none()));
+        some.min_by(|a, b| a.0.bic.total_cmp(&b.0.bic))
+    };
+    let (plain, better) = (least(true)?, least(false)?);
+    let moduli = [plain, better].map(|(place, ..)| {
+        let values = parameters(place.candidate, &place.elements, place.unit_s);
+        let model = Model::from_parameters(place.candidate.kind(), &values).ok()?;
+        // |M(iω)| at 1 rad/s, or where a shorter record ends: V of a spring-pot.
+        let time_s = touch.time_s.last()? - touch.time_s.first()?;
+        Some(model.complex_modulus(1.0 / time_s.min(1.0)).norm())
+    });
+    let change = moduli[1]? / moduli[0]? - 1.0;
+    let gain = plain.0.bic - better.0.bic;
+    if gain <= REFUSED || change.abs() <= MATTERS {
+        return None;
+    }
+    let place_mm = 1e3 * (better.0.contact_m + touch.zero_m);
+    let touches = format!("an indenter that touches at {place_mm:.4} mm");
+    let offset = "a force that is not 0 without contact";
+    let (fit, constant) = (CONTACT_POINT.set_to("fit"), BASELINE.set_to("constant"));
+    let [what, remedy] = match (better.1, better.2) {
+        (true, None) => [touches, fit],
+        (false, _) => [offset.to_owned(), constant],
+        (true, Some(_)) => [
+            format!("{touches} and {offset}"),
+            format!("{fit} and {constant}"),
+        ],
+    };
+    let side = if change < 0.0 { "lower" } else { "higher" };
+    Some(format!(
+        "the record fits better with {what} (BIC lower by {gain:.0}), and the modulus at 1 rad/s is then {:.1} % {side}: give {remedy}",
+        100.0 * change.abs()
+    ))
+}
+
+impl Place {
+    /// Its variables in the unit of time of another target.
+    fn start(&self, target: &Target<'_>) -> Vec<f64> {
+        let mut elements = self.elements;
+        let shift = libm::log(self.unit_s / target.unit_s);
+        for (modulus, order) in elements.ln_modulus.iter_mut().zip(elements.order) {
+            *modulus -= order * shift;
+        }
+        elements.variables(self.candidate)
+    }
+}
+
+impl Search<'_> {
+    /// Depths between which the contact is, m.
+    fn range(&self) -> [f64; 2] {
+        let depths = || {
+            self.touch
+                .iter()
+                .flat_map(|touch| touch.depth_m.iter().copied())
+        };
+        let low = depths().fold(f64::INFINITY, f64::min);
+        let width = depths().fold(0.0, f64::max) - low;
+        [low - BEFORE * width, low + DEEPEST * width]
+    }
+
+    /// The record with the contact at this depth, and the columns of its baseline.
+    fn record(&self, contact_m: f64) -> Result<Record, IdentifyError> {
+        let mut record = match self.touch {
+            Some(touch) => Record::touching(touch, contact_m, REST_OF_FIT)?,
+            None => self.record.clone(),
+        };
+        let begin = record.x[0];
+        record.beside = match self.baseline {
+            None => Vec::new(),
+            Some(Baseline::Constant) => vec![vec![1.0; record.x.len()]],
+            Some(Baseline::Linear) => vec![
+                vec![1.0; record.x.len()],
+                record.x.iter().map(|time| time - begin).collect(),
+            ],
+        };
+        Ok(record)
+    }
+
+    /// A candidate with the contact at this depth, from a place nearby or from anywhere.
+    fn place(
+        &self,
+        candidate: Candidate,
+        contact_m: f64,
+        near: Option<&Place>,
+    ) -> Result<Place, IdentifyError> {
+        let record = self.record(contact_m)?;
+        let target = target_of(&record, self.options, self.stop);
+        let best = match near {
+            Some(near) => polished(candidate, &target, [near.start(&target)].iter())?,
+            None => search(
+                candidate,
+                &target,
+                STARTS[1].min(self.options.starts.max(1)),
+            )?,
+        };
+        Ok(Place {
+            candidate,
+            contact_m,
+            sum: best.sum,
+            bic: fit(candidate, &target, &best).0.bic,
+            elements: best.elements,
+            free: best.free,
+            unit_s: target.unit_s,
+        })
+    }
+
+    /// A depth near the contact, by a spring-pot, and how near.
+    fn near(&self) -> Result<[f64; 2], IdentifyError> {
+        let Some(touch) = self.touch else {
+            return Ok([0.0; 2]);
+        };
+        let thinned = touch.thinned(FEW);
+        let few = Search {
+            touch: Some(&thinned),
+            record: self.record,
+            baseline: self.baseline,
+            options: self.options,
+            stop: self.stop,
+        };
+        let candidate = Candidate::of(ModelKind::SpringPot);
+        let [mut low, mut high] = self.range();
+        let (mut near, mut step) = (0.0, 0.0);
+        for _ in 0..2 {
+            step = (high - low) / GRID as f64;
+            let depths: Vec<f64> = (0..GRID).map(|n| low + (n as f64 + 0.5) * step).collect();
+            let sums = depths.par_iter().map(|&depth| {
+                let record = few.record(depth).ok()?;
+                let target = target_of(&record, self.options, self.stop);
+                let best = search(candidate, &target, STARTS[0]).ok()?;
+                Some((depth, best.sum))
+            });
+            let sums: Vec<(f64, f64)> = sums.collect::<Vec<_>>().into_iter().flatten().collect();
+            let least = sums.iter().min_by(|a, b| a.1.total_cmp(&b.1));
+            near = least
+                .map(|least| least.0)
+                .ok_or(IdentifyError::NotConverged {
+                    model: ModelKind::SpringPot.name(),
+                })?;
+            (low, high) = (near - step, near + step);
+        }
+        Ok([near, step])
+    }
+
+    /// The least sum of a candidate, from a depth that is as near as said.
+    fn lowest(
+        &self,
+        candidate: Candidate,
+        [near, width]: [f64; 2],
+    ) -> Result<Place, IdentifyError> {
+        let first = self.place(candidate, near, None)?;
+        if self.touch.is_none() {
+            return Ok(first);
+        }
+        let [low, high] = self.range();
+        let close = STEP * (high - low);
+        let mut points = vec![first];
+        for depth in [(near - width).max(low), (near + width).min(high)] {
+            let place = self.place(candidate, depth, points.first());
+            points.extend(place.ok());
+        }
+        for round in 1..=ROUNDS {
+            points.sort_by(|a, b| a.contact_m.total_cmp(&b.contact_m));
+            points.dedup_by(|a, b| a.contact_m - b.contact_m < 0.1 * close);
+            let sums = points.iter().enumerate();
+            let lowest = sums.min_by(|a, b| a.1.sum.total_cmp(&b.1.sum));
+            let lowest = lowest.map_or(0, |lowest| lowest.0);
+            let here = &points[lowest];
+            let depth = |n: usize| points[n].contact_m;
+            let next = if points.len() < 3 {
+                break;
+            } else if lowest == 0 {
+                (depth(0) - 2.0 * (depth(1) - depth(0))).max(low)
+            } else if lowest == points.len() - 1 {
+                (depth(lowest) + 2.0 * (depth(lowest) - depth(lowest - 1))).min(high)
+            } else {
+                let [a, m, z] = [lowest - 1, lowest, lowest + 1].map(depth);
+                let [fa, fm, fz] =
+                    [lowest - 1, lowest, lowest + 1].map(|n| points[n].sum / here.sum);
+                // Newton's form: f = fa + s·(x − a) + c·(x − a)(x − m).
+                let s = (fm - fa) / (m - a);
+                let c = ((fz - fm) / (z - m) - s) / (z - a);
+                let vertex = (0.5 * (a + m) - 0.5 * s / c).clamp(a, z);
+                if c.is_nan() || (vertex - m).abs() <= close || z - a <= 2.0 * close {
+                    break;
+                }
+                // Every third step halves the wider side, in case the vertices come from one side.
+                match round % 3 > 0 {
+                    true => vertex,
+                    false if z - m > m - a => 0.5 * (m + z),
+                    false => 0.5 * (a + m),
+                }
+            };
+            if points
+                .iter()
+                .any(|point| (point.contact_m - next).abs() < 0.1 * close)
+            {
+                break;
+            }
+            match self.place(candidate, next, Some(here)) {
+                Ok(place) => points.push(place),
+                Err(_) => break,
+            }
+        }
+        let least = points.into_iter().min_by(|a, b| a.sum.total_cmp(&b.sum));
+        least.ok_or(IdentifyError::Stopped)
+    }
+
+    /// The record at a place, with how the stress changes with the contact point as one more column.
+    fn linear(&self, place: &Place) -> Result<Record, IdentifyError> {
+        let mut record = self.record(place.contact_m)?;
+        if self.touch.is_none() {
+            return Ok(record);
+        }
+        let [low, high] = self.range();
+        let step = SLOPE * (high - low);
+        let plain = Self {
+            baseline: None,
+            ..*self
+        };
+        let mut slope = vec![0.0; record.x.len()];
+        for side in [-1.0, 1.0] {
+            let beside = plain.record(place.contact_m + side * step)?;
+            let target = target_of(&beside, self.options, self.stop);
+            let elements = Elements::from_variables(&place.start(&target));
+            target.model(place.candidate, &elements, |n, stress| {
+                slope[n + 1] += side * stress.value * target.scale / (2.0 * step);
+            });
+        }
+        record.beside.push(slope);
+        Ok(record)
+    }
+
+    /// The contact point and the baseline with their errors, of the linear problem at the best fit.
+    fn beside(
+        &self,
+        record: &Record,
+        fit: &Fit,
+        place: &Place,
+    ) -> Result<Vec<Estimate>, IdentifyError> {
+        let mut plain = record.clone();
+        plain.beside.clear();
+        let target = target_of(&plain, self.options, self.stop);
+        let elements = Elements::from_variables(&place.start(&target));
+        let (rows, memory) = (target.len(), place.free.len());
+        let columns = memory + record.beside.len();
+        let mut matrix = DMatrix::zeros(rows, columns);
+        let mut right = DVector::zeros(rows);
+        let chosen = target.chosen();
+        target.residuals(place.candidate, &elements, |n, _, slope| {
+            right[n] = -slope.value * target.scale;
+            for (k, &variable) in place.free.iter().enumerate() {
+                matrix[(n, k)] = slope.by[variable] * target.scale;
+            }
+            for (k, column) in record.beside.iter().enumerate() {
+                matrix[(n, memory + k)] = column[chosen[n]];
+            }
+        });
+        // With columns of length 1; one of 0 has no part.
+        let sizes: Vec<f64> = matrix
+            .column_iter()
+            .map(|column| column.norm().max(f64::MIN_POSITIVE))
+            .collect();
+        for (mut column, size) in matrix.column_iter_mut().zip(&sizes) {
+            column /= *size;
+        }
+        let parts = matrix.svd(true, true);
+        let solved = parts
+            .solve(&right, SINGULAR)
+            .unwrap_or_else(|_| DVector::zeros(columns));
+        let inverse = parts
+            .pseudo_inverse(SINGULAR)
+            .unwrap_or_else(|_| DMatrix::zeros(columns, rows));
+        let freedom = (fit.independent - columns as f64).max(1.0);
+        let deviation = fit.rms * libm::sqrt(rows as f64 / freedom);
+        let t = student(freedom);
+        let touch = record_area(self.record);
+        let mut names = match (self.baseline, touch.is_some()) {
+            (None, _) => Vec::new(),
+            (Some(_), true) => vec![("baseline_n", "N"), ("baseline_drift_n_per_s", "N/s")],
+            (Some(_), false) => vec![("baseline_pa", "Pa"), ("baseline_drift_pa_per_s", "Pa/s")],
+        };
+        names.truncate(record.beside.len() - usize::from(self.touch.is_some()));
+        names.extend(self.touch.map(|_| ("contact_point_m", "m")));
+        let named = names.into_iter().enumerate().map(|(k, (name, unit))| {
+            let (column, is_contact) = (memory + k, unit == "m");
+            let scale = touch.filter(|_| !is_contact).unwrap_or(1.0) / sizes[column];
+            let begin = self
+                .touch
+                .filter(|_| is_contact)
+                .map_or(0.0, |touch| touch.zero_m + place.contact_m);
+            let value = begin + scale * solved[column];
+            let error = scale * deviation * inverse.row(column).norm();
+            Estimate::of_line(name, unit, value, error, t)
+        });
+        Ok(named.collect())
+    }
+}
+
+/// A singular value over the largest that is one of rounding.
+const SINGULAR: f64 = 1e-10;
+
+/// N/Pa, if the stress was made of the force of an indenter.
+fn record_area(record: &Record) -> Option<f64> {
+    record.touch.as_ref().map(|touch| area(&touch.specimen))
+}

@@ -1,0 +1,194 @@
+//! What a record means: rheometers' other moduli, the sign of compression, a ramp that no column tells.
+
+use super::candidate;
+use haptic_loop::{Loading, LoadingKind};
+use haptic_tissue::identify::table::{Reader, Reading, Understood, read_table};
+use haptic_tissue::identify::{
+    ContactPoint, Identification, IdentifyError, Options, RecordKind, identify,
+};
+use testkit::assert_relative;
+
+pub(super) fn understood(table: &str, reading: &Reading) -> Result<Understood, IdentifyError> {
+    Reader::default()
+        .read(read_table(table.as_bytes())?)?
+        .record(reading)
+}
+
+fn fitted(understood: &Understood) -> Identification {
+    let options = Options {
+        candidates: vec![candidate("spring-pot")],
+        ..Options::default()
+    };
+    identify(&understood.record, &options, &|_| ()).expect("converges")
+}
+
+fn assert_fit(found: &Identification, [viscosity, order]: [f64; 2], tolerance: f64) {
+    let values = &found.fits[0].parameters;
+    assert_relative("V", values[0].value, viscosity, tolerance);
+    assert_relative("order", values[1].value, order, tolerance);
+}
+
+/// 5000 Pa·s^0.25, as |G*| with δ, as G′ with tan δ, and as the other pairs.
+#[test]
+fn other_moduli_of_a_rheometer_are_storage_and_loss() {
+    let phase = include_str!("../../golden/meaning/complex-and-phase.csv");
+    let tangent = include_str!("../../golden/meaning/storage-and-tan-delta.csv");
+    let size = |line: &str| -> f64 {
+        line.split(',')
+            .nth(1)
+            .and_then(|x| x.parse().ok())
+            .expect("a size")
+    };
+    let tangents = |name: &str, table: &str, factor: f64| -> String {
+        let rows = table.lines().skip(1);
+        let rows = rows.map(|row| {
+            format!(
+                "{},{},0.41421356\n",
+                row.split(',').next().expect("one"),
+                factor * size(row)
+            )
+        });
+        format!(
+            "omega_rad_s,{name},loss_tangent\n{}",
+            rows.collect::<String>()
+        )
+    };
+    let phases = tangent
+        .replace("Tan(delta)", "Phase angle (rad)")
+        .replace("0.414214", "0.39269908");
+    for table in [
+        phase.to_owned(),
+        tangent.to_owned(),
+        tangents("complex_modulus_pa", phase, 1.0),
+        tangents("Complex modulus |E*| (kPa)", phase, 1e-3),
+        phases,
+    ] {
+        let read = understood(&table, &Reading::default()).expect("a sweep");
+        assert_eq!(read.record.kind(), RecordKind::Oscillation);
+        let made = read
+            .notes
+            .iter()
+            .any(|note| note.starts_with("storage and loss modulus are made of"));
+        assert!(made, "{:?}", read.notes);
+        assert_fit(&fitted(&read), [5000.0, 0.25], 1e-5);
+    }
+    // Measured ones are taken as they are.
+    let both = "omega_rad_s,storage_modulus_pa,loss_modulus_pa,loss_tangent\n1,3,2,9\n10,5,3,9\n100,9,6,9\n";
+    let read = understood(both, &Reading::default()).expect("a sweep");
+    assert_eq!(read.record.second(), [2.0, 3.0, 6.0]);
+    let touched = Reading {
+        contact: ContactPoint::Fitted,
+        ..Reading::default()
+    };
+    let refused = understood(both, &touched)
+        .expect_err("no indenter")
+        .to_string();
+    assert!(
+        refused.starts_with("`contact_point_m` has no effect on this record"),
+        "{refused}"
+    );
+    let beyond = "omega_rad_s,complex_modulus_pa,phase_rad\n1,3,0.3\n10,5,2\n";
+    let refused = understood(beyond, &Reading::default()).expect_err("beyond 90 degrees");
+    let refused = refused.to_string();
+    assert!(
+        refused.starts_with("line 3: loss modulus") && refused.contains("is not above 0 Pa"),
+        "{refused}"
+    );
+}
+
+#[test]
+fn compression_may_be_written_below_0() {
+    let table = include_str!("../../golden/meaning/negative-relaxation.csv");
+    let reading = Reading {
+        strain: Some(0.05),
+        loading: Loading {
+            area_m2: Some(4e-4),
+            ..Loading::new(LoadingKind::Compression)
+        },
+        ..Reading::default()
+    };
+    let [down, up] = [table.to_owned(), table.replace(",-", ",")]
+        .map(|table| understood(&table, &reading).expect("read"));
+    assert_eq!(down.record, up.record);
+    let said = "the stress is read with the other sign, so that the modulus is above 0";
+    assert_eq!(down.notes.iter().filter(|note| *note == said).count(), 1);
+    assert!(!up.notes.iter().any(|note| note == said));
+    let rows: Vec<(f64, f64)> = (0..40)
+        .map(|n| 0.1 * f64::from(n))
+        .map(|t| (t, 0.05 * t.min(1.0)))
+        .collect();
+    let motion = |sign: f64| -> String {
+        let rows = rows
+            .iter()
+            .map(|(t, strain)| format!("{t},{strain},{}\n", sign * 2e3 * strain));
+        format!("time_s,strain,stress_pa\n{}", rows.collect::<String>())
+    };
+    let [down, up] =
+        [-1.0, 1.0].map(|sign| understood(&motion(sign), &Reading::default()).expect("read"));
+    assert_eq!(down.record, up.record);
+    let creep = "time_s,strain\n1,-0.001\n2,-0.0012\n4,-0.0015\n8,-0.0019\n";
+    let reading = Reading {
+        stress_pa: Some(100.0),
+        ..Reading::default()
+    };
+    let [down, up] = [creep.to_owned(), creep.replace(",-", ",")]
+        .map(|table| understood(&table, &reading).expect("read"));
+    assert_eq!(down.record, up.record);
+}
+
+#[test]
+fn a_ramp_that_no_column_tells_is_told_by_its_time() {
+    let table = include_str!("../../golden/meaning/ramp-in-relaxation.csv");
+    let reading = |ramp_time_s| Reading {
+        strain: Some(0.05),
+        ramp_time_s,
+        ..Reading::default()
+    };
+    let step = understood(table, &reading(None)).expect("a step");
+    let found = fitted(&step);
+    let said = found
+        .warnings
+        .iter()
+        .find(|one| one.contains("before it falls"))
+        .expect("said");
+    assert_eq!(
+        said,
+        "the modulus rises 9 times before it falls, as in a ramp to the held strain: give `ramp_time_s`, or a strain column"
+    );
+    let read = understood(table, &reading(Some(1.0))).expect("a ramp");
+    let ramp = fitted(&read);
+    // Noise of 0.5 % in 130 samples.
+    assert_fit(&ramp, RAMP, 0.005);
+    let all = ramp.fits[0].parameters.iter().zip(RAMP);
+    for (found, truth) in all {
+        let (low, high) = found.low_95.zip(found.high_95).expect("bounds");
+        assert!(low < truth && truth < high, "{found:?}");
+    }
+    for (ramp, said) in [
+        (0.0, "`ramp_time_s` 0 s is not above 0 s"),
+        (60.0, "below the last time 60 s"),
+        (f64::NAN, "NaN s is not above"),
+    ] {
+        let refused = understood(table, &reading(Some(ramp)))
+            .expect_err("refused")
+            .to_string();
+        assert!(refused.contains(said), "{refused}");
+    }
+    let creep = "time_s,creep_compliance_per_pa\n1,1e-3\n2,2e-3\n";
+    let refused = understood(
+        creep,
+        &Reading {
+            strain: None,
+            ..reading(Some(1.0))
+        },
+    )
+    .expect_err("no ramp");
+    assert!(
+        refused
+            .to_string()
+            .contains("`ramp_time_s` 1 s has no effect"),
+        "{refused}"
+    );
+}
+
+const RAMP: [f64; 2] = [3000.0, 0.2];
