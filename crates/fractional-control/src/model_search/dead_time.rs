@@ -13,7 +13,9 @@ use super::found::{AS_GOOD, Found, less_sure};
 use super::record::{Guess, InputOutput, resolved, rounding};
 use super::start::part;
 use crate::identify::{least_residual, next_guess};
-use crate::{DeadTime, FractionalTransferFunction, Term, WholeGuess, WholeShape, whole_guess};
+use crate::{
+    DeadTime, FractionalTransferFunction, Start, Term, WholeGuess, WholeShape, whole_guess,
+};
 use fracdiff::Seconds;
 use rayon::prelude::*;
 use std::vec;
@@ -23,6 +25,8 @@ use std::vec::Vec;
 const SCANNED: usize = 400;
 /// Poles and zeros of the functions that are run behind each dead time.
 const SHAPES: [WholeShape; 4] = [shape(1, 0), shape(2, 0), shape(2, 1), shape(3, 2)];
+/// Of a plant that moves by itself this part of the record is scanned.
+const MOVING: usize = 6;
 /// Every so many samples the poles are found from nothing, else through those before.
 const AFRESH: usize = 8;
 /// Dead times that a scan suggests, at most.
@@ -53,8 +57,12 @@ fn scanned(record: &InputOutput, held: bool) -> Vec<DeadTime> {
     let mut rests = 0.0;
     let mut profiles: [Vec<Option<WholeGuess>>; SHAPES.len()] = Default::default();
     for (samples, y) in record.output[first..].iter().enumerate() {
-        // A sample of grace: the plant may answer inside of it.
-        if rests > least {
+        // A sample of grace: the plant may answer inside of it. One that moves by itself tells nothing of that.
+        let is_over = match record.start {
+            Start::Rest | Start::Offset => rests > least,
+            Start::Settled | Start::Moving => samples > record.output.len() / MOVING,
+        };
+        if is_over {
             break;
         }
         rests += y * y;

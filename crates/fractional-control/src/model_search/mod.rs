@@ -6,7 +6,8 @@ use self::found::{AS_GOOD, LOOSE, less_sure};
 pub use self::found::{Found, Unexplained};
 pub use self::record::{Guess, InputOutput};
 use self::record::{bic, left, neighbours, resolved, rounding};
-use self::start::{Begin, part, powers, starts, whole_orders};
+use self::start::{Begin, at_once, part, powers, starts, whole_orders};
+use crate::identify::answers_at_once;
 use crate::{
     ControlError, DeadTime, FractionalTransferFunction, FreeNumber, Identified, Start, Term,
     WholeShape, identify_coefficients,
@@ -71,7 +72,8 @@ pub fn candidates(record: &InputOutput, held: bool, dead_time: Option<Seconds>) 
     guesses
 }
 
-/// Guesses of one function with free orders, behind each dead time as in [`candidates`].
+/// Guesses of one function with free orders, behind each dead time as in [`candidates`]; one that answers at once behind whole samples, read with
+/// the new input of a row and just before it, its own orders too if they are whole.
 #[must_use]
 pub fn candidates_of(
     function: FractionalTransferFunction,
@@ -79,14 +81,21 @@ pub fn candidates_of(
     held: bool,
     dead_time: Option<Seconds>,
 ) -> Vec<Guess> {
-    let dead_times = dead_times(&record.for_guesses(), held, dead_time).into_iter();
-    dead_times
-        .map(|dead_time| Guess {
+    let dead_times = dead_times(&record.for_guesses(), held, dead_time);
+    let guesses = |dead_times: Vec<DeadTime>, has_free_orders| {
+        let dead_times = dead_times.into_iter();
+        dead_times.map(move |dead_time| Guess {
             function,
-            has_free_orders: true,
+            has_free_orders,
             dead_time,
         })
-        .collect()
+    };
+    if !answers_at_once(&function) {
+        return guesses(dead_times, true).collect();
+    }
+    let dead_times = at_once(record.sample_time_s(), &dead_times);
+    let own = guesses(dead_times.clone(), false).filter(|_| function.is_whole());
+    own.chain(guesses(dead_times, true)).collect()
 }
 
 /// Samples of a record at most that tell where its plant began, and functions that are fitted for it.
@@ -112,7 +121,7 @@ pub fn find_start(record: &mut InputOutput, held: bool, dead_time: Option<Second
         let own = InputOutput {
             start,
             offset: from(output, start != Start::Rest),
-            input_before: from(input, start == Start::Settled),
+            input_before: from(input, matches!(start, Start::Settled | Start::Moving)),
             ..part.clone()
         };
         let from = own.for_guesses();
@@ -133,20 +142,25 @@ pub fn find_start(record: &mut InputOutput, held: bool, dead_time: Option<Second
             identify_coefficients(&function, &own.as_record(held, dead_time)).ok()
         });
         let begins_there = |fit: &Identified| {
-            start == Start::Rest || output.abs() > BEGINS_ELSEWHERE * fit.rms_residual
+            matches!(start, Start::Rest | Start::Moving)
+                || output.abs() > BEGINS_ELSEWHERE * fit.rms_residual
         };
         let found = fits.filter(begins_there);
         let found = found.map(|fit| (judged(fit.clone(), &own).bic, fit));
         found.min_by(|a, b| a.0.total_cmp(&b.0))
     };
     let mut best = f64::INFINITY;
-    for start in [Start::Rest, Start::Offset, Start::Settled] {
-        let is_open = output != 0.0 && (moves || start != Start::Settled);
+    for start in [Start::Rest, Start::Offset, Start::Settled, Start::Moving] {
+        let is_open = output != 0.0 && (moves || matches!(start, Start::Rest | Start::Offset));
         let fit = (is_open || start == Start::Rest).then(|| fitted(start));
         if let Some((bic, fit)) = fit.flatten().filter(|(bic, _)| *bic < best - DECISIVE) {
             best = bic;
-            (record.start, record.offset, record.input_before) =
-                (start, fit.offset, fit.input_before);
+            (record.start, record.offset, record.input_before) = match start {
+                Start::Moving => (start, output, input),
+                Start::Rest | Start::Offset | Start::Settled => {
+                    (start, fit.offset, fit.input_before)
+                }
+            };
         }
     }
 }
@@ -184,7 +198,7 @@ pub fn identify(
     // What leaves nothing is not bettered by as many numbers.
     let enough = |found: &[Found]| {
         let exact = |found: &&Found| found.identified.rms_residual <= resolved(record);
-        let numbers = |found: &Found| found.identified.standard_errors.len();
+        let numbers = |found: &Found| found.numbers();
         found.iter().filter(exact).map(numbers).min()
     };
     let most = enough(&found).unwrap_or(usize::MAX);
@@ -228,7 +242,7 @@ pub fn identify(
     found.sort_by(|a, b| a.bic.total_cmp(&b.bic));
     // Two guesses that end in one function.
     found.dedup_by(|a, b| {
-        let numbers = |found: &Found| found.identified.standard_errors.len();
+        let numbers = |found: &Found| found.numbers();
         numbers(a) == numbers(b) && (a.bic - b.bic).abs() < 1e-6 * b.bic.abs()
     });
     if let Some(place) = simplest_as_good(&found) {
@@ -267,7 +281,7 @@ fn simplest_as_good(found: &[Found]) -> Option<usize> {
     let all = found.iter().enumerate();
     let as_good = all.filter(|(_, other)| other.bic <= best.bic + AS_GOOD);
     let simplest = as_good.min_by(|(_, a), (_, b)| {
-        let numbers = |found: &Found| (!found.is_whole(), found.identified.standard_errors.len());
+        let numbers = |found: &Found| (!found.is_whole(), found.numbers());
         let (poles_and_zeros, bic) = (Found::poles_and_zeros, |found: &Found| found.bic);
         (numbers(a).cmp(&numbers(b)))
             .then(poles_and_zeros(a).total_cmp(&poles_and_zeros(b)))
@@ -279,7 +293,7 @@ fn simplest_as_good(found: &[Found]) -> Option<usize> {
 /// Of the functions of no more poles against which the record does not speak very strongly the simplest, by its numbers or by whole orders, comes before the first, the
 /// best, if it has another pole at rest.
 fn simplest_at_rest(found: &[Found]) -> Option<usize> {
-    let numbers = |found: &Found| (found.identified.standard_errors.len(), !found.is_whole());
+    let numbers = |found: &Found| (found.numbers(), !found.is_whole());
     let order = |found: &Found| order_at_rest(&found.identified.function);
     let best = found.first()?;
     let all = found.iter().enumerate();
@@ -345,7 +359,11 @@ fn with_fewer(guess: &Guess, record: &InputOutput, held: bool) -> Result<Vec<Fou
             Ok(identified) => {
                 let coarser = (resolved(record) / identified.rms_residual).max(1.0);
                 let judged = judged(identified, record);
-                left.extend(without_the_loosest(&judged, coarser));
+                left.extend(without_the_loosest(
+                    &judged,
+                    coarser,
+                    record.sample_time_s(),
+                ));
                 found.push(judged);
             }
             Err(error) if found.is_empty() => return Err(error),
@@ -357,7 +375,11 @@ fn with_fewer(guess: &Guess, record: &InputOutput, held: bool) -> Result<Vec<Fou
 
 /// The functions without the number that the record determines least, if it does not determine it; standard errors count so many times. A dead time may
 /// be loose because poles and zeros are there in place of some of it: then also without the loosest of these.
-fn without_the_loosest(found: &Found, times: f64) -> Vec<(FractionalTransferFunction, DeadTime)> {
+fn without_the_loosest(
+    found: &Found,
+    times: f64,
+    t: f64,
+) -> Vec<(FractionalTransferFunction, DeadTime)> {
     let Identified {
         function,
         dead_time,
@@ -379,7 +401,7 @@ fn without_the_loosest(found: &Found, times: f64) -> Vec<(FractionalTransferFunc
     // The next where a function without the loosest would answer at once.
     let without = loose.into_iter();
     without
-        .filter_map(|(number, _)| without_number(function, *dead_time, *number))
+        .filter_map(|(number, _)| without_number(function, *dead_time, *number, t))
         .take(if is_late { 2 } else { 1 })
         .collect()
 }
@@ -388,6 +410,7 @@ fn without_number(
     function: &FractionalTransferFunction,
     dead_time: DeadTime,
     number: FreeNumber,
+    t: f64,
 ) -> Option<(FractionalTransferFunction, DeadTime)> {
     let mut above = function.numerator().terms().to_vec();
     let mut below = function.denominator().terms().to_vec();
@@ -398,9 +421,15 @@ fn without_number(
         FreeNumber::NumeratorOrder(_) | FreeNumber::DenominatorOrder(_) => return None,
     };
     let fewer = FractionalTransferFunction::new(&above, &below).ok()?;
-    // As many zeros as poles would answer at once.
     let is_slower = fewer.numerator().degree() < fewer.denominator().degree();
-    is_slower.then_some((fewer, dead_time))
+    // A plant that answers at once does so at a sample: its dead time is not told apart from less of it.
+    let late = match dead_time {
+        DeadTime::From(late) if !is_slower => {
+            DeadTime::JustAfter(Seconds(libm::floor(late.0 / t) * t))
+        }
+        other => other,
+    };
+    Some((fewer, late))
 }
 
 /// Functions of whole orders run exactly, so among themselves they are told apart by all that is above rounding: where a record grows, all that a
@@ -408,7 +437,7 @@ fn without_number(
 fn resolve_finer(found: &mut [Found], record: &InputOutput) {
     let floor = rounding(record);
     let fine = |found: &Found| {
-        let numbers = found.identified.standard_errors.len() as f64;
+        let numbers = (found.numbers() + found.identified.start_numbers) as f64;
         bic(record, found.identified.rms_residual, numbers, floor)
     };
     let whole = found.iter().filter(|found| found.is_whole());
@@ -428,13 +457,16 @@ fn judged(mut identified: Identified, record: &InputOutput) -> Found {
     let less_sure = less_sure(neighbours, left.len());
     let errors = identified.standard_errors.iter_mut();
     errors.for_each(|(_, error)| *error *= less_sure);
-    let numbers = identified.standard_errors.len() as f64;
-    Found {
-        bic: bic(record, identified.rms_residual, numbers, resolved(record)),
+    let mut found = Found {
+        bic: 0.0,
         neighbours,
         unexplained: unexplained(record, &left),
         identified,
-    }
+    };
+    let own = &found.identified;
+    let numbers = (found.numbers() + own.start_numbers) as f64;
+    found.bic = bic(record, own.rms_residual, numbers, resolved(record));
+    found
 }
 
 /// Blocks of a record, and their samples at least.

@@ -3,6 +3,7 @@
 use super::record::{Guess, InputOutput, bic, resolved, rounding};
 use crate::records::largest;
 use crate::{DeadTime, FractionalTransferFunction, Identified, Term, WholeShape, whole_guess};
+use fracdiff::Seconds;
 use rayon::prelude::*;
 use std::vec;
 use std::vec::Vec;
@@ -143,7 +144,7 @@ pub(super) fn whole_orders(
 }
 
 fn shapes() -> impl Iterator<Item = WholeShape> {
-    let sizes = (1..=4).flat_map(|poles| (0..poles).map(move |zeros| (poles, zeros)));
+    let sizes = (1..=4).flat_map(|poles| (0..=poles).map(move |zeros| (poles, zeros)));
     sizes.flat_map(|(poles, zeros)| {
         (0..=poles.min(2)).map(move |integrators| WholeShape {
             poles,
@@ -159,7 +160,11 @@ fn every_shape(record: &InputOutput, held: bool, dead_times: &[DeadTime]) -> Vec
     let of = |shape: WholeShape, dead_time: DeadTime| {
         let guess = whole_guess(&record.as_record(held, dead_time), shape)?;
         let numbers = shape.poles + shape.zeros + 1 - shape.integrators;
-        let numbers = (numbers + usize::from(dead_time.is_free())) as f64;
+        let start = record
+            .start
+            .numbers(shape.poles, shape.integrators > 0, false);
+        let is_chosen = !matches!(dead_time, DeadTime::Known(_));
+        let numbers = (numbers + start + usize::from(is_chosen)) as f64;
         Some(OfShape {
             shape,
             guess: Guess {
@@ -172,16 +177,51 @@ fn every_shape(record: &InputOutput, held: bool, dead_times: &[DeadTime]) -> Vec
         })
     };
     let least = |a: &OfShape, b: &OfShape| a.bic.total_cmp(&b.bic);
-    let dead_times = dead_times.iter();
-    let (free, known) = dead_times.partition::<Vec<DeadTime>, _>(|dead_time| dead_time.is_free());
+    let at_once = at_once(record.sample_time_s(), dead_times);
+    let parted = |dead_times: &[DeadTime]| {
+        let dead_times = dead_times.iter().copied();
+        dead_times.partition::<Vec<DeadTime>, _>(|own| !matches!(own, DeadTime::Known(_)))
+    };
+    let (free, known) = parted(dead_times);
+    let (after, with) = parted(&at_once);
     let best = |shape, among: &[DeadTime]| {
         let guesses = among.iter().filter_map(|dead_time| of(shape, *dead_time));
         guesses.min_by(least)
     };
     let shapes: Vec<WholeShape> = shapes().collect();
     let guesses = shapes.into_par_iter();
-    let guesses = guesses.flat_map_iter(|shape| [best(shape, &free), best(shape, &known)]);
+    let guesses = guesses.flat_map_iter(|shape| match shape.zeros < shape.poles {
+        true => [best(shape, &free), best(shape, &known)],
+        false => [best(shape, &after), best(shape, &with)],
+    });
     guesses.flatten_iter().collect()
+}
+
+/// The dead times of a plant that answers at once, whole samples: with the new input of a row, and just before it.
+pub(super) fn at_once(t: f64, dead_times: &[DeadTime]) -> Vec<DeadTime> {
+    let mut samples = vec![0.0];
+    let mut all = vec![DeadTime::NONE];
+    for dead_time in dead_times {
+        let late = dead_time.seconds() / t;
+        match dead_time {
+            DeadTime::Known(own) if own.0 > 0.0 => {
+                return vec![*dead_time, DeadTime::JustAfter(*own)];
+            }
+            DeadTime::Known(_) | DeadTime::JustAfter(_) => {}
+            DeadTime::From(_) => {
+                samples.extend([-1.0, 0.0, 1.0].map(|more| libm::round(late) + more));
+            }
+        }
+    }
+    samples.retain(|late| *late >= 0.0);
+    samples.sort_by(f64::total_cmp);
+    samples.dedup();
+    all.extend(
+        samples
+            .iter()
+            .map(|late| DeadTime::JustAfter(Seconds(late * t))),
+    );
+    all
 }
 
 /// Every k-th sample, k as large as leaves so many; of a held input the mean of k, which is what acts.
