@@ -196,10 +196,16 @@ impl StateSpace {
     /// faster than 30 time constants a sample. Loops take [`held`](Self::held).
     fn sampled(&self, sample_time: f64, fraction: f64) -> Result<SampledStates, ControlError> {
         let n = self.a.nrows();
-        let (moved, _) = self.motion(sample_time);
-        let (late_moved, newest) = self.motion((1.0 - fraction) * sample_time);
-        let (_, early) = self.motion(fraction * sample_time);
-        let last = &early + &late_moved * &early;
+        let (moved, whole) = self.motion(sample_time);
+        // Nothing happens in so short a part of a sample.
+        let (newest, last) = if fraction <= f64::MIN_POSITIVE {
+            (whole, DVector::zeros(n))
+        } else {
+            let (late_moved, newest) = self.motion((1.0 - fraction) * sample_time);
+            let (_, early) = self.motion(fraction * sample_time);
+            let last = &early + &late_moved * &early;
+            (newest, last)
+        };
         let transition = &moved + DMatrix::identity(n, n);
         let norm = transition
             .try_inverse()

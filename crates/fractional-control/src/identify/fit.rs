@@ -165,7 +165,7 @@ fn exact(
     late: f64,
 ) -> Option<Result<Vec<f64>, ControlError>> {
     let (states, direct) = StateSpace::of_function(function)?;
-    Some(moved(&states, record, late, &[]).map(|mut outputs| {
+    Some(moved(&states, record, late).map(|mut outputs| {
         if direct != 0.0 {
             let pairs = outputs.iter_mut().zip(record.now_late(late));
             pairs.for_each(|(y, u)| *y += direct * u);
@@ -174,13 +174,8 @@ fn exact(
     }))
 }
 
-/// The output of these states, from those first ones on, from rest without any.
-fn moved(
-    states: &StateSpace,
-    record: &Record<'_>,
-    late: f64,
-    first: &[f64],
-) -> Result<Vec<f64>, ControlError> {
+/// The output of these states from rest.
+fn moved(states: &StateSpace, record: &Record<'_>, late: f64) -> Result<Vec<f64>, ControlError> {
     if states.c.is_empty() {
         return Ok(vec![0.0; record.input.len()]);
     }
@@ -188,16 +183,25 @@ fn moved(
     let mut seen = |_: usize, x: &[f64]| {
         outputs.push(states.c.iter().zip(x).map(|(c, x)| c * x).sum());
     };
+    shown(states, record, late, &[], &mut seen)?;
+    Ok(outputs)
+}
+
+/// Shows the states of each sample, from these first ones on, from rest without any.
+fn shown(
+    states: &StateSpace,
+    record: &Record<'_>,
+    late: f64,
+    first: &[f64],
+    seen: &mut dyn FnMut(usize, &[f64]),
+) -> Result<(), ControlError> {
     let (t, held) = (record.sample_time.0, record.held);
     if record.time_s.is_empty() {
         let (input, part) = record.acting(late);
-        states.run(t, &input, part, held, first, &mut seen)?;
-    } else {
-        let late_s = late * t;
-        let (time_s, input) = (record.time_s, record.input);
-        own_times::run(states, time_s, input, late_s, held, first, &mut seen)?;
+        return states.run(t, &input, part, held, first, seen);
     }
-    Ok(outputs)
+    let (time_s, input) = (record.time_s, record.input);
+    own_times::run(states, time_s, input, late * t, held, first, seen)
 }
 
 /// A residual where there is no model, in units of the largest output.
@@ -291,19 +295,25 @@ impl<'a> Fit<'a> {
         let Some((states, _)) = StateSpace::of_function(function) else {
             return Ok(vec![]);
         };
-        let count = states.c.len();
-        let (zeros, ones) = (
-            vec![0.0; self.record.input.len()],
-            vec![1.0; self.record.input.len()],
-        );
+        let (count, samples) = (states.c.len(), self.record.input.len());
+        let (zeros, ones) = (vec![0.0; samples], vec![1.0; samples]);
         let with = |input| Record {
             input,
             ..self.record
         };
-        let first = |n: usize| -> Vec<f64> { (0..count).map(|k| f64::from(k == n)).collect() };
-        let mut motions = Vec::with_capacity(count + 2);
-        for n in 0..count {
-            motions.push(moved(&states, &with(&zeros), 0.0, &first(n))?);
+        // C·e^(At) of each state at once: the states of Aᵀ, from C on.
+        let turned = StateSpace {
+            a: states.a.transpose(),
+            b: DVector::zeros(count),
+            c: states.c.clone(),
+        };
+        let mut motions = vec![Vec::with_capacity(samples); count];
+        if count > 0 {
+            let mut seen = |_: usize, x: &[f64]| {
+                let pairs = motions.iter_mut().zip(x);
+                pairs.for_each(|(motion, x)| motion.push(*x));
+            };
+            shown(&turned, &with(&zeros), 0.0, states.c.as_slice(), &mut seen)?;
         }
         if late >= 1.0 {
             let at_once = self.responded(function, &with(&ones), 0.0)?;

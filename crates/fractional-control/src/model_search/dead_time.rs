@@ -21,8 +21,9 @@ use rayon::prelude::*;
 use std::vec;
 use std::vec::Vec;
 
-/// Samples that are scanned, about.
+/// Samples that are scanned, about; of a plant that moves by itself, whose dead time nothing bounds, fewer.
 const SCANNED: usize = 400;
+const SCANNED_MOVING: usize = 150;
 /// Poles and zeros of the functions that are run behind each dead time.
 const SHAPES: [WholeShape; 4] = [shape(1, 0), shape(2, 0), shape(2, 1), shape(3, 2)];
 /// Of a plant that moves by itself this part of the record is scanned.
@@ -41,7 +42,11 @@ pub(super) fn dead_times(
     if let Some(known) = known {
         return vec![DeadTime::Known(known)];
     }
-    let part = part(record, held, SCANNED);
+    let scanned_samples = match record.start {
+        Start::Rest | Start::Offset => SCANNED,
+        Start::Settled | Start::Moving => SCANNED_MOVING,
+    };
+    let part = part(record, held, scanned_samples);
     let mut found = scanned(part.as_ref().unwrap_or(record), held);
     found.push(DeadTime::NONE);
     found

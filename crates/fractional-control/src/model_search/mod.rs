@@ -51,7 +51,9 @@ const SWING: WholeShape = WholeShape {
 pub fn candidates(record: &InputOutput, held: bool, dead_time: Option<Seconds>) -> Vec<Guess> {
     let record = &record.for_guesses();
     let dead_times = dead_times(record, held, dead_time);
-    let mut whole = whole_orders(record, held, &dead_times);
+    // Without a change of the input what passes at once is an offset.
+    let may_be_prompt = moves(record) || record.start == Start::Rest;
+    let mut whole = whole_orders(record, held, &dead_times, may_be_prompt);
     whole.sort_by(|a, b| a.bic.total_cmp(&b.bic));
     // Where those of free orders begin.
     let first = whole.first().map(|best| best.guess.dead_time);
@@ -99,7 +101,7 @@ pub fn candidates_of(
 }
 
 /// Samples of a record at most that tell where its plant began, and functions that are fitted for it.
-const OF_START: usize = 500;
+const OF_START: usize = 250;
 const FITTED_FOR_START: usize = 3;
 /// An output that begins further from 0 than so many times what is left does not begin at rest there.
 const BEGINS_ELSEWHERE: f64 = 4.0;
@@ -109,37 +111,41 @@ const LAGS: [f64; 3] = [0.3, 0.1, 0.03];
 
 /// Finds where the plant was when the record begins, by functions of whole orders: at rest unless
 /// another [`Start`] has a criterion that is better by 10, and the output begins elsewhere than at
-/// 0. An input that never moves does not reveal its value before the record.
+/// 0. An input that never moves does not reveal its value before the record, nor what moves beside it.
 pub fn find_start(record: &mut InputOutput, held: bool, dead_time: Option<Seconds>) {
     let part = part(record, held, OF_START).unwrap_or_else(|| record.clone());
     let first = |signal: &[f64]| signal.first().copied().unwrap_or(0.0);
     let [input, output] = [&part.input, &part.output].map(|signal| first(signal));
-    let moves = part.input.iter().any(|u| (u - input).abs() > 0.0);
-    let length_s = length_s(&part);
-    let fitted = |start: Start| -> Option<(f64, Identified)> {
+    let starts: &[Start] = match (output != 0.0, moves(&part)) {
+        (false, _) => &[Start::Rest],
+        (true, false) => &[Start::Rest, Start::Offset],
+        (true, true) => &[Start::Rest, Start::Offset, Start::Settled, Start::Moving],
+    };
+    let beginning = |start: Start| {
         let from = |own: f64, is_open: bool| if is_open { own } else { 0.0 };
-        let own = InputOutput {
+        InputOutput {
             start,
             offset: from(output, start != Start::Rest),
             input_before: from(input, matches!(start, Start::Settled | Start::Moving)),
             ..part.clone()
-        };
-        let from = own.for_guesses();
-        let dead_times = dead_times(&from, held, dead_time);
-        let mut guesses = whole_orders(&from, held, &dead_times);
-        guesses.sort_by(|a, b| a.bic.total_cmp(&b.bic));
-        let guesses = guesses.iter().take(FITTED_FOR_START).map(|own| own.guess);
-        let guesses = guesses.map(|guess| (guess.function, guess.dead_time));
-        // A jump into the record, that no guess knows of, misleads those; a lag finds its way by itself.
-        let lags = LAGS.iter().flat_map(|share| {
-            let below = [Term::new(share * length_s, 1.0), Term::new(1.0, 0.0)];
-            let both = [1.0, -1.0].map(|gain| [Term::new(gain, 0.0)]);
-            both.map(|gain| FractionalTransferFunction::new(&gain, &below).ok())
-        });
-        let late = dead_times.first().copied().unwrap_or(DeadTime::NONE);
-        let lags = lags.flatten().map(|lag| (lag, late));
-        let fits = guesses.chain(lags).filter_map(|(function, dead_time)| {
-            identify_coefficients(&function, &own.as_record(held, dead_time)).ok()
+        }
+    };
+    // The last knows of all the others, so its guesses do for them; lags find their way by themselves.
+    let open = starts.last().map_or(Start::Rest, |last| *last);
+    let own = beginning(open).for_guesses();
+    let dead_times = dead_times(&own, held, dead_time);
+    let mut guesses = whole_orders(&own, held, &dead_times, moves(&part));
+    guesses.sort_by(|a, b| a.bic.total_cmp(&b.bic));
+    let guesses = guesses.iter().take(FITTED_FOR_START).map(|own| own.guess);
+    let guesses = guesses.map(|guess| (guess.function, guess.dead_time));
+    let late = dead_times.first().copied().unwrap_or(DeadTime::NONE);
+    let guesses: Vec<_> = guesses
+        .chain(lags(length_s(&part)).map(|lag| (lag, late)))
+        .collect();
+    let fitted = |start: &Start| -> Option<(f64, Identified)> {
+        let own = beginning(*start);
+        let fits = guesses.iter().filter_map(|(function, dead_time)| {
+            identify_coefficients(function, &own.as_record(held, *dead_time)).ok()
         });
         let begins_there = |fit: &Identified| {
             matches!(start, Start::Rest | Start::Moving)
@@ -149,20 +155,37 @@ pub fn find_start(record: &mut InputOutput, held: bool, dead_time: Option<Second
         let found = found.map(|fit| (judged(fit.clone(), &own).bic, fit));
         found.min_by(|a, b| a.0.total_cmp(&b.0))
     };
+    let fits: Vec<_> = starts.par_iter().map(fitted).collect();
     let mut best = f64::INFINITY;
-    for start in [Start::Rest, Start::Offset, Start::Settled, Start::Moving] {
-        let is_open = output != 0.0 && (moves || matches!(start, Start::Rest | Start::Offset));
-        let fit = (is_open || start == Start::Rest).then(|| fitted(start));
-        if let Some((bic, fit)) = fit.flatten().filter(|(bic, _)| *bic < best - DECISIVE) {
+    for (start, fit) in starts.iter().zip(fits) {
+        if let Some((bic, fit)) = fit.filter(|(bic, _)| *bic < best - DECISIVE) {
             best = bic;
             (record.start, record.offset, record.input_before) = match start {
-                Start::Moving => (start, output, input),
+                Start::Moving => (*start, output, input),
                 Start::Rest | Start::Offset | Start::Settled => {
-                    (start, fit.offset, fit.input_before)
+                    (*start, fit.offset, fit.input_before)
                 }
             };
         }
     }
+}
+
+/// True if the input changes.
+fn moves(record: &InputOutput) -> bool {
+    record
+        .input
+        .windows(2)
+        .any(|pair| (pair[1] - pair[0]).abs() > 0.0)
+}
+
+/// Lags of either sign, of some time constants, for a record of this length.
+fn lags(length_s: f64) -> impl Iterator<Item = FractionalTransferFunction> {
+    let lags = LAGS.into_iter().flat_map(move |share| {
+        let below = [Term::new(share * length_s, 1.0), Term::new(1.0, 0.0)];
+        let both = [1.0, -1.0].map(|gain| [Term::new(gain, 0.0)]);
+        both.map(|gain| FractionalTransferFunction::new(&gain, &below).ok())
+    });
+    lags.flatten()
 }
 
 /// Functions that are kept at most: the best.
@@ -182,22 +205,20 @@ pub fn identify(
     held: bool,
     done: &(dyn Fn(usize) + Sync),
 ) -> Result<Vec<Found>, ControlError> {
-    let (mut found, mut refused) = (Vec::new(), None);
-    let whole = guesses.par_iter().filter(|guess| !guess.has_free_orders);
-    let fitted = whole.map(|guess| {
-        let fitted = with_fewer(guess, record, held);
-        done(1);
-        fitted
-    });
-    for fitted in fitted.collect::<Vec<_>>() {
-        match fitted {
-            Ok(fitted) => found.extend(fitted),
-            Err(error) => refused = refused.or(Some(error)),
-        }
-    }
+    let (whole, _) = guesses
+        .iter()
+        .copied()
+        .partition::<Vec<Guess>, _>(|own| !own.has_free_orders);
+    let (mut found, mut refused) = fitted_of_whole_orders(record, &whole, held);
+    done(whole.len());
     // What leaves nothing is not bettered by as many numbers.
     let enough = |found: &[Found]| {
-        let exact = |found: &&Found| found.identified.rms_residual <= resolved(record);
+        // As good as exact, or with nothing left but noise.
+        let white = 2.0 / libm::sqrt(record.output.len() as f64);
+        let exact = |found: &&Found| {
+            let is_white = found.is_whole() && found.neighbours.abs() <= white;
+            is_white || found.identified.rms_residual <= resolved(record)
+        };
         let numbers = |found: &Found| found.numbers();
         found.iter().filter(exact).map(numbers).min()
     };
@@ -214,6 +235,13 @@ pub fn identify(
             done(alike.len());
             continue;
         }
+        // A long record is not run through by what leaves more of its part than others leave of all of it.
+        let least = found.iter().map(|own| own.identified.rms_residual);
+        let least = least.fold(f64::INFINITY, f64::min);
+        let promising = |start: &&Begin| start.rms_residual().is_none_or(|left| left < least);
+        let promising = alike.iter().filter(promising).cloned();
+        let (before, alike) = (alike.len(), promising.collect::<Vec<Begin>>());
+        done(before - alike.len());
         let fitted = alike.par_iter().map(|start| {
             let fitted = fitted_from(start, record, held);
             done(1);
@@ -238,6 +266,8 @@ pub fn identify(
     }
     cancel(&mut found, record, held);
     put_to_rest(&mut found, record, held);
+    to_their_limits(&mut found, record, held);
+    calm_down(&mut found, record, held);
     resolve_finer(&mut found, record);
     found.sort_by(|a, b| a.bic.total_cmp(&b.bic));
     // Two guesses that end in one function.
@@ -251,11 +281,148 @@ pub fn identify(
     if let Some(place) = simplest_at_rest(&found) {
         found[..=place].rotate_right(1);
     }
+    if let Some(place) = calm_instead(&found, record) {
+        found[..=place].rotate_right(1);
+    }
     found.truncate(KEPT);
     match refused {
         Some(error) if found.is_empty() => Err(error),
         _ => Ok(found),
     }
+}
+
+/// Samples from which on a record is long, and functions of its part that are fitted to all of it.
+const LONG: usize = 2000;
+const POLISHED: usize = 4;
+
+/// The functions of whole orders, and the first error. Of a long record they are chosen by a part of it, unless that has lost what is fast.
+fn fitted_of_whole_orders(
+    record: &InputOutput,
+    guesses: &[Guess],
+    held: bool,
+) -> (Vec<Found>, Option<ControlError>) {
+    let fitted = |guesses: &[Guess], record: &InputOutput| {
+        let fits = guesses.par_iter();
+        let fits: Vec<_> = fits.map(|guess| with_fewer(guess, record, held)).collect();
+        let (mut found, mut refused) = (Vec::new(), None);
+        for fit in fits {
+            match fit {
+                Ok(fit) => found.extend(fit),
+                Err(error) => refused = refused.or(Some(error)),
+            }
+        }
+        (found, refused)
+    };
+    if let Some(part) = part(record, held, LONG) {
+        let (mut of_part, _) = fitted(guesses, &part);
+        of_part.sort_by(|a, b| a.bic.total_cmp(&b.bic));
+        let best = of_part.first().map(|best| best.identified.rms_residual);
+        let of_part = of_part.iter().take(POLISHED).map(|own| Guess {
+            function: own.identified.function,
+            has_free_orders: false,
+            dead_time: own.identified.dead_time,
+        });
+        let whole = fitted(&of_part.collect::<Vec<_>>(), record);
+        let least = whole.0.iter().map(|own| own.identified.rms_residual);
+        let least = least.fold(f64::INFINITY, f64::min);
+        if best.is_some_and(|best| least <= AS_MUCH * best.max(resolved(record))) {
+            return whole;
+        }
+    }
+    fitted(guesses, record)
+}
+
+/// A function that grows, or adds up twice, gives way to one that does neither, of at most so many more numbers, that leaves at most so many times as
+/// much: only a record that grows itself speaks so clearly.
+const MORE_NUMBERS: usize = 2;
+const MORE_LEFT: f64 = 2.0;
+
+/// The best of those that replace the first, if that grows.
+fn calm_instead(found: &[Found], record: &InputOutput) -> Option<usize> {
+    let first = found
+        .first()
+        .filter(|first| grows(&first.identified.function))?;
+    let most = MORE_LEFT * first.identified.rms_residual.max(rounding(record));
+    let calm = found.iter().position(|own| {
+        own.identified.rms_residual <= most
+            && own.numbers() <= first.numbers() + MORE_NUMBERS
+            && !grows(&own.identified.function)
+    });
+    calm
+}
+
+/// True of a function with a pole that grows, or one and a half integrators and more.
+fn grows(function: &FractionalTransferFunction) -> bool {
+    if order_at_rest(function) >= 1.5 {
+        return true;
+    }
+    if !function.is_whole() {
+        return function.unstable_poles().is_some_and(|poles| poles > 0);
+    }
+    let below = coefficients(function.denominator().terms());
+    let poles = roots(&below[function.denominator().lowest() as usize..]);
+    poles.iter().any(|pole| pole.re > 1e-9 * pole.norm())
+}
+
+/// Adds lags and integrators, if the best grows: their fits find the way by themselves.
+fn calm_down(found: &mut Vec<Found>, record: &InputOutput, held: bool) {
+    let best = found.iter().min_by(|a, b| a.bic.total_cmp(&b.bic));
+    let Some(best) = best.filter(|best| grows(&best.identified.function)) else {
+        return;
+    };
+    let late = best.identified.dead_time.seconds();
+    let share = LATE * length_s(record);
+    let dead_times = [
+        DeadTime::NONE,
+        DeadTime::From(Seconds(late)),
+        DeadTime::From(Seconds(share)),
+    ];
+    let adds = "1/s".parse().ok();
+    let functions: Vec<_> = lags(length_s(record)).chain(adds).collect();
+    let pairs = functions
+        .iter()
+        .flat_map(|own| dead_times.map(|late| (own, late)));
+    let fits = pairs.filter_map(|(function, late)| {
+        identify_coefficients(function, &record.as_record(held, late)).ok()
+    });
+    let fits: Vec<Found> = fits.map(|fit| judged(fit, record)).collect();
+    found.extend(fits);
+}
+
+/// A dead time over the length of the record, to begin from.
+const LATE: f64 = 0.1;
+
+/// Adds the best function of free orders without its last or first term below, where that leaves as little: of 7.5e13/(1.5e13s^1.19 + 1) that is
+/// 5/s^1.19, which says the same.
+fn to_their_limits(found: &mut Vec<Found>, record: &InputOutput, held: bool) {
+    let others = found.iter().filter(|own| !own.is_whole());
+    let Some(best) = others.min_by(|a, b| a.bic.total_cmp(&b.bic)) else {
+        return;
+    };
+    let own = &best.identified;
+    let loose = own.standard_errors.iter().any(|(_, error)| *error > LOOSE);
+    let (above, below) = (
+        own.function.numerator().terms(),
+        own.function.denominator().terms(),
+    );
+    if !loose || below.len() < 2 {
+        return;
+    }
+    let (last, first) = (&below[..below.len() - 1], &below[1..]);
+    let fewer = [last, first].into_iter().filter_map(|below| {
+        let unit = below.last()?.coefficient.abs();
+        let scaled = |terms: &[Term]| -> Vec<Term> {
+            let scaled = terms
+                .iter()
+                .map(|term| Term::new(term.coefficient / unit, term.order));
+            scaled.collect()
+        };
+        let fewer = FractionalTransferFunction::new(&scaled(above), &scaled(below)).ok()?;
+        let fit = crate::identify(&fewer, &record.as_record(held, own.dead_time)).ok()?;
+        Some(judged(fit, record)).filter(|fewer| fewer.bic <= best.bic)
+    });
+    let fewer: Vec<Found> = fewer.collect();
+    found.extend(fewer);
 }
 
 /// The function from this start, and the same without a dead time that the record does not determine.

@@ -46,6 +46,11 @@ impl Begin {
         }
     }
 
+    /// What it leaves of the part that it is a fit of.
+    pub(super) fn rms_residual(&self) -> Option<f64> {
+        self.of_part.as_ref().map(|part| part.rms_residual)
+    }
+
     /// The first guesses again, if this was none of them.
     pub(super) fn first(&self) -> Vec<Self> {
         let guesses = self.of_part.iter().flat_map(|part| &part.guesses);
@@ -120,14 +125,15 @@ pub(super) struct OfShape {
 }
 
 /// A guess for each shape up to four poles, two of them integrators, and each dead time; of a long record from a part of it, unless the whole
-/// record shows that the part has lost what is fast.
+/// record shows that the part has lost what is fast. One that answers at once is among them if it may be.
 pub(super) fn whole_orders(
     record: &InputOutput,
     held: bool,
     dead_times: &[DeadTime],
+    may_be_prompt: bool,
 ) -> Vec<OfShape> {
     if let Some(part) = part(record, held, PART_OF_GUESSES) {
-        let found = every_shape(&part, held, dead_times);
+        let found = every_shape(&part, held, dead_times, may_be_prompt);
         let least = |a: &&OfShape, b: &&OfShape| a.rms_residual.total_cmp(&b.rms_residual);
         let best = found.iter().min_by(least);
         let again = best.and_then(|best| {
@@ -140,7 +146,7 @@ pub(super) fn whole_orders(
             return found;
         }
     }
-    every_shape(record, held, dead_times)
+    every_shape(record, held, dead_times, may_be_prompt)
 }
 
 fn shapes() -> impl Iterator<Item = WholeShape> {
@@ -155,7 +161,12 @@ fn shapes() -> impl Iterator<Item = WholeShape> {
 }
 
 /// Of each shape that of the best dead time, and that without one.
-fn every_shape(record: &InputOutput, held: bool, dead_times: &[DeadTime]) -> Vec<OfShape> {
+fn every_shape(
+    record: &InputOutput,
+    held: bool,
+    dead_times: &[DeadTime],
+    may_be_prompt: bool,
+) -> Vec<OfShape> {
     let floor = rounding(record);
     let of = |shape: WholeShape, dead_time: DeadTime| {
         let guess = whole_guess(&record.as_record(held, dead_time), shape)?;
@@ -188,7 +199,8 @@ fn every_shape(record: &InputOutput, held: bool, dead_times: &[DeadTime]) -> Vec
         let guesses = among.iter().filter_map(|dead_time| of(shape, *dead_time));
         guesses.min_by(least)
     };
-    let shapes: Vec<WholeShape> = shapes().collect();
+    let shapes = shapes().filter(|shape| may_be_prompt || shape.zeros < shape.poles);
+    let shapes: Vec<WholeShape> = shapes.collect();
     let guesses = shapes.into_par_iter();
     let guesses = guesses.flat_map_iter(|shape| match shape.zeros < shape.poles {
         true => [best(shape, &free), best(shape, &known)],
