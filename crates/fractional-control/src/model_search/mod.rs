@@ -6,7 +6,7 @@ use self::found::{AS_GOOD, LOOSE, less_sure};
 pub use self::found::{Found, Unexplained};
 pub use self::record::{Guess, InputOutput};
 use self::record::{bic, left, neighbours, resolved, rounding};
-use self::start::{Begin, at_once, part, powers, starts, whole_orders};
+use self::start::{Begin, OfShape, at_once, part, powers, starts, whole_orders};
 use crate::identify::answers_at_once;
 use crate::{
     ControlError, DeadTime, FractionalTransferFunction, FreeNumber, Identified, Start, Term,
@@ -52,11 +52,11 @@ pub fn candidates(record: &InputOutput, held: bool, dead_time: Option<Seconds>) 
     let record = &record.for_guesses();
     let dead_times = dead_times(record, held, dead_time);
     // Without a change of the input what passes at once is an offset.
-    let may_be_prompt = moves(record) || record.start == Start::Rest;
-    let mut whole = whole_orders(record, held, &dead_times, may_be_prompt);
+    let mut whole = whole_orders(record, held, &dead_times, moves(record));
     whole.sort_by(|a, b| a.bic.total_cmp(&b.bic));
     // Where those of free orders begin.
-    let first = whole.first().map(|best| best.guess.dead_time);
+    let slower = |guess: &&OfShape| !answers_at_once(&guess.guess.function);
+    let first = whole.iter().find(slower).map(|best| best.guess.dead_time);
     let first = first.or(dead_times.first().copied());
     let first = first.unwrap_or(DeadTime::NONE);
     // A swing whose orders may be others too.
@@ -341,18 +341,17 @@ const MORE_LEFT: f64 = 2.0;
 fn calm_instead(found: &[Found], record: &InputOutput) -> Option<usize> {
     let first = found
         .first()
-        .filter(|first| grows(&first.identified.function))?;
+        .filter(|first| grows(&first.identified.function, record))?;
     let most = MORE_LEFT * first.identified.rms_residual.max(rounding(record));
-    let calm = found.iter().position(|own| {
+    found.iter().position(|own| {
         own.identified.rms_residual <= most
             && own.numbers() <= first.numbers() + MORE_NUMBERS
-            && !grows(&own.identified.function)
-    });
-    calm
+            && !grows(&own.identified.function, record)
+    })
 }
 
-/// True of a function with a pole that grows, or one and a half integrators and more.
-fn grows(function: &FractionalTransferFunction) -> bool {
+/// True of a function with a pole that grows, or one and a half integrators and more; what stands within the record adds up there.
+fn grows(function: &FractionalTransferFunction, record: &InputOutput) -> bool {
     if order_at_rest(function) >= 1.5 {
         return true;
     }
@@ -360,14 +359,17 @@ fn grows(function: &FractionalTransferFunction) -> bool {
         return function.unstable_poles().is_some_and(|poles| poles > 0);
     }
     let below = coefficients(function.denominator().terms());
-    let poles = roots(&below[function.denominator().lowest() as usize..]);
-    poles.iter().any(|pole| pole.re > 1e-9 * pole.norm())
+    let integrators = function.denominator().lowest() as usize;
+    let poles = roots(&below[integrators..]);
+    let stands = |pole: &&Complex<f64>| pole.norm() * length_s(record) <= STANDS;
+    let standing = poles.iter().filter(stands).count();
+    integrators + standing > 1 || poles.iter().any(|pole| pole.re > 1e-9 * pole.norm())
 }
 
 /// Adds lags and integrators, if the best grows: their fits find the way by themselves.
 fn calm_down(found: &mut Vec<Found>, record: &InputOutput, held: bool) {
     let best = found.iter().min_by(|a, b| a.bic.total_cmp(&b.bic));
-    let Some(best) = best.filter(|best| grows(&best.identified.function)) else {
+    let Some(best) = best.filter(|best| grows(&best.identified.function, record)) else {
         return;
     };
     let late = best.identified.dead_time.seconds();

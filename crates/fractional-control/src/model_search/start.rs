@@ -12,6 +12,8 @@ use std::vec::Vec;
 const PART: usize = 500;
 /// Samples of the part for guesses of whole orders, at least.
 const PART_OF_GUESSES: usize = 1000;
+/// A dead time so near to whole samples, in samples, is that many.
+const WHOLE: f64 = 1e-9;
 /// The best of those guesses may leave so many times as much of the whole record.
 const MORE_OF_GUESSES: f64 = 1.1;
 /// The whole record may leave so many times what the part leaves.
@@ -216,8 +218,11 @@ pub(super) fn at_once(t: f64, dead_times: &[DeadTime]) -> Vec<DeadTime> {
     for dead_time in dead_times {
         let late = dead_time.seconds() / t;
         match dead_time {
-            DeadTime::Known(own) if own.0 > 0.0 => {
-                return vec![*dead_time, DeadTime::JustAfter(*own)];
+            // One that ends between two rows has one reading.
+            DeadTime::Known(own) if own.0 != 0.0 => {
+                let is_whole = (late - libm::round(late)).abs() < WHOLE;
+                let after = is_whole.then_some(DeadTime::JustAfter(*own));
+                return [*dead_time].into_iter().chain(after).collect();
             }
             DeadTime::Known(_) | DeadTime::JustAfter(_) => {}
             DeadTime::From(_) => {

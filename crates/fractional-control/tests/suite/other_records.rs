@@ -3,7 +3,7 @@
 //! The records are closed forms: sums of modes, each run from switch to switch of a held input. `CAMPAIGN_CASES` sets how many.
 
 use fractional_control::model_search::{Found, InputOutput, candidates, find_start, identify};
-use fractional_control::{FractionalTransferFunction, FreeNumber, Term};
+use fractional_control::{FractionalTransferFunction, FreeNumber, Start, Term};
 use rayon::prelude::*;
 use testkit::Random;
 
@@ -310,71 +310,50 @@ fn campaign(count: u64) {
     }
 }
 
+/// The objective and its least value of `golden/other_records.py`: c, u_p, first states, residues and direct path projected, poles and dead time from
+/// 40 starts of SciPy's `least_squares`.
 #[test]
-#[ignore = "scratch"]
-fn scratch_times() {
-    for number in [1u64, 2, 3, 4, 8, 0, 5] {
-        let mut random = Random(number + 5_800_000);
-        let case = Case::drawn(number, &mut random);
-        let mut record = case.record(&mut random);
-        let begin = std::time::Instant::now();
-        find_start(&mut record, true, None);
-        let a = begin.elapsed();
-        let guesses = candidates(&record, true, None);
-        let b = begin.elapsed();
-        let whole: Vec<_> = guesses
-            .iter()
-            .filter(|g| !g.has_free_orders)
-            .copied()
-            .collect();
-        let found = identify(&record, &whole, true, &|_| {});
-        let c = begin.elapsed();
-        let found2 = identify(&record, &guesses, true, &|_| {});
-        let d = begin.elapsed();
-        println!(
-            "{number} samples {} jitter {} {:?}: start {a:?}, candidates {:?}, whole {:?}, all {:?}; {} guesses; {} {}",
-            case.samples,
-            case.jitter,
-            record.start,
-            b - a,
-            c - b,
-            d - c,
-            guesses.len(),
-            found.unwrap()[0].identified.function,
-            found2.unwrap()[0].identified.function
+fn no_other_search_leaves_less_of_a_record() {
+    let cells = |text: &str| -> Vec<Vec<String>> {
+        let rows = text.lines().skip(1);
+        rows.map(|row| row.split(',').map(ToOwned::to_owned).collect())
+            .collect()
+    };
+    let rows = cells(include_str!("../golden/other_records.csv"));
+    for wanted in cells(include_str!("../golden/other_records_best.csv")) {
+        let [name, poles, at_once, late, moves, want] = &wanted[..] else {
+            panic!("{wanted:?}");
+        };
+        let own = rows.iter().filter(|row| row[0] == *name);
+        let column = |n: usize| -> Vec<f64> {
+            let cells = own.clone().map(|row| row[n].parse().expect("a number"));
+            cells.collect()
+        };
+        let mut record = InputOutput {
+            time_s: column(1),
+            input: column(2),
+            output: column(3),
+            ..InputOutput::default()
+        };
+        let found = found(&mut record);
+        assert_eq!(record.start == Start::Moving, moves == "1", "{name}");
+        let best = &found[0].identified;
+        let what = format!("{name}: {} behind {:?}", best.function, best.dead_time);
+        assert_eq!(
+            best.function.denominator().degree(),
+            poles.parse().expect("a number"),
+            "{what}"
         );
-    }
-}
-
-#[test]
-#[ignore = "scratch"]
-fn scratch_long() {
-    for number in [1u64, 13] {
-        let mut random = Random(number + 5_800_000);
-        let mut case = Case::drawn(number, &mut random);
-        case.samples = 20_000;
-        case.jitter = 0.0;
-        let mut record = case.record(&mut random);
-        let begin = std::time::Instant::now();
-        find_start(&mut record, true, None);
-        let a = begin.elapsed();
-        let guesses = candidates(&record, true, None);
-        let b = begin.elapsed();
-        let found = identify(&record, &guesses, true, &|_| {}).expect("found");
-        let c = begin.elapsed();
-        let evidence = fractional_control::model_search::dead_time_evidence(&found, &record, true);
-        let d = begin.elapsed();
-        println!(
-            "{number} tau {} late {} {:?}: start {a:?}, candidates {:?}, all {:?}, evidence {:?}; {} for {} {:?}",
-            case.tau,
-            case.late_s,
-            record.start,
-            b - a,
-            c - b,
-            d - c,
-            found[0].identified.function,
-            case.truth(),
-            evidence.map(|e| e.interval_s)
-        );
+        let is_prompt = best.function.numerator().degree() == best.function.denominator().degree();
+        assert_eq!(is_prompt, at_once == "1", "{what}");
+        assert_eq!(best.dead_time.seconds() > 0.0, late == "1", "{what}");
+        let want: f64 = want.parse().expect("a number");
+        let alike = found.iter().filter(|own| {
+            own.identified.function.denominator().degree() == best.function.denominator().degree()
+        });
+        let least = alike.fold(f64::INFINITY, |least, own| {
+            least.min(own.identified.rms_residual)
+        });
+        assert!(least <= 1.001 * want, "{what}: {least} {want}");
     }
 }
