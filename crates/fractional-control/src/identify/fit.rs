@@ -442,7 +442,7 @@ impl<'a> Fit<'a> {
         let late_s = late * self.record.sample_time.0;
         let dead_time = match self.record.dead_time {
             DeadTime::From(_) => DeadTime::Known(Seconds(late_s)),
-            known => known,
+            known @ (DeadTime::Known(_) | DeadTime::JustAfter(_)) => known,
         };
         let record = Record {
             dead_time,

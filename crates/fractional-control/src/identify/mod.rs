@@ -159,7 +159,7 @@ impl Searched<'_> {
             standard_errors: self.problem.errors(self.left),
             dead_time: match self.record.dead_time {
                 DeadTime::From(_) => DeadTime::From(Seconds(self.late * self.record.sample_time.0)),
-                known => known,
+                known @ (DeadTime::Known(_) | DeadTime::JustAfter(_)) => known,
             },
             function: self.function,
             model: self.run.output,

@@ -340,7 +340,7 @@ fn free_motions(
     all.iter().all(|value| value.is_finite()).then_some(all)
 }
 
-/// 1/F in controllable canonical form.
+/// 1/F in controllable canonical form, whose states are the derivatives of the first.
 fn filter(below: &[f64]) -> Option<StateSpace> {
     let n = below.len() - 1;
     let mut a = DMatrix::zeros(n, n);

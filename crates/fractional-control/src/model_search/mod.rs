@@ -170,7 +170,7 @@ pub fn find_start(record: &mut InputOutput, held: bool, dead_time: Option<Second
     }
 }
 
-/// True if the input changes.
+/// True if the input changes: only then does it reveal what it was before.
 fn moves(record: &InputOutput) -> bool {
     record
         .input
@@ -596,7 +596,7 @@ fn without_number(
         DeadTime::From(late) if !is_slower => {
             DeadTime::JustAfter(Seconds(libm::floor(late.0 / t) * t))
         }
-        other => other,
+        DeadTime::From(_) | DeadTime::Known(_) | DeadTime::JustAfter(_) => dead_time,
     };
     Some((fewer, late))
 }

@@ -83,10 +83,8 @@ impl InputOutput {
     /// What first guesses are made of: counted from about where it begins, in even steps, with straight lines between its outputs.
     pub(super) fn for_guesses(&self) -> Self {
         let counted = |signal: &[f64], from: f64| signal.iter().map(|value| value - from).collect();
-        let (input, output): (Vec<f64>, Vec<f64>) = (
-            counted(&self.input, self.input_before),
-            counted(&self.output, self.offset),
-        );
+        let input: Vec<f64> = counted(&self.input, self.input_before);
+        let output: Vec<f64> = counted(&self.output, self.offset);
         let start = self.start;
         let begin = self.time_s.first().filter(|_| !self.is_even());
         let Some(begin) = begin else {

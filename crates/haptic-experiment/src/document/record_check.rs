@@ -33,13 +33,15 @@ pub fn keep_first(record: &mut InputOutput, lines: &mut Vec<u64>) -> Result<Vec<
     for signal in [&mut record.time_s, &mut record.input, &mut record.output] {
         keep(signal);
     }
-    let (kept, repeated): (Vec<_>, Vec<_>) = lines.iter().zip(&is_new).partition(|(_, new)| **new);
-    let repeated = repeated.into_iter().map(|(line, _)| *line).collect();
-    *lines = kept.into_iter().map(|(line, _)| *line).collect();
-    match record.time_s.len() {
-        0 | 1 => Err("the time does not increase: give at least two rows in order".to_owned()),
-        _ => Ok(repeated),
+    let pairs = lines.iter().zip(&is_new);
+    let repeated = pairs.filter(|(_, new)| !**new).map(|(line, _)| *line);
+    let repeated = repeated.collect();
+    let mut new = is_new.iter();
+    lines.retain(|_| new.next().copied().unwrap_or(false));
+    if record.time_s.len() < 2 {
+        return Err("the time does not increase: give at least two rows in order".to_owned());
     }
+    Ok(repeated)
 }
 
 /// Samples next to each other that may be missing.
