@@ -394,6 +394,9 @@ fn calm_down(found: &mut Vec<Found>, record: &InputOutput, held: bool) {
 /// A dead time over the length of the record, to begin from.
 const LATE: f64 = 0.1;
 
+/// A number whose standard error is so many times its size has gone to its limit.
+const FAR: f64 = 10.0;
+
 /// Adds the best function of free orders without its last or first term below, where that leaves as little: of 7.5e13/(1.5e13s^1.19 + 1) that is
 /// 5/s^1.19, which says the same.
 fn to_their_limits(found: &mut Vec<Found>, record: &InputOutput, held: bool) {
@@ -402,12 +405,12 @@ fn to_their_limits(found: &mut Vec<Found>, record: &InputOutput, held: bool) {
         return;
     };
     let own = &best.identified;
-    let loose = own.standard_errors.iter().any(|(_, error)| *error > LOOSE);
+    let far = own.standard_errors.iter().any(|(_, error)| *error > FAR);
     let (above, below) = (
         own.function.numerator().terms(),
         own.function.denominator().terms(),
     );
-    if !loose || below.len() < 2 {
+    if !far || below.len() < 2 {
         return;
     }
     let (last, first) = (&below[..below.len() - 1], &below[1..]);
