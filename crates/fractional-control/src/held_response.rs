@@ -227,7 +227,10 @@ impl Bounds {
 }
 
 /// The numerator of G − D over its denominator: what G passes on at once, D, leaves no highest power.
-fn without(function: &FractionalTransferFunction, direct: f64) -> Option<FractionalPolynomial> {
+pub(crate) fn without(
+    function: &FractionalTransferFunction,
+    direct: f64,
+) -> Option<FractionalPolynomial> {
     let below = function.denominator();
     let passed = below.terms().iter();
     let passed = passed.map(|term| Term::new(-direct * term.coefficient, term.order));

@@ -32,6 +32,8 @@ mod memory;
 #[cfg(feature = "std")]
 pub mod model_search;
 mod notation;
+#[cfg(feature = "std")]
+mod own_times;
 mod parallel;
 mod pid;
 #[cfg(feature = "std")]

@@ -11,9 +11,9 @@ use std::vec::Vec;
 /// ẋ = Ax + Bu, y = Cx, strictly proper; u through an actuator of the time constant τ.
 #[derive(Clone, Debug, PartialEq)]
 pub struct StateSpace {
-    a: DMatrix<f64>,
-    b: DVector<f64>,
-    c: RowDVector<f64>,
+    pub(crate) a: DMatrix<f64>,
+    pub(crate) b: DVector<f64>,
+    pub(crate) c: RowDVector<f64>,
 }
 
 /// Numbers of a sampled plant: e^300, of which a loop can be squared.
@@ -88,7 +88,7 @@ impl StateSpace {
     }
 
     /// The same with its input as one state more, the last: f = its input, f′ = `own`·f + `gain`·u.
-    fn fed_by(&self, own: f64, gain: f64) -> Result<Self, ControlError> {
+    pub(crate) fn fed_by(&self, own: f64, gain: f64) -> Result<Self, ControlError> {
         let n = self.a.nrows();
         let mut a = DMatrix::zeros(n + 1, n + 1);
         a.view_mut((0, 0), (n, n)).copy_from(&self.a);
@@ -101,7 +101,7 @@ impl StateSpace {
         Self::new(a, b, c)
     }
 
-    /// Shows each state from rest, for an input that is held from its sample to the next, or runs in a straight line, and acts by
+    /// Shows each state from these first ones on, from rest without any, for an input that is held from its sample to the next, or runs in a straight line, and acts by
     /// `fraction` of a sample later: exactly, for the switch inside a sample parts the integral.
     pub(crate) fn run(
         &self,
@@ -109,16 +109,22 @@ impl StateSpace {
         input: &[f64],
         fraction: f64,
         held: bool,
+        first: &[f64],
         seen: &mut dyn FnMut(usize, &[f64]),
     ) -> Result<(), ControlError> {
+        let from = |mut begin: DVector<f64>| {
+            begin.rows_mut(0, first.len()).copy_from_slice(first);
+            begin
+        };
         if held {
             let sampled = self.sampled(sample_time, fraction)?;
-            sampled.run(sampled.at_rest(), &mut input.iter().copied(), seen);
+            let begin = from(sampled.at_rest());
+            sampled.run(begin, &mut input.iter().copied(), seen);
             return Ok(());
         }
         // The slope of the input feeds the input.
         let sampled = self.fed_by(0.0, 1.0)?.sampled(sample_time, fraction)?;
-        let mut begin = sampled.at_rest();
+        let mut begin = from(sampled.at_rest());
         if let (Some(last), Some(first)) = (begin.iter_mut().last(), input.first()) {
             *last = *first;
         }
@@ -129,21 +135,6 @@ impl StateSpace {
             .map(|(now, next)| (next - now) / sample_time);
         sampled.run(begin, &mut slopes, seen);
         Ok(())
-    }
-
-    /// y from rest, for an input as in [`run`](Self::run).
-    pub(crate) fn respond(
-        &self,
-        sample_time: f64,
-        input: &[f64],
-        fraction: f64,
-        held: bool,
-    ) -> Result<Vec<f64>, ControlError> {
-        let mut outputs = Vec::with_capacity(input.len());
-        self.run(sample_time, input, fraction, held, &mut |_, x| {
-            outputs.push(self.c.iter().zip(x).map(|(c, x)| c * x).sum());
-        })?;
-        Ok(outputs)
     }
 
     /// C(jω − A)⁻¹B.
@@ -189,7 +180,7 @@ impl StateSpace {
     }
 
     /// e^(At) − 1 and ∫₀^t e^(As)B ds.
-    fn motion(&self, t: f64) -> (DMatrix<f64>, DVector<f64>) {
+    pub(crate) fn motion(&self, t: f64) -> (DMatrix<f64>, DVector<f64>) {
         let n = self.a.nrows();
         let mut generator = DMatrix::zeros(n + 1, n + 1);
         generator.view_mut((0, 0), (n, n)).copy_from(&(&self.a * t));
@@ -205,10 +196,16 @@ impl StateSpace {
     /// faster than 30 time constants a sample. Loops take [`held`](Self::held).
     fn sampled(&self, sample_time: f64, fraction: f64) -> Result<SampledStates, ControlError> {
         let n = self.a.nrows();
-        let (moved, _) = self.motion(sample_time);
-        let (late_moved, newest) = self.motion((1.0 - fraction) * sample_time);
-        let (_, early) = self.motion(fraction * sample_time);
-        let last = &early + &late_moved * &early;
+        let (moved, whole) = self.motion(sample_time);
+        // Nothing happens in so short a part of a sample.
+        let (newest, last) = if fraction <= f64::MIN_POSITIVE {
+            (whole, DVector::zeros(n))
+        } else {
+            let (late_moved, newest) = self.motion((1.0 - fraction) * sample_time);
+            let (_, early) = self.motion(fraction * sample_time);
+            let last = &early + &late_moved * &early;
+            (newest, last)
+        };
         let transition = &moved + DMatrix::identity(n, n);
         let norm = transition
             .try_inverse()

@@ -16,7 +16,7 @@ use haptic_log::record::inspect;
 pub use input::short;
 use parameters::{Parameter, Value as Kind};
 use reader::{Part, Table, in_order};
-pub use record_check::{check_signals, check_times, fill_gaps};
+pub use record_check::{check_signals, fill_gaps, keep_first};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf, absolute};
 use toml::Value;

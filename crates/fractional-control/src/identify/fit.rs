@@ -1,11 +1,13 @@
 //! Model less record, as a problem of least squares.
 
-use super::record::{DeadTime, Free, FreeNumber, Record, Start, UNFIT, now};
+use super::record::{DeadTime, Free, FreeNumber, Record, Start, UNFIT, answers_at_once};
+use super::whole::projected;
 use crate::curves::transfer_fraction;
+use crate::held_response::without;
 use crate::memory::Integral;
 use crate::records::{MODES, Running, largest, through};
 use crate::sampled::entries;
-use crate::{ControlError, FractionalTransferFunction, Memory, StateSpace, Term};
+use crate::{ControlError, FractionalTransferFunction, Memory, StateSpace, Term, own_times};
 use certified_count::count;
 use fracdiff::Seconds;
 use levenberg_marquardt::LeastSquaresProblem;
@@ -22,6 +24,8 @@ pub(super) struct Ran {
     pub(super) offset: f64,
     /// `u_p`.
     pub(super) input_before: f64,
+    /// The numbers of the start.
+    pub(super) numbers: usize,
 }
 
 pub(super) struct Fit<'a> {
@@ -93,6 +97,10 @@ fn in_steps(late: f64, steps: usize) -> (usize, f64) {
 /// The input as a rule of second order takes it, so many steps a sample: a held one as a hat between neighbouring steps sees it, h of a step late,
 /// (1−h)²/2·u\[n\] + (1/2 + h − h²)·u\[n−1\] + h²/2·u\[n−2\]; a smooth one in straight lines.
 fn seen_by_a_rule(record: &Record<'_>, late: f64, steps: usize) -> Vec<f64> {
+    let count = (record.input.len() - 1) * steps + 1;
+    if !record.time_s.is_empty() {
+        return seen_at_own_times(record, late, steps, count);
+    }
     let (whole, h) = in_steps(late, steps);
     let input = |step: usize| {
         let (sample, part) = (step / steps, step % steps);
@@ -112,8 +120,42 @@ fn seen_by_a_rule(record: &Record<'_>, late: f64, steps: usize) -> Vec<f64> {
     };
     let at = |n: usize, lag: usize| n.checked_sub(whole + lag).map_or(0.0, input);
     let seen = |n| (0..3).map(|lag| weights[lag] * at(n, lag)).sum();
-    let count = (record.input.len() - 1) * steps + 1;
     (0..count).map(seen).collect()
+}
+
+/// The same of a record that is not evenly spaced, on the even grid of the rule.
+/// ```text
+/// (U(t + δ) − 2U(t) + U(t − δ))/δ²,   U the second integral of the held input, so much later
+/// ```
+fn seen_at_own_times(record: &Record<'_>, late: f64, steps: usize, count: usize) -> Vec<f64> {
+    let (time_s, input) = (record.time_s, record.input);
+    let begin = time_s.first().copied().unwrap_or(0.0);
+    let late_s = late * record.sample_time.0;
+    let step = record.sample_time.0 / steps as f64;
+    let grid = |n: f64| begin + n * step - late_s;
+    if !record.held {
+        return (0..count).map(|n| record.at(grid(n as f64))).collect();
+    }
+    // U and its slope at each stamp.
+    let (mut once, mut twice) = (0.0, 0.0);
+    let mut sums = vec![(0.0, 0.0)];
+    for (pair, u) in time_s.windows(2).zip(input) {
+        let h = pair[1] - pair[0];
+        twice += once * h + 0.5 * u * h * h;
+        once += u * h;
+        sums.push((once, twice));
+    }
+    let sum = |t: f64| {
+        let held = time_s.partition_point(|stamp| *stamp <= t).checked_sub(1);
+        held.map_or(0.0, |n| {
+            let ((once, twice), h) = (sums[n], t - time_s[n]);
+            twice + once * h + 0.5 * input[n] * h * h
+        })
+    };
+    let sums: Vec<f64> = (0..count + 2).map(|n| sum(grid(n as f64 - 1.0))).collect();
+    let hats = sums.windows(3);
+    hats.map(|u| (u[2] - 2.0 * u[1] + u[0]) / (step * step))
+        .collect()
 }
 
 /// The output of a function of whole orders; what it passes on at once is held too. `None` of a function without states.
@@ -123,19 +165,43 @@ fn exact(
     late: f64,
 ) -> Option<Result<Vec<f64>, ControlError>> {
     let (states, direct) = StateSpace::of_function(function)?;
-    let (input, part) = record.acting(late);
-    let outputs = match function.denominator().degree() > 0.0 {
-        true => states.respond(record.sample_time.0, &input, part, record.held),
-        false => Ok(vec![0.0; input.len()]),
-    };
-    Some(outputs.map(|mut outputs| {
+    Some(moved(&states, record, late).map(|mut outputs| {
         if direct != 0.0 {
-            let acting = now(&input, part, record.held);
-            let pairs = outputs.iter_mut().zip(acting);
+            let pairs = outputs.iter_mut().zip(record.now_late(late));
             pairs.for_each(|(y, u)| *y += direct * u);
         }
         outputs
     }))
+}
+
+/// The output of these states from rest.
+fn moved(states: &StateSpace, record: &Record<'_>, late: f64) -> Result<Vec<f64>, ControlError> {
+    if states.c.is_empty() {
+        return Ok(vec![0.0; record.input.len()]);
+    }
+    let mut outputs = Vec::with_capacity(record.input.len());
+    let mut seen = |_: usize, x: &[f64]| {
+        outputs.push(states.c.iter().zip(x).map(|(c, x)| c * x).sum());
+    };
+    shown(states, record, late, &[], &mut seen)?;
+    Ok(outputs)
+}
+
+/// Shows the states of each sample, from these first ones on, from rest without any.
+fn shown(
+    states: &StateSpace,
+    record: &Record<'_>,
+    late: f64,
+    first: &[f64],
+    seen: &mut dyn FnMut(usize, &[f64]),
+) -> Result<(), ControlError> {
+    let (t, held) = (record.sample_time.0, record.held);
+    if record.time_s.is_empty() {
+        let (input, part) = record.acting(late);
+        return states.run(t, &input, part, held, first, seen);
+    }
+    let (time_s, input) = (record.time_s, record.input);
+    own_times::run(states, time_s, input, late * t, held, first, seen)
 }
 
 /// A residual where there is no model, in units of the largest output.
@@ -181,46 +247,80 @@ impl<'a> Fit<'a> {
 
     /// The run of a function over the record, so many samples late, from the start that comes nearest.
     /// ```text
-    /// y − G·u = c − u_p·(G·1),   by least squares
+    /// y − G·u = c − u_p·(G·1) + Σ x_i·r_i,   by least squares
     /// ```
     fn ran(&self, function: &FractionalTransferFunction, late: f64) -> Result<Ran, ControlError> {
         let mut output = self.responded(function, &self.record, late)?;
         let ones = vec![1.0; output.len()];
-        let step = match self.record.start {
-            Start::Rest => vec![],
-            Start::Offset => vec![0.0; ones.len()],
-            Start::Settled => {
-                let input = &ones[..];
-                self.responded(
-                    function,
-                    &Record {
-                        input,
-                        ..self.record
-                    },
-                    late,
-                )?
-            }
+        let constant = Record {
+            input: &ones,
+            ..self.record
         };
-        let left = self.record.output.iter().zip(&output).zip(&step);
-        let left: Vec<(f64, f64)> = left.map(|((y, own), step)| (y - own, *step)).collect();
-        let count = left.len().max(1) as f64;
-        let mean = |sum: f64| sum / count;
-        let middle = mean(left.iter().map(|(left, _)| left).sum());
-        let middle_step = mean(left.iter().map(|(_, step)| step).sum());
-        let (mut both, mut square) = (0.0, 0.0);
-        for (left, step) in &left {
-            both += (left - middle) * (step - middle_step);
-            square += (step - middle_step) * (step - middle_step);
+        let moves = self.record.start == Start::Moving && self.is_exact(function);
+        let mut motions = match self.record.start {
+            Start::Rest | Start::Offset => vec![],
+            Start::Moving if moves => self.free_motions(function, late)?,
+            Start::Settled | Start::Moving => vec![self.responded(function, &constant, late)?],
+        };
+        let is_open =
+            self.record.start != Start::Rest && !(moves && function.denominator().lowest() > 0.0);
+        if is_open {
+            motions.push(ones.clone());
         }
-        let slope = if square > 0.0 { both / square } else { 0.0 };
-        let offset = middle - slope * middle_step;
-        let pairs = output.iter_mut().zip(&step);
-        pairs.for_each(|(y, step)| *y += offset + slope * step);
+        let left = self.record.output.iter().zip(&output);
+        let shares = projected(&motions, left.map(|(y, own)| y - own).collect());
+        for (motion, share) in motions.iter().zip(&shares) {
+            let pairs = output.iter_mut().zip(motion);
+            pairs.for_each(|(y, own)| *y += share * own);
+        }
+        let is_settled = shares.len() == 2 && !moves;
         Ok(Ran {
             output,
-            offset,
-            input_before: 0.0 - slope,
+            offset: shares.last().filter(|_| is_open).copied().unwrap_or(0.0),
+            input_before: if is_settled { 0.0 - shares[0] } else { 0.0 },
+            numbers: motions.len(),
         })
+    }
+
+    fn is_exact(&self, function: &FractionalTransferFunction) -> bool {
+        self.freedom == Free::Coefficients && function.is_whole()
+    }
+
+    /// The motions without input from each state, and that by what acted within a dead time.
+    fn free_motions(
+        &self,
+        function: &FractionalTransferFunction,
+        late: f64,
+    ) -> Result<Vec<Vec<f64>>, ControlError> {
+        let Some((states, _)) = StateSpace::of_function(function) else {
+            return Ok(vec![]);
+        };
+        let (count, samples) = (states.c.len(), self.record.input.len());
+        let (zeros, ones) = (vec![0.0; samples], vec![1.0; samples]);
+        let with = |input| Record {
+            input,
+            ..self.record
+        };
+        // C·e^(At) of each state at once: the states of Aᵀ, from C on.
+        let turned = StateSpace {
+            a: states.a.transpose(),
+            b: DVector::zeros(count),
+            c: states.c.clone(),
+        };
+        let mut motions = vec![Vec::with_capacity(samples); count];
+        if count > 0 {
+            let mut seen = |_: usize, x: &[f64]| {
+                let pairs = motions.iter_mut().zip(x);
+                pairs.for_each(|(motion, x)| motion.push(*x));
+            };
+            shown(&turned, &with(&zeros), 0.0, states.c.as_slice(), &mut seen)?;
+        }
+        if late >= 1.0 {
+            let at_once = self.responded(function, &with(&ones), 0.0)?;
+            let later = self.responded(function, &with(&ones), late)?;
+            motions.push(at_once.iter().zip(later).map(|(a, b)| a - b).collect());
+        }
+        Ok(motions)
     }
 
     /// The output of a function from rest: exactly where its orders are whole and stay so, else by the rule. What overflows is refused, and no rule
@@ -231,7 +331,8 @@ impl<'a> Fit<'a> {
         record: &Record<'_>,
         late: f64,
     ) -> Result<Vec<f64>, ControlError> {
-        let exact = (self.freedom == Free::Coefficients)
+        let exact = self
+            .is_exact(function)
             .then(|| exact(function, record, late))
             .flatten();
         exact.unwrap_or_else(|| self.by_rule(function, record, late))
@@ -243,6 +344,18 @@ impl<'a> Fit<'a> {
         record: &Record<'_>,
         late: f64,
     ) -> Result<Vec<f64>, ControlError> {
+        if answers_at_once(function) && function.denominator().degree() > 0.0 {
+            let [above, below] = [function.numerator(), function.denominator()];
+            let direct = above.terms()[0].coefficient / below.terms()[0].coefficient;
+            let now = record.now_late(late).into_iter().map(|u| direct * u);
+            let slower = without(function, direct).filter(|slower| !slower.terms().is_empty());
+            let Some(slower) = slower else {
+                return Ok(now.collect());
+            };
+            let slower = FractionalTransferFunction::from_polynomials(slower, *below)?;
+            let later = self.by_rule(&slower, record, late)?;
+            return Ok(now.zip(later).map(|(now, later)| now + later).collect());
+        }
         let Record {
             sample_time,
             input,
@@ -254,6 +367,15 @@ impl<'a> Fit<'a> {
         let integral = |fraction| self.integral(fraction);
         let running = Running::of_integrals(function, self.memory, step, integral)?;
         let outputs = through(&running, seen.into_iter());
+        if let Some(begin) = record.time_s.first() {
+            let last = outputs.len() - 1;
+            let at = |t: &f64| {
+                let place = ((t - begin) / step.0).clamp(0.0, last as f64);
+                let (n, share) = (place as usize, place - libm::floor(place));
+                outputs[n] + share * (outputs[(n + 1).min(last)] - outputs[n])
+            };
+            return Ok(record.time_s.iter().map(at).collect());
+        }
         let mut outputs: Vec<f64> = outputs.into_iter().step_by(self.steps).collect();
         let is_slower = function.numerator().degree() < function.denominator().degree();
         let (whole, h) = in_steps(late, self.steps);
@@ -318,8 +440,12 @@ impl<'a> Fit<'a> {
             false => self.freedom,
         };
         let late_s = late * self.record.sample_time.0;
+        let dead_time = match self.record.dead_time {
+            DeadTime::From(_) => DeadTime::Known(Seconds(late_s)),
+            known @ (DeadTime::Known(_) | DeadTime::JustAfter(_)) => known,
+        };
         let record = Record {
-            dead_time: DeadTime::Known(Seconds(late_s)),
+            dead_time,
             ..self.record
         };
         let fit = Self::new(*function, freedom, vec![], self.memory, record, self.steps);
@@ -344,6 +470,9 @@ impl<'a> Fit<'a> {
                 FreeNumber::DenominatorOrder(n) => below[n].order = *x,
                 FreeNumber::DeadTime => {}
             }
+        }
+        if answers_at_once(&self.guess) {
+            above[0].order = below[0].order;
         }
         FractionalTransferFunction::new(&above, &below)
     }
@@ -399,7 +528,8 @@ impl<'a> Fit<'a> {
     pub(super) fn errors(&self, left: f64) -> Vec<(FreeNumber, f64)> {
         let slopes = self.slopes();
         let free = self.free.len();
-        let scale = left / (self.record.output.len() - free) as f64;
+        let numbers = free + self.run.as_ref().map_or(0, |run| run.numbers);
+        let scale = left / self.record.output.len().saturating_sub(numbers).max(1) as f64;
         let inverse = (slopes.transpose() * &slopes).try_inverse();
         // A variance that is not above 0 is what rounding left of one that is too large.
         let error = |n: usize| match &inverse {

@@ -11,6 +11,7 @@ use crate::{ControlError, FractionalTransferFunction, Memory, Rule};
 use fracdiff::Seconds;
 use fracdiff::parameter::{positive, range};
 use levenberg_marquardt::LevenbergMarquardt;
+pub(crate) use record::answers_at_once;
 pub use record::{DeadTime, FreeNumber, Record, Start};
 use std::vec::Vec;
 pub use whole::{WholeGuess, WholeShape, whole_guess};
@@ -34,6 +35,8 @@ pub struct Identified {
     pub offset: f64,
     /// `u_p`, the earlier input of a plant that had settled, in the unit of u.
     pub input_before: f64,
+    /// How many numbers say where the plant began.
+    pub start_numbers: usize,
     /// Standard errors of the free numbers, in the order of [`FreeNumber`]s.
     pub standard_errors: Vec<(FreeNumber, f64)>,
 }
@@ -52,7 +55,7 @@ pub struct Identified {
 /// let truth: FractionalTransferFunction = "2/(0.8s^1.3+1)".parse()?;
 /// let t = Seconds(0.05);
 /// let y = step_response(&truth, Memory::new(Rule::Bdf2, 1e-8, 10.0)?, t, 200)?;
-/// let record = Record { sample_time: t, input: &[1.0; 200], output: &y, held: true, dead_time: DeadTime::NONE, start: Start::Rest };
+/// let record = Record { sample_time: t, time_s: &[], input: &[1.0; 200], output: &y, held: true, dead_time: DeadTime::NONE, start: Start::Rest };
 /// let found = identify(&"1/(s+1)".parse()?, &record)?;
 /// assert!((found.function.denominator().degree() - 1.3).abs() < 1e-4);
 /// # Ok::<(), fractional_control::ControlError>(())
@@ -156,12 +159,13 @@ impl Searched<'_> {
             standard_errors: self.problem.errors(self.left),
             dead_time: match self.record.dead_time {
                 DeadTime::From(_) => DeadTime::From(Seconds(self.late * self.record.sample_time.0)),
-                known => known,
+                known @ (DeadTime::Known(_) | DeadTime::JustAfter(_)) => known,
             },
             function: self.function,
             model: self.run.output,
             offset: self.run.offset,
             input_before: self.run.input_before,
+            start_numbers: self.run.numbers,
         }
     }
 }
@@ -237,6 +241,10 @@ fn check(record: &Record<'_>, free: usize) -> Result<(), ControlError> {
     let same = record.input.len() == record.output.len();
     let allowed = "as many as of the input";
     range("samples of the output", outputs, same, allowed, "")?;
+    let stamps = record.time_s.len();
+    let same = stamps == 0 || stamps == record.input.len();
+    let allowed = "none, or as many as of the input";
+    range("times of the record", stamps as f64, same, allowed, "")?;
     let enough = record.input.len() > 2 * free;
     let allowed = "more than twice the free numbers";
     range("samples of the record", inputs, enough, allowed, "")?;

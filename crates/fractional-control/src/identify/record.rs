@@ -18,6 +18,8 @@ pub enum DeadTime {
     Known(Seconds),
     /// It is to be found, from here on.
     From(Seconds),
+    /// A known one, and an output that is read just before its row's new input: the limit from above. It matters to a plant that answers at once.
+    JustAfter(Seconds),
 }
 
 impl DeadTime {
@@ -28,7 +30,7 @@ impl DeadTime {
     #[must_use]
     pub const fn seconds(self) -> f64 {
         match self {
-            Self::Known(Seconds(s)) | Self::From(Seconds(s)) => s,
+            Self::Known(Seconds(s)) | Self::From(Seconds(s)) | Self::JustAfter(Seconds(s)) => s,
         }
     }
 
@@ -39,8 +41,10 @@ impl DeadTime {
     }
 }
 
-/// What is known of a plant when its record begins: y = c + G·(u − `u_p`), and c and `u_p` are linear once G is given.
-///
+/// What is known of a plant when its record begins, all of it linear once G is given:
+/// ```text
+/// y = c + G·(u − u_p) + Σ x_i·r_i(t),   r_i the free motions of G
+/// ```
 /// *Source*: of their projection, G. H. Golub, V. Pereyra, *Separable nonlinear least squares*, Inverse Problems 19, 2003.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Start {
@@ -51,20 +55,30 @@ pub enum Start {
     Offset,
     /// Settled at an input `u_p` that is to be found, as is c.
     Settled,
+    /// On its way: c, which with an integrator is among its states, all states, and what acted within the dead time are to be found. A function of other than
+    /// whole orders has no finite state, so it counts as settled.
+    Moving,
 }
 
 impl Start {
-    /// How many numbers are found with those of the function.
-    pub(crate) const fn numbers(self) -> usize {
-        self as usize
+    /// How many numbers are found with those of a function of whole orders: with so many states, `late` if its dead time is longer than a sample.
+    pub(crate) const fn numbers(self, states: usize, integrates: bool, late: bool) -> usize {
+        match self {
+            Self::Rest => 0,
+            Self::Offset => 1,
+            Self::Settled => 2,
+            Self::Moving => states + late as usize + !integrates as usize,
+        }
     }
 }
 
-/// A record: input and output at the same instants, T apart.
+/// A record: input and output at the same instants.
 #[derive(Clone, Copy, Debug)]
 pub struct Record<'a> {
-    /// T, the same from each sample to the next.
+    /// T from each sample to the next, or their mean.
     pub sample_time: Seconds,
+    /// The time of each sample, s, where they are not evenly spaced; else nothing.
+    pub time_s: &'a [f64],
     /// u, one a sample.
     pub input: &'a [f64],
     /// y, one a sample.
@@ -86,12 +100,20 @@ impl Record<'_> {
         self.dead_time.seconds() / self.sample_time.0
     }
 
+    /// How much later than the dead time, in samples, the input acts: as little as a number above 0 can be, or not at all.
+    pub(super) fn after(&self) -> f64 {
+        match self.dead_time {
+            DeadTime::JustAfter(_) => f64::MIN_POSITIVE,
+            DeadTime::Known(_) | DeadTime::From(_) => 0.0,
+        }
+    }
+
     /// The input as it acts so many samples later: moved by whole samples, and the part of a sample that is left.
     pub(super) fn acting(&self, late: f64) -> (Cow<'_, [f64]>, f64) {
         let nearest = libm::round(late);
         let is_whole = (late - nearest).abs() < WHOLE;
         let whole = if is_whole { nearest } else { libm::floor(late) };
-        let part = if is_whole { 0.0 } else { late - whole };
+        let part = if is_whole { self.after() } else { late - whole };
         let samples = self.input.len();
         let whole = (whole as usize).min(samples);
         if whole == 0 {
@@ -104,8 +126,33 @@ impl Record<'_> {
 
     /// What acts at each sample.
     pub(crate) fn now(&self) -> Vec<f64> {
-        let (input, part) = self.acting(self.late());
-        now(&input, part, self.held).collect()
+        self.now_late(self.late())
+    }
+
+    /// What acts at each sample so many samples later.
+    pub(super) fn now_late(&self, late: f64) -> Vec<f64> {
+        if self.time_s.is_empty() {
+            let (input, part) = self.acting(late);
+            return now(&input, part, self.held).collect();
+        }
+        let late_s = late * self.sample_time.0;
+        self.time_s.iter().map(|t| self.at(t - late_s)).collect()
+    }
+
+    /// The input at any time of a record that is not evenly spaced.
+    pub(super) fn at(&self, t: f64) -> f64 {
+        let is_after = self.after() > 0.0;
+        let acts = |switch: &f64| *switch < t || (*switch <= t && !is_after);
+        let next = self.time_s.partition_point(acts);
+        let before = next.checked_sub(1).map(|last| self.input[last]);
+        match (before, self.input.get(next)) {
+            (Some(u), Some(later)) if !self.held => {
+                let [from, to] = [self.time_s[next - 1], self.time_s[next]];
+                u + (later - u) * (t - from) / (to - from)
+            }
+            (Some(u), _) => u,
+            (None, first) => first.filter(|_| !self.held).copied().unwrap_or(0.0),
+        }
     }
 }
 
@@ -149,7 +196,12 @@ impl Free {
     }
 }
 
-/// All but the last coefficient of the denominator, and orders of 0; the dead time last.
+/// True of a function that answers at once: its highest orders above and below are one.
+pub(crate) fn answers_at_once(function: &FractionalTransferFunction) -> bool {
+    function.numerator().degree() >= function.denominator().degree()
+}
+
+/// All but the last coefficient of the denominator, orders of 0, and the highest above of a function that answers at once; the dead time last.
 pub(super) fn free_numbers(
     guess: &FractionalTransferFunction,
     freedom: Free,
@@ -159,7 +211,7 @@ pub(super) fn free_numbers(
     let is_free = |order: f64| order > 0.0 && freedom == Free::All;
     for (n, term) in guess.numerator().terms().iter().enumerate() {
         free.push(FreeNumber::NumeratorCoefficient(n));
-        if is_free(term.order) {
+        if is_free(term.order) && !(n == 0 && answers_at_once(guess)) {
             free.push(FreeNumber::NumeratorOrder(n));
         }
     }

@@ -1,6 +1,6 @@
 //! First guesses of whole orders: poles by linear least squares, zeros by linear least squares after them.
 
-use super::record::{Record, now};
+use super::record::{Record, Start, now};
 use crate::{FractionalTransferFunction, StateSpace, Term};
 use fracdiff::{Seconds, roots};
 use nalgebra::{DMatrix, DVector, RowDVector};
@@ -9,12 +9,12 @@ use std::borrow::Cow;
 use std::vec;
 use std::vec::Vec;
 
-/// Poles, zeros and integrators of a function of whole orders: at most 4, fewer than the poles, and among the poles.
+/// Poles, zeros and integrators of a function of whole orders: at most 4, no more than the poles, and among the poles.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct WholeShape {
     /// Poles, the integrators included.
     pub poles: usize,
-    /// Zeros, fewer than the poles: a plant does not answer at once.
+    /// Zeros, as many as the poles at most; a plant of as many answers at once.
     pub zeros: usize,
     /// Poles at s = 0.
     pub integrators: usize,
@@ -43,7 +43,8 @@ const SETTLED: f64 = 1e-3;
 /// A(s)·y/F(s) = B(s)·u/F(s):   linear in the coefficients of A and B, for any filter 1/F;   F = (s + λ)^n, then F = A, four times
 /// ```
 /// Several λ are tried, from the length of the record to its samples, and the poles of the samples themselves; the guess is what leaves
-/// least when it is run. So poles that swing long, grow, or are as fast as the samples are found.
+/// least when it is run. So poles that swing long, grow, or are as fast as the samples are found. Where the plant began is linear too: C(s)/F of its
+/// states, and A(0)c/(sF) of an offset.
 ///
 /// - *Cost*: some ten passes over the record. *Source*: of the rounds, K. Steiglitz and L. E. `McBride`, *A technique for the identification of
 ///   linear systems*, IEEE Trans. Automatic Control 10(4), 1965; of filters in continuous time, P. C. Young, *Recursive estimation and
@@ -93,6 +94,7 @@ struct Acting<'a> {
     part: f64,
     output: &'a [f64],
     held: bool,
+    start: Start,
 }
 
 /// `None` of a record that is too short for the shape, or of no such shape.
@@ -103,8 +105,11 @@ fn acts<'a>(record: &'a Record<'_>, shape: WholeShape) -> Option<Acting<'a>> {
         integrators,
     } = shape;
     let samples = record.output.len();
-    let fits = (1..=4).contains(&poles) && zeros < poles && integrators <= poles;
-    if !fits || samples < 4 * (poles + zeros + 1) || samples != record.input.len() {
+    let fits = (1..=4).contains(&poles) && zeros <= poles && integrators <= poles;
+    if !fits
+        || samples < 4 * (poles + zeros + 1 + record.start.numbers(poles, integrators > 0, false))
+        || samples != record.input.len()
+    {
         return None;
     }
     let (input, part) = record.acting(record.late());
@@ -114,6 +119,7 @@ fn acts<'a>(record: &'a Record<'_>, shape: WholeShape) -> Option<Acting<'a>> {
         part,
         output: record.output,
         held: record.held,
+        start: record.start,
     })
 }
 
@@ -199,14 +205,23 @@ fn run(
     below: &[f64],
     input: &DMatrix<f64>,
 ) -> Option<Guess> {
-    let columns = input.columns(0, shape.zeros + 1).into_owned();
+    let inputs = input.columns(0, shape.zeros + 1);
+    let free = free_motions(record, below, rate * record.sample_time.0, false)?;
+    let columns = DMatrix::from_fn(
+        input.nrows(),
+        shape.zeros + 1 + free.ncols(),
+        |row, column| match column.checked_sub(shape.zeros + 1) {
+            None => inputs[(row, column)],
+            Some(k) => free[(row, k)],
+        },
+    );
     let output = DVector::from_column_slice(record.output);
     let above = solved(columns.clone(), output.clone())?;
     let left = (columns * &above - output).norm_squared();
     left.is_finite().then(|| Guess {
         rate,
         below: below.to_vec(),
-        above: above.iter().copied().collect(),
+        above: above.iter().take(shape.zeros + 1).copied().collect(),
         left,
     })
 }
@@ -226,12 +241,22 @@ fn regressed(
     } = shape;
     let output = filtered(filter, t, record.output, 0.0, false)?;
     let free = poles - integrators;
+    // An integrator takes the offset away.
+    let begun = free_motions(record, filter, t, true)?;
+    let begun = begun.columns(
+        0,
+        begun.ncols().saturating_sub(usize::from(integrators > 0)),
+    );
     let matrix = DMatrix::from_fn(
         record.output.len(),
-        free + zeros + 1,
-        |row, column| match column.checked_sub(free) {
-            None => -output[(row, integrators + column)],
-            Some(k) => input[(row, k)],
+        free + zeros + 1 + begun.ncols(),
+        |row, column| match (
+            column.checked_sub(free),
+            column.checked_sub(free + zeros + 1),
+        ) {
+            (_, Some(k)) => begun[(row, k)],
+            (Some(k), None) => input[(row, k)],
+            (None, None) => -output[(row, integrators + column)],
         },
     );
     let found = solved(matrix, output.column(poles).into_owned())?;
@@ -247,9 +272,13 @@ const AT_ONCE: [f64; 2] = [0.1, 1e-13];
 /// The poles of y\[k\] + `Σ α_j y[k−j]` = `Σ β_j u[k−j]`, in units of the sample time; `None` where one of them is none of a function.
 fn of_samples(record: &Acting<'_>, shape: WholeShape) -> Option<Vec<f64>> {
     let (n, rows) = (shape.poles, record.output.len() - shape.poles);
-    let matrix = DMatrix::from_fn(rows, 2 * n, |row, column| match column.checked_sub(n) {
+    let at_once = usize::from(shape.zeros == n);
+    let inputs = 2 * n + at_once;
+    let columns = inputs + usize::from(record.start != Start::Rest);
+    let matrix = DMatrix::from_fn(rows, columns, |row, column| match column.checked_sub(n) {
         None => -record.output[row + n - 1 - column],
-        Some(lag) => record.input[row + n - 1 - lag],
+        Some(_) if column == inputs => 1.0,
+        Some(lag) => record.input[row + n - 1 + at_once - lag],
     });
     let found = solved(matrix, DVector::from_column_slice(&record.output[n..]))?;
     // z^n + α₁z^(n−1) + …, of z⁰ first.
@@ -275,14 +304,44 @@ fn of_samples(record: &Acting<'_>, shape: WholeShape) -> Option<Vec<f64>> {
     below.iter().all(|c| c.is_finite()).then_some(below)
 }
 
-/// s^k/F of a signal for k = 0 to n, one row a sample: held between samples, or in straight lines, and so many samples late.
-fn filtered(
+/// What a start adds, one row a sample: s^k/F for k = 0 to n − 1 of its states, and of its offset 1/(sF), or 1 in a run; nothing of a start at rest.
+fn free_motions(
+    record: &Acting<'_>,
     below: &[f64],
     t: f64,
-    signal: &[f64],
-    fraction: f64,
-    held: bool,
+    is_filtered: bool,
 ) -> Option<DMatrix<f64>> {
+    let (samples, states) = (record.output.len(), below.len() - 1);
+    let count = match record.start {
+        Start::Rest => return Some(DMatrix::zeros(samples, 0)),
+        Start::Offset => 0,
+        Start::Settled | Start::Moving => states,
+    };
+    let ones = vec![1.0; samples];
+    let offset = match is_filtered {
+        true => filtered(below, t, &ones, 0.0, true)?.column(0).into_owned(),
+        false => DVector::from_vec(ones),
+    };
+    let mut all = DMatrix::zeros(samples, count + 1);
+    if count > 0 {
+        let mut first = vec![0.0; states];
+        first[states - 1] = 1.0;
+        filter(below)?
+            .run(t, &vec![0.0; samples], 0.0, true, &first, &mut |row, x| {
+                (0..count).for_each(|k| all[(row, k)] = x[k]);
+            })
+            .ok()?;
+    }
+    // The last integrator runs as an offset does.
+    let has_offset = is_filtered || below[0] != 0.0;
+    all.set_column(count, &offset);
+    let columns = if has_offset { count + 1 } else { count };
+    let all = all.columns(0, columns).into_owned();
+    all.iter().all(|value| value.is_finite()).then_some(all)
+}
+
+/// 1/F in controllable canonical form, whose states are the derivatives of the first.
+fn filter(below: &[f64]) -> Option<StateSpace> {
     let n = below.len() - 1;
     let mut a = DMatrix::zeros(n, n);
     for row in 1..n {
@@ -293,11 +352,23 @@ fn filtered(
     }
     let mut b = DVector::zeros(n);
     b[n - 1] = 1.0;
-    let filter = StateSpace::new(a, b, RowDVector::zeros(n)).ok()?;
+    StateSpace::new(a, b, RowDVector::zeros(n)).ok()
+}
+
+/// s^k/F of a signal for k = 0 to n, one row a sample: held between samples, or in straight lines, and so many samples late.
+fn filtered(
+    below: &[f64],
+    t: f64,
+    signal: &[f64],
+    fraction: f64,
+    held: bool,
+) -> Option<DMatrix<f64>> {
+    let n = below.len() - 1;
+    let filter = filter(below)?;
     let mut all = DMatrix::zeros(signal.len(), n + 1);
     // What the filter is fed with.
     let mut acting = now(signal, fraction, held);
-    let ran = filter.run(t, signal, fraction, held, &mut |row, x| {
+    let ran = filter.run(t, signal, fraction, held, &[], &mut |row, x| {
         let mut highest = acting.next().unwrap_or(0.0);
         for (k, coefficient) in below[..n].iter().enumerate() {
             all[(row, k)] = x[k];
@@ -332,4 +403,46 @@ pub(crate) fn solved(mut matrix: DMatrix<f64>, mut wanted: DVector<f64>) -> Opti
         .zip(lengths)
         .for_each(|(x, length)| *x /= length);
     found.iter().all(|x| x.is_finite()).then_some(found)
+}
+
+/// A motion is in those before it if no more than this share of it is left without them.
+const WITHIN: f64 = 1e-9;
+
+/// The shares of motions that come nearest to what is wanted, in the sense of least squares; 0 of a motion that those before it can replace.
+/// Each is freed of those before it, twice (J. W. Daniel, W. B. Gragg, L. Kaufman, G. W. Stewart, 1976).
+pub(super) fn projected(motions: &[Vec<f64>], mut wanted: Vec<f64>) -> Vec<f64> {
+    let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
+    let add = |to: &mut [f64], times: f64, of: &[f64]| {
+        to.iter_mut().zip(of).for_each(|(to, of)| *to += times * of);
+    };
+    let mut free: Vec<Vec<f64>> = Vec::with_capacity(motions.len());
+    let mut upper = DMatrix::zeros(motions.len(), motions.len());
+    for (n, motion) in motions.iter().enumerate() {
+        let mut rest = motion.clone();
+        for _ in 0..2 {
+            for (k, before) in free.iter().enumerate() {
+                let share = dot(before, &rest);
+                upper[(k, n)] += share;
+                add(&mut rest, -share, before);
+            }
+        }
+        let length = libm::sqrt(dot(&rest, &rest));
+        let is_new = length > WITHIN * libm::sqrt(dot(motion, motion));
+        upper[(n, n)] = if is_new { length } else { f64::INFINITY };
+        rest.iter_mut().for_each(|x| *x /= upper[(n, n)]);
+        free.push(rest);
+    }
+    let mut shares: Vec<f64> = Vec::with_capacity(motions.len());
+    for before in &free {
+        let share = dot(before, &wanted);
+        add(&mut wanted, -share, before);
+        shares.push(share);
+    }
+    for n in (0..shares.len()).rev() {
+        let known: f64 = (n + 1..shares.len())
+            .map(|k| upper[(n, k)] * shares[k])
+            .sum();
+        shares[n] = (shares[n] - known) / upper[(n, n)];
+    }
+    shares
 }

@@ -13,16 +13,21 @@ use super::found::{AS_GOOD, Found, less_sure};
 use super::record::{Guess, InputOutput, resolved, rounding};
 use super::start::part;
 use crate::identify::{least_residual, next_guess};
-use crate::{DeadTime, FractionalTransferFunction, Term, WholeGuess, WholeShape, whole_guess};
+use crate::{
+    DeadTime, FractionalTransferFunction, Start, Term, WholeGuess, WholeShape, whole_guess,
+};
 use fracdiff::Seconds;
 use rayon::prelude::*;
 use std::vec;
 use std::vec::Vec;
 
-/// Samples that are scanned, about.
+/// Samples that are scanned, about; of a plant that moves by itself, whose dead time nothing bounds, fewer.
 const SCANNED: usize = 400;
+const SCANNED_MOVING: usize = 150;
 /// Poles and zeros of the functions that are run behind each dead time.
 const SHAPES: [WholeShape; 4] = [shape(1, 0), shape(2, 0), shape(2, 1), shape(3, 2)];
+/// Of a plant that moves by itself this part of the record is scanned.
+const MOVING: usize = 6;
 /// Every so many samples the poles are found from nothing, else through those before.
 const AFRESH: usize = 8;
 /// Dead times that a scan suggests, at most.
@@ -37,7 +42,11 @@ pub(super) fn dead_times(
     if let Some(known) = known {
         return vec![DeadTime::Known(known)];
     }
-    let part = part(record, held, SCANNED);
+    let scanned_samples = match record.start {
+        Start::Rest | Start::Offset => SCANNED,
+        Start::Settled | Start::Moving => SCANNED_MOVING,
+    };
+    let part = part(record, held, scanned_samples);
     let mut found = scanned(part.as_ref().unwrap_or(record), held);
     found.push(DeadTime::NONE);
     found
@@ -53,8 +62,12 @@ fn scanned(record: &InputOutput, held: bool) -> Vec<DeadTime> {
     let mut rests = 0.0;
     let mut profiles: [Vec<Option<WholeGuess>>; SHAPES.len()] = Default::default();
     for (samples, y) in record.output[first..].iter().enumerate() {
-        // A sample of grace: the plant may answer inside of it.
-        if rests > least {
+        // A sample of grace: the plant may answer inside of it. One that moves by itself tells nothing of that.
+        let is_over = match record.start {
+            Start::Rest | Start::Offset => rests > least,
+            Start::Settled | Start::Moving => samples > record.output.len() / MOVING,
+        };
+        if is_over {
             break;
         }
         rests += y * y;

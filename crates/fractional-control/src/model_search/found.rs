@@ -38,6 +38,7 @@ impl Found {
         let samples = ones.len() as f64;
         let alone = Record {
             input: &ones,
+            time_s: &[],
             start: Start::Rest,
             ..record.as_record(true, DeadTime::NONE)
         };
@@ -74,8 +75,14 @@ impl Found {
         };
         let [alike, drifting] = [&left, &around].map(|noise| neighbours(noise).clamp(0.0, 1.0));
         let won = without(alike).min(without(drifting)) / power(&left, alike);
-        let numbers = own.standard_errors.len() + record.start.numbers() + 2;
+        let numbers = self.numbers() + own.start_numbers + 2;
         samples * libm::log(won) > numbers as f64 * libm::log(samples)
+    }
+
+    /// The numbers that were found with the function: a dead time that was chosen among whole samples too.
+    pub(super) fn numbers(&self) -> usize {
+        let is_chosen = matches!(self.identified.dead_time, DeadTime::JustAfter(_));
+        self.identified.standard_errors.len() + usize::from(is_chosen)
     }
 
     /// True if the function settles by itself.

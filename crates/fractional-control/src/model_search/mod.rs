@@ -6,7 +6,8 @@ use self::found::{AS_GOOD, LOOSE, less_sure};
 pub use self::found::{Found, Unexplained};
 pub use self::record::{Guess, InputOutput};
 use self::record::{bic, left, neighbours, resolved, rounding};
-use self::start::{Begin, part, powers, starts, whole_orders};
+use self::start::{Begin, OfShape, at_once, part, powers, starts, whole_orders};
+use crate::identify::answers_at_once;
 use crate::{
     ControlError, DeadTime, FractionalTransferFunction, FreeNumber, Identified, Start, Term,
     WholeShape, identify_coefficients,
@@ -50,10 +51,12 @@ const SWING: WholeShape = WholeShape {
 pub fn candidates(record: &InputOutput, held: bool, dead_time: Option<Seconds>) -> Vec<Guess> {
     let record = &record.for_guesses();
     let dead_times = dead_times(record, held, dead_time);
-    let mut whole = whole_orders(record, held, &dead_times);
+    // Without a change of the input what passes at once is an offset.
+    let mut whole = whole_orders(record, held, &dead_times, moves(record));
     whole.sort_by(|a, b| a.bic.total_cmp(&b.bic));
     // Where those of free orders begin.
-    let first = whole.first().map(|best| best.guess.dead_time);
+    let slower = |guess: &&OfShape| !answers_at_once(&guess.guess.function);
+    let first = whole.iter().find(slower).map(|best| best.guess.dead_time);
     let first = first.or(dead_times.first().copied());
     let first = first.unwrap_or(DeadTime::NONE);
     // A swing whose orders may be others too.
@@ -71,7 +74,8 @@ pub fn candidates(record: &InputOutput, held: bool, dead_time: Option<Seconds>) 
     guesses
 }
 
-/// Guesses of one function with free orders, behind each dead time as in [`candidates`].
+/// Guesses of one function with free orders, behind each dead time as in [`candidates`]; one that answers at once behind whole samples, read with
+/// the new input of a row and just before it, its own orders too if they are whole.
 #[must_use]
 pub fn candidates_of(
     function: FractionalTransferFunction,
@@ -79,18 +83,25 @@ pub fn candidates_of(
     held: bool,
     dead_time: Option<Seconds>,
 ) -> Vec<Guess> {
-    let dead_times = dead_times(&record.for_guesses(), held, dead_time).into_iter();
-    dead_times
-        .map(|dead_time| Guess {
+    let dead_times = dead_times(&record.for_guesses(), held, dead_time);
+    let guesses = |dead_times: Vec<DeadTime>, has_free_orders| {
+        let dead_times = dead_times.into_iter();
+        dead_times.map(move |dead_time| Guess {
             function,
-            has_free_orders: true,
+            has_free_orders,
             dead_time,
         })
-        .collect()
+    };
+    if !answers_at_once(&function) {
+        return guesses(dead_times, true).collect();
+    }
+    let dead_times = at_once(record.sample_time_s(), &dead_times);
+    let own = guesses(dead_times.clone(), false).filter(|_| function.is_whole());
+    own.chain(guesses(dead_times, true)).collect()
 }
 
 /// Samples of a record at most that tell where its plant began, and functions that are fitted for it.
-const OF_START: usize = 500;
+const OF_START: usize = 250;
 const FITTED_FOR_START: usize = 3;
 /// An output that begins further from 0 than so many times what is left does not begin at rest there.
 const BEGINS_ELSEWHERE: f64 = 4.0;
@@ -100,55 +111,81 @@ const LAGS: [f64; 3] = [0.3, 0.1, 0.03];
 
 /// Finds where the plant was when the record begins, by functions of whole orders: at rest unless
 /// another [`Start`] has a criterion that is better by 10, and the output begins elsewhere than at
-/// 0. An input that never moves does not reveal its value before the record.
+/// 0. An input that never moves does not reveal its value before the record, nor what moves beside it.
 pub fn find_start(record: &mut InputOutput, held: bool, dead_time: Option<Seconds>) {
     let part = part(record, held, OF_START).unwrap_or_else(|| record.clone());
     let first = |signal: &[f64]| signal.first().copied().unwrap_or(0.0);
     let [input, output] = [&part.input, &part.output].map(|signal| first(signal));
-    let moves = part.input.iter().any(|u| (u - input).abs() > 0.0);
-    let length_s = length_s(&part);
-    let fitted = |start: Start| -> Option<(f64, Identified)> {
+    let starts: &[Start] = match (output != 0.0, moves(&part)) {
+        (false, _) => &[Start::Rest],
+        (true, false) => &[Start::Rest, Start::Offset],
+        (true, true) => &[Start::Rest, Start::Offset, Start::Settled, Start::Moving],
+    };
+    let beginning = |start: Start| {
         let from = |own: f64, is_open: bool| if is_open { own } else { 0.0 };
-        let own = InputOutput {
+        InputOutput {
             start,
             offset: from(output, start != Start::Rest),
-            input_before: from(input, start == Start::Settled),
+            input_before: from(input, matches!(start, Start::Settled | Start::Moving)),
             ..part.clone()
-        };
-        let from = own.for_guesses();
-        let dead_times = dead_times(&from, held, dead_time);
-        let mut guesses = whole_orders(&from, held, &dead_times);
-        guesses.sort_by(|a, b| a.bic.total_cmp(&b.bic));
-        let guesses = guesses.iter().take(FITTED_FOR_START).map(|own| own.guess);
-        let guesses = guesses.map(|guess| (guess.function, guess.dead_time));
-        // A jump into the record, that no guess knows of, misleads those; a lag finds its way by itself.
-        let lags = LAGS.iter().flat_map(|share| {
-            let below = [Term::new(share * length_s, 1.0), Term::new(1.0, 0.0)];
-            let both = [1.0, -1.0].map(|gain| [Term::new(gain, 0.0)]);
-            both.map(|gain| FractionalTransferFunction::new(&gain, &below).ok())
-        });
-        let late = dead_times.first().copied().unwrap_or(DeadTime::NONE);
-        let lags = lags.flatten().map(|lag| (lag, late));
-        let fits = guesses.chain(lags).filter_map(|(function, dead_time)| {
-            identify_coefficients(&function, &own.as_record(held, dead_time)).ok()
+        }
+    };
+    // The last knows of all the others, so its guesses do for them; lags find their way by themselves.
+    let open = starts.last().map_or(Start::Rest, |last| *last);
+    let own = beginning(open).for_guesses();
+    let dead_times = dead_times(&own, held, dead_time);
+    let mut guesses = whole_orders(&own, held, &dead_times, moves(&part));
+    guesses.sort_by(|a, b| a.bic.total_cmp(&b.bic));
+    let guesses = guesses.iter().take(FITTED_FOR_START).map(|own| own.guess);
+    let guesses = guesses.map(|guess| (guess.function, guess.dead_time));
+    let late = dead_times.first().copied().unwrap_or(DeadTime::NONE);
+    let guesses: Vec<_> = guesses
+        .chain(lags(length_s(&part)).map(|lag| (lag, late)))
+        .collect();
+    let fitted = |start: &Start| -> Option<(f64, Identified)> {
+        let own = beginning(*start);
+        let fits = guesses.iter().filter_map(|(function, dead_time)| {
+            identify_coefficients(function, &own.as_record(held, *dead_time)).ok()
         });
         let begins_there = |fit: &Identified| {
-            start == Start::Rest || output.abs() > BEGINS_ELSEWHERE * fit.rms_residual
+            matches!(start, Start::Rest | Start::Moving)
+                || output.abs() > BEGINS_ELSEWHERE * fit.rms_residual
         };
         let found = fits.filter(begins_there);
         let found = found.map(|fit| (judged(fit.clone(), &own).bic, fit));
         found.min_by(|a, b| a.0.total_cmp(&b.0))
     };
+    let fits: Vec<_> = starts.par_iter().map(fitted).collect();
     let mut best = f64::INFINITY;
-    for start in [Start::Rest, Start::Offset, Start::Settled] {
-        let is_open = output != 0.0 && (moves || start != Start::Settled);
-        let fit = (is_open || start == Start::Rest).then(|| fitted(start));
-        if let Some((bic, fit)) = fit.flatten().filter(|(bic, _)| *bic < best - DECISIVE) {
+    for (start, fit) in starts.iter().zip(fits) {
+        if let Some((bic, fit)) = fit.filter(|(bic, _)| *bic < best - DECISIVE) {
             best = bic;
-            (record.start, record.offset, record.input_before) =
-                (start, fit.offset, fit.input_before);
+            (record.start, record.offset, record.input_before) = match start {
+                Start::Moving => (*start, output, input),
+                Start::Rest | Start::Offset | Start::Settled => {
+                    (*start, fit.offset, fit.input_before)
+                }
+            };
         }
     }
+}
+
+/// True if the input changes: only then does it reveal what it was before.
+fn moves(record: &InputOutput) -> bool {
+    record
+        .input
+        .windows(2)
+        .any(|pair| (pair[1] - pair[0]).abs() > 0.0)
+}
+
+/// Lags of either sign, of some time constants, for a record of this length.
+fn lags(length_s: f64) -> impl Iterator<Item = FractionalTransferFunction> {
+    let lags = LAGS.into_iter().flat_map(move |share| {
+        let below = [Term::new(share * length_s, 1.0), Term::new(1.0, 0.0)];
+        let both = [1.0, -1.0].map(|gain| [Term::new(gain, 0.0)]);
+        both.map(|gain| FractionalTransferFunction::new(&gain, &below).ok())
+    });
+    lags.flatten()
 }
 
 /// Functions that are kept at most: the best.
@@ -168,23 +205,21 @@ pub fn identify(
     held: bool,
     done: &(dyn Fn(usize) + Sync),
 ) -> Result<Vec<Found>, ControlError> {
-    let (mut found, mut refused) = (Vec::new(), None);
-    let whole = guesses.par_iter().filter(|guess| !guess.has_free_orders);
-    let fitted = whole.map(|guess| {
-        let fitted = with_fewer(guess, record, held);
-        done(1);
-        fitted
-    });
-    for fitted in fitted.collect::<Vec<_>>() {
-        match fitted {
-            Ok(fitted) => found.extend(fitted),
-            Err(error) => refused = refused.or(Some(error)),
-        }
-    }
+    let (whole, _) = guesses
+        .iter()
+        .copied()
+        .partition::<Vec<Guess>, _>(|own| !own.has_free_orders);
+    let (mut found, mut refused) = fitted_of_whole_orders(record, &whole, held);
+    done(whole.len());
     // What leaves nothing is not bettered by as many numbers.
     let enough = |found: &[Found]| {
-        let exact = |found: &&Found| found.identified.rms_residual <= resolved(record);
-        let numbers = |found: &Found| found.identified.standard_errors.len();
+        // As good as exact, or with nothing left but noise.
+        let white = 2.0 / libm::sqrt(record.output.len() as f64);
+        let exact = |found: &&Found| {
+            let is_white = found.is_whole() && found.neighbours.abs() <= white;
+            is_white || found.identified.rms_residual <= resolved(record)
+        };
+        let numbers = |found: &Found| found.numbers();
         found.iter().filter(exact).map(numbers).min()
     };
     let most = enough(&found).unwrap_or(usize::MAX);
@@ -200,6 +235,13 @@ pub fn identify(
             done(alike.len());
             continue;
         }
+        // A long record is not run through by what leaves more of its part than others leave of all of it.
+        let least = found.iter().map(|own| own.identified.rms_residual);
+        let least = least.fold(f64::INFINITY, f64::min);
+        let promising = |start: &&Begin| start.rms_residual().is_none_or(|left| left < least);
+        let promising = alike.iter().filter(promising).cloned();
+        let (before, alike) = (alike.len(), promising.collect::<Vec<Begin>>());
+        done(before - alike.len());
         let fitted = alike.par_iter().map(|start| {
             let fitted = fitted_from(start, record, held);
             done(1);
@@ -224,11 +266,13 @@ pub fn identify(
     }
     cancel(&mut found, record, held);
     put_to_rest(&mut found, record, held);
+    to_their_limits(&mut found, record, held);
+    calm_down(&mut found, record, held);
     resolve_finer(&mut found, record);
     found.sort_by(|a, b| a.bic.total_cmp(&b.bic));
     // Two guesses that end in one function.
     found.dedup_by(|a, b| {
-        let numbers = |found: &Found| found.identified.standard_errors.len();
+        let numbers = |found: &Found| found.numbers();
         numbers(a) == numbers(b) && (a.bic - b.bic).abs() < 1e-6 * b.bic.abs()
     });
     if let Some(place) = simplest_as_good(&found) {
@@ -237,11 +281,153 @@ pub fn identify(
     if let Some(place) = simplest_at_rest(&found) {
         found[..=place].rotate_right(1);
     }
+    if let Some(place) = calm_instead(&found, record) {
+        found[..=place].rotate_right(1);
+    }
     found.truncate(KEPT);
     match refused {
         Some(error) if found.is_empty() => Err(error),
         _ => Ok(found),
     }
+}
+
+/// Samples from which on a record is long, and functions of its part that are fitted to all of it.
+const LONG: usize = 2000;
+const POLISHED: usize = 4;
+
+/// The functions of whole orders, and the first error. Of a long record they are chosen by a part of it, unless that has lost what is fast.
+fn fitted_of_whole_orders(
+    record: &InputOutput,
+    guesses: &[Guess],
+    held: bool,
+) -> (Vec<Found>, Option<ControlError>) {
+    let fitted = |guesses: &[Guess], record: &InputOutput| {
+        let fits = guesses.par_iter();
+        let fits: Vec<_> = fits.map(|guess| with_fewer(guess, record, held)).collect();
+        let (mut found, mut refused) = (Vec::new(), None);
+        for fit in fits {
+            match fit {
+                Ok(fit) => found.extend(fit),
+                Err(error) => refused = refused.or(Some(error)),
+            }
+        }
+        (found, refused)
+    };
+    if let Some(part) = part(record, held, LONG) {
+        let (mut of_part, _) = fitted(guesses, &part);
+        of_part.sort_by(|a, b| a.bic.total_cmp(&b.bic));
+        let best = of_part.first().map(|best| best.identified.rms_residual);
+        let of_part = of_part.iter().take(POLISHED).map(|own| Guess {
+            function: own.identified.function,
+            has_free_orders: false,
+            dead_time: own.identified.dead_time,
+        });
+        let whole = fitted(&of_part.collect::<Vec<_>>(), record);
+        let least = whole.0.iter().map(|own| own.identified.rms_residual);
+        let least = least.fold(f64::INFINITY, f64::min);
+        if best.is_some_and(|best| least <= AS_MUCH * best.max(resolved(record))) {
+            return whole;
+        }
+    }
+    fitted(guesses, record)
+}
+
+/// A function that grows, or adds up twice, gives way to one that does neither, of at most so many more numbers, that leaves at most so many times as
+/// much: only a record that grows itself speaks so clearly.
+const MORE_NUMBERS: usize = 2;
+const MORE_LEFT: f64 = 2.0;
+
+/// The best of those that replace the first, if that grows.
+fn calm_instead(found: &[Found], record: &InputOutput) -> Option<usize> {
+    let first = found
+        .first()
+        .filter(|first| grows(&first.identified.function, record))?;
+    let most = MORE_LEFT * first.identified.rms_residual.max(rounding(record));
+    found.iter().position(|own| {
+        own.identified.rms_residual <= most
+            && own.numbers() <= first.numbers() + MORE_NUMBERS
+            && !grows(&own.identified.function, record)
+    })
+}
+
+/// True of a function with a pole that grows, or one and a half integrators and more; what stands within the record adds up there.
+fn grows(function: &FractionalTransferFunction, record: &InputOutput) -> bool {
+    if order_at_rest(function) >= 1.5 {
+        return true;
+    }
+    if !function.is_whole() {
+        return function.unstable_poles().is_some_and(|poles| poles > 0);
+    }
+    let below = coefficients(function.denominator().terms());
+    let integrators = function.denominator().lowest() as usize;
+    let poles = roots(&below[integrators..]);
+    let stands = |pole: &&Complex<f64>| pole.norm() * length_s(record) <= STANDS;
+    let standing = poles.iter().filter(stands).count();
+    integrators + standing > 1 || poles.iter().any(|pole| pole.re > 1e-9 * pole.norm())
+}
+
+/// Adds lags and integrators, if the best grows: their fits find the way by themselves.
+fn calm_down(found: &mut Vec<Found>, record: &InputOutput, held: bool) {
+    let best = found.iter().min_by(|a, b| a.bic.total_cmp(&b.bic));
+    let Some(best) = best.filter(|best| grows(&best.identified.function, record)) else {
+        return;
+    };
+    let late = best.identified.dead_time.seconds();
+    let share = LATE * length_s(record);
+    let dead_times = [
+        DeadTime::NONE,
+        DeadTime::From(Seconds(late)),
+        DeadTime::From(Seconds(share)),
+    ];
+    let adds = "1/s".parse().ok();
+    let functions: Vec<_> = lags(length_s(record)).chain(adds).collect();
+    let pairs = functions
+        .iter()
+        .flat_map(|own| dead_times.map(|late| (own, late)));
+    let fits = pairs.filter_map(|(function, late)| {
+        identify_coefficients(function, &record.as_record(held, late)).ok()
+    });
+    let fits: Vec<Found> = fits.map(|fit| judged(fit, record)).collect();
+    found.extend(fits);
+}
+
+/// A dead time over the length of the record, to begin from.
+const LATE: f64 = 0.1;
+
+/// A number whose standard error is so many times its size has gone to its limit.
+const FAR: f64 = 10.0;
+
+/// Adds the best function of free orders without its last or first term below, where that leaves as little: of 7.5e13/(1.5e13s^1.19 + 1) that is
+/// 5/s^1.19, which says the same.
+fn to_their_limits(found: &mut Vec<Found>, record: &InputOutput, held: bool) {
+    let others = found.iter().filter(|own| !own.is_whole());
+    let Some(best) = others.min_by(|a, b| a.bic.total_cmp(&b.bic)) else {
+        return;
+    };
+    let own = &best.identified;
+    let far = own.standard_errors.iter().any(|(_, error)| *error > FAR);
+    let (above, below) = (
+        own.function.numerator().terms(),
+        own.function.denominator().terms(),
+    );
+    if !far || below.len() < 2 {
+        return;
+    }
+    let (last, first) = (&below[..below.len() - 1], &below[1..]);
+    let fewer = [last, first].into_iter().filter_map(|below| {
+        let unit = below.last()?.coefficient.abs();
+        let scaled = |terms: &[Term]| -> Vec<Term> {
+            let scaled = terms
+                .iter()
+                .map(|term| Term::new(term.coefficient / unit, term.order));
+            scaled.collect()
+        };
+        let fewer = FractionalTransferFunction::new(&scaled(above), &scaled(below)).ok()?;
+        let fit = crate::identify(&fewer, &record.as_record(held, own.dead_time)).ok()?;
+        Some(judged(fit, record)).filter(|fewer| fewer.bic <= best.bic)
+    });
+    let fewer: Vec<Found> = fewer.collect();
+    found.extend(fewer);
 }
 
 /// The function from this start, and the same without a dead time that the record does not determine.
@@ -267,7 +453,7 @@ fn simplest_as_good(found: &[Found]) -> Option<usize> {
     let all = found.iter().enumerate();
     let as_good = all.filter(|(_, other)| other.bic <= best.bic + AS_GOOD);
     let simplest = as_good.min_by(|(_, a), (_, b)| {
-        let numbers = |found: &Found| (!found.is_whole(), found.identified.standard_errors.len());
+        let numbers = |found: &Found| (!found.is_whole(), found.numbers());
         let (poles_and_zeros, bic) = (Found::poles_and_zeros, |found: &Found| found.bic);
         (numbers(a).cmp(&numbers(b)))
             .then(poles_and_zeros(a).total_cmp(&poles_and_zeros(b)))
@@ -279,7 +465,7 @@ fn simplest_as_good(found: &[Found]) -> Option<usize> {
 /// Of the functions of no more poles against which the record does not speak very strongly the simplest, by its numbers or by whole orders, comes before the first, the
 /// best, if it has another pole at rest.
 fn simplest_at_rest(found: &[Found]) -> Option<usize> {
-    let numbers = |found: &Found| (found.identified.standard_errors.len(), !found.is_whole());
+    let numbers = |found: &Found| (found.numbers(), !found.is_whole());
     let order = |found: &Found| order_at_rest(&found.identified.function);
     let best = found.first()?;
     let all = found.iter().enumerate();
@@ -345,7 +531,11 @@ fn with_fewer(guess: &Guess, record: &InputOutput, held: bool) -> Result<Vec<Fou
             Ok(identified) => {
                 let coarser = (resolved(record) / identified.rms_residual).max(1.0);
                 let judged = judged(identified, record);
-                left.extend(without_the_loosest(&judged, coarser));
+                left.extend(without_the_loosest(
+                    &judged,
+                    coarser,
+                    record.sample_time_s(),
+                ));
                 found.push(judged);
             }
             Err(error) if found.is_empty() => return Err(error),
@@ -357,7 +547,11 @@ fn with_fewer(guess: &Guess, record: &InputOutput, held: bool) -> Result<Vec<Fou
 
 /// The functions without the number that the record determines least, if it does not determine it; standard errors count so many times. A dead time may
 /// be loose because poles and zeros are there in place of some of it: then also without the loosest of these.
-fn without_the_loosest(found: &Found, times: f64) -> Vec<(FractionalTransferFunction, DeadTime)> {
+fn without_the_loosest(
+    found: &Found,
+    times: f64,
+    t: f64,
+) -> Vec<(FractionalTransferFunction, DeadTime)> {
     let Identified {
         function,
         dead_time,
@@ -379,7 +573,7 @@ fn without_the_loosest(found: &Found, times: f64) -> Vec<(FractionalTransferFunc
     // The next where a function without the loosest would answer at once.
     let without = loose.into_iter();
     without
-        .filter_map(|(number, _)| without_number(function, *dead_time, *number))
+        .filter_map(|(number, _)| without_number(function, *dead_time, *number, t))
         .take(if is_late { 2 } else { 1 })
         .collect()
 }
@@ -388,6 +582,7 @@ fn without_number(
     function: &FractionalTransferFunction,
     dead_time: DeadTime,
     number: FreeNumber,
+    t: f64,
 ) -> Option<(FractionalTransferFunction, DeadTime)> {
     let mut above = function.numerator().terms().to_vec();
     let mut below = function.denominator().terms().to_vec();
@@ -398,9 +593,15 @@ fn without_number(
         FreeNumber::NumeratorOrder(_) | FreeNumber::DenominatorOrder(_) => return None,
     };
     let fewer = FractionalTransferFunction::new(&above, &below).ok()?;
-    // As many zeros as poles would answer at once.
     let is_slower = fewer.numerator().degree() < fewer.denominator().degree();
-    is_slower.then_some((fewer, dead_time))
+    // A plant that answers at once does so at a sample: its dead time is not told apart from less of it.
+    let late = match dead_time {
+        DeadTime::From(late) if !is_slower => {
+            DeadTime::JustAfter(Seconds(libm::floor(late.0 / t) * t))
+        }
+        DeadTime::From(_) | DeadTime::Known(_) | DeadTime::JustAfter(_) => dead_time,
+    };
+    Some((fewer, late))
 }
 
 /// Functions of whole orders run exactly, so among themselves they are told apart by all that is above rounding: where a record grows, all that a
@@ -408,7 +609,7 @@ fn without_number(
 fn resolve_finer(found: &mut [Found], record: &InputOutput) {
     let floor = rounding(record);
     let fine = |found: &Found| {
-        let numbers = found.identified.standard_errors.len() as f64;
+        let numbers = (found.numbers() + found.identified.start_numbers) as f64;
         bic(record, found.identified.rms_residual, numbers, floor)
     };
     let whole = found.iter().filter(|found| found.is_whole());
@@ -428,13 +629,16 @@ fn judged(mut identified: Identified, record: &InputOutput) -> Found {
     let less_sure = less_sure(neighbours, left.len());
     let errors = identified.standard_errors.iter_mut();
     errors.for_each(|(_, error)| *error *= less_sure);
-    let numbers = identified.standard_errors.len() as f64;
-    Found {
-        bic: bic(record, identified.rms_residual, numbers, resolved(record)),
+    let mut found = Found {
+        bic: 0.0,
         neighbours,
         unexplained: unexplained(record, &left),
         identified,
-    }
+    };
+    let own = &found.identified;
+    let numbers = (found.numbers() + own.start_numbers) as f64;
+    found.bic = bic(record, own.rms_residual, numbers, resolved(record));
+    found
 }
 
 /// Blocks of a record, and their samples at least.

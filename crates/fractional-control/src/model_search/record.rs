@@ -7,13 +7,15 @@ use std::vec::Vec;
 
 /// A residual over the largest output below which a model is as good as exact.
 const EXACT: f64 = 1e-5;
+/// Steps of time may differ by this share, and be even.
+const EVEN: f64 = 1e-3;
 /// Roundings of a sample, with those of the record.
 const ROUNDINGS: f64 = 16.0;
 
-/// A record of input and output, in equal steps of time.
+/// A record of input and output.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct InputOutput {
-    /// Time of each sample, s, in equal steps.
+    /// Time of each sample, s, each after the one before.
     pub time_s: Vec<f64>,
     /// u, the input of the plant at each of these times.
     pub input: Vec<f64>,
@@ -40,7 +42,7 @@ pub struct Guess {
 }
 
 impl InputOutput {
-    /// T, s: the length of the record over the number of its steps.
+    /// T, s: the length of the record over the number of its steps, which differ where they are not even.
     #[must_use]
     pub fn sample_time_s(&self) -> f64 {
         let ends = self.time_s.first().zip(self.time_s.last());
@@ -48,9 +50,20 @@ impl InputOutput {
         length / (self.time_s.len().max(2) - 1) as f64
     }
 
+    /// True if no step differs from T by more than a thousandth of it.
+    #[must_use]
+    pub fn is_even(&self) -> bool {
+        let t = self.sample_time_s();
+        let pairs = self.time_s.windows(2);
+        pairs
+            .map(|pair| pair[1] - pair[0])
+            .all(|step| (step - t).abs() <= EVEN * t)
+    }
+
     pub(super) fn as_record(&self, held: bool, dead_time: DeadTime) -> Record<'_> {
         Record {
             sample_time: Seconds(self.sample_time_s()),
+            time_s: if self.is_even() { &[] } else { &self.time_s },
             input: &self.input,
             output: &self.output,
             held,
@@ -67,22 +80,53 @@ impl InputOutput {
         }
     }
 
-    /// What first guesses are made of: counted from about where it begins.
+    /// What first guesses are made of: counted from about where it begins, in even steps, with straight lines between its outputs.
     pub(super) fn for_guesses(&self) -> Self {
         let counted = |signal: &[f64], from: f64| signal.iter().map(|value| value - from).collect();
+        let input: Vec<f64> = counted(&self.input, self.input_before);
+        let output: Vec<f64> = counted(&self.output, self.offset);
+        let start = self.start;
+        let begin = self.time_s.first().filter(|_| !self.is_even());
+        let Some(begin) = begin else {
+            let time_s = self.time_s.clone();
+            return Self {
+                time_s,
+                input,
+                output,
+                start,
+                ..Self::default()
+            };
+        };
+        let t = self.sample_time_s();
+        let time_s: Vec<f64> = (0..self.time_s.len())
+            .map(|n| begin + t * n as f64)
+            .collect();
+        let at = |t: &f64, signal: &[f64], is_line: bool| {
+            let next = self.time_s.partition_point(|stamp| stamp <= t);
+            let last = next.saturating_sub(1);
+            match signal.get(next).filter(|_| is_line) {
+                Some(later) => {
+                    let share = (t - self.time_s[last]) / (self.time_s[next] - self.time_s[last]);
+                    signal[last] + share * (later - signal[last])
+                }
+                None => signal[last],
+            }
+        };
+        // Its middle: half of the time that a step is too long or too short acts on either side.
+        let middle = |now: &f64| at(&(now + 0.5 * t), &input, false);
         Self {
-            time_s: self.time_s.clone(),
-            input: counted(&self.input, self.input_before),
-            output: counted(&self.output, self.offset),
+            input: time_s.iter().map(middle).collect(),
+            output: time_s.iter().map(|t| at(t, &output, true)).collect(),
+            time_s,
+            start,
             ..Self::default()
         }
     }
 }
 
-/// The Bayesian information criterion of so many free numbers; what is left below the floor is nothing.
+/// The Bayesian information criterion of so many free numbers, those of the start among them; what is left below the floor is nothing.
 pub(super) fn bic(record: &InputOutput, rms_residual: f64, numbers: f64, floor: f64) -> f64 {
     let samples = record.output.len() as f64;
-    let numbers = numbers + record.start.numbers() as f64;
     2.0 * samples * libm::log(rms_residual.max(floor)) + numbers * libm::log(samples)
 }
 

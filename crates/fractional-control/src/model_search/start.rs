@@ -3,6 +3,7 @@
 use super::record::{Guess, InputOutput, bic, resolved, rounding};
 use crate::records::largest;
 use crate::{DeadTime, FractionalTransferFunction, Identified, Term, WholeShape, whole_guess};
+use fracdiff::Seconds;
 use rayon::prelude::*;
 use std::vec;
 use std::vec::Vec;
@@ -11,6 +12,8 @@ use std::vec::Vec;
 const PART: usize = 500;
 /// Samples of the part for guesses of whole orders, at least.
 const PART_OF_GUESSES: usize = 1000;
+/// A dead time so near to whole samples, in samples, is that many.
+const WHOLE: f64 = 1e-9;
 /// The best of those guesses may leave so many times as much of the whole record.
 const MORE_OF_GUESSES: f64 = 1.1;
 /// The whole record may leave so many times what the part leaves.
@@ -43,6 +46,11 @@ impl Begin {
             dead_time,
             of_part: None,
         }
+    }
+
+    /// What it leaves of the part that it is a fit of.
+    pub(super) fn rms_residual(&self) -> Option<f64> {
+        self.of_part.as_ref().map(|part| part.rms_residual)
     }
 
     /// The first guesses again, if this was none of them.
@@ -119,14 +127,15 @@ pub(super) struct OfShape {
 }
 
 /// A guess for each shape up to four poles, two of them integrators, and each dead time; of a long record from a part of it, unless the whole
-/// record shows that the part has lost what is fast.
+/// record shows that the part has lost what is fast. One that answers at once is among them if it may be.
 pub(super) fn whole_orders(
     record: &InputOutput,
     held: bool,
     dead_times: &[DeadTime],
+    may_be_prompt: bool,
 ) -> Vec<OfShape> {
     if let Some(part) = part(record, held, PART_OF_GUESSES) {
-        let found = every_shape(&part, held, dead_times);
+        let found = every_shape(&part, held, dead_times, may_be_prompt);
         let least = |a: &&OfShape, b: &&OfShape| a.rms_residual.total_cmp(&b.rms_residual);
         let best = found.iter().min_by(least);
         let again = best.and_then(|best| {
@@ -139,11 +148,11 @@ pub(super) fn whole_orders(
             return found;
         }
     }
-    every_shape(record, held, dead_times)
+    every_shape(record, held, dead_times, may_be_prompt)
 }
 
 fn shapes() -> impl Iterator<Item = WholeShape> {
-    let sizes = (1..=4).flat_map(|poles| (0..poles).map(move |zeros| (poles, zeros)));
+    let sizes = (1..=4).flat_map(|poles| (0..=poles).map(move |zeros| (poles, zeros)));
     sizes.flat_map(|(poles, zeros)| {
         (0..=poles.min(2)).map(move |integrators| WholeShape {
             poles,
@@ -154,12 +163,21 @@ fn shapes() -> impl Iterator<Item = WholeShape> {
 }
 
 /// Of each shape that of the best dead time, and that without one.
-fn every_shape(record: &InputOutput, held: bool, dead_times: &[DeadTime]) -> Vec<OfShape> {
+fn every_shape(
+    record: &InputOutput,
+    held: bool,
+    dead_times: &[DeadTime],
+    may_be_prompt: bool,
+) -> Vec<OfShape> {
     let floor = rounding(record);
     let of = |shape: WholeShape, dead_time: DeadTime| {
         let guess = whole_guess(&record.as_record(held, dead_time), shape)?;
         let numbers = shape.poles + shape.zeros + 1 - shape.integrators;
-        let numbers = (numbers + usize::from(dead_time.is_free())) as f64;
+        let start = record
+            .start
+            .numbers(shape.poles, shape.integrators > 0, false);
+        let is_chosen = !matches!(dead_time, DeadTime::Known(_));
+        let numbers = (numbers + start + usize::from(is_chosen)) as f64;
         Some(OfShape {
             shape,
             guess: Guess {
@@ -172,16 +190,55 @@ fn every_shape(record: &InputOutput, held: bool, dead_times: &[DeadTime]) -> Vec
         })
     };
     let least = |a: &OfShape, b: &OfShape| a.bic.total_cmp(&b.bic);
-    let dead_times = dead_times.iter();
-    let (free, known) = dead_times.partition::<Vec<DeadTime>, _>(|dead_time| dead_time.is_free());
+    let at_once = at_once(record.sample_time_s(), dead_times);
+    let parted = |dead_times: &[DeadTime]| {
+        let dead_times = dead_times.iter().copied();
+        dead_times.partition::<Vec<DeadTime>, _>(|own| !matches!(own, DeadTime::Known(_)))
+    };
+    let (free, known) = parted(dead_times);
+    let (after, with) = parted(&at_once);
     let best = |shape, among: &[DeadTime]| {
         let guesses = among.iter().filter_map(|dead_time| of(shape, *dead_time));
         guesses.min_by(least)
     };
-    let shapes: Vec<WholeShape> = shapes().collect();
+    let shapes = shapes().filter(|shape| may_be_prompt || shape.zeros < shape.poles);
+    let shapes: Vec<WholeShape> = shapes.collect();
     let guesses = shapes.into_par_iter();
-    let guesses = guesses.flat_map_iter(|shape| [best(shape, &free), best(shape, &known)]);
+    let guesses = guesses.flat_map_iter(|shape| match shape.zeros < shape.poles {
+        true => [best(shape, &free), best(shape, &known)],
+        false => [best(shape, &after), best(shape, &with)],
+    });
     guesses.flatten_iter().collect()
+}
+
+/// The dead times of a plant that answers at once, whole samples: with the new input of a row, and just before it.
+pub(super) fn at_once(t: f64, dead_times: &[DeadTime]) -> Vec<DeadTime> {
+    let mut samples = vec![0.0];
+    let mut all = vec![DeadTime::NONE];
+    for dead_time in dead_times {
+        let late = dead_time.seconds() / t;
+        match dead_time {
+            // One that ends between two rows has one reading.
+            DeadTime::Known(own) if own.0 != 0.0 => {
+                let is_whole = (late - libm::round(late)).abs() < WHOLE;
+                let after = is_whole.then_some(DeadTime::JustAfter(*own));
+                return [*dead_time].into_iter().chain(after).collect();
+            }
+            DeadTime::Known(_) | DeadTime::JustAfter(_) => {}
+            DeadTime::From(_) => {
+                samples.extend([-1.0, 0.0, 1.0].map(|more| libm::round(late) + more));
+            }
+        }
+    }
+    samples.retain(|late| *late >= 0.0);
+    samples.sort_by(f64::total_cmp);
+    samples.dedup();
+    all.extend(
+        samples
+            .iter()
+            .map(|late| DeadTime::JustAfter(Seconds(late * t))),
+    );
+    all
 }
 
 /// Every k-th sample, k as large as leaves so many; of a held input the mean of k, which is what acts.

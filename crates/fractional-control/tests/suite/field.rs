@@ -156,6 +156,7 @@ fn the_example_of_the_crone_toolbox_gives_its_coefficients_back() {
     let output: Vec<f64> = output.map(|y| y + 0.2 * noise()).collect();
     let record = Record {
         sample_time: Seconds(0.01),
+        time_s: &[],
         input: &input(1),
         output: &output,
         held: true,

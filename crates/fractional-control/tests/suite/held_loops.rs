@@ -108,6 +108,7 @@ fn a_record_of_a_plant_gives_its_function() {
         let output: Vec<f64> = output.collect();
         let record = Record {
             sample_time: Seconds(t),
+            time_s: &[],
             input: &input,
             output: &output,
             held: true,

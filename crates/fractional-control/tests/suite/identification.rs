@@ -26,6 +26,7 @@ const STEP: &[f64] = &[1.0; 1000];
 fn record<'a>(t: f64, input: &'a [f64], output: &'a [f64]) -> Record<'a> {
     Record {
         sample_time: Seconds(t),
+        time_s: &[],
         input,
         output,
         held: true,

@@ -17,6 +17,7 @@ mod held_loops;
 mod identification;
 mod margins;
 mod notation;
+mod other_records;
 mod plants;
 mod portable;
 mod record_campaign;

@@ -355,6 +355,7 @@ fn by_the_truth(case: &Case, record: &InputOutput) -> f64 {
     };
     let record = Record {
         sample_time: Seconds(T),
+        time_s: &[],
         input: &record.input,
         output: &record.output,
         held: true,

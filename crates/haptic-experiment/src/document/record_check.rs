@@ -7,36 +7,41 @@ use fractional_control::model_search::InputOutput;
 const MOST: f64 = 1e100;
 /// Least and largest ratio of output to input: so far a function has coefficients.
 const RATIOS: [f64; 2] = [1e-50, 1e50];
-/// Steps of time may differ by this share.
-const EVEN: f64 = 1e-3;
 
-/// Refuses times that do not run in equal steps.
+/// Keeps the first of rows that have one time; the lines of the others.
 ///
 /// # Errors
-/// With the line of the row.
-pub fn check_times(record: &InputOutput, lines: &[u64]) -> Result<(), String> {
-    let mut steps: Vec<f64> = record
-        .time_s
-        .windows(2)
-        .map(|pair| pair[1] - pair[0])
+/// With the line of a row whose time falls, or if all are at one time.
+pub fn keep_first(record: &mut InputOutput, lines: &mut Vec<u64>) -> Result<Vec<u64>, String> {
+    let pairs = record.time_s.windows(2);
+    if let Some(row) = pairs.into_iter().position(|pair| pair[1] < pair[0]) {
+        return Err(format!(
+            "line {}: {} s comes after {} s: sort the rows by time",
+            lines[row + 1],
+            Shown(record.time_s[row + 1]),
+            Shown(record.time_s[row])
+        ));
+    }
+    let time_s = &record.time_s;
+    let is_new: Vec<bool> = (0..time_s.len())
+        .map(|row| row == 0 || time_s[row] > time_s[row - 1])
         .collect();
-    steps.sort_by(f64::total_cmp);
-    // The step in the middle: one that is wrong does not move it.
-    let middle = steps.get(steps.len().max(1).div_ceil(2) - 1).copied();
-    let t = middle.unwrap_or(0.0);
-    if t <= 0.0 {
+    let keep = |signal: &mut Vec<f64>| {
+        let mut new = is_new.iter();
+        signal.retain(|_| new.next().copied().unwrap_or(false));
+    };
+    for signal in [&mut record.time_s, &mut record.input, &mut record.output] {
+        keep(signal);
+    }
+    let pairs = lines.iter().zip(&is_new);
+    let repeated = pairs.filter(|(_, new)| !**new).map(|(line, _)| *line);
+    let repeated = repeated.collect();
+    let mut new = is_new.iter();
+    lines.retain(|_| new.next().copied().unwrap_or(false));
+    if record.time_s.len() < 2 {
         return Err("the time does not increase: give at least two rows in order".to_owned());
     }
-    let uneven = |pair: &[f64]| ((pair[1] - pair[0]) / t - 1.0).abs() > EVEN;
-    match record.time_s.windows(2).position(uneven) {
-        None => Ok(()),
-        Some(row) => Err(format!(
-            "line {}: a step of {} s among steps of {} s: put the record on equal steps first",
-            lines[row + 1],
-            Shown(record.time_s[row + 1] - record.time_s[row]),
-            Shown(t)
-        )),
-    }
+    Ok(repeated)
 }
 
 /// Samples next to each other that may be missing.
@@ -79,7 +84,8 @@ pub fn fill_gaps(
             return Err(missing(begin, output, &remedy));
         };
         for n in 0..count {
-            let share = (n + 1) as f64 / (count + 1) as f64;
+            let time = |row: usize| record.time_s[row] - record.time_s[begin - 1];
+            let share = time(begin + n) / time(begin + count);
             record.output[begin + n] = before + share * (end - before);
         }
         row = begin + count;
@@ -153,19 +159,23 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_step_of_another_length_is_named_with_its_line() {
-        let time_s: Vec<f64> = (0..400).map(|n| f64::from(n) * 0.1).collect();
-        let mut record = InputOutput {
-            input: vec![1.0; time_s.len()],
+    fn the_first_row_of_a_time_counts_and_a_time_that_falls_is_named_with_its_line() {
+        let of = |time_s: &[f64]| InputOutput {
+            time_s: time_s.to_vec(),
+            input: (0..time_s.len()).map(|n| n as f64).collect(),
             output: vec![1.0; time_s.len()],
-            time_s,
             ..InputOutput::default()
         };
-        let lines: Vec<u64> = (2..402).collect();
-        assert_eq!(check_times(&record, &lines), Ok(()));
-        record.time_s[7] += 0.01;
-        let said = check_times(&record, &lines).expect_err("uneven");
-        assert!(said.starts_with("line 9:"), "{said}");
+        let mut lines: Vec<u64> = (2..7).collect();
+        let mut record = of(&[0.0, 0.0, 1.0, 2.5, 2.5]);
+        assert_eq!(keep_first(&mut record, &mut lines), Ok(vec![3, 6]));
+        assert_eq!(record.time_s, [0.0, 1.0, 2.5]);
+        assert_eq!(record.input, [0.0, 2.0, 3.0]);
+        assert_eq!(lines, [2, 4, 5]);
+        let said = keep_first(&mut of(&[0.0, 1.0, 0.5]), &mut lines).expect_err("falls");
+        assert!(said.starts_with("line 5: 0.5 s comes after 1 s"), "{said}");
+        let said = keep_first(&mut of(&[1.0, 1.0]), &mut lines).expect_err("one time");
+        assert!(said.contains("does not increase"), "{said}");
     }
 
     #[test]
@@ -178,7 +188,7 @@ mod tests {
         let lines: Vec<u64> = (5..11).collect();
         let filled = |input: &str, output: &str| {
             let mut record = InputOutput {
-                time_s: vec![0.0; 6],
+                time_s: (0..6).map(f64::from).collect(),
                 input: signal(input),
                 output: signal(output),
                 ..InputOutput::default()

@@ -127,8 +127,8 @@ fn a_plant_comes_back_from_its_own_step() {
     let found = place.run(line).succeeded().json();
     assert_eq!(
         keys(&found),
-        "bic candidates delay_determined delay_high_s delay_low_s delay_s files fit function input_before numbers \
-         offset order_reason plant_file rms_residual sample_time_s samples unstable_poles unstable_poles_reason warnings"
+        "begins bic candidates delay_determined delay_high_s delay_low_s delay_s files fit function input_before numbers \
+         offset order_reason output_read plant_file rms_residual sample_time_s samples unstable_poles unstable_poles_reason warnings"
     );
     assert_eq!(
         place.listing(),
@@ -286,7 +286,8 @@ fn bad_input_is_refused_with_its_place() {
     );
     let band = "omega_rad_s,gain,phase_deg\n1,2,0\n2,1,-20\n3,0.5,-40\n";
     place.write("band.csv", band);
-    place.write("uneven.csv", "time_s,input,output\n0,1,0\n1,1,1\n3,1,2\n");
+    place.write("back.csv", "time_s,input,output\n0,1,0\n1,1,1\n0.5,1,2\n");
+    place.write("clockless.csv", "input,output\n0,0\n1,0\n");
     place.refuses(
         "
         control analyze --plant p.toml => p.toml:3 | did you mean `damping_n_s_per_m`
@@ -296,13 +297,22 @@ fn bad_input_is_refused_with_its_place() {
         control design --crossover 1rad/s --plant (s^2+1)/(s^2+2s+3) => has a zero at --crossover 1 rad/s | move --crossover
         control design --crossover 1rad/s --plant 1/(s^2+1) => has an undamped pole at --crossover 1 rad/s | move --crossover
         control design --crossover 1rad/s --plant 1e-20/(s+1) => gain 7.0 | change its units
-        control identify uneven.csv => uneven.csv: line 4 | equal steps
+        control identify back.csv => back.csv: line 4: 0.5 s comes after 1 s | sort
+        control identify clockless.csv => clockless.csv | --sample-time
+        control identify clockless.csv --sample-time 0s => 0 s | --sample-time
+        control identify back.csv --sample-time 1s => column of time | leave --sample-time out
         control design --plant band.csv --crossover 4rad/s => crossover 4 rad/s | 1 to 3 rad/s | --crossover
         control analyze --plant below.csv => below.csv: line 3: gain -2 is below 0 | phase
         ",
     );
     assert_eq!(
         place.files(),
-        ["band.csv", "below.csv", "p.toml", "uneven.csv"]
+        [
+            "back.csv",
+            "band.csv",
+            "below.csv",
+            "clockless.csv",
+            "p.toml"
+        ]
     );
 }

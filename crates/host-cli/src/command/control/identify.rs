@@ -15,22 +15,23 @@ use fractional_control::model_search::{
     dead_time_evidence, find_start, identify, settles_as_well,
 };
 use fractional_control::{
-    ControlError, FractionalPolynomial, FractionalTransferFunction, FreeNumber, Identified, Start,
-    Term,
+    ControlError, DeadTime, FractionalPolynomial, FractionalTransferFunction, FreeNumber,
+    Identified, Start, Term,
 };
 use haptic_experiment::document::short;
-use haptic_experiment::document::{check_signals, check_times, fill_gaps};
+use haptic_experiment::document::{check_signals, fill_gaps, keep_first};
 use haptic_experiment::run::PlantModel;
 use haptic_experiment::{Failure, parameters};
 use haptic_quantity::{digits, written};
+use haptic_tissue::identify::table::{read_signal, rows_named};
 use indicatif::ProgressBar;
 use serde_json::{Value, json};
 use std::path::PathBuf;
 
 /// Fit a fractional transfer function to a record
 ///
-/// Fits coefficients, orders and dead time together, to a CSV record that begins at rest and has
-/// equal time steps. Writes a plant file for the other commands of control.
+/// Fits coefficients, orders and dead time together, to a CSV record at any times, and where the plant was when it
+/// began: at rest, settled at another input, or moving. Writes a plant file for the other commands of control.
 ///
 /// Without --model it tries integer orders with up to four poles, and one or two powers of s with
 /// free orders, and takes the simplest function whose BIC is close to the lowest. Warnings say what
@@ -42,13 +43,16 @@ use std::path::PathBuf;
                   input=valve,output=temperature --out plant.toml"
 )]
 pub(crate) struct Arguments {
-    /// CSV with a header, of a plant that begins at rest
+    /// CSV with a header
     #[arg(value_name = "DATA")]
     data: PathBuf,
     /// Columns, as in `input=valve,output=temperature` [default: `time_s`, `input`, `output`]
     #[arg(long, value_name = "SIGNAL=COLUMN", value_delimiter = ',', value_parser = signal)]
     #[arg(help_heading = "Table")]
     columns: Vec<(usize, String)>,
+    /// Time from row to row of a table without times
+    #[arg(long, value_name = "TIME", value_parser = of(parameters::SAMPLE_TIME), help_heading = "Table")]
+    sample_time: Option<f64>,
     /// Subtract the first row: the record begins at rest, but not at 0
     #[arg(long, help_heading = "Table")]
     subtract_start: bool,
@@ -115,7 +119,7 @@ fn guess(text: &str) -> Result<FractionalTransferFunction, Failure> {
 impl Arguments {
     pub(crate) fn run(self, output: Output) -> Result<(), Failure> {
         let mut outputs = PlaceOfFile::look(&self.file, "plant")?;
-        let (mut record, gaps) = self.read()?;
+        let (mut record, notes) = self.read()?;
         if record.time_s.len() > LONG && !output.quiet {
             let words = format!(
                 "{} samples take about {}; every tenth may be enough for a slow plant",
@@ -162,7 +166,7 @@ impl Arguments {
             Some(_) => None,
         };
         let interval = evidence.map(|evidence| evidence.interval_s);
-        let mut warnings: Vec<String> = gaps.into_iter().collect();
+        let mut warnings = notes;
         warnings.extend(self::warnings(&found, best, &record));
         warnings.extend(evidence.and_then(|evidence| unsure(&evidence, best)));
         let (plant_file, figure) = self.write(best, &record, &mut outputs);
@@ -170,6 +174,7 @@ impl Arguments {
             warn(warning);
         }
         let identified = &best.identified;
+        let start = start_of(&record, identified);
         let candidates = found.iter().map(|found| {
             json!({
                 "function": with_digits(&found.identified.function, DIGITS).to_string(),
@@ -186,7 +191,9 @@ impl Arguments {
             "delay_determined": evidence.map(|evidence| evidence.is_determined),
             // Null of a record that begins at rest.
             "offset": (record.start != Start::Rest).then_some(identified.offset),
-            "input_before": (record.start == Start::Settled).then_some(identified.input_before),
+            "input_before": (start == Start::Settled).then_some(identified.input_before),
+            "begins": begins(start),
+            "output_read": reading(identified, &record),
             "samples": record.time_s.len(),
             "sample_time_s": record.sample_time_s(),
             "rms_residual": identified.rms_residual,
@@ -222,31 +229,68 @@ impl Arguments {
         }
     }
 
-    /// The record, and what is said of its gaps.
-    fn read(&self) -> Result<(InputOutput, Option<String>), Failure> {
+    /// The record, and what is said of its rows.
+    fn read(&self) -> Result<(InputOutput, Vec<String>), Failure> {
         let [time, input, output] = self.columns()?;
-        let names = [time, input, output];
-        let found = table::record(&self.data, names, "see --columns")?;
-        let gaps = found.gaps().map(|rows| {
-            format!("{rows} without an output: it is put on a straight line between its neighbours")
-        });
-        let (lines, [time_s, from, to]) = (found.lines, found.columns);
-        let mut record = InputOutput {
-            time_s,
-            input: from,
-            output: to,
-            ..InputOutput::default()
-        };
         let wrong =
             |error: String| table::wrong(&self.data, format_args!("{error}; see --columns"));
-        check_times(&record, &lines)
+        let (mut lines, mut record, mut notes) = match self.sample_time {
+            Some(sample_time_s) => self.without_times(sample_time_s)?,
+            None => {
+                let remedy = "see --columns; a table without times takes --sample-time";
+                let found = table::record(&self.data, [time, input, output], remedy)?;
+                let gaps = found.gaps().map(|rows| {
+                    format!("{rows} without an output: it is put on a straight line between its neighbours")
+                });
+                let [time_s, input, output] = found.columns;
+                let record = InputOutput {
+                    time_s,
+                    input,
+                    output,
+                    ..InputOutput::default()
+                };
+                (found.lines, record, gaps.into_iter().collect::<Vec<_>>())
+            }
+        };
+        let repeated = keep_first(&mut record, &mut lines)
             .map_err(|error| wrong(format!("{error}; the time is column {}", short(time))))?;
+        let repeated = rows_named(&repeated);
+        notes.extend(repeated.map(|rows| {
+            format!("{rows} at the time of the row before: only the first of a time counts")
+        }));
         fill_gaps(&mut record, &lines, [input, output]).map_err(wrong)?;
         if self.subtract_start {
             record.subtract_start();
         }
         check_signals(&record, &lines, [input, output]).map_err(wrong)?;
-        Ok((record, gaps))
+        Ok((record, notes))
+    }
+
+    /// The rows of a table without times, so far apart.
+    fn without_times(
+        &self,
+        sample_time_s: f64,
+    ) -> Result<(Vec<u64>, InputOutput, Vec<String>), Failure> {
+        let [_, input, output] = self.columns()?;
+        let bytes = table::bytes(&self.data)?;
+        let signal = |name| {
+            read_signal(&bytes, name)
+                .map_err(|error| table::wrong(&self.data, format_args!("{error}; see --columns")))
+        };
+        let (from, to) = (signal(input)?, signal(output)?);
+        if from.time_s.is_some() {
+            let what = "it has a column of time: leave --sample-time out, or that column";
+            return Err(table::wrong(&self.data, what));
+        }
+        let record = InputOutput {
+            time_s: (0..from.x.len())
+                .map(|n| sample_time_s * n as f64)
+                .collect(),
+            input: from.x,
+            output: to.x,
+            ..InputOutput::default()
+        };
+        Ok((from.lines, record, Vec::new()))
     }
 
     /// Writes the plant file and its picture; their names.
@@ -264,7 +308,7 @@ impl Arguments {
             delay_s: identified.dead_time.seconds(),
         };
         let rms = digits(identified.rms_residual, 4);
-        let begins = begins(record.start, identified);
+        let begins = counted_from(record, identified);
         let note = format!("identified from {name}, {samples} samples, rms {rms}{begins}");
         let picture = || {
             let source = format!("{} · {samples} samples", short_name(&name));
@@ -280,17 +324,56 @@ impl Arguments {
     }
 }
 
+/// A plant of other than whole orders has no finite state, so it counts as settled.
+fn start_of(record: &InputOutput, found: &Identified) -> Start {
+    match record.start {
+        Start::Moving if !is_whole(&found.function) => Start::Settled,
+        start => start,
+    }
+}
+
+fn is_whole(function: &FractionalTransferFunction) -> bool {
+    let sides = [function.numerator(), function.denominator()];
+    let mut terms = sides.iter().flat_map(|side| side.terms());
+    terms.all(|term| term.order.fract() == 0.0)
+}
+
 /// Where the plant was when the record began, behind its other figures.
-fn begins(start: Start, found: &Identified) -> String {
+fn counted_from(record: &InputOutput, found: &Identified) -> String {
     let offset = digits(found.offset, 5);
-    match start {
+    match start_of(record, found) {
         Start::Rest => String::new(),
         Start::Offset => format!(", output counted from {offset}"),
         Start::Settled => {
             let before = digits(found.input_before, 5);
             format!(", output counted from {offset}, input from {before}")
         }
+        Start::Moving => format!(", output counted from {offset}, of a plant that was moving"),
     }
+}
+
+/// The same in words.
+fn begins(start: Start) -> &'static str {
+    match start {
+        Start::Rest => "at rest",
+        Start::Offset => "at rest, at an offset",
+        Start::Settled => "settled at an input before",
+        Start::Moving => "moving",
+    }
+}
+
+/// Both readings of a table of a plant that answers at once: nothing else tells an output that was read before its row's input from one that was
+/// read with an input of the row before.
+fn reading(found: &Identified, record: &InputOutput) -> Option<String> {
+    let function = &found.function;
+    let at_once = function.numerator().degree() == function.denominator().degree();
+    let more = written("delay_s", record.sample_time_s());
+    at_once.then(|| match found.dead_time {
+        DeadTime::JustAfter(_) => format!(
+            "before the new input of its row; read with it, another function behind {more} more fits the same"
+        ),
+        DeadTime::Known(_) | DeadTime::From(_) => "with the new input of its row".to_owned(),
+    })
 }
 
 /// A number whose standard error is above this share of it is not determined.
@@ -409,6 +492,10 @@ fn lacking(at: &Unexplained) -> String {
 /// What the function leaves unexplained, and what the record does not tell.
 fn warnings(found: &[Found], best: &Found, record: &InputOutput) -> Vec<String> {
     let mut warnings = Vec::new();
+    if record.start == Start::Moving && !is_whole(&best.identified.function) {
+        let what = "the plant was moving when the record began, and one of these orders has no finite state: only an offset and an input before are fitted";
+        warnings.push(what.to_owned());
+    }
     let unexplained = unexplained(best.identified.fit, best.neighbours);
     warnings.extend(unexplained.or_else(|| best.unexplained.as_ref().map(lacking)));
     if best.identified.fit < LEAST {
