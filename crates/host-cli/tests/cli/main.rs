@@ -17,6 +17,7 @@ mod interrupted;
 mod live;
 mod log;
 mod measure;
+mod others;
 mod picture_file;
 mod pins;
 mod process;

@@ -1,5 +1,6 @@
 //! From the file to a record.
 
+use crate::mcap;
 use crate::parse::quantity;
 use crate::table;
 use clap::Args;
@@ -46,19 +47,28 @@ impl TableArguments {
             )));
         }
         let mut reading = *reading;
-        let columns = if path.extension().is_some_and(|e| e == "mcap") {
+        let mut columns = self.columns.clone();
+        let mut names: Vec<&mut String> = (columns.iter_mut())
+            .filter_map(|(_, choice)| match choice {
+                Choice::Name(name) => Some(name),
+                Choice::Number(_) => None,
+            })
+            .collect();
+        let is_log = path.extension().is_some_and(|e| e == "mcap");
+        let columns = if is_log && mcap::is_ours(path, names.iter().map(|name| name.as_str()))? {
             let said = loading_of(path, &mut reading);
             let mut columns = self.log(path, &reading.loading)?;
             columns.notes.extend(said);
             columns
         } else {
+            let bytes = table::bytes_with(path, std::mem::take(&mut names))?;
             let reader = Reader {
-                columns: self.columns.clone(),
+                columns,
                 units: self.units.clone(),
                 from: self.from,
                 to: self.to,
             };
-            let read = read_table(&table::bytes(path)?);
+            let read = read_table(&bytes);
             read.and_then(|table| reader.read(table))
                 .map_err(|error| table::wrong(path, error))?
         };
