@@ -2,9 +2,11 @@
 #![forbid(unsafe_code)]
 
 mod key;
+mod number;
 mod written;
 
 pub use key::{Key, renamed};
+pub use number::{DecimalSign, number, number_with, sign_of};
 pub use written::{WrittenUnit, digits, label, written, written_between};
 
 use std::f64::consts::PI;
@@ -177,8 +179,8 @@ pub fn parse_for_key(key: &str, text: &str) -> Result<f64, QuantityError> {
     let mut all = units.iter().chain(&[("", 1.0)]);
     let value = all.find_map(|(unit, factor)| {
         let number = trimmed.strip_suffix(unit)?.trim_end();
-        // Rust also reads "inf" and "nan".
-        let value: f64 = number.parse().ok()?;
+        // A comma separates the values of a list, as it does in TOML; none is of thousands.
+        let value = number_with(number, DecimalSign::Point).filter(|_| !number.contains(','))?;
         Some(scale(value, *factor)).filter(|value| value.is_finite())
     });
     value.ok_or_else(|| QuantityError {

@@ -5,15 +5,11 @@ use haptic_experiment::Failure;
 use haptic_log::record::{Entry, LogFiles, RecordError, Topic};
 use std::path::Path;
 
-/// True if a log has ticks of ours, or no messages at all, and none of these names is a topic.
-pub(crate) fn is_ours<'a>(
-    path: &Path,
-    mut names: impl Iterator<Item = &'a str>,
-) -> Result<bool, Failure> {
+/// True if a log has ticks of ours, or no messages at all.
+pub(crate) fn is_ours(path: &Path) -> Result<bool, Failure> {
     let mut log = LogFiles::open(path)?;
-    Ok(!names.any(|name| name.starts_with('/'))
-        && (log.any(|entry| matches!(entry, Ok(Entry::Tick(_)) | Err(_)))
-            || log.condition().foreign_topics.is_empty()))
+    let has_ticks = log.any(|entry| matches!(entry, Ok(Entry::Tick(_)) | Err(_)));
+    Ok(has_ticks || log.condition().foreign_topics.is_empty())
 }
 
 /// The table of a log; `None` if the file is none. Names of columns as `/topic.field` become those of the table.

@@ -4,6 +4,7 @@
 mod golden;
 mod history;
 mod indentation;
+mod layouts;
 mod records;
 mod recovery;
 mod stiffening;

@@ -182,11 +182,16 @@ impl Arguments {
                 "{records} records are too few for an interval: give --bootstrap at least {BOOTSTRAP_LEAST}"
             )));
         }
+        if let Some(segments) = self.table.listed(&self.data)? {
+            return output.summary(&segments);
+        }
         let name = self.tissue_name()?;
         let mut place = PlaceOfFile::look(&self.file, "tissue")?;
         let reading = self.specimen.reading(self.kind);
-        let read = |data: &PathBuf| self.table.read(data, &reading);
-        let mut understood = self.data.iter().map(read).collect::<Result<Vec<_>, _>>()?;
+        let mut understood = Vec::new();
+        for data in &self.data {
+            understood.extend(self.table.read(data, &reading)?);
+        }
         let understood = match understood.pop() {
             Some(one) if understood.is_empty() => one,
             last => {

@@ -189,7 +189,7 @@ impl Others {
     /// The topic that was asked for, or the one of a log without ticks.
     fn topic(&self, log: &Path) -> Result<Option<Topic>, Failure> {
         let names: Vec<&str> = self.columns.iter().map(String::as_str).collect();
-        if names.is_empty() && mcap::is_ours(log, std::iter::empty())? {
+        if names.is_empty() && mcap::is_ours(log)? {
             return Ok(None);
         }
         mcap::chosen(log, &names).map(Some)

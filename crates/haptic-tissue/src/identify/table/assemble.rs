@@ -25,6 +25,12 @@ pub struct Columns {
     pub chosen: Vec<Column>,
     /// One sentence for each thing guessed, converted or left out, for the user to check.
     pub notes: Vec<String>,
+    /// Quantities that more than one header could be, and the sentence that asks which: an error of a record that uses one.
+    pub unclear: Vec<(Column, String)>,
+    /// The name of the segment, of a file with several.
+    pub segment: Option<String>,
+    /// Its temperature, °C, if a column or its name says it.
+    pub temperature_c: Option<f64>,
 }
 
 /// A record and its notes.
@@ -152,6 +158,7 @@ impl Columns {
             RecordKind::History if indented => self.pressed(loading, poisson_ratio),
             RecordKind::History => self.history(),
         };
+        self.is_clear()?;
         let lines = &self.lines;
         let unused = self
             .values
@@ -169,6 +176,14 @@ impl Columns {
             record,
             loading: measured,
             notes: self.notes,
+        })
+    }
+
+    /// Refuses a record of a quantity that two headers could be: one that was taken out.
+    fn is_clear(&self) -> Result<(), IdentifyError> {
+        let doubt = self.unclear.iter().find(|of| !self.has(of.0));
+        doubt.map_or(Ok(()), |(_, asked)| {
+            Err(IdentifyError::Record(asked.clone()))
         })
     }
 

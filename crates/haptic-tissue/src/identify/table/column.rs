@@ -1,6 +1,6 @@
 //! The quantities that a column can hold.
 
-use super::unit::Dimension;
+use super::unit::{Dimension, rows};
 
 /// A quantity of a record.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -26,6 +26,14 @@ pub enum Column {
     Storage,
     /// Loss modulus, Pa.
     Loss,
+    /// Magnitude of the complex modulus, Pa.
+    Complex,
+    /// Phase angle between strain and stress, rad.
+    Phase,
+    /// Loss over storage modulus, 1.
+    LossTangent,
+    /// Temperature, °C: it tells segments apart, and is no number of a record.
+    Temperature,
 }
 
 /// The place of a column that a user named.
@@ -38,22 +46,28 @@ pub enum Choice {
 }
 
 impl Column {
-    /// All, in the order of messages.
-    pub const ALL: [Self; 10] = {
-        let mut all = [Self::Time; 10];
-        let mut at = 0;
-        while at < all.len() {
-            all[at] = ROWS[at].column;
-            assert!(all[at] as usize == at, "a row stands where its column does");
-            at += 1;
-        }
-        all
-    };
+    /// All, in the order of messages, which is that of the file of their spellings.
+    pub const ALL: [Self; 14] = [
+        Self::Time,
+        Self::Modulus,
+        Self::Compliance,
+        Self::Strain,
+        Self::Stress,
+        Self::Force,
+        Self::Position,
+        Self::Omega,
+        Self::Storage,
+        Self::Loss,
+        Self::Complex,
+        Self::Phase,
+        Self::LossTangent,
+        Self::Temperature,
+    ];
 
     /// Its name where a user chooses columns or units.
     #[must_use]
-    pub const fn name(self) -> &'static str {
-        ROWS[self as usize].names[0]
+    pub fn name(self) -> &'static str {
+        self.row(0)
     }
 
     /// The column of a name.
@@ -64,115 +78,23 @@ impl Column {
 
     /// Its header in SI units, as this project writes it.
     #[must_use]
-    pub const fn header(self) -> &'static str {
-        ROWS[self as usize].names[1]
+    pub fn header(self) -> &'static str {
+        self.row(1)
     }
 
-    pub(super) const fn dimension(self) -> Dimension {
-        ROWS[self as usize].dimension
+    pub(super) fn dimension(self) -> Dimension {
+        Dimension(self.row(2))
     }
 
     /// True if machines write it so; in lower case, with plain primes, single spaces, without unit.
     pub(super) fn is_spelt(self, name: &str) -> bool {
-        let mut spellings = ROWS[self as usize].spellings.split(", ");
-        spellings.any(|spelling| spelling == name)
+        self.row(3).split(", ").any(|spelling| spelling == name)
+    }
+
+    fn row(self, cell: usize) -> &'static str {
+        rows(include_str!("columns.txt"))
+            .nth(self as usize)
+            .and_then(|row| row.split(" | ").nth(cell))
+            .unwrap_or_default()
     }
 }
-
-struct Row {
-    column: Column,
-    names: [&'static str; 2],
-    dimension: Dimension,
-    spellings: &'static str,
-}
-
-const fn row(
-    column: Column,
-    names: [&'static str; 2],
-    dimension: Dimension,
-    spellings: &'static str,
-) -> Row {
-    Row {
-        column,
-        names,
-        dimension,
-        spellings,
-    }
-}
-
-/// Name and header of each column, and how rheometers and testing machines spell it.
-const ROWS: [Row; 10] = [
-    row(
-        Column::Time,
-        ["time", "time_s"],
-        Dimension::Time,
-        "time, t, test time, elapsed time, step time, interval time, total time, run time, \
-         creep time, relaxation time",
-    ),
-    row(
-        Column::Modulus,
-        ["modulus", "relaxation_modulus_pa"],
-        Dimension::Pressure,
-        "relaxation modulus, modulus, g(t), e(t), stress relaxation modulus, \
-         relaxation modulus g(t), relaxation modulus e(t), shear modulus, \
-         shear relaxation modulus, g, e, young's modulus, young modulus, tensile modulus, \
-         compressive modulus",
-    ),
-    row(
-        Column::Compliance,
-        ["compliance", "creep_compliance_per_pa"],
-        Dimension::PerPressure,
-        "creep compliance, compliance, j(t), j, d(t), creep compliance j(t), \
-         shear creep compliance",
-    ),
-    row(
-        Column::Strain,
-        ["strain", "strain"],
-        Dimension::Ratio,
-        "strain, ε, e, γ, epsilon, gamma, shear strain, engineering strain, compressive strain, \
-         tensile strain, normal strain, axial strain",
-    ),
-    row(
-        Column::Stress,
-        ["stress", "stress_pa"],
-        Dimension::Pressure,
-        "stress, σ, τ, sigma, tau, shear stress, engineering stress, compressive stress, \
-         tensile stress, normal stress, axial stress, nominal stress",
-    ),
-    row(
-        Column::Force,
-        ["force", "force_n"],
-        Dimension::Force,
-        "force, load, normal force, axial force, standard force, simulated force, rendered force, \
-         f, fn, fz",
-    ),
-    row(
-        Column::Position,
-        ["position", "position_m"],
-        Dimension::Length,
-        "position, displacement, indentation, indentation depth, depth, penetration, \
-         penetration depth, extension, deformation, stroke, crosshead, compression, travel, \
-         standard travel, x, z",
-    ),
-    row(
-        Column::Omega,
-        ["omega", "omega_rad_s"],
-        Dimension::AngularFrequency,
-        "omega, ω, angular frequency, frequency, freq, ang. frequency, ang. freq., \
-         oscillation frequency, f",
-    ),
-    row(
-        Column::Storage,
-        ["storage", "storage_modulus_pa"],
-        Dimension::Pressure,
-        "storage modulus, storage, g', e', gp, ep, g prime, storage modulus g', \
-         storage modulus e', dynamic storage modulus",
-    ),
-    row(
-        Column::Loss,
-        ["loss", "loss_modulus_pa"],
-        Dimension::Pressure,
-        "loss modulus, loss, g'', e'', gpp, epp, g double prime, loss modulus g'', \
-         loss modulus e'', dynamic loss modulus",
-    ),
-];

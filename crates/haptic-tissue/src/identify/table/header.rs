@@ -1,23 +1,33 @@
-//! A header as quantity and unit: `Time [s]`, `G' (Pa)`, `Storage Modulus / kPa`, `stress_pa`.
+//! A name as quantity and unit: `Time [s]`, `G' (Pa)`, `Storage Modulus / kPa`, `stress_pa`, or with its unit in the line below.
 
 use super::column::Column;
-use super::unit::Dimension;
+use super::lines::brief;
+use super::unit::is_per_second;
 use crate::MeasuredLoading;
 use crate::identify::keys::UNITS;
 use haptic_loop::{LoadingKind, Modulus};
 
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Heading {
+/// The quantity that a name means.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Meaning {
     pub(super) column: Column,
-    /// SI units per unit of the column; `None` without a unit.
-    pub(super) factor: Option<f64>,
+    pub(super) unit: Unit,
+    /// Of several names of one quantity the lowest counts: a clock that begins with the step, or an angular frequency; a plain name; one with a remark; a
+    /// clock of the whole test.
+    pub(super) rank: u8,
 }
 
-/// A unit that does not fit the quantity.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub(super) struct ForeignUnit {
-    pub(super) column: Column,
-    pub(super) unit: String,
+/// The unit of a column.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) enum Unit {
+    /// SI units per unit.
+    Factor(f64),
+    /// The name says none.
+    Untold,
+    /// Hz or rad/s: 1/s can be either, and so can a plain frequency.
+    Either,
+    /// One of another quantity, or of none.
+    Foreign(String),
 }
 
 /// Name and unit, in brackets or behind a slash, a comma or the word *in*.
@@ -26,19 +36,21 @@ pub(super) fn split(header: &str) -> (String, Option<String>) {
     for (open, close) in [('[', ']'), ('(', ')'), ('{', '}')] {
         if let Some(inside) = header.strip_suffix(close)
             && let Some((name, unit)) = inside.rsplit_once(open)
-            // G(t) is a name.
-            && !matches!(unit, "t" | "f")
+            // G(t) and tan(delta) are names.
+            && !matches!(unit.trim().to_lowercase().as_str(), "t" | "f" | "delta" | "δ" | "ω")
             && !name.trim().is_empty()
         {
             return (name.trim().to_owned(), Some(unit.trim().to_owned()));
         }
     }
-    for between in [" / ", "/", ", ", " in "] {
-        if let Some((name, unit)) = header.split_once(between)
-            && !name.trim().is_empty()
-        {
-            return (name.trim().to_owned(), Some(unit.trim().to_owned()));
-        }
+    // The first mark counts: in `J in 1/Pa` the slash is one of the unit.
+    let marks = [" in ", ", ", "/"].into_iter();
+    let first = marks
+        .filter_map(|mark| Some((header.find(mark)?, mark.len())))
+        .min();
+    if let Some((at, length)) = first.filter(|first| first.0 > 0) {
+        let (name, unit) = (&header[..at], &header[at + length..]);
+        return (name.trim().to_owned(), Some(unit.trim().to_owned()));
     }
     (header.to_owned(), None)
 }
@@ -85,64 +97,109 @@ pub(super) fn told(header: &str) -> MeasuredLoading {
     }
 }
 
-/// Quantity and unit of a header; `None` if it is not a quantity of a record.
-pub(super) fn understand(header: &str) -> Option<Result<Heading, ForeignUnit>> {
+impl Unit {
+    pub(super) fn factor(&self) -> Option<f64> {
+        match self {
+            Self::Factor(factor) => Some(*factor),
+            Self::Untold | Self::Either | Self::Foreign(_) => None,
+        }
+    }
+}
+
+/// Quantity and unit of a name, and of the unit in the line below it; `None` if it is not a quantity of a record.
+pub(super) fn understand(header: &str, below: &str) -> Option<Meaning> {
     let lower = header.trim().to_lowercase();
-    if let Some(column) = Column::ALL
+    let exact = Column::ALL
         .into_iter()
-        .find(|column| column.header() == lower)
-    {
-        let factor = Some(1.0);
-        return Some(Ok(Heading { column, factor }));
+        .find(|column| column.header() == lower);
+    let ours = exact
+        .map(|column| (column, 1.0))
+        .or_else(|| with_suffix(&lower));
+    if let Some((column, factor)) = ours.filter(|_| below.is_empty()) {
+        let (unit, rank) = (Unit::Factor(factor), PLAIN);
+        return Some(Meaning { column, unit, rank });
     }
-    if let Some(heading) = with_suffix(&lower) {
-        return Some(Ok(heading));
-    }
-    let (name, unit) = split(header);
-    let name = plain(&name);
-    let known: Vec<Column> = spelt(&name).collect();
+    let whole = header.trim().to_owned();
+    let (name, told) = split(header);
+    // The unit below belongs to the whole name, as in `Shear modulus (elastic component)`.
+    let ways = match (below, told) {
+        ("", unit) => vec![(name, unit)],
+        (below, None) => vec![(whole, Some(below.to_owned()))],
+        (below, Some(unit)) => vec![(whole, Some(below.to_owned())), (name, Some(unit))],
+    };
+    let mut ways = ways.into_iter();
+    ways.find_map(|(name, unit)| {
+        meaning(&name, unit.clone()).or_else(|| {
+            // `Compressive strain (extension)`, `F avg.` and such.
+            let remarked = split(&name);
+            let remark = remarked.1?;
+            let mut meaning = meaning(&remarked.0, unit.or(Some(remark)))?;
+            meaning.rank += 1;
+            Some(meaning)
+        })
+    })
+}
+
+const PLAIN: u8 = 1;
+/// Clocks that begin with what is measured, and those of the whole test.
+const STEP_CLOCKS: &str =
+    "step time, interval time, segment time, t seg, creep time, relaxation time";
+const TEST_CLOCKS: &str = "total time, run time, test time, global time, timestamp, time stamp";
+const ANGULAR: &str = "ang, ω, omega, kreis, winkel";
+
+fn meaning(name: &str, unit: Option<String>) -> Option<Meaning> {
+    let temperature_or_time = name.trim() == "T";
+    let name = plain(name);
+    let known: Vec<Column> = match temperature_or_time {
+        true => vec![Column::Temperature, Column::Time],
+        false => spelt(&name).collect(),
+    };
+    let is_angular = ANGULAR.split(", ").any(|word| name.contains(word));
+    let is_one_of = |names: &str| names.split(", ").any(|other| other == name);
+    let rank = match (is_angular || is_one_of(STEP_CLOCKS), is_one_of(TEST_CLOCKS)) {
+        (true, _) => PLAIN - 1,
+        (_, true) => PLAIN + 2,
+        _ => PLAIN,
+    };
+    let found = |column: Column, unit: Unit| Some(Meaning { column, unit, rank });
+    let is_either = |column: Column| column == Column::Omega && !is_angular;
     let Some(unit) = unit else {
         // A name of two quantities, as f, is ambiguous.
-        let [column] = known[..] else { return None };
-        return Some(Ok(Heading {
-            column,
-            factor: None,
-        }));
+        return match known[..] {
+            [column] if is_either(column) => found(column, Unit::Either),
+            [column] | [column @ Column::Temperature, _] => found(column, Unit::Untold),
+            _ => None,
+        };
     };
     let fits = known
         .iter()
         .find_map(|&column| Some((column, column.dimension().factor(&unit)?)));
     match (fits, known.first()) {
-        (Some((column, factor)), _) => Some(Ok(Heading {
-            column,
-            factor: Some(factor),
-        })),
-        (None, Some(&column)) => Some(Err(ForeignUnit { column, unit })),
+        (Some((column, _)), _) if is_either(column) && is_per_second(&unit) => {
+            found(column, Unit::Either)
+        }
+        (Some((column, factor)), _) => found(column, Unit::Factor(factor)),
+        (None, Some(&column)) => found(column, Unit::Foreign(unit)),
         (None, None) => None,
     }
 }
 
 /// `modulus_kpa`: a unit after an underscore.
-fn with_suffix(header: &str) -> Option<Heading> {
+fn with_suffix(header: &str) -> Option<(Column, f64)> {
     let marks = header.match_indices('_').map(|(mark, _)| mark);
     marks.into_iter().find_map(|mark| {
         let (name, suffix) = (plain(&header[..mark]), &header[mark + 1..]);
-        spelt(&name).find_map(|column| {
-            let factor = column.dimension().factor_of_suffix(suffix)?;
-            Some(Heading {
-                column,
-                factor: Some(factor),
-            })
-        })
+        spelt(&name).find_map(|column| Some((column, column.dimension().factor_of_suffix(suffix)?)))
     })
 }
 
-/// Remedy for a wrong unit.
-pub(super) fn remedy(dimension: Dimension, column: Column) -> String {
+/// What is wrong with the unit of a column, and the remedy.
+pub(super) fn foreign(unit: &str, column: Column) -> String {
+    let (name, dimension) = (column.name(), column.dimension());
     format!(
-        "give one of {} in the header, or {UNITS} {}={}",
+        "unit {:?} is not a unit of {name}: give one of {} in the header, or {UNITS} {name}={}",
+        brief(unit),
         dimension.names(),
-        column.name(),
         dimension.si()
     )
 }

@@ -1,16 +1,22 @@
-//! A table of text as columns of numbers in SI units.
+//! Columns of numbers in SI units from the blocks of a table.
 
 use super::super::error::IdentifyError;
 use super::assemble::Columns;
 use super::column::{Choice, Column};
-use super::header::{Heading, remedy, split, understand};
-use super::text::{TextTable, is_gap, number, passed, too_many, wrong};
-use crate::identify::keys::{COLUMNS, UNITS};
+use super::find::Block;
+use super::header::{Meaning, Unit, foreign, split, understand};
+use super::heading::Heading;
+use super::lines::{brief, passed, rows_named, wrong};
+use super::segments::{between, changes, jumps, restarts};
+use super::text::TextTable;
+use super::unit::celsius;
+use crate::identify::keys::{COLUMNS, SEGMENT, SEGMENTS, UNITS};
+use std::ops::Range;
 
 /// The user's instructions for a table.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Reader {
-    /// Columns by place or name.
+    /// Columns by place or name. If there are a clock and another among them, no other column is looked at.
     pub columns: Vec<(Column, Choice)>,
     /// Units that headers omit or get wrong.
     pub units: Vec<(Column, String)>,
@@ -18,6 +24,27 @@ pub struct Reader {
     pub from: Option<f64>,
     /// Last time (or angular frequency).
     pub to: Option<f64>,
+    /// Segments by number from 1, by name or by a part of it; `all` of them.
+    pub segments: Vec<String>,
+}
+
+/// A part of a table that is a record of its own.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Segment {
+    /// From 1, in the order of the file.
+    pub number: usize,
+    /// The name of its step, set or interval, or its lines.
+    pub name: String,
+    /// First and last line.
+    pub lines: [u64; 2],
+    /// How many rows it has.
+    pub rows: usize,
+    /// Time or angular frequency, with its least and its largest value.
+    pub clock: Option<(Column, [f64; 2])>,
+    /// Mean temperature, °C, if a column or the name says it.
+    pub temperature_c: Option<f64>,
+    /// Headers of the columns that are read.
+    pub columns: Vec<String>,
 }
 
 struct Found {
@@ -28,151 +55,258 @@ struct Found {
     factor: Option<f64>,
 }
 
+/// A block under its heading, and the columns of a record in it.
+struct Part<'a> {
+    block: &'a Block,
+    heading: Heading,
+    found: Vec<Found>,
+    unclear: Vec<(Column, String)>,
+    temperature: Option<usize>,
+}
+
+/// A segment of a part.
+struct Piece<'a> {
+    part: &'a Part<'a>,
+    rows: Range<usize>,
+    name: String,
+    temperature_c: Option<f64>,
+}
+
+fn is_clock(column: Column) -> bool {
+    matches!(column, Column::Time | Column::Omega)
+}
+
 impl Reader {
-    /// Columns with quantities of a record.
+    /// The one segment of a table as columns with quantities of a record.
     ///
     /// # Errors
-    /// Two columns of one quantity, a wrong unit, a cell that is not a number, with line and column.
-    pub fn read(&self, mut table: TextTable) -> Result<Columns, IdentifyError> {
-        let mut notes = Vec::new();
-        if table.header.iter().all(|cell| number(cell).is_some()) {
-            self.without_header(&mut table)?;
+    /// As [`read_all`](Self::read_all), and if it would read more than one.
+    pub fn read(&self, table: TextTable) -> Result<Columns, IdentifyError> {
+        let mut all = self.read_all(&table)?;
+        match (all.pop(), all.len()) {
+            (Some(one), 0) => Ok(one),
+            (_, others) => Err(IdentifyError::Record(format!(
+                "{} segments are more than one record: give {SEGMENT} one of them",
+                others + 1
+            ))),
         }
-        let mut found = self.find(&table)?;
-        self.units(&mut table, &mut found, &mut notes)?;
-        let mut columns = Columns {
-            values: found
-                .iter()
-                .map(|f| (f.column, f.name.clone(), Vec::new()))
-                .collect(),
-            chosen: self.columns.iter().map(|(column, _)| *column).collect(),
-            ..Columns::default()
-        };
-        let (mut empty, mut outside) = (Vec::new(), Vec::new());
-        for (line, row) in &table.rows {
-            let Some(values) = self.row(&table, *line, row, &found)? else {
-                empty.push(*line);
-                continue;
-            };
-            let clock = found
-                .iter()
-                .position(|f| matches!(f.column, Column::Time | Column::Omega));
-            let at = clock.map_or(0.0, |column| values[column]);
-            if self.from.is_some_and(|from| at < from) || self.to.is_some_and(|to| at > to) {
-                outside.push(*line);
-                continue;
-            }
-            columns.lines.push(*line);
-            for (column, value) in columns.values.iter_mut().zip(values) {
-                column.2.push(value);
-            }
-        }
-        notes.extend(passed(&empty, "a cell without a number"));
-        notes.extend(passed(&outside, "outside the range asked for"));
-        if columns.lines.is_empty() {
-            return Err(IdentifyError::Record(
-                "no row with numbers is left: give at least one more than the model has parameters"
-                    .to_owned(),
-            ));
-        }
-        columns.notes = notes;
-        Ok(columns)
     }
 
-    /// A table without a header: columns must be named by number.
-    fn without_header(&self, table: &mut TextTable) -> Result<(), IdentifyError> {
-        let numbered = self
+    /// The chosen segments of a table, in the order of the file; of a table with one, that.
+    ///
+    /// # Errors
+    /// Several segments without a choice, a choice of none, a wrong unit, a cell that is not a number, with line and column.
+    pub fn read_all(&self, table: &TextTable) -> Result<Vec<Columns>, IdentifyError> {
+        let parts = self.parts(table)?;
+        let pieces = pieces(&parts)?;
+        let chosen = self.chosen(&pieces)?.into_iter().map(|n| {
+            let piece = &pieces[n];
+            table.check(piece.part.block, &piece.part.heading)?;
+            let mut columns = self.columns(piece)?;
+            columns.segment = (pieces.len() > 1).then(|| piece.name.clone());
+            columns.notes.extend(preamble(piece.part));
+            columns.notes.extend(unread(table, &parts));
+            Ok(columns)
+        });
+        chosen.collect()
+    }
+
+    /// What there is to choose from.
+    ///
+    /// # Errors
+    /// A table without a column that is known, a wrong unit, a cell that is not a number.
+    pub fn segments(&self, table: &TextTable) -> Result<Vec<Segment>, IdentifyError> {
+        let parts = self.parts(table)?;
+        let segments = pieces(&parts)?.into_iter().enumerate().map(|(n, piece)| {
+            let clock = piece.part.clock().map(|clock| {
+                let values = piece.part.values(clock.place, piece.rows.clone())?;
+                let known = values.iter().filter(|value| value.is_finite());
+                let [low, high] = known
+                    .fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], value| {
+                        [low.min(*value), high.max(*value)]
+                    });
+                let factor = clock.factor.unwrap_or(1.0);
+                Ok((clock.column, [low * factor, high * factor]))
+            });
+            Ok(Segment {
+                number: n + 1,
+                lines: piece.lines(),
+                rows: piece.rows.len(),
+                clock: clock.transpose()?,
+                temperature_c: piece.temperature_c,
+                columns: piece
+                    .part
+                    .found
+                    .iter()
+                    .map(|found| found.name.clone())
+                    .collect(),
+                name: piece.name,
+            })
+        });
+        segments.collect()
+    }
+
+    /// Blocks that may be records, each with its heading and columns: those with a clock and something beside it, if there are any; of
+    /// blocks in which nothing is known the largest.
+    fn parts<'a>(&self, table: &'a TextTable) -> Result<Vec<Part<'a>>, IdentifyError> {
+        let mut parts: Vec<Part<'a>> = Vec::new();
+        let mut refused = None;
+        for block in &table.blocks {
+            match self.heading(block, parts.last()) {
+                Ok(heading) => parts.push(self.part(block, heading)?),
+                Err(error) => refused = refused.or(Some(error)),
+            }
+        }
+        let is_whole = |part: &Part| {
+            part.clock().is_some() && part.found.iter().any(|found| !is_clock(found.column))
+        };
+        if parts.iter().any(is_whole) {
+            parts.retain(is_whole);
+        }
+        if let (true, Some(error)) = (parts.is_empty(), refused) {
+            return Err(error);
+        }
+        Ok(parts)
+    }
+
+    /// The names above a block: those that the user's choice, or any known quantity, is found in.
+    fn heading(&self, block: &Block, before: Option<&Part>) -> Result<Heading, IdentifyError> {
+        let mut headings = block.headings();
+        let is_numbered = self
             .columns
             .iter()
             .any(|choice| matches!(choice.1, Choice::Number(_)));
-        if !numbered {
-            return Err(wrong(
-                table.header_line,
-                &format!("there is no header: add one, or give {COLUMNS}, as in time=1,modulus=2"),
-            ));
+        let before = before.filter(|before| before.block.width() == block.width());
+        match before.filter(|_| headings.is_empty()) {
+            Some(before) => headings.push(before.heading.clone()),
+            None if is_numbered => headings.push(block.numbered()),
+            None => {}
         }
-        let names = (1..=table.header.len())
-            .map(|n| format!("column {n}"))
-            .collect();
-        let first = std::mem::replace(&mut table.header, names);
-        table
-            .rows
-            .insert(0, (table.header_line, first.into_iter().collect()));
-        Ok(())
+        let mut refused = None;
+        for heading in headings {
+            let mut places = self
+                .columns
+                .iter()
+                .map(|(_, choice)| place(&heading, choice));
+            let mut names = heading.names.iter().enumerate();
+            let mut is_known =
+                || names.any(|(place, name)| understand(name, heading.below(place)).is_some());
+            match places.find_map(Result::err) {
+                None if !self.columns.is_empty() || is_known() => return Ok(heading),
+                None => {
+                    let names = listed_names(&heading);
+                    let what = format!(
+                        "none of the columns {names} is known: give {COLUMNS}, as in time=1,modulus=2"
+                    );
+                    refused = refused.or(Some(wrong(heading.line, &what)));
+                }
+                Some(error) => refused = refused.or(Some(error)),
+            }
+        }
+        let what =
+            format!("there is no header: add one, or give {COLUMNS}, as in time=1,modulus=2");
+        Err(refused.unwrap_or_else(|| wrong(block.lines()[0], &what)))
     }
 
-    /// Columns that a user named, then those with a known header.
-    fn find(&self, table: &TextTable) -> Result<Vec<Found>, IdentifyError> {
-        let mut found: Vec<Found> = Vec::new();
-        for (column, choice) in &self.columns {
-            let place = place(table, choice)?;
-            let heading = understand(&table.header[place]).and_then(Result::ok);
-            let unit = split(&table.header[place])
-                .1
+    fn part<'a>(&self, block: &'a Block, heading: Heading) -> Result<Part<'a>, IdentifyError> {
+        let mut part = Part {
+            found: self.named(&heading)?,
+            block,
+            heading,
+            unclear: Vec::new(),
+            temperature: None,
+        };
+        let is_named =
+            |is_it: fn(Column) -> bool| part.found.iter().any(|found| is_it(found.column));
+        // A clock and another column are a record: no other column is looked at.
+        if !(is_named(is_clock) && is_named(|column| !is_clock(column))) {
+            self.known(&mut part);
+        }
+        part.temperature = part
+            .found
+            .iter()
+            .find(|of| of.column == Column::Temperature)
+            .map(|of| of.place);
+        part.found
+            .retain(|found| found.column != Column::Temperature);
+        if self.columns.is_empty() {
+            keep_sweep(&mut part.found);
+        }
+        Ok(part)
+    }
+
+    /// Columns that a user named.
+    fn named(&self, heading: &Heading) -> Result<Vec<Found>, IdentifyError> {
+        let named = self.columns.iter().map(|(column, choice)| {
+            let place = place(heading, choice)?;
+            let name = heading.names[place].clone();
+            let told = heading
+                .unit(place)
                 .and_then(|unit| column.dimension().factor(&unit));
-            found.push(Found {
+            let meaning = understand(&name, heading.below(place));
+            let factor = meaning.filter(|meaning| meaning.column == *column);
+            let factor = told.or_else(|| factor.and_then(|meaning| meaning.unit.factor()));
+            Ok(Found {
                 column: *column,
                 place,
-                name: table.header[place].clone(),
-                factor: unit.or_else(|| {
-                    heading
-                        .filter(|h| h.column == *column)
-                        .and_then(|h| h.factor)
-                }),
-            });
-        }
-        let given = found.len();
-        for (place, name) in table.header.iter().enumerate() {
-            if found.iter().any(|f| f.place == place) {
-                continue;
-            }
-            let Some(Heading { column, factor }) = self.heading(table, name)? else {
-                continue;
-            };
-            match found.iter().position(|f| f.column == column) {
-                Some(other) if other < given => {}
-                Some(other) => {
-                    return Err(wrong(
-                        table.header_line,
-                        &format!(
-                            "the columns {} and {name} both look like {}: give {COLUMNS} {}=NAME",
-                            found[other].name,
-                            column.name(),
-                            column.name()
-                        ),
-                    ));
-                }
-                None => found.push(Found {
-                    column,
-                    place,
-                    name: name.clone(),
-                    factor,
-                }),
-            }
-        }
-        Ok(found)
+                name,
+                factor,
+            })
+        });
+        named.collect()
     }
 
-    /// A known header; a wrong unit is refused unless another is given.
-    fn heading(&self, table: &TextTable, name: &str) -> Result<Option<Heading>, IdentifyError> {
-        match understand(name) {
-            None => Ok(None),
-            Some(Ok(heading)) => Ok(Some(heading)),
-            Some(Err(foreign)) if self.unit_of(foreign.column).is_some() => Ok(Some(Heading {
-                column: foreign.column,
-                factor: None,
-            })),
-            Some(Err(foreign)) => Err(IdentifyError::Line {
-                line: table.header_line,
-                column: Some(name.to_owned()),
-                reason: format!(
-                    "unit {:?} is not a unit of {}: {}",
-                    foreign.unit,
-                    foreign.column.name(),
-                    remedy(foreign.column.dimension(), foreign.column)
-                ),
-            }),
+    /// Columns with a known name. Of several of one quantity the best counts; as good ones are asked for.
+    fn known(&self, part: &mut Part) {
+        let (heading, found) = (&part.heading, &mut part.found);
+        let named = found.len();
+        let names = heading.names.iter().enumerate();
+        let names = names.filter(|(place, _)| {
+            !part.block.is_blank(*place) && !found.iter().any(|found| found.place == *place)
+        });
+        let meanings = names.filter_map(|(place, name)| {
+            let meaning = understand(name, heading.below(place))?;
+            (!found.iter().any(|found| found.column == meaning.column))
+                .then_some((place, name, meaning))
+        });
+        let mut meanings: Vec<(usize, &String, Meaning)> = meanings.collect();
+        let is_foreign = |meaning: &Meaning| matches!(meaning.unit, Unit::Foreign(_));
+        meanings.sort_by_key(|(_, _, meaning)| {
+            (meaning.column as usize, is_foreign(meaning), meaning.rank)
+        });
+        for alike in meanings.chunk_by(|a, b| a.2.column == b.2.column) {
+            let (place, name, meaning) = &alike[0];
+            let column = meaning.column;
+            let told = self.unit_of(column).is_some();
+            let rival = alike[1..]
+                .iter()
+                .find(|of| of.2.rank == meaning.rank && !is_foreign(&of.2));
+            let doubt = match (&meaning.unit, rival) {
+                (_, Some(rival)) => Some(format!(
+                    "the columns {name} and {} both look like {}: give {COLUMNS} {}=NAME",
+                    rival.1,
+                    column.name(),
+                    column.name()
+                )),
+                (Unit::Either, None) if !told => Some(format!(
+                    "the unit of column {name} may be Hz or rad/s: give {UNITS} omega=Hz or omega=rad/s"
+                )),
+                (Unit::Foreign(unit), None) if !told => {
+                    Some(format!("column {name}: {}", foreign(unit, column)))
+                }
+                (Unit::Factor(_) | Unit::Untold | Unit::Either | Unit::Foreign(_), None) => None,
+            };
+            part.unclear
+                .extend(doubt.map(|doubt| (column, format!("line {}, {doubt}", heading.line))));
+            let factor = meaning.unit.factor();
+            found.push(Found {
+                column,
+                place: *place,
+                name: (*name).clone(),
+                factor,
+            });
         }
+        found[named..].sort_by_key(|found| found.place);
     }
 
     fn unit_of(&self, column: Column) -> Option<&str> {
@@ -180,111 +314,346 @@ impl Reader {
         unit.map(|unit| unit.1.as_str())
     }
 
-    /// Units: the user's, a row of units below the header, else SI with a note.
-    fn units(
-        &self,
-        table: &mut TextTable,
-        found: &mut [Found],
-        notes: &mut Vec<String>,
-    ) -> Result<(), IdentifyError> {
-        let factor = |column: Column, unit: &str| {
-            column.dimension().factor(unit).ok_or_else(|| {
+    /// Places of the chosen segments in the list.
+    fn chosen(&self, pieces: &[Piece]) -> Result<Vec<usize>, IdentifyError> {
+        if self.segments.is_empty() && pieces.len() > 1 {
+            return Err(IdentifyError::Record(format!(
+                "{} segments could be meant, {}: give {SEGMENT} one or several of them, or {SEGMENTS} to list all",
+                pieces.len(),
+                listed(pieces)
+            )));
+        }
+        let mut chosen: Vec<usize> = (0..pieces.len()).collect();
+        let all = chosen.clone();
+        if !self.segments.is_empty() {
+            chosen.clear();
+        }
+        for wanted in &self.segments {
+            let lower = wanted.trim().to_lowercase();
+            let named = |is_it: &dyn Fn(&str) -> bool| -> Vec<usize> {
+                all.iter()
+                    .copied()
+                    .filter(|&n| is_it(&pieces[n].name.to_lowercase()))
+                    .collect()
+            };
+            let one = |found: Vec<usize>| Some(found).filter(|found| found.len() == 1);
+            let found = match lower.parse::<usize>() {
+                Ok(number) => number
+                    .checked_sub(1)
+                    .filter(|n| all.contains(n))
+                    .map(|n| vec![n]),
+                Err(_) if lower == "all" => Some(all.clone()),
+                Err(_) => one(named(&|name| name == lower))
+                    .or_else(|| one(named(&|name| name.contains(&lower)))),
+            };
+            chosen.extend(found.ok_or_else(|| {
                 IdentifyError::Record(format!(
-                    "unit {unit:?} is not a unit of {}: {}",
-                    column.name(),
-                    remedy(column.dimension(), column)
+                    "there is no one segment {wanted:?}: give {SEGMENT} a number from 1 to {}, or a name, of {}",
+                    pieces.len(),
+                    listed(pieces)
                 ))
-            })
-        };
-        let row = table.rows.first().filter(|(_, row)| {
-            let mut cells = found.iter().map(|f| row.get(f.place).unwrap_or(""));
-            !found.is_empty() && cells.all(|cell| number(cell).is_none())
-        });
-        let below = row.map(|(_, row)| row.clone());
-        if below.is_some() {
-            table.rows.remove(0);
+            })?);
         }
-        for f in found {
-            let cell = below.as_ref().and_then(|row| row.get(f.place));
-            let cell = cell.map(|cell| cell.trim_matches(['[', ']', '(', ')']).trim());
-            if let Some(unit) = self.unit_of(f.column) {
-                let given = factor(f.column, unit)?;
-                let unit_below = match cell.filter(|cell| !cell.is_empty()) {
-                    Some(unit_below) => Some(factor(f.column, unit_below)?),
-                    None => f.factor,
-                };
-                if unit_below.is_some_and(|unit_below| (unit_below / given - 1.0).abs() > 1e-9) {
-                    return Err(IdentifyError::Record(format!(
-                        "column {} names its own unit: omit {}={unit} of {UNITS}",
-                        f.name,
-                        f.column.name()
-                    )));
-                }
-                f.factor = Some(given);
-            } else if let Some(unit) = cell.filter(|cell| !cell.is_empty()) {
-                f.factor = Some(factor(f.column, unit)?);
-            } else if f.factor.is_none() {
-                f.factor = Some(1.0);
-                if f.column != Column::Strain {
-                    notes.push(format!(
-                        "column {} names no unit: taken as {}",
-                        f.name,
-                        f.column.dimension().si()
-                    ));
-                }
-            }
-        }
-        Ok(())
+        chosen.sort_unstable();
+        chosen.dedup();
+        Ok(chosen)
     }
 
-    /// The numbers of a row in SI; `None` if a cell is empty.
-    fn row(
-        &self,
-        table: &TextTable,
-        line: u64,
-        row: &csv::StringRecord,
-        found: &[Found],
-    ) -> Result<Option<Vec<f64>>, IdentifyError> {
-        let mut values = Vec::with_capacity(found.len());
-        if row.len() > table.header.len() {
-            return Err(wrong(line, &too_many(row, table.header.len())));
+    /// A segment in SI units.
+    fn columns(&self, piece: &Piece) -> Result<Columns, IdentifyError> {
+        let part = piece.part;
+        let mut notes = Vec::new();
+        let places: Vec<usize> = part.found.iter().map(|found| found.place).collect();
+        let mut numbers = part
+            .block
+            .numbers(&part.heading, &places, piece.rows.clone())?;
+        for (f, column) in part.found.iter().zip(&mut numbers) {
+            let factor = self.factor(f, &mut notes)?;
+            column.iter_mut().for_each(|value| *value *= factor);
         }
-        for f in found {
-            let cell = row.get(f.place).unwrap_or("");
-            if is_gap(cell) {
-                return Ok(None);
+        let clock = part.found.iter().position(|found| is_clock(found.column));
+        let (mut lines, mut empty, mut outside) = (Vec::new(), Vec::new(), Vec::new());
+        let rows = &part.block.rows[piece.rows.clone()];
+        let is_kept = rows.iter().enumerate().map(|(n, (line, _))| {
+            let at = clock.map_or(0.0, |column| numbers[column][n]);
+            let list = if numbers.iter().any(|column| column[n].is_nan()) {
+                &mut empty
+            } else if self.from.is_some_and(|from| at < from) || self.to.is_some_and(|to| at > to) {
+                &mut outside
+            } else {
+                lines.push(*line);
+                return true;
+            };
+            list.push(*line);
+            false
+        });
+        let is_kept: Vec<bool> = is_kept.collect();
+        for column in &mut numbers {
+            let mut kept = is_kept.iter();
+            column.retain(|_| kept.next() == Some(&true));
+        }
+        notes.extend(passed(&empty, "a cell without a number"));
+        notes.extend(passed(&outside, "outside the range asked for"));
+        if lines.is_empty() {
+            return Err(IdentifyError::Record(
+                "no row with numbers is left: give at least one more than the model has parameters"
+                    .to_owned(),
+            ));
+        }
+        // A set may be written from its last time to its first.
+        let falls =
+            |clock: &Vec<f64>| clock.len() > 2 && clock.windows(2).all(|pair| pair[0] > pair[1]);
+        if clock.is_some_and(|clock| falls(&numbers[clock])) {
+            lines.reverse();
+            numbers.iter_mut().for_each(|column| column.reverse());
+            notes.push(
+                "the rows are read from the last to the first, because their clock falls"
+                    .to_owned(),
+            );
+        }
+        let named = part.found.iter().zip(numbers);
+        Ok(Columns {
+            lines,
+            values: named
+                .map(|(f, numbers)| (f.column, f.name.clone(), numbers))
+                .collect(),
+            chosen: self.columns.iter().map(|(column, _)| *column).collect(),
+            notes,
+            unclear: part.unclear.clone(),
+            temperature_c: piece.temperature_c,
+            ..Columns::default()
+        })
+    }
+
+    /// SI units per unit of a column: the user's, the header's, else SI with a note.
+    fn factor(&self, found: &Found, notes: &mut Vec<String>) -> Result<f64, IdentifyError> {
+        let (column, name) = (found.column, &found.name);
+        let Some(unit) = self.unit_of(column) else {
+            if found.factor.is_none() && !matches!(column, Column::Strain | Column::LossTangent) {
+                let si = column.dimension().si();
+                notes.push(format!("column {name} names no unit: taken as {si}"));
             }
-            let value = number(cell).ok_or_else(|| IdentifyError::Line {
-                line,
-                column: Some(f.name.clone()),
-                reason: format!("{cell:?} is not a finite number: correct it, or omit the row"),
-            })?;
-            values.push(value * f.factor.unwrap_or(1.0));
+            return Ok(found.factor.unwrap_or(1.0));
+        };
+        let given = column.dimension().factor(unit);
+        let given = given.ok_or_else(|| IdentifyError::Record(foreign(unit, column)))?;
+        match found.factor {
+            Some(told) if (told / given - 1.0).abs() > 1e-9 => Err(IdentifyError::Record(format!(
+                "column {name} names its own unit: omit {}={unit} of {UNITS}",
+                column.name()
+            ))),
+            _ => Ok(given),
         }
-        Ok(Some(values))
     }
 }
 
-fn place(table: &TextTable, choice: &Choice) -> Result<usize, IdentifyError> {
-    let found = match choice {
-        Choice::Number(n) => (1..=table.header.len()).contains(n).then(|| n - 1),
+/// A complete sweep has no use for the clock and the amplitudes beside it, nor for its moduli in other words.
+fn keep_sweep(found: &mut Vec<Found>) {
+    let moduli = [
+        Column::Storage,
+        Column::Loss,
+        Column::Complex,
+        Column::Phase,
+        Column::LossTangent,
+    ];
+    let has = |column: &Column| found.iter().any(|found| found.column == *column);
+    let kept: Vec<Column> = moduli.into_iter().filter(has).take(2).collect();
+    if has(&Column::Omega) && kept.len() == 2 {
+        found.retain(|found| found.column == Column::Omega || kept.contains(&found.column));
+    }
+}
+
+impl Part<'_> {
+    fn clock(&self) -> Option<&Found> {
+        let of = |column: Column| self.found.iter().find(|found| found.column == column);
+        of(Column::Omega).or_else(|| of(Column::Time))
+    }
+
+    /// A column of numbers in its own unit.
+    fn values(&self, place: usize, rows: Range<usize>) -> Result<Vec<f64>, IdentifyError> {
+        let mut columns = self.block.numbers(&self.heading, &[place], rows)?;
+        Ok(columns.pop().unwrap_or_default())
+    }
+
+    /// Columns that say which step, set or specimen a row is of.
+    fn labels(&self) -> Vec<usize> {
+        const WORDS: &str = "step, segment, set, interval, cycle, specimen, sample, curve, sweep, repeat, replicate, abschnitt, zyklus, probe";
+        let is_label = |place: &usize| {
+            let name = self.heading.names[*place].to_lowercase();
+            let mut words = name.split(|c: char| !c.is_alphanumeric());
+            words.any(|word| WORDS.split(", ").any(|label| label == word))
+                && !self.found.iter().any(|found| found.place == *place)
+                && understand(&name, self.heading.below(*place)).is_none()
+        };
+        (0..self.heading.names.len()).filter(is_label).collect()
+    }
+
+    fn pieces(&self) -> Result<Vec<Piece<'_>>, IdentifyError> {
+        let rows = self.block.rows.len();
+        let clock = self
+            .clock()
+            .map(|clock| self.values(clock.place, 0..rows))
+            .transpose()?;
+        let mut cuts = clock.map_or_else(Vec::new, |clock| restarts(&clock));
+        let has = |columns: [Column; 2]| {
+            self.found
+                .iter()
+                .any(|found| columns.contains(&found.column))
+        };
+        let moves = has([Column::Strain, Column::Position]) && has([Column::Stress, Column::Force]);
+        let labels = self.labels();
+        // A motion goes on over its steps.
+        if !moves {
+            cuts.extend(labels.iter().flat_map(|place| changes(self.block, *place)));
+        }
+        let temperature = self.temperature.and_then(|place| {
+            let unit = self.heading.unit(place).unwrap_or_default();
+            let numbers = self.values(place, 0..rows).ok()?.into_iter();
+            Some(
+                numbers
+                    .map(|value| celsius(value, &unit))
+                    .collect::<Vec<f64>>(),
+            )
+        });
+        cuts.extend(temperature.iter().flat_map(|numbers| jumps(numbers)));
+        let ranges = between(cuts, rows);
+        let name = self.block.name(&self.heading);
+        let count = ranges.len();
+        let pieces = ranges.into_iter().enumerate().map(|(n, rows)| {
+            let temperature_c = temperature.as_ref().and_then(|numbers| {
+                let numbers = numbers[rows.clone()]
+                    .iter()
+                    .filter(|number| number.is_finite());
+                let count = numbers.clone().count();
+                (count > 0).then(|| numbers.sum::<f64>() / count as f64)
+            });
+            let mut words: Vec<String> = name.iter().cloned().collect();
+            if count > 1 {
+                words.extend(labels.iter().map(|place| {
+                    let cell = self.block.rows[rows.start].1.get(*place).unwrap_or("");
+                    format!("{} {}", split(&self.heading.names[*place]).0, brief(cell))
+                }));
+                words.extend(temperature_c.map(|t| format!("{t:.1} °C")));
+            }
+            if words.len() == usize::from(name.is_some()) && (count > 1 || words.is_empty()) {
+                words.push(format!("run {}", n + 1));
+            }
+            Piece {
+                part: self,
+                rows,
+                name: words.join(", "),
+                temperature_c,
+            }
+        });
+        Ok(pieces.collect())
+    }
+}
+
+impl Piece<'_> {
+    fn lines(&self) -> [u64; 2] {
+        let line = |row: usize| self.part.block.rows[row].0;
+        [line(self.rows.start), line(self.rows.end - 1)]
+    }
+}
+
+fn pieces<'a>(parts: &'a [Part<'a>]) -> Result<Vec<Piece<'a>>, IdentifyError> {
+    let pieces = parts
+        .iter()
+        .map(Part::pieces)
+        .collect::<Result<Vec<_>, _>>()?;
+    Ok(pieces.into_iter().flatten().collect())
+}
+
+/// The first few segments, for a message.
+fn listed(pieces: &[Piece]) -> String {
+    const FIRST: usize = 3;
+    let named = pieces.iter().enumerate().take(FIRST).map(|(n, piece)| {
+        let [first, last] = piece.lines();
+        format!("{} {:?} (lines {first} to {last})", n + 1, piece.name)
+    });
+    let named = named.chain((pieces.len() > FIRST).then(|| "…".to_owned()));
+    named.collect::<Vec<_>>().join(", ")
+}
+
+/// What stands above the table and was not read, for the user to know.
+fn preamble(part: &Part) -> Option<String> {
+    let above = part
+        .block
+        .above
+        .iter()
+        .filter(|(line, _)| *line < part.heading.line);
+    let texts: Vec<(u64, String)> = above
+        .map(|(line, row)| {
+            (
+                *line,
+                row.iter()
+                    .filter(|cell| !cell.is_empty())
+                    .collect::<Vec<_>>()
+                    .join(" "),
+            )
+        })
+        .filter(|(_, text)| !text.is_empty())
+        .collect();
+    let ((first, _), (last, _)) = (texts.first()?, texts.last()?);
+    let all: Vec<&str> = texts.iter().map(|(_, text)| text.as_str()).collect();
+    Some(format!(
+        "lines {first} to {last} above the header are not read: {}",
+        brief(&all.join("; "))
+    ))
+}
+
+/// Rows of blocks in which nothing is known.
+fn unread(table: &TextTable, parts: &[Part]) -> Option<String> {
+    let is_read = |block: &Block| parts.iter().any(|part| std::ptr::eq(part.block, block));
+    let (read, other): (Vec<&Block>, Vec<&Block>) =
+        table.blocks.iter().partition(|block| is_read(block));
+    let names: Vec<u64> = parts.iter().map(|part| part.heading.line).collect();
+    let broken = read
+        .iter()
+        .filter_map(|block| Some(block.broken.as_ref()?.0))
+        .filter(|line| !names.contains(line));
+    let lines = other
+        .iter()
+        .flat_map(|block| block.rows.iter().map(|row| row.0))
+        .chain(broken);
+    let rows = rows_named(&lines.collect::<Vec<_>>())?;
+    Some(format!("{rows} left out, no part of this table"))
+}
+
+/// The names of a heading, for a message.
+fn listed_names(heading: &Heading) -> String {
+    const NAMED: usize = 20;
+    let names = heading.names.iter().filter(|name| !name.is_empty());
+    names.take(NAMED).cloned().collect::<Vec<_>>().join(", ")
+}
+
+fn place(heading: &Heading, choice: &Choice) -> Result<usize, IdentifyError> {
+    let (found, wanted) = match choice {
+        Choice::Number(n) => (
+            (1..=heading.names.len()).contains(n).then(|| n - 1),
+            n.to_string(),
+        ),
         Choice::Name(name) => {
-            let same =
-                |header: &String| header == name || split(header).0.eq_ignore_ascii_case(name);
-            table.header.iter().position(same)
+            let wanted = brief(name);
+            let exact = heading.names.iter().position(|header| *header == wanted);
+            let same = |header: &String| {
+                [header, &split(header).0]
+                    .into_iter()
+                    .any(|name| name.eq_ignore_ascii_case(&wanted))
+            };
+            (
+                exact.or_else(|| heading.names.iter().position(same)),
+                format!("\"{wanted}\""),
+            )
         }
     };
     found.ok_or_else(|| {
-        let wanted = match choice {
-            Choice::Number(n) => n.to_string(),
-            Choice::Name(name) => format!("\"{name}\""),
-        };
         wrong(
-            table.header_line,
+            heading.line,
             &format!(
                 "there is no column {wanted}: give {COLUMNS} one of 1 to {} or of {}",
-                table.header.len(),
-                table.header.join(", ")
+                heading.names.len(),
+                listed_names(heading)
             ),
         )
     })

@@ -1,157 +1,94 @@
-//! The text of a table: delimiter, header, rows, and what is passed over.
+//! The text of a table as blocks of numbers, and columns of one block by their names.
 
 use super::super::error::IdentifyError;
-use super::super::record::SAMPLES_MOST;
 use super::column::Column;
-use super::header::{split, understand};
-use super::unit::Dimension;
+use super::decode::decoded;
+use super::find::{Block, Blocks};
+use super::header::{foreign, split, understand};
+use super::heading::Heading;
+use super::lines::{brief, rows_named, wrong};
 use csv::StringRecord;
-use std::borrow::Cow;
 
 /// Largest size of a table, bytes.
 pub const TABLE_MOST: u64 = 1 << 28;
 
-/// Says which rows were passed over, and why.
-pub(super) fn passed(lines: &[u64], why: &str) -> Option<String> {
-    rows_named(lines).map(|rows| format!("{rows} left out, {why}"))
-}
-
-/// How many rows, and the lines of the first few; `None` without any.
-#[must_use]
-pub fn rows_named(lines: &[u64]) -> Option<String> {
-    const NAMED: usize = 5;
-    let count = lines.len();
-    let named: Vec<String> = lines.iter().take(NAMED).map(ToString::to_string).collect();
-    let more = if count > NAMED { ", …" } else { "" };
-    let (rows, lines) = match count {
-        0 => return None,
-        1 => ("row", "line"),
-        _ => ("rows", "lines"),
-    };
-    Some(format!(
-        "{count} {rows} ({lines} {}{more})",
-        named.join(", ")
-    ))
-}
-
-/// The cells of a table, not yet numbers, with the line of each row for messages.
+/// The blocks of numbers of a table with what stands above them, not yet numbers, with lines for messages.
 #[derive(Clone, Debug, PartialEq)]
 pub struct TextTable {
-    pub(super) header_line: u64,
-    pub(super) header: Vec<String>,
-    pub(super) rows: Vec<(u64, StringRecord)>,
-    /// The first empty line between rows of numbers.
-    blank: Option<u64>,
+    pub(super) blocks: Vec<Block>,
     /// Spaces separate the cells: an empty one is not seen.
     spaced: bool,
-    above: Vec<u64>,
 }
 
-/// Reads a table as programs write them: cells apart by tabs, semicolons, commas or spaces, numbers with a point or a decimal comma, in UTF-8,
-/// UTF-16 or Windows-1252. Lines that begin with `#`, empty lines, and lines above the header are passed over; the header is the first row
-/// with a quantity of a record in it.
+/// Finds the blocks of numbers in a file, as programs write them: cells apart by tabs, semicolons, commas or spaces, numbers with a point or
+/// a decimal comma, in UTF-8, UTF-16 or Windows-1252, below whatever preamble.
 ///
 /// # Errors
-/// A file that is not text, is empty or too long; a header with one column.
+/// A file that is not text, is empty or too long; one without a row of two numbers.
 pub fn read_table(bytes: &[u8]) -> Result<TextTable, IdentifyError> {
-    let table = TextTable::new(bytes)?.below(|header| {
-        let known = header.iter().any(|name| understand(name).is_some());
-        known.then_some(()).ok_or_else(String::new)
-    });
-    let (table, ()) = table.unwrap_or_else(|refused| (refused.0, ()));
-    table.check()?;
-    if table.header.len() < 2 {
+    let table = TextTable::new(bytes)?;
+    if table.blocks.iter().all(|block| block.columns() < 2) {
+        let heading = table
+            .blocks
+            .first()
+            .and_then(|block| block.headings().pop());
+        let line = heading.map_or(1, |heading| heading.line);
         return Err(wrong(
-            table.header_line,
+            line,
             "there is only one column: give at least two, separated by tabs, commas or semicolons",
         ));
     }
     Ok(table)
 }
 
-/// Rows in which a header is looked for.
-const ABOVE: usize = 60;
-
 impl TextTable {
-    /// All rows, the first as the header.
     fn new(bytes: &[u8]) -> Result<Self, IdentifyError> {
         if bytes.len() as u64 > TABLE_MOST {
             return Err(IdentifyError::Record(format!(
                 "the table is longer than {TABLE_MOST} bytes: cut it into pieces, or omit unneeded columns"
             )));
         }
-        let mut text = decoded(bytes)?;
-        let delimiter = delimiter(&text)?;
-        let spaced = delimiter == b' ';
-        let delimiter = match delimiter {
-            b' ' => {
-                let lines = text.lines().map(|line| {
-                    let cells: Vec<&str> = line.split_whitespace().collect();
-                    cells.join("\t")
-                });
-                text = Cow::Owned(lines.collect::<Vec<String>>().join("\n"));
-                b'\t'
-            }
-            delimiter => delimiter,
-        };
-        let mut rows = Vec::new();
-        each_row(text.as_bytes(), delimiter, |line, row| {
-            if rows.len() > SAMPLES_MOST + 1 {
-                let reason = format!(
-                    "more than {SAMPLES_MOST} rows: omit every second one, or cut the record"
-                );
-                return Err(wrong(line, &reason));
-            }
-            rows.push((line, row.clone()));
-            Ok(())
-        })?;
-        let blank = blank_row(&text, delimiter);
-        let mut table = Self {
-            header_line: 1,
-            header: Vec::new(),
-            rows,
-            blank,
-            spaced,
-            above: Vec::new(),
-        };
-        table.cut(0);
-        Ok(table)
-    }
-
-    /// This row is the header, and those above it are none.
-    fn cut(&mut self, place: usize) {
-        let first = self.header.iter().map(String::as_str).collect();
-        let mut above = vec![(self.header_line, first)];
-        let mut rows = std::mem::take(&mut self.rows).into_iter();
-        above.extend(rows.by_ref().take(place));
-        let (line, header) = rows.next().unwrap_or_default();
-        // A remark may have a number among its words.
-        let is_sample = |row: &StringRecord| {
-            let mut filled = row.iter().filter(|cell| !cell.is_empty());
-            2 * filled.clone().count() > header.len() && filled.all(|cell| number(cell).is_some())
-        };
-        let samples = above.iter().filter(|(_, row)| is_sample(row));
-        self.above.extend(samples.map(|(line, _)| *line));
-        // Messages show names in one line.
-        let names = header
-            .iter()
-            .map(|name| name.replace(char::is_control, " "));
-        (self.header_line, self.header) = (line, names.collect());
-        self.rows = rows.collect();
-        self.blank = self.blank.filter(|blank| *blank > line);
-    }
-
-    /// Refuses what would be lost, rows of numbers above the header, and what would be read as another number: cells that have moved to another
-    /// column, and commas of thousands.
-    fn check(&self) -> Result<(), IdentifyError> {
-        if let Some(rows) = rows_named(&self.above) {
+        let text = decoded(bytes)?;
+        if text.trim().is_empty() {
+            return Err(IdentifyError::Record(
+                "the table is empty: give a header and rows of numbers below it".to_owned(),
+            ));
+        }
+        let Blocks { blocks, spaced } = Blocks::of(&text)?;
+        if blocks.is_empty() {
             return Err(IdentifyError::Record(format!(
-                "{rows} of numbers above the header in line {}: put them below it, or delete them",
-                self.header_line
+                "no row with numbers in {} lines, so there are no rows of a table: give a header and numbers below it",
+                text.lines().count()
             )));
         }
-        let width = self.header.len();
-        let other = self.rows.iter().find(|(_, row)| row.len() != width);
+        Ok(Self { blocks, spaced })
+    }
+
+    /// Refuses what would be lost, rows of numbers without a header above the one that was chosen, and cells that have moved to another
+    /// column.
+    pub(super) fn check(&self, block: &Block, heading: &Heading) -> Result<(), IdentifyError> {
+        let is_above =
+            |other: &&Block| other.lines()[1] < heading.line && other.headings().is_empty();
+        let width = heading.names.len();
+        // A remark may have a number among its words.
+        let is_sample =
+            |row: &StringRecord| 2 * row.iter().filter(|cell| !cell.is_empty()).count() > width;
+        let rows = self
+            .blocks
+            .iter()
+            .filter(is_above)
+            .flat_map(|block| &block.rows);
+        let lost: Vec<u64> = rows
+            .filter(|row| is_sample(&row.1))
+            .map(|row| row.0)
+            .collect();
+        if let Some(rows) = rows_named(&lost) {
+            return Err(IdentifyError::Record(format!(
+                "{rows} of numbers above the header in line {}: put them below it, or delete them",
+                heading.line
+            )));
+        }
+        let other = block.rows.iter().find(|(_, row)| row.len() != width);
         if let Some((line, row)) = other.filter(|_| self.spaced) {
             let reason = format!(
                 "{} cells under a header of {width}: separate cells by tabs or semicolons, so that names with spaces and empty cells are seen",
@@ -159,193 +96,30 @@ impl TextTable {
             );
             return Err(wrong(*line, &reason));
         }
-        let cells = self
-            .rows
-            .iter()
-            .flat_map(|(line, row)| row.iter().map(move |cell| (*line, cell)));
-        let numbers = cells.filter(|(_, cell)| number(cell).is_some());
-        let (mut point, mut comma, mut decimal) = (false, None, false);
-        for (line, cell) in numbers {
-            point |= cell.contains('.');
-            if let Some((whole, rest)) = cell.split_once(',') {
-                comma = comma.or(Some((line, cell)));
-                let whole = whole.trim_start_matches(['+', '-']);
-                decimal |= whole.len() > 3 || whole.starts_with('0') || rest.len() != 3;
-            }
-        }
-        match comma {
-            Some((line, cell)) if point || !decimal => Err(wrong(
-                line,
-                &format!(
-                    "{cell:?} has a comma that may separate thousands or decimals: write numbers without the former, and all decimals alike"
-                ),
-            )),
-            _ => Ok(()),
-        }
-    }
-
-    /// The table below the first row that a choice takes for its header; else as it is, with what the choice says of the row that has the most cells.
-    fn below<C>(
-        mut self,
-        mut choose: impl FnMut(&[&str]) -> Result<C, String>,
-    ) -> Result<(Self, C), Box<(Self, String)>> {
-        let names: Vec<&str> = self.header.iter().map(String::as_str).collect();
-        let mut refused = match choose(&names) {
-            Ok(choice) => return Ok((self, choice)),
-            Err(refused) => refused,
-        };
-        let filled = |row: &StringRecord| row.iter().filter(|cell| !cell.is_empty()).count();
-        let mut best = (
-            None,
-            self.header.iter().filter(|cell| !cell.is_empty()).count(),
-        );
-        for (place, (_, row)) in self.rows.iter().take(ABOVE).enumerate() {
-            let numbers = row.iter().filter(|cell| number(cell).is_some());
-            if numbers.count() * 2 >= filled(row) {
-                continue;
-            }
-            match choose(&row.iter().collect::<Vec<_>>()) {
-                Ok(choice) => {
-                    self.cut(place);
-                    return Ok((self, choice));
-                }
-                Err(_) if filled(row) <= best.1 => {}
-                Err(other) => (best, refused) = ((Some(place), filled(row)), other),
-            }
-        }
-        if let Some(place) = best.0 {
-            self.cut(place);
-        }
-        Err(Box::new((self, refused)))
+        Ok(())
     }
 }
 
-/// The text of a file, without its marks.
-fn decoded(bytes: &[u8]) -> Result<Cow<'_, str>, IdentifyError> {
-    let wide = |bytes: &[u8], unit: fn([u8; 2]) -> u16| {
-        if bytes.len() % 2 == 1 {
-            return Err(IdentifyError::Record(
-                "this is UTF-16 of an odd number of bytes: its end is missing, save it again"
-                    .to_owned(),
-            ));
-        }
-        let units = bytes.chunks_exact(2).map(|pair| unit([pair[0], pair[1]]));
-        let text = char::decode_utf16(units).map(|c| c.unwrap_or(char::REPLACEMENT_CHARACTER));
-        Ok(Cow::Owned(text.collect::<String>()))
-    };
-    let text = match bytes {
-        [0xff, 0xfe, rest @ ..] => wide(rest, u16::from_le_bytes)?,
-        [0xfe, 0xff, rest @ ..] => wide(rest, u16::from_be_bytes)?,
-        // Without a mark: the first letters are of one byte.
-        [1..=u8::MAX, 0, 1..=u8::MAX, 0, ..] => wide(bytes, u16::from_le_bytes)?,
-        [0, 1..=u8::MAX, 0, 1..=u8::MAX, ..] => wide(bytes, u16::from_be_bytes)?,
-        bytes => {
-            let bytes = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
-            match std::str::from_utf8(bytes) {
-                Ok(text) => Cow::Borrowed(text),
-                // Windows-1252, but for a few signs that no number has.
-                Err(_) => Cow::Owned(bytes.iter().map(|byte| char::from(*byte)).collect()),
-            }
-        }
-    };
-    let is_sign = |c: &char| c.is_control() && !"\t\r\n\u{b}\u{c}\u{85}".contains(*c);
-    let is_text = text.chars().filter(is_sign).count() * 50 <= text.len();
-    if !is_text || bytes.starts_with(b"PK\x03\x04") {
-        return Err(IdentifyError::Record(
-            "this is no text: export the table as CSV".to_owned(),
-        ));
-    }
-    // Lines of an old Mac.
-    Ok(match text.contains('\r') && !text.contains('\n') {
-        true => Cow::Owned(text.replace('\r', "\n")),
-        false => text,
-    })
-}
-
-/// What separates the cells: tabs or semicolons if half of the lines have them, spaces if they have numbers apart by them, else commas.
-fn delimiter(text: &str) -> Result<u8, IdentifyError> {
-    let is_data = |line: &&str| !line.trim().is_empty() && !line.trim_start().starts_with('#');
-    let lines = || text.lines().filter(is_data).take(4 * ABOVE);
-    let count = lines().count();
-    if count == 0 {
-        return Err(IdentifyError::Record(
-            "the table is empty: give a header and rows of numbers below it".to_owned(),
-        ));
-    }
-    let half = |of: &dyn Fn(&str) -> bool| 2 * lines().filter(|line| of(line)).count() >= count;
-    let mut marks = [b'\t', b';'].into_iter();
-    if let Some(mark) = marks.find(|mark| half(&|line| line.as_bytes().contains(mark))) {
-        return Ok(mark);
-    }
-    // A comma at the end of a cell separates, one inside is of decimals.
-    let is_cell = |cell: &str| !cell.ends_with(',') && number(cell).is_some();
-    let numbers = |line: &str| {
-        line.split_whitespace().nth(1).is_some() && line.split_whitespace().all(is_cell)
-    };
-    Ok(if half(&numbers) { b' ' } else { b',' })
-}
-
-/// True if a line begins with a gap that looks like a remark.
-fn has_marked_gap(bytes: &[u8]) -> bool {
-    let mut lines = bytes.split(|&byte| byte == b'\n');
-    lines.any(|line| {
-        (line.trim_ascii_start().get(..4)).is_some_and(|start| start.eq_ignore_ascii_case(b"#n/a"))
-    })
-}
-
-/// Line and cells of every row that has any, the header too, one after another.
-fn each_row(
-    bytes: &[u8],
-    delimiter: u8,
-    mut take: impl FnMut(u64, &StringRecord) -> Result<(), IdentifyError>,
-) -> Result<(), IdentifyError> {
-    let mut reader = csv::ReaderBuilder::new()
-        .has_headers(false)
-        .flexible(true)
-        .delimiter(delimiter)
-        // A row that begins with the gap `#N/A` is none.
-        .comment((!has_marked_gap(bytes)).then_some(b'#'))
-        .trim(csv::Trim::All)
-        .from_reader(bytes);
-    let mut row = StringRecord::new();
-    let mut lines = Lines {
-        bytes,
-        seen: 0,
-        breaks: 0,
-    };
-    while (reader.read_record(&mut row)).map_err(|error| {
-        wrong(
-            error.position().map_or(1, csv::Position::line),
-            &format!("{error}: correct the row"),
-        )
-    })? {
-        let line = lines.of_row_before(reader.position().byte(), &row);
-        if row.iter().any(|cell| !cell.is_empty()) {
-            take(line, &row)?;
-        }
-    }
-    Ok(())
-}
-
-/// A column of numbers by the name that stands above it, and the column of time beside it, in s whatever its unit, if there is one; read as by [`read_table`].
+/// A column of numbers by the name that stands above it, and the column of time beside it, in s whatever its unit, if there is one; found as by [`read_table`].
 ///
 /// A name is a header with or without its unit, such as `Zeit` for `Zeit [ms]`; `time_s` means the
 /// column of time, whatever its name.
 ///
 /// # Errors
-/// As [`read_table`], but one column is enough; no or two columns of the name, two of time; no row; a cell that is not a finite number, with its line; an empty line without a time that would show what is missing.
+/// As [`read_table`], but one column is enough; no or two columns of the name, two tables with them, two columns of time; no row; a cell that is not a finite number, with its line; an empty line without a time that would show what is missing.
 pub fn read_signal(bytes: &[u8], name: &str) -> Result<Signal, IdentifyError> {
     let mut time = None;
-    let (mut table, [place]) = chosen(bytes, |header| {
+    let (chosen, [place]) = Chosen::of(bytes, |header| {
         time = find(TIME, header, true)?;
         places_of([name], header, false)
     })?;
     let mut factor = 1.0;
-    if let Some(time) = time {
-        factor = table.time_factor(time)?;
-        table.blank = None;
+    match (time, chosen.block.blank) {
+        (Some(time), _) => factor = chosen.time_factor(time)?,
+        (None, Some(line)) => return Err(wrong(line, NO_VALUE)),
+        (None, None) => {}
     }
-    let found = table.numbers([place, time.unwrap_or(place)], false)?;
+    let found = chosen.numbers([place, time.unwrap_or(place)], false)?;
     let [x, mut time_s] = found.columns;
     time_s.iter_mut().for_each(|time| *time *= factor);
     let (lines, time_s) = (found.lines, time.map(|_| time_s));
@@ -373,10 +147,9 @@ pub fn read_record<const N: usize>(
     bytes: &[u8],
     names: [&str; N],
 ) -> Result<RecordColumns<N>, IdentifyError> {
-    let (mut table, places) = chosen(bytes, |header| places_of(names, header, true))?;
-    let factor = table.time_factor(places[0])?;
-    table.blank = None;
-    let mut found = table.numbers(places, true)?;
+    let (chosen, places) = Chosen::of(bytes, |header| places_of(names, header, true))?;
+    let factor = chosen.time_factor(places[0])?;
+    let mut found = chosen.numbers(places, true)?;
     let times = &mut found.columns[0];
     times.iter_mut().for_each(|time| *time *= factor);
     match times.iter().position(|time| !time.is_finite()) {
@@ -411,133 +184,121 @@ pub fn read_chosen<const N: usize>(
     bytes: &[u8],
     choose: impl FnMut(&[&str]) -> Result<[usize; N], String>,
 ) -> Result<(Vec<u64>, [Vec<f64>; N]), IdentifyError> {
-    let (table, places) = chosen(bytes, choose)?;
-    let found = table.numbers(places, false)?;
+    let (chosen, places) = Chosen::of(bytes, choose)?;
+    if let Some(line) = chosen.block.blank {
+        return Err(wrong(line, NO_VALUE));
+    }
+    let found = chosen.numbers(places, false)?;
     Ok((found.lines, found.columns))
 }
 
-fn chosen<const N: usize>(
-    bytes: &[u8],
-    choose: impl FnMut(&[&str]) -> Result<[usize; N], String>,
-) -> Result<(TextTable, [usize; N]), IdentifyError> {
-    let found = TextTable::new(bytes)?.below(choose);
-    let found = found.map_err(|refused| wrong(refused.0.header_line, &refused.1))?;
-    found.0.check()?;
-    Ok(found)
+/// A block of a table and what was chosen to stand above it.
+struct Chosen {
+    block: Block,
+    heading: Heading,
 }
 
-/// A cell that says that there is no number.
-pub(super) fn is_gap(cell: &str) -> bool {
-    const GAPS: [&str; 9] = ["", "nan", "na", "n/a", "#n/a", "-", "--", "null", "none"];
-    GAPS.iter().any(|gap| cell.eq_ignore_ascii_case(gap))
-}
+impl Chosen {
+    /// The block below the one line of names that a choice takes; else what the choice says of the line that has the most names.
+    fn of<const N: usize>(
+        bytes: &[u8],
+        mut choose: impl FnMut(&[&str]) -> Result<[usize; N], String>,
+    ) -> Result<(Self, [usize; N]), IdentifyError> {
+        let table = TextTable::new(bytes)?;
+        let mut found: Vec<(&Block, Heading, [usize; N])> = Vec::new();
+        let mut refused: Option<(usize, IdentifyError)> = None;
+        for block in &table.blocks {
+            let mut headings = block.headings();
+            if headings.is_empty() {
+                let names = block
+                    .rows
+                    .first()
+                    .map(|row| row.1.iter().map(str::to_owned).collect());
+                let names = names.unwrap_or_default();
+                headings.push(Heading {
+                    names,
+                    ..block.numbered()
+                });
+            }
+            for heading in headings {
+                let names: Vec<&str> = heading.names.iter().map(String::as_str).collect();
+                match choose(&names) {
+                    Ok(places) => {
+                        found.push((block, heading, places));
+                        break;
+                    }
+                    Err(error) if refused.as_ref().is_none_or(|(most, _)| names.len() > *most) => {
+                        refused = Some((names.len(), wrong(heading.line, &error)));
+                    }
+                    Err(_) => {}
+                }
+            }
+        }
+        if let [(_, first, _), (_, second, _), ..] = &found[..] {
+            return Err(IdentifyError::Record(format!(
+                "{} tables have these columns, below line {} and below line {}: keep one of them in the file",
+                found.len(),
+                first.line,
+                second.line
+            )));
+        }
+        let Some((block, heading, places)) = found.pop() else {
+            let nothing =
+                || IdentifyError::Record("no rows below the header: give numbers".to_owned());
+            return Err(refused.map_or_else(nothing, |(_, error)| error));
+        };
+        table.check(block, &heading)?;
+        let block = block.clone();
+        // The last choice may not have been the one that was taken.
+        choose(&heading.names.iter().map(String::as_str).collect::<Vec<_>>()).ok();
+        Ok((Self { block, heading }, places))
+    }
 
-impl TextTable {
     /// Numbers of columns, their lines, and the rows with gaps, which are NaN if there may be any.
     fn numbers<const N: usize>(
         &self,
         places: [usize; N],
         has_gaps: bool,
     ) -> Result<RecordColumns<N>, IdentifyError> {
-        if let Some(line) = self.blank {
-            return Err(wrong(line, NO_VALUE));
+        let rows = &self.block.rows;
+        let columns = self.block.numbers(&self.heading, &places, 0..rows.len())?;
+        let is_gap = |row: &usize| columns.iter().any(|column| column[*row].is_nan());
+        let gaps: Vec<u64> = (0..rows.len())
+            .filter(is_gap)
+            .map(|row| rows[row].0)
+            .collect();
+        if let Some(line) = gaps.first().filter(|_| !has_gaps) {
+            return Err(wrong(*line, NO_VALUE));
         }
-        let (mut lines, mut gaps) = (Vec::new(), Vec::new());
-        let mut columns = [const { Vec::new() }; N];
-        for (line, row) in &self.rows {
-            if row
-                .iter()
-                .skip(self.header.len())
-                .any(|cell| !cell.is_empty())
-            {
-                return Err(wrong(*line, &too_many(row, self.header.len())));
-            }
-            lines.push(*line);
-            let mut is_whole = true;
-            for (column, &place) in columns.iter_mut().zip(&places) {
-                let cell = row.get(place).unwrap_or("");
-                let value = match has_gaps && is_gap(cell) {
-                    true => Some(f64::NAN),
-                    false => number(cell),
-                };
-                is_whole &= value.is_none_or(|value| !value.is_nan());
-                column.push(value.ok_or_else(|| IdentifyError::Line {
-                    line: *line,
-                    column: self.header.get(place).cloned(),
-                    reason: match cell {
-                        "" => NO_VALUE.to_owned(),
-                        cell => format!("{cell:?} is not a finite number"),
-                    },
-                })?);
-            }
-            if !is_whole {
-                gaps.push(*line);
-            }
+        if let Some((line, row)) = &self.block.broken {
+            let cell = brief(row.get(places[0]).unwrap_or(""));
+            return Err(wrong(
+                *line,
+                &format!("{cell:?} is not a finite number: correct it, or omit the row"),
+            ));
         }
-        match lines.is_empty() {
-            true => Err(IdentifyError::Record(
-                "no rows below the header: give numbers".to_owned(),
-            )),
-            false => Ok(RecordColumns {
-                lines,
-                columns,
-                gaps,
-            }),
-        }
-    }
-
-    /// Seconds in the unit of a column of time, which its name or the row below says; that row is none of the record then.
-    fn time_factor(&mut self, column: usize) -> Result<f64, IdentifyError> {
-        let name = self.header[column].clone();
-        let below = self.rows.first().and_then(|(_, row)| row.get(column));
-        // A unit begins with no digit: `10:15:00` is no number of a record, and no unit.
-        let is_unit =
-            |cell: &&str| !is_gap(cell) && !cell.starts_with(|c: char| "+-.0123456789".contains(c));
-        let below = below.filter(is_unit);
-        let below = below.map(|cell| cell.trim_matches(['[', ']', '(', ')']).trim().to_owned());
-        let in_name = split(&name).1;
-        let suffix = name.rsplit_once('_');
-        let suffix = suffix.and_then(|(_, unit)| Dimension::Time.factor_of_suffix(unit));
-        let (Some(unit), line) = (match below {
-            Some(unit) => (Some(unit), self.rows.remove(0).0),
-            None => (in_name, self.header_line),
-        }) else {
-            return Ok(suffix.unwrap_or(1.0));
-        };
-        Dimension::Time.factor(&unit).ok_or_else(|| {
-            let names = Dimension::Time.names();
-            wrong(
-                line,
-                &format!("unit {unit:?} is not a unit of time: give one of {names}"),
-            )
+        let mut columns = columns.into_iter();
+        Ok(RecordColumns {
+            lines: rows.iter().map(|row| row.0).collect(),
+            columns: std::array::from_fn(|_| columns.next().unwrap_or_default()),
+            gaps,
         })
     }
+
+    /// Seconds in the unit of a column of time, which its name or the line below says.
+    fn time_factor(&self, column: usize) -> Result<f64, IdentifyError> {
+        let name = &self.heading.names[column];
+        let suffix = name.rsplit_once('_');
+        let suffix = suffix.and_then(|(_, unit)| Column::Time.dimension().factor_of_suffix(unit));
+        match self.heading.unit(column) {
+            None => Ok(suffix.unwrap_or(1.0)),
+            Some(unit) => (Column::Time.dimension().factor(&unit))
+                .ok_or_else(|| wrong(self.heading.line, &foreign(&unit, Column::Time))),
+        }
+    }
 }
 
-const NO_VALUE: &str = "no value: give a number in every row";
-
-/// The first line without cells between others, the last such below every remark and header: a sample that is missing, which the next must not
-/// replace.
-fn blank_row(text: &str, delimiter: u8) -> Option<u64> {
-    let is_blank = |c: char| c.is_whitespace() || c == char::from(delimiter);
-    let is_empty = |line: &str| line.trim_matches(is_blank).is_empty();
-    // Lines above the first row that is mostly numbers are none of the samples.
-    let is_numbers = |line: &str| {
-        let cells = line.split(char::from(delimiter));
-        let cells = cells.map(|cell| cell.trim_matches([' ', '\t', '\r', '"']));
-        let (numbers, cells) = cells
-            .filter(|cell| !cell.is_empty())
-            .fold((0, 0), |n, cell| {
-                (n.0 + usize::from(number(cell).is_some()), n.1 + 1)
-            });
-        cells > 0 && 2 * numbers >= cells
-    };
-    let comment = |line: &str| line.trim_start().starts_with('#');
-    let mut lines = (1..).zip(text.lines()).filter(|(_, line)| !comment(line));
-    lines.find(|(_, line)| is_numbers(line))?;
-    let (missing, _) = lines.find(|(_, line)| is_empty(line))?;
-    lines.any(|(_, line)| !is_empty(line)).then_some(missing)
-}
+const NO_VALUE: &str = "no value, or NaN: give a number in every row";
 
 /// The places of these names.
 fn places_of<const N: usize>(
@@ -560,8 +321,8 @@ const TIME: &str = "time_s";
 /// The one column of this name, with its unit or without; or of any time.
 fn find(name: &str, header: &[&str], any_time: bool) -> Result<Option<usize>, String> {
     let is_time = |cell: &str| {
-        let heading = understand(cell).and_then(Result::ok);
-        any_time && heading.is_some_and(|heading| heading.column == Column::Time)
+        let meaning = understand(cell, "");
+        any_time && meaning.is_some_and(|meaning| meaning.column == Column::Time)
     };
     let exact = |cell: &str| cell == name;
     let unitless = |cell: &str| split(cell).0.eq_ignore_ascii_case(name);
@@ -579,52 +340,4 @@ fn find(name: &str, header: &[&str], any_time: bool) -> Result<Option<usize>, St
         }
     }
     Ok(None)
-}
-
-/// Why a row is wider than its header.
-pub(super) fn too_many(row: &StringRecord, width: usize) -> String {
-    format!(
-        "{} cells under a header of {width}: separate cells by semicolons if decimals have commas",
-        row.len()
-    )
-}
-
-/// A finite number, with a point or a decimal comma. Where commas separate cells, a cell with one was in quotes.
-pub(super) fn number(cell: &str) -> Option<f64> {
-    let value = match cell.parse::<f64>() {
-        Ok(value) => Some(value),
-        Err(_) if cell.matches(',').count() == 1 => cell.replace(',', ".").parse().ok(),
-        Err(_) => None,
-    };
-    value.filter(|value| value.is_finite())
-}
-
-/// Lines of rows: the reader's own count does not know of empty lines before a row.
-struct Lines<'a> {
-    bytes: &'a [u8],
-    seen: usize,
-    breaks: usize,
-}
-
-impl<'a> Lines<'a> {
-    /// The line, from 1, of the row that ends before this byte.
-    fn of_row_before(&mut self, end: u64, row: &StringRecord) -> u64 {
-        let count = |bytes: &[u8]| bytes.iter().filter(|&&b| b == b'\n').count();
-        let end = usize::try_from(end).map_or(self.bytes.len(), |end| end.min(self.bytes.len()));
-        let part = &self.bytes[self.seen.min(end)..end];
-        let inside: usize = row.iter().map(|cell| count(cell.as_bytes())).sum();
-        let line =
-            1 + self.breaks + count(part.trim_ascii_end()) - inside.min(self.breaks + count(part));
-        self.breaks += count(part);
-        self.seen = end;
-        line as u64
-    }
-}
-
-pub(super) fn wrong(line: u64, reason: &str) -> IdentifyError {
-    IdentifyError::Line {
-        line,
-        column: None,
-        reason: reason.to_owned(),
-    }
 }

@@ -1,32 +1,43 @@
 //! Units of columns.
 
-/// A kind of quantity, by its SI unit.
+/// A kind of quantity, by its name in the file of units.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Dimension {
-    Time,
-    Pressure,
-    PerPressure,
-    Ratio,
-    Force,
-    Length,
-    AngularFrequency,
+pub(super) struct Dimension(pub(super) &'static str);
+
+/// The rows of a file of ours, without its remarks.
+pub(super) fn rows(file: &'static str) -> impl Iterator<Item = &'static str> {
+    file.lines().filter(|row| !row.starts_with('#'))
 }
 
-const TURN: f64 = 2.0 * core::f64::consts::PI;
+/// Dimensions, their units and what these are in SI, the SI unit first.
+fn units() -> impl Iterator<Item = (&'static str, &'static str, f64)> {
+    let dimensions = rows(include_str!("units.txt")).filter_map(|row| row.split_once(" | "));
+    dimensions.flat_map(|(dimension, units)| {
+        units.split(", ").filter_map(move |unit| {
+            let (unit, factor) = unit.split_once('=')?;
+            Some((dimension, unit, factor.parse().ok()?))
+        })
+    })
+}
 
 impl Dimension {
-    /// Spellings of units with what they are in SI, the SI unit first.
-    fn units(self) -> Units {
-        let found = UNITS.iter().find(|known| known.0 == self);
-        found.map_or(&[], |known| known.1)
+    fn units(self) -> impl Iterator<Item = (&'static str, f64)> {
+        let own = units().filter(move |unit| unit.0 == self.0);
+        own.map(|unit| (unit.1, unit.2))
+    }
+
+    /// True of a unit of anything that machines measure, in its own capitals.
+    pub(super) fn knows(unit: &str) -> bool {
+        let plain = plain(unit);
+        !plain.is_empty() && units().any(|known| known.1 == plain)
     }
 
     pub(super) fn si(self) -> &'static str {
-        self.units().first().map_or("", |unit| unit.0)
+        self.units().next().map_or("", |unit| unit.0)
     }
 
     pub(super) fn names(self) -> String {
-        let units = self.units().iter().map(|unit| unit.0);
+        let units = self.units().map(|unit| unit.0);
         units
             .filter(|unit| !unit.is_empty())
             .collect::<Vec<_>>()
@@ -36,10 +47,9 @@ impl Dimension {
     /// How many SI units a unit is; capitals count only where they must, as in `MPa` and `mPa`.
     pub(super) fn factor(self, unit: &str) -> Option<f64> {
         let plain = plain(unit);
-        let exact = self.units().iter().find(|known| known.0 == plain);
+        let exact = self.units().find(|known| known.0 == plain);
         let alike = || {
             self.units()
-                .iter()
                 .find(|known| known.0.eq_ignore_ascii_case(&plain))
         };
         exact.or_else(alike).map(|known| known.1)
@@ -59,93 +69,19 @@ impl Dimension {
     }
 }
 
-type Units = &'static [(&'static str, f64)];
+/// A temperature of this unit in °C, as which it counts without a unit.
+pub(super) fn celsius(value: f64, unit: &str) -> f64 {
+    match plain(unit).as_str() {
+        "K" => value - 273.15,
+        "°F" => (value - 32.0) * 5.0 / 9.0,
+        _ => value,
+    }
+}
 
-const UNITS: &[(Dimension, Units)] = &[
-    (
-        Dimension::Time,
-        &[
-            ("s", 1.0),
-            ("sec", 1.0),
-            ("seconds", 1.0),
-            ("ms", 1e-3),
-            ("us", 1e-6),
-            ("min", 60.0),
-            ("h", 3600.0),
-        ],
-    ),
-    (
-        Dimension::Pressure,
-        &[
-            ("Pa", 1.0),
-            ("kPa", 1e3),
-            ("MPa", 1e6),
-            ("GPa", 1e9),
-            ("mPa", 1e-3),
-            ("N/m2", 1.0),
-            ("N/mm2", 1e6),
-            ("dyn/cm2", 0.1),
-            ("psi", 6_894.757_293_168),
-        ],
-    ),
-    (
-        Dimension::PerPressure,
-        &[
-            ("1/Pa", 1.0),
-            ("1/kPa", 1e-3),
-            ("1/MPa", 1e-6),
-            ("1/GPa", 1e-9),
-            ("Pa-1", 1.0),
-            ("kPa-1", 1e-3),
-            ("MPa-1", 1e-6),
-            ("GPa-1", 1e-9),
-        ],
-    ),
-    (
-        Dimension::Ratio,
-        &[
-            ("1", 1.0),
-            ("%", 1e-2),
-            ("", 1.0),
-            ("-", 1.0),
-            ("m/m", 1.0),
-            ("mm/mm", 1.0),
-            ("percent", 1e-2),
-        ],
-    ),
-    (
-        Dimension::Force,
-        &[
-            ("N", 1.0),
-            ("mN", 1e-3),
-            ("kN", 1e3),
-            ("uN", 1e-6),
-            ("gf", 9.806_65e-3),
-            ("kgf", 9.806_65),
-        ],
-    ),
-    (
-        Dimension::Length,
-        &[
-            ("m", 1.0),
-            ("mm", 1e-3),
-            ("um", 1e-6),
-            ("cm", 1e-2),
-            ("nm", 1e-9),
-        ],
-    ),
-    (
-        Dimension::AngularFrequency,
-        &[
-            ("rad/s", 1.0),
-            ("Hz", TURN),
-            ("1/s", 1.0),
-            ("s-1", 1.0),
-            ("rad s-1", 1.0),
-            ("kHz", 1e3 * TURN),
-        ],
-    ),
-];
+/// True of 1/s, which is Hz to some and rad/s to others.
+pub(super) fn is_per_second(unit: &str) -> bool {
+    matches!(plain(unit).as_str(), "1/s" | "s-1")
+}
 
 /// One spelling for `Pa⁻¹`, `Pa^-1` and `Pa**-1`, `µm` and `μm`, `mm²` and `mm^2`.
 fn plain(unit: &str) -> String {

@@ -369,6 +369,7 @@ fn columns_units_and_range_can_be_given() {
         ],
         from: Some(2e-3),
         to: None,
+        segments: Vec::new(),
     };
     let text = "# made by hand\na,Value,Temperature\n0,9,20\n1,8,20\n\n2,7,20\n3,,20\n4,6,20\n";
     let understood = understand(text, &reader, &Reading::default()).expect("valid");
@@ -517,6 +518,7 @@ fn what_is_no_text_and_a_unit_of_something_else_are_refused() {
 
 #[test]
 fn what_would_be_read_as_another_number_is_refused() {
+    let read = |text: &str| Reader::default().read(read_table(text.as_bytes())?);
     for (text, words) in [
         (
             "t\tx\n1\t998.5\n2\t1,001\n",
@@ -532,7 +534,7 @@ fn what_would_be_read_as_another_number_is_refused() {
             "line 2: \"2,359\" has a comma",
         ),
         (
-            "Time Valve [%] Level\n0 1 0.5\n1 1 0.6\n",
+            "Time Valve open Level\n0 1 0.5\n1 1 0.6\n",
             "line 2: 3 cells under a header of 4",
         ),
         (
@@ -549,13 +551,13 @@ fn what_would_be_read_as_another_number_is_refused() {
             "1 row (line 2) of numbers above the header in line 3",
         ),
     ] {
-        let refused = read_table(text.as_bytes()).expect_err(text).to_string();
+        let refused = read(text).expect_err(text).to_string();
         assert!(refused.contains(words), "{refused}");
     }
     // A number of a remark is none of the samples.
-    read_table(b"Samples,2\n1000,\ntime_s,relaxation_modulus_pa\n1,5\n2,4\n").expect("remarks");
+    read("Samples,2\n1000,\ntime_s,relaxation_modulus_pa\n1,5\n2,4\n").expect("remarks");
     // What shows its decimals is taken.
-    read_table("t;x\n0,5;1,001\n1,0;1,002\n".as_bytes()).expect("decimal commas");
+    read("t;x\n0,5;1,001\n1,0;1,002\n").expect("decimal commas");
     let marked = read_signal(b"x,t\n5,1\n#N/A,2\n6,3\n", "x");
     let refused = marked.expect_err("a gap").to_string();
     assert!(refused.contains("line 3"), "{refused}");

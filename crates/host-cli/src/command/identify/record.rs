@@ -1,6 +1,7 @@
 //! From the file to a record.
 
 use crate::mcap;
+use crate::output::joined;
 use crate::parse::quantity;
 use crate::table;
 use clap::Args;
@@ -13,7 +14,8 @@ use haptic_tissue::identify::SAMPLES_MOST;
 use haptic_tissue::identify::table::{
     Choice, Column, Columns, Reader, Reading, Understood, read_table,
 };
-use std::path::Path;
+use serde_json::{Map, Value, json};
+use std::path::{Path, PathBuf};
 
 /// Times in a record, s.
 const RECORD_TIMES: Range = Range::Within(-1e12, 1e12);
@@ -29,6 +31,12 @@ pub(super) struct TableArguments {
     /// Units that headers lack, as in time=ms,stress=kPa
     #[arg(long, value_name = "QUANTITY=UNIT", value_delimiter = ',', value_parser = parse_unit)]
     units: Vec<(Column, String)>,
+    /// Segments of a file with several, by number or name, as in 1,3; `all` of them
+    #[arg(long, value_name = "SEGMENT", value_delimiter = ',')]
+    segment: Vec<String>,
+    /// List the segments of the file, and fit nothing
+    #[arg(long, conflicts_with_all = ["segment", "out"])]
+    segments: bool,
     /// First time, or angular frequency of an oscillation, rad/s
     #[arg(long, value_name = "TIME", value_parser = quantity("_s", RECORD_TIMES))]
     from: Option<f64>,
@@ -38,8 +46,69 @@ pub(super) struct TableArguments {
 }
 
 impl TableArguments {
-    /// The record in a file.
-    pub(super) fn read(&self, path: &Path, reading: &Reading) -> Result<Understood, Failure> {
+    /// What the tables have to choose from, if that is asked for.
+    pub(super) fn listed(&self, paths: &[PathBuf]) -> Result<Option<Value>, Failure> {
+        if !self.segments {
+            return Ok(None);
+        }
+        let mut listed = Vec::new();
+        for path in paths {
+            if self.is_ours(path)? {
+                return Err(Failure::bad_input(format_args!(
+                    "{} is a log, which has no segments: omit --segments",
+                    path.display()
+                )));
+            }
+            let (reader, bytes) = self.opened(path)?;
+            let segments = read_table(&bytes).and_then(|table| reader.segments(&table));
+            for segment in segments.map_err(|error| table::wrong(path, error))? {
+                let range = segment.clock.map(|(clock, range)| {
+                    let range = (clock.header().to_owned(), json!(range));
+                    Value::Object(Map::from_iter([range]))
+                });
+                let one = json!({
+                    "segment": segment.number,
+                    "name": segment.name,
+                    "rows": segment.rows,
+                    "lines": segment.lines,
+                    "temperature_c": segment.temperature_c,
+                    "columns": segment.columns,
+                });
+                listed.push(joined(std::iter::once(one).chain(range)));
+            }
+        }
+        Ok(Some(json!({"segments": listed})))
+    }
+
+    /// The bytes of a table, or of a log that is read as one, and how to read them.
+    fn opened(&self, path: &Path) -> Result<(Reader, Vec<u8>), Failure> {
+        let mut reader = Reader {
+            columns: self.columns.clone(),
+            units: self.units.clone(),
+            from: self.from,
+            to: self.to,
+            segments: self.segment.clone(),
+        };
+        let names = reader.columns.iter_mut();
+        let names = names.filter_map(|(_, choice)| match choice {
+            Choice::Name(name) => Some(name),
+            Choice::Number(_) => None,
+        });
+        let bytes = table::bytes_with(path, names.collect())?;
+        Ok((reader, bytes))
+    }
+
+    /// True of a log of ours whose columns are not named: its ticks are the record.
+    fn is_ours(&self, path: &Path) -> Result<bool, Failure> {
+        let is_log = path.extension().is_some_and(|end| end == "mcap");
+        let is_topic =
+            |choice: &Choice| matches!(choice, Choice::Name(name) if name.starts_with('/'));
+        let asks = self.columns.iter().any(|(_, choice)| is_topic(choice));
+        Ok(is_log && !asks && mcap::is_ours(path)?)
+    }
+
+    /// The records in a file: one, or the segments that were chosen.
+    pub(super) fn read(&self, path: &Path, reading: &Reading) -> Result<Vec<Understood>, Failure> {
         if path.to_string_lossy().ends_with(".mcap.part") {
             return Err(Failure::bad_input(format_args!(
                 "{} is the log of an interrupted run: give what host-cli log recover saves of it",
@@ -47,40 +116,26 @@ impl TableArguments {
             )));
         }
         let mut reading = *reading;
-        let mut columns = self.columns.clone();
-        let mut names: Vec<&mut String> = (columns.iter_mut())
-            .filter_map(|(_, choice)| match choice {
-                Choice::Name(name) => Some(name),
-                Choice::Number(_) => None,
-            })
-            .collect();
-        let is_log = path.extension().is_some_and(|e| e == "mcap");
-        let columns = if is_log && mcap::is_ours(path, names.iter().map(|name| name.as_str()))? {
+        let all = if self.is_ours(path)? {
             let said = loading_of(path, &mut reading);
             let mut columns = self.log(path, &reading.loading)?;
             columns.notes.extend(said);
-            columns
+            vec![columns]
         } else {
-            let bytes = table::bytes_with(path, std::mem::take(&mut names))?;
-            let reader = Reader {
-                columns,
-                units: self.units.clone(),
-                from: self.from,
-                to: self.to,
-            };
-            let read = read_table(&bytes);
-            read.and_then(|table| reader.read(table))
-                .map_err(|error| table::wrong(path, error))?
+            let (reader, bytes) = self.opened(path)?;
+            let read = read_table(&bytes).and_then(|table| reader.read_all(&table));
+            read.map_err(|error| table::wrong(path, error))?
         };
-        let understood = columns.record(&reading);
+        let understood = all.into_iter().map(|columns| columns.record(&reading));
+        let understood: Result<Vec<_>, _> = understood.collect();
         understood.map_err(|error| table::wrong(path, error))
     }
 
     /// Time, position and reaction force of a log; the force on the device is the other way round.
     fn log(&self, path: &Path, loading: &Loading) -> Result<Columns, Failure> {
-        if !self.columns.is_empty() || !self.units.is_empty() {
+        if !(self.columns.is_empty() && self.units.is_empty() && self.segment.is_empty()) {
             return Err(Failure::bad_input(
-                "--columns and --units apply only to tables: omit them for a log",
+                "--columns, --units and --segment apply only to tables: omit them for a log",
             ));
         }
         let sized = loading.area_m2.is_some() && loading.thickness_m.is_some();

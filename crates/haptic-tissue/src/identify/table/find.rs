@@ -1,0 +1,434 @@
+//! Blocks of numbers in a text, found before anything above them is looked at.
+//! ```text
+//! row      a line with a number, or with nothing but gaps, in the columns where the block has numbers
+//! block    the longest run of rows alike; blank lines are passed over
+//! above    the lines of text between the block before and this one: names, units, preamble
+//! ```
+//! The cells are apart by what gives the most rows of at least two numbers: tabs, semicolons, spaces or commas, in this order if
+//! they give as many. A line that begins with `#` is text. A run of at most two rows with text in them belongs to what stands
+//! above the next block, as `Interval 1: 2 16` does.
+//!
+//! - *Errors*: a line that is no row of a table, more rows than a record may have.
+//! - *Cost*: one pass over the first lines for each separator, one over all for the best.
+
+use super::super::error::IdentifyError;
+use super::super::record::SAMPLES_MOST;
+use super::heading::Heading;
+use super::lines::{Lines, brief, wrong};
+use csv::StringRecord;
+use haptic_quantity::{DecimalSign, number, number_with, sign_of};
+use std::borrow::Cow;
+use std::collections::BTreeSet;
+use std::ops::Range;
+
+/// Rows that belong together, and what stands above them.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub(super) struct Block {
+    /// Lines of text above, from the top, with their numbers.
+    pub(super) above: Vec<(u64, StringRecord)>,
+    /// Rows with their lines.
+    pub(super) rows: Vec<(u64, StringRecord)>,
+    /// Columns that have numbers, and those that have text.
+    pub(super) numeric: BTreeSet<usize>,
+    text: BTreeSet<usize>,
+    /// A line of text right below that may be a row whose numbers are wrong.
+    pub(super) broken: Option<(u64, StringRecord)>,
+    /// The first empty line between two rows.
+    pub(super) blank: Option<u64>,
+}
+
+/// What a cell holds.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Cell {
+    Empty,
+    /// A sign that there is no number.
+    Gap,
+    Number,
+    Text,
+}
+
+impl Cell {
+    fn of(cell: &str) -> Self {
+        match cell {
+            "" => Self::Empty,
+            cell if is_gap(cell) => Self::Gap,
+            cell if number(cell).is_some() => Self::Number,
+            _ => Self::Text,
+        }
+    }
+}
+
+/// A cell that says that there is no number.
+pub(super) fn is_gap(cell: &str) -> bool {
+    const GAPS: [&str; 7] = ["nan", "na", "n/a", "#n/a", "null", "none", "#div/0!"];
+    let is_ruled = || cell.chars().all(|c| matches!(c, '-' | '*' | '–' | '—'));
+    is_ruled() || GAPS.iter().any(|gap| cell.eq_ignore_ascii_case(gap))
+}
+
+impl Block {
+    /// How many columns have numbers.
+    pub(super) fn width(&self) -> usize {
+        self.numeric.len()
+    }
+
+    /// True if no row has anything in this column.
+    pub(super) fn is_blank(&self, place: usize) -> bool {
+        !self.numeric.contains(&place) && !self.text.contains(&place)
+    }
+
+    /// How many columns the widest row has.
+    pub(super) fn columns(&self) -> usize {
+        let last = self.numeric.last().max(self.text.last());
+        last.map_or(0, |last| last + 1)
+    }
+
+    /// The first and the last line of the rows.
+    pub(super) fn lines(&self) -> [u64; 2] {
+        let line = |row: Option<&(u64, StringRecord)>| row.map_or(0, |row| row.0);
+        [line(self.rows.first()), line(self.rows.last())]
+    }
+
+    /// True if this line is one more row.
+    fn takes(&self, cells: &[Cell], is_after_blank: bool) -> bool {
+        let numbers = cells.iter().filter(|cell| **cell == Cell::Number).count();
+        if numbers == 0 {
+            // Gaps alone, or the texts of a row whose numbers are missing.
+            return !cells.contains(&Cell::Text);
+        }
+        let place = |of: Cell| {
+            let cells = cells.iter().enumerate();
+            cells.filter(move |cell| *cell.1 == of).map(|cell| cell.0)
+        };
+        let alike = place(Cell::Number)
+            .filter(|place| self.numeric.contains(place))
+            .count();
+        let strange = place(Cell::Text)
+            .filter(|place| !self.text.contains(place))
+            .count();
+        let is_wider = place(Cell::Number).last() >= Some(self.columns());
+        match is_after_blank {
+            true => alike > 0 && strange == 0 && !is_wider,
+            false => alike > 0 && (strange == 0 || 2 * alike >= self.width()),
+        }
+    }
+
+    fn push(&mut self, line: u64, row: &StringRecord, cells: &[Cell]) {
+        self.rows.push((line, row.clone()));
+        for (place, cell) in cells.iter().enumerate() {
+            match cell {
+                Cell::Number => drop(self.numeric.insert(place)),
+                Cell::Text => drop(self.text.insert(place)),
+                Cell::Gap | Cell::Empty => {}
+            }
+        }
+    }
+
+    /// Rows at the beginning that are names or units, most of which are text where the others have numbers: `s,1,Pa`.
+    fn drop_names(&mut self) {
+        let is_name = |row: &StringRecord| {
+            let cells = self.numeric.iter().filter_map(|place| row.get(*place));
+            2 * cells.filter(|cell| Cell::of(cell) == Cell::Text).count() > self.width()
+        };
+        let names = self.rows.iter().take_while(|(_, row)| is_name(row)).count();
+        if names < self.rows.len() {
+            self.above.extend(self.rows.drain(..names));
+        }
+    }
+
+    /// The decimal sign of its numbers, by all of them; a comma in one of these columns that may be of thousands as well is refused.
+    fn decimal_sign(&self, places: &[usize]) -> Result<DecimalSign, IdentifyError> {
+        let (mut point, mut comma, mut thousands, mut has_point) = (false, false, false, false);
+        let mut first_comma = None;
+        for (line, row) in &self.rows {
+            for place in &self.numeric {
+                let cell = row.get(*place).unwrap_or("");
+                let marks = cell.matches(['.', ',']).count();
+                if marks == 0 || number(cell).is_none() {
+                    continue;
+                }
+                let sign = sign_of(cell);
+                point |= sign == Some(DecimalSign::Point);
+                comma |= sign == Some(DecimalSign::Comma);
+                // Both signs in a number, or one of them twice.
+                thousands |= marks > 1;
+                let is_comma = cell.contains(',');
+                has_point |= marks == 1 && !is_comma;
+                if marks == 1 && is_comma && places.contains(place) {
+                    first_comma = first_comma.or(Some((*line, cell)));
+                }
+            }
+        }
+        match (point, comma, first_comma) {
+            (true, false, Some(_)) if thousands => Ok(DecimalSign::Point),
+            (false, true, _) if thousands || !has_point || first_comma.is_none() => {
+                Ok(DecimalSign::Comma)
+            }
+            (_, _, None) => Ok(DecimalSign::Point),
+            (_, _, Some((line, cell))) => Err(wrong(
+                line,
+                &format!(
+                    "{:?} has a comma that may separate thousands or decimals: write numbers without the former, and all decimals alike",
+                    brief(cell)
+                ),
+            )),
+        }
+    }
+
+    /// Columns of numbers; NaN for a gap.
+    pub(super) fn numbers(
+        &self,
+        heading: &Heading,
+        places: &[usize],
+        rows: Range<usize>,
+    ) -> Result<Vec<Vec<f64>>, IdentifyError> {
+        let width = heading.names.len();
+        let sign = self.decimal_sign(places)?;
+        let mut columns = vec![Vec::with_capacity(rows.len()); places.len()];
+        for (line, row) in &self.rows[rows] {
+            if row.iter().skip(width).any(|cell| !cell.is_empty()) {
+                let reason = format!(
+                    "{} cells under a header of {width}: separate cells by semicolons if decimals have commas",
+                    row.len()
+                );
+                return Err(wrong(*line, &reason));
+            }
+            for (column, &place) in columns.iter_mut().zip(places) {
+                let cell = row.get(place).unwrap_or("");
+                let gap = is_gap(cell).then_some(f64::NAN);
+                let value = gap.or_else(|| number_with(cell, sign));
+                column.push(value.ok_or_else(|| IdentifyError::Line {
+                    line: *line,
+                    column: heading.names.get(place).cloned(),
+                    reason: format!(
+                        "{:?} is not a finite number: correct it, or omit the row",
+                        brief(cell)
+                    ),
+                })?);
+            }
+        }
+        Ok(columns)
+    }
+
+    /// True if it is not a part of what stands above another one.
+    fn stands_alone(&self) -> bool {
+        let is_pure = |row: &StringRecord| !row.iter().any(|cell| Cell::of(cell) == Cell::Text);
+        self.rows.len() > 2 || self.rows.iter().all(|(_, row)| is_pure(row))
+    }
+}
+
+/// A text as blocks, and how its cells are apart.
+pub(super) struct Blocks {
+    pub(super) blocks: Vec<Block>,
+    /// Spaces separate the cells: an empty one is not seen.
+    pub(super) spaced: bool,
+}
+
+/// Lines of text below the last block so far.
+type Texts = Vec<(u64, StringRecord)>;
+
+/// Lines by which the separator is chosen.
+const LOOKED_AT: usize = 4000;
+
+impl Blocks {
+    pub(super) fn of(text: &str) -> Result<Self, IdentifyError> {
+        let head = text
+            .match_indices('\n')
+            .nth(LOOKED_AT)
+            .map_or(text, |(end, _)| &text[..end]);
+        let mut best: Option<(u8, [usize; 2])> = None;
+        for separator in [b'\t', b';', b' ', b','] {
+            let found = Self::separated(head, separator)?;
+            let rows = |least: usize| -> usize {
+                let blocks = found.blocks.iter().filter(|block| block.width() >= least);
+                blocks.map(|block| block.rows.len()).sum()
+            };
+            let score = [rows(2), rows(1)];
+            if best.is_none_or(|(_, other)| score > other) {
+                best = Some((separator, score));
+            }
+        }
+        let (separator, [wide, _]) = best.unwrap_or((b',', [0; 2]));
+        let mut found = Self::separated(text, separator)?;
+        // Beside tables with two columns of numbers, one number a line is preamble.
+        if wide > 0 {
+            found.give_up(|block| block.width() < 2);
+        }
+        if found.blocks.iter().any(Block::stands_alone) {
+            found.give_up(|block| !block.stands_alone());
+        }
+        Ok(found)
+    }
+
+    /// Turns blocks into text above the next one.
+    fn give_up(&mut self, is_text: impl Fn(&Block) -> bool) {
+        let mut above = Vec::new();
+        for mut block in std::mem::take(&mut self.blocks) {
+            above.append(&mut block.above);
+            if is_text(&block) {
+                above.append(&mut block.rows);
+            } else {
+                block.above = std::mem::take(&mut above);
+                self.blocks.push(block);
+            }
+        }
+    }
+
+    fn separated(text: &str, separator: u8) -> Result<Self, IdentifyError> {
+        let spaced = separator == b' ';
+        let (text, delimiter) = match spaced {
+            true => (Cow::Owned(by_spaces(text)), b'\t'),
+            false => (Cow::Borrowed(text), separator),
+        };
+        let mut found = Self {
+            blocks: Vec::new(),
+            spaced,
+        };
+        let mut texts = Texts::new();
+        let mut open = Block::default();
+        let (mut last_line, mut rows) = (0, 0);
+        let mut is_after_blank = false;
+        each_row(text.as_bytes(), delimiter, |line, row| {
+            let cells: Vec<Cell> = row.iter().map(Cell::of).collect();
+            is_after_blank |= line > last_line + 1;
+            last_line = line;
+            if cells.iter().all(|cell| *cell == Cell::Empty) {
+                is_after_blank = true;
+                return Ok(());
+            }
+            let remark = row
+                .get(0)
+                .filter(|first| first.starts_with('#') && !is_gap(first));
+            if let Some(first) = remark {
+                let rest = first.trim_start_matches('#').trim();
+                let names = (!rest.is_empty()).then_some(rest).into_iter();
+                let names = names.chain(row.iter().skip(1));
+                texts.push((line, names.collect()));
+                return Ok(());
+            }
+            rows += 1;
+            if rows > SAMPLES_MOST + 1 {
+                let reason = format!(
+                    "more than {SAMPLES_MOST} rows: omit every second one, or cut the record"
+                );
+                return Err(wrong(line, &reason));
+            }
+            let joins = !open.rows.is_empty() && open.takes(&cells, is_after_blank);
+            if joins && is_after_blank && open.blank.is_none() {
+                open.blank = Some(open.lines()[1] + 1);
+            }
+            if !joins {
+                let filled = cells.iter().filter(|cell| **cell == Cell::Text).count();
+                let may_be_row = !is_after_blank && filled == cells.len() && filled >= open.width();
+                open.broken = may_be_row.then(|| (line, row.clone()));
+                found.close(&mut open, &mut texts);
+            }
+            match joins || cells.contains(&Cell::Number) {
+                true => open.push(line, row, &cells),
+                false => texts.push((line, row.clone())),
+            }
+            is_after_blank = false;
+            Ok(())
+        })?;
+        found.close(&mut open, &mut texts);
+        Ok(found)
+    }
+
+    /// Ends a block: what was text below the one before stands above it.
+    fn close(&mut self, open: &mut Block, texts: &mut Texts) {
+        let mut block = std::mem::take(open);
+        if block.rows.is_empty() {
+            return;
+        }
+        let first = block.lines()[0];
+        // A remark between rows stands above the next block.
+        (block.above, *texts) = std::mem::take(texts)
+            .into_iter()
+            .partition(|(line, _)| *line < first);
+        block.drop_names();
+        self.blocks.push(block);
+    }
+}
+
+/// Lines whose cells are apart by spaces, with tabs instead. Names may have single spaces where two or more separate them; else a
+/// unit in brackets belongs to the name before it.
+fn by_spaces(text: &str) -> String {
+    let lines = text.lines().map(|line| {
+        let words: Vec<&str> = line.split_whitespace().collect();
+        let numbers = words
+            .iter()
+            .filter(|word| number(word).is_some() || is_gap(word));
+        if 2 * numbers.count() >= words.len() {
+            return words.join("\t");
+        }
+        let wide = line.trim().replace('\t', "  ");
+        let mut cells: Vec<String> = Vec::new();
+        let is_wide = wide.contains("  ");
+        for word in wide.split(if is_wide { "  " } else { " " }).map(str::trim) {
+            let is_open = |cell: &String| {
+                let count = |sign: [char; 2]| cell.matches(sign).count();
+                count(['(', '[']) > count([')', ']'])
+            };
+            let is_unit = word.starts_with(['(', '[']);
+            match cells.last_mut() {
+                Some(cell) if !is_wide && (is_unit || is_open(cell)) => {
+                    cell.push(' ');
+                    cell.push_str(word);
+                }
+                _ if word.is_empty() => {}
+                _ => cells.push(word.to_owned()),
+            }
+        }
+        cells.join("\t")
+    });
+    lines.collect::<Vec<_>>().join("\n")
+}
+
+/// Lines that a cell in quotes may have; more are a quote that nobody closed.
+const QUOTED_LINES: usize = 4;
+
+/// Line and cells of every row, one after another.
+fn each_row(
+    bytes: &[u8],
+    delimiter: u8,
+    mut take: impl FnMut(u64, &StringRecord) -> Result<(), IdentifyError>,
+) -> Result<(), IdentifyError> {
+    let is_closed = |row: &StringRecord| {
+        let lines = |cell: &str| cell.matches('\n').count();
+        row.iter().all(|cell| lines(cell) < QUOTED_LINES)
+    };
+    let mut quoting = true;
+    let mut row = StringRecord::new();
+    let mut from = 0;
+    let mut lines = Lines::new(bytes);
+    loop {
+        let mut reader = csv::ReaderBuilder::new()
+            .has_headers(false)
+            .flexible(true)
+            .delimiter(delimiter)
+            .quoting(quoting)
+            .trim(csv::Trim::All)
+            .from_reader(&bytes[from..]);
+        let start = from;
+        let is_whole = loop {
+            let begin = start + usize::try_from(reader.position().byte()).unwrap_or(0);
+            let is_read = reader.read_record(&mut row).map_err(|error| {
+                let line = error.position().map_or(1, csv::Position::line);
+                wrong(line, &format!("{error}: correct the row"))
+            })?;
+            if !is_read {
+                break true;
+            }
+            if quoting && !is_closed(&row) {
+                // Read again from here, with quotes as letters.
+                from = begin;
+                break false;
+            }
+            let end = start as u64 + reader.position().byte();
+            take(lines.of_row_before(end, &row), &row)?;
+        };
+        if is_whole {
+            return Ok(());
+        }
+        quoting = false;
+    }
+}
