@@ -21,6 +21,7 @@ mod others;
 mod picture_file;
 mod pins;
 mod process;
+mod public;
 mod realtime;
 mod refusals;
 mod reproduce;
