@@ -52,6 +52,9 @@ fn read(path: &Path, names: &[&str]) -> Result<Topic, Failure> {
         }
         error => error.into(),
     })?;
+    if !topic.condition.complete {
+        warn("the log is not whole: the table is what could be read");
+    }
     for what in &topic.notes {
         warn(&format!("{}: {what}", topic.name));
     }

@@ -15,7 +15,7 @@
 //! - *Cost*: the file is read once; eight bytes of memory for each number.
 
 use super::message::{Item, LogMessage as _, Packing};
-use super::{Leftover, LogFiles, NewFile, RecordError, TickMessage};
+use super::{Condition, ExportSummary, Leftover, LogFiles, NewFile, RecordError, TickMessage};
 use mcap::records::Record;
 use serde_json::Value;
 use std::collections::{BTreeMap, HashMap};
@@ -40,8 +40,8 @@ pub struct Topic {
     pub columns: Vec<(String, Vec<f64>)>,
     /// One sentence for each thing that was left out.
     pub notes: Vec<String>,
-    /// Nothing of the log is missing or damaged.
-    pub complete: bool,
+    /// Condition of the log.
+    pub condition: Condition,
 }
 
 impl Topic {
@@ -94,25 +94,30 @@ impl Topic {
             });
         }
         let name = wanted[0].clone();
-        let complete = log.condition().complete;
+        let condition = log.condition();
         let rows = rows.remove(&name).unwrap_or_default();
         Ok(Self {
-            notes: rows.notes(complete),
+            notes: rows.notes(),
             columns: rows.columns(),
             name,
-            complete,
+            condition,
         })
+    }
+
+    /// Number of its messages.
+    fn rows(&self) -> usize {
+        self.columns.first().map_or(0, |(_, column)| column.len())
     }
 
     /// A header, and a line for each message; what is no number is an empty cell. `name` is that of the sink in messages.
     ///
     /// # Errors
     /// If the sink fails.
-    pub fn write_csv(&self, sink: impl Write, name: &Path) -> Result<(), RecordError> {
+    pub fn write_csv(&self, sink: impl Write, name: &Path) -> Result<ExportSummary, RecordError> {
         let write = || -> csv::Result<()> {
             let mut csv = csv::Writer::from_writer(sink);
             csv.write_record(self.columns.iter().map(|(name, _)| name))?;
-            for row in 0..self.columns[0].1.len() {
+            for row in 0..self.rows() {
                 let cells = self.columns.iter().map(|(_, column)| column[row]);
                 let shown = |cell: f64| (!cell.is_nan()).then(|| cell.to_string());
                 csv.write_record(cells.map(|cell| shown(cell).unwrap_or_default()))?;
@@ -122,6 +127,10 @@ impl Topic {
         write().map_err(|source| RecordError::Csv {
             path: name.to_owned(),
             source,
+        })?;
+        Ok(ExportSummary {
+            rows: self.rows() as u64,
+            condition: self.condition.clone(),
         })
     }
 
@@ -129,10 +138,11 @@ impl Topic {
     ///
     /// # Errors
     /// If the target exists without `overwrite` or cannot be written.
-    pub fn export_csv(&self, target: &Path, overwrite: bool) -> Result<(), RecordError> {
+    pub fn export_csv(&self, target: &Path, overwrite: bool) -> Result<ExportSummary, RecordError> {
         let (new_file, file) = NewFile::create(target, Leftover::Discard, overwrite)?;
-        self.write_csv(BufWriter::new(file), target)?;
-        Ok(new_file.publish()?)
+        let summary = self.write_csv(BufWriter::new(file), target)?;
+        new_file.publish()?;
+        Ok(summary)
     }
 }
 
@@ -311,16 +321,11 @@ impl Rows {
         }
     }
 
-    fn notes(&self, complete: bool) -> Vec<String> {
+    fn notes(&self) -> Vec<String> {
         let refused = self.refused.as_ref();
         let refused = refused.map(|(count, why)| format!("{count} messages omitted: {why}"));
         let long = format!("of arrays their first {ELEMENTS_MOST} elements are taken");
-        let damaged = "the log is not whole: the record is what could be read".to_owned();
-        let notes = [
-            refused,
-            self.is_long.then_some(long),
-            (!complete).then_some(damaged),
-        ];
+        let notes = [refused, self.is_long.then_some(long)];
         notes.into_iter().flatten().collect()
     }
 

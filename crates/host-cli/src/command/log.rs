@@ -99,14 +99,15 @@ impl Command {
             Self::Recover(copy) => saved(copy, "recovered.mcap", output),
             Self::Index(copy) => saved(copy, "indexed.mcap", output),
             Self::Export { copy, others } => {
-                if let Some(topic) = others.topic(&copy.log)? {
-                    return export_topic(copy, &topic, output);
-                }
+                let topic = others.topic(&copy.log)?;
                 if copy.target.as_deref() == Some(Path::new("-")) {
-                    return export_to_output(&copy.log, copy.overwrite, output);
+                    return export_to_output(&copy.log, topic, copy.overwrite, output);
                 }
                 let target = target_of(copy.target, copy.out.as_deref(), &copy.log, "ticks.csv")?;
-                let done = export_csv(&copy.log, &target, copy.overwrite)?;
+                let done = match topic {
+                    Some(topic) => topic.export_csv(&target, copy.overwrite)?,
+                    None => export_csv(&copy.log, &target, copy.overwrite)?,
+                };
                 let complete = done.condition.complete;
                 let csv = target.display().to_string();
                 output.summary(&json!({
@@ -138,14 +139,24 @@ fn saved(copy: Copied, ending: &str, output: Output) -> Result<(), Failure> {
 }
 
 /// The rows on standard output.
-fn export_to_output(log: &Path, overwrite: bool, output: Output) -> Result<(), Failure> {
+fn export_to_output(
+    log: &Path,
+    topic: Option<Topic>,
+    overwrite: bool,
+    output: Output,
+) -> Result<(), Failure> {
     if overwrite || output.json {
         return Err(Failure::bad_input(
             "`-` puts the CSV on standard output: omit --overwrite and --json",
         ));
     }
     let out = io::BufWriter::new(io::stdout().lock());
-    match export_csv_to(log, out, Path::new("standard output")) {
+    let name = Path::new("standard output");
+    let done = match topic {
+        Some(topic) => topic.write_csv(out, name),
+        None => export_csv_to(log, out, name),
+    };
+    match done {
         Ok(done) => require_complete(done.condition.complete, log, "-"),
         Err(RecordError::Csv { source, .. }) if is_broken_pipe(&source) => Ok(()),
         // Unlike a file, what was written stays.
@@ -196,31 +207,11 @@ impl Others {
     }
 }
 
-/// A topic as CSV.
-fn export_topic(copy: Copied, topic: &Topic, output: Output) -> Result<(), Failure> {
-    let csv = if copy.target.as_deref() == Some(Path::new("-")) {
-        topic.write_csv(io::stdout().lock(), Path::new("standard output"))?;
-        "-".to_owned()
-    } else {
-        let target = target_of(copy.target, copy.out.as_deref(), &copy.log, "csv")?;
-        topic.export_csv(&target, copy.overwrite)?;
-        let csv = target.display().to_string();
-        output.summary(&json!({
-            "topic": topic.name,
-            "samples": topic.columns[0].1.len(),
-            "complete": topic.complete,
-            "csv": csv,
-        }))?;
-        csv
-    };
-    require_complete(topic.complete, &copy.log, &csv)
-}
-
 /// Columns of a topic that one picture holds.
 const PANELS: usize = 6;
 
 /// Each column of a topic in a panel of its own.
-fn draw_topic(title: &str, topic: &Topic) -> Result<Picture, Failure> {
+fn draw_topic(title: &str, topic: &Topic) -> Result<Drawn, Failure> {
     let (time, columns) = topic.columns.split_at(1);
     if columns.len() > PANELS {
         let (name, count) = (&topic.name, columns.len());
@@ -234,7 +225,7 @@ fn draw_topic(title: &str, topic: &Topic) -> Result<Picture, Failure> {
         let at = |n: usize| columns.get(n).map_or(f64::NAN, |(_, column)| column[row]);
         shown.add(time_s, std::array::from_fn(at));
     }
-    let (_, time_s, curves) = shown.curves();
+    let (samples, time_s, curves) = shown.curves();
     let lines: Vec<_> = curves
         .iter()
         .map(|curve| [("", curve.as_slice())])
@@ -251,7 +242,7 @@ fn draw_topic(title: &str, topic: &Topic) -> Result<Picture, Failure> {
         time_s: &time_s,
         rows: &rows.collect::<Vec<_>>(),
     };
-    figure.draw().map_err(Failure::input)
+    Ok((samples, topic.condition.complete, figure.draw()))
 }
 
 /// Exit code 4 for a file made of a cut log: it holds all there is, but not all there was.
@@ -288,16 +279,23 @@ fn plot(
     output: Output,
 ) -> Result<(), Failure> {
     let title = log.file_name().unwrap_or_default().to_string_lossy();
-    if let Some(topic) = topic {
-        let figure = picture_file::save(Ok(draw_topic(&title, &topic)?), stem, overwrite)?;
-        output.summary(&json!({
-            "topic": topic.name,
-            "samples": topic.columns[0].1.len(),
-            "complete": topic.complete,
-            "figure": figure,
-        }))?;
-        return require_complete(topic.complete, log, &figure);
-    }
+    let (samples, complete, picture) = match topic {
+        Some(topic) => draw_topic(&title, &topic)?,
+        None => draw_ticks(&title, log)?,
+    };
+    let figure = picture_file::save(picture, stem, overwrite)?;
+    output.summary(&json!({
+        "samples": samples,
+        "complete": complete,
+        "figure": figure,
+    }))?;
+    require_complete(complete, log, &figure)
+}
+
+/// Samples, whether they are all, and their picture.
+type Drawn = (u64, bool, Result<Picture, FigureError>);
+
+fn draw_ticks(title: &str, log: &Path) -> Result<Drawn, Failure> {
     let mut reader = LogFiles::open(log)?;
     let (mut shown, mut axes) = (Decimated::new(DENSE), 1);
     let mut conditions = Vec::new();
@@ -320,17 +318,8 @@ fn plot(
         conditions.push("cut off or damaged: what could be read".to_owned());
     }
     let (samples, time_s, curves) = shown.curves();
-    let figure = picture_file::save(
-        draw(&title, &conditions.join("  ·  "), axes, &time_s, &curves),
-        stem,
-        overwrite,
-    )?;
-    output.summary(&json!({
-        "samples": samples,
-        "complete": complete,
-        "figure": figure,
-    }))?;
-    require_complete(complete, log, &figure)
+    let picture = draw(title, &conditions.join("  ·  "), axes, &time_s, &curves);
+    Ok((samples, complete, picture))
 }
 
 /// Samples of which each is drawn; of more the extremes.
