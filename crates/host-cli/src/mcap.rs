@@ -45,12 +45,12 @@ fn field<'a>(name: &'a str, topic: &Topic) -> &'a str {
 
 /// A topic, and what was left out of it on standard error.
 fn read(path: &Path, names: &[&str]) -> Result<Topic, Failure> {
-    let topic = Topic::read(path, names).map_err(|error| match error {
-        RecordError::Topics { .. } => {
-            let advice = "name columns of one topic as /topic.field, with --columns or --column";
-            Failure::input_with_advice(error, advice)
+    let topic = Topic::read(path, names).map_err(|error| {
+        if !matches!(error, RecordError::Topics { .. }) {
+            return error.into();
         }
-        error => error.into(),
+        let advice = "name columns of one topic as /topic.field, with --columns or --column";
+        Failure::input_with_advice(error, advice)
     })?;
     if !topic.condition.complete {
         warn("the log is not whole: the table is what could be read");
