@@ -4,6 +4,7 @@
 mod cli;
 mod command;
 mod files;
+mod mcap;
 mod names;
 mod options;
 mod output;

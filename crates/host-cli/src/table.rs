@@ -1,5 +1,6 @@
 //! Tables of numbers from files and standard input: one reader for every command.
 
+use crate::mcap;
 use haptic_experiment::Failure;
 use haptic_experiment::document::short;
 use haptic_quantity::written;
@@ -29,9 +30,18 @@ pub(crate) fn bytes(path: &Path) -> Result<Vec<u8>, Failure> {
     })
 }
 
+/// The same, of a log too; names of its columns become those of the table.
+pub(crate) fn bytes_with(path: &Path, names: Vec<&mut String>) -> Result<Vec<u8>, Failure> {
+    match mcap::table(path, names)? {
+        Some(table) => Ok(table),
+        None => bytes(path),
+    }
+}
+
 /// A column of this name, and the times beside it.
 pub(crate) fn signal(path: &Path, name: &str) -> Result<Signal, Failure> {
-    let found = read_signal(&bytes(path)?, name);
+    let mut name = name.to_owned();
+    let found = read_signal(&bytes_with(path, vec![&mut name])?, &name);
     found.map_err(|error| {
         let error = error.to_string();
         wrong(
@@ -98,7 +108,9 @@ pub(crate) fn record<const N: usize>(
     names: [&str; N],
     remedy: &str,
 ) -> Result<RecordColumns<N>, Failure> {
-    let found = read_record(&bytes(path)?, names);
+    let mut names = names.map(str::to_owned);
+    let bytes = bytes_with(path, names.iter_mut().collect())?;
+    let found = read_record(&bytes, names.each_ref().map(String::as_str));
     found.map_err(|error| {
         let error = error.to_string();
         wrong(path, format_args!("{}; {remedy}", short(&error)))

@@ -14,4 +14,5 @@ mod portable;
 mod properties;
 mod refusals;
 mod saved;
+mod uneven;
 mod weights;

@@ -68,6 +68,16 @@ pub enum RecordError {
         /// The topics that it has instead.
         topics: Vec<String>,
     },
+    /// No columns of numbers could be taken from a log of others.
+    #[error("`{}` {why}; its topics are {}", .path.display(), .topics.join(", "))]
+    Topics {
+        /// The file.
+        path: PathBuf,
+        /// What is wrong with it, as "has several topics".
+        why: &'static str,
+        /// Its topics, each with what is known of it.
+        topics: Vec<String>,
+    },
     /// A message carries a time no log can hold.
     #[error(
         "device time {time_s} s is not in [0, 1.8e10] s; the log keeps it as unsigned nanoseconds"

@@ -2,6 +2,7 @@
 //! endian, no options) and its fields in order, each aligned to its size counted from the end of that header.
 
 use serde::Serialize;
+use std::cell::Cell;
 use std::collections::BTreeMap;
 
 /// Plain CDR, little endian, no options.
@@ -102,13 +103,13 @@ pub(crate) trait LogMessage: Sized {
 #[derive(Clone, Debug)]
 pub(crate) struct Layout<S> {
     fields: Vec<Field<S>>,
-    /// False if fields follow whose type is defined elsewhere, so that nobody knows their length.
+    /// False if fields follow whose type is not defined, so that nobody knows their length.
     is_whole: bool,
 }
 
 #[derive(Clone, Debug)]
 struct Field<S> {
-    kind: Kind,
+    kind: Kind<S>,
     /// Elements; `None` for a sequence, which begins with their number.
     count: Option<usize>,
     /// `None` for a field that is passed over.
@@ -116,82 +117,181 @@ struct Field<S> {
 }
 
 /// Type of an element; a number with its size in bytes.
-#[derive(Clone, Copy, Debug)]
-enum Kind {
-    /// None of ours has a sign.
-    Integer(usize),
+#[derive(Clone, Debug)]
+enum Kind<S> {
+    Unsigned(usize),
+    Signed(usize),
     Float(usize),
     Text,
+    Message(Vec<Field<S>>),
 }
 
 /// An element of a field.
-pub(super) enum Item<'a> {
+pub(crate) enum Item<'a> {
     Number(Value),
     Text(&'a [u8]),
 }
 
-impl<S: Copy> Layout<S> {
-    /// Of a definition in the words of ROS 2, `TYPE NAME  # comment` a line.
-    pub(super) fn of(definition: &str, slot: impl Fn(&str) -> Option<S>) -> Self {
-        let mut layout = Self {
-            fields: Vec::new(),
-            is_whole: true,
-        };
-        // The definitions of other types stand behind a line of it.
-        for line in definition
-            .lines()
-            .take_while(|line| !line.starts_with("==="))
-        {
-            let code = line.split('#').next().unwrap_or_default();
-            let mut words = code.split_whitespace();
-            let (kind, name) = (words.next().unwrap_or_default(), words.next());
-            match (name, element(kind)) {
-                // A constant is no part of a message.
-                (Some(_), _) if code.contains('=') && !kind.contains('=') => {}
-                (Some(name), Some((kind, count))) => {
-                    let slot = slot(name);
-                    layout.fields.push(Field { kind, count, slot });
-                }
-                (Some(_), None) => {
-                    layout.is_whole = false;
-                    break;
-                }
-                (None, _) => {}
+/// How the numbers of a message lie in its bytes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Packing {
+    /// Plain CDR: behind a header, each at a multiple of its size; texts end with a zero.
+    Cdr,
+    /// One behind the other, as ROS 1 has them.
+    Dense,
+}
+
+/// Definitions that stand in one schema: the message's own, without a name, and those of other types.
+struct Definitions<'a> {
+    parts: Vec<(&'a str, Vec<&'a str>)>,
+    /// Fields that may still be made: a type that holds itself would go on for ever.
+    left: Cell<usize>,
+}
+
+/// Fields of a message with those of the messages in it.
+const FIELDS_MOST: usize = 10_000;
+/// Messages in messages.
+const DEPTH_MOST: usize = 32;
+
+impl<'a> Definitions<'a> {
+    /// The definitions of other types stand behind a line of `=` and one with their name.
+    fn of(schema: &'a str) -> Self {
+        let mut parts = vec![("", Vec::new())];
+        for line in schema.lines() {
+            let Some(part) = parts.last_mut().filter(|_| !line.starts_with("===")) else {
+                parts.push(("", Vec::new()));
+                continue;
+            };
+            match line.strip_prefix("MSG:") {
+                Some(name) => part.0 = name.trim(),
+                None => part.1.push(line),
             }
         }
-        layout
+        let left = Cell::new(FIELDS_MOST);
+        Self { parts, left }
     }
 
-    /// Hands over the elements that have a place, with the number of each in its field.
-    pub(super) fn read(
+    fn lines(&self, kind: &str) -> Option<&[&'a str]> {
+        const TIME: [&str; 2] = ["int32 sec", "uint32 nanosec"];
+        // Written in full, `std_msgs/msg/Header`, in short, or without its package.
+        let short = kind.replace("/msg/", "/");
+        let is_it = |name: &str| {
+            let name = name.replace("/msg/", "/");
+            !short.is_empty() && (name == short || name.ends_with(&format!("/{short}")))
+        };
+        let found = self.parts.iter().find(|(name, _)| is_it(name));
+        let times = [
+            "time",
+            "duration",
+            "builtin_interfaces/Time",
+            "builtin_interfaces/Duration",
+        ];
+        let known = times.contains(&short.as_str()).then_some(&TIME[..]);
+        found.map(|(_, lines)| lines.as_slice()).or(known)
+    }
+
+    /// The fields that these lines define, `TYPE NAME  # comment` each, and whether they are all.
+    fn fields<S>(
         &self,
-        message: &[u8],
-        mut take: impl FnMut(S, usize, Item<'_>),
-    ) -> Result<(), MessageError> {
-        let fields = message.strip_prefix(&ENCAPSULATION);
-        let fields = fields.ok_or(MessageError::Encapsulation)?;
-        let mut bytes = Cdr { fields, at: 0 };
-        for field in &self.fields {
-            let count = field.count.or_else(|| bytes.count());
-            for index in 0..count.ok_or(MessageError::Fields)? {
-                let item = bytes.item(field.kind).ok_or(MessageError::Fields)?;
-                if let Some(slot) = field.slot {
-                    take(slot, index, item);
-                }
+        lines: &[&str],
+        at: &[&str],
+        slot: &mut dyn FnMut(&str) -> Option<S>,
+    ) -> (Vec<Field<S>>, bool) {
+        let mut fields = Vec::new();
+        for line in lines {
+            let code = line.split('#').next().unwrap_or_default();
+            let mut words = code.split_whitespace();
+            let (Some(kind), Some(name)) = (words.next(), words.next()) else {
+                continue;
+            };
+            // A constant is no part of a message.
+            if name.contains('=') || words.next().is_some_and(|word| word.starts_with('=')) {
+                continue;
             }
+            let (kind, count) = counted(kind);
+            let marked = format!("{name}{}", if count == Some(1) { "" } else { "[]" });
+            let inside = [at, &[marked.as_str()]].concat();
+            let (kind, slot) = match (element(kind), self.lines(kind)) {
+                (Some(kind), _) => (kind, slot(&[at, &[name]].concat().join("."))),
+                (None, Some(lines)) if at.len() < DEPTH_MOST && self.left.get() > 0 => {
+                    let (fields, true) = self.fields(lines, &inside, slot) else {
+                        return (fields, false);
+                    };
+                    (Kind::Message(fields), None)
+                }
+                (None, _) => return (fields, false),
+            };
+            fields.push(Field { kind, count, slot });
+            self.left.set(self.left.get().saturating_sub(1));
         }
-        let is_at_end = bytes.at == fields.len();
-        let fits = is_at_end || !self.is_whole;
-        fits.then_some(()).ok_or(MessageError::Fields)
+        if fields.is_empty() && !at.is_empty() {
+            // A message without fields takes one byte.
+            let (kind, count, slot) = (Kind::Unsigned(1), Some(1), None);
+            fields.push(Field { kind, count, slot });
+        }
+        (fields, true)
     }
 }
 
-/// The elements of a type, `float64[3]`, and their number; `None` of one that is defined elsewhere.
-fn element(kind: &str) -> Option<(Kind, Option<usize>)> {
-    let (name, count) = match kind.strip_suffix(']').and_then(|kind| kind.split_once('[')) {
+impl<S: Copy> Layout<S> {
+    /// Of a definition in the words of ROS. Fields of a message in a field are named as `header.stamp.sec`, or
+    /// `poses[].position.x` where there may be several.
+    pub(crate) fn of(definition: &str, mut slot: impl FnMut(&str) -> Option<S>) -> Self {
+        let definitions = Definitions::of(definition);
+        let (fields, is_whole) = definitions.fields(&definitions.parts[0].1, &[], &mut slot);
+        Self { fields, is_whole }
+    }
+
+    /// Hands over the elements that have a place, with the number of each in its field and in those around it.
+    pub(super) fn read(
+        &self,
+        message: &[u8],
+        take: impl FnMut(S, &[usize], Item<'_>),
+    ) -> Result<(), MessageError> {
+        match self.read_padded(message, Packing::Cdr, take)? {
+            0 => Ok(()),
+            _ => Err(MessageError::Fields),
+        }
+    }
+
+    /// The same; how many bytes follow the last field, 0 where it is not known.
+    pub(crate) fn read_padded(
+        &self,
+        message: &[u8],
+        packing: Packing,
+        mut take: impl FnMut(S, &[usize], Item<'_>),
+    ) -> Result<usize, MessageError> {
+        let fields = match packing {
+            Packing::Cdr => message.strip_prefix(&ENCAPSULATION),
+            Packing::Dense => Some(message),
+        };
+        let fields = fields.ok_or(MessageError::Encapsulation)?;
+        let mut bytes = Cdr {
+            fields,
+            at: 0,
+            packing,
+        };
+        bytes
+            .fields(&self.fields, &mut Vec::new(), &mut take)
+            .ok_or(MessageError::Fields)?;
+        Ok(if self.is_whole {
+            fields.len() - bytes.at
+        } else {
+            0
+        })
+    }
+}
+
+/// The type of an element of `float64[3]`, and their number; `None` for any.
+fn counted(kind: &str) -> (&str, Option<usize>) {
+    match kind.strip_suffix(']').and_then(|kind| kind.split_once('[')) {
         None => (kind, Some(1)),
         Some((name, count)) => (name, count.parse().ok()),
-    };
+    }
+}
+
+/// A type that is defined nowhere.
+fn element<S>(name: &str) -> Option<Kind<S>> {
     // A text may have a bound: `string<=8`.
     let name = name.split("<=").next()?;
     let family = name.trim_end_matches(|c: char| c.is_ascii_digit());
@@ -199,12 +299,13 @@ fn element(kind: &str) -> Option<(Kind, Option<usize>)> {
         .parse()
         .map_or(1, |bits: usize| bits / 8);
     let kind = match family {
-        "bool" | "byte" | "char" | "int" | "uint" => Kind::Integer(size),
+        "bool" | "byte" | "char" | "uint" => Kind::Unsigned(size),
+        "int" => Kind::Signed(size),
         "float" => Kind::Float(size),
         "string" => Kind::Text,
         _ => return None,
     };
-    [1, 2, 4, 8].contains(&size).then_some((kind, count))
+    [1, 2, 4, 8].contains(&size).then_some(kind)
 }
 
 pub(super) fn begin(buffer: &mut Vec<u8>) {
@@ -223,12 +324,16 @@ pub(super) fn put<const N: usize>(buffer: &mut Vec<u8>, bytes: [u8; N]) {
 struct Cdr<'a> {
     fields: &'a [u8],
     at: usize,
+    packing: Packing,
 }
 
 impl<'a> Cdr<'a> {
     /// A number of so many bytes, which stands at a multiple of them.
     fn number(&mut self, size: usize) -> Option<u64> {
-        let start = self.at.next_multiple_of(size);
+        let start = match self.packing {
+            Packing::Cdr => self.at.next_multiple_of(size),
+            Packing::Dense => self.at,
+        };
         self.at = start + size;
         let mut bytes = [0; 8];
         bytes[..size].copy_from_slice(self.fields.get(start..self.at)?);
@@ -240,19 +345,61 @@ impl<'a> Cdr<'a> {
         usize::try_from(self.number(4)?).ok()
     }
 
-    fn item(&mut self, kind: Kind) -> Option<Item<'a>> {
-        Some(Item::Number(match kind {
-            Kind::Integer(size) => Value::Count(self.number(size)?),
-            Kind::Float(4) => Value::Number(f32::from_bits(self.number(4)? as u32).into()),
-            Kind::Float(size) => Value::Number(f64::from_bits(self.number(size)?)),
-            // Its length with the zero at its end, its bytes, and that.
-            Kind::Text => {
-                let length = self.count()?;
-                let bytes = self.fields.get(self.at..)?.get(..length)?;
-                self.at += length;
-                return Some(Item::Text(bytes.strip_suffix(&[0])?));
+    /// An element without a byte is refused, so that a wrong number of them ends with the message.
+    fn fields<S: Copy>(
+        &mut self,
+        fields: &[Field<S>],
+        places: &mut Vec<usize>,
+        take: &mut dyn FnMut(S, &[usize], Item<'_>),
+    ) -> Option<()> {
+        for field in fields {
+            let count = field.count.or_else(|| self.count())?;
+            let depth = places.len();
+            for index in 0..count {
+                if field.count != Some(1) {
+                    places.truncate(depth);
+                    places.push(index);
+                }
+                let before = self.at;
+                let item = match &field.kind {
+                    Kind::Message(fields) => {
+                        self.fields(fields, places, take)?;
+                        (self.at > before).then_some(())?;
+                        continue;
+                    }
+                    Kind::Unsigned(size) => Item::Number(Value::Count(self.number(*size)?)),
+                    Kind::Signed(size) => {
+                        let unused = 64 - 8 * *size as u32;
+                        let signed = (self.number(*size)? << unused).cast_signed() >> unused;
+                        Item::Number(Value::Number(signed as f64))
+                    }
+                    Kind::Float(4) => {
+                        let number = f32::from_bits(self.number(4)? as u32);
+                        Item::Number(Value::Number(number.into()))
+                    }
+                    Kind::Float(size) => {
+                        Item::Number(Value::Number(f64::from_bits(self.number(*size)?)))
+                    }
+                    Kind::Text => Item::Text(self.text()?),
+                };
+                if let Some(slot) = field.slot {
+                    take(slot, places, item);
+                }
             }
-        }))
+            places.truncate(depth);
+        }
+        Some(())
+    }
+
+    /// Its length, its bytes, and the zero at its end, which counts.
+    fn text(&mut self) -> Option<&'a [u8]> {
+        let length = self.count()?;
+        let bytes = self.fields.get(self.at..)?.get(..length)?;
+        self.at += length;
+        match self.packing {
+            Packing::Cdr => bytes.strip_suffix(&[0]),
+            Packing::Dense => Some(bytes),
+        }
     }
 }
 

@@ -17,6 +17,7 @@ use ruzstd::decoding::FrameDecoder;
 use super::message::{Layout, LogMessage};
 use super::new_file::open_file;
 use super::tick::Slot;
+use super::topics::Topics;
 use super::writer::{
     DRIVE_CHANNEL, DRIVE_TOPIC, EVENT_CHANNEL, LIBRARY_NAME, TICK_CHANNEL, nanoseconds,
 };
@@ -135,6 +136,8 @@ pub struct LogReader<R> {
     schemas: BTreeMap<u16, String>,
     /// Messages by the number of their channel; the topic of foreign ones.
     channels: BTreeMap<u16, Result<Kind, String>>,
+    /// Takes every message, ours and those of others, where these are asked for.
+    pub(super) topics: Option<Topics>,
     /// Entries to give out next; messages with log time and device time, ns.
     ready: VecDeque<(Option<(u64, u64)>, Entry)>,
     condition: Condition,
@@ -248,6 +251,7 @@ impl<R: Read> LogReader<R> {
             bytes_read: 0,
             schemas: BTreeMap::new(),
             channels: BTreeMap::new(),
+            topics: None,
             ready: VecDeque::new(),
             condition: Condition::default(),
             axes: None,
@@ -378,6 +382,9 @@ impl<R: Read> LogReader<R> {
             return Err("a text in it is longer than the record".to_owned());
         }
         let record = mcap::parse_record(opcode, data).map_err(|error| error.to_string())?;
+        if let Some(topics) = &mut self.topics {
+            topics.take(&record);
+        }
         match record {
             Record::Header(header) if header.library.starts_with(LIBRARY_NAME) => {
                 // Our own channels are known even if the chunk that declares them is lost.

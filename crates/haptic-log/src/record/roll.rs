@@ -289,9 +289,10 @@ impl LogFiles {
         }
         self.before = self.condition();
         // All files of a log have the axes of the first.
-        let axes = self.reader.axes;
+        let (axes, topics) = (self.reader.axes, self.reader.topics.take());
         self.reader = LogReader::open(&file)?;
         self.reader.axes = axes;
+        self.reader.topics = topics;
         self.belongs = self.run.is_none();
         self.path = file;
         Ok(true)

@@ -344,7 +344,7 @@ impl LogMessage for TickMessage {
                 }
                 (Reach::Axes(field), Item::Number(number)) => {
                     let numbers = field(&mut tick);
-                    let axis = axis + index;
+                    let axis = axis + index.first().unwrap_or(&0);
                     if let Some(value) = numbers.values.get_mut(axis) {
                         *value = number.to_f64();
                     }

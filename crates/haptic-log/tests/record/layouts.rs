@@ -95,7 +95,7 @@ const LAYOUTS: [Layout; 8] = [
                  uint64 tick\nfloat32[<=8] spectrum\nuint16[] counts\nbool held\nfloat64 commanded_force_n\nfloat64 time_s\n\
                  string[] notes\nuint8 limiters\n",
     },
-    // Fields behind ours whose type is defined elsewhere.
+    // Fields of ours behind one whose type is defined further down.
     Layout {
         name: "other-types-behind",
         topic: TICK,
@@ -253,12 +253,7 @@ impl Layout {
             applied_force_n: axes("applied_force_n", ""),
             contact_force_n: axes("contact_force_n", ""),
             limiters: bits("limiters"),
-            // What stands behind a type that we do not know is not found.
-            flaws: if self.name == "other-types-behind" {
-                0
-            } else {
-                bits("flaws")
-            },
+            flaws: bits("flaws"),
             observed_energy_j: axes("observed_energy_j", "")[0],
         }
     }

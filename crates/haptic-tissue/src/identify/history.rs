@@ -174,6 +174,7 @@ impl History {
         let weights = (0..columns).flat_map(|row| (0..self.nodes).map(move |m| (row, m)));
         let compressed = Self {
             weights: weights.map(|place| triangle[place]).collect(),
+            wanted: Vec::new(),
             chosen: Vec::new(),
             ..*self
         };

@@ -276,7 +276,9 @@ impl<'a> Target<'a> {
     pub(super) fn chosen(&self) -> Vec<usize> {
         match &self.rows {
             Rows::History(history) => history.chosen.clone(),
-            Rows::Step(..) | Rows::Oscillation(_) | Rows::Binned(_) => (0..self.samples()).collect(),
+            Rows::Step(..) | Rows::Oscillation(_) | Rows::Binned(_) => {
+                (0..self.samples()).collect()
+            }
         }
     }
 

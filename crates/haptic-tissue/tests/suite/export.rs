@@ -1,6 +1,7 @@
 //! Prony series of models, and their text for finite-element programs, read back.
 
-use haptic_tissue::{ExportFormat, Library, MeasuredLoading, Model, ModelKind, PronyFit};
+use haptic_tissue::{ExportFormat, Library, Material, MeasuredLoading, Model, ModelKind, PronyFit};
+use std::path::Path;
 use testkit::assert_relative;
 use testkit::tissue::model;
 
@@ -327,5 +328,54 @@ fn a_spring_has_no_card() {
         );
         assert!(text.contains("Young's modulus = 500.0 Pa"), "{text}");
         assert!(text.contains("a spring does not relax"), "{text}");
+    }
+}
+
+/// `golden/prony`: the cards of a spring-pot of Young's modulus, ν = 0.3, and E(t) of a bar of them, inverted from the Laplace domain.
+#[test]
+fn the_card_is_the_tissue_by_the_definitions_of_the_programs() {
+    const TISSUE: &str = include_str!("../golden/prony/c19-nu03.toml");
+    let tissue = Material::parse(Path::new("c19-nu03.toml"), TISSUE).expect("valid");
+    let fit = PronyFit::new(&tissue.model, 12, 1e-3, 1e3).expect("fits");
+    for (format, name, golden) in [
+        (
+            ExportFormat::Abaqus,
+            "abaqus",
+            include_str!("../golden/prony/c19-nu03.abaqus"),
+        ),
+        (
+            ExportFormat::Ansys,
+            "ansys",
+            include_str!("../golden/prony/c19-nu03.ansys"),
+        ),
+    ] {
+        let text = fit.text(format, "", &tissue.loading).expect("text");
+        // All but the title, which names the program.
+        let body = |text: &str| text.split_once('\n').expect("lines").1.to_owned();
+        assert_eq!(body(&text), body(golden));
+        let (_, claim) = text.split_once("this band: ").expect("a claim");
+        let claim: f64 = claim
+            .split(';')
+            .next()
+            .expect("a number")
+            .parse()
+            .expect("a number");
+        assert!(claim < 5e-4, "{claim}");
+        let rows = include_str!("../golden/prony/uniaxial.csv").lines();
+        let rows: Vec<Vec<f64>> = rows
+            .filter_map(|row| row.strip_prefix(name))
+            .map(|row| {
+                row[1..]
+                    .split(',')
+                    .map(|cell| cell.parse().expect("a number"))
+                    .collect()
+            })
+            .collect();
+        assert_eq!(rows.len(), 75);
+        for row in rows {
+            let want = tissue.model.relaxation_moduli(&[row[1]])[0];
+            // The last digit of the claim is rounded.
+            assert_relative(&format!("{name} {row:?}"), row[2], want, claim + 5e-7);
+        }
     }
 }

@@ -4,11 +4,11 @@
 mod cases;
 mod contact;
 mod fits;
+mod fits;
 mod golden;
 mod history;
 mod indentation;
 mod layouts;
-mod fits;
 mod least;
 mod master;
 mod meaning;
@@ -17,8 +17,8 @@ mod records;
 mod recovery;
 mod replicates;
 mod stiffening;
-mod troubled;
 mod table;
+mod troubled;
 
 use haptic_tissue::ModelKind;
 use haptic_tissue::identify::{Identification, Options, Record, identify};

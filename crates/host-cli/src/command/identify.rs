@@ -99,7 +99,8 @@ fn held(text: &str) -> Result<Held, String> {
 /// Fits fractional models, reports how certain each parameter is and which model the record
 /// supports, and writes a tissue file for relax --tissue.
 ///
-/// DATA is CSV or TSV with a header, or a log (*.mcap). Known headers: `time_s`,
+/// DATA is CSV or TSV with a header, or a log (*.mcap); of a log that somebody else wrote --columns
+/// names fields, as in force=/topic.field. Known headers: `time_s`,
 /// `relaxation_modulus_pa`, `creep_compliance_per_pa`, strain, `stress_pa`, `force_n`,
 /// `position_m`, `omega_rad_s`, `storage_modulus_pa`, `loss_modulus_pa`, and those of rheometers
 /// and testing machines, such as Time [s], G' (kPa), Storage Modulus, Depth (mm). What stands

@@ -1,5 +1,6 @@
 //! `log`: look into a log, verify it, save what a cut one holds, turn it into CSV or a picture.
 
+use crate::mcap;
 use crate::output::Output;
 use crate::picture_file;
 use clap::{Args, Subcommand};
@@ -7,7 +8,7 @@ use haptic_experiment::Failure;
 use haptic_experiment::judge::Decimated;
 use haptic_figure::{FigureError, MotionFigure, MotionRow, Picture, PlaneFigure};
 use haptic_log::record::{
-    Entry, LogFiles, LogSummary, PerAxis, RECOVERED, RecordError, TickMessage, export_csv,
+    Entry, LogFiles, LogSummary, PerAxis, RECOVERED, RecordError, TickMessage, Topic, export_csv,
     export_csv_to, inspect, recover,
 };
 use serde_json::json;
@@ -38,9 +39,14 @@ pub(crate) enum Command {
     /// Copy a log of an earlier version, which has no index beyond 1.8 h, into one with an index
     #[command(after_help = "Example: host-cli log index day.mcap day-indexed.mcap")]
     Index(Copied),
-    /// Turn a log into CSV, one row per tick
+    /// Turn a log into CSV, one row per tick, or per message of a topic that somebody else wrote
     #[command(after_help = "Example: host-cli log export results/relax-0001/relax.mcap ticks.csv")]
-    Export(Copied),
+    Export {
+        #[command(flatten)]
+        copy: Copied,
+        #[command(flatten)]
+        others: Others,
+    },
     /// Draw positions and forces of a log against time
     #[command(
         after_help = "Example: host-cli log plot results/relax-0001/relax.mcap --out pictures"
@@ -54,7 +60,17 @@ pub(crate) enum Command {
         /// Replace earlier pictures
         #[arg(long)]
         overwrite: bool,
+        #[command(flatten)]
+        others: Others,
     },
+}
+
+/// What is taken of a log that somebody else wrote.
+#[derive(Debug, Args)]
+pub(crate) struct Others {
+    /// Of a log of others: a topic or some of its columns, as in /wrench or /wrench.force.x,/wrench.force.y
+    #[arg(long, value_name = "NAMES", value_delimiter = ',')]
+    columns: Vec<String>,
 }
 
 /// A log, and the file that is made of it.
@@ -82,12 +98,16 @@ impl Command {
             Self::Check { log } => check(&log, output),
             Self::Recover(copy) => saved(copy, "recovered.mcap", output),
             Self::Index(copy) => saved(copy, "indexed.mcap", output),
-            Self::Export(copy) => {
+            Self::Export { copy, others } => {
+                let topic = others.topic(&copy.log)?;
                 if copy.target.as_deref() == Some(Path::new("-")) {
-                    return export_to_output(&copy.log, copy.overwrite, output);
+                    return export_to_output(&copy.log, topic, copy.overwrite, output);
                 }
                 let target = target_of(copy.target, copy.out.as_deref(), &copy.log, "ticks.csv")?;
-                let done = export_csv(&copy.log, &target, copy.overwrite)?;
+                let done = match topic {
+                    Some(topic) => topic.export_csv(&target, copy.overwrite)?,
+                    None => export_csv(&copy.log, &target, copy.overwrite)?,
+                };
                 let complete = done.condition.complete;
                 let csv = target.display().to_string();
                 output.summary(&json!({
@@ -101,7 +121,11 @@ impl Command {
                 log,
                 out,
                 overwrite,
-            } => plot(&log, out.as_deref(), overwrite, output),
+                others,
+            } => {
+                let stem = target_of(None, out.as_deref(), &log, "log")?;
+                plot(&log, &stem, others.topic(&log)?, overwrite, output)
+            }
         }
     }
 }
@@ -115,14 +139,24 @@ fn saved(copy: Copied, ending: &str, output: Output) -> Result<(), Failure> {
 }
 
 /// The rows on standard output.
-fn export_to_output(log: &Path, overwrite: bool, output: Output) -> Result<(), Failure> {
+fn export_to_output(
+    log: &Path,
+    topic: Option<Topic>,
+    overwrite: bool,
+    output: Output,
+) -> Result<(), Failure> {
     if overwrite || output.json {
         return Err(Failure::bad_input(
             "`-` puts the CSV on standard output: omit --overwrite and --json",
         ));
     }
     let out = io::BufWriter::new(io::stdout().lock());
-    match export_csv_to(log, out, Path::new("standard output")) {
+    let name = Path::new("standard output");
+    let done = match topic {
+        Some(topic) => topic.write_csv(out, name),
+        None => export_csv_to(log, out, name),
+    };
+    match done {
         Ok(done) => require_complete(done.condition.complete, log, "-"),
         Err(RecordError::Csv { source, .. }) if is_broken_pipe(&source) => Ok(()),
         // Unlike a file, what was written stays.
@@ -162,6 +196,55 @@ fn target_of(
     Ok(folder.join(name))
 }
 
+impl Others {
+    /// The topic that was asked for, or the one of a log without ticks.
+    fn topic(&self, log: &Path) -> Result<Option<Topic>, Failure> {
+        let names: Vec<&str> = self.columns.iter().map(String::as_str).collect();
+        if names.is_empty() && mcap::is_ours(log)? {
+            return Ok(None);
+        }
+        mcap::chosen(log, &names).map(Some)
+    }
+}
+
+/// Columns of a topic that one picture holds.
+const PANELS: usize = 6;
+
+/// Each column of a topic in a panel of its own.
+fn draw_topic(title: &str, topic: &Topic) -> Result<Drawn, Failure> {
+    let (time, columns) = topic.columns.split_at(1);
+    if columns.len() > PANELS {
+        let (name, count) = (&topic.name, columns.len());
+        let some = format!("give --columns some of them, as in {name}.{}", columns[0].0);
+        return Err(Failure::bad_input(format_args!(
+            "{name} has {count} columns, and a picture has room for {PANELS}: {some}"
+        )));
+    }
+    let mut shown = Decimated::<PANELS>::new(DENSE);
+    for (row, &time_s) in time[0].1.iter().enumerate() {
+        let at = |n: usize| columns.get(n).map_or(f64::NAN, |(_, column)| column[row]);
+        shown.add(time_s, std::array::from_fn(at));
+    }
+    let (samples, time_s, curves) = shown.curves();
+    let lines: Vec<_> = curves
+        .iter()
+        .map(|curve| [("", curve.as_slice())])
+        .collect();
+    let rows = std::iter::zip(columns, &lines).map(|((caption, _), lines)| MotionRow {
+        caption,
+        label: "",
+        scale: 1.0,
+        lines,
+    });
+    let figure = MotionFigure {
+        title,
+        subtitle: &topic.name,
+        time_s: &time_s,
+        rows: &rows.collect::<Vec<_>>(),
+    };
+    Ok((samples, topic.condition.complete, figure.draw()))
+}
+
 /// Exit code 4 for a file made of a cut log: it holds all there is, but not all there was.
 fn require_complete(complete: bool, log: &Path, made: &str) -> Result<(), Failure> {
     match complete {
@@ -188,7 +271,31 @@ fn check(log: &Path, output: Output) -> Result<(), Failure> {
     }
 }
 
-fn plot(log: &Path, out: Option<&Path>, overwrite: bool, output: Output) -> Result<(), Failure> {
+fn plot(
+    log: &Path,
+    stem: &Path,
+    topic: Option<Topic>,
+    overwrite: bool,
+    output: Output,
+) -> Result<(), Failure> {
+    let title = log.file_name().unwrap_or_default().to_string_lossy();
+    let (samples, complete, picture) = match topic {
+        Some(topic) => draw_topic(&title, &topic)?,
+        None => draw_ticks(&title, log)?,
+    };
+    let figure = picture_file::save(picture, stem, overwrite)?;
+    output.summary(&json!({
+        "samples": samples,
+        "complete": complete,
+        "figure": figure,
+    }))?;
+    require_complete(complete, log, &figure)
+}
+
+/// Samples, whether they are all, and their picture.
+type Drawn = (u64, bool, Result<Picture, FigureError>);
+
+fn draw_ticks(title: &str, log: &Path) -> Result<Drawn, Failure> {
     let mut reader = LogFiles::open(log)?;
     let (mut shown, mut axes) = (Decimated::new(DENSE), 1);
     let mut conditions = Vec::new();
@@ -210,20 +317,9 @@ fn plot(log: &Path, out: Option<&Path>, overwrite: bool, output: Output) -> Resu
     if !complete {
         conditions.push("cut off or damaged: what could be read".to_owned());
     }
-    let stem = target_of(None, out, log, "log")?;
-    let title = log.file_name().unwrap_or_default().to_string_lossy();
     let (samples, time_s, curves) = shown.curves();
-    let figure = picture_file::save(
-        draw(&title, &conditions.join("  ·  "), axes, &time_s, &curves),
-        &stem,
-        overwrite,
-    )?;
-    output.summary(&json!({
-        "samples": samples,
-        "complete": complete,
-        "figure": figure,
-    }))?;
-    require_complete(complete, log, &figure)
+    let picture = draw(title, &conditions.join("  ·  "), axes, &time_s, &curves);
+    Ok((samples, complete, picture))
 }
 
 /// Samples of which each is drawn; of more the extremes.

@@ -6,8 +6,10 @@ use crate::table;
 use clap::Args;
 use fracdiff::batch::uneven;
 use fracdiff::full_memory::Kernel;
+use fracdiff::scheme::DEFAULT_TOLERANCE;
 use fracdiff::{Channel, Operator, Order, Scheme, SchemeError, Seconds, grunwald_weights};
 use haptic_experiment::{Failure, parameters};
+use haptic_tissue::identify::table::Signal;
 use serde_json::json;
 use std::io;
 use std::path::{Path, PathBuf};
@@ -73,12 +75,13 @@ pub(crate) struct Differintegrate {
     /// Order mu, -2 to 2: positive differentiates, negative integrates
     #[arg(long, value_parser = order())]
     order: Order,
-    /// Time between two rows; uneven times count as they are, with `piecewise-linear`
+    /// Time between two rows [default: as the table says]
     #[arg(long, value_name = "TIME", value_parser = quantity("_s", parameters::SAMPLE_TIME.range()))]
-    sample_time: f64,
-    /// Fractional operator, see `host-cli --help`; here `exact` sums the whole history
-    #[arg(long, value_parser = parse_scheme, default_value = "full")]
-    scheme: Scheme,
+    sample_time: Option<f64>,
+    /// Fractional operator, see `host-cli --help`; here `exact` sums the whole history [default:
+    /// full; piecewise-linear where the times are uneven, which it takes as they are]
+    #[arg(long, value_parser = parse_scheme)]
+    scheme: Option<Scheme>,
     /// Subtract the first value: the Caputo derivative, for an order above 0 and at most 1
     #[arg(long)]
     caputo: bool,
@@ -93,8 +96,6 @@ impl Differintegrate {
     /// Runs the command. The whole input is read and checked before anything is printed.
     pub(crate) fn run(self, output: Output) -> Result<(), Failure> {
         let mu = self.order;
-        let t = Seconds(self.sample_time);
-        rate(t, mu)?;
         let path = self.file.as_deref().unwrap_or(Path::new("-"));
         if self.caputo && !(mu.get() > 0.0 && mu.get() <= 1.0) {
             return Err(Failure::bad_input(format_args!(
@@ -102,39 +103,44 @@ impl Differintegrate {
             )));
         }
         let signal = table::signal(path, &self.column)?;
+        let t = self.step(path, &signal)?;
+        rate(t, mu)?;
         let off = table::uneven_row(path, &signal, t.0)?;
         let x = signal.x;
         let reference = if self.caputo { x[0] } else { 0.0 };
-        let kernel = Kernel::PiecewiseLinear;
-        let takes_uneven = matches!(self.scheme, Scheme::Full { kernel: k, .. } if k == kernel);
-        let y = match (off, &signal.time_s) {
-            (Some(_), Some(time_s)) if takes_uneven => {
-                if x.len() > UNEVEN_AT_ONCE {
-                    let seconds = (x.len() as f64 / UNEVEN_AT_ONCE as f64).powi(2);
-                    note(
-                        "note",
-                        format_args!("the times are uneven, so this takes about {seconds:.0} s"),
+        let times = off.zip(signal.time_s);
+        let kernel = match times {
+            None => Kernel::Grunwald,
+            Some(_) => Kernel::PiecewiseLinear,
+        };
+        let tolerance = DEFAULT_TOLERANCE;
+        let scheme = self.scheme.unwrap_or(Scheme::Full { kernel, tolerance });
+        let y = match times {
+            None => differintegrate(scheme, mu, t, &x, reference).map_err(Failure::input)?,
+            Some((row, time_s)) => {
+                let is_lines = matches!(
+                    scheme,
+                    Scheme::Full {
+                        kernel: Kernel::PiecewiseLinear,
+                        ..
+                    }
+                );
+                let line = signal.lines[row];
+                if !is_lines || mu.get() >= 1.0 {
+                    return Err(table::wrong(
+                        path,
+                        format_args!(
+                            "the times are uneven, most of all at line {line}, and {scheme} of order {mu} needs even ones: give --scheme piecewise-linear, for an order below 1, or resample the table"
+                        ),
+                    ));
+                }
+                if self.scheme.is_none() {
+                    let what = format!(
+                        "the times are uneven, most of all at line {line}: straight lines between the rows (piecewise-linear)"
                     );
+                    output.warn(&what);
                 }
-                if mu.get() > 0.0 && (x[0] - reference).abs() > 0.0 {
-                    return Err(Failure::bad_input(format_args!(
-                        "the signal jumps from 0 to {} in its first row, where its derivative is infinite: give --caputo, or begin the table at 0",
-                        x[0]
-                    )));
-                }
-                uneven(mu, time_s, &x, reference).map_err(Failure::input)?
-            }
-            (Some(row), _) => {
-                return Err(table::wrong(
-                    path,
-                    format_args!(
-                        "the times are uneven, most of all at line {}, and {} needs even ones: give --scheme piecewise-linear, for an order below 1, or resample the table",
-                        signal.lines[row], self.scheme
-                    ),
-                ));
-            }
-            (None, _) => {
-                differintegrate(self.scheme, mu, t, &x, reference).map_err(Failure::input)?
+                as_they_are(mu, &time_s, &x, reference)?
             }
         };
         if let Some(n) = y.iter().position(|y| !y.is_finite()) {
@@ -145,8 +151,9 @@ impl Differintegrate {
         }
         let result = json!({
             "order": mu.get(),
-            "scheme": self.scheme.to_string(),
-            "sample_time_s": t.0,
+            "scheme": scheme.to_string(),
+            // Null of uneven times.
+            "sample_time_s": off.is_none().then_some(t.0),
             "x": x,
             "y": y,
         });
@@ -161,6 +168,35 @@ impl Differintegrate {
     }
 }
 
+impl Differintegrate {
+    /// The time between two rows, as it was given, else as the table has it, on the whole.
+    fn step(&self, path: &Path, signal: &Signal) -> Result<Seconds, Failure> {
+        let time_s = signal.time_s.as_deref().unwrap_or_default();
+        let step = match time_s {
+            [first, .., last] => Some((last - first) / (time_s.len() - 1) as f64),
+            _ => None,
+        };
+        let step = self.sample_time.or(step).map(Seconds);
+        step.ok_or_else(|| table::wrong(path, "there are no times in it: give --sample-time"))
+    }
+}
+
+/// D^μ of x − reference at uneven times.
+fn as_they_are(mu: Order, time_s: &[f64], x: &[f64], reference: f64) -> Result<Vec<f64>, Failure> {
+    if x.len() > UNEVEN_AT_ONCE {
+        let seconds = 2.0 * (x.len() as f64 / UNEVEN_AT_ONCE as f64).powi(2);
+        let what = format_args!("the times are uneven, so this takes about {seconds:.0} s");
+        note("note", what);
+    }
+    if mu.get() > 0.0 && (x[0] - reference).abs() > 0.0 {
+        return Err(Failure::bad_input(format_args!(
+            "the signal jumps from 0 to {} in its first row, where its derivative is infinite: give --caputo, or begin the table at 0",
+            x[0]
+        )));
+    }
+    uneven(mu, time_s, x, reference).map_err(Failure::input)
+}
+
 /// The error of the system below one of the table writer, so that a full disk or a closed pipe is known as such.
 fn as_io(error: csv::Error) -> io::Error {
     let kind = error.into_kind();
@@ -170,7 +206,7 @@ fn as_io(error: csv::Error) -> io::Error {
     io::Error::other(format!("{kind:?}"))
 }
 
-/// So many samples at uneven times take about a second.
+/// So many samples at uneven times take one or two seconds.
 const UNEVEN_AT_ONCE: usize = 10_000;
 
 /// Memories of more samples than this are summed by FFT, all at once: from here on that is faster.

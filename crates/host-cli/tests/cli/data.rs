@@ -106,9 +106,36 @@ fn uneven_times_are_taken_as_they_are_or_refused() {
         refused.refused(2, &["uneven.csv", "uneven", "piecewise-linear", "resample"]);
     }
     let first_order = line.replace("0.5", "1");
+    for scheme in ["", "--scheme piecewise-linear"] {
+        let run = place.run(&format!("{first_order} {scheme}"));
+        run.refused(2, &["uneven.csv", "order 1 ", "below 1"]);
+    }
+    // Without an option the times are those of the table, and what was taken is told.
+    let run = place.run("differintegrate --order 0.5 uneven.csv");
+    let told = [
+        "warning: the times are uneven, most of all at line ",
+        ": straight lines between the rows (piecewise-linear)\n",
+    ];
+    assert!(
+        told.iter().all(|part| run.stderr.contains(part)),
+        "{}",
+        run.stderr
+    );
+    assert_eq!(run.table("x,y")[60][1], y);
+    let run = place
+        .run("differintegrate --order 0.5 uneven.csv --json")
+        .json();
+    assert_eq!(
+        (&run["scheme"], run["sample_time_s"].is_null()),
+        (&"piecewise-linear:1e-6".into(), true)
+    );
+    place.write("even.csv", "time_ms,x\n0,0\n2,1\n4,2\n");
+    let even = place.run("differintegrate --order 1 even.csv").succeeded();
+    assert_eq!(even.table("x,y")[2], [2.0, 500.0]);
+    place.write("none.csv", "x\n0\n1\n");
     place
-        .run(&format!("{first_order} --scheme piecewise-linear"))
-        .refused(2, &["order", "below 1"]);
+        .run("differintegrate --order 1 none.csv")
+        .refused(2, &["none.csv", "no times", "--sample-time"]);
     for (name, table, words) in [
         (
             "hole",
@@ -133,7 +160,7 @@ fn uneven_times_are_taken_as_they_are_or_refused() {
         ),
     ] {
         place.write("t.csv", format!("t,x\n{table}\n"));
-        let refused = place.run("differintegrate --order 0.5 --sample-time 1s t.csv");
+        let refused = place.run("differintegrate --order 0.5 --scheme full t.csv");
         let refused = refused.refused(2, &["t.csv", words]);
         assert!(refused.stdout.is_empty(), "{name}");
     }

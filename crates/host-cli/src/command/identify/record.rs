@@ -1,5 +1,6 @@
 //! From the file to a record.
 
+use crate::mcap;
 use crate::parse::quantity;
 use crate::table;
 use clap::Args;
@@ -51,27 +52,44 @@ impl TableArguments {
         }
         let mut listed = Vec::new();
         for path in paths {
-            if is_log(path) {
+            if self.is_ours(path)? {
                 return Err(Failure::bad_input(format_args!(
                     "{} is a log, which has no segments: omit --segments",
                     path.display()
                 )));
             }
-            let read = read_table(&table::bytes(path)?);
-            let segments = read.and_then(|table| self.reader().segments(&table));
+            let (reader, bytes) = self.opened(path)?;
+            let segments = read_table(&bytes).and_then(|table| reader.segments(&table));
             listed.extend(segments.map_err(|error| table::wrong(path, error))?);
         }
         Ok(Some(json!({"segments": listed})))
     }
 
-    fn reader(&self) -> Reader {
-        Reader {
+    /// The bytes of a table, or of a log that is read as one, and how to read them.
+    fn opened(&self, path: &Path) -> Result<(Reader, Vec<u8>), Failure> {
+        let mut reader = Reader {
             columns: self.columns.clone(),
             units: self.units.clone(),
             from: self.from,
             to: self.to,
             segments: self.segment.clone(),
-        }
+        };
+        let names = reader.columns.iter_mut();
+        let names = names.filter_map(|(_, choice)| match choice {
+            Choice::Name(name) => Some(name),
+            Choice::Number(_) => None,
+        });
+        let bytes = table::bytes_with(path, names.collect())?;
+        Ok((reader, bytes))
+    }
+
+    /// True of a log of ours whose columns are not named: its ticks are the record.
+    fn is_ours(&self, path: &Path) -> Result<bool, Failure> {
+        let is_log = path.extension().is_some_and(|end| end == "mcap");
+        let is_topic =
+            |choice: &Choice| matches!(choice, Choice::Name(name) if name.starts_with('/'));
+        let asks = self.columns.iter().any(|(_, choice)| is_topic(choice));
+        Ok(is_log && !asks && mcap::is_ours(path)?)
     }
 
     /// The records in a file: one, or the segments that were chosen, or all.
@@ -88,19 +106,18 @@ impl TableArguments {
             )));
         }
         let mut reading = *reading;
-        let all = if is_log(path) {
+        let all = if self.is_ours(path)? {
             let said = loading_of(path, &mut reading);
             let mut columns = self.log(path, &reading.loading)?;
             columns.notes.extend(said);
             vec![columns]
         } else {
-            let mut reader = self.reader();
+            let (mut reader, bytes) = self.opened(path)?;
             if takes_all && reader.segments.is_empty() {
                 reader.segments.push("all".to_owned());
             }
-            let read = read_table(&table::bytes(path)?);
-            read.and_then(|table| reader.read_all(&table))
-                .map_err(|error| table::wrong(path, error))?
+            let read = read_table(&bytes).and_then(|table| reader.read_all(&table));
+            read.map_err(|error| table::wrong(path, error))?
         };
         let understood = all.into_iter().map(|columns| columns.record(&reading));
         let understood: Result<Vec<_>, _> = understood.collect();
@@ -137,10 +154,6 @@ impl TableArguments {
         }
         Ok(read.columns(log.condition().complete))
     }
-}
-
-fn is_log(path: &Path) -> bool {
-    path.extension().is_some_and(|end| end == "mcap")
 }
 
 /// Takes how the tissue was pressed from the document in the log, unless options say anything of it; what was taken, for people.

@@ -1,0 +1,454 @@
+//! Topics of a log as columns of numbers, whoever wrote them.
+//!
+//! A column is a path into the message, as `wrench.force.x`, `position[2]` or `poses[0].x`; a truth is 0 or 1, a text is
+//! no column, and of an array its first [`ELEMENTS_MOST`] elements are. Seconds and nanoseconds side by side are one column
+//! that counts from its first value, `header.stamp_s`, which keeps the digits. `time_s` is when a message was recorded,
+//! counted from the first (`log_time_s` if the message has a `time_s` of its own); rows are in that order.
+//!
+//! | messages | definition |
+//! |---|---|
+//! | `cdr`, plain and little endian | `ros2msg` |
+//! | `ros1` | `ros1msg` |
+//! | `json` | none is needed |
+//!
+//! - *Errors*: a log without a topic of numbers, or with several of which none is named; the error lists them.
+//! - *Cost*: the file is read once; eight bytes of memory for each number.
+
+use super::message::{Item, LogMessage as _, Packing};
+use super::{Condition, ExportSummary, Leftover, LogFiles, NewFile, RecordError, TickMessage};
+use mcap::records::Record;
+use serde_json::Value;
+use std::collections::{BTreeMap, HashMap};
+use std::io::{BufWriter, Write};
+use std::path::Path;
+
+/// The layout of a message, with the number of each field.
+type Layout = super::message::Layout<usize>;
+
+/// Elements of an array that are columns: of a picture or a scan nobody wants each.
+const ELEMENTS_MOST: usize = 64;
+
+/// Bytes behind the last field that some writers leave: they fill up to a multiple of four.
+const PADDING_MOST: usize = 3;
+
+/// A topic as columns of numbers, all of one length.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Topic {
+    /// The name of the topic.
+    pub name: String,
+    /// Columns by their names, that of the recording first; NaN where a message has no such field.
+    pub columns: Vec<(String, Vec<f64>)>,
+    /// One sentence for each thing that was left out.
+    pub notes: Vec<String>,
+    /// Condition of the log.
+    pub condition: Condition,
+}
+
+impl Topic {
+    /// The topic of these columns, which are named as `/topic.field`; without a topic among the names, our ticks, or the
+    /// one topic that has numbers.
+    ///
+    /// # Errors
+    /// If the log cannot be read, has no such topic, or has several and none is named.
+    pub fn read(path: &Path, names: &[&str]) -> Result<Self, RecordError> {
+        let mut log = LogFiles::open(path)?;
+        log.reader.topics = Some(Topics::default());
+        log.by_ref().try_for_each(|entry| entry.map(drop))?;
+        let mut rows = log.reader.topics.take().unwrap_or_default().rows;
+        let is_named = |topic: &str| {
+            let rest = names.iter().filter_map(|name| name.strip_prefix(topic));
+            rest.into_iter()
+                .any(|rest| rest.is_empty() || rest.starts_with('.'))
+        };
+        let asks = names.iter().any(|name| name.starts_with('/'));
+        let is_wanted = |(topic, rows): &(&String, &Rows)| match asks {
+            true => is_named(topic),
+            false => !rows.columns.is_empty(),
+        };
+        let mut wanted: Vec<&String> = rows
+            .iter()
+            .filter(is_wanted)
+            .map(|(name, _)| name)
+            .collect();
+        if !asks {
+            // Beside ours, nobody means another.
+            let ticks = wanted.iter().position(|name| *name == TickMessage::TOPIC);
+            wanted = ticks.map_or(wanted.clone(), |ticks| vec![wanted[ticks]]);
+        }
+        let why = match (&wanted[..], asks) {
+            ([name], _) if !rows[*name].columns.is_empty() => "",
+            ([], false) => "has no topic of numbers",
+            ([], true) => "has no topic of that name",
+            ([_], _) => "has no numbers in that topic",
+            (_, false) => "has several topics",
+            (_, true) => "has times of its own in each topic, and the columns are of several",
+        };
+        if !why.is_empty() {
+            return Err(RecordError::Topics {
+                path: path.to_owned(),
+                why,
+                topics: rows
+                    .iter()
+                    .map(|(name, rows)| rows.describe(name))
+                    .collect(),
+            });
+        }
+        let name = wanted[0].clone();
+        let condition = log.condition();
+        let rows = rows.remove(&name).unwrap_or_default();
+        Ok(Self {
+            notes: rows.notes(),
+            columns: rows.columns(),
+            name,
+            condition,
+        })
+    }
+
+    /// Number of its messages.
+    fn rows(&self) -> usize {
+        self.columns.first().map_or(0, |(_, column)| column.len())
+    }
+
+    /// A header, and a line for each message; what is no number is an empty cell. `name` is that of the sink in messages.
+    ///
+    /// # Errors
+    /// If the sink fails.
+    pub fn write_csv(&self, sink: impl Write, name: &Path) -> Result<ExportSummary, RecordError> {
+        let write = || -> csv::Result<()> {
+            let mut csv = csv::Writer::from_writer(sink);
+            csv.write_record(self.columns.iter().map(|(name, _)| name))?;
+            for row in 0..self.rows() {
+                let cells = self.columns.iter().map(|(_, column)| column[row]);
+                let shown = |cell: f64| (!cell.is_nan()).then(|| cell.to_string());
+                csv.write_record(cells.map(|cell| shown(cell).unwrap_or_default()))?;
+            }
+            Ok(csv.flush()?)
+        };
+        write().map_err(|source| RecordError::Csv {
+            path: name.to_owned(),
+            source,
+        })?;
+        Ok(ExportSummary {
+            rows: self.rows() as u64,
+            condition: self.condition.clone(),
+        })
+    }
+
+    /// The same into the new file `target`.
+    ///
+    /// # Errors
+    /// If the target exists without `overwrite` or cannot be written.
+    pub fn export_csv(&self, target: &Path, overwrite: bool) -> Result<ExportSummary, RecordError> {
+        let (new_file, file) = NewFile::create(target, Leftover::Discard, overwrite)?;
+        let summary = self.write_csv(BufWriter::new(file), target)?;
+        new_file.publish()?;
+        Ok(summary)
+    }
+}
+
+/// How to read the messages of a channel.
+#[derive(Debug)]
+enum Decoder {
+    /// The layout, and the names of its numbers.
+    Ros(Layout, Vec<String>, Packing),
+    Json,
+}
+
+impl Decoder {
+    /// By the encoding of the messages, and by that of their definition; else why they are not read.
+    fn of(encoding: &str, (language, definition): &(String, String)) -> Result<Self, String> {
+        let packing = match (encoding, language.as_str()) {
+            ("json", _) => return Ok(Self::Json),
+            ("cdr", "ros2msg") => Packing::Cdr,
+            ("ros1", "ros1msg") => Packing::Dense,
+            _ => return Err(format!("{encoding:?} defined by {language:?} is not read")),
+        };
+        let mut names = Vec::new();
+        let layout = Layout::of(definition, |name| {
+            names.push(name.to_owned());
+            Some(names.len() - 1)
+        });
+        Ok(Self::Ros(layout, names, packing))
+    }
+
+    /// The numbers of a message with their names, and true if elements of an array were left out.
+    fn numbers(&self, bytes: &[u8]) -> Result<(Vec<(String, f64)>, bool), String> {
+        let (mut numbers, mut is_long) = (Vec::new(), false);
+        match self {
+            Self::Ros(layout, names, packing) => {
+                let rest = layout.read_padded(bytes, *packing, |slot, places, item| {
+                    let Item::Number(number) = item else { return };
+                    match places.iter().all(|&place| place < ELEMENTS_MOST) {
+                        true => numbers.push((numbered(&names[slot], places), number.to_f64())),
+                        false => is_long = true,
+                    }
+                });
+                let rest = rest.map_err(|error| error.to_string())?;
+                if rest > PADDING_MOST {
+                    return Err(format!("{rest} bytes follow the last field of a message"));
+                }
+            }
+            Self::Json => {
+                let value = serde_json::from_slice(bytes).map_err(|error| error.to_string())?;
+                flatten(String::new(), &value, &mut numbers, &mut is_long);
+            }
+        }
+        Ok((numbers, is_long))
+    }
+}
+
+/// `poses[].x` with the places of its elements; that of the last array stands behind the name.
+fn numbered(path: &str, places: &[usize]) -> String {
+    let mut parts = path.split("[]");
+    let first = parts.next().unwrap_or_default().to_owned();
+    places.iter().fold(first, |name, place| {
+        format!("{name}[{place}]{}", parts.next().unwrap_or_default())
+    })
+}
+
+fn flatten(path: String, value: &Value, numbers: &mut Vec<(String, f64)>, is_long: &mut bool) {
+    match value {
+        Value::Number(number) => numbers.push((path, number.as_f64().unwrap_or(f64::NAN))),
+        Value::Bool(truth) => numbers.push((path, f64::from(u8::from(*truth)))),
+        Value::Null | Value::String(_) => {}
+        Value::Array(elements) => {
+            *is_long |= elements.len() > ELEMENTS_MOST;
+            for (place, element) in elements.iter().take(ELEMENTS_MOST).enumerate() {
+                flatten(format!("{path}[{place}]"), element, numbers, is_long);
+            }
+        }
+        Value::Object(fields) => {
+            let dot = if path.is_empty() { "" } else { "." };
+            for (name, field) in fields {
+                flatten(format!("{path}{dot}{name}"), field, numbers, is_long);
+            }
+        }
+    }
+}
+
+/// All messages of a log, as they come.
+#[derive(Debug, Default)]
+pub(super) struct Topics {
+    /// Language and text of the definitions, by their number.
+    schemas: BTreeMap<u16, (String, String)>,
+    /// Topic and decoder of the channels, by their number.
+    channels: BTreeMap<u16, (String, Result<Decoder, String>)>,
+    rows: BTreeMap<String, Rows>,
+}
+
+impl Topics {
+    #[expect(
+        clippy::wildcard_enum_match_arm,
+        reason = "of the records of others, these are the ones that matter here"
+    )]
+    pub(super) fn take(&mut self, record: &Record<'_>) {
+        match record {
+            Record::Schema { header, data } => {
+                let definition = String::from_utf8_lossy(data).into_owned();
+                let schema = (header.encoding.clone(), definition);
+                self.schemas.insert(header.id, schema);
+            }
+            Record::Channel(channel) => {
+                let none = (String::new(), String::new());
+                let schema = self.schemas.get(&channel.schema_id).unwrap_or(&none);
+                let decoder = Decoder::of(&channel.message_encoding, schema);
+                let channel_of = (channel.topic.clone(), decoder);
+                self.channels.insert(channel.id, channel_of);
+            }
+            Record::Message { header, data } => {
+                if let Some((topic, decoder)) = self.channels.get(&header.channel_id) {
+                    let numbers = decoder.as_ref().map_err(String::clone);
+                    let numbers = numbers.and_then(|decoder| decoder.numbers(data));
+                    let rows = self.rows.entry(topic.clone()).or_default();
+                    rows.take(header.log_time, numbers);
+                }
+            }
+            _ => {}
+        }
+    }
+}
+
+/// The messages of a topic.
+#[derive(Debug, Default)]
+struct Rows {
+    log_times_ns: Vec<u64>,
+    columns: Vec<(String, Vec<f64>)>,
+    places: HashMap<String, usize>,
+    /// Messages that were not read, and why the last was not.
+    refused: Option<(u64, String)>,
+    /// Elements of an array were left out.
+    is_long: bool,
+}
+
+impl Rows {
+    fn take(&mut self, log_time_ns: u64, numbers: Result<(Vec<(String, f64)>, bool), String>) {
+        let row = self.log_times_ns.len();
+        let (numbers, is_long) = match numbers {
+            Ok(numbers) => numbers,
+            Err(why) => {
+                let before = self.refused.take().map_or(0, |(count, _)| count);
+                self.refused = Some((before + 1, why));
+                return;
+            }
+        };
+        self.is_long |= is_long;
+        self.log_times_ns.push(log_time_ns);
+        for (name, number) in numbers {
+            let place = *self.places.entry(name).or_insert_with_key(|name| {
+                self.columns.push((name.clone(), Vec::new()));
+                self.columns.len() - 1
+            });
+            let column = &mut self.columns[place].1;
+            column.resize(row, f64::NAN);
+            column.push(number);
+        }
+    }
+
+    /// For a person who has to choose.
+    fn describe(&self, topic: &str) -> String {
+        const NAMED: usize = 8;
+        let columns = self.columns();
+        let mut names: Vec<&str> = columns[1..].iter().map(|(name, _)| name.as_str()).collect();
+        if names.len() > NAMED {
+            names.truncate(NAMED);
+            names.push("…");
+        }
+        let read = format!("{} messages: {}", self.log_times_ns.len(), names.join(", "));
+        match &self.refused {
+            Some((count, why)) if names.is_empty() => format!("{topic} ({count} messages: {why})"),
+            _ if names.is_empty() => format!("{topic} (without numbers)"),
+            _ => format!("{topic} ({read})"),
+        }
+    }
+
+    fn notes(&self) -> Vec<String> {
+        let refused = self.refused.as_ref();
+        let refused = refused.map(|(count, why)| format!("{count} messages omitted: {why}"));
+        let long = format!("of arrays their first {ELEMENTS_MOST} elements are taken");
+        let notes = [refused, self.is_long.then_some(long)];
+        notes.into_iter().flatten().collect()
+    }
+
+    /// All of one length, in the order of time.
+    fn columns(&self) -> Vec<(String, Vec<f64>)> {
+        let mut order: Vec<usize> = (0..self.log_times_ns.len()).collect();
+        order.sort_by_key(|&row| self.log_times_ns[row]);
+        let first_ns = order.first().map_or(0, |&row| self.log_times_ns[row]);
+        // Divided, 5.5 ms has no digits beyond those that it had.
+        let time = (order.iter()).map(|&row| (self.log_times_ns[row] - first_ns) as f64 / 1e9);
+        let own = self.places.contains_key("time_s");
+        let name = if own { "log_time_s" } else { "time_s" };
+        let mut columns = vec![(name.to_owned(), time.collect())];
+        for (name, column) in &self.columns {
+            let at = |row: &usize| column.get(*row).copied().unwrap_or(f64::NAN);
+            columns.push((name.clone(), order.iter().map(at).collect()));
+        }
+        join_stamps(&columns)
+    }
+}
+
+/// Seconds and nanoseconds side by side become one column, counted from its first value: `f64` has no room for both.
+fn join_stamps(columns: &[(String, Vec<f64>)]) -> Vec<(String, Vec<f64>)> {
+    const SECONDS: [&str; 3] = ["sec", "secs", "seconds"];
+    const REST: [&str; 4] = ["nanosec", "nsec", "nsecs", "nanos"];
+    let beside = |stamp: &str, parts: &[&str]| {
+        let mut names = parts.iter().map(|part| format!("{stamp}.{part}"));
+        names.find_map(|name| columns.iter().find(|(other, _)| *other == name))
+    };
+    let joined = columns.iter().filter_map(|(name, numbers)| {
+        let (stamp, part) = name.rsplit_once('.').unwrap_or_default();
+        if REST.contains(&part) && beside(stamp, &SECONDS).is_some() {
+            return None;
+        }
+        let rest = beside(stamp, &REST).filter(|_| SECONDS.contains(&part));
+        let Some((_, rest)) = rest else {
+            return Some((name.clone(), numbers.clone()));
+        };
+        let pairs = || std::iter::zip(numbers, rest);
+        let first = pairs().find(|(s, ns)| (*s + *ns).is_finite());
+        let (s0, ns0) = first.unwrap_or((&0.0, &0.0));
+        let time = pairs().map(|(s, ns)| (1e9 * (s - s0) + (ns - ns0)) / 1e9);
+        Some((format!("{stamp}_s"), time.collect()))
+    });
+    joined.collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn ros(definition: &str, packing: [&str; 2]) -> Decoder {
+        let schema = (packing[1].to_owned(), definition.to_owned());
+        Decoder::of(packing[0], &schema).expect("is read")
+    }
+
+    const CDR: [&str; 2] = ["cdr", "ros2msg"];
+
+    #[test]
+    fn a_definition_without_end_or_bytes_ends() {
+        let rule = "=".repeat(80);
+        // A type that holds itself, twice; a thousand million elements of nothing.
+        let definitions = [
+            format!("A a\n{rule}\nMSG: A\nA b\nA c\n"),
+            format!("A[1000000000] a\n{rule}\nMSG: A\nuint8[0] b\n"),
+            "uint8[] a".to_owned(),
+            "uint8[4000000000] a".to_owned(),
+        ];
+        for definition in definitions {
+            let decoder = ros(&definition, CDR);
+            let numbers = decoder.numbers(&[0, 1, 0, 0, 255, 255, 255, 255]);
+            assert!(
+                numbers.is_ok_and(|(numbers, _)| numbers.is_empty())
+                    || definition.contains("uint8"),
+                "{definition}"
+            );
+        }
+    }
+
+    #[test]
+    fn fields_of_every_type_stand_where_cdr_puts_them() {
+        let rule = "=".repeat(80);
+        let definition = format!(
+            "int8 a 5\nuint8 LIMIT=3\nfloat64 b\nstring<=8 c \"a=b\"\nlab/P[] d\nint64 e\nbool f\n{rule}\nMSG: lab/P\nint16 x\n{rule}\nMSG: lab/Q\nint8 y\n"
+        );
+        let mut bytes = vec![0, 1, 0, 0, 0xfe, 0, 0, 0, 0, 0, 0, 0];
+        bytes.extend(1.5_f64.to_le_bytes());
+        bytes.extend(b"\x03\0\0\0ab\0\0\x02\0\0\0");
+        bytes.extend([0xff, 0xff, 7, 0]);
+        bytes.extend((-9_i64).to_le_bytes());
+        // Filled up to a multiple of four.
+        bytes.extend([1, 0, 0, 0]);
+        let (numbers, is_long) = ros(&definition, CDR).numbers(&bytes).expect("reads");
+        let names = ["a", "b", "d[0].x", "d[1].x", "e", "f"].map(str::to_owned);
+        let want = std::iter::zip(names, [-2.0, 1.5, -1.0, 7.0, -9.0, 1.0]);
+        assert_eq!(numbers, want.collect::<Vec<_>>());
+        assert!(!is_long);
+        for length in 0..bytes.len() - 3 {
+            assert!(
+                ros(&definition, CDR).numbers(&bytes[..length]).is_err(),
+                "{length}"
+            );
+        }
+        bytes.extend([0; 4]);
+        let error = ros(&definition, CDR).numbers(&bytes).expect_err("too long");
+        assert!(error.contains("7 bytes follow"), "{error}");
+    }
+
+    #[test]
+    fn long_arrays_are_cut_and_that_is_told() {
+        let bytes = [&[100, 0, 0, 0][..], &[7; 100]].concat();
+        let (numbers, is_long) = ros("uint8[] a", ["ros1", "ros1msg"])
+            .numbers(&bytes)
+            .expect("reads");
+        assert_eq!((numbers.len(), is_long), (ELEMENTS_MOST, true));
+        let (numbers, is_long) = Decoder::Json
+            .numbers(b"{\"a\": [[1, 2], true], \"b\": \"3\"}")
+            .expect("reads");
+        let names: Vec<&str> = numbers.iter().map(|(name, _)| name.as_str()).collect();
+        assert_eq!(
+            (&names[..], is_long),
+            (&["a[0][0]", "a[0][1]", "a[1]"][..], false)
+        );
+        assert!(Decoder::Json.numbers(b"{\"a\": ").is_err());
+    }
+}

@@ -1,0 +1,91 @@
+//! Records that others published, in `shared/data/public` beside the repository; its README names the sources.
+
+use crate::process::Place;
+use std::path::{Path, PathBuf};
+
+/// The folder; without it the test is skipped, as said.
+fn public() -> Option<PathBuf> {
+    let above = Path::new(env!("CARGO_MANIFEST_DIR")).ancestors();
+    let found = above
+        .map(|folder| folder.join("shared/data/public"))
+        .find(|folder| folder.is_dir());
+    if found.is_none() {
+        testkit::skip("shared/data/public is not beside the repository");
+    }
+    found
+}
+
+/// File, options, kind, samples, and the rms of the logarithms (of a motion: of the strain's unit) that must be reached, 1 % above
+/// what was found on 2026-11-26.
+const TISSUES: &str = "
+    laponite-relaxation-600.csv | - | relaxation | 26 | 0.0237
+    laponite-relaxation-1200.csv | - | relaxation | 33 | 0.0229
+    polyisoprene-13k-sweep.csv | - | oscillation | 65 | 0.2512
+    polypropylene-relaxation.csv | - | relaxation | 76 | 0.00258
+    polystyrene-relaxation-145C.csv | - | relaxation | 1799 | 0.0194
+    polystyrene-sweep-160C.csv | - | oscillation | 32 | 0.0771
+    polystyrene-creep-160C.csv | --model fractional-maxwell | creep | 3599 | 0.0104
+    rheos-sweep.csv | --columns omega=1,storage=2,loss=3 | oscillation | 9 | 0.108
+    rheos-ramp-hold.csv | --columns time=1,strain=2,stress=3 | record | 101 | 0.015
+    pyvisco-relaxations-at-temperatures.csv | --segment 1 | relaxation | 10 | 0.00486
+    pyvisco-sweeps-at-temperatures.csv | --segment 2 | oscillation | 10 | 0.0481
+    ta-ares-sweeps-at-temperatures.txt | --segment 1 | oscillation | 17 | 0.00527
+";
+
+#[test]
+fn public_records_of_tissue_are_what_their_publishers_say() {
+    let Some(folder) = public() else { return };
+    let place = Place::new();
+    for [file, options, kind, samples, rms] in testkit::table(TISSUES) {
+        let path = folder.join(&file);
+        let options = if options == "-" { "" } else { &options };
+        let run = place.run(&format!("identify {} {options} --json", path.display()));
+        assert_eq!(run.code, Some(0), "{file}: {}", run.stderr);
+        let found = run.json();
+        assert_eq!(found["kind"], *kind, "{file}");
+        assert_eq!(found["samples"].to_string(), samples, "{file}");
+        let have = ["rms_log_residual", "rms_residual_pa"];
+        let have = have.iter().find_map(|name| found[*name].as_f64());
+        let have = have.expect("a residual");
+        assert!(have <= rms.parse().expect("a number"), "{file}: {have}");
+        for (name, parameter) in found["parameters"].as_object().expect("parameters") {
+            let value = parameter["value"].as_f64().expect("a number");
+            assert!(value.is_finite() && value >= 0.0, "{file} {name}: {value}");
+        }
+    }
+}
+
+#[test]
+fn what_a_public_record_does_not_tell_is_asked_for() {
+    let Some(folder) = public() else { return };
+    let place = Place::new();
+    for [line, words] in testkit::table(
+        "
+        identify FOLDER/pyvisco-relaxations-at-temperatures.csv | 21 segments => --segment
+        identify FOLDER/pyvisco-sweeps-at-temperatures.csv | 21 segments => --segment
+        identify FOLDER/ta-ares-sweeps-at-temperatures.txt | 4 segments => 150.0 °C => --segment
+        identify FOLDER/rheos-sweep.csv | no header => --columns
+        identify FOLDER/laponite-relaxation-2400.csv | line 25 => 343.47
+        control identify FOLDER/heater-step-1.csv | Time,T1,T2,Q1,Q2 => --columns
+        ",
+    ) {
+        let line = line.replace("FOLDER", &folder.display().to_string());
+        let words: Vec<&str> = words.split(" => ").collect();
+        place.run(&line).refused(2, &words);
+    }
+}
+
+#[test]
+fn a_public_heater_does_not_grow() {
+    let Some(folder) = public() else { return };
+    let file = folder.join("heater-step-1.csv");
+    let line = format!(
+        "control identify {} --columns input=Q1,output=T1 --json",
+        file.display()
+    );
+    let found = Place::new().run(&line);
+    assert_eq!(found.code, Some(0), "{}", found.stderr);
+    let found = found.json();
+    assert!(found["fit"].as_f64().expect("a number") > 0.8, "{found}");
+    assert_ne!(found["unstable_poles"], 1, "{found}");
+}
