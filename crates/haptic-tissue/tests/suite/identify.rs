@@ -4,7 +4,6 @@
 mod cases;
 mod contact;
 mod fits;
-mod fits;
 mod golden;
 mod history;
 mod indentation;
