@@ -343,7 +343,7 @@ fn no_other_search_leaves_less_of_a_record() {
         let what = format!("{name}: {} behind {:?}", best.function, best.dead_time);
         assert_eq!(
             best.function.denominator().degree(),
-            poles.parse().expect("a number"),
+            poles.parse::<f64>().expect("a number"),
             "{what}"
         );
         let is_prompt = best.function.numerator().degree() == best.function.denominator().degree();
