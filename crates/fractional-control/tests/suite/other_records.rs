@@ -310,8 +310,8 @@ fn campaign(count: u64) {
     }
 }
 
-/// The objective and its least value of `golden/other_records.py`: c, u_p, first states, residues and direct path projected, poles and dead time from
-/// 40 starts of SciPy's `least_squares`.
+/// The objective and its least value of `golden/other_records.py`: c, `u_p`, first states, residues and direct path projected, poles and dead time from
+/// 40 starts of `SciPy`'s `least_squares`.
 #[test]
 fn no_other_search_leaves_less_of_a_record() {
     let cells = |text: &str| -> Vec<Vec<String>> {
@@ -343,7 +343,7 @@ fn no_other_search_leaves_less_of_a_record() {
         let what = format!("{name}: {} behind {:?}", best.function, best.dead_time);
         assert_eq!(
             best.function.denominator().degree(),
-            poles.parse().expect("a number"),
+            poles.parse::<f64>().expect("a number"),
             "{what}"
         );
         let is_prompt = best.function.numerator().degree() == best.function.denominator().degree();

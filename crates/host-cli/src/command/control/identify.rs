@@ -328,7 +328,7 @@ impl Arguments {
 fn start_of(record: &InputOutput, found: &Identified) -> Start {
     match record.start {
         Start::Moving if !is_whole(&found.function) => Start::Settled,
-        start => start,
+        start @ (Start::Rest | Start::Offset | Start::Settled | Start::Moving) => start,
     }
 }
 
@@ -366,7 +366,7 @@ fn begins(start: Start) -> &'static str {
 /// read with an input of the row before.
 fn reading(found: &Identified, record: &InputOutput) -> Option<String> {
     let function = &found.function;
-    let at_once = function.numerator().degree() == function.denominator().degree();
+    let at_once = function.numerator().degree() >= function.denominator().degree();
     let more = written("delay_s", record.sample_time_s());
     at_once.then(|| match found.dead_time {
         DeadTime::JustAfter(_) => format!(
