@@ -120,9 +120,10 @@ const WRONG: &str = r#"
 
 /// The columns of a measured response, and a part of what is said of it.
 const WRONG_ROWS: &str = r#"
-    omega,gain,phase_deg\n | no column of the frequency
-    omega_rad_s,gain\n | no column of the phase
-    omega_rad_s,gain,phase_deg\n1,x,3\n | line 2, column gain: "x" is not a finite number
+    omega,gain,phase_deg\n1,1,3\n2,1,3\n | no column of the frequency
+    omega_rad_s,gain\n1,1\n2,1\n | no column of the phase
+    omega_rad_s,gain,phase_deg\n1,1,3\n2,x,3\n3,1,3\n | line 3, column gain: "x" is not a finite number
+    omega_rad_s,gain,phase_deg\n | no row with numbers
     omega_rad_s,gain,phase_deg\n1,1,3\n | number of frequencies 1 is not at least 3
 "#;
 
