@@ -44,7 +44,7 @@ pub(super) struct HostSession<'a, M, const D: usize> {
     pub(super) record: Record,
     pub(super) samples_lost: u64,
     pub(super) next_tick: u64,
-    pub(super) found: Found,
+    pub(super) found: Option<Found>,
     /// The device has said that the run is over, or its newest sample that there is no force any more.
     pub(super) over: bool,
     /// The device does not answer.
@@ -81,11 +81,13 @@ impl<M: TickRecord, const D: usize> HostSession<'_, M, D> {
         let found = self.found;
         let (record, recorder, let_go) = self.let_go();
         let recorded = close(recorder, &record, let_go)?;
-        Ok(Ran {
-            preflight: found.preflight,
-            drive: found.drive,
-            ..Ran::of(record, recorded, folder)
-        })
+        let mut ran = Ran::of(record, recorded, folder);
+        match found {
+            Some(Found::Loop(verdict)) => ran.preflight = Some(verdict),
+            Some(Found::Drive(verdict)) => ran.drive = Some(verdict),
+            None => {}
+        }
+        Ok(ran)
     }
 
     /// Keeps a report in the log.
