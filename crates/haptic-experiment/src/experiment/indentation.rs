@@ -56,8 +56,8 @@ use fractional_control::Term;
 use haptic_analysis::Dynamics;
 use haptic_link::{LoopMode, Simulation};
 use haptic_loop::plant::{
-    HeldRig, IndentationRig, MassDamperConfig, RampHold, RigConfig, RigContact, RigDrive, RigServo,
-    Sensed,
+    FacingConfig, HeldRig, IndentationRig, MassDamperConfig, RampHold, RigConfig, RigContact,
+    RigDrive, RigServo, Sensed,
 };
 use haptic_loop::units::{Kilograms, Metres, NewtonSecondsPerMetre, Newtons, NewtonsPerSecond};
 use haptic_loop::{Contact as OneSided, Controller, Limits, SafetyChain, SpringDamper};
@@ -184,9 +184,9 @@ impl Indentation {
         let Some(drive) = &self.drive else {
             return Ok(None);
         };
-        drive
-            .verdict(&self.rig(), self.tissue_law(samples)?)
-            .map(Some)
+        let devices = self.rig().facing().map_err(parameter)?;
+        let verdict = drive.facing(&devices, self.load, self.tissue_law(samples)?);
+        verdict.map(Some)
     }
 
     fn rig(&self) -> RigConfig {
@@ -327,9 +327,14 @@ impl Indentation {
         let Some(devices) = self.dynamics.zip(second.dynamics) else {
             return Ok(None);
         };
-        let devices = [later(devices.0, delays_s[0]), later(devices.1, delays_s[1])];
-        let (t, tissue) = (Seconds(self.sample_time_s), self.tissue_law(samples)?);
-        let verdict = drive.facing(devices, second.contact, t, self.load, tissue)?;
+        let mut devices = [devices.0, devices.1]
+            .map(|dynamics| drive::device(&dynamics, Seconds(self.sample_time_s)));
+        for (device, delay_s) in devices.iter_mut().zip(delays_s) {
+            device.delay.0 += delay_s;
+        }
+        let contact = second.contact;
+        let devices = FacingConfig { devices, contact };
+        let verdict = drive.facing(&devices, self.load, self.tissue_law(samples)?)?;
         verdict.require_stable(self.conduct.force_unstable)?;
         Ok(Some(verdict))
     }
@@ -619,14 +624,6 @@ impl Indentation {
             controller: Some(controller),
             ..bare
         })
-    }
-}
-
-/// A device whose loop acts so many seconds later.
-const fn later(device: Dynamics, delay_s: f64) -> Dynamics {
-    Dynamics {
-        delay_s: device.delay_s + delay_s,
-        ..device
     }
 }
 

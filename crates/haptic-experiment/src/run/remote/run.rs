@@ -144,15 +144,15 @@ impl<'a, M> RemoteRun<'a, M> {
 /// A device that is configured and judged, and has no log yet.
 pub(super) struct Ready<'a, M> {
     pub link: SerialLink,
-    before: Statistics,
-    device: &'a RemoteDevice,
-    schedule: Schedule,
+    pub before: Statistics,
+    pub device: &'a RemoteDevice,
+    pub schedule: Schedule,
     start: Start,
     /// Ticks in which its force rises.
     pub rise_ticks: u64,
-    blank: &'a (dyn Fn(f64) -> M + Sync),
+    pub blank: &'a (dyn Fn(f64) -> M + Sync),
     pub metadata: BTreeMap<String, String>,
-    found: Option<Found>,
+    pub found: Option<Found>,
 }
 
 impl<M> Ready<'_, M> {
@@ -179,32 +179,25 @@ fn delay_of(link: &SerialLink, device: &RemoteDevice, schedule: Schedule) -> usi
 
 impl<'a, M: TickRecord> Ready<'a, M> {
     pub(super) fn session<const D: usize>(
-        self,
+        mut self,
         recorder: Recorder,
         partner: Option<Partner<'a>>,
     ) -> Result<HostSession<'a, M, D>, Failure> {
-        let (link, device, mut schedule) = (self.link, self.device, self.schedule);
-        let mut record = Record::with_room_for(schedule.samples)?;
+        let mut record = Record::with_room_for(self.schedule.samples)?;
         record.start = self.start;
-        record.lateness = Some(device.lateness());
-        record.served = link.is_served();
-        record.not_realtime = raised(&link, schedule);
+        record.lateness = Some(self.device.lateness());
+        record.served = self.link.is_served();
+        record.not_realtime = raised(&self.link, self.schedule);
         if partner.as_ref().is_some_and(|partner| !partner.is_drive()) {
             // Until its drive has told when it begins.
-            schedule.samples = u64::MAX;
+            self.schedule.samples = u64::MAX;
         }
         Ok(HostSession {
-            link,
-            before: self.before,
-            watchdog: device.watchdog(),
-            loop_mode: device.loop_mode,
-            schedule,
-            blank: self.blank,
+            ready: self,
             recorder,
             record,
             samples_lost: 0,
             next_tick: 0,
-            found: self.found,
             over: false,
             deaf: false,
             partner,
