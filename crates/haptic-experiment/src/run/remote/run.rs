@@ -1,6 +1,6 @@
 //! A run to be made on a connected device: looked at, configured, then handed to its session.
 
-use super::session::HostSession;
+use super::session::{HostSession, Ready};
 use crate::document::failure::Failure;
 use crate::document::named::Named;
 use crate::document::parameters::{CONTACT, CONTROLLER, LOOP, MEMORY, SAMPLE_TIME};
@@ -21,7 +21,7 @@ use crate::run::tick::TickRecord;
 use crate::run::{Ran, Supervisor, recorder};
 use fracdiff::Real;
 use haptic_analysis::Dynamics;
-use haptic_link::{AxisWorkspace, Field, Limits, LoopMode, Refusal, Statistics, WorkspaceBox};
+use haptic_link::{AxisWorkspace, Field, Limits, LoopMode, Refusal, WorkspaceBox};
 use haptic_log::record::TickMessage;
 use haptic_loop::realtime::Fallback;
 use haptic_loop::{Controller, Environment, Workspace};
@@ -139,20 +139,6 @@ impl<'a, M> RemoteRun<'a, M> {
             found,
         })
     }
-}
-
-/// A device that is configured and judged, and has no log yet.
-pub(super) struct Ready<'a, M> {
-    pub link: SerialLink,
-    pub before: Statistics,
-    pub device: &'a RemoteDevice,
-    pub schedule: Schedule,
-    start: Start,
-    /// Ticks in which its force rises.
-    pub rise_ticks: u64,
-    pub blank: &'a (dyn Fn(f64) -> M + Sync),
-    pub metadata: BTreeMap<String, String>,
-    pub found: Option<Found>,
 }
 
 impl<M> Ready<'_, M> {

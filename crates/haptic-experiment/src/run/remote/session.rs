@@ -9,14 +9,15 @@ use crate::run::preflight::Found;
 use crate::run::record::Record;
 use crate::run::recorder::Recorded;
 use crate::run::recorder::Recorder;
+use crate::run::remote::RemoteDevice;
 use crate::run::remote::partner::{Partner, Side};
-use crate::run::remote::run::Ready;
 use crate::run::remote::summary::{LinkSummary, summarise};
+use crate::run::schedule::Schedule;
 use crate::run::tick::{TickRecord, by_device, by_loop, per_axis, unknown};
 use crate::run::{Ran, Supervisor, close, tell_end};
 use fracdiff::Real;
 use haptic_link::{
-    EventKind, FaultReport, LoopMode, Refusal, Report, Request, Sample, Start, State,
+    EventKind, FaultReport, LoopMode, Refusal, Report, Request, Sample, Start, State, Statistics,
 };
 use haptic_log::record::flaw::LATE_FORCE;
 use haptic_log::record::{DRIVE_END, END, RecordError, StartTime, TickMessage};
@@ -25,11 +26,27 @@ use haptic_loop::{Controller, Device, Environment, Reading, SafeForce, StartRefu
 use haptic_remote::LinkError;
 use haptic_remote::serial::{Heard, SerialError, SerialLink};
 use nalgebra::SVector;
+use std::collections::BTreeMap;
 use std::sync::atomic::Ordering;
 use std::time::{Duration, SystemTime};
 
 /// Longest silence after a fault in which the rest is still waited for.
 const AFTER_FAULT: Duration = Duration::from_millis(200);
+
+/// A device that is configured and judged, and has no log yet.
+pub(super) struct Ready<'a, M> {
+    pub link: SerialLink,
+    pub before: Statistics,
+    pub device: &'a RemoteDevice,
+    pub schedule: Schedule,
+    pub start: crate::run::record::Start,
+    /// Ticks in which its force rises.
+    pub rise_ticks: u64,
+    /// What is known of a time without the device.
+    pub blank: &'a (dyn Fn(f64) -> M + Sync),
+    pub metadata: BTreeMap<String, String>,
+    pub found: Option<Found>,
+}
 
 /// A device that is configured, armed by nobody yet, and the log of what is to come.
 pub(super) struct HostSession<'a, M, const D: usize> {
