@@ -43,7 +43,7 @@ use crate::judge::reference::{ReferenceSeries, operator};
 use crate::judge::settling::Settling;
 use crate::run::Ran;
 use crate::run::advice::analysed;
-use crate::run::preflight::{CouplerVerdict, PreflightSubject, PreflightVerdict};
+use crate::run::preflight::{CouplerVerdict, PreflightVerdict};
 use crate::run::remote::{RemoteDevice, RemoteLaw};
 use crate::run::safety::GuardChoice;
 use crate::run::samples::Samples;
@@ -146,7 +146,7 @@ impl CouplerExperiment {
     /// What the analysis says of it on the simulated device.
     #[cfg(test)]
     pub(crate) fn look(&self) -> Result<PreflightVerdict, Failure> {
-        (self.subject(self.check()?)).verdict(self.setup.dynamics(), 0)
+        self.judge(self.check()?, self.setup.dynamics(), 0)
     }
 
     /// Refuses a loop on a device, which cannot carry it.
@@ -248,11 +248,14 @@ impl Trial for CouplerExperiment {
         analysis.and_then(|analysis| analysis.warning(guarded))
     }
 
-    fn subject(&self, samples: u64) -> impl PreflightSubject<Findings = PreflightVerdict> {
-        CouplerPreflight {
-            coupler: self,
-            samples,
-        }
+    fn judge(
+        &self,
+        samples: u64,
+        dynamics: Dynamics,
+        line: usize,
+    ) -> Result<PreflightVerdict, Failure> {
+        let judged = self.looked_at(samples, dynamics, line);
+        judged.map_err(analysed)
     }
 
     /// Only a loop on the host carries a coupler: the device renders nothing.
@@ -372,40 +375,30 @@ impl Trial for CouplerExperiment {
     }
 }
 
-/// A coupler and an object that are to be looked at.
-struct CouplerPreflight<'a> {
-    coupler: &'a CouplerExperiment,
-    samples: u64,
-}
-
-impl PreflightSubject for CouplerPreflight<'_> {
-    type Findings = PreflightVerdict;
-
-    fn verdict(&self, dynamics: Dynamics, line: usize) -> Result<PreflightVerdict, Failure> {
-        self.judge(dynamics, line).map_err(analysed)
-    }
-}
-
-impl CouplerPreflight<'_> {
-    fn judge(&self, dynamics: Dynamics, line: usize) -> Result<PreflightVerdict, AnalysisError> {
-        let law = self.coupler;
-        let t = law.setup.device.sample_time.0;
+impl CouplerExperiment {
+    fn looked_at(
+        &self,
+        samples: u64,
+        dynamics: Dynamics,
+        line: usize,
+    ) -> Result<PreflightVerdict, AnalysisError> {
+        let t = self.setup.device.sample_time.0;
         let dynamics = Dynamics {
             delay_s: dynamics.delay_s + line as f64 * t,
             ..dynamics
         };
         let path = dynamics.path(t)?;
-        let order = Order::new(1.0 - law.order.get())?;
-        let operator = LoopOperator::new(law.scheme, order, Seconds(t), horizon(self.samples))?;
+        let order = Order::new(1.0 - self.order.get())?;
+        let operator = LoopOperator::new(self.scheme, order, Seconds(t), horizon(samples))?;
         let exact = Coupler::exact(
-            law.order,
+            self.order,
             t,
-            law.coupler_damping_n_s_per_m,
-            law.coupler_spring_n_s_1_minus_mu_per_m,
+            self.coupler_damping_n_s_per_m,
+            self.coupler_spring_n_s_1_minus_mu_per_m,
         )?;
         let runs = CouplerOperator(&operator);
         let coupler = exact.with_operator(&runs, operator.memory());
-        let coupled = CoupledLoop::new(&dynamics, &exact, &law.object, &operator)?;
+        let coupled = CoupledLoop::new(&dynamics, &exact, &self.object, &operator)?;
         let stable = coupled.is_stable();
         let margin = if stable {
             coupled.gain_margin()?.map(|edge| edge.value)

@@ -42,7 +42,7 @@ use haptic_loop::units::{NewtonSecondsPerMetre, NewtonsPerMetre};
 use haptic_loop::{DepthMap, Device, Environment, Reading, SafeForce};
 pub(crate) use judge::DriveReport;
 pub(crate) use judge::{DriveJudge, drive_columns};
-pub(crate) use preflight::TissueLaw;
+pub(crate) use preflight::{TissueLaw, device};
 pub(crate) use second::{DriveSamples, tell};
 use std::convert::Infallible;
 use std::fmt::Debug;

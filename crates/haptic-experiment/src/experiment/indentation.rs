@@ -37,7 +37,7 @@ use crate::judge::preflight::{Preflight, WallContact};
 use crate::judge::{Published, Report};
 use crate::run::advice::parameter;
 use crate::run::drive_verdict::DriveVerdict;
-use crate::run::preflight::{Findings as _, PreflightRequest, PreflightSubject, note_findings};
+use crate::run::preflight::{Found, PreflightRequest, note_findings};
 use crate::run::record::{WHOLE_MOST, keeps_all};
 use crate::run::remote::{
     PairRun, RemoteDevice, RemoteLaw, RemoteRun, UnchangedLimits, blank, indentation, no_operator,
@@ -56,8 +56,8 @@ use fractional_control::Term;
 use haptic_analysis::Dynamics;
 use haptic_link::{LoopMode, Simulation};
 use haptic_loop::plant::{
-    HeldRig, IndentationRig, MassDamperConfig, RampHold, RigConfig, RigContact, RigDrive, RigServo,
-    Sensed,
+    FacingConfig, HeldRig, IndentationRig, MassDamperConfig, RampHold, RigConfig, RigContact,
+    RigDrive, RigServo, Sensed,
 };
 use haptic_loop::units::{Kilograms, Metres, NewtonSecondsPerMetre, Newtons, NewtonsPerSecond};
 use haptic_loop::{Contact as OneSided, Controller, Limits, SafetyChain, SpringDamper};
@@ -184,9 +184,9 @@ impl Indentation {
         let Some(drive) = &self.drive else {
             return Ok(None);
         };
-        drive
-            .verdict(&self.rig(), self.tissue_law(samples)?)
-            .map(Some)
+        let devices = self.rig().facing().map_err(parameter)?;
+        let verdict = drive.facing(&devices, self.load, self.tissue_law(samples)?);
+        verdict.map(Some)
     }
 
     fn rig(&self) -> RigConfig {
@@ -230,6 +230,13 @@ impl Indentation {
                 RigDrive::Force(_) => f64::NAN,
             };
             let second = self.second();
+            let look = |dynamics, line| match &self.drive {
+                Some(drive) if drive.device.is_none() => {
+                    let verdict = drive.on_device(&dynamics, self.tissue_terms());
+                    verdict.map(Found::Drive)
+                }
+                Some(_) | None => self.look(samples).proved(dynamics, line).map(Found::Loop),
+            };
             let run = RemoteRun {
                 device,
                 law: self.law(device, samples)?,
@@ -238,7 +245,7 @@ impl Indentation {
                     None => &|time_s| blank(reference(time_s)),
                     Some(_) => &|_| blank(f64::NAN),
                 },
-                preflight: None,
+                preflight: Some(&look),
                 wanted: PreflightRequest {
                     force_unstable: self.conduct.force_unstable,
                     dynamics: self.dynamics,
@@ -265,21 +272,12 @@ impl Indentation {
                         schedule,
                         request,
                     },
-                    tissue: run.looked_at_by(self.preflight(samples)),
+                    tissue: run,
                     judged: &|delays_s| self.faced(drive, second, delays_s, samples),
                 };
                 return pair.run(&mut controller, &mut holding, supervisor);
             }
-            return match &self.drive {
-                None => {
-                    (run.looked_at_by(self.preflight(samples))).run(&mut controller, supervisor)
-                }
-                Some(drive) => {
-                    let tissue = self.tissue_terms();
-                    let run = run.looked_at_by(Some(DriveLook { drive, tissue }));
-                    run.run(&mut controller, supervisor)
-                }
-            };
+            return run.run(&mut controller, supervisor);
         }
         let mut device = self.rig_behind_sensors(samples)?;
         let verdict = self.drive_verdict(samples)?;
@@ -329,9 +327,14 @@ impl Indentation {
         let Some(devices) = self.dynamics.zip(second.dynamics) else {
             return Ok(None);
         };
-        let devices = [later(devices.0, delays_s[0]), later(devices.1, delays_s[1])];
-        let (t, tissue) = (Seconds(self.sample_time_s), self.tissue_law(samples)?);
-        let verdict = drive.facing(devices, second.contact, t, self.load, tissue)?;
+        let mut devices = [devices.0, devices.1]
+            .map(|dynamics| drive::device(&dynamics, Seconds(self.sample_time_s)));
+        for (device, delay_s) in devices.iter_mut().zip(delays_s) {
+            device.delay.0 += delay_s;
+        }
+        let contact = second.contact;
+        let devices = FacingConfig { devices, contact };
+        let verdict = drive.facing(&devices, self.load, self.tissue_law(samples)?)?;
         verdict.require_stable(self.conduct.force_unstable)?;
         Ok(Some(verdict))
     }
@@ -508,16 +511,7 @@ impl Indentation {
         self.safety.on(self.force_and_rate(), true)
     }
 
-    /// The loop for the analysis: the tissue as a wall that is felt all the time. An indentation that is imposed
-    /// closes no loop.
-    fn preflight(&self, samples: u64) -> Option<Preflight<'_>> {
-        let rigid = self.contact != Contact::Compliant;
-        let imposed = matches!(self.load, RigDrive::Position(_)) && rigid;
-        // Nothing is imposed on a device: a hand presses it.
-        (!imposed || self.conduct.remote.is_some()).then(|| self.look(samples))
-    }
-
-    /// The tissue as a wall.
+    /// The loop for the analysis: the tissue as a wall that is felt all the time.
     fn look(&self, samples: u64) -> Preflight<'_> {
         let piece = &self.piece;
         let (stiffness_n_per_m, dissipation_n_s_mu_per_m) = piece.spring_and_damper();
@@ -630,28 +624,6 @@ impl Indentation {
             controller: Some(controller),
             ..bare
         })
-    }
-}
-
-/// A device whose loop acts so many seconds later.
-const fn later(device: Dynamics, delay_s: f64) -> Dynamics {
-    Dynamics {
-        delay_s: device.delay_s + delay_s,
-        ..device
-    }
-}
-
-/// A drive that moves a device, to be looked at.
-struct DriveLook<'a> {
-    drive: &'a Drive,
-    tissue: Option<[Term; 2]>,
-}
-
-impl PreflightSubject for DriveLook<'_> {
-    type Findings = DriveVerdict;
-
-    fn verdict(&self, dynamics: Dynamics, _: usize) -> Result<DriveVerdict, Failure> {
-        self.drive.on_device(&dynamics, self.tissue)
     }
 }
 

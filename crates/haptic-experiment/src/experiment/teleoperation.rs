@@ -42,7 +42,7 @@ use crate::document::reader::Table;
 use crate::judge::preflight::{Matter, Preflight, WallContact};
 use crate::run::SAMPLES;
 use crate::run::advice::parameter;
-use crate::run::preflight::{PreflightSubject, PreflightVerdict};
+use crate::run::preflight::PreflightVerdict;
 use crate::run::safety::Safety;
 use crate::run::safety::safety;
 use crate::run::schedule;
@@ -409,7 +409,7 @@ impl TeleoperationExperiment {
             return Ok(None);
         }
         let slave = Dynamics::ideal(self.slave.mass.0, self.slave.damping.0);
-        let verdict = PreflightSubject::verdict(&loops, slave, 0)?;
+        let verdict = loops.proved(slave, 0)?;
         let required = verdict.require_stable(self.conduct.force_unstable);
         required.map_err(|refusal| {
             Failure::bad_input(format_args!(

@@ -19,12 +19,13 @@ use crate::judge::Reference;
 use crate::judge::preflight::{Preflight, WallContact};
 use crate::judge::settling::Settling;
 use crate::run::Ran;
-use crate::run::preflight::{PreflightSubject, PreflightVerdict};
+use crate::run::preflight::PreflightVerdict;
 use crate::run::remote::{RemoteDevice, RemoteLaw, portable};
 use crate::run::safety::GuardChoice;
 use crate::run::safety::keys::SPEED_LIMIT;
 use crate::run::samples::Samples;
 use fracdiff::{FrequencyResponse as _, Operator, Order, Scheme};
+use haptic_analysis::Dynamics;
 use haptic_link::LoopMode;
 use haptic_loop::{Controller, Pushing};
 use haptic_tissue::Model;
@@ -198,8 +199,13 @@ impl Trial for WallExperiment {
         &mut self.setup
     }
 
-    fn subject(&self, samples: u64) -> impl PreflightSubject<Findings = PreflightVerdict> {
-        self.look(samples)
+    fn judge(
+        &self,
+        samples: u64,
+        dynamics: Dynamics,
+        line: usize,
+    ) -> Result<PreflightVerdict, Failure> {
+        self.look(samples).proved(dynamics, line)
     }
 
     fn law_there(&self, remote: &RemoteDevice, samples: u64) -> Result<RemoteLaw, Failure> {

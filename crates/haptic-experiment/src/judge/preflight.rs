@@ -20,9 +20,7 @@ use crate::document::failure::Failure;
 use crate::judge::modelled_tissue::{TissuePiece, loop_operator, memory, operator};
 use crate::judge::reference::{self, Reference, ReferenceSeries};
 use crate::run::advice::analysed;
-use crate::run::preflight::{
-    EVERY_MOTION, NO_ENERGY, NOT_PROVED, PreflightSubject, PreflightVerdict,
-};
+use crate::run::preflight::{EVERY_MOTION, NO_ENERGY, NOT_PROVED, PreflightVerdict};
 use crate::run::samples::Samples;
 use crate::run::schedule::horizon;
 use fracdiff::num_complex::Complex;
@@ -184,15 +182,6 @@ pub struct Preflight<'a> {
     pub guarded: bool,
 }
 
-impl PreflightSubject for Preflight<'_> {
-    type Findings = PreflightVerdict;
-
-    /// With what is proved for every motion, which takes longer than all the rest.
-    fn verdict(&self, dynamics: Dynamics, line: usize) -> Result<PreflightVerdict, Failure> {
-        self.looked_at(dynamics, line, true)
-    }
-}
-
 /// The same loop for whoever runs it, or compares the run with its full history.
 impl Preflight<'_> {
     /// The law with the slope that its depth map has at a depth, m.
@@ -263,6 +252,15 @@ impl Preflight<'_> {
     /// A number that the analysis does not accept.
     pub fn verdict(&self, dynamics: Dynamics, line: usize) -> Result<PreflightVerdict, Failure> {
         self.looked_at(dynamics, line, false)
+    }
+
+    /// The same with what is proved for every motion, which takes longer than all the rest.
+    pub(crate) fn proved(
+        &self,
+        dynamics: Dynamics,
+        line: usize,
+    ) -> Result<PreflightVerdict, Failure> {
+        self.looked_at(dynamics, line, true)
     }
 
     fn looked_at(
@@ -551,7 +549,7 @@ mod tests {
                 dissipation_n_s_mu_per_m: factor * full.dissipation_n_s_mu_per_m,
                 ..full
             };
-            PreflightSubject::verdict(&wall, device, 0).expect("judges")
+            wall.proved(device, 0).expect("judges")
         };
         use WallContact::{Linear, OneSided, Signed};
         for (contact, guarded, factor, proof) in [

@@ -50,6 +50,9 @@ pub(crate) struct DriveVerdict {
 }
 
 impl DriveVerdict {
+    /// Its place in the metadata of a log.
+    pub(crate) const KEY: &str = "drive.preflight";
+
     /// Both, with where each holds.
     fn loops(&self) -> impl Iterator<Item = (LoopVerdict, &'static str)> {
         let free = self

@@ -26,69 +26,32 @@ pub(crate) fn delay_samples(round_trip_us: u64, sample_time_s: f64) -> usize {
     (1e-6 * round_trip_us as f64 / sample_time_s + 1.0).ceil() as usize
 }
 
-/// A loop that the analysis can look at.
-pub(crate) trait PreflightSubject {
-    type Findings: Findings;
-
-    /// Looks at the loop with this device and `line` samples of delay beside its own.
-    fn verdict(&self, dynamics: Dynamics, line: usize) -> Result<Self::Findings, Failure>;
-}
+/// Looks at a loop with this device and so many samples of delay on a line beside its own.
+pub(crate) type Look<'a> = dyn Fn(Dynamics, usize) -> Result<Found, Failure> + 'a;
 
 /// What the pre-flight of a device finds.
-pub(crate) trait Findings: Serialize {
-    /// Its place in the log's metadata.
-    const KEY: &'static str;
+#[derive(Clone, Copy, Debug, Serialize)]
+#[serde(untagged)]
+pub(crate) enum Found {
+    /// Of a loop through an environment.
+    Loop(PreflightVerdict),
+    Drive(DriveVerdict),
+}
 
+impl Found {
     /// Refuses what is unstable, unless it is forced.
-    fn require_stable(&self, force: bool) -> Result<(), Failure>;
-
-    /// A sentence before the run; `None` if there is nothing to say, or a guard that promises passivity looks after it.
-    fn warning(&self, guarded: bool) -> Option<String>;
-
-    fn found(self) -> Found;
-}
-
-#[derive(Clone, Copy, Debug, Default)]
-pub(crate) struct Found {
-    /// Findings for a loop through an environment.
-    pub preflight: Option<PreflightVerdict>,
-    pub drive: Option<DriveVerdict>,
-}
-
-impl Findings for PreflightVerdict {
-    const KEY: &'static str = "preflight";
-
-    fn require_stable(&self, force: bool) -> Result<(), Failure> {
-        Self::require_stable(self, force)
-    }
-
-    fn warning(&self, guarded: bool) -> Option<String> {
-        Self::warning(self, guarded)
-    }
-
-    fn found(self) -> Found {
-        Found {
-            preflight: Some(self),
-            ..Found::default()
+    pub(crate) fn require_stable(&self, force: bool) -> Result<(), Failure> {
+        match self {
+            Self::Loop(verdict) => verdict.require_stable(force),
+            Self::Drive(verdict) => verdict.require_stable(force),
         }
     }
-}
 
-impl Findings for DriveVerdict {
-    const KEY: &'static str = "drive.preflight";
-
-    fn require_stable(&self, force: bool) -> Result<(), Failure> {
-        Self::require_stable(self, force)
-    }
-
-    fn warning(&self, _: bool) -> Option<String> {
-        None
-    }
-
-    fn found(self) -> Found {
-        Found {
-            drive: Some(self),
-            ..Found::default()
+    /// A sentence before the run; `None` if there is nothing to say, or a guard that promises passivity looks after it.
+    pub(crate) fn warning(&self, guarded: bool) -> Option<String> {
+        match self {
+            Self::Loop(verdict) => verdict.warning(guarded),
+            Self::Drive(_) => None,
         }
     }
 }

@@ -13,6 +13,7 @@
 
 use super::Drive;
 use crate::document::failure::Failure;
+use crate::experiment::trial::dynamics;
 use crate::judge::preflight::softer;
 use crate::run::advice::parameter;
 use crate::run::drive_verdict::{DriveVerdict, LoopVerdict};
@@ -23,7 +24,7 @@ use fractional_control::{
     SampledPlant, Term, TwoPort,
 };
 use haptic_analysis::{Dynamics, ForcePath, LoopOperator};
-use haptic_loop::plant::{FacingConfig, FacingContact, MassDamperConfig, RigConfig, RigDrive};
+use haptic_loop::plant::{FacingConfig, FacingContact, MassDamperConfig, RigDrive};
 use haptic_loop::units::{Kilograms, NewtonSecondsPerMetre, NewtonsPerMetre};
 use nalgebra::{DMatrix, DVector, RowDVector, SMatrix, SVector};
 use std::sync::Arc;
@@ -103,57 +104,23 @@ impl SampledLaw for TissueLaw {
 }
 
 impl Drive {
-    /// Looks at the loop on this rig with this tissue.
-    pub(crate) fn verdict(
-        &self,
-        rig: &RigConfig,
-        tissue: TissueLaw,
-    ) -> Result<DriveVerdict, Failure> {
-        let [renderer, indenter] = [
-            (rig.renderer_mass.0, rig.renderer_damping.0),
-            (rig.indenter_mass.0, rig.indenter_damping.0),
-        ]
-        .map(|(mass_kg, damping)| Dynamics::ideal(mass_kg, damping));
-        let contact = rig.facing().map_err(parameter)?.contact;
-        self.facing(
-            [renderer, indenter],
-            contact,
-            rig.sample_time,
-            rig.drive,
-            tissue,
-        )
-    }
-
     /// Looks at the loop on these two devices, of one sample time, of which the renderer makes this tissue.
     pub(crate) fn facing(
         &self,
-        devices: [Dynamics; 2],
-        contact: FacingContact,
-        sample_time: Seconds,
+        devices: &FacingConfig,
         load: RigDrive,
         mut tissue: TissueLaw,
     ) -> Result<DriveVerdict, Failure> {
-        let free = match load {
+        let (free, holding) = match load {
             RigDrive::Position(_) => {
-                let later = |delay_s: f64| {
-                    let closed = self.alone(&devices[1], &[], delay_s);
-                    closed.map_err(|error| self.refused(&error))
-                };
-                Some(LoopVerdict::of(&later(0.0)?, later))
+                let indenter = dynamics(&devices.devices[1]);
+                (Some(self.looked_at(&indenter, &[])?), None)
             }
-            RigDrive::Force(_) => None,
-        };
-        let holding = match load {
-            RigDrive::Position(_) => None,
-            RigDrive::Force(_) => tissue.holding(),
+            RigDrive::Force(_) => (None, tissue.holding()),
         };
         tissue.stiffness = holding.unwrap_or(tissue.stiffness);
         let tissue: Arc<dyn SampledLaw> = Arc::new(tissue);
-        let devices = FacingConfig {
-            devices: devices.map(|dynamics| device(&dynamics, sample_time)),
-            contact,
-        };
-        let later = |delay_s: f64| self.in_contact(&devices, load, &tissue, delay_s);
+        let later = |delay_s: f64| self.in_contact(devices, load, &tissue, delay_s);
         Ok(DriveVerdict {
             free,
             in_contact: Some(LoopVerdict::of(&later(0.0)?, later)),
@@ -192,18 +159,21 @@ impl Drive {
         device: &Dynamics,
         tissue: Option<[Term; 2]>,
     ) -> Result<DriveVerdict, Failure> {
-        let looked_at = |tissue: &[Term]| -> Result<_, Failure> {
-            let later = |delay_s: f64| {
-                let closed = self.alone(device, tissue, delay_s);
-                closed.map_err(|error| self.refused(&error))
-            };
-            Ok(LoopVerdict::of(&later(0.0)?, later))
-        };
+        let in_contact = tissue.map(|tissue| self.looked_at(device, &tissue));
         Ok(DriveVerdict {
-            free: Some(looked_at(&[])?),
-            in_contact: tissue.map(|tissue| looked_at(&tissue)).transpose()?,
+            free: Some(self.looked_at(device, &[])?),
+            in_contact: in_contact.transpose()?,
             holding_stiffness_n_per_m: None,
         })
+    }
+
+    /// Looks at one mass, with what else it moves.
+    fn looked_at(&self, device: &Dynamics, beside: &[Term]) -> Result<LoopVerdict, Failure> {
+        let later = |delay_s: f64| {
+            let closed = self.alone(device, beside, delay_s);
+            closed.map_err(|error| self.refused(&error))
+        };
+        Ok(LoopVerdict::of(&later(0.0)?, later))
     }
 
     /// One mass, with what else it moves, the force of the drive so much later.
@@ -237,7 +207,7 @@ impl Drive {
 }
 
 /// A device of the analysis as one that faces another, of this sample time.
-fn device(dynamics: &Dynamics, sample_time: Seconds) -> MassDamperConfig {
+pub(crate) fn device(dynamics: &Dynamics, sample_time: Seconds) -> MassDamperConfig {
     MassDamperConfig {
         stiffness: NewtonsPerMetre(dynamics.hand_stiffness_n_per_m),
         delay: Seconds(dynamics.delay_s),
@@ -355,7 +325,7 @@ mod tests {
     use super::*;
     use fracdiff::{Order, Scheme};
     use fractional_control::ControllerSetup;
-    use haptic_loop::plant::{FacingDevices, FacingSide, RampHold, RigContact};
+    use haptic_loop::plant::{FacingDevices, FacingSide, RampHold, RigConfig, RigContact};
     use haptic_loop::units::{Metres, Newtons};
 
     /// A drive, its rig and a tissue of 200 N/m and 20 N·s^0.5/m, 1 ms a sample.
@@ -401,9 +371,10 @@ mod tests {
             ("0.3+20/s^0.9", true),
         ] {
             let (drive, rig, tissue) = held(gains, of_force);
-            let verdict = drive.verdict(&rig, tissue()).expect("judged");
-            let tissue: Arc<dyn SampledLaw> = Arc::new(tissue());
             let devices = rig.facing().expect("a mass");
+            let verdict = drive.facing(&devices, rig.drive, tissue());
+            let verdict = verdict.expect("judged");
+            let tissue: Arc<dyn SampledLaw> = Arc::new(tissue());
             let contact = |delay_s: f64| {
                 let closed = drive.in_contact(&devices, rig.drive, &tissue, delay_s);
                 closed.expect("closes")

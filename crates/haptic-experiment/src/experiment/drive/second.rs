@@ -28,9 +28,8 @@ pub(crate) struct SecondReport {
 
 /// The samples of a drive at the times of a run: error, and the values of the columns.
 pub(crate) struct DriveSamples {
-    /// Time of the run, s.
-    time_s: Vec<f64>,
-    values: Vec<[f64; 3]>,
+    /// By the time of the run, s.
+    points: Vec<(f64, [f64; 3])>,
     /// The sample before the time that was asked for last.
     at: usize,
     report: DriveReport,
@@ -46,13 +45,12 @@ impl DriveSamples {
     ) -> Self {
         let begun_s = first.start.time_s() - first.start.lead_s;
         let samples = second.record.whole.as_deref().unwrap_or_default();
-        let (mut time_s, mut values) = (Vec::new(), Vec::new());
+        let mut points = Vec::new();
         let of_tissue = first.whole.as_deref().unwrap_or_default();
         for sample in samples {
             let own_s = sample.tick as f64 * sample_time_s;
             let of_first = |aligned: Aligned| aligned.first_s(own_s);
             let now_s = second.aligned.map_or(sample.time_s, of_first) - begun_s;
-            time_s.push(now_s);
             // The force between both is what the other device opposes, as of its newest tick.
             let newest = of_tissue.partition_point(|of_tissue| of_tissue.time_s <= now_s);
             let newest = newest
@@ -64,7 +62,7 @@ impl DriveSamples {
                 ..*sample
             };
             let (error, [measured, force_n]) = judge.add(&own);
-            values.push([error, measured, force_n]);
+            points.push((now_s, [error, measured, force_n]));
         }
         let record = &second.record;
         let report = DriveReport {
@@ -80,8 +78,7 @@ impl DriveSamples {
             ..judge.finish()
         };
         Self {
-            time_s,
-            values,
+            points,
             at: 0,
             report,
         }
@@ -90,15 +87,11 @@ impl DriveSamples {
     /// At a time of the run, on the straight line between its neighbours, or the nearest: error, and the values of the columns. Times must
     /// not fall.
     pub(crate) fn at(&mut self, time_s: f64) -> (f64, [f64; 2]) {
-        while self
-            .time_s
-            .get(self.at + 1)
-            .is_some_and(|&next| next <= time_s)
-        {
+        let point = |n: usize| self.points.get(n);
+        while point(self.at + 1).is_some_and(|next| next.0 <= time_s) {
             self.at += 1;
         }
-        let point = |n: usize| Some((*self.time_s.get(n)?, *self.values.get(n)?));
-        let Some((before_s, before)) = point(self.at) else {
+        let Some(&(before_s, before)) = point(self.at) else {
             return (f64::NAN, [f64::NAN; 2]);
         };
         let [error, measured, force_n] = match point(self.at + 1) {

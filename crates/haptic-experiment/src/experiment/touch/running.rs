@@ -18,7 +18,7 @@ use crate::judge::preflight::Preflight;
 use crate::judge::{Published, Report};
 use crate::run::advice::parameter;
 use crate::run::device::LinkedName;
-use crate::run::preflight::{PreflightRequest, PreflightSubject, PreflightVerdict, note_findings};
+use crate::run::preflight::{Found, PreflightRequest, PreflightVerdict, note_findings};
 use crate::run::remote::{RemoteDevice, RemoteLaw, RemoteRun, portable};
 use crate::run::simulate::Simulated;
 use crate::run::{Ran, run_logged};
@@ -212,12 +212,13 @@ impl TouchExperiment {
         let (_, posture) = postures.worse(dynamics, 0)?;
         let mut metadata = self.metadata();
         note_findings(&mut metadata, "preflight", &posture);
+        let look = |device, line| Ok(Found::Loop(postures.worse(device, line)?.0));
         let run = RemoteRun {
             device: remote,
             law: self.law_there::<D>(remote, samples)?,
             schedule: self.schedule(samples),
             blank: &|_| TouchTick::unknown(shape),
-            preflight: Some(postures),
+            preflight: Some(&look),
             wanted: PreflightRequest {
                 force_unstable: self.conduct.force_unstable,
                 dynamics: Some(dynamics),
@@ -322,14 +323,6 @@ impl Postures<'_> {
             judged_mass_kg,
         };
         Ok((verdict, posture))
-    }
-}
-
-impl PreflightSubject for Postures<'_> {
-    type Findings = PreflightVerdict;
-
-    fn verdict(&self, dynamics: Dynamics, line: usize) -> Result<PreflightVerdict, Failure> {
-        Ok(self.worse(dynamics, line)?.0)
     }
 }
 

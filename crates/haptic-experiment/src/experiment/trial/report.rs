@@ -14,7 +14,7 @@ use crate::judge::report::{
 use crate::judge::settling::{Settling, TrialVerdict};
 use crate::judge::warnings::Warnings;
 use crate::judge::{Compared, Curves, Drawing, Published, Reference, origin};
-use crate::run::preflight::{PreflightRequest, PreflightSubject, PreflightVerdict, note_findings};
+use crate::run::preflight::{Found, PreflightRequest, PreflightVerdict, note_findings};
 use crate::run::record::Record;
 use crate::run::remote::{RemoteDevice, RemoteLaw, RemoteRun, blank, device_name};
 use crate::run::safety::GuardChoice;
@@ -24,6 +24,7 @@ use crate::run::tick::KeptSample;
 use crate::run::{Ran, run_logged};
 use fracdiff::full_memory::Kernel;
 use fracdiff::{Order, Scheme};
+use haptic_analysis::Dynamics;
 use haptic_loop::Environment;
 use serde::Serialize;
 use serde_json::{Value, json};
@@ -67,8 +68,13 @@ pub(crate) trait Trial: Experiment + Clone {
     /// The loop, made of good parameters.
     fn parts(&self) -> Result<Parts<Self::Law>, Failure>;
 
-    /// The loop for the analysis.
-    fn subject(&self, samples: u64) -> impl PreflightSubject<Findings = PreflightVerdict>;
+    /// What the analysis says of the loop with this device and so many samples of delay on a line beside its own.
+    fn judge(
+        &self,
+        samples: u64,
+        dynamics: Dynamics,
+        line: usize,
+    ) -> Result<PreflightVerdict, Failure>;
 
     /// The same law and push for a serial device.
     fn law_there(&self, remote: &RemoteDevice, samples: u64) -> Result<RemoteLaw, Failure>;
@@ -103,14 +109,14 @@ pub(crate) trait Trial: Experiment + Clone {
     fn recorded(&self, watched: Watched<'_>) -> Result<Ran, Failure> {
         let mut parts = self.parts()?;
         let (setup, samples) = (self.setup(), parts.samples);
-        let preflight = self.subject(samples);
+        let judge = |dynamics, line| self.judge(samples, dynamics, line);
         let mut metadata = self.metadata();
         let dynamics = setup.dynamics();
         let schedule = self.schedule(samples);
         let (request, supervisor) = (watched.request, watched.supervisor);
         let Some(remote) = &setup.conduct.remote else {
             // Nothing can break, so it is only noted.
-            let verdict = preflight.verdict(dynamics, 0)?;
+            let verdict = judge(dynamics, 0)?;
             note_findings(&mut metadata, "preflight", &verdict);
             let mut world = Simulated::new(&mut parts.controller, &mut parts.device);
             let ran = run_logged(&mut world, schedule, (request, metadata), supervisor)?;
@@ -119,12 +125,13 @@ pub(crate) trait Trial: Experiment + Clone {
                 ..ran
             });
         };
+        let look = |dynamics, line| judge(dynamics, line).map(Found::Loop);
         let run = RemoteRun {
             device: remote,
             law: self.law_there(remote, samples)?,
             schedule,
             blank: &|_| blank(0.0),
-            preflight: Some(preflight),
+            preflight: Some(&look),
             wanted: PreflightRequest {
                 force_unstable: setup.conduct.force_unstable,
                 dynamics: Some(dynamics),

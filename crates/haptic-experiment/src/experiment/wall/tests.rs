@@ -31,8 +31,8 @@ fn experiment(
 }
 
 fn analysis(wall: &WallExperiment) -> PreflightVerdict {
-    let subject = wall.subject(5000);
-    PreflightSubject::verdict(&subject, wall.setup.dynamics(), 0).expect("judges")
+    let verdict = wall.judge(5000, wall.setup.dynamics(), 0);
+    verdict.expect("judges")
 }
 
 /// A loop with a margin of 1.02 to 3 if it is linear: device with delay, perhaps with a hand.

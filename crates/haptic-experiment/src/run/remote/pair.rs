@@ -5,11 +5,10 @@ use super::run::RemoteRun;
 use crate::document::failure::Failure;
 use crate::document::parameters::{DEVICE, DEVICE_MODEL, DRIVE_DEVICE, DRIVE_DEVICE_MODEL};
 use crate::run::drive_verdict::DriveVerdict;
-use crate::run::preflight::{Findings as _, PreflightSubject, note_findings};
+use crate::run::preflight::note_findings;
 use crate::run::{Ran, Supervisor, recorder};
 use fracdiff::Real;
 use haptic_loop::{Controller, Environment};
-use std::convert::Infallible;
 use std::sync::Arc;
 use std::sync::atomic::AtomicU64;
 
@@ -17,15 +16,15 @@ use std::sync::atomic::AtomicU64;
 type Judged<'a> = &'a dyn Fn([f64; 2]) -> Result<Option<DriveVerdict>, Failure>;
 
 /// A run on two devices.
-pub(crate) struct PairRun<'a, P> {
-    pub tissue: RemoteRun<'a, P>,
-    pub drive: RemoteRun<'a, Infallible>,
+pub(crate) struct PairRun<'a> {
+    pub tissue: RemoteRun<'a>,
+    pub drive: RemoteRun<'a>,
     pub judged: Judged<'a>,
     /// Where the newest force goes that the tissue opposes, N, as its bits.
     pub opposed_n: Arc<AtomicU64>,
 }
 
-impl<P: PreflightSubject> PairRun<'_, P> {
+impl PairRun<'_> {
     /// Both are connected, configured and judged before any file is made, and any force. The controllers close what loops run here.
     pub(crate) fn run<F, E, G>(
         self,
@@ -51,7 +50,7 @@ impl<P: PreflightSubject> PairRun<'_, P> {
             warn: &warn_of_drive,
             ..supervisor
         };
-        let drive = self.drive.looked_at_by(None::<P>).ready::<1>(beside);
+        let drive = self.drive.ready::<1>(beside);
         let drive = drive.map_err(|failure| failure.and(&DRIVE_DEVICE.set_to(&device)))?;
         // Before, nobody knows their clocks.
         let judged = (self.judged)([tissue.measured_delay_s(), drive.measured_delay_s()])?;

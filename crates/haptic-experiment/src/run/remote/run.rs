@@ -1,13 +1,14 @@
 //! A run to be made on a connected device: looked at, configured, then handed to its session.
 
-use super::session::HostSession;
+use super::session::{HostSession, Ready};
 use crate::document::failure::Failure;
 use crate::document::named::Named;
 use crate::document::parameters::{CONTACT, CONTROLLER, LOOP, MEMORY, SAMPLE_TIME};
 use crate::run::device::{Warn, firmware_version, refused_at_port};
+use crate::run::drive_verdict::DriveVerdict;
 use crate::run::folder::FolderRequest;
 use crate::run::preflight::{
-    Findings, Found, MEASURED, PreflightRequest, PreflightSubject, delay_samples, note_findings,
+    Found, Look, MEASURED, PreflightRequest, delay_samples, note_findings,
 };
 use crate::run::record::{Record, Start};
 use crate::run::recorder::Recorder;
@@ -20,17 +21,16 @@ use crate::run::tick::TickRecord;
 use crate::run::{Ran, Supervisor, recorder};
 use fracdiff::Real;
 use haptic_analysis::Dynamics;
-use haptic_link::{AxisWorkspace, Field, Limits, LoopMode, Refusal, Statistics, WorkspaceBox};
+use haptic_link::{AxisWorkspace, Field, Limits, LoopMode, Refusal, WorkspaceBox};
 use haptic_log::record::TickMessage;
 use haptic_loop::realtime::Fallback;
 use haptic_loop::{Controller, Environment, Workspace};
 use haptic_remote::LinkError;
 use haptic_remote::serial::{Beside, SerialError, SerialLink};
 use std::collections::BTreeMap;
-use std::convert::Infallible;
 
 /// A run to be made on a device.
-pub(crate) struct RemoteRun<'a, P, M = TickMessage> {
+pub(crate) struct RemoteRun<'a, M = TickMessage> {
     pub device: &'a RemoteDevice,
     pub law: RemoteLaw,
     /// Number of ticks, and the length of each.
@@ -38,30 +38,14 @@ pub(crate) struct RemoteRun<'a, P, M = TickMessage> {
     /// The values at a time, s, that are known without the device, as the log needs them.
     pub blank: &'a (dyn Fn(f64) -> M + Sync),
     /// The same loop for the analysis; `None` if it is not closed through the device's motion.
-    pub preflight: Option<P>,
+    pub preflight: Option<&'a Look<'a>>,
     pub wanted: PreflightRequest,
     pub request: &'a FolderRequest,
     /// Everything needed to repeat the run.
     pub metadata: BTreeMap<String, String>,
 }
 
-impl<'a, M> RemoteRun<'a, Infallible, M> {
-    /// The same with a pre-flight.
-    pub(crate) fn looked_at_by<P>(self, preflight: Option<P>) -> RemoteRun<'a, P, M> {
-        RemoteRun {
-            preflight,
-            device: self.device,
-            law: self.law,
-            schedule: self.schedule,
-            blank: self.blank,
-            wanted: self.wanted,
-            request: self.request,
-            metadata: self.metadata,
-        }
-    }
-}
-
-impl<'a, P: PreflightSubject, M> RemoteRun<'a, P, M> {
+impl<'a, M> RemoteRun<'a, M> {
     /// Runs where the device's loop mode says; `controller` closes a loop on the host.
     pub(crate) fn run<F: Real, E: Environment<F, D>, const D: usize>(
         self,
@@ -157,20 +141,6 @@ impl<'a, P: PreflightSubject, M> RemoteRun<'a, P, M> {
     }
 }
 
-/// A device that is configured and judged, and has no log yet.
-pub(super) struct Ready<'a, M> {
-    pub link: SerialLink,
-    before: Statistics,
-    device: &'a RemoteDevice,
-    schedule: Schedule,
-    start: Start,
-    /// Ticks in which its force rises.
-    pub rise_ticks: u64,
-    blank: &'a (dyn Fn(f64) -> M + Sync),
-    pub metadata: BTreeMap<String, String>,
-    found: Found,
-}
-
 impl<M> Ready<'_, M> {
     /// Sends keep-alives for a while: how much later than in the device its loop is closed, s.
     pub(super) fn measured_delay_s(&self) -> f64 {
@@ -195,32 +165,25 @@ fn delay_of(link: &SerialLink, device: &RemoteDevice, schedule: Schedule) -> usi
 
 impl<'a, M: TickRecord> Ready<'a, M> {
     pub(super) fn session<const D: usize>(
-        self,
+        mut self,
         recorder: Recorder,
         partner: Option<Partner<'a>>,
     ) -> Result<HostSession<'a, M, D>, Failure> {
-        let (link, device, mut schedule) = (self.link, self.device, self.schedule);
-        let mut record = Record::with_room_for(schedule.samples)?;
+        let mut record = Record::with_room_for(self.schedule.samples)?;
         record.start = self.start;
-        record.lateness = Some(device.lateness());
-        record.served = link.is_served();
-        record.not_realtime = raised(&link, schedule);
+        record.lateness = Some(self.device.lateness());
+        record.served = self.link.is_served();
+        record.not_realtime = raised(&self.link, self.schedule);
         if partner.as_ref().is_some_and(|partner| !partner.is_drive()) {
             // Until its drive has told when it begins.
-            schedule.samples = u64::MAX;
+            self.schedule.samples = u64::MAX;
         }
         Ok(HostSession {
-            link,
-            before: self.before,
-            watchdog: device.watchdog(),
-            loop_mode: device.loop_mode,
-            schedule,
-            blank: self.blank,
+            ready: self,
             recorder,
             record,
             samples_lost: 0,
             next_tick: 0,
-            found: self.found,
             over: false,
             deaf: false,
             partner,
@@ -276,20 +239,23 @@ fn raised(link: &SerialLink, schedule: Schedule) -> Option<String> {
     Some(fallback.to_string())
 }
 
-impl<P: PreflightSubject, M> RemoteRun<'_, P, M> {
+impl<M> RemoteRun<'_, M> {
     /// Looks at the loop before it is closed, and notes what it saw; `None` if it cannot be judged.
-    fn preflight(&mut self, link: &SerialLink, warn: Warn<'_>) -> Result<Found, Failure> {
-        let key = P::Findings::KEY;
-        let Some(verdict) = self.judged(link, warn)? else {
-            (self.metadata).insert(key.to_owned(), "skipped".to_owned());
-            return Ok(Found::default());
+    fn preflight(&mut self, link: &SerialLink, warn: Warn<'_>) -> Result<Option<Found>, Failure> {
+        let key = match self.law.controller {
+            Some(_) => DriveVerdict::KEY,
+            None => "preflight",
         };
-        note_findings(&mut self.metadata, key, &verdict);
-        Ok(verdict.found())
+        let found = self.judged(link, warn)?;
+        match &found {
+            Some(found) => note_findings(&mut self.metadata, key, found),
+            None => drop((self.metadata).insert(key.to_owned(), "skipped".to_owned())),
+        }
+        Ok(found)
     }
 
-    fn judged(&self, link: &SerialLink, warn: Warn<'_>) -> Result<Option<P::Findings>, Failure> {
-        let Some(subject) = &self.preflight else {
+    fn judged(&self, link: &SerialLink, warn: Warn<'_>) -> Result<Option<Found>, Failure> {
+        let Some(look) = self.preflight else {
             return Ok(None);
         };
         // A simulated board of which nobody says anything is the mass that it is asked to be.
@@ -313,7 +279,7 @@ impl<P: PreflightSubject, M> RemoteRun<'_, P, M> {
             LoopMode::Device => 0,
             LoopMode::Host => delay_of(link, self.device, self.schedule),
         };
-        let verdict = subject.verdict(dynamics, delay)?;
+        let verdict = look(dynamics, delay)?;
         // Energy bounding promises passivity for the damping that the device was said to have.
         let guarded = self.law.guard.0 == GuardChoice::EnergyBounding;
         verdict.require_stable(self.wanted.force_unstable || guarded)?;

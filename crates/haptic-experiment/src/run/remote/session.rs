@@ -9,6 +9,7 @@ use crate::run::preflight::Found;
 use crate::run::record::Record;
 use crate::run::recorder::Recorded;
 use crate::run::recorder::Recorder;
+use crate::run::remote::RemoteDevice;
 use crate::run::remote::partner::{Partner, Side};
 use crate::run::remote::summary::{LinkSummary, summarise};
 use crate::run::schedule::Schedule;
@@ -25,26 +26,35 @@ use haptic_loop::{Controller, Device, Environment, Reading, SafeForce, StartRefu
 use haptic_remote::LinkError;
 use haptic_remote::serial::{Heard, SerialError, SerialLink};
 use nalgebra::SVector;
+use std::collections::BTreeMap;
 use std::sync::atomic::Ordering;
 use std::time::{Duration, SystemTime};
 
 /// Longest silence after a fault in which the rest is still waited for.
 const AFTER_FAULT: Duration = Duration::from_millis(200);
 
+/// A device that is configured and judged, and has no log yet.
+pub(super) struct Ready<'a, M> {
+    pub link: SerialLink,
+    pub before: Statistics,
+    pub device: &'a RemoteDevice,
+    pub schedule: Schedule,
+    pub start: crate::run::record::Start,
+    /// Ticks in which its force rises.
+    pub rise_ticks: u64,
+    /// What is known of a time without the device.
+    pub blank: &'a (dyn Fn(f64) -> M + Sync),
+    pub metadata: BTreeMap<String, String>,
+    pub found: Option<Found>,
+}
+
 /// A device that is configured, armed by nobody yet, and the log of what is to come.
 pub(super) struct HostSession<'a, M, const D: usize> {
-    pub(super) link: SerialLink,
-    pub(super) before: Statistics,
-    pub(super) watchdog: Duration,
-    pub(super) loop_mode: LoopMode,
-    pub(super) schedule: Schedule,
-    /// What is known of a time without the device.
-    pub(super) blank: &'a (dyn Fn(f64) -> M + Sync),
+    pub(super) ready: Ready<'a, M>,
     pub(super) recorder: Recorder,
     pub(super) record: Record,
     pub(super) samples_lost: u64,
     pub(super) next_tick: u64,
-    pub(super) found: Found,
     /// The device has said that the run is over, or its newest sample that there is no force any more.
     pub(super) over: bool,
     /// The device does not answer.
@@ -62,7 +72,7 @@ impl<M: TickRecord, const D: usize> HostSession<'_, M, D> {
         controller: &mut Controller<F, D, E>,
         supervisor: Supervisor<'_>,
     ) {
-        let ended = match self.loop_mode {
+        let ended = match self.ready.device.loop_mode {
             LoopMode::Device => self.listen(supervisor),
             LoopMode::Host => self.control(controller, supervisor),
         };
@@ -70,22 +80,24 @@ impl<M: TickRecord, const D: usize> HostSession<'_, M, D> {
             self.give_up(&error);
         }
         self.after_fault();
-        self.record.board_lost = self.link.lost_board();
-        if let (None, Some(trouble)) = (&self.record.board_lost, self.link.trouble()) {
+        self.record.board_lost = self.ready.link.lost_board();
+        if let (None, Some(trouble)) = (&self.record.board_lost, self.ready.link.trouble()) {
             (supervisor.warn)(&trouble.words);
         }
     }
 
     /// Asks the device what it counted, lets it go, and closes the log.
     pub(super) fn finish(self, folder: OutputFolder) -> Result<Ran, Failure> {
-        let found = self.found;
+        let found = self.ready.found;
         let (record, recorder, let_go) = self.let_go();
         let recorded = close(recorder, &record, let_go)?;
-        Ok(Ran {
-            preflight: found.preflight,
-            drive: found.drive,
-            ..Ran::of(record, recorded, folder)
-        })
+        let mut ran = Ran::of(record, recorded, folder);
+        match found {
+            Some(Found::Loop(verdict)) => ran.preflight = Some(verdict),
+            Some(Found::Drive(verdict)) => ran.drive = Some(verdict),
+            None => {}
+        }
+        Ok(ran)
     }
 
     /// Keeps a report in the log.
@@ -103,15 +115,18 @@ impl<M: TickRecord, const D: usize> HostSession<'_, M, D> {
     fn let_go(mut self) -> (Record, Recorder, bool) {
         self.count_missing_fault();
         // Only a device that has let go answers so; its force falls within its own stop time.
-        let let_go = self.record.ended == Some(Ending::LogStopped) && waits_for_rest(&self.link);
+        let let_go =
+            self.record.ended == Some(Ending::LogStopped) && waits_for_rest(&self.ready.link);
         // A device that is gone cannot be asked.
-        let asked = (!self.deaf).then(|| self.link.statistics().ok()).flatten();
-        let counted = asked.map(|after| after.since(&self.before));
+        let asked = (!self.deaf)
+            .then(|| self.ready.link.statistics().ok())
+            .flatten();
+        let counted = asked.map(|after| after.since(&self.ready.before));
         let lost = self.samples_lost;
-        let mut summary = summarise(&self.link, self.loop_mode, counted, lost);
+        let mut summary = summarise(&self.ready.link, self.ready.device.loop_mode, counted, lost);
         // A sample without room here is missing by its number too.
         summary.samples_lost = lost.saturating_sub(summary.samples_dropped);
-        drop(self.link);
+        drop(self.ready.link);
         let (record, recorder) = (&mut self.record, &mut self.recorder);
         record.dropped = recorder.dropped() + lost;
         record.missed_deadlines = u64::from(summary.overruns) + u64::from(summary.stale_forces);
@@ -123,8 +138,8 @@ impl<M: TickRecord, const D: usize> HostSession<'_, M, D> {
         recorder.metadata(link, flat(&summary, "", "."));
         record.link = Some(summary);
         let planned = match &self.partner {
-            Some(partner) if self.schedule.samples == u64::MAX => partner.samples,
-            Some(_) | None => self.schedule.samples,
+            Some(partner) if self.ready.schedule.samples == u64::MAX => partner.samples,
+            Some(_) | None => self.ready.schedule.samples,
         };
         let ended = record.end(planned, self.next_tick);
         recorder.metadata(end, ended.metadata());
@@ -133,9 +148,9 @@ impl<M: TickRecord, const D: usize> HostSession<'_, M, D> {
 
     /// Arms and starts; false if the partner left before, or somebody asked to stop.
     fn start(&mut self, ticks: u32, supervisor: Supervisor<'_>) -> Result<bool, SerialError> {
-        self.link.arm(self.watchdog)?;
+        self.ready.link.arm(self.ready.device.watchdog())?;
         if let Some(partner) = &self.partner
-            && !partner.waits(&self.link, supervisor.stop)
+            && !partner.waits(&self.ready.link, supervisor.stop)
         {
             self.ends(match supervisor.stop.load(Ordering::Relaxed) {
                 true => Ending::Interrupted,
@@ -144,7 +159,7 @@ impl<M: TickRecord, const D: usize> HostSession<'_, M, D> {
             return Ok(false);
         }
         let asked = SystemTime::now();
-        self.link.start(Start {
+        self.ready.link.start(Start {
             run: 1,
             ticks,
             every: 1,
@@ -161,9 +176,9 @@ impl<M: TickRecord, const D: usize> HostSession<'_, M, D> {
         /// Nothing for so long in the middle of a run is the end of it.
         const SILENCE: Duration = Duration::from_secs(2);
         // A run of 2³² ticks and more is stopped from here, and so is that of a tissue whose drive tells when it begins.
-        let ticks = u32::try_from(self.schedule.samples).unwrap_or(0);
+        let ticks = u32::try_from(self.ready.schedule.samples).unwrap_or(0);
         if !self.start(ticks, supervisor)? {
-            return self.link.disarm();
+            return self.ready.link.disarm();
         }
         let mut patience = SILENCE;
         loop {
@@ -191,18 +206,18 @@ impl<M: TickRecord, const D: usize> HostSession<'_, M, D> {
                 }
                 Some(Heard::Over(error)) => return Err(error.into()),
                 None if self.record.ended.is_some_and(Ending::is_fault) => break,
-                None => return Err(self.link.silent(SILENCE).into()),
+                None => return Err(self.ready.link.silent(SILENCE).into()),
             }
             if self.is_all_told() {
                 break;
             }
             if self.record.ended == Some(Ending::LogStopped) {
-                self.link.ask(Request::Stop)?;
+                self.ready.link.ask(Request::Stop)?;
                 break;
             }
         }
         self.count_missing_end();
-        self.link.disarm()
+        self.ready.link.disarm()
     }
 
     /// What the device says next; `None` after so long a silence. Somebody who stops the run is heard at once, whatever comes.
@@ -217,14 +232,14 @@ impl<M: TickRecord, const D: usize> HostSession<'_, M, D> {
         loop {
             if self.record.ended.is_none() && supervisor.stop.load(Ordering::Relaxed) {
                 self.ends(Ending::Interrupted);
-                self.link.ask(Request::Stop)?;
+                self.ready.link.ask(Request::Stop)?;
             }
             if let (None, Some(left)) = (self.record.ended, self.partner_left()) {
                 self.ends(left);
-                self.link.ask(Request::Stop)?;
+                self.ready.link.ask(Request::Stop)?;
             }
             let pause = left.min(PAUSE);
-            if let Some(heard) = self.link.hear(pause) {
+            if let Some(heard) = self.ready.link.hear(pause) {
                 self.partner.iter().for_each(Partner::hears);
                 return Ok(Some(heard));
             }
@@ -241,10 +256,10 @@ impl<M: TickRecord, const D: usize> HostSession<'_, M, D> {
         controller: &mut Controller<F, D, E>,
         supervisor: Supervisor<'_>,
     ) -> Result<(), SerialError> {
-        let thread = RaisedThread::new(self.schedule.thread_options().thread());
+        let thread = RaisedThread::new(self.ready.schedule.thread_options().thread());
         self.record.raised(&thread);
         if !self.start(0, supervisor)? {
-            return self.link.disarm();
+            return self.ready.link.disarm();
         }
         let mut engaged = controller.engage(&mut *self);
         let mut resting = 0;
@@ -263,20 +278,20 @@ impl<M: TickRecord, const D: usize> HostSession<'_, M, D> {
             session.record.tick_ns.saturating_record(took.max(1));
             session.partner.iter().for_each(Partner::hears);
             let tick = reading.tick;
-            session.dated(tick, session.link.newest().time_us);
+            session.dated(tick, session.ready.link.newest().time_us);
             let counted = session.counts(tick);
             session.gap(tick);
-            let newest = session.link.newest().axes.first();
+            let newest = session.ready.link.newest().axes.first();
             let (newest_limiters, newest_flaws) =
                 newest.map_or((0, 0), |axis| (axis.limiters, axis.flaws));
-            let mut message = (session.blank)(reading.time_s - session.start_s());
+            let mut message = (session.ready.blank)(reading.time_s - session.start_s());
             let logged = message.logged_mut();
             *logged = TickMessage {
-                applied_force_n: per_axis(&applied_n::<D>(session.link.newest())),
+                applied_force_n: per_axis(&applied_n::<D>(session.ready.link.newest())),
                 // The device limits what it is sent once more.
                 limiters: done.limiters.bits() | newest_limiters,
                 flaws: newest_flaws
-                    | if session.link.follows() {
+                    | if session.ready.link.follows() {
                         0
                     } else {
                         LATE_FORCE
@@ -295,7 +310,7 @@ impl<M: TickRecord, const D: usize> HostSession<'_, M, D> {
                     session.ends(left);
                 }
             }
-            if session.record.ended.is_some() || tick + 1 >= session.schedule.samples {
+            if session.record.ended.is_some() || tick + 1 >= session.ready.schedule.samples {
                 engaged.controller_mut().stop();
                 let session = engaged.device_mut();
                 session.partner.iter().for_each(Partner::done);
@@ -309,12 +324,12 @@ impl<M: TickRecord, const D: usize> HostSession<'_, M, D> {
             }
         }
         drop(engaged);
-        self.link.disarm()
+        self.ready.link.disarm()
     }
 
     /// True if there was no force in the newest sample.
     fn applies_none(&self) -> bool {
-        let applied_n: SVector<f64, D> = applied_n(self.link.newest());
+        let applied_n: SVector<f64, D> = applied_n(self.ready.link.newest());
         applied_n.iter().all(|&force_n| force_n == 0.0)
     }
 
@@ -322,7 +337,12 @@ impl<M: TickRecord, const D: usize> HostSession<'_, M, D> {
     fn stream_after_fault(&mut self, every: u16) {
         let batch = self.batch();
         // A device that does not answer has nothing more to tell.
-        self.deaf |= !self.deaf && self.link.ask(Request::Stream { every, batch }).is_err();
+        self.deaf |= !self.deaf
+            && self
+                .ready
+                .link
+                .ask(Request::Stream { every, batch })
+                .is_err();
     }
 
     /// After a fault on the device: hears what follows it, and reads the device's own flight recorder, whose
@@ -333,7 +353,8 @@ impl<M: TickRecord, const D: usize> HostSession<'_, M, D> {
         }
         if !self.is_all_told() {
             self.stream_after_fault(1);
-            while let (false, Some(heard)) = (self.is_all_told(), self.link.hear(AFTER_FAULT)) {
+            while let (false, Some(heard)) = (self.is_all_told(), self.ready.link.hear(AFTER_FAULT))
+            {
                 let goes_on = match heard {
                     Heard::Sample(sample) => self.take_sample(&sample),
                     Heard::Over(_) => return,
@@ -352,7 +373,8 @@ impl<M: TickRecord, const D: usize> HostSession<'_, M, D> {
         let mut count = 1;
         while kept.len() < usize::from(count) {
             let index = kept.len() as u16;
-            let Ok(Report::Flight(flight)) = self.link.ask(Request::ReadFlight { index }) else {
+            let Ok(Report::Flight(flight)) = self.ready.link.ask(Request::ReadFlight { index })
+            else {
                 break;
             };
             count = flight.count;
@@ -366,7 +388,9 @@ impl<M: TickRecord, const D: usize> HostSession<'_, M, D> {
 
     fn batch(&self) -> u8 {
         // Above 1 kHz samples go in batches, or the line would be too slow.
-        if self.schedule.sample_time_s < 0.9e-3 && self.loop_mode == LoopMode::Device {
+        if self.ready.schedule.sample_time_s < 0.9e-3
+            && self.ready.device.loop_mode == LoopMode::Device
+        {
             8
         } else {
             1
@@ -379,15 +403,15 @@ impl<F: Real, M, const D: usize> Device<F, D> for HostSession<'_, M, D> {
     type Error = SerialError;
 
     fn read(&mut self) -> Result<Reading<F, D>, SerialError> {
-        self.link.read()
+        self.ready.link.read()
     }
 
     fn write(&mut self, force: SafeForce<F, D>) -> Result<(), SerialError> {
-        self.link.write(force)
+        self.ready.link.write(force)
     }
 
     fn let_go(&mut self) {
-        Device::<F, D>::let_go(&mut self.link);
+        Device::<F, D>::let_go(&mut self.ready.link);
     }
 }
 
@@ -458,7 +482,7 @@ impl<M: TickRecord, const D: usize> HostSession<'_, M, D> {
         let Some(partner) = &mut self.partner else {
             return;
         };
-        let time_s = tick as f64 * self.schedule.sample_time_s;
+        let time_s = tick as f64 * self.ready.schedule.sample_time_s;
         let is_first = !partner.has_begun();
         if is_first {
             partner.began(time_us, 1e6 * time_s);
@@ -482,8 +506,8 @@ impl<M: TickRecord, const D: usize> HostSession<'_, M, D> {
         });
         if let (Some((begun_s, samples)), false) = (begun, self.has_begun()) {
             self.record.start =
-                crate::run::record::Start::from(begun_s, self.schedule.sample_time_s);
-            self.schedule.samples = self.record.start.tick + samples;
+                crate::run::record::Start::from(begun_s, self.ready.schedule.sample_time_s);
+            self.ready.schedule.samples = self.record.start.tick + samples;
             for message in std::mem::take(&mut self.pending) {
                 match message.kept().tick < self.record.start.tick {
                     true => self.record.approaches(&message.kept()),
@@ -495,16 +519,16 @@ impl<M: TickRecord, const D: usize> HostSession<'_, M, D> {
 
     /// False as long as nobody knows when a run with a partner begins to count.
     const fn has_begun(&self) -> bool {
-        self.schedule.samples < u64::MAX
+        self.ready.schedule.samples < u64::MAX
     }
 
     /// The run of a tissue ends with the last tick of its drive.
     fn stop_when_done(&mut self) -> Result<(), SerialError> {
-        let is_done = self.next_tick >= self.schedule.samples && self.record.ended.is_none();
+        let is_done = self.next_tick >= self.ready.schedule.samples && self.record.ended.is_none();
         match &self.partner {
             Some(partner) if is_done && !partner.is_drive() && !partner.is_done() => {
                 partner.done();
-                self.link.ask(Request::Stop).map(drop)
+                self.ready.link.ask(Request::Stop).map(drop)
             }
             Some(_) | None => Ok(()),
         }
@@ -512,11 +536,11 @@ impl<M: TickRecord, const D: usize> HostSession<'_, M, D> {
 
     /// True if this tick is part of the result: none from a fault of the device on, though nobody knows which yet.
     fn counts(&self, tick: u64) -> bool {
-        tick < self.schedule.samples && self.record.ended.is_none() && !self.has_faulted(tick)
+        tick < self.ready.schedule.samples && self.record.ended.is_none() && !self.has_faulted(tick)
     }
 
     fn has_faulted(&self, tick: u64) -> bool {
-        let faulted = self.link.fault_tick();
+        let faulted = self.ready.link.fault_tick();
         faulted.is_some_and(|faulted| tick >= u64::from(faulted))
     }
 
@@ -538,9 +562,9 @@ impl<M: TickRecord, const D: usize> HostSession<'_, M, D> {
         if sample.axes.len() != D {
             return None;
         }
-        let own_s = f64::from(sample.tick) * self.schedule.sample_time_s;
+        let own_s = f64::from(sample.tick) * self.ready.schedule.sample_time_s;
         let time_s = own_s + self.shift_s();
-        let mut message = (self.blank)(own_s - self.start_s());
+        let mut message = (self.ready.blank)(own_s - self.start_s());
         let logged = message.logged_mut();
         *logged = by_device(*logged, sample, time_s);
         Some(message)
@@ -574,7 +598,7 @@ impl<M: TickRecord, const D: usize> HostSession<'_, M, D> {
         if tick > self.next_tick {
             let missing = tick - self.next_tick;
             self.samples_lost += missing;
-            let time_s = tick as f64 * self.schedule.sample_time_s + self.shift_s();
+            let time_s = tick as f64 * self.ready.schedule.sample_time_s + self.shift_s();
             let text = format!("{missing} samples before tick {tick} are missing");
             // A recorder that has ended is seen when it is closed.
             let _ = self.recorder.event(time_s, "lost", text);
@@ -585,7 +609,7 @@ impl<M: TickRecord, const D: usize> HostSession<'_, M, D> {
     /// A run that finished, but whose last samples did not come.
     fn count_missing_end(&mut self) {
         if self.record.ended.is_none() && self.has_begun() {
-            self.came_until(self.schedule.samples);
+            self.came_until(self.ready.schedule.samples);
         }
     }
 
@@ -593,7 +617,7 @@ impl<M: TickRecord, const D: usize> HostSession<'_, M, D> {
     fn count_missing_fault(&mut self) {
         if let Some(Ending::DeviceFault(report)) = self.record.ended {
             let made = u64::from(report.tick) + 1;
-            self.came_until(made.min(self.schedule.samples));
+            self.came_until(made.min(self.ready.schedule.samples));
         }
     }
 
@@ -628,7 +652,8 @@ impl<M: TickRecord, const D: usize> HostSession<'_, M, D> {
             } else {
                 self.next_tick.saturating_sub(1)
             };
-            let time_s = |tick: u64| tick as f64 * self.schedule.sample_time_s + self.shift_s();
+            let time_s =
+                |tick: u64| tick as f64 * self.ready.schedule.sample_time_s + self.shift_s();
             let (at, event_s) = ((tick, time_s(tick)), time_s(self.next_tick));
             tell_end(&mut self.recorder, ended, self.record.lateness, at, event_s);
         }
@@ -688,10 +713,8 @@ impl<M: TickRecord, const D: usize> HostSession<'_, M, D> {
 
     /// The sample that cannot be is in the log, as what it is, and no part of the result.
     fn keep_impossible(&mut self) {
-        let message = self
-            .link
-            .impossible()
-            .and_then(|sample| self.message(sample));
+        let sample = self.ready.link.impossible();
+        let message = sample.and_then(|sample| self.message(sample));
         if let Some(message) = message {
             self.gap(message.logged().tick);
             // A recorder that has ended is seen when it is closed.
@@ -719,9 +742,9 @@ impl<M: TickRecord, const D: usize> HostSession<'_, M, D> {
 
     /// Takes what the device says of a run until that is over, or it is silent.
     fn hear_out(&mut self) -> Last {
-        let until = Moment::now() + self.watchdog + FALLEN;
+        let until = Moment::now() + self.ready.device.watchdog() + FALLEN;
         while Moment::now() < until {
-            match self.link.hear(AFTER_FAULT) {
+            match self.ready.link.hear(AFTER_FAULT) {
                 Some(Heard::Sample(sample)) => {
                     self.take_sample(&sample);
                 }
