@@ -132,15 +132,6 @@ pub(crate) enum Item<'a> {
     Text(&'a [u8]),
 }
 
-/// How the numbers of a message lie in its bytes.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Packing {
-    /// Plain CDR: behind a header, each at a multiple of its size; texts end with a zero.
-    Cdr,
-    /// One behind the other, as ROS 1 has them.
-    Dense,
-}
-
 /// Definitions that stand in one schema: the message's own, without a name, and those of other types.
 struct Definitions<'a> {
     parts: Vec<(&'a str, Vec<&'a str>)>,
@@ -180,12 +171,7 @@ impl<'a> Definitions<'a> {
             !short.is_empty() && (name == short || name.ends_with(&format!("/{short}")))
         };
         let found = self.parts.iter().find(|(name, _)| is_it(name));
-        let times = [
-            "time",
-            "duration",
-            "builtin_interfaces/Time",
-            "builtin_interfaces/Duration",
-        ];
+        let times = ["builtin_interfaces/Time", "builtin_interfaces/Duration"];
         let known = times.contains(&short.as_str()).then_some(&TIME[..]);
         found.map(|(_, lines)| lines.as_slice()).or(known)
     }
@@ -248,7 +234,7 @@ impl<S: Copy> Layout<S> {
         message: &[u8],
         take: impl FnMut(S, &[usize], Item<'_>),
     ) -> Result<(), MessageError> {
-        match self.read_padded(message, Packing::Cdr, take)? {
+        match self.read_padded(message, take)? {
             0 => Ok(()),
             _ => Err(MessageError::Fields),
         }
@@ -258,19 +244,11 @@ impl<S: Copy> Layout<S> {
     pub(crate) fn read_padded(
         &self,
         message: &[u8],
-        packing: Packing,
         mut take: impl FnMut(S, &[usize], Item<'_>),
     ) -> Result<usize, MessageError> {
-        let fields = match packing {
-            Packing::Cdr => message.strip_prefix(&ENCAPSULATION),
-            Packing::Dense => Some(message),
-        };
+        let fields = message.strip_prefix(&ENCAPSULATION);
         let fields = fields.ok_or(MessageError::Encapsulation)?;
-        let mut bytes = Cdr {
-            fields,
-            at: 0,
-            packing,
-        };
+        let mut bytes = Cdr { fields, at: 0 };
         bytes
             .fields(&self.fields, &mut Vec::new(), &mut take)
             .ok_or(MessageError::Fields)?;
@@ -320,20 +298,16 @@ pub(super) fn put<const N: usize>(buffer: &mut Vec<u8>, bytes: [u8; N]) {
     buffer.extend(bytes);
 }
 
-/// Reads fields behind the header.
+/// Reads plain CDR behind its header: each number at a multiple of its size, texts with a zero at their end.
 struct Cdr<'a> {
     fields: &'a [u8],
     at: usize,
-    packing: Packing,
 }
 
 impl<'a> Cdr<'a> {
     /// A number of so many bytes, which stands at a multiple of them.
     fn number(&mut self, size: usize) -> Option<u64> {
-        let start = match self.packing {
-            Packing::Cdr => self.at.next_multiple_of(size),
-            Packing::Dense => self.at,
-        };
+        let start = self.at.next_multiple_of(size);
         self.at = start + size;
         let mut bytes = [0; 8];
         bytes[..size].copy_from_slice(self.fields.get(start..self.at)?);
@@ -396,10 +370,7 @@ impl<'a> Cdr<'a> {
         let length = self.count()?;
         let bytes = self.fields.get(self.at..)?.get(..length)?;
         self.at += length;
-        match self.packing {
-            Packing::Cdr => bytes.strip_suffix(&[0]),
-            Packing::Dense => Some(bytes),
-        }
+        bytes.strip_suffix(&[0])
     }
 }
 

@@ -8,13 +8,12 @@
 //! | messages | definition |
 //! |---|---|
 //! | `cdr`, plain and little endian | `ros2msg` |
-//! | `ros1` | `ros1msg` |
 //! | `json` | none is needed |
 //!
 //! - *Errors*: a log without a topic of numbers, or with several of which none is named; the error lists them.
 //! - *Cost*: the file is read once; eight bytes of memory for each number.
 
-use super::message::{Item, LogMessage as _, Packing};
+use super::message::{Item, LogMessage as _};
 use super::{Condition, ExportSummary, Leftover, LogFiles, NewFile, RecordError, TickMessage};
 use mcap::records::Record;
 use serde_json::Value;
@@ -150,33 +149,32 @@ impl Topic {
 #[derive(Debug)]
 enum Decoder {
     /// The layout, and the names of its numbers.
-    Ros(Layout, Vec<String>, Packing),
+    Ros(Layout, Vec<String>),
     Json,
 }
 
 impl Decoder {
     /// By the encoding of the messages, and by that of their definition; else why they are not read.
     fn of(encoding: &str, (language, definition): &(String, String)) -> Result<Self, String> {
-        let packing = match (encoding, language.as_str()) {
+        match (encoding, language.as_str()) {
             ("json", _) => return Ok(Self::Json),
-            ("cdr", "ros2msg") => Packing::Cdr,
-            ("ros1", "ros1msg") => Packing::Dense,
+            ("cdr", "ros2msg") => {}
             _ => return Err(format!("{encoding:?} defined by {language:?} is not read")),
-        };
+        }
         let mut names = Vec::new();
         let layout = Layout::of(definition, |name| {
             names.push(name.to_owned());
             Some(names.len() - 1)
         });
-        Ok(Self::Ros(layout, names, packing))
+        Ok(Self::Ros(layout, names))
     }
 
     /// The numbers of a message with their names, and true if elements of an array were left out.
     fn numbers(&self, bytes: &[u8]) -> Result<(Vec<(String, f64)>, bool), String> {
         let (mut numbers, mut is_long) = (Vec::new(), false);
         match self {
-            Self::Ros(layout, names, packing) => {
-                let rest = layout.read_padded(bytes, *packing, |slot, places, item| {
+            Self::Ros(layout, names) => {
+                let rest = layout.read_padded(bytes, |slot, places, item| {
                     let Item::Number(number) = item else { return };
                     match places.iter().all(|&place| place < ELEMENTS_MOST) {
                         true => numbers.push((numbered(&names[slot], places), number.to_f64())),
@@ -377,12 +375,10 @@ fn join_stamps(columns: &[(String, Vec<f64>)]) -> Vec<(String, Vec<f64>)> {
 mod tests {
     use super::*;
 
-    fn ros(definition: &str, packing: [&str; 2]) -> Decoder {
-        let schema = (packing[1].to_owned(), definition.to_owned());
-        Decoder::of(packing[0], &schema).expect("is read")
+    fn ros(definition: &str) -> Decoder {
+        let schema = ("ros2msg".to_owned(), definition.to_owned());
+        Decoder::of("cdr", &schema).expect("is read")
     }
-
-    const CDR: [&str; 2] = ["cdr", "ros2msg"];
 
     #[test]
     fn a_definition_without_end_or_bytes_ends() {
@@ -395,7 +391,7 @@ mod tests {
             "uint8[4000000000] a".to_owned(),
         ];
         for definition in definitions {
-            let decoder = ros(&definition, CDR);
+            let decoder = ros(&definition);
             let numbers = decoder.numbers(&[0, 1, 0, 0, 255, 255, 255, 255]);
             assert!(
                 numbers.is_ok_and(|(numbers, _)| numbers.is_empty())
@@ -418,28 +414,26 @@ mod tests {
         bytes.extend((-9_i64).to_le_bytes());
         // Filled up to a multiple of four.
         bytes.extend([1, 0, 0, 0]);
-        let (numbers, is_long) = ros(&definition, CDR).numbers(&bytes).expect("reads");
+        let (numbers, is_long) = ros(&definition).numbers(&bytes).expect("reads");
         let names = ["a", "b", "d[0].x", "d[1].x", "e", "f"].map(str::to_owned);
         let want = std::iter::zip(names, [-2.0, 1.5, -1.0, 7.0, -9.0, 1.0]);
         assert_eq!(numbers, want.collect::<Vec<_>>());
         assert!(!is_long);
         for length in 0..bytes.len() - 3 {
             assert!(
-                ros(&definition, CDR).numbers(&bytes[..length]).is_err(),
+                ros(&definition).numbers(&bytes[..length]).is_err(),
                 "{length}"
             );
         }
         bytes.extend([0; 4]);
-        let error = ros(&definition, CDR).numbers(&bytes).expect_err("too long");
+        let error = ros(&definition).numbers(&bytes).expect_err("too long");
         assert!(error.contains("7 bytes follow"), "{error}");
     }
 
     #[test]
     fn long_arrays_are_cut_and_that_is_told() {
-        let bytes = [&[100, 0, 0, 0][..], &[7; 100]].concat();
-        let (numbers, is_long) = ros("uint8[] a", ["ros1", "ros1msg"])
-            .numbers(&bytes)
-            .expect("reads");
+        let bytes = [&[0, 1, 0, 0, 100, 0, 0, 0][..], &[7; 100]].concat();
+        let (numbers, is_long) = ros("uint8[] a").numbers(&bytes).expect("reads");
         assert_eq!((numbers.len(), is_long), (ELEMENTS_MOST, true));
         let (numbers, is_long) = Decoder::Json
             .numbers(b"{\"a\": [[1, 2], true], \"b\": \"3\"}")

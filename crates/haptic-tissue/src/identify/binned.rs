@@ -8,7 +8,7 @@
 //! *Cost*: a model at some 20 nodes for each factor e, and 4 products a row.
 
 use super::contour::Quantity;
-use super::elements::{Slope, VARIABLES};
+use super::elements::Slope;
 use crate::indentation::cubic;
 use nalgebra::DMatrix;
 
@@ -88,15 +88,8 @@ impl Binned {
             .map(|m| at(self.first_node + m as f64 * SPACING))
             .collect();
         for (n, row) in self.rows.iter().enumerate() {
-            let mut sum = Slope::default();
-            for (weight, node) in row.weights.iter().zip(&nodes[row.node - 1..]) {
-                let node = &node[row.part];
-                sum.value += weight * node.value;
-                for v in 0..VARIABLES {
-                    sum.by[v] += weight * node.by[v];
-                }
-            }
-            each(n, sum);
+            let around = nodes[row.node - 1..].iter().map(|node| &node[row.part]);
+            each(n, Slope::sum(&row.weights, around));
         }
     }
 }

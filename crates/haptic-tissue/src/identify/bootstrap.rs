@@ -45,10 +45,8 @@ pub(super) fn intervals(
                 return None;
             }
             let drawn = draw(&residuals, block, seed.wrapping_add(record as u64));
-            let values = curve
-                .iter()
-                .zip(drawn)
-                .map(|(curve, residual)| curve + residual);
+            let pairs = curve.iter().zip(drawn);
+            let values = pairs.map(|(curve, residual)| curve + residual);
             let target = target.with_values(values.collect());
             let fit = minimise(candidate, &target, &ranges, &start, &free, &[], FINE);
             progress(1);

@@ -16,12 +16,12 @@
 
 use super::candidates::{Identification, choose, identified};
 use super::elements::{Candidate, Elements};
-use super::error::IdentifyError;
+use super::error::{IdentifyError, sorted};
 use super::fit::{Estimate, Fit, REFUSED, fit, parameters, student};
 use super::keys::{BASELINE, CONTACT_POINT, KIND, REPLICATES, STIFFENING};
 use super::options::{Options, candidates, target_of};
 use super::record::{ContactPoint, REST_OF_FIT, Record, RecordKind, Touch, area};
-use super::search::{polished, search};
+use super::search::{next_place, polished, search};
 use super::target::Target;
 use crate::model::{Model, ModelKind};
 use nalgebra::{DMatrix, DVector};
@@ -142,13 +142,7 @@ pub(super) fn touched(
             Ok((record, fit, place))
         })
         .collect();
-    let (mut fitted, mut failed) = (Vec::new(), Vec::new());
-    for place in places {
-        match place {
-            Ok(one) => fitted.push(one),
-            Err(error) => failed.push(error),
-        }
-    }
+    let (mut fitted, mut failed) = sorted(places);
     fitted.sort_by(|a, b| a.1.bic.total_cmp(&b.1.bic));
     let Some(chosen) = choose(fitted.iter().map(|one| &one.1), options.chosen) else {
         return Err(failed.pop().unwrap_or(IdentifyError::Stopped));
@@ -226,20 +220,16 @@ pub(super) fn missed(
         (true, constant),
     ];
     let candidates = candidates(&both, record.kind).ok()?;
-    let all = candidates
-        .into_iter()
-        .flat_map(|one| ways.map(|way| (one, way)));
-    let all: Vec<_> = all
-        .filter_map(|(candidate, (is_free, baseline))| place(candidate, is_free, baseline))
-        .collect();
-    let least = |is_plain: bool| {
-        let some = all
-            .iter()
-            .filter(|one| is_plain == (!one.1 && one.2.is_none()));
-        some.min_by(|a, b| a.0.bic.total_cmp(&b.0.bic))
+    let candidates = candidates.iter();
+    let all =
+        candidates.flat_map(|one| ways.map(|(is_free, baseline)| place(*one, is_free, baseline)));
+    let is_plain = |one: &(Place, bool, Option<Baseline>)| !one.1 && one.2.is_none();
+    let both: (Vec<_>, Vec<_>) = all.flatten().partition(is_plain);
+    let least = |some: Vec<(Place, bool, Option<Baseline>)>| {
+        some.into_iter().min_by(|a, b| a.0.bic.total_cmp(&b.0.bic))
     };
-    let (plain, better) = (least(true)?, least(false)?);
-    let moduli = [plain, better].map(|(place, ..)| {
+    let (plain, better) = (least(both.0)?, least(both.1)?);
+    let moduli = [&plain, &better].map(|(place, ..)| {
         let values = parameters(place.candidate, &place.elements, place.unit_s);
         let model = Model::from_parameters(place.candidate.kind(), &values).ok()?;
         // |M(iω)| at 1 rad/s, or where a shorter record ends: V of a spring-pot.
@@ -285,11 +275,7 @@ impl Place {
 impl Search<'_> {
     /// Depths between which the contact is, m.
     fn range(&self) -> [f64; 2] {
-        let depths = || {
-            self.touch
-                .iter()
-                .flat_map(|touch| touch.depth_m.iter().copied())
-        };
+        let depths = || self.touch.iter().flat_map(|touch| &touch.depth_m).copied();
         let low = depths().fold(f64::INFINITY, f64::min);
         let width = depths().fold(0.0, f64::max) - low;
         [low - BEFORE * width, low + DEEPEST * width]
@@ -301,14 +287,12 @@ impl Search<'_> {
             Some(touch) => Record::touching(touch, contact_m, REST_OF_FIT)?,
             None => self.record.clone(),
         };
-        let begin = record.x[0];
+        let since = record.x.iter().map(|time| time - record.x[0]).collect();
+        let columns = [vec![1.0; record.x.len()], since].into_iter();
         record.beside = match self.baseline {
             None => Vec::new(),
-            Some(Baseline::Constant) => vec![vec![1.0; record.x.len()]],
-            Some(Baseline::Linear) => vec![
-                vec![1.0; record.x.len()],
-                record.x.iter().map(|time| time - begin).collect(),
-            ],
+            Some(Baseline::Constant) => columns.take(1).collect(),
+            Some(Baseline::Linear) => columns.collect(),
         };
         Ok(record)
     }
@@ -324,11 +308,7 @@ impl Search<'_> {
         let target = target_of(&record, self.options, self.stop);
         let best = match near {
             Some(near) => polished(candidate, &target, [near.start(&target)].iter())?,
-            None => search(
-                candidate,
-                &target,
-                STARTS[1].min(self.options.starts.max(1)),
-            )?,
+            None => search(candidate, &target, self.options.starts.clamp(1, STARTS[1]))?,
         };
         Ok(Place {
             candidate,
@@ -349,10 +329,7 @@ impl Search<'_> {
         let thinned = touch.thinned(FEW);
         let few = Search {
             touch: Some(&thinned),
-            record: self.record,
-            baseline: self.baseline,
-            options: self.options,
-            stop: self.stop,
+            ..*self
         };
         let candidate = Candidate::of(ModelKind::SpringPot);
         let [mut low, mut high] = self.range();
@@ -368,11 +345,8 @@ impl Search<'_> {
             });
             let sums: Vec<(f64, f64)> = sums.collect::<Vec<_>>().into_iter().flatten().collect();
             let least = sums.iter().min_by(|a, b| a.1.total_cmp(&b.1));
-            near = least
-                .map(|least| least.0)
-                .ok_or(IdentifyError::NotConverged {
-                    model: ModelKind::SpringPot.name(),
-                })?;
+            let model = ModelKind::SpringPot.name();
+            (near, _) = *least.ok_or(IdentifyError::NotConverged { model })?;
             (low, high) = (near - step, near + step);
         }
         Ok([near, step])
@@ -398,45 +372,13 @@ impl Search<'_> {
         for round in 1..=ROUNDS {
             points.sort_by(|a, b| a.contact_m.total_cmp(&b.contact_m));
             points.dedup_by(|a, b| a.contact_m - b.contact_m < 0.1 * close);
-            let sums = points.iter().enumerate();
-            let lowest = sums.min_by(|a, b| a.1.sum.total_cmp(&b.1.sum));
-            let lowest = lowest.map_or(0, |lowest| lowest.0);
-            let here = &points[lowest];
-            let depth = |n: usize| points[n].contact_m;
-            let next = if points.len() < 3 {
-                break;
-            } else if lowest == 0 {
-                (depth(0) - 2.0 * (depth(1) - depth(0))).max(low)
-            } else if lowest == points.len() - 1 {
-                (depth(lowest) + 2.0 * (depth(lowest) - depth(lowest - 1))).min(high)
-            } else {
-                let [a, m, z] = [lowest - 1, lowest, lowest + 1].map(depth);
-                let [fa, fm, fz] =
-                    [lowest - 1, lowest, lowest + 1].map(|n| points[n].sum / here.sum);
-                // Newton's form: f = fa + s·(x − a) + c·(x − a)(x − m).
-                let s = (fm - fa) / (m - a);
-                let c = ((fz - fm) / (z - m) - s) / (z - a);
-                let vertex = (0.5 * (a + m) - 0.5 * s / c).clamp(a, z);
-                if c.is_nan() || (vertex - m).abs() <= close || z - a <= 2.0 * close {
-                    break;
-                }
-                // Every third step halves the wider side, in case the vertices come from one side.
-                match round % 3 > 0 {
-                    true => vertex,
-                    false if z - m > m - a => 0.5 * (m + z),
-                    false => 0.5 * (a + m),
-                }
-            };
-            if points
-                .iter()
-                .any(|point| (point.contact_m - next).abs() < 0.1 * close)
-            {
-                break;
-            }
-            match self.place(candidate, next, Some(here)) {
-                Ok(place) => points.push(place),
-                Err(_) => break,
-            }
+            let places = points.iter().map(|place| [place.contact_m, place.sum]);
+            let places: Vec<[f64; 2]> = places.collect();
+            let next = next_place(&places, [low, high], close, round);
+            let here = points.iter().min_by(|a, b| a.sum.total_cmp(&b.sum));
+            let next = next.map(|depth| self.place(candidate, depth, here));
+            let Some(Ok(place)) = next else { break };
+            points.push(place);
         }
         let least = points.into_iter().min_by(|a, b| a.sum.total_cmp(&b.sum));
         least.ok_or(IdentifyError::Stopped)
@@ -493,25 +435,21 @@ impl Search<'_> {
             }
         });
         // With columns of length 1; one of 0 has no part.
-        let sizes: Vec<f64> = matrix
-            .column_iter()
-            .map(|column| column.norm().max(f64::MIN_POSITIVE))
-            .collect();
+        let sizes = matrix.column_iter().map(|column| column.norm());
+        let sizes: Vec<f64> = sizes.map(|size| size.max(f64::MIN_POSITIVE)).collect();
         for (mut column, size) in matrix.column_iter_mut().zip(&sizes) {
             column /= *size;
         }
-        let parts = matrix.svd(true, true);
-        let solved = parts
-            .solve(&right, SINGULAR)
-            .unwrap_or_else(|_| DVector::zeros(columns));
-        let inverse = parts
-            .pseudo_inverse(SINGULAR)
-            .unwrap_or_else(|_| DMatrix::zeros(columns, rows));
+        let inverse = matrix.pseudo_inverse(SINGULAR);
+        let inverse = inverse.unwrap_or_else(|_| DMatrix::zeros(columns, rows));
+        let solved = &inverse * right;
         let freedom = (fit.independent - columns as f64).max(1.0);
         let deviation = fit.rms * libm::sqrt(rows as f64 / freedom);
         let t = student(freedom);
-        let touch = record_area(self.record);
-        let mut names = match (self.baseline, touch.is_some()) {
+        // N/Pa, if the stress was made of the force of an indenter.
+        let touch = self.record.touch.as_ref();
+        let area = touch.map(|touch| area(&touch.specimen));
+        let mut names = match (self.baseline, area.is_some()) {
             (None, _) => Vec::new(),
             (Some(_), true) => vec![("baseline_n", "N"), ("baseline_drift_n_per_s", "N/s")],
             (Some(_), false) => vec![("baseline_pa", "Pa"), ("baseline_drift_pa_per_s", "Pa/s")],
@@ -520,11 +458,9 @@ impl Search<'_> {
         names.extend(self.touch.map(|_| ("contact_point_m", "m")));
         let named = names.into_iter().enumerate().map(|(k, (name, unit))| {
             let (column, is_contact) = (memory + k, unit == "m");
-            let scale = touch.filter(|_| !is_contact).unwrap_or(1.0) / sizes[column];
-            let begin = self
-                .touch
-                .filter(|_| is_contact)
-                .map_or(0.0, |touch| touch.zero_m + place.contact_m);
+            let scale = area.filter(|_| !is_contact).unwrap_or(1.0) / sizes[column];
+            let begin = self.touch.filter(|_| is_contact);
+            let begin = begin.map_or(0.0, |touch| touch.zero_m + place.contact_m);
             let value = begin + scale * solved[column];
             let error = scale * deviation * inverse.row(column).norm();
             Estimate::of_line(name, unit, value, error, t)
@@ -535,8 +471,3 @@ impl Search<'_> {
 
 /// A singular value over the largest that is one of rounding.
 const SINGULAR: f64 = 1e-10;
-
-/// N/Pa, if the stress was made of the force of an indenter.
-fn record_area(record: &Record) -> Option<f64> {
-    record.touch.as_ref().map(|touch| area(&touch.specimen))
-}

@@ -227,6 +227,18 @@ pub(super) struct Slope {
 }
 
 impl Slope {
+    /// A sum of other values, each so many times.
+    pub(super) fn sum<'a>(weights: &[f64], of: impl IntoIterator<Item = &'a Self>) -> Self {
+        let mut sum = Self::default();
+        for (weight, part) in weights.iter().zip(of) {
+            sum.value += weight * part.value;
+            for (by, part) in sum.by.iter_mut().zip(&part.by) {
+                *by += weight * part;
+            }
+        }
+        sum
+    }
+
     /// So many times a value and its derivatives by the aᵢ and the αᵢ.
     pub(super) fn of(
         candidate: Candidate,
@@ -237,11 +249,7 @@ impl Slope {
     ) -> Self {
         let mut by = [0.0; VARIABLES];
         for (variable, by) in by.iter_mut().enumerate().take(candidate.variables()) {
-            let slopes = if is_order(variable) {
-                &by_order
-            } else {
-                &by_modulus
-            };
+            let slopes = [by_modulus, by_order][variable % 2];
             *by = scale * slopes[variable / 2];
         }
         Self {

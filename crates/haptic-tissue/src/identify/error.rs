@@ -53,3 +53,15 @@ fn in_column(name: &Option<String>) -> String {
     let named = |name: &String| format!(", column {name}");
     name.as_ref().map_or(String::new(), named)
 }
+
+/// What came out well, and what did not.
+pub(super) fn sorted<T>(all: Vec<Result<T, IdentifyError>>) -> (Vec<T>, Vec<IdentifyError>) {
+    let (mut well, mut failed) = (Vec::new(), Vec::new());
+    for one in all {
+        match one {
+            Ok(one) => well.push(one),
+            Err(error) => failed.push(error),
+        }
+    }
+    (well, failed)
+}

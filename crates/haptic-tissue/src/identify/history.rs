@@ -12,7 +12,7 @@
 //! the parameters know that c is fitted too (G. H. Golub, V. Pereyra, *Separable nonlinear least squares*, 2003).
 
 use super::contour::{Contour, Quantity};
-use super::elements::{Candidate, Elements, Slope, VARIABLES};
+use super::elements::{Candidate, Elements, Slope};
 use crate::indentation::cubic;
 use nalgebra::DMatrix;
 use rayon::prelude::*;
@@ -106,11 +106,8 @@ impl History {
             before += time_s.len();
         }
         history.stress_scale = libm::sqrt(square / history.chosen.len() as f64);
-        let scale = history.stress_scale;
-        history
-            .wanted
-            .iter_mut()
-            .for_each(|stress| *stress /= scale);
+        let (scale, wanted) = (history.stress_scale, history.wanted.iter_mut());
+        wanted.for_each(|stress| *stress /= scale);
         history.leave_out(beside);
         history
     }
@@ -207,13 +204,7 @@ impl History {
             .map(|m| contour.at(self.first_node + m as f64 * SPACING))
             .collect();
         for (n, row) in self.weights.chunks_exact(self.nodes).enumerate() {
-            let mut sum = Slope::default();
-            for (&weight, node) in row.iter().zip(&nodes) {
-                sum.value += weight * node.value;
-                for v in 0..VARIABLES {
-                    sum.by[v] += weight * node.by[v];
-                }
-            }
+            let mut sum = Slope::sum(row, &nodes);
             sum.value *= scale;
             sum.by.iter_mut().for_each(|by| *by *= scale);
             each(n, sum);

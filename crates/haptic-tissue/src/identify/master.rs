@@ -18,7 +18,7 @@ use super::fit::{Estimate, likelihood, student};
 use super::record::{Record, RecordKind};
 use crate::identify::keys::{MASTER_CURVE, SEGMENT};
 use fracdiff::parameter::Shown;
-use nalgebra::{Matrix2, Vector2};
+use nalgebra::{SMatrix, SVector};
 
 /// How much faster or slower the tissue is at a temperature.
 #[derive(Clone, Debug, PartialEq)]
@@ -96,11 +96,8 @@ pub fn master_curve(
         ));
     }
     // A sweep goes the other way: a tissue that is faster shows at high frequencies what it shows at short times.
-    let way = if kind == RecordKind::Oscillation {
-        -1.0
-    } else {
-        1.0
-    };
+    let is_sweep = kind == RecordKind::Oscillation;
+    let way = if is_sweep { -1.0 } else { 1.0 };
     let curves: Vec<Curve> = records.iter().map(|one| Curve::new(&one.1)).collect();
     let (mut shifts, mut errors) = (vec![0.0], vec![0.0]);
     for (n, pair) in curves.windows(2).enumerate() {
@@ -182,10 +179,8 @@ impl Curve {
         if !(low..=high).contains(&ln_x) {
             return None;
         }
-        let after = self
-            .ln_x
-            .partition_point(|x| *x < ln_x)
-            .clamp(1, self.ln_x.len() - 1);
+        let after = self.ln_x.partition_point(|x| *x < ln_x);
+        let after = after.clamp(1, self.ln_x.len() - 1);
         let y = &self.ln_y[modulus][after - 1..=after];
         let x = &self.ln_x[after - 1..=after];
         let slope = (y[1] - y[0]) / (x[1] - x[0]).max(f64::MIN_POSITIVE);
@@ -197,10 +192,9 @@ impl Curve {
         let mut sums = [0.0; 3];
         let mut add = |curve: &Self, modulus: usize, x: f64, y: f64| {
             if let Some([value, slope]) = curve.at(modulus, x) {
-                let parts = [(y - value) * (y - value), 1.0, slope * slope];
-                sums.iter_mut()
-                    .zip(parts)
-                    .for_each(|(sum, part)| *sum += part);
+                sums[0] += (y - value) * (y - value);
+                sums[1] += 1.0;
+                sums[2] += slope * slope;
             }
         };
         for modulus in 0..self.ln_y.len() {
@@ -234,84 +228,61 @@ impl Curve {
             }
         }
         let shift = 0.5 * (left + right);
-        let [square, count, slopes] = self
-            .distance(other, shift)
-            .or_else(|| self.distance(other, best))?;
+        let there = self.distance(other, shift);
+        let [square, count, slopes] = there.or_else(|| self.distance(other, best))?;
         // Each distance is of two points with noise, and counts from both sides.
-        Some((
-            shift,
-            libm::sqrt(2.0 * square / (count - 1.0) / slopes.max(f64::MIN_POSITIVE)),
-        ))
+        let variance = 2.0 * square / (count - 1.0) / slopes.max(f64::MIN_POSITIVE);
+        Some((shift, libm::sqrt(variance)))
     }
 }
 
 /// Both laws, the better one first. The reference temperature tells nothing of either.
 fn laws(shifts: &[Shift], reference_c: f64) -> Vec<ShiftLaw> {
     let point = |shift: &Shift| [shift.temperature_c - reference_c, shift.log10];
-    let points: Vec<[f64; 2]> = shifts
-        .iter()
-        .map(point)
-        .filter(|[x, _]| x.abs() > ALIKE)
-        .collect();
+    let points = shifts.iter().map(point);
+    let points: Vec<[f64; 2]> = points.filter(|[x, _]| x.abs() > ALIKE).collect();
     let both = [wlf(&points), arrhenius(&points, reference_c)];
     let mut laws: Vec<ShiftLaw> = both.into_iter().flatten().collect();
     laws.sort_by(|a, b| a.bic.total_cmp(&b.bic));
     laws
 }
 
+/// Numbers by least squares of points, a row and what it is to reach of each, and the diagonal of the inverse normal matrix.
+fn solved<const N: usize>(
+    points: &[[f64; 2]],
+    row: impl Fn([f64; 2]) -> ([f64; N], f64),
+) -> Option<[SVector<f64, N>; 2]> {
+    let (mut normal, mut right) = (SMatrix::<f64, N, N>::zeros(), SVector::zeros());
+    for (row, wanted) in points.iter().map(|point| row(*point)) {
+        let row = SVector::from(row);
+        normal += row * row.transpose();
+        right += row * wanted;
+    }
+    let inverse = normal.try_inverse()?;
+    Some([inverse * right, inverse.diagonal()])
+}
+
 /// C₁ and C₂ by Gauss–Newton from the linear problem y·(C₂ + x) = −C₁·x; none if its pole is among the temperatures.
 fn wlf(points: &[[f64; 2]]) -> Option<ShiftLaw> {
-    let solved = |rows: &mut dyn Iterator<Item = (Vector2<f64>, f64)>| {
-        let (mut normal, mut right) = (Matrix2::zeros(), Vector2::zeros());
-        rows.for_each(|(row, wanted)| {
-            normal += row * row.transpose();
-            right += row * wanted;
-        });
-        normal
-            .try_inverse()
-            .map(|inverse| (inverse, inverse * right))
+    let [mut c, mut spread] = solved(points, |[x, y]| ([-x, -y], x * y))?;
+    let left = |c: &SVector<f64, 2>, [x, y]: [f64; 2]| y + c[0] * x / (c[1] + x);
+    let sum = |c: &SVector<f64, 2>| {
+        let is_below = points.iter().all(|[x, _]| c[1] + x > 0.0);
+        let squares = points.iter().map(|point| left(c, *point).powi(2));
+        is_below.then(|| squares.sum::<f64>())
     };
-    let (_, mut c) = solved(&mut points.iter().map(|&[x, y]| (Vector2::new(-x, -y), x * y)))?;
-    let below = |c: &Vector2<f64>| points.iter().all(|[x, _]| c[1] + x > 0.0);
-    let left = |c: &Vector2<f64>, [x, y]: [f64; 2]| y + c[0] * x / (c[1] + x);
-    let sum = |c: &Vector2<f64>| {
-        points
-            .iter()
-            .map(|point| left(c, *point))
-            .map(|r| r * r)
-            .sum::<f64>()
-    };
-    if points.len() < 3 || !below(&c) {
-        return None;
-    }
-    let mut spread = Matrix2::zeros();
+    let mut least = sum(&c).filter(|_| points.len() > 2)?;
     for _ in 0..50 {
-        let slopes =
-            |[x, _]: [f64; 2]| Vector2::new(-x / (c[1] + x), c[0] * x / ((c[1] + x) * (c[1] + x)));
-        let (inverse, step) = solved(
-            &mut points
-                .iter()
-                .map(|point| (slopes(*point), left(&c, *point))),
-        )?;
-        spread = inverse;
-        let mut part = 1.0;
-        while part > 1e-6 && !(below(&(c + step * part)) && sum(&(c + step * part)) <= sum(&c)) {
-            part *= 0.5;
-        }
-        if part <= 1e-6 {
-            break;
-        }
-        c += step * part;
+        let slopes = |x: f64| [-x / (c[1] + x), c[0] * x / ((c[1] + x) * (c[1] + x))];
+        let step;
+        [step, spread] = solved(points, |[x, y]| (slopes(x), left(&c, [x, y])))?;
+        let mut parts = (0..20).map(|n| c + step * libm::exp2(-f64::from(n)));
+        let lower = parts.find_map(|c| Some((c, sum(&c).filter(|sum| *sum <= least)?)));
+        let Some(lower) = lower else { break };
+        (c, least) = lower;
     }
     let named = [("c1", ""), ("c2_k", "K")];
-    Some(law(
-        "wlf",
-        &named,
-        c.as_slice(),
-        &[spread[(0, 0)], spread[(1, 1)]],
-        sum(&c),
-        points.len(),
-    ))
+    Some(law("wlf", named, [c, spread], least, points.len()))
 }
 
 /// E by linear least squares.
@@ -319,48 +290,32 @@ fn arrhenius(points: &[[f64; 2]], reference_c: f64) -> Option<ShiftLaw> {
     let inverse = |celsius: f64| 1.0 / (celsius + ZERO_CELSIUS);
     let scale = 1.0 / (GAS_CONSTANT * core::f64::consts::LN_10);
     let slope = |x: f64| scale * (inverse(reference_c + x) - inverse(reference_c));
-    let square = points
-        .iter()
-        .map(|[x, _]| slope(*x) * slope(*x))
-        .sum::<f64>();
-    let energy = points.iter().map(|[x, y]| slope(*x) * y).sum::<f64>() / square;
-    let left = points.iter().map(|[x, y]| y - slope(*x) * energy);
+    let [energy, spread] = solved(points, |[x, y]| ([slope(x)], y))?;
+    let left = points.iter().map(|[x, y]| y - slope(*x) * energy[0]);
     let sum = left.map(|r| r * r).sum();
     let named = [("activation_energy_j_per_mol", "J/mol")];
-    (points.len() > 1).then(|| {
-        law(
-            "arrhenius",
-            &named,
-            &[energy],
-            &[1.0 / square],
-            sum,
-            points.len(),
-        )
-    })
+    let law = law("arrhenius", named, [energy, spread], sum, points.len());
+    (points.len() > 1).then_some(law)
 }
 
-fn law(
+/// Numbers of these names and units, and the diagonal of their inverse normal matrix.
+fn law<const N: usize>(
     name: &'static str,
-    named: &[(&'static str, &'static str)],
-    values: &[f64],
-    spread: &[f64],
+    named: [(&'static str, &'static str); N],
+    [values, spread]: [SVector<f64, N>; 2],
     sum: f64,
     count: usize,
 ) -> ShiftLaw {
-    let freedom = (count - values.len()) as f64;
-    let parameters = named
-        .iter()
-        .zip(values)
-        .zip(spread)
-        .map(|(((name, unit), value), spread)| {
-            let error = libm::sqrt(sum / freedom * spread);
-            Estimate::of_line(name, unit, *value, error, student(freedom))
-        });
+    let freedom = count as f64 - N as f64;
+    let parameters = named.into_iter().enumerate().map(|(n, (name, unit))| {
+        let error = libm::sqrt(sum / freedom * spread[n]);
+        Estimate::of_line(name, unit, values[n], error, student(freedom))
+    });
     ShiftLaw {
         name,
         parameters: parameters.collect(),
         rms: libm::sqrt(sum / count as f64),
-        bic: likelihood(count, sum) + (values.len() + 1) as f64 * libm::log(count as f64),
+        bic: likelihood(count, sum) + (N + 1) as f64 * libm::log(count as f64),
     }
 }
 

@@ -16,6 +16,7 @@ use super::target::{Target, Weighting};
 use crate::model::{CANDIDATES, ModelKind, Parameter, ParameterRange};
 use fracdiff::parameter::Shown;
 use haptic_loop::Specimen;
+use std::collections::BTreeSet;
 use std::ops::RangeInclusive;
 use std::sync::atomic::AtomicBool;
 
@@ -87,10 +88,8 @@ pub(super) fn candidates(
     let wrong = |reason: String| Err(IdentifyError::Record(reason));
     for (index, held) in options.held.iter().enumerate() {
         held.check(options)?;
-        if options.held[..index]
-            .iter()
-            .any(|one| one.name == held.name)
-        {
+        let mut others = options.held[..index].iter();
+        if others.any(|one| one.name == held.name) {
             return wrong(format!("`{}` is held twice: hold it once", held.name));
         }
     }
@@ -196,15 +195,11 @@ impl Held {
                 ));
             }
             None => {
-                let mut names: Vec<&str> = CANDIDATES
-                    .iter()
-                    .flat_map(|kind| kind.parameters().iter().map(|one| one.name))
-                    .collect();
-                names.sort_unstable();
-                names.dedup();
+                let parameters = CANDIDATES.iter().flat_map(|kind| kind.parameters());
+                let names: BTreeSet<&str> = parameters.map(|one| one.name).collect();
+                let names = Vec::from_iter(names).join(", ");
                 return wrong(format!(
-                    "no model has a parameter `{name}`: hold one of {}",
-                    names.join(", ")
+                    "no model has a parameter `{name}`: hold one of {names}"
                 ));
             }
         };

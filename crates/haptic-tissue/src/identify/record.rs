@@ -134,11 +134,8 @@ impl Record {
                 KIND.set_to("creep")
             )));
         }
-        let rises = record
-            .first
-            .windows(2)
-            .take_while(|pair| pair[1] > pair[0])
-            .count();
+        let pairs = record.first.windows(2);
+        let rises = pairs.take_while(|pair| pair[1] > pair[0]).count();
         if rises >= FEW_RISES && record.first[rises] > RISE * record.first[0] {
             record.said.push(format!(
                 "the modulus rises {rises} times before it falls, as in a ramp to the held strain: give {RAMP_TIME}, or a strain column"
@@ -235,13 +232,14 @@ impl Record {
         rest: f64,
     ) -> Result<Self, IdentifyError> {
         lengths(&time_s, &strain, Some(&stress_pa))?;
-        for (index, values) in time_s.iter().zip(&strain).zip(&stress_pa).enumerate() {
-            let ((&time, &strain), &stress) = values;
-            if ![time, strain, stress].iter().all(|x| x.is_finite()) {
-                let reason = "a number is not finite; omit the sample".to_owned();
-                return Err(IdentifyError::Sample { index, reason });
-            }
-        }
+        let is_finite = |n: &usize| {
+            let columns = [&time_s, &strain, &stress_pa];
+            columns.iter().all(|column| column[*n].is_finite())
+        };
+        let wrong = (0..time_s.len()).find(|n| !is_finite(n));
+        without(wrong, |_| {
+            "a number is not finite; omit the sample".to_owned()
+        })?;
         increasing(&time_s, "time", "s", |before, after| before >= after)?;
         let reach = strain.iter().map(|x| (x - strain[0]).abs());
         let range = reach.fold(0.0, f64::max);
@@ -273,18 +271,9 @@ impl Record {
             can_stiffen: true,
             noise: None,
         };
-        let record = Self {
-            kind: RecordKind::History,
-            x: time_s,
-            first: strain,
-            second: stress_pa,
-            motions: vec![motion],
-            touch: None,
-            beside: Vec::new(),
-            strain_to: None,
-            said: Vec::new(),
-        };
-        let most = (record.first.iter()).fold(0.0, |most: f64, x| most.max(x.abs()));
+        let most = strain.iter().fold(0.0, |most: f64, x| most.max(x.abs()));
+        let mut record = Self::plain(RecordKind::History, time_s, strain, stress_pa);
+        record.motions = vec![motion];
         Ok(record.with_strain_to(most))
     }
 
@@ -384,18 +373,12 @@ impl Record {
     ) -> Result<Self, IdentifyError> {
         let specimen = &touch.specimen;
         let (mut time_s, mut force_n) = (touch.time_s.clone(), touch.force_n.clone());
-        let mut depth_m: Vec<f64> = touch
-            .depth_m
-            .iter()
-            .map(|depth| depth - contact_m)
-            .collect();
+        let depths = touch.depth_m.iter().map(|depth| depth - contact_m);
+        let mut depth_m: Vec<f64> = depths.collect();
         let mut said = Vec::new();
         if !specimen.loading().kind.is_slab() {
             let most = depth_m.iter().copied().fold(0.0, f64::max);
-            if depth_m
-                .first()
-                .is_some_and(|first| *first > rest * (most - first))
-            {
+            if depth_m[0] > rest * (most - depth_m[0]) {
                 return Err(IdentifyError::Record(format!(
                     "the depth begins at {} m, where an indenter is in contact: begin the record earlier, or give {CONTACT_POINT}",
                     Shown(depth_m[0])
@@ -453,10 +436,10 @@ impl Record {
             all.x.iter_mut().for_each(|x| *x -= begin);
         }
         for other in records {
-            let touches = [&all.touch, &other.touch].into_iter().flatten();
+            let touches = [&all.touch, &other.touch].into_iter();
             if touches
-                .map(|touch| touch.contact)
-                .any(|contact| contact == ContactPoint::Fitted)
+                .flatten()
+                .any(|touch| touch.contact == ContactPoint::Fitted)
             {
                 return Err(IdentifyError::Record(format!(
                     "{CONTACT_POINT} is fitted to one motion, and there are several: give it as a length, or {REPLICATES}"
@@ -572,7 +555,22 @@ impl Record {
         positive(&x, what, unit)?;
         positive(&first, one, of)?;
         positive(&second, other, of)?;
-        let mut record = Self {
+        let mut record = Self::plain(kind, x, first, second);
+        if oscillation {
+            // Sweeps may go up or down.
+            let mut order: Vec<usize> = (0..record.x.len()).collect();
+            order.sort_by(|&a, &b| record.x[a].total_cmp(&record.x[b]));
+            for column in [&mut record.x, &mut record.first, &mut record.second] {
+                *column = order.iter().map(|&i| column[i]).collect();
+            }
+        }
+        increasing(&record.x, what, unit, |before, after| before > after)?;
+        constant(&record.first, one, of)?;
+        Ok(record)
+    }
+
+    const fn plain(kind: RecordKind, x: Vec<f64>, first: Vec<f64>, second: Vec<f64>) -> Self {
+        Self {
             kind,
             x,
             first,
@@ -582,21 +580,6 @@ impl Record {
             beside: Vec::new(),
             strain_to: None,
             said: Vec::new(),
-        };
-        if oscillation {
-            record.sort();
-        }
-        increasing(&record.x, what, unit, |before, after| before > after)?;
-        constant(&record.first, one, of)?;
-        Ok(record)
-    }
-
-    /// Sweeps may go up or down.
-    fn sort(&mut self) {
-        let mut order: Vec<usize> = (0..self.x.len()).collect();
-        order.sort_by(|&a, &b| self.x[a].total_cmp(&self.x[b]));
-        for column in [&mut self.x, &mut self.first, &mut self.second] {
-            *column = order.iter().map(|&i| column[i]).collect();
         }
     }
 
@@ -629,12 +612,9 @@ const SMALL: f64 = 0.2;
 
 /// ℓ of a nominal strain δ/ℓ, m; under a cone the scale of its map.
 pub(super) fn length(specimen: &Specimen) -> f64 {
-    let scale = || {
-        specimen
-            .depth_map()
-            .map_or(1.0, |map| 1.0 / map.numbers()[0])
-    };
-    specimen.length().map_or_else(scale, |length| length.0)
+    let map = specimen.depth_map();
+    let scale = map.map_or(1.0, |map| 1.0 / map.numbers()[0]);
+    specimen.length().map_or(scale, |length| length.0)
 }
 
 /// γℓ, m²: the force of a specimen over its stress, in the modulus of its loading. Of a slab that slides on its plates the
@@ -655,17 +635,13 @@ pub(super) fn within(
 ) -> Result<(), IdentifyError> {
     let bounded = !matches!(kind, LoadingKind::Shear | LoadingKind::Tension);
     let beyond = |depth: &f64| bounded && *depth > thickness_m;
-    match depth_m.iter().position(beyond) {
-        None => Ok(()),
-        Some(index) => Err(IdentifyError::Sample {
-            index,
-            reason: format!(
-                "depth {} m is beyond the thickness {} m: change {THICKNESS}, or cut the record with {FROM}",
-                Shown(depth_m[index]),
-                Shown(thickness_m)
-            ),
-        }),
-    }
+    without(depth_m.iter().position(beyond), |index| {
+        format!(
+            "depth {} m is beyond the thickness {} m: change {THICKNESS}, or cut the record with {FROM}",
+            Shown(depth_m[index]),
+            Shown(thickness_m)
+        )
+    })
 }
 
 const NO_SAMPLES: &str =
@@ -678,29 +654,31 @@ fn lengths(x: &[f64], first: &[f64], second: Option<&Vec<f64>>) -> Result<(), Id
             "the columns have different lengths: give one number of each per sample".to_owned(),
         ));
     }
-    if n == 0 {
-        return Err(IdentifyError::Record(NO_SAMPLES.to_owned()));
-    }
-    if n > SAMPLES_MOST {
-        return Err(IdentifyError::Record(format!(
+    match n {
+        0 => Err(IdentifyError::Record(NO_SAMPLES.to_owned())),
+        1..=SAMPLES_MOST => Ok(()),
+        n => Err(IdentifyError::Record(format!(
             "{n} samples are more than {SAMPLES_MOST}: omit every second one, or cut the record"
-        )));
+        ))),
     }
-    Ok(())
+}
+
+/// Refuses the first sample that is wrong, if there is one.
+fn without(wrong: Option<usize>, reason: impl Fn(usize) -> String) -> Result<(), IdentifyError> {
+    wrong.map_or(Ok(()), |index| {
+        let reason = reason(index);
+        Err(IdentifyError::Sample { index, reason })
+    })
 }
 
 fn positive(values: &[f64], what: &str, unit: &str) -> Result<(), IdentifyError> {
     let wrong = values.iter().position(|&x| !(x > 0.0 && x.is_finite()));
-    match wrong {
-        None => Ok(()),
-        Some(index) => Err(IdentifyError::Sample {
-            index,
-            reason: format!(
-                "{what} {} {unit} is not above 0 {unit}: correct it, or omit the rows up to it",
-                values[index]
-            ),
-        }),
-    }
+    without(wrong, |index| {
+        format!(
+            "{what} {} {unit} is not above 0 {unit}: correct it, or omit the rows up to it",
+            values[index]
+        )
+    })
 }
 
 fn increasing(
@@ -709,18 +687,14 @@ fn increasing(
     unit: &str,
     wrong: impl Fn(f64, f64) -> bool,
 ) -> Result<(), IdentifyError> {
-    let wrong = x.windows(2).position(|pair| wrong(pair[0], pair[1]));
-    match wrong {
-        None => Ok(()),
-        Some(before) => Err(IdentifyError::Sample {
-            index: before + 1,
-            reason: format!(
-                "{what} {} {unit} comes after {} {unit} and is not above it: sort the rows",
-                x[before + 1],
-                x[before]
-            ),
-        }),
-    }
+    let wrong = (1..x.len()).find(|&index| wrong(x[index - 1], x[index]));
+    without(wrong, |index| {
+        format!(
+            "{what} {} {unit} comes after {} {unit} and is not above it: sort the rows",
+            x[index],
+            x[index - 1]
+        )
+    })
 }
 
 fn constant(values: &[f64], what: &str, unit: &str) -> Result<(), IdentifyError> {

@@ -123,20 +123,11 @@ fn spreads(specimens: &[Identification]) -> Vec<Spread> {
 fn all(kind: ModelKind, specimens: &[Identification], spreads: &[Spread]) -> Identification {
     let record = specimens[0].kind;
     // Of sweeps all storage moduli come first.
-    let parts = if record == RecordKind::Oscillation {
-        2
-    } else {
-        1
-    };
-    let joined = |values: &dyn Fn(&Identification) -> Vec<f64>| -> Vec<f64> {
-        let one = |part: usize, specimen: &Identification| {
-            let values = values(specimen);
-            let count = values.len() / parts;
-            values[part * count..(part + 1) * count].to_vec()
-        };
-        let one = &one;
-        let all = (0..parts).flat_map(|part| specimens.iter().flat_map(move |s| one(part, s)));
-        all.collect()
+    let parts = 1 + usize::from(record == RecordKind::Oscillation);
+    let joined = |values: fn(&Identification) -> &Vec<f64>| -> Vec<f64> {
+        let all = (0..parts).flat_map(|part| specimens.iter().map(move |one| (part, values(one))));
+        let parts = all.flat_map(|(part, values)| values.chunks(values.len() / parts).nth(part));
+        parts.flatten().copied().collect()
     };
     let fits = || specimens.iter().map(|specimen| &specimen.fits[0]);
     let correlation = |a: usize, b: usize| {
@@ -145,7 +136,7 @@ fn all(kind: ModelKind, specimens: &[Identification], spreads: &[Spread]) -> Ide
         let sizes = spreads[a].standard_deviation * spreads[b].standard_deviation;
         product / sizes / (specimens.len() as f64 - 1.0)
     };
-    let predicted = joined(&|specimen| specimen.fits[0].predicted.clone());
+    let predicted = joined(|specimen| &specimen.fits[0].predicted);
     let squares = fits().map(|fit| fit.rms * fit.rms * fit.predicted.len() as f64);
     let parameters = 0..spreads.len();
     let fit = Fit {
@@ -165,8 +156,8 @@ fn all(kind: ModelKind, specimens: &[Identification], spreads: &[Spread]) -> Ide
         kind: record,
         samples: specimens.iter().map(|specimen| specimen.samples).sum(),
         fits: vec![fit],
-        x: joined(&|specimen| specimen.x.clone()),
-        measured: joined(&|specimen| specimen.measured.clone()),
+        x: joined(|specimen| &specimen.x),
+        measured: joined(|specimen| &specimen.measured),
         beside: Vec::new(),
         warnings: Vec::new(),
     }
@@ -181,10 +172,8 @@ fn chosen(all: &[Identification], options: &Options) -> Result<ModelKind, Identi
         };
         all.iter().map(fit).sum()
     };
-    let sums = options
-        .candidates
-        .iter()
-        .filter_map(|&kind| Some((kind, sum(kind)?)));
+    let kinds = options.candidates.iter();
+    let sums = kinds.filter_map(|&kind| Some((kind, sum(kind)?)));
     let sums: Vec<(ModelKind, f64)> = sums.collect();
     let least = sums.iter().map(|one| one.1).fold(f64::INFINITY, f64::min);
     let good = sums.iter().filter(|one| one.1 <= least + AS_GOOD);

@@ -458,3 +458,45 @@ pub(super) fn minimise(
         converged,
     }
 }
+
+/// The next place at which to look for the least sum, of places in order with their sums: the vertex of the parabola through the
+/// lowest three neighbours, or outwards as far as the range goes. None once a step is as near as wanted, or of fewer than three places.
+pub(super) fn next_place(
+    points: &[[f64; 2]],
+    range: [f64; 2],
+    near: f64,
+    round: usize,
+) -> Option<f64> {
+    let last = points.len().checked_sub(3)? + 2;
+    let lowest = (0..=last).min_by(|&a, &b| points[a][1].total_cmp(&points[b][1]))?;
+    let place = |n: usize| points[n][0];
+    let is_new = |at: f64| points.iter().all(|point| (point[0] - at).abs() > near);
+    let outwards = match lowest {
+        0 => (3.0 * place(0) - 2.0 * place(1)).max(range[0]),
+        n if n == last => (3.0 * place(n) - 2.0 * place(n - 1)).min(range[1]),
+        n => place(n),
+    };
+    if is_new(outwards) {
+        return Some(outwards);
+    }
+    let three = lowest.clamp(1, last - 1);
+    let three = [three - 1, three, three + 1];
+    let [a, m, z] = three.map(place);
+    let [fa, fm, fz] = three.map(|n| points[n][1] / points[lowest][1]);
+    // Newton's form: f = fa + s·(x − a) + c·(x − a)(x − m).
+    let s = (fm - fa) / (m - a);
+    let c = ((fz - fm) / (z - m) - s) / (z - a);
+    let vertex = (0.5 * (a + m) - 0.5 * s / c).clamp(a, z);
+    let is_there = c > 0.0 && (vertex - place(lowest)).abs() <= near;
+    if is_there || c.is_nan() || z - a <= 2.0 * near {
+        return None;
+    }
+    // Every third step halves the wider side, in case the vertices come from one side.
+    Some(
+        match c > 0.0 && is_new(vertex) && !round.is_multiple_of(3) {
+            true => vertex,
+            false if z - m > m - a => 0.5 * (m + z),
+            false => 0.5 * (a + m),
+        },
+    )
+}

@@ -15,11 +15,11 @@
 use super::advice;
 use super::candidates::{Identification, choose, digits, identified, noisy, richest};
 use super::elements::{Candidate, Elements};
-use super::error::IdentifyError;
+use super::error::{IdentifyError, sorted};
 use super::fit::{AS_GOOD, Estimate, Fit, bic, fit, student};
 use super::options::{self, Options, target_of};
 use super::record::Record;
-use super::search::{Best, polished, search};
+use super::search::{Best, next_place, polished, search};
 use super::target::Target;
 use crate::identify::keys::{BOOTSTRAP, FROM, KIND, STIFFENING};
 use fracdiff::parameter::Shown;
@@ -120,13 +120,7 @@ pub(super) fn stiffened(
         Some((least.lowest().fit.clone(), search.target(least.lowest().b)))
     });
     let search = search(record);
-    let (mut valleys, mut failed) = (Vec::new(), Vec::new());
-    for valley in search.valleys(&candidates) {
-        match valley {
-            Ok(valley) => valleys.push(valley),
-            Err(error) => failed.push(error),
-        }
-    }
+    let (mut valleys, failed) = sorted(search.valleys(&candidates));
     valleys.sort_by(|a, b| a.lowest().fit.bic.total_cmp(&b.lowest().fit.bic));
     let chosen = choose(valleys.iter().map(|one| &one.lowest().fit), options.chosen);
     let Some(chosen) = chosen else {
@@ -163,9 +157,7 @@ pub(super) fn stiffened(
         fit
     }));
     let best = &found.fits[0];
-    found
-        .warnings
-        .extend(failed.iter().map(ToString::to_string));
+    (found.warnings).extend(failed.iter().map(ToString::to_string));
     found.warnings.extend(advice::simpler(best, &found.fits));
     let linear = valley.points.first().filter(|point| point.b <= 0.0);
     let linear = linear.map(|point| {
@@ -181,13 +173,10 @@ pub(super) fn stiffened(
 
 const fn alone(b: f64) -> Estimate {
     Estimate {
-        name: STIFFENING.0,
-        unit: "",
-        value: b,
         standard_error: None,
         low_95: None,
         high_95: None,
-        held: false,
+        ..Estimate::of_line(STIFFENING.0, "", b, 0.0, 0.0)
     }
 }
 
@@ -324,34 +313,14 @@ impl Valley<'_> {
         Some(index)
     }
 
-    /// To the least sum, by the vertex of the parabola through the lowest three neighbours.
+    /// Adds points until the least sum is found.
     fn refine(&mut self) {
-        let near = STEP * (self.search.most - self.search.least);
+        let range = [self.search.least, self.search.most];
+        let near = STEP * (range[1] - range[0]);
         for round in 1..=ROUNDS {
-            if self.points.len() < 3 {
-                return;
-            }
-            let lowest = self.place();
-            let first = (lowest.max(1) - 1).min(self.points.len() - 3);
-            let [a, m, z] = [0, 1, 2].map(|n| self.points[first + n].b);
-            let [fa, fm, fz] =
-                [0, 1, 2].map(|n| self.points[first + n].sum / self.points[lowest].sum);
-            // Newton's form: f = fa + s·(b − a) + c·(b − a)(b − m).
-            let s = (fm - fa) / (m - a);
-            let c = ((fz - fm) / (z - m) - s) / (z - a);
-            let vertex = (0.5 * (a + m) - 0.5 * s / c).clamp(a, z);
-            let far = |b: f64| self.points.iter().all(|point| (point.b - b).abs() > near);
-            let is_there = c > 0.0 && (vertex - self.points[lowest].b).abs() <= near;
-            if is_there || z - a <= 2.0 * near {
-                return;
-            }
-            // Every third step halves the wider side, in case the vertices come from one side.
-            let next = match c > 0.0 && far(vertex) && round % 3 > 0 {
-                true => vertex,
-                false if z - m > m - a => 0.5 * (m + z),
-                false => 0.5 * (a + m),
-            };
-            if self.add(next).is_none() {
+            let points: Vec<[f64; 2]> = self.points.iter().map(|one| [one.b, one.sum]).collect();
+            let next = next_place(&points, range, near, round);
+            if next.and_then(|b| self.add(b)).is_none() {
                 return;
             }
         }
@@ -422,11 +391,7 @@ impl Valley<'_> {
                 };
                 (estimate.low_95, estimate.high_95) = (end(low), end(high));
                 let half = (high - low) / (2.0 * most);
-                let error = if is_order {
-                    half
-                } else {
-                    estimate.value * half
-                };
+                let error = if is_order { 1.0 } else { estimate.value } * half;
                 estimate.standard_error = Some(error).filter(|error| error.is_finite());
             }
         }

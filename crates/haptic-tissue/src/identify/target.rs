@@ -54,8 +54,8 @@ pub(super) struct Target<'a> {
 
 #[derive(Clone, Debug)]
 enum Rows {
-    Step(Quantity, Vec<f64>),
-    Oscillation(Vec<f64>),
+    /// ln of times and a quantity, or ln of frequencies and none: storage and loss modulus.
+    Sampled(Option<Quantity>, Vec<f64>),
     History(History),
     Binned(Binned),
 }
@@ -73,15 +73,15 @@ impl<'a> Target<'a> {
         let values = record.first.iter().chain(&record.second);
         let wanted: Vec<f64> = values.map(|&x| libm::log(x)).collect();
         let (low, high) = ends(&wanted);
-        let (unit, sign, rows) = match record.kind {
-            RecordKind::Oscillation => (-middle, 1.0, Rows::Oscillation(relative)),
-            RecordKind::Creep => (middle, -1.0, Rows::Step(Quantity::Creep, relative)),
+        let (unit, sign, quantity) = match record.kind {
+            RecordKind::Oscillation => (-middle, 1.0, None),
+            RecordKind::Creep => (middle, -1.0, Some(Quantity::Creep)),
             RecordKind::Relaxation | RecordKind::History => {
-                (middle, 1.0, Rows::Step(Quantity::Relaxation, relative))
+                (middle, 1.0, Some(Quantity::Relaxation))
             }
         };
         Self {
-            rows,
+            rows: Rows::Sampled(quantity, relative),
             wanted,
             roots,
             unit_s: libm::exp(unit),
@@ -107,10 +107,8 @@ impl<'a> Target<'a> {
                 let plain = (&record.x[range.clone()], &record.first[range.clone()]);
                 let way = motion.way.as_ref();
                 let (time_s, strain) = way.map_or(plain, |(time, way)| (&time[..], &way[..]));
-                let mapped = motion
-                    .map
-                    .as_ref()
-                    .map(|map| mapped(time_s, strain, map, POINTS));
+                let map = motion.map.as_ref();
+                let mapped = map.map(|map| mapped(time_s, strain, map, POINTS));
                 mapped.or_else(|| motion.way.clone())
             })
             .collect();
@@ -147,8 +145,10 @@ impl<'a> Target<'a> {
     pub(super) fn in_seconds(mut self) -> Self {
         let shift = libm::log(self.unit_s);
         match &mut self.rows {
-            Rows::Step(_, ln_x) => ln_x.iter_mut().for_each(|x| *x += shift),
-            Rows::Oscillation(ln_x) => ln_x.iter_mut().for_each(|x| *x -= shift),
+            Rows::Sampled(quantity, ln_x) => {
+                let shift = if quantity.is_some() { shift } else { -shift };
+                ln_x.iter_mut().for_each(|x| *x += shift);
+            }
             Rows::History(history) => history.in_seconds(),
             Rows::Binned(_) => return self,
         }
@@ -168,8 +168,8 @@ impl<'a> Target<'a> {
     /// Number of samples that are compared.
     pub(super) fn samples(&self) -> usize {
         match &self.rows {
-            Rows::Oscillation(ln_omega) => ln_omega.len(),
-            Rows::Step(..) | Rows::History(_) | Rows::Binned(_) => self.len(),
+            Rows::Sampled(_, ln_x) => ln_x.len(),
+            Rows::History(_) | Rows::Binned(_) => self.len(),
         }
     }
 
@@ -177,13 +177,9 @@ impl<'a> Target<'a> {
     /// of samples.
     pub(super) fn compressed(&self) -> Self {
         let (wanted, roots) = (&self.wanted, &self.roots);
-        let binned = |quantity, ln_x: &[f64]| {
-            let (binned, wanted) = Binned::new(quantity, ln_x, wanted, roots)?;
-            Some((Rows::Binned(binned), wanted))
-        };
         let compressed = match &self.rows {
-            Rows::Step(quantity, ln_time) => binned(Some(*quantity), ln_time),
-            Rows::Oscillation(ln_omega) => binned(None, ln_omega),
+            Rows::Sampled(quantity, ln_x) => Binned::new(*quantity, ln_x, wanted, roots)
+                .map(|(binned, wanted)| (Rows::Binned(binned), wanted)),
             Rows::History(history) => (history.compressed(wanted, roots))
                 .map(|(history, wanted)| (Rows::History(history), wanted)),
             Rows::Binned(_) => None,
@@ -204,24 +200,21 @@ impl<'a> Target<'a> {
         let is_compressed = match &self.rows {
             Rows::History(history) => history.chosen.is_empty(),
             Rows::Binned(_) => true,
-            Rows::Step(..) | Rows::Oscillation(_) => false,
+            Rows::Sampled(..) => false,
         };
         if is_compressed {
             return self.clone();
         }
         let samples = self.samples();
         let step = samples.div_ceil(most).max(1);
-        let chosen: Vec<usize> = (0..samples)
-            .step_by(step)
-            .chain((!(samples - 1).is_multiple_of(step)).then_some(samples - 1))
-            .collect();
+        let last = (!(samples - 1).is_multiple_of(step)).then_some(samples - 1);
+        let chosen: Vec<usize> = (0..samples).step_by(step).chain(last).collect();
         let of = |values: &[f64]| -> Vec<f64> {
             let part = |n: usize| chosen.iter().map(move |&i| values[n * samples + i]);
             (0..values.len() / samples).flat_map(part).collect()
         };
         let rows = match &self.rows {
-            Rows::Step(quantity, ln_time) => Rows::Step(*quantity, of(ln_time)),
-            Rows::Oscillation(ln_omega) => Rows::Oscillation(of(ln_omega)),
+            Rows::Sampled(quantity, ln_x) => Rows::Sampled(*quantity, of(ln_x)),
             Rows::History(history) => Rows::History(history.thinned(&chosen)),
             Rows::Binned(binned) => Rows::Binned(binned.clone()),
         };
@@ -249,7 +242,7 @@ impl<'a> Target<'a> {
             let mut slope = model;
             match self.rows {
                 Rows::History(_) | Rows::Binned(_) => slope.value -= wanted,
-                Rows::Step(..) | Rows::Oscillation(_) => slope = logarithm(model, wanted),
+                Rows::Sampled(..) => slope = logarithm(model, wanted),
             }
             finite &= slope.value.is_finite();
             each(n, self.roots[n], slope);
@@ -266,9 +259,7 @@ impl<'a> Target<'a> {
     pub(super) fn modelled(&self, n: usize, residual: f64) -> f64 {
         match self.rows {
             Rows::History(_) => (residual + self.wanted[n]) * self.scale,
-            Rows::Step(..) | Rows::Oscillation(_) | Rows::Binned(_) => {
-                libm::exp(residual + self.wanted[n])
-            }
+            Rows::Sampled(..) | Rows::Binned(_) => libm::exp(residual + self.wanted[n]),
         }
     }
 
@@ -276,9 +267,7 @@ impl<'a> Target<'a> {
     pub(super) fn chosen(&self) -> Vec<usize> {
         match &self.rows {
             Rows::History(history) => history.chosen.clone(),
-            Rows::Step(..) | Rows::Oscillation(_) | Rows::Binned(_) => {
-                (0..self.samples()).collect()
-            }
+            Rows::Sampled(..) | Rows::Binned(_) => (0..self.samples()).collect(),
         }
     }
 
@@ -289,12 +278,9 @@ impl<'a> Target<'a> {
                 let of = |values: &[f64]| history.chosen.iter().map(|&i| values[i]).collect();
                 (of(&record.x), of(&record.second))
             }
-            Rows::Step(..) | Rows::Oscillation(_) | Rows::Binned(_) => {
-                let parts = if record.second.is_empty() { 1 } else { 2 };
-                (
-                    record.x.repeat(parts),
-                    [&record.first[..], &record.second].concat(),
-                )
+            Rows::Sampled(..) | Rows::Binned(_) => {
+                let values = [&record.first[..], &record.second].concat();
+                (record.x.repeat(values.len() / record.x.len()), values)
             }
         }
     }
@@ -331,38 +317,33 @@ impl<'a> Target<'a> {
         elements: &Elements,
         mut each: impl FnMut(usize, Slope),
     ) {
+        let quantity = match &self.rows {
+            Rows::History(history) => return history.model(candidate, elements, each),
+            Rows::Sampled(quantity, _) => *quantity,
+            Rows::Binned(binned) => binned.quantity,
+        };
+        let contour = quantity.map(|quantity| Contour::new(candidate, quantity, *elements));
+        let at = |ln_x: f64| match &contour {
+            Some(contour) => [contour.at(ln_x), Slope::default()],
+            None => oscillation(candidate, elements, ln_x),
+        };
         match &self.rows {
-            Rows::Step(quantity, ln_time) => {
-                let contour = Contour::new(candidate, *quantity, *elements);
-                for (n, &ln_time) in ln_time.iter().enumerate() {
-                    each(n, contour.at(ln_time));
+            Rows::History(_) => {}
+            Rows::Sampled(_, ln_x) => {
+                for (n, &ln_x) in ln_x.iter().enumerate() {
+                    let parts = at(ln_x).into_iter().take(self.len() / self.samples());
+                    let numbers = (n..).step_by(self.samples());
+                    numbers.zip(parts).for_each(|(n, part)| each(n, part));
                 }
             }
-            Rows::Oscillation(ln_omega) => {
-                for (n, &at) in ln_omega.iter().enumerate() {
-                    let (storage, loss) = oscillation(candidate, elements, at);
-                    each(n, storage);
-                    each(n + ln_omega.len(), loss);
-                }
-            }
-            Rows::History(history) => history.model(candidate, elements, each),
             Rows::Binned(binned) => {
-                let contour =
-                    (binned.quantity).map(|quantity| Contour::new(candidate, quantity, *elements));
-                let at = |ln_x: f64| match &contour {
-                    Some(contour) => [logarithm(contour.at(ln_x), 0.0), Slope::default()],
-                    None => {
-                        let (storage, loss) = oscillation(candidate, elements, ln_x);
-                        [logarithm(storage, 0.0), logarithm(loss, 0.0)]
-                    }
-                };
-                binned.model(at, each);
+                binned.model(|ln_x| at(ln_x).map(|part| logarithm(part, 0.0)), each);
             }
         }
     }
 }
 
-fn oscillation(candidate: Candidate, elements: &Elements, ln_omega: f64) -> (Slope, Slope) {
+fn oscillation(candidate: Candidate, elements: &Elements, ln_omega: f64) -> [Slope; 2] {
     use core::f64::consts::FRAC_PI_2;
     let e = elements.at(candidate, ln_omega, FRAC_PI_2);
     let (modulus, derivatives) = candidate.join(e);
@@ -374,10 +355,10 @@ fn oscillation(candidate: Candidate, elements: &Elements, ln_omega: f64) -> (Slo
         (by[0][i], by[1][i]) = (term.re, turned.re);
         (by[2][i], by[3][i]) = (term.im, turned.im);
     }
-    (
+    [
         Slope::of(candidate, 1.0, modulus.re, by[0], by[1]),
         Slope::of(candidate, 1.0, modulus.im, by[2], by[3]),
-    )
+    ]
 }
 
 /// ln of a value less the wanted logarithm. A value that is not above 0, as rounding makes one of a modulus that has decayed, counts

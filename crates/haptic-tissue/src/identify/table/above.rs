@@ -34,10 +34,8 @@ impl Block {
         let mut headings = Vec::new();
         let mut between: Vec<&StringRecord> = Vec::new();
         let above = self.above.iter().rev();
-        let mut lines = above
-            .filter(|(_, row)| filled(row).next().is_some())
-            .take(LINES)
-            .peekable();
+        let above = above.filter(|(_, row)| filled(row).next().is_some());
+        let mut lines = above.take(LINES).peekable();
         while let Some((line, row)) = lines.next() {
             let is_named_above = lines.peek().is_some_and(|(_, above)| {
                 self.has_names(above) && self.names_above(above) >= self.names_above(row)
@@ -96,11 +94,8 @@ impl Block {
     /// The name of the block, from the lines above its heading: that of a step, an interval or a test, or none.
     pub(super) fn name(&self, heading: &Heading) -> Option<String> {
         const WORDS: &str = "step, interval, segment, sweep, set, cycle, abschnitt, temperature, test, result, specimen";
-        let lines = self
-            .above
-            .iter()
-            .rev()
-            .filter(|(line, _)| *line < heading.line);
+        let above = self.above.iter().rev();
+        let lines = above.filter(|(line, _)| *line < heading.line);
         let mut texts = lines.take(LINES).map(|(_, row)| {
             let cells: Vec<&str> = filled(row).map(|cell| cell.1).collect();
             match cells[..] {

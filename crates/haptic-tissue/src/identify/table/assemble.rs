@@ -212,10 +212,8 @@ impl Columns {
         };
         self.is_clear()?;
         let lines = &self.lines;
-        let unused = self
-            .values
-            .iter()
-            .find(|value| self.chosen.contains(&value.0));
+        let mut values = self.values.iter();
+        let unused = values.find(|value| self.chosen.contains(&value.0));
         if let (Ok(_), Some((column, name, _))) = (&record, unused) {
             return Err(IdentifyError::Record(format!(
                 "column {name} has no effect on a record of kind {}: omit {COLUMNS} {}=",
@@ -282,9 +280,8 @@ impl Columns {
         let of_slab = given.filter(|one| one.is_slab()).map(LoadingKind::modulus);
         let of_header = agreed(symbols.iter().map(|of| of.1));
         let modulus = of_slab.or(of_header).or(kind.map(LoadingKind::modulus));
-        let other = symbols
-            .iter()
-            .find(|of| of_slab.is_some_and(|modulus| modulus != of.1));
+        let mut symbols = symbols.iter();
+        let other = symbols.find(|of| of_slab.is_some_and(|modulus| modulus != of.1));
         let other = other.map(|(name, _)| format!(
             "column {name} is taken as the modulus that {LOADING} tells: change {LOADING} if it is another"
         ));
@@ -525,8 +522,8 @@ impl Columns {
         if both.into_iter().all(|column| self.has(column)) {
             let others = [Column::Complex, Column::Phase, Column::LossTangent];
             let chosen = &self.chosen;
-            self.values
-                .retain(|value| !others.contains(&value.0) || chosen.contains(&value.0));
+            let stays = |of: Column| !others.contains(&of) || chosen.contains(&of);
+            self.values.retain(|value| stays(value.0));
             return;
         }
         let find = |column| self.values.iter().find(|value| value.0 == column);
@@ -539,11 +536,8 @@ impl Columns {
             storage.clone()
         } else if let Some((.., complex)) = find(Column::Complex) {
             let cosine = |tangent: &f64| 1.0 / libm::sqrt(1.0 + tangent * tangent);
-            complex
-                .iter()
-                .zip(&tangents)
-                .map(|(size, tangent)| size * cosine(tangent))
-                .collect()
+            let pairs = complex.iter().zip(&tangents);
+            pairs.map(|(size, tan)| size * cosine(tan)).collect()
         } else {
             return;
         };
@@ -554,22 +548,17 @@ impl Columns {
             Column::Storage,
         ];
         let names = self.values.iter().filter(|value| made.contains(&value.0));
-        let names = names
-            .map(|value| value.1.as_str())
-            .collect::<Vec<_>>()
-            .join(" and ");
+        let names: Vec<&str> = names.map(|value| value.1.as_str()).collect();
+        let names = names.join(" and ");
         self.notes
             .push(format!("storage and loss modulus are made of {names}"));
         self.values.retain(|value| !made.contains(&value.0));
         self.chosen.retain(|column| !made.contains(column));
-        let loss = storage
-            .iter()
-            .zip(tangents)
-            .map(|(storage, tangent)| storage * tangent)
-            .collect();
+        let pairs = storage.iter().zip(tangents);
+        let loss = pairs.map(|(storage, tangent)| storage * tangent).collect();
         for (column, values) in both.into_iter().zip([storage, loss]) {
-            self.values
-                .push((column, column.header().to_owned(), values));
+            let name = column.header().to_owned();
+            self.values.push((column, name, values));
         }
     }
 
@@ -672,11 +661,9 @@ impl Columns {
         let time = self.need(Column::Time, kind)?;
         let strain = self.need(Column::Strain, kind)?;
         let mut stress = self.need(Column::Stress, kind)?;
-        let work = strain
-            .iter()
-            .zip(&stress)
-            .map(|(strain, stress)| strain * stress);
-        self.upright(work.sum(), &mut stress, "stress");
+        let pairs = strain.iter().zip(&stress);
+        let work = pairs.map(|(strain, stress)| strain * stress).sum();
+        self.upright(work, &mut stress, "stress");
         Record::history(time, strain, stress)
     }
 

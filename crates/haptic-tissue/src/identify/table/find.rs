@@ -231,10 +231,8 @@ const LOOKED_AT: usize = 4000;
 
 impl Blocks {
     pub(super) fn of(text: &str) -> Result<Self, IdentifyError> {
-        let head = text
-            .match_indices('\n')
-            .nth(LOOKED_AT)
-            .map_or(text, |(end, _)| &text[..end]);
+        let end = text.match_indices('\n').nth(LOOKED_AT);
+        let head = end.map_or(text, |(end, _)| &text[..end]);
         // Rows of the longest block with at least two columns of numbers, or one.
         let (mut separator, mut wide, mut any) = (b'\t', 0, 0);
         for other in [b'\t', b';', b' ', b','] {

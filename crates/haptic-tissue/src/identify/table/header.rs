@@ -61,11 +61,8 @@ fn plain(name: &str) -> String {
         .replace(['′', '’', '´', '`'], "'")
         .replace(['″', '”', '"'], "''")
         .replace(['_', '-'], " ");
-    primes
-        .split_whitespace()
-        .collect::<Vec<_>>()
-        .join(" ")
-        .to_lowercase()
+    let words: Vec<&str> = primes.split_whitespace().collect();
+    words.join(" ").to_lowercase()
 }
 
 /// Words that tell a loading, and symbols that tell a modulus.

@@ -23,11 +23,8 @@ impl Heading {
     pub(super) fn unit_as(&self, column: Column, place: usize) -> Unit {
         let name = &self.names[place];
         let meaning = understand(name, self.below(place)).filter(|of| of.column == column);
-        let suffix = || {
-            column
-                .dimension()
-                .factor_of_suffix(name.rsplit_once('_')?.1)
-        };
+        let (_, suffix) = name.rsplit_once('_').unwrap_or_default();
+        let suffix = || column.dimension().factor_of_suffix(suffix);
         match (meaning, self.unit(place)) {
             (Some(meaning), _) => meaning.unit,
             (None, None) => suffix().map_or(Unit::Untold, Unit::Factor),

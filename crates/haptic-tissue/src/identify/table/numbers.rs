@@ -121,26 +121,21 @@ impl Reader {
         let segments = pieces(&parts).into_iter().enumerate().map(|(n, piece)| {
             let clock = piece.part.clock().and_then(|clock| {
                 let values = piece.part.values(clock.place, piece.rows.clone())?;
-                let known = values.iter().filter(|value| value.is_finite());
-                let [low, high] = known
-                    .fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], value| {
-                        [low.min(*value), high.max(*value)]
-                    });
-                let factor = clock.unit.factor().unwrap_or(1.0);
-                Some([low * factor, high * factor])
+                let known = || values.iter().copied().filter(|value| value.is_finite());
+                let ends = [
+                    known().fold(f64::INFINITY, f64::min),
+                    known().fold(f64::NEG_INFINITY, f64::max),
+                ];
+                Some(ends.map(|end| end * clock.unit.factor().unwrap_or(1.0)))
             });
+            let found = piece.part.found.iter();
             Segment {
                 number: n + 1,
                 lines: piece.lines(),
                 rows: piece.rows.len(),
                 clock,
                 temperature_c: piece.temperature_c,
-                columns: piece
-                    .part
-                    .found
-                    .iter()
-                    .map(|found| found.name.clone())
-                    .collect(),
+                columns: found.map(|found| found.name.clone()).collect(),
                 name: piece.name,
             }
         });
@@ -173,10 +168,8 @@ impl Reader {
     /// The names above a block: those that the user's choice, or any known quantity, is found in.
     fn heading(&self, block: &Block, before: Option<&Part>) -> Result<Heading, IdentifyError> {
         let mut headings = block.headings();
-        let is_numbered = self
-            .columns
-            .iter()
-            .any(|choice| matches!(choice.1, Choice::Number(_)));
+        let mut choices = self.columns.iter();
+        let is_numbered = choices.any(|choice| matches!(choice.1, Choice::Number(_)));
         // A block without names of its own goes on with those before, as does one below a lone line between its rows.
         let is_lone = |before: &Part| {
             let [line] = &block.above[..] else {
@@ -195,10 +188,8 @@ impl Reader {
         }
         let mut refused = None;
         for heading in headings {
-            let mut places = self
-                .columns
-                .iter()
-                .map(|(_, choice)| place(&heading, choice));
+            let choices = self.columns.iter();
+            let mut places = choices.map(|(_, choice)| place(&heading, choice));
             let mut names = heading.names.iter().enumerate();
             let mut is_known =
                 || names.any(|(place, name)| understand(name, heading.below(place)).is_some());
@@ -233,24 +224,17 @@ impl Reader {
         if !(is_named(is_clock) && is_named(|column| !is_clock(column))) {
             self.known(&mut part);
         }
-        part.temperature = part
-            .found
-            .iter()
-            .find(|of| of.column == Column::Temperature)
-            .map(|of| of.place);
+        part.temperature = part.of(Column::Temperature).map(|of| of.place);
         part.found
             .retain(|found| found.column != Column::Temperature);
         if self.columns.is_empty() {
             keep_sweep(&mut part.found);
         }
         // Of what is not read nothing is asked.
-        let found = &part.found;
-        part.unclear
-            .retain(|(column, _)| found.iter().any(|found| found.column == *column));
-        let doubts = part
-            .found
-            .iter()
-            .filter_map(|found| self.doubt(found, part.heading.line));
+        let (found, line) = (&part.found, part.heading.line);
+        let is_read = |column: Column| found.iter().any(|found| found.column == column);
+        part.unclear.retain(|(column, _)| is_read(*column));
+        let doubts = found.iter().filter_map(|found| self.doubt(found, line));
         part.unclear.extend(doubts);
         Ok(part)
     }
@@ -346,28 +330,21 @@ impl Reader {
             )));
         }
         let all: Vec<usize> = (0..pieces.len()).collect();
-        let mut chosen = if self.segments.is_empty() {
-            all.clone()
-        } else {
-            Vec::new()
-        };
+        if self.segments.is_empty() {
+            return Ok(all);
+        }
+        let mut chosen = Vec::new();
         for wanted in &self.segments {
             let lower = wanted.trim().to_lowercase();
-            let named = |is_it: &dyn Fn(&str) -> bool| -> Vec<usize> {
-                all.iter()
-                    .copied()
-                    .filter(|&n| is_it(&pieces[n].name.to_lowercase()))
-                    .collect()
+            let one = |is_it: &dyn Fn(&str) -> bool| {
+                let is_named = |n: &usize| is_it(&pieces[*n].name.to_lowercase());
+                let found: Vec<usize> = all.iter().copied().filter(is_named).collect();
+                Some(found).filter(|found| found.len() == 1)
             };
-            let one = |found: Vec<usize>| Some(found).filter(|found| found.len() == 1);
             let found = match lower.parse::<usize>() {
-                Ok(number) => number
-                    .checked_sub(1)
-                    .filter(|n| all.contains(n))
-                    .map(|n| vec![n]),
+                Ok(number) => all.get(number.wrapping_sub(1)).map(|n| vec![*n]),
                 Err(_) if lower == "all" => Some(all.clone()),
-                Err(_) => one(named(&|name| name == lower))
-                    .or_else(|| one(named(&|name| name.contains(&lower)))),
+                Err(_) => one(&|name| name == lower).or_else(|| one(&|name| name.contains(&lower))),
             };
             chosen.extend(found.ok_or_else(|| {
                 IdentifyError::Record(format!(
@@ -480,8 +457,11 @@ fn keep_sweep(found: &mut Vec<Found>) {
 
 impl Part<'_> {
     fn clock(&self) -> Option<&Found> {
-        let of = |column: Column| self.found.iter().find(|found| found.column == column);
-        of(Column::Omega).or_else(|| of(Column::Time))
+        self.of(Column::Omega).or_else(|| self.of(Column::Time))
+    }
+
+    fn of(&self, column: Column) -> Option<&Found> {
+        self.found.iter().find(|found| found.column == column)
     }
 
     /// A column of numbers in its own unit, if it is one.
@@ -509,11 +489,7 @@ impl Part<'_> {
             .clock()
             .and_then(|clock| self.values(clock.place, 0..rows));
         let mut cuts = clock.map_or_else(Vec::new, |clock| restarts(&clock));
-        let has = |columns: [Column; 2]| {
-            self.found
-                .iter()
-                .any(|found| columns.contains(&found.column))
-        };
+        let has = |columns: [Column; 2]| columns.iter().any(|of| self.of(*of).is_some());
         let moves = has([Column::Strain, Column::Position]) && has([Column::Stress, Column::Force]);
         let labels = self.labels();
         // A motion goes on over its steps.
@@ -523,11 +499,8 @@ impl Part<'_> {
         let temperature = self.temperature.and_then(|place| {
             let unit = self.heading.unit(place).unwrap_or_default();
             let numbers = self.values(place, 0..rows)?.into_iter();
-            Some(
-                numbers
-                    .map(|value| celsius(value, &unit))
-                    .collect::<Vec<f64>>(),
-            )
+            let celsius = numbers.map(|value| celsius(value, &unit));
+            Some(celsius.collect::<Vec<f64>>())
         });
         cuts.extend(temperature.iter().flat_map(|numbers| jumps(numbers)));
         let ranges = between(cuts, rows);
@@ -535,9 +508,8 @@ impl Part<'_> {
         let count = ranges.len();
         let pieces = ranges.into_iter().map(|rows| {
             let temperature_c = temperature.as_ref().and_then(|numbers| {
-                let numbers = numbers[rows.clone()]
-                    .iter()
-                    .filter(|number| number.is_finite());
+                let numbers = numbers[rows.clone()].iter();
+                let numbers = numbers.filter(|number| number.is_finite());
                 let count = numbers.clone().count();
                 (count > 0).then(|| numbers.sum::<f64>() / count as f64)
             });
@@ -590,28 +562,18 @@ fn listed(pieces: &[Piece]) -> String {
 
 /// What stands above the table and was not read, for the user to know.
 fn preamble(part: &Part) -> Option<String> {
-    let above = part
-        .block
-        .above
-        .iter()
-        .filter(|(line, _)| *line < part.heading.line);
-    let texts: Vec<(u64, String)> = above
-        .map(|(line, row)| {
-            (
-                *line,
-                row.iter()
-                    .filter(|cell| !cell.is_empty())
-                    .collect::<Vec<_>>()
-                    .join(" "),
-            )
-        })
-        .filter(|(_, text)| !text.is_empty())
-        .collect();
-    let ((first, _), (last, _)) = (texts.first()?, texts.last()?);
-    let all: Vec<&str> = texts.iter().map(|(_, text)| text.as_str()).collect();
+    let (mut lines, mut texts) = (Vec::new(), Vec::new());
+    for (line, row) in &part.block.above {
+        let cells: Vec<&str> = row.iter().filter(|cell| !cell.is_empty()).collect();
+        if *line < part.heading.line && !cells.is_empty() {
+            lines.push(line);
+            texts.push(cells.join(" "));
+        }
+    }
+    let (first, last) = (lines.first()?, lines.last()?);
     Some(format!(
         "lines {first} to {last} above the header are not read: {}",
-        brief(&all.join("; "))
+        brief(&texts.join("; "))
     ))
 }
 
@@ -621,15 +583,11 @@ fn unread(table: &TextTable, parts: &[Part]) -> Option<String> {
     let blocks = table.blocks.iter();
     let (read, other) = blocks.partition::<Vec<_>, _>(|block| is_read(block));
     let names: Vec<u64> = parts.iter().map(|part| part.heading.line).collect();
-    let broken = read
-        .iter()
-        .filter_map(|block| Some(block.broken.as_ref()?.0))
-        .filter(|line| !names.contains(line));
-    let lines = other
-        .iter()
-        .flat_map(|block| block.rows.iter().map(|row| row.0))
-        .chain(broken);
-    let rows = rows_named(&lines.collect::<Vec<_>>())?;
+    let broken = read.iter().filter_map(|block| block.broken.as_ref());
+    let broken = broken.map(|row| row.0).filter(|line| !names.contains(line));
+    let rows = other.iter().flat_map(|block| &block.rows);
+    let lines: Vec<u64> = rows.map(|row| row.0).chain(broken).collect();
+    let rows = rows_named(&lines)?;
     Some(format!("{rows} left out, no part of this table"))
 }
 

@@ -19,12 +19,8 @@ const USUAL_STEPS: f64 = 5.0;
 
 /// Where the clock begins again.
 pub(super) fn restarts(clock: &[f64]) -> Vec<usize> {
-    let known: Vec<(usize, f64)> = clock
-        .iter()
-        .copied()
-        .enumerate()
-        .filter(|at| at.1.is_finite())
-        .collect();
+    let known = clock.iter().copied().enumerate();
+    let known: Vec<(usize, f64)> = known.filter(|at| at.1.is_finite()).collect();
     let mut cuts = Vec::new();
     let (mut start, mut rises) = (0, None);
     for k in 1..known.len() {
@@ -66,15 +62,10 @@ pub(super) fn changes(block: &Block, place: usize) -> Vec<usize> {
 
 /// Where the temperature jumps.
 pub(super) fn jumps(temperature: &[f64]) -> Vec<usize> {
-    let steps: Vec<f64> = temperature
-        .windows(2)
-        .map(|pair| (pair[1] - pair[0]).abs())
-        .collect();
-    let mut sorted: Vec<f64> = steps
-        .iter()
-        .copied()
-        .filter(|step| step.is_finite())
-        .collect();
+    let pairs = temperature.windows(2);
+    let steps: Vec<f64> = pairs.map(|pair| (pair[1] - pair[0]).abs()).collect();
+    let mut sorted = steps.clone();
+    sorted.retain(|step| step.is_finite());
     sorted.sort_by(f64::total_cmp);
     let usual = sorted.get(sorted.len() / 2).copied().unwrap_or(0.0);
     let most = WITHIN_K.max(USUAL_STEPS * usual);

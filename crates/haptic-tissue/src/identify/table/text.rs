@@ -28,10 +28,8 @@ pub struct TextTable {
 pub fn read_table(bytes: &[u8]) -> Result<TextTable, IdentifyError> {
     let table = TextTable::new(bytes)?;
     if table.blocks.iter().all(|block| block.columns() < 2) {
-        let heading = table
-            .blocks
-            .first()
-            .and_then(|block| block.headings().pop());
+        let first = table.blocks.first();
+        let heading = first.and_then(|block| block.headings().pop());
         let line = heading.map_or(1, |heading| heading.line);
         return Err(wrong(
             line,
@@ -73,15 +71,10 @@ impl TextTable {
         // A remark may have a number among its words.
         let is_sample =
             |row: &StringRecord| 2 * row.iter().filter(|cell| !cell.is_empty()).count() > width;
-        let rows = self
-            .blocks
-            .iter()
-            .filter(is_above)
-            .flat_map(|block| &block.rows);
-        let lost: Vec<u64> = rows
-            .filter(|row| is_sample(&row.1))
-            .map(|row| row.0)
-            .collect();
+        let blocks = self.blocks.iter().filter(is_above);
+        let lost = blocks.flat_map(|block| &block.rows);
+        let lost = lost.filter(|row| is_sample(&row.1)).map(|row| row.0);
+        let lost: Vec<u64> = lost.collect();
         if let Some(rows) = rows_named(&lost) {
             return Err(IdentifyError::Record(format!(
                 "{rows} of numbers above the header in line {}: put them below it, or delete them",
@@ -255,10 +248,8 @@ impl Chosen {
         let rows = &self.block.rows;
         let columns = self.block.numbers(&self.heading, &places, 0..rows.len())?;
         let is_gap = |row: &usize| columns.iter().any(|column| column[*row].is_nan());
-        let gaps: Vec<u64> = (0..rows.len())
-            .filter(is_gap)
-            .map(|row| rows[row].0)
-            .collect();
+        let gaps = (0..rows.len()).filter(is_gap);
+        let gaps: Vec<u64> = gaps.map(|row| rows[row].0).collect();
         if let Some(line) = gaps.first().filter(|_| !has_gaps) {
             return Err(wrong(*line, NO_VALUE));
         }

@@ -38,20 +38,16 @@ impl Dimension {
 
     pub(super) fn names(self) -> String {
         let units = self.units().map(|unit| unit.0);
-        units
-            .filter(|unit| !unit.is_empty())
-            .collect::<Vec<_>>()
-            .join(", ")
+        let named: Vec<&str> = units.filter(|unit| !unit.is_empty()).collect();
+        named.join(", ")
     }
 
     /// How many SI units a unit is; capitals count only where they must, as in `MPa` and `mPa`.
     pub(super) fn factor(self, unit: &str) -> Option<f64> {
         let plain = plain(unit);
         let exact = self.units().find(|known| known.0 == plain);
-        let alike = || {
-            self.units()
-                .find(|known| known.0.eq_ignore_ascii_case(&plain))
-        };
+        let is_alike = |known: &(&str, f64)| known.0.eq_ignore_ascii_case(&plain);
+        let alike = || self.units().find(is_alike);
         exact.or_else(alike).map(|known| known.1)
     }
 

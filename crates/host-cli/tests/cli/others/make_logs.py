@@ -138,32 +138,7 @@ def protobuf(path):
             log.write_message("/probe", message, ns, ns, n)
 
 
-def ros1(path):
-    """The same joints as ROS 1 packs them, by hand: the packages write ROS 2 alone."""
-    import struct
-
-    definition = "Header header\nfloat64[] position\nint16[2] counts\nbool is_on\nfloat32 current\n" + SEPARATOR
-    definition += "MSG: std_msgs/Header\nuint32 seq\ntime stamp\nstring frame_id\n"
-    with open(path, "wb") as file:
-        log = Writer(file, compression=CompressionType.ZSTD)
-        log.start(profile="ros1")
-        schema = log.register_schema("lab/Joints", "ros1msg", definition.encode())
-        channel = log.register_channel("/joints", "ros1", schema)
-        unread = log.register_schema("lab/Odd", "flatbuffer", b"")
-        odd = log.register_channel("/odd", "flatbuffer", unread)
-        for n in range(20):
-            ns = START_NS + 10_000_000 * n
-            frame = b"tool" if n % 2 else b"to"
-            message = struct.pack("<III", n, ns // 10**9, ns % 10**9) + struct.pack("<I", len(frame)) + frame
-            message += struct.pack("<I2d", 2, 0.5 * n, float("nan") if n == 7 else -0.5 * n)
-            message += struct.pack("<2h?f", -n, 300 * n, n % 2 == 1, 0.25 * n)
-            log.add_message(channel, ns, message, ns, n)
-            log.add_message(odd, ns, b"\0", ns, n)
-        log.finish()
-
-
 if __name__ == "__main__":
     ros2("ros2.mcap")
     as_json("json.mcap")
     protobuf("protobuf.mcap")
-    ros1("ros1.mcap")
