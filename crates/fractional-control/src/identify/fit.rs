@@ -55,7 +55,7 @@ fn value(
     let (above, below) = (function.numerator().terms(), function.denominator().terms());
     let coefficient = |term: &Term| match freedom {
         Free::All => libm::log(term.coefficient.abs()),
-        Free::Coefficients => term.coefficient.signum(),
+        Free::Coefficients | Free::Above => term.coefficient.signum(),
     };
     match number {
         FreeNumber::NumeratorCoefficient(n) => coefficient(&above[n]),
@@ -283,7 +283,7 @@ impl<'a> Fit<'a> {
     }
 
     fn is_exact(&self, function: &FractionalTransferFunction) -> bool {
-        self.freedom == Free::Coefficients && function.is_whole()
+        self.freedom.runs_exactly(function)
     }
 
     /// The motions without input from each state, and that by what acted within a dead time.
@@ -459,7 +459,7 @@ impl<'a> Fit<'a> {
             let own = term.coefficient;
             term.coefficient = match self.freedom {
                 Free::All => libm::exp(x) * own.signum(),
-                Free::Coefficients => x * own.abs(),
+                Free::Coefficients | Free::Above => x * own.abs(),
             };
         };
         for (number, x) in self.free.iter().zip(parameters.iter()) {
@@ -540,7 +540,7 @@ impl<'a> Fit<'a> {
         let share = |n: usize| match (self.free[n], self.freedom) {
             (FreeNumber::DeadTime, _) => error(n) * self.record.sample_time.0,
             (_, Free::All) => error(n),
-            (_, Free::Coefficients) => error(n) / self.parameters[n].abs(),
+            (_, Free::Coefficients | Free::Above) => error(n) / self.parameters[n].abs(),
         };
         self.free
             .iter()

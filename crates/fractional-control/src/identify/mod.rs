@@ -84,6 +84,29 @@ pub fn identify_coefficients(
     searched(guess, record, Free::Coefficients).map(Searched::identified)
 }
 
+/// The gain, zeros and dead time of a function whose poles stay; the errors are those that all of its coefficients have together, for the poles are
+/// as unknown as they were.
+pub(crate) fn identify_above(
+    guess: &FractionalTransferFunction,
+    record: &Record<'_>,
+) -> Result<Identified, ControlError> {
+    let found = searched(guess, record, Free::Above)?;
+    let freedom = Free::Coefficients;
+    let dead_time = match found.record.dead_time {
+        DeadTime::From(_) => DeadTime::From(Seconds(found.late * record.sample_time.0)),
+        known @ (DeadTime::Known(_) | DeadTime::JustAfter(_)) => known,
+    };
+    let record = Record {
+        dead_time,
+        ..found.record
+    };
+    let free = free_numbers(&found.function, freedom, dead_time);
+    check(&record, free.len())?;
+    let memory = memory_of(&record)?;
+    let problem = Fit::new(found.function, freedom, free, memory, record, 1);
+    Ok(Searched { problem, ..found }.identified())
+}
+
 /// The root mean square alone that either of them leaves, without standard errors, which are a search's dearest step.
 pub(crate) fn least_residual(
     guess: &FractionalTransferFunction,

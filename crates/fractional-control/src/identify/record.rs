@@ -187,12 +187,14 @@ pub(super) enum Free {
     /// Coefficients, of which signs stay, and orders that are not 0.
     All,
     Coefficients,
+    /// Coefficients above, and the dead time.
+    Above,
 }
 
 impl Free {
     /// True of a function that runs without a rule, and goes on to.
     pub(super) fn runs_exactly(self, guess: &FractionalTransferFunction) -> bool {
-        self == Self::Coefficients && guess.is_whole()
+        self != Self::All && guess.is_whole()
     }
 }
 
@@ -217,7 +219,7 @@ pub(super) fn free_numbers(
     }
     let terms = guess.denominator().terms();
     for (n, term) in terms.iter().enumerate() {
-        if n + 1 < terms.len() {
+        if n + 1 < terms.len() && freedom != Free::Above {
             free.push(FreeNumber::DenominatorCoefficient(n));
         }
         if is_free(term.order) {

@@ -7,7 +7,7 @@ pub use self::found::{Found, Unexplained};
 pub use self::record::{Guess, InputOutput};
 use self::record::{bic, left, neighbours, resolved, rounding};
 use self::start::{Begin, OfShape, at_once, part, powers, starts, whole_orders};
-use crate::identify::answers_at_once;
+use crate::identify::{answers_at_once, identify_above};
 use crate::{
     ControlError, DeadTime, FractionalTransferFunction, FreeNumber, Identified, Start, Term,
     WholeShape, identify_coefficients,
@@ -267,7 +267,8 @@ pub fn identify(
     cancel(&mut found, record, held);
     put_to_rest(&mut found, record, held);
     to_their_limits(&mut found, record, held);
-    calm_down(&mut found, record, held);
+    let told = !guesses.iter().any(|guess| guess.dead_time.is_free());
+    calm_down(&mut found, record, held, told);
     resolve_finer(&mut found, record);
     found.sort_by(|a, b| a.bic.total_cmp(&b.bic));
     // Two guesses that end in one function.
@@ -282,6 +283,10 @@ pub fn identify(
         found[..=place].rotate_right(1);
     }
     if let Some(place) = calm_instead(&found, record) {
+        found[..=place].rotate_right(1);
+    }
+    slow_down(&mut found, record, held, told);
+    if let Some(place) = lag_instead(&found, record) {
         found[..=place].rotate_right(1);
     }
     found.truncate(KEPT);
@@ -367,28 +372,70 @@ fn grows(function: &FractionalTransferFunction, record: &InputOutput) -> bool {
 }
 
 /// Adds lags and integrators, if the best grows: their fits find the way by themselves.
-fn calm_down(found: &mut Vec<Found>, record: &InputOutput, held: bool) {
+fn calm_down(found: &mut Vec<Found>, record: &InputOutput, held: bool, told: bool) {
     let best = found.iter().min_by(|a, b| a.bic.total_cmp(&b.bic));
     let Some(best) = best.filter(|best| grows(&best.identified.function, record)) else {
         return;
     };
-    let late = best.identified.dead_time.seconds();
-    let share = LATE * length_s(record);
-    let dead_times = [
-        DeadTime::NONE,
-        DeadTime::From(Seconds(late)),
-        DeadTime::From(Seconds(share)),
-    ];
+    let dead_times = again(best, record, told);
     let adds = "1/s".parse().ok();
     let functions: Vec<_> = lags(length_s(record)).chain(adds).collect();
     let pairs = functions
         .iter()
-        .flat_map(|own| dead_times.map(|late| (own, late)));
+        .flat_map(|own| dead_times.iter().map(move |late| (own, *late)));
     let fits = pairs.filter_map(|(function, late)| {
         identify_coefficients(function, &record.as_record(held, late)).ok()
     });
     let fits: Vec<Found> = fits.map(|fit| judged(fit, record)).collect();
     found.extend(fits);
+}
+
+/// The dead times that a simpler function is tried behind: the one that was told, or none, that of the other function, and a share of the record.
+fn again(other: &Found, record: &InputOutput, told: bool) -> Vec<DeadTime> {
+    let late = other.identified.dead_time;
+    if told {
+        return vec![late];
+    }
+    let share = LATE * length_s(record);
+    let begins = [late.seconds(), share].map(|late| DeadTime::From(Seconds(late)));
+    [DeadTime::NONE].into_iter().chain(begins).collect()
+}
+
+/// Adds lags as slow as the record is long, if the first does not settle. Their pole is held: a record that cannot tell it from rest lets a fit carry
+/// it past 0.
+fn slow_down(found: &mut Vec<Found>, record: &InputOutput, held: bool, told: bool) {
+    let Some(first) = found.first().filter(|first| !first.settles()) else {
+        return;
+    };
+    let dead_times = again(first, record, told);
+    let length_s = length_s(record);
+    let below = [Term::new(length_s, 1.0), Term::new(1.0, 0.0)];
+    let lag = FractionalTransferFunction::new(&[Term::new(1.0, 0.0)], &below);
+    let fits = dead_times.into_iter().filter_map(|late| {
+        let behind = record.as_record(held, late);
+        identify_above(lag.as_ref().ok()?, &behind).ok()
+    });
+    let fits = fits.map(|fit| judged(fit, record));
+    found.extend(fits.min_by(|a, b| a.bic.total_cmp(&b.bic)));
+}
+
+/// The lag that comes before a first function that does not settle: a record that does not speak very strongly against one that settles as fast as the
+/// record is long has not shown that its plant adds up. A lag that is slower is as good as an integrator, which has a number less.
+fn lag_instead(found: &[Found], record: &InputOutput) -> Option<usize> {
+    let first = found.first().filter(|first| !first.settles())?;
+    let lags = found.iter().enumerate().filter(|(_, own)| {
+        let below = own.identified.function.denominator();
+        own.is_whole() && own.settles() && below.degree() <= 1.0 && own.bic <= first.bic + DECISIVE
+    });
+    let slowest = length_s(record) * (1.0 + 1e-9);
+    let lags = lags.filter(|(_, own)| {
+        let below = own.identified.function.denominator().terms();
+        below
+            .first()
+            .is_some_and(|term| term.order > 0.0 && term.coefficient <= slowest)
+    });
+    let best = lags.min_by(|(_, a), (_, b)| a.bic.total_cmp(&b.bic));
+    best.map(|(place, _)| place)
 }
 
 /// A dead time over the length of the record, to begin from.

@@ -108,6 +108,45 @@ fn a_heater_from_room_temperature_is_a_lag_that_comes_to_rest() {
     }
 }
 
+/// What a log of 21 s at 1 s shows of a plant that is at its offset in the first row and is fed 40 from the second on.
+fn short_log(random: &mut Random, deviation: f64, rises: impl Fn(f64) -> f64) -> InputOutput {
+    let output = (0..21).map(|n| {
+        let since = f64::from(n) - 1.0;
+        21.0 + 40.0 * rises(since.max(0.0)) + noise(random, deviation)
+    });
+    let input = (0..21).map(|n| if n == 0 { 0.0 } else { 40.0 });
+    let mut record = record(1.0, input.collect(), output.collect());
+    find_start(&mut record, true, None);
+    record
+}
+
+/// The beginning of a lag of 150 s in noise of a fifth of its rise: no such record tells a lag that is as slow as itself from an integrator.
+#[test]
+fn a_short_log_in_noise_gains_no_integrator() {
+    for seed in 0..6 {
+        let mut random = Random(seed + 4_100);
+        let late = |t: f64| 0.6 * -libm::expm1(-(t - 5.0).max(0.0) / 150.0);
+        let record = short_log(&mut random, 0.4, late);
+        let best = &found(&record)[0];
+        let what = format!("{seed}: {}", best.identified.function);
+        assert_eq!(best.identified.function.unstable_poles(), Some(0), "{what}");
+    }
+}
+
+/// One that adds up does so where the record can tell.
+#[test]
+fn a_short_log_keeps_the_integrator_that_it_shows() {
+    for seed in 0..4 {
+        let mut random = Random(seed + 4_200);
+        let record = short_log(&mut random, 0.05, |t| 0.004 * t);
+        let best = &found(&record)[0];
+        let what = format!("{seed}: {}", best.identified.function);
+        let below = best.identified.function.denominator();
+        assert_close(&what, below.lowest(), 1.0, 0.0);
+        assert_close(&what, below.degree(), 1.0, 0.0);
+    }
+}
+
 #[test]
 fn a_plant_that_had_settled_gives_the_input_before_its_record() {
     for seed in 0..4 {
