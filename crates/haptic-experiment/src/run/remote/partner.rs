@@ -124,21 +124,26 @@ impl<'a> Partner<'a> {
             Side::Drive => self.both.risen.load(Ordering::Acquire),
         };
         let mut alives = link.alives();
-        while !may_start() {
+        // Whoever has ended may have said before that its force has risen.
+        while !(stop.load(Ordering::Relaxed) || self.other_ended() || self.other_is_done()) {
+            if may_start() {
+                return true;
+            }
             if link.alives() != alives {
                 alives = link.alives();
                 self.hears();
             }
-            if stop.load(Ordering::Relaxed) || self.other_ended() {
-                return false;
-            }
             std::thread::sleep(PAUSE);
         }
-        true
+        false
     }
 
     fn other_ended(&self) -> bool {
         self.shown(self.side.other()).ended.load(Ordering::Acquire)
+    }
+
+    fn other_is_done(&self) -> bool {
+        self.shown(self.side.other()).done.load(Ordering::Acquire)
     }
 
     /// True of the side that moves the other.
@@ -149,6 +154,13 @@ impl<'a> Partner<'a> {
     /// This side ends early.
     pub(super) fn ends(&self) {
         self.shown(self.side).ended.store(true, Ordering::Release);
+    }
+
+    /// This side is over, whatever ended it: nobody waits for it any more.
+    pub(super) fn leaves(&self) {
+        if !self.is_done() {
+            self.ends();
+        }
     }
 
     /// This side has made all that it was to make: its silence means nothing any more.
@@ -165,7 +177,8 @@ impl<'a> Partner<'a> {
         self.shown(self.side).heard.fetch_add(1, Ordering::Relaxed);
     }
 
-    /// Why there is nobody any more, if the other has ended early or is silent in the middle of its run.
+    /// Why there is nobody any more, if the other has ended early, is silent in the middle of its run, or is done and never told when that
+    /// began: the end of this run would never come.
     pub(super) fn left(&mut self) -> Option<Ending> {
         /// A longer one is a pause of this process.
         const LOOKED: Duration = Duration::from_millis(20);
@@ -178,8 +191,10 @@ impl<'a> Partner<'a> {
             false => Duration::ZERO,
         };
         self.heard = heard;
-        let runs = other.armed.load(Ordering::Acquire) && !other.done.load(Ordering::Acquire);
-        match self.other_ended() {
+        let is_done = self.other_is_done();
+        let runs = other.armed.load(Ordering::Acquire) && !is_done;
+        let endless = is_done && self.side == Side::Tissue && self.begun_s().is_none();
+        match self.other_ended() || endless {
             true => Some(Ending::OtherLeft),
             false => (runs && self.silent > self.patience).then_some(Ending::Silent),
         }
