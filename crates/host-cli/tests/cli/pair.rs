@@ -269,7 +269,8 @@ fn lets_go(mischance: Mischance, after_ms: u64) {
     let log = place.path("run/relax.mcap");
     let both = ticks(&log);
     let what = format!("{mischance:?} after {after_ms} ms: {ended}");
-    assert!(!both[0].is_empty(), "{what}");
+    // Lost before its first tick: then the other has not begun.
+    assert!(!both[0].is_empty() || both[1].is_empty(), "{what}");
     both_let_go(&both, &what);
     match mischance {
         Mischance::Interrupted => return interrupted(&ended),
@@ -327,8 +328,8 @@ const BAD_LINES: [&str; 6] = [
     "",
     "facing_drop=2% facing_corrupt=2%",
     "drop=2% corrupt=2%",
-    "facing_stall=0.1% facing_stall_time=3s",
-    "stall=0.1% stall_time=3s",
+    "facing_stall=0.3% facing_stall_time=3s",
+    "stall=0.3% stall_time=3s",
     "drop=1% facing_drop=1% stall=0.2% facing_stall=0.2% stall_time=200ms facing_stall_time=200ms",
 ];
 

@@ -66,10 +66,11 @@ impl<M: TickRecord, const D: usize> HostSession<'_, M, D> {
             LoopMode::Device => self.listen(supervisor),
             LoopMode::Host => self.control(controller, supervisor),
         };
+        // Before this one is heard out.
+        self.partner.iter().for_each(Partner::leaves);
         if let Err(error) = &ended {
             self.give_up(error);
         }
-        self.partner.iter().for_each(Partner::leaves);
         if ended.is_err() && self.partner.is_some() {
             // Its keep-alives would go on until both sides are over. One that does not hear this lets go without them.
             let _ = self.link.disarm();
