@@ -7,8 +7,8 @@
 //! - *Time* is that of the first device, and begins with tick 0 of the second. The second's ticks get the first's time by the clocks of
 //!   both, which keep-alives tell ([`DeviceClock`]): so long as the run lasts, and once more when it is over.
 //! - *Letting go*: whoever ends early, by a fault, a line that is gone or somebody who asks, is seen by the other's thread before the next
-//!   message, and its device is told to stop. One that is armed and says nothing for three quarters of the other's watchdog time has ended
-//!   too. If this program dies, both devices let go by their watchdogs.
+//!   message, and its device is told to stop. One that is armed and says nothing for three quarters of the other's watchdog time, in which
+//!   that speaks, has ended too. If this program dies, both devices let go by their watchdogs.
 //! - *Losses* are counted on each side.
 
 use crate::run::ending::Ending;
@@ -75,9 +75,9 @@ pub(super) struct Partner<'a> {
     clocks: [Clock; 2],
     /// Silence of the other after which this device is told to stop.
     patience: Duration,
-    /// What was heard of the other, and since when nothing was, pauses of this process left out.
-    heard: u64,
-    silent: Duration,
+    /// What was heard of this side and of the other, and for how long nothing was, pauses of this process left out.
+    heard: [u64; 2],
+    silent: [Duration; 2],
     looked: Moment,
     /// Ticks until the force has risen.
     pub rise_ticks: u64,
@@ -102,8 +102,8 @@ impl<'a> Partner<'a> {
             side,
             clocks,
             patience: watchdog * 3 / 4,
-            heard: 0,
-            silent: Duration::ZERO,
+            heard: [0; 2],
+            silent: [Duration::ZERO; 2],
             looked: Moment::now(),
             rise_ticks: 0,
             samples: 0,
@@ -124,21 +124,26 @@ impl<'a> Partner<'a> {
             Side::Drive => self.both.risen.load(Ordering::Acquire),
         };
         let mut alives = link.alives();
-        while !may_start() {
+        // Whoever has ended may have said before that its force has risen.
+        while !(stop.load(Ordering::Relaxed) || self.other_ended() || self.other_is_done()) {
+            if may_start() {
+                return true;
+            }
             if link.alives() != alives {
                 alives = link.alives();
                 self.hears();
             }
-            if stop.load(Ordering::Relaxed) || self.other_ended() {
-                return false;
-            }
             std::thread::sleep(PAUSE);
         }
-        true
+        false
     }
 
     fn other_ended(&self) -> bool {
         self.shown(self.side.other()).ended.load(Ordering::Acquire)
+    }
+
+    fn other_is_done(&self) -> bool {
+        self.shown(self.side.other()).done.load(Ordering::Acquire)
     }
 
     /// True of the side that moves the other.
@@ -149,6 +154,13 @@ impl<'a> Partner<'a> {
     /// This side ends early.
     pub(super) fn ends(&self) {
         self.shown(self.side).ended.store(true, Ordering::Release);
+    }
+
+    /// This side is over, whatever ended it: nobody waits for it any more.
+    pub(super) fn leaves(&self) {
+        if !self.is_done() {
+            self.ends();
+        }
     }
 
     /// This side has made all that it was to make: its silence means nothing any more.
@@ -165,23 +177,35 @@ impl<'a> Partner<'a> {
         self.shown(self.side).heard.fetch_add(1, Ordering::Relaxed);
     }
 
-    /// Why there is nobody any more, if the other has ended early or is silent in the middle of its run.
+    /// Why there is nobody any more, if the other has ended early, is silent in the middle of its run, or is done and never told when that
+    /// began: the end of this run would never come.
     pub(super) fn left(&mut self) -> Option<Ending> {
         /// A longer one is a pause of this process.
         const LOOKED: Duration = Duration::from_millis(20);
+        /// Beyond that silence of this side too, it is not the other that is silent: nothing comes to this process.
+        const OWN: Duration = Duration::from_millis(100);
         let other = self.shown(self.side.other());
-        let heard = other.heard.load(Ordering::Relaxed);
+        let heard = [self.shown(self.side), other].map(|side| side.heard.load(Ordering::Relaxed));
         let paused = self.looked.elapsed().min(LOOKED);
         self.looked = Moment::now();
-        self.silent = match heard == self.heard {
-            true => self.silent + paused,
-            false => Duration::ZERO,
+        let alone = if self.silent[0] < OWN {
+            paused
+        } else {
+            Duration::ZERO
         };
+        for (side, counted) in [paused, alone].into_iter().enumerate() {
+            self.silent[side] = match heard[side] == self.heard[side] {
+                true => self.silent[side] + counted,
+                false => Duration::ZERO,
+            };
+        }
         self.heard = heard;
-        let runs = other.armed.load(Ordering::Acquire) && !other.done.load(Ordering::Acquire);
-        match self.other_ended() {
+        let is_done = self.other_is_done();
+        let runs = other.armed.load(Ordering::Acquire) && !is_done;
+        let endless = is_done && self.side == Side::Tissue && self.begun_s().is_none();
+        match self.other_ended() || endless {
             true => Some(Ending::OtherLeft),
-            false => (runs && self.silent > self.patience).then_some(Ending::Silent),
+            false => (runs && self.silent[1] > self.patience).then_some(Ending::Silent),
         }
     }
 
@@ -276,4 +300,36 @@ pub(crate) struct DriveRan {
     /// `None` if a device did not tell its time.
     pub aligned: Option<Aligned>,
     pub fault_log: Option<PathBuf>,
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A silence counts while this side is heard; one of both is a pause of this machine, of which each session judges its own.
+    #[test]
+    fn a_side_is_silent_while_the_other_speaks() {
+        let both = Both::default();
+        both.sides[Side::Drive as usize]
+            .armed
+            .store(true, Ordering::Release);
+        let none: Clock = Arc::new(|| None);
+        let watchdog = Duration::from_millis(400);
+        let clocks = [Arc::clone(&none), none];
+        let mut tissue = Partner::new(&both, Side::Tissue, clocks, watchdog, Arc::default());
+        let mut looks_until_left = |most: u32, speaks: bool| {
+            (0..most).find(|_| {
+                std::thread::sleep(Duration::from_millis(20));
+                if speaks {
+                    tissue.hears();
+                }
+                let left = tissue.left();
+                assert!(matches!(left, None | Some(Ending::Silent)), "{left:?}");
+                left.is_some()
+            })
+        };
+        assert_eq!(looks_until_left(30, false), None);
+        // 100 ms of 300 ms have been counted. The first look ends the pause, each other counts 20 ms.
+        assert_eq!(looks_until_left(30, true), Some(11));
+    }
 }

@@ -76,8 +76,14 @@ impl<M: TickRecord, const D: usize> HostSession<'_, M, D> {
             LoopMode::Device => self.listen(supervisor),
             LoopMode::Host => self.control(controller, supervisor),
         };
-        if let Err(error) = ended {
-            self.give_up(&error);
+        // Before this one is heard out.
+        self.partner.iter().for_each(Partner::leaves);
+        if let Err(error) = &ended {
+            self.give_up(error);
+        }
+        if ended.is_err() && self.partner.is_some() {
+            // Its keep-alives would go on until both sides are over. One that does not hear this lets go without them.
+            let _ = self.link.disarm();
         }
         self.after_fault();
         self.record.board_lost = self.ready.link.lost_board();
@@ -193,7 +199,13 @@ impl<M: TickRecord, const D: usize> HostSession<'_, M, D> {
                 Some(Heard::Event(event)) => match event.kind {
                     EventKind::Finished | EventKind::Stopped | EventKind::Disarmed => {
                         self.over = true;
-                        self.partner.iter().for_each(Partner::done);
+                        // Any other end is one that nobody here has asked for.
+                        if let Some(partner) = &self.partner
+                            && partner.is_drive()
+                            && event.kind == EventKind::Finished
+                        {
+                            partner.done();
+                        }
                         break;
                     }
                     EventKind::Configured | EventKind::Armed | EventKind::Started => {}
@@ -638,6 +650,7 @@ impl<M: TickRecord, const D: usize> HostSession<'_, M, D> {
         }
         if logged.is_err() && self.record.ended.is_none() {
             self.record.ended = Some(Ending::LogStopped);
+            self.partner.iter().for_each(Partner::ends);
         }
     }
 
