@@ -446,7 +446,8 @@ impl Reader {
                 && !matches!(column, Column::Strain | Column::LossTangent)
             {
                 let si = column.dimension().si();
-                notes.push(format!("column {name} names no unit: taken as {si}"));
+                let named = name.strip_prefix("column ").unwrap_or(name);
+                notes.push(format!("column {named} names no unit: taken as {si}"));
             }
             return Ok(found.unit.factor().unwrap_or(1.0));
         };
@@ -609,10 +610,11 @@ fn preamble(part: &Part) -> Option<String> {
         .collect();
     let ((first, _), (last, _)) = (texts.first()?, texts.last()?);
     let all: Vec<&str> = texts.iter().map(|(_, text)| text.as_str()).collect();
-    Some(format!(
-        "lines {first} to {last} above the header are not read: {}",
-        brief(&all.join("; "))
-    ))
+    let lines = match first == last {
+        true => format!("line {first} above the header is"),
+        false => format!("lines {first} to {last} above the header are"),
+    };
+    Some(format!("{lines} not read: {}", brief(&all.join("; "))))
 }
 
 /// Rows of blocks in which nothing is known.

@@ -456,6 +456,7 @@ const REFUSED: &str = r#"
     time_s,t [s],modulus\n1,1,5\n | - | line 1 & both look like time & `columns`
     time_s,stress_pa\n1,5\n2,4\n | - | stress_pa (stress) & give `strain`
     time_s,strain\n1,5\n2,4\n | - | give `stress_pa`
+    Z (nm),Force (nN)\n1,5\n2,4\n | - | the columns make no record & Force (nN) (force) & add a column of times
     time_s,temperature\n1,5\n2,4\n | - | the columns make no record & relaxation_modulus_pa
     time_s,relaxation_modulus_pa\n1,5\n2,4\n | creep | kind creep needs a column creep_compliance_per_pa & `kind`
     time_s,creep_compliance_per_pa\n1,5\n2,4\n | - | compliance falls with time & `kind` = relaxation
@@ -716,7 +717,7 @@ fn a_table_without_names_has_numbers() {
 fn nothing_is_left_out_in_silence() {
     for [text, samples, note] in testkit::table(
         r"
-        made by hand\ntime_s,relaxation_modulus_pa\n1,5\n2,4\n3,3\n | 3 | lines 1 to 1 above the header are not read: made by hand
+        made by hand\ntime_s,relaxation_modulus_pa\n1,5\n2,4\n3,3\n | 3 | line 1 above the header is not read: made by hand
         time_s,relaxation_modulus_pa\n1,5\n2,4\n3,3\n\nfirst,second\n1,2\n3,4\n5,6\n | 3 | 3 rows (lines 7, 8, 9) left out, no part of this table
         time_s,relaxation_modulus_pa\n1,5\n2,NaN\n3,4\n4,3\n | 3 | 1 row (line 3) left out, a cell without a number
         time_s,relaxation_modulus_pa\n1,5\n2,4\n3,3\nend,here\n | 3 | 1 row (line 5) left out, no part of this table
