@@ -610,11 +610,10 @@ fn preamble(part: &Part) -> Option<String> {
         .collect();
     let ((first, _), (last, _)) = (texts.first()?, texts.last()?);
     let all: Vec<&str> = texts.iter().map(|(_, text)| text.as_str()).collect();
-    let lines = match first == last {
-        true => format!("line {first} above the header is"),
-        false => format!("lines {first} to {last} above the header are"),
-    };
-    Some(format!("{lines} not read: {}", brief(&all.join("; "))))
+    Some(format!(
+        "lines {first} to {last} above the header are not read: {}",
+        brief(&all.join("; "))
+    ))
 }
 
 /// Rows of blocks in which nothing is known.

@@ -717,7 +717,7 @@ fn a_table_without_names_has_numbers() {
 fn nothing_is_left_out_in_silence() {
     for [text, samples, note] in testkit::table(
         r"
-        made by hand\ntime_s,relaxation_modulus_pa\n1,5\n2,4\n3,3\n | 3 | line 1 above the header is not read: made by hand
+        made by hand\ntime_s,relaxation_modulus_pa\n1,5\n2,4\n3,3\n | 3 | lines 1 to 1 above the header are not read: made by hand
         time_s,relaxation_modulus_pa\n1,5\n2,4\n3,3\n\nfirst,second\n1,2\n3,4\n5,6\n | 3 | 3 rows (lines 7, 8, 9) left out, no part of this table
         time_s,relaxation_modulus_pa\n1,5\n2,NaN\n3,4\n4,3\n | 3 | 1 row (line 3) left out, a cell without a number
         time_s,relaxation_modulus_pa\n1,5\n2,4\n3,3\nend,here\n | 3 | 1 row (line 5) left out, no part of this table
