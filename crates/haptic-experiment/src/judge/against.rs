@@ -48,6 +48,9 @@ const FEW: usize = 8;
 /// A held depth that differs from that of the run by more than this share is another experiment.
 const HELD: f64 = 0.01;
 
+/// What to do where `identify` would be given columns or units.
+const HEADER_ALONE: &str = "beside a run only the header tells what a column is, as time_s and force_n: rename or remove others";
+
 /// Time on the clock of a run, s, and a value.
 type Samples = Vec<(f64, f64)>;
 
@@ -128,6 +131,7 @@ fn converted(
         .find_map(|way| Some((way, of(&columns, way.0)?)));
     let Some(((column, divisor, words), values)) = found else {
         if of(&columns, of_whole).is_some() {
+            is_clear(&columns, of_whole)?;
             notes.push(format!(
                 "{} on the piece, under the load of the run",
                 of_whole.name()
@@ -138,12 +142,13 @@ fn converted(
         let wanted = direct.map(|way| way.0).chain([of_whole]);
         let wanted: Vec<&str> = wanted.map(Column::header).collect();
         return Err(format!(
-            "found are {}, and this run ({}) is compared with {}: give a record with one of them",
-            has.join(", "),
+            "this run ({}) is compared with {}, and the record has only {}: give a record with one of them",
             piece.specimen.loading().kind.name(),
-            wanted.join(" or ")
+            wanted.join(" or "),
+            has.join(", ")
         ));
     };
+    is_clear(&columns, column)?;
     notes.push(format!("{} {words}", column.name()));
     let time_s = of(&columns, Column::Time).ok_or("there is no column of time: name it time_s")?;
     if let Some(before) = time_s.windows(2).position(|pair| pair[1] < pair[0]) {
@@ -164,8 +169,12 @@ fn converted(
     if let RigDrive::Position(profile) = load {
         // A force has a zero of its own.
         rest = 0.0;
-        let way = of(&columns, Column::Position).unwrap_or_default();
-        let held_m = way.last().map(|last| (last - at_start(way)).abs());
+        let moved = |column| {
+            let way = of(&columns, column)?;
+            Some((way.last()? - at_start(way)).abs())
+        };
+        let strained = || Some(moved(Column::Strain)? * length_m?);
+        let held_m = moved(Column::Position).or_else(strained);
         let another = |held_m: &f64| (held_m / profile.depth().0 - 1.0).abs() > HELD;
         notes.extend(held_m.filter(another).map(|held_m| {
             let [held, wanted] = [held_m, profile.depth().0].map(|depth| written("depth_m", depth));
@@ -204,10 +213,10 @@ fn read(path: &Path) -> Result<(Columns, bool), String> {
     }
     let bytes = read_bytes(path, TABLE_MOST);
     let bytes = bytes.map_err(|error| format!("cannot be read: {error}; give a table or a log"))?;
-    let read = read_table(&bytes).and_then(|table| Reader::default().read(table));
-    let columns = read.map_err(|error| {
-        format!("{error}; here columns are found by their headers alone, as time_s and force_n: rename or remove others")
-    })?;
+    let table = read_table(&bytes).map_err(|error| error.to_string())?;
+    let columns = Reader::default()
+        .read(table)
+        .map_err(|error| format!("{error}; {HEADER_ALONE}"))?;
     Ok((columns, bytes.starts_with(OURS)))
 }
 
@@ -232,6 +241,13 @@ fn log(path: &Path) -> Result<Columns, String> {
         notes: cut.into_iter().collect(),
         ..Columns::default()
     })
+}
+
+/// Refuses a time or a value whose header could mean another, or names a unit of something else.
+fn is_clear(columns: &Columns, used: Column) -> Result<(), String> {
+    let mut unclear = columns.unclear.iter();
+    let doubt = unclear.find(|of| [Column::Time, used].contains(&of.0));
+    doubt.map_or(Ok(()), |(_, asked)| Err(format!("{asked}; {HEADER_ALONE}")))
 }
 
 fn of(columns: &Columns, wanted: Column) -> Option<&[f64]> {

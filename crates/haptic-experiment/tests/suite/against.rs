@@ -152,6 +152,23 @@ fn a_record_in_other_units_with_a_rest_and_noise_is_laid_on_the_ramp() {
         notes.contains("the record is held at 1 mm, the run at 1.2 mm"),
         "{notes}"
     );
+    // So it is at another strain of the slab.
+    let strained = [0.0, 1.0, 2.0].map(|time: f64| vec![time, 0.06 * time.min(1.0), time]);
+    table(
+        folder.path(),
+        "time_s\tstrain\tstress_pa",
+        strained.into_iter(),
+    );
+    let report = run(
+        folder.path(),
+        "fourth",
+        "[relax]\nstrain = 0.05\nduration_s = 2\nagainst = \"record.tsv\"",
+    );
+    let notes = report["against"]["notes"].to_string();
+    assert!(
+        notes.contains("the record is held at 1.2 mm, the run at 1 mm"),
+        "{notes}"
+    );
 }
 
 /// Healthy prostate: η in Pa·s^α, and α.
@@ -278,6 +295,12 @@ fn a_record_that_cannot_be_compared_is_refused_in_a_line() {
             "strain or position_m or creep_compliance_per_pa",
         ),
         ("time_s\tforce (parsec)", &[0.0, 1.0, 2.0], relax, "parsec"),
+        (
+            "time_s\tmodulus (parsec)",
+            &[0.0, 1.0, 2.0],
+            relax,
+            "rename or remove",
+        ),
     ] {
         table(folder.path(), header, forces(times));
         let error = refused(folder.path(), text);

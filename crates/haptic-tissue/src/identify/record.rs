@@ -2,7 +2,9 @@
 
 use super::error::IdentifyError;
 use super::history::chosen;
-use crate::identify::keys::{CONTACT_POINT, FROM, KIND, RAMP_TIME, REPLICATES, STRAIN, THICKNESS};
+use crate::identify::keys::{
+    CONTACT_POINT, FROM, KIND, MASTER_CURVE, RAMP_TIME, REPLICATES, STRAIN, THICKNESS,
+};
 use crate::indentation::{NOISE, begin_s, growing};
 use fracdiff::parameter::Shown;
 use haptic_loop::{DepthMap, LoadingKind, Specimen};
@@ -450,7 +452,7 @@ impl Record {
                 let both = [all.kind, other.kind].into_iter();
                 let kind = both.filter(|kind| *kind != RecordKind::History);
                 return Err(IdentifyError::Record(format!(
-                    "only motions are fitted together, and a record is of kind {}: give them one by one",
+                    "only motions are fitted together, and a record is of kind {}: give them one by one, or {REPLICATES} for several specimens, or {MASTER_CURVE} for several temperatures",
                     kind.map(RecordKind::name).next().unwrap_or_default()
                 )));
             }

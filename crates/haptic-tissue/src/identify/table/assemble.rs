@@ -467,6 +467,8 @@ impl Columns {
             format!("give {STRAIN}, the held strain of a relaxation")
         } else if has(Column::Time) && (has(Column::Strain) || has(Column::Position)) {
             format!("give {STRESS}, the held stress of a creep test")
+        } else if self.values.len() > 1 && !has(Column::Time) && !has(Column::Omega) {
+            format!("add a column of times, or name it with {COLUMNS}, as in time=3")
         } else {
             format!("give time_s and relaxation_modulus_pa, or {COLUMNS}, as in time=1,modulus=3")
         };

@@ -423,7 +423,8 @@ impl Reader {
                 && !matches!(column, Column::Strain | Column::LossTangent)
             {
                 let si = column.dimension().si();
-                notes.push(format!("column {name} names no unit: taken as {si}"));
+                let named = name.strip_prefix("column ").unwrap_or(name);
+                notes.push(format!("column {named} names no unit: taken as {si}"));
             }
             return Ok(found.unit.factor().unwrap_or(1.0));
         };
