@@ -71,7 +71,7 @@ pub(super) fn identified(
             let best = search(candidate, &compressed, options.starts.max(1)).ok()?;
             Some(fit(candidate, &target, &best).0)
         });
-        let least = fits.min_by(|a, b| a.bic.total_cmp(&b.bic))?;
+        let least = fits.min_by(Fit::by_bic)?;
         Some((least, target))
     });
     let target = target_of(record, options, stop);
@@ -91,7 +91,7 @@ pub(super) fn identified(
             Err(error) => failed.push(error),
         }
     }
-    fitted.sort_by(|a, b| a.0.bic.total_cmp(&b.0.bic));
+    fitted.sort_by(|a, b| a.0.by_bic(&b.0));
     let fits = || fitted.iter().map(|fitted| &fitted.0);
     let Some(index) = choose(fits(), options.chosen) else {
         // What the model with the fewest parameters needs.

@@ -143,7 +143,7 @@ pub(super) fn touched(
         })
         .collect();
     let (mut fitted, mut failed) = sorted(places);
-    fitted.sort_by(|a, b| a.1.bic.total_cmp(&b.1.bic));
+    fitted.sort_by(|a, b| a.1.by_bic(&b.1));
     let Some(chosen) = choose(fitted.iter().map(|one| &one.1), options.chosen) else {
         return Err(failed.pop().unwrap_or(IdentifyError::Stopped));
     };

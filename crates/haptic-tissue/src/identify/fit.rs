@@ -5,6 +5,7 @@ use super::noise::{independent, neighbours};
 use super::search::Best;
 use super::target::Target;
 use crate::model::{Model, ModelError, ModelKind};
+use core::cmp::Ordering;
 use nalgebra::{DMatrix, DVector};
 
 /// A model with no more BIC than the best and this is as good: odds of less than 3 to 1 (R. Kass, A. Raftery, *Bayes factors*, 1995).
@@ -67,6 +68,13 @@ impl Fit {
     pub fn is_settled(&self) -> bool {
         let wild = |parameter: &Estimate| parameter.is_looser_than(1.0, WILD);
         !self.correlation.is_empty() && !self.of_memory().iter().any(wild)
+    }
+
+    /// By BIC; of those with the same, as all with the same number of parameters that leave less than the accuracy of the record, by
+    /// what they leave.
+    pub(super) fn by_bic(&self, other: &Self) -> Ordering {
+        let left = || self.rms.total_cmp(&other.rms);
+        self.bic.total_cmp(&other.bic).then_with(left)
     }
 
     /// b of tissue that stiffens, if it was looked for.

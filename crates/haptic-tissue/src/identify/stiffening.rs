@@ -121,7 +121,7 @@ pub(super) fn stiffened(
     });
     let search = search(record);
     let (mut valleys, failed) = sorted(search.valleys(&candidates));
-    valleys.sort_by(|a, b| a.lowest().fit.bic.total_cmp(&b.lowest().fit.bic));
+    valleys.sort_by(|a, b| a.lowest().fit.by_bic(&b.lowest().fit));
     let chosen = choose(valleys.iter().map(|one| &one.lowest().fit), options.chosen);
     let Some(chosen) = chosen else {
         return Err(failed.into_iter().next().unwrap_or(IdentifyError::Stopped));
