@@ -83,7 +83,7 @@ impl<M: TickRecord, const D: usize> HostSession<'_, M, D> {
         }
         if ended.is_err() && self.partner.is_some() {
             // Its keep-alives would go on until both sides are over. One that does not hear this lets go without them.
-            let _ = self.link.disarm();
+            let _ = self.ready.link.disarm();
         }
         self.after_fault();
         self.record.board_lost = self.ready.link.lost_board();
