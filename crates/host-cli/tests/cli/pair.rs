@@ -366,7 +366,7 @@ fn by_night_two_boards_of_one_world_let_go_on_bad_lines_and_at_ctrl_c() {
 #[test]
 fn a_full_disk_ends_the_run_of_both() {
     let pair = facing("");
-    for blocks in [60, 400] {
+    for blocks in [20, 400] {
         let script = format!("exec \"$0\" {RUN} duration=100s --out run-{blocks}");
         let Some(ended) = with_short_files(&pair.place, blocks, &script) else {
             return;
