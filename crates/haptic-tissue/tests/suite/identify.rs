@@ -14,6 +14,7 @@ mod meaning;
 mod public;
 mod records;
 mod recovery;
+mod rendered;
 mod replicates;
 mod stiffening;
 mod table;

@@ -1,0 +1,80 @@
+//! What the loop rendered is identified as what it was: its errors are those of sampling, no noise.
+
+use fracdiff::Seconds;
+use haptic_tissue::identify::{Identification, Options, Record, identify};
+use haptic_tissue::{FullHistory, Model, ModelKind, SampledModel};
+use testkit::tissue::model;
+
+/// A ramp to 5 % in a second, then held until 4 s, of a tissue that is rendered at this sample time.
+fn rendered(tissue: &Model, sample_time_s: f64) -> Record {
+    let count = (4.0 / sample_time_s) as usize;
+    let sampled = SampledModel::new(tissue, Seconds(sample_time_s)).expect("valid");
+    let mut history = FullHistory::new(&sampled, count + 1).expect("valid");
+    let times: Vec<f64> = (0..=count).map(|n| n as f64 * sample_time_s).collect();
+    let strains: Vec<f64> = times.iter().map(|t| 0.05 * t.min(1.0)).collect();
+    let stresses = strains.iter().map(|strain| history.step(*strain)).collect();
+    Record::history(times, strains, stresses).expect("valid")
+}
+
+/// What these candidates make of a record, each of which has to have a minimum.
+fn found(record: &Record, candidates: &[ModelKind]) -> Identification {
+    let options = Options {
+        candidates: candidates.to_vec(),
+        ..Options::default()
+    };
+    let found = identify(record, &options, &|_| ()).expect("a fit");
+    assert_eq!(found.fits.len(), candidates.len(), "{:?}", found.warnings);
+    found
+}
+
+const FEWEST: [ModelKind; 4] = [
+    ModelKind::Spring,
+    ModelKind::SpringPot,
+    ModelKind::FractionalKelvinVoigt,
+    ModelKind::FractionalZener,
+];
+
+/// Of two orders at the usual sample time.
+#[test]
+fn a_rendered_spring_pot_is_a_spring_pot() {
+    for (viscosity, order, sample_time_s) in [(8650.0, 0.2247, 1e-3), (52.4, 0.2857, 1e-3)] {
+        let tissue = model(ModelKind::SpringPot, &[viscosity, order]);
+        let found = found(&rendered(&tissue, sample_time_s), &FEWEST);
+        let fit = &found.fits[0];
+        assert_eq!(fit.kind, ModelKind::SpringPot, "{order} at {sample_time_s}");
+        assert!((fit.parameters[1].value - order).abs() < 1e-3, "{fit:?}");
+    }
+}
+
+#[test]
+fn a_rendered_spring_is_a_spring() {
+    let tissue = model(ModelKind::Spring, &[5550.0]);
+    let found = found(&rendered(&tissue, 5e-3), &FEWEST);
+    assert_eq!(found.fits[0].kind, ModelKind::Spring);
+}
+
+/// A spring-pot alone leaves 1 % of the stress.
+#[test]
+fn two_rendered_elements_are_two() {
+    let kind = ModelKind::FractionalMaxwell;
+    let tissue = model(kind, &[876e3, 0.675, 22.1e3, 0.11]);
+    let candidates = [ModelKind::SpringPot, ModelKind::FractionalKelvinVoigt, kind];
+    let found = found(&rendered(&tissue, 5e-3), &candidates);
+    assert_eq!(found.fits[0].kind, kind);
+}
+
+/// Both leave less than any instrument tells, with as many parameters.
+#[test]
+fn of_models_with_the_same_bic_the_closest_comes_first() {
+    let tissue = model(ModelKind::SpringPot, &[52.4, 0.2857]);
+    let candidates = [
+        ModelKind::FractionalZener,
+        ModelKind::FractionalPoyntingThomson,
+    ];
+    let found = found(&rendered(&tissue, 1e-3), &candidates);
+    let [first, second] = &found.fits[..] else {
+        panic!("two fits: {found:?}");
+    };
+    assert_eq!(first.bic.to_bits(), second.bic.to_bits());
+    assert!(first.rms < second.rms, "{} {}", first.rms, second.rms);
+}
