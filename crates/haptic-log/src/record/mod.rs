@@ -37,6 +37,7 @@ mod start_time;
 mod summary;
 mod sync;
 mod tick;
+mod topic;
 mod topics;
 mod writer;
 
@@ -53,5 +54,5 @@ pub use start_time::{CLOCK, StartTime};
 pub use summary::{BUDGET, DRIVE_END, END, EndKind, Gap, LogSummary, RECOVERED, RunEnd, inspect};
 pub use sync::SYNC_INTERVAL;
 pub use tick::{AXES, Column, PerAxis, TickMessage, column_name};
-pub use topics::Topic;
+pub use topic::Topic;
 pub use writer::{FinishedLog, LogWriter};

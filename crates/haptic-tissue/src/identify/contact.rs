@@ -20,22 +20,13 @@ use super::error::{IdentifyError, sorted};
 use super::fit::{Estimate, Fit, REFUSED, fit, parameters, student};
 use super::keys::{BASELINE, CONTACT_POINT, KIND, REPLICATES, STIFFENING};
 use super::options::{Options, candidates, target_of};
-use super::record::{ContactPoint, REST_OF_FIT, Record, RecordKind, Touch, area};
+use super::record::{Baseline, ContactPoint, REST_OF_FIT, Record, RecordKind, Touch, area};
 use super::search::{next_place, polished, search};
 use super::target::Target;
 use crate::model::{Model, ModelKind};
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 use std::sync::atomic::AtomicBool;
-
-/// A part of the force that is not the tissue's.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Baseline {
-    /// f₀ alone, as a load cell shows that was not set to 0.
-    Constant,
-    /// f₀ and the drift f₁ of a load cell that warms up.
-    Linear,
-}
 
 /// Samples on the grid, of a record that is only checked, and of a fit.
 const FEW: usize = 200;

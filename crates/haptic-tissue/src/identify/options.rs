@@ -7,11 +7,10 @@
 //!
 //! *Errors*: an unknown name, a range that is none or outside that of the parameter, no candidate left.
 
-use super::contact::Baseline;
 use super::elements::Candidate;
 use super::error::IdentifyError;
 use super::keys::STIFFENING;
-use super::record::{Record, RecordKind};
+use super::record::{Baseline, Record, RecordKind};
 use super::target::{Target, Weighting};
 use crate::model::{CANDIDATES, ModelKind, Parameter, ParameterRange};
 use fracdiff::parameter::Shown;

@@ -46,6 +46,15 @@ impl RecordKind {
     }
 }
 
+/// A part of the force that is not the tissue's.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Baseline {
+    /// f₀ alone, as a load cell shows that was not set to 0.
+    Constant,
+    /// f₀ and the drift f₁ of a load cell that warms up.
+    Linear,
+}
+
 /// Where on the axis of its depth an indenter touches.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub enum ContactPoint {

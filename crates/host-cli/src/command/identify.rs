@@ -5,7 +5,7 @@ mod record;
 mod several;
 
 use self::record::TableArguments;
-use self::several::SeveralArguments;
+use self::several::{SeveralArguments, estimates};
 use crate::command::conduct::progress_bar;
 use crate::files::{File, PROGRAM, PlaceOfFile};
 use crate::output::{Output, joined};
@@ -18,8 +18,7 @@ use haptic_loop::{Loading, LoadingKind};
 use haptic_quantity::{digits, is_meant, parse_for_key};
 use haptic_tissue::identify::table::{Reading, Understood};
 use haptic_tissue::identify::{
-    Baseline, CANDIDATES, ContactPoint, Estimate, Fit, Held, Identification, Options, RecordKind,
-    Weighting,
+    Baseline, CANDIDATES, ContactPoint, Fit, Held, Identification, Options, RecordKind, Weighting,
 };
 use haptic_tissue::{Material, ModelKind, Source, ValidRange};
 use serde_json::{Value, json};
@@ -295,7 +294,7 @@ impl Arguments {
         let correlation = fit.correlation.iter();
         let correlation = correlation.map(|row| row.iter().map(finite).collect::<Vec<_>>());
         let candidates = found.fits.iter().map(|fit| {
-            let parameters = json!({"parameters": parameters(&fit.parameters)});
+            let parameters = json!({"parameters": estimates(&fit.parameters)});
             let model = json!({"model": fit.kind.name()});
             joined([model, quality(found.kind, fit), parameters])
         });
@@ -304,7 +303,7 @@ impl Arguments {
             "samples": found.samples,
             "loading": understood.loading,
             "model": fit.kind.name(),
-            "parameters": parameters(fit.parameters.iter().chain(&found.beside)),
+            "parameters": estimates(fit.parameters.iter().chain(&found.beside)),
         });
         let beside = json!({
             "candidates": candidates.collect::<Vec<_>>(),
@@ -402,20 +401,6 @@ fn quality(kind: RecordKind, fit: &Fit) -> Value {
         false => json!({"rms_log_residual": fit.rms}),
     };
     joined([rms, json!({"aic": fit.aic, "bic": fit.bic})])
-}
-
-fn parameters<'a>(estimates: impl IntoIterator<Item = &'a Estimate>) -> Value {
-    let parameters = estimates.into_iter().map(|estimate| {
-        let parameter = json!({
-            "value": estimate.value,
-            "unit": if estimate.unit.is_empty() { "1" } else { estimate.unit },
-            "standard_error": estimate.standard_error,
-            "low_95": estimate.low_95,
-            "high_95": estimate.high_95,
-        });
-        (estimate.name.to_owned(), parameter)
-    });
-    Value::Object(parameters.collect())
 }
 
 fn range(found: &Identification) -> ValidRange {

@@ -1,6 +1,5 @@
 //! Several records of one command: motions of one tissue, specimens, temperatures.
 
-use super::parameters;
 use clap::Args;
 use haptic_experiment::Failure;
 use haptic_experiment::parameters::Range;
@@ -122,11 +121,26 @@ fn shifts(curve: &MasterCurve, reference_c: f64) -> Value {
     });
     let laws = curve.laws.iter().map(|law| {
         let law_of: &[Estimate] = &law.parameters;
-        json!({"law": law.name, "rms_log10_shift": law.rms, "bic": law.bic, "parameters": parameters(law_of)})
+        json!({"law": law.name, "rms_log10_shift": law.rms, "bic": law.bic, "parameters": estimates(law_of)})
     });
     json!({
         "reference_temperature_c": reference_c,
         "shifts": shifts.collect::<Vec<_>>(),
         "shift_laws": laws.collect::<Vec<_>>(),
     })
+}
+
+/// Each estimate under its name, with its unit, error and interval.
+pub(super) fn estimates<'a>(all: impl IntoIterator<Item = &'a Estimate>) -> Value {
+    let parameters = all.into_iter().map(|estimate| {
+        let parameter = json!({
+            "value": estimate.value,
+            "unit": if estimate.unit.is_empty() { "1" } else { estimate.unit },
+            "standard_error": estimate.standard_error,
+            "low_95": estimate.low_95,
+            "high_95": estimate.high_95,
+        });
+        (estimate.name.to_owned(), parameter)
+    });
+    Value::Object(parameters.collect())
 }
