@@ -85,7 +85,7 @@ fn a_record_that_cannot_be_laid_over_the_run_is_refused_before_it() {
         relax --duration 2s --against short.csv => from 0 s to 0.8 s | holds from 1 s to 2 s | --ramp-time
         relax --duration 2s --against late.csv => from 30 s to 32 s | holds from 1 s to 2 s | --duration
         relax --against falls.csv => falls.csv | line 4: time 1 s comes after 2 s | sort the rows
-        relax --against words.txt => words.txt | only one column
+        relax --against words.txt => words.txt | no row with numbers
         relax --against strain.csv => strain.csv | compared with force_n or stress_pa or relaxation_modulus_pa
         creep --against short.csv => short.csv | strain or position_m or creep_compliance_per_pa
         relax --duration 2s --against modulus.csv => modulus.csv | two samples on the hold

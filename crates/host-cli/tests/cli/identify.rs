@@ -300,7 +300,10 @@ fn parameters_are_a_table_with_intervals() {
 fn bad_input_is_refused_in_one_line_with_the_option_that_mends_it() {
     let place = place();
     let header = "time_s,relaxation_modulus_pa";
-    place.write("zero.csv", format!("{header}\n0,4\n2,3\n4,2.5\n8,2.1\n"));
+    place.write(
+        "zero.csv",
+        format!("{header}\n0,4\n2,3\n4,2.5\n8,2.1\n16,1.8\n32,1.5\n"),
+    );
     place.write("word.csv", format!("{header}\n1,4\n2,three\n4,2.5\n"));
     place.write("force.csv", "Time (s),Load (N)\n1,4\n2,3\n4,2.5\n");
     place.write("run.mcap.part", "x");
