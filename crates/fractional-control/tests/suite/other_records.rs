@@ -268,8 +268,8 @@ fn records_of_others_keep_their_integrators_and_do_not_grow() {
 }
 
 #[test]
-#[ignore = "long: `.ci/run` does it, or --include-ignored"]
-fn three_hundred_records_of_others_keep_their_integrators_and_do_not_grow() {
+#[ignore = "by night: `.ci/nightly` does it"]
+fn by_night_three_hundred_records_of_others_keep_their_integrators_and_do_not_grow() {
     campaign(300);
 }
 

@@ -165,8 +165,8 @@ fn intervals_know_that_contact_and_baseline_are_fitted() {
 }
 
 #[test]
-#[ignore = "long: `.ci/run` does it, or --include-ignored"]
-fn intervals_of_contact_and_baseline_hold_the_truth_as_often_as_they_say() {
+#[ignore = "by night: `.ci/nightly` does it"]
+fn by_night_intervals_of_contact_and_baseline_hold_the_truth_as_often_as_they_say() {
     let inside = inside(200, 0..200);
     // 800 truths: 93 to 97 %.
     let all = inside.iter().sum::<usize>();
@@ -218,8 +218,8 @@ fn a_contact_point_that_matters_is_missed_aloud() {
 }
 
 #[test]
-#[ignore = "long: `.ci/run` does it, or --include-ignored"]
-fn warnings_of_a_contact_point_come_where_it_matters() {
+#[ignore = "by night: `.ci/nightly` does it"]
+fn by_night_warnings_of_a_contact_point_come_where_it_matters() {
     let [[matter, said], [small, too_often]] = told(200, 0..200);
     println!("{said} of {matter}, {too_often} of {small}");
     assert!(said as f64 >= 0.95 * matter as f64, "{said} of {matter}");
