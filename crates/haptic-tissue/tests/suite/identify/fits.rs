@@ -407,8 +407,8 @@ fn short_records_get_no_more_elements_than_they_need_and_no_fewer() {
 }
 
 #[test]
-#[ignore = "long: `.ci/run` does it, or --include-ignored"]
-fn four_hundred_short_records_get_the_elements_that_they_need() {
+#[ignore = "by night: `.ci/nightly` does it"]
+fn by_night_four_hundred_short_records_get_the_elements_that_they_need() {
     assert!(taken_for_more(400) <= 0.05);
     assert!(found_where_needed(400) >= 0.9);
 }

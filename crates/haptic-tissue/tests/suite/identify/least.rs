@@ -96,8 +96,8 @@ fn no_spring_pot_of_an_elastic_record_is_worse_than_scipy() {
 }
 
 #[test]
-#[ignore = "long: `.ci/run` does it, or --include-ignored"]
-fn no_candidate_of_any_elastic_record_is_without_a_minimum() {
+#[ignore = "by night: `.ci/nightly` does it"]
+fn by_night_no_candidate_of_any_elastic_record_is_without_a_minimum() {
     let candidates = haptic_tissue::identify::CANDIDATES;
     assert_eq!(elastic_records(30..=10_000, &candidates), 108);
 }
@@ -149,7 +149,7 @@ fn no_stiffening_record_is_worse_than_scipy() {
 }
 
 #[test]
-#[ignore = "long: `.ci/run` does it, or --include-ignored"]
-fn none_of_two_dozen_stiffening_records_is_worse_than_scipy() {
+#[ignore = "by night: `.ci/nightly` does it"]
+fn by_night_none_of_two_dozen_stiffening_records_is_worse_than_scipy() {
     stiff_records(1);
 }
