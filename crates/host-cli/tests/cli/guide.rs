@@ -44,7 +44,7 @@ chapters! {
     reading_a_stability_map: "stability-map.md" ["map/region.png", "map/region.csv"];
     #[ignore = "long: `.ci/run` does it, or --include-ignored"]
     the_dissertations_experiment: "dissertation-on-your-bench.md" [
-        "blue.toml", "white.toml", "bench/relax.png", "bench/relax.mcap", "muscle/relax.against.csv", "muscle/relax.png",
+        "bench/relax.png", "bench/relax.mcap", "muscle/relax.against.csv", "muscle/relax.png",
     ];
     #[ignore = "long: `.ci/run` does it, or --include-ignored"]
     the_dissertation_one_by_one: "reproduction.md" [

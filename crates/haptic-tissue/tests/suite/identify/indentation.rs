@@ -180,8 +180,8 @@ fn with_stiffening(record: &Record, kind: ModelKind) -> Identification {
 }
 
 #[test]
-#[ignore = "long: `.ci/run` does it, or --include-ignored"]
-fn the_truth_of_stiffening_is_inside_ninety_five_of_a_hundred_intervals() {
+#[ignore = "by night: `.ci/nightly` does it"]
+fn by_night_the_truth_of_stiffening_is_inside_ninety_five_of_a_hundred_intervals() {
     let cases = testkit::cases(40_u64);
     let (inside, own, open, all) = inside_stiffening(cases);
     let share = inside as f64 / all as f64;
@@ -307,8 +307,8 @@ fn the_truth_of_a_few_indentations_is_inside_their_intervals() {
 }
 
 #[test]
-#[ignore = "long: `.ci/run` does it, or --include-ignored"]
-fn the_truth_of_indentations_is_inside_ninety_five_of_a_hundred_intervals() {
+#[ignore = "by night: `.ci/nightly` does it"]
+fn by_night_the_truth_of_indentations_is_inside_ninety_five_of_a_hundred_intervals() {
     let (inside, _, all) = inside(testkit::cases(200_u64));
     let share = inside as f64 / all as f64;
     println!("{inside} of {all}: {share:.3}");

@@ -127,8 +127,8 @@ fn slow_noise_widens_the_intervals_by_itself() {
 
 /// `CAMPAIGN_CASES=1000` records a model, or 200.
 #[test]
-#[ignore = "long: `.ci/run` does it, or --include-ignored"]
-fn the_truth_is_inside_ninety_two_to_ninety_eight_of_a_hundred_intervals() {
+#[ignore = "by night: `.ci/nightly` does it"]
+fn by_night_the_truth_is_inside_ninety_two_to_ninety_eight_of_a_hundred_intervals() {
     let cases = testkit::cases(200_u64);
     for (samples, alike, least) in [
         (50, 0.0, 0.92),

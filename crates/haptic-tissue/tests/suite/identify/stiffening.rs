@@ -167,7 +167,7 @@ fn the_choice_is_that_of_the_table() {
 }
 
 #[test]
-#[ignore = "long: `.ci/run` does it, or --include-ignored"]
-fn the_choice_is_that_of_the_table_for_two_dozen_tissues() {
+#[ignore = "by night: `.ci/nightly` does it"]
+fn by_night_the_choice_is_that_of_the_table_for_two_dozen_tissues() {
     chosen(2..testkit::cases(26_u64));
 }

@@ -151,7 +151,11 @@ fn a_z_width_can_be_found_on_a_device() {
     }
     // A person is told what is missing beside them, and where it is to be had.
     let shown = device.place.run(&SEARCH.replace(" --quiet", ""));
-    let words = ["the analysis needs", "--device-model", "host-cli device measure"];
+    let words = [
+        "the analysis needs",
+        "--device-model",
+        "host-cli device measure",
+    ];
     says(&shown.succeeded_with_warnings().stderr, &words);
 }
 
