@@ -241,20 +241,16 @@ fn case(table: &str) -> [Vec<f64>; 3] {
     [0, 1, 2].map(|n| rows.iter().map(|row| row[n]).collect())
 }
 
+/// The case whose contact is late, read with this contact point.
+fn late(contact: ContactPoint) -> Result<Record, IdentifyError> {
+    let [time, depth, force] = case(include_str!("../../golden/meaning/contact-late.csv"));
+    Record::pressed_from(contact, time, depth, force, &sphere())
+}
+
 /// The truth is −0.100 mm and 3000 Pa·s^0.2; the least squares of this record are −0.102 mm and 2990.
 #[test]
 fn a_late_contact_is_found() {
-    let [time, depth, force] = case(include_str!("../../golden/meaning/contact-late.csv"));
-    let read = |contact| {
-        Record::pressed_from(
-            contact,
-            time.clone(),
-            depth.clone(),
-            force.clone(),
-            &sphere(),
-        )
-        .expect("valid")
-    };
+    let read = |contact| late(contact).expect("valid");
     let found = fitted(&read(ContactPoint::Fitted), None).expect("fits");
     let [viscosity, contact] = [&found.fits[0].parameters[0], &found.beside[0]];
     assert_eq!((contact.name, contact.unit), ("contact_point_m", "m"));
@@ -320,17 +316,7 @@ fn a_baseline_is_found_in_the_samples_before_contact() {
 
 #[test]
 fn what_cannot_be_fitted_with_a_contact_point_is_refused_with_a_remedy() {
-    let [time, depth, force] = case(include_str!("../../golden/meaning/contact-late.csv"));
-    let read = |contact| {
-        Record::pressed_from(
-            contact,
-            time.clone(),
-            depth.clone(),
-            force.clone(),
-            &sphere(),
-        )
-    };
-    let record = read(ContactPoint::Fitted).expect("valid");
+    let record = late(ContactPoint::Fitted).expect("valid");
     let stiffening = Options {
         stiffening: true,
         ..Options::default()
@@ -352,7 +338,7 @@ fn what_cannot_be_fitted_with_a_contact_point_is_refused_with_a_remedy() {
         said.contains("`contact_point_m` is fitted to one motion"),
         "{said}"
     );
-    let record = read(ContactPoint::At(-1e-4)).expect("valid");
+    let record = late(ContactPoint::At(-1e-4)).expect("valid");
     let two = Record::together(vec![record.clone(), record]).expect("valid");
     let baseline = Options {
         baseline: Some(Baseline::Constant),
@@ -370,6 +356,6 @@ fn what_cannot_be_fitted_with_a_contact_point_is_refused_with_a_remedy() {
         said.contains("the record is of kind relaxation: omit it"),
         "{said}"
     );
-    let said = read(ContactPoint::At(2e-3)).expect_err("above").to_string();
+    let said = late(ContactPoint::At(2e-3)).expect_err("above").to_string();
     assert!(said.contains("the depth is never above 0"), "{said}");
 }
