@@ -1,37 +1,19 @@
 //! A measured record over a run: it is converted, laid on the run's clock and compared, or refused in a line.
 
+use crate::ran;
+use haptic_experiment::ExperimentFile;
 use haptic_experiment::document::Document;
-use haptic_experiment::run::FolderRequest;
-use haptic_experiment::{ExperimentFile, Supervisor};
 use haptic_log::record::{Entry, LogReader};
 use libm::tgamma;
 use serde_json::Value;
-use std::collections::BTreeMap;
 use std::fmt::Write as _;
 use std::path::Path;
-use std::sync::atomic::AtomicBool;
 
 /// Runs a document whose files lie in this folder: its report.
 fn run(folder: &Path, name: &str, text: &str) -> Value {
     let document = Document::of_text(&folder.join("own.toml"), text);
-    let mut provenance = BTreeMap::new();
-    document.keep_in(&mut provenance).expect("good");
-    let request = FolderRequest {
-        out: Some(folder.join(name)),
-        stem: "run".to_owned(),
-        overwrite: false,
-        roll_bytes: None,
-        provenance,
-    };
-    let supervisor = Supervisor {
-        stop: &AtomicBool::new(false),
-        progress: &|_| {},
-        live: None,
-        warn: &|_| {},
-    };
-    let experiment = ExperimentFile::open(&document).unwrap_or_else(|e| panic!("{text}: {e}"));
-    let published = experiment.run(&request, supervisor).expect("runs");
-    serde_json::to_value(&published.report).expect("a report")
+    let report = ran(&document, folder.join(name));
+    serde_json::to_value(&report).expect("a report")
 }
 
 /// Why a document is refused.

@@ -1,32 +1,14 @@
 //! What the log of a run says of it.
 
+use crate::ran;
 use haptic_experiment::document::Document;
-use haptic_experiment::run::FolderRequest;
-use haptic_experiment::{ExperimentFile, Supervisor};
 use haptic_log::record::{Entry, LogReader};
 use std::collections::BTreeMap;
-use std::sync::atomic::AtomicBool;
 
 /// Runs the document: what its log says of the experiment.
 fn logged(document: &Document) -> BTreeMap<String, String> {
     let folder = tempfile::tempdir().expect("a folder");
-    let mut provenance = BTreeMap::new();
-    document.keep_in(&mut provenance).expect("good");
-    let request = FolderRequest {
-        out: Some(folder.path().join("run")),
-        stem: "run".to_owned(),
-        overwrite: false,
-        roll_bytes: None,
-        provenance,
-    };
-    let supervisor = Supervisor {
-        stop: &AtomicBool::new(false),
-        progress: &|_| {},
-        live: None,
-        warn: &|_| {},
-    };
-    let experiment = ExperimentFile::open(document).expect("good");
-    experiment.run(&request, supervisor).expect("runs");
+    ran(document, folder.path().join("run"));
     let mut log = LogReader::open(&folder.path().join("run/run.mcap")).expect("opens");
     let found = log.find_map(|entry| {
         let Entry::Metadata(record) = entry.expect("reads") else {

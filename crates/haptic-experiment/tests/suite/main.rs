@@ -5,3 +5,31 @@ mod contact;
 mod design;
 mod log;
 mod touch;
+
+use haptic_experiment::document::Document;
+use haptic_experiment::run::FolderRequest;
+use haptic_experiment::{ExperimentFile, Report, Supervisor};
+use std::collections::BTreeMap;
+use std::path::PathBuf;
+use std::sync::atomic::AtomicBool;
+
+/// The report of the document, run into this folder with what it says kept in the log.
+fn ran(document: &Document, out: PathBuf) -> Report {
+    let mut provenance = BTreeMap::new();
+    document.keep_in(&mut provenance).expect("good");
+    let request = FolderRequest {
+        out: Some(out),
+        stem: "run".to_owned(),
+        overwrite: false,
+        roll_bytes: None,
+        provenance,
+    };
+    let supervisor = Supervisor {
+        stop: &AtomicBool::new(false),
+        progress: &|_| {},
+        live: None,
+        warn: &|_| {},
+    };
+    let experiment = ExperimentFile::open(document).unwrap_or_else(|e| panic!("{e}"));
+    experiment.run(&request, supervisor).expect("runs").report
+}
