@@ -12,7 +12,7 @@ fn assert_figure(place: &Place, figure: &Value) {
         "3.3" => "theta_rad,magnitude,stiffness_coefficient,damping_coefficient",
         "3.4" | "6.2" => "omega_rad_s,effective_stiffness_n_per_m,effective_damping_n_s_per_m",
         "4.5" => "theta_rad,sensitivity_db",
-        "7.2" => "time_s,force_n",
+        "7.2" => "time_s,force_n,relative_deviation",
         _ => "beta,alpha",
     };
     let header = format!("panel,curve,{quantities}");
