@@ -113,8 +113,11 @@ pub(crate) fn conduct<T: Send + 'static>(
     };
     loop {
         match listened() {
-            // A signal stopped it, or the end of Python.
-            Ok(Ok(_)) if shared.stops() => return Err(PyKeyboardInterrupt::new_err(())),
+            // A signal stopped it, or the end of Python. What Python itself would raise for it is raised once.
+            Ok(Ok(_)) if shared.stops() => {
+                py.check_signals()?;
+                return Err(PyKeyboardInterrupt::new_err(()));
+            }
             Ok(result) => {
                 report(&shared)?;
                 return result;

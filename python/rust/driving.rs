@@ -1,8 +1,9 @@
 //! Devices that are driven: neither a signal nor the end of Python leaves a force on one.
 //!
 //! A signal that Python leaves to the system stops the runs on devices. When the last of them has let go, the signal does what it does
-//! to any program: it ends it, or stops it. Without a run on a device it does that at once. One with a handler of Python's own is left
-//! to that.
+//! to any program: it ends it, or stops it. Without a run on a device it does that at once. One with a handler of the program's own is
+//! left to that. Of the signal that becomes a `KeyboardInterrupt` the runs hear as well: Python raises it only when its main thread runs
+//! again, which one that waits for input may not do for long.
 
 use haptic_experiment::run::signals::{signals, uncaught};
 use pyo3::exceptions::PyRuntimeError;
@@ -46,6 +47,15 @@ fn left_to_the_system(py: Python<'_>) -> PyResult<Vec<c_int>> {
     Ok(left)
 }
 
+/// The signal of Ctrl-C where it becomes a `KeyboardInterrupt`; its handler is called after ours.
+fn interrupt(py: Python<'_>) -> PyResult<Option<c_int>> {
+    let module = py.import("signal")?;
+    let signal: c_int = module.getattr("SIGINT")?.extract()?;
+    let handler = module.call_method1("getsignal", (signal,))?;
+    let raises = handler.is(&module.getattr("default_int_handler")?);
+    Ok((raises && signals().contains(&signal)).then_some(signal))
+}
+
 /// True for a signal whose way to end a program is known to `signal-hook`; it takes IO for one that does nothing.
 fn is_known(signal: c_int) -> bool {
     low_level::signal_name(signal).is_some_and(|name| name != "SIGIO")
@@ -75,6 +85,7 @@ impl Driving {
     /// Sets `stop` at each signal that Python leaves to the system, and when Python ends.
     pub(crate) fn new(stop: &Arc<AtomicBool>) -> PyResult<Self> {
         let signals = Python::attach(left_to_the_system)?;
+        let interrupt = Python::attach(interrupt)?;
         // Before the lock, which it takes when it is dropped.
         let mut this = Self {
             stop: Arc::clone(stop),
@@ -93,6 +104,9 @@ impl Driving {
                 };
                 flag::register_usize(signal, Arc::clone(&CAME), signal as usize)?;
             }
+            this.listens.push(flag::register(signal, Arc::clone(stop))?);
+        }
+        if let Some(signal) = interrupt {
             this.listens.push(flag::register(signal, Arc::clone(stop))?);
         }
         if let Some(signal) = uncaught(&signals) {
