@@ -1,17 +1,19 @@
-//! Serial ports of this machine, and sockets in their place.
+//! Serial ports of this machine, and what may be in their place: TCP addresses and Unix sockets.
 
 use super::error::SerialError;
 use super::line::Line;
+use super::listening::BUSY;
 #[cfg(unix)]
 use super::socket::Socket;
-#[cfg(unix)]
+use super::tcp;
 use crate::LinkError;
-#[cfg(unix)]
 use haptic_link::LineCounters;
 use serialport::{ClearBuffer, SerialPortType};
 use std::boxed::Box;
 use std::format;
 use std::io::ErrorKind;
+#[cfg(unix)]
+use std::os::unix::{fs::FileTypeExt as _, net::UnixStream};
 use std::path::Path;
 use std::string::{String, ToString};
 use std::time::Duration;
@@ -68,18 +70,22 @@ pub fn ports() -> Vec<PortInfo> {
     infos.collect()
 }
 
-/// Opens a port exclusively, 8N1, and discards old input; or opens a Unix socket if the path is
-/// one.
+/// Opens a port exclusively, 8N1, and discards old input; connects to a TCP address if the path is `tcp:HOST:PORT`, and to a
+/// Unix socket if the path is one.
 ///
 /// # Errors
-/// The port does not exist, is in use, or may not be opened; nothing listens at the
-/// socket.
+/// The port does not exist, is in use, or may not be opened; nothing listens at the address or socket.
 pub fn open(path: &str, baud: u32) -> Result<Box<dyn Line>, SerialError> {
-    #[cfg(unix)]
-    if let Some(socket) = Socket::open(path, baud, READ_TIMEOUT) {
-        return Ok(Box::new(socket?));
+    if let Some(address) = tcp::tcp_address(path) {
+        return Ok(Box::new(tcp::connect(path, address, READ_TIMEOUT)?));
     }
-    let opened = serialport::new(path, baud).timeout(READ_TIMEOUT).open();
+    #[cfg(unix)]
+    if is_socket(path) {
+        return Ok(Box::new(open_socket(path, baud)?));
+    }
+    // Some boards stay silent until DTR is set, which Linux does by itself and Windows does not.
+    let port = serialport::new(path, baud).dtr_on_open(true);
+    let opened = port.timeout(READ_TIMEOUT).open();
     let port = opened.map_err(|error| {
         use serialport::ErrorKind::{Io, NoDevice};
         let (kind, reason) = (error.kind(), error.to_string());
@@ -106,17 +112,61 @@ pub fn open(path: &str, baud: u32) -> Result<Box<dyn Line>, SerialError> {
     Ok(Box::new(port))
 }
 
-/// A greeting at this path that nobody answered: at a socket, which lets one program in at a time, most likely another one has it open.
-pub(super) fn unanswered(path: &str, error: SerialError) -> SerialError {
-    #[cfg(unix)]
-    if super::socket::is_socket(path)
-        && matches!(&error, SerialError::Link(LinkError::NoAnswer { line, .. }) if *line == LineCounters::default())
-    {
-        let path = path.to_string();
-        return SerialError::SilentSocket { path };
-    }
-    error
+#[cfg(unix)]
+fn open_socket(path: &str, baud: u32) -> Result<Socket<UnixStream>, SerialError> {
+    let opened = UnixStream::connect(path).and_then(|stream| Socket::new(stream, READ_TIMEOUT));
+    let path = path.to_string();
+    opened.map_err(|error| match error.kind() {
+        ErrorKind::PermissionDenied => SerialError::Forbidden { path },
+        ErrorKind::ConnectionRefused => {
+            let reason = "nobody listens at this socket: start its emulator anew".to_string();
+            SerialError::Open { path, baud, reason }
+        }
+        _ => {
+            let reason = error.to_string();
+            SerialError::Open { path, baud, reason }
+        }
+    })
 }
+
+fn is_socket(path: &str) -> bool {
+    #[cfg(unix)]
+    return std::fs::metadata(path).is_ok_and(|file| file.file_type().is_socket());
+    #[cfg(not(unix))]
+    return false;
+}
+
+/// A greeting at this path that no device answered. At an address or a socket a line of text says who did. A socket that says
+/// nothing lets one program in at a time, and most likely another one has it open.
+pub(super) fn unanswered(path: &str, said: &[u8], error: SerialError) -> SerialError {
+    let SerialError::Link(failed @ (LinkError::NoAnswer { .. } | LinkError::Gone)) = &error else {
+        return error;
+    };
+    let is_tcp = tcp::tcp_address(path).is_some();
+    if !is_tcp && !is_socket(path) {
+        return error;
+    }
+    let text = said.split(|byte| b"\r\n".contains(byte)).next();
+    let text = text.and_then(|text| std::str::from_utf8(text).ok());
+    let text = text.filter(|text| text.len() >= TEXT_LEAST && !text.contains(char::is_control));
+    let path = path.to_string();
+    match (text, failed) {
+        (Some(text), _) => {
+            let answer = text.to_string();
+            match text.starts_with(BUSY) {
+                true => SerialError::Busy { path, answer },
+                false => SerialError::Stranger { path, answer },
+            }
+        }
+        (None, LinkError::NoAnswer { line, .. }) if !is_tcp && *line == LineCounters::default() => {
+            SerialError::SilentSocket { path }
+        }
+        _ => error,
+    }
+}
+
+/// Bytes of text in a row that no frame begins with.
+const TEXT_LEAST: usize = 4;
 
 /// Time for which a USB serial adapter holds bytes back, ms, at every tick. Asks for 1 ms where that is allowed.
 pub(super) fn shorten_latency(path: &str) -> Option<u32> {
