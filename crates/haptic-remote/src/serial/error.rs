@@ -43,6 +43,14 @@ pub enum SerialError {
         /// Path of the port, as it was given.
         path: String,
     },
+    /// Several ports have the serial number that was given.
+    #[error("several ports have the number of {path}: name one of {ports}")]
+    Several {
+        /// The number as it was given.
+        path: String,
+        /// Paths of the ports that have it.
+        ports: String,
+    },
     /// Something that is not a host and a port.
     #[error(
         "\"{address}\" is not HOST:PORT: give both, as in 127.0.0.1:4250, with an IPv6 address in brackets, as in [::1]:4250"

@@ -30,7 +30,7 @@ pub use line::{Line, Pipe};
 pub use link::{Heard, LinkReport, SerialLink};
 #[cfg(unix)]
 pub use listening::listen_at;
-pub use port::{PortInfo, open, ports};
+pub use port::{PortInfo, latency_file, open, port_of, ports};
 pub use request::Beside;
 pub use served::{DeviceTime, ServeError, Served, ServedHardware, USB_PERIOD_US};
 pub use tcp::{TcpListening, host_and_port, tcp_address};

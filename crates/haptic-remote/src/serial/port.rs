@@ -31,6 +31,8 @@ pub struct PortInfo {
     pub description: String,
     /// USB vendor and product number.
     pub usb: Option<(u16, u16)>,
+    /// Serial number of the USB device.
+    pub serial_number: Option<String>,
     /// Time for which the adapter holds bytes back, ms; `None` if it is not known.
     pub latency_ms: Option<u32>,
 }
@@ -45,33 +47,75 @@ pub fn ports() -> Vec<PortInfo> {
     let mut found = serialport::available_ports().unwrap_or_default();
     found.sort_by(|one, next| one.port_name.cmp(&next.port_name));
     let infos = found.into_iter().map(|port| {
-        let (description, usb) = match &port.port_type {
-            SerialPortType::UsbPort(usb) => {
-                let names = [usb.manufacturer.as_deref(), usb.product.as_deref()];
+        let (mut usb, mut serial_number) = (None, None);
+        let description = match port.port_type {
+            SerialPortType::UsbPort(device) => {
+                usb = Some((device.vid, device.pid));
+                serial_number = device.serial_number;
+                let names = [device.manufacturer.as_deref(), device.product.as_deref()];
                 let names: Vec<&str> = names.into_iter().flatten().collect();
-                let names = if names.is_empty() {
-                    "USB".to_string()
-                } else {
-                    names.join(" ")
-                };
-                (names, Some((usb.vid, usb.pid)))
+                match names.is_empty() {
+                    true => "USB".to_string(),
+                    false => names.join(" "),
+                }
             }
-            SerialPortType::PciPort => ("PCI".to_string(), None),
-            SerialPortType::BluetoothPort => ("Bluetooth".to_string(), None),
-            SerialPortType::Unknown => ("built in".to_string(), None),
+            SerialPortType::PciPort => "PCI".to_string(),
+            SerialPortType::BluetoothPort => "Bluetooth".to_string(),
+            SerialPortType::Unknown => "built in".to_string(),
         };
         PortInfo {
             latency_ms: latency_ms(&port.port_name),
             path: port.port_name,
             description,
             usb,
+            serial_number,
         }
     });
     infos.collect()
 }
 
+/// The port that a path leads to: that with the serial number of `usb:NUMBER`, or what is behind a link such as those of
+/// `/dev/serial/by-id`.
+///
+/// # Errors
+/// No USB port, or several, with this number.
+pub fn port_of(path: &str) -> Result<String, SerialError> {
+    if let Some(number) = path.strip_prefix(USB) {
+        return with_number(number, &ports());
+    }
+    let real = std::fs::canonicalize(path).ok();
+    let real = real.and_then(|real| real.to_str().map(ToString::to_string));
+    // A name of Windows leads to nothing, and is the port itself.
+    Ok(real.unwrap_or_else(|| path.to_string()))
+}
+
+/// Before a serial number.
+const USB: &str = "usb:";
+
+fn with_number(number: &str, ports: &[PortInfo]) -> Result<String, SerialError> {
+    let numbered = |port: &&PortInfo| port.serial_number.as_deref() == Some(number);
+    let found: Vec<&PortInfo> = ports.iter().filter(numbered).collect();
+    let path = format!("{USB}{number}");
+    match found[..] {
+        [port] => Ok(port.path.clone()),
+        [] => {
+            let others = ports.iter().map(|port| match &port.serial_number {
+                Some(number) => format!("{} ({USB}{number})", port.path),
+                None => port.path.clone(),
+            });
+            let others = others.collect::<Vec<_>>().join(", ");
+            Err(SerialError::NotFound { path, others })
+        }
+        _ => {
+            let ports: Vec<&str> = found.iter().map(|port| port.path.as_str()).collect();
+            let ports = ports.join(", ");
+            Err(SerialError::Several { path, ports })
+        }
+    }
+}
+
 /// Opens a port exclusively, 8N1, and discards old input; connects to a TCP address if the path is `tcp:HOST:PORT`, and to a
-/// Unix socket if the path is one.
+/// Unix socket if the path is one. The path of a port may be `usb:` and the serial number of its USB device.
 ///
 /// # Errors
 /// The port does not exist, is in use, or may not be opened; nothing listens at the address or socket.
@@ -84,7 +128,7 @@ pub fn open(path: &str, baud: u32) -> Result<Box<dyn Line>, SerialError> {
         return Ok(Box::new(open_socket(path, baud)?));
     }
     // Some boards stay silent until DTR is set, which Linux does by itself and Windows does not.
-    let port = serialport::new(path, baud).dtr_on_open(true);
+    let port = serialport::new(port_of(path)?, baud).dtr_on_open(true);
     let opened = port.timeout(READ_TIMEOUT).open();
     let port = opened.map_err(|error| {
         use serialport::ErrorKind::{Io, NoDevice};
@@ -173,18 +217,70 @@ pub(super) fn shorten_latency(path: &str) -> Option<u32> {
     let before = latency_ms(path)?;
     if before > 1 {
         // Needs a privilege on most systems; the caller warns when it did not help.
-        let _ = std::fs::write(latency_file(path), "1");
+        let _ = std::fs::write(latency_file(path)?, "1");
     }
     latency_ms(path)
 }
 
 fn latency_ms(path: &str) -> Option<u32> {
-    let text = std::fs::read_to_string(latency_file(path)).ok()?;
+    let text = std::fs::read_to_string(latency_file(path)?).ok()?;
     text.trim().parse().ok()
 }
 
-/// File in which Linux keeps the latency timer of FTDI adapters.
-fn latency_file(path: &str) -> String {
-    let name = path.rsplit('/').next().unwrap_or(path);
-    format!("/sys/bus/usb-serial/devices/{name}/latency_timer")
+/// File in which Linux keeps the latency timer of FTDI adapters. `None` for a path that leads to no port.
+#[must_use]
+pub fn latency_file(path: &str) -> Option<String> {
+    let port = port_of(path).ok()?;
+    let name = port.rsplit('/').next()?;
+    Some(format!("/sys/bus/usb-serial/devices/{name}/latency_timer"))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn port(path: &str, serial_number: Option<&str>) -> PortInfo {
+        PortInfo {
+            path: path.to_string(),
+            description: "USB".to_string(),
+            usb: Some((0x0403, 0x6001)),
+            serial_number: serial_number.map(ToString::to_string),
+            latency_ms: None,
+        }
+    }
+
+    #[test]
+    fn a_port_is_found_by_its_serial_number() {
+        let ports = [
+            port("/dev/ttyUSB0", Some("A1")),
+            port("/dev/ttyUSB1", Some("B2")),
+            port("/dev/ttyUSB2", Some("B2")),
+            port("/dev/ttyS0", None),
+        ];
+        assert_eq!(with_number("A1", &ports), Ok("/dev/ttyUSB0".to_string()));
+        let said = |number| with_number(number, &ports).expect_err("none").to_string();
+        assert_eq!(
+            said("B2"),
+            "several ports have the number of usb:B2: name one of /dev/ttyUSB1, /dev/ttyUSB2"
+        );
+        let others = "there are /dev/ttyUSB0 (usb:A1), /dev/ttyUSB1 (usb:B2), /dev/ttyUSB2 (usb:B2), /dev/ttyS0: plug";
+        assert!(said("a1").starts_with(&format!("there is no port usb:a1, {others}")));
+        assert!(said("").starts_with("there is no port usb:,"));
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn the_latency_timer_is_looked_up_behind_links() {
+        let folder = std::env::temp_dir().join(format!("by-id-{}", std::process::id()));
+        std::fs::create_dir_all(&folder).expect("a folder");
+        std::fs::write(folder.join("ttyUSB7"), "").expect("stands for a port");
+        for (to, link) in [("ttyUSB7", "usb-FTDI-if00"), ("usb-FTDI-if00", "haptics")] {
+            std::os::unix::fs::symlink(to, folder.join(link)).expect("a link");
+            let path = folder.join(link);
+            let file = latency_file(path.to_str().expect("text"));
+            let expected = "/sys/bus/usb-serial/devices/ttyUSB7/latency_timer";
+            assert_eq!(file.as_deref(), Some(expected), "{link}");
+        }
+        std::fs::remove_dir_all(&folder).expect("goes");
+    }
 }
