@@ -57,11 +57,7 @@ impl ForeignName {
     ///
     /// # Errors
     /// A port that cannot be opened, a device that does not answer or answers what cannot be; more axes than it has.
-    pub fn open_with(
-        &self,
-        axes: usize,
-        warn: &dyn Fn(&str),
-    ) -> Result<SerialLink, OpenError> {
+    pub fn open_with(&self, axes: usize, warn: &dyn Fn(&str)) -> Result<SerialLink, OpenError> {
         let served = match (self, axes) {
             (Self::Haply(name), 1) => Served::start(name.open()?)?,
             (Self::Haply(name), 2) => Served::start(name.open_both()?)?,
@@ -169,13 +165,14 @@ impl OpenError {
     /// True if another attempt may help: the port is not there yet, or somebody else has it.
     #[must_use]
     pub fn may_pass(&self) -> bool {
-        matches!(self, Self::Inverse3(error) if error.may_pass()) || matches!(
-            self,
-            Self::Haply(HaplyOpenError::Port(
-                SerialError::NotFound { .. } | SerialError::InUse { .. }
-            )) | Self::Moteus(MoteusOpenError::Port(
-                SerialError::NotFound { .. } | SerialError::InUse { .. }
-            ))
-        )
+        matches!(self, Self::Inverse3(error) if error.may_pass())
+            || matches!(
+                self,
+                Self::Haply(HaplyOpenError::Port(
+                    SerialError::NotFound { .. } | SerialError::InUse { .. }
+                )) | Self::Moteus(MoteusOpenError::Port(
+                    SerialError::NotFound { .. } | SerialError::InUse { .. }
+                ))
+            )
     }
 }

@@ -82,7 +82,9 @@ impl Inverse3Name {
         let body = answer.find('{').zip(answer.rfind('}'));
         let body = body.and_then(|(from, to)| answer.get(from..=to));
         let told: Option<Value> = body.and_then(|body| serde_json::from_str(body).ok());
-        let version = told.as_ref().and_then(|told| told["project_version"].as_str());
+        let version = told
+            .as_ref()
+            .and_then(|told| told["project_version"].as_str());
         let is_http = first.starts_with("HTTP/1.") && first.contains(" 200 ");
         let version = version.filter(|_| is_http);
         (version.map(str::to_owned)).ok_or_else(|| self.not_service(first))
@@ -151,8 +153,14 @@ impl<S: Read + Write, const D: usize> Inverse3<S, D> {
         let device = name.chosen(&inventory)?;
         let id = id_of(device).to_owned();
         for (key, why) in [
-            ("power_supply", "has no power for its motors: plug in its supply"),
-            ("calibrated", "is not calibrated: put its cursor where the maker's guide says"),
+            (
+                "power_supply",
+                "has no power for its motors: plug in its supply",
+            ),
+            (
+                "calibrated",
+                "is not calibrated: put its cursor where the maker's guide says",
+            ),
         ] {
             if device["status"][key] == false {
                 return Err(Inverse3OpenError::NotReady { id, why });

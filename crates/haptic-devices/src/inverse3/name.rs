@@ -15,7 +15,6 @@ const LINES: [(&str, [f64; 3]); 6] = [
 ];
 /// Downwards, so that a hand presses into a tissue as into one on a table.
 const DOWN: [f64; 3] = LINES[5].1;
-const PORT: u16 = 10_001;
 const LOST: u32 = 20;
 
 /// An Inverse3 by name: `inverse3:[HOST[:PORT]][,id=ID][,axis=-z][,lost=20]`.
@@ -36,6 +35,8 @@ pub struct Inverse3Name {
 impl Inverse3Name {
     /// First word of the name.
     pub const KIND: &'static str = "inverse3";
+    /// Port of the service unless another is given.
+    pub const PORT: u16 = 10_001;
     pub(crate) const FORM: &'static str =
         "inverse3:[HOST[:PORT]][,id=ID][,axis=x|y|z|-x|-y|-z][,lost=20]";
 
@@ -59,7 +60,7 @@ impl Inverse3Name {
         let lost = given.text("lost");
         Ok(Self {
             host: host.trim_matches(['[', ']']).to_owned(),
-            port: port.transpose()?.map_or(PORT, |port| port as u16),
+            port: port.transpose()?.map_or(Self::PORT, |port| port as u16),
             id: given.text("id").map(str::to_owned),
             lost_most: lost.map_or(Ok(LOST), |lost| whole("lost", lost, 2, 1000))?,
             along: given.choice("axis", &LINES, DOWN)?,

@@ -103,7 +103,9 @@ impl Inverse3OpenError {
 #[non_exhaustive]
 pub enum Trouble {
     /// The connection has ended.
-    #[error("the Inverse Service has closed the connection: it was stopped, or another program reset it")]
+    #[error(
+        "the Inverse Service has closed the connection: it was stopped, or another program reset it"
+    )]
     Gone,
     /// No answer for so many ticks in a row.
     #[error(
@@ -114,7 +116,9 @@ pub enum Trouble {
         ticks: u32,
     },
     /// Text that no service of this version sends.
-    #[error("an answer of the Inverse Service is not JSON with a list `inverse3` of at most {DEVICES_MOST} devices")]
+    #[error(
+        "an answer of the Inverse Service is not JSON with a list `inverse3` of at most {DEVICES_MOST} devices"
+    )]
     Unreadable,
     /// The answer does not list the device.
     #[error("the Inverse Service does not list it any more: check its cable and power")]

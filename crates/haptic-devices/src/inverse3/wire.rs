@@ -50,9 +50,7 @@ pub(super) fn position(text: &str, id: &str) -> Result<Vector3<f64>, Trouble> {
 /// What asks for a force, up to the number of x.
 pub(super) fn before_force(id: &str) -> String {
     let id = Value::from(id);
-    format!(
-        r#"{{"inverse3":[{{"device_id":{id},"commands":{{"set_cursor_force":{{"vector":{{"x":"#
-    )
+    format!(r#"{{"inverse3":[{{"device_id":{id},"commands":{{"set_cursor_force":{{"vector":{{"x":"#)
 }
 
 /// Asks for a force, N.

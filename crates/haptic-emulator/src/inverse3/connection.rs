@@ -86,7 +86,10 @@ impl Connection {
             let page = self.service().page(path.unwrap_or_default());
             let (status, body) = match page {
                 Some(page) => ("200 OK", page.to_string()),
-                None => ("404 Not Found", r#"{"ok":false,"error":"no such page"}"#.to_owned()),
+                None => (
+                    "404 Not Found",
+                    r#"{"ok":false,"error":"no such page"}"#.to_owned(),
+                ),
             };
             // A string takes whatever is written to it.
             let _ = write!(
