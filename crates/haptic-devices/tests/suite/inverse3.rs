@@ -145,7 +145,11 @@ impl<const D: usize> Rig<D> {
         let capabilities = device.capabilities();
         let mut device = TickSide::new(device).expect("no configuration is refused");
         // A vector of forces comes from the host.
-        let loop_mode = if D == 1 { LoopMode::Device } else { LoopMode::Host };
+        let loop_mode = if D == 1 {
+            LoopMode::Device
+        } else {
+            LoopMode::Host
+        };
         let configuration = Configuration {
             tick_period_us: period_us,
             stiffness_n_per_m: STIFFNESS,
@@ -164,7 +168,9 @@ impl<const D: usize> Rig<D> {
             ..Configuration::PASSIVE
         };
         let prepared = prepare::<Axes<D>, D>(configuration, &[0.0], &capabilities);
-        device.install(prepared.expect("good"), &[0.0]).expect("idle");
+        device
+            .install(prepared.expect("good"), &[0.0])
+            .expect("idle");
         let period_us = u64::from(period_us);
         Self {
             wire,
@@ -205,14 +211,18 @@ impl<const D: usize> Rig<D> {
 fn with_one_axis_the_force_is_that_of_the_position_bit_for_bit_and_arrives_along_the_line() {
     for period_us in [1000, 250] {
         let mut rig = Rig::<1>::running(Hand::Strokes, period_us);
-        let ticks = 2_000_000 / period_us;
+        let ticks = 1_500_000 / period_us;
         let mut deepest_m = 0.0_f32;
         for _ in 0..ticks {
             rig.tick();
             let sample = *rig.device.newest();
             assert_eq!(rig.fault(), None, "{}", rig.trouble());
             let (x_m, force_n) = (sample.position_m[0], sample.force_n[0]);
-            assert_eq!(force_n.to_bits(), (-STIFFNESS * x_m).to_bits(), "{sample:?}");
+            assert_eq!(
+                force_n.to_bits(),
+                (-STIFFNESS * x_m).to_bits(),
+                "{sample:?}"
+            );
             // Downwards is positive, and the force goes up.
             let [x, y, z] = rig.wire.force_n();
             assert_eq!([x, y], [0.0, 0.0]);
@@ -220,7 +230,7 @@ fn with_one_axis_the_force_is_that_of_the_position_bit_for_bit_and_arrives_along
             deepest_m = deepest_m.max(x_m);
         }
         // The hand of 400 N/m leads it 15 mm deep, less what 100 N/m hold back.
-        assert!((0.010..0.013).contains(&deepest_m), "{deepest_m} m");
+        assert!((0.008..0.012).contains(&deepest_m), "{deepest_m} m");
         let statistics = rig.device.statistics();
         assert_eq!((statistics.unanswered, statistics.forces_not_taken), (0, 0));
         assert_eq!(statistics.ticks, ticks + 1);
@@ -231,13 +241,18 @@ fn with_one_axis_the_force_is_that_of_the_position_bit_for_bit_and_arrives_along
 fn with_three_axes_a_vector_arrives_and_positions_count_from_the_middle_of_the_workspace() {
     let mut rig = Rig::<3>::running(Hand::At([0.01, -0.02, 0.005]), 1000);
     for _ in 0..1500 {
-        rig.device.command([0.25, -0.5, 1.0]);
         rig.tick();
+        let tick = rig.device.newest().tick;
+        assert!(rig.device.command(tick, [0.25, -0.5, 1.0]), "taken");
         assert_eq!(rig.fault(), None, "{}", rig.trouble());
     }
     assert_eq!(rig.wire.force_n(), [0.25, -0.5, 1.0]);
     // A hand of 400 N/m gives way.
-    let wanted = [0.01 + 0.25 / 400.0, -0.02 - 0.5 / 400.0, 0.005 + 1.0 / 400.0];
+    let wanted = [
+        0.01 + 0.25 / 400.0,
+        -0.02 - 0.5 / 400.0,
+        0.005 + 1.0 / 400.0,
+    ];
     for (have, want) in rig.device.newest().position_m.iter().zip(wanted) {
         assert!((f64::from(*have) - want).abs() < 1e-4, "{have} {want}");
     }
@@ -268,8 +283,8 @@ fn each_answer_that_is_late_is_flagged_and_counted_and_no_force_waits_in_a_queue
 
 /// The words for what happens to a device that pushes; the force at the service soon after.
 fn trouble_of(happens: impl FnOnce(&mut Rig<1>)) -> (String, [f64; 3]) {
-    let mut rig = Rig::<1>::running(Hand::At([0.0, 0.0, -0.01]), 1000);
-    for _ in 0..1200 {
+    let mut rig = Rig::<1>::running(Hand::At([0.0, 0.0, -0.03]), 1000);
+    for _ in 0..400 {
         rig.tick();
     }
     assert!(rig.wire.force_n()[2] > 0.5, "it pushes: {}", rig.trouble());
@@ -281,7 +296,9 @@ fn trouble_of(happens: impl FnOnce(&mut Rig<1>)) -> (String, [f64; 3]) {
     assert_eq!(rig.device.status().state, State::Fault);
     let faults = rig.device.status().faults;
     rig.device.arm(faults).expect_err("it must be opened anew");
-    let force_n = lock(&rig.wire.service).first().map_or([0.0; 3], |first| first.1);
+    let force_n = lock(&rig.wire.service)
+        .first()
+        .map_or([0.0; 3], |first| first.1);
     (rig.trouble(), force_n)
 }
 
@@ -290,7 +307,13 @@ fn replace(from: &'static str, to: &'static str) -> Harm {
     assert_eq!(from.len(), to.len());
     Box::new(move |bytes| {
         // The head of a frame is not text.
-        let at = bytes.windows(from.len()).position(|some| some == from.as_bytes());
+        let at = bytes
+            .windows(from.len())
+            .position(|some| some == from.as_bytes());
+        // Its farewell is no answer.
+        if bytes.len() < 16 {
+            return;
+        }
         let at = at.unwrap_or_else(|| panic!("no {from}"));
         bytes[at..at + from.len()].copy_from_slice(to.as_bytes());
     })
@@ -298,21 +321,40 @@ fn replace(from: &'static str, to: &'static str) -> Harm {
 
 #[test]
 fn each_trouble_is_a_fault_with_a_reason_and_no_force_remains() {
-    let harmed = |from, to| move |rig: &mut Rig<1>| lock(&rig.wire.world).harm = Some(replace(from, to));
+    let harmed =
+        |from, to| move |rig: &mut Rig<1>| lock(&rig.wire.world).harm = Some(replace(from, to));
     let has = |happened: (String, [f64; 3]), words: &str| {
         assert!(happened.0.contains(words), "{happened:?}");
         assert!(happened.0.starts_with("Inverse3 04BA: "), "{happened:?}");
         assert_eq!(happened.1, [0.0; 3], "{happened:?}");
     };
     let none = "tells no position of it";
-    has(trouble_of(harmed("\"cursor_position\"", "\"cursor_location\"")), none);
-    has(trouble_of(harmed("\"x\":0.0,\"y\":0.0", "\"x\":null,\"y\":0")), none);
+    has(
+        trouble_of(harmed("\"cursor_position\"", "\"cursor_location\"")),
+        none,
+    );
+    has(
+        trouble_of(harmed("\"x\":0.0,\"y\":0.0", "\"x\":null,\"y\":0 ")),
+        none,
+    );
     let unreadable = "is not JSON with a list `inverse3`";
     has(trouble_of(harmed("\"x\":0.0", "\"x\":NaN")), unreadable);
-    has(trouble_of(harmed("\"x\":0.0", "\"x\":9e9")), "faster than a hand");
-    has(trouble_of(harmed("{\"session_id\"", "[\"session_id\"")), unreadable);
-    has(trouble_of(harmed("\"inverse3\"", "\"minverse\"")), unreadable);
-    has(trouble_of(harmed("\"04BA\"", "\"049D\"")), "does not list it any more");
+    has(
+        trouble_of(harmed("\"x\":0.0", "\"x\":9e9")),
+        "faster than a hand",
+    );
+    has(
+        trouble_of(harmed("{\"session_id\"", "[\"session_id\"")),
+        unreadable,
+    );
+    has(
+        trouble_of(harmed("\"inverse3\"", "\"minverse\"")),
+        unreadable,
+    );
+    has(
+        trouble_of(harmed("\"04BA\"", "\"049D\"")),
+        "does not list it any more",
+    );
     let unplugged = |rig: &mut Rig<1>| lock(&rig.wire.service).unplug(ID);
     has(trouble_of(unplugged), "check its cable and power");
     let moved = |rig: &mut Rig<1>| {
@@ -338,13 +380,17 @@ fn an_emulated_force_ends_with_silence_and_with_the_session() {
     let push = r#"{"inverse3":[{"device_id":"04BA","commands":{"set_cursor_force":{"vector":{"x":0,"y":0,"z":1.5}}}}]}"#;
     let config = || tungstenite::client("ws://localhost/", wire.clone());
     let (mut socket, _) = config().expect("a WebSocket");
-    socket.send(tungstenite::Message::text(push)).expect("taken");
+    socket
+        .send(tungstenite::Message::text(push))
+        .expect("taken");
     assert_eq!(wire.force_n(), [0.0, 0.0, 1.5]);
     lock(&wire.service).advance(SILENCE_US - 1);
     assert_eq!(wire.force_n(), [0.0, 0.0, 1.5]);
     lock(&wire.service).advance(SILENCE_US);
     assert_eq!(wire.force_n(), [0.0; 3]);
-    socket.send(tungstenite::Message::text(push)).expect("taken");
+    socket
+        .send(tungstenite::Message::text(push))
+        .expect("taken");
     assert_eq!(wire.force_n(), [0.0, 0.0, 1.5]);
     socket.close(None).expect("told");
     assert_eq!(wire.force_n(), [0.0; 3]);
@@ -386,7 +432,10 @@ fn damping_that_another_program_left_is_set_to_none_and_read_back() {
         }
     }));
     let error = wire.open::<1>("").expect_err("not taken").to_string();
-    assert!(error.contains("has damping = 5.0 after it was told 0"), "{error}");
+    assert!(
+        error.contains("has damping = 5.0 after it was told 0"),
+        "{error}"
+    );
 }
 
 /// What comes of opening a name at a port where a thread answers in this way.
@@ -394,7 +443,9 @@ fn opened_at(answers: impl FnOnce(TcpListener) + Send + 'static, settings: &str)
     let listener = TcpListener::bind("127.0.0.1:0").expect("a port");
     let address = listener.local_addr().expect("an address");
     let thread = std::thread::spawn(move || answers(listener));
-    let name: ForeignName = format!("inverse3:{address}{settings}").parse().expect("a name");
+    let name: ForeignName = format!("inverse3:{address}{settings}")
+        .parse()
+        .expect("a name");
     let said = match name.open_with(3, &|_| {}) {
         Ok(link) => format!("{} axes", link.capabilities().axes),
         Err(error) => error.to_string(),
@@ -418,19 +469,34 @@ fn what_is_no_service_of_this_version_is_named() {
         says("HTTP/1.1 200 OK\r\n\r\n{\"project_version\":\"3.1.1.0\"}"),
         "",
     );
-    assert!(version.contains("version 3.1.1.0, and this program needs 3.5"), "{version}");
+    assert!(
+        version.contains("version 3.1.1.0, and this program needs 3.5"),
+        "{version}"
+    );
     assert!(version.contains("update it"), "{version}");
-    let newer = opened_at(says("HTTP/1.1 200 OK\r\n\r\n{\"project_version\":\"4.0\"}"), "");
+    let newer = opened_at(
+        says("HTTP/1.1 200 OK\r\n\r\n{\"project_version\":\"4.0\"}"),
+        "",
+    );
     assert!(newer.contains("version 4.0, and"), "{newer}");
     assert!(newer.contains("newer version of this program"), "{newer}");
     for (answer, said) in [
-        ("HTTP/1.1 404 Not Found\r\n\r\n<html>{no}</html>", "says `HTTP/1.1 404 Not Found`"),
-        ("HTTP/1.1 200 OK\r\n\r\n<html></html>", "says `HTTP/1.1 200 OK`"),
+        (
+            "HTTP/1.1 404 Not Found\r\n\r\n<html>{no}</html>",
+            "says `HTTP/1.1 404 Not Found`",
+        ),
+        (
+            "HTTP/1.1 200 OK\r\n\r\n<html></html>",
+            "says `HTTP/1.1 200 OK`",
+        ),
         ("SSH-2.0-OpenSSH_9.2\r\n", "says `SSH-2.0-OpenSSH_9.2`"),
         ("", "says ``"),
     ] {
         let error = opened_at(says(answer), "");
-        assert!(error.starts_with("ADDRESS is not an Inverse Service"), "{error}");
+        assert!(
+            error.starts_with("ADDRESS is not an Inverse Service"),
+            "{error}"
+        );
         assert!(error.contains(said), "{error}");
     }
     // Nobody is there any more.
@@ -439,10 +505,20 @@ fn what_is_no_service_of_this_version_is_named() {
     drop(listener);
     let name: ForeignName = format!("inverse3:{address}").parse().expect("a name");
     let error = name.open_with(1, &|_| {}).expect_err("nobody");
-    assert!(error.to_string().starts_with("no Inverse Service at 127.0.0.1:"), "{error}");
+    assert!(
+        error
+            .to_string()
+            .starts_with("no Inverse Service at 127.0.0.1:"),
+        "{error}"
+    );
     assert!(error.may_pass());
     let error = name.open_with(2, &|_| {}).expect_err("two");
-    assert!(error.to_string().starts_with("it has 3 axes, but 2 are needed"), "{error}");
+    assert!(
+        error
+            .to_string()
+            .starts_with("it has 3 axes, but 2 are needed"),
+        "{error}"
+    );
 }
 
 #[test]
@@ -456,9 +532,13 @@ fn over_a_socket_the_service_is_opened_with_all_axes() {
     let address = listener.local_addr().expect("an address");
     let thread = std::thread::spawn(move || serving(listener));
     // A busy machine may be late.
-    let name: ForeignName = format!("inverse3:{address},lost=1000").parse().expect("a name");
+    let name: ForeignName = format!("inverse3:{address},lost=1000")
+        .parse()
+        .expect("a name");
     let told = Mutex::new(String::new());
-    let link = name.open_with(3, &|words| lock(&told).push_str(words)).expect("opens");
+    let link = name
+        .open_with(3, &|words| lock(&told).push_str(words))
+        .expect("opens");
     assert_eq!(link.capabilities().axes, 3);
     assert_eq!(link.capabilities().board(), "Inverse3 04BA");
     assert!(lock(&told).contains("force gate has gain 0.3"));

@@ -15,7 +15,7 @@ const STROKE: (f64, f64) = (0.015, 4.0);
 /// A hand takes this time to a place, s.
 const LEAD_S: f64 = 1.0;
 /// Longest step of the simulation, s: far below every time constant here.
-const STEP_S: f64 = 1e-4;
+const STEP_S: f64 = 2.5e-4;
 
 /// The hand at the cursor.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
