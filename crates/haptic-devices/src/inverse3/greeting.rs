@@ -16,6 +16,8 @@ use tungstenite::protocol::WebSocketConfig;
 const PATIENCE: Duration = Duration::from_secs(5);
 /// More than any answer of a service.
 const BYTES_MOST: usize = 1 << 20;
+/// More than an answer of one device, which is read in a tick.
+const READ_AT_ONCE: usize = 4096;
 /// Answers in which the settings may come to be what was asked for.
 const ATTEMPTS: u32 = 25;
 
@@ -145,6 +147,8 @@ impl<S: Read + Write, const D: usize> Inverse3<S, D> {
     /// No service of these messages; no such device, or one that is not ready; settings that it does not take.
     pub fn greet(stream: S, name: &Inverse3Name) -> Result<(Self, String), Inverse3OpenError> {
         let config = WebSocketConfig::default().max_message_size(Some(BYTES_MOST));
+        // It clears its buffer at each read.
+        let config = config.read_buffer_size(READ_AT_ONCE);
         let url = format!("ws://{}/", name.address());
         let (mut socket, _) = tungstenite::client::client_with_config(url, stream, Some(config))
             .map_err(|error| name.not_service(&error.to_string()))?;

@@ -7,11 +7,13 @@ use std::fmt::Write as _;
 use std::io::{self, ErrorKind, Read, Write};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use tungstenite::handshake::derive_accept_key;
-use tungstenite::protocol::Role;
+use tungstenite::protocol::{Role, WebSocketConfig};
 use tungstenite::{Message, WebSocket};
 
 /// A longer head of a request is none.
 const HEAD_MOST: usize = 8192;
+/// Bytes of a WebSocket that are taken at once.
+const READ_AT_ONCE: usize = 64;
 
 /// Bytes that came, and those that are to go.
 #[derive(Debug, Default)]
@@ -106,7 +108,9 @@ impl Connection {
             derive_accept_key(key.trim().as_bytes())
         );
         out.extend(text.as_bytes());
-        let mut socket = WebSocket::from_raw_socket(Bytes::default(), Role::Server, None);
+        // It clears its buffer at each read.
+        let config = WebSocketConfig::default().read_buffer_size(READ_AT_ONCE);
+        let mut socket = WebSocket::from_raw_socket(Bytes::default(), Role::Server, Some(config));
         let mut service = self.service();
         let session = service.begin_session();
         let inventory = service.told(session, true).to_string();
