@@ -1,9 +1,10 @@
 //! Devices of other makers by name, and opening one.
 
 use crate::haply::{HaplyName, HaplyOpenError, Plane};
+use crate::inverse3::{Inverse3Name, Inverse3OpenError};
 use crate::moteus::{MoteusName, MoteusOpenError};
 use crate::name::NameError;
-use haptic_remote::serial::{SerialError, SerialLink, ServeError, Served};
+use haptic_remote::serial::{SerialError, SerialLink, ServeError, Served, ServedHardware};
 use std::fmt;
 use std::str::FromStr;
 use thiserror::Error;
@@ -19,7 +20,7 @@ use thiserror::Error;
 /// use haptic_devices::ForeignName;
 ///
 /// let name: ForeignName = "haply:/dev/ttyACM0,version=3".parse()?;
-/// let link = name.open_with(1)?;
+/// let link = name.open_with(1, &|warning| eprintln!("{warning}"))?;
 /// println!("{}", link.capabilities().board());
 /// // The force falls to zero and the board is let go.
 /// drop(link);
@@ -32,6 +33,8 @@ pub enum ForeignName {
     Haply(HaplyName),
     /// `moteus:PATH[,id=1][,radius=LENGTH][,torque_limit=0.1][,watchdog=TIME][,lost=4]`.
     Moteus(MoteusName),
+    /// `inverse3:[HOST[:PORT]][,id=ID][,axis=x|y|z|-x|-y|-z][,lost=20]`.
+    Inverse3(Inverse3Name),
 }
 
 impl ForeignName {
@@ -39,6 +42,7 @@ impl ForeignName {
     pub const KINDS: &'static [(&'static str, &'static str)] = &[
         (HaplyName::KIND, HaplyName::FORM),
         (MoteusName::KIND, MoteusName::FORM),
+        (Inverse3Name::KIND, Inverse3Name::FORM),
     ];
 
     /// True if a name begins with one of these kinds.
@@ -49,19 +53,31 @@ impl ForeignName {
     }
 
     /// Opens the device with so many axes, looks at its first answers, serves it on a thread of this process, and connects to
-    /// that.
+    /// that. What a user should know of it is told to `warn`.
     ///
     /// # Errors
     /// A port that cannot be opened, a device that does not answer or answers what cannot be; more axes than it has.
-    pub fn open_with(&self, axes: usize) -> Result<SerialLink, OpenError> {
+    pub fn open_with(&self, axes: usize, warn: &dyn Fn(&str)) -> Result<SerialLink, OpenError> {
         let served = match (self, axes) {
             (Self::Haply(name), 1) => Served::start(name.open()?)?,
             (Self::Haply(name), 2) => Served::start(name.open_both()?)?,
             (Self::Moteus(name), 1) => Served::start(name.open()?)?,
+            (Self::Inverse3(name), 1) => Self::told(name.open::<1>()?, warn)?,
+            (Self::Inverse3(name), 3) => Self::told(name.open::<3>()?, warn)?,
             (Self::Haply(_), _) => return Err(OpenError::Axes { axes, most: 2 }),
+            (Self::Inverse3(_), _) => return Err(OpenError::Axes { axes, most: 3 }),
             (Self::Moteus(_), _) => return Err(OpenError::Axes { axes, most: 1 }),
         };
         Ok(SerialLink::to_served(served, &self.to_string())?)
+    }
+
+    /// Starts to serve a device; before that, words about it are told.
+    fn told<H: ServedHardware<D>, const D: usize>(
+        (device, words): (H, String),
+        warn: &dyn Fn(&str),
+    ) -> Result<Served, ServeError> {
+        warn(&words);
+        Served::start(device)
     }
 
     /// The plane of a device that moves in a plane; `None` for others.
@@ -69,7 +85,7 @@ impl ForeignName {
     pub const fn plane(&self) -> Option<Plane> {
         match self {
             Self::Haply(name) => Some(Plane::of(name.version.model())),
-            Self::Moteus(_) => None,
+            Self::Moteus(_) | Self::Inverse3(_) => None,
         }
     }
 }
@@ -82,6 +98,7 @@ impl FromStr for ForeignName {
         match kind {
             HaplyName::KIND => HaplyName::parse(rest).map(Self::Haply),
             MoteusName::KIND => MoteusName::parse(rest).map(Self::Moteus),
+            Inverse3Name::KIND => Inverse3Name::parse(rest).map(Self::Inverse3),
             _ => {
                 let known: Vec<&str> = Self::KINDS.iter().map(|(known, _)| *known).collect();
                 Err(NameError::Kind {
@@ -98,6 +115,7 @@ impl fmt::Display for ForeignName {
         match self {
             Self::Haply(name) => name.fmt(f),
             Self::Moteus(name) => name.fmt(f),
+            Self::Inverse3(name) => name.fmt(f),
         }
     }
 }
@@ -112,6 +130,9 @@ pub enum OpenError {
     /// A moteus servo or its adapter is in trouble.
     #[error(transparent)]
     Moteus(#[from] MoteusOpenError),
+    /// The Inverse Service or a device of it.
+    #[error(transparent)]
+    Inverse3(#[from] Inverse3OpenError),
     /// It has not so many axes.
     #[error("it has {most} {}, but {axes} are needed: change `axes`, or take another device", if *most == 1 { "axis" } else { "axes" })]
     Axes {
@@ -137,23 +158,25 @@ impl OpenError {
             Self::Axes { .. }
                 | Self::Haply(HaplyOpenError::Line)
                 | Self::Moteus(MoteusOpenError::Settings(_))
+                | Self::Inverse3(Inverse3OpenError::Line | Inverse3OpenError::Which { .. })
         )
     }
 
     /// True if another attempt may help: the port is not there yet, or somebody else has it.
     #[must_use]
-    pub const fn may_pass(&self) -> bool {
-        matches!(
-            self,
-            Self::Haply(HaplyOpenError::Port(
-                SerialError::NotFound { .. }
-                    | SerialError::InUse { .. }
-                    | SerialError::Unreachable { .. }
-            )) | Self::Moteus(MoteusOpenError::Port(
-                SerialError::NotFound { .. }
-                    | SerialError::InUse { .. }
-                    | SerialError::Unreachable { .. }
-            ))
-        )
+    pub fn may_pass(&self) -> bool {
+        matches!(self, Self::Inverse3(error) if error.may_pass())
+            || matches!(
+                self,
+                Self::Haply(HaplyOpenError::Port(
+                    SerialError::NotFound { .. }
+                        | SerialError::InUse { .. }
+                        | SerialError::Unreachable { .. }
+                )) | Self::Moteus(MoteusOpenError::Port(
+                    SerialError::NotFound { .. }
+                        | SerialError::InUse { .. }
+                        | SerialError::Unreachable { .. }
+                ))
+            )
     }
 }

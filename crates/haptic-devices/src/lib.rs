@@ -4,6 +4,7 @@
 
 mod foreign;
 pub mod haply;
+pub mod inverse3;
 pub mod moteus;
 mod name;
 

@@ -5,6 +5,7 @@ mod at_line;
 pub mod board;
 mod faulty_line;
 pub mod haply;
+pub mod inverse3;
 pub mod moteus;
 
 pub use at_line::{AtLine, Damage, NearLine, emulate};

@@ -31,6 +31,7 @@ DEVICE is what an experiment runs on:
   tcp:HOST:PORT                 a device that listens there, as an emulated one
   haply:PATH[,version=2]        a Haply 2DIY, see docs/guide/src/haply-2diy.md
   moteus:PATH[,id=1,radius=20mm] a moteus servo, see docs/guide/src/moteus.md
+  inverse3:[HOST[:PORT]][,id=ID] a Haply Inverse3, see docs/guide/src/inverse3.md
 
 Exit codes: 0 done; 1 the run failed, was interrupted or a fault ended it; 2 bad usage or bad
 input; 3 device or link not usable, or lost; 4 data was lost, the rest was kept. If several apply, 3

@@ -193,7 +193,7 @@ impl LinkedName {
                 };
                 name.connect(options, warn)
             }
-            Self::Foreign(name) => open(name, axes, patience, stop),
+            Self::Foreign(name) => open(name, axes, warn, patience, stop),
         }
     }
 }
@@ -202,13 +202,14 @@ impl LinkedName {
 fn open(
     name: &ForeignName,
     axes: usize,
+    warn: Warn<'_>,
     patience: Duration,
     stop: Option<&AtomicBool>,
 ) -> Result<SerialLink, Failure> {
     const PAUSE: Duration = Duration::from_millis(250);
     let began = Moment::now();
     loop {
-        let error = match name.open_with(axes) {
+        let error = match name.open_with(axes, warn) {
             Ok(link) => return Ok(link),
             Err(error) => error,
         };

@@ -1,13 +1,16 @@
 //! `device emulate`.
 
+mod inverse3;
+
 use super::key_value::{self, count, in_range, key_and_value, keys_help, refused};
 use crate::command::conduct::stop_on_interrupt;
 use crate::options::DeviceModelArguments;
 use crate::output::{Output, note, warn};
 use crate::parse::{WAITS, choice, quantity, whole};
 use clap::Args;
-use haptic_devices::haply::{Model, Version};
-use haptic_devices::moteus::MoteusSettings;
+use haptic_devices::haply::{HaplyName, Model, Version};
+use haptic_devices::inverse3::Inverse3Name;
+use haptic_devices::moteus::{MoteusName, MoteusSettings};
 use haptic_emulator::board::{self, Body, Emulated, Emulation, EmulatorError, Place, Port};
 use haptic_emulator::{Damage, LineFaults, emulate, haply, moteus};
 use haptic_experiment::parameters::{self, Range};
@@ -32,6 +35,7 @@ enum Kind {
     /// The board of a Haply 2DIY.
     Haply2Diy,
     Moteus,
+    Inverse3,
 }
 
 impl Named for Kind {
@@ -39,6 +43,11 @@ impl Named for Kind {
         (Self::Own, "own", "The device of this program"),
         (Self::Haply2Diy, "haply-2diy", "The board of a Haply 2DIY"),
         (Self::Moteus, "moteus", "A moteus servo behind an fdcanusb"),
+        (
+            Self::Inverse3,
+            "inverse3",
+            "The service of a Haply Inverse3",
+        ),
     ];
 }
 
@@ -46,9 +55,10 @@ impl Kind {
     /// Before the path in the name of such a device.
     const fn scheme(self) -> &'static str {
         match self {
-            Self::Own => "serial:",
-            Self::Haply2Diy => "haply:",
-            Self::Moteus => "moteus:",
+            Self::Own => "serial",
+            Self::Haply2Diy => HaplyName::KIND,
+            Self::Moteus => MoteusName::KIND,
+            Self::Inverse3 => Inverse3Name::KIND,
         }
     }
 }
@@ -72,6 +82,9 @@ impl Kind {
 /// --kind haply-2diy is the board of a Haply 2DIY, --kind moteus a servo behind a CAN adapter; both
 /// also work with the makers' own programs. They run in real time, and drop and corrupt then apply
 /// to single bytes.
+///
+/// --kind inverse3 is the Inverse Service with one device behind it, at a TCP port of this machine.
+/// It works with the maker's own programs too.
 #[derive(Debug, Args)]
 #[command(
     after_help = format!("Examples:\n  host-cli device emulate --link device &\n  host-cli relax --device \
@@ -156,6 +169,7 @@ const FACING_KEYS: [(&str, &str); 5] = [
 
 fn all_keys() -> impl Iterator<Item = (&'static str, &'static str)> {
     let of_kinds = HAPLY_KEYS.into_iter().chain(MOTEUS_KEYS);
+    let of_kinds = of_kinds.chain(inverse3::KEYS);
     LINE_KEYS.into_iter().chain(of_kinds).chain(FACING_KEYS)
 }
 
@@ -178,6 +192,7 @@ struct Details {
     hand: Option<haply::Hand>,
     servo_id: Option<u8>,
     turn: Option<moteus::Hand>,
+    inverse3: inverse3::Given,
     facing_model: Option<PathBuf>,
     contact: FacingContact,
 }
@@ -228,6 +243,9 @@ impl Details {
             "hand" => self.hand = hand(text)?,
             "servo_id" => self.servo_id = Some(count(text, 0, u8::MAX)?),
             "turn" => self.turn = Some(turn(text)?),
+            "service_port" => self.inverse3.port = count(text, 0, u16::MAX)?,
+            "cursor" => self.inverse3.hand = inverse3::hand(text)?,
+            "service_version" => text.clone_into(&mut self.inverse3.version),
             "facing_model" => self.facing_model = Some(PathBuf::from(text)),
             "contact_stiffness_n_per_m" => contact.stiffness.0 = number(CONTACT_STIFFNESSES)?,
             "contact_damping_n_s_per_m" => contact.damping.0 = number(CONTACT_DAMPINGS)?,
@@ -285,6 +303,9 @@ impl Arguments {
         let duration = self.duration.map(Duration::from_secs_f64);
         let (faults, seed) = (details.faults[0], details.seeds[0]);
         let stop = stop_on_interrupt()?;
+        if kind == Kind::Inverse3 {
+            return inverse3::run(&details, duration, output, stop);
+        }
         let failed = |error| self.failed(error);
         let [first, second] = self.places()?;
         let port = Port::open(first).map_err(failed)?;
@@ -300,8 +321,11 @@ impl Arguments {
         let told = |port: &Port| {
             let path = port.path();
             let is_named = kind == Kind::Own && tcp_address(&path).is_some();
-            let scheme = if is_named { "" } else { kind.scheme() };
-            json!({"path": path, "device": format!("{scheme}{path}")})
+            let device = match is_named {
+                true => path.clone(),
+                false => format!("{}:{path}", kind.scheme()),
+            };
+            json!({"path": path, "device": device})
         };
         let mut report = told(&port);
         // Chances of the line, and its seed; none of a good one.
@@ -347,6 +371,8 @@ impl Arguments {
                 let damage = emulate(line, &mut adapter, (faults, seed), duration, stop);
                 words_of_moteus(&adapter, &damage.map_err(Failure::input)?)
             }
+            // It has a port of its own, above.
+            Kind::Inverse3 => String::new(),
         };
         if !output.quiet {
             note("emulated", done);
@@ -361,6 +387,10 @@ impl Arguments {
             "hardware and hand apply only to a 2DIY: add --kind haply-2diy"
         } else if kind != Kind::Moteus && details.has(&MOTEUS_KEYS) {
             "servo_id and turn apply only to a servo: add --kind moteus"
+        } else if kind != Kind::Inverse3 && details.has(&inverse3::KEYS) {
+            "service_port, service_version and cursor apply only to an Inverse Service: add --kind inverse3"
+        } else if kind == Kind::Inverse3 && (details.has(&LINE_KEYS) || first.is_some()) {
+            "an Inverse Service is at a TCP port, which loses nothing: omit keys of the line, --link and --socket"
         } else if kind != Kind::Own && self.axes.is_some() {
             "--axes applies only to --kind own: omit it"
         } else if kind != Kind::Own && self.model.is_given() {

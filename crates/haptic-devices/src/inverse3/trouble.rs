@@ -1,0 +1,153 @@
+//! Names of what an Inverse Service and its devices can do wrong, and what helps.
+
+use haptic_remote::serial::TroubleCause;
+use std::io::{Error, ErrorKind};
+use thiserror::Error;
+
+/// An Inverse3 that cannot be opened.
+#[derive(Debug, Error)]
+#[non_exhaustive]
+pub enum Inverse3OpenError {
+    /// Nothing takes the connection, or it ends at once.
+    #[error(
+        "no Inverse Service at {address}: {error}; start it, or Haply Hub, or name the machine as inverse3:HOST:PORT"
+    )]
+    NoService {
+        /// Host and port.
+        address: String,
+        /// Reason in the words of the system.
+        error: Error,
+    },
+    /// Something else is there.
+    #[error(
+        "{address} is not an Inverse Service: it says `{said}`; name its port as inverse3:HOST:PORT, by default 10001"
+    )]
+    NotService {
+        /// Host and port.
+        address: String,
+        /// The begin of its answer.
+        said: String,
+    },
+    /// A service that speaks another protocol.
+    #[error(
+        "the Inverse Service is version {found}, and this program needs 3.5 or a later 3: {}", if *.older {
+            "update it, with Haply Hub"
+        } else {
+            "install version 3.5 beside it, or look for a newer version of this program"
+        }
+    )]
+    Version {
+        /// The version that it tells.
+        found: String,
+        /// It is too old, and not too new.
+        older: bool,
+    },
+    /// No device is plugged in.
+    #[error("the Inverse Service knows no Inverse3: plug it in and switch it on")]
+    NoDevice,
+    /// More than one device, and no number; or another number.
+    #[error("{}: the Inverse Service knows {known}; give one of them as id=ID", .id.as_ref().map_or_else(
+        || "which Inverse3 is not said".to_owned(),
+        |id| format!("there is no Inverse3 `{id}`")
+    ))]
+    Which {
+        /// The number that was asked for.
+        id: Option<String>,
+        /// All numbers that there are, with commas between.
+        known: String,
+    },
+    /// A device that is not ready to make a force.
+    #[error("Inverse3 {id} {why}")]
+    NotReady {
+        /// The device's number.
+        id: String,
+        /// Says what it lacks, and the remedy.
+        why: &'static str,
+    },
+    /// Settings that were asked for and not taken.
+    #[error(
+        "Inverse3 {id}: the Inverse Service has {setting} = {value} after it was told {asked}: end other programs that set it, such as Haply Hub's demos"
+    )]
+    NotTaken {
+        /// The device's number.
+        id: String,
+        /// The name of the setting.
+        setting: &'static str,
+        /// The value that it has; `null` if it is not told.
+        value: String,
+        /// The value that it should have.
+        asked: &'static str,
+    },
+    /// A line was chosen for an experiment with all axes.
+    #[error(
+        "axis chooses a line for an experiment with one axis, and this one uses all three: omit it"
+    )]
+    Line,
+    /// Its first answers.
+    #[error(transparent)]
+    Trouble(#[from] Trouble),
+}
+
+impl Inverse3OpenError {
+    /// True if another attempt may help, as the service or the device may still be starting.
+    pub(crate) fn may_pass(&self) -> bool {
+        match self {
+            Self::NoService { error, .. } => error.kind() == ErrorKind::ConnectionRefused,
+            _ => matches!(self, Self::NoDevice),
+        }
+    }
+}
+
+/// Why an Inverse3 cannot be used any more.
+#[derive(Clone, Copy, Debug, PartialEq, Error)]
+#[non_exhaustive]
+pub enum Trouble {
+    /// The connection has ended.
+    #[error(
+        "the Inverse Service has closed the connection: it was stopped, or another program reset it"
+    )]
+    Gone,
+    /// No answer for so many ticks in a row.
+    #[error(
+        "the Inverse Service did not answer for {ticks} ticks in a row: its machine is too busy; give a larger `lost`, up to 1000, or a longer sample time"
+    )]
+    Silent {
+        /// Ticks in a row without an answer.
+        ticks: u32,
+    },
+    /// Text that no service of this version sends.
+    #[error(
+        "an answer of the Inverse Service is not JSON with a list `inverse3` of at most {DEVICES_MOST} devices"
+    )]
+    Unreadable,
+    /// The answer does not list the device.
+    #[error("the Inverse Service does not list it any more: check its cable and power")]
+    Vanished,
+    /// The answer has no position, or not three numbers.
+    #[error("the Inverse Service tells no position of it: calibrate it anew")]
+    NoPosition,
+    /// The position moved faster than a hand does.
+    #[error(
+        "its position moved {step_mm:.1} mm in {time_ms:.1} ms, faster than a hand: another program changed its mount, basis or preset, or it was calibrated anew"
+    )]
+    Jump {
+        /// Distance from the last position that was believed, mm.
+        step_mm: f64,
+        /// Time that it had for it, ms.
+        time_ms: f64,
+    },
+}
+
+impl Trouble {
+    /// Says whether the user should check the device or its service.
+    #[must_use]
+    pub const fn cause(self) -> TroubleCause {
+        match self {
+            Self::Gone | Self::Silent { .. } | Self::Vanished => TroubleCause::Gone,
+            Self::Unreadable | Self::NoPosition | Self::Jump { .. } => TroubleCause::Board,
+        }
+    }
+}
+
+/// Devices of this family at one service; more are refused.
+pub(super) const DEVICES_MOST: usize = 8;

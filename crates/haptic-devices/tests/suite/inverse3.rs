@@ -1,0 +1,680 @@
+//! The Inverse3 behind the device's side of the link, on the emulated service: in virtual time, and over sockets as far as time does not
+//! matter.
+
+use fracdiff::{Scheme, Seconds};
+use haptic_devices::ForeignName;
+use haptic_devices::inverse3::{Inverse3, Inverse3Name, Inverse3OpenError, Trouble};
+use haptic_emulator::inverse3::{Body, Connection, Hand, SILENCE_US, Service, serve};
+use haptic_emulator::{AtLine as _, NearLine};
+use haptic_link::{
+    Configuration, Limits, LoopMode, NOT_TAKEN, OperatorShape, Start, State, UNANSWERED,
+};
+use haptic_loop::units::Metres;
+use haptic_loop::{Ball, Contact, Environment, Fault, Shape, SpringDamper};
+use haptic_remote::serial::{Beside, DeviceTime, Heard, SerialLink, Served, ServedHardware as _};
+use haptic_remote::{Hardware as _, TickSide, prepare, wire_surface};
+use nalgebra::SVector;
+use std::collections::VecDeque;
+use std::io::{ErrorKind, Read, Result, Write};
+use std::net::TcpListener;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, Mutex, MutexGuard};
+use std::time::Duration;
+use testkit::operator::order;
+
+const ID: &str = "04BA";
+const STIFFNESS: f32 = 100.0;
+
+/// Does something to the bytes of an answer.
+type Harm = Box<dyn FnMut(&mut Vec<u8>) + Send>;
+
+/// The service and a connection to it.
+struct World {
+    connection: Connection,
+    now_us: u64,
+    /// From a message to its answer, µs.
+    round_trip_us: u64,
+    to_host: VecDeque<(u64, u8)>,
+    harm: Option<Harm>,
+    gone: bool,
+}
+
+/// The host's end of the connection.
+#[derive(Clone)]
+struct Wire {
+    world: Arc<Mutex<World>>,
+    service: Arc<Mutex<Service>>,
+}
+
+fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
+    mutex.lock().expect("nobody panicked with it")
+}
+
+impl Wire {
+    fn to(service: Service) -> Self {
+        let service = Arc::new(Mutex::new(service));
+        let world = World {
+            connection: Connection::new(Arc::clone(&service)),
+            now_us: 0,
+            round_trip_us: 0,
+            to_host: VecDeque::new(),
+            harm: None,
+            gone: false,
+        };
+        let world = Arc::new(Mutex::new(world));
+        Self { world, service }
+    }
+
+    fn held_by(hand: Hand) -> Self {
+        Self::to(service([ID], hand))
+    }
+
+    fn open<const D: usize>(&self, name: &str) -> core::result::Result<Axes<D>, Inverse3OpenError> {
+        let name = Inverse3Name::parse(name).expect("a name");
+        let (device, told) = Inverse3::greet(self.clone(), &name)?;
+        assert!(told.contains("gain 0.3"), "{told}");
+        Ok(device)
+    }
+
+    fn force_n(&self) -> [f64; 3] {
+        lock(&self.service).first().expect("a device").1
+    }
+}
+
+fn service<const N: usize>(ids: [&str; N], hand: Hand) -> Service {
+    Service::new("3.5.0", ids.map(|id| (id.to_owned(), Body::held_by(hand))))
+}
+
+impl std::fmt::Debug for Wire {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str("Wire")
+    }
+}
+
+impl Read for Wire {
+    fn read(&mut self, into: &mut [u8]) -> Result<usize> {
+        let mut world = lock(&self.world);
+        let (now_us, mut count) = (world.now_us, 0);
+        while count < into.len()
+            && let Some((_, byte)) = world.to_host.front().filter(|(at, _)| *at <= now_us)
+        {
+            into[count] = *byte;
+            count += 1;
+            world.to_host.pop_front();
+        }
+        match count {
+            0 if world.gone => Ok(0),
+            0 => Err(ErrorKind::WouldBlock.into()),
+            count => Ok(count),
+        }
+    }
+}
+
+impl Write for Wire {
+    fn write(&mut self, bytes: &[u8]) -> Result<usize> {
+        let mut guard = lock(&self.world);
+        let world = &mut *guard;
+        if world.gone {
+            return Err(ErrorKind::BrokenPipe.into());
+        }
+        let (now_us, mut answer) = (world.now_us, Vec::new());
+        world.connection.advance(now_us);
+        for &byte in bytes {
+            world.connection.receive(byte, now_us, &mut answer);
+        }
+        if let Some(harm) = &mut world.harm {
+            harm(&mut answer);
+        }
+        let arrival_us = now_us + world.round_trip_us;
+        (world.to_host).extend(answer.into_iter().map(|byte| (arrival_us, byte)));
+        Ok(bytes.len())
+    }
+
+    fn flush(&mut self) -> Result<()> {
+        Ok(())
+    }
+}
+
+type Axes<const D: usize> = Inverse3<Wire, D>;
+
+/// A device that renders springs along its axes.
+struct Rig<const D: usize> {
+    wire: Wire,
+    device: TickSide<Axes<D>, D>,
+    period_us: u64,
+}
+
+impl<const D: usize> Rig<D> {
+    fn at(wire: Wire, name: &str, period_us: u32) -> Self {
+        let device = wire.open::<D>(name).expect("it answers");
+        let capabilities = device.capabilities();
+        let mut device = TickSide::new(device).expect("no configuration is refused");
+        // A vector of forces comes from the host.
+        let loop_mode = if D == 1 {
+            LoopMode::Device
+        } else {
+            LoopMode::Host
+        };
+        let configuration = Configuration {
+            tick_period_us: period_us,
+            stiffness_n_per_m: STIFFNESS,
+            loop_mode,
+            operator: OperatorShape {
+                count: 1,
+                ..Configuration::PASSIVE.operator
+            },
+            limits: Limits {
+                force_n: 2.0,
+                start_force_n: 0.0,
+                rise_time_s: 0.0,
+                max_age_ticks: 1000,
+                ..Limits::DEFAULT
+            },
+            ..Configuration::PASSIVE
+        };
+        let prepared = prepare::<Axes<D>, D>(configuration, &[0.0], &capabilities);
+        device
+            .install(prepared.expect("good"), &[0.0])
+            .expect("idle");
+        let period_us = u64::from(period_us);
+        Self {
+            wire,
+            device,
+            period_us,
+        }
+    }
+
+    fn running(hand: Hand, period_us: u32) -> Self {
+        let mut rig = Self::at(Wire::held_by(hand), "", period_us);
+        rig.tick();
+        rig.device.arm(0).expect("nothing is wrong");
+        rig.device.start(Start::ENDLESS).expect("it is armed");
+        rig
+    }
+
+    fn tick(&mut self) {
+        let now_us = {
+            let mut world = lock(&self.wire.world);
+            world.now_us += self.period_us;
+            world.now_us
+        };
+        self.device.heard(now_us, true);
+        self.device.tick(now_us);
+    }
+
+    fn fault(&self) -> Option<Fault> {
+        Fault::from_code(self.device.status().fault)
+    }
+
+    fn trouble(&self) -> String {
+        let trouble = self.device.hardware().trouble();
+        trouble.map_or_else(String::new, |trouble| trouble.words)
+    }
+}
+
+#[test]
+fn with_one_axis_the_force_is_that_of_the_position_bit_for_bit_and_arrives_along_the_line() {
+    for period_us in [1000, 250] {
+        let mut rig = Rig::<1>::running(Hand::Strokes, period_us);
+        let ticks = 1_500_000 / period_us;
+        let mut deepest_m = 0.0_f32;
+        for _ in 0..ticks {
+            rig.tick();
+            let sample = *rig.device.newest();
+            assert_eq!(rig.fault(), None, "{}", rig.trouble());
+            let (x_m, force_n) = (sample.position_m[0], sample.force_n[0]);
+            assert_eq!(
+                force_n.to_bits(),
+                (-STIFFNESS * x_m).to_bits(),
+                "{sample:?}"
+            );
+            // Downwards is positive, and the force goes up.
+            let [x, y, z] = rig.wire.force_n();
+            assert_eq!([x, y], [0.0, 0.0]);
+            assert_eq!((z as f32).to_bits(), (-force_n).to_bits());
+            deepest_m = deepest_m.max(x_m);
+        }
+        // The hand of 400 N/m leads it 15 mm deep, less what 100 N/m hold back.
+        assert!((0.008..0.012).contains(&deepest_m), "{deepest_m} m");
+        let statistics = rig.device.statistics();
+        assert_eq!((statistics.unanswered, statistics.forces_not_taken), (0, 0));
+        assert_eq!(statistics.ticks, ticks + 1);
+    }
+}
+
+#[test]
+fn with_three_axes_a_vector_arrives_and_positions_count_from_the_middle_of_the_workspace() {
+    let mut rig = Rig::<3>::running(Hand::At([0.01, -0.02, 0.005]), 1000);
+    for _ in 0..1500 {
+        rig.tick();
+        let tick = rig.device.newest().tick;
+        assert!(rig.device.command(tick, [0.25, -0.5, 1.0]), "taken");
+        assert_eq!(rig.fault(), None, "{}", rig.trouble());
+    }
+    assert_eq!(rig.wire.force_n(), [0.25, -0.5, 1.0]);
+    // A hand of 400 N/m gives way.
+    let wanted = [
+        0.01 + 0.25 / 400.0,
+        -0.02 - 0.5 / 400.0,
+        0.005 + 1.0 / 400.0,
+    ];
+    for (have, want) in rig.device.newest().position_m.iter().zip(wanted) {
+        assert!((f64::from(*have) - want).abs() < 1e-4, "{have} {want}");
+    }
+}
+
+#[test]
+fn each_answer_that_is_late_is_flagged_and_counted_and_no_force_waits_in_a_queue() {
+    // At 4 kHz over a line of 0.6 ms every third tick has an answer.
+    let mut rig = Rig::<1>::running(Hand::Strokes, 250);
+    lock(&rig.wire.world).round_trip_us = 600;
+    let before = *rig.device.statistics();
+    let mut flagged = [0; 2];
+    let messages = lock(&rig.wire.service).counted().messages;
+    for _ in 0..3000 {
+        rig.tick();
+        let flaws = rig.device.newest().flaws;
+        flagged[0] += u32::from(flaws & UNANSWERED != 0);
+        flagged[1] += u32::from(flaws & NOT_TAKEN != 0);
+    }
+    assert_eq!(rig.fault(), None, "{}", rig.trouble());
+    let counted = rig.device.statistics().since(&before);
+    assert_eq!([counted.unanswered, counted.forces_not_taken], flagged);
+    let sent = lock(&rig.wire.service).counted().messages - messages;
+    assert_eq!(sent, 1000);
+    assert!((1999..=2000).contains(&flagged[0]), "{flagged:?}");
+    assert!((1998..=2000).contains(&flagged[1]), "{flagged:?}");
+}
+
+/// A ball of tissue with a memory, below the middle of the workspace.
+#[test]
+fn a_ball_is_felt_with_the_bits_of_its_law_at_the_positions_that_are_told() {
+    const WATCHDOG: Duration = Duration::from_secs(1);
+    let (k, b) = (100.0, 5.0);
+    for period_us in [1000, 250] {
+        let t = Seconds(1e-6 * f64::from(period_us));
+        let scheme: Scheme = "full:1e-6".parse().expect("a scheme");
+        let operator = scheme
+            .build::<f32>(order(0.5), t, 1e4)
+            .expect("an operator");
+        let centre = [0.001, -0.002, -0.024];
+        let ball = |centre: [f64; 3]| Ball::solid(centre.map(Metres), Metres(0.02));
+        let shape = Shape::<f64, 3>::Ball(ball(centre).expect("a ball"));
+        let (form, values) = haptic_remote::operator_shape(&operator).expect("portable");
+        let configuration = Configuration {
+            tick_period_us: period_us,
+            stiffness_n_per_m: k as f32,
+            dissipation_n_s_mu_per_m: b as f32,
+            order: 0.5,
+            one_sided: true,
+            operator: form,
+            limits: Limits {
+                force_n: 2.0,
+                watchdog_ms: 1000,
+                late_ticks: 0,
+                rise_time_s: 0.0,
+                ..Limits::DEFAULT
+            },
+            ..Configuration::PASSIVE
+        };
+        let service = service([ID], Hand::Strokes);
+        let connection = Connection::new(Arc::new(Mutex::new(service)));
+        let time = DeviceTime::default();
+        let line = NearLine::new(Arc::new(Mutex::new(connection)), time.clone());
+        let name = Inverse3Name::parse("").expect("a name");
+        let (device, _) = Inverse3::<_, 3>::greet(line, &name).expect("opens");
+        let served = Served::in_its_own_time(device, time).expect("serves");
+        let mut link = SerialLink::to_served(served, "inverse3:emulated").expect("answers");
+        // The limits last, so that the run has them.
+        link.set(
+            Configuration {
+                limits: configuration.limits,
+                ..Configuration::PASSIVE
+            },
+            &[0.0],
+        )
+        .expect("good");
+        let surface = wire_surface(&shape);
+        let beside = Beside {
+            surface: Some(&surface),
+            ..Beside::default()
+        };
+        link.set_run(configuration, &values, beside).expect("good");
+        link.arm(WATCHDOG).expect("arms");
+        let ticks = 1_500_000 / period_us;
+        link.start(Start {
+            ticks,
+            ..Start::ENDLESS
+        })
+        .expect("starts");
+        let there = Ball::<f32, 3>::solid(centre.map(Metres), Metres(0.02));
+        let law = SpringDamper::new(k, b, operator).expect("a law");
+        let contact = Contact::behind(Shape::<f32, 3>::Ball(there.expect("a ball")), law);
+        let mut history = Environment::<f32, 3>::at_rest(&contact);
+        let (mut next, mut largest_n) = (0, 0.0_f32);
+        while next < ticks {
+            let heard = link.hear(Duration::from_secs(60)).expect("something");
+            let Heard::Sample(sample) = heard else {
+                assert!(matches!(heard, Heard::Event(_)), "{heard:?}");
+                continue;
+            };
+            assert_eq!(sample.tick, next, "none is lost");
+            let position_m = SVector::from_fn(|axis, _| sample.axes[axis].position_m);
+            let want: SVector<f32, 3> = contact.force(&history, &position_m);
+            for (axis, want) in sample.axes.iter().zip(&want) {
+                assert_eq!((axis.limiters, axis.flaws), (0, 0), "tick {next}");
+                assert_eq!(axis.force_n.to_bits(), want.to_bits(), "tick {next}");
+            }
+            contact.advance(&mut history, &position_m);
+            largest_n = largest_n.max(want.norm());
+            next += 1;
+        }
+        assert!(largest_n > 0.2, "{largest_n} N");
+        let statistics = link.statistics().expect("answers");
+        assert_eq!((statistics.unanswered, statistics.forces_not_taken), (0, 0));
+    }
+}
+
+/// Bytes of answers that are damaged at random end the run or do no harm; never a force beyond the limit.
+#[test]
+fn damaged_answers_are_a_fault_or_do_no_harm() {
+    let mut ended = 0;
+    for seed in 0..60 {
+        let mut rig = Rig::<1>::running(Hand::At([0.0, 0.0, -0.03]), 1000);
+        for _ in 0..200 {
+            rig.tick();
+        }
+        let mut random = testkit::Random(seed);
+        lock(&rig.wire.world).harm = Some(Box::new(move |bytes| {
+            // Not always the same part of it.
+            if let Some(byte) = (random.bits() as usize % 40 == 0)
+                .then(|| random.bits() as usize % bytes.len().max(1))
+                .and_then(|at| bytes.get_mut(at))
+            {
+                *byte ^= 1 << (random.bits() % 8);
+            }
+        }));
+        for _ in 0..200 {
+            rig.tick();
+            let force_n = rig.wire.force_n();
+            assert!(force_n.iter().all(|axis| axis.abs() <= 2.0), "{force_n:?}");
+        }
+        ended += u32::from(rig.fault().is_some());
+        assert!(rig.fault().is_none() || rig.wire.force_n() == [0.0; 3]);
+    }
+    // Most bytes are of numbers that nobody reads.
+    assert!((5..60).contains(&ended), "{ended} of 60");
+}
+
+/// The words for what happens to a device that pushes; the force at the service soon after.
+fn trouble_of(happens: impl FnOnce(&mut Rig<1>)) -> (String, [f64; 3]) {
+    let mut rig = Rig::<1>::running(Hand::At([0.0, 0.0, -0.03]), 1000);
+    for _ in 0..400 {
+        rig.tick();
+    }
+    assert!(rig.wire.force_n()[2] > 0.5, "it pushes: {}", rig.trouble());
+    happens(&mut rig);
+    for _ in 0..40 {
+        rig.tick();
+    }
+    assert_eq!(rig.fault(), Some(Fault::BoardFailed), "{}", rig.trouble());
+    assert_eq!(rig.device.status().state, State::Fault);
+    let faults = rig.device.status().faults;
+    rig.device.arm(faults).expect_err("it must be opened anew");
+    let force_n = lock(&rig.wire.service)
+        .first()
+        .map_or([0.0; 3], |first| first.1);
+    (rig.trouble(), force_n)
+}
+
+/// Changes the text of each answer, whose length stays.
+fn replace(from: &'static str, to: &'static str) -> Harm {
+    assert_eq!(from.len(), to.len());
+    Box::new(move |bytes| {
+        // The head of a frame is not text.
+        let at = bytes
+            .windows(from.len())
+            .position(|some| some == from.as_bytes());
+        // Its farewell is no answer.
+        if bytes.len() < 16 {
+            return;
+        }
+        let at = at.unwrap_or_else(|| panic!("no {from}"));
+        bytes[at..at + from.len()].copy_from_slice(to.as_bytes());
+    })
+}
+
+#[test]
+fn each_trouble_is_a_fault_with_a_reason_and_no_force_remains() {
+    let harmed =
+        |from, to| move |rig: &mut Rig<1>| lock(&rig.wire.world).harm = Some(replace(from, to));
+    let has = |happened: (String, [f64; 3]), words: &str| {
+        assert!(happened.0.contains(words), "{happened:?}");
+        assert!(happened.0.starts_with("Inverse3 04BA: "), "{happened:?}");
+        assert_eq!(happened.1, [0.0; 3], "{happened:?}");
+    };
+    let none = "tells no position of it";
+    has(
+        trouble_of(harmed("\"cursor_position\"", "\"cursor_location\"")),
+        none,
+    );
+    has(
+        trouble_of(harmed("\"x\":0.0,\"y\":0.0", "\"x\":null,\"y\":0 ")),
+        none,
+    );
+    let unreadable = "is not JSON with a list `inverse3`";
+    has(trouble_of(harmed("\"x\":0.0", "\"x\":NaN")), unreadable);
+    has(
+        trouble_of(harmed("\"x\":0.0", "\"x\":9e9")),
+        "faster than a hand",
+    );
+    has(
+        trouble_of(harmed("{\"session_id\"", "[\"session_id\"")),
+        unreadable,
+    );
+    has(
+        trouble_of(harmed("\"inverse3\"", "\"minverse\"")),
+        unreadable,
+    );
+    has(
+        trouble_of(harmed("\"04BA\"", "\"049D\"")),
+        "does not list it any more",
+    );
+    let unplugged = |rig: &mut Rig<1>| lock(&rig.wire.service).unplug(ID);
+    has(trouble_of(unplugged), "check its cable and power");
+    let moved = |rig: &mut Rig<1>| {
+        let mut service = lock(&rig.wire.service);
+        service.body(ID).expect("there").place([0.0, 0.0, 0.05]);
+    };
+    has(trouble_of(moved), "another program changed its mount");
+    let mute = |rig: &mut Rig<1>| lock(&rig.wire.world).harm = Some(Box::new(Vec::clear));
+    has(trouble_of(mute), "did not answer for 20 ticks in a row");
+}
+
+#[test]
+fn a_service_that_is_gone_takes_its_force_with_it() {
+    let gone = |rig: &mut Rig<1>| lock(&rig.wire.world).gone = true;
+    let (words, _) = trouble_of(gone);
+    assert!(words.contains("has closed the connection"), "{words}");
+    assert!(words.contains("cannot be told to let go"), "{words}");
+}
+
+#[test]
+fn an_emulated_force_ends_with_silence_and_with_the_session() {
+    let wire = Wire::held_by(Hand::Free);
+    let push = r#"{"inverse3":[{"device_id":"04BA","commands":{"set_cursor_force":{"vector":{"x":0,"y":0,"z":1.5}}}}]}"#;
+    let config = || tungstenite::client("ws://localhost/", wire.clone());
+    let (mut socket, _) = config().expect("a WebSocket");
+    socket
+        .send(tungstenite::Message::text(push))
+        .expect("taken");
+    assert_eq!(wire.force_n(), [0.0, 0.0, 1.5]);
+    lock(&wire.service).advance(SILENCE_US - 1);
+    assert_eq!(wire.force_n(), [0.0, 0.0, 1.5]);
+    lock(&wire.service).advance(SILENCE_US);
+    assert_eq!(wire.force_n(), [0.0; 3]);
+    socket
+        .send(tungstenite::Message::text(push))
+        .expect("taken");
+    assert_eq!(wire.force_n(), [0.0, 0.0, 1.5]);
+    socket.close(None).expect("told");
+    assert_eq!(wire.force_n(), [0.0; 3]);
+}
+
+#[test]
+fn a_device_is_chosen_by_its_number_and_looked_at_before_it_counts() {
+    let refused = |service: Service, name: &str| {
+        let error = Wire::to(service).open::<1>(name).expect_err("refused");
+        error.to_string()
+    };
+    let two = || service(["049D", "04BA"], Hand::Free);
+    assert_eq!(
+        refused(two(), ""),
+        "which Inverse3 is not said: the Inverse Service knows 049D, 04BA; give one of them as id=ID"
+    );
+    assert_eq!(
+        refused(two(), ",id=A14"),
+        "there is no Inverse3 `A14`: the Inverse Service knows 049D, 04BA; give one of them as id=ID"
+    );
+    Wire::to(two()).open::<3>(",id=049D").expect("there");
+    let none = refused(service([], Hand::Free), "");
+    assert!(none.contains("knows no Inverse3: plug it in"), "{none}");
+    let mut lost = two();
+    lost.forget_calibration("04BA");
+    let lost = refused(lost, ",id=04BA");
+    assert!(lost.contains("Inverse3 04BA is not calibrated"), "{lost}");
+}
+
+#[test]
+fn damping_that_another_program_left_is_set_to_none_and_read_back() {
+    // A service that does not take it.
+    let wire = Wire::held_by(Hand::Free);
+    lock(&wire.world).harm = Some(Box::new(|bytes| {
+        let from = b"\"damping\":{\"scalar\":0.0}";
+        let at = bytes.windows(from.len()).position(|some| some == from);
+        if let Some(at) = at {
+            bytes[at + from.len() - 4] = b'5';
+        }
+    }));
+    let error = wire.open::<1>("").expect_err("not taken").to_string();
+    assert!(
+        error.contains("has damping = 5.0 after it was told 0"),
+        "{error}"
+    );
+}
+
+/// What comes of opening a name at a port where a thread answers in this way.
+fn opened_at(answers: impl FnOnce(TcpListener) + Send + 'static, settings: &str) -> String {
+    let listener = TcpListener::bind("127.0.0.1:0").expect("a port");
+    let address = listener.local_addr().expect("an address");
+    let thread = std::thread::spawn(move || answers(listener));
+    let name: ForeignName = format!("inverse3:{address}{settings}")
+        .parse()
+        .expect("a name");
+    let said = match name.open_with(3, &|_| {}) {
+        Ok(link) => format!("{} axes", link.capabilities().axes),
+        Err(error) => error.to_string(),
+    };
+    thread.join().expect("answers");
+    said.replace(&address.to_string(), "ADDRESS")
+}
+
+/// Says this to whoever connects.
+fn says(what: &'static str) -> impl FnOnce(TcpListener) + Send + 'static {
+    move |listener| {
+        let (mut stream, _) = listener.accept().expect("somebody");
+        let _ = stream.read(&mut [0; 1024]);
+        let _ = stream.write_all(what.as_bytes());
+    }
+}
+
+#[test]
+fn what_is_no_service_of_this_version_is_named() {
+    let version = opened_at(
+        says("HTTP/1.1 200 OK\r\n\r\n{\"project_version\":\"3.1.1.0\"}"),
+        "",
+    );
+    assert!(
+        version.contains("version 3.1.1.0, and this program needs 3.5"),
+        "{version}"
+    );
+    assert!(version.contains("update it"), "{version}");
+    let newer = opened_at(
+        says("HTTP/1.1 200 OK\r\n\r\n{\"project_version\":\"4.0\"}"),
+        "",
+    );
+    assert!(newer.contains("version 4.0, and"), "{newer}");
+    assert!(newer.contains("newer version of this program"), "{newer}");
+    for (answer, said) in [
+        (
+            "HTTP/1.1 404 Not Found\r\n\r\n<html>{no}</html>",
+            "says `HTTP/1.1 404 Not Found`",
+        ),
+        (
+            "HTTP/1.1 200 OK\r\n\r\n<html></html>",
+            "says `HTTP/1.1 200 OK`",
+        ),
+        ("SSH-2.0-OpenSSH_9.2\r\n", "says `SSH-2.0-OpenSSH_9.2`"),
+        ("", "says ``"),
+    ] {
+        let error = opened_at(says(answer), "");
+        assert!(
+            error.starts_with("ADDRESS is not an Inverse Service"),
+            "{error}"
+        );
+        assert!(error.contains(said), "{error}");
+    }
+    // Nobody is there any more.
+    let listener = TcpListener::bind("127.0.0.1:0").expect("a port");
+    let address = listener.local_addr().expect("an address");
+    drop(listener);
+    let name: ForeignName = format!("inverse3:{address}").parse().expect("a name");
+    let error = name.open_with(1, &|_| {}).expect_err("nobody");
+    assert!(
+        error
+            .to_string()
+            .starts_with("no Inverse Service at 127.0.0.1:"),
+        "{error}"
+    );
+    assert!(error.may_pass());
+    let error = name.open_with(2, &|_| {}).expect_err("two");
+    assert!(
+        error
+            .to_string()
+            .starts_with("it has 3 axes, but 2 are needed"),
+        "{error}"
+    );
+}
+
+#[test]
+fn over_a_socket_the_service_is_opened_with_all_axes() {
+    static STOP: AtomicBool = AtomicBool::new(false);
+    let serving = |listener: TcpListener| {
+        let service = Arc::new(Mutex::new(service([ID], Hand::Free)));
+        serve(&listener, &service, None, &STOP).expect("serves");
+    };
+    let listener = TcpListener::bind("127.0.0.1:0").expect("a port");
+    let address = listener.local_addr().expect("an address");
+    let thread = std::thread::spawn(move || serving(listener));
+    // A busy machine may be late.
+    let name: ForeignName = format!("inverse3:{address},lost=1000")
+        .parse()
+        .expect("a name");
+    let told = Mutex::new(String::new());
+    let link = name
+        .open_with(3, &|words| lock(&told).push_str(words))
+        .expect("opens");
+    assert_eq!(link.capabilities().axes, 3);
+    assert_eq!(link.capabilities().board(), "Inverse3 04BA");
+    assert!(lock(&told).contains("force gate has gain 0.3"));
+    drop(link);
+    STOP.store(true, Ordering::Relaxed);
+    thread.join().expect("ends");
+}
+
+#[test]
+fn troubles_say_where_to_look() {
+    use haptic_remote::serial::TroubleCause;
+    assert_eq!(Trouble::Gone.cause(), TroubleCause::Gone);
+    assert_eq!(Trouble::NoPosition.cause(), TroubleCause::Board);
+}

@@ -1,0 +1,16 @@
+//! An emulated Inverse Service: HTTP and WebSocket at one port, with Inverse3 devices behind it, each with a mass and a hand.
+//!
+//! Messages are those of the maker's documents for 3.5, and his crate `haply` 1.3.1 takes it for the service. Emulated are
+//! `/version`, `/devices`, the inventory on connecting, one answer a message, forces that end with the session or after
+//! [`SILENCE_US`] without commands, the presets, and damping. Not emulated: the force gate, other transforms, grips, settings
+//! and the channel of events. That silence is ours: the maker's is not documented.
+
+mod body;
+mod connection;
+mod service;
+mod tcp;
+
+pub use body::{Body, CENTRE_M, Hand};
+pub use connection::Connection;
+pub use service::{Counted, SILENCE_US, Service};
+pub use tcp::serve;
