@@ -42,6 +42,7 @@ pub(crate) fn wall() -> (Configuration, Vec<f32>) {
         limits: Limits {
             force_n: 3.0,
             watchdog_ms: WATCHDOG_MS,
+            rise_time_s: 0.01,
             ..Limits::DEFAULT
         },
         ..Configuration::PASSIVE
@@ -69,11 +70,16 @@ pub(crate) struct Bench {
     pub(crate) handle: Handle,
     pub(crate) host: Conversation,
     pub(crate) time_us: u64,
+    /// By the host's own clock.
+    host_us: u64,
+    /// Time from call to call, µs.
+    pub(crate) apart_us: u64,
     pub(crate) position_m: [f64; 3],
     pub(crate) force_n: [f64; 3],
     pub(crate) told: Vec<Report>,
     /// The host hears and speaks.
     pub(crate) is_there: bool,
+    hellos: u32,
     /// Allocations in ticks.
     pub(crate) allocations: u64,
 }
@@ -87,10 +93,13 @@ impl Bench {
             line,
             host: Conversation::new(50_000),
             time_us: 77,
+            host_us: 0,
+            apart_us: TICK_US,
             position_m: [0.0; 3],
             force_n: [0.0; 3],
             told: Vec::new(),
             is_there: true,
+            hellos: 1,
             allocations: 0,
         }
     }
@@ -115,13 +124,16 @@ impl Bench {
         bench
     }
 
+    /// On a connection of its own, whatever faults there were.
     pub(crate) fn arm(&mut self) {
+        self.host.set_keep_alive(None);
+        self.hellos += 1;
+        let nonce = self.hellos;
+        let Report::Hello(hello) = self.done(Request::Hello { nonce }) else {
+            panic!("no hello");
+        };
         self.host.set_keep_alive(Some(10_000));
-        let faults = self
-            .told
-            .iter()
-            .filter(|told| matches!(told, Report::Fault(_)));
-        let faults = faults.count() as u16;
+        let faults = hello.status.faults;
         self.done(Request::Arm { faults });
     }
 
@@ -133,15 +145,20 @@ impl Bench {
             ..Start::ENDLESS
         }));
         for step in 1..=200 {
-            self.position_m = [0.01 * f64::from(step) / 200.0; 3];
+            self.position_m = [5e-5 * f64::from(step); 3];
             self.step();
         }
         assert!(self.norm_n() > 0.5, "{:?}", self.force_n);
     }
 
-    /// A call of the program, one sample time later.
+    /// The next call of the program.
     pub(crate) fn tick(&mut self) {
-        self.time_us += TICK_US;
+        self.tick_after(self.apart_us);
+    }
+
+    /// A call of the program so much later, µs.
+    pub(crate) fn tick_after(&mut self, time_us: u64) {
+        self.time_us += time_us;
         let before = allocations();
         self.force_n = self.ticker.tick(self.time_us, Some(&self.position_m));
         self.allocations += allocations() - before;
@@ -150,6 +167,7 @@ impl Bench {
     /// A tick, and what the host hears and says.
     pub(crate) fn step(&mut self) -> Option<Result<Report, Refusal>> {
         self.tick();
+        self.host_us += self.apart_us;
         if !self.is_there {
             return None;
         }
@@ -161,7 +179,7 @@ impl Bench {
                 break;
             }
             for &byte in &frame[..length] {
-                match self.host.receive(byte, self.time_us) {
+                match self.host.receive(byte, self.host_us) {
                     Some(Incoming::Answer(report) | Incoming::Begun(report)) => {
                         answer = Some(Ok(report));
                     }
@@ -181,7 +199,7 @@ impl Bench {
 
     pub(crate) fn answered(&mut self, request: Request) -> Result<Report, Refusal> {
         let mut frame = [0; FRAME_MAX];
-        let length = self.host.ask(request, self.time_us, &mut frame);
+        let length = self.host.ask(request, self.host_us, &mut frame);
         self.line.take(&frame[..length]);
         for _ in 0..1000 {
             if let Some(answer) = self.step() {

@@ -56,12 +56,12 @@ fn axes_that_a_device_does_not_have_are_not_looked_at() {
 fn a_time_that_stands_or_goes_back_leaves_no_force_at_once() {
     for back_us in [0, 1, 5_000_000] {
         let mut bench = Bench::running(&description(3));
-        bench.time_us -= TICK_US + back_us.min(bench.time_us - TICK_US);
-        bench.tick();
+        bench.time_us -= back_us.min(bench.time_us);
+        bench.tick_after(0);
         is_at_rest_at_once(&mut bench, Trouble::Time);
         // The watchdog is that of the device, not of a clock that was set back.
         bench.is_there = false;
-        bench.falls(Fault::HostSilent, 51);
+        bench.falls(Fault::HostSilent, 52);
     }
 }
 
@@ -76,22 +76,20 @@ fn a_call_without_a_position_leaves_no_force_at_once() {
 #[test]
 fn a_haptic_thread_that_stood_still_gets_no_old_force() {
     let mut bench = Bench::running(&description(3));
-    bench.time_us += 60_000;
-    bench.tick();
+    bench.tick_after(60_000);
     assert_eq!(bench.force_n, [0.0; 3]);
     assert_eq!(bench.handle.fault(), Some(Fault::HostSilent));
     // A time far in the future is no more than that.
     let mut bench = Bench::running(&description(3));
-    bench.time_us = u64::MAX - 2000;
-    bench.tick();
+    bench.tick_after(u64::MAX - 10_000_000);
     assert_eq!(bench.force_n, [0.0; 3]);
 }
 
 #[test]
 fn a_thread_that_is_always_late_is_a_fault() {
     let mut bench = Bench::running(&description(3));
-    for _ in 0..10 {
-        bench.time_us += TICK_US + 500;
+    for _ in 0..25 {
+        bench.apart_us = 2500;
         bench.step();
     }
     assert_eq!(bench.handle.fault(), Some(Fault::TickOverrun));
@@ -125,8 +123,9 @@ fn ticks(calls: u32, apart_us: impl Fn(u32) -> u64) -> (u32, u32) {
     };
     let before = count(&mut bench);
     for call in 0..calls {
-        bench.time_us += apart_us(call) - TICK_US;
+        bench.apart_us = apart_us(call);
         bench.step();
+        bench.apart_us = TICK_US;
     }
     let after = count(&mut bench);
     (after.0 - before.0, after.1 - before.1)
@@ -161,12 +160,10 @@ fn between_ticks_the_force_is_held() {
     let held = bench.force_n;
     bench.position_m = [0.02; 3];
     for _ in 0..4 {
-        bench.time_us += 100 - TICK_US;
-        bench.tick();
+        bench.tick_after(100);
         assert_eq!(bench.force_n, held);
     }
-    bench.time_us += 600 - TICK_US;
-    bench.tick();
+    bench.tick_after(600);
     assert_ne!(bench.force_n, held);
 }
 

@@ -85,10 +85,15 @@ impl Host {
 
     fn done(&mut self, request: Request, program: &mut Program) -> Report {
         let mut frame = [0; FRAME_MAX];
-        let length = self.conversation.ask(request, 0, &mut frame);
+        let length = self.conversation.ask(request.clone(), 0, &mut frame);
         self.stream.write_all(&frame[..length]).expect("is taken");
-        loop {
+        for calls in 1_u64.. {
             program.tick_after(1);
+            // What the host before has left over may take a greeting with it.
+            if calls.is_multiple_of(5000) && matches!(request, Request::Hello { .. }) {
+                let length = self.conversation.ask(request.clone(), 0, &mut frame);
+                self.stream.write_all(&frame[..length]).expect("is taken");
+            }
             let mut bytes = [0; 512];
             let count = match self.stream.read(&mut bytes) {
                 Ok(count) => count,
@@ -108,6 +113,7 @@ impl Host {
                 }
             }
         }
+        unreachable!("it asks for ever");
     }
 
     /// Greets, configures, arms, starts; the program presses into the wall.
@@ -197,16 +203,14 @@ fn a_host_that_reads_nothing_and_says_much_holds_nobody_up() {
     let mut host = Host::connect(program.port());
     host.run(&mut program, 1, 0);
     let mut frame = [0; FRAME_MAX];
-    let mut fills = 0;
-    // Until neither the line nor the library takes more.
-    while fills < 50 {
+    // Thousands of answers of hundred bytes that nobody reads: more than the buffers on their way hold.
+    for _ in 0..20_000 {
         let length = host.conversation.tell(&Request::GetKeys, &mut frame);
-        match host.stream.write_all(&frame[..length]) {
-            Ok(()) => {}
-            Err(_) => {
-                fills += 1;
-                // A piece of a frame may be on its way; nobody of this connection speaks again.
-                std::thread::yield_now();
+        let mut rest = &frame[..length];
+        while !rest.is_empty() {
+            match host.stream.write(rest) {
+                Ok(count) => rest = &rest[count..],
+                Err(_) => std::thread::yield_now(),
             }
         }
         program.tick_after(1);
