@@ -191,7 +191,7 @@ impl Bench {
         }
         let length = self
             .host
-            .due(self.time_us, &mut frame)
+            .due(self.host_us, &mut frame)
             .expect("a good line");
         self.line.take(&frame[..length]);
         answer
