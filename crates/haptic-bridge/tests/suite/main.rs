@@ -3,8 +3,10 @@
 mod bad_input;
 mod bench;
 mod calls;
+mod cost;
 mod cpp;
 mod enemies;
+mod host;
 mod over_tcp;
 mod same_force;
 
