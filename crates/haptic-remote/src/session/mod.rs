@@ -130,34 +130,44 @@ impl DeviceSession {
         let Some((header, request)) = self.take(byte) else {
             return 0;
         };
-        let report = if let Request::Hello { nonce } = request {
-            Some(Report::Hello(Hello {
+        match self.respond(header, request, now_us, device) {
+            Some(report) => self.send(&report, line),
+            None => 0,
+        }
+    }
+
+    /// Acts on a request and returns its answer, if it has one: [`receive`](Self::receive) where frames are decoded and
+    /// encoded elsewhere, so that a thread that ticks spends no time on bytes.
+    pub fn respond<H: Hardware<D>, const D: usize, R: BorrowMut<Records<D>>>(
+        &mut self,
+        header: Header,
+        request: Request,
+        now_us: u64,
+        device: &impl Exclusive<TickSide<H, D, R>>,
+    ) -> Option<Report> {
+        if let Request::Hello { nonce } = request {
+            return Some(Report::Hello(Hello {
                 nonce,
                 connection: self.connections.offer(nonce, now_us),
                 firmware: self.firmware,
                 boot: self.boot,
                 status: device.with(|device| device.status()),
-            }))
-        } else {
-            match self.connections.arrive(header) {
-                Arrived::Old => None,
-                Arrived::Stranger if is_force(&request) => None,
-                Arrived::Stranger => Some(ack(header, request.number(), Err(Refusal::Connection))),
-                Arrived::New { first } => {
-                    if first {
-                        self.begin(device);
-                    }
-                    if self.run_of != 0 && self.run_of != header.connection {
-                        // If it cannot be done yet, the next frame tries again.
-                        let _ = self.put_back(device);
-                    }
-                    self.act(header, request, now_us, device)
+            }));
+        }
+        match self.connections.arrive(header) {
+            Arrived::Old => None,
+            Arrived::Stranger if is_force(&request) => None,
+            Arrived::Stranger => Some(ack(header, request.number(), Err(Refusal::Connection))),
+            Arrived::New { first } => {
+                if first {
+                    self.begin(device);
                 }
+                if self.run_of != 0 && self.run_of != header.connection {
+                    // If it cannot be done yet, the next frame tries again.
+                    let _ = self.put_back(device);
+                }
+                self.act(header, request, now_us, device)
             }
-        };
-        match report {
-            Some(report) => self.send(&report, line),
-            None => 0,
         }
     }
 

@@ -103,6 +103,9 @@ impl<H: Hardware<D>, const D: usize> TickSide<H, D> {
     pub fn passive(hardware: &H) -> Result<Prepared<H::Setup>, Refusal> {
         let capabilities = hardware.capabilities();
         let mut passive = Configuration::PASSIVE;
+        // A board may tick at a single rate.
+        let period_us = passive.tick_period_us.max(capabilities.tick_period_min_us);
+        passive.tick_period_us = period_us.min(capabilities.tick_period_max_us);
         let limits = &mut passive.limits;
         limits.force_n = limits.force_n.min(capabilities.force_max_n);
         limits.force_rate_n_per_s = limits

@@ -1,0 +1,121 @@
+// A program with a haptic thread, made a device of fractional-haptics: a simulated arm of three axes, in C++17 and
+// without any dependency. Take your own device's SDK in place of `Arm`.
+//
+//   simulated_device [ADDRESS] [SECONDS]      default 127.0.0.1:4250, until its input ends
+#include <haptic_bridge.h>
+
+#include <algorithm>
+#include <array>
+#include <atomic>
+#include <chrono>
+#include <cmath>
+#include <cstdint>
+#include <cstdio>
+#include <cstdlib>
+#include <functional>
+#include <memory>
+#include <thread>
+
+namespace {
+
+using Vector = std::array<double, 3>;
+
+constexpr double mass_kg = 0.1;
+constexpr double damping_n_s_per_m = 1.0;
+constexpr double hand_n_per_m = 50.0;
+constexpr double hand_m = 0.01;
+constexpr double sample_time_s = 1e-3;
+
+/// Stands for the driver of a device: a mass that a hand draws along its first axis, into the wall.
+class Arm {
+public:
+    Vector position_m() const { return position_m_; }
+
+    /// The force holds until the next tick.
+    void set_force(const Vector &force_n) {
+        for (std::size_t axis = 0; axis < 3; ++axis) {
+            const double aim_m = axis == 0 ? hand_m : 0.0;
+            const double hand_n = hand_n_per_m * (aim_m - position_m_[axis]);
+            const double all_n = force_n[axis] + hand_n - damping_n_s_per_m * velocity_m_per_s_[axis];
+            velocity_m_per_s_[axis] += sample_time_s * all_n / mass_kg;
+            position_m_[axis] += sample_time_s * velocity_m_per_s_[axis];
+        }
+    }
+
+private:
+    Vector position_m_{};
+    Vector velocity_m_per_s_{};
+};
+
+struct Close {
+    void operator()(hb_bridge *bridge) const { hb_close(bridge); }
+};
+
+/// The haptic thread. This arm lives in the time of its ticks, so that a busy machine makes it slow and never late; a
+/// device of metal takes std::chrono::steady_clock.
+void haptic_thread(hb_bridge *bridge, const std::atomic<bool> &ended, double &largest_n) {
+    Arm arm;
+    auto next = std::chrono::steady_clock::now();
+    std::uint64_t time_us = 0;
+    int known = 0;
+    while (!ended) {
+        next = std::max(next + std::chrono::milliseconds(1), std::chrono::steady_clock::now());
+        std::this_thread::sleep_until(next);
+        time_us += 1000;
+        Vector force_n{};
+        const int fault = hb_tick(bridge, time_us, arm.position_m().data(), force_n.data());
+        // In every case: after a fault it is the way to zero.
+        arm.set_force(force_n);
+        largest_n = std::max(largest_n, std::abs(force_n[0]));
+        if (fault != known && fault != 0) {
+            std::fprintf(stderr, "fault %d: %s\n", fault, hb_reason(bridge));
+        }
+        known = fault;
+    }
+    // Nobody ticks any more: the library cannot take the force away from here on.
+    arm.set_force(Vector{});
+}
+
+} // namespace
+
+int main(int argc, char **argv) {
+    hb_device device{};
+    device.size = sizeof device;
+    device.name = "simulated arm";
+    device.axes = 3;
+    device.sample_time_us = 1000;
+    device.force_max_n = 5.0;
+    device.force_rate_max_n_per_s = 1000.0;
+    for (double &low_m : device.workspace_low_m) {
+        low_m = -0.1;
+    }
+    for (double &high_m : device.workspace_high_m) {
+        high_m = 0.1;
+    }
+
+    char error[256];
+    const std::unique_ptr<hb_bridge, Close> bridge{hb_open(&device, argc > 1 ? argv[1] : nullptr, error, sizeof error)};
+    if (!bridge) {
+        std::fprintf(stderr, "%s\n", error);
+        return 3;
+    }
+    std::printf("listening at port %d\n", int{hb_port(bridge.get())});
+    std::fflush(stdout);
+
+    std::atomic<bool> ended{false};
+    double largest_n = 0.0;
+    std::thread thread{haptic_thread, bridge.get(), std::cref(ended), std::ref(largest_n)};
+    if (argc > 2) {
+        std::this_thread::sleep_for(std::chrono::duration<double>(std::atof(argv[2])));
+    } else {
+        while (std::getchar() != EOF) {
+        }
+    }
+    // The force falls while the thread still ticks.
+    hb_stop(bridge.get());
+    std::this_thread::sleep_for(std::chrono::milliseconds(200));
+    ended = true;
+    thread.join();
+    std::printf("largest force %.3f N\n", largest_n);
+    return 0;
+}

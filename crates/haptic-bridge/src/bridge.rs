@@ -1,0 +1,194 @@
+//! A bridge: the part that ticks, the part that speaks, and what other threads may ask.
+
+use crate::description::{Description, DescriptionError};
+use crate::hosts::Hosts;
+use crate::line::LineSide;
+use crate::status::{Handle, Trouble};
+use crate::ticking::{Ticking, Ticks};
+use haptic_link::Refusal;
+use haptic_loop::Fault;
+use std::fmt;
+use std::io::{Error, ErrorKind};
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::thread::JoinHandle;
+use std::time::Duration;
+use thiserror::Error;
+
+/// The part of a bridge for the thread that ticks.
+pub struct Ticker {
+    ticks: Box<dyn Ticks>,
+    handle: Handle,
+    ended: bool,
+}
+
+impl Ticker {
+    /// One call of the program, at this time of a clock that only goes on, µs, with its position, m: the force until the next
+    /// call, N. Elements beyond the axes of the device are ignored, and zero.
+    ///
+    /// A position that is none and a time that stands are a fault: the force is zero at once. A panic in here ends at this
+    /// border and is one too, for good.
+    pub fn tick(&mut self, time_us: u64, position_m: Option<&[f64; 3]>) -> [f64; 3] {
+        if self.ended {
+            return [0.0; 3];
+        }
+        // After a panic nothing of it is looked at again.
+        let call = AssertUnwindSafe(|| self.ticks.call(time_us, position_m));
+        catch_unwind(call).unwrap_or_else(|panic| {
+            // Dropping it could panic once more.
+            std::mem::forget(panic);
+            self.ended = true;
+            let fault = Fault::BoardFailed.code();
+            self.handle.tell(fault, Some(Trouble::Panicked));
+            [0.0; 3]
+        })
+    }
+
+    /// What other threads may ask of it.
+    #[must_use]
+    pub fn handle(&self) -> Handle {
+        self.handle.clone()
+    }
+}
+
+impl fmt::Debug for Ticker {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("Ticker").finish_non_exhaustive()
+    }
+}
+
+/// A device that a host can reach over TCP. Dropping it closes the connection.
+#[derive(Debug)]
+pub struct Bridge {
+    /// For the thread that ticks.
+    pub ticker: Ticker,
+    /// For any thread.
+    pub handle: Handle,
+    pub(crate) serving: Serving,
+}
+
+impl Bridge {
+    /// Listens at an address, such as `127.0.0.1:4250`; with port 0 at one that is free.
+    ///
+    /// # Errors
+    /// A device that cannot be; an address that cannot be listened at; no thread.
+    pub fn open(description: &Description, address: &str) -> Result<Self, BridgeError> {
+        let (ticker, line) = Self::apart(description)?;
+        let failed = |error: Error| BridgeError::listening(address, &error);
+        let hosts = Hosts::listen(address).map_err(failed)?;
+        let port = hosts.address().map_err(failed)?.port();
+        let pause = Duration::from_micros(u64::from(description.sample_time_us) / 2);
+        let ended = Arc::new(AtomicBool::new(false));
+        let ending = Arc::clone(&ended);
+        let thread = std::thread::Builder::new().name("haptic-bridge".into());
+        let thread = thread.spawn(move || line.serve(hosts, pause, &ending));
+        Ok(Self {
+            handle: ticker.handle(),
+            ticker,
+            serving: Serving {
+                port,
+                ended,
+                thread: Some(thread.map_err(BridgeError::Thread)?),
+            },
+        })
+    }
+
+    /// Both ends without a line: whoever has it carries the bytes.
+    ///
+    /// # Errors
+    /// A device that cannot be.
+    pub fn apart(description: &Description) -> Result<(Ticker, LineSide), BridgeError> {
+        let capabilities = description.capabilities()?;
+        let (line, ends) = LineSide::new();
+        let handle = Handle::default();
+        let shared = handle.clone();
+        let ticks: Box<dyn Ticks> = match capabilities.axes {
+            1 => Box::new(Ticking::<1>::new(description, capabilities, ends, shared)?),
+            2 => Box::new(Ticking::<2>::new(description, capabilities, ends, shared)?),
+            _ => Box::new(Ticking::<3>::new(description, capabilities, ends, shared)?),
+        };
+        let ticker = Ticker {
+            ticks,
+            handle,
+            ended: false,
+        };
+        Ok((ticker, line))
+    }
+
+    /// The port that it listens at.
+    #[must_use]
+    pub const fn port(&self) -> u16 {
+        self.serving.port
+    }
+}
+
+/// The thread of the line.
+#[derive(Debug)]
+pub(crate) struct Serving {
+    pub(crate) port: u16,
+    ended: Arc<AtomicBool>,
+    thread: Option<JoinHandle<()>>,
+}
+
+impl Drop for Serving {
+    fn drop(&mut self) {
+        self.ended.store(true, Ordering::Relaxed);
+        if let Some(thread) = self.thread.take() {
+            // If it panicked, that has been printed, and the line is closed.
+            let _ = thread.join();
+        }
+    }
+}
+
+/// A bridge that cannot be opened.
+#[derive(Debug, Error)]
+#[non_exhaustive]
+pub enum BridgeError {
+    /// The device as it was described cannot be.
+    #[error(transparent)]
+    Description(#[from] DescriptionError),
+    /// Somebody listens there already.
+    #[error(
+        "{address} is in use by another bridge or program: close that one, or take another port"
+    )]
+    InUse {
+        /// As it was given.
+        address: String,
+    },
+    /// The system does not listen there.
+    #[error(
+        "cannot listen at `{address}` ({reason}): give an address of this machine with a port, such as 127.0.0.1:4250"
+    )]
+    Listening {
+        /// As it was given.
+        address: String,
+        /// In the words of the system.
+        reason: String,
+    },
+    /// The loop refuses the device, although its description is good.
+    #[error("the loop refuses this device: {0:?}")]
+    Refused(Refusal),
+    /// No thread to be had.
+    #[error("a thread could not be started: {0}")]
+    Thread(Error),
+}
+
+impl From<Refusal> for BridgeError {
+    fn from(refusal: Refusal) -> Self {
+        Self::Refused(refusal)
+    }
+}
+
+impl BridgeError {
+    fn listening(address: &str, error: &Error) -> Self {
+        let address = address.to_owned();
+        if error.kind() == ErrorKind::AddrInUse {
+            return Self::InUse { address };
+        }
+        Self::Listening {
+            address,
+            reason: error.to_string(),
+        }
+    }
+}

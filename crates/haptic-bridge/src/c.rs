@@ -1,0 +1,298 @@
+//! The functions that C calls. The only `unsafe` of the library is here: it reads and writes through pointers that the
+//! caller answers for, as the documentation of each function, which the header repeats, says.
+#![expect(unsafe_code, reason = "C hands over pointers")]
+
+use crate::bridge::{Bridge, BridgeError, Serving, Ticker};
+use crate::description::Description;
+use crate::status::{Handle, Trouble};
+use haptic_loop::Fault;
+use std::ffi::{CStr, CString, c_char, c_int};
+use std::panic::catch_unwind;
+use std::ptr;
+use thiserror::Error;
+
+/// Where a bridge listens unless told: this machine alone.
+const ADDRESS: &str = "127.0.0.1:4250";
+
+/// A pointer that is needed was null.
+pub const HB_NULL: c_int = -1;
+/// The library failed inside and has let go for good: close the bridge.
+pub const HB_ENDED: c_int = -2;
+
+/// What the device is and may do. No host can loosen these limits; it sets its own within them.
+/// Set everything to zero first (`hb_device device = {0};`, in C++ `hb_device device{};`), then `size`.
+#[derive(Clone, Copy, Debug)]
+#[repr(C)]
+pub struct HbDevice {
+    /// sizeof(hb_device), by which a library of another version is noticed.
+    pub size: usize,
+    /// Name in `device info` and in logs, UTF-8, 1 to 16 bytes.
+    pub name: *const c_char,
+    /// Number of axes, 1 to 3.
+    pub axes: u32,
+    /// Time from one tick to the next, microseconds, 100 to 10000. Calls of hb_tick in between hold the last force.
+    pub sample_time_us: u32,
+    /// Largest force on an axis, and of several axes the largest magnitude, N, above 0.
+    pub force_max_n: f64,
+    /// Largest rate of the force, N/s, above 0.
+    pub force_rate_max_n_per_s: f64,
+    /// Distance of one count of the sensor, m; 0 if it is not known.
+    pub position_resolution_m: f64,
+    /// Low ends of the workspace, m: outside of it there is no force. Ends that are both 0 are none.
+    pub workspace_low_m: [f64; 3],
+    /// High ends of the workspace, m.
+    pub workspace_high_m: [f64; 3],
+    /// Longest silence of a host while the device is armed, ms, 5 to 1000; 0 leaves it to the host, which says 1000 at most.
+    pub watchdog_ms: u32,
+}
+
+/// A bridge. One thread ticks; hb_stop, hb_fault, hb_reason and hb_port may be called from others meanwhile.
+#[derive(Debug)]
+pub struct HbBridge {
+    ticker: Ticker,
+    handle: Handle,
+    /// Texts for `hb_reason`: of each fault, then of each trouble.
+    reasons: Vec<CString>,
+    serving: Serving,
+}
+
+/// Opens a bridge: from now on a host can connect, as with `host-cli device info --device tcp:127.0.0.1:4250`.
+///
+/// `listen` is an address of this machine with a port, such as "127.0.0.1:4250", which NULL means; with port 0 one that is
+/// free is taken, see hb_port. The connection has no password and no encryption: another address than the loopback is for
+/// a network in which everybody may push whoever holds the device.
+///
+/// Returns NULL if it cannot be opened; then `error`, of `room` bytes, says why. It may be NULL.
+///
+/// # Safety
+/// Pointers are null or valid; texts end with a zero byte.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn hb_open(
+    what: *const HbDevice,
+    listen: *const c_char,
+    error: *mut c_char,
+    room: usize,
+) -> *mut HbBridge {
+    // SAFETY: valid or null, as the caller promises.
+    let opened = catch_unwind(|| unsafe { open(what, listen) });
+    let reason = match opened {
+        Ok(Ok(bridge)) => return Box::into_raw(Box::new(bridge)),
+        Ok(Err(reason)) => reason.to_string(),
+        Err(_) => "the library failed: report this as a defect".to_owned(),
+    };
+    if !error.is_null() && room > 0 {
+        // Cut where a character ends.
+        let mut length = reason.len().min(room - 1);
+        while !reason.is_char_boundary(length) {
+            length -= 1;
+        }
+        // SAFETY: `error` has `room` bytes, of which length + 1 are written; a text of ours overlaps none of the caller's.
+        unsafe {
+            ptr::copy_nonoverlapping(reason.as_ptr().cast(), error, length);
+            error.add(length).write(0);
+        }
+    }
+    ptr::null_mut()
+}
+
+/// What `hb_open` cannot take.
+#[derive(Debug, Error)]
+enum OpenError {
+    #[error("the device is NULL: describe it by an hb_device")]
+    Null,
+    #[error(
+        "size = {0} is not {ours}, the size of hb_device in this library: set it to sizeof(hb_device), with the header of this version",
+        ours = size_of::<HbDevice>()
+    )]
+    Size(usize),
+    #[error("{0:?} is not UTF-8: give a name and an address in UTF-8")]
+    Text(CString),
+    #[error(transparent)]
+    Bridge(#[from] BridgeError),
+}
+
+/// # Safety
+/// As [`hb_open`].
+unsafe fn open(what: *const HbDevice, listen: *const c_char) -> Result<HbBridge, OpenError> {
+    if what.is_null() {
+        return Err(OpenError::Null);
+    }
+    // SAFETY: every version of the struct begins with its size.
+    let size = unsafe { (&raw const (*what).size).read() };
+    if size != size_of::<HbDevice>() {
+        return Err(OpenError::Size(size));
+    }
+    // SAFETY: it is of our size, so all of it is there.
+    let what = unsafe { what.read() };
+    // SAFETY: texts of the caller.
+    let (name, listen) = unsafe { (text(what.name)?, text(listen)?) };
+    let description = Description {
+        name: name.unwrap_or_default().to_owned(),
+        axes: what.axes,
+        sample_time_us: what.sample_time_us,
+        force_max_n: what.force_max_n,
+        force_rate_max_n_per_s: what.force_rate_max_n_per_s,
+        position_resolution_m: what.position_resolution_m,
+        workspace_low_m: what.workspace_low_m,
+        workspace_high_m: what.workspace_high_m,
+        watchdog_ms: what.watchdog_ms,
+    };
+    let Bridge {
+        ticker,
+        handle,
+        serving,
+    } = Bridge::open(&description, listen.unwrap_or(ADDRESS))?;
+    let faults = Fault::ALL.map(|fault| fault.to_string());
+    let troubles = Trouble::ALL.map(|trouble| trouble.words().to_owned());
+    let reasons = faults.into_iter().chain(troubles);
+    // No text of ours has a zero in it.
+    let reasons = reasons.map(|reason| CString::new(reason).unwrap_or_default());
+    Ok(HbBridge {
+        ticker,
+        handle,
+        reasons: reasons.collect(),
+        serving,
+    })
+}
+
+/// A text of the caller; `None` for a null pointer.
+///
+/// # Safety
+/// It is null, or valid until a zero byte, as long as `'a`.
+unsafe fn text<'a>(text: *const c_char) -> Result<Option<&'a str>, OpenError> {
+    if text.is_null() {
+        return Ok(None);
+    }
+    // SAFETY: as the caller promises.
+    let text = unsafe { CStr::from_ptr(text) };
+    let read = text.to_str().map(Some);
+    read.map_err(|_| OpenError::Text(text.to_owned()))
+}
+
+/// One tick of the haptic thread: takes the position, m, gives the force until the next call, N, behind the safety chain.
+/// Elements beyond the device's axes are ignored, and zero. Never waits, allocates or locks.
+///
+/// `time_us` is from a clock that only goes on, microseconds, as std::chrono::steady_clock. Call it once a sample time or
+/// more often. When the calls cease, the host is told nothing more and ends its run; the force is then the program's to
+/// take away.
+///
+/// Returns 0, or the code of the latched fault, as in hb_fault: the force falls to zero, and is zero at once where no
+/// position can be used. HB_NULL: no bridge. HB_ENDED: close it.
+///
+/// # Safety
+/// `bridge` is null or from hb_open and not closed; the arrays are null or of three numbers; one thread at a time.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn hb_tick(
+    bridge: *mut HbBridge,
+    time_us: u64,
+    position_m: *const f64,
+    force_n: *mut f64,
+) -> c_int {
+    let force_n = force_n.cast::<[f64; 3]>();
+    if !force_n.is_null() {
+        // SAFETY: three numbers; unaligned ones do no harm.
+        unsafe { force_n.write_unaligned([0.0; 3]) };
+    }
+    if bridge.is_null() {
+        return HB_NULL;
+    }
+    let position_m = position_m.cast::<[f64; 3]>();
+    // Without room for a force there is nothing to compute one for.
+    let position = if position_m.is_null() || force_n.is_null() {
+        None
+    } else {
+        // SAFETY: three numbers.
+        Some(unsafe { position_m.read_unaligned() })
+    };
+    // SAFETY: only this thread touches the ticker, and other fields are borrowed apart from it.
+    let ticker = unsafe { &mut (*bridge).ticker };
+    let force = ticker.tick(time_us, position.as_ref());
+    if !force_n.is_null() {
+        // SAFETY: as above.
+        unsafe { force_n.write_unaligned(force) };
+    }
+    // SAFETY: shared by all threads, and only read.
+    code(unsafe { &(*bridge).handle })
+}
+
+fn code(handle: &Handle) -> c_int {
+    if handle.trouble() == Some(Trouble::Panicked) {
+        return HB_ENDED;
+    }
+    handle.fault().map_or(0, |fault| fault.code().into())
+}
+
+/// From the next tick on the force falls to zero within the stop time, and the device is disarmed: the host has to arm it
+/// again. From any thread; NULL is nothing.
+///
+/// # Safety
+/// `bridge` is null or from hb_open and not closed.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn hb_stop(bridge: *mut HbBridge) {
+    if !bridge.is_null() {
+        // SAFETY: shared by all threads, and only read.
+        unsafe { &(*bridge).handle }.stop();
+    }
+}
+
+/// The code of the latched fault, as in logs; 0 without one, HB_NULL without a bridge, HB_ENDED if it has to be closed.
+/// From any thread.
+///
+/// # Safety
+/// `bridge` is null or from hb_open and not closed.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn hb_fault(bridge: *const HbBridge) -> c_int {
+    if bridge.is_null() {
+        return HB_NULL;
+    }
+    // SAFETY: shared by all threads, and only read.
+    code(unsafe { &(*bridge).handle })
+}
+
+/// The reason of the latched fault, one line of English; "" without one. It is valid until hb_close. From any thread.
+///
+/// # Safety
+/// `bridge` is null or from hb_open and not closed.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn hb_reason(bridge: *const HbBridge) -> *const c_char {
+    if bridge.is_null() {
+        return c"the bridge is NULL: open it first".as_ptr();
+    }
+    // SAFETY: shared by all threads, and only read.
+    let (handle, reasons) = unsafe { (&(*bridge).handle, &(*bridge).reasons) };
+    let number = match (handle.trouble(), handle.fault()) {
+        (Some(trouble), _) => Fault::ALL.len() + trouble as usize,
+        (None, Some(fault)) => usize::from(fault.code()),
+        (None, None) => return c"".as_ptr(),
+    };
+    (reasons.get(number - 1)).map_or(c"".as_ptr(), |reason| reason.as_ptr())
+}
+
+/// The port that the bridge listens at; 0 without a bridge.
+///
+/// # Safety
+/// `bridge` is null or from hb_open and not closed.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn hb_port(bridge: *const HbBridge) -> u16 {
+    if bridge.is_null() {
+        return 0;
+    }
+    // SAFETY: shared by all threads, and only read.
+    unsafe { &(*bridge).serving }.port
+}
+
+/// Closes a bridge: the connection ends, and the memory is given back. NULL is nothing. It writes no force: end the haptic
+/// thread first, and set the force of the device to zero.
+///
+/// # Safety
+/// `bridge` is null or from hb_open; nobody uses it any more.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn hb_close(bridge: *mut HbBridge) {
+    if bridge.is_null() {
+        return;
+    }
+    // SAFETY: from Box::into_raw in hb_open, and given back once.
+    let bridge = unsafe { Box::from_raw(bridge) };
+    // Nothing in there panics; if it did, the memory would be lost and the program go on.
+    let _ = catch_unwind(std::panic::AssertUnwindSafe(|| drop(bridge)));
+}

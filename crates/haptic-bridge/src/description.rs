@@ -1,0 +1,132 @@
+//! A device as its program describes it, checked.
+
+use haptic_link::{Capabilities, Limits};
+use haptic_loop::RangeError;
+use haptic_remote::abilities;
+use thiserror::Error;
+
+/// What a device is and may do. No host can loosen these limits; it sets its own within them.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Description {
+    /// Name in `device info` and in logs, 1 to 16 bytes.
+    pub name: String,
+    /// Number of axes, 1 to 3.
+    pub axes: u32,
+    /// T, the time from one tick to the next, µs, 100 to 10 000. Calls in between hold the last force.
+    pub sample_time_us: u32,
+    /// Largest force on an axis, and of several axes the largest magnitude, N, above 0.
+    pub force_max_n: f64,
+    /// Largest rate of the force, N/s, above 0.
+    pub force_rate_max_n_per_s: f64,
+    /// Distance of one count of the sensor, m; 0 if it is not known.
+    pub position_resolution_m: f64,
+    /// Low ends of the workspace, m. Outside of it there is no force. Ends that are both 0 are none.
+    pub workspace_low_m: [f64; 3],
+    /// High ends of the workspace, m.
+    pub workspace_high_m: [f64; 3],
+    /// Longest silence of a host while the device is armed, ms, 5 to 1000; a host may ask for less, which counts. 0 leaves it
+    /// to the host.
+    pub watchdog_ms: u32,
+}
+
+/// A device that cannot be.
+#[derive(Clone, Debug, PartialEq, Error)]
+#[non_exhaustive]
+pub enum DescriptionError {
+    /// A number outside its range.
+    #[error(transparent)]
+    Range(#[from] RangeError),
+    /// A name that a log cannot hold.
+    #[error("name = \"{0}\" is not 1 to 16 bytes long: give a short name, such as \"Falcon\"")]
+    Name(String),
+    /// A workspace without room.
+    #[error(
+        "workspace_low_m = {low} m on axis {axis} is not below workspace_high_m = {high} m: exchange them, or give 0 and 0 for no ends"
+    )]
+    Workspace {
+        /// Number of the axis, from 0.
+        axis: usize,
+        /// Its low end, m.
+        low: f64,
+        /// Its high end, m.
+        high: f64,
+    },
+}
+
+impl Description {
+    /// Checks it, and says it as the wire does.
+    ///
+    /// # Errors
+    /// The first thing that cannot be, with its range.
+    pub fn capabilities(&self) -> Result<Capabilities, DescriptionError> {
+        if self.name.is_empty() || self.name.len() > 16 || self.name.contains('\0') {
+            return Err(DescriptionError::Name(self.name.clone()));
+        }
+        let whole = |what, value: u32, range: [u32; 2], allowed, unit| {
+            if (range[0]..=range[1]).contains(&value) {
+                Ok(value)
+            } else {
+                Err(RangeError::new(what, f64::from(value), allowed, unit))
+            }
+        };
+        let axes = whole("axes", self.axes, [1, 3], "1, 2 or 3", "")?;
+        let range = [100, 10_000];
+        let period_us = whole(
+            "sample_time_us",
+            self.sample_time_us,
+            range,
+            "100 to 10000",
+            "µs",
+        )?;
+        let range = [Limits::WATCHDOG_MIN_MS, Limits::WATCHDOG_MAX_MS].map(u32::from);
+        if self.watchdog_ms > 0 {
+            whole(
+                "watchdog_ms",
+                self.watchdog_ms,
+                range,
+                "5 to 1000, or 0 for the host's alone",
+                "ms",
+            )?;
+        }
+        let positive = |what, value: f64, unit| {
+            // In single precision, in which the loop computes.
+            let single = value as f32;
+            if single > 0.0 && single.is_finite() {
+                Ok(single)
+            } else {
+                Err(RangeError::new(what, value, "above 0 and finite", unit))
+            }
+        };
+        let force_max_n = positive("force_max_n", self.force_max_n, "N")?;
+        let rate = self.force_rate_max_n_per_s;
+        let force_rate_max_n_per_s = positive("force_rate_max_n_per_s", rate, "N/s")?;
+        let count_m = self.position_resolution_m;
+        if !(0.0..=0.1).contains(&count_m) {
+            let (what, allowed) = ("position_resolution_m", "0 to 0.1");
+            return Err(RangeError::new(what, count_m, allowed, "m").into());
+        }
+        for axis in 0..axes as usize {
+            let (low, high) = (self.workspace_low_m[axis], self.workspace_high_m[axis]);
+            let none = low.abs() + high.abs() <= 0.0;
+            if !(none || low < high) {
+                return Err(DescriptionError::Workspace { axis, low, high });
+            }
+        }
+        Ok(Capabilities {
+            tick_period_min_us: period_us,
+            tick_period_max_us: period_us,
+            force_max_n,
+            force_rate_max_n_per_s,
+            position_resolution_m: count_m as f32,
+            ..abilities(&self.name, axes as u8)
+        })
+    }
+
+    /// The ends of an axis, m; infinite where there are none.
+    pub(crate) fn workspace(&self, axis: usize) -> [f32; 2] {
+        match [self.workspace_low_m[axis], self.workspace_high_m[axis]] {
+            [low, high] if low < high => [low as f32, high as f32],
+            _ => [f32::NEG_INFINITY, f32::INFINITY],
+        }
+    }
+}

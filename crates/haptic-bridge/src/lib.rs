@@ -1,0 +1,21 @@
+#![doc = include_str!("../README.md")]
+#![deny(unsafe_code, unsafe_op_in_unsafe_fn)]
+
+mod bridge;
+mod c;
+mod clock;
+mod description;
+mod hosts;
+mod line;
+mod program;
+mod status;
+mod ticking;
+
+pub use bridge::{Bridge, BridgeError, Ticker};
+pub use c::{
+    HB_ENDED, HB_NULL, HbBridge, HbDevice, hb_close, hb_fault, hb_open, hb_port, hb_reason,
+    hb_stop, hb_tick,
+};
+pub use description::{Description, DescriptionError};
+pub use line::LineSide;
+pub use status::{Handle, Trouble};

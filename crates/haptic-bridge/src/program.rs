@@ -1,0 +1,103 @@
+//! The program's device as the loop sees it: a position that was handed over, and a force that is handed back.
+
+use crate::description::Description;
+use haptic_link::{Capabilities, ControllerCost, Refusal, Simulation};
+use haptic_loop::{Device, Fault, Reading, SafeForce};
+use haptic_remote::{CONTROLLER_COST, Hardware, only_real};
+use nalgebra::SVector;
+
+#[derive(Debug)]
+pub(crate) struct Program<const D: usize> {
+    capabilities: Capabilities,
+    /// Ends of each axis, m.
+    workspace_m: [[f32; 2]; D],
+    /// `None` if the program gave none that can be used.
+    position_m: Option<[f32; D]>,
+    force_n: [f32; D],
+}
+
+impl<const D: usize> Program<D> {
+    pub(crate) fn new(description: &Description, capabilities: Capabilities) -> Self {
+        Self {
+            capabilities,
+            workspace_m: std::array::from_fn(|axis| description.workspace(axis)),
+            position_m: None,
+            force_n: [0.0; D],
+        }
+    }
+
+    /// Takes over the position of this call, m; false if it is none.
+    pub(crate) fn take(&mut self, position_m: Option<&[f64; 3]>) -> bool {
+        let single = position_m.map(|axes| std::array::from_fn(|axis| axes[axis] as f32));
+        self.position_m = single.filter(|axes: &[f32; D]| axes.iter().all(|axis| axis.is_finite()));
+        self.position_m.is_some()
+    }
+
+    /// The position of this call is not to be believed.
+    pub(crate) const fn forget(&mut self) {
+        self.position_m = None;
+    }
+
+    /// The force of the last tick, N; zero on axes that the device does not have.
+    pub(crate) fn force_n(&self) -> [f64; 3] {
+        std::array::from_fn(|axis| self.force_n.get(axis).copied().map_or(0.0, f64::from))
+    }
+
+    fn is_outside(&self) -> bool {
+        let outside = |axes: &[f32; D]| {
+            let mut ends = axes.iter().zip(&self.workspace_m);
+            ends.any(|(axis, [low, high])| axis < low || axis > high)
+        };
+        self.position_m.as_ref().is_some_and(outside)
+    }
+}
+
+impl<const D: usize> Device<f32, D> for Program<D> {
+    type Error = Fault;
+
+    fn read(&mut self) -> Result<Reading<f32, D>, Fault> {
+        let position_m = self.position_m.ok_or(Fault::BoardFailed)?;
+        if self.is_outside() {
+            return Err(Fault::Workspace);
+        }
+        Ok(Reading {
+            tick: 0,
+            time_s: 0.0,
+            position_m: SVector::from(position_m),
+        })
+    }
+
+    fn write(&mut self, force: SafeForce<f32, D>) -> Result<(), Fault> {
+        self.force_n = (*force.newtons()).into();
+        Ok(())
+    }
+}
+
+impl<const D: usize> Hardware<D> for Program<D> {
+    type Setup = ();
+
+    fn capabilities(&self) -> Capabilities {
+        self.capabilities
+    }
+
+    fn controller_cost(&self) -> Option<ControllerCost> {
+        Some(CONTROLLER_COST)
+    }
+
+    fn prepare(simulation: &Simulation, _: u32) -> Result<(), Refusal> {
+        only_real(simulation)
+    }
+
+    fn install(&mut self, (): (), _: u32) {}
+
+    fn restart(&mut self) {}
+
+    fn idle(&mut self) -> Result<Reading<f32, D>, Fault> {
+        self.force_n = [0.0; D];
+        self.read()
+    }
+
+    fn persisting_fault(&self) -> Option<Fault> {
+        self.is_outside().then_some(Fault::Workspace)
+    }
+}

@@ -1,0 +1,233 @@
+//! Bad input through the functions in C: each is one line with value, range and remedy, and never a force.
+#![expect(unsafe_code, reason = "tests call as C does")]
+
+use haptic_bridge::*;
+use std::ffi::{CStr, CString, c_char};
+use std::ptr;
+
+pub(crate) fn device(name: &CStr) -> HbDevice {
+    HbDevice {
+        size: size_of::<HbDevice>(),
+        name: name.as_ptr(),
+        axes: 3,
+        sample_time_us: 1000,
+        force_max_n: 3.0,
+        force_rate_max_n_per_s: 1000.0,
+        position_resolution_m: 0.0,
+        workspace_low_m: [0.0; 3],
+        workspace_high_m: [0.0; 3],
+        watchdog_ms: 0,
+    }
+}
+
+/// Why it cannot be opened.
+fn refused(what: *const HbDevice, listen: Option<&CStr>, room: usize) -> String {
+    let mut error = vec![0x55_u8; room + 1];
+    let listen = listen.map_or(ptr::null(), CStr::as_ptr);
+    // SAFETY: pointers to what lives here, or null.
+    let bridge = unsafe { hb_open(what, listen, error.as_mut_ptr().cast::<c_char>(), room) };
+    assert!(bridge.is_null(), "it is open");
+    assert_eq!(error[room], 0x55, "beyond the room");
+    let text = CStr::from_bytes_until_nul(&error).expect("ends");
+    text.to_str().expect("whole characters").to_owned()
+}
+
+const PORT: &CStr = c"127.0.0.1:0";
+
+#[test]
+fn a_device_that_cannot_be_is_refused_with_value_range_and_remedy() {
+    assert!(refused(ptr::null(), Some(PORT), 500).contains("NULL"));
+    let good = device(c"Falcon");
+    let long = CString::new("a name of seventeen").expect("no zero");
+    let latin = CString::new([b'F', 0xe9]).expect("no zero");
+    let cases: [(HbDevice, &[&str]); 14] = [
+        (
+            HbDevice { size: 8, ..good },
+            &["size = 8", "sizeof(hb_device)"],
+        ),
+        (
+            HbDevice {
+                name: ptr::null(),
+                ..good
+            },
+            &["name = \"\"", "1 to 16"],
+        ),
+        (
+            HbDevice {
+                name: long.as_ptr(),
+                ..good
+            },
+            &["seventeen", "16"],
+        ),
+        (
+            HbDevice {
+                name: latin.as_ptr(),
+                ..good
+            },
+            &["UTF-8"],
+        ),
+        (HbDevice { axes: 0, ..good }, &["axes", "0", "1, 2 or 3"]),
+        (HbDevice { axes: 4, ..good }, &["axes", "4", "1, 2 or 3"]),
+        (
+            HbDevice {
+                sample_time_us: 1,
+                ..good
+            },
+            &["sample_time_us", "100 to 10000"],
+        ),
+        (
+            HbDevice {
+                force_max_n: 0.0,
+                ..good
+            },
+            &["force_max_n", "above 0"],
+        ),
+        (
+            HbDevice {
+                force_max_n: f64::NAN,
+                ..good
+            },
+            &["force_max_n", "NaN", "above 0"],
+        ),
+        (
+            HbDevice {
+                force_max_n: 1e39,
+                ..good
+            },
+            &["force_max_n", "finite"],
+        ),
+        (
+            HbDevice {
+                force_rate_max_n_per_s: -1.0,
+                ..good
+            },
+            &["force_rate_max_n_per_s", "-1"],
+        ),
+        (
+            HbDevice {
+                position_resolution_m: -1e-3,
+                ..good
+            },
+            &["position_resolution_m", "0 to 0.1"],
+        ),
+        (
+            HbDevice {
+                workspace_low_m: [0.0, 0.0, 0.2],
+                workspace_high_m: [0.1, 0.1, 0.1],
+                ..good
+            },
+            &["workspace_low_m = 0.2 m on axis 2", "0.1"],
+        ),
+        (
+            HbDevice {
+                watchdog_ms: 5000,
+                ..good
+            },
+            &["watchdog_ms", "5000", "5 to 1000"],
+        ),
+    ];
+    for (case, words) in &cases {
+        let reason = refused(case, Some(PORT), 500);
+        assert!(!reason.contains('\n'), "{reason}");
+        for word in *words {
+            assert!(reason.contains(word), "{reason}: no {word}");
+        }
+    }
+}
+
+#[test]
+fn an_address_that_cannot_be_listened_at_is_named() {
+    let good = device(c"Falcon");
+    for address in [
+        c"",
+        c"4250",
+        c"127.0.0.1",
+        c"127.0.0.1:99999",
+        c"192.0.2.1:4250",
+    ] {
+        let reason = refused(&good, Some(address), 500);
+        let address = address.to_str().expect("a text");
+        assert!(
+            reason.contains(address) && reason.contains("127.0.0.1:4250"),
+            "{reason}"
+        );
+    }
+}
+
+#[test]
+fn a_reason_is_cut_to_its_room_and_ends_with_a_zero() {
+    let good = device(c"Falcon");
+    let whole = refused(&good, Some(c"nowhere µ"), 500);
+    for room in 1..60 {
+        let cut = refused(&good, Some(c"nowhere µ"), room);
+        assert!(
+            whole.starts_with(&cut) && cut.len() + 2 >= room.min(whole.len()),
+            "{cut}"
+        );
+    }
+    // SAFETY: null, with any room.
+    let bridge = unsafe { hb_open(&good, c"nowhere".as_ptr(), ptr::null_mut(), 99) };
+    assert!(bridge.is_null());
+}
+
+#[test]
+fn a_port_that_is_taken_is_named() {
+    // SAFETY: pointers to what lives here, or null.
+    unsafe {
+        let first = hb_open(&device(c"one"), PORT.as_ptr(), ptr::null_mut(), 0);
+        assert!(!first.is_null());
+        let port = hb_port(first);
+        assert_ne!(port, 0);
+        let address = CString::new(format!("127.0.0.1:{port}")).expect("no zero");
+        let reason = refused(&device(c"two"), Some(&address), 500);
+        assert!(
+            reason.contains(&format!("127.0.0.1:{port} is in use")),
+            "{reason}"
+        );
+        hb_close(first);
+        // Its port is free again.
+        let second = hb_open(&device(c"two"), address.as_ptr(), ptr::null_mut(), 0);
+        assert!(!second.is_null());
+        hb_close(second);
+    }
+}
+
+#[test]
+fn null_is_never_followed_and_never_a_force() {
+    let (position, mut force) = ([0.0; 3], [7.0; 3]);
+    // SAFETY: null, or what lives here.
+    unsafe {
+        assert_eq!(
+            hb_tick(ptr::null_mut(), 1, position.as_ptr(), force.as_mut_ptr()),
+            HB_NULL
+        );
+        assert_eq!(force, [0.0; 3]);
+        assert_eq!(
+            hb_tick(ptr::null_mut(), 1, ptr::null(), ptr::null_mut()),
+            HB_NULL
+        );
+        assert_eq!((hb_fault(ptr::null()), hb_port(ptr::null())), (HB_NULL, 0));
+        assert!(
+            CStr::from_ptr(hb_reason(ptr::null()))
+                .to_bytes()
+                .starts_with(b"the bridge is NULL")
+        );
+        hb_stop(ptr::null_mut());
+        hb_close(ptr::null_mut());
+        for (number, missing) in [(1, true), (2, false)] {
+            let bridge = hb_open(&device(c"one"), PORT.as_ptr(), ptr::null_mut(), 0);
+            force = [7.0; 3];
+            let code = if missing {
+                hb_tick(bridge, number, ptr::null(), force.as_mut_ptr())
+            } else {
+                hb_tick(bridge, number, position.as_ptr(), ptr::null_mut())
+            };
+            assert_eq!(code, 12);
+            assert_eq!(hb_fault(bridge), 12);
+            assert_eq!(force, if missing { [0.0; 3] } else { [7.0; 3] });
+            let reason = CStr::from_ptr(hb_reason(bridge)).to_str().expect("a text");
+            assert!(reason.contains("arrays of three numbers"), "{reason}");
+            hb_close(bridge);
+        }
+    }
+}

@@ -1,0 +1,128 @@
+//! The example in C++: it compiles without a warning, and is a device for our host.
+
+use std::io::{BufRead as _, BufReader};
+use std::path::{Path, PathBuf};
+use std::process::{Child, Command, Stdio};
+
+fn here(path: &str) -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join(path)
+}
+
+/// Runs a command to its good end.
+fn run(command: &mut Command) {
+    let output = command.output().expect("starts");
+    let said = String::from_utf8_lossy(&output.stderr);
+    let printed = String::from_utf8_lossy(&output.stdout);
+    assert!(output.status.success(), "{command:?}: {printed}{said}");
+}
+
+/// True if a program is here; a test without it is skipped.
+fn is_here(program: &str) -> bool {
+    let found = Command::new(program).arg("--version").output().is_ok();
+    if !found {
+        testkit::skip(&format!("{program} is not installed"));
+    }
+    found
+}
+
+/// A running example, which ends with its input.
+struct Example {
+    child: Child,
+    port: u16,
+    output: BufReader<std::process::ChildStdout>,
+}
+
+impl Example {
+    fn start(program: &Path) -> Self {
+        let mut command = Command::new(program);
+        let libraries = std::env::current_exe().expect("a path");
+        let libraries = libraries.parent().expect("a folder");
+        command.env("LD_LIBRARY_PATH", libraries);
+        command.arg("127.0.0.1:0");
+        let piped = command.stdin(Stdio::piped()).stdout(Stdio::piped());
+        let mut child = piped.spawn().expect("starts");
+        let mut output = BufReader::new(child.stdout.take().expect("piped"));
+        let mut line = String::new();
+        output.read_line(&mut line).expect("says its port");
+        let port = line.trim().rsplit(' ').next().expect("a number");
+        Self {
+            port: port.parse().unwrap_or_else(|_| panic!("{line}")),
+            child,
+            output,
+        }
+    }
+
+    /// What it printed last.
+    fn end(mut self) -> String {
+        drop(self.child.stdin.take());
+        let mut line = String::new();
+        self.output.read_line(&mut line).expect("says its force");
+        assert!(self.child.wait().expect("ends").success());
+        line
+    }
+}
+
+#[test]
+fn the_example_in_cpp_compiles_without_a_warning_and_is_a_device() {
+    if !is_here("c++") {
+        return;
+    }
+    let folder = tempfile::tempdir().expect("a folder");
+    let program = folder.path().join("simulated_device");
+    let libraries = std::env::current_exe().expect("a path");
+    let mut compile = Command::new("c++");
+    compile.args(["-std=c++17", "-Wall", "-Wextra", "-Wpedantic", "-Werror", "-pthread"]);
+    compile.arg("-I").arg(here("include"));
+    compile.arg(here("examples/simulated_device.cpp"));
+    compile.arg("-L").arg(libraries.parent().expect("a folder"));
+    compile.arg("-lhaptic_bridge").arg("-o").arg(&program);
+    run(&mut compile);
+    // The header is C too.
+    let source = folder.path().join("header.c");
+    std::fs::write(&source, "#include <haptic_bridge.h>\nhb_device device;\n").expect("writes");
+    let mut compile = Command::new("cc");
+    compile.args(["-std=c99", "-Wall", "-Wextra", "-Wpedantic", "-Werror", "-c", "-o"]);
+    compile.arg(folder.path().join("header.o")).arg(&source);
+    run(compile.arg("-I").arg(here("include")));
+
+    let example = Example::start(&program);
+    let mut host = crate::host::Host::connect(example.port);
+    // Its hand draws it 2 mm and more into a wall of 1 kN/m or so, which pushes back.
+    let largest_n = host.presses(1000);
+    assert!(largest_n > 0.1, "{largest_n} N");
+    assert_eq!(host.fault, None);
+    drop(host);
+    // The next host finds it as it was.
+    let mut host = crate::host::Host::connect(example.port);
+    assert!(host.presses(1000) > 0.1);
+    drop(host);
+    let said = example.end();
+    assert!(said.starts_with("largest force "), "{said}");
+}
+
+#[test]
+#[ignore = "by night: `.ci/nightly` does it"]
+fn by_night_it_is_installed_and_found_by_cmake_and_pkg_config() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let prefix = folder.path().join("prefix");
+    run(Command::new(here("packaging/install")).arg(&prefix).env("PROFILE", "dev"));
+    let build = folder.path().join("build");
+    let mut configure = Command::new("cmake");
+    configure.arg("-S").arg(here("examples")).arg("-B").arg(&build);
+    configure.arg(format!("-DCMAKE_PREFIX_PATH={}", prefix.display()));
+    run(&mut configure);
+    run(Command::new("cmake").arg("--build").arg(&build));
+    Example::start(&build.join("simulated_device")).end();
+    for flags in [&["--cflags", "--libs"][..], &["--cflags", "--libs", "--static"]] {
+        let mut ask = Command::new("pkg-config");
+        ask.args(flags).arg("haptic-bridge");
+        ask.env("PKG_CONFIG_PATH", prefix.join("lib/pkgconfig"));
+        let answer = ask.output().expect("starts");
+        let said = String::from_utf8(answer.stdout).expect("a text");
+        let program = folder.path().join("by_pkg_config");
+        let mut compile = Command::new("c++");
+        compile.args(["-std=c++17", "-pthread"]).arg(here("examples/simulated_device.cpp"));
+        run(compile.args(said.split_whitespace()).arg("-o").arg(&program));
+        Example::start(&program).end();
+    }
+}

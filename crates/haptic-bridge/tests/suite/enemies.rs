@@ -1,0 +1,158 @@
+//! Hosts that are killed, flood, fall mute or speak another version: the force is zero within watchdog and stop time.
+
+use crate::bench::{Bench, STOP_TICKS, WATCHDOG_MS, description};
+use haptic_link::{FRAME_MAX, Header, PROTOCOL_VERSION, Report, Request, encode};
+use haptic_loop::Fault;
+use testkit::Random;
+
+#[derive(Clone, Copy, Debug)]
+enum Enemy {
+    /// It is gone, and nobody reads.
+    Killed,
+    /// Requests without end, and nobody reads the answers.
+    Floods,
+    /// Garbage without end.
+    Babbles,
+    /// It reads, and says nothing.
+    Mute,
+    /// Frames of another version.
+    OtherVersion,
+}
+
+const ENEMIES: [Enemy; 5] = [
+    Enemy::Killed,
+    Enemy::Floods,
+    Enemy::Babbles,
+    Enemy::Mute,
+    Enemy::OtherVersion,
+];
+
+/// A frame of a stranger, with the CRC of its own version.
+fn foreign() -> Vec<u8> {
+    let mut content = vec![PROTOCOL_VERSION + 1, 0, 0, 0, 0, 0, 0, 0, 0, 1];
+    let mut crc = u32::MAX;
+    for &byte in &content {
+        crc ^= u32::from(byte);
+        for _ in 0..8 {
+            crc = if crc & 1 == 1 {
+                (crc >> 1) ^ 0xEDB8_8320
+            } else {
+                crc >> 1
+            };
+        }
+    }
+    content.extend((!crc).to_le_bytes());
+    // COBS, by its definition: each zero becomes the distance to the next.
+    let mut frame = Vec::new();
+    for run in content.split(|&byte| byte == 0) {
+        frame.push(run.len() as u8 + 1);
+        frame.extend(run);
+    }
+    frame.push(0);
+    frame
+}
+
+fn attack(bench: &mut Bench, enemy: Enemy, random: &mut Random) {
+    let mut frame = [0; FRAME_MAX];
+    match enemy {
+        Enemy::Killed => {}
+        Enemy::Floods => {
+            for _ in 0..20 {
+                let length = bench.host.tell(&Request::GetStatistics, &mut frame);
+                bench.line.take(&frame[..length]);
+            }
+        }
+        Enemy::Babbles => {
+            let bytes: Vec<u8> = (0..200).map(|_| random.bits() as u8).collect();
+            bench.line.take(&bytes);
+        }
+        Enemy::Mute => while bench.line.next(&mut frame) > 0 {},
+        Enemy::OtherVersion => bench.line.take(&foreign()),
+    }
+}
+
+/// As often as it takes for so many ticks.
+fn campaign(ticks_most: u64) {
+    let mut random = Random(58);
+    let mut bench = Bench::running(&description(3));
+    let begun_us = bench.time_us;
+    let mut episodes = 0;
+    while bench.time_us - begun_us < 1000 * ticks_most {
+        let enemy = ENEMIES[episodes % ENEMIES.len()];
+        let before = bench.norm_n();
+        assert!(before > 0.5, "{enemy:?}");
+        bench.is_there = false;
+        let mut silent_ticks = 0;
+        while bench.norm_n() > 0.0 {
+            attack(&mut bench, enemy, &mut random);
+            bench.tick();
+            silent_ticks += 1;
+            // A flood of the owner feeds the watchdog until its answers find no room.
+            let feeding = if matches!(enemy, Enemy::Floods) {
+                400
+            } else {
+                0
+            };
+            let most = u32::from(WATCHDOG_MS) + STOP_TICKS + feeding + 2;
+            assert!(silent_ticks <= most, "{enemy:?}: {} N", bench.norm_n());
+        }
+        assert_eq!(bench.handle.fault(), Some(Fault::HostSilent), "{enemy:?}");
+        for _ in 0..random.bits() % 500 {
+            attack(&mut bench, enemy, &mut random);
+            bench.tick();
+            assert_eq!(bench.force_n, [0.0; 3], "{enemy:?}");
+        }
+        // The next host finds a device that works.
+        bench.is_there = true;
+        bench.line.take(&[0]);
+        for _ in 0..2000 {
+            bench.step();
+        }
+        episodes += 1;
+        bench.arm();
+        bench.start();
+        if matches!(enemy, Enemy::OtherVersion) {
+            let Report::Statistics(statistics) = bench.done(Request::GetStatistics) else {
+                panic!("no statistics");
+            };
+            assert!(statistics.foreign > 10, "{statistics:?}");
+        }
+    }
+    assert!(episodes >= ENEMIES.len());
+    assert_eq!(bench.allocations, 0);
+}
+
+#[test]
+fn bad_hosts_leave_no_force_and_the_next_one_finds_a_device() {
+    campaign(15_000);
+}
+
+#[test]
+#[ignore = "long: `.ci/run` does it, or --include-ignored"]
+fn a_million_ticks_with_bad_hosts_leave_no_force() {
+    campaign(1_000_000);
+}
+
+#[test]
+fn a_frame_that_this_version_knows_is_not_foreign() {
+    // The enemy's frame differs from a good one by its version alone.
+    let mut good = [0; FRAME_MAX];
+    let length = encode(
+        &Request::GetCapabilities,
+        Header::from_host(0, 0),
+        &mut good,
+    )
+    .expect("fits");
+    assert_eq!(good[..length].len(), foreign().len());
+}
+
+#[test]
+fn a_silence_that_the_program_does_not_allow_ends_a_run_before_the_watchdog_of_its_host() {
+    let mut bench = Bench::running(&haptic_bridge::Description {
+        watchdog_ms: 20,
+        ..description(1)
+    });
+    bench.is_there = false;
+    let ticks = bench.falls(Fault::HostSilent, 22);
+    assert!(ticks >= 10, "{ticks}");
+}

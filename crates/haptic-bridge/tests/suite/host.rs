@@ -1,0 +1,83 @@
+//! Our host, as `host-cli` has it, at the port of a bridge.
+
+use crate::bench::wall;
+use haptic_link::Start;
+use haptic_loop::Fault;
+use haptic_remote::serial::{Heard, Line, SerialLink};
+use std::io::{self, ErrorKind, Read, Write};
+use std::net::TcpStream;
+use std::time::Duration;
+
+#[derive(Debug)]
+struct Tcp(TcpStream);
+
+impl Read for Tcp {
+    fn read(&mut self, into: &mut [u8]) -> io::Result<usize> {
+        match self.0.read(into) {
+            Err(error) if error.kind() == ErrorKind::WouldBlock => Err(ErrorKind::TimedOut.into()),
+            other => other,
+        }
+    }
+}
+
+impl Write for Tcp {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        self.0.write(bytes)
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        Ok(())
+    }
+}
+
+impl Line for Tcp {
+    fn share(&self) -> io::Result<Box<dyn Line>> {
+        Ok(Box::new(Self(self.0.try_clone()?)))
+    }
+
+    fn set_baud_rate(&mut self, _: u32) {}
+
+    fn set_patience(&mut self, patience: Duration) -> io::Result<()> {
+        let least = Duration::from_millis(1);
+        self.0.set_read_timeout(Some(patience.max(least)))
+    }
+}
+
+pub(crate) struct Host {
+    link: SerialLink,
+    pub(crate) fault: Option<Fault>,
+}
+
+impl Host {
+    pub(crate) fn connect(port: u16) -> Self {
+        let stream = TcpStream::connect(("127.0.0.1", port)).expect("listens");
+        let mut line = Tcp(stream);
+        line.set_patience(Duration::from_millis(20)).expect("may");
+        let link = SerialLink::to_line(Box::new(line), "tcp").expect("answers");
+        Self { link, fault: None }
+    }
+
+    /// Runs the wall for so many ticks; the largest force that the samples tell, N.
+    pub(crate) fn presses(&mut self, ticks: u32) -> f32 {
+        let (mut configuration, values) = wall();
+        // The longest: this machine may be busy.
+        configuration.limits.watchdog_ms = 1000;
+        self.link.set(configuration, &values).expect("good");
+        self.link.arm(Duration::from_secs(1)).expect("is well");
+        self.link.start(Start { run: 1, ..Start::ENDLESS }).expect("starts");
+        let (mut heard, mut largest_n) = (0, 0.0_f32);
+        while heard < ticks && self.fault.is_none() {
+            match self.link.hear(Duration::from_secs(1)) {
+                Some(Heard::Sample(sample)) => {
+                    heard += 1;
+                    let forces = sample.axes.iter().map(|axis| axis.force_n.abs());
+                    largest_n = forces.fold(largest_n, f32::max);
+                }
+                Some(Heard::Fault(report)) => self.fault = Fault::from_code(report.status.fault),
+                Some(Heard::Over(error)) => panic!("{error}"),
+                Some(Heard::Event(_)) | None => {}
+            }
+        }
+        largest_n
+    }
+}
