@@ -277,6 +277,8 @@ const STOLEN_NOTABLE_MS: u64 = 10;
 /// Facts of the machine. Those that a system does not tell are null or empty.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub(crate) struct Machine {
+    /// The operating system, as Rust names it: `linux`, `macos`, `windows`.
+    pub system: &'static str,
     pub kernel: Option<String>,
     /// True if the kernel is `PREEMPT_RT`.
     pub preempt_rt: Option<bool>,
@@ -298,6 +300,18 @@ pub(crate) struct Machine {
 impl Machine {
     /// Looks into `proc` and `sys` in this folder, `/` but for tests.
     pub(crate) fn inspect(root: &Path) -> Self {
+        let (system, cores) = (
+            std::env::consts::OS,
+            std::thread::available_parallelism().map_or(1, usize::from),
+        );
+        if system != "linux" {
+            // A folder `/proc` of another system says nothing of it.
+            return Self {
+                system,
+                cores,
+                ..Self::default()
+            };
+        }
         let text = |path: &str| fs::read_to_string(root.join(path)).ok();
         let line = |path: &str| text(path).map(|text| text.trim().to_owned());
         let version = text("proc/version");
@@ -312,9 +326,10 @@ impl Machine {
             .flat_map(|cpu| children(root, &format!("{cpu}/cpuidle"), "state"));
         let adapters = children(root, "sys/bus/usb-serial/devices", "tty");
         Self {
+            system,
             kernel: line("proc/sys/kernel/osrelease"),
             preempt_rt: version.map(|version| realtime || version.contains("PREEMPT_RT")),
-            cores: std::thread::available_parallelism().map_or(1, usize::from),
+            cores,
             virtual_machine: text("proc/cpuinfo").is_some_and(|text| {
                 let mut words = text.lines().filter(|line| line.starts_with("flags"));
                 words.any(|flags| flags.split_whitespace().any(|flag| flag == "hypervisor"))
@@ -391,7 +406,26 @@ impl Machine {
                 runtime_us / 1000
             ));
         }
-        if self.cores > 1 {
+        if self.system == "windows" {
+            say(
+                "power: Windows slows processors and USB ports down to save power: plug the charger in, choose the plan \
+                 High performance (powercfg /setactive SCHEME_MIN) and switch off USB selective suspend in it"
+                    .to_owned(),
+            );
+        } else if self.system == "macos" {
+            say(
+                "power: macOS delays wake-ups to save power: plug the charger in, switch off Low Power Mode, and start \
+                 this program with caffeinate -i"
+                    .to_owned(),
+            );
+        }
+        if self.system != "linux" {
+            say(
+                "system: it keeps no core and no memory for one program: close what is not needed, let the device run \
+                 the loop if it can, or use Linux"
+                    .to_owned(),
+            );
+        } else if self.cores > 1 {
             say(format!(
                 "interrupts: keep a core free for the loop with the kernel's isolcpus=N irqaffinity=…, and give {}",
                 PIN.set_to("N")
@@ -530,6 +564,25 @@ mod tests {
         ] {
             let said = advice.iter().any(|sentence| sentence.contains(part));
             assert!(said, "\"{part}\" in {advice:#?}");
+        }
+    }
+
+    #[test]
+    fn each_system_hears_what_can_be_done_on_it() {
+        for (system, said, unsaid) in [
+            ("windows", "powercfg", "isolcpus"),
+            ("macos", "caffeinate", "isolcpus"),
+            ("linux", "isolcpus", "powercfg"),
+        ] {
+            let machine = Machine {
+                system,
+                cores: 2,
+                ..Machine::default()
+            };
+            let advice = machine.advice(None, &[rate(false)], 0).join("\n");
+            assert!(advice.contains(said), "{system}: {advice}");
+            assert!(!advice.contains(unsaid), "{system}: {advice}");
+            assert_eq!(machine.advice(None, &[rate(true)], 0), [""; 0]);
         }
     }
 

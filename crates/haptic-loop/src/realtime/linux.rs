@@ -21,6 +21,9 @@ use thread_priority::{
     thread_schedule_policy_param,
 };
 
+/// The share of a period that may be spinning is one in this many: a thread of real-time priority leaves the rest to others.
+pub(super) const SPINNING_IS_ONE_IN: u32 = 4;
+
 /// The clock that counts the time for which the machine slept, and its sleep.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct SystemWaiter(());

@@ -13,7 +13,7 @@
 //!
 //! Linux: `clock_nanosleep` by the clock that counts the machine's sleep ([`Moment`]), `SCHED_FIFO`, `mlockall`, affinity. What the
 //! system refuses is said by [`RaisedThread::fallback`], and the loop runs without it. Elsewhere a thread sleeps as the standard
-//! library does, at normal priority.
+//! library does, and spins for longer; on Windows it is time-critical, whatever priority was asked for.
 
 #[cfg(target_os = "linux")]
 #[path = "linux.rs"]

@@ -4,7 +4,7 @@ use core::ops::Add;
 use std::time::Duration;
 
 /// A moment by a clock that counts the time for which the machine slept: wherever silence or lateness is judged, as the standard
-/// library's does not count it on Linux, and a force of before the sleep would be taken for one of now.
+/// library's does not count it on Linux and macOS, and a force of before the sleep would be taken for one of now.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub struct Moment(Duration);
 
@@ -36,17 +36,21 @@ impl Add<Duration> for Moment {
     }
 }
 
-/// Time since the machine was started; the time for which it slept counts.
-#[cfg(target_os = "linux")]
+/// Time since the machine was started; the time for which it slept counts. The clock that counts it has a name of its own on each
+/// system; Apple's has a resolution of 1 µs.
+#[cfg(any(target_os = "linux", target_os = "macos"))]
 pub(super) fn since_start() -> Duration {
-    let now = rustix::time::clock_gettime(rustix::time::ClockId::Boottime);
+    use rustix::time::{ClockId, clock_gettime};
+    #[cfg(target_os = "linux")]
+    let now = clock_gettime(ClockId::Boottime);
+    #[cfg(target_os = "macos")]
+    let now = clock_gettime(ClockId::Monotonic);
     // The clock starts at 0 when the machine does.
     Duration::new(now.tv_sec.unsigned_abs(), now.tv_nsec as u32)
 }
 
-/// Time since the first call. On Windows it counts the time for which the machine slept. On macOS it does not: the clock there that
-/// does is out of reach without `unsafe`.
-#[cfg(not(target_os = "linux"))]
+/// Time since the first call. On Windows it counts the time for which the machine slept.
+#[cfg(not(any(target_os = "linux", target_os = "macos")))]
 fn since_start() -> Duration {
     use std::sync::LazyLock;
     use std::time::Instant;

@@ -11,7 +11,7 @@ pub const PRIORITIES: core::ops::RangeInclusive<u8> = 1..=99;
 /// The wishes for a thread.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct ThreadConfig {
-    /// `SCHED_FIFO` at this priority, 1 to 99; `None` for the normal one.
+    /// `SCHED_FIFO` at this priority, 1 to 99, and time-critical on Windows; `None` for the normal one.
     pub priority: Option<u8>,
     /// The only core to run on.
     pub pin: Option<usize>,

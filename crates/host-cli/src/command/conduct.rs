@@ -340,11 +340,34 @@ pub(crate) fn stop_on_interrupt() -> Result<&'static AtomicBool, Failure> {
     }
 }
 
-#[cfg(not(unix))]
+/// The events of a console. Closing it, logging off and shutting down end the program when its handler returns: tokio's does not, which
+/// leaves the run the seconds that Windows grants to end in order.
+#[cfg(windows)]
 fn heard(stop: &Arc<AtomicBool>) -> Result<(), String> {
+    use tokio::signal::windows::{ctrl_break, ctrl_c, ctrl_close, ctrl_logoff, ctrl_shutdown};
+    let text = |error: std::io::Error| error.to_string();
+    let runtime = tokio::runtime::Builder::new_current_thread().build();
+    let runtime = runtime.map_err(text)?;
+    let (mut c, mut pause) = (ctrl_c().map_err(text)?, ctrl_break().map_err(text)?);
+    let mut close = ctrl_close().map_err(text)?;
+    let mut log_off = ctrl_logoff().map_err(text)?;
+    let mut shutdown = ctrl_shutdown().map_err(text)?;
     let flag = Arc::clone(stop);
-    ctrlc::set_handler(move || flag.store(true, std::sync::atomic::Ordering::Relaxed))
-        .map_err(|error| error.to_string())
+    let listener = std::thread::Builder::new().spawn(move || {
+        runtime.block_on(async {
+            loop {
+                tokio::select! {
+                    _ = c.recv() => {}
+                    _ = pause.recv() => {}
+                    _ = close.recv() => {}
+                    _ = log_off.recv() => {}
+                    _ = shutdown.recv() => {}
+                }
+                flag.store(true, std::sync::atomic::Ordering::Relaxed);
+            }
+        })
+    });
+    listener.map(drop).map_err(text)
 }
 
 #[cfg(unix)]
