@@ -56,9 +56,10 @@ fn limits(set: &Limits) -> Vec<Value> {
         json!({
             "limit": label(key),
             "set": set.map_or_else(|| "none".to_owned(), |set| written(key, set)),
-            "first time": match key {
-                "workspace_low_m" => format!("{} or above", written(key, -most)),
-                _ => format!("{} or less", written(key, most)),
+            "first time": if key == "workspace_low_m" {
+                format!("{} or above", written(key, -most))
+            } else {
+                format!("{} or less", written(key, most))
             },
             "do": if is_tight { "keep it" } else { "tighten it first" },
         })
