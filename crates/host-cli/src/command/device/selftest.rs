@@ -3,7 +3,6 @@
 mod form;
 
 use crate::command::conduct::stop_on_interrupt;
-use crate::command::device::changes::watchdog_ms;
 use crate::command::device::port::PortArguments;
 use crate::files::PlaceOfFile;
 use crate::output::{Output, note, warn};
@@ -37,9 +36,6 @@ pub(crate) struct Arguments {
     /// Force limit during the test
     #[arg(long, value_parser = quantity("_n", parameters::FORCE_LIMIT.range()), value_name = "FORCE")]
     force_limit: Option<f64>,
-    /// Silence after which the device must let go
-    #[arg(long, value_name = "TIME", value_parser = of(parameters::WATCHDOG))]
-    watchdog: Option<f64>,
     /// Sample time; longer for a slow line
     #[arg(long, value_name = "TIME", value_parser = of(parameters::MEASURE_SAMPLE_TIME), default_value = parameters::MEASURE_SAMPLE_TIME.shown)]
     sample_time: f64,
@@ -55,11 +51,6 @@ impl Arguments {
     pub(crate) fn run(self, output: Output) -> Result<(), Failure> {
         let mut test = SelfTest::DEFAULT;
         test.force_limit_n = self.force_limit.unwrap_or(test.force_limit_n);
-        if let Some(watchdog) = self.watchdog {
-            let ms = watchdog_ms(watchdog);
-            test.watchdog_ms =
-                ms.map_err(|why| Failure::bad_input(format_args!("--watchdog {watchdog}s {why}")))?;
-        }
         test.period_us = (self.sample_time * 1e6).round() as u32;
         test.emergency_stop = self.emergency_stop.unwrap_or(test.emergency_stop);
         let mut place = PlaceOfFile::of_form(self.out.as_ref())?;

@@ -16,17 +16,6 @@ use std::fmt::Write as _;
 /// What a person does, step by step, and what ends it.
 const BY_HAND: &str = include_str!("form.md");
 
-/// Largest magnitude of each limit at a first time, by its key.
-const FIRST_TIME: [(&str, f64); 7] = [
-    ("force_limit_n", 0.5),
-    ("force_rate_limit_n_per_s", 20.0),
-    ("workspace_low_m", 0.02),
-    ("workspace_high_m", 0.02),
-    ("speed_limit_m_per_s", 0.25),
-    ("stop_time_s", 0.1),
-    ("watchdog_s", 0.5),
-];
-
 pub(super) fn of(report: &SelfTestReport) -> String {
     let board = in_cell(&report.board);
     let mut form = format!("# First time on real hardware: {board}\n");
@@ -37,34 +26,48 @@ pub(super) fn of(report: &SelfTestReport) -> String {
     form + BY_HAND
 }
 
-/// A row a limit: what is set, what a first time allows, and what is to be done.
+/// A row for each limit: what is set, the largest magnitude of it at a first time, and what is to be done.
 fn limits(set: &Limits) -> Vec<Value> {
     let within = set.workspace_low_m < set.workspace_high_m;
-    let of = |value: f32, is_set: bool| is_set.then(|| f64::from(value));
-    let set = [
-        of(set.force_n, true),
-        of(set.force_rate_n_per_s, true),
-        of(set.workspace_low_m, within),
-        of(set.workspace_high_m, within),
-        of(set.speed_hard_m_per_s, set.speed_hard_m_per_s > 0.0),
-        of(set.stop_time_s, true),
-        Some(1e-3 * f64::from(set.watchdog_ms)),
+    let unless_off = |value: f32, is_set: bool| is_set.then_some(f64::from(value));
+    let number = |value: f32| unless_off(value, true);
+    let speed = set.speed_hard_m_per_s;
+    let rows = [
+        ("force_limit_n", number(set.force_n), 0.5),
+        (
+            "force_rate_limit_n_per_s",
+            number(set.force_rate_n_per_s),
+            20.0,
+        ),
+        (
+            "workspace_low_m",
+            unless_off(set.workspace_low_m, within),
+            0.02,
+        ),
+        (
+            "workspace_high_m",
+            unless_off(set.workspace_high_m, within),
+            0.02,
+        ),
+        ("speed_limit_m_per_s", unless_off(speed, speed > 0.0), 0.25),
+        ("stop_time_s", number(set.stop_time_s), 0.1),
+        ("watchdog_s", Some(1e-3 * f64::from(set.watchdog_ms)), 0.5),
     ];
-    let rows = FIRST_TIME.iter().zip(set).map(|(&(key, most), set)| {
+    let rows = rows.map(|(key, set, most)| {
         // What is set is in single precision.
         let is_tight = set.is_some_and(|set| set.abs() <= most * (1.0 + 1e-6));
+        let first_time = match key.ends_with("low_m") {
+            true => format!("{} or above", written(key, -most)),
+            false => format!("{} or less", written(key, most)),
+        };
         json!({
             "limit": label(key),
             "set": set.map_or_else(|| "none".to_owned(), |set| written(key, set)),
-            "first time": if key == "workspace_low_m" {
-                format!("{} or above", written(key, -most))
-            } else {
-                format!("{} or less", written(key, most))
-            },
+            "first time": first_time,
             "do": if is_tight { "keep it" } else { "tighten it first" },
         })
     });
-    rows.collect()
+    rows.into()
 }
 
 /// The lines of a report as tables of Markdown: rows that follow each other are one.
