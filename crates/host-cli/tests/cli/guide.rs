@@ -54,7 +54,7 @@ chapters! {
         "7/relax.png",
     ];
     #[ignore = "long: `.ci/run` does it, or --include-ignored"]
-    the_first_time_on_real_hardware: "first-time.md" ["first.md"];
+    the_first_time_on_real_hardware: "first-time.md" ["first.md", "first-wall/wall.csv"];
     the_page_in_the_browser: "page.md" [];
     #[ignore = "long: `.ci/run` does it, or --include-ignored"]
     tissues_and_signals: "tissues.md" ["half.csv", "mine/relax.png"];

@@ -71,9 +71,11 @@ impl LinkSummary {
 /// From a request to its answer, µs.
 #[derive(Clone, Copy, Debug, Default, serde::Serialize)]
 pub struct RoundTrip {
+    /// Half of the questions were answered in this time.
     pub p50: u64,
     /// 99 of 100.
     pub p99: u64,
+    /// The time of the slowest answer.
     pub max: u64,
 }
 

@@ -292,6 +292,10 @@ fn the_form_of_a_first_time_has_what_was_found_and_is_never_replaced() {
             &[&format!(" | {ok} | no | no |")],
         );
     }
+    // Nothing was found, so nothing is written.
+    let nobody = place.run("device selftest --device serial:nowhere --out none.md");
+    nobody.refused(3, &["nowhere"]);
+    assert!(!place.path("none.md").exists());
     // What was written into it stays.
     place.write("form.md", "somebody wrote this");
     let again = place.run(&format!("{line} form.md"));
