@@ -26,13 +26,13 @@ pub enum HeaderError {
     /// A stiffness or dissipation of a law that is negative or not finite.
     #[error("stiffness or dissipation {} must be finite and at least 0", Shown(*value))]
     Law {
-        /// The value.
+        /// The value as it was given, for the message.
         value: f64,
     },
     /// A number of a map of the depth that is negative or not finite, or a scale of 0.
     #[error("a number of {} in a map of the depth is not finite and at least 0, its scale above 0", Shown(*value))]
     DepthMap {
-        /// The value.
+        /// The value as it was given, for the message.
         value: f64,
     },
     /// A coefficient that is not finite.
@@ -40,7 +40,7 @@ pub enum HeaderError {
     Value {
         /// Its place in the list.
         index: usize,
-        /// The value.
+        /// The value as it was given, for the message.
         value: f64,
     },
 }

@@ -26,9 +26,9 @@ use std::fmt;
 /// let scheme: Scheme = "grunwald:3".parse()?;
 /// let slope: Operator<f32> = scheme.build(Order::new(1.0)?, Seconds(1e-3), 1e3)?;
 /// let list = slope.list().ok_or("a scheme without a list")?;
-/// let header = Header::new("slope", &list, &[])?.to_string();
+/// let header = Header::new("slope", &list, None, &[])?.to_string();
 /// assert!(header.contains("static inline float slope_step(slope_t *self, float x)"));
-/// assert!(Header::new("2nd", &list, &[]).is_err());
+/// assert!(Header::new("2nd", &list, None, &[]).is_err());
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 #[derive(Clone, Debug)]
@@ -59,17 +59,7 @@ impl Header {
     /// - `list`: the operator, as [`Operator::list`](fracdiff::Operator::list) gives it, in `float` or `double`.
     /// - `notes`: lines for the comment at its head: what it is, its error, how it was made.
     ///
-    /// # Errors
-    /// A name that C does not take; a list that is of no operator.
-    pub fn new<F: CNumber>(
-        name: &str,
-        list: &OperatorList<F>,
-        notes: &[String],
-    ) -> Result<Self, HeaderError> {
-        Self::made(name, list, None, notes)
-    }
-
-    /// The same with the [`Law`] of a spring and this operator, as `haptic-loop` renders it:
+    /// With a [`Law`] the header has that of a spring and this operator too, as `haptic-loop` renders it:
     ///
     /// ```text
     /// real NAME_force(const NAME_t *self, real x)       −(K·x + B·y[n]), then NAME_advance(self, x)
@@ -79,17 +69,9 @@ impl Header {
     /// ```
     ///
     /// # Errors
-    /// As [`new`](Self::new); a K, a B or a number of the map that is negative or not finite, or vanishes as 1/s.
-    pub fn of_law<F: CNumber>(
-        name: &str,
-        list: &OperatorList<F>,
-        law: &Law,
-        notes: &[String],
-    ) -> Result<Self, HeaderError> {
-        Self::made(name, list, Some(law), notes)
-    }
-
-    fn made<F: CNumber>(
+    /// A name that C does not take; a list that is of no operator; a K, a B or a number of the map that is negative or not finite, or
+    /// vanishes as 1/s.
+    pub fn new<F: CNumber>(
         name: &str,
         list: &OperatorList<F>,
         law: Option<&Law>,

@@ -33,7 +33,7 @@ const OUTSIDE: &str = "outside the axes";
 pub struct AxisSpec<'a> {
     /// Quantity and unit, as in `stiffness K / N·mm⁻¹` or `dissipation B / N·s^μ·m⁻¹`.
     pub label: &'a str,
-    /// Linear or logarithmic.
+    /// A logarithmic axis leaves out what is not above 0.
     pub scale: Scale,
     /// The ends; without limits, or with ones that such an axis cannot have, those of the data
     /// apply.

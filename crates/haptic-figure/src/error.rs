@@ -15,7 +15,7 @@ pub enum FigureError {
     /// A page has no letters for so many panels.
     #[error("{found} panels on one page; at most {most} fit")]
     Panels {
-        /// Panels given.
+        /// Panels that the page was asked for.
         found: usize,
         /// More would have no letter of their own.
         most: usize,

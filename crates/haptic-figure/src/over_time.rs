@@ -86,7 +86,7 @@ impl Conditions<'_> {
 pub struct TheoryFigure<'a> {
     /// One line above the picture.
     pub title: &'a str,
-    /// Tissue, order, scheme.
+    /// What the curve was taken of, for the line below the title.
     pub conditions: Conditions<'a>,
     /// The quantity that is compared, as in `force`.
     pub quantity: &'static str,
@@ -162,7 +162,6 @@ impl MeasuredCurve<'_> {
     }
 }
 
-/// A measured record.
 const RECORD: Stroke = Stroke::solid(PURPLE, 3.6);
 /// Tracking error and force of the drive.
 const HELD: [Stroke; 2] = [Stroke::solid(GREEN, 1.8), Stroke::solid(INK, 1.4)];
@@ -170,11 +169,11 @@ const HELD: [Stroke; 2] = [Stroke::solid(GREEN, 1.8), Stroke::solid(INK, 1.4)];
 /// Panels about the controller that held a device on its way: the error that it left, and its force.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct HeldPanels<'a> {
-    /// Time, s.
+    /// Time of each sample, s; all slices are as long as this one.
     pub time_s: &'a [f64],
     /// Axis label of the error, with the unit, as in `tracking error / µm`.
     pub label: &'static str,
-    /// Set point less measurement.
+    /// Set point less measurement, in the unit of the label.
     pub tracking_error: &'a [f64],
     /// Force of the drive, N.
     pub force_n: &'a [f64],
@@ -447,7 +446,7 @@ pub struct MotionFigure<'a> {
     pub title: &'a str,
     /// One line below it; may be empty.
     pub subtitle: &'a str,
-    /// Time, s.
+    /// Time of each sample, s; all slices are as long as this one.
     pub time_s: &'a [f64],
     /// One panel each, from top to bottom over the same time.
     pub rows: &'a [MotionRow<'a>],

@@ -46,7 +46,7 @@ pub struct PlaneFigure<'a> {
     pub subtitle: &'a str,
     /// Outline of the thing that is touched, m; may be empty.
     pub outline_m: &'a [(f64, f64)],
-    /// Time, s.
+    /// Time of each sample, s; all slices are as long as this one.
     pub time_s: &'a [f64],
     /// Requested position in the plane, m.
     pub reference_m: [&'a [f64]; 2],

@@ -157,7 +157,6 @@ pub(crate) fn clip(points: &[(f64, f64)], closed: bool) -> Points {
 /// Distance of a point from a cut, positive towards the box.
 type Depth = fn((f64, f64)) -> f64;
 
-/// Left, right, bottom, top.
 const DEPTHS: [Depth; 4] = [
     |point| BEYOND + point.0,
     |point| BEYOND + (1.0 - point.0),

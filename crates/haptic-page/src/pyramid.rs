@@ -169,7 +169,6 @@ impl Span {
 pub(crate) struct Columns {
     /// Of the first column, a multiple of the width.
     pub(crate) first_tick: u64,
-    /// Ticks of a column.
     pub(crate) width: u64,
     pub(crate) count: usize,
     pub(crate) channels: usize,
@@ -194,7 +193,6 @@ impl Columns {
         &self.numbers[2 * channel * self.count..][..self.count]
     }
 
-    /// The largest.
     pub(crate) fn largest(&self, channel: usize) -> &[f32] {
         &self.numbers[(2 * channel + 1) * self.count..][..self.count]
     }

@@ -18,6 +18,7 @@ use bench::{Bench, Broken};
 use chrono::{DateTime, SecondsFormat, Utc};
 use haptic_experiment::Failure;
 use haptic_experiment::run::{firmware_digest, firmware_version};
+use haptic_link::Limits;
 use in_time::in_time;
 use serde::Serialize;
 use std::time::SystemTime;
@@ -40,6 +41,9 @@ pub struct SelfTestReport {
     pub simulated: bool,
     /// Limit of the force that held during the test, N.
     pub force_limit_n: f32,
+    /// The limits that the device had before the test, and has again: what the next run may make.
+    #[serde(skip)]
+    pub limits: Limits,
     /// One row per promise, tested or not, in the order of [`Promise::ALL`].
     pub checks: Vec<Check>,
     /// True if every promise that this device makes was judged and kept.
@@ -50,6 +54,9 @@ pub struct SelfTestReport {
     pub ended_by_fault: Option<String>,
     /// True if the test was stopped before its end.
     pub interrupted: bool,
+    /// The form that this report was written into.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub form: Option<String>,
 }
 
 impl SelfTest {
@@ -95,11 +102,13 @@ impl SelfTest {
             firmware_digest,
             simulated,
             force_limit_n: bench.limited.limits.force_n,
+            limits: bench.set.0.limits,
             holds: (checks.iter()).all(|check| check.ok != Some(false) && !check.not_judged),
             checks,
             link_lost,
             ended_by_fault,
             interrupted,
+            form: None,
         })
     }
 }

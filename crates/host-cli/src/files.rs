@@ -271,7 +271,18 @@ impl Place {
     }
 }
 
-/// A TOML file with a picture of the same name beside it, or none.
+/// Refuses a name with another extension than this one has.
+fn is_called(path: &Path, format: &str, as_in: &str) -> Result<(), Failure> {
+    if path.extension() == Path::new(as_in).extension() {
+        return Ok(());
+    }
+    Err(Failure::bad_input(format_args!(
+        "`{}` is not a {format} file: give --out another name, as {as_in}",
+        path.display()
+    )))
+}
+
+/// A TOML file with a picture of the same name beside it, a form, or none.
 #[derive(Debug)]
 pub(crate) struct PlaceOfFile {
     path: Option<PathBuf>,
@@ -290,12 +301,7 @@ impl PlaceOfFile {
         let File { out, overwrite } = file;
         overwrite_acts(out.as_deref(), *overwrite)?;
         if let Some(path) = out {
-            if path.extension().is_none_or(|extension| extension != "toml") {
-                return Err(Failure::bad_input(format_args!(
-                    "`{}` is not a TOML file: give --out another name, as {kind}.toml",
-                    path.display()
-                )));
-            }
+            is_called(path, "TOML", &format!("{kind}.toml"))?;
             let pictures = picture_file::names(&path.with_extension(""));
             let others = others
                 .iter()
@@ -306,6 +312,25 @@ impl PlaceOfFile {
         Ok(Self {
             path: out.clone(),
             overwrite: *overwrite,
+            unwritten: Unwritten::default(),
+        })
+    }
+
+    /// Looks at the place of a form in Markdown. It never replaces a file: somebody may have written into it.
+    pub(crate) fn of_form(out: Option<&PathBuf>) -> Result<Self, Failure> {
+        if let Some(path) = out {
+            is_called(path, "Markdown", "form.md")?;
+            if path.symlink_metadata().is_ok() {
+                return Err(Failure::bad_input(format_args!(
+                    "`{}` already exists, and a form may hold what somebody wrote: give --out another name",
+                    path.display()
+                )));
+            }
+            look(&[], path, false)?;
+        }
+        Ok(Self {
+            path: out.cloned(),
+            overwrite: false,
             unwritten: Unwritten::default(),
         })
     }

@@ -14,9 +14,9 @@ pub struct Claim {
     pub id: &'static str,
     /// Statement of the dissertation, and how it is read here.
     pub statement: &'static str,
-    /// Section of the dissertation.
+    /// Section of the dissertation that makes the claim, as in 4.4.
     pub section: &'static str,
-    /// The verdict, in words.
+    /// The verdict in words, over all operators that it was tried with.
     pub verdict: String,
     /// The evidence with the chapter's operator and, if that differs, with (1 − w)^μ. In JSON each
     /// is under its name; the others are null.

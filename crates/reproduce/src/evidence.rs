@@ -43,7 +43,7 @@ pub struct Evidence {
     pub operator: &'static str,
     /// True if the claim holds with it.
     pub holds: bool,
-    /// The numbers that decide.
+    /// The numbers that decide, in words, so that a reader can judge again.
     pub numbers: String,
 }
 

@@ -73,7 +73,6 @@ pub(super) fn constants(_: Failure) -> AnalysisError {
     RangeError::new("parameter of the relaxation", f64::NAN, "valid", "").into()
 }
 
-/// A panel over time.
 fn panel(
     caption: &str,
     scale: Scale,

@@ -110,7 +110,7 @@ fn pushes_with_the_same_bits<F: CNumber>(law: &Law) {
     let folder = tempfile::tempdir().expect("a folder");
     let operator = build::<F>("full", 0.2247);
     let list = OperatorList::from(&operator);
-    let header = Header::of_law("op", &list, law, &[]).expect("a header");
+    let header = Header::new("op", &list, Some(law), &[]).expect("a header");
     let path = folder.path().join("op.h");
     std::fs::write(&path, header.to_string()).expect("writes");
     let program = folder.path().join("run");
@@ -131,7 +131,7 @@ fn numbers_of_a_law_that_are_none_are_refused() {
     let list = build::<f32>("muir:3", 0.5).list().expect("a list");
     let [_, law] = laws();
     let refused = |law: Law| {
-        let header = Header::of_law("op", &list, &law, &[]);
+        let header = Header::new("op", &list, Some(&law), &[]);
         header.expect_err("a bad number").to_string()
     };
     let said = refused(Law {

@@ -54,7 +54,7 @@ fn header_of<F: CNumber>(operator: &Operator<F>, folder: &Path) -> PathBuf {
     // Notes that would spoil the header, were they not only notes.
     let notes = ["D^0.5 */ #error @ ZERO real ".to_owned()];
     let list = OperatorList::from(operator);
-    let header = Header::new("op", &list, &notes).expect("a header");
+    let header = Header::new("op", &list, None, &notes).expect("a header");
     let path = folder.join("op.h");
     std::fs::write(&path, header.to_string()).expect("writes");
     path

@@ -64,9 +64,9 @@ fn headers<F: CNumber>(folder: &Path) -> Vec<PathBuf> {
     let mut files = Vec::new();
     for (index, &(scheme, order)) in CASES.iter().enumerate() {
         let list = OperatorList::from(&build::<F>(scheme, order));
-        let plain = Header::new("op", &list, &notes).expect("a header");
-        let with_law = Header::of_law("op", &list, &law, &notes).expect("a header");
-        let with_map = Header::of_law("op", &list, &pressed, &notes).expect("a header");
+        let plain = Header::new("op", &list, None, &notes).expect("a header");
+        let with_law = Header::new("op", &list, Some(&law), &notes).expect("a header");
+        let with_map = Header::new("op", &list, Some(&pressed), &notes).expect("a header");
         for (kind, header) in [("plain", plain), ("law", with_law), ("map", with_map)] {
             let file = folder.join(format!("{}-{index}-{kind}.h", F::TYPE));
             std::fs::write(&file, header.to_string()).expect("writes");
@@ -84,25 +84,25 @@ fn headers<F: CNumber>(folder: &Path) -> Vec<PathBuf> {
 #[test]
 fn a_list_that_is_none_is_refused() {
     let good = build::<f32>("full", 0.5).list().expect("a list");
-    assert!(Header::new("half", &good, &[]).is_ok());
+    assert!(Header::new("half", &good, None, &[]).is_ok());
     let mut short = good.clone();
     short.values.pop();
     let mut integer = good.clone();
     integer.integer = 3;
     for wrong in [short, integer] {
-        let error = Header::new("half", &wrong, &[]).expect_err("no operator");
+        let error = Header::new("half", &wrong, None, &[]).expect_err("no operator");
         assert!(matches!(error, HeaderError::List { .. }), "{error}");
     }
     let mut infinite = good;
     infinite.values[3] = f32::INFINITY;
-    let error = Header::new("half", &infinite, &[]).expect_err("no number");
+    let error = Header::new("half", &infinite, None, &[]).expect_err("no number");
     assert_eq!(
         error.to_string(),
         "coefficient 3 is inf, which is not finite"
     );
     let mut taps = build::<f32>("muir:3", 0.5).list().expect("a list");
     taps.integer = 1;
-    assert!(Header::new("half", &taps, &[]).is_err());
+    assert!(Header::new("half", &taps, None, &[]).is_err());
 }
 
 #[test]

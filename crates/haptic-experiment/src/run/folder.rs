@@ -174,7 +174,6 @@ impl OutputFolder {
         }
     }
 
-    /// Removes one of them.
     pub(crate) fn remove_stale(&self, extension: &str) {
         // Nothing there is as good.
         let _ = fs::remove_file(self.file(extension));

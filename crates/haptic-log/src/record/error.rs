@@ -29,7 +29,7 @@ pub enum RecordError {
         .path.display()
     )]
     Lost {
-        /// Its unfinished name.
+        /// The name that it has until it is complete, under which it stays.
         path: PathBuf,
         /// What happened to it, as "removed".
         what: &'static str,
@@ -39,7 +39,7 @@ pub enum RecordError {
     /// A copy could not be written; the log it was made from is as it was.
     #[error("writing `{}` failed: {source}; nothing was left behind under that name, the log it was made from is untouched: make space and try again", .path.display())]
     Copy {
-        /// The file.
+        /// The file that the message names.
         path: PathBuf,
         /// Error of the operating system.
         source: io::Error,
@@ -47,7 +47,7 @@ pub enum RecordError {
     /// Reading failed, as on a damaged disk; not used for damage inside a log.
     #[error("cannot read `{}`: {source}", .path.display())]
     Read {
-        /// The file.
+        /// The file that the message names.
         path: PathBuf,
         /// Error of the operating system.
         source: io::Error,
@@ -55,7 +55,7 @@ pub enum RecordError {
     /// The file is something else.
     #[error("`{}` is not an MCAP log: {found}; give a file that host-cli has written (NAME.mcap or NAME.mcap.part)", .path.display())]
     NotMcap {
-        /// The file.
+        /// The file that the message names.
         path: PathBuf,
         /// Start of the file instead.
         found: String,
@@ -63,7 +63,7 @@ pub enum RecordError {
     /// There are messages in it, but none that could go into a table of ticks.
     #[error("`{}` has no ticks to export: its topics are {}; give a log that host-cli has written, with `/haptics/tick`", .path.display(), .topics.join(", "))]
     NoTicks {
-        /// The file.
+        /// The file that the message names.
         path: PathBuf,
         /// The topics that it has instead.
         topics: Vec<String>,
@@ -71,7 +71,7 @@ pub enum RecordError {
     /// No columns of numbers could be taken from a log of others.
     #[error("`{}` {why}; its topics are {}", .path.display(), .topics.join(", "))]
     Topics {
-        /// The file.
+        /// The file that the message names.
         path: PathBuf,
         /// What is wrong with it, as "has several topics".
         why: &'static str,
@@ -92,7 +92,7 @@ pub enum RecordError {
     /// The CSV could not be written.
     #[error("writing `{}` failed: {source}; nothing was left behind under that name", .path.display())]
     Csv {
-        /// The file.
+        /// The file that the message names.
         path: PathBuf,
         /// Error of the CSV writer.
         source: csv::Error,

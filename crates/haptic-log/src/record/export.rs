@@ -9,7 +9,7 @@ use super::{Condition, Entry, Leftover, LogFiles, NewFile, RecordError, TickMess
 /// How much of a log an export found.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ExportSummary {
-    /// Rows, without the header.
+    /// Rows of data; the header does not count.
     pub rows: u64,
     /// Condition of the log. Rows may be missing if it is not complete.
     pub condition: Condition,

@@ -11,7 +11,7 @@ const ENCAPSULATION: [u8; 4] = [0, 1, 0, 0];
 /// Something worth a sentence: a phase begins, a fault latches, samples were dropped.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct EventMessage {
-    /// Device time, s.
+    /// Time on the clock of the device, s, from its first tick.
     pub time_s: f64,
     /// Kind of the event: one word, lower case.
     pub kind: String,
@@ -24,7 +24,7 @@ pub struct EventMessage {
 pub struct MetadataRecord {
     /// What the strings are about, as `experiment`; a name may occur more than once.
     pub name: String,
-    /// The strings by key.
+    /// The strings by key, in the order of the keys.
     pub values: BTreeMap<String, String>,
 }
 
@@ -141,7 +141,7 @@ struct Definitions<'a> {
 
 /// Fields of a message with those of the messages in it.
 const FIELDS_MOST: usize = 10_000;
-/// Messages in messages.
+/// Messages within messages: definitions that nest deeper are not followed.
 const DEPTH_MOST: usize = 32;
 
 impl<'a> Definitions<'a> {

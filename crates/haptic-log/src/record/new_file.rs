@@ -10,7 +10,7 @@ use std::path::{Path, PathBuf};
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum NewFileError {
-    /// The name is taken.
+    /// Another file has the name, and nobody asked to replace it.
     #[error("`{}` already exists and is not overwritten; choose another name or move it away", .0.display())]
     Exists(PathBuf),
     /// An earlier log under this name was never finished.
@@ -31,7 +31,7 @@ pub enum NewFileError {
     /// The folder does not take the file.
     #[error("cannot write `{}`: {source}; check that the folder exists, is writable and has space", .path.display())]
     Io {
-        /// The file.
+        /// The file that the message names.
         path: PathBuf,
         /// Error of the operating system.
         source: io::Error,

@@ -57,7 +57,7 @@ pub enum Damage {
     Chunk {
         /// End of the chunk, bytes from the start of the file; near enough to look at.
         at_byte: u64,
-        /// Cause of the damage.
+        /// What was found in place of a record, in words.
         cause: String,
     },
     /// One record is damaged; reading went on behind it.
@@ -65,7 +65,7 @@ pub enum Damage {
     Record {
         /// End of the record, bytes from the start of the file.
         at_byte: u64,
-        /// Cause of the damage.
+        /// What was found in place of a record, in words.
         cause: String,
     },
     /// The records no longer follow each other; nothing behind this place could be read.
@@ -73,7 +73,7 @@ pub enum Damage {
     Structure {
         /// Bytes read up to here.
         at_byte: u64,
-        /// Cause of the damage.
+        /// What was found in place of a record, in words.
         cause: String,
     },
     /// The file that the log goes on in is not there, or not one of its own.

@@ -10,9 +10,9 @@ use super::{Condition, Damage, Entry, Leftover, LogFiles, LogWriter, RecordError
 /// Result of a recovery: the saved data and the lost data.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct RecoverySummary {
-    /// Ticks saved.
+    /// Ticks that the repaired log has.
     pub samples: u64,
-    /// Events saved.
+    /// Events that the repaired log has.
     pub events: u64,
     /// Device time of the last tick saved, s.
     pub last_s: Option<f64>,

@@ -25,9 +25,9 @@ pub const DRIVE_END: &str = "drive.end";
 pub enum EndKind {
     /// With its last planned sample.
     Finished,
-    /// Somebody asked for it.
+    /// Somebody stopped it, by Ctrl-C or on the page.
     Interrupted,
-    /// By a fault.
+    /// A fault of the loop or of the device ended it.
     Fault,
     /// The link to the device was lost: nobody knows how many samples it still made.
     Link,
@@ -97,7 +97,7 @@ pub struct Gap {
     pub after_tick: u64,
     /// The first tick behind it.
     pub before_tick: u64,
-    /// Number of missing ticks.
+    /// Ticks between the one before and the one after that are not in the log.
     pub missing: u64,
 }
 
@@ -196,7 +196,7 @@ pub const BUDGET: &str = "budget";
 /// Summary of a log. The first five keys are a contract of the command line.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct LogSummary {
-    /// Ticks in the log.
+    /// Ticks that the log has, of its own device.
     pub samples: u64,
     /// Device time of the first tick, s; `None` without ticks.
     pub first_s: Option<f64>,
@@ -235,7 +235,7 @@ pub struct LogSummary {
     pub missing_since_recovery: Option<String>,
     /// Parts that could not be read, a sentence each.
     pub damage: Vec<String>,
-    /// Messages on other topics.
+    /// Messages on topics that are not ours: they are counted and left alone.
     pub foreign_messages: u64,
     /// Those topics, and the number of messages on each.
     pub foreign_topics: BTreeMap<String, u64>,

@@ -91,7 +91,7 @@ impl fmt::Debug for PerAxis {
 pub struct TickMessage {
     /// Number of the tick, counted by the device from the start of the run.
     pub tick: u64,
-    /// Device time, s.
+    /// Time on the clock of the device, s, from its first tick.
     pub time_s: f64,
     /// Commanded position of the hand or indenter, m.
     pub reference_m: PerAxis,

@@ -15,7 +15,7 @@ pub struct Topic {
     pub columns: Vec<(String, Vec<f64>)>,
     /// One sentence for each thing that was left out.
     pub notes: Vec<String>,
-    /// Condition of the log.
+    /// Condition of the log, as the columns may be only a part of it.
     pub condition: Condition,
 }
 
@@ -79,7 +79,6 @@ impl Topic {
         })
     }
 
-    /// Number of its messages.
     fn rows(&self) -> usize {
         self.columns.first().map_or(0, |(_, column)| column.len())
     }

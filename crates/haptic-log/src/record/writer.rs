@@ -51,7 +51,7 @@ pub struct FinishedLog {
     pub path: PathBuf,
     /// All files, in order; more than one only if the log was split.
     pub paths: Vec<PathBuf>,
-    /// Ticks in it.
+    /// Ticks that the file has.
     pub samples: u64,
     /// Bytes on the disk, of all files together.
     pub bytes: u64,
@@ -99,7 +99,6 @@ pub struct LogWriter<W: Write + Seek> {
     start_ns: u64,
     samples: u64,
     samples_safe: u64,
-    /// Ticks of a drive.
     driven: u64,
     events: u32,
     /// Of the ticks, as their channel was announced with the first.
@@ -226,7 +225,7 @@ impl<W: Write + Seek> LogWriter<W> {
         Ok(())
     }
 
-    /// Ticks taken so far.
+    /// Ticks that were given to it, safe on the disk or not.
     pub fn samples(&self) -> u64 {
         self.samples
     }

@@ -17,7 +17,7 @@ pub trait Holder {
     /// in m under [`RigDrive::Position`], contact forces in N under [`RigDrive::Force`].
     fn force(&mut self, set_point: f64, measured: f64) -> f64;
 
-    /// Forgets everything.
+    /// Forgets the motion so far, so that another run begins as the first did.
     fn restart(&mut self);
 }
 

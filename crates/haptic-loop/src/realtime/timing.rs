@@ -18,7 +18,7 @@ pub struct Timing {
     pub compute_ns: Histogram<u64>,
     /// From when a cycle was due to its end, ns.
     pub tick_ns: Histogram<u64>,
-    /// Late cycles, by cause.
+    /// Cycles that began a period late or more, by their cause.
     pub overruns: Overruns,
     /// The one that ended latest after it was due; `None` before the first has ended.
     pub worst: Option<WorstCycle>,
@@ -57,7 +57,7 @@ pub struct WorstCycle {
 /// Four percentiles that summarise a histogram of times.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Percentiles {
-    /// Median.
+    /// Half of the values are no larger.
     pub p50: Duration,
     /// 99 of 100 took no longer.
     pub p99: Duration,

@@ -26,7 +26,7 @@ impl<F: Real, const D: usize> SafeForce<F, D> {
 pub struct Limiters(u8);
 
 impl Limiters {
-    /// No limiter acted.
+    /// No limiter acted: the force is the environment's.
     pub const NONE: Self = Self(0);
     /// The force was cut to its largest magnitude.
     pub const MAGNITUDE: Self = Self(1);

@@ -180,10 +180,8 @@ impl Arguments {
             .map_err(|error| Failure::input_with_advice(error, "give another --scheme"))?;
         let list = OperatorList::from(&operator);
         let notes = self.notes(what);
-        let header = match what.tissue {
-            Some(tissue) => Header::of_law(&self.name, &list, &tissue.law, &notes),
-            None => Header::new(&self.name, &list, &notes),
-        };
+        let law = what.tissue.map(|tissue| &tissue.law);
+        let header = Header::new(&self.name, &list, law, &notes);
         let coefficients = list.values.len() + list.filter.len();
         Ok((header.map_err(named)?.to_string(), coefficients))
     }

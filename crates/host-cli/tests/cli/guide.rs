@@ -26,6 +26,8 @@ chapters! {
     ];
     a_hand_that_moves_over_a_shape: "touch.md" ["disc/touch.png", "disc/touch.mcap"];
     #[ignore = "long: `.ci/run` does it, or --include-ignored"]
+    an_emulated_device: "emulated-device.md" ["form.md", "emulated-wall/wall.csv"];
+    #[ignore = "long: `.ci/run` does it, or --include-ignored"]
     an_indenter_held_by_a_controller: "driven-indenter.md" ["driven/relax.png"];
     choose_mu_for_your_device: "choose-mu.md" ["omni/design.png", "omni-tissue/design.toml"];
     #[ignore = "long: `.ci/run` does it, or --include-ignored"]
@@ -51,6 +53,8 @@ chapters! {
         "3.5/environment.png", "4.3/region.csv", "4.4/zwidth.csv", "4.6/region.csv", "4.7/sensitivity.png", "6/transparency.png",
         "7/relax.png",
     ];
+    #[ignore = "long: `.ci/run` does it, or --include-ignored"]
+    the_first_time_on_real_hardware: "first-time.md" ["first.md", "first-wall/wall.csv"];
     the_page_in_the_browser: "page.md" [];
     #[ignore = "long: `.ci/run` does it, or --include-ignored"]
     tissues_and_signals: "tissues.md" ["half.csv", "mine/relax.png"];
@@ -72,5 +76,27 @@ fn every_chapter_with_commands_is_followed() {
         if page.blocks.iter().any(runs_something) {
             assert!(FOLLOWED.contains(&file.as_str()), "{file} has no test");
         }
+    }
+}
+
+/// Pages of devices, each of which answers the same questions.
+const DEVICES: [&str; 5] = [
+    "emulated-device.md",
+    "build-a-device.md",
+    "your-own-board.md",
+    "haply-2diy.md",
+    "moteus.md",
+];
+
+#[test]
+fn every_page_of_a_device_has_the_same_headings_in_the_same_order() {
+    let wanted = "what-it-is connect device-info measure self-test first-wall what-it-cannot-do";
+    for file in DEVICES {
+        let page = Markdown::new(&book::chapter(file));
+        let anchors = page.anchors.iter().map(String::as_str);
+        let found: Vec<&str> = anchors
+            .filter(|anchor| wanted.split(' ').any(|wanted| wanted == *anchor))
+            .collect();
+        assert_eq!(found.join(" "), wanted, "{file}");
     }
 }

@@ -46,7 +46,7 @@ pub(super) enum HandPath {
 
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Circle {
-    /// A number an axis.
+    /// One number for each axis, as the keys of the file give them.
     pub centre: Vec<f64>,
     pub start_radius: f64,
     pub radius: f64,
@@ -134,7 +134,7 @@ pub(super) enum TouchShape {
 
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct TouchBall {
-    /// A number an axis.
+    /// One number for each axis, m.
     pub centre_m: Vec<f64>,
     pub radius_m: f64,
     /// True if the tissue lies around the ball, not inside.

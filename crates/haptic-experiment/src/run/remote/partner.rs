@@ -54,11 +54,10 @@ pub(super) struct Both {
 #[derive(Debug, Default)]
 struct Shown {
     armed: AtomicBool,
-    /// It ended early.
     ended: AtomicBool,
     /// It made all that it was to make.
     done: AtomicBool,
-    /// Messages so far.
+    /// Messages that came from its device: while they stop, the other side counts its silence.
     heard: AtomicU64,
     /// Tick 0 by the device's own clock, µs.
     tick_0_us: OnceLock<f64>,
@@ -81,7 +80,7 @@ pub(super) struct Partner<'a> {
     looked: Moment,
     /// Ticks until the force has risen.
     pub rise_ticks: u64,
-    /// Samples that count.
+    /// Samples that count, from the first tick of the drive.
     pub samples: u64,
     /// Seconds to add to the drive's own time for that of the tissue's device.
     pub shift_s: f64,
@@ -151,7 +150,6 @@ impl<'a> Partner<'a> {
         self.side == Side::Drive
     }
 
-    /// This side ends early.
     pub(super) fn ends(&self) {
         self.shown(self.side).ended.store(true, Ordering::Release);
     }

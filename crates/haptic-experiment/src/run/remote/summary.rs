@@ -71,11 +71,11 @@ impl LinkSummary {
 /// From a request to its answer, µs.
 #[derive(Clone, Copy, Debug, Default, serde::Serialize)]
 pub struct RoundTrip {
-    /// Median.
+    /// Half of the questions were answered in this time.
     pub p50: u64,
     /// 99 of 100.
     pub p99: u64,
-    /// The longest.
+    /// The time of the slowest answer.
     pub max: u64,
 }
 
@@ -106,7 +106,6 @@ pub fn cycles(counted: u32) -> (Option<u32>, Option<&'static str>) {
 
 #[derive(Clone, Copy, Debug, Default, serde::Serialize)]
 pub(crate) struct FrameCounts {
-    /// Sent.
     pub sent: u32,
     pub received: u32,
     pub corrupt: u32,

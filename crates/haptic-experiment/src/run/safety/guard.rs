@@ -38,7 +38,7 @@ impl Named for GuardChoice {
 /// Device that a guard is made for.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct GuardedDevice {
-    /// Mass, kg, if known.
+    /// Mass, kg, from a device file or as given, if it is known.
     pub mass_kg: Option<f64>,
     /// Viscous damping, N·s/m, if known.
     pub damping_n_s_per_m: Option<f64>,

@@ -370,7 +370,7 @@ fn whole(number: f64, what: &str) -> Result<u32, String> {
 ///
 /// # Errors
 /// One that is not.
-pub(super) fn watchdog_ms(watchdog_s: f64) -> Result<u16, String> {
+fn watchdog_ms(watchdog_s: f64) -> Result<u16, String> {
     whole(1e3 * watchdog_s, "milliseconds").map(|ms| ms as u16)
 }
 

@@ -1,8 +1,10 @@
 //! `device selftest`: what a device promises, tried, as a table.
 
+mod form;
+
 use crate::command::conduct::stop_on_interrupt;
-use crate::command::device::changes::watchdog_ms;
 use crate::command::device::port::PortArguments;
+use crate::files::PlaceOfFile;
 use crate::output::{Output, note, warn};
 use crate::parse::{choice, of, quantity};
 use clap::Args;
@@ -10,12 +12,13 @@ use haptic_experiment::{Failure, parameters};
 use haptic_quantity::written;
 use haptic_selftest::{Attendant, Check, EmergencyStop, Notice, SelfTest, SelfTestReport};
 use std::io::{self, IsTerminal as _};
+use std::path::PathBuf;
 
 /// Test arming, limits, direction, watchdog, recorder, reconnection and emergency stop
 ///
 /// Prints what the device promises and what the test saw. The settings of the device stay as they
 /// are. --json is a certificate: date, board, firmware with its digest, and each promise with its
-/// figures.
+/// figures. --out writes a form for a first time on real hardware, to be filled in by hand.
 ///
 /// It takes about 4 s. The force, at most 0.1 N (--force-limit), changes sign 25 times a second; up
 /// to three times that is requested, to see the limit act. A real device moves by a few
@@ -33,42 +36,41 @@ pub(crate) struct Arguments {
     /// Force limit during the test
     #[arg(long, value_parser = quantity("_n", parameters::FORCE_LIMIT.range()), value_name = "FORCE")]
     force_limit: Option<f64>,
-    /// Silence after which the device must let go
-    #[arg(long, value_name = "TIME", value_parser = of(parameters::WATCHDOG))]
-    watchdog: Option<f64>,
     /// Sample time; longer for a slow line
     #[arg(long, value_name = "TIME", value_parser = of(parameters::MEASURE_SAMPLE_TIME), default_value = parameters::MEASURE_SAMPLE_TIME.shown)]
     sample_time: f64,
     /// Emergency stop [default: none if simulated, else pressed]
     #[arg(long, value_parser = choice::<EmergencyStop>())]
     emergency_stop: Option<EmergencyStop>,
+    /// Form for a first time on hardware: what the test found, and blanks for what a person sees
+    #[arg(long, value_name = "FORM.md")]
+    out: Option<PathBuf>,
 }
 
 impl Arguments {
     pub(crate) fn run(self, output: Output) -> Result<(), Failure> {
         let mut test = SelfTest::DEFAULT;
         test.force_limit_n = self.force_limit.unwrap_or(test.force_limit_n);
-        if let Some(watchdog) = self.watchdog {
-            let ms = watchdog_ms(watchdog);
-            test.watchdog_ms =
-                ms.map_err(|why| Failure::bad_input(format_args!("--watchdog {watchdog}s {why}")))?;
-        }
         test.period_us = (self.sample_time * 1e6).round() as u32;
         test.emergency_stop = self.emergency_stop.unwrap_or(test.emergency_stop);
-        let report = test.run(Attendant {
+        let mut place = PlaceOfFile::of_form(self.out.as_ref())?;
+        let mut report = test.run(Attendant {
             connect: &|| self.port.connect(),
             notice: &|notice| say(notice, output),
             stop: stop_on_interrupt()?,
         })?;
+        let mut shown = report.clone();
+        for check in &mut shown.checks {
+            // They stand in its words.
+            check.figures.clear();
+        }
+        let form = self.out.is_some().then(|| form::of(&shown));
+        report.form = place.write_beside("md", form);
+        shown.form.clone_from(&report.form);
         if output.json || !output.quiet {
-            let mut shown = report.clone();
-            for check in &mut shown.checks {
-                // They stand in its words.
-                check.figures.clear();
-            }
             output.report_as(&report, &shown)?;
         }
-        judge(&report)
+        place.close(judge(&report))
     }
 }
 

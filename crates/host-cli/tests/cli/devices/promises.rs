@@ -260,6 +260,58 @@ fn a_person_sees_a_table_and_what_cannot_be_is_refused() {
 
 #[test]
 #[ignore = "long: `.ci/run` does it, or --include-ignored"]
+fn the_form_of_a_first_time_has_what_was_found_and_is_never_replaced() {
+    let device = Emulated::new("");
+    let place = &device.place;
+    let line = "device selftest --device serial:device --emergency-stop none --out";
+    let report = device.json(&format!("{line} form.md"));
+    assert_eq!(report["form"], "form.md", "{report:#}");
+    let form = place.text("form.md");
+    let firmware = report["firmware"].as_str().expect("a version");
+    let words = [
+        "# First time on real hardware: emulated\n",
+        &format!("| firmware | {firmware} |\n"),
+        "| force limit | 10 N | 500 mN or less | tighten it first |\n",
+        "| workspace low | none | -20 mm or above | tighten it first |\n",
+        "| who holds the emergency stop | |\n",
+        "\n## What ends it\n",
+    ];
+    says(&form, &words);
+    for check in report["checks"].as_array().expect("a list") {
+        let [name, promised] = ["check", "promised"].map(|key| check[key].as_str().expect("words"));
+        let ok = match check["ok"].as_bool() {
+            Some(true) => "yes",
+            Some(false) => "no",
+            None => "–",
+        };
+        let row = form
+            .lines()
+            .find(|line| line.starts_with(&format!("| {name} | {promised} |")));
+        says(
+            row.unwrap_or_else(|| panic!("{name}: {form}")),
+            &[&format!(" | {ok} | no | no |")],
+        );
+    }
+    // Nothing was found, so nothing is written.
+    let nobody = place.run("device selftest --device serial:nowhere --out none.md");
+    nobody.refused(3, &["nowhere"]);
+    assert!(!place.path("none.md").exists());
+    // What was written into it stays.
+    place.write("form.md", "somebody wrote this");
+    let again = place.run(&format!("{line} form.md"));
+    again.refused(2, &["form.md", "already exists", "--out"]);
+    assert_eq!(place.text("form.md"), "somebody wrote this");
+    for (name, words) in [
+        ("form.toml", ["Markdown", "form.md"]),
+        ("form", ["Markdown", "form.md"]),
+        ("nowhere/form.md", ["nowhere/form.md", "folder"]),
+    ] {
+        place.run(&format!("{line} {name}")).refused(2, &words);
+    }
+}
+
+#[test]
+#[ignore = "long: `.ci/run` does it, or --include-ignored"]
 fn a_test_that_somebody_stops_tells_what_it_has_seen() {
     let device = Emulated::new("");
     let line = "device selftest --device serial:device --emergency-stop pressed --json";
