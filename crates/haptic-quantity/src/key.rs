@@ -1,5 +1,6 @@
 //! Keys in sentences.
 
+use crate::without_unit;
 use std::fmt;
 
 /// A key of a document or an argument of a function, as a sentence names it: `` `sample_time_s` ``. A program that calls it
@@ -58,4 +59,40 @@ pub fn renamed(sentence: &str, names: impl Fn(&str) -> Option<String>) -> String
         }
     }
     said + rest
+}
+
+/// The one of these names that somebody meant who wrote it wrong: keys are compared without their units, all without capitals.
+///
+/// ```
+/// use haptic_quantity::nearest;
+///
+/// let keys = ["mass_kg", "stiffness_n_per_m"];
+/// assert_eq!(nearest("stifness", keys), Some("stiffness_n_per_m"));
+/// assert_eq!(nearest("moss", keys), Some("mass_kg"));
+/// assert_eq!(nearest("foo", ["loop"]), None);
+/// ```
+pub fn nearest<'n>(written: &str, names: impl IntoIterator<Item = &'n str>) -> Option<&'n str> {
+    let plain = |name: &str| without_unit(name).to_lowercase().replace(['-', ' '], "_");
+    let wanted = plain(written);
+    let far = |name: &str| distance(&plain(name), &wanted);
+    let nearest = names.into_iter().min_by_key(|name| far(name))?;
+    // One letter in three may be wrong, and three at most.
+    let most = (wanted.chars().count() + 1) / 3;
+    (far(nearest) <= most.min(3)).then_some(nearest)
+}
+
+/// Letters to change, add or leave out to make one word of the other (Levenshtein).
+fn distance(a: &str, b: &str) -> usize {
+    let b: Vec<char> = b.chars().collect();
+    let mut row: Vec<usize> = (0..=b.len()).collect();
+    for (i, from) in a.chars().enumerate() {
+        let mut diagonal = row[0];
+        row[0] = i + 1;
+        for (j, to) in b.iter().enumerate() {
+            let changed = diagonal + usize::from(from != *to);
+            diagonal = row[j + 1];
+            row[j + 1] = changed.min(row[j] + 1).min(diagonal + 1);
+        }
+    }
+    row[b.len()]
 }
