@@ -4,7 +4,7 @@ use super::super::error::IdentifyError;
 use super::column::Column;
 use super::decode::decoded;
 use super::find::{Block, Blocks};
-use super::header::{Unit, foreign, split, understand};
+use super::header::{Unit, foreign, understand};
 use super::heading::Heading;
 use super::lines::{brief, rows_named, wrong};
 use csv::StringRecord;
@@ -101,10 +101,9 @@ impl TextTable {
 /// # Errors
 /// As [`read_table`], but one column is enough; no or two columns of the name, two tables with them, two columns of time; no row; a cell that is not a finite number, with its line; an empty line without a time that would show what is missing.
 pub fn read_signal(bytes: &[u8], name: &str) -> Result<Signal, IdentifyError> {
-    let mut time = None;
-    let (chosen, [place]) = Chosen::of(bytes, |header| {
-        time = find(TIME, header, true)?;
-        places_of([name], header, false)
+    let (chosen, (time, [place])) = Chosen::of(bytes, |heading| {
+        let time = find(TIME, heading, true)?;
+        Ok((time, places_of([name], heading, false)?))
     })?;
     let mut factor = 1.0;
     match (time, chosen.block.blank) {
@@ -140,7 +139,7 @@ pub fn read_record<const N: usize>(
     bytes: &[u8],
     names: [&str; N],
 ) -> Result<RecordColumns<N>, IdentifyError> {
-    let (chosen, places) = Chosen::of(bytes, |header| places_of(names, header, true))?;
+    let (chosen, places) = Chosen::of(bytes, |heading| places_of(names, heading, true))?;
     let factor = chosen.time_factor(places[0])?;
     let mut found = chosen.numbers(places, true)?;
     let times = &mut found.columns[0];
@@ -175,12 +174,19 @@ impl<const N: usize> RecordColumns<N> {
 /// As [`read_signal`]; columns that the choice refuses, with the line of the header.
 pub fn read_chosen<const N: usize>(
     bytes: &[u8],
-    choose: impl FnMut(&[&str]) -> Result<[usize; N], String>,
+    mut choose: impl FnMut(&[&str]) -> Result<[usize; N], String>,
 ) -> Result<(Vec<u64>, [Vec<f64>; N]), IdentifyError> {
-    let (chosen, places) = Chosen::of(bytes, choose)?;
+    let mut choose = |heading: &Heading| {
+        let names: Vec<&str> = heading.names.iter().map(String::as_str).collect();
+        choose(&names)
+    };
+    let (chosen, _) = Chosen::of(bytes, &mut choose)?;
     if let Some(line) = chosen.block.blank {
         return Err(wrong(line, NO_VALUE));
     }
+    // The last choice may not have been the one that was taken.
+    let line = chosen.heading.line;
+    let places = choose(&chosen.heading).map_err(|why| wrong(line, &why))?;
     let found = chosen.numbers(places, false)?;
     Ok((found.lines, found.columns))
 }
@@ -192,31 +198,21 @@ struct Chosen {
 }
 
 impl Chosen {
-    /// The block below the one line of names that a choice takes; else what the choice says of the line that has the most names.
-    fn of<const N: usize>(
+    /// The one block with a line of names that a choice takes; else what the choice says of the line that has the most names.
+    fn of<T>(
         bytes: &[u8],
-        mut choose: impl FnMut(&[&str]) -> Result<[usize; N], String>,
-    ) -> Result<(Self, [usize; N]), IdentifyError> {
+        mut choose: impl FnMut(&Heading) -> Result<T, String>,
+    ) -> Result<(Self, T), IdentifyError> {
         let table = TextTable::new(bytes)?;
-        let mut found: Vec<(&Block, Heading, [usize; N])> = Vec::new();
-        let mut refused: Option<(usize, IdentifyError)> = None;
+        let (mut found, mut refused) = (Vec::new(), Vec::new());
         for block in &table.blocks {
             let mut headings = block.headings();
             if headings.is_empty() {
                 headings.push(block.numbered());
             }
-            for heading in headings {
-                let names: Vec<&str> = heading.names.iter().map(String::as_str).collect();
-                match choose(&names) {
-                    Ok(places) => {
-                        found.push((block, heading, places));
-                        break;
-                    }
-                    Err(error) if refused.as_ref().is_none_or(|(most, _)| names.len() > *most) => {
-                        refused = Some((names.len(), wrong(heading.line, &error)));
-                    }
-                    Err(_) => {}
-                }
+            match block.headed(headings, &mut choose) {
+                Ok((heading, taken)) => found.push((block, heading, taken)),
+                Err(why) => refused.extend(why),
             }
         }
         if let [(_, first, _), (_, second, _), ..] = &found[..] {
@@ -227,16 +223,16 @@ impl Chosen {
                 second.line
             )));
         }
-        let Some((block, heading, places)) = found.pop() else {
+        let Some((block, heading, taken)) = found.pop() else {
+            // Of as many names the first.
+            let most = refused.into_iter().rev().max_by_key(|(names, _)| *names);
             let nothing =
                 || IdentifyError::Record("no rows below the header: give numbers".to_owned());
-            return Err(refused.map_or_else(nothing, |(_, error)| error));
+            return Err(most.map_or_else(nothing, |(_, error)| error));
         };
         table.check(block, &heading)?;
         let block = block.clone();
-        // The last choice may not have been the one that was taken.
-        choose(&heading.names.iter().map(String::as_str).collect::<Vec<_>>()).ok();
-        Ok((Self { block, heading }, places))
+        Ok((Self { block, heading }, taken))
     }
 
     /// Numbers of columns, their lines, and the rows with gaps, which are NaN if there may be any.
@@ -283,14 +279,14 @@ const NO_VALUE: &str = "no value, or NaN: give a number in every row";
 /// The places of these names.
 fn places_of<const N: usize>(
     names: [&str; N],
-    header: &[&str],
+    heading: &Heading,
     any_time: bool,
 ) -> Result<[usize; N], String> {
     let mut places = [0; N];
     for (place, name) in places.iter_mut().zip(names) {
-        let found = find(name, header, any_time && name == TIME)?;
-        *place = found
-            .ok_or_else(|| format!("no column {name} in the header {:?}", header.join(",")))?;
+        let found = find(name, heading, any_time && name == TIME)?;
+        let header = || heading.names.join(",");
+        *place = found.ok_or_else(|| format!("no column {name} in the header {:?}", header()))?;
     }
     Ok(places)
 }
@@ -298,29 +294,14 @@ fn places_of<const N: usize>(
 /// The name that stands for the column of time.
 const TIME: &str = "time_s";
 
-/// The one column of this name, with its unit or without; or of any time.
-fn find(name: &str, header: &[&str], any_time: bool) -> Result<Option<usize>, String> {
-    let is_time = |cell: &str| {
-        let meaning = understand(cell, "");
+/// The one column of this name, or of any time.
+fn find(name: &str, heading: &Heading, any_time: bool) -> Result<Option<usize>, String> {
+    let is_time = |place: usize| {
+        let meaning = understand(&heading.names[place], heading.below(place));
         any_time && meaning.is_some_and(|meaning| meaning.column == Column::Time)
     };
-    let exact = |cell: &str| cell == name;
-    let unitless = |cell: &str| split(cell).0.eq_ignore_ascii_case(name);
-    let ways: [&dyn Fn(&str) -> bool; 3] = [&exact, &unitless, &is_time];
-    for is_it in ways {
-        let mut places = (0..header.len()).filter(|&place| is_it(header[place]));
-        match (places.next(), places.next()) {
-            (Some(place), None) => return Ok(Some(place)),
-            (None, _) => {}
-            (Some(_), Some(_)) => {
-                return Err(format!(
-                    "more than one column is named {name}: rename all but one"
-                ));
-            }
-        }
+    match heading.place(name)? {
+        None => heading.one(name, is_time),
+        found => Ok(found),
     }
-    // A column of a table without names has a number, from 1.
-    let place = name.parse::<usize>().ok();
-    let place = place.and_then(|number| number.checked_sub(1));
-    Ok(place.filter(|place| *place < header.len()))
 }
