@@ -184,7 +184,7 @@ impl Arguments {
             "step": rows,
             "files": files,
         }))?;
-        outputs.close(match closed.and_then(|run| run.at_reference) {
+        outputs.close(match closed.and_then(|run| run.settles) {
             Some(false) => Err(away(rows.last(), limited_share)),
             Some(true) | None => Ok(()),
         })
