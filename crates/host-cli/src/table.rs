@@ -4,6 +4,7 @@ use crate::mcap;
 use haptic_experiment::Failure;
 use haptic_experiment::document::short;
 use haptic_quantity::written;
+use haptic_tissue::identify::IdentifyError;
 use haptic_tissue::identify::table::{RecordColumns, Signal, TABLE_MOST, read_record, read_signal};
 use haptic_tissue::read_bytes;
 use std::io::{self, Read};
@@ -42,13 +43,7 @@ pub(crate) fn bytes_with(path: &Path, names: Vec<&mut String>) -> Result<Vec<u8>
 pub(crate) fn signal(path: &Path, name: &str) -> Result<Signal, Failure> {
     let mut name = name.to_owned();
     let found = read_signal(&bytes_with(path, vec![&mut name])?, &name);
-    found.map_err(|error| {
-        let error = error.to_string();
-        wrong(
-            path,
-            format_args!("{}; give --column the column to take", short(&error)),
-        )
-    })
+    found.map_err(|error| refused(path, &error, "give --column the column to take"))
 }
 
 /// The row whose step is off the most, if that is more than a millionth and more than the rounding to the last digit explains.
@@ -111,10 +106,12 @@ pub(crate) fn record<const N: usize>(
     let mut names = names.map(str::to_owned);
     let bytes = bytes_with(path, names.iter_mut().collect())?;
     let found = read_record(&bytes, names.each_ref().map(String::as_str));
-    found.map_err(|error| {
-        let error = error.to_string();
-        wrong(path, format_args!("{}; {remedy}", short(&error)))
-    })
+    found.map_err(|error| refused(path, &error, remedy))
+}
+
+fn refused(path: &Path, error: &IdentifyError, remedy: &str) -> Failure {
+    let error = error.to_string();
+    wrong(path, format_args!("{}; {remedy}", short(&error)))
 }
 
 /// What is wrong with a table, behind its name.

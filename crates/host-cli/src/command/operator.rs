@@ -67,6 +67,7 @@ impl Weights {
 /// Differentiate or integrate a CSV column to a fractional order
 ///
 /// The file needs a header. The signal is zero before its first sample, unless --caputo is given.
+/// Uneven times are taken as they are, and stand beside the result.
 #[derive(Debug, Args)]
 #[command(
     after_help = "Example: host-cli differintegrate --order 0.5 --sample-time 1ms signal.csv > half.csv"
@@ -109,13 +110,13 @@ impl Differintegrate {
         let x = signal.x;
         let reference = if self.caputo { x[0] } else { 0.0 };
         let times = off.zip(signal.time_s);
-        let kernel = match times {
+        let kernel = match &times {
             None => Kernel::Grunwald,
             Some(_) => Kernel::PiecewiseLinear,
         };
         let tolerance = DEFAULT_TOLERANCE;
         let scheme = self.scheme.unwrap_or(Scheme::Full { kernel, tolerance });
-        let y = match times {
+        let y = match &times {
             None => differintegrate(scheme, mu, t, &x, reference).map_err(Failure::input)?,
             Some((row, time_s)) => {
                 let is_lines = matches!(
@@ -125,7 +126,13 @@ impl Differintegrate {
                         ..
                     }
                 );
-                let line = signal.lines[row];
+                let line = signal.lines[*row];
+                if self.sample_time.is_some() {
+                    let what = format_args!(
+                        "the times are uneven, most of all at line {line}, and count: omit --sample-time, or remove the column of time"
+                    );
+                    return Err(table::wrong(path, what));
+                }
                 if !is_lines || mu.get() >= 1.0 {
                     return Err(table::wrong(
                         path,
@@ -140,7 +147,7 @@ impl Differintegrate {
                     );
                     output.warn(&what);
                 }
-                as_they_are(mu, &time_s, &x, reference)?
+                as_they_are(mu, time_s, &x, reference)?
             }
         };
         if let Some(n) = y.iter().position(|y| !y.is_finite()) {
@@ -152,16 +159,23 @@ impl Differintegrate {
         let result = json!({
             "order": mu.get(),
             "scheme": scheme.to_string(),
-            // Null of uneven times.
+            // One of the two is null.
             "sample_time_s": off.is_none().then_some(t.0),
+            "time_s": times.as_ref().map(|(_, time_s)| time_s),
             "x": x,
             "y": y,
         });
         output.text(&result, |out| {
             let mut table = csv::Writer::from_writer(out);
-            table.write_record(["x", "y"]).map_err(as_io)?;
-            for row in x.iter().zip(&y) {
-                table.serialize(row).map_err(as_io)?;
+            let named = ["time_s", "x", "y"].into_iter();
+            let named = named.skip(usize::from(times.is_none()));
+            table.write_record(named).map_err(as_io)?;
+            for (n, row) in x.iter().zip(&y).enumerate() {
+                let written = match &times {
+                    Some((_, time_s)) => table.serialize((time_s[n], row)),
+                    None => table.serialize(row),
+                };
+                written.map_err(as_io)?;
             }
             table.flush()
         })
