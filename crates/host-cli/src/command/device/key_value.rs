@@ -4,7 +4,7 @@ use crate::parse::outside;
 use haptic_experiment::Failure;
 use haptic_experiment::document::short;
 use haptic_experiment::parameters::Range;
-use haptic_quantity::{is_meant, parse_for_key, without_unit};
+use haptic_quantity::{is_meant, nearest, parse_for_key, without_unit};
 use std::fmt::Display;
 use std::str::FromStr;
 
@@ -20,9 +20,14 @@ pub(super) fn key_and_value<'w>(
     let (name, text) = word
         .split_once('=')
         .ok_or_else(|| refused(word, "is not KEY=VALUE"))?;
-    let key = keys.into_iter().find(|key| is_meant(key, name));
-    let why = format!("does not name a parameter: see host-cli device {command} --help");
-    let key = key.ok_or_else(|| refused(word, &why))?;
+    let keys: Vec<&str> = keys.into_iter().collect();
+    let key = keys.iter().find(|key| is_meant(key, name)).ok_or_else(|| {
+        let remedy = match nearest(name, keys.iter().copied()) {
+            Some(key) => format!("did you mean {}?", without_unit(key)),
+            None => format!("see host-cli device {command} --help"),
+        };
+        refused(word, &format!("does not name a parameter: {remedy}"))
+    })?;
     Ok((key, text.trim()))
 }
 
