@@ -61,24 +61,29 @@ pub fn renamed(sentence: &str, names: impl Fn(&str) -> Option<String>) -> String
     said + rest
 }
 
-/// The one of these names that somebody meant who wrote it wrong: keys are compared without their units, all without capitals.
+/// Advice to somebody who wrote a name that is none of these: the one that was meant, or all. Keys are compared without their
+/// units, all without capitals.
 ///
 /// ```
-/// use haptic_quantity::nearest;
+/// use haptic_quantity::did_you_mean;
 ///
 /// let keys = ["mass_kg", "stiffness_n_per_m"];
-/// assert_eq!(nearest("stifness", keys), Some("stiffness_n_per_m"));
-/// assert_eq!(nearest("moss", keys), Some("mass_kg"));
-/// assert_eq!(nearest("foo", ["loop"]), None);
+/// assert_eq!(did_you_mean("stifness", keys), "did you mean `stiffness_n_per_m`?");
+/// assert_eq!(did_you_mean("Mass", keys), "did you mean `mass_kg`?");
+/// assert_eq!(did_you_mean("foo", ["loop", "order"]), "known are loop, order");
 /// ```
-pub fn nearest<'n>(written: &str, names: impl IntoIterator<Item = &'n str>) -> Option<&'n str> {
+pub fn did_you_mean<'n>(written: &str, names: impl IntoIterator<Item = &'n str>) -> String {
     let plain = |name: &str| without_unit(name).to_lowercase().replace(['-', ' '], "_");
     let wanted = plain(written);
     let far = |name: &str| distance(&plain(name), &wanted);
-    let nearest = names.into_iter().min_by_key(|name| far(name))?;
+    let names: Vec<&str> = names.into_iter().collect();
     // One letter in three may be wrong, and three at most.
     let most = (wanted.chars().count() + 1) / 3;
-    (far(nearest) <= most.min(3)).then_some(nearest)
+    let near = names.iter().filter(|name| far(name) <= most.min(3));
+    match near.min_by_key(|name| far(name)) {
+        Some(nearest) => format!("did you mean `{nearest}`?"),
+        None => format!("known are {}", names.join(", ")),
+    }
 }
 
 /// Letters to change, add or leave out to make one word of the other (Levenshtein).

@@ -5,7 +5,7 @@ mod key;
 mod number;
 mod written;
 
-pub use key::{Key, nearest, renamed};
+pub use key::{Key, did_you_mean, renamed};
 pub use number::{DecimalSign, number, number_with, sign_of};
 pub use written::{WrittenUnit, digits, label, written, written_between};
 

@@ -18,7 +18,7 @@ use haptic_experiment::parameters::{
     choices, is_path, now_called, of_kind,
 };
 use haptic_experiment::run::DeviceModel;
-use haptic_quantity::{is_meant, kind_of_key, nearest, parse_for_key, without_unit};
+use haptic_quantity::{did_you_mean, is_meant, kind_of_key, parse_for_key, without_unit};
 use std::collections::BTreeMap;
 use std::marker::PhantomData;
 use std::ops::RangeInclusive;
@@ -203,16 +203,9 @@ impl<N: Named> Options<N> {
             let (key, text) = said.split_once('=').unwrap_or((said, ""));
             let Some(parameter) = all.iter().find(|known| is_meant(known.key, key)) else {
                 let known: Vec<&str> = all.iter().map(|known| without_unit(known.key)).collect();
-                let now = now_called(key).map(without_unit);
-                let error = match (now, nearest(key, known.iter().copied())) {
-                    (Some(now), _) if known.contains(&now) => {
-                        format!("`{key}` is now called `{now}`")
-                    }
-                    (_, Some(nearest)) => format!("did you mean {nearest}?"),
-                    (_, None) => {
-                        let known = known.join(", ");
-                        format!("is not KEY=VALUE with one of the keys {known}")
-                    }
+                let error = match now_called(key).map(without_unit) {
+                    Some(now) if known.contains(&now) => format!("`{key}` is now called `{now}`"),
+                    _ => format!("no such key: {}", did_you_mean(key, known)),
                 };
                 return Err(refused(&short(said), error));
             };

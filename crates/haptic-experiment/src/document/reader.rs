@@ -5,7 +5,7 @@ use crate::document::input::short;
 use crate::document::named::Named;
 use crate::document::parameters::{Parameter, Range, Value, in_degrees, is_path, now_called};
 use fracdiff::parameter::Shown;
-use haptic_quantity::nearest;
+use haptic_quantity::did_you_mean;
 use std::path::{Path, PathBuf};
 use toml::Spanned;
 use toml::de::{DeArray, DeTable, DeValue};
@@ -178,10 +178,7 @@ impl<'a> Table<'a> {
                 }
                 if !keys().any(|known| known == name) {
                     let name = &short(name);
-                    let advice = match nearest(name, keys()) {
-                        Some(nearest) => format!("did you mean `{nearest}`?"),
-                        None => format!("known are {}", keys().collect::<Vec<_>>().join(", ")),
-                    };
+                    let advice = did_you_mean(name, keys());
                     let reason = format!("unknown key `{name}` in [{}]: {advice}", self.name);
                     let unknown = part.source.fail(key.span().start, reason);
                     return Err(unknown.of_file(String::new()));

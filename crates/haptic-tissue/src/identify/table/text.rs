@@ -93,55 +93,26 @@ impl TextTable {
     }
 }
 
-/// A column of numbers by the name that stands above it, and the column of time beside it, in s whatever its unit, if there is one; found as by [`read_table`].
+/// Columns of numbers by the names that stand above them, the first that of the times, in s whatever its unit; found as by [`read_table`].
 ///
 /// A name is a header with or without its unit, such as `Zeit` for `Zeit [ms]`, or the number of a
-/// column, from 1; `time_s` means the column of time, whatever its name.
+/// column, from 1; `time_s` means the column of time, whatever its name, if there is one. What a row lacks is NaN; empty lines do not
+/// count, as the time shows what is missing.
 ///
 /// # Errors
-/// As [`read_table`], but one column is enough; no or two columns of the name, two tables with them, two columns of time; no row; a cell that is not a finite number, with its line; an empty line without a time that would show what is missing.
-pub fn read_signal(bytes: &[u8], name: &str) -> Result<Signal, IdentifyError> {
-    let (chosen, (time, [place])) = Chosen::of(bytes, |heading| {
-        let time = find(TIME, heading, true)?;
-        Ok((time, places_of([name], heading, false)?))
-    })?;
-    let mut factor = 1.0;
-    match (time, chosen.block.blank) {
-        (Some(time), _) => factor = chosen.time_factor(time)?,
-        (None, Some(line)) => return Err(wrong(line, NO_VALUE)),
-        (None, None) => {}
-    }
-    let found = chosen.numbers([place, time.unwrap_or(place)], false)?;
-    let [x, mut time_s] = found.columns;
-    time_s.iter_mut().for_each(|time| *time *= factor);
-    let (lines, time_s) = (found.lines, time.map(|_| time_s));
-    Ok(Signal { lines, time_s, x })
-}
-
-/// A signal in a table.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Signal {
-    /// The line of each row in the file, from 1, for messages.
-    pub lines: Vec<u64>,
-    /// Its times, if the table has them.
-    pub time_s: Option<Vec<f64>>,
-    /// As many as there are lines.
-    pub x: Vec<f64>,
-}
-
-/// Time and signals of a record, found and read as there. What a row lacks is NaN, but of the time; empty lines do not
-/// count, as the time shows what is missing. Also the lines of rows that lack something, for a person.
-///
-/// # Errors
-/// As [`read_signal`]; no column of time, or a time that is missing; a unit that is not
-/// one of time.
+/// As [`read_table`], but one column is enough; no or two columns of a name, two tables with them; no row; a cell that is not a finite
+/// number, with its line; a time that is missing, or a unit that is not one of time; without a time, a row that lacks something.
 pub fn read_record<const N: usize>(
     bytes: &[u8],
     names: [&str; N],
 ) -> Result<RecordColumns<N>, IdentifyError> {
-    let (chosen, places) = Chosen::of(bytes, |heading| places_of(names, heading, true))?;
-    let factor = chosen.time_factor(places[0])?;
-    let mut found = chosen.numbers(places, true)?;
+    let (chosen, places) = Chosen::of(bytes, |heading| places_of(names, heading))?;
+    let mut found = chosen.numbers(places)?;
+    let Some(time) = places.first().copied().flatten() else {
+        let lacks = chosen.block.blank.or(found.gaps.first().copied());
+        return lacks.map_or(Ok(found), |line| Err(wrong(line, NO_VALUE)));
+    };
+    let factor = chosen.time_factor(time)?;
     let times = &mut found.columns[0];
     times.iter_mut().for_each(|time| *time *= factor);
     match times.iter().position(|time| !time.is_finite()) {
@@ -155,7 +126,7 @@ pub fn read_record<const N: usize>(
 pub struct RecordColumns<const N: usize> {
     /// The line of each row in the file, from 1, for messages.
     pub lines: Vec<u64>,
-    /// In the order of the requested names; NaN where a row lacks a signal.
+    /// In the order of the requested names; NaN where a row lacks a signal. The first is empty if there are no times.
     pub columns: [Vec<f64>; N],
     gaps: Vec<u64>,
 }
@@ -171,7 +142,7 @@ impl<const N: usize> RecordColumns<N> {
 /// Columns chosen by their positions in the header, and the line of each row.
 ///
 /// # Errors
-/// As [`read_signal`]; columns that the choice refuses, with the line of the header.
+/// As [`read_record`]; columns that the choice refuses, with the line of the header.
 pub fn read_chosen<const N: usize>(
     bytes: &[u8],
     mut choose: impl FnMut(&[&str]) -> Result<[usize; N], String>,
@@ -181,14 +152,14 @@ pub fn read_chosen<const N: usize>(
         choose(&names)
     };
     let (chosen, _) = Chosen::of(bytes, &mut choose)?;
-    if let Some(line) = chosen.block.blank {
-        return Err(wrong(line, NO_VALUE));
-    }
     // The last choice may not have been the one that was taken.
     let line = chosen.heading.line;
     let places = choose(&chosen.heading).map_err(|why| wrong(line, &why))?;
-    let found = chosen.numbers(places, false)?;
-    Ok((found.lines, found.columns))
+    let found = chosen.numbers(places.map(Some))?;
+    match chosen.block.blank.or(found.gaps.first().copied()) {
+        Some(line) => Err(wrong(line, NO_VALUE)),
+        None => Ok((found.lines, found.columns)),
+    }
 }
 
 /// A block of a table and what was chosen to stand above it.
@@ -235,31 +206,34 @@ impl Chosen {
         Ok((Self { block, heading }, taken))
     }
 
-    /// Numbers of columns, their lines, and the rows with gaps, which are NaN if there may be any.
+    /// Numbers of columns, none of one that there is not, their lines, and the rows with gaps, which are NaN.
     fn numbers<const N: usize>(
         &self,
-        places: [usize; N],
-        has_gaps: bool,
+        places: [Option<usize>; N],
     ) -> Result<RecordColumns<N>, IdentifyError> {
         let rows = &self.block.rows;
-        let columns = self.block.numbers(&self.heading, &places, 0..rows.len())?;
+        let known: Vec<usize> = places.iter().copied().flatten().collect();
+        let columns = self.block.numbers(&self.heading, &known, 0..rows.len())?;
         let is_gap = |row: &usize| columns.iter().any(|column| column[*row].is_nan());
         let gaps = (0..rows.len()).filter(is_gap);
-        let gaps: Vec<u64> = gaps.map(|row| rows[row].0).collect();
-        if let Some(line) = gaps.first().filter(|_| !has_gaps) {
-            return Err(wrong(*line, NO_VALUE));
-        }
+        let gaps = gaps.map(|row| rows[row].0).collect();
         if let Some((line, row)) = &self.block.broken {
-            let cell = brief(row.get(places[0]).unwrap_or(""));
+            let cell = brief(
+                known
+                    .first()
+                    .and_then(|place| row.get(*place))
+                    .unwrap_or(""),
+            );
             return Err(wrong(
                 *line,
                 &format!("{cell:?} is not a finite number: correct it, or omit the row"),
             ));
         }
         let mut columns = columns.into_iter();
+        let column = |place: Option<usize>| place.and_then(|_| columns.next());
         Ok(RecordColumns {
             lines: rows.iter().map(|row| row.0).collect(),
-            columns: std::array::from_fn(|_| columns.next().unwrap_or_default()),
+            columns: places.map(column).map(Option::unwrap_or_default),
             gaps,
         })
     }
@@ -276,32 +250,29 @@ impl Chosen {
 
 const NO_VALUE: &str = "no value, or NaN: give a number in every row";
 
-/// The places of these names.
+/// The places of these names; none of a time that the table need not have.
 fn places_of<const N: usize>(
     names: [&str; N],
     heading: &Heading,
-    any_time: bool,
-) -> Result<[usize; N], String> {
-    let mut places = [0; N];
-    for (place, name) in places.iter_mut().zip(names) {
-        let found = find(name, heading, any_time && name == TIME)?;
-        let header = || heading.names.join(",");
-        *place = found.ok_or_else(|| format!("no column {name} in the header {:?}", header()))?;
+) -> Result<[Option<usize>; N], String> {
+    let mut places = [None; N];
+    for (n, name) in names.into_iter().enumerate() {
+        let any_time = n == 0 && name == TIME;
+        let is_time = |place: usize| {
+            let meaning = understand(&heading.names[place], heading.below(place));
+            any_time && meaning.is_some_and(|meaning| meaning.column == Column::Time)
+        };
+        places[n] = match heading.place(name)? {
+            None => heading.one(name, is_time)?,
+            found => found,
+        };
+        if places[n].is_none() && !any_time {
+            let header = heading.names.join(",");
+            return Err(format!("no column {name} in the header {header:?}"));
+        }
     }
     Ok(places)
 }
 
 /// The name that stands for the column of time.
 const TIME: &str = "time_s";
-
-/// The one column of this name, or of any time.
-fn find(name: &str, heading: &Heading, any_time: bool) -> Result<Option<usize>, String> {
-    let is_time = |place: usize| {
-        let meaning = understand(&heading.names[place], heading.below(place));
-        any_time && meaning.is_some_and(|meaning| meaning.column == Column::Time)
-    };
-    match heading.place(name)? {
-        None => heading.one(name, is_time),
-        found => Ok(found),
-    }
-}

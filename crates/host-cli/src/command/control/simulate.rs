@@ -244,6 +244,12 @@ impl Record {
             return Err(table::wrong(path, what));
         }
         let (lines, [time_s, value]) = (found.lines, found.columns);
+        if time_s.is_empty() {
+            return Err(table::wrong(
+                path,
+                format_args!("no column time_s; {remedy}"),
+            ));
+        }
         if let Some(row) = time_s.windows(2).position(|pair| pair[1] <= pair[0]) {
             let line = lines[row + 1];
             let what = format!("line {line}: the time does not increase: sort the rows");
