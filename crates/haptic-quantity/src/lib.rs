@@ -338,9 +338,36 @@ mod tests {
     }
 
     #[test]
+    fn a_text_that_is_nearly_a_number_is_answered_with_what_to_write() {
+        for (key, text, meant) in [
+            ("_s", "1,5s", "write 1.5s, without a comma"),
+            ("_s", "1,5", "write 1.5, without a comma"),
+            ("_s", "1MS", "write 1ms"),
+            ("_rad_s", "10 hz", "write 10Hz"),
+            ("_n", "1,234.5 N", "write 1234.5N, without a comma"),
+            ("_n", "1.234,5", "write 1234.5, without a comma"),
+            ("_n", "1,234", "write 1.234 or 1234, without a comma"),
+            ("_m2", "4,5cm2", "write 4.5cm2, without a comma"),
+            ("", "0,2", "write 0.2, without a comma"),
+            // Neither of these is told.
+            ("_s", "1,5kg", "give a finite number"),
+            ("_s", "1,2,3", "give a finite number"),
+        ] {
+            let error = parse_for_key(key, text).expect_err(text).to_string();
+            let is_meant = error.ends_with(meant) || error.contains(&format!("{meant}, with"));
+            assert!(is_meant, "{error}");
+        }
+        for damping in ["2N*s/m", "2 N·s/m", "2N.s/m", "2Ns/m"] {
+            assert_eq!(parse_for_key("_n_s_per_m", damping), Ok(2.0), "{damping}");
+        }
+        assert!(is_bare(" -1e3 ") && !is_bare("1s") && !is_bare(""));
+        assert!(is_unit("ms") && is_unit("%") && !is_unit("") && !is_unit("wall"));
+    }
+
+    #[test]
     fn what_is_no_finite_number_or_has_another_unit_is_refused() {
         for bad in [
-            "", "s", "NaN", "inf", "-infs", "1e999", "5 %", "5m", "1 2s", "1,5s", "--",
+            "", "s", "NaN", "inf", "-infs", "1e999", "5 %", "5m", "1 2s", "--", "1e5000s",
         ] {
             let error = parse_for_key("_s", bad).expect_err(bad).to_string();
             assert!(

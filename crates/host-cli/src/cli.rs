@@ -20,7 +20,8 @@ use std::process::ExitCode;
 const LONG_ABOUT: &str = "\
 Runs fractional-order haptic experiments, keeps their logs and draws their figures.
 
-Values are SI unless a unit is given: --strain 5%, --duration 200s, --sample-time 1ms.
+Values are SI unless a unit is given: --strain 5%, --duration 200s, --sample-time 1ms. A number
+that no device has in SI, such as --mass 65, needs its unit.
 
 SCHEME names the fractional operator D^mu:
 {schemes}
