@@ -3,16 +3,17 @@
 #![forbid(unsafe_code)]
 
 use fractional_haptics_fuzz as _;
-use haptic_tissue::identify::table::{read_record, read_signal};
+use haptic_tissue::identify::table::read_record;
 use libfuzzer_sys::fuzz_target;
 
 fuzz_target!(|bytes: &[u8]| {
-    match read_signal(bytes, "x") {
-        Ok(signal) => {
-            let times = signal.time_s.unwrap_or_else(|| signal.x.clone());
-            assert!(!times.is_empty() && signal.lines.len() == times.len());
-            let all = signal.x.iter().chain(&times);
-            assert!(all.copied().all(f64::is_finite) && signal.x.len() == times.len());
+    match read_record(bytes, ["time_s", "x"]) {
+        Ok(record) => {
+            let [times, x] = &record.columns;
+            assert!(!x.is_empty() && record.lines.len() == x.len());
+            assert!(times.iter().all(|time| time.is_finite()));
+            assert!(times.is_empty() || times.len() == x.len());
+            assert!(record.gaps().is_some() || x.iter().all(|x| x.is_finite()));
         }
         Err(error) => {
             assert!(!error.to_string().is_empty());

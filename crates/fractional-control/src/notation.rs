@@ -292,9 +292,13 @@ impl Reader<'_> {
             }
         };
         digits(self);
-        if self.text.get(self.at) == Some(&b'.') {
-            self.at += 1;
-            digits(self);
+        match self.text.get(self.at) {
+            Some(b'.') => {
+                self.at += 1;
+                digits(self);
+            }
+            Some(b',') => return Err(self.wrong("a decimal point")),
+            _ => {}
         }
         if let Some(b'e' | b'E') = self.text.get(self.at) {
             let mark = self.at;

@@ -18,6 +18,9 @@ const SAMPLES: [f64; 2] = [200.0, 2e5];
 /// The share of the reference by which the output may end away from it.
 const AWAY: f64 = 0.05;
 
+/// A disturbance by this factor slower than the run never ends.
+const FOR_EVER: f64 = 1e-9;
+
 /// A loop that was run.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
@@ -32,20 +35,24 @@ pub struct LoopRun {
     pub coarse: Option<f64>,
     /// Share of the samples with the command at a limit.
     pub limited_share: f64,
-    /// False if output or command became NaN, or if the output is not at the reference in the last
-    /// tenth of the run, in which that stands: off by more than 5 % and what the loop leaves of a
-    /// disturbance as slow as the run, |S|. `None` if it still moves.
+    /// False if output or command became NaN, or if the output is not where the loop brings it in the last
+    /// tenth of the run, in which the reference stands: off by more than 5 % and what the loop leaves of a
+    /// disturbance as slow as the run, |S|. `None` if the reference still moves.
+    pub settles: Option<bool>,
+    /// The same of the reference, from which a loop without an integral is off for ever: what it leaves of a
+    /// disturbance without end does not count.
     pub at_reference: Option<bool>,
 }
 
-fn at_reference(closed: &SampledLoop, run: &Response) -> Option<bool> {
+/// Where a loop brings its output, and whether that is the reference.
+fn ends(closed: &SampledLoop, run: &Response) -> Option<[bool; 2]> {
     if !run
         .measured
         .iter()
         .chain(&run.command)
         .all(|value| value.is_finite())
     {
-        return Some(false);
+        return Some([false; 2]);
     }
     let (samples, last) = (run.reference.len(), *run.reference.last()?);
     let tail = samples - samples.div_ceil(10);
@@ -59,8 +66,11 @@ fn at_reference(closed: &SampledLoop, run: &Response) -> Option<bool> {
         return None;
     }
     let size = run.reference.iter().map(|r| r.abs()).fold(0.0, f64::max);
-    let left = 1.0 / (1.0 + closed.open(1.0 / samples as f64)).norm();
-    Some(off(&run.measured) <= (AWAY + left) * size)
+    let left = |omega: f64| 1.0 / (1.0 + closed.open(omega)).norm();
+    let slowest = 1.0 / samples as f64;
+    let (left, for_ever) = (left(slowest), left(FOR_EVER * slowest));
+    let allowed = [left, (left - for_ever).max(0.0)];
+    Some(allowed.map(|left| off(&run.measured) <= (AWAY + left) * size))
 }
 
 /// Runs a loop from rest with this reference. `step` is the height of the reference, if it is a
@@ -83,11 +93,13 @@ pub fn run(
         .filter(|u| at(setup.output_low, **u) || at(setup.output_high, **u))
         .count();
     let closed = setup.closed_with(&plant)?;
+    let ends = ends(&closed, &response);
     Ok(LoopRun {
         shape: step.map(|height| response.shape_of_step(height)),
         verdict: closed.verdict(),
         coarse: coarse(&plant, &closed),
-        at_reference: at_reference(&closed, &response),
+        settles: ends.map(|ends| ends[0]),
+        at_reference: ends.map(|ends| ends[1]),
         limited_share: limited as f64 / response.command.len().max(1) as f64,
         response,
     })

@@ -255,6 +255,9 @@ impl<'a> Layer<'a> {
                 (["duplicate key"], Some(key)) => {
                     format!("duplicate key `{}`: omit all but one of them", short(key))
                 }
+                _ if text[span.start..].starts_with(',') => {
+                    "decimals have a point, not a comma".to_owned()
+                }
                 _ => lines.join("; "),
             };
             source.fail(span.start, reason).of_file(String::new())

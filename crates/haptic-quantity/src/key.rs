@@ -1,5 +1,6 @@
 //! Keys in sentences.
 
+use crate::without_unit;
 use std::fmt;
 
 /// A key of a document or an argument of a function, as a sentence names it: `` `sample_time_s` ``. A program that calls it
@@ -58,4 +59,45 @@ pub fn renamed(sentence: &str, names: impl Fn(&str) -> Option<String>) -> String
         }
     }
     said + rest
+}
+
+/// Advice to somebody who wrote a name that is none of these: the one that was meant, or all. Keys are compared without their
+/// units, all without capitals.
+///
+/// ```
+/// use haptic_quantity::did_you_mean;
+///
+/// let keys = ["mass_kg", "stiffness_n_per_m"];
+/// assert_eq!(did_you_mean("stifness", keys), "did you mean `stiffness_n_per_m`?");
+/// assert_eq!(did_you_mean("Mass", keys), "did you mean `mass_kg`?");
+/// assert_eq!(did_you_mean("foo", ["loop", "order"]), "known are loop, order");
+/// ```
+pub fn did_you_mean<'n>(written: &str, names: impl IntoIterator<Item = &'n str>) -> String {
+    let plain = |name: &str| without_unit(name).to_lowercase().replace(['-', ' '], "_");
+    let wanted = plain(written);
+    let far = |name: &str| distance(&plain(name), &wanted);
+    let names: Vec<&str> = names.into_iter().collect();
+    // One letter in three may be wrong, and three at most.
+    let most = (wanted.chars().count() + 1) / 3;
+    let near = names.iter().filter(|name| far(name) <= most.min(3));
+    match near.min_by_key(|name| far(name)) {
+        Some(nearest) => format!("did you mean `{nearest}`?"),
+        None => format!("known are {}", names.join(", ")),
+    }
+}
+
+/// Letters to change, add or leave out to make one word of the other (Levenshtein).
+fn distance(a: &str, b: &str) -> usize {
+    let b: Vec<char> = b.chars().collect();
+    let mut row: Vec<usize> = (0..=b.len()).collect();
+    for (i, from) in a.chars().enumerate() {
+        let mut diagonal = row[0];
+        row[0] = i + 1;
+        for (j, to) in b.iter().enumerate() {
+            let changed = diagonal + usize::from(from != *to);
+            diagonal = row[j + 1];
+            row[j + 1] = changed.min(row[j] + 1).min(diagonal + 1);
+        }
+    }
+    row[b.len()]
 }

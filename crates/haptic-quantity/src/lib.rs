@@ -5,7 +5,7 @@ mod key;
 mod number;
 mod written;
 
-pub use key::{Key, renamed};
+pub use key::{Key, did_you_mean, renamed};
 pub use number::{DecimalSign, number, number_with, sign_of};
 pub use written::{WrittenUnit, digits, label, written, written_between};
 
@@ -174,26 +174,67 @@ pub fn kind_of_key(key: &str) -> &'static str {
 /// Text that is not a finite number, or has another unit.
 pub fn parse_for_key(key: &str, text: &str) -> Result<f64, QuantityError> {
     let &(what, units) = parts_of_key(key).1.quantity;
-    let trimmed = text.trim();
-    // "5" is a number with the unit "" or none; a suffix must leave a number behind.
-    let mut all = units.iter().chain(&[("", 1.0)]);
-    let value = all.find_map(|(unit, factor)| {
-        let number = trimmed.strip_suffix(unit)?.trim_end();
-        // A comma separates the values of a list, as it does in TOML; none is of thousands.
-        let value = number_with(number, DecimalSign::Point).filter(|_| !number.contains(','))?;
-        Some(scale(value, *factor)).filter(|value| value.is_finite())
-    });
-    value.ok_or_else(|| QuantityError {
+    read(units, text).ok_or_else(|| QuantityError {
+        meant: meant(units, text),
         text: text.to_owned(),
         what,
         units,
     })
 }
 
+/// A number with one of these units, or with none for SI.
+fn read(units: &[Unit], text: &str) -> Option<f64> {
+    let text = text.trim().replace('*', "·").replace('μ', "µ");
+    // "5" is a number with the unit "" or none; a suffix must leave a number behind.
+    let mut all = units.iter().chain(&[("", 1.0)]);
+    all.find_map(|(unit, factor)| {
+        let number = text.strip_suffix(unit)?.trim_end();
+        // A comma separates the values of a list, as it does in TOML; none is of thousands.
+        let value = number_with(number, DecimalSign::Point).filter(|_| !number.contains(','))?;
+        Some(scale(value, *factor)).filter(|value| value.is_finite())
+    })
+}
+
+/// What somebody meant who wrote a comma, or a unit in other capitals; of 1,234 both numbers that it may be.
+fn meant(units: &[Unit], text: &str) -> Option<String> {
+    let mut ends = (0..=text.len()).rev();
+    let end = ends.find(|&end| text.get(..end).is_some_and(|text| number(text).is_some()))?;
+    let (digits, unit) = (&text[..end], text[end..].trim());
+    let mut units_alike = units.iter().map(|(known, _)| *known);
+    let unit = units_alike.find(|known| known.eq_ignore_ascii_case(unit));
+    let unit = unit.or(Some("").filter(|_| end == text.len()))?;
+    let written = |sign| Some(format!("{}{unit}", number_with(digits, sign)?));
+    let signs = match sign_of(digits) {
+        Some(sign) => vec![sign],
+        None if digits.contains(',') => vec![DecimalSign::Comma, DecimalSign::Point],
+        None => vec![DecimalSign::Point],
+    };
+    let readings: Vec<String> = signs.into_iter().filter_map(written).collect();
+    let comma = Some(", without a comma").filter(|_| digits.contains(','));
+    let is_read = |text: &String| read(units, text).is_some();
+    let all = readings.iter().all(is_read);
+    all.then(|| format!("{}{}", readings.join(" or "), comma.unwrap_or_default()))
+}
+
+/// True of a number that has no unit.
+#[must_use]
+pub fn is_bare(text: &str) -> bool {
+    number_with(text, DecimalSign::Point).is_some()
+}
+
+/// True of a unit of anything that a key is of.
+#[must_use]
+pub fn is_unit(text: &str) -> bool {
+    let mut units = ENDS.iter().flat_map(|end| end.quantity.1);
+    units.any(|(unit, _)| !unit.is_empty() && *unit == text)
+}
+
 /// Text that is not a quantity of the required kind.
 #[derive(Clone, Debug, PartialEq)]
 pub struct QuantityError {
     text: String,
+    /// How it is to be written, if that can be told.
+    meant: Option<String>,
     what: &'static str,
     units: &'static [Unit],
 }
@@ -203,12 +244,13 @@ impl fmt::Display for QuantityError {
         let named = self.units.iter().map(|(unit, _)| *unit);
         let units: Vec<&str> = named.filter(|unit| !unit.is_empty()).collect();
         let Self { text, what, .. } = self;
-        write!(f, "\"{text}\" is not {what}: give a finite number")?;
-        match units.is_empty() {
-            true => f.write_str(" alone"),
-            false => write!(
+        write!(f, "\"{text}\" is not {what}: ")?;
+        match &self.meant {
+            Some(meant) => write!(f, "write {meant}"),
+            None if units.is_empty() => f.write_str("give a finite number alone"),
+            None => write!(
                 f,
-                ", with one of the units {} or none for SI",
+                "give a finite number, with one of the units {} or none for SI",
                 units.join(", ")
             ),
         }
@@ -296,9 +338,36 @@ mod tests {
     }
 
     #[test]
+    fn a_text_that_is_nearly_a_number_is_answered_with_what_to_write() {
+        for (key, text, meant) in [
+            ("_s", "1,5s", "write 1.5s, without a comma"),
+            ("_s", "1,5", "write 1.5, without a comma"),
+            ("_s", "1MS", "write 1ms"),
+            ("_rad_s", "10 hz", "write 10Hz"),
+            ("_n", "1,234.5 N", "write 1234.5N, without a comma"),
+            ("_n", "1.234,5", "write 1234.5, without a comma"),
+            ("_n", "1,234", "write 1.234 or 1234, without a comma"),
+            ("_m2", "4,5cm2", "write 4.5cm2, without a comma"),
+            ("", "0,2", "write 0.2, without a comma"),
+            // Neither of these is told.
+            ("_s", "1,5kg", "give a finite number"),
+            ("_s", "1,2,3", "give a finite number"),
+        ] {
+            let error = parse_for_key(key, text).expect_err(text).to_string();
+            let is_meant = error.ends_with(meant) || error.contains(&format!("{meant}, with"));
+            assert!(is_meant, "{error}");
+        }
+        for damping in ["2N*s/m", "2 N·s/m", "2N.s/m", "2Ns/m"] {
+            assert_eq!(parse_for_key("_n_s_per_m", damping), Ok(2.0), "{damping}");
+        }
+        assert!(is_bare(" -1e3 ") && !is_bare("1s") && !is_bare(""));
+        assert!(is_unit("ms") && is_unit("%") && !is_unit("") && !is_unit("wall"));
+    }
+
+    #[test]
     fn what_is_no_finite_number_or_has_another_unit_is_refused() {
         for bad in [
-            "", "s", "NaN", "inf", "-infs", "1e999", "5 %", "5m", "1 2s", "1,5s", "--",
+            "", "s", "NaN", "inf", "-infs", "1e999", "5 %", "5m", "1 2s", "--", "1e5000s",
         ] {
             let error = parse_for_key("_s", bad).expect_err(bad).to_string();
             assert!(

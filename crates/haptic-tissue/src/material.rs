@@ -4,7 +4,7 @@ use crate::model::{Form, Joint, Model, ModelKind, Parameter, TWO_ELEMENTS, out_o
 use crate::text_file::read_text;
 use fracdiff::parameter::Shown;
 use haptic_loop::{INCOMPRESSIBLE, LoadingKind, Modulus, Specimen};
-use haptic_quantity::digits;
+use haptic_quantity::{did_you_mean, digits};
 use serde::ser::SerializeMap as _;
 use serde::{Deserialize, Serialize, Serializer};
 use std::collections::BTreeMap;
@@ -194,7 +194,7 @@ pub enum MaterialError {
     #[error("cannot read the library folder `{folder}`: {1}; give a folder of TOML files", folder = .0.display())]
     Folder(PathBuf, #[source] std::io::Error),
     /// A name that is not in the library, and all that are.
-    #[error("tissue \"{0}\" is not in the library: take one of {known}, or give a TOML file", known = .1.join(", "))]
+    #[error("tissue \"{0}\" is not in the library: {known}; a TOML file is taken too", known = did_you_mean(.0, .1.iter().map(String::as_str)))]
     Unknown(String, Vec<String>),
     /// A name that is not made of lower-case letters, digits and hyphens.
     #[error("name \"{0}\" is not made of lower-case letters, digits and hyphens")]

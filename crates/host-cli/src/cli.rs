@@ -11,7 +11,8 @@ use crate::output::{Output, note, refused};
 use clap::error::{ContextKind, ErrorKind};
 use clap::{CommandFactory as _, FromArgMatches as _, Parser, Subcommand};
 use haptic_experiment::Failure;
-use haptic_experiment::parameters::renamed;
+use haptic_experiment::parameters::now_called;
+use haptic_quantity::{is_bare, is_unit};
 use std::any::TypeId;
 use std::collections::BTreeSet;
 use std::ffi::OsString;
@@ -21,7 +22,8 @@ use std::process::ExitCode;
 const LONG_ABOUT: &str = "\
 Runs fractional-order haptic experiments, keeps their logs and draws their figures.
 
-Values are SI unless a unit is given: --strain 5%, --duration 200s, --sample-time 1ms.
+Values are SI unless a unit is given: --strain 5%, --duration 200s, --sample-time 1ms. A number
+that no device has in SI, such as --mass 65, needs its unit.
 
 SCHEME names the fractional operator D^mu:
 {schemes}
@@ -272,7 +274,7 @@ fn not_an_option(error: &clap::Error) -> Option<String> {
         return None;
     }
     let (wanted, command) = (argument.trim_start_matches('-'), asked().0);
-    if let Some(now) = renamed(wanted).map(option_of)
+    if let Some(now) = now_called(wanted).map(option_of)
         && command
             .get_arguments()
             .any(|known| known.get_long() == Some(&now))
@@ -294,6 +296,24 @@ fn not_an_option(error: &clap::Error) -> Option<String> {
     ))
 }
 
+/// How to write two words that a blank has torn apart: `60 s`, and `0.5 1` behind an option.
+fn torn() -> Option<String> {
+    let words: Vec<String> = std::env::args_os()
+        .map(|word| word.to_string_lossy().into_owned())
+        .collect();
+    words.windows(3).find_map(|words| {
+        let [option, number, next] = words else {
+            return None;
+        };
+        let is_value = option.starts_with("--") && !option.contains('=') && is_bare(number);
+        match is_value {
+            true if is_unit(next) => Some(format!("{number}{next}, without a blank")),
+            true if is_bare(next) => Some(format!("{number},{next}, if both are of {option}")),
+            true | false => None,
+        }
+    })
+}
+
 /// Says why the words were not understood, or the help that they ask for.
 fn not_understood(error: &clap::Error, names: &Names) -> ExitCode {
     // Help and version go to standard output and are success, all else is bad usage.
@@ -302,10 +322,9 @@ fn not_understood(error: &clap::Error, names: &Names) -> ExitCode {
             let _ = error.print();
         } else {
             let instead = not_an_option(error);
-            note(
-                "error",
-                instead.unwrap_or_else(|| one_line(&error.to_string())),
-            );
+            let said = instead.unwrap_or_else(|| one_line(&error.to_string()));
+            let torn = torn().map_or_else(String::new, |meant| format!("; write {meant}"));
+            note("error", format_args!("{said}{torn}"));
         }
         return ExitCode::from(2);
     }
@@ -325,9 +344,12 @@ fn not_understood(error: &clap::Error, names: &Names) -> ExitCode {
 
 /// The exit code of a command, whose failure is said: scripts rely on it, see [`LONG_ABOUT`].
 fn ended(result: Result<(), Failure>, names: &Names) -> ExitCode {
-    let Err(failure) = result else {
+    let Err(mut failure) = result else {
         return ExitCode::SUCCESS;
     };
+    if let (Failure::Input(_), Some(meant)) = (&failure, torn()) {
+        failure = failure.and(&format!("write {meant}"));
+    }
     refused(&failure, names);
     ExitCode::from(match failure {
         Failure::Run(_) => 1,

@@ -49,7 +49,7 @@ fn read(path: &Path, names: &[&str]) -> Result<Topic, Failure> {
         if !matches!(error, RecordError::Topics { .. }) {
             return error.into();
         }
-        let advice = "name columns of one topic of numbers (ROS 2 or JSON) as /topic.field, with --columns or --column";
+        let advice = "name columns of one topic of numbers (ROS 1, ROS 2 or JSON; convert others to JSON) as /topic.field, with --columns or --column";
         Failure::input_with_advice(error, advice)
     })?;
     if !topic.condition.complete {

@@ -5,6 +5,7 @@
 use self::keys::Named;
 use crate::files::Files;
 use crate::names::option_of;
+use crate::parse::doubt;
 use clap::builder::PossibleValuesParser;
 use clap::{Arg, ArgAction, ArgMatches, Args, Command, Error, FromArgMatches};
 use fracdiff::parameter::Shown;
@@ -14,10 +15,10 @@ use haptic_experiment::document::{Document, short};
 use haptic_experiment::parameters::analysis::ANALYSED_SCHEME;
 use haptic_experiment::parameters::{
     DEVICE_MODEL, DRIVE_TABLE, KINDS, MEASUREMENT, ORDER, Parameter, QUESTIONS, Value as Kind,
-    choices, is_path, of_kind, renamed,
+    choices, is_path, now_called, of_kind,
 };
 use haptic_experiment::run::DeviceModel;
-use haptic_quantity::{is_meant, kind_of_key, parse_for_key, without_unit};
+use haptic_quantity::{did_you_mean, is_meant, kind_of_key, parse_for_key, without_unit};
 use std::collections::BTreeMap;
 use std::marker::PhantomData;
 use std::ops::RangeInclusive;
@@ -53,12 +54,20 @@ pub(crate) fn instead_of(option: &str, command: &str) -> Option<String> {
     let known = parameters.find(|parameter| option_of(parameter.key) == wanted)?;
     let is_flag = matches!(known.value, Kind::Flag(_));
     let value = if is_flag { "true" } else { "VALUE" };
-    Some(format!("{}={value}", without_unit(known.key)))
+    let instead = format!("{}={value}", without_unit(known.key));
+    // In a document of another kind it was the name of another key.
+    Some(match now_called(wanted).filter(|_| command == "run") {
+        Some(now) => format!("{}=VALUE, or {instead} of two hands", without_unit(now)),
+        None => instead,
+    })
 }
 
-/// A text as the value of a parameter, in SI units.
-fn value_of(parameter: &Parameter, text: &str) -> Result<Value, String> {
+/// A text as the value of a parameter, in SI units, for a key that was written so; without its unit it says nothing of that of a number.
+fn value_of(written: &str, parameter: &Parameter, text: &str) -> Result<Value, String> {
     let key = parameter.key;
+    if !written.ends_with(key) {
+        doubt(key, text)?;
+    }
     let number = |text: &str| parse_for_key(key, text).map_err(|error| error.to_string());
     match parameter.value {
         Kind::Number(..) => number(text).map(Value::from),
@@ -187,23 +196,20 @@ impl<N: Named> Options<N> {
         let all = N::OPTIONS.concat();
         let mut given = Given(BTreeMap::new());
         for (parameter, text, said) in self.options {
-            let set = given.set(parameter, &text);
+            let set = given.set("", parameter, &text);
             set.map_err(|error| refused(&said, error))?;
         }
         for said in &self.values {
             let (key, text) = said.split_once('=').unwrap_or((said, ""));
             let Some(parameter) = all.iter().find(|known| is_meant(known.key, key)) else {
                 let known: Vec<&str> = all.iter().map(|known| without_unit(known.key)).collect();
-                let error = match renamed(key).map(without_unit) {
+                let error = match now_called(key).map(without_unit) {
                     Some(now) if known.contains(&now) => format!("`{key}` is now called `{now}`"),
-                    _ => {
-                        let known = known.join(", ");
-                        format!("is not KEY=VALUE with one of the keys {known}")
-                    }
+                    _ => format!("no such key: {}", did_you_mean(key, known)),
                 };
                 return Err(refused(&short(said), error));
             };
-            let set = given.set(parameter, text.trim());
+            let set = given.set(key, parameter, text.trim());
             set.map_err(|error| refused(&short(said), error))?;
         }
         Ok(given)
@@ -212,7 +218,7 @@ impl<N: Named> Options<N> {
     pub(crate) fn over(self, mut document: Document) -> Result<Document, Failure> {
         let kind = document.kind()?;
         for (parameter, text, said) in self.options {
-            let value = value_of(parameter, &text).map_err(|error| refused(&said, error))?;
+            let value = value_of("", parameter, &text).map_err(|error| refused(&said, error))?;
             document.set(table_of(kind, parameter), parameter.key, value, &said)?;
         }
         for text in &self.values {
@@ -227,7 +233,7 @@ impl<N: Named> Options<N> {
             let (written, parameter) = (written.trim(), found(kind, written.trim()));
             let (table, key, value) = match &parameter {
                 Some(parameter) => {
-                    let value = value_of(parameter, value.trim());
+                    let value = value_of(written, parameter, value.trim());
                     let value = value.map_err(|error| refused(said, error))?;
                     (table_of(kind, parameter), parameter.key, value)
                 }
@@ -250,8 +256,8 @@ fn refused(said: &str, error: String) -> Failure {
 pub(crate) struct Given(BTreeMap<&'static str, Value>);
 
 impl Given {
-    fn set(&mut self, parameter: &Parameter, text: &str) -> Result<(), String> {
-        let value = value_of(parameter, text)?;
+    fn set(&mut self, written: &str, parameter: &Parameter, text: &str) -> Result<(), String> {
+        let value = value_of(written, parameter, text)?;
         if let (Some(number), Kind::Number(_, range)) = (value.as_float(), parameter.value)
             && !range.contains(number)
         {

@@ -7,7 +7,7 @@ use fracdiff::parameter::Shown;
 use fracdiff::{Order, Scheme, Seconds};
 use haptic_experiment::parameters::{Parameter, Range, in_degrees};
 use haptic_experiment::{Failure, Named};
-use haptic_quantity::{WrittenUnit, parse_for_key, written};
+use haptic_quantity::{WrittenUnit, is_bare, parse_for_key, written};
 use std::ffi::OsStr;
 use std::ops::RangeInclusive;
 
@@ -60,9 +60,37 @@ where
     }
 }
 
+/// Ends of keys, numbers above which nobody means the SI unit who writes none, that unit, and the one that may be meant.
+const DOUBTFUL: [(&str, f64, &str, &str); 6] = [
+    ("mass_kg", 5.0, "kg", "g"),
+    ("sample_time_s", 0.1, "s", "ms"),
+    ("delay_s", 1.0, "s", "ms"),
+    ("_rad", 6.3, "rad", "deg"),
+    ("_m2", 1.0, "m2", "mm2"),
+    ("_m", 1.0, "m", "mm"),
+];
+
+/// Refuses a number without a unit that no device has in the SI unit.
+pub(crate) fn doubt(key: &str, text: &str) -> Result<(), String> {
+    let text = text.trim();
+    let number = parse_for_key(key, text).ok().filter(|_| is_bare(text));
+    let mut doubtful = DOUBTFUL.iter();
+    let found = doubtful.find(|(end, ..)| key.ends_with(end));
+    match (number, found) {
+        (Some(number), Some((_, most, si, other))) if number.abs() > *most => Err(format!(
+            "{text} has no unit: write {text}{other}, or {text}{si} if it is that"
+        )),
+        _ => Ok(()),
+    }
+}
+
 /// A parser of a quantity in a range; the end of a key says its unit.
 pub(crate) fn quantity(key: &'static str, range: Range) -> impl TypedValueParser<Value = f64> {
-    Judged(move |text: &str| parse_for_key(key, text).map(|value| in_range(key, value, range)))
+    Judged(move |text: &str| {
+        parse_for_key(key, text)
+            .map_err(|error| error.to_string())
+            .and_then(|value| doubt(key, text).map(|()| in_range(key, value, range)))
+    })
 }
 
 pub(crate) fn of(parameter: Parameter) -> impl TypedValueParser<Value = f64> {

@@ -4,7 +4,7 @@ use crate::mcap;
 use haptic_experiment::Failure;
 use haptic_experiment::document::short;
 use haptic_quantity::written;
-use haptic_tissue::identify::table::{RecordColumns, Signal, TABLE_MOST, read_record, read_signal};
+use haptic_tissue::identify::table::{RecordColumns, TABLE_MOST, read_record};
 use haptic_tissue::read_bytes;
 use std::io::{self, Read};
 use std::path::Path;
@@ -38,35 +38,23 @@ pub(crate) fn bytes_with(path: &Path, names: Vec<&mut String>) -> Result<Vec<u8>
     }
 }
 
-/// A column of this name, and the times beside it.
-pub(crate) fn signal(path: &Path, name: &str) -> Result<Signal, Failure> {
-    let mut name = name.to_owned();
-    let found = read_signal(&bytes_with(path, vec![&mut name])?, &name);
-    found.map_err(|error| {
-        let error = error.to_string();
-        wrong(
-            path,
-            format_args!("{}; give --column the column to take", short(&error)),
-        )
-    })
-}
-
 /// The row whose step is off the most, if that is more than a millionth and more than the rounding to the last digit explains.
 ///
 /// Refused: times that do not rise; even steps other than this sample time, by half a step over all rows, as far as rounding goes, and 1 %, as far as a clock may be off.
 pub(crate) fn uneven_row(
     path: &Path,
-    signal: &Signal,
+    record: &RecordColumns<2>,
     sample_time_s: f64,
 ) -> Result<Option<usize>, Failure> {
-    let Some(time_s) = signal.time_s.as_ref().filter(|time| time.len() > 1) else {
+    let time_s = &record.columns[0];
+    if time_s.len() < 2 {
         return Ok(None);
-    };
+    }
     let after = |row: usize| time_s[row] - time_s[row - 1];
     let rows = 1..time_s.len();
     if let Some(row) = rows.clone().find(|&row| after(row) <= 0.0) {
         let [before, now] = [row - 1, row].map(|row| written("time_s", time_s[row]));
-        let line = signal.lines[row];
+        let line = record.lines[row];
         let what = format_args!(
             "line {line}: {now} does not come after {before}: sort the rows by time, and keep one row per time"
         );
@@ -102,7 +90,7 @@ pub(crate) fn uneven_row(
     ))
 }
 
-/// Time and signals of a record, whose gaps are NaN.
+/// Time and signals of a record, whose gaps are NaN; without times, nothing may be missing.
 pub(crate) fn record<const N: usize>(
     path: &Path,
     names: [&str; N],

@@ -102,7 +102,8 @@ impl ControllerFile {
         let law = law.with_keys(known.map(std::slice::from_ref).unwrap_or_default())?;
         let running = beside.remove("loop").ok_or_else(|| {
             let key = p::CONTROLLER_SAMPLE_TIME.key;
-            document.fail(format!("missing table [loop]: give it with `{key}`"))
+            let missing = format!("missing table [loop]: add it with `{key}`");
+            document.fail(missing).of_file(String::new())
         })?;
         let running = running.with_keys(&[("loop", p::CONTROLLER_LOOP)])?;
         // The sample time stands in `[loop]`.
@@ -240,7 +241,13 @@ fn numbers(setup: &mut ControllerSetup) -> (&'static str, Vec<(Parameter, &mut f
 
 /// The controller with what `[loop]` says.
 fn in_loop(setup: ControllerSetup, table: &Table<'_>) -> Result<ControllerSetup, FileError> {
-    let sample_time_s = table.required(&p::CONTROLLER_SAMPLE_TIME)?;
+    let sample_time_s = table.number_if(&p::CONTROLLER_SAMPLE_TIME)?;
+    // An option takes the place of a value, and there must be one.
+    let sample_time_s = sample_time_s.ok_or_else(|| {
+        let key = p::CONTROLLER_SAMPLE_TIME.key;
+        let missing = format!("missing key `{key}` in [loop]: add it, as in {key} = 0.001");
+        table.fail(missing).of_file(String::new())
+    })?;
     let refused = |reason: String| table.fail_at(p::CONTROLLER_SCHEME.key, reason);
     let scheme: Scheme = table
         .text(&p::CONTROLLER_SCHEME)?

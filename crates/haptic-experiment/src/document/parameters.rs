@@ -47,7 +47,7 @@ const RENAMED: [(&str, &str); 3] = [
 
 /// What a key of this former name is called now. The name may lack its unit, and have `-` for `_`.
 #[must_use]
-pub fn renamed(name: &str) -> Option<&'static str> {
+pub fn now_called(name: &str) -> Option<&'static str> {
     let mut all = RENAMED.iter();
     let found = all.find(|(former, _)| is_meant(former, name));
     found.map(|(_, now)| *now)

@@ -3,8 +3,9 @@
 use super::error::{FileError, Source};
 use crate::document::input::short;
 use crate::document::named::Named;
-use crate::document::parameters::{Parameter, Range, Value, in_degrees, is_path, renamed};
+use crate::document::parameters::{Parameter, Range, Value, in_degrees, is_path, now_called};
 use fracdiff::parameter::Shown;
+use haptic_quantity::did_you_mean;
 use std::path::{Path, PathBuf};
 use toml::Spanned;
 use toml::de::{DeArray, DeTable, DeValue};
@@ -50,7 +51,7 @@ impl<'a> Part<'a> {
         let mut entries = self.entries.iter();
         let found = entries.find(|(name, _)| {
             let name = name.get_ref();
-            name == key || renamed(name) == Some(key)
+            name == key || now_called(name) == Some(key)
         });
         found.map(|(_, value)| value)
     }
@@ -167,7 +168,8 @@ impl<'a> Table<'a> {
         for part in &self.parts {
             for (key, _) in in_order(part.entries) {
                 let name = key.get_ref().as_ref();
-                if let Some(new) = renamed(name).filter(|new| keys().any(|known| known == *new)) {
+                if let Some(new) = now_called(name).filter(|new| keys().any(|known| known == *new))
+                {
                     if part.source.is_log() {
                         continue;
                     }
@@ -176,11 +178,7 @@ impl<'a> Table<'a> {
                 }
                 if !keys().any(|known| known == name) {
                     let name = &short(name);
-                    let nearest = keys().min_by_key(|known| distance(known, name));
-                    let advice = match nearest.filter(|known| distance(known, name) <= 3) {
-                        Some(nearest) => format!("did you mean `{nearest}`?"),
-                        None => format!("known are {}", keys().collect::<Vec<_>>().join(", ")),
-                    };
+                    let advice = did_you_mean(name, keys());
                     let reason = format!("unknown key `{name}` in [{}]: {advice}", self.name);
                     let unknown = part.source.fail(key.span().start, reason);
                     return Err(unknown.of_file(String::new()));
@@ -437,20 +435,4 @@ pub(crate) fn in_order<'t, 'i>(
     let mut entries: Vec<_> = table.iter().collect();
     entries.sort_by_key(|(key, _)| key.span().start);
     entries
-}
-
-/// Letters to change, add or leave out to make one word of the other (Levenshtein).
-fn distance(a: &str, b: &str) -> usize {
-    let b: Vec<char> = b.chars().collect();
-    let mut row: Vec<usize> = (0..=b.len()).collect();
-    for (i, from) in a.chars().enumerate() {
-        let mut diagonal = row[0];
-        row[0] = i + 1;
-        for (j, to) in b.iter().enumerate() {
-            let changed = diagonal + usize::from(from != *to);
-            diagonal = row[j + 1];
-            row[j + 1] = changed.min(row[j] + 1).min(diagonal + 1);
-        }
-    }
-    row[b.len()]
 }

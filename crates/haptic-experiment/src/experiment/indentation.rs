@@ -762,10 +762,7 @@ fn either(
 ) -> Result<f64, FileError> {
     let given = table.number_if(whole)?;
     if given.is_some() && table.has(share) {
-        let reason = format!(
-            "{} and {} are one and the same: omit one",
-            share.key, whole.key
-        );
+        let reason = format!("{share} and {whole} are one and the same: omit one");
         return Err(table.fail_at(share.key, reason));
     }
     if let Some(given) = given {

@@ -67,6 +67,10 @@ impl FromStr for DeviceName {
             }))));
         }
         let Some(name) = named else {
+            // A port as the system calls it.
+            if text.starts_with("/dev/") || text.starts_with("COM") {
+                return Err(format!("device \"{text}\" is a port: write serial:{text}"));
+            }
             let foreign = ForeignName::KINDS.iter().map(|(_, form)| *form);
             let foreign: Vec<&str> = foreign.collect();
             return Err(format!(

@@ -105,6 +105,16 @@ pub(crate) struct Layout<S> {
     fields: Vec<Field<S>>,
     /// False if fields follow whose type is not defined, so that nobody knows their length.
     is_whole: bool,
+    encoding: Encoding,
+}
+
+/// How the fields of a message stand behind each other.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Encoding {
+    /// ROS 2: behind [`ENCAPSULATION`], numbers at multiples of their size, texts with a zero at their end.
+    Cdr,
+    /// ROS 1: nothing between them.
+    Ros1,
 }
 
 #[derive(Clone, Debug)]
@@ -137,6 +147,7 @@ struct Definitions<'a> {
     parts: Vec<(&'a str, Vec<&'a str>)>,
     /// Fields that may still be made: a type that holds itself would go on for ever.
     left: Cell<usize>,
+    encoding: Encoding,
 }
 
 /// Fields of a message with those of the messages in it.
@@ -146,7 +157,7 @@ const DEPTH_MOST: usize = 32;
 
 impl<'a> Definitions<'a> {
     /// The definitions of other types stand behind a line of `=` and one with their name.
-    fn of(schema: &'a str) -> Self {
+    fn of(schema: &'a str, encoding: Encoding) -> Self {
         let mut parts = vec![("", Vec::new())];
         for line in schema.lines() {
             let Some(part) = parts.last_mut().filter(|_| !line.starts_with("===")) else {
@@ -159,11 +170,16 @@ impl<'a> Definitions<'a> {
             }
         }
         let left = Cell::new(FIELDS_MOST);
-        Self { parts, left }
+        Self {
+            parts,
+            left,
+            encoding,
+        }
     }
 
     fn lines(&self, kind: &str) -> Option<&[&'a str]> {
         const TIME: [&str; 2] = ["int32 sec", "uint32 nanosec"];
+        const ROS1: [&str; 2] = ["time", "duration"];
         // Written in full, `std_msgs/msg/Header`, in short, or without its package.
         let short = kind.replace("/msg/", "/");
         let is_it = |name: &str| {
@@ -172,7 +188,9 @@ impl<'a> Definitions<'a> {
         };
         let found = self.parts.iter().find(|(name, _)| is_it(name));
         let times = ["builtin_interfaces/Time", "builtin_interfaces/Duration"];
-        let known = times.contains(&short.as_str()).then_some(&TIME[..]);
+        let is_ros1 = self.encoding == Encoding::Ros1 && ROS1.contains(&kind);
+        let is_time = is_ros1 || times.contains(&short.as_str());
+        let known = is_time.then_some(&TIME[..]);
         found.map(|(_, lines)| lines.as_slice()).or(known)
     }
 
@@ -210,7 +228,7 @@ impl<'a> Definitions<'a> {
             fields.push(Field { kind, count, slot });
             self.left.set(self.left.get().saturating_sub(1));
         }
-        if fields.is_empty() && !at.is_empty() {
+        if fields.is_empty() && !at.is_empty() && self.encoding == Encoding::Cdr {
             // A message without fields takes one byte.
             let (kind, count, slot) = (Kind::Unsigned(1), Some(1), None);
             fields.push(Field { kind, count, slot });
@@ -220,12 +238,25 @@ impl<'a> Definitions<'a> {
 }
 
 impl<S: Copy> Layout<S> {
+    /// Of a definition in the words of ROS 2, whose messages are CDR.
+    pub(crate) fn of(definition: &str, slot: impl FnMut(&str) -> Option<S>) -> Self {
+        Self::encoded(Encoding::Cdr, definition, slot)
+    }
+
     /// Of a definition in the words of ROS. Fields of a message in a field are named as `header.stamp.sec`, or
     /// `poses[].position.x` where there may be several.
-    pub(crate) fn of(definition: &str, mut slot: impl FnMut(&str) -> Option<S>) -> Self {
-        let definitions = Definitions::of(definition);
+    pub(crate) fn encoded(
+        encoding: Encoding,
+        definition: &str,
+        mut slot: impl FnMut(&str) -> Option<S>,
+    ) -> Self {
+        let definitions = Definitions::of(definition, encoding);
         let (fields, is_whole) = definitions.fields(&definitions.parts[0].1, &[], &mut slot);
-        Self { fields, is_whole }
+        Self {
+            fields,
+            is_whole,
+            encoding,
+        }
     }
 
     /// Hands over the elements that have a place, with the number of each in its field and in those around it.
@@ -246,9 +277,17 @@ impl<S: Copy> Layout<S> {
         message: &[u8],
         mut take: impl FnMut(S, &[usize], Item<'_>),
     ) -> Result<usize, MessageError> {
-        let fields = message.strip_prefix(&ENCAPSULATION);
+        let encoding = self.encoding;
+        let fields = match encoding {
+            Encoding::Cdr => message.strip_prefix(&ENCAPSULATION),
+            Encoding::Ros1 => Some(message),
+        };
         let fields = fields.ok_or(MessageError::Encapsulation)?;
-        let mut bytes = Cdr { fields, at: 0 };
+        let mut bytes = Fields {
+            fields,
+            at: 0,
+            encoding,
+        };
         bytes
             .fields(&self.fields, &mut Vec::new(), &mut take)
             .ok_or(MessageError::Fields)?;
@@ -298,16 +337,19 @@ pub(super) fn put<const N: usize>(buffer: &mut Vec<u8>, bytes: [u8; N]) {
     buffer.extend(bytes);
 }
 
-/// Reads plain CDR behind its header: each number at a multiple of its size, texts with a zero at their end.
-struct Cdr<'a> {
+/// Reads the fields of a message.
+struct Fields<'a> {
     fields: &'a [u8],
     at: usize,
+    encoding: Encoding,
 }
 
-impl<'a> Cdr<'a> {
-    /// A number of so many bytes, which stands at a multiple of them.
+impl<'a> Fields<'a> {
     fn number(&mut self, size: usize) -> Option<u64> {
-        let start = self.at.next_multiple_of(size);
+        let start = match self.encoding {
+            Encoding::Cdr => self.at.next_multiple_of(size),
+            Encoding::Ros1 => self.at,
+        };
         self.at = start + size;
         let mut bytes = [0; 8];
         bytes[..size].copy_from_slice(self.fields.get(start..self.at)?);
@@ -338,7 +380,7 @@ impl<'a> Cdr<'a> {
                 let item = match &field.kind {
                     Kind::Message(fields) => {
                         self.fields(fields, places, take)?;
-                        (self.at > before).then_some(())?;
+                        (self.at > before || field.count == Some(1)).then_some(())?;
                         continue;
                     }
                     Kind::Unsigned(size) => Item::Number(Value::Count(self.number(*size)?)),
@@ -365,12 +407,15 @@ impl<'a> Cdr<'a> {
         Some(())
     }
 
-    /// Its length, its bytes, and the zero at its end, which counts.
+    /// Its length and its bytes; in CDR the zero at its end counts.
     fn text(&mut self) -> Option<&'a [u8]> {
         let length = self.count()?;
         let bytes = self.fields.get(self.at..)?.get(..length)?;
         self.at += length;
-        bytes.strip_suffix(&[0])
+        match self.encoding {
+            Encoding::Cdr => bytes.strip_suffix(&[0]),
+            Encoding::Ros1 => Some(bytes),
+        }
     }
 }
 

@@ -8,12 +8,13 @@
 //! | messages | definition |
 //! |---|---|
 //! | `cdr`, plain and little endian | `ros2msg` |
+//! | `ros1`, as in converted bags | `ros1msg` |
 //! | `json` | none is needed |
 //!
 //! - *Errors*: a log without a topic of numbers, or with several of which none is named; the error lists them.
 //! - *Cost*: the file is read once; eight bytes of memory for each number.
 
-use super::message::Item;
+use super::message::{Encoding, Item};
 use mcap::records::Record;
 use serde_json::Value;
 use std::collections::{BTreeMap, HashMap};
@@ -38,13 +39,14 @@ enum Decoder {
 impl Decoder {
     /// By the encoding of the messages, and by that of their definition; else why they are not read.
     fn of(encoding: &str, (language, definition): &(String, String)) -> Result<Self, String> {
-        match (encoding, language.as_str()) {
+        let encoding = match (encoding, language.as_str()) {
             ("json", _) => return Ok(Self::Json),
-            ("cdr", "ros2msg") => {}
+            ("cdr", "ros2msg") => Encoding::Cdr,
+            ("ros1", "ros1msg") => Encoding::Ros1,
             _ => return Err(format!("{encoding:?} defined by {language:?} is not read")),
-        }
+        };
         let mut names = Vec::new();
-        let layout = Layout::of(definition, |name| {
+        let layout = Layout::encoded(encoding, definition, |name| {
             names.push(name.to_owned());
             Some(names.len() - 1)
         });
@@ -310,6 +312,36 @@ mod tests {
         bytes.extend([0; 4]);
         let error = ros(&definition).numbers(&bytes).expect_err("too long");
         assert!(error.contains("7 bytes follow"), "{error}");
+    }
+
+    #[test]
+    fn messages_of_ros_1_stand_without_gaps() {
+        let rule = "=".repeat(80);
+        let definition = format!(
+            "Header header\nint8 a\nfloat64[] b\nEmpty c\nduration d\n{rule}\nMSG: std_msgs/Header\nuint32 seq\ntime stamp\nstring frame_id\n{rule}\nMSG: std_msgs/Empty\n"
+        );
+        let schema = ("ros1msg".to_owned(), definition);
+        let decoder = Decoder::of("ros1", &schema).expect("is read");
+        let mut bytes = [7_u32, 5, 250_000_000, 2].map(u32::to_le_bytes).concat();
+        bytes.extend(b"ab\xfe\x01\0\0\0");
+        bytes.extend(1.5_f64.to_le_bytes());
+        bytes.extend([3_u32, 4].map(u32::to_le_bytes).concat());
+        let (numbers, _) = decoder.numbers(&bytes).expect("reads");
+        let names = [
+            "header.seq",
+            "header.stamp.sec",
+            "header.stamp.nanosec",
+            "a",
+            "b[0]",
+            "d.sec",
+            "d.nanosec",
+        ];
+        let want = std::iter::zip(names, [7.0, 5.0, 2.5e8, -2.0, 1.5, 3.0, 4.0]);
+        let want: Vec<_> = want.map(|(name, value)| (name.to_owned(), value)).collect();
+        assert_eq!(numbers, want);
+        for length in 0..bytes.len() {
+            assert!(decoder.numbers(&bytes[..length]).is_err(), "{length}");
+        }
     }
 
     #[test]

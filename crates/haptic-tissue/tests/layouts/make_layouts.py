@@ -157,3 +157,33 @@ write("origin.txt", "Angular frequency\tStorage\tLoss\nrad/s\tkPa\tkPa\n\tgel, d
 write("spreadsheet.csv", "my gel;;;\n;;;\nFrequency [Hz];Storage modulus [Pa];Loss modulus [Pa];\n" + "".join(
       f"{h:.6f};{s:,.2f};{l:,.2f};\n".replace(",", " ").replace(".", ",") for h, s, l in zip(HZ, ST, LO)) + ";;;\n")
 write("numbers-minus.csv", "time_s,position_mm,force_N\n" + "".join(f"{s:g},{1e3 * x:g},{f:g}\n" for s, x, f in zip(S, POS, FORCE)).replace("-", "\u2212"))
+
+# Other languages and locales, rows without numbers, several steps in one table.
+ROWS = list(zip(S, times(POS, 1e3), times(FORCE, 1e3)))
+
+
+def rows(number, sep):
+    return "".join(sep.join(number(cell) for cell in row) + "\n" for row in ROWS)
+
+
+def grouped(thousands, decimals):
+    return lambda x: f"{x:,.2f}".replace(",", "T").replace(".", decimals).replace("T", thousands)
+
+
+write("testxpert-french.txt", '"Épaisseur éprouvette",1,"mm"\n"Date/heure",43173.4,""\n"Opérateur",""\n"Temps","Traverse absolue","Force standard","Course standard"\n"s","mm","N","mm"\n'
+      + table([S, times(POS, 5e3), FORCE, times(POS, 1e3)], ","), "latin-1")
+write("spreadsheet-turkish.csv", "Süre [s];Yer değiştirme [mm];Kuvvet [mN]\n" + rows(grouped(".", ","), ";"))
+write("spreadsheet-capitals.csv", "SÜRE (s);DEPLASMAN (mm);KUVVET (mN)\n" + rows(grouped(".", ","), ";"))
+write("spreadsheet-french.csv", "Temps (s);Déplacement (mm);Force (mN)\n" + rows(grouped("\u202f", ","), ";"))
+write("bluehill-unquoted.csv", "Time (s),Extension (mm),Load (mN)\n" + rows(grouped(",", "."), ","))
+write("kinexus-actions.csv", "Action Name;Time (sequence)(s);Time (action)(s);Shear stress(Pa);Shear relaxation modulus(Pa)\n"
+      + table([same("Pre Shear"), T, T, same(1.0), same("")], ";", True)
+      + table([same("Relax"), [t + 100 for t in T], T, times(RELAX, 0.01), RELAX], ";", True))
+SWEPT = table([count(), S, HZ, ST, LO], comma=True, first="\t").split("\n")
+write("rheocompass-french.csv", "Projet:\tgels\n\nIntervalle et points de données:\t1\t14\n\nInterval données:\tPoint No.\tIntervalle Temps\tFréquence\tModule de Stockage\tModule de Perte\n\t\t\t\tSinusoïdes\tSinusoïdes\n\t\t[s]\t[Hz]\t[Pa]\t[Pa]\n"
+      + "\n".join(["\t1  (invalide)\t\t\t\t", *SWEPT[:5], "\t7  (invalide)\t\t\t\t", *SWEPT[5:]]), "utf-16")
+with (HERE / "rheocompass-french.csv").open("ab") as file:
+    file.write(b"\n")
+write("rheowin-elements.txt", "C:\\gel.rwd\nDate / Time / Version: 02.03.2026 / 10:00:00 / HAAKE RheoWin 4.30\n\n;t / s;t_seg / s;omega / rad/s;G' / Pa;G'' / Pa;\n"
+      + table([[f"1|{k}" for k in count()], S, S, same(6.283), same(1000.0), same(100.0), same("")], ";", True)
+      + table([[f"2|{k}" for k in count()], [s + 6 for s in S], S, W, ST, LO, same("")], ";", True))

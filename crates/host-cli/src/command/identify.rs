@@ -80,7 +80,8 @@ fn contact_point(text: &str) -> Result<ContactPoint, String> {
 /// `order=0.2` or `order=0.1..0.3`; names are those of tissue files, with the unit or without.
 fn held(text: &str) -> Result<Held, String> {
     let split = text.split_once('=');
-    let (name, value) = split.ok_or("is not PARAMETER=VALUE or PARAMETER=LOW..HIGH")?;
+    let (name, value) =
+        split.ok_or("is not PARAMETER=VALUE or PARAMETER=LOW..HIGH, decimals with a point")?;
     let all = CANDIDATES.iter().flat_map(|kind| kind.parameters());
     let mut names = all.map(|parameter| parameter.name);
     let name = names.find(|known| is_meant(known, name)).unwrap_or(name);

@@ -1,7 +1,7 @@
 //! `log`: look into a log, verify it, save what a cut one holds, turn it into CSV or a picture.
 
 use crate::mcap;
-use crate::output::Output;
+use crate::output::{Output, warn};
 use crate::picture_file;
 use clap::{Args, Subcommand};
 use haptic_experiment::Failure;
@@ -92,6 +92,7 @@ impl Command {
     pub(crate) fn run(self, output: Output) -> Result<(), Failure> {
         match self {
             Self::Info { log } => {
+                no_folder(&log)?;
                 let summary = inspect(&log)?;
                 output.report(&summary)
             }
@@ -128,6 +129,25 @@ impl Command {
             }
         }
     }
+}
+
+/// Refuses a folder, and names the logs in it.
+fn no_folder(path: &Path) -> Result<(), Failure> {
+    let Ok(files) = std::fs::read_dir(path) else {
+        return Ok(());
+    };
+    let files = files.filter_map(|file| Some(file.ok()?.path()));
+    let logs = files.filter(|file| file.extension().is_some_and(|end| end == "mcap"));
+    let mut logs: Vec<String> = logs.map(|log| log.display().to_string()).collect();
+    logs.sort();
+    let remedy = match logs.is_empty() {
+        true => "a NAME.mcap, and none is in it".to_owned(),
+        false => logs.join(" or "),
+    };
+    Err(Failure::bad_input(format_args!(
+        "`{}` is a folder: give {remedy}",
+        path.display()
+    )))
 }
 
 /// All that can be read, in one new log.
@@ -257,7 +277,13 @@ fn require_complete(complete: bool, log: &Path, made: &str) -> Result<(), Failur
 }
 
 fn check(log: &Path, output: Output) -> Result<(), Failure> {
+    no_folder(log)?;
     let summary = inspect(log)?;
+    if let Some(first) = &summary.continues {
+        warn(&format!(
+            "this file goes on where another ended, and nothing before it was looked at: check {first} for the whole log"
+        ));
+    }
     let reasons = summary.reasons();
     output.summary(&summary)?;
     match reasons.is_empty() {

@@ -9,9 +9,8 @@ use fracdiff::full_memory::Kernel;
 use fracdiff::scheme::DEFAULT_TOLERANCE;
 use fracdiff::{Channel, Operator, Order, Scheme, SchemeError, Seconds, grunwald_weights};
 use haptic_experiment::{Failure, parameters};
-use haptic_tissue::identify::table::Signal;
+use haptic_tissue::identify::table::RecordColumns;
 use serde_json::json;
-use std::io;
 use std::path::{Path, PathBuf};
 
 /// Print the impulse response of an operator
@@ -67,6 +66,7 @@ impl Weights {
 /// Differentiate or integrate a CSV column to a fractional order
 ///
 /// The file needs a header. The signal is zero before its first sample, unless --caputo is given.
+/// Uneven times are taken as they are, and stand beside the result.
 #[derive(Debug, Args)]
 #[command(
     after_help = "Example: host-cli differintegrate --order 0.5 --sample-time 1ms signal.csv > half.csv"
@@ -102,20 +102,25 @@ impl Differintegrate {
                 "--caputo takes an order above 0 and at most 1, not {mu}: beyond 1 the first slope is needed too; omit it"
             )));
         }
-        let signal = table::signal(path, &self.column)?;
+        let remedy = "give --column the column to take";
+        let signal = table::record(path, ["time_s", &self.column], remedy)?;
+        if let Some(rows) = signal.gaps() {
+            let what = format_args!("{rows} without a number: give one in every row");
+            return Err(table::wrong(path, what));
+        }
         let t = self.step(path, &signal)?;
         rate(t, mu)?;
         let off = table::uneven_row(path, &signal, t.0)?;
-        let x = signal.x;
+        let [time_s, x] = signal.columns;
         let reference = if self.caputo { x[0] } else { 0.0 };
-        let times = off.zip(signal.time_s);
-        let kernel = match times {
+        let times = off.zip(Some(time_s));
+        let kernel = match &times {
             None => Kernel::Grunwald,
             Some(_) => Kernel::PiecewiseLinear,
         };
         let tolerance = DEFAULT_TOLERANCE;
         let scheme = self.scheme.unwrap_or(Scheme::Full { kernel, tolerance });
-        let y = match times {
+        let y = match &times {
             None => differintegrate(scheme, mu, t, &x, reference).map_err(Failure::input)?,
             Some((row, time_s)) => {
                 let is_lines = matches!(
@@ -125,7 +130,13 @@ impl Differintegrate {
                         ..
                     }
                 );
-                let line = signal.lines[row];
+                let line = signal.lines[*row];
+                if self.sample_time.is_some() {
+                    let what = format_args!(
+                        "the times are uneven, most of all at line {line}, and count: omit --sample-time, or remove the column of time"
+                    );
+                    return Err(table::wrong(path, what));
+                }
                 if !is_lines || mu.get() >= 1.0 {
                     return Err(table::wrong(
                         path,
@@ -140,7 +151,7 @@ impl Differintegrate {
                     );
                     output.warn(&what);
                 }
-                as_they_are(mu, &time_s, &x, reference)?
+                as_they_are(mu, time_s, &x, reference)?
             }
         };
         if let Some(n) = y.iter().position(|y| !y.is_finite()) {
@@ -152,27 +163,30 @@ impl Differintegrate {
         let result = json!({
             "order": mu.get(),
             "scheme": scheme.to_string(),
-            // Null of uneven times.
+            // One of the two is null.
             "sample_time_s": off.is_none().then_some(t.0),
+            "time_s": times.as_ref().map(|(_, time_s)| time_s),
             "x": x,
             "y": y,
         });
         output.text(&result, |out| {
-            let mut table = csv::Writer::from_writer(out);
-            table.write_record(["x", "y"]).map_err(as_io)?;
-            for row in x.iter().zip(&y) {
-                table.serialize(row).map_err(as_io)?;
+            let times = times.as_ref().map(|(_, time_s)| time_s);
+            writeln!(out, "{}x,y", times.map_or("", |_| "time_s,"))?;
+            for (n, (x, y)) in x.iter().zip(&y).enumerate() {
+                let time =
+                    times.map_or_else(String::new, |time_s| format!("{},", json!(time_s[n])));
+                writeln!(out, "{time}{},{}", json!(x), json!(y))?;
             }
-            table.flush()
+            Ok(())
         })
     }
 }
 
 impl Differintegrate {
     /// The time between two rows, as it was given, else as the table has it, on the whole.
-    fn step(&self, path: &Path, signal: &Signal) -> Result<Seconds, Failure> {
-        let time_s = signal.time_s.as_deref().unwrap_or_default();
-        let step = match time_s {
+    fn step(&self, path: &Path, signal: &RecordColumns<2>) -> Result<Seconds, Failure> {
+        let time_s = &signal.columns[0];
+        let step = match &time_s[..] {
             [first, .., last] => Some((last - first) / (time_s.len() - 1) as f64),
             _ => None,
         };
@@ -195,15 +209,6 @@ fn as_they_are(mu: Order, time_s: &[f64], x: &[f64], reference: f64) -> Result<V
         )));
     }
     uneven(mu, time_s, x, reference).map_err(Failure::input)
-}
-
-/// The error of the system below one of the table writer, so that a full disk or a closed pipe is known as such.
-fn as_io(error: csv::Error) -> io::Error {
-    let kind = error.into_kind();
-    if let csv::ErrorKind::Io(error) = kind {
-        return error;
-    }
-    io::Error::other(format!("{kind:?}"))
 }
 
 /// So many samples at uneven times take one or two seconds.

@@ -63,6 +63,12 @@ pub(crate) struct Arguments {
 
 impl Arguments {
     pub(crate) fn run(self, output: Output) -> Result<(), Failure> {
+        if self.runs.is_file() {
+            return Err(Failure::bad_input(format_args!(
+                "--runs `{}` is a file: give a folder",
+                self.runs.display()
+            )));
+        }
         let stop = stop_on_interrupt()?;
         let file = self.device.read()?;
         let device = file.as_ref().map(|file| DeviceNumbers {

@@ -124,7 +124,7 @@ fn questions_without_an_answer_are_refused_with_the_option_to_change() {
         analyze stability --order 1 --alpha 0.1 => --beta is missing
         analyze stability --order 1 --alpha -0.1 --beta 1 => --alpha -0.1: alpha = -0.1 is not from 0 to 1e12: change it
         analyze stability --order 1 --mass 1e9 => --mass 1e9: mass_kg = 1e9 is not
-        analyze stability mas=3 => mas=3 | is not KEY=VALUE with one of the keys order, scheme
+        analyze stability foo=3 => foo=3 | no such key: known are order, scheme
         analyze stability --order 1 order=1 => order=1: is given twice
         analyze sensitivity --order 1 --points 1 => --points = 1 is not a whole number from 2 to 100000
         analyze teleoperation architecture=none => none | is not one of position-position

@@ -108,9 +108,15 @@ fn a_loop_that_does_not_end_at_its_reference_says_so_and_ends_with_1() {
         place.run(line).failed(1).error(),
         &["not at its reference 1", "control analyze"],
     );
-    // No integral: it ends where its gain lets it, which is said by the shape.
-    place.run(&on("--controller 20 --duration 5s")).succeeded();
-    place.run(&on("--controller 1 --duration 20s")).succeeded();
+    // No integral: it ends where its gain lets it, which is its reference only if the gain is large.
+    for (gain, at_reference) in [(20, true), (10, false), (1, false)] {
+        let run = place.run(&on(&format!("--controller {gain} --duration 20s")));
+        assert_eq!(
+            run.succeeded().json()["at_reference"],
+            at_reference,
+            "{gain}"
+        );
+    }
     // Too short to get there.
     place
         .run(&on("--controller 1+1/s --duration 0.5s"))

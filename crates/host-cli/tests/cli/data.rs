@@ -95,9 +95,11 @@ fn uneven_times_are_taken_as_they_are_or_refused() {
         .map(|n| format!("{},{}", 1e3 * time(n), time(n).powf(1.5)))
         .collect();
     place.write("uneven.csv", format!("time_ms,x\n{}\n", rows.join("\n")));
-    let line = "differintegrate --order 0.5 --sample-time 1s uneven.csv";
-    let y = place.run(&format!("{line} --scheme piecewise-linear"));
-    let y = y.succeeded().table("x,y")[60][1];
+    let line = "differintegrate --order 0.5 uneven.csv";
+    let run = place.run(&format!("{line} --scheme piecewise-linear"));
+    let last = run.succeeded().table("time_s,x,y")[60].clone();
+    let y = last[2];
+    assert_eq!(last[0], time(60));
     let want = 36.0 * libm::tgamma(2.5);
     // The straight lines between the samples leave the curve by so much.
     assert!((y / want - 1.0).abs() < 1e-3, "{y} {want}");
@@ -110,6 +112,9 @@ fn uneven_times_are_taken_as_they_are_or_refused() {
         let run = place.run(&format!("{first_order} {scheme}"));
         run.refused(2, &["uneven.csv", "order 1 ", "below 1"]);
     }
+    // A sample time would have no effect.
+    let refused = place.run(&format!("{line} --sample-time 1s"));
+    refused.refused(2, &["uneven.csv", "line ", "omit --sample-time"]);
     // Without an option the times are those of the table, and what was taken is told.
     let run = place.run("differintegrate --order 0.5 uneven.csv");
     let told = [
@@ -121,7 +126,7 @@ fn uneven_times_are_taken_as_they_are_or_refused() {
         "{}",
         run.stderr
     );
-    assert_eq!(run.table("x,y")[60][1], y);
+    assert_eq!(run.table("time_s,x,y")[60][2], y);
     let run = place
         .run("differintegrate --order 0.5 uneven.csv --json")
         .json();
@@ -129,6 +134,7 @@ fn uneven_times_are_taken_as_they_are_or_refused() {
         (&run["scheme"], run["sample_time_s"].is_null()),
         (&"piecewise-linear:1e-6".into(), true)
     );
+    assert_eq!(run["time_s"][60], time(60));
     place.write("even.csv", "time_ms,x\n0,0\n2,1\n4,2\n");
     let even = place.run("differintegrate --order 1 even.csv").succeeded();
     assert_eq!(even.table("x,y")[2], [2.0, 500.0]);
@@ -166,7 +172,7 @@ fn uneven_times_are_taken_as_they_are_or_refused() {
     }
     // A jump at the first of them has no finite derivative.
     place.write("t.csv", "t,x\n0,1\n1,2\n3,4\n");
-    let line = "differintegrate --order 0.5 --sample-time 1s --scheme piecewise-linear t.csv";
+    let line = "differintegrate --order 0.5 --scheme piecewise-linear t.csv";
     place
         .run(line)
         .refused(2, &["jumps from 0 to 1", "--caputo"]);
@@ -174,9 +180,9 @@ fn uneven_times_are_taken_as_they_are_or_refused() {
     let y = place
         .run(&format!("{line} --caputo"))
         .succeeded()
-        .table("x,y");
+        .table("time_s,x,y");
     near(
-        &[y[2][1]],
+        &[y[2][2]],
         &[2.0 * (3.0 / std::f64::consts::PI).sqrt()],
         1e-12,
     );

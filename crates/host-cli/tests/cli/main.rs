@@ -18,6 +18,7 @@ mod interrupted;
 mod live;
 mod log;
 mod measure;
+mod mistakes;
 mod others;
 mod pair;
 mod picture_file;

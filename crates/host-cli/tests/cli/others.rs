@@ -7,7 +7,7 @@ use std::path::Path;
 fn place() -> Place {
     let place = Place::new();
     let logs = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/cli/others");
-    for name in ["ros2", "json", "protobuf"].map(|name| format!("{name}.mcap")) {
+    for name in ["ros1", "ros2", "json", "protobuf"].map(|name| format!("{name}.mcap")) {
         std::fs::copy(logs.join(&name), place.path(&name)).expect("copies");
     }
     place
@@ -133,6 +133,31 @@ fn a_tissue_and_a_plant_are_identified_from_logs_of_others() {
     assert!(place.path("json.log.svg").exists());
     let report = place.json("log export json.mcap plant.csv");
     assert_eq!(report["samples"], 80);
+}
+
+/// The wrench of ROS 2, in the bytes of ROS 1.
+#[test]
+fn messages_of_ros_1_are_columns_too() {
+    let place = place();
+    let export = |name: &str| {
+        let line = format!("log export {name}.mcap - --columns /wrench");
+        let text = place.run(&line).succeeded().stdout.clone();
+        rows(
+            &text,
+            &[
+                "header.stamp_s",
+                "wrench.force.y",
+                "wrench.force.z",
+                "depth_mm",
+            ],
+        )
+    };
+    assert_eq!(export("ros1"), export("ros2"));
+    let line = "log export ros1.mcap - --columns /wrench.header.seq,/wrench.wrench.torque[1]";
+    let text = place.run(line).succeeded().stdout.clone();
+    let all = rows(&text, &["header.seq", "wrench.torque[1]"]);
+    assert_eq!(all[5], [5.0, 2.5]);
+    assert!(all[4][1].is_nan());
 }
 
 #[test]

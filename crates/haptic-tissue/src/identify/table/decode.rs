@@ -6,6 +6,9 @@ use std::borrow::Cow;
 /// The text of a file, without its marks.
 pub(super) fn decoded(bytes: &[u8]) -> Result<Cow<'_, str>, IdentifyError> {
     let wide = |bytes: &[u8], unit: fn([u8; 2]) -> u16| {
+        // Some programs end the text with a byte of its own.
+        let whole = bytes.strip_suffix(b"\n").filter(|_| bytes.len() % 2 == 1);
+        let bytes = whole.unwrap_or(bytes);
         if bytes.len() % 2 == 1 {
             return Err(IdentifyError::Record(
                 "this is UTF-16 of an odd number of bytes: its end is missing, save it again"

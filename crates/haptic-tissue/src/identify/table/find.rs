@@ -58,17 +58,33 @@ impl Cell {
     }
 }
 
-/// A cell that says that there is no number.
+/// A cell that says that there is no number, perhaps behind that of its row: `10 (invalid)`.
 pub(super) fn is_gap(cell: &str) -> bool {
     const GAPS: [&str; 7] = ["nan", "na", "n/a", "#n/a", "null", "none", "#div/0!"];
     let is_ruled = || cell.chars().all(|c| matches!(c, '-' | '*' | '–' | '—'));
-    is_ruled() || GAPS.iter().any(|gap| cell.eq_ignore_ascii_case(gap))
+    let is_refused = || {
+        let (row, word) = cell.split_once('(')?;
+        let is_word = word.strip_suffix(')')?.chars().all(char::is_alphabetic);
+        Some(is_word && row.trim().parse::<u32>().is_ok())
+    };
+    is_ruled()
+        || GAPS.iter().any(|gap| cell.eq_ignore_ascii_case(gap))
+        || is_refused() == Some(true)
 }
 
 impl Block {
     /// How many columns have numbers.
     pub(super) fn width(&self) -> usize {
         self.numeric.len()
+    }
+
+    pub(super) fn cell(&self, row: usize, place: usize) -> &str {
+        self.rows[row].1.get(place).unwrap_or("")
+    }
+
+    /// The label of a row, which may have a number behind it.
+    pub(super) fn label(&self, row: usize, place: usize) -> &str {
+        self.cell(row, place).split('|').next().unwrap_or_default()
     }
 
     /// True if no row has anything in this column.
@@ -185,9 +201,12 @@ impl Block {
         let sign = self.decimal_sign(places)?;
         let mut columns = vec![Vec::with_capacity(rows.len()); places.len()];
         for (line, row) in &self.rows[rows] {
-            if row.iter().skip(width).any(|cell| !cell.is_empty()) {
+            let is_wide = row.iter().skip(width).any(|cell| !cell.is_empty());
+            let regrouped = is_wide.then(|| regrouped(row, width)).flatten();
+            let row = regrouped.as_ref().unwrap_or(row);
+            if is_wide && regrouped.is_none() {
                 let reason = format!(
-                    "{} cells under a header of {width}: separate cells by semicolons if decimals have commas",
+                    "{} cells under a header of {width}: separate cells by semicolons if decimals have commas, or quote numbers with commas",
                     row.len()
                 );
                 return Err(wrong(*line, &reason));
@@ -214,6 +233,24 @@ impl Block {
         let is_pure = |row: &StringRecord| !row.iter().any(|cell| Cell::of(cell) == Cell::Text);
         self.rows.len() > 2 || self.rows.iter().all(|(_, row)| is_pure(row))
     }
+}
+
+/// The cells of a row with commas between thousands, `0.5,1,234.567`: joined wherever they make a number, so that more cells than that
+/// could be are refused.
+fn regrouped(row: &StringRecord, width: usize) -> Option<StringRecord> {
+    let mut cells: Vec<String> = Vec::new();
+    for cell in row {
+        let joined = cells.last().map(|last| format!("{last},{cell}"));
+        let is_number = |text: &String| {
+            let is_padded = text.trim_start_matches(['+', '-']).starts_with('0');
+            !is_padded && number_with(text, DecimalSign::Point).is_some()
+        };
+        match (cells.last_mut(), joined.filter(is_number)) {
+            (Some(last), Some(joined)) => *last = joined,
+            (_, _) => cells.push(cell.to_owned()),
+        }
+    }
+    (cells.len() == width).then(|| cells.into())
 }
 
 /// A text as blocks, and how its cells are apart.

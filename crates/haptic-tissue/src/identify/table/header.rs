@@ -62,7 +62,8 @@ fn plain(name: &str) -> String {
         .replace(['″', '”', '"'], "''")
         .replace(['_', '-'], " ");
     let words: Vec<&str> = primes.split_whitespace().collect();
-    words.join(" ").to_lowercase()
+    // A capital İ becomes an i and a dot.
+    words.join(" ").to_lowercase().replace('\u{307}', "")
 }
 
 /// Words that tell a loading, and symbols that tell a modulus.
@@ -139,9 +140,8 @@ pub(super) fn understand(header: &str, below: &str) -> Option<Meaning> {
 
 const PLAIN: u8 = 1;
 /// Clocks that begin with what is measured, and those of the whole test.
-const STEP_CLOCKS: &str =
-    "step time, interval time, segment time, t seg, creep time, relaxation time";
-const TEST_CLOCKS: &str = "total time, run time, test time, global time, timestamp, time stamp";
+const STEP_CLOCKS: &str = "step time, interval time, segment time, t seg, creep time, relaxation time, time (action), intervalle temps";
+const TEST_CLOCKS: &str = "total time, run time, test time, global time, timestamp, time stamp, time (sequence), series time, seriestime";
 const ANGULAR: &str = "ang, ω, omega, kreis, winkel";
 
 fn meaning(name: &str, unit: Option<String>) -> Option<Meaning> {

@@ -1,7 +1,10 @@
 //! The line of names and the line of units that belong to a block of numbers.
 
+use super::super::error::IdentifyError;
 use super::column::Column;
+use super::find::Block;
 use super::header::{Unit, split, understand, unit_in};
+use super::lines::{brief, wrong};
 
 /// What stands above the columns of a block.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -14,6 +17,40 @@ pub(super) struct Heading {
 }
 
 impl Heading {
+    /// The one column of this name, with its unit or without, or of this number, from 1.
+    pub(super) fn place(&self, name: &str) -> Result<Option<usize>, String> {
+        let wanted = brief(name);
+        let is_alike = |name: &str| name.eq_ignore_ascii_case(&wanted);
+        let found = match self.one(name, |place| self.names[place] == wanted)? {
+            None => self.one(name, |place| {
+                let header = &self.names[place];
+                is_alike(header) || is_alike(&split(header).0)
+            })?,
+            exact => exact,
+        };
+        let numbers = 1..=self.names.len();
+        let number = wanted
+            .parse()
+            .ok()
+            .filter(|number| numbers.contains(number));
+        Ok(found.or(number.map(|number: usize| number - 1)))
+    }
+
+    /// The one column of which this is true.
+    pub(super) fn one(
+        &self,
+        name: &str,
+        is_it: impl Fn(usize) -> bool,
+    ) -> Result<Option<usize>, String> {
+        let mut places = (0..self.names.len()).filter(|place| is_it(*place));
+        match (places.next(), places.next()) {
+            (found, None) => Ok(found),
+            (_, Some(_)) => Err(format!(
+                "more than one column is named {name}: give its number, or rename all but one"
+            )),
+        }
+    }
+
     /// The unit in the line of units; empty if there is none.
     pub(super) fn below(&self, place: usize) -> &str {
         bare(self.units.get(place).map_or("", String::as_str))
@@ -38,6 +75,28 @@ impl Heading {
             "" => split(&self.names[place]).1,
             unit => Some(unit.to_owned()),
         }
+    }
+}
+
+impl Block {
+    /// The first of these lines of names that a choice takes, and the choice; else why the one with the most names is not taken, if there is one.
+    pub(super) fn headed<T>(
+        &self,
+        headings: Vec<Heading>,
+        mut choose: impl FnMut(&Heading) -> Result<T, String>,
+    ) -> Result<(Heading, T), Option<(usize, IdentifyError)>> {
+        let mut refused: Option<(usize, IdentifyError)> = None;
+        for heading in headings {
+            let names = heading.names.len();
+            match choose(&heading) {
+                Ok(taken) => return Ok((heading, taken)),
+                Err(why) if refused.as_ref().is_none_or(|(most, _)| names > *most) => {
+                    refused = Some((names, wrong(heading.line, &why)));
+                }
+                Err(_) => {}
+            }
+        }
+        Err(refused)
     }
 }
 

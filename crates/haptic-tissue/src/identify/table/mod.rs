@@ -21,6 +21,4 @@ pub use assemble::{Columns, Reading, Understood};
 pub use column::{Choice, Column};
 pub use lines::rows_named;
 pub use numbers::{Reader, Segment};
-pub use text::{
-    RecordColumns, Signal, TABLE_MOST, TextTable, read_chosen, read_record, read_signal, read_table,
-};
+pub use text::{RecordColumns, TABLE_MOST, TextTable, read_chosen, read_record, read_table};

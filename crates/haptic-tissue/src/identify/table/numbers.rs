@@ -186,28 +186,25 @@ impl Reader {
             None if is_numbered => headings.push(block.numbered()),
             None => {}
         }
-        let mut refused = None;
-        for heading in headings {
-            let choices = self.columns.iter();
-            let mut places = choices.map(|(_, choice)| place(&heading, choice));
-            let mut names = heading.names.iter().enumerate();
-            let mut is_known =
-                || names.any(|(place, name)| understand(name, heading.below(place)).is_some());
-            match places.find_map(Result::err) {
-                None if !self.columns.is_empty() || is_known() => return Ok(heading),
-                None => {
-                    let names = listed_names(&heading);
-                    let what = format!(
-                        "none of the columns {names} is known: give {COLUMNS}, as in time=1,modulus=2"
-                    );
-                    refused = refused.or(Some(wrong(heading.line, &what)));
-                }
-                Some(error) => refused = refused.or(Some(error)),
+        let named = block.headed(headings, |heading| {
+            for (_, choice) in &self.columns {
+                place(heading, choice)?;
             }
-        }
-        let what =
-            format!("there is no header: add one, or give {COLUMNS}, as in time=1,modulus=2");
-        Err(refused.unwrap_or_else(|| wrong(block.lines()[0], &what)))
+            let mut names = heading.names.iter().enumerate();
+            let is_known = |of: (usize, &String)| understand(of.1, heading.below(of.0)).is_some();
+            if !self.columns.is_empty() || names.any(is_known) {
+                return Ok(());
+            }
+            Err(format!(
+                "none of the columns {} is known: give {COLUMNS}, as in time=1,modulus=2",
+                listed_names(heading)
+            ))
+        });
+        named.map(|(heading, ())| heading).map_err(|refused| {
+            let what =
+                format!("there is no header: add one, or give {COLUMNS}, as in time=1,modulus=2");
+            refused.map_or_else(|| wrong(block.lines()[0], &what), |(_, error)| error)
+        })
     }
 
     fn part<'a>(&self, block: &'a Block, heading: Heading) -> Result<Part<'a>, IdentifyError> {
@@ -242,7 +239,7 @@ impl Reader {
     /// Columns that a user named; their units as far as they are known.
     fn named(&self, heading: &Heading) -> Result<Vec<Found>, IdentifyError> {
         let named = self.columns.iter().map(|&(column, ref choice)| {
-            let place = place(heading, choice)?;
+            let place = place(heading, choice).map_err(|what| wrong(heading.line, &what))?;
             let name = heading.names[place].clone();
             let unit = heading.unit_as(column, place);
             Ok(Found {
@@ -281,11 +278,12 @@ impl Reader {
             let (column, unit) = (meaning.column, meaning.unit);
             if let Some(rival) = alike[1..].iter().find(|of| rank(of) == rank(&alike[0])) {
                 let asked = format!(
-                    "line {}: the columns {name} and {} both look like {}: give {COLUMNS} {}=NAME",
+                    "line {}: the columns {name} and {} both look like {kind}: give {COLUMNS} {kind}={} or {kind}={}",
                     heading.line,
                     rival.1,
-                    column.name(),
-                    column.name()
+                    place + 1,
+                    rival.0 + 1,
+                    kind = column.name()
                 );
                 part.unclear.push((column, asked));
             }
@@ -473,11 +471,13 @@ impl Part<'_> {
 
     /// Columns that say which step, set or specimen a row is of.
     fn labels(&self) -> Vec<usize> {
-        const WORDS: &str = "step, segment, set, interval, cycle, specimen, sample, curve, sweep, repeat, replicate, abschnitt, zyklus, probe";
+        const WORDS: &str = "step, segment, set, interval, cycle, specimen, sample, curve, sweep, repeat, replicate, action, abschnitt, zyklus, probe";
         let is_label = |place: &usize| {
             let name = self.heading.names[*place].to_lowercase();
             let mut words = name.split(|c: char| !c.is_alphanumeric());
-            words.any(|word| WORDS.split(", ").any(|label| label == word))
+            // `2|7` is the seventh row of the second step.
+            let is_counted = name.is_empty() && self.block.cell(0, *place).contains('|');
+            (is_counted || words.any(|word| WORDS.split(", ").any(|label| label == word)))
                 && !self.found.iter().any(|found| found.place == *place)
                 && understand(&name, self.heading.below(*place)).is_none()
         };
@@ -517,8 +517,10 @@ impl Part<'_> {
             let mut words: Vec<String> = name.iter().cloned().collect();
             if count > 1 {
                 words.extend(labels.iter().map(|place| {
-                    let cell = self.block.rows[rows.start].1.get(*place).unwrap_or("");
-                    format!("{} {}", split(&self.heading.names[*place]).0, brief(cell))
+                    let label = self.block.label(rows.start, *place);
+                    let named =
+                        format!("{} {}", split(&self.heading.names[*place]).0, brief(label));
+                    named.trim().to_owned()
                 }));
                 words.extend(temperature_c.map(|t| format!("{t:.1} °C")));
             }
@@ -599,34 +601,20 @@ fn listed_names(heading: &Heading) -> String {
     names.take(NAMED).cloned().collect::<Vec<_>>().join(", ")
 }
 
-fn place(heading: &Heading, choice: &Choice) -> Result<usize, IdentifyError> {
-    let (found, wanted) = match choice {
-        Choice::Number(n) => (
-            (1..=heading.names.len()).contains(n).then(|| n - 1),
-            n.to_string(),
-        ),
-        Choice::Name(name) => {
-            let wanted = brief(name);
-            let exact = heading.names.iter().position(|header| *header == wanted);
-            let same = |header: &String| {
-                [header, &split(header).0]
-                    .into_iter()
-                    .any(|name| name.eq_ignore_ascii_case(&wanted))
-            };
-            (
-                exact.or_else(|| heading.names.iter().position(same)),
-                format!("\"{wanted}\""),
-            )
-        }
+fn place(heading: &Heading, choice: &Choice) -> Result<usize, String> {
+    let name = match choice {
+        Choice::Number(number) => number.to_string(),
+        Choice::Name(name) => name.clone(),
     };
-    found.ok_or_else(|| {
-        wrong(
-            heading.line,
-            &format!(
-                "there is no column {wanted}: give {COLUMNS} one of 1 to {} or of {}",
-                heading.names.len(),
-                listed_names(heading)
-            ),
+    heading.place(&name)?.ok_or_else(|| {
+        let shown = match choice {
+            Choice::Number(_) => name,
+            Choice::Name(_) => format!("\"{}\"", brief(&name)),
+        };
+        format!(
+            "there is no column {shown}: give {COLUMNS} one of 1 to {} or of {}",
+            heading.names.len(),
+            listed_names(heading)
         )
     })
 }

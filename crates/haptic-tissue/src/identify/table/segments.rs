@@ -52,9 +52,8 @@ pub(super) fn restarts(clock: &[f64]) -> Vec<usize> {
 
 /// Where the texts of a column change, if it has few of them.
 pub(super) fn changes(block: &Block, place: usize) -> Vec<usize> {
-    let cell = |row: usize| block.rows[row].1.get(place).unwrap_or("");
     let cuts: Vec<usize> = (1..block.rows.len())
-        .filter(|&row| cell(row) != cell(row - 1))
+        .filter(|&row| block.label(row, place) != block.label(row - 1, place))
         .collect();
     let few = LEAST * (cuts.len() + 1) <= block.rows.len();
     if few { cuts } else { Vec::new() }

@@ -4,7 +4,7 @@ use super::super::error::IdentifyError;
 use super::column::Column;
 use super::decode::decoded;
 use super::find::{Block, Blocks};
-use super::header::{Unit, foreign, split, understand};
+use super::header::{Unit, foreign, understand};
 use super::heading::Heading;
 use super::lines::{brief, rows_named, wrong};
 use csv::StringRecord;
@@ -93,56 +93,26 @@ impl TextTable {
     }
 }
 
-/// A column of numbers by the name that stands above it, and the column of time beside it, in s whatever its unit, if there is one; found as by [`read_table`].
+/// Columns of numbers by the names that stand above them, the first that of the times, in s whatever its unit; found as by [`read_table`].
 ///
 /// A name is a header with or without its unit, such as `Zeit` for `Zeit [ms]`, or the number of a
-/// column, from 1; `time_s` means the column of time, whatever its name.
+/// column, from 1; `time_s` means the column of time, whatever its name, if there is one. What a row lacks is NaN; empty lines do not
+/// count, as the time shows what is missing.
 ///
 /// # Errors
-/// As [`read_table`], but one column is enough; no or two columns of the name, two tables with them, two columns of time; no row; a cell that is not a finite number, with its line; an empty line without a time that would show what is missing.
-pub fn read_signal(bytes: &[u8], name: &str) -> Result<Signal, IdentifyError> {
-    let mut time = None;
-    let (chosen, [place]) = Chosen::of(bytes, |header| {
-        time = find(TIME, header, true)?;
-        places_of([name], header, false)
-    })?;
-    let mut factor = 1.0;
-    match (time, chosen.block.blank) {
-        (Some(time), _) => factor = chosen.time_factor(time)?,
-        (None, Some(line)) => return Err(wrong(line, NO_VALUE)),
-        (None, None) => {}
-    }
-    let found = chosen.numbers([place, time.unwrap_or(place)], false)?;
-    let [x, mut time_s] = found.columns;
-    time_s.iter_mut().for_each(|time| *time *= factor);
-    let (lines, time_s) = (found.lines, time.map(|_| time_s));
-    Ok(Signal { lines, time_s, x })
-}
-
-/// A signal in a table.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Signal {
-    /// The line of each row in the file, from 1, for messages.
-    pub lines: Vec<u64>,
-    /// Its times, if the table has them.
-    pub time_s: Option<Vec<f64>>,
-    /// As many as there are lines.
-    pub x: Vec<f64>,
-}
-
-/// Time and signals of a record, found and read as there. What a row lacks is NaN, but of the time; empty lines do not
-/// count, as the time shows what is missing. Also the lines of rows that lack something, for a person.
-///
-/// # Errors
-/// As [`read_signal`]; no column of time, or a time that is missing; a unit that is not
-/// one of time.
+/// As [`read_table`], but one column is enough; no or two columns of a name, two tables with them; no row; a cell that is not a finite
+/// number, with its line; a time that is missing, or a unit that is not one of time; without a time, a row that lacks something.
 pub fn read_record<const N: usize>(
     bytes: &[u8],
     names: [&str; N],
 ) -> Result<RecordColumns<N>, IdentifyError> {
-    let (chosen, places) = Chosen::of(bytes, |header| places_of(names, header, true))?;
-    let factor = chosen.time_factor(places[0])?;
-    let mut found = chosen.numbers(places, true)?;
+    let (chosen, places) = Chosen::of(bytes, |heading| places_of(names, heading))?;
+    let mut found = chosen.numbers(places)?;
+    let Some(time) = places.first().copied().flatten() else {
+        let lacks = chosen.block.blank.or(found.gaps.first().copied());
+        return lacks.map_or(Ok(found), |line| Err(wrong(line, NO_VALUE)));
+    };
+    let factor = chosen.time_factor(time)?;
     let times = &mut found.columns[0];
     times.iter_mut().for_each(|time| *time *= factor);
     match times.iter().position(|time| !time.is_finite()) {
@@ -156,7 +126,7 @@ pub fn read_record<const N: usize>(
 pub struct RecordColumns<const N: usize> {
     /// The line of each row in the file, from 1, for messages.
     pub lines: Vec<u64>,
-    /// In the order of the requested names; NaN where a row lacks a signal.
+    /// In the order of the requested names; NaN where a row lacks a signal. The first is empty if there are no times.
     pub columns: [Vec<f64>; N],
     gaps: Vec<u64>,
 }
@@ -172,17 +142,24 @@ impl<const N: usize> RecordColumns<N> {
 /// Columns chosen by their positions in the header, and the line of each row.
 ///
 /// # Errors
-/// As [`read_signal`]; columns that the choice refuses, with the line of the header.
+/// As [`read_record`]; columns that the choice refuses, with the line of the header.
 pub fn read_chosen<const N: usize>(
     bytes: &[u8],
-    choose: impl FnMut(&[&str]) -> Result<[usize; N], String>,
+    mut choose: impl FnMut(&[&str]) -> Result<[usize; N], String>,
 ) -> Result<(Vec<u64>, [Vec<f64>; N]), IdentifyError> {
-    let (chosen, places) = Chosen::of(bytes, choose)?;
-    if let Some(line) = chosen.block.blank {
-        return Err(wrong(line, NO_VALUE));
+    let mut choose = |heading: &Heading| {
+        let names: Vec<&str> = heading.names.iter().map(String::as_str).collect();
+        choose(&names)
+    };
+    let (chosen, _) = Chosen::of(bytes, &mut choose)?;
+    // The last choice may not have been the one that was taken.
+    let line = chosen.heading.line;
+    let places = choose(&chosen.heading).map_err(|why| wrong(line, &why))?;
+    let found = chosen.numbers(places.map(Some))?;
+    match chosen.block.blank.or(found.gaps.first().copied()) {
+        Some(line) => Err(wrong(line, NO_VALUE)),
+        None => Ok((found.lines, found.columns)),
     }
-    let found = chosen.numbers(places, false)?;
-    Ok((found.lines, found.columns))
 }
 
 /// A block of a table and what was chosen to stand above it.
@@ -192,31 +169,21 @@ struct Chosen {
 }
 
 impl Chosen {
-    /// The block below the one line of names that a choice takes; else what the choice says of the line that has the most names.
-    fn of<const N: usize>(
+    /// The one block with a line of names that a choice takes; else what the choice says of the line that has the most names.
+    fn of<T>(
         bytes: &[u8],
-        mut choose: impl FnMut(&[&str]) -> Result<[usize; N], String>,
-    ) -> Result<(Self, [usize; N]), IdentifyError> {
+        mut choose: impl FnMut(&Heading) -> Result<T, String>,
+    ) -> Result<(Self, T), IdentifyError> {
         let table = TextTable::new(bytes)?;
-        let mut found: Vec<(&Block, Heading, [usize; N])> = Vec::new();
-        let mut refused: Option<(usize, IdentifyError)> = None;
+        let (mut found, mut refused) = (Vec::new(), Vec::new());
         for block in &table.blocks {
             let mut headings = block.headings();
             if headings.is_empty() {
                 headings.push(block.numbered());
             }
-            for heading in headings {
-                let names: Vec<&str> = heading.names.iter().map(String::as_str).collect();
-                match choose(&names) {
-                    Ok(places) => {
-                        found.push((block, heading, places));
-                        break;
-                    }
-                    Err(error) if refused.as_ref().is_none_or(|(most, _)| names.len() > *most) => {
-                        refused = Some((names.len(), wrong(heading.line, &error)));
-                    }
-                    Err(_) => {}
-                }
+            match block.headed(headings, &mut choose) {
+                Ok((heading, taken)) => found.push((block, heading, taken)),
+                Err(why) => refused.extend(why),
             }
         }
         if let [(_, first, _), (_, second, _), ..] = &found[..] {
@@ -227,43 +194,46 @@ impl Chosen {
                 second.line
             )));
         }
-        let Some((block, heading, places)) = found.pop() else {
+        let Some((block, heading, taken)) = found.pop() else {
+            // Of as many names the first.
+            let most = refused.into_iter().rev().max_by_key(|(names, _)| *names);
             let nothing =
                 || IdentifyError::Record("no rows below the header: give numbers".to_owned());
-            return Err(refused.map_or_else(nothing, |(_, error)| error));
+            return Err(most.map_or_else(nothing, |(_, error)| error));
         };
         table.check(block, &heading)?;
         let block = block.clone();
-        // The last choice may not have been the one that was taken.
-        choose(&heading.names.iter().map(String::as_str).collect::<Vec<_>>()).ok();
-        Ok((Self { block, heading }, places))
+        Ok((Self { block, heading }, taken))
     }
 
-    /// Numbers of columns, their lines, and the rows with gaps, which are NaN if there may be any.
+    /// Numbers of columns, none of one that there is not, their lines, and the rows with gaps, which are NaN.
     fn numbers<const N: usize>(
         &self,
-        places: [usize; N],
-        has_gaps: bool,
+        places: [Option<usize>; N],
     ) -> Result<RecordColumns<N>, IdentifyError> {
         let rows = &self.block.rows;
-        let columns = self.block.numbers(&self.heading, &places, 0..rows.len())?;
+        let known: Vec<usize> = places.iter().copied().flatten().collect();
+        let columns = self.block.numbers(&self.heading, &known, 0..rows.len())?;
         let is_gap = |row: &usize| columns.iter().any(|column| column[*row].is_nan());
         let gaps = (0..rows.len()).filter(is_gap);
-        let gaps: Vec<u64> = gaps.map(|row| rows[row].0).collect();
-        if let Some(line) = gaps.first().filter(|_| !has_gaps) {
-            return Err(wrong(*line, NO_VALUE));
-        }
+        let gaps = gaps.map(|row| rows[row].0).collect();
         if let Some((line, row)) = &self.block.broken {
-            let cell = brief(row.get(places[0]).unwrap_or(""));
+            let cell = brief(
+                known
+                    .first()
+                    .and_then(|place| row.get(*place))
+                    .unwrap_or(""),
+            );
             return Err(wrong(
                 *line,
                 &format!("{cell:?} is not a finite number: correct it, or omit the row"),
             ));
         }
         let mut columns = columns.into_iter();
+        let column = |place: Option<usize>| place.and_then(|_| columns.next());
         Ok(RecordColumns {
             lines: rows.iter().map(|row| row.0).collect(),
-            columns: std::array::from_fn(|_| columns.next().unwrap_or_default()),
+            columns: places.map(column).map(Option::unwrap_or_default),
             gaps,
         })
     }
@@ -280,47 +250,29 @@ impl Chosen {
 
 const NO_VALUE: &str = "no value, or NaN: give a number in every row";
 
-/// The places of these names.
+/// The places of these names; none of a time that the table need not have.
 fn places_of<const N: usize>(
     names: [&str; N],
-    header: &[&str],
-    any_time: bool,
-) -> Result<[usize; N], String> {
-    let mut places = [0; N];
-    for (place, name) in places.iter_mut().zip(names) {
-        let found = find(name, header, any_time && name == TIME)?;
-        *place = found
-            .ok_or_else(|| format!("no column {name} in the header {:?}", header.join(",")))?;
+    heading: &Heading,
+) -> Result<[Option<usize>; N], String> {
+    let mut places = [None; N];
+    for (n, name) in names.into_iter().enumerate() {
+        let any_time = n == 0 && name == TIME;
+        let is_time = |place: usize| {
+            let meaning = understand(&heading.names[place], heading.below(place));
+            any_time && meaning.is_some_and(|meaning| meaning.column == Column::Time)
+        };
+        places[n] = match heading.place(name)? {
+            None => heading.one(name, is_time)?,
+            found => found,
+        };
+        if places[n].is_none() && !any_time {
+            let header = heading.names.join(",");
+            return Err(format!("no column {name} in the header {header:?}"));
+        }
     }
     Ok(places)
 }
 
 /// The name that stands for the column of time.
 const TIME: &str = "time_s";
-
-/// The one column of this name, with its unit or without; or of any time.
-fn find(name: &str, header: &[&str], any_time: bool) -> Result<Option<usize>, String> {
-    let is_time = |cell: &str| {
-        let meaning = understand(cell, "");
-        any_time && meaning.is_some_and(|meaning| meaning.column == Column::Time)
-    };
-    let exact = |cell: &str| cell == name;
-    let unitless = |cell: &str| split(cell).0.eq_ignore_ascii_case(name);
-    let ways: [&dyn Fn(&str) -> bool; 3] = [&exact, &unitless, &is_time];
-    for is_it in ways {
-        let mut places = (0..header.len()).filter(|&place| is_it(header[place]));
-        match (places.next(), places.next()) {
-            (Some(place), None) => return Ok(Some(place)),
-            (None, _) => {}
-            (Some(_), Some(_)) => {
-                return Err(format!(
-                    "more than one column is named {name}: rename all but one"
-                ));
-            }
-        }
-    }
-    // A column of a table without names has a number, from 1.
-    let place = name.parse::<usize>().ok();
-    let place = place.and_then(|number| number.checked_sub(1));
-    Ok(place.filter(|place| *place < header.len()))
-}

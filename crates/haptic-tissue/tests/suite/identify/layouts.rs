@@ -50,6 +50,14 @@ const LAYOUTS: &str = r"
     origin.txt | - | sweep
     spreadsheet.csv | - | sweep
     numbers-minus.csv | - | slab
+    testxpert-french.txt | - | slab
+    spreadsheet-turkish.csv | - | slab
+    spreadsheet-capitals.csv | - | slab
+    spreadsheet-french.csv | - | slab
+    bluehill-unquoted.csv | - | slab
+    kinexus-actions.csv | segment 2 | relaxation
+    rheocompass-french.csv | - | sweep
+    rheowin-elements.txt | segment 2 | sweep
 ";
 
 fn bytes(name: &str) -> Vec<u8> {
@@ -148,7 +156,7 @@ fn files_of_instruments_are_read() {
         }
     }
     assert!(
-        alone >= 36 && alone + with_options >= 40,
+        alone >= 42 && alone + with_options >= 53,
         "{alone} {with_options}"
     );
 }

@@ -3,7 +3,7 @@
 use haptic_loop::{Loading, LoadingKind, Modulus};
 use haptic_tissue::identify::RecordKind;
 use haptic_tissue::identify::table::{
-    Choice, Column, Reader, Reading, Understood, read_record, read_signal, read_table,
+    Choice, Column, Reader, Reading, Understood, read_record, read_table,
 };
 use rand_pcg::Pcg64;
 use rand_pcg::rand_core::{Rng as _, SeedableRng as _};
@@ -559,11 +559,14 @@ fn what_would_be_read_as_another_number_is_refused() {
     read("Samples,2\n1000,\ntime_s,relaxation_modulus_pa\n1,5\n2,4\n").expect("remarks");
     // What shows its decimals is taken.
     read("t;x\n0,5;1,001\n1,0;1,002\n").expect("decimal commas");
-    let marked = read_signal(b"x,t\n5,1\n#N/A,2\n6,3\n", "x");
-    let refused = marked.expect_err("a gap").to_string();
+    let marked = read_record(b"x,t\n5,1\n#N/A,2\n6,3\n", ["time_s", "x"]);
+    let gaps = marked.expect("a gap is counted").gaps();
+    assert_eq!(gaps.as_deref(), Some("1 row (line 3)"));
+    let missing = read_record(b"x,u\n5,1\n#N/A,2\n6,3\n", ["time_s", "x"]);
+    let refused = missing.expect_err("a gap without a time").to_string();
     assert!(refused.contains("line 3"), "{refused}");
     // An empty line is a missing sample, of numbers in quotes too.
-    let missing = read_signal(b"x,u\n\"5\",\"1\"\n\n\"6\",\"3\"\n", "x");
+    let missing = read_record(b"x,u\n\"5\",\"1\"\n\n\"6\",\"3\"\n", ["time_s", "x"]);
     let refused = missing.expect_err("a gap").to_string();
     assert!(refused.contains("line 3"), "{refused}");
     // A time of day is no unit.
@@ -631,7 +634,7 @@ fn a_record_reads_the_same_however_it_is_spelt() {
     assert_eq!(gaps.gaps().as_deref(), Some("2 rows (lines 3, 4)"));
     assert!(gaps.columns[2][1].is_nan() && gaps.columns[2][2].is_nan());
     let mut odd = utf16(plain, true);
-    odd.pop();
+    odd.truncate(odd.len() - 3);
     let refused = read_record(&odd, ["time_s", "valve", "level"]);
     let refused = refused.expect_err("an odd length").to_string();
     assert!(
@@ -658,6 +661,8 @@ const FOUND: &str = r#"
     Time,Modulus\nfortnights,Pa\n1,5\n2,4\n | "fortnights" is not a unit of time
     dear reader\nno number is here\n | no row with numbers in 2 lines
     T,E(t)\n1,5\n2,4\n3,3\n | make no record & time=1
+    Time (s),G (Pa),G (Pa)\n1,5,1\n2,4,2\n3,3,3\n | line 1 & the columns G (Pa) and G (Pa) both look like modulus & modulus=2 or modulus=3
+    Time (s),Load (N)\n100,200,300\n100,300,400\n | 3 cells under a header of 2
     foo,bar\n1,5\n2,4\n | line 1 & none of the columns foo, bar is known & `columns`
 "#;
 

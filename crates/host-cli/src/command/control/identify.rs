@@ -23,7 +23,7 @@ use haptic_experiment::document::{check_signals, fill_gaps, keep_first};
 use haptic_experiment::run::PlantModel;
 use haptic_experiment::{Failure, parameters};
 use haptic_quantity::{digits, written};
-use haptic_tissue::identify::table::{read_signal, rows_named};
+use haptic_tissue::identify::table::rows_named;
 use indicatif::ProgressBar;
 use serde_json::{Value, json};
 use std::path::PathBuf;
@@ -236,23 +236,32 @@ impl Arguments {
         let [time, input, output] = self.columns()?;
         let wrong =
             |error: String| table::wrong(&self.data, format_args!("{error}; see --columns"));
-        let (mut lines, mut record, mut notes) = match self.sample_time {
-            Some(sample_time_s) => self.without_times(sample_time_s)?,
-            None => {
-                let remedy = "see --columns; a table without times takes --sample-time";
-                let found = table::record(&self.data, [time, input, output], remedy)?;
-                let gaps = found.gaps().map(|rows| {
-                    format!("{rows} without an output: it is put on a straight line between its neighbours")
-                });
-                let [time_s, input, output] = found.columns;
-                let record = InputOutput {
-                    time_s,
-                    input,
-                    output,
-                    ..InputOutput::default()
-                };
-                (found.lines, record, gaps.into_iter().collect::<Vec<_>>())
+        let remedy = "see --columns; a table without times takes --sample-time";
+        let found = table::record(&self.data, [time, input, output], remedy)?;
+        let gaps = found.gaps().map(|rows| {
+            format!("{rows} without an output: it is put on a straight line between its neighbours")
+        });
+        let mut notes: Vec<String> = gaps.into_iter().collect();
+        let (mut lines, [mut time_s, input_values, output_values]) = (found.lines, found.columns);
+        match (self.sample_time, time_s.is_empty()) {
+            (None, false) => {}
+            (None, true) => {
+                return Err(table::wrong(
+                    &self.data,
+                    format_args!("no column {time}; {remedy}"),
+                ));
             }
+            (Some(_), false) => {
+                let what = "it has a column of time: leave --sample-time out, or that column";
+                return Err(table::wrong(&self.data, what));
+            }
+            (Some(step), true) => time_s = (0..lines.len()).map(|n| step * n as f64).collect(),
+        }
+        let mut record = InputOutput {
+            time_s,
+            input: input_values,
+            output: output_values,
+            ..InputOutput::default()
         };
         let repeated = keep_first(&mut record, &mut lines)
             .map_err(|error| wrong(format!("{error}; the time is column {}", short(time))))?;
@@ -266,33 +275,6 @@ impl Arguments {
         }
         check_signals(&record, &lines, [input, output]).map_err(wrong)?;
         Ok((record, notes))
-    }
-
-    /// The rows of a table without times, so far apart.
-    fn without_times(
-        &self,
-        sample_time_s: f64,
-    ) -> Result<(Vec<u64>, InputOutput, Vec<String>), Failure> {
-        let [_, input, output] = self.columns()?;
-        let bytes = table::bytes(&self.data)?;
-        let signal = |name| {
-            read_signal(&bytes, name)
-                .map_err(|error| table::wrong(&self.data, format_args!("{error}; see --columns")))
-        };
-        let (from, to) = (signal(input)?, signal(output)?);
-        if from.time_s.is_some() {
-            let what = "it has a column of time: leave --sample-time out, or that column";
-            return Err(table::wrong(&self.data, what));
-        }
-        let record = InputOutput {
-            time_s: (0..from.x.len())
-                .map(|n| sample_time_s * n as f64)
-                .collect(),
-            input: from.x,
-            output: to.x,
-            ..InputOutput::default()
-        };
-        Ok((from.lines, record, Vec::new()))
     }
 
     /// Writes the plant file and its picture; their names.

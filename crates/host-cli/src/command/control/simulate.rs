@@ -184,7 +184,7 @@ impl Arguments {
             "step": rows,
             "files": files,
         }))?;
-        outputs.close(match closed.and_then(|run| run.at_reference) {
+        outputs.close(match closed.and_then(|run| run.settles) {
             Some(false) => Err(away(rows.last(), limited_share)),
             Some(true) | None => Ok(()),
         })
@@ -244,6 +244,12 @@ impl Record {
             return Err(table::wrong(path, what));
         }
         let (lines, [time_s, value]) = (found.lines, found.columns);
+        if time_s.is_empty() {
+            return Err(table::wrong(
+                path,
+                format_args!("no column time_s; {remedy}"),
+            ));
+        }
         if let Some(row) = time_s.windows(2).position(|pair| pair[1] <= pair[0]) {
             let line = lines[row + 1];
             let what = format!("line {line}: the time does not increase: sort the rows");

@@ -139,7 +139,7 @@ impl Changes {
     pub(super) fn read(words: &[String]) -> Result<Self, Failure> {
         let mut changes = Self::default();
         for word in words {
-            let (name, text) = key_and_value(word, keys().map(|key| key.key), "set")?;
+            let (name, text) = key_and_value(word, keys().map(|key| key.key))?;
             if !changes.given.insert(name) {
                 return Err(refused(word, "is given twice: keep one"));
             }

@@ -209,11 +209,11 @@ impl Details {
         }
         let of_line = LINE_KEYS.map(|(key, _)| key);
         for word in words {
-            let facing = (word.strip_prefix(FACING))
-                .and_then(|rest| key_and_value(rest, of_line, "emulate").ok());
+            let facing =
+                (word.strip_prefix(FACING)).and_then(|rest| key_and_value(rest, of_line).ok());
             let side = usize::from(facing.is_some());
             let all = all_keys().map(|(key, _)| key);
-            let (key, text) = facing.map_or_else(|| key_and_value(word, all, "emulate"), Ok)?;
+            let (key, text) = facing.map_or_else(|| key_and_value(word, all), Ok)?;
             if !details.given[side].insert(key) {
                 return Err(refused(word, "is given twice: keep one"));
             }

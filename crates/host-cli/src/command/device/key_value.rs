@@ -4,7 +4,7 @@ use crate::parse::outside;
 use haptic_experiment::Failure;
 use haptic_experiment::document::short;
 use haptic_experiment::parameters::Range;
-use haptic_quantity::{is_meant, parse_for_key, without_unit};
+use haptic_quantity::{did_you_mean, is_meant, parse_for_key, without_unit};
 use std::fmt::Display;
 use std::str::FromStr;
 
@@ -15,14 +15,15 @@ use std::str::FromStr;
 pub(super) fn key_and_value<'w>(
     word: &'w str,
     keys: impl IntoIterator<Item = &'static str>,
-    command: &str,
 ) -> Result<(&'static str, &'w str), Failure> {
     let (name, text) = word
         .split_once('=')
         .ok_or_else(|| refused(word, "is not KEY=VALUE"))?;
-    let key = keys.into_iter().find(|key| is_meant(key, name));
-    let why = format!("does not name a parameter: see host-cli device {command} --help");
-    let key = key.ok_or_else(|| refused(word, &why))?;
+    let keys: Vec<&str> = keys.into_iter().collect();
+    let key = keys.iter().find(|key| is_meant(key, name));
+    let known = keys.iter().map(|key| without_unit(key));
+    let why = || format!("does not name a parameter: {}", did_you_mean(name, known));
+    let key = key.ok_or_else(|| refused(word, &why()))?;
     Ok((key, text.trim()))
 }
 

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Makes the logs of others in this folder: python3 make_logs.py (pip install mcap mcap-ros2-support mcap-protobuf-support).
+"""Makes the logs of others in this folder: python3 make_logs.py (pip install mcap mcap-ros1-support mcap-ros2-support mcap-protobuf-support).
 
 A ramp of 1 mm in 0.2 s and a hold on a spring-pot of 1000 Pa·s^0.2, order 0.2, 4 cm2 and 20 mm, as forces; and the step
 response of 2/(0.5 s + 1). Numbers are ours; the bytes are those of the public packages.
@@ -10,6 +10,8 @@ import math
 from google.protobuf import descriptor_pb2, descriptor_pool, message_factory
 from mcap.writer import CompressionType, Writer
 from mcap_protobuf.writer import Writer as ProtobufWriter
+from mcap_ros1._vendor.genpy import dynamic
+from mcap_ros1.writer import Writer as Ros1Writer
 from mcap_ros2.writer import Writer as Ros2Writer
 
 START_NS = 1_700_000_000_000_000_000
@@ -92,6 +94,32 @@ def ros2(path):
                 log.write_message("/joints", joints, message, recorded, recorded, n)
 
 
+def ros1(path):
+    """The same wrench in the words and bytes of ROS 1, as converted bags have it."""
+    definition = (
+        "Header header\nWrench wrench\nuint8 kind\nfloat64 depth_mm\n"
+        + SEPARATOR
+        + "MSG: std_msgs/Header\nuint32 seq\ntime stamp\nstring frame_id\n"
+        + SEPARATOR
+        + "MSG: lab/Wrench\nVector3 force\nfloat32[] torque\n"
+        + SEPARATOR
+        + "MSG: lab/Vector3\nfloat64 x\nfloat64 y\nfloat64 z\n"
+    )
+    kinds = dynamic.generate_dynamic("lab/WrenchStamped", definition)
+    with open(path, "wb") as file:
+        log = Ros1Writer(file)
+        for n, t in enumerate(TIMES_S):
+            message = kinds["lab/WrenchStamped"]()
+            at = stamp(t)
+            message.header.seq, message.header.frame_id = n, "tool" * (n % 3)
+            message.header.stamp.secs, message.header.stamp.nsecs = at["sec"], at["nanosec"]
+            message.wrench.force.y, message.wrench.force.z = -1.5, force_n(t)
+            message.wrench.torque = [0.5 * n] * (n % 3)
+            message.kind, message.depth_mm = 7, 1e3 * depth_m(t)
+            log.write_message("/wrench", message, START_NS + round(1e9 * t))
+        log.finish()
+
+
 def as_json(path):
     """One topic, a plant's step, with text, a truth, a nested object and an array."""
     with open(path, "wb") as file:
@@ -139,6 +167,7 @@ def protobuf(path):
 
 
 if __name__ == "__main__":
+    ros1("ros1.mcap")
     ros2("ros2.mcap")
     as_json("json.mcap")
     protobuf("protobuf.mcap")
