@@ -2,13 +2,13 @@
 
 use super::elements::Candidate;
 use super::error::IdentifyError;
-use super::fit::{AS_GOOD, Estimate, Fit, REFUSED, fit};
+use super::fit::{AS_GOOD, Estimate, Fit, REFUSED, criteria, fit};
 use super::noise::of_motions;
 use super::options::{Options, candidates, target_of};
 use super::record::{Record, RecordKind};
 use super::search::search;
 use super::target::Target;
-use super::{advice, bootstrap, profile};
+use super::{advice, bootstrap, profile, rendered};
 use crate::model::ModelKind;
 use fracdiff::parameter::Shown;
 use rayon::prelude::*;
@@ -80,7 +80,11 @@ pub(super) fn identified(
     // Each by itself: the result does not depend on the threads.
     let all = candidates.par_iter().map(|&candidate| {
         let best = search(candidate, &compressed, options.starts.max(1))?;
-        let (fit, certainty) = fit(candidate, &target, &best);
+        let (mut fit, certainty) = fit(candidate, &target, &best);
+        if rendered::is_rendered(record, &target, candidate, &best, &fit) {
+            let numbers = candidate.parameters() + target.beside;
+            [fit.aic, fit.bic] = criteria(target.len(), 0.0, numbers);
+        }
         Ok((fit, candidate, best, certainty))
     });
     let all: Vec<Result<_, IdentifyError>> = all.collect();

@@ -232,8 +232,8 @@ impl Slope {
         let mut sum = Self::default();
         for (weight, part) in weights.iter().zip(of) {
             sum.value += weight * part.value;
-            for (by, part) in sum.by.iter_mut().zip(&part.by) {
-                *by += weight * part;
+            for variable in 0..VARIABLES {
+                sum.by[variable] += weight * part.by[variable];
             }
         }
         sum

@@ -146,7 +146,7 @@ pub(super) fn fit(candidate: Candidate, target: &Target, best: &Best) -> (Fit, C
     let covariance = (certainty.spread.as_ref())
         .map(|spread| covariance(candidate, spread, certainty.variance, free, target.unit_s));
     let values = parameters(candidate, elements, target.unit_s);
-    let numbers = candidate.parameters() + target.beside;
+    let [aic, bic] = criteria(n, *sum, candidate.parameters() + target.beside);
     let fit = Fit {
         kind: candidate.kind(),
         parameters: estimates(
@@ -158,8 +158,8 @@ pub(super) fn fit(candidate: Candidate, target: &Target, best: &Best) -> (Fit, C
         ),
         correlation: covariance.as_ref().map(correlation).unwrap_or_default(),
         rms: libm::sqrt(residuals.iter().map(|r| r * r).sum::<f64>() / n as f64),
-        aic: likelihood(n, *sum) + 2.0 * (numbers + 1) as f64,
-        bic: bic(n, *sum, numbers),
+        aic,
+        bic,
         predicted,
         neighbours: neighbours(&residuals),
         independent,
@@ -167,19 +167,24 @@ pub(super) fn fit(candidate: Candidate, target: &Target, best: &Best) -> (Fit, C
     (fit, certainty)
 }
 
-/// No force transducer is better than this share of what it measures (ISO 376, class 00), and rendered tissue follows its law no
-/// closer: what is left below it buys no model another parameter.
-const EXACT: f64 = 5e-4;
+/// No force transducer is better than this share of what it measures (ISO 376, class 00): what is left below it buys no model another
+/// parameter.
+pub(super) const EXACT: f64 = 5e-4;
 
 /// n·ln(S/n).
 pub(super) fn likelihood(n: usize, sum: f64) -> f64 {
     n as f64 * libm::log((sum / n as f64).max(EXACT * EXACT))
 }
 
-/// The criterion of so many residuals and parameters, beside which the noise is one.
-pub(super) fn bic(n: usize, sum: f64, parameters: usize) -> f64 {
+/// AIC and BIC of so many residuals and parameters, beside which the noise is one.
+pub(super) fn criteria(n: usize, sum: f64, parameters: usize) -> [f64; 2] {
     let (count, k) = (n as f64, (parameters + 1) as f64);
-    likelihood(n, sum) + k * libm::log(count) + 2.0 * k * (k + 1.0) / (count - k - 1.0)
+    let likelihood = likelihood(n, sum);
+    let small = 2.0 * k * (k + 1.0) / (count - k - 1.0);
+    [
+        likelihood + 2.0 * k,
+        likelihood + k * libm::log(count) + small,
+    ]
 }
 
 /// A parameter with its errors.

@@ -19,6 +19,8 @@ use rayon::prelude::*;
 
 /// Distance of the nodes in ln t.
 const SPACING: f64 = 0.05;
+/// The same where minima are looked for, over it: there the interpolation leaves 1e-4 of Q.
+const COARSER: usize = 4;
 /// At most so many samples are compared, and so many pairs of samples summed.
 const OUTPUTS_MOST: usize = 2000;
 /// Of a motion with so few corners, as a ramp and a hold, a row of W costs nothing.
@@ -30,8 +32,9 @@ const PAIRS_MOST: usize = 30_000_000;
 /// A record of strain and stress, made ready.
 #[derive(Clone, Debug)]
 pub(super) struct History {
-    /// ln of the time of the first node, in units of `unit_s`.
+    /// ln of the time of the first node, in units of `unit_s`, and the distance of the nodes.
     first_node: f64,
+    spacing: f64,
     nodes: usize,
     /// W, or PW, row by row, in units of `unit_s`.
     weights: Vec<f64>,
@@ -79,6 +82,7 @@ impl History {
         let nodes = (2.0 * libm::log(whole / unit_s) / SPACING) as usize + 6;
         let mut history = Self {
             first_node,
+            spacing: SPACING,
             nodes,
             weights: Vec::new(),
             wanted: Vec::new(),
@@ -162,32 +166,54 @@ impl History {
         if rows <= 2 * columns {
             return None;
         }
+        Some(self.triangle(wanted, roots))
+    }
+
+    /// The same by fewer nodes and rows: near enough to tell where the minima are.
+    pub(super) fn coarse(&self, wanted: &[f64], roots: &[f64]) -> (Self, Vec<f64>) {
+        let spacing = COARSER as f64 * SPACING;
+        let nodes = (self.nodes - 1) / COARSER + 4;
+        let mut weights = vec![0.0; roots.len() * nodes];
+        let rows = weights.chunks_exact_mut(nodes);
+        for (coarse, row) in rows.zip(self.weights.chunks_exact(self.nodes)) {
+            for (m, weight) in row.iter().enumerate() {
+                let around = cubic((m % COARSER) as f64 / COARSER as f64);
+                for (coarse, part) in coarse[m / COARSER..].iter_mut().zip(around) {
+                    *coarse += weight * part;
+                }
+            }
+        }
+        let coarse = Self {
+            first_node: self.first_node - spacing,
+            spacing,
+            nodes,
+            weights,
+            wanted: Vec::new(),
+            chosen: Vec::new(),
+            ..*self
+        };
+        coarse.triangle(wanted, roots)
+    }
+
+    /// The triangle of the weighted rows, and what its rows are to reach.
+    fn triangle(&self, wanted: &[f64], roots: &[f64]) -> (Self, Vec<f64>) {
+        let columns = self.nodes + 1;
         let at = |row: usize, column: usize| match column == self.nodes {
             true => wanted[row],
             false => self.weights[row * self.nodes + column],
         };
-        let whole = DMatrix::from_fn(rows, columns, |row, column| roots[row] * at(row, column));
+        let whole = DMatrix::from_fn(roots.len(), columns, |row, column| {
+            roots[row] * at(row, column)
+        });
         let triangle = whole.qr().r();
-        let weights = (0..columns).flat_map(|row| (0..self.nodes).map(move |m| (row, m)));
+        let weights = (0..triangle.nrows()).flat_map(|row| (0..self.nodes).map(move |m| (row, m)));
         let compressed = Self {
             weights: weights.map(|place| triangle[place]).collect(),
             wanted: Vec::new(),
             chosen: Vec::new(),
             ..*self
         };
-        Some((compressed, triangle.column(self.nodes).as_slice().to_vec()))
-    }
-
-    pub(super) fn thinned(&self, chosen: &[usize]) -> Self {
-        let rows = chosen
-            .iter()
-            .flat_map(|&i| &self.weights[i * self.nodes..(i + 1) * self.nodes]);
-        Self {
-            weights: rows.copied().collect(),
-            wanted: chosen.iter().map(|&i| self.wanted[i]).collect(),
-            chosen: chosen.iter().map(|&i| self.chosen[i]).collect(),
-            ..*self
-        }
+        (compressed, triangle.column(self.nodes).as_slice().to_vec())
     }
 
     /// Calls `each` with the stress of each output over its scale.
@@ -201,10 +227,12 @@ impl History {
         // From units of t₀ to s: rates are in 1/s.
         let scale = self.unit_s / self.stress_scale;
         let nodes: Vec<Slope> = (0..self.nodes)
-            .map(|m| contour.at(self.first_node + m as f64 * SPACING))
+            .map(|m| contour.at(self.first_node + m as f64 * self.spacing))
             .collect();
         for (n, row) in self.weights.chunks_exact(self.nodes).enumerate() {
-            let mut sum = Slope::sum(row, &nodes);
+            // Of a triangle half the weights are 0.
+            let first = row.iter().position(|weight| *weight != 0.0).unwrap_or(0);
+            let mut sum = Slope::sum(&row[first..], &nodes[first..]);
             sum.value *= scale;
             sum.by.iter_mut().for_each(|by| *by *= scale);
             each(n, sum);

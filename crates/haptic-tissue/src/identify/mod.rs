@@ -37,6 +37,7 @@ mod noise;
 mod options;
 mod profile;
 mod record;
+mod rendered;
 mod replicates;
 mod search;
 mod stiffening;

@@ -63,16 +63,22 @@ pub(super) fn search(
     let to = |target: &Target, start: &[f64], effort: Effort| {
         minimise(candidate, target, &ranges, start, &all, &[], effort)
     };
+    let apart = |minima: &mut Vec<Minimum>| {
+        minima.retain(|minimum| minimum.sum.is_finite());
+        minima.sort_by(|a, b| a.sum.total_cmp(&b.sum));
+        minima.dedup_by(|later, earlier| later.sum <= earlier.sum * (1.0 + SAME));
+        minima.truncate(FOLLOWED);
+    };
     // Few variables have few minima.
     let most = [1, 2, 5, 20].get(all.len()).copied().unwrap_or(starts);
     let mut found: Vec<Minimum> = (0..starts.min(most))
         .take_while(|_| !target.stops())
         .map(|n| to(&few, &start(candidate, target, n), ROUGH))
-        .filter(|minimum| minimum.sum.is_finite())
         .collect();
-    found.sort_by(|a, b| a.sum.total_cmp(&b.sum));
-    found.dedup_by(|later, earlier| later.sum <= earlier.sum * (1.0 + SAME));
-    found.truncate(FOLLOWED);
+    apart(&mut found);
+    let close = found.iter().map(|minimum| to(&few, &minimum.values, CLOSE));
+    let mut found: Vec<Minimum> = close.collect();
+    apart(&mut found);
     let mut followed: Vec<Minimum> = (found.iter())
         .map(|minimum| to(target, &minimum.values, CLOSE))
         .filter(|minimum| minimum.sum.is_finite() && minimum.is_in_order(candidate))

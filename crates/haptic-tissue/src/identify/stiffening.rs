@@ -16,7 +16,7 @@ use super::advice;
 use super::candidates::{Identification, choose, digits, identified, noisy, richest};
 use super::elements::{Candidate, Elements};
 use super::error::{IdentifyError, sorted};
-use super::fit::{AS_GOOD, Estimate, Fit, bic, fit, student};
+use super::fit::{AS_GOOD, Estimate, Fit, criteria, fit, student};
 use super::options::{self, Options, target_of};
 use super::record::Record;
 use super::search::{Best, next_place, polished, search};
@@ -162,7 +162,7 @@ pub(super) fn stiffened(
     let linear = valley.points.first().filter(|point| point.b <= 0.0);
     let linear = linear.map(|point| {
         let (n, parameters) = (point.fit.predicted.len(), valley.candidate.parameters());
-        (point.fit.rms, bic(n, point.sum, parameters - 1))
+        (point.fit.rms, criteria(n, point.sum, parameters - 1)[1])
     });
     found.warnings.extend(said(record, best, linear));
     match stop.load(Ordering::Relaxed) {

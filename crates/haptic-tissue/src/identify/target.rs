@@ -195,33 +195,32 @@ impl<'a> Target<'a> {
         }
     }
 
-    /// At most about so many samples of it, evenly chosen; what is compressed stays as it is.
+    /// The same for a first pass: at most about so many samples, evenly chosen, or of a motion fewer nodes.
     pub(super) fn thinned(&self, most: usize) -> Self {
-        let is_compressed = match &self.rows {
-            Rows::History(history) => history.chosen.is_empty(),
-            Rows::Binned(_) => true,
-            Rows::Sampled(..) => false,
-        };
-        if is_compressed {
-            return self.clone();
-        }
-        let samples = self.samples();
-        let step = samples.div_ceil(most).max(1);
-        let last = (!(samples - 1).is_multiple_of(step)).then_some(samples - 1);
-        let chosen: Vec<usize> = (0..samples).step_by(step).chain(last).collect();
-        let of = |values: &[f64]| -> Vec<f64> {
-            let part = |n: usize| chosen.iter().map(move |&i| values[n * samples + i]);
-            (0..values.len() / samples).flat_map(part).collect()
-        };
-        let rows = match &self.rows {
-            Rows::Sampled(quantity, ln_x) => Rows::Sampled(*quantity, of(ln_x)),
-            Rows::History(history) => Rows::History(history.thinned(&chosen)),
-            Rows::Binned(binned) => Rows::Binned(binned.clone()),
+        let (wanted, roots) = (&self.wanted, &self.roots);
+        let (rows, wanted, roots) = match &self.rows {
+            Rows::Binned(_) => return self.clone(),
+            Rows::History(history) => {
+                let (coarse, wanted) = history.coarse(wanted, roots);
+                let roots = vec![1.0; wanted.len()];
+                (Rows::History(coarse), wanted, roots)
+            }
+            Rows::Sampled(quantity, ln_x) => {
+                let samples = self.samples();
+                let step = samples.div_ceil(most).max(1);
+                let last = (!(samples - 1).is_multiple_of(step)).then_some(samples - 1);
+                let chosen: Vec<usize> = (0..samples).step_by(step).chain(last).collect();
+                let of = |values: &[f64]| -> Vec<f64> {
+                    let part = |n: usize| chosen.iter().map(move |&i| values[n * samples + i]);
+                    (0..values.len() / samples).flat_map(part).collect()
+                };
+                (Rows::Sampled(*quantity, of(ln_x)), of(wanted), of(roots))
+            }
         };
         Self {
             rows,
-            wanted: of(&self.wanted),
-            roots: of(&self.roots),
+            wanted,
+            roots,
             ..*self
         }
     }

@@ -50,33 +50,34 @@ impl Joint {
         }
     }
 
-    /// M and its derivatives by the moduli of the elements and of the spring.
+    /// M and its derivatives by the moduli of the elements and of the spring. A fit spends most of its time here.
     #[cfg(feature = "identify")]
-    pub(crate) fn slopes(self, moduli: [Complex64; 3]) -> (Complex64, [Complex64; 3]) {
-        // A modulus, and its derivatives by those that it is made of.
-        type Part = (Complex64, [Option<Complex64>; 3]);
-        let part = |element: usize| -> Part {
-            let mut slopes = [None; 3];
-            slopes[element] = Some(Complex64::new(1.0, 0.0));
-            (moduli[element], slopes)
+    pub(crate) fn slopes(
+        self,
+        [first, second, spring]: [Complex64; 3],
+    ) -> (Complex64, [Complex64; 3]) {
+        let (zero, one) = (Complex64::ZERO, Complex64::ONE);
+        // 1/M = 1/a + 1/b, so ∂M/∂a = (b/(a + b))².
+        let series = |a: Complex64, b: Complex64| {
+            let inverse = (a + b).inv();
+            let [by_a, by_b] = [b * inverse, a * inverse];
+            (a * by_a, by_a * by_a, by_b * by_b)
         };
-        let either = |a: Part, b: Part| [0, 1, 2].map(|n| a.1[n].or(b.1[n]));
-        let beside = |a: Part, b: Part| (a.0 + b.0, either(a, b));
-        let series = |a: Part, b: Part| {
-            // 1/M = 1/a + 1/b, so ∂M/∂a = (b/(a + b))².
-            let inverse = (a.0 + b.0).inv();
-            let shares = [b.0 * inverse, a.0 * inverse];
-            let by = |part: Part, share: Complex64| {
-                (
-                    part.0,
-                    part.1.map(|slope| slope.map(|one| one * (share * share))),
-                )
-            };
-            let slopes = either(by(a, shares[0]), by(b, shares[1]));
-            (a.0 * shares[0], slopes)
-        };
-        let (modulus, slopes) = self.of([part(0), part(1), part(2)], beside, series);
-        (modulus, slopes.map(Option::unwrap_or_default))
+        match self {
+            Self::KelvinVoigt => (first + second, [one, one, zero]),
+            Self::Maxwell => {
+                let (modulus, by_first, by_second) = series(first, second);
+                (modulus, [by_first, by_second, zero])
+            }
+            Self::Zener => {
+                let (modulus, by_first, by_second) = series(first, second);
+                (modulus + spring, [by_first, by_second, one])
+            }
+            Self::PoyntingThomson => {
+                let (modulus, by_both, by_spring) = series(first + second, spring);
+                (modulus, [by_both, by_both, by_spring])
+            }
+        }
     }
 }
 

@@ -5,13 +5,17 @@ use haptic_tissue::identify::{Identification, Options, Record, identify};
 use haptic_tissue::{FullHistory, Model, ModelKind, SampledModel};
 use testkit::tissue::model;
 
-/// A ramp to 5 % in a second, then held until 4 s, of a tissue that is rendered at this sample time.
+/// As `relax` imposes it: a ramp to 5 % in a second, then held until 4 s, of a tissue that is rendered at this sample time.
 fn rendered(tissue: &Model, sample_time_s: f64) -> Record {
-    let count = (4.0 / sample_time_s) as usize;
+    relaxed(tissue, sample_time_s, 1.0, 4.0)
+}
+
+fn relaxed(tissue: &Model, sample_time_s: f64, ramp_s: f64, duration_s: f64) -> Record {
+    let count = (duration_s / sample_time_s) as usize;
     let sampled = SampledModel::new(tissue, Seconds(sample_time_s)).expect("valid");
     let mut history = FullHistory::new(&sampled, count + 1).expect("valid");
     let times: Vec<f64> = (0..=count).map(|n| n as f64 * sample_time_s).collect();
-    let strains: Vec<f64> = times.iter().map(|t| 0.05 * t.min(1.0)).collect();
+    let strains: Vec<f64> = times.iter().map(|t| 0.05 * (t / ramp_s).min(1.0)).collect();
     let stresses = strains.iter().map(|strain| history.step(*strain)).collect();
     Record::history(times, strains, stresses).expect("valid")
 }
@@ -77,4 +81,21 @@ fn of_models_with_the_same_bic_the_closest_comes_first() {
     };
     assert_eq!(first.bic.to_bits(), second.bic.to_bits());
     assert!(first.rms < second.rms, "{} {}", first.rms, second.rms);
+}
+
+#[test]
+fn dbg_all() {
+    let library = haptic_tissue::Library::load(None).expect("built in");
+    let which = std::env::var("WHICH").unwrap_or_default();
+    let number = |name: &str| std::env::var(name).unwrap_or_default().parse::<f64>().expect("a number");
+    for (n, material) in library.materials().iter().enumerate() {
+        if which != "all" && !which.split(',').any(|one| one == n.to_string()) { continue; }
+        let record = relaxed(&material.model, number("T"), number("RAMP"), number("END"));
+        let options = Options { starts: number("STARTS") as usize, ..Options::default() };
+        let Ok(found) = identify(&record, &options, &|_| ()) else { println!("{n} {} nothing", material.name); continue; };
+        let same = found.fits[0].kind == material.model.kind();
+        println!("{n} {} {} {} {} {:?}", material.name, material.model.kind(), same, found.fits.len(), found.warnings);
+        if which == "all" && same { continue; }
+        for fit in &found.fits { println!("   {} bic {:.1} rms {:.3e} {:?}", fit.kind, fit.bic, fit.rms / record.second().iter().fold(0.0_f64, |a, b| a.max(*b)), fit.parameters.iter().map(|p| p.value).collect::<Vec<_>>()); }
+    }
 }
