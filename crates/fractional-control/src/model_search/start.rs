@@ -185,7 +185,12 @@ fn every_shape(
                 has_free_orders: false,
                 dead_time,
             },
-            bic: bic(record, guess.rms_residual, numbers, floor),
+            bic: bic(
+                record.output.len() as f64,
+                guess.rms_residual,
+                numbers,
+                floor,
+            ),
             rms_residual: guess.rms_residual,
         })
     };
