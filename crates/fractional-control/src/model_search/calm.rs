@@ -9,7 +9,7 @@
 
 use super::found::{DECISIVE, Found};
 use super::record::{InputOutput, rounding};
-use super::rest::{STANDS, coefficients, order_at_rest};
+use super::rest::{STANDS, coefficients, of_coefficients, order_at_rest};
 use super::search::Search;
 use crate::identify::identify_above;
 use crate::{DeadTime, FractionalTransferFunction, Term};
@@ -135,23 +135,44 @@ fn again(other: &Found, search: &Search<'_>) -> Vec<DeadTime> {
 /// Time constants over the length of the record, of lags that are too slow for it.
 const SLOWER: [f64; 5] = [1.0, 2.0, 4.0, 8.0, 16.0];
 /// A share of the output's variance that is nothing.
-const NOTHING: f64 = 0.002;
+const NOTHING: f64 = 0.001;
 
-/// Puts a lag before a first function that does not settle: a record that does not speak very strongly against one that settles as fast as the
-/// record is long has not shown that its plant adds up. Its pole is held, for a record that cannot tell it from rest lets a fit carry it past 0;
-/// of those that are slower the fastest is taken that explains as much as the slowest.
+/// The function with a pole of this time constant in place of its integrator.
+fn slowed(
+    function: &FractionalTransferFunction,
+    time_constant_s: f64,
+) -> Option<FractionalTransferFunction> {
+    let mut below = coefficients(function.denominator().terms());
+    let adds_up = function.is_whole() && order_at_rest(function) == 1.0;
+    let slope = *below.get(1).filter(|_| adds_up)?;
+    // A(s)/s·(s + 1/τ)
+    for k in 0..below.len() - 1 {
+        below[k] += below[k + 1] / time_constant_s;
+    }
+    let above = coefficients(function.numerator().terms());
+    (slope != 0.0).then(|| of_coefficients(&above, &below))?
+}
+
+/// Puts a lag before a first function that does not settle, or a slow pole in place of its integrator: a record that does not speak very strongly
+/// against one that settles as fast as the record is long has not shown that its plant adds up. The pole is held, for a record that cannot tell it
+/// from rest lets a fit carry it past 0; of those that are slower the fastest is taken that explains as much as the slowest.
 pub(super) fn slow_instead(found: &mut Vec<Found>, search: &Search<'_>) {
     let Some(first) = found.first().filter(|first| !first.settles()) else {
         return;
     };
     let length_s = search.record.length_s();
-    let as_slow = |times: f64, late: DeadTime| {
-        let fit = identify_above(&lag(1.0, times * length_s)?, &search.behind(late)).ok()?;
+    let as_slow = |times: f64, late: DeadTime, is_lag: bool| {
+        let slow = match is_lag {
+            true => lag(1.0, times * length_s),
+            false => slowed(&first.identified.function, times * length_s),
+        };
+        let fit = identify_above(&slow?, &search.behind(late)).ok()?;
         Some(search.judged(fit))
     };
-    let dead_times = again(first, search).into_iter();
-    let fits = dead_times.filter_map(|late| as_slow(1.0, late));
-    let own = fits.min_by(|a, b| a.bic.total_cmp(&b.bic));
+    let dead_times = again(first, search).into_iter().map(|late| (late, true));
+    let kinds = dead_times.chain([(first.identified.dead_time, false)]);
+    let fits = kinds.filter_map(|(late, is_lag)| Some((as_slow(1.0, late, is_lag)?, is_lag)));
+    let own = fits.min_by(|a, b| a.0.bic.total_cmp(&b.0.bic));
     let is_near = |other: &Found| other.bic <= first.bic + DECISIVE;
     let is_lag = |other: &Found| {
         let below = other.identified.function.denominator().terms();
@@ -165,9 +186,10 @@ pub(super) fn slow_instead(found: &mut Vec<Found>, search: &Search<'_>) {
     let faster = faster.filter(|(_, other)| is_lag(other) && is_near(other));
     let faster = faster.min_by(|(_, a), (_, b)| a.bic.total_cmp(&b.bic));
     let is_better = |own: &Found| faster.is_none_or(|(_, other)| own.bic < other.bic);
-    if let Some(own) = own.filter(|own| is_near(own) && is_better(own)) {
+    if let Some((own, is_lag)) = own.filter(|(own, _)| is_near(own) && is_better(own)) {
         let late = own.identified.dead_time;
-        let slower = SLOWER.into_iter().filter_map(|times| as_slow(times, late));
+        let slower = SLOWER.into_iter();
+        let slower = slower.filter_map(|times| as_slow(times, late, is_lag));
         let slower: Vec<Found> = slower.collect();
         let most = slower.iter().map(|own| own.identified.fit);
         let most = most.fold(own.identified.fit, f64::max);

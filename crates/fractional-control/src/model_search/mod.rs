@@ -57,7 +57,7 @@ pub fn candidates(record: &InputOutput, held: bool, dead_time: Option<Seconds>) 
     let record = &record.for_guesses();
     let dead_times = dead_times(record, held, dead_time);
     // Without a change of the input what passes at once is an offset.
-    let mut whole = whole_orders(record, held, &dead_times, record.moves());
+    let mut whole = whole_orders(record, held, &dead_times, record.moves(), POLES);
     whole.sort_by(|a, b| a.bic.total_cmp(&b.bic));
     // Where those of free orders begin.
     let slower = |guess: &&OfShape| !answers_at_once(&guess.guess.function);
@@ -68,7 +68,7 @@ pub fn candidates(record: &InputOutput, held: bool, dead_time: Option<Seconds>) 
     let swing = whole.iter().find(|guess| guess.shape == SWING);
     let swing = swing.map(|swing| swing.guess.function);
     let shape = |poles: usize| whole.iter().position(|guess| guess.shape.poles == poles);
-    let mut fitted: Vec<usize> = (1..=4)
+    let mut fitted: Vec<usize> = (1..=POLES)
         .filter_map(shape)
         .chain(0..whole.len().min(FITTED))
         .collect();
@@ -115,12 +115,15 @@ pub fn candidates_of(
 /// Samples of a record at most that tell where its plant began, and functions that are fitted for it.
 const OF_START: usize = 250;
 const FITTED_FOR_START: usize = 3;
+/// Poles of a guess at most, and of those for a start alone.
+const POLES: usize = 4;
+const POLES_FOR_START: usize = 3;
 /// An output that begins further from 0 than so many times what is left does not begin at rest there.
 const BEGINS_ELSEWHERE: f64 = 4.0;
 
 /// Finds where the plant was when the record begins, by functions of whole orders: at rest unless
 /// another [`Start`] has a criterion that is better by 10, and the output begins elsewhere than at
-/// 0. An input that never moves does not reveal its value before the record, nor what moves beside it.
+/// 0. An input that never moves, or only at the beginning, does not reveal its value before the record, nor what moves beside it.
 pub fn find_start(record: &mut InputOutput, held: bool, dead_time: Option<Seconds>) {
     let part = part(record, held, OF_START).unwrap_or_else(|| record.clone());
     let first = |signal: &[f64]| signal.first().copied().unwrap_or(0.0);
@@ -128,7 +131,7 @@ pub fn find_start(record: &mut InputOutput, held: bool, dead_time: Option<Second
     let mut starts = vec![Start::Rest];
     if output != 0.0 {
         starts.push(Start::Offset);
-        if part.moves() {
+        if record.tells_before() {
             starts.push(Start::Settled);
             starts.extend((!record.begins_flat()).then_some(Start::Moving));
         }
@@ -142,22 +145,28 @@ pub fn find_start(record: &mut InputOutput, held: bool, dead_time: Option<Second
             ..part.clone()
         }
     };
-    // The last knows of all the others, so its guesses do for them; lags find their way by themselves.
+    // The last knows of all the others, so its dead times do for them, and its guesses stand beside theirs; lags find their way by themselves.
     let open = starts.last().map_or(Start::Rest, |last| *last);
-    let own = beginning(open).for_guesses();
-    let dead_times = dead_times(&own, held, dead_time);
-    let mut guesses = whole_orders(&own, held, &dead_times, part.moves());
-    guesses.sort_by(|a, b| a.bic.total_cmp(&b.bic));
-    let guesses = guesses.iter().take(FITTED_FOR_START).map(|own| own.guess);
-    let guesses = guesses.map(|guess| (guess.function, guess.dead_time));
+    let dead_times = dead_times(&beginning(open).for_guesses(), held, dead_time);
+    let guesses = |start: Start, poles: usize| -> Vec<(FractionalTransferFunction, DeadTime)> {
+        let own = beginning(start).for_guesses();
+        let mut guesses = whole_orders(&own, held, &dead_times, part.moves(), poles);
+        guesses.sort_by(|a, b| a.bic.total_cmp(&b.bic));
+        let guesses = guesses.iter().take(FITTED_FOR_START).map(|own| own.guess);
+        let guesses = guesses.map(|guess| (guess.function, guess.dead_time));
+        guesses.collect()
+    };
     let late = dead_times.first().copied().unwrap_or(DeadTime::NONE);
-    let guesses: Vec<_> = guesses
-        .chain(lags(part.length_s()).map(|lag| (lag, late)))
-        .collect();
+    let mut shared = guesses(open, POLES);
+    shared.extend(lags(part.length_s()).map(|lag| (lag, late)));
     let fitted = |start: &Start| -> Vec<Found> {
         let own = beginning(*start);
         let search = Search::new(&own, held, dead_time.is_some());
-        let fits = guesses.iter();
+        let simple = match *start == open {
+            true => vec![],
+            false => guesses(*start, POLES_FOR_START),
+        };
+        let fits = shared.iter().chain(&simple);
         let fits = fits.filter_map(|(function, late)| search.coefficients(function, *late));
         let begins_there = |own: &Found| {
             matches!(start, Start::Rest | Start::Moving)

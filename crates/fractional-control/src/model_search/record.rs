@@ -12,6 +12,8 @@ const EVEN: f64 = 1e-3;
 /// Rows of an input that rests at first, at least, and their share of the record, one in so many.
 const LEAST_ROWS: usize = 20;
 const LEAST_SHARE: usize = 50;
+/// The first rows are the beginning, one in so many.
+const BEGINNING: usize = 20;
 /// Roundings of a sample, with those of the record.
 const ROUNDINGS: f64 = 16.0;
 
@@ -61,6 +63,15 @@ impl InputOutput {
     pub(super) fn moves(&self) -> bool {
         let mut pairs = self.input.windows(2);
         pairs.any(|pair| (pair[1] - pair[0]).abs() > 0.0)
+    }
+
+    /// True if the input changes again, or after the beginning: an answer to one change at the beginning is as what moved before.
+    pub(super) fn tells_before(&self) -> bool {
+        let changes = |n: &usize| self.input[*n] != self.input[n - 1];
+        let rows = self.input.len();
+        let mut changes = (1..rows).filter(changes);
+        let first = changes.next();
+        changes.next().is_some() || first.is_some_and(|first| first * BEGINNING > rows)
     }
 
     /// True if its input rests at first, for long enough to see that its output does too: a plant that was on its way is none that is not seen to move.
