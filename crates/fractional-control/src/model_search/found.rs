@@ -115,6 +115,8 @@ impl Found {
 
 /// A coefficient whose standard error is above this share of it is tried without.
 pub(super) const LOOSE: f64 = 0.5;
+/// A difference of the criterion that speaks very strongly (A. E. Raftery, *Bayesian model selection in social research*, 1995, Table 6).
+pub(super) const DECISIVE: f64 = 10.0;
 /// A difference of the criterion that says nothing.
 pub(super) const AS_GOOD: f64 = 2.0;
 
@@ -148,4 +150,40 @@ pub struct Unexplained {
     pub to_s: f64,
     /// Root mean square of the residual, divided by that of the output there.
     pub share: f64,
+}
+
+/// Blocks of a record, and their samples at least.
+const BLOCKS: usize = 50;
+const SAMPLES: usize = 20;
+/// Neighbouring samples of a block that are so much alike are no white noise.
+const ALIKE: f64 = 0.8;
+/// The same of a whole record, where chance is less.
+const ALIKE_ALL: f64 = 0.3;
+/// A share of the output of a block that is much.
+const MUCH: f64 = 0.05;
+
+/// The block of which most is left, if that is much and no noise. A record that grows is small where it begins, so that what a function
+/// lacks there is nothing beside its end.
+pub(super) fn unexplained(record: &InputOutput, left: &[f64]) -> Option<Unexplained> {
+    if neighbours(left) < ALIKE_ALL {
+        return None;
+    }
+    let samples = (left.len() / BLOCKS).max(SAMPLES);
+    let blocks = left
+        .chunks_exact(samples)
+        .zip(record.output.chunks_exact(samples))
+        .zip(record.time_s.chunks_exact(samples));
+    let judged = blocks.map(|((left, output), time)| {
+        let power = |signal: &[f64]| signal.iter().map(|x| x * x).sum::<f64>();
+        let found = Unexplained {
+            from_s: time[0],
+            to_s: time[samples - 1],
+            share: libm::sqrt(power(left) / power(output)),
+        };
+        (found, neighbours(left))
+    });
+    judged
+        .filter(|(found, alike)| found.share > MUCH && found.share.is_finite() && *alike > ALIKE)
+        .map(|(found, _)| found)
+        .max_by(|a, b| a.share.total_cmp(&b.share))
 }

@@ -9,6 +9,11 @@ use std::vec::Vec;
 const EXACT: f64 = 1e-5;
 /// Steps of time may differ by this share, and be even.
 const EVEN: f64 = 1e-3;
+/// Rows of an input that rests at first, at least, and their share of the record, one in so many.
+const LEAST_ROWS: usize = 20;
+const LEAST_SHARE: usize = 50;
+/// The first rows are the beginning, one in so many.
+const BEGINNING: usize = 20;
 /// Roundings of a sample, with those of the record.
 const ROUNDINGS: f64 = 16.0;
 
@@ -48,6 +53,42 @@ impl InputOutput {
         let ends = self.time_s.first().zip(self.time_s.last());
         let length = ends.map_or(0.0, |(first, last)| last - first);
         length / (self.time_s.len().max(2) - 1) as f64
+    }
+
+    pub(super) fn length_s(&self) -> f64 {
+        self.sample_time_s() * self.time_s.len() as f64
+    }
+
+    /// True if the input changes: only then does it reveal what it was before.
+    pub(super) fn moves(&self) -> bool {
+        let mut pairs = self.input.windows(2);
+        pairs.any(|pair| (pair[1] - pair[0]).abs() > 0.0)
+    }
+
+    /// True if the input changes again, or after the beginning: an answer to one change at the beginning is as what moved before.
+    pub(super) fn tells_before(&self) -> bool {
+        let changes = |n: &usize| self.input[*n] != self.input[n - 1];
+        let rows = self.input.len();
+        let mut changes = (1..rows).filter(changes);
+        let first = changes.next();
+        changes.next().is_some() || first.is_some_and(|first| first * BEGINNING > rows)
+    }
+
+    /// True if its input rests at first, for long enough to see that its output does too: a plant that was on its way is none that is not seen to move.
+    pub(super) fn begins_flat(&self) -> bool {
+        let rests = |u: &&f64| **u == self.input[0];
+        let rows = self.input.iter().take_while(rests).count();
+        if rows < LEAST_ROWS || rows * LEAST_SHARE < self.input.len() {
+            return false;
+        }
+        let mean = |part: &[f64]| part.iter().sum::<f64>() / part.len() as f64;
+        let output = &self.output[..rows];
+        let all = mean(output);
+        let around: Vec<f64> = output.iter().map(|y| y - all).collect();
+        let deviation = libm::sqrt(mean(&around.iter().map(|x| x * x).collect::<Vec<f64>>()));
+        let [before, behind] = [&around[..rows / 2], &around[rows / 2..]].map(mean);
+        let error = 2.0 / libm::sqrt(rows as f64);
+        neighbours(&around) <= error && (behind - before).abs() <= 2.0 * error * deviation
     }
 
     /// True if no step differs from T by more than a thousandth of it.
@@ -124,9 +165,9 @@ impl InputOutput {
     }
 }
 
-/// The Bayesian information criterion of so many free numbers, those of the start among them; what is left below the floor is nothing.
-pub(super) fn bic(record: &InputOutput, rms_residual: f64, numbers: f64, floor: f64) -> f64 {
-    let samples = record.output.len() as f64;
+/// The Bayesian information criterion of so many free numbers, those of the start among them, by so many samples; what is left below the floor is
+/// nothing.
+pub(super) fn bic(samples: f64, rms_residual: f64, numbers: f64, floor: f64) -> f64 {
     2.0 * samples * libm::log(rms_residual.max(floor)) + numbers * libm::log(samples)
 }
 
@@ -140,6 +181,21 @@ pub(super) fn neighbours(left: &[f64]) -> f64 {
     let product = |other: &[f64]| -> f64 { left.iter().zip(other).map(|(a, b)| a * b).sum() };
     let alike = product(shifted) / product(left);
     if alike.is_finite() { alike } else { 0.0 }
+}
+
+/// The samples of noise that says as much as what is left, if none of them knew of its neighbours.
+/// ```text
+/// n/(1 + 2·Σ ρ_k),   k from 1 to before the first ρ_k < 2/√n, which white noise may have too
+/// ```
+/// *Source*: G. V. Bayley, J. M. Hammersley, *The "effective" number of independent observations in an autocorrelated time series*, Supplement to
+/// the Journal of the Royal Statistical Society 8(2), 1946; of where the sum ends, A. Sokal, *Monte Carlo methods in statistical mechanics*, 1996.
+pub(super) fn independent(left: &[f64]) -> f64 {
+    let samples = left.len() as f64;
+    let product = |lag: usize| -> f64 { left.iter().zip(&left[lag..]).map(|(a, b)| a * b).sum() };
+    let all = product(0);
+    let alike = (1..left.len()).map(|lag| product(lag) / all);
+    let alike = alike.take_while(|alike| *alike >= 2.0 / libm::sqrt(samples));
+    samples / (1.0 + 2.0 * alike.sum::<f64>())
 }
 
 /// A model by a rule runs no better than this itself, nor is the record better than its rounding: what is less says nothing for one of them.

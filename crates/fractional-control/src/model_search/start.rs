@@ -126,16 +126,17 @@ pub(super) struct OfShape {
     rms_residual: f64,
 }
 
-/// A guess for each shape up to four poles, two of them integrators, and each dead time; of a long record from a part of it, unless the whole
+/// A guess for each shape up to so many poles, two of them integrators, and each dead time; of a long record from a part of it, unless the whole
 /// record shows that the part has lost what is fast. One that answers at once is among them if it may be.
 pub(super) fn whole_orders(
     record: &InputOutput,
     held: bool,
     dead_times: &[DeadTime],
     may_be_prompt: bool,
+    poles: usize,
 ) -> Vec<OfShape> {
     if let Some(part) = part(record, held, PART_OF_GUESSES) {
-        let found = every_shape(&part, held, dead_times, may_be_prompt);
+        let found = every_shape(&part, held, dead_times, may_be_prompt, poles);
         let least = |a: &&OfShape, b: &&OfShape| a.rms_residual.total_cmp(&b.rms_residual);
         let best = found.iter().min_by(least);
         let again = best.and_then(|best| {
@@ -148,11 +149,11 @@ pub(super) fn whole_orders(
             return found;
         }
     }
-    every_shape(record, held, dead_times, may_be_prompt)
+    every_shape(record, held, dead_times, may_be_prompt, poles)
 }
 
-fn shapes() -> impl Iterator<Item = WholeShape> {
-    let sizes = (1..=4).flat_map(|poles| (0..=poles).map(move |zeros| (poles, zeros)));
+fn shapes(most: usize) -> impl Iterator<Item = WholeShape> {
+    let sizes = (1..=most).flat_map(|poles| (0..=poles).map(move |zeros| (poles, zeros)));
     sizes.flat_map(|(poles, zeros)| {
         (0..=poles.min(2)).map(move |integrators| WholeShape {
             poles,
@@ -168,6 +169,7 @@ fn every_shape(
     held: bool,
     dead_times: &[DeadTime],
     may_be_prompt: bool,
+    poles: usize,
 ) -> Vec<OfShape> {
     let floor = rounding(record);
     let of = |shape: WholeShape, dead_time: DeadTime| {
@@ -185,7 +187,12 @@ fn every_shape(
                 has_free_orders: false,
                 dead_time,
             },
-            bic: bic(record, guess.rms_residual, numbers, floor),
+            bic: bic(
+                record.output.len() as f64,
+                guess.rms_residual,
+                numbers,
+                floor,
+            ),
             rms_residual: guess.rms_residual,
         })
     };
@@ -201,7 +208,7 @@ fn every_shape(
         let guesses = among.iter().filter_map(|dead_time| of(shape, *dead_time));
         guesses.min_by(least)
     };
-    let shapes = shapes().filter(|shape| may_be_prompt || shape.zeros < shape.poles);
+    let shapes = shapes(poles).filter(|shape| may_be_prompt || shape.zeros < shape.poles);
     let shapes: Vec<WholeShape> = shapes.collect();
     let guesses = shapes.into_par_iter();
     let guesses = guesses.flat_map_iter(|shape| match shape.zeros < shape.poles {
