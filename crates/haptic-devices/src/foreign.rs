@@ -4,7 +4,7 @@ use crate::haply::{HaplyName, HaplyOpenError, Plane};
 use crate::inverse3::{Inverse3Name, Inverse3OpenError};
 use crate::moteus::{MoteusName, MoteusOpenError};
 use crate::name::NameError;
-use haptic_remote::serial::{SerialError, SerialLink, ServeError, Served, ServedHardware};
+use haptic_remote::serial::{SerialError, SerialLink, ServeError, Served};
 use std::fmt;
 use std::str::FromStr;
 use thiserror::Error;
@@ -62,22 +62,13 @@ impl ForeignName {
             (Self::Haply(name), 1) => Served::start(name.open()?)?,
             (Self::Haply(name), 2) => Served::start(name.open_both()?)?,
             (Self::Moteus(name), 1) => Served::start(name.open()?)?,
-            (Self::Inverse3(name), 1) => Self::told(name.open::<1>()?, warn)?,
-            (Self::Inverse3(name), 3) => Self::told(name.open::<3>()?, warn)?,
+            (Self::Inverse3(name), 1) => Served::start(name.open::<1>(warn)?)?,
+            (Self::Inverse3(name), 3) => Served::start(name.open::<3>(warn)?)?,
             (Self::Haply(_), _) => return Err(OpenError::Axes { axes, most: 2 }),
             (Self::Inverse3(_), _) => return Err(OpenError::Axes { axes, most: 3 }),
             (Self::Moteus(_), _) => return Err(OpenError::Axes { axes, most: 1 }),
         };
         Ok(SerialLink::to_served(served, &self.to_string())?)
-    }
-
-    /// Starts to serve a device; before that, words about it are told.
-    fn told<H: ServedHardware<D>, const D: usize>(
-        (device, words): (H, String),
-        warn: &dyn Fn(&str),
-    ) -> Result<Served, ServeError> {
-        warn(&words);
-        Served::start(device)
     }
 
     /// The plane of a device that moves in a plane; `None` for others.
@@ -164,19 +155,18 @@ impl OpenError {
 
     /// True if another attempt may help: the port is not there yet, or somebody else has it.
     #[must_use]
-    pub fn may_pass(&self) -> bool {
-        matches!(self, Self::Inverse3(error) if error.may_pass())
-            || matches!(
-                self,
-                Self::Haply(HaplyOpenError::Port(
-                    SerialError::NotFound { .. }
-                        | SerialError::InUse { .. }
-                        | SerialError::Unreachable { .. }
-                )) | Self::Moteus(MoteusOpenError::Port(
-                    SerialError::NotFound { .. }
-                        | SerialError::InUse { .. }
-                        | SerialError::Unreachable { .. }
-                ))
-            )
+    pub const fn may_pass(&self) -> bool {
+        matches!(
+            self,
+            Self::Haply(HaplyOpenError::Port(
+                SerialError::NotFound { .. }
+                    | SerialError::InUse { .. }
+                    | SerialError::Unreachable { .. }
+            )) | Self::Moteus(MoteusOpenError::Port(
+                SerialError::NotFound { .. }
+                    | SerialError::InUse { .. }
+                    | SerialError::Unreachable { .. }
+            )) | Self::Inverse3(Inverse3OpenError::NoService { .. } | Inverse3OpenError::NoDevice)
+        )
     }
 }

@@ -4,7 +4,6 @@ use super::hardware::{Inverse3, Socket};
 use super::name::Inverse3Name;
 use super::trouble::{Inverse3OpenError, Trouble};
 use super::wire::{PRESET, opening, position};
-use haptic_loop::realtime::Moment;
 use serde_json::Value;
 use std::io::{Error, ErrorKind, Read, Write};
 use std::net::{TcpStream, ToSocketAddrs as _};
@@ -22,10 +21,11 @@ const READ_AT_ONCE: usize = 4096;
 const ATTEMPTS: u32 = 25;
 
 impl Inverse3Name {
-    /// Connects to the service, and opens its device with D axes, one or three. What the user should know of it comes too.
+    /// Connects to the service, and opens its device with D axes, one or three. What a user should know of it is told to `warn`.
     pub(crate) fn open<const D: usize>(
         &self,
-    ) -> Result<(Inverse3<TcpStream, D>, String), Inverse3OpenError> {
+        warn: &dyn Fn(&str),
+    ) -> Result<Inverse3<TcpStream, D>, Inverse3OpenError> {
         if D > 1 && self.chooses_line() {
             return Err(Inverse3OpenError::Line);
         }
@@ -35,17 +35,18 @@ impl Inverse3Name {
         stream.set_nodelay(true).map_err(failed)?;
         let (device, told) = Inverse3::greet(stream, self)?;
         (device.stream().set_nonblocking(true)).map_err(failed)?;
-        Ok((device, told))
+        warn(&told);
+        Ok(device)
     }
 
     fn no_service(&self, error: Error) -> Inverse3OpenError {
-        let address = self.address();
+        let address = self.address.clone();
         Inverse3OpenError::NoService { address, error }
     }
 
     fn not_service(&self, said: &str) -> Inverse3OpenError {
         Inverse3OpenError::NotService {
-            address: self.address(),
+            address: self.address.clone(),
             said: said.chars().take(60).collect(),
         }
     }
@@ -53,7 +54,7 @@ impl Inverse3Name {
     /// Tries all addresses of the host.
     fn connect(&self) -> Result<TcpStream, Error> {
         let mut failed = Error::from(ErrorKind::AddrNotAvailable);
-        for address in (self.host.as_str(), self.port).to_socket_addrs()? {
+        for address in self.address.to_socket_addrs()? {
             match TcpStream::connect_timeout(&address, PATIENCE) {
                 Ok(stream) => {
                     stream.set_read_timeout(Some(PATIENCE))?;
@@ -69,7 +70,7 @@ impl Inverse3Name {
     fn ask_version(&self) -> Result<String, Inverse3OpenError> {
         let failed = |error| self.no_service(error);
         let mut stream = self.connect().map_err(failed)?;
-        let host = self.address();
+        let host = &self.address;
         let asked = format!("GET /version HTTP/1.1\r\nHost: {host}\r\nConnection: close\r\n\r\n");
         stream.write_all(asked.as_bytes()).map_err(failed)?;
         let mut answer = Vec::new();
@@ -97,15 +98,18 @@ impl Inverse3Name {
         let devices = inventory["inverse3"].as_array();
         let devices = devices.ok_or(Trouble::Unreadable)?;
         let known: Vec<&str> = devices.iter().map(id_of).collect();
+        let said = match (&self.id, known.as_slice()) {
+            (_, []) => return Err(Inverse3OpenError::NoDevice),
+            (None, [_]) => return Ok(&devices[0]),
+            (None, _) => "which Inverse3 is not said".to_owned(),
+            (Some(id), _) => format!("there is no Inverse3 `{id}`"),
+        };
         let wanted = self.id.as_deref();
-        let wanted = wanted.or((known.len() == 1).then(|| known[0]));
-        let found = devices.iter().find(|device| Some(id_of(device)) == wanted);
-        found.ok_or_else(|| match known.is_empty() {
-            true => Inverse3OpenError::NoDevice,
-            false => Inverse3OpenError::Which {
-                id: self.id.clone(),
-                known: known.join(", "),
-            },
+        let mut found = devices.iter().zip(&known);
+        let found = found.find(|(_, id)| Some(**id) == wanted);
+        found.map(|(device, _)| device).ok_or_else(|| {
+            let known = known.join(", ");
+            Inverse3OpenError::Which { said, known }
         })
     }
 }
@@ -121,22 +125,19 @@ fn check_version(found: &str) -> Result<(), Inverse3OpenError> {
     if ((3, 5)..(4, 0)).contains(&version) {
         return Ok(());
     }
-    Err(Inverse3OpenError::Version {
-        found: found.to_owned(),
-        older: version < (3, 5),
-    })
+    let found = found.to_owned();
+    Err(Inverse3OpenError::Version { found })
 }
 
 fn heard<S: Read + Write>(socket: &mut Socket<S>) -> Result<String, Trouble> {
-    let began = Moment::now();
-    while began.elapsed() < PATIENCE {
+    for _ in 0..ATTEMPTS {
         match socket.read() {
             Ok(Message::Text(text)) => return Ok(text.as_str().to_owned()),
             Ok(Message::Close(_)) | Err(_) => return Err(Trouble::Gone),
             Ok(_) => {}
         }
     }
-    Err(Trouble::Silent { ticks: 0 })
+    Err(Trouble::Unreadable)
 }
 
 impl<S: Read + Write, const D: usize> Inverse3<S, D> {
@@ -149,7 +150,7 @@ impl<S: Read + Write, const D: usize> Inverse3<S, D> {
         let config = WebSocketConfig::default().max_message_size(Some(BYTES_MOST));
         // It clears its buffer at each read.
         let config = config.read_buffer_size(READ_AT_ONCE);
-        let url = format!("ws://{}/", name.address());
+        let url = format!("ws://{}/", name.address);
         let (mut socket, _) = tungstenite::client::client_with_config(url, stream, Some(config))
             .map_err(|error| name.not_service(&error.to_string()))?;
         let parsed = |text: &str| serde_json::from_str(text).map_err(|_| Trouble::Unreadable);
@@ -179,7 +180,7 @@ impl<S: Read + Write, const D: usize> Inverse3<S, D> {
             let devices = full["inverse3"].as_array().into_iter().flatten();
             let mut devices = devices.filter(|device| id_of(device) == id);
             let config = &devices.next().ok_or(Trouble::Vanished)?["config"];
-            match not_taken(config, &id) {
+            match not_taken(config) {
                 None => {
                     let told = words_of_gate(&config["filters"]["force_gate"]["gain"]);
                     let place_m = position(&text, &id)?;
@@ -193,22 +194,17 @@ impl<S: Read + Write, const D: usize> Inverse3<S, D> {
 }
 
 /// The setting that is not what was asked for.
-fn not_taken(config: &Value, id: &str) -> Option<Inverse3OpenError> {
+fn not_taken(config: &Value) -> Option<Inverse3OpenError> {
     let damping = &config["filters"]["damping"]["scalar"];
-    let (setting, value, asked) = if config["preset"] != PRESET {
-        ("preset", &config["preset"], PRESET)
+    let (setting, value) = if config["preset"] != PRESET {
+        ("preset", &config["preset"])
     } else if damping.as_f64() != Some(0.0) {
-        ("damping", damping, "0")
+        ("damping", damping)
     } else {
         return None;
     };
-    let (id, value) = (id.to_owned(), value.to_string());
-    Some(Inverse3OpenError::NotTaken {
-        id,
-        setting,
-        value,
-        asked,
-    })
+    let value = value.to_string();
+    Some(Inverse3OpenError::NotTaken { setting, value })
 }
 
 fn words_of_gate(gain: &Value) -> String {

@@ -10,12 +10,13 @@
 use super::name::Inverse3Name;
 use super::trouble::Trouble;
 use super::wire::{before_force, force, position};
+use crate::moteus::is_not_now;
 use haptic_link::{Capabilities, Refusal, Simulation};
 use haptic_loop::{Device, Fault, Reading, SafeForce};
 use haptic_remote::serial::{BoardTrouble, ServedHardware, TroubleCause};
 use haptic_remote::{Exchange, Hardware, abilities, only_real};
 use nalgebra::{SMatrix, SVector, Vector3};
-use std::io::{ErrorKind, Read, Write};
+use std::io::{Read, Write};
 use tungstenite::{Message, WebSocket};
 
 pub(super) type Socket<S> = WebSocket<S>;
@@ -155,13 +156,6 @@ impl<S: Read + Write, const D: usize> Inverse3<S, D> {
             let _ = self.send(Vector3::zeros());
         }
     }
-}
-
-const fn is_not_now(kind: ErrorKind) -> bool {
-    matches!(
-        kind,
-        ErrorKind::TimedOut | ErrorKind::WouldBlock | ErrorKind::Interrupted
-    )
 }
 
 impl<S: Read + Write, const D: usize> Device<f32, D> for Inverse3<S, D> {

@@ -20,14 +20,12 @@ const LOST: u32 = 20;
 /// An Inverse3 by name: `inverse3:[HOST[:PORT]][,id=ID][,axis=-z][,lost=20]`.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Inverse3Name {
-    /// The machine on which the Inverse Service runs.
-    pub host: String,
-    /// Its port for HTTP and WebSocket.
-    pub port: u16,
+    /// Host and port at which the service speaks HTTP and WebSocket.
+    pub(super) address: String,
     /// The device's number at the service; `None` for the only one.
-    pub id: Option<String>,
+    pub(super) id: Option<String>,
     /// Number of ticks in a row without an answer that causes a fault, 2 to 1000.
-    pub lost_most: u32,
+    pub(super) lost_most: u32,
     /// Unit vector along the line of an experiment with one axis.
     pub(super) along: [f64; 3],
 }
@@ -54,13 +52,16 @@ impl Inverse3Name {
         let given = Settings::parse(Self::KIND, &text, &["id", "axis", "lost"])?;
         // An address of IPv6 has colons of its own, within brackets.
         let split = given.path.rsplit_once(':');
-        let split = split.filter(|(_, port)| !port.contains(']'));
-        let (host, port) = split.map_or((given.path, None), |(host, port)| (host, Some(port)));
-        let port = port.map(|port| whole("port", port, 1, u16::MAX.into()));
+        let address = match split.filter(|(_, port)| !port.contains(']')) {
+            Some((host, port)) => {
+                let port = whole("port", port, 1, u16::MAX.into())?;
+                format!("{host}:{port}")
+            }
+            None => format!("{}:{}", given.path, Self::PORT),
+        };
         let lost = given.text("lost");
         Ok(Self {
-            host: host.trim_matches(['[', ']']).to_owned(),
-            port: port.transpose()?.map_or(Self::PORT, |port| port as u16),
+            address,
             id: given.text("id").map(str::to_owned),
             lost_most: lost.map_or(Ok(LOST), |lost| whole("lost", lost, 2, 1000))?,
             along: given.choice("axis", &LINES, DOWN)?,
@@ -80,15 +81,6 @@ impl Inverse3Name {
     pub(crate) fn chooses_line(&self) -> bool {
         Vector3::from(self.along) != Vector3::from(DOWN)
     }
-
-    /// Host and port, as in a URL.
-    pub(super) fn address(&self) -> String {
-        if self.host.contains(':') {
-            format!("[{}]:{}", self.host, self.port)
-        } else {
-            format!("{}:{}", self.host, self.port)
-        }
-    }
 }
 
 fn whole(key: &'static str, value: &str, least: u32, most: u32) -> Result<u32, NameError> {
@@ -105,7 +97,7 @@ fn whole(key: &'static str, value: &str, least: u32, most: u32) -> Result<u32, N
 
 impl fmt::Display for Inverse3Name {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{}:{}", Self::KIND, self.address())?;
+        write!(f, "{}:{}", Self::KIND, self.address)?;
         if let Some(id) = &self.id {
             write!(f, ",id={id}")?;
         }

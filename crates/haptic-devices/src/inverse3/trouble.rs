@@ -1,7 +1,7 @@
 //! Names of what an Inverse Service and its devices can do wrong, and what helps.
 
 use haptic_remote::serial::TroubleCause;
-use std::io::{Error, ErrorKind};
+use std::io::Error;
 use thiserror::Error;
 
 /// An Inverse3 that cannot be opened.
@@ -13,96 +13,73 @@ pub enum Inverse3OpenError {
         "no Inverse Service at {address}: {error}; start it, or Haply Hub, or name the machine as inverse3:HOST:PORT"
     )]
     NoService {
-        /// Host and port.
+        /// Host and port that were tried.
         address: String,
         /// Reason in the words of the system.
         error: Error,
     },
-    /// Something else is there.
+    /// Another program is at that port.
     #[error(
         "{address} is not an Inverse Service: it says `{said}`; name its port as inverse3:HOST:PORT, by default 10001"
     )]
     NotService {
-        /// Host and port.
+        /// Host and port that were tried.
         address: String,
-        /// The begin of its answer.
+        /// What it answered, as far as it is short.
         said: String,
     },
     /// A service that speaks another protocol.
     #[error(
-        "the Inverse Service is version {found}, and this program needs 3.5 or a later 3: {}", if *.older {
-            "update it, with Haply Hub"
-        } else {
-            "install version 3.5 beside it, or look for a newer version of this program"
-        }
+        "the Inverse Service is version {found}, and this program needs 3.5 or a later 3: install one, with Haply Hub"
     )]
     Version {
-        /// The version that it tells.
+        /// The version that the service tells.
         found: String,
-        /// It is too old, and not too new.
-        older: bool,
     },
-    /// No device is plugged in.
+    /// Nothing of this family is plugged in.
     #[error("the Inverse Service knows no Inverse3: plug it in and switch it on")]
     NoDevice,
     /// More than one device, and no number; or another number.
-    #[error("{}: the Inverse Service knows {known}; give one of them as id=ID", .id.as_ref().map_or_else(
-        || "which Inverse3 is not said".to_owned(),
-        |id| format!("there is no Inverse3 `{id}`")
-    ))]
+    #[error("{said}: the Inverse Service knows {known}; give one of them as id=ID")]
     Which {
-        /// The number that was asked for.
-        id: Option<String>,
+        /// Says which number was asked for, if any.
+        said: String,
         /// All numbers that there are, with commas between.
         known: String,
     },
     /// A device that is not ready to make a force.
     #[error("Inverse3 {id} {why}")]
     NotReady {
-        /// The device's number.
+        /// Number of the device at its service.
         id: String,
         /// Says what it lacks, and the remedy.
         why: &'static str,
     },
     /// Settings that were asked for and not taken.
     #[error(
-        "Inverse3 {id}: the Inverse Service has {setting} = {value} after it was told {asked}: end other programs that set it, such as Haply Hub's demos"
+        "the Inverse Service has {setting} = {value} after it was told another: end other programs that set it, such as Haply Hub's demos"
     )]
     NotTaken {
-        /// The device's number.
-        id: String,
-        /// The name of the setting.
+        /// The setting that was read back.
         setting: &'static str,
         /// The value that it has; `null` if it is not told.
         value: String,
-        /// The value that it should have.
-        asked: &'static str,
     },
     /// A line was chosen for an experiment with all axes.
     #[error(
         "axis chooses a line for an experiment with one axis, and this one uses all three: omit it"
     )]
     Line,
-    /// Its first answers.
+    /// Its first answers show a trouble.
     #[error(transparent)]
     Trouble(#[from] Trouble),
-}
-
-impl Inverse3OpenError {
-    /// True if another attempt may help, as the service or the device may still be starting.
-    pub(crate) fn may_pass(&self) -> bool {
-        match self {
-            Self::NoService { error, .. } => error.kind() == ErrorKind::ConnectionRefused,
-            _ => matches!(self, Self::NoDevice),
-        }
-    }
 }
 
 /// Why an Inverse3 cannot be used any more.
 #[derive(Clone, Copy, Debug, PartialEq, Error)]
 #[non_exhaustive]
 pub enum Trouble {
-    /// The connection has ended.
+    /// The service has ended the connection.
     #[error(
         "the Inverse Service has closed the connection: it was stopped, or another program reset it"
     )]
@@ -120,7 +97,7 @@ pub enum Trouble {
         "an answer of the Inverse Service is not JSON with a list `inverse3` of at most {DEVICES_MOST} devices"
     )]
     Unreadable,
-    /// The answer does not list the device.
+    /// The answer does not list the device any more.
     #[error("the Inverse Service does not list it any more: check its cable and power")]
     Vanished,
     /// The answer has no position, or not three numbers.

@@ -158,7 +158,7 @@ impl<S: Read + Write> Adapter<S> {
     }
 }
 
-const fn is_not_now(kind: ErrorKind) -> bool {
+pub(crate) const fn is_not_now(kind: ErrorKind) -> bool {
     matches!(
         kind,
         ErrorKind::TimedOut | ErrorKind::WouldBlock | ErrorKind::Interrupted

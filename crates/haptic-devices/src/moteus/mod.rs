@@ -9,6 +9,7 @@ mod frames;
 mod settings;
 mod trouble;
 
+pub(crate) use adapter::is_not_now;
 pub use axis::MoteusAxis;
 pub use frames::Frames;
 pub use settings::{MoteusName, MoteusSettings};

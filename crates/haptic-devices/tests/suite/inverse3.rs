@@ -558,7 +558,7 @@ fn damping_that_another_program_left_is_set_to_none_and_read_back() {
     }));
     let error = wire.open::<1>("").expect_err("not taken").to_string();
     assert!(
-        error.contains("has damping = 5.0 after it was told 0"),
+        error.contains("has damping = 5.0 after it was told another"),
         "{error}"
     );
 }
@@ -598,13 +598,12 @@ fn what_is_no_service_of_this_version_is_named() {
         version.contains("version 3.1.1.0, and this program needs 3.5"),
         "{version}"
     );
-    assert!(version.contains("update it"), "{version}");
+    assert!(version.contains("install one"), "{version}");
     let newer = opened_at(
         says("HTTP/1.1 200 OK\r\n\r\n{\"project_version\":\"4.0\"}"),
         "",
     );
     assert!(newer.contains("version 4.0, and"), "{newer}");
-    assert!(newer.contains("newer version of this program"), "{newer}");
     for (answer, said) in [
         (
             "HTTP/1.1 404 Not Found\r\n\r\n<html>{no}</html>",

@@ -23,7 +23,7 @@ pub enum Hand {
     /// Strokes downwards from the middle of the workspace and back, softly.
     #[default]
     Strokes,
-    /// Nobody holds the cursor.
+    /// Nobody holds the cursor: it drifts.
     Free,
     /// Leads the cursor to a place, m from the middle of the workspace, and holds it there, softly.
     At([f64; 3]),
@@ -37,7 +37,7 @@ pub struct Body {
     pub(super) place_m: Vector3<f64>,
     pub(super) speed_m_per_s: Vector3<f64>,
     time_s: f64,
-    /// When the hand began.
+    /// When the hand began to lead it.
     led_s: Option<f64>,
 }
 

@@ -7,16 +7,16 @@ use serde_json::{Value, json};
 /// Silence after which a force ends, µs.
 pub const SILENCE_US: u64 = 100_000;
 
-/// What the service did.
+/// What the service did since it was started.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Counted {
-    /// WebSocket connections.
+    /// WebSocket connections that were made.
     pub sessions: u64,
     /// Messages, each with an answer.
     pub messages: u64,
-    /// Forces that were taken.
+    /// Commands of a force that were executed.
     pub forces: u64,
-    /// Largest force that was commanded, N.
+    /// Norm of the largest force that was commanded, N.
     pub largest_n: f64,
 }
 
@@ -71,7 +71,7 @@ impl Service {
         self.counted
     }
 
-    /// The device is unplugged.
+    /// Unplugs a device: it is not told of any more.
     pub fn unplug(&mut self, id: &str) {
         self.units.retain(|unit| unit.id != id);
     }
@@ -109,13 +109,10 @@ impl Service {
     /// Lets time pass up to this moment.
     pub fn advance(&mut self, now_us: u64) {
         for unit in &mut self.units {
-            let lasts_us = unit.until_us.min(now_us);
-            (unit.body).advance(lasts_us as f64 * 1e-6, unit.force_n, unit.damping);
             if now_us >= unit.until_us {
                 unit.force_n = Vector3::zeros();
-                let still = Vector3::zeros();
-                (unit.body).advance(now_us as f64 * 1e-6, still, unit.damping);
             }
+            (unit.body).advance(now_us as f64 * 1e-6, unit.force_n, unit.damping);
         }
     }
 

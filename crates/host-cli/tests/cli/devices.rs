@@ -3,6 +3,7 @@
 mod facing;
 mod gone;
 mod held;
+mod inverse3;
 mod lines;
 mod makers;
 mod middle;

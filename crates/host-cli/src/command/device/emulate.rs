@@ -192,7 +192,8 @@ struct Details {
     hand: Option<haply::Hand>,
     servo_id: Option<u8>,
     turn: Option<moteus::Hand>,
-    inverse3: inverse3::Given,
+    service_port: Option<u16>,
+    cursor: haptic_emulator::inverse3::Hand,
     facing_model: Option<PathBuf>,
     contact: FacingContact,
 }
@@ -243,9 +244,8 @@ impl Details {
             "hand" => self.hand = hand(text)?,
             "servo_id" => self.servo_id = Some(count(text, 0, u8::MAX)?),
             "turn" => self.turn = Some(turn(text)?),
-            "service_port" => self.inverse3.port = count(text, 0, u16::MAX)?,
-            "cursor" => self.inverse3.hand = inverse3::hand(text)?,
-            "service_version" => text.clone_into(&mut self.inverse3.version),
+            "service_port" => self.service_port = Some(count(text, 0, u16::MAX)?),
+            "cursor" => self.cursor = inverse3::hand(text)?,
             "facing_model" => self.facing_model = Some(PathBuf::from(text)),
             "contact_stiffness_n_per_m" => contact.stiffness.0 = number(CONTACT_STIFFNESSES)?,
             "contact_damping_n_s_per_m" => contact.damping.0 = number(CONTACT_DAMPINGS)?,
@@ -388,7 +388,7 @@ impl Arguments {
         } else if kind != Kind::Moteus && details.has(&MOTEUS_KEYS) {
             "servo_id and turn apply only to a servo: add --kind moteus"
         } else if kind != Kind::Inverse3 && details.has(&inverse3::KEYS) {
-            "service_port, service_version and cursor apply only to an Inverse Service: add --kind inverse3"
+            "service_port and cursor apply only to an Inverse Service: add --kind inverse3"
         } else if kind == Kind::Inverse3 && (details.has(&LINE_KEYS) || first.is_some()) {
             "an Inverse Service is at a TCP port, which loses nothing: omit keys of the line, --link and --socket"
         } else if kind != Kind::Own && self.axes.is_some() {

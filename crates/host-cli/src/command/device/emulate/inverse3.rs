@@ -12,8 +12,8 @@ use std::sync::atomic::AtomicBool;
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
 
-/// Keys of a service.
-pub(super) const KEYS: [(&str, &str); 3] = [
+/// Keys of an emulated Inverse Service.
+pub(super) const KEYS: [(&str, &str); 2] = [
     (
         "service_port",
         "Inverse3: port of this machine, 0 for any free one [default: 10001]",
@@ -22,33 +22,15 @@ pub(super) const KEYS: [(&str, &str); 3] = [
         "cursor",
         "Inverse3: its hand: strokes (downwards, the default), free, or at:X:Y:Z",
     ),
-    (
-        "service_version",
-        "Inverse3: version that it tells [default: 3.5.0]",
-    ),
 ];
 
-/// The device's number.
+/// Number of the device at its service.
 const ID: &str = "04BA";
 
-/// What the keys say of it.
-#[derive(Debug)]
-pub(super) struct Given {
-    pub(super) port: u16,
-    pub(super) hand: Hand,
-    pub(super) version: String,
-}
+/// The version that it tells.
+const VERSION: &str = "3.5.0";
 
-impl Default for Given {
-    fn default() -> Self {
-        Self {
-            port: Inverse3Name::PORT,
-            hand: Hand::default(),
-            version: "3.5.0".to_owned(),
-        }
-    }
-}
-
+/// The hand of a device.
 pub(super) fn hand(text: &str) -> Result<Hand, String> {
     const KNOWN: &str = "is not a hand: give strokes, free or at:X:Y:Z, as in at:0mm:20mm:-10mm";
     if let Some(place) = text.strip_prefix("at:") {
@@ -73,22 +55,18 @@ pub(super) fn run(
     output: Output,
     stop: &AtomicBool,
 ) -> Result<(), Failure> {
-    let Given {
-        port,
-        hand,
-        version,
-    } = &details.inverse3;
+    let port = details.service_port.unwrap_or(Inverse3Name::PORT);
     let failed = |error| {
         Failure::bad_input(format_args!(
             "the service_port {port} cannot be served: {error}; choose another, or 0 for any free one"
         ))
     };
-    let listener = TcpListener::bind((Ipv4Addr::LOCALHOST, *port)).map_err(failed)?;
+    let listener = TcpListener::bind((Ipv4Addr::LOCALHOST, port)).map_err(failed)?;
     let address = listener.local_addr().map_err(failed)?.to_string();
     let device = format!("{}:{address}", Inverse3Name::KIND);
     output.report(&json!({"path": address, "device": device}))?;
-    let devices = [(ID.to_owned(), Body::held_by(*hand))];
-    let service = Arc::new(Mutex::new(Service::new(version, devices)));
+    let devices = [(ID.to_owned(), Body::held_by(details.cursor))];
+    let service = Arc::new(Mutex::new(Service::new(VERSION, devices)));
     serve(&listener, &service, duration, stop).map_err(failed)?;
     if !output.quiet {
         let service = service.lock().unwrap_or_else(PoisonError::into_inner);

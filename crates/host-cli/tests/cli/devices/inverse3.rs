@@ -1,0 +1,135 @@
+//! An emulated Inverse Service at a port of this machine, and commands on its device.
+
+use super::at;
+use crate::process::{Place, column, says, signal};
+use serde_json::Value;
+use std::io::{BufRead as _, BufReader, Read as _};
+use std::process::{Child, Stdio};
+
+/// A service in a process of its own; gone when dropped.
+struct Service {
+    place: Place,
+    child: Child,
+    device: String,
+}
+
+impl Service {
+    fn new() -> Self {
+        let place = Place::new();
+        let mut command = place.command("device emulate --kind inverse3 service_port=0 --json");
+        let mut child = (command
+            .stdout(Stdio::piped())
+            .stderr(Stdio::piped())
+            .spawn())
+        .expect("runs");
+        let mut told = String::new();
+        let stdout = child.stdout.take().expect("piped");
+        BufReader::new(stdout).read_line(&mut told).expect("a line");
+        let told: Value = serde_json::from_str(&told).expect("JSON");
+        let device = told["device"].as_str().expect("its name").to_owned();
+        Self {
+            place,
+            child,
+            device,
+        }
+    }
+
+    /// What it says when it is stopped as by Ctrl-C.
+    fn ends(&mut self) -> String {
+        signal(&self.child, "INT");
+        let mut said = String::new();
+        let stderr = self.child.stderr.as_mut().expect("piped");
+        stderr.read_to_string(&mut said).expect("is text");
+        said
+    }
+}
+
+impl Drop for Service {
+    fn drop(&mut self) {
+        // It may have ended by itself.
+        let _ = self.child.kill();
+        let _ = self.child.wait();
+    }
+}
+
+#[test]
+fn info_names_the_inverse3_and_what_its_service_does_to_forces() {
+    let mut service = Service::new();
+    let device = &service.device;
+    // A machine that is busy answers late.
+    let line = format!("device info --device {device},lost=1000 --json");
+    let ended = service.place.run(&line).succeeded_with_warnings();
+    says(&ended.stderr, &["force gate has gain 0.3", "damping to 0"]);
+    let info = ended.json();
+    assert_eq!(info["board"], "Inverse3 04BA");
+    assert_eq!(at(&info, "/force_max_n"), 3.0);
+    assert_eq!(info["simulated"], false);
+    let refused = |line: String, code, words: &[&str]| {
+        service.place.run(&line).refused(code, words);
+    };
+    refused(
+        format!("device info --device {device},id=049D"),
+        2,
+        &["there is no Inverse3 `049D`: the Inverse Service knows 04BA"],
+    );
+    refused(
+        format!("device info --device {device},id=049D,axis=up"),
+        2,
+        &["axis = \"up\" is not one of x, y, z, -x, -y, -z"],
+    );
+    refused(
+        "device info --device inverse3:127.0.0.1:1".to_owned(),
+        3,
+        &[
+            "no Inverse Service at 127.0.0.1:1",
+            "start it, or Haply Hub",
+        ],
+    );
+    refused(
+        "device emulate --kind inverse3 drop=1%".to_owned(),
+        2,
+        &["which loses nothing: omit keys of the line"],
+    );
+    refused(
+        "device emulate service_port=0".to_owned(),
+        2,
+        &["add --kind inverse3"],
+    );
+    let said = service.ends();
+    says(&said, &["emulated: 2 sessions,", "largest 0.000000 N"]);
+}
+
+#[test]
+#[ignore = "long: `.ci/run` does it, or --include-ignored"]
+fn on_an_inverse3_every_sample_that_is_lost_is_counted_and_a_spring_has_the_bits_of_its_positions()
+{
+    let service = Service::new();
+    for (sample_time, ticks) in [("1ms", 2000.0), ("250us", 8000.0)] {
+        service.place.write(
+            "ball.toml",
+            &format!(
+                "[touch]\ndevice = \"{},lost=1000\"\naxes = 3\nshape = \"plane\"\nnormal = [0.0, 0.0, 1.0]\nsurface_m = -0.003\n\
+                 stiffness_n_per_m = 100.0\ndissipation_n_s_mu_per_m = 0.0\nforce_limit_n = 2.0\nduration_s = 2.0\nmass_kg = 0.15\n\
+                 watchdog_s = 1\nlate_ticks = 0\n",
+                service.device
+            ),
+        );
+        let line = format!("run ball.toml --sample-time {sample_time} --out {sample_time} --json");
+        let report = service.place.run(&line).ended_by_the_clock().json();
+        let (samples, lost) = (at(&report, "/samples"), at(&report, "/link/samples_lost"));
+        assert!(samples + lost >= ticks, "{report}");
+        let log = format!("log export {sample_time}/touch.mcap -");
+        let table = service.place.run(&log).succeeded().stdout;
+        let of = |name: &str| column(&table, name);
+        assert_eq!(of("tick").len() as f64, samples);
+        let (depths, forces) = (of("position_z_m"), of("environment_force_z_n"));
+        for (z_m, force_n) in depths.into_iter().zip(forces) {
+            // K·max(surface − z, 0), in single precision as there.
+            let depth_m = (-0.003_f32 - z_m as f32).max(0.0);
+            assert_eq!(
+                (100.0 * depth_m).to_bits(),
+                (force_n as f32).abs().to_bits()
+            );
+        }
+    }
+}
