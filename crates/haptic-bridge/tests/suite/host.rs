@@ -64,7 +64,12 @@ impl Host {
         configuration.limits.watchdog_ms = 1000;
         self.link.set(configuration, &values).expect("good");
         self.link.arm(Duration::from_secs(1)).expect("is well");
-        self.link.start(Start { run: 1, ..Start::ENDLESS }).expect("starts");
+        self.link
+            .start(Start {
+                run: 1,
+                ..Start::ENDLESS
+            })
+            .expect("starts");
         let (mut heard, mut largest_n) = (0, 0.0_f32);
         while heard < ticks && self.fault.is_none() {
             match self.link.hear(Duration::from_secs(1)) {
