@@ -23,16 +23,20 @@ using Vector = std::array<double, 3>;
 constexpr double mass_kg = 0.1;
 constexpr double damping_n_s_per_m = 1.0;
 constexpr double hand_n_per_m = 50.0;
-constexpr double hand_m = 0.01;
+constexpr double stroke_m = 0.008;
+constexpr double stroke_time_s = 2.0;
 constexpr double sample_time_s = 1e-3;
 
-/// Stands for the driver of a device: a mass that a hand draws along its first axis, into the wall.
+/// Stands for the driver of a device: a mass that a hand draws along its first axis, into the wall and out again.
 class Arm {
 public:
     Vector position_m() const { return position_m_; }
 
     /// The force holds until the next tick.
     void set_force(const Vector &force_n) {
+        const double phase = 2.0 * std::acos(-1.0) * time_s_ / stroke_time_s;
+        const double hand_m = 0.5 * stroke_m * (1.0 - std::cos(phase));
+        time_s_ += sample_time_s;
         for (std::size_t axis = 0; axis < 3; ++axis) {
             const double aim_m = axis == 0 ? hand_m : 0.0;
             const double hand_n = hand_n_per_m * (aim_m - position_m_[axis]);
@@ -43,6 +47,7 @@ public:
     }
 
 private:
+    double time_s_ = 0.0;
     Vector position_m_{};
     Vector velocity_m_per_s_{};
 };
