@@ -23,7 +23,7 @@ using Vector = std::array<double, 3>;
 constexpr double mass_kg = 0.1;
 constexpr double damping_n_s_per_m = 1.0;
 constexpr double hand_n_per_m = 50.0;
-constexpr double stroke_m = 0.008;
+constexpr double stroke_m = 0.006;
 constexpr double stroke_time_s = 2.0;
 constexpr double sample_time_s = 1e-3;
 

@@ -104,7 +104,7 @@ fn the_example_in_cpp_compiles_without_a_warning_and_is_a_device() {
 
     let example = Example::start(&program);
     let mut host = crate::host::Host::connect(example.port);
-    // Its hand draws it up to 8 mm into a wall of 100 N/m, out again, and so on.
+    // Its hand draws it up to 6 mm into a wall of 100 N/m, out again, and so on.
     let largest_n = host.presses(1000);
     assert!(largest_n > 0.1, "{largest_n} N");
     assert_eq!(host.fault, None);
