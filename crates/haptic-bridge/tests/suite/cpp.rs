@@ -38,7 +38,7 @@ impl Example {
         let libraries = std::env::current_exe().expect("a path");
         let libraries = libraries.parent().expect("a folder");
         command.env("LD_LIBRARY_PATH", libraries);
-        command.arg("127.0.0.1:0");
+        command.args(["127.0.0.1:0", "3"]);
         let piped = command.stdin(Stdio::piped()).stdout(Stdio::piped());
         let mut child = piped.spawn().expect("starts");
         let mut output = BufReader::new(child.stdout.take().expect("piped"));
@@ -104,7 +104,7 @@ fn the_example_in_cpp_compiles_without_a_warning_and_is_a_device() {
 
     let example = Example::start(&program);
     let mut host = crate::host::Host::connect(example.port);
-    // Its hand draws it up to 6 mm into a wall of 100 N/m, out again, and so on.
+    // Its hand holds it 2 mm beside a spring of 100 N/m, or presses.
     let largest_n = host.presses(1000);
     assert!(largest_n > 0.1, "{largest_n} N");
     assert_eq!(host.fault, None);
