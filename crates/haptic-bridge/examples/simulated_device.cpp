@@ -1,7 +1,7 @@
-// A program with a haptic thread, made a device of fractional-haptics: a simulated arm of three axes, in C++17 and
+// A program with a haptic thread, made a device of fractional-haptics: a simulated arm, in C++17 and
 // without any dependency. Take your own device's SDK in place of `Arm`.
 //
-//   simulated_device [ADDRESS] [SECONDS]      default 127.0.0.1:4250, until its input ends
+//   simulated_device [ADDRESS] [AXES]      default 127.0.0.1:4250 and 1, which every experiment takes; ends with its input
 #include <haptic_bridge.h>
 
 #include <algorithm>
@@ -23,16 +23,23 @@ using Vector = std::array<double, 3>;
 constexpr double mass_kg = 0.1;
 constexpr double damping_n_s_per_m = 1.0;
 constexpr double hand_n_per_m = 50.0;
-constexpr double hand_m = 0.01;
+constexpr double rest_m = -0.002;
+constexpr double stroke_m = 0.008;
+constexpr double half_s = 5.0;
 constexpr double sample_time_s = 1e-3;
 
-/// Stands for the driver of a device: a mass that a hand draws along its first axis, into the wall.
+/// Stands for the driver of a device: a mass that a hand holds outside the wall for 5 s, so that a run can
+/// begin, then draws along its first axis into it and out again in another 5 s.
 class Arm {
 public:
     Vector position_m() const { return position_m_; }
 
     /// The force holds until the next tick.
     void set_force(const Vector &force_n) {
+        const double into_s = std::max(std::fmod(time_s_, 2.0 * half_s) - half_s, 0.0);
+        const double phase = 2.0 * std::acos(-1.0) * into_s / half_s;
+        const double hand_m = rest_m + 0.5 * stroke_m * (1.0 - std::cos(phase));
+        time_s_ += sample_time_s;
         for (std::size_t axis = 0; axis < 3; ++axis) {
             const double aim_m = axis == 0 ? hand_m : 0.0;
             const double hand_n = hand_n_per_m * (aim_m - position_m_[axis]);
@@ -43,6 +50,7 @@ public:
     }
 
 private:
+    double time_s_ = 0.0;
     Vector position_m_{};
     Vector velocity_m_per_s_{};
 };
@@ -82,7 +90,7 @@ int main(int argc, char **argv) {
     hb_device device{};
     device.size = sizeof device;
     device.name = "simulated arm";
-    device.axes = 3;
+    device.axes = argc > 2 ? static_cast<std::uint32_t>(std::atoi(argv[2])) : 1;
     device.sample_time_us = 1000;
     device.force_max_n = 5.0;
     device.force_rate_max_n_per_s = 1000.0;
@@ -105,11 +113,7 @@ int main(int argc, char **argv) {
     std::atomic<bool> ended{false};
     double largest_n = 0.0;
     std::thread thread{haptic_thread, bridge.get(), std::cref(ended), std::ref(largest_n)};
-    if (argc > 2) {
-        std::this_thread::sleep_for(std::chrono::duration<double>(std::atof(argv[2])));
-    } else {
-        while (std::getchar() != EOF) {
-        }
+    while (std::getchar() != EOF) {
     }
     // The force falls while the thread still ticks.
     hb_stop(bridge.get());

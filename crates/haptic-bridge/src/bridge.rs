@@ -1,14 +1,14 @@
 //! A bridge: the part that ticks, the part that speaks, and what other threads may ask.
 
 use crate::description::{Description, DescriptionError};
-use crate::hosts::Hosts;
 use crate::line::LineSide;
 use crate::status::{Handle, Trouble};
 use crate::ticking::{Ticking, Ticks};
 use haptic_link::Refusal;
 use haptic_loop::Fault;
+use haptic_remote::serial::{SerialError, TcpListening};
 use std::fmt;
-use std::io::{Error, ErrorKind};
+use std::io::Error;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -75,9 +75,12 @@ impl Bridge {
     /// A device that cannot be; an address that cannot be listened at; no thread.
     pub fn open(description: &Description, address: &str) -> Result<Self, BridgeError> {
         let (ticker, line) = Self::apart(description)?;
-        let failed = |error: Error| BridgeError::listening(address, &error);
-        let hosts = Hosts::listen(address).map_err(failed)?;
-        let port = hosts.address().map_err(failed)?.port();
+        let listening = TcpListening::open(address)?;
+        let mut hosts = listening.line();
+        // Takes what is there: this thread has reports to look after too.
+        hosts
+            .set_patience(Duration::ZERO)
+            .map_err(BridgeError::Thread)?;
         let pause = Duration::from_micros(u64::from(description.sample_time_us) / 2);
         let ended = Arc::new(AtomicBool::new(false));
         let ending = Arc::clone(&ended);
@@ -87,7 +90,7 @@ impl Bridge {
             handle: ticker.handle(),
             ticker,
             serving: Serving {
-                port,
+                port: listening.address().port(),
                 ended,
                 thread: Some(thread.map_err(BridgeError::Thread)?),
             },
@@ -148,47 +151,19 @@ pub enum BridgeError {
     /// The device as it was described cannot be.
     #[error(transparent)]
     Description(#[from] DescriptionError),
-    /// Somebody listens there already.
-    #[error(
-        "{address} is in use by another bridge or program: close that one, or take another port"
-    )]
-    InUse {
-        /// As it was given.
-        address: String,
-    },
-    /// The system does not listen there.
-    #[error(
-        "cannot listen at `{address}` ({reason}): give an address of this machine with a port, such as 127.0.0.1:4250"
-    )]
-    Listening {
-        /// As it was given.
-        address: String,
-        /// In the words of the system.
-        reason: String,
-    },
+    /// An address that cannot be listened at.
+    #[error(transparent)]
+    Address(#[from] SerialError),
     /// The loop refuses the device, although its description is good.
     #[error("the loop refuses this device: {0:?}")]
     Refused(Refusal),
-    /// No thread to be had.
-    #[error("a thread could not be started: {0}")]
+    /// The system gives no thread for the line.
+    #[error("the line cannot be served: {0}")]
     Thread(Error),
 }
 
 impl From<Refusal> for BridgeError {
     fn from(refusal: Refusal) -> Self {
         Self::Refused(refusal)
-    }
-}
-
-impl BridgeError {
-    fn listening(address: &str, error: &Error) -> Self {
-        let address = address.to_owned();
-        if error.kind() == ErrorKind::AddrInUse {
-            return Self::InUse { address };
-        }
-        Self::Listening {
-            address,
-            reason: error.to_string(),
-        }
     }
 }

@@ -5,7 +5,6 @@ mod bridge;
 mod c;
 mod clock;
 mod description;
-mod hosts;
 mod line;
 mod program;
 mod status;

@@ -148,7 +148,7 @@ fn an_address_that_cannot_be_listened_at_is_named() {
         let reason = refused(&good, Some(address), 500);
         let address = address.to_str().expect("a text");
         assert!(
-            reason.contains(address) && reason.contains("127.0.0.1:4250"),
+            reason.contains(address) && reason.contains("give"),
             "{reason}"
         );
     }
@@ -181,7 +181,7 @@ fn a_port_that_is_taken_is_named() {
         let address = CString::new(format!("127.0.0.1:{port}")).expect("no zero");
         let reason = refused(&device(c"two"), Some(&address), 500);
         assert!(
-            reason.contains(&format!("127.0.0.1:{port} is in use")),
+            reason.contains(&format!("127.0.0.1:{port}: another program does")),
             "{reason}"
         );
         hb_close(first);

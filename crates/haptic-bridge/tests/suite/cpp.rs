@@ -38,7 +38,7 @@ impl Example {
         let libraries = std::env::current_exe().expect("a path");
         let libraries = libraries.parent().expect("a folder");
         command.env("LD_LIBRARY_PATH", libraries);
-        command.arg("127.0.0.1:0");
+        command.args(["127.0.0.1:0", "3"]);
         let piped = command.stdin(Stdio::piped()).stdout(Stdio::piped());
         let mut child = piped.spawn().expect("starts");
         let mut output = BufReader::new(child.stdout.take().expect("piped"));
@@ -71,7 +71,16 @@ fn the_example_in_cpp_compiles_without_a_warning_and_is_a_device() {
     let program = folder.path().join("simulated_device");
     let libraries = std::env::current_exe().expect("a path");
     let mut compile = Command::new("c++");
-    compile.args(["-std=c++17", "-Wall", "-Wextra", "-Wpedantic", "-Werror", "-pthread"]);
+    compile.args([
+        "-std=c++17",
+        "-Wall",
+        "-Wextra",
+        "-Wpedantic",
+        "-Werror",
+        "-pthread",
+    ]);
+    let flags = std::env::var("EXAMPLE_FLAGS").unwrap_or_default();
+    compile.args(flags.split_whitespace());
     compile.arg("-I").arg(here("include"));
     compile.arg(here("examples/simulated_device.cpp"));
     compile.arg("-L").arg(libraries.parent().expect("a folder"));
@@ -81,13 +90,21 @@ fn the_example_in_cpp_compiles_without_a_warning_and_is_a_device() {
     let source = folder.path().join("header.c");
     std::fs::write(&source, "#include <haptic_bridge.h>\nhb_device device;\n").expect("writes");
     let mut compile = Command::new("cc");
-    compile.args(["-std=c99", "-Wall", "-Wextra", "-Wpedantic", "-Werror", "-c", "-o"]);
+    compile.args([
+        "-std=c99",
+        "-Wall",
+        "-Wextra",
+        "-Wpedantic",
+        "-Werror",
+        "-c",
+        "-o",
+    ]);
     compile.arg(folder.path().join("header.o")).arg(&source);
     run(compile.arg("-I").arg(here("include")));
 
     let example = Example::start(&program);
     let mut host = crate::host::Host::connect(example.port);
-    // Its hand draws it 2 mm and more into a wall of 1 kN/m or so, which pushes back.
+    // Its hand holds it 2 mm beside a spring of 100 N/m, or presses.
     let largest_n = host.presses(1000);
     assert!(largest_n > 0.1, "{largest_n} N");
     assert_eq!(host.fault, None);
@@ -105,15 +122,24 @@ fn the_example_in_cpp_compiles_without_a_warning_and_is_a_device() {
 fn by_night_it_is_installed_and_found_by_cmake_and_pkg_config() {
     let folder = tempfile::tempdir().expect("a folder");
     let prefix = folder.path().join("prefix");
-    run(Command::new(here("packaging/install")).arg(&prefix).env("PROFILE", "dev"));
+    run(Command::new(here("packaging/install"))
+        .arg(&prefix)
+        .env("PROFILE", "dev"));
     let build = folder.path().join("build");
     let mut configure = Command::new("cmake");
-    configure.arg("-S").arg(here("examples")).arg("-B").arg(&build);
+    configure
+        .arg("-S")
+        .arg(here("examples"))
+        .arg("-B")
+        .arg(&build);
     configure.arg(format!("-DCMAKE_PREFIX_PATH={}", prefix.display()));
     run(&mut configure);
     run(Command::new("cmake").arg("--build").arg(&build));
     Example::start(&build.join("simulated_device")).end();
-    for flags in [&["--cflags", "--libs"][..], &["--cflags", "--libs", "--static"]] {
+    for flags in [
+        &["--cflags", "--libs"][..],
+        &["--cflags", "--libs", "--static"],
+    ] {
         let mut ask = Command::new("pkg-config");
         ask.args(flags).arg("haptic-bridge");
         ask.env("PKG_CONFIG_PATH", prefix.join("lib/pkgconfig"));
@@ -121,8 +147,13 @@ fn by_night_it_is_installed_and_found_by_cmake_and_pkg_config() {
         let said = String::from_utf8(answer.stdout).expect("a text");
         let program = folder.path().join("by_pkg_config");
         let mut compile = Command::new("c++");
-        compile.args(["-std=c++17", "-pthread"]).arg(here("examples/simulated_device.cpp"));
-        run(compile.args(said.split_whitespace()).arg("-o").arg(&program));
+        compile
+            .args(["-std=c++17", "-pthread"])
+            .arg(here("examples/simulated_device.cpp"));
+        run(compile
+            .args(said.split_whitespace())
+            .arg("-o")
+            .arg(&program));
         Example::start(&program).end();
     }
 }

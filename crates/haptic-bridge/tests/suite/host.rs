@@ -3,45 +3,8 @@
 use crate::bench::wall;
 use haptic_link::Start;
 use haptic_loop::Fault;
-use haptic_remote::serial::{Heard, Line, SerialLink};
-use std::io::{self, ErrorKind, Read, Write};
-use std::net::TcpStream;
+use haptic_remote::serial::{ConnectOptions, Heard, SerialLink};
 use std::time::Duration;
-
-#[derive(Debug)]
-struct Tcp(TcpStream);
-
-impl Read for Tcp {
-    fn read(&mut self, into: &mut [u8]) -> io::Result<usize> {
-        match self.0.read(into) {
-            Err(error) if error.kind() == ErrorKind::WouldBlock => Err(ErrorKind::TimedOut.into()),
-            other => other,
-        }
-    }
-}
-
-impl Write for Tcp {
-    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
-        self.0.write(bytes)
-    }
-
-    fn flush(&mut self) -> io::Result<()> {
-        Ok(())
-    }
-}
-
-impl Line for Tcp {
-    fn share(&self) -> io::Result<Box<dyn Line>> {
-        Ok(Box::new(Self(self.0.try_clone()?)))
-    }
-
-    fn set_baud_rate(&mut self, _: u32) {}
-
-    fn set_patience(&mut self, patience: Duration) -> io::Result<()> {
-        let least = Duration::from_millis(1);
-        self.0.set_read_timeout(Some(patience.max(least)))
-    }
-}
 
 pub(crate) struct Host {
     link: SerialLink,
@@ -50,10 +13,8 @@ pub(crate) struct Host {
 
 impl Host {
     pub(crate) fn connect(port: u16) -> Self {
-        let stream = TcpStream::connect(("127.0.0.1", port)).expect("listens");
-        let mut line = Tcp(stream);
-        line.set_patience(Duration::from_millis(20)).expect("may");
-        let link = SerialLink::to_line(Box::new(line), "tcp").expect("answers");
+        let path = format!("tcp:127.0.0.1:{port}");
+        let link = SerialLink::connect(&path, ConnectOptions::default()).expect("answers");
         Self { link, fault: None }
     }
 
@@ -64,7 +25,12 @@ impl Host {
         configuration.limits.watchdog_ms = 1000;
         self.link.set(configuration, &values).expect("good");
         self.link.arm(Duration::from_secs(1)).expect("is well");
-        self.link.start(Start { run: 1, ..Start::ENDLESS }).expect("starts");
+        self.link
+            .start(Start {
+                run: 1,
+                ..Start::ENDLESS
+            })
+            .expect("starts");
         let (mut heard, mut largest_n) = (0, 0.0_f32);
         while heard < ticks && self.fault.is_none() {
             match self.link.hear(Duration::from_secs(1)) {

@@ -1,0 +1,161 @@
+/* haptic-bridge: any program with a haptic thread is a device of fractional-haptics. MIT OR Apache-2.0.
+ * Made by cbindgen from src/c.rs; do not edit. */
+
+#ifndef HAPTIC_BRIDGE_H
+#define HAPTIC_BRIDGE_H
+
+#include <stddef.h>
+#include <stdint.h>
+
+/**
+ * A pointer that is needed was null.
+ */
+#define HB_NULL -1
+
+/**
+ * The library failed inside and has let go for good: close the bridge.
+ */
+#define HB_ENDED -2
+
+/**
+ * A bridge. One thread ticks; hb_stop, hb_fault, hb_reason and hb_port may be called from others meanwhile.
+ */
+typedef struct hb_bridge hb_bridge;
+
+/**
+ * What the device is and may do. No host can loosen these limits; it sets its own within them.
+ * Set everything to zero first (`hb_device device = {0};`, in C++ `hb_device device{};`), then `size`.
+ */
+typedef struct hb_device {
+  /**
+   * sizeof(hb_device), by which a library of another version is noticed.
+   */
+  size_t size;
+  /**
+   * Name in `device info` and in logs, UTF-8, 1 to 16 bytes.
+   */
+  const char *name;
+  /**
+   * Number of axes, 1 to 3.
+   */
+  uint32_t axes;
+  /**
+   * Time from one tick to the next, microseconds, 100 to 10000. Calls of hb_tick in between hold the last force.
+   */
+  uint32_t sample_time_us;
+  /**
+   * Largest force on an axis, and of several axes the largest magnitude, N, above 0.
+   */
+  double force_max_n;
+  /**
+   * Largest rate of the force, N/s, above 0.
+   */
+  double force_rate_max_n_per_s;
+  /**
+   * Distance of one count of the sensor, m; 0 if it is not known.
+   */
+  double position_resolution_m;
+  /**
+   * Low ends of the workspace, m: outside of it there is no force. Ends that are both 0 are none.
+   */
+  double workspace_low_m[3];
+  /**
+   * High ends of the workspace, m.
+   */
+  double workspace_high_m[3];
+  /**
+   * Longest silence of a host while the device is armed, ms, 5 to 1000; 0 leaves it to the host, which says 1000 at most.
+   */
+  uint32_t watchdog_ms;
+} hb_device;
+
+
+
+#ifdef __cplusplus
+extern "C" {
+#endif // __cplusplus
+
+/**
+ * Opens a bridge: from now on a host can connect, as with `host-cli device info --device tcp:127.0.0.1:4250`.
+ *
+ * `listen` is an address of this machine with a port, such as "127.0.0.1:4250", which NULL means; with port 0 one that is
+ * free is taken, see hb_port. The connection has no password and no encryption: another address than the loopback is for
+ * a network in which everybody may push whoever holds the device.
+ *
+ * Returns NULL if it cannot be opened; then `error`, of `room` bytes, says why. It may be NULL.
+ *
+ * # Safety
+ * Pointers are null or valid; texts end with a zero byte.
+ */
+struct hb_bridge *hb_open(const struct hb_device *what,
+                          const char *listen,
+                          char *error,
+                          size_t room);
+
+/**
+ * One tick of the haptic thread: takes the position, m, gives the force until the next call, N, behind the safety chain.
+ * Elements beyond the device's axes are ignored, and zero. Never waits, allocates or locks.
+ *
+ * `time_us` is from a clock that only goes on, microseconds, as std::chrono::steady_clock. Call it once a sample time or
+ * more often. When the calls cease, the host is told nothing more and ends its run; the force is then the program's to
+ * take away.
+ *
+ * Returns 0, or the code of the latched fault, as in hb_fault: the force falls to zero, and is zero at once where no
+ * position can be used. HB_NULL: no bridge. HB_ENDED: close it.
+ *
+ * # Safety
+ * `bridge` is null or from hb_open and not closed; the arrays are null or of three numbers; one thread at a time.
+ */
+int hb_tick(struct hb_bridge *bridge,
+            uint64_t time_us,
+            const double *position_m,
+            double *force_n);
+
+/**
+ * From the next tick on the force falls to zero within the stop time, and the device is disarmed: the host has to arm it
+ * again. From any thread; NULL is nothing.
+ *
+ * # Safety
+ * `bridge` is null or from hb_open and not closed.
+ */
+void hb_stop(struct hb_bridge *bridge);
+
+/**
+ * The code of the latched fault, as in logs; 0 without one, HB_NULL without a bridge, HB_ENDED if it has to be closed.
+ * From any thread.
+ *
+ * # Safety
+ * `bridge` is null or from hb_open and not closed.
+ */
+int hb_fault(const struct hb_bridge *bridge);
+
+/**
+ * The reason of the latched fault, one line of English; "" without one. It is valid until hb_close. From any thread.
+ *
+ * # Safety
+ * `bridge` is null or from hb_open and not closed.
+ */
+const char *hb_reason(const struct hb_bridge *bridge);
+
+/**
+ * The port that the bridge listens at; 0 without a bridge.
+ *
+ * # Safety
+ * `bridge` is null or from hb_open and not closed.
+ */
+uint16_t hb_port(const struct hb_bridge *bridge);
+
+/**
+ * Closes a bridge: the connection ends, and the memory is given back. NULL is nothing. It writes no force: end the haptic
+ * thread first, and set the force of the device to zero.
+ *
+ * # Safety
+ * `bridge` is null or from hb_open; nobody uses it any more.
+ */
+void hb_close(struct hb_bridge *bridge);
+
+#ifdef __cplusplus
+}  // extern "C"
+#endif  // __cplusplus
+
+#endif  /* HAPTIC_BRIDGE_H */
