@@ -146,9 +146,13 @@ impl OpenError {
         matches!(
             self,
             Self::Haply(HaplyOpenError::Port(
-                SerialError::NotFound { .. } | SerialError::InUse { .. }
+                SerialError::NotFound { .. }
+                    | SerialError::InUse { .. }
+                    | SerialError::Unreachable { .. }
             )) | Self::Moteus(MoteusOpenError::Port(
-                SerialError::NotFound { .. } | SerialError::InUse { .. }
+                SerialError::NotFound { .. }
+                    | SerialError::InUse { .. }
+                    | SerialError::Unreachable { .. }
             ))
         )
     }

@@ -1,5 +1,6 @@
 //! Names of devices: `KIND:PATH[,key=value]…`.
 
+use haptic_remote::serial::{SerialError, host_and_port, tcp_address};
 use std::ops::RangeInclusive;
 use thiserror::Error;
 
@@ -28,6 +29,9 @@ pub enum NameError {
         /// The kind whose name it is.
         kind: &'static str,
     },
+    /// An address after `tcp:` that is none.
+    #[error(transparent)]
+    Address(#[from] SerialError),
     /// Something behind a comma that is no `key=value`.
     #[error("\"{text}\" is not a setting: write key=value; the keys of {kind} are {keys}")]
     Setting {
@@ -79,6 +83,7 @@ impl<'a> Settings<'a> {
         let mut parts = text.split(',');
         let path = parts.next().filter(|path| !path.is_empty());
         let path = path.ok_or(NameError::Path { kind })?;
+        tcp_address(path).map(host_and_port).transpose()?;
         let mut pairs: Vec<(&str, &str)> = Vec::new();
         for part in parts {
             let pair = part.split_once('=').filter(|(key, _)| keys.contains(key));
@@ -196,6 +201,10 @@ mod tests {
                 "\"id=1\" is not a setting: write key=value; the keys of haply are version, radius",
             ),
             ("x,version=2,version=3", "version is given twice"),
+            (
+                "tcp:host",
+                "\"host\" is not HOST:PORT with a port up to 65535: give both, as in 127.0.0.1:4250, or [::1]:4250 for IPv6",
+            ),
         ] {
             assert_eq!(read(text).expect_err("bad").to_string(), said);
         }

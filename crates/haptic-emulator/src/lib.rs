@@ -2,7 +2,6 @@
 #![forbid(unsafe_code)]
 
 mod at_line;
-#[cfg(unix)]
 pub mod board;
 mod faulty_line;
 pub mod haply;

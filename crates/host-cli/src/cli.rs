@@ -29,6 +29,8 @@ DEVICE is what an experiment runs on:
   sim                           simulated in this program (default)
   serial:PATH[@BAUD]            a device at a serial port, or an emulated one
   serial:auto                   the only serial device that answers
+  serial:usb:NUMBER             the port whose USB device has this serial number
+  tcp:HOST:PORT                 a device that listens there, as an emulated one
   haply:PATH[,version=2]        a Haply 2DIY, see docs/guide/src/haply-2diy.md
   moteus:PATH[,id=1,radius=20mm] a moteus servo, see docs/guide/src/moteus.md
 

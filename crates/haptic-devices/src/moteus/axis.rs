@@ -13,12 +13,13 @@ use super::settings::{MoteusName, MoteusSettings};
 use super::trouble::{Instead, MoteusOpenError, Trouble};
 use haptic_link::{Capabilities, ControllerCost, Refusal, Simulation};
 use haptic_loop::{Device, Fault, Reading, SafeForce};
-use haptic_remote::serial::{BoardTrouble, Line, ServedHardware, USB_PERIOD_US, open, ports};
+use haptic_remote::serial::{
+    BoardTrouble, Line, ServedHardware, USB_PERIOD_US, open, port_of, ports,
+};
 use haptic_remote::{CONTROLLER_COST, Exchange, Hardware, abilities, only_real};
 use moteus_protocol::{CanFdFrame, Mode};
 use nalgebra::SVector;
 use std::io::{Read, Write};
-use std::path::Path;
 use std::string::ToString as _;
 use std::time::Duration;
 
@@ -376,12 +377,8 @@ impl MoteusName {
 }
 
 fn is_fdcanusb(path: &str) -> bool {
-    // A link such as those of /dev/serial/by-id leads to the port.
-    let real = std::fs::canonicalize(path);
-    let is_it = |name: &str| {
-        real.as_ref()
-            .map_or(name == path, |real| Path::new(name) == real)
-    };
+    let real = port_of(path).ok();
+    let is_it = |name: &String| Some(name) == real.as_ref();
     let mut known = ports().into_iter().filter(|port| is_it(&port.path));
     known.any(|port| port.usb.is_some_and(|usb| FDCANUSBS.contains(&usb)))
 }

@@ -21,6 +21,9 @@ pub enum EmulatorError {
         /// What the system said.
         error: Error,
     },
+    /// The address cannot be listened at.
+    #[error(transparent)]
+    Address(#[from] haptic_remote::serial::SerialError),
     /// The system gives no pseudo-terminal, or it cannot be shared.
     #[error("{0}")]
     Terminal(String),

@@ -1,4 +1,4 @@
-//! A device without hardware: its side of the link behind a pseudo-terminal or a Unix socket.
+//! A device without hardware: its side of the link behind a pseudo-terminal, a Unix socket or a TCP address.
 //!
 //! ```text
 //! serial port of a host ─▶ reader thread ─▶ faulty line ─▶ DeviceSession, TickSide ─▶ faulty line ─▶ writer thread
@@ -9,12 +9,18 @@
 
 mod error;
 mod facing;
+mod port;
+#[cfg(unix)]
 mod socket;
+#[cfg(unix)]
 mod terminal;
 
 pub use error::EmulatorError;
 pub use facing::emulate_facing;
+pub use port::{Place, Port};
+#[cfg(unix)]
 pub use socket::Socket;
+#[cfg(unix)]
 pub use terminal::Terminal;
 
 use crate::at_line::NOBODY;
@@ -40,11 +46,11 @@ const WAITING_MOST: usize = 4096;
 ///
 /// ```no_run
 /// use haptic_emulator::LineFaults;
-/// use haptic_emulator::board::{Emulation, Terminal, emulate};
+/// use haptic_emulator::board::{Emulation, Place, Port, emulate};
 /// use std::sync::atomic::AtomicBool;
 ///
-/// let terminal = Terminal::open(None)?;
-/// println!("a device is at {}", terminal.path().display());
+/// let port = Port::open(Place::Address("127.0.0.1:4250"))?;
+/// println!("a device is at {}", port.path());
 /// let emulation = Emulation {
 ///     axes: 1,
 ///     body: None,
@@ -55,7 +61,7 @@ const WAITING_MOST: usize = 4096;
 /// };
 /// // Until somebody sets the flag.
 /// let stop = AtomicBool::new(false);
-/// let done = emulate(terminal.line()?, &emulation, &stop)?;
+/// let done = emulate(port.line()?, &emulation, &stop)?;
 /// println!("{} ticks", done.ticks);
 /// # Ok::<(), haptic_emulator::board::EmulatorError>(())
 /// ```

@@ -1,17 +1,11 @@
 //! The Unix socket that stands for the port of a device.
 
 use super::error::EmulatorError;
-use crate::at_line::NOBODY;
-use haptic_remote::serial::{Line, set_patience, timed_out};
-use std::io::{self, ErrorKind, Read, Write};
+use haptic_remote::serial::{Line, listen_at};
+use std::io::{self, ErrorKind};
 use std::os::unix::fs::FileTypeExt as _;
 use std::os::unix::net::{UnixListener, UnixStream};
 use std::path::{Path, PathBuf};
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
-use std::time::Duration;
-
-/// Longest wait of a read or a write, so that the threads notice the end.
-const PATIENCE: Duration = Duration::from_millis(20);
 
 /// A Unix socket that one host at a time can open. Bytes arrive at once; a pseudo-terminal passes
 /// them through a system worker, which a busy machine may delay for seconds.
@@ -55,13 +49,8 @@ impl Socket {
     /// # Errors
     /// It cannot be shared.
     pub fn line(&self) -> Result<Box<dyn Line>, EmulatorError> {
-        let listener = self.listener.try_clone();
-        let listener = listener.map_err(|error| EmulatorError::Terminal(error.to_string()))?;
-        Ok(Box::new(Listening {
-            listener: Arc::new(listener),
-            host: Arc::default(),
-            patience: PATIENCE,
-        }))
+        let line = self.listener.try_clone().and_then(listen_at);
+        line.map_err(|error| EmulatorError::Terminal(error.to_string()))
     }
 }
 
@@ -81,8 +70,6 @@ fn listening(path: &Path) -> io::Result<UnixListener> {
     let named = std::fs::hard_link(&unnamed, path);
     std::fs::remove_file(&unnamed)?;
     named?;
-    // A read that waits for a host must end in time.
-    listener.set_nonblocking(true)?;
     Ok(listener)
 }
 
@@ -90,85 +77,6 @@ impl Drop for Socket {
     fn drop(&mut self) {
         // It leads nowhere from now on; nothing to be done if it is gone already.
         let _ = std::fs::remove_file(&self.path);
-    }
-}
-
-#[derive(Debug)]
-struct Listening {
-    listener: Arc<UnixListener>,
-    host: Arc<Mutex<Option<Arc<UnixStream>>>>,
-    patience: Duration,
-}
-
-impl Listening {
-    /// The host that has it open; whole between two calls.
-    fn host(&self) -> MutexGuard<'_, Option<Arc<UnixStream>>> {
-        self.host.lock().unwrap_or_else(PoisonError::into_inner)
-    }
-
-    /// The same, or one that waits to be let in.
-    fn host_or_next(&self) -> io::Result<Option<Arc<UnixStream>>> {
-        let mut host = self.host();
-        if host.is_none()
-            && let Ok((stream, _)) = self.listener.accept()
-        {
-            stream.set_write_timeout(Some(PATIENCE))?;
-            set_patience(&stream, self.patience)?;
-            *host = Some(Arc::new(stream));
-        }
-        Ok(host.clone())
-    }
-}
-
-impl Read for Listening {
-    fn read(&mut self, into: &mut [u8]) -> io::Result<usize> {
-        let Some(host) = self.host_or_next()? else {
-            std::thread::sleep(NOBODY.min(self.patience));
-            return Err(ErrorKind::TimedOut.into());
-        };
-        match host.as_ref().read(into).map_err(timed_out) {
-            Ok(count @ 1..) => Ok(count),
-            Err(error) if matches!(error.kind(), ErrorKind::TimedOut | ErrorKind::Interrupted) => {
-                Err(error)
-            }
-            Ok(0) | Err(_) => {
-                // It has gone. The next one may come.
-                *self.host() = None;
-                Err(ErrorKind::TimedOut.into())
-            }
-        }
-    }
-}
-
-impl Write for Listening {
-    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
-        let host = self.host().clone();
-        let host = host.ok_or(ErrorKind::NotConnected)?;
-        host.as_ref().write(bytes).map_err(timed_out)
-    }
-
-    fn flush(&mut self) -> io::Result<()> {
-        Ok(())
-    }
-}
-
-impl Line for Listening {
-    fn share(&self) -> io::Result<Box<dyn Line>> {
-        Ok(Box::new(Self {
-            listener: Arc::clone(&self.listener),
-            host: Arc::clone(&self.host),
-            patience: self.patience,
-        }))
-    }
-
-    fn set_baud_rate(&mut self, _: u32) {}
-
-    fn set_patience(&mut self, patience: Duration) -> io::Result<()> {
-        self.patience = patience;
-        match self.host().as_ref() {
-            Some(host) => set_patience(host, patience),
-            None => Ok(()),
-        }
     }
 }
 

@@ -1,4 +1,4 @@
-//! Device of an experiment: `sim`, `serial:PATH[@BAUD]`, or one of another maker, as `haply:PATH`.
+//! Device of an experiment: `sim`, `serial:PATH[@BAUD]`, `tcp:HOST:PORT`, or one of another maker, as `haply:PATH`.
 
 use crate::document::failure::Failure;
 use crate::document::named::Named;
@@ -10,7 +10,8 @@ use haptic_loop::Fault;
 use haptic_loop::realtime::Moment;
 use haptic_remote::LinkError;
 use haptic_remote::serial::{
-    BoardTrouble, ConnectOptions, PortInfo, SerialError, SerialLink, TroubleCause, ports,
+    BoardTrouble, ConnectOptions, PortInfo, SerialError, SerialLink, TroubleCause, host_and_port,
+    latency_file, port_of, ports, tcp_address,
 };
 use std::fmt;
 use std::str::FromStr;
@@ -29,7 +30,7 @@ pub struct DeviceName(pub(crate) Option<LinkedName>);
 /// A device at a port by name: one to connect to.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) enum LinkedName {
-    /// `serial:PATH[@BAUD]`: it speaks the protocol of this program.
+    /// `serial:PATH[@BAUD]`, `serial:usb:NUMBER` or `tcp:HOST:PORT`: it speaks the protocol of this program.
     Serial(SerialName),
     /// Of another maker: this program serves it.
     Foreign(ForeignName),
@@ -58,11 +59,18 @@ impl FromStr for DeviceName {
             return Ok(Self(Some(LinkedName::Foreign(name))));
         }
         let named = text.strip_prefix("serial:").filter(|name| !name.is_empty());
+        if let Some(address) = tcp_address(text).or_else(|| tcp_address(named?)) {
+            host_and_port(address).map_err(|error| error.to_string())?;
+            return Ok(Self(Some(LinkedName::Serial(SerialName {
+                path: format!("tcp:{address}"),
+                baud: None,
+            }))));
+        }
         let Some(name) = named else {
             let foreign = ForeignName::KINDS.iter().map(|(_, form)| *form);
             let foreign: Vec<&str> = foreign.collect();
             return Err(format!(
-                "device \"{text}\" is not one of sim, serial:PATH[@BAUD], serial:auto, {}",
+                "device \"{text}\" is not one of sim, serial:PATH[@BAUD], serial:auto, tcp:HOST:PORT, {}",
                 foreign.join(", ")
             ));
         };
@@ -126,8 +134,8 @@ impl LinkedName {
     /// True if both may be at one port, through whatever links: of which `auto` is any.
     pub(crate) fn may_be(&self, other: &Self) -> bool {
         let ports = [self.port(), other.port()];
-        let [here, there] = (ports.each_ref())
-            .map(|port| std::fs::canonicalize(port).unwrap_or_else(|_| port.into()));
+        let [here, there] =
+            (ports.each_ref()).map(|port| port_of(port).unwrap_or_else(|_| port.clone()));
         here == there || ports.iter().any(|port| port == "auto")
     }
 
@@ -231,7 +239,10 @@ fn interrupted(name: &dyn fmt::Display, error: &dyn fmt::Display) -> Failure {
 
 impl fmt::Display for SerialName {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "serial:{}", self.path)?;
+        if tcp_address(&self.path).is_none() {
+            f.write_str("serial:")?;
+        }
+        f.write_str(&self.path)?;
         self.baud.map_or(Ok(()), |baud| write!(f, "@{baud}"))
     }
 }
@@ -249,10 +260,9 @@ impl SerialName {
         };
         if let Some(latency_ms) = link.latency_ms().filter(|ms| *ms > 1) {
             warn(&format!(
-                "the adapter at {} holds bytes back for {latency_ms} ms, too long for a loop at 1 kHz: as root, \
-                 echo 1 > /sys/bus/usb-serial/devices/{}/latency_timer",
+                "the adapter at {} holds bytes back for {latency_ms} ms, too long for a loop at 1 kHz: as root, echo 1 > {}",
                 link.path(),
-                link.path().rsplit('/').next().unwrap_or_default()
+                latency_file(link.path()).unwrap_or_default()
             ));
         }
         Ok(link)
@@ -391,6 +401,11 @@ mod tests {
             "sim",
             "serial:/dev/pts/1",
             "serial:/dev/pts/1@115200",
+            "serial:usb:A50285BI",
+            "tcp:127.0.0.1:4250",
+            "tcp:[::1]:4250",
+            "haply:tcp:board.local:4250,version=2",
+            "moteus:tcp:127.0.0.1:4250",
             "haply:/dev/ttyACM0",
             "haply:COM3,version=2,axis=-x,zero=10mm,home=before",
         ] {
@@ -407,6 +422,14 @@ mod tests {
             "haply",
             "haply:",
             "haply:/dev/x,version=4",
+            "tcp:",
+            "tcp:4250",
+            "tcp:host:port",
+            "tcp:host:4250@115200",
+            "tcp:::1:4250",
+            "serial:tcp:host",
+            "haply:tcp:host",
+            "moteus:tcp:host:99999,id=2",
             "haply:/dev/x,colour=red",
         ] {
             assert!(bad.parse::<DeviceName>().is_err(), "{bad}");

@@ -25,6 +25,7 @@ use std::sync::mpsc::sync_channel;
 use std::sync::{Arc, Mutex};
 use std::thread::JoinHandle;
 use std::time::Duration;
+use std::vec::Vec;
 
 /// Samples and notices that wait for whoever runs the experiment at most: a minute at 1 kHz.
 const HEARD_MOST: usize = 1 << 16;
@@ -71,8 +72,7 @@ impl SerialLink {
         let latency_ms = port::shorten_latency(path);
         let bauds = baud.as_ref().map_or(&BAUDS[..], std::slice::from_ref);
         let port = port::open(path, bauds[0])?;
-        let mut link =
-            Self::over(port, bauds, path).map_err(|error| port::unanswered(path, error))?;
+        let mut link = Self::over(port, bauds, path)?;
         link.latency_ms = latency_ms;
         Ok(link)
     }
@@ -100,7 +100,9 @@ impl SerialLink {
     fn over(line: Box<dyn Line>, bauds: &[u32], path: &str) -> Result<Self, SerialError> {
         let mut port = line;
         let mut conversation = Conversation::new(RETRY.as_micros() as u64);
-        let (hello, baud) = greet(port.as_mut(), &mut conversation, bauds)?;
+        let mut said = Vec::new();
+        let greeted = greet(port.as_mut(), &mut conversation, bauds, &mut said);
+        let (hello, baud) = greeted.map_err(|error| port::unanswered(path, &said, error))?;
         let reading = port.share().map_err(|error| SerialError::Open {
             path: path.to_string(),
             baud,
@@ -268,14 +270,18 @@ pub const BAUDS: [u32; 2] = [460_800, 921_600];
 /// Time to greet a port. After it without an answer, no device is there.
 pub const GREETING: Duration = Duration::from_millis(3500);
 
+/// Bytes of a stranger's answer that are kept.
+const SAID_MOST: usize = 120;
+
 /// Time to try one speed before the next.
 const TURN: Duration = Duration::from_millis(350);
 
-/// Greets until somebody answers; the first answer, and the speed at which it came.
-pub(super) fn greet(
+/// Greets until somebody answers; the first answer, and the speed at which it came. Somebody else may have `said` something.
+fn greet(
     port: &mut dyn Line,
     conversation: &mut Conversation,
     bauds: &[u32],
+    said: &mut Vec<u8>,
 ) -> Result<(Hello, u32), SerialError> {
     let began = Moment::now();
     let nonce = RandomState::new().build_hasher().finish() as u32;
@@ -285,7 +291,7 @@ pub(super) fn greet(
         }
         // A port without speeds, as a pseudo-terminal may be, has the only one.
         port.set_baud_rate(baud);
-        if let Some(hello) = take_turn(port, conversation, nonce)? {
+        if let Some(hello) = take_turn(port, conversation, nonce, said)? {
             return Ok((hello, baud));
         }
     }
@@ -298,6 +304,7 @@ fn take_turn(
     port: &mut dyn Line,
     conversation: &mut Conversation,
     nonce: u32,
+    said: &mut Vec<u8>,
 ) -> Result<Option<Hello>, LinkError> {
     let began = Moment::now();
     let now_us = |began: Moment| began.elapsed().as_micros() as u64;
@@ -313,6 +320,8 @@ fn take_turn(
             Err(error) if matches!(error.kind(), ErrorKind::TimedOut | ErrorKind::Interrupted) => 0,
             Err(_) => return Err(LinkError::Gone),
         };
+        let room = SAID_MOST - said.len();
+        said.extend_from_slice(&bytes[..count.min(room)]);
         for &byte in &bytes[..count] {
             if let Some(Incoming::Answer(Report::Hello(hello))) =
                 conversation.receive(byte, now_us(began))

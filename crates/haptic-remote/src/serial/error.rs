@@ -43,6 +43,54 @@ pub enum SerialError {
         /// Path of the port, as it was given.
         path: String,
     },
+    /// Several ports have the serial number that was given.
+    #[error("several ports have the number of {path}: name one of {ports}")]
+    Several {
+        /// The number as it was given.
+        path: String,
+        /// Paths of the ports that have it.
+        ports: String,
+    },
+    /// Something that is not a host and a port.
+    #[error(
+        "\"{address}\" is not HOST:PORT with a port up to 65535: give both, as in 127.0.0.1:4250, or [::1]:4250 for IPv6"
+    )]
+    Address {
+        /// The address as it was given.
+        address: String,
+    },
+    /// No address of a host lets a connection be made.
+    #[error("nothing can be reached at {path}: {why}; start the device, or correct the address")]
+    Unreachable {
+        /// Path of the line, as it was given.
+        path: String,
+        /// The reason for each address that was tried.
+        why: String,
+    },
+    /// Another host is served.
+    #[error("{path} is {answer}: close the other program first")]
+    Busy {
+        /// Path of the line, as it was given.
+        path: String,
+        /// Words of the device's side.
+        answer: String,
+    },
+    /// Something that is no device, such as a web server.
+    #[error("{path} is not a device: it answers \"{answer}\"; correct the address")]
+    Stranger {
+        /// Path of the line, as it was given.
+        path: String,
+        /// The line of text that it sent.
+        answer: String,
+    },
+    /// The address cannot be listened at.
+    #[error("cannot listen at {address}: {reason}; give another address, or port 0 for a free one")]
+    Listen {
+        /// The address as it was given.
+        address: String,
+        /// In the words of the system.
+        reason: String,
+    },
     /// It cannot be opened for another reason, or not at this speed.
     #[error(
         "port {path} cannot be opened at {baud} baud ({reason}): take another speed, or plug the device in again"

@@ -4,6 +4,7 @@ use super::clock::{DeviceClock, Ping, Pings};
 use super::error::{BoardTrouble, TroubleCause};
 use super::line::{Line, lock};
 use super::served::Served;
+use super::tcp::tcp_address;
 use crate::impossible::Plausible;
 use crate::{Conversation, HostCounters, Incoming, LinkError};
 use haptic_link::{
@@ -215,9 +216,9 @@ impl SerialLink {
     /// The device, as on the command line.
     #[must_use]
     pub fn name(&self) -> String {
-        match &self.served {
-            Some(_) => self.path.clone(),
-            None => std::format!("serial:{}", self.path),
+        match self.served.is_some() || tcp_address(&self.path).is_some() {
+            true => self.path.clone(),
+            false => std::format!("serial:{}", self.path),
         }
     }
 

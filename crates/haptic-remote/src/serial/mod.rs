@@ -1,4 +1,4 @@
-//! A device on a serial port: two threads that speak, and a [`Device`](haptic_loop::Device) whose force comes from
+//! A device on a serial port or at a TCP address: two threads that speak, and a [`Device`](haptic_loop::Device) whose force comes from
 //! here.
 //!
 //! ```text
@@ -13,12 +13,14 @@ mod connect;
 mod error;
 mod line;
 mod link;
+mod listening;
 mod port;
 mod request;
 mod run;
 mod served;
-#[cfg(unix)]
 mod socket;
+mod tcp;
+mod tick_line;
 
 pub use crate::held_clock::HeldClock;
 pub use clock::{DeviceClock, Line as ClockLine, Ping, Pings};
@@ -26,8 +28,10 @@ pub use connect::{BAUDS, ConnectOptions, GREETING};
 pub use error::{BoardTrouble, SerialError, TroubleCause};
 pub use line::{Line, Pipe};
 pub use link::{Heard, LinkReport, SerialLink};
-pub use port::{PortInfo, open, ports};
+#[cfg(unix)]
+pub use listening::listen_at;
+pub use port::{PortInfo, latency_file, open, port_of, ports};
 pub use request::Beside;
 pub use served::{DeviceTime, ServeError, Served, ServedHardware, USB_PERIOD_US};
-#[cfg(unix)]
-pub use socket::{set_patience, timed_out};
+pub use tcp::{TcpListening, host_and_port, tcp_address};
+pub use tick_line::TickLine;

@@ -1,17 +1,19 @@
-//! Serial ports of this machine, and sockets in their place.
+//! Serial ports of this machine, and what may be in their place: TCP addresses and Unix sockets.
 
 use super::error::SerialError;
 use super::line::Line;
+use super::listening::BUSY;
 #[cfg(unix)]
 use super::socket::Socket;
-#[cfg(unix)]
+use super::tcp;
 use crate::LinkError;
-#[cfg(unix)]
 use haptic_link::LineCounters;
 use serialport::{ClearBuffer, SerialPortType};
 use std::boxed::Box;
 use std::format;
 use std::io::ErrorKind;
+#[cfg(unix)]
+use std::os::unix::{fs::FileTypeExt as _, net::UnixStream};
 use std::path::Path;
 use std::string::{String, ToString};
 use std::time::Duration;
@@ -29,6 +31,8 @@ pub struct PortInfo {
     pub description: String,
     /// USB vendor and product number.
     pub usb: Option<(u16, u16)>,
+    /// Serial number of the USB device.
+    pub serial_number: Option<String>,
     /// Time for which the adapter holds bytes back, ms; `None` if it is not known.
     pub latency_ms: Option<u32>,
 }
@@ -43,43 +47,89 @@ pub fn ports() -> Vec<PortInfo> {
     let mut found = serialport::available_ports().unwrap_or_default();
     found.sort_by(|one, next| one.port_name.cmp(&next.port_name));
     let infos = found.into_iter().map(|port| {
-        let (description, usb) = match &port.port_type {
-            SerialPortType::UsbPort(usb) => {
-                let names = [usb.manufacturer.as_deref(), usb.product.as_deref()];
+        let (mut usb, mut serial_number) = (None, None);
+        let description = match port.port_type {
+            SerialPortType::UsbPort(device) => {
+                usb = Some((device.vid, device.pid));
+                serial_number = device.serial_number;
+                let names = [device.manufacturer.as_deref(), device.product.as_deref()];
                 let names: Vec<&str> = names.into_iter().flatten().collect();
-                let names = if names.is_empty() {
-                    "USB".to_string()
-                } else {
-                    names.join(" ")
-                };
-                (names, Some((usb.vid, usb.pid)))
+                match names.is_empty() {
+                    true => "USB".to_string(),
+                    false => names.join(" "),
+                }
             }
-            SerialPortType::PciPort => ("PCI".to_string(), None),
-            SerialPortType::BluetoothPort => ("Bluetooth".to_string(), None),
-            SerialPortType::Unknown => ("built in".to_string(), None),
+            SerialPortType::PciPort => "PCI".to_string(),
+            SerialPortType::BluetoothPort => "Bluetooth".to_string(),
+            SerialPortType::Unknown => "built in".to_string(),
         };
         PortInfo {
             latency_ms: latency_ms(&port.port_name),
             path: port.port_name,
             description,
             usb,
+            serial_number,
         }
     });
     infos.collect()
 }
 
-/// Opens a port exclusively, 8N1, and discards old input; or opens a Unix socket if the path is
-/// one.
+/// The port that a path leads to: that with the serial number of `usb:NUMBER`, or what is behind a link such as those of
+/// `/dev/serial/by-id`.
 ///
 /// # Errors
-/// The port does not exist, is in use, or may not be opened; nothing listens at the
-/// socket.
-pub fn open(path: &str, baud: u32) -> Result<Box<dyn Line>, SerialError> {
-    #[cfg(unix)]
-    if let Some(socket) = Socket::open(path, baud, READ_TIMEOUT) {
-        return Ok(Box::new(socket?));
+/// No USB port, or several, with this number.
+pub fn port_of(path: &str) -> Result<String, SerialError> {
+    if let Some(number) = path.strip_prefix(USB) {
+        return with_number(number, &ports());
     }
-    let opened = serialport::new(path, baud).timeout(READ_TIMEOUT).open();
+    let real = std::fs::canonicalize(path).ok();
+    let real = real.and_then(|real| real.to_str().map(ToString::to_string));
+    // A name of Windows leads to nothing, and is the port itself.
+    Ok(real.unwrap_or_else(|| path.to_string()))
+}
+
+/// Before a serial number.
+const USB: &str = "usb:";
+
+fn with_number(number: &str, ports: &[PortInfo]) -> Result<String, SerialError> {
+    let numbered = |port: &&PortInfo| port.serial_number.as_deref() == Some(number);
+    let found: Vec<&PortInfo> = ports.iter().filter(numbered).collect();
+    let path = format!("{USB}{number}");
+    match found[..] {
+        [port] => Ok(port.path.clone()),
+        [] => {
+            let others = ports.iter().map(|port| match &port.serial_number {
+                Some(number) => format!("{} ({USB}{number})", port.path),
+                None => port.path.clone(),
+            });
+            let others = others.collect::<Vec<_>>().join(", ");
+            Err(SerialError::NotFound { path, others })
+        }
+        _ => {
+            let ports: Vec<&str> = found.iter().map(|port| port.path.as_str()).collect();
+            let ports = ports.join(", ");
+            Err(SerialError::Several { path, ports })
+        }
+    }
+}
+
+/// Opens a port exclusively, 8N1, and discards old input; connects to a TCP address if the path is `tcp:HOST:PORT`, and to a
+/// Unix socket if the path is one. The path of a port may be `usb:` and the serial number of its USB device.
+///
+/// # Errors
+/// The port does not exist, is in use, or may not be opened; nothing listens at the address or socket.
+pub fn open(path: &str, baud: u32) -> Result<Box<dyn Line>, SerialError> {
+    if let Some(address) = tcp::tcp_address(path) {
+        return Ok(Box::new(tcp::connect(path, address, READ_TIMEOUT)?));
+    }
+    #[cfg(unix)]
+    if is_socket(path) {
+        return Ok(Box::new(open_socket(path, baud)?));
+    }
+    // Some boards stay silent until DTR is set, which Linux does by itself and Windows does not.
+    let port = serialport::new(port_of(path)?, baud).dtr_on_open(true);
+    let opened = port.timeout(READ_TIMEOUT).open();
     let port = opened.map_err(|error| {
         use serialport::ErrorKind::{Io, NoDevice};
         let (kind, reason) = (error.kind(), error.to_string());
@@ -106,35 +156,131 @@ pub fn open(path: &str, baud: u32) -> Result<Box<dyn Line>, SerialError> {
     Ok(Box::new(port))
 }
 
-/// A greeting at this path that nobody answered: at a socket, which lets one program in at a time, most likely another one has it open.
-pub(super) fn unanswered(path: &str, error: SerialError) -> SerialError {
-    #[cfg(unix)]
-    if super::socket::is_socket(path)
-        && matches!(&error, SerialError::Link(LinkError::NoAnswer { line, .. }) if *line == LineCounters::default())
-    {
-        let path = path.to_string();
-        return SerialError::SilentSocket { path };
-    }
-    error
+#[cfg(unix)]
+fn open_socket(path: &str, baud: u32) -> Result<Socket<UnixStream>, SerialError> {
+    let opened = UnixStream::connect(path).and_then(|stream| Socket::new(stream, READ_TIMEOUT));
+    let path = path.to_string();
+    opened.map_err(|error| match error.kind() {
+        ErrorKind::PermissionDenied => SerialError::Forbidden { path },
+        ErrorKind::ConnectionRefused => {
+            let reason = "nobody listens at this socket: start its emulator anew".to_string();
+            SerialError::Open { path, baud, reason }
+        }
+        _ => {
+            let reason = error.to_string();
+            SerialError::Open { path, baud, reason }
+        }
+    })
 }
+
+fn is_socket(path: &str) -> bool {
+    #[cfg(unix)]
+    return std::fs::metadata(path).is_ok_and(|file| file.file_type().is_socket());
+    #[cfg(not(unix))]
+    return false;
+}
+
+/// A greeting at this path that no device answered. At an address or a socket a line of text says who did. A socket that says
+/// nothing lets one program in at a time, and most likely another one has it open.
+pub(super) fn unanswered(path: &str, said: &[u8], error: SerialError) -> SerialError {
+    let SerialError::Link(failed @ (LinkError::NoAnswer { .. } | LinkError::Gone)) = &error else {
+        return error;
+    };
+    let is_tcp = tcp::tcp_address(path).is_some();
+    if !is_tcp && !is_socket(path) {
+        return error;
+    }
+    let text = said.split(|byte| b"\r\n".contains(byte)).next();
+    let text = text.and_then(|text| std::str::from_utf8(text).ok());
+    let text = text.filter(|text| text.len() >= TEXT_LEAST && !text.contains(char::is_control));
+    let path = path.to_string();
+    match (text, failed) {
+        (Some(text), _) => {
+            let answer = text.to_string();
+            match text.starts_with(BUSY) {
+                true => SerialError::Busy { path, answer },
+                false => SerialError::Stranger { path, answer },
+            }
+        }
+        (None, LinkError::NoAnswer { line, .. }) if !is_tcp && *line == LineCounters::default() => {
+            SerialError::SilentSocket { path }
+        }
+        _ => error,
+    }
+}
+
+/// Bytes of text in a row that no frame begins with.
+const TEXT_LEAST: usize = 4;
 
 /// Time for which a USB serial adapter holds bytes back, ms, at every tick. Asks for 1 ms where that is allowed.
 pub(super) fn shorten_latency(path: &str) -> Option<u32> {
     let before = latency_ms(path)?;
     if before > 1 {
         // Needs a privilege on most systems; the caller warns when it did not help.
-        let _ = std::fs::write(latency_file(path), "1");
+        let _ = std::fs::write(latency_file(path)?, "1");
     }
     latency_ms(path)
 }
 
 fn latency_ms(path: &str) -> Option<u32> {
-    let text = std::fs::read_to_string(latency_file(path)).ok()?;
+    let text = std::fs::read_to_string(latency_file(path)?).ok()?;
     text.trim().parse().ok()
 }
 
-/// File in which Linux keeps the latency timer of FTDI adapters.
-fn latency_file(path: &str) -> String {
-    let name = path.rsplit('/').next().unwrap_or(path);
-    format!("/sys/bus/usb-serial/devices/{name}/latency_timer")
+/// File in which Linux keeps the latency timer of FTDI adapters. `None` for a path that leads to no port.
+#[must_use]
+pub fn latency_file(path: &str) -> Option<String> {
+    let port = port_of(path).ok()?;
+    let name = port.rsplit('/').next()?;
+    Some(format!("/sys/bus/usb-serial/devices/{name}/latency_timer"))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn port(path: &str, serial_number: Option<&str>) -> PortInfo {
+        PortInfo {
+            path: path.to_string(),
+            description: "USB".to_string(),
+            usb: Some((0x0403, 0x6001)),
+            serial_number: serial_number.map(ToString::to_string),
+            latency_ms: None,
+        }
+    }
+
+    #[test]
+    fn a_port_is_found_by_its_serial_number() {
+        let ports = [
+            port("/dev/ttyUSB0", Some("A1")),
+            port("/dev/ttyUSB1", Some("B2")),
+            port("/dev/ttyUSB2", Some("B2")),
+            port("/dev/ttyS0", None),
+        ];
+        assert_eq!(with_number("A1", &ports), Ok("/dev/ttyUSB0".to_string()));
+        let said = |number| with_number(number, &ports).expect_err("none").to_string();
+        assert_eq!(
+            said("B2"),
+            "several ports have the number of usb:B2: name one of /dev/ttyUSB1, /dev/ttyUSB2"
+        );
+        let others = "there are /dev/ttyUSB0 (usb:A1), /dev/ttyUSB1 (usb:B2), /dev/ttyUSB2 (usb:B2), /dev/ttyS0: plug";
+        assert!(said("a1").starts_with(&format!("there is no port usb:a1, {others}")));
+        assert!(said("").starts_with("there is no port usb:,"));
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn the_latency_timer_is_looked_up_behind_links() {
+        let folder = std::env::temp_dir().join(format!("by-id-{}", std::process::id()));
+        std::fs::create_dir_all(&folder).expect("a folder");
+        std::fs::write(folder.join("ttyUSB7"), "").expect("stands for a port");
+        for (to, link) in [("ttyUSB7", "usb-FTDI-if00"), ("usb-FTDI-if00", "haptics")] {
+            std::os::unix::fs::symlink(to, folder.join(link)).expect("a link");
+            let path = folder.join(link);
+            let file = latency_file(path.to_str().expect("text"));
+            let expected = "/sys/bus/usb-serial/devices/ttyUSB7/latency_timer";
+            assert_eq!(file.as_deref(), Some(expected), "{link}");
+        }
+        std::fs::remove_dir_all(&folder).expect("goes");
+    }
 }

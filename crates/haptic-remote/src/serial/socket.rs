@@ -1,83 +1,79 @@
-//! A Unix socket as a line: a device that another process emulates, QEMU's or our own.
+//! A socket as a line: TCP, or a Unix socket at which another process emulates a device, QEMU or our own.
 
-use super::error::SerialError;
 use super::line::Line;
+use core::fmt;
+use socket2::SockRef;
 use std::boxed::Box;
 use std::io::{self, ErrorKind, Read, Write};
-use std::os::unix::fs::FileTypeExt as _;
-use std::os::unix::net::UnixStream;
-use std::string::ToString as _;
+use std::sync::Arc;
 use std::time::Duration;
 
-#[derive(Debug)]
-pub(super) struct Socket(UnixStream);
+/// A connected socket of the standard library, whose writes raise no signal in a program that does not ignore SIGPIPE.
+pub(super) trait Stream: fmt::Debug + Send + Sync + 'static {
+    fn receive(&self, into: &mut [u8]) -> io::Result<usize>;
+    fn send(&self, bytes: &[u8]) -> io::Result<usize>;
+    fn options(&self) -> SockRef<'_>;
+}
 
-impl Socket {
-    /// Opens the socket at this path; `None` if something else is there.
-    pub(super) fn open(
-        path: &str,
-        baud: u32,
-        patience: Duration,
-    ) -> Option<Result<Self, SerialError>> {
-        if !is_socket(path) {
-            return None;
-        }
-        let opened = UnixStream::connect(path).and_then(|stream| {
-            stream.set_write_timeout(Some(patience))?;
-            let mut socket = Self(stream);
-            socket.set_patience(patience)?;
-            Ok(socket)
-        });
-        let path = path.to_string();
-        Some(opened.map_err(|error| {
-            if error.kind() == ErrorKind::PermissionDenied {
-                return SerialError::Forbidden { path };
-            }
-            let reason = if error.kind() == ErrorKind::ConnectionRefused {
-                "nobody listens at this socket: start its emulator anew".to_string()
-            } else {
-                error.to_string()
-            };
-            SerialError::Open { path, baud, reason }
-        }))
+impl<S: fmt::Debug + Send + Sync + 'static> Stream for S
+where
+    for<'a> &'a S: Read + Write,
+    for<'a> SockRef<'a>: From<&'a S>,
+{
+    fn receive(&self, into: &mut [u8]) -> io::Result<usize> {
+        let mut stream = self;
+        stream.read(into).map_err(timed_out)
+    }
+
+    fn send(&self, bytes: &[u8]) -> io::Result<usize> {
+        let mut stream = self;
+        stream.write(bytes).map_err(timed_out)
+    }
+
+    fn options(&self) -> SockRef<'_> {
+        self.into()
     }
 }
 
-pub(super) fn is_socket(path: &str) -> bool {
-    std::fs::metadata(path).is_ok_and(|file| file.file_type().is_socket())
-}
-
-/// A time that has passed is the same on every line.
-#[must_use]
-pub fn timed_out(error: io::Error) -> io::Error {
-    if error.kind() == ErrorKind::WouldBlock {
-        ErrorKind::TimedOut.into()
-    } else {
-        error
+/// A time that has passed is the same on every line and every system.
+fn timed_out(error: io::Error) -> io::Error {
+    match error.kind() {
+        ErrorKind::WouldBlock => ErrorKind::TimedOut.into(),
+        _ => error,
     }
 }
 
-/// Sets the time that reads of a socket wait.
-///
-/// # Errors
-/// In the words of the system.
-pub fn set_patience(stream: &UnixStream, patience: Duration) -> io::Result<()> {
-    stream.set_nonblocking(patience.is_zero())?;
+/// Sets the time that reads wait.
+pub(super) fn set_patience(stream: &impl Stream, patience: Duration) -> io::Result<()> {
+    let options = stream.options();
+    options.set_nonblocking(patience.is_zero())?;
     if patience.is_zero() {
         return Ok(());
     }
-    stream.set_read_timeout(Some(patience))
+    options.set_read_timeout(Some(patience))
 }
 
-impl Read for Socket {
-    fn read(&mut self, into: &mut [u8]) -> io::Result<usize> {
-        self.0.read(into).map_err(timed_out)
+/// The end of a host.
+#[derive(Debug)]
+pub(super) struct Socket<S>(Arc<S>);
+
+impl<S: Stream> Socket<S> {
+    pub(super) fn new(stream: S, patience: Duration) -> io::Result<Self> {
+        stream.options().set_write_timeout(Some(patience))?;
+        set_patience(&stream, patience)?;
+        Ok(Self(Arc::new(stream)))
     }
 }
 
-impl Write for Socket {
+impl<S: Stream> Read for Socket<S> {
+    fn read(&mut self, into: &mut [u8]) -> io::Result<usize> {
+        self.0.receive(into)
+    }
+}
+
+impl<S: Stream> Write for Socket<S> {
     fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
-        self.0.write(bytes).map_err(timed_out)
+        self.0.send(bytes)
     }
 
     fn flush(&mut self) -> io::Result<()> {
@@ -85,14 +81,14 @@ impl Write for Socket {
     }
 }
 
-impl Line for Socket {
+impl<S: Stream> Line for Socket<S> {
     fn share(&self) -> io::Result<Box<dyn Line>> {
-        Ok(Box::new(Self(self.0.try_clone()?)))
+        Ok(Box::new(Self(Arc::clone(&self.0))))
     }
 
     fn set_baud_rate(&mut self, _: u32) {}
 
     fn set_patience(&mut self, patience: Duration) -> io::Result<()> {
-        set_patience(&self.0, patience)
+        set_patience(self.0.as_ref(), patience)
     }
 }

@@ -14,4 +14,5 @@ mod schedules;
 mod served;
 mod session;
 mod shapes;
+mod tcp;
 mod witness;

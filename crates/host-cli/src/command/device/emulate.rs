@@ -3,22 +3,22 @@
 use super::key_value::{self, count, in_range, key_and_value, keys_help, refused};
 use crate::command::conduct::stop_on_interrupt;
 use crate::options::DeviceModelArguments;
-use crate::output::{Output, note};
+use crate::output::{Output, note, warn};
 use crate::parse::{WAITS, choice, quantity, whole};
 use clap::Args;
-use haptic_devices::haply::{HaplyName, Model, Version};
-use haptic_devices::moteus::{MoteusName, MoteusSettings};
-use haptic_emulator::board::{self, Body, Emulated, Emulation, EmulatorError, Socket, Terminal};
+use haptic_devices::haply::{Model, Version};
+use haptic_devices::moteus::MoteusSettings;
+use haptic_emulator::board::{self, Body, Emulated, Emulation, EmulatorError, Place, Port};
 use haptic_emulator::{Damage, LineFaults, emulate, haply, moteus};
 use haptic_experiment::parameters::{self, Range};
 use haptic_experiment::run::DeviceModel;
 use haptic_experiment::{Failure, Named};
 use haptic_loop::plant::{FacingContact, MassDamperConfig};
 use haptic_loop::units::{Kilograms, Metres, NewtonSecondsPerMetre, Seconds};
-use haptic_remote::serial::Line;
+use haptic_remote::serial::{host_and_port, tcp_address};
 use serde_json::json;
 use std::collections::BTreeSet;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::time::Duration;
 
 /// Seconds of an emulated device in a second.
@@ -46,9 +46,9 @@ impl Kind {
     /// Before the path in the name of such a device.
     const fn scheme(self) -> &'static str {
         match self {
-            Self::Own => "serial",
-            Self::Haply2Diy => HaplyName::KIND,
-            Self::Moteus => MoteusName::KIND,
+            Self::Own => "serial:",
+            Self::Haply2Diy => "haply:",
+            Self::Moteus => "moteus:",
         }
     }
 }
@@ -56,7 +56,8 @@ impl Kind {
 /// Emulate a device behind a pseudo-terminal
 ///
 /// The emulated device is the firmware's state machine with a simulated plant. The command prints
-/// the path of the terminal; any other command can use that with --device serial:PATH. With
+/// the path of the terminal; any other command can use that with --device serial:PATH. With --listen it is at a TCP address instead, for
+/// --device tcp:HOST:PORT; only programs of this machine reach it unless another address is given. With
 /// --device-model the plant has the mass, damping, friction, delay, lag and sensors of that file,
 /// to rehearse a run; otherwise it is an ideal mass, with the values that the run states.
 ///
@@ -89,7 +90,10 @@ pub(crate) struct Arguments {
     /// Unix socket instead of a pseudo-terminal, which may be late on a busy machine
     #[arg(long, value_name = "PATH", conflicts_with = "link")]
     socket: Option<PathBuf>,
-    /// A second board, whose mass meets that of the first, at a path of the same kind
+    /// TCP address instead of both, as 127.0.0.1:4250, the default on Windows; port 0 takes a free one
+    #[arg(long, value_name = "HOST:PORT", value_parser = address, conflicts_with_all = ["link", "socket"])]
+    listen: Option<String>,
+    /// A second board, whose mass meets that of the first, at a path or address of the same kind
     #[arg(long, value_name = "PATH")]
     facing: Option<PathBuf>,
     /// Axes; 2 or 3 for a [touch], with a hand that pushes along the first
@@ -259,32 +263,12 @@ fn chance(text: &str) -> Result<f64, String> {
     chance.ok_or_else(|| "is not a chance: give 0 to 1, or 0% to 100%".to_owned())
 }
 
-enum Port {
-    Terminal(Terminal),
-    Socket(Socket),
-}
+/// Where a device listens on a system without pseudo-terminals.
+const ADDRESS: &str = "127.0.0.1:4250";
 
-impl Port {
-    fn open(socket: Option<&Path>, link: Option<&Path>) -> Result<Self, EmulatorError> {
-        match socket {
-            Some(path) => Socket::open(path).map(Self::Socket),
-            None => Terminal::open(link).map(Self::Terminal),
-        }
-    }
-
-    fn path(&self) -> &Path {
-        match self {
-            Self::Terminal(terminal) => terminal.path(),
-            Self::Socket(socket) => socket.path(),
-        }
-    }
-
-    fn line(&self) -> Result<Box<dyn Line>, EmulatorError> {
-        match self {
-            Self::Terminal(terminal) => terminal.line(),
-            Self::Socket(socket) => socket.line(),
-        }
-    }
+fn address(text: &str) -> Result<String, String> {
+    let parsed = host_and_port(text).map_err(|error| error.to_string());
+    parsed.map(|_| text.to_owned())
 }
 
 impl Arguments {
@@ -302,13 +286,22 @@ impl Arguments {
         let (faults, seed) = (details.faults[0], details.seeds[0]);
         let stop = stop_on_interrupt()?;
         let failed = |error| self.failed(error);
-        let port = Port::open(self.socket.as_deref(), self.link.as_deref()).map_err(failed)?;
-        let facing = (self.facing.as_deref())
-            .map(|path| Port::open(self.socket.is_some().then_some(path), Some(path)));
+        let [first, second] = self.places()?;
+        let port = Port::open(first).map_err(failed)?;
+        let facing = self.facing.as_ref().map(|_| Port::open(second));
         let facing = facing.transpose().map_err(failed)?;
+        let public = [Some(&port), facing.as_ref()].into_iter().flatten();
+        if let Some(address) = public.filter_map(Port::public_address).next() {
+            warn(&format!(
+                "whoever reaches {address} can move this device, as nothing is encrypted and no password is asked: \
+                 listen there on a trusted network only"
+            ));
+        }
         let told = |port: &Port| {
-            let path = port.path().display().to_string();
-            json!({"path": path, "device": format!("{}:{path}", kind.scheme())})
+            let path = port.path();
+            let is_named = kind == Kind::Own && tcp_address(&path).is_some();
+            let scheme = if is_named { "" } else { kind.scheme() };
+            json!({"path": path, "device": format!("{scheme}{path}")})
         };
         let mut report = told(&port);
         // Chances of the line, and its seed; none of a good one.
@@ -363,6 +356,7 @@ impl Arguments {
 
     fn check_kind(&self, kind: Kind, details: &Details) -> Result<(), Failure> {
         let first = self.link.as_ref().or(self.socket.as_ref());
+        let listens = self.listen.is_some() || cfg!(not(unix));
         let refusal = if kind != Kind::Haply2Diy && details.has(&HAPLY_KEYS) {
             "hardware and hand apply only to a 2DIY: add --kind haply-2diy"
         } else if kind != Kind::Moteus && details.has(&MOTEUS_KEYS) {
@@ -377,8 +371,8 @@ impl Arguments {
             "boards that face each other have one axis: omit --axes"
         } else if self.facing.is_none() && details.of_two() {
             "facing_…, contact_… and gap apply only to two boards: add --facing, as in --facing white"
-        } else if self.facing.is_some() && first.is_none() {
-            "--facing needs a path of the first board too: give --link or --socket"
+        } else if self.facing.is_some() && first.is_none() && !listens {
+            "--facing needs a path of the first board too: give --link, --socket or --listen"
         } else if self.facing.is_some() && self.facing.as_ref() == first {
             "--facing is the path of the first board too: give another"
         } else if kind != Kind::Own && (self.speed - 1.0).abs() > 0.0 {
@@ -407,6 +401,27 @@ fn body(model: &DeviceModel) -> Body {
 }
 
 impl Arguments {
+    /// Where to find the first board, and the second if there is one.
+    fn places(&self) -> Result<[Place<'_>; 2], Failure> {
+        let default = cfg!(not(unix)).then_some(ADDRESS);
+        let second = self.facing.as_deref();
+        if let Some(path) = &self.socket {
+            return Ok([path, second.unwrap_or(path)].map(Place::Socket));
+        }
+        let Some(first) = self
+            .listen
+            .as_deref()
+            .or(default.filter(|_| self.link.is_none()))
+        else {
+            return Ok([self.link.as_deref(), second].map(Place::Terminal));
+        };
+        let second = second.map(|address| {
+            let none = || Failure::bad_input("--facing is not an address");
+            address.to_str().ok_or_else(none)
+        });
+        Ok([first, second.transpose()?.unwrap_or(first)].map(Place::Address))
+    }
+
     /// A device that could not be emulated, with the option that mends it.
     fn failed(&self, error: EmulatorError) -> Failure {
         if let EmulatorError::Path { kind, path, .. } = &error {

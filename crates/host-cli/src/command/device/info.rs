@@ -43,6 +43,8 @@ impl List {
                 "usb": port.usb.map(|(vendor, product)| format!("{vendor:04x}:{product:04x}")),
                 "usb_vendor_id": port.usb.map(|(vendor, _)| vendor),
                 "usb_product_id": port.usb.map(|(_, product)| product),
+                // As in `serial:usb:NUMBER`.
+                "usb_serial_number": port.serial_number,
                 "latency_ms": port.latency_ms,
                 // Of the device there; null without `--probe`.
                 "board": answer.map(|link| link.capabilities().board()),

@@ -12,7 +12,7 @@ use std::time::Duration;
 
 #[derive(Debug, Args)]
 pub(crate) struct PortArguments {
-    /// `serial:PATH[@BAUD]`, `serial:auto`, `haply:PATH` or `moteus:PATH`
+    /// `serial:PATH[@BAUD]`, `serial:auto`, `tcp:HOST:PORT`, `haply:PATH` or `moteus:PATH`
     #[arg(long, value_name = "DEVICE", default_value = "serial:auto")]
     pub(super) device: DeviceName,
     /// Keep trying for this long if the device is absent

@@ -1,0 +1,184 @@
+//! TCP as a line: addresses by name, connecting to one, and listening at one.
+//!
+//! The frames are those of a serial port. Nothing is encrypted and nobody is asked for a password: whoever reaches the address can move the
+//! device, so that it belongs on the loopback or a trusted network.
+
+use super::error::SerialError;
+use super::line::Line;
+use super::listening::{Door, Listener, Listening};
+use super::socket::Socket;
+use socket2::{SockRef, TcpKeepalive};
+use std::boxed::Box;
+use std::format;
+use std::io::{self, ErrorKind};
+use std::net::{SocketAddr, TcpListener, TcpStream, ToSocketAddrs as _};
+use std::string::{String, ToString as _};
+use std::sync::Arc;
+use std::time::Duration;
+use std::vec::Vec;
+
+/// Before the address in the path of a line.
+const SCHEME: &str = "tcp:";
+/// Time for one address of a name to answer.
+const CONNECT: Duration = Duration::from_secs(2);
+/// Silence after which the system asks whether the other end is still there, and the time between its questions.
+const KEEP_ALIVE: [Duration; 2] = [Duration::from_secs(3), Duration::from_secs(1)];
+
+/// The address in a path `tcp:HOST:PORT`; `None` for any other path.
+#[must_use]
+pub fn tcp_address(path: &str) -> Option<&str> {
+    path.strip_prefix(SCHEME)
+}
+
+/// Host and port of `HOST:PORT`; an IPv6 address stands in brackets.
+///
+/// # Errors
+/// [`SerialError::Address`].
+pub fn host_and_port(address: &str) -> Result<(&str, u16), SerialError> {
+    let parsed = address.rsplit_once(':').and_then(|(host, port)| {
+        let inner = host
+            .strip_prefix('[')
+            .and_then(|rest| rest.strip_suffix(']'));
+        let is_name = |name: &str| !name.is_empty() && !name.contains(['[', ']', '/', ' ', '@']);
+        let host = match inner {
+            Some(numbers) => Some(numbers).filter(|numbers| numbers.contains(':')),
+            None => Some(host).filter(|name| !name.contains(':')),
+        };
+        Some((host.filter(|host| is_name(host))?, port.parse().ok()?))
+    });
+    let address = address.to_string();
+    parsed.ok_or(SerialError::Address { address })
+}
+
+/// The addresses of a name, of which there may be several.
+fn addresses(host: &str, port: u16) -> Result<Vec<SocketAddr>, String> {
+    match (host, port).to_socket_addrs() {
+        Ok(found) => Ok(found.collect()),
+        Err(error) => Err(format!("the name {host} has no address ({error})")),
+    }
+}
+
+/// Connects to the first address that answers.
+pub(super) fn connect(
+    path: &str,
+    address: &str,
+    patience: Duration,
+) -> Result<Socket<TcpStream>, SerialError> {
+    let (host, port) = host_and_port(address)?;
+    let unreachable = |why| SerialError::Unreachable {
+        path: path.to_string(),
+        why,
+    };
+    let mut tried = Vec::new();
+    for address in addresses(host, port).map_err(unreachable)? {
+        let stream = TcpStream::connect_timeout(&address, CONNECT);
+        match stream.and_then(|stream| Socket::new(prompt(stream)?, patience)) {
+            Ok(socket) => return Ok(socket),
+            Err(error) => tried.push(format!("{address} {}", why(&error))),
+        }
+    }
+    Err(unreachable(tried.join(", ")))
+}
+
+fn why(error: &io::Error) -> String {
+    match error.kind() {
+        ErrorKind::ConnectionRefused => "refuses, as nothing listens there".to_string(),
+        ErrorKind::TimedOut => format!("does not answer within {} s", CONNECT.as_secs()),
+        _ => format!("cannot be reached ({error})"),
+    }
+}
+
+/// Small frames go at once, and an end that has vanished is noticed in seconds even where nothing is said.
+fn prompt(stream: TcpStream) -> io::Result<TcpStream> {
+    let [time, interval] = KEEP_ALIVE;
+    let keep_alive = TcpKeepalive::new().with_time(time).with_interval(interval);
+    SockRef::from(&stream).set_tcp_keepalive(&keep_alive)?;
+    stream.set_nodelay(true)?;
+    Ok(stream)
+}
+
+impl Listener for TcpListener {
+    type Stream = TcpStream;
+
+    fn next(&self) -> io::Result<(TcpStream, String)> {
+        let (stream, peer) = self.accept()?;
+        Ok((prompt(stream)?, peer.to_string()))
+    }
+}
+
+/// The listening side of a TCP line, for a device. Who connects first is served; see [`line`](Self::line).
+///
+/// ```
+/// use haptic_remote::serial::TcpListening;
+/// use std::io::{Read as _, Write as _};
+///
+/// let listening = TcpListening::open("127.0.0.1:0")?;
+/// let mut device = listening.line();
+/// let mut host = haptic_remote::serial::open(&listening.path(), 460_800)?;
+/// host.write_all(b"hello")?;
+/// let (mut bytes, mut heard) = ([0; 16], Vec::new());
+/// while heard.len() < 5 {
+///     // Fails with TimedOut after 20 ms without a byte, and while nobody is there.
+///     if let Ok(count) = device.read(&mut bytes) {
+///         heard.extend_from_slice(&bytes[..count]);
+///     }
+/// }
+/// assert_eq!(heard, b"hello");
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+#[derive(Debug)]
+pub struct TcpListening {
+    door: Arc<Door<TcpListener>>,
+    address: SocketAddr,
+}
+
+impl TcpListening {
+    /// Listens at `HOST:PORT`; with port 0 at a free one.
+    ///
+    /// # Errors
+    /// [`SerialError::Address`], [`SerialError::Listen`].
+    pub fn open(address: &str) -> Result<Self, SerialError> {
+        let (host, port) = host_and_port(address)?;
+        let refused = |reason| SerialError::Listen {
+            address: address.to_string(),
+            reason,
+        };
+        let addresses = addresses(host, port).map_err(refused)?;
+        let listener = TcpListener::bind(&addresses[..]).map_err(|error| {
+            refused(match error.kind() {
+                ErrorKind::AddrInUse => "another program does".to_string(),
+                ErrorKind::AddrNotAvailable => "this machine has no such address".to_string(),
+                _ => error.to_string(),
+            })
+        })?;
+        let listened = |error: io::Error| refused(error.to_string());
+        listener.set_nonblocking(true).map_err(listened)?;
+        Ok(Self {
+            address: listener.local_addr().map_err(listened)?,
+            door: Arc::new(Door::new(listener)),
+        })
+    }
+
+    /// The address, with the port that was free.
+    #[must_use]
+    pub const fn address(&self) -> SocketAddr {
+        self.address
+    }
+
+    /// The path by which a host of this machine [opens](super::open) it.
+    #[must_use]
+    pub fn path(&self) -> String {
+        format!("{SCHEME}{}", self.address)
+    }
+
+    /// The device's end. It serves one host at a time, who may come and go:
+    ///
+    /// - *A second one* is told that the device is busy and with whom, then let go. If the first has said nothing for
+    ///   2 s, it has vanished, as our own hosts speak several times a second; then the second takes its place.
+    /// - *Nobody there*: a read fails with [`TimedOut`](ErrorKind::TimedOut) within 5 ms, a write with
+    ///   [`NotConnected`](ErrorKind::NotConnected).
+    #[must_use]
+    pub fn line(&self) -> Box<dyn Line> {
+        Box::new(Listening::new(&self.door))
+    }
+}

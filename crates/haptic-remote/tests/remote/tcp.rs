@@ -1,0 +1,228 @@
+//! TCP as a line: who is let in, who is told what, and the rings of a tick.
+
+use haptic_emulator::LineFaults;
+use haptic_emulator::board::{Emulation, emulate};
+use haptic_remote::LinkError;
+use haptic_remote::serial::{
+    ConnectOptions, Line as _, Pipe, SerialError, SerialLink, TcpListening, TickLine, host_and_port,
+};
+use std::io::{ErrorKind, Read as _, Write as _};
+use std::net::{TcpListener, TcpStream};
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::Duration;
+
+/// Runs a device at a free port of this machine while something is done with its path.
+fn with_device(done: impl FnOnce(&TcpListening)) {
+    let listening = TcpListening::open("127.0.0.1:0").expect("a port is free");
+    let emulation = Emulation {
+        axes: 1,
+        body: None,
+        speed: 1.0,
+        faults: LineFaults::default(),
+        seed: 1,
+        duration: None,
+    };
+    let (line, stop) = (listening.line(), AtomicBool::new(false));
+    std::thread::scope(|scope| {
+        let device = scope.spawn(|| emulate(line, &emulation, &stop));
+        done(&listening);
+        stop.store(true, Ordering::Relaxed);
+        device.join().expect("no panic").expect("a good device");
+    });
+}
+
+fn connect(path: &str) -> Result<SerialLink, SerialError> {
+    SerialLink::connect(path, ConnectOptions::default())
+}
+
+#[test]
+fn a_device_at_an_address_is_as_one_at_a_port_and_serves_one_host_after_the_other() {
+    with_device(|listening| {
+        let path = listening.path();
+        for _ in 0..2 {
+            let link = connect(&path).expect("answers");
+            assert_eq!(
+                (link.capabilities().board(), link.name()),
+                ("emulated", path.clone())
+            );
+        }
+        // By a name with several addresses, of which one answers at least.
+        let port = listening.address().port();
+        connect(&format!("tcp:localhost:{port}")).expect("the name has this address too");
+    });
+}
+
+/// Something else than a device, that says this to whoever comes and then lets go.
+fn answered_by(words: &'static [u8]) -> SerialError {
+    let listener = TcpListener::bind("127.0.0.1:0").expect("a port is free");
+    let address = listener.local_addr().expect("bound");
+    let stranger = std::thread::spawn(move || {
+        let (mut stream, _) = listener.accept().expect("a host comes");
+        let mut bytes = [0; 1024];
+        assert!(
+            stream.read(&mut bytes).is_ok_and(|count| count > 0),
+            "it greets"
+        );
+        stream.write_all(words).expect("takes it");
+    });
+    let error = connect(&format!("tcp:{address}")).expect_err("no device");
+    stranger.join().expect("no panic");
+    error
+}
+
+#[test]
+fn a_web_server_is_told_apart_from_a_device_and_a_line_that_breaks() {
+    let error = answered_by(b"HTTP/1.1 400 Bad Request\r\nconnection: close\r\n\r\n").to_string();
+    let end = "is not a device: it answers \"HTTP/1.1 400 Bad Request\"; correct the address";
+    assert!(
+        error.ends_with(end) && error.lines().count() == 1,
+        "{error}"
+    );
+    let error = answered_by(b"busy: it serves 127.0.0.1:1\n").to_string();
+    let end = " is busy: it serves 127.0.0.1:1: close the other program first";
+    assert!(error.ends_with(end), "{error}");
+    for bytes in [&b""[..], b"\x03\xff\x00\x80", b"\x1b[2J\x1b[H", b"ok\n"] {
+        let gone = SerialError::Link(LinkError::Gone);
+        assert_eq!(answered_by(bytes), gone, "{bytes:?} is not quoted");
+    }
+}
+
+#[test]
+fn a_place_where_nobody_listens_is_named_with_each_address() {
+    let listener = TcpListener::bind("127.0.0.1:0").expect("a port is free");
+    let port = listener.local_addr().expect("bound").port();
+    let taken = TcpListening::open(&format!("127.0.0.1:{port}")).expect_err("taken");
+    let said = format!(
+        "cannot listen at 127.0.0.1:{port}: another program does; give another address, or port 0 for a free one"
+    );
+    assert_eq!(taken.to_string(), said);
+    drop(listener);
+    for host in ["127.0.0.1", "localhost"] {
+        let path = format!("tcp:{host}:{port}");
+        let error = connect(&path).expect_err("nobody").to_string();
+        let why = format!("127.0.0.1:{port} refuses, as nothing listens there");
+        assert!(
+            error.starts_with(&format!("nothing can be reached at {path}: ")),
+            "{error}"
+        );
+        assert!(
+            error.contains(&why) && error.lines().count() == 1,
+            "{error}"
+        );
+    }
+    let error = connect("tcp:no-such-host.invalid:4250").expect_err("no such name");
+    let error = error.to_string();
+    assert!(
+        error.contains("the name no-such-host.invalid has no address ("),
+        "{error}"
+    );
+}
+
+#[test]
+fn an_address_is_a_host_and_a_port() {
+    for (address, parsed) in [
+        ("127.0.0.1:4250", ("127.0.0.1", 4250)),
+        ("board.local:0", ("board.local", 0)),
+        ("[::1]:65535", ("::1", 65535)),
+        ("[fe80::1%eth0]:1", ("fe80::1%eth0", 1)),
+    ] {
+        assert_eq!(host_and_port(address), Ok(parsed));
+    }
+    for bad in [
+        "",
+        ":",
+        "host",
+        "host:",
+        ":4250",
+        "host:65536",
+        "host:-1",
+        "host:x",
+        "::1:4250",
+        "[::1]",
+        "[]:1",
+        "[host]:1",
+        "http://host:80",
+        "user@host:80",
+        "host:80/x",
+        "a b:1",
+        "host:4250@115200",
+    ] {
+        let error = host_and_port(bad).expect_err(bad).to_string();
+        assert!(
+            error.starts_with(&format!("\"{bad}\" is not HOST:PORT")),
+            "{error}"
+        );
+    }
+}
+
+#[test]
+fn a_host_that_breaks_off_makes_room_for_the_next() {
+    let listening = TcpListening::open("127.0.0.1:0").expect("a port is free");
+    let mut device = listening.line();
+    let mut bytes = [0; 64];
+    let error = device.write(b"to nobody").expect_err("nobody");
+    assert_eq!(error.kind(), ErrorKind::NotConnected);
+    for word in [&b"first"[..], b"other"] {
+        let mut host = TcpStream::connect(listening.address()).expect("listens");
+        host.write_all(word).expect("takes it");
+        let mut heard = Vec::new();
+        while heard.len() < word.len() {
+            if let Ok(count) = device.read(&mut bytes) {
+                heard.extend_from_slice(&bytes[..count]);
+            }
+        }
+        assert_eq!(heard, word, "nothing of the host before");
+        device.write_all(b"unread").expect("somebody is there");
+        // What it has not read makes a reset of its end.
+        drop(host);
+    }
+    // The reset is noticed, whenever it comes.
+    while device.write(b"x").is_ok() {
+        let _ = device.read(&mut bytes);
+    }
+}
+
+#[test]
+fn a_tick_never_waits_for_its_line_and_loses_whole_frames_only() {
+    let (mut host, device) = Pipe::pair();
+    let mut line = TickLine::start(Box::new(device)).expect("threads");
+    let mut bytes = [0; 100];
+    assert_eq!(line.take(&mut bytes), 0, "nothing came");
+    host.write_all(b"request").expect("room");
+    let mut heard = Vec::new();
+    while heard.len() < 7 {
+        let count = line.take(&mut bytes[..3]);
+        heard.extend_from_slice(&bytes[..count]);
+    }
+    assert_eq!(heard, b"request");
+    // A host that does not read: its pipe takes 2¹⁸ bytes, the ring 2¹⁶, then frames are refused whole.
+    let frame = |number: u32| [number.to_le_bytes(); 16].concat();
+    let mut given = Vec::new();
+    for number in 0..20_000 {
+        if line.give(&frame(number)) {
+            given.push(number);
+        }
+    }
+    assert_eq!(line.refused() + given.len() as u64, 20_000);
+    assert!(line.refused() > 0 && given.len() >= 1024, "{}", given.len());
+    // It reads at last, and finds what was given.
+    host.set_patience(Duration::from_millis(20)).expect("any");
+    let mut frames = Vec::new();
+    while frames.len() < 64 * given.len() {
+        if let Ok(count) = host.read(&mut bytes) {
+            frames.extend_from_slice(&bytes[..count]);
+        }
+    }
+    let expected: Vec<u8> = given.iter().flat_map(|number| frame(*number)).collect();
+    assert!(frames == expected, "in order and whole");
+    // A flood that nobody takes is lost and counted.
+    for _ in 0..20 {
+        while host.write_all(&[1; 8192]).is_err() {}
+    }
+    while line.flooded() < 20 * 8192 - (1 << 16) {
+        std::thread::yield_now();
+    }
+    assert_eq!(line.flooded(), 20 * 8192 - (1 << 16));
+    drop(line);
+    assert_eq!(host.read(&mut bytes).expect("the end"), 0);
+}
