@@ -1,9 +1,7 @@
 //! The command line: what may be typed, what it means, and how it ends.
 
 use crate::command;
-use crate::command::device::changes;
-#[cfg(unix)]
-use crate::command::device::emulate;
+use crate::command::device::{changes, emulate};
 use crate::command::run::Experiment;
 use crate::names::{Names, option_of};
 use crate::options::{self, WithFiles, keys};
@@ -283,7 +281,6 @@ fn not_an_option(error: &clap::Error) -> Option<String> {
     }
     let of_device = match command.get_name() {
         "set" => changes::key_like(wanted),
-        #[cfg(unix)]
         "emulate" => emulate::key_like(wanted),
         _ => None,
     };

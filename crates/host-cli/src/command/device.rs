@@ -1,7 +1,6 @@
 //! `device`: find, inspect, configure, measure, emulate, program, watch and test a device.
 
 pub(crate) mod changes;
-#[cfg(unix)]
 pub(crate) mod emulate;
 mod flash;
 mod info;
@@ -31,7 +30,6 @@ pub(crate) enum Command {
     /// Set parameters, all or none
     Set(settings::Set),
     Measure(Box<measure::Arguments>),
-    #[cfg(unix)]
     Emulate(emulate::Arguments),
     Flash(flash::Arguments),
     Monitor(monitor::Arguments),
@@ -46,7 +44,6 @@ impl Command {
             Self::Get(port) => settings::get(&port, output),
             Self::Set(arguments) => arguments.run(output),
             Self::Measure(arguments) => arguments.run(output),
-            #[cfg(unix)]
             Self::Emulate(arguments) => arguments.run(output),
             Self::Flash(arguments) => arguments.run(output),
             Self::Monitor(arguments) => arguments.run(output),
