@@ -80,7 +80,7 @@ pub struct RoundTrip {
 }
 
 impl RoundTrip {
-    /// The longest tick in cycles, and why it is missing.
+    /// Of these times, or why there are none.
     #[must_use]
     pub fn of(measured: &Histogram<u64>) -> (Option<Self>, Option<&'static str>) {
         if measured.is_empty() {
