@@ -1,7 +1,8 @@
 //! Plain sentences about a fit.
 
-use super::fit::{AS_GOOD, Estimate, Fit};
+use super::fit::{AS_GOOD, Estimate, Fit, digits};
 use super::record::Record;
+use fracdiff::parameter::Shown;
 
 /// Two estimates that hang together so closely are one, if neither is settled.
 const ONE: f64 = 0.99;
@@ -150,8 +151,9 @@ fn slow(fit: &Fit) -> Option<String> {
     let number = fit.predicted.len();
     (fit.independent < number as f64).then(|| {
         format!(
-            "neighbouring residuals are alike (correlation {:.2}): {number} count as {:.0}, and intervals are wider by that",
-            fit.neighbours, fit.independent
+            "neighbouring residuals are alike, over {} samples on average: {number} count as {:.0}, and intervals are wider by that",
+            Shown(digits(number as f64 / fit.independent)),
+            fit.independent
         )
     })
 }

@@ -2,7 +2,7 @@
 
 use super::elements::Candidate;
 use super::error::IdentifyError;
-use super::fit::{AS_GOOD, Estimate, Fit, REFUSED, criteria, fit};
+use super::fit::{AS_GOOD, Estimate, Fit, REFUSED, criteria, digits, fit};
 use super::noise::of_motions;
 use super::options::{Options, candidates, target_of};
 use super::record::{Record, RecordKind};
@@ -30,6 +30,8 @@ pub struct Identification {
     pub measured: Vec<f64>,
     /// Contact point and baseline of the chosen fit, if they were looked for.
     pub beside: Vec<Estimate>,
+    /// False of a motion without times, of which `x` are the numbers of the samples.
+    pub is_timed: bool,
     /// Sentences that a user should know.
     pub warnings: Vec<String>,
 }
@@ -63,7 +65,7 @@ pub(super) fn identified(
     stop: &AtomicBool,
     progress: &(dyn Fn(usize) + Sync),
 ) -> Result<Identification, IdentifyError> {
-    let candidates = candidates(options, record.kind())?;
+    let candidates = candidates(options, record)?;
     let record = &noisy(record, |record| {
         let target = target_of(record, options, stop);
         let compressed = target.compressed();
@@ -152,6 +154,7 @@ pub(super) fn identified(
         x,
         measured,
         beside: Vec::new(),
+        is_timed: record.untimed.is_none(),
         warnings,
     })
 }
@@ -196,11 +199,6 @@ pub(super) fn noisy<'r, 's>(
         motion.noise = Some(*noise);
     }
     record
-}
-
-/// Three digits, for sentences.
-pub(super) fn digits(value: f64) -> f64 {
-    format!("{value:.2e}").parse().unwrap_or(value)
 }
 
 /// The place of the wanted one in fits by BIC; else of that with the fewest parameters of those as good as the best.

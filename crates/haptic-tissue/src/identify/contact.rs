@@ -120,7 +120,7 @@ pub(super) fn touched(
         stop,
     };
     let near = search.near()?;
-    let candidates = candidates(options, record.kind)?;
+    let candidates = candidates(options, record)?;
     // One by itself: the result does not depend on the threads.
     let places: Vec<Result<(Record, Fit, Place), IdentifyError>> = (candidates.par_iter())
         .map(|&candidate| {
@@ -180,7 +180,8 @@ pub(super) fn missed(
         .filter(|touch| touch.contact == ContactPoint::Zero)?
         .thinned(CHECKED);
     let chosen = found.fits.first()?;
-    let mut kinds = vec![chosen.kind, ModelKind::SpringPot];
+    let pot = Some(ModelKind::SpringPot).filter(|_| record.untimed.is_none());
+    let mut kinds: Vec<ModelKind> = [chosen.kind].into_iter().chain(pot).collect();
     kinds.dedup();
     let both = Options {
         candidates: kinds,
@@ -210,7 +211,7 @@ pub(super) fn missed(
         (false, constant),
         (true, constant),
     ];
-    let candidates = candidates(&both, record.kind).ok()?;
+    let candidates = candidates(&both, record).ok()?;
     let candidates = candidates.iter();
     let all =
         candidates.flat_map(|one| ways.map(|(is_free, baseline)| place(*one, is_free, baseline)));

@@ -102,6 +102,12 @@ impl Candidate {
         self.kind.parameters().len() == self.variables()
     }
 
+    /// True without memory: no order is above 0.
+    pub(super) fn is_static(self) -> bool {
+        let mut variables = (0..self.variables()).filter(|variable| is_order(*variable));
+        variables.all(|variable| self.ranges[variable].1 <= 0.0)
+    }
+
     /// True if two orders are looked for, the larger one first.
     pub(super) const fn has_two_orders(self) -> bool {
         self.is_fractional() && self.variables() > 2

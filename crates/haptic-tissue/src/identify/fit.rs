@@ -1,9 +1,9 @@
 //! A model fitted to a record, with its errors.
 
 use super::elements::{Candidate, Elements, is_order, number};
-use super::noise::{independent, neighbours};
+use super::noise::independent;
 use super::search::Best;
-use super::target::Target;
+use super::target::{EXACT, Target};
 use crate::model::{Model, ModelError, ModelKind};
 use core::cmp::Ordering;
 use nalgebra::{DMatrix, DVector};
@@ -39,8 +39,6 @@ pub struct Fit {
     /// The model's values at those of the record, in the order of
     /// [`measured`](super::Identification::measured).
     pub predicted: Vec<f64>,
-    /// Correlation of neighbouring residuals; 0 for white noise.
-    pub neighbours: f64,
     /// So many independent residuals say as much as all do: their number for white noise, fewer for slow noise.
     pub independent: f64,
 }
@@ -161,15 +159,15 @@ pub(super) fn fit(candidate: Candidate, target: &Target, best: &Best) -> (Fit, C
         aic,
         bic,
         predicted,
-        neighbours: neighbours(&residuals),
         independent,
     };
     (fit, certainty)
 }
 
-/// No force transducer is better than this share of what it measures (ISO 376, class 00): what is left below it buys no model another
-/// parameter.
-pub(super) const EXACT: f64 = 5e-4;
+/// Three digits, for sentences.
+pub(super) fn digits(value: f64) -> f64 {
+    format!("{value:.2e}").parse().unwrap_or(value)
+}
 
 /// n·ln(S/n).
 pub(super) fn likelihood(n: usize, sum: f64) -> f64 {

@@ -13,6 +13,7 @@ pub(in crate::identify) const HALF_ANGLE: Key = Key("half_angle_rad");
 pub(in crate::identify) const KIND: Key = Key("kind");
 pub(in crate::identify) const LOADING: Key = Key("loading");
 pub(in crate::identify) const MASTER_CURVE: Key = Key("master_curve");
+pub(in crate::identify) const MODEL: Key = Key("model");
 pub(in crate::identify) const POISSON_RATIO: Key = Key("poisson_ratio");
 pub(in crate::identify) const RAMP_TIME: Key = Key("ramp_time_s");
 pub(in crate::identify) const RADIUS: Key = Key("indenter_radius_m");

@@ -18,13 +18,6 @@
 //!   and the variance of the estimate; M. S. Bartlett, *Properties of sufficiency and statistical tests*, Proceedings of the Royal
 //!   Society A 160, 1937; E. B. Wilson, M. M. Hilferty, *The distribution of chi-square*, PNAS 17, 1931 (its 99 % point).
 
-/// Correlation of neighbouring residuals.
-pub(super) fn neighbours(residuals: &[f64]) -> f64 {
-    let product: f64 = residuals.windows(2).map(|pair| pair[0] * pair[1]).sum();
-    let square: f64 = residuals.iter().map(|r| r * r).sum();
-    if square > 0.0 { product / square } else { 0.0 }
-}
-
 const WINDOW: f64 = 2.5;
 /// Lags between which each one counts by itself.
 const LAGS: usize = 50;

@@ -9,7 +9,7 @@
 
 use super::elements::Candidate;
 use super::error::IdentifyError;
-use super::keys::STIFFENING;
+use super::keys::{MODEL, STIFFENING};
 use super::record::{Baseline, Record, RecordKind};
 use super::target::{Target, Weighting};
 use crate::model::{CANDIDATES, ModelKind, Parameter, ParameterRange};
@@ -82,8 +82,9 @@ pub struct Held {
 /// The candidates that a record of this kind can be fitted by, with what is held.
 pub(super) fn candidates(
     options: &Options,
-    kind: RecordKind,
+    record: &Record,
 ) -> Result<Vec<Candidate>, IdentifyError> {
+    let kind = record.kind;
     let wrong = |reason: String| Err(IdentifyError::Record(reason));
     for (index, held) in options.held.iter().enumerate() {
         held.check(options)?;
@@ -130,6 +131,14 @@ pub(super) fn candidates(
             }
             None => {}
         }
+    }
+    if let Some(why) = &record.untimed
+        && !candidates.iter().all(|one| one.is_static())
+    {
+        return wrong(format!(
+            "{why}, which only a model without memory does without: give times that rise, or {}",
+            MODEL.set_to(ModelKind::Spring.name())
+        ));
     }
     if candidates.is_empty() && !options.candidates.is_empty() {
         return wrong(

@@ -127,6 +127,8 @@ pub struct Record {
     pub(super) beside: Vec<Vec<f64>>,
     /// Largest strain, if it is known.
     strain_to: Option<f64>,
+    /// Why the times of a motion are numbers of samples, if they are: only what has no memory is known then.
+    pub(super) untimed: Option<String>,
     /// Sentences that a user should know.
     pub(super) said: Vec<String>,
 }
@@ -219,20 +221,32 @@ impl Record {
         loss_modulus_pa: Vec<f64>,
     ) -> Result<Self, IdentifyError> {
         let kind = RecordKind::Oscillation;
-        Self::of_logarithms(kind, omega_rad_s, storage_modulus_pa, loss_modulus_pa)
+        let mut record =
+            Self::of_logarithms(kind, omega_rad_s, storage_modulus_pa, loss_modulus_pa)?;
+        if let [first, .., last] = record.x[..]
+            && last <= ONE_FREQUENCY * first
+        {
+            record.said.push(format!(
+                "all samples are of one frequency, {} rad/s, as in a sweep of amplitude or time: no other frequency is known from them; give a sweep of frequency",
+                Shown(first)
+            ));
+        }
+        Ok(record)
     }
 
     /// Any motion from rest: times, s, strain and stress, Pa; the strain is linear in between. A
-    /// strain above 0.2 is reported.
+    /// strain above 0.2 is reported. Of a motion with equal times only models without memory can be fitted.
     ///
     /// # Errors
-    /// Times that do not increase, numbers that are not finite, a strain that does not begin at rest or is constant.
+    /// Times that fall, numbers that are not finite, a strain that does not begin at rest or is constant.
     pub fn history(
         time_s: Vec<f64>,
         strain: Vec<f64>,
         stress_pa: Vec<f64>,
     ) -> Result<Self, IdentifyError> {
-        Self::motion(time_s, strain, stress_pa, REST)
+        let (time_s, untimed) = distinct(time_s);
+        let record = Self::motion(time_s, strain, stress_pa, REST)?;
+        Ok(Self { untimed, ..record })
     }
 
     /// The same, where a strain up to this share of its range counts as rest.
@@ -337,6 +351,7 @@ impl Record {
         if let Some(thickness) = loading.thickness_m {
             within(&depth_m, thickness, loading.kind)?;
         }
+        let (time_s, untimed) = distinct(time_s);
         let mut touch = Touch {
             contact,
             zero_m,
@@ -357,8 +372,11 @@ impl Record {
             }
             if kept < count {
                 said.push(format!(
-                    "the contact shrinks from {} s on: {} samples of {count} are left out, because only growing contact is fitted",
-                    Shown(touch.time_s[kept - 1]),
+                    "the contact shrinks from {} on: {} samples of {count} are left out, because only growing contact is fitted",
+                    match untimed {
+                        None => format!("{} s", Shown(touch.time_s[kept - 1])),
+                        Some(_) => format!("sample {kept}"),
+                    },
                     count - kept
                 ));
             }
@@ -372,6 +390,7 @@ impl Record {
         };
         let mut record = Self::touching(&touch, 0.0, rest)?;
         record.said.extend(said);
+        record.untimed = untimed;
         record.touch = Some(touch).filter(|_| !loading.kind.is_slab());
         Ok(record)
     }
@@ -470,6 +489,7 @@ impl Record {
             all.second.extend(other.second);
             all.motions.extend(other.motions);
             all.strain_to = (all.strain_to.zip(other.strain_to)).map(|(a, b)| a.max(b));
+            all.untimed = all.untimed.or(other.untimed);
             all.said.extend(other.said);
         }
         lengths(&all.x, &all.first, None)?;
@@ -590,6 +610,7 @@ impl Record {
             touch: None,
             beside: Vec::new(),
             strain_to: None,
+            untimed: None,
             said: Vec::new(),
         }
     }
@@ -614,6 +635,8 @@ const GROWTH: f64 = 0.02;
 /// A modulus that rises so often at first, and by so much, does so in a ramp.
 const FEW_RISES: usize = 2;
 const RISE: f64 = 1.05;
+/// The highest frequency over the lowest, of a sweep that is none.
+const ONE_FREQUENCY: f64 = 1.01;
 /// A strain below this share of its range counts as rest.
 const REST: f64 = 0.01;
 /// The same where the contact point is sought, so that it may be a little before the record.
@@ -653,6 +676,26 @@ pub(super) fn within(
             Shown(thickness_m)
         )
     })
+}
+
+/// Times that rise; or numbers of the samples, and why, where some are equal. Times that fall stay, and are refused.
+fn distinct(time_s: Vec<f64>) -> (Vec<f64>, Option<String>) {
+    let mut pairs = time_s.windows(2);
+    let equal = pairs.clone().position(|pair| pair[1] <= pair[0]);
+    let Some(equal) = equal.filter(|_| pairs.all(|pair| pair[1] >= pair[0])) else {
+        return (time_s, None);
+    };
+    let why = match time_s.first() >= time_s.last() {
+        true => "the samples have no times".to_owned(),
+        false => format!(
+            "samples {} and {} have the same time, {} s",
+            equal + 1,
+            equal + 2,
+            Shown(time_s[equal])
+        ),
+    };
+    let numbers = (0..time_s.len()).map(|n| n as f64);
+    (numbers.collect(), Some(why))
 }
 
 const NO_SAMPLES: &str =

@@ -11,10 +11,10 @@
 //! - *Source*: C. Lubich, *Discretized fractional calculus*, SIAM Journal on Mathematical Analysis 17, 1986 (the error of the sums).
 
 use super::elements::Candidate;
-use super::fit::{EXACT, Fit};
+use super::fit::Fit;
 use super::record::Record;
 use super::search::Best;
-use super::target::Target;
+use super::target::{EXACT, Target};
 use crate::{FullHistory, SampledModel};
 use fracdiff::Seconds;
 use nalgebra::{DMatrix, DVector};

@@ -149,7 +149,6 @@ fn all(kind: ModelKind, specimens: &[Identification], spreads: &[Spread]) -> Ide
         aic: fits().map(|fit| fit.aic).sum(),
         bic: fits().map(|fit| fit.bic).sum(),
         predicted,
-        neighbours: fits().map(|fit| fit.neighbours).sum::<f64>() / specimens.len() as f64,
         independent: fits().map(|fit| fit.independent).sum(),
     };
     Identification {
@@ -159,6 +158,7 @@ fn all(kind: ModelKind, specimens: &[Identification], spreads: &[Spread]) -> Ide
         x: joined(|specimen| &specimen.x),
         measured: joined(|specimen| &specimen.measured),
         beside: Vec::new(),
+        is_timed: specimens.iter().all(|specimen| specimen.is_timed),
         warnings: Vec::new(),
     }
 }

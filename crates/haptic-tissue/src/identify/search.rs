@@ -233,7 +233,7 @@ pub(super) struct Minimum {
     pub(super) values: Vec<f64>,
     /// Sum of the squared residuals, weights in.
     pub(super) sum: f64,
-    /// True if the solver met one of its criteria.
+    /// True if the solver met one of its criteria, or creeps along a valley that is level.
     pub(super) converged: bool,
 }
 
@@ -417,7 +417,11 @@ pub(super) fn minimise(
     // Above 0, where nothing depends on a variable.
     let mut scale: DVector<f64> = DVector::from_element(free.len(), f64::EPSILON);
     let (mut damping, mut growth, mut converged) = (DAMPING, 2.0, false);
-    for _ in 0..effort.patience * (free.len() + 1) {
+    let (rounds, mut halfway) = (effort.patience * (free.len() + 1), f64::INFINITY);
+    for round in 0..rounds {
+        if 2 * round <= rounds {
+            halfway = here.residuals.norm_squared();
+        }
         let movable = problem.movable(&here);
         for (scale, column) in scale.iter_mut().zip(here.jacobian.column_iter()) {
             *scale = scale.max(column.norm());
@@ -458,10 +462,13 @@ pub(super) fn minimise(
             break;
         }
     }
+    let sum = here.residuals.rows(0, target.len()).norm_squared();
+    // A valley that is level over so many steps, or that lies below what any record tells, has no better place.
+    let is_level = halfway <= sum * (1.0 + COST_OF_END) || sum <= target.exact;
     Minimum {
-        sum: here.residuals.rows(0, target.len()).norm_squared(),
+        sum,
         values: here.values,
-        converged,
+        converged: converged || is_level,
     }
 }
 

@@ -13,10 +13,10 @@
 //! Annals of Mathematical Statistics 9, 1938 (the interval).
 
 use super::advice;
-use super::candidates::{Identification, choose, digits, identified, noisy, richest};
+use super::candidates::{Identification, choose, identified, noisy, richest};
 use super::elements::{Candidate, Elements};
 use super::error::{IdentifyError, sorted};
-use super::fit::{AS_GOOD, Estimate, Fit, criteria, fit, student};
+use super::fit::{AS_GOOD, Estimate, Fit, criteria, digits, fit, student};
 use super::options::{self, Options, target_of};
 use super::record::Record;
 use super::search::{Best, next_place, polished, search};
@@ -103,7 +103,7 @@ pub(super) fn stiffened(
             Shown(steepest)
         ));
     }
-    let candidates = options::candidates(options, record.kind())?;
+    let candidates = options::candidates(options, record)?;
     let (low, high) = options::stiffening(options);
     let search = |record| Search {
         record,

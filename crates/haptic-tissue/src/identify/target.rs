@@ -29,6 +29,10 @@ pub enum Weighting {
 /// Points at least of a mapped motion from end to end of its range: what is left of the map between them is 1e-6 of the largest value.
 const POINTS: usize = 1000;
 
+/// No force transducer is better than this share of what it measures (ISO 376, class 00): what is left below it buys no model another
+/// parameter.
+pub(super) const EXACT: f64 = 5e-4;
+
 /// A record made ready for a fit.
 #[derive(Clone, Debug)]
 pub(super) struct Target<'a> {
@@ -48,6 +52,8 @@ pub(super) struct Target<'a> {
     pub(super) beside: usize,
     /// ln of the middle of the record over the unit of time: 0 but in seconds.
     pub(super) shift: f64,
+    /// A sum of squares that is as good as 0.
+    pub(super) exact: f64,
     /// Nobody waits for the fit any more.
     stop: &'a AtomicBool,
 }
@@ -72,6 +78,7 @@ impl<'a> Target<'a> {
         let roots = roots(&relative, weighting, parts);
         let values = record.first.iter().chain(&record.second);
         let wanted: Vec<f64> = values.map(|&x| libm::log(x)).collect();
+        let count = wanted.len() as f64;
         let (low, high) = ends(&wanted);
         let (unit, sign, quantity) = match record.kind {
             RecordKind::Oscillation => (-middle, 1.0, None),
@@ -90,6 +97,7 @@ impl<'a> Target<'a> {
             span: high - low,
             beside: 0,
             shift: 0.0,
+            exact: EXACT * EXACT * count,
             stop,
         }
     }
@@ -126,7 +134,7 @@ impl<'a> Target<'a> {
             })
             .collect();
         let history = History::new(&motions, &record.beside);
-        let scale = history.stress_scale;
+        let (scale, count) = (history.stress_scale, history.chosen.len() as f64);
         Self {
             wanted: history.wanted.clone(),
             roots: roots_of_motions(record, &history.chosen, scale),
@@ -136,6 +144,7 @@ impl<'a> Target<'a> {
             span: 2.0,
             beside: record.beside.len(),
             shift: 0.0,
+            exact: EXACT * EXACT * count,
             stop,
             rows: Rows::History(history),
         }

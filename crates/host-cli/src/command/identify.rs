@@ -414,7 +414,10 @@ fn range(found: &Identification) -> ValidRange {
     match found.kind {
         RecordKind::Oscillation => (range.omega_from_rad_s, range.omega_to_rad_s) = (from, to),
         // A motion begins somewhere on its clock; its length is what counts.
-        RecordKind::History => range.time_to_s = to.zip(from).map(|(to, from)| to - from),
+        RecordKind::History if found.is_timed => {
+            range.time_to_s = to.zip(from).map(|(to, from)| to - from);
+        }
+        RecordKind::History => {}
         RecordKind::Relaxation | RecordKind::Creep => {
             (range.time_from_s, range.time_to_s) = (from, to);
         }

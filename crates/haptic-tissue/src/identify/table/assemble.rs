@@ -431,13 +431,13 @@ impl Columns {
             if has(Column::Compliance) || (moves && !pushes && reading.stress_pa.is_some()) {
                 kinds.push(RecordKind::Creep);
             }
-            if moves && pushes && !has(Column::Modulus) && !has(Column::Compliance) {
-                kinds.push(match (reading.strain, reading.stress_pa) {
-                    (Some(_), None) => RecordKind::Relaxation,
-                    (None, Some(_)) => RecordKind::Creep,
-                    _ => RecordKind::History,
-                });
-            }
+        }
+        if moves && pushes && !has(Column::Modulus) && !has(Column::Compliance) {
+            kinds.push(match (reading.strain, reading.stress_pa) {
+                (Some(_), None) if has(Column::Time) => RecordKind::Relaxation,
+                (None, Some(_)) if has(Column::Time) => RecordKind::Creep,
+                _ => RecordKind::History,
+            });
         }
         match kinds[..] {
             [kind] => Ok(kind),
@@ -658,9 +658,16 @@ impl Columns {
         Record::oscillation(sorted(&omega), sorted(&storage), sorted(&loss))
     }
 
+    /// Times, or the same one for all samples of a table without.
+    fn times(&mut self) -> Vec<f64> {
+        let samples = self.values.first().map_or(0, |value| value.2.len());
+        self.take(Column::Time)
+            .unwrap_or_else(|| vec![0.0; samples])
+    }
+
     fn history(&mut self) -> Result<Record, IdentifyError> {
         let kind = RecordKind::History;
-        let time = self.need(Column::Time, kind)?;
+        let time = self.times();
         let strain = self.need(Column::Strain, kind)?;
         let mut stress = self.need(Column::Stress, kind)?;
         let pairs = strain.iter().zip(&stress);
@@ -677,7 +684,7 @@ impl Columns {
         contact: ContactPoint,
     ) -> Result<Record, IdentifyError> {
         let kind = RecordKind::History;
-        let time = self.need(Column::Time, kind)?;
+        let time = self.times();
         let position = self.need(Column::Position, kind)?;
         let mut force = self.need(Column::Force, kind)?;
         let begin = |values: &[f64]| values.first().copied().unwrap_or_default();
@@ -756,7 +763,7 @@ fn held(
         column.iter().all(near)
     });
     if let (Some(given), Some(mean)) = (given, mean)
-        && !(stays && (given - mean).abs() <= STAYS * mean.abs())
+        && !(stays && (given.abs() - mean.abs()).abs() <= STAYS * mean.abs())
     {
         return Err(IdentifyError::Record(format!(
             "{name} {}{unit} contradicts its column: omit it, or cut the record with {FROM}",

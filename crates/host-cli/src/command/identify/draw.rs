@@ -179,7 +179,6 @@ mod tests {
             aic: 0.0,
             bic: 0.0,
             predicted: vec![100.0 * (-1.12_f64).exp(), 110.0],
-            neighbours: 0.0,
             independent: 1.0,
         };
         let mut found = Identification {
@@ -189,6 +188,7 @@ mod tests {
             x: vec![1.0, 2.0],
             measured: vec![100.0, 100.0],
             beside: Vec::new(),
+            is_timed: true,
             warnings: Vec::new(),
         };
         let drawn = residuals(&found, &fit);
