@@ -60,7 +60,14 @@ fn reaches(pair: &Emulated, duration_s: u64) {
     assert_eq!(drive["dropped_samples"], 0, "{report}");
     assert_eq!(drive["samples"], 1000 * duration_s + 1);
     assert!(number(&report, "max_relative_error") < 1e-6, "{report}");
-    assert!(number(&report, "closed_form_error") < 0.005, "{report}");
+    // Boards of one emulator have one clock: so all that is between them is when each began. The closed form counts from the tissue's
+    // start, so that a drive which a busy machine lets begin later has relaxed for less: d ln σ = −μ dt/t.
+    let apart_s = number(drive, "clock_drive_tick_0_s") - number(drive, "clock_tick_0_s");
+    let late = number(&report, "order") * apart_s.max(0.0) / 1.1;
+    assert!(
+        number(&report, "closed_form_error") < 0.005 + late,
+        "{report}"
+    );
     assert!(
         number(&report, "closed_form_error_from_s") < 1.1011,
         "{report}"
@@ -79,9 +86,7 @@ fn reaches(pair: &Emulated, duration_s: u64) {
         assert_eq!(drive["preflight"][stable]["stable"], true, "{report}");
     }
     assert!(number(drive, "tracking_error_final") < 1e-5, "{report}");
-    // Boards of one emulator have one clock: so all that is between them is when each began.
     let residual_s = number(drive, "clock_residual_s");
-    let apart_s = number(drive, "clock_drive_tick_0_s") - number(drive, "clock_tick_0_s");
     for time_s in [0.0, duration_s as f64] {
         let error_s =
             number(drive, "clock_offset_s") + number(drive, "clock_drift") * time_s - apart_s;
@@ -114,15 +119,13 @@ fn reaches(pair: &Emulated, duration_s: u64) {
 
     // The drive is where the tissue is, but for what the contact gives, 100 kN/m; its force is what the tissue opposes, and damping.
     let [first, drive] = ticks(&place.path("run/relax.mcap"));
-    let held = |ticks: &[TickMessage]| {
-        let held = ticks.iter().rev().find(|tick| tick.limiters == 0);
-        *held.expect("a tick without limits")
+    let at = |ticks: &[TickMessage], time_s: f64| {
+        let tick = ticks.iter().find(|tick| tick.time_s >= time_s);
+        *tick.expect("a tick of the hold")
     };
-    let (first, drive) = (held(&first), held(&drive));
-    assert!(
-        (first.time_s - drive.time_s).abs() < 0.01,
-        "{first:?} {drive:?}"
-    );
+    let held_s = duration_s as f64 - 0.2;
+    let (first, drive) = (at(&first, held_s + apart_s), at(&drive, held_s));
+    assert_eq!([first.limiters, drive.limiters], [0, 0]);
     let opposed_n = -first.commanded_force_n[0];
     let overlap_m = drive.position_m[0] - first.position_m[0];
     assert!(
