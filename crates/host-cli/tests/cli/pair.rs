@@ -124,7 +124,7 @@ fn reaches(pair: &Emulated, duration_s: u64) {
         *tick.expect("a tick of the hold")
     };
     let held_s = duration_s as f64 - 0.2;
-    let (first, drive) = (at(&first, held_s + apart_s), at(&drive, held_s));
+    let (first, drive) = (at(&first, held_s), at(&drive, held_s));
     assert_eq!([first.limiters, drive.limiters], [0, 0]);
     let opposed_n = -first.commanded_force_n[0];
     let overlap_m = drive.position_m[0] - first.position_m[0];
