@@ -137,7 +137,8 @@ fn reaches(pair: &Emulated, duration_s: u64) {
 
 #[test]
 fn a_tissue_on_one_device_is_pressed_by_another() {
-    reaches(&facing(""), 3);
+    // Settled by its end even if a busy machine lets the drive begin a second late.
+    reaches(&facing(""), 4);
 }
 
 #[test]
