@@ -85,7 +85,6 @@ fn reaches(pair: &Emulated, duration_s: u64) {
     for stable in ["free", "in_contact"] {
         assert_eq!(drive["preflight"][stable]["stable"], true, "{report}");
     }
-    assert!(number(drive, "tracking_error_final") < 1e-5, "{report}");
     let residual_s = number(drive, "clock_residual_s");
     for time_s in [0.0, duration_s as f64] {
         let error_s =
@@ -115,7 +114,18 @@ fn reaches(pair: &Emulated, duration_s: u64) {
         names.ends_with("indenter_position_m,drive_force_n"),
         "{names}"
     );
-    assert_eq!(rows.count() as u64, 1000 * duration_s + 1);
+    let rows: Vec<&str> = rows.collect();
+    assert_eq!(rows.len() as u64, 1000 * duration_s + 1);
+    // Near the end, but not in it: of two boards on a busy machine one may stop before the other.
+    let held_s = duration_s as f64 - 0.2;
+    let row = rows.iter().map(|row| {
+        let mut values = row.split(',').map(|value| value.parse().expect("a number"));
+        let mut next = move || values.next().expect("a column");
+        [next(), next(), next()]
+    });
+    let held: Option<[f64; 3]> = row.into_iter().find(|[time_s, ..]| *time_s >= held_s);
+    let [_, ideal_m, position_m] = held.expect("a row of the hold");
+    assert!((ideal_m - position_m).abs() < 1e-5, "{held:?}");
 
     // The drive is where the tissue is, but for what the contact gives, 100 kN/m; its force is what the tissue opposes, and damping.
     let [first, drive] = ticks(&place.path("run/relax.mcap"));
@@ -123,7 +133,6 @@ fn reaches(pair: &Emulated, duration_s: u64) {
         let tick = ticks.iter().find(|tick| tick.time_s >= time_s);
         *tick.expect("a tick of the hold")
     };
-    let held_s = duration_s as f64 - 0.2;
     let (first, drive) = (at(&first, held_s), at(&drive, held_s));
     assert_eq!([first.limiters, drive.limiters], [0, 0]);
     let opposed_n = -first.commanded_force_n[0];
