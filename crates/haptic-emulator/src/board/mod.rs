@@ -17,7 +17,7 @@ mod terminal;
 
 pub use error::EmulatorError;
 pub use facing::emulate_facing;
-pub use port::{Place, Port};
+pub use port::{Port, PortKind};
 #[cfg(unix)]
 pub use socket::Socket;
 #[cfg(unix)]
@@ -46,10 +46,10 @@ const WAITING_MOST: usize = 4096;
 ///
 /// ```no_run
 /// use haptic_emulator::LineFaults;
-/// use haptic_emulator::board::{Emulation, Place, Port, emulate};
+/// use haptic_emulator::board::{Emulation, Port, PortKind, emulate};
 /// use std::sync::atomic::AtomicBool;
 ///
-/// let port = Port::open(Place::Address("127.0.0.1:4250"))?;
+/// let port = Port::open(PortKind::Address, Some("127.0.0.1:4250".as_ref()))?;
 /// println!("a device is at {}", port.path());
 /// let emulation = Emulation {
 ///     axes: 1,

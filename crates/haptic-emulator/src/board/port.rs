@@ -7,51 +7,57 @@ use haptic_remote::serial::{Line, TcpListening};
 use std::net::SocketAddr;
 use std::path::Path;
 
-/// Where a device is to be found.
+/// Kinds of ports.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Place<'a> {
-    /// A pseudo-terminal, with a symbolic link to it if one is asked for. Not on Windows.
-    Terminal(Option<&'a Path>),
-    /// A Unix socket. Not on Windows.
-    Socket(&'a Path),
-    /// The address `HOST:PORT`, port 0 for a free one.
-    Address(&'a str),
+pub enum PortKind {
+    /// A pseudo-terminal, with a symbolic link to it if it is to have a name. Not on Windows.
+    Terminal,
+    /// A Unix socket, whose name is its path. Not on Windows.
+    Socket,
+    /// A TCP address `HOST:PORT`; port 0 takes a free one.
+    Address,
 }
 
-/// A port that a host can open; with it goes its name.
+/// A port that a host can open. Its name goes with it.
 #[derive(Debug)]
 pub enum Port {
-    /// A pseudo-terminal.
+    /// As [`PortKind::Terminal`].
     #[cfg(unix)]
     Terminal(Terminal),
-    /// A Unix socket.
+    /// As [`PortKind::Socket`].
     #[cfg(unix)]
     Socket(Socket),
-    /// A TCP address.
+    /// As [`PortKind::Address`].
     Address(TcpListening),
 }
 
 impl Port {
-    /// Makes the port.
+    /// The address of a port without a name.
+    const ADDRESS: &'static str = "127.0.0.1:4250";
+
+    /// Makes a port with this name.
     ///
     /// # Errors
     /// If it cannot be made, or not on this system.
-    pub fn open(place: Place<'_>) -> Result<Self, EmulatorError> {
-        match place {
+    pub fn open(kind: PortKind, name: Option<&Path>) -> Result<Self, EmulatorError> {
+        match kind {
             #[cfg(unix)]
-            Place::Terminal(link) => Terminal::open(link).map(Self::Terminal),
+            PortKind::Terminal => Terminal::open(name).map(Self::Terminal),
             #[cfg(unix)]
-            Place::Socket(path) => Socket::open(path).map(Self::Socket),
+            PortKind::Socket => Socket::open(name.unwrap_or(Path::new(""))).map(Self::Socket),
             #[cfg(not(unix))]
-            Place::Terminal(_) | Place::Socket(_) => Err(EmulatorError::Terminal(
+            PortKind::Terminal | PortKind::Socket => Err(EmulatorError::Terminal(
                 "this system has neither pseudo-terminals nor Unix sockets: listen at an address"
                     .to_owned(),
             )),
-            Place::Address(address) => Ok(Self::Address(TcpListening::open(address)?)),
+            PortKind::Address => {
+                let name = name.map_or(Self::ADDRESS.into(), Path::to_string_lossy);
+                Ok(Self::Address(TcpListening::open(&name)?))
+            }
         }
     }
 
-    /// Path that a host [opens](haptic_remote::serial::open).
+    /// Path by which a host [opens](haptic_remote::serial::open) it.
     #[must_use]
     pub fn path(&self) -> String {
         match self {
@@ -63,7 +69,7 @@ impl Port {
         }
     }
 
-    /// The address, where other machines may reach it.
+    /// The address, if other machines may reach it.
     #[must_use]
     pub fn public_address(&self) -> Option<SocketAddr> {
         match self {
@@ -75,10 +81,10 @@ impl Port {
         }
     }
 
-    /// Our end, for the device.
+    /// The end of the device, which serves one host after the other.
     ///
     /// # Errors
-    /// It cannot be shared.
+    /// A port that cannot be shared.
     pub fn line(&self) -> Result<Box<dyn Line>, EmulatorError> {
         match self {
             #[cfg(unix)]

@@ -43,14 +43,6 @@ pub enum SerialError {
         /// Path of the port, as it was given.
         path: String,
     },
-    /// Several ports have the serial number that was given.
-    #[error("several ports have the number of {path}: name one of {ports}")]
-    Several {
-        /// The number as it was given.
-        path: String,
-        /// Paths of the ports that have it.
-        ports: String,
-    },
     /// Something that is not a host and a port.
     #[error(
         "\"{address}\" is not HOST:PORT with a port up to 65535: give both, as in 127.0.0.1:4250, or [::1]:4250 for IPv6"
@@ -67,20 +59,12 @@ pub enum SerialError {
         /// The reason for each address that was tried.
         why: String,
     },
-    /// Another host is served.
-    #[error("{path} is {answer}: close the other program first")]
-    Busy {
+    /// Something answers in words: a device that serves another host, or no device, such as a web server.
+    #[error("{path} answers \"{answer}\": close the other program, or correct the address")]
+    Words {
         /// Path of the line, as it was given.
         path: String,
-        /// Words of the device's side.
-        answer: String,
-    },
-    /// Something that is no device, such as a web server.
-    #[error("{path} is not a device: it answers \"{answer}\"; correct the address")]
-    Stranger {
-        /// Path of the line, as it was given.
-        path: String,
-        /// The line of text that it sent.
+        /// The first line of its answer.
         answer: String,
     },
     /// The address cannot be listened at.

@@ -13,15 +13,12 @@ use std::time::Duration;
 
 /// Longest wait of a read or a write, so that the threads notice the end.
 const PATIENCE: Duration = Duration::from_millis(20);
-/// Pause while nobody is there.
-pub(super) const NOBODY: Duration = Duration::from_millis(5);
+/// Nobody can be kept waiting while nobody is there, so that a longer pause is enough.
+const NOBODY: Duration = Duration::from_millis(5);
 /// A host that has said nothing for so long gives way to another.
 const SILENCE: Duration = Duration::from_secs(2);
 /// Time between two looks at the door while a host is served.
 const LOOK: Duration = Duration::from_millis(100);
-/// First word to a host that is refused.
-pub(super) const BUSY: &str = "busy: ";
-
 pub(super) trait Listener: Send + Sync + 'static {
     type Stream: Stream;
 
@@ -29,7 +26,7 @@ pub(super) trait Listener: Send + Sync + 'static {
     fn next(&self) -> io::Result<(Self::Stream, String)>;
 }
 
-/// Where hosts come in.
+/// A place at which hosts come in, one at a time.
 #[derive(Debug)]
 pub(super) struct Door<L: Listener> {
     listener: L,
@@ -126,7 +123,7 @@ impl<S: Stream> Host<S> {
     fn refuse(&self, present: &str) {
         let options = self.stream.options();
         let _ = options.set_nonblocking(true);
-        let _ = (self.stream).send(format!("{BUSY}it serves {present}\n").as_bytes());
+        let _ = (self.stream).send(format!("busy: it serves {present}\n").as_bytes());
         let _ = options.shutdown(Shutdown::Write);
     }
 }

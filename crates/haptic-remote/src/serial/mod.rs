@@ -20,7 +20,6 @@ mod run;
 mod served;
 mod socket;
 mod tcp;
-mod tick_line;
 
 pub use crate::held_clock::HeldClock;
 pub use clock::{DeviceClock, Line as ClockLine, Ping, Pings};
@@ -34,4 +33,3 @@ pub use port::{PortInfo, latency_file, open, port_of, ports};
 pub use request::Beside;
 pub use served::{DeviceTime, ServeError, Served, ServedHardware, USB_PERIOD_US};
 pub use tcp::{TcpListening, host_and_port, tcp_address};
-pub use tick_line::TickLine;

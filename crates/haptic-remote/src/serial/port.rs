@@ -2,7 +2,6 @@
 
 use super::error::SerialError;
 use super::line::Line;
-use super::listening::BUSY;
 #[cfg(unix)]
 use super::socket::Socket;
 use super::tcp;
@@ -89,29 +88,23 @@ pub fn port_of(path: &str) -> Result<String, SerialError> {
     Ok(real.unwrap_or_else(|| path.to_string()))
 }
 
-/// Before a serial number.
+/// What stands before a serial number in a path.
 const USB: &str = "usb:";
 
 fn with_number(number: &str, ports: &[PortInfo]) -> Result<String, SerialError> {
     let numbered = |port: &&PortInfo| port.serial_number.as_deref() == Some(number);
     let found: Vec<&PortInfo> = ports.iter().filter(numbered).collect();
-    let path = format!("{USB}{number}");
-    match found[..] {
-        [port] => Ok(port.path.clone()),
-        [] => {
-            let others = ports.iter().map(|port| match &port.serial_number {
-                Some(number) => format!("{} ({USB}{number})", port.path),
-                None => port.path.clone(),
-            });
-            let others = others.collect::<Vec<_>>().join(", ");
-            Err(SerialError::NotFound { path, others })
-        }
-        _ => {
-            let ports: Vec<&str> = found.iter().map(|port| port.path.as_str()).collect();
-            let ports = ports.join(", ");
-            Err(SerialError::Several { path, ports })
-        }
+    if let [port] = found[..] {
+        return Ok(port.path.clone());
     }
+    let others = ports.iter().map(|port| match &port.serial_number {
+        Some(number) => format!("{} ({USB}{number})", port.path),
+        None => port.path.clone(),
+    });
+    let others = others.collect::<Vec<_>>().join(", ");
+    let only = if found.is_empty() { "" } else { " alone" };
+    let path = format!("{USB}{number}{only}");
+    Err(SerialError::NotFound { path, others })
 }
 
 /// Opens a port exclusively, 8N1, and discards old input; connects to a TCP address if the path is `tcp:HOST:PORT`, and to a
@@ -182,29 +175,24 @@ fn is_socket(path: &str) -> bool {
 /// A greeting at this path that no device answered. At an address or a socket a line of text says who did. A socket that says
 /// nothing lets one program in at a time, and most likely another one has it open.
 pub(super) fn unanswered(path: &str, said: &[u8], error: SerialError) -> SerialError {
+    let is_tcp = tcp::tcp_address(path).is_some();
     let SerialError::Link(failed @ (LinkError::NoAnswer { .. } | LinkError::Gone)) = &error else {
         return error;
     };
-    let is_tcp = tcp::tcp_address(path).is_some();
-    if !is_tcp && !is_socket(path) {
-        return error;
-    }
+    let path = path.to_string();
     let text = said.split(|byte| b"\r\n".contains(byte)).next();
     let text = text.and_then(|text| std::str::from_utf8(text).ok());
     let text = text.filter(|text| text.len() >= TEXT_LEAST && !text.contains(char::is_control));
-    let path = path.to_string();
-    match (text, failed) {
-        (Some(text), _) => {
-            let answer = text.to_string();
-            match text.starts_with(BUSY) {
-                true => SerialError::Busy { path, answer },
-                false => SerialError::Stranger { path, answer },
-            }
-        }
-        (None, LinkError::NoAnswer { line, .. }) if !is_tcp && *line == LineCounters::default() => {
-            SerialError::SilentSocket { path }
-        }
-        _ => error,
+    let nothing = LineCounters::default();
+    if !is_tcp && !is_socket(&path) {
+        error
+    } else if let Some(text) = text {
+        let answer = text.to_string();
+        SerialError::Words { path, answer }
+    } else if !is_tcp && matches!(failed, LinkError::NoAnswer { line, .. } if *line == nothing) {
+        SerialError::SilentSocket { path }
+    } else {
+        error
     }
 }
 
@@ -258,12 +246,12 @@ mod tests {
         ];
         assert_eq!(with_number("A1", &ports), Ok("/dev/ttyUSB0".to_string()));
         let said = |number| with_number(number, &ports).expect_err("none").to_string();
-        assert_eq!(
-            said("B2"),
-            "several ports have the number of usb:B2: name one of /dev/ttyUSB1, /dev/ttyUSB2"
-        );
         let others = "there are /dev/ttyUSB0 (usb:A1), /dev/ttyUSB1 (usb:B2), /dev/ttyUSB2 (usb:B2), /dev/ttyS0: plug";
-        assert!(said("a1").starts_with(&format!("there is no port usb:a1, {others}")));
+        for (number, none) in [("a1", "usb:a1"), ("B2", "usb:B2 alone")] {
+            let error = said(number);
+            let start = format!("there is no port {none}, {others}");
+            assert!(error.starts_with(&start), "{error}");
+        }
         assert!(said("").starts_with("there is no port usb:,"));
     }
 

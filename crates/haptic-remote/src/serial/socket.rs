@@ -43,7 +43,7 @@ fn timed_out(error: io::Error) -> io::Error {
     }
 }
 
-/// Sets the time that reads wait.
+/// Sets the time that reads wait, on both handles of a socket.
 pub(super) fn set_patience(stream: &impl Stream, patience: Duration) -> io::Result<()> {
     let options = stream.options();
     options.set_nonblocking(patience.is_zero())?;
@@ -53,7 +53,7 @@ pub(super) fn set_patience(stream: &impl Stream, patience: Duration) -> io::Resu
     options.set_read_timeout(Some(patience))
 }
 
-/// The end of a host.
+/// A line whose other end is somewhere else: what a host has.
 #[derive(Debug)]
 pub(super) struct Socket<S>(Arc<S>);
 

@@ -10,7 +10,7 @@ use super::socket::Socket;
 use socket2::{SockRef, TcpKeepalive};
 use std::boxed::Box;
 use std::format;
-use std::io::{self, ErrorKind};
+use std::io;
 use std::net::{SocketAddr, TcpListener, TcpStream, ToSocketAddrs as _};
 use std::string::{String, ToString as _};
 use std::sync::Arc;
@@ -74,20 +74,10 @@ pub(super) fn connect(
         let stream = TcpStream::connect_timeout(&address, CONNECT);
         match stream.and_then(|stream| Socket::new(prompt(stream)?, patience)) {
             Ok(socket) => return Ok(socket),
-            Err(error) => tried.push(format!("{address} {}", why(&error))),
+            Err(error) => tried.push(format!("{address}: {error}")),
         }
     }
     Err(unreachable(tried.join(", ")))
-}
-
-fn why(error: &io::Error) -> String {
-    if error.kind() == ErrorKind::ConnectionRefused {
-        "refuses, as nothing listens there".to_string()
-    } else if error.kind() == ErrorKind::TimedOut {
-        format!("does not answer within {} s", CONNECT.as_secs())
-    } else {
-        format!("cannot be reached ({error})")
-    }
 }
 
 /// Small frames go at once, and an end that has vanished is noticed in seconds even where nothing is said.
@@ -146,18 +136,8 @@ impl TcpListening {
             reason,
         };
         let addresses = addresses(host, port).map_err(refused)?;
-        let listener = TcpListener::bind(&addresses[..]).map_err(|error| {
-            let known = [
-                (ErrorKind::AddrInUse, "another program does"),
-                (
-                    ErrorKind::AddrNotAvailable,
-                    "this machine has no such address",
-                ),
-            ];
-            let known = known.iter().find(|(kind, _)| *kind == error.kind());
-            refused(known.map_or_else(|| error.to_string(), |(_, words)| (*words).to_string()))
-        })?;
         let listened = |error: io::Error| refused(error.to_string());
+        let listener = TcpListener::bind(&addresses[..]).map_err(listened)?;
         listener.set_nonblocking(true).map_err(listened)?;
         Ok(Self {
             address: listener.local_addr().map_err(listened)?,
@@ -181,8 +161,8 @@ impl TcpListening {
     ///
     /// - *A second one* is told that the device is busy and with whom, then let go. If the first has said nothing for
     ///   2 s, it has vanished, as our own hosts speak several times a second; then the second takes its place.
-    /// - *Nobody there*: a read fails with [`TimedOut`](ErrorKind::TimedOut) within 5 ms, a write with
-    ///   [`NotConnected`](ErrorKind::NotConnected).
+    /// - *Nobody there*: a read fails with [`TimedOut`](io::ErrorKind::TimedOut) within 5 ms, a write with
+    ///   [`NotConnected`](io::ErrorKind::NotConnected).
     #[must_use]
     pub fn line(&self) -> Box<dyn Line> {
         Box::new(Listening::new(&self.door))

@@ -11,17 +11,17 @@ use clap::Args;
 use haptic_devices::haply::{HaplyName, Model, Version};
 use haptic_devices::inverse3::Inverse3Name;
 use haptic_devices::moteus::{MoteusName, MoteusSettings};
-use haptic_emulator::board::{self, Body, Emulated, Emulation, EmulatorError, Place, Port};
+use haptic_emulator::board::{self, Body, Emulated, Emulation, EmulatorError, Port, PortKind};
 use haptic_emulator::{Damage, LineFaults, emulate, haply, moteus};
 use haptic_experiment::parameters::{self, Range};
 use haptic_experiment::run::DeviceModel;
 use haptic_experiment::{Failure, Named};
 use haptic_loop::plant::{FacingContact, MassDamperConfig};
 use haptic_loop::units::{Kilograms, Metres, NewtonSecondsPerMetre, Seconds};
-use haptic_remote::serial::{host_and_port, tcp_address};
+use haptic_remote::serial::tcp_address;
 use serde_json::json;
 use std::collections::BTreeSet;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 /// Seconds of an emulated device in a second.
@@ -104,8 +104,8 @@ pub(crate) struct Arguments {
     #[arg(long, value_name = "PATH", conflicts_with = "link")]
     socket: Option<PathBuf>,
     /// TCP address instead of both, as 127.0.0.1:4250, the default on Windows; port 0 takes a free one
-    #[arg(long, value_name = "HOST:PORT", value_parser = address, conflicts_with_all = ["link", "socket"])]
-    listen: Option<String>,
+    #[arg(long, value_name = "HOST:PORT", conflicts_with_all = ["link", "socket"])]
+    listen: Option<PathBuf>,
     /// A second board, whose mass meets that of the first, at a path or address of the same kind
     #[arg(long, value_name = "PATH")]
     facing: Option<PathBuf>,
@@ -281,14 +281,6 @@ fn chance(text: &str) -> Result<f64, String> {
     chance.ok_or_else(|| "is not a chance: give 0 to 1, or 0% to 100%".to_owned())
 }
 
-/// Where a device listens on a system without pseudo-terminals.
-const ADDRESS: &str = "127.0.0.1:4250";
-
-fn address(text: &str) -> Result<String, String> {
-    let parsed = host_and_port(text).map_err(|error| error.to_string());
-    parsed.map(|_| text.to_owned())
-}
-
 impl Arguments {
     pub(super) fn run(self, output: Output) -> Result<(), Failure> {
         let kind = self.kind.unwrap_or_default();
@@ -307,9 +299,10 @@ impl Arguments {
             return inverse3::run(&details, duration, output, stop);
         }
         let failed = |error| self.failed(error);
-        let [first, second] = self.places()?;
-        let port = Port::open(first).map_err(failed)?;
-        let facing = self.facing.as_ref().map(|_| Port::open(second));
+        let (kind_of_port, first) = self.first();
+        let port = Port::open(kind_of_port, first).map_err(failed)?;
+        let facing = self.facing.as_deref();
+        let facing = facing.map(|path| Port::open(kind_of_port, Some(path)));
         let facing = facing.transpose().map_err(failed)?;
         let public = [Some(&port), facing.as_ref()].into_iter().flatten();
         if let Some(address) = public.filter_map(Port::public_address).next() {
@@ -381,8 +374,8 @@ impl Arguments {
     }
 
     fn check_kind(&self, kind: Kind, details: &Details) -> Result<(), Failure> {
-        let first = self.link.as_ref().or(self.socket.as_ref());
-        let listens = self.listen.is_some() || cfg!(not(unix));
+        let (kind_of_port, first) = self.first();
+        let listens = kind_of_port == PortKind::Address;
         let refusal = if kind != Kind::Haply2Diy && details.has(&HAPLY_KEYS) {
             "hardware and hand apply only to a 2DIY: add --kind haply-2diy"
         } else if kind != Kind::Moteus && details.has(&MOTEUS_KEYS) {
@@ -403,7 +396,7 @@ impl Arguments {
             "facing_…, contact_… and gap apply only to two boards: add --facing, as in --facing white"
         } else if self.facing.is_some() && first.is_none() && !listens {
             "--facing needs a path of the first board too: give --link, --socket or --listen"
-        } else if self.facing.is_some() && self.facing.as_ref() == first {
+        } else if self.facing.is_some() && self.facing.as_deref() == first && !listens {
             "--facing is the path of the first board too: give another"
         } else if kind != Kind::Own && (self.speed - 1.0).abs() > 0.0 {
             "an emulated device of another maker runs in real time: omit --speed"
@@ -431,25 +424,16 @@ fn body(model: &DeviceModel) -> Body {
 }
 
 impl Arguments {
-    /// Where to find the first board, and the second if there is one.
-    fn places(&self) -> Result<[Place<'_>; 2], Failure> {
-        let default = cfg!(not(unix)).then_some(ADDRESS);
-        let second = self.facing.as_deref();
-        if let Some(path) = &self.socket {
-            return Ok([path, second.unwrap_or(path)].map(Place::Socket));
+    /// The kind of all ports, and the name of the first.
+    fn first(&self) -> (PortKind, Option<&Path>) {
+        let path = self.socket.as_deref().map(|path| (PortKind::Socket, path));
+        let path = path.or(self.listen.as_deref().map(|path| (PortKind::Address, path)));
+        let path = path.or(self.link.as_deref().map(|path| (PortKind::Terminal, path)));
+        match path {
+            Some((kind, path)) => (kind, Some(path)),
+            None if cfg!(unix) => (PortKind::Terminal, None),
+            None => (PortKind::Address, None),
         }
-        let Some(first) = self
-            .listen
-            .as_deref()
-            .or(default.filter(|_| self.link.is_none()))
-        else {
-            return Ok([self.link.as_deref(), second].map(Place::Terminal));
-        };
-        let second = second.map(|address| {
-            let none = || Failure::bad_input("--facing is not an address");
-            address.to_str().ok_or_else(none)
-        });
-        Ok([first, second.transpose()?.unwrap_or(first)].map(Place::Address))
     }
 
     /// A device that could not be emulated, with the option that mends it.

@@ -246,7 +246,7 @@ fn a_port_with_something_else_behind_it_is_told_apart() {
             let mut held = UnixStream::connect(path).expect("lets the first in");
             std::thread::scope(|scope| {
                 let words = [
-                    "device is busy",
+                    "device answers \"busy: ",
                     "another program",
                     "close the other program",
                 ];

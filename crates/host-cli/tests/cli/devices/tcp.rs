@@ -115,7 +115,7 @@ fn an_address_that_cannot_be_is_refused_in_a_line() {
         device emulate --listen nowhere => nowhere | HOST:PORT
         device emulate --listen 127.0.0.1:65536 => 127.0.0.1:65536 | up to 65535
         device emulate --listen ::1:4250 => [::1]:4250
-        device emulate --listen 192.0.2.1:4250 => 192.0.2.1:4250 | no such address | port 0
+        device emulate --listen 192.0.2.1:4250 => 192.0.2.1:4250 | port 0
         device emulate --listen 127.0.0.1:0 --link device => --listen | --link
         device emulate --listen 127.0.0.1:0 --socket device => --listen | --socket
         device emulate --listen 127.0.0.1:0 --facing white => white | HOST:PORT
