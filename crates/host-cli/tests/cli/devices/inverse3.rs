@@ -107,7 +107,7 @@ fn on_an_inverse3_every_sample_that_is_lost_is_counted_and_a_spring_has_the_bits
     for (sample_time, ticks) in [("1ms", 2000.0), ("250us", 8000.0)] {
         service.place.write(
             "ball.toml",
-            &format!(
+            format!(
                 "[touch]\ndevice = \"{},lost=1000\"\naxes = 3\nshape = \"plane\"\nnormal = [0.0, 0.0, -1.0]\nsurface_m = 0.003\n\
                  stiffness_n_per_m = 100.0\ndissipation_n_s_mu_per_m = 0.0\nforce_limit_n = 2.0\nduration_s = 2.0\nmass_kg = 0.15\n\
                  watchdog_s = 1\nlate_ticks = 0\n",
