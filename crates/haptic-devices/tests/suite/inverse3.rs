@@ -13,7 +13,7 @@ use haptic_loop::units::Metres;
 use haptic_loop::{Ball, Contact, Environment, Fault, Shape, SpringDamper};
 use haptic_remote::serial::{Beside, DeviceTime, Heard, SerialLink, Served, ServedHardware as _};
 use haptic_remote::{Hardware as _, TickSide, prepare, wire_surface};
-use nalgebra::SVector;
+use nalgebra::{SVector, Vector3};
 use std::collections::VecDeque;
 use std::io::{ErrorKind, Read, Result, Write};
 use std::net::TcpListener;
@@ -76,8 +76,8 @@ impl Wire {
         Ok(device)
     }
 
-    fn force_n(&self) -> [f64; 3] {
-        lock(&self.service).first().expect("a device").1
+    fn force_n(&self) -> Vector3<f64> {
+        lock(&self.service).first().expect("a device").1.into()
     }
 }
 
@@ -229,9 +229,10 @@ fn with_one_axis_the_force_is_that_of_the_position_bit_for_bit_and_arrives_along
                 "{sample:?}"
             );
             // Downwards is positive, and the force goes up.
-            let [x, y, z] = rig.wire.force_n();
-            assert_eq!([x, y], [0.0, 0.0]);
-            assert_eq!((z as f32).to_bits(), (-force_n).to_bits());
+            let made = rig.wire.force_n();
+            let across = [made.x, made.y].map(|axis| axis.abs().to_bits());
+            assert_eq!(across, [0, 0]);
+            assert_eq!((made.z as f32).to_bits(), (-force_n).to_bits());
             deepest_m = deepest_m.max(x_m);
         }
         // The hand of 400 N/m leads it 15 mm deep, less what 100 N/m hold back.
@@ -251,7 +252,7 @@ fn with_three_axes_a_vector_arrives_and_positions_count_from_the_middle_of_the_w
         assert!(rig.device.command(tick, [0.25, -0.5, 1.0]), "taken");
         assert_eq!(rig.fault(), None, "{}", rig.trouble());
     }
-    assert_eq!(rig.wire.force_n(), [0.25, -0.5, 1.0]);
+    assert_eq!(rig.wire.force_n(), Vector3::new(0.25, -0.5, 1.0));
     // A hand of 400 N/m gives way.
     let wanted = [
         0.01 + 0.25 / 400.0,
@@ -387,9 +388,8 @@ fn damaged_answers_are_a_fault_or_do_no_harm() {
         let mut random = testkit::Random(seed);
         lock(&rig.wire.world).harm = Some(Box::new(move |bytes| {
             // Not always the same part of it.
-            if let Some(byte) = (random.bits() as usize % 40 == 0)
-                .then(|| random.bits() as usize % bytes.len().max(1))
-                .and_then(|at| bytes.get_mut(at))
+            if random.chance(0.025)
+                && let Some(byte) = bytes.get_mut((random.bits() % 1024) as usize)
             {
                 *byte ^= 1 << (random.bits() % 8);
             }
@@ -400,14 +400,14 @@ fn damaged_answers_are_a_fault_or_do_no_harm() {
             assert!(force_n.iter().all(|axis| axis.abs() <= 2.0), "{force_n:?}");
         }
         ended += u32::from(rig.fault().is_some());
-        assert!(rig.fault().is_none() || rig.wire.force_n() == [0.0; 3]);
+        assert!(rig.fault().is_none() || rig.wire.force_n() == Vector3::zeros());
     }
     // Most bytes are of numbers that nobody reads.
     assert!((5..60).contains(&ended), "{ended} of 60");
 }
 
 /// The words for what happens to a device that pushes; the force at the service soon after.
-fn trouble_of(happens: impl FnOnce(&mut Rig<1>)) -> (String, [f64; 3]) {
+fn trouble_of(happens: impl FnOnce(&mut Rig<1>)) -> (String, Vector3<f64>) {
     let mut rig = Rig::<1>::running(Hand::At([0.0, 0.0, -0.03]), 1000);
     for _ in 0..400 {
         rig.tick();
@@ -424,7 +424,7 @@ fn trouble_of(happens: impl FnOnce(&mut Rig<1>)) -> (String, [f64; 3]) {
     let force_n = lock(&rig.wire.service)
         .first()
         .map_or([0.0; 3], |first| first.1);
-    (rig.trouble(), force_n)
+    (rig.trouble(), force_n.into())
 }
 
 /// Changes the text of each answer, whose length stays.
@@ -448,10 +448,10 @@ fn replace(from: &'static str, to: &'static str) -> Harm {
 fn each_trouble_is_a_fault_with_a_reason_and_no_force_remains() {
     let harmed =
         |from, to| move |rig: &mut Rig<1>| lock(&rig.wire.world).harm = Some(replace(from, to));
-    let has = |happened: (String, [f64; 3]), words: &str| {
+    let has = |happened: (String, Vector3<f64>), words: &str| {
         assert!(happened.0.contains(words), "{happened:?}");
         assert!(happened.0.starts_with("Inverse3 04BA: "), "{happened:?}");
-        assert_eq!(happened.1, [0.0; 3], "{happened:?}");
+        assert_eq!(happened.1, Vector3::zeros(), "{happened:?}");
     };
     let none = "tells no position of it";
     has(
@@ -503,22 +503,22 @@ fn a_service_that_is_gone_takes_its_force_with_it() {
 fn an_emulated_force_ends_with_silence_and_with_the_session() {
     let wire = Wire::held_by(Hand::Free);
     let push = r#"{"inverse3":[{"device_id":"04BA","commands":{"set_cursor_force":{"vector":{"x":0,"y":0,"z":1.5}}}}]}"#;
-    let config = || tungstenite::client("ws://localhost/", wire.clone());
-    let (mut socket, _) = config().expect("a WebSocket");
+    let socket = tungstenite::client("ws://localhost/", wire.clone());
+    let (mut socket, _) = socket.expect("a WebSocket");
     socket
         .send(tungstenite::Message::text(push))
         .expect("taken");
-    assert_eq!(wire.force_n(), [0.0, 0.0, 1.5]);
+    assert_eq!(wire.force_n(), Vector3::new(0.0, 0.0, 1.5));
     lock(&wire.service).advance(SILENCE_US - 1);
-    assert_eq!(wire.force_n(), [0.0, 0.0, 1.5]);
+    assert_eq!(wire.force_n(), Vector3::new(0.0, 0.0, 1.5));
     lock(&wire.service).advance(SILENCE_US);
-    assert_eq!(wire.force_n(), [0.0; 3]);
+    assert_eq!(wire.force_n(), Vector3::zeros());
     socket
         .send(tungstenite::Message::text(push))
         .expect("taken");
-    assert_eq!(wire.force_n(), [0.0, 0.0, 1.5]);
+    assert_eq!(wire.force_n(), Vector3::new(0.0, 0.0, 1.5));
     socket.close(None).expect("told");
-    assert_eq!(wire.force_n(), [0.0; 3]);
+    assert_eq!(wire.force_n(), Vector3::zeros());
 }
 
 #[test]

@@ -296,7 +296,8 @@ impl Arguments {
         let (faults, seed) = (details.faults[0], details.seeds[0]);
         let stop = stop_on_interrupt()?;
         if kind == Kind::Inverse3 {
-            return inverse3::run(&details, duration, output, stop);
+            let (port, hand) = (details.service_port, details.cursor);
+            return inverse3::run(port, hand, duration, output, stop);
         }
         let failed = |error| self.failed(error);
         let (kind_of_port, first) = self.first();

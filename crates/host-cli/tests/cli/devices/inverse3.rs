@@ -107,14 +107,14 @@ fn on_an_inverse3_every_sample_that_is_lost_is_counted_and_a_spring_has_the_bits
     for (sample_time, ticks) in [("1ms", 2000.0), ("250us", 8000.0)] {
         service.place.write(
             "ball.toml",
-            &format!(
-                "[touch]\ndevice = \"{},lost=1000\"\naxes = 3\nshape = \"plane\"\nnormal = [0.0, 0.0, 1.0]\nsurface_m = -0.003\n\
+            format!(
+                "[touch]\ndevice = \"{},lost=1000\"\naxes = 3\nshape = \"plane\"\nnormal = [0.0, 0.0, -1.0]\nsurface_m = 0.003\n\
                  stiffness_n_per_m = 100.0\ndissipation_n_s_mu_per_m = 0.0\nforce_limit_n = 2.0\nduration_s = 2.0\nmass_kg = 0.15\n\
                  watchdog_s = 1\nlate_ticks = 0\n",
                 service.device
             ),
         );
-        let line = format!("run ball.toml --sample-time {sample_time} --out {sample_time} --json");
+        let line = format!("run ball.toml sample_time={sample_time} --out {sample_time} --json");
         let report = service.place.run(&line).ended_by_the_clock().json();
         let (samples, lost) = (at(&report, "/samples"), at(&report, "/link/samples_lost"));
         assert!(samples + lost >= ticks, "{report}");
@@ -124,8 +124,8 @@ fn on_an_inverse3_every_sample_that_is_lost_is_counted_and_a_spring_has_the_bits
         assert_eq!(of("tick").len() as f64, samples);
         let (depths, forces) = (of("position_z_m"), of("environment_force_z_n"));
         for (z_m, force_n) in depths.into_iter().zip(forces) {
-            // K·max(surface − z, 0), in single precision as there.
-            let depth_m = (-0.003_f32 - z_m as f32).max(0.0);
+            // K·max(−z − surface, 0), in single precision as there.
+            let depth_m = (-(z_m as f32) - 0.003).max(0.0);
             assert_eq!(
                 (100.0 * depth_m).to_bits(),
                 (force_n as f32).abs().to_bits()

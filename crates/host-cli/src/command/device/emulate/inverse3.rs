@@ -1,6 +1,5 @@
 //! The Inverse Service of `--kind inverse3`, at a port of this machine.
 
-use super::Details;
 use crate::command::device::key_value::in_range;
 use crate::output::{Output, note};
 use haptic_devices::inverse3::Inverse3Name;
@@ -50,12 +49,13 @@ pub(super) fn hand(text: &str) -> Result<Hand, String> {
 
 /// Serves until it is stopped or its time is over.
 pub(super) fn run(
-    details: &Details,
+    service_port: Option<u16>,
+    cursor: Hand,
     duration: Option<Duration>,
     output: Output,
     stop: &AtomicBool,
 ) -> Result<(), Failure> {
-    let port = details.service_port.unwrap_or(Inverse3Name::PORT);
+    let port = service_port.unwrap_or(Inverse3Name::PORT);
     let failed = |error| {
         Failure::bad_input(format_args!(
             "the service_port {port} cannot be served: {error}; choose another, or 0 for any free one"
@@ -65,7 +65,7 @@ pub(super) fn run(
     let address = listener.local_addr().map_err(failed)?.to_string();
     let device = format!("{}:{address}", Inverse3Name::KIND);
     output.report(&json!({"path": address, "device": device}))?;
-    let devices = [(ID.to_owned(), Body::held_by(details.cursor))];
+    let devices = [(ID.to_owned(), Body::held_by(cursor))];
     let service = Arc::new(Mutex::new(Service::new(VERSION, devices)));
     serve(&listener, &service, duration, stop).map_err(failed)?;
     if !output.quiet {
