@@ -2,14 +2,13 @@
  * The bench: a chip with the image that would be flashed, its cable to a host, and a world behind its pins.
  *
  * ```text
- * host-cli ══ Unix socket ══ Cable ══ Chip ── pins ── World          control port: one JSON line a command
+ * host-cli ══ TCP ══ Cable ══ Chip ── pins ── World          control port: one JSON line a command
  * ```
  * Time is emulated. With a host it never runs ahead of the wall clock, as the host has a clock of its own, and what a busy
  * machine loses is not made up for at a gallop. Without a host it runs as fast as it can.
  *
- * node bench.mjs IMAGE --line PATH --control PORT       see README.md
+ * node bench.mjs IMAGE --line PORT --control PORT       see README.md
  */
-import { existsSync, unlinkSync } from 'node:fs';
 import net from 'node:net';
 import { pathToFileURL } from 'node:url';
 import { parseArgs } from 'node:util';
@@ -82,12 +81,13 @@ export class Bench {
     this.later.sort((one, next) => one.at - next.at);
   }
 
-  /** Lets the host command open `serial:PATH`, once the port is there; one program at a time, as a serial port. */
-  listen(path) {
-    if (existsSync(path)) unlinkSync(path);
+  /** Lets the host command open `tcp:127.0.0.1:PORT`, once the chip's port is there; one program at a time, as a serial port. */
+  listen(port) {
     while (!this.cable.connected) this.advance(SLICE_NANOS);
-    this.server = net.createServer((socket) => {
-      if (this.socket || !this.cable?.connected) return socket.destroy();
+    this.server = net.createServer({ noDelay: true }, (socket) => {
+      socket.on('error', () => {});
+      if (this.socket) return socket.end('busy: it serves another program\n');
+      if (!this.cable?.connected) return socket.destroy();
       this.socket = socket;
       this.cable.open();
       const heard = () => { this.heard = { nanos: this.nanos, ms: performance.now() }; };
@@ -96,13 +96,16 @@ export class Bench {
         heard();
         this.cable?.send(bytes);
       });
-      socket.on('error', () => {});
       socket.on('close', () => {
         this.socket = null;
         this.cable?.close();
       });
     });
-    return new Promise((done) => this.server.listen(path, done));
+    return new Promise((done) => this.server.listen(port, '127.0.0.1', () => {
+      const { port: free } = this.server.address();
+      this.name = `tcp:127.0.0.1:${free}`;
+      done();
+    }));
   }
 
   /** Runs by the wall clock until `done()` or `end()`. */
@@ -197,20 +200,20 @@ if (import.meta.url === pathToFileURL(process.argv[1] ?? '').href) {
   const { positionals: [image], values } = parseArgs({
     allowPositionals: true,
     options: {
-      line: { type: 'string', default: 'pico' },
+      line: { type: 'string', default: '4250' },
       control: { type: 'string', default: '4251' },
       device: { type: 'string', default: '{}' },
       cache: { type: 'boolean', default: false },
     },
   });
   if (!image) {
-    console.error('node bench.mjs IMAGE [--line PATH] [--control PORT] [--device JSON] [--cache]');
+    console.error('node bench.mjs IMAGE [--line PORT] [--control PORT] [--device JSON] [--cache]');
     process.exit(2);
   }
   const bench = new Bench(image, JSON.parse(values.device), values.cache);
-  await bench.listen(values.line);
+  await bench.listen(Number(values.line));
   const server = await control(bench, Number(values.control));
-  console.log(`host-cli device info --device serial:${values.line}; commands at 127.0.0.1:${server.address().port}`);
+  console.log(`host-cli device info --device ${bench.name}; commands at 127.0.0.1:${server.address().port}`);
   await bench.live();
   server.close();
 }

@@ -10,13 +10,13 @@ export const root = fileURLToPath(new URL('../..', import.meta.url));
 const IMAGE = process.env.PICO_IMAGE ?? join(root, 'target/firmware/thumbv6m-none-eabi/release/haptic-rp2040');
 export const COMMAND = process.env.HOST_CLI ?? join(root, 'target/debug/host-cli');
 
-/** A bench for one test, with its line in a folder that goes with the test. */
+/** A bench for one test, with a folder that goes with the test. */
 export async function bench(test, device = {}, cached = Boolean(process.env.PICO_CACHE)) {
   for (const file of [IMAGE, COMMAND]) if (!existsSync(file)) throw new Error(`${file} is missing: README.md says how it is built`);
   const folder = mkdtempSync(join(tmpdir(), 'pico-'));
   const made = new Bench(IMAGE, device, cached);
   made.folder = folder;
-  await made.listen(join(folder, 'line'));
+  await made.listen(0);
   test.after(() => {
     made.end();
     rmSync(folder, { recursive: true });
@@ -26,7 +26,7 @@ export async function bench(test, device = {}, cached = Boolean(process.env.PICO
 
 /** Starts the command, or another, the port's name at the place of `PORT`; the bench has to run meanwhile. */
 export function start(made, args, heard = () => {}, [command, options] = [COMMAND, { cwd: made.folder }]) {
-  const child = spawn(command, args.map((word) => word.replace('PORT', `serial:${join(made.folder, 'line')}`)), options);
+  const child = spawn(command, args.map((word) => word.replace('PORT', made.name)), options);
   const host = { child, out: '', err: '', code: undefined };
   for (const [stream, key] of [[child.stdout, 'out'], [child.stderr, 'err']]) {
     stream.on('data', (text) => {

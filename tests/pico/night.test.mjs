@@ -199,7 +199,7 @@ test('a measurement finds the world: mass and damping to 5 %, delay to 0.1 sampl
 /** Runs a test of the workspace that is made for this. */
 async function cargo(board, name, ticks = '100000') {
   const args = ['test', '--quiet', '--locked', '--test', 'firmware', '--', '--ignored', '--nocapture', '--exact', name];
-  const env = { ...process.env, PICO_LINE: join(board.folder, 'line'), PICO_TICKS: process.env.PICO_TICKS ?? ticks };
+  const env = { ...process.env, PICO_LINE: board.name, PICO_TICKS: process.env.PICO_TICKS ?? ticks };
   const host = await run(board, args, undefined, ['cargo', { cwd: root, env }]);
   assert.equal(host.code, 0, host.out + host.err);
   return host;

@@ -203,7 +203,7 @@ mod tests {
             ("x,version=2,version=3", "version is given twice"),
             (
                 "tcp:host",
-                "\"host\" is not HOST:PORT: give both, as in 127.0.0.1:4250, with an IPv6 address in brackets, as in [::1]:4250",
+                "\"host\" is not HOST:PORT with a port up to 65535: give both, as in 127.0.0.1:4250, or [::1]:4250 for IPv6",
             ),
         ] {
             assert_eq!(read(text).expect_err("bad").to_string(), said);

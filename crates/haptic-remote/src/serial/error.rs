@@ -53,7 +53,7 @@ pub enum SerialError {
     },
     /// Something that is not a host and a port.
     #[error(
-        "\"{address}\" is not HOST:PORT: give both, as in 127.0.0.1:4250, with an IPv6 address in brackets, as in [::1]:4250"
+        "\"{address}\" is not HOST:PORT with a port up to 65535: give both, as in 127.0.0.1:4250, or [::1]:4250 for IPv6"
     )]
     Address {
         /// The address as it was given.

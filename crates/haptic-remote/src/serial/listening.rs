@@ -73,8 +73,8 @@ impl<L: Listener> Door<L> {
     /// The host that is served, or one that waits to be let in.
     fn host_or_next(&self, patience: Duration) -> Option<Arc<L::Stream>> {
         let hosts = &mut *lock(&self.hosts);
-        let present = hosts.present.as_ref().map(|host| host.heard.elapsed());
-        if hosts.waiting.is_none() && (present.is_none() || hosts.looked.elapsed() >= LOOK) {
+        let nobody = hosts.present.is_none();
+        if hosts.waiting.is_none() && (nobody || hosts.looked.elapsed() >= LOOK) {
             hosts.looked = Moment::now();
             hosts.caught_up = false;
             hosts.waiting = self.listener.next().ok().map(|(stream, name)| Host {
@@ -83,20 +83,14 @@ impl<L: Listener> Door<L> {
                 heard: Moment::now(),
             });
         }
-        if hosts.waiting.is_some() && present.is_none_or(|silent| silent >= self.silence) {
-            let ready = |host: &Host<L::Stream>| {
-                let options = host.stream.options();
-                (options.set_write_timeout(Some(PATIENCE)))
-                    .and_then(|()| set_patience(host.stream.as_ref(), patience))
-                    .is_ok()
-            };
-            hosts.present = hosts.waiting.take().filter(ready);
+        if nobody {
+            hosts.let_in(patience);
         }
         hosts.stream()
     }
 
     /// This host has said so much; it was `all` that had come.
-    fn heard(&self, speaker: &Arc<L::Stream>, count: usize, all: bool) {
+    fn heard(&self, speaker: &Arc<L::Stream>, count: usize, all: bool, patience: Duration) {
         let hosts = &mut *lock(&self.hosts);
         let speaks = |host: &&mut Host<L::Stream>| Arc::ptr_eq(&host.stream, speaker);
         let Some(present) = hosts.present.as_mut().filter(speaks) else {
@@ -111,6 +105,8 @@ impl<L: Listener> Door<L> {
                 waiting.refuse(&present.name);
                 hosts.refused = Some(waiting);
             }
+        } else if all && hosts.waiting.is_some() && present.heard.elapsed() >= self.silence {
+            hosts.let_in(patience);
         }
         hosts.caught_up |= all;
     }
@@ -135,7 +131,16 @@ impl<S: Stream> Host<S> {
     }
 }
 
-impl<S> Hosts<S> {
+impl<S: Stream> Hosts<S> {
+    /// Serves who waits, if somebody does.
+    fn let_in(&mut self, patience: Duration) {
+        let ready = |host: &Host<S>| {
+            let timed = host.stream.options().set_write_timeout(Some(PATIENCE));
+            timed.is_ok() && set_patience(host.stream.as_ref(), patience).is_ok()
+        };
+        self.present = self.waiting.take().filter(ready);
+    }
+
     fn stream(&self) -> Option<Arc<S>> {
         let present = self.present.as_ref();
         present.map(|present| Arc::clone(&present.stream))
@@ -166,12 +171,13 @@ impl<L: Listener> Read for Listening<L> {
         };
         match host.receive(into) {
             Ok(count @ 1..) => {
-                self.door.heard(&host, count, count < into.len());
+                let all = count < into.len();
+                self.door.heard(&host, count, all, self.patience);
                 Ok(count)
             }
             Err(error) if matches!(error.kind(), ErrorKind::TimedOut | ErrorKind::Interrupted) => {
-                self.door
-                    .heard(&host, 0, error.kind() == ErrorKind::TimedOut);
+                let nothing = error.kind() == ErrorKind::TimedOut;
+                self.door.heard(&host, 0, nothing, self.patience);
                 Err(error)
             }
             Ok(0) | Err(_) => {

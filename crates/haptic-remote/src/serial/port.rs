@@ -160,16 +160,15 @@ pub fn open(path: &str, baud: u32) -> Result<Box<dyn Line>, SerialError> {
 fn open_socket(path: &str, baud: u32) -> Result<Socket<UnixStream>, SerialError> {
     let opened = UnixStream::connect(path).and_then(|stream| Socket::new(stream, READ_TIMEOUT));
     let path = path.to_string();
-    opened.map_err(|error| match error.kind() {
-        ErrorKind::PermissionDenied => SerialError::Forbidden { path },
-        ErrorKind::ConnectionRefused => {
-            let reason = "nobody listens at this socket: start its emulator anew".to_string();
-            SerialError::Open { path, baud, reason }
+    opened.map_err(|error| {
+        if error.kind() == ErrorKind::PermissionDenied {
+            return SerialError::Forbidden { path };
         }
-        _ => {
-            let reason = error.to_string();
-            SerialError::Open { path, baud, reason }
-        }
+        let reason = match error.kind() == ErrorKind::ConnectionRefused {
+            true => "nobody listens at this socket: start its emulator anew".to_string(),
+            false => error.to_string(),
+        };
+        SerialError::Open { path, baud, reason }
     })
 }
 

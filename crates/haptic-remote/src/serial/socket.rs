@@ -37,9 +37,9 @@ where
 
 /// A time that has passed is the same on every line and every system.
 fn timed_out(error: io::Error) -> io::Error {
-    match error.kind() {
-        ErrorKind::WouldBlock => ErrorKind::TimedOut.into(),
-        _ => error,
+    match error.kind() == ErrorKind::WouldBlock {
+        true => ErrorKind::TimedOut.into(),
+        false => error,
     }
 }
 

@@ -81,10 +81,12 @@ pub(super) fn connect(
 }
 
 fn why(error: &io::Error) -> String {
-    match error.kind() {
-        ErrorKind::ConnectionRefused => "refuses, as nothing listens there".to_string(),
-        ErrorKind::TimedOut => format!("does not answer within {} s", CONNECT.as_secs()),
-        _ => format!("cannot be reached ({error})"),
+    if error.kind() == ErrorKind::ConnectionRefused {
+        "refuses, as nothing listens there".to_string()
+    } else if error.kind() == ErrorKind::TimedOut {
+        format!("does not answer within {} s", CONNECT.as_secs())
+    } else {
+        format!("cannot be reached ({error})")
     }
 }
 
@@ -145,11 +147,15 @@ impl TcpListening {
         };
         let addresses = addresses(host, port).map_err(refused)?;
         let listener = TcpListener::bind(&addresses[..]).map_err(|error| {
-            refused(match error.kind() {
-                ErrorKind::AddrInUse => "another program does".to_string(),
-                ErrorKind::AddrNotAvailable => "this machine has no such address".to_string(),
-                _ => error.to_string(),
-            })
+            let known = [
+                (ErrorKind::AddrInUse, "another program does"),
+                (
+                    ErrorKind::AddrNotAvailable,
+                    "this machine has no such address",
+                ),
+            ];
+            let known = known.iter().find(|(kind, _)| *kind == error.kind());
+            refused(known.map_or_else(|| error.to_string(), |(_, words)| (*words).to_string()))
         })?;
         let listened = |error: io::Error| refused(error.to_string());
         listener.set_nonblocking(true).map_err(listened)?;

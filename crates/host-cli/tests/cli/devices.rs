@@ -7,6 +7,7 @@ mod lines;
 mod makers;
 mod middle;
 mod promises;
+mod tcp;
 mod unheard;
 
 pub(crate) use crate::emulated::Emulated;

@@ -6,6 +6,7 @@ use haptic_link::FRAME_MAX;
 use serde_json::Value;
 use serialport::{SerialPort as _, TTYPort};
 use std::io::{Read as _, Write as _};
+use std::os::unix::net::{UnixListener, UnixStream};
 use std::path::PathBuf;
 use std::process::{Child, Stdio};
 use std::sync::Arc;
@@ -238,13 +239,31 @@ fn a_port_with_something_else_behind_it_is_told_apart() {
             let garbage = |_: &[u8]| b"AT+OK\r\n\0garbage\0".to_vec();
             Impostor::new(garbage).refused(&["garbage", "baud rate"]);
         });
-        // A socket lets in one program at a time.
+        // A socket of ours lets in one program at a time, as long as it speaks.
         scope.spawn(|| {
             let device = Emulated::new("");
             let path = device.place.path("device");
-            let _held = std::os::unix::net::UnixStream::connect(path).expect("lets the first in");
+            let mut held = UnixStream::connect(path).expect("lets the first in");
+            std::thread::scope(|scope| {
+                let words = [
+                    "device is busy",
+                    "another program",
+                    "close the other program",
+                ];
+                let info = || device.place.run("device info --device serial:device");
+                let info = scope.spawn(move || info().refused(3, &words));
+                while !info.is_finished() {
+                    held.write_all(b"x").expect("listens");
+                    std::thread::sleep(Duration::from_millis(50));
+                }
+            });
+        });
+        // That of another emulator lets one in, whatever it does.
+        scope.spawn(|| {
+            let place = Place::new();
+            let _full = UnixListener::bind(place.path("device")).expect("a socket");
             let words = ["socket", "one program at a time", "close the other one"];
-            (device.place.run("device info --device serial:device")).refused(3, &words);
+            (place.run("device info --device serial:device")).refused(3, &words);
         });
         // Version 3 of the protocol, otherwise whole.
         scope.spawn(|| {
