@@ -2,7 +2,7 @@
 //! caller answers for, as the documentation of each function, which the header repeats, says.
 #![expect(unsafe_code, reason = "C hands over pointers")]
 
-use crate::bridge::{Bridge, BridgeError, Serving, Ticker};
+use crate::bridge::{Bridge, BridgeError};
 use crate::description::Description;
 use crate::status::{Handle, Trouble};
 use haptic_loop::Fault;
@@ -49,11 +49,9 @@ pub struct HbDevice {
 /// A bridge. One thread ticks; `hb_stop`, `hb_fault`, `hb_reason` and `hb_port` may be called from others meanwhile.
 #[derive(Debug)]
 pub struct HbBridge {
-    ticker: Ticker,
-    handle: Handle,
+    bridge: Bridge,
     /// Texts for `hb_reason`: of each fault, then of each trouble.
     reasons: Vec<CString>,
-    serving: Serving,
 }
 
 /// Opens a bridge: from now on a host can connect, as with `host-cli device info --device tcp:127.0.0.1:4250`.
@@ -137,21 +135,15 @@ unsafe fn open(what: *const HbDevice, listen: *const c_char) -> Result<HbBridge,
         workspace_high_m: what.workspace_high_m,
         watchdog_ms: what.watchdog_ms,
     };
-    let Bridge {
-        ticker,
-        handle,
-        serving,
-    } = Bridge::open(&description, listen.unwrap_or(ADDRESS))?;
+    let bridge = Bridge::open(&description, listen.unwrap_or(ADDRESS))?;
     let faults = Fault::ALL.map(|fault| fault.to_string());
     let troubles = Trouble::ALL.map(|trouble| trouble.words().to_owned());
     let reasons = faults.into_iter().chain(troubles);
     // No text of ours has a zero in it.
     let reasons = reasons.map(|reason| CString::new(reason).unwrap_or_default());
     Ok(HbBridge {
-        ticker,
-        handle,
+        bridge,
         reasons: reasons.collect(),
-        serving,
     })
 }
 
@@ -205,14 +197,14 @@ pub unsafe extern "C" fn hb_tick(
         Some(unsafe { position_m.read_unaligned() })
     };
     // SAFETY: only this thread touches the ticker, and other fields are borrowed apart from it.
-    let ticker = unsafe { &mut (*bridge).ticker };
+    let ticker = unsafe { &mut (*bridge).bridge.ticker };
     let force = ticker.tick(time_us, position.as_ref());
     if !force_n.is_null() {
         // SAFETY: as above.
         unsafe { force_n.write_unaligned(force) };
     }
     // SAFETY: shared by all threads, and only read.
-    code(unsafe { &(*bridge).handle })
+    code(unsafe { &(*bridge).bridge.handle })
 }
 
 fn code(handle: &Handle) -> c_int {
@@ -231,7 +223,7 @@ fn code(handle: &Handle) -> c_int {
 pub unsafe extern "C" fn hb_stop(bridge: *mut HbBridge) {
     if !bridge.is_null() {
         // SAFETY: shared by all threads, and only read.
-        unsafe { &(*bridge).handle }.stop();
+        unsafe { &(*bridge).bridge.handle }.stop();
     }
 }
 
@@ -246,7 +238,7 @@ pub unsafe extern "C" fn hb_fault(bridge: *const HbBridge) -> c_int {
         return HB_NULL;
     }
     // SAFETY: shared by all threads, and only read.
-    code(unsafe { &(*bridge).handle })
+    code(unsafe { &(*bridge).bridge.handle })
 }
 
 /// The reason of the latched fault, one line of English; "" without one. It is valid until `hb_close`. From any thread.
@@ -259,7 +251,7 @@ pub unsafe extern "C" fn hb_reason(bridge: *const HbBridge) -> *const c_char {
         return c"the bridge is NULL: open it first".as_ptr();
     }
     // SAFETY: shared by all threads, and only read.
-    let (handle, reasons) = unsafe { (&(*bridge).handle, &(*bridge).reasons) };
+    let (handle, reasons) = unsafe { (&(*bridge).bridge.handle, &(*bridge).reasons) };
     let number = match (handle.trouble(), handle.fault()) {
         (Some(trouble), _) => Fault::ALL.len() + trouble as usize,
         (None, Some(fault)) => usize::from(fault.code()),
@@ -278,7 +270,7 @@ pub unsafe extern "C" fn hb_port(bridge: *const HbBridge) -> u16 {
         return 0;
     }
     // SAFETY: shared by all threads, and only read.
-    unsafe { &(*bridge).serving }.port
+    unsafe { (*bridge).bridge.serving.port }
 }
 
 /// Closes a bridge: the connection ends, and the memory is given back. NULL is nothing. It writes no force: end the haptic
