@@ -18,7 +18,7 @@
 #define HB_ENDED -2
 
 /**
- * A bridge. One thread ticks; hb_stop, hb_fault, hb_reason and hb_port may be called from others meanwhile.
+ * A bridge. One thread ticks; `hb_stop`, `hb_fault`, `hb_reason` and `hb_port` may be called from others meanwhile.
  */
 typedef struct hb_bridge hb_bridge;
 
@@ -28,7 +28,7 @@ typedef struct hb_bridge hb_bridge;
  */
 typedef struct hb_device {
   /**
-   * sizeof(hb_device), by which a library of another version is noticed.
+   * `sizeof(hb_device)`, by which a library of another version is noticed.
    */
   size_t size;
   /**
@@ -40,7 +40,7 @@ typedef struct hb_device {
    */
   uint32_t axes;
   /**
-   * Time from one tick to the next, microseconds, 100 to 10000. Calls of hb_tick in between hold the last force.
+   * Time from one tick to the next, microseconds, 100 to 10000. Calls of `hb_tick` in between hold the last force.
    */
   uint32_t sample_time_us;
   /**
@@ -79,7 +79,7 @@ extern "C" {
  * Opens a bridge: from now on a host can connect, as with `host-cli device info --device tcp:127.0.0.1:4250`.
  *
  * `listen` is an address of this machine with a port, such as "127.0.0.1:4250", which NULL means; with port 0 one that is
- * free is taken, see hb_port. The connection has no password and no encryption: another address than the loopback is for
+ * free is taken, see `hb_port`. The connection has no password and no encryption: another address than the loopback is for
  * a network in which everybody may push whoever holds the device.
  *
  * Returns NULL if it cannot be opened; then `error`, of `room` bytes, says why. It may be NULL.
@@ -96,15 +96,15 @@ struct hb_bridge *hb_open(const struct hb_device *what,
  * One tick of the haptic thread: takes the position, m, gives the force until the next call, N, behind the safety chain.
  * Elements beyond the device's axes are ignored, and zero. Never waits, allocates or locks.
  *
- * `time_us` is from a clock that only goes on, microseconds, as std::chrono::steady_clock. Call it once a sample time or
+ * `time_us` is from a clock that only goes on, microseconds, as `std::chrono::steady_clock`. Call it once a sample time or
  * more often. When the calls cease, the host is told nothing more and ends its run; the force is then the program's to
  * take away.
  *
- * Returns 0, or the code of the latched fault, as in hb_fault: the force falls to zero, and is zero at once where no
- * position can be used. HB_NULL: no bridge. HB_ENDED: close it.
+ * Returns 0, or the code of the latched fault, as in `hb_fault`: the force falls to zero, and is zero at once where no
+ * position can be used. `HB_NULL`: no bridge. `HB_ENDED`: close it.
  *
  * # Safety
- * `bridge` is null or from hb_open and not closed; the arrays are null or of three numbers; one thread at a time.
+ * `bridge` is null or from `hb_open` and not closed; the arrays are null or of three numbers; one thread at a time.
  */
 int hb_tick(struct hb_bridge *bridge,
             uint64_t time_us,
@@ -116,24 +116,24 @@ int hb_tick(struct hb_bridge *bridge,
  * again. From any thread; NULL is nothing.
  *
  * # Safety
- * `bridge` is null or from hb_open and not closed.
+ * `bridge` is null or from `hb_open` and not closed.
  */
 void hb_stop(struct hb_bridge *bridge);
 
 /**
- * The code of the latched fault, as in logs; 0 without one, HB_NULL without a bridge, HB_ENDED if it has to be closed.
+ * The code of the latched fault, as in logs; 0 without one, `HB_NULL` without a bridge, `HB_ENDED` if it has to be closed.
  * From any thread.
  *
  * # Safety
- * `bridge` is null or from hb_open and not closed.
+ * `bridge` is null or from `hb_open` and not closed.
  */
 int hb_fault(const struct hb_bridge *bridge);
 
 /**
- * The reason of the latched fault, one line of English; "" without one. It is valid until hb_close. From any thread.
+ * The reason of the latched fault, one line of English; "" without one. It is valid until `hb_close`. From any thread.
  *
  * # Safety
- * `bridge` is null or from hb_open and not closed.
+ * `bridge` is null or from `hb_open` and not closed.
  */
 const char *hb_reason(const struct hb_bridge *bridge);
 
@@ -141,7 +141,7 @@ const char *hb_reason(const struct hb_bridge *bridge);
  * The port that the bridge listens at; 0 without a bridge.
  *
  * # Safety
- * `bridge` is null or from hb_open and not closed.
+ * `bridge` is null or from `hb_open` and not closed.
  */
 uint16_t hb_port(const struct hb_bridge *bridge);
 
@@ -150,7 +150,7 @@ uint16_t hb_port(const struct hb_bridge *bridge);
  * thread first, and set the force of the device to zero.
  *
  * # Safety
- * `bridge` is null or from hb_open; nobody uses it any more.
+ * `bridge` is null or from `hb_open`; nobody uses it any more.
  */
 void hb_close(struct hb_bridge *bridge);
 

@@ -7,7 +7,6 @@ use crate::ticking::{Ticking, Ticks};
 use haptic_link::Refusal;
 use haptic_loop::Fault;
 use haptic_remote::serial::{SerialError, TcpListening};
-use std::fmt;
 use std::io::Error;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::Arc;
@@ -17,6 +16,7 @@ use std::time::Duration;
 use thiserror::Error;
 
 /// The part of a bridge for the thread that ticks.
+#[derive(Debug)]
 pub struct Ticker {
     ticks: Box<dyn Ticks>,
     handle: Handle,
@@ -52,18 +52,12 @@ impl Ticker {
     }
 }
 
-impl fmt::Debug for Ticker {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.debug_struct("Ticker").finish_non_exhaustive()
-    }
-}
-
 /// A device that a host can reach over TCP. Dropping it closes the connection.
 #[derive(Debug)]
 pub struct Bridge {
-    /// For the thread that ticks.
+    /// To be moved into the thread that ticks.
     pub ticker: Ticker,
-    /// For any thread.
+    /// Clones of it may be used by any thread.
     pub handle: Handle,
     pub(crate) serving: Serving,
 }

@@ -2,7 +2,7 @@
 //! caller answers for, as the documentation of each function, which the header repeats, says.
 #![expect(unsafe_code, reason = "C hands over pointers")]
 
-use crate::bridge::{Bridge, BridgeError, Serving, Ticker};
+use crate::bridge::{Bridge, BridgeError};
 use crate::description::Description;
 use crate::status::{Handle, Trouble};
 use haptic_loop::Fault;
@@ -24,13 +24,13 @@ pub const HB_ENDED: c_int = -2;
 #[derive(Clone, Copy, Debug)]
 #[repr(C)]
 pub struct HbDevice {
-    /// sizeof(hb_device), by which a library of another version is noticed.
+    /// `sizeof(hb_device)`, by which a library of another version is noticed.
     pub size: usize,
     /// Name in `device info` and in logs, UTF-8, 1 to 16 bytes.
     pub name: *const c_char,
     /// Number of axes, 1 to 3.
     pub axes: u32,
-    /// Time from one tick to the next, microseconds, 100 to 10000. Calls of hb_tick in between hold the last force.
+    /// Time from one tick to the next, microseconds, 100 to 10000. Calls of `hb_tick` in between hold the last force.
     pub sample_time_us: u32,
     /// Largest force on an axis, and of several axes the largest magnitude, N, above 0.
     pub force_max_n: f64,
@@ -46,20 +46,18 @@ pub struct HbDevice {
     pub watchdog_ms: u32,
 }
 
-/// A bridge. One thread ticks; hb_stop, hb_fault, hb_reason and hb_port may be called from others meanwhile.
+/// A bridge. One thread ticks; `hb_stop`, `hb_fault`, `hb_reason` and `hb_port` may be called from others meanwhile.
 #[derive(Debug)]
 pub struct HbBridge {
-    ticker: Ticker,
-    handle: Handle,
+    bridge: Bridge,
     /// Texts for `hb_reason`: of each fault, then of each trouble.
     reasons: Vec<CString>,
-    serving: Serving,
 }
 
 /// Opens a bridge: from now on a host can connect, as with `host-cli device info --device tcp:127.0.0.1:4250`.
 ///
 /// `listen` is an address of this machine with a port, such as "127.0.0.1:4250", which NULL means; with port 0 one that is
-/// free is taken, see hb_port. The connection has no password and no encryption: another address than the loopback is for
+/// free is taken, see `hb_port`. The connection has no password and no encryption: another address than the loopback is for
 /// a network in which everybody may push whoever holds the device.
 ///
 /// Returns NULL if it cannot be opened; then `error`, of `room` bytes, says why. It may be NULL.
@@ -137,21 +135,15 @@ unsafe fn open(what: *const HbDevice, listen: *const c_char) -> Result<HbBridge,
         workspace_high_m: what.workspace_high_m,
         watchdog_ms: what.watchdog_ms,
     };
-    let Bridge {
-        ticker,
-        handle,
-        serving,
-    } = Bridge::open(&description, listen.unwrap_or(ADDRESS))?;
+    let bridge = Bridge::open(&description, listen.unwrap_or(ADDRESS))?;
     let faults = Fault::ALL.map(|fault| fault.to_string());
     let troubles = Trouble::ALL.map(|trouble| trouble.words().to_owned());
     let reasons = faults.into_iter().chain(troubles);
     // No text of ours has a zero in it.
     let reasons = reasons.map(|reason| CString::new(reason).unwrap_or_default());
     Ok(HbBridge {
-        ticker,
-        handle,
+        bridge,
         reasons: reasons.collect(),
-        serving,
     })
 }
 
@@ -172,15 +164,15 @@ unsafe fn text<'a>(text: *const c_char) -> Result<Option<&'a str>, OpenError> {
 /// One tick of the haptic thread: takes the position, m, gives the force until the next call, N, behind the safety chain.
 /// Elements beyond the device's axes are ignored, and zero. Never waits, allocates or locks.
 ///
-/// `time_us` is from a clock that only goes on, microseconds, as std::chrono::steady_clock. Call it once a sample time or
+/// `time_us` is from a clock that only goes on, microseconds, as `std::chrono::steady_clock`. Call it once a sample time or
 /// more often. When the calls cease, the host is told nothing more and ends its run; the force is then the program's to
 /// take away.
 ///
-/// Returns 0, or the code of the latched fault, as in hb_fault: the force falls to zero, and is zero at once where no
-/// position can be used. HB_NULL: no bridge. HB_ENDED: close it.
+/// Returns 0, or the code of the latched fault, as in `hb_fault`: the force falls to zero, and is zero at once where no
+/// position can be used. `HB_NULL`: no bridge. `HB_ENDED`: close it.
 ///
 /// # Safety
-/// `bridge` is null or from hb_open and not closed; the arrays are null or of three numbers; one thread at a time.
+/// `bridge` is null or from `hb_open` and not closed; the arrays are null or of three numbers; one thread at a time.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn hb_tick(
     bridge: *mut HbBridge,
@@ -205,14 +197,14 @@ pub unsafe extern "C" fn hb_tick(
         Some(unsafe { position_m.read_unaligned() })
     };
     // SAFETY: only this thread touches the ticker, and other fields are borrowed apart from it.
-    let ticker = unsafe { &mut (*bridge).ticker };
+    let ticker = unsafe { &mut (*bridge).bridge.ticker };
     let force = ticker.tick(time_us, position.as_ref());
     if !force_n.is_null() {
         // SAFETY: as above.
         unsafe { force_n.write_unaligned(force) };
     }
     // SAFETY: shared by all threads, and only read.
-    code(unsafe { &(*bridge).handle })
+    code(unsafe { &(*bridge).bridge.handle })
 }
 
 fn code(handle: &Handle) -> c_int {
@@ -226,40 +218,40 @@ fn code(handle: &Handle) -> c_int {
 /// again. From any thread; NULL is nothing.
 ///
 /// # Safety
-/// `bridge` is null or from hb_open and not closed.
+/// `bridge` is null or from `hb_open` and not closed.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn hb_stop(bridge: *mut HbBridge) {
     if !bridge.is_null() {
         // SAFETY: shared by all threads, and only read.
-        unsafe { &(*bridge).handle }.stop();
+        unsafe { &(*bridge).bridge.handle }.stop();
     }
 }
 
-/// The code of the latched fault, as in logs; 0 without one, HB_NULL without a bridge, HB_ENDED if it has to be closed.
+/// The code of the latched fault, as in logs; 0 without one, `HB_NULL` without a bridge, `HB_ENDED` if it has to be closed.
 /// From any thread.
 ///
 /// # Safety
-/// `bridge` is null or from hb_open and not closed.
+/// `bridge` is null or from `hb_open` and not closed.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn hb_fault(bridge: *const HbBridge) -> c_int {
     if bridge.is_null() {
         return HB_NULL;
     }
     // SAFETY: shared by all threads, and only read.
-    code(unsafe { &(*bridge).handle })
+    code(unsafe { &(*bridge).bridge.handle })
 }
 
-/// The reason of the latched fault, one line of English; "" without one. It is valid until hb_close. From any thread.
+/// The reason of the latched fault, one line of English; "" without one. It is valid until `hb_close`. From any thread.
 ///
 /// # Safety
-/// `bridge` is null or from hb_open and not closed.
+/// `bridge` is null or from `hb_open` and not closed.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn hb_reason(bridge: *const HbBridge) -> *const c_char {
     if bridge.is_null() {
         return c"the bridge is NULL: open it first".as_ptr();
     }
     // SAFETY: shared by all threads, and only read.
-    let (handle, reasons) = unsafe { (&(*bridge).handle, &(*bridge).reasons) };
+    let (handle, reasons) = unsafe { (&(*bridge).bridge.handle, &(*bridge).reasons) };
     let number = match (handle.trouble(), handle.fault()) {
         (Some(trouble), _) => Fault::ALL.len() + trouble as usize,
         (None, Some(fault)) => usize::from(fault.code()),
@@ -271,21 +263,21 @@ pub unsafe extern "C" fn hb_reason(bridge: *const HbBridge) -> *const c_char {
 /// The port that the bridge listens at; 0 without a bridge.
 ///
 /// # Safety
-/// `bridge` is null or from hb_open and not closed.
+/// `bridge` is null or from `hb_open` and not closed.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn hb_port(bridge: *const HbBridge) -> u16 {
     if bridge.is_null() {
         return 0;
     }
     // SAFETY: shared by all threads, and only read.
-    unsafe { &(*bridge).serving }.port
+    unsafe { (*bridge).bridge.serving.port }
 }
 
 /// Closes a bridge: the connection ends, and the memory is given back. NULL is nothing. It writes no force: end the haptic
 /// thread first, and set the force of the device to zero.
 ///
 /// # Safety
-/// `bridge` is null or from hb_open; nobody uses it any more.
+/// `bridge` is null or from `hb_open`; nobody uses it any more.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn hb_close(bridge: *mut HbBridge) {
     if bridge.is_null() {

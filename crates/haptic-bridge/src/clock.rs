@@ -56,9 +56,13 @@ impl ProgramClock {
         let mut skipped = 0;
         if is_tick {
             let late_us = self.now_us.saturating_sub(self.due_us);
-            skipped = late_us / self.period_us;
-            let due_us = self.due_us + skipped * self.period_us;
-            self.due_us = due_us.max(self.now_us.saturating_sub(half_us)) + self.period_us;
+            // A division takes as long as a force, and is seldom needed.
+            if late_us >= self.period_us {
+                skipped = late_us / self.period_us;
+                self.due_us += skipped * self.period_us;
+            }
+            let earliest_us = self.now_us.saturating_sub(half_us);
+            self.due_us = self.due_us.max(earliest_us) + self.period_us;
         }
         Call {
             now_us: self.now_us,

@@ -36,19 +36,19 @@ pub enum DescriptionError {
     /// A number outside its range.
     #[error(transparent)]
     Range(#[from] RangeError),
-    /// A name that a log cannot hold.
+    /// A name that is empty, longer than a frame can say, or has a zero byte in it.
     #[error("name = \"{0}\" is not 1 to 16 bytes long: give a short name, such as \"Falcon\"")]
     Name(String),
-    /// A workspace without room.
+    /// A workspace whose ends are the wrong way round, or are no numbers.
     #[error(
         "workspace_low_m = {low} m on axis {axis} is not below workspace_high_m = {high} m: exchange them, or give 0 and 0 for no ends"
     )]
     Workspace {
         /// Number of the axis, from 0.
         axis: usize,
-        /// Its low end, m.
+        /// Its low end as it was given, m.
         low: f64,
-        /// Its high end, m.
+        /// Its high end as it was given, m.
         high: f64,
     },
 }
@@ -62,50 +62,33 @@ impl Description {
         if self.name.is_empty() || self.name.len() > 16 || self.name.contains('\0') {
             return Err(DescriptionError::Name(self.name.clone()));
         }
-        let whole = |what, value: u32, range: [u32; 2], allowed, unit| {
-            if (range[0]..=range[1]).contains(&value) {
-                Ok(value)
-            } else {
-                Err(RangeError::new(what, f64::from(value), allowed, unit))
-            }
-        };
-        let axes = whole("axes", self.axes, [1, 3], "1, 2 or 3", "")?;
-        let range = [100, 10_000];
-        let period_us = whole(
-            "sample_time_us",
-            self.sample_time_us,
-            range,
-            "100 to 10000",
-            "µs",
-        )?;
-        let range = [Limits::WATCHDOG_MIN_MS, Limits::WATCHDOG_MAX_MS].map(u32::from);
-        if self.watchdog_ms > 0 {
-            whole(
-                "watchdog_ms",
-                self.watchdog_ms,
-                range,
-                "5 to 1000, or 0 for the host's alone",
-                "ms",
-            )?;
-        }
-        let positive = |what, value: f64, unit| {
-            // In single precision, in which the loop computes.
-            let single = value as f32;
-            if single > 0.0 && single.is_finite() {
-                Ok(single)
-            } else {
-                Err(RangeError::new(what, value, "above 0 and finite", unit))
-            }
-        };
-        let force_max_n = positive("force_max_n", self.force_max_n, "N")?;
-        let rate = self.force_rate_max_n_per_s;
-        let force_rate_max_n_per_s = positive("force_rate_max_n_per_s", rate, "N/s")?;
+        let (period_us, watchdog_ms) = (self.sample_time_us, self.watchdog_ms);
+        let silences = u32::from(Limits::WATCHDOG_MIN_MS)..=u32::from(Limits::WATCHDOG_MAX_MS);
+        let watched = watchdog_ms == 0 || silences.contains(&watchdog_ms);
+        let (axes, period, watchdog) = (self.axes.into(), period_us.into(), watchdog_ms.into());
+        let (force_n, rate) = (self.force_max_n, self.force_rate_max_n_per_s);
         let count_m = self.position_resolution_m;
-        if !(0.0..=0.1).contains(&count_m) {
-            let (what, allowed) = ("position_resolution_m", "0 to 0.1");
-            return Err(RangeError::new(what, count_m, allowed, "m").into());
+        // In single precision, in which the loop computes.
+        let positive = |value: f64| value as f32 > 0.0 && (value as f32).is_finite();
+        let (above, silence) = ("above 0 and finite", "5 to 1000, or 0 for the host's alone");
+        let (few, short) = (
+            (1..=3).contains(&self.axes),
+            (100..=10_000).contains(&period_us),
+        );
+        let fine = (0.0..=0.1).contains(&count_m);
+        for (good, what, value, allowed, unit) in [
+            (few, "axes", axes, "1, 2 or 3", ""),
+            (short, "sample_time_us", period, "100 to 10000", "µs"),
+            (watched, "watchdog_ms", watchdog, silence, "ms"),
+            (positive(force_n), "force_max_n", force_n, above, "N"),
+            (positive(rate), "force_rate_max_n_per_s", rate, above, "N/s"),
+            (fine, "position_resolution_m", count_m, "0 to 0.1", "m"),
+        ] {
+            if !good {
+                return Err(RangeError::new(what, value, allowed, unit).into());
+            }
         }
-        for axis in 0..axes as usize {
+        for axis in 0..self.axes as usize {
             let (low, high) = (self.workspace_low_m[axis], self.workspace_high_m[axis]);
             let none = low.abs() + high.abs() <= 0.0;
             if !(none || low < high) {
@@ -115,10 +98,10 @@ impl Description {
         Ok(Capabilities {
             tick_period_min_us: period_us,
             tick_period_max_us: period_us,
-            force_max_n,
-            force_rate_max_n_per_s,
+            force_max_n: force_n as f32,
+            force_rate_max_n_per_s: rate as f32,
             position_resolution_m: count_m as f32,
-            ..abilities(&self.name, axes as u8)
+            ..abilities(&self.name, self.axes as u8)
         })
     }
 

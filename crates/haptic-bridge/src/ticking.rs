@@ -28,11 +28,12 @@ const ROOM_FOR_ANSWERS: usize = 16;
 pub(crate) type Heard = (Header, Request);
 
 /// A device of any number of axes.
-pub(crate) trait Ticks: Send {
+pub(crate) trait Ticks: std::fmt::Debug + Send {
     /// One call: the force until the next, N.
     fn call(&mut self, time_us: u64, position_m: Option<&[f64; 3]>) -> [f64; 3];
 }
 
+#[derive(Debug)]
 pub(crate) struct Ticking<const D: usize> {
     device: RefCell<TickSide<Program<D>, D>>,
     session: DeviceSession,

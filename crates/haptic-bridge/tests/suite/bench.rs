@@ -106,10 +106,16 @@ impl Bench {
 
     /// Greeted, configured, armed and kept alive.
     pub(crate) fn armed(description: &Description) -> Self {
+        Self::armed_for(description, WATCHDOG_MS)
+    }
+
+    /// The same with this watchdog, ms.
+    pub(crate) fn armed_for(description: &Description, watchdog_ms: u16) -> Self {
         let mut bench = Self::new(description);
         bench.done(Request::Hello { nonce: 1 });
         let (mut configuration, values) = wall();
         configuration.tick_period_us = description.sample_time_us;
+        configuration.limits.watchdog_ms = watchdog_ms;
         for request in transaction(&configuration, &values) {
             bench.done(request);
         }

@@ -117,9 +117,11 @@ fn outside_its_workspace_there_is_no_force_and_no_arming() {
 /// Ticks of the loop that so many calls make, this far apart, µs.
 fn ticks(calls: u32, apart_us: impl Fn(u32) -> u64) -> (u32, u32) {
     let mut bench = Bench::armed(&description(1));
-    let count = |bench: &mut Bench| match bench.done(Request::GetStatistics) {
-        Report::Statistics(statistics) => (statistics.ticks, statistics.overruns),
-        other => panic!("{other:?}"),
+    let count = |bench: &mut Bench| {
+        let Report::Statistics(statistics) = bench.done(Request::GetStatistics) else {
+            panic!("no statistics");
+        };
+        (statistics.ticks, statistics.overruns)
     };
     let before = count(&mut bench);
     for call in 0..calls {

@@ -16,9 +16,21 @@ fn run(command: &mut Command) {
     assert!(output.status.success(), "{command:?}: {printed}{said}");
 }
 
-/// True if a program is here; a test without it is skipped.
+/// The library as cargo has built it for this test, or as `.ci/nightly` has with a sanitizer.
+fn libraries() -> PathBuf {
+    match std::env::var_os("EXAMPLE_LIBRARIES") {
+        Some(folder) => folder.into(),
+        None => {
+            let test = std::env::current_exe().expect("a path");
+            test.parent().expect("a folder").to_owned()
+        }
+    }
+}
+
+/// True if a program is here; a test without it is skipped. Where libraries are found in another way it is too.
 fn is_here(program: &str) -> bool {
-    let found = Command::new(program).arg("--version").output().is_ok();
+    let found =
+        cfg!(target_os = "linux") && Command::new(program).arg("--version").output().is_ok();
     if !found {
         testkit::skip(&format!("{program} is not installed"));
     }
@@ -33,10 +45,8 @@ struct Example {
 }
 
 impl Example {
-    fn start(program: &Path) -> Self {
+    fn start(program: &Path, libraries: &Path) -> Self {
         let mut command = Command::new(program);
-        let libraries = std::env::current_exe().expect("a path");
-        let libraries = libraries.parent().expect("a folder");
         command.env("LD_LIBRARY_PATH", libraries);
         command.args(["127.0.0.1:0", "3"]);
         let piped = command.stdin(Stdio::piped()).stdout(Stdio::piped());
@@ -69,7 +79,7 @@ fn the_example_in_cpp_compiles_without_a_warning_and_is_a_device() {
     }
     let folder = tempfile::tempdir().expect("a folder");
     let program = folder.path().join("simulated_device");
-    let libraries = std::env::current_exe().expect("a path");
+    let libraries = libraries();
     let mut compile = Command::new("c++");
     compile.args([
         "-std=c++17",
@@ -83,7 +93,7 @@ fn the_example_in_cpp_compiles_without_a_warning_and_is_a_device() {
     compile.args(flags.split_whitespace());
     compile.arg("-I").arg(here("include"));
     compile.arg(here("examples/simulated_device.cpp"));
-    compile.arg("-L").arg(libraries.parent().expect("a folder"));
+    compile.arg("-L").arg(&libraries);
     compile.arg("-lhaptic_bridge").arg("-o").arg(&program);
     run(&mut compile);
     // The header is C too.
@@ -102,7 +112,7 @@ fn the_example_in_cpp_compiles_without_a_warning_and_is_a_device() {
     compile.arg(folder.path().join("header.o")).arg(&source);
     run(compile.arg("-I").arg(here("include")));
 
-    let example = Example::start(&program);
+    let example = Example::start(&program, &libraries);
     let mut host = crate::host::Host::connect(example.port);
     // Its hand holds it 2 mm beside a spring of 100 N/m, or presses.
     let largest_n = host.presses(1000);
@@ -135,7 +145,7 @@ fn by_night_it_is_installed_and_found_by_cmake_and_pkg_config() {
     configure.arg(format!("-DCMAKE_PREFIX_PATH={}", prefix.display()));
     run(&mut configure);
     run(Command::new("cmake").arg("--build").arg(&build));
-    Example::start(&build.join("simulated_device")).end();
+    Example::start(&build.join("simulated_device"), &prefix.join("lib")).end();
     for flags in [
         &["--cflags", "--libs"][..],
         &["--cflags", "--libs", "--static"],
@@ -154,6 +164,6 @@ fn by_night_it_is_installed_and_found_by_cmake_and_pkg_config() {
             .args(said.split_whitespace())
             .arg("-o")
             .arg(&program));
-        Example::start(&program).end();
+        Example::start(&program, &prefix.join("lib")).end();
     }
 }

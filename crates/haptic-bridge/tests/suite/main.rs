@@ -1,4 +1,8 @@
 //! A bridge against hosts of every kind: in virtual time without a line, and through its functions in C over TCP.
+#![expect(
+    clippy::float_cmp,
+    reason = "a force is that of the loop to the last bit, and zero is zero"
+)]
 
 mod bad_input;
 mod bench;
