@@ -77,8 +77,8 @@ pub fn did_you_mean<'n>(written: &str, names: impl IntoIterator<Item = &'n str>)
     let wanted = plain(written);
     let far = |name: &str| distance(&plain(name), &wanted);
     let names: Vec<&str> = names.into_iter().collect();
-    // One letter in three may be wrong, and three at most.
-    let most = (wanted.chars().count() + 1) / 3;
+    // Half of the letters may be wrong, and three at most.
+    let most = wanted.chars().count() / 2;
     let near = names.iter().filter(|name| far(name) <= most.min(3));
     match near.min_by_key(|name| far(name)) {
         Some(nearest) => format!("did you mean `{nearest}`?"),

@@ -7,7 +7,7 @@ use fracdiff::parameter::Shown;
 use fracdiff::{Order, Scheme, Seconds};
 use haptic_experiment::parameters::{Parameter, Range, in_degrees};
 use haptic_experiment::{Failure, Named};
-use haptic_quantity::{WrittenUnit, is_bare, parse_for_key, written};
+use haptic_quantity::{WrittenUnit, is_bare, kind_of_key, parse_for_key, without_unit, written};
 use std::ffi::OsStr;
 use std::ops::RangeInclusive;
 
@@ -60,27 +60,33 @@ where
     }
 }
 
-/// Ends of keys, numbers above which nobody means the SI unit who writes none, that unit, and the one that may be meant.
+/// Kinds of keys or their names, numbers above which nobody means the SI unit who writes none, that unit, and the one that may be
+/// meant.
 const DOUBTFUL: [(&str, f64, &str, &str); 6] = [
-    ("mass_kg", 5.0, "kg", "g"),
-    ("sample_time_s", 0.1, "s", "ms"),
-    ("delay_s", 1.0, "s", "ms"),
-    ("_rad", 6.3, "rad", "deg"),
-    ("_m2", 1.0, "m2", "mm2"),
-    ("_m", 1.0, "m", "mm"),
+    ("MASS", 5.0, "kg", "g"),
+    ("ANGLE", 6.3, "rad", "deg"),
+    ("AREA", 1.0, "m2", "mm2"),
+    ("LENGTH", 1.0, "m", "mm"),
+    ("sample_time", 0.1, "s", "ms"),
+    ("delay", 1.0, "s", "ms"),
 ];
 
-/// Refuses a number without a unit that no device has in the SI unit.
+/// Refuses a number without a unit that no device has in the SI unit, but in another.
 pub(crate) fn doubt(key: &str, text: &str) -> Result<(), String> {
     let text = text.trim();
-    let number = parse_for_key(key, text).ok().filter(|_| is_bare(text));
-    let mut doubtful = DOUBTFUL.iter();
-    let found = doubtful.find(|(end, ..)| key.ends_with(end));
-    match (number, found) {
-        (Some(number), Some((_, most, si, other))) if number.abs() > *most => Err(format!(
+    let in_unit = |unit: &str| parse_for_key(key, &format!("{text}{unit}")).ok();
+    let names = [kind_of_key(key), without_unit(key)];
+    let mut doubtful = DOUBTFUL.iter().filter(|_| is_bare(text));
+    let found = doubtful.find(|(name, most, si, other)| {
+        let is_it = names.iter().any(|of| of.ends_with(name));
+        let is_most = |unit: &str| in_unit(unit).is_some_and(|number| number.abs() <= *most);
+        is_it && !is_most(si) && is_most(other)
+    });
+    match found {
+        Some((.., si, other)) => Err(format!(
             "{text} has no unit: write {text}{other}, or {text}{si} if it is that"
         )),
-        _ => Ok(()),
+        None => Ok(()),
     }
 }
 

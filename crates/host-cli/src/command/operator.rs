@@ -105,7 +105,7 @@ impl Differintegrate {
         let remedy = "give --column the column to take";
         let signal = table::record(path, ["time_s", &self.column], remedy)?;
         if let Some(rows) = signal.gaps() {
-            let what = format_args!("{rows} without a number: give one in every row");
+            let what = format_args!("{rows}: no value, or NaN: give a number in every row");
             return Err(table::wrong(path, what));
         }
         let t = self.step(path, &signal)?;

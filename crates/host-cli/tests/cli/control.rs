@@ -298,7 +298,8 @@ fn bad_input_is_refused_with_its_place() {
         "
         control analyze --plant p.toml => p.toml:3 | did you mean `damping_n_s_per_m`
         control analyze --plant 1/(s+1 => character 6 | closing bracket
-        control design --crossover 1rad/s --plant 1/(s+1) --phase-margin 65 => 3724° | 180° | --phase-margin | 60deg
+        control design --crossover 1rad/s --plant 1/(s+1) --phase-margin 65 => 65 has no unit: write 65deg, or 65rad
+        control design --crossover 1rad/s --plant 1/(s+1) --phase-margin 65rad => 3724° | 180° | --phase-margin | 60deg
         control design --crossover 1rad/s --plant exp(-10000s)/(s+1) => dead time 500000 samples | at most 10000 | lengthen --sample-time
         control design --crossover 1rad/s --plant (s^2+1)/(s^2+2s+3) => has a zero at --crossover 1 rad/s | move --crossover
         control design --crossover 1rad/s --plant 1/(s^2+1) => has an undamped pole at --crossover 1 rad/s | move --crossover

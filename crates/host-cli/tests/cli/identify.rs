@@ -318,7 +318,7 @@ fn bad_input_is_refused_in_one_line_with_the_option_that_mends_it() {
         identify force.csv --loading sphere --strain 5% => --loading sphere | force_n and position_m
         identify fish.tsv --indenter-radius 5mm => --indenter-radius | --loading
         identify fish.tsv --poisson-ratio 0.6 => --poisson-ratio | from 0 to 0.5
-        identify fish.tsv --loading cone --half-angle 70 => --half-angle | 89.95 degrees
+        identify fish.tsv --loading cone --half-angle 70rad => --half-angle | 89.95 degrees
         relax --loading cone half_angle_rad=70 => half_angle_rad | 89.95 degrees
         ",
     );

@@ -23,7 +23,7 @@ const MISTAKES: &str = "
     relax --device COM3 => write serial:COM3
     run experiments/wall.toml stifness=3 => did you mean `stiffness_n_per_m`?
     run experiments/wall.toml foo=1 => unknown key `foo` | known are
-    analyze stability stifness=3 => stifness=3: did you mean --stiffness?
+    analyze stability stifness=3 => stifness=3: no such key: did you mean --stiffness?
     relax --tissue Liver => did you mean `liver`?
     relax --tissue prostate-helthy => did you mean `prostate-healthy`?
     run comma.toml => comma.toml:2: decimals have a point, not a comma
@@ -59,9 +59,9 @@ fn an_explicit_unit_is_taken() {
     let place = Place::with_examples();
     for line in [
         "design --mass 65kg --sample-time 1ms",
-        "analyze stability order=1 mass_kg=65 damping=1N*s/m sample-time=1s stiffness=1",
-        "analyze stability order=1 mass=65kg damping=1N.s/m sample-time=1s stiffness=1",
-        "analyze stability order=1 mass=65kg damping=1N·s/m sample-time=1s stiffness=1",
+        "analyze stability order=1 mass_kg=65 damping=1N*s/m sample-time=1s stiffness=1 dissipation=1",
+        "analyze stability order=1 mass=65kg damping=1N.s/m sample-time=1s stiffness=1 dissipation=1",
+        "analyze stability order=1 mass=65kg damping=1N·s/m sample-time=1s stiffness=1 dissipation=1",
     ] {
         let ended = place.run(line);
         assert_ne!(ended.code, Some(2), "{ended}");

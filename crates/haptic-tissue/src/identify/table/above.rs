@@ -5,9 +5,10 @@
 //! preamble all other lines; the last that names a step, an interval or a test is the block's own name
 //! ```
 
+use super::super::error::IdentifyError;
 use super::find::Block;
 use super::heading::{Heading, bare};
-use super::lines::brief;
+use super::lines::{brief, wrong};
 use super::unit::Dimension;
 use csv::StringRecord;
 
@@ -60,6 +61,26 @@ impl Block {
             between.push(row);
         }
         headings
+    }
+
+    /// The first of these lines of names that a choice takes, and the choice; else why the one with the most names is not taken, if there is one.
+    pub(super) fn headed<T>(
+        &self,
+        headings: Vec<Heading>,
+        mut choose: impl FnMut(&Heading) -> Result<T, String>,
+    ) -> Result<(Heading, T), Option<(usize, IdentifyError)>> {
+        let mut refused: Option<(usize, IdentifyError)> = None;
+        for heading in headings {
+            let names = heading.names.len();
+            match choose(&heading) {
+                Ok(taken) => return Ok((heading, taken)),
+                Err(why) if refused.as_ref().is_none_or(|(most, _)| names > *most) => {
+                    refused = Some((names, wrong(heading.line, &why)));
+                }
+                Err(_) => {}
+            }
+        }
+        Err(refused)
     }
 
     /// Cells above columns of numbers, with a label in front or without.

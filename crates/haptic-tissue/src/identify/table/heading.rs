@@ -1,10 +1,8 @@
 //! The line of names and the line of units that belong to a block of numbers.
 
-use super::super::error::IdentifyError;
 use super::column::Column;
-use super::find::Block;
 use super::header::{Unit, split, understand, unit_in};
-use super::lines::{brief, wrong};
+use super::lines::brief;
 
 /// What stands above the columns of a block.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -75,28 +73,6 @@ impl Heading {
             "" => split(&self.names[place]).1,
             unit => Some(unit.to_owned()),
         }
-    }
-}
-
-impl Block {
-    /// The first of these lines of names that a choice takes, and the choice; else why the one with the most names is not taken, if there is one.
-    pub(super) fn headed<T>(
-        &self,
-        headings: Vec<Heading>,
-        mut choose: impl FnMut(&Heading) -> Result<T, String>,
-    ) -> Result<(Heading, T), Option<(usize, IdentifyError)>> {
-        let mut refused: Option<(usize, IdentifyError)> = None;
-        for heading in headings {
-            let names = heading.names.len();
-            match choose(&heading) {
-                Ok(taken) => return Ok((heading, taken)),
-                Err(why) if refused.as_ref().is_none_or(|(most, _)| names > *most) => {
-                    refused = Some((names, wrong(heading.line, &why)));
-                }
-                Err(_) => {}
-            }
-        }
-        Err(refused)
     }
 }
 

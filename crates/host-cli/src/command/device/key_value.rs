@@ -12,10 +12,10 @@ use std::str::FromStr;
 ///
 /// # Errors
 /// Not `KEY=VALUE`, or another key.
-pub(super) fn key_and_value<'w>(
-    word: &'w str,
+pub(super) fn key_and_value(
+    word: &str,
     keys: impl IntoIterator<Item = &'static str>,
-) -> Result<(&'static str, &'w str), Failure> {
+) -> Result<(&'static str, &str), Failure> {
     let (name, text) = word
         .split_once('=')
         .ok_or_else(|| refused(word, "is not KEY=VALUE"))?;
