@@ -22,7 +22,6 @@ const FEW: usize = 160;
 const FOLLOWED: usize = 6;
 /// Sums closer than this are one minimum.
 const SAME: f64 = 1e-4;
-const ROUGH: Effort = Effort::to(1e-5, 12);
 /// Enough to see which of the followed minima is the lowest.
 const CLOSE: Effort = Effort::to(1e-7, 25);
 /// Effort of a fit that counts.
@@ -63,22 +62,16 @@ pub(super) fn search(
     let to = |target: &Target, start: &[f64], effort: Effort| {
         minimise(candidate, target, &ranges, start, &all, &[], effort)
     };
-    let apart = |minima: &mut Vec<Minimum>| {
-        minima.retain(|minimum| minimum.sum.is_finite());
-        minima.sort_by(|a, b| a.sum.total_cmp(&b.sum));
-        minima.dedup_by(|later, earlier| later.sum <= earlier.sum * (1.0 + SAME));
-        minima.truncate(FOLLOWED);
-    };
     // Few variables have few minima.
     let most = [1, 2, 5, 20].get(all.len()).copied().unwrap_or(starts);
     let mut found: Vec<Minimum> = (0..starts.min(most))
         .take_while(|_| !target.stops())
-        .map(|n| to(&few, &start(candidate, target, n), ROUGH))
+        .map(|n| to(&few, &start(candidate, target, n), CLOSE))
+        .filter(|minimum| minimum.sum.is_finite())
         .collect();
-    apart(&mut found);
-    let close = found.iter().map(|minimum| to(&few, &minimum.values, CLOSE));
-    let mut found: Vec<Minimum> = close.collect();
-    apart(&mut found);
+    found.sort_by(|a, b| a.sum.total_cmp(&b.sum));
+    found.dedup_by(|later, earlier| later.sum <= earlier.sum * (1.0 + SAME));
+    found.truncate(FOLLOWED);
     let mut followed: Vec<Minimum> = (found.iter())
         .map(|minimum| to(target, &minimum.values, CLOSE))
         .filter(|minimum| minimum.sum.is_finite() && minimum.is_in_order(candidate))
@@ -104,10 +97,16 @@ pub(super) fn polished<'a>(
     let ranges = ranges(candidate, target);
     let all = loose(&ranges);
     let best = starts.find_map(|start| {
-        let best = minimise(candidate, target, &ranges, start, &all, &[], FINE);
-        let best = match best.converged {
-            true => Some(best),
-            false => limit(candidate, target, &ranges, &best, &all),
+        let along = |from: &[f64]| minimise(candidate, target, &ranges, from, &all, &[], FINE);
+        let valley = along(start);
+        let best = match valley.converged {
+            true => Some(valley),
+            false => limit(candidate, target, &ranges, &valley, &all).or_else(|| {
+                // A valley that falls no further in as many steps again is as good as level.
+                let further = along(&valley.values);
+                let is_level = valley.sum <= further.sum * (1.0 + COST_OF_END);
+                (further.converged || is_level).then_some(further)
+            }),
         };
         best.filter(|best| best.is_in_order(candidate))
     });
@@ -233,7 +232,7 @@ pub(super) struct Minimum {
     pub(super) values: Vec<f64>,
     /// Sum of the squared residuals, weights in.
     pub(super) sum: f64,
-    /// True if the solver met one of its criteria, or creeps along a valley that is level.
+    /// True if the solver met one of its criteria, or nothing is left that a record tells.
     pub(super) converged: bool,
 }
 
@@ -417,11 +416,7 @@ pub(super) fn minimise(
     // Above 0, where nothing depends on a variable.
     let mut scale: DVector<f64> = DVector::from_element(free.len(), f64::EPSILON);
     let (mut damping, mut growth, mut converged) = (DAMPING, 2.0, false);
-    let (rounds, mut halfway) = (effort.patience * (free.len() + 1), f64::INFINITY);
-    for round in 0..rounds {
-        if 2 * round <= rounds {
-            halfway = here.residuals.norm_squared();
-        }
+    for _ in 0..effort.patience * (free.len() + 1) {
         let movable = problem.movable(&here);
         for (scale, column) in scale.iter_mut().zip(here.jacobian.column_iter()) {
             *scale = scale.max(column.norm());
@@ -463,12 +458,10 @@ pub(super) fn minimise(
         }
     }
     let sum = here.residuals.rows(0, target.len()).norm_squared();
-    // A valley that is level over so many steps, or that lies below what any record tells, has no better place.
-    let is_level = halfway <= sum * (1.0 + COST_OF_END) || sum <= target.exact;
     Minimum {
         sum,
         values: here.values,
-        converged: converged || is_level,
+        converged: converged || sum <= target.exact,
     }
 }
 

@@ -19,6 +19,7 @@ mod replicates;
 mod stiffening;
 mod table;
 mod troubled;
+mod untimed;
 
 use haptic_tissue::ModelKind;
 use haptic_tissue::identify::{Identification, Options, Record, identify};

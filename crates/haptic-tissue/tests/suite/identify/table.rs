@@ -456,7 +456,7 @@ const REFUSED: &str = r#"
     time_s,t [s],modulus\n1,1,5\n | - | line 1 & both look like time & `columns`
     time_s,stress_pa\n1,5\n2,4\n | - | stress_pa (stress) & give `strain`
     time_s,strain\n1,5\n2,4\n | - | give `stress_pa`
-    Z (nm),Force (nN)\n1,5\n2,4\n | - | the columns make no record & Force (nN) (force) & add a column of times
+    Z (nm),Force (nN)\n1,5\n2,4\n | - | needs a column strain & Force (nN) (force) & `thickness_m`
     time_s,temperature\n1,5\n2,4\n | - | the columns make no record & relaxation_modulus_pa
     time_s,relaxation_modulus_pa\n1,5\n2,4\n | creep | kind creep needs a column creep_compliance_per_pa & `kind`
     time_s,creep_compliance_per_pa\n1,5\n2,4\n | - | compliance falls with time & `kind` = relaxation
