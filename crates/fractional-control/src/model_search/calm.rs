@@ -37,12 +37,10 @@ fn lag(gain: f64, time_constant_s: f64) -> Option<FractionalTransferFunction> {
 
 /// True if the output goes on moving as no plant does that neither grows nor adds up twice, or if a loop may keep it from that.
 fn may_grow(record: &InputOutput) -> bool {
-    let changes = |n: &usize| record.input[*n] != record.input[n - 1];
-    let rows = record.input.len();
-    if 2 * (1..rows).filter(changes).count() > rows {
+    if 2 * record.changes().count() > record.input.len() {
         return true;
     }
-    let begin = (1..rows).find(changes).unwrap_or(0);
+    let begin = record.changes().next().unwrap_or(0);
     let input = &record.input[begin..];
     let mut sum = 0.0;
     let sums = input.iter().map(|u| {
@@ -143,7 +141,7 @@ fn slowed(
     time_constant_s: f64,
 ) -> Option<FractionalTransferFunction> {
     let mut below = coefficients(function.denominator().terms());
-    let adds_up = function.is_whole() && order_at_rest(function) == 1.0;
+    let adds_up = function.is_whole() && (order_at_rest(function) - 1.0).abs() <= 0.0;
     let slope = *below.get(1).filter(|_| adds_up)?;
     // A(s)/s·(s + 1/τ)
     for k in 0..below.len() - 1 {
@@ -180,7 +178,11 @@ pub(super) fn slow_instead(found: &mut Vec<Found>, search: &Search<'_>) {
             return false;
         };
         let time_s = lag.coefficient / rest.coefficient;
-        lag.order == 1.0 && rest.order == 0.0 && time_s > 0.0 && time_s <= length_s
+        other.is_whole()
+            && lag.order <= 1.0
+            && rest.order <= 0.0
+            && time_s > 0.0
+            && time_s <= length_s
     };
     let faster = found.iter().enumerate();
     let faster = faster.filter(|(_, other)| is_lag(other) && is_near(other));

@@ -41,7 +41,7 @@ pub fn settles_as_well<'a>(found: &'a [Found], record: &InputOutput) -> Option<&
     others.find(|other| comes_to_rest(&other.identified.function, record))
 }
 
-/// Guesses of whole orders that are fitted: the most promising, and the best of each number of poles.
+/// Guesses of whole orders that are fitted: the most promising, and the best of each smaller number of poles than the first has.
 const FITTED: usize = 8;
 const SWING: WholeShape = WholeShape {
     poles: 2,
@@ -67,15 +67,12 @@ pub fn candidates(record: &InputOutput, held: bool, dead_time: Option<Seconds>) 
     // A swing whose orders may be others too.
     let swing = whole.iter().find(|guess| guess.shape == SWING);
     let swing = swing.map(|swing| swing.guess.function);
-    let shape = |poles: usize| whole.iter().position(|guess| guess.shape.poles == poles);
-    let mut fitted: Vec<usize> = (1..=POLES)
-        .filter_map(shape)
-        .chain(0..whole.len().min(FITTED))
-        .collect();
-    fitted.sort_unstable();
-    fitted.dedup();
-    let whole = fitted.into_iter().map(|place| whole[place]);
-    let mut guesses: Vec<Guess> = whole.map(|whole| whole.guess).collect();
+    let most = whole.first().map_or(0, |best| best.shape.poles);
+    let best = |poles: usize| whole.iter().position(|guess| guess.shape.poles == poles);
+    let simpler = (1..most).filter_map(best).filter(|place| *place >= FITTED);
+    let simpler = simpler.map(|place| whole[place].guess);
+    let promising = whole.iter().take(FITTED).map(|whole| whole.guess);
+    let mut guesses: Vec<Guess> = promising.chain(simpler).collect();
     guesses.extend(gain(record, held, dead_time));
     let powers = powers(record, first.seconds());
     guesses.extend(swing.into_iter().chain(powers).map(|function| Guess {

@@ -61,23 +61,26 @@ impl InputOutput {
 
     /// True if the input changes: only then does it reveal what it was before.
     pub(super) fn moves(&self) -> bool {
-        let mut pairs = self.input.windows(2);
-        pairs.any(|pair| (pair[1] - pair[0]).abs() > 0.0)
+        self.changes().next().is_some()
+    }
+
+    /// The rows whose input is another than that of the row before.
+    pub(super) fn changes(&self) -> impl Iterator<Item = usize> {
+        let pairs = self.input.windows(2).zip(1..);
+        pairs.filter_map(|(pair, row)| ((pair[1] - pair[0]).abs() > 0.0).then_some(row))
     }
 
     /// True if the input changes again, or after the beginning: an answer to one change at the beginning is as what moved before.
     pub(super) fn tells_before(&self) -> bool {
-        let changes = |n: &usize| self.input[*n] != self.input[n - 1];
         let rows = self.input.len();
-        let mut changes = (1..rows).filter(changes);
+        let mut changes = self.changes();
         let first = changes.next();
         changes.next().is_some() || first.is_some_and(|first| first * BEGINNING > rows)
     }
 
     /// True if its input rests at first, for long enough to see that its output does too: a plant that was on its way is none that is not seen to move.
     pub(super) fn begins_flat(&self) -> bool {
-        let rests = |u: &&f64| **u == self.input[0];
-        let rows = self.input.iter().take_while(rests).count();
+        let rows = self.changes().next().unwrap_or(self.input.len());
         if rows < LEAST_ROWS || rows * LEAST_SHARE < self.input.len() {
             return false;
         }

@@ -133,6 +133,45 @@ fn a_short_log_in_noise_gains_no_integrator() {
     }
 }
 
+/// No candidate of such a log grows: its output does not.
+#[test]
+fn nothing_grows_where_the_record_does_not() {
+    for seed in 0..4 {
+        let mut random = Random(seed + 4_100);
+        let late = |t: f64| 0.6 * -libm::expm1(-(t - 5.0).max(0.0) / 150.0);
+        let record = short_log(&mut random, 0.4, late);
+        for own in found(&record) {
+            let function = own.identified.function;
+            let below = function.denominator();
+            let what = format!("{seed}: {function}");
+            assert!(function.unstable_poles().unwrap_or(0) == 0, "{what}");
+            assert!(below.lowest() < 1.5, "{what}");
+        }
+    }
+}
+
+/// Noise whose neighbours are alike says less than its samples: what a larger function explains of it is no dynamics.
+#[test]
+fn noise_that_is_alike_asks_for_no_larger_function() {
+    let mut larger = 0;
+    for seed in 0..4 {
+        let mut random = Random(seed + 4_300);
+        let mut walk = 0.0;
+        let input = levels(&mut random, 300);
+        let output = lag(&input, (2.0, (-0.05_f64).exp(), 0), 0.0);
+        let output = output.iter().map(|y| {
+            walk = 0.95 * walk + noise(&mut random, 0.03);
+            y + walk
+        });
+        let record = record(0.1, input, output.collect());
+        let best = &found(&record)[0].identified;
+        let is_larger = best.function.denominator().degree() > 1.5;
+        println!("{seed}: {}", best.function);
+        larger += usize::from(is_larger);
+    }
+    assert!(larger <= 1, "{larger} of 4 are of a larger function");
+}
+
 /// One that adds up does so where the record can tell.
 #[test]
 fn a_short_log_keeps_the_integrator_that_it_shows() {

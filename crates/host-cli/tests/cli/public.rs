@@ -86,6 +86,7 @@ fn a_public_heater_comes_to_rest() {
     let found = Place::new().run(&line);
     assert_eq!(found.code, Some(0), "{}", found.stderr);
     let found = found.json();
-    assert!(found["fit"].as_f64().expect("a number") > 0.8, "{found}");
+    // SciPy's best lag behind a dead time, 0.8286, less 0.002: the slower, the better, so that it comes near an integrator.
+    assert!(found["fit"].as_f64().expect("a number") > 0.8266, "{found}");
     assert_eq!(found["unstable_poles"], 0, "{found}");
 }
