@@ -199,18 +199,18 @@ fn read(units: &[Unit], text: &str) -> Option<f64> {
 fn meant(units: &[Unit], text: &str) -> Option<String> {
     let mut ends = (0..=text.len()).rev();
     let end = ends.find(|&end| text.get(..end).is_some_and(|text| number(text).is_some()))?;
-    let (digits, unit) = (&text[..end], text[end..].trim());
+    let (figures, unit) = (&text[..end], text[end..].trim());
     let mut units_alike = units.iter().map(|(known, _)| *known);
     let unit = units_alike.find(|known| known.eq_ignore_ascii_case(unit));
     let unit = unit.or(Some("").filter(|_| end == text.len()))?;
-    let written = |sign| Some(format!("{}{unit}", number_with(digits, sign)?));
-    let signs = match sign_of(digits) {
+    let spelt = |sign| Some(format!("{}{unit}", number_with(figures, sign)?));
+    let signs = match sign_of(figures) {
         Some(sign) => vec![sign],
-        None if digits.contains(',') => vec![DecimalSign::Comma, DecimalSign::Point],
+        None if figures.contains(',') => vec![DecimalSign::Comma, DecimalSign::Point],
         None => vec![DecimalSign::Point],
     };
-    let readings: Vec<String> = signs.into_iter().filter_map(written).collect();
-    let comma = Some(", without a comma").filter(|_| digits.contains(','));
+    let readings: Vec<String> = signs.into_iter().filter_map(spelt).collect();
+    let comma = Some(", without a comma").filter(|_| figures.contains(','));
     let is_read = |text: &String| read(units, text).is_some();
     let all = readings.iter().all(is_read);
     all.then(|| format!("{}{}", readings.join(" or "), comma.unwrap_or_default()))
