@@ -165,11 +165,14 @@ fn open_socket(path: &str, baud: u32) -> Result<Socket<UnixStream>, SerialError>
     })
 }
 
+#[cfg(unix)]
 fn is_socket(path: &str) -> bool {
-    #[cfg(unix)]
-    return std::fs::metadata(path).is_ok_and(|file| file.file_type().is_socket());
-    #[cfg(not(unix))]
-    return false;
+    std::fs::metadata(path).is_ok_and(|file| file.file_type().is_socket())
+}
+
+#[cfg(not(unix))]
+const fn is_socket(_: &str) -> bool {
+    false
 }
 
 /// A greeting at this path that no device answered. At an address or a socket a line of text says who did. A socket that says
