@@ -102,7 +102,7 @@ impl Named for LoadingKind {
 pub(crate) const LABORATORY: &str = "laboratory";
 
 parameters! {
-    DEVICE = text("device", "sim", "Device: `sim`, `serial:PATH[@BAUD]`, `serial:auto`, `tcp:HOST:PORT`, `haply:PATH`, `moteus:PATH` or `inverse3:`");
+    DEVICE = text("device", "sim", "Device: `sim`, `serial:PATH`, `serial:auto`, `tcp:HOST:PORT`, `haply:PATH`, `moteus:PATH`, `inverse3:`");
     /// Place where the loop is closed.
     LOOP = text("loop", "device", "Where the loop of a serial device runs");
     /// Watchdog of a serial device, s.
