@@ -76,6 +76,10 @@ pub(super) fn watchdog(bench: &mut Bench<'_>) -> Result<(Check, Option<Followed>
     };
     if followed.ended_by(&[Fault::HostSilent]) {
         let (silence_s, silence, in_time) = silence(&followed, watchdog_ms, period_s);
+        if silence_s.is_nan() {
+            // None of this host's forces came in time for the device to show what it does without them.
+            bench.late = followed.fault_in_words();
+        }
         let started = bench.start()?;
         if started.is_none() {
             bench.calm()?;
