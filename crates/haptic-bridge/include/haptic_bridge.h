@@ -94,11 +94,11 @@ struct hb_bridge *hb_open(const struct hb_device *what,
 
 /**
  * One tick of the haptic thread: takes the position, m, gives the force until the next call, N, behind the safety chain.
- * Elements beyond the device's axes are ignored, and zero. Never waits, allocates or locks.
+ * Elements beyond the device's axes are ignored, and zero. Both may be the same array. Never waits, allocates or locks.
  *
- * `time_us` is from a clock that only goes on, microseconds, as `std::chrono::steady_clock`. Call it once a sample time or
- * more often. When the calls cease, the host is told nothing more and ends its run; the force is then the program's to
- * take away.
+ * `time_us` is from a clock that only goes on, microseconds, as `std::chrono::steady_clock`; the watchdog counts by it, and
+ * would take a thousand times as long in milliseconds. Call it once a sample time or more often. When the calls cease, the
+ * host is told nothing more and ends its run; the force is then the program's to take away.
  *
  * Returns 0, or the code of the latched fault, as in `hb_fault`: the force falls to zero, and is zero at once where no
  * position can be used. `HB_NULL`: no bridge. `HB_ENDED`: close it.

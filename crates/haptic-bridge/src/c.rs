@@ -162,11 +162,11 @@ unsafe fn text<'a>(text: *const c_char) -> Result<Option<&'a str>, OpenError> {
 }
 
 /// One tick of the haptic thread: takes the position, m, gives the force until the next call, N, behind the safety chain.
-/// Elements beyond the device's axes are ignored, and zero. Never waits, allocates or locks.
+/// Elements beyond the device's axes are ignored, and zero. Both may be the same array. Never waits, allocates or locks.
 ///
-/// `time_us` is from a clock that only goes on, microseconds, as `std::chrono::steady_clock`. Call it once a sample time or
-/// more often. When the calls cease, the host is told nothing more and ends its run; the force is then the program's to
-/// take away.
+/// `time_us` is from a clock that only goes on, microseconds, as `std::chrono::steady_clock`; the watchdog counts by it, and
+/// would take a thousand times as long in milliseconds. Call it once a sample time or more often. When the calls cease, the
+/// host is told nothing more and ends its run; the force is then the program's to take away.
 ///
 /// Returns 0, or the code of the latched fault, as in `hb_fault`: the force falls to zero, and is zero at once where no
 /// position can be used. `HB_NULL`: no bridge. `HB_ENDED`: close it.
@@ -181,21 +181,21 @@ pub unsafe extern "C" fn hb_tick(
     force_n: *mut f64,
 ) -> c_int {
     let force_n = force_n.cast::<[f64; 3]>();
-    if !force_n.is_null() {
+    let position_m = position_m.cast::<[f64; 3]>();
+    // Before a force is written, which may go to the same array. Without room for a force there is nothing to compute one for.
+    let position = if position_m.is_null() || force_n.is_null() {
+        None
+    } else {
         // SAFETY: three numbers; unaligned ones do no harm.
+        Some(unsafe { position_m.read_unaligned() })
+    };
+    if !force_n.is_null() {
+        // SAFETY: as above.
         unsafe { force_n.write_unaligned([0.0; 3]) };
     }
     if bridge.is_null() {
         return HB_NULL;
     }
-    let position_m = position_m.cast::<[f64; 3]>();
-    // Without room for a force there is nothing to compute one for.
-    let position = if position_m.is_null() || force_n.is_null() {
-        None
-    } else {
-        // SAFETY: three numbers.
-        Some(unsafe { position_m.read_unaligned() })
-    };
     // SAFETY: only this thread touches the ticker, and other fields are borrowed apart from it.
     let ticker = unsafe { &mut (*bridge).bridge.ticker };
     let force = ticker.tick(time_us, position.as_ref());

@@ -44,9 +44,6 @@ pub(crate) struct Ticking<const D: usize> {
     ticked_us: u64,
     /// Longest silence that the program allows, µs.
     silence_most_us: u64,
-    /// Frames of the host that armed, and when the last of them came.
-    fed: u32,
-    fed_us: u64,
     trouble: Option<Trouble>,
 }
 
@@ -71,8 +68,6 @@ impl<const D: usize> Ticking<D> {
             clock: ProgramClock::new(capabilities.tick_period_min_us.into()),
             ticked_us: 0,
             silence_most_us,
-            fed: 0,
-            fed_us: 0,
             trouble: None,
         })
     }
@@ -107,15 +102,11 @@ impl<const D: usize> Ticking<D> {
         }
     }
 
-    /// Ends a run whose host is silent for longer than the program allows.
+    /// Ends a run whose host is silent for longer than the program allows. While the host computes the force, only forces count.
     fn watch(&mut self, now_us: u64) {
-        let fed = self.session.fed();
-        if std::mem::replace(&mut self.fed, fed) != fed {
-            self.fed_us = now_us;
-        }
         let device = self.device.get_mut();
         let needs_a_host = matches!(device.status().state, State::Armed | State::Running);
-        if needs_a_host && now_us - self.fed_us > self.silence_most_us {
+        if needs_a_host && now_us - device.heard_us() > self.silence_most_us {
             device.trip(Fault::HostSilent);
         }
     }

@@ -233,3 +233,22 @@ fn null_is_never_followed_and_never_a_force() {
         }
     }
 }
+
+#[test]
+fn a_position_and_a_force_in_one_array_are_what_they_are_in_two() {
+    // SAFETY: what lives here.
+    unsafe {
+        let bounded = HbDevice {
+            workspace_low_m: [-0.1; 3],
+            workspace_high_m: [0.1; 3],
+            ..device(c"one")
+        };
+        let bridge = hb_open(&bounded, PORT.as_ptr(), ptr::null_mut(), 0);
+        // Outside its workspace, which the middle of it is not.
+        let mut both = [0.0, 0.2, 0.0];
+        let both_m = both.as_mut_ptr();
+        assert_eq!(hb_tick(bridge, 1000, both_m, both_m), 6);
+        assert_eq!(both, [0.0; 3]);
+        hb_close(bridge);
+    }
+}

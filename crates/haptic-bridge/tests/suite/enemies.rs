@@ -1,7 +1,10 @@
 //! Hosts that are killed, flood, fall mute or speak another version: the force is zero within watchdog and stop time.
 
-use crate::bench::{Bench, STOP_TICKS, WATCHDOG_MS, description};
-use haptic_link::{FRAME_MAX, Header, PROTOCOL_VERSION, Report, Request, encode};
+use crate::bench::{Bench, STOP_TICKS, WATCHDOG_MS, description, transaction, wall};
+use crate::mutants::framed;
+use haptic_link::{
+    Configuration, FRAME_MAX, Header, LoopMode, PROTOCOL_VERSION, Report, Request, Start, encode,
+};
 use haptic_loop::Fault;
 use testkit::Random;
 
@@ -29,27 +32,7 @@ const ENEMIES: [Enemy; 5] = [
 
 /// A frame of a stranger, with the CRC of its own version.
 fn foreign() -> Vec<u8> {
-    let mut content = vec![PROTOCOL_VERSION + 1, 0, 0, 0, 0, 0, 0, 0, 0, 1];
-    let mut crc = u32::MAX;
-    for &byte in &content {
-        crc ^= u32::from(byte);
-        for _ in 0..8 {
-            crc = if crc & 1 == 1 {
-                (crc >> 1) ^ 0xEDB8_8320
-            } else {
-                crc >> 1
-            };
-        }
-    }
-    content.extend((!crc).to_le_bytes());
-    // COBS, by its definition: each zero becomes the distance to the next.
-    let mut frame = Vec::new();
-    for run in content.split(|&byte| byte == 0) {
-        frame.push(run.len() as u8 + 1);
-        frame.extend(run);
-    }
-    frame.push(0);
-    frame
+    framed(vec![PROTOCOL_VERSION + 1, 0, 0, 0, 0, 0, 0, 0, 0, 1])
 }
 
 fn attack(bench: &mut Bench, enemy: Enemy, random: &mut Random) {
@@ -155,4 +138,42 @@ fn a_silence_that_the_program_does_not_allow_ends_a_run_before_the_watchdog_of_i
     bench.is_there = false;
     let ticks = bench.falls(Fault::HostSilent, 22);
     assert!(ticks >= 10, "{ticks}");
+}
+
+#[test]
+fn a_host_that_is_to_compute_the_force_and_only_says_that_it_is_there_is_silent() {
+    let mut bench = Bench::new(&haptic_bridge::Description {
+        watchdog_ms: 20,
+        ..description(1)
+    });
+    bench.done(Request::Hello { nonce: 1 });
+    let configuration = Configuration {
+        loop_mode: LoopMode::Host,
+        ..wall().0
+    };
+    for request in transaction(&configuration, &wall().1) {
+        bench.done(request);
+    }
+    bench.arm();
+    bench.done(Request::Start(Start {
+        run: 1,
+        ..Start::ENDLESS
+    }));
+    let mut frame = [0; FRAME_MAX];
+    let mut push = |bench: &mut Bench| {
+        let newest = crate::mutants::newest(&bench.told);
+        let force = Request::Force {
+            tick: newest,
+            force_n: [1.0].into_iter().collect(),
+        };
+        let length = bench.host.tell(&force, &mut frame);
+        bench.line.take(&frame[..length]);
+        bench.step();
+    };
+    for _ in 0..100 {
+        push(&mut bench);
+    }
+    assert!(bench.norm_n() > 0.5, "{:?}", bench.force_n);
+    // Its keep-alives come every 10 ms.
+    bench.falls(Fault::HostSilent, 22);
 }

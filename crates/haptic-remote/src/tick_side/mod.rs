@@ -203,6 +203,12 @@ impl<H: Hardware<D>, const D: usize, R: BorrowMut<Records<D>>> TickSide<H, D, R>
         }
     }
 
+    /// When the host was last heard as its watchdog counts it, µs: while a host loop runs, with a force.
+    #[must_use]
+    pub const fn heard_us(&self) -> u64 {
+        self.heard_us
+    }
+
     /// The configuration in force and its digest.
     #[must_use]
     pub const fn configuration(&self) -> (&Configuration, u32) {
