@@ -248,11 +248,18 @@ pub(super) fn at_once(t: f64, dead_times: &[DeadTime]) -> Vec<DeadTime> {
     all
 }
 
-/// Every k-th sample, k as large as leaves so many; of a held input the mean of k, which is what acts.
+/// Neighbours of the part may know so much less of each other than those of the record, a share of the output's variance.
+const LOST: f64 = 0.5;
+
+/// So many samples of a long record: every k-th, and of a held input the mean of k, which is what acts; or the beginning, where what happens between
+/// samples that far apart would be lost, as all of a swing faster than these tell.
 pub(super) fn part(record: &InputOutput, held: bool, samples: usize) -> Option<InputOutput> {
     let k = record.output.len().min(record.input.len()) / samples;
     if k < 2 {
         return None;
+    }
+    if lost(&record.output, k) > LOST {
+        return Some(beginning(record, samples));
     }
     let mean = |block: &[f64]| match held {
         true => block.iter().sum::<f64>() / k as f64,
@@ -265,6 +272,37 @@ pub(super) fn part(record: &InputOutput, held: bool, samples: usize) -> Option<I
         output: every(&record.output),
         ..*record
     })
+}
+
+/// The most that D moves within k samples, of what it is where they know nothing of each other:
+/// ```text
+/// max_h |D(h) − D(1)|/(2·variance),   h ≤ k,   D(h) = mean of (y_(n+h) − y_n)²
+/// ```
+/// White noise adds as much to each D, and takes nothing from a part that it does not take from the record.
+fn lost(output: &[f64], k: usize) -> f64 {
+    let mean = output.iter().sum::<f64>() / output.len() as f64;
+    let squares = output.iter().map(|y| (y - mean) * (y - mean));
+    let variance = squares.sum::<f64>() / output.len() as f64;
+    let apart = |h: usize| {
+        let pairs = output.iter().zip(&output[h..]);
+        pairs.map(|(a, b)| (b - a) * (b - a)).sum::<f64>() / (output.len() - h) as f64
+    };
+    let next = apart(1);
+    let moved = (2..=k).map(|h| (apart(h) - next).abs());
+    moved.fold(0.0, f64::max) / (2.0 * variance)
+}
+
+/// So many samples, from where an input that rests at first begins to move.
+fn beginning(record: &InputOutput, samples: usize) -> InputOutput {
+    let moves = record.changes().next().filter(|_| record.begins_flat());
+    let begin = moves.map_or(0, |row| row - 1);
+    let some = |signal: &[f64]| signal[begin..].iter().copied().take(samples).collect();
+    InputOutput {
+        time_s: some(&record.time_s),
+        input: some(&record.input),
+        output: some(&record.output),
+        ..*record
+    }
 }
 
 /// One and two powers of s, with the gain and the time constant of the record behind so much dead time, s.

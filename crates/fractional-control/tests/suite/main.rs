@@ -15,6 +15,7 @@ mod flat;
 mod growing_records;
 mod held_loops;
 mod identification;
+mod long_records;
 mod margins;
 mod notation;
 mod other_records;
