@@ -106,6 +106,22 @@ fn a_log_of_a_run_gives_back_its_tissue() {
     }
 }
 
+/// Five seconds of a run whose samples are 5 ms apart, from few starts: every candidate has a minimum, and what was rendered is
+/// chosen.
+#[test]
+fn the_first_seconds_of_a_run_are_identified_as_what_they_are() {
+    let place = Place::new();
+    let line = "relax --tissue prostate-cancerous --contact ideal --sample-time 5ms --duration 20s --out run";
+    place.run(line).succeeded();
+    let ended = place.run("identify run/relax.mcap --to 5s --starts 4 --json");
+    let report = ended.succeeded_with_warnings().json();
+    assert_eq!(report["model"], "spring-pot");
+    let candidates = report["candidates"].as_array().expect("a list");
+    assert_eq!(candidates.len(), haptic_tissue::identify::CANDIDATES.len());
+    let order = number(&report["parameters"]["order"]["value"]);
+    assert_close("order", order, 0.2247, 1e-3);
+}
+
 /// A sphere that is pressed in and held, of a spring of 3 kPa: f = (16/9)·√R·E·δ^1.5.
 fn indentation() -> String {
     let rows = (0..200).map(|n| {
