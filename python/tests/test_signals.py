@@ -6,6 +6,7 @@
 from __future__ import annotations
 
 import contextlib
+import json
 import os
 import re
 import signal
@@ -50,21 +51,20 @@ class Device:
     def __init__(self, folder: Path, options: str) -> None:
         self.folder = folder
         self.sent = b""
-        device, self.line = folder / "device", folder / "line"
-        command = [HOST_CLI, "device", "emulate", *options.split(), "--socket", device]
-        self.emulator = subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True)
-        while not device.exists():
-            assert self.emulator.poll() is None
-            time.sleep(0.01)
+        self.line = folder / "line"
+        command = [HOST_CLI, "device", "emulate", *options.split(), "--listen", "127.0.0.1:0", "--json"]
+        self.emulator = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+        assert self.emulator.stdout is not None
+        path = json.loads(self.emulator.stdout.readline())["path"]
+        port = int(path.rsplit(":", 1)[1])
         self.listener = socket.socket(socket.AF_UNIX)
         self.listener.bind(str(self.line))
         self.listener.listen()
-        threading.Thread(target=self._pass_on, args=(device,), daemon=True).start()
+        threading.Thread(target=self._pass_on, args=(port,), daemon=True).start()
 
-    def _pass_on(self, device: Path) -> None:
+    def _pass_on(self, port: int) -> None:
         host, _ = self.listener.accept()
-        with host, socket.socket(socket.AF_UNIX) as board:
-            board.connect(str(device))
+        with host, socket.create_connection(("127.0.0.1", port)) as board:
 
             def answers() -> None:
                 with contextlib.suppress(OSError):

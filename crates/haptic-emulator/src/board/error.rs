@@ -11,11 +11,9 @@ pub enum EmulatorError {
     /// A fault of the line or a sensor outside its range.
     #[error(transparent)]
     Parameter(#[from] ParameterError),
-    /// The symbolic link or the socket could not be made.
-    #[error("cannot make the {kind} `{}`: {}", .path.display(), why(.error))]
+    /// The symbolic link could not be made.
+    #[error("cannot make the link `{}`: {}", .path.display(), why(.error))]
     Path {
-        /// `link` or `socket`.
-        kind: &'static str,
         /// Where it was to be made.
         path: PathBuf,
         /// What the system said.

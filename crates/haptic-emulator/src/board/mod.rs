@@ -1,4 +1,4 @@
-//! A device without hardware: its side of the link behind a pseudo-terminal, a Unix socket or a TCP address.
+//! A device without hardware: its side of the link behind a pseudo-terminal or a TCP address.
 //!
 //! ```text
 //! serial port of a host ─▶ reader thread ─▶ faulty line ─▶ DeviceSession, TickSide ─▶ faulty line ─▶ writer thread
@@ -11,15 +11,11 @@ mod error;
 mod facing;
 mod port;
 #[cfg(unix)]
-mod socket;
-#[cfg(unix)]
 mod terminal;
 
 pub use error::EmulatorError;
 pub use facing::emulate_facing;
 pub use port::{Port, PortKind};
-#[cfg(unix)]
-pub use socket::Socket;
 #[cfg(unix)]
 pub use terminal::Terminal;
 

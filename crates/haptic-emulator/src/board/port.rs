@@ -1,8 +1,8 @@
 //! The port of a device, whatever it is made of.
 
-use super::error::EmulatorError;
 #[cfg(unix)]
-use super::{Socket, Terminal};
+use super::Terminal;
+use super::error::EmulatorError;
 use haptic_remote::serial::{Line, TcpListening};
 use std::net::SocketAddr;
 use std::path::Path;
@@ -12,8 +12,6 @@ use std::path::Path;
 pub enum PortKind {
     /// A pseudo-terminal, with a symbolic link to it if it is to have a name. Not on Windows.
     Terminal,
-    /// A Unix socket, whose name is its path. Not on Windows.
-    Socket,
     /// A TCP address `HOST:PORT`; port 0 takes a free one.
     Address,
 }
@@ -24,9 +22,6 @@ pub enum Port {
     /// As [`PortKind::Terminal`].
     #[cfg(unix)]
     Terminal(Terminal),
-    /// As [`PortKind::Socket`].
-    #[cfg(unix)]
-    Socket(Socket),
     /// As [`PortKind::Address`].
     Address(TcpListening),
 }
@@ -43,12 +38,9 @@ impl Port {
         match kind {
             #[cfg(unix)]
             PortKind::Terminal => Terminal::open(name).map(Self::Terminal),
-            #[cfg(unix)]
-            PortKind::Socket => Socket::open(name.unwrap_or(Path::new(""))).map(Self::Socket),
             #[cfg(not(unix))]
-            PortKind::Terminal | PortKind::Socket => Err(EmulatorError::Terminal(
-                "this system has neither pseudo-terminals nor Unix sockets: listen at an address"
-                    .to_owned(),
+            PortKind::Terminal => Err(EmulatorError::Terminal(
+                "this system has no pseudo-terminals: listen at an address".to_owned(),
             )),
             PortKind::Address => {
                 let name = name.map_or(Self::ADDRESS.into(), Path::to_string_lossy);
@@ -63,8 +55,6 @@ impl Port {
         match self {
             #[cfg(unix)]
             Self::Terminal(terminal) => terminal.path().display().to_string(),
-            #[cfg(unix)]
-            Self::Socket(socket) => socket.path().display().to_string(),
             Self::Address(listening) => listening.path(),
         }
     }
@@ -74,7 +64,7 @@ impl Port {
     pub fn public_address(&self) -> Option<SocketAddr> {
         match self {
             #[cfg(unix)]
-            Self::Terminal(_) | Self::Socket(_) => None,
+            Self::Terminal(_) => None,
             Self::Address(listening) => {
                 Some(listening.address()).filter(|address| !address.ip().is_loopback())
             }
@@ -89,8 +79,6 @@ impl Port {
         match self {
             #[cfg(unix)]
             Self::Terminal(terminal) => terminal.line(),
-            #[cfg(unix)]
-            Self::Socket(socket) => socket.line(),
             Self::Address(listening) => Ok(listening.line()),
         }
     }

@@ -42,7 +42,6 @@ impl Terminal {
                 let _ = std::fs::remove_file(link);
             }
             std::os::unix::fs::symlink(&path, link).map_err(|error| EmulatorError::Path {
-                kind: "link",
                 path: link.to_owned(),
                 error,
             })?;

@@ -1,13 +1,12 @@
 //! The listening side of a line: one host at a time, the others are told so.
 
 use super::line::{Line, lock};
-use super::socket::{Stream, set_patience};
+use super::socket::{Stream as _, prompt, set_patience};
 use haptic_loop::realtime::Moment;
 use std::boxed::Box;
 use std::format;
 use std::io::{self, ErrorKind, Read, Write};
-use std::net::Shutdown;
-use std::string::String;
+use std::net::{Shutdown, SocketAddr, TcpListener, TcpStream};
 use std::sync::{Arc, Mutex};
 use std::time::Duration;
 
@@ -19,41 +18,35 @@ const NOBODY: Duration = Duration::from_millis(5);
 const SILENCE: Duration = Duration::from_secs(2);
 /// Time between two looks at the door while a host is served.
 const LOOK: Duration = Duration::from_millis(100);
-pub(super) trait Listener: Send + Sync + 'static {
-    type Stream: Stream;
-
-    /// The next host that waits, and who it is. Does not wait.
-    fn next(&self) -> io::Result<(Self::Stream, String)>;
-}
 
 /// A place at which hosts come in, one at a time.
 #[derive(Debug)]
-pub(super) struct Door<L: Listener> {
-    listener: L,
-    hosts: Mutex<Hosts<L::Stream>>,
+pub(super) struct Door {
+    listener: TcpListener,
+    hosts: Mutex<Hosts>,
     silence: Duration,
 }
 
 #[derive(Debug)]
-struct Hosts<S> {
-    present: Option<Host<S>>,
-    waiting: Option<Host<S>>,
+struct Hosts {
+    present: Option<Host>,
+    waiting: Option<Host>,
     /// All that the present one had said before the other came is read.
     caught_up: bool,
     /// Kept open for a while: a socket that is closed at once may take its last words with it.
-    refused: Option<Host<S>>,
+    refused: Option<Host>,
     looked: Moment,
 }
 
 #[derive(Debug)]
-struct Host<S> {
-    stream: Arc<S>,
-    name: String,
+struct Host {
+    stream: Arc<TcpStream>,
+    address: SocketAddr,
     heard: Moment,
 }
 
-impl<L: Listener> Door<L> {
-    pub(super) fn new(listener: L) -> Self {
+impl Door {
+    pub(super) fn new(listener: TcpListener) -> Self {
         Self {
             listener,
             hosts: Mutex::new(Hosts {
@@ -68,17 +61,13 @@ impl<L: Listener> Door<L> {
     }
 
     /// The host that is served, or one that waits to be let in.
-    fn host_or_next(&self, patience: Duration) -> Option<Arc<L::Stream>> {
+    fn host_or_next(&self, patience: Duration) -> Option<Arc<TcpStream>> {
         let hosts = &mut *lock(&self.hosts);
         let nobody = hosts.present.is_none();
         if hosts.waiting.is_none() && (nobody || hosts.looked.elapsed() >= LOOK) {
             hosts.looked = Moment::now();
             hosts.caught_up = false;
-            hosts.waiting = self.listener.next().ok().map(|(stream, name)| Host {
-                stream: Arc::new(stream),
-                name,
-                heard: Moment::now(),
-            });
+            hosts.waiting = self.next().ok();
         }
         if nobody {
             hosts.let_in(patience);
@@ -86,10 +75,20 @@ impl<L: Listener> Door<L> {
         hosts.stream()
     }
 
+    /// The next host that waits. Does not wait itself.
+    fn next(&self) -> io::Result<Host> {
+        let (stream, address) = self.listener.accept()?;
+        Ok(Host {
+            stream: Arc::new(prompt(stream)?),
+            address,
+            heard: Moment::now(),
+        })
+    }
+
     /// This host has said so much; it was `all` that had come.
-    fn heard(&self, speaker: &Arc<L::Stream>, count: usize, all: bool, patience: Duration) {
+    fn heard(&self, speaker: &Arc<TcpStream>, count: usize, all: bool, patience: Duration) {
         let hosts = &mut *lock(&self.hosts);
-        let speaks = |host: &&mut Host<L::Stream>| Arc::ptr_eq(&host.stream, speaker);
+        let speaks = |host: &&mut Host| Arc::ptr_eq(&host.stream, speaker);
         let Some(present) = hosts.present.as_mut().filter(speaks) else {
             return;
         };
@@ -99,7 +98,7 @@ impl<L: Listener> Door<L> {
             if hosts.caught_up
                 && let Some(waiting) = hosts.waiting.take()
             {
-                waiting.refuse(&present.name);
+                waiting.refuse(present.address);
                 hosts.refused = Some(waiting);
             }
         } else if all && hosts.waiting.is_some() && present.heard.elapsed() >= self.silence {
@@ -109,7 +108,7 @@ impl<L: Listener> Door<L> {
     }
 
     /// This host has gone, unless another is there already.
-    fn leave(&self, gone: &Arc<L::Stream>) {
+    fn leave(&self, gone: &Arc<TcpStream>) {
         let mut hosts = lock(&self.hosts);
         let served = hosts.stream();
         if served.is_some_and(|served| Arc::ptr_eq(&served, gone)) {
@@ -118,9 +117,9 @@ impl<L: Listener> Door<L> {
     }
 }
 
-impl<S: Stream> Host<S> {
+impl Host {
     /// It has not read anything yet, so that these words find room. If it has gone, nobody misses them.
-    fn refuse(&self, present: &str) {
+    fn refuse(&self, present: SocketAddr) {
         let options = self.stream.options();
         let _ = options.set_nonblocking(true);
         let _ = (self.stream).send(format!("busy: it serves {present}\n").as_bytes());
@@ -128,17 +127,17 @@ impl<S: Stream> Host<S> {
     }
 }
 
-impl<S: Stream> Hosts<S> {
+impl Hosts {
     /// Serves who waits, if somebody does.
     fn let_in(&mut self, patience: Duration) {
-        let ready = |host: &Host<S>| {
+        let ready = |host: &Host| {
             let timed = host.stream.options().set_write_timeout(Some(PATIENCE));
             timed.is_ok() && set_patience(host.stream.as_ref(), patience).is_ok()
         };
         self.present = self.waiting.take().filter(ready);
     }
 
-    fn stream(&self) -> Option<Arc<S>> {
+    fn stream(&self) -> Option<Arc<TcpStream>> {
         let present = self.present.as_ref();
         present.map(|present| Arc::clone(&present.stream))
     }
@@ -146,13 +145,13 @@ impl<S: Stream> Hosts<S> {
 
 /// The device's end of a line at a door.
 #[derive(Debug)]
-pub(super) struct Listening<L: Listener> {
-    door: Arc<Door<L>>,
+pub(super) struct Listening {
+    door: Arc<Door>,
     patience: Duration,
 }
 
-impl<L: Listener> Listening<L> {
-    pub(super) fn new(door: &Arc<Door<L>>) -> Self {
+impl Listening {
+    pub(super) fn new(door: &Arc<Door>) -> Self {
         Self {
             door: Arc::clone(door),
             patience: PATIENCE,
@@ -160,7 +159,7 @@ impl<L: Listener> Listening<L> {
     }
 }
 
-impl<L: Listener> Read for Listening<L> {
+impl Read for Listening {
     fn read(&mut self, into: &mut [u8]) -> io::Result<usize> {
         let Some(host) = self.door.host_or_next(self.patience) else {
             std::thread::sleep(NOBODY.min(self.patience));
@@ -185,7 +184,7 @@ impl<L: Listener> Read for Listening<L> {
     }
 }
 
-impl<L: Listener> Write for Listening<L> {
+impl Write for Listening {
     fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
         let host = lock(&self.door.hosts).stream();
         host.ok_or(ErrorKind::NotConnected)?.send(bytes)
@@ -196,7 +195,7 @@ impl<L: Listener> Write for Listening<L> {
     }
 }
 
-impl<L: Listener> Line for Listening<L> {
+impl Line for Listening {
     fn share(&self) -> io::Result<Box<dyn Line>> {
         Ok(Box::new(Self {
             door: Arc::clone(&self.door),
@@ -213,36 +212,9 @@ impl<L: Listener> Line for Listening<L> {
     }
 }
 
-#[cfg(unix)]
-mod unix {
-    use super::{Arc, Box, Door, Line, Listener, Listening, String, io};
-    use std::os::unix::net::{UnixListener, UnixStream};
-    use std::string::ToString as _;
-
-    impl Listener for UnixListener {
-        type Stream = UnixStream;
-
-        fn next(&self) -> io::Result<(UnixStream, String)> {
-            Ok((self.accept()?.0, "another program".to_string()))
-        }
-    }
-
-    /// The device's end of a line at a Unix socket, as [`TcpListening::line`](super::super::TcpListening::line).
-    ///
-    /// # Errors
-    /// In the words of the system.
-    pub fn listen_at(listener: UnixListener) -> io::Result<Box<dyn Line>> {
-        listener.set_nonblocking(true)?;
-        Ok(Box::new(Listening::new(&Arc::new(Door::new(listener)))))
-    }
-}
-#[cfg(unix)]
-pub use unix::listen_at;
-
 #[cfg(test)]
 mod tests {
     use super::*;
-    use std::net::{TcpListener, TcpStream};
     use std::vec::Vec;
 
     /// Reads until a host has said something.

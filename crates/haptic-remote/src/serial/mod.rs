@@ -27,8 +27,6 @@ pub use connect::{BAUDS, ConnectOptions, GREETING};
 pub use error::{BoardTrouble, SerialError, TroubleCause};
 pub use line::{Line, Pipe};
 pub use link::{Heard, LinkReport, SerialLink};
-#[cfg(unix)]
-pub use listening::listen_at;
 pub use port::{PortInfo, latency_file, open, port_of, ports};
 pub use request::Beside;
 pub use served::{DeviceTime, ServeError, Served, ServedHardware, USB_PERIOD_US};

@@ -1,12 +1,16 @@
-//! A socket as a line: TCP, or a Unix socket at which another process emulates a device, QEMU or our own.
+//! A socket as a line: TCP, or a Unix socket at which another process emulates a device, such as QEMU.
 
 use super::line::Line;
 use core::fmt;
-use socket2::SockRef;
+use socket2::{SockRef, TcpKeepalive};
 use std::boxed::Box;
 use std::io::{self, ErrorKind, Read, Write};
+use std::net::TcpStream;
 use std::sync::Arc;
 use std::time::Duration;
+
+/// Silence after which the system asks whether the other end is still there, and the time between its questions.
+const KEEP_ALIVE: [Duration; 2] = [Duration::from_secs(3), Duration::from_secs(1)];
 
 /// A connected socket of the standard library, whose writes raise no signal in a program that does not ignore SIGPIPE.
 pub(super) trait Stream: fmt::Debug + Send + Sync + 'static {
@@ -51,6 +55,15 @@ pub(super) fn set_patience(stream: &impl Stream, patience: Duration) -> io::Resu
         return Ok(());
     }
     options.set_read_timeout(Some(patience))
+}
+
+/// Small frames go at once, and an end that has vanished is noticed in seconds even where nothing is said.
+pub(super) fn prompt(stream: TcpStream) -> io::Result<TcpStream> {
+    let [time, interval] = KEEP_ALIVE;
+    let keep_alive = TcpKeepalive::new().with_time(time).with_interval(interval);
+    SockRef::from(&stream).set_tcp_keepalive(&keep_alive)?;
+    stream.set_nodelay(true)?;
+    Ok(stream)
 }
 
 /// A line whose other end is somewhere else: what a host has.

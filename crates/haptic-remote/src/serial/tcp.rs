@@ -5,9 +5,8 @@
 
 use super::error::SerialError;
 use super::line::Line;
-use super::listening::{Door, Listener, Listening};
-use super::socket::Socket;
-use socket2::{SockRef, TcpKeepalive};
+use super::listening::{Door, Listening};
+use super::socket::{Socket, prompt};
 use std::boxed::Box;
 use std::format;
 use std::io;
@@ -21,8 +20,6 @@ use std::vec::Vec;
 const SCHEME: &str = "tcp:";
 /// Time for one address of a name to answer.
 const CONNECT: Duration = Duration::from_secs(2);
-/// Silence after which the system asks whether the other end is still there, and the time between its questions.
-const KEEP_ALIVE: [Duration; 2] = [Duration::from_secs(3), Duration::from_secs(1)];
 
 /// The address in a path `tcp:HOST:PORT`; `None` for any other path.
 #[must_use]
@@ -80,24 +77,6 @@ pub(super) fn connect(
     Err(unreachable(tried.join(", ")))
 }
 
-/// Small frames go at once, and an end that has vanished is noticed in seconds even where nothing is said.
-fn prompt(stream: TcpStream) -> io::Result<TcpStream> {
-    let [time, interval] = KEEP_ALIVE;
-    let keep_alive = TcpKeepalive::new().with_time(time).with_interval(interval);
-    SockRef::from(&stream).set_tcp_keepalive(&keep_alive)?;
-    stream.set_nodelay(true)?;
-    Ok(stream)
-}
-
-impl Listener for TcpListener {
-    type Stream = TcpStream;
-
-    fn next(&self) -> io::Result<(TcpStream, String)> {
-        let (stream, peer) = self.accept()?;
-        Ok((prompt(stream)?, peer.to_string()))
-    }
-}
-
 /// The listening side of a TCP line, for a device. Who connects first is served; see [`line`](Self::line).
 ///
 /// ```
@@ -120,7 +99,7 @@ impl Listener for TcpListener {
 /// ```
 #[derive(Debug)]
 pub struct TcpListening {
-    door: Arc<Door<TcpListener>>,
+    door: Arc<Door>,
     address: SocketAddr,
 }
 

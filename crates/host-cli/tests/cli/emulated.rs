@@ -2,6 +2,10 @@
 
 use crate::process::{Place, signal};
 use serde_json::Value;
+use std::io::{ErrorKind, Read, Write};
+use std::net::{Shutdown, TcpStream};
+use std::os::unix::net::UnixListener;
+use std::path::PathBuf;
 use std::process::{Child, Stdio};
 
 /// An emulated device in a place; gone when dropped.
@@ -14,7 +18,7 @@ pub(crate) struct Emulated {
 /// The name of its port in the place.
 #[derive(Clone, Copy)]
 enum Port {
-    /// A socket.
+    /// A socket that stands for the TCP address at which it listens.
     Socket(&'static str),
     /// A pseudo-terminal: a port as real ones are. Its bytes pass through a worker of the system, for which a busy machine may let
     /// them wait for seconds.
@@ -72,7 +76,7 @@ impl Emulated {
         signal(&self.child, "INT");
         let mut said = String::new();
         let mut stderr = self.child.stderr.take().expect("piped");
-        std::io::Read::read_to_string(&mut stderr, &mut said).expect("is text");
+        stderr.read_to_string(&mut said).expect("is text");
         said
     }
 
@@ -97,17 +101,73 @@ impl Emulated {
 
 /// The process, when its port is there.
 fn spawned(place: &Place, port: Port, options: &str) -> Child {
-    let option = match port {
-        Port::Socket(_) => "--socket",
-        Port::Terminal(_) => "--link",
-    };
-    let name = port.name();
-    let line = format!("device emulate {options} {option} {name}");
-    let mut command = place.command(&line);
-    command.stdout(Stdio::null());
-    let mut child = command.stderr(Stdio::piped()).spawn().expect("runs");
-    place.wait_for(name, &mut child);
+    let mut words = options.to_owned();
+    match port {
+        Port::Terminal(name) => words += &format!(" --link {name}"),
+        Port::Socket(_) => {
+            words = words.replace("--facing white", "--facing 127.0.0.1:0");
+            words += " --listen 127.0.0.1:0 --json";
+        }
+    }
+    let mut command = place.command(&format!("device emulate {words}"));
+    command.stderr(Stdio::piped()).stdout(match port {
+        Port::Terminal(_) => Stdio::null(),
+        Port::Socket(_) => Stdio::piped(),
+    });
+    let mut child = command.spawn().expect("runs");
+    if let Port::Socket(name) = port {
+        let stdout = child.stdout.as_mut().expect("piped");
+        let told = serde_json::Deserializer::from_reader(stdout)
+            .into_iter()
+            .next();
+        let told: Value = told.expect("it says where it is").expect("JSON");
+        for (name, path) in [(name, &told["path"]), ("white", &told["facing"]["path"])] {
+            if let Some(address) = path.as_str().and_then(|path| path.strip_prefix("tcp:")) {
+                relays(place.path(name), address.to_owned());
+            }
+        }
+    }
+    place.wait_for(port.name(), &mut child);
     child
+}
+
+/// A socket before an address, whose name no other test can have.
+fn relays(path: PathBuf, address: String) {
+    // That of a device that was pulled.
+    let _ = std::fs::remove_file(&path);
+    let listener = UnixListener::bind(path).expect("a socket");
+    std::thread::spawn(move || {
+        while let Ok((host, _)) = listener.accept() {
+            // Without a device the host is alone.
+            let Ok(device) = TcpStream::connect(&address) else {
+                continue;
+            };
+            device.set_nodelay(true).expect("a socket");
+            let ends = (host.try_clone(), device.try_clone());
+            let (from_host, from_device) = (ends.0.expect("a handle"), ends.1.expect("a handle"));
+            std::thread::spawn(move || {
+                each(from_host, &device);
+                // What it still says is read, so that nothing is cut off that it has yet to hear.
+                let _ = device.shutdown(Shutdown::Write);
+            });
+            std::thread::spawn(move || {
+                each(from_device, &host);
+                let _ = host.shutdown(Shutdown::Both);
+            });
+        }
+    });
+}
+
+/// Passes on what comes, to its end; whoever is gone does not hear it.
+fn each(mut from: impl Read, mut to: impl Write) {
+    let mut bytes = [0; 4096];
+    loop {
+        match from.read(&mut bytes) {
+            Ok(count @ 1..) => drop(to.write_all(&bytes[..count])),
+            Err(error) if error.kind() == ErrorKind::Interrupted => {}
+            Ok(0) | Err(_) => return,
+        }
+    }
 }
 
 impl Drop for Emulated {

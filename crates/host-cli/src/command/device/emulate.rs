@@ -100,11 +100,9 @@ pub(crate) struct Arguments {
     /// Symbolic link to the pseudo-terminal
     #[arg(long, value_name = "PATH")]
     link: Option<PathBuf>,
-    /// Unix socket instead of a pseudo-terminal, which may be late on a busy machine
-    #[arg(long, value_name = "PATH", conflicts_with = "link")]
-    socket: Option<PathBuf>,
-    /// TCP address instead of both, as 127.0.0.1:4250, the default on Windows; port 0 takes a free one
-    #[arg(long, value_name = "HOST:PORT", conflicts_with_all = ["link", "socket"])]
+    /// TCP address instead of a pseudo-terminal, which may be late on a busy machine; port 0 takes a free one [default on Windows:
+    /// 127.0.0.1:4250]
+    #[arg(long, value_name = "HOST:PORT", conflicts_with = "link")]
     listen: Option<PathBuf>,
     /// A second board, whose mass meets that of the first, at a path or address of the same kind
     #[arg(long, value_name = "PATH")]
@@ -384,7 +382,7 @@ impl Arguments {
         } else if kind != Kind::Inverse3 && details.has(&inverse3::KEYS) {
             "service_port and cursor apply only to an Inverse Service: add --kind inverse3"
         } else if kind == Kind::Inverse3 && (details.has(&LINE_KEYS) || first.is_some()) {
-            "an Inverse Service is at a TCP port, which loses nothing: omit keys of the line, --link and --socket"
+            "an Inverse Service is at a TCP port, which loses nothing: omit keys of the line, --link and --listen"
         } else if kind != Kind::Own && self.axes.is_some() {
             "--axes applies only to --kind own: omit it"
         } else if kind != Kind::Own && self.model.is_given() {
@@ -396,7 +394,7 @@ impl Arguments {
         } else if self.facing.is_none() && details.of_two() {
             "facing_…, contact_… and gap apply only to two boards: add --facing, as in --facing white"
         } else if self.facing.is_some() && first.is_none() && !listens {
-            "--facing needs a path of the first board too: give --link, --socket or --listen"
+            "--facing needs a path of the first board too: give --link or --listen"
         } else if self.facing.is_some() && self.facing.as_deref() == first && !listens {
             "--facing is the path of the first board too: give another"
         } else if kind != Kind::Own && (self.speed - 1.0).abs() > 0.0 {
@@ -427,21 +425,17 @@ fn body(model: &DeviceModel) -> Body {
 impl Arguments {
     /// The kind of all ports, and the name of the first.
     fn first(&self) -> (PortKind, Option<&Path>) {
-        let path = self.socket.as_deref().map(|path| (PortKind::Socket, path));
-        let path = path.or(self.listen.as_deref().map(|path| (PortKind::Address, path)));
-        let path = path.or(self.link.as_deref().map(|path| (PortKind::Terminal, path)));
-        match path {
-            Some((kind, path)) => (kind, Some(path)),
-            None if cfg!(unix) => (PortKind::Terminal, None),
-            None => (PortKind::Address, None),
+        match &self.listen {
+            None if cfg!(unix) || self.link.is_some() => (PortKind::Terminal, self.link.as_deref()),
+            address => (PortKind::Address, address.as_deref()),
         }
     }
 
     /// A device that could not be emulated, with the option that mends it.
     fn failed(&self, error: EmulatorError) -> Failure {
-        if let EmulatorError::Path { kind, path, .. } = &error {
+        if let EmulatorError::Path { path, .. } = &error {
             let of_second = self.facing.as_ref() == Some(path);
-            let option = if of_second { "facing" } else { kind };
+            let option = if of_second { "facing" } else { "link" };
             Failure::bad_input(format_args!("{error} with --{option}"))
         } else if matches!(error, EmulatorError::Terminal(_)) {
             Failure::device(error)

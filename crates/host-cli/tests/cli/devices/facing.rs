@@ -55,9 +55,8 @@ fn what_no_pair_can_be_is_refused_in_a_line() {
     place.refuses(
         "
         device emulate --link blue --facing blue => --facing | the first board | give another
-        device emulate --facing white => --facing | --link, --socket or --listen
+        device emulate --facing white => --facing | --link or --listen
         device emulate --link blue --facing white => `white` | it is there already | --facing
-        device emulate --socket blue --facing white => `white` | it is there already | --facing
         device emulate --link blue --facing pale --axes 2 => one axis | omit --axes
         device emulate --link blue --facing pale --kind moteus => --facing | --kind own
         device emulate --link blue --facing pale gap=-1mm => gap=-1mm | from 0 to 1 m

@@ -247,7 +247,7 @@ fn a_port_with_something_else_behind_it_is_told_apart() {
             std::thread::scope(|scope| {
                 let words = [
                     "device answers \"busy: ",
-                    "another program",
+                    "it serves 127.0.0.1:",
                     "close the other program",
                 ];
                 let info = || device.place.run("device info --device serial:device");

@@ -117,7 +117,6 @@ fn an_address_that_cannot_be_is_refused_in_a_line() {
         device emulate --listen ::1:4250 => [::1]:4250
         device emulate --listen 192.0.2.1:4250 => 192.0.2.1:4250 | port 0
         device emulate --listen 127.0.0.1:0 --link device => --listen | --link
-        device emulate --listen 127.0.0.1:0 --socket device => --listen | --socket
         device emulate --listen 127.0.0.1:0 --facing white => white | HOST:PORT
         relax --device tcp:host => host | HOST:PORT
         relax --device serial:tcp:host => host | HOST:PORT
